@@ -1,4 +1,4 @@
-//! Errors of the study and of its figures: bad input, found before any work, and files that cannot be written.
+//! Errors of the study and its figures: invalid input, detected before any work, and files that cannot be written.
 
 use heart_phantom::PhantomError;
 use heart_phantom::revolve_voxel::RevolveError;
@@ -7,23 +7,23 @@ use heart_phantom::revolve_voxel::RevolveError;
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum StudyError {
-    /// An option, the phantom, or a file that cannot be written; an older file of that name stays as it was.
+    /// An option, the phantom, or a file that cannot be written; an older file of that name is unchanged.
     #[error(transparent)]
     Phantom(#[from] PhantomError),
     /// An input with too few entries.
     #[error("{what}: {given} entries, at least {least} needed")]
     TooFew {
-        /// The input's name.
+        /// Name of the input.
         what: &'static str,
-        /// Entries given.
+        /// Number of entries given.
         given: usize,
-        /// Entries needed.
+        /// Smallest number of entries.
         least: usize,
     },
     /// An entry is NaN or infinite.
     #[error("{what}: entry {index} is not finite")]
     NotFinite {
-        /// The input's name.
+        /// Name of the input.
         what: &'static str,
         /// Position of the first such entry.
         index: usize,
@@ -31,17 +31,17 @@ pub enum StudyError {
     /// Two inputs that belong together differ in length.
     #[error("{what}: {given} entries, {expected} expected")]
     Mismatch {
-        /// The input's name.
+        /// Name of the input.
         what: &'static str,
-        /// Entries given.
+        /// Number of entries given.
         given: usize,
-        /// Entries that the other inputs ask for.
+        /// Number of entries expected.
         expected: usize,
     },
     /// A size, spacing, radius or error that is not positive.
     #[error("{what}: {given:?}, must be positive")]
     NotPositive {
-        /// The input's name.
+        /// Name of the input.
         what: &'static str,
         /// The value given.
         given: f64,
@@ -49,7 +49,7 @@ pub enum StudyError {
     /// A slice index outside the volume.
     #[error("{what}: index {given}, must be below {len}")]
     OutOfRange {
-        /// The input's name.
+        /// Name of the input.
         what: &'static str,
         /// The index given.
         given: usize,
@@ -59,7 +59,7 @@ pub enum StudyError {
     /// An interval of grey values or coordinates that is empty, reversed or not finite.
     #[error("{what}: from {low:?} to {high:?} is not an interval")]
     Interval {
-        /// The input's name.
+        /// Name of the input.
         what: &'static str,
         /// Its lower end.
         low: f64,
@@ -69,7 +69,7 @@ pub enum StudyError {
     /// A membrane that is not the meridian of a solid.
     #[error("no solid of revolution")]
     Body(#[source] RevolveError),
-    /// An error of the plotting library; it draws into memory, so that this does not concern files.
+    /// An error of the plotting library, which draws in memory.
     #[error("drawing failed")]
     Drawing(#[source] Box<dyn std::error::Error + Send + Sync>),
 }

@@ -1,4 +1,4 @@
-//! HTML documents that are whole in one file: text and attributes are escaped by construction.
+//! Self-contained HTML documents; text and attributes are escaped by construction.
 
 use crate::StudyError;
 use crate::figures::Picture;
@@ -33,10 +33,10 @@ pub(crate) fn section(title: &str, body: &Markup) -> Markup {
     html! { section { h2 { (title) } (body) } }
 }
 
-/// A picture within the page, with its caption, which is also its text for those who do not see it.
+/// An embedded image with its caption, which is also the alternative text.
 ///
 /// # Errors
-/// [`StudyError::Phantom`] if the picture cannot be encoded.
+/// [`StudyError::Phantom`] if the image cannot be encoded.
 pub(crate) fn figure(picture: &Picture, caption: &str) -> Result<Markup, StudyError> {
     let png = STANDARD.encode(picture.to_png()?);
     Ok(html! {

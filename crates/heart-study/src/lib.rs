@@ -1,9 +1,9 @@
-//! The study of a beating heart by Rohmer, Sitek and Gullberg (2006), computed again, its figures, and the program `heart-phantom`.
+//! Reproduction of the beating-heart study of Rohmer, Sitek and Gullberg (2006), its figures, and the program `heart-phantom`.
 //!
 #![doc = include_str!("../README.md")]
 //!
-//! [`run`] does it and writes a folder: arrays, [`report`], and a page with all figures. [`figures`] draws each of them from plain
-//! data, [`Look`] makes pictures and a page of a run of any scene. Conventions, units and index orders are those of [`heart_phantom`].
+//! [`run`] computes the study and writes arrays, [`report`], and a page with all figures. [`figures`] draws each figure from plain
+//! data. [`Look`] makes images and a page of any run. Conventions, units and index orders are those of [`heart_phantom`].
 
 mod error;
 pub mod figures;

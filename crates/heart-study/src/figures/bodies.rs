@@ -1,4 +1,4 @@
-//! Shaded views of the exact body: at rest and dilated (Fig. 12), before and after the pose (Fig. 13 of the paper).
+//! Shaded views of the exact body: reference configuration and dilated (Fig. 12), before and after the pose (Fig. 13 of the paper).
 
 use crate::StudyError;
 use std::f64::consts::{PI, TAU};
@@ -20,16 +20,16 @@ use super::{Picture, WallState, check};
 const MESH: [f64; 2] = [48.0, 40.0];
 /// Thickness of its lines, cm.
 const LINE: f64 = 0.035;
-/// Height of the row that says what the colours are, pixels.
+/// Height of the legend in pixels.
 const KEY: i32 = 60;
 
-/// Draws each state twice at one scale: on top the wall cut open, below the mesh on its outer side.
+/// Draws each state twice at one scale: above the wall cut open, below the mesh on its outer surface.
 ///
-/// The mesh has equal steps of material coordinate along the body and of angle around it, so it shows the stretch.
+/// The mesh has equal steps of the material coordinate and of azimuth, so it shows the stretch.
 ///
 /// # Errors
-/// [`StudyError`] if there is no state, a membrane has fewer than 3 nodes or is no meridian of a solid
-/// ([`StudyError::Body`]), or a number is not finite.
+/// [`StudyError`] if there is no state, a membrane has fewer than 3 nodes or is not the meridian of a solid ([`StudyError::Body`]),
+/// or a number is not finite.
 pub fn bodies(states: &[WallState<'_>]) -> Result<Picture, StudyError> {
     check::at_least("states", states.len(), 1)?;
     states.iter().try_for_each(WallState::check)?;
@@ -37,11 +37,11 @@ pub fn bodies(states: &[WallState<'_>]) -> Result<Picture, StudyError> {
         let wall = |state| Wall::new(state, Pose::identity(), azimuths);
         states.iter().map(wall).collect()
     };
-    // A quarter is cut away, that of negative y and positive z.
+    // The quarter of negative y and positive z is removed.
     let (walls, opened) = (cast([0.0, TAU])?, cast([PI, 2.5 * PI])?);
     let long = walls.iter().fold(0.0f64, |m, w| m.max(w.extent()[0]));
     let thick = walls.iter().fold(0.0f64, |m, w| m.max(w.extent()[1]));
-    // The body's x runs to the right and away from the viewer, so that the base with the cavity shows.
+    // The x axis of the body points to the right and away from the viewer, so that the base with the cavity is visible.
     let view = View {
         azimuth: -118f64.to_radians(),
         elevation: 24f64.to_radians(),
@@ -72,7 +72,7 @@ pub fn bodies(states: &[WallState<'_>]) -> Result<Picture, StudyError> {
     let paints = Paints::new();
     let mut bars = Vec::new();
     for (i, (wall, opened)) in walls.iter().zip(&opened).enumerate() {
-        // One base plane in all panels: the rest state and the others begin at the same place.
+        // One base plane in all panels, at the same position.
         let centre = Point3::new(
             0.5 * long + walls[0].centre().x - 0.5 * walls[0].extent()[0],
             0.0,
@@ -88,7 +88,7 @@ pub fn bodies(states: &[WallState<'_>]) -> Result<Picture, StudyError> {
             let met = wall.met(p, -mesh.toward)?;
             let colour = match met.part {
                 Part::Outer { material, stretch } => {
-                    // A pixel's width on the slanted surface, over which a line's edge fades.
+                    // Width of a pixel on the inclined surface, for antialiasing of lines.
                     let soft = mesh.per_pixel() / met.normal.dot(&mesh.toward).max(0.2);
                     let ink = mesh_line([material, stretch], &met.point, soft);
                     mix(paints.paper, paints.mesh, ink)
@@ -111,7 +111,7 @@ pub fn bodies(states: &[WallState<'_>]) -> Result<Picture, StudyError> {
     })
 }
 
-/// What the colours are.
+/// Draws the legend.
 fn key(area: &Area<'_>, (mut x, y): (i32, i32)) -> Drawn {
     for (words, colour, width) in [
         ("outside", SURFACE, 16),
@@ -139,7 +139,7 @@ fn seen(camera: &Camera, met: &Met, colour: Colour) -> Seen {
     }
 }
 
-/// The colours of the wall's parts, as light.
+/// The colours of the parts of the wall as linear light.
 struct Paints {
     outer: Colour,
     inner: Colour,
@@ -168,13 +168,13 @@ impl Paints {
     }
 }
 
-/// How much of the mesh's ink is at a point of the outer wall of a body in its own frame, 0 to 1, given its material coordinate
-/// and the centimetres of meridian for each unit of that; lines fade over `soft` cm.
+/// Returns the opacity of mesh lines at a point of the outer wall in the body frame, 0 to 1, from its material coordinate and the
+/// centimetres of meridian per unit of it; lines fade over `soft` cm.
 fn mesh_line([material, stretch]: [f64; 2], point: &Point3<f64>, soft: f64) -> f64 {
     let off = |t: f64| (t - t.round()).abs();
     let parallel = off(material * MESH[1]) / MESH[1] * stretch;
     let r = point.y.hypot(point.z);
-    // Towards the apex every second meridian ends where they would run together.
+    // Towards the apex every second meridian ends where lines would merge.
     let mut n = MESH[0];
     while n > 6.0 && r * TAU / n < 6.0 * LINE {
         n *= 0.5;
@@ -184,13 +184,13 @@ fn mesh_line([material, stretch]: [f64; 2], point: &Point3<f64>, soft: f64) -> f
     ink(parallel).max(ink(meridian))
 }
 
-/// Draws the body in each pose with the lab's axes, its own axis, and the camera's circle about z.
+/// Draws the body in each pose with the axes of the lab, its own axis, and the orbit of the camera about z.
 ///
-/// Lines behind the body are drawn pale.
+/// Lines behind the body are pale.
 ///
 /// # Errors
-/// [`StudyError`] if there is no pose, a membrane has fewer than 3 nodes or is no meridian of a solid, or a number
-/// is not finite.
+/// [`StudyError`] if there is no pose, a membrane has fewer than 3 nodes or is not the meridian of a solid, or a number is not
+/// finite.
 pub fn poses(
     state: &WallState<'_>,
     poses: &[(&str, Pose)],
@@ -205,7 +205,7 @@ pub fn poses(
         .iter()
         .map(|(_, pose)| Wall::new(state, *pose, [0.0, TAU]))
         .collect::<Result<_, _>>()?;
-    // The circle and the axes reach beyond the body in any pose.
+    // The circle and the axes extend beyond the body in any pose.
     let reach = walls
         .iter()
         .fold(0.0f64, |m, w| m.max(w.centre().coords.norm() + w.radius()));
@@ -240,7 +240,7 @@ pub fn poses(
                 .map(|a| Point3::new(1.2 * reach * a.cos(), 1.2 * reach * a.sin(), 0.0))
                 .collect();
             scene.line(&circle, GREEN, 3)?;
-            // The camera turns from x towards y.
+            // The camera rotates from x towards y.
             for k in [8, 52, 98, 142] {
                 if !scene.hidden(&circle[k]) {
                     let (a, b) = (scene.at(&circle[k - 1]), scene.at(&circle[k]));
@@ -271,7 +271,7 @@ pub fn poses(
     })
 }
 
-/// Lines over a rendered body, pale where the body hides them.
+/// Lines over a rendered body, pale behind it.
 struct Scene<'s, 'b> {
     area: &'s Area<'b>,
     camera: &'s Camera,
@@ -294,7 +294,7 @@ impl Scene<'_, '_> {
         for pair in points.windows(2) {
             let middle = center(&pair[0], &pair[1]);
             if self.hidden(&middle) {
-                // Through the body only a trace, to tell where the line goes on.
+                // A faint line through the body shows its continuation.
                 let trace = center(&pair[0], &middle);
                 segment(self.area, self.at(&pair[0]), self.at(&trace), colour, 1)?;
             } else {

@@ -1,4 +1,4 @@
-//! The canvas: plotters at three times the size, averaged down, with axes that look alike everywhere.
+//! The canvas: plotters at three times the size, averaged down, with uniform axes.
 
 use crate::StudyError;
 use plotters::chart::{ChartBuilder, ChartContext};
@@ -12,7 +12,7 @@ use plotters::style::text_anchor::{HPos, Pos, VPos};
 use super::style::{BLACK, FAINT, FONT, GREY, SMALL, TEXT, TITLE};
 use super::{Picture, style};
 
-/// Canvas pixels along a pixel of the picture. Lines, dots and glyphs are rounded to canvas pixels by plotters.
+/// Canvas pixels per pixel of the image. Plotters rounds lines, dots and glyphs to canvas pixels.
 pub(super) const FINE: i32 = 3;
 
 pub(super) type Area<'b> = DrawingArea<BitMapBackend<'b>, Shift>;
@@ -33,7 +33,7 @@ pub(super) fn paint(
     paint_on(canvas, width, height, draw)
 }
 
-/// Draws over a finished picture; what is not drawn on keeps its bytes.
+/// Draws over a finished image; other pixels do not change.
 pub(super) fn paint_over(
     picture: Picture,
     draw: impl FnOnce(&Area<'_>) -> Drawn,
@@ -69,7 +69,7 @@ fn paint_on(
     Ok(Picture::new(width, height, rgb))
 }
 
-/// Means of blocks of FINE by FINE pixels, rounded to nearest.
+/// Averages blocks of FINE by FINE pixels, rounded to nearest.
 fn average(canvas: &[u8], width: usize, height: usize) -> Vec<u8> {
     let fine = FINE as usize;
     let stride = 3 * width * fine;
@@ -97,7 +97,7 @@ fn average(canvas: &[u8], width: usize, height: usize) -> Vec<u8> {
     rgb
 }
 
-/// A rectangle in pixels of the finished picture.
+/// A rectangle in pixels of the finished image.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Rect {
     pub(super) left: i32,
@@ -128,13 +128,13 @@ impl Axis {
         }
     }
 
-    /// The same with its low end on top.
+    /// As [`Self::linear`], with the low end on top.
     pub(super) fn downwards(mut self) -> Self {
         (self.low, self.high) = (self.high, self.low);
         self
     }
 
-    /// A logarithmic axis over whole decades that hold all positive `values`; give the chart log10 of values.
+    /// A logarithmic axis over whole decades that contain all positive `values`; the chart uses log10 of values.
     pub(super) fn decades(values: impl Iterator<Item = f64>, label: &str) -> Self {
         let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
         for v in values.filter(|&v| v > 0.0) {
@@ -210,7 +210,7 @@ pub(super) fn round_ticks(low: f64, high: f64, count: usize) -> Vec<f64> {
         .map(|m| m * power)
         .find(|&s| s >= rough * (1.0 - 1e-9))
         .unwrap_or(10.0 * power);
-    // Rounding may lose an end tick that sits on the end of the range.
+    // Rounding may lose a tick at the end of the range.
     let slack = 1e-9 * (high - low) / step;
     let first = (low / step - slack).ceil();
     let last = (high / step + slack).floor();
@@ -218,7 +218,7 @@ pub(super) fn round_ticks(low: f64, high: f64, count: usize) -> Vec<f64> {
     (0..=n).map(|i| (first + i as f64) * step).collect()
 }
 
-/// A number with as many decimals as a scale of step `step` needs, and a true minus sign.
+/// Formats a number with the decimals of a scale of step `step` and a true minus sign.
 pub(super) fn number(value: f64, step: f64) -> String {
     let decimals = (-step.abs().log10() - 1e-9).ceil().clamp(0.0, 12.0) as usize;
     let magnitude = value.abs();
@@ -286,11 +286,10 @@ fn font(size: i32, colour: &RGBColor) -> TextStyle<'_> {
     (FONT, size * FINE).into_text_style(&(1, 1)).color(colour)
 }
 
-/// How far below the asked middle a line must go to look centred there, in hundredths of its size: plotters centres
-/// a box that is higher than the digits in it.
+/// Vertical offset of a line from its nominal middle, in hundredths of its size: plotters centres a box that is higher than digits.
 const DROP: i32 = 14;
 
-/// Where a text is pinned.
+/// Anchor of a text.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Pin {
     Left,
@@ -298,7 +297,7 @@ pub(super) enum Pin {
     Right,
 }
 
-/// A line of text with its middle at height `y`, in pixels of the picture.
+/// A line of text with its middle at height `y`, in pixels of the image.
 pub(super) fn text(
     area: &Area<'_>,
     words: &str,
@@ -329,17 +328,17 @@ pub(super) fn title(area: &Area<'_>, words: &str, at: (i32, i32)) -> Drawn {
     text(area, words, TITLE, BLACK, at, Pin::Centre)
 }
 
-/// The width of a line of text, pixels of the picture.
+/// The width of a line of text, pixels of the image.
 pub(super) fn text_width(area: &Area<'_>, words: &str, size: i32) -> i32 {
     area.estimate_text_size(words, &font(size, &BLACK))
         .map_or(0, |(w, _)| (w as i32 + FINE - 1) / FINE)
 }
 
-/// Space that labels take round a plot: left and below.
+/// Space of labels around a plot: left and below.
 pub(super) const LABELS_LEFT: i32 = 96;
 pub(super) const LABELS_BELOW: i32 = 78;
 
-/// Axes of x and y in cm at one scale (see [`equal_scale`]), with so many ticks.
+/// Axes of x and y in cm at one scale (see [`equal_scale`]) with a number of ticks.
 pub(super) fn plane_axes(
     around: [f64; 4],
     margin: f64,
@@ -353,7 +352,7 @@ pub(super) fn plane_axes(
     )
 }
 
-/// Axes whose plotting area is exactly `plot`; the labels stand to its left and below, the title above.
+/// Axes with the plotting area `plot`; labels are to its left and below, the title above.
 pub(super) fn axes<'a, 'b>(
     area: &'a Area<'b>,
     plot: Rect,

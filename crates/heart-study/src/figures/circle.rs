@@ -1,4 +1,4 @@
-//! The circle of the paper's appendix: the picture (Fig. 18) and the error against the number of nodes.
+//! The circle of the appendix of the paper: shape (Fig. 18) and error against the number of nodes.
 
 use super::canvas::{
     Area, Axis, Drawn, FINE, LABELS_BELOW, LABELS_LEFT, Pin, Rect, axes, bounds, label, number,
@@ -9,10 +9,10 @@ use super::style::{BLUE, GREY, VERMILION};
 use super::{Picture, check};
 use crate::StudyError;
 
-/// What the circle figure shows.
+/// The data of the circle figure.
 #[derive(Clone, Copy, Debug)]
 pub struct CircleStudy<'a> {
-    /// The membrane at rest, a straight line, cm.
+    /// The reference configuration, a straight line, cm.
     pub initial: &'a [[f64; 2]],
     /// The discrete equilibrium, cm.
     pub solution: &'a [[f64; 2]],
@@ -24,7 +24,7 @@ pub struct CircleStudy<'a> {
     pub n_nodes: &'a [usize],
     /// Largest distance from the exact solution for each of them, cm; positive.
     pub errors: &'a [f64],
-    /// The order that the guide line shows, -d log(error) / d log(N).
+    /// The order of the guide line, -d log(error) / d log(N).
     pub order: f64,
 }
 
@@ -85,7 +85,7 @@ pub fn circle(study: &CircleStudy<'_>) -> Result<Picture, StudyError> {
         stroke(&chart, &exact, GREY, 3)?;
         stroke(&chart, study.initial, BLUE, 4)?;
         let inside = chart.plotting_area().strip_coord_spec();
-        // About 60 dots, whatever N.
+        // About 60 dots for any N.
         let every = study.solution.len().div_ceil(60);
         for p in study
             .solution

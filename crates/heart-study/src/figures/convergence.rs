@@ -9,13 +9,13 @@ use super::style::{GREY, SERIES, SMALL};
 use super::{Picture, check};
 use crate::StudyError;
 
-/// Distance of markers, pixels of the picture.
+/// Distance of markers in pixels.
 const APART: i32 = 24;
 
 /// One history: a norm after each iteration, the first entry before any.
 #[derive(Clone, Copy, Debug)]
 pub struct History<'a> {
-    /// What the legend calls it.
+    /// Label in the legend.
     pub label: &'a str,
     /// The norms, finite and not negative. A zero is drawn on the lower edge.
     pub norms: &'a [f64],
@@ -93,13 +93,13 @@ pub fn histories(
                     .map(|(k, &v)| [k as f64, height(v)])
                     .collect();
                 stroke(&chart, &points, colour, 3)?;
-                // Markers some pixels apart, so that long histories stay lines; a steep one shows each of its points.
+                // Markers several pixels apart; a steep history shows each point.
                 let mut shown: Option<(i32, i32)> = None;
                 for (k, p) in points.iter().enumerate() {
                     let at = on_plot(&chart, *p);
                     let far = shown.is_none_or(|last| apart(last, at) >= APART * FINE);
                     if far || k + 1 == points.len() {
-                        // On the whole picture: half of one on the edge would be cut off.
+                        // Drawn on the whole image, so that markers on the edge are complete.
                         let place = (at.0 + plot.left * FINE, at.1 + plot.top * FINE);
                         marker(area, i, place, 7, colour)?;
                         shown = Some(at);

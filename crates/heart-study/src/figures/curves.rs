@@ -28,8 +28,8 @@ pub struct Curve<'a> {
     pub points: &'a [[f64; 2]],
 }
 
-/// Draws curves in one pair of axes, their legend beside them, and gives the SVG, with a label for those who do not see it. Up to six have colours that are told apart with any kind of colour vision, more
-/// the colours of an ordered family.
+/// Draws curves in one pair of axes with a legend beside them. Returns the SVG, with an accessible label. Up to six curves have
+/// colours that are distinguishable with any colour vision, more curves the colours of an ordered family.
 ///
 /// ```
 /// use heart_study::figures::{Curve, curves};
@@ -101,7 +101,7 @@ pub fn curves(x_label: &str, y_label: &str, curves: &[Curve<'_>]) -> Result<Stri
     ))
 }
 
-/// The names of the curves beside the axes, each after a piece of its line; of many curves every so many, the first among them.
+/// The legend beside the axes; with many curves only some of them, the first included.
 fn legend(
     area: &DrawingArea<SVGBackend<'_>, Shift>,
     curves: &[Curve<'_>],
@@ -133,7 +133,7 @@ fn attribute(text: &str) -> String {
     maud::html! { (text) }.into_string()
 }
 
-/// Some room above and below.
+/// Margin above and below.
 fn roomy([low, high]: [f64; 2]) -> [f64; 2] {
     let room = 0.06 * (high - low).max(1e-9 * high.abs().max(1e-9));
     [low - room, high + room]

@@ -1,4 +1,4 @@
-//! Frames of the moving membrane with the forces on it (Fig. 9 of the paper).
+//! Frames of the moving membrane with its forces (Fig. 9 of the paper).
 
 use super::canvas::{
     Area, Drawn, FINE, LABELS_BELOW, LABELS_LEFT, Pin, Rect, axes, bounds, label, number, on_plot,
@@ -9,13 +9,13 @@ use super::style::{BLACK, FAINT, GREY, MAGENTA, RED};
 use super::{Picture, check};
 use crate::StudyError;
 
-/// Width of the row that says what the marks are, pixels.
+/// Width of the legend in pixels.
 const LEGEND: i32 = 1060;
 
-/// One frame: nodes and the forces on them, over the stiffness and per unit of the material coordinate: cm.
+/// One frame: nodes and their forces, divided by the stiffness, per unit of the material coordinate: cm.
 #[derive(Clone, Copy, Debug)]
 pub struct ForceFrame<'a> {
-    /// Iteration (time step) that the frame shows.
+    /// Iteration (time step).
     pub iteration: usize,
     /// Nodes `[x, y]` along the whole meridian, cm.
     pub nodes: &'a [[f64; 2]],
@@ -115,7 +115,7 @@ pub fn force_frames(frames: &[ForceFrame<'_>]) -> Result<Picture, StudyError> {
     })
 }
 
-/// What the marks are, and the arrow of a round force; arrows have so many pixels for each unit of force.
+/// Draws the legend with an arrow of a round force; arrows have `scale` pixels per unit of force.
 fn legend(area: &Area<'_>, longest: f64, per_force: f64) -> Drawn {
     let mut at = LABELS_LEFT + 10;
     for (words, colour, advance) in [

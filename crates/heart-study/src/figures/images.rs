@@ -38,10 +38,10 @@ impl Volume<'_> {
     }
 }
 
-/// A plane of voxels, by the axis across it and the index along that axis.
+/// A plane of voxels, by the axis perpendicular to it and the index along that axis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Plane {
-    /// Slice of constant z: x to the right, y down; of a patient, seen from the feet, the front on top.
+    /// Axial slice: x to the right, y down; seen from the feet, anterior on top.
     Z(usize),
     /// Slice of constant y: x to the right, z up.
     Y(usize),
@@ -74,7 +74,7 @@ impl Plane {
     }
 }
 
-/// What the panels of a figure share, and where they stand.
+/// Common properties and positions of the panels of a figure.
 struct Panels {
     titles: Vec<String>,
     labels: [&'static str; 2],
@@ -111,7 +111,7 @@ impl Panels {
                 height,
             })
             .collect();
-        // The bar stands beside the last panel of the first row.
+        // The colour bar is beside the last panel of the first row.
         let beside = rects[n_columns - 1];
         let size = (step.0 * n_columns as i32 + BAR_ROOM, step.1 * n_rows as i32);
         let mut picture = paint(size.0 as u32, size.1 as u32, |area| {
@@ -136,8 +136,7 @@ impl Panels {
 
 /// Draws projection images side by side, s to the right, z up, grey from 0 to the largest value of all.
 ///
-/// `n_bins` is the length of a row, `pitch` the distance between bins and between rows (cm), centred on the
-/// camera's axis.
+/// `n_bins` is the length of a row, `pitch` the distance between bins and between rows (cm), centred on the axis of the camera.
 ///
 /// # Errors
 /// [`StudyError`] if there is no image, a length is not a multiple of `n_bins` or differs between images, a
@@ -180,7 +179,7 @@ pub fn projections(
     panels.draw(|i, bin, row| images[i].values[row * n_bins + bin])
 }
 
-/// Draws one slice with its axes in cm and a colour bar; `window` holds the values drawn black and white.
+/// Draws one slice with axes in cm and a colour bar; `window` is [black, white].
 ///
 /// # Errors
 /// [`StudyError`] if the volume's length and size disagree, a sample is not finite, the spacing is not positive,

@@ -1,4 +1,4 @@
-//! Shaded iso-surface of a volume, cut open if asked (Fig. 15 to 17, c, of the paper).
+//! Shaded iso-surface of a volume, optionally cut open (Fig. 15 to 17, c, of the paper).
 
 use crate::StudyError;
 use heart_phantom::revolve_voxel::nalgebra::{Point3, Vector3};
@@ -10,17 +10,17 @@ use super::style::{BLACK, CUT, SURFACE};
 use super::surface::Surface;
 use super::{Picture, Volume, check};
 
-/// Share of the volume's longest side that the picture spans.
+/// Width of the image as a fraction of the longest side of the volume.
 const FRAME: f64 = 0.85;
 
-/// What of a volume is drawn, and from where.
+/// Options of the surface and the view.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct IsoView {
-    /// The level whose surface is drawn; half the wall's activity shows the wall's boundary.
+    /// The level of the surface; half the activity of the wall shows its boundary.
     pub level: f32,
-    /// From where it is seen.
+    /// Direction of view.
     pub view: View,
-    /// Cuts away the points p with p·n > d, given as (n, d), cm; the faces of the cut are shaded by the values there.
+    /// Removes the points p with p·n > d, given as (n, d), cm; values shade the faces of the cut.
     pub cut: Option<([f64; 3], f64)>,
 }
 
@@ -34,8 +34,7 @@ fn unit_cut((n, d): ([f64; 3], f64)) -> Result<(Vector3<f64>, f64), StudyError> 
 
 /// Draws the surface where the volume reaches a level, seen along parallel rays.
 ///
-/// The volume is trilinear between samples, normals are gradients of it. The picture spans 0.85 of the
-/// volume's longest side.
+/// The volume is trilinear between samples, normals are its gradients. The image spans 0.85 of the longest side of the volume.
 ///
 /// # Errors
 /// [`StudyError`] if the volume's length and size disagree, a sample, the view or the cut is not finite,
@@ -85,7 +84,7 @@ pub fn isosurface(volume: &Volume<'_>, view: &IsoView) -> Result<Picture, StudyE
         let found = surface.first(&origin, &away, from, to)?;
         let p = origin + found.t * away;
         if found.inside_at_start {
-            // A face of the cut: flat, the brighter the more activity, full at twice the level.
+            // A face of the cut: flat, brightness proportional to activity, full at twice the level.
             let normal = cut.map_or(camera.toward, |(n, _)| n);
             let amount = (surface.value(&p) / (2.0 * level)).clamp(0.0, 1.3);
             let tone = 0.75 + 0.25 * normal.dot(&camera.toward).abs();
@@ -97,7 +96,7 @@ pub fn isosurface(volume: &Volume<'_>, view: &IsoView) -> Result<Picture, StudyE
             });
         }
         let normal = surface.normal(&p).unwrap_or(camera.toward);
-        // Seen from within, through a cut, the surface turns its back.
+        // Seen from inside, through a cut, the normal points away.
         let facing = normal.dot(&camera.toward);
         let colour = if facing < 0.0 { behind } else { outside };
         let colour = camera.shade(&(normal * facing.signum()), colour);
@@ -111,7 +110,7 @@ pub fn isosurface(volume: &Volume<'_>, view: &IsoView) -> Result<Picture, StudyE
     paint_over(picture, |area| lab_axes(area, &camera, corner))
 }
 
-/// The lab's axes about a place, pixels of the picture.
+/// The lab's axes about a place, pixels of the image.
 fn lab_axes(area: &Area<'_>, camera: &Camera, corner: [f64; 2]) -> Drawn {
     for (name, axis) in [
         ("x", Vector3::x()),

@@ -30,7 +30,7 @@ pub(super) fn stroke(
     path(&area, kept, colour, width)
 }
 
-/// A dashed line through `points`; dash and gap in pixels of the picture.
+/// A dashed line through `points`; dash and gap in pixels of the image.
 pub(super) fn dashed(
     chart: &Chart<'_, '_>,
     points: &[[f64; 2]],
@@ -132,7 +132,7 @@ pub(super) fn arrow(
     area.draw(&Polygon::new(corners, colour.filled()))
 }
 
-/// A short line in a legend from `(x, y)` to the right, pixels of the picture.
+/// A short line in a legend from `(x, y)` to the right, pixels of the image.
 pub(super) fn swatch(area: &Area<'_>, (x, y): (i32, i32), colour: RGBColor, width: i32) -> Drawn {
     let ends = vec![(x * FINE, y * FINE), ((x + 44) * FINE, y * FINE)];
     path(area, ends, colour, width)
@@ -150,7 +150,7 @@ pub(super) fn dashes(area: &Area<'_>, (x, y): (i32, i32), colour: RGBColor) -> D
     Ok(())
 }
 
-/// A line through canvas pixels of `area`; its width in pixels of the picture.
+/// A line through canvas pixels of `area`; its width in pixels of the image.
 fn path(area: &Area<'_>, through: Vec<(i32, i32)>, colour: RGBColor, width: i32) -> Drawn {
     let style = colour.stroke_width((width * FINE) as u32);
     area.draw(&PathElement::new(through, style))

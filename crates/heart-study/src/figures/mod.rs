@@ -1,7 +1,7 @@
-//! Pictures of the study: every figure of Rohmer et al. 2006 (hal-03929238) as a PNG, from plain data.
+//! Figures of the study: every figure of Rohmer et al. 2006 (hal-03929238) as a PNG, from plain data.
 //!
-//! Each function checks its input, draws into memory and returns a [`Picture`]; nothing is computed here but the
-//! drawing, and nothing is needed but this crate: the font (DejaVu Sans, its licence beside it) is part of it.
+//! Each function validates its input, draws in memory and returns a [`Picture`]. Functions only draw; the font (DejaVu Sans, with
+//! its licence) is included.
 //!
 //! | figure of the paper | function |
 //! | --- | --- |
@@ -15,11 +15,10 @@
 //! | 15 to 17, reconstructions | [`slice()`], [`slices`], [`isosurface()`] |
 //! | 18, the circle | [`circle()`] |
 //!
-//! Of any heart: [`sections()`] through a volume with orientation marks, [`curves()`] as SVG, [`map()`] of any samples.
+//! For any study: [`sections()`] through a volume with orientation marks, [`curves()`] as SVG, [`map()`] of any samples.
 //!
-//! [`Page`] writes the `index.html` that shows them. Lengths are in cm, angles in radians; the inner membrane is
-//! vermilion and the outer one blue throughout (Okabe and Ito's palette). The same input gives the same bytes for any
-//! number of threads; the functions are independent of one another and may run side by side.
+//! [`Page`] writes `index.html`. Lengths are in cm, angles in radians; the inner membrane is vermilion and the outer one blue
+//! (palette of Okabe and Ito). Results are bitwise independent of the number of threads; the functions may run concurrently.
 //!
 //! ```
 //! use heart_study::figures::{History, histories};

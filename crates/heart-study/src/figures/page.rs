@@ -15,7 +15,7 @@ pub struct Page {
     pub title: String,
     /// Paragraphs below it.
     pub introduction: Vec<String>,
-    /// The page's parts, in order.
+    /// Parts of the page, in order.
     pub sections: Vec<Section>,
 }
 
@@ -32,18 +32,18 @@ pub struct Section {
     pub tables: Vec<Table>,
 }
 
-/// A picture file and what it shows.
+/// An image file with its caption.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Illustration {
     /// File name, relative to the page.
     pub file: String,
-    /// Caption; also read out in place of the picture.
+    /// Caption, also the alternative text.
     pub caption: String,
     /// Width and height in pixels, so that the page does not jump while it loads.
     pub size: [u32; 2],
 }
 
-/// A table of numbers, already written out.
+/// A table of formatted numbers.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Table {
     /// Caption.
@@ -55,7 +55,7 @@ pub struct Table {
 }
 
 impl Page {
-    /// The page as one HTML document; all text is escaped.
+    /// Returns the page as one HTML document; all text is escaped.
     ///
     /// # Errors
     /// [`StudyError::Mismatch`] if a table's row has another number of cells than its header.
@@ -88,7 +88,7 @@ impl Page {
         Ok(document(&self.title, "", &body))
     }
 
-    /// Writes the page, whole or not at all.
+    /// Writes the page atomically.
     ///
     /// # Errors
     /// As [`Page::to_html`], and [`StudyError::Phantom`] if the file cannot be written.
@@ -141,7 +141,7 @@ impl Render for Table {
     }
 }
 
-/// A relative file name as an address: everything but letters, digits and `-._~/` percent-encoded.
+/// Returns a relative file name as a URL: everything except letters, digits and `-._~/` is percent-encoded.
 fn address(file: &str) -> String {
     let mut safe = String::with_capacity(file.len());
     for byte in file.bytes() {

@@ -1,12 +1,12 @@
-//! A finished picture in memory, and its way to a PNG file.
+//! An image in memory, and its PNG file.
 
 use crate::StudyError;
 use heart_phantom::files::{png_bytes, write_atomically};
 use std::path::Path;
 
-/// An RGB picture, 8 bits a channel, rows from top to bottom.
+/// An RGB image with 8 bits per channel, rows from top to bottom.
 ///
-/// Every figure is drawn into one of these; the same input gives the same bytes.
+/// The result of every figure; equal input gives equal bytes.
 #[derive(Clone, PartialEq, Eq)]
 pub struct Picture {
     width: u32,
@@ -35,7 +35,7 @@ impl Picture {
         &self.rgb
     }
 
-    /// The colour at column `x` from the left and row `y` from the top; none outside the picture.
+    /// Returns the colour at column `x` from the left and row `y` from the top; `None` outside the image.
     pub fn pixel(&self, x: u32, y: u32) -> Option<[u8; 3]> {
         if x >= self.width {
             return None;
@@ -49,7 +49,7 @@ impl Picture {
         self.rgb[at..at + 3].copy_from_slice(&colour);
     }
 
-    /// The picture as the bytes of a PNG file.
+    /// Returns the bytes of a PNG file.
     ///
     /// # Errors
     /// [`StudyError::Phantom`] if the encoder fails.
@@ -57,10 +57,10 @@ impl Picture {
         Ok(png_bytes([self.width, self.height], &self.rgb)?)
     }
 
-    /// Writes the picture as a PNG file, whole or not at all.
+    /// Writes a PNG file atomically.
     ///
     /// # Errors
-    /// [`StudyError::Phantom`] if the folder does not exist or cannot be written.
+    /// [`StudyError::Phantom`] if the directory does not exist or is not writable.
     pub fn write_png(&self, path: impl AsRef<Path>) -> Result<(), StudyError> {
         let png = self.to_png()?;
         Ok(write_atomically(path.as_ref(), |out| out.write_all(&png))?)

@@ -21,7 +21,7 @@ pub(super) fn check_window(window: [f64; 2]) -> Result<(), StudyError> {
     check::interval("window", window[0], window[1])
 }
 
-/// Pixels that a grid of samples takes: a whole number a sample from two on, else `target` along the longer side.
+/// Size of a grid of samples in pixels: an integer number per sample if at least two, else `target` along the longer side.
 pub(super) fn fit(n_columns: usize, n_rows: usize, target: usize) -> (i32, i32) {
     let longest = n_columns.max(n_rows);
     let whole = target / longest;
@@ -35,7 +35,7 @@ pub(super) fn fit(n_columns: usize, n_rows: usize, target: usize) -> (i32, i32) 
     (pixels(n_columns) as i32, pixels(n_rows) as i32)
 }
 
-/// For each of `n_pixels` pixels, the samples it covers and their shares.
+/// For each of `n_pixels` pixels, the covered samples and their fractions.
 fn footprints(n_pixels: usize, n_samples: usize) -> Vec<Vec<(usize, f64)>> {
     let ratio = n_samples as f64 / n_pixels as f64;
     (0..n_pixels)
@@ -50,7 +50,7 @@ fn footprints(n_pixels: usize, n_samples: usize) -> Vec<Vec<(usize, f64)>> {
         .collect()
 }
 
-/// Fills `rect` with the samples' means over each pixel; row 0 of the samples is at the bottom.
+/// Fills `rect` with the average of the samples over each pixel; row 0 of the samples is at the bottom.
 pub(super) fn fill(
     picture: &mut Picture,
     rect: Rect,
@@ -75,7 +75,7 @@ pub(super) fn fill(
     }
 }
 
-/// Where the bar of the picture in `rect` stands.
+/// Position of the colour bar of the image in `rect`.
 fn bar(rect: Rect) -> Rect {
     Rect {
         left: rect.left + rect.width + BAR_GAP,
@@ -171,7 +171,7 @@ mod tests {
         fill(&mut picture, rect, (4, 3), [0.0, 1.0], |column, row| {
             f32::from(u8::from(column == 3 && row == 2))
         });
-        // Ten pixels a sample: the last column and the last row are to the right and on top.
+        // Ten pixels per sample: the last column and the last row are to the right and on top.
         assert_eq!(picture.pixel(5 + 35, 7 + 5).unwrap(), [255; 3]);
         assert_eq!(picture.pixel(5 + 35, 7 + 15).unwrap(), [0; 3]);
         assert_eq!(picture.pixel(5 + 25, 7 + 5).unwrap(), [0; 3]);
@@ -194,7 +194,7 @@ mod tests {
         fill_bar(&mut picture, rect, window);
         let x = (20 + BAR_GAP + BAR_WIDTH / 2) as u32;
         for y in 12..208 {
-            // The middle of pixel y is at this share of the bar's height.
+            // Position of the centre of pixel y as a fraction of the height of the bar.
             let along = (210.0 - f64::from(y) - 0.5) / 200.0;
             let value = -1.0 + 4.0 * along;
             assert_eq!(picture.pixel(x, y).unwrap()[0], grey(value, window));

@@ -8,7 +8,7 @@ use rayon::prelude::*;
 use super::canvas::Rect;
 use super::{Picture, check};
 
-/// From where a scene is looked at; z is up in the picture.
+/// Direction of view; z is up in the image.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct View {
     /// Angle of the viewer about z from the x axis towards y, radians.
@@ -28,8 +28,8 @@ impl Default for View {
 }
 
 impl View {
-    /// The unit vector from the scene to the viewer; what is left of it across a body's axis is the normal of a cut
-    /// along that axis which faces the viewer.
+    /// Returns the unit vector to the viewer; its component perpendicular to the axis of a body is the normal of a cut along that
+    /// axis that faces the viewer.
     pub fn toward(&self) -> [f64; 3] {
         let (sa, ca) = self.azimuth.sin_cos();
         let (se, ce) = self.elevation.sin_cos();
@@ -51,7 +51,7 @@ pub(super) struct Camera {
 }
 
 impl Camera {
-    /// A camera that sees `centre` in the middle of `rect` and `width` cm across it.
+    /// A camera with `centre` in the middle of `rect` and a width of `width` cm.
     pub(super) fn new(
         view: View,
         centre: Point3<f64>,
@@ -76,14 +76,14 @@ impl Camera {
         })
     }
 
-    /// The point of the plane through the centre seen at `(x, y)`, pixels of the picture.
+    /// Returns the point of the plane through the centre at `(x, y)`, pixels of the image.
     pub(super) fn point(&self, x: f64, y: f64) -> Point3<f64> {
         let across = x - f64::from(self.rect.left) - 0.5 * f64::from(self.rect.width);
         let down = y - f64::from(self.rect.top) - 0.5 * f64::from(self.rect.height);
         self.centre + self.per_pixel * (across * self.right - down * self.up)
     }
 
-    /// Where `p` is seen, pixels of the picture.
+    /// Returns the projection of `p`, pixels of the image.
     pub(super) fn pixel(&self, p: &Point3<f64>) -> [f64; 2] {
         let d = (p - self.centre) / self.per_pixel;
         [
@@ -92,7 +92,7 @@ impl Camera {
         ]
     }
 
-    /// How far `p` stands in front of the plane through the centre, cm.
+    /// Returns the distance of `p` in front of the plane through the centre, cm.
     pub(super) fn nearness(&self, p: &Point3<f64>) -> f64 {
         (p - self.centre).dot(&self.toward)
     }
@@ -101,17 +101,17 @@ impl Camera {
     /// right; `normal` is of unit length and faces the viewer.
     pub(super) fn shade(&self, normal: &Vector3<f64>, colour: Colour) -> Colour {
         let [key, fill, half] = &self.lights;
-        // Light wraps a little round the edge of the lit side, so that no line shows where it ends.
+        // Light wraps around the edge of the lit side, so that no edge is visible.
         let lit = |from: &Vector3<f64>| ((normal.dot(from) + 0.35) / 1.35).max(0.0).powi(2);
         let diffuse = 0.32 + 0.74 * lit(key) + 0.26 * lit(fill);
         let gloss = 0.1 * normal.dot(half).max(0.0).powi(30);
         colour.map(|c| c * diffuse + gloss)
     }
 
-    /// Fills the camera's rectangle with what `seen` finds at each point of the plane through the centre.
+    /// Fills the rectangle of the camera with the result of `seen` at each point of the plane through the centre.
     ///
-    /// One sample a pixel, nine where a neighbour shows another part or lies much deeper; each pixel depends on the
-    /// scene only, so the number of threads does not show.
+    /// One sample per pixel, nine where a neighbour shows another part or a different depth. Results do not depend on the number of
+    /// threads.
     pub(super) fn render(
         &self,
         picture: &mut Picture,
@@ -145,7 +145,7 @@ impl Camera {
                 if !edge {
                     return colour_of(first[i]);
                 }
-                // Means of what the eye is shown, not of light, so that edges look even on light and dark.
+                // Averages in sRGB, not in linear light, so that edges are uniform on light and dark.
                 let mut sum = [0.0; 3];
                 for k in 0..9 {
                     let at = |n: usize, d: i32| n as f64 + (f64::from(d) + 0.5) / 3.0;
@@ -174,13 +174,13 @@ impl Camera {
     }
 }
 
-/// What a ray meets.
+/// The intersection of a ray.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Seen {
     pub(super) colour: Colour,
     /// Edges between different parts are anti-aliased.
     pub(super) part: u8,
-    /// How far in front of the camera's plane, cm.
+    /// Distance in front of the plane of the camera, cm.
     pub(super) nearness: f64,
 }
 

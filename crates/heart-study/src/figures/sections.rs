@@ -1,4 +1,4 @@
-//! Sections through a volume with axes in cm, orientation marks and one window, and other samples as greys.
+//! Sections through a volume with axes in cm, orientation marks and one grey window; maps of other samples.
 
 use super::canvas::{
     Area, Axis, Drawn, LABELS_BELOW, LABELS_LEFT, Pin, Rect, axes, paint, paint_over, text, title,
@@ -10,25 +10,25 @@ use crate::StudyError;
 
 /// Pixels of the longest side of a section.
 const LONGEST: f64 = 330.0;
-/// Sections of a row.
+/// Sections per row.
 const PER_ROW: usize = 3;
-/// Room for the heading of all.
+/// Space of the heading.
 const HEADING: i32 = 56;
 
 /// Samples of a plane.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Cut {
-    /// Above it.
+    /// Title.
     pub title: String,
-    /// Below it and to its left, with their units.
+    /// Axis labels with units.
     pub labels: [String; 2],
-    /// What is to the left, to the right, below and above, such as `R`, `L`, `P`, `A`; empty for none.
+    /// Orientation letters at the left, right, lower and upper edge, such as `R`, `L`, `P`, `A`; empty for none.
     pub marks: [String; 4],
     /// Columns and rows.
     pub size: [usize; 2],
     /// Samples `[row][column]`, the lowest row first.
     pub values: Vec<f32>,
-    /// The left and the right edge of the picture, its lower and its upper one, in the units of the labels; an axis may run backwards.
+    /// Left, right, lower and upper edge in the units of the labels; an axis may be reversed.
     pub extent: [[f64; 2]; 2],
 }
 
@@ -51,7 +51,7 @@ impl Cut {
     }
 }
 
-/// Draws sections side by side, three in a row, all of them in one scale and one window, with a colour bar and a heading.
+/// Draws sections side by side, three per row, with one scale, one grey window, a colour bar and a heading.
 ///
 /// # Errors
 /// [`StudyError`] if there is no section, samples and size disagree, a number is not finite, or the window or an extent is not an
@@ -74,7 +74,7 @@ pub fn sections(
     draw(cuts, &sides, window, bar_label, heading)
 }
 
-/// Draws samples of any two variables, such as a sinogram, `width` by `height` pixels.
+/// Draws samples over any two variables, such as a sinogram, `width` by `height` pixels.
 ///
 /// # Errors
 /// As [`sections()`].
@@ -157,7 +157,7 @@ fn draw(
     })
 }
 
-/// What a cut has to its left, right, below and above, at its edges.
+/// Draws the orientation letters of a section.
 fn orientation(area: &Area<'_>, cut: &Cut, rect: Rect) -> Drawn {
     let Rect {
         left,

@@ -1,4 +1,4 @@
-//! A family of equilibrium shapes, one for each pressure (Fig. 8 of the paper).
+//! Equilibrium shapes at several pressures (Fig. 8 of the paper).
 
 use super::canvas::{
     LABELS_BELOW, LABELS_LEFT, Pin, Rect, axes, bounds, label, number, paint, plane_axes, text,

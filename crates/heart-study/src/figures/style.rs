@@ -1,10 +1,10 @@
-//! One look for all figures: palette, sizes and the font.
+//! Style of all figures: palette, sizes and font.
 
 use std::sync::Once;
 
 use plotters::style::{FontStyle, RGBColor, register_font};
 
-// Okabe and Ito's colours, told apart with any kind of colour vision (https://jfly.uni-koeln.de/color/).
+// The colours of Okabe and Ito, distinguishable with any colour vision (https://jfly.uni-koeln.de/color/).
 pub(super) const BLACK: RGBColor = RGBColor(0x1c, 0x1c, 0x1c);
 pub(super) const BLUE: RGBColor = RGBColor(0x00, 0x72, 0xb2);
 pub(super) const VERMILION: RGBColor = RGBColor(0xd5, 0x5e, 0x00);
@@ -29,21 +29,21 @@ pub(super) const CUT: RGBColor = RGBColor(0xf6, 0xd3, 0xb8);
 /// Colours of series, in order.
 pub(super) const SERIES: [RGBColor; 6] = [VERMILION, BLUE, GREEN, ORANGE, PINK, SKY];
 
-// Heights of text in pixels of the finished picture.
+// Heights of text in pixels of the finished image.
 pub(super) const TITLE: i32 = 30;
 pub(super) const TEXT: i32 = 26;
 pub(super) const SMALL: i32 = 23;
 
-/// The family under which the shipped font is registered.
+/// The family name of the included font.
 pub(super) const FONT: &str = "sans-serif";
 
 static DEJAVU: &[u8] = include_bytes!("../../assets/DejaVuSans-subset.ttf");
 
-/// Registers the shipped font, once a process.
+/// Registers the included font, once per process.
 pub(super) fn register() {
     static DONE: Once = Once::new();
     DONE.call_once(|| {
-        // The bytes are part of the program and parsed by every test, so a failure here is not a run-time event.
+        // The bytes are part of the program and parsed by every test, so a failure cannot occur at run time.
         let registered = register_font(FONT, FontStyle::Normal, DEJAVU);
         debug_assert!(registered.is_ok());
     });

@@ -1,4 +1,4 @@
-//! Iso-surfaces of a volume: where along a ray the interpolated volume first reaches a level, and the normal there.
+//! Iso-surfaces of a volume: the first point of a ray at a level, and the normal there.
 
 use heart_phantom::revolve_voxel::nalgebra::{Point3, Vector3};
 use rayon::prelude::*;
@@ -8,7 +8,7 @@ use super::Volume;
 /// Step along a ray, voxels.
 const STEP: f64 = 1.0;
 
-/// A volume with the box of its samples that reach the level.
+/// A volume with the bounding box of its samples above the level.
 #[derive(Debug)]
 pub(super) struct Surface<'a> {
     volume: &'a Volume<'a>,
@@ -24,7 +24,7 @@ pub(super) struct Surface<'a> {
 pub(super) struct Found {
     /// Distance along the ray, voxels.
     pub(super) t: f64,
-    /// Whether the ray was inside already where it began: a face of the cut or of the volume, not the surface.
+    /// Whether the ray started inside: a face of the cut or of the volume, not the surface.
     pub(super) inside_at_start: bool,
 }
 
@@ -45,7 +45,7 @@ impl<'a> Surface<'a> {
             .filter_map(box_of_row)
             .reduce_with(union);
         let around = match reached {
-            // The cells about a sample end at its neighbours.
+            // The cells around a sample end at its neighbours.
             Some(reached) => [0, 1, 2].map(|a| {
                 let [first, last] = reached[a];
                 [first.saturating_sub(1), (last + 1).min(size[a] - 1)].map(|k| k as f64)
@@ -66,7 +66,7 @@ impl<'a> Surface<'a> {
         Point3::new(at(0), at(1), at(2))
     }
 
-    /// The volume at index coordinates, trilinear between samples, held constant beyond its faces.
+    /// Returns the volume at index coordinates, trilinear between samples, constant beyond its faces.
     pub(super) fn value(&self, p: &Point3<f64>) -> f64 {
         let mut cell = [0usize; 3];
         let mut w = [0.0; 3];
@@ -95,8 +95,8 @@ impl<'a> Surface<'a> {
         .try_normalize(1e-12)
     }
 
-    /// Where the ray from `origin` along the unit vector `along`, both in voxels, first reaches the level at or after
-    /// `from` and before `to`.
+    /// Returns the first point of the ray from `origin` along the unit vector `along`, both in voxels, at the level, between `from`
+    /// and `to`.
     pub(super) fn first(
         &self,
         origin: &Point3<f64>,
@@ -124,7 +124,7 @@ impl<'a> Surface<'a> {
             return None;
         }
         let level = f64::from(self.level);
-        // Samples at the faces of the box are below the level, so a ray is inside where it begins only at a face of the volume or of the cut.
+        // Samples at the faces of the box are below the level, so a ray starts inside only at a face of the volume or the cut.
         let mut below: Option<f64> = None;
         loop {
             let p = origin + t * along;
@@ -136,7 +136,7 @@ impl<'a> Surface<'a> {
                     });
                 };
                 let mut high = t;
-                // Ten halvings of a voxel: far below what a pixel shows.
+                // Ten bisections of a voxel: far below a pixel.
                 for _ in 0..10 {
                     let middle = 0.5 * (low + high);
                     if self.value(&(origin + middle * along)) >= level {

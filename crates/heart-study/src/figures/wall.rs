@@ -1,4 +1,4 @@
-//! The heart wall as a solid to look at: a ring of revolution, whole or cut open, and where on its membranes a ray meets it.
+//! The heart wall as a solid for rendering: a ring of revolution, complete or cut open, and its intersection with rays.
 
 use crate::StudyError;
 use heart_phantom::revolve_voxel::nalgebra::{Point3, Vector3};
@@ -6,16 +6,16 @@ use heart_phantom::revolve_voxel::{Curve, Meridian, Pose, Ray, RevolveError, Sec
 
 use super::WallState;
 
-/// Nearer a membrane than this share of the wall is on it.
+/// Within this fraction of the wall from a membrane a point is on it.
 const SKIN: f64 = 1e-6;
 
-/// The solid between two membranes, standing in the lab.
+/// The solid between two membranes in the lab.
 #[derive(Debug)]
 pub(super) struct Wall {
     solid: Sector,
     shell: Shell,
     outer: Curve,
-    /// Normals (x, r) at the nodes of the inner and the outer membrane, towards the outside of what it encloses.
+    /// Outward normals (x, r) at the nodes of the inner and the outer membrane.
     normals: [Curve; 2],
     pose: Pose,
     centre: Point3<f64>,
@@ -23,33 +23,33 @@ pub(super) struct Wall {
     extent: [f64; 2],
 }
 
-/// Which part of the wall a ray meets.
+/// The part of the wall that a ray meets.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Part {
     /// The outer membrane.
     Outer {
         /// Material coordinate from base (0) to apex (1).
         material: f64,
-        /// Centimetres of meridian for each unit of it.
+        /// Centimetres of meridian per unit of it.
         stretch: f64,
     },
     /// The inner membrane, from the cavity.
     Inner,
-    /// The ring at the base (0) or a face of the cut, by the axis of the body that its normal is nearest to.
+    /// The ring at the base (0) or a face of the cut, by the axis of the body nearest to its normal.
     Flat(usize),
 }
 
-/// Where a ray meets the wall first.
+/// The first intersection of a ray with the wall.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Met {
     pub(super) part: Part,
     pub(super) point: Point3<f64>,
-    /// Unit normal out of the wall; that of a membrane is smooth.
+    /// Outward unit normal, smooth on membranes.
     pub(super) normal: Vector3<f64>,
 }
 
 impl Wall {
-    /// What lies between two azimuths (from body y to body z) of the wall, standing in a pose.
+    /// The part of the wall between two azimuths (from body y to body z), in a pose.
     pub(super) fn new(
         state: &WallState<'_>,
         pose: Pose,
@@ -93,7 +93,7 @@ impl Wall {
         self.centre
     }
 
-    /// Radius of a sphere about the centre that holds the wall.
+    /// Radius of a bounding sphere about the centre.
     pub(super) fn radius(&self) -> f64 {
         self.radius
     }
@@ -103,7 +103,7 @@ impl Wall {
         self.extent
     }
 
-    /// What the ray through `point` along the unit vector `away` meets first, from however far before.
+    /// Returns the first intersection of the ray through `point` along the unit vector `away`, from any distance before it.
     pub(super) fn met(&self, point: Point3<f64>, away: Vector3<f64>) -> Option<Met> {
         let along = (point - self.centre).dot(&away);
         let nearest = point - along * away;
@@ -112,7 +112,7 @@ impl Wall {
         }
         let ray = Ray::new(nearest - 2.0 * self.radius * away, away).ok()?;
         let hit = self.solid.first_hit(&ray)?;
-        // A little under the surface, which rounding cannot put outside.
+        // Slightly under the surface, so that rounding cannot put the point outside.
         let at = (self.pose).to_body(&(hit.point - 1e-9 * self.radius * hit.normal));
         let r = at.y.hypot(at.z);
         let found = self.shell.locate([at.x, r]);

@@ -25,8 +25,8 @@ impl WallState<'_> {
     }
 }
 
-/// Draws one panel a state, all at one scale; the mesh is linear between nodes of equal material coordinate, with
-/// `n_layers` layers through the wall and about `n_cells` cells along it.
+/// Draws one panel per state, all at one scale. The mesh is linear between nodes of equal material coordinate, with `n_layers`
+/// layers through the wall and about `n_cells` cells along it.
 ///
 /// # Errors
 /// [`StudyError`] if there is no state, a membrane has fewer than 3 nodes, the two differ in length, a number

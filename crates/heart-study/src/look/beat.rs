@@ -1,4 +1,4 @@
-//! All gates of a volume, small enough to be part of a page.
+//! All gates of a volume, reduced for embedding in a page.
 
 use crate::StudyError;
 use base64::Engine as _;
@@ -10,14 +10,14 @@ use heart_phantom::revolve_voxel::VoxelGrid;
 use heart_phantom::{Phantom, PhantomError};
 use std::io::Write;
 
-/// Most samples of all gates, a byte each: two such volumes, in base64, are some 16 MB of the 25 that a page may have.
+/// Largest number of samples of all gates, one byte each: two such volumes in base64 are about 16 MB of the 25 MB of a page.
 const MOST: usize = 6_000_000;
 
 /// The gates so far.
 #[derive(Debug)]
 pub(super) struct Beat {
     grid: VoxelGrid,
-    /// Voxels along each axis that one of the page is the mean of.
+    /// Voxels averaged along each axis.
     factor: usize,
     seconds: f64,
     /// `[gate][z][y][x]` of the coarser voxels.
@@ -38,7 +38,7 @@ impl Beat {
         }
     }
 
-    /// The next gate, `[z][y][x]`.
+    /// Adds the next gate, `[z][y][x]`.
     pub(super) fn push(&mut self, volume: &[f32]) {
         let [nx, ny, _] = self.grid.shape();
         let ([mx, my, mz], [fx, fy, fz]) = (
@@ -67,16 +67,16 @@ impl Beat {
         self.factor
     }
 
-    /// A compressed NIfTI of bytes, from nothing to white of the window, in base64. What is below nothing is nothing.
+    /// Returns a compressed NIfTI of bytes from 0 to white of the window, in base64. Negative samples become 0.
     pub(super) fn base64(&self, window: [f64; 2]) -> Result<String, StudyError> {
         let (shape, spacing) = (coarse(&self.grid, self.factor), self.grid.spacing());
-        // A page has no negative samples.
+        // The page contains no negative samples.
         let step = window[1] / 255.0;
         let of = |v: &f32| (f64::from(*v) / step).round() as u8;
         let bytes: Vec<u8> = self.samples.iter().map(of).collect();
         let factors = factors(&self.grid, self.factor).map(|n| n as f64);
         let coarse = [0, 1, 2].map(|a| spacing[a] * factors[a]);
-        // The first voxel of the page is the mean of those from the first one on.
+        // The first voxel of the page is the average from the first voxel on.
         let centre = [0, 1, 2].map(|a| {
             let first = self.grid.origin()[a] + 0.5 * (factors[a] - 1.0) * spacing[a];
             first + 0.5 * (shape[a] as f64 - 1.0) * coarse[a]
@@ -94,12 +94,12 @@ impl Beat {
     }
 }
 
-/// Voxels along each axis; what is left over at the end is left out.
+/// Voxels along each axis; the remainder at the end is omitted.
 fn coarse(grid: &VoxelGrid, factor: usize) -> [usize; 3] {
     grid.shape().map(|n| n / factor.min(n))
 }
 
-/// How many voxels one of these is the mean of along each axis: no more than there are.
+/// Voxels averaged along each axis, at most all.
 fn factors(grid: &VoxelGrid, factor: usize) -> [usize; 3] {
     grid.shape().map(|n| factor.min(n))
 }

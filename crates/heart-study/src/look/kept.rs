@@ -1,4 +1,4 @@
-//! What is kept of a run until it is shown.
+//! Data of a run for its images and page.
 
 use super::beat::Beat;
 use super::planes::Planes;
@@ -6,7 +6,7 @@ use crate::StudyError;
 use crate::figures::{Cut, Picture, sections};
 use heart_phantom::{Mode, Phantom};
 
-/// What the pictures and the page are of.
+/// Collected data.
 #[derive(Debug)]
 pub(super) struct Kept<'a> {
     pub(super) phantom: &'a Phantom,
@@ -14,18 +14,18 @@ pub(super) struct Kept<'a> {
     pub(super) shown: Vec<Shown>,
     /// Sum of the samples of each view, by gate.
     pub(super) sums: Vec<Vec<f64>>,
-    /// Of the first gate: the row of the heart's middle in each view, and three views.
+    /// Of the first gate: the row at the centre of the heart in each view, and three views.
     pub(super) sinogram: Option<(Cut, Vec<Cut>)>,
 }
 
-/// A kind of volume: all that is kept of its gates.
+/// The data of one kind of volume for all gates.
 #[derive(Debug)]
 pub(super) struct Shown {
     /// `reconstruction`, or `truth`.
     pub(super) name: &'static str,
     /// The sections of each gate.
     pub(super) cuts: Vec<Vec<Cut>>,
-    /// Its largest sample in these, and the smallest.
+    /// Largest and smallest sample in these.
     range: [f32; 2],
     pub(super) beat: Beat,
 }
@@ -41,7 +41,7 @@ impl<'a> Kept<'a> {
         }
     }
 
-    /// A volume of the next gate; `moves` if the beat is kept too.
+    /// Adds the volume of the next gate; `moves` keeps it for the viewer too.
     pub(super) fn keep(&mut self, name: &'static str, volume: &[f32], moves: bool) {
         let phantom = self.phantom;
         let planes = self.planes.get_or_insert_with(|| Planes::new(phantom));
@@ -66,7 +66,7 @@ impl<'a> Kept<'a> {
         }
     }
 
-    /// The sections of a gate in the window of all gates.
+    /// Returns the sections of a gate with the window of all gates.
     pub(super) fn picture(&self, shown: &Shown, gate: usize) -> Result<Picture, StudyError> {
         let window = shown.window();
         let rate = 60.0 / self.phantom.cycle().period();
@@ -78,7 +78,7 @@ impl<'a> Kept<'a> {
         sections(&shown.cuts[gate], window, self.unit(), &heading)
     }
 
-    /// What a sample of a volume is.
+    /// Returns the label of samples.
     pub(super) fn unit(&self) -> &'static str {
         match self.phantom.scene().counting {
             Some(_) => "MBq/mL",
@@ -105,12 +105,12 @@ impl Shown {
         match self.name {
             "reconstruction" => "reconstruction",
             "truth" => "exact activity",
-            _ => "exact activity, mean of all views",
+            _ => "exact activity, average over all views",
         }
     }
 
-    /// Black is nothing, or the smallest sample if that is further below than a tenth of the largest; white is the largest of all
-    /// sections of all gates.
+    /// Black is 0, or the smallest sample if it is below minus a tenth of the largest; white is the largest sample of all sections
+    /// of all gates.
     pub(super) fn window(&self) -> [f64; 2] {
         let [low, high] = self.range.map(f64::from);
         let high = if high > 0.0 { high } else { 1.0 };

@@ -1,13 +1,13 @@
-//! Curves over the beat and the views, and what the camera saw.
+//! Curves over the cycle and over the views, and the projections.
 
 use crate::StudyError;
 use crate::figures::{Curve, Cut, curves as drawn};
 use heart_phantom::revolve_voxel::nalgebra::Point3;
 use heart_phantom::{Phantom, RunReport};
 
-/// Points of a curve over the beat.
+/// Points of a curve over the cycle.
 const POINTS: usize = 96;
-/// Phases at which the pressures are solved for.
+/// Phases of the pressure curves.
 const SOLVED: usize = 24;
 
 /// A plot of a page.
@@ -17,7 +17,7 @@ pub(super) struct Plot {
     pub(super) caption: String,
 }
 
-/// Volume and pressures over the beat, and what the views sum up to.
+/// Volume and pressures over the cycle, and projection sums.
 pub(super) fn curves(
     phantom: &Phantom,
     report: &RunReport,
@@ -81,7 +81,7 @@ pub(super) fn curves(
     Ok(plots)
 }
 
-/// What each view sums up to, gate by gate.
+/// Sum of each projection, by gate.
 fn sums_of_views(sums: &[Vec<f64>]) -> Result<Plot, StudyError> {
     let over: Vec<Vec<[f64; 2]>> = (sums.iter())
         .map(|sum| {
@@ -109,7 +109,7 @@ fn sums_of_views(sums: &[Vec<f64>]) -> Result<Plot, StudyError> {
     })
 }
 
-/// Of views `[view][row][bin]`: the row at the height of the heart's middle in all of them, and three of them.
+/// From views `[view][row][bin]`: the row at the height of the centre of the heart in all views, and three views.
 pub(super) fn cuts(phantom: &Phantom, views: &[f32]) -> Result<(Cut, Vec<Cut>), StudyError> {
     let camera = phantom.camera();
     let (bins, rows, n_views) = (camera.n_bins(), camera.n_rows(), camera.n_views());

@@ -1,4 +1,4 @@
-//! A run to look at: pictures of its volumes with axes, and a page that works from a file, without a network.
+//! Images and a self-contained page of a run.
 
 mod beat;
 mod kept;
@@ -14,10 +14,10 @@ use std::path::{Path, PathBuf};
 
 /// The page.
 const PAGE: &str = "index.html";
-/// Curves, beside the pictures.
+/// The file of curves.
 const CURVES: &str = "curves.svg";
 
-/// What a run is shown by: it sees the results of each gate as they come, keeps what the pictures need of them, and writes at the end.
+/// Images and page of a run: collects the results of each gate and writes files at the end.
 ///
 /// ```
 /// use heart_phantom::{Phantom, Run, Scene};
@@ -36,12 +36,12 @@ const CURVES: &str = "curves.svg";
 #[derive(Debug)]
 pub struct Look<'a> {
     kept: Kept<'a>,
-    /// Whether there is a page.
+    /// Whether a page is written.
     page: bool,
 }
 
 impl<'a> Look<'a> {
-    /// Of what the phantom's output asks for: pictures if it asks for these, the page if that is wanted. With neither it keeps nothing.
+    /// Prepares images if the output contains them, and the page if `page`. With neither it stores nothing.
     pub fn new(phantom: &'a Phantom, page: bool) -> Self {
         let kept = Kept::new(phantom);
         Self { kept, page }
@@ -56,13 +56,13 @@ impl<'a> Look<'a> {
             .contains(&Product::Pictures)
     }
 
-    /// The names of the files that it writes.
+    /// Returns the names of the files that it writes.
     pub fn files(&self) -> Vec<PathBuf> {
         let mut files = Vec::new();
         if self.pictures() {
             let wants = |product| self.kept.phantom.scene().output.write.contains(&product);
             let truth = self.kept.phantom.truth_of().file_name();
-            // Pictures are of the reconstructions of gates, asked for or not.
+            // Images show the reconstructions of gates, even if these are not written.
             let of_gates =
                 self.kept.phantom.scene().reconstruction.compensation == Compensation::None;
             let reconstruction = of_gates.then_some("reconstruction");
@@ -86,10 +86,10 @@ impl<'a> Look<'a> {
         }
     }
 
-    /// What a gate has made.
+    /// Adds the results of a gate.
     ///
     /// # Errors
-    /// What solving for the heart's place can return.
+    /// Errors of solving the shapes of the heart.
     pub fn see(&mut self, gate: usize, results: &GateResults) -> Result<(), StudyError> {
         if !self.page && !self.pictures() {
             return Ok(());
@@ -116,10 +116,10 @@ impl<'a> Look<'a> {
         Ok(())
     }
 
-    /// Writes the pictures, the curves and the page.
+    /// Writes images, curves and page.
     ///
     /// # Errors
-    /// [`StudyError`] if a file cannot be written, or a shape of the curves not be solved for.
+    /// [`StudyError`] if a file cannot be written, or a shape cannot be solved.
     pub fn write(&self, report: &RunReport, folder: &Path) -> Result<(), StudyError> {
         if !self.page && !self.pictures() {
             return Ok(());

@@ -1,4 +1,4 @@
-//! `index.html` of a run: one file, which needs no network and no other file.
+//! `index.html` of a run: one self-contained file.
 
 use super::kept::{Kept, Shown};
 use super::measured::Plot;
@@ -115,7 +115,7 @@ fn numbers(report: &RunReport) -> Vec<Table> {
             "mean of the wall",
             "unevenness",
             "edge of the wall (mm)",
-            "rms difference from the truth",
+            "rms difference from the ground truth",
         ];
         let rows = judged.into_iter().map(|(gate, found)| {
             vec![
@@ -132,7 +132,7 @@ fn numbers(report: &RunReport) -> Vec<Table> {
     tables
 }
 
-/// The 4-D viewer with its volumes. It is hidden until it works: without JavaScript or WebGL2 there is a sentence in its place.
+/// The 4-D viewer with its volumes. It is hidden until it works: without JavaScript or WebGL2 a sentence replaces it.
 fn viewer(look: &Kept<'_>) -> Result<Markup, StudyError> {
     let coarser = match look.shown[0].beat.factor() {
         1 => String::new(),
@@ -178,7 +178,7 @@ fn viewer(look: &Kept<'_>) -> Result<Markup, StudyError> {
     })
 }
 
-/// Sections of each kind of volume: of gates those of the largest and of the smallest cavity.
+/// Sections of each kind of volume; of several gates those with the largest and smallest cavity.
 fn slices(look: &Kept<'_>) -> Result<Markup, StudyError> {
     let n_gates = look.phantom.n_gates();
     let mut gates = vec![0];

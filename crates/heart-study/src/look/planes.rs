@@ -5,7 +5,7 @@ use heart_phantom::Phantom;
 use heart_phantom::revolve_voxel::VoxelGrid;
 use heart_phantom::revolve_voxel::nalgebra::{Point3, Vector3};
 
-/// A plane: what is to the right and what is up in the picture, in the lab; where its samples are along both, from its middle, cm.
+/// A plane: the directions to the right and up in the lab, and the positions of its samples along both, from its centre, cm.
 #[derive(Debug)]
 struct Plane {
     title: String,
@@ -15,10 +15,10 @@ struct Plane {
     middle: Point3<f64>,
     /// Columns and rows.
     size: [usize; 2],
-    /// Of the first sample, along right and up.
+    /// Position of the first sample, along right and up.
     first: [f64; 2],
     step: [f64; 2],
-    /// What the edges of the picture are called, along right and up.
+    /// Labels of the axes, right and up.
     extent: [[f64; 2]; 2],
 }
 
@@ -40,7 +40,7 @@ impl Planes {
         Self { grid, planes }
     }
 
-    /// The sections of a volume `[z][y][x]`, between voxels by linear interpolation.
+    /// Returns the sections of a volume `[z][y][x]`, with linear interpolation.
     pub(super) fn cut(&self, volume: &[f32]) -> Vec<Cut> {
         self.planes
             .iter()
@@ -72,7 +72,7 @@ impl Plane {
     }
 }
 
-/// Axial, coronal and sagittal, on the voxels nearest to the middle, as radiologists look at them.
+/// Axial, coronal and sagittal planes on the voxels nearest to the centre, in radiological orientation.
 fn of_the_body(grid: &VoxelGrid, middle: &Point3<f64>) -> Vec<Plane> {
     let (shape, spacing, origin) = (grid.shape(), grid.spacing(), grid.origin());
     let (x, y, z) = (Vector3::x(), Vector3::y(), Vector3::z());
@@ -113,15 +113,15 @@ fn of_the_body(grid: &VoxelGrid, middle: &Point3<f64>) -> Vec<Plane> {
     ]
 }
 
-/// Short axis, horizontal and vertical long axis: the left ventricle as cardiologists look at it, from the apex, with the side that is
-/// up in the body on top, and with the apex on top or to the right.
+/// Short axis, horizontal and vertical long axis in cardiological orientation: seen from the apex, with the upper side of the body
+/// on top, and with the apex on top or to the right.
 fn of_the_heart(
     grid: &VoxelGrid,
     middle: &Point3<f64>,
     axis: Vector3<f64>,
     half: f64,
 ) -> Vec<Plane> {
-    // Of an axis that points up or down, to the front.
+    // For a vertical axis, towards the front.
     let up = match axis.z.abs() < 0.95 {
         true => Vector3::z(),
         false => -Vector3::y(),
@@ -129,7 +129,7 @@ fn of_the_heart(
     let up = (up - axis * axis.dot(&up)).normalize();
     let right = up.cross(&axis);
     let step = grid.spacing().into_iter().fold(f64::INFINITY, f64::min);
-    // No finer than is seen, and no more than a picture has.
+    // Limited by the resolution of the image.
     let step = step.max(2.0 * half / 512.0);
     let n = (2.0 * half / step).ceil().max(2.0) as usize;
     let half = 0.5 * n as f64 * step;
@@ -151,7 +151,7 @@ fn of_the_heart(
     ]
 }
 
-/// Letters of where a direction points to, the foremost first: left or right, anterior or posterior, superior or inferior.
+/// Letters of a direction, the largest component first: left or right, anterior or posterior, superior or inferior.
 fn letters(way: &Vector3<f64>) -> String {
     let mut parts = [(way.x, "LR"), (way.y, "PA"), (way.z, "SI")];
     parts.sort_by(|a, b| b.0.abs().total_cmp(&a.0.abs()));
@@ -167,7 +167,8 @@ fn letters(way: &Vector3<f64>) -> String {
         .collect()
 }
 
-/// Linear between the eight voxels around a place, nothing outside the volume; up to half a voxel beyond the outermost centres it is theirs.
+/// Trilinear between the eight voxels around a position, 0 outside the volume; constant up to half a voxel beyond the outermost
+/// centres.
 fn interpolated(grid: &VoxelGrid, volume: &[f32], place: &Point3<f64>) -> f32 {
     let (shape, spacing, origin) = (grid.shape(), grid.spacing(), grid.origin());
     let mut cell = [(0, 0, 0.0); 3];
@@ -194,7 +195,7 @@ mod tests {
     use super::*;
     use heart_phantom::Scene;
 
-    /// A volume that is linear in place comes back linear, at the place that the axes name, with its marks at the right sides.
+    /// A volume that is linear in position is reproduced at the positions of the axes, with its marks on the correct sides.
     #[test]
     fn sections_show_what_is_there() {
         let phantom = Phantom::new(Scene::default().with_size(24)).unwrap();

@@ -1,5 +1,5 @@
-//! The evolving method (section 3.2): the inner balloon inflated in time by the total force that
-//! holds it in the direct method's shape.
+//! The evolving method (section 3.2): the inner balloon inflated in time by the total force of its equilibrium in the direct
+//! method.
 
 use super::report::Evolving;
 use super::run::Run;
@@ -9,10 +9,10 @@ use heart_phantom::membrane_newton::{
 };
 use heart_phantom::{Balloon, PhantomError};
 
-/// Nodes of the evolving membrane: the paper's kind of mesh, and what its figures can show.
+/// Nodes of the evolving membrane, as in the figures of the paper.
 const NODES: usize = 201;
-/// A time step at which the norm of the forces falls at every step, one at which it does not, and
-/// one for the run with the rank-one term, which large steps turn into Newton's method.
+/// Time steps: one with a monotone norm of the forces, one without, and one for the run with the rank-one term, for which large
+/// steps approach Newton's method.
 const STEPS: [f64; 3] = [2.0, 0.5, 1000.0];
 /// Stop when the norm of pressure and elastic forces is at most this.
 const TOLERANCE: f64 = 1e-4;
@@ -21,17 +21,16 @@ const SECOND_NEIGHBOURS: f64 = 0.1;
 /// Panels of Fig. 9.
 const N_FRAMES: usize = 4;
 
-/// What the evolving method gives.
+/// The results of the evolving method.
 pub(super) struct EvolvingStudy {
     pub(super) figures: Evolving,
-    /// Some frames of the run that falls at every step (Fig. 9).
+    /// Frames of the monotone run (Fig. 9).
     pub(super) frames: Vec<Frame>,
     /// Norms by iteration (Fig. 10).
     pub(super) histories: Vec<(&'static str, Vec<f64>)>,
 }
 
-/// Both methods on the same mesh at the study's gain; with second neighbours besides, which the
-/// direct method does not have.
+/// Runs both methods on the same mesh at the gain of the study, and with second neighbours, which the direct method does not have.
 pub(super) fn evolving(run: &Run<'_>) -> Result<EvolvingStudy, PhantomError> {
     let membrane = Balloon::INNER.membrane()?;
     let solver = Solver::new(
@@ -73,8 +72,8 @@ pub(super) fn evolving(run: &Run<'_>) -> Result<EvolvingStudy, PhantomError> {
         frames: some_frames(&falling),
         histories: vec![
             ("time step 2", falling.norms),
-            ("time step 2, second neighbours too", second.norms),
-            ("time step 1000, rank-one term too", exact.norms),
+            ("time step 2, with second neighbours", second.norms),
+            ("time step 1000, with the rank-one term", exact.norms),
             ("time step 0.5", oscillating.norms),
         ],
     })

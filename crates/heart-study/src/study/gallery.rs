@@ -1,4 +1,4 @@
-//! The figures as they come, and the page that shows them in order.
+//! Collects the figures and writes the page.
 
 use crate::StudyError;
 use crate::figures::{CURVES_SIZE, Illustration, Page, Picture, Section, Table};
@@ -22,7 +22,7 @@ impl<'a> Gallery<'a> {
         }
     }
 
-    /// Starts a part of the page; what follows belongs to it.
+    /// Starts a part of the page.
     pub(super) fn section(&mut self, title: &str, text: impl Into<String>) {
         self.sections.push(Section {
             title: title.into(),
@@ -31,7 +31,7 @@ impl<'a> Gallery<'a> {
         });
     }
 
-    /// Writes a picture and shows it in the current part.
+    /// Writes an image and adds it to the current part.
     pub(super) fn picture(
         &mut self,
         file: &str,
@@ -43,7 +43,7 @@ impl<'a> Gallery<'a> {
         Ok(())
     }
 
-    /// Writes a drawing of curves, an SVG, and shows it in the current part.
+    /// Writes an SVG of curves and adds it to the current part.
     pub(super) fn drawing(
         &mut self,
         file: &str,
@@ -63,14 +63,14 @@ impl<'a> Gallery<'a> {
         });
     }
 
-    /// Shows a table in the current part.
+    /// Adds a table to the current part.
     pub(super) fn table(&mut self, caption: &str, header: &[&str], rows: Vec<Vec<String>>) {
         self.current()
             .tables
             .push(Table::new(caption, header, rows));
     }
 
-    /// Writes the page; the names of all pictures, and its own.
+    /// Writes the page; returns the names of all files.
     pub(super) fn finish(
         self,
         title: &str,

@@ -1,4 +1,4 @@
-//! Sections 2 to 4 and the appendix: rest shapes, the direct method, the circle.
+//! Sections 2 to 4 and the appendix: reference configurations, the direct method, the circle.
 
 use super::paper_newton::{PaperJacobian, paper_newton};
 use super::report::{self, Circle, Direct};
@@ -15,7 +15,7 @@ use heart_phantom::{Balloon, PhantomError};
 const PRESSURES: [f64; 6] = [0.0, 5.0, 10.0, 17.5, 30.0, 60.0];
 /// Nodes, pressure and number of steps for the Jacobian as printed.
 const PRINTED: (usize, f64, usize) = (201, 17.5, 60);
-/// Where the runs of the two Jacobians stop.
+/// Tolerance of the runs with the two Jacobians.
 const NEWTON_TOLERANCE: f64 = 1e-8;
 /// Spectral elements for the mesh-independent values: one on the cylinder, one on half the cap.
 const LIMIT: Discretisation = Discretisation::Spectral {
@@ -27,12 +27,12 @@ const CIRCLE_NODES: [usize; 8] = [11, 21, 41, 81, 161, 321, 641, 1281];
 /// Radius of the disc and pressure over stiffness of the circle.
 const CIRCLE: (f64, f64) = (1.0, 10.0);
 
-/// What the direct method gives.
+/// The results of the direct method.
 pub(super) struct DirectStudy {
     pub(super) figures: Direct,
     /// The inner balloon at several pressures (Fig. 8).
     pub(super) family: Vec<Pressurised>,
-    /// Newton's residuals with the Jacobian as printed and with the right one.
+    /// Newton residuals with the printed and the corrected Jacobian.
     pub(super) histories: [Vec<f64>; 2],
 }
 
@@ -43,16 +43,16 @@ pub(super) struct Pressurised {
     pub(super) measures: Measures,
 }
 
-/// What the circle of the appendix gives.
+/// The results of the circle of the appendix.
 pub(super) struct CircleStudy {
     pub(super) figures: Circle,
     pub(super) exact: CircleEquilibrium,
-    /// The line at rest and the equilibrium on the second coarsest mesh.
+    /// The reference line and the equilibrium on the second coarsest mesh.
     pub(super) initial: Vec<[f64; 2]>,
     pub(super) solution: Vec<[f64; 2]>,
 }
 
-/// Rest shapes of Table 1: the polygon's measures against the closed forms.
+/// Reference configurations of Table 1: measures of the polygon and closed forms.
 pub(super) fn rest(run: &Run<'_>) -> Result<report::Rest, PhantomError> {
     let pair = run.phantom.heart().pair();
     let measure = |solver: &Solver, balloon: Balloon| -> Result<_, PhantomError> {

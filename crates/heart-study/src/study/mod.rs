@@ -22,16 +22,15 @@ use std::path::Path;
 
 /// Heading of the page.
 const TITLE: &str = "A beating heart from two balloons";
-/// What the page is about.
+/// Introduction of the page.
 const INTRODUCTION: &str = "The study of Rohmer, Sitek and Gullberg (2006), Simulation of the \
     Beating Heart Based on Physically Modeling a Deformable Balloon (hal-03929238), computed again: \
     shapes solved, sinograms from exact chords, filtered back-projection slice by slice.";
-/// Runs the study and writes everything it produces into the folder `out`, `report.json` last. One of an earlier run goes first, and
-/// then what it lists.
+/// Runs the study and writes its files to the directory `out`, `report.json` last. The report of an earlier run and the files that
+/// it lists are removed first.
 ///
 /// # Errors
-/// An option out of range or a folder that cannot be written to is reported before any work
-/// starts; see [`StudyError`].
+/// An option out of range or a directory that is not writable is reported before any work; see [`StudyError`].
 pub fn run(
     options: &StudyOptions,
     out: &Path,
@@ -116,7 +115,7 @@ fn run_in_pool(
     Ok(report)
 }
 
-/// Rest shapes, both methods, the pair and the circle, with their pictures.
+/// Reference configurations, both methods, the pair and the circle, with their figures.
 fn solve(
     run: &mut Run<'_>,
     report: &mut Report,
@@ -154,7 +153,7 @@ fn solve(
     Ok(circle)
 }
 
-/// The numbers one looks at first, in a few lines.
+/// Returns a summary in a few lines.
 pub fn summary(report: &Report) -> String {
     let mut text = format!(
         "f_inner {:.8}  f_outer {:.8}  wall volume error {:.1e}\n",

@@ -1,23 +1,22 @@
-//! What the study is asked for.
+//! Options of the study.
 
 use heart_phantom::scene::DiscretisationSettings;
 use heart_phantom::{PhantomError, Scene, VolumeRange};
 
-/// What to compute.
+/// Options of the study.
 #[derive(Debug, Clone, PartialEq)]
 pub struct StudyOptions {
-    /// Voxels along an edge of the volume, bins and rows of the camera; the field of view is 16 cm
-    /// whatever their number. Default 256.
+    /// Voxels along an edge of the volume, bins and rows of the camera; the field of view is always 16 cm. Default 256.
     pub size: usize,
     /// Views over 180 degrees. Default 90.
     pub views: usize,
-    /// Volume gain of the cavity at the height of the cycle. Default 0.6.
+    /// Largest volume gain of the cavity. Default 0.6.
     pub gain: f64,
     /// Heart rate. Default 65.
     pub beats_per_minute: f64,
-    /// Nodes of a membrane. Default 801.
+    /// Nodes per membrane. Default 801.
     pub nodes: usize,
-    /// Threads; all cores if `None`. Does not change the results.
+    /// Threads; all cores if `None`. Results do not depend on it.
     pub threads: Option<usize>,
     /// Whether to draw the figures.
     pub figures: bool,
@@ -38,7 +37,7 @@ impl Default for StudyOptions {
 }
 
 impl StudyOptions {
-    /// The scene that the three acquisitions are modes of: [`Scene::default`], as large and as fine as is asked for.
+    /// The scene of the three acquisitions: [`Scene::default`] with the size and accuracy of the options.
     pub(super) fn scene(&self) -> Scene {
         let mut scene = Scene::default().with_size(self.size);
         scene.camera.views = self.views;
@@ -48,7 +47,7 @@ impl StudyOptions {
         scene
     }
 
-    /// The limits are those of memory (a volume of 1024^3 samples is 4 GiB) and of sense.
+    /// Limits: memory (a volume of 1024^3 samples is 4 GiB) and valid ranges.
     pub(super) fn validate(&self) -> Result<(), PhantomError> {
         check_count("size", self.size, 8, 1024)?;
         check_count("views", self.views, 1, 10_000)?;

@@ -1,4 +1,4 @@
-//! The direct method of section 3.1 on its own terms: plain Newton with either Jacobian of Eq. 14.
+//! The direct method of section 3.1 as published: plain Newton with either Jacobian of Eq. 14.
 
 use heart_phantom::membrane_newton::membrane_forces::{
     DiscreteMembrane, FiniteDifferences, Tangent,
@@ -8,17 +8,17 @@ use heart_phantom::membrane_newton::{
     newton_with,
 };
 
-/// The Jacobian that Newton uses.
+/// The Jacobian of the Newton method.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum PaperJacobian {
     /// The exact derivative: Eq. 14 with its signs corrected.
     Exact,
-    /// Eq. 14 with the signs as printed, which is not the derivative.
+    /// Eq. 14 with the printed signs, which is not the derivative.
     AsPrinted,
 }
 
-/// Residuals of plain Newton from the rest shape, before the first iteration and after each: the largest component of F_p + F_e at any
-/// node of a whole curve under the law per material length (force per unit s).
+/// Returns the residuals of plain Newton from the reference configuration, before the first iteration and after each: the largest
+/// component of F_p + F_e at any node of a whole curve under the law per material length (force per unit s).
 ///
 /// Stops after `iterations` steps, when the residual is below `tolerance` or not finite, or when the matrix is singular.
 pub(super) fn paper_newton(
@@ -43,7 +43,7 @@ pub(super) fn paper_newton(
         .with_line_search(LineSearch::FullStep);
     let mut scratch = NewtonScratch::default();
     let mut x = differences.start().to_vec();
-    // however it ends, the history is the result
+    // the history is the result in all cases
     let _ = newton_with(&mut system, &mut x, &options, &mut scratch);
     scratch.report().history.clone()
 }
@@ -58,8 +58,8 @@ struct Direct<'a> {
 }
 
 impl Direct<'_> {
-    /// Adds to the tangent what Eq. 14 as printed has beside the derivative: its entries dF^x/dc_y(n-1) and dF^y/dc_x(n-1) have the wrong
-    /// sign on 1/n. Right is f (1/n - d^2/n^3); printed is f (d^2/n^3 + 1/n), and its negative for the other.
+    /// Adds the difference of the printed Eq. 14 to the tangent: its entries dF^x/dc_y(n-1) and dF^y/dc_x(n-1) have the wrong sign
+    /// of 1/n. Correct is f (1/n - d^2/n^3); printed is f (d^2/n^3 + 1/n), and its negative for the other.
     fn add_misprint(&mut self, x: &[f64]) -> Result<(), MembraneError> {
         let points = x.as_chunks::<2>().0;
         for (n, p) in points.windows(3).enumerate() {

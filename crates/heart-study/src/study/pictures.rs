@@ -1,4 +1,4 @@
-//! Which figure shows what.
+//! The figures of the study.
 
 use super::evolving::EvolvingStudy;
 use super::gallery::Gallery;
@@ -17,9 +17,9 @@ use heart_phantom::revolve_voxel::nalgebra::Vector3;
 use heart_phantom::{Balloon, HeartShape, PhantomError};
 use std::sync::Arc;
 
-/// Grey values of the reconstructions: the same for all three, so that streaks can be compared.
+/// Grey window of the three reconstructions, for comparison of streaks.
 const WINDOW: [f64; 2] = [-0.25, 1.25];
-/// From where solids are looked at.
+/// Direction of view of solids.
 const VIEW: View = View {
     azimuth: 0.4,
     elevation: 0.35,
@@ -27,7 +27,7 @@ const VIEW: View = View {
 /// Layers and cells of the mesh between the membranes.
 const WALL_MESH: (usize, usize) = (5, 60);
 
-/// Rest shapes: Table 1.
+/// Reference configurations: Table 1.
 pub(super) fn rest(gallery: &mut Gallery<'_>, rest: &report::Rest) {
     gallery.section(
         "Rest shapes",
@@ -104,7 +104,7 @@ pub(super) fn direct(gallery: &mut Gallery<'_>, study: &DirectStudy) -> Result<(
                     norms: printed,
                 },
                 History {
-                    label: "Jacobian with the right signs",
+                    label: "Jacobian with the corrected signs",
                     norms: right,
                 },
             ],
@@ -206,12 +206,12 @@ fn wall_state<'a>(title: &'a str, shape: &'a HeartShape) -> WallState<'a> {
     }
 }
 
-/// The same balloons of rubber, which the paper does not have.
+/// The same balloons as rubber, which the paper does not have.
 pub(super) fn rubber(gallery: &mut Gallery<'_>, study: &RubberStudy) -> Result<(), StudyError> {
     let figures = &study.figures;
     let (mu, thickness) = RUBBER;
     gallery.section(
-        "The same balloons of rubber",
+        "The same balloons as rubber",
         format!(
             "Springs pull along the meridian only. Rubber is incompressible and has tension around the axis too, so that its \
              pressures are pressures: here neo-Hookean, {mu} kPa and {thickness} mm thick at rest, {:.2} mmHg across the inner \
@@ -249,7 +249,7 @@ pub(super) fn rubber(gallery: &mut Gallery<'_>, study: &RubberStudy) -> Result<(
         "rubber-view.svg",
         &curves("s (cm)", "wall on the ray (cm)", &drawn)?,
         format!(
-            "The middle row of a view of both, from {:.0}°: how much wall each ray meets.",
+            "The middle row of one projection of both at {:.0}°: length of each ray in the wall.",
             study.angle.to_degrees()
         ),
     )?;
@@ -268,7 +268,7 @@ pub(super) fn rubber(gallery: &mut Gallery<'_>, study: &RubberStudy) -> Result<(
     Ok(())
 }
 
-/// How the heart stands before the camera: Fig. 13.
+/// The pose of the heart: Fig. 13.
 pub(super) fn pose(gallery: &mut Gallery<'_>, run: &Run<'_>) -> Result<(), StudyError> {
     gallery.section(
         "Tomography",
@@ -292,17 +292,17 @@ pub(super) fn pose(gallery: &mut Gallery<'_>, run: &Run<'_>) -> Result<(), Study
             &[
                 ("axis along z", upright),
                 (
-                    "turned 45° about x, then 45° about y",
+                    "rotated 45° about x, then 45° about y",
                     *run.phantom.heart().pose(),
                 ),
             ],
             VIEW,
         )?,
-        "Fig. 13: the heart before and after it is turned; the camera runs on the circle about z.",
+        "Fig. 13: the heart before and after its rotation; the circle is the orbit of the camera about z.",
     )
 }
 
-/// Projection images of the heart at rest: Fig. 14.
+/// Projections of the reference configuration: Fig. 14.
 pub(super) fn projection_images(
     gallery: &mut Gallery<'_>,
     run: &Run<'_>,
@@ -320,7 +320,7 @@ pub(super) fn projection_images(
     gallery.picture(
         "fig14-projections.png",
         &projections(&images, n, run.phantom.camera().pitch())?,
-        "Fig. 14: projections of the wall at rest from three angles; exact chord lengths, no voxels.",
+        "Fig. 14: projections of the reference configuration at three angles; exact chord lengths, no voxels.",
     )
 }
 
@@ -349,7 +349,7 @@ pub(super) fn reconstruction(
         &slices(&volume, &planes, WINDOW, "activity")?,
         format!("Fig. {number}b: slices of the same."),
     )?;
-    // Cut through the body's axis, facing the viewer: the wall's inside, and what motion does to it.
+    // Cut through the axis of the body, facing the viewer: the inside of the wall with its motion artefacts.
     let axis = run.phantom.heart().pose().axis();
     let toward = Vector3::from(VIEW.toward());
     let normal = toward - axis * toward.dot(&axis);
@@ -386,7 +386,7 @@ pub(super) fn measures(gallery: &mut Gallery<'_>, report: &Report) {
         ]
     };
     gallery.table(
-        "Reconstructions against the truth",
+        "Reconstructions against the ground truth",
         &[
             "acquisition",
             "RMSE",

@@ -1,7 +1,7 @@
-//! The numbers of the study, as they stand in `report.json`.
+//! The numbers of the study in `report.json`.
 //!
-//! Lengths in cm, areas in cm^2, volumes in cm^3, times in seconds, activities per cm^3 relative
-//! to the wall's. A measure whose set of voxels is empty (tiny volumes) is left out.
+//! Lengths in cm, areas in cm^2, volumes in cm^3, times in seconds, activities per cm^3 relative to the wall. A measure over an
+//! empty set of voxels (tiny volumes) is omitted.
 
 use heart_phantom::TruthOf;
 use serde::Serialize;
@@ -13,32 +13,32 @@ use std::path::PathBuf;
 pub struct Report {
     /// The program and its version: [`PROGRAM`](heart_phantom::files::PROGRAM).
     pub program: String,
-    /// What was computed.
+    /// Options of the run.
     pub settings: Settings,
-    /// Rest shapes (Table 1, section 3.3).
+    /// Reference configurations (Table 1, section 3.3).
     pub rest: Rest,
     /// Direct method (section 3.1).
     pub direct: Direct,
-    /// Evolving method (section 3.2), the run whose norm falls at every step.
+    /// Evolving method (section 3.2), the run with a monotone norm.
     pub evolving: Evolving,
     /// The circle of the appendix.
     pub circle: Circle,
-    /// The same balloons of rubber, at the study's volume gain.
+    /// The same balloons as rubber, at the volume gain of the study.
     pub rubber: Rubber,
-    /// Acquisition of the heart at rest, reconstructed with the ramp alone.
+    /// Static acquisition of the reference configuration, ramp filter.
     #[serde(rename = "static")]
     pub static_: Acquisition,
-    /// One instant a view.
+    /// One instant per view.
     pub short: Acquisition,
-    /// One cycle a view.
+    /// One cycle per view.
     pub long: Acquisition,
     /// The same three with the Hann window.
     pub hann: Hann,
-    /// Where the time went.
+    /// Run times.
     pub time: Time,
-    /// Largest resident memory of the process so far; 0 where the system does not tell.
+    /// Largest resident memory of the process so far; 0 if the system does not report it.
     pub peak_memory_bytes: u64,
-    /// Files written, relative to the folder.
+    /// Files written, relative to the directory.
     pub files: Vec<PathBuf>,
 }
 
@@ -50,17 +50,17 @@ pub struct Settings {
     pub size: usize,
     /// Number of views over 180 degrees.
     pub views: usize,
-    /// Volume gain of the cavity at the height of the cycle.
+    /// Largest volume gain of the cavity.
     pub gain: f64,
     /// Heart rate.
     pub beats_per_minute: f64,
-    /// Nodes of a membrane.
+    /// Nodes per membrane.
     pub nodes: usize,
     /// Edge of a voxel, pitch of a bin.
     pub voxel_cm: f64,
 }
 
-/// Rest shapes of both balloons.
+/// Reference configurations of both balloons.
 #[derive(Debug, Clone, Default, Serialize)]
 #[non_exhaustive]
 pub struct Rest {
@@ -70,7 +70,7 @@ pub struct Rest {
     pub outer: RestShape,
 }
 
-/// Measures of one rest shape: of the polygon through the nodes, and in closed form.
+/// Measures of one reference configuration: of the polygon through the nodes, and in closed form.
 #[derive(Debug, Clone, Default, Serialize)]
 #[non_exhaustive]
 pub struct RestShape {
@@ -88,15 +88,15 @@ pub struct RestShape {
     pub volume_exact: f64,
 }
 
-/// Direct method: the pair of membranes at the study's volume gain.
+/// Direct method: the pair of membranes at the volume gain of the study.
 #[derive(Debug, Clone, Default, Serialize)]
 #[non_exhaustive]
 pub struct Direct {
     /// Pressure of the inner membrane (law 1, lambda = 1).
     pub f_inner: f64,
-    /// Pressure of the outer membrane that keeps the wall's volume.
+    /// Pressure of the outer membrane, from the constant wall volume.
     pub f_outer: f64,
-    /// Newton steps from rest.
+    /// Newton steps from the reference configuration.
     pub newton_iterations: usize,
     /// Norm of the forces at the solution.
     pub residual: f64,
@@ -106,13 +106,13 @@ pub struct Direct {
     /// Volume within the outer membrane.
     #[serde(rename = "V_outer")]
     pub v_outer: f64,
-    /// Relative change of the wall's volume.
+    /// Relative change of the wall volume.
     pub wall_volume_error: f64,
     /// Pressures in the limit of fine meshes, from spectral elements.
     pub limit: Limit,
-    /// Norm of the forces after 60 Newton steps with the Jacobian as printed.
+    /// Norm of the forces after 60 Newton steps with the printed Jacobian.
     pub printed_jacobian_residual_after_60: f64,
-    /// The same with the right Jacobian, step by step.
+    /// Norms with the correct Jacobian, step by step.
     pub newton_history: Vec<f64>,
 }
 
@@ -124,7 +124,7 @@ pub struct Limit {
     pub f_inner: f64,
     /// Pressure of the outer membrane.
     pub f_outer: f64,
-    /// Relative change of the wall's volume.
+    /// Relative change of the wall volume.
     pub wall_volume_error: f64,
 }
 
@@ -138,11 +138,11 @@ pub struct Evolving {
     pub steps: usize,
     /// That norm at the end.
     pub residual: f64,
-    /// Whether it fell at every step.
+    /// Whether it decreased in every step.
     pub monotone: bool,
-    /// Largest distance of a node from where the direct method puts it.
+    /// Largest distance of a node from its position in the direct method.
     pub distance_to_direct: f64,
-    /// Whether the norm falls at every step with a time step of a half.
+    /// Whether the norm decreases in every step with a time step of 0.5.
     pub small_step_monotone: bool,
     /// The distance with springs to the second neighbours, which the direct method does not have.
     pub second_neighbours_distance: f64,
@@ -160,21 +160,21 @@ pub struct Circle {
     pub order: f64,
 }
 
-/// The heart of neo-Hookean rubber, 400 kPa and half a millimetre, beside that of springs; lists have springs first.
+/// The heart of neo-Hookean rubber, 400 kPa and 0.5 mm, compared with springs; in lists springs are first.
 #[derive(Debug, Clone, Default, Serialize)]
 #[non_exhaustive]
 pub struct Rubber {
     /// Pressure across the inner balloon of rubber, mmHg.
     pub inner_mmhg: f64,
-    /// That across the outer one.
+    /// Pressure across the outer balloon of rubber, mmHg.
     pub outer_mmhg: f64,
-    /// Relative change of the wall's volume.
+    /// Relative change of the wall volume.
     pub wall_volume_error: f64,
     /// Thickness of the wall at the middle of the inner cylinder, cm.
     pub side: [f64; 2],
-    /// At the apex.
+    /// Thickness of the wall at the apex, cm.
     pub apex: [f64; 2],
-    /// Root mean square difference of one view of both, over that of springs.
+    /// Root mean square difference of one view, relative to that of springs.
     pub view_difference: f64,
 }
 
@@ -182,28 +182,28 @@ pub struct Rubber {
 #[derive(Debug, Clone, Default, Serialize)]
 #[non_exhaustive]
 pub struct Acquisition {
-    /// Distinct phases that the views see, one shape each (short).
+    /// Distinct phases of the views, one shape each (short).
     #[serde(skip_serializing_if = "Option::is_none")]
     pub distinct_shapes: Option<usize>,
-    /// Phases over which a view is averaged (long).
+    /// Phases in the average of a view (long).
     #[serde(skip_serializing_if = "Option::is_none")]
     pub quadrature_points: Option<usize>,
     /// Bound on the error of any sample, relative to the largest one (long).
     #[serde(skip_serializing_if = "Option::is_none")]
     pub view_error: Option<f64>,
-    /// Shapes that had to be solved for it; mirrored phases and earlier acquisitions share theirs.
+    /// Shapes solved for it; mirrored phases and earlier acquisitions share theirs.
     pub shapes_solved: usize,
     /// Rays for which the surface was searched.
     pub rays_cast: u64,
-    /// Rays that miss the body's bounds and were never looked at.
+    /// Rays outside the bounds of the body, which were skipped.
     pub rays_skipped: u64,
-    /// What the exact volume is the mean over: of instants, which see different hearts, all views together.
+    /// The kind of average of the ground truth: for instants, over all views.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub truth: Option<TruthOf>,
-    /// Root mean square difference from that volume within the inscribed circle.
+    /// Root mean square difference from the ground truth within the inscribed circle.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub rmse_truth: Option<f64>,
-    /// Mean over the wall's voxels (in the wall at all phases, eroded by two voxels).
+    /// Mean over the voxels of the wall (in the wall at all phases, eroded by two voxels).
     #[serde(skip_serializing_if = "Option::is_none")]
     pub wall_mean: Option<f64>,
     /// Standard deviation over the same voxels.
@@ -224,12 +224,12 @@ pub struct Acquisition {
 #[derive(Debug, Clone, Default, Serialize)]
 #[non_exhaustive]
 pub struct Hann {
-    /// At rest.
+    /// Reference configuration.
     #[serde(rename = "static")]
     pub static_: Acquisition,
-    /// One instant a view.
+    /// One instant per view.
     pub short: Acquisition,
-    /// One cycle a view.
+    /// One cycle per view.
     pub long: Acquisition,
 }
 
@@ -237,14 +237,14 @@ pub struct Hann {
 #[derive(Debug, Clone, Copy, Default, Serialize)]
 #[non_exhaustive]
 pub struct Time {
-    /// Membranes: rest shapes, both methods, all phases, the circle.
+    /// Membranes: reference configurations, both methods, all phases, the circle.
     pub solve: f64,
     /// Sinograms.
     pub project: f64,
     /// Filtered back-projection.
     pub reconstruct: f64,
-    /// Voxel truth, measures, pictures, and what the files, which are written beside other work, take longer than that.
+    /// Ground truth, measures, figures, and waiting for files, which are written concurrently.
     pub truth_and_files: f64,
-    /// From start to end.
+    /// Total.
     pub total: f64,
 }

@@ -1,4 +1,4 @@
-//! The paper's balloons in rubber beside its springs: shapes, pressures, wall, and what it changes in the views.
+//! The balloons of the paper as rubber and as springs: shapes, pressures, wall, and projections.
 
 use super::report;
 use super::run::Run;
@@ -8,7 +8,7 @@ use heart_phantom::scene::MaterialSettings;
 use heart_phantom::{Balloon, HeartShape, MMHG_PER_KPA, Mode, Phantom, PhantomError};
 use std::sync::Arc;
 
-/// Shear modulus in kPa and thickness in mm of all rubbers here.
+/// Shear modulus in kPa and thickness in mm of all rubbers.
 pub(super) const RUBBER: (f64, f64) = (400.0, 0.5);
 /// Volume gains of the pressure curves.
 const GAINS: (usize, f64) = (24, 3.0);
@@ -18,7 +18,7 @@ const SPECTRAL: Discretisation = Discretisation::Spectral {
     per_piece: 1,
 };
 
-/// What the study says of rubber.
+/// The results for rubber.
 pub(super) struct RubberStudy {
     pub(super) figures: report::Rubber,
     /// Dilated: springs, rubber.
@@ -30,7 +30,7 @@ pub(super) struct RubberStudy {
     pub(super) pressures: Vec<Curve>,
 }
 
-/// Solves the study's heart of springs and of neo-Hookean rubber at the height of the beat, and looks at both from one angle.
+/// Solves the heart of the study at its largest volume with springs and with neo-Hookean rubber, and projects both at one angle.
 pub(super) fn rubber(run: &Run<'_>) -> Result<RubberStudy, PhantomError> {
     let (mu, thickness) = RUBBER;
     let phantom = |material: MaterialSettings| {
@@ -77,23 +77,23 @@ pub(super) fn rubber(run: &Run<'_>) -> Result<RubberStudy, PhantomError> {
     })
 }
 
-/// Root mean square difference of two views over that of the first.
+/// Root mean square difference of two views relative to the first.
 fn difference([first, second]: &[Vec<f32>; 2]) -> f64 {
     let square = |a: f32| f64::from(a) * f64::from(a);
     let off: f64 = first.iter().zip(second).map(|(a, b)| square(a - b)).sum();
     (off / first.iter().map(|a| square(*a)).sum::<f64>()).sqrt()
 }
 
-/// A line of a diagram, with its name.
+/// A labelled line of a diagram.
 type Curve = (&'static str, Vec<[f64; 2]>);
 
-/// Pressure over volume of the inner balloon, of three rubbers, and of springs that have the neo-Hookean pressure at `gain`.
+/// Pressure over volume of the inner balloon for three rubbers, and for springs scaled to the neo-Hookean pressure at `gain`.
 fn pressures(gain: f64) -> Result<Vec<Curve>, PhantomError> {
     let (mu, thickness) = RUBBER;
     let rubbers = [
         ("neo-Hookean", StrainEnergy::NeoHookean { mu }),
         (
-            "Mooney and Rivlin, c2 = c1 / 4",
+            "Mooney-Rivlin, c2 = c1 / 4",
             StrainEnergy::MooneyRivlin {
                 c1: 0.4 * mu,
                 c2: 0.1 * mu,

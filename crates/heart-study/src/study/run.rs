@@ -1,4 +1,4 @@
-//! What the stages of the study share: the scene, the clock, the folder.
+//! Common state of the stages of the study: scene, clock, directory.
 
 use super::options::StudyOptions;
 use super::report;
@@ -8,14 +8,14 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::Instant;
 
-/// Stages that [`Run::stage`] is called for in a whole run, for the progress bar.
+/// Number of calls of [`Run::stage`] in a complete run, for the progress bar.
 const STAGES: f64 = 25.0;
 
-/// A study under way.
+/// A running study.
 pub(super) struct Run<'a> {
     pub(super) options: &'a StudyOptions,
     pub(super) out: &'a Path,
-    /// Of all three acquisitions, which share the shapes of the heart.
+    /// The scene of all three acquisitions, which share the shapes of the heart.
     pub(super) phantom: Phantom,
     pub(super) time: report::Time,
     progress: &'a (dyn Fn(Progress) + Sync),
@@ -41,7 +41,7 @@ impl<'a> Run<'a> {
         })
     }
 
-    /// Announces what is done next.
+    /// Starts a stage of the progress.
     pub(super) fn stage(&self, stage: &'static str) {
         let done = self.stages.fetch_add(1, Ordering::Relaxed) as f64;
         (self.progress)(Progress {
@@ -71,7 +71,7 @@ impl<'a> Run<'a> {
 
     /// The names of the arrays that [`Run::write`] has written.
     pub(super) fn files(&self) -> MutexGuard<'_, Vec<PathBuf>> {
-        // The list is whole at any moment.
+        // The list is consistent at any moment.
         self.files.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
@@ -85,8 +85,7 @@ impl Clock {
     }
 }
 
-/// Largest resident memory of this process so far in bytes, from the kernel's account of it; 0
-/// where there is none.
+/// Largest resident memory of this process so far in bytes, as reported by the kernel; 0 if unknown.
 pub(super) fn peak_memory() -> u64 {
     let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
     status

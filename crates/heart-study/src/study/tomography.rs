@@ -5,7 +5,7 @@ use super::run::Run;
 use heart_phantom::radon::Window;
 use heart_phantom::{Acquisition, Measures, Mode, Phantom, PhantomError, Regions, Sinograms};
 
-/// The three acquisitions in the order of the report. A camera's views are a second apart, 90 of them over 180 degrees at 2 degrees a
+/// The three acquisitions in the order of the report. Views are one second apart, 90 of them over 180 degrees at 2 degrees per
 /// second.
 pub(super) const ACQUISITIONS: [(&str, Mode); 3] = [
     ("static", Mode::Static { phase: 0.0 }),
@@ -13,7 +13,7 @@ pub(super) const ACQUISITIONS: [(&str, Mode); 3] = [
     ("long", Mode::WholeCycle),
 ];
 
-/// One acquisition and what was found of it.
+/// One acquisition with its results.
 pub(super) struct Reconstructed {
     /// Line integrals `[view][row][bin]`.
     pub(super) sinograms: Sinograms,
@@ -23,9 +23,9 @@ pub(super) struct Reconstructed {
     pub(super) hann: report::Acquisition,
 }
 
-/// Takes one acquisition, reconstructs it with both windows, measures it and writes sinogram,
-/// volumes and truth. Each file is written while what comes next is computed. `volumes` holds the reconstructions by Ram-Lak and by Hann,
-/// `[z][y][x]`; the next acquisition uses their memory again.
+/// Simulates one acquisition, reconstructs it with both windows, measures it and writes sinogram, volumes and ground truth. Files
+/// are written concurrently with the next computation. `volumes` contains the reconstructions with Ram-Lak and Hann, `[z][y][x]`;
+/// the next acquisition reuses their memory.
 pub(super) fn reconstruct(
     run: &mut Run<'_>,
     (name, mode): (&'static str, Mode),
@@ -91,7 +91,7 @@ pub(super) fn reconstruct(
     })
 }
 
-/// Writes a file on one thread while the others compute, if there are others.
+/// Writes a file on one thread while the others compute, if there are several.
 fn beside<T: Send>(
     write: impl FnOnce() -> Result<(), PhantomError> + Send,
     compute: impl FnOnce() -> Result<T, PhantomError> + Send,
