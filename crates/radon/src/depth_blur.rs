@@ -29,6 +29,7 @@ use crate::{RadonError, Sample};
 /// # Ok::<(), radon::RadonError>(())
 /// ```
 #[derive(Debug, Clone)]
+#[doc(alias = "PSF")]
 pub struct DepthBlur {
     /// Of each slab the narrower node, and the share of the next one.
     slabs: Vec<(usize, f64)>,

@@ -47,6 +47,7 @@ use rows::RowFilter;
 /// assert!((image[32 * 64 + 40] - 1.0).abs() < 0.01);
 /// # Ok::<(), radon::RadonError>(())
 /// ```
+#[doc(alias("iradon", "backprojection"))]
 pub struct FbpPlan<T: Sample> {
     geometry: ParallelGeometry,
     grid: ImageGrid,

@@ -79,6 +79,7 @@ impl SirtOptions {
 ///
 /// # Errors
 /// As [`cgls`](crate::cgls); [`RadonError::NegativeSample`] for a row or column sum. In each case `image` holds the last finite iterate.
+#[doc(alias = "sart")]
 pub fn sirt<T: Sample, O: LinearOperator<T> + ?Sized>(
     operator: &O,
     data: &[T],

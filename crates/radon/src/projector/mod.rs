@@ -44,6 +44,7 @@ use rays::{Rays, View};
 /// # Ok::<(), radon::RadonError>(())
 /// ```
 #[derive(Debug, Clone)]
+#[doc(alias("radon transform", "forward projection"))]
 pub struct Projector {
     geometry: ParallelGeometry,
     grid: ImageGrid,

@@ -25,6 +25,7 @@ fn fwhm_in_sigmas() -> f64 {
 /// # Ok::<(), radon::RadonError>(())
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[doc(alias("collimator response", "PSF"))]
 pub struct Collimator {
     slope: f64,
     at_face: f64,
