@@ -8,7 +8,7 @@ use serde::Serialize;
 use serde::de::DeserializeOwned;
 use toml::{Table, Value};
 
-/// A count or an index: a whole number from 0 on.
+/// A count or an index: a non-negative integer.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Whole(pub(crate) usize);
 
@@ -18,9 +18,9 @@ impl<'py> FromPyObject<'_, 'py> for Whole {
     fn extract(given: Borrowed<'_, 'py, PyAny>) -> PyResult<Self> {
         let whole = given.call_method0("__index__").map_err(|_| {
             let name = given.get_type();
-            PyTypeError::new_err(format!("a whole number is needed, got {name}"))
+            PyTypeError::new_err(format!("expected an integer, got {name}"))
         })?;
-        let refused = |_| PyValueError::new_err(format!("{whole} is no whole number from 0 on"));
+        let refused = |_| PyValueError::new_err(format!("{whole} is not a non-negative integer"));
         whole.extract().map(Self).map_err(refused)
     }
 }

@@ -201,7 +201,7 @@ def test_a_run_writes_what_the_arrays_are(tmp_path):
     [
         (lambda p: p.views(1), HeartPhantomError, "gate is 1, must be between 0 and 0"),
         (lambda p: p.views(-1), ValueError, "-1"),
-        (lambda p: p.views("a"), TypeError, "whole number"),
+        (lambda p: p.views("a"), TypeError, "expected an integer"),
         (lambda p: p.view(20), HeartPhantomError, "view is 20"),
         (lambda p: p.slice(32), HeartPhantomError, "slice is 32"),
         (lambda p: p.reconstruct(np.zeros((20, 32))), ValueError, r"\(20, 32\), expected \(20, 32, 32\)"),

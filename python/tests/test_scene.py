@@ -98,7 +98,7 @@ def test_a_dictionary_has_no_lines():
         (lambda: Scene(camera={"views": 10**30}), ValueError, "digits"),
         (lambda: Scene().with_size(0), ValueError, "size"),
         (lambda: Scene().with_size(-1), ValueError, "-1"),
-        (lambda: Scene().with_size(2.5), TypeError, "whole number"),
+        (lambda: Scene().with_size(2.5), TypeError, "expected an integer"),
         (lambda: Scene.load("/nonexistent/scene.toml"), FileNotFoundError, "scene.toml"),
         (lambda: Phantom("scene.toml"), TypeError, "Scene.load"),
         (lambda: Phantom({"camera": {"views": 0}}), SceneError, "camera.views"),
