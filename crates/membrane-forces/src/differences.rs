@@ -5,11 +5,11 @@ use crate::curve::CurvePiece;
 use crate::discrete::{DiscreteMembrane, Setting, Tangent};
 use crate::error::{MembraneError, at_least, at_most, finite, length};
 use crate::half::Nodes;
-use crate::material::{Material, NodeSprings, Rubber};
+use crate::material::{Material, NodeSprings};
 use crate::measures::Measure;
 use crate::membrane::Membrane;
 use crate::rest::{CurvePoint, RestShape};
-use crate::rubber_energy::{RubberEnergy, Rule};
+use crate::rubber_nodes::NodeRubber;
 
 /// A membrane at N equally spaced material points s_n = n ds, ds = 1 / (N - 1).
 ///
@@ -50,7 +50,7 @@ pub struct FiniteDifferences {
 #[derive(Debug, Clone)]
 pub(crate) enum NodeMaterial {
     Springs(NodeSprings),
-    Rubber(RubberEnergy),
+    Rubber(NodeRubber),
 }
 
 /// Ten thousand times what resolves any balloon; some gigabytes with the solver's arrays.
@@ -96,8 +96,10 @@ impl FiniteDifferences {
             Material::Rubber(rubber) => {
                 membrane.check_law()?;
                 let thickness = |n: usize| rubber.thickness().at(n as f64 * ds);
+                let mut most: f64 = 0.0;
                 for n in 0..n_nodes {
                     let (here, image) = (thickness(n)?, thickness(last - n)?);
+                    most = most.max(here);
                     if (here - image).abs() > 1e-12 * here {
                         return Err(MembraneError::NotMirrored);
                     }
@@ -108,9 +110,10 @@ impl FiniteDifferences {
                 }
                 nodes = nodes.half();
                 setting.end_at_axis(2 * nodes.kept, n_nodes % 2 == 1);
+                setting.stiffness_scale = rubber.energy().shear_modulus() * most;
                 cut_rest(&mut rest, nodes);
-                let rubber = two_node_elements(rubber, rest.as_chunks().0, (ds, n_nodes % 2 == 1))?;
-                setting.stiffness_scale = rubber.scale();
+                let positions = (0..n_nodes).map(|n| n as f64 * ds);
+                let rubber = NodeRubber::new(rubber, nodes, rest.as_chunks().0, positions)?;
                 NodeMaterial::Rubber(rubber)
             }
         };
@@ -207,7 +210,7 @@ impl FiniteDifferences {
         match &self.material {
             NodeMaterial::Springs(springs) => springs.energy(nodes, self.start()),
             NodeMaterial::Rubber(rubber) => {
-                let at = |nodes: &[f64]| rubber.energy(nodes).unwrap_or(f64::NAN);
+                let at = |nodes: &[f64]| rubber.energy(nodes.as_chunks().0).unwrap_or(f64::NAN);
                 at(nodes) - at(self.start())
             }
         }
@@ -236,18 +239,10 @@ impl FiniteDifferences {
         there.then(|| self.node(nodes, n))
     }
 
-    fn rubber(&self, what: &'static str) -> Result<&RubberEnergy, MembraneError> {
+    fn rubber(&self, what: &'static str) -> Result<&NodeRubber, MembraneError> {
         match &self.material {
             NodeMaterial::Rubber(rubber) => Ok(rubber),
             NodeMaterial::Springs(_) => Err(MembraneError::OtherMaterial { what }),
-        }
-    }
-
-    /// Adds to the band in rows of moving nodes.
-    #[inline]
-    fn add_moving(&self, i: usize, j: usize, value: f64, band: &mut BandMatrix) {
-        if i > 1 && !self.nodes.is_fixed(i / 2, i % 2) {
-            band.add_inside(i, j, value);
         }
     }
 
@@ -270,7 +265,8 @@ impl DiscreteMembrane for FiniteDifferences {
                 springs.pull_into(nodes, out.as_chunks_mut::<2>().0);
             }
             NodeMaterial::Rubber(rubber) => {
-                if rubber.forces_into(nodes, 0.0, out).is_err() {
+                let pulled = rubber.pull_into(nodes.as_chunks().0, out.as_chunks_mut().0);
+                if pulled.is_err() {
                     out.fill(f64::NAN);
                 }
             }
@@ -282,7 +278,7 @@ impl DiscreteMembrane for FiniteDifferences {
         self.setting.check_state(nodes)?;
         match &self.material {
             NodeMaterial::Springs(_) => Ok(()),
-            NodeMaterial::Rubber(rubber) => rubber.energy(nodes).map(drop),
+            NodeMaterial::Rubber(rubber) => rubber.check(nodes.as_chunks().0),
         }
     }
 
@@ -294,8 +290,9 @@ impl DiscreteMembrane for FiniteDifferences {
     ) -> Result<(), MembraneError> {
         self.setting.check_state(nodes)?;
         length("forces", out.len(), nodes.len())?;
-        if let NodeMaterial::Rubber(rubber) = &self.material {
-            rubber.pressure_into(nodes, intensity, out);
+        if let NodeMaterial::Rubber(_) = &self.material {
+            self.measure_gradient_into(Measure::Volume, nodes, out);
+            out.iter_mut().for_each(|value| *value *= intensity);
             self.setting.hold(out, 0.0);
             return Ok(());
         }
@@ -345,15 +342,8 @@ impl DiscreteMembrane for FiniteDifferences {
                 self.add_pressure_tangent_into(nodes, intensity, 1.0, &mut out.band)?;
             }
             NodeMaterial::Rubber(rubber) => {
-                let (mut block, mut columns) = ([0.0; 16], [0.0; 24]);
-                for e in 0..rubber.len() {
-                    rubber.tangent_into(e, nodes, (intensity, least), &mut columns, &mut block)?;
-                    for (k, value) in block.iter().enumerate() {
-                        self.add_moving(2 * e + k / 4, 2 * e + k % 4, *value, &mut out.band);
-                    }
-                }
-                let end = nodes.len() - 1;
-                self.add_moving(end, end, rubber.cap_tangent(nodes)?, &mut out.band);
+                let points = nodes.as_chunks().0;
+                rubber.add_tangent_into(points, intensity, least, &mut out.band)?;
             }
         }
         for &held in self.fixed() {
@@ -364,24 +354,20 @@ impl DiscreteMembrane for FiniteDifferences {
 
     fn strain_energy(&self, nodes: &[f64]) -> Result<f64, MembraneError> {
         self.setting.check_state(nodes)?;
-        self.rubber("strain energy")?.energy(nodes)
+        self.rubber("strain energy")?.energy(nodes.as_chunks().0)
     }
 
     fn least_tension(&self, nodes: &[f64]) -> Result<f64, MembraneError> {
         self.setting.check_state(nodes)?;
         match &self.material {
             NodeMaterial::Springs(_) => Ok(f64::INFINITY),
-            NodeMaterial::Rubber(rubber) => rubber.least_tension(nodes),
+            NodeMaterial::Rubber(rubber) => rubber.least_tension(nodes.as_chunks().0),
         }
     }
 
     fn add_mass_into(&self, scale: f64, out: &mut Tangent) -> Result<(), MembraneError> {
         self.check_band(&out.band)?;
-        for (n, mass) in self.rubber("mass")?.node_masses().into_iter().enumerate() {
-            for i in [2 * n, 2 * n + 1] {
-                self.add_moving(i, i, scale * mass, &mut out.band);
-            }
-        }
+        self.rubber("mass")?.add_mass_into(scale, &mut out.band);
         Ok(())
     }
 
@@ -442,26 +428,6 @@ impl DiscreteMembrane for FiniteDifferences {
         }
         Ok(out)
     }
-}
-
-/// Rubber between neighbours `rest` of half a curve, `ds` apart, the last of them on the axis if it has an apex.
-fn two_node_elements(
-    rubber: &Rubber,
-    rest: &[[f64; 2]],
-    (ds, apex): (f64, bool),
-) -> Result<RubberEnergy, MembraneError> {
-    let mut energy = RubberEnergy::new(rubber, Rule::two_nodes());
-    let last = rest.len() - 1;
-    for (n, ends) in rest.windows(2).enumerate() {
-        let (from, to) = (n as f64 * ds, (n + 1) as f64 * ds);
-        let step = [0, 1].map(|k| ends[1][k] - ends[0][k]);
-        let place = |s: f64| [if s == to { ends[1] } else { ends[0] }, step];
-        energy.push((from, to), place, |s| apex && n + 1 == last && s == to)?;
-    }
-    if !apex {
-        energy.push_cap(last as f64 * ds, rest[last][1])?;
-    }
-    Ok(energy)
 }
 
 /// Whether a curve of this size equals its own mirror image to rounding.

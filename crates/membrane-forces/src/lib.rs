@@ -47,6 +47,7 @@ mod membrane;
 mod profile;
 mod rest;
 mod rubber_energy;
+mod rubber_nodes;
 mod spectral;
 mod spectral_measures;
 mod spring_tangents;

@@ -1,5 +1,5 @@
 //! The material: springs or rubber. All of a discretised membrane that depends on what it is made of, but for the energy of rubber
-//! (`strain_energy.rs`) and its derivatives by the nodes (`rubber_energy.rs`).
+//! (`strain_energy.rs`) and its derivatives by the nodes (`rubber_nodes.rs`, `rubber_energy.rs`).
 //!
 //! A spring pulls by its stiffness times the difference of the displacements u = c - c0 of its ends: in the limit of fine meshes
 //! the force is (lambda u')', its energy the integral of lambda |u'|^2 / 2. Force and energy are those of straight springs of no

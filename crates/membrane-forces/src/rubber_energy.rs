@@ -5,8 +5,8 @@
 //! ```
 //!
 //! over the meridian from the fixed end to the axis: S is its length in the reference configuration, r0 its distance from the axis there, h
-//! its thickness. Forces are -dE/dc, tangents minus the second derivatives and so symmetric. Each element has the points of one [`Rule`]; a
-//! new discretisation is a new rule. On the axis, where l2 would be 0 / 0, points have no energy.
+//! its thickness. Forces are -dE/dc, tangents minus the second derivatives and so symmetric. Each element has the points of one [`Rule`]. Elements
+//! of two nodes have a kernel of their own (`rubber_nodes.rs`), which is twice as fast there.
 
 use std::f64::consts::PI;
 
@@ -18,8 +18,8 @@ use crate::strain_energy::Strained;
 /// Quadrature points of an element with n nodes.
 #[derive(Debug, Clone)]
 pub(crate) struct Rule {
-    /// Coordinate in [0, 1], weight of the energy, weight of the volume.
-    points: Vec<[f64; 3]>,
+    /// Coordinates in [0, 1] and weights.
+    points: Vec<(f64, f64)>,
     /// n values and n slopes of the nodes' functions at each point.
     rows: [Vec<f64>; 2],
     /// The same with the nodes in the order of a tangent's block.
@@ -42,27 +42,10 @@ impl Rule {
         };
         let rows = [&reference.to_gauss, &reference.derivative_to_gauss];
         Self {
-            points: reference.gauss.iter().map(|&(t, w)| [t, w, w]).collect(),
+            points: reference.gauss.clone(),
             ordered: rows.map(|table| ordered(table)),
             rows: rows.map(Vec::clone),
             n,
-        }
-    }
-
-    /// The rule of elements of two nodes: the trapezoidal rule for the energy, of second order, and Simpson's rule for the volume, exact
-    /// for a frustum.
-    pub(crate) fn two_nodes() -> Self {
-        let values = vec![1.0, 0.0, 0.5, 0.5, 0.0, 1.0];
-        let rows = [values, [-1.0, 1.0].repeat(3)];
-        Self {
-            points: vec![
-                [0.0, 0.5, 1.0 / 6.0],
-                [0.5, 0.0, 4.0 / 6.0],
-                [1.0, 0.5, 1.0 / 6.0],
-            ],
-            ordered: rows.clone(),
-            rows,
-            n: 2,
         }
     }
 
@@ -83,8 +66,6 @@ pub(crate) struct RubberEnergy {
     rubber: Rubber,
     rule: Rule,
     elements: Vec<Vec<Point>>,
-    /// pi r^2 h and r of the half element between the last node, at a distance r from the axis, and the axis.
-    cap: Option<(f64, f64)>,
     thickest: f64,
 }
 
@@ -195,13 +176,12 @@ impl RubberEnergy {
             rubber: rubber.clone(),
             rule,
             elements: Vec::new(),
-            cap: None,
             thickest: 0.0,
         }
     }
 
     /// Adds the element between `from` and `to`, with the place and the derivative by the element's own coordinate in the reference
-    /// configuration. A position for which `on_axis` is true is on the axis.
+    /// configuration.
     ///
     /// # Errors
     /// A rest curve or thickness that is not finite or not positive; a curve without direction.
@@ -209,11 +189,10 @@ impl RubberEnergy {
         &mut self,
         (from, to): (f64, f64),
         rest: impl Fn(f64) -> [[f64; 2]; 2],
-        on_axis: impl Fn(f64) -> bool,
     ) -> Result<(), MembraneError> {
         let mut points = Vec::with_capacity(self.rule.points.len());
-        for &[t, energy, rule] in &self.rule.points {
-            let s = if t == 1.0 { to } else { from + (to - from) * t };
+        for &(t, rule) in &self.rule.points {
+            let s = from + (to - from) * t;
             let [position, d] = rest(s);
             let speed = finite("rest curve", (d[0] * d[0] + d[1] * d[1]).sqrt())?;
             if speed == 0.0 {
@@ -222,14 +201,9 @@ impl RubberEnergy {
             }
             let thickness = self.rubber.thickness.at(s)?;
             self.thickest = self.thickest.max(thickness);
-            let (weight, radius) = if energy == 0.0 || on_axis(s) {
-                (0.0, f64::INFINITY)
-            } else {
-                let radius = self.rubber.radius(position[1], s)?;
-                (2.0 * PI * radius * thickness * speed * energy, radius)
-            };
+            let radius = self.rubber.radius(position[1], s)?;
             points.push(Point {
-                weight,
+                weight: 2.0 * PI * radius * thickness * speed * rule,
                 rule,
                 rest: [speed, radius],
                 per_length: 1.0 / speed,
@@ -238,19 +212,6 @@ impl RubberEnergy {
         }
         self.elements.push(points);
         Ok(())
-    }
-
-    /// Adds the half element between the last node, at `s` and at this distance `radius` from the axis, and the axis. Both stretches are
-    /// those of the distance.
-    pub(crate) fn push_cap(&mut self, s: f64, radius: f64) -> Result<(), MembraneError> {
-        let thickness = self.rubber.thickness.at(s)?;
-        self.cap = Some((PI * radius * radius * thickness, radius));
-        Ok(())
-    }
-
-    /// Number of elements.
-    pub(crate) fn len(&self) -> usize {
-        self.elements.len()
     }
 
     /// Largest shear modulus times thickness.
@@ -268,23 +229,11 @@ impl RubberEnergy {
     fn here(&self, row: Row<'_>, point: &Point, nodes: &[[f64; 2]]) -> Result<Here, MembraneError> {
         let (d, y) = place(row, nodes);
         let speed = (d[0] * d[0] + d[1] * d[1]).sqrt();
-        let w = match point.weight {
-            0.0 => Strained::NONE,
-            _ => (self.rubber.energy).at(speed / point.rest[0], y / point.rest[1])?,
-        };
+        let w = (self.rubber.energy).at(speed / point.rest[0], y / point.rest[1])?;
         Ok(Here { d, y, speed, w })
     }
 
-    /// Weight, radius and W of the cap.
-    fn cap(&self, nodes: &[f64]) -> Result<Option<(f64, f64, Strained)>, MembraneError> {
-        let Some((weight, radius)) = self.cap else {
-            return Ok(None);
-        };
-        let l = nodes[nodes.len() - 1] / radius;
-        Ok(Some((weight, radius, self.rubber.energy.at(l, l)?)))
-    }
-
-    /// Calls `visit` for all points with energy.
+    /// Calls `visit` for all points.
     fn each(
         &self,
         nodes: &[f64],
@@ -293,7 +242,7 @@ impl RubberEnergy {
         let nodes = nodes.as_chunks::<2>().0;
         for (e, points) in self.elements.iter().enumerate() {
             let nodes = &nodes[self.window(e)];
-            for (q, point) in points.iter().enumerate().filter(|(_, p)| p.weight != 0.0) {
+            for (q, point) in points.iter().enumerate() {
                 visit(
                     point,
                     &self.here(self.rule.row(&self.rule.rows, q), point, nodes)?,
@@ -319,12 +268,10 @@ impl RubberEnergy {
     pub(crate) fn energy(&self, nodes: &[f64]) -> Result<f64, MembraneError> {
         let mut sum = 0.0;
         self.each(nodes, |point, here| sum += point.weight * here.w.energy)?;
-        let cap = self.cap(nodes)?;
-        Ok(sum + cap.map_or(0.0, |(weight, _, w)| weight * w.energy))
+        Ok(sum)
     }
 
-    /// `out` = minus the derivative of the energy, plus `pressure` times that of the volume. Returns the volume, at pressure zero
-    /// only that of points with energy.
+    /// `out` = minus the derivative of the energy, plus `pressure` times that of the volume. Returns the volume.
     pub(crate) fn forces_into(
         &self,
         nodes: &[f64],
@@ -337,9 +284,6 @@ impl RubberEnergy {
         for (e, element) in self.elements.iter().enumerate() {
             let (points, forces) = (&points[self.window(e)], &mut forces[self.window(e)]);
             for (q, point) in element.iter().enumerate() {
-                if point.weight == 0.0 && pressure == 0.0 {
-                    continue;
-                }
                 let row = self.rule.row(&self.rule.rows, q);
                 let Here { d, y, speed, w } = self.here(row, point, points)?;
                 let tension = point.weight * w.by[0] * point.per_length / speed;
@@ -349,9 +293,6 @@ impl RubberEnergy {
                 let by_slope = [pressure * disc - tension * d[0], -tension * d[1]];
                 add(forces, row, by_slope, pressure * ring - hoop);
             }
-        }
-        if let (Some((weight, radius, w)), Some(end)) = (self.cap(nodes)?, out.last_mut()) {
-            *end -= weight * (w.by[0] + w.by[1]) / radius;
         }
         Ok(volume)
     }
@@ -417,15 +358,6 @@ impl RubberEnergy {
         Ok(())
     }
 
-    /// Derivative of the force on the y of the last node by that y, of the cap.
-    pub(crate) fn cap_tangent(&self, nodes: &[f64]) -> Result<f64, MembraneError> {
-        let second = |(weight, radius, w): (f64, f64, Strained)| {
-            let [aa, ab, bb] = w.second;
-            -weight * (aa + 2.0 * ab + bb) / (radius * radius)
-        };
-        Ok(self.cap(nodes)?.map_or(0.0, second))
-    }
-
     /// `block` += `scale` times the mass matrix of element `e` at density 1, laid out as a tangent's block.
     pub(crate) fn add_mass_into(&self, e: usize, scale: f64, block: &mut [f64]) {
         let size = block.len().isqrt();
@@ -439,18 +371,6 @@ impl RubberEnergy {
                 }
             }
         }
-    }
-
-    /// Mass of each node of two-node elements at density 1: half of that of its elements.
-    pub(crate) fn node_masses(&self) -> Vec<f64> {
-        let mut masses = vec![0.0; self.elements.len() + 1];
-        for (n, points) in self.elements.iter().enumerate() {
-            let half = 0.5 * points.iter().map(|point| point.weight).sum::<f64>();
-            masses[n] += half;
-            masses[n + 1] += half;
-        }
-        masses[self.elements.len()] += self.cap.map_or(0.0, |(weight, _)| weight);
-        masses
     }
 
     /// Whether the elements are their own mirror image, to rounding.

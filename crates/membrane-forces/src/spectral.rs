@@ -159,7 +159,7 @@ impl SpectralElements {
                             let here = rest_at(s);
                             [here.position, here.first.map(|d| d * (to - from))]
                         };
-                        rubber.push((from, to), place, |_| false)?;
+                        rubber.push((from, to), place)?;
                         scale = rubber.scale();
                     }
                 }
