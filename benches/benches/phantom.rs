@@ -8,7 +8,8 @@ use std::time::Instant;
 
 use benches::{Effort, Row, on_threads, timed};
 use criterion::Criterion;
-use heart_phantom::{Acquisition, BinSample, Camera, Cycle, Heart, Phantom, acquire, scene, truth};
+use heart_phantom::scene::{Accuracy, DiscretisationSettings, Mode};
+use heart_phantom::{BinSample, Phantom, scene};
 use heart_study::StudyOptions;
 use radon::{
     DepthBlur, Kernel, LinearOperator, Projector, SliceAxis, SpectGeometry, SpectOperator,
@@ -17,37 +18,48 @@ use radon::{
 use rayon::prelude::*;
 
 const WALL: [f64; 2] = [0.0, 1.0];
-const STILL: Acquisition = Acquisition::still(0.0);
+const STILL: Mode = Mode::Static { phase: 0.0 };
 
+/// Views of the posed wall.
 struct Scene {
-    heart: Heart,
-    camera: Camera,
-    cycle: Cycle,
+    phantom: Phantom,
 }
 
 impl Scene {
-    fn new(views: usize, size: usize) -> Self {
-        Self {
-            heart: Heart::study(801).expect("enough nodes"),
-            camera: Camera::new(views, size, 16.0).expect("positive sizes"),
-            cycle: Cycle::new(65.0, 0.6).expect("a living heart"),
-        }
+    fn new(views: usize, size: usize, nodes: usize) -> Self {
+        let mut scene = scene::Scene::default().with_size(size).with_mode(STILL);
+        scene.heart.discretisation = DiscretisationSettings::Differences { nodes };
+        scene.camera.views = views;
+        let phantom = Phantom::new(scene).expect("a scene");
+        Self { phantom }
     }
 
-    fn exact(&self, acquisition: Acquisition) -> Vec<f32> {
-        let (heart, camera, cycle) = (&self.heart, &self.camera, &self.cycle);
-        acquire(heart, camera, cycle, acquisition, WALL, &|_| ())
-            .expect("reachable gains")
-            .samples
+    /// The phantom in a mode with a number of steps per cycle; it shares the solved shapes.
+    fn with(&self, mode: Mode, steps: usize) -> Phantom {
+        let mut scene = self.phantom.scene().clone().with_mode(mode);
+        scene.acquisition.accuracy = Accuracy::Steps(steps);
+        self.phantom.with_scene(scene).expect("a scene")
+    }
+
+    fn exact(&self, mode: Mode, steps: usize) -> Vec<f32> {
+        views(&self.with(mode, steps))
     }
 
     /// Voxel averages, then Joseph's projector: what one does without exact chords.
     fn voxels(&self, projector: &Projector) -> Vec<f32> {
-        let (heart, camera, cycle) = (&self.heart, &self.camera, &self.cycle);
-        let volume = truth(heart, camera, cycle, STILL, WALL, 1e-3).expect("reachable gains");
+        let volume = self.with(STILL, 8).truth(0).expect("reachable gains");
         projector
-            .forward_stack(&volume, camera.n_rows(), StackOrder::ViewSliceBin)
+            .forward_stack(
+                &volume,
+                self.phantom.camera().n_rows(),
+                StackOrder::ViewSliceBin,
+            )
             .expect("lengths fit")
+    }
+
+    fn projector(&self) -> Projector {
+        let camera = self.phantom.camera();
+        Projector::new(camera.geometry(), camera.image(), Kernel::Joseph).expect("valid geometry")
     }
 }
 
@@ -62,20 +74,15 @@ fn distance(a: &[f32], b: &[f32]) -> f64 {
 fn phantom(c: &mut Criterion) {
     let mut group = c.benchmark_group("phantom/static-sinogram-24x128");
     group.sample_size(10);
-    let scene = Scene::new(24, 128);
-    let exact = scene.exact(STILL);
-    let projector = Projector::new(
-        scene.camera.geometry(),
-        scene.camera.image(),
-        Kernel::Joseph,
-    )
-    .expect("valid geometry");
+    let scene = Scene::new(24, 128, 801);
+    let exact = scene.exact(STILL, 8);
+    let projector = scene.projector();
     let error = distance(&scene.voxels(&projector), &exact);
     println!("phantom,static,voxels and joseph,relative error {error:.2e}");
     // Voxels of 1.25 mm under point rays: the silhouette is off by a share of a voxel.
     assert!(error < 0.05);
     group.bench_function("exact chords", |b| {
-        b.iter(|| black_box(&scene).exact(STILL))
+        b.iter(|| black_box(&scene).exact(STILL, 8))
     });
     group.bench_function("voxels and joseph", |b| {
         b.iter(|| black_box(&scene).voxels(&projector))
@@ -84,20 +91,19 @@ fn phantom(c: &mut Criterion) {
 
     let mut group = c.benchmark_group("phantom/whole-cycle-6x64");
     group.sample_size(10);
-    let scene = Scene::new(6, 64);
-    let reference = scene.exact(Acquisition::WholeCycle { points: 512 });
+    let scene = Scene::new(6, 64, 801);
+    let reference = scene.exact(Mode::WholeCycle, 512);
     println!("phantom,whole cycle,points,seconds,relative error");
     let mut last = f64::INFINITY;
     for points in [8, 16, 32, 64] {
-        let average = Acquisition::WholeCycle { points };
         let start = Instant::now();
-        let error = distance(&scene.exact(average), &reference);
+        let error = distance(&scene.exact(Mode::WholeCycle, points), &reference);
         let seconds = start.elapsed().as_secs_f64();
         println!("phantom,whole cycle,{points},{seconds:.4},{error:.2e}");
         assert!(error < last, "more phases, smaller error");
         last = error;
         group.bench_function(format!("{points} phases"), |b| {
-            b.iter(|| black_box(&scene).exact(average))
+            b.iter(|| black_box(&scene).exact(Mode::WholeCycle, points))
         });
     }
     group.finish();
@@ -123,21 +129,14 @@ fn rows(effort: Effort) {
         Effort::Full => &[32, 64, 128],
     };
     for &size in sizes {
-        let scene = Scene::new(24, size);
+        let scene = Scene::new(24, size, 801);
         let case = "24 views of the posed wall, at rest";
-        let exact = scene.exact(STILL);
+        let exact = scene.exact(STILL, 8);
         // Four times the nodes are the truth for the exact chords of 801.
-        let mut finer = Scene::new(24, size);
-        finer.heart = Heart::study(3201).expect("enough nodes");
-        let truth = finer.exact(STILL);
-        let projector = Projector::new(
-            scene.camera.geometry(),
-            scene.camera.image(),
-            Kernel::Joseph,
-        )
-        .expect("valid geometry");
+        let truth = Scene::new(24, size, 3201).exact(STILL, 8);
+        let projector = scene.projector();
         for threads in [1, 2] {
-            let (seconds, _) = on_threads(threads, || timed(5, || scene.exact(STILL)));
+            let (seconds, _) = on_threads(threads, || timed(5, || scene.exact(STILL, 8)));
             let run = (seconds, distance(&exact, &truth));
             row("exact chords", case, size, threads, run);
             let (seconds, voxels) = on_threads(threads, || timed(3, || scene.voxels(&projector)));
@@ -149,12 +148,13 @@ fn rows(effort: Effort) {
         Effort::Quick => &[8, 16, 32],
         Effort::Full => &[4, 8, 16, 32, 64, 128],
     };
-    let scene = Scene::new(6, 64);
-    let truth = scene.exact(Acquisition::WholeCycle { points: 512 });
+    let scene = Scene::new(6, 64, 801);
+    let truth = scene.exact(Mode::WholeCycle, 512);
     for &points in points {
-        let average = Acquisition::WholeCycle { points };
         for threads in [1, 2] {
-            let (seconds, mean) = on_threads(threads, || timed(3, || scene.exact(average)));
+            let (seconds, mean) = on_threads(threads, || {
+                timed(3, || scene.exact(Mode::WholeCycle, points))
+            });
             let run = (seconds, distance(&mean, &truth));
             let case = "6 views of 64 x 64, averaged over a beat";
             row("equally spaced phases", case, points, threads, run);

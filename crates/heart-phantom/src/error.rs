@@ -41,14 +41,6 @@ pub enum PhantomError {
         /// Largest value allowed.
         most: usize,
     },
-    /// A count is odd.
-    #[error("{what} is {given}, must be even")]
-    Odd {
-        /// The quantity.
-        what: &'static str,
-        /// The value given.
-        given: usize,
-    },
     /// A gate does not occur during a view.
     #[error(
         "gate {gate} does not occur during view {view_idx}; a view of one cardiac cycle (and one respiratory cycle, if gated) contains every gate"

@@ -70,8 +70,8 @@ pub use phantom::{
 #[cfg_attr(docsrs, doc(cfg(feature = "scene")))]
 pub use scan::ViewReport;
 pub use scan::{
-    Accuracy, Acquisition, BinSample, Camera, CameraGeometry, Counting, Counts, Decay, Heads, Mode,
-    Noise, Orbit, Rotation, Sinograms, TruthOf, ViewError, ViewTime, acquire,
+    Accuracy, BinSample, Camera, CameraGeometry, Counting, Counts, Decay, Heads, Mode, Noise,
+    Orbit, Rotation, Sinograms, TruthOf, ViewError, ViewTime,
 };
 pub use scene::Scene;
 #[cfg(feature = "scene")]
@@ -81,4 +81,4 @@ pub use scene::{
     RunReport, SliceOrders, run,
 };
 pub use text::shown;
-pub use truth::{Measures, Regions, truth};
+pub use truth::{Measures, Regions};

@@ -45,9 +45,9 @@ use work::Work;
 pub use work::WorkReport;
 
 use crate::error::{PhantomError, check_count};
-use crate::scan::{Depth, Facing, Readout, STEPS, Scan};
+use crate::scan::{Acquisition, Depth, Facing, Readout, STEPS, Scan};
 use crate::scene::{Parts, Scene, check};
-use crate::{Acquisition, Camera, Cycle, Heart, HeartShape, Regions, TruthOf};
+use crate::{Camera, Cycle, Heart, HeartShape, Regions, TruthOf};
 use radon::{FbpPlan, Skip};
 use revolve_voxel::Pose;
 #[cfg(feature = "scene")]
@@ -243,11 +243,21 @@ impl Phantom {
         (self.work).report(heart.shapes_solved(), heart.most_shapes_alive())
     }
 
-    /// The time that the views of a gate see, with the steps that meet the scene's tolerance.
+    /// Solves the shapes that the views of a gate need, no more than the heart keeps.
     ///
     /// # Errors
-    /// [`PhantomError::Count`] if there is no such gate; [`PhantomError::Tolerance`] if no number of steps suffices.
-    pub fn acquisition(&self, gate: usize) -> Result<Acquisition, PhantomError> {
+    /// As [`Phantom::view`].
+    pub fn solve(&self, gate: usize) -> Result<(), PhantomError> {
+        let times = self
+            .scan(self.camera(), gate, self.acquisition(gate)?)
+            .times()?;
+        let gains = times.iter().map(|lasting| lasting.gain);
+        let kept: Vec<f64> = gains.take(self.heart().most_shapes()).collect();
+        self.heart().shapes(&kept).map(drop)
+    }
+
+    /// What the views of a gate are averages over, with the steps that meet the tolerance of the scene.
+    pub(crate) fn acquisition(&self, gate: usize) -> Result<Acquisition, PhantomError> {
         check_count("gate", gate, [0, self.n_gates() - 1])?;
         Ok(self.acquisition_of(gate, self.steps()?))
     }
@@ -280,11 +290,12 @@ impl Phantom {
     }
 
     pub(crate) fn acquisition_of(&self, gate: usize, points: usize) -> Acquisition {
-        let gates = self.scene().acquisition.mode.n_gates();
-        self.scene()
-            .acquisition
-            .mode
-            .acquisition(gate % gates, points)
+        let mode = self.scene().acquisition.mode;
+        Acquisition {
+            mode,
+            gate: gate % mode.n_gates(),
+            points,
+        }
     }
 
     /// The cycle with the respiratory gate that a set of views is of.

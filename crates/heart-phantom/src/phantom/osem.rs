@@ -186,10 +186,13 @@ impl Phantom {
                 let organs = organs.map(|organs| Organs::new(organs.iter().map(seen).collect()));
                 let organs = organs.transpose()?;
                 let activity = Activity::from([attenuation.coefficient; 2]);
-                let (heart, cycle) = (self.heart(), self.cycle_of(gate));
                 let scan = Scan {
+                    activity,
+                    attenuation: None,
+                    defects: &[],
+                    background: None,
                     organs: organs.as_ref(),
-                    ..Scan::plain(heart, wide, cycle, acquisition, activity)
+                    ..self.scan(wide, gate, acquisition)
                 };
                 let (map, counters) =
                     truth_of_slices(&scan, parts.scene.truth.tolerance, 0..wide.n_rows())?;

@@ -4,8 +4,8 @@ use super::memory::check_memory;
 use super::output::Product;
 use super::products::Needs;
 use crate::error::PhantomError;
-use crate::scan::Counts;
-use crate::{Acquisition, Method, Phantom, Regions, Rotation};
+use crate::scan::{Acquisition, Counts};
+use crate::{Method, Phantom, Regions, Rotation};
 use std::collections::BTreeSet;
 
 /// Most shapes that are tried: of more, some between the smallest and the largest.

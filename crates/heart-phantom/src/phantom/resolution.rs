@@ -2,9 +2,8 @@
 
 use super::memory::check_memory;
 use super::{Phantom, once};
-use crate::Acquisition;
 use crate::error::PhantomError;
-use crate::scan::{Averages, BinSample, Depth, Facing, LATTICES, Scan, SubBins};
+use crate::scan::{Acquisition, Averages, BinSample, Depth, Facing, LATTICES, Scan, SubBins};
 use radon::Collimator;
 use revolve_voxel::{Capsule, OrganShape, Organs};
 use std::collections::BTreeSet;

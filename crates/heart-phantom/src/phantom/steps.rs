@@ -1,10 +1,10 @@
 //! The number of steps of the quadrature over time that meets the tolerance.
 
 use crate::Phantom;
+use crate::Rotation;
 use crate::error::PhantomError;
 use crate::scan::STEPS;
 use crate::scan::{Accuracy, Mode, Scan};
-use crate::{Acquisition, Rotation};
 use std::collections::BTreeSet;
 
 /// Bins and rows of the views of line integrals on which steps are tried.
@@ -14,9 +14,12 @@ const VIEWS_TRIED: usize = 8;
 const LEAST: usize = 2;
 
 impl Phantom {
-    /// Steps a cycle: as given, or doubled until the estimated error of time in the views that are tried meets its part of the tolerance.
-    /// Each gate tries other views.
-    pub(crate) fn steps(&self) -> Result<usize, PhantomError> {
+    /// Time steps per cycle: as given, or doubled until the estimated error of time in the views that are tried meets its part of the
+    /// tolerance. Each gate tries other views.
+    ///
+    /// # Errors
+    /// [`PhantomError::Tolerance`] if no number of steps suffices; what projecting the views can return.
+    pub fn steps(&self) -> Result<usize, PhantomError> {
         let tolerance = match self.scene().acquisition.accuracy {
             Accuracy::Steps(steps) => return Ok(steps),
             Accuracy::Tolerance(_) => self.parts().tolerances().time,
@@ -75,7 +78,7 @@ impl Phantom {
     fn views_of_gate(&self, scan: &Scan<'_>, gate: usize) -> BTreeSet<usize> {
         let n_views = self.camera().n_views();
         // What is hard of a heart that is still is the angle, say that at which its base is seen edge on.
-        if let Acquisition::Static { .. } = scan.acquisition {
+        if let Mode::Static { .. } = scan.acquisition.mode {
             return (0..n_views).collect();
         }
         let (gates, n) = (

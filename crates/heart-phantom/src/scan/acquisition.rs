@@ -1,58 +1,35 @@
-//! When views are taken: at a phase, at instants, over exposures, whole cycles, gates; and what comes of it.
+//! What the views of a gated projection set are: over which time each is averaged, and what comes of it.
 
+use super::settings::Mode;
 use super::view_error::ViewError;
 use revolve_voxel::RayCounters;
 
-/// When each view is taken; from where a turning camera then sees it, [`ViewTime`](crate::ViewTime) says.
-///
-/// Means over time have an even number of `points` a beat. Before a camera that stands still a sinusoid is sampled at equal steps, at
-/// least two, no longer than the beat over `points`: the trapezoidal rule. All else is a mean over volumes: between levels of the
-/// volume, half as many as `points` from the smallest to the largest, views are taken as linear, and the weights are the times
-/// that the curve itself stays near each level. So nothing that a curve does is missed, however short it is and however often
-/// it comes back. While the camera turns, that is done in each of 32 or more arcs of a view.
-///
-/// Rays that touch the surface see a square root of time, and so both are of order 3/2: the error falls by 2.8 when `points`
-/// double. The half of the points gives an error estimate for nothing, [`Sinograms::view_error`].
+/// The time over which the views of a gated projection set are averaged, and the resolution of the average.
 #[derive(Debug, Clone, Copy, PartialEq)]
-#[non_exhaustive]
-pub enum Acquisition {
-    /// All views at one phase of the cycle: nothing moves.
-    Static {
-        /// The phase; 0 is rest in the study's cycle.
-        phase: f64,
-        /// Steps of the arc that a camera turns through in a view, even; one that stops needs none.
-        points: usize,
-    },
-    /// View `k` is an instant at `t = k T` seconds, `T` the camera's [`interval`](crate::Camera::interval).
-    Instants,
-    /// View `k` is the mean from `t = k T` to `k T + window` seconds.
-    Exposure {
-        /// Seconds that a view is exposed, at most `T`.
-        window: f64,
-        /// Steps a cycle, even.
-        points: usize,
-    },
-    /// Each view is the mean over a whole cycle; of a camera that turns all the time, over all of its time, which is a cycle at least.
-    WholeCycle {
-        /// Steps a cycle, even.
-        points: usize,
-    },
-    /// Each view is the mean over one gate: the phases from `gate / gates` to `(gate + 1) / gates` of every beat, or of a camera that
-    /// turns all the time, of what comes of them in the view's time.
-    Gate {
-        /// Which gate, from 0.
-        gate: usize,
-        /// Number of equal gates.
-        gates: usize,
-        /// Steps a cycle, even.
-        points: usize,
-    },
+pub(crate) struct Acquisition {
+    pub(crate) mode: Mode,
+    /// The cardiac gate, from 0; 0 in other modes than [`Mode::Gated`].
+    pub(crate) gate: usize,
+    /// Steps per cycle, even.
+    pub(crate) points: usize,
 }
 
 impl Acquisition {
-    /// All views at one phase, with as few steps as there can be for a camera that turns.
-    pub const fn still(phase: f64) -> Self {
-        Self::Static { phase, points: 8 }
+    /// All views at one phase, with as few steps as there can be for a camera in continuous rotation.
+    pub(crate) fn still(phase: f64) -> Self {
+        Self {
+            mode: Mode::Static { phase },
+            gate: 0,
+            points: 8,
+        }
+    }
+
+    /// The cardiac gate with the number of gates.
+    pub(crate) fn gate_of(&self) -> Option<[usize; 2]> {
+        match self.mode {
+            Mode::Gated { gates } => Some([self.gate, gates]),
+            Mode::Static { .. } | Mode::Instants | Mode::Exposure { .. } | Mode::WholeCycle => None,
+        }
     }
 }
 

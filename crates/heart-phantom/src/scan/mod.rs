@@ -1,6 +1,5 @@
 //! What the camera sees, and when: views of a beating heart, each the mean over the time that it sees.
 
-mod acquire;
 mod acquisition;
 mod averages;
 mod bin_sample;
@@ -12,21 +11,20 @@ mod halves;
 mod levels;
 mod nodes;
 mod orbit;
-mod product;
 mod project;
-mod quadrature;
 mod readout;
 mod samples;
 mod settings;
 mod spans;
+mod time_rule;
 mod timing;
 mod view_error;
 mod view_time;
 mod views;
 mod whole;
 
-pub use acquire::acquire;
-pub use acquisition::{Acquisition, Sinograms, TruthOf};
+pub(crate) use acquisition::Acquisition;
+pub use acquisition::{Sinograms, TruthOf};
 pub(crate) use averages::{Averages, LATTICES};
 pub use bin_sample::BinSample;
 pub use camera::{Camera, CameraGeometry, Heads, Rotation};

@@ -46,6 +46,18 @@ impl Nodes {
         }
     }
 
+    /// Ends the list: without weights that are rounding of the other half, and without points of no weight. A single point has no error.
+    pub(super) fn tidy(&mut self, rounding: f64) {
+        let alone = self.nodes.len() == 1;
+        for Node { weights, .. } in &mut self.nodes {
+            if alone || weights[1].abs() <= rounding * weights[0].abs() {
+                *weights = [weights[0] + weights[1], 0.0];
+            }
+        }
+        self.nodes.retain(|node| node.weights != [0.0; 2]);
+        self.phases = self.nodes.iter().map(|node| node.gain).collect();
+    }
+
     /// The gains of all points.
     pub(crate) fn gains(&self) -> impl Iterator<Item = f64> {
         self.nodes.iter().map(|node| node.gain)

@@ -1,6 +1,4 @@
-//! How a phantom is looked at: plain data that a scene's file and Rust share.
-
-use super::acquisition::Acquisition;
+//! Acquisition settings: plain data that scene files and Rust share.
 
 /// The time that a view sees.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -40,24 +38,6 @@ impl Mode {
             Self::Static { .. } | Self::Instants | Self::Exposure { .. } | Self::WholeCycle => 1,
         }
     }
-
-    /// The acquisition of a gate with a number of steps a cycle.
-    pub(crate) fn acquisition(self, gate: usize, points: usize) -> Acquisition {
-        match self {
-            Self::Static { phase } => Acquisition::Static { phase, points },
-            Self::Instants => Acquisition::Instants,
-            Self::Exposure { seconds } => Acquisition::Exposure {
-                window: seconds,
-                points,
-            },
-            Self::WholeCycle => Acquisition::WholeCycle { points },
-            Self::Gated { gates } => Acquisition::Gate {
-                gate,
-                gates,
-                points,
-            },
-        }
-    }
 }
 
 /// Accuracy of the samples.
@@ -66,8 +46,8 @@ impl Mode {
 #[cfg_attr(feature = "scene", serde(rename_all = "snake_case"))]
 #[non_exhaustive]
 pub enum Accuracy {
-    /// Steps a cycle, even: of time for a sinusoid before a camera that stands still, else half of them of volume on the way up, and
-    /// half on the way down.
+    /// Steps per cycle, even: half of them between levels of volume on the way up, half on the way down, rounded up to a multiple of four.
+    /// Over whole beats of a sinusoid these are equal steps of time.
     Steps(usize),
     /// Whatever keeps the error of every sample, relative to the largest one, below this: steps of time, sub-bins and rays of bins, slabs of
     /// depth. With `Steps` the last three are as for 1e-3.

@@ -1,6 +1,7 @@
-//! What a view sees in real time: the stretches of it that count, beat by beat and breath by breath.
+//! The time of a view, beat by beat and breath by breath.
 
 use super::acquisition::Acquisition;
+use super::settings::Mode;
 use crate::model::{Height, RespiratoryMotion, Rhythm};
 use crate::{Camera, Cycle, RespiratoryGates};
 use std::borrow::Cow;
@@ -17,6 +18,10 @@ pub(super) struct Span {
     pub(super) phase: [f64; 2],
     /// Phase of the breath at both ends, 0 to 1.
     pub(super) breath: [f64; 2],
+    /// How often it comes, beat after beat.
+    pub(super) copies: f64,
+    /// Average delay of the copies in seconds.
+    pub(super) delay: f64,
 }
 
 impl Span {
@@ -32,6 +37,7 @@ impl Span {
             time: [from, to],
             phase: [from, to].map(|t| self.phase_at(t)),
             breath: [from, to].map(|t| self.breath_at(t)),
+            ..*self
         })
     }
 
@@ -55,24 +61,28 @@ impl Span {
     }
 }
 
-/// The stretches that a view sees, in their order.
+/// The spans that a view covers, in their order.
 pub(super) fn of_view(
     acquisition: Acquisition,
     cycle: &Cycle,
     camera: &Camera,
     view_idx: usize,
 ) -> Vec<Span> {
-    let [from, to] = times(acquisition, camera, view_idx);
-    let beating = match acquisition {
-        Acquisition::Static { phase, .. } => vec![Span {
-            time: [from, to],
+    let window = acquisition.window(cycle, camera, view_idx);
+    between(acquisition, cycle, window)
+}
+
+/// The spans of a time.
+pub(super) fn between(acquisition: Acquisition, cycle: &Cycle, window: [f64; 2]) -> Vec<Span> {
+    let beating = match acquisition.mode {
+        Mode::Static { phase } => vec![Span {
+            time: window,
             phase: [cycle.wrapped(phase); 2],
             breath: [0.0; 2],
+            copies: 1.0,
+            delay: 0.0,
         }],
-        Acquisition::Gate { gate, gates, .. } => beats(cycle, [from, to], Some([gate, gates])),
-        Acquisition::Instants | Acquisition::Exposure { .. } | Acquisition::WholeCycle { .. } => {
-            beats(cycle, [from, to], None)
-        }
+        _ => beats(cycle, window, acquisition.gate_of()),
     };
     match cycle.breathing() {
         None => beating,
@@ -84,25 +94,15 @@ pub(super) fn of_view(
 
 /// Seconds that a view sees, and the moment in the middle of what it sees; the start of the view if it sees nothing.
 pub(super) fn seen(spans: &[Span], start: f64) -> [f64; 2] {
-    let seconds: f64 = spans.iter().map(Span::seconds).sum();
-    let moment: f64 = (spans.iter())
-        .map(|span| span.seconds() * 0.5 * (span.time[0] + span.time[1]))
-        .sum();
+    let [mut seconds, mut moment] = [0.0; 2];
+    for span in spans {
+        let own = span.copies * span.seconds();
+        seconds += own;
+        moment += own * (0.5 * (span.time[0] + span.time[1]) + span.delay);
+    }
     match seconds > NO_SECONDS {
         true => [seconds, moment / seconds],
         false => [0.0, start],
-    }
-}
-
-/// The time of a view.
-fn times(acquisition: Acquisition, camera: &Camera, view_idx: usize) -> [f64; 2] {
-    let start = camera.view_start(view_idx);
-    match acquisition {
-        Acquisition::Instants => [start; 2],
-        Acquisition::Exposure { window, .. } => [start, start + window],
-        Acquisition::Static { .. } | Acquisition::WholeCycle { .. } | Acquisition::Gate { .. } => {
-            [start, start + camera.interval()]
-        }
     }
 }
 
@@ -112,12 +112,21 @@ fn beats(cycle: &Cycle, [from, to]: [f64; 2], gate: Option<[usize; 2]>) -> Vec<S
         Some(rhythm) => Cow::Borrowed(rhythm),
         None => Cow::Owned(Rhythm::regular(cycle.period())),
     };
+    let repeats = cycle.rhythm().is_none() && cycle.breathing().is_none();
     let mut spans = Vec::new();
-    for k in rhythm.number_at(from).. {
+    let mut k = rhythm.number_at(from);
+    loop {
         let beat = rhythm.beat(k);
         if beat.start >= to {
             break;
         }
+        let copies = match repeats && beat.start >= from {
+            true => ((to - beat.start + NO_SECONDS) / beat.length)
+                .floor()
+                .max(1.0),
+            false => 1.0,
+        };
+        k += copies as usize;
         if !rhythm.accepts(&beat) {
             continue;
         }
@@ -130,6 +139,8 @@ fn beats(cycle: &Cycle, [from, to]: [f64; 2], gate: Option<[usize; 2]>) -> Vec<S
                 time: seconds.map(|t| beat.start + t),
                 phase: phases,
                 breath: [0.0; 2],
+                copies,
+                delay: 0.5 * (copies - 1.0) * beat.length,
             };
             let window = [from.max(beat.start + open), to.min(beat.start + close)];
             let Some(part) = part.part(window) else {

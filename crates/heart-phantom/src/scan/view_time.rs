@@ -2,6 +2,7 @@
 
 use super::acquisition::Acquisition;
 use super::camera::Rotation;
+use super::settings::Mode;
 use super::spans;
 #[cfg(feature = "scene")]
 use crate::text::short;
@@ -67,139 +68,70 @@ impl ViewReport {
     }
 }
 
-/// The part of a view's time that counts, in beats: all between two ends that is in a gate.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct TimeSeen {
-    /// The phase at which it starts, and that plus the beats to its end.
-    pub(crate) ends: [f64; 2],
-    /// The beats between the two, before rounding.
-    pub(crate) beats: f64,
-    /// Phases of every beat that count.
-    pub(crate) gate: [f64; 2],
-}
-
-impl TimeSeen {
-    /// Beats seen, and their first moment about beat 0.
-    pub(crate) fn moments(&self) -> [f64; 2] {
-        let ([beats, moment], [to, moment_to]) =
-            (self.up_to(self.ends[0]), self.up_to(self.ends[1]));
-        [to - beats, moment_to - moment]
-    }
-
-    /// The ends of parts in which equally much is seen.
-    pub(crate) fn parts(&self, n: usize) -> Vec<f64> {
-        let [a, b] = self.gate;
-        let [from, to] = self.ends.map(|end| self.up_to(end)[0]);
-        let inner = (1..n).map(|k| {
-            let seen = from + (to - from) * k as f64 / n as f64;
-            let whole = (seen / (b - a)).floor();
-            whole + a + (seen - whole * (b - a))
-        });
-        let [from, to] = self.ends;
-        std::iter::once(from).chain(inner).chain([to]).collect()
-    }
-
-    /// The same from phase 0 of beat 0 on.
-    fn up_to(&self, end: f64) -> [f64; 2] {
-        let [a, b] = self.gate;
-        let whole = end.floor();
-        let part = (end - whole - a).clamp(0.0, b - a);
-        let of_whole = 0.5 * whole * ((whole - 1.0) * (b - a) + (b * b - a * a));
-        [
-            whole * (b - a) + part,
-            of_whole + part * (whole + a + 0.5 * part),
-        ]
-    }
-}
-
 impl Acquisition {
-    /// In real time, how many seconds a view sees, and the moment in their middle.
-    pub(super) fn seconds(&self, cycle: &Cycle, camera: &Camera, view_idx: usize) -> [f64; 2] {
-        let start = camera.view_start(view_idx);
-        spans::seen(&spans::of_view(*self, cycle, camera, view_idx), start)
+    /// Seconds from the start of a view to its end.
+    pub(super) fn lasts(&self, camera: &Camera) -> f64 {
+        match self.mode {
+            Mode::Instants => 0.0,
+            Mode::Exposure { seconds } => seconds,
+            Mode::Static { .. } | Mode::WholeCycle | Mode::Gated { .. } => camera.interval(),
+        }
     }
 
-    /// What a view sees of the beat.
-    pub(crate) fn seen(&self, cycle: &Cycle, camera: &Camera, view_idx: usize) -> TimeSeen {
-        let whole = [0.0, 1.0];
-        let interval = camera.interval();
-        let from = |seconds: f64, gate: [f64; 2]| {
-            let phase = cycle.phase(camera.view_start(view_idx));
-            let beats = seconds / cycle.period();
-            TimeSeen {
-                ends: [phase, phase + beats],
-                beats,
-                gate,
+    /// Start and end of a view in seconds, from the start of the first view or, of a regular cycle, from that of the beat in which the
+    /// view begins. A camera that stands still averages over one such beat.
+    pub(super) fn window(&self, cycle: &Cycle, camera: &Camera, view_idx: usize) -> [f64; 2] {
+        let start = camera.view_start(view_idx);
+        if self.in_real_time(cycle) {
+            return [start, start + self.lasts(camera)];
+        }
+        match (self.mode, camera.rotation()) {
+            (Mode::Static { .. }, _) => [0.0, camera.interval()],
+            (Mode::WholeCycle | Mode::Gated { .. }, Rotation::StepAndShoot) => {
+                [0.0, cycle.period()]
             }
-        };
-        // The beat itself, once, for a camera that waits; all of the view's time for one that turns.
-        let of_beats = |gate: [f64; 2]| match camera.rotation() {
-            Rotation::Continuous => from(interval, gate),
-            Rotation::StepAndShoot => TimeSeen {
-                ends: gate,
-                beats: gate[1] - gate[0],
-                gate,
-            },
-        };
-        match *self {
-            Self::Static { phase, .. } => TimeSeen {
-                ends: [phase; 2],
-                beats: 0.0,
-                gate: whole,
-            },
-            Self::Instants => from(0.0, whole),
-            Self::Exposure { window, .. } => from(window, whole),
-            Self::WholeCycle { .. } => of_beats(whole),
-            Self::Gate { gate, gates, .. } => {
-                of_beats([gate, gate + 1].map(|g| g as f64 / gates as f64))
+            _ => {
+                let start = cycle.phase(start) * cycle.period();
+                [start, start + self.lasts(camera)]
             }
         }
     }
 
+    /// Seconds that a view covers, and the moment in their middle after its start.
+    pub(super) fn seconds(&self, cycle: &Cycle, camera: &Camera, view_idx: usize) -> [f64; 2] {
+        let lasts = self.lasts(camera);
+        match (self.mode, camera.rotation()) {
+            _ if self.in_real_time(cycle) => {}
+            (Mode::Gated { .. }, Rotation::Continuous) => {}
+            (Mode::Gated { gates }, Rotation::StepAndShoot) => {
+                return [lasts / gates as f64, 0.5 * lasts];
+            }
+            _ => return [lasts, 0.5 * lasts],
+        }
+        let [start, end] = self.window(cycle, camera, view_idx);
+        let [seconds, middle] = spans::seen(&spans::between(*self, cycle, [start, end]), start);
+        [seconds, middle - start]
+    }
+
     /// When and from where a view is taken.
     pub(crate) fn view_time(&self, cycle: &Cycle, camera: &Camera, view_idx: usize) -> ViewTime {
-        let interval = camera.interval();
         let start = camera.view_start(view_idx);
-        let [beats, _] = self.seen(cycle, camera, view_idx).moments();
         ViewTime {
             start,
-            window: match self.in_real_time(cycle) {
-                true => self.seconds(cycle, camera, view_idx)[0],
-                false => match (self, camera.rotation()) {
-                    (Self::Static { .. } | Self::WholeCycle { .. }, _) => interval,
-                    (Self::Instants, _) => 0.0,
-                    (&Self::Exposure { window, .. }, _) => window,
-                    (Self::Gate { .. }, Rotation::StepAndShoot) => interval * beats,
-                    (Self::Gate { .. }, Rotation::Continuous) => beats * cycle.period(),
-                },
-            },
-            phase: match *self {
-                Self::Static { phase, .. } => phase,
+            window: self.seconds(cycle, camera, view_idx)[0],
+            phase: match self.mode {
+                Mode::Static { phase } => phase,
                 _ => cycle.phase(start),
             },
             angle: self.angle(cycle, camera, view_idx),
         }
     }
 
-    /// The mean angle of the camera over the time that a view sees.
+    /// The mean angle of the camera over the time that a view covers.
     pub(crate) fn angle(&self, cycle: &Cycle, camera: &Camera, view_idx: usize) -> f64 {
-        if camera.rotation() == Rotation::StepAndShoot {
-            return camera.angle(view_idx, 0.5);
-        }
-        if self.in_real_time(cycle) {
-            let start = camera.view_start(view_idx);
-            let [_, middle] = self.seconds(cycle, camera, view_idx);
-            return camera.angle(view_idx, (middle - start) / camera.interval());
-        }
-        let share = match *self {
-            Self::Static { .. } | Self::WholeCycle { .. } => 0.5,
-            Self::Instants => 0.0,
-            Self::Exposure { window, .. } => 0.5 * window / camera.interval(),
-            Self::Gate { .. } => {
-                let seen = self.seen(cycle, camera, view_idx);
-                let [beats, moment] = seen.moments();
-                (moment / beats - seen.ends[0]) * cycle.period() / camera.interval()
-            }
+        let share = match camera.rotation() {
+            Rotation::StepAndShoot => 0.5,
+            Rotation::Continuous => self.seconds(cycle, camera, view_idx)[1] / camera.interval(),
         };
         camera.angle(view_idx, share)
     }

@@ -310,16 +310,8 @@ impl Scan<'_> {
             return 0;
         }
         let quadrature = self.quadrature();
-        let by_volume = self.acquisition.by_volume(self.cycle, self.camera);
-        let hard = |view_idx| {
-            let plan = quadrature.view(view_idx);
-            if by_volume {
-                plan.spread()
-            } else {
-                plan.volume_error
-            }
-        };
-        let hardness: Vec<f64> = (0..self.camera.n_views()).map(hard).collect();
+        let spread = |view_idx| quadrature.view(view_idx).spread();
+        let hardness: Vec<f64> = (0..self.camera.n_views()).map(spread).collect();
         let larger = |a: &usize, b: &usize| hardness[*a].total_cmp(&hardness[*b]);
         (0..hardness.len()).max_by(larger).unwrap_or(0)
     }

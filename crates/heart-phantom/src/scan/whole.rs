@@ -2,7 +2,7 @@
 
 use super::acquisition::Acquisition;
 use super::depth::Depth;
-use super::quadrature::Quadrature;
+use super::time_rule::TimeRule;
 use crate::error::PhantomError;
 use crate::model::{Activity, Attenuation, Background, Defect, Placed};
 use crate::{Camera, Cycle, Heart, HeartShape, Twist};
@@ -36,32 +36,6 @@ pub(crate) struct Lasting {
     pub(crate) breath: f64,
     /// Share of the time of all views.
     pub(crate) share: f64,
-}
-
-impl<'a> Scan<'a> {
-    /// The heart alone: nothing attenuates, nothing is around it, its wall is whole.
-    pub(crate) fn plain(
-        heart: &'a Heart,
-        camera: &'a Camera,
-        cycle: &'a Cycle,
-        acquisition: Acquisition,
-        activity: Activity,
-    ) -> Self {
-        Self {
-            heart,
-            camera,
-            cycle,
-            acquisition,
-            activity,
-            attenuation: None,
-            defects: &[],
-            twist: None,
-            background: None,
-            organs: None,
-            tolerance: 0.0,
-            depth: None,
-        }
-    }
 }
 
 impl Scan<'_> {
@@ -102,7 +76,7 @@ impl Scan<'_> {
     }
 
     /// The points over which views are averaged.
-    pub(super) fn quadrature(&self) -> Quadrature<'_> {
-        Quadrature::new(self.acquisition, self.cycle, self.camera)
+    pub(super) fn quadrature(&self) -> TimeRule<'_> {
+        TimeRule::new(self.acquisition, self.cycle, self.camera)
     }
 }

@@ -4,7 +4,7 @@ use super::Scene;
 use super::finding::Check;
 use crate::error::PhantomError;
 use crate::ranges;
-use crate::scan::{Accuracy, Camera, Mode, Rotation};
+use crate::scan::{Accuracy, Acquisition, Camera, Mode, Rotation};
 use crate::scene::build::{cycle_of, geometry_of, heads_of};
 use crate::text::enough;
 
@@ -64,7 +64,11 @@ pub(super) fn in_real_time(scene: &Scene, rest: f64, c: &mut Check) {
     let (cardiac, gates) = (mode.n_gates(), mode.n_gates() * cycle.breath_gates());
     for gate in 0..gates {
         let cycle = cycle.clone().in_breath_gate(gate / cardiac);
-        let acquisition = mode.acquisition(gate % cardiac, steps);
+        let acquisition = Acquisition {
+            mode,
+            gate: gate % cardiac,
+            points: steps,
+        };
         let wanted = match acquisition.validate(&cycle, &camera) {
             Ok(()) => continue,
             Err(PhantomError::OutOfRange { .. }) => {

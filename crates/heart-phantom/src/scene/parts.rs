@@ -1,7 +1,7 @@
 //! The objects that a scene describes.
 
 use super::Scene;
-use crate::scan::{Accuracy, BinSample, Mode, STEPS};
+use crate::scan::{Accuracy, Acquisition, BinSample, Mode, STEPS};
 use crate::{Attenuation, Camera, Cycle, Heart, MaterialPoint, Twist, ViewError, ViewTime};
 use radon::{Collimator, FbpOptions};
 use revolve_voxel::Organs;
@@ -78,7 +78,11 @@ impl Parts {
     /// Times and angles of the views of a gate.
     pub(crate) fn view_times(&self, gate: usize) -> Vec<ViewTime> {
         let gates = self.mode().n_gates();
-        let acquisition = self.mode().acquisition(gate % gates, STEPS[0]);
+        let acquisition = Acquisition {
+            mode: self.mode(),
+            gate: gate % gates,
+            points: STEPS[0],
+        };
         let cycle = self.cycle.clone().in_breath_gate(gate / gates);
         (0..self.camera.n_views())
             .map(|view_idx| acquisition.view_time(&cycle, &self.camera, view_idx))

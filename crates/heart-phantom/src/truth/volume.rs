@@ -1,9 +1,8 @@
 //! What the voxels really hold.
 
+use crate::HeartShape;
 use crate::error::PhantomError;
-use crate::model::Activity;
 use crate::scan::{Lasting, Scan, SharedShapes, add_to_gates};
-use crate::{Acquisition, Camera, Cycle, Heart, HeartShape};
 use revolve_voxel::{Body, Moment, Sampling, VoxelCounters, VoxelGrid};
 use std::ops::Range;
 use std::sync::Arc;
@@ -14,27 +13,11 @@ const BYTES_OF_PASS: usize = 256 << 20;
 /// Most shapes that a mean is made of: as many as the finest whole beat of a scene has.
 const MOST_SHAPES: usize = 2049;
 
-/// The activity of every voxel, averaged over the voxel and over the time that the views see together
-/// ([`Acquisition::truth_of`]); index order `[z][y][x]`.
+/// The activity of every voxel of some slices, averaged over the voxel and over the time that the views see together; index order `[z][y][x]`.
+/// Bit for bit the cut from the whole.
 ///
-/// Covered fractions of a voxel are right to `tolerance`. Where the views see more than 2 049 shapes, as many stand for them, each
+/// Covered fractions of a voxel are accurate to `tolerance`. Where the views see more than 2 049 shapes, as many stand for them, each
 /// for neighbours in volume: of a surface that passes a voxel once each way that changes its share by a thousandth at most.
-///
-/// # Errors
-/// As [`acquire`](crate::acquire()); [`PhantomError::Solid`] for a bad tolerance.
-pub fn truth(
-    heart: &Heart,
-    camera: &Camera,
-    cycle: &Cycle,
-    acquisition: Acquisition,
-    activity: impl Into<Activity>,
-    tolerance: f64,
-) -> Result<Vec<f32>, PhantomError> {
-    let scan = Scan::plain(heart, camera, cycle, acquisition, activity.into());
-    Ok(truth_of_slices(&scan, tolerance, 0..camera.n_rows())?.0)
-}
-
-/// The same for some slices only, bit for bit the cut from the whole.
 pub(crate) fn truth_of_slices(
     scan: &Scan<'_>,
     tolerance: f64,

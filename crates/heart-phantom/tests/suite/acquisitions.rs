@@ -1,44 +1,52 @@
 //! Acquisitions and truth against conservation, symmetry and each other.
 
+use heart_phantom::scene::{
+    Accuracy, Activity, CameraSettings, DiscretisationSettings, Mode, Rotation, Scene,
+};
 use heart_phantom::{
-    Acquisition, Activity, Camera, CameraGeometry, Cycle, Heads, Heart, Measures, PhantomError,
-    Regions, Rotation, Sinograms, Uptake, acquire, truth,
+    Camera, Heart, Measures, Phantom, PhantomError, Sinograms, Uptake, VolumeRange,
 };
 use membrane_newton::{MembraneError, NewtonError};
 use radon::RadonError;
-use revolve_voxel::RevolveError;
-use std::f64::consts::PI;
 
-const WALL: [f64; 2] = [0.0, 1.0];
 const SIZE: usize = 48;
 const VIEWS: usize = 12;
 
-fn take(heart: &Heart, acquisition: Acquisition, gain: f64) -> Sinograms {
-    take_every(1.0, heart, acquisition, gain)
+/// The study with views of [`SIZE`] rows and bins.
+fn scene(mode: Mode, steps: usize) -> Scene {
+    let mut scene = Scene::default().with_size(SIZE).with_mode(mode);
+    scene.heart.discretisation = DiscretisationSettings::Differences { nodes: 101 };
+    scene.camera.views = VIEWS;
+    scene.acquisition.accuracy = Accuracy::Steps(steps);
+    scene
 }
 
-/// Views that start so many seconds after each other.
-fn take_every(interval: f64, heart: &Heart, acquisition: Acquisition, gain: f64) -> Sinograms {
-    let camera = Camera::new(VIEWS, SIZE, 16.0).unwrap();
-    let camera = camera.with_interval(interval).unwrap();
-    let cycle = Cycle::new(65.0, gain).unwrap();
-    acquire(heart, &camera, &cycle, acquisition, WALL, &|_| ()).unwrap()
+fn phantom(mode: Mode, steps: usize) -> Phantom {
+    Phantom::new(scene(mode, steps)).unwrap()
 }
 
-fn wall_volume(heart: &Heart) -> f64 {
-    heart.pair().wall_volume()
+fn views(phantom: &Phantom, gate: usize) -> Sinograms {
+    phantom.sinograms(gate, &|_| ()).unwrap()
+}
+
+fn taken(scene: Scene) -> Sinograms {
+    views(&Phantom::new(scene).unwrap(), 0)
+}
+
+fn wall_volume(phantom: &Phantom) -> f64 {
+    phantom.heart().pair().wall_volume()
 }
 
 #[test]
 fn every_view_of_every_acquisition_holds_the_wall_volume() {
-    let heart = Heart::study(101).unwrap();
-    let exact = wall_volume(&heart);
-    for acquisition in [
-        Acquisition::still(0.3),
-        Acquisition::Instants,
-        Acquisition::WholeCycle { points: 8 },
+    for mode in [
+        Mode::Static { phase: 0.3 },
+        Mode::Instants,
+        Mode::WholeCycle,
     ] {
-        let sinograms = take(&heart, acquisition, 0.6);
+        let phantom = phantom(mode, 8);
+        let exact = wall_volume(&phantom);
+        let sinograms = views(&phantom, 0);
         let pixel = (16.0 / SIZE as f64).powi(2);
         for view in sinograms.samples.chunks(SIZE * SIZE) {
             let sum: f64 = view.iter().map(|&v| f64::from(v)).sum();
@@ -51,66 +59,65 @@ fn every_view_of_every_acquisition_holds_the_wall_volume() {
 
 #[test]
 fn phases_are_solved_once_and_mirrored_phases_share_a_shape() {
-    let heart = Heart::study(101).unwrap();
-    let camera = Camera::new(90, 16, 16.0).unwrap();
-    let cycle = Cycle::new(65.0, 0.6).unwrap();
-    let short = Acquisition::Instants;
-    let sinograms = acquire(&heart, &camera, &cycle, short, WALL, &|_| ()).unwrap();
+    let mut scene = scene(Mode::Instants, 8).with_size(16);
+    scene.camera.views = 90;
+    let phantom = Phantom::new(scene).unwrap();
+    let sinograms = views(&phantom, 0);
     // 90 views, 13/12 of a cycle apart: 12 phases, which are 7 gains.
     assert_eq!(sinograms.distinct_phases, 12);
-    assert_eq!((sinograms.distinct_shapes, heart.shapes_solved()), (7, 7));
+    assert_eq!(
+        (sinograms.distinct_shapes, phantom.heart().shapes_solved()),
+        (7, 7)
+    );
     let rays = sinograms.rays;
     assert_eq!(rays.cast + rays.skipped, 90 * 16 * 16);
     // The body's shadow is about a third of the field of view.
     assert!(rays.skipped > rays.cast);
-    acquire(&heart, &camera, &cycle, short, WALL, &|_| ()).unwrap();
-    assert_eq!(heart.shapes_solved(), 7);
+    views(&phantom, 0);
+    assert_eq!(phantom.heart().shapes_solved(), 7);
 }
 
 #[test]
 fn a_heart_that_does_not_beat_looks_the_same_in_all_acquisitions() {
-    let heart = Heart::study(101).unwrap();
-    let still = take(&heart, Acquisition::still(0.0), 0.0);
-    let short = take(&heart, Acquisition::Instants, 0.0);
-    let long = take(&heart, Acquisition::WholeCycle { points: 4 }, 0.0);
+    let mut scene = scene(Mode::Static { phase: 0.0 }, 4);
+    scene.cycle.volume = VolumeRange::Gain(0.0);
+    let phantom = Phantom::new(scene.clone()).unwrap();
+    let other = |mode| {
+        let other = phantom.with_scene(scene.clone().with_mode(mode)).unwrap();
+        views(&other, 0)
+    };
+    let still = views(&phantom, 0);
+    let (short, long) = (other(Mode::Instants), other(Mode::WholeCycle));
     assert_eq!(still.samples, short.samples);
     for (a, b) in still.samples.iter().zip(&long.samples) {
         // Two halves of weight 1/2, each rounded to f32.
         assert!((a - b).abs() <= 2.0 * f32::EPSILON * a.abs());
     }
     assert!(long.view_error.time < 1e-6);
-    assert_eq!(heart.shapes_solved(), 1);
+    assert_eq!(phantom.heart().shapes_solved(), 1);
 }
 
 #[test]
 fn the_average_over_a_cycle_is_the_mean_of_static_scans() {
-    let heart = Heart::study(101).unwrap();
-    let long = take(&heart, Acquisition::WholeCycle { points: 6 }, 0.6);
+    let long = views(&phantom(Mode::WholeCycle, 8), 0);
     let mut mean = vec![0.0f64; long.samples.len()];
-    for j in 0..6 {
-        let phase = f64::from(j) / 6.0;
-        let still = take(&heart, Acquisition::still(phase), 0.6);
+    for j in 0..8 {
+        let phase = f64::from(j) / 8.0;
+        let still = views(&phantom(Mode::Static { phase }, 8), 0);
         for (sum, v) in mean.iter_mut().zip(&still.samples) {
-            *sum += f64::from(*v) / 6.0;
+            *sum += f64::from(*v) / 8.0;
         }
     }
     for (a, b) in long.samples.iter().zip(&mean) {
-        // Six additions in f32.
-        assert!((f64::from(*a) - b).abs() < 6.0 * f64::from(f32::EPSILON) * 10.0);
+        // Eight additions in f32.
+        assert!((f64::from(*a) - b).abs() < 8.0 * f64::from(f32::EPSILON) * 10.0);
     }
 }
 
 #[test]
 fn the_quadrature_error_falls_and_bounds_the_next() {
-    let heart = Heart::study(101).unwrap();
-    let errors: Vec<f64> = [4, 8, 16, 32]
-        .into_iter()
-        .map(|points| {
-            take(&heart, Acquisition::WholeCycle { points }, 0.6)
-                .view_error
-                .time
-        })
-        .collect();
+    let error = |steps| views(&phantom(Mode::WholeCycle, steps), 0).view_error.time;
+    let errors = [4, 8, 16, 32].map(error);
     // Chords end like square roots where the silhouette passes in time, so the rule converges
     // like n^-1.5: a factor 2.8 a doubling; 2 leaves room for the sampling of the silhouette.
     for pair in errors.windows(2) {
@@ -126,12 +133,9 @@ fn same_bits_for_any_number_of_threads() {
             .build()
             .unwrap();
         pool.install(|| {
-            let heart = Heart::study(101).unwrap();
-            let camera = Camera::new(VIEWS, SIZE, 16.0).unwrap();
-            let cycle = Cycle::new(65.0, 0.6).unwrap();
-            let long = Acquisition::WholeCycle { points: 8 };
-            let sinograms = acquire(&heart, &camera, &cycle, long, WALL, &|_| ()).unwrap();
-            let volume = truth(&heart, &camera, &cycle, long, WALL, 1e-3).unwrap();
+            let phantom = phantom(Mode::WholeCycle, 8);
+            let sinograms = views(&phantom, 0);
+            let volume = phantom.truth(0).unwrap();
             (sinograms.samples, sinograms.view_error.time, volume)
         })
     };
@@ -140,17 +144,15 @@ fn same_bits_for_any_number_of_threads() {
 
 #[test]
 fn truth_holds_the_wall_volume_and_measures_itself_as_perfect() {
-    let heart = Heart::study(201).unwrap();
-    let camera = Camera::new(VIEWS, 96, 16.0).unwrap();
-    let cycle = Cycle::new(65.0, 0.6).unwrap();
-    let regions = Regions::new(&heart, &camera, &cycle).unwrap();
-    assert!(regions.wall.count() > 0 && regions.cavity.count() > 0);
-    for acquisition in [
-        Acquisition::still(0.0),
-        Acquisition::WholeCycle { points: 4 },
-    ] {
-        let volume = truth(&heart, &camera, &cycle, acquisition, WALL, 1e-4).unwrap();
-        let measures = Measures::of(&volume, Some(&volume), &regions, &camera).unwrap();
+    for mode in [Mode::Static { phase: 0.0 }, Mode::WholeCycle] {
+        let mut scene = scene(mode, 4).with_size(96);
+        scene.heart.discretisation = DiscretisationSettings::Differences { nodes: 201 };
+        scene.truth.tolerance = 1e-4;
+        let phantom = Phantom::new(scene).unwrap();
+        let regions = phantom.regions().unwrap();
+        assert!(regions.wall.count() > 0 && regions.cavity.count() > 0);
+        let volume = phantom.truth(0).unwrap();
+        let measures = Measures::of(&volume, Some(&volume), regions, phantom.camera()).unwrap();
         assert_eq!(measures.rmse_truth, Some(0.0));
         assert_eq!(measures.background_rms, Some(0.0));
         assert_eq!(measures.cavity_mean, Some(0.0));
@@ -159,7 +161,10 @@ fn truth_holds_the_wall_volume_and_measures_itself_as_perfect() {
         assert!(measures.wall_std.unwrap() < 1e-6);
         // Fractions right to 1e-4 each, with errors of either sign.
         let total = measures.total_activity.unwrap();
-        assert!((total / wall_volume(&heart) - 1.0).abs() < 1e-5, "{total}");
+        assert!(
+            (total / wall_volume(&phantom) - 1.0).abs() < 1e-5,
+            "{total}"
+        );
     }
 }
 
@@ -167,16 +172,6 @@ fn truth_holds_the_wall_volume_and_measures_itself_as_perfect() {
 fn bad_input_is_refused_with_its_numbers() {
     let heart = Heart::study(101).unwrap();
     let camera = Camera::new(2, 8, 16.0).unwrap();
-    let cycle = Cycle::new(65.0, 0.6).unwrap();
-    let try_it = |acquisition| acquire(&heart, &camera, &cycle, acquisition, WALL, &|_| ());
-    assert!(matches!(
-        try_it(Acquisition::WholeCycle { points: 7 }),
-        Err(PhantomError::Odd { given: 7, .. })
-    ));
-    assert!(matches!(
-        try_it(Acquisition::WholeCycle { points: 0 }),
-        Err(PhantomError::Count { given: 0, .. })
-    ));
     for bad in [f64::NAN, f64::INFINITY, -1.0] {
         let refused = camera.clone().with_interval(bad);
         assert!(matches!(
@@ -187,51 +182,26 @@ fn bad_input_is_refused_with_its_numbers() {
             })
         ));
     }
-    assert!(matches!(
-        try_it(Acquisition::still(f64::NAN)),
-        Err(PhantomError::OutOfRange { .. })
-    ));
+    for phase in [f64::NAN, f64::INFINITY, 1e10] {
+        let refused = phantom(Mode::WholeCycle, 8).activity(phase);
+        assert!(matches!(refused, Err(PhantomError::OutOfRange { .. })));
+    }
     // More points than anyone waits for.
-    let points = 65_536;
-    let turning = Camera::with_geometry(&CameraGeometry {
-        views: 2,
-        arc: PI,
-        start: 0.0,
-        heads: Heads::One,
-        bins: 8,
-        rows: 8,
-        pitch: [2.0; 2],
-        rotation: Rotation::Continuous,
-        interval: 1e7,
-        pixels: [8; 2],
-        pixel: 2.0,
-        centre: [0.0; 2],
-    })
-    .unwrap();
-    let window = 1e7;
-    for long in [
-        Acquisition::WholeCycle { points },
-        Acquisition::Gate {
-            gate: 0,
-            gates: 4,
-            points,
-        },
-        Acquisition::Exposure { window, points },
+    for mode in [
+        Mode::WholeCycle,
+        Mode::Gated { gates: 4 },
+        Mode::Exposure { seconds: 1e6 },
     ] {
-        let refused = acquire(&heart, &turning, &cycle, long, WALL, &|_| ());
+        let mut turning = scene(mode, 4096).with_size(8);
+        turning.camera.rotation = Rotation::Continuous;
+        turning.camera.seconds_per_view = 1e6;
+        let refused = Phantom::new(turning).unwrap_err().to_string();
         assert!(
-            matches!(refused, Err(PhantomError::Count { given, most: 16_777_216, .. }) if given > 20_000_000),
-            "{refused:?}"
+            refused.starts_with("camera.seconds_per_view is 1")
+                && refused.contains("the limit is 1.6777216e7"),
+            "{refused}"
         );
     }
-    let still = Acquisition::still(0.0);
-    let refused = acquire(&heart, &camera, &cycle, still, [f64::NAN, 1.0], &|_| ());
-    assert!(matches!(refused, Err(PhantomError::OutOfRange { .. })));
-    let refused = truth(&heart, &camera, &cycle, still, WALL, 0.0);
-    assert!(matches!(
-        refused,
-        Err(PhantomError::Solid(RevolveError::NotPositive { .. }))
-    ));
     assert!(matches!(
         camera.rays(2),
         Err(PhantomError::Count {
@@ -282,29 +252,22 @@ fn bad_input_is_refused_with_its_numbers() {
 
 #[test]
 fn the_gates_together_are_the_whole_cycle() {
-    let heart = Heart::study(101).unwrap();
-    let points = 16;
-    let whole = take(&heart, Acquisition::WholeCycle { points }, 0.6);
-    assert_eq!(heart.shapes_solved(), 9);
-    let gates = 4;
+    let (gates, steps) = (4, 16);
+    let whole = phantom(Mode::WholeCycle, steps);
+    let gated = scene(Mode::Gated { gates }, steps);
+    let gated = whole.with_scene(gated).unwrap();
+    let whole = views(&whole, 0);
+    assert_eq!(gated.heart().shapes_solved(), 9);
     let mut mean = vec![0.0f64; whole.samples.len()];
     for gate in 0..gates {
-        let one = take(
-            &heart,
-            Acquisition::Gate {
-                gate,
-                gates,
-                points,
-            },
-            0.6,
-        );
+        let one = views(&gated, gate);
         // Four steps: five phases.
         assert_eq!(one.distinct_phases, 5);
         for (sum, v) in mean.iter_mut().zip(&one.samples) {
             *sum += f64::from(*v) / gates as f64;
         }
     }
-    assert_eq!(heart.shapes_solved(), 9); // neighbouring gates share their ends, all share the cycle's
+    assert_eq!(gated.heart().shapes_solved(), 9); // neighbouring gates share their ends, all share the cycle's
     for (a, b) in whole.samples.iter().zip(&mean) {
         assert!((f64::from(*a) - b).abs() < 20.0 * f64::from(f32::EPSILON) * 10.0);
     }
@@ -312,13 +275,14 @@ fn the_gates_together_are_the_whole_cycle() {
 
 #[test]
 fn an_exposure_is_made_of_its_beats() {
-    let heart = Heart::study(101).unwrap();
     let period = 60.0 / 65.0;
-    let exposure = |interval: f64, window: f64| {
-        let exposed = Acquisition::Exposure { window, points: 8 };
-        take_every(interval, &heart, exposed, 0.6).samples
+    let every = |interval: f64, mode| {
+        let mut scene = scene(mode, 8);
+        scene.camera.seconds_per_view = interval;
+        taken(scene).samples
     };
-    let whole = take(&heart, Acquisition::WholeCycle { points: 8 }, 0.6).samples;
+    let exposure = |interval, seconds| every(interval, Mode::Exposure { seconds });
+    let whole = every(1.0, Mode::WholeCycle);
     assert!(exposure(period, period) == whole);
     assert!(exposure(3.0 * period, 3.0 * period) == whole);
     // Views begin at the same phase when the interval is a whole number of beats.
@@ -327,90 +291,68 @@ fn an_exposure_is_made_of_its_beats() {
     for ((a, b), sum) in whole.iter().zip(&half).zip(&both) {
         assert!((2.0 * a + 0.5 * b - 2.5 * sum).abs() < 1e-4); // sums of f32 up to 10
     }
-    let still = take_every(0.3, &heart, Acquisition::Instants, 0.6).samples;
-    assert!(exposure(0.3, 0.0) == still);
+    assert!(exposure(0.3, 0.0) == every(0.3, Mode::Instants));
 }
 
 #[test]
 fn a_turning_camera_averages_over_the_angles_that_it_passes() {
-    let heart = Heart::study(101).unwrap();
-    let cycle = Cycle::new(65.0, 0.6).unwrap();
-    let geometry = |views: usize, start: f64, (rotation, interval)| CameraGeometry {
-        views,
-        arc: PI,
-        start,
-        heads: Heads::One,
-        bins: 24,
-        rows: 20,
-        pitch: [0.6, 0.7],
-        rotation,
-        interval,
-        pixels: [24; 2],
-        pixel: 0.6,
-        centre: [0.0; 2],
+    let with = |mode, views: usize, start: f64, (rotation, seconds_per_view)| {
+        let mut scene = scene(mode, 8);
+        scene.camera = CameraSettings {
+            views,
+            start,
+            bins: 24,
+            rows: 20,
+            pitch: [0.6, 0.7],
+            rotation,
+            seconds_per_view,
+            ..scene.camera
+        };
+        Phantom::new(scene)
     };
-    let still = Acquisition::still(0.25);
-    let take = |geometry: CameraGeometry, acquisition| {
-        let camera = Camera::with_geometry(&geometry).unwrap();
-        acquire(&heart, &camera, &cycle, acquisition, WALL, &|_| ()).unwrap()
-    };
+    let still = Mode::Static { phase: 0.25 };
     let turning = (Rotation::Continuous, 2.0);
-    let blurred = take(geometry(6, 0.3, turning), still);
-    // The slow twin: eight views for each, from half a step before it.
-    let step = PI / 6.0;
-    let fine = take(
-        geometry(48, 0.3 - step / 2.0, (Rotation::StepAndShoot, 1.0)),
-        still,
+    let blurred = views(&with(still, 6, 17.0, turning).unwrap(), 0);
+    // The slow twin: eight views for each, from the middles of its arcs.
+    let (step, first) = (180.0 / 6.0, 0.5 / 8.0);
+    let standing = (Rotation::StepAndShoot, 1.0);
+    let fine = views(
+        &with(still, 48, 17.0 + (first - 0.5) * step, standing).unwrap(),
+        0,
     );
     let n = 24 * 20;
-    for view in 0..5 {
+    for view in 0..6 {
         for k in 0..n {
-            let mean: f32 = (0..=8)
-                .map(|j| {
-                    fine.samples[(8 * view + j) * n + k] * if j % 8 == 0 { 0.5 } else { 1.0 } / 8.0
-                })
-                .sum();
+            let sample = |j| fine.samples[(8 * view + j) * n + k] / 8.0;
+            let mean: f32 = (0..8).map(sample).sum();
             assert!((blurred.samples[view * n + k] - mean).abs() < 1e-5);
         }
     }
     // Beats while it turns: 2 s hold two and a part, and eight steps of a beat are four up and four down, between five volumes.
-    let beats = take(
-        geometry(6, 0.3, turning),
-        Acquisition::WholeCycle { points: 8 },
-    );
+    let beating = with(Mode::WholeCycle, 6, 17.0, turning).unwrap();
+    let beats = views(&beating, 0);
     assert_eq!((beats.distinct_phases, beats.distinct_shapes), (5, 5));
-    let wall = wall_volume(&heart);
+    let wall = wall_volume(&beating);
     for view in beats.samples.chunks(n) {
         let sum: f64 = view.iter().map(|&v| f64::from(v)).sum();
         assert!((sum * 0.42 / wall - 1.0).abs() < 0.03);
     }
     let short = (Rotation::Continuous, 0.9);
-    let camera = Camera::with_geometry(&geometry(6, 0.0, short)).unwrap();
-    let refused = acquire(
-        &heart,
-        &camera,
-        &cycle,
-        Acquisition::WholeCycle { points: 8 },
-        WALL,
-        &|_| (),
-    );
-    assert!(matches!(refused, Err(PhantomError::OutOfRange { .. })));
+    assert!(with(Mode::WholeCycle, 6, 0.0, short).is_err());
 }
 
 #[test]
 fn a_total_stays_and_a_concentration_grows_with_the_cavity() {
-    let heart = Heart::study(101).unwrap();
-    let camera = Camera::new(2, SIZE, 16.0).unwrap();
-    let cycle = Cycle::new(65.0, 0.6).unwrap();
-    let pixel = camera.pitch().powi(2);
+    let pixel = (16.0 / SIZE as f64).powi(2);
     let total = |cavity, phase| {
-        let activity = Activity {
+        let mut scene = scene(Mode::Static { phase }, 8);
+        scene.camera.views = 2;
+        scene.activity = Activity {
             cavity,
             wall: Uptake::Concentration(0.0),
         };
-        let still = Acquisition::still(phase);
-        let taken = acquire(&heart, &camera, &cycle, still, activity, &|_| ()).unwrap();
-        let view = &taken.samples[..SIZE * SIZE];
+        let samples = taken(scene).samples;
+        let view = &samples[..SIZE * SIZE];
         view.iter().map(|&v| f64::from(v)).sum::<f64>() * pixel
     };
     // The midpoint rule over 48 x 48 chords, as above.

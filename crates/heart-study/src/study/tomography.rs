@@ -3,7 +3,7 @@
 use super::report;
 use super::run::Run;
 use heart_phantom::radon::Window;
-use heart_phantom::{Acquisition, Measures, Mode, Phantom, PhantomError, Regions, Sinograms};
+use heart_phantom::{Measures, Mode, Phantom, PhantomError, Regions, Sinograms};
 
 /// The three acquisitions in the order of the report. Views are one second apart, 90 of them over 180 degrees at 2 degrees per
 /// second.
@@ -43,8 +43,7 @@ pub(super) fn reconstruct(
     run.stage("solving shapes");
     let solved = run.phantom.heart().shapes_solved();
     let clock = run.clock();
-    let acquisition = phantom.acquisition(0)?;
-    acquisition.solve(phantom.heart(), camera, phantom.cycle())?;
+    phantom.solve(0)?;
     run.time.solve += clock.seconds();
 
     run.stage("projecting");
@@ -80,7 +79,8 @@ pub(super) fn reconstruct(
         || run.write(name, "ram-lak", &cube, ram_lak),
         || measure(ram_lak),
     )?;
-    let figures = |measures| summarise(&phantom, acquisition, &sinograms, solved, measures);
+    let steps = phantom.steps()?;
+    let figures = |measures| summarise(&phantom, steps, &sinograms, solved, measures);
     let (ram_lak, hann) = (figures(&of_ram_lak), figures(&of_hann));
     run.time.reconstruct += first + second;
     run.time.truth_and_files += clock.seconds() - first - second;
@@ -103,22 +103,17 @@ fn beside<T: Send>(
 
 fn summarise(
     phantom: &Phantom,
-    acquisition: Acquisition,
+    steps: usize,
     sinograms: &Sinograms,
     solved_before: usize,
     measures: &Measures,
 ) -> report::Acquisition {
+    let mode = phantom.scene().acquisition.mode;
+    let averaged = matches!(mode, Mode::WholeCycle);
     report::Acquisition {
-        distinct_shapes: matches!(acquisition, Acquisition::Instants)
-            .then_some(sinograms.distinct_phases),
-        quadrature_points: match acquisition {
-            Acquisition::WholeCycle { points } => Some(points),
-            _ => None,
-        },
-        view_error: match acquisition {
-            Acquisition::WholeCycle { .. } => Some(sinograms.view_error.total()),
-            _ => None,
-        },
+        distinct_shapes: matches!(mode, Mode::Instants).then_some(sinograms.distinct_phases),
+        quadrature_points: averaged.then_some(steps),
+        view_error: averaged.then(|| sinograms.view_error.total()),
         shapes_solved: phantom.heart().shapes_solved() - solved_before,
         rays_cast: sinograms.rays.cast,
         rays_skipped: sinograms.rays.skipped,

@@ -3,9 +3,8 @@
 use super::{ODD, SIZES, back, pairs};
 use heart_phantom::files::{self, Format, Projections, Volume, write_npy};
 use heart_phantom::{
-    Acquisition, Activity, Balloon, Camera, Cycle, Heart, MaterialPoint, Measures as Quality,
-    Phantom, PhantomError, Regions, Scene, VolumeCurve, VolumeRange, Wall, WallRegion, acquire,
-    truth,
+    Accuracy, Activity, Balloon, Camera, Cycle, Heart, MaterialPoint, Measures as Quality, Mode,
+    Phantom, PhantomError, Regions, Scene, VolumeCurve, VolumeRange, Wall, WallRegion,
 };
 use membrane_newton::{MembraneError, NewtonError};
 use nalgebra::Point3;
@@ -42,27 +41,20 @@ fn heart_phantom_takes_anything() {
         };
         back(balloon.membrane());
         back(heart.shapes(&[a]));
-        let (gate, points) = (Acquisition::still(a), SIZES[2]);
-        for acquisition in [
-            gate,
-            Acquisition::Instants,
-            Acquisition::Exposure { window: b, points },
-            Acquisition::Gate {
-                gate: usize::MAX,
-                gates: 0,
-                points: 4,
-            },
+        for mode in [
+            Mode::Static { phase: a },
+            Mode::Instants,
+            Mode::Exposure { seconds: b },
+            Mode::Gated { gates: 0 },
         ] {
-            let activity = Activity::from([b, 1.0]);
-            back(acquire(
-                &heart,
-                &camera,
-                &cycles[0],
-                acquisition,
-                activity,
-                &|_| (),
-            ));
-            back(truth(&heart, &camera, &cycles[0], acquisition, activity, b));
+            let mut scene = Scene::default().with_size(6).with_mode(mode);
+            scene.acquisition.accuracy = Accuracy::Steps(SIZES[2]);
+            scene.activity = Activity::from([b, 1.0]);
+            scene.truth.tolerance = b;
+            if let Some(phantom) = back(Phantom::with_heart(scene, heart.clone())) {
+                back(phantom.sinograms(0, &|_| ()));
+                back(phantom.truth(0));
+            }
         }
     }
     back(Cycle::with_curve(
@@ -157,7 +149,7 @@ fn phantoms() {
         back(phantom.slice(0, n.max(6)));
         back(phantom.slice(n.max(1), 0));
         back(phantom.truth_slice(n.max(1), n));
-        back(phantom.acquisition(n));
+        back(phantom.solve(n));
         let refused = phantom.reconstruct(0, &vec![0.0; n.min(5)]);
         assert!(
             matches!(refused, Err(PhantomError::Radon(RadonError::WrongLength { given, .. })) if given == n.min(5)),

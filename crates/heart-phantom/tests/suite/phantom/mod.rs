@@ -312,7 +312,7 @@ fn labels_surfaces_and_activity_at_a_phase() {
         }
     }
     for (refused, beyond) in [
-        (phantom.acquisition(1).map(drop), 1),
+        (phantom.view(1, 0).map(drop), 1),
         (phantom.view(0, 12).map(drop), 12),
         (phantom.slice(0, 40).map(drop), 40),
     ] {

@@ -3,9 +3,7 @@
 
 use super::brute;
 use heart_phantom::scene::{Accuracy, DiscretisationSettings, Mode, Rotation, Scene};
-use heart_phantom::{Acquisition, Camera, Cycle, Heart, Phantom, VolumeCurve, acquire};
-
-const WALL: [f64; 2] = [0.0, 1.0];
+use heart_phantom::{Phantom, VolumeCurve, VolumeRange};
 
 /// Errors of the whole cycle at 8 to 128 steps, with what is stated.
 fn errors(curve: &VolumeCurve, rotation: Rotation) -> Vec<[f64; 3]> {
@@ -81,16 +79,20 @@ fn rules(shapes: usize) -> [(&'static str, Vec<(f64, f64)>); 3] {
 /// Static views of each gain, weighed: relative error of all samples, and of means over `m` by `m` of them.
 #[test]
 fn no_other_rule_does_better_for_a_sinusoid() {
-    let heart = Heart::study(201).unwrap();
     let size = 64;
-    let camera = Camera::new(4, size, 16.0).unwrap();
+    let still = Mode::Static { phase: 0.0 };
+    let mut scene = Scene::default().with_size(size).with_mode(still);
+    scene.heart.discretisation = DiscretisationSettings::Differences { nodes: 201 };
+    scene.camera.views = 4;
+    let phantom = Phantom::new(scene.clone()).unwrap();
     let mean = |points: &[(f64, f64)]| {
         let mut sum = vec![0.0f64; 4 * size * size];
         for &(gain, weight) in points {
             // A cycle whose rest is that gain.
-            let cycle = Cycle::with_curve(60.0, &VolumeCurve::Sinusoid, [gain, gain]).unwrap();
-            let still = Acquisition::still(0.0);
-            let seen = acquire(&heart, &camera, &cycle, still, WALL, &|_| ()).unwrap();
+            let mut scene = scene.clone();
+            scene.cycle.volume = VolumeRange::Gains([gain, gain]);
+            let phantom = phantom.with_scene(scene).unwrap();
+            let seen = phantom.sinograms(0, &|_| ()).unwrap();
             for (sum, value) in sum.iter_mut().zip(seen.samples) {
                 *sum += weight * f64::from(value);
             }
@@ -153,9 +155,10 @@ fn levels_of_volume_do_better_than_steps_of_time_for_other_curves() {
         let by_time = |n: usize| {
             let mut sum = vec![0.0f64; by_volume.samples.len()];
             for j in 0..n {
-                let still = Acquisition::still(j as f64 / n as f64);
-                let (heart, camera, cycle) = (phantom.heart(), phantom.camera(), phantom.cycle());
-                let seen = acquire(heart, camera, cycle, still, WALL, &|_| ()).unwrap();
+                let phase = j as f64 / n as f64;
+                let still = phantom.scene().clone().with_mode(Mode::Static { phase });
+                let still = phantom.with_scene(still).unwrap();
+                let seen = still.sinograms(0, &|_| ()).unwrap();
                 for (sum, value) in sum.iter_mut().zip(seen.samples) {
                     *sum += f64::from(value) / n as f64;
                 }
@@ -217,6 +220,6 @@ fn a_tolerance_is_met_while_the_camera_turns() {
         .samples;
     let exact: Vec<f64> = exact.into_iter().map(f64::from).collect();
     let (error, stated) = (brute::worst(&taken.samples, &exact), taken.view_error.time);
-    println!("{error} {stated} {:?}", phantom.acquisition(0));
+    println!("{error} {stated} {:?}", phantom.steps());
     assert!(error < stated && stated < 4e-3, "{error} {stated}");
 }

@@ -229,7 +229,6 @@ fn code(error: &PhantomError) -> u8 {
         | PhantomError::Tolerance { .. }
         | PhantomError::OutOfRange { .. }
         | PhantomError::Count { .. }
-        | PhantomError::Odd { .. }
         | PhantomError::Extension { .. }
         | PhantomError::Unsupported { .. } => 2,
         _ => 1,
