@@ -1,5 +1,7 @@
 //! Projections: bin averages, time averages, depth response, truncation.
 
+mod definition;
+
 use crate::Row;
 use heart_phantom::Phantom;
 use heart_phantom::scene::{
@@ -11,29 +13,25 @@ use tests::Random;
 pub(crate) const ROWS: &[Row] = &[Row {
     name: "heart_phantom::ViewError::total",
     what: "sample of a view, against the smaller of the stated error and the tolerance asked for",
-    reference: "bins 3 times as fine, at an eighth of the tolerance, averaged",
+    reference: "depth by depth, exact Gaussians over bins, of 25 to 600 rays a bin",
     norm: "maximum over the samples, relative to the largest",
     quick: 3,
     problem: sample,
 }];
 
-/// Bins and rows along a bin of the reference.
-const FINER: usize = 3;
-
 fn sample(random: &mut Random) -> Option<f64> {
     let tolerance = random.decades(-2.7, -1.5);
-    let scene = scene(random, tolerance);
-    let made = Phantom::new(scene.clone())
-        .ok()?
-        .sinograms(0, &|_| ())
-        .ok()?;
-    let exact = reference(scene, 0.125 * tolerance)?;
-    let (mut off, mut largest) = (0.0f64, 0.0f64);
-    for (sample, exact) in made.samples.iter().zip(&exact) {
-        off = off.max((f64::from(*sample) - exact).abs());
-        largest = largest.max(exact.abs());
-    }
-    (largest > 0.0).then(|| off / largest / made.view_error.total().min(tolerance))
+    let phantom = Phantom::new(scene(random, tolerance)).ok()?;
+    let view_idx = random.integer(0, 1);
+    let made = phantom.sinograms(0, &|_| ()).ok()?;
+    let exact = definition::view(&phantom, view_idx, tolerance)?;
+    let largest = made.samples.iter().fold(0.0f32, |most, v| most.max(*v));
+    let own = &made.samples[view_idx * exact.len()..];
+    let off = (own.iter().zip(&exact)).fold(0.0f64, |most, (sample, exact)| {
+        most.max((f64::from(*sample) - exact).abs())
+    });
+    let off = off / f64::from(largest);
+    (largest > 0.0).then(|| off / made.view_error.total().min(tolerance))
 }
 
 /// A small clinical camera before a heart of any size.
@@ -45,12 +43,13 @@ fn scene(random: &mut Random, tolerance: f64) -> Scene {
         balloon.length *= size;
         balloon.radius *= size;
     }
-    scene.pose.turn_x = random.uniform(-180.0, 180.0);
-    scene.pose.turn_y = random.uniform(-180.0, 180.0);
+    // On no grid: the rays of the reference resolve an edge that is in line with their rows to the first order only.
+    scene.pose.turn_x = random.any(-180.0, 180.0);
+    scene.pose.turn_y = random.any(-180.0, 180.0);
     scene.pose.shift = [0; 3].map(|_| random.uniform(-1.0, 1.0));
     let camera = &mut scene.camera;
     (camera.views, camera.bins, camera.rows) = (2, 14, 12);
-    camera.start = random.uniform(-90.0, 90.0);
+    camera.start = random.any(-90.0, 90.0);
     camera.pitch = [0; 2].map(|_| random.uniform(0.3, 0.8));
     camera.samples = Some(BinSample::Averages);
     scene.reconstruction.arc = ArcPolicy::Extend;
@@ -110,25 +109,4 @@ fn attenuation(semi_axes: [f64; 2]) -> Option<Attenuation> {
             semi_axes,
         },
     })
-}
-
-/// The samples from finer bins. Nothing in them is done at the pitch of the bins.
-fn reference(mut scene: Scene, tolerance: f64) -> Option<Vec<f64>> {
-    let bins = scene.camera.bins;
-    scene.camera.bins *= FINER;
-    scene.camera.rows *= FINER;
-    scene.camera.pitch = scene.camera.pitch.map(|pitch| pitch / FINER as f64);
-    scene.acquisition.accuracy = Accuracy::Tolerance(tolerance);
-    let fine = Phantom::new(scene)
-        .ok()?
-        .sinograms(0, &|_| ())
-        .ok()?
-        .samples;
-    let of = |k: usize| -> f64 {
-        let (line, bin) = (k / bins * FINER, k % bins * FINER);
-        let lines = (line..line + FINER).map(|line| line * bins * FINER + bin);
-        let samples = lines.flat_map(|from| &fine[from..from + FINER]);
-        samples.map(|v| f64::from(*v)).sum::<f64>() / (FINER * FINER) as f64
-    };
-    Some((0..fine.len() / (FINER * FINER)).map(of).collect())
 }

@@ -9,8 +9,7 @@ use revolve_voxel::{Capsule, OrganShape, Organs};
 use std::collections::BTreeSet;
 use std::f64::consts::LN_2;
 
-/// Sub-bins along the larger side of a bin, with the rays of a sub-bin that an edge crosses: from one to the next the error falls to
-/// 0.4 of itself at least, as edges are of order 3/2 and aliases of order 5/2.
+/// Sub-bins along the larger side of a bin, with the lattice of rays of a sub-bin that an edge crosses.
 const LADDER: [[usize; 2]; 8] = [
     [1, 2],
     [2, 2],
@@ -23,10 +22,10 @@ const LADDER: [[usize; 2]; 8] = [
 ];
 /// Views in which resolutions are compared, besides the one nearest to its collimator.
 const VIEWS_TRIED: usize = 7;
-/// The error of a resolution, in units of its difference from the next finer one: 1 / (1 - 0.4), and the rest for views that were not tried.
-const COARSE: f64 = 2.0;
-/// The error of the finer one: 0.4 / (1 - 0.4), and the same rest.
-const FINE: f64 = 0.8;
+/// Smallest ratio of the error of a resolution to that of the next coarser one that is assumed.
+const LEAST_RATIO: f64 = 0.4;
+/// Errors in views that were not tried, relative to those that were.
+const OTHER_VIEWS: f64 = 1.2;
 /// The threshold of edges, as a fraction of the tolerance.
 const EDGE: f64 = 0.25;
 /// Sub-bins below this fraction of the narrowest response alias by no more than `ALIAS (h / sigma)^(5/2)` of the largest sample.
@@ -128,8 +127,8 @@ impl Phantom {
     }
 
     /// By how much line integrals differ from averages over bins in the first view, where they may: bins are wider than half the response, or
-    /// than the cavity. The response's full width at half maximum (cm), and the difference relative to the largest sample.
-    pub(super) fn aliasing(&self) -> Result<Option<[f64; 2]>, PhantomError> {
+    /// than the cavity. The larger pitch and the response's full width at half maximum (cm), and the difference relative to the largest sample.
+    pub(super) fn aliasing(&self) -> Result<Option<[f64; 3]>, PhantomError> {
         let pitch = self.camera().detector().pitch();
         let side = pitch[0].max(pitch[1]);
         let fwhm = self.narrowest()? * (8.0 * LN_2).sqrt();
@@ -143,7 +142,7 @@ impl Phantom {
         let lines = self.images(&first, &SubBins::default())?;
         let averages = self.sub_bins(&([3; 2], LATTICES.len() - 4), 0.0)?;
         let averages = self.images(&first, &averages)?;
-        Ok(Some([fwhm, difference(&lines, &averages)]))
+        Ok(Some([side, fwhm, difference(&lines, &averages)]))
     }
 
     /// Refines until two resolutions differ by no more than the tolerance allows.
@@ -159,12 +158,14 @@ impl Phantom {
             Ok::<_, PhantomError>((sub_bins, images))
         };
         let mut before = try_level(&levels[0])?;
-        for level in &levels[1..] {
-            let after = try_level(level)?;
-            let difference = difference(&before.1, &after.1);
-            for (factor, (sub_bins, _)) in [(COARSE, &before), (FINE, &after)] {
-                let error = factor * difference + alias;
-                let last = factor == FINE && Some(level) == levels.last();
+        for pair in levels.windows(2) {
+            let (after, ratio) = (try_level(&pair[1])?, ratio(&pair[0], &pair[1]));
+            let coarse = OTHER_VIEWS / (1.0 - ratio) * difference(&before.1, &after.1);
+            let finest = Some(&pair[1]) == levels.last();
+            for (error, (sub_bins, _), last) in
+                [(coarse, &before, false), (ratio * coarse, &after, finest)]
+            {
+                let error = error + alias;
                 if error <= target || (last && !self.parts.is_tolerance_given()) {
                     return Ok(SubBins {
                         error,
@@ -338,4 +339,17 @@ fn difference(coarse: &[Vec<f32>], fine: &[Vec<f32>]) -> f64 {
         }
     };
     coarse.iter().zip(fine).map(of).fold(0.0, f64::max)
+}
+
+/// The ratio of the error of a resolution to that of the one before: aliases are of order 5/2 in the size of the sub-bins, edges of order 3/2
+/// in the distance of the rays. If e is the error of the coarser one and r the ratio, they differ by (1 - r) e.
+fn ratio((before, coarse): &Level, (after, fine): &Level) -> f64 {
+    let side = |counts: &[usize; 2]| counts[0].max(counts[1]) as f64;
+    let rays = |[n, m]: [usize; 2], lattice: usize| (n * m * LATTICES[lattice][1]) as f64;
+    let aliases = match before == after {
+        true => 0.0,
+        false => (side(before) / side(after)).powf(2.5),
+    };
+    let edges = (rays(*before, *coarse) / rays(*after, *fine)).powf(0.75);
+    aliases.max(edges).max(LEAST_RATIO)
 }

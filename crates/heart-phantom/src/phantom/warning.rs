@@ -68,7 +68,7 @@ pub enum Warning {
     },
     /// Samples are line integrals through the centres of bins that are wide compared with the response or the heart, so they alias.
     Aliased {
-        /// Pitch of the bins in cm.
+        /// Pitch of the bins, or of the rows if that is larger, in cm.
         pitch: f64,
         /// Smallest full width at half maximum of the response, cm; 0 without one.
         fwhm: f64,

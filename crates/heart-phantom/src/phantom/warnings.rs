@@ -75,9 +75,9 @@ impl Phantom {
         }
         // Behind a face within the body there is no view to look at.
         if parts.collimator.is_none() || self.inside()?.is_none() {
-            let aliasing = self.aliasing()?.filter(|[_, error]| *error > 0.0);
-            found.extend(aliasing.map(|[fwhm, error]| Warning::Aliased {
-                pitch: self.camera().pitch(),
+            let aliasing = self.aliasing()?.filter(|[.., error]| *error > 0.0);
+            found.extend(aliasing.map(|[pitch, fwhm, error]| Warning::Aliased {
+                pitch,
                 fwhm,
                 error,
             }));

@@ -122,8 +122,10 @@ impl Depth {
         }
         let ends = depth.gaussians(&[near, far], tolerance)?;
         (depth.reach, depth.nodes) = (ends.reach(), ends.n_nodes());
+        // Third differences find an edge in a sub-bin if they have neighbours on both sides of it.
+        let stencil = depth.sub_bins.averages.as_ref().map_or(0, |_| STENCIL);
         depth.margin = [0, 1].map(|axis| {
-            let reach = depth.reach[axis].div_ceil(counts[axis]);
+            let reach = (depth.reach[axis] + stencil).div_ceil(counts[axis]);
             let free = (0.5 * size[axis] as f64 - reach as f64) * pitch[axis];
             if extent[axis] > free { reach } else { 0 }
         });

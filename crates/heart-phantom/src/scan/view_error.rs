@@ -19,10 +19,11 @@ const ROUNDING: f64 = 5e-7;
 pub struct ViewError {
     /// Quadrature over time: the difference from the rule with half the points, which at order 3/2 is 1.8 times the error.
     pub time: f64,
-    /// Averages over bins: twice the difference between this resolution and a finer one, over several views at end-systole and
-    /// end-diastole. Zero for line integrals without a blur, which are exact.
+    /// Averages over bins: from the largest difference between this resolution and a neighbouring one, over several views at end-systole
+    /// and end-diastole, at the orders 3/2 of edges and 5/2 of aliases. Zero for line integrals without a blur, which are exact.
     pub bins: f64,
-    /// Response that depends on depth: the difference from slabs of twice the thickness.
+    /// Response that depends on depth: the largest difference from slabs of twice the thickness. To leading order it is a bound where at
+    /// most two edges of constant activity lie on a ray, and three times the error where activity is smooth.
     pub depth: f64,
     /// Tails of kernels that are cut off, and rounding of sums in single precision.
     pub truncation: f64,

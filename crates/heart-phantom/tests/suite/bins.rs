@@ -61,9 +61,18 @@ fn distance(a: &[f32], b: &[f64]) -> f64 {
 
 #[test]
 fn averages_of_a_cylinder_are_those_of_its_chord() {
-    let axes = [5.3, 3.1];
+    averages_of_a_cylinder([0.4, -0.2], [5.3, 3.1]);
+}
+
+/// Its silhouettes are in the first and in the last bin.
+#[test]
+fn averages_at_the_ends_of_the_rows_are_those_of_the_chord() {
+    averages_of_a_cylinder([0.0; 2], [7.7; 2]);
+}
+
+fn averages_of_a_cylinder(centre: [f64; 2], axes: [f64; 2]) {
     let shape = OrganShapeSettings::Cylinder {
-        centre: [0.4, -0.2],
+        centre,
         semi_axes: axes,
     };
     for tolerance in [1e-2, 1e-3, 2e-4] {
@@ -73,7 +82,7 @@ fn averages_of_a_cylinder_are_those_of_its_chord() {
         for view in 0..4 {
             let theta = phantom.camera().geometry().angles()[view];
             let half = (axes[0] * theta.cos()).hypot(axes[1] * theta.sin());
-            let middle = 0.4 * theta.cos() - 0.2 * theta.sin();
+            let middle = centre[0] * theta.cos() + centre[1] * theta.sin();
             // The integral of 2 a b / half^2 sqrt(half^2 - s^2) up to s.
             let up_to = |s: f64| {
                 let x = ((s - middle) / half).clamp(-1.0, 1.0);

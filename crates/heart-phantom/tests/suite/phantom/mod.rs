@@ -1,5 +1,6 @@
 //! A phantom does what is asked for and no more, and each part has the bits of the whole.
 
+mod aliased;
 mod artefacts;
 mod defects;
 mod guide;

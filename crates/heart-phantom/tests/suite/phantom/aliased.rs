@@ -1,0 +1,105 @@
+//! The warning about line integrals through the centres of wide bins: when it appears, and the effect that it states.
+
+use super::small;
+use heart_phantom::scene::{
+    Accuracy, BinSample, BlurSettings, CollimatorSettings, HolesSettings, Mode, Orbit, Scene,
+};
+use heart_phantom::{Phantom, Warning};
+
+/// Line integrals through the centres of bins of this pitch.
+fn centres(pitch: [f64; 2]) -> Scene {
+    let mut scene = small(Mode::Static { phase: 0.3 });
+    (scene.camera.bins, scene.camera.rows, scene.camera.pitch) = (26, 24, pitch);
+    scene.camera.samples = Some(BinSample::Centres);
+    scene
+}
+
+fn blurred(pitch: [f64; 2], fwhm: f64) -> Scene {
+    let mut scene = centres(pitch);
+    scene.blur = Some(BlurSettings { fwhm });
+    scene
+}
+
+/// A heart a tenth as large, much of which single rays miss.
+fn tiny(pitch: [f64; 2]) -> Scene {
+    let mut scene = centres(pitch);
+    for balloon in [&mut scene.heart.inner, &mut scene.heart.outer] {
+        balloon.length *= 0.1;
+        balloon.radius *= 0.1;
+    }
+    scene
+}
+
+/// Pitch, full width at half maximum and stated effect of the warning.
+fn aliased(scene: &Scene) -> Option<[f64; 3]> {
+    let warnings = Phantom::new(scene.clone()).unwrap().warnings().unwrap();
+    warnings.iter().find_map(|warning| match *warning {
+        Warning::Aliased { pitch, fwhm, error } => Some([pitch, fwhm, error]),
+        _ => None,
+    })
+}
+
+/// The largest difference of the first view from averages over bins, which are those of bins a third as wide; relative to the largest.
+fn effect(scene: &Scene) -> f64 {
+    let lines = Phantom::new(scene.clone()).unwrap().view(0, 0).unwrap();
+    let mut fine = scene.clone();
+    (fine.camera.bins, fine.camera.rows) = (3 * scene.camera.bins, 3 * scene.camera.rows);
+    fine.camera.pitch = scene.camera.pitch.map(|pitch| pitch / 3.0);
+    fine.camera.samples = Some(BinSample::Averages);
+    fine.acquisition.accuracy = Accuracy::Tolerance(1e-3);
+    let fine = Phantom::new(fine).unwrap().view(0, 0).unwrap();
+    let bins = scene.camera.bins;
+    let average = |k: usize| {
+        let line = |j: usize| &fine[((k / bins * 3 + j) * bins + k % bins) * 3..][..3];
+        (0..3).flat_map(line).sum::<f32>() / 9.0
+    };
+    let averages: Vec<f32> = (0..lines.len()).map(average).collect();
+    let off = (lines.iter().zip(&averages)).map(|(a, b)| (a - b).abs());
+    let largest = averages.iter().fold(0.0f32, |most, v| most.max(*v));
+    f64::from(off.fold(0.0, f32::max) / largest)
+}
+
+#[test]
+fn line_integrals_of_bins_wider_than_half_the_response_are_aliased() {
+    // The wider side of a bin counts.
+    for pitch in [[0.6, 0.5], [0.5, 0.6]] {
+        let found = aliased(&blurred(pitch, 1.19)).unwrap();
+        assert!(found[0] == 0.6 && (found[1] - 1.19).abs() < 1e-9, "{found:?}");
+        assert_eq!(aliased(&blurred(pitch, 1.21)), None);
+    }
+    // Averages over bins, and lines without a response through a heart that is large against the bins.
+    let mut averages = blurred([0.6; 2], 0.9);
+    averages.camera.samples = Some(BinSample::Averages);
+    assert_eq!(aliased(&averages), None);
+    averages.camera.samples = None;
+    assert_eq!(aliased(&averages), None);
+    assert_eq!(aliased(&centres([0.6; 2])), None);
+    // A heart that is small against the bins is aliased without a response, too.
+    let [pitch, fwhm, error] = aliased(&tiny([0.6; 2])).unwrap();
+    assert_eq!((pitch, fwhm), (0.6, 0.0));
+    assert!(error > 0.1, "{error}");
+    assert_eq!(aliased(&tiny([0.1; 2])), None);
+}
+
+#[test]
+fn the_stated_effect_of_aliasing_is_the_true_one() {
+    let mut near = centres([0.64; 2]);
+    near.collimator = Some(CollimatorSettings {
+        holes: HolesSettings::GeLehr,
+        intrinsic_fwhm: 0.38,
+    });
+    near.camera.radius = Orbit::Circle(9.0);
+    let mut far = near.clone();
+    far.camera.radius = Orbit::Circle(14.0);
+    // At 20 cm bins of 4 mm are narrower than half the response.
+    let mut fine = near.clone();
+    (fine.camera.radius, fine.camera.pitch) = (Orbit::Circle(20.0), [0.4; 2]);
+    assert_eq!(aliased(&fine), None);
+    for scene in [near, far, blurred([0.5, 0.7], 0.9), tiny([0.6; 2])] {
+        let [_, _, stated] = aliased(&scene).unwrap();
+        let exact = effect(&scene);
+        println!("stated {stated:e}, exact {exact:e}");
+        // The averages compared with are those of 3 x 3 sub-bins of at most 34 rays; the reference is within 1e-3.
+        assert!((stated - exact).abs() < 0.02 * exact + 1e-3, "{stated} {exact}");
+    }
+}

@@ -1,0 +1,369 @@
+//! Samples by their definition: depth by depth, the line integrals of a dense lattice of rays, weighed by the exact average over the bin of the
+//! Gaussian of that depth, and averaged over phases.
+
+use heart_phantom::revolve_voxel::{
+    Attenuator, EllipticCylinder, Medium, Organs, ParallelDetector, ParallelRays,
+};
+use heart_phantom::scene::{self, Mode, Scene};
+use heart_phantom::{Chest, HeartShape, Phantom};
+use radon::Collimator;
+use std::f64::consts::LN_2;
+
+/// Thickness of the slabs of depth in cm, each of the mean variance of its ends' distances.
+const SLAB: f64 = 0.1;
+/// Standard deviations at which a Gaussian ends.
+const REACH: f64 = 5.0;
+/// Sets of rows, each shifted along the bins by another multiple of a part of the spacing of the rays: both are Fibonacci numbers.
+const SHIFTS: [usize; 2] = [8, 13];
+/// Phases of a whole cycle, equidistant; a Gauss-Legendre rule on [-1, 1] for a gate.
+const PHASES: usize = 16;
+const GAUSS: [[f64; 2]; 5] = [
+    [-0.9061798459386640, 0.2369268850561891],
+    [-0.5384693101056831, 0.4786286704993665],
+    [0.0, 0.5688888888888889],
+    [0.5384693101056831, 0.4786286704993665],
+    [0.9061798459386640, 0.2369268850561891],
+];
+
+/// The response of a scene; `None` for line integrals averaged over bins.
+fn response(scene: &Scene) -> Option<Collimator> {
+    match (&scene.collimator, &scene.blur) {
+        (Some(settings), _) => settings.response().ok(),
+        (None, Some(blur)) => Collimator::new(0.0, 0.0, blur.fwhm / (8.0 * LN_2).sqrt()).ok(),
+        (None, None) => None,
+    }
+}
+
+/// Phases of the first gate with their weights.
+fn phases(mode: &Mode) -> Vec<[f64; 2]> {
+    match *mode {
+        Mode::Static { phase } => vec![[phase, 1.0]],
+        Mode::Gated { gates } => GAUSS
+            .map(|[x, weight]| [0.5 * (1.0 + x) / gates as f64, 0.5 * weight])
+            .to_vec(),
+        Mode::WholeCycle => (0..PHASES)
+            .map(|k| [(k as f64 + 0.5) / PHASES as f64, 1.0 / PHASES as f64])
+            .collect(),
+        _ => panic!("{mode:?} is not drawn"),
+    }
+}
+
+/// All samples `[row][bin]` of a view of the first gate. The error of the reference is kept below a sixteenth of `tolerance`.
+pub(super) fn view(phantom: &Phantom, view_idx: usize, tolerance: f64) -> Option<Vec<f64>> {
+    let (scene, camera) = (phantom.scene(), phantom.camera());
+    let chest = scene.chest.map(|chest| chest.organs()).transpose().ok()?;
+    let view = View {
+        size: [camera.n_bins(), camera.n_rows()],
+        pitch: camera.detector().pitch(),
+        theta: camera.geometry().angles()[view_idx],
+        radius: *phantom.radii().ok()?.get(view_idx)?,
+        response: response(scene),
+        is_deep: scene.collimator.is_some(),
+        tolerance,
+    };
+    let mut samples = vec![0.0; view.size[0] * view.size[1]];
+    let torso = scene.background.map(|background| background.semi_axes);
+    if chest.is_some() || torso.is_some() {
+        let reach = torso.map_or(21.0, |[a, b]| 1.01 * a.max(b));
+        let everywhere = [[-reach, reach], [-99.0, 99.0]];
+        view.add(
+            &mut samples,
+            everywhere,
+            [-reach, reach],
+            99.0,
+            |rays, slabs| {
+                around(scene, chest.as_ref(), rays, slabs).expect("surroundings");
+            },
+        );
+    }
+    for [phase, weight] in phases(&scene.acquisition.mode) {
+        let shape = phantom.shape(phase).ok()?;
+        let ([side, height, depth], least) =
+            (view.reach(&shape)?, shape.body().layers()[0].r_max());
+        // What the heart changes behind itself.
+        let low = chest.as_ref().map_or(depth[0], |_| -21.0);
+        view.add(
+            &mut samples,
+            [side, height],
+            [low, depth[1]],
+            least,
+            |rays, slabs| {
+                heart(scene, &shape, chest.as_ref(), rays, weight, slabs).expect("a heart");
+            },
+        );
+    }
+    Some(samples)
+}
+
+/// What makes the samples of a view.
+struct View {
+    size: [usize; 2],
+    pitch: [f64; 2],
+    theta: f64,
+    /// Distance of the collimator's face from the axis.
+    radius: f64,
+    response: Option<Collimator>,
+    /// Whether the response depends on depth.
+    is_deep: bool,
+    tolerance: f64,
+}
+
+impl View {
+    /// From where to where a heart reaches along the bins, along the rows and along the rays.
+    fn reach(&self, shape: &HeartShape) -> Option<[[f64; 2]; 3]> {
+        let [low, high] = shape.body().bounding_box(1).ok()?;
+        let (sin, cos) = self.theta.sin_cos();
+        let mut reach = [[f64::INFINITY, f64::NEG_INFINITY]; 3];
+        for k in 0..8 {
+            let at = |axis: usize| [low[axis], high[axis]][k >> axis & 1];
+            let (x, y, z) = (at(0), at(1), at(2));
+            for (reach, at) in (reach.iter_mut()).zip([x * cos + y * sin, z, y * cos - x * sin]) {
+                *reach = [reach[0].min(at - 1e-3), reach[1].max(at + 1e-3)];
+            }
+        }
+        Some(reach)
+    }
+
+    /// Adds what `project` adds to the slabs of rays within some bounds, `[side, height]`, across and `depth` along them. `least` is the
+    /// smallest radius of what is there.
+    fn add(
+        &self,
+        samples: &mut [f64],
+        bounds: [[f64; 2]; 2],
+        depth: [f64; 2],
+        least: f64,
+        project: impl Fn(&ParallelRays, &mut [f32]),
+    ) {
+        let n = match self.is_deep {
+            true => ((depth[1] - depth[0]) / SLAB).ceil(),
+            false => 1.0,
+        };
+        let thickness = (depth[1] - depth[0]) / n;
+        let sigma = |k: usize| {
+            let distance = self.radius - depth[0] - (k as f64 + 0.5) * thickness;
+            self.response
+                .map_or(0.0, |response| response.sigma(distance))
+        };
+        let sigmas: Vec<f64> = (0..n as usize).map(sigma).collect();
+        let narrowest = sigmas[sigmas.len() - 1];
+        let spacing = match narrowest > 0.0 {
+            true => 0.5 * narrowest * (6.25 * self.tolerance).powf(0.4).min(0.4),
+            false => self.pitch[0].max(self.pitch[1]) / 32.0,
+        };
+        // A square holds one ray of each set.
+        let (spacing, side) = (spacing.min(least / 25.0), (SHIFTS[1] as f64).sqrt());
+        let bins = [0, 1].map(|axis| {
+            let (half, pitch) = (0.5 * self.size[axis] as f64, self.pitch[axis]);
+            let reach = REACH * sigmas[0] / pitch;
+            let from = (bounds[axis][0] / pitch).max(-half - reach) + half;
+            let to = (bounds[axis][1] / pitch).min(half + reach) + half;
+            [from.floor(), to.ceil()]
+        });
+        if bins.iter().any(|[from, to]| to <= from) {
+            return;
+        }
+        let raster = Raster {
+            size: self.size,
+            pitch: self.pitch,
+            bins,
+            fine: [
+                (self.pitch[0] / (spacing * side)).ceil(),
+                (self.pitch[1] / (spacing / side)).ceil(),
+            ],
+            theta: self.theta,
+            sigmas,
+            planes: (1..n as usize)
+                .map(|k| depth[0] + k as f64 * thickness)
+                .collect(),
+        };
+        for shift in 0..SHIFTS[1] {
+            raster.add(&raster.set(shift), samples, &project);
+        }
+    }
+}
+
+/// Adds what surrounds the heart, as if there were no heart.
+fn around(
+    scene: &Scene,
+    chest: Option<&Organs>,
+    rays: &ParallelRays,
+    slabs: &mut [f32],
+) -> Result<(), Box<dyn std::error::Error>> {
+    if let Some(organs) = chest {
+        organs.project_add(rays, 1.0, true, slabs)?;
+    }
+    if let Some(background) = scene.background {
+        let torso = EllipticCylinder::new(background.centre, background.semi_axes)?;
+        torso.project_add(
+            rays,
+            background.concentration,
+            attenuator(scene)?.as_ref(),
+            slabs,
+        )?;
+    }
+    Ok(())
+}
+
+/// The torso that attenuates.
+fn attenuator(scene: &Scene) -> Result<Option<Attenuator<'static>>, Box<dyn std::error::Error>> {
+    Ok(match scene.attenuation {
+        Some(scene::Attenuation {
+            coefficient,
+            medium: scene::Medium::Torso { centre, semi_axes },
+        }) => Some(Attenuator::new(
+            coefficient,
+            Medium::Torso(EllipticCylinder::new(centre, semi_axes)?),
+        )?),
+        _ => None,
+    })
+}
+
+/// Adds the heart of one shape, and what it changes around it.
+fn heart(
+    scene: &Scene,
+    shape: &HeartShape,
+    chest: Option<&Organs>,
+    rays: &ParallelRays,
+    weight: f64,
+    slabs: &mut [f32],
+) -> Result<(), Box<dyn std::error::Error>> {
+    let body = shape.body();
+    let around = scene
+        .background
+        .map_or(0.0, |background| background.concentration);
+    let activity = scene.activity.of(shape).map(|own| own - around);
+    if let Some(organs) = chest {
+        let mu = Chest::SOFT_TISSUE;
+        let medium = Attenuator::new(mu, Medium::Around(organs, body))?;
+        body.project_attenuated_add(rays, &activity, weight, &medium, slabs)?;
+        organs.project_replaced_add(body, rays, weight, Some(mu), slabs)?;
+    } else if let Some(torso) = attenuator(scene)? {
+        body.project_attenuated_add(rays, &activity, weight, &torso, slabs)?;
+    } else {
+        body.project_add(rays, &activity, weight, slabs)?;
+    }
+    Ok(())
+}
+
+/// Rays of a view, `fine` of them along each side of a bin.
+struct Raster {
+    size: [usize; 2],
+    pitch: [f64; 2],
+    /// The first bin, and row, with rays, and the one after the last; those of the view begin at 0.
+    bins: [[f64; 2]; 2],
+    fine: [f64; 2],
+    theta: f64,
+    sigmas: Vec<f64>,
+    planes: Vec<f64>,
+}
+
+/// Every 13th row of the rays.
+struct Set {
+    rays: ParallelRays,
+    /// For each slab and ray the first bin that it reaches, and its fractions in the bins from there on.
+    along: Vec<(usize, Vec<f64>)>,
+    /// Heights of the rows.
+    heights: Vec<f64>,
+}
+
+impl Raster {
+    fn step(&self, axis: usize) -> f64 {
+        self.pitch[axis] / self.fine[axis]
+    }
+
+    /// Fractions of the Gaussian about a place that lie in each bin, or row.
+    fn fractions(&self, axis: usize, sigma: f64, at: f64) -> (usize, Vec<f64>) {
+        let (n, pitch) = (self.size[axis], self.pitch[axis]);
+        let edge = |k: usize| (k as f64 - 0.5 * n as f64) * pitch - at;
+        let bin = |x: f64| (x / pitch + 0.5 * n as f64).floor().clamp(0.0, n as f64) as usize;
+        if sigma == 0.0 {
+            let (first, next) = (bin(at), bin(at) + 1);
+            return (first, vec![1.0; next.min(n).saturating_sub(first)]);
+        }
+        let first = bin(at - REACH * sigma);
+        let end = (bin(at + REACH * sigma) + 1).min(n);
+        let up_to = |x: f64| 0.5 * erf(x / (sigma * std::f64::consts::SQRT_2));
+        let ends: Vec<f64> = (first..=end.max(first)).map(|k| up_to(edge(k))).collect();
+        (
+            first,
+            ends.windows(2).map(|pair| pair[1] - pair[0]).collect(),
+        )
+    }
+
+    fn set(&self, shift: usize) -> Set {
+        let n = [0, 1].map(|axis| {
+            let [from, to] = self.bins[axis];
+            ((to - from) * self.fine[axis]) as usize
+        });
+        let first = |axis: usize| {
+            let edge = self.bins[axis][0] - 0.5 * self.size[axis] as f64;
+            edge * self.pitch[axis] + 0.5 * self.step(axis)
+        };
+        let rows: Vec<usize> = (shift..n[1]).step_by(SHIFTS[1]).collect();
+        let [by, sets] = SHIFTS.map(|n| n as f64);
+        let beside = ((by * shift as f64 + 0.5) / sets).fract() - 0.5;
+        let height = |row: usize| first(1) + row as f64 * self.step(1);
+        let heights: Vec<f64> = rows.into_iter().map(height).collect();
+        let middle = 0.5 * (heights[0] + heights[heights.len() - 1]);
+        let pitch = [self.step(0), sets * self.step(1)];
+        let place = |k: f64| first(0) + (k + beside) * self.step(0);
+        let rays = ParallelDetector::new(n[0], heights.len(), pitch)
+            .and_then(|detector| detector.with_offset([place(0.5 * (n[0] as f64 - 1.0)), middle]))
+            .and_then(|detector| detector.rays(self.theta))
+            .and_then(|rays| rays.with_planes(&self.planes))
+            .expect("a raster");
+        let along = (self.sigmas.iter())
+            .flat_map(|sigma| (0..n[0]).map(|k| self.fractions(0, *sigma, place(k as f64))))
+            .collect();
+        Set {
+            rays,
+            along,
+            heights,
+        }
+    }
+
+    /// Adds what `project` adds to the slabs of some rays to the samples.
+    fn add(&self, set: &Set, samples: &mut [f64], project: impl Fn(&ParallelRays, &mut [f32])) {
+        let (n_bins, n_slabs) = (set.rays.n_bins(), self.sigmas.len());
+        let mut slabs = vec![0.0f32; set.heights.len() * n_slabs * n_bins];
+        project(&set.rays, &mut slabs);
+        let area = 1.0 / (self.fine[0] * self.fine[1]);
+        for (row, slabs) in slabs.chunks(n_slabs * n_bins).enumerate() {
+            for (slab, line) in slabs.chunks(n_bins).enumerate() {
+                if line.iter().all(|v| *v == 0.0) {
+                    continue;
+                }
+                let mut own = vec![0.0; self.size[0]];
+                for (v, (first, fractions)) in line.iter().zip(&set.along[slab * n_bins..]) {
+                    let v = f64::from(*v);
+                    if v != 0.0 {
+                        for (sum, fraction) in own[*first..].iter_mut().zip(fractions) {
+                            *sum += v * fraction;
+                        }
+                    }
+                }
+                let (first, fractions) = self.fractions(1, self.sigmas[slab], set.heights[row]);
+                for (k, fraction) in fractions.iter().enumerate() {
+                    let line = &mut samples[(first + k) * self.size[0]..][..self.size[0]];
+                    for (sum, v) in line.iter_mut().zip(&own) {
+                        *sum += area * fraction * v;
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// The error function to 1.5e-7 (Abramowitz & Stegun 7.1.26), far below any tolerance here.
+fn erf(x: f64) -> f64 {
+    let t = 1.0 / (1.0 + 0.3275911 * x.abs());
+    let series = [
+        1.061405429,
+        -1.453152027,
+        1.421413741,
+        -0.284496736,
+        0.254829592,
+    ];
+    let sum = series.iter().fold(0.0, |sum, c| (sum + c) * t);
+    (1.0 - sum * (-x * x).exp()).copysign(x)
+}
