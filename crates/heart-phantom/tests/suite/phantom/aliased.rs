@@ -39,14 +39,15 @@ fn aliased(scene: &Scene) -> Option<[f64; 3]> {
     })
 }
 
-/// The largest difference of the first view from averages over bins, which are those of bins a third as wide; relative to the largest.
-fn effect(scene: &Scene) -> f64 {
+/// The largest difference of the first view from averages over bins, relative to the largest of these. They are those of bins a third as wide,
+/// to the tolerance.
+fn effect(scene: &Scene, tolerance: f64) -> f64 {
     let lines = Phantom::new(scene.clone()).unwrap().view(0, 0).unwrap();
     let mut fine = scene.clone();
     (fine.camera.bins, fine.camera.rows) = (3 * scene.camera.bins, 3 * scene.camera.rows);
     fine.camera.pitch = scene.camera.pitch.map(|pitch| pitch / 3.0);
     fine.camera.samples = Some(BinSample::Averages);
-    fine.acquisition.accuracy = Accuracy::Tolerance(1e-3);
+    fine.acquisition.accuracy = Accuracy::Tolerance(tolerance);
     let fine = Phantom::new(fine).unwrap().view(0, 0).unwrap();
     let bins = scene.camera.bins;
     let average = |k: usize| {
@@ -64,7 +65,10 @@ fn line_integrals_of_bins_wider_than_half_the_response_are_aliased() {
     // The wider side of a bin counts.
     for pitch in [[0.6, 0.5], [0.5, 0.6]] {
         let found = aliased(&blurred(pitch, 1.19)).unwrap();
-        assert!(found[0] == 0.6 && (found[1] - 1.19).abs() < 1e-9, "{found:?}");
+        assert!(
+            found[0] == 0.6 && (found[1] - 1.19).abs() < 1e-9,
+            "{found:?}"
+        );
         assert_eq!(aliased(&blurred(pitch, 1.21)), None);
     }
     // Averages over bins, and lines without a response through a heart that is large against the bins.
@@ -95,11 +99,20 @@ fn the_stated_effect_of_aliasing_is_the_true_one() {
     let mut fine = near.clone();
     (fine.camera.radius, fine.camera.pitch) = (Orbit::Circle(20.0), [0.4; 2]);
     assert_eq!(aliased(&fine), None);
-    for scene in [near, far, blurred([0.5, 0.7], 0.9), tiny([0.6; 2])] {
+    let blurred = blurred([0.5, 0.7], 0.9);
+    for (scene, tolerance) in [
+        (near, 1e-3),
+        (far, 1e-3),
+        (blurred, 1e-3),
+        (tiny([0.6; 2]), 1e-2),
+    ] {
         let [_, _, stated] = aliased(&scene).unwrap();
-        let exact = effect(&scene);
+        let exact = effect(&scene, tolerance);
         println!("stated {stated:e}, exact {exact:e}");
-        // The averages compared with are those of 3 x 3 sub-bins of at most 34 rays; the reference is within 1e-3.
-        assert!((stated - exact).abs() < 0.02 * exact + 1e-3, "{stated} {exact}");
+        // The averages compared with are those of 3 x 3 sub-bins of at most 34 rays.
+        assert!(
+            (stated - exact).abs() < 0.02 * exact + tolerance,
+            "{stated} {exact}"
+        );
     }
 }
