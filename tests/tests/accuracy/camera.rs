@@ -13,7 +13,7 @@ use tests::Random;
 pub(crate) const ROWS: &[Row] = &[Row {
     name: "heart_phantom::ViewError::total",
     what: "sample of a view, against the smaller of the stated error and the tolerance asked for",
-    reference: "depth by depth, exact Gaussians over bins, of 25 to 600 rays a bin",
+    reference: "depth by depth, averages of Gaussians over bins in closed form, on dense rays",
     norm: "maximum over the samples, relative to the largest",
     quick: 3,
     problem: sample,

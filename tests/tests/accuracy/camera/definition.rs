@@ -115,7 +115,7 @@ impl View {
         let (sin, cos) = self.theta.sin_cos();
         let mut reach = [[f64::INFINITY, f64::NEG_INFINITY]; 3];
         for k in 0..8 {
-            let at = |axis: usize| [low[axis], high[axis]][k >> axis & 1];
+            let at = |axis: usize| [low[axis], high[axis]][(k >> axis) & 1];
             let (x, y, z) = (at(0), at(1), at(2));
             for (reach, at) in (reach.iter_mut()).zip([x * cos + y * sin, z, y * cos - x * sin]) {
                 *reach = [reach[0].min(at - 1e-3), reach[1].max(at + 1e-3)];
