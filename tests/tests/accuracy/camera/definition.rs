@@ -147,8 +147,8 @@ impl View {
         let sigmas: Vec<f64> = (0..n as usize).map(sigma).collect();
         let narrowest = sigmas[sigmas.len() - 1];
         let spacing = match narrowest > 0.0 {
-            true => 0.5 * narrowest * (6.25 * self.tolerance).powf(0.4).min(0.4),
-            false => self.pitch[0].max(self.pitch[1]) / 32.0,
+            true => 0.3 * narrowest * (6.25 * self.tolerance).powf(0.4).min(0.4),
+            false => self.pitch[0].max(self.pitch[1]) / 48.0,
         };
         // A square holds one ray of each set.
         let (spacing, side) = (spacing.min(least / 25.0), (SHIFTS[1] as f64).sqrt());
