@@ -18,11 +18,11 @@ const SHIFTS: [usize; 2] = [8, 13];
 /// Phases of a whole cycle, equidistant; a Gauss-Legendre rule on [-1, 1] for a gate.
 const PHASES: usize = 16;
 const GAUSS: [[f64; 2]; 5] = [
-    [-0.9061798459386640, 0.2369268850561891],
+    [-0.906179845938664, 0.2369268850561891],
     [-0.5384693101056831, 0.4786286704993665],
     [0.0, 0.5688888888888889],
     [0.5384693101056831, 0.4786286704993665],
-    [0.9061798459386640, 0.2369268850561891],
+    [0.906179845938664, 0.2369268850561891],
 ];
 
 /// The response of a scene; `None` for line integrals averaged over bins.
