@@ -86,7 +86,7 @@ pub use iterative::{
     Stopping, Subset, cgls, go_on, mlem, osem, sirt,
 };
 pub use measure::{MaskedStats, disc_mask, rmse_within};
-pub use motion::{Displaced, MovingOperator, State, Warp};
+pub use motion::{Displaced, MovingOperator, State, Warp, Warps};
 #[cfg(feature = "noise")]
 #[cfg_attr(docsrs, doc(cfg(feature = "noise")))]
 pub use noise::{CountScale, poisson_counts, poisson_counts_into};

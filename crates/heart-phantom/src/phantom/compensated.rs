@@ -28,7 +28,7 @@ impl Phantom {
     /// - By [`Method::Fbp`] breathing is taken back, to end-expiration, from views of the cardiac gate `number`
     ///   ([`Phantom::compensated_views`]).
     /// - By [`Method::Osem`] breath and beat are, to end-diastole at end-expiration: each gate's model is that of its views on the volume
-    ///   that [`Phantom::warp`] moves there, and one volume explains the views of all gates, `number` 0. Views count by their counts,
+    ///   that [`Phantom::warps`] moves there, and one volume explains the views of all gates, `number` 0. Views count by their counts,
     ///   where these are known ([`Phantom::counts_per_unit`]), else by the seconds that they saw. What attenuates is where it was in each
     ///   gate.
     ///

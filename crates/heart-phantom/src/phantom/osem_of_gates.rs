@@ -7,7 +7,6 @@ use super::osem::{counted, in_turns};
 use crate::Rotation;
 use crate::error::PhantomError;
 use radon::{LinearOperator, MovingOperator, SpectOperator, State, Subset};
-use std::sync::Arc;
 
 /// A gate's subsets, each with where its data are among all, and the weights of its views.
 type Part = Subset<State<SpectOperator<f32>>>;
@@ -34,7 +33,7 @@ impl Phantom {
         let mut views = counted(views);
         let mut shared: Option<SpectOperator<f32>> = None;
         let mut states: Vec<Vec<Part>> = (0..osem.subsets).map(|_| Vec::new()).collect();
-        for gate in 0..self.n_gates() {
+        for (gate, warps) in self.warps_of_gates(grid)?.into_iter().enumerate() {
             let model = match shared.take().filter(|_| alike) {
                 Some(model) => model,
                 None => {
@@ -45,12 +44,11 @@ impl Phantom {
                     self.model(osem, gate, &voxels, map)?
                 }
             };
-            let warp = Arc::new(self.warp_on(gate, grid)?);
             let subsets = in_turns(model.subsets(osem.subsets)?);
             for (states, Subset { operator, data }) in states.iter_mut().zip(subsets) {
                 let of_view = |view: &usize| weights[gate][*view];
                 let state = State {
-                    warp: warp.clone(),
+                    warps: warps.clone(),
                     weights: operator.views().iter().map(of_view).collect(),
                     operator,
                 };

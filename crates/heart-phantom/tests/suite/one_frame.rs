@@ -7,7 +7,6 @@ use heart_phantom::radon::{
 };
 use heart_phantom::scene::*;
 use heart_phantom::{Artefacts, Measures, Moment, Phantom, PhantomError, Uptake, run};
-use std::sync::Arc;
 
 /// A heart in half its voxels' third, seen by views all round.
 fn scene(mode: Mode) -> Scene {
@@ -70,7 +69,7 @@ fn voxels_of_the_wall_take_what_their_own_material_holds() {
     });
     lively.cycle.base_descent = 1.2;
     let phantom = Phantom::new(lively).unwrap();
-    let warp = phantom.warp(0).unwrap();
+    let warp = phantom.warps(0).unwrap();
     let grid = *phantom.camera().grid();
     let centre = |k: usize| grid.centre(k % 32, k / 32 % 32, k / 1024);
     // Straight lines are interpolated exactly.
@@ -102,7 +101,7 @@ fn voxels_of_the_wall_take_what_their_own_material_holds() {
     let mut held = small(Mode::Static { phase: 0.5 }).with_size(32);
     held.cycle.base_descent = 1.2;
     let held = Phantom::new(held).unwrap();
-    held.warp(0)
+    held.warps(0)
         .unwrap()
         .forward_into(&still, &mut moved)
         .unwrap();
@@ -191,7 +190,7 @@ fn ways_of_whole_voxels_leave_the_walls_mean_and_ways_of_halves_let_it_overshoot
             .unwrap()
             .stack_operator::<f32>(camera.n_rows(), StackOrder::ViewSliceBin);
         let seen = MovingOperator::new(vec![State {
-            warp: Arc::new(warp),
+            warps: warp.into(),
             operator: operator.unwrap(),
             weights: vec![1.0],
         }]);
@@ -333,5 +332,5 @@ fn what_has_no_common_frame_is_refused() {
         .compensated(1, &views(&phantom), &|_| ())
         .unwrap_err();
     assert!(matches!(beyond, PhantomError::Count { .. }));
-    assert!(matches!(phantom.warp(2), Err(PhantomError::Count { .. })));
+    assert!(matches!(phantom.warps(2), Err(PhantomError::Count { .. })));
 }

@@ -1,7 +1,9 @@
-//! Objects that move in a known way: one volume, and views of it in several states.
+//! Known motion: one volume, and projections of it in several states.
 
 mod moving;
 mod warp;
+mod warps;
 
 pub use moving::{MovingOperator, State};
 pub use warp::{Displaced, Warp};
+pub use warps::Warps;

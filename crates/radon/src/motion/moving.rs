@@ -1,42 +1,39 @@
-//! Views of an object in several states of a known motion, as one operator on the object in one of them.
+//! Projections of an object in several states of a known motion, as one operator on the object in one of them.
 
-use std::sync::Arc;
-
-use super::Warp;
+use super::Warps;
 use crate::error::{RadonError, at_least, finite, length, zeros};
 use crate::{LinearOperator, Sample};
 
-/// An object in one state of its motion, and what is seen of it then.
+/// A state of a moving object and its projections.
 #[derive(Debug, Clone)]
 pub struct State<O> {
-    /// From the object at rest to this state.
-    pub warp: Arc<Warp>,
-    /// What is seen of it.
+    /// From the reference state of the object to this state.
+    pub warps: Warps,
+    /// The projection operator of this state.
     pub operator: O,
-    /// Factors of equally long parts of its data, say of each view the seconds that it took.
+    /// Factors of equally long parts of the data, for instance the duration of each view in seconds.
     pub weights: Vec<f64>,
 }
 
-/// What is seen of an object that moves in a known way: with a warp W, an operator A and factors w for each state k,
+/// The projections of an object with a known motion: with warps W, an operator A and factors w for each state k,
 ///
 /// ```text
 /// x -> ( w_0 A_0 W_0 x,  w_1 A_1 W_1 x,  ... )        adjoint: sum over k of  W_kᵀ A_kᵀ w_k y_k
 /// ```
 ///
-/// Data come state by state. A solver on it finds one volume from the views of all states; of Poisson counts the factors are those
-/// that make counts of samples, so that every count has its weight. Same bits for any number of threads, if the operators have them.
-/// Cost: that of its operators and warps one after the other, and two volumes.
+/// The data are ordered by state. A solver finds one volume from the projections of all states. For Poisson data the factors convert
+/// samples to expected counts, so that every count has its weight. Results are bitwise independent of the number of threads if those
+/// of the operators are. Cost: that of the operators and warps, applied one after the other, and three volumes.
 ///
 /// ```
 /// use radon::{Displaced, ImageGrid, Kernel, LinearOperator, MovingOperator, ParallelGeometry, Projector, RadonError, StackOrder, State, Warp};
-/// use std::sync::Arc;
 /// let (geometry, grid) = (ParallelGeometry::half_turn(8, 12, 1.0)?, ImageGrid::square(8, 1.0)?);
 /// let projector = Projector::new(&geometry, &grid, Kernel::Strip)?;
 /// // At rest for three seconds, and for one second moved by a voxel along x.
 /// let state = |by: f32, seconds: f64| {
 ///     let moved = Displaced { share: 1.0, by: (0..64).map(|voxel| (voxel, [-by, 0.0, 0.0])).collect() };
 ///     let operator = projector.stack_operator::<f64>(1, StackOrder::ViewSliceBin)?;
-///     Ok::<_, RadonError>(State { warp: Arc::new(Warp::new([8, 8, 1], [1.0; 3], &[moved])?), operator, weights: vec![seconds] })
+///     Ok::<_, RadonError>(State { warps: Warp::new([8, 8, 1], [1.0; 3], &[moved])?.into(), operator, weights: vec![seconds] })
 /// };
 /// let seen = MovingOperator::new(vec![state(0.0, 3.0)?, state(1.0, 1.0)?])?;
 /// let mut object = vec![0.0; 64];
@@ -63,9 +60,9 @@ impl<O> MovingOperator<O> {
         O: LinearOperator<T>,
     {
         at_least("states of an object", states.len(), 1)?;
-        let volume = <Warp as LinearOperator<T>>::image_len(&states[0].warp);
+        let volume = <Warps as LinearOperator<T>>::image_len(&states[0].warps);
         for State {
-            warp,
+            warps,
             operator,
             weights,
         } in &states
@@ -74,7 +71,7 @@ impl<O> MovingOperator<O> {
             weights
                 .iter()
                 .try_for_each(|w| finite("factor of a state", *w).map(drop))?;
-            let warped = <Warp as LinearOperator<T>>::image_len(warp);
+            let warped = <Warps as LinearOperator<T>>::image_len(warps);
             length("volume of a state", warped, volume)?;
             length("volume of an operator", operator.image_len(), volume)?;
             let each = operator.data_len() / weights.len();
@@ -118,7 +115,7 @@ impl<T: Sample, O: LinearOperator<T>> LinearOperator<T> for MovingOperator<O> {
         let mut rest = data;
         for state in &self.states {
             let (own, others) = rest.split_at_mut(state.operator.data_len());
-            state.warp.forward_into(image, &mut moved)?;
+            state.warps.forward_into(image, &mut moved)?;
             state.operator.forward_into(&moved, own)?;
             state.weigh(own);
             rest = others;
@@ -138,7 +135,7 @@ impl<T: Sample, O: LinearOperator<T>> LinearOperator<T> for MovingOperator<O> {
             let mut own = own.to_vec();
             state.weigh(&mut own);
             state.operator.adjoint_into(&own, &mut moved)?;
-            state.warp.adjoint_into(&moved, &mut back)?;
+            state.warps.adjoint_into(&moved, &mut back)?;
             for (sum, x) in image.iter_mut().zip(&back) {
                 *sum += *x;
             }

@@ -2,7 +2,7 @@
 
 use radon::{
     Displaced, EmOptions, ImageGrid, Kernel, LinearOperator, MovingOperator, ParallelGeometry,
-    Projector, RadonError, StackOperator, StackOrder, State, Stopping, Subset, Warp, osem,
+    Projector, RadonError, StackOperator, StackOrder, State, Stopping, Subset, Warp, Warps, osem,
 };
 use std::sync::Arc;
 
@@ -232,7 +232,7 @@ fn shifted(by: [f32; 3]) -> Arc<Warp> {
 
 fn states() -> Vec<State<StackOperator<f64>>> {
     let state = |by, weights| State {
-        warp: shifted(by),
+        warps: Warps::new(vec![shifted(by)]).unwrap(),
         operator: operator(),
         weights,
     };
@@ -253,6 +253,44 @@ fn views_of_states_are_those_of_the_warped_volumes_and_the_adjoint_is_exact() {
         assert_eq!(data[384 + k], (1.0 + 0.25 * (k / 48) as f64) * moved[k]);
     }
     assert!(off_adjoint(&moving) < 1e-12, "{}", off_adjoint(&moving));
+}
+
+/// A product of three warps, none of which commutes with another, is its factors in turn, and so is its adjoint.
+#[test]
+fn products_apply_their_factors_in_turn() {
+    let half = (0..216).map(|v| (v, [0.3, -0.6, 0.9])).collect();
+    let half = Warp::new(
+        [12, 12, 3],
+        [1.0; 3],
+        &[Displaced {
+            share: 0.7,
+            by: half,
+        }],
+    );
+    let factors = [
+        shifted([0.7, -1.2, 0.4]),
+        Arc::new(half.unwrap()),
+        shifted([2.0, 0.0, -0.5]),
+    ];
+    let x = noise(432, 9);
+    let product = Warps::new(factors.to_vec()).unwrap();
+    let expected = factors.iter().fold(x.clone(), |x, warp| apply(&**warp, &x));
+    assert_eq!(apply(&product, &x), expected);
+    assert!(off_adjoint(&product) < 1e-14, "{}", off_adjoint(&product));
+    let other = Arc::new(Warp::new([12, 12, 4], [1.0; 3], &[]).unwrap());
+    let unequal = Warps::new(vec![factors[0].clone(), other]).unwrap_err();
+    assert!(matches!(
+        unequal,
+        RadonError::WrongLength {
+            given: 576,
+            expected: 432,
+            ..
+        }
+    ));
+    assert!(matches!(
+        Warps::new(Vec::new()),
+        Err(RadonError::TooFew { .. })
+    ));
 }
 
 /// A block seen in two places: in one frame it is found as from as many views of it at rest; taken for still it is not.
@@ -279,10 +317,9 @@ fn osem_finds_what_moves_in_one_frame() {
                 for (j, (warp, subsets)) in all.iter().enumerate() {
                     let part = operator().subsets(4).unwrap().remove(k);
                     data.extend(subsets[k].data.iter().map(|i| 384 * j + i));
-                    let (warp, operator) = (warp.clone(), part.operator);
                     states.push(State {
-                        warp,
-                        operator,
+                        warps: Warps::new(vec![warp.clone()]).unwrap(),
+                        operator: part.operator,
                         weights: vec![1.0],
                     });
                 }
@@ -383,9 +420,8 @@ fn what_makes_no_sense_is_refused() {
         RadonError::NotFinite { .. }
     ));
     let other = Warp::new([12, 12, 4], [1.0; 3], &[]).unwrap();
-    let other = Arc::new(other);
     assert!(matches!(
-        change(&|s| s.warp = other.clone()),
+        change(&|s| s.warps = other.clone().into()),
         RadonError::WrongLength {
             given: 576,
             expected: 432,
