@@ -95,10 +95,17 @@ impl Shell {
     pub fn nearest(&self, p: [f64; 2]) -> Result<NearestMaterial, RevolveError> {
         finite("x of a point", p[0])?;
         finite("r of a point", p[1])?;
-        Ok(self.find_nearest(&Outline::of(self), p))
+        Ok(self.find_nearest(&Outline::of(self), p, &mut [0; 2]))
     }
 
-    fn find_nearest(&self, outline: &Outline, p: [f64; 2]) -> NearestMaterial {
+    /// `chords` are the first chords of either surface to be tested, and then the nearest ones: for a neighbouring point they bound the
+    /// distance, so that few others are tested.
+    fn find_nearest(
+        &self,
+        outline: &Outline,
+        p: [f64; 2],
+        chords: &mut [usize; 2],
+    ) -> NearestMaterial {
         if let Some(material) = self.locate(p) {
             return NearestMaterial {
                 material,
@@ -113,14 +120,18 @@ impl Shell {
                 (least, material) = (squared, [isoline.share(along), outline.s[*line]]);
             }
         }
-        for (side, layer) in outline.sides.iter().zip([0.0, 1.0]) {
-            let mut k = 0;
-            while k + 1 < side.points.len() {
+        for ((side, layer), first) in outline.sides.iter().zip([0.0, 1.0]).zip(chords) {
+            let (start, mut k) = (*first, 0);
+            let mut test = |k: usize, least: &mut f64| {
                 let [along, squared] = on_chord(p, [side.points[k], side.points[k + 1]]);
-                if squared < least {
+                if squared < *least {
                     let [s, t] = [outline.s[k], outline.s[k + 1]];
-                    (least, material) = (squared, [layer, s + along * (t - s)]);
+                    (*least, material, *first) = (squared, [layer, s + along * (t - s)], k);
                 }
+            };
+            test(start, &mut least);
+            while k + 1 < side.points.len() {
+                test(k, &mut least);
                 // A nearer point is at least this distance along the surface.
                 let next = side.arcs[k + 1] + norm(less(p, side.points[k + 1])) - least.sqrt();
                 k += 1;
@@ -163,9 +174,11 @@ impl Shell {
             .into_par_iter()
             .flat_map_iter(|row| {
                 let (y, z) = (row % ny, row / ny);
+                let mut chords = [0; 2];
                 within(grid, pose, cylinder, y, z).filter_map(move |x| {
                     let p = pose.to_body(&grid.centre(x, y, z));
-                    let nearest = self.find_nearest(outline, [p.x, (p.y * p.y + p.z * p.z).sqrt()]);
+                    let place = [p.x, (p.y * p.y + p.z * p.z).sqrt()];
+                    let nearest = self.find_nearest(outline, place, &mut chords);
                     let near = nearest.distance <= reach;
                     near.then(|| ((row - first) * nx + x, f(&p, &nearest)))
                 })
