@@ -148,5 +148,5 @@ fn a_breath_that_turns_is_refused() {
         .unwrap()
         .compensated_views(0)
         .unwrap_err();
-    assert!(refused.to_string().contains("turns the heart"), "{refused}");
+    assert!(refused.to_string().contains("rotation by breathing"), "{refused}");
 }
