@@ -28,8 +28,8 @@
 //! | AVX2 | 7 to 11 | 3.4 to 3.9 |
 //! | baseline, NEON | 5 to 6 | 1 (the method for stacks) |
 //!
-//! Ten iterations of [`mlem`] on one slice (256² and 512² pixels, 90 views, AVX2, one thread) take 4.4 to 5.2 times as long by the method for
-//! stacks. For `f64` the gain was 1.0 to 1.3: slices of `f64` are projected as a stack.
+//! Ten iterations of [`mlem`] on one slice (256² and 512² pixels, 90 views, AVX2, one thread) take 4.2 to 5.2 times as long by the method for
+//! stacks. For `f64` the gain was 0.8 to 1.3: slices of `f64` are projected as a stack.
 //!
 //! # Large slices
 //!
