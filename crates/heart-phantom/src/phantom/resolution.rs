@@ -24,8 +24,9 @@ const LADDER: [[usize; 2]; 8] = [
 const VIEWS_TRIED: usize = 7;
 /// Smallest ratio of the error of a resolution to that of the next coarser one that is assumed.
 const LEAST_RATIO: f64 = 0.4;
-/// Errors in views that were not tried, relative to those that were.
+/// Errors in views that were not tried, relative to those that were: edges that are not blurred differ more from view to view.
 const OTHER_VIEWS: f64 = 1.2;
+const OTHER_VIEWS_UNBLURRED: f64 = 1.8;
 /// The threshold of edges, as a fraction of the tolerance.
 const EDGE: f64 = 0.25;
 /// Sub-bins below this fraction of the narrowest response alias by no more than `ALIAS (h / sigma)^(5/2)` of the largest sample.
@@ -151,6 +152,10 @@ impl Phantom {
         let (levels, alias) = self.levels()?;
         let views = self.views_tried()?;
         let largest = self.largest_sample(&views)?;
+        let other_views = match self.narrowest()? > 0.0 {
+            true => OTHER_VIEWS,
+            false => OTHER_VIEWS_UNBLURRED,
+        };
         let threshold = EDGE * target * largest;
         let try_level = |level: &Level| {
             let sub_bins = self.sub_bins(level, threshold)?;
@@ -160,7 +165,7 @@ impl Phantom {
         let mut before = try_level(&levels[0])?;
         for pair in levels.windows(2) {
             let (after, ratio) = (try_level(&pair[1])?, ratio(&pair[0], &pair[1]));
-            let coarse = OTHER_VIEWS / (1.0 - ratio) * difference(&before.1, &after.1);
+            let coarse = other_views / (1.0 - ratio) * difference(&before.1, &after.1);
             let finest = Some(&pair[1]) == levels.last();
             for (error, (sub_bins, _), last) in
                 [(coarse, &before, false), (ratio * coarse, &after, finest)]
