@@ -148,5 +148,8 @@ fn a_breath_that_turns_is_refused() {
         .unwrap()
         .compensated_views(0)
         .unwrap_err();
-    assert!(refused.to_string().contains("rotation by breathing"), "{refused}");
+    assert!(
+        refused.to_string().contains("rotation by breathing"),
+        "{refused}"
+    );
 }
