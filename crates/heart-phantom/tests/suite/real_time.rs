@@ -474,7 +474,7 @@ fn a_gate_that_does_not_come_is_refused() {
     let PhantomError::Scene(error) = refused else {
         panic!("{refused}")
     };
-    assert!(error.to_string().contains("does not come"), "{error}");
+    assert!(error.to_string().contains("does not occur"), "{error}");
     // Nothing that counts.
     scene.acquisition.mode = Mode::WholeCycle;
     scene.breathing = None;
