@@ -277,7 +277,10 @@ fn cameras_without_sense_are_refused() {
     let error = refused(decay, Mode::WholeCycle);
     assert_eq!(error.first().field, "counting.sensitivity");
     assert!(
-        error.first().wanted.contains("expected counts per unit sample"),
+        error
+            .first()
+            .wanted
+            .contains("expected counts per unit sample"),
         "{error}"
     );
     let error = refused(Decay::None, Mode::Instants);

@@ -118,7 +118,10 @@ fn defects_of_too_many_pieces_are_refused() {
         ]);
     }
     let error = scene.check().unwrap_err().to_string();
-    assert!(error.starts_with("defects is 120; their overlaps"), "{error}");
+    assert!(
+        error.starts_with("defects is 120; their overlaps"),
+        "{error}"
+    );
 }
 
 /// The whole activity of a scene, by closed form: the cavity's, and the wall's strips, layers and wedges.

@@ -553,7 +553,7 @@ const BAD: &[(&str, &str, &str)] = &[
     (
         "[beats]\nintervals = { list = [0.9] }\naccepted = [1.0, 0.5]",
         "beats.accepted",
-        "between",
+        "at least 1",
     ),
     (
         "[beats]\nintervals = { list = [0.9] }\ngated_by = 'phase'",
