@@ -1,6 +1,6 @@
 //! What a computation is asked for, and the work that it took.
 
-/// How accurately scatter is computed, for [`Scatter::new`].
+/// How accurately scatter is computed, for [`Scatter::new`](crate::Scatter::new).
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub struct ScatterOptions {
