@@ -1,4 +1,4 @@
-//! All that the views see in one frame, the exact motion taken back.
+//! Reconstructions that are motion-compensated to a reference phase by the exact motion.
 
 use super::Phantom;
 use super::method::{Compensation, Method, OsemReport};
@@ -9,8 +9,8 @@ use revolve_voxel::nalgebra::Vector3;
 use std::borrow::Cow;
 
 impl Phantom {
-    /// Volumes that are made of the views of all gates: one of each gate, or with [`Compensation::KnownMotion`] by [`Method::Fbp`] one of
-    /// each cardiac gate, by [`Method::Osem`] one of all.
+    /// Number of volumes that are reconstructed from the projections of all gates: one per gate; with [`Compensation::KnownMotion`] one
+    /// per cardiac gate by [`Method::Fbp`], and a single one by [`Method::Osem`].
     pub fn n_volumes(&self) -> usize {
         match (
             self.scene().reconstruction.compensation,
@@ -22,17 +22,17 @@ impl Phantom {
         }
     }
 
-    /// A volume of the views of all gates, `[gate][view][row][bin]`, in one frame, the exact motion known: the upper bound of what
-    /// methods can reach that have to find it.
+    /// Reconstructs the projections of all gates, `[gate][view][row][bin]`, at a reference phase with the exact motion: an upper bound
+    /// for methods that estimate the motion.
     ///
-    /// - By [`Method::Fbp`] breathing is taken back, to end-expiration, from views of the cardiac gate `number`
+    /// - [`Method::Fbp`] corrects respiratory motion, to end-expiration, in the projections of the cardiac gate `number`
     ///   ([`Phantom::compensated_views`]).
-    /// - By [`Method::Osem`] breath and beat are, to end-diastole at end-expiration: each gate's model is that of its views on the volume
-    ///   that [`Phantom::warps`] moves there, and one volume explains the views of all gates, `number` 0. Views count by their counts,
-    ///   where these are known ([`Phantom::counts_per_unit`]), else by the seconds that they saw. What attenuates is where it was in each
-    ///   gate.
+    /// - [`Method::Osem`] corrects cardiac and respiratory motion, to end-diastole at end-expiration. The model of each gate projects the
+    ///   volume that [`Phantom::warps`] maps to that gate, and one volume, `number` 0, fits the projections of all gates. Projections are
+    ///   weighted by their expected counts where these are known ([`Phantom::counts_per_unit`]), else by their acquisition time. The
+    ///   attenuation map of each gate is that of the gate.
     ///
-    /// `progress` is told the number of OSEM's passes done.
+    /// `progress` receives the number of completed OSEM iterations.
     ///
     /// ```
     /// use heart_phantom::scene::{Mode, Scene};
@@ -51,8 +51,8 @@ impl Phantom {
     /// ```
     ///
     /// # Errors
-    /// [`PhantomError::Count`] if there is no such volume; [`PhantomError::Unsupported`] for a breath that turns the heart by FBP, or by
-    /// OSEM a cavity whose total activity is kept; as [`Phantom::reconstruct`] and [`Phantom::wall`].
+    /// [`PhantomError::Count`] if there is no such volume; [`PhantomError::Unsupported`] for FBP if respiration rotates the heart, for
+    /// OSEM if the total activity of the cavity is constant; as [`Phantom::reconstruct`] and [`Phantom::wall`].
     pub fn compensated(
         &self,
         number: usize,
@@ -75,8 +75,8 @@ impl Phantom {
         }
     }
 
-    /// The exact volume that [`Phantom::compensated`] is to find, `[z][y][x]`: by [`Method::Fbp`] the mean over the cardiac gate at
-    /// end-expiration, by [`Method::Osem`] the heart at end-diastole and end-expiration.
+    /// The ground truth of [`Phantom::compensated`], `[z][y][x]`: for [`Method::Fbp`] the average over the cardiac gate at
+    /// end-expiration, for [`Method::Osem`] the activity at end-diastole and end-expiration.
     ///
     /// # Errors
     /// [`PhantomError::Count`] if there is no such volume; as [`Phantom::truth`].
@@ -98,7 +98,7 @@ impl Phantom {
         }
     }
 
-    /// How a volume in one frame compares with the truth there, as [`Phantom::artefacts`] of a gate.
+    /// Compares a motion-compensated volume with its ground truth, as [`Phantom::artefacts`] does for a gate.
     ///
     /// # Errors
     /// As [`Phantom::compensated_truth`] and [`Phantom::artefacts`].
@@ -129,12 +129,12 @@ impl Phantom {
         self.judged(&regions, 0.0, volume, [truth, &wall])
     }
 
-    /// All sets of views of a heart that breathes, in the frame of end-expiration: each view is moved on the detector by what the breath
-    /// has shifted the heart in the mean over what it sees, and sets are added by the seconds that they saw. `[view][row][bin]`, for
+    /// The projections of a cardiac gate with respiratory motion corrected to end-expiration, `[view][row][bin]`, for
     /// [`Phantom::reconstruct`] of the same gate.
     ///
-    /// Shifts by whole bins and rows are exact, others interpolate ([`add_shifted`]); a cardiac gate keeps its beat, which is not
-    /// compensated: of cardiac gates those of `gate` are taken.
+    /// Each projection is shifted on the detector by the average respiratory displacement during its acquisition. The projections of the
+    /// respiratory gates are averaged, weighted by their acquisition times. Shifts by whole bins and rows are exact, others interpolate
+    /// ([`add_shifted`]). Cardiac motion within the gate is not corrected.
     ///
     /// ```
     /// use heart_phantom::scene::{Breathing, Mode, RespiratoryGates, Scene};
@@ -150,7 +150,7 @@ impl Phantom {
     /// ```
     ///
     /// # Errors
-    /// [`PhantomError::Unsupported`] for a breath that turns the heart: no shift of a view undoes that; [`PhantomError::Count`] if there is
+    /// [`PhantomError::Unsupported`] if respiration rotates the heart, which no shift corrects; [`PhantomError::Count`] if there is
     /// no such cardiac gate; as [`Phantom::sinograms`].
     pub fn compensated_views(&self, gate: usize) -> Result<Vec<f32>, PhantomError> {
         self.shifted_back(gate, |set| {
@@ -158,7 +158,7 @@ impl Phantom {
         })
     }
 
-    /// The same of views that are there, or are made.
+    /// [`Phantom::compensated_views`] from given or computed projections.
     fn shifted_back<'a>(
         &self,
         gate: usize,

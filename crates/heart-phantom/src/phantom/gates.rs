@@ -1,4 +1,4 @@
-//! All gates together: what several of them see is computed once.
+//! Projections and ground truth of all gates: shapes that gates share are computed once.
 
 use super::Phantom;
 use crate::error::{PhantomError, check_length};
@@ -7,9 +7,9 @@ use crate::truth::truth_of_gates_into;
 use revolve_voxel::Organs;
 
 impl Phantom {
-    /// The views of all gates, `[gate][view][row][bin]`: those of [`Phantom::sinograms`] of each, to the rounding of their samples. Before
-    /// a camera that stops, gates next to each other share a shape of the heart, and those of a beat that falls as it rises most of
-    /// them: each is projected once. Of 16 gates of a sinusoid that is a third of the rays.
+    /// The projections of all gates, `[gate][view][row][bin]`: those of [`Phantom::sinograms`] of each gate, to the rounding of the samples.
+    /// With step-and-shoot rotation, adjacent gates share a shape of the heart, and the gates of a symmetric volume curve share most of
+    /// them; each shape is projected once. For 16 gates of a sinusoid this takes a third of the rays.
     ///
     /// ```
     /// use heart_phantom::{Phantom, Scene, scene::Mode};
@@ -62,8 +62,8 @@ impl Phantom {
         Ok(())
     }
 
-    /// The exact volumes of all gates, `[gate][z][y][x]`: those of [`Phantom::truth`] of each, to the rounding of their samples, with each
-    /// shape that several gates see covered once.
+    /// The ground truth of all gates, `[gate][z][y][x]`: that of [`Phantom::truth`] of each gate, to the rounding of the samples. Each shape
+    /// that several gates share is voxelised once.
     ///
     /// # Errors
     /// As [`Phantom::view`].
@@ -105,7 +105,7 @@ impl Phantom {
     }
 }
 
-/// What each gate has, one after the other.
+/// Computes the gates one after the other.
 fn one_by_one(
     all: &mut [f32],
     each: usize,

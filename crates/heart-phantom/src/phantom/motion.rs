@@ -1,4 +1,4 @@
-//! The truth of motion: where the wall's material goes, how fast, and how it is deformed.
+//! Ground truth of motion: displacement, velocity and strain of the wall's material.
 
 use super::Phantom;
 use super::phases::{Moment, ScenePhase};
@@ -8,7 +8,7 @@ use crate::error::PhantomError;
 /// Share of a beat between the two moments of which a velocity is the difference quotient.
 const STEP: f64 = 1e-3;
 
-/// The motion of the wall from end-diastole at end-expiration to some moment, on the voxels that its material fills there.
+/// The motion of the wall from end-diastole at end-expiration to a given time, on the voxels of the wall at the reference.
 /// `[z][y][x]`, the components of a voxel next to each other, zeros outside the wall.
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]

@@ -1,7 +1,7 @@
-//! Volumes by OSEM: all slices at once, from a model of what the camera does.
+//! Reconstruction of all slices by OSEM with a model of the camera.
 //!
-//! The model's voxels are those of the camera and as many more around them as the views see into, and as emit or attenuate: what lies beyond
-//! a region that is asked for is in the views all the same. Those of the camera are cut out at the end.
+//! The model's voxels are those of the camera, extended to all that projects into the views and emits or attenuates: structures beyond a
+//! requested region contribute to the projections. The camera's voxels are extracted at the end.
 
 use super::Phantom;
 use super::method::{Compensation, Osem, OsemReport};
@@ -17,10 +17,10 @@ use radon::{
 use revolve_voxel::{Organ, Organs};
 use std::ops::ControlFlow;
 
-/// Images of views, blurred depth by depth, for two views a thread.
+/// Work memory of the depth-dependent blur: two views per thread.
 const WORK_BYTES: u64 = 16 << 20;
 
-/// Views without what rounding leaves of nothing, or nearly nothing: less.
+/// Clamps negative rounding residue of projections to zero.
 pub(super) fn counted(views: &[f32]) -> Vec<f32> {
     let most = views.iter().fold(0.0f32, |most, &x| most.max(x));
     let nothing = -f32::EPSILON * most..0.0;
@@ -28,7 +28,7 @@ pub(super) fn counted(views: &[f32]) -> Vec<f32> {
     views.iter().map(counted).collect()
 }
 
-/// Subsets in the order of their turns.
+/// Sorts subsets by the bit-reversed index of their first view.
 pub(super) fn in_turns(
     mut subsets: Vec<Subset<SpectOperator<f32>>>,
 ) -> Vec<Subset<SpectOperator<f32>>> {
@@ -37,7 +37,7 @@ pub(super) fn in_turns(
 }
 
 impl Phantom {
-    /// The volume of some views of a gate. `progress` is told the number of passes done.
+    /// Reconstructs projections of a gate. `progress` receives the number of completed iterations.
     pub(super) fn osem(
         &self,
         osem: &Osem,
@@ -53,7 +53,7 @@ impl Phantom {
         let operator = self.model(osem, gate, &voxels, map)?;
         let expected = operator.data_len();
         check_length("views", views.len(), expected)?;
-        // What no view sees stays empty; all else starts with the counts that there are.
+        // Voxels outside all views stay zero; the others start uniform, with the total counts.
         let mut seen = vec![0.0f32; operator.image_len()];
         operator.adjoint_into(&vec![1.0; expected], &mut seen)?;
         let subsets = in_turns(operator.subsets(osem.subsets)?);
@@ -61,7 +61,7 @@ impl Phantom {
         Ok((voxels.cut(&volume, self.camera()), report))
     }
 
-    /// All passes, from a volume that is uniform where something is seen, as the transpose of the model makes it of ones.
+    /// Iterates from a volume that is uniform where the sensitivity `seen` is positive.
     pub(super) fn passes<O: LinearOperator<f32>>(
         &self,
         osem: &Osem,
@@ -97,7 +97,7 @@ impl Phantom {
         Ok((volume, report))
     }
 
-    /// Memory that it takes at most, in bytes, and that each thread takes besides: an estimate.
+    /// Estimates the memory in bytes: in all, and in addition per thread.
     pub(super) fn bytes_of_osem(&self, osem: &Osem) -> (u64, u64) {
         let (parts, views) = (self.parts(), self.camera().n_views());
         let known = (self.facing.get()).map(|views| views.iter().map(|view| view.radius).collect());
@@ -120,7 +120,7 @@ impl Phantom {
         (models + WORK_BYTES, cells as u64)
     }
 
-    /// Makes the model of a gate's views, but for its attenuation, to see whether there is one.
+    /// Validates the model of a gate by building it without attenuation.
     pub(super) fn try_model(&self, osem: &Osem, gate: usize) -> Result<(), PhantomError> {
         let voxels = self.parts().model_voxels(osem, farthest(&self.radii()?))?;
         if self.scene().reconstruction.compensation == Compensation::KnownMotion {
@@ -159,7 +159,7 @@ impl Phantom {
         Ok(operator)
     }
 
-    /// The attenuation of the model's voxels, in the mean over the time that the views of a gate see; a torso does not move.
+    /// The attenuation map of the model, averaged over the acquisition time of a gate; a torso does not move.
     pub(super) fn mean_attenuation(
         &self,
         gate: usize,

@@ -1,4 +1,4 @@
-//! One volume by OSEM from the views of all gates, each through the motion that is known.
+//! Reconstruction of one volume by OSEM from the projections of all gates with known motion.
 
 use super::Phantom;
 use super::method::{Osem, OsemReport};
@@ -8,7 +8,7 @@ use crate::Rotation;
 use crate::error::PhantomError;
 use radon::{LinearOperator, MovingOperator, SpectOperator, State, Subset};
 
-/// A gate's subsets, each with where its data are among all, and the weights of its views.
+/// A subset of a gate with the indices of its data and the weights of its views.
 type Part = Subset<State<SpectOperator<f32>>>;
 
 impl Phantom {
@@ -22,7 +22,7 @@ impl Phantom {
         let parts = self.parts();
         let voxels = parts.model_voxels(osem, farthest(&self.radii()?))?;
         let grid = voxels.camera.grid();
-        // A model for all, where nothing of it moves.
+        // All gates share a model of which nothing moves.
         let torso = parts
             .attenuation
             .is_some_and(|attenuation| attenuation.torso().is_some());
@@ -79,7 +79,7 @@ impl Phantom {
         Ok((voxels.cut(&volume, self.camera()), report))
     }
 
-    /// How much each view of each gate counts: by its counts where they are known, else by the seconds that it saw; 1 in the mean.
+    /// Weights of the views of each gate: expected counts where they are known, else acquisition times; normalised to a mean of 1.
     fn weights_of_views(&self) -> Result<Vec<Vec<f64>>, PhantomError> {
         let mut weights = Vec::new();
         for gate in 0..self.n_gates() {
@@ -97,7 +97,7 @@ impl Phantom {
         }
         let all = weights.iter().map(Vec::len).sum::<usize>() as f64;
         let mean = weights.iter().flatten().sum::<f64>() / all;
-        // Instants last no time, all of them.
+        // Instantaneous views have no duration.
         let normal = |weight: f64| if mean > 0.0 { weight / mean } else { 1.0 };
         for weight in weights.iter_mut().flatten() {
             *weight = normal(*weight);
@@ -106,7 +106,7 @@ impl Phantom {
     }
 }
 
-/// What the transposes of all subsets make of ones together.
+/// The sensitivity: the adjoints of all subsets, applied to ones.
 fn seen<O: LinearOperator<f32>>(subsets: &[Subset<O>]) -> Result<Vec<f32>, PhantomError> {
     let mut all = Vec::new();
     for Subset { operator, data } in subsets {

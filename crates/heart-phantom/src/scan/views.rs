@@ -1,6 +1,6 @@
-//! Taking views: any part of an acquisition, with the bits that it has in the whole.
+//! Computation of projections: any part of an acquisition, bitwise identical to that part of the whole.
 //!
-//! Views are taken in groups whose shapes fit the heart's memory ([`Heart::with_memory`]), and where one view needs more, its points
+//! Views are computed in groups whose shapes fit the heart's memory ([`Heart::with_memory`]), and where one view needs more, its points
 //! in batches; the sums are formed in the same order, whatever that memory is.
 
 use super::acquisition::Sinograms;
@@ -21,14 +21,14 @@ use std::ops::Range;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-/// Samples of slabs that wait for the next batch of points: 128 MB, and as much again for the half of the rule.
+/// Samples of slabs kept for the next batch of points: 128 MB, and as much again for the coarser rule.
 const MOST_SLABS_KEPT: usize = 1 << 25;
 /// The errors that take blurs of their own are estimated in so many views at most, evenly among those taken.
 const VIEWS_LOOKED_AT: usize = 16;
 /// Points of the quadrature in a group of views: some 50 MB.
 pub(crate) const MOST_NODES: usize = 1 << 20;
 
-/// Views that are taken together.
+/// Views that are computed together.
 struct Group {
     views: Range<usize>,
     /// The points of each, or one list for all of them.
