@@ -10,7 +10,7 @@ use benches::{Effort, Row, timed};
 use criterion::Criterion;
 use faer::prelude::Solve;
 use faer::sparse::{SparseColMat, Triplet};
-use membrane_forces::{DiscreteMembrane, FiniteDifferences, Measure, Membrane, RestShape};
+use membrane_forces::{DiscreteMembrane, FiniteDifferences, Measure, Membrane, ReferenceShape};
 use membrane_newton::{
     Control, Discretisation, NewtonOptions, Pair, Rubber, Solver, StrainEnergy, Thickness,
 };
@@ -20,7 +20,7 @@ const GAIN: f64 = 0.6;
 const VOLUME_AT_17_5: f64 = 148.86748016;
 
 fn balloon(radius: f64) -> Membrane {
-    Membrane::new(RestShape::balloon(8.5, radius).expect("positive sizes"))
+    Membrane::new(ReferenceShape::balloon(8.5, radius).expect("positive sizes"))
 }
 
 fn solver(radius: f64, discretisation: Discretisation) -> Solver {

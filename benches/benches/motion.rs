@@ -12,15 +12,15 @@ use criterion::{BenchmarkGroup, BenchmarkId, Criterion};
 use diffsol::{FaerSparseLU, FaerSparseMat, OdeBuilder, OdeSolverMethod};
 use membrane_implicit::DiscreteMembrane;
 use membrane_implicit::{
-    Body, EvolvingOptions, Jacobian, Load, Membrane, Motion, RestShape, Scheme, Stop, TimeStep,
-    Tolerance, evolve,
+    Body, EvolvingOptions, Jacobian, Load, Membrane, Motion, ReferenceShape, Scheme, Stop,
+    TimeStep, Tolerance, evolve,
 };
 
 const END: f64 = 5.0;
 const LOAD: f64 = 17.5;
 
 fn body(n_nodes: usize) -> Body {
-    let rest = RestShape::balloon(8.5, 1.75).expect("a balloon");
+    let rest = ReferenceShape::balloon(8.5, 1.75).expect("a balloon");
     Body::springs(&Membrane::new(rest), n_nodes)
         .and_then(|body| body.with_damping(1.0))
         .expect("a body")
@@ -340,7 +340,7 @@ fn step_cost(c: &mut Criterion) {
 }
 
 fn paper_run(c: &mut Criterion) {
-    let membrane = Membrane::new(RestShape::balloon(8.5, 1.75).expect("a balloon"));
+    let membrane = Membrane::new(ReferenceShape::balloon(8.5, 1.75).expect("a balloon"));
     let mut group = short(c, "motion/evolve_201");
     for (name, jacobian) in [("band", Jacobian::Band), ("exact", Jacobian::Exact)] {
         let options = EvolvingOptions::default()

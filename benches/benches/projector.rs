@@ -293,21 +293,21 @@ fn iterative(c: &mut Criterion) {
                 &data,
                 &mut x,
                 &SirtOptions::default().with_stopping(ten),
-                radon::go_on,
+                radon::no_observer,
             ),
             "cgls" => cgls(
                 &projector,
                 &data,
                 &mut x,
                 &CglsOptions::default().with_stopping(ten),
-                radon::go_on,
+                radon::no_observer,
             ),
             _ => mlem(
                 &projector,
                 &data,
                 &mut x,
                 &EmOptions::default().with_stopping(ten),
-                radon::go_on,
+                radon::no_observer,
             ),
         };
         report.unwrap().history[9].residual

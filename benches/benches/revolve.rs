@@ -29,7 +29,7 @@ fn profile(radius: f64, n: usize) -> Vec<[f64; 2]> {
 
 fn pose() -> Pose {
     Pose::axis_along_z(5.625)
-        .and_then(|p| p.turned_x(FRAC_PI_4)?.turned_y(FRAC_PI_4))
+        .and_then(|p| p.rotated_x(FRAC_PI_4)?.rotated_y(FRAC_PI_4))
         .unwrap()
 }
 

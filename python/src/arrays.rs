@@ -1,7 +1,7 @@
-//! NumPy's arrays in and out.
+//! Conversion of NumPy arrays.
 //!
-//! What comes in is copied: it stays as it is while the interpreter's lock is free, whatever other threads do. What goes out is handed over
-//! without a copy.
+//! Inputs are copied, so that other threads cannot change them while the interpreter's lock is released. Outputs are transferred without a
+//! copy.
 
 use crate::errors::Failure;
 use numpy::ndarray::{ArrayD, IxDyn};
@@ -13,7 +13,7 @@ use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
-/// An array that Python gets, its last index the fastest.
+/// Creates an array for Python, last index fastest.
 pub(crate) fn array<'py, T: Element>(
     py: Python<'py>,
     samples: Vec<T>,
@@ -24,21 +24,21 @@ pub(crate) fn array<'py, T: Element>(
     Ok(made.into_pyarray(py))
 }
 
-/// Samples in the precision in which they came: single for NumPy's `float32`, double for all other real numbers.
+/// Samples in their original precision: single for NumPy's `float32`, double for all other real numbers.
 #[derive(Debug)]
 pub(crate) enum Samples {
     Single(Vec<f32>),
     Double(Vec<f64>),
 }
 
-/// An array that Python gave.
+/// An array from Python.
 #[derive(Debug)]
 pub(crate) struct Given<T> {
     pub(crate) samples: T,
     pub(crate) shape: Vec<usize>,
 }
 
-/// Real numbers in their precision.
+/// Reads real numbers in their precision.
 pub(crate) fn samples(what: &str, given: &Bound<'_, PyAny>) -> PyResult<Given<Samples>> {
     let array = real(what, given)?;
     let single = array.dtype().is_equiv_to(&dtype::<f32>(given.py()));
@@ -51,7 +51,7 @@ pub(crate) fn samples(what: &str, given: &Bound<'_, PyAny>) -> PyResult<Given<Sa
     })
 }
 
-/// Real numbers as those of a given precision.
+/// Converts real numbers to a given precision.
 pub(crate) fn of<T: Element + Copy>(
     what: &str,
     given: &Bound<'_, PyAny>,
@@ -63,7 +63,7 @@ pub(crate) fn of<T: Element + Copy>(
     })
 }
 
-/// A list of numbers.
+/// Reads a list of numbers.
 pub(crate) fn numbers(what: &str, given: &Bound<'_, PyAny>) -> PyResult<Vec<f64>> {
     let Given { samples, shape } = of(what, given)?;
     match shape.len() {
@@ -72,7 +72,7 @@ pub(crate) fn numbers(what: &str, given: &Bound<'_, PyAny>) -> PyResult<Vec<f64>
     }
 }
 
-/// A list of points of N coordinates.
+/// Reads a list of points of N coordinates.
 pub(crate) fn points<const N: usize>(
     what: &str,
     given: &Bound<'_, PyAny>,
@@ -85,7 +85,7 @@ pub(crate) fn points<const N: usize>(
     Ok(points.to_vec())
 }
 
-/// Refuses an array of another shape.
+/// Rejects an array of another shape.
 pub(crate) fn check_shape(what: &str, given: &[usize], expected: &[usize]) -> PyResult<()> {
     match given == expected {
         true => Ok(()),
@@ -93,13 +93,13 @@ pub(crate) fn check_shape(what: &str, given: &[usize], expected: &[usize]) -> Py
     }
 }
 
-/// The error of an array of another shape.
+/// Returns the error for an array of a wrong shape.
 pub(crate) fn wrong_shape(what: &str, given: &[usize], expected: &str) -> PyErr {
     let given = shown(given);
     PyValueError::new_err(format!("{what} has the shape {given}, expected {expected}"))
 }
 
-/// A shape as Python shows it.
+/// Formats a shape as Python does.
 pub(crate) fn shown(shape: &[usize]) -> String {
     match shape {
         [one] => format!("({one},)"),

@@ -1,4 +1,4 @@
-//! Errors of the crates as Python's exceptions, which `heart_phantom/errors.py` defines.
+//! Conversion of errors of the crates to the Python exceptions of `heart_phantom/errors.py`.
 
 use heart_phantom::PhantomError;
 use heart_phantom::membrane_newton::{MembraneError, NewtonError};
@@ -10,7 +10,7 @@ use std::error::Error;
 use std::io;
 use std::path::Path;
 
-/// Whatever a call can fail with.
+/// All failures of a call.
 #[derive(Debug, thiserror::Error)]
 pub(crate) enum Failure {
     #[error(transparent)]
@@ -30,7 +30,7 @@ pub(crate) enum Failure {
 }
 
 impl Failure {
-    /// What should not happen.
+    /// Creates an internal error.
     pub(crate) fn internal(what: &dyn std::fmt::Display) -> Self {
         PyRuntimeError::new_err(format!(
             "a defect of heart_phantom, please report it: {what}"
@@ -65,7 +65,7 @@ fn of_phantom(py: Python<'_>, error: PhantomError) -> PyErr {
                 [&first.field, &first.given, &first.wanted],
             )
         }
-        PhantomError::Refused {
+        PhantomError::Rejected {
             file,
             place,
             field,
@@ -90,7 +90,7 @@ fn of_phantom(py: Python<'_>, error: PhantomError) -> PyErr {
     }
 }
 
-/// One of the exceptions of `errors.py`, with the messages of an error and of all that led to it.
+/// Creates an exception of `errors.py` with the messages of an error and of all its sources.
 fn exception(py: Python<'_>, class: &str, error: &dyn Error) -> PyErr {
     made(py, class, &chain(error)).map_or_else(|error| error, PyErr::from_value)
 }
@@ -119,7 +119,7 @@ fn scene_error(
     with_places().unwrap_or_else(|error| error)
 }
 
-/// The messages of an error and of all that led to it; each says what its own level knows.
+/// Joins the messages of an error and of all its sources.
 fn chain(error: &dyn Error) -> String {
     let mut text = error.to_string();
     let mut source = error.source();

@@ -1,7 +1,7 @@
 //! The Python package `heart-phantom`: the crates of this workspace for NumPy.
 //!
-//! Classes hold what Rust has, check what Python gives, and hand arrays over; they compute nothing. `work.rs` has how a call leaves the
-//! interpreter, `arrays.rs` what becomes of arrays, `errors.rs` what of errors.
+//! Classes wrap Rust objects, validate arguments and convert arrays; they compute nothing. `work.rs` releases the interpreter during calls,
+//! `arrays.rs` converts arrays, `errors.rs` errors.
 
 mod arrays;
 mod errors;
@@ -16,7 +16,7 @@ mod scene;
 mod values;
 mod work;
 
-/// What the modules of the package `heart_phantom` show.
+/// The names that the modules of the package `heart_phantom` export.
 #[pyo3::pymodule]
 mod _native {
     use pyo3::prelude::*;

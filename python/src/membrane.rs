@@ -4,9 +4,10 @@ use crate::arrays::{Given, array, numbers, of, points};
 use crate::errors::Failure;
 use crate::values::{Whole, named};
 use crate::work::work;
+use heart_phantom::membrane_forces::{Profile, Quantity};
 use heart_phantom::membrane_newton::{
     Control, Discretisation, Equilibrium, Membrane, MembraneError, NewtonOptions, NewtonReport,
-    Pair, PairEquilibrium, PressureLaw, RestShape, Rubber, Solver, Stiffness, Stretched, Thickness,
+    Pair, PairEquilibrium, PressureLaw, ReferenceShape, Rubber, RubberState, Solver,
 };
 use numpy::PyArrayDyn;
 use pyo3::exceptions::PyValueError;
@@ -15,12 +16,12 @@ use pyo3::types::PyDict;
 
 type Doubles<'py> = Result<Bound<'py, PyArrayDyn<f64>>, Failure>;
 
-/// An elastic membrane, by its curve at rest, what it is made of, and what a load on it is.
+/// An elastic membrane: reference configuration, material, pressure law.
 ///
-/// Of springs, whose `stiffness` is a number, or samples from one end to the other; then `law` is `"per-material-length"`,
-/// `"total-force"` or `"per-current-length"`. Or of `rubber`: `{"neo_hookean": {"mu": 400.0}}`,
-/// `{"mooney_rivlin": {"c1": 1.0, "c2": 0.1}}`, `{"ogden": {"terms": [[mu, alpha], ...]}}`, `{"gent": {"mu": 1.0, "jm": 30.0}}`, moduli in
-/// kPa, and its `thickness` at rest in cm; then the load is a pressure.
+/// Springs have a `stiffness`, a number or samples from one end to the other, and a `law`: `"per-material-length"`, `"total-force"` or
+/// `"per-current-length"`. `rubber` is `{"neo_hookean": {"mu": 400.0}}`, `{"mooney_rivlin": {"c1": 1.0, "c2": 0.1}}`,
+/// `{"ogden": {"terms": [[mu, alpha], ...]}}` or `{"gent": {"mu": 1.0, "jm": 30.0}}`, moduli in kPa, with the reference `thickness` in cm;
+/// its load is a pressure.
 ///
 /// >>> from heart_phantom.membrane import Membrane
 /// >>> balloon = Membrane.balloon(8.5, 1.75)
@@ -30,7 +31,7 @@ type Doubles<'py> = Result<Bound<'py, PyArrayDyn<f64>>, Failure>;
 #[derive(Debug)]
 pub(crate) struct PyMembrane(Membrane);
 
-/// What membranes are made of, as they come.
+/// Arguments of a material.
 struct Material<'a, 'py> {
     stiffness: Option<&'a Bound<'py, PyAny>>,
     law: Option<&'a Bound<'py, PyAny>>,
@@ -39,7 +40,7 @@ struct Material<'a, 'py> {
 }
 
 impl Material<'_, '_> {
-    fn of(&self, rest: RestShape) -> Result<PyMembrane, Failure> {
+    fn of(&self, rest: ReferenceShape) -> Result<PyMembrane, Failure> {
         let membrane = Membrane::new(rest);
         let made = match self.rubber {
             None => {
@@ -68,20 +69,23 @@ fn only_with(what: &str, given: Option<&Bound<'_, PyAny>>, of: &str) -> PyResult
 }
 
 /// A number, or samples from one end to the other.
-fn profile(what: &str, given: Option<&Bound<'_, PyAny>>) -> Result<Thickness, Failure> {
+fn profile<Q: Quantity>(
+    what: &str,
+    given: Option<&Bound<'_, PyAny>>,
+) -> Result<Profile<Q>, Failure> {
     let Some(given) = given else {
-        return Ok(Stiffness::UNIT);
+        return Ok(Profile::UNIT);
     };
     let Given { samples, shape } = of::<f64>(what, given)?;
     Ok(match (shape.len(), &samples[..]) {
-        (0, &[one]) => Stiffness::constant(one)?,
-        _ => Stiffness::samples(&numbers(what, given)?)?,
+        (0, &[one]) => Profile::constant(one)?,
+        _ => Profile::samples(&numbers(what, given)?)?,
     })
 }
 
 #[pymethods]
 impl PyMembrane {
-    /// A cylinder of `radius` closed by a hemisphere, `h` long together: the paper's balloon.
+    /// A cylinder of `radius` closed by a hemisphere, of total length `h`: the paper's balloon.
     #[staticmethod]
     #[pyo3(signature = (h, radius, *, stiffness = None, law = None, rubber = None, thickness = None))]
     fn balloon(
@@ -98,10 +102,10 @@ impl PyMembrane {
             rubber,
             thickness,
         };
-        material.of(RestShape::balloon(h, radius)?)
+        material.of(ReferenceShape::balloon(h, radius)?)
     }
 
-    /// A flat disc, held at its edge.
+    /// A flat disc, fixed at its edge.
     #[staticmethod]
     #[pyo3(signature = (radius, *, stiffness = None, law = None, rubber = None, thickness = None))]
     fn disc(
@@ -117,7 +121,7 @@ impl PyMembrane {
             rubber,
             thickness,
         };
-        material.of(RestShape::disc(radius)?)
+        material.of(ReferenceShape::disc(radius)?)
     }
 
     /// Points [x, y] from one fixed end over the apex to the other, `[n][2]`.
@@ -136,13 +140,13 @@ impl PyMembrane {
             rubber,
             thickness,
         };
-        material.of(RestShape::polyline(&points::<2>("curve", curve)?)?)
+        material.of(ReferenceShape::polyline(&points::<2>("curve", curve)?)?)
     }
 
-    /// The equilibrium in which one quantity is what is given: `load` of the law, force `intensity`, `total_force`, `volume` (cm^3),
-    /// `volume_gain`, (V - V0) / V0, or `area` (cm^2).
+    /// The equilibrium at one prescribed quantity: `load` of the law, force `intensity`, `total_force`, `volume` (cm^3), `volume_gain`, (V
+    /// - V0) / V0, or `area` (cm^2).
     ///
-    /// By spectral elements to `tolerance`, of polynomials of a fixed `degree`, or by finite differences of so many `nodes`.
+    /// Uses spectral elements to `tolerance` or of a fixed polynomial `degree`, or finite differences with a number of `nodes`.
     #[pyo3(signature = (*, load = None, intensity = None, total_force = None, volume = None, volume_gain = None, area = None, tolerance = 1e-12, degree = None, nodes = None))]
     #[expect(clippy::too_many_arguments, reason = "one of them is given")]
     fn solve(
@@ -174,7 +178,7 @@ impl PyMembrane {
     }
 
     fn __repr__(&self) -> String {
-        let rest = self.0.rest().at(0.5).position[0];
+        let rest = self.0.reference().at(0.5).position[0];
         let made_of = match self.0.stiffness() {
             Some(_) => "springs",
             None => "rubber",
@@ -224,7 +228,7 @@ pub(crate) struct PyEquilibrium(pub(crate) Equilibrium);
 
 #[pymethods]
 impl PyEquilibrium {
-    /// Force intensity: force per length of the curve, as the law has it.
+    /// Force intensity: force per length of the curve, as defined by the law.
     #[getter]
     fn intensity(&self) -> f64 {
         self.0.intensity
@@ -236,7 +240,7 @@ impl PyEquilibrium {
         self.0.load
     }
 
-    /// Pressure across the membrane, force per area as it is, in the unit of the stiffness or of the moduli.
+    /// Pressure across the membrane, force per current area, in the unit of the stiffness or of the moduli.
     #[getter]
     fn pressure(&self) -> f64 {
         self.0.pressure()
@@ -281,24 +285,24 @@ impl PyEquilibrium {
         array(py, positions, &[n])
     }
 
-    /// The curve [x, y] at material coordinates from 0 to 1, `float64[n][2]`: its polynomials, to the accuracy of the solve.
+    /// The curve [x, y] at material coordinates from 0 to 1, `float64[n][2]`, with the accuracy of the solve.
     fn at<'py>(&self, py: Python<'py>, s: &Bound<'py, PyAny>) -> Doubles<'py> {
         let s = finite(numbers("s", s)?)?;
         let flat = s.iter().flat_map(|&s| self.0.at(s).position).collect();
         array(py, flat, &[s.len(), 2])
     }
 
-    /// Rubber at material coordinates from 0 to 1, along the meridian, around the axis, across: a dictionary of `stretches`
-    /// `float64[n][3]`, `tensions` `float64[n][2]` (kPa cm) and `stresses` `float64[n][2]` (kPa).
-    fn stretched<'py>(
+    /// State of rubber at material coordinates from 0 to 1: a dictionary of `stretches` `float64[n][3]` (meridional, hoop, thickness), and
+    /// `tensions` `float64[n][2]` (kPa cm) and `stresses` `float64[n][2]` (kPa), meridional and hoop.
+    fn rubber_state<'py>(
         &self,
         py: Python<'py>,
         s: &Bound<'py, PyAny>,
     ) -> Result<Bound<'py, PyDict>, Failure> {
         let s = finite(numbers("s", s)?)?;
         let n = s.len();
-        let all = s.into_iter().map(|s| self.0.stretched(s));
-        let all = all.collect::<Result<Vec<Stretched>, _>>()?;
+        let all = s.into_iter().map(|s| self.0.rubber_state(s));
+        let all = all.collect::<Result<Vec<RubberState>, _>>()?;
         let made = PyDict::new(py);
         let stretches: Vec<f64> = all.iter().flat_map(|at| at.stretches).collect();
         made.set_item("stretches", array(py, stretches, &[n, 3])?)?;
@@ -309,7 +313,7 @@ impl PyEquilibrium {
         Ok(made)
     }
 
-    /// What the solve did: counts, the scaled residual, and its `history`, a list; a dictionary.
+    /// Report of the solve: a dictionary of counts, the scaled residual, and its `history`.
     fn report<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         report(py, &self.0.report)
     }
@@ -365,13 +369,13 @@ impl PyPairEquilibrium {
         self.0.wall_volume
     }
 
-    /// Relative departure of the wall's volume from that at rest.
+    /// Relative error of the volume of the wall.
     #[getter]
     fn wall_volume_error(&self) -> f64 {
         self.0.wall_volume_error
     }
 
-    /// What the solve of both did: a dictionary.
+    /// Report of the solve of both membranes: a dictionary.
     fn report<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         report(py, &self.0.report)
     }

@@ -9,7 +9,7 @@ use numpy::PyArrayDyn;
 use pyo3::prelude::*;
 use std::path::PathBuf;
 
-/// A closed triangle mesh, every edge shared by two triangles, seen counter-clockwise from outside; cm.
+/// A closed triangle mesh: two triangles at every edge, counter-clockwise seen from outside; cm.
 #[pyclass(name = "Mesh", module = "heart_phantom.revolve", frozen)]
 #[derive(Debug)]
 pub(crate) struct PyMesh(Mesh);
@@ -29,34 +29,34 @@ enum Format {
 
 #[pymethods]
 impl PyMesh {
-    /// Points, x, y, z: `float64[n][3]`, a new array each time.
+    /// Points, x, y, z: `float64[n][3]`, a new array for each call.
     #[getter]
     fn vertices<'py>(&self, py: Python<'py>) -> Result<Bound<'py, PyArrayDyn<f64>>, Failure> {
         let flat = self.0.vertices.iter().flat_map(|p| p.coords.data.0[0]);
         array(py, flat.collect(), &[self.0.vertices.len(), 3])
     }
 
-    /// Outward unit normals of the surface at the points: `float64[n][3]`, a new array each time.
+    /// Outward unit normals of the surface at the points: `float64[n][3]`, a new array for each call.
     #[getter]
     fn normals<'py>(&self, py: Python<'py>) -> Result<Bound<'py, PyArrayDyn<f64>>, Failure> {
         let flat = self.0.normals.iter().flat_map(|n| n.data.0[0]);
         array(py, flat.collect(), &[self.0.normals.len(), 3])
     }
 
-    /// Indices of the points of each triangle: `uint32[m][3]`, a new array each time.
+    /// Indices of the points of each triangle: `uint32[m][3]`, a new array for each call.
     #[getter]
     fn triangles<'py>(&self, py: Python<'py>) -> Result<Bound<'py, PyArrayDyn<u32>>, Failure> {
         let flat = self.0.triangles.as_flattened().to_vec();
         array(py, flat, &[self.0.triangles.len(), 3])
     }
 
-    /// The volume that the triangles enclose, cm^3.
+    /// The volume enclosed by the triangles, cm^3.
     #[getter]
     fn volume(&self) -> f64 {
         self.0.volume()
     }
 
-    /// Writes it, in mm, to a file whose name ends in `.stl` or `.ply`.
+    /// Writes the mesh in mm to a file with the suffix `.stl` or `.ply`.
     fn write(&self, path: PathBuf) -> Result<(), Failure> {
         let extension = path.extension().unwrap_or_default().to_string_lossy();
         let format = choice(

@@ -6,16 +6,15 @@ use heart_phantom::MotionField;
 use numpy::PyArrayDyn;
 use pyo3::prelude::*;
 
-/// The motion of the wall from end-diastole at end-expiration to some moment, on the voxels that its material fills there; zeros
-/// elsewhere.
+/// The motion of the wall from end-diastole at end-expiration to another time, on the voxels of the wall at end-diastole; zero elsewhere.
 #[pyclass(name = "Motion", module = "heart_phantom", frozen, get_all)]
 #[derive(Debug)]
 pub(crate) struct PyMotion {
-    /// Where the material of a voxel goes, along x, y, z, in cm: `float32[z][y][x][3]`.
+    /// Displacement along x, y, z, in cm: `float32[z][y][x][3]`.
     displacement: Py<PyArrayDyn<f32>>,
-    /// How fast the beat moves it then, along x, y, z, in cm/s: `float32[z][y][x][3]`.
+    /// Velocity of the beat along x, y, z, in cm/s: `float32[z][y][x][3]`.
     velocity: Py<PyArrayDyn<f32>>,
-    /// Green's strain in the wall's directions at end-diastole, rr, cc, ll, rc, rl, cl: `float32[z][y][x][6]`.
+    /// Green's strain in the directions of the wall at end-diastole, rr, cc, ll, rc, rl, cl: `float32[z][y][x][6]`.
     strain: Py<PyArrayDyn<f32>>,
     /// The voxels whose centres are in the wall at end-diastole: `bool[z][y][x]`.
     wall: Py<PyArrayDyn<bool>>,

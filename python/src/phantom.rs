@@ -1,4 +1,4 @@
-//! The phantom: what a scene describes, as arrays.
+//! The phantom: the products of a scene as arrays.
 
 use crate::arrays::{self, Given, array};
 use crate::errors::Failure;
@@ -10,7 +10,7 @@ use crate::revolve::PyBody;
 use crate::scene::{PyScene, scene_of};
 use crate::values::{Whole, to_python};
 use crate::work::{AtSignal, Watch, work, work_told};
-use heart_phantom::{Moment, Phantom, PhantomError, Scene};
+use heart_phantom::{MotionPhase, Phantom, PhantomError, Scene};
 use numpy::PyArrayDyn;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
@@ -21,14 +21,14 @@ use std::sync::Arc;
 type Floats<'py> = Result<Bound<'py, PyArrayDyn<f32>>, Failure>;
 type Any<'py> = Result<Bound<'py, PyAny>, Failure>;
 
-/// A beating heart and what looks at it: everything on demand, and nothing twice.
+/// A beating-heart phantom with its camera. Products are computed on demand and shapes are stored.
 ///
-/// `scene` is a `Scene`, a dictionary of one, or nothing for the study of Rohmer et al. 2006. It is checked here and nothing is computed.
-/// `memory` bounds, in bytes, the memory of solved shapes; it changes no bit of any result.
+/// `scene` is a `Scene`, a dictionary, or omitted for the study of Rohmer et al. 2006. The constructor validates it and computes nothing.
+/// `memory` limits the memory of solved shapes in bytes; results are bitwise identical.
 ///
-/// Arrays are C-contiguous `float32` unless said otherwise: views `[view][row][bin]`, volumes `[z][y][x]`; row j of a view and slice j of
-/// a volume are at the same height. Lengths in cm, angles in radians, activities in 1/mL, views in activity times cm, phases and breaths
-/// from 0 to 1. Results have the same bits for any number of threads.
+/// Arrays are C-contiguous `float32` unless stated otherwise: views `[view][row][bin]`, volumes `[z][y][x]`; row j of a view and slice j of
+/// a volume have the same height. Lengths in cm, angles in radians, activities in 1/mL, views in activity times cm, cardiac phase and
+/// respiratory position (`breath`) from 0 to 1. Results are bitwise identical for any number of threads.
 ///
 /// >>> from heart_phantom import Phantom, Scene
 /// >>> phantom = Phantom(Scene().with_size(32).replace(acquisition={"mode": {"static": {"phase": 0.5}}}))
@@ -52,7 +52,7 @@ impl PyPhantom {
         [camera.n_views(), camera.n_rows(), camera.n_bins()]
     }
 
-    /// An array of a call's work.
+    /// The array that a call computes.
     fn floats<'py>(
         &self,
         py: Python<'py>,
@@ -73,13 +73,13 @@ impl PyPhantom {
         work(py, move |_| make(&phantom))
     }
 
-    /// A phase and a breath, which only a heart that breathes has.
-    fn moment(&self, phase: f64, breath: f64) -> Result<Moment, Failure> {
+    /// Cardiac phase and respiratory position; the latter requires respiration.
+    fn moment(&self, phase: f64, breath: f64) -> Result<MotionPhase, Failure> {
         if breath != 0.0 && self.0.cycle().breathing().is_none() {
             let text = format!("breath is {breath}, and the heart of this scene does not breathe");
             return Err(PyValueError::new_err(text).into());
         }
-        Ok(Moment { phase, breath })
+        Ok(MotionPhase { phase, breath })
     }
 
     fn of(py: Python<'_>, scene: Scene, memory: Option<Whole>) -> Result<Self, Failure> {
@@ -91,7 +91,7 @@ impl PyPhantom {
     }
 }
 
-/// A column of a table of views, by name.
+/// A named column of a table of views.
 type Column = (&'static str, fn(&heart_phantom::ViewTime) -> f64);
 
 #[pymethods]
@@ -106,7 +106,7 @@ impl PyPhantom {
         Self::of(py, scene_of(scene)?, memory)
     }
 
-    /// The phantom of a scene's file; errors have its name.
+    /// Reads a scene file; errors contain its name.
     #[staticmethod]
     fn load(py: Python<'_>, path: PathBuf) -> Result<Self, Failure> {
         let made = work(py, move |_| Phantom::load(&path))?;
@@ -119,7 +119,7 @@ impl PyPhantom {
         PyScene(self.0.scene().clone())
     }
 
-    /// Number of sets of views: the cardiac gates or 1, times the respiratory gates or 1.
+    /// Number of gated projection sets: cardiac gates (or 1) x respiratory gates (or 1).
     #[getter]
     fn n_gates(&self) -> usize {
         self.0.n_gates()
@@ -131,7 +131,7 @@ impl PyPhantom {
         self.volume_shape().into()
     }
 
-    /// Distance between voxels in cm, in the order of a volume's axes: z, y, x.
+    /// Voxel size in cm, in the order of a volume's axes: z, y, x.
     #[getter]
     fn spacing(&self) -> (f64, f64, f64) {
         let [x, y, z] = self.0.camera().grid().spacing();
@@ -145,7 +145,7 @@ impl PyPhantom {
         (z, y, x)
     }
 
-    /// Names of the labels, from 0 on.
+    /// Names of the labels, from 0.
     #[getter]
     fn label_names(&self) -> Vec<String> {
         self.0.label_names()
@@ -157,15 +157,15 @@ impl PyPhantom {
         self.0.extreme_phases().into()
     }
 
-    /// What may surprise in this scene, in words.
+    /// Warnings about values that are probably not intended, as text.
     fn warnings(&self, py: Python<'_>) -> Result<Vec<String>, Failure> {
         let warnings = self.made(py, Phantom::warnings)?;
         Ok(warnings.iter().map(ToString::to_string).collect())
     }
 
-    /// All views of a gate, `[view][row][bin]`, with the scene's blur and noise.
+    /// Projections of a gate, `[view][row][bin]`, with blur and noise of the scene.
     ///
-    /// `progress`, if any, is called now and then with the share that is done.
+    /// `progress` is called repeatedly with the completed fraction.
     #[pyo3(signature = (gate = Whole(0), *, progress = None), text_signature = "($self, gate=0, *, progress=None)")]
     fn views<'py>(
         &self,
@@ -180,7 +180,7 @@ impl PyPhantom {
         array(py, samples, &self.views_shape())
     }
 
-    /// One view of a gate, `[row][bin]`.
+    /// A view of a gate, `[row][bin]`.
     #[pyo3(signature = (view, gate = Whole(0)), text_signature = "($self, view, gate=0)")]
     fn view<'py>(&self, py: Python<'py>, view: Whole, gate: Whole) -> Floats<'py> {
         let [_, rows, bins] = self.views_shape();
@@ -189,14 +189,14 @@ impl PyPhantom {
         })
     }
 
-    /// The views of all gates, `[gate][view][row][bin]`; what several gates see is computed once.
+    /// Projections of all gates, `[gate][view][row][bin]`; shapes that several gates share are projected once.
     fn views_of_gates<'py>(&self, py: Python<'py>) -> Floats<'py> {
         let [views, rows, bins] = self.views_shape();
         let shape = [self.0.n_gates(), views, rows, bins];
         self.floats(py, &shape, |phantom, _| phantom.sinograms_of_gates())
     }
 
-    /// The angles, in radians, from which the views of a gate are seen, in the mean over their time: `float64[view]`.
+    /// Angles of the views of a gate in radians, averaged over their time: `float64[view]`.
     #[pyo3(signature = (gate = Whole(0)), text_signature = "($self, gate=0)")]
     fn angles<'py>(
         &self,
@@ -210,9 +210,9 @@ impl PyPhantom {
         array(py, angles, &[n])
     }
 
-    /// When and from where the views of a gate are taken: a dictionary of `float64[view]`.
+    /// Times and angles of the views of a gate: a dictionary of `float64[view]`.
     ///
-    /// `start` and `window`, the seconds that are seen, in seconds; `phase` of the beat at the start; `angle` in radians.
+    /// `start` and `window` (acquisition time) in seconds; cardiac `phase` at the start; `angle` in radians.
     #[pyo3(signature = (gate = Whole(0)), text_signature = "($self, gate=0)")]
     fn view_times<'py>(&self, py: Python<'py>, gate: Whole) -> Result<Bound<'py, PyDict>, Failure> {
         let times = self.0.view_times(gate.0)?;
@@ -230,19 +230,19 @@ impl PyPhantom {
         Ok(made)
     }
 
-    /// Angles and bins of a gate's views, for `heart_phantom.radon`.
+    /// Angles and bins of a gate, for `heart_phantom.radon`.
     #[pyo3(signature = (gate = Whole(0)), text_signature = "($self, gate=0)")]
     fn geometry(&self, gate: Whole) -> Result<PyGeometry, Failure> {
         Ok(PyGeometry(self.0.geometry(gate.0)?))
     }
 
-    /// The pixels of a slice, for `heart_phantom.radon`.
+    /// The pixel grid of a slice, for `heart_phantom.radon`.
     #[getter]
     fn grid(&self) -> PyGrid {
         PyGrid(*self.0.camera().image())
     }
 
-    /// The reconstruction of a gate's views, `[z][y][x]`, by the scene's method.
+    /// Reconstruction of a gate, `[z][y][x]`, by the method of the scene.
     #[pyo3(signature = (gate = Whole(0)), text_signature = "($self, gate=0)")]
     fn volume<'py>(&self, py: Python<'py>, gate: Whole) -> Floats<'py> {
         self.floats(py, &self.volume_shape(), move |phantom, watch| {
@@ -252,9 +252,9 @@ impl PyPhantom {
         })
     }
 
-    /// The reconstruction, `[z][y][x]`, of views `[view][row][bin]` of this camera, such as those of `views` with noise of one's own.
+    /// Reconstruction, `[z][y][x]`, of given views `[view][row][bin]` of this camera, for example those of `views` with other noise.
     ///
-    /// They are taken as `float32`, and as seen from where those of the gate are.
+    /// Views are converted to `float32`; their angles are those of the gate.
     #[pyo3(signature = (views, gate = Whole(0)), text_signature = "($self, views, gate=0)")]
     fn reconstruct<'py>(
         &self,
@@ -270,14 +270,14 @@ impl PyPhantom {
         })
     }
 
-    /// One slice of the reconstruction of a gate, `[y][x]`, from the rows of the views that it needs.
+    /// A slice of the reconstruction of a gate, `[y][x]`, from the rows of the views that it needs.
     #[pyo3(signature = (z, gate = Whole(0)), text_signature = "($self, z, gate=0)")]
     fn slice<'py>(&self, py: Python<'py>, z: Whole, gate: Whole) -> Floats<'py> {
         let [_, ny, nx] = self.volume_shape();
         self.floats(py, &[ny, nx], move |phantom, _| phantom.slice(gate.0, z.0))
     }
 
-    /// The exact volume of a gate, `[z][y][x]`: the mean activity over each voxel and over the time that the views see.
+    /// Voxelised ground truth of a gate, `[z][y][x]`: activity averaged over each voxel and over the time of the views.
     #[pyo3(signature = (gate = Whole(0)), text_signature = "($self, gate=0)")]
     fn truth<'py>(&self, py: Python<'py>, gate: Whole) -> Floats<'py> {
         self.floats(py, &self.volume_shape(), move |phantom, _| {
@@ -285,7 +285,7 @@ impl PyPhantom {
         })
     }
 
-    /// One slice of the exact volume of a gate, `[y][x]`.
+    /// A slice of the ground truth of a gate, `[y][x]`.
     #[pyo3(signature = (z, gate = Whole(0)), text_signature = "($self, z, gate=0)")]
     fn truth_slice<'py>(&self, py: Python<'py>, z: Whole, gate: Whole) -> Floats<'py> {
         let [_, ny, nx] = self.volume_shape();
@@ -294,14 +294,14 @@ impl PyPhantom {
         })
     }
 
-    /// The exact volumes of all gates, `[gate][z][y][x]`; what several gates see is computed once.
+    /// Ground truth of all gates, `[gate][z][y][x]`; shapes that several gates share are voxelised once.
     fn truth_of_gates<'py>(&self, py: Python<'py>) -> Floats<'py> {
         let [nz, ny, nx] = self.volume_shape();
         let shape = [self.0.n_gates(), nz, ny, nx];
         self.floats(py, &shape, |phantom, _| phantom.truth_of_gates())
     }
 
-    /// The mean activity of each voxel at a phase, `[z][y][x]`.
+    /// Activity at a phase, `[z][y][x]`, averaged over each voxel.
     #[pyo3(signature = (phase, breath = 0.0))]
     fn activity<'py>(&self, py: Python<'py>, phase: f64, breath: f64) -> Floats<'py> {
         let at = self.moment(phase, breath)?;
@@ -310,7 +310,7 @@ impl PyPhantom {
         })
     }
 
-    /// What each voxel holds most of at a phase, `uint8[z][y][x]`; `label_names` says what the numbers stand for.
+    /// Label with the largest volume fraction in each voxel at a phase, `uint8[z][y][x]`; `label_names` lists their names.
     #[pyo3(signature = (phase, breath = 0.0))]
     fn labels<'py>(
         &self,
@@ -323,7 +323,7 @@ impl PyPhantom {
         array(py, labels, &self.volume_shape())
     }
 
-    /// The mean attenuation of each voxel at a phase in 1/cm, `[z][y][x]`.
+    /// Linear attenuation coefficient at a phase in 1/cm, `[z][y][x]`, averaged over each voxel.
     #[pyo3(signature = (phase, breath = 0.0))]
     fn attenuation<'py>(&self, py: Python<'py>, phase: f64, breath: f64) -> Floats<'py> {
         let at = self.moment(phase, breath)?;
@@ -332,7 +332,7 @@ impl PyPhantom {
         })
     }
 
-    /// The motion of the wall from end-diastole at end-expiration to a phase.
+    /// Motion of the wall from end-diastole at end-expiration to a phase.
     #[pyo3(signature = (phase, breath = 0.0))]
     fn motion(&self, py: Python<'_>, phase: f64, breath: f64) -> Result<PyMotion, Failure> {
         let at = self.moment(phase, breath)?;
@@ -340,7 +340,7 @@ impl PyPhantom {
         PyMotion::new(py, field, self.volume_shape())
     }
 
-    /// The inner and the outer surface at a phase, in the lab.
+    /// Inner and outer surface at a phase, in the lab.
     #[pyo3(signature = (phase, breath = 0.0))]
     fn meshes(&self, py: Python<'_>, phase: f64, breath: f64) -> Result<(PyMesh, PyMesh), Failure> {
         let at = self.moment(phase, breath)?;
@@ -348,18 +348,18 @@ impl PyPhantom {
         Ok(meshes.map(PyMesh::from).into())
     }
 
-    /// The body at a phase: its layers are the inner and the outer surface.
+    /// The body at a phase; its layers are bounded by the inner and the outer surface.
     #[pyo3(signature = (phase, breath = 0.0))]
     fn body(&self, py: Python<'_>, phase: f64, breath: f64) -> Result<PyBody, Failure> {
         let at = self.moment(phase, breath)?;
         let body = self.made(py, move |phantom| {
             let pose = phantom.pose(at.breath)?;
-            Ok(phantom.shape(at.phase)?.body().standing(pose))
+            Ok(phantom.shape(at.phase)?.body().with_pose(pose))
         })?;
         Ok(PyBody::from(body))
     }
 
-    /// The inner and the outer membrane at a phase, with their pressures.
+    /// Inner and outer membrane at a phase, with their pressures.
     fn membranes(
         &self,
         py: Python<'_>,
@@ -371,7 +371,7 @@ impl PyPhantom {
         Ok(both.map(|membrane| PyEquilibrium(membrane.clone())).into())
     }
 
-    /// Volume of the cavity in mL at each of some phases, `float64`, of the shape of the phases.
+    /// Volume of the cavity in mL at given phases, `float64`, with the shape of the phases.
     fn cavity_volumes<'py>(
         &self,
         py: Python<'py>,
@@ -379,34 +379,34 @@ impl PyPhantom {
     ) -> Result<Bound<'py, PyArrayDyn<f64>>, Failure> {
         let Given { samples, shape } = arrays::of::<f64>("phases", phases)?;
         let volumes = self.made(py, move |phantom| {
-            let [rest, _] = phantom.heart().rest()?.volumes();
+            let [rest, _] = phantom.heart().reference_shape()?.volumes();
             let volume = |phase: f64| rest * (1.0 + phantom.cycle().gain(phase));
             Ok(samples.into_iter().map(volume).collect())
         })?;
         array(py, volumes, &shape)
     }
 
-    /// Volumes in mL, ejection fraction, output, wall: a dictionary, as in `report.json`.
+    /// Volumes in mL, ejection fraction, cardiac output, wall thickness: a dictionary, as in `report.json`.
     fn numbers<'py>(&self, py: Python<'py>) -> Any<'py> {
         to_python(py, &self.made(py, Phantom::numbers)?)
     }
 
-    /// The heart at the phases that stand for the views, and at end-diastole and end-systole: a list of dictionaries.
+    /// The heart at the phases that represent the projections, at end-diastole and at end-systole: a list of dictionaries.
     fn phases<'py>(&self, py: Python<'py>) -> Any<'py> {
         to_python(py, &self.made(py, Phantom::phase_reports)?)
     }
 
-    /// Torsion, shortening and the motion of the scene's points at the phases that stand for the views: a list of dictionaries.
+    /// Torsion, shortening and motion of the scene's points at the phases that represent the projections: a list of dictionaries.
     fn motion_reports<'py>(&self, py: Python<'py>) -> Any<'py> {
         to_python(py, &self.made(py, Phantom::motion_reports)?)
     }
 
-    /// The beats while the camera looked, a dictionary of lists; `None` if they are all alike and count.
+    /// R-R intervals during the acquisition, a dictionary of lists; `None` if all are equal and accepted.
     fn beats<'py>(&self, py: Python<'py>) -> Any<'py> {
         to_python(py, &self.0.beats())
     }
 
-    /// How a volume of a gate compares with the truth, both `[z][y][x]`: streaks, unevenness of the wall, blur; a dictionary.
+    /// Comparison of a volume of a gate with the ground truth, both `[z][y][x]`: streaks, unevenness of the wall, blur; a dictionary.
     #[pyo3(signature = (volume, truth, gate = Whole(0)), text_signature = "($self, volume, truth, gate=0)")]
     fn artefacts<'py>(
         &self,
@@ -426,7 +426,7 @@ impl PyPhantom {
         to_python(py, &report)
     }
 
-    /// Memory in bytes that `run` takes at most, an estimate: a dictionary of `shapes`, `views`, `volumes`, and `each_thread` besides.
+    /// Estimated upper limit of the memory of `run` in bytes: a dictionary of `shapes`, `views`, `volumes`, and `each_thread`.
     fn memory<'py>(&self, py: Python<'py>) -> Any<'py> {
         to_python(py, &self.0.memory())
     }
@@ -436,10 +436,10 @@ impl PyPhantom {
         to_python(py, &self.0.work())
     }
 
-    /// Computes and writes what the scene's `[output]` asks for, and `report.json`, whose content is returned.
+    /// Computes and writes the products of `[output]`, and `report.json`, whose content is returned.
     ///
-    /// Every file is written whole or not at all, `report.json` last. Ctrl-C ends it after the step that is under way. `progress`, if
-    /// any, is called now and then with the share that is done.
+    /// Every file is written atomically, `report.json` last. Ctrl-C ends the run after the current step. `progress` is called repeatedly
+    /// with the completed fraction.
     #[pyo3(signature = (folder, *, progress = None))]
     fn run<'py>(
         &self,
@@ -472,7 +472,7 @@ impl PyPhantom {
     }
 }
 
-/// All views of a gate.
+/// Projects all views of a gate.
 fn views(phantom: &Phantom, gate: usize, watch: &Watch) -> Result<Vec<f32>, PhantomError> {
     let all = phantom.camera().n_views() as f64;
     let told = |done: usize| watch.tell(done as f64 / all);

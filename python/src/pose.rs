@@ -1,4 +1,4 @@
-//! Where a body stands in the lab.
+//! Poses of bodies.
 
 use crate::arrays::{array, points};
 use crate::errors::Failure;
@@ -7,11 +7,11 @@ use heart_phantom::revolve_voxel::nalgebra::{Point3, Vector3};
 use numpy::PyArrayDyn;
 use pyo3::prelude::*;
 
-/// Where a body stands in the lab, and how turned: first as the body's own frame, x along its axis. Angles in radians.
+/// Position and orientation of a body in the lab; initially the identity, with the body's axis along x. Angles in radians.
 ///
 /// >>> import math
 /// >>> from heart_phantom.revolve import Pose
-/// >>> pose = Pose.axis_along_z(2.0).turned_x(math.pi / 2).shifted([0, 0, 1])
+/// >>> pose = Pose.axis_along_z(2.0).rotated_x(math.pi / 2).shifted([0, 0, 1])
 /// >>> [round(x, 9) + 0.0 for x in pose.axis]
 /// [0.0, -1.0, 0.0]
 #[pyclass(name = "Pose", module = "heart_phantom.revolve", frozen, eq)]
@@ -29,28 +29,28 @@ impl PyPose {
         Self(Pose::identity())
     }
 
-    /// The body's axis along z, its point `axial_point` (cm along the axis) at the lab's origin.
+    /// The pose with the body's axis along z and its point `axial_point` (cm along the axis) at the lab's origin.
     #[staticmethod]
     fn axis_along_z(axial_point: f64) -> Result<Self, Failure> {
         Ok(Self(Pose::axis_along_z(axial_point)?))
     }
 
-    /// The same, then turned about the lab's x axis.
-    fn turned_x(&self, angle: f64) -> Result<Self, Failure> {
-        Ok(Self(self.0.turned_x(angle)?))
+    /// The pose rotated about the lab's x axis.
+    fn rotated_x(&self, angle: f64) -> Result<Self, Failure> {
+        Ok(Self(self.0.rotated_x(angle)?))
     }
 
-    /// The same, then turned about the lab's y axis.
-    fn turned_y(&self, angle: f64) -> Result<Self, Failure> {
-        Ok(Self(self.0.turned_y(angle)?))
+    /// The pose rotated about the lab's y axis.
+    fn rotated_y(&self, angle: f64) -> Result<Self, Failure> {
+        Ok(Self(self.0.rotated_y(angle)?))
     }
 
-    /// The same, then turned about the lab's z axis.
-    fn turned_z(&self, angle: f64) -> Result<Self, Failure> {
-        Ok(Self(self.0.turned_z(angle)?))
+    /// The pose rotated about the lab's z axis.
+    fn rotated_z(&self, angle: f64) -> Result<Self, Failure> {
+        Ok(Self(self.0.rotated_z(angle)?))
     }
 
-    /// The same, then moved by (x, y, z).
+    /// The pose shifted by (x, y, z).
     fn shifted(&self, by: [f64; 3]) -> Result<Self, Failure> {
         Ok(Self(self.0.shifted(Vector3::from(by))?))
     }
@@ -61,7 +61,7 @@ impl PyPose {
         self.0.axis().into()
     }
 
-    /// Points of the body, `[n][3]`, in the lab: `float64[n][3]`.
+    /// Transforms points of the body, `[n][3]`, to the lab: `float64[n][3]`.
     fn to_lab<'py>(
         &self,
         py: Python<'py>,
@@ -70,7 +70,7 @@ impl PyPose {
         moved(py, places, |p| self.0.to_lab(p))
     }
 
-    /// Points of the lab, `[n][3]`, in the body's frame: `float64[n][3]`.
+    /// Transforms points of the lab, `[n][3]`, to the body's frame: `float64[n][3]`.
     fn to_body<'py>(
         &self,
         py: Python<'py>,

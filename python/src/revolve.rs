@@ -17,9 +17,9 @@ use pyo3::types::PyDict;
 use rayon::prelude::*;
 use std::sync::Arc;
 
-/// The curve that is turned about the axis: points (x along the axis, r >= 0 from it), base to apex, `float64[n][2]`.
+/// A meridian, the curve that is revolved: points (x along the axis, r >= 0 from it), base to apex, `float64[n][2]`.
 ///
-/// Ends off the axis are closed by discs. A `ring` closes on itself and need not touch the axis: a torus and its like.
+/// Discs close ends off the axis. A `ring` is a closed curve that need not touch the axis, such as that of a torus.
 ///
 /// >>> from heart_phantom.revolve import Meridian
 /// >>> round(Meridian([[0, 1], [3, 0]]).measures()["volume"], 9)  # a cone: pi
@@ -45,13 +45,13 @@ impl PyMeridian {
         measures(py, &self.0.measures())
     }
 
-    /// From where to where it goes along the axis.
+    /// Extent along the axis.
     #[getter]
     fn x_range(&self) -> (f64, f64) {
         self.0.x_range().into()
     }
 
-    /// Its largest radius.
+    /// Largest radius.
     #[getter]
     fn r_max(&self) -> f64 {
         self.0.r_max()
@@ -78,10 +78,10 @@ fn measures<'py>(py: Python<'py>, of: &Measures) -> PyResult<Bound<'py, PyDict>>
     Ok(made)
 }
 
-/// Nested solids about one axis, innermost first, standing in the lab.
+/// Nested solids of revolution about one axis, innermost first, in a pose.
 ///
-/// `layers` are meridians, or arrays of their points. Region 0 is the inside of layer 0, region k what layer k holds beyond layer k - 1;
-/// activities have one value a region. Centimetres; chords and measures are exact for the polylines given.
+/// `layers` are meridians, or arrays of their points. Region 0 is the inside of layer 0, region k is layer k without layer k - 1;
+/// activities have one value per region. Centimetres; chords and measures are exact for the given polylines.
 ///
 /// >>> import numpy as np
 /// >>> from heart_phantom.revolve import Body
@@ -98,14 +98,14 @@ impl From<Body> for PyBody {
     }
 }
 
-/// One number for all axes, or one each, z, y, x.
+/// One number for all axes, or one for each: z, y, x.
 #[derive(Debug, Clone, Copy, FromPyObject)]
 enum Spacing {
     All(f64),
     Each([f64; 3]),
 }
 
-/// The precision of what is made.
+/// The precision of an output.
 #[derive(Debug, Clone, Copy)]
 enum Precision {
     Single,
@@ -134,7 +134,7 @@ impl PyBody {
         Ok(Body::new(layers, pose.0)?.into())
     }
 
-    /// Where it stands.
+    /// The pose.
     #[getter]
     fn pose(&self) -> PyPose {
         PyPose(*self.0.pose())
@@ -146,17 +146,17 @@ impl PyBody {
         self.0.layers().len()
     }
 
-    /// The same body in another place.
-    fn standing(&self, pose: &Bound<'_, PyPose>) -> Self {
-        self.0.standing(pose.get().0).into()
+    /// The same body in another pose.
+    fn with_pose(&self, pose: &Bound<'_, PyPose>) -> Self {
+        self.0.with_pose(pose.get().0).into()
     }
 
-    /// Volume, surface and moments of a region, of density 1, in the body's frame: a dictionary.
+    /// Volume, surface and moments of a region at density 1, in the body's frame: a dictionary.
     fn measures<'py>(&self, py: Python<'py>, region: Whole) -> Result<Bound<'py, PyDict>, Failure> {
         Ok(measures(py, &self.0.region_measures(region.0)?)?)
     }
 
-    /// Lengths of lines within a layer, `float64[n]`, of lines through `origins` (`[n][3]`) along `directions` (`[n][3]`, or one).
+    /// Chord lengths within a layer, `float64[n]`, of lines through `origins` (`[n][3]`) along `directions` (`[n][3]`, or one).
     #[pyo3(signature = (origins, directions, layer = Whole(0)), text_signature = "($self, origins, directions, layer=0)")]
     fn chords<'py>(
         &self,
@@ -184,10 +184,10 @@ impl PyBody {
         })
     }
 
-    /// Exact views, `[view][row][bin]`: line integrals of the activity.
+    /// Exact projections, `[view][row][bin]`: line integrals of the activity.
     ///
-    /// A camera turns about z: bins of view `theta` (radians) run along (cos theta, sin theta, 0), rows along z, rays along
-    /// (-sin theta, cos theta, 0). `pitch` and `offset` are (bin, row). `dtype`: `"float32"` or `"float64"`.
+    /// The camera rotates about z: bins of view `theta` (radians) lie along (cos theta, sin theta, 0), rows along z, rays along (-sin
+    /// theta, cos theta, 0). `pitch` and `offset` are (bin, row). `dtype`: `"float32"` or `"float64"`.
     #[pyo3(signature = (angles, n_bins, n_rows, pitch, activity, *, offset = [0.0, 0.0], dtype = "float32"), text_signature = "($self, angles, n_bins, n_rows, pitch, activity, *, offset=(0.0, 0.0), dtype='float32')")]
     #[expect(clippy::too_many_arguments, reason = "a camera")]
     fn views<'py>(
@@ -214,10 +214,10 @@ impl PyBody {
         })
     }
 
-    /// What part of each voxel each region fills, `[region][z][y][x]`, and what each voxel holds most of, `uint8[z][y][x]`: 0 nothing, 1 + k
-    /// region k.
+    /// Coverage of each voxel by each region, `[region][z][y][x]`, and the label with the largest volume fraction, `uint8[z][y][x]`: 0
+    /// nothing, 1 + k region k.
     ///
-    /// `shape` is (z, y, x), `spacing` a number or (z, y, x), `centre` the middle of the grid, (z, y, x). Fractions are right to `tolerance`.
+    /// `shape` is (z, y, x), `spacing` a number or (z, y, x), `centre` that of the grid, (z, y, x). Coverages are accurate to `tolerance`.
     #[pyo3(signature = (shape, spacing, *, centre = [0.0, 0.0, 0.0], tolerance = 1e-3, dtype = "float32"), text_signature = "($self, shape, spacing, *, centre=(0.0, 0.0, 0.0), tolerance=1e-3, dtype='float32')")]
     fn coverage<'py>(
         &self,
@@ -236,7 +236,7 @@ impl PyBody {
         Ok((coverage, array(py, labels, &shape.map(|n| n.0))?))
     }
 
-    /// The surface of a layer as triangles, nowhere farther from it than `tolerance` (cm).
+    /// Triangle mesh of the surface of a layer, within `tolerance` (cm) of it.
     #[pyo3(signature = (layer = Whole(0), *, tolerance = 0.01), text_signature = "($self, layer=0, *, tolerance=0.01)")]
     fn mesh(&self, py: Python<'_>, layer: Whole, tolerance: f64) -> Result<PyMesh, Failure> {
         let body = self.0.clone();
@@ -244,7 +244,7 @@ impl PyBody {
         Ok(mesh.into())
     }
 
-    /// Distance of points `[n][3]` from the surface of a layer, negative inside: `float64[n]`.
+    /// Signed distance of points `[n][3]` from the surface of a layer, negative inside: `float64[n]`.
     #[pyo3(signature = (places, layer = Whole(0)), text_signature = "($self, places, layer=0)")]
     fn signed_distances<'py>(
         &self,
@@ -261,7 +261,7 @@ impl PyBody {
         array(py, made, &[n])
     }
 
-    /// The smallest box along the lab's axes that holds a layer: its lowest and highest corner, (x, y, z).
+    /// Bounding box of a layer along the lab's axes: its lowest and highest corner, (x, y, z).
     #[pyo3(signature = (layer = Whole(0)), text_signature = "($self, layer=0)")]
     fn bounding_box(&self, layer: Whole) -> Result<([f64; 3], [f64; 3]), Failure> {
         let [low, high] = self.0.bounding_box(layer.0)?;
@@ -324,7 +324,7 @@ impl PyBody {
     }
 }
 
-/// What `PyBody::views` takes.
+/// The arguments of `PyBody::views`.
 struct Scan {
     body: Arc<Body>,
     angles: Vec<f64>,

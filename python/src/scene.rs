@@ -1,4 +1,4 @@
-//! Scenes: a study as data.
+//! Scenes: the description of a study as data.
 
 use crate::errors::Failure;
 use crate::values::{Whole, entries, to_python, to_table, to_toml};
@@ -10,10 +10,10 @@ use std::path::PathBuf;
 use toml::map::Entry;
 use toml::{Table, Value};
 
-/// Everything that determines a study, as in a scene's TOML file; what is left out is the default, the study of Rohmer et al. 2006.
+/// The complete description of a study, as in a scene file. Absent fields have the defaults of the study of Rohmer et al. 2006.
 ///
-/// Lengths are in cm, times in seconds, angles in degrees (radians everywhere else), volumes in mL. A scene does not change;
-/// `replace` gives another one. `Scene.template()` has a comment on every field.
+/// Lengths are in cm, times in seconds, angles in degrees (radians everywhere else), volumes in mL. A scene is immutable; `replace` returns
+/// a changed copy. `Scene.template()` has a comment on every field.
 ///
 /// >>> from heart_phantom import Scene
 /// >>> scene = Scene(camera={"views": 60, "bins": 64, "rows": 64, "pitch": [0.25, 0.25]})
@@ -41,7 +41,7 @@ impl PyScene {
         Self(Scene::default()).replace(changes, sections)
     }
 
-    /// The scene of a text in TOML.
+    /// Reads a scene from TOML text.
     ///
     /// Raises `SceneError` with line, column and field.
     ///
@@ -57,15 +57,15 @@ impl PyScene {
         Ok(Self(Scene::from_toml(text)?))
     }
 
-    /// The scene of a file.
+    /// Reads a scene file.
     ///
-    /// Raises `OSError` if it cannot be read, `SceneError` with file, line, column and field.
+    /// Raises `OSError` if the file cannot be read, `SceneError` with file, line, column and field.
     #[staticmethod]
     fn load(path: PathBuf) -> Result<Self, Failure> {
         Ok(Self(Scene::load(&path)?))
     }
 
-    /// A scene's file with a comment on every field: what `heart-phantom init` writes.
+    /// A scene file with a comment on every field, as `heart-phantom init` writes it.
     ///
     /// >>> Scene.from_toml(Scene.template()) == Scene()
     /// True
@@ -74,20 +74,20 @@ impl PyScene {
         Scene::default().to_toml()
     }
 
-    /// The scene as a file with a comment on every field; `from_toml` gives the same scene back.
+    /// The scene as TOML text with a comment on every field; `from_toml` restores the same scene.
     fn to_toml(&self) -> String {
         self.0.to_toml()
     }
 
-    /// The scene as dictionaries, lists, texts and numbers, defaults filled in; `Scene(...)` of them is the same scene.
+    /// The scene as dictionaries, lists, strings and numbers, with defaults; `Scene(...)` of them is the same scene.
     fn to_dict<'py>(&self, py: Python<'py>) -> Result<Bound<'py, PyAny>, Failure> {
         to_python(py, &self.0)
     }
 
-    /// Another scene, in which some fields are others.
+    /// Returns a scene with changed fields.
     ///
-    /// Of a section those fields change that are named, each as a whole. A dotted name reaches further; `None` takes a section or a
-    /// field away, so that it is the default.
+    /// Named fields of a section are replaced as a whole. A dotted name addresses nested fields; `None` resets a section or field to its
+    /// default.
     ///
     /// >>> scene = Scene().replace(heart={"inner": {"radius": 1.6}}, blur={"fwhm": 0.8})
     /// >>> scene.replace({"heart.inner.radius": 1.7, "blur": None})["heart.inner"]["radius"]
@@ -108,7 +108,7 @@ impl PyScene {
         Ok(Self(Scene::from_toml(&text).map_err(without_place)?))
     }
 
-    /// The same with `n` bins, rows and pixels a side in the same field of view.
+    /// The scene with `n` bins, rows and pixels per side in the same field of view.
     ///
     /// >>> Scene().with_size(32)["camera.pitch"]
     /// [0.5, 0.5]
@@ -121,7 +121,7 @@ impl PyScene {
         Ok(Self(scene))
     }
 
-    /// A section or a field by its dotted name.
+    /// Returns a section or field by its dotted name.
     fn __getitem__<'py>(
         &self,
         py: Python<'py>,
@@ -151,7 +151,7 @@ impl PyScene {
     }
 }
 
-/// Changes one section, or the field of a dotted name.
+/// Changes a section, or the field of a dotted name.
 fn change(table: &mut Table, name: &str, value: &Bound<'_, PyAny>) -> PyResult<()> {
     if let Some((section, rest)) = name.split_once('.') {
         let inner = match table.entry(section) {
@@ -187,7 +187,7 @@ fn put(table: &mut Table, name: &str, value: &Bound<'_, PyAny>) -> PyResult<()> 
     Ok(())
 }
 
-/// Lines of a text that nobody has seen say nothing.
+/// Removes line numbers of a text that the user has not written.
 fn without_place(error: PhantomError) -> PhantomError {
     match error {
         PhantomError::Scene(error) => PhantomError::Scene(Box::new(error.without_places())),
@@ -217,7 +217,7 @@ fn brief(mode: &Value) -> String {
     }
 }
 
-/// What a phantom is made from: a scene, a dictionary of one, or nothing for the study.
+/// Converts the argument of a phantom: a scene, a dictionary, or nothing for the study.
 pub(crate) fn scene_of(given: Option<&Bound<'_, PyAny>>) -> Result<Scene, Failure> {
     let Some(given) = given else {
         return Ok(Scene::default());

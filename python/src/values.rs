@@ -1,4 +1,4 @@
-//! Python's values as those of scene files, and back; names and counts among the arguments.
+//! Conversion between Python values and values of scene files; names and counts in arguments.
 
 use crate::errors::Failure;
 use pyo3::exceptions::{PyTypeError, PyValueError};
@@ -25,7 +25,7 @@ impl<'py> FromPyObject<'_, 'py> for Whole {
     }
 }
 
-/// A value as in a scene's file. NumPy's scalars and arrays count as numbers and lists.
+/// Converts to a value of a scene file. NumPy scalars and arrays count as numbers and lists.
 pub(crate) fn to_toml(given: &Bound<'_, PyAny>) -> PyResult<Value> {
     if let Ok(text) = given.cast::<PyString>() {
         return Ok(Value::String(text.to_string()));
@@ -56,7 +56,7 @@ pub(crate) fn to_toml(given: &Bound<'_, PyAny>) -> PyResult<Value> {
     )))
 }
 
-/// The same of a dictionary; an entry that is `None` is left out.
+/// Converts a dictionary; entries that are `None` are omitted.
 pub(crate) fn to_table(mapping: &Bound<'_, PyMapping>) -> PyResult<Table> {
     let mut table = Table::new();
     for (key, value) in entries(mapping)? {
@@ -67,7 +67,7 @@ pub(crate) fn to_table(mapping: &Bound<'_, PyMapping>) -> PyResult<Table> {
     Ok(table)
 }
 
-/// The entries of a dictionary, whose keys have to be texts.
+/// Returns the entries of a dictionary, whose keys must be strings.
 pub(crate) fn entries<'py>(
     mapping: &Bound<'py, PyMapping>,
 ) -> PyResult<Vec<(String, Bound<'py, PyAny>)>> {
@@ -81,7 +81,7 @@ pub(crate) fn entries<'py>(
         .collect()
 }
 
-/// A value that has the words of scene files: `"hann"`, `{"butterworth": {"order": 4}}`.
+/// Reads a value with the names of scene files: `"hann"`, `{"butterworth": {"order": 4}}`.
 pub(crate) fn named<T: DeserializeOwned>(what: &str, given: &Bound<'_, PyAny>) -> PyResult<T> {
     to_toml(given)?
         .try_into()
@@ -91,7 +91,7 @@ pub(crate) fn named<T: DeserializeOwned>(what: &str, given: &Bound<'_, PyAny>) -
         })
 }
 
-/// One of a few names.
+/// Reads one of a few names.
 pub(crate) fn choice<T: Clone>(what: &str, given: &str, among: &[(&str, T)]) -> PyResult<T> {
     let found = among.iter().find(|(name, _)| *name == given);
     found.map(|(_, value)| value.clone()).ok_or_else(|| {
@@ -101,7 +101,7 @@ pub(crate) fn choice<T: Clone>(what: &str, given: &str, among: &[(&str, T)]) -> 
     })
 }
 
-/// What a report has, as dictionaries, lists, texts and numbers.
+/// Converts a report to dictionaries, lists, strings and numbers.
 pub(crate) fn to_python<'py>(
     py: Python<'py>,
     value: &impl Serialize,

@@ -1,8 +1,7 @@
-//! Work away from the interpreter: other Python threads run meanwhile, and Ctrl-C ends it.
+//! Computation without the interpreter's lock: other Python threads run meanwhile, and Ctrl-C interrupts.
 //!
-//! A call's work is done by a pool of threads, on data of its own. The thread that called waits for it without the lock of the
-//! interpreter, looks for signals every few hundredths of a second, and leaves as soon as there is one. What is under way then ends at
-//! the next place where it tells how far it is.
+//! A thread pool computes on its own data. The calling thread waits without the lock, checks for signals every 40 ms, and returns at the
+//! first one. The computation then ends at its next progress report.
 
 use crate::errors::Failure;
 use pyo3::exceptions::PyValueError;
@@ -15,22 +14,22 @@ use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
-/// How long a signal may wait.
+/// Interval between checks for signals.
 const POLL: Duration = Duration::from_millis(40);
 
-/// Between the work and who waits for it.
+/// The link between the computation and the waiting thread.
 #[derive(Debug, Default)]
 pub(crate) struct Watch {
     stopped: AtomicBool,
-    /// Bits of the share of the work that is done.
+    /// Bits of the completed fraction.
     share: AtomicU64,
 }
 
-/// What unwinds a task that nobody waits for any more; no failure, and no message.
+/// Unwinds an abandoned task; not a failure, and without a message.
 struct Stopped;
 
 impl Watch {
-    /// Tells how much is done, from 0 to 1. Does not return where nobody waits any more.
+    /// Reports the completed fraction. Does not return if the task is abandoned.
     pub(crate) fn tell(&self, share: f64) {
         self.share.store(share.to_bits(), Ordering::Relaxed);
         if self.is_stopped() {
@@ -38,22 +37,22 @@ impl Watch {
         }
     }
 
-    /// Whether nobody waits any more.
+    /// Whether the task is abandoned.
     pub(crate) fn is_stopped(&self) -> bool {
         self.stopped.load(Ordering::Relaxed)
     }
 }
 
-/// What happens to work that is under way when a signal comes.
+/// The treatment of a running computation at a signal.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum AtSignal {
-    /// It ends by itself later: all that it has is its own.
+    /// Abandoned: it owns its data and ends later.
     Leave,
-    /// It is waited for: it writes files.
+    /// Awaited, because it writes files.
     Wait,
 }
 
-/// Does a task in the pool.
+/// Runs a task in the pool.
 pub(crate) fn work<T, E>(
     py: Python<'_>,
     task: impl FnOnce(&Watch) -> Result<T, E> + Send + 'static,
@@ -65,7 +64,7 @@ where
     work_told(py, None, AtSignal::Leave, task)
 }
 
-/// The same; `progress`, if any, is called with the share of the work that is done. What it raises ends the work.
+/// Runs a task with a `progress` callback for the completed fraction; an exception of the callback ends the task.
 pub(crate) fn work_told<T, E>(
     py: Python<'_>,
     progress: Option<&Bound<'_, PyAny>>,
@@ -81,9 +80,9 @@ where
     let of_task = watch.clone();
     let pool = Threads::held().pool()?;
     pool.spawn(move || {
-        // What it leaves half done is dropped with it, or whole: counters and caches behind locks.
+        // Partial results are dropped with it; counters and caches are behind locks.
         let done = catch_unwind(AssertUnwindSafe(|| task(&of_task)));
-        // Fails if nobody waits.
+        // Fails if the task is abandoned.
         let _ = sender.send(done);
     });
     loop {
@@ -120,7 +119,7 @@ fn tell(progress: Option<&Bound<'_, PyAny>>, share: f64) -> PyResult<()> {
 
 fn wait<T: Send>(py: Python<'_>, receiver: Receiver<T>) {
     py.detach(move || {
-        // Whatever it was.
+        // Any other panic.
         let _ = receiver.recv();
     });
 }
@@ -131,11 +130,11 @@ fn message(panic: &(dyn Any + Send)) -> String {
         .unwrap_or_default()
 }
 
-/// The threads that compute.
+/// The thread pool.
 struct Threads {
-    /// How many are asked for; 0 for one a core.
+    /// Requested number of threads; 0 for one per core.
     asked: usize,
-    /// The pool, once it is needed, and the process that has its threads: a fork has none of them.
+    /// The pool, if started, and its process: a forked process has none of its threads.
     pool: Option<(u32, Arc<ThreadPool>)>,
 }
 
@@ -156,7 +155,7 @@ impl Threads {
                 self.pool = Some((process, pool.clone()));
                 return Ok(pool);
             }
-            // Its threads are the parent's: there is nobody to end.
+            // The threads belong to the parent process and cannot be joined.
             Some((_, parents)) => std::mem::forget(parents),
             None => {}
         }
@@ -169,7 +168,7 @@ impl Threads {
         Ok(pool)
     }
 
-    /// Leaves the pool to what is under way in it: the next call has threads of its own.
+    /// Abandons the pool to its running tasks: the next call starts new threads.
     fn leave(&mut self) {
         if let Some((process, pool)) = self.pool.take()
             && process != std::process::id()
@@ -179,7 +178,7 @@ impl Threads {
     }
 }
 
-/// Sets how many threads compute; 0 for one a core. Results have the same bits for any number.
+/// Sets the number of threads; 0 for one per core. Results are bitwise identical for any number.
 ///
 /// >>> import heart_phantom
 /// >>> heart_phantom.set_threads(1)
@@ -200,7 +199,7 @@ pub(crate) fn set_threads(n: crate::values::Whole) -> Result<(), Failure> {
     threads.pool().map(drop)
 }
 
-/// How many threads compute.
+/// Returns the number of threads.
 #[pyfunction]
 pub(crate) fn threads() -> Result<usize, Failure> {
     Ok(Threads::held().pool()?.current_num_threads())

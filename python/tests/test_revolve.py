@@ -23,7 +23,7 @@ def test_a_sphere_has_its_measures():
 
 def test_chords_of_a_sphere_do_not_depend_on_the_pose():
     rng = np.random.default_rng(5)
-    for pose in (Pose(), Pose().turned_x(0.4).turned_y(-1.1).turned_z(2.0)):
+    for pose in (Pose(), Pose().rotated_x(0.4).rotated_y(-1.1).rotated_z(2.0)):
         body = Body([sphere(2.0)], pose)
         origins, directions = rng.normal(size=(200, 3)), rng.normal(size=(200, 3))
         unit = directions / np.linalg.norm(directions, axis=1, keepdims=True)
@@ -38,7 +38,7 @@ def test_chords_of_a_sphere_do_not_depend_on_the_pose():
 
 
 def test_views_hold_what_the_body_holds():
-    pose = Pose.axis_along_z(1.0).turned_x(0.5).shifted([0.3, -0.2, 0.1])
+    pose = Pose.axis_along_z(1.0).rotated_x(0.5).shifted([0.3, -0.2, 0.1])
     body = Body([[[0.0, 1.0], [3.0, 0.5]], [[0.0, 2.0], [4.0, 1.0]]], pose)
     cone = np.pi / 3 * 3 * (1 + 0.5 + 0.25)
     outer = np.pi / 3 * 4 * (4 + 2 + 1)
@@ -109,11 +109,11 @@ def test_a_ring_is_a_torus():
 
 
 def test_a_pose_goes_there_and_back():
-    pose = Pose.axis_along_z(2.0).turned_y(0.3).shifted([1.0, 2.0, 3.0])
+    pose = Pose.axis_along_z(2.0).rotated_y(0.3).shifted([1.0, 2.0, 3.0])
     places = np.random.default_rng(6).normal(size=(10, 3))
     np.testing.assert_allclose(pose.to_body(pose.to_lab(places)), places, atol=1e-14)
     np.testing.assert_allclose(pose.to_lab([[2.0, 0.0, 0.0]]), [[1.0, 2.0, 3.0]], atol=1e-14)
-    assert pose == Pose.axis_along_z(2.0).turned_y(0.3).shifted([1.0, 2.0, 3.0])
+    assert pose == Pose.axis_along_z(2.0).rotated_y(0.3).shifted([1.0, 2.0, 3.0])
     low, high = Body([[[0.0, 1.0], [3.0, 1.0]]], Pose().shifted([0, 0, 2])).bounding_box()
     assert (low, high) == ([0.0, -1.0, 1.0], [3.0, 1.0, 3.0])
 

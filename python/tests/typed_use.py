@@ -48,6 +48,6 @@ def solids() -> float:
 
 def membranes() -> float:
     solved = membrane.Membrane.disc(1.0, rubber={"neo_hookean": {"mu": 1.0}}).solve(volume=1.0)
-    stretches: NDArray[np.float64] = solved.stretched([0.5])["stretches"]
+    stretches: NDArray[np.float64] = solved.rubber_state([0.5])["stretches"]
     heart_phantom.set_threads(heart_phantom.threads())
     return solved.pressure + float(stretches[0, 0])

@@ -1,6 +1,6 @@
-//! The conventions of `docs/conventions.md` hold between the crates: two that know nothing of each other agree on where things are.
+//! The conventions of `docs/conventions.md` hold between the crates: pairs of independent crates agree on positions.
 //!
-//! The objects lie off the centre and differ from all their mirror images, so no sign can be wrong in both crates unseen.
+//! The objects lie off the centre and differ from all their mirror images, so a sign error in both crates would be found.
 
 #![allow(clippy::expect_used, clippy::panic, clippy::unwrap_used)]
 
@@ -28,7 +28,7 @@ fn projections(
 
 #[test]
 fn chords_of_a_body_and_line_integrals_of_a_phantom_are_the_same_numbers() {
-    // An upright cylinder off the axis, off the middle in height, seen by an offset detector of odd and even sizes.
+    // An upright cylinder off the axis and off the middle in height, on an offset detector of odd and even sizes.
     let (radius, height, centre) = (1.1, 3.0, [2.0, -1.3, 0.7]);
     let meridian = Meridian::new(&[[0.0, radius], [height, radius]]).unwrap();
     let pose = Pose::axis_along_z(height / 2.0).unwrap();
@@ -64,12 +64,12 @@ fn chords_of_a_body_and_line_integrals_of_a_phantom_are_the_same_numbers() {
 #[test]
 fn turning_the_object_forwards_is_turning_the_camera_back() {
     let meridian = || Meridian::new(&[[0.0, 1.0], [2.0, 1.6], [3.0, 0.0]]).unwrap();
-    let pose = Pose::axis_along_z(1.0).unwrap().turned_x(0.5).unwrap();
+    let pose = Pose::axis_along_z(1.0).unwrap().rotated_x(0.5).unwrap();
     let pose = pose.shifted(Vector3::new(1.0, 0.4, -0.2)).unwrap();
     let detector = ParallelDetector::new(32, 24, [0.25, 0.25]).unwrap();
     let turn = 0.3;
     let still = Body::new(vec![meridian()], pose).unwrap();
-    let turned = Body::new(vec![meridian()], pose.turned_z(turn).unwrap()).unwrap();
+    let turned = Body::new(vec![meridian()], pose.rotated_z(turn).unwrap()).unwrap();
     let expected = projections(&still, &detector, &[1.1 - turn], 1.0);
     let other_sign = projections(&still, &detector, &[1.1 + turn], 1.0);
     let found = projections(&turned, &detector, &[1.1], 1.0);
@@ -83,7 +83,7 @@ fn turning_the_object_forwards_is_turning_the_camera_back() {
     assert!(distance(&other_sign) > 0.1);
 }
 
-/// Centre of mass and mass (sum of voxels) of a volume `[z][y][x]` within the circle that all views see.
+/// Centre of mass and mass (sum of voxels) of a volume `[z][y][x]` within the circle that all views cover.
 fn moments(volume: &[f64], grid: &VoxelGrid) -> ([f64; 3], f64) {
     let [nx, ny, _] = grid.shape();
     let (mut mass, mut first) = (0.0, [0.0; 3]);
@@ -102,13 +102,13 @@ fn moments(volume: &[f64], grid: &VoxelGrid) -> ([f64; 3], f64) {
 
 #[test]
 fn a_posed_body_is_reconstructed_where_its_voxels_are() {
-    // A blunt cone in the pose of the study, moved off the centre: no mirror image of it is itself.
+    // A blunt cone in the pose of the study, displaced from the centre: it differs from its mirror images.
     let meridian = Meridian::new(&[[0.0, 1.2], [2.5, 0.5], [3.0, 0.0]]).unwrap();
     let pose = Pose::axis_along_z(1.0).unwrap();
     let pose = pose
-        .turned_x(FRAC_PI_4)
+        .rotated_x(FRAC_PI_4)
         .unwrap()
-        .turned_y(FRAC_PI_4)
+        .rotated_y(FRAC_PI_4)
         .unwrap();
     let direction = pose.axis();
     assert!((direction - Vector3::new(0.5, -0.5f64.sqrt(), 0.5)).norm() < 1e-15);
@@ -135,7 +135,7 @@ fn a_posed_body_is_reconstructed_where_its_voxels_are() {
     };
     let right = rms(&volume, &truth);
 
-    // Mirrored in x, y or z, or with x and y exchanged, the truth is far from it.
+    // Mirrored in x, y or z, or with x and y exchanged, the ground truth differs strongly from it.
     let at = |x: usize, y: usize, z: usize| truth[(z * n + y) * n + x];
     let last = n - 1;
     let mirrors: [&dyn Fn(usize, usize, usize) -> f64; 5] = [
@@ -152,7 +152,7 @@ fn a_posed_body_is_reconstructed_where_its_voxels_are() {
         assert!(rms(&volume, &other) > 3.0 * right, "mirror {which}");
     }
 
-    // The ramp keeps both moments up to sampling: measured 3e-4 and 0.006 voxels, where a shift by half a bin would be 0.5.
+    // The ramp conserves both moments up to sampling: measured 3e-4 and 0.006 voxels, where a shift by half a bin would be 0.5.
     let (found, mass) = moments(&volume, &grid);
     let (expected, volume_of_truth) = moments(&truth, &grid);
     assert!(

@@ -1,11 +1,11 @@
-//! What `docs/guide-physicists.md` and `docs/theory.md` show is what the program takes and says, and the crates compute.
+//! The examples of `docs/guide-physicists.md` and `docs/theory.md` agree with the program and the crates.
 
 #![allow(clippy::expect_used, clippy::panic, clippy::unwrap_used)]
 
 use heart_phantom::scene::Scene;
 use membrane_newton::{
     Control, Discretisation, Equilibrium, Membrane, NewtonOptions, Pair, PairEquilibrium,
-    PressureLaw, RestShape, Solver, Stiffness,
+    PressureLaw, ReferenceShape, Solver, Stiffness,
 };
 
 const GUIDE: &str = include_str!("../../docs/guide-physicists.md");
@@ -14,7 +14,7 @@ const PRESSURE: &str = include_str!("../../docs/theory.md");
 /// The heart of the study at a gain of 0.6.
 fn dilated(law: PressureLaw, stiffness: f64) -> PairEquilibrium {
     let solver = |radius: f64| {
-        let membrane = Membrane::new(RestShape::balloon(8.5, radius).unwrap())
+        let membrane = Membrane::new(ReferenceShape::balloon(8.5, radius).unwrap())
             .with_law(law)
             .with_stiffness(Stiffness::constant(stiffness).unwrap());
         let (degree, per_piece) = (16, 1);
@@ -25,7 +25,7 @@ fn dilated(law: PressureLaw, stiffness: f64) -> PairEquilibrium {
     pair.solve(Control::VolumeGain(0.6), &options).unwrap()
 }
 
-/// Every number of the page's example, from the equilibria and from the definition of a millimetre of mercury.
+/// Every number of the example of the page, from the equilibria and from the definition of a millimetre of mercury.
 #[test]
 fn pressures_are_those_of_the_page() {
     let shown = |text: String| assert!(PRESSURE.contains(&text), "{text}");
@@ -65,7 +65,7 @@ fn pressures_are_those_of_the_page() {
     row("pressure on the cylinder, mmHg", 6, &pair, &|e| {
         local(e, 0.1)
     });
-    // the mean over the curve is that of p(s) along its length, and the sum is what was asked for
+    // the average over the curve is that of p(s) along its length, and the sum is the given one
     for e in [&pair.inner, &pair.outer] {
         let n = 2000;
         let points: Vec<_> = (0..n)
@@ -122,7 +122,7 @@ fn its_error_is_said_in_these_words() {
     assert!(GUIDE.contains(&format!("error: {shown}\n")), "{shown}");
 }
 
-/// The table names every section and field; rows that share a section name the later fields by their last part.
+/// The table contains every section and field; rows that share a section name the later fields by their last part.
 #[test]
 fn its_table_has_every_field() {
     let fields = toml_fields(&Scene::default().to_toml());

@@ -9,14 +9,14 @@ use crate::workspace::{TextFile, root};
 
 /// The page with the table.
 const PAGE: &str = "docs/accuracy.md";
-/// The lines around the rows of the table that are measured.
+/// The lines around the measured rows of the table.
 const BEGIN: &str = "| option or result | quantity | reference | norm | problems | median | 99 % | worst |\n| --- | --- | --- | --- | ---: | ---: | ---: | ---: |\n";
 const END: &str = "\n\n<!-- end of the table -->";
 
-/// Measures the rows whose names begin with `prefix`, with so many problems each, and writes them into the page.
+/// Measures the rows whose names begin with `prefix`, with this number of problems each, and writes them to the page.
 pub(crate) fn write_table(problems: &str, seed: u64, prefix: &str) -> Result<(), String> {
     let rows = std::env::temp_dir().join(format!("accuracy-rows-{}.md", std::process::id()));
-    // Not `--release`: the tests are compiled with optimisation anyway.
+    // Not `--release`: the profile of tests is optimised.
     let status = Command::new(env!("CARGO"))
         .args(["test", "--package", "tests", "--test", "accuracy"])
         .args(["--", "--nocapture"])
@@ -40,8 +40,8 @@ pub(crate) fn write_table(problems: &str, seed: u64, prefix: &str) -> Result<(),
     }
 }
 
-/// The page with these rows in place of all whose names begin with `prefix`. A row stands where its predecessor (name and quantity) stood, a
-/// new one behind the others.
+/// Returns the page with these rows instead of all whose names begin with `prefix`. A row keeps the position of its predecessor (name and
+/// quantity); new ones follow the others.
 fn with_rows(page: &str, rows: &str, prefix: &str) -> Result<String, String> {
     let (before, rest) = page
         .split_once(BEGIN)
@@ -63,7 +63,7 @@ fn with_rows(page: &str, rows: &str, prefix: &str) -> Result<String, String> {
     Ok([before, BEGIN, &all.join("\n"), END, after].concat())
 }
 
-/// Public fields and accessors whose name contains `error` or `tolerance` and that the page does not name as `Type::name`.
+/// Lists public fields and accessors whose name contains `error` or `tolerance` and that the page does not name as `Type::name`.
 pub(crate) fn check(files: &[TextFile]) -> Vec<Finding> {
     let page = find(files, PAGE).map_or("", |page| page.text.as_str());
     let mut findings = Vec::new();
@@ -97,7 +97,7 @@ struct Stated {
 impl Stated {
     fn add(&mut self, ident: &syn::Ident) {
         let name = ident.to_string();
-        // `with_tolerance` sets what `tolerance` is.
+        // `with_tolerance` sets `tolerance`.
         if (name.contains("error") || name.contains("tolerance")) && !name.starts_with("with_") {
             let line = ident.span().start().line;
             self.found
@@ -126,7 +126,7 @@ impl<'ast> Visit<'ast> for Stated {
     }
 
     fn visit_item_enum(&mut self, item: &'ast syn::ItemEnum) {
-        // Variants of an error name what went wrong.
+        // Variants of an error enum are not stated errors.
         if is_public(&item.vis) && !item.ident.to_string().ends_with("Error") {
             self.inside(item.ident.to_string(), |me| {
                 visit::visit_item_enum(me, item)
@@ -163,7 +163,7 @@ impl<'ast> Visit<'ast> for Stated {
     }
 
     fn visit_impl_item_fn(&mut self, item: &'ast syn::ImplItemFn) {
-        // An accessor takes `&self` alone.
+        // An accessor has only `&self`.
         if is_public(&item.vis) && item.sig.inputs.len() == 1 && item.sig.receiver().is_some() {
             self.add(&item.sig.ident);
         }

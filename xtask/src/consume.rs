@@ -1,9 +1,8 @@
-//! `cargo xtask consume`: packs the published crates and builds a project outside the workspace on the packages.
+//! `cargo xtask consume`: packs the published crates and builds a project outside the workspace with the packages.
 //!
-//! What a user downloads is the package, not the checkout: a file that is missing there, a path that leads out of the
-//! crate or a dependency without a version shows only here. The packages are unpacked into one folder, as members of a workspace
-//! made for them; that workspace patches the registry with itself, since the crates need each other's present version. The
-//! outside project is the examples of the packed readmes, as tests.
+//! Users download packages, not the checkout: only here does a missing file, a path out of the crate or a dependency without a version
+//! become visible. The packages are unpacked as members of a new workspace, which patches the registry with itself, because the crates need
+//! each other's current version. The outside project contains the examples of the packed readmes, as tests.
 
 use std::fs;
 use std::path::Path;
@@ -94,7 +93,7 @@ fn workspace_version() -> Result<String, String> {
         .ok_or_else(|| "Cargo.toml has no workspace.package.version".into())
 }
 
-/// A package holds its manifest, its licence and a readme with an example.
+/// Checks that a package contains its manifest, its licence and a readme with an example.
 fn complete(package: &Path) -> Result<(), String> {
     for file in ["Cargo.toml", "README.md", "LICENSE-MIT", "LICENSE-APACHE"] {
         if !package.join(file).is_file() {
@@ -117,7 +116,7 @@ fn workspace_manifest(unpacked: &[(&str, String)]) -> String {
     for (package, folder) in unpacked {
         text += &format!("{package} = {{ path = \"packages/{folder}\" }}\n");
     }
-    // As the workspace's own tests: numerics without optimisation takes minutes.
+    // As the workspace's own tests: without optimisation they take minutes.
     text + "\n[profile.dev]\nopt-level = 2\n"
 }
 

@@ -1,5 +1,5 @@
-//! `cargo xtask dependencies`: what each published crate brings along, as `cargo tree` sees it, under which licences and for which
-//! compilers. The table in README.md says so too.
+//! `cargo xtask dependencies`: the dependencies of each published crate by `cargo tree`, with licences and compiler versions. Compares the
+//! table in README.md.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
@@ -9,14 +9,14 @@ use serde_json::Value;
 
 use crate::workspace::{PUBLISHED, package_name, root};
 
-/// Licences that a dependency may have.
+/// Allowed licences of dependencies.
 const LICENCES: &[&str] = &[
     "MIT",
     "Apache-2.0",
     "Apache-2.0 WITH LLVM-exception",
     "BSD-2-Clause",
     "BSD-3-Clause",
-    "Bitstream-Vera", // the font of our figures
+    "Bitstream-Vera", // the font of the figures
     "0BSD",
     "BSL-1.0",
     "CC0-1.0",
@@ -26,8 +26,8 @@ const LICENCES: &[&str] = &[
     "Zlib",
 ];
 
-/// Packages that may stand in one tree in two versions: `syn` runs inside the compiler and is in nobody's binary;
-/// of `miniz_oxide` the two halves of the PNG encoder (`png`, `flate2`) ask for different versions.
+/// Packages that may occur twice in a tree: `syn` runs only inside the compiler; the two halves of the PNG encoder (`png`, `flate2`) need
+/// different versions of `miniz_oxide`.
 const TWICE: &[&str] = &["syn", "miniz_oxide"];
 
 /// A package of a tree: name, version, licence expression.
@@ -74,13 +74,13 @@ pub(crate) fn task(arguments: &[String]) -> Result<(), String> {
     Err(complaints.into_iter().collect::<Vec<_>>().join("\n"))
 }
 
-/// Every package that `krate` needs at run time, itself included, one a line.
+/// Lists every package that `krate` needs at run time, itself included.
 fn tree(krate: &str, flags: &[&str]) -> Result<String, String> {
     let output = Command::new(env!("CARGO"))
         .args([
             "tree", "--locked", "--edges", "normal", "--prefix", "none", "--format", "{p}|{l}",
         ])
-        // The same counts on every machine.
+        // Gives equal counts on every machine.
         .args(["--target", "x86_64-unknown-linux-gnu"])
         .args(["--package", package_name(krate)])
         .args(flags)
@@ -93,7 +93,7 @@ fn tree(krate: &str, flags: &[&str]) -> Result<String, String> {
     Ok(String::from_utf8_lossy(&output.stdout).into_owned())
 }
 
-/// The packages of a tree printed as `name vVERSION (..)|LICENCE`, each once. A package seen before ends in ` (*)`.
+/// Parses a tree printed as `name vVERSION (..)|LICENCE`, each package once. Repeated packages end in ` (*)`.
 fn parse(tree: &str) -> BTreeSet<Package> {
     tree.lines()
         .filter_map(|line| {
@@ -109,7 +109,7 @@ fn parse(tree: &str) -> BTreeSet<Package> {
         .collect()
 }
 
-/// What `cargo metadata` says of all packages.
+/// Returns the metadata of all packages.
 fn metadata() -> Result<Value, String> {
     let output = Command::new(env!("CARGO"))
         .args(["metadata", "--locked", "--format-version", "1"])
@@ -122,7 +122,7 @@ fn metadata() -> Result<Value, String> {
     serde_json::from_slice(&output.stdout).map_err(|error| format!("cargo metadata: {error}"))
 }
 
-/// The oldest compiler that this workspace promises to build with, and the oldest that each package asks for, by name and version.
+/// Returns the oldest compiler that this workspace supports, and the oldest one of each package, by name and version.
 fn compilers(metadata: &Value) -> Result<(Compiler, Compilers), String> {
     let asked_for: Compilers = metadata["packages"]
         .as_array()
@@ -141,7 +141,7 @@ fn compilers(metadata: &Value) -> Result<(Compiler, Compilers), String> {
     Ok((*own, asked_for))
 }
 
-/// `1.89.0` as numbers; what is left out is zero.
+/// Parses `1.89.0`; missing numbers are zero.
 fn compiler(version: &str) -> Compiler {
     let mut numbers = version.split('.').map(|part| part.parse().unwrap_or(0));
     std::array::from_fn(|_| numbers.next().unwrap_or(0))

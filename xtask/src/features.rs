@@ -29,7 +29,7 @@ pub(crate) fn task(arguments: &[String]) -> Result<(), String> {
                     &features
                 }
             );
-            // Unit tests are under the same conditions as what they test.
+            // Unit tests have the same conditions as the tested code.
             for target in [["--lib", "--bins"], ["--lib", "--profile=test"]] {
                 check(krate, &features, target)?;
             }
@@ -48,7 +48,7 @@ fn check(krate: &str, features: &str, target: [&str; 2]) -> Result<(), String> {
         .current_dir(root())
         .output()
         .map_err(|error| format!("cargo check: {error}"))?;
-    // Nothing but errors and warnings is printed there.
+    // Prints only errors and warnings.
     match output.status.success() && output.stderr.is_empty() {
         true => Ok(()),
         false => Err(format!(
@@ -59,7 +59,7 @@ fn check(krate: &str, features: &str, target: [&str; 2]) -> Result<(), String> {
     }
 }
 
-/// The sets of features to try, as cargo wants them: none, each alone, all (where that is another set).
+/// Returns the sets of features to try as cargo arguments: none, each alone, all (if different).
 fn sets(manifest: &Table) -> Vec<String> {
     let features = manifest.get("features").and_then(Value::as_table);
     let names: Vec<String> = features

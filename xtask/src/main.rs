@@ -12,7 +12,7 @@ mod workspace;
 
 use std::process::ExitCode;
 
-/// One task: its name, what it does in a line, and the code.
+/// A task: name, summary and function.
 struct Task {
     name: &'static str,
     arguments: &'static str,

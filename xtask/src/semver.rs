@@ -1,10 +1,10 @@
-//! `cargo xtask semver`: what changed in the public interfaces since the last version, by cargo-semver-checks.
+//! `cargo xtask semver`: changes of the public interfaces since the last version, by cargo-semver-checks.
 
 use std::process::Command;
 
 use crate::workspace::{PUBLISHED, package_name, root, run};
 
-/// The version that the findings are known for; built under `target/tools` when the task first runs.
+/// The supported version; built under `target/tools` at the first run.
 const TOOL: &str = "cargo-semver-checks@0.51.0";
 
 /// The task.
@@ -29,7 +29,7 @@ pub(crate) fn task(arguments: &[String]) -> Result<(), String> {
     run(check.current_dir(root()))
 }
 
-/// The newest version tag that the present commit contains.
+/// Returns the newest version tag in the history of the current commit.
 fn last_tag() -> Result<Option<String>, String> {
     let output = Command::new("git")
         .args(["describe", "--tags", "--abbrev=0", "--match", "v*"])

@@ -1,9 +1,9 @@
-//! `cargo xtask stress --minutes N`: as many random scenes as fit, from seeds that nobody has tried; `--scenes N`: so many of each kind.
-//! `cargo xtask stress --kind accuracy [--scenes N] [--rows PREFIX]`: N problems (1000) for each row of `docs/accuracy.md` whose name begins with
-//! the prefix (all), which it writes into the table.
+//! `cargo xtask stress --minutes N`: random scenes from new seeds for N minutes; `--scenes N`: N scenes of each kind.
+//! `cargo xtask stress --kind accuracy [--scenes N] [--rows PREFIX]`: N problems (1000) for each row of `docs/accuracy.md` whose name
+//! begins with the prefix (all); writes the table.
 //!
-//! The problems are in `tests/tests/stress/` and `tests/tests/accuracy/`; this builds them with optimisation and passes the amount and the
-//! first seed on.
+//! The problems are in `tests/tests/stress/` and `tests/tests/accuracy/`; this task builds them with optimisation and passes amount and
+//! first seed.
 
 use std::process::Command;
 use std::time::{SystemTime, UNIX_EPOCH};
@@ -43,7 +43,7 @@ pub(crate) fn task(arguments: &[String]) -> Result<(), String> {
     let Some((variable, amount)) = amount else {
         return Err(USAGE.into());
     };
-    // A start of its own for every run; 2^32 seeds apart, so that runs do not overlap.
+    // A new start for every run; 2^32 seeds apart, so that runs do not overlap.
     let now = || SystemTime::now().duration_since(UNIX_EPOCH);
     let seed = seed.unwrap_or_else(|| now().map_or(1, |time| time.as_secs() << 32));
     println!("{variable}={amount} from seed {seed}");

@@ -1,10 +1,10 @@
-//! The workspace on disk: where it is, the packages in it, the text files people wrote.
+//! The workspace on disk: root, packages and text files.
 
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-/// Folder of each published crate under `crates/`; a crate stands after all it depends on.
+/// Folders of the published crates under `crates/`; a crate follows its dependencies.
 pub(crate) const PUBLISHED: &[&str] = &[
     "simd-set",
     "membrane-forces",
@@ -18,7 +18,7 @@ pub(crate) const PUBLISHED: &[&str] = &[
     "heart-study",
 ];
 
-/// The name under which the crate in `folder` is published.
+/// Returns the published name of the crate in `folder`.
 pub(crate) fn package_name(folder: &str) -> &str {
     if folder == "radon" {
         "radon-fbp"
@@ -27,7 +27,7 @@ pub(crate) fn package_name(folder: &str) -> &str {
     }
 }
 
-/// Folder that holds the workspace's `Cargo.toml`.
+/// Returns the folder of the workspace's `Cargo.toml`.
 pub(crate) fn root() -> PathBuf {
     let xtask = Path::new(env!("CARGO_MANIFEST_DIR"));
     xtask.parent().unwrap_or(xtask).to_path_buf()
@@ -39,17 +39,17 @@ pub(crate) struct TextFile {
     pub(crate) text: String,
 }
 
-/// Folders that hold what people write; anything else (build output, results of a run) is no concern of ours.
+/// Folders of sources; others (build output, results of runs) are ignored.
 const FOLDERS: &[&str] = &[
     ".cargo", ".ci", ".github", "benches", "crates", "docs", "python", "tests", "xtask",
 ];
 
-/// All text files of the workspace, in the order of their paths. Files that are no UTF-8 (pictures, data) are left out.
+/// Returns all text files of the workspace, sorted by path. Files that are not UTF-8 (images, data) are omitted.
 pub(crate) fn text_files(root: &Path) -> std::io::Result<Vec<TextFile>> {
     let mut found = Vec::new();
     for entry in fs::read_dir(root)? {
         let path = entry?.path();
-        // A linked checkout of git keeps a path of its machine in a file `.git`.
+        // A linked git worktree has a file `.git` with a local path.
         if path.is_file() && path.file_name().is_some_and(|name| name != ".git") {
             found.push(path);
         }
@@ -88,7 +88,7 @@ fn walk(folder: &Path, found: &mut Vec<PathBuf>) -> std::io::Result<()> {
     Ok(())
 }
 
-/// Runs a command whose output the user sees; an error if it fails.
+/// Runs a command with visible output; returns an error if it fails.
 pub(crate) fn run(command: &mut Command) -> Result<(), String> {
     let status = command
         .status()

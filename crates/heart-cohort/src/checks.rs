@@ -5,7 +5,7 @@ use crate::correlation::{Copula, Correlation};
 use crate::error::TextError;
 use crate::expression::Constraint;
 use crate::read::Reader;
-use heart_phantom::shown;
+use heart_phantom::escape;
 
 /// Longest name of a case.
 const MOST_NAME: usize = 100;
@@ -84,7 +84,7 @@ impl Reader<'_> {
                 format!("`{name}` is the name of another case")
             } else if are_named && (name.is_empty() || name.len() > MOST_NAME) {
                 format!("has {} bytes; it must have 1 to {MOST_NAME}", name.len())
-            } else if shown(name) != *name {
+            } else if escape(name) != *name {
                 format!("`{name}` contains control characters")
             } else {
                 continue;

@@ -1,7 +1,7 @@
 //! Errors of cohorts.
 
 use crate::fault::FileFault;
-use heart_phantom::{PhantomError, shown};
+use heart_phantom::{PhantomError, escape};
 use std::fmt;
 use std::path::{Path, PathBuf};
 
@@ -13,7 +13,7 @@ pub enum CohortError {
     #[error(transparent)]
     Phantom(#[from] PhantomError),
     /// A file could not be read.
-    #[error("cannot read {}", shown_path(path))]
+    #[error("cannot read {}", escape_path(path))]
     Read {
         /// The file.
         path: PathBuf,
@@ -26,7 +26,7 @@ pub enum CohortError {
     /// No draw of a member met all constraints.
     #[error(
         "member {member}: none of {attempts} draws meets all constraints; `{}` fails in {failed} of them",
-        shown(constraint)
+        escape(constraint)
     )]
     Unmet {
         /// Index of the member.
@@ -48,7 +48,7 @@ pub enum CohortError {
         members: u64,
     },
     /// The drawn values of a member are not a valid scene: a rejected member.
-    #[error("the scene of member {member} is invalid: {}", shown(what))]
+    #[error("the scene of member {member} is invalid: {}", escape(what))]
     NoScene {
         /// Index of the member.
         member: u64,
@@ -69,7 +69,7 @@ pub enum CohortError {
     /// A shard of that name belongs to another cohort or another version of the program.
     #[error(
         "{} belongs to another cohort or another version of the program; choose another directory",
-        shown_path(path)
+        escape_path(path)
     )]
     OtherCohort {
         /// Its record.
@@ -78,7 +78,7 @@ pub enum CohortError {
     /// Missing shards, or files that do not match their shards.
     #[error(
         "{} has {} faults, the first: {}",
-        shown_path(folder),
+        escape_path(folder),
         faults.len(),
         faults.first().map_or(String::new(), ToString::to_string)
     )]
@@ -91,7 +91,7 @@ pub enum CohortError {
     /// A directory without shards, or with shards of different numbers of shards.
     #[error(
         "{} contains shards of {cuts} different cohorts or shard counts",
-        shown_path(folder)
+        escape_path(folder)
     )]
     Cuts {
         /// The directory.
@@ -100,7 +100,7 @@ pub enum CohortError {
         cuts: usize,
     },
     /// An option of a Slurm script outside its range.
-    #[error("{option} is {}; {wanted}", shown(given))]
+    #[error("{option} is {}; {wanted}", escape(given))]
     Slurm {
         /// The option.
         option: &'static str,
@@ -134,7 +134,7 @@ pub struct TextError {
 impl fmt::Display for TextError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         if let Some(file) = &self.file {
-            write!(f, "{}:", shown_path(file))?;
+            write!(f, "{}:", escape_path(file))?;
         }
         match (&self.file, self.place) {
             (Some(_), Some([line, column])) => write!(f, "{line}:{column}: ")?,
@@ -143,9 +143,9 @@ impl fmt::Display for TextError {
             (None, None) => {}
         }
         if !self.field.is_empty() {
-            write!(f, "{}: ", shown(&self.field))?;
+            write!(f, "{}: ", escape(&self.field))?;
         }
-        f.write_str(&shown(&self.what))
+        f.write_str(&escape(&self.what))
     }
 }
 
@@ -157,6 +157,6 @@ impl From<TextError> for CohortError {
     }
 }
 
-pub(crate) fn shown_path(path: &Path) -> String {
-    shown(&path.to_string_lossy())
+pub(crate) fn escape_path(path: &Path) -> String {
+    escape(&path.to_string_lossy())
 }

@@ -1,6 +1,6 @@
 //! Faults of the files of a cohort.
 
-use heart_phantom::shown;
+use heart_phantom::escape;
 use serde::Serialize;
 use std::fmt;
 
@@ -80,8 +80,8 @@ impl fmt::Display for FileFault {
         write!(
             f,
             "{} {}",
-            shown(&self.file),
-            shown(&self.fault.to_string())
+            escape(&self.file),
+            escape(&self.fault.to_string())
         )
     }
 }

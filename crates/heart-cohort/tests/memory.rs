@@ -1,4 +1,4 @@
-//! What a shard takes from the heap, by the number of its members. A program of its own: the counter is the process's.
+//! The heap memory of a shard against the number of its members. A separate program, because the counter applies to the process.
 
 #![allow(clippy::expect_used, clippy::panic, clippy::unwrap_used)]
 

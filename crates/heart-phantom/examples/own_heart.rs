@@ -2,9 +2,9 @@
 //!
 //! `cargo run --release -p heart-phantom --example own_heart`
 
-use heart_phantom::membrane_newton::{Discretisation, Membrane, RestShape};
+use heart_phantom::membrane_newton::{Discretisation, Membrane, ReferenceShape};
 use heart_phantom::revolve_voxel::Pose;
-use heart_phantom::scene::{Attenuation, BlurSettings, Medium, Scene};
+use heart_phantom::scene::{Accuracy, Attenuation, BlurSettings, Medium, Scene};
 use heart_phantom::{
     Counts, Defect, Heart, Mode, Noise, Phantom, PhantomError, VolumeCurve, VolumeRange,
 };
@@ -15,7 +15,7 @@ fn half_ellipse(length: f64, radius: f64) -> Result<Membrane, PhantomError> {
     let angle = |k: i32| PI * (0.5 - f64::from(k) / 100.0);
     let point = |t: f64| [length * t.cos(), radius * t.sin()];
     let points: Vec<[f64; 2]> = (0..=100).map(angle).map(point).collect();
-    Ok(Membrane::new(RestShape::polyline(&points)?))
+    Ok(Membrane::new(ReferenceShape::polyline(&points)?))
 }
 
 pub(crate) fn main() -> Result<(), PhantomError> {
@@ -24,7 +24,7 @@ pub(crate) fn main() -> Result<(), PhantomError> {
         [&membranes[0], &membranes[1]],
         Discretisation::FiniteDifferences { nodes: 101 },
         0.0, // finite differences are polygons, which bodies follow exactly
-        Pose::axis_along_z(4.5)?.turned_x(0.25 * PI)?,
+        Pose::axis_along_z(4.5)?.rotated_x(0.25 * PI)?,
     )?;
 
     let mut scene = Scene::default().with_mode(Mode::Gated { gates: 4 });
@@ -46,6 +46,8 @@ pub(crate) fn main() -> Result<(), PhantomError> {
     scene.blur = Some(BlurSettings { fwhm: 0.8 });
     let counts = Counts::Total(1e6);
     scene.noise = Some(Noise { counts, seed: 1 });
+
+    scene.acquisition.accuracy = Accuracy::Tolerance(1e-2); // of the largest sample; less than the noise
 
     let phantom = Phantom::with_heart(scene, heart)?;
     let numbers = phantom.numbers()?;

@@ -1,11 +1,10 @@
-//! Errors.
+//! The error type of the crate.
 
 use crate::scene::{SceneError, place_in};
-use crate::text::{Number, brief, enough, range, shown, shown_path};
+use crate::text::{Number, brief, enough, escape, escape_path, range};
 use std::path::PathBuf;
 
-/// Errors of this crate. A message does not repeat its cause, which is the [`source`](std::error::Error::source): print the whole
-/// chain.
+/// The errors of this crate. A message does not repeat its cause, the [`source`](std::error::Error::source): print the whole chain.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum PhantomError {
@@ -45,7 +44,7 @@ pub enum PhantomError {
     #[error(
         "gate {gate} does not occur during view {view_idx}; a view of one cardiac cycle (and one respiratory cycle, if gated) contains every gate"
     )]
-    Unseen {
+    EmptyView {
         /// The gate, from 0.
         gate: usize,
         /// The first view without it.
@@ -141,12 +140,35 @@ pub enum PhantomError {
         /// Extent of the body, cm.
         needed: f64,
     },
+    /// A projection matrix has no source at a finite distance.
+    #[error(
+        "projection matrix {view_idx} (from 0) must be finite with a regular left 3 x 3 block; its determinant over the lengths of its \
+         rows is {}",
+        Number(brief(*determinant))
+    )]
+    Matrix {
+        /// Index of the view.
+        view_idx: usize,
+        /// Determinant of the left block, over the product of the lengths of its rows.
+        determinant: f64,
+    },
+    /// The source of a fan or cone beam is within the heart or an organ, so that lines would extend to both sides of it.
+    #[error(
+        "the source of view {view_idx} is inside the heart or an organ; it must be outside all of them"
+    )]
+    SourceInside {
+        /// The first such view.
+        view_idx: usize,
+    },
     /// An error of the solid, its rays or its voxels.
     #[error(transparent)]
     Solid(#[from] revolve_voxel::RevolveError),
     /// An error of the reconstruction.
     #[error(transparent)]
     Radon(#[from] radon::RadonError),
+    /// Scatter cannot be computed.
+    #[error("the scatter of the projections")]
+    Scatter(#[from] photon_scatter::ScatterError),
     /// A file format cannot store something.
     #[error("{format} cannot store {what}")]
     Unsupported {
@@ -156,7 +178,7 @@ pub enum PhantomError {
         what: &'static str,
     },
     /// A path has the wrong extension, or a name that cannot be written to a header.
-    #[error("{}: the name must end in .{expected}", shown_path(path))]
+    #[error("{}: the name must end in .{expected}", escape_path(path))]
     Extension {
         /// The path given.
         path: PathBuf,
@@ -168,12 +190,12 @@ pub enum PhantomError {
     Scene(Box<SceneError>),
     /// A valid scene that cannot be run.
     #[error("{}{field}", place_in(file.as_deref(), *place))]
-    Refused {
+    Rejected {
         /// The file, if the scene was read from one.
         file: Option<PathBuf>,
-        /// Line and column of the field, from 1; `None` for a scene without a text, or an omitted field.
+        /// Line and column of the field, from 1; `None` if the scene has no text or the text lacks the field.
         place: Option<[usize; 2]>,
-        /// The field that causes the error, such as `defects.1`, the first of them.
+        /// The field that causes the error, such as `defects.1` (the first one).
         // tidy: allow string: the path of a field in the file
         field: String,
         /// The cause.
@@ -187,19 +209,19 @@ pub enum PhantomError {
         /// Bytes available.
         available: u64,
     },
-    /// The phantom does not have something.
+    /// The phantom lacks the requested part.
     #[error("there is no {what}")]
     Absent {
-        /// The request.
+        /// The requested part.
         what: &'static str,
     },
     /// A total number of counts without any activity in the projections.
     #[error("the projections contain no activity to simulate counts of")]
-    NothingToCount,
-    /// The feature is not part of this build.
+    NoCounts,
+    /// The feature is not included in this build.
     #[error("this build has no {what}, without the feature `{feature}`")]
     NotBuilt {
-        /// The request.
+        /// The requested function.
         what: &'static str,
         /// The Cargo feature.
         feature: &'static str,
@@ -219,7 +241,7 @@ pub enum PhantomError {
         tolerance: f64,
     },
     /// A file could not be read.
-    #[error("cannot read {}", shown_path(path))]
+    #[error("cannot read {}", escape_path(path))]
     Read {
         /// The file.
         path: PathBuf,
@@ -227,34 +249,34 @@ pub enum PhantomError {
         source: std::io::Error,
     },
     /// Another process writes to the directory.
-    #[error("another run writes to {}: {}", shown_path(path), shown(holder))]
+    #[error("another run writes to {}: {}", escape_path(path), escape(holder))]
     Busy {
         /// The directory.
         path: PathBuf,
         /// Process and computer.
-        // tidy: allow string: what the other process has written
+        // tidy: allow string: written by the other process
         holder: String,
     },
     /// A directory contains a report of another program.
     #[error(
         "{} was not written by this program; choose another directory or move the file",
-        shown_path(path)
+        escape_path(path)
     )]
     Foreign {
-        /// The file, or whatever has its name.
+        /// The existing file.
         path: PathBuf,
     },
-    /// A file belongs to a run whose report is beside it.
+    /// A file belongs to a run whose report is in the same directory.
     #[error(
         "{} is a file of the run of the report.json beside it; choose another directory",
-        shown_path(path)
+        escape_path(path)
     )]
     Listed {
         /// The file.
         path: PathBuf,
     },
     /// A file or folder could not be written.
-    #[error("cannot write {}", shown_path(path))]
+    #[error("cannot write {}", escape_path(path))]
     File {
         /// The file or folder.
         path: PathBuf,
@@ -269,7 +291,7 @@ impl From<SceneError> for PhantomError {
     }
 }
 
-/// The threads of [`PhantomError::Threads`].
+/// Starts the threads of [`PhantomError::Threads`].
 fn threads(given: usize) -> String {
     match given {
         0 => "a thread for each core".to_owned(),
@@ -278,13 +300,13 @@ fn threads(given: usize) -> String {
     }
 }
 
-/// `given` if it is finite and within `least..=most`.
+/// Returns `given` if it is finite and within `least..=most`.
 pub(crate) fn check(
     what: &'static str,
     given: f64,
     [least, most]: [f64; 2],
 ) -> Result<f64, PhantomError> {
-    // A NaN fails both comparisons.
+    // NaN fails both comparisons.
     if given >= least && given <= most {
         Ok(given)
     } else {
@@ -297,7 +319,7 @@ pub(crate) fn check(
     }
 }
 
-/// As many values as expected.
+/// Rejects a wrong number of values.
 pub(crate) fn check_length(
     what: &'static str,
     given: usize,
@@ -314,7 +336,7 @@ pub(crate) fn check_length(
     }
 }
 
-/// `given` if it is within `least..=most`.
+/// Returns `given` if it is within `least..=most`.
 pub(crate) fn check_count(
     what: &'static str,
     given: usize,
@@ -338,7 +360,7 @@ mod tests {
 
     #[test]
     fn threads_are_named_as_they_were_asked_for() {
-        // A second global pool is refused, whatever the machine.
+        // A second global pool is an error on every machine.
         let refused = || {
             let build = || rayon::ThreadPoolBuilder::new().build_global();
             build().and_then(|()| build()).unwrap_err()

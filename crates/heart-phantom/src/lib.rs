@@ -8,9 +8,8 @@
 //!
 #![doc = include_str!("../img/equations.html")]
 //!
-//! (Rohmer, Sitek and Gullberg 2006, hal-03929238, Eq. 3 and 7): the cavity's volume is given by the cardiac cycle, both
-//! pressures `f` are solved for. The shapes are revolved into a body, a camera turns round it while it beats, and its line
-//! integrals are exact.
+//! (Rohmer, Sitek and Gullberg 2006, hal-03929238, Eq. 3 and 7): the cardiac cycle defines the volume of the cavity, and both pressures `f`
+//! are solved for. The shapes are revolved into a body, a camera rotates about it while it beats, and its line integrals are exact.
 //!
 //! # Conventions
 //! Centimetres, seconds, radians; 1 cm^3 is 1 mL. Body frame: x along the axis of revolution from the base to the apex.
@@ -18,22 +17,21 @@
 //! `(-sin theta, cos theta, 0)`. Item `k` of `n` bins, rows or voxels is centred at `(k - (n - 1) / 2) * pitch`. Sinograms are
 //! `[view][row][bin]`, volumes `[z][y][x]`, the last index fastest.
 //!
-//! # What it is not
-//! No anatomy beyond the two balloons and the organs that are put around them, no blood flow. No numerical kernels: those are in the crates below,
+//! # Limits
+//! No anatomy except the two balloons and the organs around them, no blood flow. No numerical kernels: the crates below contain them,
 //! [`membrane_newton`], [`membrane_implicit`], [`revolve_voxel`] and [`radon`].
 //!
 //! # Files
-//! [`files`] writes volumes and projections whole or not at all: npy, npz, NIfTI, MetaImage, NRRD, Interfile,
-//! raw with JSON, DICOM.
+//! [`files`] writes volumes and projections atomically: npy, npz, NIfTI, MetaImage, NRRD, Interfile, raw with JSON, DICOM.
 //!
 //! # Features
 //! The first two are on by default; without them (`default-features = false`) the crate and its dependencies are 46 packages instead of 78.
 //! - `scene`: `Scene`, its TOML, `run` and its report.
 //! - `dicom` (off by default): DICOM.
-//! - `files`: the formats that need a library: npz, compressed NIfTI, raw with JSON, pictures of slices (PNG, GIF). Without it they are
-//!   refused ([`PhantomError::NotBuilt`]); all others are there.
+//! - `files`: the formats that need a library: npz, compressed NIfTI, raw with JSON, images of slices (PNG, GIF). Without it they return
+//!   [`PhantomError::NotBuilt`]; all other formats are available.
 //!
-//! The paper's figures, its study as a whole and the command line are in the crate `heart-study`, above this one.
+//! The crate `heart-study` contains the study of the paper, its figures and the command line.
 
 #![cfg_attr(docsrs, feature(doc_cfg))]
 
@@ -50,6 +48,7 @@ mod truth;
 pub use membrane_forces;
 pub use membrane_implicit;
 pub use membrane_newton;
+pub use photon_scatter;
 pub use radon;
 pub use revolve_voxel;
 
@@ -61,17 +60,17 @@ pub use model::{
     VolumeRange, Wall, WallRegion,
 };
 pub use phantom::{
-    Artefacts, BeatReport, Compensation, Edge, GateFiles, Memory, Method, Moment, MotionField,
-    MotionReport, Numbers, Osem, OsemReport, Output, Phantom, PhaseOf, PhaseReport, PlannedFile,
-    PointMotion, PolarMap, Product, ProjectionValues, Resolution, ScenePhase, Seen, Thickness,
-    Warning, WorkReport,
+    Artefacts, BeatReport, Compensation, Edge, GateFiles, KnownScatter, Memory, Method,
+    MotionField, MotionPhase, MotionReport, Numbers, Osem, OsemReport, Output, Phantom, PhaseOf,
+    PhaseReport, PlannedFile, PointMotion, PolarMap, Product, ProjectionValues, Resolution,
+    ScenePhase, Thickness, TruncatedObject, Warning, WorkReport,
 };
 #[cfg(feature = "scene")]
 #[cfg_attr(docsrs, doc(cfg(feature = "scene")))]
 pub use scan::ViewReport;
 pub use scan::{
     Accuracy, BinSample, Camera, CameraGeometry, Counting, Counts, Decay, Heads, Mode, Noise,
-    Orbit, Rotation, Sinograms, TruthOf, ViewError, ViewTime,
+    Orbit, RayGeometry, Rotation, Sinograms, TruthOf, ViewError, ViewTime,
 };
 pub use scene::Scene;
 #[cfg(feature = "scene")]
@@ -80,5 +79,5 @@ pub use scene::{
     CompensatedReport, GateReport, GateResults, MeasuredEjection, PictureReport, Progress, Run,
     RunReport, SliceOrders, run,
 };
-pub use text::shown;
-pub use truth::{Measures, Regions};
+pub use text::escape;
+pub use truth::{ImageQuality, Regions};

@@ -1,13 +1,13 @@
-//! Words of others in messages of ours: nothing in them moves a terminal, and none is longer than a person reads.
+//! Foreign text and numbers in messages: escaped and shortened.
 
 use std::fmt;
 use std::path::Path;
 
-/// Longest piece of somebody else's text that a message repeats, in characters.
+/// Largest number of characters of foreign text in a message.
 pub(crate) const MOST: usize = 120;
 
-/// Whether a terminal shows nothing where the character stands, or does something instead: control characters (of both sets),
-/// marks that turn the direction of writing, and others without a glyph (Unicode's Cc, and of Cf, Zl and Zp what is no letter).
+/// Whether a terminal does not display the character or acts on it: control characters (both sets), bidirectional marks, and others without
+/// a glyph (Unicode Cc, and the non-letters of Cf, Zl and Zp).
 fn is_unseen(c: char) -> bool {
     c.is_control()
         || matches!(c, '\u{ad}' | '\u{61c}' | '\u{180e}' | '\u{feff}')
@@ -15,14 +15,13 @@ fn is_unseen(c: char) -> bool {
         || matches!(c, '\u{fff9}'..='\u{fffb}' | '\u{e0000}'..='\u{e007f}')
 }
 
-/// A text on one line, with escapes as Rust writes them in place of what a terminal would not show or would obey: control
-/// characters, marks that turn the direction of writing. For names and words of others in messages, which errors of this crate
-/// show so.
+/// Escapes control characters and bidirectional marks as Rust does and returns one line. Errors of this crate escape all foreign text in
+/// messages.
 ///
 /// ```
-/// assert_eq!(heart_phantom::shown("scene \u{1b}[31m\u{202e}.toml"), "scene \\u{1b}[31m\\u{202e}.toml");
+/// assert_eq!(heart_phantom::escape("scene \u{1b}[31m\u{202e}.toml"), "scene \\u{1b}[31m\\u{202e}.toml");
 /// ```
-pub fn shown(text: &str) -> String {
+pub fn escape(text: &str) -> String {
     let mut shown = String::with_capacity(text.len());
     for c in text.chars() {
         if is_unseen(c) {
@@ -34,12 +33,12 @@ pub fn shown(text: &str) -> String {
     shown
 }
 
-/// A path as [`shown`] has it; bytes that are no text stand as U+FFFD.
-pub(crate) fn shown_path(path: &Path) -> String {
-    shown(&path.to_string_lossy())
+/// Escapes a path with [`escape`]; bytes that are not UTF-8 become U+FFFD.
+pub(crate) fn escape_path(path: &Path) -> String {
+    escape(&path.to_string_lossy())
 }
 
-/// A text of at most so many characters; of a longer one its beginning, and how long it is.
+/// Cuts a text to a number of characters and appends its length.
 pub(crate) fn cut(text: &str, most: usize) -> String {
     match text.char_indices().nth(most) {
         None => text.to_owned(),
@@ -50,7 +49,7 @@ pub(crate) fn cut(text: &str, most: usize) -> String {
     }
 }
 
-/// A number as short as it can be told, so that 1e300 is no line of zeros.
+/// A number in its shortest notation, so that 1e300 is not a line of zeros.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Number(pub(crate) f64);
 
@@ -63,7 +62,7 @@ impl fmt::Display for Number {
     }
 }
 
-/// The allowed range of a number, for a message.
+/// Formats the allowed range of a number.
 pub(crate) fn range(least: f64, most: f64) -> String {
     let (low, high) = (Number(least), Number(most));
     match (least == f64::MIN_POSITIVE, most == f64::MAX) {
@@ -75,22 +74,22 @@ pub(crate) fn range(least: f64, most: f64) -> String {
     }
 }
 
-/// A number without the digits that only rounding has put there, for headers and reports that people read: 180, not 180.00000000000003.
+/// Rounds a number to 13 digits for headers and reports: 180, not 180.00000000000003.
 pub(crate) fn short(value: f64) -> f64 {
-    // Thirteen digits are one more than any grid of our making is known to.
+    // No grid is known to more than twelve digits.
     format!("{value:.12e}").parse().unwrap_or(value)
 }
 
-/// Five digits of a number, as many as a person reads.
+/// Formats a number to five digits.
 pub(crate) fn brief(value: f64) -> f64 {
     format!("{value:.4e}").parse().unwrap_or(value)
 }
 
-/// Five digits for what has to be reached: a number above 0 rounded up, by less than 1e-4 of itself.
+/// Formats a required number above 0 to five digits, rounded up by less than 1e-4 of its value.
 pub(crate) fn enough(value: f64) -> f64 {
     let near = brief(value);
     match near < value {
-        // Half of the last digit more, or up to ten halves.
+        // Up to ten halves of the last digit more.
         true => brief(value * (1.0 + 5e-5)),
         false => near,
     }
@@ -103,14 +102,14 @@ mod tests {
     #[test]
     fn what_moves_a_terminal_is_escaped_and_the_rest_is_kept() {
         let kept = "Herz \u{e9} e\u{301} \u{5fc3} \u{1f493} \"'\\`";
-        assert_eq!(shown(kept), kept);
+        assert_eq!(escape(kept), kept);
         let moves = "\u{1b}[31m\r\n\u{7}\u{9b}2J\u{7f}\u{202e}\u{2066}\u{200b}\u{feff}\u{e0041}";
-        let escaped = shown(moves);
+        let escaped = escape(moves);
         assert_eq!(
             escaped,
             "\\u{1b}[31m\\r\\n\\u{7}\\u{9b}2J\\u{7f}\\u{202e}\\u{2066}\\u{200b}\\u{feff}\\u{e0041}"
         );
-        assert_eq!(shown(&escaped), escaped);
+        assert_eq!(escape(&escaped), escaped);
     }
 
     #[test]

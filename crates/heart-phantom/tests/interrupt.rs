@@ -1,8 +1,8 @@
-//! What is left when writes are cut short: what was there. A program of its own: what is held is held for the whole process. Nothing
-//! here waits for a time to pass.
+//! Interrupted writes leave the previous files unchanged. A separate program, because the lock applies to the whole process. No test waits
+//! for time.
 
 #![allow(clippy::expect_used, clippy::panic, clippy::unwrap_used)]
-#![cfg(unix)] // where a file that is open can be removed
+#![cfg(unix)] // requires a system that can remove open files
 
 use heart_phantom::files::{self, write_atomically};
 use std::fs;
@@ -34,7 +34,7 @@ fn what_is_unfinished_goes_and_what_was_there_stays() {
         assert_eq!(names(folder.path()).len(), 2);
         let held = files::remove_unfinished();
         assert_eq!(names(folder.path()), ["a.txt"]);
-        // Neither the end of that write nor the beginning of another one comes through, however long they are given.
+        // Neither the end of that write nor the start of another one is possible while the lock is held.
         go_on.send(()).unwrap();
         let second = scope.spawn(|| {
             write_atomically(&folder.path().join("b.txt"), |_| {

@@ -1,4 +1,4 @@
-//! What a run takes from the heap at most, against what was said before. A program of its own: the counter is the process's.
+//! The largest heap memory of a run against its prediction. A separate program, because the counter applies to the process.
 
 #![allow(clippy::expect_used, clippy::panic, clippy::unwrap_used)]
 
@@ -12,7 +12,7 @@ use peak_alloc::PeakAlloc;
 #[global_allocator]
 static HEAP: PeakAlloc = PeakAlloc;
 
-/// Most bytes on the heap during `work` beyond those before.
+/// Largest heap memory during `work` in addition to that before.
 fn peak(work: impl FnOnce()) -> u64 {
     HEAP.reset_peak_usage();
     let before = HEAP.current_usage();
@@ -27,10 +27,10 @@ fn scene(mode: Mode, size: usize) -> Scene {
     scene
 }
 
-/// One test: tests run side by side.
+/// A single test, because tests run concurrently.
 #[test]
 fn memory_is_what_was_said() {
-    // What a thread keeps for its next piece of work is no part of a shape.
+    // Work arrays that a thread keeps are not part of a shape.
     pool(1).install(shapes_are_as_large_as_was_said);
     pool(2).install(runs_take_what_was_said);
 }
@@ -90,7 +90,7 @@ fn runs_take_what_was_said() {
             run(&phantom, folder.path(), &|_| ()).unwrap();
         });
         println!("{name}: {found} of {said:?} = {}", said.total());
-        // Work arrays of some 2 MB a thread are no part of it.
+        // Work arrays of about 2 MB per thread are not included.
         assert!(
             found <= said.total() + (8 << 20),
             "{name}: {found} of {said:?}"
@@ -121,7 +121,7 @@ fn shapes_are_as_large_as_was_said() {
         let said = heart.shape_bytes();
         heart.shapes(&[0.5]).unwrap();
         let before = HEAP.current_usage();
-        // So many that what their list takes is little of it.
+        // So many that their list is a small part.
         let gains: Vec<f64> = (1..=24).map(|k| 0.02 * f64::from(k)).collect();
         heart.shapes(&gains).unwrap();
         let found = (HEAP.current_usage() - before) / gains.len();

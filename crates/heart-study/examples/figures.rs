@@ -150,7 +150,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
 
     save("fig12-bodies.png", bodies(&[states[0], states[2]])?)?;
     let upright = Pose::axis_along_z(5.625)?;
-    let turned = upright.turned_x(PI / 4.0)?.turned_y(PI / 4.0)?;
+    let turned = upright.rotated_x(PI / 4.0)?.rotated_y(PI / 4.0)?;
     let both = [
         ("axis along z", upright),
         ("turned 45° about x, then y", turned),

@@ -1,6 +1,6 @@
-//! Files that remain when the program is ended while it writes: complete ones only. A process that is to be interrupted waits for input that never
-//! comes, so that no test depends on timing. Every wait ends after [`program::PATIENCE`]. Signals that are ignored here, as under `nohup` or in
-//! the background of a script, are left out.
+//! Files that remain after the program is interrupted while it writes: complete ones only. A process to be interrupted waits for input that
+//! never comes, so that no test depends on timing. Every wait ends after [`program::PATIENCE`]. Signals that are ignored here, as under
+//! `nohup` or in the background of a script, are omitted.
 
 #![allow(clippy::expect_used, clippy::panic, clippy::unwrap_used)]
 #![cfg(unix)]
@@ -36,7 +36,7 @@ mod program {
     /// Names and numbers of the signals that the program gives way to.
     const ENDING: [(&str, i32); 4] = [("INT", 2), ("TERM", 15), ("HUP", 1), ("XCPU", 24)];
 
-    /// Longest wait for another process, far above what any of these takes on a busy machine.
+    /// Longest wait for another process, far above the needs of a busy machine.
     const PATIENCE: Duration = Duration::from_secs(300);
 
     /// The result of work that may wait for another process.
@@ -60,7 +60,7 @@ mod program {
 
     /// The signals that this process, and so its children, do not ignore.
     fn delivered() -> impl Iterator<Item = (&'static str, i32)> {
-        // Linux only; elsewhere none is taken for ignored.
+        // Linux only; elsewhere no signal counts as ignored.
         let status = fs::read_to_string("/proc/self/status").unwrap_or_default();
         let ignored = mask(&status, "SigIgn:").unwrap_or(0);
         ENDING
@@ -81,7 +81,7 @@ mod program {
         [output]\nwrite = ['projections', 'reconstruction', 'truth', 'labels', 'pictures']\n\
         volumes = 'nifti-gz'\nprojections = 'interfile-stir'\n";
 
-    /// A scene that takes a third of a second, most of it to write: single files, pairs, compressed, pictures.
+    /// A scene that takes a third of a second, mostly to write: single files, pairs, compressed files, images.
     fn scene(folder: &Path) -> PathBuf {
         let path = folder.join("scene.toml");
         fs::write(&path, SCENE).unwrap();
@@ -97,7 +97,7 @@ mod program {
         command
     }
 
-    /// A scene that is a pipe: whoever reads it waits until it is written.
+    /// A scene that is a pipe: reading blocks until it is written.
     fn pipe(folder: &Path) -> PathBuf {
         let path = folder.join("pipe.toml");
         let made = Command::new("mkfifo").arg(&path).status().unwrap();
@@ -145,7 +145,7 @@ mod program {
         status.signal() == Some(signal)
     }
 
-    /// In the middle of a write, which waits for input that never comes, as soon as it has said so.
+    /// In the middle of a write, which waits for input that never comes, after a message.
     fn write_that_waits(path: &Path) {
         signals::watch().unwrap();
         let end = write_atomically(path, |out| {
@@ -198,7 +198,7 @@ mod program {
         }
     }
 
-    /// The program catches what it gives way to, and ends by it wherever it is, here where it waits for its scene.
+    /// The program handles its signals and ends by them anywhere, here while it waits for its scene.
     #[cfg(target_os = "linux")]
     #[test]
     fn a_signal_ends_the_program_as_it_would_have() {
@@ -219,7 +219,7 @@ mod program {
         }
     }
 
-    /// Where the program is when the signal comes depends on the machine; what holds does not.
+    /// The position of the program at the signal depends on the machine; the assertions do not.
     #[test]
     fn an_interrupt_at_any_moment_leaves_whole_files() {
         let folder = tempfile::tempdir().unwrap();

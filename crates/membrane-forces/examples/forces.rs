@@ -4,12 +4,12 @@
 
 use membrane_forces::{
     DiscreteMembrane, FiniteDifferences, LinearEquilibrium, Measure, Membrane, MembraneError,
-    PressureLaw, RestShape, SpectralElements, Stiffness,
+    PressureLaw, ReferenceShape, SpectralElements, Stiffness,
 };
 
 fn main() -> Result<(), MembraneError> {
     // a cylinder of 8.5 cm with a hemisphere of 1.75 cm; stiffness 1 per cm, pressure per current length
-    let membrane = Membrane::new(RestShape::balloon(8.5, 1.75)?)
+    let membrane = Membrane::new(ReferenceShape::balloon(8.5, 1.75)?)
         .with_stiffness(Stiffness::constant(1.0)?)
         .with_law(PressureLaw::PerCurrentLength);
     let pressure = 1.2;

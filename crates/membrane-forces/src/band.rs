@@ -1,4 +1,4 @@
-//! A square band matrix stored by rows: what tangents are written into.
+//! A square band matrix stored by rows, the storage of tangents.
 
 use crate::error::{MembraneError, at_most};
 
@@ -22,7 +22,7 @@ pub struct BandMatrix {
     data: Vec<f64>,
 }
 
-/// As many as the tangent of the most finite-difference nodes has, and some more; 1.6 GB.
+/// More than the tangent of the largest number of finite-difference nodes needs; 1.6 GB.
 const MOST_NUMBERS: usize = 200_000_000;
 
 impl BandMatrix {
@@ -37,7 +37,7 @@ impl BandMatrix {
         Ok(Self::of_shape(n, lower, upper))
     }
 
-    /// As [`BandMatrix::zeros`], for a shape that is known to be small enough.
+    /// As [`BandMatrix::zeros`], for a shape that was checked.
     pub(crate) fn of_shape(n: usize, lower: usize, upper: usize) -> Self {
         Self {
             n,
@@ -87,7 +87,7 @@ impl BandMatrix {
         self.data.chunks_exact(self.lower + self.upper + 1)
     }
 
-    /// Entry (i, j): zero outside the band, none outside the matrix.
+    /// Entry (i, j): zero outside the band, `None` outside the matrix.
     #[must_use]
     pub fn get(&self, i: usize, j: usize) -> Option<f64> {
         if i >= self.n || j >= self.n {
@@ -99,7 +99,7 @@ impl BandMatrix {
     /// Adds `value` to entry (i, j).
     ///
     /// # Errors
-    /// [`MembraneError::OutsideBand`] for an entry outside the band or the matrix; nothing is added.
+    /// [`MembraneError::OutsideBand`] for an entry outside the band or the matrix, which then is unchanged.
     #[inline]
     pub fn add(&mut self, i: usize, j: usize, value: f64) -> Result<(), MembraneError> {
         match self.place(i, j) {
@@ -117,14 +117,14 @@ impl BandMatrix {
         }
     }
 
-    /// Where entry (i, j) is stored.
+    /// Returns the index of entry (i, j) in memory.
     #[inline]
     fn place(&self, i: usize, j: usize) -> Option<usize> {
         let inside = i < self.n && j < self.n && j + self.lower >= i && j <= i + self.upper;
         inside.then(|| i * (self.lower + self.upper + 1) + j + self.lower - i)
     }
 
-    /// [`BandMatrix::add`] for an entry that is known to be in the band.
+    /// As [`BandMatrix::add`], for an entry within the band.
     #[inline]
     pub(crate) fn add_inside(&mut self, i: usize, j: usize, value: f64) {
         self.data[i * (self.lower + self.upper + 1) + j + self.lower - i] += value;
@@ -133,14 +133,14 @@ impl BandMatrix {
     /// `out` = A `x`. Cost O(n (lower + upper)).
     ///
     /// # Panics
-    /// A length that is not n.
+    /// A vector whose length is not n.
     pub fn mul_into(&self, x: &[f64], out: &mut [f64]) {
         assert_eq!(
             (x.len(), out.len()),
             (self.n, self.n),
             "band matrix times vector"
         );
-        // The tangents' bands, with and without second neighbours, get loops of fixed length.
+        // The bands of tangents, with and without second neighbours, have loops of fixed length.
         match (self.lower, self.upper) {
             (3, 3) => self.mul_inner::<3, 7>(x, out),
             (4, 4) => self.mul_inner::<4, 9>(x, out),

@@ -2,10 +2,10 @@
 
 use std::f64::consts::PI;
 
-/// Tables that every element of one degree shares.
+/// Tables shared by all elements of one degree.
 #[derive(Debug, Clone)]
 pub(crate) struct Reference {
-    /// p + 1 Chebyshev points of the second kind, rising from 0 to 1.
+    /// p + 1 Chebyshev points of the second kind, ascending from 0 to 1.
     pub(crate) nodes: Vec<f64>,
     /// Row i: d/dt at node i of the polynomial through values at the nodes.
     pub(crate) derivative: Vec<f64>,
@@ -20,7 +20,7 @@ pub(crate) struct Reference {
 impl Reference {
     pub(crate) fn new(degree: usize) -> Self {
         let p = degree as f64;
-        // sin keeps the points symmetric about 1/2 to the last bit
+        // sin makes the points symmetric about 1/2 to the last bit
         let nodes: Vec<f64> = (0..=degree)
             .map(|k| 0.5 * (1.0 + (0.5 * PI * (2.0 * k as f64 - p) / p).sin()))
             .collect();
@@ -108,7 +108,7 @@ fn weight(j: usize, degree: usize) -> f64 {
     if j.is_multiple_of(2) { half } else { -half }
 }
 
-/// Place of node `i` in an element's tangent: interior nodes first, then the two ends.
+/// Position of node `i` in an element's tangent: interior nodes first, then the two ends.
 pub(crate) fn local_index(i: usize, p: usize) -> usize {
     match i {
         0 => p - 1,

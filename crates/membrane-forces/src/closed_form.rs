@@ -1,22 +1,22 @@
-//! Equilibria and measures known in closed form.
+//! Equilibria and measures in closed form.
 
 use std::f64::consts::PI;
 
 use crate::error::{MembraneError, finite, positive};
 use crate::measures::Measures;
 
-/// Measures of the balloon at rest (Table 2, area corrected): length 2 h + pi R, area
+/// Measures of the balloon in the reference configuration (Table 2, area corrected): length 2 h + pi R, area
 /// R (2 h + pi R / 2), surface 2 pi R h + 2 pi R^2, volume pi R^2 (h + 2 R / 3).
 ///
 /// ```
-/// let rest = membrane_forces::balloon_at_rest(8.5, 1.75)?;
+/// let rest = membrane_forces::balloon_measures(8.5, 1.75)?;
 /// assert!((rest.area - 34.560563750809).abs() < 1e-11);
 /// # Ok::<(), membrane_forces::MembraneError>(())
 /// ```
 ///
 /// # Errors
 /// A size that is not finite or not positive, or so large that one of the measures is not finite.
-pub fn balloon_at_rest(h: f64, radius: f64) -> Result<Measures, MembraneError> {
+pub fn balloon_measures(h: f64, radius: f64) -> Result<Measures, MembraneError> {
     positive("cylinder length", h)?;
     let r = positive("radius", radius)?;
     Measures {
@@ -28,7 +28,7 @@ pub fn balloon_at_rest(h: f64, radius: f64) -> Result<Measures, MembraneError> {
     .finite()
 }
 
-/// Half the angle of an arc below which its radius, maybe beyond the largest number, is kept out of the formulas.
+/// Half the angle of an arc below which the formulas avoid its radius, which may overflow.
 const NEARLY_FLAT: f64 = 0.25;
 
 /// The disc under force per material length: an arc of a circle (appendix, constants corrected).
@@ -46,7 +46,7 @@ pub struct CircleEquilibrium {
 }
 
 impl CircleEquilibrium {
-    /// The arc for a disc of radius `radius` under f / lambda = `ratio` (cm).
+    /// Computes the arc for a disc of radius `radius` under f / lambda = `ratio` (cm).
     ///
     /// ```
     /// let circle = membrane_forces::CircleEquilibrium::new(1.0, 10.0)?;
@@ -55,8 +55,7 @@ impl CircleEquilibrium {
     /// ```
     ///
     /// # Errors
-    /// An argument that is not finite, a radius that is not positive, a negative ratio; sizes so large that a measure of the cap is
-    /// not finite.
+    /// An argument that is not finite, a radius that is not positive, a negative ratio; sizes whose measures overflow.
     pub fn new(radius: f64, ratio: f64) -> Result<Self, MembraneError> {
         positive("radius", radius)?;
         if finite("load over stiffness", ratio)? < 0.0 {
@@ -81,7 +80,7 @@ impl CircleEquilibrium {
                 break;
             }
             let falls = match x < NEARLY_FLAT {
-                // The product of both may be below the smallest number.
+                // The product of both may underflow.
                 true => ratio * (x.sin() / x),
                 false => ratio * x.sin() / x,
             };
@@ -99,7 +98,7 @@ impl CircleEquilibrium {
         Ok(this)
     }
 
-    /// Radius of the arc, R / sin(mu / 2), cm; infinite for the flat disc, and for one so nearly flat that no number is so large.
+    /// Radius of the arc, R / sin(mu / 2), cm; infinite for the flat disc, and for an arc whose radius overflows.
     #[must_use]
     pub fn arc_radius(&self) -> f64 {
         self.disc_radius / (0.5 * self.angle).sin()
@@ -141,7 +140,7 @@ impl CircleEquilibrium {
         let height = r * (0.5 * half).tan();
         if half < NEARLY_FLAT {
             let wide = half / half.sin();
-            // 3 (x - sin x) / (4 (x/2)^3) with x = mu: in powers of x, of which the next one is below rounding.
+            // 3 (x - sin x) / (4 (x/2)^3) with x = mu: power series to rounding.
             let square = self.angle * self.angle;
             let series = [20.0, 42.0, 72.0, 110.0, 156.0, 210.0]
                 .into_iter()

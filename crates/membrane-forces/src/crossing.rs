@@ -1,4 +1,4 @@
-//! Does a polyline cross itself? A sweep along its longer side with the segments that are open.
+//! Detection of self-crossings of a polyline by a sweep along its longer side.
 
 use crate::error::MembraneError;
 

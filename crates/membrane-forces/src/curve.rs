@@ -1,6 +1,6 @@
-//! Piecewise polynomial curves: what a spectral solution is.
+//! Piecewise polynomial curves: spectral solutions.
 
-use crate::rest::CurvePoint;
+use crate::reference::CurvePoint;
 
 /// One smooth piece of a curve: x(s) and y(s) as Chebyshev series on `[from, to]`.
 ///
@@ -61,7 +61,7 @@ impl CurvePiece {
 }
 
 impl CurvePoint {
-    /// Unit tangent in the direction of growing s; not a number where the derivative vanishes.
+    /// Unit tangent in the direction of increasing s; NaN where the derivative vanishes.
     #[must_use]
     pub fn tangent(&self) -> [f64; 2] {
         let length = self.first[0].hypot(self.first[1]);

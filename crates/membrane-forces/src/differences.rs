@@ -8,7 +8,7 @@ use crate::half::Nodes;
 use crate::material::{Material, NodeSprings};
 use crate::measures::Measure;
 use crate::membrane::Membrane;
-use crate::rest::{CurvePoint, RestShape};
+use crate::reference::{CurvePoint, ReferenceShape};
 use crate::rubber_nodes::NodeRubber;
 
 /// A membrane at N equally spaced material points s_n = n ds, ds = 1 / (N - 1).
@@ -31,18 +31,18 @@ use crate::rubber_nodes::NodeRubber;
 /// those of the whole curve. An odd N has a node on the axis, free along it and fixed on it; with an
 /// even N the axis lies between the last node and its image.
 ///
-/// A membrane of rubber consists of two-node elements instead, whose energy takes W at both ends; it is half a curve always.
+/// A membrane of rubber consists of two-node elements with W at both nodes; it is always half a curve.
 ///
-/// Errors are of order ds^2 where lambda is smooth. Where it jumps c' does, and with it the normal, of which a
-/// node has one: order ds under the laws per material length and total force (a jump at a node is best;
-/// spectral elements with a breakpoint there lose nothing).
+/// Errors are of order ds^2 for smooth lambda. At a jump of lambda, c' and the normal jump, but a node has one normal: order ds under the
+/// laws per material length and total force. A jump at a node has the smallest error; spectral elements with a breakpoint there keep their
+/// order.
 #[derive(Debug, Clone)]
 pub struct FiniteDifferences {
     pub(crate) setting: Setting,
-    shape: RestShape,
+    shape: ReferenceShape,
     pub(crate) nodes: Nodes,
     ds: f64,
-    /// Rest positions of the nodes kept.
+    /// Reference positions of the nodes of the state.
     rest: Vec<f64>,
     pub(crate) material: NodeMaterial,
 }
@@ -53,23 +53,23 @@ pub(crate) enum NodeMaterial {
     Rubber(NodeRubber),
 }
 
-/// Ten thousand times what resolves any balloon; some gigabytes with the solver's arrays.
+/// Ten thousand times the number that resolves any balloon; some gigabytes with the solver's arrays.
 const MOST_NODES: usize = 10_000_000;
 
 impl FiniteDifferences {
     /// Samples `membrane` at `n_nodes` points. Cost O(N).
     ///
     /// # Errors
-    /// Fewer than three nodes or more than ten million, a stiffness that is not positive at a sample, or coinciding
-    /// neighbours in the rest shape; rubber that is not its own mirror image, under another law than that of a pressure, or on the axis
-    /// elsewhere than at its apex.
+    /// Fewer than three nodes or more than ten million, a stiffness that is not positive at a sample, or coinciding neighbours in the
+    /// reference configuration; rubber that is not mirror-symmetric, has a law other than that of a pressure, or touches the axis away from
+    /// its apex.
     pub fn new(membrane: &Membrane, n_nodes: usize) -> Result<Self, MembraneError> {
         at_least("nodes", n_nodes, 3)?;
         at_most("nodes", n_nodes, MOST_NODES)?;
         let last = n_nodes - 1;
         let mut rest = Vec::with_capacity(2 * n_nodes);
         for n in 0..n_nodes {
-            let position = membrane.rest().at(n as f64 / last as f64).position;
+            let position = membrane.reference().at(n as f64 / last as f64).position;
             for value in position {
                 rest.push(finite("rest curve", value)?);
             }
@@ -83,7 +83,7 @@ impl FiniteDifferences {
         let mut setting = Setting::new(membrane, s, &rest);
         let (whole, kept) = (n_nodes, n_nodes);
         let mut nodes = Nodes { whole, kept };
-        let (shape, ds) = (membrane.rest().clone(), 1.0 / last as f64);
+        let (shape, ds) = (membrane.reference().clone(), 1.0 / last as f64);
         let material = match membrane.material() {
             Material::Springs { stiffness, second } => {
                 let springs = NodeSprings::new(stiffness, second.as_ref(), rest.clone())?;
@@ -127,13 +127,12 @@ impl FiniteDifferences {
         })
     }
 
-    /// [`FiniteDifferences::new`], of which only the nodes with s <= 1/2 are kept if rest shape,
-    /// stiffness and ends are mirror images about the x axis (to rounding, node by node); the
-    /// whole curve otherwise.
+    /// As [`FiniteDifferences::new`], with only the nodes s <= 1/2 if reference configuration, stiffness and ends are mirror images about
+    /// the x axis (to rounding, node by node); the whole curve otherwise.
     ///
     /// ```
-    /// use membrane_forces::{DiscreteMembrane, FiniteDifferences, Membrane, RestShape};
-    /// let membrane = Membrane::new(RestShape::balloon(8.5, 1.75)?);
+    /// use membrane_forces::{DiscreteMembrane, FiniteDifferences, Membrane, ReferenceShape};
+    /// let membrane = Membrane::new(ReferenceShape::balloon(8.5, 1.75)?);
     /// let half = FiniteDifferences::half(&membrane, 201)?;
     /// assert!(half.is_half() && half.start().len() == 2 * 101 && half.n_nodes() == 201);
     /// # Ok::<(), membrane_forces::MembraneError>(())
@@ -178,9 +177,9 @@ impl FiniteDifferences {
         self.ds
     }
 
-    /// Rest shape at the nodes, flat.
+    /// Returns the reference configuration at the nodes, flat.
     #[must_use]
-    pub fn rest(&self) -> &[f64] {
+    pub fn reference(&self) -> &[f64] {
         &self.rest
     }
 
@@ -199,11 +198,11 @@ impl FiniteDifferences {
         BandMatrix::of_shape(self.start().len(), self.bandwidth(), self.bandwidth())
     }
 
-    /// Elastic energy of the whole curve above that of its start, force per s times cm; of rubber that of the body, not a number where it
-    /// is stretched beyond what it can be. Cost O(N).
+    /// Elastic energy of the whole curve relative to the start, force per s times cm; for rubber that of the body, NaN beyond its largest
+    /// stretch. Cost O(N).
     ///
     /// # Panics
-    /// A length that is not that of [`DiscreteMembrane::start`].
+    /// The length of `nodes` differs from that of [`DiscreteMembrane::start`].
     #[must_use]
     pub fn elastic_energy(&self, nodes: &[f64]) -> f64 {
         self.setting.check([nodes.len()]);
@@ -231,7 +230,7 @@ impl FiniteDifferences {
         [nodes[2 * at], sign * nodes[2 * at + 1]]
     }
 
-    /// Node `n` of the whole curve in state `nodes`; none if n >= N or the state has another length than
+    /// Returns node `n` of the whole curve in state `nodes`; `None` if n >= N or the state has a length other than
     /// [`DiscreteMembrane::start`].
     #[must_use]
     pub fn point(&self, nodes: &[f64], n: usize) -> Option<[f64; 2]> {
@@ -371,7 +370,7 @@ impl DiscreteMembrane for FiniteDifferences {
         Ok(())
     }
 
-    /// That of the polyline through all nodes. Cost O(N).
+    /// The measure of the polyline through all nodes. Cost O(N).
     fn measure(&self, measure: Measure, nodes: &[f64]) -> Result<f64, MembraneError> {
         self.setting.check_state(nodes)?;
         let points = nodes.as_chunks::<2>().0;
@@ -397,14 +396,14 @@ impl DiscreteMembrane for FiniteDifferences {
         (0..=last).map(|n| n as f64 / last as f64).collect()
     }
 
-    /// None: the curve is its points.
+    /// Empty: the curve consists of its points.
     fn pieces(&self, nodes: &[f64]) -> Result<Vec<CurvePiece>, MembraneError> {
         self.setting.check_state(nodes)?;
         Ok(Vec::new())
     }
 
-    /// The rest shape plus a cubic Hermite interpolant of the displacement, as accurate as the nodes (in the cells next to a jump
-    /// of the stiffness, where c' jumps, tangent and curvature are means of both sides). Cost O(1).
+    /// Reference configuration plus a cubic Hermite interpolant of the displacement, with the accuracy of the nodes. In the cells next to a
+    /// jump of the stiffness, where c' jumps, tangent and curvature are averages of both sides. Cost O(1).
     fn at(&self, nodes: &[f64], s: f64) -> Result<CurvePoint, MembraneError> {
         self.setting.check_state(nodes)?;
         let s = s.clamp(0.0, 1.0);
@@ -430,7 +429,7 @@ impl DiscreteMembrane for FiniteDifferences {
     }
 }
 
-/// Whether a curve of this size equals its own mirror image to rounding.
+/// Whether a curve of this size is mirror-symmetric to rounding.
 fn is_mirrored(nodes: &[f64], size: f64) -> bool {
     let close = |a: f64, b: f64| (a - b).abs() <= 1e-13 * size;
     let points = nodes.as_chunks::<2>().0;
@@ -438,7 +437,7 @@ fn is_mirrored(nodes: &[f64], size: f64) -> bool {
     pairs.all(|(a, b)| close(a[0], b[0]) && close(a[1], -b[1]))
 }
 
-/// Cuts rest positions at the axis, on which the last of an odd number of nodes is.
+/// Cuts reference positions at the axis, which contains the last of an odd number of nodes.
 fn cut_rest(rest: &mut Vec<f64>, nodes: Nodes) {
     rest.truncate(2 * nodes.kept);
     rest.shrink_to_fit();

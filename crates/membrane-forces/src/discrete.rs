@@ -9,26 +9,26 @@ use crate::law::PressureLaw;
 use crate::material::Material;
 use crate::measures::{Measure, Measures};
 use crate::membrane::Membrane;
-use crate::rest::CurvePoint;
+use crate::reference::CurvePoint;
 
-/// A membrane whose shape is that of finitely many nodes.
+/// A membrane whose shape is defined by finitely many nodes.
 ///
-/// A state is their positions from s = 0 on, flat: x0, y0, x1, y1, ... Forces are laid out alike, and are per unit s. If rest shape,
-/// stiffness and ends are mirror images about the x axis the state may end there ([`DiscreteMembrane::is_half`]); what is asked
-/// of the whole curve is that of the whole curve all the same. A membrane of rubber is such a half always, and its forces are minus
-/// the derivatives of its energy by its nodes, not per unit s.
+/// A state contains their positions from s = 0, flat: x0, y0, x1, y1, ... Forces have the same layout and are per unit s. If reference
+/// configuration, stiffness and ends are mirror images about the x axis, the state may end there ([`DiscreteMembrane::is_half`]); methods
+/// for the whole curve still apply to the whole curve. A membrane of rubber is always such a half, and its forces are minus the derivatives
+/// of its energy by its nodes, not per unit s.
 ///
 /// The `intensity` that pressure functions take is f or p: the load itself, or under the total-force law the load over the
 /// surface, F / S(c), with S from [`DiscreteMembrane::measure`].
 ///
 /// # Errors
-/// [`MembraneError::WrongLength`] from whatever returns a `Result`: a state or a slice that has not the length of
+/// [`MembraneError::WrongLength`] from every method that returns a `Result`: a state or slice whose length differs from that of
 /// [`DiscreteMembrane::start`], or a [`Tangent`] of another membrane.
 ///
 /// # Panics
-/// [`DiscreteMembrane::elastic_force_into`] and [`DiscreteMembrane::measure_gradient_into`], which cannot fail otherwise: such a length.
+/// [`DiscreteMembrane::elastic_force_into`] and [`DiscreteMembrane::measure_gradient_into`] panic on such a length; they have no other errors.
 pub trait DiscreteMembrane: Debug + Send + Sync {
-    /// What does not depend on how it is discretised.
+    /// Properties that do not depend on the discretisation.
     fn setting(&self) -> &Setting;
 
     /// Pressure law of the membrane.
@@ -36,12 +36,12 @@ pub trait DiscreteMembrane: Debug + Send + Sync {
         self.setting().law
     }
 
-    /// The rest shape moved to the fixed ends ([`Membrane::with_ends`](crate::Membrane::with_ends)): the state from which solvers start.
+    /// Reference configuration moved to the fixed ends ([`Membrane::with_ends`](crate::Membrane::with_ends)): the initial state of solvers.
     fn start(&self) -> &[f64] {
         &self.setting().start
     }
 
-    /// Whether the state ends at the axis, the rest of the curve being its mirror image.
+    /// Whether the state ends at the axis and the rest of the curve is its mirror image.
     fn is_half(&self) -> bool {
         self.setting().half
     }
@@ -51,13 +51,12 @@ pub trait DiscreteMembrane: Debug + Send + Sync {
         &self.setting().fixed
     }
 
-    /// Largest stiffness, lambda + 4 lambda_2; of rubber shear modulus times thickness.
+    /// Largest stiffness, lambda + 4 lambda_2; for rubber shear modulus times thickness.
     fn stiffness_scale(&self) -> f64 {
         self.setting().stiffness_scale
     }
 
-    /// Intensity at which the law per current length has no equilibrium any more and the curve runs to infinity; infinite under
-    /// the other laws.
+    /// Intensity beyond which the law per current length has no equilibrium and the curve runs to infinity; infinite under the other laws.
     fn blow_up(&self) -> f64 {
         self.setting().blow_up
     }
@@ -142,14 +141,14 @@ pub trait DiscreteMembrane: Debug + Send + Sync {
         out: &mut Tangent,
     ) -> Result<(), MembraneError>;
 
-    /// Elastic energy of a body of rubber: the integral of 2 pi r0 h W over the meridian, zero at rest.
+    /// Elastic energy of a body of rubber: the integral of 2 pi r0 h W over the meridian, zero in the reference configuration.
     ///
     /// # Errors
     /// As [`DiscreteMembrane::check_stretches`]; [`MembraneError::OtherMaterial`] for springs.
     fn strain_energy(&self, nodes: &[f64]) -> Result<f64, MembraneError>;
 
-    /// Least tension of rubber along the meridian, as [`DiscreteMembrane::taut_tangent_into`] has it: dW/dl1 over l1 and the shear
-    /// modulus. Infinite for springs.
+    /// Least tension of rubber along the meridian, dW/dl1 over l1 and the shear modulus, as in [`DiscreteMembrane::taut_tangent_into`].
+    /// Infinite for springs.
     ///
     /// # Errors
     /// As [`DiscreteMembrane::check_stretches`].
@@ -199,14 +198,14 @@ pub trait DiscreteMembrane: Debug + Send + Sync {
             .collect())
     }
 
-    /// Returns the whole curve as polynomials; empty if the curve is its points.
+    /// Returns the whole curve as polynomials; empty if the curve consists of its points.
     fn pieces(&self, nodes: &[f64]) -> Result<Vec<CurvePiece>, MembraneError>;
 
     /// Evaluates the whole curve at material coordinate `s`, clamped to [0, 1].
     fn at(&self, nodes: &[f64], s: f64) -> Result<CurvePoint, MembraneError>;
 }
 
-/// [`DiscreteMembrane::forces_into`], one after the other.
+/// Implements [`DiscreteMembrane::forces_into`] by separate calls.
 pub(crate) fn forces_apart_into(
     membrane: &(impl DiscreteMembrane + ?Sized),
     nodes: &[f64],
@@ -227,22 +226,22 @@ pub(crate) fn forces_apart_into(
 
 /// Derivative of the forces by the state: dense blocks along the diagonal, coupled by a band.
 ///
-/// Each block belongs to an element. Its rows and columns, x before y, are those of the element's inner nodes, then of its first, then
-/// of its last node, which is the first of the next element. The band has the nodes that elements begin or end with. What blocks and
-/// band say of these adds up. Without blocks the band has all nodes.
+/// Each block belongs to an element. Its rows and columns, x before y, are those of the element's inner nodes, then of its first, then of
+/// its last node, which is the first of the next element. The band contains the end nodes of elements. Entries of blocks and band add.
+/// Without blocks the band contains all nodes.
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub struct Tangent {
     /// Square matrices, row by row.
     pub blocks: Vec<Vec<f64>>,
-    /// The rest.
+    /// The band.
     pub band: BandMatrix,
 }
 
 impl Tangent {
-    /// Computes `out` = A `x`, A the matrix. Cost O(number of entries).
+    /// Computes `out` = A `x` with this matrix A. Cost O(number of entries).
     ///
-    /// # Panics
+    /// A vector whose length is not that of a state.
     /// A length that is not that of a state.
     pub fn mul_into(&self, x: &[f64], out: &mut [f64]) {
         let Some(block) = self.blocks.first() else {
@@ -294,7 +293,7 @@ impl Setting {
         &self.membrane
     }
 
-    /// Of the whole of `membrane`, with rest positions `rest` at `s`.
+    /// Collects the properties of the whole of `membrane`, with reference positions `rest` at `s`.
     pub(crate) fn new(membrane: &Membrane, s: impl Iterator<Item = f64>, rest: &[f64]) -> Self {
         let mut start = rest.to_vec();
         membrane.hold_ends(s.zip(start.as_chunks_mut::<2>().0));
@@ -310,7 +309,7 @@ impl Setting {
         }
     }
 
-    /// Ends it at the axis, after `len` numbers, the last of them on it if it has an `apex`.
+    /// Ends the curve at the axis, after `len` numbers, the last of them on the axis if it has an `apex`.
     pub(crate) fn end_at_axis(&mut self, len: usize, apex: bool) {
         self.half = true;
         self.start.truncate(len);
@@ -330,7 +329,7 @@ impl Setting {
     }
 
     /// # Panics
-    /// One of `lengths` is not that of a state.
+    /// One of `lengths` differs from that of a state.
     pub(crate) fn check<const N: usize>(&self, lengths: [usize; N]) {
         let expected = [self.start.len(); N];
         assert_eq!(lengths, expected, "numbers in states or forces");

@@ -1,8 +1,8 @@
-//! The one error type of the crate: what was given, what is allowed.
+//! The error type of the crate: given values and allowed ranges.
 
 /// An error of building a membrane or of evaluating its forces.
 ///
-/// Every variant carries the numbers that were given and, where there is one, the limit they broke.
+/// Every variant contains the given values and the violated limit, if any.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum MembraneError {
@@ -11,7 +11,7 @@ pub enum MembraneError {
     NotFinite {
         /// The argument's name.
         what: &'static str,
-        /// What was given.
+        /// The given value.
         given: f64,
     },
     /// A number that must be positive is not.
@@ -19,7 +19,7 @@ pub enum MembraneError {
     NotPositive {
         /// The argument's name.
         what: &'static str,
-        /// What was given.
+        /// The given value.
         given: f64,
     },
     /// The stiffness of springs, or the thickness of rubber, is zero, negative, NaN or infinite somewhere.
@@ -35,31 +35,31 @@ pub enum MembraneError {
     /// Fewer points, nodes or samples than the construction needs.
     #[error("{what}: {given} given, at least {least} needed")]
     TooFew {
-        /// What there is too little of.
+        /// Name of the count.
         what: &'static str,
-        /// How many were given.
+        /// The given count.
         given: usize,
-        /// How many are needed.
+        /// The smallest allowed count.
         least: usize,
     },
     /// More nodes, degrees or elements than any machine has room for.
     #[error("{what}: {given} given, at most {most} allowed")]
     TooMany {
-        /// What there is too much of.
+        /// Name of the count.
         what: &'static str,
-        /// How many were given.
+        /// The given count.
         given: usize,
-        /// How many are allowed.
+        /// The largest allowed count.
         most: usize,
     },
-    /// A list or a state has another length than it must have.
+    /// A list or a state has a wrong length.
     #[error("{what}: {given} numbers given, {expected} needed")]
     WrongLength {
-        /// What has it.
+        /// Name of the list.
         what: &'static str,
-        /// Numbers given.
+        /// The given length.
         given: usize,
-        /// Numbers needed.
+        /// The required length.
         expected: usize,
     },
     /// A matrix entry that is not stored.
@@ -78,7 +78,7 @@ pub enum MembraneError {
         /// Diagonals above the main one.
         upper: usize,
     },
-    /// Breakpoints must rise strictly inside (0, 1).
+    /// Breakpoints must be strictly ascending inside (0, 1).
     #[error("breakpoint {index} is {given:?}: breakpoints must rise strictly inside (0, 1)")]
     BadBreakpoint {
         /// Position in the list.
@@ -92,7 +92,7 @@ pub enum MembraneError {
         /// Index of the point.
         index: usize,
     },
-    /// A derivative that was given of a rest shape is not that of its positions, or of its first derivatives.
+    /// A given derivative of a reference configuration does not match its positions or first derivatives.
     #[error(
         "derivative {order} of the rest shape is {given:?} at s = {s:?}; its differences there are {found:?}"
     )]
@@ -101,12 +101,12 @@ pub enum MembraneError {
         order: usize,
         /// Material coordinate.
         s: f64,
-        /// What was given.
+        /// The given derivative.
         given: [f64; 2],
-        /// Central difference of what it has to be the derivative of.
+        /// Central difference of the positions or first derivatives.
         found: [f64; 2],
     },
-    /// The rest shape crosses itself.
+    /// The reference configuration crosses itself.
     #[error("the rest shape crosses itself: segment {first} meets segment {second}")]
     SelfCrossing {
         /// Index of the earlier segment of the sampled curve.
@@ -117,7 +117,7 @@ pub enum MembraneError {
     /// Pressure per current length at or past the value at which the equilibrium runs to infinity.
     #[error("no equilibrium: the pressure is {pressure:?}, must stay below {limit:?} in size")]
     PastBlowUp {
-        /// Force per unit of current length that was asked for.
+        /// The given force per unit of current length.
         pressure: f64,
         /// The bound: 2 pi over the integral of 1 / lambda.
         limit: f64,
@@ -129,19 +129,19 @@ pub enum MembraneError {
     PastStretch {
         /// Along the meridian and around the axis.
         given: [f64; 2],
-        /// What the sum of the squares of all three must stay below.
+        /// Upper limit of the sum of the squares of all three stretches.
         limit: f64,
     },
-    /// Rubber makes a body of revolution: rest shape, thickness and ends have to be mirror images about the axis.
+    /// Rubber makes a body of revolution: reference configuration, thickness and ends must be mirror images about the axis.
     #[error("a membrane of rubber must be its own mirror image about the axis")]
     NotMirrored,
-    /// Rubber takes only the law of a pressure, force per current area.
+    /// Rubber allows only the law of a pressure, force per current area.
     #[error("the pressure law of a membrane of rubber must be that per current length")]
     LawOfRubber,
     /// The quantity is defined for the other material only.
     #[error("{what} is not defined for this material")]
     OtherMaterial {
-        /// What was asked for.
+        /// The requested quantity.
         what: &'static str,
     },
 }
@@ -203,7 +203,7 @@ pub(crate) fn positive(what: &'static str, given: f64) -> Result<f64, MembraneEr
     }
 }
 
-/// Rejects breakpoints that do not rise strictly inside (0, 1).
+/// Rejects breakpoints that are not strictly ascending inside (0, 1).
 pub(crate) fn rising(breakpoints: &[f64]) -> Result<(), MembraneError> {
     let mut last = 0.0;
     for (index, &given) in breakpoints.iter().enumerate() {

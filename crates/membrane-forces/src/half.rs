@@ -1,4 +1,4 @@
-//! Which nodes of a curve a state has: all, or those up to the axis, the others being their mirror images.
+//! The nodes of a state: all nodes of a curve, or those up to the axis.
 
 use std::ops::Range;
 
@@ -10,7 +10,7 @@ pub(crate) struct Nodes {
 }
 
 impl Nodes {
-    /// Those up to the axis: an odd number of nodes has one on it.
+    /// Selects the nodes up to the axis; an odd number of nodes has one on it.
     pub(crate) fn half(self) -> Self {
         let kept = self.whole.div_ceil(2);
         Self { kept, ..self }
@@ -20,12 +20,12 @@ impl Nodes {
         self.kept < self.whole
     }
 
-    /// Those that have forces: all except the fixed ends.
+    /// Returns the nodes with forces: all except the fixed ends.
     pub(crate) fn moving(self) -> Range<usize> {
         1..self.kept.min(self.whole - 1)
     }
 
-    /// The place in the state of node `n` of the whole curve, and the sign of its y there.
+    /// Returns the position in the state of node `n` of the whole curve, and the sign of its y there.
     #[inline]
     pub(crate) fn place(self, n: usize) -> (usize, f64) {
         if n < self.kept {

@@ -1,12 +1,12 @@
-//! How a load becomes a force: all that depends on the pressure law.
+//! Pressure laws: the conversion of a load to a force.
 //!
-//! Both discretisations and all solvers ask here, so that a law is added in one file.
+//! Both discretisations and all solvers use this file, so that a law is defined in one place.
 
 use crate::error::MembraneError;
 
 /// The force per unit s that a load exerts; n is the unit exterior normal of the current curve.
 ///
-/// All three stand in Rohmer et al. 2006; they are different models.
+/// Rohmer et al. 2006 use all three; they are different models.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(rename_all = "kebab-case"))]
@@ -58,7 +58,7 @@ impl PressureLaw {
         }
     }
 
-    /// Force per area of the surface as it is, in the mean over a curve of this length, from the intensity.
+    /// Force per current area from the intensity, averaged over a curve of this length.
     #[must_use]
     pub fn mean_pressure(self, intensity: f64, length: f64) -> f64 {
         match self {
@@ -67,11 +67,11 @@ impl PressureLaw {
         }
     }
 
-    /// The factor on `d`, the way along the curve while s grows by `ds`, with which it is the tangent that the law turns into a
-    /// force: `intensity factor (-d_y, d_x)`.
+    /// Returns the factor on `d`, the displacement along the curve per `ds`, that makes it the tangent of the law: the force is
+    /// `intensity factor (-d_y, d_x)`.
     ///
     /// # Errors
-    /// The way has no direction, and the law needs one; `index` is its place.
+    /// The displacement is zero and the law needs a direction; `index` is its index.
     #[inline]
     pub(crate) fn factor(self, d: [f64; 2], ds: f64, index: usize) -> Result<f64, MembraneError> {
         match self {
@@ -87,8 +87,8 @@ impl PressureLaw {
         }
     }
 
-    /// `out` = forces at `intensity` for ways along the curve while s grows by `ds`; whether all of them had a direction, if the law
-    /// needs one (a NaN has none).
+    /// `out` = forces at `intensity` for displacements along the curve per `ds`. Returns whether all of them have a direction, if the law
+    /// needs one (NaN has none).
     pub(crate) fn forces_into(
         self,
         intensity: f64,
@@ -98,7 +98,7 @@ impl PressureLaw {
     ) -> bool {
         match self {
             Self::PerMaterialLength | Self::TotalForce => {
-                // Looked at after the loop, which then has no way out of its middle.
+                // Tested after the loop, which then has a single exit.
                 let mut all_differ = true;
                 for (out, d) in out.iter_mut().zip(ways) {
                     let square = d[0] * d[0] + d[1] * d[1];

@@ -1,11 +1,11 @@
-//! Elastic membranes of revolution under pressure: rest shapes, forces, exact tangents, measures.
+//! Elastic membranes of revolution under pressure: reference configurations, forces, exact tangents, measures.
 //!
 #![doc = include_str!("../README.md")]
 //!
 //! # Equations
 //!
-//! A membrane is a plane curve c(s) = (x, y), s in [0, 1] material, that is revolved about the x axis.
-//! Springs pull it back to its rest shape c0, pressure pushes it out along the exterior normal n:
+//! A membrane is a plane curve c(s) = (x, y), s in [0, 1] material, that is revolved about the x axis. Springs pull it back to its
+//! reference configuration c0, pressure pushes it out along the exterior normal n:
 //!
 #![doc = include_str!("../img/equations.html")]
 //!
@@ -20,10 +20,9 @@
 //!
 #![doc = include_str!("../img/body.svg")]
 //!
-//! Conventions: centimetres; curves run from (0, +R) over the apex to (0, -R); states are flat, x0, y0,
-//! x1, y1, ...; forces are per unit s, F_e + F_p vanishes at equilibrium. What it is not: there is
-//! no solver here (`membrane-newton`) and no time (`membrane-implicit`); no bending, no gravity, and no
-//! tension around the axis but in [`Rubber`], whose forces are those at the nodes. The feature `serde` gives [`PressureLaw`] and
+//! Conventions: centimetres; curves run from (0, +R) over the apex to (0, -R); states are flat, x0, y0, x1, y1, ...; forces are per unit s,
+//! F_e + F_p vanishes at equilibrium. Not included: solvers (`membrane-newton`) and motion (`membrane-implicit`); bending and gravity. Only
+//! [`Rubber`] has tension around the axis; its forces are those at the nodes. The feature `serde` gives [`PressureLaw`] and
 //! [`StrainEnergy`] names in files.
 //!
 //! Reference: Rohmer, Sitek, Gullberg, Simulation of the Beating Heart Based on Physically
@@ -45,7 +44,7 @@ mod material;
 mod measures;
 mod membrane;
 mod profile;
-mod rest;
+mod reference;
 mod rubber_energy;
 mod rubber_nodes;
 mod spectral;
@@ -54,7 +53,7 @@ mod spring_tangents;
 mod strain_energy;
 
 pub use band::BandMatrix;
-pub use closed_form::{CircleEquilibrium, balloon_at_rest};
+pub use closed_form::{CircleEquilibrium, balloon_measures};
 pub use curve::CurvePiece;
 pub use differences::FiniteDifferences;
 pub use discrete::{DiscreteMembrane, Setting, Tangent};
@@ -65,6 +64,6 @@ pub use material::{Material, Rubber};
 pub use measures::{Measure, Measures};
 pub use membrane::Membrane;
 pub use profile::{OfStiffness, OfThickness, Profile, Quantity, Stiffness, Thickness};
-pub use rest::{CurvePoint, RestShape};
+pub use reference::{CurvePoint, ReferenceShape};
 pub use spectral::SpectralElements;
-pub use strain_energy::{StrainEnergy, Strained, Stretched};
+pub use strain_energy::{EnergyDerivatives, RubberState, StrainEnergy};

@@ -6,7 +6,7 @@ use crate::chebyshev::gauss_legendre;
 use crate::complex::Complex;
 use crate::error::{MembraneError, finite, positive};
 use crate::measures::Measures;
-use crate::rest::CurvePoint;
+use crate::reference::CurvePoint;
 
 /// Exact equilibrium of a balloon or a disc of constant stiffness under the law per current length.
 ///
@@ -17,14 +17,13 @@ use crate::rest::CurvePoint;
 /// z'(s) = e^(-i kappa s) z'(0) + integral over t < s of e^(-i kappa (s - t)) z0''(t) dt
 /// ```
 ///
-/// with z'(0) from the fixed end z(1). Only the cap bends: there z0'' = -i R omega^2 e^(-i omega (t - a)),
-/// omega the rate at which it turns. The integrals over the cap are taken by a Gauss rule that
-/// is exact to rounding. The curve runs to infinity as kappa -> 2 pi.
+/// with z'(0) from the fixed end z(1). Only the cap bends: there z0'' = -i R omega^2 e^(-i omega (t - a)), omega the turning rate. A Gauss
+/// rule computes the integrals over the cap to rounding. The curve runs to infinity as kappa -> 2 pi.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LinearEquilibrium {
     kappa: f64,
     radius: f64,
-    /// Where the cap begins, s = a; it ends at 1 - a. 1/2 for the disc, which has none.
+    /// Start of the cap, s = a; it ends at 1 - a. 1/2 for the disc, which has no cap.
     cap: f64,
     /// rho omega^2 of the cap, 0 for the disc.
     source: f64,
@@ -34,7 +33,7 @@ pub struct LinearEquilibrium {
 }
 
 impl LinearEquilibrium {
-    /// The balloon of [`RestShape::balloon`](crate::RestShape::balloon) under p / lambda = `kappa`.
+    /// The balloon of [`ReferenceShape::balloon`](crate::ReferenceShape::balloon) under p / lambda = `kappa`.
     ///
     /// ```
     /// let balloon = membrane_forces::LinearEquilibrium::balloon(8.5, 1.75, 1.0)?;
@@ -43,8 +42,7 @@ impl LinearEquilibrium {
     /// ```
     ///
     /// # Errors
-    /// A size that is not finite or not positive, sizes too different or too large for a finite answer, a `kappa` at
-    /// or past 2 pi in size.
+    /// A size that is not finite or not positive, sizes whose ratio or measures overflow, |`kappa`| >= 2 pi.
     pub fn balloon(h: f64, radius: f64, kappa: f64) -> Result<Self, MembraneError> {
         positive("cylinder length", h)?;
         positive("radius", radius)?;
@@ -53,11 +51,11 @@ impl LinearEquilibrium {
         Self::new(kappa, radius, h / length, radius * omega * omega, omega)
     }
 
-    /// The disc of [`RestShape::disc`](crate::RestShape::disc) under p / lambda = `kappa`: an arc
+    /// The disc of [`ReferenceShape::disc`](crate::ReferenceShape::disc) under p / lambda = `kappa`: an arc
     /// of a circle.
     ///
     /// # Errors
-    /// A radius that is not finite, not positive or too large for finite measures, a `kappa` at or past 2 pi in size.
+    /// A radius that is not finite, not positive or whose measures overflow, |`kappa`| >= 2 pi.
     pub fn disc(radius: f64, kappa: f64) -> Result<Self, MembraneError> {
         positive("radius", radius)?;
         Self::new(kappa, radius, 0.5, 0.0, 0.0)
@@ -85,12 +83,12 @@ impl LinearEquilibrium {
             omega,
             slope: Complex(0.0, 0.0),
         };
-        // z is linear in z'(0): what it misses at s = 1 without it, over what a unit adds
+        // z is linear in z'(0): its error at s = 1 for z'(0) = 0, divided by the change per unit
         let missed = Complex(0.0, -radius) - this.state(1.0).0;
         this.slope = missed / turn(-kappa, 1.0);
-        // A small cap on a large cylinder bends by more than the largest number.
+        // The bend of a small cap on a large cylinder overflows.
         let slope = finite("slope at the fixed end", this.slope.norm())?;
-        // No position is larger, and no measure than some of its cube.
+        // No position is larger, and measures are of the order of its cube at most.
         let size = 10.0 * (radius + slope + source);
         if !(size * size * size).is_finite() {
             this.measures().finite()?;

@@ -1,11 +1,10 @@
-//! The material: springs or rubber. All of a discretised membrane that depends on what it is made of, but for the energy of rubber
+//! The material: springs or rubber. Contains everything of a discretised membrane that depends on the material, except the energy of rubber
 //! (`strain_energy.rs`) and its derivatives by the nodes (`rubber_nodes.rs`, `rubber_energy.rs`).
 //!
-//! A spring pulls by its stiffness times the difference of the displacements u = c - c0 of its ends: in the limit of fine meshes
-//! the force is (lambda u')', its energy the integral of lambda |u'|^2 / 2. Force and energy are those of straight springs of no
-//! length at rest, so the tangent does not depend on the state, x and y do not mix, and there is no hoop tension. What else relies
-//! on that: [`NodeSprings::energy`], and in `membrane-implicit` the implicit splitting and the account of a scheme's
-//! own losses.
+//! A spring pulls with its stiffness times the difference of the displacements u = c - c0 of its ends: in the limit of fine meshes the
+//! force is (lambda u')', the energy the integral of lambda |u'|^2 / 2. Force and energy are those of straight springs of zero natural
+//! length, so the tangent does not depend on the state, x and y do not mix, and there is no hoop tension. [`NodeSprings::energy`] uses
+//! this, and in `membrane-implicit` the implicit splitting and the account of a scheme's own losses.
 
 use std::f64::consts::PI;
 
@@ -23,7 +22,7 @@ pub enum Material {
     Springs {
         /// lambda(s) between neighbours.
         stiffness: Stiffness,
-        /// lambda_2(s) between second neighbours, if there are such springs.
+        /// lambda_2(s) between second neighbours, if any.
         second: Option<Stiffness>,
     },
     /// Rubber, with tensions along the meridian and around the axis.
@@ -59,7 +58,7 @@ impl Rubber {
         &self.thickness
     }
 
-    /// The distance from the axis of a rest curve that is at `y` at `s`; none but the apex is on it.
+    /// The distance from the axis of a reference curve that is at `y` at `s`; only the apex is on the axis.
     pub(crate) fn radius(&self, y: f64, s: f64) -> Result<f64, MembraneError> {
         positive(
             "distance of rubber from the axis at rest",
@@ -73,7 +72,7 @@ impl Rubber {
 pub(crate) struct NodeSprings {
     pub(crate) nodes: Nodes,
     pub(crate) ds: f64,
-    /// Rest positions of the nodes kept.
+    /// Reference positions of the nodes of the state.
     pub(crate) rest: Vec<f64>,
     /// lambda at s_(n + 1/2), between neighbours of the whole curve.
     pub(crate) first: Vec<f64>,
@@ -82,7 +81,7 @@ pub(crate) struct NodeSprings {
 }
 
 impl NodeSprings {
-    /// Between as many nodes as `rest` has.
+    /// Creates the springs between the nodes of `rest`.
     pub(crate) fn new(
         stiffness: &Stiffness,
         second: Option<&Stiffness>,
@@ -113,7 +112,7 @@ impl NodeSprings {
         largest(&self.first) + 4.0 * largest(&self.second)
     }
 
-    /// Whether they read the same from both ends, to rounding.
+    /// Whether the profile is mirror-symmetric to rounding.
     pub(crate) fn are_symmetric(&self) -> bool {
         let scale = self.scale();
         let even = |v: &[f64]| {
@@ -163,7 +162,7 @@ impl NodeSprings {
             let (at, sign) = self.nodes.place(m);
             [c[at][0] - c0[at][0], sign * (c[at][1] - c0[at][1])]
         };
-        // The pull of each spring is computed once, and serves the nodes at both of its ends.
+        // The pull of each spring is computed once and added to the nodes at both of its ends.
         let (mut here, mut before) = (u(0), [0.0; 2]);
         let next = c[1..].iter().zip(&c0[1..]);
         for ((out, stiffness), (c, c0)) in out.iter_mut().zip(first).zip(next) {
@@ -193,8 +192,8 @@ impl NodeSprings {
         }
     }
 
-    /// Where the springs of moving node `n` to its second neighbours go, and how stiff they are: beside an end to the mirror image
-    /// of the neighbour, twice as far away as the end.
+    /// Returns target and stiffness of the springs from moving node `n` to its second neighbours; beside an end the target is the mirror
+    /// image of the neighbour, twice as far away as the end.
     fn second_springs(&self, n: usize) -> [(usize, f64); 2] {
         let (second, last) = (&self.second, self.nodes.whole - 1);
         [
@@ -243,7 +242,7 @@ impl NodeSprings {
         self.pull_into(nodes, &mut here);
         self.pull_into(start, &mut there);
         let (here, there) = (here.as_flattened(), there.as_flattened());
-        // The force is linear in the position: the mean of both ends integrates it. What is held does not move.
+        // The force is linear in the position: the average of both ends integrates it. Fixed nodes do not contribute.
         let work = |i: usize| 0.5 * (here[i] + there[i]) * (nodes[i] - start[i]);
         // A node on the axis has no image.
         let images = 2 * (self.nodes.whole - self.nodes.kept);
@@ -255,14 +254,14 @@ impl NodeSprings {
 /// The springs of a spectral element.
 #[derive(Debug, Clone)]
 pub(crate) struct ElementSprings {
-    /// Rest positions at the nodes, as this element continues them.
+    /// Reference positions at the nodes, with one-sided limits at the ends.
     rest: Vec<[f64; 2]>,
     /// Row i of d/ds lambda d/ds; first row lambda d/ds, last row -lambda d/ds at the end points.
     pub(crate) matrix: Vec<f64>,
 }
 
 impl ElementSprings {
-    /// Of an element of this length, from rest positions and stiffness at its nodes.
+    /// Creates the springs of an element of this length from reference positions and stiffness at its nodes.
     pub(crate) fn new(
         reference: &Reference,
         rest: Vec<[f64; 2]>,
@@ -298,7 +297,7 @@ impl ElementSprings {
         }
     }
 
-    /// Whether `other` is its mirror image, to rounding.
+    /// Whether `other` is the mirror image, to rounding.
     pub(crate) fn mirrors(&self, other: &Self) -> bool {
         let size = self.matrix.iter().fold(0.0f64, |m, v| m.max(v.abs()));
         let mut pairs = self.matrix.iter().zip(other.matrix.iter().rev());

@@ -48,7 +48,7 @@ impl Measures {
         }
     }
 
-    /// Returns the measures if all are finite: those of a curve of some 1e100 cm are not.
+    /// Returns the measures if all are finite; those of a curve of 1e100 cm overflow.
     ///
     /// # Errors
     /// [`MembraneError::NotFinite`].
@@ -96,8 +96,8 @@ impl Measure {
         });
     }
 
-    /// How fast the measure of the polyline through `nodes` changes while these move at `velocities`, per unit time: the
-    /// gradient times the velocities. Cost O(n).
+    /// Returns the rate of change of the measure of the polyline through `nodes` that move at `velocities`, per unit time: the gradient
+    /// times the velocities. Cost O(n).
     ///
     /// ```
     /// use membrane_forces::Measure;
@@ -108,7 +108,7 @@ impl Measure {
     /// ```
     ///
     /// # Errors
-    /// [`MembraneError::WrongLength`] for other velocities than nodes.
+    /// [`MembraneError::WrongLength`] if the numbers of velocities and nodes differ.
     pub fn rate(self, nodes: &[[f64; 2]], velocities: &[[f64; 2]]) -> Result<f64, MembraneError> {
         length("velocities", velocities.len(), nodes.len())?;
         let along = |(a, b): (usize, usize)| {
@@ -119,8 +119,8 @@ impl Measure {
         Ok(self.segments(nodes.len()).map(along).sum())
     }
 
-    /// [`Measure::of`] for the curve that consists of `nodes` and of their mirror image about the
-    /// x axis; a last node that is not on the axis is joined to its image.
+    /// As [`Measure::of`], for the curve of `nodes` and their mirror images about the x axis; a last node off the axis is joined to its
+    /// image.
     pub(crate) fn of_half(self, points: &[[f64; 2]]) -> f64 {
         let (first, last) = (points[0], points[points.len() - 1]);
         let inside: f64 = points
@@ -150,7 +150,7 @@ impl Measure {
             add(n - 1, piece.from);
             add(n, piece.to);
         }
-        // A foot moves along the axis with its node.
+        // The foot of the perpendicular moves along the axis with its node.
         let last = points.len() - 1;
         if points[last][1] != 0.0 {
             let across = self.segment(points[last], foot(points[last]));
@@ -168,7 +168,7 @@ impl Measure {
         (1..n).map(|k| (k - 1, k)).chain(chord)
     }
 
-    /// What the segment from `a` to `b` adds, and how that changes with `a` and `b`.
+    /// Returns the contribution of the segment from `a` to `b`, and its derivatives by `a` and `b`.
     #[inline]
     fn segment(self, a: [f64; 2], b: [f64; 2]) -> Segment {
         let (dx, dy) = (b[0] - a[0], b[1] - a[1]);

@@ -1,17 +1,17 @@
-//! The continuous model: rest shape, stiffness, pressure law, fixed ends.
+//! The continuous model: reference configuration, stiffness, pressure law, fixed ends.
 
 use crate::error::{MembraneError, finite};
 use crate::law::PressureLaw;
 use crate::material::{Material, Rubber};
 use crate::profile::Stiffness;
-use crate::rest::{CurvePoint, RestShape};
-use crate::strain_energy::Stretched;
+use crate::reference::{CurvePoint, ReferenceShape};
+use crate::strain_energy::RubberState;
 
 /// An elastic membrane in the plane of its axis of revolution.
 ///
 /// ```
-/// use membrane_forces::{Membrane, PressureLaw, RestShape, Stiffness};
-/// let membrane = Membrane::new(RestShape::balloon(8.5, 1.75)?)
+/// use membrane_forces::{Membrane, PressureLaw, ReferenceShape, Stiffness};
+/// let membrane = Membrane::new(ReferenceShape::balloon(8.5, 1.75)?)
 ///     .with_stiffness(Stiffness::function(|s| 1.0 + 0.5 * (6.0 * s).sin(), &[])?)
 ///     .with_law(PressureLaw::TotalForce);
 /// assert_eq!(membrane.ends(), [[0.0, 1.75], [0.0, -1.75]]);
@@ -19,16 +19,16 @@ use crate::strain_energy::Stretched;
 /// ```
 #[derive(Debug, Clone)]
 pub struct Membrane {
-    rest: RestShape,
+    rest: ReferenceShape,
     material: Material,
     law: PressureLaw,
     ends: [[f64; 2]; 2],
 }
 
 impl Membrane {
-    /// Stiffness 1, no second neighbours, force per material length, ends fixed where they rest.
+    /// Creates a membrane with stiffness 1, no second neighbours, force per material length, and ends fixed in the reference configuration.
     #[must_use]
-    pub fn new(rest: RestShape) -> Self {
+    pub fn new(rest: ReferenceShape) -> Self {
         let ends = [rest.at(0.0).position, rest.at(1.0).position];
         Self {
             rest,
@@ -61,13 +61,12 @@ impl Membrane {
         self
     }
 
-    /// Replaces springs by rubber, under a pressure: [`PressureLaw::PerCurrentLength`], which of a body of revolution
-    /// is force per area of the surface as it is.
+    /// Replaces springs by rubber under a pressure: [`PressureLaw::PerCurrentLength`], for a body of revolution the force per current area.
     ///
     /// ```
-    /// use membrane_forces::{Membrane, RestShape, Rubber, StrainEnergy, Thickness};
+    /// use membrane_forces::{Membrane, ReferenceShape, Rubber, StrainEnergy, Thickness};
     /// let latex = Rubber::new(StrainEnergy::NeoHookean { mu: 400.0 }, Thickness::constant(0.05)?)?;
-    /// let balloon = Membrane::new(RestShape::balloon(8.5, 1.75)?).with_rubber(latex);
+    /// let balloon = Membrane::new(ReferenceShape::balloon(8.5, 1.75)?).with_rubber(latex);
     /// assert!(balloon.stiffness().is_none());
     /// # Ok::<(), membrane_forces::MembraneError>(())
     /// ```
@@ -85,10 +84,10 @@ impl Membrane {
         self
     }
 
-    /// Sets the positions at which the ends s = 0 and s = 1 are fixed, instead of those of the rest shape.
+    /// Sets the positions of the fixed ends s = 0 and s = 1, instead of those of the reference configuration.
     ///
-    /// Without load it is then no more at rest. Solvers start from c0 plus the displacements of the
-    /// two ends, joined by a straight line over s: the equilibrium without load if lambda is constant.
+    /// The membrane then has tension without load. Solvers start from c0 plus the displacements of the two ends, interpolated linearly in
+    /// s: the equilibrium without load if lambda is constant.
     ///
     /// # Errors
     /// A coordinate that is not finite.
@@ -100,7 +99,7 @@ impl Membrane {
         Ok(self)
     }
 
-    /// Moves rest positions at s by the displacement of the ends.
+    /// Moves reference positions at s by the displacement of the ends.
     pub(crate) fn hold_ends<'a>(&self, nodes: impl Iterator<Item = (f64, &'a mut [f64; 2])>) {
         let rest = [self.rest.at(0.0).position, self.rest.at(1.0).position];
         let moved = |end: usize, k: usize| self.ends[end][k] - rest[end][k];
@@ -108,7 +107,7 @@ impl Membrane {
             for k in 0..2 {
                 node[k] += (1.0 - s) * moved(0, k) + s * moved(1, k);
             }
-            // not by way of the rest position, whose rounding the sum would keep
+            // directly, without the rounding of the reference position
             if s == 0.0 {
                 *node = self.ends[0];
             } else if s == 1.0 {
@@ -117,9 +116,9 @@ impl Membrane {
         }
     }
 
-    /// Returns the rest shape c0(s).
+    /// Returns the reference configuration c0(s).
     #[must_use]
-    pub fn rest(&self) -> &RestShape {
+    pub fn reference(&self) -> &ReferenceShape {
         &self.rest
     }
 
@@ -138,7 +137,7 @@ impl Membrane {
         }
     }
 
-    /// Returns the stiffness lambda_2(s) between second neighbours, if there are such springs.
+    /// Returns the stiffness lambda_2(s) between second neighbours, if any.
     #[must_use]
     pub fn second_neighbours(&self) -> Option<&Stiffness> {
         match &self.material {
@@ -168,28 +167,28 @@ impl Membrane {
     ///
     /// # Errors
     /// [`MembraneError::OtherMaterial`] for springs; [`MembraneError::PastStretch`].
-    pub fn stretched(&self, s: f64, here: &CurvePoint) -> Result<Stretched, MembraneError> {
+    pub fn rubber_state(&self, s: f64, here: &CurvePoint) -> Result<RubberState, MembraneError> {
         let Material::Rubber(rubber) = &self.material else {
             return Err(MembraneError::OtherMaterial { what: "stretches" });
         };
         let rest = self.rest.at(s.clamp(0.0, 1.0));
         let speed = |point: &CurvePoint| point.first[0].hypot(point.first[1]);
         let l1 = speed(here) / speed(&rest);
-        // the apex of what is its own mirror image is on the axis, whatever sine and cosine have rounded it to
+        // the apex of a mirror-symmetric curve is on the axis; sine and cosine have rounding errors
         let l2 = match s {
             0.5 => l1,
             _ => here.position[1] / rest.position[1],
         };
         let [w1, w2] = rubber.energy().at(l1, l2)?.by;
         let thickness = rubber.thickness().at(s.clamp(0.0, 1.0))?;
-        Ok(Stretched {
+        Ok(RubberState {
             stretches: [l1, l2, 1.0 / (l1 * l2)],
             tensions: [thickness * w1 / l2, thickness * w2 / l1],
             stresses: [l1 * w1, l2 * w2],
         })
     }
 
-    /// Rejects rubber under another law than that of a pressure.
+    /// Rejects rubber with a law other than that of a pressure.
     pub(crate) fn check_law(&self) -> Result<(), MembraneError> {
         match (&self.material, self.law) {
             (Material::Springs { .. }, _)
@@ -200,7 +199,7 @@ impl Membrane {
         }
     }
 
-    /// Where rest shape or stiffness is not smooth, on [0, 1] or, cut at the apex, on [0, 1/2].
+    /// Returns the points at which reference configuration or stiffness is not smooth, on [0, 1] or, cut at the apex, on [0, 1/2].
     pub(crate) fn breakpoints(&self, half: bool) -> Vec<f64> {
         let mut all = self.rest.breakpoints().to_vec();
         match &self.material {
@@ -217,9 +216,9 @@ impl Membrane {
             all.push(0.5);
         }
         all.sort_by(f64::total_cmp);
-        // breakpoints of different origin that mean the same place
+        // breakpoints of different origin at the same position
         all.dedup_by(|b, a| *b - *a < 1e-12);
-        // the end stays where it is, whatever came just before it
+        // the end is exact; a breakpoint just before it is replaced
         if let Some(last) = all.last_mut() {
             *last = if half { 0.5 } else { 1.0 };
         }

@@ -12,7 +12,7 @@ pub type Stiffness = Profile<OfStiffness>;
 /// Thickness h(s) of rubber in its reference configuration, cm.
 pub type Thickness = Profile<OfThickness>;
 
-/// A quantity that a [`Profile`] has.
+/// A quantity of a [`Profile`].
 pub trait Quantity {
     /// Its name in errors.
     const NAME: &'static str;
@@ -36,7 +36,7 @@ impl Quantity for OfThickness {
 
 /// A positive quantity along the material coordinate s in [0, 1].
 ///
-/// Stiffness and thickness are different types, so that one is not taken for the other:
+/// Stiffness and thickness are different types, so that they cannot be confused:
 ///
 /// ```compile_fail,E0308
 /// use membrane_forces::{Rubber, Stiffness, StrainEnergy};
@@ -101,7 +101,7 @@ impl<Q> Profile<Q> {
 }
 
 impl<Q: Quantity> Profile<Q> {
-    /// The same value everywhere.
+    /// Creates a constant profile.
     ///
     /// # Errors
     /// `value` not finite or not positive.
@@ -109,7 +109,7 @@ impl<Q: Quantity> Profile<Q> {
         Ok(Self::of(Values::Constant(positive(Q::NAME, value)?)))
     }
 
-    /// Samples at equal steps from s = 0 to s = 1, joined by straight lines.
+    /// Interpolates samples at equal steps from s = 0 to s = 1 linearly.
     ///
     /// # Errors
     /// Fewer than two samples, or one that is not finite or not positive.
@@ -122,12 +122,12 @@ impl<Q: Quantity> Profile<Q> {
         Ok(Self::of(Values::Samples(values.to_vec())))
     }
 
-    /// A function of s, smooth between `breakpoints` (strictly rising inside (0, 1)).
+    /// Creates a profile from a function of s, smooth between `breakpoints` (strictly ascending inside (0, 1)).
     ///
     /// Its values are checked where a discretisation uses them.
     ///
     /// # Errors
-    /// Breakpoints that do not rise strictly inside (0, 1).
+    /// Breakpoints that are not strictly ascending inside (0, 1).
     pub fn function(
         value: impl Fn(f64) -> f64 + Send + Sync + 'static,
         breakpoints: &[f64],

@@ -5,15 +5,15 @@
 //! ```
 //!
 //! over the meridian from the fixed end to the axis: S is its length in the reference configuration, r0 its distance from the axis there, h
-//! its thickness. Forces are -dE/dc, tangents minus the second derivatives and so symmetric. Each element has the points of one [`Rule`]. Elements
-//! of two nodes have a kernel of their own (`rubber_nodes.rs`), which is twice as fast there.
+//! its thickness. Forces are -dE/dc, tangents minus the second derivatives and so symmetric. Each element has the points of one [`Rule`].
+//! Elements of two nodes have a kernel of their own (`rubber_nodes.rs`), which is twice as fast.
 
 use std::f64::consts::PI;
 
 use crate::chebyshev::{Reference, local_index};
 use crate::error::{MembraneError, finite};
 use crate::material::Rubber;
-use crate::strain_energy::Strained;
+use crate::strain_energy::EnergyDerivatives;
 
 /// Quadrature points of an element with n nodes.
 #[derive(Debug, Clone)]
@@ -28,7 +28,7 @@ pub(crate) struct Rule {
 }
 
 impl Rule {
-    /// The Gauss rule of spectral elements (Galerkin's method). No point of it is on the axis.
+    /// The Gauss rule of spectral elements (Galerkin's method), without points on the axis.
     pub(crate) fn gauss(reference: &Reference) -> Self {
         let n = reference.nodes.len();
         let ordered = |table: &[f64]| {
@@ -76,8 +76,8 @@ struct Point {
     weight: f64,
     /// Weight of the volume over the element's own coordinate.
     rule: f64,
-    /// Derivative of S by the element's own coordinate, and r0. Quotients by them are exactly 1 at rest, where products with their
-    /// inverses leave rounding that energies of small strains do not bear.
+    /// Derivative of S by the element's own coordinate, and r0. Quotients by them are exactly 1 in the reference configuration; products
+    /// with their reciprocals have rounding errors that exceed energies of small strains.
     rest: [f64; 2],
     /// Their inverses.
     per_length: f64,
@@ -89,7 +89,7 @@ struct Here {
     d: [f64; 2],
     y: f64,
     speed: f64,
-    w: Strained,
+    w: EnergyDerivatives,
 }
 
 impl Point {
@@ -99,8 +99,8 @@ impl Point {
         [PI * self.rule * y * y, 2.0 * PI * self.rule * y * d[0]]
     }
 
-    /// What a row of the tangent takes of this point: of an x times its own slope, of a y times its slope and times its value. In
-    /// `columns`, one after the other, by x and y of each node in the block's order, whose values and slopes are `ordered`.
+    /// The factors of this point in a row of the tangent: of an x times its own slope, of a y times its slope and times its value.
+    /// `columns` contains them by x and y of each node in the block's order, whose values and slopes are `ordered`.
     fn columns_into(
         &self,
         here: &Here,
@@ -136,10 +136,10 @@ impl Point {
     }
 }
 
-/// Derivative by the element's own coordinate, and y, at a point that has these rows.
+/// Returns the derivative by the element's own coordinate, and y, at a point with these rows.
 #[inline]
 fn place((values, slopes): Row<'_>, nodes: &[[f64; 2]]) -> ([f64; 2], f64) {
-    // four sums side by side, so that none waits for the last
+    // four independent sums, to hide latency
     let (values, left) = values.as_chunks::<4>();
     let (slopes, slopes_left) = slopes.as_chunks::<4>();
     let (nodes, nodes_left) = nodes.as_chunks::<4>();
@@ -160,7 +160,7 @@ fn place((values, slopes): Row<'_>, nodes: &[[f64; 2]]) -> ([f64; 2], f64) {
     ([dx, dy], y)
 }
 
-/// `out` += what acts on the derivative and on y at a point that has these rows.
+/// Adds to `out` the forces on the derivative and on y at a point with these rows.
 #[inline]
 fn add(out: &mut [[f64; 2]], (values, slopes): Row<'_>, by_slope: [f64; 2], by_value: f64) {
     for ((value, slope), out) in values.iter().zip(slopes).zip(out) {
@@ -170,7 +170,7 @@ fn add(out: &mut [[f64; 2]], (values, slopes): Row<'_>, by_slope: [f64; 2], by_v
 }
 
 impl RubberEnergy {
-    /// Of a curve without elements.
+    /// Creates a curve without elements.
     pub(crate) fn new(rubber: &Rubber, rule: Rule) -> Self {
         Self {
             rubber: rubber.clone(),
@@ -180,11 +180,11 @@ impl RubberEnergy {
         }
     }
 
-    /// Adds the element between `from` and `to`, with the place and the derivative by the element's own coordinate in the reference
+    /// Adds the element between `from` and `to`, with position and derivative by the element's own coordinate in the reference
     /// configuration.
     ///
     /// # Errors
-    /// A rest curve or thickness that is not finite or not positive; a curve without direction.
+    /// A reference curve or thickness that is not finite or not positive; a curve without direction.
     pub(crate) fn push(
         &mut self,
         (from, to): (f64, f64),
@@ -255,7 +255,7 @@ impl RubberEnergy {
     /// Least dW/dl1 over l1 and the shear modulus.
     ///
     /// # Errors
-    /// [`MembraneError::PastStretch`], as of all that follow.
+    /// [`MembraneError::PastStretch`], as all of the following.
     pub(crate) fn least_tension(&self, nodes: &[f64]) -> Result<f64, MembraneError> {
         let mut least = f64::INFINITY;
         self.each(nodes, |point, here| {
@@ -312,8 +312,8 @@ impl RubberEnergy {
         }
     }
 
-    /// `out` = the derivative of forces and of `pressure` times the gradient of the volume by the nodes of element `e`, as
-    /// [`Tangent`](crate::Tangent) has it, with a tension of at least `least`. `columns` is room for 12 numbers a node. Cost O(degree^3).
+    /// `out` = the derivative of forces and of `pressure` times the gradient of the volume by the nodes of element `e`, laid out as in
+    /// [`Tangent`](crate::Tangent), with a tension of at least `least`. `columns` is a buffer of 12 numbers per node. Cost O(degree^3).
     pub(crate) fn tangent_into(
         &self,
         e: usize,
@@ -326,7 +326,7 @@ impl RubberEnergy {
         let (nodes, rule) = (&nodes.as_chunks::<2>().0[self.window(e)], &self.rule);
         let size = 2 * rule.n;
         let least = least * self.rubber.energy.shear_modulus();
-        // Two points at a time, whose columns are added to the rows at once; an odd last one has a partner without weight.
+        // Two points at a time, whose columns are added to the rows together; an odd last one has a partner without weight.
         for (k, pair) in self.elements[e].chunks(2).enumerate() {
             columns.fill(0.0);
             let mut own = [rule.row(&rule.ordered, 2 * k); 2];
@@ -373,7 +373,7 @@ impl RubberEnergy {
         }
     }
 
-    /// Whether the elements are their own mirror image, to rounding.
+    /// Whether the elements are mirror-symmetric, to rounding.
     pub(crate) fn are_symmetric(&self) -> bool {
         let points = || self.elements.iter().flatten();
         let largest = |of: fn(&Point) -> f64| points().map(of).fold(0.0, f64::max);

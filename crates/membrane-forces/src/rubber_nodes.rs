@@ -4,8 +4,8 @@
 //! E[c] = integral of 2 pi r0 h W(l1, l2) dS - p V[c],     l1 = |dc/dS|,  l2 = y / r0
 //! ```
 //!
-//! over the meridian from the fixed end to the axis: S is its length at rest, r0 its distance from the axis there, h its thickness.
-//! Forces are -dE/dc, tangents minus the second derivatives and so symmetric. On the axis r0 = 0 takes the energy of a node away.
+//! over the meridian from the fixed end to the axis: S is its reference length, r0 its reference distance from the axis, h its thickness.
+//! Forces are -dE/dc, tangents minus the second derivatives and so symmetric. A node on the axis, r0 = 0, has no energy.
 
 use std::f64::consts::PI;
 
@@ -13,36 +13,36 @@ use crate::band::BandMatrix;
 use crate::error::MembraneError;
 use crate::half::Nodes;
 use crate::material::Rubber;
-use crate::strain_energy::Strained;
+use crate::strain_energy::EnergyDerivatives;
 
-/// Rubber between the nodes of half a curve: two-node elements, W taken at both ends of each.
+/// Rubber between the nodes of half a curve: two-node elements with W at both nodes.
 ///
-/// An element of length l at rest has pi l [ r h W(d / l, y / r) at its first node + the same at its last ]: the trapezoidal rule in
-/// S, second order. The distance d of its nodes serves both.
+/// An element of reference length l has pi l [ r h W(d / l, y / r) at its first node + the same at its last ]: the trapezoidal rule in S,
+/// second order. The distance d of its nodes is common to both.
 #[derive(Debug, Clone)]
 pub(crate) struct NodeRubber {
     pub(crate) rubber: Rubber,
     nodes: Nodes,
-    /// Lengths at rest, between neighbours.
+    /// Reference lengths between neighbours.
     lengths: Vec<f64>,
-    /// Distances from the axis at rest.
+    /// Reference distances from the axis.
     radii: Vec<f64>,
     /// pi r h.
     weights: Vec<f64>,
 }
 
-/// What one element has: W at its ends, its length and direction.
+/// The state of an element: W at its ends, its length and direction.
 struct Segment {
     /// pi l r h of its ends.
     weights: [f64; 2],
-    ends: [Strained; 2],
+    ends: [EnergyDerivatives; 2],
     length: f64,
     distance: f64,
     unit: [f64; 2],
 }
 
 impl NodeRubber {
-    /// Of the half curve `rest`.
+    /// Creates the rubber of the half curve `rest`.
     pub(crate) fn new(
         rubber: &Rubber,
         nodes: Nodes,
@@ -68,11 +68,11 @@ impl NodeRubber {
         })
     }
 
-    /// W at stretch `l1` along the curve at node `n`, whose distance from the axis is `y`; nothing on the axis.
+    /// Returns W at stretch `l1` along the curve at node `n`, whose distance from the axis is `y`; zero on the axis.
     #[inline]
-    fn strained(&self, n: usize, l1: f64, y: f64) -> Result<Strained, MembraneError> {
+    fn strained(&self, n: usize, l1: f64, y: f64) -> Result<EnergyDerivatives, MembraneError> {
         match self.weights[n] {
-            0.0 => Ok(Strained::NONE),
+            0.0 => Ok(EnergyDerivatives::NONE),
             _ => self.rubber.energy.at(l1, y / self.radii[n]),
         }
     }
@@ -93,8 +93,8 @@ impl NodeRubber {
         })
     }
 
-    /// The half element between the last node and the axis, if there is one: l1 = l2 there.
-    fn last(&self, points: &[[f64; 2]]) -> Result<Option<(f64, Strained)>, MembraneError> {
+    /// Returns the half element between the last node and the axis, if any: l1 = l2 there.
+    fn last(&self, points: &[[f64; 2]]) -> Result<Option<(f64, EnergyDerivatives)>, MembraneError> {
         let n = points.len() - 1;
         if self.weights[n] == 0.0 {
             return Ok(None);
@@ -104,7 +104,7 @@ impl NodeRubber {
         Ok(Some((weight, self.rubber.energy.at(l, l)?)))
     }
 
-    /// Whether every stretch is one that the rubber takes.
+    /// Whether every stretch is within the limits of the rubber.
     pub(crate) fn check(&self, points: &[[f64; 2]]) -> Result<(), MembraneError> {
         for n in 0..points.len() - 1 {
             self.segment(points, n)?;
@@ -112,7 +112,7 @@ impl NodeRubber {
         self.last(points).map(drop)
     }
 
-    /// Least dW/dl1 over l1 and the shear modulus, in the mean over an element.
+    /// Least dW/dl1 over l1 and the shear modulus, averaged over an element.
     pub(crate) fn least_tension(&self, points: &[[f64; 2]]) -> Result<f64, MembraneError> {
         let mut least = f64::INFINITY;
         for n in 0..points.len() - 1 {
@@ -147,7 +147,7 @@ impl NodeRubber {
         masses
     }
 
-    /// `band` += `scale` times the mass of each node, in the rows of what moves.
+    /// `band` += `scale` times the mass of each node, in the rows of moving nodes.
     pub(crate) fn add_mass_into(&self, scale: f64, band: &mut BandMatrix) {
         for (n, mass) in self.masses().into_iter().enumerate() {
             for i in [2 * n, 2 * n + 1] {
@@ -229,7 +229,7 @@ impl NodeRubber {
         Ok(())
     }
 
-    /// Adds in the rows of what moves.
+    /// Adds to the rows of moving nodes.
     #[inline]
     fn add(&self, i: usize, j: usize, value: f64, band: &mut BandMatrix) {
         let (node, k) = (i / 2, i % 2);
@@ -241,7 +241,7 @@ impl NodeRubber {
 
 impl Segment {
     #[inline]
-    fn sum(&self, of: impl Fn(&Strained) -> f64) -> f64 {
+    fn sum(&self, of: impl Fn(&EnergyDerivatives) -> f64) -> f64 {
         let end = |k: usize| match self.weights[k] {
             0.0 => 0.0,
             weight => weight * of(&self.ends[k]),

@@ -10,11 +10,10 @@ use crate::error::{MembraneError, at_least, at_most, finite, length};
 use crate::material::{ElementSprings, Material, compliance};
 use crate::measures::{Measure, Measures};
 use crate::membrane::Membrane;
-use crate::rest::CurvePoint;
+use crate::reference::CurvePoint;
 use crate::rubber_energy::{RubberEnergy, Rule};
 
-/// A membrane as polynomials of one degree p on elements that follow the breakpoints of its rest
-/// shape and stiffness.
+/// A membrane as polynomials of one degree p on elements that end at the breakpoints of reference configuration and stiffness.
 ///
 /// The state is the curve at the Chebyshev points of every element, elements sharing their end
 /// points, flat: x0, y0, x1, y1, ... Where a node lies inside an element the force is
@@ -27,11 +26,11 @@ use crate::rubber_energy::{RubberEnergy, Rule};
 /// (lambda u')_right - (lambda u')_left. Both vanish at equilibrium, also where c0' or lambda
 /// jumps. Second neighbours enter by their limit, lambda + 4 lambda_2.
 ///
-/// Of rubber the forces are minus the derivatives of the energy by the nodes, the energy by a Gauss rule of 3 p / 2 + 2 points an element
-/// (Galerkin's method).
+/// The forces of rubber are minus the derivatives of the energy by the nodes; the energy uses a Gauss rule of 3 p / 2 + 2 points per
+/// element (Galerkin's method).
 ///
-/// If rest shape, stiffness and ends are mirror images about the x axis, only s in [0, 1/2] is
-/// discretised; the apex is then free along the axis and fixed on it.
+/// If reference configuration, stiffness and ends are mirror images about the x axis, only s in [0, 1/2] is discretised; the apex is then
+/// free along the axis and fixed on it.
 #[derive(Debug, Clone)]
 pub struct SpectralElements {
     setting: Setting,
@@ -53,7 +52,7 @@ pub(crate) struct Element {
     pub(crate) to: f64,
 }
 
-/// Interpolation at so many Chebyshev points is stable, and far beyond need.
+/// Interpolation at so many Chebyshev points is stable; higher degrees are never needed.
 const MOST_DEGREE: usize = 1000;
 
 /// About a gigabyte.
@@ -64,9 +63,9 @@ impl SpectralElements {
     /// smooth piece. Cost O(elements degree^3).
     ///
     /// # Errors
-    /// Degree below 2 or above 1000, no element per piece or more elements than 1e8 over
-    /// (degree + 3)^2, a stiffness that is not positive at a node, a rest curve that is not finite; rubber that is not its own
-    /// mirror image, under another law than that of a pressure, or on the axis elsewhere than at its apex.
+    /// Degree below 2 or above 1000, no element per piece or more elements than 1e8 / (degree + 3)^2, a stiffness that is not positive at a
+    /// node, a reference curve that is not finite; rubber that is not mirror-symmetric, has a law other than that of a pressure, or touches
+    /// the axis away from its apex.
     pub fn new(
         membrane: &Membrane,
         degree: usize,
@@ -74,7 +73,7 @@ impl SpectralElements {
     ) -> Result<Self, MembraneError> {
         at_least("degree", degree, 2)?;
         at_least("elements per piece", per_piece, 1)?;
-        // Each element keeps a matrix of degree + 1 rows, its nodes and the heads of its lists.
+        // Each element stores a matrix of degree + 1 rows, its nodes, and the headers of its lists.
         let breaks = membrane.breakpoints(false);
         let size = per_piece
             .saturating_mul(breaks.len() - 1)
@@ -118,7 +117,7 @@ impl SpectralElements {
                 ElementMaterial::Rubber(Box::new(RubberEnergy::new(rubber, Rule::gauss(reference))))
             }
         };
-        let rest_breaks = membrane.rest().breakpoints();
+        let rest_breaks = membrane.reference().breakpoints();
         for piece in breaks.windows(2) {
             let inside = 0.5 * (piece[0] + piece[1]);
             let rest_piece = rest_breaks.partition_point(|&b| b <= inside) - 1;
@@ -131,7 +130,7 @@ impl SpectralElements {
                 };
                 let from = at(k);
                 let s = reference.nodes.iter().map(|t| from + (to - from) * t);
-                let rest_at = |s: f64| membrane.rest().at_in(rest_piece, s);
+                let rest_at = |s: f64| membrane.reference().at_in(rest_piece, s);
                 let rest: Vec<[f64; 2]> = s.clone().map(|s| rest_at(s).position).collect();
                 for value in rest.as_flattened() {
                     finite("rest curve", *value)?;
@@ -141,7 +140,7 @@ impl SpectralElements {
                 positions.extend(s.skip(1));
                 match &mut material {
                     ElementMaterial::Springs(springs) => {
-                        // just inside, so that a jump at the element's end is seen from its side
+                        // just inside, so that a jump at the element's end is evaluated on its side
                         let inside = (1e-12 * (to - from)).max(8.0 * f64::EPSILON);
                         let at = |s| membrane.effective_stiffness(s);
                         let nodes = reference.nodes.iter().map(|t| from + (to - from) * t);
@@ -229,7 +228,7 @@ impl SpectralElements {
         }
     }
 
-    /// Whether the curve equals its own mirror image to rounding, node by node and spring by spring.
+    /// Whether the curve is mirror-symmetric to rounding, node by node and spring by spring.
     fn is_symmetric(&self) -> bool {
         let size = self.start().iter().fold(0.0f64, |m, v| m.max(v.abs()));
         let close = |a: f64, b: f64, scale: f64| (a - b).abs() <= 1e-13 * scale;
@@ -280,7 +279,7 @@ impl DiscreteMembrane for SpectralElements {
         }
     }
 
-    /// Of springs zero where elements meet, too: what acts there is a jump of the tension.
+    /// For springs zero where elements meet, because the force there is a jump of the tension.
     fn pressure_force_into(
         &self,
         nodes: &[f64],
@@ -385,8 +384,8 @@ impl DiscreteMembrane for SpectralElements {
         Ok(())
     }
 
-    /// By quadrature: area and volume are exact for the polynomials, length and surface have the error of a Gauss rule with
-    /// 3 p / 2 + 2 points an element. Cost O(elements p^2).
+    /// By quadrature: area and volume are exact for the polynomials, length and surface have the error of a Gauss rule with 3 p / 2 + 2
+    /// points per element. Cost O(elements p^2).
     fn measure(&self, measure: Measure, nodes: &[f64]) -> Result<f64, MembraneError> {
         self.setting.check_state(nodes)?;
         Ok(self.integrate(measure, nodes, None))
@@ -427,8 +426,7 @@ impl DiscreteMembrane for SpectralElements {
         Ok(pieces)
     }
 
-    /// Where elements meet the derivatives are those of the one on the left. Cost O(p^2); for many s take
-    /// [`DiscreteMembrane::pieces`] once.
+    /// Where elements meet, the derivatives are those of the left one. Cost O(p^2); for many s use [`DiscreteMembrane::pieces`] once.
     fn at(&self, nodes: &[f64], s: f64) -> Result<CurvePoint, MembraneError> {
         self.setting.check_state(nodes)?;
         let s = s.clamp(0.0, 1.0);

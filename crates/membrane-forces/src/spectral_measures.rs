@@ -30,7 +30,7 @@ impl Sample<'_> {
 }
 
 impl SpectralElements {
-    /// All four measures of the whole curve, as [`Measure`] defines them for polylines but for the polynomials themselves.
+    /// Computes the four measures of the whole curve, defined as by [`Measure`], for the polynomials.
     pub(crate) fn integrate_all(&self, nodes: &[f64]) -> Measures {
         const ALL: [Measure; 4] = [
             Measure::Length,
@@ -91,15 +91,15 @@ impl SpectralElements {
         total
     }
 
-    /// Where the nodes of element `e` are in a state.
+    /// Returns the range of the nodes of element `e` in a state.
     pub(crate) fn window(&self, e: usize) -> std::ops::Range<usize> {
         let p = self.degree();
         2 * e * p..2 * (e + 1) * p + 2
     }
 
     /// Calls `add` for each quadrature point of the element with nodes `local`; its mirror image
-    /// counts in the weight. |y| has a kink where the curve crosses the axis: what has one (`kinked`) is
-    /// integrated by itself on either side.
+    /// counts in the weight. |y| has a kink where the curve crosses the axis: a function with this kink (`kinked`) is integrated separately
+    /// on either side.
     fn each_sample(&self, local: &[[f64; 2]], kinked: bool, mut add: impl FnMut(Sample<'_>)) {
         let reference = &self.reference;
         let n = local.len();
@@ -145,7 +145,7 @@ impl SpectralElements {
             [nodes[last], nodes[last + 1]]
         };
         if let Some(out) = gradient {
-            // the ends are held, so only completeness asks for these
+            // the ends are fixed; their gradient is included for completeness
             if self.is_half() {
                 out[0] -= y0;
                 out[1] -= x0;
@@ -159,7 +159,7 @@ impl SpectralElements {
         copies * 0.5 * (x0 * y1 - x1 * y0)
     }
 
-    /// Where y changes sign inside an element, as fractions of it, rising.
+    /// Returns the zeros of y inside an element, as fractions of it, ascending.
     fn axis_crossings(&self, local: &[[f64; 2]]) -> Vec<f64> {
         let mut found = Vec::new();
         let mut last: Option<usize> = None;
@@ -174,7 +174,7 @@ impl SpectralElements {
         found
     }
 
-    /// The place between nodes `before` and `after`, on different sides of the axis, that is on it.
+    /// Returns the position on the axis between nodes `before` and `after`, which are on different sides.
     fn axis_crossing(&self, local: &[[f64; 2]], before: usize, after: usize) -> f64 {
         let mut row = vec![0.0; local.len()];
         let mut y = |t: f64| {
@@ -197,7 +197,7 @@ impl SpectralElements {
     }
 }
 
-/// What is integrated over the element's own coordinate, with its derivatives by c and c'.
+/// The integrand over the element's own coordinate, with its derivatives by c and c'.
 #[inline]
 fn integrand(measure: Measure, c: [f64; 2], d: [f64; 2]) -> (f64, [f64; 2], [f64; 2]) {
     let speed = || d[0].hypot(d[1]);

@@ -1,5 +1,4 @@
-//! Tangents of springs: those of an element, and those between nodes in parts, what the springs have of any state, what the pressure adds,
-//! and what a total force does.
+//! Tangents of springs: by element, and by node in the parts of elastic force, pressure and total force.
 
 use crate::band::BandMatrix;
 use crate::chebyshev::local_index;
@@ -45,7 +44,7 @@ impl SpectralElements {
         Ok(())
     }
 
-    /// c' by s at node `i` of element `e`, and the factor that makes it what the law multiplies.
+    /// Returns c' at node `i` of element `e`, and its factor in the pressure law.
     #[inline]
     pub(crate) fn direction(
         &self,
@@ -63,7 +62,7 @@ impl SpectralElements {
         }
         let per_s = 1.0 / (self.elements[e].to - self.elements[e].from);
         d = [d[0] * per_s, d[1] * per_s];
-        // d is c' itself: the way while s grows by 1
+        // d is c' itself: the change per unit s
         Ok((d, self.law().factor(d, 1.0, e * p + i)?))
     }
 }

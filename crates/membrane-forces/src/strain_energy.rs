@@ -1,6 +1,6 @@
-//! Strain energies W of rubber: all that depends on which rubber it is.
+//! Strain energies W of rubber: everything that depends on the type of rubber.
 //!
-//! Rubber keeps its volume: of the stretches l1 along the meridian, l2 around the axis and l3 across the thickness, l3 = 1 / (l1 l2).
+//! Rubber is incompressible: for stretches l1 along the meridian, l2 around the axis and l3 across the thickness, l3 = 1 / (l1 l2).
 
 use crate::error::{MembraneError, finite, positive};
 
@@ -24,6 +24,7 @@ use crate::error::{MembraneError, finite, positive};
 /// assert!((pressure - 1.2394629024).abs() < 1e-10);
 /// # Ok::<(), membrane_forces::MembraneError>(())
 /// ```
+#[doc(alias = "hyperelastic")]
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(
@@ -48,11 +49,11 @@ pub enum StrainEnergy {
         /// `[mu_k, alpha_k]`, each of a positive product.
         terms: Vec<[f64; 2]>,
     },
-    /// Chains that cannot be longer than they are: I1 stays below 3 + jm.
+    /// Chains of finite extensibility: I1 stays below 3 + jm.
     Gent {
         /// Shear modulus.
         mu: f64,
-        /// How far I1 - 3 may go.
+        /// Upper limit of I1 - 3.
         jm: f64,
     },
 }
@@ -60,24 +61,24 @@ pub enum StrainEnergy {
 /// A strain energy with its derivatives by l1 and l2, where l3 = 1 / (l1 l2).
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
-pub struct Strained {
+pub struct EnergyDerivatives {
     /// W.
     pub energy: f64,
-    /// dW/dl1, dW/dl2: forces per area at rest.
+    /// dW/dl1, dW/dl2: forces per reference area.
     pub by: [f64; 2],
     /// Second derivatives: by l1 twice, by both, by l2 twice.
     pub second: [f64; 3],
 }
 
-/// Rubber of a membrane at one place of its surface.
+/// The state of rubber at a point of a membrane.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
-pub struct Stretched {
+pub struct RubberState {
     /// Stretches along the meridian, around the axis and across the thickness.
     pub stretches: [f64; 3],
-    /// Tensions along the meridian and around the axis, force per width as it is: kPa cm for moduli in kPa.
+    /// Tensions along the meridian and around the axis, force per current width: kPa cm for moduli in kPa.
     pub tensions: [f64; 2],
-    /// Stresses along the meridian and around the axis, force per area as it is, in the unit of the moduli.
+    /// Stresses along the meridian and around the axis, force per current area, in the unit of the moduli.
     pub stresses: [f64; 2],
 }
 
@@ -85,8 +86,8 @@ impl StrainEnergy {
     /// Rejects constants outside their range.
     ///
     /// # Errors
-    /// One that is not finite or not positive (c2 may be zero), an Ogden energy without terms, or with one whose product
-    /// mu_k alpha_k is not positive.
+    /// A constant that is not finite or not positive (c2 may be zero), an Ogden energy without terms, or with a product mu_k alpha_k that
+    /// is not positive.
     pub fn check(&self) -> Result<(), MembraneError> {
         match self {
             Self::NeoHookean { mu } => positive("mu", *mu).map(drop),
@@ -125,9 +126,9 @@ impl StrainEnergy {
     /// W and its derivatives at these stretches.
     ///
     /// # Errors
-    /// [`MembraneError::PastStretch`]: a stretch that is not positive, or beyond what the rubber's chains allow.
+    /// [`MembraneError::PastStretch`]: a stretch that is not positive, or beyond the extensibility of the rubber.
     #[inline]
-    pub fn at(&self, l1: f64, l2: f64) -> Result<Strained, MembraneError> {
+    pub fn at(&self, l1: f64, l2: f64) -> Result<EnergyDerivatives, MembraneError> {
         let past = |limit: f64| MembraneError::PastStretch {
             given: [l1, l2],
             limit,
@@ -145,7 +146,7 @@ impl StrainEnergy {
                 let powers = terms
                     .iter()
                     .map(|[mu, alpha]| powers(l1, l2, *alpha).times(mu / alpha));
-                powers.fold(Strained::NONE, Strained::plus)
+                powers.fold(EnergyDerivatives::NONE, EnergyDerivatives::plus)
             }
             Self::Gent { mu, jm } => {
                 let first = first_invariant(l1, l2);
@@ -157,7 +158,7 @@ impl StrainEnergy {
                 let slope = 0.5 * mu / left;
                 let bend = slope / (jm * left);
                 let ([a, b], [aa, ab, bb]) = (first.by, first.second);
-                Strained {
+                EnergyDerivatives {
                     energy: -0.5 * mu * jm * (-first.energy / jm).ln_1p(),
                     by: [slope * a, slope * b],
                     second: [
@@ -171,7 +172,7 @@ impl StrainEnergy {
     }
 }
 
-impl Strained {
+impl EnergyDerivatives {
     /// Where there is no rubber.
     pub(crate) const NONE: Self = Self {
         energy: 0.0,
@@ -200,14 +201,14 @@ impl Strained {
     }
 }
 
-/// I1 - 3, without the cancellation of its terms at rest.
+/// I1 - 3, without the cancellation of its terms at small strains.
 #[inline]
-fn first_invariant(a: f64, b: f64) -> Strained {
+fn first_invariant(a: f64, b: f64) -> EnergyDerivatives {
     let (over_a, over_b) = (1.0 / a, 1.0 / b);
     let third = over_a * over_b * over_a * over_b;
     let (e, f, g) = (a - 1.0, b - 1.0, third - 1.0);
     // l^2 - 1 = (l - 1) (l + 1), and l3^2 - 1 as it is
-    Strained {
+    EnergyDerivatives {
         energy: e * (a + 1.0) + f * (b + 1.0) + g,
         by: [2.0 * (a - third * over_a), 2.0 * (b - third * over_b)],
         second: [
@@ -220,11 +221,11 @@ fn first_invariant(a: f64, b: f64) -> Strained {
 
 /// I2 - 3.
 #[inline]
-fn second_invariant(a: f64, b: f64) -> Strained {
+fn second_invariant(a: f64, b: f64) -> EnergyDerivatives {
     let (over_a, over_b) = (1.0 / a, 1.0 / b);
     let (p, q) = (over_a * over_a, over_b * over_b);
     let (aa, bb) = (a * a, b * b);
-    Strained {
+    EnergyDerivatives {
         energy: (p - 1.0) + (q - 1.0) + (aa * bb - 1.0),
         by: [2.0 * (a * bb - p * over_a), 2.0 * (b * aa - q * over_b)],
         second: [
@@ -237,7 +238,7 @@ fn second_invariant(a: f64, b: f64) -> Strained {
 
 /// l1^alpha + l2^alpha + l3^alpha - 3.
 #[inline]
-fn powers(a: f64, b: f64, alpha: f64) -> Strained {
+fn powers(a: f64, b: f64, alpha: f64) -> EnergyDerivatives {
     let (over_a, over_b) = (1.0 / a, 1.0 / b);
     let (p, q) = (a.powf(alpha), b.powf(alpha));
     let third = 1.0 / (p * q);
@@ -246,7 +247,7 @@ fn powers(a: f64, b: f64, alpha: f64) -> Strained {
     let bend = |power: f64, over: f64| {
         alpha * ((alpha - 1.0) * power + (alpha + 1.0) * third) * over * over
     };
-    Strained {
+    EnergyDerivatives {
         energy: (p - 1.0) + (q - 1.0) + (third - 1.0),
         by: [alpha * (p - third) * over_a, alpha * (q - third) * over_b],
         second: [

@@ -2,11 +2,11 @@
 //!
 //! `cargo run --release -p membrane-implicit --example inflate -- [steps]`
 
-use membrane_implicit::{Body, Load, Membrane, Motion, RestShape, Scheme, Stop, TimeStep};
+use membrane_implicit::{Body, Load, Membrane, Motion, ReferenceShape, Scheme, Stop, TimeStep};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let steps: u32 = std::env::args().nth(1).map_or(Ok(500), |n| n.parse())?;
-    let membrane = Membrane::new(RestShape::balloon(8.5, 1.75)?);
+    let membrane = Membrane::new(ReferenceShape::balloon(8.5, 1.75)?);
     for scheme in [Scheme::Splitting6, Scheme::Midpoint, Scheme::TrBdf2] {
         let body = Body::springs(&membrane, 101)?.with_damping(1.0)?;
         let mut motion = Motion::new(body, Load::intensity(|_| 17.5), scheme)?;

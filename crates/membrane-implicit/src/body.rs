@@ -5,8 +5,7 @@ use membrane_newton::{BandMatrix, DiscreteMembrane, Measure, Membrane};
 
 use crate::error::{ImplicitError, positive, within};
 
-/// Positions (cm) and velocities (cm/s) beyond which volume and energy, their cubes and squares times any stiffness, are
-/// no numbers.
+/// Limits of positions (cm) and velocities (cm/s): beyond, volume and energy (cubes and squares times a stiffness) overflow.
 pub(crate) const FARTHEST: f64 = 1e100;
 
 /// The state of the (inner) membrane that a load depends on.
@@ -27,12 +26,12 @@ pub struct LoadState {
 /// m c'' = -dE/dc + p dV/dc - eta m c',  m = rho v        rubber, at the nodes
 /// ```
 ///
-/// The ends are fixed. A node of rubber has half of the volume v of its elements, times the density rho. Moduli in kPa and lengths in
-/// cm go with a density in kPa s^2/cm^2 (1 g/cm^3 is 1e-4) and energies in kPa cm^3 = mJ.
+/// The ends are fixed. The mass of a node of rubber is the density rho times half of the volume v of its elements. Moduli in kPa and
+/// lengths in cm imply a density in kPa s^2/cm^2 (1 g/cm^3 is 1e-4) and energies in kPa cm^3 = mJ.
 ///
 /// ```
-/// use membrane_implicit::{Body, Membrane, RestShape};
-/// let membrane = Membrane::new(RestShape::balloon(8.5, 1.75)?);
+/// use membrane_implicit::{Body, Membrane, ReferenceShape};
+/// let membrane = Membrane::new(ReferenceShape::balloon(8.5, 1.75)?);
 /// let body = Body::springs(&membrane, 201)?.with_damping(0.5)?;
 /// assert!((body.largest_explicit_step() - 0.005).abs() < 1e-4);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
@@ -40,15 +39,15 @@ pub struct LoadState {
 #[derive(Debug, Clone)]
 pub struct Body {
     pub(crate) discrete: FiniteDifferences,
-    /// Mass per unit s; of rubber the density.
+    /// Mass per unit s; for rubber the density.
     pub(crate) mass: f64,
-    /// Damping per unit s; of rubber per mass.
+    /// Damping per unit s; for rubber per mass.
     damping: f64,
-    /// Volume of rubber of each unknown, zero of what is fixed; 1 for springs.
+    /// Volume of rubber of each unknown, zero for fixed ones; 1 for springs.
     pub(crate) volumes: Vec<f64>,
     /// Factor of a sum over nodes: ds for springs, whose forces are per unit s, 1 for rubber.
     pub(crate) weight: f64,
-    /// dF_e/dc at the start; of springs the same for every state.
+    /// dF_e/dc at the start; for springs the same in every state.
     pub(crate) stiffness: BandMatrix,
     /// Length of the curve, cm: the scale of tolerances on positions.
     pub(crate) length: f64,
@@ -59,7 +58,7 @@ impl Body {
     /// Discretises a `membrane` of springs with `n_nodes` nodes; mass 1 per unit s, no damping.
     ///
     /// # Errors
-    /// Fewer than three nodes, a stiffness that is not positive, coinciding nodes, or some beyond 1e100 cm; a membrane of rubber.
+    /// Fewer than three nodes, a stiffness that is not positive, coinciding nodes, positions beyond 1e100 cm; a membrane of rubber.
     pub fn springs(membrane: &Membrane, n_nodes: usize) -> Result<Self, ImplicitError> {
         let discrete = FiniteDifferences::new(membrane, n_nodes).map_err(rejected)?;
         let mut stiffness = discrete.band();
@@ -103,8 +102,8 @@ impl Body {
         for value in start {
             within("rest position", *value, -FARTHEST, FARTHEST)?;
         }
-        // Upper bound of the spectrum by Gershgorin's circles; for springs in a row it is sharp to O(1/N^2), since the highest
-        // mode alternates from node to node.
+        // Upper bound of the spectrum by Gershgorin's circles; for springs in a row it is accurate to O(1/N^2), because the highest mode
+        // alternates from node to node.
         let rows = stiffness.rows().zip(&volumes).enumerate();
         let moving = rows.filter(|(i, _)| !discrete.fixed().contains(i));
         let largest = moving
@@ -173,8 +172,7 @@ impl Body {
     /// Returns the largest stable time step of explicit schemes,
     /// 2 sqrt(m) / omega (leapfrog's bound; omega^2 the largest eigenvalue of -dF_e/dc).
     ///
-    /// With constant stiffness and no second neighbours it is ds sqrt(m / lambda) to within
-    /// a part in N^2. Rubber is taken at its start.
+    /// With constant stiffness and no second neighbours it is ds sqrt(m / lambda) up to O(1/N^2). For rubber it applies at the start.
     #[must_use]
     pub fn largest_explicit_step(&self) -> f64 {
         2.0 * self.mass.sqrt() / self.largest_frequency
@@ -184,7 +182,7 @@ impl Body {
         self.discrete.setting().membrane().material()
     }
 
-    /// Damping of a velocity, a force over the node's volume.
+    /// Damping of a velocity, a force divided by the node's volume.
     pub(crate) fn friction(&self) -> f64 {
         match self.material() {
             Material::Springs { .. } => self.damping,
@@ -208,12 +206,12 @@ impl Body {
         self.copies() * Measure::Volume.of(nodes.as_chunks().0)
     }
 
-    /// How often the curve through the nodes covers the body: 2 for half a curve.
+    /// Number of times that the curve through the nodes covers the body: 2 for half a curve.
     pub(crate) fn copies(&self) -> f64 {
         if self.discrete.is_half() { 2.0 } else { 1.0 }
     }
 
-    /// The state that a load depends on.
+    /// Returns the state that a load depends on.
     pub(crate) fn load_state(&self, time: f64, nodes: &[f64], velocities: &[f64]) -> LoadState {
         let (points, moving) = (nodes.as_chunks().0, velocities.as_chunks().0);
         let rate = Measure::Volume.rate(points, moving).unwrap_or(f64::NAN);
@@ -224,7 +222,7 @@ impl Body {
         }
     }
 
-    /// Zeroes fixed numbers.
+    /// Sets fixed numbers to zero.
     pub(crate) fn hold(&self, values: &mut [f64]) {
         for &held in self.discrete.fixed() {
             values[held] = 0.0;
@@ -265,7 +263,7 @@ impl Body {
             Material::Rubber(_) => {
                 d.tangent_into(nodes, intensity, out).map_err(at)?;
                 out.band.scale(square);
-                // the unit in the rows of what is fixed
+                // one in the rows of fixed numbers
                 for &held in d.fixed() {
                     out.band.add(held, held, 1.0 - square).map_err(at)?;
                 }

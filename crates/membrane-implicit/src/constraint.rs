@@ -6,7 +6,7 @@ use crate::body::{Body, LoadState};
 use crate::error::ImplicitError;
 use crate::load::{Load, LoadKind};
 
-/// The quantity that a stage has to meet.
+/// The quantity that a stage must meet.
 #[derive(Debug, Clone, Copy)]
 pub(crate) enum Constraint<'a> {
     Intensity(f64),
@@ -18,7 +18,7 @@ pub(crate) enum Constraint<'a> {
 }
 
 impl<'a> Constraint<'a> {
-    /// That of `load` at `time`.
+    /// Returns the constraint of `load` at `time`.
     pub(crate) fn of(load: &'a Load, time: f64) -> Result<Self, ImplicitError> {
         let value = || {
             load.at(&LoadState {
@@ -35,7 +35,7 @@ impl<'a> Constraint<'a> {
         })
     }
 
-    /// The intensity at a state of `body`; `of_volume` if a volume is prescribed, whose intensity is part of the solution.
+    /// Returns the intensity at a state of `body`; `of_volume` for a prescribed volume, whose intensity is part of the solution.
     pub(crate) fn intensity(
         &self,
         body: &Body,
@@ -54,7 +54,7 @@ impl<'a> Constraint<'a> {
     }
 }
 
-/// f = `intensity` + `by_volume` (V - V0) + `by_rate` (V' - V0'), V0 and V0' those of `at`.
+/// f = `intensity` + `by_volume` (V - V0) + `by_rate` (V' - V0'), with V0 and V0' of `at`.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Answer {
     at: LoadState,
@@ -64,8 +64,8 @@ pub(crate) struct Answer {
 }
 
 impl Answer {
-    /// The answer of `load` about `at`, its slopes by central differences: over a millionth of the volume (or of the
-    /// membrane's `length` cubed, if it is flat), and over the rate that makes this change within `h`.
+    /// Linearises `load` about `at` by central differences: over a millionth of the volume (or of the membrane's `length` cubed, if it is
+    /// flat), and over the rate that causes this change within `h`.
     pub(crate) fn about(
         load: &Load,
         at: LoadState,
@@ -82,7 +82,7 @@ impl Answer {
                 })
             };
             let slope = (moved(1.0) - moved(-1.0)) / (2.0 * volume.max(volume_rate));
-            // beside a state at which the load has a value it need not have one
+            // the load may be undefined in neighbouring states
             if slope.is_finite() { slope } else { 0.0 }
         };
         Ok(Self {

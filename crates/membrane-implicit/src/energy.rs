@@ -1,11 +1,11 @@
-//! Where the energy went.
+//! The energy account.
 
 use membrane_newton::dot_in_eight as dot;
 
 use crate::body::Body;
 use crate::kinematics::Kinematics;
 
-/// What has been done, in a step or since the motion began.
+/// Work and losses of a step or since the start.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct Ledger {
     pub(crate) work: f64,
@@ -20,8 +20,8 @@ impl Ledger {
         self.numerical += step.numerical;
     }
 
-    /// That of a Runge-Kutta step of a body of springs with these stages; `a` is the scheme's matrix, whose last row is b. `force` is
-    /// room for K times a velocity.
+    /// Returns the account of a Runge-Kutta step of a body of springs with these stages; `a` is the matrix of the scheme, with b as its
+    /// last row. `force` is a buffer for K times a velocity.
     pub(crate) fn of_stages<const S: usize>(
         body: &Body,
         stages: &[Kinematics],
@@ -55,33 +55,32 @@ impl Ledger {
     }
 }
 
-/// Energy of the membrane and what it gained and lost since the motion began.
+/// Energy of the membrane, with the work and the losses since the start.
 ///
-/// In units of force per s times cm, sums over nodes times ds; of rubber in those of modulus times cm^3. For every scheme
+/// Unit: force per s times cm, sums over nodes times ds; for rubber modulus times cm^3. For every scheme
 ///
 /// ```text
 /// kinetic + elastic + damping_loss + numerical_loss = initial + pressure_work
 /// ```
 ///
-/// holds to rounding, at most 1e-9 of the sum of the terms. Each term has its own formula; none is computed as the difference of the
-/// others. A Runge-Kutta scheme with stages (c_i, v_i) and slopes k_i = (v_i, a_i) does the work dt sum b_i v_i.F_p,i, loses
-/// dt sum b_i mu |v_i|^2 to damping and
-/// dt^2/2 sum (b_i a_ij + b_j a_ji - b_i b_j) (m a_i.a_j - v_i.K v_j) to its own error: never
-/// negative for an algebraically stable scheme, zero for the midpoint rule (Hairer and Wanner 1996, IV.12).
+/// holds to rounding, at most 1e-9 of the sum of the terms. Each term has its own formula; none is the difference of the others. A
+/// Runge-Kutta scheme with stages (c_i, v_i) and slopes k_i = (v_i, a_i) does the work dt sum b_i v_i.F_p,i, loses dt sum b_i mu |v_i|^2 to
+/// damping and dt^2/2 sum (b_i a_ij + b_j a_ji - b_i b_j) (m a_i.a_j - v_i.K v_j) to its own error: never negative for an algebraically
+/// stable scheme, zero for the midpoint rule (Hairer and Wanner 1996, IV.12).
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub struct Energy {
     /// Kinetic energy, m/2 times the integral of |v|^2 over s.
     pub kinetic: f64,
-    /// Elastic energy, zero in the start shape.
+    /// Elastic energy, zero in the initial shape.
     pub elastic: f64,
-    /// Kinetic plus elastic energy when the motion began.
+    /// Kinetic plus elastic energy at the start.
     pub initial: f64,
-    /// Work of the pressure since then.
+    /// Work of the pressure since the start.
     pub pressure_work: f64,
-    /// Energy lost to damping since then.
+    /// Energy lost to damping since the start.
     pub damping_loss: f64,
-    /// Energy lost to the scheme since then; negative where it feeds energy in.
+    /// Energy lost to the scheme since the start; negative if the scheme adds energy.
     pub numerical_loss: f64,
 }
 

@@ -1,19 +1,19 @@
-//! The one error type of the crate: what was given, what is allowed, where it failed.
+//! The error type of the crate: given values, allowed ranges and time.
 
 use membrane_newton::{MembraneError, NewtonError};
 
 use crate::evolution::Evolution;
 
-/// An error of setting up or continuing a motion.
+/// An error in setting up or continuing a motion.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum ImplicitError {
     /// The membrane could not be discretised, or neighbouring nodes coincide.
     #[error("no forces at t = {time:?}")]
     Membrane {
-        /// Time at which it happened.
+        /// Time of the error.
         time: f64,
-        /// What the forces reported.
+        /// Error of the forces.
         #[source]
         error: MembraneError,
     },
@@ -24,16 +24,16 @@ pub enum ImplicitError {
         time: f64,
         /// Time step.
         dt: f64,
-        /// What the factorisation reported.
+        /// Error of the factorisation.
         #[source]
         error: NewtonError,
     },
-    /// A number lies outside the range allowed for it.
+    /// A number is out of range.
     #[error("{what} is {given:?}; it must {}", allowed(*least, *most))]
     OutOfRange {
         /// The argument's name.
         what: &'static str,
-        /// What was given.
+        /// The given value.
         given: f64,
         /// Smallest value allowed.
         least: f64,
@@ -45,7 +45,7 @@ pub enum ImplicitError {
     TooFew {
         /// The argument's name.
         what: &'static str,
-        /// What was given.
+        /// The given count.
         given: usize,
         /// Smallest count allowed.
         least: usize,
@@ -60,7 +60,7 @@ pub enum ImplicitError {
         /// Volume of the outer membrane, cm^3.
         outer: f64,
     },
-    /// A list has another length than the membrane has nodes.
+    /// The length of a list differs from the number of nodes.
     #[error("{what}: {given} nodes given, {expected} expected")]
     WrongLength {
         /// The argument's name.
@@ -73,17 +73,17 @@ pub enum ImplicitError {
     /// The load gave a value that is not finite, or a negative volume.
     #[error("the load gives {given:?} at t = {time:?}")]
     BadLoad {
-        /// Time asked for.
+        /// Time of the evaluation.
         time: f64,
         /// Value given.
         given: f64,
     },
-    /// The prescribed volume is not the one the membrane has to begin with.
+    /// The prescribed volume differs from the initial volume of the membrane.
     #[error(
         "at t = {time:?} the load prescribes {prescribed:?} cm^3, the membrane encloses {actual:?}"
     )]
     VolumeMismatch {
-        /// Time at the beginning.
+        /// Time of the start.
         time: f64,
         /// Volume prescribed.
         prescribed: f64,
@@ -93,19 +93,19 @@ pub enum ImplicitError {
     /// A splitting has no unknown pressure and cannot prescribe a volume.
     #[error("a splitting scheme cannot prescribe the volume")]
     ExplicitVolume,
-    /// Rubber takes a pressure or a volume.
+    /// Rubber requires a pressure or a volume as load.
     #[error("the load of a motion of rubber is a total force; it must be a pressure or a volume")]
     RubberLoad,
-    /// Rubber takes the scheme that conserves its energy.
+    /// Rubber requires the scheme that conserves its energy.
     #[error("the scheme of a motion of rubber must be Scheme::Midpoint")]
     RubberScheme,
-    /// A splitting takes no load that depends on the state.
+    /// A splitting does not support a load that depends on the state.
     #[error("a splitting scheme takes no load that depends on the state")]
     SplitFeedback,
-    /// The scheme has no error estimate to choose a step by.
+    /// The scheme has no error estimate for adaptive steps.
     #[error("the scheme has no error estimate; its time steps must be fixed")]
     NoErrorEstimate,
-    /// The state of a pair is that of two membranes; one cannot be set alone.
+    /// The state of a pair consists of two membranes; one of them cannot be set.
     #[error("the state of a pair cannot be set from that of one membrane")]
     StateOfPair,
     /// The equations of a step were not solved.
@@ -128,7 +128,7 @@ pub enum ImplicitError {
         "step {step}, from t = {time:?} with dt = {dt:?}, is unstable: the {what} of node {node} is {value:e}"
     )]
     Unstable {
-        /// Which step, from 1.
+        /// Number of the step, from 1.
         step: usize,
         /// Time at the start of the step.
         time: f64,
@@ -141,7 +141,7 @@ pub enum ImplicitError {
         /// Its value, cm or cm/s: beyond 1e100 or NaN.
         value: f64,
     },
-    /// The norm of the forces is still above the tolerance after the largest number of steps.
+    /// The norm of the forces exceeds the tolerance after the largest number of steps.
     #[error("norm of the forces is {:e} after {} steps", evolution.residual(), evolution.steps)]
     NotSettled {
         /// The evolution up to the last step.
@@ -157,7 +157,7 @@ pub enum ImplicitError {
     },
 }
 
-/// A range in words, without the bounds that every finite number has.
+/// Describes a range, without the bounds that every finite number has.
 fn allowed(least: f64, most: f64) -> String {
     match (least, most) {
         (f64::MIN, f64::MAX) => "be finite".into(),
@@ -197,7 +197,7 @@ pub(crate) fn at_least(
     }
 }
 
-/// `given` if it is finite and within [`least`, `most`].
+/// Returns `given` if it is finite and within [`least`, `most`].
 pub(crate) fn within(
     what: &'static str,
     given: f64,
@@ -216,7 +216,7 @@ pub(crate) fn within(
     }
 }
 
-/// `given` if it is finite and positive.
+/// Returns `given` if it is finite and positive.
 pub(crate) fn positive(what: &'static str, given: f64) -> Result<f64, ImplicitError> {
     within(what, given, f64::MIN_POSITIVE, f64::MAX)
 }

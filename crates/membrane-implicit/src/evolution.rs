@@ -26,7 +26,7 @@ pub struct Evolution {
     pub steps: usize,
     /// Norm of F_p + F_e before the first step and after each.
     pub norms: Vec<f64>,
-    /// Frames kept.
+    /// Stored frames.
     pub frames: Vec<Frame>,
     /// Final nodes [x, y], cm.
     pub points: Vec<[f64; 2]>,
@@ -37,7 +37,7 @@ pub struct Evolution {
 }
 
 impl Evolution {
-    /// Whether the norm fell at every step.
+    /// Whether the norm decreases in every step.
     pub fn is_monotone(&self) -> bool {
         self.norms.windows(2).all(|pair| pair[1] < pair[0])
     }

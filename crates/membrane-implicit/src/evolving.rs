@@ -1,4 +1,4 @@
-//! The paper's evolving method (section 3.2): step the moving membrane until its forces balance.
+//! The paper's evolving method (section 3.2): integrates the moving membrane until its forces balance.
 
 use std::convert::Infallible;
 use std::ops::ControlFlow;
@@ -12,25 +12,24 @@ use crate::load::Load;
 use crate::motion::Motion;
 use crate::scheme::{Jacobian, Scheme};
 
-/// Options of [`evolve`]; the defaults are those of the paper where it states them.
+/// Options of [`evolve`]; the defaults are those of the paper where it specifies them.
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub struct EvolvingOptions {
-    /// Time step; the norm of the forces falls at every step from about 2 on (mass 1,
-    /// stiffness 1), and oscillates as the wave that it is below about 0.5.
+    /// Time step. From about 2 (mass 1, stiffness 1) the norm of the forces falls at every step; below about 0.5 it oscillates like a wave.
     pub dt: f64,
     /// Mass per unit s.
     pub mass: f64,
     /// Damping mu per unit s.
     pub damping: f64,
-    /// Stop when the norm of F_p + F_e over s, (integral of |F_p + F_e|^2 ds)^(1/2), is at most
-    /// this. Such a norm does not grow with the number of nodes.
+    /// Stop when the norm of F_p + F_e over s, (integral of |F_p + F_e|^2 ds)^(1/2), is at most this. The norm does not grow with the
+    /// number of nodes.
     pub tolerance: f64,
     /// Largest number of steps.
     pub max_steps: usize,
     /// Which derivative of the pressure force the linearised step uses.
     pub jacobian: Jacobian,
-    /// Keep a frame every this many steps (and the first and the last); 0 keeps none.
+    /// Store a frame every this many steps (and the first and the last); 0 stores none.
     pub frame_every: usize,
 }
 
@@ -103,7 +102,7 @@ impl Evolution {
     /// Largest distance between a node and its counterpart in `points`, cm.
     ///
     /// # Errors
-    /// [`ImplicitError::WrongLength`] for another number of points.
+    /// [`ImplicitError::WrongLength`] if the numbers of points and nodes differ.
     pub fn distance_to(&self, points: &[[f64; 2]]) -> Result<f64, ImplicitError> {
         length("points to compare with", points.len(), self.points.len())?;
         let pairs = self.points.iter().zip(points);
@@ -124,8 +123,8 @@ impl Evolution {
 /// misprints corrected). One band factorisation a step, O(N).
 ///
 /// ```
-/// use membrane_implicit::{EvolvingOptions, Membrane, RestShape, evolve};
-/// let membrane = Membrane::new(RestShape::balloon(8.5, 1.75)?);
+/// use membrane_implicit::{EvolvingOptions, Membrane, ReferenceShape, evolve};
+/// let membrane = Membrane::new(ReferenceShape::balloon(8.5, 1.75)?);
 /// let evolution = evolve(&membrane, 201, 2588.9, &EvolvingOptions::default())?;
 /// assert!(evolution.residual() <= 1e-4 && evolution.is_monotone());
 /// assert!((evolution.intensity - 17.48).abs() < 0.01);
@@ -149,8 +148,8 @@ pub fn evolve(
     }
 }
 
-/// Runs [`evolve`] and calls `observe` with the number of steps and the norm of the forces before the first step and after each.
-/// A value with which `observe` breaks ends the run and is returned.
+/// As [`evolve`], with a callback `observe` for the number of steps and the norm of the forces before the first step and after each. If
+/// `observe` breaks, its value ends the run and is returned.
 ///
 /// # Errors
 /// As [`evolve`].

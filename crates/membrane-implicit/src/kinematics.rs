@@ -18,17 +18,17 @@ pub(crate) struct Kinematics {
     pub(crate) intensity: f64,
 }
 
-/// What every way to make a step needs.
+/// The common input of all methods of a step.
 pub(crate) struct Step<'a> {
     pub(crate) body: &'a Body,
-    /// The present comes first, the end of the step last.
+    /// The current state first, the end of the step last.
     pub(crate) stages: &'a mut [Kinematics],
     pub(crate) dt: f64,
     pub(crate) work: &'a mut Work,
 }
 
 impl<'a> Step<'a> {
-    /// Body, start and end of the step, its length, counters; of a scheme without stages between.
+    /// Body, start and end of the step, its length, counters, for schemes without intermediate stages.
     pub(crate) fn ends(
         self,
     ) -> (
@@ -44,7 +44,7 @@ impl<'a> Step<'a> {
 }
 
 impl Kinematics {
-    /// At rest at the start.
+    /// Creates the start at rest.
     pub(crate) fn at_rest(body: &Body) -> Self {
         let nodes = body.discrete.start().to_vec();
         let zero = || vec![0.0; nodes.len()];
@@ -58,12 +58,12 @@ impl Kinematics {
         }
     }
 
-    /// The state that a load depends on.
+    /// Returns the state that a load depends on.
     pub(crate) fn load_state(&self, body: &Body) -> LoadState {
         body.load_state(self.time, &self.nodes, &self.velocity)
     }
 
-    /// Forces and acceleration at this state under `intensity`.
+    /// Computes forces and acceleration at this state under `intensity`.
     pub(crate) fn respond(&mut self, body: &Body, intensity: f64) -> Result<(), ImplicitError> {
         let (time, given) = (self.time, intensity);
         if !intensity.is_finite() {

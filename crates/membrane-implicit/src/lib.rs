@@ -17,8 +17,8 @@
 //! is the axis. Norms over s are (integral of |.|^2 ds)^(1/2), so they do not grow with N.
 //!
 //! # Limits
-//! No fluid: the water transmits pressure instantly and has no inertia. The coupling of a pair is
-//! one-way: the outer membrane follows the inner one's volume and does not push back.
+//! No fluid: the water transmits pressure instantly and has no inertia. The coupling of a pair is one-way: the outer membrane follows the
+//! volume of the inner one without a reaction.
 //!
 //! # References
 //! Rohmer, Sitek and Gullberg 2006 (hal-03929238), section 3.2. TR-BDF2: Bank et al., IEEE Trans.
@@ -46,8 +46,8 @@ pub use evolution::{Evolution, Frame};
 pub use evolving::{EvolvingOptions, evolve, evolve_observed};
 pub use load::{Feedback, Load, LoadKind};
 pub use membrane_newton::{
-    self, DiscreteMembrane, Measure, Measures, Membrane, MembraneError, PressureLaw, RestShape,
-    Stiffness,
+    self, DiscreteMembrane, Measure, Measures, Membrane, MembraneError, PressureLaw,
+    ReferenceShape, Stiffness,
 };
 pub use motion::{Motion, State, Stop, TimeStep, Tolerance};
 pub use scheme::{Jacobian, Scheme};

@@ -9,8 +9,8 @@ use crate::error::ImplicitError;
 /// A prescribed quantity; the force intensity f (or p) that belongs to it is part of the solution of each step.
 ///
 /// ```
-/// use membrane_implicit::{Body, Load, LoadKind, LoadState, Membrane, RestShape};
-/// let body = Body::springs(&Membrane::new(RestShape::balloon(8.5, 1.75)?), 101)?;
+/// use membrane_implicit::{Body, Load, LoadKind, LoadState, Membrane, ReferenceShape};
+/// let body = Body::springs(&Membrane::new(ReferenceShape::balloon(8.5, 1.75)?), 101)?;
 /// let pressure = Load::intensity(|t| 17.5 * (1.0 - (-t).exp()));
 /// let pump = Load::volume_gain(&body, |t| 0.3 * (1.0 - (6.8 * t).cos()));
 /// assert_eq!((pressure.kind(), pump.kind()), (LoadKind::Intensity, LoadKind::Volume));
@@ -49,11 +49,11 @@ pub enum LoadKind {
 
 /// A pressure that depends on the state: an afterload, a valve or a vessel.
 ///
-/// Every closure from a [`LoadState`] to a number is one. A model with a memory of its own keeps it in `self`, which
-/// [`Feedback::accepted`] brings up to date once a step; within a step the memory stays, however often the step is tried.
+/// Every closure from a [`LoadState`] to a number is a feedback. A model with memory stores it in `self` and updates it in
+/// [`Feedback::accepted`], once per step; the memory is constant within a step, which may be tried several times.
 ///
 /// ```
-/// use membrane_implicit::{Load, Feedback, Membrane, LoadState, Motion, Body, RestShape};
+/// use membrane_implicit::{Load, Feedback, Membrane, LoadState, Motion, Body, ReferenceShape};
 /// use membrane_implicit::{Scheme, Stop, TimeStep};
 ///
 /// /// A closed elastic vessel that the membrane empties into: C p' = -V' - p / R, by backward Euler.
@@ -73,7 +73,7 @@ pub enum LoadKind {
 ///     }
 /// }
 ///
-/// let body = Body::springs(&Membrane::new(RestShape::balloon(8.5, 1.75)?), 51)?.with_damping(1.0)?;
+/// let body = Body::springs(&Membrane::new(ReferenceShape::balloon(8.5, 1.75)?), 51)?.with_damping(1.0)?;
 /// let vessel = Windkessel { compliance: 4.0, resistance: 5.0, pressure: 10.0, last: None };
 /// let mut motion = Motion::new(body, Load::feedback(vessel), Scheme::TrBdf2)?;
 /// motion.run(TimeStep::Fixed(0.01), &[Stop::Time(1.0)])?;
@@ -97,7 +97,7 @@ impl<F: Fn(&LoadState) -> f64> Feedback for F {
     }
 }
 
-/// A [`Feedback`] that a motion and its copies own.
+/// A [`Feedback`] owned by a motion and its copies.
 trait Model: Feedback + Send + Sync {
     fn boxed(&self) -> Box<dyn Model>;
 }
@@ -142,8 +142,8 @@ impl Load {
 
     /// Enclosed volume V(t) in cm^3: a pump. The pressure becomes an unknown of each step.
     ///
-    /// V and V' at the first instant should be those of the initial shape and velocity; otherwise
-    /// the first step makes up for the difference by an impulse.
+    /// V and V' at the start should be those of the initial shape and velocity; otherwise the first step corrects the difference by an
+    /// impulse.
     #[must_use]
     pub fn volume(signal: impl Fn(f64) -> f64 + Send + Sync + 'static) -> Self {
         Self::signal(LoadKind::Volume, signal)
@@ -163,8 +163,8 @@ impl Load {
         Self::volume(move |t| start + inflow(t))
     }
 
-    /// Force intensity as a function of volume and flow; an implicit scheme solves for both together, with its full order.
-    /// Splittings cannot.
+    /// Force intensity as a function of volume and flow. An implicit scheme solves for both together, at its full order; splittings do not
+    /// support it.
     #[must_use]
     pub fn feedback(model: impl Feedback + Clone + Send + Sync + 'static) -> Self {
         Self {

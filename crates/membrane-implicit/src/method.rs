@@ -1,4 +1,4 @@
-//! The ways to make a step.
+//! The methods of a step.
 
 pub(crate) mod linearised;
 pub(crate) mod midpoint;

@@ -1,4 +1,4 @@
-//! A membrane, or a pair with incompressible wall, carried through time.
+//! The motion of a membrane, or of a pair with an incompressible wall.
 
 mod adaptive;
 mod run;
@@ -19,12 +19,12 @@ pub use run::{Stop, TimeStep};
 
 /// An initial-value problem and its current state.
 ///
-/// Everything is allocated here; a step costs O(N) and allocates nothing, except a first adaptive step whose error is estimated by
+/// All memory is allocated here. A step costs O(N) and allocates nothing, except for the first adaptive step, whose error estimate uses
 /// step doubling.
 ///
 /// ```
-/// use membrane_implicit::{Load, Membrane, Motion, Body, RestShape, Scheme, Stop, TimeStep};
-/// let membrane = Membrane::new(RestShape::balloon(8.5, 1.75)?);
+/// use membrane_implicit::{Load, Membrane, Motion, Body, ReferenceShape, Scheme, Stop, TimeStep};
+/// let membrane = Membrane::new(ReferenceShape::balloon(8.5, 1.75)?);
 /// let body = Body::springs(&membrane, 101)?.with_damping(1.0)?;
 /// let mut motion = Motion::new(body, Load::intensity(|_| 17.5), Scheme::TrBdf2)?;
 /// motion.run(TimeStep::Fixed(0.002), &[Stop::Time(0.5)])?;
@@ -36,29 +36,29 @@ pub use run::{Stop, TimeStep};
 pub struct Motion {
     load: Load,
     inner: Mover,
-    /// The outer membrane of a pair: its volume follows that of the inner one.
+    /// The outer membrane of a pair, whose volume follows that of the inner one.
     outer: Option<Mover>,
     wall_volume: f64,
     next_dt: Option<f64>,
     initial: f64,
 }
 
-/// Most values of the load that a step asks for: those of the eleven drifts.
+/// Largest number of load values per step: those of the eleven drifts.
 const MAX_CONSTRAINTS: usize = 11;
 
-/// One membrane at the present time.
+/// A membrane at the current time.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub struct State<'a> {
     /// Time.
     pub time: f64,
-    /// Nodes [x, y] from s = 0 to s = 1, of rubber to the axis, cm.
+    /// Nodes [x, y] from s = 0 to s = 1, for rubber to the axis, cm.
     pub points: &'a [[f64; 2]],
     /// Velocity of each node.
     pub velocities: &'a [[f64; 2]],
-    /// Force intensity f or p; of a volume prescribed under [`Scheme::Midpoint`] its average over the last step.
+    /// Force intensity f or p; for a volume prescribed under [`Scheme::Midpoint`] its average over the last step.
     pub intensity: f64,
-    /// How often the curve through the points covers the body.
+    /// Number of times that the curve through the points covers the body.
     copies: f64,
 }
 
@@ -78,11 +78,11 @@ impl State<'_> {
 }
 
 impl Motion {
-    /// A membrane at rest in its start shape at t = 0.
+    /// Starts a membrane at rest in its initial shape at t = 0.
     ///
     /// # Errors
-    /// The load has no finite value at t = 0, or prescribes a volume that the membrane does not
-    /// have; or the scheme does not take the load or the material ([`Scheme`]).
+    /// The load has no finite value at t = 0, or prescribes a volume other than that of the membrane; or the scheme does not support the
+    /// load or the material ([`Scheme`]).
     pub fn new(body: Body, load: Load, scheme: Scheme) -> Result<Self, ImplicitError> {
         scheme.takes(load.kind(), body.material())?;
         let inner = Mover::new(body, scheme, load.kind());
@@ -98,12 +98,11 @@ impl Motion {
         Ok(motion)
     }
 
-    /// Two membranes at rest, `load` inflating the inner one; the outer one encloses the inner
-    /// volume and the wall's, which stays what it is at rest (incompressible water). The load that
-    /// this takes on the outer membrane is an unknown of each step.
+    /// Starts two membranes at rest. `load` inflates the inner one; the outer one encloses the volume of the inner one and of the wall,
+    /// which is constant (incompressible water). The corresponding load on the outer membrane is an unknown of each step.
     ///
     /// # Errors
-    /// As [`Motion::new`]; a splitting; an outer membrane that does not enclose more than the inner one.
+    /// As [`Motion::new`]; a splitting; an outer membrane that encloses at most the volume of the inner one.
     pub fn pair(
         inner: Body,
         outer: Body,
@@ -131,12 +130,12 @@ impl Motion {
         self
     }
 
-    /// Replaces the load from the present time on; state and energy account stay. The shape within the last step is then no longer
+    /// Replaces the load from the current time; state and energy account are kept. The shape within the last step is then no longer
     /// available.
     ///
     /// ```
-    /// # use membrane_implicit::{Body, Load, Membrane, Motion, RestShape, Scheme, Stop, TimeStep};
-    /// # let body = Body::springs(&Membrane::new(RestShape::balloon(8.5, 1.75)?), 51)?.with_damping(1.0)?;
+    /// # use membrane_implicit::{Body, Load, Membrane, Motion, ReferenceShape, Scheme, Stop, TimeStep};
+    /// # let body = Body::springs(&Membrane::new(ReferenceShape::balloon(8.5, 1.75)?), 51)?.with_damping(1.0)?;
     /// let mut motion = Motion::new(body, Load::intensity(|_| 17.5), Scheme::TrBdf2)?;
     /// motion.run(TimeStep::Fixed(0.01), &[Stop::Volume(150.0)])?;
     /// // closed there
@@ -167,8 +166,7 @@ impl Motion {
     /// Sets time, shape and velocity of a single membrane. The end nodes stay fixed.
     ///
     /// # Errors
-    /// A pair; lists of another length than the membrane's nodes, numbers that are not finite or beyond 1e100, and
-    /// as [`Motion::new`].
+    /// A pair; lists whose length differs from the membrane's nodes, numbers that are not finite or beyond 1e100, and as [`Motion::new`].
     pub fn with_state(
         mut self,
         time: f64,
@@ -192,7 +190,7 @@ impl Motion {
         Ok(self)
     }
 
-    /// [`Motion::begin`], with the energy of the beginning.
+    /// [`Motion::begin`], with the initial energy.
     fn start(&mut self) -> Result<(), ImplicitError> {
         self.begin()?;
         let energy = self.energy();
@@ -200,7 +198,7 @@ impl Motion {
         Ok(())
     }
 
-    /// Intensities and accelerations at the present.
+    /// Computes intensities and accelerations at the current time.
     fn begin(&mut self) -> Result<(), ImplicitError> {
         self.report_state();
         let Self {
@@ -217,7 +215,7 @@ impl Motion {
                     actual,
                 });
             }
-            // V'' looking forward only; the step is a fraction of the membrane's shortest period.
+            // V'' by forward differences; the step is a fraction of the membrane's shortest period.
             let e = 0.1 * inner.body.largest_explicit_step();
             let v = |k: f64| {
                 load.at(&LoadState {
@@ -308,8 +306,7 @@ impl Motion {
     /// Makes one step of length `dt`.
     ///
     /// # Errors
-    /// A step that is not positive, the load's value, equations that cannot be solved, numbers
-    /// that overflow. The state is then still that before the step.
+    /// A step that is not positive, the load's value, equations that cannot be solved, numbers that overflow. The state is then unchanged.
     pub fn step(&mut self, dt: f64) -> Result<(), ImplicitError> {
         positive("time step", dt)?;
         self.attempt(dt)?;
@@ -317,7 +314,7 @@ impl Motion {
         Ok(())
     }
 
-    /// Makes one step as long as `tolerance` allows, at most `most`; returns its length.
+    /// Makes one step, as long as `tolerance` allows but at most `most`; returns its length.
     ///
     /// # Errors
     /// As [`Motion::step`]; [`ImplicitError::StepTooSmall`].
@@ -335,7 +332,7 @@ impl Motion {
     /// O(dt^4) in addition to that of the scheme. Cost O(N).
     ///
     /// # Errors
-    /// A time outside the last step; [`ImplicitError::WrongLength`] for slices that are not N long.
+    /// A time outside the last step; [`ImplicitError::WrongLength`] for slices whose length is not N.
     pub fn at_into(
         &self,
         time: f64,
@@ -348,7 +345,7 @@ impl Motion {
     /// As [`Motion::at_into`] for the outer membrane; does nothing without one.
     ///
     /// # Errors
-    /// A time outside the last step; [`ImplicitError::WrongLength`] for slices that are not N long.
+    /// A time outside the last step; [`ImplicitError::WrongLength`] for slices whose length is not N.
     pub fn outer_at_into(
         &self,
         time: f64,
@@ -390,7 +387,7 @@ impl Motion {
         Ok(())
     }
 
-    /// Accepts the attempted step; its end is set to `time` if that is given.
+    /// Accepts the attempted step; its end is set to `time` if given.
     fn accept(&mut self, time: Option<f64>) {
         self.movers_mut().for_each(Mover::accept);
         if let Some(time) = time {

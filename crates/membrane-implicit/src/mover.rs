@@ -1,4 +1,4 @@
-//! One membrane carried through time by the steps of a scheme. Nothing is allocated in a step.
+//! The motion of one membrane by the steps of a scheme. A step allocates nothing.
 
 use membrane_newton::membrane_forces::Material;
 use membrane_newton::{DiscreteMembrane, dot_in_eight as dot};
@@ -17,7 +17,7 @@ use crate::method::tr_bdf2::TrBdf2;
 use crate::scheme::{Jacobian, Scheme};
 use crate::work::Work;
 
-/// How a step is made, with the workspace for it.
+/// The method of a step, with its workspace.
 #[derive(Debug, Clone)]
 enum Method {
     SemiImplicitEuler(Linearised),
@@ -27,8 +27,8 @@ enum Method {
     ImplicitSplitting(ImplicitSplitting),
 }
 
-/// Factor of an error estimated from accelerations, so that the true one is within the tolerance in 99 of 100 steps, and hardly ever
-/// beyond 1.5 times it.
+/// Factor on an error estimated from accelerations: with it the true error is within the tolerance in 99 of 100 steps, and almost always
+/// within 1.5 times the tolerance.
 const SAFETY: f64 = 2.0;
 
 #[derive(Debug, Clone)]
@@ -37,12 +37,12 @@ pub(crate) struct Mover {
     pub(crate) scheme: Scheme,
     load: LoadKind,
     method: Method,
-    /// The present comes first, the end of the attempted step last.
+    /// The current state first, the end of the attempted step last.
     stages: Vec<Kinematics>,
-    /// Start of the step that led here; the present, if none did.
+    /// Start of the last step; the current state before the first step.
     old: Kinematics,
     error: LocalError,
-    /// F_e and F_p of the present for [`Mover::norms`].
+    /// F_e and F_p of the current state for [`Mover::norms`].
     forces: [Vec<f64>; 2],
     ledger: Ledger,
     /// Account of the attempted step.
@@ -79,7 +79,7 @@ impl Mover {
         }
     }
 
-    /// Another load from the present on; no step led here under it.
+    /// Replaces the load from the current time; there is no last step under it.
     pub(crate) fn set_load(&mut self, load: LoadKind) {
         self.load = load;
         self.load_times = self.scheme.load_times(load);
@@ -94,7 +94,7 @@ impl Mover {
         self.forget();
     }
 
-    /// The stages that are solved for, if the scheme has any.
+    /// Returns the stages that are solved for, if the scheme has any.
     fn stage(&mut self) -> Option<&mut Stage> {
         match &mut self.method {
             Method::SemiImplicitEuler(method) => Some(&mut method.stage),
@@ -116,7 +116,7 @@ impl Mover {
         &self.stages[0]
     }
 
-    /// The end of the step just attempted.
+    /// Returns the end of the attempted step.
     pub(crate) fn end(&self) -> &Kinematics {
         &self.stages[self.stages.len() - 1]
     }
@@ -132,8 +132,8 @@ impl Mover {
         self.ledger = Ledger::default();
     }
 
-    /// Intensity and acceleration at the present state. `constraint` is what the load prescribes now, but for a volume its
-    /// second time derivative.
+    /// Computes intensity and acceleration at the current state. `constraint` is the current value of the load, for a volume its second
+    /// time derivative.
     pub(crate) fn begin(&mut self, constraint: Constraint<'_>) -> Result<(), ImplicitError> {
         let Self { body, work, .. } = self;
         let now = &mut self.stages[0];
@@ -155,24 +155,24 @@ impl Mover {
         now.respond(body, intensity)
     }
 
-    /// Second time derivative of the enclosed volume at the present state.
+    /// Returns the second time derivative of the enclosed volume at the current state.
     pub(crate) fn volume_acceleration(&self) -> f64 {
         let (now, body) = (self.now(), &self.body);
         let gradient = volume_gradient(body, &now.nodes);
         dot(&gradient, &now.acceleration) + now.volume_curvature(body)
     }
 
-    /// Times, in units of the step, at which [`Mover::attempt`] wants the load's value.
+    /// Returns the times, in units of the step, at which [`Mover::attempt`] needs the load's value.
     pub(crate) fn load_times(&self) -> &[f64] {
         &self.load_times
     }
 
-    /// Volume at the end of stage `index` (from 1) of the step just attempted.
+    /// Returns the volume at the end of stage `index` (from 1) of the attempted step.
     pub(crate) fn stage_volume(&self, index: usize) -> f64 {
         self.body.volume(&self.stages[index].nodes)
     }
 
-    /// Volume at the end of the step just attempted.
+    /// Returns the volume at the end of the attempted step.
     pub(crate) fn end_volume(&self) -> f64 {
         self.body.volume(&self.end().nodes)
     }
@@ -199,7 +199,7 @@ impl Mover {
             Method::Splitting => kick_and_drift(step, self.scheme.splitting(), constraints),
             Method::ImplicitSplitting(method) => method.kick_and_relax(step, first),
         };
-        // a stage that ran away is the cause of an error that followed
+        // a diverging stage is the cause of a later error
         let runaway = (1..self.stages.len()).find_map(|index| self.runaway(index, dt));
         match (runaway, account) {
             (None, Ok(account)) => {
@@ -207,7 +207,7 @@ impl Mover {
                 Ok(())
             }
             (Some(error), _) => {
-                // nothing of it is left for the next attempt to be judged by
+                // removes its effect on the next attempt
                 let (now, others) = self.stages.split_at_mut(1);
                 others
                     .iter_mut()
@@ -222,10 +222,10 @@ impl Mover {
         }
     }
 
-    /// The error of a stage `index` of a step of length `dt` that went too far to be a membrane, be it by NaN.
+    /// Returns the error of stage `index` of a step of length `dt` if positions or velocities diverge or are NaN.
     fn runaway(&self, index: usize, dt: f64) -> Option<ImplicitError> {
         let at = &self.stages[index];
-        // any number too large makes the sum of squares so
+        // any number beyond the limit makes the sum of squares exceed it
         if dot(&at.nodes, &at.nodes) + dot(&at.velocity, &at.velocity) <= FARTHEST * FARTHEST {
             return None;
         }
@@ -251,12 +251,12 @@ impl Mover {
         })
     }
 
-    /// Whether a step led to the present.
+    /// Whether there is a last step.
     pub(crate) fn has_previous(&self) -> bool {
         self.now().time > self.old.time
     }
 
-    /// Scaled local error of the attempted step by the scheme's own estimate (1 is just acceptable); `None` where that needs a previous
+    /// Scaled local error of the attempted step by the scheme's own estimate (1 is acceptable); `None` if the estimate needs a previous
     /// step and there is none.
     pub(crate) fn error(&mut self, tolerance: (f64, f64)) -> Option<f64> {
         let (now, new) = (&self.stages[0], &self.stages[self.stages.len() - 1]);
@@ -272,14 +272,14 @@ impl Mover {
         match self.scheme.error_weights() {
             Some(weights) => add(&self.stages, weights, dt),
             None if before > 0.0 => {
-                // dt^3 / 12 of the third derivative: second divided difference of the first one
+                // dt^3 / 12 of the third derivative: second divided difference of the first derivative
                 let weight = dt.powi(3) / (6.0 * (dt + before));
                 let mut add_one =
                     |at: &Kinematics, weight| add(std::slice::from_ref(at), &[1.0], weight);
                 add_one(new, weight / dt);
                 add_one(now, -weight / dt - weight / before);
                 add_one(&self.old, weight / before);
-                // kicks at the ends of the step leave dt^3 / 6 of the position
+                // kicks at the ends of the step have an error of dt^3 / 6 in the position
                 let factor = self.scheme.position_factor();
                 position.iter_mut().for_each(|p| *p *= factor);
             }
@@ -302,13 +302,13 @@ impl Mover {
         let error = self.scaled_error(tolerance, dt);
         Some(match self.body.material() {
             Material::Springs { .. } => error,
-            // the force is not linear: both estimates may vanish, not at once
+            // the force is nonlinear: either estimate may vanish, but not both
             Material::Rubber(_) => error.max(self.error_by_simpson(tolerance)),
         })
     }
 
-    /// Scaled local error of the attempted step by step doubling: `halves` has attempted the second of two steps of half the
-    /// length from the same state. With order p, these have the fraction 2^-p of the error of the whole step.
+    /// Scaled local error of the attempted step by step doubling: `halves` has attempted the second of two half steps from the same state.
+    /// With order p, they have the fraction 2^-p of the error of the whole step.
     pub(crate) fn error_by_doubling(&mut self, halves: &Self, tolerance: (f64, f64)) -> f64 {
         let (whole, halves) = (&self.stages[self.stages.len() - 1], halves.end());
         let error = &mut self.error;
@@ -323,7 +323,7 @@ impl Mover {
             &mut error.velocity,
         );
         let by_doubling = self.scaled_error(tolerance, dt);
-        // no stage of the midpoint rule is at the start, where a load may begin to rise
+        // the midpoint rule has no stage at the start, where a load may begin to rise
         by_doubling.max(self.error_by_simpson(tolerance))
     }
 
@@ -345,7 +345,7 @@ impl Mover {
         self.scaled_error(tolerance, dt)
     }
 
-    /// Size of `error` over the tolerances, of a step of length `dt`.
+    /// Size of `error` of a step of length `dt`, relative to the tolerances.
     fn scaled_error(&self, tolerance: (f64, f64), dt: f64) -> f64 {
         let LocalError {
             position, velocity, ..
@@ -357,9 +357,8 @@ impl Mover {
         let rms = |v: &[f64]| (v.iter().map(|e| e * e).sum::<f64>() / (v.len() / 2) as f64).sqrt();
         let by_position = safety * rms(position) / tolerance.0;
         match self.load {
-            // A prescribed volume makes the velocity follow V' at once, so its error does not
-            // shrink with dt where that jumps: what counts is how far it moves the membrane
-            // (index 3; Hairer and Wanner 1996, VII.3 scale the same way).
+            // With a prescribed volume the velocity follows V' immediately, so that its error does not shrink with dt where V' jumps: its
+            // effect on the position counts (index 3; Hairer and Wanner 1996, VII.3 scale in the same way).
             LoadKind::Volume => by_position.max(safety * dt * rms(velocity) / tolerance.0),
             LoadKind::Intensity | LoadKind::TotalForce | LoadKind::Feedback => {
                 by_position.max(safety * rms(velocity) / tolerance.1)
@@ -367,11 +366,16 @@ impl Mover {
         }
     }
 
-    /// The longest step with which the scheme is stable.
+    /// Returns an upper limit of adaptive steps: the stability limit of [`Scheme::Splitting2`]. Only error estimates limit the steps of the
+    /// other schemes.
     pub(crate) fn longest_step(&self) -> f64 {
         match self.scheme {
             Scheme::Splitting2 => self.body.largest_explicit_step(),
-            _ => f64::INFINITY,
+            Scheme::SemiImplicitEuler
+            | Scheme::TrBdf2
+            | Scheme::Midpoint
+            | Scheme::ImplicitSplitting2
+            | Scheme::Splitting6 => f64::INFINITY,
         }
     }
 
@@ -379,7 +383,7 @@ impl Mover {
         1.0 / (self.scheme.order() as f64 + 1.0)
     }
 
-    /// Makes the attempted step the present.
+    /// Makes the end of the attempted step the current state.
     pub(crate) fn accept(&mut self) {
         let last = self.stages.len() - 1;
         self.ledger.add(std::mem::take(&mut self.pending));
@@ -388,7 +392,7 @@ impl Mover {
         self.work.steps += 1;
     }
 
-    /// Energy now and what the ledger holds; `initial` is left to the caller.
+    /// Returns the current energy and the account; the caller sets `initial`.
     pub(crate) fn energy(&self) -> Energy {
         let (now, body) = (self.now(), &self.body);
         Energy {
@@ -401,7 +405,7 @@ impl Mover {
         }
     }
 
-    /// A first step over which the acceleration moves a node by about the tolerance.
+    /// Returns a first step over which the acceleration moves a node by about the tolerance.
     pub(crate) fn first_step(&self, tolerance: f64) -> f64 {
         let now = self.now();
         let n = (now.nodes.len() / 2) as f64;
@@ -416,8 +420,8 @@ impl Mover {
         }
     }
 
-    /// Norms of F_p + F_e and of the velocity at the present: (integral of |.|^2 ds)^(1/2); of rubber that of the forces at the nodes,
-    /// and (integral of |v|^2 over the volume)^(1/2).
+    /// Norms of F_p + F_e and of the velocity at the current time: (integral of |.|^2 ds)^(1/2); for rubber that of the forces at the
+    /// nodes, and (integral of |v|^2 over the volume)^(1/2).
     pub(crate) fn norms(&mut self) -> Result<(f64, f64), ImplicitError> {
         let (now, body) = (&self.stages[0], &self.body);
         let [elastic, pressure] = &mut self.forces;

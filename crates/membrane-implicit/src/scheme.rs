@@ -1,4 +1,4 @@
-//! The time schemes, and which loads and materials each takes.
+//! Time schemes, with the loads and materials that each supports.
 
 use membrane_newton::membrane_forces::Material;
 
@@ -28,24 +28,22 @@ pub enum Scheme {
     /// D U = U'(c_m) + [U(c1) - U(c0) - U'(c_m).d] d / |d|^2,     d = c1 - c0,  c_m the middle
     /// ```
     ///
-    /// so that D U . d = U(c1) - U(c0): kinetic plus elastic energy change by the work of the pressure, less the damping, whatever
-    /// the length of the step, as exactly as its equations are solved. The elastic energy of springs is quadratic and needs no
-    /// correction. Does not damp what it cannot resolve. The pressure of a prescribed volume is the average over the step, and may
-    /// alternate from step to step where V'' jumps.
+    /// so that D U . d = U(c1) - U(c0): the change of kinetic plus elastic energy equals the work of the pressure less the damping for any
+    /// length of the step, to the accuracy of its solution. The elastic energy of springs is quadratic and needs no correction. Unresolved
+    /// oscillations are not damped. The pressure of a prescribed volume is the average over the step; it may alternate from step to step
+    /// where V'' jumps.
     Midpoint,
-    /// Order 2, by splitting into kicks of the pressure force and the implicit midpoint rule for
-    /// springs, mass and damping: these are linear with a matrix that does not change, so a step
-    /// takes one pressure force and one solve with two diagonals, and nothing is iterated. The
-    /// least time for a coarse error. Springs of any stiffness are stable; the pressure is
-    /// explicit and asks for dt < 2 / omega of what it alone would make swing. Keeps equilibria.
+    /// Order 2, by splitting into kicks of the pressure force and the implicit midpoint rule for springs, mass and damping: these are
+    /// linear with a constant matrix, so a step needs one pressure force and one solve with two diagonals, without iterations. The fastest
+    /// scheme for large errors. Stable for springs of any stiffness; the pressure is explicit and requires dt < 2 / omega of its own
+    /// oscillations. Preserves equilibria.
     ImplicitSplitting2,
-    /// Explicit, order 2, by splitting into kicks of the force and drifts that carry the damping
-    /// exactly (Stormer, Verlet): one force a step. Stable up to
+    /// Explicit, order 2, by splitting into kicks of the force and drifts with exact damping (Stormer, Verlet): one force per step. Stable
+    /// up to
     /// [`Body::largest_explicit_step`](crate::Body::largest_explicit_step).
     Splitting2,
-    /// Explicit, order 6, by splitting into kicks of the force and drifts that carry the damping
-    /// exactly (SRKN_11^b of Blanes and Moan, J. Comput. Appl. Math. 142 (2002) 313-330): eleven
-    /// forces a step, the least time for a given small error where the waves are to be resolved.
+    /// Explicit, order 6, by splitting into kicks of the force and drifts with exact damping (SRKN_11^b of Blanes and Moan, J. Comput.
+    /// Appl. Math. 142 (2002) 313-330): eleven forces per step, the fastest scheme for small errors of resolved waves.
     /// Stable up to 1.57 times [`Body::largest_explicit_step`](crate::Body::largest_explicit_step),
     /// fixed steps only.
     Splitting6,
@@ -58,7 +56,7 @@ pub enum Jacobian {
     /// The exact derivative, with the rank-one part of a prescribed total force.
     #[default]
     Exact,
-    /// The band alone: within a linearised step the intensity F / S(c) stays that of its start.
+    /// Only the band: within a linearised step the intensity F / S(c) is that of its start.
     Band,
 }
 
@@ -73,7 +71,7 @@ impl Scheme {
         }
     }
 
-    /// Rejects a load or a material that the scheme does not take.
+    /// Rejects a load or a material that the scheme does not support.
     pub(crate) fn takes(self, load: LoadKind, material: &Material) -> Result<(), ImplicitError> {
         match (material, self) {
             (Material::Rubber(_), Self::Midpoint) => match load {
@@ -107,7 +105,7 @@ impl Scheme {
         match self {
             Self::SemiImplicitEuler => vec![1.0],
             Self::TrBdf2 => vec![2.0 * TR_BDF2_D, 1.0],
-            // a volume is that of the end, everything else acts in the middle and then gives the intensity of the end
+            // a volume applies at the end; other loads apply in the middle and then define the intensity at the end
             Self::Midpoint => match load {
                 LoadKind::Volume => vec![1.0],
                 LoadKind::Intensity | LoadKind::TotalForce | LoadKind::Feedback => vec![0.5, 1.0],
@@ -120,7 +118,7 @@ impl Scheme {
         }
     }
 
-    /// States of a step, the present included.
+    /// Number of states of a step, the current one included.
     pub(crate) fn stages(self) -> usize {
         match self {
             Self::TrBdf2 => 3,
@@ -132,8 +130,8 @@ impl Scheme {
         }
     }
 
-    /// Weights e of the error estimate dt sum(e_i k_i) over the slopes of the stages; none where it is found from the accelerations
-    /// at the ends of steps.
+    /// Weights e of the error estimate dt sum(e_i k_i) over the slopes of the stages; `None` if accelerations at the ends of steps define
+    /// the estimate.
     pub(crate) fn error_weights(self) -> Option<&'static [f64]> {
         match self {
             Self::SemiImplicitEuler => Some(&[-0.5, 0.5]),
@@ -146,7 +144,7 @@ impl Scheme {
         }
     }
 
-    /// Local error of a position over dt^3 / 12 of its third derivative, of schemes without such weights.
+    /// Ratio of the local error of a position to dt^3 / 12 of its third derivative, for schemes without such weights.
     pub(crate) fn position_factor(self) -> f64 {
         match self {
             Self::SemiImplicitEuler | Self::TrBdf2 | Self::Midpoint => 1.0,
@@ -154,7 +152,7 @@ impl Scheme {
         }
     }
 
-    /// Kicks and drifts of a splitting; none for the other schemes.
+    /// Kicks and drifts of a splitting; `None` for other schemes.
     pub(crate) fn splitting(self) -> (&'static [f64], &'static [f64]) {
         match self {
             Self::Splitting2 | Self::ImplicitSplitting2 => VERLET,
@@ -175,8 +173,7 @@ pub(crate) const TR_BDF2: [[f64; 3]; 3] = [
     [TR_BDF2_W, TR_BDF2_W, TR_BDF2_D],
 ];
 
-/// Kicks b, and drifts a between them, in units of the step: of Stormer and Verlet, and of
-/// SRKN_11^b. Both lists read the same backwards.
+/// Kicks b, and drifts a between them, in units of the step: of Stormer and Verlet, and of SRKN_11^b. Both lists are symmetric.
 const VERLET: (&[f64], &[f64]) = (&[0.5, 0.5], &[1.0]);
 const SRKN_11: (&[f64], &[f64]) = (
     &[

@@ -1,4 +1,4 @@
-//! Inside a step nothing is allocated.
+//! A step allocates nothing.
 
 #![allow(clippy::expect_used, clippy::panic, clippy::unwrap_used)]
 
@@ -6,7 +6,7 @@ use std::alloc::System;
 
 use membrane_implicit::membrane_newton::{Rubber, StrainEnergy, Thickness};
 use membrane_implicit::{
-    Body, Load, LoadState, Membrane, Motion, RestShape, Scheme, Stop, TimeStep, Tolerance,
+    Body, Load, LoadState, Membrane, Motion, ReferenceShape, Scheme, Stop, TimeStep, Tolerance,
 };
 use stats_alloc::{INSTRUMENTED_SYSTEM, Region, StatsAlloc};
 
@@ -14,7 +14,7 @@ use stats_alloc::{INSTRUMENTED_SYSTEM, Region, StatsAlloc};
 static ALLOCATOR: &StatsAlloc<System> = &INSTRUMENTED_SYSTEM;
 
 fn body(radius: f64) -> Body {
-    let membrane = Membrane::new(RestShape::balloon(8.5, radius).unwrap());
+    let membrane = Membrane::new(ReferenceShape::balloon(8.5, radius).unwrap());
     Body::springs(&membrane, 201)
         .unwrap()
         .with_damping(1.0)
@@ -85,7 +85,7 @@ fn steps_allocate_nothing() {
         }
     }
     let latex = Rubber::new(StrainEnergy::NeoHookean { mu: 1.0 }, Thickness::UNIT).unwrap();
-    let balloon = Membrane::new(RestShape::balloon(8.5, 1.75).unwrap()).with_rubber(latex);
+    let balloon = Membrane::new(ReferenceShape::balloon(8.5, 1.75).unwrap()).with_rubber(latex);
     let rubber = Body::rubber(&balloon, 101, 1.0).unwrap();
     for load in [
         Load::intensity(|t| 0.1 * t),

@@ -3,7 +3,7 @@
 //! `cargo run -p membrane-newton --example balloon`
 
 use membrane_newton::{
-    Control, Discretisation, Membrane, NewtonError, NewtonOptions, RestShape, Rubber, Solver,
+    Control, Discretisation, Membrane, NewtonError, NewtonOptions, ReferenceShape, Rubber, Solver,
     StrainEnergy, Thickness,
 };
 
@@ -13,7 +13,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         StrainEnergy::NeoHookean { mu: 400.0 },
         Thickness::constant(0.05)?,
     )?;
-    let balloon = Membrane::new(RestShape::balloon(8.5, 1.75)?).with_rubber(latex);
+    let balloon = Membrane::new(ReferenceShape::balloon(8.5, 1.75)?).with_rubber(latex);
     let spectral = Discretisation::Spectral {
         degree: 20,
         per_piece: 2,
@@ -42,7 +42,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             solved.measures.volume / rest,
             solved.intensity,
             point.slope,
-            solved.stretched(0.5)?.stretches[0],
+            solved.rubber_state(0.5)?.stretches[0],
             point.stability.at_pressure.unstable,
             point.stability.at_volume.unstable,
         );

@@ -4,10 +4,9 @@ use membrane_forces::BandMatrix;
 
 use crate::error::{NewtonError, length};
 
-/// Room for P A = L U of a band matrix; memory and time O(n lower (lower + upper)).
+/// Storage for P A = L U of a band matrix; memory and time O(n lower (lower + upper)).
 ///
-/// It takes one matrix of its shape after the other without allocating. What solves is [`Factored`],
-/// and only a matrix that has been factored gives that.
+/// It factors any number of matrices of its shape without allocation. Solving requires a factorisation: [`BandedFactorisation`].
 ///
 /// ```
 /// use membrane_newton::{BandMatrix, BandedLu};
@@ -17,14 +16,14 @@ use crate::error::{NewtonError, length};
 /// }
 /// a.add(0, 1, 1.0)?;
 /// let mut lu = BandedLu::for_matrix(&a);
-/// assert!(lu.factored().is_none());
+/// assert!(lu.factorisation().is_none());
 /// let mut x = [5.0, 4.0, 6.0];
 /// lu.factor(&a)?.solve_into(&mut x);
 /// assert_eq!(x, [1.5, 2.0, 3.0]);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 ///
-/// There is nothing to solve with before:
+/// Before a factorisation there is no [`BandedFactorisation`]:
 ///
 /// ```compile_fail,E0599
 /// # use membrane_newton::{BandMatrix, BandedLu};
@@ -36,28 +35,28 @@ use crate::error::{NewtonError, length};
 pub struct BandedLu {
     n: usize,
     lower: usize,
-    /// Row i holds columns i ..= i + width - 1 of U (pivoting widens U to lower + upper).
+    /// Row i contains columns i ..= i + width - 1 of U (pivoting widens U to lower + upper).
     width: usize,
     u: Vec<f64>,
     /// Column k of L below its diagonal: `lower` multipliers.
     l: Vec<f64>,
     pivots: Vec<u32>,
-    /// Whether the numbers are those of a matrix that could be factored.
+    /// Whether the storage contains a factorisation.
     factored: bool,
     /// Whether any pivot lies off the diagonal.
     swapped: bool,
     /// Whether the determinant is negative.
     negative: bool,
-    /// One over the diagonal of U.
+    /// Reciprocals of the diagonal of U.
     inverse: Vec<f64>,
 }
 
 /// A matrix factored by [`BandedLu`], ready to solve with.
 #[derive(Debug, Clone, Copy)]
-pub struct Factored<'a>(&'a BandedLu);
+pub struct BandedFactorisation<'a>(&'a BandedLu);
 
 impl BandedLu {
-    /// Storage for matrices of the shape of `matrix`: n (2 lower + upper + 3) numbers.
+    /// Allocates storage for matrices of the shape of `matrix`: n (2 lower + upper + 3) numbers.
     #[must_use]
     pub fn for_matrix(matrix: &BandMatrix) -> Self {
         let (n, lower) = (matrix.len(), matrix.lower());
@@ -76,12 +75,11 @@ impl BandedLu {
         }
     }
 
-    /// Factors `matrix`; after an error nothing is factored.
+    /// Factors `matrix`; after an error there is no factorisation.
     ///
     /// # Errors
-    /// A pivot is zero or not finite: [`NewtonError::Singular`]; `matrix` has another shape than the storage:
-    /// [`NewtonError::WrongLength`].
-    pub fn factor(&mut self, matrix: &BandMatrix) -> Result<Factored<'_>, NewtonError> {
+    /// A pivot is zero or not finite: [`NewtonError::Singular`]; the shapes of `matrix` and storage differ: [`NewtonError::WrongLength`].
+    pub fn factor(&mut self, matrix: &BandMatrix) -> Result<BandedFactorisation<'_>, NewtonError> {
         self.factored = false;
         let (n, lower, width) = (self.n, self.lower, self.width);
         length("rows", matrix.len(), n)?;
@@ -134,13 +132,13 @@ impl BandedLu {
             }
         }
         self.factored = true;
-        Ok(Factored(self))
+        Ok(BandedFactorisation(self))
     }
 
-    /// The matrix factored last; none before the first one and after one that could not be factored.
+    /// Returns the last factorisation; `None` before the first one and after an error.
     #[must_use]
-    pub fn factored(&self) -> Option<Factored<'_>> {
-        self.factored.then_some(Factored(self))
+    pub fn factorisation(&self) -> Option<BandedFactorisation<'_>> {
+        self.factored.then_some(BandedFactorisation(self))
     }
 
     /// As [`Self::solve_any`], for `lower` = L and `width` = W.
@@ -162,7 +160,7 @@ impl BandedLu {
         self.solve_any(b, inner, self.n);
         for (k, u) in u[..inner].iter().enumerate().rev() {
             if let Some(x) = b[k..].first_chunk_mut::<W>() {
-                // far entries first: the nearest one is the last to be known
+                // distant entries first: the nearest one is computed last
                 let mut value = x[0];
                 for j in (1..W).rev() {
                     value -= u[j] * x[j];
@@ -196,21 +194,21 @@ impl BandedLu {
     }
 }
 
-impl Factored<'_> {
-    /// Sign of the determinant of the matrix, 1 or -1.
+impl BandedFactorisation<'_> {
+    /// Returns the sign of the determinant of the matrix, 1 or -1.
     #[must_use]
     pub fn determinant_sign(&self) -> f64 {
         if self.0.negative { -1.0 } else { 1.0 }
     }
 
-    /// Overwrites `b` with A^-1 `b`, A the matrix. Cost O(n (2 lower + upper)).
+    /// Overwrites `b` with A^-1 `b` for this matrix A. Cost O(n (2 lower + upper)).
     ///
-    /// # Panics
+    /// The length of `b` is not n.
     /// `b` is not n long.
     pub fn solve_into(&self, b: &mut [f64]) {
         let lu = self.0;
         assert_eq!(b.len(), lu.n, "right-hand side");
-        // The tangents' bands, with and without second neighbours, get loops of fixed length.
+        // The bands of tangents, with and without second neighbours, have loops of fixed length.
         match (lu.lower, lu.width) {
             (3, 7) => lu.solve::<3, 7>(b),
             (4, 9) => lu.solve::<4, 9>(b),

@@ -19,14 +19,14 @@ pub(crate) struct Block<'a> {
     elastic: Vec<f64>,
     blow_up: f64,
     start: Measures,
-    /// Length and stiffness that make numbers free of units: length of the start, largest lambda.
+    /// Scales that make numbers dimensionless: length of the start, largest lambda.
     length_scale: f64,
     stiffness_scale: f64,
-    /// Sizes of the shape and of the intensity that steps are compared with.
+    /// Scales of shape and intensity for the size of steps.
     size: (f64, f64),
-    /// Tension that tangents of rubber have at least, over its shear modulus; that of its exact ones is below every number.
+    /// Smallest tension in tangents of rubber, over its shear modulus; minus infinity for exact tangents.
     least: f64,
-    /// Sign of the determinant when factored first and when factored last, 0 if never.
+    /// Signs of the determinant at the first and at the last factorisation, 0 before.
     signs: (f64, f64),
 }
 
@@ -56,12 +56,12 @@ impl<'a> Block<'a> {
         }
     }
 
-    /// Tangents from here on have at least this tension where the membrane is of rubber.
+    /// Limits the tension in later tangents of rubber from below.
     pub(crate) fn set_least_tension(&mut self, least: f64) {
         self.least = least;
     }
 
-    /// Takes the branch of rubber to be the one that it starts on: stable at a constant value of the prescribed quantity.
+    /// Defines the branch of rubber by its start: stable at a constant value of the prescribed quantity.
     ///
     /// The energy is then a minimum, K negative definite among moving nodes, and the border of a volume, -g.K^-1 g, or of an
     /// intensity, 1, positive.
@@ -76,12 +76,12 @@ impl<'a> Block<'a> {
         }
     }
 
-    /// Least tension of rubber in this state, over its shear modulus; infinite where it is not defined.
+    /// Returns the least tension of rubber in this state, over its shear modulus; infinite where it is not defined.
     pub(crate) fn least_tension(&self, nodes: &[f64]) -> f64 {
         self.discrete.least_tension(nodes).unwrap_or(f64::INFINITY)
     }
 
-    /// The way from its start.
+    /// Returns the route from the start.
     pub(crate) fn route(&self) -> Route {
         self.route
     }
@@ -104,7 +104,7 @@ impl<'a> Block<'a> {
             .measure_gradient_into(Measure::Volume, nodes, out);
     }
 
-    /// What the control prescribes, as it is in state `x`.
+    /// Returns the prescribed quantity in state `x`.
     pub(crate) fn constrained_value(&self, x: &[f64]) -> f64 {
         let (f, nodes) = (x[x.len() - 1], &x[..x.len() - 1]);
         match self.constraint {
@@ -123,8 +123,8 @@ impl<'a> Block<'a> {
         self.discrete.intensity_scale(self.length_scale)
     }
 
-    /// What changes of the intensity are measured by: the prescribed one, be it ever so small, or what
-    /// moves the membrane by its length.
+    /// Returns the scale of changes of the intensity: the prescribed intensity, however small, or that which moves the membrane by its
+    /// length.
     fn intensity_size(&self, x: &[f64]) -> f64 {
         let (f, nodes) = (x[x.len() - 1], &x[..x.len() - 1]);
         match self.constraint {
@@ -136,8 +136,8 @@ impl<'a> Block<'a> {
         }
     }
 
-    /// What the prescribed value is measured by: itself, if it is less than what moves the membrane
-    /// by its length, so that small loads and slender bodies are met to as many digits as others.
+    /// Returns the scale of the prescribed value: its magnitude, at most that which moves the membrane by its length, so that small loads
+    /// and slender bodies have the same relative accuracy.
     fn constraint_size(&self) -> f64 {
         let (wanted, scale) = (self.constraint.value().abs(), self.constraint_scale());
         if wanted > 0.0 {
@@ -147,7 +147,7 @@ impl<'a> Block<'a> {
         }
     }
 
-    /// The border equation over its own scale, so that all equations count alike.
+    /// Returns the scale of the border equation, so that all equations have equal weight.
     fn constraint_scale(&self) -> f64 {
         let l = self.length_scale;
         match self.constraint {
@@ -167,7 +167,7 @@ impl<'a> Block<'a> {
         let n = self.elastic.len();
         let (nodes, f) = (&x[..n], x[n]);
         if f.abs() >= self.blow_up {
-            // past it there are solutions again, but on a branch no inflation leads to
+            // beyond it there are solutions on a branch that no inflation reaches
             return Err(MembraneError::PastBlowUp {
                 pressure: f,
                 limit: self.blow_up,
@@ -200,7 +200,7 @@ impl<'a> Block<'a> {
         } = self;
         let sign = factors.factor(*discrete, nodes, (f, self.least))?;
         discrete.pressure_force_into(nodes, 1.0, border.column_mut())?;
-        let (column, row) = border.both_mut();
+        let (column, row) = border.column_and_row_mut();
         let corner = match self.constraint {
             Constraint::Intensity(_) => {
                 row.fill(0.0);
@@ -213,7 +213,7 @@ impl<'a> Block<'a> {
             }
             Constraint::Measure(measure, _) => {
                 match (*route, measure) {
-                    // a pressure is what is conjugate to the volume
+                    // the pressure is conjugate to the volume
                     (Route::Inflate, Measure::Volume) => row.copy_from_slice(column),
                     (Route::Inflate, Measure::Length | Measure::Area | Measure::Surface)
                     | (Route::Raise, _) => discrete.measure_gradient_into(measure, nodes, row),
@@ -230,7 +230,7 @@ impl<'a> Block<'a> {
     }
 
     pub(crate) fn solve_in_place(&mut self, rhs: &mut [f64]) -> Result<(), NewtonError> {
-        let border = self.border.eliminated().ok_or(NewtonError::NotFactored)?;
+        let border = self.border.elimination().ok_or(NewtonError::NotFactored)?;
         let (head, tail) = rhs.split_at_mut(self.elastic.len());
         self.factors.solve_in_place(head)?;
         tail[0] = border.correct(head, tail[0])?;
@@ -276,7 +276,7 @@ impl<'a> Block<'a> {
 
     pub(crate) fn within(&self, reach: Reach, from: &[f64], to: &[f64]) -> bool {
         let n = self.elastic.len();
-        // Angle through which the whole curve turns in both states.
+        // Total turning angle of the curve in both states.
         let copies = if self.discrete.is_half() { 2.0 } else { 1.0 };
         let before = copies * turning(&from[..n]);
         reach.allows([before, before + copies * turned(&from[..n], &to[..n])])
@@ -303,17 +303,19 @@ pub(crate) fn nan_max(a: f64, b: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use membrane_forces::{FiniteDifferences, Membrane, RestShape, SpectralElements, Stiffness};
+    use membrane_forces::{
+        FiniteDifferences, Membrane, ReferenceShape, SpectralElements, Stiffness,
+    };
     use nalgebra::{DMatrix, DVector};
 
     use crate::resolution::Resolution;
 
-    /// The matrix of the whole system by central differences of its own residual, then a dense LU:
-    /// nothing of tangents, elimination or border is shared.
+    /// The matrix of the whole system by central differences of its residual, then a dense LU: shares no code with tangents, elimination or
+    /// border.
     #[test]
     fn solves_equal_a_dense_lu_of_differences() {
         let membrane = |skew: f64| {
-            Membrane::new(RestShape::balloon(8.5, 1.75).unwrap())
+            Membrane::new(ReferenceShape::balloon(8.5, 1.75).unwrap())
                 .with_stiffness(Stiffness::function(move |s| 1.0 + skew * s, &[]).unwrap())
                 .with_second_neighbours(Stiffness::constant(0.1).unwrap())
         };
@@ -355,7 +357,7 @@ mod tests {
                         let column = (moved(1.0) - moved(-1.0)) / (2.0 * step);
                         matrix.set_column(j, &column);
                     }
-                    // a held coordinate does not move: its force is zero and so is its column's part
+                    // a fixed coordinate does not move: its force and its part of the column are zero
                     let mut b = DVector::from_fn(n, |i, _| (i as f64 * 0.9).cos());
                     for &row in held {
                         matrix.row_mut(row).fill(0.0);
@@ -369,7 +371,7 @@ mod tests {
                     system.factor(&x).unwrap();
                     system.solve_in_place(&mut solved).unwrap();
                     let off = (&dense - DVector::from_vec(solved)).amax() / dense.amax();
-                    // differences at 1e-5 are good to 1e-9 or so, the condition number takes the rest
+                    // differences at 1e-5 are accurate to about 1e-9, times the condition number
                     assert!(
                         off < 1e-6,
                         "skew {skew}, {n} unknowns, {constraint:?}: {off:e}"

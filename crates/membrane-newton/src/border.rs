@@ -11,7 +11,7 @@ use crate::error::{NewtonError, length};
 ///
 /// by block elimination from a factorisation of A: y = (q - g' A^-1 r) / (d - g' A^-1 b).
 /// A rank-one term is a border too: (A + b g') x = r is the case d = -1, q = 0
-/// (Sherman and Morrison 1950). Cost: one solve with A for b, then O(n) a right-hand side.
+/// (Sherman and Morrison 1950). Cost: one solve with A for b, then O(n) per right-hand side.
 ///
 /// ```
 /// use membrane_newton::{BandMatrix, BandedLu, Border};
@@ -38,20 +38,20 @@ pub struct Border {
     row: Vec<f64>,
     /// A^-1 b.
     solved: Vec<f64>,
-    /// d - g' A^-1 b once it is known.
+    /// d - g' A^-1 b, if known.
     pivot: Option<f64>,
 }
 
-/// A border whose column has been eliminated, ready to correct what A alone has solved.
+/// A border whose column has been eliminated, to correct solutions with A.
 #[derive(Debug, Clone, Copy)]
-pub struct Eliminated<'a> {
+pub struct BorderElimination<'a> {
     row: &'a [f64],
     solved: &'a [f64],
     pivot: f64,
 }
 
 impl Border {
-    /// A border of zeros for `n` unknowns.
+    /// Creates a border of zeros for `n` unknowns.
     #[must_use]
     pub fn new(n: usize) -> Self {
         Self {
@@ -62,33 +62,33 @@ impl Border {
         }
     }
 
-    /// The column b, to be set; [`Border::eliminate`] is then due.
+    /// Returns the column b for writing; requires a new [`Border::eliminate`].
     pub fn column_mut(&mut self) -> &mut [f64] {
         self.pivot = None;
         &mut self.column
     }
 
-    /// The row g, to be set; [`Border::eliminate`] is then due.
+    /// Returns the row g for writing; requires a new [`Border::eliminate`].
     pub fn row_mut(&mut self) -> &mut [f64] {
         self.pivot = None;
         &mut self.row
     }
 
-    /// Column and row, to be set; [`Border::eliminate`] is then due.
-    pub fn both_mut(&mut self) -> (&mut [f64], &mut [f64]) {
+    /// Returns column and row for writing; requires a new [`Border::eliminate`].
+    pub fn column_and_row_mut(&mut self) -> (&mut [f64], &mut [f64]) {
         self.pivot = None;
         (&mut self.column, &mut self.row)
     }
 
-    /// Takes the corner d and a way to overwrite a vector with A^-1 times it.
+    /// Eliminates with the corner d and a function that overwrites a vector with A^-1 times it.
     ///
     /// # Errors
-    /// Those of `solve`; the bordered matrix is singular to working precision. Nothing is eliminated then.
+    /// Errors of `solve`; a bordered matrix that is singular to working precision. The border is then not eliminated.
     pub fn eliminate(
         &mut self,
         corner: f64,
         solve: impl FnOnce(&mut [f64]) -> Result<(), NewtonError>,
-    ) -> Result<Eliminated<'_>, NewtonError> {
+    ) -> Result<BorderElimination<'_>, NewtonError> {
         self.pivot = None;
         self.solved.copy_from_slice(&self.column);
         solve(&mut self.solved)?;
@@ -98,13 +98,13 @@ impl Border {
             return Err(NewtonError::Singular { row, pivot });
         }
         self.pivot = Some(pivot);
-        self.eliminated().ok_or(NewtonError::NotFactored)
+        self.elimination().ok_or(NewtonError::NotFactored)
     }
 
-    /// The border as eliminated last; none if its column or row may have changed since, or if that failed.
+    /// Returns the eliminated border; `None` if column or row may have changed since, or if the elimination failed.
     #[must_use]
-    pub fn eliminated(&self) -> Option<Eliminated<'_>> {
-        self.pivot.map(|pivot| Eliminated {
+    pub fn elimination(&self) -> Option<BorderElimination<'_>> {
+        self.pivot.map(|pivot| BorderElimination {
             row: &self.row,
             solved: &self.solved,
             pivot,
@@ -112,14 +112,14 @@ impl Border {
     }
 }
 
-impl Eliminated<'_> {
+impl BorderElimination<'_> {
     /// A^-1 b.
     #[must_use]
     pub fn solved(&self) -> &[f64] {
         self.solved
     }
 
-    /// Sign of what the border multiplies the determinant by, d - g' A^-1 b: 1 or -1.
+    /// Sign of the border's factor on the determinant, d - g' A^-1 b: 1 or -1.
     #[must_use]
     pub fn sign(&self) -> f64 {
         self.pivot.signum()
@@ -128,7 +128,7 @@ impl Eliminated<'_> {
     /// Turns `x` = A^-1 r into the solution's x and returns its y.
     ///
     /// # Errors
-    /// [`NewtonError::WrongLength`] for an `x` of another length than the border.
+    /// [`NewtonError::WrongLength`] if the lengths of `x` and border differ.
     pub fn correct(&self, x: &mut [f64], q: f64) -> Result<f64, NewtonError> {
         length("unknowns within a border", x.len(), self.row.len())?;
         let y = (q - dot_in_eight(self.row, x)) / self.pivot;
@@ -139,7 +139,7 @@ impl Eliminated<'_> {
     }
 }
 
-/// a . b, over as many numbers as the shorter has, as eight sums side by side: one alone would wait for each of its additions.
+/// Returns a . b over the shorter length with eight parallel sums: a single sum would wait for each addition.
 #[must_use]
 pub fn dot_in_eight(a: &[f64], b: &[f64]) -> f64 {
     let n = a.len().min(b.len());

@@ -1,4 +1,4 @@
-//! Along a branch of equilibria of rubber, with what is stable.
+//! Branches of equilibria of rubber, with their stability.
 
 use crate::constraint::Control;
 use crate::equilibrium::Equilibrium;
@@ -20,7 +20,7 @@ pub struct BranchPoint {
 }
 
 impl Solver {
-    /// Equilibria of rubber at these volumes (cm^3), each from the one before: p(V) also past its maximum, with its stability.
+    /// Returns the equilibria of rubber at these volumes (cm^3), each solved from the previous one: p(V) also past its maximum, with its stability.
     ///
     /// # Errors
     /// As [`Solver::solve`], and [`MembraneError::OtherMaterial`](membrane_forces::MembraneError::OtherMaterial) for springs.

@@ -1,4 +1,4 @@
-//! Why a branch of rubber ends where continuation stopped: compression, the end of extension, or a limit point.
+//! The cause of the end of a branch of rubber: compression, the end of extension, or a limit point.
 
 use membrane_forces::MembraneError;
 
@@ -7,18 +7,18 @@ use crate::error::NewtonError;
 use crate::nested_system::NestedSystem;
 use crate::newton::ResidualSystem;
 
-/// Tension of rubber below zero by this fraction of its modulus is rounding: that of a state at rest.
+/// Compression by this fraction of the modulus is rounding, as in the reference configuration.
 pub(crate) const SLACK: f64 = 1e-9;
-/// Change of the shape, over its size, within which a branch has its end: by continuation it is followed nearer.
+/// Relative change of the shape within which a branch ends; continuation follows it more closely.
 const NEAR: f64 = 1e-2;
-/// Tension of tangents where there is none, over the shear modulus.
+/// Tension in tangents of slack rubber, over the shear modulus.
 const TAUT: f64 = 1e-3;
 
-/// The material's reason why there is no equilibrium on the way from `state`, the last one, to `wanted`; none if that is not the material.
+/// Returns why no equilibrium exists between `state`, the last one, and `wanted`, if the material is the cause.
 ///
-/// Rubber that is compressed along the meridian is slack. So is rubber on the way to a lower load or volume which its rate of change
-/// compresses near the state: tangents without tension are singular, so that continuation stops before. Rubber on the way to a volume is
-/// past its extension if its rate of change leads there near the state.
+/// Rubber under compression along the meridian is slack. It is also slack if its rate of change towards a lower load or volume compresses
+/// it near the state: tangents without tension are singular, so that continuation stops before. Rubber on the way to a volume is past its
+/// extension if its rate of change exceeds it near the state.
 pub(crate) fn of(
     system: &mut NestedSystem<'_>,
     state: &[f64],

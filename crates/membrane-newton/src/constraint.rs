@@ -16,7 +16,7 @@ pub enum Control {
     TotalForce(f64),
     /// Enclosed volume of revolution, cm^3.
     Volume(f64),
-    /// Volume over that of the start (rest shape with its ends fixed), minus one: 0.6 is 60 % more.
+    /// Volume relative to that of the start (reference configuration with its ends fixed), minus one: 0.6 is 60 % more.
     VolumeGain(f64),
     /// Signed area of the 2-D curve, cm^2.
     Area(f64),
@@ -31,7 +31,7 @@ pub(crate) enum Constraint {
 }
 
 impl Constraint {
-    /// The equation that `control` adds, after checking that it can be met.
+    /// Returns the equation of `control`, after checking its range.
     pub(crate) fn new(
         control: Control,
         discrete: &dyn DiscreteMembrane,
@@ -73,14 +73,14 @@ impl Constraint {
         Ok(Self::Intensity(value))
     }
 
-    /// The number that is prescribed.
+    /// Returns the prescribed number.
     pub(crate) fn value(&self) -> f64 {
         match *self {
             Self::Intensity(value) | Self::TotalForce(value) | Self::Measure(_, value) => value,
         }
     }
 
-    /// The same equation for another number.
+    /// Replaces the prescribed number.
     pub(crate) fn with_value(self, value: f64) -> Self {
         match self {
             Self::Intensity(_) => Self::Intensity(value),
@@ -90,7 +90,7 @@ impl Constraint {
     }
 }
 
-/// `value` if it is finite and exceeds `above`.
+/// Returns `value` if it is finite and exceeds `above`.
 pub(crate) fn check(what: &'static str, given: f64, above: f64) -> Result<f64, NewtonError> {
     if given.is_finite() && given > above {
         Ok(given)

@@ -1,4 +1,4 @@
-//! Raising the control in steps when Newton cannot take it at once, without a change of branch.
+//! Continuation: raising the control in steps if Newton fails, without a change of branch.
 
 use crate::constraint::Constraint;
 use crate::error::NewtonError;
@@ -10,17 +10,14 @@ use crate::resolution::swept_by_mean_radius;
 use crate::route::Route;
 use crate::turning::Reach;
 
-/// Solves for control value `to`, and leaves the answer in `state`. It tries Newton from `state`, if
-/// that is another one, and from `start`, which is near an equilibrium for value `from`; if
-/// that fails, it walks from `from` to `to`: each step starts from the straight line through the
-/// last two equilibria, is halved when Newton fails and doubled when it does not.
+/// Solves for the control value `to` and writes the result to `state`. Tries Newton from `state`, if that differs, and from `start`, which
+/// is near an equilibrium for the value `from`. If that fails, it walks from `from` to `to`: each step starts from the linear extrapolation
+/// of the last two equilibria, is halved if Newton fails and doubled if not.
 ///
-/// Newton may well converge to an equilibrium that no change of the control leads to: there are
-/// curves with more loops once the load is large, and a branch that turned back may turn again. Along a
-/// branch the determinant keeps its sign up to the limit point at which it turns back, and the
-/// curve turns continuously. So an answer of Newton's is taken only if the sign is that of the
-/// start and the curve turns through no more than a full circle (or hardly more than at the
-/// start). All else is left to the walk.
+/// Newton may converge to an equilibrium that no change of the control reaches: under large loads there are curves with more loops, and a
+/// branch may turn back repeatedly. Along a branch the determinant keeps its sign up to the limit point, and the curve turns continuously.
+/// So a direct result of Newton is accepted only if the sign is that of the start and the curve turns through at most a full circle (or
+/// little more than at the start). Otherwise the walk decides.
 pub(crate) fn solve(
     system: &mut NestedSystem<'_>,
     state: &mut [f64],
@@ -32,11 +29,11 @@ pub(crate) fn solve(
     let mut search = Search::new(system);
     search.reach(state, start, values, options)?;
     if search.system.misses(state) > MET {
-        // Where rounding of the forces hides them, corrections count as none; the control can be met all the same.
+        // Corrections within the rounding of the forces count as zero; the control can still be met.
         let _ = search.correct(state);
     }
     let report = search.report;
-    // A correction can also be small beside a shape that has grown out of all proportion.
+    // A correction may also be small relative to a diverging shape.
     if system.misses(state) <= MISSED {
         Ok(report)
     } else {
@@ -44,22 +41,22 @@ pub(crate) fn solve(
     }
 }
 
-/// A control this close is met: some hundred roundings of a sum over all nodes.
+/// Tolerance on the control: some hundred roundings of a sum over all nodes.
 const MET: f64 = 1e-12;
-/// An answer further off is none: a step beyond what the correction below takes.
+/// Larger errors of a result are a failure: they exceed the correction below.
 const MISSED: f64 = 1e-9;
 
-/// By how much the rates of change at both ends of a step may differ: towards a limit point they
-/// grow as one over the root of the distance, so that a step leaves a sixteenth of it at least.
+/// Largest ratio of the rates of change at the ends of a step. Towards a limit point they grow as the inverse root of the distance, so that
+/// at least a sixteenth of it remains.
 const UNEVEN: f64 = 4.0;
 
-/// Where a walk ended before its aim.
-enum Ended {
+/// The position at which a walk ended early.
+enum EarlyEnd {
     AtStart,
     At(f64),
 }
 
-/// Attempts to solve a system, with a report of all of them.
+/// Attempts to solve a system, with a common report.
 pub(crate) struct Search<'a, 's> {
     pub(crate) system: &'a mut NestedSystem<'s>,
     scratch: NewtonScratch,
@@ -75,7 +72,7 @@ impl<'a, 's> Search<'a, 's> {
         }
     }
 
-    /// [`solve`] but for the last digits of the control.
+    /// As [`solve`], except for the last digits of the control.
     fn reach(
         &mut self,
         state: &mut [f64],
@@ -86,7 +83,7 @@ impl<'a, 's> Search<'a, 's> {
         self.system.set_control(to);
         let elsewhere = state != start;
         if elsewhere {
-            // whatever comes of it, the sign at the start is known from here on
+            // defines the sign at the start, whatever the result
             let _ = self.system.factor(start);
         }
         let mut outcome = self.attempt(state, Reach::Direct, start, options);
@@ -95,8 +92,8 @@ impl<'a, 's> Search<'a, 's> {
             self.system.set_control(to);
             outcome = self.attempt(state, Reach::Direct, start, options);
         }
-        // Rubber stiffens again when it is blown up further: beyond a limit of the pressure, or of the volume where it bulges, there may be
-        // a state as stable as those before the limit. It is not the one that a rising control leads to.
+        // Inflated rubber stiffens again: beyond a limit of the pressure, or of the volume where it bulges, there may be another stable
+        // state, which a rising control does not reach continuously.
         let beyond = match self.system.route() {
             Route::Raise => false,
             Route::Inflate => {
@@ -110,8 +107,8 @@ impl<'a, 's> Search<'a, 's> {
         if outcome.is_err() && options.max_load_steps > 0 {
             match self.walk(state, start, (from, to), options) {
                 Ok(()) => return Ok(()),
-                Err(Ended::AtStart) => (),
-                Err(Ended::At(reached)) => {
+                Err(EarlyEnd::AtStart) => (),
+                Err(EarlyEnd::At(reached)) => {
                     return Err(NewtonError::LimitPoint {
                         reached,
                         wanted: to,
@@ -128,7 +125,7 @@ impl<'a, 's> Search<'a, 's> {
         })
     }
 
-    /// One Newton step, if it is as small as those that Newton may have left.
+    /// Makes one Newton step if it is within the tolerance of Newton's result.
     fn correct(&mut self, state: &mut [f64]) -> Result<(), NewtonError> {
         let (system, report) = (&mut *self.system, &mut self.report);
         let mut step = vec![0.0; state.len()];
@@ -148,23 +145,23 @@ impl<'a, 's> Search<'a, 's> {
         Ok(())
     }
 
-    /// Walks from value `from`, near `start`, to `to`, where it leaves `state`.
+    /// Walks from value `from`, near `start`, to `to`, and writes the result to `state`.
     ///
-    /// A step is too long if Newton needs damping or many iterations, or if it finds a curve that turns too
-    /// much, that changes at quite another rate, or that is further away than the rates at both ends explain:
-    /// Newton then may have jumped over limit points at which the branch turns back and forth.
+    /// A step is too long if Newton needs damping or many iterations, or if the curve turns too much, has a very different rate of change,
+    /// or moves farther than the rates at both ends explain: Newton may then have jumped over limit points at which the branch turns back
+    /// and forth.
     fn walk(
         &mut self,
         state: &mut [f64],
         start: &[f64],
         (from, to): (f64, f64),
         options: &NewtonOptions,
-    ) -> Result<(), Ended> {
+    ) -> Result<(), EarlyEnd> {
         let careful = options
             .clone()
             .with_max_iterations(options.max_iterations.min(6))
             .with_line_search(LineSearch::Natural { max_halvings: 0 });
-        // The start need not be an equilibrium to the last digit, nor at all if its ends are held.
+        // The start need not be an exact equilibrium, nor an equilibrium at all if its ends are displaced.
         state.copy_from_slice(start);
         self.system.set_control(from);
         let mut rate = vec![0.0; state.len()];
@@ -211,13 +208,13 @@ impl<'a, 's> Search<'a, 's> {
         }
         match here {
             1.0 => Ok(()),
-            0.0 => Err(Ended::AtStart),
-            _ => Err(Ended::At(from + here * (to - from))),
+            0.0 => Err(EarlyEnd::AtStart),
+            _ => Err(EarlyEnd::At(from + here * (to - from))),
         }
     }
 
-    /// Whether the change of the shape from `before` to `after`, while the control changed by `step`, is what its rates of change at both
-    /// ends explain: `rate` at the one, `rate_after`, which is computed, at the other.
+    /// Whether the rates of change at both ends explain the change of the shape from `before` to `after` over the `step` of the control:
+    /// `rate` at the former, `rate_after`, computed here, at the latter.
     fn explained(
         &mut self,
         before: &[f64],
@@ -237,8 +234,8 @@ impl<'a, 's> Search<'a, 's> {
         known && most <= UNEVEN * least && by <= 1.5 * most
     }
 
-    /// Whether what Newton found at once is no further from the equilibrium `start` than the rates of change at both ends explain, and than
-    /// a shell sweeps that moves by its radius: a sphere then has stretches of 1.5, and what bears more beyond a limit some 3 at least.
+    /// Whether the result of a direct solve is no farther from the equilibrium `start` than the rates of change at both ends explain, and than the
+    /// volume swept by a shell that moves by its radius: a sphere then has stretches of 1.5; shapes beyond a limit point have at least 3.
     fn near(&mut self, state: &[f64], start: &[f64], step: f64) -> bool {
         let mut rates = [vec![0.0; state.len()], vec![0.0; state.len()]];
         let [before, after] = &mut rates;
@@ -258,7 +255,7 @@ impl<'a, 's> Search<'a, 's> {
         }
     }
 
-    /// Newton from `state`; what it finds must be within `reach` of `from`.
+    /// Solves by Newton from `state`; the result must be within `reach` of `from`.
     pub(crate) fn attempt(
         &mut self,
         state: &mut [f64],

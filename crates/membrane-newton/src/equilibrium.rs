@@ -1,9 +1,9 @@
-//! A solved membrane: its shape at any s, its load, its measures.
+//! A solved membrane: its shape, load and measures.
 
 use std::sync::Arc;
 
 use membrane_forces::{
-    CurvePiece, CurvePoint, LoadKind, Measures, Membrane, MembraneError, Stretched,
+    CurvePiece, CurvePoint, LoadKind, Measures, Membrane, MembraneError, RubberState,
 };
 
 use crate::cause::SLACK;
@@ -20,7 +20,7 @@ pub struct Equilibrium {
     pub load: f64,
     /// Length, area, surface and volume, each to the accuracy of the discretisation.
     pub measures: Measures,
-    /// What the solve did.
+    /// Report of the solve.
     pub report: NewtonReport,
     pub(crate) resolution: Arc<Resolution>,
     /// Unknown nodes, then the force intensity.
@@ -32,15 +32,15 @@ impl Equilibrium {
         &self.state[..self.state.len() - 1]
     }
 
-    /// Pressure across the membrane (inside minus outside), force per area of the surface as it is, in the unit of the
-    /// stiffness: p under the law per current length; under the others, whose force is even over the material, the mean
-    /// over the curve, intensity over current length.
+    /// Pressure across the membrane (inside minus outside), force per current area, in the unit of the stiffness. Under the law per current
+    /// length it is p; the other laws distribute the force evenly over the material, and the pressure is the average over the curve,
+    /// intensity over current length.
     ///
-    /// With the stiffness in kPa it is in kPa; `docs/theory.md` has the units of everything else.
+    /// With the stiffness in kPa it is in kPa; `docs/theory.md` lists all other units.
     ///
     /// ```
-    /// use membrane_newton::{Control, Discretisation, Membrane, NewtonOptions, PressureLaw, RestShape, Solver};
-    /// let balloon = Membrane::new(RestShape::balloon(8.5, 1.75)?); // stiffness 1
+    /// use membrane_newton::{Control, Discretisation, Membrane, NewtonOptions, PressureLaw, ReferenceShape, Solver};
+    /// let balloon = Membrane::new(ReferenceShape::balloon(8.5, 1.75)?); // stiffness 1
     /// let spectral = Discretisation::Spectral { degree: 16, per_piece: 1 };
     /// let options = NewtonOptions::default();
     /// let by_material = Solver::new(&balloon, spectral)?.solve(Control::VolumeGain(0.6), &options)?;
@@ -59,22 +59,22 @@ impl Equilibrium {
     /// Stretches, tensions and stresses of rubber at material coordinate `s`, clamped to [0, 1].
     ///
     /// ```
-    /// use membrane_newton::{Control, Discretisation, Membrane, NewtonOptions, RestShape, Solver};
+    /// use membrane_newton::{Control, Discretisation, Membrane, NewtonOptions, ReferenceShape, Solver};
     /// use membrane_newton::{Rubber, StrainEnergy, Thickness};
     /// let rubber = Rubber::new(StrainEnergy::NeoHookean { mu: 1.0 }, Thickness::UNIT)?;
-    /// let disc = Membrane::new(RestShape::disc(1.0)?).with_rubber(rubber);
+    /// let disc = Membrane::new(ReferenceShape::disc(1.0)?).with_rubber(rubber);
     /// let solver = Solver::new(&disc, Discretisation::Spectral { degree: 24, per_piece: 1 })?;
     /// let blown = solver.solve(Control::Volume(1.19181877167), &NewtonOptions::default())?;
-    /// let apex = blown.stretched(0.5)?;
+    /// let apex = blown.rubber_state(0.5)?;
     /// assert!((blown.intensity - 1.30986814766).abs() < 1e-10);
     /// assert!((apex.stretches[0] - 1.3).abs() < 1e-8 && apex.stretches[0] == apex.stretches[1]);
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
     ///
     /// # Errors
-    /// A membrane of springs, which has none.
-    pub fn stretched(&self, s: f64) -> Result<Stretched, NewtonError> {
-        Ok(self.membrane().stretched(s, &self.at(s))?)
+    /// A membrane of springs.
+    pub fn rubber_state(&self, s: f64) -> Result<RubberState, NewtonError> {
+        Ok(self.membrane().rubber_state(s, &self.at(s))?)
     }
 
     /// The membrane.
@@ -95,17 +95,15 @@ impl Equilibrium {
         self.resolution.discrete.positions()
     }
 
-    /// The whole curve as polynomials, s from 0 to 1; empty under finite differences, whose curve
-    /// is its points.
+    /// The whole curve as polynomials, s from 0 to 1; empty with finite differences.
     #[must_use]
     pub fn pieces(&self) -> Vec<CurvePiece> {
         own(self.resolution.discrete.pieces(self.nodes()))
     }
 
-    /// The curve at material coordinate `s`, clamped to [0, 1]: the polynomials themselves, or
-    /// under finite differences the rest shape plus a cubic Hermite interpolant of the
-    /// displacement, as accurate as the nodes (in the cells next to a jump of the stiffness, where c'
-    /// jumps, tangent and curvature are means of both sides). Cost O(degree^2), or O(1).
+    /// The curve at material coordinate `s`, clamped to [0, 1]: the polynomials, or with finite differences the reference configuration
+    /// plus a cubic Hermite interpolant of the displacement, with the accuracy of the nodes. In the cells next to a jump of the stiffness,
+    /// where c' jumps, tangent and curvature are averages of both sides. Cost O(degree^2), or O(1).
     #[must_use]
     pub fn at(&self, s: f64) -> CurvePoint {
         own(self.resolution.discrete.at(self.nodes(), s))
@@ -113,7 +111,7 @@ impl Equilibrium {
 }
 
 impl Resolution {
-    /// The state that follows `curve`, which need not be of this resolution.
+    /// Returns the state on `curve`, which may have another resolution.
     pub(crate) fn state_near(self: &Arc<Self>, curve: &Equilibrium) -> (Arc<Self>, Vec<f64>) {
         let mut resolution = self.clone();
         loop {
@@ -133,17 +131,17 @@ impl Resolution {
         (self.clone(), self.follow(curve))
     }
 
-    /// Where the curve `near` is, or the start.
+    /// Returns the curve of `near`, or the start.
     pub(crate) fn start_near(&self, near: Option<&Equilibrium>) -> Vec<f64> {
         near.map_or_else(|| self.start_state(), |near| self.follow(near))
     }
 
-    /// The nodes of this resolution on `curve`, and its intensity.
+    /// Returns the nodes of this resolution on `curve`, and its intensity.
     fn follow(&self, curve: &Equilibrium) -> Vec<f64> {
         self.state_on(curve.intensity, |s| curve.at(s).position)
     }
 
-    /// What a solve ended in, unless it is too large for its measures to be numbers.
+    /// Returns the equilibrium of a solve, unless its measures overflow.
     pub(crate) fn answer(
         self: &Arc<Self>,
         state: Vec<f64>,
@@ -164,7 +162,7 @@ impl Resolution {
             return Err(NewtonError::Collapsed { s });
         }
         if !solved.load.is_finite() {
-            // A total force is the intensity times a surface.
+            // A total force is the intensity times the surface.
             return Err(NewtonError::Membrane(MembraneError::NotFinite {
                 what: "load",
                 given: solved.load,
@@ -195,7 +193,7 @@ impl Resolution {
     }
 }
 
-/// Nodes before which a curve crosses the axis.
+/// Lists the nodes before which a curve crosses the axis.
 fn axis_crossings(points: &[[f64; 2]]) -> impl Iterator<Item = usize> {
     let mut side = 0.0;
     points.iter().enumerate().filter_map(move |(n, point)| {

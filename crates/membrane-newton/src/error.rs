@@ -1,4 +1,4 @@
-//! The one error type of the crate.
+//! The error type of the crate.
 
 use std::error::Error;
 use std::fmt;
@@ -12,13 +12,13 @@ use crate::report::NewtonReport;
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum NewtonError {
-    /// The membrane or its state is not one that forces can be computed for.
+    /// Forces are not defined for the membrane or its state.
     #[error("the membrane cannot be solved for")]
     Membrane(#[from] MembraneError),
-    /// What a caller's own [`ResidualSystem`](crate::ResidualSystem) failed with: [`NewtonError::user`].
+    /// An error of the caller's own [`ResidualSystem`](crate::ResidualSystem): [`NewtonError::user`].
     #[error(transparent)]
     User(UserError),
-    /// A system was asked to solve before a factorisation.
+    /// Solving requires a factorisation.
     #[error("no tangent has been factored; solving requires a factorisation")]
     NotFactored,
     /// A pivot vanished: the matrix is singular to working precision.
@@ -29,14 +29,14 @@ pub enum NewtonError {
         /// Its value.
         pivot: f64,
     },
-    /// A control or option has a value that nothing can be solved for.
+    /// A control or option is out of range.
     #[error("{what} is {given:?}; it must be finite{}", beyond(*above))]
     OutOfRange {
-        /// What was given.
+        /// Name of the quantity.
         what: &'static str,
         /// Its value.
         given: f64,
-        /// The bound it must exceed; the largest number below zero where zero is allowed.
+        /// The bound it must exceed; the largest negative number if zero is allowed.
         above: f64,
     },
     /// The outer membrane of a pair does not enclose more than the inner one.
@@ -49,31 +49,29 @@ pub enum NewtonError {
         /// Volume of the outer membrane, cm^3.
         outer: f64,
     },
-    /// A vector or a matrix has another size than it must have.
+    /// A vector or a matrix has a wrong size.
     #[error("{what}: {given} given, {expected} needed")]
     WrongLength {
-        /// What has it.
+        /// Name of the vector or matrix.
         what: &'static str,
         /// The size given.
         given: usize,
-        /// The size needed.
+        /// The required size.
         expected: usize,
     },
-    /// The control was raised from the start but not to the value wanted: past `reached` (within
-    /// about 1e-4 of it) this branch of equilibria turns back, or the load steps ran out. A control that does not turn
-    /// back there, often area or volume, goes on. Under a pressure that rubber does not bear `reached` is its largest pressure, to
-    /// rounding.
+    /// The control was raised from the start but did not reach `wanted`: past `reached` (within about 1e-4 of it) this branch of equilibria
+    /// turns back, or the load steps ran out. Another control, often area or volume, may continue. For a pressure beyond the limit of
+    /// rubber, `reached` is its largest pressure, to rounding.
     #[error("no equilibrium found past control value {reached:?}, {wanted:?} wanted, {} load steps", report.load_steps)]
     LimitPoint {
-        /// Last value of the control that was solved for, in the unit of the control; a volume for a
-        /// volume gain.
+        /// Last solved value of the control, in the unit of the control; a volume for a volume gain.
         reached: f64,
-        /// Value that was asked for, in the same unit.
+        /// The requested value, in the same unit.
         wanted: f64,
-        /// What was tried.
+        /// Report of the attempts.
         report: Box<NewtonReport>,
     },
-    /// The finest polynomials still leave a tail above the tolerance.
+    /// The finest polynomials do not meet the tolerance.
     #[error(
         "not resolved: the last coefficients are {tail:e} of the length, tolerance {tolerance:e}"
     )]
@@ -81,50 +79,50 @@ pub enum NewtonError {
         /// Twice the degree times the last two coefficients, over the length of the curve; the largest of any
         /// element.
         tail: f64,
-        /// What was asked for.
+        /// The requested tolerance.
         tolerance: f64,
     },
-    /// Newton converged, but to an equilibrium that no change of the control leads to from the
-    /// start: past a limit point, or with more loops. Seen only if there are to be no load steps
-    /// ([`NewtonOptions::max_load_steps`](crate::NewtonOptions::max_load_steps)) or none gets away from the start.
+    /// Newton converged to an equilibrium that no change of the control reaches from the start: past a limit point, or with more loops.
+    /// Occurs only without load steps ([`NewtonOptions::max_load_steps`](crate::NewtonOptions::max_load_steps)) or if none leaves the
+    /// start.
     #[error("not on the branch of the start: {} iterations, {} load steps", report.iterations, report.load_steps)]
     OtherBranch {
-        /// What was tried.
+        /// Report of the attempts.
         report: Box<NewtonReport>,
     },
-    /// Rubber is compressed along the meridian somewhere, or would be on the way to what was asked for. A membrane has no equilibrium there.
+    /// Rubber is compressed along the meridian, in the result or on the way to it. A membrane has no such equilibrium.
     #[error("slack: the tension along the meridian falls to {tension:?} times the shear modulus")]
     Slack {
         /// Least tension, dW/dl1 over l1 and the shear modulus.
         tension: f64,
     },
-    /// Opposite walls pass through each other: the curve crosses the axis more often than at the start, so that it encloses no body.
+    /// Opposite walls intersect: the curve crosses the axis more often than at the start and encloses no body.
     #[error("collapsed: opposite walls of the membrane meet near s = {s:?}")]
     Collapsed {
         /// Material coordinate of the node before which the curve first crosses the axis.
         s: f64,
     },
-    /// An eigenvalue that rounding hides, or that inverse iteration does not reach.
+    /// An eigenvalue within rounding, or one for which inverse iteration does not converge.
     #[error("the lowest eigenvalue does not settle near {eigenvalue:?}")]
     Unsettled {
-        /// Where it was looked for last.
+        /// The last estimate.
         eigenvalue: f64,
     },
-    /// Newton stopped before the residual or the step was small enough.
+    /// Newton stopped before residual or step met their tolerances.
     #[error("not converged after {} iterations: scaled residual {:e}, scaled step {:e}", report.iterations, report.residual, report.step)]
     NotConverged {
-        /// What was tried.
+        /// Report of the attempts.
         report: Box<NewtonReport>,
-        /// The last error of the residual for which the line search took a shorter step, if there was one.
+        /// The last error of the residual that shortened a step of the line search, if any.
         source: Option<Box<NewtonError>>,
     },
 }
 
-/// An error of a caller's own equations inside a [`NewtonError`], which it gives as its [`source`](Error::source).
+/// An error of the caller's own equations inside a [`NewtonError`]; it is the [`source`](Error::source).
 #[derive(Debug, Clone)]
 pub struct UserError(Arc<dyn Error + Send + Sync>);
 
-/// Whether both are copies of one error.
+/// Whether both are copies of the same error.
 impl PartialEq for UserError {
     fn eq(&self, other: &Self) -> bool {
         Arc::ptr_eq(&self.0, &other.0)
@@ -143,10 +141,10 @@ impl Error for UserError {
     }
 }
 
-/// What a number that may be zero but not negative must exceed.
+/// The exclusive lower bound of a number that may be zero.
 pub(crate) const BELOW_ZERO: f64 = 0f64.next_down();
 
-/// A bound in words, if there is one.
+/// Describes a bound, if any.
 fn beyond(above: f64) -> String {
     match above {
         f64::NEG_INFINITY => String::new(),
@@ -168,7 +166,7 @@ pub(crate) fn length(what: &'static str, given: usize, expected: usize) -> Resul
     }
 }
 
-/// Unwraps a result of a discretisation for one of its own states.
+/// Unwraps a result of a discretisation for its own state.
 #[expect(
     clippy::expect_used,
     reason = "nobody outside this crate makes a state, so that its length is right"
@@ -185,7 +183,7 @@ impl NewtonError {
         }
     }
 
-    /// The report of what was tried, if there is one.
+    /// Returns the report of the attempts, if any.
     pub(crate) fn report_mut(&mut self) -> Option<&mut NewtonReport> {
         match self {
             Self::LimitPoint { report, .. }
@@ -195,7 +193,7 @@ impl NewtonError {
         }
     }
 
-    /// The failure of a caller's own equations, whatever it is.
+    /// Wraps an error of the caller's own equations.
     ///
     /// ```
     /// use std::error::Error;

@@ -6,11 +6,11 @@ use crate::banded::BandedLu;
 use crate::border::dot;
 use crate::error::NewtonError;
 
-/// Room for a [`Tangent`] and its factors.
+/// Storage for a [`Tangent`] and its factors.
 ///
-/// The inner nodes of a block see only that block: they are eliminated first by a dense LU that stops before the block's two
-/// end nodes and leaves their 4 by 4 Schur complement in its last corner. What remains is a band. Cost O(blocks p^3 + nodes in
-/// the band) to factor, O(blocks p^2 + nodes) to solve, no allocation after set-up.
+/// The inner nodes of a block are coupled only within the block: a dense LU eliminates them first, stops before the block's two end nodes,
+/// and leaves their 4 by 4 Schur complement in its last corner. The rest is a band. Cost O(blocks p^3 + nodes in the band) to factor,
+/// O(blocks p^2 + nodes) to solve, no allocation after set-up.
 #[derive(Debug, Clone)]
 pub(crate) struct Factors {
     tangent: Tangent,
@@ -19,7 +19,7 @@ pub(crate) struct Factors {
     inner: usize,
     pivots: Vec<Vec<u32>>,
     lu: BandedLu,
-    /// Whether the numbers are those of a tangent that could be factored.
+    /// Whether the storage contains a factorisation.
     factored: bool,
     end_values: Vec<f64>,
     block_values: Vec<f64>,
@@ -42,8 +42,8 @@ impl Factors {
         }
     }
 
-    /// Factors the tangent at `nodes` and `intensity`, as if rubber had at least this tension; returns the sign of its determinant (its rows and columns are
-    /// reordered alike, which does not change it).
+    /// Factors the tangent at `nodes` and `intensity`, with tensions of rubber limited to at least this value; returns the sign of its
+    /// determinant, which the common reordering of rows and columns does not change.
     pub(crate) fn factor(
         &mut self,
         discrete: &dyn DiscreteMembrane,
@@ -80,7 +80,7 @@ impl Factors {
     }
 
     pub(crate) fn solve_in_place(&mut self, rhs: &mut [f64]) -> Result<(), NewtonError> {
-        let lu = self.lu.factored().filter(|_| self.factored);
+        let lu = self.lu.factorisation().filter(|_| self.factored);
         let lu = lu.ok_or(NewtonError::NotFactored)?;
         let (blocks, size, inner) = (&self.tangent.blocks, self.size, self.inner);
         if blocks.is_empty() {
@@ -96,7 +96,7 @@ impl Factors {
             let inside = &mut rhs[e * stride + 2..][..inner];
             for k in 0..inner {
                 inside.swap(k, self.pivots[e][k] as usize);
-                // row k of L is complete: its multipliers stand left of the diagonal
+                // row k of L is complete: its multipliers are left of the diagonal
                 inside[k] -= dot(&block[k * size..][..k], inside);
             }
             for i in 0..4 {
@@ -172,10 +172,10 @@ fn eliminate(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use membrane_forces::{Membrane, PressureLaw, RestShape, SpectralElements, Stiffness};
+    use membrane_forces::{Membrane, PressureLaw, ReferenceShape, SpectralElements, Stiffness};
     use nalgebra::{DMatrix, DVector};
 
-    /// The tangent as one dense matrix: blocks added where their nodes are, the band where blocks end.
+    /// Returns the tangent as one dense matrix: blocks at their nodes, the band at the ends of blocks.
     fn assembled(elements: &SpectralElements, nodes: &[f64], intensity: f64) -> DMatrix<f64> {
         let (p, n) = (elements.degree(), nodes.len());
         let mut tangent = elements.tangent();
@@ -220,7 +220,7 @@ mod tests {
             // whole curve and half curve
             for skew in [0.5, 0.0] {
                 let stiffness = Stiffness::function(move |s| 1.0 + skew * s, &[]).unwrap();
-                let membrane = Membrane::new(RestShape::balloon(8.5, 1.75).unwrap())
+                let membrane = Membrane::new(ReferenceShape::balloon(8.5, 1.75).unwrap())
                     .with_stiffness(stiffness)
                     .with_law(law);
                 for (degree, per_piece) in [(2, 1), (3, 2), (7, 1), (14, 3)] {
@@ -243,12 +243,12 @@ mod tests {
                     let mut x = b.as_slice().to_vec();
                     lu.solve_in_place(&mut x).unwrap();
                     let x = DVector::from_vec(x);
-                    // backward stable: the residual is rounding of the matrix times x
+                    // backward stable: the residual is the rounding of matrix times x
                     let size = matrix.abs().row_sum_tr().max() * x.amax();
                     let residual = (&matrix * &x - &b).amax();
                     let case = format!("{law:?}, degree {degree}, {per_piece} a piece");
                     assert!(residual < 1e-13 * size, "{case}: {residual:e} of {size:e}");
-                    // and the answer is the dense one, to that times the condition number
+                    // and the solution is the dense one, to that times the condition number
                     let dense = matrix.clone().lu().solve(&b).unwrap();
                     let condition = matrix
                         .clone()

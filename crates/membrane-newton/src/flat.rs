@@ -1,7 +1,7 @@
 //! Flat sheets of rubber under loads so small that rounding of the nodes hides their strains.
 //!
-//! A flat sheet that is fixed where it rests has no tension in its reference configuration. Deflected by w it has strains of order (w / R)^2, and to that order the
-//! equilibria under all loads are one shape (Hencky 1915; Föppl's membrane):
+//! A flat sheet that is fixed in its reference configuration has no tension there. Deflected by w it has strains of order (w / R)^2, and to
+//! that order the equilibria under all loads have one shape (Hencky 1915; Föppl's membrane):
 //!
 //! ```text
 //! x = t X,     y = y0 + t^2 (Y - y0),     p = t^3 P,     V = t V1
@@ -17,16 +17,16 @@ use crate::error::own;
 use crate::resolution::{Resolution, swept_by_mean_radius};
 use crate::route::Route;
 
-/// Volume below which a shape is a scaled one, over what the sheet sweeps when it moves by its mean distance from the axis.
+/// Volume below which a shape is scaled, relative to the volume swept by the sheet that moves by its mean distance from the axis.
 const SMALLEST: f64 = 2e-4;
-/// Intensities, over their scale, that may belong to such a volume: they are of the order of its cube.
+/// Largest intensities, over their scale, at such volumes: of the order of their cube.
 const SMALL_INTENSITY: f64 = 1e-7;
 
 impl Resolution {
-    /// Whether this is flat rubber without tension at rest.
+    /// Whether this is flat rubber without tension in the reference configuration.
     fn is_slack_sheet(&self) -> bool {
         let membrane = self.discrete.setting().membrane();
-        let rest = [0.0, 1.0].map(|s| membrane.rest().at(s).position);
+        let rest = [0.0, 1.0].map(|s| membrane.reference().at(s).position);
         let points = self.discrete.start().as_chunks::<2>().0;
         match self.route() {
             Route::Raise => false,
@@ -36,7 +36,7 @@ impl Resolution {
         }
     }
 
-    /// The volume below which the state of a slack sheet is a scaled one; zero for any other membrane.
+    /// Returns the volume below which the state of a slack sheet is scaled; zero for any other membrane.
     pub(crate) fn smallest_volume(&self) -> f64 {
         match self.is_slack_sheet() {
             true => SMALLEST * swept_by_mean_radius(&self.start),
@@ -44,7 +44,7 @@ impl Resolution {
         }
     }
 
-    /// The equilibrium `state` of a slack sheet scaled to `constraint`; none if that is beyond the state.
+    /// Returns the equilibrium `state` of a slack sheet, scaled to `constraint`; `None` if that is beyond the state.
     pub(crate) fn scaled(&self, mut state: Vec<f64>, constraint: Constraint) -> Option<Vec<f64>> {
         let last = state.len() - 1;
         let measure = |measure, nodes: &[f64]| own(self.discrete.measure(measure, nodes));
@@ -67,7 +67,7 @@ impl Resolution {
             ];
         }
         state[last] *= t * t * t;
-        // what is prescribed comes out to rounding; volumes and areas are linear in x
+        // the prescribed value is met to rounding; volumes and areas are linear in x
         match constraint {
             Constraint::Intensity(_) => state[last] = wanted,
             Constraint::TotalForce(_) => {
@@ -83,7 +83,7 @@ impl Resolution {
         Some(state)
     }
 
-    /// Derivative of the state `x` of a slack sheet by the value of `constraint`, if x is a scaled one.
+    /// Returns the derivative of the state `x` of a slack sheet by the value of `constraint`, if x is scaled.
     pub(crate) fn scaled_rate(&self, x: &[f64], constraint: Constraint) -> Option<Vec<f64>> {
         let last = x.len() - 1;
         let volume = own(self.discrete.measure(Measure::Volume, &x[..last]));
@@ -102,7 +102,7 @@ impl Resolution {
         for (i, (rate, start)) in rate[..last].iter_mut().zip(start).enumerate() {
             let power = [1.0, 2.0][i % 2];
             let moved = *rate - start;
-            // a change that is rounding of the node is none
+            // a change within the rounding of a node counts as zero
             let real = i % 2 == 0 || moved.abs() > 4.0 * f64::EPSILON * start.abs();
             *rate = if real { power * by * moved } else { 0.0 };
         }
@@ -110,7 +110,7 @@ impl Resolution {
         Some(rate)
     }
 
-    /// The volume of the state that may be scaled to `constraint`; none if that asks for too much, or of other membranes.
+    /// Returns the volume of a state that can be scaled to `constraint`; `None` if that is too large, or for other membranes.
     pub(crate) fn volume_to_scale(&self, constraint: Constraint) -> Option<f64> {
         let smallest = self.smallest_volume();
         let wanted = constraint.value().abs();

@@ -2,16 +2,16 @@
 
 use membrane_forces::{DiscreteMembrane, Tangent};
 
-/// Largest entry of L: the backward error of a factorisation without exchanges of rows is some rounding errors times its square.
+/// Largest entry of L: the backward error of a factorisation without row exchanges is a few rounding errors times its square.
 const MOST_GROWTH: f64 = 1e6;
 /// Least pivot over the largest entry.
 const LEAST_PIVOT: f64 = 1e-13;
 
-/// Number of positive eigenvalues of `tangent` restricted to what moves; overwrites the tangent.
+/// Counts the positive eigenvalues of `tangent` restricted to moving nodes; overwrites the tangent.
 ///
-/// The tangent has to be symmetric there. A congruence A = L D L' keeps the number of positive eigenvalues, which is that of the positive
-/// entries of D, and the inner nodes of each block are eliminated before the band (Haynsworth 1968, doi:10.1016/0024-3795(68)90050-5). `None`
-/// if a pivot or the growth of L leaves no reliable count. Cost O(blocks p^3 + nodes in the band).
+/// The tangent must be symmetric there. A congruence A = L D L' preserves the number of positive eigenvalues, which equals that of the
+/// positive entries of D; the inner nodes of each block are eliminated before the band (Haynsworth 1968, doi:10.1016/0024-3795(68)90050-5).
+/// `None` if a pivot or the growth of L makes the count unreliable. Cost O(blocks p^3 + nodes in the band).
 pub(crate) fn positive(discrete: &dyn DiscreteMembrane, tangent: &mut Tangent) -> Option<usize> {
     let size = (tangent.blocks.first()).map_or(0, |block| block.len().isqrt());
     let band = &tangent.band;
@@ -41,7 +41,7 @@ pub(crate) fn positive(discrete: &dyn DiscreteMembrane, tangent: &mut Tangent) -
     Some(count + eliminate(&mut rows, width)?)
 }
 
-/// Eliminates the first `inner` rows and columns of a symmetric matrix, each time by the largest diagonal entry left among them; the Schur
+/// Eliminates the first `inner` rows and columns of a symmetric matrix, with the largest remaining diagonal entry as pivot; the Schur
 /// complement overwrites the rest. Returns the number of positive pivots.
 fn condense(a: &mut [f64], size: usize, inner: usize) -> Option<usize> {
     let largest = a.iter().fold(0.0f64, |m, v| m.max(v.abs()));
@@ -58,7 +58,7 @@ fn condense(a: &mut [f64], size: usize, inner: usize) -> Option<usize> {
             return None;
         }
         count += usize::from(pivot > 0.0);
-        // what is held has rows of zeros but no such columns: rows of the others have both
+        // fixed coordinates have zero rows but nonzero columns; other rows have both
         let rows = || left.iter().copied().chain(inner..size);
         for i in rows() {
             factors[i] = a[i * size + k] / pivot;
@@ -75,7 +75,7 @@ fn condense(a: &mut [f64], size: usize, inner: usize) -> Option<usize> {
     Some(count)
 }
 
-/// L D L' of a symmetric band matrix given by its lower half; returns the number of positive entries of D.
+/// Factors a symmetric band matrix, given by its lower half, as L D L'; returns the number of positive entries of D.
 fn eliminate(rows: &mut [Vec<f64>], width: usize) -> Option<usize> {
     let largest = (rows.iter().flatten()).fold(0.0f64, |m, v| m.max(v.abs()));
     let mut count = 0;

@@ -1,8 +1,8 @@
-//! Rubber from rest, where it has no tension and its tangent no inverse.
+//! Inflation of rubber from its reference configuration, where it has no tension and a singular tangent.
 //!
-//! The first step is that of a membrane under some tension: it has the volume that is asked for and about the shape. From there on
-//! Newton's tangents have tensions along the meridian that are not below zero. An answer in which none is has the exact tangent, so that
-//! the last steps are quadratic; one in which some is would be no equilibrium of a membrane.
+//! The first step is that of a membrane under tension: it has the requested volume and approximately the shape. Later tangents have
+//! meridional tensions limited to non-negative values. A result without compression has the exact tangent, so that the last steps converge
+//! quadratically; a result with compression is not an equilibrium of a membrane.
 
 use membrane_forces::Measure;
 
@@ -16,18 +16,18 @@ use crate::report::NewtonReport;
 use crate::resolution::{swept_by_mean_radius, swept_by_radius};
 use crate::turning::Reach;
 
-/// Tension of the first step, for a change of volume by what the membrane sweeps as it moves by its radius.
+/// Tension of the first step, for a change of volume equal to that swept by the membrane if it moves by its radius.
 const FIRST_TENSION: f64 = 4.0;
-/// Where a prescribed load begins: a change of volume in the same unit.
+/// First change of volume for a prescribed load, in the same unit.
 const FIRST_VOLUME: f64 = 0.05;
-/// Forces of a membrane at rest, over their scale: rounding, which a second derivative of polynomials of degree p makes larger by p^4.
-/// A load is not taken for rounding, however small: a disc that is slack moves by its cube root.
+/// Forces in the reference configuration, over their scale: rounding, which a second derivative of polynomials of degree p multiplies by
+/// p^4. Small loads are not treated as rounding: a slack disc moves by their cube root.
 const AT_REST: f64 = 1e-11;
-/// How often the first change of volume is halved.
+/// Largest number of halvings of the first change of volume.
 const HALVINGS: usize = 12;
 
-/// Solves for `wanted`, and leaves the answer in `state`: from `state` itself, if it is another one than `start`, the state at rest; at
-/// once from there; or from the first volume on the way that can be reached at once.
+/// Solves for `wanted` and writes the result to `state`: from `state` if it differs from `start`, the reference configuration; else
+/// directly; or from the first volume on the way that can be reached directly.
 pub(crate) fn solve(
     system: &mut NestedSystem<'_>,
     state: &mut [f64],
@@ -43,7 +43,7 @@ pub(crate) fn solve(
         search.system.volume(start),
         swept_by_mean_radius(search.system.innermost().start()),
     );
-    // What a coarser curve led to may be beyond a limit that only this one has.
+    // The result of a coarser curve may be beyond a limit of this one.
     if state != start
         && search.attempt_taut(state, start, options).is_ok()
         && search.system.volume(state) - rest <= most
@@ -118,7 +118,7 @@ impl Search<'_, '_> {
         self.attempt_taut(state, start, options)
     }
 
-    /// Newton from `state`, with tangents of tensions that are not negative.
+    /// Solves by Newton from `state`, with tensions in tangents limited to non-negative values.
     fn attempt_taut(
         &mut self,
         state: &mut [f64],
@@ -132,7 +132,7 @@ impl Search<'_, '_> {
         self.attempt(state, Reach::Direct, start, options)
     }
 
-    /// From the equilibrium `state` to `wanted`.
+    /// Solves from the equilibrium `state` to `wanted`.
     fn continue_to(
         &mut self,
         state: &mut [f64],

@@ -15,13 +15,10 @@
 //! Convergence: a full step is tested by the correction that would follow it with the same
 //! factorisation (natural monotonicity, Deuflhard 2004); if Newton fails from the start the control
 //! is raised in steps; where the branch of equilibria turns back the error contains the last value reached.
-//!
-//! Which equilibrium: where the stiffness varies there may be a largest load, and under some hundred
-//! times lambda R there are equilibria with loops, which cross themselves. The answer is the one that
-//! inflation leads to: the bordered determinant has the sign that it has at the start and the curve
-//! turns through no more than a full circle, or it was reached in steps limited by the rates of change
-//! at their ends. (These conditions are necessary, not sufficient.) If
-//! membrane and ends are mirror images so is the answer.
+//! Choice of the equilibrium: with variable stiffness there may be a largest load, and above some hundred times lambda R there are
+//! equilibria with loops, which cross themselves. The result is the one that inflation reaches: the bordered determinant has the sign of
+//! the start and the curve turns through at most a full circle, or it was reached in steps limited by the rates of change at their ends.
+//! (These conditions are necessary, not sufficient.) If membrane and ends are mirror images, so is the result.
 //!
 //! Limits: not a general nonlinear solver library, though [`newton`] takes any [`ResidualSystem`]; no time dependence.
 //!
@@ -57,21 +54,22 @@ mod solver;
 mod stability;
 mod turning;
 
-pub use banded::{BandedLu, Factored};
-pub use border::{Border, Eliminated, dot_in_eight};
+pub use banded::{BandedFactorisation, BandedLu};
+pub use border::{Border, BorderElimination, dot_in_eight};
 pub use branch::BranchPoint;
 pub use constraint::Control;
 pub use equilibrium::Equilibrium;
 pub use error::{NewtonError, UserError};
 pub use membrane_forces::{
     self, BandMatrix, CurvePiece, CurvePoint, DiscreteMembrane, Measure, Measures, Membrane,
-    MembraneError, PressureLaw, RestShape, Rubber, Stiffness, StrainEnergy, Stretched, Thickness,
+    MembraneError, PressureLaw, ReferenceShape, Rubber, RubberState, Stiffness, StrainEnergy,
+    Thickness,
 };
 pub use newton::{NewtonScratch, ResidualSystem, newton, newton_observed, newton_with};
 pub use options::{LineSearch, NewtonOptions, Refactor};
 pub use pair::{Pair, PairEquilibrium};
 pub use pentadiagonal::PentadiagonalLdl;
-pub use report::{Ended, NewtonReport};
+pub use report::{NewtonReport, StopReason};
 pub use sensitivity::Sensitivity;
 pub use solver::{Discretisation, Solver};
 pub use stability::{Modes, Stability};

@@ -1,4 +1,4 @@
-//! The largest pressure that rubber bears, as the solution of one system of equations.
+//! The largest pressure of rubber as the solution of a system of equations.
 
 use membrane_forces::Measure;
 
@@ -6,14 +6,14 @@ use crate::block::Block;
 use crate::constraint::Constraint;
 use crate::resolution::Resolution;
 
-/// Iterations from where a walk ends, some 1e-4 of the pressure before the limit.
+/// Iterations from the end of a walk, some 1e-4 of the pressure before the limit.
 const ITERATIONS: usize = 30;
 
-/// The pressure at the limit point near `state`; none if Newton does not find one.
+/// Returns the pressure at the limit point near `state`; `None` if Newton does not converge.
 ///
-/// The state z' = dx/dV solves A z' = e, with A the derivative of the residual R(c, p) = (forces, volume), symmetric, and e the unit of its
-/// last row. At the limit its last number, dp/dV, vanishes. Its derivative along v is -v.w with w = D^2 R[z', z'], the third
-/// derivatives of the energy, taken here as a second difference. Newton for R = 0 and dp/dV = 0 is then
+/// The state z' = dx/dV solves A z' = e, with A the symmetric derivative of the residual R(c, p) = (forces, volume), and e the unit vector
+/// of the last row. At the limit the last component dp/dV vanishes. Its derivative along v is -v.w with w = D^2 R[z', z'], the third
+/// derivatives of the energy, here a second difference. Newton for R = 0 and dp/dV = 0 is then
 ///
 /// ```text
 /// x += z + alpha z',     A z = -R,     alpha = (z'_p - w.z) / (w.z')
@@ -35,7 +35,7 @@ pub(crate) fn pressure(resolution: &Resolution, state: &[f64]) -> Option<f64> {
         rate.fill(0.0);
         rate[last] = 1.0;
         system.solve_in_place(&mut rate).ok()?;
-        // a step of 1e-4 leaves 1e-8 of the second difference to truncation and as much to rounding
+        // a step of 1e-4 has truncation and rounding errors of 1e-8 in the second difference
         let step = 1e-4 / system.shape_norm(&rate);
         for sign in [1.0, -1.0] {
             for ((moved, x), rate) in moved.iter_mut().zip(&x).zip(&rate) {
@@ -49,7 +49,7 @@ pub(crate) fn pressure(resolution: &Resolution, state: &[f64]) -> Option<f64> {
         z.iter_mut().for_each(|z| *z = -*z);
         let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
         let alpha = (rate[last] - dot(&w, &z)) / dot(&w, &rate);
-        // not further than half its size at once
+        // at most half its size per iteration
         let size = alpha.abs() * system.shape_norm(&rate);
         let alpha = alpha * (0.5 / size).min(1.0);
         let mut change = vec![0.0; n];
@@ -68,7 +68,7 @@ pub(crate) fn pressure(resolution: &Resolution, state: &[f64]) -> Option<f64> {
     None
 }
 
-/// A step this small changes the pressure, which is stationary, by its square.
+/// The pressure is stationary, so a step this small changes it by its square.
 const SETTLED: f64 = 1e-9;
 
 impl Block<'_> {

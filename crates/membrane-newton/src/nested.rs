@@ -1,4 +1,4 @@
-//! Membranes around each other, each at one resolution, and the finer ones to go to until the polynomials have converged.
+//! Nested membranes at a common resolution, and their refinement until the polynomials converge.
 
 use std::sync::Arc;
 
@@ -18,14 +18,14 @@ use crate::report::NewtonReport;
 use crate::resolution::{Resolution, swept_by_mean_radius};
 use crate::route::Route;
 
-/// Finer resolutions, with a state carried over to them, and with their start.
+/// Finer resolutions, with a state and its start transferred to them.
 type Refined = (Nested, Vec<f64>, Vec<f64>);
 
-/// Numbers of the walk to a pressure by steps of the volume.
+/// Parameters of the walk to a pressure by steps of the volume.
 struct Walk {
-    /// Distance from the end of a walk to the limit that ended it, over the pressure.
+    /// Relative distance from the end of a walk to the limit that ended it.
     at_limit: f64,
-    /// Least and first step, over the volume, and how many.
+    /// Least and first step relative to the volume, and largest number of steps.
     least: f64,
     first: f64,
     most_steps: usize,
@@ -38,10 +38,10 @@ const WALK: Walk = Walk {
     most_steps: 400,
 };
 
-/// Resolutions, the state that solves them, and what the solve did.
+/// Resolutions, the state that solves them, and the report.
 pub(crate) type Solved = (Nested, Vec<f64>, NewtonReport);
 
-/// Membranes from the inside out: one, or a pair. Their states follow each other.
+/// Membranes from the inside out: one, or a pair. Their states are adjacent.
 pub(crate) struct Nested(pub(crate) Vec<Arc<Resolution>>);
 
 impl Nested {
@@ -62,7 +62,7 @@ impl Nested {
         self.0.iter().flat_map(|r| r.start_state()).collect()
     }
 
-    /// Volumes between membranes at the start, as these resolutions have them.
+    /// Returns the volumes between membranes at the start at these resolutions.
     pub(crate) fn wall_volumes(&self) -> Vec<f64> {
         let pairs = self.0.windows(2);
         pairs
@@ -97,7 +97,7 @@ impl Nested {
         Ok(rate)
     }
 
-    /// Solves at these resolutions, from `state` or, what comes to the same, `start`.
+    /// Solves at these resolutions from `state` or `start`, which are equivalent.
     fn solve_here(
         &self,
         state: &mut [f64],
@@ -121,7 +121,7 @@ impl Nested {
         };
         let stopped = match outcome {
             Err(NewtonError::LimitPoint { .. }) => true,
-            // without load steps there is no state that was reached
+            // without load steps there is no solved state to report
             Err(NewtonError::NotConverged { .. } | NewtonError::OtherBranch { .. }) => {
                 options.max_load_steps > 0
             }
@@ -158,8 +158,8 @@ impl Nested {
         outcome
     }
 
-    /// On from `state` by volume to where the pressure is `wanted`: just before a limit, or where it rises ever so slowly with the volume,
-    /// steps in the pressure find no way. None if it ceases to rise; `state` is then the last one in which it did.
+    /// Continues from `state` by volume to the pressure `wanted`: just before a limit, or where the pressure rises very slowly with the
+    /// volume, steps in the pressure fail. `None` if it stops rising; `state` is then the last one in which it rose.
     fn walk_by_volume(
         &self,
         state: &mut [f64],
@@ -179,7 +179,7 @@ impl Nested {
             let mut next = state.to_vec();
             let further = Control::Volume(volume * (1.0 + share));
             total.add_earlier(&self.step(&mut next, further, options)?);
-            // a step may end beyond the maximum, and higher than it began
+            // a step may pass the maximum and end at a higher pressure
             let slope = self.rate(&next, further).ok()?[pressure];
             if slope <= 0.0 || next[pressure] <= state[pressure].max(0.0) {
                 share *= 0.25;
@@ -200,7 +200,7 @@ impl Nested {
         None
     }
 
-    /// Along the branch from the equilibrium `state` to the value of `control`, at these resolutions.
+    /// Continues along the branch from the equilibrium `state` to the value of `control`, at these resolutions.
     fn step(
         &self,
         state: &mut [f64],
@@ -219,8 +219,8 @@ impl Nested {
         parts.try_for_each(|(resolution, part)| resolution.check_resolved(part))
     }
 
-    /// All membranes one resolution finer, as far as each can go, with `state` and with the curves to start `near` or their start;
-    /// none if none can.
+    /// Refines all membranes that can be refined, with `state` and with the curves to start `near` or their start; `None` if none can be
+    /// refined.
     fn refine(&self, state: &[f64], near: &[&Equilibrium]) -> Result<Option<Refined>, NewtonError> {
         let (mut finer, mut carried, mut start) = (Vec::new(), Vec::new(), Vec::new());
         let mut any = false;
@@ -243,8 +243,8 @@ impl Nested {
         Ok(any.then_some((Self(finer), carried, start)))
     }
 
-    /// Where coarser polynomials find the membranes at a volume, if there are such. Under a load a coarse curve may be beyond a limit that
-    /// fine ones have.
+    /// Returns the solution of coarser polynomials at a volume, if any. Under a load a coarse curve may be beyond a limit that fine ones do
+    /// not have.
     fn coarse_start(
         &self,
         control: Control,
@@ -262,7 +262,7 @@ impl Nested {
         Some((carried.collect(), report))
     }
 
-    /// The answer for flat rubber without tension at rest, if `control` asks for a scaled one that is `near`.
+    /// Returns the solution for flat rubber without tension in the reference configuration, if `control` requires a scaled one that is `near`.
     fn solve_scaled(
         &self,
         near: &[&Equilibrium],
@@ -286,8 +286,8 @@ impl Nested {
         }
     }
 
-    /// Solves at these resolutions, then at finer ones until the polynomials have converged; each begins with
-    /// what the one before has found, unless that failed. `near`: what `start` is of, if it is not the start.
+    /// Solves at these resolutions, then at finer ones until the polynomials converge; each starts from the previous solution, if it
+    /// exists. `near` is the equilibrium of `start`, unless that is the start of the solver.
     pub(crate) fn solve(
         mut self,
         mut start: Vec<f64>,
@@ -321,7 +321,7 @@ impl Nested {
                     | NewtonError::OtherBranch { .. }
                     | NewtonError::Singular { .. },
                 ) => false,
-                // where the curve is resolved it is the branch that ends, not the polynomials
+                // on a resolved curve the branch ends, not the polynomials
                 Err(NewtonError::LimitPoint { .. } | NewtonError::Slack { .. })
                     if self.check_resolved(&state).is_err() =>
                 {

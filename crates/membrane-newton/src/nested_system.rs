@@ -1,4 +1,4 @@
-//! One membrane, or membranes around each other with walls of constant volume between them, as one system of equations.
+//! One system of equations for nested membranes, with walls of constant volume between them.
 
 use std::ops::Range;
 
@@ -12,15 +12,15 @@ use crate::newton::ResidualSystem;
 use crate::route::Route;
 use crate::turning::Reach;
 
-/// Unknowns (c, f) of each membrane from the inside out, with one number that is prescribed, the control of the innermost.
+/// Unknowns (c, f) of each membrane from the inside out, with one prescribed number, the control of the innermost.
 ///
-/// The border equation of every other one, V - V of the one inside = wall volume, couples it to that one in one direction.
+/// The border equation of every other membrane, V - V of the next inner one = wall volume, couples it to that one in one direction.
 pub(crate) struct NestedSystem<'a> {
     membranes: Vec<Block<'a>>,
-    /// Where the unknowns of each are.
+    /// Ranges of the unknowns of each membrane.
     places: Vec<Range<usize>>,
     wall_volumes: Vec<f64>,
-    /// dV/dc of those with another one around them.
+    /// dV/dc of the membranes inside another one.
     volume_rows: Vec<Vec<f64>>,
 }
 
@@ -43,28 +43,28 @@ impl<'a> NestedSystem<'a> {
         }
     }
 
-    /// The membrane inside all others.
+    /// The innermost membrane.
     pub(crate) fn innermost(&mut self) -> &mut Block<'a> {
         &mut self.membranes[0]
     }
 
-    /// Volume of the membrane inside all others.
+    /// Volume of the innermost membrane.
     pub(crate) fn volume(&self, x: &[f64]) -> f64 {
         let Range { start, end } = self.places[0];
         self.membranes[0].volume(&x[start..end - 1])
     }
 
-    /// All of them, from the inside out.
+    /// All membranes, from the inside out.
     pub(crate) fn each(&mut self) -> impl Iterator<Item = &mut Block<'a>> {
         self.membranes.iter_mut()
     }
 
-    /// What the control prescribes, as it is in state `x`.
+    /// Returns the prescribed quantity in state `x`.
     pub(crate) fn control_value(&self, x: &[f64]) -> f64 {
         self.membranes[0].constrained_value(&x[self.places[0].clone()])
     }
 
-    /// The way of the membrane inside all others from its start.
+    /// Returns the route of the innermost membrane from its start.
     pub(crate) fn route(&self) -> Route {
         self.membranes[0].route()
     }
@@ -74,7 +74,7 @@ impl<'a> NestedSystem<'a> {
         self.membranes[0].set_control(value);
     }
 
-    /// The volume that goes with that of the membrane inside in state `x`.
+    /// Returns the volume that corresponds to that of the innermost membrane in state `x`.
     fn couple(&mut self, x: &[f64]) {
         for (k, wall_volume) in self.wall_volumes.iter().enumerate() {
             let Range { start, end } = self.places[k];
@@ -84,7 +84,7 @@ impl<'a> NestedSystem<'a> {
         }
     }
 
-    /// The largest `size` of a membrane and its part of `x`.
+    /// Returns the largest `size` over all membranes and their parts of `x`.
     fn largest(&self, x: &[f64], size: impl Fn(&Block<'a>, &[f64]) -> f64) -> f64 {
         let parts = self.membranes.iter().zip(&self.places);
         parts
@@ -92,20 +92,19 @@ impl<'a> NestedSystem<'a> {
             .fold(0.0, nan_max)
     }
 
-    /// By how much state `x` misses what is prescribed, relative to that, or to a hundredth of what moves a
+    /// Returns the error of the prescribed quantity in state `x`, relative to its value, or to a hundredth of the value that moves a
     /// membrane by its length.
     pub(crate) fn misses(&mut self, x: &[f64]) -> f64 {
         self.couple(x);
         self.largest(x, Block::misses)
     }
 
-    /// Whether the determinant of the tangent, if factored since the value was set, has the sign
-    /// that it had when this system was factored first.
+    /// Whether the determinant of the tangent, if factored since the value was set, has the sign of the first factorisation of this system.
     pub(crate) fn keeps_sign(&self) -> bool {
         self.membranes.iter().all(Block::keeps_sign)
     }
 
-    /// Whether no curve turns further from state `from` to state `to` than `reach` allows.
+    /// Whether no curve turns more from state `from` to state `to` than `reach` allows.
     pub(crate) fn within(&self, reach: Reach, from: &[f64], to: &[f64]) -> bool {
         let mut parts = self.membranes.iter().zip(&self.places);
         parts.all(|(membrane, place)| {
@@ -121,17 +120,17 @@ impl<'a> NestedSystem<'a> {
             .fold(f64::INFINITY, f64::min)
     }
 
-    /// `out` = how fast the state changes with the control, by the tangent factored last.
+    /// `out` = rate of change of the state with the control, by the last factorisation.
     ///
     /// # Errors
-    /// No tangent has been factored.
+    /// No tangent was factored.
     pub(crate) fn rate_into(&mut self, out: &mut [f64]) -> Result<(), NewtonError> {
         out.fill(0.0);
         out[self.places[0].end - 1] = 1.0;
         self.solve_in_place(out)
     }
 
-    /// Size of what a change of the state does to the curves, free of units.
+    /// Dimensionless size of a change of the curves.
     pub(crate) fn shape_norm(&self, change: &[f64]) -> f64 {
         self.largest(change, Block::shape_norm)
     }

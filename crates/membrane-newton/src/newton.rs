@@ -5,12 +5,12 @@ use std::ops::ControlFlow;
 
 use crate::error::{NewtonError, length};
 use crate::options::{LineSearch, NewtonOptions, Refactor};
-use crate::report::{Ended, NewtonReport};
+use crate::report::{NewtonReport, StopReason};
 
 /// n equations in n unknowns whose tangent can be factored.
 ///
-/// A system owns its workspace: none of these calls needs to allocate. Forces of a membrane go up with `?`; a failure of
-/// another kind becomes [`NewtonError::user`]. References and boxes of a system are systems.
+/// A system owns its workspace, so that no call allocates. Errors of membrane forces convert with `?`; other errors become
+/// [`NewtonError::user`]. References and boxes of a system are systems.
 pub trait ResidualSystem {
     /// Number of unknowns.
     fn len(&self) -> usize;
@@ -23,7 +23,7 @@ pub trait ResidualSystem {
     /// `out` = r(x).
     ///
     /// # Errors
-    /// r is not defined at x; then, as with numbers in `out` that are not finite, the line search takes a shorter step.
+    /// r is not defined at x. Then, as for values in `out` that are not finite, the line search takes a shorter step.
     /// [`NewtonError::User`] ends the solve.
     fn residual_into(&mut self, x: &[f64], out: &mut [f64]) -> Result<(), NewtonError>;
 
@@ -33,16 +33,16 @@ pub trait ResidualSystem {
     /// The tangent is not defined or singular.
     fn factor(&mut self, x: &[f64]) -> Result<(), NewtonError>;
 
-    /// Overwrites `rhs` with (dr/dx)^-1 `rhs` by the last factorisation.
+    /// Overwrites `rhs` with (dr/dx)^-1 `rhs` using the last factorisation.
     ///
     /// # Errors
-    /// [`NewtonError::NotFactored`], or whatever keeps the system from being solved.
+    /// [`NewtonError::NotFactored`], or any other error of solving.
     fn solve_in_place(&mut self, rhs: &mut [f64]) -> Result<(), NewtonError>;
 
-    /// Size of a residual, free of units: of order one when the equations are not met at all.
+    /// Dimensionless norm of a residual: of order one if the equations are not met at all.
     fn residual_norm(&self, residual: &[f64]) -> f64;
 
-    /// Size of a change of the unknowns, free of units, relative to their scale.
+    /// Dimensionless norm of a change of the unknowns, relative to their scale.
     fn step_norm(&self, step: &[f64]) -> f64;
 }
 
@@ -83,7 +83,7 @@ macro_rules! forward {
 forward!(&mut S);
 forward!(Box<S>);
 
-/// Vectors that [`newton_with`] works in; reusing them makes it free of allocation.
+/// Work vectors of [`newton_with`]; reusing them avoids allocation.
 #[derive(Debug, Clone, Default)]
 pub struct NewtonScratch {
     residual: Vec<f64>,
@@ -91,17 +91,17 @@ pub struct NewtonScratch {
     step: Vec<f64>,
     correction: Vec<f64>,
     report: NewtonReport,
-    /// What the line search met last where the residual is not defined.
+    /// The last error of the residual in the line search.
     rejected: Option<NewtonError>,
-    /// Whether the last step was down to rounding.
+    /// Whether the last step was within rounding.
     rounding: bool,
-    /// Error left after the last step where both of its corrections contracted; the report's estimate has a margin for other directions.
+    /// Estimated error after the last step if both of its corrections contracted; the report's estimate has a margin for other directions.
     left: f64,
-    /// Whether the system has a factorisation that may be used again.
+    /// Whether the system has a reusable factorisation.
     factored: bool,
 }
 
-/// Solves r(x) = 0 from the given x, which is overwritten.
+/// Solves r(x) = 0 from the given x and overwrites it.
 ///
 /// ```
 /// use membrane_newton::{NewtonError, NewtonOptions, ResidualSystem, newton};
@@ -127,8 +127,8 @@ pub struct NewtonScratch {
 /// ```
 ///
 /// # Errors
-/// [`NewtonError::NotConverged`] with the report; a tolerance that is no number or infinite;
-/// [`NewtonError::WrongLength`] for an `x` of another length than the system's; errors of the system.
+/// [`NewtonError::NotConverged`] with the report; a tolerance that is not finite; [`NewtonError::WrongLength`] if the lengths of `x` and
+/// the system differ; errors of the system.
 pub fn newton(
     system: &mut (impl ResidualSystem + ?Sized),
     x: &mut [f64],
@@ -139,14 +139,14 @@ pub fn newton(
     Ok(scratch.report)
 }
 
-/// [`newton`] in the caller's scratch: no allocation once the scratch has been used with a system
-/// of this size (but for the report inside an error).
+/// As [`newton`], in the caller's scratch: no allocation after the first solve of a system of this size (except for the report inside an
+/// error).
 ///
-/// With [`LineSearch::Natural`] every full step is followed by a second one with the same
-/// factorisation, which costs no more than a solve and makes the convergence cubic.
+/// With [`LineSearch::Natural`] every full step is followed by a second one with the same factorisation, which costs only a solve and makes
+/// the convergence cubic.
 ///
 /// # Errors
-/// As [`newton`]; x is then the last accepted one.
+/// As [`newton`]; x is then the last accepted iterate.
 pub fn newton_with(
     system: &mut (impl ResidualSystem + ?Sized),
     x: &mut [f64],
@@ -157,7 +157,7 @@ pub fn newton_with(
     newton_observed(system, x, options, scratch, never).map(drop)
 }
 
-/// [`newton_with`] that shows `observe` the report and x after each iteration, and ends with what it breaks off with.
+/// As [`newton_with`], with a callback `observe` for the report and x after each iteration, which may end the solve by a value.
 ///
 /// ```
 /// use std::ops::ControlFlow;
@@ -234,9 +234,9 @@ fn iterate<B>(
         let full = system.step_norm(&scratch.step);
         if full <= options.step_tolerance {
             scratch.report.step = full;
-            // not taken: the error is the step, by as much as its tangent is off
+            // not applied: the error is the step, up to the error of its tangent
             scratch.report.error = 1.5 * full;
-            return Ok(scratch.end(Ended::Step));
+            return Ok(scratch.end(StopReason::Step));
         }
         let taken = match options.line_search {
             _ if !full.is_finite() => Err(scratch.not_converged()),
@@ -247,7 +247,7 @@ fn iterate<B>(
         };
         let contraction = match taken {
             Ok(contraction) => contraction,
-            // an old tangent led astray, a new one may not; x is where it was
+            // the old tangent failed; retry with a new one from the same x
             Err(NewtonError::NotConverged { .. }) if !fresh => {
                 scratch.forget_factorisation();
                 system.residual_into(x, &mut scratch.residual)?;
@@ -264,36 +264,35 @@ fn iterate<B>(
         if scratch.report.iterations > made
             && let ControlFlow::Break(value) = observe(&scratch.report, x)
         {
-            scratch.report.ended = Some(Ended::Observer);
+            scratch.report.stopped_by = Some(StopReason::Observer);
             return Ok(ControlFlow::Break(value));
         }
         if scratch.rounding {
-            return Ok(scratch.end(Ended::Rounding));
+            return Ok(scratch.end(StopReason::Rounding));
         }
         if scratch.left <= options.step_tolerance {
-            return Ok(scratch.end(Ended::Step));
+            return Ok(scratch.end(StopReason::Step));
         }
     }
     if scratch.report.residual.is_nan() {
         return Err(scratch.not_converged());
     }
-    Ok(scratch.end(Ended::Residual))
+    Ok(scratch.end(StopReason::Residual))
 }
 
-/// A step this small that no longer shrinks is down to rounding: were it not, the next would be
-/// of the order of its square. (Fine spectral elements of a membrane blown up to a thousand times its size have
-/// steps of 2e-9 left.)
+/// A step this small that no longer shrinks is within rounding: otherwise the next would be of the order of its square. (Fine spectral
+/// elements of a membrane inflated to a thousand times its size have remaining steps of 2e-9.)
 pub(crate) const ROUNDING: f64 = 1e-7;
 
 impl NewtonScratch {
-    /// What the last solve with this scratch did.
+    /// Returns the report of the last solve with this scratch.
     #[must_use]
     pub fn report(&self) -> &NewtonReport {
         &self.report
     }
 
-    /// Has the next solve factor a tangent of its own under [`Refactor::WhenContractionAbove`]: due when the equations are not those of
-    /// the last solve any more, or hardly. A failed solve keeps none anyway.
+    /// Makes the next solve factor a new tangent under [`Refactor::WhenContractionAbove`]: required if the equations have changed
+    /// substantially since the last solve. A failed solve keeps no tangent.
     pub fn forget_factorisation(&mut self) {
         self.factored = false;
     }
@@ -316,8 +315,8 @@ impl NewtonScratch {
         self.report.restart(max_iterations);
     }
 
-    fn end<B>(&mut self, ended: Ended) -> ControlFlow<B> {
-        self.report.ended = Some(ended);
+    fn end<B>(&mut self, ended: StopReason) -> ControlFlow<B> {
+        self.report.stopped_by = Some(ended);
         ControlFlow::Continue(())
     }
 
@@ -328,7 +327,7 @@ impl NewtonScratch {
         }
     }
 
-    /// Takes the whole of `step`, whose size is `full`. Returns its contraction: its size over that of the step before.
+    /// Applies the whole of `step`, whose size is `full`. Returns its contraction: its size over that of the previous step.
     fn full_step(
         &mut self,
         system: &mut (impl ResidualSystem + ?Sized),
@@ -341,7 +340,7 @@ impl NewtonScratch {
         system.residual_into(x, &mut self.residual)?;
         self.report.residual_calls += 1;
         let left = left_after(full, contraction) * contraction;
-        // without a step before there is nothing to compare with
+        // the first step has no predecessor to compare with
         let left = if self.report.iterations == 0 {
             f64::INFINITY
         } else {
@@ -352,8 +351,8 @@ impl NewtonScratch {
         Ok(contraction)
     }
 
-    /// Takes as much of `step`, whose size is `full`, as the natural monotonicity test allows, and after a whole step
-    /// the correction that the test has computed. Returns the contraction: the size of that correction over that of the step.
+    /// Applies the part of `step`, whose size is `full`, that the natural monotonicity test allows, and after a whole step the correction
+    /// computed by the test. Returns the contraction: the size of that correction over that of the step.
     fn natural_step(
         &mut self,
         system: &mut (impl ResidualSystem + ?Sized),
@@ -388,11 +387,11 @@ impl NewtonScratch {
         if full <= ROUNDING && contraction > 0.25 {
             self.rounding = true;
             if self.report.iterations == 0 {
-                // as exact as it gets already
+                // already at rounding
                 self.report.step = full;
                 self.report.error = full;
             } else {
-                // equations that rounding leaves alone, a volume's, profit from the last step too
+                // equations with less rounding, such as a volume's, profit from the last step
                 x.copy_from_slice(&self.trial);
                 self.report
                     .stepped(full, system.residual_norm(&self.residual), next.max(full));
@@ -404,8 +403,8 @@ impl NewtonScratch {
             subtract(&self.trial, 1.0, &self.correction, x);
             system.residual_into(x, &mut self.residual)?;
             self.report.residual_calls += 1;
-            // A frozen tangent contracts twice as slowly as the step that was taken with it. That
-            // was one direction; another may contract by no more than what the step changed.
+            // A frozen tangent contracts half as fast as the step taken with it. Other directions may contract only by the relative change
+            // of the step.
             self.left = 2.0 * next * contraction.max(full.min(0.01));
             2.5 * next * contraction.max(full.min(0.25))
         } else {
@@ -418,8 +417,8 @@ impl NewtonScratch {
     }
 }
 
-/// Twice what all steps from one of size `step` on add up to if each is `contraction` times the one before, as other directions contract
-/// less; infinite if they do not shrink.
+/// Returns twice the sum of all steps from one of size `step` with this `contraction`, because other directions contract less; infinite if
+/// they do not shrink.
 fn left_after(step: f64, contraction: f64) -> f64 {
     match contraction < 1.0 {
         true => 2.0 * step / (1.0 - contraction),

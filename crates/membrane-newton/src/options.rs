@@ -7,21 +7,19 @@ use crate::error::{BELOW_ZERO, NewtonError};
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub struct NewtonOptions {
-    /// Converged when the scaled residual is at most this.
+    /// Tolerance on the scaled residual.
     pub residual_tolerance: f64,
-    /// Converged when the scaled error left in the unknowns, estimated from the last two
-    /// corrections, is at most this, or when the step itself is.
+    /// Tolerance on the step and on the scaled error of the unknowns, which is estimated from the last two corrections. Either tolerance
+    /// suffices for convergence.
     pub step_tolerance: f64,
-    /// Give up after this many iterations.
+    /// Maximum number of iterations.
     pub max_iterations: usize,
-    /// How the length of a step is chosen.
+    /// Rule for the length of a step.
     pub line_search: LineSearch,
-    /// When the tangent is factored again.
+    /// Rule for new factorisations of the tangent.
     pub refactor: Refactor,
-    /// When Newton fails from where it starts, or finds what is not on the branch of the start, the
-    /// solver raises the control in steps instead (continuation), at most this many; 0 turns that
-    /// off. These steps are taken by full steps under the natural monotonicity test, whatever
-    /// `line_search` is.
+    /// Maximum number of continuation steps; 0 disables continuation. The solver raises the control in steps if Newton fails from the start
+    /// or converges to another branch. These are full steps under the natural monotonicity test, whatever `line_search` is.
     pub max_load_steps: usize,
 }
 
@@ -29,13 +27,12 @@ pub struct NewtonOptions {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum LineSearch {
-    /// Always the full step, and nothing but it: the textbook iteration.
+    /// Only full steps: the textbook iteration.
     FullStep,
-    /// Halve the step until the next correction, estimated with the tangent at hand, is smaller
-    /// than this one: the natural monotonicity test (Deuflhard, Newton Methods for Nonlinear
-    /// Problems, 2004, section 3.3), which does not depend on how the equations are scaled.
+    /// Halves the step until the next correction, estimated with the same tangent, is smaller than this one: the natural monotonicity test
+    /// (Deuflhard, Newton Methods for Nonlinear Problems, 2004, section 3.3), which does not depend on the scaling of the equations.
     Natural {
-        /// Most halvings in one iteration.
+        /// Maximum number of halvings per iteration.
         max_halvings: usize,
     },
 }
@@ -46,9 +43,9 @@ pub enum LineSearch {
 pub enum Refactor {
     /// For each step, at the current unknowns.
     EachIteration,
-    /// When a step contracts by no more than this factor, or leads nowhere. Between that the last factorisation serves, also from one solve to
-    /// the next with the same scratch ([`NewtonScratch`](crate::NewtonScratch)): for equations that change little, such as those of time
-    /// steps. 0.05 costs about two more solves where it saves a factorisation.
+    /// When a step fails, or contracts less than by this factor. Otherwise the last factorisation is reused, also by later solves with the
+    /// same scratch ([`NewtonScratch`](crate::NewtonScratch)): for equations that change little, such as those of time steps. A value of
+    /// 0.05 needs about two more solves for each saved factorisation.
     WhenContractionAbove(f64),
 }
 

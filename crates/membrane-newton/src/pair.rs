@@ -9,7 +9,7 @@ use crate::report::NewtonReport;
 use crate::sensitivity::Sensitivity;
 use crate::solver::Solver;
 
-/// An inner and an outer membrane; the volume between them stays what it is at the start.
+/// An inner and an outer membrane with a constant volume between them.
 #[derive(Debug, Clone)]
 pub struct Pair {
     inner: Solver,
@@ -28,7 +28,7 @@ pub struct PairEquilibrium {
     pub wall_volume: f64,
     /// Relative departure of the wall volume from that of the start.
     pub wall_volume_error: f64,
-    /// What the solve did; the reports of `inner` and `outer` are empty.
+    /// Report of the solve; the reports of `inner` and `outer` are empty.
     pub report: NewtonReport,
 }
 
@@ -87,7 +87,7 @@ impl Pair {
         solve_both(nested, start, &[], inner, options)
     }
 
-    /// The same from a nearby solution (warm start).
+    /// As [`Self::solve`], from a nearby solution (warm start).
     ///
     /// # Errors
     /// As [`Solver::solve`].
@@ -105,7 +105,7 @@ impl Pair {
     }
 }
 
-/// The volume between an inner and an outer membrane, if that is positive.
+/// Returns the volume between an inner and an outer membrane, if it is positive.
 fn enclosed([inner, outer]: [f64; 2]) -> Result<f64, NewtonError> {
     let between = outer - inner;
     if between > 0.0 {
@@ -124,7 +124,7 @@ fn solve_both(
 ) -> Result<PairEquilibrium, NewtonError> {
     let (nested, state, report) = nested.solve(start, near, control, options)?;
     let (inner, outer) = state.split_at(nested.0[0].discrete.start().len() + 1);
-    // The report is the pair's.
+    // The report belongs to the pair.
     let inner = nested.0[0].answer(inner.to_vec(), NewtonReport::default())?;
     let outer = nested.0[1].answer(outer.to_vec(), NewtonReport::default())?;
     let wall_volume = outer.measures.volume - inner.measures.volume;
@@ -138,12 +138,12 @@ fn solve_both(
 }
 
 impl PairEquilibrium {
-    /// Two membranes solved one by one, each for its own volume, as a pair whose wall was to have `wall_volume` cm^3; the pair's report is
-    /// empty, those of the two are theirs.
+    /// Combines two membranes that were solved separately to a pair with the wall volume `wall_volume` in cm^3; the report of the pair is
+    /// empty, those of the membranes are kept.
     ///
     /// # Errors
-    /// [`NewtonError::NotEnclosed`]: the outer one encloses no more than the inner one; [`NewtonError::OutOfRange`]: a `wall_volume` that is
-    /// not positive.
+    /// [`NewtonError::NotEnclosed`]: the outer one encloses at most the volume of the inner one; [`NewtonError::OutOfRange`]: `wall_volume`
+    /// is not positive.
     pub fn of(
         inner: Equilibrium,
         outer: Equilibrium,
@@ -161,8 +161,8 @@ impl PairEquilibrium {
         })
     }
 
-    /// Derivatives of the inner and of the outer membrane by the value of the inner one's
-    /// `control`, the wall keeping its volume; see [`Equilibrium::sensitivity`].
+    /// Derivatives of the inner and of the outer membrane by the value of the inner one's `control` at constant wall volume; see
+    /// [`Equilibrium::sensitivity`].
     ///
     /// # Errors
     /// As [`Equilibrium::sensitivity`].

@@ -2,10 +2,10 @@
 
 use crate::error::{NewtonError, length};
 
-/// Room for A = L D L' of a matrix for points, which treats x and y alike and apart.
+/// Storage for A = L D L' of a matrix that acts on x and y of points separately and equally.
 ///
-/// A chain of springs between neighbours, and between second neighbours, has such a matrix. Factoring and solving cost O(n), a
-/// tenth of what they cost as a band for x and y together.
+/// Chains of springs between neighbours and second neighbours have such a matrix. Factoring and solving cost O(n), a tenth of a band matrix
+/// for x and y together.
 ///
 /// ```
 /// use membrane_newton::PentadiagonalLdl;
@@ -23,7 +23,7 @@ use crate::error::{NewtonError, length};
 pub struct PentadiagonalLdl {
     /// Per row: multipliers of the row before and of the one before that, and 1 / D.
     rows: Vec<[f64; 3]>,
-    /// Whether the numbers are those of a matrix that could be factored.
+    /// Whether the storage contains a factorisation.
     factored: bool,
 }
 
@@ -37,7 +37,7 @@ impl PentadiagonalLdl {
         }
     }
 
-    /// Factors the matrix with `entry(i, j)`, which is asked for j = i, i - 1 and i - 2; after an error nothing is factored.
+    /// Factors the matrix `entry(i, j)`, which is evaluated for j = i, i - 1 and i - 2; after an error there is no factorisation.
     ///
     /// # Errors
     /// [`NewtonError::Singular`]: the matrix is not positive definite to working precision.
@@ -70,7 +70,7 @@ impl PentadiagonalLdl {
 
     /// Overwrites `points` with A^-1 times them.
     ///
-    /// # Errors
+    /// [`NewtonError::NotFactored`]; [`NewtonError::WrongLength`] unless there are n points.
     /// [`NewtonError::NotFactored`]; [`NewtonError::WrongLength`] for other than n points.
     pub fn solve_into(&self, points: &mut [[f64; 2]]) -> Result<(), NewtonError> {
         length("points", points.len(), self.rows.len())?;
@@ -80,7 +80,7 @@ impl PentadiagonalLdl {
         let (mut one, mut two) = ([0.0; 2], [0.0; 2]);
         for (x, l) in points.iter_mut().zip(&self.rows) {
             for k in 0..2 {
-                // the value known last comes last
+                // the value that is computed last is used last
                 x[k] = (x[k] - l[1] * two[k]) - l[0] * one[k];
             }
             (two, one) = (one, *x);

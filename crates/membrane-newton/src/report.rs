@@ -16,12 +16,12 @@ pub struct NewtonReport {
     pub residual: f64,
     /// Scaled size of the last step, infinite if none was computed.
     pub step: f64,
-    /// Estimate of the scaled error that is left in the unknowns, in the norm of [`ResidualSystem::step_norm`](crate::ResidualSystem::step_norm):
-    /// the error of Newton's iteration, not that of a discretisation. Infinite where no contraction is known: after no step, and after a
-    /// single one of [`LineSearch::FullStep`](crate::LineSearch::FullStep).
+    /// Estimated scaled error of the unknowns, in the norm of [`ResidualSystem::step_norm`](crate::ResidualSystem::step_norm): the error of
+    /// Newton's iteration, without that of the discretisation. Infinite if no contraction is known: after no step, and after a single one
+    /// of [`LineSearch::FullStep`](crate::LineSearch::FullStep).
     pub error: f64,
-    /// Which test ended the last iteration; none if Newton failed or was not needed.
-    pub ended: Option<Ended>,
+    /// The test that ended the last iteration; `None` if Newton failed or was not needed.
+    pub stopped_by: Option<StopReason>,
     /// Scaled residual before the first iteration and after each.
     pub history: Vec<f64>,
 }
@@ -29,14 +29,14 @@ pub struct NewtonReport {
 /// The test that ended a Newton iteration.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
-pub enum Ended {
+pub enum StopReason {
     /// The scaled residual is within its tolerance.
     Residual,
     /// The step, or the estimated error, is within the tolerance of steps.
     Step,
-    /// Steps no longer shrink and are as small as rounding makes them; tolerances below that cannot be met.
+    /// Steps no longer shrink because of rounding; smaller tolerances cannot be met.
     Rounding,
-    /// The caller ended it: [`newton_observed`](crate::newton_observed).
+    /// The caller ended the solve: [`newton_observed`](crate::newton_observed).
     Observer,
 }
 
@@ -45,7 +45,7 @@ impl NewtonReport {
     pub(crate) fn restart(&mut self, max_iterations: usize) {
         let mut history = std::mem::take(&mut self.history);
         history.clear();
-        // a limit that nobody expects to reach is no reason to ask for memory
+        // limits the memory for a very large maximum
         history.reserve(max_iterations.min(1000) + 1);
         *self = Self {
             step: f64::INFINITY,

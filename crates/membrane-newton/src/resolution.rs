@@ -1,4 +1,4 @@
-//! One resolution of a membrane, and the finer one to go to when it does not suffice.
+//! A resolution of a membrane, and the finer one to use if it does not suffice.
 
 use std::f64::consts::PI;
 use std::sync::{Arc, OnceLock};
@@ -16,9 +16,9 @@ use crate::route::Route;
 pub(crate) struct Resolution {
     pub(crate) discrete: Box<dyn DiscreteMembrane>,
     pub(crate) start: Measures,
-    /// What to do when the polynomials leave a tail.
+    /// The action if the polynomials have not converged.
     pub(crate) adaptive: Option<Adaptive>,
-    /// Polynomials of half the degree, whose answer is where Newton begins.
+    /// Polynomials of half the degree, whose solution is the initial value.
     pub(crate) coarse: Option<Arc<Resolution>>,
 }
 
@@ -44,7 +44,7 @@ const STEPS: [(usize, usize); 9] = [
 ];
 
 impl Resolution {
-    /// The first with which the start itself is resolved.
+    /// Returns the first one that resolves the start.
     pub(crate) fn adaptive(membrane: &Membrane, tolerance: f64) -> Result<Arc<Self>, NewtonError> {
         let mut resolution = Arc::new(Self::step(membrane, tolerance, 0)?);
         while let Err(unresolved) = resolution.check_resolved(&resolution.start_state()) {
@@ -91,8 +91,7 @@ impl Resolution {
         })
     }
 
-    /// The next finer one, made the first time it is asked for; none past the finest, without
-    /// a tolerance, or if there is no room for it.
+    /// Returns the next finer one, made at the first request; `None` beyond the finest, without a tolerance, or if memory does not suffice.
     pub(crate) fn finer(&self) -> Option<Result<Arc<Self>, NewtonError>> {
         let adaptive = self.adaptive.as_ref()?;
         let level = adaptive.level + 1;
@@ -114,7 +113,7 @@ impl Resolution {
         };
         let nodes = &state[..state.len() - 1];
         let scale = own(self.discrete.measure(Measure::Length, nodes));
-        // Collocation errs by about the tail of the derivative.
+        // The collocation error is about the tail of the derivative.
         let last_two =
             |c: &[f64]| 2.0 * c.len() as f64 * c.iter().rev().take(2).map(|c| c.abs()).sum::<f64>();
         let pieces = own(self.discrete.pieces(nodes));
@@ -148,7 +147,7 @@ impl Resolution {
         state
     }
 
-    /// The state that has the curve of `part`, which is a state of `from`.
+    /// Returns the state with the curve of `part`, which is a state of `from`.
     pub(crate) fn carry(&self, from: &Self, part: &[f64]) -> Vec<f64> {
         let (intensity, nodes) = (part[part.len() - 1], &part[..part.len() - 1]);
         let pieces = own(from.discrete.pieces(nodes));
@@ -158,7 +157,7 @@ impl Resolution {
         })
     }
 
-    /// Nodes at `place` of their s, except fixed ones, then `intensity`.
+    /// Sets nodes to `place` of their s, except fixed ones, then `intensity`.
     pub(crate) fn state_on(&self, intensity: f64, place: impl Fn(f64) -> [f64; 2]) -> Vec<f64> {
         let start = self.discrete.start();
         let positions = self.discrete.positions();
@@ -172,12 +171,12 @@ impl Resolution {
     }
 }
 
-/// Volume that a shell as large as the start sweeps when it moves by its radius.
+/// Volume swept by a shell of the size of the start that moves by its radius.
 pub(crate) fn swept_by_radius(start: &Measures) -> f64 {
     start.surface * start.length / (2.0 * PI)
 }
 
-/// Volume that the start sweeps when each of its points moves by its mean distance from the axis, surface over pi times length.
+/// Volume swept by the start if each of its points moves by its mean distance from the axis, surface over pi times length.
 pub(crate) fn swept_by_mean_radius(start: &Measures) -> f64 {
     start.surface * start.surface / (PI * start.length)
 }

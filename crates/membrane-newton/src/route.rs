@@ -1,17 +1,17 @@
-//! How a membrane comes from its start to what is prescribed: the one place in this crate where the material decides how to solve.
+//! Solution strategies from the start, the only dependence of this crate on the material.
 
 use membrane_forces::{DiscreteMembrane, Material};
 
-/// The way from the start.
+/// The strategy from the start.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Route {
-    /// Springs: taut from the start, so that the control is raised from there.
+    /// Springs: under tension from the start, so that the control is raised from there.
     Raise,
-    /// Rubber: slack at rest, so that it is inflated to a first volume; its pressure has limits, its equilibria have an energy.
+    /// Rubber: slack in the reference configuration, so that it is inflated first; its pressure has limits, its equilibria have an energy.
     Inflate,
 }
 
-/// Least degree of polynomials whose answer finer ones start from.
+/// Least degree of the coarse polynomials of an initial solve.
 const LEAST_COARSE: usize = 6;
 
 impl Route {
@@ -22,7 +22,7 @@ impl Route {
         }
     }
 
-    /// Degree of the polynomials that are solved first: rubber takes several steps from rest, which cost an eighth with half the degree.
+    /// Returns the degree of the initial solve: rubber needs several steps, which cost an eighth with half the degree.
     pub(crate) fn coarse_degree(self, degree: usize) -> Option<usize> {
         match self {
             Self::Raise => None,

@@ -1,4 +1,4 @@
-//! How the equilibrium changes with its control.
+//! The derivative of an equilibrium by its control.
 
 use crate::constraint::Control;
 use crate::equilibrium::Equilibrium;
@@ -17,17 +17,16 @@ pub struct Sensitivity {
 }
 
 impl Equilibrium {
-    /// Derivative of shape and intensity by the value of `control`: one factorisation of the
-    /// bordered system at the solution and one solve, no Newton.
+    /// Derivative of shape and intensity by the value of `control`: one factorisation of the bordered system at the solution and one solve,
+    /// without Newton iterations.
     ///
-    /// Newton's own last factorisation is not used: it belongs to the state before the last step
-    /// (6e-6 of the size away for a gain of 0.6), so the derivative would be right to five digits
-    /// only, and `control` may be another than the one solved for. The new one costs a quarter of
-    /// a solve, and an equilibrium need not carry twelve numbers of factors for each of its own.
+    /// Newton's own last factorisation is not used: it belongs to the state before the last step (6e-6 of the size away for a gain of 0.6),
+    /// so that the derivative would be accurate to five digits only, and `control` may differ from that of the solve. The new one costs a
+    /// quarter of a solve, and an equilibrium need not store twelve numbers of factors per number.
     ///
     /// ```
-    /// use membrane_newton::{Control, Discretisation, Membrane, NewtonOptions, RestShape, Solver};
-    /// let membrane = Membrane::new(RestShape::balloon(8.5, 1.75)?);
+    /// use membrane_newton::{Control, Discretisation, Membrane, NewtonOptions, ReferenceShape, Solver};
+    /// let membrane = Membrane::new(ReferenceShape::balloon(8.5, 1.75)?);
     /// let solver = Solver::new(&membrane, Discretisation::Spectral { degree: 12, per_piece: 1 })?;
     /// let options = NewtonOptions::default();
     /// let here = solver.solve(Control::VolumeGain(0.6), &options)?;
@@ -47,7 +46,7 @@ impl Equilibrium {
 }
 
 impl Resolution {
-    /// What the border equation's value changes by with the value of `control`.
+    /// Returns the derivative of the border equation by the value of `control`.
     pub(crate) fn constraint_slope(&self, control: Control) -> f64 {
         match control {
             Control::VolumeGain(_) => self.start.volume,

@@ -1,4 +1,4 @@
-//! A membrane ready to be solved under any control.
+//! A discretised membrane to be solved under any control.
 
 use std::sync::Arc;
 
@@ -14,15 +14,15 @@ use crate::resolution::Resolution;
 
 /// The discretisation of the curve.
 ///
-/// Spectral elements have errors down to rounding where rest shape and stiffness are smooth between their breakpoints:
-/// degree 14 for a balloon, the adaptive ones for anything else. Finite differences are those of the paper, of second
-/// order; they need no breakpoints.
+/// The errors of spectral elements reach rounding where reference configuration and stiffness are smooth between their breakpoints: degree
+/// 14 for a balloon, adaptive elements for other membranes. Finite differences are those of the paper, of second order; they need no
+/// breakpoints.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub enum Discretisation {
-    /// The paper's second-order finite differences with this many nodes.
+    /// Second-order finite differences, as in the paper.
     FiniteDifferences {
-        /// Nodes N, fixed ends included.
+        /// Number of nodes N, fixed ends included.
         nodes: usize,
     },
     /// Spectral elements: polynomials of this degree, this many elements on each smooth piece.
@@ -32,8 +32,8 @@ pub enum Discretisation {
         /// Elements on each smooth piece.
         per_piece: usize,
     },
-    /// Spectral elements whose degree is raised, and which are then split, until twice the degree times
-    /// the last two coefficients of the solved curve is at most this fraction of its length.
+    /// Spectral elements whose degree is raised, and which are then split, until twice the degree times the last two coefficients of the
+    /// solved curve is at most this fraction of its length.
     SpectralAdaptive {
         /// Relative tolerance, for instance 1e-12.
         tolerance: f64,
@@ -43,8 +43,8 @@ pub enum Discretisation {
 /// A discretised membrane: immutable, cheap to clone, shared by threads.
 ///
 /// ```
-/// use membrane_newton::{Control, Discretisation, Membrane, NewtonOptions, RestShape, Solver};
-/// let membrane = Membrane::new(RestShape::balloon(8.5, 1.75)?);
+/// use membrane_newton::{Control, Discretisation, Membrane, NewtonOptions, ReferenceShape, Solver};
+/// let membrane = Membrane::new(ReferenceShape::balloon(8.5, 1.75)?);
 /// let solver = Solver::new(&membrane, Discretisation::Spectral { degree: 16, per_piece: 1 })?;
 /// let dilated = solver.solve(Control::VolumeGain(0.6), &NewtonOptions::default())?;
 /// assert!((dilated.intensity - 17.48357527761).abs() < 1e-10);
@@ -59,8 +59,8 @@ impl Solver {
     /// Discretises `membrane`.
     ///
     /// # Errors
-    /// Too few nodes or too low a degree, a stiffness that is not positive, coinciding nodes, a
-    /// rest shape that no polynomials resolve, or whose volume is beyond the largest number.
+    /// Too few nodes or too low a degree, a stiffness that is not positive, coinciding nodes, a reference configuration that no polynomials
+    /// resolve, or whose volume overflows.
     pub fn new(membrane: &Membrane, discretisation: Discretisation) -> Result<Self, NewtonError> {
         let resolution = match discretisation {
             Discretisation::FiniteDifferences { nodes } => {
@@ -78,13 +78,13 @@ impl Solver {
         Ok(Self { resolution })
     }
 
-    /// Returns the measures of the start: the rest shape with its ends fixed.
+    /// Returns the measures of the start: the reference configuration with its ends fixed.
     #[must_use]
     pub fn start_measures(&self) -> Measures {
         self.resolution.start
     }
 
-    /// Returns the start as an equilibrium without load (it is one if the ends are fixed where they rest).
+    /// Returns the start as an equilibrium without load (exact if the ends are fixed in the reference configuration).
     #[must_use]
     pub fn start(&self) -> Equilibrium {
         self.resolution
@@ -93,8 +93,8 @@ impl Solver {
 
     /// Solves from the start for a value of the control.
     ///
-    /// Several equilibria may have the same control. The answer is the one that the control leads to when it
-    /// is raised from the start, up to the first limit point; there is none beyond that one.
+    /// Several equilibria may have the same control. The result is the one that a rising control reaches from the start, up to the first
+    /// limit point; beyond it the result is an error.
     ///
     /// # Errors
     /// [`NewtonError::OutOfRange`], a control out of range; [`NewtonError::LimitPoint`],
@@ -110,8 +110,8 @@ impl Solver {
         solve_one((self.resolution.clone(), start), &[], control, options)
     }
 
-    /// Solves from a nearby equilibrium (warm start), of this solver or of any other whose ends
-    /// are fixed at the same places. The answer is on its branch, past a limit point too.
+    /// Solves from a nearby equilibrium (warm start) of this solver or of any other with the same fixed ends. The result is on its branch,
+    /// also past a limit point.
     ///
     /// # Errors
     /// As [`Solver::solve`].
@@ -122,7 +122,7 @@ impl Solver {
         options: &NewtonOptions,
     ) -> Result<Equilibrium, NewtonError> {
         if near.measures.volume.abs() < near.resolution.smallest_volume() {
-            // a state without strains of its own, next to the start
+            // a state without relevant strains, next to the start
             return self.solve(control, options);
         }
         solve_one(self.resolution.state_near(near), &[near], control, options)

@@ -1,4 +1,4 @@
-//! Stability of equilibria of rubber: how many modes grow, and the lowest eigenvalue.
+//! Stability of equilibria of rubber: number of growing modes, and the lowest eigenvalue.
 
 use membrane_forces::{DiscreteMembrane, Material, MembraneError, Tangent};
 
@@ -20,7 +20,7 @@ use crate::options::NewtonOptions;
 pub struct Stability {
     /// At constant pressure. Past the limit point of the pressure one mode grows.
     pub at_pressure: Modes,
-    /// At constant volume. Where a mode grows the membrane bulges.
+    /// At constant volume. A growing mode is a bulge.
     pub at_volume: Modes,
 }
 
@@ -43,14 +43,14 @@ enum Constant {
 }
 
 impl Equilibrium {
-    /// Computes the stability. Counts come from the signs of pivots (Sylvester's law of inertia); the lowest eigenvalue is bracketed by counts and found
-    /// by inverse iteration from below, so that no lower one is missed. Cost about 40 factorisations.
+    /// Computes the stability. The signs of pivots give the counts (Sylvester's law of inertia); counts bracket the lowest eigenvalue, and
+    /// inverse iteration from below computes it, so that no lower one is missed. Cost about 40 factorisations.
     ///
     /// ```
-    /// use membrane_newton::{Control, Discretisation, Membrane, NewtonOptions, RestShape, Solver};
+    /// use membrane_newton::{Control, Discretisation, Membrane, NewtonOptions, ReferenceShape, Solver};
     /// use membrane_newton::{Rubber, StrainEnergy, Thickness};
     /// let rubber = Rubber::new(StrainEnergy::NeoHookean { mu: 1.0 }, Thickness::UNIT)?;
-    /// let disc = Membrane::new(RestShape::disc(1.0)?).with_rubber(rubber);
+    /// let disc = Membrane::new(ReferenceShape::disc(1.0)?).with_rubber(rubber);
     /// let solver = Solver::new(&disc, Discretisation::Spectral { degree: 16, per_piece: 1 })?;
     /// // past its limit point a disc runs away under a pressure, but not when its volume is given
     /// let past = solver.solve(Control::Volume(8.0), &NewtonOptions::default())?.stability()?;
@@ -60,9 +60,9 @@ impl Equilibrium {
     /// ```
     ///
     /// # Errors
-    /// [`MembraneError::OtherMaterial`] for springs; [`NewtonError::Unsettled`] where rounding hides the eigenvalue.
+    /// [`MembraneError::OtherMaterial`] for springs; [`NewtonError::Unsettled`] if the eigenvalue is within rounding.
     pub fn stability(&self) -> Result<Stability, NewtonError> {
-        // a slack sheet's smallest states keep no strains; theirs, and eigenvalues with them, go as the square of the volume
+        // the smallest states of a slack sheet have no strains; strains and eigenvalues scale with the square of the volume
         let (smallest, volume) = (self.resolution.smallest_volume(), self.measures.volume);
         if volume != 0.0 && volume.abs() < smallest {
             let state = self.resolution.start_state();
@@ -90,20 +90,20 @@ struct Pencil<'a> {
     /// -K.
     tangent: Tangent,
     mass: Tangent,
-    /// -(K - shift M), then what is left of it.
+    /// -(K - shift M), then its factors.
     shifted: Tangent,
     factors: Factors,
     /// The gradient of the volume.
     border: Border,
-    /// What eigenvalues are of the order of.
+    /// Order of magnitude of the eigenvalues.
     scale: f64,
 }
 
-/// Width of a bracket over its eigenvalue from which inverse iteration starts, each next one if it does not settle.
+/// Widths of the bracket, over its eigenvalue, at which inverse iteration starts; the next one if it does not converge.
 const WIDTHS: [f64; 3] = [1e-2, 1e-4, 1e-6];
-/// Eigenvalues below this share of the scale are zero.
+/// Eigenvalues below this fraction of the scale count as zero.
 const ZERO: f64 = 1e-10;
-/// Change of the eigenvalue, relative, at which inverse iteration ends.
+/// Relative change of the eigenvalue at which inverse iteration ends.
 const SETTLED: f64 = 1e-12;
 
 impl<'a> Pencil<'a> {
@@ -122,7 +122,7 @@ impl<'a> Pencil<'a> {
         discrete.tangent_into(nodes, pressure, &mut tangent)?;
         let mut border = Border::new(nodes.len());
         discrete.pressure_force_into(nodes, 1.0, border.column_mut())?;
-        let (column, row) = border.both_mut();
+        let (column, row) = border.column_and_row_mut();
         row.copy_from_slice(column);
         Ok(Self {
             discrete,
@@ -135,7 +135,7 @@ impl<'a> Pencil<'a> {
         })
     }
 
-    /// Factors -(K - `shift` M), whose border is the volume.
+    /// Factors -(K - `shift` M) with the volume as border.
     fn factor(&mut self, shift: f64) -> Result<(), NewtonError> {
         self.shifted.clone_from(&self.tangent);
         self.discrete.add_mass_into(shift, &mut self.shifted)?;
@@ -147,7 +147,7 @@ impl<'a> Pencil<'a> {
         .map(drop)
     }
 
-    /// Number of eigenvalues below `shift`, or below one so near that they cannot be told apart.
+    /// Counts the eigenvalues below `shift`, including those indistinguishable from it.
     fn count(&mut self, constant: Constant, shift: f64) -> Result<usize, NewtonError> {
         for (k, side) in [0.0, -1.0, 1.0, -1.0, 1.0, -1.0, 1.0]
             .into_iter()
@@ -157,10 +157,10 @@ impl<'a> Pencil<'a> {
             if self.factor(near).is_err() {
                 continue;
             }
-            let Some(border) = self.border.eliminated() else {
+            let Some(border) = self.border.elimination() else {
                 continue;
             };
-            // g.(K - shift M)^-1 g > 0 takes one of them away from changes that keep the volume
+            // g.(K - shift M)^-1 g > 0 removes one of them at constant volume
             let within = match constant {
                 Constant::Pressure => 0,
                 Constant::Volume => usize::from(border.sign() < 0.0),
@@ -174,7 +174,7 @@ impl<'a> Pencil<'a> {
 
     fn modes(&mut self, constant: Constant) -> Result<Modes, NewtonError> {
         let unstable = self.count(constant, -ZERO * self.scale)?;
-        // (low, high]: none below low, the lowest below high
+        // the lowest eigenvalue is in (low, high]
         let (mut low, mut high) = (-ZERO * self.scale, self.scale);
         if unstable > 0 {
             (low, high) = (-self.scale, low);
@@ -208,10 +208,10 @@ impl<'a> Pencil<'a> {
         Err(NewtonError::Unsettled { eigenvalue: high })
     }
 
-    /// The lowest eigenvalue, by inverse iteration with a `shift` below all of them; none if it does not settle.
+    /// Returns the lowest eigenvalue, by inverse iteration with a `shift` below all of them; `None` if it does not converge.
     fn nearest(&mut self, constant: Constant, shift: f64) -> Result<Option<f64>, NewtonError> {
         self.factor(shift)?;
-        let Some(border) = self.border.eliminated() else {
+        let Some(border) = self.border.elimination() else {
             return Ok(None);
         };
         let n = self.discrete.start().len();
@@ -228,7 +228,7 @@ impl<'a> Pencil<'a> {
             }
             let scale = 1.0 / dot(&momentum, &x).sqrt();
             momentum.iter_mut().for_each(|m| *m *= scale);
-            // (K - shift M) x = M x; what is factored is minus that
+            // (K - shift M) x = M x; the factored matrix has the opposite sign
             x.iter_mut().zip(&momentum).for_each(|(x, m)| *x = -m);
             self.factors.solve_in_place(&mut x)?;
             match constant {

@@ -1,18 +1,18 @@
-//! How far the direction of a curve turns from its first to its last segment.
+//! The total turning angle of a curve.
 
 use std::f64::consts::{FRAC_PI_2, TAU};
 
-/// How Newton came to an answer, which decides how far a curve may have turned.
+/// The origin of a result, which limits the turning angle of its curve.
 #[derive(Clone, Copy)]
 pub(crate) enum Reach {
-    /// At once: about as at the start, or to no more than a full circle, nor by more.
+    /// A direct solve: within a quarter turn of the start, or angle and change at most a full circle.
     Direct,
-    /// By a step of the walk: by no more than a quarter.
+    /// A step of the walk: at most a quarter turn more.
     Step,
 }
 
 impl Reach {
-    /// Whether a curve may turn through `end` that turned through `start`.
+    /// Whether a curve that turned through `start` may turn through `end`.
     pub(crate) fn allows(self, [start, end]: [f64; 2]) -> bool {
         let by = (end - start).abs();
         match self {
@@ -28,8 +28,8 @@ pub(crate) fn turning(nodes: &[f64]) -> f64 {
     swept(segments(nodes))
 }
 
-/// How much more the polyline `to` turns than `from`, which has as many nodes: a corner of both
-/// may pass the half turn, at which its own angle jumps from pi to -pi.
+/// Returns the difference of the turning angles of `to` and `from`, which have equally many nodes: between them a corner may pass the half
+/// turn, at which its own angle jumps from pi to -pi.
 pub(crate) fn turned(from: &[f64], to: &[f64]) -> f64 {
     let pairs = segments(from).zip(segments(to));
     swept(pairs.map(|(a, b)| [a[0] * b[0] + a[1] * b[1], a[0] * b[1] - a[1] * b[0]]))
@@ -40,12 +40,12 @@ fn segments(nodes: &[f64]) -> impl Iterator<Item = [f64; 2]> {
     pairs.map(|p| [p[1][0] - p[0][0], p[1][1] - p[0][1]])
 }
 
-/// Angle through which `directions` turn, each by less than half a turn from the one before.
+/// Returns the total turning angle of `directions`, each less than half a turn from the previous one.
 fn swept(mut directions: impl Iterator<Item = [f64; 2]>) -> f64 {
     let Some(first) = directions.next() else {
         return 0.0;
     };
-    // Quarters are counted exactly, and say which loop the angle of the last one belongs to.
+    // Quarters are counted exactly and select the loop of the last angle.
     let (mut last, mut quarters) = (first, 0);
     for d in directions {
         quarters += match (quarter(d) - quarter(last)).rem_euclid(4) {
@@ -75,7 +75,7 @@ fn quarter(d: [f64; 2]) -> i32 {
 mod tests {
     use super::*;
 
-    /// Arcs of known angle, from any direction, also of more than one loop.
+    /// Arcs of known angle, in any direction, also with more than one loop.
     #[test]
     fn loops_are_counted() {
         for k in -60..=60 {

@@ -2,10 +2,12 @@
 
 use crate::error::{ScatterError, within};
 
-/// Variances of the Gaussians that a point is distributed to, by its depth.
+/// Number of variances of Gaussians between which a point is distributed, by its depth.
 const LEVELS: usize = 8;
 /// Variance of a point that is spread to its neighbours, in squares of the pitch.
 const SPREAD: f64 = 1.0 / 6.0;
+/// Smallest variance of a Gaussian, likewise.
+const LEAST: f64 = 1e-3;
 /// Standard deviations of the widest Gaussian by which the grid is larger than the detector.
 const TAILS: f64 = 4.0;
 /// Nodes of all views, windows and widths at most: 512 MB per thread.
@@ -82,7 +84,7 @@ impl Camera {
     }
 }
 
-/// Nodes of the coarse grid, and what points add to them.
+/// Nodes of the coarse grid, and the distribution of points to them.
 #[derive(Debug, Clone)]
 pub(crate) struct Grid {
     camera: Camera,
@@ -92,7 +94,7 @@ pub(crate) struct Grid {
     /// Pitch of the nodes, columns and rows of them.
     pitch: f64,
     pub(crate) size: [usize; 2],
-    /// Variances of the Gaussians, in squares of the pitch, of which points have [`SPREAD`] already.
+    /// Variances of the Gaussians, in squares of the pitch; [`SPREAD`], which points have already, may be more.
     variances: Vec<f64>,
 }
 
@@ -105,7 +107,7 @@ impl Grid {
         let radii = camera.views.iter().map(|view| view.radius);
         let widest = radii.fold(0.0, f64::max);
         let ends = [0.0, 2.0 * widest].map(|d| camera.response.variance(d) / pitch.powi(2));
-        let [near, far] = ends.map(|variance| variance.max(SPREAD));
+        let [near, far] = ends.map(|variance| variance.max(LEAST));
         let levels = if far > near { LEVELS } else { 1 };
         let level = |k: usize| near * (far / near).powf(k as f64 / (levels - 1).max(1) as f64);
         let margin = TAILS * camera.response.variance(2.0 * widest).sqrt() + 3.0 * pitch;
@@ -143,6 +145,17 @@ impl Grid {
     /// Direction towards the detector of each view.
     pub(crate) fn directions(&self) -> impl Iterator<Item = [f64; 3]> {
         self.axes.iter().map(|[_, [x, y]]| [*x, *y, 0.0])
+    }
+
+    /// Half-widths of the nodes along x, y and z in cm, from any direction.
+    pub(crate) fn half_widths(&self) -> [f64; 3] {
+        let [across, along] = self.size.map(|n| 0.5 * (n - 1) as f64 * self.pitch);
+        [across, across, along]
+    }
+
+    /// Whether any point at this height is on the grid.
+    pub(crate) fn has_row(&self, z: f64) -> bool {
+        z.abs() < 0.5 * (self.size[1] - 1) as f64 * self.pitch
     }
 
     /// Place of a point in a view; `None` outside the grid.
@@ -283,15 +296,16 @@ fn weights(t: f64, cubic: bool) -> [f64; 4] {
     ]
 }
 
-/// Blurs an image in place by a positive kernel of exact variance (squares of the pitch) along both axes: repeated three-point averages.
+/// Blurs an image in place by a kernel of exact variance (squares of the pitch) along both axes: repeated three-point averages, which sharpen
+/// if the variance is negative (at least -1/6).
 fn blur(image: &mut [f32], nx: usize, variance: f64, scratch: &mut [f32]) {
-    let passes = (2.0 * variance).ceil() as usize;
+    let passes = (2.0 * variance.abs()).ceil() as usize;
     let side = (0.5 * variance / passes.max(1) as f64) as f32;
     for _ in 0..passes {
         for line in image.chunks_mut(nx) {
             scratch.copy_from_slice(line);
-            for k in 1..nx - 1 {
-                line[k] += side * (scratch[k - 1] + scratch[k + 1] - 2.0 * scratch[k]);
+            for (value, three) in line[1..].iter_mut().zip(scratch.windows(3)) {
+                *value += side * (three[0] + three[2] - 2.0 * three[1]);
             }
         }
         // The line before, as it was.
@@ -299,11 +313,15 @@ fn blur(image: &mut [f32], nx: usize, variance: f64, scratch: &mut [f32]) {
         let rows = image.len() / nx;
         for row in 0..rows {
             let (here, below) = image[row * nx..].split_at_mut(nx);
-            for k in 0..nx {
-                let own = here[k];
-                let next = below.get(k).copied().unwrap_or(0.0);
-                here[k] += side * (scratch[k] + next - 2.0 * own);
-                scratch[k] = own;
+            let above = scratch.iter_mut().zip(&mut *here);
+            if row + 1 == rows {
+                above.for_each(|(above, here)| *here += side * (*above - 2.0 * *here));
+                break;
+            }
+            for ((above, here), below) in above.zip(&*below) {
+                let own = *here;
+                *here += side * (*above + below - 2.0 * own);
+                *above = own;
             }
         }
     }

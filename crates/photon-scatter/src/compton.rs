@@ -27,8 +27,8 @@ const RADIUS_SQUARED: f64 = 7.940_787_6e-26;
 pub struct Compton {
     energy: f64,
     alpha: f64,
-    /// Integral of g over the cosine.
-    integral: f64,
+    /// Two over the integral of g over the cosine.
+    factor: f64,
 }
 
 impl Compton {
@@ -45,25 +45,32 @@ impl Compton {
         Self {
             energy,
             alpha,
-            integral: integral(alpha),
+            factor: 2.0 / integral(alpha),
         }
     }
 
     /// Total cross-section of a free electron in cm^2.
     pub fn cross_section(&self) -> f64 {
-        std::f64::consts::PI * RADIUS_SQUARED * self.integral
+        std::f64::consts::TAU * RADIUS_SQUARED / self.factor
     }
 
     /// Energy in keV after scattering by the angle of this cosine.
     #[inline]
     pub fn energy_at(&self, cosine: f64) -> f64 {
-        self.energy / (1.0 + self.alpha * (1.0 - cosine))
+        self.towards(cosine).0
     }
 
     /// Probability of scattering into a direction, per solid angle, relative to isotropic scattering: `4 pi / sigma d sigma / d Omega`.
     #[inline]
     pub fn relative_density(&self, cosine: f64) -> f64 {
-        2.0 * kernel(self.alpha, cosine) / self.integral
+        self.towards(cosine).1
+    }
+
+    /// Returns [`energy_at`](Self::energy_at) and [`relative_density`](Self::relative_density).
+    #[inline]
+    pub(crate) fn towards(&self, cosine: f64) -> (f64, f64) {
+        let (ratio, kernel) = kernel(self.alpha, cosine);
+        (self.energy * ratio, self.factor * kernel)
     }
 
     /// Draws the cosine of a scattering angle, by rejection from a uniform cosine.
@@ -71,17 +78,20 @@ impl Compton {
         loop {
             let cosine = 2.0 * random.uniform() - 1.0;
             // g is largest, 2, for forward scattering.
-            if 2.0 * random.uniform() < kernel(self.alpha, cosine) {
+            if 2.0 * random.uniform() < kernel(self.alpha, cosine).1 {
                 return cosine;
             }
         }
     }
 }
 
+/// Energy after scattering over that before, and g.
 #[inline]
-fn kernel(alpha: f64, cosine: f64) -> f64 {
+fn kernel(alpha: f64, cosine: f64) -> (f64, f64) {
     let x = 1.0 + alpha * (1.0 - cosine);
-    (x + 1.0 / x - (1.0 - cosine) * (1.0 + cosine)) / (x * x)
+    let ratio = 1.0 / x;
+    let sine_squared = (1.0 - cosine) * (1.0 + cosine);
+    (ratio, (x + ratio - sine_squared) * ratio * ratio)
 }
 
 /// Integral of g over all cosines. Below 0.5 keV a series: the closed form cancels.

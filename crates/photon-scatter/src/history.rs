@@ -1,22 +1,30 @@
 //! One photon history: emission, forced interactions, and its detection in every view after each of them.
 
-use crate::camera::Grid;
+use crate::camera::{Grid, Place};
 use crate::error::{ScatterError, valid};
 use crate::medium::Path;
 use crate::spectrum::{ATTENUATION, HIGHEST, IMPORTANCE, SCATTERED, WINDOWS};
 use crate::{Compton, Medium, Random, ScatterReport, Source, Spectrum};
 
-/// A detection with less than this part of the probability of isotropic scattering into the photopeak window is computed with a probability
-/// of its own: most of the time goes into paths to the detector.
+/// Probability of a detection, in units of that of isotropic scattering into the photopeak window without attenuation, from which on its path
+/// is always followed. Others are followed with a probability in proportion (systematic sampling over the views), so that most have one value.
 const FULL_DETECTION: f64 = 0.5;
+/// Cells of [`Transmission`] along each axis.
+const CELLS: usize = 12;
+/// Least transmission by which paths are chosen: bounds the values of those that reach the detector more easily than the middle of their cell.
+const LEAST_TRANSMISSION: f64 = 0.02;
 
-/// Everything that histories are functions of.
+/// Detections after which they are distributed to the nodes: 4 MB.
+const DETECTIONS: u64 = 65_536;
+
+/// The arguments of all histories.
 pub(crate) struct Problem<'a> {
     pub(crate) source: &'a dyn Source,
     pub(crate) medium: &'a dyn Medium,
     pub(crate) spectrum: &'a Spectrum,
     pub(crate) grid: Grid,
     pub(crate) directions: Vec<[f64; 3]>,
+    pub(crate) transmission: Transmission,
     pub(crate) orders: usize,
     pub(crate) seed: u64,
 }
@@ -25,8 +33,61 @@ pub(crate) struct Problem<'a> {
 #[derive(Debug, Default)]
 pub(crate) struct Tally {
     pub(crate) deposits: Vec<f32>,
+    /// Detections of each view that are not in the deposits yet.
+    detections: Vec<Vec<Detection>>,
     pub(crate) report: ScatterReport,
     path: Path,
+}
+
+/// Transmission from the middles of cells to each view, for the choice of the paths to follow.
+pub(crate) struct Transmission {
+    half_widths: [f64; 3],
+    /// `[z][y][x][view]`.
+    values: Vec<f64>,
+}
+
+impl Transmission {
+    /// Cells between half-widths, and the attenuation of water in cm^2/g.
+    pub(crate) fn new(
+        half_widths: [f64; 3],
+        directions: &[[f64; 3]],
+        medium: &dyn Medium,
+        attenuation: f64,
+    ) -> Result<Self, ScatterError> {
+        let mut path = Path::default();
+        let mut values = Vec::with_capacity(CELLS.pow(3) * directions.len());
+        for cell in 0..CELLS.pow(3) {
+            let index = [cell % CELLS, cell / CELLS % CELLS, cell / CELLS.pow(2)];
+            let middle = |k: usize| (2 * index[k] + 1) as f64 / CELLS as f64 - 1.0;
+            let position = std::array::from_fn(|k| middle(k) * half_widths[k]);
+            for direction in directions {
+                let column = path.follow(medium, position, *direction)?;
+                values.push((-attenuation * column).exp().max(LEAST_TRANSMISSION));
+            }
+        }
+        Ok(Self {
+            half_widths,
+            values,
+        })
+    }
+
+    /// Transmission to each view from the cell of a position, or from the nearest one.
+    fn at(&self, position: [f64; 3], n_views: usize) -> &[f64] {
+        let index = |k: usize| {
+            let place = 0.5 * CELLS as f64 * (position[k] / self.half_widths[k] + 1.0);
+            (place as usize).min(CELLS - 1)
+        };
+        let cell = (index(2) * CELLS + index(1)) * CELLS + index(0);
+        &self.values[cell * n_views..(cell + 1) * n_views]
+    }
+}
+
+/// Photons of one energy that a view receives from a point.
+#[derive(Debug)]
+struct Detection {
+    place: Place,
+    energy: f64,
+    value: f64,
 }
 
 /// A photon, with its weight relative to that of its first interaction.
@@ -48,13 +109,36 @@ impl Problem<'_> {
     ) -> Result<(), ScatterError> {
         tally.deposits.clear();
         tally.deposits.resize(self.grid.n_deposits(), 0.0);
+        let n_views = self.directions.len();
+        tally.detections.resize_with(n_views, Vec::new);
         tally.report = ScatterReport::default();
         let mut random = Random::new(self.seed, block);
+        let mut distributed = 0;
         for _ in 0..histories {
             self.history(&mut random, tally)?;
+            if tally.report.paths - distributed >= DETECTIONS {
+                distributed = tally.report.paths;
+                self.distribute(tally);
+            }
         }
+        self.distribute(tally);
         tally.report.histories = histories as u64;
         Ok(())
+    }
+
+    /// Distributes the detections to the nodes, view by view: the nodes of one view stay in the cache.
+    fn distribute(&self, tally: &mut Tally) {
+        for Detection {
+            place,
+            energy,
+            value,
+        } in tally.detections.iter_mut().flat_map(|own| own.drain(..))
+        {
+            if let Some(at) = self.spectrum.at(energy) {
+                let values = |window| value * at.get(WINDOWS + window);
+                self.grid.add(&place, values, &mut tally.deposits);
+            }
+        }
     }
 
     fn history(&self, random: &mut Random, tally: &mut Tally) -> Result<(), ScatterError> {
@@ -128,7 +212,7 @@ impl Problem<'_> {
         Ok(true)
     }
 
-    /// Adds the probability of scattering into each view and reaching it to the image.
+    /// Adds the probability of scattering into each view and reaching it to the detections.
     fn detect(
         &self,
         photon: &Photon,
@@ -136,33 +220,40 @@ impl Problem<'_> {
         random: &mut Random,
         tally: &mut Tally,
     ) -> Result<(), ScatterError> {
+        if !self.grid.has_row(photon.position[2]) {
+            return Ok(());
+        }
         let compton = Compton::of(photon.energy);
         let [x, y, _] = photon.direction;
+        let transmission = self.transmission.at(photon.position, self.directions.len());
+        let (mut kept, mut next) = (0.0, random.uniform());
         for (view, direction) in self.directions.iter().enumerate() {
-            let cosine = x * direction[0] + y * direction[1];
-            let Some(at) = self.spectrum.at(compton.energy_at(cosine)) else {
+            let (energy, density) = compton.towards(x * direction[0] + y * direction[1]);
+            let Some(at) = self.spectrum.at(energy) else {
                 continue;
             };
-            let mut density = photon.weight * compton.relative_density(cosine);
-            let keep = density * at.get(HIGHEST) / FULL_DETECTION;
-            if keep < 1.0 {
-                if random.uniform() >= keep {
-                    continue;
-                }
-                density /= keep;
+            let density = photon.weight * density;
+            let keep = density * at.get(HIGHEST) * transmission[view] / FULL_DETECTION;
+            let keep = keep.min(1.0);
+            kept += keep;
+            if kept <= next {
+                continue;
             }
+            next += 1.0;
             let Some(place) = self.grid.place(view, photon.position) else {
                 continue;
             };
-            let column = tally
-                .path
-                .follow(self.medium, photon.position, *direction)?;
-            let value = scale * density * (-at.get(ATTENUATION) * column).exp();
-            let values = |window| value * at.get(WINDOWS + window);
-            self.grid.add(&place, values, &mut tally.deposits);
+            let path = &mut tally.path;
+            let column = path.follow(self.medium, photon.position, *direction)?;
+            let value = scale * density / keep * (-at.get(ATTENUATION) * column).exp();
+            tally.detections[view].push(Detection {
+                place,
+                energy,
+                value,
+            });
             tally.report.paths += 1;
             let order = photon.order.min(ScatterReport::ORDERS) - 1;
-            tally.report.by_order[order] += values(0);
+            tally.report.by_order[order] += value * at.get(WINDOWS);
         }
         Ok(())
     }

@@ -1,4 +1,4 @@
-//! What photons are emitted from and what they pass: traits that a user implements.
+//! Sources and attenuating media: traits that a user implements.
 
 use crate::Random;
 use crate::error::{ScatterError, valid};

@@ -6,12 +6,12 @@
 pub struct ScatterOptions {
     /// Largest standard error of any bin in any view and window, in the unit of the samples (activity times cm).
     pub tolerance: f64,
-    /// Pitch of the nodes on which scatter is collected in cm. The widths of all points are those of the response if the square of this pitch is at most
-    /// six times the variance at the face; points nearer than that are imaged with a sixth of that square.
+    /// Pitch of the nodes on which scatter is collected and from which cubics interpolate, in cm: details smaller than twice the pitch are
+    /// smoothed. The number of histories for a tolerance is about proportional to its power -2.
     pub pitch: f64,
     /// Orders of scattering that are followed.
     pub orders: usize,
-    /// Histories in a block.
+    /// Histories in each of the first 128 blocks; more where the tolerance needs more.
     pub block: usize,
     /// Histories at most.
     pub most_histories: u64,
@@ -20,13 +20,13 @@ pub struct ScatterOptions {
 }
 
 impl ScatterOptions {
-    /// A tolerance in the unit of the samples; nodes 0.5 cm apart, 32 orders, blocks of 4096 histories, at most 10^9 histories, seed 0.
+    /// A tolerance in the unit of the samples; nodes 0.75 cm apart, 32 orders, blocks of 512 histories, at most 10^9 histories, seed 0.
     pub fn new(tolerance: f64) -> Self {
         Self {
             tolerance,
-            pitch: 0.5,
+            pitch: 0.75,
             orders: 32,
-            block: 4096,
+            block: 512,
             most_histories: 1_000_000_000,
             seed: 0,
         }
@@ -44,7 +44,7 @@ impl ScatterOptions {
         self
     }
 
-    /// The same with blocks of another number of histories.
+    /// The same with first blocks of another number of histories.
     pub fn with_block(mut self, histories: usize) -> Self {
         self.block = histories;
         self

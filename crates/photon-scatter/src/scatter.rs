@@ -2,23 +2,27 @@
 
 use crate::camera::Grid;
 use crate::error::{ScatterError, within};
-use crate::history::{Problem, Tally};
+use crate::history::{Problem, Tally, Transmission};
+use crate::spectrum::ATTENUATION;
 use crate::{Camera, Medium, ScatterOptions, ScatterReport, Source, Spectrum};
 use rayon::prelude::*;
 
-/// Blocks at least: their scatter gives the standard error to 1 / sqrt(2 n) of itself, 9 %.
-const LEAST_BLOCKS: usize = 64;
+/// Blocks at least: their scatter gives the standard error to 1 / sqrt(2 n) of itself, 6 %.
+const LEAST_BLOCKS: usize = 128;
 /// Blocks that are followed before their images are summed, in their order.
 const BLOCKS_AT_ONCE: usize = 16;
-/// More histories than the present standard error asks for, and the most by which their number grows at a time.
+/// More histories than the present standard error asks for.
 const RESERVE: f64 = 1.03;
-const MOST_GROWTH: f64 = 8.0;
+/// Larger blocks replace the present ones if more times as many histories are needed; they become larger by at most the second factor.
+const MOST_GROWTH: f64 = 4.0;
+const MOST_BLOCK_GROWTH: f64 = 32.0;
 
 /// Scatter in every bin, view and energy window of a camera, with its standard error.
 ///
 /// A sample has the unit of a line integral of the activity, as the attenuated line integrals of the primary photons have: activity
 /// per cm^3 times cm. The sum over a view times the area of a bin is the activity that emits as many photons, unattenuated, towards the
 /// photopeak window of the camera as are scattered into the window.
+#[doc(alias("Monte Carlo", "ESSE"))]
 #[derive(Debug, Clone)]
 pub struct Scatter {
     grid: Grid,
@@ -27,6 +31,13 @@ pub struct Scatter {
     errors: Vec<f64>,
     largest_error: f64,
     report: ScatterReport,
+}
+
+impl ScatterOptions {
+    fn grid(&self, camera: &Camera, spectrum: &Spectrum) -> Result<Grid, ScatterError> {
+        within("pitch of the nodes in cm", self.pitch, [0.01, 100.0])?;
+        Grid::new(camera, spectrum.windows().len(), self.pitch)
+    }
 }
 
 impl Scatter {
@@ -48,29 +59,34 @@ impl Scatter {
             options.tolerance,
             [f64::MIN_POSITIVE, f64::MAX],
         )?;
-        within("pitch of the nodes in cm", options.pitch, [0.01, 100.0])?;
         within("histories of a block", options.block as f64, [16.0, 1e7])?;
-        let grid = Grid::new(camera, spectrum.windows().len(), options.pitch)?;
+        let grid = options.grid(camera, spectrum)?;
+        let directions: Vec<_> = grid.directions().collect();
+        let water = spectrum
+            .at(spectrum.energy())
+            .map_or(0.0, |at| at.get(ATTENUATION));
         let problem = Problem {
             source,
             medium,
             spectrum,
-            directions: grid.directions().collect(),
+            transmission: Transmission::new(grid.half_widths(), &directions, medium, water)?,
+            directions,
             grid,
             orders: options.orders,
             seed: options.seed,
         };
-        let mut sums = Sums::new(problem.grid.n_nodes());
-        let most = (options.most_histories / options.block as u64) as usize;
-        let mut wanted = LEAST_BLOCKS;
+        let mut sums = Sums::new(problem.grid.n_nodes(), 0);
+        let (mut size, mut wanted) = (options.block, LEAST_BLOCKS);
+        let mut report = ScatterReport::default();
         loop {
-            while sums.blocks < wanted.min(most.max(LEAST_BLOCKS)) {
-                sums.add(&problem, options.block)?;
+            while sums.blocks < wanted {
+                sums.add(&problem, size)?;
             }
             let (images, errors) = sums.estimate(&problem.grid);
             let largest_error = largest(&problem.grid, &errors);
-            let report = sums.report;
+            let histories = report.histories + sums.report.histories;
             if largest_error <= options.tolerance {
+                report.add(&sums.report);
                 return Ok(Self {
                     grid: problem.grid,
                     images,
@@ -79,7 +95,8 @@ impl Scatter {
                     report,
                 });
             }
-            if sums.blocks >= most {
+            if histories >= options.most_histories {
+                report.add(&sums.report);
                 return Err(ScatterError::Tolerance {
                     asked: options.tolerance,
                     reached: largest_error,
@@ -87,9 +104,32 @@ impl Scatter {
                 });
             }
             let growth = RESERVE * (largest_error / options.tolerance).powi(2);
-            let blocks = sums.blocks as f64 * growth.min(MOST_GROWTH);
-            wanted = (blocks.ceil() as usize).max(sums.blocks + 1);
+            if growth < MOST_GROWTH {
+                // The standard error from the contribution of one photon is inversely proportional to the number of histories.
+                wanted = (sums.blocks as f64 * growth.min(2.0)).ceil() as usize;
+            } else {
+                // Larger blocks, and none of those before, since all blocks have one size.
+                size = (size as f64 * (0.5 * growth).min(MOST_BLOCK_GROWTH)) as usize;
+                wanted = LEAST_BLOCKS;
+                report.add(&sums.report);
+                sums = Sums::new(problem.grid.n_nodes(), sums.first_block + sums.blocks);
+            }
         }
+    }
+
+    /// Estimates the memory of [`new`](Self::new) in bytes: in all, and in addition per thread.
+    ///
+    /// # Errors
+    /// [`ScatterError::OutOfRange`] for a pitch outside 0.01 to 100 cm and more than 2^27 nodes.
+    pub fn bytes(
+        camera: &Camera,
+        spectrum: &Spectrum,
+        options: &ScatterOptions,
+    ) -> Result<[u64; 2], ScatterError> {
+        let grid = options.grid(camera, spectrum)?;
+        // Sums and estimates; images of the blocks that are not summed yet.
+        let nodes = (40 + 4 * BLOCKS_AT_ONCE) * grid.n_nodes();
+        Ok([nodes as u64, 4 * grid.n_deposits() as u64])
     }
 
     /// Scatter in the bins of a view, `[row][bin]`.
@@ -97,11 +137,13 @@ impl Scatter {
     /// # Panics
     /// If there is no such view or window.
     pub fn view(&self, window: usize, view: usize) -> Vec<f64> {
-        self.grid
-            .to_bins(self.nodes(&self.images, window, view), true)
+        let bins = (self.grid).to_bins(self.nodes(&self.images, window, view), true);
+        // Cubics overshoot.
+        bins.into_iter().map(|value| value.max(0.0)).collect()
     }
 
-    /// Standard error of [`view`](Self::view), bin by bin: at each node the largest of its own, its neighbours' and the contribution of one photon, since it is itself an estimate.
+    /// Standard error of [`view`](Self::view), bin by bin. At each node its variance is the
+    /// average over the node and its eight neighbours, and it is at least the contribution of one photon, since it is itself an estimate.
     ///
     /// # Panics
     /// If there is no such view or window.
@@ -130,6 +172,8 @@ impl Scatter {
 
 /// Sums over blocks of their images and of the squares of these.
 struct Sums {
+    /// Number of the first block.
+    first_block: usize,
     blocks: usize,
     first: Vec<f64>,
     second: Vec<f64>,
@@ -137,8 +181,9 @@ struct Sums {
 }
 
 impl Sums {
-    fn new(len: usize) -> Self {
+    fn new(len: usize, first_block: usize) -> Self {
         Self {
+            first_block,
             blocks: 0,
             first: vec![0.0; len],
             second: vec![0.0; len],
@@ -148,7 +193,8 @@ impl Sums {
 
     /// Adds some blocks.
     fn add(&mut self, problem: &Problem<'_>, histories: usize) -> Result<(), ScatterError> {
-        let blocks: Vec<_> = (self.blocks..self.blocks + BLOCKS_AT_ONCE)
+        let from = self.first_block + self.blocks;
+        let blocks: Vec<_> = (from..from + BLOCKS_AT_ONCE)
             .into_par_iter()
             .map_init(Tally::default, |tally, block| {
                 problem.block(block as u64, histories, tally)?;
@@ -173,27 +219,29 @@ impl Sums {
     fn estimate(&self, grid: &Grid) -> (Vec<f64>, Vec<f64>) {
         let n = self.blocks as f64;
         let images: Vec<f64> = self.first.iter().map(|sum| sum / n).collect();
-        let own: Vec<f64> = (images.iter().zip(&self.second))
-            .map(|(mean, sum)| ((sum / n - mean * mean).max(0.0) / (n - 1.0)).sqrt())
+        let variances: Vec<f64> = (images.iter().zip(&self.second))
+            .map(|(mean, sum)| (sum / n - mean * mean).max(0.0) / (n - 1.0))
             .collect();
-        let mut errors = own.clone();
+        let mut errors: Vec<f64> = variances.iter().map(|variance| variance.sqrt()).collect();
         let [nx, nz] = grid.size;
         for window in 0..grid.windows {
-            let views = (0..own.len() / (nx * nz)).filter(|k| k % grid.windows == window);
+            let views = (0..variances.len() / (nx * nz)).filter(|k| k % grid.windows == window);
             let nodes = views.clone().flat_map(|k| k * nx * nz..(k + 1) * nx * nz);
             let most = nodes
-                .max_by(|a, b| own[*a].total_cmp(&own[*b]))
+                .max_by(|a, b| variances[*a].total_cmp(&variances[*b]))
                 .unwrap_or(0);
             // Of n equal contributions each is the variance over the mean.
-            let one = match own[most] > 0.0 {
-                true => own[most].powi(2) / images[most],
+            let one = match variances[most] > 0.0 {
+                true => variances[most] / images[most],
                 false => 0.0,
             };
             for view in views {
-                let (errors, own) = (&mut errors[view * nx * nz..], &own[view * nx * nz..]);
+                let from = view * nx * nz;
+                let (errors, variances) = (&mut errors[from..], &variances[from..]);
                 for at in (1..nz - 1).flat_map(|row| row * nx + 1..(row + 1) * nx - 1) {
-                    let lines = [at - nx, at, at + nx].map(|at| &own[at - 1..at + 2]);
-                    errors[at] = lines.into_iter().flatten().fold(one, |a, b| b.max(a));
+                    let lines = [at - nx, at, at + nx].map(|at| &variances[at - 1..at + 2]);
+                    let sum: f64 = lines.into_iter().flatten().sum();
+                    errors[at] = (sum / 9.0).sqrt().max(one);
                 }
             }
         }

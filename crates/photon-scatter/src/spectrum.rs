@@ -57,7 +57,7 @@ fn photoelectric(energy: f64) -> f64 {
 pub(crate) const ATTENUATION: usize = 0;
 /// Fraction of the interactions that are scatterings.
 pub(crate) const SCATTERED: usize = 1;
-/// Mean efficiency of the next scattering, over all directions.
+/// Largest efficiency of the next scattering in any direction.
 pub(crate) const IMPORTANCE: usize = 2;
 /// Largest efficiency of any window.
 pub(crate) const HIGHEST: usize = 3;
@@ -191,13 +191,13 @@ impl Spectrum {
     }
 }
 
-/// Mean efficiency of the next scattering, over all directions.
+/// Largest efficiency of the next scattering in any direction.
 fn importance(energy: f64, efficiency: &impl Fn(f64) -> f64) -> f64 {
     let compton = Compton::of(energy);
     let n = 64;
-    let cosine = |k: usize| (2 * k + 1) as f64 / n as f64 - 1.0;
+    let cosine = |k: usize| 1.0 - 2.0 * k as f64 / n as f64;
     let at = |c: f64| compton.relative_density(c) * efficiency(compton.energy_at(c));
-    (0..n).map(|k| at(cosine(k))).sum::<f64>() / n as f64
+    (0..=n).map(|k| at(cosine(k))).fold(0.0, f64::max)
 }
 
 /// Two neighbouring rows of the table, and the place between them.

@@ -1,7 +1,10 @@
-//! Blur of slabs of a view, each by a Gaussian of its own width.
+//! Blur of the slabs of a view, each by a Gaussian of its own width.
 //!
 //! A slab of variance V is divided between two [nodes](crate::response), which are blurred instead. The kernels are lattice Gaussians, whose
 //! variances are exact.
+
+use std::ops::Range;
+use std::sync::Arc;
 
 use rayon::prelude::*;
 
@@ -9,11 +12,11 @@ use crate::error::{at_least, finite, length, positive, within};
 use crate::response::{Nodes, Through};
 use crate::{RadonError, Sample};
 
-/// Slabs of views `[row][slab][bin]`, blurred and added up: a plan, shared by threads.
+/// Blurs slabs of views `[row][slab][bin]` and adds them: a plan, shared by threads.
 ///
 /// ```
 /// use radon::DepthBlur;
-/// // Two slabs, seen 0.3 and 0.5 cm wide (standard deviations), on bins and rows of 0.4 cm.
+/// // Two slabs, blurred by 0.3 and 0.5 cm (standard deviations), on bins and rows of 0.4 cm.
 /// let blur = DepthBlur::new(&[0.3 * 0.3, 0.5 * 0.5], [0.4; 2], 1e-4)?;
 /// let [_, above] = blur.reach();
 /// let (n_bins, n_rows) = (41, 1 + 2 * above);
@@ -31,18 +34,18 @@ use crate::{RadonError, Sample};
 #[derive(Debug, Clone)]
 #[doc(alias = "PSF")]
 pub struct DepthBlur {
-    /// Of each slab the narrower node, and the share of the next one.
+    /// For each slab the narrower node, and the fraction of the next one.
     slabs: Vec<(usize, f64)>,
-    nodes: Nodes,
+    nodes: Arc<Nodes>,
 }
 
 impl DepthBlur {
-    /// A blur of slabs by these variances (cm^2), in any order, one at least, for bins and rows of `pitch` (cm); `tolerance` is that of the height of a
-    /// point's image, as a share of it.
+    /// Plans the blur of slabs by these variances (cm^2; one at least, in any order) for bins and rows of `pitch` (cm). `tolerance` bounds
+    /// the relative error of the peak of a point's image.
     ///
     /// # Errors
     /// [`RadonError::TooFew`] for no slab; [`RadonError::NotFinite`], [`RadonError::NotPositive`] for a pitch; [`RadonError::OutOfRange`]
-    /// for a variance below zero, a tolerance not between 1e-12 and 1, or variances that take more than 1e5 blurs or 1e8 weights;
+    /// for a variance below zero, a tolerance outside 1e-12 to 1, or variances that need more than 1e5 blurs or 1e8 weights;
     /// [`RadonError::TooLarge`].
     pub fn new(variances: &[f64], pitch: [f64; 2], tolerance: f64) -> Result<Self, RadonError> {
         at_least("slabs of a blur", variances.len(), 1)?;
@@ -58,17 +61,36 @@ impl DepthBlur {
         let nodes = Nodes::new([near, far], pitch, tolerance, Through::Own)?;
         Ok(Self {
             slabs: variances.iter().map(|&v| nodes.fraction(v)).collect(),
-            nodes,
+            nodes: Arc::new(nodes),
         })
     }
 
-    /// Bins, and rows, over which a sample is spread at most.
-    pub fn reach(&self) -> [usize; 2] {
-        self.nodes.reach()
+    /// Returns the blur of some of the slabs, which shares the kernels.
+    ///
+    /// # Errors
+    /// [`RadonError::TooFew`] for no slab; [`RadonError::WrongLength`] for slabs that there are not.
+    pub fn slabs(&self, slabs: Range<usize>) -> Result<Self, RadonError> {
+        at_least("slabs of a blur", slabs.len(), 1)?;
+        let of = self.slabs.get(slabs.clone());
+        length("slabs", self.slabs.len(), slabs.end.max(self.slabs.len()))?;
+        Ok(Self {
+            slabs: of.unwrap_or_default().to_vec(),
+            nodes: Arc::clone(&self.nodes),
+        })
     }
 
-    /// The largest deviation of the image of a point between the nodes from the lattice Gaussian of its variance, relative to the peak of
-    /// that: a bound from above, beside the rounding of samples.
+    /// Returns the largest numbers of bins and of rows over which a sample is spread.
+    pub fn reach(&self) -> [usize; 2] {
+        let reach = |axis: usize| {
+            self.nodes.kernels[self.used()]
+                .iter()
+                .map(move |k| k[axis].len() - 1)
+        };
+        [0, 1].map(|axis| reach(axis).max().unwrap_or(0))
+    }
+
+    /// Returns an upper bound on the deviation of the image of a point between the nodes from the lattice Gaussian of its variance,
+    /// relative to its peak, without the rounding of samples.
     ///
     /// # Errors
     /// [`RadonError::TooLarge`].
@@ -76,17 +98,25 @@ impl DepthBlur {
         Ok(self.nodes.deviation()?.peak)
     }
 
-    /// Blurs that a view takes.
+    /// Returns the number of blurs of a view.
     pub fn n_nodes(&self) -> usize {
-        self.nodes.kernels.len()
+        self.used().len()
     }
 
-    /// Adds up the blurred slabs `[row][slab][bin]` of a view: `out` is `[row][bin]` of the rows from number `above` of those given on. What is
-    /// beyond the rows and bins given counts as nothing; whoever wants some rows as they are in a larger view gives
-    /// [`reach`](Self::reach) more on either side.
+    /// The nodes among which the slabs are divided.
+    fn used(&self) -> Range<usize> {
+        let ends = (self.slabs.iter()).map(|&(node, next)| [node, node + usize::from(next != 0.0)]);
+        let all = ends.fold([usize::MAX, 0], |[low, high], [a, b]| {
+            [low.min(a), high.max(b)]
+        });
+        all[0]..all[1] + 1
+    }
+
+    /// Adds the blurred slabs `[row][slab][bin]` of a view: `out` is `[row][bin]` and starts at row `above` of the given ones. Samples
+    /// beyond the given rows and bins count as zero; rows of a larger view need [`reach`](Self::reach) more on either side.
     ///
     /// # Errors
-    /// [`RadonError::TooFew`] for no bin; [`RadonError::WrongLength`] unless there are whole rows of all slabs, and enough of them; [`RadonError::NotFinite`] for a sample.
+    /// [`RadonError::TooFew`] for no bin; [`RadonError::WrongLength`] for incomplete or missing rows; [`RadonError::NotFinite`] for a sample.
     pub fn apply<T: Sample>(
         &self,
         slabs: &[T],
@@ -113,16 +143,18 @@ impl DepthBlur {
         Ok(())
     }
 
-    /// [`Self::apply`] of samples that were looked at.
+    /// [`Self::apply`] for validated samples.
     fn blur<T: Sample>(&self, slabs: &[T], [n_bins, above]: [usize; 2], out: &mut [T]) {
         let n_rows = slabs.len() / (n_bins * self.slabs.len());
-        let mut images = vec![T::ZERO; (1 + self.n_nodes()) * n_rows * n_bins];
+        let used = self.used();
+        let mut images = vec![T::ZERO; (1 + used.len()) * n_rows * n_bins];
         let (view, images) = images.split_at_mut(n_rows * n_bins);
         for (row, slabs) in slabs.chunks(n_bins * self.slabs.len()).enumerate() {
             for (slab, &(node, next)) in slabs.chunks(n_bins).zip(&self.slabs) {
                 for (node, share) in [(node, 1.0 - next), (node + 1, next)] {
                     if share != 0.0 {
-                        let image = &mut images[(node * n_rows + row) * n_bins..][..n_bins];
+                        let at = (node - used.start) * n_rows + row;
+                        let image = &mut images[at * n_bins..][..n_bins];
                         let share = T::of(share);
                         for (sum, v) in image.iter_mut().zip(slab) {
                             *sum += share * *v;
@@ -131,8 +163,8 @@ impl DepthBlur {
                 }
             }
         }
-        for (image, [along, across]) in images.chunks_mut(n_rows * n_bins).zip(&self.nodes.kernels)
-        {
+        let kernels = &self.nodes.kernels[used];
+        for (image, [along, across]) in images.chunks_mut(n_rows * n_bins).zip(kernels) {
             let reach = along.len() - 1;
             image.par_chunks_mut(n_bins).for_each(|row| {
                 let padded = zero_padded(row, reach);
@@ -154,11 +186,11 @@ fn zero_padded<T: Sample>(samples: &[T], beside: usize) -> Vec<T> {
     padded
 }
 
-/// Weighs items of `stride` samples with their neighbours.
+/// Computes weighted sums of items of `stride` samples and their neighbours.
 fn weigh<T: Sample>(out: &mut [T], padded: &[T], stride: usize, weights: &[f64]) {
     let weights: Vec<T> = weights.iter().map(|&w| T::of(w)).collect();
     let reach = weights.len() - 1;
-    // Samples at one place of all items are `stride` apart, so one shift of the whole array pairs them all.
+    // Corresponding samples of all items are `stride` apart, so that one shift of the whole array pairs them all.
     let len = out.len();
     let at = |k: usize| &padded[k * stride..k * stride + len];
     for (out, v) in out.iter_mut().zip(at(reach)) {

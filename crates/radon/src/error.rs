@@ -1,11 +1,10 @@
-//! The one error type of the crate: each variant carries the numbers that were given and those that are allowed.
+//! The error type of the crate: variants contain the given values and the allowed ones.
 
 use std::error::Error;
 use std::fmt;
 use std::sync::Arc;
 
-/// What was measured or given when a plan, a geometry or an input was refused. Messages give large and small numbers by their powers
-/// of ten.
+/// Invalid input to a plan, a geometry or a run, with the measured or given value. Messages write large and small numbers as powers of ten.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum RadonError {
@@ -25,7 +24,7 @@ pub enum RadonError {
         /// The value given.
         given: f64,
     },
-    /// A count is below the least that makes sense.
+    /// A count is too small.
     #[error("{what} must be at least {least}, got {given}")]
     TooFew {
         /// Name of the count.
@@ -47,7 +46,7 @@ pub enum RadonError {
         /// The greatest value allowed.
         most: f64,
     },
-    /// An array does not have the length that the geometry asks for.
+    /// An array does not have the length of the geometry.
     #[error("{what} must hold {expected} samples, got {given}")]
     WrongLength {
         /// Name of the array.
@@ -67,7 +66,7 @@ pub enum RadonError {
         /// Its value.
         given: f64,
     },
-    /// A stored sample is negative where only values >= 0 make sense.
+    /// A stored sample is negative where only values >= 0 are valid.
     #[error("{what} holds the negative value {given:?} at index {index}")]
     NegativeSample {
         /// Name of the array.
@@ -77,7 +76,7 @@ pub enum RadonError {
         /// Its value.
         given: f64,
     },
-    /// The array sizes multiply to more than the address space holds, or than there is memory for.
+    /// The product of array sizes exceeds the address space or the memory.
     #[error("{what}: {a} x {b} samples do not fit into memory")]
     TooLarge {
         /// Name of the array.
@@ -95,23 +94,23 @@ pub enum RadonError {
     ShortArc {
         /// The largest gap between neighbouring directions modulo pi, in radians.
         gap: f64,
-        /// That gap divided by the mean of the other gaps.
+        /// This gap divided by the average of the other gaps.
         ratio: f64,
         /// The largest ratio that counts as complete.
         most: f64,
-        /// The largest angle given, without its sign, in radians.
+        /// The largest absolute angle, in radians.
         furthest: f64,
     },
-    /// Views are to be spread over more turns than anybody takes: most likely the arc is in degrees.
+    /// An arc has more turns than allowed: most likely it is in degrees.
     #[error(
         "an arc of {arc:?} rad is {turns:?} turns (at most {most:?} allowed); if it is in degrees, say so with `arc_degrees`"
     )]
     LongArc {
         /// The arc given, in radians.
         arc: f64,
-        /// Turns that it is.
+        /// Number of turns.
         turns: f64,
-        /// Turns that are allowed.
+        /// Largest allowed number of turns.
         most: f64,
     },
     /// A list of angles has equal steps over 180 or 360 rad, to nine digits: a half or full turn in degrees.
@@ -121,7 +120,7 @@ pub enum RadonError {
     LikeDegrees {
         /// Number of angles.
         n_views: usize,
-        /// What the steps add up to.
+        /// Sum of the steps.
         arc: f64,
     },
     /// An index range is empty, reversed or leaves the array.
@@ -142,7 +141,7 @@ pub enum RadonError {
         /// The set given.
         given: crate::InstructionSet,
     },
-    /// The memory budget is below what the smallest slab needs.
+    /// The memory budget is below the requirement of the smallest slab.
     #[error("the smallest slab needs {least} bytes, the budget is {given}")]
     BudgetTooSmall {
         /// Bytes that the smallest slab needs.
@@ -164,7 +163,7 @@ pub enum RadonError {
         /// Largest deviation of their scalar products from 0 and 1.
         deviation: f64,
     },
-    /// What a caller's own [`LinearOperator`](crate::LinearOperator) failed with: [`RadonError::user`].
+    /// An error of the caller's own [`LinearOperator`](crate::LinearOperator): [`RadonError::user`].
     #[error(transparent)]
     User(UserError),
     /// An iterative solver used up its iterations before a rule that was set was met.
@@ -176,7 +175,7 @@ pub enum RadonError {
 }
 
 impl RadonError {
-    /// The failure of a caller's own operator, whatever it is, for its solver to stop with.
+    /// Wraps the error of a user-defined operator; the solver stops and returns it.
     ///
     /// ```
     /// use std::error::Error;
@@ -315,7 +314,7 @@ pub(crate) fn zeros<T: Copy + Default>(
     a: usize,
     b: usize,
 ) -> Result<Vec<T>, RadonError> {
-    // Asked for first: `vec!` ends the process if it is refused, and alone does not touch the memory.
+    // Reserves first: `vec!` aborts the process if memory is lacking, and alone does not touch the memory.
     drop(room::<T>(what, a, b)?);
     Ok(vec![T::default(); a * b])
 }

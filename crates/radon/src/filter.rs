@@ -16,6 +16,7 @@ use crate::error::{RadonError, at_least, finite, positive, within};
 /// ```
 ///
 /// All vanish for `nu > 1` except Butterworth, whose `cutoff` is where it has fallen to `1/sqrt(2)`.
+#[doc(alias("apodization", "filter"))]
 #[derive(Debug, Clone, PartialEq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(
@@ -24,7 +25,7 @@ use crate::error::{RadonError, at_least, finite, positive, within};
 )]
 #[non_exhaustive]
 pub enum Window {
-    /// No window: the sharpest and the noisiest.
+    /// No window: highest resolution and noise.
     #[default]
     RamLak,
     /// Ramp times a sinc.
@@ -89,7 +90,7 @@ impl Window {
 }
 
 /// Sample `n` of the band-limited ramp for unit pitch: 1/4 at 0, `-1/(pi n)^2` at odd `n`, 0 at even `n` (Kak & Slaney 1988,
-/// eq. 3.61). Sampling `|f|` itself instead would lose the mean of the image.
+/// eq. 3.61). Samples of `|f|` itself would change the mean of the image.
 pub fn ramp_sample(n: i64) -> f64 {
     if n == 0 {
         0.25

@@ -1,4 +1,4 @@
-//! Where rays, bins and pixels are. Centres, never corners; one definition for projectors, filters and FBP.
+//! Geometry of rays, bins and pixels by their centres: one definition for projectors, filters and FBP.
 
 use std::f64::consts::PI;
 
@@ -6,7 +6,7 @@ use crate::error::{RadonError, at_least, finite, positive, product, room, zeros}
 
 /// Parallel-beam acquisition: a list of view angles and a row of detector bins.
 ///
-/// View `v` at angle `theta` looks along `(-sin theta, cos theta)`; its bins lie along `(cos theta, sin theta)`. The
+/// The rays of view `v` at angle `theta` run along `(-sin theta, cos theta)`; its bins lie along `(cos theta, sin theta)`. The
 /// centre of bin `k` of `n` is at
 ///
 /// ```text
@@ -128,8 +128,8 @@ impl ParallelGeometry {
         Self::new(angles, n_bins, pitch)
     }
 
-    /// Turns that an arc may take. What is longer is most likely in the wrong unit; several turns can be listed one by one with
-    /// [`new`](Self::new).
+    /// Largest number of turns of an arc. A longer one is probably in the wrong unit; [`new`](Self::new) accepts the angles of any number
+    /// of turns.
     pub const MOST_TURNS: f64 = 2.0;
 
     /// The same views with every bin centre moved by `offset` (a length, towards larger bins).
@@ -193,10 +193,10 @@ impl ParallelGeometry {
 
     /// Weight of each view in the integral over directions, by the trapezoidal rule on the circle of directions modulo pi.
     ///
-    /// A view and its opposite see the same lines, so angles are folded into `[0, pi)`, sorted, and each distinct direction
-    /// gets half the distance to its two neighbours; views that share a direction (to 1e-9 rad) share its weight. Uniform
-    /// half and full turns thus get `pi / n_views`; non-uniform, repeated and over-complete lists need no special case. What
-    /// becomes of an unmeasured wedge is the [`ArcPolicy`]'s. Cost: a sort.
+    /// Opposite views measure the same lines, so angles are folded into `[0, pi)`, sorted, and each distinct direction gets half the
+    /// distance to its two neighbours; views that share a direction (to 1e-9 rad) share its weight. Uniform half and full turns thus get
+    /// `pi / n_views`; non-uniform, repeated and over-complete lists need no special case. [`ArcPolicy`] defines the treatment of an
+    /// unmeasured wedge. Cost: a sort.
     ///
     /// ```
     /// # use radon::{ArcPolicy, ParallelGeometry};
@@ -207,10 +207,10 @@ impl ParallelGeometry {
     /// ```
     ///
     /// # Errors
-    /// [`RadonError::ShortArc`] under [`ArcPolicy::Complete`]; [`RadonError::TooLarge`] for more views than there is memory for.
+    /// [`RadonError::ShortArc`] under [`ArcPolicy::Complete`]; [`RadonError::TooLarge`] if the views exceed the memory.
     pub fn view_weights(&self, policy: ArcPolicy) -> Result<Vec<f64>, RadonError> {
         const SAME: f64 = 1e-9;
-        // All the lists below: eight numbers a view.
+        // All lists below: eight numbers per view.
         drop(room::<[f64; 8]>("view weights", self.angles.len(), 1)?);
         let folded: Vec<f64> = self.angles.iter().map(|a| a.rem_euclid(PI) % PI).collect();
         let mut order: Vec<usize> = (0..folded.len()).collect();
@@ -233,13 +233,13 @@ impl ParallelGeometry {
         if let [first, .., last] = directions[..]
             && first + PI - last <= SAME
         {
-            // Just below pi is the direction just above zero.
+            // A direction just below pi equals the one just above zero.
             directions.pop();
             counts[0] += counts.pop().unwrap_or(0);
         }
 
         let n = directions.len();
-        // gap[i]: from direction i to the next one round the circle; they sum to pi.
+        // gap[i]: from direction i to the next one on the circle; they sum to pi.
         let mut gap: Vec<f64> = (0..n)
             .map(|i| {
                 if i + 1 < n {
@@ -268,7 +268,7 @@ impl ParallelGeometry {
                 }
                 ArcPolicy::Extend => {}
                 ArcPolicy::Truncate | ArcPolicy::Rescale => {
-                    // Each end view stands for its inner half gap on both sides.
+                    // Each end view represents its inner half gap on both sides.
                     let ends = gap[(widest + 1) % n].min(gap[widest])
                         + gap[(widest + n - 1) % n].min(gap[widest]);
                     gap[widest] = (ends / 2.0).min(gap[widest]);
@@ -280,7 +280,7 @@ impl ParallelGeometry {
         }
         let mut weights = vec![0.0; folded.len()];
         for (weight, direction) in weights.iter_mut().zip(direction_of) {
-            // The one that was just below pi is the first.
+            // A direction just below pi is the first one.
             let i = direction % n;
             let whole = scale * (gap[i] + gap[(i + n - 1) % n]) / 2.0;
             *weight = whole / counts[i] as f64;
@@ -289,7 +289,7 @@ impl ParallelGeometry {
     }
 }
 
-/// 180 or 360 if so many radians are divided by these angles into equal steps, with or without the last one.
+/// Returns 180 or 360 if these angles divide so many radians into equal steps, with or without the last one.
 fn whole_turn_in_degrees(angles: &[f64]) -> Option<f64> {
     let ([first, .., last], n) = (angles, angles.len() as f64) else {
         return None;
@@ -299,36 +299,37 @@ fn whole_turn_in_degrees(angles: &[f64]) -> Option<f64> {
     let arc = [180.0, 360.0]
         .into_iter()
         .find(|&arc| same(step.abs() * n, arc) || same(step.abs() * (n - 1.0), arc))?;
-    // Two or three views are as far apart by chance, or as little.
+    // Equal steps between two or three views may be accidental.
     let equal = angles.windows(2).all(|pair| same(pair[1] - pair[0], step));
     (angles.len() > 3 && equal).then_some(arc)
 }
 
-/// What to do when the views leave a wedge of directions unmeasured.
+/// Treatment of a wedge of directions that no view measures.
+#[doc(alias = "limited angle")]
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(rename_all = "kebab-case"))]
 #[non_exhaustive]
 pub enum ArcPolicy {
-    /// Refuse: the largest gap between neighbouring directions may be at most [`COMPLETE_RATIO`](Self::COMPLETE_RATIO)
-    /// times the mean of the others.
+    /// Return an error if the largest gap between neighbouring directions exceeds [`COMPLETE_RATIO`](Self::COMPLETE_RATIO) times the
+    /// average of the others.
     #[default]
     Complete,
-    /// Let the views on either side of a gap stand for the whole of it: weights sum to pi.
+    /// Extend the views on either side of a gap over all of it: weights sum to pi.
     Extend,
-    /// Leave the widest gap out: the unmeasured wedge counts as zero, weights sum to the measured arc.
+    /// Omit the widest gap: the unmeasured wedge counts as zero, weights sum to the measured arc.
     Truncate,
-    /// As `Truncate`, then scale all weights so that they sum to pi: the mean of the image stays right.
+    /// As `Truncate`, then scale all weights so that they sum to pi, which preserves the mean of the image.
     Rescale,
 }
 
 impl ArcPolicy {
-    /// Largest gap, in units of the mean of the other gaps, that [`ArcPolicy::Complete`] accepts. A golden-angle series
-    /// stays below 2.7, a uniform one at 1.
+    /// Largest gap that [`ArcPolicy::Complete`] accepts, relative to the average of the other gaps. A golden-angle series has at most 2.7,
+    /// a uniform one 1.
     pub const COMPLETE_RATIO: f64 = 4.0;
 }
 
-/// A rectangle of pixels in the image plane, square ones or not.
+/// A rectangular grid of pixels in the image plane.
 ///
 /// The centre of pixel `(ix, iy)` is at `centre + (dx * (ix - (nx-1)/2), dy * (iy - (ny-1)/2))` with `[dx, dy]` the
 /// [`spacing`](Self::spacing); an image is `[y][x]`, x fastest; a stack of them `[slice][y][x]`.
@@ -435,16 +436,16 @@ impl ImageGrid {
 /// Index order of the sinograms of many slices.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum StackOrder {
-    /// `[view][slice][bin]`, bin fastest: one detector image a view, as a camera delivers it.
+    /// `[view][slice][bin]`, bin fastest: one detector image per view, as acquired by a camera.
     #[default]
     ViewSliceBin,
-    /// `[slice][view][bin]`, bin fastest: one sinogram a slice.
+    /// `[slice][view][bin]`, bin fastest: one sinogram per slice.
     SliceViewBin,
 }
 
 impl StackOrder {
-    /// Index of the first bin of `view_idx`, `slice_idx` in a stack of `n_views` views and `n_slices` slices; none if there is no
-    /// such row, or the stack is larger than the address space.
+    /// Returns the index of the first bin of `view_idx`, `slice_idx` in a stack of `n_views` views and `n_slices` slices; `None` if there
+    /// is no such row, or the stack exceeds the address space.
     pub fn row_start(
         self,
         view_idx: usize,
@@ -458,7 +459,7 @@ impl StackOrder {
         there.then(|| self.start_of(view_idx, slice_idx, n_views, n_slices, n_bins))
     }
 
-    /// [`Self::row_start`] of a row that there is.
+    /// [`Self::row_start`] of an existing row.
     pub(crate) fn start_of(
         self,
         view_idx: usize,

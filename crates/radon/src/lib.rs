@@ -2,7 +2,7 @@
 //!
 #![doc = include_str!("../README.md")]
 //!
-//! # What it computes
+//! # Operators
 //!
 //! The Radon transform p of an image f (value x length), and filtered back-projection:
 //!
@@ -36,10 +36,10 @@
 //! The sum over views takes N³ updates, a Fourier method N² log N operations. [`FbpPlan`] selects by size ([`Method`]). For forward
 //! projection [`FourierProjector`] is the alternative to [`Projector`]; it is another operator with other weights.
 //!
-//! # What it is not
+//! # Limits
 //!
-//! Neither fan nor cone beam, no scatter, no files; objects beyond the analytic ones are the caller's. Attenuation and a blur that grows with
-//! the distance are in [`SpectOperator`] alone.
+//! Not included: fan and cone beams, scatter, files, voxelised objects other than the analytic ones. Only [`SpectOperator`] models
+//! attenuation and depth-dependent resolution.
 //!
 //! # References
 //!
@@ -82,11 +82,11 @@ pub use filter::{Window, padded_len, ramp_response, ramp_sample};
 pub use fourier::FourierProjector;
 pub use geometry::{ArcPolicy, ImageGrid, ParallelGeometry, StackOrder};
 pub use iterative::{
-    CglsOptions, EmOptions, Iteration, IterativeReport, LinearOperator, SirtOptions, StoppedBy,
-    Stopping, Subset, cgls, go_on, mlem, osem, sirt,
+    CglsOptions, EmOptions, Iteration, IterativeReport, LinearOperator, SirtOptions, StopReason,
+    Stopping, Subset, cgls, mlem, no_observer, osem, sirt,
 };
 pub use measure::{MaskedStats, disc_mask, rmse_within};
-pub use motion::{Displaced, MovingOperator, State, Warp, Warps};
+pub use motion::{Displacements, MovingOperator, State, Warp, Warps};
 #[cfg(feature = "noise")]
 #[cfg_attr(docsrs, doc(cfg(feature = "noise")))]
 pub use noise::{CountScale, poisson_counts, poisson_counts_into};

@@ -6,18 +6,17 @@ use rayon::prelude::*;
 use std::iter;
 use std::ops::Range;
 
-/// Sums are taken over blocks of this many samples and added in order, so that the result has the same bits for any number
-/// of threads. A block stays in the fastest cache while it is gone through more than once.
+/// Sums are computed over blocks of this many samples and added in order, so that the result is bitwise identical for any number of
+/// threads. A block fits in the first-level cache.
 const BLOCK: usize = 1 << 12;
 
-/// Sums side by side within a block: one alone would wait for each addition to end before the next.
+/// Parallel sums within a block: a single one would wait for each addition.
 const LANES: usize = 8;
 
-/// The pixels of `grid` whose centre is at most `radius` from the origin, about which the views
-/// turn; index order `[y][x]`.
+/// Returns the pixels of `grid` whose centre is at most `radius` from the axis of rotation, the origin; index order `[y][x]`.
 ///
 /// With `radius = (n / 2 - 1) * spacing` on a centred square grid this is the inscribed circle less
-/// one pixel, outside of which not every view sees the object.
+/// one pixel; not every view covers the pixels outside.
 ///
 /// ```
 /// let grid = radon::ImageGrid::square(4, 1.0)?;
@@ -57,12 +56,12 @@ pub struct MaskedStats {
 }
 
 impl MaskedStats {
-    /// Statistics of `values` where `mask` is set; `None` if it is set nowhere.
+    /// Computes statistics of `values` where `mask` is set; `None` if it is set nowhere.
     ///
     /// A mask shorter than the values is repeated: the mask of a slice serves a stack
-    /// `[slice][y][x]`. Sums are kept in `f64`; the spread is that about the mean of a block of samples, and of the blocks'
-    /// means (Chan, Golub, LeVeque 1983, <https://doi.org/10.1080/00031305.1983.10483115>), so that a small spread about a
-    /// large mean is not lost. The values are read from memory once. Same bits for any number of threads.
+    /// `[slice][y][x]`. Sums are `f64`; the spread combines the spreads about the means of blocks of samples and the spread of these means
+    /// (Chan, Golub, LeVeque 1983, <https://doi.org/10.1080/00031305.1983.10483115>), so that a small spread about a large mean is
+    /// accurate. Values are read once. Bitwise identical for any number of threads.
     ///
     /// # Errors
     /// [`RadonError::WrongLength`] if the mask is empty or its length does not divide that of the
@@ -105,7 +104,7 @@ impl MaskedStats {
     }
 }
 
-/// What some samples add to the statistics.
+/// The contribution of some samples to the statistics.
 #[derive(Debug, Clone, Copy, Default)]
 struct Part {
     count: usize,
@@ -131,8 +130,8 @@ impl Part {
     }
 }
 
-/// Root mean square of `values - truth` where `mask` is set; `None` if it is set nowhere. The mask
-/// is repeated as in [`MaskedStats::of`].
+/// Returns the root mean square of `values - truth` where `mask` is set; `None` if it is set nowhere. The mask is repeated as in
+/// [`MaskedStats::of`].
 ///
 /// # Errors
 /// [`RadonError::WrongLength`] if the arrays differ in length or the mask's does not divide it.
@@ -169,7 +168,7 @@ fn check_period(values: usize, mask: usize) -> Result<(), RadonError> {
     }
 }
 
-/// `part` of each block of the samples, in order.
+/// Returns `part` of each block of the samples, in order.
 fn blocks<P: Send>(len: usize, part: impl Fn(Range<usize>) -> P + Sync) -> Vec<P> {
     (0..len.div_ceil(BLOCK))
         .into_par_iter()
@@ -177,11 +176,11 @@ fn blocks<P: Send>(len: usize, part: impl Fn(Range<usize>) -> P + Sync) -> Vec<P
         .collect()
 }
 
-/// The samples of a block in pieces that do not cross the end of the mask, each with its piece of it.
+/// Divides the samples of a block at the end of the mask; returns each piece with its piece of the mask.
 fn pieces(block: Range<usize>, mask: &[bool]) -> impl Iterator<Item = (Range<usize>, &[bool])> {
     let mut at = block.start;
     iter::from_fn(move || {
-        let from = at % mask.len(); // there are no blocks without a mask
+        let from = at % mask.len(); // blocks imply a mask
         let end = block.end.min(at - from + mask.len());
         let piece = at..end;
         at = end;
@@ -192,12 +191,12 @@ fn pieces(block: Range<usize>, mask: &[bool]) -> impl Iterator<Item = (Range<usi
 fn count_in(block: Range<usize>, mask: &[bool]) -> usize {
     pieces(block, mask)
         .flat_map(|(_, piece)| piece.chunks(usize::from(u8::MAX)))
-        // In a byte: sixteen are added at once.
+        // Summed in bytes, sixteen at once.
         .map(|few| usize::from(few.iter().map(|&set| u8::from(set)).sum::<u8>()))
         .sum()
 }
 
-/// Sums of the terms of a block's samples in the mask.
+/// Sums the terms of a block's samples in the mask.
 fn sums_where<T: Sample, const K: usize, const N: usize>(
     arrays: [&[T]; K],
     block: Range<usize>,
@@ -217,7 +216,7 @@ fn sums_where<T: Sample, const K: usize, const N: usize>(
         for (g, set) in masks.iter().enumerate() {
             let group = groups.map(|a| &a[g]);
             let at = |lane: usize| terms(group.map(|a| a[lane].f64()));
-            // Masks are made of long runs.
+            // Masks consist of long runs.
             if *set == [true; LANES] {
                 (0..LANES).for_each(|lane| add(lane, at(lane)));
             } else if *set != [false; LANES] {

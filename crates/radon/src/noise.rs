@@ -1,8 +1,7 @@
-//! Counting noise: what a detector reads when the mean number of counts is known.
+//! Poisson noise of given expected counts.
 //!
-//! Sample i becomes a Poisson number of mean `counts_per_unit * sample[i]`, drawn from a stream of random numbers of its own
-//! (ChaCha with 8 rounds, stream i of the seed). So a sample's noise depends on the seed, its place and its mean alone: not
-//! on threads, on what else is drawn, or on whether a view is taken by itself.
+//! Sample i becomes a Poisson number with mean `counts_per_unit * sample[i]`, drawn from its own stream of random numbers (ChaCha with 8
+//! rounds, stream i of the seed). So its noise depends only on seed, index and mean, not on threads or on the other samples that are drawn.
 
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
@@ -12,27 +11,27 @@ use rayon::prelude::*;
 use crate::error::{length, positive, within, zeros};
 use crate::{RadonError, Sample};
 
-/// Largest mean: all counts near it are whole numbers of an `f64`.
+/// Largest mean: counts near it are exact integers in `f64`.
 const MOST_COUNTS: f64 = 1e15;
 
-/// Samples to a task.
+/// Samples per task.
 const CHUNK: usize = 4096;
 
-/// How many counts a sample stands for.
+/// Conversion from samples to expected counts.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum CountScale {
-    /// This mean number of counts for a sample of 1.
+    /// Expected counts of a unit sample.
     PerUnit(f64),
-    /// This mean number of counts in all samples together.
+    /// Expected counts of all samples together.
     Total(f64),
 }
 
 impl CountScale {
-    /// Mean counts for a sample of 1, if these are all the samples.
+    /// Returns the expected counts of a unit sample; `samples` must be all samples.
     ///
     /// # Errors
-    /// [`RadonError::NotFinite`], [`RadonError::NotPositive`] for the scale, or for the samples' sum where a total is asked
-    /// for; [`RadonError::OutOfRange`] for a sample below zero.
+    /// [`RadonError::NotFinite`], [`RadonError::NotPositive`] for the scale, or for the sum of the samples with [`CountScale::Total`];
+    /// [`RadonError::OutOfRange`] for a sample below zero.
     pub fn per_unit<T: Sample>(&self, samples: &[T]) -> Result<f64, RadonError> {
         match *self {
             Self::PerUnit(counts) => positive("counts per unit", counts),
@@ -52,7 +51,7 @@ impl CountScale {
     }
 }
 
-/// Counts with Poisson noise for samples that give their means; the same bits for any number of threads.
+/// Draws Poisson counts for samples that are expected values; bitwise identical for any number of threads.
 ///
 /// ```
 /// use radon::{CountScale, poisson_counts};
@@ -66,7 +65,7 @@ impl CountScale {
 ///
 /// # Errors
 /// [`RadonError::NotFinite`] or [`RadonError::NotPositive`] for the scale; [`RadonError::OutOfRange`] or
-/// [`RadonError::NotFinite`] for a sample below zero, above 1e15 counts, or none.
+/// [`RadonError::NotFinite`] for a sample below zero, above 1e15 counts, or NaN.
 pub fn poisson_counts<T: Sample>(
     samples: &[T],
     scale: CountScale,
@@ -77,10 +76,9 @@ pub fn poisson_counts<T: Sample>(
     Ok(out)
 }
 
-/// The same for a part of the samples, the first of which is number `first` of all: `counts_per_unit` is that of
-/// [`CountScale::per_unit`] for all of them.
+/// Draws counts for a part of the samples that starts at index `first`; `counts_per_unit` is [`CountScale::per_unit`] of all samples.
 ///
-/// Counts above 2^24 are rounded in an `f32`. Cost: about 0.2 us for each sample that is not zero.
+/// Counts above 2^24 are rounded in `f32`. Cost: about 0.2 us per nonzero sample.
 ///
 /// # Errors
 /// As [`poisson_counts`]; [`RadonError::WrongLength`] for `out`.
@@ -103,7 +101,7 @@ pub fn poisson_counts_into<T: Sample>(
         .for_each(|(chunk, (out, samples))| {
             for (k, (out, sample)) in out.iter_mut().zip(samples).enumerate() {
                 let place = first.wrapping_add((chunk * CHUNK + k) as u64);
-                // A mean of zero, or one that underflows, is no distribution: nothing is counted.
+                // A mean of zero, or one that underflows, gives no counts.
                 *out = match Poisson::new(sample.f64() * counts_per_unit) {
                     Err(_) => T::ZERO,
                     Ok(poisson) => {

@@ -1,8 +1,8 @@
-//! Work arrays that calls and threads share.
+//! Work arrays shared by calls and threads.
 
 use std::sync::{Mutex, PoisonError};
 
-/// As many work arrays as there were uses at the same time. They are kept between uses, and no use waits for another.
+/// Work arrays, as many as there were concurrent uses. They are kept between uses, and no use waits for another.
 #[derive(Debug)]
 pub(crate) struct Pool<S>(Mutex<Vec<S>>);
 

@@ -1,15 +1,15 @@
-//! Views moved on the detector: what a rigid shift of the object does to parallel views, taken back.
+//! Shifts of views on the detector, which compensate a rigid displacement of the object.
 
 use crate::error::{finite, length, product};
 use crate::{RadonError, Sample};
 
-/// Adds `weight` times a view `[row][bin]` moved by `shift` = [bins, rows] to another: what was at bin b and row j comes to b - `shift[0]`
-/// and j - `shift[1]`.
+/// Adds `weight` times a view `[row][bin]`, shifted by `shift` = [bins, rows], to another: the sample at bin b and row j moves to b -
+/// `shift[0]` and j - `shift[1]`.
 ///
-/// An object that moves by D is seen, at the angle theta, moved by `D . (cos theta, sin theta, 0)` along the bins and by `D_z` along
-/// the rows: a shift by as much, over the pitches, undoes that. Whole bins and rows are moved exactly. Between them it is linear
-/// interpolation: the error is at most an eighth of the pitch squared times the second derivative, next to an edge half of the jump. What
-/// comes from beyond the edges is zero.
+/// A displacement D of the object shifts the view at the angle theta by `D . (cos theta, sin theta, 0)` along the bins and by `D_z` along
+/// the rows; a shift of the same size, divided by the pitches, undoes it. Shifts by whole bins and rows are exact. Others interpolate
+/// linearly: the error is at most an eighth of the pitch squared times the second derivative, or half of the jump at an edge. Samples from
+/// beyond the edges are zero.
 ///
 /// ```
 /// let view = [0.0_f64, 1.0, 3.0, 0.0];
@@ -48,7 +48,7 @@ pub fn add_shifted<T: Sample>(
     Ok(())
 }
 
-/// The places on either side of one that is moved, those that there are, with their weights.
+/// Returns the existing neighbours of a shifted position, with their weights.
 fn neighbours(
     at: usize,
     (whole, part): (f64, f64),

@@ -1,4 +1,4 @@
-//! Stacks of slices as callers hold them, and memory for blocks with the slices innermost, as the kernels want them.
+//! Stacks of slices in the layout of callers, and memory for blocks in the layout of the kernels, with slices innermost.
 
 use std::ops::Range;
 
@@ -50,7 +50,7 @@ impl Stack {
             .start_of(row, slice, self.n_rows, self.n_slices, self.row_len)
     }
 
-    /// Which of some slices hold anything but zeros; refuses NaN and infinity in them.
+    /// Returns the slices that contain signal; rejects NaN and infinity in them.
     pub(crate) fn with_signal<T: Sample>(
         &self,
         data: &[T],
@@ -82,13 +82,13 @@ impl Stack {
         }
     }
 
-    /// Row `row` of each of the given slices.
+    /// Returns row `row` of each of the given slices.
     pub(crate) fn rows<'a, T>(&self, data: &'a [T], row: usize, slices: &[usize]) -> Vec<&'a [T]> {
         let of = |&slice: &usize| self.row(data, row, slice);
         slices.iter().map(of).collect()
     }
 
-    /// All rows, to be written apart from each other: `[row][slice]`.
+    /// Returns all rows for separate writing: `[row][slice]`.
     pub(crate) fn rows_mut<'a, T>(&self, data: &'a mut [T]) -> Vec<Vec<&'a mut [T]>> {
         let mut rows: Vec<Vec<&mut [T]>> = Vec::new();
         rows.resize_with(self.n_rows, || Vec::with_capacity(self.n_slices));
@@ -103,7 +103,7 @@ impl Stack {
     }
 }
 
-/// A part of `memory`, of `len` samples, that starts on a cache line, as vectors of slices should; `memory` grows if need be.
+/// Returns a part of `memory` with `len` samples that starts on a cache line; `memory` grows if needed.
 pub(crate) fn aligned<T: Sample>(memory: &mut Vec<T>, len: usize) -> &mut [T] {
     const LINE: usize = 64;
     if memory.len() < len + LINE / size_of::<T>() {

@@ -1,4 +1,4 @@
-//! What a run takes from the heap at most, against what the plan said before.
+//! The largest heap memory of a run against the prediction of the plan.
 
 #![allow(clippy::expect_used, clippy::panic, clippy::unwrap_used)]
 

@@ -2,7 +2,10 @@
 
 #![allow(clippy::expect_used, clippy::panic, clippy::unwrap_used)]
 
-use revolve_voxel::{Body, Meridian, ParallelDetector, Pose, Sampling, VoxelGrid};
+use revolve_voxel::nalgebra::{Point3, Vector3};
+use revolve_voxel::{
+    Body, Lines, Meridian, ParallelDetector, PointRaster, Pose, Sampling, VoxelGrid,
+};
 use std::f64::consts::{FRAC_PI_4, PI};
 
 /// A balloon that bulges, also behind its base.
@@ -52,9 +55,9 @@ impl Clock {
 fn main() {
     let pose = Pose::axis_along_z(5.625)
         .unwrap()
-        .turned_x(FRAC_PI_4)
+        .rotated_x(FRAC_PI_4)
         .unwrap()
-        .turned_y(FRAC_PI_4)
+        .rotated_y(FRAC_PI_4)
         .unwrap();
     let detector = ParallelDetector::new(256, 256, [0.0625; 2]).unwrap();
     for threads in [1, 2] {
@@ -79,6 +82,27 @@ fn main() {
                     both.project_add(&rays, &[0.0, 1.0], 1.0, &mut out).unwrap();
                 }
                 println!("    90 views, both membranes: {:.4?} s (wall, processor)", clock.read());
+                // A cone beam from 60 cm to a detector at 40 cm, and the parallel rays as a list.
+                let clock = Clock::start();
+                for k in 0..90 {
+                    let (sin, cos) = (k as f64 * PI / 90.0).sin_cos();
+                    let (u, v, d) = (Vector3::new(cos, sin, 0.0), Vector3::z(), Vector3::new(-sin, cos, 0.0));
+                    let step = 0.0625 * 100.0 / 60.0;
+                    let detector = PointRaster {
+                        first: Point3::from(d * 40.0 - (u + v) * (127.5 * step)),
+                        bin_step: u * step,
+                        row_step: v * step,
+                    };
+                    let cone = Lines::between([256; 2], Point3::from(d * -60.0), detector).unwrap();
+                    both.project_add(&cone, &[0.0, 1.0], 1.0, &mut out).unwrap();
+                }
+                println!("    90 cone-beam views, both membranes: {:.4?} s (wall, processor)", clock.read());
+                let lists: Vec<Lines> = (0..90).map(|k| (&detector.rays(k as f64 * PI / 90.0).unwrap()).into()).collect();
+                let clock = Clock::start();
+                for lines in &lists {
+                    both.project_add(lines, &[0.0, 1.0], 1.0, &mut out).unwrap();
+                }
+                println!("    90 views as lists, both membranes: {:.4?} s (wall, processor)", clock.read());
                 let grid = VoxelGrid::cube(256, 0.0625).unwrap();
                 if n <= 200 {
                 let clock = Clock::start();

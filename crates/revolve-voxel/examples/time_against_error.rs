@@ -26,8 +26,8 @@ fn balloon(radius: f64) -> Result<Meridian, revolve_voxel::RevolveError> {
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let n: usize = std::env::args().nth(1).map_or(Ok(96), |a| a.parse())?;
     let pose = Pose::axis_along_z(5.625)?
-        .turned_x(FRAC_PI_4)?
-        .turned_y(FRAC_PI_4)?;
+        .rotated_x(FRAC_PI_4)?
+        .rotated_y(FRAC_PI_4)?;
     let body = Body::new(vec![balloon(1.75)?, balloon(2.75)?], pose)?;
     let h = 16.0 / n as f64;
     let grid = VoxelGrid::centred([n, n, 2], [h; 3], [0.0; 3])?;

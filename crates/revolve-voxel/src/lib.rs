@@ -18,7 +18,7 @@
 //! bitwise independent of the number of threads. Batch calls return counters of performed and skipped work.
 //!
 //! A ray along the surface is the limit of rays beside it, for any pose and view: along a plane face (a base, a step) the limit
-//! from further up the axis, so that a ray in the plane of the base passes the base and one in the face at the other end passes
+//! from further up the axis, so that a ray in the plane of the base is inside the body and a ray in the plane of the other end is
 //! outside; along a cone or a cylinder the limit from larger radii; along a side of a [`Sector`] the limit from larger azimuths. A
 //! ray is along the surface if it is to within 1e-14 of the sizes of body, pose and rays.
 //!
@@ -55,7 +55,9 @@ pub use rays::attenuation::{Attenuator, Medium};
 pub use rays::capsule::Capsule;
 pub use rays::cylinder::EllipticCylinder;
 pub use rays::detector::{ParallelDetector, ParallelRays};
+pub use rays::lines::{Lines, PointRaster};
 pub use rays::organ::{Ellipsoid, Organ, OrganShape, Organs};
+pub use rays::raster::Rays;
 pub use rays::ray::{Hit, Ray, Span};
 pub use sample::Sample;
 pub use solid::body::Body;
@@ -68,10 +70,10 @@ pub use solid::pose::Pose;
 pub use voxels::coverage::Sampling;
 pub use voxels::grid::VoxelGrid;
 pub use voxels::mask::Mask;
-pub use voxels::moment::Moment;
 pub use voxels::profile::Profile;
 pub use voxels::regions::RegionVolumes;
 pub use voxels::sweep::Sweep;
+pub use voxels::weighted_body::WeightedBody;
 pub use wall::nearest::NearestMaterial;
 pub use wall::sector::Sector;
 pub use wall::shell::Shell;

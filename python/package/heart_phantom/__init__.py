@@ -1,4 +1,4 @@
-"""A beating heart with exact ground truth: scenes, phantoms, and what they are made of.
+"""A beating heart with exact ground truth: scenes, phantoms, and their parts.
 
 >>> from heart_phantom import Phantom, Scene
 >>> phantom = Phantom(Scene().with_size(32))
@@ -7,7 +7,7 @@
 >>> round(phantom.numbers()["ejection_fraction"], 6)
 0.375
 
-`heart_phantom.radon` has the tomography, `heart_phantom.revolve` the solids, `heart_phantom.membrane` the membranes.
+Submodules: `heart_phantom.radon` (tomography), `heart_phantom.revolve` (solids), `heart_phantom.membrane` (membranes).
 """
 
 from heart_phantom import membrane, radon, revolve

@@ -67,8 +67,8 @@ class _Numbers(TypedDict):
     ejection_fraction: float
     gain: float
     cardiac_output: float
-    base_descent: float
-    base_share: float
+    av_plane_displacement: float
+    av_plane_fraction: float
     longitudinal_shortening: float
     wall_volume: float
     diastolic_thickness: _Thickness

@@ -1,4 +1,4 @@
-# Compiled; each name is described in the module that shows it.
+# Compiled; the exporting modules document the names.
 from heart_phantom import Motion as Motion
 from heart_phantom import Phantom as Phantom
 from heart_phantom import Scene as Scene

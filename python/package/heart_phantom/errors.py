@@ -1,36 +1,36 @@
-"""What can go wrong. Every message has the numbers that show why."""
+"""Exceptions. Messages contain the given values and the allowed ones."""
 
 from typing import Optional
 
 
 class HeartPhantomError(ValueError):
-    """Something given makes no sense, or no phantom, image or shape comes of it."""
+    """An invalid argument, or a computation that failed."""
 
 
 class SceneError(HeartPhantomError):
-    """A scene makes no sense, or cannot be computed."""
+    """An invalid scene, or a scene that cannot be computed."""
 
-    #: The file, if it came from one.
+    #: The scene file, if any.
     file: Optional[str] = None
-    #: Line in the text, from 1; None for a scene that is no text, or a field that the text leaves out.
+    #: Line, from 1; None if the scene has no text or the text lacks the field.
     line: Optional[int] = None
-    #: Column in the text, from 1.
+    #: Column, from 1.
     column: Optional[int] = None
-    #: The field, such as `camera.views` or `defects.1.s`; empty where the text is no TOML.
+    #: The field, such as `camera.views` or `defects.1.s`; empty if the text is not valid TOML.
     field: str = ""
-    #: What stands there; empty where nothing does.
+    #: The value; empty if there is none.
     given: str = ""
-    #: What would be right.
+    #: The allowed values.
     wanted: str = ""
 
 
 class RadonError(HeartPhantomError):
-    """A sinogram, an image or what is asked of them makes no sense."""
+    """Invalid sinograms, images or options."""
 
 
 class RevolveError(HeartPhantomError):
-    """A solid, its rays or its voxels make no sense."""
+    """Invalid solids, rays or voxels."""
 
 
 class MembraneError(HeartPhantomError):
-    """A membrane makes no sense, or has no equilibrium of that kind."""
+    """An invalid membrane, or no equilibrium at the prescribed quantity."""

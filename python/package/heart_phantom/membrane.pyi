@@ -21,7 +21,7 @@ class _Report(TypedDict):
     step: float
     history: list[float]
 
-class _Stretched(TypedDict):
+class _RubberState(TypedDict):
     stretches: _Doubles
     tensions: _Doubles
     stresses: _Doubles
@@ -91,7 +91,7 @@ class Equilibrium:
     @property
     def positions(self) -> _Doubles: ...
     def at(self, s: ArrayLike) -> _Doubles: ...
-    def stretched(self, s: ArrayLike) -> _Stretched: ...
+    def rubber_state(self, s: ArrayLike) -> _RubberState: ...
     def report(self) -> _Report: ...
 
 @final

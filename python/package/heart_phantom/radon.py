@@ -1,7 +1,7 @@
 """Parallel-beam tomography: projectors with exact adjoints, filtered back-projection, iterative methods.
 
 Sinograms are `[view][bin]`, images `[y][x]`; centres of n bins or pixels are at `(k - (n - 1) / 2) * pitch`; angles in radians.
-`float32` in, `float32` out; all other real numbers are computed in `float64`.
+`float32` input gives `float32` output; other real numbers are computed in `float64`.
 """
 
 from heart_phantom._native import FbpPlan, Geometry, Grid, Projector, Solution, cgls, fbp, mlem, osem, sirt

@@ -11,14 +11,14 @@ use heart_phantom::radon::{
 use pyo3::prelude::*;
 use std::sync::{Arc, OnceLock};
 
-/// Filtered back-projection of sinograms of a geometry onto the pixels of a grid, planned once for many data.
+/// Filtered back-projection from a geometry to a grid, planned once for many data.
 ///
 /// `window`: `"ram-lak"`, `"shepp-logan"`, `"cosine"`, `"hamming"`, `"hann"`, `{"butterworth": {"order": 4}}` or
-/// `{"custom": [1.0, 0.5, 0.0]}`, gains from frequency 0 to the cutoff. `cutoff`: share of the Nyquist frequency. `interpolation`:
-/// `"linear"` or `"band-limited"`. `edge`, what is beyond the ends of a row: `"zero"`, `"repeat"`, `"fade"`, `"ellipse"`. `arc`, what
-/// becomes of directions that no view measured: `"complete"` (an error), `"extend"`, `"truncate"`, `"rescale"`. `ramp`: whether rows are
-/// filtered. `region`: `((x0, x1), (y0, y1))`, the pixels to reconstruct. `method`: `"auto"`, `"direct"`, `"fourier"`. `memory`: bytes for
-/// work arrays.
+/// `{"custom": [1.0, 0.5, 0.0]}`, gains from frequency 0 to the cutoff. `cutoff`: fraction of the Nyquist frequency. `interpolation`:
+/// `"linear"` or `"band-limited"`. `edge`, the extrapolation beyond the ends of a row: `"zero"`, `"repeat"`, `"fade"`, `"ellipse"`. `arc`,
+/// the treatment of missing directions: `"complete"` (an error), `"extend"`, `"truncate"`, `"rescale"`. `ramp`: whether rows are filtered.
+/// `region`: `((x0, x1), (y0, y1))`, the pixels to reconstruct. `method`: `"auto"`, `"direct"`, `"fourier"`. `memory`: limit of work arrays
+/// in bytes.
 ///
 /// >>> import numpy as np
 /// >>> from heart_phantom.radon import FbpPlan, Geometry, Grid
@@ -31,7 +31,7 @@ use std::sync::{Arc, OnceLock};
 #[derive(Debug)]
 pub(crate) struct PyFbpPlan(Arc<Plans>);
 
-/// A plan of each precision, made when it is asked for.
+/// One plan per precision, made on demand.
 #[derive(Debug)]
 struct Plans {
     geometry: ParallelGeometry,
@@ -41,7 +41,7 @@ struct Plans {
     double: OnceLock<FbpPlan<f64>>,
 }
 
-/// A precision that has its plan among the two.
+/// A precision with its plan.
 trait Planned: Precision {
     fn known(plans: &Plans) -> &OnceLock<FbpPlan<Self>>;
 }
@@ -65,7 +65,7 @@ impl Plans {
             return Ok(plan);
         }
         let made = FbpPlan::new(&self.geometry, &self.grid, &self.options)?;
-        // Another thread may have been first, with the same.
+        // Another thread may have stored the same plan first.
         Ok(known.get_or_init(|| made))
     }
 
@@ -102,7 +102,7 @@ impl PyFbpPlan {
     }
 }
 
-/// A range of indices of each axis, x and y.
+/// An index range per axis, x and y.
 type Region = ((Whole, Whole), (Whole, Whole));
 
 #[pymethods]
@@ -147,9 +147,9 @@ impl PyFbpPlan {
         Self::make(py, geometry.get().0.clone(), grid.get().0, options)
     }
 
-    /// The image `[y][x]` of a sinogram `[view][bin]`, or the images `[slice][y][x]` of an array of them in the order that is named,
-    /// `"view-slice-bin"` (detector images, as `Phantom.views` gives them) or `"slice-view-bin"`. `float32` data make a `float32`
-    /// image, all other numbers one of `float64`.
+    /// Reconstructs the image `[y][x]` of a sinogram `[view][bin]`, or images `[slice][y][x]` of a stack in the given order:
+    /// `"view-slice-bin"` (detector images, as `Phantom.views` returns them) or `"slice-view-bin"`. `float32` data give a `float32` image,
+    /// all other numbers `float64`.
     #[pyo3(signature = (sinogram, *, order = "view-slice-bin"))]
     fn reconstruct<'py>(
         &self,
@@ -181,7 +181,7 @@ impl PyFbpPlan {
         PyGeometry(self.0.geometry.clone())
     }
 
-    /// The grid, whole.
+    /// The whole grid.
     #[getter]
     fn grid(&self) -> PyGrid {
         PyGrid(self.0.grid)
@@ -232,10 +232,10 @@ fn method_of(name: &str) -> PyResult<Method> {
     choice("method", name, &among)
 }
 
-/// The image `[y][x]` of a sinogram `[view][bin]` at `angles` in radians, in one call.
+/// Reconstructs the image `[y][x]` of a sinogram `[view][bin]` at `angles` in radians, in one call.
 ///
-/// `n` square pixels a side of the bins' pitch, as many as bins if nothing is said; values are per length in the pitch's unit. Of many
-/// sinograms, and for all options, there is `FbpPlan`.
+/// `n` pixels per side, by default the number of bins, of the size of the pitch; values are per length in the unit of the pitch. For many
+/// sinograms and all options use `FbpPlan`.
 ///
 /// >>> import numpy as np
 /// >>> from heart_phantom.radon import fbp

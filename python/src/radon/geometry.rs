@@ -1,4 +1,4 @@
-//! Where views, bins and pixels are.
+//! Geometry of views, bins and pixels.
 
 use crate::arrays::{array, numbers};
 use crate::errors::Failure;
@@ -10,7 +10,7 @@ use pyo3::types::PyDict;
 
 type Doubles<'py> = Result<Bound<'py, PyArrayDyn<f64>>, Failure>;
 
-/// Parallel views at `angles` in radians and a row of `n_bins` bins `pitch` apart.
+/// Parallel-beam geometry: views at `angles` in radians and a row of `n_bins` bins `pitch` apart.
 ///
 /// View `theta` has its bins along (cos theta, sin theta) and its rays along (-sin theta, cos theta). Bin k of n is centred at
 /// `(k - (n - 1) / 2) * pitch + offset`, measured from the axis of rotation, the origin of the image plane. A sinogram is
@@ -24,7 +24,7 @@ type Doubles<'py> = Result<Bound<'py, PyArrayDyn<f64>>, Failure>;
 pub(crate) struct PyGeometry(pub(crate) ParallelGeometry);
 
 impl PyGeometry {
-    /// Views and bins.
+    /// Numbers of views and bins.
     pub(crate) fn sizes(&self) -> [usize; 2] {
         [self.0.n_views(), self.0.n_bins()]
     }
@@ -45,7 +45,7 @@ impl PyGeometry {
         Ok(Self(made.with_offset(offset)?))
     }
 
-    /// The same with angles in degrees.
+    /// The geometry with angles in degrees.
     #[staticmethod]
     #[pyo3(signature = (angles, n_bins, pitch = 1.0, *, offset = 0.0))]
     fn from_degrees(
@@ -75,7 +75,7 @@ impl PyGeometry {
         Ok(Self(made))
     }
 
-    /// The same views with the axis of rotation at the bin index `bin`, a whole number or not.
+    /// The geometry with the axis of rotation at the (fractional) bin index `bin`.
     fn with_rotation_bin(&self, bin: f64) -> Result<Self, Failure> {
         Ok(Self(self.0.clone().with_rotation_bin(bin)?))
     }
@@ -106,7 +106,7 @@ impl PyGeometry {
         self.0.pitch()
     }
 
-    /// Where the middle of the row is, from the axis of rotation.
+    /// Position of the middle of the row, from the axis of rotation.
     #[getter]
     fn offset(&self) -> f64 {
         self.0.offset()
@@ -126,13 +126,13 @@ impl PyGeometry {
     }
 }
 
-/// What makes a geometry again, by place and by name.
+/// Arguments that restore a geometry, positional and by name.
 type NewArguments<'py> = (
     (Bound<'py, PyArrayDyn<f64>>, usize, f64),
     Bound<'py, PyDict>,
 );
 
-/// A rectangle of `nx` times `ny` pixels: images `[y][x]`.
+/// A rectangular grid of `nx` times `ny` pixels: images `[y][x]`.
 ///
 /// `spacing` is a number, or (dx, dy). Pixel (ix, iy) is centred at `centre + (dx * (ix - (nx - 1) / 2), dy * (iy - (ny - 1) / 2))`.
 ///
@@ -144,13 +144,13 @@ type NewArguments<'py> = (
 pub(crate) struct PyGrid(pub(crate) ImageGrid);
 
 impl PyGrid {
-    /// Rows and columns.
+    /// Numbers of rows and columns.
     pub(crate) fn sizes(&self) -> [usize; 2] {
         [self.0.ny(), self.0.nx()]
     }
 }
 
-/// One number for both axes, or one each.
+/// One number for both axes, or one for each.
 #[derive(Debug, FromPyObject)]
 enum Spacing {
     Both(f64),
@@ -170,7 +170,7 @@ impl PyGrid {
         Ok(Self(made.with_centre(centre)?))
     }
 
-    /// `n` times `n` square pixels about the origin.
+    /// A grid of `n` times `n` square pixels about the origin.
     #[staticmethod]
     #[pyo3(signature = (n, spacing = 1.0))]
     pub(crate) fn square(n: Whole, spacing: f64) -> Result<Self, Failure> {
@@ -189,7 +189,7 @@ impl PyGrid {
         self.0.spacing().into()
     }
 
-    /// Middle of the rectangle, (x, y).
+    /// Centre of the grid, (x, y).
     #[getter]
     fn centre(&self) -> (f64, f64) {
         self.0.centre().into()
@@ -224,5 +224,5 @@ impl PyGrid {
     }
 }
 
-/// What makes a grid again, by place and by name.
+/// Arguments that restore a grid, positional and by name.
 type NewGridArguments<'py> = ((usize, usize, (f64, f64)), Bound<'py, PyDict>);

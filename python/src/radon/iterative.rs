@@ -6,26 +6,26 @@ use crate::errors::Failure;
 use crate::values::Whole;
 use crate::work::{AtSignal, Watch, work_told};
 use heart_phantom::radon::{
-    CglsOptions, EmOptions, Iteration, IterativeReport, Projector, RadonError, SirtOptions,
-    StackOperator, StackOrder, StoppedBy, Stopping, cgls, mlem, osem, sirt,
+    self, CglsOptions, EmOptions, Iteration, IterativeReport, Projector, RadonError, SirtOptions,
+    StackOperator, StackOrder, StopReason, Stopping,
 };
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use std::ops::ControlFlow;
 use std::sync::Arc;
 
-/// What an iterative method found.
+/// The result of an iterative method.
 #[pyclass(name = "Solution", module = "heart_phantom.radon", frozen, get_all)]
 #[derive(Debug)]
 pub(crate) struct PySolution {
-    /// The image `[y][x]`, or images `[slice][y][x]`, of the precision of the data.
+    /// The image `[y][x]`, or images `[slice][y][x]`, in the precision of the data.
     image: Py<PyAny>,
-    /// Steps made; of OSEM, passes through all subsets.
+    /// Iterations; for OSEM through all subsets.
     iterations: usize,
-    /// Why it ended: `"max-iterations"`, `"residual"`, `"gradient"`, `"change"`; `None` if a rule was set and not met.
+    /// Stopping rule: `"max-iterations"`, `"residual"`, `"gradient"`, `"change"`; `None` if a rule was set and not met.
     stopped_by: Option<&'static str>,
-    /// What each step began with, `float64[step]` by name: `residual`, ||A x - b|| / ||b||; `change`, ||dx|| / ||x||, of the step; for CGLS
-    /// `gradient`, for MLEM and OSEM `log_likelihood`.
+    /// Norms before each iteration, `float64[iteration]` by name: `residual`, ||A x - b|| / ||b||; `change`, ||dx|| / ||x||, of the step;
+    /// for CGLS `gradient`, for MLEM and OSEM `log_likelihood`.
     history: Py<PyDict>,
 }
 
@@ -37,7 +37,7 @@ impl PySolution {
     }
 }
 
-/// When to stop, and in what order data come.
+/// Stopping rules and order of the data.
 #[derive(Debug)]
 struct Plan {
     stopping: Stopping,
@@ -59,7 +59,7 @@ impl Plan {
     }
 }
 
-/// A method with what it alone knows.
+/// A method with its own parameters.
 #[derive(Debug, Clone, Copy)]
 enum Method {
     Mlem,
@@ -76,7 +76,7 @@ enum Method {
     },
 }
 
-/// What a method works on.
+/// The input of a method.
 #[derive(Debug)]
 struct Problem<T> {
     projector: Arc<Projector>,
@@ -107,8 +107,8 @@ impl<T: Precision> Problem<T> {
                 .with_background(self.background.clone())
         };
         let report = match method {
-            Method::Mlem => mlem(&a, data, image, &em(), told),
-            Method::Osem { subsets } => osem(&a.subsets(subsets)?, data, image, &em(), told),
+            Method::Mlem => radon::mlem(&a, data, image, &em(), told),
+            Method::Osem { subsets } => radon::osem(&a.subsets(subsets)?, data, image, &em(), told),
             Method::Sirt {
                 relaxation,
                 lower,
@@ -118,24 +118,24 @@ impl<T: Precision> Problem<T> {
                     .with_stopping(stopping)
                     .with_relaxation(relaxation);
                 (options.lower, options.upper) = (lower, upper);
-                sirt(&a, data, image, &options, told)
+                radon::sirt(&a, data, image, &options, told)
             }
             Method::Cgls { gradient } => {
                 let mut options = CglsOptions::default().with_stopping(stopping);
                 options.gradient = gradient;
-                cgls(&a, data, image, &options, told)
+                radon::cgls(&a, data, image, &options, told)
             }
         };
         match report {
             Ok(report) => Ok((self.image, report)),
-            // The image that it came to is worth as much as without a rule.
+            // The last image is a valid result.
             Err(RadonError::NotConverged { report }) => Ok((self.image, *report)),
             Err(error) => Err(error),
         }
     }
 }
 
-/// What a call was given.
+/// The arguments of a call.
 struct Call<'a, 'py> {
     projector: &'a Bound<'py, PyProjector>,
     data: &'a Bound<'py, PyAny>,
@@ -169,7 +169,7 @@ impl Call<'_, '_> {
             }
             None => {
                 let level = match self.method {
-                    // What is zero stays zero.
+                    // Zero pixels would stay zero.
                     Method::Mlem | Method::Osem { .. } => T::ONE,
                     Method::Sirt { .. } | Method::Cgls { .. } => T::ZERO,
                 };
@@ -208,14 +208,14 @@ impl Call<'_, '_> {
 
 fn stopped_by(report: &IterativeReport) -> Option<&'static str> {
     report.stopped_by.as_ref().map(|by| match by {
-        StoppedBy::Residual => "residual",
-        StoppedBy::Gradient => "gradient",
-        StoppedBy::Change => "change",
+        StopReason::Residual => "residual",
+        StopReason::Gradient => "gradient",
+        StopReason::Change => "change",
         _ => "max-iterations",
     })
 }
 
-/// What the history has of each iteration, by name.
+/// A column of the history.
 type Column = (&'static str, fn(&Iteration) -> Option<f64>);
 
 fn history(py: Python<'_>, report: &IterativeReport) -> Result<Py<PyDict>, Failure> {
@@ -236,11 +236,11 @@ fn history(py: Python<'_>, report: &IterativeReport) -> Result<Py<PyDict>, Failu
     Ok(made.unbind())
 }
 
-/// MLEM: the image >= 0 of greatest Poisson likelihood, x <- x / (A^T 1) A^T (b / (A x + s)).
+/// MLEM: maximises the Poisson likelihood over images >= 0, x <- x / (A^T 1) A^T (b / (A x + s)).
 ///
-/// `data` is a sinogram `[view][bin]` of counts, or many in the order that is named; `start` an image above zero, all ones if none is
-/// given; `background` expected counts that do not come from the image. It ends after `iterations`, or once the relative `residual` or
-/// the relative `change` of a step is as small as asked for. `progress`, if any, is called now and then with the share that is done.
+/// `data` is a sinogram `[view][bin]` of counts, or a stack in the given order; `start` is a positive image, by default ones; `background`
+/// contains expected counts that do not come from the image. Stops after `iterations`, or when the relative `residual` or the relative
+/// `change` of a step is small enough. `progress` is called repeatedly with the completed fraction.
 ///
 /// Shepp and Vardi 1982, doi:10.1109/TMI.1982.4307558.
 ///
@@ -279,9 +279,9 @@ pub(crate) fn mlem(
     .solve()
 }
 
-/// OSEM: MLEM on `subsets` interleaved parts of the views in turn; an iteration is a pass through all of them.
+/// OSEM: MLEM on `subsets` interleaved subsets of the views in turn; an iteration processes all of them.
 ///
-/// Hudson and Larkin 1994, doi:10.1109/42.363108. All else as in `mlem`.
+/// Hudson and Larkin 1994, doi:10.1109/42.363108. Other arguments as in `mlem`.
 #[pyfunction]
 #[pyo3(signature = (projector, data, subsets, *, start = None, background = None, iterations = Whole(50), residual = None, change = None, order = "view-slice-bin", progress = None), text_signature = "(projector, data, subsets, *, start=None, background=None, iterations=50, residual=None, change=None, order='view-slice-bin', progress=None)")]
 #[expect(clippy::too_many_arguments, reason = "each by its name")]
@@ -311,10 +311,10 @@ pub(crate) fn osem(
     .solve()
 }
 
-/// SIRT: x <- x + lambda C A^T R (b - A x), then the bounds; R and C are one over the row and column sums of A.
+/// SIRT: x <- x + lambda C A^T R (b - A x), then the bounds; R and C contain the reciprocals of the row and column sums of A.
 ///
 /// `relaxation` is lambda, between 0 and 2; `lower` and `upper` bound the pixels. Gregor and Benson 2008, doi:10.1109/TMI.2008.923696.
-/// All else as in `mlem`, but for the start, which is zero if none is given.
+/// Other arguments as in `mlem`, except that the default `start` is zero.
 #[pyfunction]
 #[pyo3(signature = (projector, data, *, start = None, relaxation = 1.0, lower = None, upper = None, iterations = Whole(50), residual = None, change = None, order = "view-slice-bin", progress = None), text_signature = "(projector, data, *, start=None, relaxation=1.0, lower=None, upper=None, iterations=50, residual=None, change=None, order='view-slice-bin', progress=None)")]
 #[expect(clippy::too_many_arguments, reason = "each by its name")]
@@ -350,9 +350,9 @@ pub(crate) fn sirt(
     .solve()
 }
 
-/// CGLS: the image of least ||A x - b|| over a Krylov space that grows with each step; few steps regularise.
+/// CGLS: minimises ||A x - b|| over a Krylov space that grows with each step; few steps regularise.
 ///
-/// `gradient` ends it at ||A^T (b - A x)|| <= gradient ||A^T b||. Hestenes and Stiefel 1952, doi:10.6028/jres.049.044. All else as in
+/// `gradient` stops at ||A^T (b - A x)|| <= gradient ||A^T b||. Hestenes and Stiefel 1952, doi:10.6028/jres.049.044. Other arguments as in
 /// `sirt`.
 #[pyfunction]
 #[pyo3(signature = (projector, data, *, start = None, gradient = None, iterations = Whole(50), residual = None, change = None, order = "view-slice-bin", progress = None), text_signature = "(projector, data, *, start=None, gradient=None, iterations=50, residual=None, change=None, order='view-slice-bin', progress=None)")]

@@ -32,12 +32,12 @@ fn order_of(name: &str) -> PyResult<StackOrder> {
 /// One slice or many, of data or of images.
 #[derive(Debug, Clone, Copy)]
 struct Stack {
-    /// None for an array without an axis of slices.
+    /// `None` for an array without an axis of slices.
     slices: Option<usize>,
 }
 
 impl Stack {
-    /// What a sinogram `[view][bin]`, or an array of many of them, is.
+    /// Interprets the shape of a sinogram `[view][bin]`, or of a stack.
     fn of_data(shape: &[usize], [views, bins]: [usize; 2], order: StackOrder) -> PyResult<Self> {
         let slices = match (shape, order) {
             (&[v, b], _) if [v, b] == [views, bins] => None,
@@ -55,7 +55,7 @@ impl Stack {
         Ok(Self { slices })
     }
 
-    /// What an image `[y][x]`, or an array of many of them, is.
+    /// Interprets the shape of an image `[y][x]`, or of a stack.
     fn of_images(what: &str, shape: &[usize], [ny, nx]: [usize; 2]) -> PyResult<Self> {
         let slices = match *shape {
             [y, x] if [y, x] == [ny, nx] => None,

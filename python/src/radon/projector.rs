@@ -11,7 +11,7 @@ use std::sync::Arc;
 
 /// The discrete Radon transform A of images on a grid, and its exact adjoint.
 ///
-/// `kernel`: `"joseph"` (linear interpolation), `"siddon"` (exact lengths in pixels) or `"strip"` (exact means over bins).
+/// `kernel`: `"joseph"` (linear interpolation), `"siddon"` (exact lengths in pixels) or `"strip"` (exact bin averages).
 ///
 /// >>> import numpy as np
 /// >>> from heart_phantom.radon import Geometry, Grid, Projector
@@ -46,8 +46,8 @@ impl PyProjector {
         Ok(Self(Arc::new(made)))
     }
 
-    /// A x: the sinogram `[view][bin]` of an image `[y][x]`, or those of images `[slice][y][x]` in the order that is named,
-    /// `"view-slice-bin"` or `"slice-view-bin"`; value times length. `float32` makes `float32`, all other numbers `float64`.
+    /// A x: the sinogram `[view][bin]` of an image `[y][x]`, or of images `[slice][y][x]` in the given order, `"view-slice-bin"` or
+    /// `"slice-view-bin"`; value times length. `float32` gives `float32`, all other numbers `float64`.
     #[pyo3(signature = (image, *, order = "view-slice-bin"))]
     fn forward<'py>(
         &self,
@@ -64,7 +64,7 @@ impl PyProjector {
         })
     }
 
-    /// The transpose of A, applied to a sinogram `[view][bin]`, or to many in the order that is named; not the back-projection of FBP.
+    /// The adjoint of A, applied to a sinogram `[view][bin]` or to a stack in the given order; not the back-projection of FBP.
     #[pyo3(signature = (sinogram, *, order = "view-slice-bin"))]
     fn adjoint<'py>(
         &self,

@@ -25,9 +25,9 @@ fn covered_fraction(random: &mut Random) -> Option<f64> {
         .collect();
     let pose = Pose::axis_along_z(0.5)
         .ok()?
-        .turned_x(random.angle(-3.0, 3.0))
+        .rotated_x(random.angle(-3.0, 3.0))
         .ok()?
-        .turned_y(random.angle(-3.0, 3.0))
+        .rotated_y(random.angle(-3.0, 3.0))
         .ok()?;
     let body = Body::new(vec![Meridian::new(&profile).ok()?], pose).ok()?;
     let tolerance = random.decades(-2.5, -0.5);

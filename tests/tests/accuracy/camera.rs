@@ -44,8 +44,8 @@ fn scene(random: &mut Random, tolerance: f64) -> Scene {
         balloon.radius *= size;
     }
     // On no grid: the rays of the reference resolve an edge that is in line with their rows to the first order only.
-    scene.pose.turn_x = random.any(-180.0, 180.0);
-    scene.pose.turn_y = random.any(-180.0, 180.0);
+    scene.pose.rotate_x = random.any(-180.0, 180.0);
+    scene.pose.rotate_y = random.any(-180.0, 180.0);
     scene.pose.shift = [0; 3].map(|_| random.uniform(-1.0, 1.0));
     let camera = &mut scene.camera;
     (camera.views, camera.bins, camera.rows) = (2, 14, 12);

@@ -7,7 +7,7 @@ use std::f64::consts::PI;
 
 use crate::Row;
 use membrane_forces::{
-    CurvePiece, LinearEquilibrium, Membrane, PressureLaw, RestShape, Rubber, Stiffness,
+    CurvePiece, LinearEquilibrium, Membrane, PressureLaw, ReferenceShape, Rubber, Stiffness,
     StrainEnergy, Thickness,
 };
 use membrane_newton::{Control, Discretisation, NewtonError, NewtonOptions, Pair, Solver};
@@ -77,7 +77,7 @@ fn adaptive(membrane: &Membrane, tolerance: f64) -> Option<Solver> {
     Solver::new(membrane, Discretisation::SpectralAdaptive { tolerance }).ok()
 }
 
-/// Rounding of positions and pressures, over their size: what Newton's steps are left with on fine elements.
+/// Rounding of positions and pressures, relative to their size: the remaining steps of Newton on fine elements.
 const ROUNDING: f64 = 1e-11;
 
 fn springs(random: &mut Random) -> Option<f64> {
@@ -88,7 +88,7 @@ fn springs(random: &mut Random) -> Option<f64> {
     let (off, length) = if random.one_in(2) {
         let (h, radius) = (random.decades(-0.5, 1.0), random.decades(-0.3, 0.3));
         let kappa = random.uniform(-0.3, 4.0);
-        let membrane = Membrane::new(RestShape::balloon(h, radius).ok()?)
+        let membrane = Membrane::new(ReferenceShape::balloon(h, radius).ok()?)
             .with_law(PressureLaw::PerCurrentLength);
         let solved = adaptive(&membrane, tolerance)?
             .solve(Control::Load(kappa), &options)
@@ -104,7 +104,7 @@ fn springs(random: &mut Random) -> Option<f64> {
         };
         let stiffness = Stiffness::function(move |s| springs.stiffness(s), &[]).ok()?;
         let membrane =
-            Membrane::new(RestShape::disc(springs.radius).ok()?).with_stiffness(stiffness);
+            Membrane::new(ReferenceShape::disc(springs.radius).ok()?).with_stiffness(stiffness);
         let load = random.uniform(0.3, 3.0) * springs.radius;
         let solved = adaptive(&membrane, tolerance)?
             .solve(Control::Load(load), &options)
@@ -143,7 +143,7 @@ fn sheet(random: &mut Random) -> Sheet {
 impl Sheet {
     fn disc(&self) -> Option<Membrane> {
         let rubber = Rubber::new(self.energy.clone(), Thickness::UNIT).ok()?;
-        Some(Membrane::new(RestShape::disc(1.0).ok()?).with_rubber(rubber))
+        Some(Membrane::new(ReferenceShape::disc(1.0).ok()?).with_rubber(rubber))
     }
 }
 
@@ -205,7 +205,7 @@ fn wall(random: &mut Random) -> Option<f64> {
         per_piece: 1,
     };
     let [inner, outer] = [radius, outer].map(|radius| {
-        let balloon = RestShape::balloon(h, radius).ok()?;
+        let balloon = ReferenceShape::balloon(h, radius).ok()?;
         Solver::new(&Membrane::new(balloon), spectral).ok()
     });
     let (inner, outer) = (inner?, outer?);

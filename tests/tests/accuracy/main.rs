@@ -24,7 +24,7 @@ pub(crate) struct Row {
     pub(crate) name: &'static str,
     /// The quantity whose error is stated.
     pub(crate) what: &'static str,
-    /// What the result is compared with.
+    /// The reference of the result.
     pub(crate) reference: &'static str,
     /// The norm of the error.
     pub(crate) norm: &'static str,
@@ -50,7 +50,7 @@ const AREAS: [&[Row]; 7] = [
     motion::ROWS,
 ];
 
-/// What the problems of a row came to.
+/// The results of the problems of a row.
 struct Distribution {
     /// Ratios in ascending order.
     ratios: Vec<f64>,

@@ -3,7 +3,7 @@
 use membrane_implicit::membrane_newton::{Rubber, StrainEnergy, Thickness};
 use membrane_implicit::{
     Body, DiscreteMembrane, Energy, EvolvingOptions, Load, LoadState, Membrane, Motion,
-    PressureLaw, RestShape, Scheme, Stiffness, Stop, TimeStep, Tolerance, evolve,
+    PressureLaw, ReferenceShape, Scheme, Stiffness, Stop, TimeStep, Tolerance, evolve,
 };
 use tests::Random;
 
@@ -68,8 +68,8 @@ pub(crate) const ROWS: &[Row] = &[
     },
 ];
 
-fn rest(random: &mut Random) -> RestShape {
-    RestShape::balloon(random.uniform(3.0, 9.0), random.uniform(1.0, 2.5)).expect("a balloon")
+fn rest(random: &mut Random) -> ReferenceShape {
+    ReferenceShape::balloon(random.uniform(3.0, 9.0), random.uniform(1.0, 2.5)).expect("a balloon")
 }
 
 /// Springs of a stiffness of order one, under a law whose load is an intensity.
@@ -300,7 +300,7 @@ fn wall_volume(random: &mut Random) -> Option<f64> {
     let (height, radius) = (random.uniform(3.0, 9.0), random.uniform(1.0, 2.5));
     let nodes = 2 * random.integer(5, 30) + 1;
     let body = |radius: f64| {
-        let rest = RestShape::balloon(height, radius).expect("a balloon");
+        let rest = ReferenceShape::balloon(height, radius).expect("a balloon");
         let body = Body::springs(&Membrane::new(rest), nodes);
         body.and_then(|body| body.with_damping(1.0))
             .expect("a body")
@@ -325,7 +325,7 @@ fn wall_volume(random: &mut Random) -> Option<f64> {
 fn evolved(random: &mut Random) -> Option<f64> {
     let (height, radius) = (random.uniform(3.0, 9.0), random.uniform(1.0, 2.5));
     let nodes = 2 * random.integer(10, 100) + 1;
-    let membrane = Membrane::new(RestShape::balloon(height, radius).expect("a balloon"));
+    let membrane = Membrane::new(ReferenceShape::balloon(height, radius).expect("a balloon"));
     let tolerance = random.decades(-7.0, -2.0);
     let options = EvolvingOptions::default()
         .with_tolerance(tolerance)
@@ -333,7 +333,7 @@ fn evolved(random: &mut Random) -> Option<f64> {
     let force = random.uniform(100.0, 3000.0);
     let run = evolve(&membrane, nodes, force, &options).ok()?;
     let rest = Body::springs(&membrane, nodes).expect("a body");
-    let rest = rest.differences().rest().as_chunks::<2>().0.to_vec();
+    let rest = rest.differences().reference().as_chunks::<2>().0.to_vec();
     let c = &run.points;
     // lateral surface by frustums, over the whole curve by |y| and halved
     let surface: f64 = c

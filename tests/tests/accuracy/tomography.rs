@@ -308,21 +308,21 @@ fn residual_rule(random: &mut Random) -> Option<f64> {
             &data,
             &mut image,
             &CglsOptions::default().with_stopping(stopping),
-            radon::go_on,
+            radon::no_observer,
         ),
         1 => sirt(
             operator,
             &data,
             &mut image,
             &SirtOptions::default().with_stopping(stopping),
-            radon::go_on,
+            radon::no_observer,
         ),
         _ => mlem(
             operator,
             &data,
             &mut image,
             &EmOptions::default().with_stopping(stopping),
-            radon::go_on,
+            radon::no_observer,
         ),
     };
     report.ok()?;
@@ -340,7 +340,7 @@ fn gradient_rule(random: &mut Random) -> Option<f64> {
         .with_stopping(stopping)
         .with_gradient(rule);
     let mut image = vec![0.0; projector.grid().image_len()];
-    cgls(&projector, &data, &mut image, &options, radon::go_on).ok()?;
+    cgls(&projector, &data, &mut image, &options, radon::no_observer).ok()?;
     let scale = norm(&gradient(&matrix, &data));
     if scale == 0.0 {
         return None;

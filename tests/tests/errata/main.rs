@@ -1,7 +1,7 @@
-//! The misprints of Rohmer et al. 2006 (hal-03929238), row by row of `docs/theory.md`: what is printed fails, what we use holds.
+//! The misprints of Rohmer et al. 2006 (hal-03929238), row by row of `docs/theory.md`: the printed formula fails, the corrected one holds.
 //!
-//! Nothing here calls the crates: the formulas stand as printed and as corrected, side by side, on a discretisation written
-//! from scratch. That the crates use the corrected ones is the business of their own tests.
+//! Nothing here calls the crates: the formulas are implemented as printed and as corrected on an independent discretisation. The tests of
+//! the crates check that they use the corrected ones.
 
 #![allow(clippy::expect_used, clippy::panic, clippy::unwrap_used)]
 
@@ -18,7 +18,7 @@ const H: f64 = 8.5;
 const INNER: f64 = 1.75;
 const OUTER: f64 = 2.75;
 
-/// `n` nodes of the rest shape, equally spaced along it: cylinder of length `h`, half circle of radius `r`, back.
+/// `n` nodes of the reference shape, equally spaced along it: cylinder of length `h`, half circle of radius `r`, back.
 fn balloon(n: usize, h: f64, r: f64) -> Curve {
     let length = 2.0 * h + PI * r;
     let at = |arc: f64| {
@@ -36,7 +36,7 @@ fn balloon(n: usize, h: f64, r: f64) -> Curve {
         .collect()
 }
 
-/// The straight line from (0, r) to (0, -r): the rest shape of the appendix.
+/// The straight line from (0, r) to (0, -r): the reference shape of the appendix.
 fn disc(n: usize, r: f64) -> Curve {
     (0..n)
         .map(|k| Vector2::new(0.0, r - 2.0 * r * k as f64 / (n - 1) as f64))
@@ -69,7 +69,7 @@ fn imbalance(c: &Curve, c0: &Curve, f: f64) -> f64 {
 /// Derivatives of the pressure at a node with respect to (the node before, the node after).
 type PressureJacobian = fn(&Curve, usize, f64) -> (Matrix2<f64>, Matrix2<f64>);
 
-/// Eq. 14 as it follows from the pressure: it depends on c(n+1) - c(n-1) only, so the two are opposite.
+/// Eq. 14 as derived from the pressure: it depends on c(n+1) - c(n-1) only, so the two are opposite.
 fn jacobian_corrected(c: &Curve, k: usize, f: f64) -> (Matrix2<f64>, Matrix2<f64>) {
     let d = c[k + 1] - c[k - 1];
     let n = d.norm();
@@ -120,7 +120,7 @@ fn block_tridiagonal(
     x
 }
 
-/// Newton from rest with a fixed f; the imbalance before each step and after the last.
+/// Newton from the reference shape with a fixed f; the imbalance before each step and after the last.
 fn newton(c0: &Curve, f: f64, jacobian: PressureJacobian, max_steps: usize) -> (Curve, Vec<f64>) {
     let mut c = c0.clone();
     let k_scale = spacing(c0).powi(-2);

@@ -1,4 +1,4 @@
-//! Measures, the pair, the appendix, the pose.
+//! Area, volume and surface; the pair, the appendix, the pose.
 
 use super::*;
 
@@ -33,7 +33,7 @@ fn eq_34_sums_the_segments_of_the_upper_half() {
         let last = c.len().div_ceil(2); // i < N/2, i from 0
         c[..=last].windows(2).map(cone).sum()
     };
-    // N odd, a node at the apex: the printed bound takes one segment of the lower half, which undoes the last cone.
+    // N odd, a node at the apex: the printed bound includes one segment of the lower half, which cancels the last cone.
     let odd = balloon(41, H, INNER);
     let last_cone = cone(&odd[19..=20]);
     assert!(last_cone > 0.01);
@@ -188,7 +188,7 @@ fn figure_13_the_pose_is_fixed_by_its_direction() {
             .zip(expected)
             .all(|(a, b)| (a - b).abs() < 1e-15)
     );
-    // The other order of the two turns points elsewhere, so the order belongs to the convention.
+    // The other order of the two rotations gives another direction, so the order belongs to the convention.
     let other = [sin, -sin * cos, cos * cos];
     assert!((other[0] - 0.5f64).abs() > 0.1 && (other[1] + 0.5).abs() < 1e-15);
 }

@@ -69,7 +69,7 @@ fn eq_6_and_10_have_a_prime_on_the_displacement() {
 
 #[test]
 fn eq_11_has_the_curvature_of_the_rest_shape_on_the_right() {
-    // Without pressure the rest shape is the equilibrium: z'' = z0'' at every node, z'' = z0 nowhere on the cylinder.
+    // Without pressure the reference shape is the equilibrium: z'' = z0'' at every node, z'' = z0 nowhere on the cylinder.
     let c0 = balloon(101, H, INNER);
     assert!(imbalance(&c0, &c0, 0.0) == 0.0);
     let second = (c0[11] - 2.0 * c0[10] + c0[9]) / spacing(&c0).powi(2);
@@ -128,7 +128,7 @@ fn eq_14_as_printed_makes_newton_stall_and_corrected_converges_quadratically() {
     assert!(printed[50..].iter().all(|&norm| norm > 1.0), "{printed:?}");
     let (_, corrected) = newton(&c0, 17.5, jacobian_corrected, 60);
     assert!(corrected[2] < 1e-4 && corrected.len() <= 5, "{corrected:?}");
-    // Still so at a load 20 times as high.
+    // The same at a load 20 times as high.
     let (_, heavy) = newton(&c0, 400.0, jacobian_corrected, 60);
     assert!(heavy.len() <= 7, "{heavy:?}");
 }

@@ -45,7 +45,7 @@ fn force(g: impl Fn(usize) -> f64) -> DVector<f64> {
 
 #[test]
 fn eq_24_subtracts_the_elastic_force_of_the_rest_shape() {
-    // M_e U - F^0 must vanish at c = c0 whatever the velocity, so F^0 = K c0: there is no damping in it.
+    // M_e U - F^0 must vanish at c = c0 for any velocity, so F^0 = K c0 without damping.
     let system = small_system();
     let at_rest = DVector::from_fn(2 * FREE, |i, _| if i < FREE { 1.0 + i as f64 } else { 5.0 });
     let moving_less =
@@ -55,7 +55,7 @@ fn eq_24_subtracts_the_elastic_force_of_the_rest_shape() {
     assert!((&system.elastic * &moving_less - &system.damping * &at_rest).norm() > 1.0);
 }
 
-/// Which of the misprints of Eq. 28 and 29 to make.
+/// The misprints of Eq. 28 and 29 to apply.
 #[derive(Default)]
 struct Misprints {
     elastic_sign: bool,
@@ -64,8 +64,8 @@ struct Misprints {
     damping_without_dt: bool,
 }
 
-/// How far one step is from implicit Euler with a linear F_p: c+ = c + dt v+ and
-/// v+ = v + dt (K (c+ - c0) + F_p(c) + F_p' (c+ - c) - mu v). Zero but for rounding if the step is right.
+/// Difference of one step from implicit Euler with a linear F_p: c+ = c + dt v+ and v+ = v + dt (K (c+ - c0) + F_p(c) + F_p' (c+ - c) - mu
+/// v). Zero up to rounding if the step is correct.
 fn step_defect(misprints: Misprints) -> f64 {
     let SmallSystem {
         sys,

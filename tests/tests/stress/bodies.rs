@@ -1,4 +1,4 @@
-//! Random solids of revolution, seen by rays that graze, run along the axis, lie in a parallel or start at a corner.
+//! Random solids of revolution and rays that graze, run along the axis, lie in a parallel or start at a corner.
 
 use crate::{Outcome, with_threads};
 use nalgebra::{Point3, Vector3};
@@ -11,7 +11,7 @@ use tests::Random;
 pub(crate) fn scene(random: &mut Random) -> Outcome {
     let unit = random.decades(-6.0, 6.0);
     let Some((body, points, size)) = body(random, unit) else {
-        return Outcome::Refused;
+        return Outcome::Rejected;
     };
     for _ in 0..40 {
         let Some(ray) = ray(random, &body, &points, size) else {
@@ -34,7 +34,7 @@ fn body(random: &mut Random, unit: f64) -> Option<(Body, Vec<[f64; 2]>, f64)> {
     let mut points = Vec::new();
     for k in 0..=n {
         let x = match random.integer(0, 5) {
-            // Several radii at one place, and turning back.
+            // Several radii at one position, and reversals.
             0 => points.last().map_or(0.0, |&[x, _]: &[f64; 2]| x / unit),
             1 => (k as f64 - random.uniform(0.0, 0.4)) * step,
             _ => k as f64 * step,
@@ -58,7 +58,7 @@ fn body(random: &mut Random, unit: f64) -> Option<(Body, Vec<[f64; 2]>, f64)> {
     };
     let [x, y] = [turn(), turn()];
     let pose = Pose::axis_along_z(random.uniform(0.0, 1.0) * unit);
-    let pose = pose.ok()?.turned_x(x).ok()?.turned_y(y).ok()?;
+    let pose = pose.ok()?.rotated_x(x).ok()?.rotated_y(y).ok()?;
     let largest = points.iter().flatten().fold(unit, |a, b| a.max(b.abs()));
     Some((Body::new(layers, pose).ok()?, points, 2.0 * largest))
 }
@@ -97,9 +97,9 @@ fn ray(random: &mut Random, body: &Body, points: &[[f64; 2]], size: f64) -> Opti
     .ok()
 }
 
-/// Is a ray's value like those of rays beside it?
+/// Checks that the value of a ray is similar to those of neighbouring rays.
 ///
-/// They are on either side of whatever the ray may touch or lie in, and coincide with nothing.
+/// The neighbours are on either side of every surface that the ray may touch or lie in, and coincide with none.
 pub(crate) fn check_beside(
     random: &mut Random,
     here: f64,
@@ -121,7 +121,7 @@ pub(crate) fn check_beside(
             (low, high) = (low.min(value(&ray)), high.max(value(&ray)));
         }
     }
-    // Where a groove is touched all of them see more, by roots of how far they are aside; and the root of rounding.
+    // At a groove all of them have longer chords, by the square root of their displacement; and by the root of rounding.
     let slack = 3.0 * (high - low) + 1e-6 * size;
     assert!(
         here >= low - slack && here <= high + slack,
@@ -129,7 +129,7 @@ pub(crate) fn check_beside(
     );
 }
 
-/// Are some of a raster's samples like what rays beside theirs see?
+/// Whether some samples of a raster are close to those of neighbouring rays.
 pub(crate) fn check_samples(
     random: &mut Random,
     image: &[f64],
@@ -215,7 +215,7 @@ fn check_projection(random: &mut Random, body: &Body, size: f64) {
     check_samples(random, &one, &rays, place, |ray| {
         body.chord(outer, ray).unwrap()
     });
-    // With one activity throughout, only the outermost surface is looked at.
+    // With uniform activity, only the outermost surface is intersected.
     assert_eq!(counters.cast + counters.skipped, (bins * rows) as u64);
 }
 
@@ -244,7 +244,7 @@ fn check_voxels(random: &mut Random, body: &Body, size: f64) {
     );
     assert!(one.iter().all(|&v| (-1e-12..=1.0 + 1e-12).contains(&v)));
     if let Sampling::Coverage { tolerance } = sampling {
-        // Each voxel is right to the tolerance; the whole body lies in the grid.
+        // Each voxel is accurate to the tolerance; the whole body is within the grid.
         let volume = one.iter().sum::<f64>() * grid.voxel_volume();
         let exact = body.layers()[0].measures().volume;
         let cut = one.iter().filter(|&&v| v > 0.0 && v < 1.0).count() as f64 + 1.0;

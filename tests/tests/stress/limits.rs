@@ -1,9 +1,9 @@
-//! Where things end: numbers that are none at every entry, sizes beyond any memory, folders that cannot be written to, a process
-//! that is killed while it writes.
+//! Limits: NaN and infinity at every entry, sizes beyond any memory, folders without write permission, a process that is killed while it
+//! writes.
 
 use heart_phantom::files::{self, Format, Volume, write_npy};
 use heart_phantom::{MaterialPoint, PhantomError, Wall};
-use membrane_forces::{Membrane, MembraneError, RestShape, Stiffness};
+use membrane_forces::{Membrane, MembraneError, ReferenceShape, Stiffness};
 use membrane_newton::{Control, Discretisation, NewtonError, NewtonOptions, Pair, Solver};
 use nalgebra::{Point3, Vector3};
 use radon::{CountScale, DepthBlur, ImageGrid, ParallelGeometry, RadonError, poisson_counts};
@@ -21,7 +21,7 @@ fn body() -> Body {
 
 fn pair() -> Pair {
     let solver = |radius| {
-        let rest = RestShape::balloon(8.5, radius).expect("a balloon");
+        let rest = ReferenceShape::balloon(8.5, radius).expect("a balloon");
         Solver::new(
             &Membrane::new(rest),
             Discretisation::FiniteDifferences { nodes: 21 },
@@ -79,11 +79,11 @@ fn what_is_no_number_enters_nowhere() {
             // membrane-forces, membrane-newton
             (
                 "length of a balloon",
-                RestShape::balloon(bad, 1.0).err().is_some_and(forces),
+                ReferenceShape::balloon(bad, 1.0).err().is_some_and(forces),
             ),
             (
                 "radius of a balloon",
-                RestShape::balloon(1.0, bad).err().is_some_and(forces),
+                ReferenceShape::balloon(1.0, bad).err().is_some_and(forces),
             ),
             (
                 "stiffness",
@@ -178,9 +178,9 @@ fn what_is_no_number_enters_nowhere() {
             ),
             (
                 "turn",
-                pose.turned_x(bad).err().is_some_and(solid)
-                    && pose.turned_y(bad).err().is_some_and(solid)
-                    && pose.turned_z(bad).err().is_some_and(solid),
+                pose.rotated_x(bad).err().is_some_and(solid)
+                    && pose.rotated_y(bad).err().is_some_and(solid)
+                    && pose.rotated_z(bad).err().is_some_and(solid),
             ),
             (
                 "shift",
@@ -386,7 +386,7 @@ fn what_is_no_number_enters_nowhere() {
 #[test]
 fn sizes_beyond_memory_are_refused_and_not_tried() {
     let body = body();
-    // Counts whose product overflows, and one that is a number but no amount of memory.
+    // Counts whose product overflows, and one that exceeds any memory.
     for n in [usize::MAX, 1 << 32, 1 << 21] {
         let many = |error: RevolveError| matches!(error, RevolveError::TooLarge { .. });
         assert!(VoxelGrid::cube(n, 1.0).err().is_some_and(many), "{n}");
@@ -415,7 +415,7 @@ fn sizes_beyond_memory_are_refused_and_not_tried() {
             "{refused:?}"
         );
     }
-    let membrane = Membrane::new(RestShape::balloon(8.5, 1.75).expect("a balloon"));
+    let membrane = Membrane::new(ReferenceShape::balloon(8.5, 1.75).expect("a balloon"));
     for discretisation in [
         Discretisation::FiniteDifferences { nodes: huge },
         Discretisation::FiniteDifferences { nodes: 1 << 40 },
@@ -454,7 +454,7 @@ fn a_folder_that_cannot_be_written_to_is_an_error() {
     let folder = tempfile::tempdir().expect("a folder");
     let file = folder.path().join("file");
     std::fs::write(&file, "x").expect("a file");
-    // A file in place of the folder; a folder of the system that takes no files, whoever asks.
+    // A file in place of the directory; a system directory that accepts no files.
     for place in [file.as_path(), Path::new("/proc/self"), Path::new("/sys")] {
         for refused in [
             write_npy(&place.join("a.npy"), &[8], &[0.5_f32; 8]).err(),
@@ -473,8 +473,8 @@ fn a_folder_that_cannot_be_written_to_is_an_error() {
     );
 }
 
-/// A child writes one file over and over, each time with another number in all of it, and is killed after some of them, wherever it
-/// then is: what is found, before and after, is always one of those files, whole.
+/// A child process writes one file repeatedly, each time with another number throughout, and is killed at any time: the file before and
+/// after is always one of those files, complete.
 #[test]
 fn a_process_killed_while_it_writes_leaves_a_whole_file() {
     const FILE: &str = "STRESS_INTERRUPTED_FILE";

@@ -1,7 +1,7 @@
-//! Random and pathological scenes through everything: each ends in a finite answer that holds, or in a typed error.
+//! Random and pathological scenes for all crates: each ends in a finite result that passes its checks, or in a typed error.
 //!
-//! `cargo test -p tests --test stress` runs a few hundred scenes; `cargo xtask stress --minutes N` as many as fit into N
-//! minutes, from seeds nobody has tried. A scene that panics is named by its kind and seed; `STRESS_SEED=S` starts there.
+//! `cargo test -p tests --test stress` runs a few hundred scenes; `cargo xtask stress --minutes N` as many as possible in N minutes, from
+//! new seeds. A scene that panics is named by its kind and seed; `STRESS_SEED=S` starts there.
 
 #![allow(clippy::expect_used, clippy::panic, clippy::unwrap_used)]
 
@@ -20,14 +20,14 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::time::{Duration, Instant};
 use tests::Random;
 
-/// How a scene ended, when it ended well.
+/// The outcome of a scene without failure.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Outcome {
-    /// An answer that passed its checks.
+    /// A result that passed its checks.
     Answered,
     /// A typed error.
-    Refused,
-    /// One of a kind that is counted by itself.
+    Rejected,
+    /// A kind that is counted separately.
     Named(&'static str),
 }
 
@@ -56,7 +56,7 @@ fn run(kind: &str, scene: fn(&mut Random) -> Outcome) {
         }
         match catch_unwind(AssertUnwindSafe(|| scene(&mut Random::new(seed)))) {
             Ok(Outcome::Answered) => answered += 1,
-            Ok(Outcome::Refused) => refused += 1,
+            Ok(Outcome::Rejected) => refused += 1,
             Ok(Outcome::Named(kind)) => *named.entry(kind).or_default() += 1,
             Err(_) => failed.push(seed),
         }

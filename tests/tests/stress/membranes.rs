@@ -1,7 +1,7 @@
 //! Random membranes: any size and unit, stiffness ratios up to 1e12, any law and control, both discretisations.
 
 use crate::Outcome;
-use membrane_forces::{Membrane, PressureLaw, RestShape, Stiffness};
+use membrane_forces::{Membrane, PressureLaw, ReferenceShape, Stiffness};
 use membrane_newton::{Control, Discretisation, Equilibrium, NewtonOptions, Pair, Solver};
 use tests::Random;
 
@@ -12,12 +12,12 @@ pub(crate) fn scene(random: &mut Random) -> Outcome {
         unit * random.decades(-1.0, 1.0),
     );
     let Some(solver) = solver(random, h, radius) else {
-        return Outcome::Refused;
+        return Outcome::Rejected;
     };
     if random.one_in(5) {
         let outer_radius = radius * random.uniform(1.05, 2.0);
         let Some(outer) = self::solver(random, h, outer_radius) else {
-            return Outcome::Refused;
+            return Outcome::Rejected;
         };
         return pair(random, solver, outer);
     }
@@ -33,7 +33,7 @@ pub(crate) fn scene(random: &mut Random) -> Outcome {
         other => other,
     };
     let Ok(solved) = solver.solve(control, &NewtonOptions::default()) else {
-        return Outcome::Refused;
+        return Outcome::Rejected;
     };
     check(&solved);
     let start = solver.start_measures().volume;
@@ -43,7 +43,7 @@ pub(crate) fn scene(random: &mut Random) -> Outcome {
         _ => None,
     };
     if let Some(volume) = wanted {
-        // The border equation is one of Newton's: it holds to its tolerance, far below 1e-8 of the volume.
+        // The border equation is one of Newton's equations: its residual is below the tolerance, far below 1e-8 of the volume.
         assert!(
             (solved.measures.volume / volume - 1.0).abs() < 1e-8,
             "{} and {volume}",
@@ -54,7 +54,7 @@ pub(crate) fn scene(random: &mut Random) -> Outcome {
 }
 
 fn solver(random: &mut Random, h: f64, radius: f64) -> Option<Solver> {
-    let rest = RestShape::balloon(random.spoiled(h), random.spoiled(radius)).ok()?;
+    let rest = ReferenceShape::balloon(random.spoiled(h), random.spoiled(radius)).ok()?;
     let stiffness = match random.integer(0, 2) {
         0 => Stiffness::constant(random.spoiled(1.0)),
         1 => {
@@ -92,11 +92,11 @@ fn solver(random: &mut Random, h: f64, radius: f64) -> Option<Solver> {
 
 fn pair(random: &mut Random, inner: Solver, outer: Solver) -> Outcome {
     let Ok(pair) = Pair::new(inner, outer) else {
-        return Outcome::Refused;
+        return Outcome::Rejected;
     };
     let gain = random.uniform(0.0, 3.0);
     let Ok(solved) = pair.solve_gain(random.spoiled(gain), &NewtonOptions::default()) else {
-        return Outcome::Refused;
+        return Outcome::Rejected;
     };
     check(&solved.inner);
     check(&solved.outer);

@@ -1,24 +1,24 @@
 //! Random membranes of rubber: any strain energy, thickness, shape and size, gains to 5 and pressures, both discretisations.
 //!
-//! Both agree, finer differences better than coarse ones; or both refuse, and what they refuse for is shown: a pressure beyond the limit
-//! by the pressures about it, an extension by how near to its limit the rubber is just before.
+//! Both agree, finer differences better than coarse ones; or both return an error, whose cause is verified: a pressure beyond the limit by
+//! neighbouring pressures, an extension by the distance of the rubber from its limit just before.
 
 use crate::Outcome;
 use membrane_forces::{
-    CurvePoint, Membrane, MembraneError, RestShape, Rubber, StrainEnergy, Thickness,
+    CurvePoint, Membrane, MembraneError, ReferenceShape, Rubber, StrainEnergy, Thickness,
 };
 use membrane_newton::{Control, Discretisation, Equilibrium, NewtonError, NewtonOptions, Solver};
 use std::f64::consts::PI;
 use tests::Random;
 
-/// One problem: both discretisations of a membrane, and what its pressures are of the order of.
+/// One problem: both discretisations of a membrane, and the order of magnitude of its pressures.
 pub(crate) struct Problem {
     pub(crate) spectral: Solver,
     pub(crate) differences: Solver,
     pub(crate) membrane: Membrane,
     /// Shear modulus times thickness over radius.
     pub(crate) pressure: f64,
-    /// Stretches that its rubber takes: I1 - 3 below this.
+    /// Limit of I1 - 3.
     extension: f64,
 }
 
@@ -26,12 +26,12 @@ pub(crate) fn scene(random: &mut Random) -> Outcome {
     let spoiled = random.one_in(20);
     let Some(problem) = problem(random, spoiled) else {
         assert!(spoiled, "a membrane that is none");
-        return Outcome::Refused;
+        return Outcome::Rejected;
     };
     let start = problem.spectral.start_measures();
     let control = match random.one_in(2) {
         true => Control::Load(problem.pressure * random.decades(-3.0, 0.7)),
-        // each over its own start: that of a polyline misses more volume than the least of these asks for
+        // Each relative to its own start: the volume error of a polyline exceeds the smallest of these gains.
         false if start.volume > 0.0 => Control::VolumeGain(random.decades(-4.0, 0.7)),
         // of a flat disc, over the cube of its radius
         false => Control::Volume(random.decades(-4.0, 0.7) * start.length.powi(3) / 8.0),
@@ -50,7 +50,7 @@ pub(crate) fn scene(random: &mut Random) -> Outcome {
             Outcome::Answered
         }
         (Err(error), Err(other)) => both_refuse(&problem, control, &error, &other),
-        // Between what is the last for the one and for the other.
+        // Between the last values of both.
         (Ok(found), Err(error)) => {
             check(&found);
             close_call(&problem, control, &error, &problem.spectral)
@@ -66,11 +66,11 @@ pub(crate) fn scene(random: &mut Random) -> Outcome {
     }
 }
 
-/// Values that no physicist would enter, pressures and volumes below those at rest: any answer that is one, or any typed error.
+/// Unreasonable values, pressures and volumes below those of the reference configuration: a valid result, or a typed error.
 fn refused_or_not(random: &mut Random, problem: &Problem, control: Control) -> Outcome {
     let (Control::Volume(value) | Control::VolumeGain(value) | Control::Load(value)) = control
     else {
-        return Outcome::Refused;
+        return Outcome::Rejected;
     };
     let value = match random.one_in(2) {
         true => -value * random.uniform(0.0, 1.0),
@@ -81,7 +81,7 @@ fn refused_or_not(random: &mut Random, problem: &Problem, control: Control) -> O
         Control::VolumeGain(_) => Control::VolumeGain(value),
         _ => Control::Load(value),
     };
-    let mut outcome = Outcome::Refused;
+    let mut outcome = Outcome::Rejected;
     for solver in [&problem.spectral, &problem.differences] {
         if let Ok(solved) = solver.solve(control, &NewtonOptions::default()) {
             check(&solved);
@@ -91,8 +91,7 @@ fn refused_or_not(random: &mut Random, problem: &Problem, control: Control) -> O
     outcome
 }
 
-/// What a control prescribes has come out; pressure, volume and apex are those of the other discretisation, of finer differences
-/// by their order.
+/// The prescribed value is met; pressure, volume and apex agree with the other discretisation, with finer differences by their order.
 fn agree(problem: &Problem, control: Control, found: &Equilibrium, other: &Equilibrium) {
     match control {
         Control::Volume(volume) => {
@@ -114,9 +113,9 @@ fn agree(problem: &Problem, control: Control, found: &Equilibrium, other: &Equil
         pressure.max(volume).max(apex / found.measures.length)
     };
     let (mut last, mut nodes) = (off(other), NODES);
-    // Near the limit of extension shapes have corners, where errors are of first order or so. A shallow cap under next to no pressure has a
-    // layer at its ring, thinner than the nodes are apart, in which Newton's steps of 1e-7 of its size do not converge: there finer
-    // differences may be refused as slack, or for a limit.
+    // Near the limit of extension shapes have corners, where errors are of about first order. A shallow cap under almost no pressure has a
+    // layer at its ring, thinner than the node distance, in which Newton steps of 1e-7 of its size do not converge: there finer differences
+    // may be rejected as slack, or for a limit.
     let hardly_loaded = found.intensity.abs() < 1e-4 * problem.pressure;
     while last > 0.005 {
         nodes = 4 * nodes - 3;
@@ -136,7 +135,7 @@ fn agree(problem: &Problem, control: Control, found: &Equilibrium, other: &Equil
     }
 }
 
-/// The kind of a refusal, if it is one that a membrane of rubber may give.
+/// The kind of an error that a membrane of rubber may return.
 fn kind(error: &NewtonError) -> Option<&'static str> {
     match error {
         NewtonError::LimitPoint { .. } => Some("limit point"),
@@ -172,7 +171,7 @@ fn both_refuse(
     Outcome::Named(first)
 }
 
-/// Just below this pressure there is an equilibrium, and its neighbours by volume bear no more.
+/// Just below this pressure there is an equilibrium, and its neighbours in volume have no larger pressure.
 fn is_largest(solver: &Solver, most: f64) {
     let options = NewtonOptions::default();
     let below = solver
@@ -188,7 +187,7 @@ fn is_largest(solver: &Solver, most: f64) {
     }
 }
 
-/// Rubber that is refused for its extension: halfway to the last control that it bears, again and again, it comes near its limit.
+/// Rubber at its extension limit: repeated bisection towards the last solvable control approaches the limit.
 fn stretched_out(problem: &Problem, control: Control, solver: &Solver) {
     let value = |share: f64| match control {
         Control::Volume(volume) => {
@@ -205,7 +204,7 @@ fn stretched_out(problem: &Problem, control: Control, solver: &Solver) {
         match solver.solve(value(middle), &NewtonOptions::default()) {
             Ok(solved) => (low, last) = (middle, Some(solved)),
             Err(error) => {
-                // just before the limit steps may end before they see it
+                // just before the limit, steps may end before they reach it
                 assert!(kind(&error).is_some(), "{:?}: {error}", value(middle));
                 high = middle;
             }
@@ -222,14 +221,14 @@ fn stretched_out(problem: &Problem, control: Control, solver: &Solver) {
 
 /// Largest I1 - 3.
 fn most_extended(solved: &Equilibrium) -> f64 {
-    let each = (0..=400).map(|k| solved.stretched(0.5 * f64::from(k) / 400.0));
+    let each = (0..=400).map(|k| solved.rubber_state(0.5 * f64::from(k) / 400.0));
     let each = each.filter_map(Result::ok);
     each.map(|at| at.stretches.iter().map(|l| l * l).sum::<f64>() - 3.0)
         .fold(0.0, f64::max)
 }
 
-/// A layer at the ring, of rubber drawn out there a hundred times, that even 32 elements on a piece do not have to the tolerance: with one just
-/// above what they left there is an answer, that of the differences.
+/// A layer at the ring with rubber stretched a hundredfold, in which even 32 elements per piece do not meet the tolerance. With a tolerance
+/// just above their error the result is that of the differences.
 fn hardly_resolved(problem: &Problem, control: Control, tail: f64, other: &Equilibrium) -> Outcome {
     let tolerance = 1.01 * tail;
     assert!(tolerance < 1e-3, "{control:?}: a tail of {tail}");
@@ -241,7 +240,7 @@ fn hardly_resolved(problem: &Problem, control: Control, tail: f64, other: &Equil
     Outcome::Named("not resolved to the tolerance")
 }
 
-/// What one discretisation refuses and the other does not is nearly refused by that one too.
+/// A control that one discretisation rejects and the other accepts is nearly rejected by the latter, too.
 fn close_call(problem: &Problem, control: Control, error: &NewtonError, other: &Solver) -> Outcome {
     let options = NewtonOptions::default();
     let case = || {
@@ -275,11 +274,11 @@ pub(crate) fn problem(random: &mut Random, spoiled: bool) -> Option<Problem> {
         false => value,
     };
     let rest = match random.integer(0, 3) {
-        0 => RestShape::disc(spoil(random, radius)),
-        1 => RestShape::from_function(cap(unit * random.decades(-0.5, 0.5), radius), &[]),
+        0 => ReferenceShape::disc(spoil(random, radius)),
+        1 => ReferenceShape::from_function(cap(unit * random.decades(-0.5, 0.5), radius), &[]),
         _ => {
             let length = unit * random.decades(-0.7, 0.9);
-            RestShape::balloon(spoil(random, length), spoil(random, radius))
+            ReferenceShape::balloon(spoil(random, length), spoil(random, radius))
         }
     };
     let energy = energy(random, spoiled);
@@ -349,11 +348,11 @@ fn energy(random: &mut Random, spoiled: bool) -> StrainEnergy {
     }
 }
 
-/// What every equilibrium of rubber has: stretches, and forces in balance along the axis.
+/// Properties of every equilibrium of rubber: stretches, and balance of forces along the axis.
 fn check(solved: &Equilibrium) {
     assert!(solved.intensity.is_finite() && solved.measures.volume.is_finite());
     for k in 0..=20 {
-        if let Ok(stretched) = solved.stretched(0.5 * f64::from(k) / 20.0) {
+        if let Ok(stretched) = solved.rubber_state(0.5 * f64::from(k) / 20.0) {
             let sound = |l: &f64| *l > 0.0 && l.is_finite();
             assert!(stretched.stretches.iter().all(sound), "{stretched:?}");
         }

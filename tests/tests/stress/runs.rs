@@ -1,4 +1,4 @@
-//! Random scene files run from start to end: whatever they ask for is written, with one thread and with two as the same bytes.
+//! Random scene files, run completely: all requested products are written, bitwise identical with one thread and with two.
 
 use crate::scenes::{number, text};
 use crate::{Outcome, with_threads};
@@ -13,11 +13,11 @@ pub(crate) fn scene(random: &mut Random) -> Outcome {
     text += &more(random, text.contains("[attenuation]"));
     match Scene::from_toml(&text) {
         Ok(scene) => ran(&scene),
-        Err(_) => Outcome::Refused,
+        Err(_) => Outcome::Rejected,
     }
 }
 
-/// What the scenes' own text leaves out: the rest of the reconstruction, a background, what is written and how.
+/// Fields that the text of the scenes omits: the rest of the reconstruction, a background, the output.
 fn more(random: &mut Random, attenuates: bool) -> String {
     let mut text = String::new();
     let mut line = |entry: String| {
@@ -85,7 +85,7 @@ fn ran(scene: &Scene) -> Outcome {
             let phantom = Phantom::new(scene.clone()).map_err(|error| format!("{error:?}"))?;
             let found = phantom.prepare().map_err(|error| format!("{error:?}"));
             let ran = run(&phantom, folder.path(), &|_| ()).map_err(|error| format!("{error:?}"));
-            // What is refused is found before any work, and what is not can be run.
+            // Errors are found before any work, and valid scenes run.
             assert_eq!(found.as_ref().err(), ran.as_ref().err());
             ran
         });
@@ -110,7 +110,7 @@ fn ran(scene: &Scene) -> Outcome {
         }
         (Err(one), Err(two)) => {
             assert_eq!(one, two);
-            Outcome::Refused
+            Outcome::Rejected
         }
         (one, two) => panic!("{one:?} with one thread, {two:?} with two"),
     }

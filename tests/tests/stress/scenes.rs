@@ -1,4 +1,4 @@
-//! Random scene files through everything that a phantom gives: views, slices, truth, numbers, each alone and with others.
+//! Random scene files and all products of a phantom: views, slices, ground truth, numbers, each alone and with others.
 
 use crate::{Outcome, with_threads};
 use heart_phantom::Phantom;
@@ -7,14 +7,14 @@ use tests::Random;
 
 pub(crate) fn scene(random: &mut Random) -> Outcome {
     let text = text(random);
-    // What is wrong with a file is told by a typed error, at whichever point it shows.
+    // An invalid file is a typed error, at any stage.
     match study(random, &text) {
         Some(()) => Outcome::Answered,
-        None => Outcome::Refused,
+        None => Outcome::Rejected,
     }
 }
 
-/// A number of a scene file, sometimes one that nobody would enter.
+/// A number of a scene file, sometimes an unreasonable one.
 pub(crate) fn number(random: &mut Random, low: f64, high: f64) -> String {
     let value = random.uniform(low, high);
     entered(random, value)
@@ -96,7 +96,7 @@ pub(crate) fn text(random: &mut Random) -> String {
         )
     });
     line(format!(
-        "[pose]\nturn_x = {}\nturn_y = {}",
+        "[pose]\nrotate_x = {}\nrotate_y = {}",
         degrees(random, -180.0, 180.0),
         degrees(random, -90.0, 135.0)
     ));
@@ -128,7 +128,7 @@ pub(crate) fn text(random: &mut Random) -> String {
     }
     for _ in 0..[0, 0, 0, 1, 1, 3][random.integer(0, 5)] {
         let range = |ends: [f64; 2], most: f64, random: &mut Random| {
-            // Up to the ends, and sides that several share.
+            // The ends included, and boundaries that several defects share.
             let [a, b] = ends.map(|at| match random.integer(0, 2) {
                 0 => at,
                 _ => (4.0 * at / most).round() * most / 4.0,
@@ -240,9 +240,9 @@ pub(crate) fn text(random: &mut Random) -> String {
     text
 }
 
-/// Is a view like those of the same heart moved by a hair, this way and that?
+/// Checks that a view is similar to those of the same heart displaced slightly in both directions.
 ///
-/// Where a surface is seen edge-on, one of them sees it and another does not.
+/// Where a surface is parallel to the rays, one of them intersects it and another does not.
 fn check_beside(random: &mut Random, scene: &Scene, gate: usize, view_idx: usize, view: &[f32]) {
     if scene.noise.is_some() {
         return;
@@ -263,7 +263,7 @@ fn check_beside(random: &mut Random, scene: &Scene, gate: usize, view_idx: usize
         let beside = moved.each_ref().map(|moved| moved[k]);
         let low = beside.into_iter().fold(f32::INFINITY, f32::min);
         let high = beside.into_iter().fold(f32::NEG_INFINITY, f32::max);
-        // The root of a hair, where a surface is touched.
+        // The square root of the displacement, where a ray is tangential to a surface.
         let slack = 2.0 * (high - low) + 2e-3 * most;
         assert!(
             (low - slack..=high + slack).contains(here),
@@ -272,7 +272,7 @@ fn check_beside(random: &mut Random, scene: &Scene, gate: usize, view_idx: usize
     }
 }
 
-/// Bits, so that nothing can hide: not a sign of zero, not a NaN.
+/// Bits, which distinguish signs of zero and NaNs.
 fn bits(samples: &[f32]) -> Vec<u32> {
     samples.iter().map(|v| v.to_bits()).collect()
 }
@@ -289,7 +289,7 @@ fn study(random: &mut Random, text: &str) -> Option<()> {
         random.integer(0, n_rows - 1),
     );
 
-    // A view, a slice, a slice of the truth, each asked of a phantom that has done nothing yet, with one thread.
+    // A view, a slice, a slice of the ground truth, each requested from a new phantom, with one thread.
     let fresh = || Phantom::new(scene.clone()).expect("made before");
     let view = with_threads(1, || fresh().view(gate, view_idx)).ok()?;
     assert!(view.iter().all(|v| v.is_finite()), "a view that is none");
@@ -299,7 +299,7 @@ fn study(random: &mut Random, text: &str) -> Option<()> {
         check_beside(random, &scene, gate, view_idx, &view);
     }
 
-    // All of them, with two.
+    // All of them, with two threads.
     let all = with_threads(2, || phantom.sinograms(gate, &|_| ()))
         .expect("as the view")
         .samples;
@@ -324,7 +324,7 @@ fn study(random: &mut Random, text: &str) -> Option<()> {
         bits(&slice) == bits(&truth[own]),
         "truth alone is another than among others"
     );
-    // Where a wall has no thickness its two sides cancel but for rounding.
+    // Where the thickness of a wall is zero its two sides cancel up to rounding.
     let most = truth.iter().fold(0.0_f32, |m, v| m.max(*v));
     let least = truth.iter().fold(0.0_f32, |m, v| m.min(*v));
     assert!(

@@ -1,4 +1,4 @@
-//! Random acquisitions: any sizes, units and angle lists, data from 1e-30 to 1e30, a NaN here and there.
+//! Random acquisitions: any sizes, units and angle lists, data from 1e-30 to 1e30, occasional NaNs.
 
 use crate::{Outcome, with_threads};
 use radon::{
@@ -11,7 +11,7 @@ use tests::Random;
 pub(crate) fn scene(random: &mut Random) -> Outcome {
     let unit = random.decades(-6.0, 6.0);
     let Some((geometry, grid)) = acquisition(random, unit) else {
-        return Outcome::Refused;
+        return Outcome::Rejected;
     };
     if random.one_in(2) {
         projector(random, &geometry, &grid)
@@ -70,7 +70,7 @@ fn random_step(random: &mut Random) -> f64 {
     random.pick(&[1.0, 0.5, 3.0, 0.1])
 }
 
-/// Random samples of one order of magnitude; the flag tells whether all are finite.
+/// Random samples of one order of magnitude; the flag is true if all are finite.
 fn samples(random: &mut Random, len: usize) -> (Vec<f32>, bool) {
     let scale = random.decades(-30.0, 30.0);
     let mut values: Vec<f32> = (0..len)
@@ -108,7 +108,7 @@ fn fbp(random: &mut Random, geometry: &ParallelGeometry, grid: &ImageGrid) -> Ou
             ArcPolicy::Rescale,
         ]));
     let Ok(plan) = FbpPlan::<f32>::new(geometry, grid, &options) else {
-        return Outcome::Refused;
+        return Outcome::Rejected;
     };
     let n_slices = random.integer(1, 5);
     let order = random.pick(&[StackOrder::ViewSliceBin, StackOrder::SliceViewBin]);
@@ -119,7 +119,7 @@ fn fbp(random: &mut Random, geometry: &ParallelGeometry, grid: &ImageGrid) -> Ou
         })
     };
     let Ok(one) = run(&plan, 1) else {
-        return Outcome::Refused;
+        return Outcome::Rejected;
     };
     assert!(finite, "data that are not finite went through");
     let two = run(&plan, 2).expect("as with one thread");
@@ -138,12 +138,12 @@ fn fbp(random: &mut Random, geometry: &ParallelGeometry, grid: &ImageGrid) -> Ou
 fn projector(random: &mut Random, geometry: &ParallelGeometry, grid: &ImageGrid) -> Outcome {
     let kernel = random.pick(&[Kernel::Joseph, Kernel::Siddon, Kernel::Strip]);
     let Ok(projector) = Projector::new(geometry, grid, kernel) else {
-        return Outcome::Refused;
+        return Outcome::Rejected;
     };
     let (image, finite) = samples(random, grid.image_len());
     let forward = |threads| with_threads(threads, || projector.forward(&image));
     let Ok(one) = forward(1) else {
-        return Outcome::Refused;
+        return Outcome::Rejected;
     };
     assert!(finite, "an image that is not finite went through");
     let two = forward(2).expect("as with one thread");

@@ -1,10 +1,10 @@
-//! Random walls between random balloons: material points, pieces cut out of them, seen through a torso, blurred and counted.
+//! Random walls between random membranes: material points, sectors, projections through a torso, blur and counts.
 
 use crate::bodies::check_samples;
 use crate::{Outcome, with_threads};
 use heart_phantom::{MaterialPoint, Wall, WallRegion};
 use membrane_newton::{
-    Discretisation, Membrane, NewtonOptions, Pair, RestShape, Solver, Stiffness,
+    Discretisation, Membrane, NewtonOptions, Pair, ReferenceShape, Solver, Stiffness,
 };
 use radon::{CountScale, DepthBlur, poisson_counts};
 use revolve_voxel::nalgebra::{Point3, Vector3};
@@ -17,24 +17,24 @@ use tests::Random;
 pub(crate) fn scene(random: &mut Random) -> Outcome {
     let unit = random.decades(-3.0, 3.0);
     let Some([rest, wall]) = walls(random, unit) else {
-        return Outcome::Refused;
+        return Outcome::Rejected;
     };
     let moved = wall.clone().sliding_from(&rest);
     for _ in 0..20 {
         check_point(random, [&rest, &wall, &moved], unit);
     }
     let Some(piece) = check_region(random, &wall) else {
-        return Outcome::Refused;
+        return Outcome::Rejected;
     };
     match random.integer(0, 2) {
         0 => check_image(random, &wall, piece, unit),
         1 => check_voxels(random, &wall, piece, unit),
         _ => Some(()),
     }
-    .map_or(Outcome::Refused, |()| Outcome::Answered)
+    .map_or(Outcome::Rejected, |()| Outcome::Answered)
 }
 
-/// A wall at rest and dilated, about ten units long.
+/// A wall in the reference configuration and dilated, about ten units long.
 fn walls(random: &mut Random, unit: f64) -> Option<[Wall; 2]> {
     let (h, radius) = (
         unit * random.uniform(1.0, 9.0),
@@ -58,7 +58,7 @@ fn walls(random: &mut Random, unit: f64) -> Option<[Wall; 2]> {
     };
     let mut solver = |h: f64, radius: f64| {
         let stiffness = Stiffness::constant(random.spoiled(1.0)).ok()?;
-        let rest = RestShape::balloon(random.spoiled(h), random.spoiled(radius)).ok()?;
+        let rest = ReferenceShape::balloon(random.spoiled(h), random.spoiled(radius)).ok()?;
         Solver::new(
             &Membrane::new(rest).with_stiffness(stiffness),
             discretisation,
@@ -68,9 +68,9 @@ fn walls(random: &mut Random, unit: f64) -> Option<[Wall; 2]> {
     let pair = Pair::new(solver(h, radius)?, solver(outer_h, outer_radius)?).ok()?;
     let pose = Pose::axis_along_z(0.5 * h)
         .ok()?
-        .turned_x(random.angle(-PI, PI))
+        .rotated_x(random.angle(-PI, PI))
         .ok()?
-        .turned_y(random.angle(-PI, PI))
+        .rotated_y(random.angle(-PI, PI))
         .ok()?;
     let gain = random.uniform(0.0, 1.5);
     let mut shape = |gain: f64| {
@@ -103,8 +103,8 @@ fn check_point(random: &mut Random, walls: [&Wall; 3], unit: f64) {
         let Some(found) = wall.locate(&p) else {
             panic!("{point:?} is at {p}, where nothing is");
         };
-        // The place itself, of a wall of some ten units that may be a thousandth of one thick. At a polyline's corner layers jump:
-        // on which side of it rounding has left a place that slides, and what was found there, is any.
+        // The point itself, in a wall of about ten units that may be a thousandth of one thick. Layers jump at the corners of a polyline:
+        // rounding decides on which side of it a sliding point is, so that either is valid.
         let back = [0.0, -1e-12, 1e-12].map(|aside| {
             let s = (found.s + aside).clamp(0.0, 0.5);
             wall.position(&MaterialPoint { s, ..found })
@@ -121,8 +121,8 @@ fn check_point(random: &mut Random, walls: [&Wall; 3], unit: f64) {
             "{point:?}: {stretch:?}"
         );
         if k == 2 && point.s < 0.499 {
-            // The third wall slides from the first: nothing is compressed. A polyline's sides jump at its corners, by which
-            // side of them rounding takes is any.
+            // The third wall slides from the first: nothing is compressed. The sides of a polyline jump at its corners, where rounding
+            // decides the side.
             let same = (walls[0].volume() / wall.volume() - 1.0).abs();
             assert!(
                 (stretch.volume() - 1.0).abs() < 1e-6 + 2.0 * same,
@@ -194,7 +194,7 @@ fn check_image(random: &mut Random, wall: &Wall, region: WallRegion, unit: f64) 
     check_counts(random, seen, [bins, rows], pitch)
 }
 
-/// About what water does to the rays of a nuclide, on a length of `unit`.
+/// Attenuation similar to that of water, on a length of `unit`.
 fn random_mu(unit: f64) -> f64 {
     0.15 / unit
 }
@@ -278,8 +278,8 @@ fn check_voxels(random: &mut Random, wall: &Wall, region: WallRegion, unit: f64)
     Some(())
 }
 
-/// The share of a cube within a solid, by points, and its standard deviation: two in each of many small cubes, whose
-/// difference tells how far their mean is to be trusted.
+/// The fraction of a cube within a solid, by points, and its standard deviation: two in each of many small cubes, whose difference
+/// estimates the error of their mean.
 fn sampled(random: &mut Random, solid: &Sector, centre: &Point3<f64>, size: f64) -> [f64; 2] {
     const N: usize = 20;
     let mut inside = |k: usize| {

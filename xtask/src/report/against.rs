@@ -1,16 +1,16 @@
-//! This run's rows beside those of an earlier one: the ratio of each time and of each error.
+//! Comparison with an earlier run: the ratio of each time and of each error.
 
 use std::fmt::Write as _;
 use std::path::Path;
 
 use super::rows::{Measured, Row};
 
-/// A row this much slower is marked; less is the noise of a machine that does other things too.
+/// Rows with a larger ratio of times are marked; smaller ratios are within the noise of a machine with other work.
 const SLOWER: f64 = 1.25;
-/// An error this much larger is marked; answers are the same from run to run, but for rows that time themselves.
+/// Rows with a larger ratio of errors are marked; results are reproducible, except in rows that measure their own time.
 const WORSE: f64 = 1.01;
 
-/// The rows of an earlier docs/performance.json, and the commit that they were measured at.
+/// The rows of an earlier docs/performance.json, and their commit.
 pub(super) struct Earlier {
     rows: Vec<Row>,
     commit: String,
@@ -23,7 +23,7 @@ impl Earlier {
         Ok(Self { rows, commit })
     }
 
-    /// A line for each row that both runs have, and what to think of them.
+    /// Writes a line for each common row, with a verdict.
     pub(super) fn beside(&self, rows: &[Row]) -> String {
         let mut text = format!(
             "against {}: time and error over those of then\n",
@@ -81,7 +81,7 @@ impl Earlier {
     }
 }
 
-/// Do two rows answer the same question in the same way?
+/// Whether two rows have the same question and method.
 fn same(a: &Row, b: &Row) -> bool {
     let key = |row: &Row| {
         let Row {

@@ -1,4 +1,4 @@
-//! How long it takes to build from nothing.
+//! Build times from an empty folder.
 
 use std::fmt::Write as _;
 use std::path::Path;
@@ -9,10 +9,10 @@ use std::{env, fs, process};
 use super::machine::Machine;
 use super::output;
 
-/// Begins the section, the last one of the page.
+/// Heading of the section, the last one of the page.
 const HEADING: &str = "\n## building\n";
 
-/// What is built: its name and the arguments of cargo.
+/// Builds: name and cargo arguments.
 const BUILDS: [(&str, &[&str]); 3] = [
     (
         "the library heart-phantom",
@@ -25,12 +25,12 @@ const BUILDS: [(&str, &[&str]); 3] = [
     ("every test", &["test", "--workspace", "--no-run"]),
 ];
 
-/// The section of a page that was written before; nothing if it has none.
+/// Returns the section of an older page; empty if there is none.
 pub(super) fn kept(page: &str) -> &str {
     page.find(HEADING).map_or("", |at| &page[at..])
 }
 
-/// The section, measured now: each build in an empty folder of its own.
+/// Measures the section: each build in an empty folder of its own.
 pub(super) fn measured(root: &Path, machine: &Machine) -> Result<String, String> {
     let Machine {
         processor,
@@ -54,7 +54,7 @@ pub(super) fn measured(root: &Path, machine: &Machine) -> Result<String, String>
         fs::remove_dir_all(&folder).map_err(|error| format!("{}: {error}", folder.display()))?;
         built?;
         let command = arguments.join(" ");
-        // Writing to a String does not fail.
+        // Writing to a String never fails.
         let _ = writeln!(
             section,
             "| {what} | `cargo {command}` | {wall:.0} s | {spent:.0} s |"
@@ -63,10 +63,10 @@ pub(super) fn measured(root: &Path, machine: &Machine) -> Result<String, String>
     Ok(section)
 }
 
-/// Processor time of the commands that have ended so far, as Linux counts it: hundredths of a second, the 16th and 17th number of the process.
+/// Returns the processor time of ended child processes on Linux: hundredths of a second, the 16th and 17th number of the process.
 fn processor_seconds() -> Result<f64, String> {
     let stat = fs::read_to_string("/proc/self/stat").map_err(|error| format!("stat: {error}"))?;
-    // The name of the process, in brackets, may hold anything; the third number comes after it.
+    // The process name in brackets may contain anything; the third number follows it.
     let (_, numbers) = stat.rsplit_once(')').ok_or("stat: no name")?;
     let ticks = numbers.split_whitespace().skip(13).take(2);
     let ticks: Vec<f64> = ticks.filter_map(|ticks| ticks.parse().ok()).collect();

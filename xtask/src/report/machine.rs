@@ -1,4 +1,4 @@
-//! What the numbers were measured on.
+//! The machine of the measurements.
 
 use std::fs;
 use std::path::Path;
@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 
 use super::output;
 
-/// Largest load average, of the last minute, at which times are measured.
+/// Largest load average of the last minute for measurements of times.
 const IDLE: f64 = 0.3;
 
 /// Processor, load, compiler, date and commit of a run.
@@ -56,7 +56,7 @@ impl Machine {
         })
     }
 
-    /// Rejects a machine with other work: its times are not published.
+    /// Rejects a machine with other work, because its times would be wrong.
     pub(super) fn check_idle(&self) -> Result<(), String> {
         match self.load.parse::<f64>() {
             Ok(load) if load > IDLE => Err(format!(

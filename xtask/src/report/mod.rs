@@ -1,4 +1,4 @@
-//! `cargo xtask report`: run time against error, measured here and now, as docs/performance.md.
+//! `cargo xtask report`: measures run time against error and writes docs/performance.md.
 //!
 //! The benches of package `benches` print rows when called with `--rows`; this runs them on an idle machine and writes
 //! docs/performance.json, the page, and its plots under docs/img. It prints the ratios to the earlier rows of docs/performance.json, or to
@@ -77,7 +77,7 @@ pub(crate) fn task(arguments: &[String]) -> Result<(), String> {
     write(&root.join("docs"), machine, rows, builds)
 }
 
-/// What the task is asked for.
+/// The arguments of the task.
 #[derive(Debug, Default, PartialEq)]
 struct Given {
     quick: bool,
@@ -127,7 +127,7 @@ fn run_bench(root: &Path, bench: &str, quick: bool) -> Result<Vec<Row>, String> 
     Ok(rows)
 }
 
-/// What a command prints; its errors go to the terminal.
+/// Returns the output of a command; its errors go to the terminal.
 fn output(command: &mut Command) -> Result<String, String> {
     let name = format!("{command:?}");
     let done = command
@@ -140,7 +140,7 @@ fn output(command: &mut Command) -> Result<String, String> {
     String::from_utf8(done.stdout).map_err(|error| format!("{name}: {error}"))
 }
 
-/// The page, its plots and its numbers, into `docs`; the time of builds is measured, or that of the older page is kept.
+/// Writes the page, its plots and its numbers to `docs`; build times are measured, or those of the older page are kept.
 fn write(docs: &Path, machine: Machine, rows: Vec<Row>, builds: bool) -> Result<(), String> {
     let put = |name: &str, text: &str| {
         let path = docs.join(name);
@@ -200,7 +200,7 @@ at error 1e-2 ours 1 ms
         let svg = read("img/performance-motion-balloon-at-f-17-5-to-t-5-101-nodes.svg");
         assert!(svg.starts_with("<svg") && svg.trim_end().ends_with("</svg>"));
         assert!(svg.contains("seconds") && svg.contains("cm"));
-        // a point for each row whose error a logarithm can show, and one for each method
+        // a point for each row with a positive error, and one for each method
         assert_eq!(svg.matches("<circle").count(), 2 + 2, "{svg}");
         fs::remove_dir_all(docs).unwrap();
     }

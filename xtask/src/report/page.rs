@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use super::machine::Machine;
 use super::rows::Row;
 
-/// Rows that answer the same question.
+/// Rows of the same question.
 pub(super) struct Group<'a> {
     pub(super) study: &'a str,
     pub(super) case: &'a str,
@@ -13,7 +13,7 @@ pub(super) struct Group<'a> {
 }
 
 impl Group<'_> {
-    /// Name of its plot.
+    /// Returns the file name of its plot.
     pub(super) fn file(&self) -> String {
         let name = format!("performance {} {}", self.study, self.case).to_lowercase();
         let words = name.split(|c: char| !c.is_ascii_alphanumeric());
@@ -21,7 +21,7 @@ impl Group<'_> {
         format!("{}.svg", words.join("-"))
     }
 
-    /// Its rows by method and threads, each a curve.
+    /// Returns its rows by method and threads; each is a curve.
     pub(super) fn curves(&self) -> Vec<(String, Vec<&Row>)> {
         let many = self.rows.iter().any(|row| row.threads > 1);
         let mut curves: Vec<(String, Vec<&Row>)> = Vec::new();
@@ -40,7 +40,7 @@ impl Group<'_> {
     }
 }
 
-/// The rows by study and case, in the order in which these first appear.
+/// Groups the rows by study and case, in order of first appearance.
 pub(super) fn groups(rows: &[Row]) -> Vec<Group<'_>> {
     let mut groups: Vec<Group<'_>> = Vec::new();
     for row in rows {
@@ -54,13 +54,13 @@ pub(super) fn groups(rows: &[Row]) -> Vec<Group<'_>> {
             }),
         }
     }
-    // cases of one study stand together, wherever they were measured
+    // cases of one study are adjacent, even if measured separately
     let first = |study: &str| rows.iter().position(|row| row.study == study);
     groups.sort_by_key(|group| first(group.study));
     groups
 }
 
-/// A question that a reader asks, and the study that answers it.
+/// A question of the page, and the study that answers it.
 struct Question {
     title: &'static str,
     answer: &'static str,
@@ -129,7 +129,7 @@ const QUESTIONS: [Question; 8] = [
     },
 ];
 
-/// Beginnings of the names of methods that are not ours, or that are ours without the idea.
+/// Prefixes of the names of methods of other packages, and of ours without the optimisation.
 const RIVALS: [&str; 9] = [
     "astra",
     "scikit-image",
@@ -141,10 +141,10 @@ const RIVALS: [&str; 9] = [
     "Joseph, ray by ray",
     "every frustum",
 ];
-/// Rows of a table for ours, and for rivals.
+/// Table rows of our methods, and of others.
 const ROWS: usize = 4;
 
-/// The rows that no other row beats in both time and error, thinned to [`ROWS`].
+/// Returns the rows that no other row beats in both time and error, thinned to [`ROWS`].
 fn best<'a>(rows: &[&'a Row], rival: bool) -> Vec<&'a Row> {
     let is_rival = |row: &Row| RIVALS.iter().any(|name| row.method.starts_with(name));
     let threads = rows.iter().map(|row| row.threads).max();
@@ -158,7 +158,7 @@ fn best<'a>(rows: &[&'a Row], rival: bool) -> Vec<&'a Row> {
     }
     kind.sort_by(|a, b| a.seconds.total_cmp(&b.seconds));
     let mut least = f64::INFINITY;
-    // Sizes of one problem that are different questions are all shown.
+    // Different problem sizes are different questions and are all kept.
     let front: Vec<&Row> = (kind.iter().copied())
         .filter(|row| {
             let better = row.error < least;
@@ -178,7 +178,7 @@ fn best<'a>(rows: &[&'a Row], rival: bool) -> Vec<&'a Row> {
     shown
 }
 
-/// The groups of the page, in its order.
+/// Returns the groups of the page in order.
 pub(super) fn shown<'a>(rows: &'a [Row]) -> Vec<Group<'a>> {
     let mut groups = groups(rows);
     let place = |group: &Group<'_>| {
@@ -189,7 +189,7 @@ pub(super) fn shown<'a>(rows: &'a [Row]) -> Vec<Group<'a>> {
     groups
 }
 
-/// The whole page.
+/// Writes the whole page.
 pub(super) fn markdown(rows: &[Row], machine: &Machine) -> String {
     let Machine {
         processor,

@@ -1,4 +1,4 @@
-//! Other people's software on the same inputs: a virtual environment, and the scripts of benches/peers.
+//! Other software on the same inputs: a virtual environment, and the scripts of benches/peers.
 
 use std::path::Path;
 use std::process::Command;
@@ -6,7 +6,7 @@ use std::process::Command;
 use super::output;
 use super::rows::{Row, parse};
 
-/// Installs what benches/peers/requirements.txt pins under target/, once, and runs the scripts.
+/// Installs benches/peers/requirements.txt under target/, once, and runs the scripts.
 pub(super) fn rows(root: &Path, quick: bool) -> Result<Vec<Row>, String> {
     let peers = root.join("benches/peers");
     let environment = root.join("target/peers");
@@ -26,7 +26,7 @@ pub(super) fn rows(root: &Path, quick: bool) -> Result<Vec<Row>, String> {
         rows.extend(parse(&output(bvp.arg(peers.join(script)))?)?);
     }
 
-    // The scripts time our FBP on their input through this example.
+    // The scripts measure our FBP on their input with this example.
     let mut build = Command::new(env!("CARGO"));
     output(
         build

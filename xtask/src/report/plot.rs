@@ -1,4 +1,4 @@
-//! One case as a plot: error to the right, time upwards, both as logarithms.
+//! The plot of a case: error to the right, time upwards, both logarithmic.
 
 use plotters::prelude::*;
 use plotters::style::{FontStyle, register_font};
@@ -6,7 +6,7 @@ use plotters::style::{FontStyle, register_font};
 use super::page::Group;
 
 const SIZE: (u32, u32) = (760, 460);
-/// Colours that differ for colour-blind readers too (Okabe and Ito 2008), then again with rings.
+/// Colours for colour-blind readers (Okabe and Ito 2008), then again with rings.
 const COLOURS: [RGBColor; 8] = [
     RGBColor(0, 114, 178),
     RGBColor(213, 94, 0),
@@ -18,7 +18,7 @@ const COLOURS: [RGBColor; 8] = [
     RGBColor(150, 150, 60),
 ];
 
-/// What letters are measured with; the page's reader sees a font of his own.
+/// Font for the measurement of text; readers of the page use their own font.
 const FONT: &[u8] = include_bytes!("../../../crates/heart-study/assets/DejaVuSans-subset.ttf");
 
 /// The plot of `group`.

@@ -1,4 +1,4 @@
-//! The rows that benches print, and the file that keeps them.
+//! The rows that benches print, and their file.
 
 use std::fs;
 use std::path::Path;
@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use super::machine::Machine;
 
-/// One point of a study: the time a method took and the error it left.
+/// A point of a study: time and error of a method.
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct Row {
@@ -21,7 +21,7 @@ pub(super) struct Row {
     pub(super) error_kind: String,
 }
 
-/// The rows among the lines of `printed`: those that begin with `row `.
+/// Parses the rows among the lines of `printed`: those that begin with `row `.
 pub(super) fn parse(printed: &str) -> Result<Vec<Row>, String> {
     let lines = printed.lines().filter_map(|line| line.strip_prefix("row "));
     lines
@@ -38,7 +38,7 @@ pub(super) fn parse(printed: &str) -> Result<Vec<Row>, String> {
         .collect()
 }
 
-/// What `docs/performance.json` contains.
+/// The content of `docs/performance.json`.
 #[derive(Debug, Clone, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct Measured {

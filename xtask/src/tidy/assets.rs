@@ -1,10 +1,10 @@
-//! Rules about what others made and a crate carries along: its licence is beside it.
+//! Rule about embedded files of others: the licence is beside the file.
 
 use super::{Finding, find};
 use crate::workspace::TextFile;
 
-/// Findings in the sources of all crates: each file that they embed as bytes has its licence in the same folder, under the same name up
-/// to the first hyphen or dot.
+/// Findings in the sources of all crates: each embedded file of bytes has its licence in the same folder, with the same name up to the
+/// first hyphen or dot.
 pub(crate) fn check(files: &[TextFile]) -> Vec<Finding> {
     let mut findings = Vec::new();
     for file in files {
@@ -27,13 +27,13 @@ pub(crate) fn check(files: &[TextFile]) -> Vec<Finding> {
     findings
 }
 
-/// The crate whose source a file is.
+/// Returns the crate of a source file.
 fn krate(path: &str) -> Option<&str> {
     let (krate, rest) = path.strip_prefix("crates/")?.split_once('/')?;
     (rest.starts_with("src/") && path.ends_with(".rs")).then_some(krate)
 }
 
-/// The file of `assets` that a line embeds.
+/// Returns the file of `assets` that a line embeds.
 fn embedded(line: &str) -> Option<&str> {
     let (_, rest) = line.split_once("include_bytes!(\"")?;
     let (path, _) = rest.split_once('"')?;

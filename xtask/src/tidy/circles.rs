@@ -1,7 +1,7 @@
-//! No circle of imports between the files of a crate: a file can be read when what it imports has been read.
+//! No import cycles between the files of a crate.
 //!
-//! A file imports another when a `use` or a path in it leads there. Names that a file only hands on (`pub use` of what stands in
-//! the files below it) lead to where they are defined, and handing them on is no import. Tests do not count.
+//! A file imports another if a `use` or a path leads to it. Re-exported names (`pub use` of files below) lead to their definitions, and
+//! re-exporting is not an import. Tests do not count.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -10,7 +10,7 @@ use syn::visit::{self, Visit};
 use super::source_rules::is_test_item;
 use super::{Finding, TextFile};
 
-/// Crates that have none, and are to stay so.
+/// Crates without cycles.
 const CRATES: [&str; 11] = [
     "heart-cohort",
     "heart-phantom",
@@ -24,10 +24,10 @@ const CRATES: [&str; 11] = [
     "revolve-voxel",
     "simd-set",
 ];
-/// A module by its names from the crate's root on; the root has none.
+/// A module by its names from the crate's root; empty for the root.
 type Module = Vec<String>;
 
-/// All circles in the crates of `files`.
+/// Finds all cycles in the crates of `files`.
 pub(crate) fn check(files: &[TextFile]) -> Vec<Finding> {
     within(&CRATES, files)
 }
@@ -45,7 +45,7 @@ fn within(names: &[&str], files: &[TextFile]) -> Vec<Finding> {
         .collect()
 }
 
-/// The crate's folder and the module of a library file; programs are crates of their own.
+/// Returns the crate's folder and the module of a library file; programs are crates of their own.
 fn module_of(path: &str) -> Option<(&str, Module)> {
     let (name, inside) = path
         .strip_prefix("crates/")
@@ -65,12 +65,12 @@ fn module_of(path: &str) -> Option<(&str, Module)> {
     Some((name, module))
 }
 
-/// The circles of one crate, each told at the first of its files.
+/// Finds the cycles of one crate, each reported at its first file.
 fn circles(of: &BTreeMap<Module, &TextFile>) -> Vec<Finding> {
     let known: BTreeSet<Module> = of.keys().cloned().collect();
     let mut names: BTreeMap<Module, Names> = BTreeMap::new();
     for (module, file) in of {
-        // What is no Rust is the compiler's to tell.
+        // The compiler reports invalid Rust.
         let Ok(parsed) = syn::parse_file(&file.text) else {
             return Vec::new();
         };
@@ -101,7 +101,7 @@ fn circles(of: &BTreeMap<Module, &TextFile>) -> Vec<Finding> {
     findings
 }
 
-/// The shortest way from a file over others back to it.
+/// Returns the shortest path from a file through others back to it.
 fn way_back<'a>(
     start: &'a Module,
     imports: &'a BTreeMap<&'a Module, BTreeSet<Module>>,
@@ -127,10 +127,10 @@ fn way_back<'a>(
     None
 }
 
-/// The file in which a path ends, through all files that hand the name on.
+/// Returns the file in which a path ends, through all re-exports.
 fn home(path: &Module, names: &BTreeMap<Module, Names>, known: &BTreeSet<Module>) -> Module {
     let mut path = path.clone();
-    // A chain of `pub use` is no longer than the number of files.
+    // A chain of `pub use` is at most as long as the number of files.
     for _ in 0..known.len() {
         let depth = (0..=path.len())
             .rev()
@@ -150,16 +150,16 @@ fn home(path: &Module, names: &BTreeMap<Module, Names>, known: &BTreeSet<Module>
     path
 }
 
-/// The names that one file speaks of.
+/// The names that a file uses.
 struct Names<'a> {
     known: &'a BTreeSet<Module>,
-    /// The module being read: that of the file, and those within it.
+    /// The current module: that of the file, or one within it.
     at: Module,
-    /// Paths from the root that lead to another place of the crate.
+    /// Paths from the root to another part of the crate.
     used: BTreeSet<Module>,
-    /// What `pub use` makes of a name.
+    /// Targets of `pub use`, by name.
     handed_on: BTreeMap<String, Module>,
-    /// What a private `use` makes of a name.
+    /// Targets of private `use`, by name.
     imported: BTreeMap<String, Module>,
 }
 
@@ -174,7 +174,7 @@ impl<'a> Names<'a> {
         }
     }
 
-    /// A path as it stands in the file, from the crate's root on; `None` for one that leads outside.
+    /// Resolves a path of the file from the crate's root; `None` if it leads outside.
     fn rooted(&self, path: &[String]) -> Option<Module> {
         let first = path.first()?;
         let joined = |start: &[String], rest: &[String]| [start, rest].concat();
@@ -295,14 +295,14 @@ mod tests {
             told,
             ["imports in a circle: crates/a/src/b.rs -> crates/a/src/c.rs -> crates/a/src/b.rs"]
         );
-        // One way is none.
+        // A single direction is not a cycle.
         assert!(found(&[lib, there, ("c.rs", "pub struct C;")]).is_empty());
     }
 
     #[test]
     fn a_name_leads_to_where_it_is_defined() {
         let lib = ("lib.rs", "mod b;\nmod c;\npub use b::B;");
-        // Through the root, and through a folder's list.
+        // Through the root, and through a folder's re-exports.
         let through_root = ("c/d.rs", "use crate::B;");
         let folder = ("c/mod.rs", "mod d;\npub use d::D;");
         let back = ("b.rs", "use crate::c;\nfn f() { c::D::new(); }");

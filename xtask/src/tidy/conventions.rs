@@ -1,7 +1,7 @@
-//! `docs/conventions.md` and the code it speaks of change together: the page carries a hash of each such file.
+//! `docs/conventions.md` and the code that it describes change together: the page contains a hash of each such file.
 //!
-//! The hash is of the code alone (no comments, white space or tests), so that only a change that may change a convention
-//! asks for a second look at the page; after that look `cargo xtask tidy --bless` renews the hashes.
+//! The hash excludes comments, white space and tests, so that only changes of code require a review of the page; then
+//! `cargo xtask tidy --bless` updates the hashes.
 
 use std::fs;
 use std::path::Path;
@@ -14,16 +14,16 @@ use super::{Finding, find};
 use crate::workspace::{self, TextFile};
 
 const PAGE: &str = "docs/conventions.md";
-/// Files that the page must carry as soon as they exist.
+/// Files that the page must contain if they exist.
 const REQUIRED: &[&str] = &[
     "crates/radon/src/geometry.rs",
     "crates/revolve-voxel/src/solid/pose.rs",
     "crates/revolve-voxel/src/rays/detector.rs",
 ];
-/// How the line of a file begins on the page; its path and hash follow.
+/// Prefix of the line of a file on the page; path and hash follow.
 const MARK: &str = "<!-- code: ";
 
-/// Findings on the page.
+/// Checks the page.
 pub(crate) fn check(files: &[TextFile]) -> Vec<Finding> {
     let Some(page) = find(files, PAGE) else {
         return vec![Finding::new(PAGE, 0, "missing")];
@@ -62,7 +62,7 @@ pub(crate) fn check(files: &[TextFile]) -> Vec<Finding> {
     findings
 }
 
-/// Writes the present hashes into the page.
+/// Writes the current hashes to the page.
 pub(crate) fn bless(root: &Path) -> Result<(), String> {
     let files =
         workspace::text_files(root).map_err(|error| format!("reading the workspace: {error}"))?;
@@ -84,7 +84,7 @@ fn renewed(page: &str, files: &[TextFile]) -> String {
     text
 }
 
-/// Path and hash of a line of the page that carries them.
+/// Parses path and hash of a line of the page.
 fn parse(line: &str) -> Option<(&str, &str)> {
     line.strip_prefix(MARK)?
         .strip_suffix(" -->")?
@@ -104,7 +104,7 @@ fn hash_of_code(text: &str) -> String {
     format!("{hash:016x}")
 }
 
-/// The tokens one after the other; a comment that documents is an attribute to the compiler, and left out.
+/// Appends the tokens without doc comments, which are attributes.
 fn add_code(tokens: TokenStream, code: &mut String) {
     let mut tokens = tokens.into_iter().peekable();
     while let Some(token) = tokens.next() {

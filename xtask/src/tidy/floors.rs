@@ -1,11 +1,11 @@
-//! The floors: which crate may know of which. A floor never looks up, nor sideways.
+//! The layers: allowed dependencies of each crate. A crate depends only on lower layers.
 
 use toml::{Table, Value};
 
 use super::{Finding, find};
 use crate::workspace::TextFile;
 
-/// Each package by its folder, with the crates it may depend on. `docs/architecture.md` says why.
+/// Each package by its folder, with its allowed dependencies. `docs/architecture.md` has the reasons.
 const FLOORS: &[(&str, &[&str])] = &[
     ("crates/membrane-forces", &[]),
     ("crates/simd-set", &[]),
@@ -46,7 +46,7 @@ const ALL: &[&str] = &[
     "heart-study",
 ];
 
-/// Findings in all manifests of the workspace.
+/// Checks all manifests of the workspace.
 pub(crate) fn check(files: &[TextFile]) -> Vec<Finding> {
     let manifests: Vec<(&str, Table)> = files
         .iter()
@@ -55,7 +55,7 @@ pub(crate) fn check(files: &[TextFile]) -> Vec<Finding> {
             Some((folder, file.text.parse().ok()?))
         })
         .collect();
-    // A crate by each name a manifest may use for it: its folder's and its package's.
+    // Every name of a crate in manifests: folder and package name.
     let names: Vec<(&str, &str)> = manifests
         .iter()
         .flat_map(|(folder, manifest)| {
@@ -85,7 +85,7 @@ fn package_name(manifest: &Table) -> &str {
         .unwrap_or("")
 }
 
-/// Findings in one manifest. `names` leads from every name of a crate of the workspace to the one in [`FLOORS`].
+/// Checks one manifest. `names` maps every name of a crate of the workspace to that in [`FLOORS`].
 fn arrows_point_down(folder: &str, manifest: &Table, names: &[(&str, &str)]) -> Vec<Finding> {
     let path = format!("{folder}/Cargo.toml");
     let Some((_, allowed)) = FLOORS.iter().find(|(known, _)| *known == folder) else {
@@ -114,7 +114,7 @@ fn arrows_point_down(folder: &str, manifest: &Table, names: &[(&str, &str)]) -> 
     findings
 }
 
-/// Every dependency in a manifest, as (section, name of the package), of any kind and target.
+/// Lists every dependency of a manifest as (section, package name), of any kind and target.
 fn dependencies(manifest: &Table) -> Vec<(String, String)> {
     let mut found = Vec::new();
     let targets = manifest.get("target").and_then(Value::as_table);

@@ -1,4 +1,4 @@
-//! Rules about manifests and the files beside them: all that a package needs to be published and found.
+//! Rules about manifests and the files beside them: the requirements of publication.
 
 use toml::{Table, Value};
 
@@ -8,7 +8,7 @@ use crate::workspace::{PUBLISHED, TextFile, package_name};
 /// The texts of both licences.
 const LICENCES: [&str; 2] = ["LICENSE-MIT", "LICENSE-APACHE"];
 
-/// Findings in all manifests of the workspace.
+/// Checks all manifests of the workspace.
 pub(crate) fn check(files: &[TextFile]) -> Vec<Finding> {
     let mut findings = Vec::new();
     for file in files
@@ -52,7 +52,7 @@ fn one_manifest(path: &str, manifest: &Table) -> Vec<Finding> {
     findings
 }
 
-/// The package of Python is a workspace of its own, with the lints of this one.
+/// The Python package is a workspace of its own, with the same lints.
 fn same_lints(files: &[TextFile]) -> Option<Finding> {
     let lints = |path| {
         let manifest: Table = find(files, path)?.text.parse().ok()?;
@@ -63,7 +63,7 @@ fn same_lints(files: &[TextFile]) -> Option<Finding> {
     differs.then(|| Finding::new(PYTHON, 0, "its lints differ from those of the workspace"))
 }
 
-/// A dependency by path needs a version, or the package cannot be published.
+/// A dependency by path needs a version for publication.
 fn versions_beside_paths(path: &str, manifest: &Table) -> Vec<Finding> {
     let mut findings = Vec::new();
     for (section, value) in manifest {
@@ -87,7 +87,7 @@ fn versions_beside_paths(path: &str, manifest: &Table) -> Vec<Finding> {
     findings
 }
 
-/// Fields every package carries, and those a published one needs besides.
+/// Fields of every package, and additional ones of published packages.
 fn package_fields(path: &str, manifest: &Table) -> Vec<Finding> {
     let mut needed = vec![
         "package.license",

@@ -1,6 +1,6 @@
-//! `cargo xtask tidy`, also a test: the rules of the workspace that no compiler knows.
+//! `cargo xtask tidy`, also a test: rules of the workspace that the compiler does not check.
 //!
-//! Each rule is a pure function from text to findings, so that its tests are two snippets: one that breaks it, one that keeps it.
+//! Each rule is a pure function from text to findings, tested by a snippet that breaks it and one that meets it.
 
 mod assets;
 mod circles;
@@ -17,7 +17,7 @@ use std::path::Path;
 
 use crate::workspace::{self, TextFile};
 
-/// One broken rule. Line 0 means the whole file.
+/// A broken rule. Line 0 means the whole file.
 #[derive(Debug, PartialEq, Eq)]
 pub(crate) struct Finding {
     pub(crate) path: String,
@@ -61,7 +61,7 @@ pub(crate) fn task(arguments: &[String]) -> Result<(), String> {
     Err(format!("{}\n{} findings", list.join("\n"), list.len()))
 }
 
-/// All findings in the workspace at `root`.
+/// Checks the workspace at `root`.
 fn check(root: &Path) -> Result<Vec<Finding>, String> {
     let files =
         workspace::text_files(root).map_err(|error| format!("reading the workspace: {error}"))?;
@@ -83,7 +83,7 @@ fn check(root: &Path) -> Result<Vec<Finding>, String> {
     Ok(findings)
 }
 
-/// The file at `path`, if the workspace has it.
+/// Returns the file at `path`, if it exists.
 pub(crate) fn find<'a>(files: &'a [TextFile], path: &str) -> Option<&'a TextFile> {
     files.iter().find(|file| file.path == path)
 }

@@ -1,15 +1,15 @@
-//! Pages do not lie about the tree: what they link to exists, and the tests that the errata name do too. Drawings
-//! bring their own background, so that black lines can be seen on a dark page.
+//! Pages agree with the tree: links and tests named by the errata exist. Drawings have their own background, so that black lines are
+//! visible on a dark page.
 
 use std::collections::BTreeSet;
 
 use super::Finding;
 use crate::workspace::TextFile;
 
-/// The pages whose names in backquotes with three or more words are tests.
+/// Pages in which names in backquotes with three or more words are tests.
 const PROVED: [&str; 1] = ["docs/theory.md"];
 
-/// Findings on all pages. `exists` tells whether a path from the root is a file or folder, pictures included.
+/// Checks all pages. `exists` decides whether a path from the root is a file or folder.
 pub(crate) fn check(files: &[TextFile], exists: impl Fn(&str) -> bool) -> Vec<Finding> {
     let mut findings = Vec::new();
     for page in files.iter().filter(|file| file.path.ends_with(".md")) {
@@ -58,7 +58,7 @@ pub(crate) fn check(files: &[TextFile], exists: impl Fn(&str) -> bool) -> Vec<Fi
     findings
 }
 
-/// Whether a drawing's first rectangle fills its view box with white.
+/// Whether the first rectangle of a drawing fills its view box with white.
 fn has_background(drawing: &str) -> bool {
     let value = |tag: &str, name: &str| -> Option<String> {
         let (_, rest) = tag.split_once(&format!(" {name}=\""))?;
@@ -73,7 +73,7 @@ fn has_background(drawing: &str) -> bool {
         && value(rect, "fill").is_some_and(|fill| fill == "white" || fill == "#ffffff")
 }
 
-/// Targets of the Markdown links of a line that lead into the tree.
+/// Returns the targets of the Markdown links of a line that lead into the tree.
 fn links(line: &str) -> impl Iterator<Item = &str> {
     line.split("](")
         .skip(1)
@@ -82,7 +82,7 @@ fn links(line: &str) -> impl Iterator<Item = &str> {
         .filter(|target| !target.is_empty() && !target.contains("://") && !target.contains(' '))
 }
 
-/// The path from the root that `target`, on the page at `page`, means.
+/// Resolves `target` on the page at `page` to a path from the root.
 fn resolve(page: &str, target: &str) -> String {
     let mut parts: Vec<&str> = page.split('/').collect();
     parts.pop();
@@ -98,7 +98,7 @@ fn resolve(page: &str, target: &str) -> String {
     parts.join("/")
 }
 
-/// Names of the functions in Rust text.
+/// Returns the names of the functions in Rust text.
 fn functions(text: &str) -> impl Iterator<Item = &str> {
     text.split("fn ")
         .skip(1)

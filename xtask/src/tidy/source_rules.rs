@@ -1,4 +1,4 @@
-//! Rules about one Rust file that no lint knows: how it begins, how long it is, what errors hold.
+//! Rules about a Rust file that no lint checks: its first line, its length, the fields of errors.
 
 use proc_macro2::Span;
 use syn::spanned::Spanned;
@@ -8,15 +8,14 @@ use super::Finding;
 
 /// Longest file, in lines outside `#[cfg(test)]`.
 const MAX_LINES: usize = 500;
-/// The only folders that may allow `unsafe`.
+/// The only folders with `unsafe`.
 const UNSAFE_FOLDERS: [&str; 2] = ["crates/radon/src/simd/", "crates/simd-set/src/"];
-/// Where transforms are planned, for types that are known: in generic code every crate that makes a plan would compile all of the FFT
-/// again.
+/// Files that plan transforms, for concrete types: in generic code every crate that makes a plan would compile the whole FFT again.
 const FFT_FILES: [&str; 2] = ["crates/radon/src/fft.rs", "crates/radon/src/filter.rs"];
-/// Comment that lets one field of an error hold a `String`, followed by the reason.
+/// Comment that allows a `String` in a field of an error, followed by the reason.
 const ALLOW_STRING: &str = "// tidy: allow string:";
 
-/// All findings in the Rust file at `path`.
+/// Checks the Rust file at `path`.
 pub(crate) fn check(path: &str, text: &str) -> Vec<Finding> {
     let mut findings = Vec::new();
     if !text.starts_with("//!") {
@@ -35,7 +34,7 @@ pub(crate) fn check(path: &str, text: &str) -> Vec<Finding> {
             findings.push(Finding::new(path, at + 1, message));
         }
     }
-    // Other than library source is as long as it is, and no interface.
+    // Sources outside libraries have no limit and no interface.
     if let (true, Ok(file)) = (is_library_source(path), syn::parse_file(text)) {
         findings.extend(not_too_long(path, text, &file));
         findings.extend(errors_are_typed(path, text, &file));
@@ -103,7 +102,7 @@ fn transforms_are_planned_once(path: &str, file: &syn::File) -> Vec<Finding> {
         .collect()
 }
 
-/// Errors and reports get variants and fields that nobody's build should break by; `docs/architecture.md` has the whole rule.
+/// Errors and reports are `non_exhaustive`; `docs/architecture.md` has the whole rule.
 fn what_grows_says_so(path: &str, file: &syn::File) -> Vec<Finding> {
     let of = |item: &syn::Item| match item {
         syn::Item::Enum(item) if item.ident.to_string().ends_with("Error") => {
@@ -144,7 +143,7 @@ fn errors_are_typed(path: &str, text: &str, file: &syn::File) -> Vec<Finding> {
         .collect()
 }
 
-/// The lines of `String`s in types whose name ends in `Error`.
+/// Lines of `String`s in types whose name ends in `Error`.
 #[derive(Default)]
 struct Strings {
     inside: bool,

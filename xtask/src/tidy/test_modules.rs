@@ -1,17 +1,17 @@
-//! A rule about test programs of several files: each file is a module of its program. Cargo takes a file right under `tests` for a
-//! program; one in a folder below runs only if something there says `mod`, and nothing else tells when nothing does.
+//! Rule about test programs of several files: each file is a module of its program. Cargo runs a file directly under `tests` as a program;
+//! a file in a folder below runs only if a `mod` names it, which nothing else checks.
 
 use super::{Finding, find};
 use crate::workspace::TextFile;
 
-/// Findings in all files below the `tests` folders of packages.
+/// Checks all files below the `tests` folders of packages.
 pub(crate) fn check(files: &[TextFile]) -> Vec<Finding> {
     let is_named = |path: &str| {
         let Some((folder, name)) = place(path) else {
             return true;
         };
         let above = ["/main.rs", "/mod.rs", ".rs"].map(|end| format!("{folder}{end}"));
-        let declared = format!("mod {name};"); // perhaps after `pub(crate)`
+        let declared = format!("mod {name};"); // possibly after `pub(crate)`
         above
             .iter()
             .filter_map(|path| find(files, path))
@@ -34,7 +34,7 @@ pub(crate) fn check(files: &[TextFile]) -> Vec<Finding> {
         .collect()
 }
 
-/// The folder below `tests` whose program or module has to name this file, and its name; none where cargo finds it by itself.
+/// Returns the folder below `tests` whose program or module must name this file, and its name; `None` if cargo finds it.
 fn place(path: &str) -> Option<(&str, &str)> {
     let module = path.strip_suffix(".rs")?.trim_end_matches("/mod");
     let (folder, name) = module.rsplit_once('/')?;
@@ -76,7 +76,7 @@ mod tests {
             found(&[main, one, deep, ("tests/tests/b/three.rs", "")]),
             ["tests/tests/b/three.rs"]
         );
-        // By another way: a program beside its folder.
+        // Alternatively a program beside its folder.
         let beside = (
             "crates/a/tests/files.rs",
             "#[path = \"files/npy.rs\"]\nmod npy;\n",
@@ -85,7 +85,7 @@ mod tests {
             found(&[beside, ("crates/a/tests/files/npy.rs", "")]),
             [""; 0]
         );
-        // Programs, what they share, and sources are found by cargo or the compiler.
+        // Cargo or the compiler finds programs, shared files and sources.
         for path in [
             "crates/a/tests/x.rs",
             "crates/a/tests/common/mod.rs",

@@ -1,8 +1,8 @@
-//! Rules about one text file of any kind: its white space.
+//! Rules about white space in any text file.
 
 use super::Finding;
 
-/// All findings in the text file at `path`.
+/// Checks the text file at `path`.
 pub(crate) fn check(path: &str, text: &str) -> Vec<Finding> {
     let mut findings = Vec::new();
     for (at, line) in text.split('\n').enumerate() {

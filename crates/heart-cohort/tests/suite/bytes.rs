@@ -1,4 +1,4 @@
-//! The bytes of members: what they are, and that nothing changes them.
+//! The bytes of members, and their reproducibility.
 
 use crate::{all, names, shard, text, with_rejected};
 use heart_cohort::heart_phantom::{Phantom, Scene};
@@ -41,7 +41,7 @@ fn bytes_of_members_are_the_same_for_any_shards_and_threads() {
     }
 }
 
-/// The archive as another reader sees it; the arrays as the phantom of the member's scene has them, computed by itself.
+/// The archive by another reader; the arrays by a separate phantom of the member's scene.
 #[test]
 fn a_shard_holds_what_its_members_are() {
     let folder = tempfile::tempdir().unwrap();
@@ -161,7 +161,7 @@ fn whole_shards_are_skipped_and_broken_ones_made_again() {
     again(false);
     fs::remove_file(&record).unwrap();
     again(false);
-    // What a process that was killed has left of this shard goes, of another one it stays.
+    // The files that a killed process left of this shard are removed, those of another shard are kept.
     let left = folder.path().join("shard-00001-of-00002.tar.99-1.tmp");
     let other = folder.path().join("shard-00002-of-00002.tar.99-1.tmp");
     fs::write(&left, "half").unwrap();
@@ -171,7 +171,7 @@ fn whole_shards_are_skipped_and_broken_ones_made_again() {
     assert!(other.exists() && !left.exists());
 }
 
-/// Constants of rubber vary like any field, and so does what the balloons are made of; the phantom of a member's scene has the pressures.
+/// Constants of rubber vary like any field, and so does the material; the phantom of a member's scene has the pressures.
 #[test]
 fn members_may_be_of_rubber() {
     let rubber = "heart.material = { gent = { mu = 400.0, jm = 30.0, thickness = 0.5 } }";

@@ -1,4 +1,4 @@
-//! What members are drawn from.
+//! Distributions of members.
 
 use crate::text;
 use heart_cohort::{Cohort, CohortError, FieldValue};
@@ -88,7 +88,7 @@ fn constraints_hold_and_keep_the_rest_of_the_distribution() {
         let cohort = Cohort::from_toml(&text(2000, &head, vary)).unwrap();
         let [x, y] = ["pose.shift.1", "pose.shift.2"].map(|path| numbers(&cohort, path));
         assert!(x.iter().zip(&y).all(|(x, y)| x + y < 1.0 && *x >= 0.1));
-        // x over the triangle from 0.1 on: density 2 (1 - x) / 0.81, share below x is 1 - ((1 - x) / 0.9)^2.
+        // x over the triangle from 0.1: density 2 (1 - x) / 0.81, fraction below x 1 - ((1 - x) / 0.9)^2.
         let shares = x.iter().map(|x| 1.0 - ((1.0 - x) / 0.9).powi(2)).collect();
         assert!(distance(shares) < 1.95 / 2000f64.sqrt(), "{sampling}");
         let draws: u32 = (0..2000).map(|k| cohort.member(k).unwrap().attempts).sum();
@@ -154,7 +154,7 @@ vary.cycle.volume.gain = {{ uniform = [0.2, 0.3] }}\nvary.defects.1.activity = {
             }
         }
     }
-    // 900 are four blocks of powers of two, each with less than one point too many or too few at either end of a share.
+    // 900 are four blocks of powers of two, each with an error of less than one point at either end of an interval.
     assert!(
         counts
             .iter()
@@ -186,7 +186,7 @@ fn the_template_is_a_cohort() {
     assert!(value("activity.cavity.concentration").is_some());
 }
 
-/// A field that varies within a table that varies: the constraint reads what the scene has.
+/// A field that varies within a table that varies: the constraint uses the value in the scene.
 #[test]
 fn constraints_read_the_field_inside_a_drawn_table() {
     let head = "constraints = [\"cycle.volume.gain > 0.5\"]";
@@ -201,7 +201,7 @@ fn constraints_read_the_field_inside_a_drawn_table() {
         assert!(gain > 0.5 && gain <= 0.8);
         tables += u32::from(drawn["cycle.volume"].to_string() == "{\"gain\":0.2}");
     }
-    // Either table is as likely: what it says of the field does not count.
+    // Either table is equally likely, whatever its value of the field.
     assert!((70..130).contains(&tables), "{tables}");
 }
 

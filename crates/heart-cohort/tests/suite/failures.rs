@@ -1,4 +1,4 @@
-//! What is rejected, with which words, and that nothing is left behind.
+//! Rejected cohorts, their messages, and the state after failures.
 
 use crate::{SCENE, names, shard, text, with_rejected};
 use heart_cohort::{Cohort, CohortError, Fault, RunOptions, Shard, merge, run_shard, verify};

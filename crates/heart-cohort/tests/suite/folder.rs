@@ -1,4 +1,4 @@
-//! A folder of shards, surveyed before it is there.
+//! A directory of shards, surveyed before it exists.
 
 use crate::{all, with_rejected};
 use heart_cohort::{RunOptions, survey};
@@ -28,7 +28,7 @@ fn a_survey_tells_ranges_bytes_and_reasons() {
         (Some(3), Some([1.7, 2.8]))
     );
     assert!(!found.rejected.is_empty() && found.members_per_second > 0.0);
-    // What is told is what comes out, but for the share of the rejected.
+    // The survey agrees with the result, except for the fraction of rejected members.
     let folder = tempfile::tempdir().unwrap();
     let report = &all(&cohort, folder.path(), 1, 2)[0];
     let kept = |all: u64, rejected: usize| (all as usize - rejected) as f64 / all as f64;

@@ -1,4 +1,4 @@
-//! What a network's data needs: geometry, smaller files, subsets, correlated fields, other layouts.
+//! Data for networks: geometry, smaller files, subsets, correlated fields, other layouts.
 
 use crate::{all, shard, text, with_rejected};
 use heart_cohort::heart_phantom::{Phantom, Product};
@@ -76,7 +76,7 @@ fn geometry_says_where_arrays_are_and_what_samples_are() {
     assert_eq!(json["gates"].as_array().map(Vec::len), Some(2));
     let degrees = json["gates"][0]["angle_degrees"].as_array().unwrap();
     for (degrees, angle) in degrees.iter().zip(angles) {
-        // Of gates, a projection stands at its mean angle: that of the camera at rest here.
+        // A projection of a gate has its mean angle: that of step and shoot here.
         assert!((degrees.as_f64().unwrap() - angle.to_degrees()).abs() < 1e-9);
     }
     assert_eq!(json["radius_mm"].as_array().map(Vec::len), Some(3));
@@ -115,7 +115,7 @@ fn compressed_arrays_are_the_same_arrays() {
     assert!(files(&plain) == files(&packed) && packed.bytes < plain.bytes);
     let again = of("compression = \"gzip\"", "again");
     assert!(fs::read(&packed.path).unwrap() == fs::read(&again.path).unwrap());
-    // Half precision: half the bytes of what is single, each sample within its bound.
+    // Half precision: half the bytes of single precision, each sample within its bound.
     let halves = files(&of("precision = \"float16\"", "halves"));
     for (name, single) in files(&plain) {
         let found = &halves[&name];
@@ -246,7 +246,7 @@ fn subsets_have_their_fractions_and_do_not_depend_on_shards() {
         (0..100).map(|k| cohort.member(k).unwrap().split).collect()
     };
     assert_eq!(split(&cohort), split(&other));
-    // It is a column of the manifest, whatever the shards.
+    // It is a column of the manifest for any shards.
     let small = text(6, &head, "pose.centre = { uniform = [4.0, 6.0] }");
     let small = Cohort::from_toml(&small).unwrap();
     let column = |of: u64| -> Vec<String> {
@@ -326,7 +326,7 @@ fn a_member_is_exported_in_the_layout_of_nnunet() {
     );
     let nifti = |name: &str| unpacked(&fs::read(folder.path().join(name)).unwrap());
     let labels = nifti("labelsTr/heart_00000002_01.nii.gz");
-    let expected = phantom.labels(phantom.phases()[1].moment()).unwrap();
+    let expected = phantom.labels(phantom.phases()[1].motion_phase()).unwrap();
     assert!(labels.len() == 352 + 512 && labels.ends_with(&expected));
     let image = nifti("imagesTr/heart_00000002_01_0000.nii.gz");
     let expected = phantom.volume(1).unwrap();

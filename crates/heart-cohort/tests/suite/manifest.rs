@@ -54,7 +54,7 @@ fn a_manifest_has_a_row_for_every_member() {
             assert!(archive[at..].starts_with(&row.as_slice().as_bytes()[..8]));
         }
     }
-    // It is the same whoever made the shards, and made again.
+    // It is the same for any origin of the shards, and if it is made again.
     let bytes = fs::read(folder.path().join("manifest.csv")).unwrap();
     merge(folder.path()).unwrap();
     assert!(fs::read(folder.path().join("manifest.csv")).unwrap() == bytes);

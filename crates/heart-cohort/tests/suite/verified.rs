@@ -1,4 +1,4 @@
-//! What `verify` finds: every change of a byte, of a file and of a name, and nothing else.
+//! Findings of `verify`: every change of a byte, a file or a name, and nothing else.
 
 use crate::{all, shard, text, with_rejected};
 use heart_cohort::{
@@ -179,7 +179,7 @@ fn names_that_are_no_shards_are_found() {
         );
         fs::remove_file(path).unwrap();
     }
-    // A file that is renamed is missing, whatever its new name.
+    // A renamed file is missing, for any new name.
     fs::rename(&paths[2], folder.path().join("other.tar")).unwrap();
     let name = "shard-00003-of-00003.tar";
     finds(
@@ -212,7 +212,7 @@ fn names_that_are_no_shards_are_found() {
     );
 }
 
-/// A pipe would make whoever opens it wait for ever.
+/// Opening a pipe would block.
 #[cfg(unix)]
 #[test]
 fn pipes_and_directories_are_no_shards() {

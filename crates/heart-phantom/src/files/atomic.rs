@@ -75,13 +75,13 @@ pub fn create_writable_folder(path: &Path) -> Result<(), PhantomError> {
 /// // std::process::exit(130);
 /// # drop(held);
 /// ```
-pub fn remove_unfinished() -> HeldWrites {
+pub fn remove_unfinished() -> WriteLock {
     let mut unfinished = unfinished();
     for file in std::mem::take(&mut *unfinished) {
         // A file that cannot be removed is no reason to keep the others.
         let _ = fs::remove_file(file);
     }
-    HeldWrites {
+    WriteLock {
         _unfinished: unfinished,
     }
 }
@@ -89,7 +89,7 @@ pub fn remove_unfinished() -> HeldWrites {
 /// Blocks all writes until it is dropped; see [`remove_unfinished`].
 #[must_use = "writes continue as soon as it is dropped"]
 #[derive(Debug)]
-pub struct HeldWrites {
+pub struct WriteLock {
     _unfinished: MutexGuard<'static, BTreeSet<PathBuf>>,
 }
 

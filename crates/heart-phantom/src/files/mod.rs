@@ -66,6 +66,7 @@ mod previous;
 mod projections;
 #[cfg(feature = "files")]
 mod raw_json;
+mod rays;
 mod samples;
 mod turn;
 mod volume;
@@ -75,7 +76,7 @@ pub const REPORT: &str = "report.json";
 /// The program and its version, as recorded in the report.
 pub const PROGRAM: &str = concat!("heart-phantom ", env!("CARGO_PKG_VERSION"));
 
-pub use atomic::{HeldWrites, create_writable_folder, remove_unfinished, write_atomically};
+pub use atomic::{WriteLock, create_writable_folder, remove_unfinished, write_atomically};
 #[cfg(feature = "dicom")]
 #[cfg_attr(docsrs, doc(cfg(feature = "dicom")))]
 pub use dicom::write_ct;
@@ -93,5 +94,6 @@ pub use picture::{Section, png_bytes, write_gif, write_png};
 #[cfg_attr(docsrs, doc(cfg(feature = "scene")))]
 pub use previous::check_unlisted;
 pub use projections::{AcquisitionInfo, BeatCounts, Projections, Radius};
+pub use rays::{write_astra, write_rtk};
 pub use samples::Samples;
 pub use volume::{FieldOf, Volume};

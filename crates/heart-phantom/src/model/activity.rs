@@ -71,7 +71,7 @@ impl Background {
             .map(|shape| (shape.gain().to_bits(), shape))
             .collect();
         distinct.into_values().try_for_each(|shape| {
-            let times = torso.growth_to_hold(&shape.body().standing(pose));
+            let times = torso.scale_to_contain(&shape.body().with_pose(pose));
             let gain = shape.gain();
             match times < 1.0 {
                 true => Ok(()),

@@ -34,7 +34,7 @@ impl Wall {
         grid: &VoxelGrid,
         reach: Reach,
     ) -> Result<Vec<(usize, [f32; 3])>, PhantomError> {
-        let (shell, pose) = self.standing_shell();
+        let (shell, pose) = self.placed_shell();
         let moved = |p: &Point3<f64>, nearest: &NearestMaterial| {
             let [layer, at] = nearest.material;
             let off = match nearest.distance > 0.0 {

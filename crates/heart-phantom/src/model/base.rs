@@ -6,7 +6,7 @@ use crate::ranges::{DESCENT, GAIN};
 use membrane_newton::membrane_forces::Material;
 use membrane_newton::{
     Control, Discretisation, Equilibrium, Membrane, NewtonOptions, Pair, PairEquilibrium,
-    RestShape, Solver,
+    ReferenceShape, Solver,
 };
 use std::f64::consts::{PI, TAU};
 
@@ -27,7 +27,7 @@ pub(super) struct Descent {
 impl Descent {
     /// A displacement of `whole` cm from the gain at end-diastole to that at end-systole; `None` for zero or a constant volume.
     pub(super) fn new(whole: f64, [low, high]: [f64; 2]) -> Result<Option<Self>, PhantomError> {
-        check("base_descent", whole, DESCENT)?;
+        check("av_plane_displacement", whole, DESCENT)?;
         check("largest gain", high, GAIN)?;
         check("smallest gain", low, [0.0, high])?;
         let gains = [low, high];
@@ -63,7 +63,7 @@ impl Descent {
         let volume = |gain: f64| cavity * (1.0 + gain);
         let apex = |shape: &Equilibrium| shape.at(APEX).position[0];
         let rests = apex(&solved(outer, volume(self.gains[1]) + wall, [0.0; 2])?);
-        let length = outer.rest().at(APEX).position[0];
+        let length = outer.reference().at(APEX).position[0];
         let at = |short: f64| -> Result<(Equilibrium, f64), PhantomError> {
             let shape = solved(outer, volume(gain) + wall, [ring, short])?;
             let off = apex(&shape) - rests;
@@ -94,7 +94,7 @@ impl Descent {
 
 /// A membrane with its reference configuration shortened along the axis and its ring displaced.
 fn shortened(membrane: &Membrane, ring: f64, short: f64) -> Result<Membrane, PhantomError> {
-    let rest = membrane.rest().clone();
+    let rest = membrane.reference().clone();
     let breaks = rest.breakpoints();
     let inside = breaks[1..breaks.len() - 1].to_vec();
     let curve = move |s: f64| {
@@ -106,7 +106,7 @@ fn shortened(membrane: &Membrane, ring: f64, short: f64) -> Result<Membrane, Pha
         point.second[0] -= short * PI * TAU * double.cos();
         point
     };
-    let rest = RestShape::from_function(curve, &inside)?;
+    let rest = ReferenceShape::from_function(curve, &inside)?;
     let ends = membrane.ends().map(|[x, y]| [x + ring, y]);
     let made = Membrane::new(rest).with_ends(ends)?;
     let made = match membrane.material() {

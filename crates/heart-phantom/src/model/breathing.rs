@@ -54,9 +54,10 @@ impl RespiratoryGates {
 
 /// `[breathing]`: rigid respiratory motion of the heart. The surroundings do not move.
 ///
-/// At the respiratory position r the heart is rotated by `r turn_degrees` about the axes x, y and z of the lab, in this order and
+/// At the respiratory position r the heart is rotated by `r rotation_degrees` about the axes x, y and z of the lab, in this order and
 /// about its origin, then shifted by `r shift`. r follows [`BreathingCurve`] with the given period, from the phase at the start of
 /// the first view. Typically the diaphragm displaces the heart by 1 to 2 cm towards the feet.
+#[doc(alias("respiratory motion", "respiratory gating"))]
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "scene", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "scene", serde(deny_unknown_fields, default))]
@@ -66,7 +67,7 @@ pub struct Breathing {
     pub shift: [f64; 3],
     /// Rotation at end-inspiration about the lab's x, then y, then z, in degrees.
     #[cfg_attr(feature = "scene", serde(deserialize_with = "exactly"))]
-    pub turn_degrees: [f64; 3],
+    pub rotation_degrees: [f64; 3],
     /// Seconds of a respiratory cycle.
     pub period: f64,
     /// Respiratory position over phase.
@@ -83,7 +84,7 @@ impl Default for Breathing {
     fn default() -> Self {
         Self {
             shift: [0.0; 3],
-            turn_degrees: [0.0; 3],
+            rotation_degrees: [0.0; 3],
             period: 4.0,
             curve: BreathingCurve::Sinusoid,
             start: 0.0,
@@ -95,7 +96,7 @@ impl Default for Breathing {
 impl Breathing {
     pub(crate) fn check(&self, c: &mut Check) {
         c.all_within("shift", &self.shift, [-100.0, 100.0]);
-        c.all_within("turn_degrees", &self.turn_degrees, [-180.0, 180.0]);
+        c.all_within("rotation_degrees", &self.rotation_degrees, [-180.0, 180.0]);
         c.within("period", self.period, [0.1, 1e3]);
         c.within("start", self.start, [0.0, 1.0]);
         match &self.curve {
@@ -174,20 +175,20 @@ impl RespiratoryMotion {
             return Ok(*pose);
         }
         let [x, y, z] = self.turn().map(|angle| angle * fraction);
-        pose.turned_x(x)?
-            .turned_y(y)?
-            .turned_z(z)?
+        pose.rotated_x(x)?
+            .rotated_y(y)?
+            .rotated_z(z)?
             .shifted(Vector3::from(self.of.shift) * fraction)
     }
 
     /// Returns whether it has an effect.
     pub(crate) fn moves(&self) -> bool {
-        (self.of.shift.iter().chain(&self.of.turn_degrees)).any(|by| *by != 0.0)
+        (self.of.shift.iter().chain(&self.of.rotation_degrees)).any(|by| *by != 0.0)
     }
 
     /// Rotation at end-inspiration about x, y and z, radians.
     pub(crate) fn turn(&self) -> [f64; 3] {
-        self.of.turn_degrees.map(f64::to_radians)
+        self.of.rotation_degrees.map(f64::to_radians)
     }
 
     /// Respiratory cycles since the end-expiration before the start of the first view.

@@ -180,12 +180,12 @@ impl Placed {
         }
         let pieces = without_overlap(defects.iter().map(Defect::region))?;
         let wall = |shape: &HeartShape| {
-            Wall::drawn(shape, heart.tolerance()).map_err(|source| PhantomError::NoMaterial {
+            Wall::polygonal(shape, heart.tolerance()).map_err(|source| PhantomError::NoMaterial {
                 gain: shape.gain(),
                 source: Box::new(source),
             })
         };
-        let rest = wall(&*heart.rest()?)?;
+        let rest = wall(&*heart.reference_shape()?)?;
         let placed: Vec<Result<_, PhantomError>> = shapes
             .par_iter()
             .map(|shape| {
@@ -226,7 +226,7 @@ impl Placed {
     pub(crate) fn by_defect(&self, shape: &HeartShape, n: usize, pose: Pose) -> Vec<Vec<Sector>> {
         let mut parts = vec![Vec::new(); n];
         for (owner, sector, _) in self.of(shape) {
-            parts[*owner].push(sector.standing(pose));
+            parts[*owner].push(sector.with_pose(pose));
         }
         parts
     }

@@ -1,11 +1,11 @@
 //! The heart: two membranes with the wall between them; shapes are solved on demand.
 
 use super::base::Descent;
-use super::kept::Kept;
 use super::shape::HeartShape;
+use super::shape_cache::ShapeCache;
 use crate::error::PhantomError;
 use membrane_newton::{
-    Discretisation, Equilibrium, Membrane, NewtonOptions, Pair, RestShape, Rubber, Solver,
+    Discretisation, Equilibrium, Membrane, NewtonOptions, Pair, ReferenceShape, Rubber, Solver,
     Stiffness, StrainEnergy,
 };
 use rayon::prelude::*;
@@ -44,7 +44,7 @@ impl Balloon {
     /// # Errors
     /// [`PhantomError::Balloon`] for a dimension or stiffness that is not finite and positive.
     pub fn membrane(&self) -> Result<Membrane, PhantomError> {
-        let rest = RestShape::balloon(self.length, self.radius)?;
+        let rest = ReferenceShape::balloon(self.length, self.radius)?;
         Ok(Membrane::new(rest).with_stiffness(Stiffness::constant(self.stiffness)?))
     }
 
@@ -58,7 +58,7 @@ impl Balloon {
         energy: StrainEnergy,
         thickness: f64,
     ) -> Result<Membrane, PhantomError> {
-        let rest = RestShape::balloon(self.length, self.radius)?;
+        let rest = ReferenceShape::balloon(self.length, self.radius)?;
         let rubber = Rubber::new(energy, membrane_newton::Thickness::constant(thickness)?)?;
         Ok(Membrane::new(rest).with_rubber(rubber))
     }
@@ -93,7 +93,7 @@ pub struct Heart {
     memory: usize,
     shape_bytes: OnceLock<usize>,
     /// Shared by clones, so that each shape is solved once.
-    kept: Arc<Kept>,
+    kept: Arc<ShapeCache>,
 }
 
 /// Memory per cone of a body surface including search structures: 96 bytes, 48 in its chain, some 20 of boxes; and per node of a
@@ -147,7 +147,7 @@ impl Heart {
             discretisation,
             descent: None,
             tolerance,
-            length: outer.rest().at(0.5).position[0],
+            length: outer.reference().at(0.5).position[0],
             pose,
             memory: Self::DEFAULT_MEMORY,
             shape_bytes: OnceLock::new(),
@@ -182,8 +182,8 @@ impl Heart {
     pub fn study(nodes: usize) -> Result<Self, PhantomError> {
         let middle = (Balloon::OUTER.length + Balloon::OUTER.radius) / 2.0;
         let pose = Pose::axis_along_z(middle)?
-            .turned_x(FRAC_PI_4)?
-            .turned_y(FRAC_PI_4)?;
+            .rotated_x(FRAC_PI_4)?
+            .rotated_y(FRAC_PI_4)?;
         Self::new(Balloon::INNER, Balloon::OUTER, nodes, pose)
     }
 
@@ -214,7 +214,7 @@ impl Heart {
     ///
     /// # Errors
     /// As [`Heart::shapes`].
-    pub fn rest(&self) -> Result<Arc<HeartShape>, PhantomError> {
+    pub fn reference_shape(&self) -> Result<Arc<HeartShape>, PhantomError> {
         Ok(self.shapes(&[0.0])?.remove(0))
     }
 
@@ -229,7 +229,7 @@ impl Heart {
     ///
     /// ```
     /// use heart_phantom::Heart;
-    /// let heart = Heart::study(201)?.with_base_descent(1.6, [0.0, 0.6])?;
+    /// let heart = Heart::study(201)?.with_av_plane_displacement(1.6, [0.0, 0.6])?;
     /// let shapes = heart.shapes(&[0.6, 0.0])?;
     /// let ring = |k: usize| shapes[k].curves()[1][0][0];
     /// assert!((ring(1) - ring(0) - 1.6).abs() < 1e-12);
@@ -241,7 +241,12 @@ impl Heart {
     ///
     /// # Errors
     /// [`PhantomError::OutOfRange`] for a displacement below 0 or above 10 cm, and invalid gains.
-    pub fn with_base_descent(mut self, cm: f64, gains: [f64; 2]) -> Result<Self, PhantomError> {
+    #[doc(alias("AVPD", "MAPSE"))]
+    pub fn with_av_plane_displacement(
+        mut self,
+        cm: f64,
+        gains: [f64; 2],
+    ) -> Result<Self, PhantomError> {
         let descent = Descent::new(cm, gains)?;
         if descent != self.descent {
             // Earlier shapes belong to another heart.
@@ -251,7 +256,7 @@ impl Heart {
     }
 
     /// Returns the displacement of the base at a volume gain, cm.
-    pub fn base_descent(&self, gain: f64) -> f64 {
+    pub fn av_plane_displacement(&self, gain: f64) -> f64 {
         (self.descent.as_ref()).map_or(0.0, |descent| descent.at(gain))
     }
 
@@ -294,7 +299,7 @@ impl Heart {
     }
 
     /// Returns the reference length and radius of the heart, cm.
-    pub(crate) fn rest_extent(&self) -> [f64; 2] {
+    pub(crate) fn reference_extent(&self) -> [f64; 2] {
         let most = |[x, r]: [f64; 2], [px, py]: [f64; 2]| [f64::max(x, px), f64::max(r, py)];
         (self.pair.outer().start().points().into_iter()).fold([0.0; 2], most)
     }
@@ -315,7 +320,7 @@ impl Heart {
     }
 
     /// Returns the heart with its shapes in another pose; existing bodies of shapes do not move.
-    pub(crate) fn standing(&self, pose: Pose) -> Self {
+    pub(crate) fn with_pose(&self, pose: Pose) -> Self {
         Self {
             pose,
             ..self.clone()

@@ -119,10 +119,12 @@ impl Wall {
     }
 
     /// The wall of a shape between the polygons that bound its body, which follow the membranes to `tolerance` cm.
-    pub(crate) fn drawn(shape: &HeartShape, tolerance: f64) -> Result<Self, PhantomError> {
+    pub(crate) fn polygonal(shape: &HeartShape, tolerance: f64) -> Result<Self, PhantomError> {
         let pair = shape.solution();
-        let [inner, outer] = [&pair.inner, &pair.outer]
-            .map(|membrane| -> Result<_, PhantomError> { Ok(curve(membrane)?.drawn(tolerance)?) });
+        let [inner, outer] =
+            [&pair.inner, &pair.outer].map(|membrane| -> Result<_, PhantomError> {
+                Ok(curve(membrane)?.to_polyline(tolerance)?)
+            });
         Self::between(inner?, outer?, *shape.body().pose())
     }
 
@@ -147,7 +149,7 @@ impl Wall {
     }
 
     /// Returns the wall in another pose.
-    pub fn standing(mut self, pose: Pose) -> Self {
+    pub fn with_pose(mut self, pose: Pose) -> Self {
         self.pose = pose;
         self
     }
@@ -350,7 +352,7 @@ impl Wall {
     }
 
     /// The shell and its pose.
-    pub(super) fn standing_shell(&self) -> (&Shell, &Pose) {
+    pub(super) fn placed_shell(&self) -> (&Shell, &Pose) {
         (&self.shell, &self.pose)
     }
 

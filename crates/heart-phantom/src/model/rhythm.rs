@@ -15,6 +15,7 @@ const COUPLING: f64 = 0.6;
 const SHORTEST_DIASTOLE: f64 = 0.05;
 
 /// R-R intervals; the mean rate is that of the cycle.
+#[doc(alias("arrhythmia", "heart rate variability"))]
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "scene", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "scene", serde(rename_all = "kebab-case"))]

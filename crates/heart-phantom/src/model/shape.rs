@@ -114,17 +114,17 @@ impl HeartShape {
     /// [`PhantomError::Solid`] for another layer, a tolerance that is not positive, or too many triangles;
     /// [`PhantomError::NotMeshed`] if rounding prevents the tolerance.
     pub fn mesh(&self, layer: usize, tolerance: f64) -> Result<Mesh, PhantomError> {
-        self.mesh_standing(*self.body.pose(), layer, tolerance)
+        self.mesh_with_pose(*self.body.pose(), layer, tolerance)
     }
 
     /// As [`HeartShape::mesh`], in another pose.
-    pub(crate) fn mesh_standing(
+    pub(crate) fn mesh_with_pose(
         &self,
         pose: Pose,
         layer: usize,
         tolerance: f64,
     ) -> Result<Mesh, PhantomError> {
-        let body = self.body.standing(pose);
+        let body = self.body.with_pose(pose);
         let Some(solid) = body.layers().get(layer).map(Meridian::measures) else {
             return Ok(body.mesh(layer, tolerance)?);
         };

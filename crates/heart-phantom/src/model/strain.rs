@@ -136,7 +136,7 @@ impl Wall {
             let strain = self.deformed(to, &point).strain();
             strain.components().map(|e| e as f32)
         };
-        let (shell, pose) = self.standing_shell();
+        let (shell, pose) = self.placed_shell();
         Ok(shell.map_voxels(pose, grid, slices, strain)?)
     }
 

@@ -25,6 +25,7 @@ const MOST_SAMPLES: usize = 1000;
 /// assert!((systole.angle(1.0, 0.5).to_degrees() - 8.0).abs() < 1e-12);
 /// # Ok::<(), heart_phantom::PhantomError>(())
 /// ```
+#[doc(alias = "torsion")]
 #[derive(Debug, Clone, PartialEq)]
 pub struct Twist {
     /// Radians, from base to apex, for the inner and the outer membrane.

@@ -24,7 +24,7 @@ impl Wall {
             let way = moved(between, &self.material(found, p)) / seconds;
             [way.x as f32, way.y as f32, way.z as f32]
         };
-        let (shell, pose) = self.standing_shell();
+        let (shell, pose) = self.placed_shell();
         Ok(shell.map_voxels(pose, grid, slices, velocity)?)
     }
 

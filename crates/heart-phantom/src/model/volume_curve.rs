@@ -83,8 +83,8 @@ impl VolumeRange {
     /// # Errors
     /// [`PhantomError::OutOfRange`] unless `0 <= gain <= 20`, `0 <= fraction <= 20/21`, `V_ref <= ESV <= EDV <= 21 V_ref`, and
     /// `V_ref` is within 1e-30 to 1e30 mL.
-    pub fn gains(&self, rest_volume: f64) -> Result<[f64; 2], PhantomError> {
-        check("reference volume", rest_volume, [1e-30, 1e30])?;
+    pub fn gains(&self, reference_volume: f64) -> Result<[f64; 2], PhantomError> {
+        check("reference volume", reference_volume, [1e-30, 1e30])?;
         match *self {
             Self::Gain(gain) => Ok([0.0, check("gain", gain, GAIN)?]),
             Self::Gains([low, high]) => {
@@ -96,9 +96,13 @@ impl VolumeRange {
                 Ok([0.0, fraction / (1.0 - fraction)])
             }
             Self::Volumes { edv, esv } => {
-                check("edv", edv, [rest_volume, rest_volume * (1.0 + GAIN[1])])?;
-                check("esv", esv, [rest_volume, edv])?;
-                Ok([esv, edv].map(|volume| (volume - rest_volume) / rest_volume))
+                check(
+                    "edv",
+                    edv,
+                    [reference_volume, reference_volume * (1.0 + GAIN[1])],
+                )?;
+                check("esv", esv, [reference_volume, edv])?;
+                Ok([esv, edv].map(|volume| (volume - reference_volume) / reference_volume))
             }
         }
     }
@@ -107,8 +111,8 @@ impl VolumeRange {
     ///
     /// # Errors
     /// As [`VolumeRange::gains`].
-    pub fn ejection_fraction(&self, rest_volume: f64) -> Result<f64, PhantomError> {
-        let [low, high] = self.gains(rest_volume)?;
+    pub fn ejection_fraction(&self, reference_volume: f64) -> Result<f64, PhantomError> {
+        let [low, high] = self.gains(reference_volume)?;
         Ok((high - low) / (1.0 + high))
     }
 }

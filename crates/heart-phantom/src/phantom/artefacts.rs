@@ -1,54 +1,53 @@
-//! What motion, few views, noise and blur do to a reconstruction.
+//! Effects of motion, few views, noise and blur on a reconstruction.
 
 use crate::error::PhantomError;
 use crate::scan::{Lasting, Mode};
 use crate::truth::{BREATHS, MOST_IN_PASS, swept};
-use crate::{Camera, Measures, Phantom, Regions};
+use crate::{Camera, ImageQuality, Phantom, Regions};
 use revolve_voxel::Mask;
 use revolve_voxel::nalgebra::{Point3, Vector3};
 use std::collections::BTreeSet;
 use std::f64::consts::TAU;
 
-/// Fewest voxels of a wall whose mean is worth something.
+/// Smallest number of voxels of a wall region.
 const FEWEST: usize = 100;
-/// Lines on which the blur of the wall is measured; the median counts.
+/// Number of lines on which the blur of the wall is measured.
 const AZIMUTHS: usize = 16;
 
-/// What motion, few views or noise did to a reconstruction. A measure that cannot be taken is `None`.
+/// Figures of the artefacts of a reconstruction. A figure that cannot be measured is `None`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "scene", derive(serde::Serialize))]
 #[non_exhaustive]
 pub struct Artefacts {
-    /// Root mean square more than three voxels outside the heart at all phases, where nothing should be.
+    /// Root mean square more than three voxels outside the heart at all phases, where the activity is zero.
     pub streaks_outside: Option<f64>,
-    /// Standard deviation over mean of the voxels that are in the wall at all phases that the views see, defects among them, those
-    /// near its faces left out.
+    /// Coefficient of variation of the voxels that are in the wall at all phases of the projections, defects included, voxels near the
+    /// surfaces excluded.
     pub wall_unevenness: Option<f64>,
-    /// Mean over the exact wall, weighted with its activity: `sum w f / sum w`, `w` the exact volume of the wall alone, averaged over the
-    /// time of the projections. Partial volume is part of it; it depends on the voxel size by that only.
+    /// Average over the exact wall, weighted with its activity: `sum w f / sum w`, where `w` is the ground truth of the wall alone,
+    /// averaged over the time of the projections. Includes the partial-volume effect, its only dependence on the voxel size.
     pub wall_mean: Option<f64>,
-    /// The same mean of the exact volume; the ratio of both is the recovery of the wall.
+    /// The same average of the ground truth; the ratio of both is the recovery of the wall.
     pub wall_mean_truth: Option<f64>,
-    /// Number of the voxels of `wall_unevenness`; 0 if the wall moves by more than its thickness, or has too few voxels.
+    /// Number of voxels of `wall_unevenness`; 0 if the wall moves by more than its thickness, or has too few voxels.
     pub wall_voxels: usize,
-    /// How many times the outermost voxels were removed from them: 2, or less where fewer than 100 would be left.
+    /// Number of erosions of these voxels: 2, or fewer if fewer than 100 voxels would remain.
     pub wall_erosion: usize,
-    /// Width of the outer edge at the apex, from 90 to 10 % of its height above the background along the axis, mm; none where
-    /// views or volume end before that.
+    /// Width of the outer edge at the apex along the axis, from 90 to 10 % of its height above the background, mm; `None` if the field of
+    /// view ends before.
     pub apex_blur_mm: Option<f64>,
-    /// The same at the middle of the wall's side, median of 16 azimuths, mm.
+    /// The same at the middle of the wall's side, median over 16 azimuths, mm.
     pub wall_blur_mm: Option<f64>,
-    /// Root mean square difference from the truth within the field of view; from which, [`Phantom::truth_of`] tells.
+    /// Root mean square difference from the ground truth ([`Phantom::truth_of`]) within the field of view.
     pub rmse: Option<f64>,
 }
 
 impl Phantom {
-    /// The voxels over which a gate is judged: those of [`Phantom::regions`], but wall and cavity of a gate or of a static scene
-    /// are what is in them at its own phases. They are eroded by two voxels, or by one or none where fewer than 100 would be
-    /// left.
+    /// Returns the regions of a gate: those of [`Phantom::regions`], with wall and cavity of a gate or static scene at its own phases only.
+    /// They are eroded by two voxels, or fewer if fewer than 100 voxels would remain.
     ///
     /// # Errors
-    /// [`PhantomError::Count`] if there is no such gate; what solving the shapes can return.
+    /// [`PhantomError::Count`] if there is no such gate; errors of the solver.
     pub fn regions_of(&self, gate: usize) -> Result<Regions, PhantomError> {
         let acquisition = self.acquisition(gate)?;
         let mut regions = self.regions()?.clone();
@@ -60,7 +59,7 @@ impl Phantom {
         Ok(regions)
     }
 
-    /// The same, wall and cavity those of some volumes at some places of the breath.
+    /// Returns the regions with wall and cavity at some volumes and respiratory positions.
     pub(super) fn regions_at(
         &self,
         gains: &[f64],
@@ -76,7 +75,7 @@ impl Phantom {
         Ok(regions)
     }
 
-    /// How far the breath has come, in the mean over what the views of a gate see; 0 without one.
+    /// Returns the respiratory position averaged over the projections of a gate; 0 without respiration.
     ///
     /// # Errors
     /// [`PhantomError::Count`] if there is no such gate.
@@ -92,11 +91,11 @@ impl Phantom {
             .sum())
     }
 
-    /// How a volume of a gate compares with the truth: streaks outside the heart, unevenness of the wall, blur. Both have the voxels of
-    /// [`Camera::grid`], of a camera whose pixels are a region those of the region only, as [`Phantom::volume`] and [`Phantom::truth`] have.
+    /// Compares a volume of a gate with the ground truth: streaks outside the heart, unevenness of the wall, blur. Both have the voxels of
+    /// [`Camera::grid`], like [`Phantom::volume`] and [`Phantom::truth`].
     ///
     /// # Errors
-    /// As [`Phantom::regions_of`]; [`PhantomError::WrongLength`] for a volume or a truth of another number of voxels.
+    /// As [`Phantom::regions_of`]; [`PhantomError::WrongLength`] for volumes of another size.
     pub fn artefacts(
         &self,
         gate: usize,
@@ -108,7 +107,7 @@ impl Phantom {
         self.judged(&self.regions_of(gate)?, breath, volume, [truth, &wall])
     }
 
-    /// The same over some voxels, of a heart that stands where that breath has it, against the exact volume of all and of the wall alone.
+    /// Compares within given regions, at a respiratory position, with the ground truth of everything and of the wall alone.
     pub(super) fn judged(
         &self,
         regions: &Regions,
@@ -116,7 +115,7 @@ impl Phantom {
         volume: &[f32],
         [truth, wall]: [&[f32]; 2],
     ) -> Result<Artefacts, PhantomError> {
-        let measures = Measures::of(volume, Some(truth), regions, self.camera())?;
+        let measures = ImageQuality::of(volume, Some(truth), regions, self.camera())?;
         let shape = self.shape_at_gain(self.cycle().gains()[0])?;
         let solution = shape.solution();
         let pose = self.pose(breath)?;
@@ -126,7 +125,7 @@ impl Phantom {
             .scene()
             .background
             .map_or(0.0, |around| around.concentration);
-        // From the middle of the wall outwards, past the largest heart or to where views or volume end.
+        // From the middle of the wall outwards, past the largest heart or to the edge of the field of view.
         let width = |direction: Vector3<f64>, inner: [f64; 2], outer: [f64; 2]| {
             let place = |[x, r]: [f64; 2]| Point3::new(x, r * direction.y, r * direction.z);
             let from = place([0.5 * (inner[0] + outer[0]), 0.5 * (inner[1] + outer[1])]);
@@ -170,7 +169,7 @@ impl Phantom {
     }
 }
 
-/// How far a way goes before it leaves what all views see or the voxels hold.
+/// Returns the distance along a line to the edge of the voxels or of the field of all views.
 fn room(camera: &Camera, from: &Point3<f64>, along: &Vector3<f64>) -> f64 {
     let (grid, radius) = (camera.grid(), camera.field_radius());
     let [nx, ny, nz] = grid.shape();
@@ -186,7 +185,7 @@ fn room(camera: &Camera, from: &Point3<f64>, along: &Vector3<f64>) -> f64 {
             }
         }
     }
-    // |p + t d| = R about the axis that the camera turns about
+    // |p + t d| = R about the axis of rotation
     let (pp, pd) = (
         from.x.hypot(from.y).powi(2),
         from.x * along.x + from.y * along.y,
@@ -201,7 +200,7 @@ fn room(camera: &Camera, from: &Point3<f64>, along: &Vector3<f64>) -> f64 {
     room
 }
 
-/// The breaths, or of many as many as sweeps take: the first and the last, and others between.
+/// Returns the respiratory positions; if there are more than five, five between the first and the last.
 fn breaths_of(times: &[Lasting]) -> Vec<f64> {
     let mut breaths: Vec<f64> = times.iter().map(|lasting| lasting.breath).collect();
     breaths.sort_by(f64::total_cmp);
@@ -215,9 +214,9 @@ fn breaths_of(times: &[Lasting]) -> Vec<f64> {
     breaths
 }
 
-/// The gains, or of very many as many as one pass takes, the first and the last in volume among them.
+/// Returns the distinct gains; if there are too many for a pass, a subset with the smallest and the largest.
 fn some_of(times: Vec<Lasting>) -> Vec<f64> {
-    // In their order, which decides what is looked at first; each once.
+    // The order is kept: it determines the order of evaluation.
     let mut known = BTreeSet::new();
     let gains = times.into_iter().map(|lasting| lasting.gain);
     let mut gains: Vec<f64> = gains.filter(|gain| known.insert(gain.to_bits())).collect();
@@ -231,7 +230,7 @@ fn some_of(times: Vec<Lasting>) -> Vec<f64> {
     gains
 }
 
-/// Mean of the samples with these weights; `None` without weights.
+/// Returns the weighted average of the samples; `None` without weights.
 fn weighted_mean(samples: &[f32], weights: &[f32]) -> Option<f64> {
     let (mut sum, mut all) = (0.0, 0.0);
     for (sample, weight) in samples.iter().zip(weights) {
@@ -241,7 +240,7 @@ fn weighted_mean(samples: &[f32], weights: &[f32]) -> Option<f64> {
     (all > 0.0).then(|| sum / all)
 }
 
-/// A mask without its outermost voxels, and how many times these were removed: twice, or as often as leaves enough.
+/// Erodes a mask twice, or less often to keep enough voxels; returns the number of erosions.
 fn inside(mask: Mask) -> (Mask, usize) {
     for steps in [2, 1] {
         let mut eroded = mask.clone();

@@ -1,29 +1,29 @@
-//! Which beats came while the camera looked.
+//! The R-R intervals of an acquisition.
 
 use super::Phantom;
 #[cfg(feature = "scene")]
 use crate::files::BeatCounts;
 
-/// The beats of a scan whose beats differ, or of which some are not accepted.
+/// Statistics of the beats, if R-R intervals vary or beats are rejected.
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "scene", derive(serde::Serialize))]
 #[non_exhaustive]
 pub struct BeatReport {
-    /// Beats that began before the last view ended.
+    /// Number of beats that begin before the last view ends.
     pub beats: usize,
-    /// Those whose intervals are not accepted: their time is not used. How long each gate was seen in each view, and so what is left,
-    /// is [`ViewTime::window`](crate::ViewTime::window).
+    /// Number of beats with rejected R-R intervals; their time is not used. [`ViewTime::window`](crate::ViewTime::window) is the remaining
+    /// acquisition time of each view and gate.
     pub rejected: usize,
-    /// When each begins, in seconds.
+    /// Start of each beat, seconds.
     pub start_s: Vec<f64>,
-    /// R-R interval of each in seconds.
+    /// R-R interval of each beat, seconds.
     pub interval_s: Vec<f64>,
-    /// Whether it is accepted.
+    /// Whether each beat is accepted.
     pub accepted: Vec<bool>,
 }
 
 impl Phantom {
-    /// The R-R intervals from the start of the first view to the end of the last, for headers.
+    /// Counts the R-R intervals from the start of the first view to the end of the last, for headers.
     #[cfg(feature = "scene")]
     pub(crate) fn beat_counts(&self) -> BeatCounts {
         let camera = self.camera();
@@ -55,7 +55,7 @@ impl Phantom {
         }
     }
 
-    /// The beats from the start of the first view to the end of the last; `None` if they are all alike and count.
+    /// Returns the beats from the start of the first view to the end of the last; `None` if all are equal and accepted.
     pub fn beats(&self) -> Option<BeatReport> {
         let rhythm = self.cycle().rhythm()?;
         let camera = self.camera();

@@ -121,7 +121,7 @@ impl Phantom {
                 let at = self.reference();
                 (
                     vec![self.cycle().gain(at.phase)],
-                    self.at_moment(at, |scan| self.wall_alone(scan, truth))?,
+                    self.at_motion_phase(at, |scan| self.wall_alone(scan, truth))?,
                 )
             }
         };

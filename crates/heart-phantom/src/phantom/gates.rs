@@ -1,8 +1,10 @@
 //! Projections and ground truth of all gates: shapes that gates share are computed once.
 
 use super::Phantom;
+use crate::Sinograms;
 use crate::error::{PhantomError, check_length};
-use crate::scan::SharedShapes;
+use crate::scan::{Interpolation, STEPS, Scan, SharedShapes};
+use crate::scene::WORK_BYTES;
 use crate::truth::truth_of_gates_into;
 use revolve_voxel::Organs;
 
@@ -33,33 +35,70 @@ impl Phantom {
         Ok(samples)
     }
 
-    /// The same into memory of the caller's, whatever is in it: some that is used again costs no new pages.
+    /// As [`Phantom::sinograms_of_gates`], into a buffer of the caller; reused buffers need no new memory pages.
     ///
     /// # Errors
-    /// As [`Phantom::view`]; [`PhantomError::WrongLength`] for other than [`Phantom::n_gates`] times the samples of a gate's views.
+    /// As [`Phantom::view`]; [`PhantomError::WrongLength`] if the length is not [`Phantom::n_gates`] times that of a projection set.
     pub fn sinograms_of_gates_into(&self, samples: &mut [f32]) -> Result<(), PhantomError> {
         let camera = self.camera();
         let each = camera.n_views() * camera.view_len();
         check_length("views of all gates", samples.len(), self.n_gates() * each)?;
-        let shared = match self.depth()?.is_some() {
-            true => None,
-            false => self.shared_shapes()?,
-        };
-        let Some(shared) = shared else {
-            let one = |gate| Ok(self.sinograms(gate, &|_| ())?.samples);
-            return one_by_one(samples, each, one);
-        };
-        let scan = self.scan(camera, 0, self.acquisition(0)?);
-        self.work.rays(scan.of_gates_into(&shared, samples)?);
-        if self.scene().noise.is_some() {
-            let (views, rows) = (0..camera.n_views(), 0..camera.n_rows());
-            for (gate, own) in samples.chunks_mut(each).enumerate() {
-                let mut read = own.to_vec();
-                self.count(gate, &views, &rows, &mut read)?;
-                own.copy_from_slice(&read);
+        let made = self.primary_of_gates_into(samples, &|_| ())?;
+        if self.scene().noise.is_some() || self.scene().scatter.is_some() {
+            for (gate, (one, own)) in made.into_iter().zip(samples.chunks_mut(each)).enumerate() {
+                let samples = own.to_vec();
+                let windows = self.windows_of(gate, Sinograms { samples, ..one })?;
+                own.copy_from_slice(&windows[0].samples);
             }
         }
         Ok(())
+    }
+
+    /// Whether the gates are sums over the same images, which fit into memory together.
+    pub(crate) fn shares_images(&self) -> bool {
+        let each = self.camera().n_views() * self.camera().view_len();
+        let interpolation = self.acquisition_of(0, STEPS[0]).interpolation;
+        self.n_gates() > 1
+            && interpolation == Interpolation::Cubic
+            && 4 * self.n_gates() * each <= WORK_BYTES
+    }
+
+    /// Expected samples of the photons of each gate that are not scattered; `progress` receives the number of views done.
+    #[cfg(feature = "scene")]
+    pub(crate) fn primary_of_gates(
+        &self,
+        progress: &(dyn Fn(usize) + Sync),
+    ) -> Result<Vec<Sinograms>, PhantomError> {
+        let each = self.camera().n_views() * self.camera().view_len();
+        let mut samples = vec![0.0f32; self.n_gates() * each];
+        let mut made = self.primary_of_gates_into(&mut samples, progress)?;
+        for (one, own) in made.iter_mut().zip(samples.chunks(each)) {
+            one.samples = own.to_vec();
+        }
+        Ok(made)
+    }
+
+    /// The same, `[gate][view][row][bin]`; the result has one entry per gate, without samples.
+    fn primary_of_gates_into(
+        &self,
+        samples: &mut [f32],
+        progress: &(dyn Fn(usize) + Sync),
+    ) -> Result<Vec<Sinograms>, PhantomError> {
+        let depth = self.depth()?;
+        let camera = depth.map_or(self.camera(), |depth| &depth.camera);
+        let sets = (0..self.n_gates())
+            .map(|gate| {
+                let acquisition = self.acquisition(gate)?;
+                Ok(Scan {
+                    depth,
+                    ..self.scan(camera, gate, acquisition)
+                })
+            })
+            .collect::<Result<Vec<_>, PhantomError>>()?;
+        let all = (0..self.camera().n_views(), 0..self.camera().n_rows());
+        let made = Scan::sets_into(&sets, all, samples, progress)?;
+        made.iter().for_each(|of_gate| self.work.rays(of_gate.rays));
+        Ok(made)
     }
 
     /// The ground truth of all gates, `[gate][z][y][x]`: that of [`Phantom::truth`] of each gate, to the rounding of the samples. Each shape
@@ -73,10 +112,10 @@ impl Phantom {
         Ok(volumes)
     }
 
-    /// The same into memory of the caller's, whatever is in it.
+    /// As [`Phantom::truth_of_gates`], into a buffer of the caller.
     ///
     /// # Errors
-    /// As [`Phantom::view`]; [`PhantomError::WrongLength`] for other than [`Phantom::n_gates`] times the voxels.
+    /// As [`Phantom::view`]; [`PhantomError::WrongLength`] if the length is not [`Phantom::n_gates`] times the number of voxels.
     pub fn truth_of_gates_into(&self, volumes: &mut [f32]) -> Result<(), PhantomError> {
         let each = self.camera().grid().len();
         check_length("volumes of all gates", volumes.len(), self.n_gates() * each)?;

@@ -1,4 +1,4 @@
-//! How much memory a scene needs, before any work.
+//! Memory of a run, estimated before any work.
 
 use super::method::Method;
 use super::output::Product;
@@ -12,12 +12,12 @@ use crate::truth::{MASK_PHASES, MOST_IN_PASS, finder_bytes, in_pass};
 use crate::{Defect, Phantom};
 use std::collections::BTreeSet;
 
-/// About a point of the quadrature (32), its place in a tree of distinct ones (some 36) and in the list of phases (8), with the room by
-/// which lists grow.
+/// Bytes per point of the time quadrature: the point (32), its place in a tree of distinct points (about 36) and in the list of phases (8),
+/// with the spare capacity of lists.
 const POINT_BYTES: u64 = 120;
 
-/// Memory in bytes that the operating system can give this process, as far as Linux reports it: the least of physical memory with swap,
-/// the limit of the control group and what is left of the address space.
+/// Returns the memory in bytes that Linux can give this process: the least of physical memory with swap, the limit of the control group and
+/// the rest of the address space. `None` if unknown.
 pub(crate) fn memory_limit() -> Option<u64> {
     let read = |path| std::fs::read_to_string(path).unwrap_or_default();
     let number = |text: &str| text.split_whitespace().find_map(|word| word.parse().ok());
@@ -36,7 +36,7 @@ pub(crate) fn memory_limit() -> Option<u64> {
 }
 
 /// # Errors
-/// [`PhantomError::Memory`] if that many bytes are more than the operating system can give.
+/// [`PhantomError::Memory`] if the operating system cannot give that many bytes.
 pub(crate) fn check_memory(needed: u64) -> Result<(), PhantomError> {
     match memory_limit() {
         Some(available) if needed > available => Err(PhantomError::Memory { needed, available }),
@@ -44,24 +44,24 @@ pub(crate) fn check_memory(needed: u64) -> Result<(), PhantomError> {
     }
 }
 
-/// Memory that `run` of a scene takes at most, in bytes: an estimate, some tens of per cent above what is taken as a
-/// rule, more where a tolerance leaves open how many shapes it takes.
+/// An upper estimate of the memory of `run` in bytes: usually some tens of per cent too high, more if the number of shapes of a tolerance
+/// is unknown.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "scene", derive(serde::Serialize))]
 #[non_exhaustive]
 pub struct Memory {
-    /// Shapes of the heart, with the defects in them and with what finds their surfaces in voxels.
+    /// Shapes of the heart, with their defects and surface search.
     pub shapes: u64,
-    /// The views of one gate, and when they see what.
+    /// Projections of one gate, and their times.
     pub views: u64,
-    /// Reconstruction, exact volume and masks of one gate; all that goes into one file of all gates.
+    /// Reconstruction, ground truth and masks of one gate; products that are collected for a file of all gates.
     pub volumes: u64,
-    /// What each thread takes besides: slabs of the views under way through a collimator, cells that OSEM's model sorts.
+    /// Per thread: depth slabs of unfinished projections, cells that the model of OSEM sorts.
     pub each_thread: u64,
 }
 
 impl Memory {
-    /// All of it, on as many threads as there are here.
+    /// Returns the total for the number of threads of this machine.
     pub fn total(&self) -> u64 {
         let threads = rayon::current_num_threads() as u64;
         self.shapes + self.views + self.volumes + threads * self.each_thread
@@ -69,8 +69,8 @@ impl Memory {
 }
 
 impl Phantom {
-    /// The memory that a run takes at most; no shape is solved and no ray cast for it. What shapes take while views are taken can be
-    /// bounded ([`Phantom::with_memory`]). What the slabs of a collimator's views take is known once [`Phantom::prepare`] was called.
+    /// Estimates the memory of a run without solving shapes or casting rays. [`Phantom::with_memory`] limits the memory of shapes. The
+    /// memory of depth slabs is known after [`Phantom::prepare`].
     ///
     /// ```
     /// use heart_phantom::{Phantom, Scene};
@@ -84,6 +84,11 @@ impl Phantom {
         let wants = |product| parts.scene.output.has(product);
         let reconstructs = parts.scene.output.needs(Needs::Reconstruction);
         let sees = parts.scene.output.needs(Needs::Views);
+        // An orbit that is not known yet, or nodes that are too many, are left to `prepare`.
+        let known = (self.facing.get()).map(|views| views.iter().map(|view| view.radius).collect());
+        let radii: Option<Vec<f64>> = parts.nominal_radii().or(known);
+        let scatter = radii.and_then(|radii| self.bytes_of_scatter(&radii).ok());
+        let scatter = scatter.unwrap_or_default();
         let judges = reconstructs && wants(Product::Truth);
 
         let seen = self.distinct_shapes();
@@ -106,18 +111,25 @@ impl Phantom {
         let fields = (passed.max(judged) * finder_bytes(&scan)) as u64;
 
         let samples = 4 * (camera.n_views() * camera.view_len()) as u64;
-        // Points of the quadrature over time, of as many views as are taken together.
+        // Points of the time quadrature of the projections that are acquired together.
         let points = scan.acquisition.points_of_all(scan.cycle, camera);
         let points = POINT_BYTES * points.min(MOST_NODES as f64) as u64;
-        // Noise is counted beside what it is the noise of.
-        let copies = 1 + u64::from(parts.scene.noise.is_some());
+        let windows = self.n_windows() as u64;
+        // Noisy and noise-free samples exist at the same time, several windows beside the unscattered photons; gates that share images are computed
+        // together.
+        let together = match self.shares_images() {
+            true => 2 * self.n_gates() as u64,
+            false => 0,
+        };
+        let copies = 1 + u64::from(parts.scene.noise.is_some()) + together;
+        let copies = copies + if windows > 1 { windows } else { 0 };
         let voxels = camera.grid().len() as u64;
         let (reconstruction, cells) = match (reconstructs, &parts.scene.reconstruction.method) {
             (false, _) => (0, 0),
             (true, Method::Fbp) => ((WORK_BYTES as u64).min(8 * voxels), 0),
             (true, Method::Osem(osem)) => self.bytes_of_osem(osem),
         };
-        // Products of all gates wait until the last one is there; labels of a gate have a byte per voxel.
+        // Products in a file of all gates are collected until the last gate; labels of a gate have a byte per voxel.
         let joined = parts
             .scene
             .output
@@ -126,26 +138,31 @@ impl Phantom {
             .filter(|of| self.joins(**of));
         let collected: u64 = joined
             .map(|product| match product {
-                Product::Projections => samples,
+                Product::Projections | Product::Scatter => windows * samples,
                 Product::Reconstruction => 4 * voxels,
                 _ => product.info().voxel_bytes * voxels,
             })
             .sum();
         let collected = self.n_gates() as u64 * collected;
-        // The views of all gates together, and their volume's truth.
+        // The projections of all gates, and the ground truth of their volume.
         let together = match self.is_compensated() && reconstructs {
             false => 0,
             true => 2 * self.n_gates() as u64 * samples + 8 * voxels,
         };
-        // Two views a thread may be under way.
+        // Two unfinished projections per thread.
         let slabs = match self.depth_known() {
             Some(depth) if sees => 2 * depth.view_bytes() as u64,
             _ => 0,
         };
         Memory {
             shapes: alive * (shape + defects) + fields,
-            views: points + if sees { copies * samples } else { 0 },
-            each_thread: slabs.max(cells),
+            views: points
+                + if sees {
+                    copies * samples + scatter[0]
+                } else {
+                    0
+                },
+            each_thread: slabs.max(cells).max(scatter[1]),
             volumes: reconstruction
                 + collected
                 + together
@@ -158,8 +175,8 @@ impl Phantom {
         }
     }
 
-    /// Shapes that the views of all gates need, no more than are kept at most; with a tolerance those of the steps that meet it, or if
-    /// that is not known yet of the finest.
+    /// Counts the shapes that the projections of all gates need, at most the number that is stored; for a tolerance those of its steps, or
+    /// of the finest steps if these are unknown.
     fn distinct_shapes(&self) -> usize {
         let steps = match self.scene().acquisition.accuracy {
             Accuracy::Steps(steps) => steps,
@@ -168,8 +185,12 @@ impl Phantom {
         let most = self.heart().most_shapes().max(MOST_IN_PASS);
         let mut gains = BTreeSet::new();
         for gate in 0..self.n_gates() {
-            let scan = self.scan(self.camera(), gate, self.acquisition_of(gate, steps));
-            scan.collect_gains(&mut gains, most);
+            let acquisition = self.acquisition_of(gate, steps);
+            // Views, and volumes.
+            for acquisition in [acquisition, acquisition.linear()] {
+                let scan = self.scan(self.camera(), gate, acquisition);
+                scan.collect_gains(&mut gains, most);
+            }
         }
         gains.len()
     }

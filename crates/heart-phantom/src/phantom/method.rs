@@ -1,25 +1,23 @@
-//! How volumes are made from views: plain data that a scene's file and Rust share.
+//! Reconstruction methods: plain data of a scene.
 
-/// How volumes are made from views.
+/// A reconstruction method.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[cfg_attr(feature = "scene", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "scene", serde(rename_all = "kebab-case"))]
 #[non_exhaustive]
 pub enum Method {
-    /// Filtered back-projection, slice by slice, of the views: it takes them
-    /// for line integrals.
+    /// Filtered back-projection of each slice; it treats projections as line integrals.
     #[default]
     Fbp,
-    /// Expectation maximisation with ordered subsets, of all slices at once, which models what the camera does.
+    /// Ordered-subsets expectation maximisation of all slices together, with a model of the camera.
     Osem(Osem),
 }
 
-/// Expectation maximisation with ordered subsets ([`radon::osem`]; Hudson & Larkin 1994, doi:10.1109/42.363108) of views that
-/// [`radon::SpectOperator`] models.
+/// Ordered-subsets expectation maximisation ([`radon::osem`]; Hudson & Larkin 1994, doi:10.1109/42.363108) with the model
+/// [`radon::SpectOperator`].
 ///
-/// Subsets are interleaved views: number k of n has views k, k + n, k + 2 n ..., so that of n that do not divide the number of views some
-/// have one view more. They take turns in the order of their numbers' bits reversed (0, 4, 2, 6, 1, 5, 3, 7), so that one looks from where
-/// those before it did not.
+/// Subset k of n contains the views k, k + n, k + 2 n, ...; sizes differ by at most one view. The order of the subsets is bit-reversed
+/// (0, 4, 2, 6, 1, 5, 3, 7 for n = 8), so that consecutive subsets have different directions.
 ///
 /// ```
 /// use heart_phantom::{Method, Mode, Osem, Phantom, Scene};
@@ -39,17 +37,23 @@ pub enum Method {
 #[cfg_attr(feature = "scene", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "scene", serde(deny_unknown_fields))]
 pub struct Osem {
-    /// Parts of the views, from 1 (MLEM) to as many as there are views.
+    /// Number of subsets, from 1 (MLEM) to the number of views.
     pub subsets: usize,
-    /// Most passes through all of them.
+    /// Maximum number of iterations through all subsets.
     pub iterations: usize,
-    /// Whether it models attenuation: by the mean of the map over the time that the views of the gate see.
+    /// Whether to model attenuation, with the map averaged over the acquisition time of the gate.
     #[cfg_attr(feature = "scene", serde(default))]
     pub attenuation: bool,
-    /// Whether it models the collimator, `scene::CameraSettings::radius` from the axis; the tolerance of that is 1e-3 ([`radon::SpectOptions`]).
+    /// Whether to model the collimator at `scene::CameraSettings::radius`; the tolerance is 1e-3 ([`radon::SpectOptions`]).
     #[cfg_attr(feature = "scene", serde(default))]
     pub resolution: bool,
-    /// It ends earlier after a pass that changed the volume by no more than this share of it (root mean squares).
+    /// The model of scatter; `None` models unscattered photons only.
+    #[cfg_attr(
+        feature = "scene",
+        serde(default, skip_serializing_if = "Option::is_none")
+    )]
+    pub scatter: Option<KnownScatter>,
+    /// Stops after an iteration whose relative change of the volume (root mean square) is at most this value.
     #[cfg_attr(
         feature = "scene",
         serde(default, skip_serializing_if = "Option::is_none")
@@ -58,47 +62,59 @@ pub struct Osem {
 }
 
 impl Osem {
-    /// Most passes.
+    /// Maximum of `iterations`.
     pub(crate) const MOST: usize = 10_000;
     /// Range of the tolerance.
     pub(crate) const TOLERANCE: [f64; 2] = [1e-9, 1.0];
 
-    /// So many passes through so many subsets, of views that are taken for line integrals.
+    /// Sets subsets and iterations, without models of attenuation and collimator.
     pub fn new(subsets: usize, iterations: usize) -> Self {
         Self {
             subsets,
             iterations,
             attenuation: false,
             resolution: false,
+            scatter: None,
             tolerance: None,
         }
     }
 }
 
-/// Of what volumes are made, where the heart moves from one set of views to the next: its exact motion is known.
+/// How OSEM models scatter.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "scene", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "scene", serde(rename_all = "kebab-case"))]
+#[non_exhaustive]
+pub enum KnownScatter {
+    /// As the expected scatter of the projections ([`Phantom::scatter`](crate::Phantom::scatter)): what methods that estimate scatter are
+    /// compared with.
+    Known,
+}
+
+/// Compensation of the exactly known motion between gates.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[cfg_attr(feature = "scene", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "scene", serde(rename_all = "kebab-case"))]
 #[non_exhaustive]
 pub enum Compensation {
-    /// Each set of views as it was seen, a volume of each.
+    /// No compensation: one volume per gate.
     #[default]
     None,
-    /// All sets in one frame, the motion taken back ([`Phantom::compensated`](crate::Phantom::compensated)): what methods that have to find the
-    /// motion are measured against.
+    /// All gates at a reference phase ([`Phantom::compensated`](crate::Phantom::compensated)): the reference for methods that estimate the
+    /// motion.
     KnownMotion,
 }
 
-/// What OSEM did for a gate, or for all of them in one frame.
+/// Convergence of OSEM for a gate or a motion-compensated volume.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "scene", derive(serde::Serialize))]
 #[non_exhaustive]
 pub struct OsemReport {
-    /// Passes through all subsets.
+    /// Iterations through all subsets.
     pub iterations: usize,
-    /// Root mean square by which the last one changed the volume, over that of the volume.
+    /// Relative change of the volume in the last iteration, root mean square.
     pub change: f64,
-    /// Root mean square difference of views and what their model makes of the volume that each subset found in the last pass, over
-    /// that of the views.
+    /// Relative root mean square difference of the projections and of those modelled from the volume that each subset updated in the last
+    /// iteration.
     pub residual: f64,
 }

@@ -1,5 +1,6 @@
-//! A phantom: everything on demand, and nothing twice.
+//! The phantom: lazy evaluation of every product of a scene.
 
+mod along;
 mod artefacts;
 mod beats;
 mod compensated;
@@ -18,6 +19,8 @@ mod prepare;
 mod products;
 mod reach;
 mod resolution;
+mod scatter;
+mod scatter_model;
 mod steps;
 mod views;
 mod volumes;
@@ -29,36 +32,39 @@ mod work;
 pub use artefacts::Artefacts;
 pub use beats::BeatReport;
 pub use memory::Memory;
-pub use method::{Compensation, Method, Osem, OsemReport};
+pub use method::{Compensation, KnownScatter, Method, Osem, OsemReport};
 pub(crate) use model_voxels::farthest;
 pub use motion::{MotionField, MotionReport, PointMotion};
 pub use numbers::{Numbers, Thickness};
 pub use output::{GateFiles, Output, Product, ProjectionValues};
-pub use phases::{Moment, PhaseOf, PhaseReport, ScenePhase};
+pub use phases::{MotionPhase, PhaseOf, PhaseReport, ScenePhase};
 pub use polar::PolarMap;
 pub use products::PlannedFile;
 #[cfg(feature = "scene")]
 pub(crate) use products::{Content, Index, Needs};
 pub use resolution::Resolution;
-pub use warning::{Edge, Seen, Warning};
+pub use warning::{Edge, TruncatedObject, Warning};
 use work::Work;
 pub use work::WorkReport;
 
 use crate::error::{PhantomError, check_count};
-use crate::scan::{Acquisition, Depth, Facing, Readout, STEPS, Scan};
+use crate::scan::{
+    Acquisition, Depth, Facing, Interpolation, Projected, Readout, Rotation, STEPS, Scan,
+};
 use crate::scene::{Parts, Scene, check};
 use crate::{Camera, Cycle, Heart, HeartShape, Regions, TruthOf};
+use photon_scatter::Scatter;
 use radon::{FbpPlan, Skip};
 use revolve_voxel::Pose;
+use std::collections::BTreeSet;
 #[cfg(feature = "scene")]
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, OnceLock};
 
-/// A phantom: what a scene describes, computed when it is asked for.
+/// A phantom: the products of a scene, computed on demand.
 ///
-/// [`Phantom::new`] computes nothing. Every part (a view, a slice, a phase) does its own work only and has the
-/// bits that it has in the whole; shapes are solved once and kept; [`Phantom::work`] tells what has been done. Results have the same
-/// bits for any number of threads.
+/// [`Phantom::new`] computes nothing. A part (a view, a slice, a phase) costs only its own work and is bitwise identical to the same part of the
+/// whole. Shapes are solved once and stored; [`Phantom::work`] counts the work. Results are bitwise identical for any number of threads.
 ///
 /// ```
 /// use heart_phantom::{Phantom, scene::{Mode, Scene}};
@@ -76,38 +82,40 @@ use std::sync::{Arc, Mutex, OnceLock};
 #[derive(Debug)]
 pub struct Phantom {
     parts: Parts,
-    /// The cycle, each of its respiratory gates by itself.
+    /// The cycle of each respiratory gate.
     cycles: Vec<Cycle>,
     pub(crate) readout: Readout,
     facing: OnceLock<Vec<Facing>>,
     depth: OnceLock<Option<Depth>>,
-    /// Mean counts of a sample of 1, by gate.
+    /// Expected counts per unit sample, by gate.
     counts: Vec<OnceLock<f64>>,
+    /// Scatter, by gate.
+    scattered: Vec<OnceLock<Option<Scatter>>>,
     pub(crate) steps: OnceLock<usize>,
     regions: OnceLock<Regions>,
-    /// The plan that was used last, with its gate.
+    /// The plan used last, with its gate.
     plan: Mutex<Option<(usize, Arc<FbpPlan<f32>>)>>,
     pub(crate) work: Work,
-    /// The file of the scene and its text, for errors that are found after it was read.
+    /// File and text of the scene, for errors after reading.
     #[cfg(feature = "scene")]
     pub(crate) file: Option<(PathBuf, String)>,
 }
 
 impl Phantom {
-    /// Validates the scene and builds the objects that it describes. Solves no shape, casts no ray.
+    /// Validates the scene and builds its objects. Solves no shape, casts no ray.
     ///
     /// # Errors
-    /// [`PhantomError::Scene`] for a value or a combination of values that is not allowed; [`PhantomError::Membrane`] if the discretised
-    /// balloons make no pair.
+    /// [`PhantomError::Scene`] for an invalid value or combination of values; [`PhantomError::Membrane`] if the discretised balloons are
+    /// not a valid pair.
     pub fn new(scene: Scene) -> Result<Self, PhantomError> {
         Self::of(scene, None)
     }
 
-    /// The same with any two membranes ([`Heart::of_membranes`]) in the place of the sections `[heart]` and `[pose]`, which are not read.
-    /// Clones of a heart share the shapes that are solved.
+    /// As [`Phantom::new`], with any two membranes ([`Heart::of_membranes`]) instead of the sections `[heart]` and `[pose]`, which are
+    /// ignored. Clones of a heart share solved shapes.
     ///
     /// ```
-    /// use heart_phantom::membrane_newton::{Discretisation, Membrane, RestShape};
+    /// use heart_phantom::membrane_newton::{Discretisation, Membrane, ReferenceShape};
     /// use heart_phantom::revolve_voxel::Pose;
     /// use heart_phantom::{Heart, Phantom, Scene, VolumeCurve, VolumeRange};
     /// # fn main() -> Result<(), heart_phantom::PhantomError> {
@@ -115,7 +123,7 @@ impl Phantom {
     /// let ellipse = |a: f64, b: f64| -> Result<Membrane, heart_phantom::PhantomError> {
     ///     let half = |k: i32| std::f64::consts::PI * (0.5 - f64::from(k) / 100.0);
     ///     let points: Vec<_> = (0..=100).map(half).map(|t| [a * t.cos(), b * t.sin()]).collect();
-    ///     Ok(Membrane::new(RestShape::polyline(&points)?))
+    ///     Ok(Membrane::new(ReferenceShape::polyline(&points)?))
     /// };
     /// let nodes = Discretisation::FiniteDifferences { nodes: 101 };
     /// let membranes = [ellipse(8.0, 2.5)?, ellipse(9.0, 3.5)?];
@@ -135,8 +143,8 @@ impl Phantom {
         Self::of(scene, Some(heart))
     }
 
-    /// The phantom of another scene. It shares the shapes of this one that are solved where `[heart]`, `[pose]` and the descent of the
-    /// base are equal; a heart of one's own stays.
+    /// Returns the phantom of another scene. It shares the solved shapes if `[heart]`, `[pose]` and the displacement of the base are equal,
+    /// and keeps a heart that was given.
     ///
     /// # Errors
     /// As [`Phantom::new`].
@@ -145,13 +153,14 @@ impl Phantom {
         let mut phantom = Self::of(scene, before.own_heart.then(|| heart.clone()))?;
         let parts = &mut phantom.parts;
         if (&parts.scene.heart, parts.scene.pose) == (&before.scene.heart, before.scene.pose) {
-            let descent = parts.scene.cycle.base_descent;
-            parts.heart = (heart.clone()).with_base_descent(descent, parts.cycle.gains())?;
+            let descent = parts.scene.cycle.av_plane_displacement;
+            parts.heart =
+                (heart.clone()).with_av_plane_displacement(descent, parts.cycle.gains())?;
         }
         Ok(phantom)
     }
 
-    /// The phantom of a scene file.
+    /// Reads the phantom of a scene file.
     ///
     /// # Errors
     /// As [`Scene::load`] and [`Phantom::new`].
@@ -176,6 +185,7 @@ impl Phantom {
             facing: OnceLock::new(),
             depth: OnceLock::new(),
             counts: vec![OnceLock::new(); parts.n_gates()],
+            scattered: vec![OnceLock::new(); parts.n_gates()],
             cycles: parts.cycles(),
             steps: OnceLock::new(),
             regions: OnceLock::new(),
@@ -191,92 +201,90 @@ impl Phantom {
         &self.parts
     }
 
-    /// The scene that describes it.
+    /// Returns the scene.
     pub fn scene(&self) -> &Scene {
         &self.parts.scene
     }
 
-    /// The scene, unless a heart of one's own took the place of two of its sections.
+    /// Returns the scene, unless a given heart replaces two of its sections.
     #[cfg(feature = "scene")]
     pub(crate) fn whole_scene(&self) -> Option<&Scene> {
-        (!self.parts.own_heart).then_some(&self.parts.scene)
+        (!self.parts.own_heart && !self.has_own_rays()).then_some(&self.parts.scene)
     }
 
-    /// The same with work on empty slices done or not; it changes no bit of any result.
+    /// Sets whether work on empty slices is skipped; results are bitwise identical.
     pub fn with_skip(mut self, skip: Skip) -> Self {
         self.parts.reconstruction = self.parts.reconstruction.with_skip(skip);
         self.plan = Mutex::new(None);
         self
     }
 
-    /// The same with another bound, in bytes, on the memory of the heart's shapes ([`Heart::with_memory`]); it changes no bit of any
-    /// result.
+    /// Limits the memory of the heart's shapes in bytes ([`Heart::with_memory`]); results are bitwise identical.
     pub fn with_memory(mut self, bytes: usize) -> Self {
         self.parts.heart = self.parts.heart.with_memory(bytes);
         self
     }
 
-    /// The heart, whose shapes are solved when asked for.
+    /// Returns the heart, which solves its shapes on demand.
     pub fn heart(&self) -> &Heart {
         &self.parts.heart
     }
 
-    /// The camera and the voxels.
+    /// Returns the camera with its voxel grid.
     pub fn camera(&self) -> &Camera {
         &self.parts.camera
     }
 
-    /// The beat.
+    /// Returns the cardiac cycle.
     pub fn cycle(&self) -> &Cycle {
         &self.parts.cycle
     }
 
-    /// Number of sets of views: the cardiac gates or 1, times the respiratory gates or 1. Set `k G + g` is the cardiac gate g of G in the
-    /// respiratory gate k.
+    /// Returns the number of gated projection sets: cardiac gates (or 1) x respiratory gates (or 1). Set `k G + g` is the cardiac gate g of
+    /// G in the respiratory gate k.
     pub fn n_gates(&self) -> usize {
         self.counts.len()
     }
 
-    /// What has been done so far.
+    /// Returns the counters of work.
     pub fn work(&self) -> WorkReport {
         let heart = &self.parts.heart;
         (self.work).report(heart.shapes_solved(), heart.most_shapes_alive())
     }
 
-    /// Solves the shapes that the views of a gate need, no more than the heart keeps.
+    /// Solves the shapes that the projections of a gate need, at most as many as the heart stores.
     ///
     /// # Errors
     /// As [`Phantom::view`].
     pub fn solve(&self, gate: usize) -> Result<(), PhantomError> {
-        let times = self
-            .scan(self.camera(), gate, self.acquisition(gate)?)
-            .times()?;
-        let gains = times.iter().map(|lasting| lasting.gain);
-        let kept: Vec<f64> = gains.take(self.heart().most_shapes()).collect();
+        let (mut gains, most) = (BTreeSet::new(), self.heart().most_shapes());
+        self.scan(self.camera(), gate, self.acquisition(gate)?)
+            .collect_gains(&mut gains, most);
+        let kept: Vec<f64> = gains.into_iter().map(f64::from_bits).take(most).collect();
         self.heart().shapes(&kept).map(drop)
     }
 
-    /// What the views of a gate are averages over, with the steps that meet the tolerance of the scene.
+    /// Returns the acquisition of a gate, with the steps that meet the tolerance of the scene.
     pub(crate) fn acquisition(&self, gate: usize) -> Result<Acquisition, PhantomError> {
         check_count("gate", gate, [0, self.n_gates() - 1])?;
         Ok(self.acquisition_of(gate, self.steps()?))
     }
 
-    /// What the exact volumes are the mean over.
+    /// Returns the time that the voxelised ground truth is averaged over.
     pub fn truth_of(&self) -> TruthOf {
         self.acquisition_of(0, STEPS[0])
             .truth_of(self.cycle_of(0), &self.parts.camera)
     }
 
-    /// The heart at a phase.
+    /// Returns the shape of the heart at a phase.
     ///
     /// # Errors
-    /// What solving the shape can return.
+    /// Errors of the solver.
     pub fn shape(&self, phase: f64) -> Result<Arc<HeartShape>, PhantomError> {
         self.shape_at_gain(self.parts.cycle.gain(phase))
     }
 
-    /// Activity per mL of cavity and wall at a phase.
+    /// Returns the activity per mL of cavity and wall at a phase.
     ///
     /// # Errors
     /// As [`Phantom::shape`].
@@ -284,26 +292,30 @@ impl Phantom {
         Ok(self.scene().activity.of(&*self.shape(phase)?))
     }
 
-    /// A phase of end-systole and one of end-diastole.
+    /// Returns a phase of end-systole and one of end-diastole.
     pub fn extreme_phases(&self) -> [f64; 2] {
         self.parts.cycle.extreme_phases()
     }
 
     pub(crate) fn acquisition_of(&self, gate: usize, points: usize) -> Acquisition {
         let mode = self.scene().acquisition.mode;
+        let is_blurred = self.parts.collimator.is_some() || self.scene().blur.is_some();
+        let interpolation = match (is_blurred, self.camera().rotation()) {
+            (true, Rotation::StepAndShoot) => Interpolation::Cubic,
+            _ => Interpolation::Linear,
+        };
         Acquisition {
-            mode,
-            gate: gate % mode.n_gates(),
-            points,
+            interpolation,
+            ..Acquisition::new(mode, gate % mode.n_gates(), points)
         }
     }
 
-    /// The cycle with the respiratory gate that a set of views is of.
+    /// Returns the cycle, with the respiratory gate of a gated projection set.
     pub(crate) fn cycle_of(&self, gate: usize) -> &Cycle {
         &self.cycles[gate / self.scene().acquisition.mode.n_gates()]
     }
 
-    /// What a set of views is, or with another time.
+    /// Returns the scan of a gate, or with another acquisition.
     pub(crate) fn scan<'a>(
         &'a self,
         camera: &'a Camera,
@@ -321,19 +333,20 @@ impl Phantom {
             twist: self.parts.twist.as_ref(),
             background: self.scene().background,
             organs: self.parts.organs.as_ref(),
-            // Far below what any detector resolves.
+            // Far below any detector resolution.
             tolerance: 1e-5 * self.parts.heart.length(),
             depth: None,
+            projected: Projected::All,
         }
     }
 
-    /// Looks at the heart at a moment, whatever views see.
-    pub(crate) fn at_moment<T>(
+    /// Evaluates a function of the heart at a motion phase.
+    pub(crate) fn at_motion_phase<T>(
         &self,
-        moment: Moment,
+        moment: MotionPhase,
         look: impl FnOnce(&Scan<'_>) -> Result<T, PhantomError>,
     ) -> Result<T, PhantomError> {
-        let heart = self.parts.heart.standing(self.pose(moment.breath)?);
+        let heart = self.parts.heart.with_pose(self.pose(moment.breath)?);
         let cycle = self.parts.cycle.clone().without_breathing();
         look(&Scan {
             heart: &heart,
@@ -342,7 +355,7 @@ impl Phantom {
         })
     }
 
-    /// Where the heart stands when the breath has come so far: 0 at end-expiration, 1 at end-inspiration.
+    /// Returns the pose at a respiratory position: 0 at end-expiration, 1 at end-inspiration.
     ///
     /// # Errors
     /// [`PhantomError::Solid`] for a number that is not finite.
@@ -355,7 +368,7 @@ impl Phantom {
     }
 }
 
-/// What was made before, or is now.
+/// Returns a stored value; computes and stores it at the first call.
 fn once<T>(
     made: &OnceLock<T>,
     make: impl FnOnce() -> Result<T, PhantomError>,
@@ -364,6 +377,6 @@ fn once<T>(
         return Ok(known);
     }
     let new = make()?;
-    // Another thread may have been first, with the same.
+    // Another thread may have stored the same value first.
     Ok(made.get_or_init(|| new))
 }

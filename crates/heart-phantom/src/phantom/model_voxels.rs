@@ -1,4 +1,4 @@
-//! The voxels and the response of the model that OSEM reconstructs with.
+//! Voxels and response of the OSEM model.
 
 use super::method::Osem;
 use crate::error::PhantomError;
@@ -8,20 +8,20 @@ use crate::{Camera, Medium};
 use radon::Collimator;
 use revolve_voxel::Organs;
 
-/// Layers of so many standard deviations of the widest response, beyond the first row and the last, are blurred into the views.
+/// The model extends beyond the first and the last row by so many standard deviations of the widest response.
 const MARGIN: f64 = 3.0;
 
 /// The voxels of the model.
 #[derive(Debug)]
 pub(crate) struct ModelVoxels {
-    /// The camera with these voxels; its rows are their layers.
+    /// The camera with these voxels; one row per layer.
     pub(crate) camera: Camera,
-    /// Which of them is the first of the camera's own, along x, y and z.
+    /// Index of the first of the camera's own voxels, along x, y and z.
     first: [usize; 3],
 }
 
 impl Parts {
-    /// The voxels of the model, of a camera whose face is nowhere farther from the axis than that.
+    /// Returns the voxels of the model; `radius` is the largest distance of the collimator face from the axis.
     pub(crate) fn model_voxels(
         &self,
         osem: &Osem,
@@ -35,7 +35,7 @@ impl Parts {
                 (*low, *high) = (low.min(c - a), high.max(c + a));
             }
         };
-        // A medium of coefficient 0 is no reason for more voxels.
+        // A medium with coefficient 0 needs no more voxels.
         let models = osem.attenuation && self.attenuation.is_some();
         let medium = (self.attenuation).filter(|own| models && own.coefficient > 0.0);
         if let Some(around) = self.scene.background {
@@ -56,8 +56,8 @@ impl Parts {
         Ok(ModelVoxels { camera, first })
     }
 
-    /// How the model has points blurred. The model's samples are averages over bins: where those given are samples, what means are wider by is
-    /// taken off the crystal's variance, as far as it goes.
+    /// Returns the response of the model, whose samples are bin averages. For data at bin centres, the variance of a bin average is
+    /// subtracted from the intrinsic variance, as far as possible.
     pub(super) fn response(&self, osem: &Osem) -> Collimator {
         let collimator = self.collimator.filter(|_| osem.resolution);
         let Some(response) = collimator else {
@@ -69,18 +69,18 @@ impl Parts {
             BinSample::Averages => 0.0,
         };
         let intrinsic = (response.intrinsic().powi(2) - wider).max(0.0).sqrt();
-        // Nothing that `new` could refuse.
+        // `new` accepts all of these values.
         Collimator::new(response.slope(), response.at_face(), intrinsic).unwrap_or(response)
     }
 }
 
-/// Where the collimator's face is farthest from the axis.
+/// Returns the largest distance of the collimator face from the axis.
 pub(crate) fn farthest(radii: &[f64]) -> f64 {
     radii.iter().fold(0.0, |most, radius| most.max(*radius))
 }
 
 impl ModelVoxels {
-    /// The voxels of a camera from a volume of the model, `[z][y][x]` both.
+    /// Extracts the voxels of a camera from a volume of the model, both `[z][y][x]`.
     pub(super) fn cut(&self, volume: &[f32], camera: &Camera) -> Vec<f32> {
         let ([nx, ny, _], [own, rows, slices]) =
             (self.camera.grid().shape(), camera.grid().shape());

@@ -1,78 +1,79 @@
-//! Ground truth of motion: displacement, velocity and strain of the wall's material.
+//! Ground truth of motion: displacement, velocity and strain of the wall.
 
 use super::Phantom;
-use super::phases::{Moment, ScenePhase};
+use super::phases::{MotionPhase, ScenePhase};
 use crate::Wall;
 use crate::error::PhantomError;
 
-/// Share of a beat between the two moments of which a velocity is the difference quotient.
+/// Time step of the velocity's difference quotient, as a fraction of a cycle.
 const STEP: f64 = 1e-3;
 
-/// The motion of the wall from end-diastole at end-expiration to a given time, on the voxels of the wall at the reference.
-/// `[z][y][x]`, the components of a voxel next to each other, zeros outside the wall.
+/// Motion of the wall from end-diastole at end-expiration to a given time, on the voxels of the wall at the reference. `[z][y][x]`,
+/// components of a voxel adjacent, zero outside the wall.
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub struct MotionField {
-    /// Where the material at a voxel's centre is at that moment, less the centre: along the lab's x, y and z, cm.
+    /// Displacement of the material at the voxel's centre along x, y, z of the lab, cm.
     pub displacement: Vec<f32>,
-    /// How fast it moves then: x, y, z, cm/s. A difference quotient over a thousandth of a beat. By the beat alone ([`Phantom::motion`]),
-    /// or by beat and breath ([`Phantom::motion_of`]).
+    /// Velocity along x, y, z, cm/s: a difference quotient over a thousandth of a cycle. [`Phantom::motion`] includes the beat only,
+    /// [`Phantom::motion_of`] beat and respiration.
     pub velocity: Vec<f32>,
-    /// Green's strain, in the wall's own directions at end-diastole: radial, circumferential, longitudinal, and the shears rc, rl, cl
+    /// Green's strain in the directions of the wall at end-diastole: radial, circumferential, longitudinal, and the shears rc, rl, cl
     /// ([`GreenStrain::NAMES`](crate::GreenStrain::NAMES)).
     pub strain: Vec<f32>,
-    /// Numbers of the voxels whose centres are in the wall at end-diastole, rising.
+    /// Indices of the voxels whose centres are in the wall at end-diastole, ascending.
     pub voxels: Vec<usize>,
 }
 
-/// The motion of a material point to some moment.
+/// Motion of a material point to a given time.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "scene", derive(serde::Serialize))]
 #[non_exhaustive]
 pub struct PointMotion {
-    /// Where it is in the lab, cm.
+    /// Position in the lab, cm.
     pub position_cm: [f64; 3],
-    /// From where it is at end-diastole at end-expiration.
+    /// Displacement from end-diastole at end-expiration.
     pub displacement_cm: [f64; 3],
-    /// How fast beat and breath move it, as in [`Phantom::motion_of`].
+    /// Velocity of beat and respiration, as in [`Phantom::motion_of`].
     pub velocity_cm_per_s: [f64; 3],
     /// Green's strain since end-diastole: rr, cc, ll, rc, rl, cl.
     pub strain: [f64; 6],
 }
 
-/// What `report.json` has of the motion to a phase.
+/// The entry of `report.json` on the motion to a phase.
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "scene", derive(serde::Serialize))]
 #[non_exhaustive]
 pub struct MotionReport {
-    /// What the phase stands for, as in [`PhaseReport`](crate::PhaseReport).
+    /// Name of the phase, as in [`PhaseReport`](crate::PhaseReport).
     pub of: String,
-    /// Torsion since end-diastole: the twist from base to apex, in the mean of both membranes, over the cavity's length at end-diastole.
+    /// Torsion since end-diastole: twist from base to apex, averaged over both membranes, divided by the length of the cavity at
+    /// end-diastole.
     pub torsion_degrees_per_cm: f64,
-    /// Shortening of the cavity since end-diastole, base to inner apex, as a share of its length then.
+    /// Relative shortening of the cavity from base to inner apex since end-diastole.
     pub longitudinal_shortening: f64,
-    /// The phantom's points, in their order.
+    /// The phantom's points, in order.
     #[cfg_attr(feature = "scene", serde(skip_serializing_if = "Vec::is_empty"))]
     pub points: Vec<PointMotion>,
 }
 
-/// The walls between which motion is told: at the start, then, and shortly before and after then.
+/// The walls of a motion: reference, current, and shortly before and after.
 struct Walls {
     from: Wall,
     to: Wall,
     around: [Wall; 2],
-    /// Between the last two.
+    /// Time between the last two.
     seconds: f64,
 }
 
 impl Phantom {
-    /// The moment from which motion is counted: end-diastole at end-expiration.
-    pub fn reference(&self) -> Moment {
+    /// Returns the reference of motion: end-diastole at end-expiration.
+    pub fn reference(&self) -> MotionPhase {
         let [_, diastole] = self.extreme_phases();
         diastole.into()
     }
 
-    /// The wall at a moment as material that slides and twists: positions, displacements, strains between any two moments.
+    /// Returns the wall at a motion phase as a material with twist: positions, displacements, strains between any two phases.
     ///
     /// ```
     /// use heart_phantom::{MaterialPoint, Phantom, Scene};
@@ -85,18 +86,18 @@ impl Phantom {
     /// ```
     ///
     /// # Errors
-    /// As [`Phantom::shape`]; [`PhantomError::NoMaterial`] where the wall has no material coordinates.
-    pub fn wall(&self, at: impl Into<Moment>) -> Result<Wall, PhantomError> {
+    /// As [`Phantom::shape`]; [`PhantomError::NoMaterial`] if the wall has no material coordinates.
+    pub fn wall(&self, at: impl Into<MotionPhase>) -> Result<Wall, PhantomError> {
         let at = at.into();
         self.wall_at(self.cycle().gain(at.phase), at.breath)
     }
 
-    /// The wall at a volume of the cavity and a place of the breath.
+    /// Returns the wall at a volume gain and a respiratory position.
     pub(super) fn wall_at(&self, gain: f64, breath: f64) -> Result<Wall, PhantomError> {
-        let (rest, shape) = (self.heart().rest()?, self.shape_at_gain(gain)?);
+        let (rest, shape) = (self.heart().reference_shape()?, self.shape_at_gain(gain)?);
         let pose = self.pose(breath)?;
         let made = || -> Result<Wall, PhantomError> {
-            let wall = Wall::sliding(&shape, &Wall::new(&rest)?)?.standing(pose);
+            let wall = Wall::sliding(&shape, &Wall::new(&rest)?)?.with_pose(pose);
             let twist = self.parts().twist.as_ref();
             Ok(match twist {
                 None => wall,
@@ -109,11 +110,11 @@ impl Phantom {
         })
     }
 
-    /// The motion from end-diastole at end-expiration to a moment, on the camera's voxels. Velocities are those of the beat, the breath held.
+    /// Returns the motion from end-diastole at end-expiration to a motion phase, on the camera's voxels. Velocities exclude respiration.
     ///
     /// # Errors
     /// As [`Phantom::wall`].
-    pub fn motion(&self, to: impl Into<Moment>) -> Result<MotionField, PhantomError> {
+    pub fn motion(&self, to: impl Into<MotionPhase>) -> Result<MotionField, PhantomError> {
         self.field(&self.walls(to.into(), None)?)
     }
 
@@ -124,7 +125,7 @@ impl Phantom {
     /// # Errors
     /// As [`Phantom::wall`].
     pub fn motion_of(&self, to: &ScenePhase) -> Result<MotionField, PhantomError> {
-        self.field(&self.walls(to.moment(), to.breath_phase)?)
+        self.field(&self.walls(to.motion_phase(), to.breath_phase)?)
     }
 
     fn field(&self, walls: &Walls) -> Result<MotionField, PhantomError> {
@@ -152,7 +153,7 @@ impl Phantom {
     }
 
     fn motion_report(&self, at: &ScenePhase) -> Result<MotionReport, PhantomError> {
-        let walls = self.walls(at.moment(), at.breath_phase)?;
+        let walls = self.walls(at.motion_phase(), at.breath_phase)?;
         let points = self.parts().points.iter().map(|point| {
             let (here, there) = (walls.from.position(point)?, walls.to.position(point)?);
             Ok(PointMotion {
@@ -165,7 +166,7 @@ impl Phantom {
             })
         });
         let points = points.collect::<Result<_, PhantomError>>()?;
-        let [length, now] = [self.reference(), at.moment()]
+        let [length, now] = [self.reference(), at.motion_phase()]
             .map(|at| Ok::<_, PhantomError>(self.shape(at.phase)?.cavity_length()));
         let (length, now) = (length?, now?);
         let twist = |gain: f64| {
@@ -182,12 +183,12 @@ impl Phantom {
         })
     }
 
-    /// With the phase of the breath it goes on around that, or else is held.
-    fn walls(&self, to: Moment, breath_phase: Option<f64>) -> Result<Walls, PhantomError> {
+    /// Returns the wall in the reference phase, at `to`, and half a step before and after it. Respiration is constant without `breath_phase`.
+    fn walls(&self, to: MotionPhase, breath_phase: Option<f64>) -> Result<Walls, PhantomError> {
         let seconds = STEP * self.cycle().period();
         let near = |by: f64| {
             let breathing = self.cycle().breathing().zip(breath_phase);
-            self.wall(Moment {
+            self.wall(MotionPhase {
                 phase: to.phase + by * STEP,
                 breath: breathing.map_or(to.breath, |(breathing, phase)| {
                     breathing.at_phase(
@@ -205,7 +206,7 @@ impl Phantom {
     }
 }
 
-/// The components of some voxels among those of all, the rest zero.
+/// Distributes the components of some voxels to all voxels; the others are zero.
 fn spread<const N: usize>(of: &[(usize, [f32; N])], voxels: usize) -> Vec<f32> {
     let mut all = vec![0.0; N * voxels];
     for (voxel, components) in of {

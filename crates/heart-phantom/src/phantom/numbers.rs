@@ -1,11 +1,12 @@
-//! The numbers of a heart, as a clinic would measure them.
+//! Clinical quantities of the heart.
 
 use crate::error::PhantomError;
 use crate::{HeartShape, Phantom};
 use revolve_voxel::nalgebra::Point3;
 use std::f64::consts::PI;
 
-/// The numbers of a heart, as a clinic would measure them.
+/// Volumes, ejection fraction and wall thickness, as measured clinically.
+#[doc(alias("EDV", "ESV", "LVEF"))]
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "scene", derive(serde::Serialize))]
 #[non_exhaustive]
@@ -18,16 +19,16 @@ pub struct Numbers {
     pub stroke_volume: f64,
     /// `(EDV - ESV) / EDV`.
     pub ejection_fraction: f64,
-    /// The paper's `(EDV - V_rest) / V_rest`.
+    /// The paper's `(EDV - V_ref) / V_ref`.
     pub gain: f64,
-    /// Stroke volume times heart rate, L a minute.
+    /// Stroke volume times heart rate, L/min.
     pub cardiac_output: f64,
-    /// How far the plane of the base goes down, cm.
-    pub base_descent: f64,
-    /// What share of the stroke volume that is: the outer membrane's largest section at end-diastole times the descent, over the stroke
-    /// volume.
-    pub base_share: f64,
-    /// Shortening of the cavity, base to inner apex, from end-diastole to end-systole, as a share of its length.
+    /// Atrioventricular-plane displacement, cm.
+    pub av_plane_displacement: f64,
+    /// Contribution of this displacement to the stroke volume, as a fraction: displacement times the largest cross-section of the outer membrane
+    /// at end-diastole, over the stroke volume.
+    pub av_plane_fraction: f64,
+    /// Relative shortening of the cavity from base to inner apex, from end-diastole to end-systole.
     pub longitudinal_shortening: f64,
     /// Volume of the wall in mL, the same at all phases.
     pub wall_volume: f64,
@@ -42,23 +43,23 @@ pub struct Numbers {
 #[cfg_attr(feature = "scene", derive(serde::Serialize))]
 #[non_exhaustive]
 pub struct Thickness {
-    /// At the side of the wall: the material middle of the inner cylinder; s = 0.2 of a heart of one's own.
+    /// At the side of the wall: the material midpoint of the inner cylinder; s = 0.2 if the heart is not made of balloons.
     pub side: f64,
-    /// From the inner apex.
+    /// At the inner apex.
     pub apex: f64,
 }
 
 impl Phantom {
-    /// Volumes, ejection fraction, wall.
+    /// Returns volumes, ejection fraction and wall thickness.
     ///
     /// # Errors
-    /// What solving the two shapes can return.
+    /// Errors of the solver for the two shapes.
     pub fn numbers(&self) -> Result<Numbers, PhantomError> {
         let [systole, diastole] = self.cycle().gains();
         self.heart().shapes(&[systole, diastole])?;
         let (small, large) = (self.shape_at_gain(systole)?, self.shape_at_gain(diastole)?);
         let (esv, edv) = (small.volumes()[0], large.volumes()[0]);
-        let descent = self.heart().base_descent(systole);
+        let descent = self.heart().av_plane_displacement(systole);
         let swept = PI * large.radius().powi(2) * descent;
         Ok(Numbers {
             edv,
@@ -67,8 +68,8 @@ impl Phantom {
             ejection_fraction: (edv - esv) / edv,
             gain: diastole,
             cardiac_output: (edv - esv) * self.cycle().beats_per_minute() / 1000.0,
-            base_descent: descent,
-            base_share: match edv > esv {
+            av_plane_displacement: descent,
+            av_plane_fraction: match edv > esv {
                 true => swept / (edv - esv),
                 false => 0.0,
             },
@@ -79,7 +80,7 @@ impl Phantom {
         })
     }
 
-    /// Thickness of the wall at a phase.
+    /// Returns the thickness of the wall at a phase.
     ///
     /// # Errors
     /// As [`Phantom::shape`].

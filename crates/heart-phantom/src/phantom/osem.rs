@@ -4,7 +4,7 @@
 //! requested region contribute to the projections. The camera's voxels are extracted at the end.
 
 use super::Phantom;
-use super::method::{Compensation, Osem, OsemReport};
+use super::method::{Compensation, KnownScatter, Osem, OsemReport};
 use super::model_voxels::{ModelVoxels, farthest};
 use crate::error::{PhantomError, check_length};
 use crate::scan::Scan;
@@ -57,16 +57,25 @@ impl Phantom {
         let mut seen = vec![0.0f32; operator.image_len()];
         operator.adjoint_into(&vec![1.0; expected], &mut seen)?;
         let subsets = in_turns(operator.subsets(osem.subsets)?);
-        let (volume, report) = self.passes(osem, &subsets, counted(views), seen, progress)?;
+        let data = (counted(views), self.background(osem, gate)?);
+        let (volume, report) = self.passes(osem, &subsets, data, seen, progress)?;
         Ok((voxels.cut(&volume, self.camera()), report))
     }
 
-    /// Iterates from a volume that is uniform where the sensitivity `seen` is positive.
+    /// The scatter that the model of a gate contains; empty for none.
+    pub(super) fn background(&self, osem: &Osem, gate: usize) -> Result<Vec<f32>, PhantomError> {
+        match osem.scatter {
+            None => Ok(Vec::new()),
+            Some(KnownScatter::Known) => self.scatter_samples(gate, 0),
+        }
+    }
+
+    /// Iterates with a background from a volume that is uniform where the sensitivity `seen` is positive.
     pub(super) fn passes<O: LinearOperator<f32>>(
         &self,
         osem: &Osem,
         subsets: &[Subset<O>],
-        views: Vec<f32>,
+        (views, background): (Vec<f32>, Vec<f32>),
         seen: Vec<f32>,
         progress: &dyn Fn(usize),
     ) -> Result<(Vec<f32>, OsemReport), PhantomError> {
@@ -77,7 +86,9 @@ impl Phantom {
         volume.iter_mut().for_each(start);
 
         let stopping = Stopping::default().with_max_iterations(osem.iterations);
-        let options = EmOptions::default().with_stopping(stopping);
+        let options = EmOptions::default()
+            .with_stopping(stopping)
+            .with_background(background);
         let watch = |report: &IterativeReport, _: &[f32]| {
             progress(report.iterations);
             let change = report.history.last().and_then(|last| last.change);
@@ -106,11 +117,11 @@ impl Phantom {
             return (0, 0);
         };
         let (image, n) = (voxels.camera.image(), voxels.camera.grid().len());
-        // Volume, start and factors of a pass, a copy for the model; sensitivities of the subsets; the map twice.
+        // Volume, start and factors of an iteration, a copy for the model; sensitivities of the subsets; twice the map.
         let volumes = 4 + osem.subsets + 2 * usize::from(osem.attenuation);
-        // Pixels and lengths of the cells that they meet; those of a view before they are sorted are a thread's.
+        // Pixels and lengths of the cells that they intersect; unsorted cells of a view are counted per thread.
         let (overlaps, cells) = (36 * views * image.image_len(), 80 * image.image_len());
-        // Their places among all, data twice, backgrounds, expected ones.
+        // Indices of the samples, data twice, backgrounds, expected values.
         let samples = 24 * views * self.camera().view_len();
         let one = (4 * volumes * n + overlaps + samples) as u64;
         let models = match self.is_compensated() {
@@ -140,7 +151,7 @@ impl Phantom {
         let [_, pitch] = self.camera().detector().pitch();
         let rows = SliceAxis::new(self.camera().n_rows(), pitch)?;
         let layers = SliceAxis::new(wide.n_rows(), pitch)?;
-        // Lines have no face that they end at.
+        // Line integrals do not end at a collimator face.
         let radii = match osem.resolution {
             true => self.radii()?,
             false => {
@@ -177,7 +188,7 @@ impl Phantom {
                 attenuation.map(shape.body(), None, wide.grid(), parts.scene.truth.tolerance)
             }
             None => {
-                // What attenuates is to voxels what emits as much.
+                // Attenuation is voxelised as if it were activity.
                 let seen = |organ: &Organ| Organ {
                     activity: organ.attenuation,
                     ..*organ

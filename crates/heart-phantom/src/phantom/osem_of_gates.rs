@@ -22,7 +22,7 @@ impl Phantom {
         let parts = self.parts();
         let voxels = parts.model_voxels(osem, farthest(&self.radii()?))?;
         let grid = voxels.camera.grid();
-        // All gates share a model of which nothing moves.
+        // All gates share a model whose attenuation does not move.
         let torso = parts
             .attenuation
             .is_some_and(|attenuation| attenuation.torso().is_some());
@@ -31,6 +31,7 @@ impl Phantom {
         let weights = self.weights_of_views()?;
         let each = self.camera().n_views() * self.camera().view_len();
         let mut views = counted(views);
+        let mut background = Vec::new();
         let mut shared: Option<SpectOperator<f32>> = None;
         let mut states: Vec<Vec<Part>> = (0..osem.subsets).map(|_| Vec::new()).collect();
         for (gate, warps) in self.warps_of_gates(grid)?.into_iter().enumerate() {
@@ -59,10 +60,16 @@ impl Phantom {
                 });
             }
             shared = Some(model);
+            let mut scatter = self.background(osem, gate)?;
             let own = views[gate * each..][..each].chunks_mut(self.camera().view_len());
             for (view, weight) in own.zip(&weights[gate]) {
                 view.iter_mut().for_each(|x| *x *= *weight as f32);
             }
+            let own = scatter.chunks_mut(self.camera().view_len());
+            for (view, weight) in own.zip(&weights[gate]) {
+                view.iter_mut().for_each(|x| *x *= *weight as f32);
+            }
+            background.append(&mut scatter);
         }
         let mut subsets = Vec::with_capacity(osem.subsets);
         for states in states {
@@ -75,7 +82,7 @@ impl Phantom {
             subsets.push(Subset { operator, data });
         }
         let seen = seen(&subsets)?;
-        let (volume, report) = self.passes(osem, &subsets, views, seen, progress)?;
+        let (volume, report) = self.passes(osem, &subsets, (views, background), seen, progress)?;
         Ok((voxels.cut(&volume, self.camera()), report))
     }
 

@@ -1,23 +1,23 @@
-//! What a run writes: plain data that a scene's file and Rust share.
+//! Output of a run: plain data of a scene.
 
 use crate::files::Format;
 
-/// What a run writes, `[output]` of a scene.
+/// The output of a run, `[output]` of a scene.
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "scene", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "scene", serde(deny_unknown_fields, default))]
 pub struct Output {
-    /// Which results.
+    /// Products to write.
     pub write: Vec<Product>,
     /// Format of volumes.
     pub volumes: Format,
     /// Format of projections.
     pub projections: Format,
-    /// Quantity of the projections that are written.
+    /// Quantity of written projections.
     pub values: ProjectionValues,
-    /// Whether the gates go into files of their own.
+    /// Whether each gate is written to its own file.
     pub gates: GateFiles,
-    /// Largest relative error of the volume that a surface encloses.
+    /// Largest relative error of the volume enclosed by a surface.
     pub mesh_tolerance: f64,
 }
 
@@ -38,52 +38,54 @@ impl Default for Output {
     }
 }
 
-/// Quantity of the projections that are written.
+/// Quantity of written projections.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[cfg_attr(feature = "scene", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "scene", serde(rename_all = "kebab-case"))]
 pub enum ProjectionValues {
-    /// Line integrals of the activity at the start of the acquisition: counts over the counts per unit of each view.
+    /// Line integrals of the activity at the start of the acquisition: counts divided by the counts per unit sample of each view.
     #[default]
     Normalised,
-    /// Poisson counts as a camera writes them, neither normalised nor corrected for decay; needs noise.
+    /// Poisson counts as a camera records them, without normalisation and decay correction; needs noise.
     Counts,
 }
 
-/// Where the gates of a beat go.
+/// Distribution of gates to files.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[cfg_attr(feature = "scene", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "scene", serde(rename_all = "kebab-case"))]
 pub enum GateFiles {
-    /// Each into a file of its own: `truth-gate-03`.
+    /// One file per gate: `truth-gate-03`.
     #[default]
     Each,
-    /// All into one: `truth`, four-dimensional; surfaces and pictures have their own all the same.
+    /// One four-dimensional file: `truth`. Surfaces and images always have one file per gate.
     OneFile,
 }
 
-/// A result that can be written; `report.json` with the numbers is always there.
+/// A product of a run. `report.json` is always written.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 #[cfg_attr(feature = "scene", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "scene", serde(rename_all = "kebab-case"))]
 #[non_exhaustive]
 pub enum Product {
-    /// The views.
+    /// Projections.
     Projections,
-    /// The reconstructed volume.
+    /// Expected samples of the scattered photons.
+    Scatter,
+    /// Reconstructed volumes.
     Reconstruction,
-    /// The exact volume.
+    /// Voxelised ground truth.
     Truth,
-    /// Labels at the phases that stand for the views ([`Phantom::phases`](crate::Phantom::phases)): 0 background, 1 cavity,
-    /// 2 wall, from 3 on the defects in their order.
+    /// Labels at the phases that represent the projections ([`Phantom::phases`](crate::Phantom::phases)): 0 background, 1 cavity, 2 wall,
+    /// from 3 the defects in their order.
     Labels,
-    /// Attenuation map at the same phases.
+    /// Attenuation maps at these phases.
     Attenuation,
-    /// Surfaces (STL) at the same phases.
+    /// Surfaces (STL) at these phases.
     Meshes,
-    /// Displacements, velocities and strains of the wall since end-diastole, at the same phases, on the voxels that it fills at
-    /// end-diastole ([`Phantom::motion`](crate::Phantom::motion)).
+    /// Displacement, velocity and strain of the wall since end-diastole at these phases, on the voxels of the wall at end-diastole
+    /// ([`Phantom::motion`](crate::Phantom::motion)).
     Motion,
-    /// Pictures of the middle slice; of gates also a moving one.
+    /// Images of the middle slice; for several gates also an animation.
     Pictures,
 }

@@ -1,22 +1,22 @@
-//! The phases of the beat that stand for the views: what labels, maps and surfaces are made at.
+//! Phases of the cycle that represent projections: those of labels, maps and surfaces.
 
 use crate::error::PhantomError;
 use crate::scan::Mode;
 use crate::{HeartShape, Phantom, RespiratoryGates, Thickness};
 use std::fmt;
 
-/// A phase, and what it stands for.
+/// A phase and the projections that it represents.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub struct ScenePhase {
-    /// What it stands for.
+    /// The represented projections.
     pub of: PhaseOf,
-    /// The phase.
+    /// Cardiac phase.
     pub phase: f64,
-    /// How far the breath has come: 0 at end-expiration, and without one; 1 at end-inspiration.
+    /// Respiratory position: 0 at end-expiration or without respiration, 1 at end-inspiration.
     pub breath: f64,
-    /// The phase of the breath, 0 to 1 from end-expiration on, in the middle of a respiratory gate by phase; `None` where the breath is
-    /// held, and for a gate by amplitude, which the breath passes on the way in and on the way out.
+    /// Respiratory phase at the middle of a respiratory gate by phase, 0 to 1 from end-expiration. `None` during a breath-hold, and for a gate by
+    /// amplitude, which inspiration and expiration both pass.
     pub breath_phase: Option<f64>,
 }
 
@@ -30,40 +30,40 @@ impl ScenePhase {
         }
     }
 
-    /// Its phase of the beat, and its breath.
-    pub fn moment(&self) -> Moment {
-        Moment {
+    /// Returns cardiac phase and respiratory position.
+    pub fn motion_phase(&self) -> MotionPhase {
+        MotionPhase {
             phase: self.phase,
             breath: self.breath,
         }
     }
 }
 
-/// A phase of the beat at a place of the breath. A phase alone is at end-expiration.
+/// A cardiac phase and a respiratory position. A phase alone is at end-expiration.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Moment {
-    /// The phase of the beat.
+pub struct MotionPhase {
+    /// Cardiac phase.
     pub phase: f64,
-    /// How far the breath has come, from 0 at end-expiration to 1 at end-inspiration.
+    /// Respiratory position, from 0 at end-expiration to 1 at end-inspiration.
     pub breath: f64,
 }
 
-impl From<f64> for Moment {
+impl From<f64> for MotionPhase {
     fn from(phase: f64) -> Self {
         Self { phase, breath: 0.0 }
     }
 }
 
-/// What a phase stands for; its name ([`fmt::Display`]) ends the names of files: `labels-gate-03`.
+/// The projections that a phase represents. [`fmt::Display`] writes the suffix of file names: `labels-gate-03`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum PhaseOf {
-    /// All views: nothing moves.
+    /// All projections of a static scene.
     Static,
-    /// The middle of a gate.
+    /// A gate, by its middle.
     Gate {
-        /// Which one, from 0.
+        /// Index of the gate, from 0.
         gate: usize,
-        /// Of how many.
+        /// Number of gates.
         gates: usize,
     },
     /// The largest cavity.
@@ -76,7 +76,7 @@ impl fmt::Display for PhaseOf {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Static => f.write_str("static"),
-            // As many digits as sort by name.
+            // Padded with zeros, so that names sort.
             Self::Gate { gate, gates } => {
                 let digits = (gates - 1).to_string().len().max(2);
                 write!(f, "gate-{gate:0digits$}")
@@ -92,23 +92,23 @@ impl fmt::Display for PhaseOf {
 #[cfg_attr(feature = "scene", derive(serde::Serialize))]
 #[non_exhaustive]
 pub struct PhaseReport {
-    /// What the phase stands for: `static`, `gate-03`, `end-diastole`, `end-systole`.
+    /// Name of the phase: `static`, `gate-03`, `end-diastole`, `end-systole`.
     pub of: String,
-    /// The phase.
+    /// Cardiac phase.
     pub phase: f64,
-    /// How far the breath has come, of a heart that breathes: 0 at end-expiration, 1 at end-inspiration.
+    /// Respiratory position with respiration: 0 at end-expiration, 1 at end-inspiration.
     #[cfg_attr(feature = "scene", serde(skip_serializing_if = "Option::is_none"))]
     pub breath: Option<f64>,
     /// Volume of the cavity in mL.
     pub cavity_ml: f64,
-    /// Its gain, `(V - V_rest) / V_rest`.
+    /// Volume gain, `(V - V_ref) / V_ref`.
     pub gain: f64,
-    /// Thickness of the wall.
+    /// Wall thickness.
     pub thickness: Thickness,
-    /// Force intensity of the inner membrane, what its pressure is in the law chosen: stiffness times cm, under
-    /// `PressureLaw::PerCurrentLength` stiffness. Of rubber it is the pressure across it, in kPa.
+    /// Load f of the inner membrane, the pressure in the chosen law. Unit: stiffness times cm; stiffness under
+    /// `PressureLaw::PerCurrentLength`; kPa across a membrane of rubber.
     pub f_inner: f64,
-    /// That of the outer membrane.
+    /// Load f of the outer membrane.
     pub f_outer: f64,
     /// [`HeartShape::pressures_mmhg`], if the membranes are of rubber.
     #[cfg_attr(feature = "scene", serde(skip_serializing_if = "Option::is_none"))]
@@ -116,8 +116,8 @@ pub struct PhaseReport {
 }
 
 impl Phantom {
-    /// The phases that stand for the views: the one of a static scene, the middle of each gate, and end-diastole and end-systole
-    /// where every view sees many; of a heart that breathes at end-expiration, or in the middle of each respiratory gate.
+    /// Returns the phases that represent the projections: that of a static scene, the middle of each gate, else end-diastole and end-systole;
+    /// with respiration at end-expiration or in the middle of each respiratory gate.
     pub fn phases(&self) -> Vec<ScenePhase> {
         let gates = self.n_gates();
         let middle = |gate: usize, phase: f64| {
@@ -143,7 +143,7 @@ impl Phantom {
             Mode::Instants | Mode::Exposure { .. } | Mode::WholeCycle if gates == 1 => {
                 self.ends().to_vec()
             }
-            // Each respiratory gate sees all of the beat: it is shown at end-diastole.
+            // A respiratory gate covers the whole cardiac cycle: it is represented by end-diastole.
             Mode::Instants | Mode::Exposure { .. } | Mode::WholeCycle => {
                 let [diastole, _] = self.ends();
                 (0..gates)
@@ -153,7 +153,7 @@ impl Phantom {
         }
     }
 
-    /// The breath in the middle of the respiratory gate that a set of views is of, and its phase where there is one.
+    /// Returns respiratory position and phase at the middle of the respiratory gate of a projection set.
     fn middle_breath(&self, gate: usize) -> (f64, Option<f64>) {
         let cycle = self.cycle_of(gate);
         let middle = |gate: usize, n: usize| (gate as f64 + 0.5) / n as f64;
@@ -170,10 +170,10 @@ impl Phantom {
         }
     }
 
-    /// The heart at each of [`Phantom::phases`], and at end-diastole and end-systole.
+    /// Returns the heart at each of [`Phantom::phases`], at end-diastole and at end-systole.
     ///
     /// # Errors
-    /// What solving the shapes can return.
+    /// Errors of the solver.
     pub fn phase_reports(&self) -> Result<Vec<PhaseReport>, PhantomError> {
         let mut phases = self.phases();
         for end in self.ends() {
@@ -182,7 +182,7 @@ impl Phantom {
             }
         }
         let gains: Vec<f64> = phases.iter().map(|p| self.cycle().gain(p.phase)).collect();
-        // All at once, in parallel.
+        // Solved together, in parallel.
         let shapes = self.heart().shapes(&gains)?;
         let report = |at: &ScenePhase, shape: &HeartShape| PhaseReport {
             of: at.of.to_string(),

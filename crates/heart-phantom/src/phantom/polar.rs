@@ -1,43 +1,43 @@
-//! Measurements of the left ventricle on an image, as clinical software makes them: polar map and volume of the cavity.
+//! Measurements of the left ventricle in an image, as clinical software makes them: polar map and volume of the cavity.
 
 use super::Phantom;
 use crate::error::{PhantomError, check_count, check_length};
 use revolve_voxel::nalgebra::{Point3, Vector3};
 use std::f64::consts::{FRAC_1_SQRT_2, TAU};
 
-/// Rings from the base to the inner apex, a third of them basal, mid and apical, and azimuths of each.
+/// Rings from the base to the inner apex (a third each basal, mid and apical), and azimuths per ring.
 const RINGS: usize = 24;
 const AZIMUTHS: usize = 72;
 /// Samples along a radius.
 const SAMPLES: usize = 200;
-/// Lines through the apical cap besides the axis.
+/// Lines through the apical cap, in addition to the axis.
 const LINES: usize = 6;
 
-/// A polar map of an image, and the volume of the cavity measured on it.
+/// A polar map of an image, and the volume of the cavity measured in it.
 ///
-/// Rays go outwards from the axis of the heart, which is known, 72 at each of 24 heights between base and inner apex. The value of a
-/// ray is its largest sample (circumferential profile); the endocardium is where the samples fall to half of it towards the axis.
+/// Rays run outwards from the known axis of the heart, 72 at each of 24 heights between base and inner apex. The value of a ray is its largest
+/// sample (circumferential profile). The endocardium is at half of this value towards the axis.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "scene", derive(serde::Serialize))]
 #[non_exhaustive]
-#[doc(alias = "LVEF")]
+#[doc(alias("LVEF", "bullseye", "17 segments"))]
 pub struct PolarMap {
     /// Mean value of the rays of each of the 17 segments of the American Heart Association (Cerqueira et al. 2002,
     /// doi:10.1161/hc0402.102975): 1 to 6 basal anterior, anteroseptal, inferoseptal, inferior, inferolateral, anterolateral; 7 to 12 mid
     /// in the same order; 13 to 16 apical anterior, septal, inferior, lateral; 17 apex. Anterior is the side of the wall that is
     /// farthest towards the patient's front and head.
     pub segments: [f64; 17],
-    /// Volume within the endocardium in mL.
+    /// Volume within the measured endocardium, mL.
     pub cavity_ml: f64,
 }
 
 impl Phantom {
-    /// The polar map of an image of a gate, `[z][y][x]`, a reconstruction or an exact volume. Its geometry is that of the heart at the
-    /// phase that stands for the gate ([`Phantom::phases`]), of an ungated image at end-diastole.
+    /// Returns the polar map of an image of a gate, `[z][y][x]`. The geometry is that of the heart at the phase that represents the gate
+    /// ([`Phantom::phases`]), at end-diastole for an ungated image.
     ///
     /// # Errors
-    /// [`PhantomError::Count`] if there is no such gate; [`PhantomError::WrongLength`] for another number of voxels; what solving the
-    /// shape can return.
+    /// [`PhantomError::Count`] if there is no such gate; [`PhantomError::WrongLength`] for another number of voxels; errors of the
+    /// solver.
     pub fn polar_map(&self, gate: usize, image: &[f32]) -> Result<PolarMap, PhantomError> {
         check_count("gate", gate, [0, self.n_gates() - 1])?;
         let grid = self.camera().grid();
@@ -49,11 +49,11 @@ impl Phantom {
             0
         }];
         let shape = self.shape(at.phase)?;
-        let body = shape.body().standing(self.pose(at.breath)?);
+        let body = shape.body().with_pose(self.pose(at.breath)?);
         let pose = body.pose();
         let (length, radius) = (shape.cavity_length(), 1.3 * shape.radius());
         let base = shape.solution().inner.at(0.0).position[0];
-        // Anterior, and from there towards the septum: counter-clockwise seen from the apex.
+        // Anterior; azimuths increase towards the septum, counter-clockwise seen from the apex.
         let up = Point3::new(0.0, -FRAC_1_SQRT_2, FRAC_1_SQRT_2);
         let up = pose.to_body(&up) - pose.to_body(&Point3::origin());
         let anterior = Vector3::new(0.0, up.y, up.z).try_normalize(1e-9);
@@ -104,7 +104,7 @@ impl Phantom {
     }
 }
 
-/// The largest sample of a ray, and where samples fall to half of it towards the beginning, as a fraction of the ray's length.
+/// Returns the largest sample of a ray, and the position of half of it towards the start, as a fraction of the ray's length.
 fn wall_of(ray: &[f64]) -> (f64, f64) {
     let mut peak = 0;
     for (k, value) in ray.iter().enumerate() {

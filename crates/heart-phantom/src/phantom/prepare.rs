@@ -1,4 +1,4 @@
-//! Everything that a run of a scene could be refused for, found before it takes a view.
+//! Validation of a run before its first view.
 
 use super::memory::check_memory;
 use super::output::Product;
@@ -8,30 +8,30 @@ use crate::scan::{Acquisition, Counts};
 use crate::{Method, Phantom, Regions, Rotation};
 use std::collections::BTreeSet;
 
-/// Most shapes that are tried: of more, some between the smallest and the largest.
+/// Largest number of shapes that are tried.
 const MOST_TRIED: usize = 64;
 
 impl Phantom {
-    /// Finds everything that `run` of the scene could be refused for, and solves for it what a run needs anyhow: the
-    /// shapes of the heart that views and volumes see, with the defects in them, the steps that meet a tolerance, the plan of the
-    /// reconstruction. No view is taken, but for one of each gate where counts have a total: there has to be something to count.
+    /// Finds every error of a run before it starts, and solves what the run needs anyway: shapes and defects of projections and volumes, time
+    /// steps for a tolerance, the plan of the reconstruction. Projects no view, except with a given total number of counts: then views of each
+    /// gate until one has counts.
     ///
-    /// Of more than 64 shapes so many are tried, from the smallest volume to the largest one. What is left is a disk that is full, a
-    /// memory that is not enough, and a shape among those that were not tried.
+    /// Of more than 64 shapes, 64 from the smallest to the largest volume are solved. Errors that remain possible: a full disk, too little
+    /// memory, an error of a shape that was not solved.
     ///
     /// ```
     /// use heart_phantom::{Phantom, PhantomError, scene::{Background, Scene}};
     /// let narrow = Background { concentration: 1.0, centre: [0.0; 2], semi_axes: [4.0, 5.0] };
     /// let scene = Scene { background: Some(narrow), ..Scene::default().with_size(32) };
     /// let error = Phantom::new(scene)?.prepare().unwrap_err();
-    /// let PhantomError::Refused { field, source, .. } = error else { panic!() };
+    /// let PhantomError::Rejected { field, source, .. } = error else { panic!() };
     /// assert_eq!(field, "background.semi_axes");
     /// assert!(matches!(*source, PhantomError::Uncovered { .. }));
     /// # Ok::<(), PhantomError>(())
     /// ```
     ///
     /// # Errors
-    /// [`PhantomError::Refused`] for the first reason, with the field of the scene and its place in the file if it came from one.
+    /// [`PhantomError::Rejected`] for the first error, with the field of the scene and its place in the file.
     pub fn prepare(&self) -> Result<(), PhantomError> {
         self.try_all().map_err(|error| self.refused(error))
     }
@@ -42,7 +42,11 @@ impl Phantom {
         let reconstructs = output.needs(Needs::Reconstruction);
         let sees = output.needs(Needs::Views);
         if sees {
+            self.check_sources()?;
             self.depth()?;
+            if self.scene().scatter.is_some() {
+                self.bytes_of_scatter(&self.radii()?)?;
+            }
         }
         check_memory(self.memory().total())?;
         if reconstructs {
@@ -63,7 +67,7 @@ impl Phantom {
         if wants(Product::Meshes) {
             let phases = self.phases();
             for scene_phase in phases.iter().take(MOST_TRIED) {
-                self.meshes(scene_phase.moment())?;
+                self.meshes(scene_phase.motion_phase())?;
             }
         }
         let counts = self.scene().noise.map(|noise| noise.counts);
@@ -87,7 +91,7 @@ impl Phantom {
         Ok(())
     }
 
-    /// Those of all views; or, where there are too many, some of the first ones, from the smallest to the largest.
+    /// Collects the gains of all projections; if there are too many, a subset from the smallest to the largest.
     fn add_gains_of_views(&self, gains: &mut BTreeSet<u64>) -> Result<(), PhantomError> {
         for gate in 0..self.n_gates() {
             let scan = self.scan(self.camera(), gate, self.acquisition(gate)?);
@@ -103,7 +107,7 @@ impl Phantom {
         Ok(())
     }
 
-    /// Those of the phases that stand for the views, and both ends of the beat.
+    /// Returns the gains of the phases that represent the projections, and those of end-diastole and end-systole.
     fn gains_of_phases(&self) -> BTreeSet<u64> {
         let phases = self.phases().into_iter().map(|phase| phase.phase);
         let gains = phases.map(|phase| self.cycle().gain(phase));
@@ -122,7 +126,7 @@ impl Phantom {
         Ok(())
     }
 
-    /// Whether the camera sees anything to count: the first view as a rule.
+    /// Checks that a view of each gate has counts; usually the first one has.
     fn try_counts(&self) -> Result<(), PhantomError> {
         for gate in 0..self.n_gates() {
             let seen = |view_idx| -> Result<bool, PhantomError> {
@@ -136,7 +140,7 @@ impl Phantom {
                 sees = sees || seen(view_idx)?;
             }
             if !sees {
-                return Err(PhantomError::NothingToCount);
+                return Err(PhantomError::NoCounts);
             }
         }
         Ok(())

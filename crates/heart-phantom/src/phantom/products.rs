@@ -4,24 +4,24 @@ use super::output::{Output, Product};
 use super::phases::PhaseOf;
 use crate::error::PhantomError;
 use crate::files::{self, Extensions, FieldOf, Format, ORBIT_EXTENSION, REPORT};
-use crate::{Compensation, Mode, Moment, Orbit, Phantom};
+use crate::{Compensation, Mode, MotionPhase, Orbit, Phantom};
 use std::collections::HashMap;
 use std::collections::hash_map::Entry;
 use std::path::PathBuf;
 
-/// File name of the animation of all pictures.
+/// File name of the animation of all images.
 const ANIMATION: &str = "beat";
 
-/// What is known of a product before it is computed.
+/// Properties of a product before it is computed.
 pub(crate) struct ProductInfo {
     /// Stem of the file name and content of each array.
     pub(crate) arrays: &'static [(&'static str, Content)],
-    /// How many there are of each array.
+    /// Number of arrays of each kind.
     per: Per,
     /// Whether all gates can go into one file.
     joins: bool,
     /// What it is computed from.
-    needs: Needs,
+    pub(super) needs: Needs,
     /// Bytes per voxel of its arrays in memory, for each gate or phase.
     pub(crate) voxel_bytes: u64,
 }
@@ -43,11 +43,11 @@ pub(crate) enum Content {
     Picture,
 }
 
-/// What there is one array of.
+/// The items that have one array each.
 enum Per {
     /// Each gate.
     Gate,
-    /// Each phase that stands for the projections ([`Phantom::phases`]).
+    /// Each phase that represents projections ([`Phantom::phases`]).
     Phase,
     /// Each reconstructed volume: of a gate, or motion-compensated.
     Volume,
@@ -55,7 +55,7 @@ enum Per {
     GateAndVolume,
 }
 
-/// What a product is computed from, each including those before it.
+/// The input of a product; each includes the earlier ones.
 #[derive(Debug, Clone, Copy, PartialEq, PartialOrd)]
 pub(crate) enum Needs {
     /// The shapes of the heart.
@@ -66,7 +66,7 @@ pub(crate) enum Needs {
     Reconstruction,
 }
 
-/// Which of its kind an array is.
+/// Index of an array among those of its kind.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Index {
     /// Of a gate.
@@ -79,12 +79,26 @@ pub(crate) enum Index {
     All,
 }
 
+impl ProductInfo {
+    /// Stem and content of an array; those of energy windows have the same.
+    fn array(&self, array: usize) -> (&'static str, Content) {
+        self.arrays[array.min(self.arrays.len() - 1)]
+    }
+}
+
 impl Product {
     /// The table.
     pub(crate) const fn info(self) -> &'static ProductInfo {
         match self {
             Self::Projections => &ProductInfo {
                 arrays: &[("projections", Content::Views)],
+                per: Per::Gate,
+                joins: true,
+                needs: Needs::Views,
+                voxel_bytes: 0,
+            },
+            Self::Scatter => &ProductInfo {
+                arrays: &[("scatter", Content::Views)],
                 per: Per::Gate,
                 joins: true,
                 needs: Needs::Views,
@@ -153,12 +167,12 @@ impl Output {
         self.write.contains(&product)
     }
 
-    /// Whether a product is written that is computed from this.
+    /// Whether a written product needs this input.
     pub(crate) fn needs(&self, needs: Needs) -> bool {
         (self.write.iter()).any(|product| product.info().needs >= needs)
     }
 
-    /// Whether all gates go into one file, where the product allows it.
+    /// Whether all gates are written to one file, if the product allows it.
     pub(crate) fn one_file(&self, mode: Mode) -> bool {
         matches!(mode, Mode::Gated { .. }) && self.gates == super::GateFiles::OneFile
     }
@@ -186,7 +200,7 @@ impl Output {
     }
 }
 
-/// A file that a run writes.
+/// A file of a run.
 #[derive(Debug, Clone, PartialEq, Eq)]
 #[cfg_attr(feature = "scene", derive(serde::Serialize))]
 #[non_exhaustive]
@@ -199,7 +213,7 @@ pub struct PlannedFile {
 }
 
 impl Phantom {
-    /// The files that `run` writes. Surfaces are made, to count their triangles.
+    /// Lists the files that `run` writes. Computes the surfaces to count their triangles.
     ///
     /// ```
     /// use heart_phantom::{Phantom, Scene};
@@ -216,7 +230,7 @@ impl Phantom {
         self.planned(|at| Ok(self.meshes(at)?.map(|mesh| files::stl_bytes(&mesh))))
     }
 
-    /// The names of the files alone; no surface is made.
+    /// Lists only the names; computes no surface.
     #[cfg(feature = "scene")]
     pub(crate) fn file_names(&self) -> Result<Vec<PathBuf>, PhantomError> {
         let planned = self.planned(|_| Ok([0; 2]))?;
@@ -226,9 +240,9 @@ impl Phantom {
     /// The files, with the sizes of both surfaces at a phase from `surfaces`.
     fn planned(
         &self,
-        surfaces: impl Fn(Moment) -> Result<[u64; 2], PhantomError>,
+        surfaces: impl Fn(MotionPhase) -> Result<[u64; 2], PhantomError>,
     ) -> Result<Vec<PlannedFile>, PhantomError> {
-        // Shapes of equal gain, of filling and of emptying, have the same surface.
+        // Shapes of equal gain, during filling and emptying, have the same surface.
         let mut known = HashMap::new();
         let mut surface = |of, array: usize| -> Result<u64, PhantomError> {
             let Some(at) = self.phases().into_iter().find(|phase| phase.of == of) else {
@@ -236,20 +250,21 @@ impl Phantom {
             };
             let bytes = match known.entry(self.cycle().gain(at.phase).to_bits()) {
                 Entry::Occupied(bytes) => *bytes.get(),
-                Entry::Vacant(place) => *place.insert(surfaces(at.moment())?),
+                Entry::Vacant(place) => *place.insert(surfaces(at.motion_phase())?),
             };
             Ok(bytes[array])
         };
         let mut planned = Vec::new();
         for &product in &self.scene().output.write {
             for index in self.indices(product) {
-                for (array, (_, content)) in product.info().arrays.iter().enumerate() {
+                for array in 0..self.n_arrays(product) {
+                    let (_, content) = product.info().array(array);
                     let bytes = match (content, index) {
                         (Content::Surface, Index::Phase(of)) => surface(of, array)?,
-                        _ => self.bytes_of(*content, index),
+                        _ => self.bytes_of(content, index),
                     };
                     let names = self.names_of(product, array, index);
-                    // Of several files the last has the data.
+                    // The last of several files contains the data.
                     let last = names.len().saturating_sub(1);
                     planned.extend(names.into_iter().enumerate().map(|(k, name)| PlannedFile {
                         name,
@@ -265,7 +280,7 @@ impl Phantom {
         Ok(planned)
     }
 
-    /// Which arrays of a product there are, each of the first of its kind.
+    /// Lists the indices of the arrays of a product.
     fn indices(&self, product: Product) -> Vec<Index> {
         let gates = || (0..self.n_gates()).map(Index::Gate).collect::<Vec<_>>();
         let volumes = || (0..self.n_volumes()).map(Index::Volume).collect::<Vec<_>>();
@@ -286,6 +301,18 @@ impl Phantom {
                 [gates(), all].concat()
             }
             (Per::Gate | Per::Volume | Per::GateAndVolume, _) => gates(),
+        }
+    }
+
+    /// Number of arrays of a product; projections have one for each energy window.
+    pub(crate) fn n_arrays(&self, product: Product) -> usize {
+        match product.info().arrays[0].1 {
+            Content::Views => self.n_windows(),
+            Content::Volume
+            | Content::Labels
+            | Content::Field(_)
+            | Content::Surface
+            | Content::Picture => product.info().arrays.len(),
         }
     }
 
@@ -317,25 +344,27 @@ impl Phantom {
         times as u64 * one
     }
 
-    /// The files of an array of a product: header first, data last.
+    /// Returns the files of an array: header first, data last.
     pub(crate) fn names_of(&self, product: Product, array: usize, index: Index) -> Vec<PathBuf> {
         let output = &self.scene().output;
-        let (stem, content) = product.info().arrays[array];
+        let (stem, content) = product.info().array(array);
         let stem = match (product, index) {
             (Product::Truth, Index::Gate(_) | Index::All) => self.truth_of().file_name(),
             (Product::Pictures, Index::All) => ANIMATION,
             _ => stem,
+        };
+        let stem = match (content, array) {
+            (Content::Views, 1..) => format!("{stem}-window-{}", array + 1),
+            _ => stem.to_owned(),
         };
         let of_gate = |stem: &str, gate, gates| match gates {
             1 => stem.to_owned(),
             _ => format!("{stem}-{}", PhaseOf::Gate { gate, gates }),
         };
         let name = match index {
-            Index::All | Index::Phase(PhaseOf::Static | PhaseOf::Gate { gates: 1, .. }) => {
-                stem.to_owned()
-            }
+            Index::All | Index::Phase(PhaseOf::Static | PhaseOf::Gate { gates: 1, .. }) => stem,
             Index::Phase(of) => format!("{stem}-{of}"),
-            Index::Gate(gate) => of_gate(stem, gate, self.n_gates()),
+            Index::Gate(gate) => of_gate(&stem, gate, self.n_gates()),
             Index::Volume(k) => of_gate(&format!("{stem}-compensated"), k, self.n_volumes()),
         };
         let single = |header| Extensions { header, data: None };

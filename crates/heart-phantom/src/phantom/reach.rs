@@ -1,13 +1,13 @@
-//! How far what there is reaches: from the axis, along it, and towards the camera in each view.
+//! Extent of all objects: from the axis, along the axis, and towards the camera in each view.
 
 use super::warnings::{half_extents, span, turned};
 use super::{Phantom, once};
 use crate::error::PhantomError;
-use crate::scan::{Facing, Orbit};
+use crate::scan::{Facing, Orbit, Projected};
 use crate::{Medium, Rotation, ranges};
 use revolve_voxel::{Body, Organs};
 
-/// An ellipse of the plane in which the camera turns: all that an organ or a torso is, seen along z.
+/// The cross-section of an organ or torso perpendicular to the axis of rotation: an ellipse.
 struct Section {
     centre: [f64; 2],
     semi_axes: [f64; 2],
@@ -15,7 +15,7 @@ struct Section {
 }
 
 impl Section {
-    /// From where to where it reaches along rays at `theta`.
+    /// Returns the extent along rays at `theta`.
     fn span(&self, theta: f64) -> [f64; 2] {
         let (sin, cos) = theta.sin_cos();
         let ([x, y], [a, b]) = (self.centre, self.semi_axes);
@@ -25,7 +25,7 @@ impl Section {
 }
 
 impl Phantom {
-    /// Distance of the collimator's face from the axis of turning in each view, in cm.
+    /// Returns the distance of the collimator face from the axis of rotation in each view, cm.
     ///
     /// ```
     /// use heart_phantom::{Orbit, Phantom, Scene};
@@ -38,7 +38,7 @@ impl Phantom {
     /// ```
     ///
     /// # Errors
-    /// For [`Orbit::Contour`] what solving the shapes can return.
+    /// For [`Orbit::Contour`], errors of the solver.
     pub fn radii(&self) -> Result<Vec<f64>, PhantomError> {
         match self.parts.nominal_radii() {
             Some(radii) => Ok(radii),
@@ -46,7 +46,7 @@ impl Phantom {
         }
     }
 
-    /// Where the face of each view is, and what is in front of it.
+    /// Returns the collimator face and the objects in front of it, for each view.
     pub(super) fn facing(&self) -> Result<&[Facing], PhantomError> {
         let facing = once(&self.facing, || {
             let (bodies, sections) = (self.outermost()?, self.sections());
@@ -57,12 +57,26 @@ impl Phantom {
         Ok(facing?)
     }
 
+    /// The smallest distance of what is projected from the face of a collimator.
+    pub(super) fn nearest(&self, projected: Projected) -> Result<f64, PhantomError> {
+        let bodies = self.outermost()?;
+        let mut nearest = f64::INFINITY;
+        for (view_idx, view) in self.facing()?.iter().enumerate() {
+            let front = match projected {
+                Projected::Heart => self.facing_of(view_idx, &bodies, &[])?.seen[1],
+                Projected::All | Projected::Surroundings => view.seen[1],
+            };
+            nearest = nearest.min(view.radius - front);
+        }
+        Ok(nearest)
+    }
+
     /// The view whose face is farthest within what it should be in front of.
     pub(super) fn inside(&self) -> Result<Option<(usize, Facing)>, PhantomError> {
         let within = |view: &Facing| view.body - view.radius;
         let worst = (self.facing()?.iter().copied().enumerate())
             .max_by(|(_, a), (_, b)| within(a).total_cmp(&within(b)));
-        // What only rounding puts inside is outside.
+        // Overlaps within rounding do not count.
         Ok(worst.filter(|(_, view)| within(view) > 1e-9 * view.radius))
     }
 
@@ -94,15 +108,19 @@ impl Phantom {
         }
         let theta = camera.geometry().angles()[view_idx];
         let radius = match self.scene().camera.radius {
-            // At some distance from the axis it has to be.
+            // A radius must be positive.
             Orbit::Contour { gap } => (body + gap).max(ranges::SIZE[0]),
             ref orbit => orbit.radius(view_idx, theta).unwrap_or_default(),
         };
         Ok(Facing { radius, seen, body })
     }
 
-    /// How far from the axis, and from the middle along it, there is anything to see, in cm.
+    /// Returns the extent of all objects from the axis and from its midpoint, cm.
     pub(super) fn extent(&self) -> Result<[f64; 2], PhantomError> {
+        // On the detector of a fan or cone beam it is magnified.
+        if self.camera().ray_geometry().is_some() {
+            return Ok([f64::INFINITY; 2]);
+        }
         let [mut side, mut end] = [0.0f64; 2];
         for body in self.outermost()? {
             let [x, y, z] = half_extents(&body);
@@ -110,7 +128,7 @@ impl Phantom {
         }
         if let Some(around) = &self.scene().background {
             let ([x, y], [a, b]) = (around.centre, around.semi_axes);
-            // Along z it goes on as its mirror image does.
+            // An infinite background is extended by its mirror image along z.
             side = side.max(x.hypot(y) + a.max(b));
         }
         for organ in self.parts.organs.iter().flat_map(Organs::as_slice) {
@@ -120,7 +138,7 @@ impl Phantom {
         Ok([side, end])
     }
 
-    /// All that is around the heart.
+    /// Returns the cross-sections of all objects around the heart.
     fn sections(&self) -> Vec<Section> {
         let parts = &self.parts;
         let torso = match parts.attenuation.map(|attenuation| attenuation.medium) {

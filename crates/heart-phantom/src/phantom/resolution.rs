@@ -3,7 +3,9 @@
 use super::memory::check_memory;
 use super::{Phantom, once};
 use crate::error::PhantomError;
-use crate::scan::{Acquisition, Averages, BinSample, Depth, Facing, LATTICES, Scan, SubBins};
+use crate::scan::{
+    Acquisition, Averages, BinSample, Depth, Facing, LATTICES, Projected, Rotation, Scan, SubBins,
+};
 use radon::Collimator;
 use revolve_voxel::{Capsule, OrganShape, Organs};
 use std::collections::BTreeSet;
@@ -13,48 +15,51 @@ use std::f64::consts::LN_2;
 const LADDER: [[usize; 2]; 8] = [
     [1, 2],
     [2, 2],
-    [3, 3],
-    [4, 3],
-    [6, 4],
-    [8, 4],
-    [12, 5],
-    [16, 6],
+    [3, 2],
+    [4, 2],
+    [6, 2],
+    [8, 3],
+    [12, 3],
+    [16, 4],
 ];
+/// The resolution at which time steps are tried.
+const PROBE: Level = ([1; 2], 2);
 /// Views in which resolutions are compared, besides the one nearest to its collimator.
 const VIEWS_TRIED: usize = 7;
-/// Smallest ratio of the error of a resolution to that of the next coarser one that is assumed.
+/// Smallest assumed ratio of the error of a resolution to that of the next coarser one.
 const LEAST_RATIO: f64 = 0.4;
-/// Errors in views that were not tried, relative to those that were: edges that are not blurred differ more from view to view.
-const OTHER_VIEWS: f64 = 1.2;
-const OTHER_VIEWS_UNBLURRED: f64 = 1.8;
-/// The threshold of edges, as a fraction of the tolerance.
-const EDGE: f64 = 0.25;
+/// Errors of untested views relative to those of tested ones, and the threshold of edges relative to the tolerance: with a response, for objects larger
+/// than a bin, third differences of both signs are averaged over many sub-bins; otherwise edges differ more between views.
+const BLURRED: [f64; 2] = [1.2, 1.0];
+const UNBLURRED: [f64; 2] = [1.8, 0.25];
+/// The fraction of the tolerance for what surrounds the heart, where it has a resolution of its own.
+const SURROUNDINGS: f64 = 0.3;
 /// Sub-bins below this fraction of the narrowest response alias by no more than `ALIAS (h / sigma)^(5/2)` of the largest sample.
 const NARROW: f64 = 0.25;
 const ALIAS: f64 = 0.01;
-/// Smallest number of sub-bins across a heart or an organ whose edges third differences find.
+/// Smallest number of sub-bins across a heart or organ whose edges are detected by third differences.
 const ACROSS: f64 = 2.5;
 
-/// The resolution at which averages over bins are computed.
+/// The resolution of bin averages.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "scene", derive(serde::Serialize))]
 #[non_exhaustive]
 pub struct Resolution {
-    /// Sub-bins of a bin, along the bins and along the rows.
+    /// Sub-bins per bin, along bins and along rows.
     pub sub_bins: [usize; 2],
-    /// Rays of a sub-bin that an edge crosses; of any other there is one.
+    /// Rays in a sub-bin that contains an edge; other sub-bins have one ray.
     pub rays: usize,
 }
 
-/// One resolution: sub-bins of a bin, and the number of the lattice.
+/// A resolution: sub-bins of a bin, and the index of the lattice.
 type Level = ([usize; 2], usize);
 
 impl Phantom {
-    /// The resolution at which averages over bins are computed; `None` for line integrals ([`BinSample::Centres`]). The first call finds it:
-    /// it compares resolutions in up to eight views of the heart at end-systole and at end-diastole.
+    /// Returns the resolution of bin averages; `None` for line integrals ([`BinSample::Centres`]). The first call compares resolutions in up to
+    /// eight views of the heart at end-systole and end-diastole.
     ///
     /// # Errors
-    /// [`PhantomError::Tolerance`] if no resolution meets the tolerance of the scene; what solving the shapes can return.
+    /// [`PhantomError::Tolerance`] if no resolution meets the tolerance of the scene; errors of the solver.
     pub fn resolution(&self) -> Result<Option<Resolution>, PhantomError> {
         let sub_bins = self.depth()?.map(|depth| &depth.sub_bins);
         Ok(sub_bins.and_then(|sub_bins| {
@@ -65,31 +70,56 @@ impl Phantom {
         }))
     }
 
-    /// The response and the averages over bins; `None` where samples are line integrals.
+    /// Returns response and bin averages; `None` if samples are line integrals.
     pub(super) fn depth(&self) -> Result<Option<&Depth>, PhantomError> {
         Ok(once(&self.depth, || self.make_depth())?.as_ref())
     }
 
-    /// The same, once it was made.
+    /// Returns the same if it is known.
     pub(super) fn depth_known(&self) -> Option<&Depth> {
         self.depth.get().and_then(Option::as_ref)
     }
 
     fn make_depth(&self) -> Result<Option<Depth>, PhantomError> {
-        let sub_bins = match self.parts.samples() {
-            BinSample::Centres => SubBins::default(),
-            BinSample::Averages => self.find_sub_bins()?,
-        };
-        self.depth_on(sub_bins)
+        let target = self.parts.tolerances().bins;
+        match self.parts.samples() {
+            BinSample::Centres => self.depth_on(SubBins::default()),
+            BinSample::Averages if self.has_fixed_surroundings() => {
+                let of = |projected, part: f64| {
+                    self.depth_on(self.find_sub_bins(projected, part * target)?)
+                };
+                let heart = of(Projected::Heart, 1.0 - SURROUNDINGS)?;
+                let surroundings = of(Projected::Surroundings, SURROUNDINGS)?;
+                Ok(match (heart, surroundings) {
+                    (Some(heart), Some(surroundings)) => {
+                        Some(heart.with_surroundings(surroundings))
+                    }
+                    _ => None,
+                })
+            }
+            BinSample::Averages => self.depth_on(self.find_sub_bins(Projected::All, target)?),
+        }
     }
 
-    /// The response on one sample a bin, for estimates; `None` where samples are line integrals.
-    pub(super) fn coarse_depth(&self) -> Result<Option<Depth>, PhantomError> {
-        self.depth_on(SubBins::default())
+    /// Whether what surrounds the heart is projected once for all times.
+    fn has_fixed_surroundings(&self) -> bool {
+        let scan = self.scan(self.camera(), 0, Acquisition::still(0.0));
+        scan.has_surroundings() && self.camera().rotation() == Rotation::StepAndShoot
     }
 
-    /// The response of the detector: that of the collimator, or of a blur of the same width at any depth; of no width without either.
-    fn response(&self) -> Result<Collimator, PhantomError> {
+    /// The response on one sub-bin per bin, for estimates; `None` where samples are line integrals, or averages without a response.
+    pub(super) fn probe_depth(&self) -> Result<Option<Depth>, PhantomError> {
+        let averages = self
+            .depth()?
+            .and_then(|depth| depth.sub_bins.averages.as_ref());
+        match (averages, self.response()?.variance(f64::MAX) > 0.0) {
+            (Some(averages), true) => self.depth_on(self.sub_bins(&PROBE, averages.threshold)?),
+            _ => self.depth_on(SubBins::default()),
+        }
+    }
+
+    /// Returns the response of the detector: that of the collimator, or a blur of constant width, or zero width.
+    pub(super) fn response(&self) -> Result<Collimator, PhantomError> {
         let blur = |fwhm: f64| Collimator::new(0.0, 0.0, fwhm / (8.0 * LN_2).sqrt());
         Ok(match (self.parts.collimator, self.scene().blur) {
             (Some(collimator), _) => collimator,
@@ -117,7 +147,7 @@ impl Phantom {
             None => vec![Facing::default(); self.camera().n_views()],
         };
         let [side, end] = self.extent()?;
-        // What goes on beyond all rows is blurred into them from both sides.
+        // Objects beyond all rows are blurred into them from both sides.
         let endless = self.scene().background.is_some();
         let end = if endless { f64::INFINITY } else { end };
         let response = (response, self.parts.tolerances().depth);
@@ -127,12 +157,12 @@ impl Phantom {
         Ok(Some(depth))
     }
 
-    /// By how much line integrals differ from averages over bins in the first view, where they may: bins are wider than half the response, or
-    /// than the cavity. The larger pitch and the response's full width at half maximum (cm), and the difference relative to the largest sample.
+    /// Returns the difference between line integrals and bin averages in the first view, if bins are wider than half the response or than the
+    /// cavity: larger pitch and FWHM of the response in cm, and the difference relative to the largest sample.
     pub(super) fn aliasing(&self) -> Result<Option<[f64; 3]>, PhantomError> {
         let pitch = self.camera().detector().pitch();
         let side = pitch[0].max(pitch[1]);
-        let fwhm = self.narrowest()? * (8.0 * LN_2).sqrt();
+        let fwhm = self.narrowest(Projected::All)? * (8.0 * LN_2).sqrt();
         let narrow = fwhm > 0.0 && side > 0.5 * fwhm;
         if self.parts.samples() == BinSample::Averages
             || !(narrow || side > self.smallest_part()?)
@@ -140,32 +170,45 @@ impl Phantom {
             return Ok(None);
         }
         let first = BTreeSet::from([0]);
-        let lines = self.images(&first, &SubBins::default())?;
+        let lines = self.images(&first, &SubBins::default(), Projected::All)?;
         let averages = self.sub_bins(&([3; 2], LATTICES.len() - 4), 0.0)?;
-        let averages = self.images(&first, &averages)?;
-        Ok(Some([side, fwhm, difference(&lines, &averages)]))
+        let averages = self.images(&first, &averages, Projected::All)?;
+        let largest = averages
+            .iter()
+            .flatten()
+            .fold(0.0f32, |most, v| most.max(*v));
+        Ok(Some([
+            side,
+            fwhm,
+            difference(&lines, &averages) / f64::from(largest),
+        ]))
     }
 
     /// Refines until two resolutions differ by no more than the tolerance allows.
-    fn find_sub_bins(&self) -> Result<SubBins, PhantomError> {
-        let target = self.parts.tolerances().bins;
-        let (levels, alias) = self.levels()?;
+    fn find_sub_bins(&self, projected: Projected, target: f64) -> Result<SubBins, PhantomError> {
+        let (levels, alias) = self.levels(projected)?;
         let views = self.views_tried()?;
         let largest = self.largest_sample(&views)?;
-        let other_views = match self.narrowest()? > 0.0 {
-            true => OTHER_VIEWS,
-            false => OTHER_VIEWS_UNBLURRED,
+        let side = self.camera().detector().pitch();
+        let is_large = self.smallest_part()? > side[0].max(side[1]);
+        let [other_views, edge] = match self.narrowest(projected)? > 0.0 && is_large {
+            true => BLURRED,
+            false => UNBLURRED,
         };
-        let threshold = EDGE * target * largest;
+        let threshold = edge * target * largest;
         let try_level = |level: &Level| {
             let sub_bins = self.sub_bins(level, threshold)?;
-            let images = self.images(&views, &sub_bins)?;
+            let images = self.images(&views, &sub_bins, projected)?;
             Ok::<_, PhantomError>((sub_bins, images))
         };
         let mut before = try_level(&levels[0])?;
         for pair in levels.windows(2) {
             let (after, ratio) = (try_level(&pair[1])?, ratio(&pair[0], &pair[1]));
-            let coarse = other_views / (1.0 - ratio) * difference(&before.1, &after.1);
+            let off = match largest > 0.0 {
+                true => difference(&before.1, &after.1) / largest,
+                false => 0.0,
+            };
+            let coarse = other_views / (1.0 - ratio) * off;
             let finest = Some(&pair[1]) == levels.last();
             for (error, (sub_bins, _), last) in
                 [(coarse, &before, false), (ratio * coarse, &after, finest)]
@@ -208,14 +251,18 @@ impl Phantom {
     }
 
     /// The resolutions to try, coarsest first, and what all of them alias.
-    fn levels(&self) -> Result<(Vec<Level>, f64), PhantomError> {
+    fn levels(&self, projected: Projected) -> Result<(Vec<Level>, f64), PhantomError> {
         let pitch = self.camera().detector().pitch();
         let side = pitch[0].max(pitch[1]);
         let counts = |k: usize| {
             let of = |pitch: f64| (k as f64 * pitch / side - 1e-9).ceil().max(1.0) as usize;
             pitch.map(of)
         };
-        let organs = self.parts.organs.iter().flat_map(Organs::as_slice);
+        let organs = match projected {
+            Projected::All | Projected::Surroundings => self.parts.organs.as_ref(),
+            Projected::Heart => None,
+        };
+        let organs = organs.into_iter().flat_map(Organs::as_slice);
         let smallest = organs.fold(f64::INFINITY, |least: f64, organ| match organ.shape {
             OrganShape::Ellipsoid(ellipsoid) => {
                 ellipsoid.semi_axes().into_iter().fold(least, f64::min)
@@ -226,7 +273,7 @@ impl Phantom {
             _ => least,
         });
         let least = (0.5 * ACROSS * side / smallest).ceil().clamp(1.0, 16.0) as usize;
-        let narrowest = self.narrowest()?;
+        let narrowest = self.narrowest(projected)?;
         // One sub-bin a bin is enough, or there is no blur to alias: only the rays are refined.
         if side <= NARROW * narrowest || narrowest == 0.0 {
             let levels = (1..LATTICES.len()).map(|lattice| (counts(least), lattice));
@@ -250,16 +297,15 @@ impl Phantom {
     }
 
     /// The smallest standard deviation of the response to anything active, cm.
-    fn narrowest(&self) -> Result<f64, PhantomError> {
+    fn narrowest(&self, projected: Projected) -> Result<f64, PhantomError> {
         let response = self.response()?;
         if self.parts.collimator.is_none() {
             return Ok(response.sigma(0.0));
         }
-        let near = self.facing()?.iter().map(|view| view.radius - view.seen[1]);
-        Ok(response.sigma(near.fold(f64::INFINITY, f64::min)))
+        Ok(response.sigma(self.nearest(projected)?))
     }
 
-    /// The smallest of what third differences have to find: the cavity, or a defect.
+    /// Returns the smallest part that third differences must detect: the cavity or a defect.
     fn smallest_part(&self) -> Result<f64, PhantomError> {
         let [small, _] = self.extreme_phases();
         let shape = self.shape(small)?;
@@ -280,7 +326,7 @@ impl Phantom {
         Ok(least)
     }
 
-    /// Views evenly among all, and the one with the narrowest response.
+    /// Returns evenly spaced views, and the view with the narrowest response.
     fn views_tried(&self) -> Result<BTreeSet<usize>, PhantomError> {
         let n = self.camera().n_views();
         let mut views: BTreeSet<usize> = (0..VIEWS_TRIED.min(n))
@@ -295,27 +341,33 @@ impl Phantom {
         Ok(views)
     }
 
-    /// The largest sample of the views tried, by one ray a bin; of two phases the smaller one.
+    /// Returns the largest sample of these views with one ray per bin; the smaller one of two phases.
     fn largest_sample(&self, views: &BTreeSet<usize>) -> Result<f64, PhantomError> {
-        let images = self.images(views, &SubBins::default())?;
+        let images = self.images(views, &SubBins::default(), Projected::All)?;
         let largest = |image: &Vec<f32>| image.iter().fold(0.0f32, |most, v| most.max(*v));
         let least = images.iter().map(largest).fold(f32::INFINITY, f32::min);
         Ok(f64::from(least))
     }
 
-    /// The views of the heart at end-systole and at end-diastole, or at the one phase of a scan.
+    /// Projects these views of the heart at end-systole and end-diastole, or at the phase of a static scene.
     fn images(
         &self,
         views: &BTreeSet<usize>,
         sub_bins: &SubBins,
+        projected: Projected,
     ) -> Result<Vec<Vec<f32>>, PhantomError> {
         let depth = self.depth_on(sub_bins.clone())?;
         let camera = depth.as_ref().map_or(self.camera(), |depth| &depth.camera);
         let rows = 0..self.camera().n_rows();
         let mut images = Vec::new();
-        for phase in self.outermost_phases() {
+        let mut phases = self.outermost_phases();
+        if projected == Projected::Surroundings {
+            phases.truncate(1);
+        }
+        for phase in phases {
             let scan = Scan {
                 depth: depth.as_ref(),
+                projected,
                 ..self.scan(camera, 0, Acquisition::still(phase))
             };
             let mut samples = Vec::new();
@@ -330,24 +382,14 @@ impl Phantom {
     }
 }
 
-/// The largest difference of two sets of images, relative to the largest sample of each.
+/// Returns the largest difference of two sets of images, relative to the largest sample of each.
 fn difference(coarse: &[Vec<f32>], fine: &[Vec<f32>]) -> f64 {
-    let of = |(a, b): (&Vec<f32>, &Vec<f32>)| {
-        let (mut off, mut largest) = (0.0f32, 0.0f32);
-        for (a, b) in a.iter().zip(b) {
-            off = off.max((a - b).abs());
-            largest = largest.max(b.abs());
-        }
-        match largest > 0.0 {
-            true => f64::from(off / largest),
-            false => 0.0,
-        }
-    };
-    coarse.iter().zip(fine).map(of).fold(0.0, f64::max)
+    let pairs = coarse.iter().flatten().zip(fine.iter().flatten());
+    f64::from(pairs.fold(0.0f32, |most, (a, b)| most.max((a - b).abs())))
 }
 
-/// The ratio of the error of a resolution to that of the one before: aliases are of order 5/2 in the size of the sub-bins, edges of order 3/2
-/// in the distance of the rays. If e is the error of the coarser one and r the ratio, they differ by (1 - r) e.
+/// Returns the ratio r of the error of a resolution to the error e of the coarser one: aliasing is of order 5/2 in the size of sub-bins,
+/// edges are of order 3/2 in the distance of rays. The difference is (1 - r) e.
 fn ratio((before, coarse): &Level, (after, fine): &Level) -> f64 {
     let side = |counts: &[usize; 2]| counts[0].max(counts[1]) as f64;
     let rays = |[n, m]: [usize; 2], lattice: usize| (n * m * LATTICES[lattice][1]) as f64;

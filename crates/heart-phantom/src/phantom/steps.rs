@@ -1,24 +1,24 @@
-//! The number of steps of the quadrature over time that meets the tolerance.
+//! The number of time steps that meets the tolerance.
 
 use crate::Phantom;
 use crate::Rotation;
 use crate::error::PhantomError;
 use crate::scan::STEPS;
-use crate::scan::{Accuracy, Mode, Scan};
+use crate::scan::{Accuracy, Acquisition, Interpolation, Mode, Projected, Scan};
 use std::collections::BTreeSet;
 
-/// Bins and rows of the views of line integrals on which steps are tried.
+/// Bins and rows of the projections that determine the time steps, for line integrals.
 const PROBE: usize = 64;
-/// Views that are tried at least, those of all gates together; of a gate at least [`LEAST`], and the hardest one.
+/// Smallest number of tested views of all gates; each gate has at least [`LEAST`], and its most demanding view.
 const VIEWS_TRIED: usize = 8;
 const LEAST: usize = 2;
 
 impl Phantom {
-    /// Time steps per cycle: as given, or doubled until the estimated error of time in the views that are tried meets its part of the
-    /// tolerance. Each gate tries other views.
+    /// Returns the time steps per cycle: given, or doubled until the estimated error in the tested views meets its part of the tolerance. Each
+    /// gate tests other views.
     ///
     /// # Errors
-    /// [`PhantomError::Tolerance`] if no number of steps suffices; what projecting the views can return.
+    /// [`PhantomError::Tolerance`] if no number of steps suffices; errors of projecting.
     pub fn steps(&self) -> Result<usize, PhantomError> {
         let tolerance = match self.scene().acquisition.accuracy {
             Accuracy::Steps(steps) => return Ok(steps),
@@ -38,27 +38,39 @@ impl Phantom {
         if let Some(steps) = self.steps_known() {
             return Ok(steps);
         }
-        let depth = self.coarse_depth()?;
+        // Behind a response, the surroundings of a camera that stops have no error of time.
+        let projected = match self.camera().rotation() {
+            Rotation::StepAndShoot => Projected::Heart,
+            Rotation::Continuous => Projected::All,
+        };
+        let depth = self.probe_depth()?;
         let camera = match &depth {
             Some(depth) => depth.camera.clone(),
             None => self.camera().coarse(PROBE)?,
         };
-        let rows = match &depth {
-            Some(_) => 0..self.camera().n_rows(),
-            None => 0..camera.n_rows(),
+        let (rows, n_bins) = match &depth {
+            Some(_) => (0..self.camera().n_rows(), self.camera().n_bins()),
+            None => (0..camera.n_rows(), camera.n_bins()),
         };
         let mut steps = STEPS[0];
         loop {
             let mut reached = 0.0f64;
-            for gate in 0..self.n_gates() {
-                let scan = Scan {
+            let sets: Vec<Scan<'_>> = (0..self.n_gates())
+                .map(|gate| Scan {
                     depth: depth.as_ref(),
+                    projected,
                     ..self.scan(&camera, gate, self.acquisition_of(gate, steps))
-                };
-                for view_idx in self.views_of_gate(&scan, gate) {
-                    let taken = scan.rows(view_idx..view_idx + 1, rows.clone(), &|_| ())?;
-                    self.work.rays(taken.rays);
-                    reached = reached.max(taken.view_error.time);
+                })
+                .collect();
+            for (sets, views) in self.views_of_sets(&sets) {
+                for view_idx in views {
+                    let view = view_idx..view_idx + 1;
+                    let each = rows.len() * n_bins;
+                    let mut samples = vec![0.0; sets.len() * each];
+                    for set in Scan::sets_into(sets, (view, rows.clone()), &mut samples, &|_| ())? {
+                        self.work.rays(set.rays);
+                        reached = reached.max(set.view_error.time);
+                    }
                 }
             }
             if reached <= tolerance {
@@ -75,21 +87,44 @@ impl Phantom {
         }
     }
 
-    fn views_of_gate(&self, scan: &Scan<'_>, gate: usize) -> BTreeSet<usize> {
+    /// Projection sets that are computed together, with the views that are tried of them.
+    fn views_of_sets<'a, 'b>(
+        &self,
+        sets: &'a [Scan<'b>],
+    ) -> Vec<(&'a [Scan<'b>], BTreeSet<usize>)> {
         let n_views = self.camera().n_views();
-        // What is hard of a heart that is still is the angle, say that at which its base is seen edge on.
-        if let Mode::Static { .. } = scan.acquisition.mode {
-            return (0..n_views).collect();
+        let hardest = |sets: &[Scan<'_>]| sets.iter().map(Scan::hardest_view).collect::<Vec<_>>();
+        match sets[0].acquisition {
+            // What is hard of a heart that is still is the angle, say that at which its base is seen edge on.
+            Acquisition {
+                mode: Mode::Static { .. },
+                ..
+            } => vec![(sets, (0..n_views).collect())],
+            // All gates are sums over the same images.
+            Acquisition {
+                interpolation: Interpolation::Cubic,
+                ..
+            } => {
+                let evenly = (0..VIEWS_TRIED).map(|k| k * n_views / VIEWS_TRIED);
+                vec![(sets, evenly.chain(hardest(sets)).collect())]
+            }
+            Acquisition {
+                interpolation: Interpolation::Linear,
+                ..
+            } => {
+                let (gates, n) = (sets.len(), LEAST.max(VIEWS_TRIED.div_ceil(sets.len())));
+                let each = |gate: usize, k: usize| (k * gates + gate) * n_views / (n * gates);
+                (sets.chunks(1).enumerate())
+                    .map(|(gate, set)| {
+                        let views = (0..n).map(|k| each(gate, k));
+                        (set, views.chain(hardest(set)).collect())
+                    })
+                    .collect()
+            }
         }
-        let (gates, n) = (
-            self.n_gates(),
-            LEAST.max(VIEWS_TRIED.div_ceil(self.n_gates())),
-        );
-        let each = |k: usize| (k * gates + gate) * n_views / (n * gates);
-        (0..n).map(each).chain([scan.hardest_view()]).collect()
     }
 
-    /// The steps that meet the tolerance, once that was tried.
+    /// Returns the steps that meet the tolerance, if they are known.
     pub(crate) fn steps_known(&self) -> Option<usize> {
         self.steps.get().copied()
     }

@@ -1,4 +1,4 @@
-//! Views of a phantom, with its blur and noise.
+//! Projections of a phantom, with blur and noise.
 
 use super::Phantom;
 use crate::error::{PhantomError, check_count};
@@ -9,7 +9,7 @@ use std::borrow::Cow;
 use std::ops::Range;
 
 impl Phantom {
-    /// When and from where each view of a gate is taken; nothing is computed for it.
+    /// Returns times and angle of each view of a gate, without projecting.
     ///
     /// # Errors
     /// [`PhantomError::Count`] if there is no such gate.
@@ -18,12 +18,16 @@ impl Phantom {
         Ok(self.parts.view_times(gate))
     }
 
-    /// The angles from which the views of a gate are seen, each in the mean over its time, and the bins. Of a camera that turns
-    /// all the time they are not those of [`Camera::geometry`](crate::Camera::geometry), unless the views see all of their time.
+    /// Returns the geometry of a gate: bins, and angles averaged over the acquisition time of each view. With continuous rotation it differs from
+    /// [`Camera::geometry`](crate::Camera::geometry), unless views use their whole interval.
     ///
     /// # Errors
     /// [`PhantomError::Count`] if there is no such gate.
     pub fn geometry(&self, gate: usize) -> Result<ParallelGeometry, PhantomError> {
+        if self.camera().ray_geometry().is_some() {
+            let what = "parallel geometry: reconstruct fan and cone beams by other programs";
+            return Err(PhantomError::Absent { what });
+        }
         let angles: Vec<f64> = self
             .view_times(gate)?
             .iter()
@@ -33,11 +37,11 @@ impl Phantom {
         Ok(ParallelGeometry::new(angles, bins, pitch)?)
     }
 
-    /// One view of a gate, `[row][bin]`, with the scene's blur and noise. Noise of a given total needs all views of the gate
-    /// once, to know its scale.
+    /// Computes a view of a gate, `[row][bin]`, with blur and noise of the scene. Noise of a given total needs all views of the gate once, for
+    /// the scale.
     ///
     /// # Errors
-    /// [`PhantomError::Count`] if there is no such gate or view; what solving the shapes can return.
+    /// [`PhantomError::Count`] if there is no such gate or view; errors of the solver.
     pub fn view(&self, gate: usize, view_idx: usize) -> Result<Vec<f32>, PhantomError> {
         check_count("view", view_idx, [0, self.parts.camera.n_views() - 1])?;
         let rows = 0..self.parts.camera.n_rows();
@@ -46,7 +50,7 @@ impl Phantom {
             .samples)
     }
 
-    /// All views of a gate, `[view][row][bin]`. `progress` is told the number of views done.
+    /// Computes all views of a gate, `[view][row][bin]`. `progress` receives the number of completed views.
     ///
     /// # Errors
     /// As [`Phantom::view`].
@@ -71,31 +75,61 @@ impl Phantom {
         progress: &(dyn Fn(usize) + Sync),
     ) -> Result<Sinograms, PhantomError> {
         let mut taken = self.means(gate, views.clone(), rows.clone(), progress)?;
-        self.count(gate, &views, &rows, &mut taken.samples)?;
+        self.count((gate, 0), &views, &rows, &mut taken.samples)?;
         Ok(taken)
     }
 
-    /// Counts some rows of some views of a gate, whose means these are.
-    pub(super) fn count(
+    /// All views of a gate in each energy window of `[scatter]`, the first of them [`Phantom::sinograms`]; these alone without scatter. The
+    /// counts of a sample of 1 are the same in all windows.
+    ///
+    /// # Errors
+    /// As [`Phantom::view`].
+    pub fn windows(
         &self,
         gate: usize,
+        progress: &(dyn Fn(usize) + Sync),
+    ) -> Result<Vec<Sinograms>, PhantomError> {
+        let (views, rows) = (0..self.camera().n_views(), 0..self.camera().n_rows());
+        self.windows_of(gate, self.primary(gate, views, rows, progress)?)
+    }
+
+    /// The same from the expected samples of the photons that are not scattered.
+    pub(crate) fn windows_of(
+        &self,
+        gate: usize,
+        primary: Sinograms,
+    ) -> Result<Vec<Sinograms>, PhantomError> {
+        let (views, rows) = (0..self.camera().n_views(), 0..self.camera().n_rows());
+        let mut windows = vec![primary; self.n_windows()];
+        for (window, taken) in windows.iter_mut().enumerate() {
+            self.add_scatter((gate, window), &views, &rows, taken)?;
+            self.count((gate, window), &views, &rows, &mut taken.samples)?;
+        }
+        Ok(windows)
+    }
+
+    /// Draws counts for rows of some views of a gate and an energy window with these expected values.
+    pub(super) fn count(
+        &self,
+        (gate, window): (usize, usize),
         views: &Range<usize>,
         rows: &Range<usize>,
         samples: &mut Vec<f32>,
     ) -> Result<(), PhantomError> {
         let camera = &self.parts.camera;
-        let per_unit = if (views, rows) == (&(0..camera.n_views()), &(0..camera.n_rows())) {
+        let all = (views, rows) == (&(0..camera.n_views()), &(0..camera.n_rows()));
+        let per_unit = if all && window == 0 {
             self.counts_of(gate, || Ok(Cow::Borrowed(&samples[..])))?
         } else {
             self.counts_per_unit(gate)?
         };
-        let first = gate * self.parts.camera.n_views() + views.start;
+        let first = (window * self.n_gates() + gate) * camera.n_views() + views.start;
         let per_unit = (per_unit.as_deref()).map(|per_unit| &per_unit[views.clone()]);
         self.readout.count(samples, per_unit, first, rows)
     }
 
-    /// Mean counts of a sample of 1 in each view of a gate, by the camera's sensitivity ([`Counting`](crate::Counting)), or by the noise,
-    /// the same in all; `None` without either. Of a given total it takes all views of the gate, once.
+    /// Returns the expected counts per unit sample in each view of a gate, from the sensitivity of the camera ([`Counting`](crate::Counting)) or
+    /// from the noise; `None` without either. A given total needs all views of the gate, once.
     ///
     /// # Errors
     /// As [`Phantom::view`].
@@ -108,7 +142,7 @@ impl Phantom {
         })
     }
 
-    /// The same from all samples of the gate, if they are needed.
+    /// The same, from all samples of the gate if needed.
     fn counts_of<'a>(
         &self,
         gate: usize,
@@ -125,8 +159,21 @@ impl Phantom {
         Ok(known.map(|known| vec![known; self.parts.camera.n_views()]))
     }
 
-    /// Expected samples, without noise.
+    /// Computes the expected samples, without noise.
     pub(crate) fn means(
+        &self,
+        gate: usize,
+        views: Range<usize>,
+        rows: Range<usize>,
+        progress: &(dyn Fn(usize) + Sync),
+    ) -> Result<Sinograms, PhantomError> {
+        let mut taken = self.primary(gate, views.clone(), rows.clone(), progress)?;
+        self.add_scatter((gate, 0), &views, &rows, &mut taken)?;
+        Ok(taken)
+    }
+
+    /// Expected samples of the photons that are not scattered.
+    pub(super) fn primary(
         &self,
         gate: usize,
         views: Range<usize>,

@@ -1,22 +1,22 @@
-//! Volumes of a phantom: reconstructions, and what the voxels really hold.
+//! Volumes of a phantom: reconstruction and voxelised ground truth.
 
 use super::{Phantom, once};
 use crate::error::{PhantomError, check_count, check_length};
 use crate::scan::Scan;
 use crate::truth::truth_of_slices;
-use crate::{Activity, Method, Moment, OsemReport, Regions, Rotation, Uptake};
+use crate::{Activity, Method, MotionPhase, OsemReport, Regions, Rotation, Uptake};
 use radon::{FbpPlan, StackOrder};
 use revolve_voxel::{Mesh, Organs, Sampling, Sector};
 use std::borrow::Cow;
 use std::ops::Range;
 use std::sync::{Arc, PoisonError};
 
-/// The body's region that holds the defects.
+/// Index of the body's region that contains the defects.
 const WALL: usize = 1;
 
 impl Phantom {
-    /// One slice of the reconstruction of a gate, `[y][x]`, from one row of each view, and those that the blur reaches;
-    /// by [`Method::Osem`], which knows no slice alone, that of the whole volume, at the cost of the whole.
+    /// Reconstructs a slice of a gate, `[y][x]`, from one row of each view and the rows within the blur. [`Method::Osem`] reconstructs the whole
+    /// volume.
     ///
     /// # Errors
     /// [`PhantomError::Count`] if there is no such gate or slice; [`PhantomError::Radon`] if the arc is too short for [`Method::Fbp`].
@@ -37,8 +37,7 @@ impl Phantom {
         }
     }
 
-    /// The reconstruction of a gate, `[z][y][x]`: the voxels of [`Camera::grid`](crate::Camera::grid), of a camera whose pixels are a region those of the region
-    /// only.
+    /// Reconstructs a gate, `[z][y][x]`, on the voxels of [`Camera::grid`](crate::Camera::grid), limited to the region if one is given.
     ///
     /// # Errors
     /// As [`Phantom::slice`].
@@ -46,19 +45,17 @@ impl Phantom {
         self.reconstruct(gate, &self.sinograms(gate, &|_| ())?.samples)
     }
 
-    /// The reconstruction of any views `[view][row][bin]` of this camera, `[z][y][x]`: those of
-    /// [`Phantom::sinograms`], or those with noise or blur added. They count as seen from where those of the gate are
-    /// ([`Phantom::geometry`]).
+    /// Reconstructs views `[view][row][bin]` of this camera, `[z][y][x]`: those of [`Phantom::sinograms`], or modified ones. The angles are
+    /// those of the gate ([`Phantom::geometry`]).
     ///
     /// # Errors
-    /// [`PhantomError::Count`] if there is no such gate; [`PhantomError::Radon`] or [`PhantomError::WrongLength`] for a wrong length,
-    /// [`PhantomError::Radon`] for a sample that is not finite, by [`Method::Fbp`] for an arc that is too short, by [`Method::Osem`] for a
-    /// sample below zero.
+    /// [`PhantomError::Count`] if there is no such gate; [`PhantomError::Radon`] or [`PhantomError::WrongLength`] for a wrong length;
+    /// [`PhantomError::Radon`] for a sample that is not finite, an arc that is too short (FBP), or a negative sample (OSEM).
     pub fn reconstruct(&self, gate: usize, views: &[f32]) -> Result<Vec<f32>, PhantomError> {
         Ok(self.reconstruct_observed(gate, views, &|_| ())?.0)
     }
 
-    /// The same into a volume of the caller's, whatever is in it: one that is used again costs no new memory.
+    /// As [`Phantom::reconstruct`], into a buffer of the caller.
     ///
     /// # Errors
     /// As [`Phantom::reconstruct`]; [`PhantomError::WrongLength`] or [`PhantomError::Radon`] for a volume of another length.
@@ -76,7 +73,7 @@ impl Phantom {
         Ok(())
     }
 
-    /// The same, and what OSEM did. `progress` is told the number of its passes done.
+    /// As [`Phantom::reconstruct`], with a report of OSEM. `progress` receives the number of completed iterations.
     ///
     /// # Errors
     /// As [`Phantom::reconstruct`].
@@ -99,8 +96,8 @@ impl Phantom {
         }
     }
 
-    /// The exact volume of a gate, `[z][y][x]`: the mean over each voxel and over the time that the views see together, see
-    /// [`Phantom::truth_of`].
+    /// Computes the voxelised ground truth of a gate, `[z][y][x]`: averages over each voxel and over the acquisition time
+    /// ([`Phantom::truth_of`]).
     ///
     /// # Errors
     /// As [`Phantom::view`].
@@ -109,7 +106,7 @@ impl Phantom {
         self.truth_slices(&scan, 0..self.parts.camera.n_rows())
     }
 
-    /// Calls `of` with the scan of a gate of a heart at end-expiration.
+    /// Calls `of` with the scan of a gate at end-expiration.
     pub(super) fn at_end_expiration<T>(
         &self,
         gate: usize,
@@ -122,7 +119,7 @@ impl Phantom {
         })
     }
 
-    /// The exact volume of the wall of a gate alone, without cavity, background and organs; `truth` where that is all there is.
+    /// Returns the ground truth of the wall of a gate without cavity, background and organs; `truth` if there is nothing else.
     pub(super) fn wall_of_gate<'a>(
         &self,
         gate: usize,
@@ -132,7 +129,7 @@ impl Phantom {
         self.wall_alone(&scan, truth)
     }
 
-    /// As [`Phantom::wall_of_gate`], of the time of a scan whose exact volume is `truth`.
+    /// As [`Phantom::wall_of_gate`], for the time of a scan whose ground truth is `truth`.
     pub(super) fn wall_alone<'a>(
         &self,
         scan: &Scan<'_>,
@@ -157,7 +154,7 @@ impl Phantom {
             .into())
     }
 
-    /// One slice of the exact volume of a gate, `[y][x]`.
+    /// Computes a slice of the ground truth of a gate, `[y][x]`.
     ///
     /// # Errors
     /// As [`Phantom::slice`].
@@ -167,33 +164,33 @@ impl Phantom {
         self.truth_slices(&scan, z..z + 1)
     }
 
-    /// The activity of every voxel at a phase, `[z][y][x]`, averaged over the voxel.
+    /// Computes the activity at a phase, `[z][y][x]`, averaged over each voxel.
     ///
     /// # Errors
     /// As [`Phantom::shape`].
-    pub fn activity(&self, at: impl Into<Moment>) -> Result<Vec<f32>, PhantomError> {
+    pub fn activity(&self, at: impl Into<MotionPhase>) -> Result<Vec<f32>, PhantomError> {
         let slices = 0..self.parts.camera.n_rows();
-        self.at_moment(at.into(), |scan| self.truth_slices(scan, slices))
+        self.at_motion_phase(at.into(), |scan| self.truth_slices(scan, slices))
     }
 
-    /// What every voxel holds most of at a phase, `[z][y][x]`: 0 background, 1 cavity, 2 wall; of the wall's voxels 3 are those
-    /// of the scene's first defect, 4 those of the second, and so on.
+    /// Computes the label with the largest volume fraction in each voxel at a phase, `[z][y][x]`: 0 background, 1 cavity, 2 wall, 3 the first
+    /// defect of the scene, 4 the second, and so on.
     ///
-    /// A voxel of the wall is a defect's if that, without what later ones replace of it, fills more of it than any other defect or
-    /// the rest of the wall, and the first one's of equals. [`Phantom::label_names`] lists the names.
+    /// A voxel of the wall gets the label of a defect if the defect, without parts that later ones replace, has a larger volume fraction than any
+    /// other defect and the rest of the wall; the first one of equals. [`Phantom::label_names`] lists the names.
     ///
     /// # Errors
     /// As [`Phantom::shape`].
-    pub fn labels(&self, at: impl Into<Moment>) -> Result<Vec<u8>, PhantomError> {
+    pub fn labels(&self, at: impl Into<MotionPhase>) -> Result<Vec<u8>, PhantomError> {
         let sampling = Sampling::Coverage {
             tolerance: self.scene().truth.tolerance,
         };
         let (grid, slices) = (self.parts.camera.grid(), 0..self.parts.camera.n_rows());
         let at = at.into();
         let (shape, pose) = (self.shape(at.phase)?, self.pose(at.breath)?);
-        let body = shape.body().standing(pose);
+        let body = shape.body().with_pose(pose);
         let mut regions = body.regions::<f32>(grid, slices.clone(), sampling)?;
-        let placed = self.at_moment(at, |scan| scan.placed(std::slice::from_ref(&shape)))?;
+        let placed = self.at_motion_phase(at, |scan| scan.placed(std::slice::from_ref(&shape)))?;
         let defects = placed.by_defect(&shape, self.scene().defects.len(), pose);
         let defects: Vec<Vec<&Sector>> = defects.iter().map(|d| d.iter().collect()).collect();
         regions.label_pieces(WALL, &defects, grid, slices, sampling)?;
@@ -201,18 +198,18 @@ impl Phantom {
         Ok(regions.labels)
     }
 
-    /// What the labels stand for, from 0 on: `background`, `cavity`, `wall`, `defect 1`, `defect 2` and so on.
+    /// Returns the names of the labels from 0: `background`, `cavity`, `wall`, `defect 1`, `defect 2` and so on.
     pub fn label_names(&self) -> Vec<String> {
         let regions = ["background", "cavity", "wall"].map(String::from);
         let defects = (1..=self.scene().defects.len()).map(|k| format!("defect {k}"));
         regions.into_iter().chain(defects).collect()
     }
 
-    /// The attenuation of every voxel at a phase in 1/cm, `[z][y][x]`, averaged over the voxel.
+    /// Computes the linear attenuation coefficient at a phase in 1/cm, `[z][y][x]`, averaged over each voxel.
     ///
     /// # Errors
     /// [`PhantomError::Absent`] if nothing attenuates; as [`Phantom::shape`].
-    pub fn attenuation(&self, at: impl Into<Moment>) -> Result<Vec<f32>, PhantomError> {
+    pub fn attenuation(&self, at: impl Into<MotionPhase>) -> Result<Vec<f32>, PhantomError> {
         let Some(attenuation) = &self.parts.attenuation else {
             return Err(PhantomError::Absent {
                 what: "attenuation",
@@ -220,40 +217,39 @@ impl Phantom {
         };
         let (at, tolerance) = (at.into(), self.scene().truth.tolerance);
         attenuation.map(
-            &(self.shape(at.phase)?.body()).standing(self.pose(at.breath)?),
+            &(self.shape(at.phase)?.body()).with_pose(self.pose(at.breath)?),
             self.parts.organs.as_ref(),
             self.parts.camera.grid(),
             tolerance,
         )
     }
 
-    /// The inner and the outer surface at a phase, in the lab, cm. They enclose the body's volume to the scene's
-    /// `output.mesh_tolerance`, whatever the voxels are; the number of triangles goes as one over that.
+    /// Computes the inner and the outer surface at a phase, in the lab, cm. The relative error of the enclosed volume is at most
+    /// `output.mesh_tolerance` of the scene; the number of triangles scales as 1 / tolerance.
     ///
     /// # Errors
     /// As [`Phantom::shape`].
-    pub fn meshes(&self, at: impl Into<Moment>) -> Result<[Mesh; 2], PhantomError> {
+    pub fn meshes(&self, at: impl Into<MotionPhase>) -> Result<[Mesh; 2], PhantomError> {
         let at = at.into();
         let (shape, pose) = (self.shape(at.phase)?, self.pose(at.breath)?);
         let tolerance = self.scene().output.mesh_tolerance;
         Ok([
-            shape.mesh_standing(pose, 0, tolerance)?,
-            shape.mesh_standing(pose, 1, tolerance)?,
+            shape.mesh_with_pose(pose, 0, tolerance)?,
+            shape.mesh_with_pose(pose, 1, tolerance)?,
         ])
     }
 
-    /// The voxels over which reconstructions are judged; from 24 phases, made once.
+    /// Returns the regions of interest, computed once from 24 phases.
     ///
     /// # Errors
-    /// What solving the shapes can return.
+    /// Errors of the solver.
     pub fn regions(&self) -> Result<&Regions, PhantomError> {
         let parts = &self.parts;
         let make = || Regions::new(&parts.heart, &parts.camera, &parts.cycle);
         once(&self.regions, make)
     }
 
-    /// What reconstructs a slice of a gate, made once for as long as one gate is looked at. Before a camera that stops it is the same for
-    /// all of them.
+    /// Returns the reconstruction plan of a slice of a gate; the last one is stored. With step and shoot all gates share it.
     pub(crate) fn plan(&self, gate: usize) -> Result<Arc<FbpPlan<f32>>, PhantomError> {
         let of = match self.parts.camera.rotation() {
             Rotation::StepAndShoot => 0,
@@ -265,7 +261,7 @@ impl Phantom {
         {
             return Ok(plan.clone());
         }
-        // Without the lock: other threads may make the same, but none waits for itself.
+        // Computed without the lock: two threads may compute the same plan, but none can deadlock.
         let (geometry, parts) = (self.geometry(gate)?, &self.parts);
         let made = FbpPlan::new(&geometry, parts.camera.image(), &parts.reconstruction)?;
         let made = Arc::new(made);
@@ -323,10 +319,10 @@ mod tests {
         let first = phantom.plan(0).unwrap();
         assert!(Arc::ptr_eq(&first, &phantom.plan(0).unwrap()));
         assert!(Arc::ptr_eq(&first, &phantom.plan(1).unwrap()));
-        // Another option is another plan.
+        // A different option needs a new plan.
         let skipping = phantom.with_skip(Skip::Nothing);
         assert!(!Arc::ptr_eq(&first, &skipping.plan(0).unwrap()));
-        // A camera that turns sees each gate from other angles.
+        // With continuous rotation the gates have different angles.
         let phantom = gated(Rotation::Continuous);
         let first = phantom.plan(0).unwrap();
         assert!(Arc::ptr_eq(&first, &phantom.plan(0).unwrap()));

@@ -9,7 +9,7 @@ use std::fmt;
 
 /// An allowed value that is probably not intended. The text contains the consequence and the numbers.
 ///
-/// `report.json` contains an object with `message` and the fields `what`, `edge`, `needed_cm`, `seen_cm`, `angle_degrees` of a
+/// `report.json` contains an object with `message` and the fields `what`, `edge`, `needed_cm`, `available_cm`, `angle_degrees` of a
 /// truncation; `edge`, `nearest_cm` and `reach_cm` of a heart outside the views; `times` of a heart outside the torso; `view`, `radius_cm` and
 /// `needed_cm` of a detector inside the body; `pitch_cm`, `fwhm_cm` and `error` of aliased samples; `off_degrees` of uneven angles.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -18,18 +18,17 @@ pub enum Warning {
     /// Projections are truncated.
     Truncated {
         /// The truncated object.
-        what: Seen,
+        what: TruncatedObject,
         /// The edge of the detector that truncates it.
         edge: Edge,
-        /// Length of the rows, or height of the views, that would be sufficient, cm; centred on the axis of rotation.
+        /// Sufficient length of the rows or height of the views, centred on the axis of rotation, cm.
         needed: f64,
-        /// Their length or height, cm.
-        seen: f64,
+        /// Actual length or height, cm.
+        available: f64,
         /// For `Bins`: the view angle of the largest truncation, radians.
         angle: Option<f64>,
     },
-    /// The heart is above or below all rows, or farther from the axis of rotation than half the length of a row. No view or only some
-    /// views contain it.
+    /// The heart is above or below all rows, or farther from the axis of rotation than half the length of a row. Some or all views miss it.
     OutOfView {
         /// Beyond the rows, or beyond the bins.
         edge: Edge,
@@ -86,7 +85,7 @@ pub enum Warning {
 /// An object that views may truncate.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
-pub enum Seen {
+pub enum TruncatedObject {
     /// Cavity and wall at end-diastole and end-systole, or at the static phase.
     Heart,
     /// The activity around the heart (`[background]` or organs).
@@ -129,16 +128,16 @@ impl fmt::Display for Warning {
                 what,
                 edge,
                 needed,
-                seen,
+                available,
                 angle,
             } => {
                 let name = match what {
-                    Seen::Heart => "the heart",
-                    Seen::Background => "the activity around the heart",
-                    Seen::Torso => "the attenuating torso",
+                    TruncatedObject::Heart => "the heart",
+                    TruncatedObject::Background => "the activity around the heart",
+                    TruncatedObject::Torso => "the attenuating torso",
                 };
                 let then = match (what, edge) {
-                    (Seen::Torso, _) => {
+                    (TruncatedObject::Torso, _) => {
                         "it attenuates completely, but an attenuation map of this size contains a part"
                     }
                     (_, Edge::Bins) => {
@@ -146,12 +145,13 @@ impl fmt::Display for Warning {
                     }
                     (_, Edge::Rows) => "slices contain only a part of it",
                 };
-                let ([side, size], needed, seen) = (edge.words(), enough(needed), brief(seen));
+                let ([side, size], needed, available) =
+                    (edge.words(), enough(needed), brief(available));
                 write!(f, "{name} needs views {needed} cm {side}")?;
                 if let Some(angle) = angle {
                     write!(f, " (at {:.1} degrees)", angle.to_degrees())?;
                 }
-                write!(f, "; {size} is {seen} cm: {then}")
+                write!(f, "; {size} is {available} cm: {then}")
             }
             Self::OutOfView {
                 edge,
@@ -227,18 +227,18 @@ impl Serialize for Warning {
                 what,
                 edge,
                 needed,
-                seen,
+                available,
                 angle,
             } => {
                 let what = match what {
-                    Seen::Heart => "heart",
-                    Seen::Background => "background",
-                    Seen::Torso => "torso",
+                    TruncatedObject::Heart => "heart",
+                    TruncatedObject::Background => "background",
+                    TruncatedObject::Torso => "torso",
                 };
                 map.serialize_entry("what", what)?;
                 map.serialize_entry("edge", edge.name())?;
                 map.serialize_entry("needed_cm", &short(needed))?;
-                map.serialize_entry("seen_cm", &short(seen))?;
+                map.serialize_entry("available_cm", &short(available))?;
                 if let Some(angle) = angle {
                     map.serialize_entry("angle_degrees", &degrees(angle))?;
                 }

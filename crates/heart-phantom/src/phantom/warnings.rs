@@ -1,40 +1,40 @@
-//! Looks for what is allowed and yet may surprise: before any work, and for the report.
+//! Detection of warnings, before a run and for its report.
 
 use super::Phantom;
 use super::output::Product;
 use super::products::Needs;
-use super::warning::{Edge, Seen, Warning};
+use super::warning::{Edge, TruncatedObject, Warning};
 use crate::error::PhantomError;
-use crate::{HeartShape, Mode, Rotation};
+use crate::{HeartShape, Mode, RayGeometry, Rotation};
 use revolve_voxel::{Body, EllipticCylinder, Organ, Organs, VoxelGrid};
 use std::f64::consts::PI;
 
-/// Directions of half a turn in which it is looked for a gap: the widest one is found to 1 - cos(pi / 128), 3e-4 of itself.
+/// Number of directions over half a turn in which a gap is searched; the widest one is found with a relative error of 1 - cos(pi / 128) = 3e-4.
 const DIRECTIONS: usize = 64;
-/// Overlap of heart and bone in mL that is below what the sampling of it resolves.
+/// Largest overlap of heart and bone, mL, that the sampling does not resolve.
 const MOST_OVERLAP: f64 = 0.5;
 
 impl Phantom {
-    /// What is allowed and yet may surprise; nothing if all is as one expects. It solves the shapes that are looked
-    /// at most, one or two. It casts rays of one view only where line integrals are wide apart.
+    /// Returns the warnings of the scene: allowed values that are probably not intended. Solves one or two shapes. Casts the rays of one view only
+    /// if line integrals may alias.
     ///
-    /// Views that end before the heart or the background does are truncated: filtered back-projection takes what they do not
-    /// see for nothing, which streaks. A torso that attenuates does so however wide it is, but volumes hold no more of it than
-    /// the bins see; and however narrow it is, though the heart reach out of it.
+    /// Views that do not cover the heart or the background are truncated: filtered back-projection takes missing samples as zero, which causes
+    /// streaks. An attenuating torso attenuates completely whatever its size, but attenuation maps end at the field of view, and the part of a
+    /// heart outside the torso does not attenuate.
     ///
     /// ```
-    /// use heart_phantom::{Edge, Phantom, Seen, Warning, scene::{Mode, Scene}};
+    /// use heart_phantom::{Edge, Phantom, TruncatedObject, Warning, scene::{Mode, Scene}};
     /// let mut scene = Scene::default().with_size(32).with_mode(Mode::Static { phase: 0.5 });
     /// assert!(Phantom::new(scene.clone())?.warnings()?.is_empty());
     /// scene.pose.shift = [3.0, 0.0, 0.0];
     /// let warnings = Phantom::new(scene)?.warnings()?;
-    /// assert!(matches!(warnings[..], [Warning::Truncated { what: Seen::Heart, edge: Edge::Bins, .. }]));
+    /// assert!(matches!(warnings[..], [Warning::Truncated { what: TruncatedObject::Heart, edge: Edge::Bins, .. }]));
     /// println!("{}", warnings[0]);
     /// # Ok::<(), heart_phantom::PhantomError>(())
     /// ```
     ///
     /// # Errors
-    /// What solving the shapes can return.
+    /// Errors of the solver.
     pub fn warnings(&self) -> Result<Vec<Warning>, PhantomError> {
         let parts = self.parts();
         let mut found = Vec::new();
@@ -49,21 +49,22 @@ impl Phantom {
             .filter(|around| around.concentration > 0.0);
         if let Some(around) = background {
             let widest = self.widest_ellipse(&around.torso()?);
-            found.extend(self.beyond_bins(Seen::Background, widest));
+            found.extend(self.beyond_bins(TruncatedObject::Background, widest));
         }
         found.extend(self.truncated_organs()?);
         let medium = parts.attenuation.filter(|medium| medium.coefficient > 0.0);
         if let Some(torso) = medium.and_then(|medium| medium.torso()) {
             let widest = self.widest_ellipse(&torso);
-            found.extend(self.beyond_bins(Seen::Torso, widest));
-            let times = (bodies.iter()).map(|body| torso.growth_to_hold(body));
+            found.extend(self.beyond_bins(TruncatedObject::Torso, widest));
+            let times = (bodies.iter()).map(|body| torso.scale_to_contain(body));
             let times = times.fold(0.0, f64::max);
-            // It is too large by less than that.
+            // The factor is too large by less than 1e-4.
             found.extend((times > 1.0 + 1e-4).then_some(Warning::OutOfTorso { times }));
         }
-        // Through a collimator there would be no view at all, and of a heart that is elsewhere enough was said.
+        // A collimator inside the body is an error, and a heart outside all views has a warning of its own.
         let elsewhere = found.iter().any(|w| matches!(w, Warning::OutOfView { .. }));
-        if parts.collimator.is_none() && !elsewhere {
+        let rays = self.camera().ray_geometry();
+        if parts.collimator.is_none() && !elsewhere && rays.is_none() {
             found.extend(
                 self.inside()?
                     .map(|(view, facing)| Warning::DetectorInside {
@@ -73,8 +74,10 @@ impl Phantom {
                     }),
             );
         }
-        // Behind a face within the body there is no view to look at.
-        if parts.collimator.is_none() || self.inside()?.is_none() {
+        // A collimator face within the body gives no view.
+        if rays.is_none_or(RayGeometry::has_bins)
+            && (parts.collimator.is_none() || self.inside()?.is_none())
+        {
             let aliasing = self.aliasing()?.filter(|[.., error]| *error > 0.0);
             found.extend(aliasing.map(|[pitch, fwhm, error]| Warning::Aliased {
                 pitch,
@@ -92,7 +95,7 @@ impl Phantom {
         Ok(found)
     }
 
-    /// End-systole and end-diastole, or the one phase of a static scan.
+    /// Returns end-systole and end-diastole, or the phase of a static scene.
     pub(crate) fn outermost_phases(&self) -> Vec<f64> {
         match self.scene().acquisition.mode {
             Mode::Static { phase } => vec![phase],
@@ -102,8 +105,7 @@ impl Phantom {
         }
     }
 
-    /// The solids within the outer membrane between which all others lie: at end-systole and end-diastole, or at the one phase that is
-    /// looked at.
+    /// Returns the solids within the outer membrane at these phases; all others lie between them.
     pub(crate) fn outermost(&self) -> Result<Vec<Body>, PhantomError> {
         let breaths: &[f64] = match self.cycle().breathing() {
             None => &[0.0],
@@ -113,13 +115,13 @@ impl Phantom {
         for phase in self.outermost_phases() {
             let body = outside_of(&*self.shape(phase)?)?;
             for breath in breaths {
-                bodies.push(body.standing(self.pose(*breath)?));
+                bodies.push(body.with_pose(self.pose(*breath)?));
             }
         }
         Ok(bodies)
     }
 
-    /// Organs that reach beyond the bins, or beyond the rows: of those that are active, and of those that only attenuate, the farthest.
+    /// Returns warnings for active organs, and for organs that only attenuate, that extend farthest beyond the bins or the rows.
     fn truncated_organs(&self) -> Result<Vec<Warning>, PhantomError> {
         let organs = self.parts().organs.iter().flat_map(Organs::as_slice);
         let (active, others): (Vec<&Organ>, Vec<&Organ>) =
@@ -127,7 +129,10 @@ impl Phantom {
         let weakens = |organ: &&Organ| organ.attenuation > 0.0;
         let passive: Vec<&Organ> = others.into_iter().filter(weakens).collect();
         let mut found = Vec::new();
-        for (what, organs) in [(Seen::Background, active), (Seen::Torso, passive)] {
+        for (what, organs) in [
+            (TruncatedObject::Background, active),
+            (TruncatedObject::Torso, passive),
+        ] {
             let (mut widest, mut highest) = (None, 0.0f64);
             for organ in organs {
                 let ([x, y, z], [a, b, c]) = organ.shape.bounds();
@@ -135,7 +140,7 @@ impl Phantom {
                 if let Some((half, theta)) = self.widest_ellipse(&section) {
                     wider(&mut widest, half, theta);
                 }
-                // What has no ends goes on beyond any rows, as a background does.
+                // An infinite cylinder extends beyond any rows, as a background does.
                 if c.is_finite() {
                     highest = highest.max(z.abs() + c);
                 }
@@ -153,25 +158,31 @@ impl Phantom {
         for body in bodies {
             let [x, y, z] = half_extents(body);
             highest = highest.max(z);
-            // No view can miss what is nearer to the axis than that.
+            // No view truncates a body that is nearer to the axis.
             let views = match 2.0 * x.hypot(y) > self.width() {
-                true => self.seen_from(),
+                true => self.view_angles(),
                 false => Vec::new(),
             };
             for theta in views {
                 wider(&mut widest, half_extents(&turned(body, theta)?)[0], theta);
             }
         }
-        let rows = truncated(Seen::Heart, Edge::Rows, 2.0 * highest, self.height(), None);
-        let bins = self.beyond_bins(Seen::Heart, widest);
+        let rows = truncated(
+            TruncatedObject::Heart,
+            Edge::Rows,
+            2.0 * highest,
+            self.height(),
+            None,
+        );
+        let bins = self.beyond_bins(TruncatedObject::Heart, widest);
         Ok(bins.into_iter().chain(rows).collect())
     }
 
-    /// Whether the field of view misses the heart at every phase, and by how much. Its phases lie between the outermost ones.
+    /// Returns a warning if the field of view misses the heart at every phase. All phases lie between the outermost ones.
     fn out_of_view(&self, bodies: &[Body]) -> Result<Option<Warning>, PhantomError> {
         let [low, high] = span(bodies, 2)?;
         let mut found = vec![(Edge::Rows, low.max(-high), 0.5 * self.height())];
-        // How far a convex body is from the axis: the widest gap between the two that any direction shows.
+        // Distance of a convex body from the axis: the widest gap in any direction.
         let mut gap = f64::NEG_INFINITY;
         for k in 0..DIRECTIONS {
             let theta = PI * k as f64 / DIRECTIONS as f64;
@@ -190,8 +201,8 @@ impl Phantom {
         }))
     }
 
-    /// Projections from fewer directions than their number promises, such as several turns in large steps. A parallel projection from
-    /// the opposite side is the same direction.
+    /// Returns a warning if views share directions, for example over several turns in large steps. Opposite parallel projections have the same
+    /// direction.
     fn few_directions(&self) -> Option<Warning> {
         let angles = self.camera().geometry().angles();
         let mut directions: Vec<f64> = angles.iter().map(|angle| angle.rem_euclid(PI)).collect();
@@ -207,7 +218,7 @@ impl Phantom {
         })
     }
 
-    /// The organ that attenuates more than the heart, such as the spine, of which the heart takes the place most.
+    /// Returns the organ of stronger attenuation than the heart, such as the spine, with the largest overlap.
     fn bone_in_the_heart(&self, bodies: &[Body]) -> Result<Option<Warning>, PhantomError> {
         let parts = self.parts();
         let (Some(organs), Some(own)) = (&parts.organs, &parts.attenuation) else {
@@ -236,11 +247,11 @@ impl Phantom {
                 off = off.max((time.angle - written).abs());
             }
         }
-        // Below what a header in degrees tells.
+        // Below the precision of angles in headers.
         Ok((off > 1e-9).then_some(Warning::UnevenAngles { off }))
     }
 
-    /// The angles of the views of a gate as the format of the projections has them: some know of even steps only.
+    /// Returns the angles of the views of a gate as the projection format stores them: some store even steps only.
     pub(crate) fn written_angles(&self, gate: usize) -> Result<Vec<f64>, PhantomError> {
         let angles = self.view_times(gate)?.into_iter().map(|time| time.angle);
         if !self.scene().output.projections.info().even_steps {
@@ -252,8 +263,8 @@ impl Phantom {
         Ok(nominal.iter().map(|angle| angle + off).collect())
     }
 
-    /// The angles of the views; of a camera that turns, those at which each begins and ends besides.
-    fn seen_from(&self) -> Vec<f64> {
+    /// Returns the angles of the views; with continuous rotation also those at start and end of each view.
+    fn view_angles(&self) -> Vec<f64> {
         let shares: &[f64] = match self.camera().rotation() {
             Rotation::StepAndShoot => &[0.5],
             Rotation::Continuous => &[0.0, 0.5, 1.0],
@@ -264,11 +275,11 @@ impl Phantom {
             .collect()
     }
 
-    /// How far to either side an elliptic cylinder reaches, and from where that is seen.
+    /// Returns the largest distance of an elliptic cylinder from the axis across the rays, and the angle of that view.
     fn widest_ellipse(&self, torso: &EllipticCylinder) -> Option<(f64, f64)> {
         let ([x, y], [a, b]) = (torso.centre(), torso.semi_axes());
         let mut widest = None;
-        for theta in self.seen_from() {
+        for theta in self.view_angles() {
             let (sin, cos) = theta.sin_cos();
             let middle = x * cos + y * sin;
             wider(&mut widest, middle.abs() + (a * cos).hypot(b * sin), theta);
@@ -276,24 +287,28 @@ impl Phantom {
         widest
     }
 
-    fn beyond_bins(&self, what: Seen, widest: Option<(f64, f64)>) -> Option<Warning> {
+    fn beyond_bins(&self, what: TruncatedObject, widest: Option<(f64, f64)>) -> Option<Warning> {
         let edge = Edge::Bins;
         widest
             .and_then(|(half, theta)| truncated(what, edge, 2.0 * half, self.width(), Some(theta)))
     }
 
-    /// Length of the rows of a view in cm.
-    fn width(&self) -> f64 {
-        self.camera().n_bins() as f64 * self.camera().pitch()
+    fn unless_parallel(&self) -> f64 {
+        (self.camera().ray_geometry()).map_or(1.0, |_| f64::INFINITY)
     }
 
-    /// Height of a view in cm.
+    /// Returns the length of the rows of a view, cm; infinite unless rays are parallel, so that truncation is not examined.
+    fn width(&self) -> f64 {
+        self.unless_parallel() * self.camera().n_bins() as f64 * self.camera().pitch()
+    }
+
+    /// Returns the height of a view, cm.
     fn height(&self) -> f64 {
-        self.camera().n_rows() as f64 * self.camera().detector().pitch()[1]
+        self.unless_parallel() * self.camera().n_rows() as f64 * self.camera().detector().pitch()[1]
     }
 }
 
-/// Volume that a body and an organ have in common, in mL: samples in the middle of 40 cells along each side of the body's box.
+/// Returns the common volume of a body and an organ in mL, from samples at the centres of 40^3 cells of the body's bounding box.
 fn overlap(body: &Body, organ: &Organ) -> Result<f64, PhantomError> {
     const SIDE: usize = 40;
     let [low, high] = body.bounding_box(0)?;
@@ -314,18 +329,18 @@ fn overlap(body: &Body, organ: &Organ) -> Result<f64, PhantomError> {
 }
 
 fn truncated(
-    what: Seen,
+    what: TruncatedObject,
     edge: Edge,
     needed: f64,
-    seen: f64,
+    available: f64,
     angle: Option<f64>,
 ) -> Option<Warning> {
-    // What only rounding puts outside is inside.
-    (needed > seen * (1.0 + 1e-9)).then_some(Warning::Truncated {
+    // Differences within rounding do not count.
+    (needed > available * (1.0 + 1e-9)).then_some(Warning::Truncated {
         what,
         edge,
         needed,
-        seen,
+        available,
         angle,
     })
 }
@@ -336,7 +351,7 @@ fn wider(widest: &mut Option<(f64, f64)>, half: f64, theta: f64) {
     }
 }
 
-/// The solid within the outer membrane.
+/// Returns the solid within the outer membrane.
 fn outside_of(shape: &HeartShape) -> Result<Body, PhantomError> {
     let layers = shape.body().layers();
     Ok(Body::new(
@@ -345,13 +360,13 @@ fn outside_of(shape: &HeartShape) -> Result<Body, PhantomError> {
     )?)
 }
 
-/// A body as a camera at an angle has it: along x what is along its bins.
+/// Rotates a body into the frame of a camera at an angle: x along the bins.
 pub(super) fn turned(body: &Body, theta: f64) -> Result<Body, PhantomError> {
-    let pose = body.pose().turned_z(-theta)?;
+    let pose = body.pose().rotated_z(-theta)?;
     Ok(Body::new(body.layers().to_vec(), pose)?)
 }
 
-/// From where to where bodies reach along an axis, all together.
+/// Returns the joint extent of bodies along an axis.
 pub(super) fn span(bodies: &[Body], axis: usize) -> Result<[f64; 2], PhantomError> {
     let mut all = [f64::INFINITY, f64::NEG_INFINITY];
     for body in bodies {
@@ -361,7 +376,7 @@ pub(super) fn span(bodies: &[Body], axis: usize) -> Result<[f64; 2], PhantomErro
     Ok(all)
 }
 
-/// How far a body reaches from the planes through the origin, to the farther side.
+/// Returns the largest distance of a body from each coordinate plane.
 pub(super) fn half_extents(body: &Body) -> [f64; 3] {
     let [low, high] = body.bounding_box(0).unwrap_or_default();
     [0, 1, 2].map(|a| high[a].max(-low[a]))

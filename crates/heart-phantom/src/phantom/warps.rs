@@ -5,7 +5,7 @@ use crate::Wall;
 use crate::error::{PhantomError, check_count};
 use crate::model::Reach;
 use crate::scan::Lasting;
-use radon::{Displaced, Warp, Warps};
+use radon::{Displacements, Warp, Warps};
 use revolve_voxel::VoxelGrid;
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -16,10 +16,10 @@ const APART: f64 = 0.25;
 const MOST_STATES: f64 = 32.0;
 /// Displacements below this fraction of the heart's length are rounding.
 const AT_REST: f64 = 1e-9;
-/// States of a cardiac gate as a rule, and bytes of a displacement, in a warp and before.
+/// Typical number of states of a cardiac gate; bytes of a displacement in a warp and before.
 const STATES: f64 = 4.0;
 const DISPLACEMENT_BYTES: f64 = 52.0;
-/// Within this distance of the wall, as a fraction of the heart's length, surroundings follow the wall.
+/// Surroundings within this distance of the wall follow it entirely, as a fraction of the heart's length.
 const TAKEN_ALONG: f64 = 0.1;
 /// The displacement vanishes over this multiple of its length, so that the map does not fold.
 const LOST_OVER: f64 = 3.0;
@@ -60,10 +60,7 @@ impl Phantom {
         check_count("gate", gate, [0, self.n_gates() - 1])?;
         let (grid, cardiac) = (self.camera().grid(), self.cardiac_gates());
         let beat = Arc::new(self.beat_warp(gate % cardiac, grid)?);
-        let breath = self.breath_warp(gate / cardiac, grid)?.map(Arc::new);
-        Ok(Warps::new(
-            [Some(beat), breath].into_iter().flatten().collect(),
-        )?)
+        product(&beat, self.breath_warp(gate / cardiac, grid)?.as_ref())
     }
 
     /// The maps of all gates on a grid; gates share their warps.
@@ -73,18 +70,10 @@ impl Phantom {
             .map(|gate| Ok(Arc::new(self.beat_warp(gate, grid)?)))
             .collect::<Result<Vec<_>, PhantomError>>()?;
         let breaths = (0..self.n_gates() / cardiac)
-            .map(|gate| Ok(self.breath_warp(gate, grid)?.map(Arc::new)))
+            .map(|gate| self.breath_warp(gate, grid))
             .collect::<Result<Vec<_>, PhantomError>>()?;
         (0..self.n_gates())
-            .map(|gate| {
-                let factors = [
-                    Some(&beats[gate % cardiac]),
-                    breaths[gate / cardiac].as_ref(),
-                ];
-                Ok(Warps::new(
-                    factors.into_iter().flatten().cloned().collect(),
-                )?)
-            })
+            .map(|gate| product(&beats[gate % cardiac], breaths[gate / cardiac].as_ref()))
             .collect()
     }
 
@@ -105,8 +94,12 @@ impl Phantom {
         self.average(&self.wall(self.reference())?, states, grid)
     }
 
-    /// Respiration from end-expiration, averaged over a respiratory gate; `None` for a heart that does not breathe.
-    fn breath_warp(&self, breath: usize, grid: &VoxelGrid) -> Result<Option<Warp>, PhantomError> {
+    /// Respiration from end-expiration, averaged over a respiratory gate; `None` for a heart that it does not move.
+    fn breath_warp(
+        &self,
+        breath: usize,
+        grid: &VoxelGrid,
+    ) -> Result<Option<Arc<Warp>>, PhantomError> {
         if self.cycle().breathing().is_none() {
             return Ok(None);
         }
@@ -125,8 +118,8 @@ impl Phantom {
             |at| self.wall_at(gain, at),
             grid,
         )?;
-        self.average(&self.wall_at(gain, 0.0)?, states, grid)
-            .map(Some)
+        let warp = self.average(&self.wall_at(gain, 0.0)?, states, grid)?;
+        Ok((warp.n_displacements() > 0).then(|| Arc::new(warp)))
     }
 
     /// The states of the heart in some gates, weighted by acquisition time.
@@ -196,11 +189,14 @@ impl Phantom {
         let longest = (states.iter()).fold(0.0f64, |most, at| most.max(at.wall.longest_way(still)));
         let whole = TAKEN_ALONG * self.heart().length();
         let none = whole + whole.max(LOST_OVER * longest);
-        // States at rest keep the volume as it is.
+        // States without displacement leave the volume unchanged.
         states.retain(|at| at.wall.longest_way(still) > AT_REST * self.heart().length());
         let motions = states.iter().map(|State { share, wall }| {
             let by = wall.displacements_around(still, grid, Reach { whole, none })?;
-            Ok(Displaced { share: *share, by })
+            Ok(Displacements {
+                fraction: *share,
+                by,
+            })
         });
         let motions = motions.collect::<Result<Vec<_>, PhantomError>>()?;
         Ok(Warp::new(grid.shape(), grid.spacing(), &motions)?)
@@ -209,7 +205,7 @@ impl Phantom {
     /// Estimated memory of the warps of all gates together: the voxels within twice the heart's size, in the states of a gate of a beat
     /// in sixteen, and in those of the whole respiratory displacement.
     pub(super) fn bytes_of_warps(&self, grid: &VoxelGrid) -> u64 {
-        let [x, r] = self.heart().rest_extent();
+        let [x, r] = self.heart().reference_extent();
         let near = (2.0 * x * (4.0 * r).powi(2) / grid.voxel_volume()).min(grid.len() as f64);
         let voxel = grid.spacing().into_iter().fold(f64::INFINITY, f64::min);
         let breaths = self.cycle().breathing().map_or(0.0, |breathing| {
@@ -225,4 +221,10 @@ impl Phantom {
         });
         ((STATES * self.cardiac_gates() as f64 + breaths) * DISPLACEMENT_BYTES * near) as u64
     }
+}
+
+/// The beat, and then respiration where there is any.
+fn product(beat: &Arc<Warp>, breath: Option<&Arc<Warp>>) -> Result<Warps, PhantomError> {
+    let factors = [Some(beat), breath].into_iter().flatten().cloned();
+    Ok(Warps::new(factors.collect())?)
 }

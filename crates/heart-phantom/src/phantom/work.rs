@@ -1,27 +1,27 @@
-//! What has been done, and what could be left out.
+//! Counters of the work done and saved.
 
 use radon::FbpReport;
 use revolve_voxel::{RayCounters, VoxelCounters};
 use std::sync::{Mutex, PoisonError};
 
-/// Work done for a phantom so far. The same for any number of threads.
+/// Work done for a phantom so far, independent of the number of threads.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "scene", derive(serde::Serialize))]
 #[non_exhaustive]
 pub struct WorkReport {
     /// Equilibria of the pair of membranes.
     pub shapes_solved: usize,
-    /// The most of them that were in memory at a time.
+    /// Largest number of shapes in memory at a time.
     pub shapes_at_once: usize,
-    /// Rays whose crossings with the surfaces were searched.
+    /// Rays whose intersections with the surfaces were computed.
     pub rays_cast: u64,
-    /// Rays that pass the body by and were never looked at.
+    /// Rays that miss the body and were skipped.
     pub rays_skipped: u64,
-    /// Voxels whose coverage was computed because a surface may cut them, once a layer.
+    /// Voxels with a computed coverage, because a surface may cut them; counted per layer.
     pub voxels_cut: u64,
-    /// Voxels filled whole.
+    /// Voxels filled without a computed coverage.
     pub voxels_filled: u64,
-    /// Voxels that were given the values of their mirror images.
+    /// Voxels copied from their mirror images.
     pub voxels_mirrored: u64,
     /// Slices back-projected.
     pub slices_reconstructed: usize,
@@ -31,7 +31,7 @@ pub struct WorkReport {
     pub rows_filtered: usize,
     /// Rows without signal.
     pub rows_skipped: usize,
-    /// Passes of OSEM through all views of a gate.
+    /// Iterations of OSEM through all views of a gate.
     pub osem_iterations: usize,
 }
 
@@ -75,7 +75,7 @@ impl Work {
         self.add(|sum| sum.osem_iterations += iterations);
     }
 
-    /// Counters that are only added to are whole even after a panic elsewhere.
+    /// Sums are consistent even after a panic elsewhere.
     fn add(&self, change: impl FnOnce(&mut WorkReport)) {
         change(&mut self.0.lock().unwrap_or_else(PoisonError::into_inner));
     }

@@ -1,30 +1,51 @@
-//! What the views of a gated projection set are: over which time each is averaged, and what comes of it.
+//! Acquisitions: the time over which the projections of a gated set are averaged, and their results.
 
+use super::levels::Interpolation;
 use super::settings::Mode;
 use super::view_error::ViewError;
 use revolve_voxel::RayCounters;
 
-/// The time over which the views of a gated projection set are averaged, and the resolution of the average.
+/// The averaging time of the projections of a gated set, and the resolution of the average.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Acquisition {
     pub(crate) mode: Mode,
-    /// The cardiac gate, from 0; 0 in other modes than [`Mode::Gated`].
+    /// The cardiac gate, from 0; always 0 without gating.
     pub(crate) gate: usize,
     /// Steps per cycle, even.
     pub(crate) points: usize,
+    pub(crate) interpolation: Interpolation,
 }
 
 impl Acquisition {
-    /// All views at one phase, with as few steps as there can be for a camera in continuous rotation.
+    /// Returns an acquisition at one phase, with the fewest steps for continuous rotation.
     pub(crate) fn still(phase: f64) -> Self {
+        Self::new(Mode::Static { phase }, 0, 8)
+    }
+
+    /// A cardiac gate with as many steps per cycle, by linear interpolation.
+    pub(crate) fn new(mode: Mode, gate: usize, points: usize) -> Self {
         Self {
-            mode: Mode::Static { phase },
-            gate: 0,
-            points: 8,
+            mode,
+            gate,
+            points,
+            interpolation: Interpolation::Linear,
         }
     }
 
-    /// The cardiac gate with the number of gates.
+    /// The same with linear interpolation, which has no negative weights: of order 2, it takes four times the steps for the square of the accuracy of
+    /// cubic interpolation.
+    pub(crate) fn linear(self) -> Self {
+        match self.interpolation {
+            Interpolation::Linear => self,
+            Interpolation::Cubic => Self {
+                points: 4 * self.points,
+                interpolation: Interpolation::Linear,
+                ..self
+            },
+        }
+    }
+
+    /// Returns the index of the cardiac gate and the number of gates.
     pub(crate) fn gate_of(&self) -> Option<[usize; 2]> {
         match self.mode {
             Mode::Gated { gates } => Some([self.gate, gates]),
@@ -33,20 +54,20 @@ impl Acquisition {
     }
 }
 
-/// What an exact volume is the mean over.
+/// The time average that a voxelised ground truth represents.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "scene", derive(serde::Serialize))]
 #[cfg_attr(feature = "scene", serde(rename_all = "kebab-case"))]
 pub enum TruthOf {
-    /// What every view sees: a phase, a whole beat, a gate. All views see the same.
+    /// The time of every view: a phase, a whole cycle or a gate, the same for all views.
     EachView,
-    /// What all views see together, each for its share: they see different parts of the beat, instants or parts of beats, so that no
-    /// one heart is behind all of them.
+    /// The time of all views together. Views cover different parts of the cycle (instants or incomplete cycles), so that no single heart
+    /// corresponds to all of them.
     MeanOfViews,
 }
 
 impl TruthOf {
-    /// The name of its file, without what all files of a kind have in common.
+    /// Returns the file name without the common part of its kind.
     pub fn file_name(self) -> &'static str {
         match self {
             Self::EachView => "truth",
@@ -55,23 +76,23 @@ impl TruthOf {
     }
 }
 
-/// The sinograms of an acquisition and how they came about.
+/// The projections of an acquisition, with angles, errors and counters.
 #[derive(Debug, Clone)]
 #[non_exhaustive]
 pub struct Sinograms {
     /// Line integrals in cm times activity, index order `[view][row][bin]`, bin fastest.
     pub samples: Vec<f32>,
-    /// The mean angle in radians from which each view was taken: the camera's own ([`Camera::geometry`](crate::Camera::geometry)), unless it turns and the
-    /// view does not see all of its time. What reconstructs has to use these.
+    /// Acquisition angle of each view in radians, averaged over its time; reconstruct with these. Differs from
+    /// [`Camera::geometry`](crate::Camera::geometry) if the camera rotates continuously and a view uses a part of its interval.
     pub angles: Vec<f64>,
-    /// Distinct phases that the views see; of means over volumes, distinct volumes.
+    /// Number of distinct phases; for averages over volumes, of distinct volumes.
     pub distinct_phases: usize,
-    /// Distinct shapes that those phases need: mirrored phases share one.
+    /// Number of distinct shapes at these phases; mirrored phases share a shape.
     pub distinct_shapes: usize,
-    /// Bounds on the errors of the samples. What takes a blur of its own is estimated in up to 16 views, evenly among those taken. The term of time is
-    /// `(1 + 5 / N) max |d| / max |s_n|`, with `d = s_n - s_(n/2)` the difference between the rules with all and with half the points and
-    /// `N = (sum d^2)^2 / sum d^4` the number of samples that make it up; it is never less than the relative error of the cavity's mean volume.
+    /// Bounds on the errors of the samples. Terms that need a blur of their own are estimated in up to 16 evenly spaced views. The time term is
+    /// `(1 + 5 / N) max |d| / max |s_n|`, where `d = s_n - s_(n/2)` is the difference between the rules with all and with half the points and
+    /// `N = (sum d^2)^2 / sum d^4` the effective number of samples; it is at least the relative error of the average cavity volume.
     pub view_error: ViewError,
-    /// Rays cast and skipped.
+    /// Number of rays cast and skipped.
     pub rays: RayCounters,
 }

@@ -18,22 +18,22 @@ pub(crate) const LATTICES: [[usize; 2]; 7] = [
     [144, 233],
     [377, 610],
 ];
-/// Rows, and bins, beyond those computed that third differences reach.
+/// Width of third differences: rows and bins beyond those computed.
 pub(super) const STENCIL: usize = 2;
 
-/// How the averages over sub-bins are computed.
+/// Computation of the averages over sub-bins.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Averages {
-    /// Places of the rays in a sub-bin that an edge crosses, from its centre in units of its sides.
+    /// Positions of the rays in a sub-bin that contains an edge, from its centre in units of its sides.
     pub(crate) lattice: Vec<[f64; 2]>,
-    /// Largest third difference over 24, in units of a sample, of a sub-bin that one ray stands for.
+    /// Largest third difference over 24, in units of a sample, for which one ray represents a sub-bin.
     pub(crate) threshold: f64,
-    /// Every sub-bin whose central ray meets it has the lattice: it contains a heart so small that single rays may miss it.
+    /// Region whose sub-bins always use the lattice: a heart so small that single rays may miss it.
     pub(crate) dense: Option<Capsule>,
 }
 
 impl Averages {
-    /// The averages by one of the [`LATTICES`].
+    /// Uses one of the [`LATTICES`].
     pub(crate) fn new(lattice: usize, threshold: f64, dense: Option<Capsule>) -> Self {
         let [before, n] = LATTICES[lattice];
         let centre = |k: usize| (k as f64 + 0.5) / n as f64 - 0.5;
@@ -47,7 +47,7 @@ impl Averages {
     }
 }
 
-/// The image of a view under way, `[row][slab][bin]`.
+/// Dimensions of an unfinished image, `[row][slab][bin]`.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Layout {
     pub(super) rows: usize,
@@ -56,19 +56,17 @@ pub(super) struct Layout {
 }
 
 impl Layout {
-    /// The sum over the slabs, and its first moment over depth (-1 to 1), of the sum of some images: `[row][bin]` both.
-    fn moments(self, images: &[&[f32]]) -> [Vec<f32>; 2] {
+    /// The sum over the slabs, and its first moment over depth (-1 to 1): `[row][bin]` both.
+    pub(super) fn moments(self, image: &[f32]) -> [Vec<f32>; 2] {
         let Self { rows, slabs, bins } = self;
         let mut moments = [vec![0.0f32; rows * bins], vec![0.0f32; rows * bins]];
-        for image in images {
-            for (k, line) in image.chunks(bins).enumerate() {
-                let (row, slab) = (k / slabs, k % slabs);
-                let depth = (2 * slab + 1) as f32 / slabs as f32 - 1.0;
-                for (moment, weight) in moments.iter_mut().zip([1.0, depth]) {
-                    let sums = &mut moment[row * bins..][..bins];
-                    for (sum, value) in sums.iter_mut().zip(line) {
-                        *sum += weight * value;
-                    }
+        for (k, line) in image.chunks(bins).enumerate() {
+            let (row, slab) = (k / slabs, k % slabs);
+            let depth = (2 * slab + 1) as f32 / slabs as f32 - 1.0;
+            for (moment, weight) in moments.iter_mut().zip([1.0, depth]) {
+                let sums = &mut moment[row * bins..][..bins];
+                for (sum, value) in sums.iter_mut().zip(line) {
+                    *sum += weight * value;
                 }
             }
         }
@@ -76,11 +74,11 @@ impl Layout {
     }
 
     /// The sub-bins in which one ray is not enough.
-    pub(super) fn flags(self, images: &[&[f32]], threshold: f64) -> Vec<bool> {
+    pub(super) fn flags(self, image: &[f32], threshold: f64) -> Vec<bool> {
         let Self { rows, bins, .. } = self;
         let mut flags = vec![false; rows * bins];
         let most = (24.0 * threshold) as f32;
-        for moment in self.moments(images) {
+        for moment in self.moments(image) {
             let mut flag = |[a, b, c, d]: [usize; 4]| {
                 let third = moment[d] - moment[a] + 3.0 * (moment[b] - moment[c]);
                 if third.abs() > most {
@@ -103,14 +101,14 @@ impl Layout {
         flags
     }
 
-    /// Turns samples at centres into averages: those flagged become zero, and the others gain a 24th of their second differences.
+    /// Converts samples at centres to averages: flagged ones become zero, the others gain 1/24 of their second differences.
     pub(super) fn average(self, image: &mut [f32], flags: &[bool]) {
         let Self { rows, slabs, bins } = self;
         if image.is_empty() {
             return;
         }
         let line = slabs * bins;
-        // The row before, as it was.
+        // The unmodified previous row.
         let mut before: Vec<f32> = Vec::new();
         for row in 0..rows {
             let (here, after) = image[row * line..].split_at_mut(line);

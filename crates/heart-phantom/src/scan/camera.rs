@@ -1,41 +1,43 @@
-//! The camera: where the views look from, when, how finely they are sampled, and the voxels made from them.
+//! The camera: angles and times of the views, detector, and voxel grid.
 
+use super::ray_geometry::RayGeometry;
 use crate::error::{PhantomError, check, check_count};
 use revolve_voxel::{ParallelDetector, ParallelRays, VoxelGrid};
 use std::f64::consts::PI;
+use std::sync::Arc;
 
-/// Samples of one set of views or of one volume: 8 GiB of `f32`.
+/// Largest number of samples of a projection set or a volume: 8 GiB of `f32`.
 pub(crate) const MOST_SAMPLES: f64 = 2_147_483_648.0;
 
-/// What there are too many of.
+/// Name of the limited quantity in errors.
 pub(crate) const VOXELS: &str = "voxels";
 
-/// How the camera goes from view to view.
+/// Camera motion between views.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "scene", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "scene", serde(rename_all = "kebab-case"))]
 #[non_exhaustive]
 pub enum Rotation {
-    /// It stands still while it takes a view, and takes no time to move.
+    /// Step and shoot: the camera is at rest during a view and moves in no time.
     StepAndShoot,
-    /// It turns all the time, and passes a view's angle in the middle of its time ([`ViewTime`](crate::ViewTime)).
+    /// Continuous rotation; the camera passes the angle of a view at the middle of its interval ([`ViewTime`](crate::ViewTime)).
     Continuous,
 }
 
-/// The heads of a camera, each a detector behind a collimator.
+/// Camera heads, each a detector with a collimator.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Heads {
-    /// One.
+    /// One head.
     One,
-    /// Two, fixed to each other: they turn together, and view `k` of the one is taken while view `k` of the other is.
+    /// Two heads at a fixed angle; view `k` of both is acquired at the same time.
     Two {
-        /// How far the second is ahead of the first one, in radians.
+        /// Angle from the first to the second head, radians.
         angle: f64,
     },
 }
 
 impl Heads {
-    /// How many.
+    /// Returns the number of heads.
     pub fn count(self) -> usize {
         match self {
             Self::One => 1,
@@ -43,7 +45,7 @@ impl Heads {
         }
     }
 
-    /// How far the last one is ahead of the first.
+    /// Returns the angle from the first to the last head.
     fn angle(self) -> f64 {
         match self {
             Self::One => 0.0,
@@ -57,37 +59,35 @@ impl Heads {
 pub struct CameraGeometry {
     /// Number of views of a head.
     pub views: usize,
-    /// Angle that a head covers in radians, counter-clockwise seen from +z; negative turns the other way.
+    /// Arc of a head in radians, counter-clockwise seen from +z if positive.
     pub arc: f64,
-    /// Angle of the first view in radians.
+    /// Angle of the first view, radians.
     pub start: f64,
-    /// How many heads take views at a time.
+    /// The heads.
     pub heads: Heads,
-    /// Bins of a row.
+    /// Bins per row.
     pub bins: usize,
-    /// Rows, which are also the slices of the volume.
+    /// Rows of the detector and slices of the volume.
     pub rows: usize,
-    /// Pitch of the bins and of the rows in cm.
+    /// Pitch of bins and rows, cm.
     pub pitch: [f64; 2],
-    /// How the camera goes from view to view.
+    /// Motion between views.
     pub rotation: Rotation,
-    /// Seconds from the start of a view to the start of the next.
+    /// Time between the starts of consecutive views, seconds.
     pub interval: f64,
-    /// Voxels along x and along y.
+    /// Number of voxels along x and y.
     pub pixels: [usize; 2],
-    /// Their edge in x and y in cm; along z it is the pitch of the rows.
+    /// Voxel size in x and y, cm; along z it is the pitch of the rows.
     pub pixel: f64,
-    /// Where in the slice their middle is, cm.
+    /// Centre of the slice, cm.
     pub centre: [f64; 2],
 }
 
-/// A parallel-hole camera that turns about the lab's z axis, and the voxels that are reconstructed
-/// from it.
+/// A rotating parallel-hole camera with the axis z of the lab, and the voxel grid of its reconstructions.
 ///
-/// View `k` of `n` looks from `theta_k = start + k arc / n`: bins lie along `(cos theta, sin theta, 0)`,
-/// rays run along `(-sin theta, cos theta, 0)`, rows lie along z. Bins, rows and voxels are centred:
-/// number `k` of `m` at `(k - (m - 1) / 2) * pitch`. Slice `j` of the volume is at the height of row `j`. Of two heads the second one's
-/// views come after those of the first, number `n + k` at the time of number `k`.
+/// View `k` of `n` has the angle `theta_k = start + k arc / n`: bins lie along `(cos theta, sin theta, 0)`, rays along `(-sin theta, cos
+/// theta, 0)`, rows along z. Bins, rows and voxels are centred: number `k` of `m` is at `(k - (m - 1) / 2) * pitch`. Slice `j` of the
+/// volume has the height of row `j`. The views of a second head follow those of the first; view `n + k` is simultaneous with view `k`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Camera {
     from: CameraGeometry,
@@ -96,11 +96,12 @@ pub struct Camera {
     detector: ParallelDetector,
     grid: VoxelGrid,
     image: radon::ImageGrid,
+    /// `None` for parallel rays.
+    rays: Option<Arc<RayGeometry>>,
 }
 
 impl Camera {
-    /// `n_views` views over 180 degrees of `size` bins and `size` rows that fill a field of view `field` cm
-    /// wide, and as many voxels.
+    /// Returns a camera with `n_views` views over 180 degrees, `size` bins and rows in a field of view of `field` cm, and as many voxels.
     ///
     /// # Errors
     /// [`PhantomError::Radon`] or [`PhantomError::Solid`] if a count is zero or `field` is not
@@ -123,19 +124,19 @@ impl Camera {
         })
     }
 
-    /// Any camera.
+    /// Returns a camera with any geometry.
     ///
     /// # Errors
     /// [`PhantomError::Radon`] or [`PhantomError::Solid`] if a count is zero or a pitch is not finite and positive;
-    /// [`PhantomError::OutOfRange`] for angles beyond 1000 radians, an arc of nothing or an interval that is not positive, and for
-    /// more than 2^31 samples of all views, or voxels.
+    /// [`PhantomError::OutOfRange`] for angles beyond 1000 radians, an arc of zero, an interval that is not positive, and more than 2^31
+    /// samples of all views or voxels.
     pub fn with_geometry(from: &CameraGeometry) -> Result<Self, PhantomError> {
         check("arc", from.arc.abs(), [f64::MIN_POSITIVE, 1e3])?;
         check("start", from.start, [-1e3, 1e3])?;
         check("angle between the heads", from.heads.angle(), [-1e3, 1e3])?;
         check("interval", from.interval, [f64::MIN_POSITIVE, 1e9])?;
         let n = from.views as f64;
-        // None of them counts as one: what comes below says what is missing.
+        // Zero counts as one: the checks below report it.
         let product = |counts: [usize; 3]| counts.iter().map(|&n| n.max(1) as f64).product();
         let n_views = from.views.saturating_mul(from.heads.count());
         let samples = product([n_views, from.bins, from.rows]);
@@ -159,20 +160,52 @@ impl Camera {
                 [x, y, 0.0],
             )?,
             image: radon::ImageGrid::new(nx, ny, from.pixel)?.with_centre(from.centre)?,
+            rays: None,
         })
     }
 
-    /// The same views with no more than so many bins and rows, which see as much.
+    /// Returns the camera with the views and the detector of a ray geometry; pixels and interval do not change.
+    pub(crate) fn along(&self, rays: RayGeometry) -> Result<Self, PhantomError> {
+        let detector = rays.detector();
+        let angles = (0..rays.n_views()).map(|view_idx| rays.angle(view_idx));
+        let angles = angles.collect::<Result<Vec<_>, _>>()?;
+        let made = Self::with_geometry(&CameraGeometry {
+            views: rays.n_views(),
+            heads: Heads::One,
+            bins: detector.n_bins(),
+            rows: detector.n_rows(),
+            pitch: detector.pitch(),
+            rotation: Rotation::StepAndShoot,
+            ..self.from.clone()
+        })?;
+        Ok(Self {
+            geometry: radon::ParallelGeometry::new(angles, made.n_bins(), made.pitch())?,
+            rays: Some(Arc::new(rays)),
+            ..made
+        })
+    }
+
+    /// Returns the rays of the views; `None` if they are parallel.
+    pub fn ray_geometry(&self) -> Option<&RayGeometry> {
+        self.rays.as_deref()
+    }
+
+    /// Returns the same views with at most so many bins and rows in the same field of view.
     pub(crate) fn coarse(&self, most: usize) -> Result<Self, PhantomError> {
         let mut coarse = self.from.clone();
         let [bins, rows] = [coarse.bins.min(most), coarse.rows.min(most)];
         coarse.pitch[0] *= coarse.bins as f64 / bins as f64;
         coarse.pitch[1] *= coarse.rows as f64 / rows as f64;
         (coarse.bins, coarse.rows) = (bins, rows);
-        Self::with_geometry(&coarse)
+        match &self.rays {
+            // Of a list there is no other raster.
+            Some(rays) if !rays.has_bins() => Ok(self.clone()),
+            Some(_) => self.with_raster([bins, rows], coarse.pitch),
+            None => Self::with_geometry(&coarse),
+        }
     }
 
-    /// The same views on another raster of bins and rows about the same centre. The voxels stay as they are.
+    /// Returns the same views with other bins and rows about the same centre, and the same voxels.
     pub(crate) fn with_raster(
         &self,
         [bins, rows]: [usize; 2],
@@ -192,8 +225,8 @@ impl Camera {
         })
     }
 
-    /// The same with voxels that reach, along x and along y, from `low` to `high` in cm, too, and with as many layers more below and above;
-    /// and which of them is the first one of these.
+    /// Extends the voxels to `low` and `high` in cm along x and y, and by `layers` below and above. Returns the index of the first original
+    /// voxel.
     pub(crate) fn with_voxels_around(
         &self,
         reach: [[f64; 2]; 2],
@@ -205,7 +238,7 @@ impl Camera {
         for (axis, [low, high]) in reach.into_iter().enumerate() {
             let (pixel, centre) = (wide.pixel, wide.centre[axis]);
             let half = 0.5 * wide.pixels[axis] as f64 * pixel;
-            // What only rounding puts outside is inside.
+            // Differences within rounding do not count.
             let more = |missing: f64| (missing / pixel - 1e-6).ceil().max(0.0);
             let [before, behind] = [more(centre - half - low), more(high - centre - half)];
             first[axis] = before as usize;
@@ -215,49 +248,52 @@ impl Camera {
         Ok((first, Self::with_geometry(&wide)?))
     }
 
-    /// Angles and bins. A camera that turns all the time stands at these angles in the middle of each view's time; what it saw in a
-    /// part of it is reconstructed from the mean angle of that ([`Sinograms::angles`](crate::Sinograms::angles),
+    /// Returns nominal angles and bins. With continuous rotation the camera is at these angles at the middle of each interval; a view that uses a
+    /// part of it is reconstructed at its mean angle ([`Sinograms::angles`](crate::Sinograms::angles),
     /// [`Phantom::geometry`](crate::Phantom::geometry)).
     pub fn geometry(&self) -> &radon::ParallelGeometry {
         &self.geometry
     }
 
-    /// The detector.
+    /// Returns the detector.
     pub fn detector(&self) -> &ParallelDetector {
         &self.detector
     }
 
-    /// The voxels, index order `[z][y][x]`.
+    /// Returns the voxel grid, index order `[z][y][x]`.
     pub fn grid(&self) -> &VoxelGrid {
         &self.grid
     }
 
-    /// The pixels of one slice, index order `[y][x]`.
+    /// Returns the pixel grid of a slice, index order `[y][x]`.
     pub fn image(&self) -> &radon::ImageGrid {
         &self.image
     }
 
-    /// How the camera goes from view to view.
+    /// Returns the motion between views.
     pub fn rotation(&self) -> Rotation {
         self.from.rotation
     }
 
-    /// Seconds from the start of a view to the start of the next, `T`.
+    /// Returns the time `T` between the starts of consecutive views, seconds.
     pub fn interval(&self) -> f64 {
         self.from.interval
     }
 
-    /// Seconds from the start of the first view to that of another one, which on two heads start together.
+    /// Returns the start of a view in seconds after the first view; simultaneous views of both heads have the same start.
     pub fn view_start(&self, view_idx: usize) -> f64 {
+        if let Some(times) = self.ray_geometry().and_then(RayGeometry::times) {
+            return times[view_idx];
+        }
         (view_idx % self.from.views) as f64 * self.from.interval
     }
 
-    /// How many heads take views at a time.
+    /// Returns the heads.
     pub fn heads(&self) -> Heads {
         self.from.heads
     }
 
-    /// Whether each view is as far from the one before as all others, which those of two heads need not be.
+    /// Whether all angle steps between consecutive views are equal; those of two heads may differ.
     pub(crate) fn has_even_steps(&self) -> bool {
         let angles = self.geometry.angles();
         let step = |pair: &[f64]| pair[1] - pair[0];
@@ -265,7 +301,7 @@ impl Camera {
             .all(|pair| (step(pair) - step(angles)).abs() <= 1e-9 * step(angles).abs())
     }
 
-    /// The same camera with another interval between views.
+    /// Replaces the interval between views.
     ///
     /// # Errors
     /// [`PhantomError::OutOfRange`] unless it is positive and at most 1e9 s.
@@ -274,38 +310,37 @@ impl Camera {
         Ok(self)
     }
 
-    /// Number of views, of all heads.
+    /// Returns the number of views of all heads.
     pub fn n_views(&self) -> usize {
         self.geometry.n_views()
     }
 
-    /// Bins of a row.
+    /// Returns the number of bins per row.
     pub fn n_bins(&self) -> usize {
         self.geometry.n_bins()
     }
 
-    /// Rows of a view, slices of the volume.
+    /// Returns the number of rows of a view, and of slices of the volume.
     pub fn n_rows(&self) -> usize {
         self.detector.n_rows()
     }
 
-    /// Samples of one view.
+    /// Returns the number of samples of a view.
     pub fn view_len(&self) -> usize {
         self.n_bins() * self.n_rows()
     }
 
-    /// Pitch of the bins in cm.
+    /// Returns the pitch of the bins, cm.
     pub fn pitch(&self) -> f64 {
         self.geometry.pitch()
     }
 
-    /// Radius of the disc that every view sees, less one bin: `(n / 2 - 1) * pitch`.
+    /// Returns the radius of the disc within all views, less one bin: `(n / 2 - 1) * pitch`.
     pub fn field_radius(&self) -> f64 {
         (self.n_bins() as f64 / 2.0 - 1.0) * self.pitch()
     }
 
-    /// Angle in radians at which a view is taken after a share of its interval, if the camera turns; it passes the view's own
-    /// angle at the middle, 1/2.
+    /// Returns the angle after a fraction of a view's interval, radians. With continuous rotation the nominal angle is at 1/2.
     pub(crate) fn angle(&self, view_idx: usize, share: f64) -> f64 {
         match self.rotation() {
             Rotation::StepAndShoot => self.geometry.angles()[view_idx],
@@ -313,12 +348,16 @@ impl Camera {
         }
     }
 
-    /// The rays of one view, image order `[row][bin]`.
+    /// Returns the parallel rays of a view, image order `[row][bin]`.
     ///
     /// # Errors
-    /// [`PhantomError::Count`] if there is no such view.
+    /// [`PhantomError::Count`] if there is no such view, [`PhantomError::Absent`] if its rays are not parallel.
     pub fn rays(&self, view_idx: usize) -> Result<ParallelRays, PhantomError> {
         check_count("view_idx", view_idx, [0, self.n_views() - 1])?;
+        if self.rays.is_some() {
+            let what = "parallel ray of this camera";
+            return Err(PhantomError::Absent { what });
+        }
         Ok(self.detector.rays(self.geometry.angles()[view_idx])?)
     }
 }

@@ -1,43 +1,44 @@
-//! What a sample is in counts: the camera's sensitivity, the seconds of a view, the decay.
+//! Calibration from samples to counts: sensitivity, acquisition time, decay.
 
 use super::view_time::ViewTime;
 use std::f64::consts::LN_2;
 
-/// Seconds of an hour.
+/// Seconds per hour.
 const HOUR: f64 = 3600.0;
 
-/// The camera's sensitivity, `[counting]` of a scene: with it, activity is in MBq per mL, and a sample, activity times cm in the mean over
-/// the time that its view sees, stands for an expected number of counts,
+/// Calibration from samples to counts, `[counting]` of a scene. Activity is in MBq per mL; a sample (activity times cm, averaged over the
+/// acquisition time) has the expected counts
 ///
 /// ```text
 /// sample x area of a bin (cm^2) x sensitivity x seconds that the view sees x decay
 /// ```
 ///
-/// A parallel-hole collimator in air is as sensitive at any distance, so that one number does. Seconds are [`ViewTime::window`]: a gate's
-/// are its share of the view's.
+/// The sensitivity of a parallel-hole collimator in air does not depend on the distance. Seconds are [`ViewTime::window`]; a gate has its
+/// fraction of the view's time.
+#[doc(alias("calibration", "sensitivity"))]
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "scene", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "scene", serde(deny_unknown_fields))]
 pub struct Counting {
-    /// Counts a second and MBq, of one head.
+    /// Sensitivity of a head, counts per second and MBq.
     pub sensitivity: f64,
-    /// How the activity, given for the start of the first view, falls.
+    /// Decay of the activity, which is given at the start of the first view.
     pub decay: Decay,
 }
 
-/// Decay during the scan. Of a view it is the mean of `2^(-t / half-life)` over its time, of an exposure over the exposure; within a view
-/// the heart beats too fast for it to make a difference between phases.
+/// Decay during the acquisition: the average of `2^(-t / half-life)` over the time of a view or exposure. Within a view the heart beats too
+/// fast for decay to differ between phases.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "scene", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "scene", serde(rename_all = "snake_case"))]
 #[non_exhaustive]
 pub enum Decay {
-    /// None: the activity stays.
+    /// No decay.
     None,
     /// Technetium-99m, 6.0072 h (E. Browne, J. K. Tuli, Nuclear Data Sheets 145 (2017) 25).
     #[cfg_attr(feature = "scene", serde(rename = "tc-99m"))]
     Tc99m,
-    /// A half-life in hours.
+    /// Half-life in hours.
     HalfLifeHours(f64),
 }
 
@@ -45,7 +46,7 @@ impl Decay {
     /// Allowed half-lives in hours.
     pub(crate) const HALF_LIVES: [f64; 2] = [1e-6, 1e12];
 
-    /// Seconds to half of the activity; `None` if it stays.
+    /// Returns the half-life in seconds; `None` without decay.
     ///
     /// ```
     /// use heart_phantom::Decay;
@@ -59,7 +60,7 @@ impl Decay {
         }
     }
 
-    /// What is left in the mean over `seconds` from `start` on.
+    /// Returns the remaining fraction, averaged over `seconds` from `start`.
     fn left(&self, start: f64, seconds: f64) -> f64 {
         let Some(half_life) = self.half_life() else {
             return 1.0;
@@ -74,7 +75,7 @@ impl Decay {
 }
 
 impl Counting {
-    /// Expected counts of a sample of 1 on bins of `area` cm^2, of a view whose time, without breaks, is `lasts` seconds.
+    /// Returns the expected counts per unit sample for bins of `area` cm^2 and a view that lasts `lasts` seconds without breaks.
     pub(crate) fn per_unit(&self, area: f64, time: &ViewTime, lasts: f64) -> f64 {
         area * self.sensitivity * time.window * self.decay.left(time.start, lasts)
     }

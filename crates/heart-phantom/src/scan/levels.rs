@@ -3,17 +3,26 @@
 use crate::model::Height;
 use std::f64::consts::{FRAC_2_PI, FRAC_PI_2};
 
-/// A difference of coordinates that is rounding.
+/// Coordinates that differ by less are equal.
 const NOTHING: f64 = 1e-9;
-/// Coordinates are rounded to `2^-39`, so that equal levels of different gates are bitwise identical and share a shape: half of one is then on
-/// the grid of the phases of a [`Cycle`](crate::Cycle).
+/// Coordinates are rounded to `2^-39`, so that equal levels of different gates are bitwise identical and share a shape: half a coordinate
+/// is on the grid of phases of a [`Cycle`](crate::Cycle).
 const GRID: f64 = (1u64 << 39) as f64;
 
-/// The part of a time in which a height rises, falls or stays.
+/// An interval of time in which a height rises, falls or is constant.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Stretch {
     pub(super) heights: [f64; 2],
     pub(super) seconds: f64,
+}
+
+/// The interpolation of views between levels.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Interpolation {
+    /// Of samples that depend on volume like the root of a distance, where rays touch a surface.
+    Linear,
+    /// Of samples that a response makes smooth.
+    Cubic,
 }
 
 /// The coordinate of a height from 0 to 1 in which views are interpolated.
@@ -21,7 +30,7 @@ pub(super) struct Stretch {
 pub(super) enum Scale {
     /// `arccos(1 - 2 h) / pi`, linear in time over half a period of a sinusoid: equally spaced levels are the trapezoidal rule.
     Phase,
-    /// The height itself. Levels are spaced half as equally, half as those of a sinusoid: a curve is slowest where it turns round.
+    /// The height itself. The spacing of levels is the mean of an equal and a sinusoidal spacing, because curves are slow at their extrema.
     Height,
 }
 
@@ -53,25 +62,31 @@ impl Scale {
     }
 }
 
-/// Heights that represent all others.
+/// Heights between which all others are interpolated.
 #[derive(Debug, Clone)]
 pub(super) struct Levels {
     pub(super) scale: Scale,
-    /// Coordinates of the levels with hat functions, ascending, an odd number; none if the height stays.
+    interpolation: Interpolation,
+    /// Coordinates of the levels that are interpolated, ascending, an odd number; none if the height stays.
     graded: Vec<f64>,
-    /// Heights at which a curve stays for long: that time is theirs alone. Ascending.
+    /// Heights at which a curve is constant for long, ascending; this time belongs to no other level.
     still: Vec<f64>,
 }
 
 impl Levels {
     /// The levels of some stretches, for as many steps per cycle: half of them from 0 to 1.
-    pub(super) fn new(stretches: &[Stretch], points: usize, scale: Scale) -> Self {
+    pub(super) fn new(
+        stretches: &[Stretch],
+        (points, interpolation): (usize, Interpolation),
+        scale: Scale,
+    ) -> Self {
         let [mut low, mut high] = [f64::INFINITY, f64::NEG_INFINITY];
         for height in stretches.iter().flat_map(|stretch| stretch.heights) {
             (low, high) = (low.min(height), high.max(height));
         }
         let mut levels = Self {
             scale,
+            interpolation,
             graded: Vec::new(),
             still: vec![low],
         };
@@ -86,7 +101,7 @@ impl Levels {
         levels
     }
 
-    /// Heights at which a curve stays for at least half the mean time of a cell, and which are no levels.
+    /// Returns the heights, other than levels, at which a curve is constant for at least half the average time of a cell.
     fn long_stays(&self, stretches: &[Stretch]) -> Vec<f64> {
         let all: f64 = stretches.iter().map(|stretch| stretch.seconds).sum();
         let long = 0.5 * all / (self.graded.len() - 1) as f64;
@@ -106,12 +121,12 @@ impl Levels {
             .collect()
     }
 
-    /// Number of levels.
+    /// Returns the number of levels.
     pub(super) fn len(&self) -> usize {
         self.graded.len() + self.still.len()
     }
 
-    /// The height of a level.
+    /// Returns the height of a level.
     pub(super) fn height(&self, k: usize) -> f64 {
         match (self.graded.get(k), self.scale) {
             (None, _) => self.still[k - self.graded.len()],
@@ -120,7 +135,7 @@ impl Levels {
         }
     }
 
-    /// The level whose own a stretch from one height to another is, if it has one.
+    /// Returns the level that represents only this constant stretch, if any.
     pub(super) fn of_stay(&self, [from, to]: [f64; 2]) -> Option<usize> {
         if self.graded.is_empty() {
             return Some(0);
@@ -130,7 +145,7 @@ impl Levels {
         Some(self.graded.len() + own)
     }
 
-    /// The coordinates of the levels that are crossed between two heights.
+    /// Returns the coordinates of the levels between two heights.
     pub(super) fn between(&self, heights: [f64; 2]) -> &[f64] {
         let [from, to] = heights.map(|height| self.scale.coordinate(height));
         let first = (self.graded).partition_point(|level| *level <= from.min(to));
@@ -138,23 +153,55 @@ impl Levels {
         &self.graded[first..last.max(first)]
     }
 
-    /// The lower of the two levels around a height.
+    /// Returns the lower of the two levels around a height.
     pub(super) fn cell(&self, height: f64) -> usize {
         let own = self.scale.coordinate(height);
         let above = self.graded.partition_point(|level| *level <= own);
         above.clamp(1, self.graded.len() - 1) - 1
     }
 
-    /// The hat functions, at a height, of the level of a cell and of the one above it.
-    pub(super) fn hats(&self, cell: usize, height: f64) -> [(usize, f64); 2] {
-        let [low, high] = [self.graded[cell], self.graded[cell + 1]];
-        let up = (self.scale.coordinate(height) - low) / (high - low);
-        [(cell, 1.0 - up), (cell + 1, up)]
+    /// The levels that interpolate at a height in a cell, with their weights, which sum to 1.
+    pub(super) fn weights(&self, cell: usize, height: f64) -> [(usize, f64); 4] {
+        self.interpolated(cell, self.scale.coordinate(height), 1)
     }
 
-    /// Every second level, which the coarse rule leaves out, with the fraction of its time that the level above it takes over.
-    pub(super) fn left_out(&self) -> impl Iterator<Item = (usize, f64)> {
-        (self.graded.windows(3).enumerate().step_by(2))
-            .map(|(k, three)| (k + 1, (three[1] - three[0]) / (three[2] - three[0])))
+    /// Every second level, which the coarse rule leaves out, with the levels of that rule and their weights at its coordinate.
+    pub(super) fn left_out(&self) -> impl Iterator<Item = (usize, [(usize, f64); 4])> {
+        (1..self.graded.len())
+            .step_by(2)
+            .map(|k| (k, self.interpolated(k / 2, self.graded[k], 2)))
+    }
+
+    /// Lagrange interpolation at a coordinate in a cell, between every `stride`-th level.
+    fn interpolated(&self, cell: usize, at: f64, stride: usize) -> [(usize, f64); 4] {
+        let last = (self.graded.len() - 1) / stride;
+        // Beyond the ends of a sinusoid there are the levels before them again.
+        let [first, end] = [self.graded[0], self.graded[last * stride]];
+        let mirrored = matches!(self.scale, Scale::Phase) && [first, end] == [0.0, 1.0];
+        let level = |k: isize| match k.unsigned_abs() {
+            far if k < 0 => (far, 2.0 * first - self.graded[far * stride]),
+            far if far > last => (
+                2 * last - far,
+                2.0 * end - self.graded[(2 * last - far) * stride],
+            ),
+            near => (near, self.graded[near * stride]),
+        };
+        let cell = cell as isize;
+        let (from, n) = match self.interpolation {
+            Interpolation::Linear => (cell, 2),
+            Interpolation::Cubic if mirrored => (cell - 1, 4),
+            Interpolation::Cubic => {
+                let most = last as isize - 3;
+                ((cell - 1).min(most).max(0), 4.min(last as isize + 1))
+            }
+        };
+        let mut weights = [(0, 0.0); 4];
+        for (k, weight) in (from..from + n).zip(&mut weights) {
+            let (index, own) = level(k);
+            let others = (from..from + n).filter(|other| *other != k).map(level);
+            let product: f64 = others.map(|(_, x)| (at - x) / (own - x)).product();
+            *weight = (index * stride, product);
+        }
+        weights
     }
 }

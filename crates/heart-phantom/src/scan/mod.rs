@@ -1,4 +1,4 @@
-//! What the camera sees, and when: views of a beating heart, each the mean over the time that it sees.
+//! Projections of a beating heart, averaged over the acquisition time of each view.
 
 mod acquisition;
 mod averages;
@@ -7,13 +7,14 @@ mod camera;
 mod counting;
 mod depth;
 mod gates;
-mod halves;
+mod groups;
+mod image;
 mod levels;
 mod nodes;
 mod orbit;
 mod project;
+mod ray_geometry;
 mod readout;
-mod samples;
 mod settings;
 mod spans;
 mod time_rule;
@@ -32,7 +33,10 @@ pub(crate) use camera::{MOST_SAMPLES, VOXELS};
 pub use counting::{Counting, Decay};
 pub(crate) use depth::{Depth, Facing, SubBins};
 pub(crate) use gates::{SharedShapes, add_to_gates};
+pub(crate) use groups::MOST_NODES;
+pub(crate) use levels::Interpolation;
 pub use orbit::Orbit;
+pub use ray_geometry::RayGeometry;
 pub(crate) use readout::Readout;
 pub use settings::{Accuracy, Counts, Mode, Noise};
 pub(crate) use timing::STEPS;
@@ -40,5 +44,4 @@ pub use view_error::ViewError;
 #[cfg(feature = "scene")]
 pub use view_time::ViewReport;
 pub use view_time::ViewTime;
-pub(crate) use views::MOST_NODES;
-pub(crate) use whole::{Lasting, Scan};
+pub(crate) use whole::{Lasting, Projected, Scan};

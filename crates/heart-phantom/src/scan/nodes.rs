@@ -1,33 +1,42 @@
-//! The points over which a view is averaged: volumes and breaths, when they are seen, and with what weights.
+//! Quadrature points of a view: volume gain, respiratory position, time and weights.
 
 use std::collections::BTreeMap;
 
-/// One point of the quadrature over a view, equal ones merged.
+/// A quadrature point of a view; equal points are merged.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Node {
     /// Volume gain of the cavity.
     pub(crate) gain: f64,
-    /// How far the breath has come; 0 without one.
+    /// Respiratory position; 0 without respiration.
     pub(crate) breath: f64,
-    /// Share of the view's time that has passed.
+    /// Elapsed fraction of the view's time.
     pub(crate) share: f64,
-    /// The view is the sum over both of these weights, the rule with half the points twice that over the first.
+    /// Weights of the two halves: the sum over both is the view, twice the sum over the first the rule with half the points.
     pub(crate) weights: [f64; 2],
+    /// The number of the projection set, among those that are computed together.
+    pub(crate) set: usize,
 }
 
-/// The points over which a view is averaged, and how many phases of the cycle they see.
+impl Node {
+    /// Equal for nodes of the same image.
+    pub(super) fn key(&self) -> [u64; 3] {
+        [self.gain, self.breath, self.share].map(f64::to_bits)
+    }
+}
+
+/// The nodes of a view, and the phases of the cycle among them.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Nodes {
     pub(crate) nodes: Vec<Node>,
-    /// Phases seen; of means over volumes, the gains.
+    /// Phases of the points; for averages over volumes, their gains.
     pub(crate) phases: Vec<f64>,
-    /// How far the mean volume of the cavity is from that over the view's time, as a share of it.
+    /// Relative error of the average cavity volume over the view's time.
     pub(crate) volume_error: f64,
     known: BTreeMap<[u64; 3], usize>,
 }
 
 impl Nodes {
-    /// Adds a point of a volume gain and a breath.
+    /// Adds a point.
     pub(super) fn add(&mut self, [gain, breath]: [f64; 2], share: f64, weights: [f64; 2]) {
         let nodes = &mut self.nodes;
         let at = *(self.known)
@@ -38,6 +47,7 @@ impl Nodes {
                     breath,
                     share,
                     weights: [0.0; 2],
+                    set: 0,
                 });
                 nodes.len() - 1
             });
@@ -46,7 +56,7 @@ impl Nodes {
         }
     }
 
-    /// Ends the list: without weights that are rounding of the other half, and without points of no weight. A single point has no error.
+    /// Completes the list: removes weights within rounding and points without weight. A single point has no error.
     pub(super) fn tidy(&mut self, rounding: f64) {
         let alone = self.nodes.len() == 1;
         for Node { weights, .. } in &mut self.nodes {
@@ -58,12 +68,12 @@ impl Nodes {
         self.phases = self.nodes.iter().map(|node| node.gain).collect();
     }
 
-    /// The gains of all points.
+    /// Returns the gains of all points.
     pub(crate) fn gains(&self) -> impl Iterator<Item = f64> {
         self.nodes.iter().map(|node| node.gain)
     }
 
-    /// How far the volume is from its mean over the view, in the mean and as a share of it: the more, the harder it is to sample.
+    /// Returns the mean absolute deviation of the volume from its average, relative to the average: a measure of difficulty.
     pub(crate) fn spread(&self) -> f64 {
         let mean = |of: &dyn Fn(&Node) -> f64| -> f64 {
             let weight = |node: &Node| node.weights[0] + node.weights[1];

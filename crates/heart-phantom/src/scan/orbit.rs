@@ -1,10 +1,10 @@
-//! How far from the axis of turning the collimator's face is in each view.
+//! Orbits: the distance of the collimator face from the axis of rotation in each view.
 
 use crate::error::{PhantomError, check, check_length};
 use crate::ranges;
 
-/// The way of a camera's head about the axis of turning. At view theta its face is at `R (-sin theta, cos theta)`, at right angles to the
-/// rays, and `R` is what an orbit tells: one for a view, which a camera that turns all the time keeps all through it.
+/// The orbit of a camera head. At the angle theta the face is at `R (-sin theta, cos theta)`, perpendicular to the rays. `R` is constant
+/// during a view.
 ///
 /// In a scene a number is a circle.
 #[derive(Debug, Clone, PartialEq)]
@@ -15,24 +15,24 @@ use crate::ranges;
 )]
 #[non_exhaustive]
 pub enum Orbit {
-    /// As far in all views, cm.
+    /// Circular orbit; the radius in cm.
     Circle(f64),
-    /// How far in each view, cm.
+    /// Radius of each view, cm.
     PerView(Vec<f64>),
-    /// The middle of the face goes along an ellipse about the axis: `R = 1 / sqrt((sin theta / a)^2 + (cos theta / b)^2)`.
+    /// The centre of the face follows an ellipse about the axis: `R = 1 / sqrt((sin theta / a)^2 + (cos theta / b)^2)`.
     Ellipse {
-        /// Half-widths `a` along x and `b` along y, cm.
+        /// Semi-axes `a` along x and `b` along y, cm.
         semi_axes: [f64; 2],
     },
-    /// As near as what there is lets it come in every view: heart, torso and organs, active or not.
+    /// Body contour: the face is as near as heart, torso and organs (active or not) allow.
     Contour {
-        /// From the face to the nearest of them, cm.
+        /// Distance of the face from the nearest of them, cm.
         gap: f64,
     },
 }
 
 impl Orbit {
-    /// Distance of the face in view number `view_idx`, which looks from `theta`; `None` if that is as far as the body reaches and more.
+    /// Returns the radius of view `view_idx` at the angle `theta`; `None` for a contour.
     pub(crate) fn radius(&self, view_idx: usize, theta: f64) -> Option<f64> {
         match self {
             Self::Circle(radius) => Some(*radius),
@@ -45,7 +45,7 @@ impl Orbit {
         }
     }
 
-    /// Each number in its range, and one for each view where each view has its own.
+    /// Validates the ranges, and the number of radii.
     pub(crate) fn check(&self, n_views: usize) -> Result<(), PhantomError> {
         const RADIUS: &str = "radius of the camera";
         match self {
@@ -95,7 +95,7 @@ mod file {
         type Value = Orbit;
 
         fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-            // What leads to the template's advice.
+            // Selects the advice of the template.
             f.write_str("struct variant or a number")
         }
 

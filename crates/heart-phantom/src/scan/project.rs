@@ -1,62 +1,95 @@
-//! What a view shows of one shape of the heart: line integrals of all that there is.
+//! Line integrals of all objects for one shape of the heart.
 
-use super::whole::Scan;
+use super::whole::{Projected, Scan};
 use crate::HeartShape;
 use crate::error::PhantomError;
 use crate::model::Attenuation;
-use revolve_voxel::{Attenuator, Body, Medium, Organs, ParallelRays, RayCounters, Sector};
+use revolve_voxel::{
+    Attenuator, Body, Lines, Medium, Organs, ParallelDetector, ParallelRays, Ray, RayCounters,
+    Rays, Sector,
+};
 use std::ops::Range;
 use std::sync::Arc;
 
-/// The rays of a view: angle, planes between slabs, rows, and places in each bin.
+/// The rays of a view: number, angle, planes between slabs, rows, and positions in each bin.
 #[derive(Clone, Copy)]
 pub(super) struct Aim<'a> {
+    pub(super) view_idx: usize,
     pub(super) theta: f64,
     pub(super) planes: &'a [f64],
+    /// From which bin to which.
+    pub(super) bins: [usize; 2],
     pub(super) rows: &'a Range<usize>,
-    /// From the centre of the bin in units of its sides; the mean over all is added.
+    /// Positions from the centre of the bin in units of its sides; their average is added.
     pub(super) places: &'a [[f64; 2]],
-    /// `[row][bin]` of the rows: the bins that are projected, if not all.
+    /// The projected bins, `[row][bin]` of the rows; `None` for all.
     pub(super) mask: Option<&'a Arc<[bool]>>,
 }
 
 /// The ray through the centre of each bin.
 pub(super) const CENTRE: &[[f64; 2]] = &[[0.0; 2]];
 
-/// A shape of the heart, as a body that stands where it does now, and its defects.
-type Standing<'a> = (&'a HeartShape, &'a Body, &'a [(usize, Sector, f64)]);
+/// The rays of a view.
+pub(super) enum ViewRays {
+    Parallel(ParallelRays),
+    Lines(Lines),
+}
+
+impl ViewRays {
+    pub(super) fn ray(&self, bin: usize, row: usize) -> Option<Ray> {
+        match self {
+            Self::Parallel(rays) => rays.ray(bin, row),
+            Self::Lines(lines) => lines.ray(bin, row),
+        }
+    }
+}
+
+/// A shape of the heart, its body in its pose, and its defects.
+pub(super) type Placement<'a> = (&'a HeartShape, &'a Body, &'a [(usize, Sector, f64)]);
 
 impl Scan<'_> {
-    /// What weakens the rays, if anything does: where all coefficients are zero, views have the bits of lines.
+    /// Returns the attenuation, if any coefficient is positive; otherwise views are bitwise identical to line integrals.
     fn medium(&self) -> Option<&Attenuation> {
         let organs = self.organs.iter().flat_map(|organs| organs.as_slice());
         let around = organs.fold(0.0, |most: f64, organ| most.max(organ.attenuation));
         (self.attenuation.as_ref()).filter(|own| own.coefficient.max(around) > 0.0)
     }
 
-    /// The rays of a view, one set for each place that they have in their bins.
-    fn rays<'b>(
+    /// Returns the rays of a view, one set per position in the bins.
+    pub(super) fn rays<'b>(
         &'b self,
         aim: &'b Aim<'b>,
-    ) -> impl Iterator<Item = Result<ParallelRays, PhantomError>> + 'b {
+    ) -> impl Iterator<Item = Result<ViewRays, PhantomError>> + 'b {
         let detector = self.camera.detector();
-        let (pitch, offset) = (detector.pitch(), detector.offset());
+        let (pitch, mut offset) = (detector.pitch(), detector.offset());
+        let [from, to] = aim.bins;
+        offset[0] += 0.5 * ((from + to) as f64 - detector.n_bins() as f64) * pitch[0];
         aim.places.iter().map(move |place| {
             let at = [0, 1].map(|axis| offset[axis] + place[axis] * pitch[axis]);
-            let rays = detector.with_offset(at)?.rays(aim.theta)?;
+            let raster = ParallelDetector::new(to - from, detector.n_rows(), pitch)?;
+            let raster = raster.with_offset(at)?;
+            if let Some(geometry) = self.camera.ray_geometry() {
+                let lines = geometry.lines_on(&raster, aim.view_idx)?;
+                let lines = lines.rows(aim.rows.clone())?;
+                return Ok(ViewRays::Lines(match aim.mask {
+                    Some(mask) => lines.with_mask(Arc::clone(mask))?,
+                    None => lines,
+                }));
+            }
+            let rays = raster.rays(aim.theta)?;
             let rays = rays.with_planes(aim.planes)?.rows(aim.rows.clone())?;
-            Ok(match aim.mask {
+            Ok(ViewRays::Parallel(match aim.mask {
                 Some(mask) => rays.with_mask(Arc::clone(mask))?,
                 None => rays,
-            })
+            }))
         })
     }
 
-    /// Adds `weight` times the line integrals of what the heart in this shape, with its defects, adds to its surroundings
+    /// Adds `weight` times the line integrals of the difference between heart with defects and its surroundings
     /// ([`Self::project_surroundings`]).
     pub(super) fn project(
         &self,
-        heart: Standing<'_>,
+        heart: Placement<'_>,
         aim: &Aim<'_>,
         weight: f64,
         target: &mut [f32],
@@ -64,20 +97,24 @@ impl Scan<'_> {
         let weight = weight / aim.places.len() as f64;
         let mut done = RayCounters::default();
         for rays in self.rays(aim) {
-            done = done + self.project_once(heart, &rays?, weight, target)?;
+            done = done
+                + match &rays? {
+                    ViewRays::Parallel(rays) => self.project_once(heart, rays, weight, target)?,
+                    ViewRays::Lines(lines) => self.project_once(heart, lines, weight, target)?,
+                };
         }
         Ok(done)
     }
 
     fn project_once(
         &self,
-        (shape, body, defects): Standing<'_>,
-        rays: &ParallelRays,
+        (shape, body, defects): Placement<'_>,
+        rays: &impl Rays,
         weight: f64,
         target: &mut [f32],
     ) -> Result<RayCounters, PhantomError> {
         let [cavity, wall] = self.activity.of(shape);
-        // The torso is everywhere, the heart what differs from it.
+        // The torso is everywhere; the heart adds the difference.
         let around = (self.background).map_or(0.0, |background| background.concentration);
         let activity = [cavity - around, wall - around];
         let attenuator = (self.medium())
@@ -92,7 +129,7 @@ impl Scan<'_> {
             Some(medium) => body.project_attenuated_add(rays, &activity, weight, medium, target)?,
         };
         for (_, sector, factor) in defects {
-            let sector = sector.standing(*body.pose());
+            let sector = sector.with_pose(*body.pose());
             let difference = weight * factor * wall;
             done = done + sector.project_add(rays, difference, attenuator.as_ref(), target)?;
         }
@@ -107,17 +144,25 @@ impl Scan<'_> {
         self.organs.filter(|organs| organs.is_active())
     }
 
+    /// Whether the heart changes the projection of what is behind it.
+    pub(super) fn changes_behind(&self) -> bool {
+        self.active_organs().is_some() && self.medium().is_some()
+    }
+
     /// Whether no shape of the heart changes the background beside it: the heart does not attenuate other than the torso.
-    fn is_background_fixed(&self) -> bool {
+    pub(super) fn is_background_fixed(&self) -> bool {
         self.medium().is_none_or(|medium| medium.torso().is_some())
     }
 
     /// Whether there is anything active that is the same for all shapes of the heart.
-    pub(super) fn has_surroundings(&self) -> bool {
+    pub(crate) fn has_surroundings(&self) -> bool {
+        if self.projected == Projected::Heart {
+            return false;
+        }
         (self.background.is_some() && self.is_background_fixed()) || self.active_organs().is_some()
     }
 
-    /// Adds `weight` times the line integrals of what surrounds the heart, as if there were no heart: they are the same for all its shapes.
+    /// Adds `weight` times the line integrals of the surroundings without the heart; they are the same for all its shapes.
     pub(super) fn project_surroundings(
         &self,
         aim: &Aim<'_>,
@@ -130,16 +175,32 @@ impl Scan<'_> {
         let attenuator = torso
             .map(|(mu, torso)| Attenuator::new(mu, Medium::Torso(torso)))
             .transpose()?;
-        let background = self.background.filter(|_| self.is_background_fixed());
         for rays in self.rays(aim) {
-            let rays = rays?;
-            if let Some(background) = &background {
-                let (torso, amount) = (background.torso()?, weight * background.concentration);
-                torso.project_add(&rays, amount, attenuator.as_ref(), target)?;
+            match &rays? {
+                ViewRays::Parallel(rays) => {
+                    self.surroundings_once(rays, weight, attenuator.as_ref(), target)?;
+                }
+                ViewRays::Lines(lines) => {
+                    self.surroundings_once(lines, weight, attenuator.as_ref(), target)?;
+                }
             }
-            if let Some(organs) = self.active_organs() {
-                organs.project_add(&rays, weight, medium.is_some(), target)?;
-            }
+        }
+        Ok(())
+    }
+
+    fn surroundings_once(
+        &self,
+        rays: &impl Rays,
+        weight: f64,
+        attenuator: Option<&Attenuator<'_>>,
+        target: &mut [f32],
+    ) -> Result<(), PhantomError> {
+        if let Some(background) = self.background.filter(|_| self.is_background_fixed()) {
+            let (torso, amount) = (background.torso()?, weight * background.concentration);
+            torso.project_add(rays, amount, attenuator, target)?;
+        }
+        if let Some(organs) = self.active_organs() {
+            organs.project_add(rays, weight, self.medium().is_some(), target)?;
         }
         Ok(())
     }

@@ -15,7 +15,7 @@ pub(crate) struct Readout {
 }
 
 impl Readout {
-    /// Mean counts of a sample of 1 where the noise says it; `all` gives all samples of the gate, if they are needed.
+    /// Returns the expected counts per unit sample if the noise defines them; `all` returns all samples of the gate if needed.
     pub(crate) fn counts_per_unit<'a>(
         &self,
         all: impl FnOnce() -> Result<Cow<'a, [f32]>, PhantomError>,
@@ -26,15 +26,15 @@ impl Readout {
             Some(Counts::Total(counts)) => {
                 let samples = all()?;
                 if samples.iter().all(|&sample| sample == 0.0) {
-                    return Err(PhantomError::NothingToCount);
+                    return Err(PhantomError::NoCounts);
                 }
                 Some(CountScale::Total(counts).per_unit(&samples)?)
             }
         })
     }
 
-    /// Counts over `per_unit`, one of each view: samples with noise, in the units that they had. `view` is the number of the first one,
-    /// of all gates.
+    /// Draws counts and divides them by `per_unit` of each view: noisy samples in their original units. `view` is the index of the first view
+    /// among all gates.
     pub(crate) fn count(
         &self,
         samples: &mut Vec<f32>,
@@ -50,7 +50,7 @@ impl Readout {
         let len = (rows.len() * bins).max(1);
         let views = samples.chunks(len).zip(counts.chunks_mut(len));
         for (k, ((view_samples, view_counts), &per_unit)) in views.zip(per_unit).enumerate() {
-            // Each sample's number among all, so that a row alone has the noise that it has in the whole.
+            // Index of each sample among all, so that a single row has the same noise as in the whole.
             let first = ((view + k) * n_rows + rows.start) * bins;
             poisson_counts_into(
                 view_samples,

@@ -1,6 +1,6 @@
-//! Acquisition settings: plain data that scene files and Rust share.
+//! Acquisition settings: plain data of a scene.
 
-/// The time that a view sees.
+/// The acquisition time of a view.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "scene", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(
@@ -9,29 +9,29 @@
 )]
 #[non_exhaustive]
 pub enum Mode {
-    /// One phase, the same in all views.
+    /// One phase in all views.
     Static {
-        /// The phase: 0 and 1 are the start of a beat, and whole beats more or less are the same. Scenes take 0 to 1.
+        /// The phase: 0 and 1 are the start of a cycle; whole numbers may be added. Scenes allow 0 to 1.
         phase: f64,
     },
-    /// The instant at which the view starts.
+    /// The start of each view.
     Instants,
-    /// The first seconds of the view.
+    /// The start of each view, for some seconds.
     Exposure {
-        /// How many.
+        /// Duration in seconds.
         seconds: f64,
     },
-    /// Whole beats; all of a view's time if the camera turns.
+    /// Whole cycles; with continuous rotation the whole interval of the view.
     WholeCycle,
-    /// One set of views for each of some equal parts of the beat.
+    /// One gated projection set per equal part of the cycle.
     Gated {
-        /// How many parts.
+        /// Number of gates.
         gates: usize,
     },
 }
 
 impl Mode {
-    /// Sets of views.
+    /// Returns the number of projection sets.
     pub(crate) fn n_gates(self) -> usize {
         match self {
             Self::Gated { gates } => gates,
@@ -46,34 +46,34 @@ impl Mode {
 #[cfg_attr(feature = "scene", serde(rename_all = "snake_case"))]
 #[non_exhaustive]
 pub enum Accuracy {
-    /// Steps per cycle, even: half of them between levels of volume on the way up, half on the way down, rounded up to a multiple of four.
-    /// Over whole beats of a sinusoid these are equal steps of time.
+    /// Even number of steps per cycle, rounded up to a multiple of four: half between levels of rising volume, half of falling volume. For whole
+    /// cycles of a sinusoid they are equal time steps.
     Steps(usize),
-    /// Whatever keeps the error of every sample, relative to the largest one, below this: steps of time, sub-bins and rays of bins, slabs of
-    /// depth. With `Steps` the last three are as for 1e-3.
+    /// Bound on the error of every sample relative to the largest one; determines time steps, sub-bins, rays and depth slabs. With `Steps`,
+    /// sub-bins, rays and slabs are those of 1e-3.
     Tolerance(f64),
 }
 
-/// Poisson counts, `[noise]` of a scene. Views are given as counts over counts per unit, so that their units stay.
+/// Poisson noise, `[noise]` of a scene. Projections are counts divided by counts per unit sample, so that their units remain.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "scene", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "scene", serde(deny_unknown_fields))]
 pub struct Noise {
-    /// How many.
+    /// Expected number of counts.
     pub counts: Counts,
-    /// The same seed gives the same noise.
+    /// Seed; equal seeds give equal noise.
     pub seed: u64,
 }
 
-/// Mean numbers of counts.
+/// Expected number of counts.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "scene", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "scene", serde(rename_all = "snake_case"))]
 pub enum Counts {
-    /// For a sample of 1 (activity times cm).
+    /// Counts per unit sample (activity times cm).
     PerUnit(f64),
-    /// In all views of a gate together; any part of it then needs all of its views once.
+    /// Counts in all views of a gate; any part of a gate needs all of its views once.
     Total(f64),
-    /// As the camera's sensitivity has them ([`Counting`](crate::Counting)), which has to be known then.
+    /// Counts from the sensitivity of the camera ([`Counting`](crate::Counting)), which must be given.
     Expected,
 }

@@ -1,4 +1,4 @@
-//! The time of a view, beat by beat and breath by breath.
+//! The time of a view, divided by beats and respiratory cycles.
 
 use super::acquisition::Acquisition;
 use super::settings::Mode;
@@ -6,31 +6,31 @@ use crate::model::{Height, RespiratoryMotion, Rhythm};
 use crate::{Camera, Cycle, RespiratoryGates};
 use std::borrow::Cow;
 
-/// Seconds that are rounding.
+/// Times below this are rounding.
 const NO_SECONDS: f64 = 1e-9;
 
-/// A stretch of time in which phase of the beat and phase of the breath are linear, and volume and breath rise, fall or stay.
+/// An interval in which cardiac and respiratory phase are linear in time, and volume and respiratory position monotone.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Span {
-    /// From where to where in seconds, from the start of the first view on.
+    /// Start and end in seconds after the start of the first view.
     pub(super) time: [f64; 2],
-    /// Phase of the beat at both ends.
+    /// Cardiac phase at both ends.
     pub(super) phase: [f64; 2],
-    /// Phase of the breath at both ends, 0 to 1.
+    /// Respiratory phase at both ends, 0 to 1.
     pub(super) breath: [f64; 2],
-    /// How often it comes, beat after beat.
+    /// Number of repetitions in consecutive beats.
     pub(super) copies: f64,
-    /// Average delay of the copies in seconds.
+    /// Average delay of the repetitions, seconds.
     pub(super) delay: f64,
 }
 
 impl Span {
-    /// How long it is in seconds.
+    /// Returns the duration in seconds.
     pub(super) fn seconds(&self) -> f64 {
         self.time[1] - self.time[0]
     }
 
-    /// The part of it between two times.
+    /// Returns the part between two times.
     pub(super) fn part(&self, [from, to]: [f64; 2]) -> Option<Self> {
         let [from, to] = [from.max(self.time[0]), to.min(self.time[1])];
         (to > from).then(|| Self {
@@ -51,7 +51,7 @@ impl Span {
 
     fn along(&self, [from, to]: [f64; 2], t: f64) -> f64 {
         let share = (t - self.time[0]) / self.seconds();
-        // Exactly at the ends, whatever the rounding.
+        // Exact at the ends.
         from + (to - from)
             * if self.seconds() > 0.0 {
                 share.clamp(0.0, 1.0)
@@ -61,7 +61,7 @@ impl Span {
     }
 }
 
-/// The spans that a view covers, in their order.
+/// Returns the spans of a view in order.
 pub(super) fn of_view(
     acquisition: Acquisition,
     cycle: &Cycle,
@@ -72,7 +72,7 @@ pub(super) fn of_view(
     between(acquisition, cycle, window)
 }
 
-/// The spans of a time.
+/// Returns the spans of a time window.
 pub(super) fn between(acquisition: Acquisition, cycle: &Cycle, window: [f64; 2]) -> Vec<Span> {
     let beating = match acquisition.mode {
         Mode::Static { phase } => vec![Span {
@@ -92,7 +92,7 @@ pub(super) fn between(acquisition: Acquisition, cycle: &Cycle, window: [f64; 2])
     }
 }
 
-/// Seconds that a view sees, and the moment in the middle of what it sees; the start of the view if it sees nothing.
+/// Returns the total duration and the mean time of some spans; `start` if they are empty.
 pub(super) fn seen(spans: &[Span], start: f64) -> [f64; 2] {
     let [mut seconds, mut moment] = [0.0; 2];
     for span in spans {
@@ -106,7 +106,7 @@ pub(super) fn seen(spans: &[Span], start: f64) -> [f64; 2] {
     }
 }
 
-/// What of a time accepted beats fill, or a gate of them.
+/// Returns the parts of a time window in accepted beats, or in a gate of them.
 fn beats(cycle: &Cycle, [from, to]: [f64; 2], gate: Option<[usize; 2]>) -> Vec<Span> {
     let rhythm: Cow<'_, Rhythm> = match cycle.rhythm() {
         Some(rhythm) => Cow::Borrowed(rhythm),
@@ -156,7 +156,7 @@ fn beats(cycle: &Cycle, [from, to]: [f64; 2], gate: Option<[usize; 2]>) -> Vec<S
     spans
 }
 
-/// The same with the breath, or a gate of it.
+/// Divides a span by respiratory cycles, limited to a respiratory gate if given.
 fn breaths(span: &Span, breathing: &RespiratoryMotion, gate: Option<usize>) -> Vec<Span> {
     let [from, to] = span.time.map(|t| breathing.breaths(t));
     let mut spans = Vec::new();
@@ -186,7 +186,7 @@ fn breaths(span: &Span, breathing: &RespiratoryMotion, gate: Option<usize>) -> V
         }
         RespiratoryGates::Amplitude(_) => {
             let [a, b] = span.breath.map(|phase| breathing.at_phase(phase));
-            // All of it at the very end belongs to the last gate.
+            // The upper limit belongs to the last gate.
             if a == b {
                 let held = a >= low && (a < high || gate + 1 == gates.count());
                 return held.then_some(*span);
@@ -199,12 +199,12 @@ fn breaths(span: &Span, breathing: &RespiratoryMotion, gate: Option<usize>) -> V
     spans.iter().filter_map(within).collect()
 }
 
-/// When the breath of a stretch is at a level, or the end that is nearer to it.
+/// Returns the time at which the respiratory position reaches a level, or the nearer end.
 fn crossing(curve: &Height, span: &Span, level: f64) -> f64 {
     root(span.time, |t| curve.at(span.breath_at(t)), level)
 }
 
-/// Where a function that rises or falls from one end to the other is at a level, or the end that is nearer to it.
+/// Returns the argument at which a monotone function reaches a level, or the nearer end.
 pub(super) fn root([mut a, mut b]: [f64; 2], at: impl Fn(f64) -> f64, level: f64) -> f64 {
     let (mut low, mut high) = (at(a) - level, at(b) - level);
     if low == 0.0 || (low > 0.0) == (high > 0.0) && low.abs() <= high.abs() {
@@ -212,7 +212,7 @@ pub(super) fn root([mut a, mut b]: [f64; 2], at: impl Fn(f64) -> f64, level: f64
     } else if high == 0.0 || (low > 0.0) == (high > 0.0) {
         return b;
     }
-    // Regula falsi that halves the value of an end which stays (Dowell and Jarratt 1971, doi:10.1007/BF01934364).
+    // Illinois method: regula falsi that halves the value of a retained end (Dowell and Jarratt 1971, doi:10.1007/BF01934364).
     let mut last = 0;
     for _ in 0..60 {
         let x = (a * high - b * low) / (high - low);
@@ -238,7 +238,7 @@ pub(super) fn root([mut a, mut b]: [f64; 2], at: impl Fn(f64) -> f64, level: f64
     0.5 * (a + b)
 }
 
-/// A stretch cut at some times that rise.
+/// Divides a span at ascending times.
 fn cut(span: &Span, at: &[f64], into: &mut Vec<Span>) {
     let mut from = span.time[0];
     for &to in at.iter().chain([&span.time[1]]) {

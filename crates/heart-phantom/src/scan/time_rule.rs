@@ -1,40 +1,44 @@
 //! The quadrature over time: averages over time as averages over volumes and respiratory fractions.
 //!
 //! A view depends on time through the height h of the volume curve, the respiratory fraction r and, in continuous rotation, the angle. Between
-//! neighbouring [`Levels`] `l_i` of h and `m_j` of r the view is bilinear in their coordinates ([`Scale`]):
+//! [`Levels`] `l_i` of h and `m_j` of r the view is interpolated in their coordinates ([`Scale`]), by products of the piecewise linear or cubic
+//! Lagrange functions `L_i`:
 //!
 //! ```text
-//! average = sum_ij w_ij F(l_i, m_j),    w_ij = integral of hat_i(h(t)) hat_j(r(t)) dt / integral of dt
+//! average = sum_ij w_ij F(l_i, m_j),    w_ij = integral of L_i(h(t)) L_j(r(t)) dt / integral of dt
 //! ```
 //!
 //! over the time of the view, from one crossing of a level to the next. Only the interpolation has an error, however short or frequent
 //! the features of a curve are. In continuous rotation the time is divided into arcs, in each of which a pair of levels is projected from
 //! the mean angle of its time there.
 //!
-//! Rays that touch the surface have a square root of time, so that the rule is of order 3/2: the error falls by 2.8 when the points
-//! double. Every second level of every pair of arcs is the rule with half the points, which gives the error estimate.
+//! Rays that touch the surface have a square root of time, so that the linear rule is of order 3/2: the error falls by 2.8 when the points
+//! double. A response makes samples smooth in time: the cubic rule is of order 4 then, and all gates have the levels of the whole cycle, so that
+//! each level is projected once. Every second level of every pair of arcs is the rule with half the points, which gives the error estimate.
 
 use super::acquisition::Acquisition;
 use super::camera::Rotation;
-use super::levels::{Levels, Scale, Stretch};
+use super::levels::{Interpolation, Levels, Scale, Stretch};
 use super::nodes::Nodes;
 use super::settings::Mode;
 use super::spans::{self, Span};
 use crate::{Camera, Cycle};
 
-/// Arcs of any part of a view, at least: a flat base seen edge on comes and goes at once.
+/// Smallest number of arcs of any part of a view: a base parallel to the rays appears only briefly.
 const FEWEST_ARCS: f64 = 8.0;
-/// A part of a view that is shorter than this fraction of it has less than [`FEWEST_ARCS`]: the camera hardly turns in it.
+/// Shorter parts, as a fraction of the view, have fewer than [`FEWEST_ARCS`], because the camera hardly rotates.
 const SHORTEST_PART: f64 = 1e-3;
-/// A fraction of a view that is rounding.
+/// Smaller fractions of a view are rounding.
 const NO_TIME: f64 = 1e-18;
-/// A weight of a half of the rule, relative to the other one, that is rounding.
+/// Weights of one half, relative to the other, below this are rounding.
 const NO_WEIGHT: f64 = 1e-12;
 /// Points and weights of Gauss and Legendre on [-1, 1].
-const GAUSS: [[f64; 2]; 3] = [
-    [-0.774_596_669_241_483_4, 5.0 / 9.0],
-    [0.0, 8.0 / 9.0],
-    [0.774_596_669_241_483_4, 5.0 / 9.0],
+const GAUSS: [[f64; 2]; 5] = [
+    [-0.906_179_845_938_664, 0.236_926_885_056_189_1],
+    [-0.538_469_310_105_683_1, 0.478_628_670_499_366_5],
+    [0.0, 128.0 / 225.0],
+    [0.538_469_310_105_683_1, 0.478_628_670_499_366_5],
+    [0.906_179_845_938_664, 0.236_926_885_056_189_1],
 ];
 
 /// The quadrature of the views of a gated projection set.
@@ -42,7 +46,7 @@ pub(crate) struct TimeRule<'a> {
     acquisition: Acquisition,
     cycle: &'a Cycle,
     camera: &'a Camera,
-    /// Levels of volume and of breath that all views have, where each view covers all of a beat, or of a breath.
+    /// Levels of volume and respiratory position common to all views, if each view covers the whole cycle.
     shared: [Option<Levels>; 2],
 }
 
@@ -58,22 +62,29 @@ impl<'a> TimeRule<'a> {
             shared: [None, None],
         };
         let alike = acquisition.same_for_all_views(cycle, camera);
-        let covers = [Some(beat), breath].map(|of| !alike && of.is_some_and(|of| lasts >= of));
+        let mut covers = [Some(beat), breath].map(|of| !alike && of.is_some_and(|of| lasts >= of));
+        let mut shared = acquisition;
+        if let (Interpolation::Cubic, Mode::Gated { .. }) =
+            (acquisition.interpolation, acquisition.mode)
+        {
+            shared.mode = Mode::WholeCycle;
+            covers[0] |= alike;
+        }
         if covers != [false; 2] {
-            // Beats of a regular cycle are all alike.
+            // All beats of a regular cycle are equal.
             let n_views = match acquisition.in_real_time(cycle) {
                 true => camera.n_views(),
                 false => 1,
             };
             let spans: Vec<Span> = (0..n_views)
-                .flat_map(|view_idx| spans::of_view(acquisition, cycle, camera, view_idx))
+                .flat_map(|view_idx| spans::of_view(shared, cycle, camera, view_idx))
                 .collect();
             rule.shared = [0, 1].map(|axis| covers[axis].then(|| rule.levels(&spans, axis)));
         }
         rule
     }
 
-    /// The height of the volume, axis 0, or the respiratory fraction, axis 1, at a time of a span.
+    /// Returns the height of the volume (axis 0) or the respiratory fraction (axis 1) at a time of a span.
     fn height(&self, axis: usize, span: &Span, t: f64) -> f64 {
         match (axis, self.cycle.breathing()) {
             (0, _) => self.cycle.height().at(span.phase_at(t)),
@@ -93,10 +104,15 @@ impl<'a> TimeRule<'a> {
             (_, Some(breathing)) => Scale::of(breathing.curve()),
             (_, None) => Scale::Height,
         };
-        Levels::new(&stretches, self.acquisition.points, scale)
+        let Acquisition {
+            points,
+            interpolation,
+            ..
+        } = self.acquisition;
+        Levels::new(&stretches, (points, interpolation), scale)
     }
 
-    /// The points of one view.
+    /// Returns the points of a view.
     pub(crate) fn view(&self, view_idx: usize) -> Nodes {
         let window = self.acquisition.window(self.cycle, self.camera, view_idx);
         let spans = spans::between(self.acquisition, self.cycle, window);
@@ -123,7 +139,7 @@ impl<'a> TimeRule<'a> {
         let mut volume = 0.0;
         let mut add = |arcs: &[Cells], halves: [f64; 2]| {
             for (k, [time, moment]) in arcs.iter().flat_map(|cells| cells.0.iter().enumerate()) {
-                if *time <= NO_TIME * seconds {
+                if time.abs() <= NO_TIME * seconds {
                     continue;
                 }
                 let [i, j] = [k / levels[1].len(), k % levels[1].len()];
@@ -138,7 +154,7 @@ impl<'a> TimeRule<'a> {
                 made.add(at, share, halves.map(|half| half * weight));
             }
         };
-        // The coarse rule is half of itself in the first half, and is subtracted from the second.
+        // The first half contains half of the coarse rule, which is subtracted from the second half.
         add(&fine, [0.0, 1.0]);
         add(&coarse, [0.5, -0.5]);
         let height: f64 = fine.iter().map(|cells| cells.1).sum();
@@ -148,7 +164,7 @@ impl<'a> TimeRule<'a> {
         made
     }
 
-    /// A view at an instant.
+    /// Returns the point of an instantaneous view.
     fn moment(&self, t: f64) -> Nodes {
         let phase = match self.acquisition.mode {
             Mode::Static { phase } => self.cycle.wrapped(phase),
@@ -161,7 +177,7 @@ impl<'a> TimeRule<'a> {
         made
     }
 
-    /// The spans in arcs of equal time from the first to the last: one if the camera stands still.
+    /// Divides the spans into arcs of equal time; one arc for a camera at rest.
     fn in_arcs(&self, spans: Vec<Span>, seconds: f64) -> Vec<Vec<Span>> {
         let (Rotation::Continuous, Some(first), Some(last)) =
             (self.camera.rotation(), spans.first(), spans.last())
@@ -179,7 +195,7 @@ impl<'a> TimeRule<'a> {
             .collect()
     }
 
-    /// The time in some spans near each pair of levels.
+    /// Returns the time of the spans near each pair of levels.
     fn cells(&self, spans: &[Span], levels: &[Levels; 2]) -> Cells {
         let mut cells = Cells(vec![[0.0; 2]; levels[0].len() * levels[1].len()], 0.0);
         for span in spans {
@@ -205,13 +221,15 @@ impl<'a> TimeRule<'a> {
                 for [x, weight] in GAUSS {
                     let t = middle + half * x;
                     let seconds = span.copies * half * weight;
-                    let hats = [0, 1].map(|axis| match stays[axis] {
-                        Some(k) => [(k, 1.0), (k, 0.0)],
-                        None => levels[axis].hats(in_cell[axis], height(axis, t)),
+                    let weights = [0, 1].map(|axis| match stays[axis] {
+                        Some(k) => [(k, 1.0), (k, 0.0), (k, 0.0), (k, 0.0)],
+                        None => levels[axis].weights(in_cell[axis], height(axis, t)),
                     });
                     cells.1 += seconds * height(0, t);
-                    for (i, of_volume) in hats[0] {
-                        for (j, of_breath) in hats[1] {
+                    let of_axis =
+                        |axis: usize| weights[axis].into_iter().filter(|(_, w)| *w != 0.0);
+                    for (i, of_volume) in of_axis(0) {
+                        for (j, of_breath) in of_axis(1) {
                             let time = seconds * of_volume * of_breath;
                             let sum = &mut cells.0[i * levels[1].len() + j];
                             *sum = [sum[0] + time, sum[1] + time * (t + span.delay)];
@@ -224,7 +242,7 @@ impl<'a> TimeRule<'a> {
     }
 }
 
-/// Time and its first moment near each pair of levels, breath fastest; and the integral of the height of the volume.
+/// Time and its first moment near each pair of levels, respiration fastest; and the integral of the volume's height.
 #[derive(Debug, Clone)]
 struct Cells(Vec<[f64; 2]>, f64);
 
@@ -235,19 +253,19 @@ impl Cells {
         }
     }
 
-    /// The same for every second level: one in between gives its time to its neighbours.
+    /// Returns the same for every second level; the time of omitted levels goes to their neighbours.
     fn coarsened(mut self, levels: &[Levels; 2]) -> Self {
         let [n, m] = [levels[0].len(), levels[1].len()];
         for (axis, stride, others) in [
             (0, m, (0..m).collect::<Vec<_>>()),
             (1, 1, (0..n).map(|i| i * m).collect()),
         ] {
-            for (k, up) in levels[axis].left_out() {
+            for (k, weights) in levels[axis].left_out() {
                 for other in &others {
                     let at = |k: usize| other + k * stride;
                     let here = std::mem::take(&mut self.0[at(k)]);
-                    for (neighbour, part) in [(at(k - 1), 1.0 - up), (at(k + 1), up)] {
-                        for (sum, value) in self.0[neighbour].iter_mut().zip(here) {
+                    for (neighbour, part) in weights {
+                        for (sum, value) in self.0[at(neighbour)].iter_mut().zip(here) {
                             *sum += part * value;
                         }
                     }

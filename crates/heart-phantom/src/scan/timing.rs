@@ -1,4 +1,4 @@
-//! What an acquisition may ask for, and how much work that is.
+//! Validation of acquisitions and estimates of their work.
 
 use super::acquisition::{Acquisition, TruthOf};
 use super::camera::Rotation;
@@ -7,17 +7,17 @@ use crate::error::{PhantomError, check, check_count};
 use crate::ranges;
 use crate::{Camera, Cycle};
 
-/// Most points of all views together: each is a view of the heart.
+/// Largest number of points of all views: each is a projection of the heart.
 const MAX_POINTS_OF_ALL: usize = 1 << 24;
-/// Fewest and most steps a cycle that a tolerance is met with.
+/// Fewest and most steps per cycle for a tolerance.
 pub(crate) const STEPS: [usize; 2] = [8, ranges::STEPS[1]];
-/// Arcs of a whole view in continuous rotation, at least.
+/// Smallest number of arcs of a whole view in continuous rotation.
 const ARCS: f64 = 32.0;
-/// A time of this share of a beat is rounding.
+/// Smaller fractions of a cycle are rounding.
 const NO_TIME: f64 = 1e-9;
 
 impl Acquisition {
-    /// Whether all views see the same phases with the same weights.
+    /// Whether all views have the same phases with the same weights.
     pub(crate) fn same_for_all_views(&self, cycle: &Cycle, camera: &Camera) -> bool {
         if self.in_real_time(cycle) {
             return false;
@@ -29,16 +29,16 @@ impl Acquisition {
         }
     }
 
-    /// Whether views see what comes in their own time, whatever the camera does.
+    /// Whether views are acquired in real time, regardless of the rotation.
     pub(crate) fn in_real_time(&self, cycle: &Cycle) -> bool {
         match self.mode {
-            // A heart that does not beat has no beats that differ.
+            // Without a heartbeat, R-R intervals have no effect.
             Mode::Static { .. } => cycle.breathing().is_some(),
             _ => cycle.in_real_time(),
         }
     }
 
-    /// What its exact volume is the mean over.
+    /// Returns the time average that the ground truth represents.
     pub(crate) fn truth_of(&self, cycle: &Cycle, camera: &Camera) -> TruthOf {
         if self.in_real_time(cycle) {
             return TruthOf::MeanOfViews;
@@ -54,16 +54,16 @@ impl Acquisition {
         }
     }
 
-    /// Arcs of a whole view in continuous rotation.
+    /// Returns the number of arcs of a whole view in continuous rotation.
     pub(super) fn arcs(&self) -> f64 {
         match self.mode {
             Mode::Static { .. } => self.points as f64,
-            // As many as a beat has levels on its way up, for about the same distance from one to the next.
+            // As many as there are levels between smallest and largest volume, for a similar spacing.
             _ => (0.25 * self.points as f64).max(ARCS),
         }
     }
 
-    /// Checks everything before any work.
+    /// Validates the acquisition before any work.
     pub(crate) fn validate(&self, cycle: &Cycle, camera: &Camera) -> Result<(), PhantomError> {
         if let Mode::Static { phase } = self.mode {
             check("phase", phase, [-1e9, 1e9])?;
@@ -76,18 +76,18 @@ impl Acquisition {
         }
         if let Some(view_idx) = self.unseen(cycle, camera) {
             let gate = self.gate;
-            return Err(PhantomError::Unseen { gate, view_idx });
+            return Err(PhantomError::EmptyView { gate, view_idx });
         }
         let points = self.points_of_all(cycle, camera);
         let what = "quadrature points of all views";
         check_count(what, points as usize, [0, MAX_POINTS_OF_ALL]).map(drop)
     }
 
-    /// The first view in whose time the gate does not come, or nothing that counts.
+    /// Returns the first view during which the gate, or an accepted beat, does not occur.
     fn unseen(&self, cycle: &Cycle, camera: &Camera) -> Option<usize> {
         let may_miss = match self.in_real_time(cycle) {
             true => self.lasts(camera) > 0.0,
-            // A gate comes in every beat.
+            // Every beat contains the gate.
             false => {
                 matches!(self.mode, Mode::Gated { .. })
                     && camera.rotation() == Rotation::Continuous
@@ -98,7 +98,7 @@ impl Acquisition {
         (0..camera.n_views()).find(|view_idx| may_miss && misses(view_idx))
     }
 
-    /// Points of all views together at most, before equal ones are merged.
+    /// Returns an upper limit on the points of all views, before equal points are merged.
     pub(crate) fn points_of_all(&self, cycle: &Cycle, camera: &Camera) -> f64 {
         let n_views = match self.same_for_all_views(cycle, camera) {
             true => 1,
@@ -106,7 +106,7 @@ impl Acquisition {
         };
         let points = self.points as f64;
         let [levels, beats] = [0.5 * points + 1.0, self.lasts(camera) / cycle.period()];
-        // The levels crossed in the time of the view, and all that there are; with a breath, pairs of them, of which a way meets two rows.
+        // Levels crossed during the view, and all levels; with respiration pairs of levels, of which a path crosses two rows.
         let (crossed, all) = match cycle.breathing() {
             None => (points * (1.0 + beats), levels),
             Some(motion) => {

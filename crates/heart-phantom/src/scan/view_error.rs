@@ -1,11 +1,14 @@
 //! Bounds on the errors of samples.
 
+use super::levels::Interpolation;
 use super::nodes::Nodes;
 use revolve_voxel::RayCounters;
 use std::collections::BTreeSet;
 
 /// Where this many samples make up all of the difference between two time rules, it gives the error of the finer one to a factor of two.
 const FEW: f64 = 5.0;
+/// The error of the finer of two time rules at order 3/2, relative to their difference. A response makes it smaller.
+const ORDER: f64 = 0.55;
 /// Rounding of sums of `f32`, relative to the largest sample.
 const ROUNDING: f64 = 5e-7;
 
@@ -17,7 +20,8 @@ const ROUNDING: f64 = 5e-7;
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[non_exhaustive]
 pub struct ViewError {
-    /// Quadrature over time: the difference from the rule with half the points, which at order 3/2 is 1.8 times the error.
+    /// Quadrature over time: the difference from the rule with half the nodes, which at order 3/2 is 1.8 times the error; behind a response, where the order is
+    /// 3/2 at least, 0.55 of it.
     pub time: f64,
     /// Averages over bins: from the largest difference between this resolution and a neighbouring one, over several views at end-systole
     /// and end-diastole, at the orders 3/2 of edges and 5/2 of aliases. Zero for line integrals without a blur, which are exact.
@@ -25,6 +29,9 @@ pub struct ViewError {
     /// Response that depends on depth: the largest difference from slabs of twice the thickness. To leading order it is a bound where at
     /// most two edges of constant activity lie on a ray, and three times the error where activity is smooth.
     pub depth: f64,
+    /// Scatter: three times the largest standard error of the photon histories. It is statistical: of bins with that standard error, 3 in
+    /// 1000 have a larger error.
+    pub scatter: f64,
     /// Tails of kernels that are cut off, and rounding of sums in single precision.
     pub truncation: f64,
 }
@@ -32,7 +39,7 @@ pub struct ViewError {
 impl ViewError {
     /// The sum of all terms: a bound on the error of any sample, relative to the largest one.
     pub fn total(&self) -> f64 {
-        self.time + self.bins + self.depth + self.truncation
+        self.time + self.bins + self.depth + self.scatter + self.truncation
     }
 
     pub(crate) fn of_terms(time: f64, bins: f64, depth: f64) -> Self {
@@ -40,7 +47,7 @@ impl ViewError {
             time,
             bins,
             depth,
-            truncation: 0.0,
+            ..Self::default()
         }
     }
 }
@@ -49,11 +56,12 @@ impl ViewError {
 impl serde::Serialize for ViewError {
     fn serialize<S: serde::Serializer>(&self, to: S) -> Result<S::Ok, S::Error> {
         use serde::ser::SerializeMap;
-        let mut map = to.serialize_map(Some(5))?;
+        let mut map = to.serialize_map(Some(6))?;
         for (term, value) in [
             ("time", self.time),
             ("bins", self.bins),
             ("depth", self.depth),
+            ("scatter", self.scatter),
             ("truncation", self.truncation),
             ("total", self.total()),
         ] {
@@ -124,13 +132,16 @@ impl Total {
         self.gains.extend(plan.gains().map(f64::to_bits));
     }
 
-    pub(super) fn view(&mut self, rays: RayCounters, errors: &Errors) {
-        self.rays = self.rays + rays;
+    pub(super) fn view(&mut self, errors: &Errors) {
         self.errors = self.errors.join(errors);
     }
 
-    /// The error relative to the largest sample; `bins` and the kernels' `tails` are known beforehand.
-    pub(super) fn view_error(&self, bins: f64, tails: f64) -> ViewError {
+    /// The error relative to the largest sample; the errors of bin averages and of the tails of kernels are known beforehand.
+    pub(super) fn view_error(
+        &self,
+        interpolation: Interpolation,
+        [bins, tails]: [f64; 2],
+    ) -> ViewError {
         let errors = &self.errors;
         if errors.largest == 0.0 {
             return ViewError::default();
@@ -143,12 +154,16 @@ impl Total {
             false => 0.0,
         };
         ViewError {
-            time: match self.averaged {
-                true => ((1.0 + FEW * few) * of(errors.time)).max(volume),
-                false => 0.0,
+            time: match (self.averaged, interpolation) {
+                (true, Interpolation::Linear) => ((1.0 + FEW * few) * of(errors.time)).max(volume),
+                (true, Interpolation::Cubic) => {
+                    (ORDER * (1.0 + FEW * few) * of(errors.time)).max(volume)
+                }
+                (false, _) => 0.0,
             },
             bins,
             depth: of(errors.depth),
+            scatter: 0.0,
             truncation: ROUNDING + tails * of(errors.unblurred),
         }
     }

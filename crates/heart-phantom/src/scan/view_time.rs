@@ -1,4 +1,4 @@
-//! When views are taken: the time that each of them sees, and from where.
+//! Times and angles of views.
 
 use super::acquisition::Acquisition;
 use super::camera::Rotation;
@@ -8,30 +8,28 @@ use super::spans;
 use crate::text::short;
 use crate::{Camera, Cycle};
 
-/// When a view is taken, and from where.
+/// Time and angle of a view.
 ///
-/// View `k` of a head has the time from `k T` to `(k + 1) T`, `T` the seconds from the start of a view to the start of the next. A camera
-/// that stops stands at the view's nominal angle `theta_k` all that time. One that turns all the time passes it in the middle:
-/// `theta(t) = theta_k + ((t - k T) / T - 1/2) step`, so that an instant, which is taken at `t = k T`, is seen from half a step
-/// before, and an exposure of `w` seconds from `theta(k T)` to `theta(k T + w)`.
+/// View `k` of a head has the interval from `k T` to `(k + 1) T`, where `T` is the time between starts. With step and shoot the camera stays at
+/// the nominal angle `theta_k`. With continuous rotation it passes `theta_k` at the middle: `theta(t) = theta_k + ((t - k T) / T - 1/2) step`.
+/// An instant at `t = k T` is half a step before `theta_k`; an exposure of `w` seconds lasts from `theta(k T)` to `theta(k T + w)`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "scene", derive(serde::Serialize))]
 #[non_exhaustive]
 pub struct ViewTime {
-    /// Seconds from the start of the first view to that of this one: `k T` of view `k` of a head.
+    /// Start of the view in seconds after the first view: `k T` for view `k` of a head.
     pub start: f64,
-    /// Seconds of its time that the view sees: 0 of an instant, of a gate those in which the beat is in it. A camera that stops sees
-    /// whole beats in the mean, all of the view's seconds, and of `n` gates each for a share `1 / n` of them, however many beats they are;
-    /// of beats that differ, and of a heart that breathes, any camera sees what comes in the view's own time.
+    /// Acquisition time within the interval, seconds. 0 for an instant; for a gate the time in that gate. With step and shoot and regular beats,
+    /// views are averages over whole cycles: a whole view has `T`, each of `n` gates `T / n`. With variable R-R intervals or respiration it is
+    /// the actual time in the view's interval.
     pub window: f64,
-    /// Phase of the beat at the start of the view, which is not that of the gate it is sorted into; of a heart that is held at a
-    /// phase, that one.
+    /// Cardiac phase at the start of the view, not that of its gate; the given phase of a static scene.
     pub phase: f64,
-    /// Mean angle of the camera over the time seen, in radians. What was seen is reconstructed as seen from there.
+    /// Camera angle averaged over the acquisition time, radians: the angle for reconstruction.
     pub angle: f64,
 }
 
-/// The views of a gate as `report.json` has them, one number a view.
+/// Times and angles of the views of a gate in `report.json`, one value per view.
 #[cfg(feature = "scene")]
 #[cfg_attr(docsrs, doc(cfg(feature = "scene")))]
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -40,15 +38,15 @@ pub struct ViewTime {
 pub struct ViewReport {
     /// [`ViewTime::start`] in seconds.
     pub start_s: Vec<f64>,
-    /// [`ViewTime::window`] in seconds: where a camera that stops sees whole beats in the mean, the seconds of a view.
+    /// [`ViewTime::window`] in seconds.
     pub window_s: Vec<f64>,
-    /// [`ViewTime::phase`], at the start of the view, not of the gate.
+    /// [`ViewTime::phase`], at the start of the view, not that of the gate.
     pub phase: Vec<f64>,
-    /// [`ViewTime::angle`] in degrees, as angles of scenes are.
+    /// [`ViewTime::angle`] in degrees.
     pub angle_deg: Vec<f64>,
-    /// Distance of the collimator's face from the axis of turning in cm.
+    /// Distance of the collimator face from the axis of rotation, cm.
     pub radius_cm: Vec<f64>,
-    /// Expected counts of a sample of 1, where views were made by a camera of known sensitivity ([`Counting`](crate::Counting)).
+    /// Expected counts per unit sample, if the sensitivity of the camera is given ([`Counting`](crate::Counting)).
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub counts_per_unit: Vec<f64>,
 }
@@ -69,7 +67,7 @@ impl ViewReport {
 }
 
 impl Acquisition {
-    /// Seconds from the start of a view to its end.
+    /// Returns the duration of a view, seconds.
     pub(super) fn lasts(&self, camera: &Camera) -> f64 {
         match self.mode {
             Mode::Instants => 0.0,
@@ -78,8 +76,8 @@ impl Acquisition {
         }
     }
 
-    /// Start and end of a view in seconds, from the start of the first view or, of a regular cycle, from that of the beat in which the
-    /// view begins. A camera that stands still averages over one such beat.
+    /// Returns start and end of a view in seconds after the first view, or for a regular cycle after the start of the beat in which the view
+    /// begins. With step and shoot the average is over one such beat.
     pub(super) fn window(&self, cycle: &Cycle, camera: &Camera, view_idx: usize) -> [f64; 2] {
         let start = camera.view_start(view_idx);
         if self.in_real_time(cycle) {
@@ -97,7 +95,7 @@ impl Acquisition {
         }
     }
 
-    /// Seconds that a view covers, and the moment in their middle after its start.
+    /// Returns the acquisition time of a view, and the time of its middle after the start, seconds.
     pub(super) fn seconds(&self, cycle: &Cycle, camera: &Camera, view_idx: usize) -> [f64; 2] {
         let lasts = self.lasts(camera);
         match (self.mode, camera.rotation()) {
@@ -113,7 +111,7 @@ impl Acquisition {
         [seconds, middle - start]
     }
 
-    /// When and from where a view is taken.
+    /// Returns time and angle of a view.
     pub(crate) fn view_time(&self, cycle: &Cycle, camera: &Camera, view_idx: usize) -> ViewTime {
         let start = camera.view_start(view_idx);
         ViewTime {
@@ -127,7 +125,7 @@ impl Acquisition {
         }
     }
 
-    /// The mean angle of the camera over the time that a view covers.
+    /// Returns the camera angle averaged over the acquisition time of a view.
     pub(crate) fn angle(&self, cycle: &Cycle, camera: &Camera, view_idx: usize) -> f64 {
         let share = match camera.rotation() {
             Rotation::StepAndShoot => 0.5,

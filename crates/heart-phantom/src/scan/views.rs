@@ -1,16 +1,18 @@
 //! Computation of projections: any part of an acquisition, bitwise identical to that part of the whole.
 //!
-//! Views are computed in groups whose shapes fit the heart's memory ([`Heart::with_memory`]), and where one view needs more, its points
-//! in batches; the sums are formed in the same order, whatever that memory is.
+//! The projection sets of all gates are sums over the same images: each is projected once and added to every set with the weight of the quadrature over
+//! time ([`TimeRule`](super::time_rule)). Views are computed in groups whose shapes fit the memory of the heart ([`Heart::with_memory`](crate::Heart::with_memory)),
+//! and where one view needs more, its nodes in batches; the sums are formed in the same order in any case.
 
 use super::acquisition::Sinograms;
 use super::depth::Depth;
-use super::halves::Halves;
-use super::nodes::{Node, Nodes};
+use super::gates::add_to_gates;
+use super::groups::{Group, for_groups};
+use super::image::{self, Image, Place};
+use super::nodes::Node;
 use super::project::{Aim, CENTRE};
-use super::samples::Taking;
 use super::view_error::{Errors, Total};
-use super::whole::{Lasting, Scan};
+use super::whole::{Lasting, Projected, Scan};
 use crate::HeartShape;
 use crate::error::PhantomError;
 use crate::model::Placed;
@@ -21,28 +23,29 @@ use std::ops::Range;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-/// Samples of slabs kept for the next batch of points: 128 MB, and as much again for the coarser rule.
-const MOST_SLABS_KEPT: usize = 1 << 25;
-/// The errors that take blurs of their own are estimated in so many views at most, evenly among those taken.
-const VIEWS_LOOKED_AT: usize = 16;
-/// Points of the quadrature in a group of views: some 50 MB.
-pub(crate) const MOST_NODES: usize = 1 << 20;
+/// The error of depth is estimated in so many views at most, evenly among those computed.
+const VIEWS_ESTIMATED: usize = 16;
 
-/// Views that are computed together.
-struct Group {
-    views: Range<usize>,
-    /// The points of each, or one list for all of them.
-    plans: Vec<Nodes>,
+/// A view of all sets under way.
+struct View<'a> {
+    view_idx: usize,
+    plan: usize,
+    estimated: bool,
+    rays: RayCounters,
+    sets: Vec<Sums<'a>>,
 }
 
-/// The rays of each sub-bin: first one through its centre, then a lattice in those that an edge crosses.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Pass {
-    Centres,
-    Lattice,
+/// A view of one set under way.
+struct Sums<'a> {
+    /// The even half of the rule; in the end the view.
+    even: &'a mut [f32],
+    /// The odd half, and the differences from slabs of twice the thickness, while there are any.
+    odd: Vec<f32>,
+    coarse: Vec<f32>,
+    errors: Errors,
 }
 
-/// The shapes of a batch of points.
+/// The shapes of a batch of nodes.
 struct Shapes<'a> {
     by_gain: BTreeMap<u64, &'a Arc<HeartShape>>,
     placed: Placed,
@@ -56,156 +59,95 @@ impl Scan<'_> {
         rows: Range<usize>,
         progress: &(dyn Fn(usize) + Sync),
     ) -> Result<Sinograms, PhantomError> {
-        self.acquisition.validate(self.cycle, self.camera)?;
-        self.activity.validate()?;
+        let mut samples = vec![0.0f32; self.len(&views, &rows)];
+        let sets = std::slice::from_ref(self);
+        let mut made = Self::sets_into(sets, (views, rows), &mut samples, progress)?;
+        let mut made = made.swap_remove(0);
+        made.samples = samples;
+        Ok(made)
+    }
+
+    /// Samples of some rows of some views.
+    fn len(&self, views: &Range<usize>, rows: &Range<usize>) -> usize {
         let n_bins = (self.depth).map_or(self.camera.n_bins(), Depth::n_bins);
-        let len = rows.len() * n_bins;
-        let mut samples = vec![0.0f32; views.len() * len];
-        let mut total = Total::default();
-        let done = AtomicUsize::new(0);
-        let taken = || progress(1 + done.fetch_add(1, Ordering::Relaxed));
-        let mut images = &mut samples[..];
-        self.for_groups(views.clone(), |group| {
-            for plan in &group.plans {
-                total.plan(plan);
-            }
-            let (own, rest) = std::mem::take(&mut images).split_at_mut(group.views.len() * len);
-            images = rest;
-            let own = own.chunks_mut(len.max(1));
-            let every = views.len().div_ceil(VIEWS_LOOKED_AT);
-            let look = |view_idx: usize| (view_idx - views.start).is_multiple_of(every);
-            self.take(
-                &group,
-                &rows,
-                own.zip(group.views.clone().map(look)),
-                &mut total,
-                &taken,
-            )
-        })?;
-        let angle = |view_idx| self.acquisition.angle(self.cycle, self.camera, view_idx);
-        Ok(Sinograms {
-            samples,
-            angles: views.clone().map(angle).collect(),
-            distinct_phases: total.phases.len(),
-            distinct_shapes: total.gains.len(),
-            view_error: match self.depth {
-                Some(depth) => total.view_error(depth.sub_bins.error, depth.tails()),
-                None => total.view_error(0.0, 0.0),
-            },
-            rays: total.rays,
-        })
+        views.len() * rows.len() * n_bins
     }
 
-    /// Hands on the views in groups whose shapes, and points, fit into memory.
-    fn for_groups(
-        &self,
-        views: Range<usize>,
-        mut take: impl FnMut(Group) -> Result<(), PhantomError>,
-    ) -> Result<(), PhantomError> {
-        let quadrature = self.quadrature();
-        if self.acquisition.same_for_all_views(self.cycle, self.camera) {
-            let plans = vec![quadrature.view(views.start)];
-            return take(Group { views, plans });
+    /// Some rows of some views of several projection sets, at least one, `[set][view][row][bin]`; the sets differ in their gates alone. The result has one entry
+    /// per set, without samples.
+    pub(crate) fn sets_into(
+        sets: &[Self],
+        (views, rows): (Range<usize>, Range<usize>),
+        samples: &mut [f32],
+        progress: &(dyn Fn(usize) + Sync),
+    ) -> Result<Vec<Sinograms>, PhantomError> {
+        for set in sets {
+            set.acquisition.validate(set.cycle, set.camera)?;
         }
-        let most = self.heart.most_shapes();
-        let mut group = Group {
-            views: views.start..views.start,
-            plans: Vec::new(),
-        };
-        let (mut gains, mut n_nodes) = (BTreeSet::new(), 0);
-        for view_idx in views {
-            let plan = quadrature.view(view_idx);
-            let own: BTreeSet<u64> = plan.gains().map(f64::to_bits).collect();
-            let more = own.difference(&gains).count();
-            if gains.len() + more > most || n_nodes + plan.nodes.len() > MOST_NODES {
-                let next = Group {
-                    views: view_idx..view_idx,
-                    plans: Vec::new(),
-                };
-                take(std::mem::replace(&mut group, next))?;
-                (gains, n_nodes) = (BTreeSet::new(), 0);
-            }
-            gains.extend(own);
-            n_nodes += plan.nodes.len();
-            group.views.end += 1;
-            group.plans.push(plan);
-        }
-        take(group)
-    }
-
-    /// Takes the views of a group.
-    fn take<'b>(
-        &self,
-        group: &Group,
-        rows: &Range<usize>,
-        images: impl Iterator<Item = (&'b mut [f32], bool)>,
-        total: &mut Total,
-        done: &(impl Fn() + Sync),
-    ) -> Result<(), PhantomError> {
-        let mut taking: Vec<Taking> = (images.zip(group.views.clone()).enumerate())
-            .map(|(k, ((image, look), view_idx))| Taking {
-                view_idx,
-                plan: k % group.plans.len(),
-                image,
-                slabs: Vec::new(),
-                odd: Vec::new(),
-                flags: None,
-                rays: RayCounters::default(),
-                look,
-                errors: Errors::default(),
-            })
+        let one = &sets[0];
+        one.activity.validate()?;
+        samples.fill(0.0);
+        let (each, len) = (one.len(&views, &rows), one.len(&(0..1), &rows));
+        let mut totals: Vec<Total> = sets.iter().map(|_| Total::default()).collect();
+        let mut images: Vec<_> = (samples.chunks_mut(each.max(1)))
+            .map(|set| set.chunks_mut(len.max(1)))
             .collect();
-        let batches = group.batches(self.heart.most_shapes());
-        let passes: &[Pass] = match self
-            .depth
-            .and_then(|depth| depth.sub_bins.averages.as_ref())
-        {
-            Some(_) => &[Pass::Centres, Pass::Lattice],
-            None => &[Pass::Centres],
-        };
-        for part in taking.chunks_mut(self.at_once(batches.len())) {
-            // The lattice needs the samples at the centres of all batches.
-            let rounds: Vec<&[Pass]> = match batches.len() {
-                1 => vec![passes],
-                _ => passes.chunks(1).collect(),
-            };
-            for (round, passes) in rounds.iter().enumerate() {
-                for (k, batch) in batches.iter().enumerate() {
-                    let last = k + 1 == batches.len() && round + 1 == rounds.len();
-                    self.take_batch(group, batch, part, rows, (passes, k == 0, last), done)?;
+        let (done, every) = (AtomicUsize::new(0), views.len().div_ceil(VIEWS_ESTIMATED));
+        let taken = || progress(1 + done.fetch_add(1, Ordering::Relaxed));
+        for_groups(sets, views.clone(), &mut totals, |group, totals| {
+            let mut under_way: Vec<View> = (group.views.clone().enumerate())
+                .map(|(k, view_idx)| View {
+                    view_idx,
+                    plan: k % group.plans.len(),
+                    estimated: (view_idx - views.start).is_multiple_of(every),
+                    rays: RayCounters::default(),
+                    sets: (images.iter_mut())
+                        .map(|views| Sums::new(views.next().unwrap_or_default()))
+                        .collect(),
+                })
+                .collect();
+            let batches = group.batches(one.heart.most_shapes());
+            for (k, batch) in batches.iter().enumerate() {
+                let last = k + 1 == batches.len();
+                one.take_batch(&group, batch, &mut under_way, (&rows, last), &taken)?;
+            }
+            // Summed in the order of the views, whatever thread computed them.
+            for view in &under_way {
+                totals[0].rays = totals[0].rays + view.rays;
+                for (total, sums) in totals.iter_mut().zip(&view.sets) {
+                    total.view(&sums.errors);
                 }
             }
-        }
-        // Summed in the order of the views, whatever thread took them.
-        for view in &taking {
-            total.view(view.rays, &view.errors);
-        }
-        Ok(())
+            Ok(())
+        })?;
+        let bins = one
+            .depth
+            .map_or([0.0; 2], |depth| [depth.sub_bins.error, depth.tails()]);
+        Ok((sets.iter().zip(totals))
+            .map(|(set, total)| Sinograms {
+                samples: Vec::new(),
+                angles: (views.clone())
+                    .map(|view_idx| set.acquisition.angle(set.cycle, set.camera, view_idx))
+                    .collect(),
+                distinct_phases: total.phases.len(),
+                distinct_shapes: total.gains.len(),
+                view_error: total.view_error(set.acquisition.interpolation, bins),
+                rays: total.rays,
+            })
+            .collect())
     }
 
-    /// How many views are under way together: slabs of all of them are too much where they have to wait for another batch.
-    fn at_once(&self, batches: usize) -> usize {
-        match self.depth {
-            Some(depth) if batches > 1 => {
-                let slabs = self.camera.view_len() * depth.most_slabs();
-                (MOST_SLABS_KEPT / slabs).max(1)
-            }
-            _ => usize::MAX,
-        }
-    }
-
-    /// Adds a batch of points to some views, and ends them with the last.
+    /// Adds a batch of nodes to some views, and ends them with the last.
     fn take_batch(
         &self,
         group: &Group,
         batch: &Range<usize>,
-        taking: &mut [Taking<'_>],
-        rows: &Range<usize>,
-        (passes, first, last): (&[Pass], bool, bool),
+        views: &mut [View<'_>],
+        (rows, last): (&Range<usize>, bool),
         done: &(impl Fn() + Sync),
     ) -> Result<(), PhantomError> {
         let nodes = |plan: usize| {
-            let nodes = &group.plans[plan].nodes;
+            let nodes = &group.plans[plan];
             &nodes[batch.start..batch.end.min(nodes.len())]
         };
         let gains = (0..group.plans.len()).flat_map(|plan| nodes(plan).iter().map(|n| n.gain));
@@ -217,14 +159,14 @@ impl Scan<'_> {
             by_gain: distinct.into_iter().zip(&solved).collect(),
             placed: self.placed(&solved)?,
         };
-        taking.par_iter_mut().try_for_each(|view| {
-            for pass in passes {
-                if let (Pass::Lattice, true) = (pass, first) {
-                    self.flag(view, rows)?;
+        views.par_iter_mut().try_for_each(|view| {
+            if self.projected != Projected::Surroundings {
+                for nodes in nodes(view.plan).chunk_by(|a, b| a.key() == b.key()) {
+                    self.add_heart(view, nodes, &shapes, rows)?;
                 }
-                self.add(view, nodes(view.plan), &shapes, rows, *pass)?;
             }
             if last {
+                self.add_surroundings(view, &group.plans[view.plan], rows)?;
                 self.finish(view, rows)?;
                 done();
             }
@@ -232,79 +174,133 @@ impl Scan<'_> {
         })
     }
 
-    /// Adds some points of its quadrature to a view.
-    fn add(
+    /// Adds the heart in one shape to the sets of some nodes, which differ in their sets alone.
+    fn add_heart(
         &self,
-        view: &mut Taking<'_>,
+        view: &mut View<'_>,
         nodes: &[Node],
         shapes: &Shapes<'_>,
         rows: &Range<usize>,
-        pass: Pass,
     ) -> Result<(), PhantomError> {
-        let averages = self
-            .depth
-            .and_then(|depth| depth.sub_bins.averages.as_ref());
-        let places = match (pass, averages) {
-            (Pass::Centres, _) | (Pass::Lattice, None) => CENTRE,
-            (Pass::Lattice, Some(averages)) => &averages.lattice[..],
-        };
-        let mask = view.flags.clone();
-        let (planes, seen_rows) = match self.depth {
-            None => (Vec::new(), rows.clone()),
-            Some(depth) => (depth.planes(view.view_idx), depth.rows_seen(rows)),
-        };
-        let Taking {
-            view_idx,
-            image,
-            slabs,
-            odd: odd_half,
-            ..
-        } = view;
-        let view_idx = *view_idx;
-        let even_half: &mut [f32] = match self.depth {
-            None => image,
-            Some(_) => {
-                let len = seen_rows.len() * (planes.len() + 1) * self.camera.n_bins();
-                slabs.resize(len, 0.0);
-                slabs
-            }
-        };
-        let aim = |share: f64| Aim {
-            theta: self.camera.angle(view_idx, share),
-            planes: &planes,
-            rows: &seen_rows,
-            places,
-            mask: mask.as_ref(),
-        };
-        let mut halves = Halves::new(even_half, odd_half);
-        // What surrounds the heart is the same for all its shapes: once for all points at the same angle.
-        if self.has_surroundings() && !self.keeps_surroundings() {
-            let mut shares: BTreeMap<u64, [f64; 2]> = BTreeMap::new();
-            for node in nodes {
-                let sum = shares.entry(node.share.to_bits()).or_default();
-                *sum = [0, 1].map(|half| sum[half] + node.weights[half]);
-            }
-            for (share, weights) in shares {
-                let aim = aim(f64::from_bits(share));
-                halves.add(weights, |weight, target| {
-                    self.project_surroundings(&aim, weight, target)
-                })?;
+        let node = &nodes[0];
+        let shape = shapes.by_gain[&node.gain.to_bits()];
+        let body = shape.body().with_pose(self.pose(node.breath)?);
+        let heart = (&**shape, &body, shapes.placed.of(shape));
+        let weights: Vec<(usize, [f64; 2])> = nodes.iter().map(|n| (n.set, n.weights)).collect();
+        match self.depth {
+            None => view.add_lines(
+                &self.aim(view, node.share, rows),
+                &weights,
+                |aim, weight, image| self.project(heart, aim, weight, image),
+            ),
+            Some(depth) => {
+                let place = self.place(view, node.share);
+                let (image, rays) = self.image_of_heart(depth, place, rows, heart)?;
+                view.rays = view.rays + rays;
+                if let Some(image) = image {
+                    view.add_image(&image, &weights, depth.n_bins());
+                }
+                Ok(())
             }
         }
+    }
+
+    /// Adds what surrounds the heart: it is the same for all shapes, and projected once for all nodes at the same angle.
+    fn add_surroundings(
+        &self,
+        view: &mut View<'_>,
+        nodes: &[Node],
+        rows: &Range<usize>,
+    ) -> Result<(), PhantomError> {
+        if !self.has_surroundings() || self.keeps_surroundings() {
+            return Ok(());
+        }
+        let mut by_share: BTreeMap<u64, BTreeMap<usize, [f64; 2]>> = BTreeMap::new();
         for node in nodes {
-            let aim = aim(node.share);
-            let shape = shapes.by_gain[&node.gain.to_bits()];
-            let body = shape.body().standing(self.pose(node.breath)?);
-            let heart = (&**shape, &body, shapes.placed.of(shape));
-            let done = halves.add(node.weights, |weight, target| {
-                self.project(heart, &aim, weight, target)
-            })?;
-            view.rays = view.rays + done;
+            let of_sets = by_share.entry(node.share.to_bits()).or_default();
+            let sum = of_sets.entry(node.set).or_default();
+            *sum = [0, 1].map(|half| sum[half] + node.weights[half]);
+        }
+        for (share, weights) in by_share {
+            let share = f64::from_bits(share);
+            let weights: Vec<_> = weights.into_iter().collect();
+            match self.depth {
+                None => view.add_lines(
+                    &self.aim(view, share, rows),
+                    &weights,
+                    |aim, weight, image| {
+                        self.project_surroundings(aim, weight, image)?;
+                        Ok(RayCounters::default())
+                    },
+                )?,
+                Some(depth) => {
+                    let place = self.place(view, share);
+                    if let Some(image) = self.image_of_surroundings(depth, place, rows)? {
+                        view.add_image(&image, &weights, depth.n_bins());
+                    }
+                }
+            }
         }
         Ok(())
     }
 
-    /// The view that is hardest to sample.
+    fn place(&self, view: &View<'_>, share: f64) -> Place {
+        Place {
+            view_idx: view.view_idx,
+            theta: self.camera.angle(view.view_idx, share),
+            estimated: view.estimated,
+        }
+    }
+
+    /// Line integrals through the centres of bins.
+    fn aim<'b>(&self, view: &View<'_>, share: f64, rows: &'b Range<usize>) -> Aim<'b> {
+        Aim {
+            view_idx: view.view_idx,
+            theta: self.camera.angle(view.view_idx, share),
+            planes: &[],
+            bins: [0, self.camera.n_bins()],
+            rows,
+            places: CENTRE,
+            mask: None,
+        }
+    }
+
+    /// Sums both halves of the rule and estimates the errors.
+    fn finish(&self, view: &mut View<'_>, rows: &Range<usize>) -> Result<(), PhantomError> {
+        let fixed = match self.depth {
+            Some(depth) if self.has_surroundings() && self.keeps_surroundings() => {
+                Some((self.surroundings(depth, view.view_idx)?, depth.n_bins()))
+            }
+            _ => None,
+        };
+        for Sums {
+            even,
+            odd,
+            coarse,
+            errors,
+        } in &mut view.sets
+        {
+            for (even, odd) in even.iter_mut().zip(std::mem::take(odd)) {
+                errors.add_difference(f64::from(odd - *even));
+                *even += odd;
+            }
+            let depth = std::mem::take(coarse)
+                .into_iter()
+                .fold(0.0, |most: f32, off| most.max(off.abs()));
+            errors.depth += f64::from(depth);
+            if let Some((fixed, n_bins)) = fixed {
+                let own = &fixed.samples[rows.start * n_bins..];
+                (even.iter_mut().zip(own)).for_each(|(sample, fixed)| *sample += fixed);
+                errors.depth += fixed.error;
+                errors.unblurred += fixed.unblurred;
+            }
+            self.no_negatives(even);
+            even.iter().for_each(|sample| errors.add_sample(*sample));
+        }
+        Ok(())
+    }
+
+    /// The view whose samples need the most nodes.
     pub(crate) fn hardest_view(&self) -> usize {
         if self.acquisition.same_for_all_views(self.cycle, self.camera) {
             return 0;
@@ -327,7 +323,7 @@ impl Scan<'_> {
         }
     }
 
-    /// How far the breath has come in each view, in the mean over what it sees.
+    /// The respiratory fraction of each view, averaged over its time.
     pub(crate) fn breaths_of_views(&self) -> Vec<f64> {
         let quadrature = self.quadrature();
         let mean = |view_idx| {
@@ -339,7 +335,7 @@ impl Scan<'_> {
         (0..self.camera.n_views()).map(mean).collect()
     }
 
-    /// Views that differ in what they see.
+    /// Number of views with nodes of their own.
     fn n_plans(&self) -> usize {
         if self.acquisition.same_for_all_views(self.cycle, self.camera) {
             1
@@ -348,10 +344,10 @@ impl Scan<'_> {
         }
     }
 
-    /// Each volume gain and breath with its share of the time of all views, equal ones merged.
+    /// Each volume gain and respiratory fraction with its fraction of the time of all views, equal ones merged.
     pub(crate) fn times(&self) -> Result<Vec<Lasting>, PhantomError> {
         self.acquisition.validate(self.cycle, self.camera)?;
-        let quadrature = self.quadrature();
+        let quadrature = self.linear_quadrature();
         let n_views = self.n_plans();
         let mut times: Vec<Lasting> = Vec::new();
         let mut known = BTreeMap::new();
@@ -374,24 +370,77 @@ impl Scan<'_> {
     }
 }
 
-impl Group {
-    /// The points of all views at once; or, where one list of points alone needs more shapes, part by part.
-    fn batches(&self, most: usize) -> Vec<Range<usize>> {
-        let [plan] = &self.plans[..] else {
-            return vec![Range {
-                start: 0,
-                end: usize::MAX,
-            }];
-        };
-        let (mut batches, mut gains, mut start) = (Vec::new(), BTreeSet::new(), 0);
-        for (k, gain) in plan.gains().enumerate() {
-            if gains.len() == most && !gains.contains(&gain.to_bits()) {
-                batches.push(start..k);
-                (gains, start) = (BTreeSet::new(), k);
-            }
-            gains.insert(gain.to_bits());
+impl<'a> Sums<'a> {
+    fn new(even: &'a mut [f32]) -> Self {
+        Self {
+            even,
+            odd: Vec::new(),
+            coarse: Vec::new(),
+            errors: Errors::default(),
         }
-        batches.push(start..plan.nodes.len());
-        batches
+    }
+
+    /// Both halves of the rule, of which the second one may be missing.
+    fn halves(&mut self, [even, odd]: [f64; 2]) -> impl Iterator<Item = (f64, &mut [f32])> {
+        if odd != 0.0 {
+            self.odd.resize(self.even.len(), 0.0);
+        }
+        let halves = [(even, &mut *self.even), (odd, &mut self.odd[..])];
+        halves.into_iter().filter(|(weight, _)| *weight != 0.0)
+    }
+}
+
+impl View<'_> {
+    /// Adds what `project` adds, times its weight, to an image of lines; it is called once.
+    fn add_lines(
+        &mut self,
+        aim: &Aim<'_>,
+        weights: &[(usize, [f64; 2])],
+        project: impl FnOnce(&Aim<'_>, f64, &mut [f32]) -> Result<RayCounters, PhantomError>,
+    ) -> Result<(), PhantomError> {
+        let rays = match *weights {
+            // Straight into the sum.
+            [(set, weights @ ([_, 0.0] | [0.0, _]))] => {
+                let mut halves = self.sets[set].halves(weights);
+                match halves.next() {
+                    Some((weight, target)) => project(aim, weight, target)?,
+                    None => RayCounters::default(),
+                }
+            }
+            _ => {
+                let mut one = vec![0.0f32; self.sets[0].even.len()];
+                let rays = project(aim, 1.0, &mut one)?;
+                let mut weights = weights.iter().peekable();
+                let (mut uses, mut targets) = (Vec::new(), Vec::new());
+                for (set, sums) in self.sets.iter_mut().enumerate() {
+                    if let Some((_, weights)) = weights.next_if(|(of, _)| *of == set) {
+                        for (weight, target) in sums.halves(*weights) {
+                            uses.push((targets.len(), weight));
+                            targets.push(target);
+                        }
+                    }
+                }
+                add_to_gates(&one, &uses, &mut targets);
+                rays
+            }
+        };
+        self.rays = self.rays + rays;
+        Ok(())
+    }
+
+    /// Adds an image to the sets, each with its weights.
+    fn add_image(&mut self, image: &Image, weights: &[(usize, [f64; 2])], n_bins: usize) {
+        for (set, weights) in weights {
+            let sums = &mut self.sets[*set];
+            let weight = weights[0] + weights[1];
+            sums.errors.unblurred += weight.abs() * image.unblurred;
+            if let Some(differences) = &image.differences {
+                sums.coarse.resize(sums.even.len(), 0.0);
+                image::add(&image.area, differences, weight, (&mut sums.coarse, n_bins));
+            }
+            for (weight, target) in sums.halves(*weights) {
+                image::add(&image.area, &image.samples, weight, (target, n_bins));
+            }
+        }
     }
 }

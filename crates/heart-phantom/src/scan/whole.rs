@@ -1,4 +1,4 @@
-//! What there is to see, and how: all that views and volumes are made from.
+//! The complete input of projections and ground truth.
 
 use super::acquisition::Acquisition;
 use super::depth::Depth;
@@ -8,6 +8,16 @@ use crate::model::{Activity, Attenuation, Background, Defect, Placed};
 use crate::{Camera, Cycle, Heart, HeartShape, Twist};
 use revolve_voxel::{Organs, Pose};
 use std::sync::Arc;
+
+/// What of an acquisition is projected.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Projected {
+    All,
+    /// What the heart adds to its surroundings.
+    Heart,
+    /// What surrounds the heart, as if there were no heart.
+    Surroundings,
+}
 
 /// An acquisition of which any part can be taken, each with the bits that it has in the whole.
 #[derive(Clone)]
@@ -19,34 +29,35 @@ pub(crate) struct Scan<'a> {
     pub(crate) activity: Activity,
     pub(crate) attenuation: Option<Attenuation>,
     pub(crate) defects: &'a [Defect],
-    /// How the wall is twisted at end-systole.
+    /// Twist of the wall at end-systole.
     pub(crate) twist: Option<&'a Twist>,
     pub(crate) background: Option<Background>,
     pub(crate) organs: Option<&'a Organs>,
-    /// How far the defects' layers may be from where they are, cm.
+    /// Largest position error of the layers of defects, cm.
     pub(crate) tolerance: f64,
-    /// Response and averages over bins, if samples are more than line integrals; then `camera` is the one on whose sub-bins they are computed.
+    /// Response and bin averages, unless samples are line integrals; then `camera` is that of the sub-bins.
     pub(crate) depth: Option<&'a Depth>,
+    pub(crate) projected: Projected,
 }
 
-/// A volume of the cavity at a place of the breath, and how long.
+/// A shape and a respiratory position with the fraction of time that they represent.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Lasting {
     pub(crate) gain: f64,
     pub(crate) breath: f64,
-    /// Share of the time of all views.
+    /// Fraction of the time of all views.
     pub(crate) share: f64,
 }
 
 impl Scan<'_> {
-    /// The defects in each of some distinct shapes, all of which the background surrounds: from it they are taken away.
+    /// Returns the defects in each shape. Checks that the background surrounds all shapes, because they are subtracted from it.
     pub(crate) fn placed(&self, shapes: &[Arc<HeartShape>]) -> Result<Placed, PhantomError> {
         if let Some(background) = &self.background {
-            let mut standing = vec![*self.heart.pose()];
+            let mut poses = vec![*self.heart.pose()];
             if self.cycle.breathing().is_some() {
-                standing.extend([self.pose(0.5)?, self.pose(1.0)?]);
+                poses.extend([self.pose(0.5)?, self.pose(1.0)?]);
             }
-            for pose in standing {
+            for pose in poses {
                 background.check_surrounds(shapes, pose)?;
             }
         }
@@ -57,9 +68,8 @@ impl Scan<'_> {
         Placed::new(self.heart, (self.defects, twist), self.tolerance, shapes)
     }
 
-    /// Where something is taken away that is there, as much as there is, rounding may leave less than nothing: of what is around the heart, of
-    /// its wall, or of weakened lines and of slabs, whose wall is what the outer membrane holds less what the inner one does. Chords as they
-    /// are round to no less than nothing.
+    /// Clamps negative rounding residue to zero. Subtraction leaves such residue: of the surroundings, of the wall, or of attenuated lines
+    /// and slabs, where the wall is outer minus inner membrane. Chords themselves are never negative.
     pub(crate) fn no_negatives(&self, samples: &mut [f32]) {
         let replaced = self.background.is_some() || self.organs.is_some();
         let weakened = self.attenuation.is_some() || self.depth.is_some();
@@ -70,13 +80,18 @@ impl Scan<'_> {
         }
     }
 
-    /// Where the heart stands when the breath has come so far.
+    /// Returns the pose at a respiratory position.
     pub(crate) fn pose(&self, breath: f64) -> Result<Pose, PhantomError> {
         self.cycle.moved(self.heart.pose(), breath)
     }
 
-    /// The points over which views are averaged.
+    /// Returns the quadrature of the views.
     pub(super) fn quadrature(&self) -> TimeRule<'_> {
         TimeRule::new(self.acquisition, self.cycle, self.camera)
+    }
+
+    /// The same for what no response makes smooth: volumes, motion.
+    pub(super) fn linear_quadrature(&self) -> TimeRule<'_> {
+        TimeRule::new(self.acquisition.linear(), self.cycle, self.camera)
     }
 }

@@ -1,27 +1,28 @@
-//! From a scene's settings to the parts of a phantom: degrees become radians, settings the domain's own types.
+//! Conversion of a scene to the parts of a phantom: degrees to radians, settings to the types of the domain.
 
 use crate::error::PhantomError;
 use crate::scan::CameraGeometry;
 use crate::scene::Parts;
+use crate::scene::beam::rays_of;
 use crate::scene::{
     CollimatorSettings, DiscretisationSettings, HeadsSettings, HolesSettings, MaterialSettings,
     OrganSettings, OrganShapeSettings, ReconstructionSettings, Scene,
 };
 use crate::{Balloon, Camera, Cycle, Heads, Heart, VolumeRange};
-use membrane_newton::membrane_forces::balloon_at_rest;
+use membrane_newton::membrane_forces::balloon_measures;
 use membrane_newton::{Discretisation, Membrane};
 use radon::{Collimator, FbpOptions, ParallelHoles};
 use revolve_voxel::nalgebra::Vector3;
 use revolve_voxel::{Ellipsoid, EllipticCylinder, Organ, OrganShape, Organs, Pose};
 use std::f64::consts::{LN_2, PI};
 
-/// Bytes for the work arrays of a reconstruction: what [`Method::Auto`](radon::Method::Auto) needs at most, and as many again as
-/// 40 threads use.
+/// Memory limit of the work arrays of a reconstruction in bytes: the most that [`Method::Auto`](radon::Method::Auto) needs, plus as much
+/// for 40 threads.
 pub(crate) const WORK_BYTES: usize = 320 << 20;
-/// The side of the wall of a heart that is no pair of balloons: two fifths of the way from base to apex.
+/// Material coordinate of the side of the wall of a heart without balloons: two fifths of the way from base to apex.
 const SIDE: f64 = 0.2;
 
-/// The objects of a scene that was validated, with `rest` as the validation found it.
+/// Builds the objects of a validated scene; `rest` is a result of the validation.
 pub(super) fn parts(scene: Scene, heart: Option<Heart>, rest: Rest) -> Result<Parts, PhantomError> {
     let inner = &scene.heart.inner;
     let cycle = cycle_of(&scene, rest.volume)?;
@@ -30,9 +31,15 @@ pub(super) fn parts(scene: Scene, heart: Option<Heart>, rest: Rest) -> Result<Pa
     Ok(Parts {
         own_heart,
         heart: (heart.map_or_else(balloons, Ok)?)
-            .with_base_descent(scene.cycle.base_descent, cycle.gains())?,
+            .with_av_plane_displacement(scene.cycle.av_plane_displacement, cycle.gains())?,
         cycle,
-        camera: Camera::with_geometry(&geometry_of(&scene))?,
+        camera: {
+            let camera = Camera::with_geometry(&geometry_of(&scene))?;
+            match rays_of(&scene.camera, camera.geometry().angles())? {
+                Some(rays) => camera.along(rays)?,
+                None => camera,
+            }
+        },
         organs: organs_of(&scene)?,
         twist: (scene.twist.as_ref())
             .map(|twist| twist.twist())
@@ -50,7 +57,7 @@ pub(super) fn parts(scene: Scene, heart: Option<Heart>, rest: Rest) -> Result<Pa
     })
 }
 
-/// Thicknesses of rubber are in mm.
+/// Rubber thicknesses are in mm.
 const MM_PER_CM: f64 = 10.0;
 
 fn heart_of(scene: &Scene) -> Result<Heart, PhantomError> {
@@ -75,9 +82,9 @@ fn heart_of(scene: &Scene) -> Result<Heart, PhantomError> {
     };
     let middle = (settings.outer.length + settings.outer.radius) / 2.0;
     let place = Pose::axis_along_z(pose.centre.unwrap_or(middle))?
-        .turned_x(pose.turn_x.to_radians())?
-        .turned_y(pose.turn_y.to_radians())?
-        .turned_z(pose.turn_z.to_radians())?
+        .rotated_x(pose.rotate_x.to_radians())?
+        .rotated_y(pose.rotate_y.to_radians())?
+        .rotated_z(pose.rotate_z.to_radians())?
         .shifted(Vector3::from(pose.shift))?;
     let membranes = [membrane(settings.inner)?, membrane(settings.outer)?];
     Heart::of_membranes(
@@ -88,13 +95,13 @@ fn heart_of(scene: &Scene) -> Result<Heart, PhantomError> {
     )
 }
 
-/// What gains of the volume are over.
+/// The reference volume of gains.
 #[derive(Debug)]
 pub(crate) struct Rest {
-    /// Volume at rest: that of the inner balloon as it is solved, so that volumes which are asked for are those that come out; ratios need
-    /// no such thing.
+    /// Reference volume of the inner membrane: discretised for a range in mL, so that solved volumes equal given ones; else exact.
+    /// the exact balloon.
     pub(crate) volume: f64,
-    /// The heart, if it had to be made for that.
+    /// The heart, if it was built for this volume.
     pub(crate) heart: Option<Heart>,
 }
 
@@ -111,13 +118,13 @@ impl Rest {
     pub(crate) fn of(scene: &Scene, own: Option<&Heart>) -> Result<Self, PhantomError> {
         let solved = |heart: &Heart| heart.pair().inner().start_measures().volume;
         let heart = match (own, scene.cycle.volume) {
-            // What makes no heart is told where the heart is made.
+            // An invalid heart is reported where the parts are built.
             (None, VolumeRange::Volumes { .. }) => heart_of(scene).ok(),
             _ => None,
         };
         let volume = match own.or(heart.as_ref()) {
             Some(heart) => solved(heart),
-            None => balloon_at_rest(scene.heart.inner.length, scene.heart.inner.radius)?.volume,
+            None => balloon_measures(scene.heart.inner.length, scene.heart.inner.radius)?.volume,
         };
         Ok(Self { volume, heart })
     }
@@ -134,7 +141,7 @@ pub(crate) fn cycle_of(scene: &Scene, rest: f64) -> Result<Cycle, PhantomError> 
     Ok(cycle)
 }
 
-/// Without beats that differ, and without breathing.
+/// Builds the cycle without variable R-R intervals and without respiration.
 pub(crate) fn regular_cycle_of(scene: &Scene, rest: f64) -> Result<Cycle, PhantomError> {
     let (cycle, gains) = (&scene.cycle, scene.cycle.volume.gains(rest)?);
     Cycle::with_curve(cycle.beats_per_minute, &cycle.curve, gains)
@@ -170,10 +177,10 @@ fn organs_of(scene: &Scene) -> Result<Option<Organs>, PhantomError> {
 }
 
 impl CollimatorSettings {
-    /// The response of collimator and crystal.
+    /// Returns the response of collimator and crystal.
     ///
     /// # Errors
-    /// [`PhantomError::Radon`] for dimensions that are not allowed.
+    /// [`PhantomError::Radon`] if a dimension is out of range.
     pub fn response(&self) -> Result<Collimator, PhantomError> {
         let intrinsic = self.intrinsic_fwhm;
         let of = |holes: &ParallelHoles| Collimator::parallel_holes(holes, intrinsic);

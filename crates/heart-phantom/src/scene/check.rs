@@ -1,5 +1,4 @@
-//! Validation: each section by itself, then the rules across sections whose sections have no finding, then those that need the objects
-//! of the scene.
+//! Validation: each section alone, then rules across valid sections, then rules that need the objects of the scene.
 
 use super::finding::{Check, SceneError, array_of};
 use super::*;
@@ -12,12 +11,12 @@ use crate::scene::build::{self, Rest, regular_cycle_of};
 use crate::text::{Number, enough};
 use crate::{Heart, Uptake, VolumeCurve, VolumeRange};
 
-/// Validates a scene and builds its objects, with a heart in the place of `[heart]` and `[pose]` if one is given. Solves no shape.
+/// Validates a scene and builds its objects; `heart` replaces `[heart]` and `[pose]`. Solves no shape.
 pub(crate) fn parts(scene: Scene, heart: Option<Heart>) -> Result<Parts, SceneError> {
     let rest = self::scene(&scene, heart.as_ref())?;
     match build::parts(scene, heart, rest) {
         Ok(parts) => built(&parts).map(|()| parts),
-        // All but the pair of membranes was validated.
+        // The pair of membranes is the only part that was not validated.
         Err(error) => {
             let mut c = Check::default();
             c.fault("heart", "", error.to_string());
@@ -27,10 +26,10 @@ pub(crate) fn parts(scene: Scene, heart: Option<Heart>) -> Result<Parts, SceneEr
 }
 
 impl Scene {
-    /// Validates a scene that was put together in Rust.
+    /// Validates a scene that was built in Rust.
     ///
     /// # Errors
-    /// [`PhantomError::Scene`] with the field, the value and what is allowed.
+    /// [`PhantomError::Scene`] with the field, the value and the allowed range.
     pub fn check(&self) -> Result<(), PhantomError> {
         parts(self.clone(), None)
             .map(drop)
@@ -38,7 +37,7 @@ impl Scene {
     }
 }
 
-/// Validates a scene, with a heart in the place of `[heart]` and `[pose]` if one is given. Returns the volume that gains refer to.
+/// Validates a scene; `own` replaces `[heart]` and `[pose]`. Returns the reference volume of gains.
 fn scene(scene: &Scene, own: Option<&Heart>) -> Result<Rest, SceneError> {
     let mut check = Check::default();
     let c = &mut check;
@@ -77,7 +76,11 @@ fn scene(scene: &Scene, own: Option<&Heart>) -> Result<Rest, SceneError> {
         c.at("attenuation", |c| attenuation.check(c));
     }
     c.at("camera", |c| scene.camera.check(c));
+    if c.is_clean(&["camera"]) {
+        check_beam::check(scene, c);
+    }
     detector(scene, c);
+    scatter(scene, c);
     check_time::acquisition(scene, c);
     check_reconstruction::reconstruction(scene, c);
     if c.is_clean(&[
@@ -97,14 +100,14 @@ fn scene(scene: &Scene, own: Option<&Heart>) -> Result<Rest, SceneError> {
     Ok(rest)
 }
 
-/// Rules that need the objects of a scene.
+/// Validates rules that need the objects of a scene.
 fn built(parts: &Parts) -> Result<(), SceneError> {
     let mut c = Check::default();
     if parts.scene.counting.is_some() {
         expected_counts(parts, &mut c);
     }
     if let Method::Osem(osem) = &parts.scene.reconstruction.method {
-        // The radii of a contour are known once the body is solved.
+        // The radii of a contour orbit are known only after the body is solved.
         let radii = parts.nominal_radii().unwrap_or_default();
         if let Err(error) = parts.model_voxels(osem, farthest(&radii)) {
             c.fault("reconstruction.method", "osem", error.to_string());
@@ -198,7 +201,7 @@ impl HeartSettings {
 }
 
 impl CycleSettings {
-    /// `rest` is the volume within the inner membrane at rest, NaN if it is not known.
+    /// `rest` is the reference volume of the inner membrane, NaN if unknown.
     fn check(&self, rest: f64, c: &mut Check) {
         c.within("beats_per_minute", self.beats_per_minute, [1.0, 1000.0]);
         if let (true, Err(error)) = (
@@ -212,7 +215,11 @@ impl CycleSettings {
                 _ => c.fault("curve", "physiological", error.to_string()),
             }
         }
-        c.within("base_descent", self.base_descent, ranges::DESCENT);
+        c.within(
+            "av_plane_displacement",
+            self.av_plane_displacement,
+            ranges::DESCENT,
+        );
         c.at("volume", |c| match self.volume {
             VolumeRange::Gain(gain) => c.within("gain", gain, ranges::GAIN),
             VolumeRange::Gains([low, high]) => {
@@ -251,9 +258,9 @@ impl PoseSettings {
     fn check(&self, c: &mut Check) {
         c.all_within("centre", self.centre.as_slice(), PLACE);
         for (name, angle) in [
-            ("turn_x", self.turn_x),
-            ("turn_y", self.turn_y),
-            ("turn_z", self.turn_z),
+            ("rotate_x", self.rotate_x),
+            ("rotate_y", self.rotate_y),
+            ("rotate_z", self.rotate_z),
         ] {
             c.within(name, angle, [-360.0, 360.0]);
         }
@@ -290,11 +297,11 @@ fn defects(defects: &[Defect], c: &mut Check) {
     }
 }
 
-/// The section `[blur]`, `[collimator]`, `[counting]` and `[noise]`.
+/// Validates the sections `[blur]`, `[collimator]`, `[counting]` and `[noise]`.
 fn detector(scene: &Scene, c: &mut Check) {
     let camera = &scene.camera;
     if let (Some(blur), true) = (scene.blur, c.is_clean(&["camera"])) {
-        // No wider than the smaller side that has more than one sample.
+        // At most the smaller side of the detector that has more than one sample.
         let sides = [camera.bins, camera.rows].into_iter().zip(camera.pitch);
         let widths = (sides.filter(|(n, _)| *n > 1)).map(|(n, pitch)| n as f64 * pitch);
         let widest = widths.fold(ranges::SIZE[1], f64::min);
@@ -365,7 +372,7 @@ impl CollimatorSettings {
         }
         c.within("intrinsic_fwhm", self.intrinsic_fwhm, [0.0, 1e3]);
         if let (true, Err(error)) = (c.is_clean(&["collimator"]), self.response()) {
-            // What is left: holes that the septa leave no length.
+            // The only error left: septal penetration leaves no effective length.
             c.fault("holes", "parallel", error.to_string());
         }
     }
@@ -377,6 +384,37 @@ impl Attenuation {
         if let Medium::Torso { centre, semi_axes } = self.medium {
             c.at("medium.torso", |c| torso(c, centre, semi_axes));
         }
+    }
+}
+
+fn scatter(scene: &Scene, c: &mut Check) {
+    let Some(settings) = &scene.scatter else {
+        return;
+    };
+    for (field, given, range) in [
+        (
+            "scatter.tolerance",
+            settings.tolerance,
+            ranges::SCATTER_TOLERANCE,
+        ),
+        ("scatter.energy", settings.energy, ranges::PHOTON_ENERGY),
+        (
+            "scatter.resolution",
+            settings.resolution,
+            ranges::ENERGY_RESOLUTION,
+        ),
+    ] {
+        c.within(field, given, range);
+    }
+    if c.is_clean(&["scatter"])
+        && let Err(error) = settings.spectrum()
+    {
+        let given = format!("{:?}", settings.windows);
+        c.fault("scatter.windows", given, error.to_string());
+    }
+    if scene.attenuates().is_none() {
+        let wanted = "needs a section [attenuation]: the medium that scatters";
+        c.fault("scatter.tolerance", Number(settings.tolerance), wanted);
     }
 }
 

@@ -9,7 +9,7 @@ use crate::scan::MOST_SAMPLES;
 use crate::scene::build::{geometry_of, heads_of};
 use crate::text::Number;
 
-/// Sizes of an arc in degrees.
+/// Allowed arcs in degrees.
 const ARC: [f64; 2] = [1e-3, 3600.0];
 
 impl CameraSettings {
@@ -66,7 +66,7 @@ fn orbit(orbit: &Orbit, n_views: usize, c: &mut Check) {
 }
 
 impl Scene {
-    /// Whether the steps from view to view are equal, which Interfile needs.
+    /// Whether all angle steps between views are equal, as Interfile requires.
     pub(super) fn has_even_steps(&self) -> bool {
         Camera::with_geometry(&geometry_of(self)).is_ok_and(|camera| camera.has_even_steps())
     }

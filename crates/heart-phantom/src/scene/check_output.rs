@@ -31,6 +31,9 @@ pub(super) fn output(scene: &Scene, c: &mut Check) {
     if scene.attenuates().is_none() && output.has(Product::Attenuation) {
         c.fault("write", "attenuation", "needs a section [attenuation]");
     }
+    if scene.scatter.is_none() && output.has(Product::Scatter) {
+        c.fault("write", "scatter", "needs a section [scatter]");
+    }
     if projections.projections.is_none() {
         let names = formats(|info| info.projections.is_some());
         let wanted = format!("cannot store the angles of projections; choose one of {names}");
@@ -63,7 +66,7 @@ pub(super) fn output(scene: &Scene, c: &mut Check) {
     }
 }
 
-/// The names, as scenes spell them, of the formats with a property.
+/// Lists the names of the formats with a property, as scenes spell them.
 pub(super) fn formats(has: impl Fn(&FormatInfo) -> bool) -> String {
     let with = Format::ALL.into_iter().filter(|format| has(format.info()));
     with.map(spelled).collect::<Vec<_>>().join(", ")

@@ -44,7 +44,7 @@ pub(super) fn reconstruction(scene: &Scene, c: &mut Check) {
     }
 }
 
-/// The number of voxels, and the region.
+/// Validates the number of voxels and the region.
 fn voxels(scene: &Scene, c: &mut Check) {
     let settings = &scene.reconstruction;
     let pixels = settings.pixels.unwrap_or(scene.camera.bins);
@@ -71,7 +71,7 @@ fn voxels(scene: &Scene, c: &mut Check) {
             c.fault(field, format!("[{from}, {to}]"), wanted);
         }
     }
-    // Interfile 3.3 has no key for a place: readers take the volume as centred.
+    // Interfile 3.3 has no key for a position: readers centre the volume.
     if scene.output.volumes == Format::InterfileSimind
         && c.is_clean(&["reconstruction.region"])
         && [x, y].iter().any(|[from, to]| from + to != pixels)
@@ -83,9 +83,12 @@ fn voxels(scene: &Scene, c: &mut Check) {
     }
 }
 
-/// Filtered back-projection needs all directions, unless the policy for the arc allows gaps.
+/// Filtered back-projection needs all directions, unless the arc policy allows gaps.
 fn directions(scene: &Scene, c: &mut Check) {
     let settings = &scene.reconstruction;
+    if scene.camera.geometry != BeamSettings::Parallel {
+        return;
+    }
     if settings.method != Method::Fbp || settings.arc != ArcPolicy::Complete {
         return;
     }
@@ -101,10 +104,10 @@ fn directions(scene: &Scene, c: &mut Check) {
         }
         return;
     }
-    // No gap between neighbouring directions is wider than two steps.
+    // Gaps between neighbouring directions are at most two steps.
     let least = 180.0 / (1.0 + 1.0 / views as f64);
     if arc.abs() < least {
-        // Its default would do, so that it stands in the file; `reconstruction.arc` may not.
+        // The default of `camera.arc` is sufficient, so this field is in the file; `reconstruction.arc` may be absent.
         let wanted = format!(
             "its magnitude must be at least 180 ({} for {views} views: no gap wider than two steps); \
              otherwise set reconstruction.arc to extend, truncate or rescale",
@@ -114,13 +117,13 @@ fn directions(scene: &Scene, c: &mut Check) {
     }
 }
 
-/// Known motion is compensated only where all gates have a common frame.
+/// Motion compensation needs a reference phase that all gates share.
 fn compensation(scene: &Scene, c: &mut Check) {
     let settings = &scene.reconstruction;
-    let turns = |breathing: &Breathing| breathing.turn_degrees != [0.0; 3];
+    let turns = |breathing: &Breathing| breathing.rotation_degrees != [0.0; 3];
     let wanted = match (settings.compensation, settings.method) {
         (Compensation::KnownMotion, Method::Fbp) if scene.breathing.as_ref().is_some_and(turns) => {
-            "fbp shifts projections and cannot correct a rotation: set breathing.turn_degrees to zero or use osem"
+            "fbp shifts projections and cannot correct a rotation: set breathing.rotation_degrees to zero or use osem"
         }
         (Compensation::KnownMotion, Method::Osem(_))
             if matches!(scene.activity.cavity, Uptake::Total(_)) =>
@@ -149,5 +152,8 @@ fn check_osem(osem: &Osem, scene: &Scene, c: &mut Check) {
         if asked && !there {
             c.fault(name, asked, format!("needs a section {needed}"));
         }
+    }
+    if osem.scatter.is_some() && scene.scatter.is_none() {
+        c.fault("scatter", "known", "needs a section [scatter]");
     }
 }

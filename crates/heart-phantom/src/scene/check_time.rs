@@ -1,4 +1,4 @@
-//! Validation of the section `[acquisition]` with all that acts in real time: beats, breathing, a rotating camera.
+//! Validation of the section `[acquisition]` and of everything in real time: R-R intervals, respiration, continuous rotation.
 
 use super::Scene;
 use super::finding::Check;
@@ -8,7 +8,7 @@ use crate::scan::{Accuracy, Acquisition, Camera, Mode, Rotation};
 use crate::scene::build::{cycle_of, geometry_of, heads_of};
 use crate::text::enough;
 
-/// Samples of all gated projection sets, or of all their volumes: 1 TiB of `f32`.
+/// Largest number of samples of all gated projection sets or volumes: 1 TiB of `f32`.
 const MOST_SAMPLES_OF_ALL: f64 = 274_877_906_944.0;
 
 pub(super) fn acquisition(scene: &Scene, c: &mut Check) {
@@ -44,7 +44,7 @@ pub(super) fn acquisition(scene: &Scene, c: &mut Check) {
     });
 }
 
-/// In real time every gate has to come in the time of every view. How many steps a tolerance takes is not known here.
+/// Validates that every gate occurs during every view. The number of steps of a tolerance is unknown here.
 pub(super) fn in_real_time(scene: &Scene, rest: f64, c: &mut Check) {
     let (Ok(cycle), Ok(camera)) = (
         cycle_of(scene, rest),
@@ -64,11 +64,7 @@ pub(super) fn in_real_time(scene: &Scene, rest: f64, c: &mut Check) {
     let (cardiac, gates) = (mode.n_gates(), mode.n_gates() * cycle.breath_gates());
     for gate in 0..gates {
         let cycle = cycle.clone().in_breath_gate(gate / cardiac);
-        let acquisition = Acquisition {
-            mode,
-            gate: gate % cardiac,
-            points: steps,
-        };
+        let acquisition = Acquisition::new(mode, gate % cardiac, steps);
         let wanted = match acquisition.validate(&cycle, &camera) {
             Ok(()) => continue,
             Err(PhantomError::OutOfRange { .. }) => {
@@ -76,10 +72,10 @@ pub(super) fn in_real_time(scene: &Scene, rest: f64, c: &mut Check) {
                     "must be at least one cardiac cycle, {beat} s, for whole cycles with continuous rotation"
                 )
             }
-            Err(PhantomError::Unseen { view_idx, .. }) if cycle.in_real_time() => format!(
+            Err(PhantomError::EmptyView { view_idx, .. }) if cycle.in_real_time() => format!(
                 "gate {gate} of {gates} does not occur in the accepted time of view {view_idx}"
             ),
-            Err(PhantomError::Unseen { gate, view_idx }) => format!(
+            Err(PhantomError::EmptyView { gate, view_idx }) => format!(
                 "gate {gate} of {gates} does not occur during view {view_idx}; one cardiac cycle, {beat} s, is always sufficient"
             ),
             Err(PhantomError::Count { given, most, .. }) => format!(

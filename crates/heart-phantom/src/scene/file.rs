@@ -5,7 +5,7 @@ use serde::de::{Deserializer, Error as _, SeqAccess, Visitor};
 use std::fmt;
 use std::marker::PhantomData;
 
-/// An array of as many values as it has to have: TOML by itself drops what is too much.
+/// An array of exactly N values; the TOML parser alone would ignore surplus values.
 struct Exactly<T, const N: usize>(PhantomData<T>);
 
 impl<'de, T: Deserialize<'de>, const N: usize> Visitor<'de> for Exactly<T, N> {

@@ -1,12 +1,12 @@
-//! Findings of a validation: which fields of a scene are wrong, where they are, and what is allowed.
+//! Findings of a validation: field, place and allowed values.
 
-use crate::text::{Number, shown, shown_path};
+use crate::text::{Number, escape, escape_path};
 use std::fmt::{self, Debug, Display};
 use std::path::{Path, PathBuf};
 
-/// Place in a file, to stand before a message.
+/// Formats a place in a file as the prefix of a message.
 pub(crate) fn place_in(file: Option<&Path>, place: Option<[usize; 2]>) -> String {
-    match (file.map(shown_path), place) {
+    match (file.map(escape_path), place) {
         (Some(file), Some([line, column])) => format!("{file}:{line}:{column}: "),
         (Some(file), None) => format!("{file}: "),
         (None, Some([line, column])) => format!("line {line}, column {column}: "),
@@ -14,15 +14,15 @@ pub(crate) fn place_in(file: Option<&Path>, place: Option<[usize; 2]>) -> String
     }
 }
 
-/// A field of a scene whose value is not allowed, alone or beside others.
+/// A field of a scene whose value is not allowed, alone or in combination.
 ///
-/// [`Display`] writes one line with escapes for control characters; a long value is cut.
+/// [`Display`] writes one line, escapes control characters and truncates long values.
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub struct Finding {
-    /// Line and column, from 1; `None` for a scene without a text, or a field that its text leaves out.
+    /// Line and column, from 1; `None` if the scene has no text or the text lacks the field.
     pub place: Option<[usize; 2]>,
-    /// Path of the field, such as `camera.views`, or `defects.1.s` of the first section `[[defects]]`; empty if the text is no TOML.
+    /// Path of the field, such as `camera.views`, or `defects.1.s` of the first section `[[defects]]`; empty if the text is not valid TOML.
     // tidy: allow string: the path of a field in the file
     pub field: String,
     /// The value; empty if there is none.
@@ -36,7 +36,7 @@ pub struct Finding {
 impl Display for Finding {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let [field, given, wanted] =
-            [&self.field, &self.given, &self.wanted].map(|text| shown(text));
+            [&self.field, &self.given, &self.wanted].map(|text| escape(text));
         match (field.as_str(), given.as_str()) {
             ("", "") => write!(f, "{wanted}"),
             ("", given) => write!(f, "`{given}`: {wanted}"),
@@ -46,32 +46,32 @@ impl Display for Finding {
     }
 }
 
-/// All findings of a scene, one on each line, in the order of its sections.
+/// All findings of a scene, one per line, in the order of the sections.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SceneError {
     /// The file, if the scene was read from one.
     pub(super) file: Option<PathBuf>,
-    /// At least one.
+    /// Never empty.
     pub(super) findings: Vec<Finding>,
 }
 
 impl SceneError {
-    /// The file, if the scene was read from one.
+    /// Returns the file, if the scene was read from one.
     pub fn file(&self) -> Option<&Path> {
         self.file.as_deref()
     }
 
-    /// The findings; at least one.
+    /// Returns the findings, at least one.
     pub fn findings(&self) -> &[Finding] {
         &self.findings
     }
 
-    /// The first finding.
+    /// Returns the first finding.
     pub fn first(&self) -> &Finding {
         &self.findings[0]
     }
 
-    /// The same without places, of a text that the user did not write.
+    /// Removes the places, for a text that the user did not write.
     pub fn without_places(mut self) -> Self {
         self.findings
             .iter_mut()
@@ -102,7 +102,7 @@ impl From<Finding> for SceneError {
     }
 }
 
-/// A validation under way: the path of the section that is validated, and the findings so far.
+/// A running validation: path of the current section and findings so far.
 #[derive(Debug, Default)]
 pub(crate) struct Check {
     path: String,
@@ -110,15 +110,15 @@ pub(crate) struct Check {
 }
 
 impl Check {
-    /// An error if there is any finding.
-    pub(super) fn finish(self) -> Result<(), SceneError> {
+    /// Returns an error if there are findings.
+    pub(crate) fn finish(self) -> Result<(), SceneError> {
         match self.findings.is_empty() {
             true => Ok(()),
             false => Err(self.into_error()),
         }
     }
 
-    /// The error of at least one finding.
+    /// Converts to an error; requires at least one finding.
     pub(super) fn into_error(self) -> SceneError {
         SceneError {
             file: None,
@@ -126,7 +126,7 @@ impl Check {
         }
     }
 
-    /// Validates what is below a name. An empty name is the section itself.
+    /// Validates the fields below a name. An empty name means the section itself.
     pub(crate) fn at(&mut self, name: &str, check: impl FnOnce(&mut Self)) {
         let length = self.path.len();
         if length > 0 && !name.is_empty() {
@@ -137,14 +137,14 @@ impl Check {
         self.path.truncate(length);
     }
 
-    /// Validates each item of an array, counted from 1.
+    /// Validates each item of an array; indices count from 1.
     pub(crate) fn each<T>(&mut self, name: &str, items: &[T], check: impl Fn(&mut Self, &T)) {
         for (k, item) in items.iter().enumerate() {
             self.at(&format!("{name}.{}", k + 1), |c| check(c, item));
         }
     }
 
-    /// Whether none of these sections has a finding: rules across sections are for values that are allowed by themselves.
+    /// Whether none of these sections has a finding. Rules across sections require that each value is allowed by itself.
     pub(super) fn is_clean(&self, sections: &[&str]) -> bool {
         let of = |finding: &Finding, section: &str| {
             (finding.field.strip_prefix(section))
@@ -165,7 +165,7 @@ impl Check {
         });
     }
 
-    /// A NaN is in no range.
+    /// Validates a value against a range; NaN is out of range.
     pub(crate) fn within(&mut self, name: &str, given: f64, [min, max]: [f64; 2]) {
         if !(given >= min && given <= max) {
             let wanted = format!("must be between {} and {}", Number(min), Number(max));
@@ -173,7 +173,7 @@ impl Check {
         }
     }
 
-    /// Every value of an array; the first that is outside is a finding.
+    /// Validates all values of an array; reports the first one out of range.
     pub(crate) fn all_within(&mut self, name: &str, given: &[f64], [min, max]: [f64; 2]) {
         if let Some(bad) = given.iter().find(|x| !(**x >= min && **x <= max)) {
             self.within(name, *bad, [min, max]);
@@ -186,7 +186,7 @@ impl Check {
         }
     }
 
-    /// `[from, to]` with `low <= from < to <= high`.
+    /// Validates `[from, to]` with `low <= from < to <= high`.
     pub(crate) fn ascending(&mut self, name: &str, [from, to]: [f64; 2], [low, high]: [f64; 2]) {
         if !(from >= low && from < to && to <= high) {
             let [low, high, from, to] = [low, high, from, to].map(Number);
@@ -196,7 +196,7 @@ impl Check {
     }
 }
 
-/// A choice as it is written in a file: its name in Rust with hyphens between the words.
+/// Returns the spelling of a variant in a file: kebab case.
 pub(super) fn spelled(choice: impl Debug) -> String {
     let mut name = String::new();
     for letter in format!("{choice:?}").chars() {
@@ -208,7 +208,7 @@ pub(super) fn spelled(choice: impl Debug) -> String {
     name
 }
 
-/// An array as an error shows it.
+/// Describes an array in an error message.
 pub(crate) fn array_of(n: usize) -> String {
     format!("an array of {n} values")
 }

@@ -1,4 +1,4 @@
-//! `heart.material`: springs, or a rubber whose table has its constants and its thickness.
+//! `heart.material`: springs, or rubber with its constants and thickness.
 
 use super::finding::{Check, spelled};
 use crate::Balloon;
@@ -7,10 +7,9 @@ use crate::text::Number;
 pub(super) use file::EXPECTED;
 use membrane_forces::{MembraneError, PressureLaw, StrainEnergy};
 
-/// What the balloons are made of.
+/// The material of the balloons.
 ///
-/// `"springs"`, or one of the rubbers that [`StrainEnergy`] has, with its constants in kPa and its thickness in mm:
-/// `{ neo_hookean = { mu = 400.0, thickness = 0.5 } }`.
+/// `"springs"`, or a [`StrainEnergy`] with its constants in kPa and its thickness in mm: `{ neo_hookean = { mu = 400.0, thickness = 0.5 } }`.
 ///
 /// ```
 /// use heart_phantom::membrane_forces::StrainEnergy;
@@ -22,28 +21,28 @@ use membrane_forces::{MembraneError, PressureLaw, StrainEnergy};
 /// ```
 #[derive(Debug, Clone, PartialEq)]
 pub enum MaterialSettings {
-    /// The paper's springs, whose stiffness each balloon has.
+    /// The springs of the paper; each balloon has its own stiffness.
     Springs,
     /// Rubber, the same in both balloons.
     Rubber {
-        /// Its strain energy, moduli in kPa.
+        /// Strain energy; moduli in kPa.
         energy: StrainEnergy,
-        /// Thickness at rest in mm.
+        /// Thickness in the reference configuration, mm.
         thickness: f64,
     },
 }
 
-/// The field of a rubber's table that is no constant of its energy.
+/// The field of the table that is not a constant of the energy.
 const THICKNESS: &str = "thickness";
 
-/// Names of constants of rubber.
+/// Names of the constants of rubber.
 const CONSTANTS: [&str; 4] = ["mu", "c1", "c2", "jm"];
 
-/// Mm at rest, and kPa.
+/// Allowed thicknesses in mm, allowed shear moduli in kPa.
 const THICKNESSES: [f64; 2] = [1e-3, 10.0];
 const SHEAR_MODULI: [f64; 2] = [1e-6, 1e9];
 
-/// The name of a rubber in a file.
+/// Returns the name of a rubber in a file.
 fn name(energy: &StrainEnergy) -> &'static str {
     match energy {
         StrainEnergy::NeoHookean { .. } => "neo_hookean",
@@ -53,7 +52,7 @@ fn name(energy: &StrainEnergy) -> &'static str {
     }
 }
 
-/// Rubber has constants that rubber can have, and no parameter of springs.
+/// Validates the constants of rubber and the absence of parameters of springs.
 pub(super) fn check(
     material: &MaterialSettings,
     [inner, outer]: [Balloon; 2],
@@ -92,7 +91,7 @@ pub(super) fn check(
         }
     }
     match law {
-        // Of springs, and what is left out.
+        // The default, and a pressure.
         PressureLaw::PerMaterialLength | PressureLaw::PerCurrentLength => {}
         PressureLaw::TotalForce => {
             let wanted = "must be absent: the load of rubber is a pressure";
@@ -112,10 +111,10 @@ mod file {
     use std::fmt;
     use toml::{Table, Value};
 
-    /// What errors say that `heart.material` may be; the template says more.
+    /// Allowed values of `heart.material` in error messages; the template has details.
     pub(in crate::scene) const EXPECTED: &str = "\"springs\" or a rubber with its constants";
 
-    /// Name and constants of a rubber as they stand in a file.
+    /// Returns name and constants of a rubber as spelled in a file.
     fn constants(energy: &StrainEnergy) -> Result<(String, Map<String, Json>), serde_json::Error> {
         let Json::Object(named) = serde_json::to_value(energy)? else {
             return Ok(Default::default());
@@ -174,7 +173,7 @@ mod file {
             };
             let rubber = Table::from_iter([(name, Value::Table(constants))]);
             let energy = StrainEnergy::deserialize(rubber);
-            // Places that its message names are of this table alone.
+            // Places in its message refer to this table only.
             let energy = energy.map_err(|error| A::Error::custom(error.message()))?;
             Ok(MaterialSettings::Rubber { energy, thickness })
         }

@@ -1,7 +1,9 @@
-//! A scene: what beats, what looks at it, what is made of it. Types, their TOML file, and its run.
+//! Scenes: the settings of a study, their TOML file, validation and the run.
 
+mod beam;
 mod build;
 pub(crate) mod check;
+mod check_beam;
 mod check_camera;
 mod check_output;
 mod check_reconstruction;
@@ -33,10 +35,11 @@ mod template;
 pub use crate::{
     Accuracy, Activity, Attenuation, Background, Balloon, Beats, BinSample, Breathing,
     BreathingCurve, Chest, Compensation, Counting, Counts, Decay, Defect, GateFiles, GatedBy,
-    Medium, Method, Mode, Noise, Orbit, Osem, Output, Product, ProjectionValues, RespiratoryGates,
-    Rotation, RrIntervals,
+    KnownScatter, Medium, Method, Mode, Noise, Orbit, Osem, Output, Product, ProjectionValues,
+    RespiratoryGates, Rotation, RrIntervals,
 };
 pub(crate) use build::WORK_BYTES;
+pub(crate) use check_beam::needs_parallel;
 #[cfg(feature = "scene")]
 pub(crate) use file::exactly;
 pub(crate) use finding::{Check, array_of, place_in};
@@ -56,8 +59,9 @@ pub use run_report::{
     SliceOrders,
 };
 pub use sections::{
-    AcquisitionSettings, BlurSettings, CameraSettings, CollimatorSettings, CycleSettings,
-    DiscretisationSettings, HeadsSettings, HeartSettings, HolesSettings, OrganSettings,
-    OrganShapeSettings, PixelRange, PoseSettings, ReconstructionSettings, TruthSettings,
+    AcquisitionSettings, BeamSettings, BlurSettings, CameraSettings, CollimatorSettings,
+    CycleSettings, DiscretisationSettings, HeadsSettings, HeartSettings, HolesSettings,
+    OrganSettings, OrganShapeSettings, PixelRange, PoseSettings, ReconstructionSettings,
+    ScatterSettings, TruthSettings,
 };
 pub use study::Scene;

@@ -8,14 +8,14 @@ use crate::{Beats, Cycle, MaterialPoint, RrIntervals, Twist};
 #[cfg(feature = "scene")]
 use serde::{Deserialize, Serialize};
 
-/// `[twist]`: how far the wall is turned about its axis at end-systole, in degrees, positive from body y to body z.
+/// `[twist]`: rotation of the wall about its axis at end-systole, in degrees, positive from body y to body z.
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "scene", derive(Serialize, Deserialize))]
 #[cfg_attr(feature = "scene", serde(deny_unknown_fields))]
 pub struct TwistSettings {
-    /// At equally spaced s from the base to the apex, of the inner membrane: two or more.
+    /// Rotation of the inner membrane at two or more equally spaced s from base to apex.
     pub inner_degrees: Vec<f64>,
-    /// Of the outer membrane.
+    /// Rotation of the outer membrane.
     pub outer_degrees: Vec<f64>,
 }
 
@@ -37,21 +37,21 @@ impl TwistSettings {
     }
 }
 
-/// One of `[[points]]`: a material point whose motion the report has.
+/// One of `[[points]]`: a material point whose motion is reported.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "scene", derive(Serialize, Deserialize))]
 #[cfg_attr(feature = "scene", serde(deny_unknown_fields))]
 pub struct PointSettings {
-    /// From 0, the inner membrane, to 1, the outer one.
+    /// Transmural position, from 0 (inner membrane) to 1 (outer membrane).
     pub layer: f64,
-    /// From 0, the base, to 0.5, the apex: material coordinate of the membranes at rest.
+    /// Material coordinate of the reference configuration, from 0 (base) to 0.5 (apex).
     pub s: f64,
-    /// Degrees about the axis, from body y to body z, of the wall without a twist.
+    /// Azimuth about the axis in degrees, from body y to body z, of the untwisted wall.
     pub azimuth_degrees: f64,
 }
 
 impl PointSettings {
-    /// The point, its azimuth in radians.
+    /// Returns the point, with its azimuth in radians.
     pub fn point(&self) -> MaterialPoint {
         MaterialPoint {
             layer: self.layer,
@@ -70,7 +70,7 @@ pub(super) fn points(points: &[PointSettings], c: &mut Check) {
     });
 }
 
-/// Beats have to fit the cycle.
+/// Validates that the R-R intervals fit the cycle.
 pub(super) fn beats(beats: &Beats, cycle: Cycle, c: &mut Check) {
     let Err(error) = cycle.with_beats(beats) else {
         return;

@@ -6,14 +6,14 @@ use crate::{Attenuation, Camera, Cycle, Heart, MaterialPoint, Twist, ViewError, 
 use radon::{Collimator, FbpOptions};
 use revolve_voxel::Organs;
 
-/// The tolerance of bins and depth where steps of time are given by hand.
+/// The tolerance of bins and depth slabs if the number of time steps is given.
 const DEFAULT_TOLERANCE: f64 = 1e-3;
 
 /// A scene with the objects that its sections describe. Every other parameter is read from the scene itself.
 #[derive(Debug, Clone)]
 pub(crate) struct Parts {
     pub(crate) scene: Scene,
-    /// Whether the heart was given instead of the sections `[heart]` and `[pose]`.
+    /// Whether the caller gave the heart; it replaces the sections `[heart]` and `[pose]`.
     pub(crate) own_heart: bool,
     pub(crate) heart: Heart,
     pub(crate) cycle: Cycle,
@@ -21,7 +21,7 @@ pub(crate) struct Parts {
     pub(crate) organs: Option<Organs>,
     pub(crate) twist: Option<Twist>,
     pub(crate) points: Vec<MaterialPoint>,
-    /// That of the scene, or of soft tissue in a chest.
+    /// The attenuation of the scene; soft tissue in a chest by default.
     pub(crate) attenuation: Option<Attenuation>,
     pub(crate) collimator: Option<Collimator>,
     pub(crate) reconstruction: FbpOptions,
@@ -34,7 +34,7 @@ impl Parts {
         self.scene.acquisition.mode
     }
 
-    /// The definition of a sample, as given or as response and blur have it.
+    /// Returns the definition of a sample, given or implied by response and blur.
     pub(crate) fn samples(&self) -> BinSample {
         let blurred = self.collimator.is_some() || self.scene.blur.is_some();
         self.scene.camera.samples.unwrap_or(match blurred {
@@ -48,7 +48,7 @@ impl Parts {
         matches!(self.scene.acquisition.accuracy, Accuracy::Tolerance(_))
     }
 
-    /// The parts of the tolerance that the terms of the error have.
+    /// Returns the parts of the tolerance for the terms of the error.
     pub(crate) fn tolerances(&self) -> ViewError {
         let (tolerance, timed) = match self.scene.acquisition.accuracy {
             Accuracy::Steps(_) => (DEFAULT_TOLERANCE, false),
@@ -68,35 +68,31 @@ impl Parts {
         self.mode().n_gates() * self.cycle.breath_gates()
     }
 
-    /// The cycle, once for each respiratory gate.
+    /// Returns the cycle of each respiratory gate.
     pub(crate) fn cycles(&self) -> Vec<Cycle> {
         (0..self.cycle.breath_gates())
             .map(|gate| self.cycle.clone().in_breath_gate(gate))
             .collect()
     }
 
-    /// Times and angles of the views of a gate.
+    /// Returns times and angles of the views of a gate.
     pub(crate) fn view_times(&self, gate: usize) -> Vec<ViewTime> {
         let gates = self.mode().n_gates();
-        let acquisition = Acquisition {
-            mode: self.mode(),
-            gate: gate % gates,
-            points: STEPS[0],
-        };
+        let acquisition = Acquisition::new(self.mode(), gate % gates, STEPS[0]);
         let cycle = self.cycle.clone().in_breath_gate(gate / gates);
         (0..self.camera.n_views())
             .map(|view_idx| acquisition.view_time(&cycle, &self.camera, view_idx))
             .collect()
     }
 
-    /// Distance of the collimator's face from the axis in each view; `None` if it follows the contour of the body.
+    /// Returns the distance of the collimator face from the axis in each view; `None` if it follows the contour of the body.
     pub(crate) fn nominal_radii(&self) -> Option<Vec<f64>> {
         let angles = self.camera.geometry().angles().iter().enumerate();
         let orbit = &self.scene.camera.radius;
         (angles.map(|(k, theta)| orbit.radius(k, *theta))).collect()
     }
 
-    /// Expected counts of a sample of 1 in each view of a gate; `None` if the sensitivity of the camera is not given.
+    /// Returns the expected counts per unit sample in each view of a gate; `None` if the sensitivity of the camera is unknown.
     pub(crate) fn expected_counts(&self, gate: usize) -> Option<Vec<f64>> {
         let counting = self.scene.counting.as_ref()?;
         let [bin, row] = self.camera.detector().pitch();

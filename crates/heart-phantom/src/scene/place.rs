@@ -8,7 +8,7 @@ use std::str::Utf8Error;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
-/// Longest piece of the user's text that an error repeats.
+/// Largest length of the user's text in an error message, in bytes.
 const MOST_QUOTED: usize = 60;
 /// Longest message of the parser, in characters.
 const MOST_MESSAGE: usize = 500;
@@ -25,7 +25,7 @@ const KINDS: [&str; 8] = [
     material::EXPECTED,
 ];
 
-/// Converts an error of the parser to a finding with its field.
+/// Converts an error of the parser to a finding with a field.
 pub(super) fn syntax(text: &str, error: &toml::de::Error) -> Finding {
     let span = error.span().map(|span| clamped(text, span));
     let place = span.clone().map(|span| line_and_column(text, span.start));
@@ -47,7 +47,7 @@ pub(super) fn syntax(text: &str, error: &toml::de::Error) -> Finding {
     }
 }
 
-/// The finding for a file that is not UTF-8, at its first invalid byte.
+/// Returns the finding for a file that is not UTF-8, at its first invalid byte.
 pub(super) fn not_text(bytes: &[u8], error: Utf8Error) -> Finding {
     let before = String::from_utf8_lossy(&bytes[..error.valid_up_to()]);
     Finding {
@@ -58,7 +58,7 @@ pub(super) fn not_text(bytes: &[u8], error: Utf8Error) -> Finding {
     }
 }
 
-/// The parser's message with the user's text cut to [`MOST`] characters.
+/// Returns the parser's message with the user's text cut to [`MOST`] characters.
 fn short_of(message: &str) -> String {
     for (open, close) in [("`", "`, expected"), ("\"", "\", expected")] {
         if let (Some(from), Some(to)) = (message.find(open), message.rfind(close))
@@ -72,7 +72,7 @@ fn short_of(message: &str) -> String {
     cut(message, MOST_MESSAGE)
 }
 
-/// The parser's message with names of TOML types in place of names of Rust types.
+/// Replaces names of Rust types in the parser's message by names of TOML types.
 fn plain(message: &str) -> String {
     let mut message = message.replace(" as i128", "");
     for (rust, name) in [
@@ -102,14 +102,14 @@ fn plain(message: &str) -> String {
     message
 }
 
-/// Line and column of a field, or of the innermost table that would contain it.
+/// Returns line and column of a field, or of the innermost table that would contain it.
 pub(crate) fn of_field(text: &str, field: &str) -> Option<[usize; 2]> {
     Some(locate(text, field)?.0)
 }
 
-/// Returns line and column, from 1, of a field of a TOML text such as `camera.pitch` or `defects.1.s`, and whether the field itself is there;
-/// otherwise the place is that of the innermost table that would contain it. Arrays count from 1; a key may be a dotted path in quotes. `None` if
-/// there is neither, or the text is no TOML.
+/// Returns line and column (from 1) of a field of a TOML text such as `camera.pitch` or `defects.1.s`, and whether the field exists. If
+/// not, the place is that of the innermost table that would contain it. Array indices count from 1; a key may be a quoted dotted path.
+/// `None` if no such table exists or the text is not valid TOML.
 pub fn locate(text: &str, field: &str) -> Option<([usize; 2], bool)> {
     let root = DeTable::parse(text).ok()?;
     let mut entries = of_table(root.get_ref());
@@ -125,7 +125,7 @@ pub fn locate(text: &str, field: &str) -> Option<([usize; 2], bool)> {
     found.map(|place| (place, rest.is_empty()))
 }
 
-/// The rest of a path after a name that it begins with.
+/// Returns the rest of a path after a leading name.
 fn after<'a>(path: &'a str, name: &str) -> Option<&'a str> {
     let rest = path.strip_prefix(name).filter(|_| !path.is_empty())?;
     match rest.strip_prefix('.') {
@@ -134,16 +134,16 @@ fn after<'a>(path: &'a str, name: &str) -> Option<&'a str> {
     }
 }
 
-/// The dotted path of what stands at a byte of the text, and whether that is a value, no name; `None` if the text is no TOML.
+/// Returns the dotted path at a byte of the text, and whether that byte is in a value, not a name; `None` if the text is not valid TOML.
 fn field_at(text: &str, at: usize) -> Option<(String, bool)> {
     let root = DeTable::parse(text).ok()?;
     let mut entries = of_table(root.get_ref());
     let mut path: Vec<String> = Vec::new();
     let mut is_value = false;
-    // A table's header does not span its entries: look into each for one that holds the place.
+    // The span of a table header excludes the entries: search the entries of each table.
     while let Some(entry) = entries.into_iter().find(|entry| entry.holds(at)) {
         let is_key = entry.key.contains(&at);
-        // Of arrays, only those of tables are fields within fields.
+        // Elements of arrays are fields only if they are tables.
         if matches!(entry.value.get_ref(), DeValue::Array(_) | DeValue::Table(_))
             || entry.key.end > 0
         {
@@ -158,7 +158,7 @@ fn field_at(text: &str, at: usize) -> Option<(String, bool)> {
     Some((path.join("."), is_value))
 }
 
-/// A named entry of a table, or a numbered one of an array (without a key).
+/// A named entry of a table, or an indexed entry of an array (without a key).
 struct Entry<'a> {
     name: String,
     key: Range<usize>,
@@ -199,7 +199,7 @@ fn of_table<'a>(table: &'a DeTable<'a>) -> Vec<Entry<'a>> {
         .collect()
 }
 
-/// A span within the text and on the borders of characters.
+/// Clamps a span to the text and to character boundaries.
 fn clamped(text: &str, span: Range<usize>) -> Range<usize> {
     let fit = |mut at: usize| {
         at = at.min(text.len());
@@ -212,7 +212,7 @@ fn clamped(text: &str, span: Range<usize>) -> Range<usize> {
     start..end.max(start)
 }
 
-/// Returns line and column, from 1, of a byte of a text.
+/// Returns line and column (from 1) of a byte of a text.
 pub fn line_and_column(text: &str, at: usize) -> [usize; 2] {
     let before = text.get(..at).unwrap_or(text);
     let line = before.rsplit('\n').next().unwrap_or_default();

@@ -1,4 +1,4 @@
-//! Scenes from and to text, checked.
+//! Reading, validating and writing scenes.
 
 use super::finding::SceneError;
 use super::study::Scene;
@@ -8,27 +8,27 @@ use std::fs::File;
 use std::io::{self, Read};
 use std::path::Path;
 
-/// No scene is longer; a device may be.
+/// Largest size of a scene file; an endless device is not read to its end.
 const MOST_BYTES: u64 = 1 << 24;
 
 impl Scene {
-    /// Reads a scene and checks it; what is left out is the default.
+    /// Reads and validates a scene; absent fields take their defaults.
     ///
     /// # Errors
-    /// [`PhantomError::Scene`] with line, column and field, what was given and what would be right.
+    /// [`PhantomError::Scene`] with line, column, field, value and allowed values.
     pub fn from_toml(text: &str) -> Result<Self, PhantomError> {
-        Self::parse(text).map_err(|error| PhantomError::Scene(Box::new(error)))
+        Self::parse(text, Path::new("")).map_err(|error| PhantomError::Scene(Box::new(error)))
     }
 
-    /// Reads a scene from a file.
+    /// Reads and validates a scene file.
     ///
     /// # Errors
-    /// [`PhantomError::Read`] if the file cannot be read or has more than 16 MiB; [`PhantomError::Scene`] that names the file besides.
+    /// [`PhantomError::Read`] if the file cannot be read or exceeds 16 MiB; [`PhantomError::Scene`], with the file, for an invalid scene.
     pub fn load(path: &Path) -> Result<Self, PhantomError> {
         Ok(Self::read(path)?.0)
     }
 
-    /// A scene and the text that it was read from.
+    /// Reads a scene and its text.
     pub(crate) fn read(path: &Path) -> Result<(Self, String), PhantomError> {
         let read = |path| {
             let mut bytes = Vec::new();
@@ -44,7 +44,9 @@ impl Scene {
             source,
         })?;
         let parsed = match String::from_utf8(bytes) {
-            Ok(text) => Self::parse(&text).map(|scene| (scene, text)),
+            Ok(text) => {
+                Self::parse(&text, path.parent().unwrap_or(path)).map(|scene| (scene, text))
+            }
             Err(error) => Err(place::not_text(error.as_bytes(), error.utf8_error()).into()),
         };
         parsed.map_err(|mut error| {
@@ -53,13 +55,14 @@ impl Scene {
         })
     }
 
-    /// The scene as a file with a comment on each field; [`Scene::from_toml`] gives the same scene back.
+    /// Writes the scene as TOML with a comment on each field; [`Scene::from_toml`] restores the same scene.
     pub fn to_toml(&self) -> String {
         template::write(self)
     }
 
-    fn parse(text: &str) -> Result<Self, SceneError> {
-        let scene: Self = toml::from_str(text).map_err(|error| place::syntax(text, &error))?;
+    fn parse(text: &str, directory: &Path) -> Result<Self, SceneError> {
+        let mut scene: Self = toml::from_str(text).map_err(|error| place::syntax(text, &error))?;
+        scene.camera.relative_to(directory);
         match check::parts(scene, None) {
             Ok(parts) => Ok(parts.scene),
             Err(mut error) => {

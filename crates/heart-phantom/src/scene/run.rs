@@ -1,4 +1,4 @@
-//! A scene from start to end: everything that it asks for, written to a folder.
+//! A run: computes the products of a scene and writes them to a directory.
 
 use super::run_report::{
     GateReport, MeasuredEjection, PictureReport, Progress, RunReport, SliceOrders,
@@ -7,11 +7,11 @@ use super::study::Scene;
 use crate::error::{PhantomError, check_count};
 use crate::files::{self, Folder};
 use crate::phantom::{Index, Needs};
-use crate::{Method, Mode, Phantom, Product, ViewReport};
+use crate::{Method, Mode, Phantom, Product, Sinograms, ViewReport};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-/// A run in steps: [`run`] for whoever makes something of the results besides, while they are there.
+/// A run in steps: [`run`] for a caller who uses the results of each gate.
 ///
 /// ```
 /// use heart_phantom::{Phantom, Run, Scene};
@@ -34,42 +34,43 @@ use std::path::{Path, PathBuf};
 pub struct Run<'a> {
     pub(super) phantom: &'a Phantom,
     pub(super) out: &'a Path,
-    /// The scene, which names the study.
+    /// The scene as text, which defines the identifiers of the study.
     pub(super) study: Option<String>,
-    /// Names that files of the caller will have.
+    /// Names of files that the caller writes.
     beside: Vec<PathBuf>,
     pub(super) files: Vec<PathBuf>,
     gates: Vec<GateReport>,
-    /// The middle slice of each reconstruction, for pictures of one window.
+    /// The middle slice of each reconstruction, for images with a common grey scale.
     middle: Vec<Vec<f32>>,
-    /// The views of all gates, where volumes are made of them together.
+    /// Unscattered projections of later gates that were computed with those of an earlier one.
+    ahead: Vec<Option<Sinograms>>,
+    /// The projections of all gates, for motion-compensated volumes.
     pub(super) seen: Vec<f32>,
-    /// The gates so far of products that go into one file.
-    pub(super) joined: BTreeMap<Product, Vec<f32>>,
+    /// Gates so far of arrays that are written to one file.
+    pub(super) joined: BTreeMap<(Product, usize), Vec<f32>>,
     _folder: Folder,
 }
 
-/// What a gate of a run has made, of what the scene asks for.
+/// The results of a gate that the scene requests.
 #[derive(Debug, Clone, PartialEq, Default)]
 #[non_exhaustive]
 pub struct GateResults {
-    /// The views, `[view][row][bin]`.
+    /// Projections, `[view][row][bin]`.
     pub projections: Option<Vec<f32>>,
-    /// The volume reconstructed from them, `[z][y][x]`.
+    /// Reconstructed volume, `[z][y][x]`.
     pub reconstruction: Option<Vec<f32>>,
-    /// The exact volume, `[z][y][x]`.
+    /// Voxelised ground truth, `[z][y][x]`.
     pub truth: Option<Vec<f32>>,
 }
 
-/// Computes and writes what the scene's `[output]` asks for, and `report.json`. Every file is written whole or not at all;
-/// `report.json` comes last. One of an earlier run goes first, and then what it lists and this run does not write again, so that where
-/// it is, all is, and nothing of another run.
+/// Computes and writes the products of `[output]`, and `report.json`. Every file is written atomically, `report.json` last. A run first
+/// removes the `report.json` of an earlier run, then the files that it lists and that are not written again. If `report.json` exists, the
+/// output of the run is complete.
 ///
 /// # Errors
-/// Before any view: [`PhantomError::File`] if the folder cannot be written to, [`PhantomError::Busy`] if another run writes to it,
-/// [`PhantomError::Foreign`] if it has a `report.json` that no run has written, [`PhantomError::Refused`] for what
-/// [`Phantom::prepare`] finds. Later [`PhantomError::File`] only, but for a shape that was not tried
-/// before.
+/// Before the first view: [`PhantomError::File`] if the directory is not writable, [`PhantomError::Busy`] if another run writes to it,
+/// [`PhantomError::Foreign`] if it contains a `report.json` of another program, [`PhantomError::Rejected`] for errors of
+/// [`Phantom::prepare`]. Later: [`PhantomError::File`], and errors of shapes that were not solved before.
 pub fn run(
     phantom: &Phantom,
     out: &Path,
@@ -83,11 +84,11 @@ pub fn run(
 }
 
 impl<'a> Run<'a> {
-    /// Takes the folder, finds what would be refused, and removes what an earlier run has left. `beside` are the names of files that
-    /// the caller will write there.
+    /// Locks the directory, validates the scene, and removes the files of an earlier run. `beside` names the files that the caller writes
+    /// there.
     ///
     /// # Errors
-    /// Those of [`run`] before any view.
+    /// Errors of [`run`] before the first view.
     pub fn begin(
         phantom: &'a Phantom,
         out: &'a Path,
@@ -97,7 +98,7 @@ impl<'a> Run<'a> {
         phantom.prepare()?;
         let planned = [&phantom.file_names()?, beside].concat();
         folder.clear(&planned)?;
-        // Of the two extreme shapes: a heart that has none is known before any view.
+        // Solves the two extreme shapes: if one does not exist, the error comes before the first view.
         phantom.numbers()?;
         Ok(Self {
             phantom,
@@ -107,16 +108,17 @@ impl<'a> Run<'a> {
             files: Vec::new(),
             gates: Vec::new(),
             middle: Vec::new(),
+            ahead: Vec::new(),
             seen: Vec::new(),
             joined: BTreeMap::new(),
             _folder: folder,
         })
     }
 
-    /// Writes views, reconstruction and truth of a gate, which have to come in their order from 0, each once.
+    /// Writes projections, reconstruction and ground truth of a gate. Gates must come in order from 0, each once.
     ///
     /// # Errors
-    /// [`PhantomError::Count`] for another gate; later those of [`run`].
+    /// [`PhantomError::Count`] for another gate; errors of [`run`].
     pub fn gate(
         &mut self,
         gate: usize,
@@ -137,10 +139,10 @@ impl<'a> Run<'a> {
         Ok(results)
     }
 
-    /// Writes what is of phases, the pictures, by `write` what is the caller's, and `report.json`.
+    /// Writes the products of single phases, images, the files of the caller (by `write`), and `report.json`.
     ///
     /// # Errors
-    /// [`PhantomError::Count`] if a gate is missing; what `write` gives; those of [`run`].
+    /// [`PhantomError::Count`] if a gate is missing; errors of `write`; errors of [`run`].
     pub fn finish<E: From<PhantomError>>(
         mut self,
         progress: &(dyn Fn(Progress) + Sync),
@@ -203,7 +205,7 @@ impl Run<'_> {
         self.phantom.scene().output.has(product)
     }
 
-    /// Views, reconstruction and truth of one gate.
+    /// Computes projections, reconstruction and ground truth of a gate.
     fn make(
         &mut self,
         gate: usize,
@@ -218,8 +220,32 @@ impl Run<'_> {
         let mut results = GateResults::default();
         if output.needs(Needs::Views) {
             let n_views = phantom.camera().n_views() as f64;
-            let views =
-                phantom.sinograms(gate, &|done| progress("views", 0.5 * done as f64 / n_views))?;
+            let done = |done| progress("views", 0.5 * done as f64 / n_views);
+            if gate == 0 && phantom.shares_images() {
+                let all = phantom.primary_of_gates(&done)?;
+                self.ahead = all.into_iter().map(Some).collect();
+            }
+            let mut windows = match self.ahead.get_mut(gate).and_then(Option::take) {
+                Some(primary) => phantom.windows_of(gate, primary)?,
+                None => phantom.windows(gate, &done)?,
+            };
+            if output.has(Product::Projections) {
+                for (window, views) in windows.iter().enumerate() {
+                    self.write(
+                        (Product::Projections, window),
+                        Index::Gate(gate),
+                        &views.samples,
+                    )?;
+                }
+            }
+            if output.has(Product::Scatter) {
+                for window in 0..windows.len() {
+                    let samples = phantom.scatter_samples(gate, window)?;
+                    self.write((Product::Scatter, window), Index::Gate(gate), &samples)?;
+                }
+            }
+            let views = windows.swap_remove(0);
+            drop(windows);
             report.view_error = Some(views.view_error);
             report.resolution = phantom.resolution()?;
             if views.view_error.time > 0.0 {
@@ -237,9 +263,6 @@ impl Run<'_> {
             report.counts_per_unit = first.filter(|&first| counts.iter().all(|&all| all == first));
             if phantom.scene().counting.is_some() {
                 report.views.counts_per_unit = counts;
-            }
-            if output.has(Product::Projections) {
-                self.write(Product::Projections, Index::Gate(gate), &views.samples)?;
             }
             if phantom.is_compensated() && output.needs(Needs::Reconstruction) {
                 self.seen.extend_from_slice(&views.samples);
@@ -266,7 +289,7 @@ impl Run<'_> {
         if output.has(Product::Truth) {
             progress("truth", 0.65);
             let truth = phantom.truth(gate)?;
-            self.write(Product::Truth, Index::Gate(gate), &truth)?;
+            self.write((Product::Truth, 0), Index::Gate(gate), &truth)?;
             report.truth = Some(phantom.truth_of());
             report.polar_map_truth = Some(phantom.polar_map(gate, &truth)?);
             if let Some(volume) = &results.reconstruction {
@@ -278,14 +301,14 @@ impl Run<'_> {
         Ok((report, results))
     }
 
-    /// Writes a reconstructed volume, and keeps its middle slice for the pictures.
+    /// Writes a reconstructed volume, and keeps its middle slice for the images.
     pub(super) fn reconstructed(
         &mut self,
         index: Index,
         volume: &[f32],
     ) -> Result<(), PhantomError> {
         if self.wants(Product::Reconstruction) {
-            self.write(Product::Reconstruction, index, volume)?;
+            self.write((Product::Reconstruction, 0), index, volume)?;
         }
         if self.wants(Product::Pictures) {
             let len = self.phantom.camera().grid().slice_len();
@@ -295,12 +318,12 @@ impl Run<'_> {
         Ok(())
     }
 
-    /// Labels, maps, motion and surfaces at the phases that stand for the views.
+    /// Writes labels, attenuation maps, motion and surfaces at the phases that represent the projections.
     fn phases(&mut self) -> Result<(), PhantomError> {
         let phantom = self.phantom;
         let mut labels_of_all = Vec::new();
         for scene_phase in phantom.phases() {
-            let (index, at) = (Index::Phase(scene_phase.of), scene_phase.moment());
+            let (index, at) = (Index::Phase(scene_phase.of), scene_phase.motion_phase());
             if self.wants(Product::Labels) {
                 let mut labels = phantom.labels(at)?;
                 if phantom.joins(Product::Labels) {
@@ -310,7 +333,7 @@ impl Run<'_> {
                 }
             }
             if self.wants(Product::Attenuation) {
-                self.write(Product::Attenuation, index, &phantom.attenuation(at)?)?;
+                self.write((Product::Attenuation, 0), index, &phantom.attenuation(at)?)?;
             }
             if self.wants(Product::Motion) {
                 self.write_motion(&scene_phase)?;
@@ -329,8 +352,8 @@ impl Run<'_> {
         Ok(())
     }
 
-    /// The middle slice of each gate, and of several the beat once round in its own time; greys from nothing to the largest
-    /// sample of all of them.
+    /// Writes the middle slice of each gate and, for several gates, an animation of one cycle at its true speed; the grey scale runs from 0
+    /// to the largest sample of all of them.
     #[cfg(feature = "files")]
     fn pictures(&mut self) -> Result<Option<PictureReport>, PhantomError> {
         let frames = std::mem::take(&mut self.middle);
@@ -357,7 +380,7 @@ impl Run<'_> {
         }
         if volumes.len() > 1 {
             let seconds = self.phantom.cycle().period() / volumes.len() as f64;
-            // GIF counts in hundredths of a second.
+            // GIF stores time in hundredths of a second.
             let seconds = seconds.clamp(0.02, 600.0);
             let names = (self.phantom).names_of(Product::Pictures, 0, Index::All);
             files::write_gif(&self.out.join(&names[0]), &volumes, section, grey, seconds)?;

@@ -1,4 +1,4 @@
-//! Volumes of all gates in one frame, at the end of a run.
+//! Motion-compensated volumes at the end of a run.
 
 use super::run::Run;
 use super::run_report::{CompensatedReport, Progress};
@@ -7,7 +7,7 @@ use crate::phantom::{Index, Needs};
 use crate::{Method, Product};
 
 impl Run<'_> {
-    /// Those that the scene asks for, of the views of all gates.
+    /// Computes the requested motion-compensated volumes from the projections of all gates.
     pub(super) fn compensated(
         &mut self,
         progress: &(dyn Fn(Progress) + Sync),
@@ -43,7 +43,7 @@ impl Run<'_> {
             }
             if self.wants(Product::Truth) {
                 let truth = phantom.compensated_truth(number)?;
-                self.write(Product::Truth, Index::Volume(number), &truth)?;
+                self.write((Product::Truth, 0), Index::Volume(number), &truth)?;
                 if let Some(volume) = made {
                     report.artefacts =
                         Some(phantom.compensated_artefacts(number, &volume, &truth)?);

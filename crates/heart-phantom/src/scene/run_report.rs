@@ -1,4 +1,4 @@
-//! What a run tells: how far it is, and what it found and did.
+//! Progress and report of a run.
 
 use super::study::Scene;
 use crate::files::SliceOrder;
@@ -9,61 +9,61 @@ use crate::{
 use serde::Serialize;
 use std::path::PathBuf;
 
-/// How far a computation is.
+/// The progress of a computation.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Progress {
-    /// What is being done.
+    /// The current stage.
     pub stage: &'static str,
-    /// Share of the work behind us, 0 to 1.
+    /// Completed fraction of the work, 0 to 1.
     pub fraction: f64,
 }
 
-/// What a run found and did; `report.json` holds it.
+/// The results of a run, written to `report.json`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct RunReport {
     /// The program and its version: [`PROGRAM`](crate::files::PROGRAM).
     pub program: String,
-    /// The scene, defaults filled in, if the phantom was made from one.
+    /// The scene with defaults, if the phantom was made from a scene.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub scene: Option<Scene>,
-    /// What may surprise.
+    /// Warnings about settings with unexpected consequences.
     pub warnings: Vec<Warning>,
-    /// Volumes, ejection fraction, wall.
+    /// Volumes, ejection fraction, wall thickness.
     pub numbers: Numbers,
-    /// The heart at the phases that stand for the views, and at end-diastole and end-systole.
+    /// The heart at the phases that represent the projections, at end-diastole and at end-systole.
     pub phases: Vec<PhaseReport>,
-    /// Torsion, shortening and the scene's points at the phases that stand for the views, where motion was written, or there are points.
+    /// Torsion, shortening and the scene's points at these phases, if motion is written or points are given.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub motion: Vec<MotionReport>,
-    /// Ejection fraction measured on the images of the cardiac gates, beside the true one of `numbers`.
+    /// Ejection fraction measured in the images of the cardiac gates; `numbers` has the true value.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub measured: Option<MeasuredEjection>,
-    /// The beats, where they differ or some do not count.
+    /// Statistics of the beats, if R-R intervals vary or beats are rejected.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub beats: Option<BeatReport>,
-    /// One entry for each gate, or one.
+    /// One entry per gate; one without gating.
     pub gates: Vec<GateReport>,
-    /// One entry for each volume of all gates in one frame, where such were made.
+    /// One entry per motion-compensated volume.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub compensated: Vec<CompensatedReport>,
-    /// What the pictures show, where such were written.
+    /// Slice and grey scale of the images, if written.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub pictures: Option<PictureReport>,
-    /// Rows and slices in the files of the formats chosen.
+    /// Order of rows and slices in the files.
     pub slice_order: SliceOrders,
-    /// What the numbers in label volumes stand for, from 0 on, where such were written.
+    /// Names of the label values, from 0, if labels are written.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub labels: Vec<String>,
-    /// Memory that this was said to take at most.
+    /// Predicted upper limit of the memory.
     pub memory: Memory,
-    /// Work done.
+    /// Work done by the computation.
     pub work: WorkReport,
-    /// Files written, relative to the folder.
+    /// Files written, relative to the directory.
     pub files: Vec<PathBuf>,
 }
 
-/// The order of what follows each other along z, in the files of a run.
+/// The order along z in the files of a run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[non_exhaustive]
 pub struct SliceOrders {
@@ -73,60 +73,60 @@ pub struct SliceOrders {
     pub volumes: SliceOrder,
 }
 
-/// One set of views.
+/// The results of one gated projection set.
 #[derive(Debug, Clone, PartialEq, Default, Serialize)]
 #[non_exhaustive]
 pub struct GateReport {
-    /// When and from where its views are taken.
+    /// Times and angles of the projections.
     pub views: ViewReport,
-    /// Bounds on the errors of the samples, where views were computed.
+    /// Bounds on the errors of the samples, if projections were computed.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub view_error: Option<ViewError>,
-    /// Steps a cycle of the quadrature over time, as given or as the tolerance took, where there is one.
+    /// Quadrature steps per cycle, given or derived from the tolerance, if there is a quadrature.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub quadrature_steps: Option<usize>,
-    /// Sub-bins and rays of averages over bins, where samples are such ([`Phantom::resolution`](crate::Phantom::resolution)).
+    /// Sub-bins and rays of bin averages, if samples are bin averages ([`Phantom::resolution`](crate::Phantom::resolution)).
     #[serde(skip_serializing_if = "Option::is_none")]
     pub resolution: Option<Resolution>,
-    /// Mean counts of a sample of 1, where views with noise were made, or the camera's sensitivity is known, and all views have the
-    /// same; what each has by that sensitivity is [`ViewReport::counts_per_unit`].
+    /// Expected counts per unit sample, if noise or the sensitivity of the camera is given and all views have the same value;
+    /// [`ViewReport::counts_per_unit`] contains the value of each view.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub counts_per_unit: Option<f64>,
-    /// Counts in all projections, expected or drawn, where the counts per unit are known.
+    /// Counts in all projections, expected or drawn, if the counts per unit are known.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub counts: Option<f64>,
-    /// What OSEM did, where it reconstructed.
+    /// Iterations of OSEM, if OSEM reconstructed.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub osem: Option<OsemReport>,
-    /// What the exact volume is the mean over, where it was written: its file is `truth`, or `truth-mean-of-views`, and `rmse` below
-    /// is the difference from it.
+    /// Time average that the voxelised ground truth represents, if written. Its file is `truth` or `truth-mean-of-views`; `rmse` below
+    /// compares with it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub truth: Option<TruthOf>,
-    /// The reconstruction against the truth, where both were made.
+    /// Comparison of reconstruction and ground truth, if both exist.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub artefacts: Option<Artefacts>,
     /// Polar map of the reconstruction.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub polar_map: Option<PolarMap>,
-    /// Polar map of the exact volume.
+    /// Polar map of the voxelised ground truth.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub polar_map_truth: Option<PolarMap>,
 }
 
-/// Ejection fraction from the largest and the smallest cavity of the polar maps of all gates.
+/// Ejection fraction from the largest and the smallest cavity in the polar maps of all gates.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct MeasuredEjection {
-    /// On the reconstructions.
+    /// Value of the reconstructions.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub ejection_fraction: Option<f64>,
-    /// On the exact volumes, which are averages over the gates.
+    /// Value of the ground truth, which is averaged over each gate.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub ejection_fraction_truth: Option<f64>,
 }
 
 impl MeasuredEjection {
-    /// `None` without images of several gates.
+    /// Returns `None` without images of several gates.
     pub(super) fn of(gates: &[GateReport]) -> Option<Self> {
         let measured = |map: fn(&GateReport) -> Option<PolarMap>| {
             let volumes: Option<Vec<f64>> = (gates.iter().map(map))
@@ -146,19 +146,19 @@ impl MeasuredEjection {
     }
 }
 
-/// A volume of all gates in one frame.
+/// The results of one motion-compensated volume.
 #[derive(Debug, Clone, PartialEq, Default, Serialize)]
 #[non_exhaustive]
 pub struct CompensatedReport {
-    /// What OSEM did, where it reconstructed.
+    /// Iterations of OSEM, if OSEM reconstructed.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub osem: Option<OsemReport>,
-    /// The volume against the truth in that frame, where both were made.
+    /// Comparison with the ground truth at the reference phase, if both exist.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub artefacts: Option<Artefacts>,
 }
 
-/// The slice that all pictures of a run show, and its greys.
+/// Slice and grey scale of the images of a run.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct PictureReport {
@@ -166,8 +166,8 @@ pub struct PictureReport {
     pub slice: usize,
     /// Its height in cm.
     pub z_cm: f64,
-    /// Activity that is black, as is everything below.
+    /// Activity displayed as black; lower values are black, too.
     pub black: f64,
-    /// Activity that is white: the largest of that slice in all gates.
+    /// Activity displayed as white: the largest value of this slice in all gates.
     pub white: f64,
 }

@@ -8,40 +8,48 @@ use crate::{Orbit, Product, ProjectionValues, ScenePhase};
 use std::path::PathBuf;
 
 impl Run<'_> {
-    /// Writes an array of a product; gates that go into one file once all of them are there.
+    /// Writes an array of a product. Gates that share a file are written when all are present.
     pub(super) fn write(
         &mut self,
-        product: Product,
+        array: (Product, usize),
         index: Index,
         samples: &[f32],
     ) -> Result<(), PhantomError> {
-        if !self.phantom.joins(product) || matches!(index, Index::Volume(_)) {
-            return self.put(product, index, samples);
+        if !self.phantom.joins(array.0) || matches!(index, Index::Volume(_)) {
+            return self.put(array, index, samples);
         }
-        let joined = self.joined.entry(product).or_default();
+        let joined = self.joined.entry(array).or_default();
         joined.extend_from_slice(samples);
         if joined.len() < self.phantom.n_gates() * samples.len() {
             return Ok(());
         }
-        let all = self.joined.remove(&product).unwrap_or_default();
-        self.put(product, Index::All, &all)
+        let all = self.joined.remove(&array).unwrap_or_default();
+        self.put(array, Index::All, &all)
     }
 
-    fn put(&mut self, product: Product, index: Index, samples: &[f32]) -> Result<(), PhantomError> {
-        match (product, index) {
-            (Product::Projections, Index::Gate(gate)) => self.put_projections(gate, index, samples),
-            (Product::Projections, _) => self.put_projections(0, index, samples),
-            _ => self.put_volume(product, index, samples),
-        }
-    }
-
-    /// The projections of a gate, or of all of them.
-    fn put_projections(
+    fn put(
         &mut self,
-        gate: usize,
+        array: (Product, usize),
         index: Index,
         samples: &[f32],
     ) -> Result<(), PhantomError> {
+        match array.0 {
+            Product::Projections | Product::Scatter => self.put_projections(array, index, samples),
+            _ => self.put_volume(array.0, index, samples),
+        }
+    }
+
+    /// The projections of a gate, or of all of them, in an energy window, or their scatter.
+    fn put_projections(
+        &mut self,
+        (product, window): (Product, usize),
+        index: Index,
+        samples: &[f32],
+    ) -> Result<(), PhantomError> {
+        let gate = match index {
+            Index::Gate(gate) => gate,
+            Index::Phase(_) | Index::Volume(_) | Index::All => 0,
+        };
         let (camera, scene) = (self.phantom.camera(), self.phantom.scene());
         let detector = *camera.detector();
         let angles = self.phantom.written_angles(gate)?;
@@ -61,12 +69,13 @@ impl Run<'_> {
         for gate in gates {
             counts.extend(self.phantom.counts_per_unit(gate)?.into_iter().flatten());
         }
-        let raw = self.phantom.scene().output.values == ProjectionValues::Counts;
+        let raw = product == Product::Projections
+            && self.phantom.scene().output.values == ProjectionValues::Counts;
         let counted;
         let samples = match raw {
             false => samples,
             true => {
-                // What the noise divided by: whole numbers up to rounding.
+                // The samples before the division by the noise model: integers up to rounding.
                 let views = samples.chunks(camera.view_len()).zip(&counts);
                 counted = views
                     .flat_map(|(view, per_unit)| {
@@ -101,14 +110,14 @@ impl Run<'_> {
         if let Some(study) = &self.study {
             projections = projections.with_study(study);
         }
-        let names = self.phantom.names_of(Product::Projections, 0, index);
+        let names = self.phantom.names_of(product, window, index);
         let format = scene.output.projections;
         files::write(&self.out.join(&names[0]), &projections, format)?;
         self.files.extend(names);
         Ok(())
     }
 
-    /// Displacements, velocities and strains to a phase.
+    /// Writes displacements, velocities and strains at a phase.
     pub(super) fn write_motion(&mut self, to: &ScenePhase) -> Result<(), PhantomError> {
         let motion = self.phantom.motion_of(to)?;
         let grid = *self.phantom.camera().grid();
@@ -124,7 +133,7 @@ impl Run<'_> {
         Ok(())
     }
 
-    /// A volume, or those of all gates.
+    /// Writes one volume or those of all gates.
     pub(super) fn put_volume<'s>(
         &mut self,
         product: Product,
@@ -156,7 +165,7 @@ impl Run<'_> {
         Ok(())
     }
 
-    /// Time from one gate to the next, of all gates in one file.
+    /// Returns the time between gates if all gates share a file.
     fn seconds_per_gate(&self, index: Index) -> Option<f64> {
         let n_gates = self.phantom.n_gates() as f64;
         (index == Index::All).then(|| self.phantom.cycle().period() / n_gates)

@@ -1,4 +1,4 @@
-//! The sections of a scene: plain data, defaults of the paper's study.
+//! The sections of a scene: plain data with the defaults of the paper's study.
 
 use super::material::MaterialSettings;
 use crate::scan::{Accuracy, BinSample, Mode, Orbit};
@@ -11,7 +11,7 @@ use {
     serde::{Deserialize, Serialize},
 };
 
-/// `[heart]`: the two balloons and how their shapes are found.
+/// `[heart]`: the two balloons and the solution method of their shapes.
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "scene", derive(Serialize, Deserialize))]
 #[cfg_attr(feature = "scene", serde(deny_unknown_fields, default))]
@@ -19,14 +19,14 @@ pub struct HeartSettings {
     /// Endocardium.
     #[cfg_attr(feature = "scene", serde(deserialize_with = "file::inner"))]
     pub inner: Balloon,
-    /// Epicardium; it holds the inner balloon.
+    /// Epicardium; it contains the endocardium.
     #[cfg_attr(feature = "scene", serde(deserialize_with = "file::outer"))]
     pub outer: Balloon,
-    /// What the balloons are made of.
+    /// The material of both balloons.
     pub material: MaterialSettings,
-    /// How the pressure acts on springs; on rubber it is a pressure.
+    /// The pressure law of springs. The load of rubber is always a pressure.
     pub law: PressureLaw,
-    /// How the membranes are discretised.
+    /// The discretisation of the membranes.
     pub discretisation: DiscretisationSettings,
 }
 
@@ -51,35 +51,35 @@ impl Default for HeartSettings {
 )]
 #[non_exhaustive]
 pub enum DiscretisationSettings {
-    /// The paper's second-order finite differences; the body is the polygon through the nodes.
+    /// Second-order finite differences, as in the paper; the body is the polygon through the nodes.
     Differences {
-        /// Nodes of a membrane.
+        /// Number of nodes per membrane.
         nodes: usize,
     },
-    /// Spectral elements; the body follows their polynomials to `tolerance`.
+    /// Spectral elements; the body approximates their polynomials to `tolerance`.
     Spectral {
         /// Polynomial degree of an element.
         degree: usize,
         /// Elements on each smooth piece of the balloon.
         per_piece: usize,
-        /// Largest distance in cm of the body's surface from the membrane.
+        /// Largest distance between body surface and membrane, cm.
         tolerance: f64,
     },
 }
 
-/// `[cycle]`: the beat.
+/// `[cycle]`: the cardiac cycle.
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "scene", derive(Serialize, Deserialize))]
 #[cfg_attr(feature = "scene", serde(deny_unknown_fields, default))]
 pub struct CycleSettings {
     /// Heart rate.
     pub beats_per_minute: f64,
-    /// Form of the cavity's volume over a beat.
+    /// Shape of the volume curve over a cycle.
     pub curve: VolumeCurve,
-    /// Its size. Volumes are taken against the closed form of the inner balloon's rest volume.
+    /// Range of the volume curve. Gains refer to the exact reference volume of the inner balloon, mL to the discretised one.
     pub volume: VolumeRange,
-    /// How far the plane of the base goes down from end-diastole to end-systole, cm, while the outer apex rests.
-    pub base_descent: f64,
+    /// Atrioventricular-plane displacement from end-diastole to end-systole, cm; the outer apex is fixed.
+    pub av_plane_displacement: f64,
 }
 
 impl Default for CycleSettings {
@@ -88,26 +88,26 @@ impl Default for CycleSettings {
             beats_per_minute: 65.0,
             curve: VolumeCurve::Sinusoid,
             volume: VolumeRange::Gain(0.6),
-            base_descent: 0.0,
+            av_plane_displacement: 0.0,
         }
     }
 }
 
-/// `[pose]`: the axis along z, turned about the lab's x, then y, then z, then shifted.
+/// `[pose]`: the axis along z, rotated about the lab's x, then y, then z, then shifted.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "scene", derive(Serialize, Deserialize))]
 #[cfg_attr(feature = "scene", serde(deny_unknown_fields, default))]
 pub struct PoseSettings {
-    /// Distance from the base of the axis point that the heart turns about, cm; `None` for the middle of the outer balloon.
+    /// Distance of the centre of rotation from the base along the axis, cm; `None` for the middle of the outer balloon.
     #[cfg_attr(feature = "scene", serde(skip_serializing_if = "Option::is_none"))]
     pub centre: Option<f64>,
-    /// Degrees about x.
-    pub turn_x: f64,
-    /// Degrees about y.
-    pub turn_y: f64,
-    /// Degrees about z.
-    pub turn_z: f64,
-    /// Where that axis point ends up, `[x, y, z]` in cm.
+    /// Rotation about x in degrees.
+    pub rotate_x: f64,
+    /// Rotation about y in degrees.
+    pub rotate_y: f64,
+    /// Rotation about z in degrees.
+    pub rotate_z: f64,
+    /// Final position of the centre of rotation, `[x, y, z]` in cm.
     #[cfg_attr(feature = "scene", serde(deserialize_with = "exactly"))]
     pub shift: [f64; 3],
 }
@@ -116,28 +116,28 @@ impl Default for PoseSettings {
     fn default() -> Self {
         Self {
             centre: None,
-            turn_x: 45.0,
-            turn_y: 45.0,
-            turn_z: 0.0,
+            rotate_x: 45.0,
+            rotate_y: 45.0,
+            rotate_z: 0.0,
             shift: [0.0; 3],
         }
     }
 }
 
-/// One of `[[organs]]`: it replaces those before it, and the heart replaces them all.
+/// One of `[[organs]]`: replaces earlier organs where they overlap; the heart replaces all organs.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "scene", derive(Serialize, Deserialize))]
 #[cfg_attr(feature = "scene", serde(deny_unknown_fields))]
 pub struct OrganSettings {
-    /// What it fills.
+    /// The region that it fills.
     pub shape: OrganShapeSettings,
     /// Activity per mL.
     pub activity: f64,
-    /// Attenuation in 1/cm.
+    /// Linear attenuation coefficient, 1/cm.
     pub attenuation: f64,
 }
 
-/// What an organ fills.
+/// The region of an organ.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "scene", derive(Serialize, Deserialize))]
 #[cfg_attr(
@@ -146,43 +146,43 @@ pub struct OrganSettings {
 )]
 #[non_exhaustive]
 pub enum OrganShapeSettings {
-    /// An elliptic cylinder along z, without ends.
+    /// An infinite elliptic cylinder along z.
     Cylinder {
         /// Its axis, `[x, y]` in cm.
         #[cfg_attr(feature = "scene", serde(deserialize_with = "exactly"))]
         centre: [f64; 2],
-        /// Half-widths along x and y in cm.
+        /// Semi-axes along x and y, cm.
         #[cfg_attr(feature = "scene", serde(deserialize_with = "exactly"))]
         semi_axes: [f64; 2],
     },
     /// An ellipsoid.
     Ellipsoid {
-        /// Its middle, `[x, y, z]` in cm.
+        /// Centre, `[x, y, z]` in cm.
         #[cfg_attr(feature = "scene", serde(deserialize_with = "exactly"))]
         centre: [f64; 3],
-        /// Half-widths along x, y and z in cm.
+        /// Semi-axes along x, y and z, cm.
         #[cfg_attr(feature = "scene", serde(deserialize_with = "exactly"))]
         semi_axes: [f64; 3],
     },
 }
 
-/// `[blur]`: a detector of finite resolution, the same at all depths.
+/// `[blur]`: a detector with a finite resolution that does not depend on depth.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "scene", derive(Serialize, Deserialize))]
 #[cfg_attr(feature = "scene", serde(deny_unknown_fields))]
 pub struct BlurSettings {
-    /// Full width at half maximum of the Gaussian in cm.
+    /// Full width at half maximum of the Gaussian, cm.
     pub fwhm: f64,
 }
 
-/// `[collimator]`: parallel holes and a crystal, where `camera.radius` has them; things are seen the wider the farther away they are.
+/// `[collimator]`: parallel holes and a crystal at `camera.radius`; the resolution degrades with distance.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "scene", derive(Serialize, Deserialize))]
 #[cfg_attr(feature = "scene", serde(deny_unknown_fields))]
 pub struct CollimatorSettings {
     /// The holes.
     pub holes: HolesSettings,
-    /// Full width at half maximum of the crystal alone, cm.
+    /// Full width at half maximum of the intrinsic resolution of the crystal, cm.
     pub intrinsic_fwhm: f64,
 }
 
@@ -201,22 +201,52 @@ pub enum HolesSettings {
     GeLegp,
     /// [`ParallelHoles::SIEMENS_LEHR`](radon::ParallelHoles::SIEMENS_LEHR).
     SiemensLehr,
-    /// Holes of any size.
+    /// Holes of given dimensions.
     Parallel {
         /// Diameter in cm.
         diameter: f64,
         /// Length in cm.
         length: f64,
-        /// Attenuation of the septa in 1/cm.
+        /// Linear attenuation coefficient of the septa, 1/cm.
         attenuation: f64,
     },
-    /// A geometric response of standard deviation `slope d + at_face`.
+    /// A geometric response with the standard deviation `slope d + at_face` at the distance d.
     Widths {
-        /// Growth for each cm of distance.
+        /// Increase of the standard deviation per cm of distance.
         slope: f64,
-        /// At the collimator's face, cm.
+        /// Standard deviation at the collimator face, cm.
         at_face: f64,
     },
+}
+
+/// `[scatter]`: photons that are scattered by water-equivalent media of the attenuation that the scene gives them.
+#[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "scene", derive(Serialize, Deserialize))]
+#[cfg_attr(feature = "scene", serde(deny_unknown_fields, default))]
+pub struct ScatterSettings {
+    /// Largest standard error of any sample in any window, relative to the largest unscattered sample of the gate.
+    pub tolerance: f64,
+    /// Energy of the photons emitted, keV.
+    pub energy: f64,
+    /// Full width at half maximum of the energy resolution, as a fraction of that energy.
+    pub resolution: f64,
+    /// Energy windows, from and to in keV. The first is the photopeak window, to which the sensitivity of the camera refers.
+    pub windows: Vec<[f64; 2]>,
+    /// Seed of the photon histories.
+    pub seed: u64,
+}
+
+impl Default for ScatterSettings {
+    /// Technetium-99m, a window of 20 %, a resolution of 10 %.
+    fn default() -> Self {
+        Self {
+            tolerance: 0.01,
+            energy: 140.5,
+            resolution: 0.1,
+            windows: vec![[126.45, 154.55]],
+            seed: 0,
+        }
+    }
 }
 
 /// The heads of a camera.
@@ -227,43 +257,77 @@ pub enum HolesSettings {
     serde(rename_all = "kebab-case", deny_unknown_fields)
 )]
 pub enum HeadsSettings {
-    /// One.
+    /// One head.
     One,
-    /// Two, fixed to each other, which take their views at the same times.
+    /// Two heads at a fixed angle that acquire simultaneously.
     Two {
-        /// Degrees from the first to the second.
+        /// Angle from the first to the second, degrees.
         angle: f64,
     },
 }
 
-/// `[camera]`: views and detector.
+/// The rays of a view, `camera.geometry` of a scene.
+#[derive(Debug, Clone, PartialEq, Default)]
+#[cfg_attr(feature = "scene", derive(Serialize, Deserialize))]
+#[cfg_attr(
+    feature = "scene",
+    serde(rename_all = "kebab-case", deny_unknown_fields)
+)]
+#[non_exhaustive]
+pub enum BeamSettings {
+    /// Parallel rays.
+    #[default]
+    Parallel,
+    /// A focal line along z opposite a flat detector ([`RayGeometry::fan`](crate::RayGeometry::fan)).
+    Fan {
+        /// Distance from the focal line to the axis of rotation, cm.
+        source_to_isocentre: f64,
+        /// Distance from the focal line to the detector, cm.
+        source_to_detector: f64,
+    },
+    /// A source opposite a flat detector ([`RayGeometry::cone`](crate::RayGeometry::cone)).
+    Cone {
+        /// Distance from the source to the axis of rotation, cm.
+        source_to_isocentre: f64,
+        /// Distance from the source to the detector, cm.
+        source_to_detector: f64,
+    },
+    /// A JSON file with an array of one 3 x 4 matrix (three arrays of four numbers) per view ([`RayGeometry::from_matrices`](crate::RayGeometry::from_matrices)); a relative
+    /// path of a scene that was loaded from a file is relative to the directory of that file.
+    // tidy: allow string: a path, as the user writes it
+    Matrices(String),
+}
+
+/// `[camera]`: geometry and detector.
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "scene", derive(Serialize, Deserialize))]
 #[cfg_attr(feature = "scene", serde(deny_unknown_fields, default))]
 pub struct CameraSettings {
-    /// Number of views of a head.
+    /// Number of views per head.
     pub views: usize,
-    /// Degrees that they cover, counter-clockwise seen from +z if positive.
+    /// Arc of a head in degrees, counter-clockwise seen from +z if positive.
     pub arc: f64,
     /// Angle of the first view in degrees.
     pub start: f64,
-    /// How many heads take views at a time.
+    /// The heads.
     pub heads: HeadsSettings,
-    /// Bins of a row.
+    /// Bins per row.
     pub bins: usize,
-    /// Rows, one for each slice.
+    /// Rows, one per slice.
     pub rows: usize,
     /// Pitch of bins and of rows in cm.
     #[cfg_attr(feature = "scene", serde(deserialize_with = "exactly"))]
     pub pitch: [f64; 2],
-    /// The definition of a sample; `None` for averages over bins with `[blur]` or `[collimator]`, and for line integrals without.
+    /// The definition of a sample; `None` gives bin averages with `[blur]` or `[collimator]`, line integrals otherwise.
     #[cfg_attr(feature = "scene", serde(skip_serializing_if = "Option::is_none"))]
     pub samples: Option<BinSample>,
-    /// How it goes from view to view.
+    /// Parallel rays, or the distances of a fan or cone beam, or projection matrices.
+    pub geometry: BeamSettings,
+    /// Motion between views: step and shoot or continuous.
     pub rotation: Rotation,
-    /// Seconds from the start of a view to the start of the next; a camera that stops takes no time to move.
+    /// Seconds between the starts of consecutive views; step and shoot moves in no time.
     pub seconds_per_view: f64,
-    /// Distance of the collimator's face from the axis in each view, for `[collimator]`; file formats tell it, too.
+    /// Distance of the collimator face from the axis in each view, used by `[collimator]` and written to files.
     pub radius: Orbit,
 }
 
@@ -278,6 +342,7 @@ impl Default for CameraSettings {
             rows: 256,
             pitch: [0.0625; 2],
             samples: None,
+            geometry: BeamSettings::Parallel,
             rotation: Rotation::StepAndShoot,
             seconds_per_view: 1.0,
             radius: Orbit::Circle(20.0),
@@ -285,12 +350,22 @@ impl Default for CameraSettings {
     }
 }
 
-/// `[acquisition]`: when the views are taken.
+impl CameraSettings {
+    /// Reads a relative path of matrices from the directory of the scene.
+    #[cfg(feature = "scene")]
+    pub(super) fn relative_to(&mut self, directory: &std::path::Path) {
+        if let BeamSettings::Matrices(file) = &mut self.geometry {
+            *file = directory.join(&*file).to_string_lossy().into_owned();
+        }
+    }
+}
+
+/// `[acquisition]`: the timing of the projections.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "scene", derive(Serialize, Deserialize))]
 #[cfg_attr(feature = "scene", serde(deny_unknown_fields, default))]
 pub struct AcquisitionSettings {
-    /// Over which time.
+    /// The time interval of a projection.
     pub mode: Mode,
     /// The accuracy of the samples.
     pub accuracy: Accuracy,
@@ -305,29 +380,29 @@ impl Default for AcquisitionSettings {
     }
 }
 
-/// `[reconstruction]`: volumes from views.
+/// `[reconstruction]`: volumes from projections.
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "scene", derive(Serialize, Deserialize))]
 #[cfg_attr(feature = "scene", serde(deny_unknown_fields, default))]
 pub struct ReconstructionSettings {
-    /// How: `window`, `cutoff` and `arc` are those of filtered back-projection.
+    /// The algorithm; `window`, `cutoff` and `arc` belong to filtered back-projection.
     pub method: Method,
-    /// Whether the heart's motion from one set of views to the next is taken back for it.
+    /// Compensation of the cardiac motion between gates.
     pub compensation: Compensation,
     /// Window of the ramp filter.
     pub window: Window,
-    /// Cutoff as a share of the Nyquist frequency of the bins.
+    /// Cutoff as a fraction of the Nyquist frequency of the bins.
     pub cutoff: f64,
-    /// Pixels along an edge of a slice; `None` for as many as bins.
+    /// Pixels per side of a slice; `None` for the number of bins.
     #[cfg_attr(feature = "scene", serde(skip_serializing_if = "Option::is_none"))]
     pub pixels: Option<usize>,
-    /// Their edge in cm; `None` for the pitch of the bins.
+    /// Pixel size in cm; `None` for the pitch of the bins.
     #[cfg_attr(feature = "scene", serde(skip_serializing_if = "Option::is_none"))]
     pub pixel: Option<f64>,
-    /// The part of each slice to reconstruct; the volumes hold nothing else. `None` for all of it.
+    /// The reconstructed part of each slice, which determines the size of the volumes. `None` for all of it.
     #[cfg_attr(feature = "scene", serde(skip_serializing_if = "Option::is_none"))]
     pub region: Option<PixelRange>,
-    /// What to do when the arc leaves directions unmeasured.
+    /// Treatment of missing directions.
     pub arc: ArcPolicy,
 }
 
@@ -346,25 +421,25 @@ impl Default for ReconstructionSettings {
     }
 }
 
-/// Pixels `[from, to)` along x and along y.
+/// A range of pixels, `[from, to)` along x and along y.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "scene", derive(Serialize, Deserialize))]
 #[cfg_attr(feature = "scene", serde(deny_unknown_fields))]
 pub struct PixelRange {
-    /// First column and the one after the last.
+    /// First column and one past the last.
     #[cfg_attr(feature = "scene", serde(deserialize_with = "exactly"))]
     pub x: [usize; 2],
-    /// First row and the one after the last.
+    /// First row and one past the last.
     #[cfg_attr(feature = "scene", serde(deserialize_with = "exactly"))]
     pub y: [usize; 2],
 }
 
-/// `[truth]`: the exact volumes.
+/// `[truth]`: the voxelised ground truth.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "scene", derive(Serialize, Deserialize))]
 #[cfg_attr(feature = "scene", serde(deny_unknown_fields, default))]
 pub struct TruthSettings {
-    /// Largest error of a voxel's covered fraction.
+    /// Largest error of a voxel's coverage.
     pub tolerance: f64,
 }
 
@@ -379,7 +454,7 @@ mod file {
     use crate::Balloon;
     use serde::{Deserialize, Deserializer};
 
-    /// A balloon in a file: what is left out is that of the study, which differs between the two.
+    /// A balloon in a file. Absent fields take the values of the study, which differ between the two balloons.
     #[derive(Deserialize)]
     #[serde(deny_unknown_fields)]
     struct PartOfBalloon {

@@ -1,4 +1,4 @@
-//! Errors that are found after validation, blamed on a field of the scene.
+//! Errors after validation, attributed to a field of the scene.
 
 #[cfg(feature = "scene")]
 use super::place;
@@ -7,7 +7,7 @@ use crate::error::PhantomError;
 use crate::scan::VOXELS;
 
 impl Phantom {
-    /// An error that a field of the scene can be blamed for.
+    /// Attributes an error to a field of the scene, if possible.
     pub(crate) fn refused(&self, error: PhantomError) -> PhantomError {
         let field = match &error {
             PhantomError::Uncovered { .. } => "background.semi_axes".to_owned(),
@@ -21,16 +21,18 @@ impl Phantom {
             PhantomError::Tolerance { .. } => "acquisition.accuracy.tolerance".to_owned(),
             PhantomError::Radon(radon::RadonError::ShortArc { .. }) => "camera.arc".to_owned(),
             PhantomError::Radon(_) => "reconstruction".to_owned(),
-            // The model of a camera that follows the contour of the body.
+            // The reconstruction model of a contour orbit.
             PhantomError::OutOfRange { what, .. } if *what == VOXELS => {
                 "reconstruction.method".to_owned()
             }
             PhantomError::OutOfRange { what, .. } if what.contains("collimator's blur") => {
                 "collimator".to_owned()
             }
+            PhantomError::Scatter(_) => "scatter".to_owned(),
             PhantomError::Memory { .. } => "camera".to_owned(),
             PhantomError::DetectorInside { .. } => "camera.radius".to_owned(),
-            PhantomError::NothingToCount => "noise.counts.total".to_owned(),
+            PhantomError::NoCounts => "noise.counts.total".to_owned(),
+            PhantomError::SourceInside { .. } => "camera.geometry".to_owned(),
             PhantomError::NotMeshed { .. } => "output.mesh_tolerance".to_owned(),
             PhantomError::Solid(_) => "heart".to_owned(),
             _ => return error,
@@ -42,7 +44,7 @@ impl Phantom {
         };
         #[cfg(not(feature = "scene"))]
         let (file, place) = (None, None);
-        PhantomError::Refused {
+        PhantomError::Rejected {
             file,
             place,
             field,

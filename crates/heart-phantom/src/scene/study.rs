@@ -1,9 +1,10 @@
-//! A scene as data.
+//! The scene.
 
 use super::motion::{PointSettings, TwistSettings};
 use super::sections::{
     AcquisitionSettings, BlurSettings, CameraSettings, CollimatorSettings, CycleSettings,
-    HeartSettings, OrganSettings, PoseSettings, ReconstructionSettings, TruthSettings,
+    HeartSettings, OrganSettings, PoseSettings, ReconstructionSettings, ScatterSettings,
+    TruthSettings,
 };
 use crate::{
     Activity, Attenuation, Background, Beats, Breathing, Chest, Counting, Defect, Medium, Mode,
@@ -12,10 +13,10 @@ use crate::{
 #[cfg(feature = "scene")]
 use serde::{Deserialize, Serialize};
 
-/// Everything that determines a study. [`Default`] is that of Rohmer et al. 2006, with one cycle a view.
+/// The complete description of a study. [`Default`] is that of Rohmer et al. 2006, with projections averaged over one cycle.
 ///
-/// A scene is data and computes nothing; [`Phantom`](crate::Phantom) does, when asked. Lengths in cm, times in seconds, angles
-/// in degrees (in all other types they are radians), volumes in mL.
+/// A scene is data; [`Phantom`](crate::Phantom) computes. Lengths in cm, times in seconds, volumes in mL, angles in degrees (all other
+/// types use radians).
 ///
 /// ```
 /// use heart_phantom::scene::{BlurSettings, Counts, Mode, Noise, Scene};
@@ -23,7 +24,7 @@ use serde::{Deserialize, Serialize};
 /// scene.camera.views = 60;
 /// scene.blur = Some(BlurSettings { fwhm: 0.8 });
 /// scene.noise = Some(Noise { counts: Counts::Total(1e6), seed: 1 });
-/// // The same from a file; what is left out is the default.
+/// // The same from a file; omitted fields have their defaults.
 /// let text = "[camera]\nviews = 60\n[blur]\nfwhm = 0.8\n[noise]\ncounts = { total = 1e6 }\nseed = 1\n\
 ///     [acquisition]\nmode = { gated = { gates = 8 } }\n";
 /// assert_eq!(Scene::from_toml(text)?, scene);
@@ -40,63 +41,66 @@ pub struct Scene {
     pub heart: HeartSettings,
     /// Heart rate and volume curve.
     pub cycle: CycleSettings,
-    /// Beats that differ in length; `None` for a regular beat.
+    /// Variable R-R intervals; `None` for regular beats.
     #[cfg_attr(feature = "scene", serde(skip_serializing_if = "Option::is_none"))]
     pub beats: Option<Beats>,
-    /// Where the heart stands.
+    /// Position and orientation of the heart.
     pub pose: PoseSettings,
-    /// How it moves with the breath; `None` for a breath that is held.
+    /// Respiratory motion of the heart; `None` for a breath-hold.
     #[cfg_attr(feature = "scene", serde(skip_serializing_if = "Option::is_none"))]
     pub breathing: Option<Breathing>,
-    /// What cavity and wall hold.
+    /// Activity of cavity and wall.
     pub activity: Activity,
-    /// What surrounds the heart; `None` for nothing.
+    /// Torso around the heart; `None` for none.
     #[cfg_attr(feature = "scene", serde(skip_serializing_if = "Option::is_none"))]
     pub background: Option<Background>,
-    /// Trunk, lungs, liver and spine of an adult around the heart, before all other organs.
+    /// Torso, lungs, liver and spine of an adult, before all other organs.
     #[cfg_attr(feature = "scene", serde(skip_serializing_if = "Option::is_none"))]
     pub chest: Option<Chest>,
-    /// What is around the heart, in the place of a background: each replaces those before it.
+    /// Organs around the heart, instead of a background; each replaces earlier ones.
     #[cfg_attr(feature = "scene", serde(skip_serializing_if = "Vec::is_empty"))]
     pub organs: Vec<OrganSettings>,
-    /// Pieces of the wall with another activity.
+    /// Parts of the wall with another activity.
     #[cfg_attr(feature = "scene", serde(skip_serializing_if = "Vec::is_empty"))]
     pub defects: Vec<Defect>,
-    /// How the wall is twisted at end-systole; `None` for a wall that is not.
+    /// Twist of the wall at end-systole; `None` for none.
     #[cfg_attr(feature = "scene", serde(skip_serializing_if = "Option::is_none"))]
     pub twist: Option<TwistSettings>,
-    /// Material points whose motion the report has.
+    /// Material points whose motion is reported.
     #[cfg_attr(feature = "scene", serde(skip_serializing_if = "Vec::is_empty"))]
     pub points: Vec<PointSettings>,
-    /// What weakens the rays; `None` for nothing.
+    /// Attenuation; `None` for none.
     #[cfg_attr(feature = "scene", serde(skip_serializing_if = "Option::is_none"))]
     pub attenuation: Option<Attenuation>,
-    /// Views and detector.
+    /// Geometry and detector.
     pub camera: CameraSettings,
-    /// Resolution of the detector; `None` for lines.
+    /// Depth-independent resolution of the detector; `None` for perfect resolution.
     #[cfg_attr(feature = "scene", serde(skip_serializing_if = "Option::is_none"))]
     pub blur: Option<BlurSettings>,
-    /// Resolution that depends on depth; `None` for lines.
+    /// Depth-dependent resolution; `None` for perfect resolution.
     #[cfg_attr(feature = "scene", serde(skip_serializing_if = "Option::is_none"))]
     pub collimator: Option<CollimatorSettings>,
-    /// Counts; `None` for their means.
+    /// Scattered photons in the projections; `None` for none.
+    #[cfg_attr(feature = "scene", serde(skip_serializing_if = "Option::is_none"))]
+    pub scatter: Option<ScatterSettings>,
+    /// Poisson noise; `None` gives expected values.
     #[cfg_attr(feature = "scene", serde(skip_serializing_if = "Option::is_none"))]
     pub noise: Option<Noise>,
-    /// What a sample is in counts; `None` if that is not known.
+    /// Calibration from samples to counts; `None` if unknown.
     #[cfg_attr(feature = "scene", serde(skip_serializing_if = "Option::is_none"))]
     pub counting: Option<Counting>,
-    /// When the views are taken.
+    /// Timing of the projections.
     pub acquisition: AcquisitionSettings,
-    /// Volumes from views.
+    /// Volumes from projections.
     pub reconstruction: ReconstructionSettings,
-    /// The exact volumes.
+    /// Voxelised ground truth.
     pub truth: TruthSettings,
     /// What `heart-phantom run` writes.
     pub output: Output,
 }
 
 impl Scene {
-    /// What the heart attenuates: in a chest as soft tissue does, if nothing else is said.
+    /// Returns the attenuation; that of soft tissue by default in a chest.
     pub(super) fn attenuates(&self) -> Option<Attenuation> {
         let soft = Attenuation {
             coefficient: Chest::SOFT_TISSUE,
@@ -105,13 +109,13 @@ impl Scene {
         self.attenuation.or(self.chest.map(|_| soft))
     }
 
-    /// The same with views taken at other times.
+    /// Replaces the acquisition mode.
     pub fn with_mode(mut self, mode: Mode) -> Self {
         self.acquisition.mode = mode;
         self
     }
 
-    /// The same with `n` bins, rows and pixels a side in the same field of view.
+    /// Replaces bins, rows and pixels per side by `n`, with the same field of view.
     pub fn with_size(mut self, n: usize) -> Self {
         let field = self.camera.bins as f64 * self.camera.pitch[0];
         self.camera.bins = n;

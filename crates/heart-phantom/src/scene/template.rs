@@ -6,7 +6,7 @@ use std::fmt::Write;
 use std::sync::LazyLock;
 use toml::{Table, Value};
 
-/// A scene with every section and field, one field with its comment per line. Absent sections and fields are commented out.
+/// A scene with every section and field, one field with its comment per line.
 static TEMPLATE: LazyLock<String> = LazyLock::new(|| {
     include_str!("template.toml")
         .replace("{volumes}", &formats(|_| true))
@@ -35,10 +35,10 @@ pub(super) fn write(scene: &Scene) -> String {
     text
 }
 
-/// Writes a section with its values, or commented out without any.
+/// Writes a section with its values; comments it out if there are none.
 fn write_block(block: &str, values: Option<&Table>, text: &mut String) {
     for line in block.lines() {
-        // Writing to a String does not fail.
+        // Writing to a String never fails.
         let _ = match (field(line), values) {
             (Some([name, _, comment]), Some(values)) if values.contains_key(name) => {
                 writeln!(text, "{name} = {}  # {comment}", values[name])
@@ -50,13 +50,13 @@ fn write_block(block: &str, values: Option<&Table>, text: &mut String) {
     }
 }
 
-/// The path of the section of a block of the template.
+/// Returns the path of the section of a block.
 fn header(block: &str) -> Option<&str> {
     let line = block.lines().find(|line| line.starts_with('['))?;
     Some(line.trim_matches(['[', ']']))
 }
 
-/// Name, value and comment of a line with a field.
+/// Splits a line into name, value and comment.
 fn field(line: &str) -> Option<[&str; 3]> {
     let (name, rest) = line.split_once(" = ").filter(|_| !line.starts_with('#'))?;
     let (value, comment) = rest.split_once("  # ")?;
@@ -87,7 +87,7 @@ fn toml_of(value: &serde_json::Value) -> Value {
     }
 }
 
-/// The comment on each field, by its path.
+/// Returns the comment on each field by path.
 fn comments() -> Vec<(String, &'static str)> {
     let mut section = "";
     let mut known = Vec::new();
@@ -131,7 +131,7 @@ pub(super) fn advice(path: &str, given: &str) -> Option<String> {
     (!fields.is_empty()).then(|| format!("must be a section {section} with {}", fields.join(", ")))
 }
 
-/// The rest of a path below another one; empty if they are the same.
+/// Returns the rest of a path below another path; empty if they are equal.
 fn below<'a>(outer: &str, path: &'a str) -> Option<&'a str> {
     let rest = path.strip_prefix(outer)?;
     match rest.is_empty() {

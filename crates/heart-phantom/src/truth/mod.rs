@@ -1,10 +1,10 @@
-//! What the voxels really hold, and how a reconstruction compares with it.
+//! Voxelised ground truth and image quality of a reconstruction.
 
 mod regions;
 mod volume;
 
 pub(crate) use regions::{BREATHS, MASK_PHASES, swept};
-pub use regions::{Measures, Regions};
+pub use regions::{ImageQuality, Regions};
 pub(crate) use volume::{
     MOST_IN_PASS, finder_bytes, in_pass, truth_of_gates_into, truth_of_slices,
 };

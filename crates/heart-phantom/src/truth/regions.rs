@@ -1,4 +1,4 @@
-//! Where a reconstruction is judged, and how it compares.
+//! Regions of interest and the image quality measured in them.
 
 use crate::error::{PhantomError, check_length};
 use crate::{Camera, Cycle, Heart, HeartShape};
@@ -6,36 +6,35 @@ use radon::{MaskedStats, disc_mask, rmse_within};
 use revolve_voxel::{Mask, Meridian, Pose, Sweep};
 use std::sync::Arc;
 
-/// Phases over which "at all phases" and "at any phase" are taken, as many shapes at most.
+/// Most shapes over which intersection and union of the motion are computed.
 pub(crate) const MASK_PHASES: usize = 24;
-/// Places of the breath over which the same is taken.
+/// Respiratory positions over which intersection and union are computed.
 pub(crate) const BREATHS: [f64; 5] = [0.0, 1.0, 0.5, 0.25, 0.75];
 
-/// The sets of voxels over which a reconstruction is judged. They do not depend on the
-/// acquisition, so that its figures can be compared with another's.
+/// Regions of interest: sets of voxels that do not depend on the acquisition, so that reconstructions are comparable.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Regions {
     /// Pixels of a slice within [`Camera::field_radius`] of the axis, `[y][x]`.
     pub disc: Vec<bool>,
-    /// In the wall at all phases, eroded.
+    /// Voxels within the wall at all phases, eroded.
     pub wall: Mask,
-    /// How many times its outermost voxels were removed.
+    /// Number of erosions, of one voxel each.
     pub wall_erosion: usize,
-    /// In the cavity at all phases, eroded by two voxels.
+    /// Voxels within the cavity at all phases, eroded by two voxels.
     pub cavity: Mask,
-    /// Within the disc and more than three voxels from what the outer membrane holds at any phase.
+    /// Voxels within the disc and more than three voxels outside the outer membrane at all phases.
     pub background: Mask,
 }
 
 impl Regions {
-    /// The sets for a heart that runs through `cycle`, from 24 equally spaced phases, of a heart that breathes at five places each; a
-    /// voxel is where its centre is.
+    /// Computes the regions from 24 equally spaced cardiac phases, with respiration at five positions each. A voxel belongs to a solid if
+    /// its centre does.
     ///
     /// # Errors
-    /// What solving the shapes can return.
+    /// Errors of the solver of shapes.
     pub fn new(heart: &Heart, camera: &Camera, cycle: &Cycle) -> Result<Self, PhantomError> {
         let mut gains = Self::gains(cycle);
-        // The most dilated shape second: with the smallest it settles most voxels.
+        // The smallest and the largest shape first: they decide most voxels.
         let last = gains.len() - 1;
         gains.swap(last, last.min(1));
         let shapes = heart.shapes(&gains)?;
@@ -61,7 +60,7 @@ impl Regions {
         })
     }
 
-    /// The distinct volume gains of those phases, from the smallest on.
+    /// Returns the distinct volume gains of these phases in ascending order.
     pub(crate) fn gains(cycle: &Cycle) -> Vec<f64> {
         let phases = (0..MASK_PHASES).map(|j| j as f64 / MASK_PHASES as f64);
         let mut gains: Vec<f64> = phases.map(|phase| cycle.gain(phase)).collect();
@@ -71,7 +70,7 @@ impl Regions {
     }
 }
 
-/// What is in the cavity and in the wall at all of some shapes wherever each stands, and what is in the heart at any of them.
+/// Computes the intersection of cavity and of wall, and the union of the heart, over all shapes in all poses.
 pub(crate) fn swept(
     shapes: &[Arc<HeartShape>],
     poses: &[Pose],
@@ -100,31 +99,30 @@ pub(crate) fn swept(
     })
 }
 
-/// How a reconstruction compares with the truth and with what an ideal one would show. A measure
-/// whose set is empty is `None`.
+/// Image quality of a reconstruction. A figure whose region is empty is `None`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
-pub struct Measures {
-    /// Root mean square difference from the truth within the disc, all slices.
+pub struct ImageQuality {
+    /// Root mean square difference from the ground truth within the disc, all slices.
     pub rmse_truth: Option<f64>,
-    /// Mean over the wall's voxels.
+    /// Average over the voxels of the wall.
     pub wall_mean: Option<f64>,
-    /// Standard deviation over the wall's voxels.
+    /// Standard deviation over the voxels of the wall.
     pub wall_std: Option<f64>,
     /// Root mean square over the background.
     pub background_rms: Option<f64>,
-    /// Mean over the cavity's voxels.
+    /// Average over the voxels of the cavity.
     pub cavity_mean: Option<f64>,
     /// Sum over the disc, all slices, times the volume of a voxel.
     pub total_activity: Option<f64>,
 }
 
-impl Measures {
-    /// Measures of `volume`, and against `truth` if there is one; both `[z][y][x]`.
+impl ImageQuality {
+    /// Computes the figures of `volume`, with `truth` as the reference if given; both `[z][y][x]`.
     ///
     /// # Errors
-    /// [`PhantomError::WrongLength`] if a volume does not have the camera's number of voxels, [`PhantomError::Radon`] if the regions are
-    /// another camera's.
+    /// [`PhantomError::WrongLength`] if a volume does not have the camera's number of voxels, [`PhantomError::Radon`] if the regions belong
+    /// to another camera.
     pub fn of(
         volume: &[f32],
         truth: Option<&[f32]>,

@@ -1,23 +1,23 @@
-//! What the voxels really hold.
+//! Voxelised ground truth.
 
 use crate::HeartShape;
 use crate::error::PhantomError;
 use crate::scan::{Lasting, Scan, SharedShapes, add_to_gates};
-use revolve_voxel::{Body, Moment, Sampling, VoxelCounters, VoxelGrid};
+use revolve_voxel::{Body, Sampling, VoxelCounters, VoxelGrid, WeightedBody};
 use std::ops::Range;
 use std::sync::Arc;
 
-/// Most shapes that one pass over the volume adds up, and most bytes that they take in it.
+/// Largest number of shapes that are added in one pass over the volume, and their memory limit in bytes.
 pub(crate) const MOST_IN_PASS: usize = 256;
 const BYTES_OF_PASS: usize = 256 << 20;
-/// Most shapes that a mean is made of: as many as the finest whole beat of a scene has.
+/// Largest number of shapes in a time average: that of the finest whole cycle of a scene.
 const MOST_SHAPES: usize = 2049;
 
-/// The activity of every voxel of some slices, averaged over the voxel and over the time that the views see together; index order `[z][y][x]`.
-/// Bit for bit the cut from the whole.
+/// Computes the activity of some slices, averaged over the voxel and over the time of all views; index order `[z][y][x]`. Bitwise equal to
+/// the slices of the whole volume.
 ///
-/// Covered fractions of a voxel are accurate to `tolerance`. Where the views see more than 2 049 shapes, as many stand for them, each
-/// for neighbours in volume: of a surface that passes a voxel once each way that changes its share by a thousandth at most.
+/// Coverages are accurate to `tolerance`. More than 2049 shapes are merged into groups of neighbouring volume; for a surface that crosses a
+/// voxel once in each direction this changes the coverage by at most 1/1000.
 pub(crate) fn truth_of_slices(
     scan: &Scan<'_>,
     tolerance: f64,
@@ -52,7 +52,7 @@ pub(crate) fn truth_of_slices(
     Ok((volume, counters))
 }
 
-/// The volumes of all gates, `[gate][z][y][x]`, of shapes that they share, without organs.
+/// Computes the volumes of all gates, `[gate][z][y][x]`, from shapes that the gates share, without organs.
 pub(crate) fn truth_of_gates_into(
     scan: &Scan<'_>,
     shared: &SharedShapes,
@@ -85,30 +85,30 @@ pub(crate) fn truth_of_gates_into(
     Ok(counters)
 }
 
-/// Clamps negative rounding residue, of the wall as the difference of two bodies, to zero.
+/// Clamps the negative rounding residue of the wall (the difference of two bodies) to zero.
 fn clamp(volume: &mut [f32]) {
     (volume.iter_mut()).for_each(|voxel| *voxel = voxel.max(0.0));
 }
 
-/// How many shapes one pass adds up. It does not depend on the heart's memory, so that the sums have the same bits whatever that is.
+/// Returns the number of shapes of a pass. It does not depend on the memory of the heart, so that sums are bitwise reproducible.
 pub(crate) fn in_pass(scan: &Scan<'_>) -> usize {
     let bytes = scan.heart.shape_bytes() + finder_bytes(scan);
     (BYTES_OF_PASS / bytes).clamp(1, MOST_IN_PASS)
 }
 
-/// About how many bytes finding the surfaces of a shape in the voxels takes: for each layer cells of 24 bytes, as large as the
-/// least side of a voxel, a quarter of a million at most.
+/// Estimates the memory of the surface search of a shape in bytes: for each layer cells of 24 bytes, as large as the least side of a
+/// voxel, at most 250 000.
 pub(crate) fn finder_bytes(scan: &Scan<'_>) -> usize {
     let spacing = scan.camera.grid().spacing();
     let size = spacing.into_iter().fold(f64::INFINITY, f64::min);
-    // A heart twice as large as at rest, with a margin.
-    let cells: f64 = (scan.heart.rest_extent().into_iter())
+    // Twice the reference volume, with a margin.
+    let cells: f64 = (scan.heart.reference_extent().into_iter())
         .map(|side| 2f64.sqrt() * side / size + 8.0)
         .product();
     2 * 24 * cells.min(250_000.0) as usize
 }
 
-/// Adds the shapes of some gains, each for its share of the time.
+/// Adds the shapes of some gains, each weighted by its fraction of the time.
 fn add_shapes(
     scan: &Scan<'_>,
     times: &[Lasting],
@@ -130,7 +130,7 @@ fn add_shapes(
     for ((shape, body), weight) in shapes.iter().zip(&bodies).zip(&weights) {
         let [_, wall] = scan.activity.of(shape);
         for (_, sector, factor) in placed.of(shape) {
-            let sector = sector.standing(*body.pose());
+            let sector = sector.with_pose(*body.pose());
             let difference = weight * factor * wall;
             let done = sector.voxelize_add(grid, slices.clone(), sampling, difference, volume)?;
             counters = counters + done;
@@ -139,29 +139,29 @@ fn add_shapes(
     Ok(counters)
 }
 
-/// The shapes of some gains.
+/// Returns the shapes of some gains.
 fn shapes_of(scan: &Scan<'_>, times: &[Lasting]) -> Result<Vec<Arc<HeartShape>>, PhantomError> {
     let gains: Vec<f64> = times.iter().map(|lasting| lasting.gain).collect();
     scan.heart.shapes(&gains)
 }
 
-/// The same where each stands.
+/// Returns the bodies of these shapes in their poses.
 fn bodies(
     scan: &Scan<'_>,
     times: &[Lasting],
     shapes: &[Arc<HeartShape>],
 ) -> Result<Vec<Body>, PhantomError> {
-    let standing = |(lasting, shape): (&Lasting, &Arc<HeartShape>)| {
-        Ok(shape.body().standing(scan.pose(lasting.breath)?))
+    let placed = |(lasting, shape): (&Lasting, &Arc<HeartShape>)| {
+        Ok(shape.body().with_pose(scan.pose(lasting.breath)?))
     };
-    times.iter().zip(shapes).map(standing).collect()
+    times.iter().zip(shapes).map(placed).collect()
 }
 
 fn shares(times: &[Lasting]) -> Vec<f64> {
     times.iter().map(|lasting| lasting.share).collect()
 }
 
-/// Adds some bodies, each with what its cavity and its wall hold and with a weight.
+/// Adds bodies with their activities of cavity and wall and their weights.
 fn add_bodies(
     (bodies, held, weights): (&[Body], &[[f64; 2]], &[f64]),
     grid: &VoxelGrid,
@@ -169,20 +169,20 @@ fn add_bodies(
     slices: Range<usize>,
     volume: &mut [f32],
 ) -> Result<VoxelCounters, PhantomError> {
-    let moments: Vec<Moment> = (bodies.iter().zip(held).zip(weights))
-        .map(|((body, activity), &weight)| Moment {
+    let weighted: Vec<WeightedBody> = (bodies.iter().zip(held).zip(weights))
+        .map(|((body, activity), &weight)| WeightedBody {
             body,
             activity,
             weight,
         })
         .collect();
     let sampling = Sampling::Coverage { tolerance };
-    Ok(Moment::voxelize_add(
-        &moments, grid, slices, sampling, volume,
+    Ok(WeightedBody::voxelize_add(
+        &weighted, grid, slices, sampling, volume,
     )?)
 }
 
-/// Gains with their shares, or where there are very many, fewer of about equal shares that stand for them.
+/// Merges the gains into at most [`MOST_SHAPES`] groups of nearly equal weight, each represented by its average.
 fn thinned(mut times: Vec<Lasting>) -> Vec<Lasting> {
     if times.len() <= MOST_SHAPES {
         return times;
@@ -197,7 +197,7 @@ fn thinned(mut times: Vec<Lasting>) -> Vec<Lasting> {
         at.min(MOST_SHAPES - 1)
     };
     let groups: Vec<usize> = times.iter().map(group).collect();
-    // Sums of gain and of breath, each times its share, and of shares.
+    // Per group: sums of weight x gain and weight x respiratory position, and of the weights.
     let mut thinned: Vec<(usize, [f64; 2], f64)> = Vec::with_capacity(MOST_SHAPES);
     for (
         group,

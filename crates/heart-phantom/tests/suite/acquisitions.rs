@@ -1,10 +1,10 @@
-//! Acquisitions and truth against conservation, symmetry and each other.
+//! Projections and ground truth: conservation, symmetry and mutual consistency.
 
 use heart_phantom::scene::{
     Accuracy, Activity, CameraSettings, DiscretisationSettings, Mode, Rotation, Scene,
 };
 use heart_phantom::{
-    Camera, Heart, Measures, Phantom, PhantomError, Sinograms, Uptake, VolumeRange,
+    Camera, Heart, ImageQuality, Phantom, PhantomError, Sinograms, Uptake, VolumeRange,
 };
 use membrane_newton::{MembraneError, NewtonError};
 use radon::RadonError;
@@ -71,7 +71,7 @@ fn phases_are_solved_once_and_mirrored_phases_share_a_shape() {
     );
     let rays = sinograms.rays;
     assert_eq!(rays.cast + rays.skipped, 90 * 16 * 16);
-    // The body's shadow is about a third of the field of view.
+    // The projected area of the body is about a third of the field of view.
     assert!(rays.skipped > rays.cast);
     views(&phantom, 0);
     assert_eq!(phantom.heart().shapes_solved(), 7);
@@ -118,8 +118,8 @@ fn the_average_over_a_cycle_is_the_mean_of_static_scans() {
 fn the_quadrature_error_falls_and_bounds_the_next() {
     let error = |steps| views(&phantom(Mode::WholeCycle, steps), 0).view_error.time;
     let errors = [4, 8, 16, 32].map(error);
-    // Chords end like square roots where the silhouette passes in time, so the rule converges
-    // like n^-1.5: a factor 2.8 a doubling; 2 leaves room for the sampling of the silhouette.
+    // Chords vary like square roots where the silhouette passes during the average, so the rule converges like n^-1.5: a factor 2.8 per
+    // doubling; 2 leaves room for the sampling of the silhouette.
     for pair in errors.windows(2) {
         assert!(pair[1] < pair[0] / 2.0, "{errors:?}");
     }
@@ -152,14 +152,14 @@ fn truth_holds_the_wall_volume_and_measures_itself_as_perfect() {
         let regions = phantom.regions().unwrap();
         assert!(regions.wall.count() > 0 && regions.cavity.count() > 0);
         let volume = phantom.truth(0).unwrap();
-        let measures = Measures::of(&volume, Some(&volume), regions, phantom.camera()).unwrap();
+        let measures = ImageQuality::of(&volume, Some(&volume), regions, phantom.camera()).unwrap();
         assert_eq!(measures.rmse_truth, Some(0.0));
         assert_eq!(measures.background_rms, Some(0.0));
         assert_eq!(measures.cavity_mean, Some(0.0));
-        // Voxels in the wall at all phases: one, but for the rounding of the weights in f32.
+        // Voxels in the wall at all phases have the value 1, up to rounding of the weights in f32.
         assert!((measures.wall_mean.unwrap() - 1.0).abs() < 1e-6);
         assert!(measures.wall_std.unwrap() < 1e-6);
-        // Fractions right to 1e-4 each, with errors of either sign.
+        // Coverages are accurate to 1e-4 each, with errors of either sign.
         let total = measures.total_activity.unwrap();
         assert!(
             (total / wall_volume(&phantom) - 1.0).abs() < 1e-5,
@@ -186,7 +186,7 @@ fn bad_input_is_refused_with_its_numbers() {
         let refused = phantom(Mode::WholeCycle, 8).activity(phase);
         assert!(matches!(refused, Err(PhantomError::OutOfRange { .. })));
     }
-    // More points than anyone waits for.
+    // An unreasonable number of points.
     for mode in [
         Mode::WholeCycle,
         Mode::Gated { gates: 4 },
@@ -237,7 +237,7 @@ fn bad_input_is_refused_with_its_numbers() {
         ),
         "{refused:?}"
     );
-    // A gain of -1 is a cavity of nothing.
+    // A gain of -1 is an empty cavity.
     for gain in [f64::NAN, -1.0] {
         let refused = heart.shapes(&[gain]);
         assert!(
@@ -267,7 +267,7 @@ fn the_gates_together_are_the_whole_cycle() {
             *sum += f64::from(*v) / gates as f64;
         }
     }
-    assert_eq!(gated.heart().shapes_solved(), 9); // neighbouring gates share their ends, all share the cycle's
+    assert_eq!(gated.heart().shapes_solved(), 9); // neighbouring gates share their ends, all share those of the cycle
     for (a, b) in whole.samples.iter().zip(&mean) {
         assert!((f64::from(*a) - b).abs() < 20.0 * f64::from(f32::EPSILON) * 10.0);
     }
@@ -285,7 +285,7 @@ fn an_exposure_is_made_of_its_beats() {
     let whole = every(1.0, Mode::WholeCycle);
     assert!(exposure(period, period) == whole);
     assert!(exposure(3.0 * period, 3.0 * period) == whole);
-    // Views begin at the same phase when the interval is a whole number of beats.
+    // Views start at the same phase if the interval is a whole number of beats.
     let half = exposure(3.0 * period, 0.5 * period);
     let both = exposure(3.0 * period, 2.5 * period);
     for ((a, b), sum) in whole.iter().zip(&half).zip(&both) {
@@ -313,7 +313,7 @@ fn a_turning_camera_averages_over_the_angles_that_it_passes() {
     let still = Mode::Static { phase: 0.25 };
     let turning = (Rotation::Continuous, 2.0);
     let blurred = views(&with(still, 6, 17.0, turning).unwrap(), 0);
-    // The slow twin: eight views for each, from the middles of its arcs.
+    // The reference: eight views for each, from the middles of its arcs.
     let (step, first) = (180.0 / 6.0, 0.5 / 8.0);
     let standing = (Rotation::StepAndShoot, 1.0);
     let fine = views(

@@ -1,4 +1,4 @@
-//! Averages over bins: closed forms, quadrature by the definition, finer bins, and the errors that are stated.
+//! Bin averages against closed forms, quadrature by the definition and finer bins; stated errors.
 
 use heart_phantom::scene::{
     Accuracy, Attenuation, BinSample, BlurSettings, CollimatorSettings, DiscretisationSettings,
@@ -10,7 +10,7 @@ use std::f64::consts::{LN_2, PI};
 const N: usize = 24;
 const PITCH: f64 = 16.0 / N as f64;
 
-/// The study's heart at rest, of four views.
+/// The study's heart in the reference configuration, four views.
 fn scene() -> Scene {
     let mut scene = Scene::default()
         .with_size(N)
@@ -34,7 +34,7 @@ fn organ_alone(shape: OrganShapeSettings) -> Scene {
         coefficient: 0.0,
         medium: Medium::Heart,
     });
-    // Out of the way of the organ.
+    // The heart is away from the organ.
     scene.pose.shift = [0.0, 0.0, 100.0];
     scene.organs.push(OrganSettings {
         shape,
@@ -51,7 +51,7 @@ fn collimator() -> CollimatorSettings {
     }
 }
 
-/// The largest difference, relative to the largest sample.
+/// Largest difference relative to the largest sample.
 fn distance(a: &[f32], b: &[f64]) -> f64 {
     let (off, most) = (a.iter().zip(b)).fold((0.0f64, 0.0f64), |(off, most), (a, b)| {
         (off.max((f64::from(*a) - b).abs()), most.max(b.abs()))
@@ -64,7 +64,7 @@ fn averages_of_a_cylinder_are_those_of_its_chord() {
     averages_of_a_cylinder([0.4, -0.2], [5.3, 3.1]);
 }
 
-/// Its silhouettes are in the first and in the last bin.
+/// The silhouettes are in the first and in the last bin.
 #[test]
 fn averages_at_the_ends_of_the_rows_are_those_of_the_chord() {
     averages_of_a_cylinder([0.0; 2], [7.7; 2]);
@@ -130,7 +130,7 @@ fn all_of_a_ball_is_in_its_bins() {
     assert!(fine < 1e-4 && fine < 0.1 * centres, "{fine} {centres}");
 }
 
-/// The error function to 1.5e-7 (Abramowitz & Stegun 7.1.26), below any tolerance here.
+/// The error function to 1.5e-7 (Abramowitz & Stegun 7.1.26), below all tolerances here.
 fn erf(x: f64) -> f64 {
     let t = 1.0 / (1.0 + 0.3275911 * x.abs());
     let series = [
@@ -144,8 +144,8 @@ fn erf(x: f64) -> f64 {
     (1.0 - sum * (-x * x).exp()).copysign(x)
 }
 
-/// One sample by its definition: rays 0.02 cm apart, each cut at every 0.02 cm of depth, weighed by the average over the bin of the Gaussian of
-/// their depth.
+/// A sample by its definition: rays 0.02 cm apart, each cut at every 0.02 cm of depth, weighted by the bin average of the Gaussian of this
+/// depth.
 fn by_definition(
     phantom: &Phantom,
     sigma: impl Fn(f64) -> f64,
@@ -254,14 +254,14 @@ fn from_finer(scene: &Scene, times: usize, tolerance: f64) -> Vec<f64> {
     (0..samples.len() / (times * times)).map(of).collect()
 }
 
-/// Without the sub-bins these are 1 to 17 per cent of the largest sample.
+/// Without sub-bins these errors are 1 to 17 per cent of the largest sample.
 #[test]
 fn samples_are_those_of_finer_bins() {
     let clinical = |text: &str, views: usize| {
         let mut scene = Scene::from_toml(text).unwrap();
         scene.noise = None;
         scene.acquisition.mode = Mode::Static { phase: 0.0 };
-        // Rows through the middle of the heart: a third of the time.
+        // Rows through the middle of the heart take a third of the time.
         (scene.camera.views, scene.camera.rows) = (views, 20);
         scene
     };
@@ -307,7 +307,7 @@ fn parts_of_views_have_the_bits_of_the_whole() {
     let phantom = Phantom::new(through.clone()).unwrap();
     let all = phantom.sinograms(0, &|_| ()).unwrap().samples;
     assert!(all[2 * N * N..3 * N * N] == phantom.view(0, 2).unwrap());
-    // Whatever memory and threads there are.
+    // For any memory and number of threads.
     let small = Phantom::new(through.clone()).unwrap().with_memory(1);
     assert!(small.view(0, 2).unwrap() == all[2 * N * N..3 * N * N]);
     let one = rayon::ThreadPoolBuilder::new()
@@ -342,7 +342,7 @@ fn a_tolerance_that_no_resolution_meets_is_an_error() {
     let mut scene = scene();
     scene.acquisition.accuracy = Accuracy::Tolerance(1e-6);
     let error = Phantom::new(scene).unwrap().prepare().unwrap_err();
-    let PhantomError::Refused { field, source, .. } = error else {
+    let PhantomError::Rejected { field, source, .. } = error else {
         panic!("{error:?}");
     };
     assert_eq!(field, "acquisition.accuracy.tolerance");

@@ -1,4 +1,4 @@
-//! Inputs at the ends of their ranges: results scale, or there is an error before any work.
+//! Inputs at the ends of their ranges: results scale, or an error occurs before any work.
 
 use heart_phantom::scene::{Mode, Scene};
 use heart_phantom::{Phantom, PhantomError};
@@ -25,7 +25,7 @@ fn twisted(scale: f64) -> Scene {
     Scene::from_toml(&text).unwrap()
 }
 
-/// Lines through a heart of the same activity are as much longer as the heart is larger.
+/// Line integrals scale with the size of the heart at constant activity.
 #[test]
 fn a_twisted_defect_scales_with_the_heart() {
     let views = |scale: f64| {
@@ -54,7 +54,7 @@ fn a_collimator_far_wider_than_the_bins_is_rejected_before_any_view() {
     scene = scene.with_mode(Mode::Static { phase: 0.0 });
     let phantom = Phantom::new(scene).unwrap();
     let error = phantom.prepare().unwrap_err();
-    let PhantomError::Refused { field, source, .. } = error else {
+    let PhantomError::Rejected { field, source, .. } = error else {
         panic!("{error:?}")
     };
     assert_eq!(field, "collimator");
@@ -65,7 +65,7 @@ fn a_collimator_far_wider_than_the_bins_is_rejected_before_any_view() {
     assert_eq!(phantom.work().rays_cast, 0);
 }
 
-/// 2^31 voxels and as many samples, of which a run has many at a time.
+/// 2^31 voxels and as many samples, of which a run needs several copies.
 #[cfg(target_os = "linux")]
 #[test]
 fn more_memory_than_there_is_is_an_error_before_any_view() {
@@ -74,10 +74,10 @@ fn more_memory_than_there_is_is_an_error_before_any_view() {
     scene = scene.with_mode(Mode::Gated { gates: 64 });
     scene.output.gates = heart_phantom::scene::GateFiles::OneFile;
     let phantom = Phantom::new(scene).unwrap();
-    // 64 gates of two volumes of 8 GB each: more than any computer that runs tests has.
+    // 64 gates of two volumes of 8 GB each exceed the memory of any test machine.
     assert!(phantom.memory().total() > 1 << 40);
     let error = phantom.prepare().unwrap_err();
-    let PhantomError::Refused { source, .. } = error else {
+    let PhantomError::Rejected { source, .. } = error else {
         panic!("{error:?}")
     };
     assert!(matches!(*source, PhantomError::Memory { .. }), "{source}");

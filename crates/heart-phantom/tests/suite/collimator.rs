@@ -1,4 +1,4 @@
-//! Views through a collimator against moments, the plain loop over depths, and themselves.
+//! Projections through a collimator against moments, a direct sum over depths, and symmetries.
 
 use heart_phantom::scene::{Accuracy, BinSample};
 use heart_phantom::scene::{
@@ -12,7 +12,7 @@ const N: usize = 128;
 const FIELD: f64 = 16.0;
 const RADIUS: f64 = 12.0;
 
-/// The heart at rest seen from four sides, its wall active.
+/// The heart in the reference configuration in four views, with an active wall.
 fn scene() -> Scene {
     let mut scene = Scene::default()
         .with_size(N)
@@ -35,7 +35,7 @@ fn through(response: Collimator, tolerance: f64) -> Phantom {
         intrinsic_fwhm: response.intrinsic() * (8.0 * 2f64.ln()).sqrt(),
     });
     scene.camera.samples = Some(BinSample::Centres);
-    // Depth has a fifth of it.
+    // A fifth of the tolerance applies to depth.
     scene.acquisition.accuracy = Accuracy::Tolerance(5.0 * tolerance);
     Phantom::new(scene).unwrap()
 }
@@ -62,7 +62,7 @@ fn moments(view: &[f32]) -> [f64; 5] {
 
 #[test]
 fn moments_are_those_of_the_lines_and_of_the_depths() {
-    // Fine enough for lines to know the heart's own moments: what they miss goes as the square of a bin, 1.6e-6 at half as many.
+    // Fine enough that line integrals reproduce the moments of the heart: the error is proportional to the square of a bin, 1.6e-6 at half as many.
     const M: usize = 256;
     let mut scene = scene().with_size(M);
     let lines = Phantom::new(scene.clone()).unwrap();
@@ -76,7 +76,7 @@ fn moments_are_those_of_the_lines_and_of_the_depths() {
         intrinsic_fwhm: 0.16 * (8.0 * LN_2).sqrt(),
     });
     let blurred = Phantom::new(scene.clone()).unwrap();
-    // Depths of one view are places along the bins of the next, a quarter of a turn on.
+    // Depths of one view are positions along the bins of the next, a quarter of a turn later.
     scene.collimator = None;
     let fine = Phantom::new(scene.with_size(3 * M)).unwrap();
     for view_idx in [1, 2] {
@@ -101,7 +101,7 @@ fn moments_are_those_of_the_lines_and_of_the_depths() {
     }
 }
 
-/// Every depth by itself: lines through thin slabs of 0.02 cm, each with the samples of the Gaussian of its middle.
+/// Each depth separately: line integrals of thin slabs of 0.02 cm, each with the samples of the Gaussian of its middle.
 #[test]
 fn views_are_what_the_plain_loop_over_depths_gives() {
     let phantom = through(response(), 1e-4);
@@ -145,7 +145,7 @@ fn views_are_what_the_plain_loop_over_depths_gives() {
     let norm = |values: &mut dyn Iterator<Item = f64>| values.map(|v| v * v).sum::<f64>().sqrt();
     let off = norm(&mut seen.iter().zip(&slow).map(|(a, b)| f64::from(*a) - b));
     let all = norm(&mut slow.iter().copied());
-    // Measured 2.7e-5: the tolerance is of a point, and a wall is smoother than that.
+    // Measured 2.7e-5: the tolerance applies to a point, and a wall is smoother.
     assert!(off / all < 5e-5, "{}", off / all);
 }
 
@@ -161,14 +161,14 @@ fn views_converge_with_the_tolerance() {
             (off / all).sqrt()
         })
         .to_vec();
-    // Second order in the distance of the nodes, which goes as the root of the tolerance.
+    // Second order in the distance of the nodes, which scales as the square root of the tolerance.
     for (pair, tolerance) in errors.windows(2).zip([1e-3, 1e-4]) {
         assert!(pair[1] < 0.3 * pair[0], "{errors:?}");
         assert!(pair[0] < tolerance, "{errors:?}");
     }
 }
 
-/// What the report tells of a view's error, against the error: from a rest whose own is a hundredth of it.
+/// The stated error of a view against its error, by a reference with an error of a hundredth of it.
 #[test]
 fn the_error_of_slabs_is_what_is_told() {
     let all = |tolerance: f64| {
@@ -185,13 +185,13 @@ fn the_error_of_slabs_is_what_is_told() {
         }
         let (told, error) = (made.view_error.depth, f64::from(off / largest));
         println!("tolerance {tolerance}: error {error:e}, told {told:e}");
-        // A bound, and not an idle one: where errors are of second order, the difference is three times as large.
+        // A bound that is not too large: where errors are of second order, the difference is three times as large.
         assert!(
             (1.0..12.0).contains(&(told / error)),
             "{tolerance}: {told} {error}"
         );
     }
-    // One view of the four is looked at by itself, too; lines have no such error.
+    // One of the four views is estimated separately, too; line integrals have no such error.
     assert!(through(response(), 1e-4).view(0, 0).is_ok());
     let lines = Phantom::new(scene()).unwrap();
     assert_eq!(lines.sinograms(0, &|_| ()).unwrap().view_error.depth, 0.0);
@@ -238,7 +238,7 @@ fn parts_have_the_bits_of_the_whole() {
     assert!(phantom.view(0, 2).unwrap() == whole[2 * 48 * 48..3 * 48 * 48]);
     let volume = phantom.volume(0).unwrap();
     assert!(phantom.slice(0, 20).unwrap() == volume[20 * 48 * 48..21 * 48 * 48]);
-    // Little memory: points come in batches, and slabs of few views at once.
+    // Little memory: points come in batches, slabs for few views at a time.
     let one = phantom.heart().shape_bytes();
     let small = Phantom::new(scene).unwrap().with_memory(2 * one);
     assert!(small.sinograms(0, &|_| ()).unwrap().samples == whole);
@@ -256,7 +256,7 @@ fn a_collimator_that_cannot_be_is_refused() {
             "",
             "collimator.holes.parallel.diameter",
         ),
-        // Two mean free paths are longer than the holes.
+        // Two mean free paths exceed the length of the holes.
         (
             "{ parallel = { diameter = 0.1, length = 0.05, attenuation = 26.9 } }",
             "",
@@ -273,17 +273,17 @@ fn a_collimator_that_cannot_be_is_refused() {
         let text = format!("[collimator]\nholes = {holes}\nintrinsic_fwhm = 0.4\n{more}");
         assert_eq!(refused(&text), field);
     }
-    // The heart would reach through the collimator.
+    // The heart would intersect the collimator.
     let mut near = scene();
     near.camera.radius = Orbit::Circle(4.0);
     near.collimator = Some(CollimatorSettings {
         holes: HolesSettings::SiemensLehr,
         intrinsic_fwhm: 0.4,
     });
-    // Found before any view.
+    // Detected before any view.
     let error = Phantom::new(near.clone()).unwrap().prepare().unwrap_err();
     assert!(
-        matches!(&error, PhantomError::Refused { field, .. } if field == "camera.radius"),
+        matches!(&error, PhantomError::Rejected { field, .. } if field == "camera.radius"),
         "{error:?}"
     );
     let error = Phantom::new(near).unwrap().view(0, 0).unwrap_err();
@@ -300,8 +300,8 @@ fn a_collimator_that_cannot_be_is_refused() {
     );
 }
 
-/// The wall is what the outer membrane holds less what the inner one does: weakened, cut into slabs and blurred, rounding left -1e-26 of it
-/// where nothing is, and noise was refused for it.
+/// The wall is outer minus inner membrane. After attenuation, division into slabs and blur, rounding left -1e-26 where the activity is
+/// zero, which the noise rejected.
 #[test]
 fn no_sample_is_below_nothing_and_noise_takes_them_all() {
     let mut scene = scene().with_size(64);

@@ -1,4 +1,4 @@
-//! Motion-compensated reconstruction of a heart that breathes and does not beat: the exact motion taken back.
+//! Motion-compensated reconstruction of a heart with respiration and without heartbeat, by the exact motion.
 
 use crate::phantom::small;
 use heart_phantom::Phantom;
@@ -24,7 +24,7 @@ fn breathing(shift: [f64; 3], gates: usize) -> Scene {
     scene
 }
 
-/// In f64, from the chords of the body itself: moved by three rows, and, seen from 0 and 90 degrees, by two bins and one.
+/// In f64, from the chords of the body: displaced by three rows and, at 0 and 90 degrees, by two bins and one bin.
 #[test]
 fn whole_bins_and_rows_are_taken_back_to_rounding() {
     let phantom = Phantom::new(still()).unwrap();
@@ -39,7 +39,7 @@ fn whole_bins_and_rows_are_taken_back_to_rounding() {
         (vec![0, 20], Vector3::new(2.0, -1.0, 3.0) * pitch),
     ] {
         let pose = shape.body().pose().shifted(shift).unwrap();
-        let moved = shape.body().standing(pose);
+        let moved = shape.body().with_pose(pose);
         let [mut exact, mut back] = [
             vec![0.0f64; views.len() * n * n],
             vec![0.0f64; views.len() * n * n],
@@ -58,14 +58,14 @@ fn whole_bins_and_rows_are_taken_back_to_rounding() {
             moved
                 .project_add(&rays, &[0.0, 1.0], 1.0, &mut seen)
                 .unwrap();
-            // Rounding of an angle makes no part of a bin.
+            // Rounding of an angle does not make a fraction of a bin.
             let by = [shift.x * theta.cos() + shift.y * theta.sin(), shift.z];
             let by = by.map(|by| (by / pitch * 1e12).round() / 1e12);
             add_shifted(&seen, [n, n], by, 1.0, &mut back[part]).unwrap();
         }
         let most = exact.iter().copied().fold(0.0, f64::max);
         let apart = exact.iter().zip(&back).map(|(a, b)| (a - b).abs());
-        // A chord is a root next to the edge of the body: where it is nearly nothing it has half the digits.
+        // A chord is a square root near the edge of the body: where it is nearly zero it has half the digits.
         let square: f64 = apart.map(|d| d * d).sum();
         assert!(
             (square / exact.len() as f64).sqrt() < 1e-12 * most,
@@ -115,7 +115,7 @@ fn a_breathing_heart_comes_out_as_the_still_one_to_the_interpolation() {
         let phantom = Phantom::new(breathing(shift, gates)).unwrap();
         errors.push(off(&phantom.compensated_views(0).unwrap()));
     }
-    // All of the breath, not taken back.
+    // The whole respiratory motion, not compensated.
     let mut blurred = breathing(shift, 1);
     blurred.breathing.as_mut().unwrap().gates = None;
     let blurred = off(&Phantom::new(blurred)
@@ -123,7 +123,7 @@ fn a_breathing_heart_comes_out_as_the_still_one_to_the_interpolation() {
         .sinograms(0, &|_| ())
         .unwrap()
         .samples);
-    // What interpolation alone costs: the still views moved half a bin there and back.
+    // The cost of interpolation alone: the static views shifted by half a bin and back.
     let len = still.camera().view_len();
     let mut moved = vec![0.0f32; sharp.len()];
     for (view, moved) in sharp.chunks(len).zip(moved.chunks_mut(len)) {
@@ -136,14 +136,14 @@ fn a_breathing_heart_comes_out_as_the_still_one_to_the_interpolation() {
     assert!(errors[0] > errors[1] && errors[1] > errors[2], "{errors:?}");
     assert!(errors[2] < 0.5 * blurred);
     assert!(errors[2] < interpolated, "{errors:?} {interpolated}");
-    // No breath at all: the views themselves.
+    // Without respiration: the views themselves.
     assert!(still.compensated_views(0).unwrap() == sharp);
 }
 
 #[test]
 fn a_breath_that_turns_is_refused() {
     let mut scene = breathing([0.0; 3], 2);
-    scene.breathing.as_mut().unwrap().turn_degrees = [5.0, 0.0, 0.0];
+    scene.breathing.as_mut().unwrap().rotation_degrees = [5.0, 0.0, 0.0];
     let refused = Phantom::new(scene)
         .unwrap()
         .compensated_views(0)

@@ -1,4 +1,4 @@
-//! Counts by the camera's sensitivity: activity in MBq, seconds, decay.
+//! Expected counts from the sensitivity of the camera: activity in MBq, acquisition time, decay.
 
 use heart_phantom::scene::{
     Counting, Counts, Decay, DiscretisationSettings, Mode, Noise, Product, Scene,
@@ -28,7 +28,7 @@ fn factors(scene: Scene, gate: usize) -> Vec<f64> {
     phantom.counts_per_unit(gate).unwrap().unwrap()
 }
 
-/// Counts of a view are those of all activity that there is: the sum of the samples is the volume integral, to the midpoint rule.
+/// The counts of a view correspond to the total activity: the sum of the samples is the volume integral, by the midpoint rule.
 #[test]
 fn counts_of_a_heart_are_those_of_its_activity() {
     let total = 37.0; // MBq
@@ -67,7 +67,7 @@ fn a_view_counts_for_the_time_that_it_sees() {
     for factor in factors(scene(Mode::Exposure { seconds: 0.3 }, Decay::None), 0) {
         near(factor, all * 0.3 / SECONDS);
     }
-    // A camera that stops: each gate a share; one that turns: all that comes of it, the gates together all of the time.
+    // With step and shoot each gate has a fraction of the time; with continuous rotation its actual time, all gates together the whole time.
     let gated = Mode::Gated { gates: 5 };
     for gate in 0..5 {
         for factor in factors(scene(gated, Decay::None), gate) {
@@ -84,7 +84,7 @@ fn a_view_counts_for_the_time_that_it_sees() {
             all * 1.3 / SECONDS,
         );
     }
-    // 1.4 beats a view: one gate comes once, another twice.
+    // 1.4 beats per view: one gate occurs once, another twice.
     assert!(
         gates
             .iter()
@@ -92,7 +92,7 @@ fn a_view_counts_for_the_time_that_it_sees() {
     );
 }
 
-/// The mean of 2^(-t / h) over the time of view k against sums over many instants.
+/// The average of 2^(-t / h) over the time of view k against sums over many instants.
 #[test]
 fn decay_is_the_mean_over_the_time_of_a_view() {
     let mean = |from: f64, seconds: f64, half_life: f64| {
@@ -124,7 +124,7 @@ fn decay_is_the_mean_over_the_time_of_a_view() {
     }
 }
 
-/// Counts over many seeds have the expected mean, and the variance of Poisson's law, in an early and in a late view.
+/// Counts over many seeds have the expected mean and the variance of a Poisson distribution, in an early and in a late view.
 #[test]
 fn expected_counts_are_counted() {
     let mut scene = scene(Mode::Static { phase: 0.3 }, Decay::HalfLifeHours(0.01)).with_size(16);
@@ -153,7 +153,7 @@ fn expected_counts_are_counted() {
             let counts: Vec<f64> = (samples.iter())
                 .map(|v| f64::from(*v) * factors[view])
                 .collect();
-            // Whole numbers, to the rounding of an f32.
+            // Integers, to the rounding of f32.
             assert!(
                 counts
                     .iter()
@@ -163,7 +163,7 @@ fn expected_counts_are_counted() {
             sums[0] += sum / n_seeds as f64;
             sums[1] += (sum - total).powi(2) / n_seeds as f64;
         }
-        // Five standard deviations of a mean and of a variance over so many seeds.
+        // Five standard deviations of the mean and of the variance over so many seeds.
         let n = n_seeds as f64;
         assert!(
             (sums[0] - total).abs() < 5.0 * (total / n).sqrt(),
@@ -239,7 +239,7 @@ fn the_report_and_the_headers_tell_the_factor() {
     let (factors, out) = written(Decay::Tc99m, Format::RawJson, "json");
     let header = std::fs::read(out.join("projections.json")).unwrap();
     let header: serde_json::Value = serde_json::from_slice(&header).unwrap();
-    // As read, to the last digit.
+    // To the last digit, as read.
     let told = header["counts_per_unit"].as_array().unwrap();
     assert_eq!(told.len(), 5);
     for (told, factor) in told.iter().zip(&factors) {
@@ -247,7 +247,7 @@ fn the_report_and_the_headers_tell_the_factor() {
     }
 }
 
-/// What a scene without the section has said so far it still says.
+/// Scenes without the section have unchanged results.
 #[test]
 fn nothing_is_told_of_a_camera_that_is_not_known() {
     let folder = tempfile::tempdir().unwrap();
@@ -272,7 +272,7 @@ fn cameras_without_sense_are_refused() {
         Err(PhantomError::Scene(error)) => error,
         other => panic!("{other:?}"),
     };
-    // 48 s are 1e4 half-lives: nothing is left.
+    // 48 s are 1e4 half-lives: no activity remains.
     let decay = Decay::HalfLifeHours(48.0 / 3600.0 / 1e4);
     let error = refused(decay, Mode::WholeCycle);
     assert_eq!(error.first().field, "counting.sensitivity");

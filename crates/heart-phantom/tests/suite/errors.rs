@@ -1,4 +1,4 @@
-//! What an error and its causes say: each level its own part, once.
+//! Messages of errors and their causes: each level contains its own part, once.
 
 use heart_phantom::revolve_voxel::Pose;
 use heart_phantom::scene::{Background, Scene};
@@ -17,11 +17,11 @@ fn chain(error: &PhantomError) -> Vec<String> {
     said
 }
 
-/// An error of each variant that has a cause; that of threads is tested beside the code.
+/// An error of each variant that has a cause; that of threads is tested in its module.
 fn with_causes() -> Vec<PhantomError> {
     let gain = 0.6;
     let io = || io::Error::new(io::ErrorKind::NotFound, "it is gone");
-    let cause = || Box::new(PhantomError::NothingToCount);
+    let cause = || Box::new(PhantomError::NoCounts);
     vec![
         PhantomError::File {
             path: "a.npy".into(),
@@ -40,7 +40,7 @@ fn with_causes() -> Vec<PhantomError> {
             gain,
             source: cause(),
         },
-        PhantomError::Refused {
+        PhantomError::Rejected {
             file: Some("a.toml".into()),
             place: Some([3, 1]),
             field: "noise.counts.total".into(),
@@ -92,7 +92,7 @@ fn balloons_that_make_no_heart_are_told_apart() {
     };
     let error = heart(none, Balloon::OUTER, 51).unwrap_err();
     assert!(matches!(error, PhantomError::Balloon(_)), "{error:?}");
-    // Nodes of nothing, and an outer membrane with less volume.
+    // Coinciding nodes, and an outer membrane with a smaller volume.
     for (inner, outer, nodes) in [
         (Balloon::INNER, Balloon::OUTER, 1),
         (Balloon::OUTER, Balloon::INNER, 51),
@@ -100,7 +100,7 @@ fn balloons_that_make_no_heart_are_told_apart() {
         let error = heart(inner, outer, nodes).unwrap_err();
         assert!(matches!(error, PhantomError::Membrane(_)), "{error:?}");
     }
-    // More volume outside, and yet not all of it: that is seen in the shape.
+    // A larger volume outside, but crossing membranes: detected in the shape.
     let long = Balloon {
         length: 12.0,
         ..Balloon::INNER

@@ -1,7 +1,7 @@
-//! Files: every sample is where it was, in every format; nothing half written; bad input refused before a byte is written.
+//! Files: correct samples at correct positions in every format; atomic writes; errors before the first byte.
 //!
-//! The readers here are minimal and know nothing of the writers. `readers/check.py` does the same with nibabel, SimpleITK, numpy
-//! and pynrrd, PyTomography's parsers for SIMIND's files besides, and is run from here when they can be imported.
+//! The readers here are minimal and independent of the writers. `readers/check.py` does the same with nibabel, SimpleITK, numpy and pynrrd,
+//! and with PyTomography's parsers for SIMIND's files; these tests run it if the packages can be imported.
 
 use heart_phantom::PhantomError;
 use heart_phantom::files::{FieldOf, Format, Projections, Volume, write, write_ply, write_stl};
@@ -15,13 +15,12 @@ use std::process::Command;
 const SHAPE: [usize; 3] = [5, 4, 3];
 const SPACING: [f64; 3] = [0.25, 0.5, 0.75];
 
-/// A volume that has another value in every voxel: `x + 8 y + 64 z`, in cm. No flip, shift, swap of
-/// axes or other unit leaves it as it is.
+/// A volume with a different value in every voxel: `x + 8 y + 64 z`, in cm. Any flip, shift, exchange of axes or other unit changes it.
 fn field([x, y, z]: [f64; 3]) -> f64 {
     x + 8.0 * y + 64.0 * z
 }
 
-/// The grid sits off the centre, except for the format that cannot hold it.
+/// The grid is off-centre, except for the format that cannot store it.
 fn grid(format: Format) -> VoxelGrid {
     let offset = match format {
         Format::InterfileSimind => [0.0; 3],
@@ -44,12 +43,12 @@ fn sampled(grid: &VoxelGrid) -> Vec<f32> {
     samples
 }
 
-/// Labels that tell every voxel from every other: its index.
+/// Labels that identify every voxel: its index.
 fn labels(grid: &VoxelGrid) -> Vec<u8> {
     (0..grid.len() as u8).collect()
 }
 
-/// All formats but DICOM, whose samples are rounded: it has tests of its own.
+/// All formats except DICOM, whose samples are rounded: it has tests of its own.
 fn plain() -> impl Iterator<Item = Format> {
     (Format::ALL.into_iter()).filter(|format| *format != Format::Dicom)
 }
@@ -75,7 +74,7 @@ fn every_sample_is_where_it_was_in_every_format() {
         assert_eq!(found.shape, SHAPE, "{format:?}");
         assert_eq!(found.samples.len(), samples.len(), "{format:?}");
         for (k, sample) in found.samples.iter().enumerate() {
-            // NIfTI keeps places as f32, 1e-7 of at most 40 mm, and the field grows by 64 a cm.
+            // NIfTI stores positions as f32, 1e-7 of at most 40 mm, and the field grows by 64 per cm.
             let expected = field(found.centre(k));
             assert!(
                 (sample - expected).abs() < 1e-4,
@@ -105,7 +104,7 @@ fn labels_of_8_and_16_bits_come_back_exactly() {
             let found = read(&path, format);
             assert_eq!(found.samples.len(), grid.len(), "{format:?}");
             for (k, sample) in found.samples.iter().enumerate() {
-                // The voxel that a label names is the one at that place.
+                // The voxel of a label is at its position.
                 let voxel = if wide {
                     (*sample - 4660.0) / 257.0
                 } else {
@@ -123,7 +122,7 @@ const BINS: usize = 5;
 const ROWS: usize = 4;
 const RADIUS: f64 = 20.0;
 
-/// A value for every view, row and bin: angle in degrees, place in cm.
+/// A value for every view, row and bin: angle in degrees, position in cm.
 fn seen(theta: f64, [s, z]: [f64; 2]) -> f64 {
     theta.to_degrees() + 0.125 * s + 0.015625 * z
 }
@@ -205,8 +204,8 @@ fn read_stack(path: &Path, format: Format) -> (Vec<f64>, [f64; 2], [f64; 2], Vec
             let mut step = [pitch[0] / 10.0, -pitch[1] / 10.0]; // rows from head to feet
             let start = number("start angle");
             let angle = |k: f64| match format {
-                // Seen from the front of the patient, and turning the other way: beta = 180 degrees - theta, where
-                // beta = -start + k step, or start - k step if CW.
+                // Viewed from the front of the patient, with the opposite rotation: beta = 180 degrees - theta, where beta = -start + k
+                // step, or start - k step if CW.
                 Format::InterfileSimind if turned < 0.0 => 180.0 - (start + k * turned / n),
                 Format::InterfileSimind => 180.0 - (k * turned / n - start),
                 _ => start + k * turned / n,
@@ -230,7 +229,7 @@ fn read_stack(path: &Path, format: Format) -> (Vec<f64>, [f64; 2], [f64; 2], Vec
 #[test]
 fn projections_keep_their_angles_bins_and_rows() {
     let folder = tempfile::tempdir().unwrap();
-    // Uneven and off the centre where the format can hold it; both senses of turning where not.
+    // Uneven and off-centre if the format can store it; both directions of rotation if not.
     let even: Vec<f64> = (0..6).map(|k| 0.5 + 0.25 * f64::from(k)).collect();
     let back: Vec<f64> = even.iter().rev().copied().collect();
     let uneven = vec![0.5, 0.625, 1.5, 1.25];
@@ -265,7 +264,7 @@ fn projections_keep_their_angles_bins_and_rows() {
             assert!(off.abs() < 2e-5, "{format:?} {k}: {sample} {expected}");
         }
     }
-    // The bare array is the samples and nothing else.
+    // The bare array contains only the samples.
     let (detector, samples) = stack(&uneven, [0.5, 0.0]);
     let projections = Projections::new(detector, &uneven, RADIUS, samples.as_slice()).unwrap();
     let path = folder.path().join("bare.npy");
@@ -288,7 +287,7 @@ fn writing_twice_gives_the_same_bytes() {
         write(&path, &volume, format).unwrap();
         assert_eq!(fs::read(&path).unwrap(), once, "{format:?}");
     }
-    // One file each, two for the four with a header of their own; no temporary ones.
+    // One file each, two for the four formats with a separate header; no temporary ones.
     assert_eq!(entries(folder.path()), plain().count() + 4);
 }
 

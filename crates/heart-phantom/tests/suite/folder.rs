@@ -16,7 +16,7 @@ fn clear(folder: &Path) -> Result<(), PhantomError> {
     Folder::lock(folder).unwrap().clear(&[])
 }
 
-/// A report that somebody has changed, to have other files removed.
+/// A manipulated report, to have other files removed.
 #[test]
 fn a_tampered_report_removes_nothing_else() {
     let outside = tempfile::tempdir().unwrap();
@@ -75,7 +75,7 @@ fn a_tampered_report_removes_nothing_else() {
     for name in ["truth.npy", "inner-gate-03.stl", REPORT] {
         assert!(!folder.join(name).exists(), "{name}");
     }
-    // The folder is still ours alone.
+    // The directory is still locked.
     let second = Folder::lock(&folder);
     assert!(
         matches!(second, Err(PhantomError::Busy { .. })),
@@ -84,7 +84,7 @@ fn a_tampered_report_removes_nothing_else() {
     drop(held);
 }
 
-/// What is no report of ours stays, and so does what it lists.
+/// Files other than our reports are kept, and so are the files that they list.
 #[test]
 fn something_else_of_that_name_is_refused() {
     let folder = tempfile::tempdir().unwrap();
@@ -118,7 +118,7 @@ fn something_else_of_that_name_is_refused() {
     fs::create_dir(&report).unwrap();
     refused();
     fs::remove_dir(&report).unwrap();
-    // A link to a report elsewhere is not read, and goes.
+    // A link to a report elsewhere is not read, and is removed.
     #[cfg(unix)]
     {
         let elsewhere = folder.path().join("elsewhere");
@@ -131,7 +131,7 @@ fn something_else_of_that_name_is_refused() {
     }
 }
 
-/// Nobody writes to this pipe: whoever opens it waits for ever.
+/// A pipe without a writer: opening it blocks.
 #[cfg(unix)]
 #[test]
 fn a_pipe_is_not_waited_for() {
@@ -142,7 +142,7 @@ fn a_pipe_is_not_waited_for() {
     let (send, receive) = std::sync::mpsc::channel();
     let path = folder.path().to_path_buf();
     std::thread::spawn(move || send.send(clear(&path)).unwrap());
-    // Far longer than a look at a file takes, so that the test ends where one waits.
+    // Far longer than reading a file takes, so that the test ends even if the call blocks.
     let answer = receive.recv_timeout(std::time::Duration::from_secs(60));
     assert!(matches!(answer, Ok(Err(PhantomError::Foreign { .. }))));
 }
@@ -174,7 +174,7 @@ fn failure_leaves_the_old_file_and_no_litter() {
     assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1);
 }
 
-/// Links to a file that is none of ours, under every name that a temporary file will have for a while, and under the last one.
+/// Links to a foreign file under every name of a temporary file for a while, and under the last one.
 #[cfg(unix)]
 #[test]
 fn no_link_is_written_through() {

@@ -1,4 +1,4 @@
-//! All gates together, against each by itself.
+//! All gates together against each gate separately.
 
 use heart_phantom::scene::{
     Accuracy, Background, BlurSettings, CollimatorSettings, Defect, HolesSettings, Mode, Scene,
@@ -18,7 +18,7 @@ fn one_by_one(phantom: &Phantom, of: impl Fn(usize) -> Vec<f32>) -> Vec<f32> {
     (0..phantom.n_gates()).flat_map(of).collect()
 }
 
-/// The largest differences of views and volumes, as shares of the largest sample.
+/// Largest differences of projections and volumes, relative to the largest sample.
 fn differences(scene: &Scene) -> [f32; 2] {
     let phantom = Phantom::new(scene.clone()).unwrap();
     let views = one_by_one(&phantom, |gate| {
@@ -67,7 +67,7 @@ fn gates_together_are_those_taken_by_themselves() {
     let mut blurred = with_all.clone();
     blurred.blur = Some(BlurSettings { fwhm: 1.5 });
     for scene in [scene(), physiological, with_defect, with_all, blurred] {
-        // A sum of some six terms, each rounded to 24 bits, in the one order and in the other.
+        // A sum of about six terms, each rounded to 24 bits, in either order.
         let found = differences(&scene);
         assert!(found.iter().all(|worst| *worst < 1e-6), "{found:?}");
     }
@@ -105,7 +105,7 @@ fn a_shape_that_gates_share_is_looked_at_once() {
         phantom.work()
     };
     let (together, alone) = (work(true), work(false));
-    // 24 steps a beat are 13 shapes of a sinusoid; six gates by themselves see five each.
+    // 24 steps per beat are 13 shapes of a sinusoid; six separate gates need five each.
     assert_eq!((together.shapes_solved, alone.shapes_solved), (13, 13));
     let rays = |work: heart_phantom::WorkReport| work.rays_cast + work.rays_skipped;
     assert_eq!(rays(together), 13 * 4 * 12 * 12);

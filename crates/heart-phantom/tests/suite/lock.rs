@@ -1,4 +1,4 @@
-//! One writer a folder, and no file but a new one is ever written to.
+//! One writer per directory; only new files are written to.
 #![cfg(unix)]
 
 use heart_phantom::files::Folder;
@@ -48,7 +48,7 @@ fn a_folder_that_is_held_is_written_to_by_nobody_else() {
     assert_eq!(names(&out).len(), report.files.len());
 }
 
-/// Whoever has the lock is alone, however many processes try at once, and however often the file comes and goes.
+/// The owner of the lock is alone, for any number of concurrent processes and any number of creations of the file.
 #[test]
 fn many_take_turns() {
     const FOLDER: &str = "HEART_PHANTOM_TEST_SHARED_FOLDER";
@@ -57,7 +57,7 @@ fn many_take_turns() {
     if let Some(folder) = std::env::var_os(FOLDER) {
         let folder = Path::new(&folder);
         let inside = folder.join("inside");
-        // Every process has its turns in the end: whoever is refused sees another one inside, or on its way out.
+        // Every process finally gets the lock: a rejected one detects another owner, or one that is leaving.
         let mut turns = 0;
         while turns < TURNS {
             match Folder::lock(folder) {
@@ -91,7 +91,7 @@ fn many_take_turns() {
     assert_eq!(names(folder.path()), Vec::<String>::new());
 }
 
-/// A process that is killed leaves the file, with its name in it, but nobody is kept out by it.
+/// A killed process leaves the lock file with its name, but nobody is locked out.
 #[test]
 fn the_lock_of_a_process_that_was_killed_is_taken_over() {
     const HELD: &str = "HEART_PHANTOM_TEST_HELD_FOLDER";
@@ -122,7 +122,7 @@ fn the_lock_of_a_process_that_was_killed_is_taken_over() {
     assert_eq!(names(folder.path()).len(), report.files.len());
 }
 
-/// Links in the folder under every name that a run writes, and under that of the lock: what they lead to is not touched.
+/// Links in the directory under every name that a run writes, and under that of the lock: their targets are unchanged.
 #[test]
 fn links_in_the_folder_are_not_followed() {
     let folder = tempfile::tempdir().unwrap();
@@ -139,12 +139,12 @@ fn links_in_the_folder_are_not_followed() {
         assert!(fs::symlink_metadata(again.join(file)).unwrap().is_file());
         assert!(fs::read(again.join(file)).unwrap() == fs::read(out.join(file)).unwrap());
     }
-    // Another name of that file in place of the lock is one that somebody left: it goes, the file stays.
+    // Another link to that file instead of the lock is stale: it is removed, the file is kept.
     fs::hard_link(&other, again.join(LOCK)).unwrap();
     let held = Folder::lock(&again).unwrap();
     assert_eq!(fs::read_to_string(&other).unwrap(), "not ours");
     drop(held);
-    // A link, a folder or a pipe in place of the lock is an error, at once.
+    // A link, a directory or a pipe instead of the lock is an immediate error.
     for kind in ["link", "folder", "pipe"] {
         let lock = again.join(LOCK);
         match kind {

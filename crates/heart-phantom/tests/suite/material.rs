@@ -1,8 +1,8 @@
-//! The wall's material: conservation, inverse, stretches against finite differences.
+//! The wall as a material: conservation, inverse, stretches against finite differences.
 
 use heart_phantom::{Heart, MaterialPoint, PhantomError, Wall, WallRegion};
 use membrane_newton::{
-    Discretisation, Membrane, NewtonOptions, Pair, PairEquilibrium, RestShape, Solver,
+    Discretisation, Membrane, NewtonOptions, Pair, PairEquilibrium, ReferenceShape, Solver,
 };
 use proptest::prelude::*;
 use revolve_voxel::{Pose, RevolveError, VoxelGrid};
@@ -14,16 +14,16 @@ const GAINS: [f64; 3] = [0.0, 0.3, 0.6];
 fn pose() -> Pose {
     Pose::axis_along_z(5.0)
         .unwrap()
-        .turned_x(0.7)
+        .rotated_x(0.7)
         .unwrap()
-        .turned_y(0.4)
+        .rotated_y(0.4)
         .unwrap()
 }
 
 /// The study's balloons at three phases, as polynomials.
 static SMOOTH: LazyLock<Vec<PairEquilibrium>> = LazyLock::new(|| {
     let solver = |radius| {
-        let membrane = Membrane::new(RestShape::balloon(8.5, radius).unwrap());
+        let membrane = Membrane::new(ReferenceShape::balloon(8.5, radius).unwrap());
         Solver::new(
             &membrane,
             Discretisation::Spectral {
@@ -64,14 +64,14 @@ fn the_end_layers_are_the_membranes() {
                 let body = wall
                     .pose()
                     .to_body(&wall.position(&at(layer, s, 0.8)).unwrap());
-                // Rounding of the pose and of two ways to add up one polynomial.
+                // Rounding of the pose and of two ways to sum one polynomial.
                 assert!(
                     (body.x - x).abs() < 1e-13 && (body.y.hypot(body.z) - r.abs()).abs() < 1e-13
                 );
             }
         }
     }
-    // Sliding walls touch the same surfaces, at other s.
+    // Sliding walls have the same surfaces at other s.
     for (wall, pair) in SLIDING.iter().zip(SMOOTH.iter()) {
         let p = wall
             .pose()
@@ -101,7 +101,7 @@ fn every_layer_keeps_its_volume_through_the_beat() {
                     (volume - exact).abs() < 5e-6,
                     "{layers:?}: {volume} {exact}"
                 );
-                // The wall's own volume, which the layers share, is kept to rounding.
+                // The volume of the wall, which the layers divide, is preserved to rounding.
                 assert!((wall.volume() / walls[0].volume() - 1.0).abs() < 1e-12);
             }
         }
@@ -145,7 +145,7 @@ fn stretches_are_those_of_the_deformation_gradient() {
             let point = at(layer, s, 0.6);
             let stretch = from.stretch(to, &point).unwrap();
             let f = gradient(from, to, &point);
-            // Material directions: along the layer and round the axis, by differences of positions.
+            // Material directions: along the layer and around the axis, by differences of positions.
             let [along, round] = [at(layer, s + 1e-6, 0.6), at(layer, s, 0.6 + 1e-6)]
                 .map(|q| (from.position(&q).unwrap() - from.position(&point).unwrap()).normalize());
             // Differences of positions 1e-6 apart: 1e-6 from their curvature, 1e-9 from rounding.
@@ -195,7 +195,7 @@ fn stretches_of_nothing_are_one_and_turn_round() {
         assert!((there.hoop * back.hoop - 1.0).abs() < 1e-14);
         assert!((there.radial * back.radial - 1.0).abs() < 1e-14);
     }
-    // The base is held: no hoop stretch on the membranes there.
+    // The base is fixed: no hoop stretch on the membranes there.
     let held = walls[0].stretch(&walls[2], &at(0.0, 0.0, 0.0)).unwrap();
     assert!((held.hoop - 1.0).abs() < 1e-14);
 }
@@ -251,7 +251,7 @@ fn displacements_are_those_of_the_points_and_none_outside() {
 }
 
 fn volume_of(wall: &Wall, grid: &VoxelGrid, inside: usize) {
-    // As many voxels as the wall's volume holds; its surface cuts some 800 of 600.
+    // As many voxels as correspond to the volume of the wall; its surface cuts some 800 of 600.
     let exact = wall.volume() / grid.voxel_volume();
     assert!(
         (inside as f64 - exact).abs() < 0.1 * exact,
@@ -406,7 +406,7 @@ proptest! {
         let p = wall.position(&point).unwrap();
         let found = wall.locate(&p).unwrap();
         prop_assert!((found.layer - layer).abs() < 1e-10);
-        // Half the digits towards the apex.
+        // Half the digits near the apex.
         let slack = 1e-10_f64.max(1e-14 / (0.5 - s).max(1e-8));
         prop_assert!((found.s - s).abs() < slack, "{found:?}");
     }

@@ -3,24 +3,24 @@
 use heart_phantom::revolve_voxel::nalgebra::{Matrix3, Point3, Vector3};
 use heart_phantom::revolve_voxel::{Pose, VoxelGrid};
 use heart_phantom::{GreenStrain, MaterialPoint, PhantomError, Twist, Wall};
-use membrane_newton::{Discretisation, Membrane, NewtonOptions, Pair, RestShape, Solver};
+use membrane_newton::{Discretisation, Membrane, NewtonOptions, Pair, ReferenceShape, Solver};
 use proptest::prelude::*;
 use std::f64::consts::PI;
 use std::sync::LazyLock;
 
-/// The study's balloons as polynomials at two gains, standing askew, sliding from the first.
+/// The study's balloons as polynomials at two gains, in an oblique pose, sliding from the first.
 static WALLS: LazyLock<[Wall; 2]> = LazyLock::new(|| {
     let degree = Discretisation::Spectral {
         degree: 16,
         per_piece: 1,
     };
     let solver = |radius| {
-        let membrane = Membrane::new(RestShape::balloon(8.5, radius).unwrap());
+        let membrane = Membrane::new(ReferenceShape::balloon(8.5, radius).unwrap());
         Solver::new(&membrane, degree).unwrap()
     };
     let pair = Pair::new(solver(1.75), solver(2.75)).unwrap();
-    let pose = Pose::axis_along_z(5.6).unwrap().turned_x(0.7).unwrap();
-    let pose = pose.turned_y(-0.4).unwrap();
+    let pose = Pose::axis_along_z(5.6).unwrap().rotated_x(0.7).unwrap();
+    let pose = pose.rotated_y(-0.4).unwrap();
     let of = |gain| {
         let solved = pair.solve_gain(gain, &NewtonOptions::default()).unwrap();
         Wall::of(&solved, pose).unwrap()
@@ -43,7 +43,7 @@ fn at(layer: f64, s: f64, azimuth: f64) -> MaterialPoint {
     MaterialPoint { layer, s, azimuth }
 }
 
-/// F in the lab by differences of positions of fourth order, which know nothing of tangents.
+/// F in the lab by differences of positions of fourth order, independent of tangents.
 fn by_differences(from: &Wall, to: &Wall, point: &MaterialPoint) -> Matrix3<f64> {
     let (p, h) = (from.position(point).unwrap(), 1e-3);
     let carried = |p: Point3<f64>| to.position(&from.locate(&p).unwrap()).unwrap();
@@ -56,7 +56,7 @@ fn by_differences(from: &Wall, to: &Wall, point: &MaterialPoint) -> Matrix3<f64>
     Matrix3::from_columns(&columns)
 }
 
-/// The wall's directions in the lab by differences of positions: across the layer, round the axis, along the layer.
+/// Directions of the wall in the lab by differences of positions: across the layer, around the axis, along the layer.
 fn directions(wall: &Wall, point: &MaterialPoint) -> [Vector3<f64>; 3] {
     let h = 1e-6;
     let way = |from: MaterialPoint, to: MaterialPoint| {
@@ -115,8 +115,8 @@ fn strain_is_that_of_the_gradient_by_differences() {
 
 #[test]
 fn a_cylinder_that_twists_has_the_shear_of_torsion() {
-    // Of nothing but a twist F = 1 + e_c g^T with g = r grad tau, so that E is in closed form. Along a layer of a cylinder, as those of
-    // the study are at rest, g is r times the twist for each cm.
+    // For a pure twist F = 1 + e_c g^T with g = r grad tau, so that E has a closed form. Along a layer of a cylinder, as in the reference
+    // configuration of the study, g is r times the twist per cm.
     let rest = &WALLS[1];
     let degrees = 10.0;
     let twisted = rest

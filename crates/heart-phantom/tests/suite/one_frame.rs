@@ -1,14 +1,14 @@
-//! All gates in one frame, the exact motion known.
+//! All gates at a reference phase, with known exact motion.
 
 use crate::phantom::small;
 use heart_phantom::radon::{
-    Displaced, EmOptions, Kernel, LinearOperator, MovingOperator, Projector, StackOrder, State,
+    Displacements, EmOptions, Kernel, LinearOperator, MovingOperator, Projector, StackOrder, State,
     Stopping, Warp, mlem,
 };
 use heart_phantom::scene::*;
-use heart_phantom::{Artefacts, Measures, Moment, Phantom, PhantomError, Uptake, run};
+use heart_phantom::{Artefacts, ImageQuality, MotionPhase, Phantom, PhantomError, Uptake, run};
 
-/// A heart in half its voxels' third, seen by views all round.
+/// A heart with views over a full turn, in voxels of 0.35 cm.
 fn scene(mode: Mode) -> Scene {
     let mut scene = small(mode);
     (scene.camera.bins, scene.camera.rows) = (46, 44);
@@ -54,7 +54,7 @@ fn distance(a: &[f32], b: &[f32]) -> f64 {
     (square.sum::<f64>() / b.iter().map(|b| f64::from(*b).powi(2)).sum::<f64>()).sqrt()
 }
 
-/// A material point's voxel takes what is at the point's own place in the frame: a function of the place there is carried along.
+/// The voxel of a material point takes the value at the point's position at the reference phase: a linear function of position is transported.
 #[test]
 fn voxels_of_the_wall_take_what_their_own_material_holds() {
     let mut lively = small(Mode::Static { phase: 0.1 }).with_size(32);
@@ -67,19 +67,19 @@ fn voxels_of_the_wall_take_what_their_own_material_holds() {
         inner_degrees: vec![-3.0, 10.0],
         outer_degrees: vec![-3.0, 8.0],
     });
-    lively.cycle.base_descent = 1.2;
+    lively.cycle.av_plane_displacement = 1.2;
     let phantom = Phantom::new(lively).unwrap();
     let warp = phantom.warps(0).unwrap();
     let grid = *phantom.camera().grid();
     let centre = |k: usize| grid.centre(k % 32, k / 32 % 32, k / 1024);
-    // Straight lines are interpolated exactly.
+    // Linear functions are interpolated exactly.
     let plane = |p: &heart_phantom::revolve_voxel::nalgebra::Point3<f64>| {
         3.0 + 0.2 * p.x - 0.1 * p.y + 0.3 * p.z
     };
     let still: Vec<f64> = (0..grid.len()).map(|k| plane(&centre(k))).collect();
     let mut moved = vec![0.0f64; grid.len()];
     warp.forward_into(&still, &mut moved).unwrap();
-    let at = Moment {
+    let at = MotionPhase {
         phase: 0.1,
         breath: 0.0,
     };
@@ -97,9 +97,9 @@ fn voxels_of_the_wall_take_what_their_own_material_holds() {
         }
     }
     assert!(seen > 500);
-    // At the frame's own moment nothing moves.
+    // At the reference phase the displacement is zero.
     let mut held = small(Mode::Static { phase: 0.5 }).with_size(32);
-    held.cycle.base_descent = 1.2;
+    held.cycle.av_plane_displacement = 1.2;
     let held = Phantom::new(held).unwrap();
     held.warps(0)
         .unwrap()
@@ -108,7 +108,36 @@ fn voxels_of_the_wall_take_what_their_own_material_holds() {
     assert!(moved.iter().zip(&still).all(|(a, b)| (a - b).abs() < 1e-5));
 }
 
-/// Blur and noise of sixteen gates in one frame: those of a heart that stands still, and of one that nobody gates.
+/// Cardiac gates are numbered first: each of the six maps leads to its own gate, and to no other gate better. The first and the last
+/// cardiac gate contain the same volumes.
+#[test]
+fn maps_of_a_breathing_heart_lead_to_their_own_gates() {
+    let mut scene = small(Mode::Gated { gates: 3 }).with_size(32);
+    scene.camera.seconds_per_view = 20.0;
+    scene.breathing = Some(Breathing {
+        shift: [0.0, 0.6, -2.4],
+        gates: Some(RespiratoryGates::Amplitude(2)),
+        ..Breathing::default()
+    });
+    let phantom = Phantom::new(scene).unwrap();
+    let still = phantom.activity(phantom.reference()).unwrap();
+    let truths: Vec<Vec<f32>> = (0..6).map(|gate| phantom.truth(gate).unwrap()).collect();
+    for gate in 0..6 {
+        let warps = phantom.warps(gate).unwrap();
+        assert_eq!(warps.factors().len(), 2);
+        let mut moved = vec![0.0f32; still.len()];
+        warps.forward_into(&still, &mut moved).unwrap();
+        let off: Vec<f64> = truths.iter().map(|truth| distance(&moved, truth)).collect();
+        println!(
+            "{gate}: {off:.3?}, still {:.3}",
+            distance(&still, &truths[gate])
+        );
+        let least = off.iter().fold(f64::INFINITY, |least, off| least.min(*off));
+        assert!(off[gate] <= 1.001 * least, "{gate}: {off:?}");
+    }
+}
+
+/// Blur and noise of sixteen gates at a reference phase: compared with a static heart, and with an ungated one.
 #[test]
 fn sixteen_gates_in_one_frame_are_as_sharp_as_a_still_heart_and_no_noisier_than_an_ungated_one() {
     let counts = 4000.0;
@@ -138,7 +167,8 @@ fn sixteen_gates_in_one_frame_are_as_sharp_as_a_still_heart_and_no_noisier_than_
     assert!((one[0] / rest[0] - 1.0).abs() < 0.05, "{one:?} {rest:?}");
     assert!(one[1] < 1.2 * rest[1] && one[1] < 0.85 * ungated[1]);
 
-    // Noise of two realisations in the wall of the frame, as a share of what is there: that of expectation maximisation goes with it.
+    // Noise of two realisations in the wall at the reference phase, relative to the mean: the noise of expectation maximisation is proportional to
+    // it.
     let wall = phantom.regions_of(7).unwrap().wall;
     let spread = |[a, b]: [Vec<f32>; 2]| {
         let inside = |(k, _): &(usize, (f32, f32))| wall.as_slice()[*k];
@@ -166,9 +196,9 @@ fn sixteen_gates_in_one_frame_are_as_sharp_as_a_still_heart_and_no_noisier_than_
     assert!(gated < 1.05 * ungated, "{gated} {ungated}");
 }
 
-/// Why the mean of the wall overshoots in one frame, more than that of a still heart: it is no motion that is missed. A warp between voxels
-/// interpolates, which the model takes for blur of the camera and takes back. A heart that was elsewhere by whole voxels has the still one's
-/// mean, one that was elsewhere by halves overshoots.
+/// The overshoot of the average of the wall at a reference phase exceeds that of a static heart, but no motion is missed. A warp
+/// interpolates between voxels; the model treats this as blur of the camera and compensates it. A displacement by whole voxels gives the
+/// average of the static heart, one by half voxels overshoots.
 #[test]
 fn ways_of_whole_voxels_leave_the_walls_mean_and_ways_of_halves_let_it_overshoot() {
     const SIDE: f64 = 0.35;
@@ -180,8 +210,8 @@ fn ways_of_whole_voxels_leave_the_walls_mean_and_ways_of_halves_let_it_overshoot
         elsewhere.pose.shift = [voxels * SIDE; 3];
         let views = Phantom::new(elsewhere).unwrap().sinograms(0, &|_| ());
         let there = [-voxels * SIDE; 3].map(|way| way as f32);
-        let motion = Displaced {
-            share: 1.0,
+        let motion = Displacements {
+            fraction: 1.0,
             by: (0..grid.len()).map(|voxel| (voxel, there)).collect(),
         };
         let warp = Warp::new(grid.shape(), grid.spacing(), &[motion]).unwrap();
@@ -202,17 +232,17 @@ fn ways_of_whole_voxels_leave_the_walls_mean_and_ways_of_halves_let_it_overshoot
             &views.unwrap().samples,
             &mut volume,
             &options,
-            heart_phantom::radon::go_on,
+            heart_phantom::radon::no_observer,
         )
         .unwrap();
-        let inner = Measures::of(&volume, Some(&truth), &still.regions_of(0).unwrap(), camera);
+        let inner = ImageQuality::of(&volume, Some(&truth), &still.regions_of(0).unwrap(), camera);
         inner.unwrap().wall_mean.unwrap()
     };
     let [at_rest, by_one, by_half] = [0.0, 1.0, 0.5].map(wall_mean);
     println!("wall: at rest {at_rest}, elsewhere by a voxel {by_one}, by half of one {by_half}");
-    // Views cut the wall into bins elsewhere: 1.7 %.
+    // Views divide the wall into other bins: 1.7 %.
     assert!((by_one / at_rest - 1.0).abs() < 0.03, "{at_rest} {by_one}");
-    // 50 %: half-way along all three axes it interpolates most.
+    // 50 %: half-way along all three axes the interpolation is largest.
     assert!(by_half / at_rest - 1.0 > 0.2, "{at_rest} {by_half}");
 }
 
@@ -248,7 +278,7 @@ fn by_fbp_a_scene_moves_the_views_of_each_cardiac_gate() {
             .reconstruct(gate, &phantom.compensated_views(gate).unwrap())
             .unwrap();
         assert!(volume == expected && report.is_none());
-        // What is to be found is that of a heart that holds its breath.
+        // The reference is a heart during a breath-hold.
         let mut held = moving.clone();
         held.breathing = None;
         let held = Phantom::new(held).unwrap().truth(gate).unwrap();
@@ -315,12 +345,12 @@ fn what_has_no_common_frame_is_refused() {
     let error = refused(&|scene| {
         scene.reconstruction.method = Method::Fbp;
         scene.breathing = Some(Breathing {
-            turn_degrees: [1.0, 0.0, 0.0],
+            rotation_degrees: [1.0, 0.0, 0.0],
             ..Breathing::default()
         });
     });
     assert!(
-        error.contains("reconstruction.compensation") && error.contains("turn_degrees"),
+        error.contains("reconstruction.compensation") && error.contains("rotation_degrees"),
         "{error}"
     );
     let error = refused(&|scene| scene.activity.cavity = Uptake::Total(10.0));

@@ -1,4 +1,4 @@
-//! The voxel operator of `radon` on exact voxels against exact views: the two share neither lines nor blurs of slabs with voxels.
+//! The voxel operator of `radon` on exact voxels against exact projections: they share neither rays nor blurs of slabs.
 
 use heart_phantom::Phantom;
 use heart_phantom::radon::{LinearOperator, SliceAxis, SpectGeometry, SpectOperator, SpectOptions};
@@ -7,7 +7,7 @@ use heart_phantom::scene::{
     Mode, Orbit, Product, Scene,
 };
 
-/// A heart that attenuates, seen through a collimator along an ellipse; means over bins, as the operator has them.
+/// An attenuating heart, through a collimator on an elliptic orbit; bin averages, as in the operator.
 fn scene(n: usize) -> Scene {
     let mut scene = Scene::default()
         .with_size(n)
@@ -30,7 +30,7 @@ fn scene(n: usize) -> Scene {
     scene
 }
 
-/// Relative Euclidean distance of what the operator makes of coverage voxels from the exact views.
+/// Relative Euclidean distance of the operator's projections of coverage voxels from the exact projections.
 fn error(n: usize) -> f64 {
     let phantom = Phantom::new(scene(n)).unwrap();
     let exact = phantom.sinograms(0, &|_| ()).unwrap().samples;
@@ -59,7 +59,7 @@ fn error(n: usize) -> f64 {
 fn the_operator_on_coverage_voxels_converges_to_the_exact_views() {
     let errors = [24, 48, 96].map(error);
     println!("24, 48, 96: {errors:?}");
-    // Voxels cost the variance of a box in each direction: order 2, where the blur is wider than they are. The coarsest are wider than the blur.
+    // Voxels add the variance of a box in each direction: order 2 if the blur is wider than they are, which the coarsest do not satisfy.
     for (pair, order) in errors.windows(2).zip([1.5, 1.7]) {
         assert!((pair[0] / pair[1]).log2() > order, "{errors:?}");
     }

@@ -1,4 +1,4 @@
-//! Orbits and heads: where the faces are, when their views are taken, and what is told of them.
+//! Orbits and heads: positions of the collimator faces, times of the views, and reports.
 
 use heart_phantom::scene::{
     Attenuation, BinSample, CollimatorSettings, DiscretisationSettings, HeadsSettings,
@@ -11,7 +11,7 @@ const N: usize = 32;
 const TORSO: [f64; 2] = [11.0, 8.0];
 const CENTRE: [f64; 2] = [0.5, -0.3];
 
-/// A heart at rest, seen through a collimator from all sides.
+/// The heart in the reference configuration, through a collimator over a full turn.
 fn scene(views: usize, radius: Orbit) -> Scene {
     let mut scene = Scene::default()
         .with_size(N)
@@ -28,7 +28,7 @@ fn scene(views: usize, radius: Orbit) -> Scene {
     scene
 }
 
-/// One that attenuates and is not active.
+/// A torso that attenuates without activity.
 fn in_torso(mut scene: Scene) -> Scene {
     scene.attenuation = Some(Attenuation {
         coefficient: 0.15,
@@ -63,7 +63,7 @@ fn each_view_is_that_of_a_circle_as_far_away() {
     for (k, radius) in radii.into_iter().enumerate() {
         let circle = views(scene(3, Orbit::Circle(radius)));
         let view = k * N * N..(k + 1) * N * N;
-        // Other bins beside them: the same rays up to rounding.
+        // Additional bins beside them: the same rays up to rounding.
         close(&seen[view.clone()], &circle[view]);
     }
     let far = views(scene(3, Orbit::Circle(14.0)));
@@ -84,7 +84,7 @@ fn the_middle_of_the_face_goes_along_the_ellipse() {
     }
 }
 
-/// The plane of the face touches the ellipse of the torso; without one, the heart as its surfaces have it.
+/// The plane of the face touches the ellipse of the torso; without a torso, the surfaces of the heart.
 #[test]
 fn a_contour_is_as_near_as_the_body_lets_it() {
     let gap = 1.5;
@@ -92,7 +92,7 @@ fn a_contour_is_as_near_as_the_body_lets_it() {
     let phantom = Phantom::new(in_torso(scene(12, orbit.clone()))).unwrap();
     let angles = phantom.camera().geometry().angles().to_vec();
     for (radius, theta) in phantom.radii().unwrap().into_iter().zip(&angles) {
-        // Of a fine polygon round the ellipse the point that is farthest towards the face.
+        // The vertex of a fine polygon of the ellipse that is farthest towards the face.
         let (sin, cos) = theta.sin_cos();
         let points = (0..4000).map(|k| f64::from(k) * PI / 2000.0);
         let farthest = points
@@ -149,7 +149,7 @@ fn two_heads_see_the_same_instants() {
         one.camera.start = 10.0;
         one.camera.rotation = rotation;
         one.acquisition.accuracy = heart_phantom::Accuracy::Steps(8);
-        // Views alone: 90 degrees are no whole study.
+        // Projections only: 90 degrees do not suffice for FBP.
         one.output.write = vec![Product::Projections];
         one.reconstruction.arc = heart_phantom::radon::ArcPolicy::Extend;
         let mut two = one.clone();
@@ -168,7 +168,7 @@ fn two_heads_see_the_same_instants() {
         let seen = both.sinograms(0, &|_| ()).unwrap();
         let apart = [one, second].map(views).concat();
         close(&seen.samples, &apart);
-        // Together they are ten even steps of half a turn.
+        // Together they are ten even steps over half a turn.
         let plan = both.geometry(0).unwrap();
         assert!(
             plan.view_weights(heart_phantom::radon::ArcPolicy::Complete)
@@ -179,10 +179,10 @@ fn two_heads_see_the_same_instants() {
 
 #[test]
 fn a_detector_inside_the_body_is_refused_with_numbers() {
-    // In front of the heart, but not of the torso, which is only seen by what it weakens.
+    // In front of the heart, but not of the torso, which only attenuates.
     let inside = in_torso(scene(4, Orbit::Circle(10.0)));
     let error = Phantom::new(inside.clone()).unwrap().prepare().unwrap_err();
-    let PhantomError::Refused { field, source, .. } = error else {
+    let PhantomError::Rejected { field, source, .. } = error else {
         panic!("{error:?}");
     };
     assert_eq!(field, "camera.radius");
@@ -194,7 +194,7 @@ fn a_detector_inside_the_body_is_refused_with_numbers() {
     assert!(source.to_string().contains("in view 3"));
     let near = in_torso(scene(4, Orbit::Circle(11.6)));
     Phantom::new(near).unwrap().prepare().unwrap();
-    // Lines end nowhere: a warning, in the report too.
+    // Line integrals do not end at the face: a warning, in the report too.
     let mut lines = inside;
     lines.collimator = None;
     lines.output.write = vec![Product::Projections];
@@ -272,7 +272,7 @@ fn orbits_are_read_and_written() {
         panic!();
     };
     assert_eq!(error.first().field, "camera.heads.two.angle");
-    // Twice the same quarter of a turn: nothing from the other one.
+    // Twice the same quarter of a turn: the other quarter is missing.
     let quarter = "[camera]\narc = 90.0\nheads = { two = { angle = 180.0 } }\n";
     let Err(PhantomError::Scene(error)) = Scene::from_toml(quarter) else {
         panic!();
@@ -319,7 +319,7 @@ fn headers_tell_the_radius_of_each_view() {
     let json: serde_json::Value =
         serde_json::from_str(&text("raw-json", "projections.json")).unwrap();
     assert_eq!(json["radius_cm"], serde_json::json!(radii));
-    // Two heads whose views are no even steps together have no place in Interfile.
+    // Interfile cannot store two heads without even steps.
     let mut uneven = scene(4, Orbit::Circle(14.0));
     uneven.camera.heads = HeadsSettings::Two { angle: 90.0 };
     uneven.output.projections = heart_phantom::files::Format::InterfileStir;

@@ -1,10 +1,10 @@
-//! Organs around the heart: as a torso they are what a background and a torso are, and their sums are closed forms.
+//! Organs around the heart: a cylinder equals background and torso, and sums equal closed forms.
 
 use heart_phantom::scene::{
     Attenuation, Background, Chest, DiscretisationSettings, Medium, Mode, OrganSettings,
     OrganShapeSettings, Product, Scene,
 };
-use heart_phantom::{Edge, Phantom, Seen, Warning, run};
+use heart_phantom::{Edge, Phantom, TruncatedObject, Warning, run};
 use std::f64::consts::PI;
 
 const N: usize = 40;
@@ -77,7 +77,7 @@ fn one_organ_is_a_background_in_a_torso() {
     }
 }
 
-/// A ball beside the heart and a smaller one in it that replaces it.
+/// A ball beside the heart and a smaller one inside that replaces it.
 #[test]
 fn sums_are_closed_forms() {
     let ball = |radius: f64, activity: f64, attenuation: f64| OrganSettings {
@@ -107,11 +107,11 @@ fn sums_are_closed_forms() {
     assert!((seen / exact - 1.0).abs() < 1e-2, "{seen} {exact}");
     let voxel = phantom.camera().grid().voxel_volume();
     let held = (sum(phantom.truth(0).unwrap()) - sum(none.truth(0).unwrap())) * voxel;
-    // Fractions of voxels to some 1e-4; f32 sums.
+    // Coverages to about 1e-4; f32 sums.
     assert!((held / exact - 1.0).abs() < 1e-3, "{held} {exact}");
 }
 
-/// One line of a scene: volumes of what there is, by the volumes of its shapes, and the attenuation of each.
+/// Chest from a scene: volumes by those of its shapes, and attenuation coefficients.
 #[test]
 fn a_chest_is_one_line() {
     let mut scene = Scene::from_toml("[chest]\n").unwrap();
@@ -120,7 +120,7 @@ fn a_chest_is_one_line() {
     scene.camera.pitch = [1.1; 2];
     scene.heart.discretisation = DiscretisationSettings::Differences { nodes: 101 };
     scene.output.write = vec![Product::Attenuation, Product::Truth];
-    // Far above, where nothing but the trunk and the spine is.
+    // Far above, where there are only trunk and spine.
     scene.pose.shift = [0.0, -3.0, 200.0];
     let liver_alone = Chest {
         trunk: 0.0,
@@ -134,7 +134,7 @@ fn a_chest_is_one_line() {
         let sum: f64 = samples.iter().map(|v| f64::from(*v)).sum();
         sum * phantom.camera().grid().voxel_volume() / unit * 1.04
     };
-    // The reference man's liver, of 1800 g.
+    // The liver of the reference man, 1800 g.
     let liver = grams(phantom.truth(0).unwrap(), 2.0);
     assert!((liver - 1800.0).abs() < 2.0, "{liver}");
     let at = |phantom: &Phantom, place: [f64; 3]| {
@@ -155,7 +155,7 @@ fn a_chest_is_one_line() {
         let found = at(&phantom, place);
         assert!((found - mu).abs() < 1e-6, "{place:?}: {found}");
     }
-    // The heart attenuates as soft tissue, if nothing else is said.
+    // The heart attenuates as soft tissue by default.
     scene.pose.shift = [3.0, -3.0, 0.0];
     let inside = Phantom::new(scene.clone()).unwrap();
     let soft = Attenuation {
@@ -175,7 +175,7 @@ fn a_chest_is_one_line() {
         "[chest]\n[background]\nconcentration = 1.0\ncentre = [0, 0]\nsemi_axes = [9, 9]\n",
     );
     assert!(bad.unwrap_err().to_string().contains("background"));
-    // What is more of an organ comes after them.
+    // Organs of the scene follow those of the chest.
     let more = OrganSettings {
         shape: OrganShapeSettings::Ellipsoid {
             centre: [-7.0, 0.0, -14.0],
@@ -186,7 +186,7 @@ fn a_chest_is_one_line() {
     };
     scene.organs.push(more);
     let organs = Phantom::new(scene).unwrap();
-    // The voxel there is not all within it.
+    // The voxel there is not completely inside.
     assert!(at(&organs, [-7.0, 0.0, -14.0]) < 0.5 * 0.1585);
     assert!((at(&organs, [-7.0, 0.0, -16.0]) - 0.1585).abs() < 1e-6);
 }
@@ -214,19 +214,22 @@ fn organs_outside_the_field_are_warnings_in_the_report_too() {
         report.warnings
     };
     assert_eq!(told(ball([4.9, 0.0, -4.9], 0.2)), []);
-    // To the side by 9 cm from the first view, of 16 cm across: 18.
+    // Displaced by 9 cm in the first view, of 16 cm width: 18.
     for (centre, edge) in [
         ([6.0, 0.0, 0.0], Edge::Bins),
         ([0.0, 0.0, -6.0], Edge::Rows),
     ] {
-        for (activity, what) in [(0.2, Seen::Background), (0.0, Seen::Torso)] {
+        for (activity, what) in [
+            (0.2, TruncatedObject::Background),
+            (0.0, TruncatedObject::Torso),
+        ] {
             let found = told(ball(centre, activity));
             let [
                 Warning::Truncated {
                     what: of,
                     edge: at,
                     needed,
-                    seen,
+                    available,
                     ..
                 },
             ] = found[..]
@@ -235,8 +238,8 @@ fn organs_outside_the_field_are_warnings_in_the_report_too() {
             };
             assert_eq!((of, at), (what, edge));
             assert!(
-                (needed - 18.0).abs() < 1e-9 && (seen - 16.0).abs() < 1e-9,
-                "{needed} {seen}"
+                (needed - 18.0).abs() < 1e-9 && (available - 16.0).abs() < 1e-9,
+                "{needed} {available}"
             );
         }
     }

@@ -1,4 +1,4 @@
-//! Volumes by OSEM: what they hold, what they take, what is refused.
+//! Volumes by OSEM: accuracy, cost and errors.
 
 use heart_phantom::scene::{
     Attenuation, Background, CollimatorSettings, DiscretisationSettings, HeadsSettings,
@@ -7,7 +7,7 @@ use heart_phantom::scene::{
 use heart_phantom::{Accuracy, Method, Osem, Phantom, PhantomError, Uptake, run};
 use std::sync::Mutex;
 
-/// Views of the heart at rest within a torso through a collimator, in half a centimetre.
+/// Projections of the heart in the reference configuration within a torso through a collimator, bins of half a centimetre.
 fn scene() -> Scene {
     let mut scene = Scene::default().with_mode(Mode::Static { phase: 0.0 });
     scene.heart.discretisation = DiscretisationSettings::Differences { nodes: 201 };
@@ -35,7 +35,7 @@ fn by(osem: Osem) -> Scene {
     scene
 }
 
-/// All that the scene has is modelled.
+/// Models all effects of the scene.
 fn whole(subsets: usize, iterations: usize) -> Osem {
     Osem {
         attenuation: true,
@@ -48,7 +48,7 @@ fn sum(samples: &[f32]) -> f64 {
     samples.iter().map(|&x| f64::from(x)).sum()
 }
 
-/// Of a phantom's volume: the sum over that of the truth, and the recovery of the wall.
+/// Ratio of the sum of a phantom's volume to that of the ground truth, and the recovery of the wall.
 fn found(scene: Scene) -> (f64, Option<f64>) {
     let phantom = Phantom::new(scene).unwrap();
     let (volume, truth) = (phantom.volume(0).unwrap(), phantom.truth(0).unwrap());
@@ -59,22 +59,22 @@ fn found(scene: Scene) -> (f64, Option<f64>) {
 
 #[test]
 fn the_wall_has_its_activity() {
-    // The torso reaches far beyond the views, and so does the model's map of it.
+    // The torso extends far beyond the views, and so does the attenuation map of the model.
     let (all, wall) = found(by(whole(8, 4)));
     println!("OSEM: {all} of all, wall {wall:?}");
     let (by_lines, wall_by_lines) = found(by(Osem::new(8, 4)));
     println!("without a model: {by_lines} of all, wall {wall_by_lines:?}");
     let (by_fbp, wall_by_fbp) = found(scene());
     println!("FBP: {by_fbp} of all, wall {wall_by_fbp:?}");
-    // Views are samples at the middles of bins half the wall wide.
+    // Samples at the centres of bins that are half as wide as the wall.
     assert!((all - 1.0).abs() < 0.01, "{all}");
-    // A wall as thin as the camera's resolution is too low at first, and overshoots later.
+    // A wall as thin as the resolution is too low at first and overshoots later.
     assert!((wall.unwrap() - 1.0).abs() < 0.1, "{wall:?}");
     assert!(wall_by_lines.unwrap() < 0.25 && wall_by_fbp.unwrap() < 0.25);
     assert!(by_lines < 0.25 && by_fbp < 0.25);
 }
 
-/// Two heads on the contour of the torso, where each view has a radius of its own.
+/// Two heads on the contour of the torso, with a radius for each view.
 #[test]
 fn an_orbit_near_the_body_is_modelled() {
     let mut near = by(whole(8, 4));
@@ -88,12 +88,11 @@ fn an_orbit_near_the_body_is_modelled() {
     let (all, wall) = found(near);
     println!("contour: {all} of all, wall {wall:?}");
     assert!((all - 1.0).abs() < 0.005, "{all}");
-    // The nearer the camera, the sharper it sees, and the more the edges of so thin a wall overshoot.
+    // The resolution improves as the camera approaches, and the overshoot of a thin wall increases.
     assert!((wall.unwrap() - 1.0).abs() < 0.2, "{wall:?}");
 }
 
-/// A volume `[z][y][x]` of cubes, filtered by a Gaussian that is so many of them wide (its standard deviation), by the plain sum along
-/// one axis after the other.
+/// Filters a volume `[z][y][x]` of cubes by a Gaussian with this standard deviation in voxels, by direct sums along each axis.
 fn filtered(volume: &[f32], shape: [usize; 3], sigma: f64) -> Vec<f64> {
     let reach = (5.0 * sigma).ceil() as i64;
     let weight = |k: i64| (-0.5 * (k as f64 / sigma).powi(2)).exp();
@@ -136,8 +135,8 @@ fn the_wall_has_its_activity_to_a_hundredth_at_the_cameras_resolution() {
     scene.reconstruction.method = Method::Fbp;
     let [by_fbp, _] = measured(scene);
     println!("by FBP {by_fbp}");
-    // 160 steps leave a few thousandths of what is as coarse as the camera's resolution, views are samples at the middles of bins (the
-    // error falls with them: 0.8 % of the wall with 0.35 cm, 0.2 % with 0.25 cm); what is finer no camera tells.
+    // After 160 steps the error at the resolution of the camera is a few thousandths. Samples are at the centres of bins (their error is
+    // 0.8 % of the wall with 0.35 cm, 0.2 % with 0.25 cm). Finer structure is not determined by the data.
     assert!((wall - 1.0).abs() < 0.01 && (inner - 1.0).abs() < 0.015);
     assert!(by_fbp < 0.25);
 }
@@ -150,7 +149,7 @@ fn a_uniform_body_is_uniform() {
     let Medium::Torso { centre, semi_axes } = medium else {
         panic!()
     };
-    // All of it, or what views miss would be found in what they see; higher than all rows.
+    // The model contains all activity; otherwise activity outside the volume would be attributed to it. Higher than all rows.
     (scene.camera.bins, scene.camera.rows) = (64, 12);
     scene.background = Some(Background {
         concentration: 1.0,
@@ -179,7 +178,7 @@ fn a_uniform_body_is_uniform() {
 #[test]
 fn a_gated_study_has_its_ejection_fraction() {
     let mut scene = by(whole(8, 4)).with_mode(Mode::Gated { gates: 4 });
-    // Blood that is seen: a sum is a volume.
+    // With active blood a sum is a volume.
     scene.activity.cavity = Uptake::Concentration(1.0);
     scene.activity.wall = Uptake::Concentration(0.0);
     scene.acquisition.accuracy = Accuracy::Steps(8);
@@ -213,7 +212,7 @@ fn a_heart_that_attenuates_and_beats_has_its_activity() {
     scene.reconstruction.method = Method::Osem(Osem::new(8, 4));
     let (without, _) = found(scene);
     println!("{all} {without}");
-    // The map is that of the mean heart.
+    // The map is averaged over the motion.
     assert!((all - 1.0).abs() < 0.01, "{all}");
     assert!(without < 0.85, "{without}");
 }
@@ -244,7 +243,7 @@ fn organs_attenuate_and_emit_in_the_model_too() {
     let (all, wall) = found(scene.clone());
     println!("{all} of all, wall {wall:?}");
     assert!((all - 1.0).abs() < 0.01, "{all}");
-    // Activity beyond the ends of the views has a place, and so is not taken for the heart's.
+    // Activity beyond the ends of the views is part of the model and not attributed to the heart.
     scene.organs[0].activity = 0.2;
     let phantom = Phantom::new(scene).unwrap();
     let volume = phantom.volume(0).unwrap();
@@ -295,7 +294,7 @@ fn a_region_and_a_slice_are_those_of_the_whole() {
     assert!(region.iter().enumerate().all(|(k, &v)| v == cut(k)));
     assert_eq!(region.len(), 16 * 19 * scene.camera.rows);
 
-    // Pixels of another size, some where no view looks: nothing is there.
+    // Pixels of another size, some outside all views: zero there.
     scene.reconstruction.region = None;
     (scene.reconstruction.pixels, scene.reconstruction.pixel) = (Some(60), Some(0.7));
     scene.reconstruction.method = Method::Osem(Osem::new(4, 2));
@@ -327,7 +326,7 @@ fn a_run_tells_what_it_did() {
     assert!(osem.residual < 0.5);
     assert_eq!(report.work.osem_iterations, osem.iterations);
     assert_eq!(report.work.slices_reconstructed, 0);
-    // One before the first pass.
+    // One call before the first iteration.
     let told = told.into_inner().unwrap();
     assert_eq!(told.len(), osem.iterations + 1);
     assert!(told.windows(2).all(|pair| pair[0] < pair[1]));
@@ -335,7 +334,7 @@ fn a_run_tells_what_it_did() {
 
 #[test]
 fn what_no_model_fits_is_refused() {
-    // A torso of which no model would fit.
+    // A torso whose model exceeds the memory.
     let mut vast = by(whole(4, 2));
     vast.attenuation = Some(Attenuation {
         coefficient: 1e-9,
@@ -366,7 +365,7 @@ fn what_no_model_fits_is_refused() {
     Phantom::new(short).unwrap().prepare().unwrap();
 }
 
-/// A torso that does not attenuate, wider than the views, leaves the volume as it is without.
+/// A torso that does not attenuate, wider than the views, does not change the volume.
 #[test]
 fn a_torso_of_coefficient_zero_changes_nothing() {
     let volume = |attenuation: bool| {

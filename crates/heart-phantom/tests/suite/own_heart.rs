@@ -1,7 +1,7 @@
-//! Hearts of one's own, in the place of two sections of a scene, and phantoms that share solved shapes.
+//! Given hearts instead of two sections of a scene, and phantoms that share solved shapes.
 
 use heart_phantom::membrane_newton::membrane_forces::PressureLaw;
-use heart_phantom::membrane_newton::{Discretisation, Membrane, RestShape};
+use heart_phantom::membrane_newton::{Discretisation, Membrane, ReferenceShape};
 use heart_phantom::revolve_voxel::Pose;
 use heart_phantom::scene::{Attenuation, BlurSettings, DiscretisationSettings, Medium, Scene};
 use heart_phantom::{
@@ -20,7 +20,7 @@ fn the_example_runs() {
     example::main().unwrap();
 }
 
-/// The balloons of the sections, given as a heart, have the bits of the sections; the report of a run then has no scene.
+/// The balloons of the sections, given as a heart, have bitwise identical results; the report of a run then has no scene.
 #[test]
 fn a_heart_that_is_given_has_the_bits_of_the_sections() {
     let mut scene = Scene::default()
@@ -29,15 +29,15 @@ fn a_heart_that_is_given_has_the_bits_of_the_sections() {
     scene.heart.discretisation = DiscretisationSettings::Differences { nodes: 60 };
     scene.camera.views = 12;
     scene.acquisition.accuracy = Accuracy::Steps(8);
-    scene.cycle.base_descent = 0.5;
+    scene.cycle.av_plane_displacement = 0.5;
     let pose = Pose::axis_along_z((Balloon::OUTER.length + Balloon::OUTER.radius) / 2.0)
-        .and_then(|pose| pose.turned_x(FRAC_PI_4)?.turned_y(FRAC_PI_4))
+        .and_then(|pose| pose.rotated_x(FRAC_PI_4)?.rotated_y(FRAC_PI_4))
         .unwrap();
     let heart = Heart::new(Balloon::INNER, Balloon::OUTER, 60, pose).unwrap();
     let given = Phantom::with_heart(scene.clone(), heart).unwrap();
-    // Neither of the two sections is read, or validated.
+    // Neither of the two sections is used or validated.
     let mut other = scene.clone();
-    (other.heart.inner.radius, other.pose.turn_x) = (-1.0, f64::NAN);
+    (other.heart.inner.radius, other.pose.rotate_x) = (-1.0, f64::NAN);
     let unread = given.with_scene(other).unwrap();
     let phantom = Phantom::new(scene).unwrap();
     for given in [&given, &unread] {
@@ -52,7 +52,7 @@ fn a_heart_that_is_given_has_the_bits_of_the_sections() {
 
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(200))]
-    /// A balloon's length is that of its cylinder and its radius to the last bit: what scales with it keeps its bits.
+    /// Length and radius of a balloon are exact: scaled quantities are bitwise identical.
     #[test]
     fn the_length_of_a_balloon_is_exact(h in 0.1..50.0f64, r in 0.1..20.0f64, nodes in 11..60usize) {
         let outer = Balloon { length: h, radius: r, stiffness: 1.0 };
@@ -74,17 +74,17 @@ fn half_ellipse(a: f64, b: f64) -> Vec<[f64; 2]> {
         .collect()
 }
 
-/// Half ellipsoids, stiffer at the apex by nothing but their form, under a total force, with a beat of seven samples.
+/// Half ellipsoids under a total force, with a cycle of seven samples.
 fn own(discretisation: Discretisation, tolerance: f64) -> (Scene, Heart) {
     let membrane = |a, b| {
         let rest = match discretisation {
-            Discretisation::Spectral { .. } => RestShape::balloon(a - b, b).unwrap(),
-            _ => RestShape::polyline(&half_ellipse(a, b)).unwrap(),
+            Discretisation::Spectral { .. } => ReferenceShape::balloon(a - b, b).unwrap(),
+            _ => ReferenceShape::polyline(&half_ellipse(a, b)).unwrap(),
         };
         Membrane::new(rest).with_law(PressureLaw::TotalForce)
     };
     let pose = Pose::axis_along_z(4.0)
-        .and_then(|pose| pose.turned_x(0.9)?.turned_y(-0.4))
+        .and_then(|pose| pose.rotated_x(0.9)?.rotated_y(-0.4))
         .unwrap();
     let membranes = [membrane(7.5, 2.2), membrane(8.7, 3.1)];
     let membranes = [&membranes[0], &membranes[1]];
@@ -106,7 +106,7 @@ const SPECTRAL: Discretisation = Discretisation::Spectral {
     per_piece: 2,
 };
 
-/// The volume that a polygon encloses when it is revolved: a sum of cut cones.
+/// The volume of a revolved polygon: a sum of truncated cones.
 fn volume(points: &[[f64; 2]]) -> f64 {
     let half = &points[..=points.len() / 2];
     half.windows(2)
@@ -117,14 +117,14 @@ fn volume(points: &[[f64; 2]]) -> f64 {
         .sum()
 }
 
-/// The activity that a view holds.
+/// The activity in a view.
 fn total(view: &[f32]) -> f64 {
     let pitch = FIELD / SIZE as f64;
     view.iter().map(|&sample| f64::from(sample)).sum::<f64>() * pitch * pitch
 }
 
-/// Rays at the middles of bins of 0.31 cm sum smooth chords well; the roots of chords at the edges of the shadow leave up to 3.0e-3
-/// (measured).
+/// Samples at the centres of bins of 0.31 cm integrate smooth chords accurately; square roots at the edges of the projection have errors of
+/// up to 3.0e-3 (measured).
 const SUM: f64 = 4e-3;
 
 #[test]
@@ -141,7 +141,7 @@ fn views_of_an_own_heart_hold_its_wall_and_its_defect() {
             let mut scene = scene.with_mode(mode);
             scene.acquisition.accuracy = Accuracy::Steps(8);
             if share > 0.0 {
-                // The inner part of all of the wall, over a quarter turn: so much of its volume, at every phase.
+                // The inner part of the whole wall, over a quarter turn: the same fraction of its volume at every phase.
                 scene.defects.push(Defect {
                     layers: [0.0, share],
                     s: [0.0, 0.5],
@@ -159,7 +159,7 @@ fn views_of_an_own_heart_hold_its_wall_and_its_defect() {
                         "{mode:?} {share}: {found} {expected}"
                     );
                 }
-                // Voxels hold it to their tolerance, a thousandth of those that a surface cuts.
+                // Voxels are accurate to their tolerance, a thousandth of those that a surface cuts.
                 let truth = phantom.truth(gate).unwrap();
                 let pitch = FIELD / SIZE as f64;
                 let held = total(&truth) * pitch;
@@ -178,7 +178,7 @@ fn an_own_heart_beats_by_its_own_curve() {
         let numbers = phantom.numbers().unwrap();
         assert!((numbers.edv / rest - 1.7).abs() < 1e-10);
         assert!((numbers.esv / rest - 1.1).abs() < 1e-10);
-        // Samples are at sevenths of the beat; the volume is theirs, from the least (3) to the largest (9).
+        // Samples are at sevenths of the cycle; the volume is that of the samples there, from the smallest (3) to the largest (9).
         for (k, sample) in [9.0, 7.5, 4.0, 3.0, 6.0, 8.0, 8.5].into_iter().enumerate() {
             let [cavity, _] = phantom.shape(k as f64 / 7.0).unwrap().volumes();
             let expected = rest * (1.1 + 0.6 * (sample - 3.0) / 6.0);
@@ -201,7 +201,7 @@ fn an_own_heart_is_attenuated_blurred_and_counted() {
         phantom.view(0, 2).unwrap()
     };
     let plain = still(&|_| ());
-    // Of a convex body of one activity and one attenuation a ray's chord L tells all: a (1 - exp(-mu L)) / mu.
+    // For a convex body of uniform activity and attenuation, the chord L determines the sample: a (1 - exp(-mu L)) / mu.
     let (mu, medium) = (0.3, Medium::Heart);
     let weak = still(&|scene| {
         let coefficient = mu;
@@ -217,14 +217,14 @@ fn an_own_heart_is_attenuated_blurred_and_counted() {
         assert!((f64::from(*seen) - expected).abs() < 1e-6 * (1.0 + expected));
     }
     assert!(total(&weak) < 0.7 * total(&plain));
-    // A blur keeps the sum of the averages over bins. The tails beyond the detector, which is twice as wide as the heart, are below 1e-9;
-    // by time steps, averages over bins are accurate to 1e-3 of the largest sample.
+    // A blur preserves the sum of bin averages. The tails beyond the detector, which is twice as wide as the heart, are below 1e-9; with
+    // time steps, bin averages are accurate to 1e-3 of the largest sample.
     let averaged = still(&|scene| scene.camera.samples = Some(BinSample::Averages));
     let blurred = still(&|scene| scene.blur = Some(BlurSettings { fwhm: 1.2 }));
     assert!((total(&blurred) / total(&averaged) - 1.0).abs() < 1e-3);
     let most = |view: &[f32]| view.iter().copied().fold(0.0, f32::max);
     assert!(most(&blurred) < 0.99 * most(&plain));
-    // Counts are whole numbers, and their sum is within five standard deviations.
+    // Counts are integers, and their sum is within five standard deviations.
     let per_unit = 40.0;
     let counted = still(&|scene| {
         let counts = Counts::PerUnit(per_unit);
@@ -238,7 +238,7 @@ fn an_own_heart_is_attenuated_blurred_and_counted() {
     }
 }
 
-/// Phantoms of scenes with one heart share the shapes that are solved; those of other hearts do not.
+/// Phantoms of scenes with the same heart share solved shapes; others do not.
 #[test]
 fn another_scene_of_the_heart_solves_no_shape_again() {
     let plain = Phantom::new(Scene::default().with_size(24)).unwrap();
@@ -259,6 +259,6 @@ fn another_scene_of_the_heart_solves_no_shape_again() {
         assert_eq!(changed.work().shapes_solved, fresh.work().shapes_solved);
     };
     change(&|scene| scene.heart.inner.stiffness = 2.0);
-    change(&|scene| scene.pose.turn_x = 0.0);
-    change(&|scene| scene.cycle.base_descent = 0.5);
+    change(&|scene| scene.pose.rotate_x = 0.0);
+    change(&|scene| scene.cycle.av_plane_displacement = 0.5);
 }

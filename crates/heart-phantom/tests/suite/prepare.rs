@@ -1,4 +1,4 @@
-//! What can be refused is refused before any view, with the field; what is promised is written, and no more.
+//! Errors come before any view, with the field; planned files are written, and no others.
 
 use heart_phantom::files::Format;
 use heart_phantom::scene::*;
@@ -24,7 +24,7 @@ fn defect() -> Defect {
     }
 }
 
-/// Scenes whose every field is in its range, and which cannot be run; the field that is to blame.
+/// Scenes whose fields are within their ranges, but which cannot be run, with the responsible field.
 fn hopeless() -> Vec<(Scene, &'static str)> {
     let with = |change: &dyn Fn(&mut Scene)| {
         let mut scene = small(Mode::WholeCycle);
@@ -108,7 +108,7 @@ fn what_cannot_be_run_is_refused_before_any_view_with_the_field() {
         fs::write(out.join("report.json"), older).unwrap();
         fs::write(out.join("truth.npy"), "older").unwrap();
         let error = run(&phantom, &out, &|_| ()).unwrap_err();
-        let PhantomError::Refused {
+        let PhantomError::Rejected {
             field,
             file: None,
             place: None,
@@ -119,18 +119,18 @@ fn what_cannot_be_run_is_refused_before_any_view_with_the_field() {
         };
         assert_eq!(field, expected, "{error}");
         assert_eq!(error.to_string(), expected);
-        // No ray for nothing (a tolerance is tried on coarse views, a total of counts on as many views as there are), and what
-        // an earlier run has left is as it was.
+        // No rays (except coarse views for a tolerance, and the first views with counts for a total), and the files of an earlier run are
+        // unchanged.
         let tried = expected.starts_with("acquisition") || expected.starts_with("noise");
         assert!(tried || phantom.work().rays_cast == 0, "{expected}");
         assert_eq!(phantom.work().slices_reconstructed, 0);
         assert_eq!(fs::read_to_string(out.join("truth.npy")).unwrap(), "older");
         assert!(out.join("report.json").exists());
-        // The same from a file, with its place.
+        // The same from a file, with the place.
         let path = folder.path().join("scene.toml");
         fs::write(&path, scene.to_toml()).unwrap();
         let again = Phantom::load(&path).unwrap().prepare().unwrap_err();
-        let PhantomError::Refused {
+        let PhantomError::Rejected {
             field: same,
             file: Some(file),
             place: Some([line, _]),
@@ -153,7 +153,7 @@ fn what_cannot_be_run_is_refused_before_any_view_with_the_field() {
     }
 }
 
-/// The same scenes with what is to blame taken away can be run.
+/// The same scenes without the cause of the error can be run.
 #[test]
 fn what_is_no_reason_is_no_refusal() {
     let mut scene = small(Mode::Gated { gates: 2 });
@@ -175,7 +175,7 @@ fn what_is_no_reason_is_no_refusal() {
     run(&phantom, folder.path(), &|_| ()).unwrap();
 }
 
-/// What a reconstruction alone would be refused for does not keep a run from what needs none.
+/// Errors of a reconstruction alone do not prevent a run without one.
 #[test]
 fn only_what_is_asked_for_is_tried() {
     let folder = tempfile::tempdir().unwrap();
@@ -250,7 +250,7 @@ fn any_mode() -> impl Strategy<Value = Mode> {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(40))]
 
-    /// Into one folder, one run after the other: it always holds what the last one has planned, and what is not the program's.
+    /// Runs in the same directory one after the other: it contains the planned files of the last one, and foreign files.
     #[test]
     fn a_folder_holds_what_was_planned(
         runs in prop::collection::vec((any_mode(), any_output()), 1..4),
@@ -282,11 +282,11 @@ proptest! {
                     // Not known before.
                     _ if file.bytes == 0 => {}
                     "stl" => prop_assert_eq!(size, file.bytes),
-                    // Compressed; what cannot be made smaller has the frame of its format.
+                    // Compressed; incompressible data have the overhead of their format.
                     "gz" | "png" | "gif" => prop_assert!(size < file.bytes * 9 / 8 + 2048),
-                    // An archive has a header for each of its arrays, and a list of them.
+                    // An archive has a header for each of its arrays, and a directory.
                     "npz" => prop_assert!((file.bytes..file.bytes + 4096).contains(&size)),
-                    // What each frame is, and what the file is.
+                    // Overhead per frame and per file.
                     "dcm" => prop_assert!((file.bytes..file.bytes + 4096).contains(&size), "{file:?} {size}"),
                     _ => prop_assert!((file.bytes..file.bytes + 1024).contains(&size), "{file:?} {size}"),
                 }
@@ -295,7 +295,7 @@ proptest! {
     }
 }
 
-/// A folder where a file is to go is found before there is anything to write.
+/// A directory in place of a file is detected before anything is written.
 #[test]
 fn a_folder_in_the_way_is_found_before_any_view() {
     for name in ["projections.npy", "truth.npy", "report.json"] {
@@ -309,7 +309,7 @@ fn a_folder_in_the_way_is_found_before_any_view() {
     }
 }
 
-/// The heart is largest in the middle of the beat, where surfaces have the most triangles.
+/// The heart is largest in the middle of the cycle, where surfaces have the most triangles.
 #[test]
 fn surfaces_of_many_gates_have_the_sizes_that_were_told() {
     const GATES: usize = 300;
@@ -322,7 +322,7 @@ fn surfaces_of_many_gates_have_the_sizes_that_were_told() {
         let name = PathBuf::from(format!("{surface}-gate-{gate:03}.stl"));
         planned.iter().find(|file| file.name == name).unwrap().bytes
     };
-    // Every fifth, and the largest; STL has 84 bytes and 50 a triangle.
+    // Every fifth, and the largest; STL has 84 bytes, and 50 per triangle.
     for gate in (0..GATES).step_by(5) {
         let meshes = phantom.meshes((gate as f64 + 0.5) / GATES as f64).unwrap();
         for (surface, mesh) in ["inner", "outer"].into_iter().zip(&meshes) {
@@ -332,7 +332,7 @@ fn surfaces_of_many_gates_have_the_sizes_that_were_told() {
     assert!(told(GATES / 2, "inner") > told(0, "inner"));
 }
 
-/// One gate is a file with an axis of gates as well: what the run cannot write, the scene cannot ask for.
+/// A single gate is a file with an axis of gates, too: formats without gates are rejected by the scene.
 #[test]
 fn one_gate_in_one_file_needs_a_format_with_gates() {
     let mut scene = small(Mode::Gated { gates: 1 });

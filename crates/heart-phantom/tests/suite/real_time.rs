@@ -1,12 +1,12 @@
-//! Views of a heart whose beats differ, and that breathes: against sums over real time at fine steps.
+//! Projections with variable R-R intervals and respiration, against sums over real time in small steps.
 
 use crate::phantom::small;
 use heart_phantom::revolve_voxel::nalgebra::Vector3;
 use heart_phantom::scene::*;
-use heart_phantom::{Moment, Phantom, PhantomError, TruthOf};
+use heart_phantom::{MotionPhase, Phantom, PhantomError, TruthOf};
 use std::collections::BTreeMap;
 
-/// Levels of volume at which shapes of brute force are solved.
+/// Levels of volume of the reference.
 const GAINS: f64 = 1000.0;
 
 fn breathing() -> Breathing {
@@ -33,8 +33,8 @@ fn slow(mode: Mode, seconds: f64) -> Scene {
     scene
 }
 
-/// Phase at a time, and the beat's number and share of the interval, by the list of intervals alone: diastole of the sinusoid is its
-/// first half, and systole lasts half of the period of one second.
+/// Phase at a time, index of the beat and fraction of the interval, from the list of intervals alone: diastole of the sinusoid is its first
+/// half, and systole lasts half of the period of one second.
 fn beat_at(scene: &Scene, t: f64) -> (f64, f64, f64) {
     let intervals = match &scene.beats {
         None => vec![1.0],
@@ -58,7 +58,7 @@ fn beat_at(scene: &Scene, t: f64) -> (f64, f64, f64) {
     }
 }
 
-/// How far the breath has come, by the formula.
+/// Respiratory position by the formula.
 fn breath_at(scene: &Scene, t: f64) -> (f64, f64) {
     let Some(breathing) = &scene.breathing else {
         return (0.0, 0.0);
@@ -73,7 +73,7 @@ fn breath_at(scene: &Scene, t: f64) -> (f64, f64) {
     (phase, fraction)
 }
 
-/// A view of some gates, `[cardiac, of, respiratory]`, from `n` moments of its real time.
+/// A view of some gates, `[cardiac, of, respiratory]`, from `n` instants of its real time.
 fn brute(scene: &Scene, view_idx: usize, gate: [usize; 3], n: usize) -> (Vec<f64>, f64) {
     let phantom = Phantom::new(scene.clone()).unwrap();
     let interval = scene.camera.seconds_per_view;
@@ -131,7 +131,7 @@ fn brute(scene: &Scene, view_idx: usize, gate: [usize; 3], n: usize) -> (Vec<f64
         let pose = shape.body().pose();
         let pose = pose.shifted(Vector3::from(shift) * fraction).unwrap();
         one.fill(0.0);
-        let body = shape.body().standing(pose);
+        let body = shape.body().with_pose(pose);
         body.project_add(&rays, &[0.0, 1.0], 1.0, &mut one).unwrap();
         for (sum, value) in sum.iter_mut().zip(&one) {
             *sum += weight / all * f64::from(*value);
@@ -145,7 +145,7 @@ fn distance(a: &[f32], b: &[f64]) -> f64 {
     (square.sum::<f64>() / b.iter().map(|b| b * b).sum::<f64>()).sqrt()
 }
 
-/// All gates of a scene against brute force; the seconds seen, too.
+/// All gates of a scene against the reference, with their acquisition times.
 fn check(scene: &Scene, cardiac: usize, respiratory: usize) {
     let phantom = Phantom::new(scene.clone()).unwrap();
     assert_eq!(phantom.n_gates(), cardiac * respiratory);
@@ -162,7 +162,7 @@ fn check(scene: &Scene, cardiac: usize, respiratory: usize) {
             square +=
                 (distance(view, &exact) * exact.iter().map(|b| b * b).sum::<f64>().sqrt()).powi(2);
             norm += exact.iter().map(|b| b * b).sum::<f64>();
-            // Each end of a gate is right to a step.
+            // Each end of a gate is accurate to a step.
             let steps = 60.0 * scene.camera.seconds_per_view / 6000.0;
             assert!(
                 (times[view_idx].window - seconds).abs() < steps,
@@ -172,7 +172,7 @@ fn check(scene: &Scene, cardiac: usize, respiratory: usize) {
         }
         let error = (square / norm).sqrt();
         println!("gate {gate}: {error:.2e}, stated {stated:.2e}");
-        // Brute force itself: 6000 moments, 1000 volumes and places.
+        // Error of the reference: 6000 instants, 1000 volumes and positions.
         assert!(
             error < stated + 3e-4,
             "gate {gate}: {error} stated {stated}"
@@ -212,7 +212,7 @@ fn a_breathing_heart_is_a_sum_over_real_time() {
     check(&scene, 1, 1);
 }
 
-/// A view of a still or a beating heart that breathes, from static scenes of the heart where it stands at many moments of the view's time.
+/// A view of a static or beating heart with respiration, from static scenes at many instants of the view.
 fn brute_of_scenes(scene: &Scene, view_idx: usize, n: usize) -> Vec<f64> {
     let interval = scene.camera.seconds_per_view;
     let shift = scene.breathing.as_ref().unwrap().shift;
@@ -239,7 +239,7 @@ fn brute_of_scenes(scene: &Scene, view_idx: usize, n: usize) -> Vec<f64> {
     sum
 }
 
-/// Of a scene with two heads of two views.
+/// A scene with two heads of two views.
 fn check_heads(scene: &Scene, n: usize, most: f64) {
     let phantom = Phantom::new(scene.clone()).unwrap();
     let taken = phantom.sinograms(0, &|_| ()).unwrap();
@@ -277,7 +277,7 @@ fn a_heart_that_breathes_among_organs_is_a_sum_over_real_time() {
     let mut scene = with_two_heads(Mode::Static { phase: 0.3 });
     scene.chest = Some(Chest::default());
     check_heads(&scene, 100, 1e-3);
-    // It does not stand still: the views of a held breath are others.
+    // The heart moves: views of a breath-hold differ.
     let breathing = Phantom::new(scene.clone()).unwrap().view(0, 1).unwrap();
     scene.breathing = None;
     let held: Vec<f64> = Phantom::new(scene)
@@ -312,12 +312,12 @@ fn instants_are_moments_of_real_time() {
     for view_idx in 0..4 {
         let t = 2.3 * view_idx as f64;
         let (phase, ..) = beat_at(&scene, t);
-        let at = Moment {
+        let at = MotionPhase {
             phase,
             breath: breath_at(&scene, t).1,
         };
         let shape = phantom.shape(phase).unwrap();
-        let body = shape.body().standing(phantom.pose(at.breath).unwrap());
+        let body = shape.body().with_pose(phantom.pose(at.breath).unwrap());
         let rays = phantom.camera().rays(view_idx).unwrap();
         let mut exact = vec![0.0f32; phantom.camera().view_len()];
         body.project_add(&rays, &[0.0, 1.0], 1.0, &mut exact)
@@ -365,7 +365,7 @@ fn what_moves_nothing_changes_no_bit() {
 
 #[test]
 fn shapes_are_solved_once_a_phase_and_a_breath_costs_no_more_rays_than_instants() {
-    // The same number of points with and without the breath: a still heart, seen at as many places.
+    // The same number of points with and without respiration: a static heart at as many positions.
     let mut scene = slow(Mode::Static { phase: 0.3 }, 8.0);
     scene.breathing = Some(breathing());
     scene.breathing.as_mut().unwrap().period = 4.0;
@@ -374,7 +374,7 @@ fn shapes_are_solved_once_a_phase_and_a_breath_costs_no_more_rays_than_instants(
     let work = breathing.work();
     assert_eq!(work.shapes_solved, 1);
     let points = (work.rays_cast + work.rays_skipped) / (24 * 24);
-    // 64 steps a breath are 32 on the way in: one more place than that.
+    // 64 steps per respiratory cycle are 32 during inspiration: one position more than that.
     assert_eq!(points, 33);
     scene.breathing = None;
     let held = Phantom::new(scene.clone()).unwrap();
@@ -382,7 +382,7 @@ fn shapes_are_solved_once_a_phase_and_a_breath_costs_no_more_rays_than_instants(
     let of_instant = held.work().rays_cast;
     let most = 1.2 * (points * of_instant) as f64;
     assert!((work.rays_cast as f64) < most, "{} {most}", work.rays_cast);
-    // Of a beating heart the levels of volume, whatever beats and breath do.
+    // The levels of volume of a beating heart, for any beats and respiration.
     let mut scene = slow(Mode::WholeCycle, 8.0);
     scene.beats = Some(irregular());
     scene.breathing = Some(self::breathing());
@@ -418,7 +418,7 @@ fn any_part_has_the_bits_of_the_whole_and_threads_change_none() {
             .samples
             == views
     );
-    // The truth of a gate is the mean of what its views see.
+    // The ground truth of a gate is the average over its projections.
     let truth: f64 = phantom
         .truth(1)
         .unwrap()
@@ -475,7 +475,7 @@ fn a_gate_that_does_not_come_is_refused() {
         panic!("{refused}")
     };
     assert!(error.to_string().contains("does not occur"), "{error}");
-    // Nothing that counts.
+    // No accepted time.
     scene.acquisition.mode = Mode::WholeCycle;
     scene.breathing = None;
     scene.beats = Some(Beats {

@@ -1,4 +1,4 @@
-//! What a run says of itself: the report's entries against what was written.
+//! The entries of a run's report against its files.
 #![cfg(feature = "files")]
 
 use heart_phantom::scene::{
@@ -9,7 +9,7 @@ use heart_phantom::{Phantom, RunReport, VolumeCurve, VolumeRange, run};
 use std::f64::consts::{PI, TAU};
 use std::path::{Path, PathBuf};
 
-/// A scene that takes no time.
+/// A scene that is fast to compute.
 fn small(mode: Mode, write: &[Product]) -> Scene {
     let mut scene = Scene::default().with_size(32).with_mode(mode);
     scene.heart.discretisation = DiscretisationSettings::Differences { nodes: 101 };
@@ -23,7 +23,7 @@ fn done(scene: Scene, out: &Path) -> RunReport {
     run(&Phantom::new(scene).unwrap(), out, &|_| ()).unwrap()
 }
 
-/// Attenuation takes nine tenths and more of the activity, which a fixed window shows black.
+/// Attenuation removes nine tenths and more of the activity, which a fixed grey scale would show as black.
 #[test]
 fn pictures_have_the_window_of_their_slices() {
     let folder = tempfile::tempdir().unwrap();
@@ -68,7 +68,7 @@ fn npy(path: &Path) -> Vec<u8> {
     bytes[bytes.len() - 32 * 32 * 32..].to_vec()
 }
 
-/// Enclosed volume of a binary STL file in mL: sums of tetrahedra over the origin.
+/// Enclosed volume of a binary STL file in mL: sums of tetrahedra from the origin.
 fn stl_volume(path: &Path) -> (usize, f64) {
     let bytes = std::fs::read(path).unwrap();
     let triangles = bytes[84..].chunks_exact(50).map(|facet| {
@@ -87,7 +87,7 @@ fn stl_volume(path: &Path) -> (usize, f64) {
     (n, triangles.sum())
 }
 
-/// The cavity's volume at a phase of the sinusoid, from its closed form.
+/// The volume of the cavity at a phase of the sinusoid, in closed form.
 fn cavity(phase: f64) -> f64 {
     let rest = PI * 1.75f64.powi(2) * (8.5 + 2.0 * 1.75 / 3.0);
     rest * (1.0 + 0.3 * (1.0 - (TAU * phase).cos()))
@@ -116,7 +116,7 @@ fn labels_maps_and_surfaces_are_those_of_the_mode() {
         for (k, (name, phase)) in expected.iter().enumerate() {
             let file =
                 |what: &str, ending: &str| folder.path().join(format!("{what}{name}.{ending}"));
-            // Voxels of 0.125 mL that hold more of the cavity than of the wall: some hundredths of it.
+            // Voxels of 0.125 mL with more cavity than wall: accurate to some hundredths.
             let labels = npy(&file("labels", "npy"));
             let inside = labels.iter().filter(|label| **label == 1).count();
             let found = 0.125 * inside as f64;
@@ -124,7 +124,7 @@ fn labels_maps_and_surfaces_are_those_of_the_mode() {
                 (found / cavity(*phase) - 1.0).abs() < 0.04,
                 "{mode:?} {name} {found}"
             );
-            // The whole heart attenuates: the cavity and the wall, which keeps its volume.
+            // The whole heart attenuates: the cavity, and the wall of constant volume.
             let wall = report.numbers.wall_volume;
             let bytes = std::fs::read(file("attenuation", "npy")).unwrap();
             let sum: f64 = bytes[bytes.len() - 4 * labels.len()..]
@@ -144,7 +144,7 @@ fn labels_maps_and_surfaces_are_those_of_the_mode() {
                     "{mode:?} {name} {found}"
                 );
             }
-            // The report says the same of these phases.
+            // The report agrees for these phases.
             let said = &report.phases[k];
             assert_eq!(said.phase, *phase);
             assert!(name.is_empty() || *name == format!("-{}", said.of));
@@ -162,7 +162,7 @@ fn labels_maps_and_surfaces_are_those_of_the_mode() {
     }
 }
 
-/// The study's pressures, and that of a beat's other phases: rising with the volume, none at rest.
+/// The study's pressures, and those of other phases: increasing with the volume, zero in the reference configuration.
 #[test]
 fn pressures_are_told_by_phase() {
     let folder = tempfile::tempdir().unwrap();
@@ -187,7 +187,7 @@ fn pressures_are_told_by_phase() {
     }
 }
 
-/// Counts over their mean for a sample of 1 are the samples: a total is met by the sum of the means.
+/// Counts divided by counts per unit sample are the samples: a total determines the sum of the expected values.
 #[test]
 fn counts_per_unit_are_told_by_gate() {
     let folder = tempfile::tempdir().unwrap();
@@ -236,11 +236,11 @@ fn surfaces_keep_their_volume_to_the_tolerance_asked_for() {
         let report = done(scene, folder.path());
         let (n, found) = stl_volume(&folder.path().join("inner.stl"));
         let off = (found / report.numbers.edv - 1.0).abs();
-        // Coordinates of 32 bits, and the body that follows the membrane to 1e-6 cm.
+        // Coordinates of 32 bits, and a body within 1e-6 cm of the membrane.
         assert!(off < tolerance + 5e-6, "{tolerance} {off}");
         triangles.push(n);
     }
-    // One over the tolerance: twenty times finer, some twenty times as many.
+    // 1 / tolerance: twenty times finer, about twenty times as many.
     let grown = [triangles[1] / triangles[0], triangles[2] / triangles[1]];
     assert!(
         grown.iter().all(|times| (5..=80).contains(times)),
@@ -248,7 +248,7 @@ fn surfaces_keep_their_volume_to_the_tolerance_asked_for() {
     );
 }
 
-/// No voxel of 3 mm stays in a wall that throws out 45 % of its cavity, but each gate has a wall of its own.
+/// No voxel of 3 mm stays in a wall with an ejection fraction of 45 %, but each gate has a wall of its own.
 #[test]
 fn each_gate_has_its_own_wall() {
     let mut scene = small(Mode::Gated { gates: 16 }, &[]).with_size(64);
@@ -269,7 +269,7 @@ fn each_gate_has_its_own_wall() {
     }
 }
 
-/// Volumes are given: what the stiffness and the law change is the pressure. The guide's numbers.
+/// Volumes are prescribed: stiffness and law change only the pressure. Numbers of the guide.
 #[test]
 fn stiffness_and_the_law_change_the_pressure_and_little_else() {
     let of = |law: PressureLaw, stiffness: f64| {
@@ -284,7 +284,7 @@ fn stiffness_and_the_law_change_the_pressure_and_little_else() {
     let (stiff, of_stiff) = of(PressureLaw::PerMaterialLength, 3.0);
     let (total, of_total) = of(PressureLaw::TotalForce, 1.0);
     let (current, _) = of(PressureLaw::PerCurrentLength, 1.0);
-    // Newton stops at some 1e-10 of the size.
+    // Newton's tolerance is about 1e-10 of the size.
     let same = |a: f64, b: f64| (a / b - 1.0).abs() < 1e-8;
     assert!(same(stiff.f_inner, 3.0 * plain.f_inner) && same(stiff.f_outer, plain.f_outer));
     assert!(same(total.f_inner, plain.f_inner) && same(total.f_outer, plain.f_outer));
@@ -303,7 +303,7 @@ fn stiffness_and_the_law_change_the_pressure_and_little_else() {
     assert!((10.0 * plain.thickness.apex - 8.3).abs() < 0.05);
 }
 
-/// Volumes that a report gives can be asked for, and come out, whatever the discretisation makes of the balloon at rest.
+/// Volumes of a report can be prescribed and are reproduced, for any discretisation of the reference configuration.
 #[test]
 fn volumes_of_a_report_are_volumes_of_a_scene() {
     for discretisation in [
@@ -325,7 +325,7 @@ fn volumes_of_a_report_are_volumes_of_a_scene() {
     }
 }
 
-/// So far from the origin that the volume about it is all rounding.
+/// So far from the origin that volumes about it have no accurate digit.
 #[test]
 fn surfaces_far_away_have_no_more_triangles() {
     let mesh = |shift: f64| {

@@ -1,9 +1,9 @@
-//! A heart of rubber from a scene: what it may be, what comes out, what is refused.
+//! A heart of rubber from a scene: input, results, errors.
 #![cfg(feature = "scene")]
 
 use heart_phantom::membrane_forces::StrainEnergy;
 use heart_phantom::membrane_newton::{
-    Discretisation, Membrane, NewtonOptions, Pair, RestShape, Rubber, Solver, Thickness,
+    Discretisation, Membrane, NewtonOptions, Pair, ReferenceShape, Rubber, Solver, Thickness,
 };
 use heart_phantom::scene::{DiscretisationSettings, MaterialSettings};
 use heart_phantom::{MMHG_PER_KPA, Mode, Phantom, PhantomError, Scene, run};
@@ -14,7 +14,7 @@ fn scene(material: &str) -> Scene {
     Scene::from_toml(&format!("[heart]\nmaterial = {material}\n")).unwrap()
 }
 
-/// Quick to solve and to look at.
+/// A small scene.
 fn small(material: &str) -> Scene {
     let mut scene = scene(material).with_size(24);
     scene.camera.views = 6;
@@ -152,7 +152,7 @@ fn what_is_no_rubber_is_refused_with_line_and_field() {
     }
 }
 
-/// What is the springs' has no place beside rubber.
+/// Fields of springs are rejected with rubber.
 #[test]
 fn rubber_is_under_a_pressure_and_has_no_stiffness() {
     for (given, field) in [
@@ -176,8 +176,8 @@ fn rubber_is_under_a_pressure_and_has_no_stiffness() {
     assert!(Scene::from_toml(&law).is_ok());
 }
 
-/// The pair of the membrane crates, put together without a scene: the same bits; and its closed number, p = 0.371980648542 mu h / cm of the
-/// inner balloon at a gain of 0.6 (`the_balloon_of_the_paper_reaches_its_reference_values` has that at 0.3).
+/// The pair of the membrane crates without a scene: bitwise identical; and the reference value p = 0.371980648542 mu h / cm of the inner
+/// balloon at a gain of 0.6 (`the_balloon_of_the_paper_reaches_its_reference_values` has that at 0.3).
 #[test]
 fn pressures_are_those_of_the_membranes() {
     for (text, energy) in kinds() {
@@ -191,7 +191,7 @@ fn pressures_are_those_of_the_membranes() {
         let solver = |radius: f64| {
             let thickness = Thickness::constant(0.05).unwrap();
             let rubber = Rubber::new(energy.clone(), thickness).unwrap();
-            let membrane = Membrane::new(RestShape::balloon(8.5, radius).unwrap());
+            let membrane = Membrane::new(ReferenceShape::balloon(8.5, radius).unwrap());
             let spectral = Discretisation::Spectral {
                 degree: 20,
                 per_piece: 1,
@@ -225,7 +225,7 @@ fn pressures_are_those_of_the_membranes() {
     assert!(reports.iter().all(|report| report.pressures_mmhg.is_none()));
 }
 
-/// Rubber is fuller towards the apex at the same volumes: each view holds as much, elsewhere.
+/// At equal volumes rubber is fuller towards the apex: views have the same sums and different samples.
 #[test]
 fn views_hold_the_same_wall_elsewhere() {
     let view = |material: &str| {
@@ -236,7 +236,7 @@ fn views_hold_the_same_wall_elsewhere() {
         let samples = phantom.view(0, 0).unwrap();
         let sum: f64 = samples.iter().map(|value| f64::from(*value)).sum();
         let [inner, outer] = phantom.shape(0.5).unwrap().volumes();
-        // what points of a smooth view 96 bins wide miss of the integral
+        // error of sums of samples at the centres of 96 bins
         assert!((sum * bin * row / (outer - inner) - 1.0).abs() < 2e-3);
         samples
     };
@@ -250,16 +250,16 @@ fn views_hold_the_same_wall_elsewhere() {
         f64::from(most.fold(0.0, f32::max))
     };
     assert!(off(&springs, &latex) > 0.5, "{}", off(&springs, &latex));
-    // shapes depend on the kind of rubber, not on mu h
+    // shapes depend on the type of rubber, not on mu h
     assert!(off(&latex, &stiff) < 1e-4, "{}", off(&latex, &stiff));
 }
 
-/// All that a scene may have with springs it may have with rubber.
+/// All sections that are valid with springs are valid with rubber.
 #[test]
 fn everything_works_with_rubber() {
     let text = format!(
         "[heart]\nmaterial = {LATEX}\ndiscretisation = {{ differences = {{ nodes = 81 }} }}\n\
-         [cycle]\ncurve = \"physiological\"\nvolume = {{ ejection_fraction = 0.5 }}\nbase_descent = 1.6\n\
+         [cycle]\ncurve = \"physiological\"\nvolume = {{ ejection_fraction = 0.5 }}\nav_plane_displacement = 1.6\n\
          [camera]\nviews = 6\nbins = 24\nrows = 24\npitch = [0.7, 0.7]\n\
          [acquisition]\nmode = {{ gated = {{ gates = 2 }} }}\naccuracy = {{ steps = 4 }}\n\
          [twist]\ninner_degrees = [-3.0, 10.0]\nouter_degrees = [-3.0, 8.0]\n\
@@ -281,7 +281,7 @@ fn everything_works_with_rubber() {
         let [inner, outer] = phase.pressures_mmhg.unwrap();
         assert!(inner > 0.0 && outer > 0.0, "{phase:?}");
     }
-    // The base has gone down, the apex rests.
+    // The base is displaced, the apex is fixed.
     let [systole, diastole] = phantom
         .extreme_phases()
         .map(|at| phantom.shape(at).unwrap());
@@ -293,7 +293,7 @@ fn everything_works_with_rubber() {
     assert!(json.contains("pressures_mmhg"));
 }
 
-/// A volume that the rubber's chains do not reach is the volume's fault, with its line, and says so.
+/// A volume beyond the extensibility of the rubber is an error of the volume, with its line.
 #[test]
 fn chains_that_are_too_short_are_named() {
     let text = "[heart]\nmaterial = { gent = { mu = 400.0, jm = 0.5, thickness = 0.5 } }\n\
@@ -305,7 +305,7 @@ fn chains_that_are_too_short_are_named() {
     let Err(error) = phantom.prepare() else {
         panic!("such rubber does not reach that volume");
     };
-    let PhantomError::Refused { field, place, .. } = &error else {
+    let PhantomError::Rejected { field, place, .. } = &error else {
         panic!("{error:?}");
     };
     assert_eq!((field.as_str(), place.unwrap()[0]), ("cycle.volume", 4));

@@ -1,4 +1,4 @@
-//! Scenes: what is read, and where it is said what is wrong.
+//! Scenes: reading, and the places of errors.
 
 use heart_phantom::PhantomError;
 use heart_phantom::scene::*;
@@ -8,7 +8,7 @@ mod bad_values;
 #[path = "scene/changed.rs"]
 mod changed;
 
-/// Every section and every field that may be left out.
+/// Every optional section and field.
 const FULL: &str = "
 [heart]
 law = 'per-current-length'
@@ -20,20 +20,20 @@ stiffness = 1.5
 [cycle]
 curve = { sampled = [120.0, 60.0, 50.0, 110.0] }
 volume = { volumes = { edv = 150.0, esv = 120.0 } }
-base_descent = 0.4
+av_plane_displacement = 0.4
 [beats]
 intervals = { list = [0.9, 0.92] }
 accepted = [0.5, 1.5]
 gated_by = 'time-after-r'
 [breathing]
 shift = [0.1, 0.0, -1.5]
-turn_degrees = [1.0, 0.0, 0.0]
+rotation_degrees = [1.0, 0.0, 0.0]
 period = 3.5
 curve = { lujan = { n = 2 } }
 start = 0.25
 [pose]
 centre = 4.0
-turn_z = -10.0
+rotate_z = -10.0
 shift = [1.0, 2.0, -3.0]
 [activity]
 cavity = { total = 7.0 }
@@ -101,7 +101,7 @@ fn a_written_scene_is_read_back() {
     assert_eq!(Scene::from_toml(&again).unwrap(), scene, "{again}");
 }
 
-/// Of two scenes that have between them all that may be left out, one has what the other leaves out; two defects are both there.
+/// Two scenes that together contain everything optional, each without some parts; both have two defects.
 #[test]
 fn nothing_of_a_full_scene_is_commented_out() {
     let mut scene = Scene::from_toml(FULL).unwrap();
@@ -112,7 +112,7 @@ fn nothing_of_a_full_scene_is_commented_out() {
         ..scene.defects[0]
     });
     scene.reconstruction.window = Window::Custom(vec![1.0, 0.5, 0.25]);
-    // What has no place beside a background, a torso and a blur.
+    // Sections that exclude background, torso and blur.
     let mut other = scene.clone();
     other.organs.push(OrganSettings {
         shape: OrganShapeSettings::Cylinder {
@@ -140,6 +140,10 @@ fn nothing_of_a_full_scene_is_commented_out() {
         sensitivity: 75.0,
         decay: Decay::HalfLifeHours(6.0),
     });
+    other.scatter = Some(ScatterSettings {
+        seed: 3,
+        ..ScatterSettings::default()
+    });
     other.noise = Some(Noise {
         counts: Counts::Expected,
         seed: 7,
@@ -164,7 +168,7 @@ fn nothing_of_a_full_scene_is_commented_out() {
     }
 }
 
-/// A number that TOML has no room for is refused where it stands.
+/// A number that TOML cannot store is rejected at its place.
 #[test]
 fn numbers_that_are_too_large_to_write_are_refused_by_their_line() {
     let noise = Noise {
@@ -192,7 +196,7 @@ fn a_region_about_the_centre_has_a_place_in_every_format() {
     Scene::from_toml(text).unwrap();
 }
 
-/// What is built in Rust is what its own file says, section by section.
+/// Scenes built in Rust have the errors of their files, section by section.
 #[test]
 fn each_part_of_a_scene_can_be_built() {
     let text = "
@@ -265,7 +269,7 @@ fn unknown_fields_and_broken_text_are_shown_where_they_stand() {
     assert_eq!(error.first().place.map(|[line, _]| line), Some(1));
     let error = error_of("[camera]\nviews = 60\nviews = 61\n");
     assert_eq!(error.first().place.map(|[line, _]| line), Some(3));
-    // The arc of the reconstruction is not given, and its default does for the default camera: the camera's own line is shown.
+    // The arc policy is absent, and its default fits the default camera: the error is at the camera.
     let error = error_of("[camera]\narc = 90.0\n");
     assert_eq!(
         (error.first().field.as_str(), error.first().place),
@@ -282,7 +286,7 @@ fn unknown_fields_and_broken_text_are_shown_where_they_stand() {
     );
 }
 
-/// The whole line that a user sees, for mistakes that are easily made.
+/// The complete messages for frequent mistakes.
 #[test]
 fn mistakes_are_said_in_plain_words() {
     for (text, said) in [
@@ -348,7 +352,7 @@ fn mistakes_are_said_in_plain_words() {
         ),
         (
             "noise = { counts = 1e6, seed = 1 }",
-            "noise.counts is 1e6; must be { total = 1e6 } in all projections of a gate, { per_unit = 10.0 } for a sample of 1",
+            "noise.counts is 1e6; must be { total = 1e6 } in all projections of a gate, { per_unit = 10.0 } per unit sample",
         ),
         (
             "activity.wall = 1.0",
@@ -374,7 +378,7 @@ fn mistakes_are_said_in_plain_words() {
             "cycle.volume = { volumes = { edv = 100.0, esv = 90 } }",
             "cycle.volume.volumes.esv is 90; must be at least 93.004, the reference volume",
         ),
-        // A mark of the byte order and ends of lines of other systems change no place.
+        // A byte-order mark and line ends of other systems do not change places.
         (
             "\u{feff}[camera]\r\nviews = 0\r\n",
             "line 2, column 9: camera.views is 0; must be between 1 and 10000",
@@ -385,7 +389,7 @@ fn mistakes_are_said_in_plain_words() {
     }
 }
 
-/// Wherever a value of another kind stands, the parser's words for Rust's types are not shown.
+/// For values of a wrong type, messages contain no names of Rust types.
 #[test]
 fn no_type_of_rust_is_named() {
     let full = toml::Table::try_from(Scene::from_toml(FULL).unwrap()).unwrap();
@@ -433,13 +437,13 @@ fn an_arc_that_is_said_to_be_enough_is() {
         let enough = after.split(' ').next().unwrap();
         Scene::from_toml(&text(enough)).unwrap();
         Scene::from_toml(&text(&format!("-{enough}"))).unwrap();
-        // And not by much.
+        // By a small amount.
         let less = 0.9998 * enough.parse::<f64>().unwrap();
         error_of(&text(&less.to_string()));
     }
 }
 
-/// TOML by itself would drop what is too much.
+/// TOML alone would ignore surplus values.
 #[test]
 fn no_array_takes_more_values_or_fewer() {
     for (section, field, values) in [
@@ -497,7 +501,7 @@ fn what_would_fill_a_terabyte_is_refused_with_its_numbers() {
         error.first().wanted.contains("1000 gated projection sets"),
         "{error}"
     );
-    // However large a number is that another check would refuse.
+    // For any number that another check would reject.
     for pixels in ["9223372036854775807", "4294967296"] {
         error_of(&format!(
             "[acquisition]\nmode = {{ gated = {{ gates = 9 }} }}\n[reconstruction]\npixels = {pixels}\n"
@@ -513,7 +517,7 @@ fn a_file_is_named() {
     std::fs::write(&path, b"[camera]\nviews = 3 # caf\xe9\n").unwrap();
     let said = Scene::load(&path).unwrap_err().to_string();
     assert!(said.contains(":2:16: is not UTF-8"), "{said}");
-    // A device without an end.
+    // An endless device.
     #[cfg(unix)]
     assert!(matches!(
         Scene::load(std::path::Path::new("/dev/zero")),
@@ -534,7 +538,7 @@ fn a_file_is_named() {
     );
 }
 
-/// Ranges in the comments of the template, against the checks: just outside is a finding, both ends are none.
+/// Ranges in the comments of the template against the checks: values just outside are findings, both ends are not.
 #[test]
 fn ranges_of_the_template_are_those_of_the_checks() {
     let page = Scene::default().to_toml().replace("\n# [", "\n[");

@@ -1,9 +1,9 @@
-//! Twist, base and the fields of motion, from scenes to files.
+//! Twist, displacement of the base and motion fields, from scenes to files.
 
 use crate::phantom::{infarct, small};
 use heart_phantom::revolve_voxel::nalgebra::{Point3, Vector3};
 use heart_phantom::scene::*;
-use heart_phantom::{MaterialPoint, Moment, Phantom, run};
+use heart_phantom::{MaterialPoint, MotionPhase, Phantom, run};
 
 fn twist() -> TwistSettings {
     TwistSettings {
@@ -12,7 +12,7 @@ fn twist() -> TwistSettings {
     }
 }
 
-/// A coarse heart in polynomials: its material is exact.
+/// A coarse heart of polynomials, whose material is exact.
 fn smooth(mode: Mode) -> Scene {
     let mut scene = small(mode).with_size(24);
     scene.heart.discretisation = DiscretisationSettings::Spectral {
@@ -23,15 +23,15 @@ fn smooth(mode: Mode) -> Scene {
     scene
 }
 
-/// Everything that moves at once.
+/// All motions together.
 fn lively() -> Scene {
     let mut scene = smooth(Mode::Gated { gates: 4 });
     scene.twist = Some(twist());
-    scene.cycle.base_descent = 1.6;
+    scene.cycle.av_plane_displacement = 1.6;
     scene.camera.seconds_per_view = 4.0;
     scene.breathing = Some(Breathing {
         shift: [0.1, 0.3, -1.5],
-        turn_degrees: [4.0, 0.0, -3.0],
+        rotation_degrees: [4.0, 0.0, -3.0],
         gates: Some(RespiratoryGates::Amplitude(2)),
         ..Breathing::default()
     });
@@ -48,7 +48,7 @@ fn a_twist_changes_no_bit_of_a_wall_without_defects() {
     assert!(views(&plain) == views(&twisted));
     assert!(plain.truth(1).unwrap() == twisted.truth(1).unwrap());
     assert!(plain.labels(0.2).unwrap() == twisted.labels(0.2).unwrap());
-    // Nor a twist of nothing one of a wall with defects.
+    // Neither does a zero twist of a wall with defects.
     let mut still = small(Mode::Static { phase: 0.1 }).with_size(20);
     still.defects.push(infarct());
     let mut none = still.clone();
@@ -76,7 +76,7 @@ fn defects_twist_with_the_material_and_keep_their_volume() {
     let region = phantom.scene().defects[0].region();
     let wall = phantom.wall(0.0).unwrap();
     let grid = *phantom.camera().grid();
-    // Of the voxels in the wall, each with its label: those of the defect are those whose material is of it, but next to its sides.
+    // Labels of the wall's voxels: those of the defect have material in it, except near its boundaries.
     let labels = phantom.labels(0.0).unwrap();
     let (mut inside, mut moved) = (0, 0);
     let untwisted = {
@@ -92,7 +92,7 @@ fn defects_twist_with_the_material_and_keep_their_volume() {
         let MaterialPoint { s, azimuth, layer } = point;
         let (from, to) = (region.azimuths[0], region.azimuths[1]);
         let held = s > region.s[0] && s < region.s[1] && azimuth > from && azimuth < to;
-        // Half a voxel from every side, along the azimuth with its radius of up to 4 cm, along s with its length of 10 cm or so.
+        // Half a voxel from every boundary, along the azimuth with a radius of up to 4 cm, along s with a length of about 10 cm.
         let near = (azimuth - from).abs().min((azimuth - to).abs()) < 0.25
             || (s - region.s[0]).abs().min((s - region.s[1]).abs()) < 0.025
             || !(0.2..0.8).contains(&layer)
@@ -105,7 +105,7 @@ fn defects_twist_with_the_material_and_keep_their_volume() {
     }
     assert!(inside > 30, "{inside}");
     assert!(moved > 10, "{moved}");
-    // Exact chords: what the views miss of the wall is the defect's volume, whatever the twist; so do the voxels.
+    // Exact chords: the difference of projections is the volume of the defect, for any twist; voxels agree.
     let total = |phantom: &Phantom| -> [f64; 2] {
         let area = 0.5f64.powi(2);
         let views = phantom.view(0, 0).unwrap();
@@ -131,7 +131,7 @@ fn defects_twist_with_the_material_and_keep_their_volume() {
 #[test]
 fn the_base_goes_down_the_apex_rests_and_the_wall_keeps_its_volume() {
     let mut scene = smooth(Mode::Static { phase: 0.0 });
-    scene.cycle.base_descent = 1.6;
+    scene.cycle.av_plane_displacement = 1.6;
     let phantom = Phantom::new(scene.clone()).unwrap();
     for phase in [0.0, 0.1, 0.25, 0.4, 0.5] {
         let shape = phantom.shape(phase).unwrap();
@@ -158,20 +158,20 @@ fn the_base_goes_down_the_apex_rests_and_the_wall_keeps_its_volume() {
     let numbers = phantom.numbers().unwrap();
     println!("{numbers:?}");
     assert!((numbers.ejection_fraction - 0.375).abs() < 1e-10);
-    assert_eq!(numbers.base_descent, 1.6);
+    assert_eq!(numbers.av_plane_displacement, 1.6);
     assert!(numbers.longitudinal_shortening > 0.1 && numbers.longitudinal_shortening < 0.2);
-    assert!(numbers.base_share > 0.5);
-    // None at all is the heart without it, to the bit.
-    scene.cycle.base_descent = 0.0;
+    assert!(numbers.av_plane_fraction > 0.5);
+    // A zero displacement is bitwise identical to none.
+    scene.cycle.av_plane_displacement = 0.0;
     let still = Phantom::new(scene.clone()).unwrap();
     let plain = small(Mode::Static { phase: 0.2 });
     let descent = plain.clone();
-    assert_eq!(descent.cycle.base_descent, 0.0);
-    assert_eq!(still.numbers().unwrap().base_descent, 0.0);
+    assert_eq!(descent.cycle.av_plane_displacement, 0.0);
+    assert_eq!(still.numbers().unwrap().av_plane_displacement, 0.0);
     let heart = still
         .heart()
         .clone()
-        .with_base_descent(0.0, [0.0, 0.6])
+        .with_av_plane_displacement(0.0, [0.0, 0.6])
         .unwrap();
     let shapes = heart.shapes(&[0.2]).unwrap();
     assert_eq!(
@@ -185,15 +185,15 @@ fn with_everything_moving_volumes_hold_and_points_go_there_and_back() {
     let phantom = Phantom::new(lively()).unwrap();
     let moments = [
         phantom.reference(),
-        Moment {
+        MotionPhase {
             phase: 0.0,
             breath: 1.0,
         },
-        Moment {
+        MotionPhase {
             phase: 0.13,
             breath: 0.4,
         },
-        Moment {
+        MotionPhase {
             phase: 0.7,
             breath: 0.9,
         },
@@ -221,7 +221,7 @@ fn with_everything_moving_volumes_hold_and_points_go_there_and_back() {
 #[test]
 fn fields_are_those_of_their_points() {
     let phantom = Phantom::new(lively()).unwrap();
-    let to = Moment {
+    let to = MotionPhase {
         phase: 0.1,
         breath: 0.75,
     };
@@ -232,7 +232,7 @@ fn fields_are_those_of_their_points() {
     let h = 1e-4;
     let around = [-h, h].map(|by| {
         let phase = to.phase + by;
-        phantom.wall(Moment { phase, ..to }).unwrap()
+        phantom.wall(MotionPhase { phase, ..to }).unwrap()
     });
     for &k in &motion.voxels {
         let p: Point3<f64> = grid.centre(k % 24, k / 24 % 24, k / 576);
@@ -247,7 +247,7 @@ fn fields_are_those_of_their_points() {
         let speed = speed / (2.0 * h * phantom.cycle().period());
         for a in 0..3 {
             assert!((f64::from(motion.displacement[3 * k + a]) - way[a]).abs() < 1e-6);
-            // Of second order in a thousandth of a beat.
+            // Of second order in a thousandth of a cycle.
             let found = f64::from(motion.velocity[3 * k + a]);
             assert!((found - speed[a]).abs() < 1e-3, "{found} {}", speed[a]);
         }
@@ -261,8 +261,8 @@ fn fields_are_those_of_their_points() {
     assert!(all <= 3 * motion.voxels.len());
 }
 
-/// In respiratory gates by phase beat and breath go on together: velocities are differences of places in real time. By amplitude the
-/// breath's part cancels out, and so it does when it is held.
+/// In respiratory gates by phase both motions proceed: velocities are differences of positions in real time. By amplitude the respiratory
+/// part cancels, as during a breath-hold.
 #[test]
 fn velocities_are_differences_in_real_time() {
     let mut scene = lively();
@@ -279,14 +279,14 @@ fn velocities_are_differences_in_real_time() {
         // Each a hundredth of a second, with its own step.
         let h = 1e-5;
         let [before, after] = [-h, h].map(|dt| {
-            let moment = Moment {
+            let moment = MotionPhase {
                 phase: at.phase + dt / cycle.period(),
                 breath: breathing.fraction(phase * breathing.breathing().period + dt),
             };
             phantom.wall(moment).unwrap()
         });
         let motion = phantom.motion_of(&at).unwrap();
-        let held = phantom.motion(at.moment()).unwrap();
+        let held = phantom.motion(at.motion_phase()).unwrap();
         for &k in &motion.voxels {
             let point = from
                 .locate(&grid.centre(k % 24, k / 24 % 24, k / 576))
@@ -295,7 +295,7 @@ fn velocities_are_differences_in_real_time() {
             for a in 0..3 {
                 let expected = way[a] / (2.0 * h);
                 let found = f64::from(motion.velocity[3 * k + a]);
-                // Shapes have 1e-12 of their size.
+                // Shapes are accurate to 1e-12 of their size.
                 assert!(
                     (found - expected).abs() < 2e-3,
                     "gate {gate}: {found} {expected}"
@@ -305,7 +305,7 @@ fn velocities_are_differences_in_real_time() {
             }
         }
     }
-    // In, at the turn, and out.
+    // Inspiration, turning point, and expiration.
     assert!(
         fastest[0] > 0.5 && fastest[1] < 1e-3 && fastest[2] > 0.5,
         "{fastest:?}"
@@ -316,7 +316,7 @@ fn velocities_are_differences_in_real_time() {
     assert!(at.breath_phase.is_none());
     assert_eq!(
         by_amplitude.motion_of(&at).unwrap(),
-        by_amplitude.motion(at.moment()).unwrap()
+        by_amplitude.motion(at.motion_phase()).unwrap()
     );
 }
 
@@ -367,7 +367,7 @@ fn a_run_writes_the_motion_of_each_gate_and_tells_torsion() {
             ),
         }
         assert_eq!(report.motion.len(), 8);
-        // The twist of the mean membrane is 12 degrees from base to apex at end-systole, over the 11 cm or so of the cavity.
+        // The average twist of both membranes is 12 degrees from base to apex at end-systole, over about 11 cm of the cavity.
         let systole = &report.motion[0];
         assert!(
             systole.torsion_degrees_per_cm > 0.7 && systole.torsion_degrees_per_cm < 1.3,
@@ -375,7 +375,7 @@ fn a_run_writes_the_motion_of_each_gate_and_tells_torsion() {
         );
         assert!(systole.longitudinal_shortening > 0.05);
         assert_eq!(systole.points.len(), 1);
-        let wall = phantom.wall(phantom.phases()[0].moment()).unwrap();
+        let wall = phantom.wall(phantom.phases()[0].motion_phase()).unwrap();
         let place = wall.position(&phantom.scene().points[0].point()).unwrap();
         assert_eq!(
             systole.points[0].position_cm,

@@ -206,7 +206,7 @@ mod tests {
             // 400 chords of a half ellipse: sagitta h^2 / 8 times the curvature, below 2e-4.
             assert!((met.point - Point3::new(x, 0.0, z)).norm() < 2e-4);
             let normal = Vector3::new(x / 100.0, 0.0, z / 9.0).normalize();
-            // Normals are interpolated between nodes 0.08 apart and right to second order.
+            // Normals are interpolated between nodes 0.08 apart, accurate to second order.
             assert!(
                 (met.normal - normal).norm() < 2e-3,
                 "{} {normal}",

@@ -4,10 +4,10 @@ use super::paper_newton::{PaperJacobian, paper_newton};
 use super::report::{self, Circle, Direct};
 use super::run::Run;
 use heart_phantom::membrane_newton::membrane_forces::{
-    CircleEquilibrium, FiniteDifferences, balloon_at_rest,
+    CircleEquilibrium, FiniteDifferences, balloon_measures,
 };
 use heart_phantom::membrane_newton::{
-    Control, Discretisation, Measures, Membrane, NewtonOptions, Pair, RestShape, Solver,
+    Control, Discretisation, Measures, Membrane, NewtonOptions, Pair, ReferenceShape, Solver,
 };
 use heart_phantom::{Balloon, PhantomError};
 
@@ -53,12 +53,12 @@ pub(super) struct CircleStudy {
 }
 
 /// Reference configurations of Table 1: measures of the polygon and closed forms.
-pub(super) fn rest(run: &Run<'_>) -> Result<report::Rest, PhantomError> {
+pub(super) fn reference(run: &Run<'_>) -> Result<report::Reference, PhantomError> {
     let pair = run.phantom.heart().pair();
     let measure = |solver: &Solver, balloon: Balloon| -> Result<_, PhantomError> {
         let discrete = solver.start_measures();
-        let exact = balloon_at_rest(balloon.length, balloon.radius)?;
-        Ok(report::RestShape {
+        let exact = balloon_measures(balloon.length, balloon.radius)?;
+        Ok(report::ReferenceShape {
             length: discrete.length,
             area: discrete.area,
             volume: discrete.volume,
@@ -67,7 +67,7 @@ pub(super) fn rest(run: &Run<'_>) -> Result<report::Rest, PhantomError> {
             volume_exact: exact.volume,
         })
     };
-    Ok(report::Rest {
+    Ok(report::Reference {
         inner: measure(pair.inner(), Balloon::INNER)?,
         outer: measure(pair.outer(), Balloon::OUTER)?,
     })
@@ -133,7 +133,7 @@ fn limit(gain: f64) -> Result<report::Limit, PhantomError> {
 pub(super) fn circle() -> Result<CircleStudy, PhantomError> {
     let (radius, load) = CIRCLE;
     let exact = CircleEquilibrium::new(radius, load)?;
-    let membrane = Membrane::new(RestShape::disc(radius)?);
+    let membrane = Membrane::new(ReferenceShape::disc(radius)?);
     let mut errors = Vec::new();
     let mut shown = (Vec::new(), Vec::new());
     for nodes in CIRCLE_NODES {

@@ -122,8 +122,8 @@ fn solve(
     mut gallery: Option<&mut Gallery<'_>>,
 ) -> Result<membranes::CircleStudy, StudyError> {
     let clock = run.clock();
-    run.stage("rest shapes");
-    report.rest = membranes::rest(run)?;
+    run.stage("reference configurations");
+    report.reference = membranes::reference(run)?;
     run.stage("direct method");
     let direct = membranes::direct(run)?;
     run.stage("evolving method");
@@ -139,7 +139,7 @@ fn solve(
     let clock = run.clock();
     if let Some(gallery) = &mut gallery {
         run.stage("drawing");
-        pictures::rest(gallery, &report.rest);
+        pictures::reference(gallery, &report.reference);
         pictures::direct(gallery, &direct)?;
         pictures::evolving(gallery, &evolving)?;
         pictures::pair(gallery, &states)?;

@@ -95,7 +95,7 @@ impl ResidualSystem for Direct<'_> {
     }
 
     fn solve_in_place(&mut self, rhs: &mut [f64]) -> Result<(), NewtonError> {
-        let lu = self.lu.factored().ok_or(NewtonError::NotFactored)?;
+        let lu = self.lu.factorisation().ok_or(NewtonError::NotFactored)?;
         lu.solve_into(rhs);
         Ok(())
     }
@@ -114,11 +114,11 @@ impl ResidualSystem for Direct<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use heart_phantom::membrane_newton::{Membrane, RestShape};
+    use heart_phantom::membrane_newton::{Membrane, ReferenceShape};
 
     #[test]
     fn the_printed_jacobian_stalls_and_the_right_one_converges_quadratically() {
-        let membrane = Membrane::new(RestShape::balloon(8.5, 1.75).unwrap());
+        let membrane = Membrane::new(ReferenceShape::balloon(8.5, 1.75).unwrap());
         let differences = FiniteDifferences::new(&membrane, 201).unwrap();
         let run = |jacobian| paper_newton(&differences, 17.5, jacobian, 60, 1e-4);
         let exact = run(PaperJacobian::Exact);

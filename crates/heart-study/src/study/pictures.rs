@@ -28,9 +28,9 @@ const VIEW: View = View {
 const WALL_MESH: (usize, usize) = (5, 60);
 
 /// Reference configurations: Table 1.
-pub(super) fn rest(gallery: &mut Gallery<'_>, rest: &report::Rest) {
+pub(super) fn reference(gallery: &mut Gallery<'_>, reference: &report::Reference) {
     gallery.section(
-        "Rest shapes",
+        "Reference configurations",
         "Two balloons, each a cylinder of 8.5 cm closed by a hemisphere (Table 1). The measures \
              of the polygon through the nodes (section 3.3) against the closed forms.",
     );
@@ -42,7 +42,7 @@ pub(super) fn rest(gallery: &mut Gallery<'_>, rest: &report::Rest) {
             format!("{:.1e}", (discrete - exact) / exact),
         ]
     };
-    let rows = [("inner", &rest.inner), ("outer", &rest.outer)]
+    let rows = [("inner", &reference.inner), ("outer", &reference.outer)]
         .iter()
         .flat_map(|(name, r)| {
             [
@@ -53,7 +53,7 @@ pub(super) fn rest(gallery: &mut Gallery<'_>, rest: &report::Rest) {
         })
         .collect();
     gallery.table(
-        "Rest shapes",
+        "Reference configurations",
         &["measure", "polygon", "closed form", "relative difference"],
         rows,
     );
@@ -282,7 +282,7 @@ pub(super) fn pose(gallery: &mut Gallery<'_>, run: &Run<'_>) -> Result<(), Study
             run.phantom.camera().pitch()
         ),
     );
-    let rest = run.phantom.heart().rest()?;
+    let rest = run.phantom.heart().reference_shape()?;
     let middle = (Balloon::OUTER.length + Balloon::OUTER.radius) / 2.0;
     let upright = Pose::axis_along_z(middle).map_err(PhantomError::from)?;
     gallery.picture(

@@ -16,7 +16,7 @@ pub struct Report {
     /// Options of the run.
     pub settings: Settings,
     /// Reference configurations (Table 1, section 3.3).
-    pub rest: Rest,
+    pub reference: Reference,
     /// Direct method (section 3.1).
     pub direct: Direct,
     /// Evolving method (section 3.2), the run with a monotone norm.
@@ -63,17 +63,17 @@ pub struct Settings {
 /// Reference configurations of both balloons.
 #[derive(Debug, Clone, Default, Serialize)]
 #[non_exhaustive]
-pub struct Rest {
+pub struct Reference {
     /// Endocardium.
-    pub inner: RestShape,
+    pub inner: ReferenceShape,
     /// Epicardium.
-    pub outer: RestShape,
+    pub outer: ReferenceShape,
 }
 
 /// Measures of one reference configuration: of the polygon through the nodes, and in closed form.
 #[derive(Debug, Clone, Default, Serialize)]
 #[non_exhaustive]
-pub struct RestShape {
+pub struct ReferenceShape {
     /// Length of the polygon (Eq. 30).
     pub length: f64,
     /// Its area (Eq. 31, signed).

@@ -3,7 +3,7 @@
 use super::report;
 use super::run::Run;
 use heart_phantom::radon::Window;
-use heart_phantom::{Measures, Mode, Phantom, PhantomError, Regions, Sinograms};
+use heart_phantom::{ImageQuality, Mode, Phantom, PhantomError, Regions, Sinograms};
 
 /// The three acquisitions in the order of the report. Views are one second apart, 90 of them over 180 degrees at 2 degrees per
 /// second.
@@ -64,7 +64,7 @@ pub(super) fn reconstruct(
         phantom.reconstruct_into(0, &sinograms.samples, volume)?;
         Ok(clock.seconds())
     };
-    let measure = |volume: &[f32]| Measures::of(volume, Some(&truth), regions, camera);
+    let measure = |volume: &[f32]| ImageQuality::of(volume, Some(&truth), regions, camera);
     run.stage("reconstructing");
     let first = beside(
         || run.write(name, truth_of.file_name(), &cube, &truth),
@@ -106,7 +106,7 @@ fn summarise(
     steps: usize,
     sinograms: &Sinograms,
     solved_before: usize,
-    measures: &Measures,
+    measures: &ImageQuality,
 ) -> report::Acquisition {
     let mode = phantom.scene().acquisition.mode;
     let averaged = matches!(mode, Mode::WholeCycle);

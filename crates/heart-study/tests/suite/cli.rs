@@ -1,4 +1,4 @@
-//! The command line: the whole study, small, and what it says to bad input.
+//! The command line: a small version of the whole study, and messages for bad input.
 
 use std::path::Path;
 use std::process::{Command, Output};
@@ -32,13 +32,13 @@ fn the_study_writes_its_report_figures_and_arrays() {
     let get = |path: &str| number(&report, path);
     for balloon in ["inner", "outer"] {
         for measure in ["length", "area", "volume"] {
-            let discrete = get(&format!("rest.{balloon}.{measure}"));
-            let exact = get(&format!("rest.{balloon}.{measure}_exact"));
+            let discrete = get(&format!("reference.{balloon}.{measure}"));
+            let exact = get(&format!("reference.{balloon}.{measure}_exact"));
             // Second order in 1/100 of the curve; the constant is below 10 for each measure.
             assert!((discrete / exact - 1.0).abs() < 1e-3, "{balloon} {measure}");
         }
     }
-    // The converged references; the mesh-independent values hold to all their digits.
+    // The converged references; the mesh-independent values agree to all their digits.
     assert!((get("direct.limit.f_inner") - 17.48357527761).abs() < 1e-9);
     assert!((get("direct.limit.f_outer") - 10.30942447850).abs() < 1e-9);
     assert!((get("direct.f_inner") / 17.48357527761 - 1.0).abs() < 1e-3);
@@ -46,7 +46,7 @@ fn the_study_writes_its_report_figures_and_arrays() {
     assert!(get("direct.wall_volume_error").abs() < 1e-12);
     assert!(get("direct.newton_iterations") <= 8.0);
     assert!(get("direct.residual") < 1e-8);
-    assert!((get("direct.V_inner") / get("rest.inner.volume") - 1.6).abs() < 1e-10);
+    assert!((get("direct.V_inner") / get("reference.inner.volume") - 1.6).abs() < 1e-10);
     assert!(get("direct.V_outer") > get("direct.V_inner"));
     assert!(get("direct.printed_jacobian_residual_after_60") > 1.0);
     assert!(get("evolving.steps") <= 10.0);
@@ -64,8 +64,8 @@ fn the_study_writes_its_report_figures_and_arrays() {
     assert_eq!(get("short.distinct_shapes"), 12.0);
     assert_eq!(get("long.quadrature_points"), 32.0);
     assert!(get("long.view_error") < 0.01);
-    // Work: each ray of a view once for each of its shapes, 17 for the 32 mirrored phases of a beat, and three in four never cast.
-    // The phases of the masks have all that the first two scans see, and 5 of the 17.
+    // Work: each ray of a view once for each of its shapes, 17 for the 32 mirrored phases of a beat; three in four are never cast. The
+    // phases of the masks contain all shapes of the first two scans, and 5 of the 17.
     for (name, shapes_a_view, shapes_solved) in [
         ("static", 1.0, 0.0),
         ("short", 1.0, 0.0),
@@ -82,14 +82,14 @@ fn the_study_writes_its_report_figures_and_arrays() {
         );
         assert_eq!(get(&format!("{name}.shapes_solved")), shapes_solved);
     }
-    let wall = get("rest.outer.volume") - get("rest.inner.volume");
+    let wall = get("reference.outer.volume") - get("reference.inner.volume");
     for prefix in ["", "hann."] {
         for name in ["static", "short", "long"] {
             let of = |key: &str| get(&format!("{prefix}{name}.{key}"));
             assert!((of("total_activity") / wall - 1.0).abs() < 0.02);
             assert!(of("background_rms") > 0.0);
         }
-        // Instants see different hearts: what they are compared with is the mean of those, and says so.
+        // Instants represent different hearts: the ground truth is their average, and is named so.
         assert_eq!(report["short"]["truth"], "mean-of-views");
         assert_eq!(report["long"]["truth"], "each-view");
         assert!(get("short.rmse_truth") > get("long.rmse_truth"));

@@ -1,4 +1,4 @@
-//! `check`: what `run` would refuse, with its line, or what it makes.
+//! `check`: errors of `run` with their lines, or its products.
 
 use heart_phantom::scene::Scene;
 use heart_phantom::{Phantom, run};

@@ -148,7 +148,7 @@ fn what_makes_no_sense_is_refused_with_its_place() {
     assert!(!folder.join("out").exists());
 }
 
-/// A limit on the size of files stands for a disk that is full: the write fails in the same way.
+/// A limit on the size of files simulates a full disk: the write fails in the same way.
 #[cfg(unix)]
 #[test]
 fn a_full_disk_leaves_nothing_half_written() {

@@ -1,4 +1,4 @@
-//! What commands do with a folder in which something is already.
+//! Commands in a directory that is not empty.
 
 use std::collections::BTreeSet;
 use std::fs;
@@ -27,7 +27,7 @@ fn done(folder: &Path, arguments: &[&str]) {
     assert!(output.status.success(), "{output:?}");
 }
 
-/// What it says, and that it is refused as a failure at work.
+/// Returns the message, and checks the exit code of a failure during work.
 #[track_caller]
 fn refused(folder: &Path, arguments: &[&str]) -> String {
     let output = heart_phantom(folder, arguments);
@@ -36,7 +36,7 @@ fn refused(folder: &Path, arguments: &[&str]) -> String {
     String::from_utf8(output.stderr).unwrap()
 }
 
-/// All files and what is in them.
+/// Returns all files with their content.
 fn contents(folder: &Path) -> BTreeSet<(PathBuf, Vec<u8>)> {
     (fs::read_dir(folder).unwrap())
         .map(|entry| entry.unwrap().path())
@@ -44,7 +44,7 @@ fn contents(folder: &Path) -> BTreeSet<(PathBuf, Vec<u8>)> {
         .collect()
 }
 
-/// That a folder holds what its report lists, and `others`.
+/// Checks that a directory contains the files of its report, and `others`.
 #[track_caller]
 fn holds_what_is_listed(folder: &Path, others: &[&str]) -> BTreeSet<String> {
     let report = fs::read(folder.join("report.json")).unwrap();
@@ -81,7 +81,7 @@ fn a_study_or_a_run_leaves_nothing_of_an_earlier_one() {
     assert!(!holds_what_is_listed(&out, &["main.c"]).contains("truth.npy"));
 }
 
-/// Another program's report, and what it lists.
+/// A report of another program, with its files.
 #[test]
 fn files_of_other_programs_stay_as_they_are() {
     let folder = tempfile::tempdir().unwrap();

@@ -1,5 +1,4 @@
-//! What the program says, to people and to programs: JSON and nothing else where that is asked for, nothing that moves a terminal,
-//! nothing longer than anybody reads.
+//! Output for people and programs: only JSON with `--json`, no control characters, short messages.
 
 use std::ffi::OsStr;
 use std::fs;
@@ -232,7 +231,7 @@ fn a_file_name_that_is_no_text_is_said_as_well_as_can_be() {
     assert_eq!(found["field"], "camera.views");
 }
 
-/// Control characters, and those that turn the direction of writing or are not seen.
+/// Control characters, bidirectional marks and invisible characters.
 fn moves_a_terminal(c: char) -> bool {
     c != '\n' && c.is_control() || "\u{202e}\u{2066}\u{200b}\u{feff}\u{9b}".contains(c)
 }
@@ -289,7 +288,7 @@ fn nothing_that_others_wrote_moves_the_terminal() {
             for said in [&output.stdout, &output.stderr] {
                 let said = String::from_utf8(said.clone()).unwrap();
                 assert!(!said.contains(moves_a_terminal), "{command:?}: {said:?}");
-                // Each error is one line, whatever it is about.
+                // Each error is one line.
                 if command[0] == "check" && json.is_empty() && !output.status.success() {
                     assert_eq!(
                         said.lines().count(),
@@ -325,7 +324,7 @@ fn long_texts_are_cut() {
             let said = String::from_utf8(output.stderr).unwrap();
             assert!(said.len() < 2000, "{} bytes", said.len());
             assert_eq!(output.status.code(), Some(2));
-            // What would be right is not cut off with it.
+            // The allowed value is not cut off.
             assert!(said.contains(ends), "{said}");
             if !ends.is_empty() {
                 let length = format!("... ({LENGTH} characters)");

@@ -1,4 +1,4 @@
-//! The page that a run writes: whole in itself, of a size that can be sent, and left out where it is not wanted.
+//! The page of a run: self-contained, of limited size, and optional.
 
 use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
@@ -24,7 +24,7 @@ fn run(folder: &Path, rest: &str, arguments: &[&str]) -> serde_json::Value {
     serde_json::from_slice(&output.stdout).unwrap()
 }
 
-/// What stands in the element of this identifier.
+/// Returns the content of the element with this identifier.
 fn data<'a>(page: &'a str, id: &str) -> &'a str {
     let from = page.find(&format!("id=\"{id}\"")).unwrap();
     let from = from + page[from..].find('>').unwrap() + 1;
@@ -113,7 +113,7 @@ fn a_page_that_is_not_wanted_is_not_written() {
     run(folder.path(), "", &[]);
     let page = folder.path().join("out/index.html");
     assert!(page.exists());
-    // That of the earlier run goes.
+    // The page of the earlier run is removed.
     let without = run(folder.path(), "", &["--no-html"]);
     assert!(!page.exists());
     assert!(
@@ -128,7 +128,7 @@ fn a_page_that_is_not_wanted_is_not_written() {
     assert!(!page.contains("id=\"niivue\"") && page.contains("<h2>Projections</h2>"));
 }
 
-/// All gates of a study in one file each, and what is listed is there.
+/// All gates of a study in one file each; all listed files exist.
 #[test]
 fn a_study_in_one_file_a_kind() {
     let folder = tempfile::tempdir().unwrap();
@@ -180,7 +180,7 @@ fn a_study_in_one_file_a_kind() {
         let len = 4 * 20 * 20 * 16;
         assert!(nifti[352 + gate * len..352 + (gate + 1) * len] == own[own.len() - len..]);
     }
-    // Of a format that has no room for them it is refused, with the field.
+    // A format that cannot store them is rejected, with the field.
     fs::write(
         folder.path().join("scene.toml"),
         format!("{SCENE}[output]\ngates = 'one-file'\nprojections = 'interfile-stir'\n"),

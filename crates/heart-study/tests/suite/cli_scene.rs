@@ -1,4 +1,4 @@
-//! The command line on scenes: what is written, what is said, exit codes.
+//! The command line on scenes: files, messages, exit codes.
 
 use heart_phantom::files::Format;
 use std::collections::BTreeSet;
@@ -137,7 +137,7 @@ fn run_writes_what_the_scene_asks_for() {
     assert!(quiet.status.success() && quiet.stdout.is_empty() && quiet.stderr.is_empty());
 }
 
-/// A camera that stops, 65 beats a minute, views a second apart, two gates: each sees half of its second.
+/// Step and shoot, 65 beats per minute, views a second apart, two gates: each has half of its second.
 fn check_views(report: &serde_json::Value) {
     assert_eq!(report["slice_order"]["projections"], "head-to-feet");
     assert_eq!(report["slice_order"]["volumes"], "feet-to-head");
@@ -162,7 +162,7 @@ fn check_views(report: &serde_json::Value) {
     }
 }
 
-/// The report lists what is in the folder, data beside their headers too.
+/// The report lists the files in the directory, including data beside their headers.
 #[test]
 fn every_file_is_listed_in_every_format() {
     let folder = tempfile::tempdir().unwrap();
@@ -420,7 +420,7 @@ fn commands_that_make_no_sense_are_refused_before_any_work() {
             error.starts_with("error: ") && error.contains(says),
             "{error}"
         );
-        // The same as JSON, whatever is wrong.
+        // The same as JSON, for any error.
         let output = heart_phantom(&[command, &["--json"]].concat());
         let error = json(&said(&output).1);
         assert_eq!(error["code"], expected, "{error}");
@@ -428,7 +428,7 @@ fn commands_that_make_no_sense_are_refused_before_any_work() {
     }
 }
 
-/// A heart half outside the bins: told before the work, in the report, and as JSON.
+/// A heart half outside the bins: a warning before the work, in the report, and as JSON.
 #[test]
 fn what_may_surprise_is_told_by_check_and_by_run() {
     let folder = tempfile::tempdir().unwrap();
@@ -452,7 +452,8 @@ fn what_may_surprise_is_told_by_check_and_by_run() {
             (&warning["what"], &warning["edge"]),
             (&"heart".into(), &"bins".into())
         );
-        let [needed, seen] = ["needed_cm", "seen_cm"].map(|key| warning[key].as_f64().unwrap());
+        let [needed, seen] =
+            ["needed_cm", "available_cm"].map(|key| warning[key].as_f64().unwrap());
         assert!(needed > seen && (seen - 16.8).abs() < 1e-9, "{warning}");
     }
 }

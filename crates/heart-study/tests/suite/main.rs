@@ -1,4 +1,4 @@
-//! Everything about this crate, in one program: what is generic is compiled once. What ends a process is in `interrupt.rs`.
+//! All tests of this crate in one program: generic code is compiled once. `interrupt.rs` contains tests that end a process.
 
 #![allow(clippy::expect_used, clippy::panic, clippy::unwrap_used)]
 

@@ -1,18 +1,18 @@
-//! Each constructor says what was wrong, with the number.
+//! Errors of constructors contain the invalid number.
 
 use membrane_forces::{
     BandMatrix, CircleEquilibrium, CurvePiece, CurvePoint, DiscreteMembrane, FiniteDifferences,
-    LinearEquilibrium, Measure, Measures, Membrane, MembraneError, PressureLaw, RestShape,
-    SpectralElements, Stiffness, Thickness, balloon_at_rest,
+    LinearEquilibrium, Measure, Measures, Membrane, MembraneError, PressureLaw, ReferenceShape,
+    SpectralElements, Stiffness, Thickness, balloon_measures,
 };
 
 #[test]
 fn sizes_must_be_positive_and_finite() {
     for bad in [0.0, -1.0, f64::NAN, f64::INFINITY] {
         for refused in [
-            RestShape::balloon(bad, 1.0).err(),
-            RestShape::balloon(1.0, bad).err(),
-            RestShape::disc(bad).err(),
+            ReferenceShape::balloon(bad, 1.0).err(),
+            ReferenceShape::balloon(1.0, bad).err(),
+            ReferenceShape::disc(bad).err(),
             Stiffness::constant(bad).err(),
             CircleEquilibrium::new(bad, 1.0).err(),
             LinearEquilibrium::disc(bad, 1.0).err(),
@@ -34,7 +34,7 @@ fn sizes_must_be_positive_and_finite() {
         }
     }
     assert_eq!(
-        RestShape::disc(-2.0).unwrap_err(),
+        ReferenceShape::disc(-2.0).unwrap_err(),
         MembraneError::NotPositive {
             what: "radius",
             given: -2.0
@@ -46,7 +46,7 @@ fn sizes_must_be_positive_and_finite() {
 fn rest_shapes_must_not_cross_or_stand_still() {
     let crossing = [[0.0, 1.0], [2.0, -1.0], [2.0, 1.0], [0.0, -1.0]];
     assert_eq!(
-        RestShape::polyline(&crossing).unwrap_err(),
+        ReferenceShape::polyline(&crossing).unwrap_err(),
         MembraneError::SelfCrossing {
             first: 0,
             second: 2
@@ -54,7 +54,7 @@ fn rest_shapes_must_not_cross_or_stand_still() {
     );
     let twice = [[0.0, 1.0], [1.0, 1.0], [1.0, 1.0], [0.0, -1.0]];
     assert_eq!(
-        RestShape::polyline(&twice).unwrap_err(),
+        ReferenceShape::polyline(&twice).unwrap_err(),
         MembraneError::CoincidentPoints { index: 1 }
     );
     let nan = |_: f64| CurvePoint {
@@ -63,7 +63,7 @@ fn rest_shapes_must_not_cross_or_stand_still() {
         second: [0.0; 2],
     };
     assert!(matches!(
-        RestShape::from_function(nan, &[]),
+        ReferenceShape::from_function(nan, &[]),
         Err(MembraneError::NotFinite { .. })
     ));
     let still = |_: f64| CurvePoint {
@@ -72,7 +72,7 @@ fn rest_shapes_must_not_cross_or_stand_still() {
         second: [0.0; 2],
     };
     assert!(matches!(
-        RestShape::from_function(still, &[]),
+        ReferenceShape::from_function(still, &[]),
         Err(MembraneError::CoincidentPoints { index: 1 })
     ));
     let line = |s: f64| CurvePoint {
@@ -80,9 +80,9 @@ fn rest_shapes_must_not_cross_or_stand_still() {
         first: [0.0, -2.0],
         second: [0.0; 2],
     };
-    assert!(RestShape::from_function(line, &[]).is_ok());
+    assert!(ReferenceShape::from_function(line, &[]).is_ok());
     assert!(matches!(
-        RestShape::from_function(line, &[0.5, 0.5]),
+        ReferenceShape::from_function(line, &[0.5, 0.5]),
         Err(MembraneError::BadBreakpoint {
             index: 1,
             given: 0.5
@@ -93,7 +93,7 @@ fn rest_shapes_must_not_cross_or_stand_still() {
 #[test]
 fn stiffness_is_checked_where_it_is_used() {
     let negative = Stiffness::function(|s| 0.5 - s, &[]).unwrap();
-    let membrane = Membrane::new(RestShape::disc(1.0).unwrap()).with_stiffness(negative);
+    let membrane = Membrane::new(ReferenceShape::disc(1.0).unwrap()).with_stiffness(negative);
     assert!(matches!(
         FiniteDifferences::new(&membrane, 11),
         Err(MembraneError::BadProfile { .. })
@@ -106,7 +106,7 @@ fn stiffness_is_checked_where_it_is_used() {
 
 #[test]
 fn too_few_nodes_and_too_much_pressure() {
-    let membrane = Membrane::new(RestShape::disc(1.0).unwrap());
+    let membrane = Membrane::new(ReferenceShape::disc(1.0).unwrap());
     assert!(matches!(
         FiniteDifferences::new(&membrane, 2),
         Err(MembraneError::TooFew {
@@ -134,7 +134,7 @@ fn too_few_nodes_and_too_much_pressure() {
 
 #[test]
 fn sizes_that_no_machine_has_room_for_are_refused() {
-    let membrane = Membrane::new(RestShape::balloon(8.5, 1.75).unwrap());
+    let membrane = Membrane::new(ReferenceShape::balloon(8.5, 1.75).unwrap());
     for nodes in [10_000_001, usize::MAX] {
         assert!(matches!(
             FiniteDifferences::new(&membrane, nodes),
@@ -155,7 +155,7 @@ fn sizes_that_no_machine_has_room_for_are_refused() {
     ));
 }
 
-/// The check at construction sees some points only: nodes elsewhere are looked at too.
+/// The check at construction samples some points only: nodes elsewhere are checked, too.
 #[test]
 fn a_rest_curve_that_is_no_number_at_a_node_is_refused() {
     let curve = |s: f64| CurvePoint {
@@ -166,7 +166,7 @@ fn a_rest_curve_that_is_no_number_at_a_node_is_refused() {
         first: [1.0, -2.0],
         second: [0.0; 2],
     };
-    let membrane = Membrane::new(RestShape::from_function(curve, &[]).unwrap());
+    let membrane = Membrane::new(ReferenceShape::from_function(curve, &[]).unwrap());
     let refused = |error| matches!(error, MembraneError::NotFinite { given, .. } if given.is_nan());
     assert!(refused(
         FiniteDifferences::new(&membrane, 1001).unwrap_err()
@@ -176,13 +176,13 @@ fn a_rest_curve_that_is_no_number_at_a_node_is_refused() {
     ));
 }
 
-/// All segments share their range of x: looking at each pair would take minutes.
+/// All segments share their range of x: checking each pair would take minutes.
 #[test]
 fn a_long_polyline_across_the_axis_is_checked_in_no_time() {
     let points: Vec<[f64; 2]> = (0..200_000)
         .map(|k| [0.0, 1.0 - 1e-5 * f64::from(k)])
         .collect();
-    assert!(RestShape::polyline(&points).is_ok());
+    assert!(ReferenceShape::polyline(&points).is_ok());
 }
 
 #[test]
@@ -192,7 +192,7 @@ fn breakpoints_next_to_the_ends_and_empty_series() {
         first: [0.0, -2.0],
         second: [0.0; 2],
     };
-    let rest = RestShape::from_function(curve, &[1e-13, 1.0 - 1e-13]).unwrap();
+    let rest = ReferenceShape::from_function(curve, &[1e-13, 1.0 - 1e-13]).unwrap();
     let spectral = SpectralElements::new(&Membrane::new(rest), 4, 1).unwrap();
     let s = spectral.positions();
     assert_eq!((s[0], s[s.len() - 1]), (0.0, 1.0));
@@ -209,7 +209,7 @@ fn breakpoints_next_to_the_ends_and_empty_series() {
 
 #[test]
 fn states_of_another_length_are_refused() {
-    let membrane = Membrane::new(RestShape::balloon(8.5, 1.75).unwrap());
+    let membrane = Membrane::new(ReferenceShape::balloon(8.5, 1.75).unwrap());
     let whole = FiniteDifferences::new(&membrane, 21).unwrap();
     let half = FiniteDifferences::half(&membrane, 21).unwrap();
     let spectral = SpectralElements::new(&membrane, 6, 1).unwrap();
@@ -250,7 +250,7 @@ fn states_of_another_length_are_refused() {
     }
 }
 
-/// Whatever returns a `Result` refuses slices and matrices of another size, and writes nothing.
+/// Every function that returns a `Result` rejects slices and matrices of another size, and writes nothing.
 #[test]
 fn results_of_another_length_are_refused() {
     let refused = |what, given, expected| {
@@ -260,7 +260,7 @@ fn results_of_another_length_are_refused() {
             expected,
         })
     };
-    let membrane = Membrane::new(RestShape::balloon(8.5, 1.75).unwrap());
+    let membrane = Membrane::new(ReferenceShape::balloon(8.5, 1.75).unwrap());
     for law in [PressureLaw::PerMaterialLength, PressureLaw::TotalForce] {
         let membrane = membrane.clone().with_law(law);
         let d = FiniteDifferences::new(&membrane, 11).unwrap();
@@ -406,7 +406,7 @@ fn closed_forms_are_numbers_or_refused() {
     let places = [0.0, 0.1, 0.3, 0.5, 0.9, 1.0];
     for a in SIZES {
         for b in SIZES {
-            assert!(balloon_at_rest(a, b).is_ok_and(is_number) || a.max(b) > 1e90);
+            assert!(balloon_measures(a, b).is_ok_and(is_number) || a.max(b) > 1e90);
             match CircleEquilibrium::new(a, b) {
                 Err(error) => assert!(
                     matches!(error, MembraneError::NotFinite { .. }) && a.max(b) > 1e90,
@@ -430,7 +430,7 @@ fn closed_forms_are_numbers_or_refused() {
         }
     }
     for refused in [
-        balloon_at_rest(1.0, 1e103).err(),
+        balloon_measures(1.0, 1e103).err(),
         CircleEquilibrium::new(1e300, 1e3).err(),
         LinearEquilibrium::disc(1e300, 1.0).err(),
     ] {
@@ -456,7 +456,7 @@ fn numbers_that_lead_to_no_number_are_refused() {
     ));
 }
 
-/// Derivatives that are half, zero or swapped are found; right ones of many waves are not taken for wrong.
+/// Derivatives that are half, zero or exchanged are detected; correct ones of many waves are accepted.
 #[test]
 fn derivatives_of_a_rest_shape_must_be_those_of_its_positions() {
     use std::f64::consts::PI;
@@ -475,7 +475,7 @@ fn derivatives_of_a_rest_shape_must_be_those_of_its_positions() {
     };
     for waves in [0.0, 1.0, 7.0, 40.0] {
         assert!(
-            RestShape::from_function(cap(waves, [1.0; 2]), &[0.3]).is_ok(),
+            ReferenceShape::from_function(cap(waves, [1.0; 2]), &[0.3]).is_ok(),
             "{waves}"
         );
         for (factors, wrong) in [
@@ -485,7 +485,7 @@ fn derivatives_of_a_rest_shape_must_be_those_of_its_positions() {
             ([-1.0, 1.0], 1),
             ([1.01, 1.01], 1),
         ] {
-            let refused = RestShape::from_function(cap(waves, factors), &[0.3]);
+            let refused = ReferenceShape::from_function(cap(waves, factors), &[0.3]);
             assert!(
                 matches!(refused, Err(MembraneError::WrongDerivative { order, .. }) if order == wrong),
                 "{waves} {factors:?}: {refused:?}"

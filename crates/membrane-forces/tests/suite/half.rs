@@ -3,8 +3,8 @@
 use std::f64::consts::TAU;
 
 use membrane_forces::{
-    BandMatrix, DiscreteMembrane, FiniteDifferences, Measure, Membrane, PressureLaw, RestShape,
-    SpectralElements, Stiffness,
+    BandMatrix, DiscreteMembrane, FiniteDifferences, Measure, Membrane, PressureLaw,
+    ReferenceShape, SpectralElements, Stiffness,
 };
 
 const LAWS: [PressureLaw; 3] = [
@@ -21,7 +21,7 @@ const MEASURES: [Measure; 4] = [
 
 fn membrane(law: PressureLaw, second: bool) -> Membrane {
     let stiffness = |a: f64| Stiffness::function(move |s| 1.0 + a * (TAU * s).cos(), &[]).unwrap();
-    let membrane = Membrane::new(RestShape::balloon(8.5, 1.75).unwrap())
+    let membrane = Membrane::new(ReferenceShape::balloon(8.5, 1.75).unwrap())
         .with_stiffness(stiffness(0.5))
         .with_law(law);
     if second {
@@ -78,7 +78,7 @@ fn the_half_curve_has_the_forces_and_measures_of_the_whole() {
                     *d_half.last_mut().unwrap() = 0.0;
                 }
                 let case = format!("N {n}, {law:?}, second neighbours {second}");
-                // rounding of x seen through 1 / ds^2, over forces of about that size
+                // rounding of x, amplified by 1 / ds^2, over forces of about that size
                 let check = |name: &str, a: &[f64], b: &[f64]| {
                     let off = distance(a, b);
                     assert!(off < 1e-12, "{case}, {name}: {off:e}");
@@ -139,14 +139,14 @@ fn the_half_curve_has_the_forces_and_measures_of_the_whole() {
 
 #[test]
 fn what_is_not_its_own_mirror_image_stays_whole() {
-    let rest = || RestShape::balloon(8.5, 1.75).unwrap();
+    let rest = || ReferenceShape::balloon(8.5, 1.75).unwrap();
     let skew = Stiffness::function(|s| 1.0 + 1e-9 * s, &[]).unwrap();
     let ends = [[0.0, 1.75], [1e-9, -1.75]];
     for membrane in [
         Membrane::new(rest()).with_stiffness(skew.clone()),
         Membrane::new(rest()).with_second_neighbours(skew),
         Membrane::new(rest()).with_ends(ends).unwrap(),
-        Membrane::new(RestShape::polyline(&[[0.0, 1.0], [1.0, 0.1], [0.0, -1.0]]).unwrap()),
+        Membrane::new(ReferenceShape::polyline(&[[0.0, 1.0], [1.0, 0.1], [0.0, -1.0]]).unwrap()),
     ] {
         let half = FiniteDifferences::half(&membrane, 41).unwrap();
         assert!(!half.is_half() && half.start().len() == 82);
@@ -157,7 +157,7 @@ fn what_is_not_its_own_mirror_image_stays_whole() {
 /// Jumps that are mirror images: where elements meet, each has the stiffness of its own side.
 #[test]
 fn mirrored_jumps_of_the_stiffness_are_half_a_curve_too() {
-    let rest = || RestShape::balloon(8.5, 1.75).unwrap();
+    let rest = || ReferenceShape::balloon(8.5, 1.75).unwrap();
     let step = |left: f64, right: f64| {
         let value = move |s: f64| {
             if s < 0.3 {

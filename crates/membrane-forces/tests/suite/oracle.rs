@@ -2,7 +2,7 @@
 
 use membrane_forces::{
     CircleEquilibrium, DiscreteMembrane, FiniteDifferences, LinearEquilibrium, Measure, Measures,
-    Membrane, PressureLaw, RestShape, SpectralElements, Stiffness, balloon_at_rest,
+    Membrane, PressureLaw, ReferenceShape, SpectralElements, Stiffness, balloon_measures,
 };
 use std::f64::consts::PI;
 
@@ -13,7 +13,7 @@ const LAWS: [PressureLaw; 3] = [
 ];
 
 fn membrane(law: PressureLaw) -> Membrane {
-    Membrane::new(RestShape::balloon(8.5, 1.75).unwrap())
+    Membrane::new(ReferenceShape::balloon(8.5, 1.75).unwrap())
         .with_stiffness(Stiffness::function(|s| 1.0 + 0.5 * (5.0 * s).sin(), &[]).unwrap())
         .with_second_neighbours(Stiffness::constant(0.1).unwrap())
         .with_law(law)
@@ -161,8 +161,8 @@ fn gradients_of_measures_are_the_derivatives() {
 
 #[test]
 fn measures_of_the_rest_balloon_in_closed_form() {
-    let exact = balloon_at_rest(8.5, 1.75).unwrap();
-    let balloon = Membrane::new(RestShape::balloon(8.5, 1.75).unwrap());
+    let exact = balloon_measures(8.5, 1.75).unwrap();
+    let balloon = Membrane::new(ReferenceShape::balloon(8.5, 1.75).unwrap());
     let spectral = SpectralElements::new(&balloon, 16, 1).unwrap();
     assert!(spectral.is_half());
     let found = spectral.measures(spectral.start()).unwrap();
@@ -204,7 +204,7 @@ fn linear_equilibria_reach_the_reference_and_solve_their_equation() {
         assert!((m.area / area - 1.0).abs() < 5e-11, "{}", m.area);
         assert!((m.length / length - 1.0).abs() < 5e-11, "{}", m.length);
         assert!(exact.at(0.5).position[1].abs() < 1e-12);
-        let rest = RestShape::balloon(8.5, 1.75).unwrap();
+        let rest = ReferenceShape::balloon(8.5, 1.75).unwrap();
         for s in [0.1, 0.45, 0.55, 0.9] {
             let (c, c0) = (exact.at(s), rest.at(s));
             for (force, rest) in [
@@ -236,7 +236,7 @@ fn disc_under_either_law_is_an_arc() {
 /// Nearly flat the arc is the parabola x = 2 R h s (1 - s), h half its angle, and 4 R h = f / lambda.
 #[test]
 fn a_disc_under_next_to_no_load_is_a_parabola() {
-    // What is left out is of the order of h^2.
+    // The remainder is of the order of h^2.
     for (radius, ratio) in [(1.5, 1e-20), (1.5, 1e-250), (1e-3, 1e-290), (1e60, 1e-240)] {
         let circle = CircleEquilibrium::new(radius, ratio).unwrap();
         let half = 0.5 * circle.angle;
@@ -275,12 +275,12 @@ fn a_disc_under_next_to_no_load_is_a_parabola() {
     }
 }
 
-/// Under the law per current length the limit is 2 pi over the integral of 1 / lambda, here known:
-/// the mean of 1 / (1 + a cos) is 1 / sqrt(1 - a^2). Even the lowest degree knows it.
+/// Under the law per current length the limit is 2 pi over the integral of 1 / lambda, which has a closed form here: the mean of 1 / (1 + a
+/// cos) is 1 / sqrt(1 - a^2). The lowest degree suffices.
 #[test]
 fn the_limit_of_the_pressure_does_not_depend_on_the_degree() {
     let stiffness = |s: f64| 1.0 + 0.9 * (4.0 * PI * s + 0.3).cos();
-    let membrane = Membrane::new(RestShape::balloon(8.5, 1.75).unwrap())
+    let membrane = Membrane::new(ReferenceShape::balloon(8.5, 1.75).unwrap())
         .with_stiffness(Stiffness::function(stiffness, &[]).unwrap())
         .with_law(PressureLaw::PerCurrentLength);
     let exact = std::f64::consts::TAU * (1.0f64 - 0.81).sqrt();
@@ -295,11 +295,11 @@ fn the_limit_of_the_pressure_does_not_depend_on_the_degree() {
     }
 }
 
-/// Ends held elsewhere move the whole curve along: both discretisations start at the same place.
+/// Displaced ends move the whole curve: both discretisations start at the same position.
 #[test]
 fn held_ends_move_the_start_along() {
     let ends = [[0.5, 2.0], [-0.25, -1.5]];
-    let balloon = RestShape::balloon(8.5, 1.75).unwrap();
+    let balloon = ReferenceShape::balloon(8.5, 1.75).unwrap();
     let membrane = Membrane::new(balloon.clone()).with_ends(ends).unwrap();
     let differences = FiniteDifferences::new(&membrane, 51).unwrap();
     let spectral = SpectralElements::new(&membrane, 12, 1).unwrap();

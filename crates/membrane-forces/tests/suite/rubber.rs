@@ -2,7 +2,7 @@
 
 use membrane_forces::{
     CurvePoint, DiscreteMembrane, FiniteDifferences, Measure, Membrane, MembraneError, PressureLaw,
-    RestShape, Rubber, SpectralElements, Stiffness, StrainEnergy, Thickness,
+    ReferenceShape, Rubber, SpectralElements, Stiffness, StrainEnergy, Thickness,
 };
 use std::f64::consts::PI;
 
@@ -160,7 +160,7 @@ fn rubber(energy: StrainEnergy) -> Rubber {
 }
 
 fn balloon(energy: StrainEnergy) -> Membrane {
-    Membrane::new(RestShape::balloon(8.5, 1.75).unwrap()).with_rubber(rubber(energy))
+    Membrane::new(ReferenceShape::balloon(8.5, 1.75).unwrap()).with_rubber(rubber(energy))
 }
 
 fn discretised(membrane: &Membrane) -> Vec<Box<dyn DiscreteMembrane>> {
@@ -172,7 +172,7 @@ fn discretised(membrane: &Membrane) -> Vec<Box<dyn DiscreteMembrane>> {
     ]
 }
 
-/// A stretched, uneven state and a direction, both zero where the membrane is held.
+/// A stretched, non-uniform state and a direction, both zero where the membrane is fixed.
 fn state(d: &dyn DiscreteMembrane) -> (Vec<f64>, Vec<f64>) {
     let mut x: Vec<f64> = d.start().to_vec();
     let mut along = vec![0.0; x.len()];
@@ -263,7 +263,7 @@ fn forces_are_minus_the_derivative_of_the_energy_and_tangents_that_of_forces() {
             };
             let order = (left(1e-3) / left(5e-4)).log2();
             assert!((order - 2.0).abs() < 0.1, "{} numbers: {order}", x.len());
-            // symmetric to rounding where nothing is held
+            // symmetric to rounding where nothing is fixed
             let size = k.iter().flatten().fold(0.0, |m: f64, v| m.max(v.abs()));
             let free = |i: &usize| !d.fixed().contains(i);
             for i in (0..x.len()).filter(free) {
@@ -303,7 +303,7 @@ fn forces_in_one_go_are_those_one_after_the_other() {
 #[test]
 fn the_sphere_is_in_equilibrium_at_its_closed_form() {
     let hemisphere = || {
-        RestShape::from_function(
+        ReferenceShape::from_function(
             |s| {
                 let angle = PI * (s - 0.5);
                 let (sin, cos) = angle.sin_cos();
@@ -335,12 +335,12 @@ fn the_sphere_is_in_equilibrium_at_its_closed_form() {
                 force(d, &x, p).iter().fold(0.0, |m: f64, v| m.max(v.abs()))
             };
             let spectral = worst(&SpectralElements::new(&membrane, 16, 1).unwrap());
-            // forces of this size: p pi r^2; the polynomials are right to 1e-13
+            // forces of this size: p pi r^2; the polynomials are accurate to 1e-13
             assert!(
                 spectral < 1e-11 * p * PI * 4.0 * l * l,
                 "{energy:?} {l}: {spectral:e}"
             );
-            // of the order ds^3 on a node, whose share of the forces is of the order ds; ds^2 beside the axis, where that is of the order ds^2
+            // of the order ds^3 at a node, whose part of the forces is of the order ds; ds^2 beside the axis, where that is of the order ds^2
             let off = |n: usize| worst(&FiniteDifferences::new(&membrane, n).unwrap());
             let order = (off(101) / off(201)).log2();
             assert!(order > 1.9, "{order}");
@@ -351,7 +351,7 @@ fn the_sphere_is_in_equilibrium_at_its_closed_form() {
 #[test]
 fn what_rubber_cannot_be_is_refused() {
     let neo = || rubber(StrainEnergy::NeoHookean { mu: 1.0 });
-    let rest = || RestShape::balloon(8.5, 1.75).unwrap();
+    let rest = || ReferenceShape::balloon(8.5, 1.75).unwrap();
     let both = |m: &Membrane| {
         let differences = FiniteDifferences::new(m, 21).map(drop);
         assert_eq!(differences, SpectralElements::new(m, 8, 1).map(drop));
@@ -370,7 +370,7 @@ fn what_rubber_cannot_be_is_refused() {
         .with_ends([[0.0, 1.75], [0.1, -1.75]])
         .unwrap();
     assert_eq!(both(&moved), Err(MembraneError::NotMirrored));
-    let touching = RestShape::polyline(&[
+    let touching = ReferenceShape::polyline(&[
         [0.0, 1.0],
         [1.0, 0.0],
         [2.0, 1.0],
@@ -417,7 +417,7 @@ fn what_rubber_cannot_be_is_refused() {
 #[test]
 fn the_least_tension_is_that_at_the_ring() {
     let even = Rubber::new(StrainEnergy::NeoHookean { mu: 1.0 }, Thickness::UNIT).unwrap();
-    let disc = Membrane::new(RestShape::disc(1.0).unwrap()).with_rubber(even);
+    let disc = Membrane::new(ReferenceShape::disc(1.0).unwrap()).with_rubber(even);
     let (l1, l2): (f64, f64) = (1.3 - 0.45, 1.3 - 0.15);
     let ring = 1.0 - 1.0 / (l1.powi(4) * l2.powi(2));
     let by: [(Box<dyn DiscreteMembrane>, f64); 2] = [
@@ -473,7 +473,7 @@ fn the_mass_matrix_gives_the_kinetic_energy() {
 /// Where the axis is met both radii are nothing but rounding: their quotient says nothing, the stretch along the meridian does.
 #[test]
 fn on_the_axis_the_stretch_around_it_is_that_along_the_meridian() {
-    let rest = RestShape::balloon(8.5, 1.75).unwrap();
+    let rest = ReferenceShape::balloon(8.5, 1.75).unwrap();
     let apex = rest.at(0.5);
     let membrane = Membrane::new(rest).with_rubber(rubber(StrainEnergy::NeoHookean { mu: 1.0 }));
     let here = CurvePoint {
@@ -481,6 +481,6 @@ fn on_the_axis_the_stretch_around_it_is_that_along_the_meridian() {
         first: apex.first.map(|v| 1.3 * v),
         second: [0.0; 2],
     };
-    let [l1, l2, _] = membrane.stretched(0.5, &here).unwrap().stretches;
+    let [l1, l2, _] = membrane.rubber_state(0.5, &here).unwrap().stretches;
     assert!((l1 - 1.3).abs() < 1e-14 && l1 == l2, "{l1} {l2}");
 }

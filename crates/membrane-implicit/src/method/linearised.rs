@@ -1,4 +1,4 @@
-//! One linear solve about the start of the step.
+//! A step by one linear solve about its start.
 
 use crate::body::Body;
 use crate::constraint::{Answer, Constraint};
@@ -11,9 +11,9 @@ use crate::method::stage::{Equation, Stage};
 #[derive(Debug, Clone)]
 pub(crate) struct Linearised {
     pub(crate) stage: Stage,
-    /// The velocity, in which the pressure grows beside it.
+    /// The velocity by which the pressure grows.
     growing: Vec<f64>,
-    /// The stage's matrix times that.
+    /// The stage's matrix times that velocity.
     momentum: Vec<f64>,
     /// K times the velocity.
     pull: Vec<f64>,
@@ -30,7 +30,7 @@ impl Linearised {
         }
     }
 
-    /// One linear solve about the start; returns the account of the step.
+    /// Solves linearly about the start; returns the account of the step.
     pub(crate) fn step(
         &mut self,
         step: Step<'_>,
@@ -40,7 +40,7 @@ impl Linearised {
         let stage = &mut self.stage;
         let (time, end) = (now.time, now.time + dt);
         let start = (&*now.nodes, &*now.velocity);
-        // A feedback is linearised about the start of the step too.
+        // A feedback is linearised about the start of the step, too.
         let constraint = match prescribed {
             Constraint::Feedback(load) => {
                 let at = body.load_state(end, &now.nodes, &now.velocity);
@@ -74,13 +74,13 @@ impl Linearised {
             (&mut new.nodes, &mut new.velocity, &mut new.intensity),
             work,
         )?;
-        // The force that acted: at the start's normals, plus what linearising added.
+        // The force at the start's normals, plus the linearised change.
         body.pressure_into(time, &now.nodes, intensity, &mut new.pressure)?;
         work.force_calls += 1;
         let growth = new.intensity - intensity;
         self.add_linearised(body, dt, &new.velocity, growth, &mut new.pressure);
         slope(&new.velocity, &now.velocity, dt, &mut new.acceleration);
-        // that of the shape reached
+        // of the resulting shape
         let state = (&*new.nodes, &*new.velocity);
         new.intensity = prescribed.intensity(body, end, state, new.intensity)?;
         let stages = std::slice::from_ref(&*new);
@@ -94,11 +94,9 @@ impl Linearised {
         ))
     }
 
-    /// `pressure` += h f (dn/dc) w + `growth` n, both as the matrix and its border at hand have
-    /// them: what linearising added to the force of the start.
+    /// `pressure` += h f (dn/dc) w + `growth` n by the current matrix and its border: the linearised change of the force of the start.
     ///
-    /// Taken from the matrix, not from the momentum balance, so that an error of the linear solver appears in the
-    /// energy balance.
+    /// Computed from the matrix, not from the momentum balance, so that an error of the linear solver appears in the energy balance.
     fn add_linearised(
         &mut self,
         body: &Body,
@@ -107,8 +105,8 @@ impl Linearised {
         growth: f64,
         pressure: &mut [f64],
     ) {
-        if let Some(border) = self.stage.border.eliminated() {
-            // matrix times this is -h n
+        if let Some(border) = self.stage.border.elimination() {
+            // the matrix times this is -h n
             let growing = self.growing.iter_mut().zip(w).zip(border.solved());
             growing.for_each(|((growing, w), column)| *growing = w + growth * column);
         }

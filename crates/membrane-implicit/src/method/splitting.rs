@@ -1,4 +1,4 @@
-//! Kicks by forces, drifts between them.
+//! Splittings: kicks by forces, drifts between them.
 
 use membrane_newton::{DiscreteMembrane, PentadiagonalLdl, dot_in_eight as dot};
 
@@ -11,8 +11,8 @@ use crate::method::stage::LocalError;
 
 /// Kicks v += b dt F / m, with the force at c, between drifts that solve c' = v, m v' = -mu v. Returns the account of the step.
 ///
-/// A kick changes the kinetic energy by b dt F.(v- + v+)/2; a drift changes the elastic energy
-/// by the mean of the elastic forces at its ends, and takes m/2 (|v-|^2 - |v+|^2) for damping.
+/// A kick changes the kinetic energy by b dt F.(v- + v+)/2. A drift changes the elastic energy by the mean of the elastic forces at its
+/// ends, and loses m/2 (|v-|^2 - |v+|^2) to damping.
 pub(crate) fn kick_and_drift(
     step: Step<'_>,
     (kicks, drifts): (&[f64], &[f64]),
@@ -26,7 +26,7 @@ pub(crate) fn kick_and_drift(
     new.nodes.copy_from_slice(&now.nodes);
     new.velocity.copy_from_slice(&now.velocity);
     new.intensity = now.intensity;
-    // The elastic force, until the last kick has been made.
+    // The elastic force before the last kick.
     let force = &mut new.acceleration;
     let mut reach = 0.0;
     for k in 0..kicks.len() {
@@ -80,12 +80,12 @@ pub(crate) fn kick_and_drift(
     Ok(account)
 }
 
-/// Workspace of the splitting whose drift solves for springs, mass and damping.
+/// Workspace of the splitting with implicit drifts for springs, mass and damping.
 #[derive(Debug, Clone)]
 pub(crate) struct ImplicitSplitting {
     /// (m + h mu) I - h^2 K, factored.
     matrix: PentadiagonalLdl,
-    /// h for which it is, NaN before the first time.
+    /// h of the factorisation, NaN before the first one.
     factored: f64,
 }
 
@@ -97,7 +97,7 @@ impl ImplicitSplitting {
         }
     }
 
-    /// Overwrites `values` with the inverse matrix times them, of the nodes that move; the ends become zero.
+    /// Overwrites `values` of moving nodes with the inverse matrix times them; the ends become zero.
     fn solve(&self, values: &mut [f64]) -> Result<(), membrane_newton::NewtonError> {
         let points = values.as_chunks_mut::<2>().0;
         let last = points.len() - 1;
@@ -105,15 +105,15 @@ impl ImplicitSplitting {
         self.matrix.solve_into(&mut points[1..last])
     }
 
-    /// A half kick of the pressure, the implicit midpoint rule for springs and damping, a half kick
-    /// of the pressure where that ends. With w the velocity at the midpoint and h = dt / 2,
+    /// A half kick of the pressure, the implicit midpoint rule for springs and damping, a half kick of the pressure at the new position.
+    /// With w the velocity at the midpoint and h = dt / 2,
     ///
     /// ```text
     /// [(m + h mu) - h^2 K] w = m v1 + h F_e(c) = (m + h mu) v + h m a      v1 = v + h p / m
     /// c2 = c + dt w      v2 = 2 w - v1      v3 = v2 + h p2 / m
     /// ```
     ///
-    /// The midpoint rule changes kinetic and elastic energy by -dt mu |w|^2 and no more. Returns the account of the step.
+    /// The midpoint rule changes kinetic plus elastic energy by exactly -dt mu |w|^2. Returns the account of the step.
     pub(crate) fn kick_and_relax(
         &mut self,
         step: Step<'_>,
@@ -127,7 +127,7 @@ impl ImplicitSplitting {
         if self.factored != h {
             self.factored = f64::NAN;
             let entry = |i: usize, j: usize| {
-                // x and y have the same springs
+                // x and y have equal springs
                 let k = body.stiffness.get(2 * i + 2, 2 * j + 2).unwrap_or(0.0);
                 if i == j {
                     diagonal - h * h * k
@@ -178,7 +178,7 @@ impl ImplicitSplitting {
 
     /// Filters the error estimate of a step of length 2 `h` through the matrix.
     pub(crate) fn filter(&self, body: &Body, h: f64, error: &mut LocalError) {
-        // A step has been made, so that there is something to solve with.
+        // A step was made, so there is a factorisation.
         error.filter(body, h, |v| self.solve(v).unwrap_or(()));
     }
 }

@@ -1,4 +1,4 @@
-//! One implicit stage: the velocity w at which momentum balances, and the intensity with it.
+//! An implicit stage: the velocity w that balances momentum, and the intensity.
 
 use membrane_newton::membrane_forces::Tangent;
 use membrane_newton::{
@@ -13,14 +13,13 @@ use crate::scheme::Jacobian;
 use crate::work::Work;
 
 const MAX_ITERATIONS: usize = 40;
-/// The next iteration must promise to move positions by less than this fraction of the membrane's
-/// length. It lies below the rounding of a position because forces see it through 1 / ds^2: only
-/// then does the energy report close.
+/// Tolerance on the estimated change of positions in the next iteration, as a fraction of the membrane's length. It is below the rounding
+/// of a position because forces amplify it by 1 / ds^2: only then does the energy report balance.
 const SOLVE_TOLERANCE: f64 = 1e-17;
-/// Below this fraction, an iteration that no longer gains has reached its rounding.
+/// Below this fraction, an iteration without progress has reached rounding.
 const STALL: f64 = 1e-8;
-/// The product of the last change and of the step, over the squared length, below which an iteration with discrete derivatives that
-/// no longer gains has reached the rounding of the energies: without their secants in the matrix it may gain slowly long before.
+/// Product of the last change and the step, over the squared length, below which an iteration with discrete derivatives has reached the
+/// rounding of energies if it makes no progress. Larger changes may also converge slowly, because the matrix has no secants.
 const SECANT_STALL: f64 = 1e-14;
 
 /// Solves, for the velocity w and the intensity f,
@@ -30,8 +29,8 @@ const SECANT_STALL: f64 = 1e-14;
 /// g(c, w, f) = 0                       f = f_t,   f S(c) = F_t,   V(c* + r w) = V_t   or   f = P(t, V(c), V'(c) w)
 /// ```
 ///
-/// with the matrix (m + h mu) I - h^2 (K + f dn/dc), bordered by g. Every implicit scheme here is
-/// made of such stages. The unknowns are 2 N velocities, not 4 N positions and velocities.
+/// with the matrix (m + h mu) I - h^2 (K + f dn/dc), bordered by g. All implicit schemes consist of such stages. The unknowns are 2 N
+/// velocities, not 4 N positions and velocities.
 #[derive(Debug, Clone)]
 pub(crate) struct Stage {
     pub(crate) jacobian: Jacobian,
@@ -39,22 +38,22 @@ pub(crate) struct Stage {
     lu: BandedLu,
     /// Column -h n(c), row h dg/dc + dg/dw.
     pub(crate) border: Border,
-    /// h for which `lu` and `border` stand, NaN if they do for none.
+    /// h of `lu` and `border`, NaN if there is none.
     factored: f64,
     /// F_e and F_p.
     forces: [Vec<f64>; 2],
-    /// What is missing in the balance of momentum, then the change of w that makes up for it.
+    /// Residual of the balance of momentum, then the correction of w.
     correction: Vec<f64>,
     /// c* + r w, and r w.
     end: Vec<f64>,
     moved: Vec<f64>,
 }
 
-/// Where and when a stage is solved.
+/// Position and time of a stage.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Equation<'a> {
     pub(crate) body: &'a Body,
-    /// What is prescribed at the end of the stage.
+    /// The prescribed quantity at the end of the stage.
     pub(crate) constraint: Constraint<'a>,
     /// Time at the start of the step, and at the end of the stage.
     pub(crate) time: f64,
@@ -62,7 +61,7 @@ pub(crate) struct Equation<'a> {
     pub(crate) dt: f64,
     /// h = gamma dt.
     pub(crate) h: f64,
-    /// r: h, or of a stage in the middle of a step the whole step.
+    /// r: h, or the whole step for a stage in the middle of a step.
     pub(crate) reach: f64,
     /// Elastic energy and volume at c*, if the forces are discrete derivatives over the step to c* + r w.
     pub(crate) secant: Option<[f64; 2]>,
@@ -97,12 +96,12 @@ impl Stage {
         }
     }
 
-    /// The matrix at hand.
+    /// The current factorisation.
     pub(crate) fn matrix(&self) -> &BandMatrix {
         &self.matrix.band
     }
 
-    /// Makes the next solve factor anew.
+    /// Requires a new factorisation for the next solve.
     pub(crate) fn forget(&mut self) {
         self.factored = f64::NAN;
     }
@@ -129,10 +128,10 @@ impl Stage {
             let slope = -(h * answer.by_volume + answer.by_rate);
             Some((Some((Measure::Volume, nodes, slope)), 1.0))
         };
-        // g's gradient, which is that of a measure times a factor, and its slope by f
+        // gradient of g, that of a measure times a factor, and its slope by f
         let border = match eq.constraint {
             Constraint::Intensity(_) => None,
-            // Without the rank-one part the intensity does not answer to the change of shape.
+            // Without the rank-one part the intensity does not depend on the change of shape.
             Constraint::TotalForce(_) if self.jacobian == Jacobian::Band => {
                 Some((None, Measure::Surface.of(points)))
             }
@@ -205,8 +204,8 @@ impl Stage {
         Ok(())
     }
 
-    /// One Newton iteration with the factorisation at hand; `w`, `intensity` and `nodes` = c* + h w
-    /// are brought up to date. Returns the largest change of a coordinate of the position.
+    /// Makes one Newton iteration with the current factorisation and updates `w`, `intensity` and `nodes` = c* + h w. Returns the largest
+    /// change of a coordinate of the position.
     pub(crate) fn iterate(
         &mut self,
         eq: &Equation<'_>,
@@ -231,11 +230,11 @@ impl Stage {
             *missing = volume * (m * v - m_h * w) + h * (e + p);
         }
         body.hold(&mut self.correction);
-        let lu = self.lu.factored();
+        let lu = self.lu.factorisation();
         let (lu, border) = lu
-            .zip(self.border.eliminated())
+            .zip(self.border.elimination())
             .ok_or_else(|| eq.linear(NewtonError::NotFactored))?;
-        // Pivoting mixes the held rows with their neighbours; no rounding may move an end.
+        // Pivoting mixes fixed rows with their neighbours; rounding must not move an end.
         lu.solve_into(&mut self.correction);
         body.hold(&mut self.correction);
         let now = || body.load_state(eq.end, nodes, w);
@@ -250,8 +249,8 @@ impl Stage {
         };
         let correct = border.correct(&mut self.correction, -defect);
         *intensity += correct.map_err(|e| eq.linear(e))?;
-        // The border's defect counts as if the whole membrane had to move by that fraction; that of an intensity
-        // moves it by what the step below sees.
+        // An error of the border counts as a displacement of the whole membrane by the same fraction; for an intensity, the step below
+        // determines the displacement.
         let scale = match eq.constraint {
             Constraint::TotalForce(wanted) => body.length / wanted.abs(),
             // a flat membrane encloses nothing
@@ -269,14 +268,14 @@ impl Stage {
         for (((w, node), start), dw) in moving.zip(&self.correction) {
             *w += dw;
             *node = start + h * *w;
-            // max() would drop a NaN
+            // max() would ignore NaN
             let moved = (h * dw).abs();
             change = if moved <= change { change } else { moved };
         }
         Ok(change)
     }
 
-    /// Solves the stage by Newton from the velocity, the nodes and the intensity in `new`, with the matrix at hand as long as that
+    /// Solves the stage by Newton from the velocity, the nodes and the intensity in `new`, with the current factorisation while it
     /// contracts. c* and v* are `positions` and `velocities`, c and f at the start of the step those of `now`.
     pub(crate) fn solve(
         &mut self,
@@ -295,8 +294,7 @@ impl Stage {
             iterations,
             change,
         };
-        // A feedback answers along a direction of its own, in which a matrix of another state contracts less than in that of the
-        // first change.
+        // A feedback acts in its own direction, in which the matrix of another state contracts less than in that of the first change.
         let least = match eq.constraint {
             Constraint::Feedback(_) => 3,
             Constraint::Intensity(_)
@@ -349,7 +347,7 @@ impl Stage {
         Ok(())
     }
 
-    /// Whether a `change` of positions that no longer shrinks is down to rounding.
+    /// Whether a `change` of positions that no longer shrinks is within rounding.
     fn is_rounding(&self, eq: &Equation<'_>, change: f64) -> bool {
         let length = eq.body.length;
         match eq.secant {
@@ -361,16 +359,16 @@ impl Stage {
         }
     }
 
-    /// Filters an error estimate through the matrix at hand, if there is one.
+    /// Filters an error estimate through the current matrix, if there is one.
     pub(crate) fn filter(&self, body: &Body, error: &mut LocalError) {
-        if let Some(lu) = self.lu.factored() {
+        if let Some(lu) = self.lu.factorisation() {
             error.filter(body, self.factored, |v| lu.solve_into(v));
         }
     }
 }
 
-/// Adds so much of `moved` to `derivative` that their product is the difference of the two values, unless it is that to rounding
-/// already.
+/// Adds a multiple of `moved` to `derivative` so that their product equals the difference of the two values, unless it already does to
+/// rounding.
 fn add_secant(derivative: &mut [f64], moved: &[f64], [from, to]: [f64; 2]) {
     let square = dot_in_eight(moved, moved);
     let missing = to - from - dot_in_eight(derivative, moved);
@@ -383,7 +381,7 @@ fn add_secant(derivative: &mut [f64], moved: &[f64], [from, to]: [f64; 2]) {
     }
 }
 
-/// Velocities and nodes for the first iteration: by Taylor's series where that stays close; a stiff step starts from where it is.
+/// Sets velocities and nodes for the first iteration: by Taylor's series if the result is close; for a stiff step unchanged.
 pub(crate) fn predict(
     new: &mut Kinematics,
     now: &Kinematics,
@@ -407,7 +405,7 @@ pub(crate) fn predict(
     }
 }
 
-/// Estimated error of a step, and the room that filtering takes.
+/// Estimated error of a step, and buffers of its filter.
 #[derive(Debug, Clone)]
 pub(crate) struct LocalError {
     pub(crate) position: Vec<f64>,
@@ -425,8 +423,8 @@ impl LocalError {
         }
     }
 
-    /// Filters it through the matrix of an implicit stage, which `solve` divides by, so that stiff components count for what the
-    /// scheme makes of them (Hosea and Shampine 1996).
+    /// Filters the error through the matrix of an implicit stage, by which `solve` divides, so that stiff components have the weight that
+    /// they have in the scheme (Hosea and Shampine 1996).
     pub(crate) fn filter(&mut self, body: &Body, h: f64, solve: impl FnOnce(&mut [f64])) {
         body.stiffness.mul_into(&self.position, &mut self.force);
         for (v, force) in self.velocity.iter_mut().zip(&self.force) {

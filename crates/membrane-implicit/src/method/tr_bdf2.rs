@@ -12,7 +12,7 @@ use crate::scheme::TR_BDF2;
 #[derive(Debug, Clone)]
 pub(crate) struct TrBdf2 {
     pub(crate) stage: Stage,
-    /// c* and v* of the stage being solved: what the stages before it lead to.
+    /// c* and v* of the current stage, from the previous stages.
     positions: Vec<f64>,
     velocities: Vec<f64>,
 }

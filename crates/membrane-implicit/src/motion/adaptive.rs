@@ -1,4 +1,4 @@
-//! Steps whose length is not given: by the error, or to land on a volume.
+//! Steps of variable length: by the local error, or to reach a volume.
 
 use super::{Motion, view};
 use crate::error::{ImplicitError, positive};
@@ -11,11 +11,11 @@ use crate::work::Work;
 /// and with Simpson's rule. The tolerance does not bound the error of a run: errors of successive steps add up.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Tolerance {
-    /// Of a position, cm.
+    /// Tolerance on a position, cm.
     pub position: f64,
-    /// Of a velocity, cm/s.
+    /// Tolerance on a velocity, cm/s.
     pub velocity: f64,
-    /// Longest step allowed.
+    /// Longest allowed step.
     pub longest: f64,
 }
 
@@ -27,7 +27,7 @@ impl Tolerance {
         Ok(())
     }
 
-    /// The same number for positions and velocities, steps of any length.
+    /// Uses the same number for positions and velocities, without a limit on the step.
     pub fn uniform(tolerance: f64) -> Self {
         Self {
             position: tolerance,
@@ -38,7 +38,7 @@ impl Tolerance {
 }
 
 impl Motion {
-    /// Attempts steps until one passes the error test; leaves it to be accepted.
+    /// Attempts steps until one passes the error test, without accepting it.
     pub(super) fn attempt_adaptive(
         &mut self,
         tolerance: &Tolerance,
@@ -58,7 +58,7 @@ impl Motion {
         let mut grow = 3.0;
         loop {
             let wanted = dt.min(longest_step);
-            // two equal steps rather than a whole one and a sliver
+            // two equal steps instead of a whole one and a very short one
             let cut = if wanted >= most {
                 most
             } else if wanted > 0.5 * most {
@@ -83,7 +83,7 @@ impl Motion {
             };
             let factor = (0.9 * error.powf(-exponent)).clamp(0.2, grow);
             if error <= 1.0 {
-                // A step that hardly changes keeps its factorisation.
+                // A nearly constant step keeps its factorisation.
                 let factor = if (1.0..1.2).contains(&factor) {
                     1.0
                 } else {
@@ -102,8 +102,8 @@ impl Motion {
         }
     }
 
-    /// Scaled local error of the attempted step of length `dt`, the larger of a pair's: the scheme's own estimate; for a first step,
-    /// in which a load may begin to rise between the stages, also that of step doubling in a copy.
+    /// Returns the scaled local error of the attempted step of length `dt`, the larger one of a pair: the scheme's own estimate; for a
+    /// first step, during which a load may begin to rise, also that of step doubling in a copy.
     fn local_error(&mut self, dt: f64, bounds: (f64, f64)) -> Result<f64, ImplicitError> {
         let estimates = self.movers_mut().filter_map(|s| s.error(bounds));
         let mut error = estimates.fold(0.0, f64::max);
@@ -124,10 +124,10 @@ impl Motion {
         Ok(error)
     }
 
-    /// Shortens the attempted step of length `dt`, over which the volume changes from `before`, so that it ends where the volume
-    /// first is `volume`, if it is so within the step. Returns the length of the step that is left.
+    /// Shortens the attempted step of length `dt`, during which the volume changes from `before`, so that it ends where the volume first
+    /// equals `volume`, if it does so within the step. Returns the length of the remaining step.
     ///
-    /// A passage and return within the step is found by the extrema of the cubic with the volumes and flows of both ends.
+    /// The extrema of the cubic with the volumes and flows of both ends reveal a passage and return within the step.
     pub(super) fn land_on_volume(
         &mut self,
         volume: f64,
@@ -155,15 +155,15 @@ impl Motion {
         }
     }
 
-    /// Attempts the step whose end has `volume`, with the volume off by `fa` at its start and by `fb` of the other sign after
-    /// `b`; returns its length.
+    /// Attempts the step that ends at `volume`. The error of the volume is `fa` at its start, and `fb` with the opposite sign after `b`.
+    /// Returns its length.
     fn bisect_volume(
         &mut self,
         volume: f64,
         mut fa: f64,
         (mut b, mut fb): (f64, f64),
     ) -> Result<f64, ImplicitError> {
-        // Regula falsi on the length of the step, as modified in Illinois; each trial is a step of the scheme.
+        // Illinois method (modified regula falsi) for the length of the step; each trial is a step of the scheme.
         let mut a = 0.0;
         let mut last = b;
         for _ in 0..60 {
@@ -185,13 +185,13 @@ impl Motion {
     }
 }
 
-/// The cubic on [0, 1] with these values and slopes at its ends, at `t`.
+/// Evaluates at `t` the cubic on [0, 1] with these values and slopes at its ends.
 fn cubic([a, b]: [f64; 2], [da, db]: [f64; 2], t: f64) -> f64 {
     let s = 1.0 - t;
     s * s * (a * (1.0 + 2.0 * t) + da * t) + t * t * (b * (1.0 + 2.0 * s) - db * s)
 }
 
-/// Where that cubic has its extrema within (0, 1), rising.
+/// Returns the extrema of that cubic within (0, 1), ascending.
 fn extrema([a, b]: [f64; 2], [da, db]: [f64; 2]) -> [Option<f64>; 2] {
     // derivative c2 t^2 + 2 c1 t + da
     let (c2, c1) = (
@@ -209,7 +209,7 @@ fn extrema([a, b]: [f64; 2], [da, db]: [f64; 2]) -> [Option<f64>; 2] {
     roots.map(|t| (t > 0.0 && t < 1.0).then_some(t))
 }
 
-/// A bound on the step, which may be infinite.
+/// Validates a bound on the step, which may be infinite.
 fn longest(step: f64) -> Result<f64, ImplicitError> {
     if step == f64::INFINITY {
         Ok(step)

@@ -1,4 +1,4 @@
-//! Steps until something is reached.
+//! Runs until a condition is met.
 
 use std::convert::Infallible;
 use std::ops::ControlFlow;
@@ -20,22 +20,21 @@ pub enum TimeStep {
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub enum Stop {
-    /// At this time, exactly.
+    /// Exactly at this time.
     Time(f64),
     /// When the (inner) volume passes this value, cm^3: the last step ends there, to 1e-10 of the volume. A passage and return
     /// within one step counts if the volume goes beyond the value by more than the error, O(dt^4), of a cubic in time between
     /// the volumes and flows at the ends of the step.
     Volume(f64),
-    /// When the norms over s of the total force F_p + F_e and of the velocity are at most this,
-    /// for both membranes of a pair, after the first step of the run or a later one: a load that begins at zero finds its
-    /// membrane at rest.
+    /// When the norms over s of the total force F_p + F_e and of the velocity are at most this, for both membranes of a pair, after the
+    /// first or a later step of the run: under a load that begins at zero the membrane is initially at rest.
     Equilibrium {
         /// Bound on (integral of |F_p + F_e|^2 ds)^(1/2).
         force: f64,
         /// Bound on (integral of |v|^2 ds)^(1/2).
         speed: f64,
     },
-    /// After this many steps.
+    /// After this number of steps.
     Steps(usize),
 }
 
@@ -43,8 +42,8 @@ impl Motion {
     /// Makes steps until the first of `stops` is met; returns its index.
     ///
     /// ```
-    /// # use membrane_implicit::{Load, Membrane, Motion, Body, RestShape, Scheme, Stop, TimeStep};
-    /// # let membrane = Membrane::new(RestShape::balloon(8.5, 1.75)?);
+    /// # use membrane_implicit::{Load, Membrane, Motion, Body, ReferenceShape, Scheme, Stop, TimeStep};
+    /// # let membrane = Membrane::new(ReferenceShape::balloon(8.5, 1.75)?);
     /// # let body = Body::springs(&membrane, 51)?.with_damping(1.0)?;
     /// let drive = Load::intensity(|t| 17.5 * (1.0 - (-t).exp())); // no load at t = 0
     /// let mut motion = Motion::new(body, drive, Scheme::TrBdf2)?;
@@ -81,12 +80,12 @@ impl Motion {
         }
     }
 
-    /// Runs as [`Motion::run_with`]; a value with which `observe` breaks ends the run and is returned.
+    /// Runs as [`Motion::run_with`]. If `observe` breaks, its value ends the run and is returned.
     ///
     /// ```
     /// use std::ops::ControlFlow;
-    /// # use membrane_implicit::{Load, Membrane, Motion, Body, RestShape, Scheme, Stop, TimeStep};
-    /// # let membrane = Membrane::new(RestShape::balloon(8.5, 1.75)?);
+    /// # use membrane_implicit::{Load, Membrane, Motion, Body, ReferenceShape, Scheme, Stop, TimeStep};
+    /// # let membrane = Membrane::new(ReferenceShape::balloon(8.5, 1.75)?);
     /// # let body = Body::springs(&membrane, 51)?.with_damping(1.0)?;
     /// let mut motion = Motion::new(body, Load::intensity(|_| 17.5), Scheme::TrBdf2)?;
     /// let ended = motion.run_observed(TimeStep::Fixed(0.01), &[Stop::Time(10.0)], |motion| {
@@ -136,7 +135,7 @@ impl Motion {
             }
             let left = end - self.time();
             let dt = match steps {
-                // the last step is cut, but not by the rounding of the clock
+                // the last step is shortened, but not because of rounding of the time
                 TimeStep::Fixed(dt) if dt * (1.0 - 1e-9) < left => dt,
                 TimeStep::Fixed(_) => left,
                 TimeStep::Adaptive(_) => 0.0,
@@ -162,7 +161,7 @@ impl Motion {
         }
     }
 
-    /// The first of `stops` that is reached, in a run that began after the step `first`.
+    /// Returns the first of `stops` that is met, in a run from the step `first`.
     fn stopped(&mut self, stops: &[Stop], first: usize) -> Result<Option<usize>, ImplicitError> {
         let taken = self.work().steps - first;
         for (index, stop) in stops.iter().enumerate() {

@@ -1,10 +1,10 @@
 //! The reference problem: R = 1.75, h = 8.5, N = 101, f = 17.5, lambda = mu = m = 1, at rest.
 #![allow(dead_code, unreachable_pub)] // each test file uses its part
 
-use membrane_implicit::{Body, Load, Membrane, Motion, RestShape, Scheme};
+use membrane_implicit::{Body, Load, Membrane, Motion, ReferenceShape, Scheme};
 
 pub fn balloon() -> Membrane {
-    Membrane::new(RestShape::balloon(8.5, 1.75).unwrap())
+    Membrane::new(ReferenceShape::balloon(8.5, 1.75).unwrap())
 }
 
 pub fn reference_body() -> Body {

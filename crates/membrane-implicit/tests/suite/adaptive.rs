@@ -5,8 +5,8 @@ use crate::common;
 use common::{apart, inflate, reference_body};
 use membrane_implicit::{Load, Motion, Scheme, Stop, TimeStep, Tolerance};
 
-/// A load that rises within a tenth of the first step that the state at rest suggests: the error of that step is controlled too,
-/// also by schemes whose estimate needs a previous step.
+/// A load that rises within a tenth of the first step that the initial state suggests: the error of that step is controlled, too, also by
+/// schemes whose estimate needs a previous step.
 #[test]
 fn the_first_step_keeps_the_tolerance() {
     let motion = |scheme| {

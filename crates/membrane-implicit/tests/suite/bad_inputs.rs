@@ -1,4 +1,4 @@
-//! Every public constructor and run answers bad input with a typed error.
+//! Every public constructor and run returns a typed error for bad input.
 
 use crate::common;
 
@@ -40,7 +40,7 @@ fn messages_are_short() {
     assert_eq!(damped.to_string(), expected);
     let body = Body::springs(
         &membrane_implicit::Membrane::new(
-            membrane_implicit::RestShape::balloon(1e200, 1.0).unwrap(),
+            membrane_implicit::ReferenceShape::balloon(1e200, 1.0).unwrap(),
         ),
         5,
     );
@@ -178,8 +178,9 @@ fn pairs_and_states() {
     assert!(is_range(
         inflate(Scheme::TrBdf2).with_state(0.0, &points, &zero)
     ));
-    let outer =
-        membrane_implicit::Membrane::new(membrane_implicit::RestShape::balloon(8.5, 2.75).unwrap());
+    let outer = membrane_implicit::Membrane::new(
+        membrane_implicit::ReferenceShape::balloon(8.5, 2.75).unwrap(),
+    );
     let outer = Body::springs(&outer, 101).unwrap();
     let load = Load::intensity(|_| 1.0);
     let pair = Motion::pair(reference_body(), outer, load, Scheme::TrBdf2).unwrap();
@@ -224,10 +225,10 @@ fn evolving_method() {
         }
     }
     assert!(is_range(run(EvolvingOptions::default(), 1e300)));
-    // no load: at rest it is at equilibrium, after no step
+    // no load: the initial state is an equilibrium, after no step
     let still = run(EvolvingOptions::default(), 0.0).unwrap();
     assert!(still.steps == 0 && still.residual() == 0.0);
-    // whoever empties the list finds none
+    // an empty list has no stop
     let mut emptied = still;
     emptied.norms.clear();
     assert!(emptied.residual().is_nan() && emptied.is_monotone());

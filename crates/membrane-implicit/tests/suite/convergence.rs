@@ -177,7 +177,7 @@ fn dense_output_is_as_good_as_the_steps() {
     }
     let slope = (worst[0] / worst[1]).log2();
     println!("{worst:?} slope {slope}");
-    // the scheme's own error, order 2, is what remains
+    // only the scheme's own error, of order 2, remains
     assert!(slope > 1.8, "{worst:?}");
 }
 

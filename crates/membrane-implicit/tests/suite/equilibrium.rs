@@ -1,4 +1,4 @@
-//! The static limit: where the motion ends is where Newton's method arrives.
+//! The static limit: a motion ends at the equilibrium of Newton's method.
 //!
 //! `PROPTEST_CASES` sets the number of random problems (default 500).
 
@@ -7,7 +7,7 @@ use crate::common;
 use common::balloon;
 use membrane_implicit::membrane_newton::{Control, Discretisation, NewtonOptions, Pair, Solver};
 use membrane_implicit::{
-    Body, Load, Membrane, Motion, PressureLaw, RestShape, Scheme, Stiffness, Stop, TimeStep,
+    Body, Load, Membrane, Motion, PressureLaw, ReferenceShape, Scheme, Stiffness, Stop, TimeStep,
 };
 use proptest::prelude::*;
 
@@ -61,7 +61,7 @@ fn membrane(p: &Problem, radius: f64) -> Membrane {
         &[],
     )
     .unwrap();
-    let mut membrane = Membrane::new(RestShape::balloon(p.height, radius).unwrap())
+    let mut membrane = Membrane::new(ReferenceShape::balloon(p.height, radius).unwrap())
         .with_stiffness(stiffness)
         .with_law(p.law);
     if let Some(second) = p.second {
@@ -218,7 +218,7 @@ fn adaptive_steps_grow_without_bound_as_it_settles() {
     assert!(motion.work().steps < 3_000);
 }
 
-/// A membrane at rest under no load yet is not settled: the first step comes before the first look.
+/// A membrane at rest without load yet is not settled: the first step precedes the first test.
 #[test]
 fn a_load_from_zero_is_not_settled_at_once() {
     let body = || {
@@ -278,7 +278,7 @@ fn the_implicit_splitting_keeps_an_equilibrium() {
         .run(TimeStep::Fixed(0.1), &[Stop::Steps(1000)])
         .unwrap();
     let off = distance(motion.state().points, &solved.points());
-    // nothing damps what the rounding of forces, 1e-11, sets moving
+    // no damping of motions caused by the rounding of forces, 1e-11
     println!("{off:e}");
     assert!(off < 1e-9, "{off:e}");
 }

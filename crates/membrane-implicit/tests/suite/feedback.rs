@@ -10,7 +10,7 @@ use membrane_implicit::membrane_newton::membrane_forces::FiniteDifferences;
 use membrane_implicit::membrane_newton::{Control, Discretisation, NewtonOptions, Solver};
 use membrane_implicit::{
     Body, EvolvingOptions, Feedback, ImplicitError, Load, LoadState, Measure, Membrane, Motion,
-    RestShape, Scheme, Stop, TimeStep, Tolerance, evolve, evolve_observed,
+    ReferenceShape, Scheme, Stop, TimeStep, Tolerance, evolve, evolve_observed,
 };
 
 const IMPLICIT: [Scheme; 3] = [Scheme::SemiImplicitEuler, Scheme::Midpoint, Scheme::TrBdf2];
@@ -104,8 +104,8 @@ fn pressure_and_state_fit_each_other() {
                     volume: state.volume(),
                     volume_rate: state.volume_rate(),
                 };
-                // The stages are solved to rounding of a position, which the flow sees through 1 / dt and the gradient
-                // of the volume, some 50 cm^2: 1e-16 20 50 / 0.01 = 1e-11 of a pressure of 10.
+                // The stages are solved to rounding of a position, which the flow amplifies by 1 / dt and the gradient of the volume, some
+                // 50 cm^2: 1e-16 20 50 / 0.01 = 1e-11 of a pressure of 10.
                 let apart = (state.intensity - outlet(&now)).abs();
                 assert!(apart < 1e-10, "{scheme:?} at {time}: {apart:e}");
             })
@@ -116,7 +116,7 @@ fn pressure_and_state_fit_each_other() {
     }
 }
 
-/// Damped out, V and f are an equilibrium, which Newton knows as that of the volume.
+/// After damping, V and f are the equilibrium that Newton computes for the volume.
 #[test]
 fn it_settles_where_newton_says() {
     let hook = |now: &LoadState| 30.0 - 0.1 * now.volume - 0.01 * now.volume_rate;
@@ -134,7 +134,7 @@ fn it_settles_where_newton_says() {
     assert!((intensity - (30.0 - 0.1 * volume)).abs() < 1e-7);
 }
 
-/// A load that looks at the clock alone is the one that is given as a function of time.
+/// A load that depends only on time equals that function of time.
 #[test]
 fn a_feedback_may_ignore_the_state() {
     for scheme in IMPLICIT {
@@ -182,7 +182,7 @@ fn a_kink_is_no_obstacle() {
 
 #[test]
 fn a_pair_under_feedback_keeps_its_wall() {
-    let outer = Membrane::new(RestShape::balloon(8.5, 2.75).unwrap());
+    let outer = Membrane::new(ReferenceShape::balloon(8.5, 2.75).unwrap());
     let outer = Body::springs(&outer, 41).unwrap();
     let load = Load::feedback(outlet);
     let mut pair = Motion::pair(body(), outer, load, Scheme::TrBdf2).unwrap();
@@ -191,11 +191,11 @@ fn a_pair_under_feedback_keeps_its_wall() {
         wall = wall.max(pair.wall_volume_error().unwrap().abs());
     })
     .unwrap();
-    // each volume is held to rounding
+    // each volume is constant to rounding
     assert!(wall < 1e-12, "{wall:e}");
 }
 
-/// What a model remembers, and how often it was told.
+/// The memory of a model, and the number of its updates.
 #[derive(Debug, Clone, Default)]
 struct Diary {
     told: Vec<LoadState>,
@@ -217,7 +217,7 @@ impl Feedback for Diary {
     }
 }
 
-/// A model is told each accepted state once, those of rejected steps never; a copy of the motion has its own memory.
+/// A model receives each accepted state once, those of rejected steps never; a copy of the motion has its own memory.
 #[test]
 fn a_model_may_remember() {
     // jumps to another load after forty states, so that an adaptive step is rejected
@@ -258,7 +258,7 @@ fn what_a_feedback_cannot_be() {
     }
 }
 
-/// What the observer breaks off with comes back, at the step where it did.
+/// The value with which the observer breaks is returned at that step.
 #[test]
 fn an_observer_ends_a_run() {
     let mut motion = outlet_motion(Scheme::TrBdf2);

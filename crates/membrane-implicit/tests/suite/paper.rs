@@ -1,16 +1,16 @@
-//! The paper's scheme: against the block system of Eq. 28 solved densely, and the behaviour that
-//! its Fig. 10 shows.
+//! The paper's scheme: against the dense solution of the block system of Eq. 28, and the behaviour of Fig. 10.
 
 use membrane_implicit::membrane_newton::{Control, Discretisation, NewtonOptions, Solver};
 use membrane_implicit::{
-    EvolvingOptions, ImplicitError, Jacobian, Membrane, PressureLaw, RestShape, Stiffness, evolve,
+    EvolvingOptions, ImplicitError, Jacobian, Membrane, PressureLaw, ReferenceShape, Stiffness,
+    evolve,
 };
 use nalgebra::{DMatrix, DVector};
 
 const TOTAL_FORCE: f64 = 2588.9;
 
 fn balloon() -> Membrane {
-    Membrane::new(RestShape::balloon(8.5, 1.75).unwrap())
+    Membrane::new(ReferenceShape::balloon(8.5, 1.75).unwrap())
 }
 
 /// The paper's forces, written from its text for interior nodes, first and second neighbours.
@@ -271,7 +271,7 @@ fn frames_carry_forces_that_balance_at_the_end() {
             "{own} and {norm}"
         );
     }
-    // at rest nothing pulls and the pressure is F / S everywhere
+    // in the reference configuration there is no elastic force, and the pressure is F / S everywhere
     let first = &run.frames[0];
     assert!(first.elastic.as_flattened().iter().all(|e| *e == 0.0));
     let [x, y] = first.pressure[50];

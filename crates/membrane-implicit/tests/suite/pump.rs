@@ -1,4 +1,4 @@
-//! Pumped membranes: volumes held, beats that repeat, events.
+//! Prescribed volumes: constant volumes, periodic beats, events.
 
 use crate::common;
 
@@ -7,8 +7,8 @@ use std::f64::consts::TAU;
 use common::{balloon, inflate, reference_body};
 use membrane_implicit::DiscreteMembrane;
 use membrane_implicit::{
-    Body, Load, LoadKind, Measure, Membrane, Motion, PressureLaw, RestShape, Scheme, Stiffness,
-    Stop, TimeStep, Tolerance,
+    Body, Load, LoadKind, Measure, Membrane, Motion, PressureLaw, ReferenceShape, Scheme,
+    Stiffness, Stop, TimeStep, Tolerance,
 };
 
 type Points = Vec<[f64; 2]>;
@@ -18,7 +18,7 @@ const PERIOD: f64 = 60.0 / 65.0;
 
 fn bodies(law: PressureLaw) -> (Body, Body) {
     let body = |radius: f64| {
-        let membrane = Membrane::new(RestShape::balloon(8.5, radius).unwrap())
+        let membrane = Membrane::new(ReferenceShape::balloon(8.5, radius).unwrap())
             .with_stiffness(Stiffness::constant(100.0).unwrap())
             .with_law(law);
         Body::springs(&membrane, 101)
@@ -119,7 +119,7 @@ fn the_linearised_scheme_holds_the_volume_to_its_order() {
         drift
     });
     println!("{drift:?}");
-    // what a linearised volume misses is (dt v)^2 a step, made good by the next
+    // the error of a linearised volume is (dt v)^2 per step and is corrected by the next step
     let slope = (drift[0] / drift[1]).log2();
     assert!(
         drift[0] < 1e-2 && (slope - 2.0).abs() < 0.3,
@@ -221,7 +221,7 @@ fn runs_stop_at_a_volume_and_at_the_first_of_several_events() {
             let volume = motion.state().volume();
             assert!((volume / 150.0 - 1.0).abs() < 1e-10, "{scheme:?} {volume}");
             assert!(motion.time() > 0.1 && motion.time() < 1.0);
-            // and goes on: through the same volume again on the way down
+            // then continues through the same volume in the opposite direction
             let first = motion.time();
             motion.run(steps, &[Stop::Time(first + 0.1)]).unwrap();
             assert!(motion.state().volume() > 150.0);

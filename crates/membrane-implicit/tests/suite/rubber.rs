@@ -1,23 +1,23 @@
-//! Rubber in motion: energy to rounding, order two, equilibria and vibrations known from elsewhere, events and dense output.
+//! Rubber in motion: energy to rounding, order two, independent equilibria and vibrations, events and dense output.
 
 use crate::common;
 
 use common::{apart, runge_kutta};
 use membrane_implicit::{
-    Body, ImplicitError, Load, LoadState, Membrane, Motion, RestShape, Scheme, Stop, TimeStep,
+    Body, ImplicitError, Load, LoadState, Membrane, Motion, ReferenceShape, Scheme, Stop, TimeStep,
     Tolerance,
 };
 use membrane_newton::{
     Control, Discretisation, MembraneError, NewtonOptions, Rubber, Solver, StrainEnergy, Thickness,
 };
 
-fn of(rest: RestShape, energy: StrainEnergy) -> Membrane {
+fn of(rest: ReferenceShape, energy: StrainEnergy) -> Membrane {
     Membrane::new(rest).with_rubber(Rubber::new(energy, Thickness::UNIT).unwrap())
 }
 
 fn balloon() -> Membrane {
     of(
-        RestShape::balloon(8.5, 1.75).unwrap(),
+        ReferenceShape::balloon(8.5, 1.75).unwrap(),
         StrainEnergy::NeoHookean { mu: 1.0 },
     )
 }
@@ -30,7 +30,7 @@ fn motion(body: Body, load: Load) -> Motion {
     Motion::new(body, load, Scheme::Midpoint).unwrap()
 }
 
-/// A sudden pressure, long and short steps, three rubbers, with and without damping: what the pressure has done is somewhere.
+/// A sudden pressure, long and short steps, three rubbers, with and without damping: the energy balances.
 #[test]
 fn energy_adds_up_to_rounding_for_any_step() {
     for energy in [
@@ -39,7 +39,7 @@ fn energy_adds_up_to_rounding_for_any_step() {
         StrainEnergy::Gent { mu: 1.0, jm: 20.0 },
     ] {
         for (dt, damping) in [(0.3, 0.0), (0.05, 0.0), (0.1, 0.5)] {
-            let membrane = of(RestShape::balloon(8.5, 1.75).unwrap(), energy.clone());
+            let membrane = of(ReferenceShape::balloon(8.5, 1.75).unwrap(), energy.clone());
             let body = Body::rubber(&membrane, 41, 1.0).unwrap();
             let body = body.with_damping(damping).unwrap();
             let mut motion = motion(body, Load::intensity(|t| 0.15 * (t / 3.0).min(1.0)));
@@ -160,7 +160,7 @@ fn a_filled_balloon_ends_in_equilibrium() {
         "{pressure} {}",
         still.intensity
     );
-    // What is left of the slowest mode: 7e-6 after half of the time, 4e-8 after all of it, whatever the step.
+    // The remainder of the slowest mode: 7e-6 after half of the time, 4e-8 after all of it, for any step.
     let off = apart(motion.state().points, &still.points());
     assert!(off < 1e-6, "{off:e}");
 }
@@ -228,7 +228,7 @@ fn vibrations_have_the_frequency_of_the_stability() {
 
 #[test]
 fn loads_schemes_and_bodies_of_the_other_material_are_errors() {
-    let springs = Membrane::new(RestShape::balloon(8.5, 1.75).unwrap());
+    let springs = Membrane::new(ReferenceShape::balloon(8.5, 1.75).unwrap());
     for rejected in [
         Body::rubber(&springs, 21, 1.0),
         Body::springs(&balloon(), 21),

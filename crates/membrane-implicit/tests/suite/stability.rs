@@ -1,4 +1,4 @@
-//! Steps far past the explicit limit, stiffnesses and dampings of any size.
+//! Steps far beyond the explicit limit, stiffnesses and dampings of any size.
 //!
 //! `MEMBRANE_STEPS` sets the number of steps of the long runs (default 2 000; the full count is
 //! 1 000 000).
@@ -10,8 +10,8 @@ use std::error::Error;
 use common::balloon;
 use membrane_implicit::membrane_newton::NewtonError;
 use membrane_implicit::{
-    Body, ImplicitError, Load, Membrane, MembraneError, Motion, PressureLaw, RestShape, Scheme,
-    Stiffness, Stop, TimeStep,
+    Body, ImplicitError, Load, Membrane, MembraneError, Motion, PressureLaw, ReferenceShape,
+    Scheme, Stiffness, Stop, TimeStep,
 };
 
 fn long_run() -> usize {
@@ -111,8 +111,8 @@ fn midpoint_rules_keep_the_energy_of_the_linear_membrane() {
     }
 }
 
-/// Explicit schemes far beyond their step run away. Whatever a step returns `Ok` for can be measured: volume, flow, energy
-/// and norms are numbers; then an error says which step, from when, and what ran away, and the state before it stays.
+/// Explicit schemes diverge far beyond their step. After every accepted step volume, flow, energy and norms are finite; then an error
+/// contains step, time and the diverging quantity, and the state before it is kept.
 #[test]
 fn what_runs_away_says_so_in_time() {
     let laws = [
@@ -187,10 +187,10 @@ fn what_runs_away_says_so_in_time() {
     }
 }
 
-/// A curve so large that its volume is no number is refused before it moves.
+/// A curve whose volume overflows is rejected before it moves.
 #[test]
 fn too_large_to_move() {
-    let huge = Membrane::new(RestShape::balloon(1e101, 1e101).unwrap());
+    let huge = Membrane::new(ReferenceShape::balloon(1e101, 1e101).unwrap());
     let refused = Body::springs(&huge, 11).err();
     assert!(matches!(
         refused,
@@ -207,7 +207,7 @@ fn too_large_to_move() {
     ));
 }
 
-/// What led to an error is its source, and the chain says each thing once.
+/// The cause of an error is its source, and the chain contains each message once.
 #[test]
 fn causes_are_reachable_and_said_once() {
     let few = Body::springs(&balloon(), 2).unwrap_err();

@@ -2,11 +2,11 @@
 
 use membrane_newton::{
     BandMatrix, BandedLu, Control, Discretisation, Membrane, MembraneError, NewtonError,
-    NewtonOptions, Pair, PressureLaw, ResidualSystem, RestShape, Solver, Stiffness, newton,
+    NewtonOptions, Pair, PressureLaw, ReferenceShape, ResidualSystem, Solver, Stiffness, newton,
 };
 
 fn solver(law: PressureLaw, radius: f64) -> Solver {
-    let membrane = Membrane::new(RestShape::balloon(8.5, radius).unwrap()).with_law(law);
+    let membrane = Membrane::new(ReferenceShape::balloon(8.5, radius).unwrap()).with_law(law);
     Solver::new(
         &membrane,
         Discretisation::Spectral {
@@ -35,7 +35,7 @@ fn impossible_controls() {
             "{bad:?}: {error}"
         );
     }
-    let disc = Membrane::new(RestShape::disc(1.0).unwrap());
+    let disc = Membrane::new(ReferenceShape::disc(1.0).unwrap());
     let disc = Solver::new(&disc, Discretisation::FiniteDifferences { nodes: 51 }).unwrap();
     assert!(matches!(
         disc.solve(Control::VolumeGain(0.6), &options),
@@ -75,7 +75,7 @@ fn a_failed_solve_reports_what_it_tried() {
 
 #[test]
 fn bad_discretisations_and_pairs() {
-    let membrane = Membrane::new(RestShape::disc(1.0).unwrap());
+    let membrane = Membrane::new(ReferenceShape::disc(1.0).unwrap());
     for bad in [
         Discretisation::FiniteDifferences { nodes: 2 },
         Discretisation::Spectral {
@@ -147,14 +147,14 @@ fn shapes_too_large_for_their_volume_are_refused() {
         Discretisation::SpectralAdaptive { tolerance: 1e-9 },
     ] {
         for radius in [1e103, 1e200] {
-            let membrane = Membrane::new(RestShape::balloon(8.5, radius).unwrap());
+            let membrane = Membrane::new(ReferenceShape::balloon(8.5, radius).unwrap());
             assert!(matches!(
                 Solver::new(&membrane, discretisation),
                 Err(NewtonError::Membrane(MembraneError::NotFinite { .. }))
             ));
         }
         // This one has a volume, but not after it has grown by a hundred times its size.
-        let membrane = Membrane::new(RestShape::balloon(8.5e101, 1.75e101).unwrap());
+        let membrane = Membrane::new(ReferenceShape::balloon(8.5e101, 1.75e101).unwrap());
         let solver = Solver::new(&membrane, discretisation).unwrap();
         assert!(solver.start_measures().volume.is_finite());
         let load = Control::Load(1e104);
@@ -228,7 +228,7 @@ fn matrices_and_unknowns_of_another_size_are_refused() {
         };
         assert_eq!(refused.unwrap_err(), expected);
     }
-    assert!(lu.factored().is_none());
+    assert!(lu.factorisation().is_none());
 
     struct Line;
     impl ResidualSystem for Line {
@@ -266,11 +266,11 @@ fn matrices_and_unknowns_of_another_size_are_refused() {
     assert_eq!(x, [0.0; 2]);
 }
 
-/// All of a curve's measures are numbers and its total force is not: it is refused, as a volume beyond the largest number is.
+/// All measures of a curve are finite and its total force is not: an error, as for a volume that overflows.
 #[test]
 fn a_total_force_beyond_the_largest_number_is_refused() {
     // Next to no load for so stiff a membrane, of a surface of 1e162.
-    let membrane = Membrane::new(RestShape::balloon(8.5e80, 1.75e80).unwrap())
+    let membrane = Membrane::new(ReferenceShape::balloon(8.5e80, 1.75e80).unwrap())
         .with_law(PressureLaw::TotalForce)
         .with_stiffness(Stiffness::constant(1e75).unwrap());
     let spectral = Discretisation::Spectral {

@@ -1,14 +1,14 @@
-//! Which of several equilibria is the answer: the one that raising the load leads to, or an error.
+//! Choice between several equilibria: the one that a rising load reaches, or an error.
 //!
-//! The oracle is a shooting method that knows nothing of nodes or tangents. With the tension
-//! T = lambda c' the equilibrium of a disc is T' = lambda' c0' - f n; a mirror-symmetric one leaves the apex
-//! with T = (0, -t), and c_y(0) = R is one equation for the number t. Its roots are all the mirror-symmetric
-//! equilibria there are.
+//! The reference is a shooting method without nodes or tangents. With the tension T = lambda c' the equilibrium of a disc is T' = lambda'
+//! c0' - f n; a mirror-symmetric one leaves the apex with T = (0, -t), and c_y(0) = R is one equation for the number t. Its roots are all
+//! mirror-symmetric equilibria.
 
 use std::f64::consts::{PI, TAU};
 
 use membrane_newton::{
-    Control, Discretisation, Membrane, NewtonError, NewtonOptions, RestShape, Solver, Stiffness,
+    Control, Discretisation, Membrane, NewtonError, NewtonOptions, ReferenceShape, Solver,
+    Stiffness,
 };
 
 /// A disc of stiffness 1 + a cos(2 pi s).
@@ -21,7 +21,7 @@ struct Disc {
 impl Disc {
     fn solver(self, discretisation: Discretisation) -> Solver {
         let stiffness = move |s: f64| self.stiffness(s);
-        let membrane = Membrane::new(RestShape::disc(self.radius).unwrap())
+        let membrane = Membrane::new(ReferenceShape::disc(self.radius).unwrap())
             .with_stiffness(Stiffness::function(stiffness, &[]).unwrap());
         Solver::new(&membrane, discretisation).unwrap()
     }
@@ -30,8 +30,8 @@ impl Disc {
         1.0 + self.amplitude * (TAU * s).cos()
     }
 
-    /// What c_y(0) misses of R when the apex has tension (0, -t) under `load`, and the angle by
-    /// which the whole curve turns. Runge and Kutta's fourth order from s = 1/2 to 0.
+    /// Returns the error of c_y(0) = R for the apex tension (0, -t) under `load`, and the turning angle of the curve. Classical Runge-Kutta
+    /// scheme from s = 1/2 to 0.
     fn shoot(self, load: f64, t: f64) -> (f64, f64) {
         let rate = |s: f64, [x, y]: [f64; 2]| {
             let size = x.hypot(y);
@@ -118,8 +118,8 @@ fn of_many_equilibria_the_one_that_inflation_leads_to() {
     }
 }
 
-/// Soft at the apex, the disc has a limit point: 740 is far past it. Newton from rest, taken at its word,
-/// has found curves of three loops here, other ones with other meshes.
+/// The disc is soft at the apex and has a limit point far below 740. Newton from the start alone finds curves of three loops here, and
+/// others on other meshes.
 #[test]
 fn past_the_limit_point_there_are_only_curves_with_loops_and_none_is_the_answer() {
     let disc = Disc {
@@ -144,7 +144,7 @@ fn past_the_limit_point_there_are_only_curves_with_loops_and_none_is_the_answer(
             high = middle
         }
     }
-    // the walk stops within 2e-4 of it; differences are off by 4.5 / N^2 of it besides, as measured
+    // the walk stops within 2e-4 of it; differences have an additional error of 4.5 / N^2, as measured
     for (discretisation, tolerance) in [
         (SPECTRAL, 2e-4),
         (DIFFERENCES, 2e-3),
@@ -168,7 +168,7 @@ fn past_the_limit_point_there_are_only_curves_with_loops_and_none_is_the_answer(
     }
 }
 
-/// Without the walk there is no way to tell how far the branch goes, but still no curve with loops.
+/// Without the walk the end of the branch is unknown, but no curve with loops is a result.
 #[test]
 fn without_load_steps_another_branch_is_an_error_too() {
     let disc = Disc {
@@ -190,13 +190,13 @@ fn without_load_steps_another_branch_is_an_error_too() {
     }
 }
 
-/// A branch may turn back, turn again and go on under larger loads, here at a total force of 169: what lies
-/// beyond is an equilibrium with as many loops, but not one that raising the load leads to.
+/// A branch may turn back twice and continue under larger loads, here at a total force of 169: an equilibrium there has as many loops, but
+/// a rising load does not reach it.
 #[test]
 fn beyond_two_limit_points_is_no_answer_either() {
     let wave = |s: f64| 1.0 + 0.8733245064194779 * (TAU * (s + 0.9097600797022831)).cos();
     let stiffness = move |s: f64| wave(s) * if s < 0.7 { 1.0 } else { 1.3606585151805919 };
-    let membrane = Membrane::new(RestShape::disc(1.0).unwrap())
+    let membrane = Membrane::new(ReferenceShape::disc(1.0).unwrap())
         .with_stiffness(Stiffness::function(stiffness, &[0.7]).unwrap());
     let options = NewtonOptions::default();
     for discretisation in [SPECTRAL, DIFFERENCES] {
@@ -216,14 +216,14 @@ fn beyond_two_limit_points_is_no_answer_either() {
     }
 }
 
-/// Near its limit point this membrane is a thousand times its size, and fine elements leave steps of
-/// 2e-9 to rounding: the walk has to tell that from a branch that ends.
+/// Near its limit point this membrane is a thousand times its size, and steps on fine elements are 2e-9 because of rounding: the walk must
+/// distinguish this from the end of the branch.
 #[test]
 fn rounding_does_not_end_the_walk_early() {
     let radius = 0.18008754300863378;
     let wave = |s: f64| 1.0 - 0.8922928507348119 * (TAU * s).cos();
     let stiffness = move |s: f64| wave(s) * if s < 0.6 { 1.0 } else { 0.6328613604936809 };
-    let rest = RestShape::balloon(6.965507011735689 * radius, radius).unwrap();
+    let rest = ReferenceShape::balloon(6.965507011735689 * radius, radius).unwrap();
     let membrane =
         Membrane::new(rest).with_stiffness(Stiffness::function(stiffness, &[0.6]).unwrap());
     let solver = Solver::new(&membrane, SPECTRAL).unwrap();
@@ -247,7 +247,7 @@ fn a_narrow_pair_of_limit_points_is_not_stepped_over() {
     let radius = 1.6301606497749683;
     let wave = |s: f64| 1.0 - 0.11008719555488762 * (TAU * s).cos();
     let stiffness = move |s: f64| wave(s) * if s < 0.4 { 1.0 } else { 0.2701328495626068 };
-    let rest = RestShape::balloon(0.17363534843984182 * radius, radius).unwrap();
+    let rest = ReferenceShape::balloon(0.17363534843984182 * radius, radius).unwrap();
     let membrane =
         Membrane::new(rest).with_stiffness(Stiffness::function(stiffness, &[0.4]).unwrap());
     let differences = |nodes| Discretisation::FiniteDifferences { nodes };

@@ -2,7 +2,7 @@
 
 use membrane_newton::membrane_forces::LinearEquilibrium;
 use membrane_newton::{
-    Control, Discretisation, Membrane, NewtonOptions, Pair, PressureLaw, RestShape, Solver,
+    Control, Discretisation, Membrane, NewtonOptions, Pair, PressureLaw, ReferenceShape, Solver,
     Stiffness,
 };
 
@@ -11,7 +11,7 @@ fn solver(membrane: &Membrane, discretisation: Discretisation) -> Solver {
 }
 
 fn balloon(scale: f64) -> Membrane {
-    Membrane::new(RestShape::balloon(8.5 * scale, 1.75 * scale).unwrap())
+    Membrane::new(ReferenceShape::balloon(8.5 * scale, 1.75 * scale).unwrap())
 }
 
 /// Relative volume error at kappa = 4 under the linear law, whose solution is known exactly.
@@ -88,7 +88,7 @@ fn golden_counters_of_the_reference_problems() {
         degree: 14,
         per_piece: 1,
     };
-    let outer = Membrane::new(RestShape::balloon(8.5, 2.75).unwrap());
+    let outer = Membrane::new(ReferenceShape::balloon(8.5, 2.75).unwrap());
     let pair = Pair::new(solver(&balloon(1.0), spectral), solver(&outer, spectral)).unwrap();
     let report = pair.solve_gain(0.6, &options).unwrap().report;
     assert_eq!(
@@ -176,13 +176,13 @@ fn millimetres_centimetres_and_metres_give_the_same_iterates() {
 #[test]
 fn a_sliver_between_breakpoints_costs_no_accuracy() {
     let stiffness = |s: f64| if s < 0.45 { 1.0 } else { 4.0 };
-    let membrane = Membrane::new(RestShape::balloon(14.133214860480873, 1.0).unwrap())
+    let membrane = Membrane::new(ReferenceShape::balloon(14.133214860480873, 1.0).unwrap())
         .with_stiffness(Stiffness::function(stiffness, &[0.45]).unwrap());
     let intensity = |discretisation| {
         let solver = solver(&membrane, discretisation);
         let solved = solver.solve(Control::Volume(93.0), &NewtonOptions::default());
         let solved = solved.unwrap();
-        // what rounding does to the tension it does not do to the volume
+        // rounding affects the tension but not the volume
         let missed = solved.measures.volume / 93.0 - 1.0;
         assert!(missed.abs() < 1e-12, "{discretisation:?}: {missed:e}");
         solved.intensity
@@ -196,7 +196,7 @@ fn a_sliver_between_breakpoints_costs_no_accuracy() {
         Discretisation::SpectralAdaptive { tolerance: 1e-11 },
     ] {
         let off = intensity(other) / reference - 1.0;
-        // rounding seen through a derivative over the sliver, down to 1e-16 / 1e-8
+        // rounding amplified by a derivative over the narrow piece, down to 1e-16 / 1e-8
         assert!(off.abs() < 1e-7, "{other:?}: {off:e}");
     }
 }

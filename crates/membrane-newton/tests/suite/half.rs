@@ -4,7 +4,7 @@ use std::f64::consts::TAU;
 
 use membrane_newton::membrane_forces::{DiscreteMembrane, FiniteDifferences};
 use membrane_newton::{
-    Control, Discretisation, Measure, Membrane, NewtonOptions, PressureLaw, RestShape, Solver,
+    Control, Discretisation, Measure, Membrane, NewtonOptions, PressureLaw, ReferenceShape, Solver,
     Stiffness,
 };
 use nalgebra::{DMatrix, DVector};
@@ -59,7 +59,7 @@ fn the_half_curve_has_the_solution_of_the_whole() {
             PressureLaw::PerCurrentLength,
         ] {
             for second in [false, true] {
-                let mut membrane = Membrane::new(RestShape::balloon(8.5, 1.75).unwrap())
+                let mut membrane = Membrane::new(ReferenceShape::balloon(8.5, 1.75).unwrap())
                     .with_stiffness(profile(0.5))
                     .with_law(law);
                 if second {

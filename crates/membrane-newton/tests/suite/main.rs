@@ -1,4 +1,4 @@
-//! Everything about this crate, in one program: what is generic is compiled once.
+//! All tests of this crate in one program: generic code is compiled once.
 
 #![allow(clippy::expect_used, clippy::panic, clippy::unwrap_used)]
 

@@ -1,13 +1,12 @@
-//! Odd but legal membranes: any unit, few nodes, corners, jumps, second neighbours, ends held where they do not
-//! rest, suction. An answer is finite, meets its control and is an equilibrium of the whole curve; anything
-//! else is a typed error. `PROPTEST_CASES=10000` is the slow suite.
+//! Unusual but valid membranes: any unit, few nodes, corners, jumps, second neighbours, displaced ends, suction. A result is finite, meets
+//! its control and is an equilibrium of the whole curve; everything else is a typed error. `PROPTEST_CASES=10000` is the slow suite.
 
 use std::f64::consts::PI;
 
 use membrane_newton::membrane_forces::{DiscreteMembrane, FiniteDifferences};
 use membrane_newton::{
     Control, CurvePoint, Discretisation, Equilibrium, Measures, Membrane, NewtonError,
-    NewtonOptions, PressureLaw, RestShape, Solver, Stiffness,
+    NewtonOptions, PressureLaw, ReferenceShape, Solver, Stiffness,
 };
 use proptest::prelude::*;
 
@@ -28,7 +27,7 @@ struct Case {
     /// Stiffness jumps by this factor at this s.
     jump: (f64, f64),
     second: Option<f64>,
-    /// How far the ends are held from where they rest, in units.
+    /// Displacement of the fixed ends, in units.
     moved: Option<[[f64; 2]; 2]>,
     law: PressureLaw,
     discretisation: Discretisation,
@@ -99,13 +98,13 @@ impl Case {
     fn membrane(&self) -> Option<Membrane> {
         let (unit, lambda, (at, factor)) = (self.length(), self.stiffness(), self.jump);
         let rest = match &self.rest {
-            Rest::Disc => RestShape::disc(unit),
-            Rest::Balloon(ratio) => RestShape::balloon(ratio * unit, unit),
+            Rest::Disc => ReferenceShape::disc(unit),
+            Rest::Balloon(ratio) => ReferenceShape::balloon(ratio * unit, unit),
             Rest::Polyline(points) => {
                 let points: Vec<_> = points.iter().map(|p| p.map(|x| x * unit)).collect();
-                RestShape::polyline(&points)
+                ReferenceShape::polyline(&points)
             }
-            &Rest::Wavy(a) => RestShape::from_function(
+            &Rest::Wavy(a) => ReferenceShape::from_function(
                 move |s| {
                     let ([x, y], third) = ([(PI * s).sin(), (PI * s).cos()], 3.0 * PI * s);
                     let scale = |p: [f64; 2], by: f64| p.map(|p| p * unit * by);
@@ -158,7 +157,7 @@ impl Case {
     }
 }
 
-/// What the control prescribes, what the answer has, and the size that rounding of it refers to.
+/// The prescribed value, the value of the result, and the size to which its rounding refers.
 fn prescribed(control: Control, start: &Measures, found: &Equilibrium) -> (f64, f64, f64) {
     let m = &found.measures;
     let (wanted, has, rounding) = match control {

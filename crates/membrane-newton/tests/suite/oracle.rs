@@ -1,17 +1,19 @@
 //! Solved equilibria against reference values and closed forms.
 
-use membrane_forces::{CircleEquilibrium, LinearEquilibrium, Membrane, PressureLaw, RestShape};
+use membrane_forces::{
+    CircleEquilibrium, LinearEquilibrium, Membrane, PressureLaw, ReferenceShape,
+};
 use membrane_newton::{Control, Discretisation, NewtonOptions, Pair, Solver};
 
 fn balloon(radius: f64, nodes: usize) -> Solver {
-    let membrane = Membrane::new(RestShape::balloon(8.5, radius).unwrap());
+    let membrane = Membrane::new(ReferenceShape::balloon(8.5, radius).unwrap());
     Solver::new(&membrane, Discretisation::FiniteDifferences { nodes }).unwrap()
 }
 
 #[test]
 fn finite_difference_volumes_of_the_reference() {
-    // Independent solver, f = 17.5. Its Newton stopped at a residual of about 1e-5, which leaves
-    // the volume uncertain by 2e-7; ours goes on to rounding.
+    // Independent solver, f = 17.5. Its Newton stopped at a residual of about 1e-5, so that its volume is uncertain by 2e-7; ours converges
+    // to rounding.
     for (nodes, volume) in [
         (101, 148.81284352),
         (201, 148.85374880),
@@ -47,7 +49,7 @@ fn pair_at_gain_sixty_percent() {
 fn disc_becomes_the_circle_with_order_two() {
     let circle = CircleEquilibrium::new(1.0, 10.0).unwrap();
     let error = |nodes: usize| {
-        let membrane = Membrane::new(RestShape::disc(1.0).unwrap());
+        let membrane = Membrane::new(ReferenceShape::disc(1.0).unwrap());
         let solver = Solver::new(&membrane, Discretisation::FiniteDifferences { nodes }).unwrap();
         let solved = solver
             .solve(Control::Load(10.0), &NewtonOptions::default())
@@ -71,7 +73,7 @@ fn disc_becomes_the_circle_with_order_two() {
 fn spectral_reaches_the_reference_values() {
     // All digits of the reference; the volumes carry 11 and 9 decimals.
     let solver = |radius| {
-        let membrane = Membrane::new(RestShape::balloon(8.5, radius).unwrap());
+        let membrane = Membrane::new(ReferenceShape::balloon(8.5, radius).unwrap());
         Solver::new(
             &membrane,
             Discretisation::Spectral {
@@ -156,7 +158,7 @@ fn spectral_reaches_the_reference_values() {
 #[test]
 fn pair_spectral_reaches_the_reference_values() {
     let solver = |radius| {
-        let membrane = Membrane::new(RestShape::balloon(8.5, radius).unwrap());
+        let membrane = Membrane::new(ReferenceShape::balloon(8.5, radius).unwrap());
         Solver::new(
             &membrane,
             Discretisation::Spectral {
@@ -181,7 +183,7 @@ fn pair_spectral_reaches_the_reference_values() {
 
 #[test]
 fn per_current_length_reaches_the_reference_values() {
-    let membrane = Membrane::new(RestShape::balloon(8.5, 1.75).unwrap())
+    let membrane = Membrane::new(ReferenceShape::balloon(8.5, 1.75).unwrap())
         .with_law(PressureLaw::PerCurrentLength);
     let solver = Solver::new(
         &membrane,
@@ -209,7 +211,7 @@ fn per_current_length_reaches_the_reference_values() {
 /// and gained on the other, and |y| has a kink inside an element.
 #[test]
 fn suction_has_the_measures_of_the_closed_form() {
-    let membrane = Membrane::new(RestShape::balloon(8.5, 1.75).unwrap())
+    let membrane = Membrane::new(ReferenceShape::balloon(8.5, 1.75).unwrap())
         .with_law(PressureLaw::PerCurrentLength);
     let spectral = Discretisation::Spectral {
         degree: 24,
@@ -257,19 +259,19 @@ fn gains_of_any_size_are_met() {
         (0.1, 3.0, PerCurrentLength, 24, 16),
         (8.5, 1.75, PerMaterialLength, 24, 16),
     ] {
-        let membrane = Membrane::new(RestShape::balloon(h, radius).unwrap()).with_law(law);
+        let membrane = Membrane::new(ReferenceShape::balloon(h, radius).unwrap()).with_law(law);
         let discretisation = Discretisation::Spectral { degree, per_piece };
         let solver = Solver::new(&membrane, discretisation).unwrap();
         let met = |volume: f64, gain: f64, what: &str| {
             let off = volume / (solver.start_measures().volume * (1.0 + gain)) - 1.0;
-            // what is given up as rounding: 1e-12, or a hundredth of that of the length cubed
+            // the tolerance for rounding: 1e-12, or a hundredth of that of the length cubed
             assert!(
                 off.abs() < 1e-11,
                 "{h} {law:?} gain {gain:e} {what}: {off:e}"
             );
         };
         for gain in [1e2, 1e5, 1e6, 1e7, 1e8, 1e9] {
-            // some of the slender ones are refused at their finest; what is answered is right
+            // some slender membranes are errors at the finest resolution; results are correct
             let Ok(solved) = solver.solve(Control::VolumeGain(gain), &options) else {
                 continue;
             };

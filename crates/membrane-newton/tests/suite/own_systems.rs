@@ -1,15 +1,14 @@
-//! A caller's own equations: they compose with the crates' errors, come in boxes, fail for reasons of their own, and can
-//! be stopped.
+//! Equations of a caller: they combine with the errors of the crates, may be boxed, may fail with errors of their own, and can be stopped.
 
 use std::error::Error;
 use std::ops::ControlFlow;
 
 use membrane_forces::{
-    DiscreteMembrane, FiniteDifferences, Measure, Membrane, MembraneError, RestShape,
+    DiscreteMembrane, FiniteDifferences, Measure, Membrane, MembraneError, ReferenceShape,
 };
 use membrane_newton::{
-    BandMatrix, BandedLu, Border, Control, Discretisation, Ended, LineSearch, NewtonError,
-    NewtonOptions, NewtonScratch, Refactor, ResidualSystem, Solver, newton, newton_observed,
+    BandMatrix, BandedLu, Border, Control, Discretisation, LineSearch, NewtonError, NewtonOptions,
+    NewtonScratch, Refactor, ResidualSystem, Solver, StopReason, newton, newton_observed,
     newton_with,
 };
 
@@ -87,8 +86,8 @@ impl ResidualSystem for Gas<'_> {
     }
 
     fn solve_in_place(&mut self, rhs: &mut [f64]) -> Result<(), NewtonError> {
-        let lu = self.lu.factored().ok_or(NewtonError::NotFactored)?;
-        let border = self.border.eliminated().ok_or(NewtonError::NotFactored)?;
+        let lu = self.lu.factorisation().ok_or(NewtonError::NotFactored)?;
+        let border = self.border.elimination().ok_or(NewtonError::NotFactored)?;
         lu.solve_into(rhs);
         border.correct(rhs, 0.0)?;
         Ok(())
@@ -104,7 +103,7 @@ impl ResidualSystem for Gas<'_> {
 }
 
 fn balloon() -> Membrane {
-    Membrane::new(RestShape::balloon(8.5, 1.75).unwrap())
+    Membrane::new(ReferenceShape::balloon(8.5, 1.75).unwrap())
 }
 
 /// f V = 1500 has one shape; the crate's own solver finds its intensity under the same volume. Boxed, by reference and plain
@@ -159,26 +158,26 @@ fn an_unfactored_system_says_so() {
     for i in 0..2 {
         zeros.add(i, i, 1.0).unwrap();
     }
-    assert!(lu.factor(&zeros).is_ok() && lu.factored().is_some());
+    assert!(lu.factor(&zeros).is_ok() && lu.factorisation().is_some());
     zeros.clear();
     let singular = lu.factor(&zeros).map(drop);
     assert!(matches!(
         singular,
         Err(NewtonError::Singular { row: 0, pivot: 0.0 })
     ));
-    assert!(lu.factored().is_none());
+    assert!(lu.factorisation().is_none());
     let mut border = Border::new(2);
     let solve = |column: &mut [f64]| {
         column.fill(1.0);
         Ok(())
     };
-    assert!(border.eliminated().is_none());
-    assert!(border.eliminate(1.0, solve).is_ok() && border.eliminated().is_some());
+    assert!(border.elimination().is_none());
+    assert!(border.eliminate(1.0, solve).is_ok() && border.elimination().is_some());
     border.row_mut()[0] = 1.0;
-    assert!(border.eliminated().is_none());
+    assert!(border.elimination().is_none());
     let singular = border.eliminate(1.0, solve).map(drop);
     assert!(matches!(singular, Err(NewtonError::Singular { .. })));
-    assert!(border.eliminated().is_none());
+    assert!(border.elimination().is_none());
     let failing = |_: &mut [f64]| Err(NewtonError::NotFactored);
     assert_eq!(
         border.eliminate(0.5, failing).err(),
@@ -198,7 +197,7 @@ fn an_unfactored_system_says_so() {
     assert_eq!(refused, Err(expected));
 }
 
-/// x^2 = 2 by a system that fails at the call it is told to, in the way it is told to.
+/// x^2 = 2 by a system that fails at a given call with a given error.
 struct Failing {
     calls: usize,
     at: usize,
@@ -289,7 +288,7 @@ fn own_failures_end_the_solve() {
     assert_eq!(source, Some(&MembraneError::CoincidentPoints { index }));
 }
 
-/// What a report of an error prints: each message of the chain once.
+/// The printed report of an error: each message of the chain once.
 fn chain(error: &dyn Error) -> String {
     let mut said = error.to_string();
     let mut next = error.source();
@@ -308,7 +307,7 @@ fn a_cause_is_reachable_and_said_once() {
     assert_eq!(chain(&error), said);
 }
 
-/// The observer sees every iteration and the unknowns as they are, and what it breaks off with comes back.
+/// The observer receives every iteration and the unknowns; the value with which it breaks is returned.
 #[test]
 fn an_observer_can_stop_newton() {
     let forces = FiniteDifferences::new(&balloon(), 101).unwrap();
@@ -347,7 +346,7 @@ fn an_observer_can_stop_newton() {
     assert_eq!(scratch.report().iterations, 2);
 }
 
-/// ln x = ln `root`, not defined for x <= 0; counts what Newton asks for.
+/// ln x = ln `root`, undefined for x <= 0; counts the calls.
 struct Logarithm {
     root: f64,
     slope: f64,
@@ -428,15 +427,18 @@ fn reports_count_every_residual_and_tell_what_ended_the_iteration() {
     let natural = NewtonOptions::default();
     let full = natural.clone().with_line_search(LineSearch::FullStep);
     for options in [&natural, &full] {
-        for (tolerances, ended) in [((1e-6, 0.0), Ended::Residual), ((0.0, 1e-6), Ended::Step)] {
+        for (tolerances, ended) in [
+            ((1e-6, 0.0), StopReason::Residual),
+            ((0.0, 1e-6), StopReason::Step),
+        ] {
             let options = options.clone().with_tolerances(tolerances.0, tolerances.1);
             let mut system = Logarithm::of(1.0);
             let mut x = [1.4];
             let report = newton(&mut system, &mut x, &options).unwrap();
             assert_eq!(report.residual_calls, system.residuals);
             assert_eq!(report.factorisations, system.factorisations);
-            assert_eq!(report.ended, Some(ended), "{options:?}: {report:?}");
-            // estimates hold but for the rounding of x
+            assert_eq!(report.stopped_by, Some(ended), "{options:?}: {report:?}");
+            // estimates are correct up to the rounding of x
             let error = (x[0] - 1.0).abs();
             assert!(
                 error <= report.error + 4.0 * f64::EPSILON,
@@ -455,7 +457,7 @@ fn reports_count_every_residual_and_tell_what_ended_the_iteration() {
         stop,
     );
     assert_eq!(stopped, Ok(ControlFlow::Break(())));
-    assert_eq!(scratch.report().ended, Some(Ended::Observer));
+    assert_eq!(scratch.report().stopped_by, Some(StopReason::Observer));
 }
 
 /// A factorisation serves solve after solve while the root hardly moves, and is renewed when it does not contract any more.

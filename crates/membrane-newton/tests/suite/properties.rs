@@ -1,15 +1,15 @@
-//! The paper's two invariants on random input: the circle of the appendix and the wall's volume.
+//! The paper's two invariants on random input: the circle of the appendix and the volume of the wall.
 
 use membrane_newton::membrane_forces::CircleEquilibrium;
 use membrane_newton::{
-    Control, Discretisation, Membrane, NewtonOptions, Pair, RestShape, Solver, Stiffness,
+    Control, Discretisation, Membrane, NewtonOptions, Pair, ReferenceShape, Solver, Stiffness,
 };
 use proptest::prelude::*;
 
 /// Largest distance of a node from where the closed form puts it.
 fn circle_error(radius: f64, load: f64, stiffness: f64, nodes: usize) -> f64 {
     let exact = CircleEquilibrium::new(radius, load / stiffness).unwrap();
-    let membrane = Membrane::new(RestShape::disc(radius).unwrap())
+    let membrane = Membrane::new(ReferenceShape::disc(radius).unwrap())
         .with_stiffness(Stiffness::constant(stiffness).unwrap());
     let solver = Solver::new(&membrane, Discretisation::FiniteDifferences { nodes }).unwrap();
     let solution = solver
@@ -65,7 +65,7 @@ proptest! {
             Discretisation::FiniteDifferences { nodes }
         };
         let solver = |radius: f64| {
-            let membrane = Membrane::new(RestShape::balloon(length, radius).unwrap());
+            let membrane = Membrane::new(ReferenceShape::balloon(length, radius).unwrap());
             Solver::new(&membrane, discretisation).unwrap()
         };
         let pair = Pair::new(solver(radius), solver(radius * (1.0 + thickness))).unwrap();

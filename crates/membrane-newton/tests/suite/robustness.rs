@@ -5,7 +5,7 @@ use std::f64::consts::{PI, TAU};
 
 use membrane_newton::{
     Control, Discretisation, Equilibrium, Membrane, MembraneError, NewtonError, NewtonOptions,
-    PressureLaw, RestShape, Solver, Stiffness,
+    PressureLaw, ReferenceShape, Solver, Stiffness,
 };
 use proptest::prelude::*;
 
@@ -17,7 +17,7 @@ struct Case {
     amplitude: f64,
     waves: usize,
     shift: f64,
-    /// A node of every mesh at which the stiffness jumps, and by what factor.
+    /// A node of every mesh at which the stiffness jumps, and the factor.
     jump: Option<(f64, f64)>,
     /// Stiffness between second neighbours, over that between neighbours without waves.
     second: Option<f64>,
@@ -28,8 +28,8 @@ struct Case {
 impl Case {
     fn membrane(&self) -> Membrane {
         let rest = match self.slenderness {
-            Some(ratio) => RestShape::balloon(ratio * self.radius, self.radius),
-            None => RestShape::disc(self.radius),
+            Some(ratio) => ReferenceShape::balloon(ratio * self.radius, self.radius),
+            None => ReferenceShape::disc(self.radius),
         };
         let (a, waves, shift) = (self.amplitude, self.waves as f64, self.shift);
         let wave = move |s: f64| 1.0 + a * (TAU * (waves * s + shift)).cos();
@@ -218,7 +218,7 @@ fn check(case: &Case) -> Result<(), TestCaseError> {
     };
     let mut limits = outcomes.each_ref().map(limit);
     if outcomes.iter().all(|o| o.is_ok() || limit(o).is_some()) && limits.contains(&None) {
-        // what is asked for lies between their limits: ask for more
+        // the control is between their limits: use a larger one
         limits = solvers.each(twice(case.control)).each_ref().map(limit);
     }
     let [Some(exact), Some(coarse), Some(fine), Some(finest)] = limits else {

@@ -1,28 +1,28 @@
 //! Rubber in equilibrium: reference values, first integrals, limit points, pairs.
 //!
-//! The reference values of the disc and the balloon were computed outside of this project; that of the balloon's pressure is what a
-//! collocation code finds, too (`benches/peers/rubber.py`).
+//! The reference values of the disc and the balloon were computed outside of this project; a collocation code confirms the pressure of the
+//! balloon (`benches/peers/rubber.py`).
 
 use std::f64::consts::PI;
 
 use membrane_newton::{
     Control, Discretisation, Equilibrium, Membrane, MembraneError, NewtonError, NewtonOptions,
-    Pair, PairEquilibrium, RestShape, Rubber, Solver, StrainEnergy, Thickness,
+    Pair, PairEquilibrium, ReferenceShape, Rubber, Solver, StrainEnergy, Thickness,
 };
 
 const NEO: StrainEnergy = StrainEnergy::NeoHookean { mu: 1.0 };
 
-fn of(rest: RestShape, energy: StrainEnergy) -> Membrane {
+fn of(rest: ReferenceShape, energy: StrainEnergy) -> Membrane {
     let rubber = Rubber::new(energy, Thickness::UNIT).unwrap();
     Membrane::new(rest).with_rubber(rubber)
 }
 
 fn balloon() -> Membrane {
-    of(RestShape::balloon(8.5, 1.75).unwrap(), NEO)
+    of(ReferenceShape::balloon(8.5, 1.75).unwrap(), NEO)
 }
 
 fn disc() -> Membrane {
-    of(RestShape::disc(1.0).unwrap(), NEO)
+    of(ReferenceShape::disc(1.0).unwrap(), NEO)
 }
 
 fn spectral(membrane: &Membrane, degree: usize, per_piece: usize) -> Solver {
@@ -42,7 +42,7 @@ fn the_flat_disc_reaches_its_reference_values() {
     let solver = spectral(&disc(), 28, 1);
     let (p, volume) = (1.30986814766, 1.19181877167);
     let by_volume = solve(&solver, Control::Volume(volume));
-    // digits given: half a unit of the last, and what the volume's rounding is worth
+    // given digits: half a unit of the last one, plus the effect of the volume's rounding
     assert!(
         (by_volume.intensity - p).abs() < 1e-10,
         "{}",
@@ -54,7 +54,7 @@ fn the_flat_disc_reaches_its_reference_values() {
         "{}",
         apex.position[0]
     );
-    let stretched = by_volume.stretched(0.5).unwrap();
+    let stretched = by_volume.rubber_state(0.5).unwrap();
     assert!((stretched.stretches[0] - 1.3).abs() < 1e-9, "{stretched:?}");
     let by_pressure = solve(&solver, Control::Load(p));
     assert!((by_pressure.measures.volume - volume).abs() < 1e-10);
@@ -106,13 +106,13 @@ fn first_integrals_hold_along_the_curve() {
         },
         StrainEnergy::Gent { mu: 1.0, jm: 20.0 },
     ] {
-        let membrane = of(RestShape::balloon(8.5, 1.75).unwrap(), energy.clone());
+        let membrane = of(ReferenceShape::balloon(8.5, 1.75).unwrap(), energy.clone());
         let solved = solve(&spectral(&membrane, 32, 2), Control::VolumeGain(0.5));
         let p = solved.intensity;
         let mut first = None;
         for k in 0..=400 {
             let s = 0.5 * f64::from(k) / 400.0;
-            let (here, stretched) = (solved.at(s), solved.stretched(s).unwrap());
+            let (here, stretched) = (solved.at(s), solved.rubber_state(s).unwrap());
             let y = here.position[1];
             let cos = here.tangent()[0];
             let balance = 2.0 * PI * y * stretched.tensions[0] * cos - p * PI * y * y;
@@ -138,16 +138,16 @@ fn first_integrals_hold_along_the_curve() {
 /// The middle of a long tube with closed ends: p = h W_2 / (r0 l1 l2) and W_1 = p r0 l2^2 / (2 h).
 #[test]
 fn a_long_tube_is_that_of_the_closed_form() {
-    let membrane = of(RestShape::balloon(60.0, 1.0).unwrap(), NEO);
+    let membrane = of(ReferenceShape::balloon(60.0, 1.0).unwrap(), NEO);
     let solved = solve(&spectral(&membrane, 24, 12), Control::VolumeGain(0.2));
-    let [l1, l2, _] = solved.stretched(0.25).unwrap().stretches;
+    let [l1, l2, _] = solved.rubber_state(0.25).unwrap().stretches;
     let w = NEO.at(l1, l2).unwrap();
     assert!((w.by[1] / (l1 * l2) - solved.intensity).abs() < 1e-10);
     assert!((w.by[0] - 0.5 * solved.intensity * l2 * l2).abs() < 1e-10);
     // of a small strain e2: linear theory, p = 4 mu h e2 / r0 with e1 = 0 at nu = 1/2; the rest of second order
     let off = |gain: f64| {
         let solved = solve(&spectral(&membrane, 24, 12), Control::VolumeGain(gain));
-        let l2 = solved.stretched(0.25).unwrap().stretches[1];
+        let l2 = solved.rubber_state(0.25).unwrap().stretches[1];
         solved.intensity - 4.0 * (l2 - 1.0)
     };
     let order = (off(0.02) / off(0.01)).abs().log2();
@@ -264,7 +264,7 @@ fn a_branch_walks_past_the_limit_and_says_what_is_stable() {
 
 #[test]
 fn a_pair_of_rubber_keeps_its_wall() {
-    let outer = of(RestShape::balloon(8.5, 2.75).unwrap(), NEO);
+    let outer = of(ReferenceShape::balloon(8.5, 2.75).unwrap(), NEO);
     let pair = Pair::new(spectral(&balloon(), 20, 1), spectral(&outer, 20, 1)).unwrap();
     let options = NewtonOptions::default();
     for gain in [0.01, 0.3, 0.6] {
@@ -300,7 +300,7 @@ fn a_pair_of_rubber_keeps_its_wall() {
 /// Two membranes solved one by one are a pair only if the outer one is around the inner one.
 #[test]
 fn a_pair_put_together_has_a_wall() {
-    let outer = of(RestShape::balloon(8.5, 2.75).unwrap(), NEO);
+    let outer = of(ReferenceShape::balloon(8.5, 2.75).unwrap(), NEO);
     let [inner, outer] =
         [balloon(), outer].map(|m| solve(&spectral(&m, 12, 1), Control::VolumeGain(0.1)));
     let wall = outer.measures.volume - inner.measures.volume;
@@ -325,7 +325,7 @@ fn ends_may_be_held_elsewhere() {
     let drawn = disc().with_ends([[0.0, 1.5], [0.0, -1.5]]).unwrap();
     for solver in [spectral(&drawn, 12, 1), differences(&drawn, 401)] {
         let flat = solve(&solver, Control::Load(0.0));
-        let here = flat.stretched(0.2).unwrap();
+        let here = flat.rubber_state(0.2).unwrap();
         let tension = NEO.at(1.5, 1.5).unwrap().by[0] / 1.5;
         assert!(
             (here.tensions[0] - tension).abs() < 1e-9 && (here.tensions[1] - tension).abs() < 1e-9
@@ -343,7 +343,7 @@ fn ends_may_be_held_elsewhere() {
 fn what_rubber_does_not_do_is_a_typed_error() {
     let options = NewtonOptions::default();
     let gent = of(
-        RestShape::balloon(8.5, 1.75).unwrap(),
+        ReferenceShape::balloon(8.5, 1.75).unwrap(),
         StrainEnergy::Gent { mu: 1.0, jm: 2.0 },
     );
     for solver in [spectral(&gent, 16, 1), differences(&gent, 51)] {
@@ -362,9 +362,9 @@ fn what_rubber_does_not_do_is_a_typed_error() {
         assert!(solver.solve(Control::VolumeGain(-0.2), &options).is_err());
         assert!(solver.solve(Control::Load(-0.1), &options).is_err());
     }
-    let springs = Membrane::new(RestShape::balloon(8.5, 1.75).unwrap());
+    let springs = Membrane::new(ReferenceShape::balloon(8.5, 1.75).unwrap());
     let solved = solve(&spectral(&springs, 8, 1), Control::Load(1.0));
     let other = Err(MembraneError::OtherMaterial { what: "stretches" }.into());
-    assert_eq!(solved.stretched(0.1), other);
+    assert_eq!(solved.rubber_state(0.1), other);
     assert!(solved.stability().is_err());
 }

@@ -1,14 +1,14 @@
-//! Where branches of rubber turn back: what lies beyond a limit is no answer, be it stable, and just before it everything is one.
+//! Limit points of branches of rubber: states beyond a limit are not results, even if stable; all controls just before it are solved.
 
 use std::f64::consts::PI;
 
 use membrane_newton::{
     Control, CurvePoint, Discretisation, Equilibrium, Membrane, NewtonError, NewtonOptions,
-    RestShape, Rubber, Solver, StrainEnergy, Thickness,
+    ReferenceShape, Rubber, Solver, StrainEnergy, Thickness,
 };
 
 /// Half an ellipsoid of revolution of radius 1, `length` long.
-fn cap(length: f64) -> RestShape {
+fn cap(length: f64) -> ReferenceShape {
     let place = move |s: f64| {
         let (sin, cos) = (PI * s).sin_cos();
         CurvePoint {
@@ -17,11 +17,11 @@ fn cap(length: f64) -> RestShape {
             second: [-PI * PI * length * sin, -PI * PI * cos],
         }
     };
-    RestShape::from_function(place, &[]).unwrap()
+    ReferenceShape::from_function(place, &[]).unwrap()
 }
 
 /// Rubber of thickness exp(`swing`) at the ring and exp(-`swing`) at the apex.
-fn of(rest: RestShape, energy: StrainEnergy, swing: f64) -> Membrane {
+fn of(rest: ReferenceShape, energy: StrainEnergy, swing: f64) -> Membrane {
     let thickness = Thickness::function(move |s: f64| (swing * (2.0 * PI * s).cos()).exp(), &[]);
     let rubber = Rubber::new(energy, thickness.unwrap()).unwrap();
     Membrane::new(rest).with_rubber(rubber)
@@ -77,13 +77,23 @@ fn a_pressure_beyond_its_limit_is_refused_though_stiffer_states_bear_it() {
     for (rest, energy, swing, factors) in [
         (cap(0.5831), stiffening(), 0.0, [1.03, 1.2]),
         (
-            RestShape::disc(1.0).unwrap(),
+            ReferenceShape::disc(1.0).unwrap(),
             stiffening(),
             0.0,
             [1.03, 1.06],
         ),
-        (RestShape::disc(1.0).unwrap(), mooney, -0.75, [2.0, 2.03]),
-        (RestShape::disc(1.0).unwrap(), uneven, -0.13, [2.1, 2.124]),
+        (
+            ReferenceShape::disc(1.0).unwrap(),
+            mooney,
+            -0.75,
+            [2.0, 2.03],
+        ),
+        (
+            ReferenceShape::disc(1.0).unwrap(),
+            uneven,
+            -0.13,
+            [2.1, 2.124],
+        ),
     ] {
         let membrane = of(rest, energy.clone(), swing);
         let mut limits = Vec::new();

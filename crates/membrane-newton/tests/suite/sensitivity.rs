@@ -1,14 +1,14 @@
 //! Sensitivities against central differences of whole solves.
 
 use membrane_newton::{
-    Control, Discretisation, Membrane, NewtonOptions, Pair, RestShape, Solver, Stiffness,
+    Control, Discretisation, Membrane, NewtonOptions, Pair, ReferenceShape, Solver, Stiffness,
 };
 
 #[test]
 fn sensitivities_are_the_derivatives_of_solves() {
     let options = NewtonOptions::default();
     for skew in [0.0, 0.3] {
-        let membrane = Membrane::new(RestShape::balloon(8.5, 1.75).unwrap())
+        let membrane = Membrane::new(ReferenceShape::balloon(8.5, 1.75).unwrap())
             .with_stiffness(Stiffness::function(move |s| 1.0 + skew * s, &[]).unwrap());
         for discretisation in [
             Discretisation::FiniteDifferences { nodes: 101 },
@@ -60,7 +60,7 @@ fn sensitivities_are_the_derivatives_of_solves() {
 fn sensitivities_of_a_pair_are_the_derivatives_of_its_solves() {
     let options = NewtonOptions::default();
     let solver = |radius, discretisation| {
-        let membrane = Membrane::new(RestShape::balloon(8.5, radius).unwrap());
+        let membrane = Membrane::new(ReferenceShape::balloon(8.5, radius).unwrap());
         Solver::new(&membrane, discretisation).unwrap()
     };
     let differences = Discretisation::FiniteDifferences { nodes: 101 };

@@ -1,15 +1,15 @@
-//! Where a membrane carries no tension, and where it is none any more: slack sheets, deflated rubber, walls that meet, the end of extension.
+//! The limits of membranes: slack sheets, deflated rubber, intersecting walls, the end of extension.
 
 use membrane_newton::{
-    Control, Discretisation, Membrane, MembraneError, NewtonError, NewtonOptions, RestShape,
+    Control, Discretisation, Membrane, MembraneError, NewtonError, NewtonOptions, ReferenceShape,
     Rubber, Solver, StrainEnergy, Thickness,
 };
 
-fn of(rest: RestShape, energy: StrainEnergy) -> Membrane {
+fn of(rest: ReferenceShape, energy: StrainEnergy) -> Membrane {
     Membrane::new(rest).with_rubber(Rubber::new(energy, Thickness::UNIT).unwrap())
 }
 
-fn neo(rest: RestShape) -> Membrane {
+fn neo(rest: ReferenceShape) -> Membrane {
     of(rest, StrainEnergy::NeoHookean { mu: 1.0 })
 }
 
@@ -83,7 +83,7 @@ fn a_flat_disc_at_tiny_volumes_and_loads_is_foppls() {
     let expected = foppl();
     assert!((expected - 3.3367).abs() < 5e-5, "{expected}");
     let options = NewtonOptions::default();
-    let disc = neo(RestShape::disc(1.0).unwrap());
+    let disc = neo(ReferenceShape::disc(1.0).unwrap());
     for (solver, tolerance) in solvers(&disc).iter().zip(OF_FOPPL) {
         for volume in [1e-3, 3.2e-4, 3.1e-4, 1e-5, 1e-6, 1e-12, 1e-40] {
             let solved = solver.solve(Control::Volume(volume), &options).unwrap();
@@ -145,7 +145,7 @@ fn a_flat_disc_at_tiny_volumes_and_loads_is_foppls() {
 fn walls_that_meet_are_no_answer() {
     let options = NewtonOptions::default();
     for (radius, last, first) in [(1.0, -0.86, -0.87), (1.75, -0.88, -0.9)] {
-        let balloon = Membrane::new(RestShape::balloon(8.5, radius).unwrap());
+        let balloon = Membrane::new(ReferenceShape::balloon(8.5, radius).unwrap());
         for solver in solvers(&balloon) {
             let narrow = solver.solve(Control::VolumeGain(last), &options).unwrap();
             // pi times the integral of y^2 over x of the upper half, here of the polyline
@@ -183,9 +183,9 @@ fn walls_that_meet_are_no_answer() {
 fn deflated_rubber_is_slack() {
     let options = NewtonOptions::default();
     for rest in [
-        RestShape::balloon(8.5, 1.75).unwrap(),
-        RestShape::balloon(0.05, 1.0).unwrap(),
-        RestShape::balloon(1.0, 1.0).unwrap(),
+        ReferenceShape::balloon(8.5, 1.75).unwrap(),
+        ReferenceShape::balloon(0.05, 1.0).unwrap(),
+        ReferenceShape::balloon(1.0, 1.0).unwrap(),
     ] {
         for solver in solvers(&neo(rest)) {
             for control in [-0.001, -0.01, -0.2, -0.5].map(Control::VolumeGain) {
@@ -219,7 +219,7 @@ fn deflated_rubber_is_slack() {
 #[test]
 fn past_extension_is_one_error_from_rest_and_along_a_branch() {
     let options = NewtonOptions::default();
-    let balloon = RestShape::balloon(8.5, 1.75).unwrap();
+    let balloon = ReferenceShape::balloon(8.5, 1.75).unwrap();
     for jm in [2.0, 5.0] {
         let gent = of(balloon.clone(), StrainEnergy::Gent { mu: 1.0, jm });
         for solver in solvers(&gent) {

@@ -1,4 +1,4 @@
-//! Stability against dense eigenvalues of matrices that share nothing with tangents, mass matrices and factorisations of the library.
+//! Stability against dense eigenvalues of matrices that are independent of the library's tangents, mass matrices and factorisations.
 //!
 //! K is minus the central difference of the forces, M a quadrature of the nodal functions, eigenvalues are nalgebra's.
 
@@ -7,7 +7,8 @@ use std::f64::consts::PI;
 use membrane_newton::membrane_forces::{FiniteDifferences, SpectralElements};
 use membrane_newton::{
     Control, CurvePoint, DiscreteMembrane, Discretisation, Equilibrium, Measure, Membrane,
-    MembraneError, NewtonError, NewtonOptions, RestShape, Rubber, Solver, StrainEnergy, Thickness,
+    MembraneError, NewtonError, NewtonOptions, ReferenceShape, Rubber, Solver, StrainEnergy,
+    Thickness,
 };
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
 
@@ -27,8 +28,8 @@ impl Random {
 
 fn membrane(random: &mut Random, k: usize) -> Membrane {
     let rest = match k % 3 {
-        0 => RestShape::disc(1.0).unwrap(),
-        1 => RestShape::balloon(random.between(0.2, 3.0), 1.0).unwrap(),
+        0 => ReferenceShape::disc(1.0).unwrap(),
+        1 => ReferenceShape::balloon(random.between(0.2, 3.0), 1.0).unwrap(),
         _ => {
             let height = random.between(0.4, 1.5);
             let ellipse = move |s: f64| {
@@ -39,7 +40,7 @@ fn membrane(random: &mut Random, k: usize) -> Membrane {
                     second: [-PI * PI * height * sin, -PI * PI * cos],
                 }
             };
-            RestShape::from_function(ellipse, &[]).unwrap()
+            ReferenceShape::from_function(ellipse, &[]).unwrap()
         }
     };
     let energy = match k % 4 {
@@ -79,7 +80,7 @@ fn consistent_mass(
 ) -> DMatrix<f64> {
     let n = discrete.start().len() / 2;
     let mut mass = DMatrix::zeros(n, n);
-    let mut breaks = membrane.rest().breakpoints().to_vec();
+    let mut breaks = membrane.reference().breakpoints().to_vec();
     breaks.retain(|&b| b < 0.5);
     breaks.push(0.5);
     let units: Vec<Vec<f64>> = (0..n)
@@ -95,7 +96,7 @@ fn consistent_mass(
         for panel in 0..panels {
             for [node, weight] in GAUSS {
                 let s = piece[0] + width * (f64::from(panel) + 0.5 + 0.5 * node);
-                let rest = membrane.rest().at(s);
+                let rest = membrane.reference().at(s);
                 let speed = rest.first[0].hypot(rest.first[1]);
                 let area = 2.0 * PI * rest.position[1] * thickness.at(s).unwrap() * speed;
                 let values = DVector::from_iterator(
@@ -113,7 +114,7 @@ fn consistent_mass(
 
 /// Half of the volume of the two elements at each node.
 fn lumped_mass(discrete: &FiniteDifferences, thickness: &Thickness) -> DMatrix<f64> {
-    let points = discrete.rest().as_chunks::<2>().0;
+    let points = discrete.reference().as_chunks::<2>().0;
     let weight = |n: usize| PI * points[n][1] * thickness.at(n as f64 * discrete.ds()).unwrap();
     let mut mass = DMatrix::zeros(points.len(), points.len());
     for n in 0..points.len() - 1 {
@@ -269,7 +270,7 @@ fn counts_and_lowest_eigenvalues_are_those_of_dense_matrices() {
 
 #[test]
 fn springs_have_no_stability() {
-    let springs = Membrane::new(RestShape::balloon(8.5, 1.75).unwrap());
+    let springs = Membrane::new(ReferenceShape::balloon(8.5, 1.75).unwrap());
     for how in [
         Discretisation::Spectral {
             degree: 8,

@@ -1,4 +1,4 @@
-//! Photons are conserved: what is emitted escapes or is absorbed.
+//! Conservation of photons: emitted ones escape or are absorbed.
 
 use crate::support::{Ball, Point, camera};
 use photon_scatter::{Compton, Random, Scatter, ScatterOptions, Spectrum, water_attenuation};

@@ -10,13 +10,13 @@ use crate::sample::Sample;
 use crate::simd::{ALONE, InstructionSet, RUN, Tile, ViewStep, WINDOW};
 use crate::stack::aligned;
 
-/// Zero samples in front of a filtered row.
+/// Zero samples before a filtered row.
 pub(crate) const MARGIN: usize = 2;
-/// Zero samples behind it: room for what a run of pixels beyond the end reads.
+/// Zero samples after it: read by a run of pixels beyond the end.
 const TAIL: usize = WINDOW + 4;
 
-/// Runs and rows of a tile: its sums and the samples that a group of views needs for it stay in the second-level cache, those of
-/// one run and its neighbours below and above in the first.
+/// Runs and rows of a tile: its sums and the samples of a group of views fit in the second-level cache, those of one run and its neighbours
+/// below and above in the first-level cache.
 fn tile_shape(lanes: usize) -> (usize, usize) {
     match lanes {
         1 => (ALONE / 16, 16),
@@ -24,7 +24,7 @@ fn tile_shape(lanes: usize) -> (usize, usize) {
     }
 }
 
-/// Where each pixel falls in each filtered row.
+/// Positions of the pixels in the filtered rows.
 pub(crate) struct Steps<T> {
     views: Vec<ViewStep<T>>,
     x: Range<usize>,
@@ -66,13 +66,13 @@ impl<T: Sample> Steps<T> {
     }
 }
 
-/// Bytes of one thread's sums.
+/// Returns the bytes of one thread's sums.
 pub(crate) fn tile_bytes<T>(lanes: usize) -> usize {
     let (runs, rows) = tile_shape(lanes);
     runs * RUN * rows * lanes * size_of::<T>()
 }
 
-/// Adds `views`, filtered as `[view][sample][lane]`, to one image a lane; the first views replace what the images held.
+/// Adds `views`, filtered as `[view][sample][lane]`, to one image per lane; the first views overwrite the images.
 pub(crate) fn run<T: Sample>(
     steps: &Steps<T>,
     instructions: InstructionSet,
@@ -84,8 +84,7 @@ pub(crate) fn run<T: Sample>(
     let first = views.start == 0;
     let (runs, rows) = tile_shape(lanes);
     let width = steps.x.len();
-    // Bands of whole tiles: (first row, the band's part of each image). Tiles start at multiples of their size in the grid,
-    // whatever the region.
+    // Bands of whole tiles: (first row, the band's part of each image). Tiles start at multiples of their size in the grid for any region.
     let mut bands: Vec<(usize, Vec<&mut [T]>)> = Vec::new();
     let mut rest: Vec<&mut [T]> = images.iter_mut().map(|image| &mut **image).collect();
     let mut iy = steps.y.start;

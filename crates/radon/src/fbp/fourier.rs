@@ -10,7 +10,7 @@ use crate::pool::Pool;
 use crate::stack::Stack;
 
 impl<T: Sample> FbpPlan<T> {
-    /// The method of its runs: what was asked for, or what [`Method::Auto`] chose.
+    /// Returns the method of the plan: the requested one, or the choice of [`Method::Auto`].
     pub fn method(&self) -> Method {
         match (&self.gridding, self.options.method) {
             (None, _) => Method::Direct,
@@ -21,7 +21,7 @@ impl<T: Sample> FbpPlan<T> {
         }
     }
 
-    /// Bytes of the work arrays.
+    /// Returns the bytes of the work arrays.
     ///
     /// # Errors
     /// [`RadonError::BudgetTooSmall`] if they do not fit in `memory`.

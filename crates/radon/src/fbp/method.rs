@@ -1,4 +1,4 @@
-//! Which method a plan uses: a model of the cost of either.
+//! Choice of the method by a model of its cost.
 
 use super::options::{FbpOptions, Interpolation, Method};
 use crate::error::RadonError;
@@ -6,11 +6,11 @@ use crate::fourier::{Counts, Gridding, Response, check_tolerance};
 use crate::simd::InstructionSet;
 use crate::{ImageGrid, ParallelGeometry, Sample};
 
-/// Bytes of work arrays and of one slice of data up to which [`Method::Auto`] uses the Fourier method: half of the default of
-/// [`FbpOptions::memory`]; the other half is left for the work arrays of each thread.
+/// Limit of [`Method::Auto`] on work arrays and one slice of data for the Fourier method: half of the default of [`FbpOptions::memory`];
+/// the other half is for the work arrays of the threads.
 const MOST_AUTO_BYTES: usize = 256 << 20;
 
-/// The plan of the Fourier method, if a plan of these options and of `n_pixels` pixels uses it.
+/// Returns the plan of the Fourier method, if these options and `n_pixels` pixels select it.
 pub(super) fn plan<T: Sample>(
     geometry: &ParallelGeometry,
     grid: &ImageGrid,
@@ -44,12 +44,12 @@ pub(super) fn plan<T: Sample>(
     }
 }
 
-/// Cost of a slice by Fourier transforms, in updates of the direct sum.
+/// Returns the cost of a slice by Fourier transforms, in updates of the direct sum.
 ///
-/// The unit costs are ratios of times that the bench `slices` measured on one processor with AVX2. They depend on the sample type alone,
-/// so that every machine chooses alike; with AVX-512 or the baseline the crossover lies at somewhat larger or smaller images.
+/// The unit costs are ratios of times of the benchmark `slices` on one processor with AVX2. They depend only on the sample type, so that
+/// all machines choose alike; with AVX-512 or the baseline the crossover is at somewhat larger or smaller images.
 fn fourier_cost<T>(counts: &Counts) -> f64 {
-    // Of one sample that is spread, and of a number in a transform for each doubling of its length.
+    // Costs of a spread sample, and of a number in a transform per doubling of its length.
     let (spread, transform) = match size_of::<T>() {
         4 => (125.0, 1.5),
         _ => (167.0, 2.0),

@@ -28,12 +28,12 @@ use rows::RowFilter;
 /// f(x, y) = sum_v  w_v * q_v(x cos theta_v + y sin theta_v)   w: quadrature weights of the views
 /// ```
 ///
-/// With projections in (value x length) the image is in (value), at its absolute scale: no factor is left to the caller. The
-/// same bits come out for any number of threads, for a slice alone or among others, and with skipping on or off.
+/// With projections in (value x length) the image is in (value), without further factors. Results are bitwise identical for any number of
+/// threads, for a slice alone or among others, and with or without skipping.
 ///
-/// What limits the mean of an image is the data: chords through the bin centres of a disc miss its area by a few 1e-5 (square-root
-/// ends), and the disc of 77 bins' radius comes out 6e-5 too high; means over the bins, as detectors deliver them, keep the area
-/// and give its mean and that of its surroundings within 2e-5, whatever the window.
+/// The data limit the accuracy of the mean of an image: chords through the bin centres of a disc miss its area by a few 1e-5 (square-root
+/// singularities), and a disc with a radius of 77 bins is 6e-5 too high. Bin averages, which detectors measure, preserve the area; then its
+/// mean and that of its surroundings are accurate to 2e-5 for any window.
 ///
 /// ```
 /// use radon::{FbpOptions, FbpPlan, ImageGrid, ParallelGeometry};
@@ -52,10 +52,10 @@ pub struct FbpPlan<T: Sample> {
     geometry: ParallelGeometry,
     grid: ImageGrid,
     filter: RowFilter<T>,
-    /// Per view: quadrature weight over pitch, which the filter leaves out; without a filter the weight.
+    /// Per view: quadrature weight divided by pitch, which the filter omits; without a filter the weight.
     scales: Vec<T>,
     steps: Steps<T>,
-    /// The Fourier method, where it is used.
+    /// The Fourier method, if used.
     gridding: Option<Gridding<T>>,
     instructions: InstructionSet,
     options: FbpOptions,
@@ -83,13 +83,13 @@ impl<T: Sample> FbpPlan<T> {
     ///
     /// # Errors
     /// An option out of its range, a region that leaves the grid, [`RadonError::ShortArc`], [`RadonError::InstructionSetMissing`],
-    /// filtered rows of more than 2^20 samples, views that there is no memory for.
+    /// filtered rows of more than 2^20 samples, views that exceed the memory.
     pub fn new(
         geometry: &ParallelGeometry,
         grid: &ImageGrid,
         options: &FbpOptions,
     ) -> Result<Self, RadonError> {
-        // Positions in a row are counted in 32 bits; the filter's plan takes a thousand bytes a sample.
+        // Positions in a row are 32-bit numbers; the filter's plan needs a thousand bytes per sample.
         const LONGEST: usize = 1 << 20;
         let (a, b) = (geometry.n_bins(), options.interpolation.upsampling());
         if a > LONGEST / b {
@@ -118,7 +118,7 @@ impl<T: Sample> FbpPlan<T> {
         }
         let pitch = if options.ramp { geometry.pitch() } else { 1.0 };
         let gridding = method::plan(geometry, grid, options, instructions, x.len() * y.len())?;
-        // A row that is transformed anyway needs no finer samples for that.
+        // Rows of the Fourier method need no upsampling.
         let interpolation = match gridding {
             Some(_) => Interpolation::Linear,
             None => options.interpolation,
@@ -143,7 +143,7 @@ impl<T: Sample> FbpPlan<T> {
         })
     }
 
-    /// Pixels of one reconstructed image: of the grid, or of the region if there is one.
+    /// Returns the number of pixels of a reconstructed image: of the grid, or of the region if there is one.
     pub fn image_len(&self) -> usize {
         self.steps.image_len()
     }
@@ -158,13 +158,12 @@ impl<T: Sample> FbpPlan<T> {
         &self.geometry
     }
 
-    /// The grid that the plan was made for, whole.
+    /// Returns the whole grid of the plan.
     pub fn grid(&self) -> &ImageGrid {
         &self.grid
     }
 
-    /// The pixels of a reconstructed image, index ranges of the grid along x and y: all of them without
-    /// [`FbpOptions::region`].
+    /// Returns the pixels of a reconstructed image, index ranges of the grid along x and y: all pixels without [`FbpOptions::region`].
     pub fn region(&self) -> (Range<usize>, Range<usize>) {
         self.steps.region()
     }
@@ -174,7 +173,7 @@ impl<T: Sample> FbpPlan<T> {
         &self.options
     }
 
-    /// Empty work arrays; they grow to what a run needs and can be used again.
+    /// Returns empty work arrays, which grow as needed and are reusable.
     pub fn scratch(&self) -> FbpScratch<T> {
         FbpScratch {
             filtered: Vec::new(),
@@ -190,7 +189,7 @@ impl<T: Sample> FbpPlan<T> {
         self.reconstruct_stack(sinogram, 1, StackOrder::SliceViewBin)
     }
 
-    /// As [`reconstruct`](Self::reconstruct), into an image of the caller's.
+    /// As [`reconstruct`](Self::reconstruct), into a buffer of the caller.
     ///
     /// # Errors
     /// A wrong length, a sample that is NaN or infinite, [`RadonError::BudgetTooSmall`].
@@ -213,7 +212,7 @@ impl<T: Sample> FbpPlan<T> {
         n_slices: usize,
         order: StackOrder,
     ) -> Result<Vec<T>, RadonError> {
-        // What is given first: it bounds the number of slices.
+        // Checked first: it bounds the number of slices.
         let expected = product("projections", self.sinogram_len(), n_slices)?;
         length("projections", projections.len(), expected)?;
         let mut volume = zeros("volume", n_slices, self.image_len())?;
@@ -227,7 +226,7 @@ impl<T: Sample> FbpPlan<T> {
         Ok(volume)
     }
 
-    /// As [`reconstruct_stack`](Self::reconstruct_stack), into a volume of the caller's.
+    /// As [`reconstruct_stack`](Self::reconstruct_stack), into a buffer of the caller.
     ///
     /// # Errors
     /// A wrong length, a sample that is NaN or infinite, [`RadonError::BudgetTooSmall`].
@@ -242,7 +241,7 @@ impl<T: Sample> FbpPlan<T> {
         self.reconstruct_slab_into(projections, n_slices, order, 0..n_slices, volume, scratch)
     }
 
-    /// Reconstructs only `slices` of the `n_slices` that the projections hold; `slab` is `[slice - slices.start][y][x]`.
+    /// Reconstructs only `slices` of the `n_slices` in the projections; `slab` is `[slice - slices.start][y][x]`.
     ///
     /// # Errors
     /// A wrong length, a range that leaves the stack, a sample of these slices that is NaN or infinite.
@@ -270,7 +269,7 @@ impl<T: Sample> FbpPlan<T> {
         }
     }
 
-    /// The run of all public calls, within `memory` bytes.
+    /// The implementation of all public runs, within `memory` bytes.
     fn run(
         &self,
         stack: &Stack,
@@ -349,9 +348,9 @@ impl<T: Sample> FbpPlan<T> {
         Ok(report)
     }
 
-    /// Reconstructs a stack of any length within [`FbpOptions::memory`], slab by slab: `read` fills `[slice][view][bin]` for a
-    /// range of slices, `write` takes `[slice][y][x]` of the same range. Ranges come in order and cover `0..n_slices`; the images
-    /// are those of [`reconstruct_stack`](Self::reconstruct_stack), bit for bit.
+    /// Reconstructs a stack of any length within [`FbpOptions::memory`], slab by slab: `read` fills `[slice][view][bin]` for a range of
+    /// slices, `write` takes `[slice][y][x]` of the same range. Ranges come in order and cover `0..n_slices`; the images are bitwise
+    /// identical to those of [`reconstruct_stack`](Self::reconstruct_stack).
     ///
     /// ```
     /// # use radon::{FbpOptions, FbpPlan, ImageGrid, ParallelGeometry, RadonError};
@@ -368,7 +367,7 @@ impl<T: Sample> FbpPlan<T> {
     /// ```
     ///
     /// # Errors
-    /// [`RadonError::BudgetTooSmall`] before anything is read, a sample that is NaN or infinite, whatever `read` and `write` return.
+    /// [`RadonError::BudgetTooSmall`] before anything is read, a sample that is NaN or infinite, errors of `read` and `write`.
     pub fn stream<E: From<RadonError>>(
         &self,
         n_slices: usize,
@@ -376,7 +375,7 @@ impl<T: Sample> FbpPlan<T> {
         mut write: impl FnMut(Range<usize>, &[T]) -> Result<(), E>,
     ) -> Result<FbpReport, E> {
         let per_slice = (self.sinogram_len() + self.image_len()) * size_of::<T>();
-        // Half for the slabs, the other half for the work on them; or what that takes, where it is the same for any number of slices.
+        // Half for the slabs, the other half for work arrays, or their requirement if it does not depend on the number of slices.
         let given = self.options.memory;
         let work = match &self.gridding {
             Some(gridding) => self.check_budget(gridding, given)?,
@@ -407,7 +406,7 @@ impl<T: Sample> FbpPlan<T> {
         Ok(report)
     }
 
-    /// Bytes of work arrays that a run of `n_slices` slices uses beside the caller's arrays, at most [`FbpOptions::memory`].
+    /// Returns the bytes of work arrays of a run of `n_slices` slices, at most [`FbpOptions::memory`], without the caller's arrays.
     ///
     /// # Errors
     /// [`RadonError::BudgetTooSmall`].
@@ -419,16 +418,16 @@ impl<T: Sample> FbpPlan<T> {
         Ok(self.block_bytes(lanes, views))
     }
 
-    /// Work arrays of a block: filtered rows, and sums and row buffers of each thread.
+    /// Returns the bytes of the work arrays of a block: filtered rows, and sums and row buffers of each thread.
     fn block_bytes(&self, lanes: usize, views: usize) -> usize {
         let per_thread = self.filter.scratch_bytes() + backproject::tile_bytes::<T>(lanes);
         (views * self.steps.row_len() * lanes + 64) * size_of::<T>()
             + rayon::current_num_threads() * per_thread
     }
 
-    /// Lanes of the blocks that `n_slices` slices are cut into, and views that are filtered at once, within `memory` bytes.
+    /// Returns the lanes of the blocks of `n_slices` slices, and the number of views that are filtered at once, within `memory` bytes.
     fn block(&self, n_slices: usize, memory: usize) -> Result<(usize, usize), RadonError> {
-        // Fewer views at once mean more passes over the images; below this many, narrower blocks cost less.
+        // Fewer views at once need more passes over the images; below this number, narrower blocks cost less.
         let enough = self.geometry.n_views().min(32);
         let mut n = n_slices;
         loop {
@@ -453,8 +452,7 @@ impl<T: Sample> FbpPlan<T> {
         }
     }
 
-    /// Filters the rows of one view into `out`, `[sample][lane]` with the margins that back-projection needs; returns how many
-    /// rows held signal.
+    /// Filters the rows of one view into `out`, `[sample][lane]` with margins for back-projection; returns the number of rows with signal.
     fn filter_view(
         &self,
         rows: &[&[T]],

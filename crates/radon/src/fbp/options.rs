@@ -1,4 +1,4 @@
-//! What an FBP plan can be told, and what a run reports.
+//! Options of an FBP plan, and the report of a run.
 
 use std::ops::Range;
 
@@ -31,23 +31,23 @@ pub struct FbpOptions {
     pub window: Window,
     /// Cutoff as a fraction of the Nyquist frequency `1/(2 pitch)`, in `(0, 1]`.
     pub cutoff: f64,
-    /// How filtered rows are read between bin centres.
+    /// Interpolation of filtered rows between bin centres.
     pub interpolation: Interpolation,
-    /// What is assumed beyond the ends of a row.
+    /// Extrapolation beyond the ends of a row.
     pub edge: EdgePolicy,
-    /// What becomes of directions that no view measured.
+    /// Treatment of directions that no view measured.
     pub arc: ArcPolicy,
-    /// Pixels to reconstruct: `(x, y)` index ranges of the grid; `None` for all. By the same method the result is the same, bit for
-    /// bit, as the cut from the whole image.
+    /// Pixels to reconstruct: `(x, y)` index ranges of the grid; `None` for all. With the same method the result is bitwise identical to
+    /// that part of the whole image.
     pub region: Option<(Range<usize>, Range<usize>)>,
-    /// How rows are summed over the views.
+    /// Method of summation over the views.
     pub method: Method,
-    /// Whether rows and slices without signal are passed over. The result is the same, bit for bit.
+    /// Whether rows and slices without signal are skipped. Results are bitwise identical.
     pub skip: Skip,
-    /// Instruction set of the kernels; `None` for the widest that the machine runs.
+    /// Instruction set of the kernels; `None` for the widest available one.
     pub instructions: Option<InstructionSet>,
-    /// Bytes that a run may use for its work arrays, and [`FbpPlan::stream`](crate::FbpPlan::stream) for its slabs too. A smaller
-    /// budget costs time, or is an error; results do not depend on it.
+    /// Memory limit of the work arrays of a run, and of the slabs of [`FbpPlan::stream`](crate::FbpPlan::stream), in bytes. A smaller
+    /// budget costs time or is an error; it does not affect results.
     pub memory: usize,
 }
 
@@ -106,7 +106,7 @@ impl FbpOptions {
     }
 }
 
-/// How filtered rows are summed over the views.
+/// The method of summation of filtered rows over the views.
 ///
 /// The two methods compute the same sum with two differences. The Fourier method keeps only the first lobe of the response of linear
 /// interpolation, up to the sampling frequency 1/pitch (half of it with [`Interpolation::BandLimited`]), and it spreads samples over a
@@ -131,39 +131,39 @@ impl FbpOptions {
 pub enum Method {
     /// The sum over views, pixel by pixel: for small images and parts of images, and for stacks of small slices.
     Direct,
-    /// By Fourier transforms, one slice at a time: for large images.
+    /// Fourier transforms, one slice at a time: for large images.
     Fourier {
         /// L2 error of gridding, relative to the norm of the whole image of the grid; between 1e-6 and 1e-2. Rounding in single precision
-        /// adds some 1e-6.
+        /// adds about 1e-6.
         ///
-        /// Condition: the object lies within the field of view, that is within the grid and within the rows. The error scales with all data,
-        /// the norm only with what the grid contains: for a disc beside a grid of 16 x 16 pixels the error was 50 times the tolerance.
+        /// Condition: the object lies within the field of view, that is within the grid and within the rows. The error scales with all data, the
+        /// norm only with the content of the grid: for a disc beside a grid of 16 x 16 pixels the error was 50 times the tolerance.
         tolerance: f64,
     },
-    /// `Fourier` to [`AUTO_TOLERANCE`](Self::AUTO_TOLERANCE) where it is expected to be faster than `Direct` and needs at most 256 MiB
-    /// (work arrays and one slice of data), else `Direct`: from about 314 x 314 pixels (`f32`) or
-    /// 432 x 432 pixels (`f64`) on from as many views.
+    /// `Fourier` to [`AUTO_TOLERANCE`](Self::AUTO_TOLERANCE) if it is expected to be faster than `Direct` and needs at most 256 MiB (work
+    /// arrays and one slice of data), else `Direct`. With as many views as pixels per side, the crossover is at about 314 x 314 pixels
+    /// (`f32`) or 432 x 432 pixels (`f64`).
     ///
-    /// The choice depends on the sizes of image and sinogram, the interpolation and the sample type alone, and is the same on every
-    /// machine and for any [`FbpOptions::memory`]; [`FbpPlan::method`](crate::FbpPlan::method) returns it. A run whose budget is below
-    /// the need of the method chosen returns [`RadonError::BudgetTooSmall`](crate::RadonError::BudgetTooSmall).
+    /// The choice depends only on the sizes of image and sinogram, the interpolation and the sample type; it is the same on every machine
+    /// and for any [`FbpOptions::memory`]; [`FbpPlan::method`](crate::FbpPlan::method) returns it. A run whose budget is below the
+    /// requirement of the method returns [`RadonError::BudgetTooSmall`](crate::RadonError::BudgetTooSmall).
     #[default]
     Auto,
 }
 
 impl Method {
-    /// Tolerance of the Fourier method where a plan chooses it: far below what linear interpolation and sampling leave.
+    /// Tolerance of the Fourier method with [`Method::Auto`]: far below the errors of linear interpolation and sampling.
     pub const AUTO_TOLERANCE: f64 = 1e-4;
 }
 
-/// How filtered rows are read between bin centres.
+/// Interpolation of filtered rows between bin centres.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[non_exhaustive]
 pub enum Interpolation {
-    /// Straight line between two bins: robust, and a slight low pass.
+    /// Linear interpolation between bins: robust, with a slight low-pass effect.
     #[default]
     Linear,
-    /// Rows up-sampled 8 times in the Fourier domain, then linear: close to the ideal interpolation of a band-limited row.
+    /// Upsampling of rows by 8 in the Fourier domain, then linear interpolation: close to ideal interpolation of a band-limited row.
     BandLimited,
 }
 
@@ -177,7 +177,7 @@ impl Interpolation {
     }
 }
 
-/// What is assumed beyond the ends of a row before it is filtered.
+/// Extrapolation of rows beyond their ends before filtering.
 ///
 /// Truncated rows do not determine the image; a policy trades one bias for another. Mean error over the inner 70 % of the field of
 /// view, for bodies of value 1 (180 views, rows of 128 bins; radii in half rows):
@@ -206,33 +206,34 @@ impl Interpolation {
 /// assert!((image[32 * 64 + 32] - 1.0).abs() < 0.01);
 /// # Ok::<(), radon::RadonError>(())
 /// ```
+#[doc(alias = "truncation correction")]
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[non_exhaustive]
 pub enum EdgePolicy {
-    /// Nothing there: right when the object lies within the field of view.
+    /// Zeros: exact if the object is within the field of view.
     #[default]
     Zero,
-    /// The end bins repeated out to half the padding on either side: the simplest cure for the cupping of truncated rows.
+    /// The end bins repeated over half the padding on either side: the simplest reduction of cupping.
     Repeat,
-    /// The end bins repeated and faded out by half a cosine: where the object ends within about a row's length.
+    /// The end bins repeated and faded out by half a cosine: for objects that end within about a row's length.
     Fade,
-    /// Each end continued by the ellipse about the middle of the row that fits its last eighth: for a body that is wider than the
-    /// field of view. Exact, but for sampling, for one even ellipse in the middle that ends within a row's length. The water
-    /// cylinder of Hsieh et al. 2004, doi:10.1118/1.1776673, for a body whose value is not known but which is about the axis.
+    /// Each end continued by the ellipse about the middle of the row that fits its last eighth: for a body wider than the field of view.
+    /// Exact, except for sampling, for one centred homogeneous ellipse that ends within a row's length. This is the water cylinder of Hsieh
+    /// et al. 2004, doi:10.1118/1.1776673, for a centred body of unknown value.
     Ellipse,
 }
 
-/// Whether work on empty data is passed over.
+/// Whether work on empty data is skipped.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Skip {
-    /// Filter and back-project only what holds signal.
+    /// Filter and back-project only rows and slices with signal.
     #[default]
     Empty,
-    /// Do all the work, for comparison.
+    /// Process everything, for comparison.
     Nothing,
 }
 
-/// What a run did and what it passed over.
+/// Work of a run, done and skipped.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[non_exhaustive]
 pub struct FbpReport {
@@ -242,7 +243,7 @@ pub struct FbpReport {
     pub slices_skipped: usize,
     /// Rows (one view of one slice) that were filtered.
     pub rows_filtered: usize,
-    /// Rows without signal that were not.
+    /// Rows without signal, which were skipped.
     pub rows_skipped: usize,
 }
 

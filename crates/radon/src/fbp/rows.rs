@@ -11,7 +11,7 @@ use crate::fbp::options::{EdgePolicy, FbpOptions};
 use crate::filter::{padded_len, ramp_response};
 use crate::sample::Sample;
 
-/// Filters one row at a time; each row's result depends on that row alone, so skipping others changes no bit.
+/// A row filter. The result of a row depends only on that row, so skipping others leaves it bitwise identical.
 pub(crate) struct RowFilter<T: Sample> {
     n_bins: usize,
     upsampling: usize,
@@ -35,12 +35,12 @@ pub(crate) struct RowScratch<T: Sample> {
     filtered: Vec<T>,
 }
 
-/// Slices whose rows are filtered before they are written side by side.
+/// Slices whose rows are filtered before they are interleaved.
 pub(crate) const TOGETHER: usize = 16;
 
 impl<T: Sample> RowFilter<T> {
     pub(crate) fn new(n_bins: usize, options: &FbpOptions) -> Result<Self, RadonError> {
-        // Twice the row makes the convolution linear; a row that is extended at both ends needs room for that too.
+        // Twice the row makes the convolution linear; a row that is extended at both ends needs room for the extension, too.
         let len = padded_len(match options.edge {
             EdgePolicy::Zero => 2 * n_bins,
             EdgePolicy::Repeat | EdgePolicy::Fade | EdgePolicy::Ellipse => 4 * n_bins,
@@ -52,10 +52,10 @@ impl<T: Sample> RowFilter<T> {
             response.fill(1.0);
         }
         if upsampling > 1 {
-            // The Nyquist term stands for two in the longer spectrum.
+            // The Nyquist term counts twice in the longer spectrum.
             response[len / 2] /= 2.0;
         }
-        // As long as a row, which leaves the filter room at the far side of the circle.
+        // As long as a row, so that the filter has room at the far side of the circle.
         let fade = match options.edge {
             EdgePolicy::Fade => (1..=n_bins)
                 .map(|k| T::of(0.5 + 0.5 * (PI * k as f64 / (n_bins + 1) as f64).cos()))
@@ -74,12 +74,12 @@ impl<T: Sample> RowFilter<T> {
         })
     }
 
-    /// Samples of a filtered row.
+    /// Returns the number of samples of a filtered row.
     pub(crate) fn out_len(&self) -> usize {
         self.n_bins * self.upsampling
     }
 
-    /// Bytes of one thread's work arrays.
+    /// Returns the bytes of one thread's work arrays.
     pub(crate) fn scratch_bytes(&self) -> usize {
         let spectrum = self.forward.complex_len()
             + if self.upsampling > 1 {
@@ -115,8 +115,8 @@ impl<T: Sample> RowFilter<T> {
         }
     }
 
-    /// The filtered rows times the pitch (without a ramp the rows themselves) and `scale`, `out_len()` samples each, held in the
-    /// scratch; no row stands for zeros.
+    /// Returns the filtered rows times the pitch (without a ramp the rows themselves) and `scale`, `out_len()` samples each; the input
+    /// `None` is a row of zeros.
     pub(crate) fn filter<'a>(
         &self,
         rows: impl Iterator<Item = Option<&'a [T]>>,
@@ -163,7 +163,7 @@ impl<T: Sample> RowFilter<T> {
                 row[middle..].fill(input[0]);
             }
             EdgePolicy::Fade => {
-                // The right end fades behind the row, the left end in front of it, which is the far end of the circle.
+                // The right end fades after the row, the left end before it, which is the far end of the circle.
                 let (behind, front) = row[n..].split_at_mut(self.fade.len());
                 for (value, &gain) in behind.iter_mut().zip(&self.fade) {
                     *value = input[n - 1] * gain;
@@ -180,8 +180,8 @@ impl<T: Sample> RowFilter<T> {
                 extend_by_ellipse(input.iter(), front.iter_mut().rev().take(n));
             }
         }
-        // The transforms fail only on wrong lengths, which the planner's own vectors rule out, or on a complex value at
-        // zero frequency or Nyquist, which are set real here.
+        // The transforms fail only on wrong lengths, which the planner's own vectors exclude, or on a complex value at zero frequency or
+        // Nyquist, which are set real here.
         let done = self.forward.process_with_scratch(row, spectrum, fft);
         debug_assert!(done.is_ok());
         for (value, &gain) in spectrum.iter_mut().zip(&self.response) {
@@ -204,16 +204,16 @@ impl<T: Sample> RowFilter<T> {
     }
 }
 
-/// Continues a row beyond one end by an ellipse: `inward` are its samples from that end on, `outward` as many beyond it.
+/// Continues a row beyond one end by an ellipse: `inward` contains its samples from that end, `outward` as many beyond it.
 ///
-/// The square of an ellipse's chords is a parabola. With the ellipse about the middle of the row, at distance x from there,
+/// The square of an ellipse's chords is a parabola. For an ellipse about the middle of the row, at the distance x from there,
 ///
 /// ```text
 /// p(x)^2 = q - c x^2,
 /// ```
 ///
-/// q and c are those of the straight line through the squares of the row's last eighth, as a function of x^2. Where they do not
-/// fall to zero within a row's length (or rise towards the end), the curvature is increased (and the rise dropped) until they do.
+/// q and c are those of the line through the squares of the row's last eighth, as a function of x^2. If they do not fall to zero within a
+/// row's length (or rise towards the end), the curvature is increased (and the rise dropped) until they do.
 fn extend_by_ellipse<'a, T: Sample>(
     inward: impl ExactSizeIterator<Item = &'a T>,
     outward: impl Iterator<Item = &'a mut T>,
@@ -225,7 +225,7 @@ fn extend_by_ellipse<'a, T: Sample>(
     if largest == 0.0 {
         return;
     }
-    // Squares with their sign, lest noise about zero add up; in units that do not overflow.
+    // Squares with their sign, so that noise about zero averages out; in units that do not overflow.
     let points = last.iter().enumerate().map(|(i, p)| {
         let p = p / largest;
         ((middle - i as f64).powi(2), p * p.abs())
@@ -291,10 +291,10 @@ mod tests {
                 assert!((0.0..=last).contains(value), "{row:?} {beyond:?}");
                 last = *value;
             }
-            // A level end is a quarter of an ellipse that is nothing one bin beyond.
+            // A level end is a quarter of an ellipse that is zero one bin beyond.
             assert!(beyond[8] < 0.5 * row[8]);
         }
-        // Nothing there, or less than nothing: nothing beyond.
+        // No or negative signal at the end: zero beyond.
         assert_eq!(extended(&[3.0, 2.0, 0.0, 0.0], 4), [0.0; 4]);
         assert_eq!(extended(&[3.0, 2.0, -1.0, -1.0], 4), [0.0; 4]);
     }

@@ -1,18 +1,18 @@
-//! Back-projection of rows and its transpose by Fourier transforms: N^2 log N operations where a sum over views takes N^3.
+//! Back-projection of rows and its transpose by Fourier transforms: N^2 log N operations instead of N^3 for a sum over views.
 //!
-//! The image of rows q_v that are read between their bins by a kernel of response G,
+//! The image of rows q_v that are interpolated between bins by a kernel of response G,
 //!
 //! ```text
 //! f(x) = sum_v sum_j q_v[j] K(x . theta_v - s_j)        K(s) = sum_k G(k / P) cos(2 pi k s / (P pitch)) / P
 //! ```
 //!
-//! is a sum of plane waves, whose frequencies are those of the rows of P samples along the direction of their view. They are *spread* over
-//! the cells of a rectangular grid in the image's spectrum, one transform of that grid gives all pixels, and what spreading does to
-//! the image, a smooth factor that is known, is divided out (type 1 of the non-uniform transforms of Dutt & Rokhlin 1993,
-//! doi:10.1137/0914081; gridding, O'Sullivan 1985, doi:10.1109/TMI.1985.4307723). The transpose does each step's transpose in turn.
+//! is a sum of plane waves. Their frequencies are those of the rows of P samples, along the direction of their view. The samples are
+//! *spread* over the cells of a rectangular grid in the image's spectrum. One transform of this grid gives all pixels. The effect of
+//! spreading on the image is a known smooth factor, which is divided out (type 1 of the non-uniform transforms of Dutt & Rokhlin 1993,
+//! doi:10.1137/0914081; gridding, O'Sullivan 1985, doi:10.1109/TMI.1985.4307723). The transpose applies the transpose of each step.
 //!
-//! Work is cut into bands of columns of the grid: whoever has a band takes all samples in it, in the order of the views, and
-//! transforms its columns at once, so that the grid is never held whole and results have the same bits for any number of threads.
+//! The grid is divided into bands of columns. One job spreads all samples in a band, in the order of the views, and transforms its columns.
+//! So the grid is never stored as a whole, and results are bitwise identical for any number of threads.
 
 use std::f64::consts::PI;
 use std::ops::Range;
@@ -36,14 +36,14 @@ use polar::{Columns, Polar, PolarView, Segment, turns};
 pub use projector::FourierProjector;
 use taps::{FINER, Shape};
 
-/// Columns of the grid that are worked on together.
+/// Columns of the grid per band.
 const BAND: usize = 32;
 
-/// How much work there is, known before anything is planned.
+/// Sizes of the work, known before planning.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Counts {
     pub(crate) n_views: usize,
-    /// Samples after which a row repeats itself.
+    /// Period of a row in samples.
     pub(crate) row_len: usize,
     /// Cells of the image's spectrum along x and y.
     pub(crate) cells: [usize; 2],
@@ -76,7 +76,7 @@ impl Counts {
     }
 }
 
-/// The pair of operators, planned.
+/// The planned pair of operators.
 pub(crate) struct Gridding<T: Sample> {
     polar: Polar,
     n_bins: usize,
@@ -85,7 +85,7 @@ pub(crate) struct Gridding<T: Sample> {
     taps: Taps<T>,
     /// G / P for each replica and sample of half a spectrum.
     gains: Vec<Vec<T>>,
-    /// What spreading is divided out by, along x and along y.
+    /// Reciprocals of the factors of spreading along x and along y.
     inverse: [Vec<T>; 2],
     row: RealPair<T>,
     along_x: RealPair<T>,
@@ -99,14 +99,14 @@ impl<T: Sample> std::fmt::Debug for Gridding<T> {
     }
 }
 
-/// How rows are read between their bins: K by its response, at frequencies in units of 1/pitch.
+/// The kernel K between bins, by its response at frequencies in units of 1/pitch.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Response {
-    /// By straight lines between the bins: the first lobe of sinc^2.
+    /// Linear interpolation between bins: the first lobe of sinc^2.
     Lines,
-    /// By straight lines between samples so much finer than bins: what the row's own band holds.
+    /// Linear interpolation between samples that are finer than bins by this factor: the band of the row itself.
     FineLines(f64),
-    /// As means over bins of an image of these pixels, by rows that repeat themselves after so many times the shortest period.
+    /// Bin averages of an image of these pixels; rows have this multiple of the shortest period.
     BinMeans {
         pitch: f64,
         spacing: [f64; 2],
@@ -134,7 +134,7 @@ impl Response {
         }
     }
 
-    /// The greatest frequency in a direction (cosine and sine).
+    /// Returns the largest frequency in a direction (cosine and sine).
     fn most(self, [cos, sin]: [f64; 2]) -> f64 {
         match self {
             Self::Lines => 1.0,
@@ -155,11 +155,11 @@ pub(crate) struct GriddingScratch<T> {
     spectra: Vec<Complex<T>>,
     /// `[band][row of the image][column]`: the image's spectrum along x.
     bands: Vec<Complex<T>>,
-    /// One for each thread that is at work.
+    /// One per active thread.
     works: Pool<Work<T>>,
 }
 
-/// What one thread holds.
+/// Work arrays of a thread.
 #[derive(Debug, Default)]
 struct Work<T> {
     /// `[column][cell]` of a band and of `LANES / 2` columns on either side.
@@ -186,7 +186,7 @@ impl<T: Sample> Gridding<T> {
         let half = polar.half_len();
         let gains = (0..polar.replicas.len()).map(|replica| {
             let gain = |k: usize| {
-                // Both ends of half a spectrum are their own mirror images, and are met twice.
+                // Both ends of half a spectrum are their own mirror images and are visited twice.
                 let share = if k == 0 || k == half - 1 { 0.5 } else { 1.0 };
                 let frequency = (polar.first(replica) + k as i64) as f64 / row_len as f64;
                 T::of(share * response.gain(frequency) / row_len as f64)
@@ -225,7 +225,7 @@ impl<T: Sample> Gridding<T> {
         self.n_columns().div_ceil(BAND) * BAND * self.n[1]
     }
 
-    /// Distance between the columns of a band in work: not a multiple of a power of two, lest they share the places of a cache.
+    /// Returns the distance between the columns of a band in memory: not a multiple of a power of two, to avoid cache conflicts.
     fn stride(&self) -> usize {
         (self.polar.cells[1] + LANES / 2).next_multiple_of(16) + 8
     }
@@ -237,7 +237,7 @@ impl<T: Sample> Gridding<T> {
     /// Bytes of the work arrays of a back-projection on `n_threads` threads.
     pub(crate) fn work_bytes(&self, n_threads: usize) -> usize {
         let row = self.polar.row_len.max(self.polar.cells[0]);
-        // Half of a complex number for each sample of a row, and as much for its spectrum.
+        // Half a complex number per sample of a row, and the same for its spectrum.
         let work = self.cells_len() + row + 1 + self.fft_len();
         let shared = self.spectra_len() + self.bands_len();
         (shared + n_threads * work) * size_of::<Complex<T>>()
@@ -255,7 +255,7 @@ impl<T: Sample> Gridding<T> {
         lens.into_iter().fold(0, usize::max)
     }
 
-    /// The image, `[y][x]`, of rows that `fill(view, row)` writes, `false` for a row of zeros; only `region` of it (x and y).
+    /// Computes the image, `[y][x]`, of rows that `fill(view, row)` writes (`false` for a row of zeros), limited to `region` (x and y).
     pub(crate) fn back_project(
         &self,
         fill: impl Fn(usize, &mut [T]) -> bool + Sync,
@@ -298,7 +298,7 @@ impl<T: Sample> Gridding<T> {
             });
     }
 
-    /// The image, `[y][x]`, of rows `[view][bin]`: the transpose of [`Self::project`].
+    /// Computes the image, `[y][x]`, of rows `[view][bin]`: the transpose of [`Self::project`].
     pub(crate) fn project_back(
         &self,
         rows: &[T],
@@ -344,10 +344,10 @@ impl<T: Sample> Gridding<T> {
         Complex::new(T::of(phase.re), T::of(im))
     }
 
-    /// A segment's way through the columns of a band in work, the first of which is `first`.
+    /// Returns the path of a segment through the columns of a band, the first of which is `first`.
     fn path(&self, segment: &Segment, first: i64) -> RayPath {
         let period = (self.polar.cells[1] as i64) << DIGITS;
-        // The first of the cells that a sample is spread over.
+        // The first of the cells over which a sample is spread.
         let shift = (2 - self.taps.width as i64) << (DIGITS - 1);
         RayPath {
             at: [
@@ -414,13 +414,13 @@ impl<T: Sample> Gridding<T> {
         }
     }
 
-    /// Where a pixel stands in a transform, whose first sample is the reference pixel.
+    /// Returns the position of a pixel in a transform, whose first sample is the reference pixel.
     fn place(&self, axis: usize, pixel: usize) -> usize {
         let (n, cells) = (self.n[axis], self.polar.cells[axis]);
         (pixel + cells - n / 2) % cells
     }
 
-    /// One row of the image from its spectrum along x.
+    /// Computes a row of the image from its spectrum along x.
     fn image_row(
         &self,
         bands: &[Complex<T>],
@@ -442,7 +442,7 @@ impl<T: Sample> Gridding<T> {
         let done = self.along_x.1.process_with_scratch(spectrum, row, fft);
         debug_assert!(done.is_ok());
         let inverse_y = self.inverse[1][y];
-        // What is left of the reference pixel stands at the end.
+        // Pixels to the left of the reference pixel are at the end.
         let middle = (self.n[0] / 2).clamp(x.start, x.end);
         let (left, right) = out.split_at_mut(middle - x.start);
         for (out, x) in [(left, x.start..middle), (right, middle..x.end)] {
@@ -457,22 +457,22 @@ impl<T: Sample> Gridding<T> {
     }
 }
 
-/// Refuses what cannot be kept in single precision, or what is no approximation.
+/// Rejects tolerances below single precision and above a useful approximation.
 pub(crate) fn check_tolerance(tolerance: f64) -> Result<(), RadonError> {
     within("tolerance", tolerance, 1e-6, 1e-2)
 }
 
-/// The first `len` samples of memory that grows if need be.
+/// Returns the first `len` samples of a buffer, which grows if needed.
 fn grown<S: Clone + Default>(memory: &mut Vec<S>, len: usize) -> &mut [S] {
     if memory.len() < len {
-        // No more than plans say.
+        // Exactly the planned size.
         memory.reserve_exact(len - memory.len());
         memory.resize(len, S::default());
     }
     &mut memory[..len]
 }
 
-/// What a real row's transform has at both ends.
+/// Makes the ends of a real row's spectrum real.
 fn real_ends<T: Sample>(spectrum: &mut [Complex<T>]) {
     if let [first, .., last] = spectrum {
         first.im = T::ZERO;
@@ -480,7 +480,7 @@ fn real_ends<T: Sample>(spectrum: &mut [Complex<T>]) {
     }
 }
 
-/// Period of a row in samples, of which `periods` follow each other: no pixel is so far from the row's middle that it reads the next copy.
+/// Returns the period of a row in samples, repeated `periods` times: long enough that no pixel reads the next copy.
 fn row_period(
     geometry: &ParallelGeometry,
     grid: &ImageGrid,

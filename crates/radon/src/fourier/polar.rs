@@ -1,8 +1,8 @@
-//! Where the samples of the rows' spectra lie in the spectrum of the image: on a line through the origin for each view, by the
-//! projection-slice theorem.
+//! Positions of the samples of the rows' spectra in the spectrum of the image: by the projection-slice theorem, on a line through the
+//! origin for each view.
 //!
-//! Row k's transform has the period of its samples, 1/pitch. What lies beyond the first half period are copies of the same numbers,
-//! *replicas* m = -1, 1, -2, ..., which whatever reads rows between their bins lets through by its own response, the gains here.
+//! The transform of a row has the period 1/pitch. Beyond the first half period there are copies of the same numbers, *replicas* m = -1, 1,
+//! -2, ... The response of the interpolation between bins attenuates them; the gains contain it.
 
 use std::f64::consts::TAU;
 use std::ops::Range;
@@ -18,46 +18,46 @@ use crate::{ImageGrid, ParallelGeometry};
 pub(super) struct PolarView {
     /// Index of the view in the geometry.
     pub(super) view: usize,
-    /// Way from one frequency to the next, in cells of the image's spectrum of 2^-DIGITS each; across the columns never negative.
+    /// Step between frequencies in units of 2^-DIGITS cells of the image's spectrum; never negative across the columns.
     pub(super) step: [i64; 2],
-    /// Phase of one frequency: from the row's first bin to the image's reference pixel.
+    /// Phase per frequency step, from the row's first bin to the image's reference pixel.
     pub(super) turn: f64,
-    /// Whether the line is run through the other way round, with the complex conjugates.
+    /// Whether the line is traversed backwards, with complex conjugates.
     pub(super) conjugate: bool,
-    /// The greatest frequency that is used, in steps.
+    /// The largest used frequency, in steps.
     pub(super) most: usize,
 }
 
-/// All lines, and the two axes of the grid that they are laid out in.
+/// All lines, and the grid that contains them.
 #[derive(Debug)]
 pub(super) struct Polar {
-    /// By their direction.
+    /// Sorted by direction.
     pub(super) views: Vec<PolarView>,
-    /// Where each view of the geometry stands among them.
+    /// Position of each view of the geometry in `views`.
     pub(super) places: Vec<usize>,
-    /// Samples after which a row repeats itself.
+    /// Period of a row in samples.
     pub(super) row_len: usize,
-    /// Copies of the half spectrum that are used.
+    /// Used copies of the half spectrum.
     pub(super) replicas: Vec<i64>,
     /// Cells of the image's spectrum along x and along y.
     pub(super) cells: [usize; 2],
 }
 
-/// Part of a view's samples on their way through some columns.
+/// A part of a view's samples along a path through some columns.
 #[derive(Clone, Debug)]
 pub(super) struct Segment {
     /// Index of the replica.
     pub(super) replica: usize,
     /// Samples of the half spectrum.
     pub(super) samples: Range<usize>,
-    /// Position of the first sample; along x whole turns of the grid have been added.
+    /// Position of the first sample; along x, multiples of the grid's period are added.
     pub(super) at: [i64; 2],
     pub(super) step: [i64; 2],
-    /// Whether these are the samples' mirror images through the origin, which hold the conjugates.
+    /// Whether these are mirror images through the origin, whose values are complex conjugates.
     pub(super) mirrored: bool,
 }
 
-/// Columns, in units of a position's last digit: of the samples themselves and of their mirror images.
+/// Columns of the samples and of their mirror images, in the finest unit of positions.
 #[derive(Clone, Debug)]
 pub(super) struct Columns {
     pub(super) samples: Range<i64>,
@@ -65,9 +65,9 @@ pub(super) struct Columns {
 }
 
 impl Polar {
-    /// `row_len` samples a row; `most(view's direction)` is the greatest frequency, in units of 1/pitch. A frequency of half a period and
-    /// its negative are the same number of a row. `both_ends` counts that number for each of the two, whether or not a frequency beyond
-    /// them is used; otherwise the two share it if they are the greatest.
+    /// `row_len` samples per row; `most(direction)` is the largest frequency of a view in units of 1/pitch. The frequencies of plus and
+    /// minus half a period are the same number of a row. `both_ends` counts that number for each of the two, whether or not a higher
+    /// frequency is used; otherwise they share it if they are the largest.
     pub(super) fn new(
         geometry: &ParallelGeometry,
         grid: &ImageGrid,
@@ -88,7 +88,7 @@ impl Polar {
             let mut step = [0; 2];
             for axis in 0..2 {
                 let cells = direction[axis] * grid.spacing()[axis] * cells[axis] as f64 / period;
-                // Positions of 2^26 cells leave one digit of 64 for a sign.
+                // Positions of up to 2^26 cells leave a sign bit in 64 bits.
                 let reach = cells.abs() * (most + row_len) as f64;
                 within("cells of the spectrum", reach, 0.0, f64::from(1 << 25))?;
                 // Even: see `segments`.
@@ -107,14 +107,14 @@ impl Polar {
                 most,
             });
         }
-        // Neighbours in direction meet neighbouring cells.
+        // Neighbours in direction visit neighbouring cells.
         let slope = |view: &PolarView| (view.step[1] as f64).atan2(view.step[0] as f64);
         views.sort_by(|a, b| slope(a).total_cmp(&slope(b)).then(a.view.cmp(&b.view)));
         let mut places = zeros("views of a plan", views.len(), 1)?;
         for (place, view) in views.iter().enumerate() {
             places[view.view] = place;
         }
-        // Those of which some frequency is within reach.
+        // Replicas with a frequency within reach.
         let n = farthest.div_ceil(row_len) as i64;
         let half = (row_len / 2) as i64;
         let within_reach = |m: &i64| {
@@ -139,19 +139,19 @@ impl Polar {
         self.row_len / 2 + 1
     }
 
-    /// Samples of all views and replicas.
+    /// Returns the number of samples of all views and replicas.
     pub(super) fn n_used(&self) -> usize {
         let replicas = 0..self.replicas.len();
         let of = |view| replicas.clone().map(move |r| self.used(view, r).len());
         self.views.iter().flat_map(of).sum()
     }
 
-    /// The frequency of the first sample of a replica.
+    /// Returns the frequency of the first sample of a replica.
     pub(super) fn first(&self, replica: usize) -> i64 {
         self.replicas[replica] * self.row_len as i64
     }
 
-    /// Samples of a view's replica that are used.
+    /// Returns the used samples of a view's replica.
     fn used(&self, view: &PolarView, replica: usize) -> Range<usize> {
         let (first, most) = (self.first(replica), view.most as i64);
         let last = (most - first).min(self.row_len as i64 / 2);
@@ -159,7 +159,7 @@ impl Polar {
         start as usize..(last + 1).max(start) as usize
     }
 
-    /// All that a view has in some columns, in the same order for any columns.
+    /// Lists the segments of a view in some columns, in an order that does not depend on the columns.
     pub(super) fn segments(
         &self,
         view: &PolarView,
@@ -178,11 +178,11 @@ impl Polar {
                 [(false, 1, &columns.samples), (true, -1, &columns.mirrored)]
             {
                 let step = view.step.map(|s| sign * s);
-                // Odd, so that no position is at the edge of a cell: there a mirror image would have other cells than the mirror's.
+                // Odd, so that no position is at the edge of a cell, where a mirror image would be in another cell.
                 let at = step.map(|s| s * first + sign);
                 let ends = [at[0], at[0] + (n - 1) * step[0]];
                 let (least, most) = (ends[0].min(ends[1]), ends[0].max(ends[1]));
-                // Whole turns after which some position is in the window.
+                // Periods after which a position is in the window.
                 let turns =
                     ceil_div(window.start - most, turn)..=(window.end - 1 - least).div_euclid(turn);
                 for turns in turns {
@@ -220,7 +220,7 @@ fn ceil_div(a: i64, b: i64) -> i64 {
 
 /// exp(-i k turn) for k = 0, 1, ..., some at a time.
 pub(super) fn turns(turn: f64) -> impl Iterator<Item = Complex<f64>> {
-    // Side by side, which no product has to wait for another.
+    // Computed side by side, so that no product waits for another.
     const TOGETHER: usize = 8;
     let step = Complex::cis(-turn * TOGETHER as f64);
     let mut these: [Complex<f64>; TOGETHER] =

@@ -1,4 +1,4 @@
-//! The transpose of back-projection: rows of an image, by the same steps in turn.
+//! The transpose of back-projection: rows of an image, by the transposed steps.
 
 use std::ops::Range;
 
@@ -10,7 +10,7 @@ use super::{BAND, Gridding, GriddingScratch, Work, grown, real_ends};
 use crate::Sample;
 use crate::simd::{DIGITS, LANES};
 
-/// What a band of columns holds of the rows' spectra: segment by segment in the order of the views, and where each view begins.
+/// The part of the rows' spectra in a band of columns: by segment in the order of the views, with the start of each view.
 struct Found<T> {
     values: Vec<Complex<T>>,
     starts: Vec<usize>,
@@ -25,7 +25,7 @@ impl<T: Sample> Gridding<T> {
             + n_bands * (self.polar.views.len() + 1) * size_of::<usize>()
     }
 
-    /// The rows `[view][bin]` of an image `[y][x]`: the transpose of back-projection.
+    /// Computes the rows `[view][bin]` of an image `[y][x]`: the transpose of back-projection.
     pub(crate) fn project(&self, image: &[T], rows: &mut [T], scratch: &mut GriddingScratch<T>) {
         let GriddingScratch { bands, works, .. } = scratch;
         let spectrum = &mut grown(bands, self.bands_len())[..self.n[1] * self.n_columns()];
@@ -53,7 +53,7 @@ impl<T: Sample> Gridding<T> {
             });
     }
 
-    /// A row of pixels, divided by what reading between cells does to it, transformed along x.
+    /// Divides a row of pixels by the factor of interpolation between cells and transforms it along x.
     fn transform_pixels(
         &self,
         y: usize,
@@ -71,7 +71,7 @@ impl<T: Sample> Gridding<T> {
         debug_assert!(done.is_ok());
     }
 
-    /// The columns whose samples a band has: each sample or its mirror image lies in one.
+    /// Returns the columns whose samples belong to a band; each sample or its mirror image is in exactly one band.
     fn owned(&self, band: usize) -> Columns {
         let half = (self.polar.cells[0] as i64) << (DIGITS - 1);
         let [first, end] = [band, band + 1].map(|b| (((b * BAND) as i64) << DIGITS).min(half));
@@ -109,7 +109,7 @@ impl<T: Sample> Gridding<T> {
         Found { values, starts }
     }
 
-    /// The transformed columns of a band and as many on either side as its samples reach.
+    /// Returns the transformed columns of a band, and those on either side within reach of its samples.
     fn columns<'a>(
         &self,
         spectrum: &[Complex<T>],
@@ -149,7 +149,7 @@ impl<T: Sample> Gridding<T> {
         cells
     }
 
-    /// A row from all that bands have of it.
+    /// Assembles a row from the parts of all bands.
     fn assemble(&self, found: &[Found<T>], place: usize, out: &mut [T], work: &mut Work<T>) {
         let view: &PolarView = &self.polar.views[place];
         let half = grown(&mut work.spectrum, self.polar.half_len());
@@ -163,7 +163,7 @@ impl<T: Sample> Gridding<T> {
                 let gains = &self.gains[segment.replica][segment.samples.clone()];
                 let factor = factors[segment.replica];
                 let to = half[segment.samples].iter_mut();
-                // No more of the values than the segment takes: it is what is counted first.
+                // The segment is the first argument, so that `zip` takes no value too many.
                 for ((to, &gain), &value) in to.zip(gains).zip(&mut values) {
                     *to = *to + value * factor.scale(gain);
                 }
@@ -175,7 +175,7 @@ impl<T: Sample> Gridding<T> {
             }
             *value = *value * Complex::new(T::of(phase.re), T::of(phase.im));
         }
-        // What is its own mirror image.
+        // Frequencies that are their own mirror image.
         if let [first, .., last] = &mut *half {
             *first = *first + *first;
             *last = *last + *last;

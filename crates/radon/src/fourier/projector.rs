@@ -44,6 +44,7 @@ use crate::{ImageGrid, LinearOperator, ParallelGeometry, Sample};
 /// assert!((dot(&ax, &y) - dot(&x, &aty)).abs() < 1e-10);
 /// # Ok::<(), radon::RadonError>(())
 /// ```
+#[doc(alias("NUFFT", "gridding"))]
 pub struct FourierProjector<T: Sample> {
     geometry: ParallelGeometry,
     grid: ImageGrid,
@@ -157,7 +158,7 @@ impl<T: Sample> FourierProjector<T> {
         Ok(FACTOR * relative(difference.sqrt(), norm(&own)) + self.tolerance)
     }
 
-    /// Bytes of work arrays that a call uses beside the caller's arrays. Those of the last call are kept for the next.
+    /// Bytes of work arrays of a call, in addition to the caller's arrays. Those of the last call are kept for the next.
     pub fn work_bytes(&self) -> usize {
         self.gridding.project_bytes(rayon::current_num_threads())
     }
@@ -183,7 +184,7 @@ impl<T: Sample> FourierProjector<T> {
     }
 }
 
-/// Images `[y][x]`, data `[view][bin]`. Each call at the same time has its own work arrays, which are kept for later calls.
+/// Images `[y][x]`, data `[view][bin]`. Concurrent calls have separate work arrays, which are kept for later calls.
 impl<T: Sample> LinearOperator<T> for FourierProjector<T> {
     fn image_len(&self) -> usize {
         self.grid.image_len()
@@ -210,7 +211,7 @@ impl<T: Sample> LinearOperator<T> for FourierProjector<T> {
     }
 }
 
-/// Refuses a wrong length, NaN and infinity.
+/// Rejects a wrong length, NaN and infinity.
 fn check<T: Sample>(what: &'static str, samples: &[T], expected: usize) -> Result<(), RadonError> {
     length(what, samples.len(), expected)?;
     check_samples(what, samples)

@@ -1,4 +1,4 @@
-//! The function that spreads a sample of the spectrum over the cells of a grid about it: Kaiser's and Bessel's.
+//! The Kaiser-Bessel function that spreads a sample of the spectrum over neighbouring cells of a grid.
 //!
 //! ```text
 //! phi(x)   = I0(beta sqrt(1 - (2 x / W)^2)) / I0(beta)         |x| <= W/2 cells, else 0
@@ -13,23 +13,23 @@ use std::f64::consts::PI;
 use crate::Sample;
 use crate::simd::{LANES, Taps};
 
-/// How much finer the spectrum's grid is than the image alone asks for.
+/// Oversampling of the spectrum's grid.
 pub(super) const FINER: f64 = 2.0;
 
 /// Width and shape of the function.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Shape {
-    /// Cells that a sample is spread over, along either axis.
+    /// Number of cells along either axis.
     pub(super) width: usize,
     beta: f64,
 }
 
 impl Shape {
-    /// Of an error of `tolerance`, relative to the image; at least 1e-6, which eight cells reach.
+    /// Chooses the shape for an error of `tolerance` relative to the image; at least 1e-6, which eight cells reach.
     pub(super) fn for_tolerance(tolerance: f64) -> Self {
-        // Of four cells 7e-4 is left in the plane, and a tenth of that for each further one.
+        // Four cells have an error of 7e-4 in the plane; each further cell divides it by ten.
         let width = (0.9 - tolerance.log10()).ceil() as usize;
-        // The kernels know these widths.
+        // The kernels implement these widths only.
         let width = [4, 5, 6]
             .into_iter()
             .find(|&w| width <= w)
@@ -44,7 +44,7 @@ impl Shape {
         bessel(self.beta * inside.max(0.0).sqrt()) / bessel(self.beta)
     }
 
-    /// phi^ at so many waves per cell, of which there are at most 1/2.
+    /// Returns phi^ at a frequency in waves per cell, at most 1/2.
     pub(super) fn transform(self, waves: f64) -> f64 {
         let w = self.width as f64;
         let square = self.beta.powi(2) - (PI * w * waves).powi(2);
@@ -57,14 +57,14 @@ impl Shape {
         w * ratio / bessel(self.beta)
     }
 
-    /// The weights of the cells about a position as polynomials in its place within a cell.
+    /// Returns the weights of the cells about a position as polynomials in the position within a cell.
     pub(super) fn taps<T: Sample>(self) -> Taps<T> {
         let n = self.width + 4;
         let node = |i: usize| (PI * (i as f64 + 0.5) / n as f64).cos();
         let mut across = vec![[T::ZERO; LANES]; n];
         let mut along = across.clone();
         for tap in 0..self.width {
-            // The cell's distance from a position z in [-1, 1] within the first one.
+            // Distance of the cell from a position z in [-1, 1] within the first one.
             let first = tap as f64 + 1.0 - self.width as f64 / 2.0;
             let values: Vec<f64> = (0..n)
                 .map(|i| self.value(first - (1.0 + node(i)) / 2.0))
@@ -84,7 +84,7 @@ impl Shape {
     }
 }
 
-/// Coefficients, of falling powers last, of the polynomial through values at the roots of Chebyshev's polynomial of their number.
+/// Returns the coefficients, highest power first, of the polynomial through values at the Chebyshev nodes.
 fn interpolated(values: &[f64]) -> Vec<f64> {
     let n = values.len();
     let mut sum = vec![0.0; n];

@@ -3,7 +3,7 @@
 use std::ops::ControlFlow;
 
 use super::operator::{Checked, LinearOperator};
-use super::report::{Iteration, IterativeReport, StoppedBy};
+use super::report::{Iteration, IterativeReport, StopReason};
 use super::stopping::{Monitor, Observer, Stopping};
 use super::vectors::{check_samples, norm, relative, update};
 use crate::Sample;
@@ -20,7 +20,7 @@ use crate::error::{RadonError, finite, zeros};
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[non_exhaustive]
 pub struct CglsOptions {
-    /// When to stop.
+    /// Stopping rules.
     pub stopping: Stopping,
     /// Stop at ‖Aᵀ(b - A x)‖ <= this times ‖Aᵀ b‖.
     pub gradient: Option<f64>,
@@ -35,16 +35,17 @@ impl CglsOptions {
     }
 }
 
-/// CGLS, from the image given: the minimiser of ‖A x - b‖² over the growing Krylov space of AᵀA.
+/// CGLS from the given image: the minimiser of ‖A x - b‖² over the growing Krylov space of AᵀA.
 ///
-/// Ends at the least-squares solution nearest to the start, after as many steps as A has distinct singular values in exact
-/// arithmetic; few steps regularise (Hestenes & Stiefel 1952, doi:10.6028/jres.049.044; Björck, Numerical Methods for Least
-/// Squares Problems, SIAM 1996, algorithm 7.4.1). Cost of a step: one forward, one adjoint. `watch`: see [`go_on`](crate::go_on).
+/// In exact arithmetic it ends at the least-squares solution nearest to the start, after as many steps as A has distinct singular values.
+/// Few steps regularise (Hestenes & Stiefel 1952, doi:10.6028/jres.049.044; Björck, Numerical Methods for Least Squares Problems, SIAM
+/// 1996, algorithm 7.4.1). Cost of a step: one forward, one adjoint. `watch`: see [`no_observer`](crate::no_observer).
 ///
 /// # Errors
-/// A wrong length, an option out of its range, NaN or infinity in the arguments, an error of the operator; [`RadonError::BadSample`] if
-/// the operator returns NaN or infinity or the next image overflows, [`RadonError::NotFinite`] if a norm does;
-/// [`RadonError::NotConverged`]. In each case `image` holds the last finite iterate.
+/// A wrong length, an option out of its range, NaN or infinity in the arguments, an error of the operator; [`RadonError::BadSample`] if the
+/// operator returns NaN or infinity or the next image overflows, [`RadonError::NotFinite`] if a norm does; [`RadonError::NotConverged`].
+/// `image` always contains the last finite iterate.
+#[doc(alias("conjugate gradient", "LSQR"))]
 pub fn cgls<T: Sample, O: LinearOperator<T> + ?Sized>(
     operator: &O,
     data: &[T],
@@ -89,11 +90,11 @@ fn run<T: Sample>(
         let mut entry = Iteration::at(relative(residual_norm, data_norm));
         entry.gradient = Some(relative(gradient_norm, gradient_scale));
         let stopped_by = if monitor.is_explained(entry.residual) {
-            Some(StoppedBy::Residual)
+            Some(StopReason::Residual)
         } else if monitor.is_flat(gradient_norm, gradient_scale) {
-            Some(StoppedBy::Gradient)
+            Some(StopReason::Gradient)
         } else if gradient_norm == 0.0 {
-            Some(StoppedBy::Solved)
+            Some(StopReason::Solved)
         } else {
             None
         };
@@ -112,11 +113,11 @@ fn run<T: Sample>(
         let curvature = finite("squared norm of A d", norm(&projected).powi(2))?;
         if curvature == 0.0 {
             // The gradient is rounding noise outside the range of Aᵀ.
-            monitor.stop_at(entry, StoppedBy::Solved);
+            monitor.stop_at(entry, StopReason::Solved);
             break;
         }
         let alpha = gradient_sq / curvature;
-        // The gradient is used up; its place takes the next image, which must be finite to be the caller's.
+        // The gradient is no longer needed; its memory takes the next image, which becomes the caller's only if it is finite.
         let next = &mut gradient;
         next.copy_from_slice(image);
         update(next, &direction, |x, d| x + T::of(alpha) * d);

@@ -3,7 +3,7 @@
 use std::ops::ControlFlow;
 
 use super::operator::{Checked, LinearOperator};
-use super::report::{Iteration, IterativeReport, StoppedBy};
+use super::report::{Iteration, IterativeReport, StopReason};
 use super::stopping::{Monitor, Observer, Stopping};
 use super::vectors::{
     check_not_negative, check_samples, norm, relative, relative_change, sum2, update,
@@ -23,9 +23,9 @@ use crate::error::{RadonError, finite, length, zeros};
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub struct EmOptions<T> {
-    /// When to stop; an iteration of OSEM is a pass through all subsets.
+    /// Stopping rules; an iteration of OSEM processes all subsets.
     pub stopping: Stopping,
-    /// Expected counts that do not come from the image (scatter, randoms), one a datum; empty for none.
+    /// Expected counts that do not come from the image (scatter, randoms), one per datum; empty for none.
     pub background: Vec<T>,
 }
 
@@ -48,21 +48,21 @@ impl<T> EmOptions<T> {
     }
 }
 
-/// A part of the data and the operator that makes it from the image.
+/// A subset of the data and its projection operator.
 #[derive(Debug, Clone)]
 pub struct Subset<O> {
     /// Rows of A.
     pub operator: O,
-    /// Which data they are, in the order of the operator's.
+    /// Indices of the data, in the order of the operator's.
     pub data: Vec<usize>,
 }
 
-/// MLEM, from the image given: x ← x / (Aᵀ 1) · Aᵀ (b / (A x + s)).
+/// MLEM from the given image: x ← x / (Aᵀ 1) · Aᵀ (b / (A x + s)).
 ///
-/// Each step raises the Poisson likelihood, keeps x >= 0, and without background makes the counts of A x those of b (Shepp &
-/// Vardi 1982, doi:10.1109/TMI.1982.4307558). A needs entries >= 0. Pixels that are zero stay zero: start from a positive
-/// image. Pixels that no datum sees keep their value; data with counts where A x + s = 0 cannot be explained and are left
-/// out. Cost of a step: one forward, one adjoint. `watch`: see [`go_on`](crate::go_on).
+/// Each step increases the Poisson likelihood and keeps x >= 0. Without background, the total of A x equals that of b (Shepp & Vardi 1982,
+/// doi:10.1109/TMI.1982.4307558). A needs entries >= 0. Pixels that are zero stay zero: start from a positive image. Pixels without data
+/// keep their value; data with counts where A x + s = 0 are ignored. Cost of a step: one forward, one adjoint. `watch`: see
+/// [`no_observer`](crate::no_observer).
 ///
 /// ```
 /// use radon::{EmOptions, ImageGrid, Kernel, ParallelGeometry, Projector, mlem};
@@ -71,7 +71,7 @@ pub struct Subset<O> {
 /// let truth: Vec<f64> = (0..121).map(|i| f64::from(i % 3)).collect();
 /// let counts = projector.forward(&truth)?;
 /// let mut image = vec![1.0; 121];
-/// let report = mlem(&projector, &counts, &mut image, &EmOptions::default(), radon::go_on)?;
+/// let report = mlem(&projector, &counts, &mut image, &EmOptions::default(), radon::no_observer)?;
 /// let seen: f64 = projector.forward(&image)?.iter().sum();
 /// assert!((seen / counts.iter().sum::<f64>() - 1.0).abs() < 1e-12); // the counts are kept
 /// assert!(report.history[49].residual < 0.5 * report.history[0].residual);
@@ -79,8 +79,9 @@ pub struct Subset<O> {
 /// ```
 ///
 /// # Errors
-/// As [`cgls`](crate::cgls); [`RadonError::NegativeSample`] for data, image, background or a column sum. In each case `image` holds the
-/// last finite iterate.
+/// As [`cgls`](crate::cgls); [`RadonError::NegativeSample`] for data, image, background or a column sum. `image` always contains the last
+/// finite iterate.
+#[doc(alias("ML-EM", "Lucy-Richardson"))]
 pub fn mlem<T: Sample, O: LinearOperator<T> + ?Sized>(
     operator: &O,
     data: &[T],
@@ -99,9 +100,9 @@ pub fn mlem<T: Sample, O: LinearOperator<T> + ?Sized>(
 
 /// OSEM: the step of [`mlem`] with one subset of the data after the other (Hudson & Larkin 1994, doi:10.1109/42.363108).
 ///
-/// With n subsets a pass moves about as far as n steps of MLEM and costs as much as one. It does not converge in general, but
-/// cycles about the solution. Residual and likelihood in the history are the sums of what each subset saw before its step; with
-/// more than one subset the residual rule stops after the pass that met it.
+/// An iteration with n subsets advances about as far as n steps of MLEM and costs as much as one. OSEM does not converge in general, but
+/// cycles about the solution. Residual and likelihood in the history are sums over the subsets, each before its step; with more than one
+/// subset the residual rule stops after the iteration that met it.
 ///
 /// ```
 /// use radon::{EmOptions, ImageGrid, Kernel, ParallelGeometry, Projector, StackOrder, Stopping, osem};
@@ -111,13 +112,14 @@ pub fn mlem<T: Sample, O: LinearOperator<T> + ?Sized>(
 /// let subsets = projector.stack_operator(1, StackOrder::ViewSliceBin)?.subsets(6)?; // of ten views each
 /// let stopping = Stopping::default().with_max_iterations(4); // four passes
 /// let mut image = vec![1.0; 256];
-/// let report = osem(&subsets, &counts, &mut image, &EmOptions::default().with_stopping(stopping), radon::go_on)?;
+/// let report = osem(&subsets, &counts, &mut image, &EmOptions::default().with_stopping(stopping), radon::no_observer)?;
 /// assert!(report.history[3].residual < 0.5 * report.history[0].residual);
 /// # Ok::<(), radon::RadonError>(())
 /// ```
 ///
 /// # Errors
 /// As [`mlem`]; [`RadonError::TooFew`] without a subset, [`RadonError::BadRange`] for an index beyond the data.
+#[doc(alias("OS-EM", "ordered subsets"))]
 pub fn osem<T: Sample, O: LinearOperator<T>>(
     subsets: &[Subset<O>],
     data: &[T],
@@ -150,7 +152,7 @@ pub fn osem<T: Sample, O: LinearOperator<T>>(
     run(&parts, data, image, options, &mut watch)
 }
 
-/// A subset, or all data in their order.
+/// A subset, or all data in order.
 struct Part<'a, T> {
     operator: Checked<'a, T>,
     indices: Option<&'a [usize]>,
@@ -187,7 +189,7 @@ impl<T: Sample> Part<'_, T> {
     }
 }
 
-/// What a part needs over and over.
+/// Precomputed arrays of a subset.
 struct Prepared<T> {
     counts: Vec<T>,
     background: Vec<T>,
@@ -217,7 +219,7 @@ fn run<T: Sample>(
     let data_norm = finite("norm of the data", norm(data))?;
     let mut factor = zeros("factors", image.len(), 1)?;
     let mut start = zeros("image", image.len(), 1)?;
-    // With all data in one part the residual of an image is known before it changes.
+    // Without subsets the residual of an image is known before it changes.
     let whole = parts.len() == 1;
     loop {
         let last = monitor.is_last();
@@ -259,11 +261,11 @@ fn run<T: Sample>(
         let mut entry = Iteration::at(residual);
         entry.log_likelihood = Some(log_likelihood);
         if met && whole {
-            monitor.stop_at(entry, StoppedBy::Residual);
+            monitor.stop_at(entry, StopReason::Residual);
             break;
         }
         if met {
-            monitor.stop_after(StoppedBy::Residual);
+            monitor.stop_after(StopReason::Residual);
         }
         if last {
             break;

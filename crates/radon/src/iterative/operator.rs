@@ -1,4 +1,4 @@
-//! What the solvers need to know of a linear map.
+//! The interface of linear operators to the solvers.
 
 use std::sync::Arc;
 
@@ -9,8 +9,8 @@ use crate::error::{RadonError, length};
 /// A linear map A from images to data, with its adjoint; implement it for your own to use the solvers.
 ///
 /// The solvers need <A x, y> = <x, Aᵀ y> to rounding. Lengths are checked before the first call. References, boxes and shared
-/// pointers to an operator are operators too, `dyn` ones as well. What goes wrong in an operator of your own, a file that ends
-/// say, is handed on by [`RadonError::user`].
+/// pointers to an operator are operators too, including `dyn`. [`RadonError::user`] wraps errors of your own operator, for example of
+/// reading a file.
 ///
 /// ```
 /// use radon::{CglsOptions, LinearOperator, RadonError, cgls};
@@ -28,7 +28,7 @@ use crate::error::{RadonError, length};
 ///     }
 /// }
 /// let mut x = vec![0.0; 3];
-/// cgls(&Differences, &[1.0, 1.0, 2.0], &mut x, &CglsOptions::default().with_gradient(1e-12), radon::go_on)?;
+/// cgls(&Differences, &[1.0, 1.0, 2.0], &mut x, &CglsOptions::default().with_gradient(1e-12), radon::no_observer)?;
 /// assert!((x[2] - 4.0).abs() < 1e-10);
 /// # Ok::<(), RadonError>(())
 /// ```
@@ -40,12 +40,12 @@ pub trait LinearOperator<T: Sample> {
     /// Writes A x to `data`.
     ///
     /// # Errors
-    /// What the operator refuses; the solver stops with it.
+    /// Errors of the operator, which stop the solver.
     fn forward_into(&self, image: &[T], data: &mut [T]) -> Result<(), RadonError>;
     /// Writes Aᵀ y to `image`.
     ///
     /// # Errors
-    /// What the operator refuses; the solver stops with it.
+    /// Errors of the operator, which stop the solver.
     fn adjoint_into(&self, data: &[T], image: &mut [T]) -> Result<(), RadonError>;
 }
 
@@ -69,11 +69,11 @@ macro_rules! pointers {
 }
 pointers!(&A, Box<A>, Arc<A>);
 
-/// The operator of a solver, whose results must be finite.
+/// An operator whose results are checked to be finite.
 pub(super) struct Checked<'a, T>(pub(super) &'a dyn LinearOperator<T>);
 
 impl<T: Sample> Checked<'_, T> {
-    /// Checks lengths and finiteness of what the solver is given.
+    /// Checks lengths and finiteness of the arguments of a solver.
     pub(super) fn check_input(&self, data: &[T], image: &[T]) -> Result<(), RadonError> {
         length("data", data.len(), self.0.data_len())?;
         length("image", image.len(), self.0.image_len())?;

@@ -1,6 +1,6 @@
-//! What an iterative solver did.
+//! Reports of the iterative solvers.
 
-/// One iteration: what was known of the image that it started from, and the step it made.
+/// One iteration: norms of the image before the step, and the size of the step.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub struct Iteration {
@@ -15,7 +15,7 @@ pub struct Iteration {
 }
 
 impl Iteration {
-    /// Of an image of which the residual alone is known.
+    /// The entry of an image with a known residual.
     pub(super) fn at(residual: f64) -> Self {
         Self {
             residual,
@@ -26,13 +26,13 @@ impl Iteration {
     }
 }
 
-/// Why a solver stopped.
+/// The reason why a solver stopped.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
-pub enum StoppedBy {
-    /// All iterations were made and no rule was set.
+pub enum StopReason {
+    /// All iterations were made, and no rule was set.
     MaxIterations,
-    /// The observer said so.
+    /// The observer stopped it.
     Observer,
     /// The residual rule.
     Residual,
@@ -40,18 +40,18 @@ pub enum StoppedBy {
     Gradient,
     /// The change rule.
     Change,
-    /// No step was left to make: the image solves the problem exactly.
+    /// No step remains: the image solves the problem exactly.
     Solved,
 }
 
-/// What a solver did.
+/// Iterations and history of a solver.
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub struct IterativeReport {
     /// Steps made.
     pub iterations: usize,
     /// Why it stopped; `None` when a rule was set and not met.
-    pub stopped_by: Option<StoppedBy>,
-    /// One entry a step, and one more for the image at which the residual or gradient rule was met.
+    pub stopped_by: Option<StopReason>,
+    /// One entry per step, and one for the image that met the residual or gradient rule.
     pub history: Vec<Iteration>,
 }

@@ -3,7 +3,7 @@
 use std::ops::ControlFlow;
 
 use super::operator::{Checked, LinearOperator};
-use super::report::{Iteration, IterativeReport, StoppedBy};
+use super::report::{Iteration, IterativeReport, StopReason};
 use super::stopping::{Monitor, Observer, Stopping};
 use super::vectors::{check_not_negative, check_samples, norm, relative, relative_change, update};
 use crate::Sample;
@@ -23,7 +23,7 @@ use crate::error::{RadonError, finite, within, zeros};
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub struct SirtOptions {
-    /// When to stop.
+    /// Stopping rules.
     pub stopping: Stopping,
     /// Factor λ of each step, between 0 and 2.
     pub relaxation: f64,
@@ -58,11 +58,11 @@ impl SirtOptions {
     }
 }
 
-/// SIRT, from the image given: x ← x + λ C Aᵀ R (b - A x), then the bounds.
+/// SIRT from the given image: x ← x + λ C Aᵀ R (b - A x), then the bounds.
 ///
-/// R and C hold one over the row and column sums of A, which must not be negative. Converges for 0 < λ < 2 to a minimum of
-/// Σ R (b - A x)² over the bounds (Gregor & Benson 2008, doi:10.1109/TMI.2008.923696). Rows and columns without weight are
-/// left out. Cost of a step: one forward, one adjoint. `watch`: see [`go_on`](crate::go_on).
+/// R and C contain the reciprocals of the row and column sums of A, which must not be negative. Converges for 0 < λ < 2 to a minimum of Σ R
+/// (b - A x)² within the bounds (Gregor & Benson 2008, doi:10.1109/TMI.2008.923696). Rows and columns without weight are ignored. Cost of a
+/// step: one forward, one adjoint. `watch`: see [`no_observer`](crate::no_observer).
 ///
 /// ```
 /// use radon::{ImageGrid, Kernel, ParallelGeometry, Projector, SirtOptions, Stopping, sirt};
@@ -72,13 +72,13 @@ impl SirtOptions {
 /// let stopping = Stopping::default().with_max_iterations(500).with_residual(0.03);
 /// let options = SirtOptions::default().with_lower(0.0).with_stopping(stopping);
 /// let mut image = vec![0.0; 256];
-/// let report = sirt(&projector, &data, &mut image, &options, radon::go_on)?; // an error if 500 steps did not do
+/// let report = sirt(&projector, &data, &mut image, &options, radon::no_observer)?; // an error if 500 steps did not do
 /// assert!(report.history[report.iterations].residual <= 0.03);
 /// # Ok::<(), radon::RadonError>(())
 /// ```
 ///
 /// # Errors
-/// As [`cgls`](crate::cgls); [`RadonError::NegativeSample`] for a row or column sum. In each case `image` holds the last finite iterate.
+/// As [`cgls`](crate::cgls); [`RadonError::NegativeSample`] for a row or column sum. `image` always contains the last finite iterate.
 #[doc(alias = "sart")]
 pub fn sirt<T: Sample, O: LinearOperator<T> + ?Sized>(
     operator: &O,
@@ -136,7 +136,7 @@ fn run<T: Sample>(
         let size = relative(finite("norm of the residual", norm(&residual))?, data_norm);
         let mut entry = Iteration::at(size);
         if monitor.is_explained(size) {
-            monitor.stop_at(entry, StoppedBy::Residual);
+            monitor.stop_at(entry, StopReason::Residual);
             break;
         }
         if last {
@@ -146,7 +146,7 @@ fn run<T: Sample>(
         operator.adjoint_into(&residual, &mut step)?;
         let factor = T::of(relaxation);
         update(&mut step, &columns, |s, sum| factor * s * inverse(sum));
-        // From here on `step` holds the new image, then what really changed after the bounds.
+        // `step` now contains the new image, then the actual change within the bounds.
         update(&mut step, image, |s, x| {
             let mut new = x + s;
             if let Some(lower) = bounds.0.filter(|&l| new < l) {

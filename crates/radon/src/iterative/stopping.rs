@@ -1,22 +1,22 @@
-//! When a solver stops, and who looks on.
+//! Stopping rules and observers of solvers.
 
 use std::ops::ControlFlow;
 
-use super::report::{Iteration, IterativeReport, StoppedBy};
+use super::report::{Iteration, IterativeReport, StopReason};
 use crate::Sample;
 use crate::error::{RadonError, within};
 
-/// What is called after each step.
+/// A callback after each step.
 pub(super) type Observer<'a, T> = &'a mut dyn FnMut(&IterativeReport, &[T]) -> ControlFlow<()>;
 
 /// Continues: the `watch` of a solver that neither reports its progress nor ends early.
 ///
 /// Solvers call `watch` after each step (OSEM: after each pass through the subsets) with the report so far and the image. They end with
-/// [`StoppedBy::Observer`] when it returns `ControlFlow::Break`.
+/// [`StopReason::Observer`] when it returns `ControlFlow::Break`.
 ///
 /// ```
 /// use std::ops::ControlFlow;
-/// use radon::{EmOptions, ImageGrid, Kernel, ParallelGeometry, Projector, StoppedBy, mlem};
+/// use radon::{EmOptions, ImageGrid, Kernel, ParallelGeometry, Projector, StopReason, mlem};
 /// let geometry = ParallelGeometry::half_turn(30, 16, 1.0)?;
 /// let projector = Projector::new(&geometry, &ImageGrid::square(11, 1.0)?, Kernel::Strip)?;
 /// let truth: Vec<f64> = (0..121).map(|i| f64::from(i % 3)).collect();
@@ -30,16 +30,16 @@ pub(super) type Observer<'a, T> = &'a mut dyn FnMut(&IterativeReport, &[T]) -> C
 ///         false => ControlFlow::Continue(()),
 ///     }
 /// })?;
-/// assert_eq!(report.stopped_by, Some(StoppedBy::Observer));
+/// assert_eq!(report.stopped_by, Some(StopReason::Observer));
 /// assert!(report.iterations < 50 && image.iter().any(|&x| x > 1.9));
 /// # Ok::<(), radon::RadonError>(())
 /// ```
-pub fn go_on<T>(_: &IterativeReport, _: &[T]) -> ControlFlow<()> {
+pub fn no_observer<T>(_: &IterativeReport, _: &[T]) -> ControlFlow<()> {
     ControlFlow::Continue(())
 }
 
-/// When a solver stops, unless its observer does so first. With no rule set it makes `max_iterations` and that is success; with a rule set and not met it
-/// returns [`RadonError::NotConverged`], and the image holds the last iterate all the same.
+/// Stopping rules of a solver. Without a rule, `max_iterations` iterations are a success. If a rule is set and not met, the solver returns
+/// [`RadonError::NotConverged`], and the image contains the last iterate.
 ///
 /// ```
 /// use radon::Stopping;
@@ -50,7 +50,7 @@ pub fn go_on<T>(_: &IterativeReport, _: &[T]) -> ControlFlow<()> {
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub struct Stopping {
-    /// Most iterations.
+    /// Maximum number of iterations.
     pub max_iterations: usize,
     /// Stop at ‖A x - b‖ <= this times ‖b‖: the discrepancy principle, when it is the relative size of the noise.
     pub residual: Option<f64>,
@@ -83,7 +83,7 @@ impl Stopping {
 /// The stopping rules of a run, its report so far, and its observer.
 pub(super) struct Monitor<'a, T> {
     stopping: Stopping,
-    /// On the gradient, which CGLS alone knows.
+    /// The gradient rule of CGLS.
     gradient: Option<f64>,
     observe: Observer<'a, T>,
     report: IterativeReport,
@@ -117,38 +117,38 @@ impl<'a, T: Sample> Monitor<'a, T> {
         })
     }
 
-    /// Whether all steps have been made.
+    /// Whether all iterations have been made.
     pub(super) fn is_last(&self) -> bool {
         self.report.iterations == self.stopping.max_iterations
     }
 
-    /// Whether there is a rule for the residual.
+    /// Whether the residual rule is set.
     pub(super) fn wants_residual(&self) -> bool {
         self.stopping.residual.is_some()
     }
 
-    /// Whether an image with this relative residual meets the rule.
+    /// Whether an image with this relative residual meets the residual rule.
     pub(super) fn is_explained(&self, residual: f64) -> bool {
         self.stopping.residual.is_some_and(|rule| residual <= rule)
     }
 
-    /// Whether a gradient of this size, over that of the start, meets the rule.
+    /// Whether a gradient of this size, relative to `scale` at the start, meets the gradient rule.
     pub(super) fn is_flat(&self, gradient: f64, scale: f64) -> bool {
         self.gradient.is_some_and(|rule| gradient <= rule * scale)
     }
 
-    /// Ends the run at the image that `entry` is about, from which no step is made.
-    pub(super) fn stop_at(&mut self, entry: Iteration, why: StoppedBy) {
+    /// Ends the run at the image of `entry`, without a step.
+    pub(super) fn stop_at(&mut self, entry: Iteration, why: StopReason) {
         self.report.history.push(entry);
         self.report.stopped_by = Some(why);
     }
 
-    /// Ends the run after the step to come.
-    pub(super) fn stop_after(&mut self, why: StoppedBy) {
+    /// Ends the run after the next step.
+    pub(super) fn stop_after(&mut self, why: StopReason) {
         self.report.stopped_by = Some(why);
     }
 
-    /// Records a step and shows the image after it to the observer; returns whether to stop.
+    /// Records a step and calls the observer with the image; returns whether to stop.
     pub(super) fn step(&mut self, entry: Iteration, image: &[T]) -> bool {
         let report = &mut self.report;
         report.history.push(entry);
@@ -156,13 +156,13 @@ impl<'a, T: Sample> Monitor<'a, T> {
         let told = (self.observe)(report, image).is_break();
         let rule = self.stopping.change.zip(entry.change);
         report.stopped_by = report.stopped_by.or(match rule {
-            Some((rule, change)) if change <= rule => Some(StoppedBy::Change),
-            _ => told.then_some(StoppedBy::Observer),
+            Some((rule, change)) if change <= rule => Some(StopReason::Change),
+            _ => told.then_some(StopReason::Observer),
         });
         report.stopped_by.is_some()
     }
 
-    /// Ends a run: an error if a rule was set and not met.
+    /// Ends a run: returns an error if a rule was set and not met.
     pub(super) fn finish(self) -> Result<IterativeReport, RadonError> {
         let rules = [self.stopping.residual, self.stopping.change, self.gradient];
         let mut report = self.report;
@@ -171,7 +171,7 @@ impl<'a, T: Sample> Monitor<'a, T> {
                 let report = Box::new(report);
                 return Err(RadonError::NotConverged { report });
             }
-            report.stopped_by = Some(StoppedBy::MaxIterations);
+            report.stopped_by = Some(StopReason::MaxIterations);
         }
         Ok(report)
     }

@@ -1,4 +1,4 @@
-//! Long sums and element-wise steps: parallel, in f64, with the same bits for any number of threads.
+//! Sums and element-wise operations on long vectors: parallel, in f64, bitwise identical for any number of threads.
 
 use rayon::prelude::*;
 
@@ -6,7 +6,7 @@ use crate::Sample;
 use crate::error::RadonError;
 use crate::sample::finite_and_signal;
 
-/// Sums are taken over pieces of this length, then over the pieces in order.
+/// Sums are computed over pieces of this length, then over the pieces in order.
 const PIECE: usize = 1 << 14;
 
 /// Sum of `of(a, b)` over two arrays.
@@ -23,7 +23,7 @@ pub(crate) fn norm<T: Sample>(a: &[T]) -> f64 {
     sum2(a, a, |x, _| x * x).sqrt()
 }
 
-/// `of(a, b)` in place of each element of `a`.
+/// Replaces each element of `a` by `of(a, b)`.
 pub(super) fn update<T: Sample>(a: &mut [T], b: &[T], of: impl Fn(T, T) -> T + Sync) {
     a.par_chunks_mut(PIECE)
         .zip(b.par_chunks(PIECE))
@@ -34,7 +34,7 @@ pub(super) fn update<T: Sample>(a: &mut [T], b: &[T], of: impl Fn(T, T) -> T + S
         });
 }
 
-/// `part / whole`, and the part itself when the whole is zero.
+/// Returns `part / whole`, or `part` if the whole is zero.
 pub(crate) fn relative(part: f64, whole: f64) -> f64 {
     if whole > 0.0 { part / whole } else { part }
 }
@@ -49,7 +49,7 @@ pub(crate) fn check_samples<T: Sample>(
     what: &'static str,
     samples: &[T],
 ) -> Result<(), RadonError> {
-    // The place only when there is one.
+    // The index is searched only if there is one.
     if finite_and_signal(samples).0 {
         return Ok(());
     }

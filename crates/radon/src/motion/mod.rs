@@ -5,5 +5,5 @@ mod warp;
 mod warps;
 
 pub use moving::{MovingOperator, State};
-pub use warp::{Displaced, Warp};
+pub use warp::{Displacements, Warp};
 pub use warps::Warps;

@@ -26,12 +26,12 @@ pub struct State<O> {
 /// of the operators are. Cost: that of the operators and warps, applied one after the other, and three volumes.
 ///
 /// ```
-/// use radon::{Displaced, ImageGrid, Kernel, LinearOperator, MovingOperator, ParallelGeometry, Projector, RadonError, StackOrder, State, Warp};
+/// use radon::{Displacements, ImageGrid, Kernel, LinearOperator, MovingOperator, ParallelGeometry, Projector, RadonError, StackOrder, State, Warp};
 /// let (geometry, grid) = (ParallelGeometry::half_turn(8, 12, 1.0)?, ImageGrid::square(8, 1.0)?);
 /// let projector = Projector::new(&geometry, &grid, Kernel::Strip)?;
 /// // At rest for three seconds, and for one second moved by a voxel along x.
 /// let state = |by: f32, seconds: f64| {
-///     let moved = Displaced { share: 1.0, by: (0..64).map(|voxel| (voxel, [-by, 0.0, 0.0])).collect() };
+///     let moved = Displacements { fraction: 1.0, by: (0..64).map(|voxel| (voxel, [-by, 0.0, 0.0])).collect() };
 ///     let operator = projector.stack_operator::<f64>(1, StackOrder::ViewSliceBin)?;
 ///     Ok::<_, RadonError>(State { warps: Warp::new([8, 8, 1], [1.0; 3], &[moved])?.into(), operator, weights: vec![seconds] })
 /// };
@@ -50,11 +50,11 @@ pub struct MovingOperator<O> {
 }
 
 impl<O> MovingOperator<O> {
-    /// Of one state at least.
+    /// Combines at least one state.
     ///
     /// # Errors
     /// [`RadonError::TooFew`] without a state, or for one without factors; [`RadonError::WrongLength`] for volumes of different lengths,
-    /// or factors that do not share out the data equally; [`RadonError::NotFinite`] for a factor.
+    /// or factors that do not divide the data into equal parts; [`RadonError::NotFinite`] for a factor.
     pub fn new<T: Sample>(states: Vec<State<O>>) -> Result<Self, RadonError>
     where
         O: LinearOperator<T>,
@@ -80,7 +80,7 @@ impl<O> MovingOperator<O> {
         Ok(Self { states })
     }
 
-    /// The states, in the order of their data.
+    /// Returns the states, in the order of their data.
     pub fn states(&self) -> &[State<O>] {
         &self.states
     }

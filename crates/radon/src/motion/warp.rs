@@ -1,22 +1,22 @@
-//! A volume moved: what each of its voxels holds comes from elsewhere in a volume that is still.
+//! Warps of volumes: each voxel takes its value from another position of a reference volume.
 
 use rayon::prelude::*;
 
 use crate::error::{RadonError, finite, length, positive, room, within};
 use crate::{LinearOperator, Sample};
 
-/// Voxels along a volume: beyond that a place of 24 binary digits tells no voxel from the next.
+/// Largest number of voxels along a volume: positions of 24 bits resolve voxels up to it.
 const MOST_ALONG: f64 = 1048576.0;
-/// Places are rounded to one over this of a voxel, so that rounding makes no part of one.
+/// Positions are rounded to this fraction of a voxel, so that rounding creates no interpolation.
 const PER_VOXEL: f64 = 1048576.0;
 
-/// A motion that volumes are moved by for a share of the time.
+/// A displacement of voxels during a fraction of the time.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Displaced {
-    /// Its share.
-    pub share: f64,
-    /// Of some voxels, by number `(z ny + y) nx + x`, how far from their centres along x, y and z what they hold then comes from, in the unit
-    /// of their sides. All others stay.
+pub struct Displacements {
+    /// Fraction of the time.
+    pub fraction: f64,
+    /// For some voxels, by index `(z ny + y) nx + x`: the displacement along x, y, z from the voxel's centre to the source of its value, in
+    /// the unit of the voxel's sides. All other voxels are unchanged.
     pub by: Vec<(usize, [f32; 3])>,
 }
 
@@ -26,22 +26,21 @@ pub struct Displaced {
 /// (W x)[v] = (1 - sum of w) x[v] + sum of w x(c_v + d)
 /// ```
 ///
-/// over the [motions](Displaced) with a displacement d of the voxel v, centred at c_v, for a share w of the time; x between centres by
-/// trilinear interpolation, and nothing outside the volume. So W pulls x back along the motion, and of several motions it is the mean over time.
+/// over the [motions](Displacements) with a displacement d of the voxel v, centred at c_v, and a fraction w of the time; x is interpolated trilinearly
+/// between centres and is zero outside the volume. W pulls x back along the motion; for several motions it is their time average.
 ///
-/// Whole voxels are moved exactly. Between them a function with second derivatives is off by at most an eighth of each times the square of
-/// the voxel's side. Places are rounded to 2^-20 of a voxel, or
-/// 24 binary digits.
+/// Displacements by whole voxels are exact. Otherwise, for a function with second derivatives, the error is at most an eighth of each times
+/// the square of the voxel's side. Positions are rounded to 2^-20 of a voxel, or to 24 bits.
 ///
-/// The adjoint gives what a voxel holds to the eight that it came from, by the same weights: <W x, y> = <x, Wᵀ y> to rounding. Same
-/// bits for any number of threads. Cost, either way: a copy of the volume and eight multiply-adds a displacement. Memory: 28 bytes a
-/// displacement.
+/// The adjoint distributes the value of a voxel to its eight sources with the same weights: <W x, y> = <x, Wᵀ y> to rounding. Bitwise
+/// identical for any number of threads. Cost of either direction: a copy of the volume and eight multiply-adds per displacement. Memory: 28
+/// bytes per displacement.
 ///
 /// ```
-/// use radon::{Displaced, LinearOperator, RadonError, Warp};
+/// use radon::{Displacements, LinearOperator, RadonError, Warp};
 /// // Three voxels of 2 cm in a row. The middle one is filled from half-way to the first, the last one for half of the time from the middle one.
-/// let halfway = Displaced { share: 1.0, by: vec![(1, [-1.0, 0.0, 0.0])] };
-/// let at_times = Displaced { share: 0.5, by: vec![(2, [-2.0, 0.0, 0.0])] };
+/// let halfway = Displacements { fraction: 1.0, by: vec![(1, [-1.0, 0.0, 0.0])] };
+/// let at_times = Displacements { fraction: 0.5, by: vec![(2, [-2.0, 0.0, 0.0])] };
 /// let warp = Warp::new([3, 1, 1], [2.0; 3], &[halfway, at_times])?;
 /// let mut moved = [0.0f64; 3];
 /// warp.forward_into(&[1.0, 5.0, 7.0], &mut moved)?;
@@ -51,20 +50,21 @@ pub struct Displaced {
 /// assert_eq!(back, [1.5, 1.0, 0.5]);
 /// # Ok::<(), RadonError>(())
 /// ```
+#[doc(alias("deformation field", "DVF"))]
 #[derive(Debug, Clone, PartialEq)]
 pub struct Warp {
     shape: [usize; 3],
-    /// By voxel.
+    /// Sorted by voxel.
     samples: Vec<Row>,
-    /// Where those of each slice begin, and the end.
+    /// First sample of each slice, and the end.
     of_slice: Vec<usize>,
-    /// Numbers of samples by the lower of the two slices that they read, from the one before the first.
+    /// Indices of samples by the lower of the two slices that they read, from the one before the first.
     by_read: Vec<u32>,
-    /// Where those of each such slice begin, and the end.
+    /// First sample of each of these slices, and the end.
     reads: Vec<usize>,
 }
 
-/// A displacement: from where a voxel takes what it holds, in voxels from the centre of the first one.
+/// A displacement: the source of a voxel's value, in voxels from the centre of the first voxel.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Row {
     voxel: u32,
@@ -73,16 +73,16 @@ struct Row {
 }
 
 impl Warp {
-    /// The map of volumes of so many voxels along x, y and z, of these sides.
+    /// Returns the map of volumes with these numbers of voxels along x, y, z and these sides.
     ///
     /// # Errors
-    /// [`RadonError::OutOfRange`] for a volume that is not from 1 to 2^20 voxels long, or a voxel that there is not;
-    /// [`RadonError::TooLarge`] for 2^32 voxels or displacements; [`RadonError::NotPositive`] for a side, [`RadonError::NotFinite`] for a
-    /// side, a displacement or a share.
+    /// [`RadonError::OutOfRange`] for a volume outside 1 to 2^20 voxels long, or an index beyond its voxels; [`RadonError::TooLarge`] for
+    /// 2^32 voxels or displacements; [`RadonError::NotPositive`] for a side, [`RadonError::NotFinite`] for a side, a displacement or a
+    /// fraction.
     pub fn new(
         shape: [usize; 3],
         spacing: [f64; 3],
-        motions: &[Displaced],
+        motions: &[Displacements],
     ) -> Result<Self, RadonError> {
         let [nx, ny, nz] = shape;
         for (n, side) in shape.into_iter().zip(spacing) {
@@ -94,15 +94,19 @@ impl Warp {
         let n_samples = motions.iter().map(|motion| motion.by.len()).sum();
         countable("displacements of a warp", n_samples, 1)?;
         let mut samples = room("displacements of a warp", n_samples, 1)?;
-        for Displaced { share, by } in motions {
-            finite("share of a motion", *share)?;
+        for Displacements {
+            fraction: share,
+            by,
+        } in motions
+        {
+            finite("fraction of a motion", *share)?;
             for (voxel, by) in by {
                 within("voxel to warp", *voxel as f64, 0.0, (n_voxels - 1) as f64)?;
                 for along in by {
                     finite("displacement", f64::from(*along))?;
                 }
                 let centre = [voxel % nx, voxel / nx % ny, voxel / slice];
-                // Beyond a voxel from the edge there is nothing, however far.
+                // More than a voxel beyond the edge everything is zero.
                 let at = [0, 1, 2].map(|a| {
                     let at = centre[a] as f64 + f64::from(by[a]) / spacing[a];
                     let at = (at * PER_VOXEL).round() / PER_VOXEL;
@@ -115,7 +119,7 @@ impl Warp {
                 });
             }
         }
-        // Stable: sums are in the order of the motions.
+        // Stable: keeps the order of the motions in sums.
         samples.par_sort_by_key(|row: &Row| row.voxel);
         let of_slice = (0..=nz)
             .map(|z| samples.partition_point(|row| (row.voxel as usize) < z * slice))
@@ -152,7 +156,7 @@ impl Warp {
         &self.samples[self.of_slice[z]..self.of_slice[z + 1]]
     }
 
-    /// The samples whose lower slice is z - 1, which reads it with the second weight, or z.
+    /// Returns the samples whose lower slice is z - 1, which read z with the second weight, or z.
     fn reads_of(&self, z: usize) -> impl Iterator<Item = (&Row, usize)> {
         let of = move |upper: usize| {
             let from = z + 1 - upper;
@@ -165,13 +169,13 @@ impl Warp {
     }
 }
 
-/// `a * b` if 32 bits count them.
+/// Returns `a * b` if it fits in 32 bits.
 fn countable(what: &'static str, a: usize, b: usize) -> Result<usize, RadonError> {
     let all = a.checked_mul(b).filter(|n| *n <= u32::MAX as usize);
     all.ok_or(RadonError::TooLarge { what, a, b })
 }
 
-/// Numbers of the samples by the lower of the slices that they read, from the one before the first on, and where those of each begin.
+/// Sorts the indices of samples by the lower slice that they read, from the one before the first; returns the start of each slice, too.
 fn by_lower_slice(samples: &[Row], n_slices: usize) -> (Vec<u32>, Vec<usize>) {
     let lower = |row: &Row| (row.at[2].floor() + 1.0) as usize;
     let mut starts = vec![0; n_slices + 3];
@@ -190,7 +194,7 @@ fn by_lower_slice(samples: &[Row], n_slices: usize) -> (Vec<u32>, Vec<usize>) {
     (numbers, starts)
 }
 
-/// What stays of a voxel with these samples.
+/// Returns the weight of a voxel's own value, given its samples.
 fn stays<T: Sample>(samples: &[Row]) -> T {
     T::of(1.0 - samples.iter().map(|row| row.share).sum::<f64>())
 }
@@ -200,7 +204,7 @@ fn by_voxel(samples: &[Row]) -> impl Iterator<Item = &[Row]> {
 }
 
 impl Row {
-    /// The two neighbours along an axis, those that there are, with their weights.
+    /// Returns the existing neighbours along an axis, with their weights.
     fn along<T: Sample>(&self, axis: usize, n: usize) -> [Option<(usize, T)>; 2] {
         let low = self.at[axis].floor();
         let up = f64::from(self.at[axis]) - f64::from(low);
@@ -210,7 +214,7 @@ impl Row {
         })
     }
 
-    /// The neighbours within a slice: their numbers in it, and their weights.
+    /// Returns the neighbours within a slice: indices and weights.
     fn in_slice<T: Sample>(&self, [nx, ny, _]: [usize; 3]) -> impl Iterator<Item = (usize, T)> {
         let x = self.along::<T>(0, nx);
         let rows = self.along::<T>(1, ny).into_iter().flatten();

@@ -16,10 +16,9 @@ const GAUSS_LEGENDRE: [(f64, f64); 4] = [
 
 /// Mean of exp(-|c + Σ u_k e_k|²/2) over u_k in [-1, 1].
 ///
-/// Closed form (error functions) when the edges are orthogonal; otherwise the last edges that are not get an 8-point
-/// Gauss-Legendre rule on panels no longer than one standard deviation, whose error is below 1e-15 of the peak, where the
-/// other edges' line or plane comes near enough to the origin to count. Of edges so nearly parallel that this takes more than
-/// [`MOST_PANELS`] the panels are longer.
+/// Closed form (error functions) for orthogonal edges. Otherwise the last edges that are not orthogonal get an 8-point Gauss-Legendre rule
+/// where the line or plane of the other edges is within reach of the origin, on panels of at most one standard deviation, with an error
+/// below 1e-15 of the peak. Nearly parallel edges would need more than [`MOST_PANELS`]; their panels are longer.
 pub(super) fn mean(c: Vec3, edges: &[Vec3]) -> f64 {
     let Some((&e, rest)) = edges.split_last() else {
         return (-0.5 * dot(c, c)).exp();
@@ -75,7 +74,7 @@ fn segment(middle: f64, half: f64) -> f64 {
     value * (1.0 + h * (second + h * (fourth + h * sixth)))
 }
 
-/// Most panels of an edge: enough for edges a thousandth of a right angle from parallel, whatever their length.
+/// Largest number of panels of an edge: enough for edges of any length at angles of at least a thousandth of a right angle.
 const MOST_PANELS: f64 = 32768.0;
 
 /// The part of `v` across one edge, or across two.
@@ -88,7 +87,7 @@ fn across(v: Vec3, edges: &[Vec3]) -> Vec3 {
     }
 }
 
-/// The u in [-1, 1] for which |p + u q| is no more than [`REACH`]; all of them if that cannot be told.
+/// Returns the u in [-1, 1] with |p + u q| <= [`REACH`]; all of them if rounding prevents a decision.
 fn near(p: Vec3, q: Vec3) -> [f64; 2] {
     let nearest = -dot(p, q) / dot(q, q);
     let closest = add(p, nearest, q);
@@ -134,8 +133,8 @@ mod tests {
         assert!((mean(c, &[e1, e2]) - mean(c, &[e2, e1])).abs() < 1e-15);
     }
 
-    /// Cells from a fraction of the hill to a hundred million times its size, sheared, in the plane and in space: those about it
-    /// hold it all, in a time that does not grow with their size.
+    /// Cells from a fraction of the width of the hill to a hundred million times its size, sheared, in the plane and in space, contain the
+    /// whole integral, in a time that does not grow with their size.
     #[test]
     fn a_cell_of_any_size_about_the_hill_holds_it_all() {
         for size in [20.0, 1e3, 1e8] {
@@ -163,7 +162,7 @@ mod tests {
             let curvature = (middle * middle - 1.0) * value;
             for half in [1e-300, 1e-20, 1e-9, 1e-5, 1e-4, 9.9e-3, 1.01e-2] {
                 let expected = value + curvature * half * half / 6.0;
-                // The fourth derivative is 3 at most; 1e-14 is what the error functions leave of 0.01.
+                // The fourth derivative is at most 3; error functions have an error of 1e-14 near 0.01.
                 let bound = 3.0 * half.powi(4) / 120.0 + if half > 1e-2 { 1e-14 } else { 1e-15 };
                 assert!(
                     (segment(middle, half) - expected).abs() < bound,

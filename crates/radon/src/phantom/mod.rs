@@ -1,4 +1,4 @@
-//! Analytic objects: sums of shapes with exact images and exact sinograms, the oracle for everything else.
+//! Analytic objects: sums of shapes with exact images and exact sinograms, used as reference solutions.
 
 mod gaussian;
 mod phantom2;
@@ -16,14 +16,14 @@ pub use phantom3::Phantom3;
 pub use shape2::Shape2;
 pub use shape3::Shape3;
 
-/// What a sinogram sample is of an object: a line integral or its mean over the bin.
+/// The definition of a sinogram sample: a line integral or a bin average.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[non_exhaustive]
 pub enum BinSampling {
     /// The integral along the ray through the bin's centre.
     #[default]
     Centre,
-    /// The mean of the line integrals over the whole bin, as a detector measures it.
+    /// The average of the line integrals over the bin, as a detector measures it.
     Mean,
 }
 
@@ -57,7 +57,7 @@ impl<S> Phantom<S> {
     }
 }
 
-/// Positions and sizes of shapes go up to here, and sizes down to one over it: products of six of them are numbers.
+/// Largest position or size of a shape, and the reciprocal of the smallest size: products of six of them are finite.
 const LARGEST: f64 = 1e50;
 
 fn place(what: &'static str, given: f64) -> Result<(), RadonError> {

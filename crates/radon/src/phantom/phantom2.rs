@@ -45,7 +45,7 @@ impl Phantom<Shape2> {
 
     /// The image `[y][x]` of pixel means: exact for ellipses, rectangles and polygons; Gaussians to 1e-15 of their peak.
     ///
-    /// Cost: pixels times shapes, with more work only where an outline cuts a pixel. Same bits for any number of threads.
+    /// Cost: pixels times shapes, with more work only where an outline cuts a pixel. Bitwise identical for any number of threads.
     ///
     /// # Errors
     /// [`RadonError::TooLarge`].
@@ -66,7 +66,7 @@ impl Phantom<Shape2> {
 
     /// The sinogram `[view][bin]`, in closed form.
     ///
-    /// Cost: bins times shapes. Same bits for any number of threads.
+    /// Cost: bins times shapes. Bitwise identical for any number of threads.
     ///
     /// # Errors
     /// [`RadonError::TooLarge`].

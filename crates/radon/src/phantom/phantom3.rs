@@ -38,7 +38,7 @@ impl Phantom<Shape3> {
 
     /// The volume `[slice][y][x]` of voxel means: exact for ellipsoids and prisms; Gaussians to 1e-15 of their peak.
     ///
-    /// Cost: voxels near a shape, with more work only where a surface cuts a voxel. Same bits for any number of threads.
+    /// Cost: voxels near a shape, with more work only where a surface cuts a voxel. Bitwise identical for any number of threads.
     ///
     /// # Errors
     /// [`RadonError::TooLarge`].
@@ -80,7 +80,7 @@ impl Phantom<Shape3> {
 
     /// The sinograms of all slices, in closed form; [`BinSampling::Mean`] averages over the bin and the slice's height.
     ///
-    /// Cost: bins near a shape. Same bits for any number of threads.
+    /// Cost: bins near a shape. Bitwise identical for any number of threads.
     ///
     /// # Errors
     /// [`RadonError::TooLarge`].

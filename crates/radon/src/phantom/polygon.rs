@@ -12,14 +12,14 @@ fn edges(corners: &[Vec2]) -> impl Iterator<Item = (Vec2, Vec2)> + '_ {
 
 /// Signed area, positive when counter-clockwise.
 pub(super) fn area(corners: &[Vec2]) -> f64 {
-    // Relative to the first corner, so that a polygon far from the origin keeps its digits.
+    // Relative to the first corner, to avoid cancellation far from the origin.
     let o = corners[0];
     edges(corners)
         .map(|(p, q)| 0.5 * ((p[0] - o[0]) * (q[1] - o[1]) - (p[1] - o[1]) * (q[0] - o[0])))
         .sum()
 }
 
-/// The corners seen from the camera at `theta`: (position along the detector, position along the ray).
+/// Returns the corners in the frame of a camera at `theta`: (position along the detector, position along the ray).
 pub(super) fn turned(corners: &[Vec2], theta: f64) -> Vec<Vec2> {
     let (sin, cos) = theta.sin_cos();
     corners
@@ -49,7 +49,8 @@ pub(super) fn chord(corners: &[Vec2], at: f64) -> f64 {
 
 /// Area of a counter-clockwise polygon inside the rectangle [x0, x1] x [y0, y1]; y0 and y1 may be infinite together.
 ///
-/// Bounds that are no numbers are none. (Not `clamp`, which panics at them.) Each edge contributes the area between itself and the floor of the rectangle, clipped to it: piecewise linear in x.
+/// NaN bounds are ignored (`clamp` would panic). Each edge contributes the area between itself and the floor of the rectangle, clipped to it:
+/// piecewise linear in x.
 pub(super) fn area_in(corners: &[Vec2], [x0, x1]: Vec2, [y0, y1]: Vec2) -> f64 {
     let floor = if y0.is_finite() { y0 } else { corners[0][1] };
     let mut sum = 0.0;

@@ -1,6 +1,6 @@
-//! Closed forms on the unit disc and the unit ball: what a polygon or a parallelepiped cuts out of them.
+//! Closed forms of the intersection of the unit disc with a polygon, and of the unit ball with a parallelepiped.
 //!
-//! All three integrals are taken in polar coordinates about the origin, one polygon edge at a time. An edge lies on a
+//! All three integrals use polar coordinates about the origin, one polygon edge at a time. An edge lies on a
 //! line at distance g from the origin; φ is the angle from the foot of that line, t = g tan φ the position along the
 //! edge, and ρ = g / cos φ the distance of the edge's points. Each integrand over φ changes its form where the edge
 //! leaves a circle about the origin, and both pieces have an elementary antiderivative, so an edge costs two evaluations
@@ -64,8 +64,8 @@ pub(super) fn disc_in_polygon(corners: &[Vec2]) -> f64 {
 
 /// Volume between the unit disc and the unit hemisphere above it, inside the vertical prism on the polygon `corners`.
 pub(super) fn hemisphere_over_polygon(corners: &[Vec2]) -> f64 {
-    // With t = g tan φ: ∫ (1 - (1 - ρ²)^(3/2)) / 3 dφ. Both arcs are taken from the same root, the height of the
-    // hemisphere, whose rounding near the rim then cancels.
+    // With t = g tan φ: ∫ (1 - (1 - ρ²)^(3/2)) / 3 dφ. Both arcs use the same root, the height of the hemisphere, whose rounding near the
+    // rim then cancels.
     let inside = |g: f64, t: f64, root: f64| {
         let cubed = t.atan2(g * root) - 0.5 * g * ((3.0 - g * g) * t.atan2(root) + t * root);
         (t.atan2(g) - cubed) / 3.0

@@ -8,8 +8,8 @@ use std::f64::consts::PI;
 
 /// A plane shape of height 1: a filled ellipse, rectangle or polygon, or a Gaussian hill.
 ///
-/// Lengths in cm, angles in radians counter-clockwise from x. A line along an edge of a polygon gets the mean of the
-/// limits from both sides. Sizes between 1e-50 and 1e50, positions up to 1e50: beyond, areas and squares are no numbers.
+/// Lengths in cm, angles in radians counter-clockwise from x. A line along an edge of a polygon gets the mean of the limits from both
+/// sides. Sizes between 1e-50 and 1e50, positions up to 1e50: beyond, areas and squares overflow.
 ///
 /// ```
 /// use radon::Shape2;
@@ -79,8 +79,8 @@ impl Shape2 {
     /// The simple polygon with the given corners, in either sense; it need not be convex.
     ///
     /// # Errors
-    /// [`RadonError::NotFinite`], [`RadonError::OutOfRange`] for a corner, [`RadonError::DegeneratePolygon`] when there are fewer than three corners, no area, or edges that
-    /// cross. Cost of the check: the square of the number of corners.
+    /// [`RadonError::NotFinite`], [`RadonError::OutOfRange`] for a corner, [`RadonError::DegeneratePolygon`] for fewer than three corners,
+    /// no area, or edges that cross. Cost of the check: the square of the number of corners.
     pub fn polygon(mut corners: Vec<[f64; 2]>) -> Result<Self, RadonError> {
         for &x in corners.iter().flatten() {
             place("polygon corner", x)?;
@@ -202,9 +202,8 @@ impl Shape2 {
         }
     }
 
-    /// Mean over the axis-parallel rectangle with centre `centre` and full sides `sides`: exact for ellipses and polygons;
-    /// Gaussians to 1e-15 of the peak. A rectangle without area, or whose area is no number, has the value at its centre. NaN where
-    /// a number is NaN.
+    /// Mean over the axis-parallel rectangle with centre `centre` and full sides `sides`: exact for ellipses and polygons; Gaussians to
+    /// 1e-15 of the peak. A rectangle whose area is zero or overflows has the value at its centre. NaN if an argument is NaN.
     pub fn rectangle_mean(&self, centre: [f64; 2], sides: [f64; 2]) -> f64 {
         let [hx, hy] = sides.map(|s| 0.5 * s.abs());
         if [centre, sides].as_flattened().iter().any(|v| v.is_nan()) {

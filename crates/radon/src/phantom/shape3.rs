@@ -7,8 +7,8 @@ use std::f64::consts::PI;
 
 /// A solid shape of height 1: an ellipsoid, a Gaussian hill, or an upright prism on any [`Shape2`].
 ///
-/// Rays lie in planes of constant z, as in parallel-beam tomography about z. Lengths in cm; sizes between 1e-50 and 1e50, positions
-/// up to 1e50: beyond, volumes and squares are no numbers.
+/// Rays lie in planes of constant z, as in parallel-beam tomography about z. Lengths in cm; sizes between 1e-50 and 1e50, positions up to
+/// 1e50: beyond, volumes and squares overflow.
 ///
 /// ```
 /// use radon::Shape3;
@@ -126,9 +126,8 @@ impl Shape3 {
         }
     }
 
-    /// Mean of [`line_integral`](Self::line_integral) over the detector cell of size `size` = (along s, along z) about
-    /// (`s`, `z`): exact for ellipsoids and prisms; Gaussians to 1e-15 of the peak. A cell too thin for its area to be a number has
-    /// the line integral at its centre.
+    /// Mean of [`line_integral`](Self::line_integral) over the detector cell of size `size` = (along s, along z) about (`s`, `z`): exact
+    /// for ellipsoids and prisms; Gaussians to 1e-15 of the peak. A cell whose area underflows has the line integral at its centre.
     pub fn bin_mean(&self, theta: f64, [s, z]: [f64; 2], size: [f64; 2]) -> f64 {
         match &self.kind {
             Kind::Ellipsoid(rows) => {
@@ -167,8 +166,8 @@ impl Shape3 {
         }
     }
 
-    /// Mean over the axis-parallel box with centre `centre` and full sides `sides`: exact for ellipsoids and prisms;
-    /// Gaussians to 1e-15 of the peak. A box too thin for its volume to be a number has the value at its centre.
+    /// Mean over the axis-parallel box with centre `centre` and full sides `sides`: exact for ellipsoids and prisms; Gaussians to 1e-15 of
+    /// the peak. A box whose volume underflows has the value at its centre.
     pub fn box_mean(&self, centre: [f64; 3], sides: [f64; 3]) -> f64 {
         match &self.kind {
             Kind::Ellipsoid(rows) => {
@@ -219,7 +218,7 @@ struct Ray {
     start: Vec3,
     /// Frame length per centimetre along the ray.
     speed: f64,
-    /// How `start` moves per centimetre of s and of z.
+    /// Change of `start` per centimetre of s and of z.
     across: Vec3,
     up: Vec3,
 }
@@ -248,7 +247,7 @@ fn det(rows: &[Vec3; 3]) -> f64 {
     dot(rows[0], cross(rows[1], rows[2])).abs()
 }
 
-/// Part of the cell of height `size` about `z` between two heights; a cell of no height on a face counts half.
+/// Fraction of the cell of height `size` about `z` between two heights; a cell of zero height on a face counts half.
 fn share([low, high]: [f64; 2], z: f64, size: f64) -> f64 {
     if size > 0.0 {
         ((z + 0.5 * size).min(high) - (z - 0.5 * size).max(low)).max(0.0) / size

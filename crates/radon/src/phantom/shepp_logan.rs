@@ -41,9 +41,9 @@ impl Phantom3 {
     /// The modified Shepp-Logan phantom in the cube [-half_width, half_width]³: Toft's ellipses with the third semi-axes
     /// and heights of M. Schabel's phantom3d.
     ///
-    /// phantom3d's third Euler angle (10 degrees for the two ventricles) also turns about z, since its second is zero; it
-    /// is left out so that the ventricles lie as in the plane phantom. Its three discs at other heights make the slice
-    /// z = 0 differ from the plane phantom all the same.
+    /// phantom3d's third Euler angle (10 degrees for the two ventricles) also rotates about z, because its second is zero; it is omitted,
+    /// so that the ventricles lie as in the plane phantom. Three discs of phantom3d at other heights make the slice z = 0 differ from the
+    /// plane phantom.
     ///
     /// # Errors
     /// [`RadonError::NotFinite`], [`RadonError::NotPositive`] for `half_width`.

@@ -1,4 +1,4 @@
-//! Runs over one slice: the same sums as in a stack, neighbouring bins or neighbouring pixels side by side.
+//! Runs over one slice: the same sums as in a stack, with neighbouring bins or pixels side by side.
 
 use rayon::prelude::*;
 
@@ -9,7 +9,7 @@ use crate::simd::{Bins, FixedPositions, Kernels, MARGIN, RUN, SortedBins, add_bi
 use crate::stack::{Stack, aligned};
 
 impl Projector {
-    /// Whether slices can be projected one by one: those of `f32`, by kernels of two pixels a step, unless bins are twice as wide as pixels.
+    /// Whether single slices have a kernel: for `f32` and kernels of two pixels per step, unless bins are twice as wide as pixels.
     pub(super) fn projects_alone<T: Sample>(&self) -> bool {
         let n = self.geometry.n_bins().next_multiple_of(RUN);
         self.views.iter().all(|view| {
@@ -23,7 +23,7 @@ impl Projector {
         })
     }
 
-    /// The projections of one slice that [`projects_alone`](Self::projects_alone): the same sums as in a block, side by side for many bins.
+    /// Projects one slice that [`projects_alone`](Self::projects_alone): the same sums as in a block, side by side for many bins.
     pub(super) fn project_alone<T: Sample>(
         &self,
         images: &Stack,
@@ -35,7 +35,7 @@ impl Projector {
         let set = self.instructions;
         let (nx, ny) = (self.grid.nx(), self.grid.ny());
         let n_bins = self.geometry.n_bins();
-        // Odd, so that the columns are not all kept in the same places of a cache.
+        // Odd, to avoid cache conflicts between columns.
         let [x_stride, y_stride] = [nx, ny].map(|n| (n + MARGIN) | 1);
         let by_rows_len = Bins::image_len(ny, x_stride);
         let memory = aligned(memory, by_rows_len + Bins::image_len(nx, y_stride));
@@ -79,8 +79,8 @@ impl Projector {
         );
     }
 
-    /// The adjoint of one slice of `f32` into its rows of the volume, if possible: not for a kernel of more than two pixels a step, nor if
-    /// bins are so fine that a run of pixels meets too many.
+    /// Computes the adjoint of one `f32` slice into its rows of the volume, if possible: not for a kernel of more than two pixels per step,
+    /// nor if bins are so fine that a run of pixels intersects too many.
     pub(super) fn adjoint_alone<T: Sample>(
         &self,
         sinograms: &Stack,

@@ -1,4 +1,4 @@
-//! Which slices are worked on together.
+//! Division of slices into blocks.
 
 use std::ops::Range;
 
@@ -6,24 +6,24 @@ use super::ProjectorReport;
 use crate::Sample;
 use crate::simd::{InstructionSet, first_block, lanes_for};
 
-/// Slices whose pixels lie side by side in memory, one to a lane of the kernels.
+/// Slices whose pixels are adjacent in memory, one per lane of the kernels.
 #[derive(Debug)]
 pub(super) struct Block<'a> {
     pub(super) slices: &'a [usize],
     pub(super) lanes: usize,
-    /// Lanes of the blocks before it in its group.
+    /// Lanes of the earlier blocks of its group.
     pub(super) before: usize,
 }
 
 impl Block<'_> {
-    /// Zeros for the lanes without a slice, and with them for all.
+    /// Clears the lanes without a slice.
     pub(super) fn clear_unused<T: Sample>(&self, memory: &mut [T]) {
         if self.slices.len() < self.lanes {
             memory.fill(T::ZERO);
         }
     }
 
-    /// The given samples of the rows of the block's slices, out of a row of every slice.
+    /// Selects the given samples of the rows of the block's slices from a row of every slice.
     pub(super) fn pick<'a, T>(
         &self,
         row: &'a mut [&mut [T]],
@@ -39,7 +39,7 @@ impl Block<'_> {
     }
 }
 
-/// Blocks that share the pairs of each ray.
+/// Blocks that use the same weights of each ray.
 #[derive(Debug)]
 pub(super) struct Group<'a> {
     pub(super) blocks: Vec<Block<'a>>,
@@ -48,7 +48,7 @@ pub(super) struct Group<'a> {
 }
 
 impl<'s> Group<'s> {
-    /// Memory divided among the blocks by their lanes.
+    /// Divides memory among the blocks by their lanes.
     pub(super) fn parts<'m, T>(&self, mut memory: &'m mut [T]) -> Vec<(&Block<'s>, &'m mut [T])> {
         let per_lane = memory.len() / self.lanes;
         let mut parts = Vec::with_capacity(self.blocks.len());
@@ -61,12 +61,12 @@ impl<'s> Group<'s> {
     }
 }
 
-/// Blocks of a group: enough to make the pairs cheap, few enough for a tile of all of them to stay in the second cache.
+/// Blocks of a group: enough to amortise the weights, few enough for a tile of all blocks to fit in the second-level cache.
 const BLOCKS: usize = 4;
-/// Most memory for a group's projections, as long as a group has more lanes than a register.
+/// Largest memory of a group's projections, if a group has more lanes than a register.
 const GROUP_BYTES: usize = 48 << 20;
 
-/// The slices of a run that hold signal.
+/// The slices of a run that contain signal.
 #[derive(Debug)]
 pub(super) struct Slices {
     active: Vec<usize>,
@@ -83,7 +83,7 @@ impl Slices {
         }
     }
 
-    /// Zeros for the slices without signal.
+    /// Clears the slices without signal.
     pub(super) fn clear_empty<T: Sample>(&self, rows: &mut [Vec<&mut [T]>]) {
         for row in rows {
             for (slice, samples) in row.iter_mut().enumerate() {
@@ -94,9 +94,9 @@ impl Slices {
         }
     }
 
-    /// The slices with signal that are better projected in blocks, and those of `f32` that are better projected one by one.
+    /// Divides the slices with signal into those projected in blocks, and those of `f32` projected one by one.
     pub(super) fn blocks_and_alone<T>(&self, set: InstructionSet) -> (&[usize], &[usize]) {
-        // As many as are projected one by one in the time of the first block, most of which goes into the pairs of its rays.
+        // As many as are projected one by one in the time of the first block, which mostly computes the weights.
         let few = match set {
             InstructionSet::Avx512 => 24,
             InstructionSet::Avx2 => 8,
@@ -113,7 +113,7 @@ impl Slices {
         self.active.split_at(n)
     }
 
-    /// The slices with signal, if they are so few that the adjoint of all, one by one, costs less than that of a block.
+    /// Returns the slices with signal if they are so few that one by one is faster for the adjoint.
     pub(super) fn few_for_adjoint<T>(&self, set: InstructionSet) -> Option<&[usize]> {
         let few = match (set, size_of::<T>()) {
             (InstructionSet::Avx512, 4) => 14,
@@ -136,7 +136,7 @@ impl Slices {
     }
 }
 
-/// Slices in groups of blocks; a slice of projections has `sinogram_len` samples.
+/// Divides slices into groups of blocks; a slice of projections has `sinogram_len` samples.
 pub(super) fn groups<T: Sample>(
     slices: &[usize],
     set: InstructionSet,
@@ -146,7 +146,7 @@ pub(super) fn groups<T: Sample>(
     let most = GROUP_BYTES / (sinogram_len * size_of::<T>());
     let register = lanes_for::<T>(set, 2);
     let mut lanes = lanes_for::<T>(set, 4 * register);
-    // Two sums a lane of eight registers leave half of those of AVX-512 to the rest; others have no more than that.
+    // With AVX-512, two sums per lane of eight registers leave half of the registers; other sets have no more.
     if forward && set == InstructionSet::Avx512 {
         lanes *= 2;
     }
@@ -162,7 +162,7 @@ pub(super) fn groups<T: Sample>(
         let mut rest: &[usize] = slices;
         while !rest.is_empty() {
             let narrow = lanes_for::<T>(set, rest.len().min(lanes));
-            // No more than a quarter of a block is left empty.
+            // At most a quarter of a block remains empty.
             let lanes = if 4 * rest.len() > 3 * lanes {
                 lanes
             } else {

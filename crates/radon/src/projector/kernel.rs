@@ -1,6 +1,6 @@
-//! How a ray's length is divided among pixels.
+//! Division of a ray's length among pixels.
 
-/// How a ray's length is divided among the pixels it meets.
+/// Division of a ray's length among the pixels that it intersects.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[non_exhaustive]
 pub enum Kernel {
@@ -10,6 +10,6 @@ pub enum Kernel {
     /// The exact length of the ray within each pixel (Siddon 1985, doi:10.1118/1.595715). A ray that runs along the edge between two
     /// pixels, to 2^-21 of a pixel, is shared by both.
     Siddon,
-    /// The exact area of the bin's strip within each pixel, over the pitch: the mean of Siddon's lengths over the bin.
+    /// The exact area of the bin's strip within each pixel, divided by the pitch: Siddon's length averaged over the bin.
     Strip,
 }

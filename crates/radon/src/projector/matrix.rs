@@ -8,10 +8,10 @@ use crate::Sample;
 use crate::error::{RadonError, zeros};
 
 impl Projector {
-    /// The matrix A of one slice in compressed rows: row `view * n_bins + bin`, column `y * nx + x`, the very weights of
-    /// [`forward`](Self::forward). Entries of weight zero are left out.
+    /// Returns the matrix A of one slice in compressed rows: row `view * n_bins + bin`, column `y * nx + x`, with the weights of
+    /// [`forward`](Self::forward). Zeros are omitted.
     ///
-    /// Cost and memory: about 2 entries (Joseph, Siddon) for each view and pixel row a bin crosses.
+    /// Cost and memory: about 2 entries (Joseph, Siddon) for each view and pixel row that a bin crosses.
     ///
     /// ```
     /// use radon::{ImageGrid, Kernel, ParallelGeometry, Projector};
@@ -24,7 +24,7 @@ impl Projector {
     /// ```
     ///
     /// # Errors
-    /// [`RadonError::TooLarge`] for more rows or weights than there is memory for.
+    /// [`RadonError::TooLarge`] if rows or weights exceed the memory.
     #[cfg_attr(docsrs, doc(cfg(feature = "sprs")))]
     pub fn matrix<T: Sample>(&self) -> Result<CsMat<T>, RadonError> {
         let (nx, ny) = (self.grid.nx(), self.grid.ny());

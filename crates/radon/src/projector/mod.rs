@@ -53,13 +53,13 @@ pub struct Projector {
     views: Vec<View>,
 }
 
-/// Work arrays of a [`Projector`], reusable by any projector of the same sample type; they grow to what a run needs.
+/// Work arrays of a [`Projector`], reusable by any projector of the same sample type. They grow as needed.
 #[derive(Debug, Default)]
 pub struct ProjectorScratch<T> {
     pixels: Vec<T>,
     rays: Vec<T>,
     found: Vec<Vec<Rays<T>>>,
-    /// Of a slice that is projected alone.
+    /// Buffer of a slice that is projected alone.
     slice: Vec<f32>,
     sorted: Vec<SortedBins>,
 }
@@ -79,7 +79,7 @@ impl Projector {
     ///
     /// # Errors
     /// [`RadonError::OutOfRange`] when the pitch is not between 1e-9 and 1e9 pixels along x and y or a ray is 1e12 pixels away;
-    /// [`RadonError::TooLarge`] for an image of 2³¹ pixels, or views that there is no memory for.
+    /// [`RadonError::TooLarge`] for an image of 2³¹ pixels, or if the views exceed the memory.
     pub fn new(
         geometry: &ParallelGeometry,
         grid: &ImageGrid,
@@ -171,7 +171,7 @@ impl Projector {
         n_slices: usize,
         order: StackOrder,
     ) -> Result<Vec<T>, RadonError> {
-        // What is given first: it bounds the number of slices.
+        // Checked first: it bounds the number of slices.
         let expected = product("volume", n_slices, self.grid.image_len())?;
         length("volume", volume.len(), expected)?;
         let mut projections = zeros("projections", n_slices, self.geometry.sinogram_len())?;
@@ -199,8 +199,8 @@ impl Projector {
     }
 }
 
-/// Distance between rows of so many pixels and a margin of one on either side: an odd number of pixels, lest all rows of a tile
-/// fall on the same cache lines.
+/// Returns the distance between rows of `n` pixels with a margin of one on either side: an odd number, to avoid cache conflicts between the
+/// rows of a tile.
 fn row_stride(n: usize) -> usize {
     (n + 2) | 1
 }

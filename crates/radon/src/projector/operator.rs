@@ -30,7 +30,7 @@ impl<T: Sample> LinearOperator<T> for Projector {
 
 /// The projector of a stack of slices: volumes `[slice][y][x]`, data in a given order.
 ///
-/// Each call at the same time has its own work arrays, which are kept for later calls.
+/// Concurrent calls have separate work arrays, which are kept for later calls.
 #[derive(Debug)]
 pub struct StackOperator<T> {
     projector: Projector,
@@ -76,17 +76,17 @@ impl<T: Sample> StackOperator<T> {
         self.order
     }
 
-    /// `n_subsets` parts of the views for OSEM: part k holds views k, k + `n_subsets`, k + 2 `n_subsets` ...
+    /// Returns `n_subsets` parts of the views for OSEM: part k contains the views k, k + `n_subsets`, k + 2 `n_subsets` ...
     ///
     /// # Errors
-    /// [`RadonError::TooFew`] for no subset, [`RadonError::OutOfRange`] for more subsets than views, [`RadonError::TooLarge`]
-    /// for a list of all samples that there is no memory for.
+    /// [`RadonError::TooFew`] for no subset, [`RadonError::OutOfRange`] for more subsets than views, [`RadonError::TooLarge`] if the
+    /// indices of the samples exceed the memory.
     pub fn subsets(&self, n_subsets: usize) -> Result<Vec<Subset<Self>>, RadonError> {
         let geometry = &self.projector.geometry;
         let (n_views, n_bins) = (geometry.n_views(), geometry.n_bins());
         at_least("n_subsets", n_subsets, 1)?;
         within("n_subsets", n_subsets as f64, 1.0, n_views as f64)?;
-        // All of them, before any is made.
+        // Validated for all subsets before the first.
         let samples = self.n_slices * n_views;
         drop(room::<usize>("indices of subsets", samples, n_bins)?);
         let subset = |first: usize| {

@@ -1,16 +1,16 @@
-//! The one traversal: for each ray, the pixels it meets and their weights.
+//! The traversal: pixels and weights of each ray.
 //!
-//! A view marches along the image axis along which its rays cross more pixels. At every step `m` along it (a row or a column
-//! of pixels) a ray crosses at the fractional pixel index
+//! A view marches along the image axis that crosses more pixels of its rays. At every step `m` along it (a row or a column of pixels) a ray
+//! crosses at the fractional pixel index
 //!
 //! ```text
 //! f = base + bin * per_bin + m * per_step,        |per_step| <= 1
 //! ```
 //!
-//! and each kernel spreads the step's path length over the pixels about `f`: pixel `i` gets the share of a blurred point
-//! at `f` that falls between `i - 1/2` and `i + 1/2`. The blur is a box of one pixel (Joseph), of the pixels that the
-//! ray crosses within the step (Siddon: exact lengths), or that box and the bin's width one after the other (strip:
-//! exact areas). Forward, adjoint and matrix all consume the same pairs of pixels and weights.
+//! and each kernel distributes the step's path length to the pixels about `f`: pixel `i` gets the fraction of a blurred point at `f`
+//! between `i - 1/2` and `i + 1/2`. The blur is a box of one pixel (Joseph), a box of the pixels that the ray crosses within the step
+//! (Siddon: exact lengths), or that box convolved with the bin's width (strip: exact areas). Forward, adjoint and matrix use the same pairs
+//! of pixels and weights.
 
 use std::ops::Range;
 
@@ -19,12 +19,12 @@ use crate::error::{RadonError, within};
 use crate::simd::{BoxRay, InstructionSet, Pairs, Place, Snap};
 use crate::{ImageGrid, ParallelGeometry, Sample};
 
-/// The part of an image that the rays of a view are followed through, and where it lies in memory.
+/// The part of an image in which rays are followed, and its position in memory.
 ///
-/// A ray may enter and leave between the last pixel and the next: memory holds one more pixel on either side across.
+/// A ray may enter and leave between the last pixel and the next: memory contains one more pixel on either side across.
 #[derive(Clone, Debug)]
 pub(super) struct Window {
-    /// Pixels across the direction of the rays, which they are interpolated between.
+    /// Pixels across the rays, between which rays are interpolated.
     pub(super) across: Range<usize>,
     /// Steps along the rays.
     pub(super) along: Range<usize>,
@@ -34,7 +34,7 @@ pub(super) struct Window {
     pub(super) origin: usize,
 }
 
-/// The rays that meet a window: pairs of pixels and their weights.
+/// The rays that intersect a window: pairs of pixels and their weights.
 #[derive(Debug, Default)]
 pub(super) struct Rays<T> {
     pub(super) pairs: Pairs<T>,
@@ -61,11 +61,10 @@ impl<T> Rays<T> {
     }
 }
 
-/// Views whose rays are taken in turn: neighbours meet the same pixels, which then come from the nearest cache.
+/// Views whose rays are interleaved: neighbours use the same pixels, which then are in the cache.
 const TOGETHER: usize = 4;
 
-/// For each ray of some views its view, its bin and its pairs: of each `TOGETHER` views the first ray of each, then the second of
-/// each, and so on.
+/// Lists view, bin and pairs of each ray: for each `TOGETHER` views the first ray of each, then the second of each, and so on.
 pub(super) fn in_turn<T>(
     views: &[Rays<T>],
 ) -> impl Iterator<Item = (usize, usize, &Pairs<T>, Range<usize>)> {
@@ -81,27 +80,27 @@ pub(super) fn in_turn<T>(
     })
 }
 
-/// Least width of a box in pixels, of which positions that are rounded for `f32` know 128 parts.
+/// Smallest width of a box in pixels; rounded `f32` positions resolve 128 parts of it.
 const LEAST_WIDTH: f64 = 1.0 / (1 << 20) as f64;
 
-/// How a step's length is spread over the pixels about its crossing.
+/// Distribution of a step's length to the pixels about its crossing.
 #[derive(Clone, Copy, Debug)]
 enum Spread {
-    /// Two pixels, weights linear in f over a box at most one pixel wide: one over its width.
+    /// Two pixels, weights linear in f over a box at most one pixel wide: the reciprocal of its width.
     Box(f64),
-    /// Any number of pixels: a box of the first width blurred by one of the second.
+    /// Any number of pixels: a box of the first width convolved with one of the second.
     TwoBoxes(f64, f64),
 }
 
 /// The rays of one view.
 #[derive(Clone, Debug)]
 pub(super) struct View {
-    /// Steps are rows and rays are interpolated along x; or the other way round.
+    /// Whether steps are rows and rays are interpolated along x; otherwise the reverse.
     steps_are_rows: bool,
     base: f64,
     per_bin: f64,
     per_step: f64,
-    /// One over `per_step`, maybe infinite.
+    /// The reciprocal of `per_step`, possibly infinite.
     steps_per_pixel: f64,
     n_bins: usize,
     /// Pixels along the interpolated axis.
@@ -140,7 +139,7 @@ impl View {
         let per_bin = geometry.pitch() / (a * d_across);
         let per_step = -b / a * (d_along / d_across);
         let base = ((geometry.bin_centre(0) - along * b) / a - across) / d_across;
-        // Beyond these a ray's pixel index has no digits left behind its point.
+        // Beyond these limits a ray's pixel index has no fractional bits.
         within("pitch in pixels", per_bin.abs(), 1e-9, 1e9)?;
         let farthest = base.abs() + per_bin.abs() * geometry.n_bins() as f64 + n_steps as f64;
         within("distance of a ray in pixels", farthest, 0.0, 1e12)?;
@@ -148,7 +147,7 @@ impl View {
         let crossed = per_step.abs();
         let spread = match kernel {
             Kernel::Joseph => Spread::Box(1.0),
-            // Along the steps the box has no width; this much splits a ray on an edge evenly between its pixels.
+            // Rays along the steps have a box of zero width; this width divides a ray on an edge evenly between its pixels.
             Kernel::Siddon => Spread::Box(1.0 / crossed.max(LEAST_WIDTH)),
             Kernel::Strip => Spread::TwoBoxes(crossed, per_bin.abs()),
         };
@@ -180,7 +179,7 @@ impl View {
         self.steps_are_rows
     }
 
-    /// What the rays cross, if every step is spread over two pixels; the ray of bin 0, with pixel 0 at position 1.
+    /// Returns the ray of bin 0, with pixel 0 at position 1, if every step is distributed to two pixels.
     pub(super) fn box_ray<T: Sample>(&self) -> Option<BoxRay<T>> {
         match self.spread {
             Spread::Box(per_width) => {
@@ -198,7 +197,7 @@ impl View {
         }
     }
 
-    /// To what positions are rounded: a ray of `f32` samples may move by 2^-28 of a pixel.
+    /// Returns the rounding of positions: a ray of `f32` samples may move by 2^-28 of a pixel.
     fn snap<T: Sample>(&self) -> Snap {
         match self.spread {
             Spread::Box(_) if size_of::<T>() == size_of::<f32>() => Snap::FINE,
@@ -216,8 +215,8 @@ impl View {
         self.base + (self.lead + 1.0) + bin as f64 * self.per_bin
     }
 
-    /// Those of the given bins whose rays meet the window, in ascending order, into `rays`; pairs are in the order of the steps,
-    /// then of the pixels. The weights are the same numbers whatever the window.
+    /// Collects the given bins whose rays intersect the window in ascending order; pairs are in the order of the steps, then of the pixels.
+    /// The weights do not depend on the window.
     pub(super) fn traverse<T: Sample>(
         &self,
         set: InstructionSet,
@@ -231,14 +230,14 @@ impl View {
             strides: [stride_across, stride_along],
             origin,
         } = window;
-        // A place in memory counts modulo 2^32; those that are used lie in the window or beside it.
+        // Positions in memory are modulo 2^32; used ones lie in the window or beside it.
         let zero = (*origin as u32).wrapping_sub((across.start * stride_across) as u32);
         let (per_pixel, per_step) = (*stride_across as u32, *stride_along as u32);
         let (box_ray, snap) = (self.box_ray::<T>(), self.snap::<T>());
         // Steps that touch a pixel of the window have their position in [low, high).
         let spill = match self.spread {
             Spread::Box(_) => 1.0,
-            // One more for the last pixel's rounding; where there is nothing to add, nothing is.
+            // One more for the rounding of the last pixel; unless there is nothing to add.
             Spread::TwoBoxes(..) => self.n_taps as f64,
         };
         let (low, high) = ((across.start + 1) as f64 - spill, (across.end + 1) as f64);
@@ -320,7 +319,7 @@ impl View {
         a.min(b)..a.max(b)
     }
 
-    /// A range of bins that holds all whose rays meet the window.
+    /// Returns a range of bins that contains all rays that intersect the window.
     pub(super) fn bins_meeting(&self, window: &Window) -> Range<usize> {
         let ends = [window.along.start as f64, window.along.end as f64]
             .map(|m| self.offset(0) + m * self.per_step);
@@ -349,7 +348,7 @@ impl View {
             return along.clone();
         }
         let rising = self.per_step >= 0.0;
-        // First step at which `at` has passed `level` in its direction: estimated, then settled by `at` itself.
+        // First step at which `at` has passed `level` in its direction: estimated, then corrected with `at` itself.
         let first_past = |level: f64| {
             let past = |m: usize| {
                 if rising {

@@ -1,8 +1,8 @@
 //! Forward and adjoint runs over stacks of slices.
 //!
-//! Forward: views that march along the rows of the image take a band of rows at a time, brought into the kernels' layout, slices
-//! innermost; then those along columns take bands of columns. A ray sum is taken band by band, and each sample of a result is
-//! written by one job: the bits depend neither on the number of threads nor on the slices beside one.
+//! Forward: views that march along the rows of the image process one band of rows at a time, in the layout of the kernels with slices
+//! innermost; then those along columns process bands of columns. A ray sum is accumulated band by band, and one job writes each sample of a
+//! result: results are bitwise independent of the number of threads and of the other slices of a stack.
 
 use std::ops::Range;
 
@@ -16,14 +16,14 @@ use crate::simd::prefetch;
 use crate::stack::{Stack, aligned};
 use crate::{Sample, StackOrder};
 
-/// Steps of a band, whose part of a ray sum is added up in registers; part of the definition of its rounding.
+/// Steps of a band, whose part of a ray sum is accumulated in registers. This number affects rounding.
 pub(super) const STEPS: usize = 32;
-/// Side of the square tiles of pixels that stay in the second cache.
+/// Side of the square tiles of pixels that fit in the second-level cache.
 const TILE: usize = 32;
 /// Views whose pairs are computed together, then used block by block.
 const VIEWS: usize = 48;
 
-/// Some rays of a view, and where their sums are: those of each block apart.
+/// Some rays of a view, and the positions of their sums, separately for each block.
 struct Job<'a, T> {
     view: &'a View,
     bins: Range<usize>,
@@ -31,7 +31,7 @@ struct Job<'a, T> {
 }
 
 impl Projector {
-    /// As [`forward_stack`](Self::forward_stack), into projections of the caller's.
+    /// As [`forward_stack`](Self::forward_stack), into a buffer of the caller.
     ///
     /// Cost: two multiply-adds for each slice, view and pixel (Joseph, Siddon). Work arrays: a copy of the projections of at
     /// most 256 slices and of a band of their images.
@@ -115,7 +115,7 @@ impl Projector {
         Ok(slices.report())
     }
 
-    /// Adds what the rays of views of one axis meet in a band to their sums, `[view][block][bin][lane]`.
+    /// Adds the contributions of a band to the sums of the rays of views of one axis, `[view][block][bin][lane]`.
     fn add_band<T: Sample>(
         &self,
         views: &[&View],
@@ -125,10 +125,10 @@ impl Projector {
         rays: &mut [T],
         found: &mut Vec<Vec<Rays<T>>>,
     ) {
-        // The rays that cross the middle of the band between the same pixels are a job's: those pixels stay in its cache.
+        // A job contains the rays that cross the middle of the band between the same pixels, which stay in its cache.
         let middle = band.along.start + band.along.len() / 2;
         let n_tiles = band.across.end.div_ceil(TILE);
-        // Enough jobs a thread that the tiles at the ends, with the rays beside the image, hold nobody up.
+        // Enough jobs per thread, so that those at the ends, which include rays beside the image, do not delay the others.
         const JOBS: usize = 12;
         let n_parts = (JOBS * rayon::current_num_threads()).div_ceil(n_tiles);
         let per_job = views.len().div_ceil(n_parts).min(VIEWS);
@@ -165,7 +165,7 @@ impl Projector {
             }
             jobs.extend(tiles);
         }
-        // Memory for pairs stays with its place among the jobs: none is allocated or freed while threads run side by side.
+        // Memory for pairs is kept for each job: no allocation while threads run.
         found.resize_with(found.len().max(jobs.len()), Vec::new);
         jobs.par_iter_mut()
             .zip(&mut *found)
@@ -181,7 +181,7 @@ impl Projector {
                         let job = &mut jobs[view];
                         let at = (bin - job.bins.start) * block.lanes;
                         let (sums, next) = job.sums[i][at..].split_at_mut(block.lanes);
-                        // Sums are far away; those of the next bin but one arrive in time.
+                        // Sums are far apart in memory: prefetch those of the next bin but one.
                         prefetch(next.get(block.lanes..2 * block.lanes).unwrap_or(&[]));
                         T::gather(self.instructions, pixels, pairs, range, 1, sums);
                     }
@@ -189,10 +189,10 @@ impl Projector {
             });
     }
 
-    /// As [`adjoint_stack`](Self::adjoint_stack), into a volume of the caller's.
+    /// As [`adjoint_stack`](Self::adjoint_stack), into a buffer of the caller.
     ///
-    /// Cost: as forward, with a store for each multiply-add. Work arrays: a copy of the projections of at most 256 slices; for a few
-    /// slices, which are taken one by one, of one sinogram, and 20 bytes for each of its views and bins or rows of pixels.
+    /// Cost: as forward, with a store for each multiply-add. Work arrays: a copy of the projections of at most 256 slices. A few slices are
+    /// processed one by one: a copy of one sinogram, and 20 bytes for each of its views and bins or rows of pixels.
     ///
     /// # Errors
     /// A wrong length, a sample that is NaN or infinite.
@@ -256,8 +256,8 @@ impl Projector {
         Ok(slices.report())
     }
 
-    /// Computes a tile of the adjoint of the rays of a group's views, `[block][bin][lane]` each, and writes it to the tile's rows. A
-    /// pixel's sum goes through the views in their order, and through the bins of each in theirs.
+    /// Computes a tile of the adjoint from the rays of a group's views, `[block][bin][lane]` each, and writes it to the rows of the tile. A
+    /// pixel's sum follows the order of the views, and of the bins of each.
     fn fill_tile<T: Sample>(
         &self,
         group: &Group<'_>,
@@ -267,7 +267,7 @@ impl Projector {
         memory: &mut Vec<T>,
         rows: &mut [Vec<&mut [T]>],
     ) {
-        // A margin of a pixel about the tile takes what belongs to its neighbours, and is not looked at.
+        // A margin of one pixel receives the contributions to neighbouring tiles and is ignored.
         let stride = row_stride(TILE);
         let origin = stride + 1;
         let tile_len = stride * (TILE + 2);
@@ -322,7 +322,7 @@ impl Projector {
         }
     }
 
-    /// Views that march along the image's rows, then those along its columns.
+    /// Returns the views that march along the image's rows, then those along its columns.
     pub(super) fn views_by_axis(&self) -> Vec<usize> {
         let mut order: Vec<usize> = (0..self.views.len()).collect();
         order.sort_by_key(|&view| !self.views[view].steps_are_rows());
@@ -386,7 +386,7 @@ impl Projector {
         band: &Window,
         memory: &'a mut Vec<T>,
     ) -> Vec<&'a [T]> {
-        // All columns read every cache line once; half of them at a time where there would be too few jobs.
+        // All columns read every cache line once; half of them at a time if there would be too few jobs.
         let n_columns = match group.blocks.len() >= rayon::current_num_threads() {
             true => STEPS,
             false => STEPS / 2,
@@ -413,7 +413,7 @@ impl Projector {
                 column[..lanes].fill(T::ZERO);
                 column[(1 + band.across.end) * lanes..].fill(T::ZERO);
             }
-            // Few slices at a time, down their rows: as many streams as the machine foresees.
+            // Few slices at a time, along their rows: as many streams as the hardware prefetches.
             for (i, slices) in block.slices.chunks(TOGETHER).enumerate() {
                 for y in band.across.clone() {
                     let mut rows = images.rows(volume, y, slices);

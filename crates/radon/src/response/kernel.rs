@@ -19,7 +19,7 @@ use crate::error::{within, zeros};
 const MOST_STEPS: usize = 20;
 /// From this variance (bins^2) on the lattice Gaussian equals the sampled one to 8 pi^2 v exp(-2 pi^2 v) = 2e-11.
 const WIDE: f64 = 1.5;
-/// Relative weights below this are nothing in `f64`.
+/// Relative weights below this are negligible in `f64`.
 const ALL: f64 = 1e-17;
 
 /// The weights k = 0, 1, ... of the lattice Gaussian of this `variance` (bins^2). Weights below `cut` times the central one are dropped,
@@ -145,7 +145,7 @@ mod tests {
         }
     }
 
-    /// The theta function's theorem: two of them make the one of the sum of variances but for aliases.
+    /// Two lattice Gaussians convolve to that of the sum of variances, except for aliases (theta function identity).
     #[test]
     fn two_make_one_but_for_aliases() {
         for (a, b) in [(1.05, 1.05), (0.65, 0.65), (0.65, 2.0), (4.0, 0.9)] {

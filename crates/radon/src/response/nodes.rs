@@ -1,26 +1,26 @@
 //! Few Gaussians instead of many, with their error.
 //!
-//! The reference convolves the content of each depth with the [lattice Gaussian](super::kernel) K of its own variance V. Here a few
-//! *nodes* of variances W_0 < W_1 < ... are convolved instead, and content of variance V = W + t D between two nodes W and W + D is
-//! divided between them in the fractions 1 - t and t. Its variance stays exact. All weights are >= 0.
+//! The reference convolves the content of each depth with the [lattice Gaussian](super::kernel) K of its own variance V. Instead, a few
+//! *nodes* of variances W_0 < W_1 < ... are convolved, and content of variance V = W + t D between two nodes W and W + D is divided between
+//! them in the fractions 1 - t and t. Its variance is exact. All weights are >= 0.
 //!
 //! The tolerance tau is the largest deviation of a point's image, relative to its peak. It is divided among three causes:
 //!
 //! 1. *Node spacing.* A divided point has too high a peak, for wide Gaussians by the fraction t (1 - t) D^2 / (W (W + D)) in the plane.
 //!    Its maximum s is reached at D = W (2 s + 2 sqrt(s + s^2)). Where an axis has a variance near one bin or less, the peaks of K
 //!    themselves give the largest D.
-//! 2. *Chaining.* A node may be blurred through a narrower one, its parent: lattice Gaussians of variances a and b convolve to the one
-//!    of a + b but for aliases, relative to its peak 2 exp(-2 pi^2 h), h = a b / (a + b), an axis. The narrower of parent and step
-//!    decides. The parent is the widest node for which this and the computed kernel of the whole chain stay within their part.
+//! 2. *Chaining.* A node may be blurred through a narrower one, its parent: lattice Gaussians of variances a and b convolve to that of
+//!    a + b except for aliases, relative to its peak 2 exp(-2 pi^2 h) per axis, h = a b / (a + b). The narrower of parent and step
+//!    decides. The parent is the widest node for which this and the computed kernel of the whole chain are within their part.
 //! 3. *Truncation.* Weights below [`CUT`] times tau of the central one are dropped.
 
 use super::kernel::{complete, convolved, lattice_gaussian, peak};
 use crate::RadonError;
 use crate::error::within;
 
-/// Most nodes: blurs of a view.
+/// Largest number of nodes, each a blur of a view.
 const MOST: f64 = 1e5;
-/// Most weights of all kernels along an axis: 800 MB.
+/// Largest number of weights of all kernels along an axis: 800 MB.
 const MOST_WEIGHTS: f64 = 1e8;
 /// The part of the tolerance that chaining and truncation may take.
 const CHAINED: f64 = 0.1;
@@ -29,41 +29,41 @@ const CUT: f64 = 0.015;
 /// Points between two nodes at which the error is computed.
 const BETWEEN: usize = 16;
 
-/// Whether nodes are blurred through each other.
+/// Relation of nodes to each other.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Through {
-    /// Each by its own kernel: a sample depends on what is within [`Nodes::reach`] of it alone.
+    /// Each node has its own kernel: a sample depends only on samples within [`Nodes::reach`].
     Own,
-    /// Through a parent where that is within the tolerance, which takes fewer weights.
+    /// Nodes have parents if the tolerance allows it, which needs fewer weights.
     Parents,
 }
 
-/// Kernels of a node, the weights of neighbours 0, 1, ... along bins and rows.
+/// Kernels of a node: weights of neighbours 0, 1, ... along bins and rows.
 type Kernels = [Vec<f64>; 2];
 
-/// Nodes for some variances.
+/// Nodes for a range of variances.
 #[derive(Debug, Clone)]
 pub(crate) struct Nodes {
-    /// Variances (cm^2), ascending; the first is the least one asked for, the last the largest.
+    /// Variances (cm^2), ascending; the first is the smallest one required, the last the largest.
     pub(crate) variances: Vec<f64>,
-    /// For each node the one that it is added to after its blur; `None` for the image itself.
+    /// Target of each node after its blur; `None` for the image itself.
     pub(crate) parents: Vec<Option<usize>>,
-    /// For each node its blur on the way to its parent.
+    /// Blur of each node on the way to its target.
     pub(crate) kernels: Vec<Kernels>,
     pitch: [f64; 2],
 }
 
-/// Deviations of the blur from the reference, bounds from above but for the rounding of samples.
+/// Upper bounds on the deviation of the blur from the reference, without the rounding of samples.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(crate) struct Deviation {
-    /// Of the image of a point, relative to its peak.
+    /// Deviation of the image of a point, relative to its peak.
     pub(crate) peak: f64,
     /// The sum of the absolute deviations of all samples of the image of a point of sum 1.
     pub(crate) sum: f64,
 }
 
 impl Nodes {
-    /// For variances from `near` to `far` (cm^2, finite and >= 0), bins and rows of this `pitch` (cm) and this `tolerance` of a peak.
+    /// Chooses nodes for variances from `near` to `far` (cm^2, finite and >= 0), bins and rows of `pitch` (cm) and a `tolerance` of the peak.
     ///
     /// # Errors
     /// [`RadonError::OutOfRange`] for more than 1e5 nodes or 1e8 weights, [`RadonError::TooLarge`].
@@ -75,7 +75,7 @@ impl Nodes {
     ) -> Result<Self, RadonError> {
         let finest = pitch[0].min(pitch[1]);
         let excess = (1.0 - CHAINED) * tolerance / (1.0 + CHAINED * tolerance);
-        // Nearly linear below a sixth of a bin's square; from there on each is wider by the same factor at least.
+        // Nearly equal spacing below a sixth of a bin squared; beyond, each is wider by at least the same factor.
         let own = finest / 6.0 * finest;
         let most = ((far + own) / (near + own)).ln() / wide_step(1.0, excess).ln_1p();
         let most = if far > near { most } else { 0.0 };
@@ -89,7 +89,7 @@ impl Nodes {
             pitch,
         };
         let mut next = near;
-        // The kernels from each node to the image, for chains.
+        // Kernels from each node to the image, for chains.
         let mut whole = Vec::new();
         loop {
             nodes.push(next, tolerance, through, &mut whole)?;
@@ -100,7 +100,7 @@ impl Nodes {
         }
     }
 
-    /// The node below a variance, and the fraction of the next one.
+    /// Returns the node below a variance, and the fraction of the next one.
     pub(crate) fn fraction(&self, variance: f64) -> (usize, f64) {
         let nodes = &self.variances;
         let j = nodes.partition_point(|&w| w <= variance).max(1) - 1;
@@ -110,20 +110,10 @@ impl Nodes {
         }
     }
 
-    /// Bins, and rows, over which a sample is spread at most.
-    pub(crate) fn reach(&self) -> [usize; 2] {
-        let mut reaches: Vec<[usize; 2]> = Vec::with_capacity(self.kernels.len());
-        for (kernels, parent) in self.kernels.iter().zip(&self.parents) {
-            let before = parent.map_or([0; 2], |i| reaches[i]);
-            reaches.push([0, 1].map(|axis| before[axis] + kernels[axis].len() - 1));
-        }
-        [0, 1].map(|axis| reaches.iter().map(|r| r[axis]).max().unwrap_or(0))
-    }
-
     /// The largest deviations over all variances from the first node to the last one.
     ///
-    /// The kernels of all nodes are compared with K at 16 variances from each node to the next. Between these the deviation is a
-    /// parabola, of which a step misses at most 1 / 16^2. Cost: 16 products of kernels a node.
+    /// The kernels of all nodes are compared with K at 16 variances from each node to the next. In between the deviation is a parabola; a
+    /// step underestimates it by at most 1 / 16^2. Cost: 16 products of kernels per node.
     ///
     /// # Errors
     /// [`RadonError::TooLarge`].
@@ -195,7 +185,7 @@ impl Nodes {
         Ok(())
     }
 
-    /// By how much aliases change a peak at most if these two variances are blurred one after the other.
+    /// Bounds the change of a peak by aliases if these two variances are blurred one after the other.
     fn alias(&self, a: f64, b: f64) -> f64 {
         let harmonic = a * b / (a + b);
         let axis = |p: f64| 2.0 * (-2.0 * std::f64::consts::PI.powi(2) * harmonic / p / p).exp();
@@ -208,8 +198,8 @@ impl Nodes {
     }
 }
 
-/// The largest distance from a node of variance `w` to the next, up to `most`, at which a point between has a peak too high by the
-/// fraction `excess`.
+/// Returns the largest distance from a node of variance `w` to the next, at most `most`, at which the peak of a point in between is too
+/// high by the fraction `excess`.
 fn step(w: f64, most: f64, pitch: [f64; 2], excess: f64) -> Result<f64, RadonError> {
     let peak = |v: f64| {
         Ok::<f64, RadonError>(peak(v / pitch[0] / pitch[0])? * peak(v / pitch[1] / pitch[1])?)
@@ -236,23 +226,23 @@ fn step(w: f64, most: f64, pitch: [f64; 2], excess: f64) -> Result<f64, RadonErr
         } else {
             high = d;
         }
-        // The wide Gaussian that would have this excess at this distance.
+        // Distance for this excess of a wide Gaussian.
         let alike = 0.5 * d * ((1.0 + e.recip()).sqrt() - 1.0);
         d = wide_step(alike, 0.985 * excess);
         if !(d > low && d < high) {
             d = 0.5 * (low + high);
         }
     }
-    // In exact arithmetic a point far narrower than a bin has no least distance; this ends the loop that asks.
+    // A point far narrower than a bin has no smallest distance; this limit ends the caller's loop.
     Ok(low.max(1e-15 * most))
 }
 
-/// The distance from a wide Gaussian of variance `w` to the next for this excess of a peak.
+/// Returns the distance from a wide Gaussian of variance `w` to the next for this excess of a peak.
 fn wide_step(w: f64, excess: f64) -> f64 {
     2.0 * w * (excess + (excess + excess * excess).sqrt())
 }
 
-/// Deviation of a mixture of separable kernels from another one, relative to the peak of that.
+/// Returns the deviation of a mixture of separable kernels from another kernel, relative to its peak.
 fn off(mixture: [(f64, &Kernels); 2], exact: &Kernels) -> Deviation {
     let at = |kernel: &[f64], k: usize| kernel.get(k).copied().unwrap_or(0.0);
     let len = |axis: usize| {
@@ -268,7 +258,7 @@ fn off(mixture: [(f64, &Kernels); 2], exact: &Kernels) -> Deviation {
                 across[0] * at(&mixture[0].1[0], bin) + across[1] * at(&mixture[1].1[0], bin);
             let off = (mixed - own * at(&exact[0], bin)).abs();
             found.peak = found.peak.max(off);
-            // Each stands for its mirror images.
+            // Each sample represents its mirror images.
             let images = [bin, row].map(|k| if k == 0 { 1.0 } else { 2.0 });
             found.sum += images[0] * images[1] * off;
         }
@@ -277,7 +267,7 @@ fn off(mixture: [(f64, &Kernels); 2], exact: &Kernels) -> Deviation {
     found
 }
 
-/// A bound of the deviation of one separable kernel from another, relative to the peak of that.
+/// Bounds the deviation of one separable kernel from another, relative to the peak of the latter.
 fn apart(kernels: &Kernels, exact: &Kernels) -> f64 {
     let axis = |axis: usize| {
         let (found, exact) = (&kernels[axis], &exact[axis]);

@@ -1,5 +1,5 @@
-//! Ray sums of one slice with positions in fixed point, Q5.27: five binary digits before the point, which are the place in a
-//! window of 32 pixels, and 27 behind it, which are the weight.
+//! Ray sums of one slice with positions in fixed point, Q5.27: five integer bits, the position in a window of 32 pixels, and 27 fractional
+//! bits, the weight.
 
 use std::ops::Range;
 
@@ -10,21 +10,21 @@ use super::vector::{Plain, RUN, Vector, WINDOW};
 #[cfg(target_arch = "x86_64")]
 use super::x86::{F32x8, F32x16};
 
-/// Zeros before and behind the pixels of a row: what the rays of a run that touches the image reach beyond it in a band of steps.
+/// Zeros before and after the pixels of a row: the reach of the rays of a run that touches the image, over a band of steps.
 pub(crate) const MARGIN: usize = 64;
 
 /// The rays of a view through one image.
 #[derive(Debug)]
 pub(crate) struct Bins<'a> {
-    /// A row of pixels for each step, the first pixel behind `MARGIN` zeros; behind the last row `MARGIN + WINDOW` zeros.
+    /// A row of pixels for each step, the first pixel after `MARGIN` zeros; after the last row `MARGIN + WINDOW` zeros.
     pub(crate) image: &'a [f32],
-    /// Distance between the rows: the pixels and the next row's margin, or more.
+    /// Distance between the rows: at least the pixels and the next row's margin.
     pub(crate) stride: usize,
-    /// Pixels of a row, margins aside.
+    /// Pixels of a row without margins.
     pub(crate) n: usize,
     /// Position of the ray of bin 0 at step 0, not snapped; position 1 is the first pixel.
     pub(crate) first: f64,
-    /// What all rays have in common.
+    /// Common parameters of all rays.
     pub(crate) ray: BoxRay<f32>,
     /// Distance between the rays of neighbouring bins.
     pub(crate) per_bin: f64,
@@ -36,8 +36,8 @@ impl Bins<'_> {
         n_steps * stride + MARGIN + WINDOW
     }
 
-    /// Whether fixed point represents the positions of `n` rays in `n_steps` steps, `n_band` of them at a time: runs must be narrower than a
-    /// window and than the margins, and near enough.
+    /// Whether fixed point represents the positions of `n` rays in `n_steps` steps, `n_band` of them at a time: runs must be narrower than
+    /// a window and the margins, and within range.
     pub(crate) fn fit(
         ray: &BoxRay<f32>,
         first: f64,
@@ -57,10 +57,10 @@ impl Bins<'_> {
 
 /// One pixel.
 pub(super) const ONE: i64 = 1 << Snap::DIGITS;
-/// The digits behind the point.
+/// Mask of the fractional bits.
 pub(super) const REST: i32 = ONE as i32 - 1;
 
-/// A position in units of the last digit: exactly, if it is snapped and below 2^23 pixels.
+/// A position in units of the last bit; exact if it is rounded to this unit and below 2^23 pixels.
 #[inline(always)]
 pub(super) fn whole(position: f64) -> i64 {
     (position * ONE as f64) as i64
@@ -70,9 +70,9 @@ pub(super) fn whole(position: f64) -> i64 {
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct FixedWeights {
     pub(super) ray: BoxRay<f32>,
-    /// Where the next pixel's length begins.
+    /// Fractional position at which the next pixel's length begins.
     pub(super) zero: i32,
-    /// That length for each unit of the last digit: a power of two moves no rounding.
+    /// Length per unit of the last bit: a power of two, which does not affect rounding.
     pub(super) slope: f32,
 }
 
@@ -85,8 +85,7 @@ impl FixedWeights {
         }
     }
 
-    /// The lengths within the first pixel and the next, of a step whose position has these digits behind the point, or others before
-    /// it too.
+    /// Returns the lengths within the first and the next pixel for a position; integer bits are ignored.
     #[inline(always)]
     pub(super) fn at(&self, position: i32) -> (f32, f32) {
         let behind = (position & REST) - self.zero;
@@ -94,11 +93,11 @@ impl FixedWeights {
     }
 }
 
-/// Positions of a view's rays in units of their last digit.
+/// Positions of a view's rays in units of the last bit.
 #[derive(Debug, Default)]
 pub(crate) struct FixedPositions {
     runs: Vec<FixedRun>,
-    /// Way of all positions from step 0 to each step.
+    /// Displacement of all positions from step 0 to each step.
     shifts: Vec<i64>,
 }
 
@@ -107,12 +106,12 @@ pub(crate) struct FixedPositions {
 pub(crate) struct FixedRun {
     /// Their positions at step 0, modulo 32 pixels.
     fixed: [i32; RUN],
-    /// The least and the greatest of them.
+    /// The smallest and the largest of them.
     least: i64,
     most: i64,
 }
 
-/// Steps that are added up in registers.
+/// Steps that are accumulated in registers.
 #[derive(Debug)]
 pub(crate) struct Band<'a> {
     bins: &'a Bins<'a>,
@@ -122,7 +121,7 @@ pub(crate) struct Band<'a> {
 }
 
 impl Band<'_> {
-    /// At the band's step `i` the pixels from a least position on, and what is added to positions to count from there.
+    /// Returns the pixels at the band's step `i` from a smallest position, and the offset of positions relative to them.
     ///
     /// # Safety
     /// The rays stay within the margins of the row.
@@ -159,8 +158,8 @@ impl FixedPositions {
     }
 }
 
-/// Adds what the image contributes to the sums of bins 0, 1, ..., whose number is a multiple of `RUN`, `n_band` steps at a time: each
-/// ray's first pixels and its second ones apart and then together, as [`gather`](super::pairs::gather) does, with the same weights.
+/// Adds the image to the sums of bins 0, 1, ..., a multiple of `RUN`, `n_band` steps at a time. The first and the second pixels of each ray
+/// are summed separately, then added, as in [`gather`](super::pairs::gather) and with the same weights.
 pub(crate) fn add_bins(
     set: InstructionSet,
     bins: &Bins<'_>,
@@ -176,16 +175,16 @@ pub(crate) fn add_bins(
     fixed.fill(bins, sums.len(), n_steps);
     for start in (0..n_steps).step_by(n_band) {
         let steps = start..(start + n_band).min(n_steps);
-        // SAFETY: a projector holds a set only after `is_available`; the image is large enough, as just seen.
+        // SAFETY: a projector contains a set only after `is_available`; the size of the image was checked above.
         unsafe { add_band(set, bins, fixed, steps, sums) };
     }
 }
 
 per_set!(fn add_band(bins: &Bins<'_>, fixed: &FixedPositions, steps: Range<usize>, sums: &mut [[f32; RUN]]) = add_runs for f32);
 
-/// A register that adds up rays at positions in fixed point.
+/// A register that accumulates rays at positions in fixed point.
 pub(crate) trait AddFixed: Vector<f32> {
-    /// Adds steps to the sums of runs of rays: the same numbers within the margins.
+    /// Adds steps to the sums of runs of rays; rays must be within the margins.
     ///
     /// # Safety
     /// The machine has the instruction set, and the rays stay within the margins of their rows.
@@ -226,7 +225,7 @@ impl AddFixed for F32x16 {
 }
 
 /// # Safety
-/// The machine has the instruction set of `V`, and the image is as large as `add_bins` asks.
+/// The machine has the instruction set of `V`, and the image has the size that `add_bins` requires.
 #[inline(always)]
 unsafe fn add_runs<V: AddFixed>(
     bins: &Bins<'_>,
@@ -243,7 +242,7 @@ unsafe fn add_runs<V: AddFixed>(
     let ends = [band.shifts[0], band.shifts[band.shifts.len() - 1]];
     let (low, high) = (ends[0].min(ends[1]), ends[0].max(ends[1]));
     let beyond = (bins.n as i64 + 1) << Snap::DIGITS;
-    // Runs that touch the image follow each other.
+    // Runs that touch the image are consecutive.
     let touches = |run: &FixedRun| run.most + high >= 0 && run.least + low <= beyond;
     let Some(first) = fixed.runs.iter().position(touches) else {
         return;
@@ -265,7 +264,7 @@ unsafe fn add_runs<V: AddFixed>(
     }
 }
 
-/// Without intrinsics of any set.
+/// The version without intrinsics.
 ///
 /// # Safety
 /// As for [`AddFixed::add_fixed`].
@@ -297,7 +296,7 @@ unsafe fn add_plain<V: Vector<f32>, const N: usize>(
     }
 }
 
-/// Adds the weighted pixels at `index` and those behind them.
+/// Adds the weighted pixels at `index` and the following ones.
 ///
 /// # Safety
 /// The machine has the instruction set of `V`, and all those pixels are valid to read.
@@ -395,7 +394,7 @@ mod x86 {
                     _mm256_loadu_si256(run.fixed.as_ptr().cast()),
                     _mm256_loadu_si256(run.fixed[8..].as_ptr().cast()),
                 ];
-                // The first or the last ray of a half, behind the least of all.
+                // The first or the last ray of a half, relative to the smallest of all.
                 let mut least = [run.least; 2];
                 for n in 0..2 {
                     let behind = |l: usize| run.fixed[l].wrapping_sub(run.least as i32) as u32;

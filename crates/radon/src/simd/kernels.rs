@@ -1,4 +1,4 @@
-//! The kernels that are generic in the sample type, compiled here for both: otherwise every crate that calls them would compile them again.
+//! The kernels that are generic in the sample type, compiled here for both types; otherwise every calling crate would compile them.
 
 use std::ops::Range;
 
@@ -10,10 +10,10 @@ use super::tile::{self, Tile};
 use super::{InstructionSet, transpose};
 use crate::scalar::Scalar;
 
-/// Declares the kernels, and gives each sample type its own: a call of the function behind `=`.
+/// Declares the kernels as methods of each sample type that call the function after `=`.
 macro_rules! kernels {
     ($(fn $name:ident($($argument:ident: $type:ty),*) = $function:path;)*) => {
-        /// A sample type with kernels, each of which is documented where its function is.
+        /// A sample type with kernels; each is documented at its function.
         pub trait Kernels: Scalar {
             $(fn $name(set: InstructionSet, $($argument: $type),*);)*
         }

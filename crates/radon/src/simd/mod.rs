@@ -6,7 +6,7 @@
 /// generic in the sample type, whose registers its bound names, or `for f32`.
 ///
 /// # Safety
-/// Of what it defines: the machine has the set (a plan holds none before `is_available`), and what the loop asks of its arguments.
+/// The machine has the set (a plan contains none before `is_available`), and the requirements of the loop hold.
 macro_rules! per_set {
     (fn $name:ident<$bound:ident>($($argument:ident: $type:ty),*) $(-> $out:ty)? = $looped:ident) => {
         per_set!(@ $name [T: $bound] T ($($argument: $type),*) ($(-> $out)?) $looped [T,]);
@@ -28,7 +28,7 @@ macro_rules! per_set {
                 // SAFETY: as above.
                 unsafe { $looped::<$($own)* <$t as Registers>::Avx2>($($argument),*) }
             }
-            // SAFETY: the caller's promise; the baseline needs nothing that the target lacks.
+            // SAFETY: the caller's promise; the baseline needs nothing beyond the target.
             unsafe {
                 match set {
                     #[cfg(target_arch = "x86_64")]
@@ -67,12 +67,11 @@ pub(crate) use vector::{RUN, WINDOW};
 
 /// Instruction set that the kernels of a plan use.
 ///
-/// All sets run the same loop; those with a fused multiply-add round once where the others round twice, so results differ
-/// between sets in the last bits, and only there.
+/// All sets run the same loop. Sets with a fused multiply-add round once instead of twice, so results of different sets differ in the last
+/// bits.
 pub use simd_set::Set as InstructionSet;
 
-/// Lanes of a block of `n` slices of `T`: one, or 1, 2 or 4 registers, or 8 of 16 bytes. More would leave the first-level cache
-/// too few pixels.
+/// Lanes of a block of `n` slices of `T`: one, or 1, 2 or 4 registers, or 8 of 16 bytes. More lanes would exceed the first-level cache.
 pub(crate) fn lanes_for<T>(set: InstructionSet, n: usize) -> usize {
     let (bytes, most) = match set {
         InstructionSet::Avx512 => (64, 4),
@@ -88,16 +87,16 @@ pub(crate) fn lanes_for<T>(set: InstructionSet, n: usize) -> usize {
 
 /// Lanes of the first of the blocks that back-projection should cut `n` slices of `T` into.
 ///
-/// A pixel's place in a row serves all lanes of a block, so that a block costs less than its slices one by one; but one that
-/// is mostly empty costs more than the few slices it holds.
+/// All lanes of a block share the position of a pixel in a row, so that a block costs less than its slices one by one; but a mostly empty
+/// block costs more than its few slices one by one.
 pub(crate) fn first_block<T>(set: InstructionSet, n: usize) -> usize {
-    // Slices that back-project one by one in the time of a block of one register, or nearly.
+    // Slices that back-project one by one in about the time of a block of one register.
     let alone = match (set, size_of::<T>()) {
         (InstructionSet::Avx512, 4) => 8,
         (InstructionSet::Avx2, 4) => 2,
         _ => 1,
     };
-    // The widest block that leaves no lane empty, or `alone` slices behind it.
+    // The widest block without empty lanes, or with `alone` slices left over.
     if n <= alone {
         1
     } else {

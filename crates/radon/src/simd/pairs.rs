@@ -7,7 +7,7 @@ use crate::simd::InstructionSet;
 use crate::simd::registers::Registers;
 use crate::simd::vector::Vector;
 
-/// Pixels that a ray meets, two neighbours at a time, and the lengths within them.
+/// The pixels that a ray intersects, two neighbours at a time, and the lengths within them.
 #[derive(Clone, Debug, Default)]
 pub struct Pairs<T> {
     /// Index of the first pixel of each pair in a block of slices, `[pixel][lane]`.
@@ -18,8 +18,8 @@ pub struct Pairs<T> {
     most: u32,
 }
 
-/// A ray whose steps are spread over two pixels each: step `m` crosses at `t = offset + m * per_step >= 0`, both terms snapped. The
-/// first pixel is the integer part of `t`; the next one's length is `slope * (t - first - zero)`, held within `[0, length]`.
+/// A ray whose steps are distributed to two pixels each: step `m` crosses at `t = offset + m * per_step >= 0`, both terms rounded by
+/// [`Snap`]. The first pixel is the integer part of `t`; the next one's length is `slope * (t - first - zero)`, clamped to `[0, length]`.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct BoxRay<T> {
     /// Snapped.
@@ -33,17 +33,17 @@ pub struct BoxRay<T> {
     pub(crate) length: T,
 }
 
-/// To what positions along a row of pixels are rounded: a number that is added and taken away again.
+/// Rounding of positions along a row of pixels: a number that is added and subtracted.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Snap(f64);
 
 impl Snap {
-    /// Not at all.
+    /// No rounding.
     pub(crate) const NONE: Self = Self(0.0);
-    /// Binary digits behind the point that are left with `FINE`: as many as leave five before it in 32 bits (Q5.27).
+    /// Fractional bits of `FINE`: five integer bits remain in 32 bits (Q5.27).
     pub(crate) const DIGITS: u32 = 27;
-    /// To 2^-27 of a pixel, a tenth of the rounding of an `f32` weight: such positions add up exactly, in fixed point as in `f64`. Those
-    /// beyond 2^23 pixels are rounded more coarsely.
+    /// Rounds to 2^-27 of a pixel, a tenth of the rounding of an `f32` weight: such positions add exactly, in fixed point as in `f64`.
+    /// Positions beyond 2^23 pixels are rounded more coarsely.
     pub(crate) const FINE: Self = Self(1.5 * (1_u64 << (52 - Self::DIGITS)) as f64);
 
     #[inline(always)]
@@ -52,7 +52,7 @@ impl Snap {
     }
 }
 
-/// Where the pixels of a ray are: step `m` of pixel 0 at `zero`, wrapping, the next step and the next pixel so far from it.
+/// Positions of the pixels of a ray in memory: step `m` of pixel 0 at `zero`, wrapping, and the distances to the next step and pixel.
 #[derive(Clone, Copy, Debug)]
 pub struct Place {
     pub(crate) zero: u32,
@@ -86,7 +86,7 @@ impl<T: Scalar> Pairs<T> {
     }
 }
 
-/// Adds `n` steps of a ray from step `m` on to a list of pairs. Every set gets the same numbers.
+/// Appends `n` steps of a ray from step `m` to a list of pairs. The numbers do not depend on the set.
 pub(super) fn extend<T: Registers>(
     set: InstructionSet,
     pairs: &mut Pairs<T>,
@@ -113,10 +113,10 @@ per_set!(
     fn fill_by<Registers>(ray: &BoxRay<T>, m: usize, place: Place, pixel: &mut [u32], near: &mut [T], far: &mut [T]) -> u32 = fill
 );
 
-/// Without a branch, and without a call that could keep the compiler from making vectors of it.
+/// Without a branch or call, so that the compiler vectorises it.
 ///
 /// # Safety
-/// The machine has the instruction set of `V`, for which it is compiled; no vector is used by name.
+/// The machine has the instruction set of `V`, for which it is compiled; `V` is not used otherwise.
 #[inline(always)]
 unsafe fn fill<T: Scalar, V: Vector<T>>(
     ray: &BoxRay<T>,
@@ -140,31 +140,31 @@ unsafe fn fill<T: Scalar, V: Vector<T>>(
 }
 
 impl<T: Scalar> BoxRay<T> {
-    /// Way of the position from step 0 to step `m`.
+    /// Returns the displacement of the position from step 0 to step `m`.
     #[inline(always)]
     pub(crate) fn shift(&self, m: f64) -> f64 {
         self.snap.of(m * self.per_step)
     }
 
-    /// First pixel of the step at `t = offset + shift`, and the lengths within it and the next.
+    /// Returns the first pixel of the step at `t = offset + shift`, and the lengths within it and the next.
     #[inline(always)]
     pub(crate) fn at(&self, offset: f64, shift: f64) -> (i32, (T, T)) {
         const BEYOND: f64 = 2_147_483_647.0;
         let t = offset + shift;
         let t = if t > 0.0 { t } else { 0.0 };
         let t = if t < BEYOND { t } else { BEYOND };
-        // SAFETY: held within the range of `i32`; NaN has become 0.
+        // SAFETY: clamped to the range of `i32`; NaN has become 0.
         let first: i32 = unsafe { t.to_int_unchecked() };
         (first, self.weights(t - f64::from(first)))
     }
 
-    /// The lengths within the first pixel and the next, of a step that crosses so far behind the first.
+    /// Returns the lengths within the first and the next pixel of a step that crosses at this distance after the first.
     #[inline(always)]
     pub(crate) fn weights(&self, behind: f64) -> (T, T) {
         self.hold(self.slope * T::of(behind - self.zero))
     }
 
-    /// The length within the next pixel held within `[0, length]`, and what it leaves to the first.
+    /// Clamps the length within the next pixel to `[0, length]` and returns the length within the first.
     #[inline(always)]
     pub(crate) fn hold(&self, far: T) -> (T, T) {
         let far = if far > T::ZERO { far } else { T::ZERO };
@@ -173,22 +173,22 @@ impl<T: Scalar> BoxRay<T> {
     }
 }
 
-/// Asks for samples that will be needed soon, where the machine can be asked.
+/// Prefetches samples, if the target supports it.
 #[inline(always)]
 pub(crate) fn prefetch<T>(samples: &[T]) {
     #[cfg(target_arch = "x86_64")]
     for line in samples.chunks(64 / size_of::<T>()) {
         use std::arch::x86_64::{_MM_HINT_T0, _mm_prefetch};
-        // SAFETY: a hint, which every machine of this target knows.
+        // SAFETY: a hint that every machine of this target supports.
         unsafe { _mm_prefetch::<_MM_HINT_T0>(line.as_ptr().cast()) };
     }
     #[cfg(not(target_arch = "x86_64"))]
     let _ = samples;
 }
 
-/// Adds the weighted pixels to the sums of one ray, a lane a slice; the second pixel of a pair is `across` behind the first.
+/// Adds the weighted pixels to the sums of one ray, one lane per slice; the second pixel of a pair is at a distance of `across`.
 ///
-/// First and second pixels are summed apart and then together: two short chains of additions instead of a long one.
+/// First and second pixels have separate sums: two short chains of additions instead of a long one.
 pub(super) fn gather<T: Registers>(
     set: InstructionSet,
     pixels: &[T],
@@ -198,11 +198,11 @@ pub(super) fn gather<T: Registers>(
     sums: &mut [T],
 ) {
     let steps = Steps::new(pixels.len(), pairs, range, across, sums.len());
-    // SAFETY: a projector holds a set only after `is_available`; `Steps::new` has seen to the pixels.
+    // SAFETY: a projector contains a set only after `is_available`; `Steps::new` has checked the pixels.
     unsafe { gather_by(set, pixels, steps, sums) }
 }
 
-/// Adds the ray's value, weighted, to its pixels.
+/// Adds the weighted value of the ray to its pixels.
 pub(super) fn scatter<T: Registers>(
     set: InstructionSet,
     pixels: &mut [T],
@@ -212,17 +212,17 @@ pub(super) fn scatter<T: Registers>(
     ray: &[T],
 ) {
     let steps = Steps::new(pixels.len(), pairs, range, across, ray.len());
-    // SAFETY: a projector holds a set only after `is_available`; `Steps::new` has seen to the pixels.
+    // SAFETY: a projector contains a set only after `is_available`; `Steps::new` has checked the pixels.
     unsafe { scatter_by(set, pixels, steps, ray) }
 }
 
-/// Some pairs, all of which lie within the pixels they were checked against.
+/// Pairs that were checked to lie within the pixels.
 #[derive(Clone, Copy)]
 struct Steps<'a, T> {
     pixel: &'a [u32],
     near: &'a [T],
     far: &'a [T],
-    /// Way from the first to the second pixel, in samples.
+    /// Distance from the first to the second pixel, in samples.
     across: usize,
 }
 
@@ -289,9 +289,9 @@ unsafe fn gather_block<T: Scalar, V: Vector<T>, const N: usize>(
     sums: &mut [T],
 ) {
     let sums = &mut sums[..N * V::WIDTH];
-    // SAFETY: both pixels of a pair and `sums` hold N vectors; the machine has the set.
+    // SAFETY: both pixels of a pair and `sums` have N vectors; the machine has the set.
     unsafe {
-        // Read before they are needed: they come from afar.
+        // Loaded before they are needed, because they are far away in memory.
         let before: [V; N] = std::array::from_fn(|i| V::load(sums.as_ptr().add(i * V::WIDTH)));
         let mut near = [V::splat(T::ZERO); N];
         let mut far = [V::splat(T::ZERO); N];
@@ -342,7 +342,7 @@ unsafe fn scatter_block<T: Scalar, V: Vector<T>, const N: usize>(
     ray: &[T],
 ) {
     let ray = &ray[..N * V::WIDTH];
-    // SAFETY: `ray` and both pixels of a pair hold N vectors; the machine has the set.
+    // SAFETY: `ray` and both pixels of a pair have N vectors; the machine has the set.
     unsafe {
         let ray: [V; N] = std::array::from_fn(|i| V::load(ray.as_ptr().add(i * V::WIDTH)));
         for (at, w0, w1) in steps.iter(N * V::WIDTH) {

@@ -1,13 +1,13 @@
-//! The transpose of the ray sums of one slice: neighbouring pixels side by side, which the same few bins meet at a step.
+//! The transpose of the ray sums of one slice: neighbouring pixels side by side, with the few bins that intersect them at a step.
 
 use super::InstructionSet;
 use super::fixed::{FixedWeights, REST, whole};
 use super::pairs::{BoxRay, Snap};
 use super::vector::RUN;
 
-/// Zeros before and behind the rays of a view: more than the pixels of a run are met by.
+/// Zeros before and after the rays of a view: more than the rays that intersect the pixels of a run.
 const MARGIN: usize = 48;
-/// By how much the first bin of a pixel is looked for too early, for the rounding of its place.
+/// Margin of the search for the first bin of a pixel, for the rounding of its position.
 const EARLY: f64 = 1e-4;
 
 /// The rays of a view in the order of their positions.
@@ -17,10 +17,10 @@ pub(crate) struct SortedBins {
     rays: Vec<f32>,
     fixed: Vec<i32>,
     weights: FixedWeights,
-    /// The first bin that may meet position 0 in step 0, and how many bins there are for each pixel.
+    /// The first bin that may reach position 0 in step 0, and the number of bins per pixel.
     start: f64,
     per_pixel: f64,
-    /// For each step, how many bins the first one is before that in step 0, and the way of all positions.
+    /// For each step, the index of the first bin relative to step 0, and the displacement of all positions.
     steps: Vec<(i64, i32)>,
     /// Bins for 0, 1, ... pixels.
     lanes: [i32; RUN],
@@ -31,8 +31,8 @@ pub(crate) struct SortedBins {
 }
 
 impl SortedBins {
-    /// The first of the bins that may meet a pixel, in their own order and counted from the first by position, and the way to the
-    /// next.
+    /// Returns the first of the bins that may intersect a pixel, in the original order and counted from the first by position, and the step
+    /// to the next.
     #[inline(always)]
     fn first_candidate(&self) -> (i32, i32) {
         if self.falling {
@@ -42,8 +42,8 @@ impl SortedBins {
         }
     }
 
-    /// Takes a view whose bins are at `first + bin * per_bin`, and their values, in place of the last, if fixed point holds them: not if more
-    /// than a window of bins may meet a run of pixels, nor if they are too far away.
+    /// Replaces the view by one with bins at `first + bin * per_bin` and their values, if fixed point represents it: not if more than a
+    /// window of bins may intersect a run of pixels, nor if they are too far away.
     pub(crate) fn fill(
         &mut self,
         ray: BoxRay<f32>,
@@ -52,7 +52,7 @@ impl SortedBins {
         n_steps: usize,
         values: impl ExactSizeIterator<Item = f32>,
     ) -> bool {
-        // 7 / 0.7 + 3 bins meet half a run, 15 / 0.7 + 3 a whole one: less than 16 and 32.
+        // 7 / 0.7 + 3 bins intersect half a run, 15 / 0.7 + 3 a whole one: less than 16 and 32.
         const FINEST: f64 = 0.7;
         let width = per_bin.abs();
         let n = values.len();
@@ -87,8 +87,8 @@ impl SortedBins {
     }
 }
 
-/// Adds what the views bring to a run of pixels from `first` on in every step: view by view and bin by bin, with the weights of
-/// [`scatter`](super::scatter) and in its order. For AVX2 and AVX-512 alone: with others the method for stacks is as fast.
+/// Adds the views to a run of pixels from `first` in every step: view by view and bin by bin, with the weights and the order of
+/// [`scatter`](super::scatter). Only for AVX2 and AVX-512: with other sets the method for stacks is as fast.
 pub(crate) fn add_sorted(
     set: InstructionSet,
     views: &[SortedBins],
@@ -96,7 +96,7 @@ pub(crate) fn add_sorted(
     sums: &mut [[f32; RUN]],
 ) {
     for sorted in views {
-        // SAFETY: a projector holds a set only after `is_available`.
+        // SAFETY: a projector contains a set only after `is_available`.
         unsafe {
             match set {
                 #[cfg(target_arch = "x86_64")]
@@ -110,19 +110,19 @@ pub(crate) fn add_sorted(
     }
 }
 
-/// The bins that may meet `W` pixels at a step.
+/// The bins that may intersect `W` pixels at a step.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct StepBins<'a> {
     sorted: &'a SortedBins,
-    /// Place of the first of them among the rays.
+    /// Index of the first of them among the rays.
     at: usize,
-    /// How far behind it the first pixel's bins begin, in fixed point.
+    /// Offset of the first pixel's bins, in fixed point.
     rest: i32,
-    /// What makes a fixed position the place of a ray, counted from the first pixel's.
+    /// Offset that makes fixed-point positions of rays relative to the first pixel.
     shift: i32,
 }
 
-/// Calls `add_step` for each step of a view at which bins may meet `W` pixels of the run.
+/// Calls `add_step` for each step of a view at which bins may intersect `W` pixels of the run.
 ///
 /// The window of rays of each step is within the rays.
 #[inline(always)]
@@ -132,7 +132,7 @@ fn add_lanes<const W: usize>(
     sums: &mut [[f32; RUN]],
     add_step: impl Fn(StepBins<'_>, &mut [f32; W]),
 ) {
-    // A window behind all rays, or before them, holds none.
+    // A window beyond all rays is empty.
     let end = sorted.rays.len() - MARGIN;
     for half in (0..RUN).step_by(W) {
         // The first pixel is at position 1.
@@ -141,7 +141,7 @@ fn add_lanes<const W: usize>(
         let bin_0 = whole(bin_0);
         for (&(before, shift), sums) in sorted.steps.iter().zip(&mut *sums) {
             let bin = bin_0 - before;
-            // Negative ones are beyond all.
+            // Negative ones are beyond all rays.
             let at = (bin >> Snap::DIGITS) as usize;
             if at >= end {
                 continue;
@@ -153,7 +153,7 @@ fn add_lanes<const W: usize>(
                 shift: shift.wrapping_sub((position as i32) << Snap::DIGITS),
             };
             let (sums, _) = sums[half..].as_chunks_mut::<W>();
-            // The last window ends within the margin behind the rays.
+            // The last window ends within the margin after the rays.
             add_step(step, &mut sums[0]);
         }
     }
@@ -236,7 +236,7 @@ mod x86 {
                 let place = _mm512_add_epi32(_mm512_permutex2var_epi32(c, j, d), shift);
                 let behind = _mm512_and_si512(place, digits);
                 let far = if sorted.weights.zero == 0 {
-                    // Joseph's: within the limits by itself.
+                    // Joseph's length is within the limits by itself.
                     _mm512_mul_ps(slope, _mm512_cvtepi32_ps(behind))
                 } else {
                     let behind = _mm512_cvtepi32_ps(_mm512_sub_epi32(behind, zero));
@@ -272,7 +272,7 @@ mod x86 {
                 sorted.fixed.as_ptr().add(at).cast(),
             );
             let (a, b) = (_mm256_loadu_ps(rays), _mm256_loadu_ps(rays.add(8)));
-            // FixedPositions pass through as they are.
+            // Fixed-point positions pass through unchanged.
             let (c, d) = (_mm256_loadu_ps(fixed), _mm256_loadu_ps(fixed.add(8)));
             let bins = _mm256_loadu_si256(sorted.lanes.as_ptr().cast());
             let bins = _mm256_add_epi32(_mm256_set1_epi32(rest), bins);

@@ -1,4 +1,4 @@
-//! Samples along a ray of the spectrum, spread over the cells of a grid or read between them.
+//! Spreading of samples along a line of the spectrum over the cells of a grid, and interpolation between them.
 
 use rustfft::num_complex::Complex;
 
@@ -7,43 +7,43 @@ use crate::simd::InstructionSet;
 use crate::simd::registers::Registers;
 use crate::simd::vector::Vector;
 
-/// Numbers in a row of weights: real and imaginary parts of as many cells as a sample is spread over at most.
+/// Numbers in a row of weights: real and imaginary parts of the largest number of cells of a sample.
 pub(crate) const LANES: usize = 16;
-/// Digits of a position behind the binary point.
+/// Fractional bits of a position.
 pub(crate) const DIGITS: u32 = 36;
 
-/// Weights of neighbouring cells as polynomials in z, which runs from -1 to 1 within a cell; the highest power first.
+/// Weights of neighbouring cells as polynomials in z, which runs from -1 to 1 within a cell; highest power first.
 #[derive(Debug)]
 pub struct Taps<T> {
     pub(crate) width: usize,
-    /// One number a cell.
+    /// One number per cell.
     pub(crate) across: Vec<[T; LANES]>,
-    /// The same twice for each cell, for its real and its imaginary part.
+    /// The same number twice for each cell, for real and imaginary part.
     pub(crate) along: Vec<[T; LANES]>,
 }
 
 /// Samples at equal steps through a grid `[column][cell]`.
 #[derive(Clone, Copy, Debug)]
 pub struct RayPath {
-    /// Column and cell, in units of the last digit, that the first sample's weights begin at.
+    /// Column and cell at which the weights of the first sample begin, in units of the last bit.
     pub(crate) at: [i64; 2],
     pub(crate) step: [i64; 2],
-    /// Cells after which a column repeats itself, in the same unit; positions along it stay below.
+    /// Period of a column in cells, in the same unit; positions along it stay below.
     pub(crate) period: i64,
     /// Distance between columns.
     pub(crate) stride: usize,
-    /// Whether the grid holds the complex conjugates of the samples.
+    /// Whether the grid contains the complex conjugates of the samples.
     pub(crate) mirrored: bool,
 }
 
 impl RayPath {
-    /// Refuses a path of `n` samples that leaves a grid of `len` cells.
+    /// Panics if a path of `n` samples leaves a grid of `len` cells.
     fn check(&self, n: usize, width: usize, len: usize) {
         let ends = [self.at[0], self.at[0] + (n as i64 - 1) * self.step[0]];
         assert!(n > 0 && ends.iter().all(|&end| end >= 0));
         let columns = (ends[0].max(ends[1]) >> DIGITS) as usize + width;
         assert!((0..self.period).contains(&self.at[1]) && (0..self.period).contains(&self.step[1]));
-        // Whole registers are read and written, of LANES numbers together.
+        // Whole registers of LANES numbers are read and written.
         assert!((self.period >> DIGITS) as usize + LANES / 2 <= self.stride);
         assert!(columns * self.stride <= len && matches!(width, 4 | 5 | 6 | 8));
     }
@@ -60,11 +60,11 @@ pub(super) fn spread<T: Registers>(
     assert_eq!(samples.len(), gains.len());
     path.check(samples.len(), taps.width, cells.len());
     let cells = cells.as_mut_ptr().cast();
-    // SAFETY: a plan holds a set only after `is_available`; `check` has seen that the path lies in the grid.
+    // SAFETY: a plan contains a set only after `is_available`; `check` has verified that the path lies in the grid.
     unsafe { spread_by(set, taps, path, samples, gains, factor, cells) }
 }
 
-/// The value between the cells at each place of a path, or its conjugate.
+/// Interpolates the cells at each position of a path, or their conjugates.
 pub(super) fn read_between<T: Registers>(
     set: InstructionSet,
     taps: &Taps<T>,
@@ -123,7 +123,7 @@ unsafe fn read_widths<T: Scalar, V: Vector<T>>(
     }
 }
 
-/// The weights at a place z within a cell, in the first registers.
+/// Returns the weights at a position z within a cell, in the first registers.
 ///
 /// # Safety
 /// The machine has the instruction set of `V`.
@@ -142,7 +142,7 @@ unsafe fn weights<T: Scalar, V: Vector<T>>(powers: &[[T; LANES]], z: V, n: usize
     }
 }
 
-/// Where a sample is: index of the first of its cells, and its weights across the columns and along them.
+/// Returns the position of a sample: index of the first of its cells, and its weights across the columns and along them.
 ///
 /// # Safety
 /// The machine has the instruction set of `V`.
@@ -199,7 +199,7 @@ unsafe fn spread_all<T: Scalar, V: Vector<T>, const W: usize>(
             let (first, across, mut along) = place::<T, V, W>(taps, path.stride, at);
             let zero = V::splat(T::ZERO);
             for (i, weights) in along.iter_mut().take(n).enumerate() {
-                // Real and imaginary part in turn, in every register.
+                // Real and imaginary part alternate in every register.
                 let re = V::load(real.as_ptr().add(i * V::WIDTH));
                 let im_part = V::load(imaginary.as_ptr().add(i * V::WIDTH));
                 let pair = re.multiply_add(V::splat(value.re * gain), zero);
@@ -258,13 +258,13 @@ unsafe fn read_all<T: Scalar, V: Vector<T>, const W: usize>(
     }
 }
 
-/// Ones at even and at odd places.
+/// Returns ones at even and at odd positions.
 fn alternating<T: Scalar>() -> ([T; LANES], [T; LANES]) {
     let ones = |rest: usize| std::array::from_fn(|i| if i % 2 == rest { T::ONE } else { T::ZERO });
     (ones(0), ones(1))
 }
 
-/// The next sample's place.
+/// Advances to the position of the next sample.
 #[inline(always)]
 fn advance(at: &mut [i64; 2], path: &RayPath) {
     at[0] += path.step[0];

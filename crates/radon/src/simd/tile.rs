@@ -1,22 +1,22 @@
-//! Back-projection of one tile of pixels for a block of slices: the loop that takes the time.
+//! Back-projection of one tile of pixels for a block of slices: the inner loop.
 
 use crate::scalar::Scalar;
 use crate::simd::InstructionSet;
 use crate::simd::registers::Registers;
 use crate::simd::vector::{RUN, Truncated, Vector, WINDOW};
 
-/// Views whose part of a tile is added up in registers.
+/// Views whose part of a tile is accumulated in registers.
 const GROUP: usize = 8;
 /// Runs of a tile of one slice, at most.
 pub(crate) const ALONE: usize = 128;
 
-/// Where pixel `(ix, iy)` falls in the filtered row of one view: sample `first + ix * dx + iy * dy`, margin included.
+/// Position of pixel `(ix, iy)` in the filtered row of a view: sample `first + ix * dx + iy * dy`, margin included.
 #[derive(Debug)]
 pub(crate) struct ViewStep<T> {
     first: f64,
     dx: f64,
     dy: f64,
-    /// Way from the first pixel of a run to the one with the least position.
+    /// Displacement from the first pixel of a run to the one with the smallest position.
     least_dx: f64,
     /// `l * dx` for the pixels of a run.
     lane_dx: [T; RUN],
@@ -36,8 +36,8 @@ impl<T: Scalar> ViewStep<T> {
         }
     }
 
-    /// Where a run whose first pixel is `(ix, iy)` falls: base sample, position of the first pixel from there, and the largest
-    /// position that still reads a sample of the row. Positions beyond either end are moved to where two zeros are read.
+    /// Returns the position of a run whose first pixel is `(ix, iy)`: base sample, position of the first pixel relative to it, and the
+    /// largest position that reads a sample of the row. Positions beyond either end are moved to two zeros.
     #[inline(always)]
     fn place(&self, ix: f64, iy: f64, n: usize) -> (i32, T, T) {
         let u = self.first + iy * self.dy + ix * self.dx;
@@ -45,14 +45,14 @@ impl<T: Scalar> ViewStep<T> {
         let most = n as f64 + 3.0;
         let least = if least > 0.0 { least } else { 0.0 };
         let least = if least < most { least } else { most };
-        // SAFETY: a plan keeps rows far below 2^31 samples, and NaN has become 0.
+        // SAFETY: a plan limits rows to far less than 2^31 samples, and NaN has become 0.
         let base: i32 = unsafe { least.to_int_unchecked() };
         let from = f64::from(base);
         (base, T::of(u - from), T::of(most - from))
     }
 }
 
-/// One tile: `runs` runs of pixels a row from `(ix, iy)` on, and what they are summed from.
+/// A tile: `runs` runs of pixels per row from `(ix, iy)`, and the samples that are summed.
 #[derive(Debug)]
 pub struct Tile<'a, T> {
     pub(crate) views: &'a [ViewStep<T>],
@@ -74,10 +74,10 @@ pub(super) fn add_views<T: Registers>(
     sums: &mut [T],
 ) {
     assert_eq!(tile.filtered.len(), tile.views.len() * tile.row_len * lanes);
-    // From the largest base, n + 3, a run's window lies within the row; so does what a position reads that was rounded up to
-    // the precision of T, by 16 at most in rows of 2^28 samples.
+    // From the largest base, n + 3, a run's window lies within the row. So do the samples at a position that was rounded up to the
+    // precision of T, by at most 16 in rows of 2^28 samples.
     assert!(tile.row_len >= tile.n + 3 + WINDOW && (lanes > 1 || sums.len() <= ALONE * RUN));
-    // SAFETY: a plan holds a set only after `is_available`.
+    // SAFETY: a plan contains a set only after `is_available`.
     unsafe { add_tile(set, lanes, tile, sums) }
 }
 
@@ -113,7 +113,7 @@ unsafe fn add_block<T: Truncated, V: Vector<T>, const N: usize, const PIXELS: us
 ) {
     let lanes = N * V::WIDTH;
     for (group, views) in tile.views.chunks(GROUP).enumerate() {
-        // Down the rows of one run's width, whose samples then stay in the nearest cache.
+        // Along the columns of one run's width, whose samples then stay in the first-level cache.
         let n_runs = sums.len() / (RUN * lanes);
         let n_rows = n_runs / tile.runs;
         for i in 0..n_runs {
@@ -124,7 +124,7 @@ unsafe fn add_block<T: Truncated, V: Vector<T>, const N: usize, const PIXELS: us
                 let (base, first, most) =
                     view.place((tile.ix + c * RUN) as f64, (tile.iy + r) as f64, tile.n);
                 let start = ((group * GROUP + k) * tile.row_len + base as usize) * lanes;
-                // SAFETY: the machine has the set; `add_views` has seen that a row is long enough for every base.
+                // SAFETY: the machine has the set; `add_views` has verified that a row is long enough for every base.
                 unsafe {
                     let (index, weight) = V::locate(first, &view.lane_dx, most);
                     places[k] = (tile.filtered.as_ptr().add(start), index, weight);
@@ -132,8 +132,7 @@ unsafe fn add_block<T: Truncated, V: Vector<T>, const N: usize, const PIXELS: us
             }
             let places = &places[..views.len()];
             for (pair, sums) in sums.chunks_exact_mut(PIXELS * lanes).enumerate() {
-                // SAFETY: a chunk holds N vectors a pixel; the machine has the set; every index lies in its row, with its
-                // right neighbour.
+                // SAFETY: a chunk has N vectors per pixel; the machine has the set; every index lies in its row, with its right neighbour.
                 unsafe {
                     let at = sums.as_mut_ptr();
                     let mut acc: [[V; N]; PIXELS] = std::array::from_fn(|l| {
@@ -178,12 +177,12 @@ unsafe fn add_one<T: Truncated, V: Vector<T>>(tile: &Tile<'_, T>, sums: &mut [T]
     let (mut base, mut first, mut most) = ([0; ALONE], [T::ZERO; ALONE], [T::ZERO; ALONE]);
     let views = tile.views.iter();
     for (view, samples) in views.zip(tile.filtered.chunks_exact(tile.row_len)) {
-        // All runs of the tile first, in one plain loop: a vector loop.
+        // All runs of the tile first, in a simple loop that is vectorised.
         for i in 0..sums.len() {
             (base[i], first[i], most[i]) = view.place(ix[i], iy[i], tile.n);
         }
         for (i, sums) in sums.iter_mut().enumerate() {
-            // SAFETY: the machine has the set; `add_views` has seen that a row is long enough for every base.
+            // SAFETY: the machine has the set; `add_views` has verified that a row is long enough for every base.
             unsafe {
                 let row = samples.as_ptr().add(base[i] as usize);
                 V::add_run(sums, row, first[i], &view.lane_dx, most[i], view.narrow);

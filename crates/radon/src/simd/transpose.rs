@@ -1,11 +1,11 @@
-//! Between rows of samples and samples with the lanes innermost, a square of registers at a time.
+//! Conversion between rows of samples and samples with the lanes innermost, a square of registers at a time.
 
 use crate::scalar::Scalar;
 use crate::simd::InstructionSet;
 use crate::simd::registers::Registers;
 use crate::simd::vector::Vector;
 
-/// `out[sample * stride + lane] = rows[lane][sample]`; rows of equal length, and a `stride` of at least as many samples as rows.
+/// Computes `out[sample * stride + lane] = rows[lane][sample]`; rows have equal length, and `stride` is at least the number of rows.
 pub(super) fn interleave<T: Registers>(
     set: InstructionSet,
     rows: &[&[T]],
@@ -18,11 +18,11 @@ pub(super) fn interleave<T: Registers>(
     }
     assert!(rows.iter().all(|row| row.len() == n) && rows.len() <= stride);
     assert!(out.len() >= (n - 1) * stride + rows.len());
-    // SAFETY: a plan holds a set only after `is_available`; the lengths have been seen to.
+    // SAFETY: a plan contains a set only after `is_available`; the lengths were checked.
     unsafe { interleave_all(set, rows, n, stride, out) }
 }
 
-/// The other way: `rows[lane][sample] = block[sample * stride + lane]`.
+/// The inverse: `rows[lane][sample] = block[sample * stride + lane]`.
 pub(super) fn separate<T: Registers>(
     set: InstructionSet,
     block: &[T],
@@ -35,7 +35,7 @@ pub(super) fn separate<T: Registers>(
     }
     assert!(rows.iter().all(|row| row.len() == n) && rows.len() <= stride);
     assert!(block.len() >= (n - 1) * stride + rows.len());
-    // SAFETY: a plan holds a set only after `is_available`; the lengths have been seen to.
+    // SAFETY: a plan contains a set only after `is_available`; the lengths were checked.
     unsafe { separate_all(set, block, n, stride, rows) }
 }
 
@@ -43,7 +43,7 @@ per_set!(fn interleave_all<Registers>(rows: &[&[T]], n: usize, stride: usize, ou
 per_set!(fn separate_all<Registers>(block: &[T], n: usize, stride: usize, rows: &mut [&mut [T]]) = separate_by);
 
 /// # Safety
-/// The machine has the instruction set of `V`; rows hold `n` samples, `out` all of `(n - 1) * stride + rows.len()`.
+/// The machine has the instruction set of `V`; rows have `n` samples, `out` all of `(n - 1) * stride + rows.len()`.
 #[inline(always)]
 unsafe fn interleave_by<T: Scalar, V: Vector<T>>(
     rows: &[&[T]],
@@ -99,7 +99,7 @@ unsafe fn separate_by<T: Scalar, V: Vector<T>>(
     }
 }
 
-/// Starts of parts of `width` that cover `len`, which is no less; the last may overlap the one before it.
+/// Returns the starts of parts of `width` that cover `len >= width`; the last one may overlap its predecessor.
 fn starts(len: usize, width: usize) -> impl Iterator<Item = usize> {
     (0..len.div_ceil(width)).map(move |part| (part * width).min(len - width))
 }
@@ -107,7 +107,7 @@ fn starts(len: usize, width: usize) -> impl Iterator<Item = usize> {
 /// Transposes a square of a register's width.
 ///
 /// # Safety
-/// There is a register to be read at each `from`, room for one at each `to`; the machine has the instruction set of `V`.
+/// A register can be read at each `from` and written at each `to`; the machine has the instruction set of `V`.
 #[inline(always)]
 unsafe fn square<T: Scalar, V: Vector<T>>(
     from: impl Fn(usize) -> *const T,
@@ -142,7 +142,7 @@ unsafe fn square_of<T: Scalar, V: Vector<T>, const N: usize>(
     }
 }
 
-/// Rows become columns: each round halves the distance between what belongs side by side.
+/// Transposes registers: each round halves the distance between samples that become neighbours.
 ///
 /// # Safety
 /// The machine has the instruction set of `V`, whose width is `N`.
@@ -162,7 +162,7 @@ unsafe fn transposed<T: Scalar, V: Vector<T>, const N: usize>(mut rows: [V; N]) 
 mod tests {
     use super::*;
 
-    /// Every set against the definition, ragged shapes included; what lies between the lanes stays as it was.
+    /// Every set agrees with the definition, for ragged shapes too; samples between the lanes are unchanged.
     #[test]
     fn rows_come_back_from_their_interleaved_form() {
         for set in [

@@ -1,13 +1,13 @@
-//! The few vector operations of the kernels, per instruction set; compilers do not find these by themselves reliably.
+//! The vector operations of the kernels, per instruction set, which compilers do not vectorise reliably.
 
 use crate::scalar::Scalar;
 
-/// A sample whose integer part is taken without a test.
+/// A sample whose integer part is computed without a range check.
 pub(crate) trait Truncated: Scalar {
     /// The integer part.
     ///
     /// # Safety
-    /// It is within the range of `i32`.
+    /// The integer part is within the range of `i32`.
     unsafe fn truncated(self) -> i32;
 }
 macro_rules! truncated {
@@ -26,18 +26,18 @@ truncated!(f32 f64);
 /// A register of samples.
 ///
 /// # Safety
-/// Every method must be inlined into a function compiled for the instruction set: callers promise that the machine has it,
-/// and that what a method asks of its pointers holds.
+/// Every method must be inlined into a function compiled for the instruction set. Callers promise that the machine has the set and that the
+/// requirements on pointers hold.
 pub(crate) trait Vector<T>: Copy {
     /// Samples in the register.
     const WIDTH: usize;
     /// All samples equal to `x`.
     unsafe fn splat(x: T) -> Self;
-    /// `WIDTH` samples from `at` on, which must be valid to read.
+    /// Loads `WIDTH` samples from `at`, which must be valid to read.
     unsafe fn load(at: *const T) -> Self;
-    /// `WIDTH` samples to `at` on, which must be valid to write.
+    /// Stores `WIDTH` samples to `at`, which must be valid to write.
     unsafe fn store(self, at: *mut T);
-    /// `self * a + b`, rounded once where the set has a fused multiply-add, else twice.
+    /// `self * a + b`, rounded once with a fused multiply-add, else twice.
     unsafe fn multiply_add(self, a: Self, b: Self) -> Self;
     /// `self + other`.
     unsafe fn plus(self, other: Self) -> Self;
@@ -45,10 +45,10 @@ pub(crate) trait Vector<T>: Copy {
     unsafe fn minus(self, other: Self) -> Self;
     /// `self * a + b` for single samples.
     fn multiply_add_one(x: T, a: T, b: T) -> T;
-    /// The samples of both registers in turn, the first of `self` first, in two registers.
+    /// Interleaves the samples of both registers, starting with `self`, into two registers.
     unsafe fn zip(self, other: Self) -> (Self, Self);
 
-    /// Index and weight of each pixel of a run: integer part and remainder of `first + lane_dx`, held within `[0, most]`.
+    /// Returns index and weight of each pixel of a run: integer part and remainder of `first + lane_dx`, clamped to `[0, most]`.
     #[inline(always)]
     unsafe fn locate(first: T, lane_dx: &[T; RUN], most: T) -> ([i32; RUN], [T; RUN])
     where
@@ -60,14 +60,14 @@ pub(crate) trait Vector<T>: Copy {
             let t = first + lane_dx[l];
             let t = if t > T::ZERO { t } else { T::ZERO };
             let t = if t < most { t } else { most };
-            // SAFETY: `most` is at most the length of a row, which the plan keeps within `i32`.
+            // SAFETY: `most` is at most the length of a row, which the plan limits to the range of `i32`.
             index[l] = unsafe { t.truncated() };
             weight[l] = t - T::whole(index[l]);
         }
         (index, weight)
     }
 
-    /// `WIDTH` samples of `row`, those at `index`, all of which must be valid to read.
+    /// Loads the `WIDTH` samples of `row` at `index`, all of which must be valid to read.
     #[inline(always)]
     unsafe fn gather(row: *const T, index: &[i32]) -> Self
     where
@@ -82,8 +82,8 @@ pub(crate) trait Vector<T>: Copy {
         unsafe { Self::load(samples.as_ptr()) }
     }
 
-    /// Adds one view to the pixels of a run, `row` being the run's base sample. Valid to read must be the `WINDOW` samples from
-    /// there, in which those of a `narrow` run lie, and all up to the one behind `most`.
+    /// Adds one view to the pixels of a run; `row` is the run's base sample. The `WINDOW` samples from there must be valid to read, which
+    /// contain those of a `narrow` run, and all samples up to the one after `most`.
     #[inline(always)]
     unsafe fn add_run(
         sums: &mut [T; RUN],
@@ -115,10 +115,10 @@ pub(crate) trait Vector<T>: Copy {
 
 /// Pixels along x that share one base sample in a row.
 pub(crate) const RUN: usize = 16;
-/// Samples that can be read from a base sample on without leaving a row's margins.
+/// Samples after a base sample that can be read without leaving a row's margins.
 pub(crate) const WINDOW: usize = 32;
 
-/// A 16-byte register without intrinsics; `FUSED` where the target always has a fused multiply-add.
+/// A 16-byte register without intrinsics; `FUSED` if the target always has a fused multiply-add.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Plain<T, const W: usize, const FUSED: bool>([T; W]);
 

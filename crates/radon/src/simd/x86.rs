@@ -83,7 +83,7 @@ vector!(
             most: f32,
             narrow: bool,
         ) {
-            // SAFETY: the machine has the set, and what is read is valid, as the caller promised; all arrays are RUN long.
+            // SAFETY: the machine has the set, and the pointers are valid to read, as the caller promised; all arrays are RUN long.
             unsafe {
                 let (index, weight) = Self::locate(first, lane_dx, most);
                 for half in [0, 8] {
@@ -172,7 +172,7 @@ vector!(
             most: f32,
             narrow: bool,
         ) {
-            // SAFETY: the machine has the set, and what is read is valid, as the caller promised; `sums` is RUN long.
+            // SAFETY: the machine has the set, and the pointers are valid to read, as the caller promised; `sums` is RUN long.
             unsafe {
                 let (j, w) = locate_16(first, lane_dx, most);
                 let (p0, p1) = if narrow {
@@ -245,7 +245,7 @@ unsafe fn locate_16(first: f32, lane_dx: &[f32; RUN], most: f32) -> (__m512i, __
     }
 }
 
-/// Pixels of a window of two registers, whose places have four digits: the first tells which register.
+/// Selects pixels of a window of two registers by 4-bit positions, whose first bit selects the register.
 ///
 /// # Safety
 /// The machine has AVX2.

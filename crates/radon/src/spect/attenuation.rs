@@ -1,10 +1,10 @@
-//! What part of the photons of a cell gets through to the camera.
+//! Escape of photons from a cell towards the camera.
 
 use super::lanes::{LANES, Lanes};
 use crate::Sample;
 
-/// The mean of exp(-t) over t from 0 to x, (1 - exp(-x)) / x, by its Taylor series at x / 2^n: the part of what a cell of optical
-/// thickness x emits, alike at all depths, that leaves it.
+/// The average of exp(-t) over t from 0 to x, (1 - exp(-x)) / x, by its Taylor series at x / 2^n: the fraction of a uniform emission that
+/// leaves a cell of optical thickness x.
 #[derive(Debug)]
 pub(super) struct Escape<T> {
     /// Coefficients (-1)^k / (k + 1)!, the highest first.
@@ -15,14 +15,14 @@ pub(super) struct Escape<T> {
 }
 
 impl<T: Sample> Escape<T> {
-    /// For cells up to this thickness.
+    /// Prepares cells up to this optical thickness.
     pub(super) fn new(thickest: f64) -> Self {
         let (mut most, mut doublings) = (thickest, 0);
         while most > 0.5 {
             most *= 0.5;
             doublings += 1;
         }
-        // The first term left out is below a rounding error.
+        // The first omitted term is below rounding.
         let (mut series, mut size, mut factorial) = (vec![], 1.0, 1.0);
         for k in 0.. {
             factorial *= f64::from(k + 1);
@@ -41,8 +41,8 @@ impl<T: Sample> Escape<T> {
         }
     }
 
-    /// The part of a cell's emission that leaves it and gets through what is in front, `passed`, of which only what gets through the cell,
-    /// too, is left.
+    /// Returns the fraction of a cell's emission that leaves it and passes everything in front, and multiplies `passed` by the transmission
+    /// of the cell.
     #[inline(always)]
     pub(super) fn step(&self, thickness: &Lanes<T>, passed: &mut Lanes<T>) -> Lanes<T> {
         let mut x = thickness.0;
@@ -63,7 +63,7 @@ impl<T: Sample> Escape<T> {
         for ((mean, &x), passed) in mean.iter_mut().zip(&thickness.0).zip(&mut passed.0) {
             let through = T::ONE - x * *mean;
             *mean *= *passed;
-            // Of an opaque cell rounding may leave less than nothing.
+            // Clamps negative rounding residue of an opaque cell.
             *passed *= if through > T::ZERO { through } else { T::ZERO };
         }
         Lanes(mean)

@@ -1,4 +1,4 @@
-//! Between a volume `[layer][y][x]` and blocks of some rows of the detector `[block][pixel]`, as the views need it.
+//! Conversion between a volume `[layer][y][x]` and blocks of rows of the detector `[block][pixel]`.
 
 use std::ops::Range;
 
@@ -9,24 +9,24 @@ use super::overlap::segment;
 use crate::error::{RadonError, room};
 use crate::{ImageGrid, Sample, SliceAxis};
 
-/// How much of which layers each row of the frame sees; rows as wide as layers and opposite to them see one each.
+/// Overlap of layers and rows of the frame; rows that coincide with layers have one each.
 #[derive(Debug)]
 pub(super) struct Axial<T> {
     nx: usize,
-    /// Pixels of a block from one y to the next: an odd number, lest pixels of one x all fall on the same lines of the cache.
+    /// Distance in a block between neighbours in y: an odd number, to avoid cache conflicts.
     stride: usize,
     /// Pixels of a block.
     pub(super) block_len: usize,
-    /// Blocks of the frame that see any layer.
+    /// Blocks of the frame that overlap any layer.
     pub(super) blocks: Range<usize>,
-    /// For each row of these blocks, layers and the part of the row that they fill.
+    /// Layers of each row of these blocks, with the fraction of the row that they fill.
     rows: Vec<Vec<(usize, T)>>,
-    /// For each layer, the rows that see it.
+    /// Rows of each layer.
     layers: Vec<Vec<(usize, T)>>,
 }
 
 impl<T: Sample> Axial<T> {
-    /// For a frame that has `margin` rows before the detector's, and `n_blocks` blocks.
+    /// Prepares a frame that has `margin` rows before the detector's, and `n_blocks` blocks.
     pub(super) fn new(
         grid: &ImageGrid,
         layers: &SliceAxis,
@@ -67,12 +67,12 @@ impl<T: Sample> Axial<T> {
         })
     }
 
-    /// Where in a block a pixel is.
+    /// Returns the position of a pixel in a block.
     pub(super) fn place(&self, ix: usize, iy: usize) -> usize {
         iy * self.stride + ix
     }
 
-    /// The blocks of a volume.
+    /// Computes the blocks of a volume.
     pub(super) fn read(&self, volume: &[T], blocks: &mut [Lanes<T>]) {
         let n_pixels = self.block_len / self.stride * self.nx;
         let jobs = blocks.par_chunks_mut(self.block_len);

@@ -1,4 +1,4 @@
-//! How wide a point is seen, by its distance from a parallel-hole collimator.
+//! Depth-dependent resolution of a parallel-hole collimator.
 
 use crate::RadonError;
 use crate::error::{finite, positive, within};
@@ -8,14 +8,14 @@ fn fwhm_in_sigmas() -> f64 {
     (8.0 * std::f64::consts::LN_2).sqrt()
 }
 
-/// The Gaussian response of a parallel-hole collimator with its crystal, as it widens with the distance d from the collimator's face:
+/// The Gaussian response of a parallel-hole collimator and crystal at the distance d from the collimator face:
 ///
 /// ```text
 /// sigma(d) = sqrt((slope d + at_face)^2 + intrinsic^2)
 /// ```
 ///
-/// Given as numbers ([`new`](Self::new)) or by the holes ([`parallel_holes`](Self::parallel_holes)); the default sees every point as a
-/// point. What passes through septa or is scattered in them is left out.
+/// Given by numbers ([`new`](Self::new)) or by the holes ([`parallel_holes`](Self::parallel_holes)); the default is perfect resolution.
+/// Septal penetration and scatter are not included.
 ///
 /// ```
 /// use radon::{Collimator, ParallelHoles};
@@ -25,7 +25,7 @@ fn fwhm_in_sigmas() -> f64 {
 /// # Ok::<(), radon::RadonError>(())
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-#[doc(alias("collimator response", "PSF"))]
+#[doc(alias("collimator response", "PSF", "CDR"))]
 pub struct Collimator {
     slope: f64,
     at_face: f64,
@@ -33,7 +33,7 @@ pub struct Collimator {
 }
 
 impl Collimator {
-    /// A response of standard deviation sqrt((`slope` d + `at_face`)^2 + `intrinsic`^2), lengths in cm.
+    /// Returns a response with the standard deviation sqrt((`slope` d + `at_face`)^2 + `intrinsic`^2), lengths in cm.
     ///
     /// # Errors
     /// [`RadonError::NotFinite`], [`RadonError::OutOfRange`] for a number below zero.
@@ -76,7 +76,7 @@ impl Collimator {
         )
     }
 
-    /// Standard deviation (cm) of a point at this distance (cm) from the face; a point behind the face is seen as one on it.
+    /// Returns the standard deviation (cm) at this distance (cm) from the face; points behind the face have that of the face.
     pub fn sigma(&self, distance: f64) -> f64 {
         self.variance(distance).sqrt()
     }
@@ -86,17 +86,17 @@ impl Collimator {
         (self.slope * distance.max(0.0) + self.at_face).powi(2) + self.intrinsic.powi(2)
     }
 
-    /// Growth of the geometric width per centimetre.
+    /// Returns the increase of the geometric standard deviation per cm.
     pub fn slope(&self) -> f64 {
         self.slope
     }
 
-    /// Geometric width (standard deviation, cm) at the collimator's face.
+    /// Returns the geometric standard deviation (cm) at the collimator face.
     pub fn at_face(&self) -> f64 {
         self.at_face
     }
 
-    /// Standard deviation (cm) of the crystal alone.
+    /// Returns the standard deviation (cm) of the crystal alone.
     pub fn intrinsic(&self) -> f64 {
         self.intrinsic
     }
@@ -107,11 +107,11 @@ impl Collimator {
 /// The presets are low-energy collimators of lead, for 140 keV.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ParallelHoles {
-    /// Diameter, of hexagonal holes the distance between opposite sides (cm).
+    /// Diameter (cm); for hexagonal holes the distance between opposite sides.
     pub diameter: f64,
     /// Length (cm).
     pub length: f64,
-    /// Attenuation coefficient of the septa (1/cm); infinite for septa that let nothing through.
+    /// Linear attenuation coefficient of the septa (1/cm); infinite for opaque septa.
     pub attenuation: f64,
 }
 
@@ -140,7 +140,7 @@ impl ParallelHoles {
         }
     }
 
-    /// The length less two mean free paths in the septa, which let photons pass at their ends (cm).
+    /// Returns the length less two mean free paths in the septa, because photons penetrate their ends (cm).
     ///
     /// # Errors
     /// [`RadonError::NotFinite`], [`RadonError::NotPositive`] for the length, the attenuation or the result.

@@ -1,4 +1,4 @@
-//! Blur that grows with depth, for the price of a few blurs.
+//! Depth-dependent blur of many planes at the cost of a few blurs.
 //!
 //! Planes are divided among a few [nodes](crate::response::Nodes). Node j is blurred by the difference of variances W_j - W_i and added to
 //! node i, its parent, from the farthest to the nearest. King, Pan & Luo (1997, IEEE Trans. Nucl. Sci. 44) call this Gaussian diffusion and
@@ -11,17 +11,17 @@ use crate::{RadonError, Sample};
 /// The division of the planes of a view among nodes.
 #[derive(Debug)]
 pub(super) struct Depths<T> {
-    /// For each plane the node in front of it, and the fraction of the one behind.
+    /// For each plane the node in front of it, and the fraction of the node behind.
     pub(super) planes: Vec<(usize, T)>,
     pub(super) nodes: Vec<Node<T>>,
 }
 
-/// Some depth, whose image is blurred and added to another.
+/// A depth whose image is blurred and added to another.
 #[derive(Debug)]
 pub(super) struct Node<T> {
-    /// What it is added to: 0 for the camera's image, else 1 and the number of a node.
+    /// The target: 0 for the camera's image, else 1 + the index of a node.
     pub(super) parent: usize,
-    /// Weights of the neighbours 0, 1, ... bins and rows away.
+    /// Weights of neighbours at distances of 0, 1, ... bins and rows.
     pub(super) kernels: [Vec<T>; 2],
 }
 
@@ -50,27 +50,27 @@ impl<T: Sample> Depths<T> {
     }
 }
 
-/// The detector with margins all round: bins, and blocks of rows.
+/// The detector with margins: bins, and blocks of rows.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Frame {
     pub(super) n_bins: usize,
     pub(super) n_blocks: usize,
 }
 
-/// Adds one image, blurred, to another; beyond the frame there is nothing. Symmetric kernels: its own adjoint.
+/// Adds a blurred image to another; beyond the frame there are zeros. Symmetric kernels: self-adjoint.
 pub(super) struct AddBlurred<'a, T> {
     pub(super) frame: Frame,
     pub(super) kernels: &'a [Vec<T>; 2],
     /// All images, `[block][image][bin]`.
     pub(super) images: &'a mut [Lanes<T>],
     pub(super) n_images: usize,
-    /// Which image, and to which.
+    /// Source and target image.
     pub(super) from: usize,
     pub(super) to: usize,
     pub(super) work: &'a mut Work<T>,
 }
 
-/// Work arrays, with zeros on either side of what is blurred.
+/// Work arrays, with zeros on either side of the blurred samples.
 #[derive(Debug, Default)]
 pub(super) struct Work<T> {
     /// The bins of a block, and those bins blurred.
@@ -128,14 +128,14 @@ impl<T: Sample> simd_set::Work for AddBlurred<'_, T> {
     }
 }
 
-/// Makes a work array of this length; what is in it does not matter.
+/// Makes a work array of this length with arbitrary content.
 #[inline(always)]
 fn fit<T: Sample>(work: &mut Vec<T>, len: usize) {
     work.truncate(len);
     work.resize(len, T::ZERO);
 }
 
-/// Sums of samples and their neighbours, which are `step` apart, by the weights of neighbours 0, 1, ...; the samples have as many
+/// Computes sums of samples and their neighbours at multiples of `step` with the weights of neighbours 0, 1, ...; the samples have enough
 /// neighbours on either side of the sums.
 #[inline(always)]
 fn convolve<T: Sample>(sums: &mut [T], samples: &[T], weights: &[T], step: usize) {
@@ -160,7 +160,7 @@ fn convolve<T: Sample>(sums: &mut [T], samples: &[T], weights: &[T], step: usize
     }
 }
 
-/// Adds neighbours so far away on both sides.
+/// Adds neighbours at this distance on both sides.
 #[inline(always)]
 fn add_pairs<T: Sample, const N: usize>(
     sums: &mut [T],

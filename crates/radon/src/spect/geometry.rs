@@ -1,14 +1,14 @@
-//! Where a SPECT camera stands in each view.
+//! Geometry of a SPECT camera.
 
 use crate::error::{RadonError, length, positive, product};
 use crate::{ParallelGeometry, SliceAxis};
 
-/// The views of a SPECT camera: angles and bins, detector rows, and the distance of the collimator's face from the axis of rotation in
+/// The geometry of a SPECT camera: angles and bins, detector rows, and the distance of the collimator face from the axis of rotation in
 /// each view.
 ///
-/// Conventions are those of [`ParallelGeometry`]: view theta has its bins along (cos theta, sin theta), and photons that it counts fly
-/// along (-sin theta, cos theta). The collimator's face is ahead of them, at R_v (-sin theta, cos theta) in view v: a point (x, y, z) is
-/// R_v + x sin theta - y cos theta in front of it. Any start, direction and order of angles; views are `[view][row][bin]`.
+/// Conventions are those of [`ParallelGeometry`]: in view theta, bins lie along (cos theta, sin theta), and detected photons travel along
+/// (-sin theta, cos theta). The collimator face of view v is at R_v (-sin theta, cos theta); a point (x, y, z) is R_v + x sin theta - y cos
+/// theta in front of it. Start, direction and order of angles are arbitrary; views are `[view][row][bin]`.
 ///
 /// ```
 /// use radon::{ParallelGeometry, SliceAxis, SpectGeometry};
@@ -27,10 +27,10 @@ pub struct SpectGeometry {
 }
 
 impl SpectGeometry {
-    /// Views with the collimator's face at `radii` (cm), one a view.
+    /// Returns a geometry with the collimator face at `radii` (cm), one per view.
     ///
     /// # Errors
-    /// [`RadonError::WrongLength`] unless there is a radius for each view, [`RadonError::NotFinite`], [`RadonError::NotPositive`],
+    /// [`RadonError::WrongLength`] if the numbers of radii and views differ, [`RadonError::NotFinite`], [`RadonError::NotPositive`],
     /// [`RadonError::TooLarge`].
     pub fn new(
         views: &ParallelGeometry,
@@ -50,7 +50,7 @@ impl SpectGeometry {
         })
     }
 
-    /// A circular orbit.
+    /// Returns a geometry with a circular orbit.
     ///
     /// # Errors
     /// As [`new`](Self::new).

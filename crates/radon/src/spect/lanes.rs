@@ -1,11 +1,11 @@
-//! Rows of the detector side by side: what all share the places and weights of pixels.
+//! Rows of the detector side by side, which share the positions and weights of pixels.
 
 use crate::Sample;
 
 /// Rows of a block.
 pub(super) const LANES: usize = 16;
 
-/// One place in the rows of a block, a cache line of `f32`.
+/// One position in the rows of a block: a cache line of `f32`.
 #[derive(Debug, Clone, Copy, Default)]
 #[repr(align(64))]
 pub(super) struct Lanes<T>(pub(super) [T; LANES]);

@@ -1,4 +1,4 @@
-//! SPECT: views that are weakened on the way and blurred by their distance, of a volume.
+//! SPECT: projections of a volume with attenuation and depth-dependent resolution.
 
 mod attenuation;
 mod axial;

@@ -19,31 +19,30 @@ use crate::{ImageGrid, LinearOperator, Sample, SliceAxis, Subset};
 ///
 /// # Method
 ///
-/// Each view turns the volume into planes parallel to its detector by the exact areas in which pixels and cells of the turned grid
-/// overlap (layers and rows: lengths). So counts are kept, a uniform volume stays uniform, and without blur and attenuation the views are
-/// those of [`Kernel::Strip`](crate::Kernel::Strip). The attenuation map is turned alike; a cell emits alike at all depths, so that
-/// what leaves it is known in closed form. Planes are as far apart as pixels along the shorter side. A few Gaussians blur them, the wider ones
-/// through narrower ones, instead of one for each plane: variances stay exact, and [`SpectOptions::tolerance`] bounds the deviation of a
-/// point's image from the lattice Gaussian of its plane. All entries of A are >= 0.
+/// Each view rotates the volume into planes parallel to its detector by the exact overlap areas of pixels and cells of the rotated grid
+/// (layers and rows: lengths). This conserves counts and keeps a uniform volume uniform; without blur and attenuation the views are those
+/// of [`Kernel::Strip`](crate::Kernel::Strip). The attenuation map is rotated in the same way. Emission is uniform over the depth of a
+/// cell, so that its escape has a closed form. The distance of planes is the shorter side of a pixel. A few Gaussians blur all planes,
+/// wider ones through narrower ones: variances are exact, and [`SpectOptions::tolerance`] bounds the deviation of a point's image from the
+/// lattice Gaussian of its plane. All entries of A are >= 0.
 ///
-/// Zeng & Gullberg 1992, IEEE Trans. Nucl. Sci. 39, 1444, blur turned planes depth by depth; McCarthy & Miller 1991,
-/// doi:10.1109/42.97593, and King, Pan & Luo 1997, IEEE Trans. Nucl. Sci. 44, plane through plane.
+/// Zeng & Gullberg 1992, IEEE Trans. Nucl. Sci. 39, 1444, blur rotated planes depth by depth; McCarthy & Miller 1991, doi:10.1109/42.97593,
+/// and King, Pan & Luo 1997, IEEE Trans. Nucl. Sci. 44, plane through plane.
 ///
 /// One traversal of the cells computes the weights of both directions: <A x, y> = <x, Aᵀ y> to rounding. Results are bitwise identical for
 /// any number of threads.
 ///
 /// # Limitations
 ///
-/// In each view, planes whose middle lies behind the collimator's face are left out: the orbit may cut corners off the grid, not the body.
-/// Activity more than four standard deviations (of the widest response) beyond the edges of the detector is left out. Scatter and septal
+/// Planes whose middle is behind the collimator face of a view are omitted: the orbit may cut corners of the grid, but not the body.
+/// Activity more than four standard deviations (of the widest response) beyond the edges of the detector is omitted. Scatter and septal
 /// penetration are not modelled: see [`EmOptions::background`](crate::EmOptions::background).
 ///
 /// # Cost
 ///
-/// Either direction, for each view and voxel: about ten multiply-adds, as many again with attenuation, and for each view some tens of
-/// blurs of an image. Memory: 4 to 5 overlaps for each view and pixel, which all [`subsets`](Self::subsets) share, a copy of the volume and of
-/// the attenuation map, and some tens of images for each of two views a thread. Each call at the same time has its own
-/// work arrays, which are kept for later calls.
+/// Either direction, per view and voxel: about ten multiply-adds, twice as many with attenuation; per view some tens of blurs of an image.
+/// Memory: 4 to 5 overlaps per view and pixel, which all [`subsets`](Self::subsets) share, a copy of the volume and of the attenuation map,
+/// and some tens of images for each of two views per thread. Concurrent calls have separate work arrays, which are kept for later calls.
 ///
 /// ```
 /// use radon::{
@@ -67,12 +66,13 @@ use crate::{ImageGrid, LinearOperator, Sample, SliceAxis, Subset};
 /// camera.forward_into(&truth, &mut counts)?;
 /// let mut image = vec![1.0; truth.len()];
 /// let stopping = Stopping::default().with_max_iterations(20);
-/// osem(&camera.subsets(4)?, &counts, &mut image, &EmOptions::default().with_stopping(stopping), radon::go_on)?;
+/// osem(&camera.subsets(4)?, &counts, &mut image, &EmOptions::default().with_stopping(stopping), radon::no_observer)?;
 /// let mean = |x: &[f64]| { let hot: Vec<f64> = (0..x.len()).filter(|&i| rod(i)).map(|i| x[i]).collect();
 ///     hot.iter().sum::<f64>() / hot.len() as f64 };
 /// assert!((mean(&image) / mean(&truth) - 1.0).abs() < 0.05);
 /// # Ok::<(), radon::RadonError>(())
 /// ```
+#[doc(alias("system matrix", "attenuation correction"))]
 #[derive(Debug)]
 pub struct SpectOperator<T> {
     shared: Arc<Shared<T>>,
@@ -112,16 +112,16 @@ impl<T: Sample> SpectOperator<T> {
         &self.shared.plan.geometry
     }
 
-    /// Which views of the orbit these are.
+    /// Returns the indices of these views in the orbit.
     pub fn views(&self) -> &[usize] {
         &self.views
     }
 
-    /// `n_subsets` parts of these views for OSEM, which share one plan: part k holds views k, k + `n_subsets`, k + 2 `n_subsets` ...
+    /// Returns `n_subsets` parts of these views for OSEM, which share one plan: part k contains the views k, k + `n_subsets`, k + 2 `n_subsets` ...
     ///
     /// # Errors
-    /// [`RadonError::TooFew`] for no subset, [`RadonError::OutOfRange`] for more subsets than views, [`RadonError::TooLarge`]
-    /// for a list of all samples that there is no memory for.
+    /// [`RadonError::TooFew`] for no subset, [`RadonError::OutOfRange`] for more subsets than views, [`RadonError::TooLarge`] if the
+    /// indices of the samples exceed the memory.
     pub fn subsets(&self, n_subsets: usize) -> Result<Vec<Subset<Self>>, RadonError> {
         at_least("n_subsets", n_subsets, 1)?;
         within("n_subsets", n_subsets as f64, 1.0, self.views.len() as f64)?;
@@ -160,7 +160,7 @@ impl<T: Sample> LinearOperator<T> for SpectOperator<T> {
         self.views.len() * self.geometry().view_len()
     }
 
-    /// As the trait's; refuses a wrong length, NaN and infinity.
+    /// As the trait's; rejects a wrong length, NaN and infinity.
     fn forward_into(&self, image: &[T], data: &mut [T]) -> Result<(), RadonError> {
         self.check(image, data)?;
         check_samples("volume", image)?;
@@ -170,7 +170,7 @@ impl<T: Sample> LinearOperator<T> for SpectOperator<T> {
         })
     }
 
-    /// As the trait's; refuses a wrong length, NaN and infinity.
+    /// As the trait's; rejects a wrong length, NaN and infinity.
     fn adjoint_into(&self, data: &[T], image: &mut [T]) -> Result<(), RadonError> {
         self.check(image, data)?;
         check_samples("views", data)?;

@@ -1,4 +1,4 @@
-//! What a SPECT operator models, and how exactly.
+//! Models and accuracy of a SPECT operator.
 
 use super::Collimator;
 
@@ -15,7 +15,7 @@ use super::Collimator;
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub struct SpectOptions<T> {
-    /// How points are blurred.
+    /// The depth-dependent resolution.
     pub collimator: Collimator,
     /// Attenuation coefficients (1/cm) of the voxels, `[layer][y][x]`; empty for none.
     pub attenuation: Vec<T>,
@@ -25,7 +25,7 @@ pub struct SpectOptions<T> {
 }
 
 impl<T> Default for SpectOptions<T> {
-    /// No blur, no attenuation; peaks to a thousandth.
+    /// No blur, no attenuation, a tolerance of 1e-3.
     fn default() -> Self {
         Self {
             collimator: Collimator::default(),

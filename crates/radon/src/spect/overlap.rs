@@ -1,20 +1,20 @@
-//! Areas in which pixels and the cells of a turned grid overlap, and lengths in which layers and rows do.
+//! Overlap areas of pixels and the cells of a rotated grid, and overlap lengths of layers and rows.
 
-/// Areas and lengths below this part of a cell are rounding errors of edges that coincide.
+/// Smaller areas and lengths, as fractions of a cell, are rounding errors of coincident edges.
 const LEAST: f64 = 1e-14;
 
-/// The cells that a polygon covers, by the signed areas to one side of its edges.
+/// The cells covered by a polygon, from the signed areas to one side of its edges.
 #[derive(Debug, Default)]
 pub(super) struct Cover {
     first: [i64; 2],
     size: [usize; 2],
-    /// For each row of cells, what each cell adds to the area covered in it and in all cells behind it.
+    /// For each row of cells, the contribution of each cell to the covered area in it and in all cells behind it.
     rows: Vec<f64>,
     cuts: Vec<f64>,
 }
 
 impl Cover {
-    /// Calls `each` with the index and the covered part of each cell [i, i + 1] x [j, j + 1] that a convex polygon meets; corners
+    /// Calls `each` with the index and the covered fraction of each cell [i, i + 1] x [j, j + 1] that a convex polygon intersects; corners
     /// clockwise.
     pub(super) fn cells(&mut self, corners: &[[f64; 2]; 4], mut each: impl FnMut([i64; 2], f64)) {
         for axis in 0..2 {
@@ -23,7 +23,7 @@ impl Cover {
             self.first[axis] = least.floor() as i64;
             self.size[axis] = (most.floor() as i64 - self.first[axis]) as usize + 1;
         }
-        // One more in each row: what lies behind the last cell.
+        // One more in each row, for the area behind the last cell.
         let stride = self.size[0] + 1;
         self.rows.clear();
         self.rows.resize(stride * self.size[1], 0.0);
@@ -74,7 +74,7 @@ impl Cover {
     }
 }
 
-/// Which cells a segment [low, high] overlaps and by how much of a cell, cell k being [k, k + 1].
+/// Returns the cells that a segment [low, high] overlaps, with the overlap as a fraction of a cell; cell k is [k, k + 1].
 pub(super) fn segment(low: f64, high: f64) -> impl Iterator<Item = (i64, f64)> {
     let (first, last) = (low.floor() as i64, high.floor() as i64);
     (first..=last)

@@ -1,4 +1,4 @@
-//! All that does not depend on the samples.
+//! The plan: everything that does not depend on the samples.
 
 use rayon::prelude::*;
 
@@ -12,10 +12,10 @@ use crate::error::{RadonError, length, product, within, zeros};
 use crate::iterative::{check_not_negative, check_samples};
 use crate::{ImageGrid, InstructionSet, Sample, SliceAxis};
 
-/// Bins and rows this many standard deviations beyond the detector's edges are followed, for what is blurred into it and out of it.
+/// Margin of bins and rows beyond the detector in standard deviations, for blur into and out of the detector.
 const MARGIN: f64 = 4.0;
 
-/// Views, and what is the same for all of them.
+/// Views and their common data.
 #[derive(Debug)]
 pub(crate) struct Plan<T> {
     pub(super) geometry: SpectGeometry,

@@ -1,13 +1,13 @@
 //! Forward and adjoint: one walk through the cells of a view, with the same numbers both ways.
 //!
 //! ```text
-//! forward   voxels -> cells, weakened -> shared out among the nodes of their depth -> blurred, node by node, into the image
-//! adjoint   image -> blurred, node by node -> cells: the mean of two nodes, weakened -> voxels
+//! forward   voxels -> cells, attenuated -> divided between the nodes of their depth -> blurred, node by node, into the image
+//! adjoint   image -> blurred, node by node -> cells: the average of two nodes, attenuated -> voxels
 //! ```
 //!
-//! Cells of different rows know nothing of each other: rows go through the walk in blocks, side by side. The forward run shares out views
-//! among threads, and blocks within them; the adjoint one takes some views at a time, blurs them view by view, then adds them to
-//! the voxels of each block in turn. Every number is made by one job, in an order that does not depend on the threads.
+//! Rows are independent: blocks of rows are processed side by side. The forward run distributes views to threads, and blocks within a view.
+//! The adjoint blurs some views one by one, then adds all of them to the voxels of each block. One job computes each number, in an order
+//! that does not depend on the threads.
 
 use rayon::prelude::*;
 
@@ -19,11 +19,11 @@ use super::walk::{Gather, Scatter, Visit, Walk};
 use crate::Sample;
 use crate::error::{RadonError, zeros};
 
-/// Work arrays, which grow to what a run needs and stay.
+/// Work arrays, which grow as needed and are kept.
 #[derive(Debug, Default)]
 pub(crate) struct Scratch<T> {
     blocks: Vec<Lanes<T>>,
-    /// What gets through to the camera, `[block][bin]`, of the view that is added to the voxels.
+    /// Transmission to the camera, `[block][bin]`, of the view that is added to the voxels.
     passed: Vec<Lanes<T>>,
     slots: Vec<Slot<T>>,
 }
@@ -31,15 +31,15 @@ pub(crate) struct Scratch<T> {
 /// Work arrays of one view.
 #[derive(Debug, Default)]
 struct Slot<T> {
-    /// The camera's image and behind it the nodes, `[block][image][bin]` with margins.
+    /// The camera's image followed by the nodes, `[block][image][bin]` with margins.
     images: Vec<Lanes<T>>,
-    /// What gets through to the camera, `[block][bin]`.
+    /// Transmission to the camera, `[block][bin]`.
     passed: Vec<Lanes<T>>,
     work: Work<T>,
 }
 
 impl<T: Sample> Plan<T> {
-    /// The views of these numbers, one after the other.
+    /// Projects the views with these indices.
     pub(crate) fn forward(
         &self,
         views: &[usize],
@@ -116,7 +116,7 @@ impl<T: Sample> Plan<T> {
             scratch.blocks = zeros("blocks of voxels", self.axial.block_len, n_blocks)?;
             scratch.passed = zeros("what gets through", n_blocks, n_bins)?;
         }
-        // Two views a thread, lest one of them wait for the other.
+        // Two views per thread, so that neither waits for the other.
         let n_slots = (2 * rayon::current_num_threads()).min(views.len()).max(1);
         let lengths = views.iter().map(|&v| self.images_len(&self.views[v]));
         let images = lengths.max().unwrap_or(0);
@@ -130,12 +130,12 @@ impl<T: Sample> Plan<T> {
         Ok(())
     }
 
-    /// Length of the images of a view.
+    /// Returns the length of the images of a view.
     fn images_len(&self, view: &View<T>) -> usize {
         view.n_images() * self.frame.n_blocks * self.frame.n_bins
     }
 
-    /// Does something with all cells of a view in the rows of a block.
+    /// Visits all cells of a view in the rows of a block.
     fn walk<V: Visit<T>>(&self, view: &View<T>, block: usize, passed: &mut [Lanes<T>], visit: V) {
         let map = self.attenuation.as_ref();
         let n = self.axial.block_len;
@@ -147,7 +147,7 @@ impl<T: Sample> Plan<T> {
         });
     }
 
-    /// Voxels to nodes.
+    /// Projects voxels to nodes.
     fn gather(&self, view: &View<T>, blocks: &[Lanes<T>], slot: &mut Slot<T>) {
         let n_bins = self.frame.n_bins;
         let (stride, seen) = (view.n_images() * n_bins, &self.axial.blocks);
@@ -166,7 +166,7 @@ impl<T: Sample> Plan<T> {
         });
     }
 
-    /// Adds an image of a view to another, blurred as the node says.
+    /// Adds a blurred image of a node to its target.
     fn add_blurred(
         &self,
         view: &View<T>,
@@ -185,7 +185,7 @@ impl<T: Sample> Plan<T> {
         });
     }
 
-    /// The detector's rows and bins `[row][bin]` of the camera's image.
+    /// Extracts the detector's rows and bins `[row][bin]` from the camera's image.
     fn crop(&self, images: &[Lanes<T>], view: &View<T>, out: &mut [T]) {
         let n_bins = self.geometry.views().n_bins();
         for (row, out) in out.chunks_exact_mut(n_bins).enumerate() {
@@ -207,7 +207,7 @@ impl<T: Sample> Plan<T> {
         }
     }
 
-    /// Where a row of the detector begins in the camera's image.
+    /// Returns the first bin of a row of the detector in the camera's image.
     fn first_bin(&self, view: &View<T>, row: usize) -> (usize, usize) {
         let [bins, rows] = self.margin;
         let (block, lane) = ((rows + row) / LANES, (rows + row) % LANES);

@@ -1,4 +1,4 @@
-//! The voxels as a view sees them: which pixels meet which cells of a grid that is turned with the camera.
+//! Overlap of voxels and a grid that rotates with the camera.
 
 use super::axial::Axial;
 use super::depth::Depths;
@@ -7,7 +7,7 @@ use super::{Collimator, SpectGeometry};
 use crate::error::{RadonError, product, room, within};
 use crate::{ImageGrid, Sample};
 
-/// A place in a turned plane that meets pixels: those of the entries up to `end`, behind those of the cell before it.
+/// A cell of a rotated plane that overlaps pixels: those of the entries from the end of the previous cell to `end`.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Cell {
     pub(super) plane: u32,
@@ -15,13 +15,13 @@ pub(super) struct Cell {
     pub(super) end: u32,
 }
 
-/// What a view knows of the voxels.
+/// Overlaps of a view.
 #[derive(Debug)]
 pub(super) struct View<T> {
-    /// Cells, the nearest planes first.
+    /// Cells, nearest planes first.
     pub(super) cells: Vec<Cell>,
-    /// Pixels and lengths: the area in which pixel and cell overlap over the width of a bin. Alike for activity, whose length along
-    /// the rays it is, and for attenuation, whose optical thickness is its product with it.
+    /// Pixels and lengths: the overlap area of pixel and cell divided by the width of a bin. For activity it is the length along the rays;
+    /// times the attenuation coefficient it is the optical thickness.
     pub(super) entries: Vec<(u32, T)>,
     pub(super) depths: Depths<T>,
 }
@@ -33,11 +33,11 @@ impl<T> View<T> {
     }
 }
 
-/// Cells of a plane of bins, and of depths from the camera's side of the grid to the other.
+/// The cells of a plane of bins and depths, from the camera's side of the grid to the other side.
 pub(super) struct Turned<'a> {
     geometry: &'a SpectGeometry,
     grid: &'a ImageGrid,
-    /// Bins of the frame, and how many of them are before the detector's.
+    /// Bins of the frame, and those before the detector's.
     n_bins: usize,
     margin: usize,
     n_planes: usize,
@@ -46,7 +46,7 @@ pub(super) struct Turned<'a> {
 }
 
 impl<'a> Turned<'a> {
-    /// For a frame of `n_bins`, `margin` of them before the detector's.
+    /// Prepares a frame of `n_bins`, `margin` of them before the detector's.
     pub(super) fn new(
         geometry: &'a SpectGeometry,
         grid: &'a ImageGrid,
@@ -55,12 +55,12 @@ impl<'a> Turned<'a> {
     ) -> Result<Self, RadonError> {
         let [dx, dy] = grid.spacing();
         let (depth, views) = (dx.min(dy), geometry.views());
-        // Cells of all planes are numbers of 32 bits, and places of bins have digits left behind the point.
+        // Cells of all planes have 32-bit indices, and positions of bins have fractional bits.
         let planes = 2.0 * reach(grid) / depth;
         within("planes of a view", planes, 0.0, 1e6)?;
         let farthest = (views.offset().abs() + reach(grid)) / views.pitch();
         within("bins from the axis", farthest, 0.0, 1e9)?;
-        // As even or odd as the rows of pixels, lest planes halve them in the view at 0.
+        // Same parity as the rows of pixels, so that planes do not halve them in the view at 0.
         let n = planes.ceil() as usize;
         let n_planes = n + (n + grid.ny()) % 2;
         numbered(
@@ -78,8 +78,7 @@ impl<'a> Turned<'a> {
         })
     }
 
-    /// The cells of a view and the pixels in them, and how planes are blurred; planes whose middle is behind the collimator's face are
-    /// left out.
+    /// Computes the cells of a view with their pixels, and the blur of the planes; omits planes whose middle is behind the collimator face.
     pub(super) fn view<T: Sample>(
         &self,
         view: usize,
@@ -94,7 +93,7 @@ impl<'a> Turned<'a> {
         let distance = |plane: usize| radius - top + (plane as f64 + 0.5) * self.depth;
         let (sin, cos) = views.angles()[view].sin_cos();
         let [dx, dy] = self.grid.spacing();
-        // Corners from the middle of a pixel, clockwise for one who has bins to the right and depth upwards.
+        // Corners from the middle of a pixel, clockwise if bins increase to the right and depth upwards.
         let corners = [(-0.5, -0.5), (0.5, -0.5), (0.5, 0.5), (-0.5, 0.5)];
         let corners = corners.map(|(i, j)| [i * dx, j * dy]);
         let first_bin = self.margin as f64 + 0.5;
@@ -124,7 +123,7 @@ impl<'a> Turned<'a> {
         let planes = found.iter().map(|&(cell, ..)| cell as usize / n_bins);
         let (nearest, farthest) = planes.fold((usize::MAX, 0), |(a, b), p| (a.min(p), b.max(p)));
         let nearest = nearest.min(farthest);
-        // The mean over the depth of a plane, too.
+        // Includes the average over the depth of a plane.
         let own = (collimator.slope() * self.depth).powi(2) / 12.0;
         let variance = |plane| collimator.variance(distance(plane)) + own;
         let variances: Vec<f64> = (nearest..=farthest).map(variance).collect();
@@ -137,21 +136,21 @@ impl<'a> Turned<'a> {
     }
 }
 
-/// Refuses more cells, or pixels in cells, than numbers of 32 bits.
+/// Rejects more cells or overlaps than 32-bit indices can address.
 fn numbered(n_planes: usize, n_bins: usize, n: usize) -> Result<(), RadonError> {
     let (what, a, b) = ("cells of a view", n_planes, n_bins);
     u32::try_from(n).map_or(Err(RadonError::TooLarge { what, a, b }), |_| Ok(()))
 }
 
-/// Distance of the farthest corner of a grid from the axis of rotation.
+/// Returns the distance of the farthest corner of a grid from the axis of rotation.
 pub(super) fn reach(grid: &ImageGrid) -> f64 {
     let ([dx, dy], [cx, cy]) = (grid.spacing(), grid.centre());
     let half = [0.5 * dx * grid.nx() as f64, 0.5 * dy * grid.ny() as f64];
     (cx.abs() + half[0]).hypot(cy.abs() + half[1])
 }
 
-/// Pixels by cell, planes counted from the nearest one that has any. Cells of a plane that meet as many pixels follow each other: loops
-/// over pixels whose lengths change at random cost more than the pixels.
+/// Sorts pixels by cell; planes count from the nearest one with pixels. Cells of a plane with equal numbers of pixels are adjacent, because
+/// loops of randomly varying length are slow.
 fn grouped<T: Sample>(
     found: &[(u32, u32, f64)],
     nearest: usize,

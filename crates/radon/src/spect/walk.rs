@@ -1,4 +1,4 @@
-//! One walk through the cells of a view, with the same numbers both ways.
+//! The walk through the cells of a view, shared by both directions.
 
 use super::attenuation::Escape;
 use super::lanes::Lanes;
@@ -6,29 +6,29 @@ use super::turned::View;
 use crate::Sample;
 use crate::simd::prefetch;
 
-/// A walk through the cells of a view, the nearest first, for the rows of a block.
+/// A walk through the cells of a view for the rows of a block, nearest cells first.
 pub(super) struct Walk<'a, T, V> {
     pub(super) view: &'a View<T>,
     /// The attenuation map of the block.
     pub(super) attenuation: Option<(&'a [Lanes<T>], &'a Escape<T>)>,
-    /// Work array: what gets through to the camera from where the walk is, for each bin.
+    /// Work array: transmission from the current plane to the camera, for each bin.
     pub(super) passed: &'a mut [Lanes<T>],
     pub(super) visit: V,
 }
 
-/// Pixels are asked for so many entries before they are needed.
+/// Number of entries by which pixels are prefetched.
 const AHEAD: usize = 24;
 
-/// What is done on the way.
+/// The operation of a walk.
 pub(super) trait Visit<T> {
-    /// A cell of this bin and plane with its pixels, and what part of it the camera sees.
+    /// Processes a cell with its pixels and the fraction of its emission that reaches the camera.
     fn cell(&mut self, place: Place<T>, pixels: &[(u32, T)], seen: &Lanes<T>);
 
-    /// Says that a pixel will be needed soon.
+    /// Announces that a pixel is needed soon.
     fn prefetch(&self, pixel: usize);
 }
 
-/// Where a cell is among the nodes: the index of a bin's node in front, that of the node behind, and the share of that.
+/// Position of a cell among the nodes: index of the bin's node in front, of the node behind, and the fraction of the latter.
 #[derive(Clone, Copy)]
 pub(super) struct Place<T> {
     near: usize,
@@ -61,7 +61,7 @@ impl<T: Sample, V: Visit<T>> simd_set::Work for Walk<'_, T, V> {
             };
             let (node, behind) = self.view.depths.planes[cell.plane as usize];
             let near = node * n_bins + bin;
-            // The last node has none behind it.
+            // The last node is the farthest.
             let far = if behind > T::ZERO {
                 near + n_bins
             } else {
@@ -72,7 +72,7 @@ impl<T: Sample, V: Visit<T>> simd_set::Work for Walk<'_, T, V> {
     }
 }
 
-/// The weighted sum of some pixels.
+/// Returns the weighted sum of some pixels.
 #[inline(always)]
 fn sum<T: Sample>(pixels: &[Lanes<T>], entries: &[(u32, T)]) -> Lanes<T> {
     let mut sum = Lanes::default();
@@ -82,7 +82,7 @@ fn sum<T: Sample>(pixels: &[Lanes<T>], entries: &[(u32, T)]) -> Lanes<T> {
     sum
 }
 
-/// Voxels to nodes `[node][bin]`, added.
+/// Adds voxels to nodes `[node][bin]`.
 pub(super) struct Gather<'a, T> {
     pub(super) pixels: &'a [Lanes<T>],
     pub(super) nodes: &'a mut [Lanes<T>],
@@ -103,7 +103,7 @@ impl<T: Sample> Visit<T> for Gather<'_, T> {
     }
 }
 
-/// Nodes `[node][bin]` to voxels, added.
+/// Adds nodes `[node][bin]` to voxels.
 pub(super) struct Scatter<'a, T> {
     pub(super) pixels: &'a mut [Lanes<T>],
     pub(super) nodes: &'a [Lanes<T>],

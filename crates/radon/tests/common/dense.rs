@@ -1,4 +1,4 @@
-//! A matrix written out, as an operator for the iterative solvers, and random numbers.
+//! A dense matrix as an operator for the iterative solvers, and random numbers.
 
 use super::noise;
 use radon::{LinearOperator, RadonError, Stopping};

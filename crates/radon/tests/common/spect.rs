@@ -1,4 +1,4 @@
-//! A SPECT camera as the definition reads: every cell by clipping, every depth plane blurred by itself.
+//! A SPECT camera by its definition: cells by polygon clipping, a separate blur of every depth plane.
 
 use radon::{Collimator, ImageGrid, SliceAxis, SpectGeometry};
 

@@ -1,4 +1,4 @@
-//! Truncated rows: what each edge policy costs and gains.
+//! Truncated rows: errors of each edge policy.
 
 use crate::common;
 

@@ -1,4 +1,4 @@
-//! FBP: what may not change the result, bit for bit.
+//! FBP: changes that leave the result bitwise identical.
 
 use crate::common;
 

@@ -5,7 +5,7 @@ use crate::common;
 use common::dense::{Dense, dot, many, not_negative};
 use common::noise;
 use radon::{
-    CglsOptions, EmOptions, LinearOperator, SirtOptions, StoppedBy, Stopping, cgls, mlem, sirt,
+    CglsOptions, EmOptions, LinearOperator, SirtOptions, StopReason, Stopping, cgls, mlem, sirt,
 };
 
 /// Weighted least squares by normal equations and Gaussian elimination with pivoting.
@@ -56,7 +56,7 @@ fn cgls_finds_the_least_squares_solution_in_as_many_steps_as_unknowns() {
         &b,
         &mut x,
         &CglsOptions::default().with_gradient(1e-13),
-        radon::go_on,
+        radon::no_observer,
     )
     .unwrap();
     // Condition of a random 12 x 7 matrix about 5: the normal equations keep 14 digits.
@@ -65,7 +65,7 @@ fn cgls_finds_the_least_squares_solution_in_as_many_steps_as_unknowns() {
         "{}",
         distance(&x, &expected)
     );
-    assert_eq!(report.stopped_by, Some(StoppedBy::Gradient));
+    assert_eq!(report.stopped_by, Some(StopReason::Gradient));
     assert!(report.iterations <= 9, "{}", report.iterations);
     assert_eq!(report.history.len(), report.iterations + 1);
     for pair in report.history.windows(2) {
@@ -77,12 +77,12 @@ fn cgls_finds_the_least_squares_solution_in_as_many_steps_as_unknowns() {
         &b,
         &mut x,
         &CglsOptions::default().with_gradient(1e-12),
-        radon::go_on,
+        radon::no_observer,
     )
     .unwrap();
     assert_eq!(
         (again.iterations, again.stopped_by),
-        (0, Some(StoppedBy::Gradient))
+        (0, Some(StopReason::Gradient))
     );
 }
 
@@ -106,7 +106,7 @@ fn cgls_from_zero_finds_the_shortest_of_many_solutions() {
         &b,
         &mut x,
         &CglsOptions::default().with_gradient(1e-12),
-        radon::go_on,
+        radon::no_observer,
     )
     .unwrap();
     assert!(distance(&x[..4], &expected) < 1e-11);
@@ -116,12 +116,12 @@ fn cgls_from_zero_finds_the_shortest_of_many_solutions() {
         &[0.0; 9],
         &mut [0.0; 5],
         &CglsOptions::default(),
-        radon::go_on,
+        radon::no_observer,
     )
     .unwrap();
     assert_eq!(
         (zero.iterations, zero.stopped_by),
-        (0, Some(StoppedBy::Solved))
+        (0, Some(StopReason::Solved))
     );
 }
 
@@ -142,8 +142,8 @@ fn sirt_converges_to_the_weighted_least_squares_solution_within_its_bounds() {
         let options = SirtOptions::default()
             .with_relaxation(relaxation)
             .with_stopping(stopping);
-        let report = sirt(&a, &b, &mut x, &options, radon::go_on).unwrap();
-        assert_eq!(report.stopped_by, Some(StoppedBy::Change));
+        let report = sirt(&a, &b, &mut x, &options, radon::no_observer).unwrap();
+        assert_eq!(report.stopped_by, Some(StopReason::Change));
         // The slowest mode shrinks by about 1 - 0.03 a step: 1e-14 of change is some 1e-12 of distance.
         assert!(
             distance(&x, &expected) < 1e-11,
@@ -158,10 +158,10 @@ fn sirt_converges_to_the_weighted_least_squares_solution_within_its_bounds() {
         .with_lower(lower)
         .with_upper(upper)
         .with_stopping(many(20_000));
-    let report = sirt(&a, &b, &mut x, &bounded, radon::go_on).unwrap();
+    let report = sirt(&a, &b, &mut x, &bounded, radon::no_observer).unwrap();
     assert_eq!(
         (report.iterations, report.stopped_by),
-        (20_000, Some(StoppedBy::MaxIterations))
+        (20_000, Some(StopReason::MaxIterations))
     );
     // Kuhn-Tucker: the gradient is zero inside, pushes outwards at a bound.
     let mut ax = vec![0.0; 10];
@@ -197,7 +197,7 @@ fn one_step_of_mlem_is_its_formula() {
         &EmOptions::default()
             .with_background(s.clone())
             .with_stopping(many(1)),
-        radon::go_on,
+        radon::no_observer,
     )
     .unwrap();
     for j in 0..3 {
@@ -226,7 +226,7 @@ fn mlem_raises_the_likelihood_keeps_the_counts_and_stays_at_the_truth() {
             &b,
             &mut x,
             &EmOptions::default().with_stopping(many(1)),
-            radon::go_on,
+            radon::no_observer,
         )
         .unwrap();
         let likelihood = report.history[0].log_likelihood.unwrap();
@@ -243,7 +243,7 @@ fn mlem_raises_the_likelihood_keeps_the_counts_and_stays_at_the_truth() {
             &b,
             &mut x.clone(),
             &EmOptions::default().with_stopping(many(1)),
-            radon::go_on,
+            radon::no_observer,
         )
         .unwrap();
         assert!((next.history[0].log_likelihood.unwrap() - direct).abs() < 1e-11);
@@ -257,10 +257,10 @@ fn mlem_raises_the_likelihood_keeps_the_counts_and_stays_at_the_truth() {
     let options = EmOptions::default()
         .with_background(background)
         .with_stopping(rules);
-    let report = mlem(&a, &data, &mut x, &options, radon::go_on).unwrap();
+    let report = mlem(&a, &data, &mut x, &options, radon::no_observer).unwrap();
     assert_eq!(
         (report.iterations, report.stopped_by),
-        (1, Some(StoppedBy::Change))
+        (1, Some(StopReason::Change))
     );
     assert!(distance(&x, &truth) < 1e-13);
 }

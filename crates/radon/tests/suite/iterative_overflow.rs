@@ -75,15 +75,15 @@ fn solvers<T: Sample>() -> [(&'static str, Solve<T>); 4] {
     [
         ("CGLS", |a, b, x, n| {
             let options = CglsOptions::default().with_stopping(stopping(n));
-            cgls(a, b, x, &options, radon::go_on).map(drop)
+            cgls(a, b, x, &options, radon::no_observer).map(drop)
         }),
         ("SIRT", |a, b, x, n| {
             let options = SirtOptions::default().with_stopping(stopping(n));
-            sirt(a, b, x, &options, radon::go_on).map(drop)
+            sirt(a, b, x, &options, radon::no_observer).map(drop)
         }),
         ("MLEM", |a, b, x, n| {
             let options = EmOptions::default().with_stopping(stopping(n));
-            mlem(a, b, x, &options, radon::go_on).map(drop)
+            mlem(a, b, x, &options, radon::no_observer).map(drop)
         }),
         ("OSEM", |a, b, x, n| {
             let all = Subset {
@@ -91,7 +91,7 @@ fn solvers<T: Sample>() -> [(&'static str, Solve<T>); 4] {
                 data: (0..5).collect(),
             };
             let options = EmOptions::default().with_stopping(stopping(n));
-            osem(&[all], b, x, &options, radon::go_on).map(drop)
+            osem(&[all], b, x, &options, radon::no_observer).map(drop)
         }),
     ]
 }
@@ -171,7 +171,7 @@ fn overflow_of_a_step_or_a_norm_is_an_error() {
         &[1e30],
         &mut x,
         &CglsOptions::default(),
-        radon::go_on,
+        radon::no_observer,
     )
     .unwrap_err();
     assert!(
@@ -189,7 +189,7 @@ fn overflow_of_a_step_or_a_norm_is_an_error() {
         &[1e30],
         &mut x,
         &SirtOptions::default(),
-        radon::go_on,
+        radon::no_observer,
     )
     .unwrap_err();
     assert!(
@@ -202,7 +202,7 @@ fn overflow_of_a_step_or_a_norm_is_an_error() {
         &[1e30],
         &mut x,
         &EmOptions::default(),
-        radon::go_on,
+        radon::no_observer,
     )
     .unwrap_err();
     assert!(
@@ -217,7 +217,7 @@ fn overflow_of_a_step_or_a_norm_is_an_error() {
             &[data],
             &mut x,
             &CglsOptions::default(),
-            radon::go_on,
+            radon::no_observer,
         )
         .unwrap_err();
         assert!(x[0].is_finite(), "{error}");
@@ -227,7 +227,7 @@ fn overflow_of_a_step_or_a_norm_is_an_error() {
             &[data],
             &mut x,
             &SirtOptions::default(),
-            radon::go_on,
+            radon::no_observer,
         )
         .unwrap_err();
         assert!(
@@ -240,7 +240,7 @@ fn overflow_of_a_step_or_a_norm_is_an_error() {
             &[data],
             &mut x,
             &EmOptions::default(),
-            radon::go_on,
+            radon::no_observer,
         )
         .unwrap_err();
         assert!(

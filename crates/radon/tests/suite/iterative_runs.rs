@@ -6,7 +6,7 @@ use common::dense::{Dense, dot, many, not_negative};
 use common::noise;
 use radon::{
     CglsOptions, EmOptions, ImageGrid, IterativeReport, Kernel, LinearOperator, ParallelGeometry,
-    Phantom2, Projector, RadonError, SirtOptions, StackOrder, StoppedBy, Stopping, Subset, cgls,
+    Phantom2, Projector, RadonError, SirtOptions, StackOrder, StopReason, Stopping, Subset, cgls,
     mlem, osem, sirt,
 };
 
@@ -43,7 +43,7 @@ fn every_solver_recovers_a_head_from_consistent_data() {
         &data,
         &mut x,
         &CglsOptions::default().with_stopping(many(200)),
-        radon::go_on,
+        radon::no_observer,
     )
     .unwrap();
     println!("CGLS {} steps: {:.2e}", report.iterations, error(&x));
@@ -55,7 +55,7 @@ fn every_solver_recovers_a_head_from_consistent_data() {
         &data,
         &mut x,
         &SirtOptions::default().with_stopping(many(300)),
-        radon::go_on,
+        radon::no_observer,
     )
     .unwrap();
     println!("SIRT 300 steps: {:.2e}", error(&x));
@@ -66,7 +66,7 @@ fn every_solver_recovers_a_head_from_consistent_data() {
         &data,
         &mut by_mlem,
         &EmOptions::default().with_stopping(many(30)),
-        radon::go_on,
+        radon::no_observer,
     )
     .unwrap();
     println!("MLEM 30 steps: {:.2e}", error(&by_mlem));
@@ -83,7 +83,7 @@ fn every_solver_recovers_a_head_from_consistent_data() {
         &data,
         &mut x,
         &EmOptions::default().with_stopping(many(4)),
-        radon::go_on,
+        radon::no_observer,
     )
     .unwrap();
     println!("OSEM 10 x 4: {:.2e}", error(&x));
@@ -131,7 +131,7 @@ fn subsets_hold_each_datum_once_and_the_rows_of_the_whole() {
             &counts,
             &mut a,
             &EmOptions::default().with_stopping(many(3)),
-            radon::go_on,
+            radon::no_observer,
         )
         .unwrap();
         mlem(
@@ -139,7 +139,7 @@ fn subsets_hold_each_datum_once_and_the_rows_of_the_whole() {
             &counts,
             &mut b,
             &EmOptions::default().with_stopping(many(3)),
-            radon::go_on,
+            radon::no_observer,
         )
         .unwrap();
         assert_eq!(a, b);
@@ -163,11 +163,11 @@ fn rules_stop_where_they_say_and_unmet_ones_are_errors_with_the_report() {
         &data,
         &mut x,
         &SirtOptions::default().with_stopping(stopping),
-        radon::go_on,
+        radon::no_observer,
     )
     .unwrap();
     let n = report.iterations;
-    assert_eq!(report.stopped_by, Some(StoppedBy::Residual));
+    assert_eq!(report.stopped_by, Some(StopReason::Residual));
     assert!(report.history[n].residual <= 0.02 && report.history[n - 1].residual > 0.02);
     assert_eq!(report.history[n].change, None);
     let ax = projector.forward(&x).unwrap();
@@ -198,33 +198,33 @@ fn rules_stop_where_they_say_and_unmet_ones_are_errors_with_the_report() {
         &data,
         &mut start.clone(),
         &SirtOptions::default().with_stopping(stopping),
-        radon::go_on,
+        radon::no_observer,
     ));
     unmet(cgls(
         &projector,
         &data,
         &mut start.clone(),
         &CglsOptions::default().with_stopping(stopping),
-        radon::go_on,
+        radon::no_observer,
     ));
     unmet(mlem(
         &projector,
         &data,
         &mut start.clone(),
         &EmOptions::default().with_stopping(stopping),
-        radon::go_on,
+        radon::no_observer,
     ));
     let none = mlem(
         &projector,
         &data,
         &mut start.clone(),
         &EmOptions::default().with_stopping(many(0)),
-        radon::go_on,
+        radon::no_observer,
     )
     .unwrap();
     assert_eq!(
         (none.iterations, none.stopped_by),
-        (0, Some(StoppedBy::MaxIterations))
+        (0, Some(StopReason::MaxIterations))
     );
 }
 
@@ -245,15 +245,23 @@ fn each(
     vec![
         run("SIRT", &|x| {
             let options = SirtOptions::default().with_stopping(stopping);
-            sirt(&projector, &data, x, &options, radon::go_on)
+            sirt(&projector, &data, x, &options, radon::no_observer)
         }),
         run("CGLS", &|x| {
             let options = CglsOptions::default().with_stopping(stopping);
-            cgls(&projector, &data, x, &options, radon::go_on)
+            cgls(&projector, &data, x, &options, radon::no_observer)
         }),
-        run("MLEM", &|x| mlem(&projector, &data, x, &em, radon::go_on)),
+        run("MLEM", &|x| {
+            mlem(&projector, &data, x, &em, radon::no_observer)
+        }),
         run("OSEM", &|x| {
-            osem(&stack.subsets(4).unwrap(), &data, x, &em, radon::go_on)
+            osem(
+                &stack.subsets(4).unwrap(),
+                &data,
+                x,
+                &em,
+                radon::no_observer,
+            )
         }),
     ]
 }
@@ -272,7 +280,7 @@ fn every_solver_obeys_every_rule() {
         .with_residual(0.03);
     for (name, result, x) in each(rule, &start) {
         let report = result.unwrap();
-        assert_eq!(report.stopped_by, Some(StoppedBy::Residual), "{name}");
+        assert_eq!(report.stopped_by, Some(StopReason::Residual), "{name}");
         let (last, before) = report.history.split_last().unwrap();
         assert!(last.residual <= 0.03, "{name}");
         assert!(before.iter().all(|entry| entry.residual > 0.03), "{name}");
@@ -289,7 +297,7 @@ fn every_solver_obeys_every_rule() {
         .with_change(2e-3);
     for (name, result, _) in each(rule, &start) {
         let report = result.unwrap();
-        assert_eq!(report.stopped_by, Some(StoppedBy::Change), "{name}");
+        assert_eq!(report.stopped_by, Some(StopReason::Change), "{name}");
         let (last, before) = report.history.split_last().unwrap();
         assert_eq!(report.iterations, report.history.len(), "{name}");
         assert!(last.change.unwrap() <= 2e-3, "{name}");
@@ -313,14 +321,14 @@ fn a_solver_given_the_answer_takes_no_step() {
         let report = result.unwrap();
         assert_eq!(
             (report.iterations, report.stopped_by),
-            (0, Some(StoppedBy::Residual)),
+            (0, Some(StopReason::Residual)),
             "{name}"
         );
         assert_eq!(x, truth, "{name}");
     }
     let one = rule.with_max_iterations(1);
     for (name, result, x) in each(one, &truth) {
-        assert_eq!(result.unwrap().stopped_by, Some(StoppedBy::Residual));
+        assert_eq!(result.unwrap().stopped_by, Some(StopReason::Residual));
         let error = x.iter().zip(&truth).map(|(a, b)| (a - b).abs());
         assert!(error.fold(0.0, f64::max) < 1e-12, "{name}");
     }
@@ -346,7 +354,7 @@ fn any_thread_count_gives_the_same_bits() {
                 &data,
                 &mut x[0],
                 &SirtOptions::default().with_stopping(many(4)),
-                radon::go_on,
+                radon::no_observer,
             )
             .unwrap();
             cgls(
@@ -354,16 +362,16 @@ fn any_thread_count_gives_the_same_bits() {
                 &data,
                 &mut x[1],
                 &CglsOptions::default().with_stopping(many(4)),
-                radon::go_on,
+                radon::no_observer,
             )
             .unwrap();
-            let report = mlem(&operator, &data, &mut x[2], &em, radon::go_on).unwrap();
+            let report = mlem(&operator, &data, &mut x[2], &em, radon::no_observer).unwrap();
             osem(
                 &operator.subsets(5).unwrap(),
                 &data,
                 &mut x[3],
                 &em,
-                radon::go_on,
+                radon::no_observer,
             )
             .unwrap();
             (x, report)
@@ -379,9 +387,9 @@ fn bad_input_is_refused_with_its_numbers() {
     let all = |b: &[f64], x: &[f64]| {
         let x = || x.to_vec();
         [
-            sirt(&a, b, &mut x(), &SirtOptions::default(), radon::go_on).unwrap_err(),
-            cgls(&a, b, &mut x(), &CglsOptions::default(), radon::go_on).unwrap_err(),
-            mlem(&a, b, &mut x(), &EmOptions::default(), radon::go_on).unwrap_err(),
+            sirt(&a, b, &mut x(), &SirtOptions::default(), radon::no_observer).unwrap_err(),
+            cgls(&a, b, &mut x(), &CglsOptions::default(), radon::no_observer).unwrap_err(),
+            mlem(&a, b, &mut x(), &EmOptions::default(), radon::no_observer).unwrap_err(),
         ]
     };
     for error in all(&b[1..], &x) {
@@ -430,7 +438,7 @@ fn bad_input_is_refused_with_its_numbers() {
             b,
             &mut x.to_vec(),
             &EmOptions::default().with_background(s),
-            radon::go_on,
+            radon::no_observer,
         )
         .unwrap_err()
     };
@@ -457,7 +465,7 @@ fn bad_input_is_refused_with_its_numbers() {
     ));
     for relaxation in [0.0, -1.0, 2.1, f64::NAN] {
         let options = SirtOptions::default().with_relaxation(relaxation);
-        let refused = sirt(&a, &b, &mut x.clone(), &options, radon::go_on);
+        let refused = sirt(&a, &b, &mut x.clone(), &options, radon::no_observer);
         assert!(
             matches!(
                 refused,
@@ -470,7 +478,7 @@ fn bad_input_is_refused_with_its_numbers() {
     }
     let crossed = SirtOptions::default().with_lower(1.0).with_upper(0.0);
     assert!(matches!(
-        sirt(&a, &b, &mut x.clone(), &crossed, radon::go_on),
+        sirt(&a, &b, &mut x.clone(), &crossed, radon::no_observer),
         Err(RadonError::OutOfRange {
             what: "upper bound",
             ..
@@ -481,7 +489,7 @@ fn bad_input_is_refused_with_its_numbers() {
         CglsOptions::default().with_stopping(rule),
         CglsOptions::default().with_gradient(-1.0),
     ] {
-        let refused = cgls(&a, &b, &mut x.clone(), &options, radon::go_on);
+        let refused = cgls(&a, &b, &mut x.clone(), &options, radon::no_observer);
         assert!(
             matches!(
                 refused,
@@ -497,7 +505,7 @@ fn bad_input_is_refused_with_its_numbers() {
             &[1.0],
             &mut [0.0; 2],
             &SirtOptions::default(),
-            radon::go_on
+            radon::no_observer
         ),
         Err(RadonError::NegativeSample {
             what: "row sums",
@@ -510,7 +518,7 @@ fn bad_input_is_refused_with_its_numbers() {
             &[1.0],
             &mut [1.0; 2],
             &EmOptions::default(),
-            radon::go_on
+            radon::no_observer
         ),
         Err(RadonError::NegativeSample {
             what: "column sums",
@@ -524,7 +532,7 @@ fn bad_input_is_refused_with_its_numbers() {
             &b,
             &mut x.clone(),
             &EmOptions::default(),
-            radon::go_on
+            radon::no_observer
         ),
         Err(RadonError::TooFew { .. })
     ));
@@ -540,7 +548,7 @@ fn bad_input_is_refused_with_its_numbers() {
             &b,
             &mut x.clone(),
             &EmOptions::default(),
-            radon::go_on
+            radon::no_observer
         ),
         Err(RadonError::BadRange {
             start: 4,
@@ -554,7 +562,7 @@ fn bad_input_is_refused_with_its_numbers() {
             &b,
             &mut x.clone(),
             &EmOptions::default(),
-            radon::go_on
+            radon::no_observer
         ),
         Err(RadonError::WrongLength { what: "subset", .. })
     ));

@@ -1,4 +1,4 @@
-//! Everything about this crate, in one program: what is generic is compiled once. What counts the heap is in `memory.rs`.
+//! All tests of this crate in one program: generic code is compiled once. `memory.rs` counts the heap.
 
 #![allow(clippy::expect_used, clippy::panic, clippy::unwrap_used)]
 

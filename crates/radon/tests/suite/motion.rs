@@ -1,7 +1,7 @@
-//! Volumes moved in a known way, and what is seen of them.
+//! Volumes with a known motion, and their projections.
 
 use radon::{
-    Displaced, EmOptions, ImageGrid, Kernel, LinearOperator, MovingOperator, ParallelGeometry,
+    Displacements, EmOptions, ImageGrid, Kernel, LinearOperator, MovingOperator, ParallelGeometry,
     Projector, RadonError, StackOperator, StackOrder, State, Stopping, Subset, Warp, Warps, osem,
 };
 use std::sync::Arc;
@@ -23,7 +23,7 @@ const SHAPE: [usize; 3] = [7, 6, 5];
 const SIDES: [f64; 3] = [0.5, 0.25, 2.0];
 
 /// Two motions of some voxels by up to three voxels, some of them out of the volume, one by far.
-fn motions() -> Vec<Displaced> {
+fn motions() -> Vec<Displacements> {
     let by = |every: usize, seed: u64| -> Vec<(usize, [f32; 3])> {
         let all: usize = SHAPE.iter().product();
         let random = noise(3 * all, seed);
@@ -36,18 +36,25 @@ fn motions() -> Vec<Displaced> {
     let mut first = by(3, 5);
     first[4].1 = [1e30, 0.0, -1e30];
     [(0.3, first), (0.6, by(2, 9))]
-        .map(|(share, by)| Displaced { share, by })
+        .map(|(share, by)| Displacements {
+            fraction: share,
+            by,
+        })
         .into()
 }
 
 /// The definition, voxel by voxel and neighbour by neighbour, with hats.
-fn plain(motions: &[Displaced], x: &[f64]) -> Vec<f64> {
+fn plain(motions: &[Displacements], x: &[f64]) -> Vec<f64> {
     let [nx, ny, nz] = SHAPE;
     let mut moved = x.to_vec();
     for v in 0..x.len() {
         let centre = [v % nx, v / nx % ny, v / (nx * ny)];
         let (mut sum, mut stays) = (0.0, 1.0);
-        for Displaced { share, by } in motions {
+        for Displacements {
+            fraction: share,
+            by,
+        } in motions
+        {
             for (_, by) in by.iter().filter(|(voxel, _)| *voxel == v) {
                 stays -= share;
                 let at = [0, 1, 2].map(|a| centre[a] as f64 + f64::from(by[a]) / SIDES[a]);
@@ -123,8 +130,8 @@ fn a_warp_is_its_definition_and_its_adjoint_the_transpose() {
 fn whole_voxels_move_exactly_and_straight_lines_stay_straight() {
     let [nx, ny, nz] = [9, 8, 7];
     let all = nx * ny * nz;
-    let by = |d: [f32; 3]| Displaced {
-        share: 1.0,
+    let by = |d: [f32; 3]| Displacements {
+        fraction: 1.0,
         by: (0..all).map(|v| (v, d)).collect(),
     };
     let warp = |d| Warp::new([nx, ny, nz], [0.4; 3], &[by(d)]).unwrap();
@@ -173,8 +180,8 @@ fn a_smooth_volume_is_warped_with_order_two() {
             let (p, q) = (place(v), turned(place(v)));
             (v, [0, 1, 2].map(|a| (q[a] - p[a]) as f32))
         };
-        let motion = Displaced {
-            share: 1.0,
+        let motion = Displacements {
+            fraction: 1.0,
             by: (0..n * n * n).map(by).collect(),
         };
         let warp = Warp::new([n; 3], [side; 3], &[motion]).unwrap();
@@ -226,7 +233,11 @@ fn operator() -> StackOperator<f64> {
 /// All of the volume by so much.
 fn shifted(by: [f32; 3]) -> Arc<Warp> {
     let by = (0..432).map(|v| (v, by)).collect();
-    let warp = Warp::new([12, 12, 3], [1.0; 3], &[Displaced { share: 1.0, by }]);
+    let warp = Warp::new(
+        [12, 12, 3],
+        [1.0; 3],
+        &[Displacements { fraction: 1.0, by }],
+    );
     Arc::new(warp.unwrap())
 }
 
@@ -262,8 +273,8 @@ fn products_apply_their_factors_in_turn() {
     let half = Warp::new(
         [12, 12, 3],
         [1.0; 3],
-        &[Displaced {
-            share: 0.7,
+        &[Displacements {
+            fraction: 0.7,
             by: half,
         }],
     );
@@ -330,7 +341,7 @@ fn osem_finds_what_moves_in_one_frame() {
         let stopping = Stopping::default().with_max_iterations(60);
         let mut x = vec![1.0; 432];
         let options = EmOptions::default().with_stopping(stopping);
-        osem(&subsets, &views, &mut x, &options, radon::go_on).unwrap();
+        osem(&subsets, &views, &mut x, &options, radon::no_observer).unwrap();
         let off = x
             .iter()
             .zip(&truth)
@@ -349,8 +360,8 @@ fn what_makes_no_sense_is_refused() {
         Warp::new(
             [4, 4, 4],
             [1.0; 3],
-            &[Displaced {
-                share,
+            &[Displacements {
+                fraction: share,
                 by: vec![(voxel, by)],
             }],
         )
@@ -372,7 +383,7 @@ fn what_makes_no_sense_is_refused() {
     assert!(matches!(
         one(3, [0.0; 3], f64::INFINITY),
         Err(RadonError::NotFinite {
-            what: "share of a motion",
+            what: "fraction of a motion",
             ..
         })
     ));

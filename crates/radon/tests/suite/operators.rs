@@ -1,4 +1,4 @@
-//! Operators behind pointers, operators that fail, observers that end a run, and options put together.
+//! Operators behind pointers, operators that fail, observers that stop a solver, combined options.
 
 use crate::common;
 
@@ -12,7 +12,7 @@ use radon::{
     ArcPolicy, CglsOptions, Collimator, EdgePolicy, EmOptions, FbpOptions, FbpPlan,
     FourierProjector, ImageGrid, InstructionSet, Interpolation, IterativeReport, Kernel,
     LinearOperator, Method, ParallelGeometry, Projector, RadonError, SirtOptions, Skip, SliceAxis,
-    SpectGeometry, SpectOperator, SpectOptions, StackOrder, StoppedBy, Stopping, Subset, Window,
+    SpectGeometry, SpectOperator, SpectOptions, StackOrder, StopReason, Stopping, Subset, Window,
     cgls, mlem, osem, sirt,
 };
 
@@ -77,9 +77,9 @@ fn a_pointer_to_an_operator_is_one() {
             SirtOptions::default().with_stopping(many(3)),
         );
         let mut x = vec![vec![1.0; 5]; 3];
-        cgls(operator, data, &mut x[0], &cg, radon::go_on).unwrap();
-        mlem(operator, data, &mut x[1], &em, radon::go_on).unwrap();
-        sirt(operator, data, &mut x[2], &si, radon::go_on).unwrap();
+        cgls(operator, data, &mut x[0], &cg, radon::no_observer).unwrap();
+        mlem(operator, data, &mut x[1], &em, radon::no_observer).unwrap();
+        sirt(operator, data, &mut x[2], &si, radon::no_observer).unwrap();
         x
     }
     let (whole, halves, data) = problem();
@@ -91,20 +91,27 @@ fn a_pointer_to_an_operator_is_one() {
 
     let options = EmOptions::default().with_stopping(many(3));
     let mut expected_osem = vec![1.0; 5];
-    osem(&halves, &data, &mut expected_osem, &options, radon::go_on).unwrap();
+    osem(
+        &halves,
+        &data,
+        &mut expected_osem,
+        &options,
+        radon::no_observer,
+    )
+    .unwrap();
     let borrowed = [&halves[0], &halves[1]].map(|half| Subset {
         operator: &half.operator as &dyn LinearOperator<f64>,
         data: half.data.clone(),
     });
     let mut x = vec![1.0; 5];
-    osem(&borrowed, &data, &mut x, &options, radon::go_on).unwrap();
+    osem(&borrowed, &data, &mut x, &options, radon::no_observer).unwrap();
     assert_eq!(x, expected_osem);
     let boxed = halves.map(|half| Subset {
         operator: Box::new(half.operator) as Box<dyn LinearOperator<f64>>,
         data: half.data,
     });
     let mut x = vec![1.0; 5];
-    osem(&boxed, &data, &mut x, &options, radon::go_on).unwrap();
+    osem(&boxed, &data, &mut x, &options, radon::no_observer).unwrap();
     assert_eq!(x, expected_osem);
 
     let shared: Arc<dyn LinearOperator<f64> + Send + Sync> = Arc::new(whole);
@@ -150,26 +157,26 @@ fn observed(most: usize) -> Vec<(IterativeReport, Vec<f64>, usize)> {
 #[test]
 fn an_observer_sees_every_step_and_may_end_the_run() {
     for (report, _, calls) in observed(usize::MAX) {
-        assert_eq!(report.stopped_by, Some(StoppedBy::MaxIterations));
+        assert_eq!(report.stopped_by, Some(StopReason::MaxIterations));
         assert_eq!(calls, report.iterations);
     }
     for (k, (report, x, calls)) in observed(3).into_iter().enumerate() {
-        assert_eq!(report.stopped_by, Some(StoppedBy::Observer));
+        assert_eq!(report.stopped_by, Some(StopReason::Observer));
         assert_eq!((calls, report.iterations, report.history.len()), (3, 3, 3));
         // The image of three steps by the rules.
         let (whole, halves, data) = problem();
         let (three, mut expected) = (many(3), vec![1.0; 5]);
         let em = EmOptions::default().with_stopping(three);
         match k {
-            0 => mlem(&whole, &data, &mut expected, &em, radon::go_on),
-            1 => osem(&halves, &data, &mut expected, &em, radon::go_on),
+            0 => mlem(&whole, &data, &mut expected, &em, radon::no_observer),
+            1 => osem(&halves, &data, &mut expected, &em, radon::no_observer),
             2 => {
                 let options = CglsOptions::default().with_stopping(three);
-                cgls(&whole, &data, &mut expected, &options, radon::go_on)
+                cgls(&whole, &data, &mut expected, &options, radon::no_observer)
             }
             _ => {
                 let options = SirtOptions::default().with_stopping(three);
-                sirt(&whole, &data, &mut expected, &options, radon::go_on)
+                sirt(&whole, &data, &mut expected, &options, radon::no_observer)
             }
         }
         .unwrap();
@@ -187,9 +194,9 @@ fn rules_and_observers() {
         sirt(&whole, &data, &mut [1.0; 5], &options, stop).unwrap()
     };
     let report = run(Stopping::default().with_change(1e9));
-    assert_eq!(report.stopped_by, Some(StoppedBy::Change));
+    assert_eq!(report.stopped_by, Some(StopReason::Change));
     let report = run(Stopping::default().with_residual(1e-9));
-    assert_eq!(report.stopped_by, Some(StoppedBy::Observer));
+    assert_eq!(report.stopped_by, Some(StopReason::Observer));
     assert_eq!(report.iterations, 1);
 }
 
@@ -219,7 +226,7 @@ fn the_callers_failure_comes_back_whole_and_is_told_once() {
         &[1.0; 3],
         &mut [1.0; 2],
         &EmOptions::default(),
-        radon::go_on,
+        radon::no_observer,
     )
     .unwrap_err();
     let mut chain = vec![failed.to_string()];

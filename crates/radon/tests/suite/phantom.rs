@@ -1,4 +1,4 @@
-//! Analytic objects against oracles that share no code with them: brute-force sampling, quadrature, conservation.
+//! Analytic objects against independent references: brute-force sampling, quadrature, conservation.
 
 use proptest::prelude::*;
 use radon::{

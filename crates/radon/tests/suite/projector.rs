@@ -1,4 +1,4 @@
-//! Projectors against definitions written a second time, adjoint identities, bits, bad input.
+//! Projectors against independent implementations of their definitions, adjoint identities, reproducibility, bad input.
 
 use crate::common;
 

@@ -1,4 +1,4 @@
-//! One slice is projected by other loops than a stack of them: the results must be those of the stack, bit for bit.
+//! A single slice has other loops than a stack: results must be bitwise identical.
 
 use crate::common;
 

@@ -1,4 +1,4 @@
-//! The SPECT operator against the definition written out, its adjoint, its bits, and what it refuses.
+//! The SPECT operator against its definition, its adjoint, reproducibility, rejected input.
 
 use crate::common;
 
@@ -442,7 +442,7 @@ fn peaks_keep_the_tolerance() {
     assert!(worst > 0.005, "{worst}");
 }
 
-/// One pixel and one bin, a volume that no row sees, rows and bins far wider and far narrower than voxels.
+/// One pixel and one bin, a volume outside all rows, rows and bins far wider and far narrower than voxels.
 #[test]
 fn odd_shapes_are_seen_or_not() {
     let one = ParallelGeometry::new([0.7], 1, 3.0).unwrap();

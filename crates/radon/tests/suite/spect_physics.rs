@@ -32,8 +32,8 @@ fn moments(view: &[f64], geometry: &SpectGeometry) -> (f64, [f64; 2], [f64; 2]) 
     (sum, means, variances)
 }
 
-/// One voxel off the centre, in views that see its faces straight: it fills one cell, whose variance is the collimator's, its mean over the
-/// depth of the cell included. Bins and rows of any pitch; planes that are nodes and planes between them.
+/// An off-centre voxel in views perpendicular to its faces: it fills one cell, whose variance is that of the collimator averaged over the
+/// depth of the cell. Bins and rows of any pitch; planes that are nodes and planes between them.
 #[test]
 fn a_voxel_has_the_variance_of_its_distance() {
     let h = 0.4;
@@ -59,7 +59,7 @@ fn a_voxel_has_the_variance_of_its_distance() {
             let (whole, place, own) = moments(&without[part], &geometry);
             // The voxel's volume, per square of a bin.
             assert!((whole / (h.powi(3) / 0.04) - 1.0).abs() < 1e-13);
-            // What is more than five standard deviations away is cut off.
+            // Contributions beyond five standard deviations are truncated.
             assert!((sum / whole - 1.0).abs() < 1e-6, "{sum} {whole}");
             let (sin, cos) = views.angles()[view].sin_cos();
             let expected = [x * cos + y * sin, layers.slice_centre(2)];
@@ -114,8 +114,8 @@ fn widths_of_a_symbia_collimator_are_those_of_anger_s_formula() {
     }
 }
 
-/// A cylinder of radius 5 along z off the axis, activity 1 and attenuation 0.15 inside, uniform along z: a ray sees
-/// (1 - exp(-mu chord)) / mu. Root of the mean square error over bins about the means over bins.
+/// A cylinder of radius 5 along z off the axis, activity 1 and attenuation 0.15 inside, uniform along z: a sample is (1 - exp(-mu chord)) /
+/// mu. Root mean square error over bins relative to the bin averages.
 fn cylinder_error(n: usize) -> f64 {
     let (centre, radius, mu) = ([1.3, -0.7], 5.0, 0.15);
     let pitch = 16.0 / n as f64;
@@ -157,8 +157,8 @@ fn an_attenuated_cylinder_converges_to_the_closed_form() {
     assert!(order > 0.95, "{order}");
 }
 
-/// A Gaussian hill of standard deviation 1.2 cm, seen by a collimator whose response doubles across it: slices of the hill at each depth are
-/// Gaussians blurred to Gaussians, and their integral over depth is done by the trapezoidal rule, to rounding for a smooth hill.
+/// A Gaussian hill of standard deviation 1.2 cm, through a collimator whose response doubles across it: slices of the hill at each depth
+/// are Gaussians blurred to Gaussians; the trapezoidal rule over depth is exact to rounding for a smooth hill.
 fn hill_error(n: usize, tolerance: f64) -> f64 {
     let (centre, own, radius) = ([1.1, -0.6, 0.4], 1.2, 7.0);
     let pitch = 16.0 / n as f64;
@@ -213,7 +213,7 @@ fn a_blurred_hill_converges_to_the_integral_over_depths() {
     assert!((default - errors[2]).abs() < 2e-4, "{default} {errors:?}");
 }
 
-/// What is behind the face is not seen, neither its activity nor its attenuation.
+/// Activity and attenuation behind the face are omitted.
 #[test]
 fn behind_the_face_nothing_is_seen() {
     let views = ParallelGeometry::new([0.0], 8, 1.0).unwrap();
@@ -277,7 +277,7 @@ fn osem_recovers_what_the_operator_sees() {
         let mut image = vec![1.0; truth.len()];
         let em = EmOptions::default().with_stopping(Stopping::default().with_max_iterations(40));
         let subsets = operator.subsets(6).unwrap();
-        let report = osem(&subsets, &counts, &mut image, &em, radon::go_on).unwrap();
+        let report = osem(&subsets, &counts, &mut image, &em, radon::no_observer).unwrap();
         (hot(&image), report.history[39].residual)
     };
     let ((right, residual), (off, _)) = (run(&camera), run(&wrong));

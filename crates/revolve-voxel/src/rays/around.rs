@@ -2,11 +2,11 @@
 
 use rayon::prelude::*;
 
-use crate::error::{finite, length, positive};
+use crate::error::{finite, length};
 use crate::rays::attenuation::without;
-use crate::rays::cylinder::across;
 use crate::rays::organ::Finder;
-use crate::{Body, Capsule, Organ, Organs, ParallelRays, RayCounters, RevolveError, Sample, Span};
+use crate::rays::raster::Rays;
+use crate::{Body, Capsule, Organ, Organs, RayCounters, RevolveError, Sample, Span};
 
 /// A segment of a ray with its activity and attenuation.
 #[derive(Debug, Clone, Copy)]
@@ -28,14 +28,14 @@ impl Organs {
     /// along z.
     pub fn project_add<T: Sample>(
         &self,
-        rays: &ParallelRays,
+        rays: &impl Rays,
         weight: f64,
         attenuated: bool,
         out: &mut [T],
     ) -> Result<(), RevolveError> {
         check(rays, weight, out.len())?;
-        let n_bins = rays.n_bins();
-        out.par_chunks_mut(rays.n_slabs() * n_bins)
+        let n_bins = rays.row_len();
+        out.par_chunks_mut((rays.planes().len() + 1) * n_bins)
             .enumerate()
             .for_each_init(Scratch::default, |scratch, (row, image)| {
                 let mask = rays.mask_of_row(row);
@@ -62,7 +62,7 @@ impl Organs {
     pub fn project_replaced_add<T: Sample>(
         &self,
         body: &Body,
-        rays: &ParallelRays,
+        rays: &impl Rays,
         weight: f64,
         mu: Option<f64>,
         out: &mut [T],
@@ -74,11 +74,11 @@ impl Organs {
             let what = "attenuation";
             return Err(RevolveError::Negative { what, given });
         }
-        let n_bins = rays.n_bins();
+        let n_bins = rays.row_len();
         let outermost = &body.layers()[body.layers().len() - 1];
         let capsule = Capsule::around([body]);
         let counters = out
-            .par_chunks_mut(rays.n_slabs() * n_bins)
+            .par_chunks_mut((rays.planes().len() + 1) * n_bins)
             .enumerate()
             .map_init(Scratch::default, |scratch, (row, image)| {
                 let mut counters = RayCounters::default();
@@ -136,10 +136,10 @@ struct Scratch {
     alone: Vec<Piece>,
 }
 
-fn check(rays: &ParallelRays, weight: f64, len: usize) -> Result<(), RevolveError> {
+fn check(rays: &impl Rays, weight: f64, len: usize) -> Result<(), RevolveError> {
     finite("weight", weight)?;
     length("image", rays.image_len(), len)?;
-    positive("rays' part across the torso", across(&rays.direction())).map(drop)
+    rays.check_across()
 }
 
 fn piece(span: Span, organ: &Organ, attenuated: bool) -> Piece {

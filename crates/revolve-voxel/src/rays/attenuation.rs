@@ -12,13 +12,11 @@
 //! attenuation in a convex domain: Kim et al., IEEE Trans. Nucl. Sci. 31 (1984) 538,
 //! <https://doi.org/10.1109/TNS.1984.4333314>).
 
-use nalgebra::{Point3, Vector3};
+use nalgebra::Point3;
 
-use crate::error::{finite, positive};
-use crate::rays::cylinder::across;
-use crate::{
-    Body, EllipticCylinder, Organs, ParallelRays, Ray, RayCounters, RevolveError, Sample, Span,
-};
+use crate::error::finite;
+use crate::rays::raster::Rays;
+use crate::{Body, EllipticCylinder, Organs, Ray, RayCounters, RevolveError, Sample, Span};
 
 /// The attenuating medium.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -85,12 +83,10 @@ impl<'a> Attenuator<'a> {
     }
 
     /// Rays along the axis of a torso never leave it.
-    pub(crate) fn check_direction(&self, d: &Vector3<f64>) -> Result<(), RevolveError> {
+    pub(crate) fn check_directions(&self, rays: &impl Rays) -> Result<(), RevolveError> {
         match self.medium {
             Medium::Layer(..) => Ok(()),
-            Medium::Torso(_) | Medium::Around(..) => {
-                positive("rays' part across the torso", across(d)).map(drop)
-            }
+            Medium::Torso(_) | Medium::Around(..) => rays.check_across(),
         }
     }
 
@@ -200,13 +196,13 @@ impl Body {
     /// ```
     pub fn project_attenuated_add<T: Sample>(
         &self,
-        rays: &ParallelRays,
+        rays: &impl Rays,
         activity: &[f64],
         weight: f64,
         attenuator: &Attenuator,
         out: &mut [T],
     ) -> Result<RayCounters, RevolveError> {
-        attenuator.check_direction(&rays.direction())?;
+        attenuator.check_directions(rays)?;
         self.project_measured(rays, activity, weight, out, |[bin, row]| {
             let way = attenuator.along(&rays.line(bin, row));
             move |low, high, origin| way.integral(low - origin, high - origin)

@@ -5,7 +5,7 @@ use crate::rays::direction::Direction;
 use crate::solid::chains::Vertex;
 
 /// Number of lines processed together.
-const LANES: usize = 8;
+pub(crate) const LANES: usize = 8;
 
 /// A face through which a line enters or leaves a solid: a cone between two planes, or one plane.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -42,7 +42,7 @@ impl<'a> Face<'a> {
     }
 }
 
-/// Up to [`LANES`] lines of one direction with the faces of entry and exit and associated data.
+/// Up to [`LANES`] lines with the faces of entry and exit and associated data.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Batch<T> {
     len: usize,
@@ -90,9 +90,9 @@ impl Faces {
 }
 
 impl<T: Copy> Batch<T> {
-    /// Adds the line (w, q) to a batch that is not full.
+    /// Adds the line (w, q) to a batch that is not full; returns its lane.
     #[inline(always)]
-    pub(crate) fn push(&mut self, [w, q]: [f64; 2], [entry, exit]: &[Face<'_>; 2], of: T) {
+    pub(crate) fn push(&mut self, [w, q]: [f64; 2], [entry, exit]: &[Face<'_>; 2], of: T) -> usize {
         let lane = self.len % LANES;
         self.w[lane] = w;
         self.q[lane] = q;
@@ -100,20 +100,24 @@ impl<T: Copy> Batch<T> {
         self.faces[1].set(lane, exit);
         self.of[lane] = of;
         self.len = lane + 1;
+        lane
     }
 
     pub(crate) fn is_full(&self) -> bool {
         self.len == LANES
     }
 
-    /// Empties the batch; returns the data of each line with the parameters of entry and exit.
+    /// Empties the batch of lines, each with its direction; returns the data of each line with the parameters of entry and exit.
     #[inline(always)]
-    pub(crate) fn drain(&mut self, direction: &Direction) -> impl Iterator<Item = (T, [f64; 2])> {
+    pub(crate) fn drain(
+        &mut self,
+        direction: impl Fn(usize) -> Direction,
+    ) -> impl Iterator<Item = (T, [f64; 2])> {
         let mut ends = [[0.0; LANES]; 2];
         let [entry, exit] = &self.faces;
         // Includes unused lanes, which are ignored.
         for lane in 0..LANES {
-            let (w, q) = (self.w[lane], self.q[lane]);
+            let (w, q, direction) = (self.w[lane], self.q[lane], direction(lane));
             ends[0][lane] = direction.enter(w, q, &entry.vertex(lane), entry.planes(lane));
             let leave = direction.leave(w, q, &exit.vertex(lane), exit.planes(lane));
             ends[1][lane] = ordered(ends[0][lane], leave).1;
@@ -232,7 +236,7 @@ mod tests {
 
         #[inline(always)]
         fn run(self) -> Self::Out {
-            self.0.drain(self.1).collect()
+            self.0.drain(|_| *self.1).collect()
         }
     }
 
@@ -274,7 +278,7 @@ mod tests {
                 assert_eq!(ends.map(f64::to_bits), alone);
                 compared += 1;
             }
-            assert_eq!(batch.drain(&direction).count(), 0);
+            assert_eq!(batch.drain(|_| direction).count(), 0);
         }
         assert_eq!(compared, 2000);
     }

@@ -215,11 +215,6 @@ impl ParallelRays {
         &self.planes
     }
 
-    /// Returns the number of samples of an image.
-    pub(crate) fn image_len(&self) -> usize {
-        self.n_rows * self.n_slabs() * self.n_bins
-    }
-
     /// Returns the number of bins in a row.
     pub fn n_bins(&self) -> usize {
         self.n_bins

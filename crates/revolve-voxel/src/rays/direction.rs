@@ -33,7 +33,19 @@ impl Direction {
     /// The direction of lines through the solid of a meridian, from a unit direction in the body frame; `farthest` is the largest
     /// coordinate of rays and pose from which positions are computed.
     pub(crate) fn new(meridian: &Meridian, farthest: f64, direction: &Vector3<f64>) -> Self {
-        let (mut c, mut s) = (direction.x, direction.y.hypot(direction.z));
+        let across = direction.y.hypot(direction.z);
+        let e1 = [direction.y / across, direction.z / across];
+        Self::of_parts(meridian, farthest, [direction.x, across], e1)
+    }
+
+    /// The direction (c, s e1), with c^2 + s^2 = 1 and any e1 for s = 0.
+    #[inline(always)]
+    pub(crate) fn of_parts(
+        meridian: &Meridian,
+        farthest: f64,
+        [mut c, mut s]: [f64; 2],
+        e1: [f64; 2],
+    ) -> Self {
         if c.abs() <= ROUNDING {
             (c, s) = (0.0, 1.0);
         } else if s <= ROUNDING {
@@ -43,12 +55,7 @@ impl Direction {
         Self {
             c,
             s,
-            e1: if s > 0.0 {
-                let across = direction.y.hypot(direction.z);
-                [direction.y / across, direction.z / across]
-            } else {
-                [1.0, 0.0]
-            },
+            e1: if s > 0.0 { e1 } else { [1.0, 0.0] },
             mid: meridian.mid(),
             inv_c: 1.0 / c,
             inv_sc: 1.0 / (s * c),
@@ -61,11 +68,13 @@ impl Direction {
     }
 
     /// (w, q, t) of a body point.
+    #[inline(always)]
     pub(crate) fn coordinates(&self, p: &Point3<f64>) -> [f64; 3] {
         self.slopes(&Vector3::new(p.x - self.mid, p.y, p.z))
     }
 
     /// Change of (w, q, t) along a body vector.
+    #[inline(always)]
     pub(crate) fn slopes(&self, v: &Vector3<f64>) -> [f64; 3] {
         let y = v.y * self.e1[0] + v.z * self.e1[1];
         let q = v.z * self.e1[0] - v.y * self.e1[1];

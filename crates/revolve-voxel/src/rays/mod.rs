@@ -3,13 +3,16 @@
 mod around;
 pub(crate) mod attenuation;
 pub(crate) mod capsule;
+mod cast;
 pub(crate) mod chord;
 pub(crate) mod cone;
 pub(crate) mod cylinder;
 pub(crate) mod detector;
 pub(crate) mod direction;
+pub(crate) mod lines;
 pub(crate) mod organ;
 mod project;
+pub(crate) mod raster;
 pub(crate) mod ray;
 pub(crate) mod silhouette;
 pub(crate) mod single;

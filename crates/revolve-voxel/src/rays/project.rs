@@ -1,16 +1,18 @@
-//! Projections of bodies along rasters of parallel rays.
+//! Projections of bodies, and their implementation for rasters of parallel rays.
 
 use std::ops::Range;
 
 use rayon::prelude::*;
 
-use crate::error::{finite, length, zeros};
+use crate::error::{finite, length, positive, zeros};
 use crate::rays::chord::Hint;
 use crate::rays::cone::Batch;
+use crate::rays::cylinder::across;
 use crate::rays::direction::Direction;
+use crate::rays::raster::{Raster, Rays};
 use crate::rays::silhouette::Silhouette;
 use crate::rays::slabs::for_slabs;
-use crate::{Body, ParallelRays, RayCounters, RevolveError, Sample};
+use crate::{Body, ParallelRays, Ray, RayCounters, RevolveError, Sample};
 
 impl Body {
     /// Returns the line integrals of the activity along the rays, `[row][bin]`.
@@ -21,7 +23,7 @@ impl Body {
     /// [`RevolveError::WrongLength`] or [`RevolveError::NotFinite`] for the activities, [`RevolveError::TooLarge`] for the image.
     pub fn project<T: Sample>(
         &self,
-        rays: &ParallelRays,
+        rays: &impl Rays,
         activity: &[f64],
     ) -> Result<(Vec<T>, RayCounters), RevolveError> {
         let mut out = zeros("rays of a view", rays.image_len())?;
@@ -35,7 +37,7 @@ impl Body {
     /// [`RevolveError::WrongLength`] for a wrong image or number of activities, [`RevolveError::NotFinite`].
     pub fn project_add<T: Sample>(
         &self,
-        rays: &ParallelRays,
+        rays: &impl Rays,
         activity: &[f64],
         weight: f64,
         out: &mut [T],
@@ -48,7 +50,7 @@ impl Body {
     /// `measure(ray)` returns a function of the ends of a segment and of the parameter of the ray's origin, on one scale.
     pub(crate) fn project_measured<T: Sample, M: Fn(f64, f64, f64) -> f64>(
         &self,
-        rays: &ParallelRays,
+        rays: &impl Rays,
         activity: &[f64],
         weight: f64,
         out: &mut [T],
@@ -57,50 +59,8 @@ impl Body {
         let weights = self.weights(activity)?;
         finite("weight", weight)?;
         length("image", rays.image_len(), out.len())?;
-        let pose = self.pose();
-        let (first, d) = (
-            pose.to_body(&rays.first),
-            pose.vector_to_body(&rays.direction),
-        );
-        let steps = [
-            pose.vector_to_body(&rays.bin_step),
-            pose.vector_to_body(&rays.row_step),
-        ];
-        let farthest = pose.farthest(rays.farthest);
-        let views: Vec<LayerView> = (0..self.layers().len())
-            .filter(|&k| weights[k] != 0.0)
-            .map(|k| {
-                let direction = Direction::new(&self.layers()[k], farthest, &d);
-                LayerView {
-                    silhouette: Silhouette::new(&self.layers()[k], &direction),
-                    layer: k,
-                    weight: weight * weights[k],
-                    first: direction.coordinates(&first),
-                    bin: direction.slopes(&steps[0]),
-                    row: direction.slopes(&steps[1]),
-                    direction,
-                }
-            })
-            .collect();
-        let set = simd_set::Set::detect();
-        let counters = out
-            .par_chunks_mut(rays.n_slabs() * rays.n_bins)
-            .enumerate()
-            .map_init(Scratch::default, |scratch, (row, image)| {
-                let at = (rays.first_row + row) as f64;
-                set.run(Row {
-                    body: self,
-                    views: &views,
-                    planes: rays.planes(),
-                    mask: rays.mask_of_row(row),
-                    at,
-                    image,
-                    scratch,
-                    measure: |bin| measure([bin, row]),
-                })
-            })
-            .reduce(RayCounters::default, |a, b| a + b);
-        Ok(counters)
+        let weights: Vec<f64> = weights.into_iter().map(|own| weight * own).collect();
+        Ok(rays.project_body(self, &weights, out, measure))
     }
 
     #[inline(always)]
@@ -187,6 +147,85 @@ impl Body {
     }
 }
 
+impl Rays for ParallelRays {}
+
+impl Raster for ParallelRays {
+    fn row_len(&self) -> usize {
+        self.n_bins
+    }
+
+    fn image_len(&self) -> usize {
+        self.n_rows() * self.n_slabs() * self.n_bins
+    }
+
+    fn planes(&self) -> &[f64] {
+        self.planes()
+    }
+
+    fn mask_of_row(&self, row: usize) -> Option<&[bool]> {
+        self.mask_of_row(row)
+    }
+
+    fn line(&self, bin: usize, row: usize) -> Ray {
+        self.line(bin, row)
+    }
+
+    fn check_across(&self) -> Result<(), RevolveError> {
+        positive("rays' part across the torso", across(&self.direction)).map(drop)
+    }
+
+    fn project_body<T: Sample, M: Fn(f64, f64, f64) -> f64>(
+        &self,
+        body: &Body,
+        weights: &[f64],
+        out: &mut [T],
+        measure: impl Fn([usize; 2]) -> M + Sync,
+    ) -> RayCounters {
+        let pose = body.pose();
+        let (first, d) = (
+            pose.to_body(&self.first),
+            pose.vector_to_body(&self.direction),
+        );
+        let steps = [
+            pose.vector_to_body(&self.bin_step),
+            pose.vector_to_body(&self.row_step),
+        ];
+        let farthest = pose.farthest(self.farthest);
+        let views: Vec<LayerView> = (0..body.layers().len())
+            .filter(|&k| weights[k] != 0.0)
+            .map(|k| {
+                let direction = Direction::new(&body.layers()[k], farthest, &d);
+                LayerView {
+                    silhouette: Silhouette::new(&body.layers()[k], &direction),
+                    layer: k,
+                    weight: weights[k],
+                    first: direction.coordinates(&first),
+                    bin: direction.slopes(&steps[0]),
+                    row: direction.slopes(&steps[1]),
+                    direction,
+                }
+            })
+            .collect();
+        let set = simd_set::Set::detect();
+        out.par_chunks_mut(self.n_slabs() * self.n_bins)
+            .enumerate()
+            .map_init(Scratch::default, |scratch, (row, image)| {
+                let at = (self.first_row + row) as f64;
+                set.run(Row {
+                    body,
+                    views: &views,
+                    planes: self.planes(),
+                    mask: self.mask_of_row(row),
+                    at,
+                    image,
+                    scratch,
+                    measure: |bin| measure([bin, row]),
+                })
+            })
+            .reduce(RayCounters::default, |a, b| a + b)
+    }
+}
+
 /// The loop over a row, compiled for each instruction set.
 struct Row<'a, T, F> {
     body: &'a Body,
@@ -245,7 +284,7 @@ impl<O: Fn(usize) -> f64, M: Fn(f64, f64, f64) -> f64, F: Fn(usize) -> M> Chords
     /// Adds the signed intervals of some lines to their bins.
     #[inline(always)]
     fn add(&mut self, direction: &Direction, batch: &mut Batch<(usize, f64)>) {
-        for ((bin, sign), [entry, exit]) in batch.drain(direction) {
+        for ((bin, sign), [entry, exit]) in batch.drain(|_| *direction) {
             let (measure, origin) = ((self.measure)(bin), (self.origin)(bin));
             let at = bin - self.bins.start;
             for_slabs(self.planes, origin, [entry, exit], |slab, [low, high]| {

@@ -5,10 +5,10 @@ use std::f64::consts::{PI, TAU};
 use nalgebra::{Point3, Vector3};
 use rayon::prelude::*;
 
-use crate::error::{finite, length, positive};
-use crate::rays::cylinder::across;
+use crate::error::{finite, length};
+use crate::rays::raster::Rays;
 use crate::rays::slabs::for_slabs;
-use crate::{Attenuator, Body, EllipticCylinder, Meridian, ParallelRays, RevolveError, Sample};
+use crate::{Attenuator, Body, EllipticCylinder, Meridian, RevolveError, Sample};
 
 /// Vertices of the polygon around a circle about the axis; it extends beyond it by 1 / cos(pi / 256) - 1 = 7.5e-5.
 const CORNERS: usize = 256;
@@ -22,11 +22,11 @@ impl EllipticCylinder {
     /// let rod = Meridian::new(&[[-1.0, 0.5], [1.0, 0.5]])?;
     /// let body = Body::new(vec![rod], Pose::axis_along_z(0.0)?)?; // of radius 1/2
     /// let torso = EllipticCylinder::new([0.1, 0.0], [0.8, 0.9])?;
-    /// let growth = torso.growth_to_hold(&body);
+    /// let growth = torso.scale_to_contain(&body);
     /// assert!(growth >= 0.6 / 0.8 && growth < 0.6 / 0.8 + 1e-4);
     /// # Ok::<(), revolve_voxel::RevolveError>(())
     /// ```
-    pub fn growth_to_hold(&self, body: &Body) -> f64 {
+    pub fn scale_to_contain(&self, body: &Body) -> f64 {
         let (centre, semi_axes) = (self.centre(), self.semi_axes());
         // The cross-section is convex, and the body is in the convex hull of the circles through the points of the meridian;
         // polygons around these circles are sufficient.
@@ -76,16 +76,16 @@ impl EllipticCylinder {
     /// rays along z.
     pub fn project_add<T: Sample>(
         &self,
-        rays: &ParallelRays,
+        rays: &impl Rays,
         activity: f64,
         attenuator: Option<&Attenuator>,
         out: &mut [T],
     ) -> Result<(), RevolveError> {
         finite("activity", activity)?;
         length("image", rays.image_len(), out.len())?;
-        positive("rays' part across the torso", across(&rays.direction()))?;
-        let n_bins = rays.n_bins();
-        out.par_chunks_mut(rays.n_slabs() * n_bins)
+        rays.check_across()?;
+        let n_bins = rays.row_len();
+        out.par_chunks_mut((rays.planes().len() + 1) * n_bins)
             .enumerate()
             .for_each(|(row, image)| {
                 let mask = rays.mask_of_row(row);

@@ -42,11 +42,11 @@ impl Body {
     /// use revolve_voxel::nalgebra::Vector3;
     /// use revolve_voxel::{Body, Meridian, Pose};
     /// let rod = Body::new(vec![Meridian::new(&[[0.0, 1.0], [3.0, 1.0]])?], Pose::identity())?;
-    /// let moved = rod.standing(rod.pose().shifted(Vector3::new(0.0, 0.0, 2.0))?);
+    /// let moved = rod.with_pose(rod.pose().shifted(Vector3::new(0.0, 0.0, 2.0))?);
     /// assert_eq!(moved.bounding_box(0)?[0].z, 1.0);
     /// # Ok::<(), revolve_voxel::RevolveError>(())
     /// ```
-    pub fn standing(&self, pose: Pose) -> Self {
+    pub fn with_pose(&self, pose: Pose) -> Self {
         Self {
             layers: self.layers.clone(),
             pose,

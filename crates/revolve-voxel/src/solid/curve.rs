@@ -76,7 +76,7 @@ impl Curve {
     ///
     /// # Errors
     /// [`RevolveError::NotPositive`] for the tolerance, [`RevolveError::TooFine`] if a piece needs more than ten million points.
-    pub fn drawn(&self, tolerance: f64) -> Result<Self, RevolveError> {
+    pub fn to_polyline(&self, tolerance: f64) -> Result<Self, RevolveError> {
         if self.degree() <= 1 {
             return Ok(self.clone());
         }

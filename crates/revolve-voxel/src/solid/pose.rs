@@ -11,7 +11,7 @@ use crate::solid::segment::ROUNDING;
 /// ```
 /// use revolve_voxel::Pose;
 /// use std::f64::consts::FRAC_PI_4;
-/// let pose = Pose::axis_along_z(5.625)?.turned_x(FRAC_PI_4)?.turned_y(FRAC_PI_4)?;
+/// let pose = Pose::axis_along_z(5.625)?.rotated_x(FRAC_PI_4)?.rotated_y(FRAC_PI_4)?;
 /// let d = pose.axis();
 /// assert!((d.x - 0.5).abs() < 1e-15 && (d.y + 0.5f64.sqrt()).abs() < 1e-15 && (d.z - 0.5).abs() < 1e-15);
 /// # Ok::<(), revolve_voxel::RevolveError>(())
@@ -72,7 +72,7 @@ impl Pose {
     ///
     /// # Errors
     /// [`RevolveError::NotFinite`].
-    pub fn turned_x(self, angle: f64) -> Result<Self, RevolveError> {
+    pub fn rotated_x(self, angle: f64) -> Result<Self, RevolveError> {
         self.turned(Vector3::x(), angle)
     }
 
@@ -80,7 +80,7 @@ impl Pose {
     ///
     /// # Errors
     /// [`RevolveError::NotFinite`].
-    pub fn turned_y(self, angle: f64) -> Result<Self, RevolveError> {
+    pub fn rotated_y(self, angle: f64) -> Result<Self, RevolveError> {
         self.turned(Vector3::y(), angle)
     }
 
@@ -88,7 +88,7 @@ impl Pose {
     ///
     /// # Errors
     /// [`RevolveError::NotFinite`].
-    pub fn turned_z(self, angle: f64) -> Result<Self, RevolveError> {
+    pub fn rotated_z(self, angle: f64) -> Result<Self, RevolveError> {
         self.turned(Vector3::z(), angle)
     }
 

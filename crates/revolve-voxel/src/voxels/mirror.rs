@@ -59,14 +59,14 @@ mod tests {
     fn symmetry_is_seen_and_its_lack_too() {
         let cube = VoxelGrid::cube(20, 0.5).unwrap();
         let along_z = Pose::axis_along_z(1.3).unwrap();
-        let study = (along_z.turned_x(FRAC_PI_4).unwrap())
-            .turned_y(FRAC_PI_4)
+        let study = (along_z.rotated_x(FRAC_PI_4).unwrap())
+            .rotated_y(FRAC_PI_4)
             .unwrap();
         let of = |pose: &Pose, grid: &VoxelGrid| Mirror::of([pose].into_iter(), grid);
         assert_eq!(of(&study, &cube), Some(Mirror { axes: [0, 2] }));
         assert_eq!(of(&along_z, &cube), Some(Mirror { axes: [0, 1] }));
         // Slightly rotated, displaced, on another grid, or with another body: no symmetry.
-        let turned = study.turned_z(1e-12).unwrap();
+        let turned = study.rotated_z(1e-12).unwrap();
         let moved = study.shifted(Vector3::new(1e-12, 0.0, 0.0)).unwrap();
         let along = study.shifted(Vector3::new(0.3, 5.0, 0.3)).unwrap();
         assert_eq!(of(&turned, &cube), None);

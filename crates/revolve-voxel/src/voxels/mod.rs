@@ -1,4 +1,4 @@
-//! Solids on a grid: coverage of voxels, regions, moments, sweeps, and sets of voxels.
+//! Solids on a grid: coverage of voxels, regions, weighted bodies, sweeps, and sets of voxels.
 
 pub(crate) mod block;
 pub(crate) mod breaks;
@@ -8,7 +8,6 @@ pub(crate) mod field;
 pub(crate) mod grid;
 pub(crate) mod mask;
 pub(crate) mod mirror;
-pub(crate) mod moment;
 pub(crate) mod organ_map;
 pub(crate) mod patch;
 pub(crate) mod plane_clip;
@@ -18,3 +17,4 @@ pub(crate) mod runs;
 pub(crate) mod sections;
 pub(crate) mod sweep;
 pub(crate) mod wedge_cut;
+pub(crate) mod weighted_body;

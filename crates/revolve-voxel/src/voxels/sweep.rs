@@ -65,7 +65,7 @@ impl Sweep {
         }
         let size = grid.spacing().into_iter().fold(f64::INFINITY, f64::min);
         let asked = Asked {
-            // Finally only points are evaluated: nothing beyond a cell is needed.
+            // Only points are evaluated finally: distances beyond a cell are not needed.
             fields: (shapes.iter())
                 .map(|layers| layers.iter().map(|m| Field::new(m, 0.0, size)).collect())
                 .collect(),

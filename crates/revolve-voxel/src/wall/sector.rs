@@ -13,8 +13,8 @@ use crate::voxels::patch::Cuboid;
 use crate::voxels::runs::Runs;
 use crate::voxels::sections::Sections;
 use crate::{
-    Attenuator, Body, Hit, Meridian, ParallelRays, Pose, Ray, RayCounters, RevolveError, Sample,
-    Sampling, VoxelCounters, VoxelGrid,
+    Attenuator, Body, Hit, Meridian, Pose, Ray, RayCounters, Rays, RevolveError, Sample, Sampling,
+    VoxelCounters, VoxelGrid,
 };
 
 /// The part of a solid of revolution between two half-planes that start at its axis, in the lab.
@@ -30,6 +30,7 @@ use crate::{
 /// assert!((quarter.volume() - 0.25 * std::f64::consts::PI * 3.0 * 3.0).abs() < 1e-12);
 /// # Ok::<(), revolve_voxel::RevolveError>(())
 /// ```
+#[doc(alias("wedge", "infarct"))]
 #[derive(Debug, Clone, PartialEq)]
 pub struct Sector {
     /// The complete ring, as the only layer.
@@ -53,9 +54,9 @@ impl Sector {
     }
 
     /// Returns the sector in another pose; the ring is shared.
-    pub fn standing(&self, pose: Pose) -> Self {
+    pub fn with_pose(&self, pose: Pose) -> Self {
         Self {
-            ring: self.ring.standing(pose),
+            ring: self.ring.with_pose(pose),
             ..self.clone()
         }
     }
@@ -147,13 +148,13 @@ impl Sector {
     /// [`Body::project_attenuated_add`].
     pub fn project_add<T: Sample>(
         &self,
-        rays: &ParallelRays,
+        rays: &impl Rays,
         activity: f64,
         attenuator: Option<&Attenuator>,
         out: &mut [T],
     ) -> Result<RayCounters, RevolveError> {
         if let Some(attenuator) = attenuator {
-            attenuator.check_direction(&rays.direction())?;
+            attenuator.check_directions(rays)?;
         }
         self.ring
             .project_measured(rays, &[activity], 1.0, out, |[bin, row]| {

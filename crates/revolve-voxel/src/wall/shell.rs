@@ -157,7 +157,7 @@ impl Shell {
     }
 
     /// Returns the fraction of the wall volume before the line of `s`.
-    pub fn share(&self, s: f64) -> f64 {
+    pub fn volume_fraction(&self, s: f64) -> f64 {
         self.shares.split(s)[0]
     }
 
@@ -165,7 +165,7 @@ impl Shell {
     ///
     /// Near an end on the axis the remaining volume is quadratic in the distance, so s has half the digits of the fraction;
     /// [`Shell::corresponding`] has all.
-    pub fn at_share(&self, share: f64) -> f64 {
+    pub fn at_volume_fraction(&self, share: f64) -> f64 {
         self.shares.place([share, 1.0 - share])
     }
 

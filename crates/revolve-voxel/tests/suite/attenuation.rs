@@ -22,9 +22,9 @@ fn body() -> Body {
     };
     let pose = Pose::axis_along_z(2.0)
         .unwrap()
-        .turned_x(0.8)
+        .rotated_x(0.8)
         .unwrap()
-        .turned_z(0.3)
+        .rotated_z(0.3)
         .unwrap();
     let pose = pose.shifted(Vector3::new(1.5, -1.0, 0.4)).unwrap();
     Body::new(vec![layer(0.6), layer(1.0)], pose).unwrap()
@@ -85,7 +85,7 @@ fn a_ball_in_the_middle_of_a_round_torso_is_a_closed_form() {
             ]
         })
         .collect();
-    let pose = Pose::axis_along_z(0.0).unwrap().turned_x(1.1).unwrap();
+    let pose = Pose::axis_along_z(0.0).unwrap().rotated_x(1.1).unwrap();
     let ball = Body::new(vec![Meridian::new(&points).unwrap()], pose).unwrap();
     let cylinder = EllipticCylinder::new([0.0; 2], [around; 2]).unwrap();
     for theta in [0.0, 1.0, 4.0] {
@@ -106,7 +106,7 @@ fn a_ball_in_the_middle_of_a_round_torso_is_a_closed_form() {
 
 #[test]
 fn the_detector_is_ahead_of_the_rays() {
-    // A rod near the torso's edge at +y: seen well from theta = 0 (rays run to +y), badly from behind.
+    // A rod near the torso's edge at +y: little attenuation at theta = 0 (rays run to +y), much from behind.
     let rod = Meridian::new(&[[-1.0, 0.5], [1.0, 0.5]]).unwrap();
     let pose = Pose::axis_along_z(0.0)
         .unwrap()
@@ -185,7 +185,7 @@ fn quadrature_by_point_tests_finds_the_same() {
 
 #[test]
 fn a_bent_body_weakens_piece_by_piece() {
-    // A ring seen across: two stretches, a gap between them.
+    // A ring crossed transversely: two intervals with a gap.
     let ring = Meridian::ring(&[[-0.5, 2.0], [-0.5, 3.0], [0.5, 3.0], [0.5, 2.0]]).unwrap();
     let body = Body::new(vec![ring], Pose::axis_along_z(0.0).unwrap()).unwrap();
     let one = ParallelDetector::new(1, 1, [1.0; 2])
@@ -209,7 +209,7 @@ fn the_torso_fills_its_area() {
     let mut one = vec![0.0_f64; grid.slice_len()];
     torso().voxelize_add(&grid, 1..2, 0.15, &mut one).unwrap();
     assert_eq!(one[..], map[..grid.slice_len()]);
-    // One voxel that holds all of it, and one that is held.
+    // One voxel that contains the whole torso, and one inside it.
     for (h, share) in [(20.0, PI * 35.0 / 400.0), (1.0, 1.0)] {
         let grid = VoxelGrid::centred([1; 3], [h; 3], [1.0, -0.5, 0.0]).unwrap();
         let mut map = [0.0_f64];

@@ -1,4 +1,4 @@
-//! Every constructor and every batch call refuses bad input with the numbers that show why.
+//! Every constructor and every batch call rejects bad input with numbers.
 
 use crate::support;
 
@@ -82,7 +82,7 @@ fn meridians() {
     ] {
         assert!(fine.is_ok(), "{fine:?}");
     }
-    // An edge that comes back at an angle below rounding.
+    // An edge that turns back at an angle below rounding.
     let slit = [
         [0.0, 0.0],
         [2.0, 1.0],
@@ -187,7 +187,7 @@ fn poses_rays_grids_detectors() {
         );
     };
     not_finite(Pose::axis_along_z(nan).err());
-    not_finite(Pose::identity().turned_x(f64::INFINITY).err());
+    not_finite(Pose::identity().rotated_x(f64::INFINITY).err());
     let shift = Vector3::new(0.0, nan, 0.0);
     not_finite(Pose::identity().shifted(shift).err());
     not_finite(Pose::new(Isometry3::translation(nan, 0.0, 0.0)).err());
@@ -223,7 +223,7 @@ fn poses_rays_grids_detectors() {
     assert_eq!(nowhere.err(), Some(RevolveError::NoDirection));
 }
 
-/// Counts are refused as counts.
+/// Counts are rejected as counts.
 #[track_caller]
 fn assert_says<T: std::fmt::Debug>(refused: Result<T, RevolveError>, message: &str) {
     assert_eq!(refused.unwrap_err().to_string(), message);
@@ -478,7 +478,7 @@ fn masks_with_a_side_of_zero() {
         long.intersect_slices(&[]),
         Err(RevolveError::WrongLength { .. })
     ));
-    // A reach beyond a long, thin grid does not look at all places of a ball of that radius.
+    // A distance beyond a long, thin grid does not visit all offsets of a ball of that radius.
     let mut set = vec![false; 1_000_000];
     set[17] = true;
     let mask = Mask::new([1, 1, 1_000_000], set).unwrap();
@@ -546,11 +546,11 @@ fn a_wall_of_constants_on_the_axis_has_no_volume() {
     ));
 }
 
-/// What is below rounding is not looked for: it would take a million sections of each voxel that the surface cuts.
+/// Tolerances below rounding are rejected: they would need a million sections of each voxel that the surface cuts.
 #[test]
 fn a_tolerance_of_nothing_costs_no_more_than_rounding() {
     let rod = Meridian::new(&[[0.0, 1.0], [2.0, 0.6]]).unwrap();
-    let pose = Pose::axis_along_z(1.0).and_then(|p| p.turned_x(0.5));
+    let pose = Pose::axis_along_z(1.0).and_then(|p| p.rotated_x(0.5));
     let body = Body::new(vec![rod], pose.unwrap()).unwrap();
     let grid = VoxelGrid::cube(4, 0.8).unwrap();
     let fill = |tolerance| {
@@ -563,8 +563,8 @@ fn a_tolerance_of_nothing_costs_no_more_than_rounding() {
     assert!(ratio < 100.0, "{ratio} times the work");
 }
 
-/// Two discs nearer to each other than rounding: no distance can tell which side of the sheet between them is within. Such a
-/// meridian was taken, and had a fifth more volume in its voxels than in its measures.
+/// Two discs nearer to each other than rounding: distances cannot distinguish the sides of the sheet between them. In the past such a
+/// meridian was accepted, and its voxels had a fifth more volume than its measures.
 #[test]
 fn faces_no_farther_apart_than_rounding_are_refused() {
     let meridian = |gap: f64, size: f64| {
@@ -578,9 +578,9 @@ fn faces_no_farther_apart_than_rounding_are_refused() {
                 Err(RevolveError::SelfCrossing { .. })
             ));
         }
-        // Farther apart they are two, and the voxels hold what the measures say.
+        // Farther apart they are two sheets, and voxels agree with the measures.
         for gap in [1e-13, 1e-9, 1e-3] {
-            let pose = Pose::axis_along_z(0.4 * size).and_then(|p| p.turned_x(0.7));
+            let pose = Pose::axis_along_z(0.4 * size).and_then(|p| p.rotated_x(0.7));
             let body = Body::new(vec![meridian(gap, size).unwrap()], pose.unwrap()).unwrap();
             let grid = VoxelGrid::cube(20, 0.15 * size).unwrap();
             let sampling = Sampling::Coverage { tolerance: 1e-6 };

@@ -1,8 +1,8 @@
-//! Lines that meet surfaces where they are not smooth: in planes of vertices, of faces and of sides, along and across the axis,
-//! along generators, at every multiple of 45 degrees, against brute force.
+//! Lines that meet surfaces where they are not smooth: in planes of vertices, of faces and of sides, along and across the axis, along
+//! generators, at every multiple of 45 degrees, against brute force.
 //!
-//! Coordinates are small integers over powers of two and angles multiples of 45 degrees, so that coincidences, exact and to
-//! rounding, are the rule.
+//! Coordinates are small integers divided by powers of two, and angles are multiples of 45 degrees, so that exact and nearly exact
+//! coincidences are frequent.
 
 use crate::support;
 
@@ -18,12 +18,12 @@ use support::brute::{Scene, Solid};
 /// Rounding of coordinates of a few units, of poses and of roots.
 const ROUNDING: f64 = 1e-12;
 
-fn quarters(range: std::ops::RangeInclusive<i32>) -> impl Strategy<Value = f64> {
+pub(crate) fn quarters(range: std::ops::RangeInclusive<i32>) -> impl Strategy<Value = f64> {
     range.prop_map(|k| 0.25 * f64::from(k))
 }
 
 /// Multiples of 45 degrees.
-fn eighths() -> impl Strategy<Value = f64> {
+pub(crate) fn eighths() -> impl Strategy<Value = f64> {
     (-9..10i32).prop_map(|k| f64::from(k) * FRAC_PI_4)
 }
 
@@ -52,7 +52,7 @@ fn points() -> impl Strategy<Value = Vec<[f64; 2]>> {
 }
 
 /// A meridian on the grid in both descriptions.
-fn solid() -> impl Strategy<Value = (Vec<[f64; 2]>, Meridian, Solid)> {
+pub(crate) fn solid() -> impl Strategy<Value = (Vec<[f64; 2]>, Meridian, Solid)> {
     prop_oneof![
         4 => points().prop_filter_map("a simple meridian", |p| {
             Meridian::new(&p).ok().map(|m| (p.clone(), m, Solid::under(&p)))
@@ -66,15 +66,15 @@ fn solid() -> impl Strategy<Value = (Vec<[f64; 2]>, Meridian, Solid)> {
     ]
 }
 
-fn pose() -> impl Strategy<Value = Pose> {
+pub(crate) fn pose() -> impl Strategy<Value = Pose> {
     let (turns, by) = (
         prop::array::uniform3(eighths()),
         prop::array::uniform3(quarters(-2..=2)),
     );
     (quarters(-4..=4), turns, by).prop_map(|(centre, [x, y, z], by)| {
         let pose = Pose::axis_along_z(centre).unwrap();
-        let pose = pose.turned_x(x).unwrap().turned_y(y).unwrap();
-        pose.turned_z(z)
+        let pose = pose.rotated_x(x).unwrap().rotated_y(y).unwrap();
+        pose.rotated_z(z)
             .unwrap()
             .shifted(Vector3::from(by))
             .unwrap()
@@ -93,7 +93,7 @@ fn direction() -> impl Strategy<Value = Vector3<f64>> {
 }
 
 /// A line through a vertex, in the plane of one, or on the grid.
-fn through(path: &[[f64; 2]], pick: usize, place: usize, at: [f64; 3]) -> Point3<f64> {
+pub(crate) fn through(path: &[[f64; 2]], pick: usize, place: usize, at: [f64; 3]) -> Point3<f64> {
     let [x, r] = path[pick % path.len()];
     let (sin, cos) = (at[2] * 4.0 * FRAC_PI_4).sin_cos();
     Point3::from(match place {
@@ -106,7 +106,7 @@ fn through(path: &[[f64; 2]], pick: usize, place: usize, at: [f64; 3]) -> Point3
 }
 
 /// A camera whose bins and rows fall on the grid.
-fn camera() -> impl Strategy<Value = ParallelDetector> {
+pub(crate) fn camera() -> impl Strategy<Value = ParallelDetector> {
     let pitch = prop::array::uniform2(prop::sample::select(vec![0.125, 0.25, 0.5]));
     let offset = prop::array::uniform2((-4..5i32).prop_map(|k| 0.125 * f64::from(k)));
     (prop::array::uniform2(1..10usize), pitch, offset).prop_map(|([bins, rows], pitch, offset)| {
@@ -117,14 +117,14 @@ fn camera() -> impl Strategy<Value = ParallelDetector> {
     })
 }
 
-fn check(got: f64, scene: &Scene, ray: &Ray) -> Result<(), TestCaseError> {
+pub(crate) fn check(got: f64, scene: &Scene, ray: &Ray) -> Result<(), TestCaseError> {
     let [low, high] = scene.bounds(&ray.origin(), &ray.direction());
     let held = got >= low - ROUNDING && got <= high + ROUNDING;
     prop_assert!(held, "{got}, not in {low}..{high}: {ray:?} {scene:?}");
     Ok(())
 }
 
-fn cases(n: u32) -> ProptestConfig {
+pub(crate) fn cases(n: u32) -> ProptestConfig {
     ProptestConfig {
         cases: n,
         max_local_rejects: 10 * n,
@@ -234,7 +234,7 @@ proptest! {
                 }
             }
             for (got, expected) in got.iter().zip(&expected) {
-                // Where surfaces stand along the lines, one row of them in LINES may be on the wrong side.
+                // If surfaces are parallel to the lines, one row in LINES may be on the wrong side.
                 prop_assert!((got - expected).abs() < 1e-3 + 1.5 / LINES as f64, "{got} {expected}");
             }
             let off: f64 = got.iter().zip(&expected).map(|(a, b)| (a - b).abs()).sum();
@@ -243,8 +243,8 @@ proptest! {
     }
 }
 
-/// Along a cone or a cylinder a line sees what is farther from the axis: nothing beside a solid's outer surface, all of it
-/// at the surface of a bore, whatever the pose and however rounding falls.
+/// Along a cone or a cylinder the limit from larger radii applies: nothing beside a solid's outer surface, everything at the surface of a
+/// bore, for any pose and rounding.
 #[test]
 fn lines_along_generators() {
     let solid = |points: &[[f64; 2]]| Meridian::new(points).unwrap();
@@ -287,8 +287,8 @@ fn lines_along_generators() {
         for k in 0..8 * 8 * 8 * 8 {
             let [x, y, z, azimuth] =
                 [k % 8, k / 8 % 8, k / 64 % 8, k / 512].map(|k| f64::from(k) * FRAC_PI_4);
-            let pose = Pose::axis_along_z(0.75).unwrap().turned_x(x).unwrap();
-            let pose = pose.turned_y(y).unwrap().turned_z(z).unwrap();
+            let pose = Pose::axis_along_z(0.75).unwrap().rotated_x(x).unwrap();
+            let pose = pose.rotated_y(y).unwrap().rotated_z(z).unwrap();
             let body = Body::new(vec![meridian.clone()], pose).unwrap();
             let (sin, cos) = azimuth.sin_cos();
             let at = |[x, r]: [f64; 2]| pose.to_lab(&Point3::new(x, r * cos, r * sin));

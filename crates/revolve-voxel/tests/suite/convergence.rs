@@ -1,4 +1,4 @@
-//! Voxels against closed forms and exact chords: tolerances kept, orders observed.
+//! Voxels against closed forms and exact chords: tolerances and orders.
 
 use crate::support;
 

@@ -21,7 +21,7 @@ fn voxels_looked_at_grow_with_the_surface() {
     let ratio = |x: u64, y: u64| y as f64 / x as f64;
     assert!((3.5..4.5).contains(&ratio(a.cut, b.cut)), "{a:?} {b:?}");
     assert!(ratio(a.evaluations, b.evaluations) < 4.5, "{a:?} {b:?}");
-    // What of the two solids is not filled in blocks is a layer of so many voxels: it grows with the surface too.
+    // The part of the two solids that is not filled in blocks is a layer of this many voxels, which grows with the surface, too.
     let volume: f64 = body.layers().iter().map(|m| m.measures().volume).sum();
     let rest = |c: VoxelCounters, n: f64| volume / (16.0f64 / n).powi(3) - c.filled as f64;
     let growth = rest(b, 128.0) / rest(a, 64.0);

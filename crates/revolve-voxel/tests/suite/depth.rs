@@ -1,4 +1,4 @@
-//! Slabs across the rays and organs around a body, against integration ray by ray that knows points alone.
+//! Slabs across the rays and organs around a body, against integration along single rays by point tests.
 
 use nalgebra::{Point3, Vector3};
 use proptest::prelude::*;
@@ -22,8 +22,8 @@ fn larger(size: f64) -> Body {
             [[0.0, 1.5], [1.0, 0.9], [3.0, 1.4], [4.0, 0.0]].map(|p| p.map(|v| v * scale * size));
         Meridian::new(&points).unwrap()
     };
-    let pose = Pose::axis_along_z(2.0).unwrap().turned_x(0.8).unwrap();
-    let pose = pose.turned_z(0.3).unwrap();
+    let pose = Pose::axis_along_z(2.0).unwrap().rotated_x(0.8).unwrap();
+    let pose = pose.rotated_z(0.3).unwrap();
     let pose = pose.shifted(Vector3::new(1.5, -1.0, 0.4)).unwrap();
     Body::new(vec![layer(0.6), layer(1.0)], pose).unwrap()
 }
@@ -52,7 +52,7 @@ fn rays(theta: f64) -> ParallelRays {
     detector.rays(theta).unwrap()
 }
 
-/// Activity and attenuation at a point, from what holds it.
+/// Activity and attenuation at a point.
 fn held(heart: &Body, organs: &Organs, p: &Point3<f64>) -> [f64; 2] {
     let place = heart.pose().to_body(p);
     let region = heart
@@ -77,8 +77,7 @@ fn held(heart: &Body, organs: &Organs, p: &Point3<f64>) -> [f64; 2] {
     organ.map_or([0.0; 2], |o| [o.activity, o.attenuation])
 }
 
-/// What each slab of a ray shows, by steps between places at which something changes: those are looked for on 4000 points and then
-/// halved down to rounding.
+/// The slabs of a ray by integration between discontinuities, which are searched on 4000 points and bisected to rounding.
 fn slow(heart: &Body, organs: &Organs, ray: &Ray, planes: &[f64]) -> Vec<f64> {
     let at = |t: f64| held(heart, organs, &ray.at(t));
     let mut cuts = vec![-12.0, 12.0];
@@ -187,7 +186,7 @@ fn slabs_add_up_to_the_whole_and_one_slab_is_the_whole_bit_for_bit() {
         }
         assert!(whole.iter().any(|value| *value > 0.0));
     }
-    // Rows alone have the bits that they have in the whole.
+    // Single rows are bitwise identical to those of the whole.
     let slabs = rays.with_planes(&many).unwrap();
     let some = project(&slabs.rows(7..9).unwrap(), 2 * 31 * 24);
     for (cut, some) in cut.iter().zip(&some) {
@@ -195,7 +194,7 @@ fn slabs_add_up_to_the_whole_and_one_slab_is_the_whole_bit_for_bit() {
     }
 }
 
-/// Means of points, 24 a side of a voxel: their error where a surface passes goes as 24^-1.5 at worst, some 1e-3.
+/// Averages of points, 24 along each side of a voxel: the error at a surface scales as 24^-1.5 at worst, about 1e-3.
 #[test]
 fn voxels_of_organs_are_means_of_points() {
     let organs = organs();
@@ -221,7 +220,7 @@ fn voxels_of_organs_are_means_of_points() {
             sum += held(&nothing, &organs, &place)[1];
         }
         let mean = sum / (M * M * M) as f64;
-        // Where surfaces of several organs pass one voxel they are taken as independent.
+        // Surfaces of several organs in one voxel are treated as independent.
         worst = worst.max((value - mean).abs());
         cut += usize::from(mean > 0.0 && (mean - value).abs() > 1e-12);
     }
@@ -303,7 +302,7 @@ fn an_ellipsoid_may_be_as_large_as_numbers_are() {
 }
 
 proptest! {
-    /// What passes a capsule by meets no body in it, be they turned and shifted against each other.
+    /// A ray outside a capsule meets no body in it, for any rotations and shifts.
     #[test]
     fn a_capsule_holds_its_bodies(
         origin in prop::array::uniform3(-6.0..6.0),
@@ -313,7 +312,7 @@ proptest! {
     ) {
         prop_assume!(direction.iter().any(|d: &f64| d.abs() > 0.1));
         let one = heart();
-        let pose = one.pose().turned_x(turn).unwrap().shifted(Vector3::new(shift, 0.0, shift));
+        let pose = one.pose().rotated_x(turn).unwrap().shifted(Vector3::new(shift, 0.0, shift));
         let other = Body::new(larger(1.2).layers().to_vec(), pose.unwrap()).unwrap();
         let ray = Ray::new(Point3::from(origin), Vector3::from(direction)).unwrap();
         let capsule = Capsule::around([&one, &other]).unwrap();

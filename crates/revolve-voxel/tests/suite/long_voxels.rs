@@ -1,4 +1,4 @@
-//! Voxels of any shape: the tolerance is kept, and the work stays within bounds.
+//! Voxels of any shape: the tolerance is met, and the work is bounded.
 
 use crate::support;
 
@@ -40,7 +40,7 @@ fn long_voxels_cost_no_more_than_the_cubes_they_are_made_of() {
             let long = h * f64::from(1 << log);
             for spacing in [[long, h, h], [h, h, long], [long, long, h], [h, long, long]] {
                 let [all, cut] = work(spacing, tolerance);
-                // A look more for each time that an edge is halved, which is much beside the few that a cube takes.
+                // One more evaluation per bisection of an edge, which is significant compared with the few of a cube.
                 assert!(
                     all < (1.6 + 0.3 * f64::from(log)) * cubes,
                     "{spacing:?} {all} {cubes}"

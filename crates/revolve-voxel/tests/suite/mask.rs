@@ -87,7 +87,7 @@ fn sets_are_united_and_intersected() {
     assert_eq!(set, mask([1, 1, 1, 0]));
     set.intersect(&mask([0, 1, 1, 1])).unwrap();
     assert_eq!(set, mask([0, 1, 1, 0]));
-    // As many voxels, but in another shape: refused, and nothing is changed.
+    // As many voxels in another shape: an error, without a change.
     let other = Mask::new([2, 2, 1], vec![true; 4]).unwrap();
     assert!(matches!(
         set.unite(&other),

@@ -1,9 +1,9 @@
-//! Many moments at once against one by one; mirror images against voxels that are alone on their grid.
+//! Many weighted bodies together against one by one; mirror images against voxels that are alone on their grid.
 
 use crate::support;
 
 use nalgebra::Vector3;
-use revolve_voxel::{Body, Moment, Pose, RevolveError, Sampling, VoxelGrid};
+use revolve_voxel::{Body, Pose, RevolveError, Sampling, VoxelGrid, WeightedBody};
 use std::f64::consts::FRAC_PI_4;
 use support::*;
 
@@ -14,16 +14,16 @@ fn mirrored() -> [(Body, VoxelGrid); 3] {
     let cube = VoxelGrid::cube(44, 0.3).unwrap();
     let flat = VoxelGrid::centred([40, 44, 44], [0.34, 0.3, 0.3], [0.07, 0.2, 0.2]).unwrap();
     let along_z = Pose::axis_along_z(5.6).unwrap();
-    let tilted = along_z.turned_x(FRAC_PI_4).unwrap();
+    let tilted = along_z.rotated_x(FRAC_PI_4).unwrap();
     let body = |pose| Body::new(heart(150).layers().to_vec(), pose).unwrap();
     [
-        (body(tilted.turned_y(FRAC_PI_4).unwrap()), cube),
+        (body(tilted.rotated_y(FRAC_PI_4).unwrap()), cube),
         (body(along_z), cube),
         (
             // The axis along (0, -1, 1) turned to (0, 1, 1), through the middle of the grid.
             body(
                 along_z
-                    .turned_x(-FRAC_PI_4)
+                    .rotated_x(-FRAC_PI_4)
                     .unwrap()
                     .shifted(Vector3::new(0.4, 0.2, 0.2))
                     .unwrap(),
@@ -64,9 +64,9 @@ fn all_moments_at_once_are_their_sum() {
     let bodies = [heart(60), heart(80), heart(100)];
     let grid = VoxelGrid::cube(40, 0.32).unwrap();
     let activities = [[0.0, 1.0], [0.4, 0.9], [1.0, 0.0]];
-    let moments: Vec<Moment> = (bodies.iter().zip(&activities))
+    let moments: Vec<WeightedBody> = (bodies.iter().zip(&activities))
         .zip([0.2, 0.5, 0.3])
-        .map(|((body, activity), weight)| Moment {
+        .map(|((body, activity), weight)| WeightedBody {
             body,
             activity,
             weight,
@@ -74,7 +74,8 @@ fn all_moments_at_once_are_their_sum() {
         .collect();
     for sampling in [SAMPLING, Sampling::Centre, Sampling::Supersampled(2)] {
         let mut sum = vec![1.0f64; grid.len()];
-        let together = Moment::voxelize_add(&moments, &grid, 0..40, sampling, &mut sum).unwrap();
+        let together =
+            WeightedBody::voxelize_add(&moments, &grid, 0..40, sampling, &mut sum).unwrap();
         let (mut one_by_one, mut counters) = (vec![1.0f64; grid.len()], vec![]);
         for m in &moments {
             counters.push(
@@ -105,7 +106,7 @@ fn all_moments_at_once_are_their_sum() {
 #[test]
 fn slabs_and_threads_give_the_same_bits_where_half_is_mirrored() {
     let (body, grid) = &mirrored()[0];
-    let moments = [0.25, 0.5].map(|weight| Moment {
+    let moments = [0.25, 0.5].map(|weight| WeightedBody {
         body,
         activity: &[0.2, 1.0],
         weight,
@@ -113,10 +114,9 @@ fn slabs_and_threads_give_the_same_bits_where_half_is_mirrored() {
     let run = |threads: usize, slices: std::ops::Range<usize>| {
         let mut out = vec![0.0f32; grid.slice_len() * slices.len()];
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
-        let counters = pool
-            .build()
-            .unwrap()
-            .install(|| Moment::voxelize_add(&moments, grid, slices, SAMPLING, &mut out).unwrap());
+        let counters = pool.build().unwrap().install(|| {
+            WeightedBody::voxelize_add(&moments, grid, slices, SAMPLING, &mut out).unwrap()
+        });
         (out, counters)
     };
     let whole = run(1, 0..44);
@@ -135,12 +135,12 @@ fn bad_moments_are_refused() {
     let grid = VoxelGrid::cube(4, 1.0).unwrap();
     let mut out = vec![0.0f32; 64];
     let mut add = |activity: &[f64], weight, slices| {
-        let moment = Moment {
+        let moment = WeightedBody {
             body: &body,
             activity,
             weight,
         };
-        Moment::voxelize_add(&[moment], &grid, slices, SAMPLING, &mut out)
+        WeightedBody::voxelize_add(&[moment], &grid, slices, SAMPLING, &mut out)
     };
     assert!(matches!(
         add(&[1.0], 1.0, 0..4),
@@ -162,7 +162,7 @@ fn bad_moments_are_refused() {
     }
     assert!(out.iter().all(|v| *v == 0.0));
     assert_eq!(
-        Moment::voxelize_add(&[], &grid, 0..4, SAMPLING, &mut out),
+        WeightedBody::voxelize_add(&[], &grid, 0..4, SAMPLING, &mut out),
         Ok(revolve_voxel::VoxelCounters::default())
     );
 }

@@ -1,4 +1,4 @@
-//! What is around a wall, and which of its material is nearest.
+//! Surroundings of a wall, and the nearest material.
 
 use revolve_voxel::nalgebra::Point3;
 use revolve_voxel::{Curve, Pose, RevolveError, Shell, VoxelGrid};
@@ -34,7 +34,7 @@ fn the_nearest_material_is_straight_up_or_down_or_on_the_base() {
                 ((p[0] - on[0]).hypot(p[1] - on[1]), on)
             }
         };
-        // Chords of a 2000th of the quarter, taken in 128 or more pieces: an eighth of their square.
+        // Chords of a 2000th of the quarter, divided into 128 or more pieces: an eighth of their square.
         assert!(
             (nearest.distance - distance).abs() < 1e-4,
             "{p:?} {nearest:?} {distance}"
@@ -59,9 +59,9 @@ fn all_voxels_within_reach_are_there_and_those_of_the_wall_as_before() {
     let grid = VoxelGrid::centred([24, 22, 20], [0.3, 0.3, 0.4], [0.1, -0.2, 0.3]).unwrap();
     let pose = Pose::axis_along_z(1.0)
         .unwrap()
-        .turned_x(0.7)
+        .rotated_x(0.7)
         .unwrap()
-        .turned_y(0.4)
+        .rotated_y(0.4)
         .unwrap();
     let reach = 0.6;
     let around = bowl

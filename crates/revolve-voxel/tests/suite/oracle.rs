@@ -1,4 +1,4 @@
-//! Chords, measures, distances and hits against closed forms that share no code with the crate.
+//! Chords, measures, distances and hits against independent closed forms.
 
 use crate::support;
 
@@ -312,7 +312,7 @@ fn the_study_pose_points_where_the_conventions_say() {
 fn bounding_box_of_a_tilted_cylinder() {
     let body = Body::new(
         vec![Meridian::new(&[[0.0, 1.0], [2.0, 1.0]]).unwrap()],
-        Pose::identity().turned_z(0.3).unwrap(),
+        Pose::identity().rotated_z(0.3).unwrap(),
     )
     .unwrap();
     let [low, high] = body.bounding_box(0).unwrap();
@@ -326,9 +326,9 @@ fn bounding_box_of_a_tilted_cylinder() {
 fn a_turn_by_any_angle_is_the_one_that_its_sine_and_cosine_tell() {
     for angle in [0.3, -7.0, 1e5, 1e99, -1e101, 1e154, 1e160, f64::MAX] {
         let (sin, cos) = f64::sin_cos(angle);
-        let turned = Pose::axis_along_z(0.0).unwrap().turned_x(angle).unwrap();
+        let turned = Pose::axis_along_z(0.0).unwrap().rotated_x(angle).unwrap();
         let expected = Vector3::new(0.0, -sin, cos);
-        // Half the angle is what a quaternion holds: exact, but for the largest of them not half of what was asked for.
+        // A quaternion stores half the angle: exact, except that for the largest angles it is not half of the given angle.
         assert!((turned.axis() - expected).norm() < 1e-15, "{angle:e}");
     }
 }
@@ -340,8 +340,7 @@ fn a_solid_far_along_its_axis_is_a_solid() {
         assert_relative_eq!(meridian.measures().volume, 3.0 * PI, max_relative = 1e-14);
         let body = Body::new(vec![meridian], Pose::axis_along_z(x + 1.5).unwrap()).unwrap();
         let across = Ray::new(Point3::new(-5.0, 0.6, 0.3), Vector3::x()).unwrap();
-        // Two sides of cos(asin(0.6)).
-        // Where it stands has so many digits.
+        // Two sides of cos(asin(0.6)). The position has so many digits.
         assert!((body.chord(0, &across).unwrap() - 1.6).abs() < 1e-15 * x.abs());
         let grid = VoxelGrid::cube(8, 0.5).unwrap();
         let sampling = Sampling::Coverage { tolerance: 1e-6 };
@@ -349,7 +348,7 @@ fn a_solid_far_along_its_axis_is_a_solid() {
         let volume = voxels.iter().sum::<f64>() * grid.voxel_volume();
         assert_relative_eq!(volume, 3.0 * PI, max_relative = 1e-5);
     }
-    // What is there for rounding alone is none.
+    // A value due to rounding counts as zero.
     let thin = [[1e10, 1.0], [1e10 + 2e-6, 1.0]];
     assert!(matches!(
         Meridian::new(&thin),

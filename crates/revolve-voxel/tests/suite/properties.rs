@@ -1,4 +1,4 @@
-//! Random meridians, rays and poses: the slow twin, and the identities that tie chords, voxels, meshes and measures.
+//! Random meridians, rays and poses: a slow reference, and the identities that relate chords, voxels, meshes and measures.
 
 use crate::support;
 
@@ -73,9 +73,9 @@ proptest! {
 
         let u = d.cross(&Vector3::new(0.3, -0.5, 0.8)).normalize();
         let w = d.cross(&u);
-        // Midpoint rule: four rasters half a step apart, and their mean, which is the raster twice as fine. Chords jump where
-        // a wall is seen edge-on, so each errs by the pixels of an outline with changing sign, and the mean by less than
-        // the largest of the four differs from it.
+        // Midpoint rule: four rasters half a step apart, and their mean, which is the raster twice as fine. Chords jump where a wall is
+        // parallel to the rays, so each has an error of the pixels of an outline with changing sign, and the mean has an error below the
+        // largest of the four differences from it.
         let (n, pitch) = (200, 0.025);
         let sums = [[-0.25, -0.25], [-0.25, 0.25], [0.25, -0.25], [0.25, 0.25]].map(|[a, b]| {
             let middle = 0.5 * (n as f64 - 1.0);
@@ -91,7 +91,7 @@ proptest! {
 
     #[test]
     fn a_voxel_is_the_mean_of_its_eighths((_, meridian) in meridian(), at in pose(), axis_aligned in any::<bool>()) {
-        // Creases, thin walls and the axis, cut by other planes: the parts know nothing of the whole.
+        // Creases, thin walls and the axis, cut by other planes: the parts are independent of the whole.
         let at = if axis_aligned { Pose::axis_along_z(0.1).unwrap() } else { at };
         let body = Body::new(vec![meridian], at).unwrap();
         let (n, h, tolerance) = (7, 0.5, 1e-6);
@@ -120,7 +120,7 @@ proptest! {
     #[test]
     fn turning_body_and_grid_together_changes_nothing((_, meridian) in meridian(), at in pose()) {
         // A quarter turn about z maps the grid onto itself: voxel (i, j) to (n-1-j, i).
-        let turned = at.turned_z(std::f64::consts::FRAC_PI_2).unwrap();
+        let turned = at.rotated_z(std::f64::consts::FRAC_PI_2).unwrap();
         let grid = VoxelGrid::cube(24, 0.18).unwrap();
         let tolerance = 1e-2;
         let volume = |pose| {

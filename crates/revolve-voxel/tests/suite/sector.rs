@@ -13,9 +13,9 @@ use std::f64::consts::{FRAC_PI_2, PI, TAU};
 fn pose() -> Pose {
     let pose = Pose::axis_along_z(1.0)
         .unwrap()
-        .turned_x(0.8)
+        .rotated_x(0.8)
         .unwrap()
-        .turned_y(-0.4)
+        .rotated_y(-0.4)
         .unwrap();
     pose.shifted(Vector3::new(0.3, -0.2, 0.1)).unwrap()
 }
@@ -68,7 +68,7 @@ fn all_round_it_is_the_ring() {
         let rays = rays(0.4);
         let (plain, _) = body.project::<f64>(&rays, &[2.0]).unwrap();
         let seen = image(&sector, &rays, None);
-        // The stretches are moved along the ray before their lengths are taken: rounding.
+        // The intervals are shifted along the ray before their lengths are computed: rounding.
         assert!(plain.iter().zip(&seen).all(|(a, b)| (a - b).abs() < 1e-13));
         // On another part of the grid: each to the tolerance.
         let again = voxels(&sector, &grid, 1e-3);
@@ -260,7 +260,7 @@ fn coverage_is_what_point_tests_find() {
         worst = worst.max((v - share).abs());
     }
     println!("{looked} voxels, worst {worst:.1e}");
-    // Points know a face to a fraction of 1 / 48 of its area over 48: some 2e-3.
+    // Points determine a face to a fraction of 1 / 48 of its area over 48: about 2e-3.
     assert!(looked > 30 && worst < tolerance + 3e-3, "{worst}");
 }
 
@@ -293,7 +293,7 @@ fn pieces_have_labels_of_their_own() {
         assert!(a == b || (*b == 2 && *a > 2 && *a < 5));
     }
     assert_eq!(marked.coverage, plain.coverage);
-    // A piece of two parts is what they are together; without any it is nowhere.
+    // A piece of two parts is their union; a piece without parts is empty.
     let mut halves = plain.clone();
     let parts = [vec![], vec![&pieces[0], &pieces[1]]];
     halves
@@ -417,13 +417,13 @@ proptest! {
 }
 
 proptest! {
-    /// Against points: none of the way to the hit is in the sector, what follows is, and the normal points out.
+    /// Against points: the path to the hit is outside the sector, the path beyond is inside, and the normal points out.
     #[test]
     fn a_ray_enters_where_its_points_do(from in 0.0..TAU, opening in 0.1..TAU, d in support::direction(), p in prop::array::uniform3(-2.0..2.0f64)) {
         let sector = Sector::new(ring(), [from, from + opening], pose()).unwrap();
         let ray = Ray::new(Point3::from(p) - 8.0 * d, d).unwrap();
         let inside = |t: f64| sector.contains(&ray.at(t));
-        // Steps of 1/250: what is thinner may hide between two of them.
+        // Steps of 1/250: thinner parts may lie between two of them.
         let step = 16.0 / 4000.0;
         let first = (0..4000).map(|k| step * f64::from(k)).find(|&t| inside(t));
         let hit = sector.first_hit(&ray);

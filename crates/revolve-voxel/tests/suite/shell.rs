@@ -7,7 +7,7 @@ use revolve_voxel::{
 };
 use std::f64::consts::PI;
 
-/// A cylinder closed by a half-ball, its parameter the share of the length: as polynomials of high degree for the cap.
+/// A cylinder closed by a half-ball, with the fraction of the length as parameter: polynomials of high degree for the cap.
 fn balloon(length: f64, radius: f64, stretch: f64) -> Curve {
     let cap = 0.5 * PI * radius;
     let knee = length / (length + cap);
@@ -15,7 +15,7 @@ fn balloon(length: f64, radius: f64, stretch: f64) -> Curve {
 }
 
 fn pieces(length: f64, radius: f64, stretch: f64) -> Vec<Piece> {
-    // Chebyshev coefficients of the cap by interpolation at 24 points: right to rounding.
+    // Chebyshev coefficients of the cap by interpolation at 24 points: accurate to rounding.
     let n = 24;
     let node = |j: usize| PI * (j as f64 + 0.5) / n as f64;
     let series = |f: &dyn Fn(f64) -> f64| -> Vec<f64> {
@@ -56,8 +56,8 @@ fn the_volume_is_that_of_the_outer_less_that_of_the_inner_balloon() {
     assert!((study().volume() / exact - 1.0).abs() < 1e-13);
 }
 
-/// A body between polygons 0.02 cm off the curves: what fills the wall between the drawn curves ends where the body does, to
-/// rounding; what fills that between the curves themselves sticks out, most where rays are tangent.
+/// A body between polygons 0.02 cm off the curves: solids of the wall between the polygons end at the body, to rounding; solids between the
+/// curves themselves extend beyond it, most where rays are tangent.
 #[test]
 fn a_wall_between_drawn_curves_ends_where_the_body_does() {
     let curves = [1.75, 2.75].map(|radius| balloon(8.5, radius, 1.0));
@@ -68,7 +68,7 @@ fn a_wall_between_drawn_curves_ends_where_the_body_does() {
     let body = Body::new(vec![meridian(1.75), meridian(2.75)], pose).unwrap();
     let drawn = curves
         .each_ref()
-        .map(|curve| curve.drawn(tolerance).unwrap());
+        .map(|curve| curve.to_polyline(tolerance).unwrap());
     let worst = |[inner, outer]: [Curve; 2]| {
         let shell = Shell::new(inner, outer, [0.0, 1.0]).unwrap();
         let ring = shell.region([0.0, 1.0], [0.0, 1.0], 1e-6).unwrap();
@@ -173,21 +173,24 @@ fn strips_add_up_to_shares() {
         let s = (k as f64 + 0.5) / n as f64;
         sum += shell.volume_rate(s) / n as f64;
         if k % 997 == 0 {
-            let share = shell.share((k + 1) as f64 / n as f64);
+            let share = shell.volume_fraction((k + 1) as f64 / n as f64);
             // The midpoint rule with jumps at two knots.
             assert!((share - sum / shell.volume()).abs() < 1e-4);
-            assert!((shell.at_share(share) - (k + 1) as f64 / n as f64).abs() < 1e-13);
+            assert!((shell.at_volume_fraction(share) - (k + 1) as f64 / n as f64).abs() < 1e-13);
         }
     }
     // Rounding of sums of a polynomial's coefficients.
-    assert!(shell.share(0.0) < 1e-15 && shell.share(1.0) > 1.0 - 1e-15);
-    assert_eq!((shell.at_share(0.0), shell.at_share(1.0)), (0.0, 1.0));
+    assert!(shell.volume_fraction(0.0) < 1e-15 && shell.volume_fraction(1.0) > 1.0 - 1e-15);
+    assert_eq!(
+        (shell.at_volume_fraction(0.0), shell.at_volume_fraction(1.0)),
+        (0.0, 1.0)
+    );
 }
 
 #[test]
 fn places_of_equal_share_keep_their_digits_towards_the_axis() {
-    // Discs between x = 0 and x = 1 that narrow to the axis: of the first, whose radii fall as z = 1 - s, the share z^2 lies
-    // beyond s; of the second, whose radii fall as 1 - s^2, the share (1 - s^2)^2.
+    // Discs between x = 0 and x = 1 that narrow to the axis: for the first, whose radii fall as z = 1 - s, the fraction z^2 is beyond s;
+    // for the second, whose radii fall as 1 - s^2, the fraction (1 - s^2)^2.
     let disc = |x: f64, r: &[f64]| {
         let r = r.iter().map(|c| c * (1.0 + 0.5 * x)).collect();
         Curve::new(vec![0.0, 1.0], vec![Piece::Power { x: vec![x], r }]).unwrap()
@@ -219,7 +222,7 @@ fn places_of_equal_share_keep_their_digits_towards_the_axis() {
 
 #[test]
 fn a_wall_with_both_ends_on_the_axis_keeps_the_digits_of_both() {
-    // A shell between two balls: shares before an angle are those of the sphere, (1 - cos) / 2.
+    // A shell between two balls: fractions before an angle are those of the sphere, (1 - cos) / 2.
     let ball = |radius: f64, n: usize| {
         let s: Vec<f64> = (0..=n).map(|k| k as f64 / n as f64).collect();
         let at = |s: &f64| [-radius * (PI * s).cos(), radius * (PI * s).sin()];
@@ -250,9 +253,9 @@ fn voxels_of_the_wall_are_those_whose_centres_are_found_in_it() {
         Pose::axis_along_z(5.0).unwrap(),
         Pose::axis_along_z(4.0)
             .unwrap()
-            .turned_x(0.9)
+            .rotated_x(0.9)
             .unwrap()
-            .turned_y(-0.4)
+            .rotated_y(-0.4)
             .unwrap(),
         Pose::identity(),
     ] {
@@ -286,7 +289,8 @@ fn a_region_holds_the_product_of_its_shares() {
         ([0.0, 0.5], [0.9, 1.0]),
     ] {
         let region = shell.region(layers, s, 1e-7).unwrap();
-        let share = (layers[1] - layers[0]) * (shell.share(s[1]) - shell.share(s[0]));
+        let share =
+            (layers[1] - layers[0]) * (shell.volume_fraction(s[1]) - shell.volume_fraction(s[0]));
         let exact = share * shell.volume();
         // The polyline may lie off by its tolerance over some 200 cm^2.
         assert!(
@@ -483,6 +487,6 @@ proptest! {
     #[test]
     fn shares_are_undone(share in 0.0..=1.0f64) {
         let shell = study();
-        prop_assert!((shell.share(shell.at_share(share)) - share).abs() < 1e-13);
+        prop_assert!((shell.volume_fraction(shell.at_volume_fraction(share)) - share).abs() < 1e-13);
     }
 }

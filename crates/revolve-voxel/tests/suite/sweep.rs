@@ -1,4 +1,4 @@
-//! What a moving body never leaves: against every voxel's centre asked in every shape, and how little of that is needed.
+//! Intersection over a motion: against tests of every voxel's centre in every shape, and the number of tests needed.
 
 use crate::support;
 
@@ -7,7 +7,7 @@ use proptest::prelude::*;
 use revolve_voxel::{Mask, Meridian, Pose, RevolveError, Sweep, VoxelGrid};
 use support::*;
 
-/// Region of a point in one shape: the first layer that holds it.
+/// Region of a point in one shape: the first layer that contains it.
 fn region(layers: &[Meridian], p: &Point3<f64>) -> usize {
     let holds = |m: &Meridian| m.signed_distance(p) < 0.0;
     layers.iter().position(holds).unwrap_or(layers.len())
@@ -61,8 +61,8 @@ proptest! {
     }
 }
 
-/// Balloons from rest to a gain in seven steps: what is asked of surfaces grows with the area that bounds the sets, and
-/// settling by the extreme shapes spares most of the questions.
+/// Balloons from the reference configuration to a gain in seven steps: the number of tests of surfaces grows with the area that bounds the
+/// sets, and the extreme shapes decide most of them.
 #[test]
 fn questions_grow_with_the_surface() {
     let shapes: Vec<Vec<Meridian>> = [0.0, 1.0, 0.1, 0.9, 0.3, 0.7, 0.5]

@@ -1,11 +1,11 @@
-//! The same bits for any number of threads, whole or slab by slab; and the weights of time averages.
+//! Results are bitwise identical for any number of threads, as a whole or by slabs; weights of time averages.
 
 use crate::support;
 
 use revolve_voxel::{ParallelDetector, RevolveError, Sampling, VoxelGrid};
 use support::*;
 
-fn with_threads<T: Send>(n: usize, work: impl FnOnce() -> T + Send) -> T {
+pub(crate) fn with_threads<T: Send>(n: usize, work: impl FnOnce() -> T + Send) -> T {
     rayon::ThreadPoolBuilder::new()
         .num_threads(n)
         .build()

@@ -1,4 +1,4 @@
-//! A torso that is to hold a body: how far that reaches, against points and rays.
+//! The scale of a torso that contains a body, against points and rays.
 
 use nalgebra::{Point3, Vector3};
 use proptest::prelude::*;
@@ -20,11 +20,11 @@ proptest! {
         });
         let points: Vec<[f64; 2]> = steps.collect();
         let pose = Pose::axis_along_z(1.0).unwrap();
-        let pose = pose.turned_x(turns[0]).unwrap().turned_y(turns[1]).unwrap();
+        let pose = pose.rotated_x(turns[0]).unwrap().rotated_y(turns[1]).unwrap();
         let pose = pose.shifted(Vector3::from(shift)).unwrap();
         let body = Body::new(vec![Meridian::new(&points).unwrap()], pose).unwrap();
         let torso = EllipticCylinder::new(centre, semi_axes).unwrap();
-        let growth = torso.growth_to_hold(&body);
+        let growth = torso.scale_to_contain(&body);
 
         const N: usize = 4000;
         let mut most = 0.0_f64;
@@ -39,7 +39,7 @@ proptest! {
         // The points miss the farthest by the square of half their distance at most.
         prop_assert!(growth >= most && growth < most * (1.0 + 1e-4 + 1e-5), "{growth} {most}");
 
-        // Grown by that much, it holds of every ray what the body holds.
+        // Scaled by this factor, the torso contains every chord of the body.
         let grown = EllipticCylinder::new(centre, semi_axes.map(|a| a * growth)).unwrap();
         for k in 0..200 {
             let (sin, cos) = (0.1 + TAU * f64::from(k) / 37.0).sin_cos();

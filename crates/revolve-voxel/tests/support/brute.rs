@@ -1,13 +1,12 @@
-//! Lines through solids by brute force: every place where a line may meet a surface, and a look half-way between two.
+//! Lines through solids by brute force: all candidates for intersections, and a point test half-way between two.
 //!
-//! Nothing is decided from a root: each piece of a meridian gives all the roots of its double cone, whether they lie on the
-//! piece or not, and a root too many only cuts a stretch in two. A stretch counts by where its middle lies; if that is on
-//! the surface, it may count or not, and the integral has two bounds.
+//! No root decides: each piece of a meridian gives all roots of its double cone, on the piece or not; an additional root only divides an
+//! interval. The midpoint of an interval decides whether it counts; if it is on the surface, the integral has two bounds.
 
 use nalgebra::{Isometry3, Point3, Vector3};
 use std::f64::consts::TAU;
 
-/// What is no farther from the surface lies on it.
+/// Points within this distance of the surface count as on it.
 const SURFACE: f64 = 1e-13;
 
 /// How far lines are moved to see how continuous an integral is there: well above rounding, well below the solids' grid. An
@@ -35,7 +34,7 @@ struct Line {
     d: Vector3<f64>,
 }
 
-/// What a line that runs along plane surfaces of a solid counts as.
+/// The limit for a line along plane surfaces of a solid.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Nudge {
     /// Along the face here: as one further up the axis.
@@ -88,7 +87,7 @@ impl Solid {
         pieces.filter(|[p, q]| p != q && p[1].max(q[1]) > 0.0)
     }
 
-    /// A lab line in the body frame, nudged by a share of the usual.
+    /// A lab line in the body frame, displaced by a fraction of the usual step.
     fn line(&self, line: &Line, nudge: &Nudge, share: f64) -> Line {
         let (mut o, mut d) = (self.to_body * line.o, self.to_body * line.d);
         if nudge.side {

@@ -1,4 +1,4 @@
-//! Shared by the tests: the slow twin of the chord, random meridians, a balloon.
+//! Common to the tests: the slow reference of the chord, random meridians, a balloon.
 #![allow(dead_code)] // each test file uses a part
 
 pub(crate) mod brute;
@@ -57,7 +57,7 @@ fn frustum(p: [f64; 2], q: [f64; 2], o: Point3<f64>, d: Vector3<f64>) -> f64 {
     length * (q[0] - p[0]).signum()
 }
 
-/// The twin's discriminant is a difference of squares: what its rounding moves the roots by.
+/// The discriminant of the reference is a difference of squares: the effect of its rounding on the roots.
 fn twin_rounding(p: [f64; 2], q: [f64; 2], o: Point3<f64>, d: Vector3<f64>) -> f64 {
     let m = if p[0] == q[0] {
         0.0
@@ -76,7 +76,7 @@ fn twin_rounding(p: [f64; 2], q: [f64; 2], o: Point3<f64>, d: Vector3<f64>) -> f
     }
 }
 
-/// What the twin's chord changes by when the line moves a little: the conditioning, times the rounding.
+/// The change of the reference chord for a small displacement of the line: the conditioning, times rounding.
 pub(crate) fn chord_tolerance(path: &[[f64; 2]], o: Point3<f64>, d: Vector3<f64>) -> f64 {
     let step = 1e-12;
     let here = naive_chord(path, o, d);
@@ -114,7 +114,7 @@ pub(crate) fn direction() -> impl Strategy<Value = Vector3<f64>> {
     ]
 }
 
-/// A path round the origin, seen from it at falling angles: overhangs, creases, several radii at one x.
+/// A path around the origin with falling angles: overhangs, creases, several radii at one x.
 pub(crate) fn star() -> impl Strategy<Value = Vec<[f64; 2]>> {
     (
         prop::collection::vec((0.4..1.6f64, 0.1..1.0f64), 3..24),
@@ -194,9 +194,9 @@ pub(crate) fn study_pose() -> Pose {
     let quarter = std::f64::consts::FRAC_PI_4;
     Pose::axis_along_z(5.625)
         .unwrap()
-        .turned_x(quarter)
+        .rotated_x(quarter)
         .unwrap()
-        .turned_y(quarter)
+        .rotated_y(quarter)
         .unwrap()
 }
 

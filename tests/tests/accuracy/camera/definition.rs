@@ -80,7 +80,7 @@ pub(super) fn view(phantom: &Phantom, view_idx: usize, tolerance: f64) -> Option
         let shape = phantom.shape(phase).ok()?;
         let ([side, height, depth], least) =
             (view.reach(&shape)?, shape.body().layers()[0].r_max());
-        // What the heart changes behind itself.
+        // The change of the background behind the heart.
         let low = chest.as_ref().map_or(depth[0], |_| -21.0);
         view.add(
             &mut samples,
@@ -95,7 +95,7 @@ pub(super) fn view(phantom: &Phantom, view_idx: usize, tolerance: f64) -> Option
     Some(samples)
 }
 
-/// What makes the samples of a view.
+/// The input of the samples of a view.
 struct View {
     size: [usize; 2],
     pitch: [f64; 2],
@@ -124,8 +124,8 @@ impl View {
         Some(reach)
     }
 
-    /// Adds what `project` adds to the slabs of rays within some bounds, `[side, height]`, across and `depth` along them. `least` is the
-    /// smallest radius of what is there.
+    /// Adds the result of `project` to the slabs of rays within some bounds, `[side, height]`, across and `depth` along them. `least` is
+    /// the smallest radius of the objects.
     fn add(
         &self,
         samples: &mut [f64],
@@ -150,7 +150,7 @@ impl View {
             true => 0.3 * narrowest * (6.25 * self.tolerance).powf(0.4).min(0.4),
             false => self.pitch[0].max(self.pitch[1]) / 48.0,
         };
-        // A square holds one ray of each set.
+        // A square contains one ray of each set.
         let (spacing, side) = (spacing.min(least / 25.0), (SHIFTS[1] as f64).sqrt());
         let bins = [0, 1].map(|axis| {
             let (half, pitch) = (0.5 * self.size[axis] as f64, self.pitch[axis]);
@@ -182,7 +182,7 @@ impl View {
     }
 }
 
-/// Adds what surrounds the heart, as if there were no heart.
+/// Adds the surroundings without the heart.
 fn around(
     scene: &Scene,
     chest: Option<&Organs>,
@@ -218,7 +218,7 @@ fn attenuator(scene: &Scene) -> Result<Option<Attenuator<'static>>, Box<dyn std:
     })
 }
 
-/// Adds the heart of one shape, and what it changes around it.
+/// Adds the heart of one shape, and its changes of the surroundings.
 fn heart(
     scene: &Scene,
     shape: &HeartShape,
@@ -322,7 +322,7 @@ impl Raster {
         }
     }
 
-    /// Adds what `project` adds to the slabs of some rays to the samples.
+    /// Adds the result of `project` for the slabs of some rays to the samples.
     fn add(&self, set: &Set, samples: &mut [f64], project: impl Fn(&ParallelRays, &mut [f32])) {
         let (n_bins, n_slabs) = (set.rays.n_bins(), self.sigmas.len());
         let mut slabs = vec![0.0f32; set.heights.len() * n_slabs * n_bins];

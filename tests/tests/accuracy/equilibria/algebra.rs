@@ -1,7 +1,8 @@
 //! Equations whose root is known: a random matrix times products of the distance from the root.
 
 use membrane_newton::{
-    Ended, LineSearch, NewtonError, NewtonOptions, NewtonReport, Refactor, ResidualSystem, newton,
+    LineSearch, NewtonError, NewtonOptions, NewtonReport, Refactor, ResidualSystem, StopReason,
+    newton,
 };
 use nalgebra::{DMatrix, DVector, Dyn, LU};
 use tests::Random;
@@ -99,7 +100,7 @@ fn options(random: &mut Random) -> NewtonOptions {
 /// Rounding of a root of order one.
 const ROUNDING: f64 = 1e-14;
 
-/// The equations, what was reported, and the error over the scale.
+/// The equations, the report, and the error over the scale.
 fn solved(
     random: &mut Random,
     tolerances: [f64; 2],
@@ -121,7 +122,8 @@ pub(super) fn estimate(random: &mut Random) -> Option<f64> {
 pub(super) fn step(random: &mut Random) -> Option<f64> {
     let tolerance = random.decades(-12.0, -1.0);
     let (equations, x, report) = solved(random, [0.0, tolerance])?;
-    (report.ended == Some(Ended::Step)).then(|| equations.off(&x).amax() / (tolerance + ROUNDING))
+    (report.stopped_by == Some(StopReason::Step))
+        .then(|| equations.off(&x).amax() / (tolerance + ROUNDING))
 }
 
 pub(super) fn residual(random: &mut Random) -> Option<f64> {

@@ -77,7 +77,7 @@ impl Springs {
             (b, at_b) = (next, missed(next));
         }
         let mut points = self.shoot(load, b);
-        // the apex is where the ring comes to x = 0
+        // the ring defines x = 0
         let x = ring(&points)[0];
         points.iter_mut().for_each(|(_, place)| place[0] -= x);
         (at_b.abs() < 1e-9 * self.radius).then_some(points)
@@ -89,7 +89,7 @@ pub(super) struct Sheet {
     pub(super) energy: StrainEnergy,
 }
 
-/// A sheet held on a ring of radius 1.
+/// A sheet fixed at a ring of radius 1.
 pub(super) struct Shot {
     pub(super) pressure: f64,
     pub(super) volume: f64,
@@ -110,7 +110,7 @@ impl Sheet {
         Some(l1)
     }
 
-    /// Derivatives of radius y, angle psi, tension T1, height x and volume by the radius at rest, under pressure 1; and l1.
+    /// Derivatives of radius y, angle psi, tension T1, height x and volume by the reference radius, under pressure 1; and l1.
     ///
     /// T1 psi' + T2 sin(psi) / y = p and T1' = (T2 - T1) cos(psi) / y along the curve.
     fn rates(
@@ -133,7 +133,7 @@ impl Sheet {
         Some((rates, l1))
     }
 
-    /// The sheet stretched by `apex` at its apex: under pressure 1 to where it is as wide as at rest, then scaled to a ring of radius 1.
+    /// The sheet with the stretch `apex` at its apex: under pressure 1 up to its reference width, then scaled to a ring of radius 1.
     pub(super) fn shoot(&self, apex: f64) -> Option<Shot> {
         let tension = self.energy.at(apex, apex).ok()?.by[0] / apex;
         // near the apex a sphere of curvature p / (2 T)

@@ -1,4 +1,4 @@
-//! Pictures of what cannot be drawn.
+//! Figures of invalid data.
 
 use super::{ODD, SIZES, back, pairs};
 use heart_study::StudyError;
@@ -79,7 +79,7 @@ fn figures_take_anything() {
         };
         back(histories("b", Some(a), &[history]));
     }
-    // A picture takes a hundredth of a second: every third pair.
+    // An image takes a hundredth of a second: every third pair.
     for [a, b] in pairs().step_by(3) {
         let nodes = [[0.0, a], [b, 0.0], [0.0, -1.0]];
         back(shapes(&[Shape {

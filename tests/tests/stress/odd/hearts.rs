@@ -3,8 +3,8 @@
 use super::{ODD, SIZES, back, pairs};
 use heart_phantom::files::{self, Format, Projections, Volume, write_npy};
 use heart_phantom::{
-    Accuracy, Activity, Balloon, Camera, Cycle, Heart, MaterialPoint, Measures as Quality, Mode,
-    Phantom, PhantomError, Regions, Scene, VolumeCurve, VolumeRange, Wall, WallRegion,
+    Accuracy, Activity, Balloon, Camera, Cycle, Heart, ImageQuality as Quality, MaterialPoint,
+    Mode, Phantom, PhantomError, Regions, Scene, VolumeCurve, VolumeRange, Wall, WallRegion,
 };
 use membrane_newton::{MembraneError, NewtonError};
 use nalgebra::Point3;

@@ -3,8 +3,8 @@
 use super::{ODD, SIZES, back, pairs};
 use membrane_forces::{
     BandMatrix, CircleEquilibrium, CurvePiece, CurvePoint, DiscreteMembrane, FiniteDifferences,
-    LinearEquilibrium, Measure, Measures, Membrane, MembraneError, PressureLaw, RestShape,
-    SpectralElements, Stiffness, balloon_at_rest,
+    LinearEquilibrium, Measure, Measures, Membrane, MembraneError, PressureLaw, ReferenceShape,
+    SpectralElements, Stiffness, balloon_measures,
 };
 use membrane_implicit::{
     Body, EvolvingOptions, ImplicitError, Load, LoadState, Motion, Scheme, Stop, TimeStep,
@@ -22,20 +22,20 @@ const MEASURES: [Measure; 4] = [
 ];
 
 fn balloon() -> Membrane {
-    Membrane::new(RestShape::balloon(8.5, 1.75).expect("a balloon"))
+    Membrane::new(ReferenceShape::balloon(8.5, 1.75).expect("a balloon"))
 }
 
 #[test]
 fn membrane_forces_takes_anything() {
     let mut rests = Vec::new();
     for [a, b] in pairs() {
-        rests.extend(back(RestShape::balloon(a, b)));
-        rests.extend(back(RestShape::polyline(&[
+        rests.extend(back(ReferenceShape::balloon(a, b)));
+        rests.extend(back(ReferenceShape::polyline(&[
             [0.0, a],
             [b, 0.0],
             [0.0, -1.0],
         ])));
-        rests.extend(back(RestShape::from_function(
+        rests.extend(back(ReferenceShape::from_function(
             move |s| CurvePoint {
                 position: [a * s, 1.0 - 2.0 * s * b],
                 first: [a, -2.0 * b],
@@ -43,7 +43,7 @@ fn membrane_forces_takes_anything() {
             },
             &[0.3],
         )));
-        back(RestShape::from_function(
+        back(ReferenceShape::from_function(
             |s| CurvePoint {
                 position: [s, 1.0 - 2.0 * s],
                 first: [1.0, -2.0],
@@ -51,7 +51,7 @@ fn membrane_forces_takes_anything() {
             },
             &[a, b],
         ));
-        back(balloon_at_rest(a, b));
+        back(balloon_measures(a, b));
         if let Some(circle) = back(CircleEquilibrium::new(a, b)) {
             let _ = circle.measures();
             for s in ODD {
@@ -85,11 +85,11 @@ fn membrane_forces_takes_anything() {
             }
         }
     }
-    back(RestShape::polyline(&[]));
-    back(RestShape::polyline(&[[0.0, 1.0]]));
+    back(ReferenceShape::polyline(&[]));
+    back(ReferenceShape::polyline(&[[0.0, 1.0]]));
     let mut stiffnesses = vec![Stiffness::UNIT];
     for a in ODD {
-        back(RestShape::disc(a));
+        back(ReferenceShape::disc(a));
         stiffnesses.extend(back(Stiffness::constant(a)));
         stiffnesses.extend(back(Stiffness::samples(&[1.0, a, 1.0])));
         stiffnesses.extend(back(Stiffness::function(move |s| a + s, &[])));
@@ -147,10 +147,10 @@ fn membrane_forces_takes_anything() {
                 let x = vec![1.0; band.len()];
                 band.mul_into(&x, &mut x.clone());
                 let mut lu = BandedLu::for_matrix(&band);
-                assert!(lu.factored().is_none());
+                assert!(lu.factorisation().is_none());
                 let factored = back(lu.factor(&band).map(drop)).is_some();
-                assert_eq!(lu.factored().is_some(), factored);
-                if let Some(lu) = lu.factored() {
+                assert_eq!(lu.factorisation().is_some(), factored);
+                if let Some(lu) = lu.factorisation() {
                     lu.solve_into(&mut vec![1.0; n]);
                     let _ = lu.determinant_sign();
                 }
@@ -159,7 +159,7 @@ fn membrane_forces_takes_anything() {
     }
 }
 
-/// States of the right length that are no curve, then of wrong lengths.
+/// States of the right length that are no curve, and states of wrong lengths.
 fn forces_of_differences(d: &FiniteDifferences) {
     d.blow_up();
     d.stiffness_scale();
@@ -306,13 +306,13 @@ fn membrane_newton_takes_anything() {
         .with_max_iterations(0)
         .with_max_load_steps(0);
     back(solvers[0].solve(Control::VolumeGain(0.1), &never));
-    // Membranes in any order; a pair whose parts were exchanged, of other discretisations.
+    // Membranes in any order; a pair with exchanged parts and of different discretisations.
     for inner in &solvers {
         for outer in &solvers {
             back(Pair::new(inner.clone(), outer.clone()));
         }
     }
-    let large = Membrane::new(RestShape::balloon(8.5, 2.75).expect("a balloon"));
+    let large = Membrane::new(ReferenceShape::balloon(8.5, 2.75).expect("a balloon"));
     let outer = Solver::new(&large, Discretisation::FiniteDifferences { nodes: 8 });
     let pair = Pair::new(solvers[2].clone(), outer.expect("nodes enough")).expect("a wall");
     let mut solved = pair.solve_gain(0.1, &options).expect("a small gain");
@@ -322,7 +322,7 @@ fn membrane_newton_takes_anything() {
     let mut border = Border::new(3);
     for corner in ODD {
         border.row_mut().fill(corner);
-        assert!(border.eliminated().is_none());
+        assert!(border.elimination().is_none());
         let solve = |column: &mut [f64]| {
             column.fill(1.0);
             Ok(())
@@ -443,7 +443,7 @@ fn membrane_implicit_takes_anything() {
     }
 }
 
-/// Whether a state of another length was what was wrong.
+/// Whether the error is the length of a state.
 fn wrong(error: membrane_forces::MembraneError) -> bool {
     matches!(error, membrane_forces::MembraneError::WrongLength { .. })
 }

@@ -52,8 +52,8 @@ fn revolve_voxel_takes_anything() {
     let pose = Pose::axis_along_z(0.5).expect("a place");
     let mut poses = vec![pose];
     for [a, b] in pairs() {
-        poses.extend(back(Pose::axis_along_z(a).and_then(|p| p.turned_x(b))));
-        poses.extend(back(pose.turned_y(a).and_then(|p| p.turned_z(b))));
+        poses.extend(back(Pose::axis_along_z(a).and_then(|p| p.rotated_x(b))));
+        poses.extend(back(pose.rotated_y(a).and_then(|p| p.rotated_z(b))));
         poses.extend(back(pose.shifted(Vector3::new(a, b, 0.0))));
         let rotation = Unit::new_unchecked(Quaternion::new(a, b, 0.0, 0.0));
         let isometry = Isometry3::from_parts(Translation3::new(a, 0.0, b), rotation);
@@ -134,7 +134,7 @@ fn revolve_voxel_takes_anything() {
                 Err(RevolveError::WrongLength { given: 0, .. })
             ));
         }
-        // Voxels and sectors take the time of all the rest: of every fifth.
+        // Voxels and sectors take most of the time: only every fifth.
         if k % 5 > 0 {
             continue;
         }
@@ -242,8 +242,8 @@ fn shells([a, b]: [f64; 2]) {
         shell.point(a, b);
         shell.tangents(a, b);
         shell.locate([a, b]);
-        shell.share(a);
-        shell.at_share(b);
+        shell.volume_fraction(a);
+        shell.at_volume_fraction(b);
         shell.corresponding(a, &found[0]);
         shell.thickness(a);
         shell.volume_rate(b);

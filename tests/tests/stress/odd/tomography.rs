@@ -147,7 +147,7 @@ fn projections(geometry: &ParallelGeometry, grid: &ImageGrid, kernel: Kernel) {
             &data,
             &mut start(),
             &CglsOptions::default().with_stopping(stopping),
-            radon::go_on,
+            radon::no_observer,
         ));
         back(sirt(
             &projector,
@@ -158,7 +158,7 @@ fn projections(geometry: &ParallelGeometry, grid: &ImageGrid, kernel: Kernel) {
                 .with_lower(value)
                 .with_upper(-value)
                 .with_stopping(stopping),
-            radon::go_on,
+            radon::no_observer,
         ));
         let options = EmOptions::default().with_stopping(stopping);
         back(mlem(
@@ -166,12 +166,18 @@ fn projections(geometry: &ParallelGeometry, grid: &ImageGrid, kernel: Kernel) {
             &data,
             &mut start(),
             &options,
-            radon::go_on,
+            radon::no_observer,
         ));
         let wrong = options.with_background(vec![value; 1]);
-        back(mlem(&projector, &data, &mut start(), &wrong, radon::go_on));
+        back(mlem(
+            &projector,
+            &data,
+            &mut start(),
+            &wrong,
+            radon::no_observer,
+        ));
         assert!(matches!(
-            mlem(&projector, &[], &mut [], &wrong, radon::go_on),
+            mlem(&projector, &[], &mut [], &wrong, radon::no_observer),
             Err(radon::RadonError::WrongLength { .. })
         ));
     }

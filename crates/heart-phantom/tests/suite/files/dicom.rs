@@ -1,4 +1,4 @@
-//! DICOM: what is in the files, read back by tag. Whether they are DICOM, `readers/check.py` asks others.
+//! DICOM: the content of the files, read back by tag. `readers/check.py` validates them with other programs.
 
 use super::*;
 use dicom_dictionary_std::tags;
@@ -20,7 +20,7 @@ fn decimals(file: &DefaultDicomObject, tag: Tag) -> Vec<f64> {
     file.element(tag).unwrap().to_multi_float64().unwrap()
 }
 
-/// No error from the validator of dicom3tools (<https://www.dclunie.com/dicom3tools/dciodvfy.html>), where it is installed.
+/// No error from the validator of dicom3tools (<https://www.dclunie.com/dicom3tools/dciodvfy.html>), if it is installed.
 fn validate(path: &Path) {
     if let Ok(output) = Command::new("dciodvfy").arg(path).output() {
         let said = String::from_utf8_lossy(&output.stderr);
@@ -28,7 +28,7 @@ fn validate(path: &Path) {
     }
 }
 
-/// Samples as the factor has them.
+/// Samples according to the factor.
 fn samples_of(file: &DefaultDicomObject) -> (Vec<f64>, f64) {
     let bytes = file.element(tags::PIXEL_DATA).unwrap().to_bytes().unwrap();
     let factor = decimals(file, tags::RESCALE_SLOPE)[0];
@@ -40,7 +40,7 @@ fn samples_of(file: &DefaultDicomObject) -> (Vec<f64>, f64) {
     (words.map(|word| factor * word).collect(), factor)
 }
 
-/// A view is what one sees from the detector, which is at the patient's back at 0 and on the left at 90 degrees.
+/// A view is the image seen from the detector, which is at the patient's back at 0 and on the left at 90 degrees.
 #[test]
 fn views_are_seen_from_where_the_header_says() {
     let folder = tempfile::tempdir().unwrap();
@@ -87,8 +87,8 @@ fn views_are_seen_from_where_the_header_says() {
                 let (gate, view) = (k / (6 * ROWS * BINS), k / (ROWS * BINS) % 6);
                 let (row, column) = (k / BINS % ROWS, k % BINS);
                 let alpha = (number(tags::START_ANGLE) + step * view as f64).to_radians();
-                // The detector at (sin, cos) of x to the left, y to the back; looking at the patient from there, head up,
-                // the picture's right is towards (-cos, sin).
+                // The detector is at (sin, cos) of x to the left, y to the back; viewed from there, head up, the right of the image is
+                // towards (-cos, sin).
                 let across = (column as f64 - 2.0) * PITCH[0];
                 let [x, y] = [-alpha.cos() * across, alpha.sin() * across];
                 let z = (1.5 - row as f64) * PITCH[1];
@@ -156,7 +156,7 @@ fn a_volume_is_where_it_was_and_labels_are_exact() {
     assert_eq!(decimals(&file, tags::RESCALE_SLOPE), [1.0]);
 }
 
-/// Where samples are counts over a number, the pixels are these counts.
+/// If samples are counts divided by a number, the pixels are these counts.
 #[test]
 fn counts_are_kept_as_they_are() {
     let folder = tempfile::tempdir().unwrap();
@@ -263,7 +263,7 @@ fn a_ct_has_a_file_a_slice_in_hounsfield_units() {
     assert_eq!(entries(folder.path()), SHAPE[2]);
 }
 
-/// Two heads, each over the same half turn, of gates with rejected beats: frames are sorted by detector, gate and view.
+/// Two heads over the same half turn, gates with rejected beats: frames are sorted by detector, gate and view.
 #[test]
 fn two_heads_are_two_detectors_with_counted_beats() {
     let folder = tempfile::tempdir().unwrap();
@@ -362,7 +362,7 @@ fn two_heads_are_two_detectors_with_counted_beats() {
     }
 }
 
-/// Expected noise of a decaying activity on two heads: the file has the counts themselves, their sum is that of the report.
+/// Expected noise of a decaying activity on two heads: the file contains the counts; their sum is that of the report.
 #[test]
 fn raw_counts_are_whole_numbers_with_a_slope_of_one() {
     let scene = "[heart]\ndiscretisation = { differences = { nodes = 41 } }\n\
@@ -385,7 +385,7 @@ fn raw_counts_are_whole_numbers_with_a_slope_of_one() {
         .map(|&n| f64::from(n))
         .sum();
     let told: f64 = report.gates.iter().filter_map(|gate| gate.counts).sum();
-    // Samples of the report's sum are counts over 32-bit numbers.
+    // The report's sum is of samples, which are counts divided by 32-bit numbers.
     assert!(
         pixels > 1e3 && (told / pixels - 1.0).abs() < 1e-6,
         "{told} {pixels}"

@@ -1,10 +1,10 @@
-//! What is refused, and what a failure leaves behind.
+//! Rejected files, and the state after a failure.
 
 use super::*;
 use heart_phantom::files::write_npy;
 use revolve_voxel::RevolveError;
 
-/// The error, and that the folder is as it was.
+/// Returns the error and checks that the folder is unchanged.
 fn refused(folder: &Path, result: Result<(), PhantomError>) -> PhantomError {
     assert_eq!(entries(folder), 0);
     result.unwrap_err()
@@ -29,7 +29,7 @@ fn volumes_that_make_no_sense_are_refused() {
         let volume = Volume::new(grid, &samples);
         assert!(matches!(volume, Err(PhantomError::OutOfRange { .. })));
     }
-    // The grid itself refuses these.
+    // The grid itself rejects these.
     let refused = VoxelGrid::new(SHAPE, [f64::NAN, 1.0, 1.0], [0.0; 3]);
     assert!(matches!(refused, Err(RevolveError::NotFinite { .. })));
     let refused = VoxelGrid::new([0, 1, 1], SPACING, [0.0; 3]);
@@ -80,7 +80,7 @@ fn a_side_too_long_for_16_bits_is_refused_by_nifti_alone() {
 fn what_a_format_cannot_hold_is_refused() {
     let folder = tempfile::tempdir().unwrap();
     let at = |name: &str| folder.path().join(name);
-    // A grid off the centre, by a hundredth of a voxel along one axis.
+    // An off-centre grid, by a hundredth of a voxel along one axis.
     for a in 0..3 {
         let mut offset = [0.0; 3];
         offset[a] = 0.01 * SPACING[a];
@@ -217,8 +217,7 @@ fn no_folder_and_a_folder_in_the_way_leave_nothing() {
     }
 }
 
-/// The system itself stops each write part of the way: a child process may write files of a few
-/// kilobytes only.
+/// The operating system stops each write: a child process may write files of only a few kilobytes.
 #[cfg(unix)]
 #[test]
 fn a_write_cut_short_leaves_the_older_file_and_no_litter() {

@@ -1,11 +1,11 @@
-//! All gates of a beat in one file.
+//! All gates of a cycle in one file.
 
 use super::*;
 
 const GATES: usize = 3;
 const SECONDS: f64 = 0.25;
 
-/// Of each gate the field, and 1000 for each gate before it.
+/// The field of each gate, plus 1000 per gate index.
 fn beat(grid: &VoxelGrid) -> Vec<f32> {
     let one = sampled(grid);
     let of = |gate: usize| one.iter().map(move |v| v + 1000.0 * gate as f32).collect();
@@ -14,7 +14,7 @@ fn beat(grid: &VoxelGrid) -> Vec<f32> {
         .collect()
 }
 
-/// The gates as a reader has them that knows nothing of the writer, `[gate][z][y][x]`, and the seconds between them.
+/// The gates according to an independent reader, `[gate][z][y][x]`, and the seconds between them.
 fn read_gates(path: &Path, format: Format) -> (Vec<f64>, f64) {
     let bytes = fs::read(path).unwrap();
     match format {
@@ -117,7 +117,7 @@ fn the_gates_of_one_file_come_back_in_their_order() {
     assert_eq!(shape, [GATES, SHAPE[2], SHAPE[1], SHAPE[0]]);
 }
 
-/// More samples than a piece of the interleaving writer holds, and three kinds of them.
+/// More samples than a block of the interleaving writer, of three types.
 #[test]
 fn channels_of_any_length_are_interleaved() {
     let folder = tempfile::tempdir().unwrap();
@@ -159,13 +159,13 @@ fn views_of_all_gates_go_into_one_file() {
     let (header, found) = read_interfile(&path);
     assert_eq!(header["number of projections"], "6");
     assert_eq!(header["total number of images"], "18");
-    // Rows and bins of each view turned round.
+    // Rows and bins of each view are transposed.
     for (k, value) in found.iter().enumerate() {
         let (view, pixel) = (k / (ROWS * BINS), k % (ROWS * BINS));
         let expected = samples[view * ROWS * BINS + ROWS * BINS - 1 - pixel];
         assert_eq!(*value, f64::from(expected));
     }
-    // One number of counts for each view of each gate.
+    // One calibration factor per view and gate.
     let counts = vec![2.0; GATES * angles.len()];
     assert!(projections.with_counts_per_unit(&counts).is_ok());
     assert!(projections.with_counts_per_unit(&counts[1..]).is_err());

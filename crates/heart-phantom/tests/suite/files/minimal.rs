@@ -1,8 +1,8 @@
-//! Minimal readers, which know nothing of the writers.
+//! Minimal readers, independent of the writers.
 
 use super::*;
 
-/// What a reader found: x fastest; sample (i, j, k) at `first + (i, j, k) * step` in the lab, cm.
+/// The content of a file: x fastest; sample (i, j, k) at `first + (i, j, k) * step` in the lab, cm.
 #[derive(Debug)]
 pub(super) struct Found {
     pub(super) shape: [usize; 3],
@@ -260,7 +260,7 @@ pub(super) fn json_list(value: &serde_json::Value) -> Vec<f64> {
 pub(super) fn read(path: &Path, format: Format) -> Found {
     let bytes = fs::read(path).unwrap();
     match format {
-        // The bare array: its place is what the caller knows.
+        // The bare array: only the caller knows its position.
         Format::Npy => {
             let (shape, samples) = read_npy(&bytes);
             Found {

@@ -1,9 +1,9 @@
-//! NumPy's own bytes: what `numpy.save` of NumPy 2.4.6 writes for the same arrays, byte for byte.
+//! The bytes of NumPy: `numpy.save` of NumPy 2.4.6 writes the same arrays identically.
 
 use super::*;
 use heart_phantom::files::write_npy;
 
-/// A file of `numpy.save`: its header fills 128 bytes, the last of them the end of the line.
+/// A file of `numpy.save`: its header has 128 bytes and ends with a line feed.
 fn saved(array: &str, values: &[u8]) -> Vec<u8> {
     let mut bytes = b"\x93NUMPY\x01\x00\x76\x00".to_vec();
     bytes.extend(format!("{array:117}\n").bytes());

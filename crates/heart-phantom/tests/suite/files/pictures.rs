@@ -1,9 +1,9 @@
-//! PNG and GIF, decoded again.
+//! PNG and GIF, decoded.
 
 use super::*;
 use heart_phantom::files::{Section, write_gif, write_png};
 
-/// One voxel marked, off every centre; black elsewhere.
+/// One marked voxel, off-centre along all axes; black elsewhere.
 fn marked(ix: usize, iy: usize, iz: usize) -> Vec<u8> {
     let mut samples = vec![0; 60];
     samples[(iz * 4 + iy) * 5 + ix] = 200;
@@ -16,7 +16,7 @@ fn sections_are_laid_out_with_left_on_the_right_and_the_head_on_top() {
     let path = folder.path().join("a.png");
     let samples = marked(3, 1, 2);
     let volume = Volume::new(grid(Format::Nifti), samples.as_slice()).unwrap();
-    // Size of the picture, and the column and row of the voxel in it.
+    // Size of the image, and the column and row of the voxel in it.
     for (section, size, pixel) in [
         (Section::Axial(2), (5, 4), (3, 1)),
         (Section::Coronal(1), (5, 3), (3, 0)),

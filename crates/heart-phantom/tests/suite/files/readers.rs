@@ -1,4 +1,4 @@
-//! The same files through readers that others wrote, if Python has them.
+//! The files read by other packages, if Python has them.
 
 use super::*;
 use heart_phantom::files::Radius;
@@ -30,7 +30,7 @@ fn independent_readers_agree() {
             }));
         }
     }
-    // Either way round, from an angle of which no sign, no half turn and no multiple of a quarter looks like another.
+    // Both directions of rotation, from an angle that is distinct from its negative, from half turns and from multiples of a quarter.
     let growing: Vec<f64> = (0..6).map(|k| 0.5 + 0.25 * f64::from(k)).collect();
     let falling: Vec<f64> = growing.iter().rev().copied().collect();
     let mut stacks = Vec::new();
@@ -82,7 +82,7 @@ fn independent_readers_agree() {
     eprintln!("{said}");
 }
 
-/// Vectors that are a linear function of the place, none of whose axes or signs looks like another, in each format that holds any.
+/// Vectors that depend linearly on the position, with distinct axes and signs, in each format that stores vectors.
 fn fields(folder: &Path) -> Vec<serde_json::Value> {
     let gradient = [[1.0, 0.5, -0.25], [0.0, -2.0, 0.75], [0.5, 0.25, 3.0]];
     let offset = [0.25, -1.5, 4.0];
@@ -125,13 +125,13 @@ fn fields(folder: &Path) -> Vec<serde_json::Value> {
 const GATES: usize = 3;
 const SECONDS: f64 = 0.25;
 
-/// `one` for each gate, with 1000 more each time.
+/// `one` for each gate, plus 1000 per gate index.
 fn by_gates(one: &[f32]) -> Vec<f32> {
     let of = |gate: usize| one.iter().map(move |v| v + 1000.0 * gate as f32);
     (0..GATES).flat_map(of).collect()
 }
 
-/// Volumes of all gates in one file, and views.
+/// Volumes of all gates in one file, and projections.
 fn beats(folder: &Path) -> Vec<serde_json::Value> {
     let mut made = Vec::new();
     for format in [
@@ -152,7 +152,7 @@ fn beats(folder: &Path) -> Vec<serde_json::Value> {
     made
 }
 
-/// DICOM of either way round, gated and not, a volume and a CT.
+/// DICOM of both directions of rotation, gated and not, a volume and a CT.
 fn dicom(folder: &Path, ways: &[Vec<f64>]) -> Vec<serde_json::Value> {
     let mut made = Vec::new();
     if !cfg!(feature = "dicom") {

@@ -39,8 +39,8 @@ fn aliased(scene: &Scene) -> Option<[f64; 3]> {
     })
 }
 
-/// The largest difference of the first view from averages over bins, relative to the largest of these. They are those of bins a third as wide,
-/// to the tolerance.
+/// The largest difference of the first view from bin averages, relative to their largest value. They are computed with bins a third as
+/// wide, to the tolerance.
 fn effect(scene: &Scene, tolerance: f64) -> f64 {
     let lines = Phantom::new(scene.clone()).unwrap().view(0, 0).unwrap();
     let mut fine = scene.clone();
@@ -71,14 +71,14 @@ fn line_integrals_of_bins_wider_than_half_the_response_are_aliased() {
         );
         assert_eq!(aliased(&blurred(pitch, 1.21)), None);
     }
-    // Averages over bins, and lines without a response through a heart that is large against the bins.
+    // Bin averages, and line integrals without a response through a heart that is large compared with the bins.
     let mut averages = blurred([0.6; 2], 0.9);
     averages.camera.samples = Some(BinSample::Averages);
     assert_eq!(aliased(&averages), None);
     averages.camera.samples = None;
     assert_eq!(aliased(&averages), None);
     assert_eq!(aliased(&centres([0.6; 2])), None);
-    // A heart that is small against the bins is aliased without a response, too.
+    // A heart that is small compared with the bins is aliased without a response, too.
     let [pitch, fwhm, error] = aliased(&tiny([0.6; 2])).unwrap();
     assert_eq!((pitch, fwhm), (0.6, 0.0));
     assert!(error > 0.1, "{error}");
@@ -109,7 +109,7 @@ fn the_stated_effect_of_aliasing_is_the_true_one() {
         let [_, _, stated] = aliased(&scene).unwrap();
         let exact = effect(&scene, tolerance);
         println!("stated {stated:e}, exact {exact:e}");
-        // The averages compared with are those of 3 x 3 sub-bins of at most 34 rays.
+        // The reference averages are those of 3 x 3 sub-bins of at most 34 rays.
         assert!(
             (stated - exact).abs() < 0.02 * exact + tolerance,
             "{stated} {exact}"

@@ -1,4 +1,4 @@
-//! What the measures of a reconstruction say of volumes for which it is known.
+//! Figures of artefacts for volumes with known values.
 
 use super::small;
 use heart_phantom::scene::{
@@ -13,8 +13,8 @@ fn of_reconstruction(scene: Scene) -> Artefacts {
     phantom.artefacts(0, &volume, &truth).unwrap()
 }
 
-/// An edge blurred by a Gaussian falls from 90 to 10 % within 2 * 1.28155 standard deviations, here between the middle of a
-/// thick wall and what is outside.
+/// An edge blurred by a Gaussian falls from 90 to 10 % within 2 * 1.28155 standard deviations, here between the middle of a thick wall and
+/// its surroundings.
 #[test]
 fn the_blur_of_the_wall_is_that_of_the_detector() {
     let blurred = |fwhm: f64| {
@@ -31,7 +31,7 @@ fn the_blur_of_the_wall_is_that_of_the_detector() {
     for fwhm in [0.8, 1.2] {
         let gaussian = 10.0 * 2.0 * 1.281_551_6 * fwhm / (8.0 * 2.0f64.ln()).sqrt();
         for (found, sharp) in widths(&blurred(fwhm)).into_iter().zip(sharp) {
-            // The width of voxels and filter adds in squares, as far as it is Gaussian; the wall is curved.
+            // The widths of voxels and filter add in squares if they are Gaussian; the wall is curved.
             let expected = gaussian.hypot(sharp);
             assert!(
                 (found / expected - 1.0).abs() < 0.03,
@@ -49,7 +49,7 @@ fn the_truth_is_even_and_what_is_added_is_measured() {
         let volume: Vec<f32> = truth.iter().map(|&v| change(v)).collect();
         phantom.artefacts(0, &volume, &truth).unwrap()
     };
-    // Voxels two inside the wall hold nothing else; those three outside hold nothing. Sums are of f32.
+    // Voxels two inside the wall contain only wall; those three outside are zero. Sums are f32.
     let near = |found: Option<f64>, expected: f64| {
         assert!(
             (found.unwrap() - expected).abs() < 1e-6,
@@ -59,7 +59,7 @@ fn the_truth_is_even_and_what_is_added_is_measured() {
     let same = measured(&|v| v);
     near(same.streaks_outside, 0.0);
     near(same.wall_unevenness, 0.0);
-    // The wall's own mean is below its activity: voxels at its faces hold a part of it only.
+    // The average of the wall is below its activity: voxels at its surfaces contain only a part of it.
     let of_wall = same.wall_mean_truth.unwrap();
     assert!((0.8..0.98).contains(&of_wall), "{of_wall}");
     near(same.wall_mean, of_wall);
@@ -98,14 +98,14 @@ fn motion_blurs_and_gates_restore() {
         blur(&gated).0 < blur(&long).0 && blur(&gated).1 < blur(&long).1,
         "{gated:?}"
     );
-    // Views of different hearts do not fit together: streaks.
+    // Projections of different hearts are inconsistent: streaks.
     assert!(
         short.streaks_outside.unwrap() > 2.0 * still.streaks_outside.unwrap(),
         "{short:?} {still:?}"
     );
 }
 
-/// The heart at rest, `bins` of half a centimetre wide.
+/// The heart in the reference configuration, `bins` bins of half a centimetre.
 fn resting(bins: usize) -> Scene {
     let mut scene = Scene::default().with_mode(Mode::Static { phase: 0.0 });
     scene.heart.discretisation = DiscretisationSettings::Differences { nodes: 101 };
@@ -114,7 +114,7 @@ fn resting(bins: usize) -> Scene {
     scene
 }
 
-/// A view that ends in the heart has what the blur brings in from beyond its edges: the middle of a view that holds all of it.
+/// A truncated view includes the blur from beyond its edges: it equals the middle of a complete view.
 #[test]
 fn blur_brings_in_what_is_beyond_the_edges() {
     for fwhm in [1.0, 2.0] {
@@ -132,11 +132,11 @@ fn blur_brings_in_what_is_beyond_the_edges() {
             for (row, bin) in (0..12).flat_map(|row| (0..16).map(move |bin| (row, bin))) {
                 let here = views[(view * 12 + row) * 16 + bin];
                 let there = all[(view * 64 + row + 26) * 64 + bin + 24];
-                // Sums of the same numbers, but for rounding of single precision.
+                // Sums of the same numbers, up to rounding of single precision.
                 assert!((here - there).abs() <= 1e-6 * most, "{here} {there}");
             }
         }
-        // A slice alone has the bits that it has among the others.
+        // A single slice is bitwise identical to that of the volume.
         let (volume, slice) = (part.volume(0).unwrap(), part.slice(0, 1).unwrap());
         assert!(volume[256..512] == slice[..]);
     }
@@ -162,11 +162,11 @@ fn an_edge_is_measured_from_what_surrounds_it_and_where_it_is_seen() {
             (within.wall_blur_mm, alone.wall_blur_mm),
             (within.apex_blur_mm, alone.apex_blur_mm),
         ] {
-            // Streaks of 60 views; the edge of the background is 30 mm and more away.
+            // Streaks of 60 views; the edge of the background is at least 30 mm away.
             assert!((a.unwrap() / b.unwrap() - 1.0).abs() < 0.25, "{a:?} {b:?}");
         }
     }
-    // The apex is 5.9 cm from the axis of the camera; views of 16 bins end at 4, less one bin 3.5.
+    // The apex is 5.9 cm from the axis of rotation; views of 16 bins end at 4 cm, less one bin at 3.5 cm.
     assert_eq!(found(16, 0.0).apex_blur_mm, None);
     // Pixels so small that a line through the heart would have billions of points.
     let mut scene = resting(16);
@@ -174,7 +174,7 @@ fn an_edge_is_measured_from_what_surrounds_it_and_where_it_is_seen() {
     assert_eq!(of_reconstruction(scene).apex_blur_mm, None);
 }
 
-/// Counts of a given total take the views once, not once for the sum and once for themselves.
+/// A given total of counts projects the views once, not separately for the sum and the counts.
 #[test]
 fn views_with_a_total_of_counts_are_taken_once() {
     let mut scene = resting(16);

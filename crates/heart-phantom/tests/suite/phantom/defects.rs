@@ -1,4 +1,4 @@
-//! Pieces of the wall with an activity of their own.
+//! Defects of the wall.
 
 use heart_phantom::scene::*;
 use heart_phantom::*;
@@ -25,7 +25,7 @@ fn labels_mark_defects() {
         azimuths_degrees: [90.0, 200.0],
         activity: 2.0,
     };
-    // The first lies within the second and is replaced by it; the third is beside that and takes a part of it.
+    // The second defect replaces the first one, which lies within it; the third replaces a part of the second.
     let hidden = Defect {
         s: [0.25, 0.3],
         layers: [0.1, 0.5],
@@ -44,7 +44,7 @@ fn labels_mark_defects() {
         let labels = phantom.labels(phase).unwrap();
         let shape = phantom.shape(phase).unwrap();
         let wall = Wall::sliding(&shape, &rest).unwrap();
-        // The material at a point: in which defects it is, or none if it is not of the wall.
+        // Returns the defects at a point, or none outside the wall.
         let at = |p: Point3<f64>| {
             let m = wall.locate(&p)?;
             Some([0, 1, 2].map(|k: usize| {
@@ -58,7 +58,7 @@ fn labels_mark_defects() {
         let mut seen = [0; 6];
         for (k, (&label, before)) in labels.iter().zip(plain.labels(phase).unwrap()).enumerate() {
             seen[usize::from(label)] += 1;
-            // Only the wall's voxels change.
+            // Only voxels of the wall change.
             assert!(
                 label == before || (before == 2 && label > 2),
                 "{label} {before}"
@@ -67,7 +67,7 @@ fn labels_mark_defects() {
             let h = 0.5 * grid.spacing()[0];
             let corner = |j: usize| [0, 1, 2].map(|a| if j >> a & 1 == 1 { h } else { -h });
             let all: Vec<_> = (0..8).map(|j| at(c + Vector3::from(corner(j)))).collect();
-            // A voxel with its corners and its centre in one place is in it: pieces are thicker than a voxel or two.
+            // A voxel whose corners and centre are in one region has its label: regions are thicker than a voxel or two.
             if all.iter().any(|found| *found != at(c)) {
                 continue;
             }
@@ -82,7 +82,7 @@ fn labels_mark_defects() {
             seen[2] > 1000 && seen[3] == 0 && seen[4] > 100 && seen[5] > 100,
             "{seen:?}"
         );
-        // The exact volume says the same: a voxel of a cold defect is dark, one of a hot one bright.
+        // The ground truth agrees: a voxel of a cold defect is dark, one of a hot one bright.
         let activity = phantom.activity(phase).unwrap();
         let mean = |label: u8| {
             let own = labels.iter().zip(&activity).filter(|(l, _)| **l == label);
@@ -125,12 +125,12 @@ fn a_defect_moves_with_the_wall_and_keeps_its_volume() {
                 * voxel
         })
         .collect();
-    // 0.7 of the wall's strip, a quarter of a turn: the same material at every phase.
+    // 0.7 of a strip of the wall, a quarter of a turn: the same material at every phase.
     assert!(lost[0] > 1.0);
     for volume in &lost {
         assert!((volume / lost[0] - 1.0).abs() < 2e-3, "{lost:?}");
     }
-    // The views of the difference are those of the piece: its volume, by the midpoint rule on 4 mm bins.
+    // The projections of the difference contain the volume of the region, by the midpoint rule on 4 mm bins.
     let [all, less] = [&whole, &cold].map(|phantom| phantom.view(0, 4).unwrap());
     let seen: f64 = all
         .iter()
@@ -139,7 +139,7 @@ fn a_defect_moves_with_the_wall_and_keeps_its_volume() {
         .sum::<f64>()
         * 0.16;
     assert!((seen / lost[0] - 1.0).abs() < 0.03, "{seen} {lost:?}");
-    // As active as the wall: no defect at all.
+    // As active as the wall: no defect.
     scene.defects[0].activity = 1.0;
     let none = Phantom::new(scene).unwrap();
     assert!(none.view(0, 4).unwrap() == all);

@@ -1,12 +1,12 @@
-//! Numbers that the guide for physicists tells.
+//! Numbers of the guide for physicists.
 
 use heart_phantom::scene::{ArcPolicy, DiscretisationSettings, Mode, Scene};
-use heart_phantom::{Measures, Phantom};
+use heart_phantom::{ImageQuality, Phantom};
 use std::f64::consts::PI;
 
 #[test]
 fn volumes_have_the_digits_that_the_guide_says() {
-    // The inner balloon at rest: a cylinder of 8.5 cm and radius 1.75 cm closed by a hemisphere.
+    // The inner balloon in its reference configuration: a cylinder of 8.5 cm and radius 1.75 cm closed by a hemisphere.
     let rest = PI * 1.75f64.powi(2) * (8.5 + 2.0 * 1.75 / 3.0);
     let volumes = |scene: &Scene| {
         let numbers = Phantom::new(scene.clone()).unwrap().numbers().unwrap();
@@ -17,7 +17,7 @@ fn volumes_have_the_digits_that_the_guide_says() {
         assert!((found - told).abs() < 5e-6, "{found} {told}");
     }
     assert!((rest - 93.00423).abs() < 5e-6 && (1.6 * rest - 148.80677).abs() < 5e-6);
-    // Whatever the tolerance of the surface.
+    // For any tolerance of the surface.
     for tolerance in [1e-4, 1e-2] {
         scene.heart.discretisation = DiscretisationSettings::Spectral {
             degree: 16,
@@ -48,8 +48,8 @@ fn amplitudes_of_a_short_arc_are_those_of_the_guide() {
         let (volume, truth) = (phantom.volume(0).unwrap(), phantom.truth(0).unwrap());
         let found = phantom.artefacts(0, &volume, &truth).unwrap();
         let regions = phantom.regions_of(0).unwrap();
-        let inner = Measures::of(&volume, Some(&truth), &regions, phantom.camera()).unwrap();
-        // The last digit told.
+        let inner = ImageQuality::of(&volume, Some(&truth), &regions, phantom.camera()).unwrap();
+        // To the last printed digit.
         assert!((inner.wall_mean.unwrap() - mean).abs() < 0.006, "{inner:?}");
         let uneven = found.wall_unevenness.unwrap();
         assert!((0.325..0.435).contains(&uneven), "{found:?}");

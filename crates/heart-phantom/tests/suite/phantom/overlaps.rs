@@ -1,4 +1,4 @@
-//! Activity is never negative: what is taken away is there, and only once.
+//! Activity is never negative: subtracted activity exists, and is subtracted only once.
 
 use heart_phantom::scene::*;
 use heart_phantom::*;
@@ -22,7 +22,7 @@ fn with(defects: &[Defect]) -> Phantom {
     Phantom::new(scene).unwrap()
 }
 
-/// Overlapping defects and the same cut by hand into pieces that do not overlap, over the seam of the azimuths too.
+/// Overlapping defects and the same defects divided by hand into disjoint pieces, also across the seam of the azimuths.
 #[test]
 fn the_last_of_overlapping_defects_counts() {
     let cold = region([0.0, 1.0], [0.1, 0.4], [-60.0, 120.0], 0.0);
@@ -47,12 +47,12 @@ fn the_last_of_overlapping_defects_counts() {
         // The tolerance of the coverage, 1e-3, of a handful of pieces of activity up to 3.
         assert!((a - b).abs() < 2e-2, "{a} {b}");
     }
-    // In the other order the cold one is whole.
+    // In the opposite order the cold defect is complete.
     let other = with(&[hot, cold]);
     assert!(other.view(0, 0).unwrap() != overlapping.view(0, 0).unwrap());
 }
 
-/// Covered by one or by two later ones, a defect is as if it were not there, and touching ones keep their bits.
+/// A defect covered by one or two later ones has no effect, and adjacent ones are bitwise identical.
 #[test]
 fn what_is_replaced_whole_leaves_no_trace() {
     let wide = region([0.0, 0.9], [0.1, 0.5], [0.0, 200.0], 0.5);
@@ -70,7 +70,7 @@ fn what_is_replaced_whole_leaves_no_trace() {
     assert!(!labels.contains(&3) && labels.contains(&4) && labels.contains(&5));
 }
 
-/// Twice the same cold defect used to be -1 of the wall's activity.
+/// Two equal cold defects gave -1 of the wall's activity in the past.
 #[test]
 fn two_cold_defects_in_one_place_are_one() {
     let [one, two] = [with(&[infarct()]), with(&[infarct(), infarct()])];
@@ -78,8 +78,8 @@ fn two_cold_defects_in_one_place_are_one() {
     assert!(one.truth_slice(0, 20).unwrap() == two.truth_slice(0, 20).unwrap());
 }
 
-/// Cold all through, the wall is nowhere seen, where it is tangent to rays no more than elsewhere, however roughly its polynomials
-/// are drawn: what is taken away ends where the wall does.
+/// A completely cold wall is invisible, also where it is tangent to rays, for any tolerance of its polygons: the subtraction ends at the
+/// surface of the wall.
 #[test]
 fn a_wall_that_is_all_defect_is_nowhere_seen() {
     for discretisation in [
@@ -108,7 +108,7 @@ fn a_wall_that_is_all_defect_is_nowhere_seen() {
 #[test]
 fn defects_of_too_many_pieces_are_refused() {
     let mut scene = small(Mode::WholeCycle);
-    // Combs along three axes: 40 x 40 x 40 holes in what is below.
+    // Combs along three axes: 40 x 40 x 40 holes in the defect below.
     for k in 0..40 {
         let [from, to] = [k as f64 / 40.0, (k as f64 + 0.5) / 40.0];
         scene.defects.extend([
@@ -124,9 +124,9 @@ fn defects_of_too_many_pieces_are_refused() {
     );
 }
 
-/// The whole activity of a scene, by closed form: the cavity's, and the wall's strips, layers and wedges.
+/// The total activity of a scene in closed form: cavity, and strips, layers and wedges of the wall.
 fn activity(phantom: &Phantom, defects: &[Defect]) -> f64 {
-    // The share of the wall up to an s is known where defects end at 0 and 1/2 only; others by points on a fine net.
+    // The volume fraction of the wall up to s is exact only where defects end at 0 and 1/2; otherwise by points on a fine grid.
     const N: usize = 24;
     let shapes = phantom.heart().shapes(&[0.0]).unwrap();
     let wall = Wall::new(&shapes[0]).unwrap();
@@ -150,7 +150,7 @@ fn activity(phantom: &Phantom, defects: &[Defect]) -> f64 {
     sum
 }
 
-/// Ends on a coarse net, so that defects share sides, lie in each other and reach both membranes.
+/// Boundaries on a coarse grid, so that defects share sides, contain each other and reach both membranes.
 fn any_defect() -> impl Strategy<Value = Defect> {
     let range = |n: i32| (0..n, 0..n).prop_map(move |(a, b)| [a.min(b), a.max(b) + 1]);
     let activity = prop_oneof![3 => Just(0.0), 1 => 0.0..3.0];
@@ -165,7 +165,7 @@ fn any_scene() -> impl Strategy<Value = Scene> {
     let spectral = DiscretisationSettings::Spectral {
         degree: 8,
         per_piece: 1,
-        tolerance: 2e-2, // a polygon that is easily seen
+        tolerance: 2e-2, // a coarse polygon
     };
     let differences = DiscretisationSettings::Differences { nodes: 41 };
     (
@@ -184,7 +184,7 @@ fn any_scene() -> impl Strategy<Value = Scene> {
                 scene.defects = defects;
                 let centre = [0.3, -0.2];
                 if around {
-                    // More than the wall holds, so that the wall is what is taken away.
+                    // More active than the wall, so that the wall is subtracted.
                     scene.background = Some(Background {
                         concentration: 2.0,
                         centre,
@@ -212,14 +212,14 @@ proptest! {
         prop_assert!(views.iter().all(|v| *v >= 0.0));
         let truth = phantom.truth(0).unwrap();
         prop_assert!(truth.iter().all(|v| *v >= 0.0));
-        // Nor is it that what was negative is hidden: views and voxels hold as much as there is.
+        // Negative values are not merely hidden: projections and voxels have the correct totals.
         let exact = activity(&phantom, &scene.defects);
         let camera = phantom.camera();
         if scene.background.is_none() {
             let sum: f64 = truth.iter().map(|v| f64::from(*v)).sum();
             let sum = sum * camera.grid().voxel_volume();
-            // Polygons 0.02 cm off a wall 1 cm thick on both sides, or 41 nodes, change 4 % of it at most; coverage is
-            // right to 1e-3 of a voxel.
+            // Polygons within 0.02 cm of a wall 1 cm thick on both sides, or 41 nodes, change at most 4 % of it; coverages are accurate to
+            // 1e-3.
             prop_assert!((sum - exact).abs() < 0.05 * (exact + 8.0), "{sum} {exact}");
         }
         if scene.background.is_none() && scene.attenuation.is_none() {
@@ -242,7 +242,7 @@ fn a_background_that_does_not_surround_the_heart_is_refused() {
         centre: [0.0; 2],
         semi_axes: [a, b],
     };
-    // The heart's widest shape decides, whatever the phases of the views.
+    // The widest shape of the heart decides, for any phases of the views.
     let reach = |a: f64, b: f64| {
         let mut scene = scene.clone();
         scene.background = Some(background(a, b));
@@ -265,11 +265,11 @@ fn a_background_that_does_not_surround_the_heart_is_refused() {
     };
     let (times, gain) = reach(4.0, 3.0).unwrap();
     assert!((gain - 0.6).abs() < 1e-12);
-    // As many times as wide, it surrounds the heart, and hardly less does not.
+    // Scaled by this factor it contains the heart; slightly smaller it does not.
     assert!(reach(4.0 * times * 1.0001, 3.0 * times * 1.0001).is_none());
     let (almost, _) = reach(4.0 * times * 0.9999, 3.0 * times * 0.9999).unwrap();
     assert!((almost - 1.0001).abs() < 1e-6);
-    // Nothing is taken from a background that holds nothing.
+    // Nothing is subtracted from a background without activity.
     let nothing = Background {
         concentration: 0.0,
         ..background(1.0, 1.0)

@@ -1,4 +1,4 @@
-//! Polar maps and ejection fractions measured on exact volumes, whose shape is known.
+//! Polar maps and ejection fractions measured on ground truth of known shape.
 
 use super::small;
 use heart_phantom::Phantom;
@@ -26,11 +26,11 @@ fn a_polar_map_has_the_activity_and_the_volume_of_the_heart() {
     }
 }
 
-/// A cold defect at one azimuth darkens the segments there, and no segment on the other side.
+/// A cold defect at one azimuth darkens the segments there, and no segment on the opposite side.
 #[test]
 fn a_defect_is_in_its_segments() {
     let mut scene = fine(Mode::Static { phase: 0.5 });
-    // The whole depth of the wall, in the middle third of its length, a third of the turn.
+    // The full thickness of the wall, the middle third of its length, a third of the turn.
     scene.defects = vec![Defect {
         layers: [0.0, 1.0],
         s: [0.1, 0.3],
@@ -46,12 +46,12 @@ fn a_defect_is_in_its_segments() {
     assert!((map.segments[16] - 1.0).abs() < 0.02, "{map:?}");
 }
 
-/// The first gate is anterior: the pose turns the body so that its segments are those of the patient.
+/// The first segment is anterior: the pose rotates the body so that its segments are those of the patient.
 #[test]
 fn anterior_is_towards_front_and_head() {
     let phantom = Phantom::new(fine(Mode::Static { phase: 0.5 })).unwrap();
     let grid = *phantom.camera().grid();
-    // Activity that grows towards front and head.
+    // Activity that increases towards front and head.
     let image: Vec<f32> = (0..grid.len())
         .map(|k| {
             let [nx, ny, _] = grid.shape();
@@ -79,6 +79,6 @@ fn the_ejection_fraction_of_exact_gates_is_near_the_true_one() {
     let least = volumes.iter().copied().fold(f64::INFINITY, f64::min);
     let found = (most - least) / most;
     let exact = phantom.numbers().unwrap().ejection_fraction;
-    // 2 % of it are lost in averages over an eighth of a sinusoid; volumes of voxels of 2 mm are accurate to 3 %, 5 % of the fraction each.
+    // Averages over an eighth of a sinusoid lose 2 %; volumes on voxels of 2 mm are accurate to 3 %, a twentieth of the fraction each.
     assert!((found / exact - 1.0).abs() < 0.12, "{found} {exact}");
 }

@@ -1,4 +1,4 @@
-//! A scene in cm and its twin in mm, ten times as large in numbers, are the same heart.
+//! A scene in cm and its copy in mm, with ten times the numbers, are the same heart.
 
 use super::defects::infarct;
 use super::small;
@@ -8,8 +8,8 @@ use heart_phantom::scene::{
 };
 use heart_phantom::{Orbit, Phantom, Uptake, VolumeCurve, VolumeRange};
 
-/// The same heart in units of a tenth: lengths times 10, volumes times 1000, attenuation by length over 10. Concentrations stay, totals
-/// grow with the volume; a count of 1 is for a tenth of the line integral.
+/// The same heart in tenths of the unit: lengths times 10, volumes times 1000, attenuation divided by 10. Concentrations are equal, totals
+/// scale with the volume; a count corresponds to a tenth of the line integral.
 fn twin(scene: &Scene) -> Scene {
     let mut twin = scene.clone();
     let times = |lengths: &mut [f64], factor: f64| lengths.iter_mut().for_each(|x| *x *= factor);
@@ -61,7 +61,7 @@ fn twin(scene: &Scene) -> Scene {
     twin
 }
 
-/// Largest difference of two arrays once the second is scaled, over the largest value.
+/// Largest difference of two arrays after scaling the second, relative to the largest value.
 fn difference(a: &[f32], b: &[f32], scale: f64) -> f64 {
     let most = a
         .iter()
@@ -182,7 +182,7 @@ fn so_it_is_with_everything_that_a_scene_can_hold() {
     agree(&scene);
 }
 
-/// Counts leap where their mean passes a step, by one count at most and seldom: the means differ in their last digits.
+/// Counts change by at most one, and rarely, because the expected values differ in their last digits.
 #[test]
 fn so_it_is_with_counts() {
     let mut scene = small(Mode::Static { phase: 0.3 });

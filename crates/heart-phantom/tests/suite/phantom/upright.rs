@@ -1,11 +1,11 @@
-//! An upright heart, whose base and vertices lie in planes of the camera's rows.
+//! An upright heart, whose base and vertices are in planes of the camera's rows.
 
 use heart_phantom::Phantom;
 use heart_phantom::scene::*;
 
 use super::defects::infarct;
 
-/// Seen in every row from its base up to its apex; row 15 of 31 is in the plane of the base.
+/// In every row from base to apex; row 15 of 31 is in the plane of the base.
 fn scene(lower: f64) -> Scene {
     let mut scene = Scene::default().with_mode(Mode::Static { phase: 0.0 });
     scene.heart.discretisation = DiscretisationSettings::Spectral {
@@ -14,7 +14,7 @@ fn scene(lower: f64) -> Scene {
         tolerance: 1e-4,
     };
     scene.pose.centre = Some(0.0);
-    (scene.pose.turn_x, scene.pose.turn_y) = (0.0, 0.0);
+    (scene.pose.rotate_x, scene.pose.rotate_y) = (0.0, 0.0);
     scene.pose.shift = [0.0, 0.0, -lower];
     scene.camera.bins = 24;
     scene.camera.rows = 31;
@@ -44,8 +44,8 @@ fn it_is_seen_as_a_hair_lower() {
                 let [here, lower, lowest] =
                     [&here, &lower, &lowest].map(|p| p.view(0, view).unwrap());
                 for (k, here) in here.iter().enumerate() {
-                    // The chord is a root where a ray touches the surface: it changes by more than twice what it changes
-                    // by in the next step there, but not by much more.
+                    // The chord is a square root where a ray touches the surface: its change there is more than twice that in the next
+                    // step, but not much more.
                     let change = (lower[k] - lowest[k]).abs();
                     assert!(
                         (here - lower[k]).abs() <= 4.0 * change + 1e-5,

@@ -1,20 +1,20 @@
-//! What a camera is warned not to see is what a larger one sees beyond it.
+//! Truncation warnings against projections by a larger camera.
 
 use super::small;
 use heart_phantom::scene::{
     ArcPolicy, Attenuation, Background, Chest, Medium, Mode, Rotation, Scene,
 };
-use heart_phantom::{Edge, Phantom, Seen, Uptake, Warning};
+use heart_phantom::{Edge, Phantom, TruncatedObject, Uptake, Warning};
 use revolve_voxel::{Organs, VoxelGrid};
 
-/// Bins and rows of the camera that sees everything, and their pitch in cm.
+/// Bins and rows of the camera that contains everything, and their pitch in cm.
 const LARGE: (usize, f64) = (300, 0.1);
 
 fn warnings(scene: &Scene) -> Vec<Warning> {
     Phantom::new(scene.clone()).unwrap().warnings().unwrap()
 }
 
-/// The farthest sample of each view that is not zero, along the bins and along the rows: seen, not derived.
+/// The farthest nonzero sample of each view along bins and rows, from projections.
 fn seen_by_a_large_camera(scene: &Scene) -> Vec<[f64; 2]> {
     let (n, pitch) = LARGE;
     let mut large = scene.clone();
@@ -48,7 +48,7 @@ fn a_heart_that_is_truncated_is_told_with_the_width_it_needs() {
     for (k, mode) in modes.into_iter().cycle().take(9).enumerate() {
         let mut scene = small(mode);
         let k = k as f64;
-        (scene.pose.turn_x, scene.pose.turn_y) = (37.0 * k, 20.0 - 41.0 * k);
+        (scene.pose.rotate_x, scene.pose.rotate_y) = (37.0 * k, 20.0 - 41.0 * k);
         scene.pose.shift = [k - 4.0, 0.7 * k, 3.0 - k];
         let views = seen_by_a_large_camera(&scene);
         let [bins, rows] = farthest(&views);
@@ -57,35 +57,35 @@ fn a_heart_that_is_truncated_is_told_with_the_width_it_needs() {
                 what,
                 edge,
                 needed,
-                seen,
+                available,
                 angle,
             } = warning
             else {
                 panic!("{warning}")
             };
-            assert_eq!((what, seen), (Seen::Heart, 16.0));
+            assert_eq!((what, available), (TruncatedObject::Heart, 16.0));
             let far = match edge {
                 Edge::Bins => bins,
                 Edge::Rows => rows,
             };
-            // The centre of the last sample that is hit, or up to one beyond it.
+            // The centre of the last nonzero sample, or up to one beyond.
             let spare = 0.5 * needed - far;
             assert!((0.0..=LARGE.1).contains(&spare), "{warning}: {far}");
-            // And it is there that it is hit.
+            // The angle of the warning agrees.
             if let Some(angle) = angle {
                 let view = (angle.to_degrees() / 15.0).round() as usize;
                 assert!(far - views[view][0] <= LARGE.1, "{warning}");
             }
             told += 1;
         }
-        // None is missing: what is seen beyond is told.
+        // Every truncation in the projections has its warning.
         for (edge, far) in [(Edge::Bins, bins), (Edge::Rows, rows)] {
             let is_told = |warning: &Warning| matches!(warning, Warning::Truncated { edge: found, .. } if *found == edge);
             let beyond = warnings(&scene).iter().any(is_told);
             assert!(beyond || far < 8.0, "{edge:?} {far}");
             assert!(!beyond || far + LARGE.1 > 8.0, "{edge:?} {far}");
         }
-        // As wide as it needs is wide enough.
+        // The stated width is sufficient.
         if let Some(Warning::Truncated { needed, .. }) = warnings(&scene).first() {
             let mut scene = scene.clone();
             scene.camera.pitch = [needed * (1.0 + 1e-12) / 40.0; 2];
@@ -114,7 +114,7 @@ fn a_background_and_a_torso_wider_than_the_bins_are_told() {
     let [far, _] = farthest(&seen_by_a_large_camera(&scene));
     let [
         Warning::Truncated {
-            what: Seen::Background,
+            what: TruncatedObject::Background,
             edge: Edge::Bins,
             needed,
             ..
@@ -126,7 +126,7 @@ fn a_background_and_a_torso_wider_than_the_bins_are_told() {
     let spare = 0.5 * needed - far;
     assert!((0.0..=LARGE.1).contains(&spare), "{needed} {far}");
 
-    // The same ellipse as a medium; and nothing where there is nothing.
+    // The same ellipse as a medium; no warning without attenuation.
     let torso = |coefficient| Attenuation {
         coefficient,
         medium: Medium::Torso {
@@ -145,7 +145,7 @@ fn a_background_and_a_torso_wider_than_the_bins_are_told() {
     else {
         panic!()
     };
-    assert_eq!((what, same), (Seen::Torso, needed));
+    assert_eq!((what, same), (TruncatedObject::Torso, needed));
     other.attenuation = Some(torso(0.0));
     scene.background = Some(Background {
         concentration: 0.0,
@@ -154,7 +154,7 @@ fn a_background_and_a_torso_wider_than_the_bins_are_told() {
     assert_eq!((warnings(&other), warnings(&scene)), (vec![], vec![]));
 }
 
-/// How far the voxels of the heart are from the axis of turning and from the middle slice at the nearest, in a large volume.
+/// Smallest distance of the voxels of the heart from the axis of rotation and from the middle slice, in a large volume.
 fn nearest_voxels(scene: &Scene) -> [f64; 2] {
     let (n, pitch) = (100, 0.7);
     let mut large = scene.clone();
@@ -190,7 +190,7 @@ fn a_heart_outside_the_views_is_told_and_no_other() {
         let mut scene = small(Mode::WholeCycle);
         scene.pose.shift = shift;
         let [bins, rows] = nearest_voxels(&scene);
-        // Half a voxel, and half of its diagonal, besides what the directions leave.
+        // Half a voxel, and half of its diagonal, in addition to the error of the directions.
         let spare = [0.5 + 3e-4 * bins, 0.36];
         let warnings = warnings(&scene);
         match warnings[..] {
@@ -222,7 +222,7 @@ fn a_heart_outside_the_views_is_told_and_no_other() {
         }
     }
     assert!((4..9).contains(&told), "{told}");
-    // Above all rows no view sees anything.
+    // Above all rows no view contains anything.
     let mut scene = small(Mode::Static { phase: 0.5 });
     scene.pose.shift = [0.0, 0.0, 25.0];
     let views = Phantom::new(scene).unwrap().sinograms(0, &|_| ()).unwrap();
@@ -233,7 +233,7 @@ fn a_heart_outside_the_views_is_told_and_no_other() {
 fn a_heart_that_reaches_out_of_the_torso_is_told_by_how_much() {
     let torso = |semi_axes: [f64; 2]| {
         let mut scene = small(Mode::Static { phase: 0.5 });
-        (scene.pose.turn_x, scene.pose.turn_y) = (0.0, 0.0);
+        (scene.pose.rotate_x, scene.pose.rotate_y) = (0.0, 0.0);
         scene.attenuation = Some(Attenuation {
             coefficient: 0.15,
             medium: Medium::Torso {
@@ -243,7 +243,7 @@ fn a_heart_that_reaches_out_of_the_torso_is_told_by_how_much() {
         });
         scene
     };
-    // A heart upright about the torso's axis reaches as far as its largest radius.
+    // A heart upright about the axis of the torso extends to its largest radius.
     let shape = Phantom::new(torso([3.0; 2])).unwrap().shape(0.5).unwrap();
     let radius = (shape.curves()[1].iter()).fold(0.0, |most: f64, [_, y]| most.max(*y));
     for share in [0.5, 0.9, 0.999] {
@@ -251,14 +251,14 @@ fn a_heart_that_reaches_out_of_the_torso_is_told_by_how_much() {
         let [Warning::OutOfTorso { times }] = warnings[..] else {
             panic!("{warnings:?}")
         };
-        // Of 256 corners round a circle: too far by 7.5e-5 at most.
+        // 256 vertices of a circle: at most 7.5e-5 too far.
         assert!(
             (0.0..1e-4).contains(&(times * share - 1.0)),
             "{times} {share}"
         );
     }
     assert_eq!(warnings(&torso([1.001 * radius, 7.0])), vec![]);
-    // What does not attenuate is no matter.
+    // A medium without attenuation has no effect.
     let mut none = torso([3.0; 2]);
     if let Some(attenuation) = &mut none.attenuation {
         attenuation.coefficient = 0.0;
@@ -283,14 +283,14 @@ fn repeated_directions_are_counted_once() {
         views: 8,
     };
     assert_eq!(few(&scene), [expected]);
-    // A whole turn has each direction twice.
+    // A full turn has each direction twice.
     scene.camera.arc = 360.0;
     assert_eq!(few(&scene), []);
     (scene.camera.views, scene.camera.arc) = (1, 180.0);
     assert_eq!(few(&scene).len(), 1);
 }
 
-/// The study's heart stands upright, its wall in the spine of the chest.
+/// The study's heart upright, with its wall in the spine of the chest.
 #[test]
 fn a_heart_in_the_spine_is_told_with_the_volume() {
     let mut scene = small(Mode::Static { phase: 0.5 });
@@ -306,7 +306,7 @@ fn a_heart_in_the_spine_is_told_with_the_volume() {
         })
     };
     let told = volume(&scene).unwrap();
-    // Of voxels of 2 mm within both.
+    // Voxels of 2 mm in both.
     let phantom = Phantom::new(scene.clone()).unwrap();
     let body = phantom.shape(0.5).unwrap();
     let organs = Chest::default().organs().unwrap();

@@ -1,9 +1,9 @@
-//! Every field of a scene with values that make no sense.
+//! Every field of a scene with invalid values.
 
 use super::{FULL, error_of};
 use heart_phantom::scene::Scene;
 
-/// What the file says, the field that the error names, and words of its advice.
+/// Text of the file, field of the error, and words of its message.
 const BAD: &[(&str, &str, &str)] = &[
     (
         "[heart]\nlaw = 'per-volume'",
@@ -143,9 +143,9 @@ const BAD: &[(&str, &str, &str)] = &[
     ),
     ("[cycle]\nvolume = 0.6", "cycle.volume", "{ gain = 0.6 }"),
     ("[pose]\ncentre = nan", "pose.centre", "between"),
-    ("[pose]\nturn_x = 400.0", "pose.turn_x", "360"),
-    ("[pose]\nturn_y = nan", "pose.turn_y", "between"),
-    ("[pose]\nturn_z = -1e9", "pose.turn_z", "between"),
+    ("[pose]\nrotate_x = 400.0", "pose.rotate_x", "360"),
+    ("[pose]\nrotate_y = nan", "pose.rotate_y", "between"),
+    ("[pose]\nrotate_z = -1e9", "pose.rotate_z", "between"),
     ("[pose]\nshift = [0.0, inf, 0.0]", "pose.shift", "between"),
     ("[pose]\nshift = [0.0, 1.0]", "pose.shift", "3"),
     (
@@ -368,6 +368,16 @@ const BAD: &[(&str, &str, &str)] = &[
         "between",
     ),
     ("[camera]\nsamples = 'corners'", "camera.samples", "centres"),
+    (
+        "[camera]\ngeometry = 'helix'",
+        "camera.geometry",
+        "parallel",
+    ),
+    (
+        "[camera]\ngeometry = { cone = { source_to_isocentre = 60.0, source_to_detector = 50.0 } }\n[output]\nwrite = ['projections']",
+        "camera.geometry",
+        "between 60",
+    ),
     ("[chest]\ntrunk = -0.1", "chest.trunk", "between"),
     ("[chest]\nlungs = nan", "chest.lungs", "between"),
     ("[chest]\nliver = 1e13", "chest.liver", "between"),
@@ -496,8 +506,8 @@ const BAD: &[(&str, &str, &str)] = &[
     ),
     ("[truth]\ntolerance = 0.0", "truth.tolerance", "between"),
     (
-        "[cycle]\nbase_descent = -1.0",
-        "cycle.base_descent",
+        "[cycle]\nav_plane_displacement = -1.0",
+        "cycle.av_plane_displacement",
         "between 0 and 10",
     ),
     (
@@ -566,8 +576,8 @@ const BAD: &[(&str, &str, &str)] = &[
         "between",
     ),
     (
-        "[breathing]\nturn_degrees = [0.0, 200.0, 0.0]",
-        "breathing.turn_degrees",
+        "[breathing]\nrotation_degrees = [0.0, 200.0, 0.0]",
+        "breathing.rotation_degrees",
         "180",
     ),
     ("[breathing]\nperiod = 0.0", "breathing.period", "between"),
@@ -631,9 +641,9 @@ const BAD: &[(&str, &str, &str)] = &[
         "known-motion",
     ),
     (
-        "[reconstruction]\ncompensation = 'known-motion'\n[breathing]\nturn_degrees = [0.0, 3.0, 0.0]",
+        "[reconstruction]\ncompensation = 'known-motion'\n[breathing]\nrotation_degrees = [0.0, 3.0, 0.0]",
         "reconstruction.compensation",
-        "turn_degrees",
+        "rotation_degrees",
     ),
     (
         "[reconstruction]\ncompensation = 'known-motion'\nmethod = { osem = { subsets = 8, iterations = 4 } }\n[activity]\ncavity = { total = 3.0 }",
@@ -693,7 +703,7 @@ fn every_field_refuses_a_bad_value_and_says_where() {
         }
         assert_eq!(error.first().field, *field, "{text}\n{said}");
         assert!(said.contains(advice), "{text}\n{said}");
-        // The line of the field's own name, or of the table that misses it.
+        // The line of the field, or of the table that lacks it.
         let [line, column] = error
             .first()
             .place
@@ -707,10 +717,10 @@ fn every_field_refuses_a_bad_value_and_says_where() {
     assert!(several.is_empty(), "{}", several.join("\n\n"));
 }
 
-/// All findings at once, in the order of the sections, each with its place; no rule that compares a value which is a finding itself.
+/// All findings together, in the order of the sections, each with its place; no rule compares a value that is itself a finding.
 #[test]
 fn a_scene_has_all_of_its_findings() {
-    let text = "[heart.inner]\nlength = -1.0\n[pose]\nturn_x = 400.0\n[[defects]]\nlayers = [0.5, 0.5]\ns = [0.1, 0.6]\n\
+    let text = "[heart.inner]\nlength = -1.0\n[pose]\nrotate_x = 400.0\n[[defects]]\nlayers = [0.5, 0.5]\ns = [0.1, 0.6]\n\
         azimuths_degrees = [0.0, 90.0]\nactivity = 0.1\n[camera]\nviews = 0\nbins = 1\n[output]\nprojections = 'nifti'\n";
     let error = error_of(text);
     let found: Vec<_> = (error.findings().iter())
@@ -718,7 +728,7 @@ fn a_scene_has_all_of_its_findings() {
         .collect();
     let expected = [
         ("heart.inner.length", 2),
-        ("pose.turn_x", 4),
+        ("pose.rotate_x", 4),
         ("defects.1.layers", 6),
         ("defects.1.s", 7),
         ("camera.views", 11),
@@ -729,7 +739,7 @@ fn a_scene_has_all_of_its_findings() {
     assert_eq!(error.to_string().lines().count(), expected.len());
 }
 
-/// Paths of all values; of the defects, those of the first.
+/// Paths of all values; for defects those of the first.
 fn leaves_of(value: &toml::Value, path: &str, leaves: &mut Vec<String>) {
     match value {
         toml::Value::Table(table) => {
@@ -762,7 +772,7 @@ fn every_field_is_in_the_written_scene_and_in_the_table_of_bad_values() {
             );
         }
     }
-    // Those that may be left out, too, as deep as they go.
+    // Optional ones too, at any depth.
     let full = Scene::from_toml(FULL).unwrap();
     let mut leaves = Vec::new();
     leaves_of(&toml::Value::try_from(&full).unwrap(), "", &mut leaves);

@@ -1,4 +1,4 @@
-//! Scenes changed at random are read or refused, and never make the reader panic.
+//! Scenes with random changes are read or rejected; the reader never panics.
 
 use heart_phantom::PhantomError;
 use heart_phantom::scene::Scene;
@@ -9,12 +9,12 @@ use proptest::prelude::*;
 enum Change {
     /// Another value for a field.
     Value(usize, String),
-    /// A line gone, or there twice.
+    /// A line removed or duplicated.
     Drop(usize),
     Repeat(usize),
-    /// Characters put anywhere.
+    /// Characters inserted anywhere.
     Insert(usize, String),
-    /// The text ends here.
+    /// The text truncated here.
     Cut(usize),
 }
 
@@ -103,7 +103,7 @@ fn apply(text: &str, change: &Change) -> String {
 }
 
 proptest! {
-    // As many as the crate promises, some in release mode a second; PROPTEST_CASES runs more.
+    // The documented number, a few hundred per second in release mode; PROPTEST_CASES runs more.
     #![proptest_config(ProptestConfig { cases: ProptestConfig::default().cases.max(10_000), failure_persistence: None, ..ProptestConfig::default() })]
 
     #[test]

@@ -1,15 +1,15 @@
-//! Views by brute force: the mean of very many moments, each with its own shape and from its own angle. It shares the solved shapes and
-//! the rays with the crate, and nothing of what decides when and from where to look.
+//! Reference projections: the average of very many instants, each with its own shape and angle. It shares solved shapes and rays with the
+//! crate, but not the choice of times and angles.
 
 use heart_phantom::Phantom;
 use heart_phantom::scene::{Mode, Rotation};
 use std::collections::BTreeMap;
 
-/// Shapes are solved at so many volumes, and taken as linear between two: of the sharpest change, that of a ray that touches the
-/// surface, what is missed is the power -3/2 of it.
+/// Shapes are solved at this number of volumes, and interpolated linearly: the error of the sharpest change, that of a ray that touches the
+/// surface, scales with the power -3/2.
 const GAINS: f64 = 4000.0;
 
-/// A view of a gate from `n` moments.
+/// A view of a gate from `n` instants.
 pub(crate) fn view(phantom: &Phantom, gate: usize, view_idx: usize, n: usize) -> Vec<f64> {
     let scene = phantom.scene();
     let (camera, interval) = (&scene.camera, scene.camera.seconds_per_view);
@@ -18,7 +18,7 @@ pub(crate) fn view(phantom: &Phantom, gate: usize, view_idx: usize, n: usize) ->
         Mode::Static { .. } => panic!("nothing moves"),
         Mode::Instants => (view_idx as f64 * interval, 0.0, 1),
         Mode::Exposure { seconds } => (view_idx as f64 * interval, seconds, 1),
-        // A camera that stops sees a beat, whenever that is.
+        // With step and shoot a view is an average over a beat, at any time.
         Mode::WholeCycle if !turning => (0.0, phantom.cycle().period(), 1),
         Mode::Gated { gates } if !turning => (0.0, phantom.cycle().period(), gates),
         Mode::WholeCycle => (view_idx as f64 * interval, interval, 1),
@@ -27,7 +27,7 @@ pub(crate) fn view(phantom: &Phantom, gate: usize, view_idx: usize, n: usize) ->
     };
     let step = (camera.arc / camera.views as f64).to_radians();
     let nominal = (camera.start + view_idx as f64 * camera.arc / camera.views as f64).to_radians();
-    // Moments that see the same volume from the same angle are one.
+    // Instants with the same volume and angle are one.
     let mut moments = BTreeMap::<(u64, u64), f64>::new();
     let windows = windows(from, seconds, phantom.cycle().period(), [gate, gates]);
     let all: f64 = windows.iter().map(|[from, to]| to - from).sum();
@@ -108,7 +108,7 @@ fn windows(from: f64, seconds: f64, period: f64, [gate, gates]: [usize; 2]) -> V
     beats.map(window).filter(|[a, b]| b > a).collect()
 }
 
-/// Euclidean distance over the norm of the second.
+/// Euclidean distance relative to the norm of the second.
 pub(crate) fn distance(a: &[f32], b: &[f64]) -> f64 {
     let square: f64 = a
         .iter()
@@ -119,7 +119,7 @@ pub(crate) fn distance(a: &[f32], b: &[f64]) -> f64 {
     (square / norm).sqrt()
 }
 
-/// The largest difference, relative to the largest sample: the norm of `ViewError`.
+/// Largest difference relative to the largest sample: the norm of `ViewError`.
 pub(crate) fn worst(a: &[f32], b: &[f64]) -> f64 {
     let (off, most) = (a.iter().zip(b)).fold((0.0f64, 0.0f64), |(off, most), (a, b)| {
         (off.max((f64::from(*a) - b).abs()), most.max(b.abs()))

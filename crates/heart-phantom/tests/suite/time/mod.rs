@@ -1,4 +1,4 @@
-//! What views see of time: from where, how exactly, and with how much memory.
+//! Time in projections: angles, accuracy and memory.
 
 mod bounded;
 mod brute;

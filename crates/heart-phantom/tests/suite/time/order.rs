@@ -1,11 +1,11 @@
-//! How fast means over time converge, and what was tried to make them faster. Rays that touch the surface see a square root of
-//! time: no rule that does not know when is of an order above 3/2.
+//! Convergence of time averages, and alternatives. Rays that touch the surface are square roots of time: a rule that does not know these
+//! times has at most the order 3/2.
 
 use super::brute;
 use heart_phantom::scene::{Accuracy, DiscretisationSettings, Mode, Rotation, Scene};
 use heart_phantom::{Phantom, VolumeCurve, VolumeRange};
 
-/// Errors of the whole cycle at 8 to 128 steps, with what is stated.
+/// Errors of the whole cycle at 8 to 128 steps, with the stated errors.
 fn errors(curve: &VolumeCurve, rotation: Rotation) -> Vec<[f64; 3]> {
     let mut scene = Scene::default().with_size(48).with_mode(Mode::WholeCycle);
     scene.heart.discretisation = DiscretisationSettings::Differences { nodes: 201 };
@@ -42,13 +42,13 @@ fn means_over_a_beat_are_of_order_three_halves() {
         // As far from 2 as from 1; the errors of a single doubling scatter, four of them less.
         assert!((1.25..1.75).contains(&order), "{order}: {errors:?}");
         for [_, error, stated] in errors {
-            // The error of half the steps is 2^1.5 as large, the difference 1.8 times the error, of which the largest scatters by three.
+            // The error with half the steps is 2^1.5 times as large, the difference 1.8 times the error, whose maximum varies by a factor of three.
             assert!(stated > error && stated < 8.0 * error, "{error} {stated}");
         }
     }
 }
 
-/// Rules for one smooth beat with as many shapes, against equal steps: gains with their weights.
+/// Rules for one smooth cycle with equally many shapes, against equal steps: gains with their weights.
 fn rules(shapes: usize) -> [(&'static str, Vec<(f64, f64)>); 3] {
     let n = 2 * (shapes - 1);
     let gain = |phase: f64| 0.3 * (1.0 - (std::f64::consts::TAU * phase).cos());
@@ -76,7 +76,7 @@ fn rules(shapes: usize) -> [(&'static str, Vec<(f64, f64)>); 3] {
     ]
 }
 
-/// Static views of each gain, weighed: relative error of all samples, and of means over `m` by `m` of them.
+/// Weighted static views of each gain: relative error of all samples, and of averages over `m` by `m` samples.
 #[test]
 fn no_other_rule_does_better_for_a_sinusoid() {
     let size = 64;
@@ -88,7 +88,7 @@ fn no_other_rule_does_better_for_a_sinusoid() {
     let mean = |points: &[(f64, f64)]| {
         let mut sum = vec![0.0f64; 4 * size * size];
         for &(gain, weight) in points {
-            // A cycle whose rest is that gain.
+            // A cycle with this gain at phase 0.
             let mut scene = scene.clone();
             scene.cycle.volume = VolumeRange::Gains([gain, gain]);
             let phantom = phantom.with_scene(scene).unwrap();
@@ -121,18 +121,18 @@ fn no_other_rule_does_better_for_a_sinusoid() {
         println!("{shapes} shapes: {found:?}");
         let [(_, equal, coarse), others @ ..] = found;
         for (name, other, _) in others {
-            // Better or worse by less than a half: the same order, and nested, with an error for nothing, is equal steps alone.
+            // Better or worse by less than a half: the same order; only equal steps are nested and give an error estimate at no cost.
             assert!(
                 (0.6 * equal..2.0 * equal).contains(&other),
                 "{name}: {other} {equal}"
             );
         }
-        // Detectors as large as 4 by 4 samples see means, whose kinks are smoother.
+        // Detectors as large as 4 by 4 samples measure averages, whose kinks are smoother.
         assert!(coarse < 0.5 * equal);
     }
 }
 
-/// A beat of a few straight stretches: levels of volume against equal steps of time at no more shapes.
+/// A cycle of a few linear pieces: levels of volume against equal time steps with at most as many shapes.
 #[test]
 fn levels_of_volume_do_better_than_steps_of_time_for_other_curves() {
     let mut block = vec![100.0; 45];
@@ -179,7 +179,7 @@ fn levels_of_volume_do_better_than_steps_of_time_for_other_curves() {
     }
 }
 
-/// What repeats within a beat is not taken for a standstill: eight times a beat, with steps of an eighth.
+/// Features that repeat within a cycle do not alias with the steps: eight times per cycle, with steps of an eighth.
 #[test]
 fn what_repeats_within_a_beat_is_seen() {
     let angle = |k: usize| std::f64::consts::TAU * 8.0 * k as f64 / 64.0;
@@ -194,7 +194,7 @@ fn what_repeats_within_a_beat_is_seen() {
         .flat_map(|k| brute::view(&phantom, 0, k, 6000))
         .collect();
     let (error, stated) = (brute::worst(&taken.samples, &exact), taken.view_error.time);
-    // Steps of time saw the largest heart alone, stated 2e-16 and were off by 0.06 and more.
+    // Equal time steps used only the largest heart, stated 2e-16, and had an error of at least 0.06.
     println!("{error} {stated}");
     assert!(
         error < stated && stated < 0.05 && error < 0.02,
@@ -202,12 +202,12 @@ fn what_repeats_within_a_beat_is_seen() {
     );
 }
 
-/// A block-shaped beat before a turning camera, of a heart with a defect: the scene missed its tolerance by a factor of 1.8.
+/// A rectangular volume curve with continuous rotation and a defect: the scene exceeded its tolerance by a factor of 1.8.
 #[test]
 fn a_tolerance_is_met_while_the_camera_turns() {
     let text = include_str!("block.toml");
     let mut scene = Scene::from_toml(text).unwrap();
-    // The base comes and goes at once where it is edge on: the largest error falls with the steps, and not with their power 3/2.
+    // The base is parallel to the rays only briefly: the largest error falls with the steps, not with their power 3/2.
     scene.acquisition.accuracy = Accuracy::Tolerance(4e-3);
     let phantom = Phantom::new(scene.clone()).unwrap();
     let taken = phantom.sinograms(0, &|_| ()).unwrap();

@@ -1,4 +1,4 @@
-//! Random scenes, beats with spikes among them: the stated error of the quadrature over time bounds the true one.
+//! Random scenes, including volume curves with spikes: the stated error of the time quadrature bounds the true one.
 
 use super::brute;
 use heart_phantom::scene::{
@@ -27,7 +27,7 @@ impl Random {
     }
 }
 
-/// A beat: smooth, spiky, like blocks, noise, or the same several times.
+/// A volume curve: smooth, with spikes, rectangular, noise, or a repetition.
 fn curve(random: &mut Random) -> VolumeCurve {
     let n = 3 + random.below(60);
     let volumes: Vec<f64> = match random.below(7) {
@@ -80,8 +80,8 @@ fn scene(random: &mut Random) -> Scene {
     scene.cycle.beats_per_minute = random.uniform(36.0, 139.0);
     scene.cycle.volume = VolumeRange::Gain(random.uniform(0.05, 1.0));
     scene.pose = PoseSettings {
-        turn_x: random.uniform(-180.0, 180.0),
-        turn_y: random.uniform(-180.0, 180.0),
+        rotate_x: random.uniform(-180.0, 180.0),
+        rotate_y: random.uniform(-180.0, 180.0),
         shift: [0, 1, 2].map(|_| random.uniform(-1.0, 1.0)),
         ..PoseSettings::default()
     };
@@ -129,7 +129,7 @@ fn the_stated_error_bounds_the_true_one() {
             Err(_) => continue,
         };
         let gate = random.below(phantom.n_gates());
-        // A heart of two balloons that cross is none.
+        // Crossing balloons are not a valid heart.
         let Ok(taken) = phantom.sinograms(gate, &|_| ()) else {
             continue;
         };

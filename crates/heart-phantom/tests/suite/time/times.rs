@@ -1,4 +1,4 @@
-//! One rule for time and angle: at time t of view k the camera stands at its angle at t.
+//! One rule for time and angle: at time t of view k the camera is at its angle at t.
 
 use heart_phantom::scene::{Mode, Rotation, Scene};
 use heart_phantom::{Phantom, PhantomError};
@@ -48,7 +48,7 @@ fn every_view_says_when_and_from_where_it_is_seen() {
     }
 }
 
-/// Gates take the view's time in turns: their seconds sum to it, and their angles average to the view's own.
+/// Gates divide the view's time: their times sum to it, and their angles average to that of the view.
 #[test]
 fn the_gates_share_the_time_of_a_view() {
     let gates = 8;
@@ -62,18 +62,18 @@ fn the_gates_share_the_time_of_a_view() {
         let mean: f64 = times.iter().map(|of| of[k].window * of[k].angle).sum();
         assert!((mean / 3.0 - nominal).abs() < 1e-11);
     }
-    // 3 s are 3.25 beats: the first view sees its first two gates four times, the others three times.
+    // 3 s are 3.25 beats: the first view contains its first two gates four times, the others three times.
     let beat = 60.0 / 65.0;
     assert!((times[0][0].window - 4.0 * beat / 8.0).abs() < 1e-11);
     assert!((times[7][0].window - 3.0 * beat / 8.0).abs() < 1e-11);
-    // Beats 0, 1, 2 and 3 pass the middle of gate 0 at 1/16, 17/16, ...: 25/16 of 3.25 beats in the mean.
+    // Beats 0, 1, 2 and 3 pass the middle of gate 0 at 1/16, 17/16, ...: on average at 25/16 of 3.25 beats.
     let share = (25.0 / 16.0) / 3.25;
     let angle = (share - 0.5) * 15.0_f64.to_radians();
     assert!((times[0][0].angle - angle).abs() < 1e-12);
     assert!(
         matches!(phantom.view_times(gates), Err(PhantomError::Count { given, most, .. }) if given == gates && most == gates - 1)
     );
-    // All of them by brute force: where the camera stands, and in which gate the beat is, at 100 000 moments of a view.
+    // All of them by direct evaluation: angle and gate at 100 000 instants of a view.
     let n = 100_000;
     for k in [0, 5, 11] {
         let mut sums = vec![[0.0; 2]; gates];
@@ -84,7 +84,7 @@ fn the_gates_share_the_time_of_a_view() {
             *sum = [sum[0] + 1.0, sum[1] + share];
         }
         for (of, [seen, shares]) in times.iter().zip(sums) {
-            // At each end of at most four passes through a gate one moment may be off.
+            // At each end of at most four passes through a gate one instant may be wrong.
             let off = 8.0 / f64::from(n);
             assert!((of[k].window / 3.0 - seen / f64::from(n)).abs() < off);
             let angle = (k as f64 + shares / seen - 0.5) * 15.0_f64.to_radians();

@@ -1,10 +1,10 @@
-//! What an exact volume is the mean over, and that it says so.
+//! The time average of the ground truth, and its statement in the report.
 
 use crate::phantom::small;
 use heart_phantom::scene::{Mode, Product, Rotation, Scene};
 use heart_phantom::{Phantom, TruthOf, run};
 
-/// The mean over all views of the heart at each one's phase, with every voxel added up in f64.
+/// The average over all views of the heart at the phase of each, with voxels summed in f64.
 fn mean_of_instants(scene: &Scene) -> Vec<f64> {
     let phantom = Phantom::new(scene.clone()).unwrap();
     let times = phantom.view_times(0).unwrap();
@@ -32,16 +32,16 @@ fn the_truth_of_instants_is_the_mean_over_all_views() {
     let truth = phantom.truth(0).unwrap();
     // Twelve additions in f32.
     assert!(farthest(&truth, &mean) < 1e-6);
-    // Which the first view alone is far from.
+    // The first view alone differs much.
     let first: Vec<f32> = phantom.activity(0.0).unwrap();
     assert!(farthest(&first, &mean) > 0.3);
-    // So it is of exposures, the shorter the closer; half of the way that a surface goes in one of 1 ms is that of its voxels.
+    // The same for exposures, with smaller differences for shorter ones; for 1 ms, that of voxels is half of the displacement of a surface.
     scene.acquisition.mode = Mode::Exposure { seconds: 1e-3 };
     let phantom = Phantom::new(scene.clone()).unwrap();
     assert_eq!(phantom.truth_of(), TruthOf::MeanOfViews);
     let apart = farthest(&phantom.truth(0).unwrap(), &mean);
     assert!(apart < 2e-2, "{apart}");
-    // Where all views see the same heart it is that.
+    // If all views represent the same heart, it is that heart.
     scene.cycle.beats_per_minute = 60.0;
     scene.acquisition.mode = Mode::Instants;
     let phantom = Phantom::new(scene.clone()).unwrap();
@@ -109,7 +109,7 @@ fn what_every_view_sees_is_the_truth_of_each() {
     }
 }
 
-/// More shapes than one volume is made of: neighbours stand for each other.
+/// More shapes than the limit of a volume: neighbours are merged.
 #[test]
 fn very_many_instants_are_thinned_out() {
     let mut scene = small(Mode::Instants).with_size(6);
@@ -120,7 +120,7 @@ fn very_many_instants_are_thinned_out() {
     let truth = phantom.truth(0).unwrap();
     let solved = phantom.work().shapes_solved;
     assert!((1500..=2049).contains(&solved), "{solved}");
-    // Documented: a thousandth of a surface that passes once each way, and 2049 additions in f32.
+    // Documented: a thousandth of a surface that passes once in each direction, and 2049 additions in f32.
     let apart = farthest(&truth, &mean);
     assert!(apart < 1e-3, "{apart}");
 }
@@ -141,7 +141,7 @@ fn files_and_report_say_which_truth_it_is() {
         let text = std::fs::read_to_string(folder.path().join("report.json")).unwrap();
         let json: serde_json::Value = serde_json::from_str(&text).unwrap();
         assert_eq!(json["gates"][0]["truth"], name);
-        // The difference is from what was written.
+        // The difference is from the written ground truth.
         let volume = phantom.volume(0).unwrap();
         let artefacts = phantom
             .artefacts(0, &volume, &phantom.truth(0).unwrap())

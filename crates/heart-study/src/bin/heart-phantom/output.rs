@@ -2,7 +2,7 @@
 
 use clap::error::ErrorKind;
 use heart_cohort::CohortError;
-use heart_phantom::{PhantomError, shown};
+use heart_phantom::{PhantomError, escape};
 use heart_study::StudyError;
 use serde_json::{Value, json};
 use std::io::{self, Write};
@@ -127,7 +127,7 @@ impl Output {
             Answer::Text(text) if self.json => self.json_text(json!({ "text": text })),
             Answer::Text(text) => text,
             Answer::Report(..) if self.quiet => return Ok(()),
-            Answer::Report(_, lines) => lines.iter().map(|line| shown(line) + "\n").collect(),
+            Answer::Report(_, lines) => lines.iter().map(|line| escape(line) + "\n").collect(),
         };
         let mut out = io::stdout().lock();
         match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
@@ -176,7 +176,7 @@ impl Output {
         }
         let mut text = String::new();
         for c in format!("{value:#}\n").chars() {
-            if c == '\n' || shown(c.encode_utf8(&mut [0; 4])).chars().eq([c]) {
+            if c == '\n' || escape(c.encode_utf8(&mut [0; 4])).chars().eq([c]) {
                 text.push(c);
             } else {
                 for unit in c.encode_utf16(&mut [0; 2]) {
@@ -192,7 +192,7 @@ impl Output {
 pub(crate) fn complain(what: &str) {
     let mut to = io::stderr().lock();
     for line in what.lines() {
-        let _ = writeln!(to, "{}", shown(line));
+        let _ = writeln!(to, "{}", escape(line));
     }
 }
 
@@ -215,10 +215,10 @@ fn told(error: &dyn std::error::Error) -> String {
 fn code(error: &PhantomError) -> u8 {
     match error {
         PhantomError::Scene(_)
-        | PhantomError::Refused { .. }
+        | PhantomError::Rejected { .. }
         | PhantomError::Read { .. }
         | PhantomError::Absent { .. }
-        | PhantomError::NothingToCount
+        | PhantomError::NoCounts
         | PhantomError::NotBuilt { .. }
         | PhantomError::Balloon(_)
         | PhantomError::Membrane(_)
@@ -257,7 +257,7 @@ fn as_json(error: &PhantomError) -> Value {
             let first = scene.first();
             Some((scene.file(), &first.field, first.place))
         }
-        PhantomError::Refused {
+        PhantomError::Rejected {
             file, field, place, ..
         } => Some((file.as_deref(), field, *place)),
         _ => None,

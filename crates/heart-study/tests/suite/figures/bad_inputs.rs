@@ -1,4 +1,4 @@
-//! Figures refuse bad input with the numbers that show why, and accept what is merely unusual.
+//! Figures reject bad input with numbers, and accept unusual input.
 
 use heart_phantom::revolve_voxel::Pose;
 use heart_study::figures::*;

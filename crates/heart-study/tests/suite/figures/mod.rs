@@ -1,4 +1,4 @@
-//! Figures: what they show, and what they refuse.
+//! Figures: content and errors.
 
 mod bad_inputs;
 mod pictures;

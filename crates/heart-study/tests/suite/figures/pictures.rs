@@ -1,4 +1,4 @@
-//! The figures as a caller sees them: files, orientation, scale, the same bytes each time.
+//! Figures as files: orientation, scale, reproducibility.
 
 use std::f64::consts::PI;
 
@@ -91,7 +91,7 @@ fn a_slice_has_x_to_the_right_and_the_front_or_the_head_on_top() {
         spacing: 1.0,
     };
     let lit = |plane: Plane| lit(&slice(&volume, plane, [0.0, 1.0], "").unwrap());
-    // Middles of voxels, as shares of the panel from the left and from the top; one pixel is below 1/300.
+    // Centres of voxels, as fractions of the panel from the left and from the top; one pixel is below 1/300.
     let close = |a: (f64, f64), b: (f64, f64)| (a.0 - b.0).abs() < 4e-3 && (a.1 - b.1).abs() < 4e-3;
     // +y is the back of a patient.
     let found = lit(Plane::Z(1));
@@ -101,7 +101,7 @@ fn a_slice_has_x_to_the_right_and_the_front_or_the_head_on_top() {
     let found = lit(Plane::X(6));
     assert!(close(found, (4.5 / 6.0, 1.0 - 1.5 / 4.0)), "{found:?}");
 
-    // The plain pictures of the same volume show it the same way up.
+    // The plain images of the same volume have the same orientation.
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("a.png");
     let grid = VoxelGrid::centred([nx, ny, nz], [1.0; 3], [0.0; 3]).unwrap();
@@ -125,7 +125,7 @@ fn a_slice_has_x_to_the_right_and_the_front_or_the_head_on_top() {
     }
 }
 
-/// The middle of the white pixels of a slice's panel, as shares from its left and from its top.
+/// The centre of the white pixels of a slice's panel, as fractions from its left and from its top.
 fn lit(picture: &Picture) -> (f64, f64) {
     // The panel is the black rectangle; the bar stands to its right, beyond a gap of white.
     let row_of = |j: u32| {
@@ -155,7 +155,7 @@ fn lit(picture: &Picture) -> (f64, f64) {
     )
 }
 
-/// Pixels that are not white within the circle of half the picture's width.
+/// Pixels that are not white within the circle of half the width of the image.
 fn inked(picture: &Picture) -> usize {
     let middle = 0.5 * f64::from(picture.width());
     (0..picture.height())
@@ -185,10 +185,10 @@ fn a_ball_has_a_round_silhouette_of_its_radius() {
         },
     ] {
         let picture = isosurface(&volume, &IsoView { view, ..iso(0.5) }).unwrap();
-        // The picture spans 0.85 of the volume.
+        // The image spans 0.85 of the volume.
         let pixels = radius / (0.85 * n as f64) * f64::from(picture.width());
         let measured = (inked(&picture) as f64 / PI).sqrt();
-        // Half a pixel: a pixel that is covered in part counts; the surface is right to a hundredth of a voxel.
+        // Half a pixel: a partially covered pixel counts; the surface is accurate to a hundredth of a voxel.
         assert!((measured - pixels).abs() < 1.0, "{measured} {pixels}");
         // Round: the four ends.
         let middle = f64::from(picture.width()) / 2.0;

@@ -1,4 +1,4 @@
-//! Rest shapes: the unloaded curve c0(s) that the springs pull back to.
+//! Reference configurations: the unloaded curve c0(s), from which springs are displaced.
 
 use std::f64::consts::PI;
 use std::fmt;
@@ -22,13 +22,13 @@ pub struct CurvePoint {
 /// The built-in shapes run with constant speed (s proportional to arc length) from (0, +R)
 /// over the apex to (0, -R); x is the axis of revolution.
 #[derive(Clone)]
-pub struct RestShape {
+pub struct ReferenceShape {
     /// 0 = first, ..., 1 = last: piece k covers `[breaks[k], breaks[k + 1]]`.
     breaks: Vec<f64>,
     pieces: Vec<Piece>,
 }
 
-/// Samples of each piece of a function.
+/// Samples per piece of a function.
 const SAMPLES: usize = 64;
 
 type CurveFunction = dyn Fn(f64) -> CurvePoint + Send + Sync;
@@ -48,21 +48,21 @@ enum Piece {
     Function(Arc<CurveFunction>),
 }
 
-impl fmt::Debug for RestShape {
+impl fmt::Debug for ReferenceShape {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_struct("RestShape")
+        f.debug_struct("ReferenceShape")
             .field("breaks", &self.breaks)
             .finish_non_exhaustive()
     }
 }
 
-impl RestShape {
+impl ReferenceShape {
     /// A cylinder of length `h` closed by a hemisphere of radius `radius` (cm), open at x = 0
     /// (Rohmer et al. 2006, Table 1).
     ///
     /// ```
-    /// use membrane_forces::RestShape;
-    /// let rest = RestShape::balloon(8.5, 1.75)?;
+    /// use membrane_forces::ReferenceShape;
+    /// let rest = ReferenceShape::balloon(8.5, 1.75)?;
     /// assert_eq!(rest.at(0.0).position, [0.0, 1.75]);
     /// assert!((rest.at(0.5).position[0] - 10.25).abs() < 1e-14);
     /// # Ok::<(), membrane_forces::MembraneError>(())
@@ -149,9 +149,9 @@ impl RestShape {
     /// `breakpoints` are the s inside (0, 1) at which the second derivative jumps.
     ///
     /// # Errors
-    /// Breakpoints that do not rise strictly inside (0, 1), values that are not finite, a
-    /// vanishing first derivative, derivatives that differ from central differences by more than a thousandth
-    /// ([`MembraneError::WrongDerivative`]), or a curve that crosses itself (as sampled at 64 points a piece).
+    /// Breakpoints that are not strictly ascending inside (0, 1), values that are not finite, a vanishing first derivative, derivatives
+    /// that differ from central differences by more than a thousandth ([`MembraneError::WrongDerivative`]), or a curve that crosses itself
+    /// (as sampled at 64 points per piece).
     pub fn from_function(
         curve: impl Fn(f64) -> CurvePoint + Send + Sync + 'static,
         breakpoints: &[f64],
@@ -166,8 +166,8 @@ impl RestShape {
         Ok(shape)
     }
 
-    /// Compares derivatives with central differences at the middles of the samples. Over 1e-5 of the piece these are good to 1e-10 of a
-    /// derivative by truncation, where a wave fits into the piece, and to 1e-11 of the size by rounding.
+    /// Compares derivatives with central differences at the middles of the samples. Over 1e-5 of the piece they are accurate to 1e-10 of a
+    /// derivative (truncation, for wavelengths of at least the piece) and to 1e-11 of the size (rounding).
     fn check_derivatives(&self, piece: usize) -> Result<(), MembraneError> {
         let (a, b) = (self.breaks[piece], self.breaks[piece + 1]);
         let step = 1e-5 * (b - a);
@@ -178,7 +178,7 @@ impl RestShape {
             values.fold(0.0, f64::max)
         };
         let speed = largest(|point| point.first);
-        // per length of the piece, a second derivative that is none is no larger than the first
+        // per length of the piece; a vanishing second derivative is at most as large as the first
         let bend = largest(|point| point.second).max(speed / (b - a));
         for (k, here) in samples.iter().enumerate() {
             let s = middle(k);
@@ -189,7 +189,7 @@ impl RestShape {
                 (1, here.first, slope(before.position, after.position), speed),
                 (2, here.second, slope(before.first, after.first), bend),
             ] {
-                // of the values and of s, which matters on narrow pieces
+                // rounding of the values and of s, which matters on narrow pieces
                 let of = [here.position, here.first][order - 1];
                 let rounding = 8.0 * f64::EPSILON * (of[0].hypot(of[1]) + size) / step;
                 let off = (given[0] - found[0]).hypot(given[1] - found[1]);
@@ -206,7 +206,7 @@ impl RestShape {
         Ok(())
     }
 
-    /// Samples each piece and looks for values and geometry that no force can be computed from.
+    /// Samples each piece and rejects values and geometry without a defined force.
     fn check_sampled(&self) -> Result<(), MembraneError> {
         let mut points = Vec::with_capacity(SAMPLES * self.pieces.len() + 1);
         for piece in 0..self.pieces.len() {
@@ -248,10 +248,10 @@ impl RestShape {
         self.at_in(inner.partition_point(|&b| b <= s), s)
     }
 
-    /// The curve at `s` as piece `piece` continues it: one-sided derivatives at breakpoints.
+    /// Returns the curve at `s` by piece `piece`: one-sided derivatives at breakpoints.
     pub(crate) fn at_in(&self, piece: usize, s: f64) -> CurvePoint {
         let (a, b) = (self.breaks[piece], self.breaks[piece + 1]);
-        // From the nearer end, so that mirror images come out equal to the last bit or nearly.
+        // From the nearer end, so that mirror images are equal to rounding.
         let t = if s - a <= b - s {
             (s - a) / (b - a)
         } else {

@@ -13,7 +13,7 @@ use crate::{Body, RevolveError, Sample, VoxelCounters, VoxelGrid};
 
 /// A body with a weight, such as the fraction of time in one position.
 #[derive(Debug, Clone, Copy)]
-pub struct Moment<'a> {
+pub struct WeightedBody<'a> {
     /// The body.
     pub body: &'a Body,
     /// Activities of its regions.
@@ -56,17 +56,17 @@ impl Body {
         weight: f64,
         out: &mut [T],
     ) -> Result<VoxelCounters, RevolveError> {
-        let moment = Moment {
+        let weighted = WeightedBody {
             body: self,
             activity,
             weight,
         };
-        Moment::voxelize_add(&[moment], grid, slices, sampling, out)
+        WeightedBody::voxelize_add(&[weighted], grid, slices, sampling, out)
     }
 }
 
-impl Moment<'_> {
-    /// Adds the weighted activities of all moments to the voxels of some slices of a grid (`out`: `[z][y][x]`, those slices
+impl WeightedBody<'_> {
+    /// Adds the weighted activities of all bodies to the voxels of some slices of a grid (`out`: `[z][y][x]`, those slices
     /// only).
     ///
     /// Slabs of a volume are bitwise identical to those of the whole. Cost: that of every surface, with one pass over the volume.
@@ -74,18 +74,18 @@ impl Moment<'_> {
     /// to the other.
     ///
     /// ```
-    /// use revolve_voxel::{Body, Meridian, Moment, Pose, Sampling, VoxelGrid};
+    /// use revolve_voxel::{Body, Meridian, WeightedBody, Pose, Sampling, VoxelGrid};
     /// let ball = |r: f64| -> Result<Body, revolve_voxel::RevolveError> {
     ///     let cones = Meridian::new(&[[-r, 0.0], [0.0, r], [r, 0.0]])?;
     ///     Body::new(vec![cones], Pose::axis_along_z(0.0)?)
     /// };
     /// let (small, large) = (ball(1.0)?, ball(2.0)?);
-    /// let moment = |body, weight| Moment { body, activity: &[1.0], weight };
+    /// let weighted = |body, weight| WeightedBody { body, activity: &[1.0], weight };
     /// let grid = VoxelGrid::cube(32, 0.15)?;
     /// let mut mean = vec![0.0f64; grid.len()];
     /// let sampling = Sampling::Coverage { tolerance: 1e-3 };
-    /// let moments = [moment(&small, 0.25), moment(&large, 0.75)];
-    /// let counters = Moment::voxelize_add(&moments, &grid, 0..32, sampling, &mut mean)?;
+    /// let bodies = [weighted(&small, 0.25), weighted(&large, 0.75)];
+    /// let counters = WeightedBody::voxelize_add(&bodies, &grid, 0..32, sampling, &mut mean)?;
     /// let volume = |body: &Body| body.layers()[0].measures().volume;
     /// let exact = 0.25 * volume(&small) + 0.75 * volume(&large);
     /// assert!((mean.iter().sum::<f64>() * grid.voxel_volume() / exact - 1.0).abs() < 1e-3);
@@ -97,18 +97,18 @@ impl Moment<'_> {
     /// [`RevolveError::WrongLength`] for a wrong buffer, slices or number of activities; [`RevolveError::NotFinite`];
     /// [`RevolveError::TooFew`], [`RevolveError::NotPositive`].
     pub fn voxelize_add<T: Sample>(
-        moments: &[Moment<'_>],
+        bodies: &[WeightedBody<'_>],
         grid: &VoxelGrid,
         slices: Range<usize>,
         sampling: Sampling,
         out: &mut [T],
     ) -> Result<VoxelCounters, RevolveError> {
         let mut layers = Vec::new();
-        for moment in moments {
-            let weights = moment.body.weights(moment.activity)?;
-            finite("weight", moment.weight)?;
+        for weighted in bodies {
+            let weights = weighted.body.weights(weighted.activity)?;
+            finite("weight", weighted.weight)?;
             let used = weights.into_iter().enumerate().filter(|(_, w)| *w != 0.0);
-            layers.extend(used.map(|(k, w)| (moment.body, k, moment.weight * w)));
+            layers.extend(used.map(|(k, w)| (weighted.body, k, weighted.weight * w)));
         }
         check(grid, &slices, sampling)?;
         length("volume", grid.slice_len() * slices.len(), out.len())?;

@@ -6,7 +6,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 /// Shapes by gain, shared by threads.
 #[derive(Debug, Default)]
-pub(super) struct Kept {
+pub(super) struct ShapeCache {
     shapes: Mutex<Shapes>,
     pub(super) alive: Arc<Alive>,
 }
@@ -19,7 +19,7 @@ struct Shapes {
     solved: usize,
 }
 
-impl Kept {
+impl ShapeCache {
     /// Returns the cached shapes of the gains, and the missing gains. Evicts the least recently used shapes beyond `most`.
     pub(super) fn take(
         &self,

@@ -1,0 +1,94 @@
+//! Views along rays that are not parallel.
+
+use super::Phantom;
+use super::products::Needs;
+use crate::error::PhantomError;
+use crate::scene::{Check, needs_parallel};
+use crate::{BinSample, Orbit, RayGeometry, Rotation, files::Format, scene::HeadsSettings};
+use revolve_voxel::Organs;
+
+impl Phantom {
+    /// Returns the phantom acquired along other rays: its views are those of `rays`, at their times if they have any, with mode, accuracy, activity
+    /// and attenuation of the scene. It shares the solved shapes. Products that need a reconstruction are removed from `output.write`.
+    ///
+    /// # Errors
+    /// [`PhantomError::Scene`] for a collimator or a calibration, which need parallel rays; [`PhantomError::Unsupported`] for averages over the
+    /// bins of a list of lines, which have no area; [`PhantomError::OutOfRange`] for more than 2^31 samples.
+    pub fn along(&self, rays: RayGeometry) -> Result<Self, PhantomError> {
+        let mut scene = self.scene().clone();
+        let camera = &mut scene.camera;
+        (camera.heads, camera.rotation) = (HeadsSettings::One, Rotation::StepAndShoot);
+        // Without a collimator it has no effect.
+        camera.radius = Orbit::Circle(1.0);
+        let output = &mut scene.output;
+        output.projections = Format::Npy;
+        output
+            .write
+            .retain(|product| product.info().needs <= Needs::Views);
+        let mut c = Check::default();
+        needs_parallel(&scene, &mut c);
+        c.finish()?;
+        let mut phantom = self.with_scene(scene)?;
+        if phantom.parts.samples() == BinSample::Averages && !rays.has_bins() {
+            let (format, what) = ("a list of lines", "averages over bins");
+            return Err(PhantomError::Unsupported { format, what });
+        }
+        let parts = &mut phantom.parts;
+        parts.camera = parts.camera.along(rays)?;
+        let camera = &parts.camera;
+        phantom.readout.size = [camera.n_bins(), camera.n_rows()];
+        let settings = &mut parts.scene.camera;
+        settings.views = camera.n_views();
+        [settings.bins, settings.rows] = phantom.readout.size;
+        settings.pitch = camera.detector().pitch();
+        Ok(phantom)
+    }
+
+    /// Whether the rays were given by [`Phantom::along`], so that the scene does not describe them.
+    #[cfg(feature = "scene")]
+    pub(crate) fn has_own_rays(&self) -> bool {
+        let described = self.scene().camera.geometry != crate::scene::BeamSettings::Parallel;
+        self.camera().ray_geometry().is_some() && !described
+    }
+
+    /// An error if a source of a fan or cone beam is in the bounding box of the heart or in an organ.
+    pub(super) fn check_sources(&self) -> Result<(), PhantomError> {
+        let Some(rays) = self.camera().ray_geometry() else {
+            return Ok(());
+        };
+        let mut solids = Vec::new();
+        for body in self.outermost()? {
+            solids.push((body.bounding_box(0)?, false));
+        }
+        let organs = self.parts.organs.iter().flat_map(Organs::as_slice);
+        for ([x, y, z], [a, b, c]) in organs.map(|organ| organ.shape.bounds()) {
+            let corners = [-1.0, 1.0].map(|s| [x + s * a, y + s * b, z + s * c].into());
+            solids.push((corners, true));
+        }
+        for view_idx in 0..rays.n_views() {
+            let Some([source, _]) = rays.rasters(view_idx) else {
+                continue;
+            };
+            let inside = solids.iter().any(|([low, high], round)| {
+                let from = |k: usize| {
+                    let half = 0.5 * (high[k] - low[k]);
+                    ((source.first[k] - low[k]) / half - 1.0, half)
+                };
+                let places = [0, 1, 2]
+                    .map(from)
+                    .map(|(place, half)| match half.is_finite() {
+                        true => place.abs(),
+                        false => 0.0,
+                    });
+                match round {
+                    true => places.iter().map(|place| place * place).sum::<f64>() < 1.0,
+                    false => places.iter().all(|place| *place < 1.0),
+                }
+            });
+            if inside {
+                return Err(PhantomError::SourceInside { view_idx });
+            }
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,245 @@
+//! Scatter of gated projection sets: photon histories in the media and with the source and the response of the projections.
+
+use super::scatter_model::{Emitters, State, Tissue};
+use super::{Phantom, once};
+use crate::Sinograms;
+use crate::error::{PhantomError, check_count};
+use crate::scene::ScatterSettings;
+use photon_scatter::{
+    Camera, Response, Scatter, ScatterError, ScatterOptions, Spectrum, View, water_attenuation,
+};
+use revolve_voxel::{Organ, OrganShape, Organs};
+use std::collections::BTreeMap;
+use std::ops::Range;
+
+/// Cells of volume and of respiratory phase in each of which the heart is averaged: 2 mm of motion, less than scatter resolves.
+const CELLS: f64 = 8.0;
+/// Stated error of scatter in standard errors: 99.7 % of normally distributed errors are smaller.
+const STANDARD_ERRORS: f64 = 3.0;
+
+impl ScatterSettings {
+    /// Energies and windows.
+    pub(crate) fn spectrum(&self) -> Result<Spectrum, ScatterError> {
+        Spectrum::new(self.energy, self.resolution, &self.windows)
+    }
+}
+
+impl Phantom {
+    /// The scattered photons in the projections of a gate: expected samples and their standard errors in each energy window. `None` without
+    /// a section `[scatter]` or without activity. The first call for a gate computes its projections and follows the photon histories.
+    ///
+    /// The heart is averaged over the acquisition time of the gate. The medium is that of its average state, and scatters as water with the
+    /// same attenuation.
+    ///
+    /// ```
+    /// use heart_phantom::scene::{Mode, ScatterSettings};
+    /// use heart_phantom::{Chest, Phantom, Scene};
+    /// let mut scene = Scene::default().with_size(8).with_mode(Mode::Static { phase: 0.0 });
+    /// scene.camera.views = 4;
+    /// scene.chest = Some(Chest::default());
+    /// scene.scatter = Some(ScatterSettings { tolerance: 0.1, ..ScatterSettings::default() });
+    /// let phantom = Phantom::new(scene)?;
+    /// let (view, window) = (1, 0);
+    /// let scatter = phantom.scatter(0)?.unwrap();
+    /// assert_eq!(scatter.view(window, view).len(), 8 * 8);
+    /// assert!(scatter.standard_error(window, view).iter().all(|error| *error <= scatter.largest_error()));
+    /// # Ok::<(), heart_phantom::PhantomError>(())
+    /// ```
+    ///
+    /// # Errors
+    /// [`PhantomError::Count`] if there is no such gate; as [`Phantom::view`]; [`PhantomError::Scatter`].
+    pub fn scatter(&self, gate: usize) -> Result<Option<&Scatter>, PhantomError> {
+        check_count("gate", gate, [0, self.n_gates() - 1])?;
+        match &self.scene().scatter {
+            None => Ok(None),
+            Some(settings) => self.scattered(gate, settings, None),
+        }
+    }
+
+    /// All scattered photons of a gate in an energy window, `[view][row][bin]`.
+    pub(crate) fn scatter_samples(
+        &self,
+        gate: usize,
+        window: usize,
+    ) -> Result<Vec<f32>, PhantomError> {
+        let n_views = self.camera().n_views();
+        let Some(scatter) = self.scatter(gate)? else {
+            return Ok(vec![0.0; n_views * self.camera().view_len()]);
+        };
+        let samples = (0..n_views).flat_map(|view| scatter.view(window, view));
+        Ok(samples.map(|sample| sample as f32).collect())
+    }
+
+    /// Number of energy windows.
+    pub(crate) fn n_windows(&self) -> usize {
+        (self.scene().scatter.as_ref()).map_or(1, |settings| settings.windows.len())
+    }
+
+    /// Turns unscattered photons in some rows of some projections into all photons in an energy window, and states their error.
+    pub(super) fn add_scatter(
+        &self,
+        (gate, window): (usize, usize),
+        views: &Range<usize>,
+        rows: &Range<usize>,
+        taken: &mut Sinograms,
+    ) -> Result<(), PhantomError> {
+        let Some(settings) = &self.scene().scatter else {
+            return Ok(());
+        };
+        let (camera, n_bins) = (self.camera(), self.camera().n_bins());
+        let all = (views, rows) == (&(0..camera.n_views()), &(0..camera.n_rows()));
+        let known = all.then(|| largest(&taken.samples));
+        let Some(scatter) = self.scattered(gate, settings, known)? else {
+            return Ok(());
+        };
+        let primary = settings.spectrum()?.efficiency(window, settings.energy) as f32;
+        let own = taken.samples.chunks_mut((rows.len() * n_bins).max(1));
+        for (view, own) in views.clone().zip(own) {
+            let more = scatter.view(window, view);
+            for (sample, more) in own.iter_mut().zip(&more[rows.start * n_bins..]) {
+                *sample = primary * *sample + *more as f32;
+            }
+        }
+        let largest = largest(&taken.samples);
+        if largest > 0.0 {
+            taken.view_error.scatter = STANDARD_ERRORS * scatter.largest_error() / largest;
+        }
+        Ok(())
+    }
+
+    /// Scatter of a gate, computed once; `known` is the largest unscattered sample of the gate, if it is known.
+    fn scattered(
+        &self,
+        gate: usize,
+        settings: &ScatterSettings,
+        known: Option<f64>,
+    ) -> Result<Option<&Scatter>, PhantomError> {
+        let scatter = once(&self.scattered[gate], || {
+            let (views, rows) = (0..self.camera().n_views(), 0..self.camera().n_rows());
+            let largest = match known {
+                Some(known) => known,
+                None => largest(&self.primary(gate, views, rows, &|_| ())?.samples),
+            };
+            match largest > 0.0 {
+                true => self.follow(gate, settings, settings.tolerance * largest),
+                false => Ok(None),
+            }
+        })?;
+        Ok(scatter.as_ref())
+    }
+
+    /// Follows photons to an absolute tolerance.
+    fn follow(
+        &self,
+        gate: usize,
+        settings: &ScatterSettings,
+        tolerance: f64,
+    ) -> Result<Option<Scatter>, PhantomError> {
+        let Some(attenuation) = self.parts().attenuation else {
+            return Ok(None);
+        };
+        let source = self.emitters(self.hearts(gate)?)?;
+        let body = &source.states[source.states.len() / 2].body;
+        let water = water_attenuation(settings.energy)?;
+        let medium = Tissue::new(&attenuation, body, self.parts().organs.as_ref(), water)?;
+        let options = ScatterOptions::new(tolerance).with_seed(settings.seed);
+        let (camera, spectrum) = (
+            self.scatter_camera(gate, &self.radii()?)?,
+            settings.spectrum()?,
+        );
+        let scatter = Scatter::new(&source, &medium, &camera, &spectrum, &options)?;
+        Ok(Some(scatter))
+    }
+
+    /// The camera of a gate.
+    fn scatter_camera(&self, gate: usize, radii: &[f64]) -> Result<Camera, PhantomError> {
+        let (detector, response) = (self.camera().detector(), self.response()?);
+        let views: Vec<View> = (self.view_times(gate)?.iter().zip(radii))
+            .map(|(time, &radius)| View {
+                angle: time.angle,
+                radius,
+            })
+            .collect();
+        let response = Response {
+            slope: response.slope(),
+            at_face: response.at_face(),
+            intrinsic: response.intrinsic(),
+        };
+        let size = [self.camera().n_bins(), self.camera().n_rows()];
+        Ok(Camera::new(size, detector.pitch(), &views, response)?)
+    }
+
+    /// Memory in bytes: of all gates, and in addition per thread; nothing without scatter.
+    ///
+    /// # Errors
+    /// [`PhantomError::Scatter`] for more nodes than scatter is computed on.
+    pub(super) fn bytes_of_scatter(&self, radii: &[f64]) -> Result<[u64; 2], PhantomError> {
+        let Some(settings) = &self.scene().scatter else {
+            return Ok([0; 2]);
+        };
+        let [all, each] = Scatter::bytes(
+            &self.scatter_camera(0, radii)?,
+            &settings.spectrum()?,
+            &ScatterOptions::new(settings.tolerance),
+        )?;
+        Ok([all * self.n_gates() as u64, each])
+    }
+
+    /// The states of the heart that the projections of a gate are the average of: averages over cells of volume and respiratory phase.
+    fn hearts(&self, gate: usize) -> Result<Vec<State>, PhantomError> {
+        let scan = self.scan(self.camera(), gate, self.acquisition(gate)?);
+        let times = scan.times()?;
+        let mut low = [f64::INFINITY; 2];
+        let mut high = [f64::NEG_INFINITY; 2];
+        for time in &times {
+            for (k, x) in [time.gain, time.breath].into_iter().enumerate() {
+                (low[k], high[k]) = (low[k].min(x), high[k].max(x));
+            }
+        }
+        let mut sums = BTreeMap::<[usize; 2], [f64; 3]>::new();
+        for time in &times {
+            let at = [time.gain, time.breath];
+            // 0 / 0 is cell 0.
+            let cell = |k: usize| (CELLS * (at[k] - low[k]) / (high[k] - low[k])) as usize;
+            let sum = sums.entry([cell(0), cell(1)]).or_default();
+            for (sum, x) in sum.iter_mut().zip([1.0, time.gain, time.breath]) {
+                *sum += time.share * x;
+            }
+        }
+        let sums: Vec<_> = sums.into_values().filter(|sum| sum[0] > 0.0).collect();
+        let gains: Vec<f64> = sums.iter().map(|[share, gain, _]| gain / share).collect();
+        let shapes = self.parts().heart.shapes(&gains)?;
+        let placed = scan.placed(&shapes)?;
+        (sums.iter().zip(&shapes))
+            .map(|([share, _, breath], shape)| {
+                let body = shape.body().with_pose(self.pose(breath / share)?);
+                let activity = self.scene().activity.of(shape);
+                let defects = (placed.of(shape).iter())
+                    .map(|(_, sector, factor)| {
+                        (sector.with_pose(*body.pose()), activity[1] * factor)
+                    })
+                    .collect();
+                Ok(State::new(*share, body, activity, defects))
+            })
+            .collect()
+    }
+
+    /// Returns the heart, organs and background as emitters.
+    fn emitters(&self, states: Vec<State>) -> Result<Emitters, PhantomError> {
+        let mut organs: Vec<Organ> = Vec::new();
+        if let Some(background) = &self.scene().background {
+            organs.push(Organ {
+                shape: OrganShape::Cylinder(background.torso()?),
+                activity: background.concentration,
+                attenuation: 0.0,
+            });
+        }
+        organs.extend(self.parts().organs.iter().flat_map(Organs::as_slice));
+        let height = self.camera().n_rows() as f64 * self.camera().detector().pitch()[1];
+        Ok(Emitters::new(states, organs, height))
+    }
+}
+
+fn largest(samples: &[f32]) -> f64 {
+    f64::from(samples.iter().copied().fold(0.0f32, f32::max))
+}

@@ -1,0 +1,72 @@
+//! Validation of `camera.geometry`: rays that are not parallel, and what needs parallel rays.
+
+use super::beam::rays_of;
+use super::finding::{Check, spelled};
+use super::{BeamSettings, HeadsSettings, Scene};
+use crate::error::PhantomError;
+use crate::files::Format;
+use crate::scene::build::geometry_of;
+use crate::{Camera, Product, RayGeometry, Rotation};
+
+/// Validates the rays of a scene whose other values of `[camera]` are valid.
+pub(super) fn check(scene: &Scene, c: &mut Check) {
+    if scene.camera.geometry == BeamSettings::Parallel {
+        return;
+    }
+    let heads = scene.camera.heads;
+    if let (BeamSettings::Matrices(_), HeadsSettings::Two { .. }) = (&scene.camera.geometry, heads)
+    {
+        c.fault("camera.heads", "two", "must be one with matrices");
+    } else if let Err(error) = made(scene) {
+        let cause = std::error::Error::source(&error).map(|cause| format!(": {cause}"));
+        c.fault(
+            "camera.geometry",
+            "",
+            format!("{error}{}", cause.unwrap_or_default()),
+        );
+    }
+    needs_parallel(scene, c);
+}
+
+fn made(scene: &Scene) -> Result<Option<RayGeometry>, PhantomError> {
+    let camera = Camera::with_geometry(&geometry_of(scene))?;
+    rays_of(&scene.camera, camera.geometry().angles())
+}
+
+/// Finds what needs parallel rays, in a scene without.
+pub(crate) fn needs_parallel(scene: &Scene, c: &mut Check) {
+    let (camera, output) = (&scene.camera, &scene.output);
+    if scene.collimator.is_some() {
+        c.fault(
+            "collimator",
+            "",
+            "parallel holes need camera.geometry = \"parallel\"",
+        );
+    }
+    if scene.counting.is_some() {
+        let wanted =
+            "is the sensitivity for parallel rays and needs camera.geometry = \"parallel\"";
+        c.fault("counting", "", wanted);
+    }
+    if scene.scatter.is_some() {
+        c.fault("scatter", "", "needs camera.geometry = \"parallel\"");
+    }
+    if camera.rotation == Rotation::Continuous {
+        let wanted = "needs camera.geometry = \"parallel\"; other rays are those at the angle of the view during all its time";
+        c.fault("camera.rotation", "continuous", wanted);
+    }
+    let reconstructed = [Product::Reconstruction, Product::Pictures];
+    if let Some(product) = output
+        .write
+        .iter()
+        .find(|product| reconstructed.contains(product))
+    {
+        let wanted = "needs camera.geometry = \"parallel\"; write projections for a reconstruction by RTK, ASTRA or TIGRE";
+        c.fault("output.write", spelled(product), wanted);
+    }
+    let format = output.projections;
+    if !matches!(format, Format::Npy | Format::MetaImageSingle) {
+        let wanted = "stores parallel projections; choose npy (with vectors for ASTRA) or meta-image-single (with the geometry of RTK)";
+        c.fault("output.projections", spelled(format), wanted);
+    }
+}
