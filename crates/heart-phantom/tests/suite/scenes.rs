@@ -13,11 +13,11 @@ fn load(name: &str) -> Scene {
     Scene::load(&folder().join(name)).unwrap()
 }
 
-/// The same scene with fewer and larger bins, and coarse time steps: all its products, quickly.
+/// The same scene with fewer and larger bins, to a coarse tolerance: all its products, quickly.
 fn rough(scene: Scene) -> Scene {
     let mut scene = scene.with_size(20);
     scene.camera.views = 8;
-    scene.acquisition.accuracy = Accuracy::Steps(8);
+    scene.acquisition.accuracy = Accuracy::Tolerance(0.05);
     scene.heart.discretisation =
         heart_phantom::scene::DiscretisationSettings::Differences { nodes: 51 };
     scene

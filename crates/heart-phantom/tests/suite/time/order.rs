@@ -147,7 +147,7 @@ fn levels_of_volume_do_better_than_steps_of_time_for_other_curves() {
         let mut scene = Scene::default().with_size(48).with_mode(Mode::WholeCycle);
         scene.heart.discretisation = DiscretisationSettings::Differences { nodes: 201 };
         scene.cycle.curve = curve;
-        scene.camera.views = 4;
+        scene.camera.views = 2;
         scene.acquisition.accuracy = Accuracy::Steps(32);
         let phantom = Phantom::new(scene).unwrap();
         let by_volume = phantom.sinograms(0, &|_| ()).unwrap();
