@@ -10,7 +10,9 @@ use std::hint::black_box;
 use benches::{Effort, Row, on_threads, timed};
 use criterion::{Criterion, Throughput};
 use nalgebra::{Point3, Vector3};
-use revolve_voxel::{Body, Meridian, ParallelDetector, ParallelRays, Pose, Sampling, VoxelGrid};
+use revolve_voxel::{
+    Body, Lines, Meridian, ParallelDetector, ParallelRays, PointRaster, Pose, Sampling, VoxelGrid,
+};
 
 /// A balloon that bulges, also behind its base.
 fn profile(radius: f64, n: usize) -> Vec<[f64; 2]> {
@@ -124,6 +126,57 @@ fn chords(c: &mut Criterion) {
                         .unwrap()
                 });
             });
+        });
+    }
+    group.finish();
+    lines(c, &rays);
+}
+
+/// A cone beam of as many lines through the heart, both membranes, and the parallel rays as a list, each on one thread and on all.
+fn lines(c: &mut Criterion, rays: &ParallelRays) {
+    let both = body(&[1.75, 2.75], 200);
+    let at = |bin, row| rays.ray(bin, row).unwrap().origin();
+    let detector = PointRaster {
+        first: at(0, 0),
+        bin_step: at(1, 0) - at(0, 0),
+        row_step: at(0, 1) - at(0, 0),
+    };
+    let source = at(128, 128) - rays.direction() * 57.0;
+    let cone = Lines::between([256; 2], source, detector).unwrap();
+    let (image, counters) = both.project::<f64>(&cone, &[0.0, 1.0]).unwrap();
+    for k in (0..image.len()).step_by(251) {
+        let ray = cone.ray(k % 256, k / 256).unwrap();
+        let chord = both.chord(1, &ray).unwrap() - both.chord(0, &ray).unwrap();
+        assert!((image[k] - chord).abs() < 1e-9, "{} {chord}", image[k]);
+    }
+    println!("lines that hit the heart: {}", counters.hit);
+    let pool = |n| rayon::ThreadPoolBuilder::new().num_threads(n).build();
+    let listed = Lines::from(rays);
+    let mut out = vec![0.0f32; 256 * 256];
+    let mut group = c.benchmark_group("revolve/lines/256x256");
+    group.sample_size(20);
+    group.throughput(Throughput::Elements(256 * 256));
+    for threads in [1, 2] {
+        let pool = pool(threads).unwrap();
+        let mut bench = |name: &str, project: &(dyn Fn(&mut [f32]) + Sync)| {
+            group.bench_function(format!("{name}/{threads} threads"), |b| {
+                pool.install(|| b.iter(|| project(black_box(&mut out))));
+            });
+        };
+        bench("cone beam", &|out| {
+            both.project_add(&cone, &[0.0, 1.0], 1.0, out)
+                .map(drop)
+                .unwrap();
+        });
+        bench("parallel rays one by one", &|out| {
+            both.project_add(&listed, &[0.0, 1.0], 1.0, out)
+                .map(drop)
+                .unwrap();
+        });
+        bench("parallel rays", &|out| {
+            both.project_add(rays, &[0.0, 1.0], 1.0, out)
+                .map(drop)
+                .unwrap();
         });
     }
     group.finish();

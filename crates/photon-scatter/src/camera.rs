@@ -82,6 +82,10 @@ impl Camera {
             response,
         })
     }
+
+    pub(crate) fn views(&self) -> &[View] {
+        &self.views
+    }
 }
 
 /// Nodes of the coarse grid, and the distribution of points to them.
@@ -132,6 +136,14 @@ impl Grid {
         })
     }
 
+    /// The same nodes for some of the views.
+    pub(crate) fn of_views(&self, views: &[usize]) -> Self {
+        let mut some = self.clone();
+        some.camera.views = views.iter().map(|view| self.camera.views[*view]).collect();
+        some.axes = views.iter().map(|view| self.axes[*view]).collect();
+        some
+    }
+
     /// Number of values that points are added to.
     pub(crate) fn n_deposits(&self) -> usize {
         self.variances.len() * self.n_nodes()
@@ -140,6 +152,10 @@ impl Grid {
     /// Number of nodes of all views and windows.
     pub(crate) fn n_nodes(&self) -> usize {
         self.size[0] * self.size[1] * self.axes.len() * self.windows
+    }
+
+    pub(crate) fn n_views(&self) -> usize {
+        self.axes.len()
     }
 
     /// Direction towards the detector of each view.

@@ -8,21 +8,23 @@ use crate::{Compton, Medium, Random, ScatterReport, Source, Spectrum};
 
 /// Probability of a detection, in units of that of isotropic scattering into the photopeak window without attenuation, from which on its path
 /// is always followed. Others are followed with a probability in proportion (systematic sampling over the views), so that most have one value.
-const FULL_DETECTION: f64 = 0.5;
+const FULL_DETECTION: f64 = 0.25;
 /// Cells of [`Transmission`] along each axis.
-const CELLS: usize = 12;
+pub(crate) const CELLS: usize = 12;
 /// Least transmission by which paths are chosen: bounds the values of those that reach the detector more easily than the middle of their cell.
 const LEAST_TRANSMISSION: f64 = 0.02;
 
 /// Detections after which they are distributed to the nodes: 4 MB.
-const DETECTIONS: u64 = 65_536;
+pub(crate) const DETECTIONS: u64 = 65_536;
 
 /// The arguments of all histories.
 pub(crate) struct Problem<'a> {
     pub(crate) source: &'a dyn Source,
     pub(crate) medium: &'a dyn Medium,
     pub(crate) spectrum: &'a Spectrum,
+    /// Of the views that photons are detected in; the weight of each in the sum over all views.
     pub(crate) grid: Grid,
+    pub(crate) totals: Vec<f64>,
     pub(crate) directions: Vec<[f64; 3]>,
     pub(crate) transmission: Transmission,
     pub(crate) orders: usize,
@@ -84,7 +86,7 @@ impl Transmission {
 
 /// Photons of one energy that a view receives from a point.
 #[derive(Debug)]
-struct Detection {
+pub(crate) struct Detection {
     place: Place,
     energy: f64,
     value: f64,
@@ -253,7 +255,7 @@ impl Problem<'_> {
             });
             tally.report.paths += 1;
             let order = photon.order.min(ScatterReport::ORDERS) - 1;
-            tally.report.by_order[order] += value * at.get(WINDOWS);
+            tally.report.by_order[order] += self.totals[view] * value * at.get(WINDOWS);
         }
         Ok(())
     }

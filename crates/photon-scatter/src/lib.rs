@@ -2,6 +2,7 @@
 //!
 #![doc = include_str!("../README.md")]
 
+mod angles;
 mod camera;
 mod compton;
 mod error;

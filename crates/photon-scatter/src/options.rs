@@ -9,6 +9,9 @@ pub struct ScatterOptions {
     /// Pitch of the nodes on which scatter is collected and from which cubics interpolate, in cm: details smaller than twice the pitch are
     /// smoothed. The number of histories for a tolerance is about proportional to its power -2.
     pub pitch: f64,
+    /// Angle in radians by which the views are at most apart from which cubics interpolate the views between them; 0 for none.
+    /// Views of an orbit without neighbours, or whose radius changes abruptly, are not interpolated.
+    pub spacing: f64,
     /// Orders of scattering that are followed.
     pub orders: usize,
     /// Histories in each of the first 128 blocks; more where the tolerance needs more.
@@ -20,11 +23,12 @@ pub struct ScatterOptions {
 }
 
 impl ScatterOptions {
-    /// A tolerance in the unit of the samples; nodes 0.75 cm apart, 32 orders, blocks of 512 histories, at most 10^9 histories, seed 0.
+    /// A tolerance in the unit of the samples; nodes 0.75 cm and 12 degrees apart, 32 orders, blocks of 512 histories, at most 10^9 histories, seed 0.
     pub fn new(tolerance: f64) -> Self {
         Self {
             tolerance,
             pitch: 0.75,
+            spacing: 12f64.to_radians(),
             orders: 32,
             block: 512,
             most_histories: 1_000_000_000,
@@ -35,6 +39,12 @@ impl ScatterOptions {
     /// The same with another pitch of the nodes.
     pub fn with_pitch(mut self, pitch: f64) -> Self {
         self.pitch = pitch;
+        self
+    }
+
+    /// The same with views interpolated from those this angle in radians apart, at most; 0 for none.
+    pub fn with_spacing(mut self, spacing: f64) -> Self {
+        self.spacing = spacing;
         self
     }
 

@@ -1,8 +1,9 @@
 //! Histories in blocks until the tolerance is met, and the images with their standard errors.
 
+use crate::angles::Angles;
 use crate::camera::Grid;
 use crate::error::{ScatterError, within};
-use crate::history::{Problem, Tally, Transmission};
+use crate::history::{CELLS, DETECTIONS, Detection, Problem, Tally, Transmission};
 use crate::spectrum::ATTENUATION;
 use crate::{Camera, Medium, ScatterOptions, ScatterReport, Source, Spectrum};
 use rayon::prelude::*;
@@ -17,6 +18,9 @@ const RESERVE: f64 = 1.03;
 const MOST_GROWTH: f64 = 4.0;
 const MOST_BLOCK_GROWTH: f64 = 32.0;
 
+/// Smoothing in fourth differences of the nodes: 1/90 by the distribution to nodes and its inverse to second order, 3/128 by cubics.
+const SMOOTHING: f64 = 1.0 / 90.0 + 3.0 / 128.0;
+
 /// Scatter in every bin, view and energy window of a camera, with its standard error.
 ///
 /// A sample has the unit of a line integral of the activity, as the attenuated line integrals of the primary photons have: activity
@@ -30,12 +34,14 @@ pub struct Scatter {
     images: Vec<f64>,
     errors: Vec<f64>,
     largest_error: f64,
+    interpolation_error: f64,
     report: ScatterReport,
 }
 
 impl ScatterOptions {
     fn grid(&self, camera: &Camera, spectrum: &Spectrum) -> Result<Grid, ScatterError> {
         within("pitch of the nodes in cm", self.pitch, [0.01, 100.0])?;
+        within("angle between views in radians", self.spacing, [0.0, 1.0])?;
         Grid::new(camera, spectrum.windows().len(), self.pitch)
     }
 }
@@ -44,7 +50,7 @@ impl Scatter {
     /// Follows photon histories until no bin has a standard error above the tolerance. Bitwise independent of the number of threads.
     ///
     /// # Errors
-    /// [`ScatterError::OutOfRange`] for a tolerance that is not positive, a pitch outside 0.01 to 100 cm, blocks outside 16 to 10^7 histories,
+    /// [`ScatterError::OutOfRange`] for a tolerance that is not positive, a pitch outside 0.01 to 100 cm, a spacing outside 0 to 1 rad, blocks outside 16 to 10^7 histories,
     /// more than 2^27 nodes, and for numbers of `source` or `medium` that are not finite or negative; [`ScatterError::Tolerance`] if
     /// `most_histories` do not suffice.
     pub fn new(
@@ -60,7 +66,9 @@ impl Scatter {
             [f64::MIN_POSITIVE, f64::MAX],
         )?;
         within("histories of a block", options.block as f64, [16.0, 1e7])?;
-        let grid = options.grid(camera, spectrum)?;
+        let all = options.grid(camera, spectrum)?;
+        let angles = Angles::new(camera.views(), options.spacing);
+        let grid = all.of_views(&angles.nodes);
         let directions: Vec<_> = grid.directions().collect();
         let water = spectrum
             .at(spectrum.energy())
@@ -70,25 +78,28 @@ impl Scatter {
             medium,
             spectrum,
             transmission: Transmission::new(grid.half_widths(), &directions, medium, water)?,
+            totals: angles.totals(),
             directions,
             grid,
             orders: options.orders,
             seed: options.seed,
         };
-        let mut sums = Sums::new(problem.grid.n_nodes(), 0);
+        let mut sums = Sums::new(all.n_nodes(), 0);
         let (mut size, mut wanted) = (options.block, LEAST_BLOCKS);
         let mut report = ScatterReport::default();
         loop {
             while sums.blocks < wanted {
-                sums.add(&problem, size)?;
+                sums.add(&problem, &angles, size)?;
             }
-            let (images, errors) = sums.estimate(&problem.grid);
-            let largest_error = largest(&problem.grid, &errors);
+            let (images, errors) = sums.estimate(&all);
+            let largest_error = largest(&all, &errors);
             let histories = report.histories + sums.report.histories;
             if largest_error <= options.tolerance {
                 report.add(&sums.report);
+                let view_len = all.n_nodes() / all.n_views();
                 return Ok(Self {
-                    grid: problem.grid,
+                    interpolation_error: smoothing(&all, &images) + angles.error(&images, view_len),
+                    grid: all,
                     images,
                     errors,
                     largest_error,
@@ -112,7 +123,7 @@ impl Scatter {
                 size = (size as f64 * (0.5 * growth).min(MOST_BLOCK_GROWTH)) as usize;
                 wanted = LEAST_BLOCKS;
                 report.add(&sums.report);
-                sums = Sums::new(problem.grid.n_nodes(), sums.first_block + sums.blocks);
+                sums = Sums::new(all.n_nodes(), sums.first_block + sums.blocks);
             }
         }
     }
@@ -120,7 +131,7 @@ impl Scatter {
     /// Estimates the memory of [`new`](Self::new) in bytes: in all, and in addition per thread.
     ///
     /// # Errors
-    /// [`ScatterError::OutOfRange`] for a pitch outside 0.01 to 100 cm and more than 2^27 nodes.
+    /// [`ScatterError::OutOfRange`] for a pitch outside 0.01 to 100 cm, a spacing outside 0 to 1 rad and more than 2^27 nodes.
     pub fn bytes(
         camera: &Camera,
         spectrum: &Spectrum,
@@ -129,7 +140,11 @@ impl Scatter {
         let grid = options.grid(camera, spectrum)?;
         // Sums and estimates; images of the blocks that are not summed yet.
         let nodes = (40 + 4 * BLOCKS_AT_ONCE) * grid.n_nodes();
-        Ok([nodes as u64, 4 * grid.n_deposits() as u64])
+        let own = grid.of_views(&Angles::new(camera.views(), options.spacing).nodes);
+        let cells = size_of::<f64>() * CELLS.pow(3) * own.n_views();
+        let detections = 2 * DETECTIONS as usize * size_of::<Detection>();
+        let each = 4 * (own.n_deposits() + own.n_nodes()) + detections;
+        Ok([nodes + cells, each].map(|bytes| bytes as u64))
     }
 
     /// Scatter in the bins of a view, `[row][bin]`.
@@ -155,6 +170,11 @@ impl Scatter {
     /// The largest standard error of any bin in any view and window.
     pub fn largest_error(&self) -> f64 {
         self.largest_error
+    }
+
+    /// Estimate of the largest error in any sample of the interpolation between nodes and between views; not part of the standard errors.
+    pub fn interpolation_error(&self) -> f64 {
+        self.interpolation_error
     }
 
     /// The work done.
@@ -192,14 +212,21 @@ impl Sums {
     }
 
     /// Adds some blocks.
-    fn add(&mut self, problem: &Problem<'_>, histories: usize) -> Result<(), ScatterError> {
+    fn add(
+        &mut self,
+        problem: &Problem<'_>,
+        angles: &Angles,
+        histories: usize,
+    ) -> Result<(), ScatterError> {
+        let view_len = problem.grid.n_nodes() / problem.grid.n_views();
         let from = self.first_block + self.blocks;
         let blocks: Vec<_> = (from..from + BLOCKS_AT_ONCE)
             .into_par_iter()
             .map_init(Tally::default, |tally, block| {
                 problem.block(block as u64, histories, tally)?;
                 let each = 1.0 / histories as f32;
-                Ok((problem.grid.images(&tally.deposits, each), tally.report))
+                let images = problem.grid.images(&tally.deposits, each);
+                Ok((angles.expand(&images, view_len), tally.report))
             })
             .collect::<Result<_, ScatterError>>()?;
         self.blocks += blocks.len();
@@ -247,6 +274,25 @@ impl Sums {
         }
         (images, errors)
     }
+}
+
+/// Error of the distribution to nodes and of cubic interpolation between them, along both axes: their leading terms.
+fn smoothing(grid: &Grid, images: &[f64]) -> f64 {
+    let [rows, columns] = grid.used();
+    let [nx, nz] = grid.size;
+    let mut most = 0.0f64;
+    for image in images.chunks(nx * nz) {
+        let fourth = |at: usize, step: usize| {
+            let [a, b, c, d, e] = [0, 1, 2, 3, 4].map(|k| image[at + k * step - 2 * step]);
+            (a - 4.0 * b + 6.0 * c - 4.0 * d + e).abs()
+        };
+        for row in rows.clone() {
+            for at in columns.clone().map(|column| row * nx + column) {
+                most = most.max(fourth(at, 1) + fourth(at, nx));
+            }
+        }
+    }
+    SMOOTHING * most
 }
 
 /// The largest standard error of the nodes that bins are interpolated from.

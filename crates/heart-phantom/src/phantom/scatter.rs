@@ -14,10 +14,18 @@ use std::ops::Range;
 
 /// Cells of volume and of respiratory phase in each of which the heart is averaged: 2 mm of motion, less than scatter resolves.
 const CELLS: f64 = 8.0;
-/// Stated error of scatter in standard errors: 99.7 % of normally distributed errors are smaller.
-const STANDARD_ERRORS: f64 = 3.0;
+/// Stated error of scatter in its largest standard error: of normally distributed errors 6e-5 are larger, and most bins have a smaller one.
+const STANDARD_ERRORS: f64 = 4.0;
+/// Tolerance from which views are interpolated over the full angle of the options; smaller ones have proportionally smaller angles.
+const WIDE: f64 = 0.01;
 
 impl ScatterSettings {
+    /// Options for an absolute tolerance.
+    fn options(&self, tolerance: f64) -> ScatterOptions {
+        let options = ScatterOptions::new(tolerance).with_seed(self.seed);
+        options.with_spacing(options.spacing * (self.tolerance / WIDE).min(1.0))
+    }
+
     /// Energies and windows.
     pub(crate) fn spectrum(&self) -> Result<Spectrum, ScatterError> {
         Spectrum::new(self.energy, self.resolution, &self.windows)
@@ -102,7 +110,8 @@ impl Phantom {
         }
         let largest = largest(&taken.samples);
         if largest > 0.0 {
-            taken.view_error.scatter = STANDARD_ERRORS * scatter.largest_error() / largest;
+            let random = STANDARD_ERRORS * scatter.largest_error();
+            taken.view_error.scatter = (random + scatter.interpolation_error()) / largest;
         }
         Ok(())
     }
@@ -142,7 +151,7 @@ impl Phantom {
         let body = &source.states[source.states.len() / 2].body;
         let water = water_attenuation(settings.energy)?;
         let medium = Tissue::new(&attenuation, body, self.parts().organs.as_ref(), water)?;
-        let options = ScatterOptions::new(tolerance).with_seed(settings.seed);
+        let options = settings.options(tolerance);
         let (camera, spectrum) = (
             self.scatter_camera(gate, &self.radii()?)?,
             settings.spectrum()?,
@@ -180,7 +189,7 @@ impl Phantom {
         let [all, each] = Scatter::bytes(
             &self.scatter_camera(0, radii)?,
             &settings.spectrum()?,
-            &ScatterOptions::new(settings.tolerance),
+            &settings.options(settings.tolerance),
         )?;
         Ok([all * self.n_gates() as u64, each])
     }

@@ -29,8 +29,8 @@ pub struct ViewError {
     /// Response that depends on depth: the largest difference from slabs of twice the thickness. To leading order it is a bound where at
     /// most two edges of constant activity lie on a ray, and three times the error where activity is smooth.
     pub depth: f64,
-    /// Scatter: three times the largest standard error of the photon histories. It is statistical: of bins with that standard error, 3 in
-    /// 1000 have a larger error.
+    /// Scatter: four times the largest standard error of the photon histories, and an estimate of the interpolation between nodes and
+    /// between views. It is statistical: of bins with that standard error, 6 in 100 000 have a larger random error.
     pub scatter: f64,
     /// Tails of kernels that are cut off, and rounding of sums in single precision.
     pub truncation: f64,

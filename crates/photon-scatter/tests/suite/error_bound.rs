@@ -17,13 +17,13 @@ fn chest(options: &ScatterOptions) -> Result<Scatter, ScatterError> {
 #[test]
 fn the_true_error_is_within_two_standard_errors() {
     // The largest primary sample is near 2.
-    let reference = chest(&ScatterOptions::new(0.004).with_seed(1000)).unwrap();
+    let reference = chest(&ScatterOptions::new(0.003).with_seed(1000)).unwrap();
     let (mut inside, mut all) = (0, 0);
     for seed in 0..8 {
         let scatter = chest(&ScatterOptions::new(0.04).with_block(64).with_seed(seed)).unwrap();
         assert!(scatter.largest_error() <= 0.04);
         let ratio = reference.report().histories / scatter.report().histories;
-        assert!(ratio > 50, "{ratio}");
+        assert!(ratio >= 100, "{ratio}");
         for view in 0..2 {
             let (samples, errors) = (scatter.view(0, view), scatter.standard_error(0, view));
             for ((sample, error), exact) in samples.iter().zip(errors).zip(reference.view(0, view))
@@ -34,6 +34,39 @@ fn the_true_error_is_within_two_standard_errors() {
         }
     }
     assert!(inside * 100 >= all * 95, "{inside} of {all}");
+}
+
+/// Against nodes and views that are closer, a source whose outline is sharp; with coarse ones the interpolation is the larger error.
+#[test]
+fn interpolation_errors_bound_the_difference_from_finer_nodes_and_views() {
+    let degrees: Vec<f64> = (0..60).map(|k| 6.0 * f64::from(k)).collect();
+    let run = |pitch, spacing: f64, tolerance| {
+        let options = ScatterOptions::new(tolerance)
+            .with_pitch(pitch)
+            .with_spacing(spacing.to_radians())
+            .with_seed(pitch.to_bits());
+        let source = BallSource([9.0, 2.0, 0.0], 3.0, 1.0);
+        let camera = camera(12, 2.5, &degrees);
+        Scatter::new(&source, &CHEST, &camera, &photopeak(), &options).unwrap()
+    };
+    let exact = run(0.6, 0.0, 0.03);
+    for (pitch, spacing, coarse) in [(0.75, 12.0, false), (3.0, 36.0, true)] {
+        let found = run(pitch, spacing, 0.015);
+        let views = (0..degrees.len()).flat_map(|view| {
+            let off = found.view(0, view).into_iter().zip(exact.view(0, view));
+            off.map(|(found, exact)| (found - exact).abs())
+                .collect::<Vec<_>>()
+        });
+        let off = views.fold(0.0, f64::max);
+        // Of 8640 normal errors none is above 4.5 standard errors, in 94 of 100 cases; most bins have smaller ones.
+        let random = 4.5 * found.largest_error().hypot(exact.largest_error());
+        println!(
+            "{pitch} {spacing}: {off}, {random} + {}",
+            found.interpolation_error()
+        );
+        assert!(off <= random + found.interpolation_error());
+        assert!(!coarse || off > random);
+    }
 }
 
 #[test]
