@@ -11,6 +11,7 @@ mod motion;
 mod phantom;
 mod pose;
 mod radon;
+mod rays;
 mod revolve;
 mod scene;
 mod values;
@@ -35,6 +36,8 @@ mod _native {
     use crate::radon::{
         PyFbpPlan, PyGeometry, PyGrid, PyProjector, PySolution, cgls, fbp, mlem, osem, sirt,
     };
+    #[pymodule_export]
+    use crate::rays::PyRayGeometry;
     #[pymodule_export]
     use crate::revolve::{PyBody, PyMeridian};
     #[pymodule_export]

@@ -70,9 +70,11 @@ LONG = {
 def test_ctrl_c_ends_a_long_call(what, tmp_path):
     # Each of these would take minutes on two cores. What ends it is the signal: the program says so, and goes on.
     program = f"""
+        import signal
         import numpy as np
         from heart_phantom import Phantom, Scene
         from heart_phantom.radon import Geometry, Grid, Projector, mlem
+        signal.signal(signal.SIGINT, signal.default_int_handler)  # ignored under nohup
         out = {str(tmp_path / "out")!r}
         print("ready", flush=True)
         try:

@@ -11,7 +11,7 @@ Submodules: `heart_phantom.radon` (tomography), `heart_phantom.revolve` (solids)
 """
 
 from heart_phantom import membrane, radon, revolve
-from heart_phantom._native import Motion, Phantom, Scene, __version__, set_threads, threads
+from heart_phantom._native import Motion, Phantom, RayGeometry, Scene, __version__, set_threads, threads
 from heart_phantom.errors import HeartPhantomError, MembraneError, RadonError, RevolveError, SceneError
 
 __all__ = [
@@ -20,6 +20,7 @@ __all__ = [
     "Motion",
     "Phantom",
     "RadonError",
+    "RayGeometry",
     "RevolveError",
     "Scene",
     "SceneError",

@@ -1,4 +1,4 @@
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from os import PathLike
 from typing import Any, Optional, TypedDict, Union, final
 
@@ -20,6 +20,7 @@ __all__ = [
     "Motion",
     "Phantom",
     "RadonError",
+    "RayGeometry",
     "RevolveError",
     "Scene",
     "SceneError",
@@ -116,12 +117,46 @@ class _ViewTimes(TypedDict):
     angle: _Doubles
 
 @final
+class RayGeometry:
+    @staticmethod
+    def cone(
+        distances: Sequence[float],
+        angles: ArrayLike,
+        *,
+        n_bins: int,
+        n_rows: int,
+        pitch: Sequence[float],
+        times: Optional[ArrayLike] = None,
+    ) -> RayGeometry: ...
+    @staticmethod
+    def fan(
+        distances: Sequence[float],
+        angles: ArrayLike,
+        *,
+        n_bins: int,
+        n_rows: int,
+        pitch: Sequence[float],
+        times: Optional[ArrayLike] = None,
+    ) -> RayGeometry: ...
+    @staticmethod
+    def from_matrices(
+        matrices: ArrayLike, *, n_bins: int, n_rows: int, pitch: Sequence[float], times: Optional[ArrayLike] = None
+    ) -> RayGeometry: ...
+    @staticmethod
+    def from_lines(points: ArrayLike, *, times: Optional[ArrayLike] = None) -> RayGeometry: ...
+    @property
+    def n_views(self) -> int: ...
+    def __eq__(self, other: object, /) -> bool: ...
+    def __ne__(self, other: object, /) -> bool: ...
+
+@final
 class Phantom:
     def __new__(
         cls, scene: Optional[Union[Scene, Mapping[str, Any]]] = None, *, memory: Optional[int] = None
     ) -> Phantom: ...
     @staticmethod
     def load(path: _Path) -> Phantom: ...
+    def along(self, rays: RayGeometry) -> Phantom: ...
     @property
     def scene(self) -> Scene: ...
     @property
@@ -141,6 +176,7 @@ class Phantom:
     def warnings(self) -> list[str]: ...
     def views(self, gate: int = 0, *, progress: Optional[_Progress] = None) -> _Floats: ...
     def view(self, view: int, gate: int = 0) -> _Floats: ...
+    def scatter(self, gate: int = 0, window: int = 0) -> Optional[list[_Doubles]]: ...
     def views_of_gates(self) -> _Floats: ...
     def angles(self, gate: int = 0) -> _Doubles: ...
     def view_times(self, gate: int = 0) -> _ViewTimes: ...

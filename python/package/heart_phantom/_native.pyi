@@ -1,6 +1,7 @@
 # Compiled; the exporting modules document the names.
 from heart_phantom import Motion as Motion
 from heart_phantom import Phantom as Phantom
+from heart_phantom import RayGeometry as RayGeometry
 from heart_phantom import Scene as Scene
 from heart_phantom import __version__ as __version__
 from heart_phantom import set_threads as set_threads
@@ -38,6 +39,7 @@ __all__ = [
     "Phantom",
     "Pose",
     "Projector",
+    "RayGeometry",
     "Scene",
     "Solution",
     "__version__",
