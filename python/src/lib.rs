@@ -13,6 +13,7 @@ mod pose;
 mod radon;
 mod rays;
 mod revolve;
+mod scatter;
 mod scene;
 mod values;
 mod work;

@@ -8,6 +8,7 @@ use crate::motion::PyMotion;
 use crate::radon::{PyGeometry, PyGrid};
 use crate::rays::PyRayGeometry;
 use crate::revolve::PyBody;
+use crate::scatter::{self, Scattered};
 use crate::scene::{PyScene, scene_of};
 use crate::values::{Whole, to_python};
 use crate::work::{AtSignal, Watch, work, work_told};
@@ -117,8 +118,9 @@ impl PyPhantom {
     /// The phantom acquired along other rays, at their times, with mode, accuracy, activity and attenuation of the scene. It shares the
     /// solved shapes. `views` and `view` have the size of the rays.
     fn along(&self, py: Python<'_>, rays: PyRayGeometry) -> Result<Self, Failure> {
-        let along = self.made(py, move |phantom| phantom.along(rays.0))?;
-        Ok(Self(Arc::new(along)))
+        Ok(Self(Arc::new(
+            self.made(py, |phantom| phantom.along(rays.0))?,
+        )))
     }
 
     /// The scene.
@@ -200,33 +202,8 @@ impl PyPhantom {
     /// The scattered photons in the projections of a gate in an energy window, and their standard errors: two arrays
     /// `float64[view][row][bin]`; `None` without a section `[scatter]` or without activity.
     #[pyo3(signature = (gate = Whole(0), window = Whole(0)), text_signature = "($self, gate=0, window=0)")]
-    fn scatter<'py>(
-        &self,
-        py: Python<'py>,
-        gate: Whole,
-        window: Whole,
-    ) -> Result<Option<[Bound<'py, PyArrayDyn<f64>>; 2]>, Failure> {
-        let n_windows = (self.0.scene().scatter.as_ref()).map_or(1, |s| s.windows.len());
-        if window.0 >= n_windows {
-            let text = format!("window is {}, and the scene has {n_windows}", window.0);
-            return Err(PyValueError::new_err(text).into());
-        }
-        let made = self.made(py, move |phantom| {
-            let n_views = phantom.camera().n_views();
-            Ok(phantom.scatter(gate.0)?.map(|scatter| {
-                let samples = (0..n_views).flat_map(|view| scatter.view(window.0, view));
-                let errors = (0..n_views).flat_map(|view| scatter.standard_error(window.0, view));
-                [samples.collect::<Vec<f64>>(), errors.collect()]
-            }))
-        })?;
-        let Some([samples, errors]) = made else {
-            return Ok(None);
-        };
-        let shape = self.views_shape();
-        Ok(Some([
-            array(py, samples, &shape)?,
-            array(py, errors, &shape)?,
-        ]))
+    fn scatter<'py>(&self, py: Python<'py>, gate: Whole, window: Whole) -> Scattered<'py> {
+        scatter::arrays(py, &self.0, gate.0, window.0)
     }
 
     /// Projections of all gates, `[gate][view][row][bin]`; shapes that several gates share are projected once.
