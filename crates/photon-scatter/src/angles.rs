@@ -55,6 +55,10 @@ impl Angles {
         };
         let last = (0..order.len()).max_by(|a, b| gap(*a).total_cmp(&gap(*b)))?;
         let turn = gap(last) <= spacing + SAME;
+        // Nodes on the other side of a gap would be far from the views.
+        if (0..order.len()).any(|k| k != last && gap(k) > spacing + SAME) {
+            return None;
+        }
         order.rotate_left((last + 1) % views.len());
         let start = angle(order[0]);
         let at = |k: usize| match order.get(k) {
@@ -216,6 +220,10 @@ mod tests {
         for views in [
             views([0.0, 90.0, 180.0], |_| 20.0),
             views([0.0], |_| 20.0),
+            views(
+                (0..64).map(|k| 2.8 * f64::from(k % 32) + 180.0 * f64::from(k / 32)),
+                |_| 20.0,
+            ),
             views((0..64).map(|k| 5.0 * f64::from(k)), |angle| {
                 if angle < 1.0 { 20.0 } else { 25.0 }
             }),

@@ -10,7 +10,7 @@ pub struct ScatterOptions {
     /// smoothed. The number of histories for a tolerance is about proportional to its power -2.
     pub pitch: f64,
     /// Angle in radians by which the views are at most apart from which cubics interpolate the views between them; 0 for none.
-    /// Views of an orbit without neighbours, or whose radius changes abruptly, are not interpolated.
+    /// Views of an orbit with more than one larger gap, or whose radius changes abruptly, are not interpolated.
     pub spacing: f64,
     /// Orders of scattering that are followed.
     pub orders: usize,
