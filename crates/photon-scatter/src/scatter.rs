@@ -138,7 +138,8 @@ impl Scatter {
         options: &ScatterOptions,
     ) -> Result<[u64; 2], ScatterError> {
         let grid = options.grid(camera, spectrum)?;
-        // Sums and estimates; images of the blocks that are not summed yet.
+        // Sums and estimates; images of the blocks that are not summed yet; the table of transmissions. Per thread: deposits, images of the views
+        // in which photons are detected, and detections in vectors that have up to twice the capacity they need.
         let nodes = (40 + 4 * BLOCKS_AT_ONCE) * grid.n_nodes();
         let own = grid.of_views(&Angles::new(camera.views(), options.spacing).nodes);
         let cells = size_of::<f64>() * CELLS.pow(3) * own.n_views();

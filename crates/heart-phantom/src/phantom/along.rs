@@ -6,6 +6,7 @@ use crate::error::PhantomError;
 use crate::scene::{Check, needs_parallel};
 use crate::{BinSample, Orbit, RayGeometry, Rotation, files::Format, scene::HeadsSettings};
 use revolve_voxel::Organs;
+use revolve_voxel::nalgebra::Point3;
 
 impl Phantom {
     /// Returns the phantom acquired along other rays: its views are those of `rays`, at their times if they have any, with mode, accuracy, activity
@@ -56,35 +57,20 @@ impl Phantom {
         let Some(rays) = self.camera().ray_geometry() else {
             return Ok(());
         };
-        let mut solids = Vec::new();
-        for body in self.outermost()? {
-            solids.push((body.bounding_box(0)?, false));
-        }
-        let organs = self.parts.organs.iter().flat_map(Organs::as_slice);
-        for ([x, y, z], [a, b, c]) in organs.map(|organ| organ.shape.bounds()) {
-            let corners = [-1.0, 1.0].map(|s| [x + s * a, y + s * b, z + s * c].into());
-            solids.push((corners, true));
-        }
+        let boxes = (self.outermost()?.iter())
+            .map(|body| body.bounding_box(0))
+            .collect::<Result<Vec<_>, _>>()?;
+        let organs = self.parts.organs.as_ref().map_or(&[][..], Organs::as_slice);
         for view_idx in 0..rays.n_views() {
             let Some([source, _]) = rays.rasters(view_idx) else {
                 continue;
             };
-            let inside = solids.iter().any(|([low, high], round)| {
-                let from = |k: usize| {
-                    let half = 0.5 * (high[k] - low[k]);
-                    ((source.first[k] - low[k]) / half - 1.0, half)
-                };
-                let places = [0, 1, 2]
-                    .map(from)
-                    .map(|(place, half)| match half.is_finite() {
-                        true => place.abs(),
-                        false => 0.0,
-                    });
-                match round {
-                    true => places.iter().map(|place| place * place).sum::<f64>() < 1.0,
-                    false => places.iter().all(|place| *place < 1.0),
-                }
-            });
+            let source = source.first;
+            let in_box = |[low, high]: &[Point3<f64>; 2]| {
+                (0..3).all(|k| low[k] < source[k] && source[k] < high[k])
+            };
+            let inside = boxes.iter().any(in_box)
+                || organs.iter().any(|organ| organ.shape.contains(&source));
             if inside {
                 return Err(PhantomError::SourceInside { view_idx });
             }

@@ -130,16 +130,12 @@ impl Emitters {
                 (across, if below { -z } else { z })
             }
         };
-        let at = [centre[0] + half[0] * x, centre[1] + half[1] * y, z];
-        let within = |organ: &Organ| {
-            let (centre, half) = organ.shape.bounds();
-            let square = |k: usize| ((at[k] - centre[k]) / half[k]).powi(2);
-            (0..3).map(square).sum::<f64>() <= 1.0
-        };
-        if self.organs[which + 1..].iter().any(within) {
+        let at = Point3::new(centre[0] + half[0] * x, centre[1] + half[1] * y, z);
+        let later = &self.organs[which + 1..];
+        if later.iter().any(|organ| organ.shape.contains(&at)) {
             weight = 0.0;
         }
-        (Point3::from(at), weight)
+        (at, weight)
     }
 }
 
@@ -198,7 +194,8 @@ pub(super) struct Tissue<'a> {
     density: f64,
 }
 
-/// The unit ball or the unit cylinder after a shift and a scaling.
+/// The unit ball or the unit cylinder after a shift and a scaling, for sizes whose squares neither overflow nor underflow: with
+/// [`OrganShape::span`], which is safe for any size, scatter takes 1.3 times as long (5.6 for 4.3 CPU s in `chest.toml`).
 struct Quadric {
     centre: Vector3<f64>,
     /// Reciprocals of the semi-axes.

@@ -78,6 +78,20 @@ impl OrganShape {
         }
     }
 
+    /// Returns whether a point is inside it.
+    ///
+    /// ```
+    /// use revolve_voxel::{EllipticCylinder, OrganShape, nalgebra::Point3};
+    /// let torso = OrganShape::Cylinder(EllipticCylinder::new([1.0, 0.0], [16.0, 11.0])?);
+    /// assert!(torso.contains(&Point3::new(16.9, 0.0, 99.0)) && !torso.contains(&Point3::new(17.1, 0.0, 0.0)));
+    /// # Ok::<(), revolve_voxel::RevolveError>(())
+    /// ```
+    pub fn contains(&self, point: &Point3<f64>) -> bool {
+        let (centre, semi_axes) = self.bounds();
+        let square = |k: usize| ((point[k] - centre[k]) / semi_axes[k]).powi(2);
+        (0..3).map(square).sum::<f64>() < 1.0
+    }
+
     /// Returns the segment of a ray inside it; `None` for a ray along a cylinder, which has no ends.
     pub fn span(&self, ray: &Ray) -> Option<Span> {
         match self {
