@@ -198,7 +198,7 @@ impl Camera {
         coarse.pitch[1] *= coarse.rows as f64 / rows as f64;
         (coarse.bins, coarse.rows) = (bins, rows);
         match &self.rays {
-            // Of a list there is no other raster.
+            // A list has no other raster.
             Some(rays) if !rays.has_bins() => Ok(self.clone()),
             Some(_) => self.with_raster([bins, rows], coarse.pitch),
             None => Self::with_geometry(&coarse),

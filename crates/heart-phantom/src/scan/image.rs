@@ -29,13 +29,14 @@ pub(super) struct Place {
 }
 
 impl Scan<'_> {
-    /// The image of what the heart in one shape adds to its surroundings; `None` where it is in none of the rows.
+    /// The image of the heart in one shape without its surroundings; `None` where it is in none of the rows. `slabs` is scratch memory.
     pub(super) fn image_of_heart(
         &self,
         depth: &Depth,
         place: Place,
         rows: &Range<usize>,
         heart: Placement<'_>,
+        slabs: &mut Vec<f32>,
     ) -> Result<(Option<Image>, RayCounters), PhantomError> {
         // Bounds along the bins, the rows and the rays are those of parallel rays.
         let spreads = self.background.is_some() && !self.is_background_fixed();
@@ -60,7 +61,7 @@ impl Scan<'_> {
             return Ok((None, rays));
         };
         let dense = (depth.sub_bins.averages.as_ref()).and_then(|averages| averages.dense.as_ref());
-        let image = self.image(depth, place, &window, dense, |aim, slabs| {
+        let image = self.image(depth, place, &window, dense, slabs, |aim, slabs| {
             rays = rays + self.project(heart, aim, 1.0, slabs)?;
             Ok(())
         })?;
@@ -78,7 +79,9 @@ impl Scan<'_> {
             return Ok(None);
         };
         let project = |aim: &Aim<'_>, slabs: &mut [f32]| self.project_surroundings(aim, 1.0, slabs);
-        self.image(depth, place, &window, None, project).map(Some)
+        let slabs = &mut Vec::new();
+        self.image(depth, place, &window, None, slabs, project)
+            .map(Some)
     }
 
     fn image(
@@ -87,6 +90,7 @@ impl Scan<'_> {
         place: Place,
         window: &Window,
         dense: Option<&Capsule>,
+        slabs: &mut Vec<f32>,
         mut project: impl FnMut(&Aim<'_>, &mut [f32]) -> Result<(), PhantomError>,
     ) -> Result<Image, PhantomError> {
         let planes = depth.planes(place.view_idx);
@@ -106,10 +110,11 @@ impl Scan<'_> {
             slabs: window.slabs.len(),
             bins: window.bins.len(),
         };
-        let mut slabs = vec![0.0f32; layout.rows * layout.slabs * layout.bins];
-        project(&aim, &mut slabs)?;
+        slabs.clear();
+        slabs.resize(layout.rows * layout.slabs * layout.bins, 0.0);
+        project(&aim, slabs)?;
         if let Some(averages) = &depth.sub_bins.averages {
-            let mut flags = layout.flags(&slabs, averages.threshold);
+            let mut flags = layout.flags(slabs, averages.threshold);
             if let Some(capsule) = dense {
                 for rays in self.rays(&aim) {
                     let rays = rays?;
@@ -119,20 +124,20 @@ impl Scan<'_> {
                     }
                 }
             }
-            layout.average(&mut slabs, &flags);
+            layout.average(slabs, &flags);
             let aim = Aim {
                 places: &averages.lattice,
                 mask: Some(&flags.into()),
                 ..aim
             };
-            project(&aim, &mut slabs)?;
+            project(&aim, slabs)?;
         }
-        let samples = depth.samples(place.view_idx, window, &slabs)?;
+        let samples = depth.samples(place.view_idx, window, slabs)?;
         let differences = match place.estimated {
-            true => depth.differences(place.view_idx, window, (&slabs, &samples))?,
+            true => depth.differences(place.view_idx, window, (slabs, &samples))?,
             false => None,
         };
-        let [sums, _] = layout.moments(&slabs);
+        let [sums, _] = layout.moments(slabs);
         Ok(Image {
             area: depth.area(window),
             samples,
@@ -183,7 +188,7 @@ impl Scan<'_> {
             error = f64::from(off.fold(0.0, |most: f32, off| most.max(off.abs())));
             unblurred = image.unblurred;
         }
-        // Another thread may have been first, with the same.
+        // Another thread may have stored the same value first.
         Ok(kept.get_or_init(|| Fixed {
             samples,
             error,

@@ -161,8 +161,9 @@ impl Scan<'_> {
         };
         views.par_iter_mut().try_for_each(|view| {
             if self.projected != Projected::Surroundings {
+                let mut slabs = Vec::new();
                 for nodes in nodes(view.plan).chunk_by(|a, b| a.key() == b.key()) {
-                    self.add_heart(view, nodes, &shapes, rows)?;
+                    self.add_heart(view, nodes, &shapes, rows, &mut slabs)?;
                 }
             }
             if last {
@@ -174,13 +175,14 @@ impl Scan<'_> {
         })
     }
 
-    /// Adds the heart in one shape to the sets of some nodes, which differ in their sets alone.
+    /// Adds the heart in one shape to the sets of some nodes, which differ in their sets alone. `slabs` is scratch memory.
     fn add_heart(
         &self,
         view: &mut View<'_>,
         nodes: &[Node],
         shapes: &Shapes<'_>,
         rows: &Range<usize>,
+        slabs: &mut Vec<f32>,
     ) -> Result<(), PhantomError> {
         let node = &nodes[0];
         let shape = shapes.by_gain[&node.gain.to_bits()];
@@ -195,7 +197,7 @@ impl Scan<'_> {
             ),
             Some(depth) => {
                 let place = self.place(view, node.share);
-                let (image, rays) = self.image_of_heart(depth, place, rows, heart)?;
+                let (image, rays) = self.image_of_heart(depth, place, rows, heart, slabs)?;
                 view.rays = view.rays + rays;
                 if let Some(image) = image {
                     view.add_image(&image, &weights, depth.n_bins());
