@@ -2,7 +2,7 @@
 //!
 //! Both discretisations and all solvers use this file, so that a law is defined in one place.
 
-use crate::error::MembraneError;
+use crate::error::{MembraneError, Result};
 
 /// The force per unit s that a load exerts; n is the unit exterior normal of the current curve.
 ///
@@ -73,7 +73,7 @@ impl PressureLaw {
     /// # Errors
     /// The displacement is zero and the law needs a direction; `index` is its index.
     #[inline]
-    pub(crate) fn factor(self, d: [f64; 2], ds: f64, index: usize) -> Result<f64, MembraneError> {
+    pub(crate) fn factor(self, d: [f64; 2], ds: f64, index: usize) -> Result<f64> {
         match self {
             Self::PerMaterialLength | Self::TotalForce => {
                 let length = (d[0] * d[0] + d[1] * d[1]).sqrt();

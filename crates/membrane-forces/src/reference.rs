@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 use std::fmt;
 use std::sync::Arc;
 
-use crate::error::{MembraneError, at_least, finite, positive, rising};
+use crate::error::{MembraneError, Result, at_least, finite, positive, rising};
 
 /// A point of a curve with its first two derivatives with respect to s.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -70,7 +70,7 @@ impl ReferenceShape {
     ///
     /// # Errors
     /// `h` or `radius` not finite or not positive.
-    pub fn balloon(h: f64, radius: f64) -> Result<Self, MembraneError> {
+    pub fn balloon(h: f64, radius: f64) -> Result<Self> {
         positive("cylinder length", h)?;
         positive("radius", radius)?;
         let length = 2.0 * h + PI * radius;
@@ -100,7 +100,7 @@ impl ReferenceShape {
     ///
     /// # Errors
     /// `radius` not finite or not positive.
-    pub fn disc(radius: f64) -> Result<Self, MembraneError> {
+    pub fn disc(radius: f64) -> Result<Self> {
         positive("radius", radius)?;
         Ok(Self {
             breaks: vec![0.0, 1.0],
@@ -116,7 +116,7 @@ impl ReferenceShape {
     /// # Errors
     /// Fewer than two points, a coordinate that is not finite, neighbours that coincide, or
     /// segments that cross.
-    pub fn polyline(points: &[[f64; 2]]) -> Result<Self, MembraneError> {
+    pub fn polyline(points: &[[f64; 2]]) -> Result<Self> {
         at_least("polyline points", points.len(), 2)?;
         let mut lengths = vec![0.0];
         for (index, pair) in points.windows(2).enumerate() {
@@ -155,7 +155,7 @@ impl ReferenceShape {
     pub fn from_function(
         curve: impl Fn(f64) -> CurvePoint + Send + Sync + 'static,
         breakpoints: &[f64],
-    ) -> Result<Self, MembraneError> {
+    ) -> Result<Self> {
         rising(breakpoints)?;
         let breaks = [&[0.0], breakpoints, &[1.0]].concat();
         let curve: Arc<CurveFunction> = Arc::new(curve);
@@ -168,7 +168,7 @@ impl ReferenceShape {
 
     /// Compares derivatives with central differences at the middles of the samples. Over 1e-5 of the piece they are accurate to 1e-10 of a
     /// derivative (truncation, for wavelengths of at least the piece) and to 1e-11 of the size (rounding).
-    fn check_derivatives(&self, piece: usize) -> Result<(), MembraneError> {
+    fn check_derivatives(&self, piece: usize) -> Result<()> {
         let (a, b) = (self.breaks[piece], self.breaks[piece + 1]);
         let step = 1e-5 * (b - a);
         let middle = |k: usize| a + (b - a) * (k as f64 + 0.5) / SAMPLES as f64;
@@ -207,7 +207,7 @@ impl ReferenceShape {
     }
 
     /// Samples each piece and rejects values and geometry without a defined force.
-    fn check_sampled(&self) -> Result<(), MembraneError> {
+    fn check_sampled(&self) -> Result<()> {
         let mut points = Vec::with_capacity(SAMPLES * self.pieces.len() + 1);
         for piece in 0..self.pieces.len() {
             for k in 0..SAMPLES {

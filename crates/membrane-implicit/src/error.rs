@@ -4,6 +4,8 @@ use membrane_newton::{MembraneError, NewtonError};
 
 use crate::evolution::Evolution;
 
+pub(crate) type Result<T, E = ImplicitError> = std::result::Result<T, E>;
+
 /// An error in setting up or continuing a motion.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
@@ -168,11 +170,7 @@ fn allowed(least: f64, most: f64) -> String {
 }
 
 /// Rejects a list of `given` nodes if the membrane has `expected`.
-pub(crate) fn length(
-    what: &'static str,
-    given: usize,
-    expected: usize,
-) -> Result<(), ImplicitError> {
+pub(crate) fn length(what: &'static str, given: usize, expected: usize) -> Result<()> {
     if given == expected {
         Ok(())
     } else {
@@ -185,11 +183,7 @@ pub(crate) fn length(
 }
 
 /// Rejects a count below `least`.
-pub(crate) fn at_least(
-    what: &'static str,
-    given: usize,
-    least: usize,
-) -> Result<(), ImplicitError> {
+pub(crate) fn at_least(what: &'static str, given: usize, least: usize) -> Result<()> {
     if given >= least {
         Ok(())
     } else {
@@ -198,12 +192,7 @@ pub(crate) fn at_least(
 }
 
 /// Returns `given` if it is finite and within [`least`, `most`].
-pub(crate) fn within(
-    what: &'static str,
-    given: f64,
-    least: f64,
-    most: f64,
-) -> Result<f64, ImplicitError> {
+pub(crate) fn within(what: &'static str, given: f64, least: f64, most: f64) -> Result<f64> {
     if given.is_finite() && given >= least && given <= most {
         Ok(given)
     } else {
@@ -217,6 +206,6 @@ pub(crate) fn within(
 }
 
 /// Returns `given` if it is finite and positive.
-pub(crate) fn positive(what: &'static str, given: f64) -> Result<f64, ImplicitError> {
+pub(crate) fn positive(what: &'static str, given: f64) -> Result<f64> {
     within(what, given, f64::MIN_POSITIVE, f64::MAX)
 }

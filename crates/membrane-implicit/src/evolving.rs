@@ -6,7 +6,7 @@ use std::ops::ControlFlow;
 use membrane_newton::{DiscreteMembrane, Measure, Membrane};
 
 use crate::body::Body;
-use crate::error::{ImplicitError, length, positive, within};
+use crate::error::{ImplicitError, Result, length, positive, within};
 use crate::evolution::{Evolution, Frame};
 use crate::load::Load;
 use crate::motion::Motion;
@@ -103,7 +103,7 @@ impl Evolution {
     ///
     /// # Errors
     /// [`ImplicitError::WrongLength`] if the numbers of points and nodes differ.
-    pub fn distance_to(&self, points: &[[f64; 2]]) -> Result<f64, ImplicitError> {
+    pub fn distance_to(&self, points: &[[f64; 2]]) -> Result<f64> {
         length("points to compare with", points.len(), self.points.len())?;
         let pairs = self.points.iter().zip(points);
         Ok(pairs
@@ -140,7 +140,7 @@ pub fn evolve(
     n_nodes: usize,
     total_force: f64,
     options: &EvolvingOptions,
-) -> Result<Evolution, ImplicitError> {
+) -> Result<Evolution> {
     let never = |_, _| ControlFlow::<Infallible>::Continue(());
     match evolve_observed(membrane, n_nodes, total_force, options, never)? {
         ControlFlow::Continue(evolution) => Ok(evolution),
@@ -159,7 +159,7 @@ pub fn evolve_observed<B>(
     total_force: f64,
     options: &EvolvingOptions,
     mut observe: impl FnMut(usize, f64) -> ControlFlow<B>,
-) -> Result<ControlFlow<B, Evolution>, ImplicitError> {
+) -> Result<ControlFlow<B, Evolution>> {
     positive("time step", options.dt)?;
     within("tolerance", options.tolerance, 0.0, f64::MAX)?;
     within("total force", total_force, f64::MIN, f64::MAX)?;
@@ -169,7 +169,7 @@ pub fn evolve_observed<B>(
     let load = Load::total_force(move |_| total_force);
     let mut motion =
         Motion::new(body, load, Scheme::SemiImplicitEuler)?.with_jacobian(options.jacobian);
-    let norm_of = |motion: &mut Motion| -> Result<f64, ImplicitError> {
+    let norm_of = |motion: &mut Motion| -> Result<f64> {
         within("norm of the forces", motion.norms()?.0, 0.0, f64::MAX)
     };
     let mut norms = vec![norm_of(&mut motion)?];
@@ -208,7 +208,7 @@ pub fn evolve_observed<B>(
     }
 }
 
-fn frame(motion: &Motion, step: usize) -> Result<Frame, ImplicitError> {
+fn frame(motion: &Motion, step: usize) -> Result<Frame> {
     let (now, body) = (motion.state(), motion.body());
     let mut elastic = vec![[0.0; 2]; now.points.len()];
     let mut pressure = elastic.clone();

@@ -3,7 +3,7 @@
 use membrane_newton::{DiscreteMembrane, Measure, dot_in_eight as dot};
 
 use crate::body::{Body, LoadState};
-use crate::error::ImplicitError;
+use crate::error::{ImplicitError, Result};
 use crate::work::Work;
 
 /// Position, velocity and acceleration at one instant, flat.
@@ -64,7 +64,7 @@ impl Kinematics {
     }
 
     /// Computes forces and acceleration at this state under `intensity`.
-    pub(crate) fn respond(&mut self, body: &Body, intensity: f64) -> Result<(), ImplicitError> {
+    pub(crate) fn respond(&mut self, body: &Body, intensity: f64) -> Result<()> {
         let (time, given) = (self.time, intensity);
         if !intensity.is_finite() {
             return Err(ImplicitError::BadLoad { time, given });

@@ -4,7 +4,7 @@ use std::fmt;
 use std::sync::Arc;
 
 use crate::body::{Body, LoadState};
-use crate::error::ImplicitError;
+use crate::error::{ImplicitError, Result};
 
 /// A prescribed quantity; the force intensity f (or p) that belongs to it is part of the solution of each step.
 ///
@@ -183,7 +183,7 @@ impl Load {
     ///
     /// # Errors
     /// The value is not finite there, or a volume negative.
-    pub fn at(&self, now: &LoadState) -> Result<f64, ImplicitError> {
+    pub fn at(&self, now: &LoadState) -> Result<f64> {
         let given = self.value(now);
         if given.is_finite() && (self.kind != LoadKind::Volume || given >= 0.0) {
             Ok(given)

@@ -8,7 +8,7 @@ use membrane_newton::Measure;
 use crate::body::{Body, FARTHEST, LoadState};
 use crate::constraint::Constraint;
 use crate::energy::Energy;
-use crate::error::{ImplicitError, length, positive, within};
+use crate::error::{ImplicitError, Result, length, positive, within};
 use crate::kinematics::Kinematics;
 use crate::load::{Load, LoadKind};
 use crate::mover::Mover;
@@ -83,7 +83,7 @@ impl Motion {
     /// # Errors
     /// The load has no finite value at t = 0, or prescribes a volume other than that of the membrane; or the scheme does not support the
     /// load or the material ([`Scheme`]).
-    pub fn new(body: Body, load: Load, scheme: Scheme) -> Result<Self, ImplicitError> {
+    pub fn new(body: Body, load: Load, scheme: Scheme) -> Result<Self> {
         scheme.takes(load.kind(), body.material())?;
         let inner = Mover::new(body, scheme, load.kind());
         let mut motion = Self {
@@ -103,12 +103,7 @@ impl Motion {
     ///
     /// # Errors
     /// As [`Motion::new`]; a splitting; an outer membrane that encloses at most the volume of the inner one.
-    pub fn pair(
-        inner: Body,
-        outer: Body,
-        load: Load,
-        scheme: Scheme,
-    ) -> Result<Self, ImplicitError> {
+    pub fn pair(inner: Body, outer: Body, load: Load, scheme: Scheme) -> Result<Self> {
         scheme.takes(LoadKind::Volume, outer.material())?;
         let volumes = [inner.start_volume(), outer.start_volume()];
         let wall_volume = volumes[1] - volumes[0];
@@ -148,7 +143,7 @@ impl Motion {
     ///
     /// # Errors
     /// As [`Motion::new`]; the motion is then unchanged.
-    pub fn set_load(&mut self, load: Load) -> Result<(), ImplicitError> {
+    pub fn set_load(&mut self, load: Load) -> Result<()> {
         let Mover { scheme, body, .. } = &self.inner;
         scheme.takes(load.kind(), body.material())?;
         let mut next = self.clone();
@@ -172,7 +167,7 @@ impl Motion {
         time: f64,
         points: &[[f64; 2]],
         velocities: &[[f64; 2]],
-    ) -> Result<Self, ImplicitError> {
+    ) -> Result<Self> {
         if self.outer.is_some() {
             return Err(ImplicitError::StateOfPair);
         }
@@ -191,7 +186,7 @@ impl Motion {
     }
 
     /// [`Motion::begin`], with the initial energy.
-    fn start(&mut self) -> Result<(), ImplicitError> {
+    fn start(&mut self) -> Result<()> {
         self.begin()?;
         let energy = self.energy();
         self.initial = energy.kinetic + energy.elastic;
@@ -199,7 +194,7 @@ impl Motion {
     }
 
     /// Computes intensities and accelerations at the current time.
-    fn begin(&mut self) -> Result<(), ImplicitError> {
+    fn begin(&mut self) -> Result<()> {
         self.report_state();
         let Self {
             load, inner, outer, ..
@@ -294,7 +289,7 @@ impl Motion {
     ///
     /// # Errors
     /// The neighbours of a node coincide.
-    pub fn norms(&mut self) -> Result<(f64, f64), ImplicitError> {
+    pub fn norms(&mut self) -> Result<(f64, f64)> {
         let (mut force, mut speed) = self.inner.norms()?;
         if let Some(outer) = &mut self.outer {
             let (f, s) = outer.norms()?;
@@ -307,7 +302,7 @@ impl Motion {
     ///
     /// # Errors
     /// A step that is not positive, the load's value, equations that cannot be solved, numbers that overflow. The state is then unchanged.
-    pub fn step(&mut self, dt: f64) -> Result<(), ImplicitError> {
+    pub fn step(&mut self, dt: f64) -> Result<()> {
         positive("time step", dt)?;
         self.attempt(dt)?;
         self.accept(None);
@@ -318,11 +313,7 @@ impl Motion {
     ///
     /// # Errors
     /// As [`Motion::step`]; [`ImplicitError::StepTooSmall`].
-    pub fn step_adaptive(
-        &mut self,
-        tolerance: &Tolerance,
-        most: f64,
-    ) -> Result<f64, ImplicitError> {
+    pub fn step_adaptive(&mut self, tolerance: &Tolerance, most: f64) -> Result<f64> {
         let dt = self.attempt_adaptive(tolerance, most)?;
         self.accept(None);
         Ok(dt)
@@ -338,7 +329,7 @@ impl Motion {
         time: f64,
         points: &mut [[f64; 2]],
         velocities: &mut [[f64; 2]],
-    ) -> Result<(), ImplicitError> {
+    ) -> Result<()> {
         self.inner.at_into(time, points, velocities)
     }
 
@@ -351,7 +342,7 @@ impl Motion {
         time: f64,
         points: &mut [[f64; 2]],
         velocities: &mut [[f64; 2]],
-    ) -> Result<(), ImplicitError> {
+    ) -> Result<()> {
         match &self.outer {
             Some(outer) => outer.at_into(time, points, velocities),
             None => Ok(()),
@@ -362,7 +353,7 @@ impl Motion {
         std::iter::once(&mut self.inner).chain(&mut self.outer)
     }
 
-    fn attempt(&mut self, dt: f64) -> Result<(), ImplicitError> {
+    fn attempt(&mut self, dt: f64) -> Result<()> {
         let Self {
             load,
             inner,

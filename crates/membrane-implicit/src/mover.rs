@@ -6,7 +6,7 @@ use membrane_newton::{DiscreteMembrane, dot_in_eight as dot};
 use crate::body::{Body, FARTHEST};
 use crate::constraint::Constraint;
 use crate::energy::{Energy, Ledger};
-use crate::error::{ImplicitError, length, within};
+use crate::error::{ImplicitError, Result, length, within};
 use crate::kinematics::{Kinematics, Step, add_slopes, slope, volume_gradient};
 use crate::load::LoadKind;
 use crate::method::linearised::Linearised;
@@ -134,7 +134,7 @@ impl Mover {
 
     /// Computes intensity and acceleration at the current state. `constraint` is the current value of the load, for a volume its second
     /// time derivative.
-    pub(crate) fn begin(&mut self, constraint: Constraint<'_>) -> Result<(), ImplicitError> {
+    pub(crate) fn begin(&mut self, constraint: Constraint<'_>) -> Result<()> {
         let Self { body, work, .. } = self;
         let now = &mut self.stages[0];
         let intensity = if let Constraint::Volume(acceleration) = constraint {
@@ -178,11 +178,7 @@ impl Mover {
     }
 
     /// Makes a step without accepting it. `constraints` are those of the load at [`Mover::load_times`].
-    pub(crate) fn attempt(
-        &mut self,
-        dt: f64,
-        constraints: &[Constraint<'_>],
-    ) -> Result<(), ImplicitError> {
+    pub(crate) fn attempt(&mut self, dt: f64, constraints: &[Constraint<'_>]) -> Result<()> {
         let Some(&first) = constraints.first() else {
             return Ok(());
         };
@@ -397,7 +393,7 @@ impl Mover {
         let (now, body) = (self.now(), &self.body);
         Energy {
             kinetic: 0.5 * body.mass * body.square(&now.velocity),
-            elastic: body.discrete.elastic_energy(&now.nodes),
+            elastic: (body.discrete.elastic_energy(&now.nodes)).unwrap_or(f64::NAN),
             initial: 0.0,
             pressure_work: self.ledger.work,
             damping_loss: self.ledger.damping,
@@ -422,7 +418,7 @@ impl Mover {
 
     /// Norms of F_p + F_e and of the velocity at the current time: (integral of |.|^2 ds)^(1/2); for rubber that of the forces at the
     /// nodes, and (integral of |v|^2 over the volume)^(1/2).
-    pub(crate) fn norms(&mut self) -> Result<(f64, f64), ImplicitError> {
+    pub(crate) fn norms(&mut self) -> Result<(f64, f64)> {
         let (now, body) = (&self.stages[0], &self.body);
         let [elastic, pressure] = &mut self.forces;
         body.discrete.elastic_force_into(&now.nodes, elastic);
@@ -440,7 +436,7 @@ impl Mover {
         time: f64,
         points: &mut [[f64; 2]],
         velocities: &mut [[f64; 2]],
-    ) -> Result<(), ImplicitError> {
+    ) -> Result<()> {
         let (old, now) = (&self.old, self.now());
         within("time", time, old.time, now.time)?;
         let n = now.nodes.len() / 2;

@@ -2,7 +2,7 @@
 
 use membrane_newton::membrane_forces::Material;
 
-use crate::error::ImplicitError;
+use crate::error::{ImplicitError, Result};
 use crate::load::LoadKind;
 
 /// The time integration scheme.
@@ -72,7 +72,7 @@ impl Scheme {
     }
 
     /// Rejects a load or a material that the scheme does not support.
-    pub(crate) fn takes(self, load: LoadKind, material: &Material) -> Result<(), ImplicitError> {
+    pub(crate) fn takes(self, load: LoadKind, material: &Material) -> Result<()> {
         match (material, self) {
             (Material::Rubber(_), Self::Midpoint) => match load {
                 LoadKind::TotalForce => Err(ImplicitError::RubberLoad),

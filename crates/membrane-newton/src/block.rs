@@ -4,7 +4,7 @@ use membrane_forces::{DiscreteMembrane, Measure, Measures, MembraneError};
 
 use crate::border::Border;
 use crate::constraint::Constraint;
-use crate::error::{NewtonError, own};
+use crate::error::{NewtonError, Result, own};
 use crate::factors::Factors;
 use crate::route::Route;
 use crate::turning::{Reach, turned, turning};
@@ -163,7 +163,7 @@ impl<'a> Block<'a> {
         self.elastic.len() + 1
     }
 
-    pub(crate) fn residual_into(&mut self, x: &[f64], out: &mut [f64]) -> Result<(), NewtonError> {
+    pub(crate) fn residual_into(&mut self, x: &[f64], out: &mut [f64]) -> Result<()> {
         let n = self.elastic.len();
         let (nodes, f) = (&x[..n], x[n]);
         if f.abs() >= self.blow_up {
@@ -184,7 +184,7 @@ impl<'a> Block<'a> {
         Ok(())
     }
 
-    pub(crate) fn factor(&mut self, x: &[f64]) -> Result<(), NewtonError> {
+    pub(crate) fn factor(&mut self, x: &[f64]) -> Result<()> {
         let n = self.elastic.len();
         let (nodes, f) = (&x[..n], x[n]);
         self.size = (
@@ -229,7 +229,7 @@ impl<'a> Block<'a> {
         Ok(())
     }
 
-    pub(crate) fn solve_in_place(&mut self, rhs: &mut [f64]) -> Result<(), NewtonError> {
+    pub(crate) fn solve_in_place(&mut self, rhs: &mut [f64]) -> Result<()> {
         let border = self.border.elimination().ok_or(NewtonError::NotFactored)?;
         let (head, tail) = rhs.split_at_mut(self.elastic.len());
         self.factors.solve_in_place(head)?;

@@ -2,7 +2,7 @@
 
 use membrane_forces::{DiscreteMembrane, LoadKind, Measure, Measures, MembraneError};
 
-use crate::error::NewtonError;
+use crate::error::{NewtonError, Result};
 
 /// The prescribed quantity; the force intensity that belongs to it is part of the solution.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -36,7 +36,7 @@ impl Constraint {
         control: Control,
         discrete: &dyn DiscreteMembrane,
         start: &Measures,
-    ) -> Result<Self, NewtonError> {
+    ) -> Result<Self> {
         let any = f64::NEG_INFINITY;
         Ok(match control {
             Control::Load(value) => {
@@ -62,7 +62,7 @@ impl Constraint {
         })
     }
 
-    fn intensity(value: f64, discrete: &dyn DiscreteMembrane) -> Result<Self, NewtonError> {
+    fn intensity(value: f64, discrete: &dyn DiscreteMembrane) -> Result<Self> {
         let limit = discrete.blow_up();
         if value.abs() >= limit {
             return Err(NewtonError::Membrane(MembraneError::PastBlowUp {
@@ -91,7 +91,7 @@ impl Constraint {
 }
 
 /// Returns `value` if it is finite and exceeds `above`.
-pub(crate) fn check(what: &'static str, given: f64, above: f64) -> Result<f64, NewtonError> {
+pub(crate) fn check(what: &'static str, given: f64, above: f64) -> Result<f64> {
     if given.is_finite() && given > above {
         Ok(given)
     } else {

@@ -1,7 +1,7 @@
 //! Continuation: raising the control in steps if Newton fails, without a change of branch.
 
 use crate::constraint::Constraint;
-use crate::error::NewtonError;
+use crate::error::{NewtonError, Result};
 use crate::nested_system::NestedSystem;
 use crate::newton::{NewtonScratch, ROUNDING, ResidualSystem, newton_with};
 use crate::options::{LineSearch, NewtonOptions};
@@ -24,7 +24,7 @@ pub(crate) fn solve(
     start: &[f64],
     values: (f64, f64),
     options: &NewtonOptions,
-) -> Result<NewtonReport, NewtonError> {
+) -> Result<NewtonReport> {
     options.check()?;
     let mut search = Search::new(system);
     search.reach(state, start, values, options)?;
@@ -79,7 +79,7 @@ impl<'a, 's> Search<'a, 's> {
         start: &[f64],
         (from, to): (f64, f64),
         options: &NewtonOptions,
-    ) -> Result<(), NewtonError> {
+    ) -> Result<()> {
         self.system.set_control(to);
         let elsewhere = state != start;
         if elsewhere {
@@ -126,7 +126,7 @@ impl<'a, 's> Search<'a, 's> {
     }
 
     /// Makes one Newton step if it is within the tolerance of Newton's result.
-    fn correct(&mut self, state: &mut [f64]) -> Result<(), NewtonError> {
+    fn correct(&mut self, state: &mut [f64]) -> Result<()> {
         let (system, report) = (&mut *self.system, &mut self.report);
         let mut step = vec![0.0; state.len()];
         system.residual_into(state, &mut step)?;
@@ -262,7 +262,7 @@ impl<'a, 's> Search<'a, 's> {
         reach: Reach,
         from: &[f64],
         options: &NewtonOptions,
-    ) -> Result<(), NewtonError> {
+    ) -> Result<()> {
         let outcome = newton_with(self.system, state, options, &mut self.scratch);
         let mut report = self.scratch.report().clone();
         report.add_earlier(&self.report);

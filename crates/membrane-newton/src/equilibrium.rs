@@ -7,7 +7,7 @@ use membrane_forces::{
 };
 
 use crate::cause::SLACK;
-use crate::error::{NewtonError, own};
+use crate::error::{NewtonError, Result, own};
 use crate::report::NewtonReport;
 use crate::resolution::Resolution;
 
@@ -73,7 +73,7 @@ impl Equilibrium {
     ///
     /// # Errors
     /// A membrane of springs.
-    pub fn rubber_state(&self, s: f64) -> Result<RubberState, NewtonError> {
+    pub fn rubber_state(&self, s: f64) -> Result<RubberState> {
         Ok(self.membrane().rubber_state(s, &self.at(s))?)
     }
 
@@ -146,7 +146,7 @@ impl Resolution {
         self: &Arc<Self>,
         state: Vec<f64>,
         report: NewtonReport,
-    ) -> Result<Equilibrium, NewtonError> {
+    ) -> Result<Equilibrium> {
         let solved = self.equilibrium(state, report);
         solved.measures.finite()?;
         let tension = self.discrete.least_tension(solved.nodes())?;

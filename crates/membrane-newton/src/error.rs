@@ -8,6 +8,8 @@ use membrane_forces::MembraneError;
 
 use crate::report::NewtonReport;
 
+pub(crate) type Result<T, E = NewtonError> = std::result::Result<T, E>;
+
 /// An error of a solve, with the report of the attempts.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
@@ -154,7 +156,7 @@ fn beyond(above: f64) -> String {
 }
 
 /// Rejects a size `given` other than `expected`.
-pub(crate) fn length(what: &'static str, given: usize, expected: usize) -> Result<(), NewtonError> {
+pub(crate) fn length(what: &'static str, given: usize, expected: usize) -> Result<()> {
     if given == expected {
         Ok(())
     } else {

@@ -4,7 +4,7 @@ use membrane_forces::{DiscreteMembrane, Tangent};
 
 use crate::banded::BandedLu;
 use crate::border::dot;
-use crate::error::NewtonError;
+use crate::error::{NewtonError, Result};
 
 /// Storage for a [`Tangent`] and its factors.
 ///
@@ -49,19 +49,19 @@ impl Factors {
         discrete: &dyn DiscreteMembrane,
         nodes: &[f64],
         (intensity, least): (f64, f64),
-    ) -> Result<f64, NewtonError> {
+    ) -> Result<f64> {
         self.factored = false;
         discrete.taut_tangent_into(nodes, intensity, least, &mut self.tangent)?;
         self.eliminate()
     }
 
     /// Factors `tangent`; returns the sign of its determinant.
-    pub(crate) fn factor_tangent(&mut self, tangent: &Tangent) -> Result<f64, NewtonError> {
+    pub(crate) fn factor_tangent(&mut self, tangent: &Tangent) -> Result<f64> {
         self.tangent.clone_from(tangent);
         self.eliminate()
     }
 
-    fn eliminate(&mut self) -> Result<f64, NewtonError> {
+    fn eliminate(&mut self) -> Result<f64> {
         self.factored = false;
         let Tangent { blocks, band, .. } = &mut self.tangent;
         let mut sign = 1.0;
@@ -79,7 +79,7 @@ impl Factors {
         Ok(sign)
     }
 
-    pub(crate) fn solve_in_place(&mut self, rhs: &mut [f64]) -> Result<(), NewtonError> {
+    pub(crate) fn solve_in_place(&mut self, rhs: &mut [f64]) -> Result<()> {
         let lu = self.lu.factorisation().filter(|_| self.factored);
         let lu = lu.ok_or(NewtonError::NotFactored)?;
         let (blocks, size, inner) = (&self.tangent.blocks, self.size, self.inner);
@@ -125,12 +125,7 @@ impl Factors {
 /// Eliminates the first `inner` columns of the `size` by `size` matrix, pivoting among its
 /// first `inner` rows; L, U and the Schur complement overwrite it. Returns the sign of the
 /// product of the pivots, row swaps counted.
-fn eliminate(
-    a: &mut [f64],
-    size: usize,
-    inner: usize,
-    pivots: &mut [u32],
-) -> Result<f64, NewtonError> {
+fn eliminate(a: &mut [f64], size: usize, inner: usize, pivots: &mut [u32]) -> Result<f64> {
     let mut sign = 1.0;
     for k in 0..inner {
         let mut pivot = k;

@@ -8,7 +8,7 @@ use membrane_forces::Measure;
 
 use crate::constraint::Constraint;
 use crate::continuation::{self, Search};
-use crate::error::NewtonError;
+use crate::error::{NewtonError, Result};
 use crate::nested_system::NestedSystem;
 use crate::newton::ResidualSystem;
 use crate::options::NewtonOptions;
@@ -34,7 +34,7 @@ pub(crate) fn solve(
     start: &[f64],
     wanted: Constraint,
     options: &NewtonOptions,
-) -> Result<NewtonReport, NewtonError> {
+) -> Result<NewtonReport> {
     options.check()?;
     let mut search = Search::new(system);
     search.system.innermost().constraint = wanted;
@@ -97,7 +97,7 @@ impl Search<'_, '_> {
         start: &[f64],
         volume: f64,
         options: &NewtonOptions,
-    ) -> Result<(), NewtonError> {
+    ) -> Result<()> {
         let system = &mut *self.system;
         let change = (volume - system.volume(start)).abs();
         system.innermost().constraint = Constraint::Measure(Measure::Volume, volume);
@@ -124,7 +124,7 @@ impl Search<'_, '_> {
         state: &mut [f64],
         start: &[f64],
         options: &NewtonOptions,
-    ) -> Result<(), NewtonError> {
+    ) -> Result<()> {
         for membrane in self.system.each() {
             membrane.set_least_tension(0.0);
             membrane.expect_stable();
@@ -138,7 +138,7 @@ impl Search<'_, '_> {
         state: &mut [f64],
         wanted: Constraint,
         options: &NewtonOptions,
-    ) -> Result<NewtonReport, NewtonError> {
+    ) -> Result<NewtonReport> {
         let system = &mut *self.system;
         system.innermost().constraint = wanted;
         system.each().for_each(|m| m.expect_stable());

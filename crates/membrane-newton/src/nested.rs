@@ -8,7 +8,7 @@ use crate::cause;
 use crate::constraint::{Constraint, Control};
 use crate::continuation;
 use crate::equilibrium::Equilibrium;
-use crate::error::{NewtonError, own};
+use crate::error::{NewtonError, Result, own};
 use crate::inflation;
 use crate::limit;
 use crate::nested_system::NestedSystem;
@@ -70,7 +70,7 @@ impl Nested {
             .collect()
     }
 
-    fn system(&self, control: Control) -> Result<NestedSystem<'_>, NewtonError> {
+    fn system(&self, control: Control) -> Result<NestedSystem<'_>> {
         let mut constraint = self.0[0].constraint(control)?;
         let mut membranes = Vec::with_capacity(self.0.len());
         for resolution in &self.0 {
@@ -81,7 +81,7 @@ impl Nested {
     }
 
     /// Derivative of an equilibrium `state` by the value of `control`.
-    pub(crate) fn rate(&self, state: &[f64], control: Control) -> Result<Vec<f64>, NewtonError> {
+    pub(crate) fn rate(&self, state: &[f64], control: Control) -> Result<Vec<f64>> {
         if let [resolution] = &self.0[..]
             && let Some(mut rate) = resolution.scaled_rate(state, resolution.constraint(control)?)
         {
@@ -104,7 +104,7 @@ impl Nested {
         (start, from_rest): (&[f64], bool),
         control: Control,
         options: &NewtonOptions,
-    ) -> Result<NewtonReport, NewtonError> {
+    ) -> Result<NewtonReport> {
         let mut system = self.system(control)?;
         let constraint = self.0[0].constraint(control)?;
         let values = (system.control_value(start), constraint.value());
@@ -214,14 +214,14 @@ impl Nested {
         continuation::solve(&mut system, state, &start, values, options).ok()
     }
 
-    fn check_resolved(&self, state: &[f64]) -> Result<(), NewtonError> {
+    fn check_resolved(&self, state: &[f64]) -> Result<()> {
         let mut parts = self.parts(state);
         parts.try_for_each(|(resolution, part)| resolution.check_resolved(part))
     }
 
     /// Refines all membranes that can be refined, with `state` and with the curves to start `near` or their start; `None` if none can be
     /// refined.
-    fn refine(&self, state: &[f64], near: &[&Equilibrium]) -> Result<Option<Refined>, NewtonError> {
+    fn refine(&self, state: &[f64], near: &[&Equilibrium]) -> Result<Option<Refined>> {
         let (mut finer, mut carried, mut start) = (Vec::new(), Vec::new(), Vec::new());
         let mut any = false;
         for (k, (resolution, part)) in self.parts(state).enumerate() {
@@ -268,7 +268,7 @@ impl Nested {
         near: &[&Equilibrium],
         control: Control,
         options: &NewtonOptions,
-    ) -> Result<Option<Solved>, NewtonError> {
+    ) -> Result<Option<Solved>> {
         let [resolution] = &self.0[..] else {
             return Ok(None);
         };
@@ -294,7 +294,7 @@ impl Nested {
         near: &[&Equilibrium],
         control: Control,
         options: &NewtonOptions,
-    ) -> Result<Solved, NewtonError> {
+    ) -> Result<Solved> {
         if let Some(scaled) = self.solve_scaled(near, control, options)? {
             return Ok(scaled);
         }

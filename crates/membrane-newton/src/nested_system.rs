@@ -7,7 +7,7 @@ use membrane_forces::Measure;
 use crate::block::{Block, nan_max};
 use crate::border::dot;
 use crate::constraint::Constraint;
-use crate::error::NewtonError;
+use crate::error::Result;
 use crate::newton::ResidualSystem;
 use crate::route::Route;
 use crate::turning::Reach;
@@ -124,7 +124,7 @@ impl<'a> NestedSystem<'a> {
     ///
     /// # Errors
     /// No tangent was factored.
-    pub(crate) fn rate_into(&mut self, out: &mut [f64]) -> Result<(), NewtonError> {
+    pub(crate) fn rate_into(&mut self, out: &mut [f64]) -> Result<()> {
         out.fill(0.0);
         out[self.places[0].end - 1] = 1.0;
         self.solve_in_place(out)
@@ -141,7 +141,7 @@ impl ResidualSystem for NestedSystem<'_> {
         self.places.iter().map(Range::len).sum()
     }
 
-    fn residual_into(&mut self, x: &[f64], out: &mut [f64]) -> Result<(), NewtonError> {
+    fn residual_into(&mut self, x: &[f64], out: &mut [f64]) -> Result<()> {
         self.couple(x);
         let mut parts = self.membranes.iter_mut().zip(&self.places);
         parts.try_for_each(|(membrane, place)| {
@@ -149,7 +149,7 @@ impl ResidualSystem for NestedSystem<'_> {
         })
     }
 
-    fn factor(&mut self, x: &[f64]) -> Result<(), NewtonError> {
+    fn factor(&mut self, x: &[f64]) -> Result<()> {
         for (k, place) in self.places.iter().enumerate() {
             self.membranes[k].factor(&x[place.clone()])?;
             if let Some(row) = self.volume_rows.get_mut(k) {
@@ -159,7 +159,7 @@ impl ResidualSystem for NestedSystem<'_> {
         Ok(())
     }
 
-    fn solve_in_place(&mut self, rhs: &mut [f64]) -> Result<(), NewtonError> {
+    fn solve_in_place(&mut self, rhs: &mut [f64]) -> Result<()> {
         for (k, place) in self.places.iter().enumerate() {
             self.membranes[k].solve_in_place(&mut rhs[place.clone()])?;
             if let Some(row) = self.volume_rows.get(k) {

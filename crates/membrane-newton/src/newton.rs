@@ -3,7 +3,7 @@
 use std::convert::Infallible;
 use std::ops::ControlFlow;
 
-use crate::error::{NewtonError, length};
+use crate::error::{NewtonError, Result, length};
 use crate::options::{LineSearch, NewtonOptions, Refactor};
 use crate::report::{NewtonReport, StopReason};
 
@@ -25,19 +25,19 @@ pub trait ResidualSystem {
     /// # Errors
     /// r is not defined at x. Then, as for values in `out` that are not finite, the line search takes a shorter step.
     /// [`NewtonError::User`] ends the solve.
-    fn residual_into(&mut self, x: &[f64], out: &mut [f64]) -> Result<(), NewtonError>;
+    fn residual_into(&mut self, x: &[f64], out: &mut [f64]) -> Result<()>;
 
     /// Computes and factors the tangent dr/dx at x for [`ResidualSystem::solve_in_place`].
     ///
     /// # Errors
     /// The tangent is not defined or singular.
-    fn factor(&mut self, x: &[f64]) -> Result<(), NewtonError>;
+    fn factor(&mut self, x: &[f64]) -> Result<()>;
 
     /// Overwrites `rhs` with (dr/dx)^-1 `rhs` using the last factorisation.
     ///
     /// # Errors
     /// [`NewtonError::NotFactored`], or any other error of solving.
-    fn solve_in_place(&mut self, rhs: &mut [f64]) -> Result<(), NewtonError>;
+    fn solve_in_place(&mut self, rhs: &mut [f64]) -> Result<()>;
 
     /// Dimensionless norm of a residual: of order one if the equations are not met at all.
     fn residual_norm(&self, residual: &[f64]) -> f64;
@@ -57,15 +57,15 @@ macro_rules! forward {
                 (**self).is_empty()
             }
 
-            fn residual_into(&mut self, x: &[f64], out: &mut [f64]) -> Result<(), NewtonError> {
+            fn residual_into(&mut self, x: &[f64], out: &mut [f64]) -> Result<()> {
                 (**self).residual_into(x, out)
             }
 
-            fn factor(&mut self, x: &[f64]) -> Result<(), NewtonError> {
+            fn factor(&mut self, x: &[f64]) -> Result<()> {
                 (**self).factor(x)
             }
 
-            fn solve_in_place(&mut self, rhs: &mut [f64]) -> Result<(), NewtonError> {
+            fn solve_in_place(&mut self, rhs: &mut [f64]) -> Result<()> {
                 (**self).solve_in_place(rhs)
             }
 
@@ -133,7 +133,7 @@ pub fn newton(
     system: &mut (impl ResidualSystem + ?Sized),
     x: &mut [f64],
     options: &NewtonOptions,
-) -> Result<NewtonReport, NewtonError> {
+) -> Result<NewtonReport> {
     let mut scratch = NewtonScratch::default();
     newton_with(system, x, options, &mut scratch)?;
     Ok(scratch.report)
@@ -152,7 +152,7 @@ pub fn newton_with(
     x: &mut [f64],
     options: &NewtonOptions,
     scratch: &mut NewtonScratch,
-) -> Result<(), NewtonError> {
+) -> Result<()> {
     let never = |_: &NewtonReport, _: &[f64]| ControlFlow::<Infallible>::Continue(());
     newton_observed(system, x, options, scratch, never).map(drop)
 }
@@ -196,7 +196,7 @@ pub fn newton_observed<B>(
     options: &NewtonOptions,
     scratch: &mut NewtonScratch,
     mut observe: impl FnMut(&NewtonReport, &[f64]) -> ControlFlow<B>,
-) -> Result<ControlFlow<B>, NewtonError> {
+) -> Result<ControlFlow<B>> {
     let n = system.len();
     length("unknowns", x.len(), n)?;
     options.check()?;
@@ -214,7 +214,7 @@ fn iterate<B>(
     options: &NewtonOptions,
     scratch: &mut NewtonScratch,
     observe: &mut impl FnMut(&NewtonReport, &[f64]) -> ControlFlow<B>,
-) -> Result<ControlFlow<B>, NewtonError> {
+) -> Result<ControlFlow<B>> {
     system.residual_into(x, &mut scratch.residual)?;
     let norm = system.residual_norm(&scratch.residual);
     scratch.report.evaluated(norm);
@@ -333,7 +333,7 @@ impl NewtonScratch {
         system: &mut (impl ResidualSystem + ?Sized),
         x: &mut [f64],
         full: f64,
-    ) -> Result<f64, NewtonError> {
+    ) -> Result<f64> {
         let contraction = full / self.report.step;
         subtract(x, 1.0, &self.step, &mut self.trial);
         x.copy_from_slice(&self.trial);
@@ -359,7 +359,7 @@ impl NewtonScratch {
         x: &mut [f64],
         full: f64,
         max_halvings: usize,
-    ) -> Result<f64, NewtonError> {
+    ) -> Result<f64> {
         let mut length = 1.0;
         let mut next = f64::INFINITY;
         for halvings in 0.. {

@@ -1,7 +1,7 @@
 //! Options of Newton's iteration.
 
 use crate::constraint::check;
-use crate::error::{BELOW_ZERO, NewtonError};
+use crate::error::{BELOW_ZERO, Result};
 
 /// Options of Newton's iteration.
 #[derive(Debug, Clone, PartialEq)]
@@ -64,7 +64,7 @@ impl Default for NewtonOptions {
 
 impl NewtonOptions {
     /// Sets the tolerances on the scaled residual and the scaled step; a solve rejects those that are negative or not finite
-    /// ([`NewtonError::OutOfRange`]).
+    /// ([`OutOfRange`](crate::NewtonError::OutOfRange)).
     #[must_use]
     pub fn with_tolerances(mut self, residual: f64, step: f64) -> Self {
         self.residual_tolerance = residual;
@@ -73,7 +73,7 @@ impl NewtonOptions {
     }
 
     /// Rejects tolerances that are negative or not finite.
-    pub(crate) fn check(&self) -> Result<(), NewtonError> {
+    pub(crate) fn check(&self) -> Result<()> {
         for (what, value) in [
             ("residual tolerance", self.residual_tolerance),
             ("step tolerance", self.step_tolerance),

@@ -9,7 +9,7 @@ use membrane_forces::{
 
 use crate::block::Block;
 use crate::constraint::{Constraint, Control};
-use crate::error::{NewtonError, own};
+use crate::error::{NewtonError, Result, own};
 use crate::route::Route;
 
 #[derive(Debug)]
@@ -45,7 +45,7 @@ const STEPS: [(usize, usize); 9] = [
 
 impl Resolution {
     /// Returns the first one that resolves the start.
-    pub(crate) fn adaptive(membrane: &Membrane, tolerance: f64) -> Result<Arc<Self>, NewtonError> {
+    pub(crate) fn adaptive(membrane: &Membrane, tolerance: f64) -> Result<Arc<Self>> {
         let mut resolution = Arc::new(Self::step(membrane, tolerance, 0)?);
         while let Err(unresolved) = resolution.check_resolved(&resolution.start_state()) {
             resolution = resolution.finer().unwrap_or(Err(unresolved))?;
@@ -92,7 +92,7 @@ impl Resolution {
     }
 
     /// Returns the next finer one, made at the first request; `None` beyond the finest, without a tolerance, or if memory does not suffice.
-    pub(crate) fn finer(&self) -> Option<Result<Arc<Self>, NewtonError>> {
+    pub(crate) fn finer(&self) -> Option<Result<Arc<Self>>> {
         let adaptive = self.adaptive.as_ref()?;
         let level = adaptive.level + 1;
         if level == STEPS.len() {
@@ -107,7 +107,7 @@ impl Resolution {
 
     /// Whether the polynomials of `state` have converged: twice their degree times their last two
     /// coefficients, over the length of the curve, against the tolerance.
-    pub(crate) fn check_resolved(&self, state: &[f64]) -> Result<(), NewtonError> {
+    pub(crate) fn check_resolved(&self, state: &[f64]) -> Result<()> {
         let Some(&Adaptive { tolerance, .. }) = self.adaptive.as_ref() else {
             return Ok(());
         };
@@ -132,7 +132,7 @@ impl Resolution {
         Route::of(&*self.discrete)
     }
 
-    pub(crate) fn constraint(&self, control: Control) -> Result<Constraint, NewtonError> {
+    pub(crate) fn constraint(&self, control: Control) -> Result<Constraint> {
         Constraint::new(control, &*self.discrete, &self.start)
     }
 

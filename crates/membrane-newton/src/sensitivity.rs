@@ -2,7 +2,7 @@
 
 use crate::constraint::Control;
 use crate::equilibrium::Equilibrium;
-use crate::error::{NewtonError, own};
+use crate::error::{Result, own};
 use crate::nested::Nested;
 use crate::resolution::Resolution;
 
@@ -38,7 +38,7 @@ impl Equilibrium {
     ///
     /// # Errors
     /// A control out of range; a singular tangent (the control is at a limit point).
-    pub fn sensitivity(&self, control: Control) -> Result<Sensitivity, NewtonError> {
+    pub fn sensitivity(&self, control: Control) -> Result<Sensitivity> {
         let nested = Nested(vec![self.resolution.clone()]);
         let rate = nested.rate(&self.state, control)?;
         Ok(self.resolution.sensitivity(&rate))

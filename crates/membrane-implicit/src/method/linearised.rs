@@ -3,7 +3,7 @@
 use crate::body::Body;
 use crate::constraint::{Answer, Constraint};
 use crate::energy::Ledger;
-use crate::error::ImplicitError;
+use crate::error::Result;
 use crate::kinematics::{Step, slope};
 use crate::method::stage::{Equation, Stage};
 
@@ -31,11 +31,7 @@ impl Linearised {
     }
 
     /// Solves linearly about the start; returns the account of the step.
-    pub(crate) fn step(
-        &mut self,
-        step: Step<'_>,
-        prescribed: Constraint<'_>,
-    ) -> Result<Ledger, ImplicitError> {
+    pub(crate) fn step(&mut self, step: Step<'_>, prescribed: Constraint<'_>) -> Result<Ledger> {
         let (body, now, new, dt, work) = step.ends();
         let stage = &mut self.stage;
         let (time, end) = (now.time, now.time + dt);

@@ -6,7 +6,7 @@ use membrane_newton::{DiscreteMembrane, dot_in_eight as dot};
 use crate::body::Body;
 use crate::constraint::Constraint;
 use crate::energy::Ledger;
-use crate::error::ImplicitError;
+use crate::error::{ImplicitError, Result};
 use crate::kinematics::Step;
 use crate::method::stage::{Equation, Stage, predict};
 
@@ -33,7 +33,7 @@ impl Midpoint {
         &mut self,
         step: Step<'_>,
         constraints: &[Constraint<'_>],
-    ) -> Result<Ledger, ImplicitError> {
+    ) -> Result<Ledger> {
         let (body, now, new, dt, work) = step.ends();
         let (&constraint, &last) = constraints
             .first()
@@ -44,7 +44,7 @@ impl Midpoint {
         let secant = match body.material() {
             Material::Springs { .. } => None,
             Material::Rubber(_) => {
-                let energy = body.discrete.strain_energy(&now.nodes).map_err(at)?;
+                let energy = body.discrete.elastic_energy(&now.nodes).map_err(at)?;
                 Some([energy, body.volume(&now.nodes)])
             }
         };

@@ -5,7 +5,7 @@ use membrane_newton::{DiscreteMembrane, PentadiagonalLdl, dot_in_eight as dot};
 use crate::body::Body;
 use crate::constraint::Constraint;
 use crate::energy::Ledger;
-use crate::error::ImplicitError;
+use crate::error::{ImplicitError, Result};
 use crate::kinematics::Step;
 use crate::method::stage::LocalError;
 
@@ -17,7 +17,7 @@ pub(crate) fn kick_and_drift(
     step: Step<'_>,
     (kicks, drifts): (&[f64], &[f64]),
     constraints: &[Constraint<'_>],
-) -> Result<Ledger, ImplicitError> {
+) -> Result<Ledger> {
     let (body, now, new, dt, work) = step.ends();
     let d = &body.discrete;
     let (m, mu, ds) = (body.mass, body.friction(), d.ds());
@@ -118,7 +118,7 @@ impl ImplicitSplitting {
         &mut self,
         step: Step<'_>,
         constraint: Constraint<'_>,
-    ) -> Result<Ledger, ImplicitError> {
+    ) -> Result<Ledger> {
         let (body, now, new, dt, work) = step.ends();
         let d = &body.discrete;
         let (m, mu, ds, h) = (body.mass, body.friction(), d.ds(), 0.5 * dt);

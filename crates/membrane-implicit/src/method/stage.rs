@@ -7,7 +7,7 @@ use membrane_newton::{
 
 use crate::body::Body;
 use crate::constraint::{Answer, Constraint};
-use crate::error::ImplicitError;
+use crate::error::{ImplicitError, Result};
 use crate::kinematics::{Kinematics, slope};
 use crate::scheme::Jacobian;
 use crate::work::Work;
@@ -114,7 +114,7 @@ impl Stage {
         (nodes, velocities): (&[f64], &[f64]),
         intensity: f64,
         work: &mut Work,
-    ) -> Result<(), ImplicitError> {
+    ) -> Result<()> {
         let Equation { body, h, time, .. } = *eq;
         self.forget();
         body.stage_matrix_into(time, (nodes, intensity), h, &mut self.matrix)?;
@@ -181,23 +181,22 @@ impl Stage {
     }
 
     /// F_e and F_p = `intensity` n at `nodes`, or their discrete derivatives over the step to `end`.
-    fn evaluate(
-        &mut self,
-        eq: &Equation<'_>,
-        nodes: &[f64],
-        intensity: f64,
-    ) -> Result<(), ImplicitError> {
+    fn evaluate(&mut self, eq: &Equation<'_>, nodes: &[f64], intensity: f64) -> Result<()> {
         let body = eq.body;
         let [elastic, pressure] = &mut self.forces;
         body.discrete.elastic_force_into(nodes, elastic);
         let Some([energy, volume]) = eq.secant else {
             return body.pressure_into(eq.time, nodes, intensity, pressure);
         };
-        let stretches = body.discrete.check_stretches(nodes);
-        stretches.map_err(|error| eq.membrane(error))?;
+        let energy_at = |nodes: &[f64]| {
+            let energy = body.discrete.elastic_energy(nodes);
+            energy.map_err(|error| eq.membrane(error))
+        };
+        if elastic.iter().any(|force| force.is_nan()) {
+            energy_at(nodes)?;
+        }
         body.pressure_into(eq.time, nodes, 1.0, pressure)?;
-        let reached = body.discrete.strain_energy(&self.end);
-        let reached = reached.map_err(|error| eq.membrane(error))?;
+        let reached = energy_at(&self.end)?;
         add_secant(elastic, &self.moved, [reached, energy]);
         add_secant(pressure, &self.moved, [volume, body.volume(&self.end)]);
         pressure.iter_mut().for_each(|force| *force *= intensity);
@@ -212,7 +211,7 @@ impl Stage {
         (positions, velocities): (&[f64], &[f64]),
         (nodes, w, intensity): (&mut [f64], &mut [f64], &mut f64),
         work: &mut Work,
-    ) -> Result<f64, ImplicitError> {
+    ) -> Result<f64> {
         let Equation { body, h, .. } = *eq;
         work.iterations += 1;
         work.force_calls += 1;
@@ -283,7 +282,7 @@ impl Stage {
         (positions, velocities): (&[f64], &[f64]),
         (now, new): (&Kinematics, &mut Kinematics),
         work: &mut Work,
-    ) -> Result<(), ImplicitError> {
+    ) -> Result<()> {
         let Equation {
             body, time, dt, h, ..
         } = *eq;

@@ -3,7 +3,7 @@
 use crate::body::Body;
 use crate::constraint::Constraint;
 use crate::energy::Ledger;
-use crate::error::ImplicitError;
+use crate::error::Result;
 use crate::kinematics::{Step, add_slopes, slope};
 use crate::method::stage::{Equation, Stage, predict};
 use crate::scheme::TR_BDF2;
@@ -32,7 +32,7 @@ impl TrBdf2 {
         &mut self,
         step: Step<'_>,
         constraints: &[Constraint<'_>],
-    ) -> Result<Ledger, ImplicitError> {
+    ) -> Result<Ledger> {
         let Step {
             body,
             stages,

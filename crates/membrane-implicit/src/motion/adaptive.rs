@@ -1,7 +1,7 @@
 //! Steps of variable length: by the local error, or to reach a volume.
 
 use super::{Motion, view};
-use crate::error::{ImplicitError, positive};
+use crate::error::{ImplicitError, Result, positive};
 use crate::scheme::Scheme;
 use crate::work::Work;
 
@@ -20,7 +20,7 @@ pub struct Tolerance {
 }
 
 impl Tolerance {
-    pub(super) fn check(&self) -> Result<(), ImplicitError> {
+    pub(super) fn check(&self) -> Result<()> {
         positive("position tolerance", self.position)?;
         positive("velocity tolerance", self.velocity)?;
         longest(self.longest)?;
@@ -39,11 +39,7 @@ impl Tolerance {
 
 impl Motion {
     /// Attempts steps until one passes the error test, without accepting it.
-    pub(super) fn attempt_adaptive(
-        &mut self,
-        tolerance: &Tolerance,
-        most: f64,
-    ) -> Result<f64, ImplicitError> {
+    pub(super) fn attempt_adaptive(&mut self, tolerance: &Tolerance, most: f64) -> Result<f64> {
         tolerance.check()?;
         if self.inner.scheme == Scheme::Splitting6 {
             return Err(ImplicitError::NoErrorEstimate);
@@ -104,7 +100,7 @@ impl Motion {
 
     /// Returns the scaled local error of the attempted step of length `dt`, the larger one of a pair: the scheme's own estimate; for a
     /// first step, during which a load may begin to rise, also that of step doubling in a copy.
-    fn local_error(&mut self, dt: f64, bounds: (f64, f64)) -> Result<f64, ImplicitError> {
+    fn local_error(&mut self, dt: f64, bounds: (f64, f64)) -> Result<f64> {
         let estimates = self.movers_mut().filter_map(|s| s.error(bounds));
         let mut error = estimates.fold(0.0, f64::max);
         if self.inner.has_previous() {
@@ -128,12 +124,7 @@ impl Motion {
     /// equals `volume`, if it does so within the step. Returns the length of the remaining step.
     ///
     /// The extrema of the cubic with the volumes and flows of both ends reveal a passage and return within the step.
-    pub(super) fn land_on_volume(
-        &mut self,
-        volume: f64,
-        before: f64,
-        dt: f64,
-    ) -> Result<f64, ImplicitError> {
+    pub(super) fn land_on_volume(&mut self, volume: f64, before: f64, dt: f64) -> Result<f64> {
         let body = &self.inner.body;
         let (start, end) = (view(body, self.inner.now()), view(body, self.inner.end()));
         let gap = [before, end.volume()].map(|v| v - volume);
@@ -162,7 +153,7 @@ impl Motion {
         volume: f64,
         mut fa: f64,
         (mut b, mut fb): (f64, f64),
-    ) -> Result<f64, ImplicitError> {
+    ) -> Result<f64> {
         // Illinois method (modified regula falsi) for the length of the step; each trial is a step of the scheme.
         let mut a = 0.0;
         let mut last = b;
@@ -210,7 +201,7 @@ fn extrema([a, b]: [f64; 2], [da, db]: [f64; 2]) -> [Option<f64>; 2] {
 }
 
 /// Validates a bound on the step, which may be infinite.
-fn longest(step: f64) -> Result<f64, ImplicitError> {
+fn longest(step: f64) -> Result<f64> {
     if step == f64::INFINITY {
         Ok(step)
     } else {

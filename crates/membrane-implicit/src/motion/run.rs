@@ -4,7 +4,7 @@ use std::convert::Infallible;
 use std::ops::ControlFlow;
 
 use super::{Motion, Tolerance};
-use crate::error::{ImplicitError, at_least, positive, within};
+use crate::error::{Result, at_least, positive, within};
 
 /// The rule for the length of the steps.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -55,7 +55,7 @@ impl Motion {
     ///
     /// # Errors
     /// As [`Motion::step`]; no stop given.
-    pub fn run(&mut self, steps: TimeStep, stops: &[Stop]) -> Result<usize, ImplicitError> {
+    pub fn run(&mut self, steps: TimeStep, stops: &[Stop]) -> Result<usize> {
         self.run_with(steps, stops, |_| ())
     }
 
@@ -69,7 +69,7 @@ impl Motion {
         steps: TimeStep,
         stops: &[Stop],
         mut observe: impl FnMut(&Self),
-    ) -> Result<usize, ImplicitError> {
+    ) -> Result<usize> {
         let on = |motion: &Self| {
             observe(motion);
             ControlFlow::<Infallible>::Continue(())
@@ -104,7 +104,7 @@ impl Motion {
         steps: TimeStep,
         stops: &[Stop],
         mut observe: impl FnMut(&Self) -> ControlFlow<B>,
-    ) -> Result<ControlFlow<B, usize>, ImplicitError> {
+    ) -> Result<ControlFlow<B, usize>> {
         at_least("number of stops", stops.len(), 1)?;
         match steps {
             TimeStep::Fixed(dt) => {
@@ -162,7 +162,7 @@ impl Motion {
     }
 
     /// Returns the first of `stops` that is met, in a run from the step `first`.
-    fn stopped(&mut self, stops: &[Stop], first: usize) -> Result<Option<usize>, ImplicitError> {
+    fn stopped(&mut self, stops: &[Stop], first: usize) -> Result<Option<usize>> {
         let taken = self.work().steps - first;
         for (index, stop) in stops.iter().enumerate() {
             let reached = match *stop {

@@ -10,6 +10,10 @@ pub(crate) struct Nodes {
 }
 
 impl Nodes {
+    pub(crate) fn all(whole: usize) -> Self {
+        Self { whole, kept: whole }
+    }
+
     /// Selects the nodes up to the axis; an odd number of nodes has one on it.
     pub(crate) fn half(self) -> Self {
         let kept = self.whole.div_ceil(2);
@@ -18,6 +22,11 @@ impl Nodes {
 
     pub(crate) fn is_half(self) -> bool {
         self.kept < self.whole
+    }
+
+    /// Whether the last node of a state is on the axis.
+    pub(crate) fn has_apex(self) -> bool {
+        self.is_half() && 2 * self.kept == self.whole + 1
     }
 
     /// Returns the nodes with forces: all except the fixed ends.
@@ -35,9 +44,19 @@ impl Nodes {
         }
     }
 
-    /// Whether coordinate `k` of moving node `n` is fixed: only the y of a node on the axis.
+    /// Returns node `n` of the whole curve in `state`.
     #[inline]
-    pub(crate) fn is_fixed(self, n: usize, k: usize) -> bool {
-        k == 1 && 2 * n + 1 == self.whole && self.is_half()
+    pub(crate) fn node(self, state: &[f64], n: usize) -> [f64; 2] {
+        let (at, sign) = self.place(n);
+        [state[2 * at], sign * state[2 * at + 1]]
+    }
+
+    /// Cuts positions of the whole curve to those of a state.
+    pub(crate) fn cut(self, positions: &mut Vec<f64>) {
+        positions.truncate(2 * self.kept);
+        positions.shrink_to_fit();
+        if self.has_apex() {
+            positions[2 * self.kept - 1] = 0.0;
+        }
     }
 }
