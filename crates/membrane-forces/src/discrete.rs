@@ -57,7 +57,7 @@ pub trait DiscreteMembrane: Debug + Send + Sync {
 
     /// Largest stiffness, lambda + 4 lambda_2; for rubber shear modulus times thickness.
     fn stiffness_scale(&self) -> f64 {
-        self.setting().elastic.scale()
+        self.setting().stiffness_scale
     }
 
     /// Intensity beyond which the law per current length has no equilibrium and the curve runs to infinity; infinite under the other laws.
@@ -277,6 +277,7 @@ pub struct Setting {
     start: Vec<f64>,
     fixed: Vec<usize>,
     elastic: Arc<dyn Elastic>,
+    stiffness_scale: f64,
     blow_up: f64,
 }
 
@@ -308,6 +309,7 @@ impl Setting {
             nodes,
             start,
             fixed,
+            stiffness_scale: elastic.scale(),
             blow_up: if blows_up {
                 elastic.blow_up()
             } else {

@@ -22,22 +22,13 @@ pub enum PressureLaw {
     PerCurrentLength,
 }
 
-/// The quantity that is the load of a law; the other of the two follows from it.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum LoadKind {
-    /// The force intensity, f or p, itself.
-    Intensity,
-    /// The total force F, intensity times the lateral surface of revolution S.
-    TotalForce,
-}
-
 impl PressureLaw {
-    /// Returns the quantity that is the load.
+    /// Whether the load is the total force F, intensity times the lateral surface of revolution; otherwise it is the intensity, f or p.
     #[must_use]
-    pub fn load_kind(self) -> LoadKind {
+    pub fn is_total_force(self) -> bool {
         match self {
-            Self::PerMaterialLength | Self::PerCurrentLength => LoadKind::Intensity,
-            Self::TotalForce => LoadKind::TotalForce,
+            Self::PerMaterialLength | Self::PerCurrentLength => false,
+            Self::TotalForce => true,
         }
     }
 
@@ -50,8 +41,7 @@ impl PressureLaw {
     }
 
     /// Intensity that moves a membrane of this stiffness by about its length: a force per unit s, or per unit of current length.
-    #[must_use]
-    pub fn intensity_scale(self, stiffness: f64, length: f64) -> f64 {
+    pub(crate) fn intensity_scale(self, stiffness: f64, length: f64) -> f64 {
         match self {
             Self::PerMaterialLength | Self::TotalForce => stiffness * length,
             Self::PerCurrentLength => stiffness,

@@ -59,7 +59,7 @@ pub use curve::CurvePiece;
 pub use differences::FiniteDifferences;
 pub use discrete::{DiscreteMembrane, Setting};
 pub use error::MembraneError;
-pub use law::{LoadKind, PressureLaw};
+pub use law::PressureLaw;
 pub use linear_equilibrium::LinearEquilibrium;
 pub use material::{Material, Rubber};
 pub use measures::{Measure, Measures};

@@ -2,9 +2,7 @@
 
 use std::sync::Arc;
 
-use membrane_forces::{
-    CurvePiece, CurvePoint, LoadKind, Measures, Membrane, MembraneError, RubberState,
-};
+use membrane_forces::{CurvePiece, CurvePoint, Measures, Membrane, MembraneError, RubberState};
 
 use crate::cause::SLACK;
 use crate::error::{NewtonError, Result, own};
@@ -128,17 +126,13 @@ impl Resolution {
                 None => break,
             }
         }
-        (self.clone(), self.follow(curve))
+        (self.clone(), self.carry(&curve.resolution, &curve.state))
     }
 
     /// Returns the curve of `near`, or the start.
     pub(crate) fn start_near(&self, near: Option<&Equilibrium>) -> Vec<f64> {
-        near.map_or_else(|| self.start_state(), |near| self.follow(near))
-    }
-
-    /// Returns the nodes of this resolution on `curve`, and its intensity.
-    fn follow(&self, curve: &Equilibrium) -> Vec<f64> {
-        self.state_on(curve.intensity, |s| curve.at(s).position)
+        let carried = near.map(|near| self.carry(&near.resolution, &near.state));
+        carried.unwrap_or_else(|| self.start_state())
     }
 
     /// Returns the equilibrium of a solve, unless its measures overflow.
@@ -155,10 +149,8 @@ impl Resolution {
         }
         let start = own(self.discrete.points(self.discrete.start()));
         if axis_crossings(&solved.points()).count() > axis_crossings(&start).count() {
-            let positions = solved.positions();
-            let s = axis_crossings(&solved.points())
-                .next()
-                .map_or(0.0, |n| positions[n]);
+            let first = axis_crossings(&solved.points()).next();
+            let s = first.map_or(0.0, |n| solved.positions()[n]);
             return Err(NewtonError::Collapsed { s });
         }
         if !solved.load.is_finite() {
@@ -178,9 +170,9 @@ impl Resolution {
     ) -> Equilibrium {
         let (nodes, intensity) = (&state[..state.len() - 1], state[state.len() - 1]);
         let measures = own(self.discrete.measures(nodes));
-        let load = match self.discrete.law().load_kind() {
-            LoadKind::Intensity => intensity,
-            LoadKind::TotalForce => intensity * measures.surface,
+        let load = match self.discrete.law().is_total_force() {
+            true => intensity * measures.surface,
+            false => intensity,
         };
         Equilibrium {
             intensity,

@@ -178,21 +178,21 @@ pub(crate) fn own<T>(of_state: Result<T, MembraneError>) -> T {
 }
 
 impl NewtonError {
-    pub(crate) fn not_converged(report: NewtonReport) -> Self {
-        Self::NotConverged {
-            report: Box::new(report),
-            source: None,
-        }
+    /// Another branch, without a report yet.
+    pub(crate) fn other_branch() -> Self {
+        let report = Box::default();
+        Self::OtherBranch { report }
     }
 
-    /// Returns the report of the attempts, if any.
-    pub(crate) fn report_mut(&mut self) -> Option<&mut NewtonReport> {
-        match self {
-            Self::LimitPoint { report, .. }
-            | Self::OtherBranch { report }
-            | Self::NotConverged { report, .. } => Some(&mut **report),
-            _ => None,
+    /// Sets the report of the attempts, if the error has one.
+    pub(crate) fn with_report(mut self, attempts: NewtonReport) -> Self {
+        if let Self::LimitPoint { report, .. }
+        | Self::OtherBranch { report }
+        | Self::NotConverged { report, .. } = &mut self
+        {
+            **report = attempts;
         }
+        self
     }
 
     /// Wraps an error of the caller's own equations.

@@ -2,8 +2,6 @@
 
 use std::ops::Range;
 
-use membrane_forces::Measure;
-
 use crate::block::{Block, nan_max};
 use crate::border::dot;
 use crate::constraint::Constraint;
@@ -50,8 +48,7 @@ impl<'a> NestedSystem<'a> {
 
     /// Volume of the innermost membrane.
     pub(crate) fn volume(&self, x: &[f64]) -> f64 {
-        let Range { start, end } = self.places[0];
-        self.membranes[0].volume(&x[start..end - 1])
+        self.membranes[0].volume(&x[self.places[0].clone()])
     }
 
     /// All membranes, from the inside out.
@@ -66,7 +63,7 @@ impl<'a> NestedSystem<'a> {
 
     /// Returns the route of the innermost membrane from its start.
     pub(crate) fn route(&self) -> Route {
-        self.membranes[0].route()
+        self.membranes[0].route
     }
 
     /// Prescribes `value`.
@@ -74,13 +71,11 @@ impl<'a> NestedSystem<'a> {
         self.membranes[0].set_control(value);
     }
 
-    /// Returns the volume that corresponds to that of the innermost membrane in state `x`.
+    /// Prescribes the volumes of the outer membranes that belong to that of the innermost membrane in state `x`.
     fn couple(&mut self, x: &[f64]) {
         for (k, wall_volume) in self.wall_volumes.iter().enumerate() {
-            let Range { start, end } = self.places[k];
-            let volume = self.membranes[k].volume(&x[start..end - 1]);
-            self.membranes[k + 1].constraint =
-                Constraint::Measure(Measure::Volume, volume + wall_volume);
+            let volume = self.membranes[k].volume(&x[self.places[k].clone()]);
+            self.membranes[k + 1].constraint = Constraint::volume(volume + wall_volume);
         }
     }
 
@@ -113,11 +108,15 @@ impl<'a> NestedSystem<'a> {
     }
 
     /// Least tension of rubber along the meridian, over its shear modulus; infinite where it is not defined.
-    pub(crate) fn least_tension(&self, x: &[f64]) -> f64 {
+    pub(crate) fn tension(&self, x: &[f64]) -> f64 {
         let parts = self.membranes.iter().zip(&self.places);
-        parts
-            .map(|(membrane, place)| membrane.least_tension(&x[place.start..place.end - 1]))
-            .fold(f64::INFINITY, f64::min)
+        let tensions = parts.map(|(membrane, place)| membrane.tension(&x[place.clone()]));
+        tensions.fold(f64::INFINITY, f64::min)
+    }
+
+    /// Limits the tensions in later tangents of rubber from below.
+    pub(crate) fn set_least_tension(&mut self, least: f64) {
+        self.each().for_each(|m| m.least_tension = least);
     }
 
     /// `out` = rate of change of the state with the control, by the last factorisation.
@@ -153,7 +152,7 @@ impl ResidualSystem for NestedSystem<'_> {
         for (k, place) in self.places.iter().enumerate() {
             self.membranes[k].factor(&x[place.clone()])?;
             if let Some(row) = self.volume_rows.get_mut(k) {
-                self.membranes[k].volume_gradient_into(&x[place.start..place.end - 1], row);
+                self.membranes[k].volume_gradient_into(&x[place.clone()], row);
             }
         }
         Ok(())

@@ -147,27 +147,26 @@ impl Resolution {
         state
     }
 
-    /// Returns the state with the curve of `part`, which is a state of `from`.
-    pub(crate) fn carry(&self, from: &Self, part: &[f64]) -> Vec<f64> {
-        let (intensity, nodes) = (part[part.len() - 1], &part[..part.len() - 1]);
+    /// Returns the state with the curve of `state`, a state of `from`. Fixed numbers are kept.
+    pub(crate) fn carry(&self, from: &Self, state: &[f64]) -> Vec<f64> {
+        let (nodes, intensity) = state.split_at(state.len() - 1);
         let pieces = own(from.discrete.pieces(nodes));
-        self.state_on(intensity, |s| {
+        let place = |s: f64| {
             let piece = pieces.partition_point(|piece| piece.to < s);
-            pieces[piece.min(pieces.len() - 1)].at(s).position
-        })
-    }
-
-    /// Sets nodes to `place` of their s, except fixed ones, then `intensity`.
-    pub(crate) fn state_on(&self, intensity: f64, place: impl Fn(f64) -> [f64; 2]) -> Vec<f64> {
+            let at = match pieces.get(piece).or(pieces.last()) {
+                Some(piece) => piece.at(s),
+                None => own(from.discrete.at(nodes, s)),
+            };
+            at.position
+        };
         let start = self.discrete.start();
-        let positions = self.discrete.positions();
-        let own = positions.into_iter().take(start.len() / 2);
-        let mut state: Vec<f64> = own.flat_map(place).collect();
+        let positions = self.discrete.positions().into_iter();
+        let mut carried: Vec<f64> = positions.take(start.len() / 2).flat_map(place).collect();
         for &held in self.discrete.fixed() {
-            state[held] = start[held];
+            carried[held] = start[held];
         }
-        state.push(intensity);
-        state
+        carried.extend(intensity);
+        carried
     }
 }
 
