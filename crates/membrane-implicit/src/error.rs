@@ -3,6 +3,7 @@
 use membrane_newton::{MembraneError, NewtonError};
 
 use crate::evolution::Evolution;
+use crate::scheme::Scheme;
 
 pub(crate) type Result<T, E = ImplicitError> = std::result::Result<T, E>;
 
@@ -92,21 +93,14 @@ pub enum ImplicitError {
         /// Volume of the initial shape.
         actual: f64,
     },
-    /// A splitting has no unknown pressure and cannot prescribe a volume.
-    #[error("a splitting scheme cannot prescribe the volume")]
-    ExplicitVolume,
-    /// Rubber requires a pressure or a volume as load.
-    #[error("the load of a motion of rubber is a total force; it must be a pressure or a volume")]
-    RubberLoad,
-    /// Rubber requires the scheme that conserves its energy.
-    #[error("the scheme of a motion of rubber must be Scheme::Midpoint")]
-    RubberScheme,
-    /// A splitting does not support a load that depends on the state.
-    #[error("a splitting scheme takes no load that depends on the state")]
-    SplitFeedback,
-    /// The scheme has no error estimate for adaptive steps.
-    #[error("the scheme has no error estimate; its time steps must be fixed")]
-    NoErrorEstimate,
+    /// The scheme does not support the load, the material or adaptive steps ([`Scheme`]).
+    #[error("Scheme::{scheme:?} does not support {what}")]
+    Unsupported {
+        /// The scheme.
+        scheme: Scheme,
+        /// The load, the material or the kind of steps.
+        what: &'static str,
+    },
     /// The state of a pair consists of two membranes; one of them cannot be set.
     #[error("the state of a pair cannot be set from that of one membrane")]
     StateOfPair,

@@ -47,54 +47,34 @@ impl Default for EvolvingOptions {
     }
 }
 
+/// Declares methods that return the options with another value of one field.
+macro_rules! setters {
+    ($($(#[$doc:meta])* $with:ident($field:ident: $type:ty);)*) => {$(
+        $(#[$doc])*
+        #[must_use]
+        pub fn $with(mut self, $field: $type) -> Self {
+            self.$field = $field;
+            self
+        }
+    )*};
+}
+
 impl EvolvingOptions {
-    /// Sets the time step.
-    #[must_use]
-    pub fn with_dt(mut self, dt: f64) -> Self {
-        self.dt = dt;
-        self
-    }
-
-    /// Sets the mass per unit s.
-    #[must_use]
-    pub fn with_mass(mut self, mass: f64) -> Self {
-        self.mass = mass;
-        self
-    }
-
-    /// Sets the damping mu per unit s.
-    #[must_use]
-    pub fn with_damping(mut self, mu: f64) -> Self {
-        self.damping = mu;
-        self
-    }
-
-    /// Sets the tolerance on the norm of the forces.
-    #[must_use]
-    pub fn with_tolerance(mut self, tolerance: f64) -> Self {
-        self.tolerance = tolerance;
-        self
-    }
-
-    /// Sets the largest number of steps.
-    #[must_use]
-    pub fn with_max_steps(mut self, max_steps: usize) -> Self {
-        self.max_steps = max_steps;
-        self
-    }
-
-    /// Sets the derivative of the pressure force.
-    #[must_use]
-    pub fn with_jacobian(mut self, jacobian: Jacobian) -> Self {
-        self.jacobian = jacobian;
-        self
-    }
-
-    /// Sets the number of steps between frames; 0 keeps none.
-    #[must_use]
-    pub fn with_frame_every(mut self, steps: usize) -> Self {
-        self.frame_every = steps;
-        self
+    setters! {
+        /// Sets the time step.
+        with_dt(dt: f64);
+        /// Sets the mass per unit s.
+        with_mass(mass: f64);
+        /// Sets the damping mu per unit s.
+        with_damping(damping: f64);
+        /// Sets the tolerance on the norm of the forces.
+        with_tolerance(tolerance: f64);
+        /// Sets the largest number of steps.
+        with_max_steps(max_steps: usize);
+        /// Sets the derivative of the pressure force.
+        with_jacobian(jacobian: Jacobian);
+        /// Sets the number of steps between frames; 0 keeps none.
+        with_frame_every(frame_every: usize);
     }
 }
 

@@ -84,7 +84,7 @@ impl Motion {
     /// The load has no finite value at t = 0, or prescribes a volume other than that of the membrane; or the scheme does not support the
     /// load or the material ([`Scheme`]).
     pub fn new(body: Body, load: Load, scheme: Scheme) -> Result<Self> {
-        scheme.takes(load.kind(), body.material())?;
+        check_support(scheme, load.kind(), &body)?;
         let inner = Mover::new(body, scheme, load.kind());
         let mut motion = Self {
             load,
@@ -104,7 +104,7 @@ impl Motion {
     /// # Errors
     /// As [`Motion::new`]; a splitting; an outer membrane that encloses at most the volume of the inner one.
     pub fn pair(inner: Body, outer: Body, load: Load, scheme: Scheme) -> Result<Self> {
-        scheme.takes(LoadKind::Volume, outer.material())?;
+        check_support(scheme, LoadKind::Volume, &outer)?;
         let volumes = [inner.start_volume(), outer.start_volume()];
         let wall_volume = volumes[1] - volumes[0];
         if !(wall_volume.is_finite() && wall_volume > 0.0) {
@@ -144,8 +144,7 @@ impl Motion {
     /// # Errors
     /// As [`Motion::new`]; the motion is then unchanged.
     pub fn set_load(&mut self, load: Load) -> Result<()> {
-        let Mover { scheme, body, .. } = &self.inner;
-        scheme.takes(load.kind(), body.material())?;
+        check_support(self.inner.scheme, load.kind(), &self.inner.body)?;
         let mut next = self.clone();
         next.inner.set_load(load.kind());
         next.load = load;
@@ -392,6 +391,14 @@ impl Motion {
         let Mover { body, .. } = &self.inner;
         let now = self.inner.now();
         self.load.accepted(|| now.load_state(body));
+    }
+}
+
+/// Rejects a load or a material that the scheme does not support.
+fn check_support(scheme: Scheme, load: LoadKind, body: &Body) -> Result<()> {
+    match scheme.unsupported(load, body.material()) {
+        None => Ok(()),
+        Some(what) => Err(ImplicitError::Unsupported { scheme, what }),
     }
 }
 

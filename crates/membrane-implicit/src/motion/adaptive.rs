@@ -41,8 +41,10 @@ impl Motion {
     /// Attempts steps until one passes the error test, without accepting it.
     pub(super) fn attempt_adaptive(&mut self, tolerance: &Tolerance, most: f64) -> Result<f64> {
         tolerance.check()?;
-        if self.inner.scheme == Scheme::Splitting6 {
-            return Err(ImplicitError::NoErrorEstimate);
+        let scheme = self.inner.scheme;
+        if scheme == Scheme::Splitting6 {
+            let what = "adaptive steps";
+            return Err(ImplicitError::Unsupported { scheme, what });
         }
         longest(most)?;
         let bounds = (tolerance.position, tolerance.velocity);

@@ -87,7 +87,11 @@ fn steps_and_runs() {
         assert_eq!(motion.time(), 0.0);
     }
     let adaptive = inflate(Scheme::Splitting6).step_adaptive(&Tolerance::uniform(1e-3), 1.0);
-    assert_eq!(adaptive.err(), Some(ImplicitError::NoErrorEstimate));
+    let unsupported = |scheme, what| Some(ImplicitError::Unsupported { scheme, what });
+    assert_eq!(
+        adaptive.err(),
+        unsupported(Scheme::Splitting6, "adaptive steps")
+    );
     let mut motion = inflate(Scheme::TrBdf2);
     let none = motion.run(TimeStep::Fixed(0.1), &[]).unwrap_err();
     assert_eq!(
@@ -144,7 +148,10 @@ fn loads() {
         let pump = Load::volume_gain(&body, |_| 0.0);
         assert_eq!(
             Motion::new(body, pump, scheme).err(),
-            Some(ImplicitError::ExplicitVolume)
+            Some(ImplicitError::Unsupported {
+                scheme,
+                what: "a prescribed volume"
+            })
         );
     }
 }

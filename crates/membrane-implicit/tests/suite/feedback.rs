@@ -246,7 +246,8 @@ fn what_a_feedback_cannot_be() {
         Scheme::Splitting6,
     ] {
         let refused = Motion::new(body(), Load::feedback(outlet), scheme).err();
-        assert_eq!(refused, Some(ImplicitError::SplitFeedback));
+        let what = "a load that depends on the state";
+        assert_eq!(refused, Some(ImplicitError::Unsupported { scheme, what }));
     }
     let hole = |now: &LoadState| if now.time > 0.25 { f64::NAN } else { 17.0 };
     for scheme in IMPLICIT {

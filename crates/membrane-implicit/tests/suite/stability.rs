@@ -111,6 +111,38 @@ fn midpoint_rules_keep_the_energy_of_the_linear_membrane() {
     }
 }
 
+/// The highest mode, which alternates from node to node, keeps its size up to the documented step of explicit schemes, and grows beyond it.
+#[test]
+fn explicit_schemes_are_stable_as_far_as_documented() {
+    for (scheme, limit, beyond) in [
+        (Scheme::Splitting2, 1.0, 1.02),
+        (Scheme::Splitting6, 1.57, 3.0),
+    ] {
+        let growth = |share: f64| {
+            let body = Body::springs(&balloon(), 41).unwrap();
+            let dt = share * limit * body.largest_explicit_step();
+            let motion = Motion::new(body, Load::intensity(|_| 0.0), scheme).unwrap();
+            let points = motion.state().points.to_vec();
+            let alternating = |n: usize| [if n % 2 == 0 { 1e-6 } else { -1e-6 }, 0.0];
+            let velocities: Vec<[f64; 2]> = (0..41).map(alternating).collect();
+            let mut motion = motion.with_state(0.0, &points, &velocities).unwrap();
+            let before = motion.energy().initial;
+            let mut most = 0.0f64;
+            for _ in 0..300 {
+                if motion.step(dt).is_err() {
+                    return f64::INFINITY;
+                }
+                most = most.max(motion.energy().kinetic / before);
+            }
+            most
+        };
+        // largest_explicit_step is that of the highest frequency to 1 / N^2; Splitting6 has a growth below 1e-5 a step from its limit to 4.5
+        let (below, beyond) = (growth(0.995), growth(beyond));
+        assert!(below < 100.0, "{scheme:?}: {below}");
+        assert!(beyond > 1e6, "{scheme:?}: {beyond}");
+    }
+}
+
 /// Explicit schemes diverge far beyond their step. After every accepted step volume, flow, energy and norms are finite; then an error
 /// contains step, time and the diverging quantity, and the state before it is kept.
 #[test]
