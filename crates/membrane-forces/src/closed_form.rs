@@ -34,9 +34,8 @@ const NEARLY_FLAT: f64 = 0.25;
 
 /// The disc under force per material length: an arc of a circle (appendix, constants corrected).
 ///
-/// z(s) = iR (2 e^(-i mu s) - 1 - e^(-i mu)) / (1 - e^(-i mu)), traversed at the constant
-/// speed C = R mu / sin(mu / 2), where mu = f / (lambda C), that is
-/// R mu^2 = (f / lambda) sin(mu / 2) with its one root in (0, 2 pi).
+/// z(s) = iR (2 e^(-i mu s) - 1 - e^(-i mu)) / (1 - e^(-i mu)), traversed at the constant speed C = R mu / sin(mu / 2), where mu = f /
+/// (lambda C), that is R mu^2 = (f / lambda) sin(mu / 2) with its one root in (0, 2 pi).
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub struct CircleEquilibrium {

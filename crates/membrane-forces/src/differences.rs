@@ -24,14 +24,12 @@ use crate::springs::NodeSprings;
 /// F_p(n) = p (-d_y, d_x) / (2 ds)                            law per current length
 /// ```
 ///
-/// The two end nodes are fixed: their forces and their rows in every tangent are zero. A node
-/// next to an end has no second neighbour on that side; its spring goes to the mirror image
-/// u(-1) = 2 u(0) - u(1), which keeps the order two and the matrix symmetric.
+/// The two end nodes are fixed: their forces and their rows in every tangent are zero. A node next to an end has no second neighbour on
+/// that side; its spring goes to the mirror image u(-1) = 2 u(0) - u(1), which keeps the order two and the matrix symmetric.
 ///
-/// [`FiniteDifferences::half`] keeps only the nodes up to the axis if the problem is its own mirror
-/// image: a neighbour beyond it is then the image (x, -y) of the node N - 1 - n. The forces are
-/// those of the whole curve. An odd N has a node on the axis, free along it and fixed on it; with an
-/// even N the axis lies between the last node and its image.
+/// [`FiniteDifferences::half`] keeps only the nodes up to the axis if the problem is its own mirror image: a neighbour beyond it is then
+/// the image (x, -y) of the node N - 1 - n. The forces are those of the whole curve. An odd N has a node on the axis, free along it and
+/// fixed on it; with an even N the axis lies between the last node and its image.
 ///
 /// A membrane of rubber consists of two-node elements with W at both nodes; it is always half a curve.
 ///

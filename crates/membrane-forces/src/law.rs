@@ -17,8 +17,7 @@ pub enum PressureLaw {
     /// Force (F / S(c)) n, S the lateral surface of revolution (Eq. 4). The load is F. Same
     /// shapes as the first law, with f = F / S found together with the shape.
     TotalForce,
-    /// Force p |c'| n = p (-c_y', c_x'), constant per unit of **current** length (3.2.2, and
-    /// physical pressure). The load is p.
+    /// Force p |c'| n = p (-c_y', c_x'), constant per unit of **current** length (3.2.2, and physical pressure). The load is p.
     PerCurrentLength,
 }
 

@@ -10,8 +10,7 @@ use crate::reference::CurvePoint;
 
 /// Exact equilibrium of a balloon or a disc of constant stiffness under the law per current length.
 ///
-/// With z = x + i y and kappa = p / lambda the equilibrium is z'' + i kappa z' = z0'', and variation
-/// of constants gives
+/// With z = x + i y and kappa = p / lambda the equilibrium is z'' + i kappa z' = z0'', and variation of constants gives
 ///
 /// ```text
 /// z'(s) = e^(-i kappa s) z'(0) + integral over t < s of e^(-i kappa (s - t)) z0''(t) dt
@@ -51,8 +50,7 @@ impl LinearEquilibrium {
         Self::new(kappa, radius, h / length, radius * omega * omega, omega)
     }
 
-    /// The disc of [`ReferenceShape::disc`](crate::ReferenceShape::disc) under p / lambda = `kappa`: an arc
-    /// of a circle.
+    /// The disc of [`ReferenceShape::disc`](crate::ReferenceShape::disc) under p / lambda = `kappa`: an arc of a circle.
     ///
     /// # Errors
     /// A radius that is not finite, not positive or whose measures overflow, |`kappa`| >= 2 pi.

@@ -6,10 +6,9 @@ use crate::error::{Result, finite, length};
 
 /// A measure of a curve: length, area, surface or volume.
 ///
-/// A curve is given by its nodes [x, y], from (0, +R) over the apex to (0, -R), joined by straight
-/// segments; fewer than two make a curve of length, area, surface and volume zero. Surface and
-/// volume revolve the curve about the x axis; the full curve covers the body twice, so they are
-/// half the sum over its segments, and a segment that crosses the axis is split there.
+/// A curve is given by its nodes [x, y], from (0, +R) over the apex to (0, -R), joined by straight segments; fewer than two make a curve of
+/// length, area, surface and volume zero. Surface and volume revolve the curve about the x axis; the full curve covers the body twice, so
+/// they are half the sum over its segments, and a segment that crosses the axis is split there.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Measure {
     /// Length of the curve (Eq. 30), cm.
@@ -96,8 +95,7 @@ impl Measure {
         self.value(nodes, false)
     }
 
-    /// `out` = gradient with respect to every node coordinate, the derivative of exactly what
-    /// [`Measure::of`] returns. Cost O(n).
+    /// `out` = gradient with respect to every node coordinate, the derivative of exactly what [`Measure::of`] returns. Cost O(n).
     ///
     /// # Panics
     /// `out` has another length than `nodes`.

@@ -57,8 +57,7 @@ impl fmt::Debug for ReferenceShape {
 }
 
 impl ReferenceShape {
-    /// A cylinder of length `h` closed by a hemisphere of radius `radius` (cm), open at x = 0
-    /// (Rohmer et al. 2006, Table 1).
+    /// A cylinder of length `h` closed by a hemisphere of radius `radius` (cm), open at x = 0 (Rohmer et al. 2006, Table 1).
     ///
     /// ```
     /// use membrane_forces::ReferenceShape;
@@ -114,8 +113,7 @@ impl ReferenceShape {
     /// Straight segments through `points`, s proportional to arc length.
     ///
     /// # Errors
-    /// Fewer than two points, a coordinate that is not finite, neighbours that coincide, or
-    /// segments that cross.
+    /// Fewer than two points, a coordinate that is not finite, neighbours that coincide, or segments that cross.
     pub fn polyline(points: &[[f64; 2]]) -> Result<Self> {
         at_least("polyline points", points.len(), 2)?;
         let mut lengths = vec![0.0];

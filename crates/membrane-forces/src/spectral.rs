@@ -23,9 +23,8 @@ use crate::springs::ElementSprings;
 /// (lambda u')' + f n,    u = c - c0,    n = (-c_y', c_x') / |c'|    (p (-c_y', c_x') under law 3)
 /// ```
 ///
-/// with the element's derivative; where two elements meet it is the jump of the tension,
-/// (lambda u')_right - (lambda u')_left. Both vanish at equilibrium, also where c0' or lambda
-/// jumps. Second neighbours enter by their limit, lambda + 4 lambda_2.
+/// with the element's derivative; where two elements meet it is the jump of the tension, (lambda u')_right - (lambda u')_left. Both vanish
+/// at equilibrium, also where c0' or lambda jumps. Second neighbours enter by their limit, lambda + 4 lambda_2.
 ///
 /// The forces of rubber are minus the derivatives of the energy by the nodes; the energy uses a Gauss rule of 3 p / 2 + 2 points per
 /// element (Galerkin's method).
@@ -53,8 +52,7 @@ const MOST_DEGREE: usize = 1000;
 const MOST_SIZE: usize = 100_000_000;
 
 impl SpectralElements {
-    /// Discretises `membrane` by polynomials of degree `degree`, `per_piece` elements on each
-    /// smooth piece. Cost O(elements degree^3).
+    /// Discretises `membrane` by polynomials of degree `degree`, `per_piece` elements on each smooth piece. Cost O(elements degree^3).
     ///
     /// # Errors
     /// Degree below 2 or above 1000, no element per piece or more elements than 1e8 / (degree + 3)^2, a stiffness that is not positive at a

@@ -72,9 +72,8 @@ impl SpectralElements {
         sums
     }
 
-    /// Calls `add` for each quadrature point of the element with nodes `local`; its mirror image
-    /// counts in the weight. |y| has a kink where the curve crosses the axis: a function with this kink (`kinked`) is integrated separately
-    /// on either side.
+    /// Calls `add` for each quadrature point of the element with nodes `local`; its mirror image counts in the weight. |y| has a kink where
+    /// the curve crosses the axis: a function with this kink (`kinked`) is integrated separately on either side.
     fn each_sample(&self, local: &[[f64; 2]], kinked: bool, mut add: impl FnMut(Sample<'_>)) {
         let reference = &self.reference;
         let n = local.len();

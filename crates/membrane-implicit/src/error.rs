@@ -118,8 +118,7 @@ pub enum ImplicitError {
         /// Last change of position, cm.
         change: f64,
     },
-    /// The motion diverges: the scheme is unstable at this step, or the load has no equilibrium. The state is that
-    /// before the step.
+    /// The motion diverges: the scheme is unstable at this step, or the load has no equilibrium. The state is that before the step.
     #[error(
         "step {step}, from t = {time:?} with dt = {dt:?}, is unstable: the {what} of node {node} is {value:e}"
     )]

@@ -92,8 +92,7 @@ impl Evolution {
     }
 }
 
-/// Inflates `membrane` from rest by a total force (Eq. 4) until the forces balance, by the paper's
-/// scheme: at every step
+/// Inflates `membrane` from rest by a total force (Eq. 4) until the forces balance, by the paper's scheme: at every step
 ///
 /// ```text
 /// (I (m + dt mu) - dt^2 (K + dF_p/dc)) v+ = m v + dt (F_e(c) + F_p(c))       c+ = c + dt v+
@@ -113,8 +112,7 @@ impl Evolution {
 ///
 /// # Errors
 /// [`ImplicitError::NotSettled`], with the evolution, if the norm is above the tolerance after `max_steps`. Options out of range, a
-/// membrane that cannot be discretised, a step that cannot be made; [`ImplicitError::OutOfRange`] for forces whose norm is not
-/// finite.
+/// membrane that cannot be discretised, a step that cannot be made; [`ImplicitError::OutOfRange`] for forces whose norm is not finite.
 pub fn evolve(
     membrane: &Membrane,
     n_nodes: usize,

@@ -8,9 +8,8 @@
 //!
 #![doc = include_str!("../img/equations.html")]
 //!
-//! c(s, t) (cm) is the curve in the plane of its axis, F_e the pull of its springs, n the exterior
-//! normal as the membrane's [`PressureLaw`] has it, f the force intensity, S the lateral surface
-//! (cm^2), V the enclosed volume (cm^3), m the mass and mu the damping per unit s.
+//! c(s, t) (cm) is the curve in the plane of its axis, F_e the pull of its springs, n the exterior normal as the membrane's [`PressureLaw`]
+//! has it, f the force intensity, S the lateral surface (cm^2), V the enclosed volume (cm^3), m the mass and mu the damping per unit s.
 //!
 //! # Conventions
 //! Centimetres and seconds. Nodes run from s = 0 at (0, +R) over the apex to s = 1 at (0, -R); x
@@ -21,9 +20,8 @@
 //! volume of the inner one without a reaction.
 //!
 //! # References
-//! Rohmer, Sitek and Gullberg 2006 (hal-03929238), section 3.2. TR-BDF2: Bank et al., IEEE Trans.
-//! CAD 4 (1985) 436-451; Hosea and Shampine, Appl. Numer. Math. 20 (1996) 21-37.
-//! Hairer and Wanner, Solving Ordinary Differential Equations II, 1996, IV.12 and VII.
+//! Rohmer, Sitek and Gullberg 2006 (hal-03929238), section 3.2. TR-BDF2: Bank et al., IEEE Trans. CAD 4 (1985) 436-451; Hosea and Shampine,
+//! Appl. Numer. Math. 20 (1996) 21-37. Hairer and Wanner, Solving Ordinary Differential Equations II, 1996, IV.12 and VII.
 
 mod body;
 mod constraint;

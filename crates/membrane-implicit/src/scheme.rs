@@ -38,13 +38,11 @@ pub enum Scheme {
     /// oscillations. Preserves equilibria.
     ImplicitSplitting2,
     /// Explicit, order 2, by splitting into kicks of the force and drifts with exact damping (Stormer, Verlet): one force per step. Stable
-    /// up to
-    /// [`Body::largest_explicit_step`](crate::Body::largest_explicit_step).
+    /// up to [`Body::largest_explicit_step`](crate::Body::largest_explicit_step).
     Splitting2,
     /// Explicit, order 6, by splitting into kicks of the force and drifts with exact damping (SRKN_11^b of Blanes and Moan, J. Comput.
-    /// Appl. Math. 142 (2002) 313-330): eleven forces per step, the fastest scheme for small errors of resolved waves.
-    /// Stable up to 1.57 times [`Body::largest_explicit_step`](crate::Body::largest_explicit_step),
-    /// fixed steps only.
+    /// Appl. Math. 142 (2002) 313-330): eleven forces per step, the fastest scheme for small errors of resolved waves. Stable up to 1.57
+    /// times [`Body::largest_explicit_step`](crate::Body::largest_explicit_step), fixed steps only.
     Splitting6,
 }
 

@@ -203,8 +203,7 @@ impl BandedFactorisation<'_> {
 
     /// Overwrites `b` with A^-1 `b` for this matrix A. Cost O(n (2 lower + upper)).
     ///
-    /// The length of `b` is not n.
-    /// `b` is not n long.
+    /// The length of `b` is not n. `b` is not n long.
     pub fn solve_into(&self, b: &mut [f64]) {
         let lu = self.0;
         assert_eq!(b.len(), lu.n, "right-hand side");

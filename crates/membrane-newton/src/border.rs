@@ -9,9 +9,8 @@ use crate::error::{NewtonError, Result, length};
 /// [ g' d ] [y] = [q]
 /// ```
 ///
-/// by block elimination from a factorisation of A: y = (q - g' A^-1 r) / (d - g' A^-1 b).
-/// A rank-one term is a border too: (A + b g') x = r is the case d = -1, q = 0
-/// (Sherman and Morrison 1950). Cost: one solve with A for b, then O(n) per right-hand side.
+/// by block elimination from a factorisation of A: y = (q - g' A^-1 r) / (d - g' A^-1 b). A rank-one term is a border too: (A + b g') x = r
+/// is the case d = -1, q = 0 (Sherman and Morrison 1950). Cost: one solve with A for b, then O(n) per right-hand side.
 ///
 /// ```
 /// use membrane_newton::{BandMatrix, BandedLu, Border};

@@ -78,8 +78,7 @@ pub enum NewtonError {
         "not resolved: the last coefficients are {tail:e} of the length, tolerance {tolerance:e}"
     )]
     Unresolved {
-        /// Twice the degree times the last two coefficients, over the length of the curve; the largest of any
-        /// element.
+        /// Twice the degree times the last two coefficients, over the length of the curve; the largest of any element.
         tail: f64,
         /// The requested tolerance.
         tolerance: f64,

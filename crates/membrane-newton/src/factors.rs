@@ -122,9 +122,8 @@ impl Factors {
     }
 }
 
-/// Eliminates the first `inner` columns of the `size` by `size` matrix, pivoting among its
-/// first `inner` rows; L, U and the Schur complement overwrite it. Returns the sign of the
-/// product of the pivots, row swaps counted.
+/// Eliminates the first `inner` columns of the `size` by `size` matrix, pivoting among its first `inner` rows; L, U and the Schur
+/// complement overwrite it. Returns the sign of the product of the pivots, row swaps counted.
 fn eliminate(a: &mut [f64], size: usize, inner: usize, pivots: &mut [u32]) -> Result<f64> {
     let mut sign = 1.0;
     for k in 0..inner {

@@ -123,7 +123,7 @@ fn explicit_schemes_are_stable_as_far_as_documented() {
             let dt = share * limit * body.largest_explicit_step();
             let motion = Motion::new(body, Load::intensity(|_| 0.0), scheme).unwrap();
             let points = motion.state().points.to_vec();
-            let alternating = |n: usize| [if n % 2 == 0 { 1e-6 } else { -1e-6 }, 0.0];
+            let alternating = |n: usize| [if n.is_multiple_of(2) { 1e-6 } else { -1e-6 }, 0.0];
             let velocities: Vec<[f64; 2]> = (0..41).map(alternating).collect();
             let mut motion = motion.with_state(0.0, &points, &velocities).unwrap();
             let before = motion.energy().initial;
