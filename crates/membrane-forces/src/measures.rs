@@ -163,8 +163,8 @@ impl Measure {
         let Some(last) = nodes.len().checked_sub(1) else {
             return;
         };
-        for n in 1..=last {
-            visit(self.segment(nodes[n - 1], nodes[n]), n - 1, n);
+        for (n, pair) in nodes.windows(2).enumerate() {
+            visit(self.segment(pair[0], pair[1]), n, n + 1);
         }
         let foot = |n: usize| [nodes[n][0], 0.0];
         if half && nodes[last][1] != 0.0 {
@@ -182,6 +182,14 @@ impl Measure {
             }
             (Self::Area, false) if last > 0 => visit(self.segment(nodes[last], nodes[0]), last, 0),
             _ => (),
+        }
+    }
+
+    /// Whether the integrand has a kink where the curve crosses the axis.
+    pub(crate) fn has_kink(self) -> bool {
+        match self {
+            Self::Length | Self::Area => false,
+            Self::Surface | Self::Volume => true,
         }
     }
 

@@ -247,7 +247,8 @@ impl RubberEnergy {
         Ok(volume)
     }
 
-    /// `out` = the block of element `e`. `columns` is a buffer of 12 numbers per node. Cost O(degree^3).
+    /// `out` = the block of element `e`. Not inlined: the compiler knows that slices of parameters do not overlap. `columns` is a buffer of 12 numbers per node. Cost O(degree^3).
+    #[inline(never)]
     fn block_into(
         &self,
         e: usize,

@@ -186,19 +186,19 @@ impl DiscreteMembrane for SpectralElements {
     /// points per element. Cost O(elements p^2).
     fn measure(&self, measure: Measure, nodes: &[f64]) -> Result<f64> {
         self.setting.check_state(nodes)?;
-        let [value] = self.integrate([measure], nodes, None);
+        let [value] = self.integrate([measure], nodes);
         Ok(value)
     }
 
     fn measures(&self, nodes: &[f64]) -> Result<Measures> {
         self.setting.check_state(nodes)?;
-        Ok(self.integrate(Measure::ALL, nodes, None).into())
+        Ok(self.integrate(Measure::ALL, nodes).into())
     }
 
     fn measure_gradient_into(&self, measure: Measure, nodes: &[f64], out: &mut [f64]) {
         self.setting.assert_lengths([nodes.len(), out.len()]);
         out.fill(0.0);
-        self.integrate([measure], nodes, Some(out));
+        self.add_gradient(measure, nodes, out);
     }
 
     fn positions(&self) -> Vec<f64> {

@@ -25,51 +25,56 @@ impl Sample<'_> {
         }
         (c, d)
     }
-
-    /// Adds to `out` the derivatives by the nodes of a number with these derivatives by position and derivative.
-    #[inline]
-    fn add(&self, [by_c, by_d]: [[f64; 2]; 2], out: &mut [[f64; 2]]) {
-        for (j, out) in out.iter_mut().enumerate() {
-            for k in 0..2 {
-                out[k] += self.weight * (by_c[k] * self.value[j] + by_d[k] * self.derivative[j]);
-            }
-        }
-    }
 }
 
 impl SpectralElements {
-    /// Computes `measures` of the whole curve, defined as by [`Measure`], for the polynomials; their gradients are added to `gradient`.
+    /// Computes `measures` of the whole curve, defined as by [`Measure`], for the polynomials.
     pub(crate) fn integrate<const N: usize>(
         &self,
         measures: [Measure; N],
         nodes: &[f64],
-        mut gradient: Option<&mut [f64]>,
     ) -> [f64; N] {
-        let kinked = |measure: &Measure| matches!(measure, Measure::Surface | Measure::Volume);
-        let kinked = measures.iter().any(kinked);
+        let kinked = measures.iter().any(|measure| measure.has_kink());
         let mut sums = [0.0; N];
         for e in 0..self.n_elements() {
-            let window = self.reference.window(e);
-            let local = nodes[window.clone()].as_chunks::<2>().0;
-            let out = gradient.as_deref_mut();
-            let mut out = out.map(|g| g[window].as_chunks_mut::<2>().0);
+            let local = nodes[self.reference.window(e)].as_chunks::<2>().0;
             self.each_sample(local, kinked, |sample| {
                 let (c, d) = sample.at(local);
                 for (sum, measure) in sums.iter_mut().zip(measures) {
-                    let (value, by_c, by_d) = measure.integrand(c, d);
-                    *sum += sample.weight * value;
-                    if let Some(out) = &mut out {
-                        sample.add([by_c, by_d], out);
+                    *sum += sample.weight * measure.integrand(c, d).0;
+                }
+            });
+        }
+        if let Some(k) = measures.iter().position(|&of| of == Measure::Area) {
+            sums[k] += self.close_area(nodes, None);
+        }
+        sums
+    }
+
+    /// Adds the gradient of one measure to `out`.
+    pub(crate) fn add_gradient(&self, measure: Measure, nodes: &[f64], out: &mut [f64]) {
+        for e in 0..self.n_elements() {
+            let window = self.reference.window(e);
+            let local = nodes[window.clone()].as_chunks::<2>().0;
+            let out = out[window].as_chunks_mut::<2>().0;
+            self.each_sample(local, measure.has_kink(), |sample| {
+                let (c, d) = sample.at(local);
+                let (_, by_c, by_d) = measure.integrand(c, d);
+                let Sample {
+                    weight,
+                    value,
+                    derivative,
+                } = sample;
+                for ((out, value), derivative) in out.iter_mut().zip(value).zip(derivative) {
+                    for k in 0..2 {
+                        out[k] += weight * (by_c[k] * value + by_d[k] * derivative);
                     }
                 }
             });
         }
-        for (sum, measure) in sums.iter_mut().zip(measures) {
-            if measure == Measure::Area {
-                *sum += self.close_area(nodes, gradient.as_deref_mut());
-            }
+        if measure == Measure::Area {
+            self.close_area(nodes, Some(out));
         }
-        sums
     }
 
     /// Calls `add` for each quadrature point of the element with nodes `local`; its mirror image counts in the weight. |y| has a kink where

@@ -197,26 +197,29 @@ impl Elastic for NodeSprings {
         let scale = 1.0 / (self.ds * self.ds);
         for n in self.nodes.moving() {
             let (x, y) = (2 * n, 2 * n + 1);
-            let mut spring = |(m, stiffness): (usize, f64)| {
-                let (at, sign) = self.nodes.place(m);
-                band.add_inside(x, 2 * at, scale * stiffness);
-                band.add_inside(x, x, -scale * stiffness);
-                band.add_inside(y, 2 * at + 1, sign * scale * stiffness);
-                band.add_inside(y, y, -scale * stiffness);
-            };
-            spring((n + 1, self.first[n]));
-            spring((n - 1, self.first[n - 1]));
-            if !self.second.is_empty() {
-                self.second_springs(n).into_iter().for_each(spring);
-            }
+            let (right, left) = (scale * self.first[n], scale * self.first[n - 1]);
             let (d, factor) = self.normal(nodes, n)?;
+            let [[xx, xy], [yx, yy]] = self.law.derivative(intensity, d, factor);
             let (next, sign) = self.nodes.place(n + 1);
-            let by = self.law.derivative(intensity, d, factor);
-            for (row, [by_x, by_y]) in [x, y].into_iter().zip(by) {
-                band.add_inside(row, 2 * next, by_x);
-                band.add_inside(row, 2 * next + 1, sign * by_y);
-                band.add_inside(row, 2 * n - 2, -by_x);
-                band.add_inside(row, 2 * n - 1, -by_y);
+            band.add_inside(x, x, -right - left);
+            band.add_inside(x, 2 * next, right + xx);
+            band.add_inside(x, 2 * next + 1, sign * xy);
+            band.add_inside(x, x - 2, left - xx);
+            band.add_inside(x, y - 2, -xy);
+            band.add_inside(y, y, -right - left);
+            band.add_inside(y, 2 * next, yx);
+            band.add_inside(y, 2 * next + 1, sign * (right + yy));
+            band.add_inside(y, x - 2, -yx);
+            band.add_inside(y, y - 2, left - yy);
+            if self.second.is_empty() {
+                continue;
+            }
+            for (m, stiffness) in self.second_springs(n) {
+                let (at, sign) = self.nodes.place(m);
+                band.add_inside(x, x, -scale * stiffness);
+                band.add_inside(x, 2 * at, scale * stiffness);
+                band.add_inside(y, y, -scale * stiffness);
+                band.add_inside(y, 2 * at + 1, sign * scale * stiffness);
             }
         }
         Ok(())

@@ -239,24 +239,21 @@ impl Body {
     /// `out` = (m + h mu) - h^2 d(F_e + F_p)/dc at fixed intensity.
     pub(crate) fn stage_matrix_into(
         &self,
-        time: f64,
-        (nodes, intensity): (&[f64], f64),
+        nodes: &[f64],
+        intensity: f64,
         h: f64,
         out: &mut Tangent,
-    ) -> Result<()> {
-        let at = |error| ImplicitError::Membrane { time, error };
-        let (d, square) = (&self.discrete, -h * h);
-        d.tangent_into(nodes, intensity, out).map_err(at)?;
+    ) -> Result<(), MembraneError> {
+        let square = -h * h;
+        self.discrete.tangent_into(nodes, intensity, out)?;
         out.band.scale(square);
         // one in the rows of fixed numbers
-        for &held in d.fixed() {
-            out.band.add(held, held, 1.0 - square).map_err(at)?;
+        for &held in self.discrete.fixed() {
+            out.band.add(held, held, 1.0 - square)?;
         }
         let diagonal = self.inertia(h);
-        for (i, volume) in self.volumes.iter().enumerate() {
-            out.band.add(i, i, diagonal * volume).map_err(at)?;
-        }
-        Ok(())
+        let mut volumes = self.volumes.iter().enumerate();
+        volumes.try_for_each(|(i, volume)| out.band.add(i, i, diagonal * volume))
     }
 }
 

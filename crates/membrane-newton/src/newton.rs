@@ -240,7 +240,7 @@ fn iterate<B>(
         }
         let taken = match options.line_search {
             _ if !full.is_finite() => Err(scratch.not_converged()),
-            LineSearch::FullStep => scratch.full_step(system, x, full),
+            LineSearch::FullStep => scratch.full_step(system, x, full, options.step_tolerance),
             LineSearch::Natural { max_halvings } => {
                 scratch.natural_step(system, x, full, max_halvings)
             }
@@ -327,27 +327,31 @@ impl NewtonScratch {
         }
     }
 
-    /// Applies the whole of `step`, whose size is `full`. Returns its contraction: its size over that of the previous step.
+    /// Applies the whole of `step`, whose size is `full`, and evaluates the residual unless the error is within `tolerance`. Returns its
+    /// contraction: its size over that of the previous step.
     fn full_step(
         &mut self,
         system: &mut (impl ResidualSystem + ?Sized),
         x: &mut [f64],
         full: f64,
+        tolerance: f64,
     ) -> Result<f64> {
         let contraction = full / self.report.step;
-        subtract(x, 1.0, &self.step, &mut self.trial);
-        x.copy_from_slice(&self.trial);
-        system.residual_into(x, &mut self.residual)?;
-        self.report.residual_calls += 1;
-        let left = left_after(full, contraction) * contraction;
         // the first step has no predecessor to compare with
-        let left = if self.report.iterations == 0 {
-            f64::INFINITY
-        } else {
-            left
-        };
-        self.report
-            .stepped(full, system.residual_norm(&self.residual), left);
+        if self.report.iterations > 0 {
+            self.left = left_after(full, contraction) * contraction;
+            self.rounding = full <= ROUNDING && contraction > 0.25;
+        }
+        x.iter_mut()
+            .zip(&self.step)
+            .for_each(|(x, step)| *x -= step);
+        if self.left > tolerance && !self.rounding {
+            system.residual_into(x, &mut self.residual)?;
+            self.report.residual_calls += 1;
+            self.report.residual = system.residual_norm(&self.residual);
+        }
+        let residual = self.report.residual;
+        self.report.stepped(full, residual, self.left);
         Ok(contraction)
     }
 

@@ -12,7 +12,8 @@ pub struct NewtonReport {
     pub residual_calls: usize,
     /// Continuation steps tried, 0 if Newton needed none.
     pub load_steps: usize,
-    /// Scaled residual at the result.
+    /// Scaled residual at the result; before the last step if [`LineSearch::FullStep`](crate::LineSearch::FullStep) ended by the estimated
+    /// error.
     pub residual: f64,
     /// Scaled size of the last step, infinite if none was computed.
     pub step: f64,

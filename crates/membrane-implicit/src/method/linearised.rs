@@ -49,6 +49,7 @@ impl Linearised {
         };
         let eq = Equation {
             body,
+            from: start,
             constraint,
             time,
             end,
@@ -58,18 +59,10 @@ impl Linearised {
             secant: None,
         };
         new.time = end;
-        new.nodes.copy_from_slice(&now.nodes);
         new.velocity.fill(0.0);
         let intensity = constraint.intensity(body, end, start, now.intensity)?;
         new.intensity = intensity;
-        let rest = (&*now.nodes, &*new.velocity);
-        stage.linearise(&eq, &now.nodes, rest, intensity, work)?;
-        stage.iterate(
-            &eq,
-            start,
-            (&mut new.nodes, &mut new.velocity, &mut new.intensity),
-            work,
-        )?;
+        stage.iterate(&eq, new, work)?;
         // The force at the start's normals, plus the linearised change.
         body.pressure_into(time, &now.nodes, intensity, &mut new.pressure)?;
         work.force_calls += 1;

@@ -50,6 +50,7 @@ impl Midpoint {
         };
         let eq = Equation {
             body,
+            from: (&now.nodes, &now.velocity),
             constraint,
             time,
             end: time + h,
@@ -61,8 +62,7 @@ impl Midpoint {
         predict(new, now, &now.nodes, (h, h), body.length);
         let middle = (&*new.nodes, &*new.velocity);
         new.intensity = constraint.intensity(body, eq.end, middle, now.intensity)?;
-        self.stage
-            .solve(&eq, (&now.nodes, &now.velocity), (now, new), work)?;
+        self.stage.solve(&eq, now, new, work)?;
         let (intensity, speed) = (new.intensity, body.square(&new.velocity));
         let push = match secant {
             Some(_) => 0.0,

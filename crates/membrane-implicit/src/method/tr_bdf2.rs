@@ -60,6 +60,7 @@ impl TrBdf2 {
             new.intensity = constraint.intensity(body, new.time, state, held)?;
             let eq = Equation {
                 body,
+                from: (positions, velocities),
                 constraint,
                 time,
                 end: new.time,
@@ -68,7 +69,7 @@ impl TrBdf2 {
                 reach: h,
                 secant: None,
             };
-            stage.solve(&eq, (positions, velocities), (now, new), work)?;
+            stage.solve(&eq, now, new, work)?;
             body.pressure_into(time, &new.nodes, new.intensity, &mut new.pressure)?;
             work.force_calls += 1;
             slope(&new.velocity, velocities, h, &mut new.acceleration);
