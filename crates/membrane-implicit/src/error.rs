@@ -20,14 +20,14 @@ pub enum ImplicitError {
         #[source]
         error: MembraneError,
     },
-    /// A linear system of a step could not be factored.
+    /// The equations of a step were not solved.
     #[error("no step from t = {time:?} with dt = {dt:?}")]
-    Linear {
+    Step {
         /// Time at the start of the step.
         time: f64,
         /// Time step.
         dt: f64,
-        /// Error of the factorisation.
+        /// Error of the solve.
         #[source]
         error: NewtonError,
     },
@@ -104,20 +104,6 @@ pub enum ImplicitError {
     /// The state of a pair consists of two membranes; one of them cannot be set.
     #[error("the state of a pair cannot be set from that of one membrane")]
     StateOfPair,
-    /// The equations of a step were not solved.
-    #[error(
-        "step from t = {time:?} with dt = {dt:?}: last change {change:e} cm after {iterations} iterations"
-    )]
-    StepNotSolved {
-        /// Time at the start of the step.
-        time: f64,
-        /// Time step.
-        dt: f64,
-        /// Iterations made.
-        iterations: usize,
-        /// Last change of position, cm.
-        change: f64,
-    },
     /// The motion diverges: the scheme is unstable at this step, or the load has no equilibrium. The state is that before the step.
     #[error(
         "step {step}, from t = {time:?} with dt = {dt:?}, is unstable: the {what} of node {node} is {value:e}"

@@ -27,19 +27,14 @@ pub(crate) struct Step<'a> {
     pub(crate) work: &'a mut Work,
 }
 
+/// Start and end of a step.
+type Ends<'a> = (&'a Kinematics, &'a mut Kinematics);
+
 impl<'a> Step<'a> {
     /// Body, start and end of the step, its length, counters, for schemes without intermediate stages.
-    pub(crate) fn ends(
-        self,
-    ) -> (
-        &'a Body,
-        &'a Kinematics,
-        &'a mut Kinematics,
-        f64,
-        &'a mut Work,
-    ) {
+    pub(crate) fn ends(self) -> (&'a Body, Ends<'a>, f64, &'a mut Work) {
         let (now, new) = self.stages.split_at_mut(1);
-        (self.body, &now[0], &mut new[0], self.dt, self.work)
+        (self.body, (&now[0], &mut new[0]), self.dt, self.work)
     }
 }
 

@@ -276,11 +276,12 @@ impl Motion {
 
     /// Returns the energy balance since the start of the motion, the sum of both membranes for a pair. Cost O(N).
     pub fn energy(&self) -> Energy {
-        let mut energy = self.inner.energy();
-        if let Some(outer) = &self.outer {
-            energy = energy.plus(&outer.energy());
-        }
-        energy.initial = self.initial;
+        let mut energy = Energy {
+            initial: self.initial,
+            ..Energy::default()
+        };
+        self.movers()
+            .for_each(|mover| mover.add_energy(&mut energy));
         energy
     }
 
@@ -289,12 +290,11 @@ impl Motion {
     /// # Errors
     /// The neighbours of a node coincide.
     pub fn norms(&mut self) -> Result<(f64, f64)> {
-        let (mut force, mut speed) = self.inner.norms()?;
-        if let Some(outer) = &mut self.outer {
-            let (f, s) = outer.norms()?;
-            (force, speed) = (force.max(f), speed.max(s));
-        }
-        Ok((force, speed))
+        self.movers_mut()
+            .try_fold((0.0, 0.0), |(force, speed), mover| {
+                let (f, v) = mover.norms()?;
+                Ok((f.max(force), v.max(speed)))
+            })
     }
 
     /// Makes one step of length `dt`.
@@ -346,6 +346,10 @@ impl Motion {
             Some(outer) => outer.at_into(time, points, velocities),
             None => Ok(()),
         }
+    }
+
+    fn movers(&self) -> impl Iterator<Item = &Mover> {
+        std::iter::once(&self.inner).chain(&self.outer)
     }
 
     fn movers_mut(&mut self) -> impl Iterator<Item = &mut Mover> {

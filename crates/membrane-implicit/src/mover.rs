@@ -384,17 +384,15 @@ impl Mover {
         self.work.steps += 1;
     }
 
-    /// Returns the current energy and the account; the caller sets `initial`.
-    pub(crate) fn energy(&self) -> Energy {
+    /// Adds the current energy and the account.
+    pub(crate) fn add_energy(&self, energy: &mut Energy) {
         let (now, body) = (self.now(), &self.body);
-        Energy {
-            kinetic: 0.5 * body.mass * body.square(&now.velocity),
-            elastic: (body.discrete.elastic_energy(&now.nodes)).unwrap_or(f64::NAN),
-            initial: 0.0,
-            pressure_work: self.ledger.work,
-            damping_loss: self.ledger.damping,
-            numerical_loss: self.ledger.numerical,
-        }
+        let elastic = body.discrete.elastic_energy(&now.nodes);
+        energy.kinetic += 0.5 * body.mass * body.square(&now.velocity);
+        energy.elastic += elastic.unwrap_or(f64::NAN);
+        energy.pressure_work += self.ledger.work;
+        energy.damping_loss += self.ledger.damping;
+        energy.numerical_loss += self.ledger.numerical;
     }
 
     /// Returns a first step over which the acceleration moves a node by about the tolerance.

@@ -32,7 +32,7 @@ impl Linearised {
 
     /// Solves linearly about the start; returns the account of the step.
     pub(crate) fn step(&mut self, step: Step<'_>, prescribed: Constraint<'_>) -> Result<Ledger> {
-        let (body, now, new, dt, work) = step.ends();
+        let (body, (now, new), dt, work) = step.ends();
         let stage = &mut self.stage;
         let (time, end) = (now.time, now.time + dt);
         let start = (&*now.nodes, &*now.velocity);

@@ -34,7 +34,7 @@ impl Midpoint {
         step: Step<'_>,
         constraints: &[Constraint<'_>],
     ) -> Result<Ledger> {
-        let (body, now, new, dt, work) = step.ends();
+        let (body, (now, new), dt, work) = step.ends();
         let (&constraint, &last) = constraints
             .first()
             .zip(constraints.last())

@@ -18,7 +18,7 @@ pub(crate) fn kick_and_drift(
     (kicks, drifts): (&[f64], &[f64]),
     constraints: &[Constraint<'_>],
 ) -> Result<Ledger> {
-    let (body, now, new, dt, work) = step.ends();
+    let (body, (now, new), dt, work) = step.ends();
     let d = &body.discrete;
     let (m, mu, ds) = (body.mass, body.friction(), d.ds());
     let mut account = Ledger::default();
@@ -119,11 +119,11 @@ impl ImplicitSplitting {
         step: Step<'_>,
         constraint: Constraint<'_>,
     ) -> Result<Ledger> {
-        let (body, now, new, dt, work) = step.ends();
+        let (body, (now, new), dt, work) = step.ends();
         let d = &body.discrete;
         let (m, mu, ds, h) = (body.mass, body.friction(), d.ds(), 0.5 * dt);
         let (time, diagonal, kick) = (now.time, body.inertia(h), h / m);
-        let linear = |error| ImplicitError::Linear { time, dt, error };
+        let linear = |error| ImplicitError::Step { time, dt, error };
         if self.factored != h {
             self.factored = f64::NAN;
             let entry = |i: usize, j: usize| {

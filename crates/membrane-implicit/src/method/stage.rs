@@ -1,5 +1,7 @@
 //! An implicit stage: the velocity w that balances momentum, and the intensity.
 
+use std::error::Error;
+
 use membrane_newton::membrane_forces::Tangent;
 use membrane_newton::{
     BandMatrix, BandedLu, Border, DiscreteMembrane, LineSearch, Measure, NewtonError,
@@ -79,28 +81,14 @@ impl Equation<'_> {
     /// Converts the error of a solve.
     fn error(&self, error: NewtonError) -> ImplicitError {
         let Self { time, dt, .. } = *self;
-        match &error {
-            NewtonError::Membrane(error) => ImplicitError::Membrane {
-                time,
-                error: *error,
-            },
-            NewtonError::NotConverged { report, .. } => ImplicitError::StepNotSolved {
-                time,
-                dt,
-                iterations: report.iterations,
-                change: report.step * self.unit(0.0),
-            },
-            NewtonError::User(of_load) => {
-                let source = std::error::Error::source(of_load);
-                let of_load = source.and_then(|source| source.downcast_ref::<ImplicitError>());
-                let linear = ImplicitError::Linear {
-                    time,
-                    dt,
-                    error: error.clone(),
-                };
-                of_load.cloned().unwrap_or(linear)
+        match error {
+            NewtonError::Membrane(error) => ImplicitError::Membrane { time, error },
+            error => {
+                // that of the load, as it was
+                let of_load = error.source().and_then(|error| error.downcast_ref());
+                let of_load = of_load.cloned();
+                of_load.unwrap_or(ImplicitError::Step { time, dt, error })
             }
-            _ => ImplicitError::Linear { time, dt, error },
         }
     }
 

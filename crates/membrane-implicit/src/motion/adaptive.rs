@@ -72,10 +72,9 @@ impl Motion {
             let error = match attempted.and_then(|()| self.local_error(cut, bounds)) {
                 Ok(error) => error,
                 Err(
-                    ImplicitError::StepNotSolved { .. }
-                    | ImplicitError::Unstable { .. }
+                    ImplicitError::Unstable { .. }
                     | ImplicitError::Membrane { .. }
-                    | ImplicitError::Linear { .. },
+                    | ImplicitError::Step { .. },
                 ) => f64::INFINITY,
                 Err(error) => return Err(error),
             };

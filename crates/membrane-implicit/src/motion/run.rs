@@ -56,31 +56,14 @@ impl Motion {
     /// # Errors
     /// As [`Motion::step`]; no stop given.
     pub fn run(&mut self, steps: TimeStep, stops: &[Stop]) -> Result<usize> {
-        self.run_with(steps, stops, |_| ())
-    }
-
-    /// Runs as [`Motion::run`] and calls `observe` after every step. There, [`Motion::at_into`] gives the shape at any time within the
-    /// step.
-    ///
-    /// # Errors
-    /// As [`Motion::run`].
-    pub fn run_with(
-        &mut self,
-        steps: TimeStep,
-        stops: &[Stop],
-        mut observe: impl FnMut(&Self),
-    ) -> Result<usize> {
-        let on = |motion: &Self| {
-            observe(motion);
-            ControlFlow::<Infallible>::Continue(())
-        };
-        match self.run_observed(steps, stops, on)? {
+        match self.run_observed(steps, stops, |_| ControlFlow::<Infallible>::Continue(()))? {
             ControlFlow::Continue(index) => Ok(index),
             ControlFlow::Break(never) => match never {},
         }
     }
 
-    /// Runs as [`Motion::run_with`]. If `observe` breaks, its value ends the run and is returned.
+    /// Runs as [`Motion::run`] and calls `observe` after every step, where [`Motion::at_into`] gives the shape at any time within the step.
+    /// If `observe` breaks, its value ends the run and is returned.
     ///
     /// ```
     /// use std::ops::ControlFlow;

@@ -2,7 +2,7 @@
 
 use crate::common;
 
-use common::{apex, inflate, reference_body};
+use common::{RunWith, apex, inflate, reference_body};
 use membrane_implicit::DiscreteMembrane;
 use membrane_implicit::{ImplicitError, Load, Measure, Motion, Scheme, Stop, TimeStep, Tolerance};
 

@@ -4,7 +4,7 @@ use crate::common;
 
 use std::ops::ControlFlow;
 
-use common::{balloon, reference_body, runge_kutta};
+use common::{RunWith, balloon, reference_body, runge_kutta};
 use membrane_implicit::DiscreteMembrane;
 use membrane_implicit::membrane_newton::membrane_forces::FiniteDifferences;
 use membrane_implicit::membrane_newton::{Control, Discretisation, NewtonOptions, Solver};

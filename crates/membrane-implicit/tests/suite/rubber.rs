@@ -2,7 +2,7 @@
 
 use crate::common;
 
-use common::{apart, runge_kutta};
+use common::{RunWith, apart, runge_kutta};
 use membrane_implicit::{
     Body, ImplicitError, Load, LoadState, Membrane, Motion, ReferenceShape, Scheme, Stop, TimeStep,
     Tolerance,

@@ -7,7 +7,7 @@ use crate::common;
 
 use std::error::Error;
 
-use common::balloon;
+use common::{RunWith, balloon};
 use membrane_implicit::membrane_newton::NewtonError;
 use membrane_implicit::{
     Body, ImplicitError, Load, Membrane, MembraneError, Motion, PressureLaw, ReferenceShape,
@@ -251,7 +251,7 @@ fn causes_are_reachable_and_said_once() {
     let (row, pivot) = (3, 0.0);
     let singular = NewtonError::Singular { row, pivot };
     let (time, dt, error) = (0.5, 0.1, singular.clone());
-    let stuck = ImplicitError::Linear { time, dt, error };
+    let stuck = ImplicitError::Step { time, dt, error };
     let source = stuck.source().and_then(|source| source.downcast_ref());
     assert_eq!(source, Some(&singular));
     assert!(!stuck.to_string().contains("singular"));
