@@ -68,6 +68,7 @@ impl Ledger {
 /// damping and dt^2/2 sum (b_i a_ij + b_j a_ji - b_i b_j) (m a_i.a_j - v_i.K v_j) to its own error: never negative for an algebraically
 /// stable scheme, zero for the midpoint rule (Hairer and Wanner 1996, IV.12).
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct Energy {
     /// Kinetic energy, m/2 times the integral of |v|^2 over s.
@@ -86,6 +87,7 @@ pub struct Energy {
 
 impl Energy {
     /// The rounding error of the balance, kinetic + elastic + losses - initial - work.
+    #[must_use]
     pub fn imbalance(&self) -> f64 {
         self.kinetic + self.elastic + self.damping_loss + self.numerical_loss
             - self.initial

@@ -14,6 +14,8 @@ use crate::scheme::{Jacobian, Scheme};
 
 /// Options of [`evolve`]; the defaults are those of the paper where it specifies them.
 #[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(default, deny_unknown_fields))]
 #[non_exhaustive]
 pub struct EvolvingOptions {
     /// Time step. From about 2 (mass 1, stiffness 1) the norm of the forces falls at every step; below about 0.5 it oscillates like a wave.

@@ -12,6 +12,7 @@
 //! has it, f the force intensity, S the lateral surface (cm^2), V the enclosed volume (cm^3), m the mass and mu the damping per unit s.
 //!
 //! # Conventions
+//! The feature `serde` gives options, energies and counters a form in files.
 //! Centimetres and seconds. Nodes run from s = 0 at (0, +R) over the apex to s = 1 at (0, -R); x
 //! is the axis. Norms over s are (integral of |.|^2 ds)^(1/2), so they do not grow with N.
 //!

@@ -3,7 +3,8 @@
 mod adaptive;
 mod run;
 
-use membrane_newton::Measure;
+use membrane_newton::membrane_forces::Material;
+use membrane_newton::{DiscreteMembrane, Measure, MembraneError, Stiffness};
 
 use crate::body::{Body, FARTHEST, LoadState};
 use crate::constraint::Constraint;
@@ -157,6 +158,45 @@ impl Motion {
         Ok(())
     }
 
+    /// Replaces the stiffness of the springs of the (inner) membrane from the current time; state, load and counters are kept. Called before
+    /// every step it makes the stiffness a function of time; that of the middle of the step keeps the second order of a scheme. The energy
+    /// that the change adds to the elastic energy of the shape is added to [`Energy::initial`].
+    ///
+    /// ```
+    /// # use membrane_implicit::{Body, Load, Membrane, Motion, ReferenceShape, Scheme, Stiffness};
+    /// # let body = Body::springs(&Membrane::new(ReferenceShape::balloon(8.5, 1.75)?), 51)?.with_damping(1.0)?;
+    /// let mut motion = Motion::new(body, Load::intensity(|_| 17.5), Scheme::Midpoint)?;
+    /// for _ in 0..100 {
+    ///     let middle = motion.time() + 0.005;
+    ///     motion.set_stiffness(Stiffness::constant(1.5 - 0.5 * (6.8 * middle).cos())?)?;
+    ///     motion.step(0.01)?;
+    /// }
+    /// assert!(motion.energy().imbalance().abs() < 1e-9 * motion.energy().pressure_work);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    ///
+    /// # Errors
+    /// [`MembraneError::OtherMaterial`] for rubber; a stiffness that is not positive at a spring. The motion is then unchanged.
+    pub fn set_stiffness(&mut self, stiffness: Stiffness) -> Result<()> {
+        let body = &self.inner.body;
+        let membrane = body.discrete.setting().membrane();
+        if let Material::Rubber(_) = membrane.material() {
+            let (time, what) = (self.time(), "stiffness");
+            let error = MembraneError::OtherMaterial { what };
+            return Err(ImplicitError::Membrane { time, error });
+        }
+        let membrane = membrane.clone().with_stiffness(stiffness);
+        let body = Body::springs(&membrane, body.n_nodes())?
+            .with_mass(body.mass())?
+            .with_damping(body.damping())?;
+        let mut next = self.clone();
+        next.inner.set_body(body);
+        next.initial += next.energy().elastic - self.energy().elastic;
+        next.begin()?;
+        *self = next;
+        Ok(())
+    }
+
     /// Sets time, shape and velocity of a single membrane. The end nodes stay fixed.
     ///
     /// # Errors
@@ -241,11 +281,13 @@ impl Motion {
     }
 
     /// Returns the state of the membrane, or of the inner one of a pair.
+    #[must_use]
     pub fn state(&self) -> State<'_> {
         view(&self.inner.body, self.inner.now())
     }
 
     /// Returns the state of the outer membrane of a pair.
+    #[must_use]
     pub fn outer(&self) -> Option<State<'_>> {
         self.outer
             .as_ref()
@@ -253,17 +295,20 @@ impl Motion {
     }
 
     /// Returns the (inner) body.
+    #[must_use]
     pub fn body(&self) -> &Body {
         &self.inner.body
     }
 
     /// Returns the relative error of the wall volume of a pair: the volume between the membranes over that at the start, minus one.
+    #[must_use]
     pub fn wall_volume_error(&self) -> Option<f64> {
         let wall = self.outer()?.volume() - self.state().volume();
         Some(wall / self.wall_volume - 1.0)
     }
 
     /// Returns the counters since the start of the motion, the sum of both membranes for a pair.
+    #[must_use]
     pub fn work(&self) -> Work {
         let mut work = self.inner.work;
         if let Some(Mover { work: outer, .. }) = &self.outer {
@@ -275,6 +320,7 @@ impl Motion {
     }
 
     /// Returns the energy balance since the start of the motion, the sum of both membranes for a pair. Cost O(N).
+    #[must_use]
     pub fn energy(&self) -> Energy {
         let mut energy = Energy {
             initial: self.initial,

@@ -87,6 +87,17 @@ impl Mover {
         self.forget();
     }
 
+    /// Replaces the body from the current time.
+    pub(crate) fn set_body(&mut self, body: Body) {
+        let jacobian = self.stage().map(|stage| stage.jacobian);
+        let mut next = Self::new(body, self.scheme, self.load);
+        next.stages.clone_from(&self.stages);
+        next.old.clone_from(&self.stages[0]);
+        (next.ledger, next.work) = (self.ledger, self.work);
+        *self = next;
+        jacobian.into_iter().for_each(|j| self.set_jacobian(j));
+    }
+
     pub(crate) fn set_jacobian(&mut self, jacobian: Jacobian) {
         if let Some(stage) = self.stage() {
             stage.jacobian = jacobian;

@@ -48,6 +48,7 @@ pub enum Scheme {
 
 /// The derivative of the pressure force in a linearised step.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub enum Jacobian {
     /// The exact derivative, with the rank-one part of a prescribed total force.

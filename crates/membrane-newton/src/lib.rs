@@ -19,6 +19,8 @@
 //! the sign of the start and the curve turns through at most a full circle, or it was reached in steps limited by the rates of change at
 //! their ends. (These conditions are necessary, not sufficient.) If membrane and ends are mirror images, so is the result.
 //!
+//! The feature `serde` gives options and reports a form in files.
+//!
 //! Limits: not a general nonlinear solver library, though [`newton`] takes any [`ResidualSystem`]; no time dependence.
 //!
 //! References: Rohmer, Sitek, Gullberg 2006 (hal-03929238); Deuflhard, Newton Methods for Nonlinear Problems, 2004,

@@ -159,35 +159,6 @@ pub fn newton_with(
 
 /// As [`newton_with`], with a callback `observe` for the report and x after each iteration, which may end the solve by a value.
 ///
-/// ```
-/// use std::ops::ControlFlow;
-/// use membrane_newton::{NewtonError, NewtonOptions, NewtonScratch, ResidualSystem, newton_observed};
-/// # struct SquareRoot(f64, f64);
-/// # impl ResidualSystem for SquareRoot {
-/// #     fn len(&self) -> usize { 1 }
-/// #     fn residual_into(&mut self, x: &[f64], out: &mut [f64]) -> Result<(), NewtonError> {
-/// #         out[0] = x[0] * x[0] - self.0;
-/// #         Ok(())
-/// #     }
-/// #     fn factor(&mut self, x: &[f64]) -> Result<(), NewtonError> { self.1 = 2.0 * x[0]; Ok(()) }
-/// #     fn solve_in_place(&mut self, rhs: &mut [f64]) -> Result<(), NewtonError> {
-/// #         rhs[0] /= self.1;
-/// #         Ok(())
-/// #     }
-/// #     fn residual_norm(&self, r: &[f64]) -> f64 { r[0].abs() / self.0 }
-/// #     fn step_norm(&self, step: &[f64]) -> f64 { step[0].abs() }
-/// # }
-/// let (mut x, mut scratch) = ([1.0], NewtonScratch::default());
-/// let mut system: Box<dyn ResidualSystem> = Box::new(SquareRoot(2.0, 0.0));
-/// let ended = newton_observed(&mut system, &mut x, &NewtonOptions::default(), &mut scratch, |report, x| {
-///     println!("{}: x = {}", report.iterations, x[0]);
-///     if report.residual < 1e-3 { ControlFlow::Break("good enough") } else { ControlFlow::Continue(()) }
-/// })?;
-/// assert_eq!(ended, ControlFlow::Break("good enough"));
-/// assert!((x[0] - 2.0f64.sqrt()).abs() < 1e-3 && scratch.report().iterations < 3);
-/// # Ok::<(), NewtonError>(())
-/// ```
-///
 /// # Errors
 /// As [`newton_with`].
 pub fn newton_observed<B>(

@@ -5,6 +5,8 @@ use crate::error::{BELOW_ZERO, Result};
 
 /// Options of Newton's iteration.
 #[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(default, deny_unknown_fields))]
 #[non_exhaustive]
 pub struct NewtonOptions {
     /// Tolerance on the scaled residual.
@@ -25,6 +27,7 @@ pub struct NewtonOptions {
 
 /// The rule for the length of a Newton step.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub enum LineSearch {
     /// Only full steps: the textbook iteration.
@@ -39,6 +42,7 @@ pub enum LineSearch {
 
 /// The rule for factoring the tangent.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub enum Refactor {
     /// For each step, at the current unknowns.

@@ -2,6 +2,7 @@
 
 /// The report of a solve.
 #[derive(Debug, Clone, PartialEq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct NewtonReport {
     /// Newton iterations: changes of the unknowns with a new factorisation.
@@ -29,6 +30,7 @@ pub struct NewtonReport {
 
 /// The test that ended a Newton iteration.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub enum StopReason {
     /// The scaled residual is within its tolerance.

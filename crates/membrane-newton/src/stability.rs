@@ -222,10 +222,8 @@ impl<'a> Pencil<'a> {
             for &held in self.discrete.fixed() {
                 x[held] = 0.0;
             }
+            // zero in the rows of fixed numbers
             self.mass.mul_into(&x, &mut momentum);
-            for &held in self.discrete.fixed() {
-                momentum[held] = 0.0;
-            }
             let scale = 1.0 / dot(&momentum, &x).sqrt();
             momentum.iter_mut().for_each(|m| *m *= scale);
             // (K - shift M) x = M x; the factored matrix has the opposite sign

@@ -28,6 +28,7 @@ impl Tolerance {
     }
 
     /// Uses the same number for positions and velocities, without a limit on the step.
+    #[must_use]
     pub fn uniform(tolerance: f64) -> Self {
         Self {
             position: tolerance,

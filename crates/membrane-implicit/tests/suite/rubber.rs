@@ -4,8 +4,8 @@ use crate::common;
 
 use common::{RunWith, apart, runge_kutta};
 use membrane_implicit::{
-    Body, ImplicitError, Load, LoadState, Membrane, Motion, ReferenceShape, Scheme, Stop, TimeStep,
-    Tolerance,
+    Body, ImplicitError, Load, LoadState, Membrane, Motion, ReferenceShape, Scheme, Stiffness,
+    Stop, TimeStep, Tolerance,
 };
 use membrane_newton::{
     Control, Discretisation, MembraneError, NewtonOptions, Rubber, Solver, StrainEnergy, Thickness,
@@ -262,5 +262,12 @@ fn loads_schemes_and_bodies_of_the_other_material_are_errors() {
     assert!(made(Load::volume(|_| 50.0), Scheme::Midpoint).is_err());
     assert!(made(Load::intensity(|_| f64::NAN), Scheme::Midpoint).is_err());
     let mut motion = motion(body(21), pressure());
+    assert!(matches!(
+        motion.set_stiffness(Stiffness::UNIT),
+        Err(ImplicitError::Membrane {
+            error: MembraneError::OtherMaterial { .. },
+            ..
+        })
+    ));
     assert!(motion.step(-1.0).is_err() && motion.step(f64::NAN).is_err());
 }
