@@ -82,7 +82,7 @@ impl FiniteDifferences {
         let mut rest = Vec::with_capacity(2 * n_nodes);
         for &s in &positions {
             for value in membrane.reference().at(s).position {
-                rest.push(finite("rest curve", value)?);
+                rest.push(finite("reference curve", value)?);
             }
         }
         let mut pairs = rest.as_chunks::<2>().0.windows(2);

@@ -96,7 +96,7 @@ pub enum MembraneError {
     },
     /// A given derivative of a reference configuration does not match its positions or first derivatives.
     #[error(
-        "derivative {order} of the rest shape is {given:?} at s = {s:?}; its differences there are {found:?}"
+        "derivative {order} of the reference configuration is {given:?} at s = {s:?}; its differences there are {found:?}"
     )]
     WrongDerivative {
         /// 1 or 2.
@@ -109,7 +109,7 @@ pub enum MembraneError {
         found: [f64; 2],
     },
     /// The reference configuration crosses itself.
-    #[error("the rest shape crosses itself: segment {first} meets segment {second}")]
+    #[error("the reference configuration crosses itself: segment {first} meets segment {second}")]
     SelfCrossing {
         /// Index of the earlier segment of the sampled curve.
         first: usize,

@@ -12,7 +12,7 @@
 //! | symbol | meaning | unit |
 //! | --- | --- | --- |
 //! | s | material coordinate | 1 |
-//! | c, c0 | current and rest curve | cm |
+//! | c, c0 | current and reference curve | cm |
 //! | lambda | stiffness | force per unit s and cm |
 //! | f | force intensity, per unit of material length | force per unit s |
 //! | F | total force, f = F / S(c) | f cm^2 |

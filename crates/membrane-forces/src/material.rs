@@ -49,9 +49,7 @@ impl Rubber {
 
     /// The distance from the axis of a reference curve that is at `y` at `s`; only the apex is on the axis.
     pub(crate) fn radius(&self, y: f64, s: f64) -> Result<f64> {
-        positive(
-            "distance of rubber from the axis at rest",
-            if s > 0.5 { -y } else { y },
-        )
+        let what = "distance of the reference curve of rubber from the axis";
+        positive(what, if s > 0.5 { -y } else { y })
     }
 }

@@ -217,7 +217,7 @@ impl ReferenceShape {
                     second,
                 } = here;
                 for value in [position, first, second].as_flattened() {
-                    finite("rest curve", *value)?;
+                    finite("reference curve", *value)?;
                 }
                 if first == [0.0, 0.0] || points.last() == Some(&position) {
                     return Err(MembraneError::CoincidentPoints {
@@ -228,7 +228,7 @@ impl ReferenceShape {
             }
         }
         let last = self.at(1.0).position;
-        finite("rest curve", last[0] + last[1])?;
+        finite("reference curve", last[0] + last[1])?;
         points.push(last);
         crate::crossing::check(&points)
     }

@@ -168,7 +168,7 @@ impl RubberEnergy {
         for &(t, rule) in &self.reference.gauss {
             let s = from + (to - from) * t;
             let [position, d] = rest(s);
-            let speed = finite("rest curve", (d[0] * d[0] + d[1] * d[1]).sqrt())?;
+            let speed = finite("reference curve", (d[0] * d[0] + d[1] * d[1]).sqrt())?;
             if speed == 0.0 {
                 let index = points.len();
                 return Err(MembraneError::CoincidentPoints { index });

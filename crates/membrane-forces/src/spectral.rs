@@ -112,7 +112,7 @@ impl SpectralElements {
             let s = reference.nodes.iter().map(|t| from + (to - from) * t);
             let rest: Vec<[f64; 2]> = s.map(|s| curve.at_in(piece, s).position).collect();
             for value in rest.as_flattened() {
-                finite("rest curve", *value)?;
+                finite("reference curve", *value)?;
             }
             let skip = usize::from(e > 0);
             start[e * (rest.len() - 1) + skip..][..rest.len() - skip]

@@ -17,7 +17,7 @@ use crate::error::{MembraneError, Result, finite, positive};
 ///
 /// ```
 /// use membrane_forces::StrainEnergy;
-/// // a neo-Hookean balloon that is a sphere of radius 1 at rest: p = 2 h W_1 / l^2, largest at l = 7^(1/6)
+/// // a neo-Hookean balloon that is a sphere of radius 1 without load: p = 2 h W_1 / l^2, largest at l = 7^(1/6)
 /// let rubber = StrainEnergy::NeoHookean { mu: 1.0 };
 /// let l = 7f64.powf(1.0 / 6.0);
 /// let pressure = 2.0 * rubber.at(l, l)?.by[0] / (l * l);

@@ -90,7 +90,7 @@ impl Body {
     fn of(discrete: FiniteDifferences, mass: f64, volumes: Vec<f64>, weight: f64) -> Result<Self> {
         let start = discrete.start();
         for value in start {
-            within("rest position", *value, -FARTHEST, FARTHEST)?;
+            within("reference position", *value, -FARTHEST, FARTHEST)?;
         }
         let mut tangent = discrete.tangent();
         let elastic = discrete.tangent_into(start, 0.0, &mut tangent);

@@ -203,7 +203,8 @@ impl BandedFactorisation<'_> {
 
     /// Overwrites `b` with A^-1 `b` for this matrix A. Cost O(n (2 lower + upper)).
     ///
-    /// The length of `b` is not n. `b` is not n long.
+    /// # Panics
+    /// `b` has a length other than n.
     pub fn solve_into(&self, b: &mut [f64]) {
         let lu = self.0;
         assert_eq!(b.len(), lu.n, "right-hand side");

@@ -70,7 +70,7 @@ impl PentadiagonalLdl {
 
     /// Overwrites `points` with A^-1 times them.
     ///
-    /// [`NewtonError::NotFactored`]; [`NewtonError::WrongLength`] unless there are n points.
+    /// # Errors
     /// [`NewtonError::NotFactored`]; [`NewtonError::WrongLength`] for other than n points.
     pub fn solve_into(&self, points: &mut [[f64; 2]]) -> Result<()> {
         length("points", points.len(), self.rows.len())?;

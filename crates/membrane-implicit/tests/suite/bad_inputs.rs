@@ -44,7 +44,7 @@ fn messages_are_short() {
         ),
         5,
     );
-    let expected = "rest position is 2.5e199; it must lie in [-1e100, 1e100]";
+    let expected = "reference position is 2.5e199; it must lie in [-1e100, 1e100]";
     assert_eq!(body.unwrap_err().to_string()[..17], expected[..17]);
 }
 
