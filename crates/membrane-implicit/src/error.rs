@@ -43,16 +43,9 @@ pub enum ImplicitError {
         /// Largest value allowed.
         most: f64,
     },
-    /// A count is below its minimum.
-    #[error("{what} is {given}; it must be at least {least}")]
-    TooFew {
-        /// The argument's name.
-        what: &'static str,
-        /// The given count.
-        given: usize,
-        /// Smallest count allowed.
-        least: usize,
-    },
+    /// A run without stops has no end.
+    #[error("no stops are given; a run needs at least one")]
+    NoStops,
     /// The outer membrane of a pair does not enclose more than the inner one.
     #[error(
         "the outer membrane encloses {outer:?} cm^3, the inner one {inner:?}: the outer one must enclose the inner one"
@@ -158,15 +151,6 @@ pub(crate) fn length(what: &'static str, given: usize, expected: usize) -> Resul
             given,
             expected,
         })
-    }
-}
-
-/// Rejects a count below `least`.
-pub(crate) fn at_least(what: &'static str, given: usize, least: usize) -> Result<()> {
-    if given >= least {
-        Ok(())
-    } else {
-        Err(ImplicitError::TooFew { what, given, least })
     }
 }
 

@@ -411,14 +411,14 @@ impl Motion {
             ..
         } = self;
         let time = inner.now().time;
-        let n = inner.load_times().len();
+        let n = inner.load_times.len();
         let mut constraints = [Constraint::Intensity(0.0); MAX_CONSTRAINTS];
         for i in 0..n {
-            constraints[i] = Constraint::of(load, time + dt * inner.load_times()[i])?;
+            constraints[i] = Constraint::of(load, time + dt * inner.load_times[i])?;
         }
         inner.attempt(dt, &constraints[..n])?;
         if let Some(outer) = outer {
-            let n = outer.load_times().len();
+            let n = outer.load_times.len();
             for (i, constraint) in constraints[..n].iter_mut().enumerate() {
                 *constraint = Constraint::Volume(inner.stage_volume(i + 1) + *wall_volume);
             }

@@ -9,20 +9,17 @@ use crate::energy::{Energy, Ledger};
 use crate::error::{ImplicitError, Result, length, within};
 use crate::kinematics::{Kinematics, Step, add_slopes, slope, volume_gradient};
 use crate::load::LoadKind;
-use crate::method::linearised::Linearised;
-use crate::method::midpoint::Midpoint;
 use crate::method::splitting::{ImplicitSplitting, kick_and_drift};
-use crate::method::stage::{LocalError, Stage};
-use crate::method::tr_bdf2::TrBdf2;
+use crate::method::stage::{Implicit, LocalError, Stage};
 use crate::scheme::{Jacobian, Scheme};
 use crate::work::Work;
 
 /// The method of a step, with its workspace.
 #[derive(Debug, Clone)]
 enum Method {
-    SemiImplicitEuler(Linearised),
-    TrBdf2(TrBdf2),
-    Midpoint(Midpoint),
+    SemiImplicitEuler(Implicit),
+    TrBdf2(Implicit),
+    Midpoint(Implicit),
     Splitting,
     ImplicitSplitting(ImplicitSplitting),
 }
@@ -47,7 +44,8 @@ pub(crate) struct Mover {
     ledger: Ledger,
     /// Account of the attempted step.
     pending: Ledger,
-    load_times: Vec<f64>,
+    /// Times, in units of the step, at which [`Mover::attempt`] needs the value of the load.
+    pub(crate) load_times: Vec<f64>,
     pub(crate) work: Work,
 }
 
@@ -57,9 +55,9 @@ impl Mover {
         let n = present.nodes.len();
         Self {
             method: match scheme {
-                Scheme::SemiImplicitEuler => Method::SemiImplicitEuler(Linearised::new(&body)),
-                Scheme::TrBdf2 => Method::TrBdf2(TrBdf2::new(&body)),
-                Scheme::Midpoint => Method::Midpoint(Midpoint::new(&body)),
+                Scheme::SemiImplicitEuler => Method::SemiImplicitEuler(Implicit::new(&body)),
+                Scheme::TrBdf2 => Method::TrBdf2(Implicit::new(&body)),
+                Scheme::Midpoint => Method::Midpoint(Implicit::new(&body)),
                 Scheme::Splitting2 | Scheme::Splitting6 => Method::Splitting,
                 Scheme::ImplicitSplitting2 => {
                     Method::ImplicitSplitting(ImplicitSplitting::new(&body))
@@ -108,9 +106,9 @@ impl Mover {
     /// Returns the stages that are solved for, if the scheme has any.
     fn stage(&mut self) -> Option<&mut Stage> {
         match &mut self.method {
-            Method::SemiImplicitEuler(method) => Some(&mut method.stage),
-            Method::TrBdf2(method) => Some(&mut method.stage),
-            Method::Midpoint(method) => Some(&mut method.stage),
+            Method::SemiImplicitEuler(method)
+            | Method::TrBdf2(method)
+            | Method::Midpoint(method) => Some(&mut method.stage),
             Method::Splitting | Method::ImplicitSplitting(_) => None,
         }
     }
@@ -173,11 +171,6 @@ impl Mover {
         dot(&gradient, &now.acceleration) + now.volume_curvature(body)
     }
 
-    /// Returns the times, in units of the step, at which [`Mover::attempt`] needs the load's value.
-    pub(crate) fn load_times(&self) -> &[f64] {
-        &self.load_times
-    }
-
     /// Returns the volume at the end of stage `index` (from 1) of the attempted step.
     pub(crate) fn stage_volume(&self, index: usize) -> f64 {
         self.body.volume(&self.stages[index].nodes)
@@ -188,7 +181,7 @@ impl Mover {
         self.body.volume(&self.end().nodes)
     }
 
-    /// Makes a step without accepting it. `constraints` are those of the load at [`Mover::load_times`].
+    /// Makes a step without accepting it. `constraints` are those of the load at the load times.
     pub(crate) fn attempt(&mut self, dt: f64, constraints: &[Constraint<'_>]) -> Result<()> {
         let Some(&first) = constraints.first() else {
             return Ok(());
@@ -200,33 +193,28 @@ impl Mover {
             work: &mut self.work,
         };
         let account = match &mut self.method {
-            Method::SemiImplicitEuler(method) => method.step(step, first),
-            Method::TrBdf2(method) => method.step(step, constraints),
-            Method::Midpoint(method) => method.step(step, constraints),
+            Method::SemiImplicitEuler(method) => method.linearised(step, first),
+            Method::TrBdf2(method) => method.tr_bdf2(step, constraints),
+            Method::Midpoint(method) => method.midpoint(step, first, constraints),
             Method::Splitting => kick_and_drift(step, self.scheme.splitting(), constraints),
             Method::ImplicitSplitting(method) => method.kick_and_relax(step, first),
         };
         // a diverging stage is the cause of a later error
         let runaway = (1..self.stages.len()).find_map(|index| self.runaway(index, dt));
-        match (runaway, account) {
-            (None, Ok(account)) => {
-                self.pending = account;
-                Ok(())
-            }
-            (Some(error), _) => {
-                // removes its effect on the next attempt
-                let (now, others) = self.stages.split_at_mut(1);
-                others
-                    .iter_mut()
-                    .for_each(|stage| stage.clone_from(&now[0]));
+        if runaway.is_some() {
+            // removes its effect on the next attempt
+            let (now, others) = self.stages.split_at_mut(1);
+            let others = others.iter_mut();
+            others.for_each(|stage| stage.clone_from(&now[0]));
+        }
+        match runaway.map_or(account, Err) {
+            Ok(account) => self.pending = account,
+            Err(error) => {
                 self.forget();
-                Err(error)
-            }
-            (None, Err(error)) => {
-                self.forget();
-                Err(error)
+                return Err(error);
             }
         }
+        Ok(())
     }
 
     /// Returns the error of stage `index` of a step of length `dt` if positions or velocities diverge or are NaN.
@@ -238,16 +226,10 @@ impl Mover {
         }
         let positions = at.nodes.iter().map(|value| ("position", value));
         let velocities = at.velocity.iter().map(|value| ("velocity", value));
-        let size = |value: f64| {
-            if value.is_nan() {
-                f64::INFINITY
-            } else {
-                value.abs()
-            }
-        };
+        // NaN counts as the largest number
         let (k, (what, &value)) = (positions.enumerate())
             .chain(velocities.enumerate())
-            .max_by(|(_, (_, a)), (_, (_, b))| size(**a).total_cmp(&size(**b)))?;
+            .max_by(|(_, (_, a)), (_, (_, b))| a.abs().total_cmp(&b.abs()))?;
         Some(ImplicitError::Unstable {
             step: self.work.steps + 1,
             time: self.now().time,
@@ -294,13 +276,12 @@ impl Mover {
         }
         let (body, error) = (&self.body, &mut self.error);
         match (body.material(), &self.method) {
-            (Material::Springs { .. }, Method::SemiImplicitEuler(method)) => {
-                method.stage.filter(body, error);
-            }
-            (Material::Springs { .. }, Method::TrBdf2(method)) => method.stage.filter(body, error),
-            (Material::Springs { .. }, Method::Midpoint(method)) => {
-                method.stage.filter(body, error)
-            }
+            (
+                Material::Springs { .. },
+                Method::SemiImplicitEuler(method)
+                | Method::TrBdf2(method)
+                | Method::Midpoint(method),
+            ) => method.stage.filter(body, error),
             (Material::Springs { .. }, Method::ImplicitSplitting(method)) => {
                 method.filter(body, 0.5 * dt, error);
             }

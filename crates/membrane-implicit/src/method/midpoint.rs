@@ -3,25 +3,13 @@
 use membrane_newton::membrane_forces::Material;
 use membrane_newton::{DiscreteMembrane, dot_in_eight as dot};
 
-use crate::body::Body;
 use crate::constraint::Constraint;
 use crate::energy::Ledger;
 use crate::error::{ImplicitError, Result};
 use crate::kinematics::Step;
-use crate::method::stage::{Equation, Stage, predict};
+use crate::method::stage::{Equation, Implicit, predict};
 
-/// Workspace of its stage.
-#[derive(Debug, Clone)]
-pub(crate) struct Midpoint {
-    pub(crate) stage: Stage,
-}
-
-impl Midpoint {
-    pub(crate) fn new(body: &Body) -> Self {
-        let stage = Stage::new(body);
-        Self { stage }
-    }
-
+impl Implicit {
     /// One stage in the middle of the step, at velocity w = (v0 + v1) / 2:
     ///
     /// ```text
@@ -29,16 +17,14 @@ impl Midpoint {
     /// ```
     ///
     /// Returns the account of the step: dt F_p.w, for rubber f (V1 - V0), and dt mu |w|^2.
-    pub(crate) fn step(
+    pub(crate) fn midpoint(
         &mut self,
         step: Step<'_>,
+        constraint: Constraint<'_>,
         constraints: &[Constraint<'_>],
     ) -> Result<Ledger> {
         let (body, (now, new), dt, work) = step.ends();
-        let (&constraint, &last) = constraints
-            .first()
-            .zip(constraints.last())
-            .unwrap_or((&Constraint::Intensity(0.0), &Constraint::Intensity(0.0)));
+        let last = constraints.last().unwrap_or(&constraint);
         let (time, h) = (now.time, 0.5 * dt);
         let at = |error| ImplicitError::Membrane { time, error };
         let secant = match body.material() {

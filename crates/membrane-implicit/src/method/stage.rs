@@ -4,8 +4,8 @@ use std::error::Error;
 
 use membrane_newton::membrane_forces::Tangent;
 use membrane_newton::{
-    BandMatrix, BandedLu, Border, DiscreteMembrane, LineSearch, Measure, NewtonError,
-    NewtonOptions, NewtonScratch, Refactor, ResidualSystem, dot_in_eight, newton_with,
+    BandedLu, Border, DiscreteMembrane, LineSearch, Measure, NewtonError, NewtonOptions,
+    NewtonScratch, Refactor, ResidualSystem, dot_in_eight, newton_with,
 };
 
 use crate::body::Body;
@@ -37,7 +37,7 @@ const SECANT_STALL: f64 = 1e-7;
 #[derive(Debug, Clone)]
 pub(crate) struct Stage {
     pub(crate) jacobian: Jacobian,
-    matrix: Tangent,
+    pub(crate) matrix: Tangent,
     lu: BandedLu,
     /// Column -h n(c), row h dg/dc + dg/dw.
     pub(crate) border: Border,
@@ -55,6 +55,21 @@ pub(crate) struct Stage {
     end: Vec<f64>,
     moved: Vec<f64>,
     scratch: NewtonScratch,
+}
+
+/// Workspace of a scheme with implicit stages.
+#[derive(Debug, Clone)]
+pub(crate) struct Implicit {
+    pub(crate) stage: Stage,
+    pub(crate) buffers: [Vec<f64>; 3],
+}
+
+impl Implicit {
+    pub(crate) fn new(body: &Body) -> Self {
+        let stage = Stage::new(body);
+        let buffers = [(); 3].map(|()| stage.nodes.clone());
+        Self { stage, buffers }
+    }
 }
 
 /// Position and time of a stage.
@@ -290,11 +305,6 @@ impl Stage {
             matrix,
             scratch: NewtonScratch::default(),
         }
-    }
-
-    /// The current factorisation.
-    pub(crate) fn matrix(&self) -> &BandMatrix {
-        &self.matrix.band
     }
 
     /// Requires a new factorisation for the next solve.

@@ -122,14 +122,14 @@ impl Motion {
         Ok(error)
     }
 
-    /// Shortens the attempted step of length `dt`, during which the volume changes from `before`, so that it ends where the volume first
-    /// equals `volume`, if it does so within the step. Returns the length of the remaining step.
+    /// Shortens the attempted step of length `dt` so that it ends where the volume first equals `volume`, if it does so within the step.
+    /// Returns the length of the remaining step.
     ///
     /// The extrema of the cubic with the volumes and flows of both ends reveal a passage and return within the step.
-    pub(super) fn land_on_volume(&mut self, volume: f64, before: f64, dt: f64) -> Result<f64> {
+    pub(super) fn land_on_volume(&mut self, volume: f64, dt: f64) -> Result<f64> {
         let body = &self.inner.body;
         let (start, end) = (view(body, self.inner.now()), view(body, self.inner.end()));
-        let gap = [before, end.volume()].map(|v| v - volume);
+        let gap = [start.volume() - volume, end.volume() - volume];
         let rates = [start.volume_rate() * dt, end.volume_rate() * dt];
         let turns = extrema(gap, rates).into_iter().flatten();
         let passes = |t: &f64| cubic(gap, rates, *t) * gap[0] < 0.0;

@@ -4,7 +4,7 @@ use std::convert::Infallible;
 use std::ops::ControlFlow;
 
 use super::{Motion, Tolerance};
-use crate::error::{Result, at_least, positive, within};
+use crate::error::{ImplicitError, Result, positive, within};
 
 /// The rule for the length of the steps.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -88,23 +88,19 @@ impl Motion {
         stops: &[Stop],
         mut observe: impl FnMut(&Self) -> ControlFlow<B>,
     ) -> Result<ControlFlow<B, usize>> {
-        at_least("number of stops", stops.len(), 1)?;
+        if stops.is_empty() {
+            return Err(ImplicitError::NoStops);
+        }
         match steps {
-            TimeStep::Fixed(dt) => {
-                positive("time step", dt)?;
-            }
+            TimeStep::Fixed(dt) => drop(positive("time step", dt)?),
             TimeStep::Adaptive(tolerance) => tolerance.check()?,
         }
         let first = self.work().steps;
         let mut end = f64::INFINITY;
-        let mut volumes = false;
         for stop in stops {
             match *stop {
                 Stop::Time(time) => end = end.min(within("end time", time, self.time(), f64::MAX)?),
-                Stop::Volume(volume) => {
-                    volumes = true;
-                    positive("volume", volume)?;
-                }
+                Stop::Volume(volume) => drop(positive("volume", volume)?),
                 Stop::Equilibrium { force, speed } => {
                     within("force at equilibrium", force, 0.0, f64::MAX)?;
                     within("speed at equilibrium", speed, 0.0, f64::MAX)?;
@@ -117,15 +113,10 @@ impl Motion {
                 return Ok(ControlFlow::Continue(index));
             }
             let left = end - self.time();
-            let dt = match steps {
-                // the last step is shortened, but not because of rounding of the time
-                TimeStep::Fixed(dt) if dt * (1.0 - 1e-9) < left => dt,
-                TimeStep::Fixed(_) => left,
-                TimeStep::Adaptive(_) => 0.0,
-            };
-            let before = if volumes { self.state().volume() } else { 0.0 };
             let mut dt = match steps {
-                TimeStep::Fixed(_) => {
+                TimeStep::Fixed(dt) => {
+                    // the last step is shortened, but not because of rounding of the time
+                    let dt = if dt * (1.0 - 1e-9) < left { dt } else { left };
                     self.attempt(dt)?;
                     dt
                 }
@@ -133,7 +124,7 @@ impl Motion {
             };
             for stop in stops {
                 if let Stop::Volume(volume) = *stop {
-                    dt = self.land_on_volume(volume, before, dt)?;
+                    dt = self.land_on_volume(volume, dt)?;
                 }
             }
             let reached = self.inner.end().time;

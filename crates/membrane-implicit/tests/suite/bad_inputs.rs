@@ -96,7 +96,7 @@ fn steps_and_runs() {
     let none = motion.run(TimeStep::Fixed(0.1), &[]).unwrap_err();
     assert_eq!(
         none.to_string(),
-        "number of stops is 0; it must be at least 1"
+        "no stops are given; a run needs at least one"
     );
     let nan = Stop::Equilibrium {
         force: f64::NAN,
