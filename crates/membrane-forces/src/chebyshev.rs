@@ -92,19 +92,14 @@ impl Reference {
         let degree = values.len() - 1;
         let p = degree as f64;
         let end = |k: usize| if k == 0 || k == degree { 0.5 } else { 1.0 };
-        (0..=degree)
-            .map(|k| {
-                // node j lies at x_j = cos(pi (p - j) / p)
-                let sum: f64 = (0..=degree)
-                    .map(|j| {
-                        end(j)
-                            * values[j]
-                            * (PI * ((k * (degree - j)) % (2 * degree)) as f64 / p).cos()
-                    })
-                    .sum();
-                2.0 * end(k) * sum / p
-            })
-            .collect()
+        // node j lies at x_j = cos(pi (p - j) / p)
+        let cosine =
+            |k: usize, j: usize| (PI * ((k * (degree - j)) % (2 * degree)) as f64 / p).cos();
+        let coefficient = |k: usize| {
+            let terms = (0..=degree).map(|j| end(j) * values[j] * cosine(k, j));
+            2.0 * end(k) * terms.sum::<f64>() / p
+        };
+        (0..=degree).map(coefficient).collect()
     }
 }
 

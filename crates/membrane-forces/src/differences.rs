@@ -8,7 +8,7 @@ use crate::error::{MembraneError, Result, at_least, at_most, finite};
 use crate::material::Material;
 use crate::measures::Measure;
 use crate::membrane::Membrane;
-use crate::nodes::Nodes;
+use crate::nodes::{Nodes, is_mirrored};
 use crate::reference::CurvePoint;
 use crate::rubber_nodes::NodeRubber;
 use crate::springs::NodeSprings;
@@ -91,8 +91,7 @@ impl FiniteDifferences {
         }
         let mut start = rest.clone();
         membrane.hold_ends(positions.into_iter().zip(start.as_chunks_mut::<2>().0));
-        let size = start.iter().fold(0.0f64, |m, v| m.max(v.abs()));
-        let mirrored = is_mirrored(&rest, size) && is_mirrored(&start, size);
+        let mirrored = is_mirrored(&rest) && is_mirrored(&start);
         let (nodes, elastic): (Nodes, Arc<dyn Elastic>) = match membrane.material() {
             Material::Springs { stiffness, second } => {
                 let stiffness = (stiffness, second.as_ref());
@@ -195,14 +194,6 @@ impl DiscreteMembrane for FiniteDifferences {
         }
         Ok(out)
     }
-}
-
-/// Whether a curve of this size is mirror-symmetric to rounding.
-fn is_mirrored(nodes: &[f64], size: f64) -> bool {
-    let close = |a: f64, b: f64| (a - b).abs() <= 1e-13 * size;
-    let points = nodes.as_chunks::<2>().0;
-    let mut pairs = points.iter().zip(points.iter().rev());
-    pairs.all(|(a, b)| close(a[0], b[0]) && close(a[1], -b[1]))
 }
 
 /// Returns `n` material coordinates at equal distances from 0 to 1.

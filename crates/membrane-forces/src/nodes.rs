@@ -60,3 +60,11 @@ impl Nodes {
         }
     }
 }
+
+/// Whether a curve is mirror-symmetric about the x axis, to rounding.
+pub(crate) fn is_mirrored(nodes: &[f64]) -> bool {
+    let most = 1e-13 * nodes.iter().fold(0.0f64, |m, v| m.max(v.abs()));
+    let points = nodes.as_chunks::<2>().0;
+    let mut pairs = points.iter().zip(points.iter().rev());
+    pairs.all(|(a, b)| (a[0] - b[0]).abs() <= most && (a[1] + b[1]).abs() <= most)
+}

@@ -42,6 +42,7 @@ impl Quantity for OfThickness {
 /// use membrane_forces::{Rubber, Stiffness, StrainEnergy};
 /// let rubber = Rubber::new(StrainEnergy::NeoHookean { mu: 400.0 }, Stiffness::UNIT);
 /// ```
+#[derive(Debug, Clone)]
 pub struct Profile<Q> {
     values: Values,
     quantity: PhantomData<fn() -> Q>,
@@ -59,15 +60,9 @@ enum Values {
     },
 }
 
-impl<Q> Clone for Profile<Q> {
-    fn clone(&self) -> Self {
-        Self::of(self.values.clone())
-    }
-}
-
-impl<Q> fmt::Debug for Profile<Q> {
+impl fmt::Debug for Values {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match &self.values {
+        match self {
             Values::Constant(value) => f.debug_tuple("Constant").field(value).finish(),
             Values::Samples(values) => f.debug_tuple("Samples").field(values).finish(),
             Values::Function { breaks, .. } => f.debug_tuple("Function").field(breaks).finish(),

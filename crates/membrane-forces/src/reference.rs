@@ -211,20 +211,14 @@ impl ReferenceShape {
             for k in 0..SAMPLES {
                 let (a, b) = (self.breaks[piece], self.breaks[piece + 1]);
                 let here = self.at_in(piece, a + (b - a) * k as f64 / SAMPLES as f64);
-                let CurvePoint {
-                    position,
-                    first,
-                    second,
-                } = here;
-                for value in [position, first, second].as_flattened() {
+                for value in [here.position, here.first, here.second].as_flattened() {
                     finite("reference curve", *value)?;
                 }
-                if first == [0.0, 0.0] || points.last() == Some(&position) {
-                    return Err(MembraneError::CoincidentPoints {
-                        index: points.len(),
-                    });
+                let index = points.len();
+                if here.first == [0.0, 0.0] || points.last() == Some(&here.position) {
+                    return Err(MembraneError::CoincidentPoints { index });
                 }
-                points.push(position);
+                points.push(here.position);
             }
         }
         let last = self.at(1.0).position;

@@ -9,7 +9,7 @@ use crate::error::{MembraneError, Result, at_least, at_most, finite};
 use crate::material::Material;
 use crate::measures::{Measure, Measures};
 use crate::membrane::Membrane;
-use crate::nodes::Nodes;
+use crate::nodes::{Nodes, is_mirrored};
 use crate::reference::CurvePoint;
 use crate::rubber_energy::RubberEnergy;
 use crate::springs::ElementSprings;
@@ -166,14 +166,11 @@ impl SpectralElements {
 
     /// Whether the curve is mirror-symmetric to rounding, node by node and spring by spring.
     fn is_symmetric(&self) -> bool {
-        let size = self.start().iter().fold(0.0f64, |m, v| m.max(v.abs()));
-        let close = |a: f64, b: f64, scale: f64| (a - b).abs() <= 1e-13 * scale;
         let s = self.positions();
-        let nodes = s.iter().zip(self.start().as_chunks::<2>().0);
-        let mut images = nodes.clone().zip(nodes.rev());
-        images.all(|((s, a), (image, b))| {
-            close(*s, 1.0 - image, 1.0) && close(a[0], b[0], size) && close(a[1], -b[1], size)
-        }) && self.setting.is_mirrored()
+        let mut images = s.iter().zip(s.iter().rev());
+        images.all(|(s, image)| (s + image - 1.0).abs() <= 1e-13)
+            && is_mirrored(self.start())
+            && self.setting.is_mirrored()
     }
 }
 

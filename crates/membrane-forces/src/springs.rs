@@ -115,11 +115,8 @@ impl Elastic for NodeSprings {
     }
 
     fn is_mirrored(&self) -> bool {
-        let scale = self.scale();
-        let even = |v: &[f64]| {
-            let mut pairs = v.iter().zip(v.iter().rev());
-            pairs.all(|(a, b)| (a - b).abs() <= 1e-13 * scale)
-        };
+        let most = 1e-13 * self.scale();
+        let even = |v: &[f64]| are_mirrored(v, v, most);
         even(&self.first) && even(&self.second)
     }
 
@@ -338,8 +335,7 @@ impl Elastic for ElementSprings {
         let mut pairs = self.elements.iter().zip(self.elements.iter().rev());
         pairs.all(|(element, image)| {
             let size = element.matrix.iter().fold(0.0f64, |m, v| m.max(v.abs()));
-            let mut pairs = element.matrix.iter().zip(image.matrix.iter().rev());
-            pairs.all(|(a, b)| (a - b).abs() <= 1e-13 * size)
+            are_mirrored(&element.matrix, &image.matrix, 1e-13 * size)
         })
     }
 
@@ -418,6 +414,12 @@ impl Elastic for ElementSprings {
         let what = "energy of springs of spectral elements";
         Err(MembraneError::OtherMaterial { what })
     }
+}
+
+/// Whether `b` in reverse order differs from `a` by at most `most`.
+fn are_mirrored(a: &[f64], b: &[f64], most: f64) -> bool {
+    let mut pairs = a.iter().zip(b.iter().rev());
+    pairs.all(|(a, b)| (a - b).abs() <= most)
 }
 
 /// Integral of 1 / lambda between `from` and `to`: a Gauss rule on more and more panels until it

@@ -111,20 +111,12 @@ impl Equilibrium {
 impl Resolution {
     /// Returns the state on `curve`, which may have another resolution.
     pub(crate) fn state_near(self: &Arc<Self>, curve: &Equilibrium) -> (Arc<Self>, Vec<f64>) {
-        let mut resolution = self.clone();
-        loop {
-            if Arc::ptr_eq(&resolution, &curve.resolution) {
-                return (resolution, curve.state.clone());
+        let mut resolution = Some(self.clone());
+        while let Some(here) = resolution {
+            if Arc::ptr_eq(&here, &curve.resolution) {
+                return (here, curve.state.clone());
             }
-            let next = resolution
-                .adaptive
-                .as_ref()
-                .and_then(|a| a.finer.get())
-                .and_then(|f| f.clone().ok());
-            match next {
-                Some(finer) => resolution = finer,
-                None => break,
-            }
+            resolution = here.made_finer();
         }
         (self.clone(), self.carry(&curve.resolution, &curve.state))
     }
@@ -155,10 +147,8 @@ impl Resolution {
         }
         if !solved.load.is_finite() {
             // A total force is the intensity times the surface.
-            return Err(NewtonError::Membrane(MembraneError::NotFinite {
-                what: "load",
-                given: solved.load,
-            }));
+            let (what, given) = ("load", solved.load);
+            return Err(MembraneError::NotFinite { what, given }.into());
         }
         Ok(solved)
     }

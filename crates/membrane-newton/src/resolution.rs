@@ -24,24 +24,15 @@ pub(crate) struct Resolution {
 
 #[derive(Debug)]
 pub(crate) struct Adaptive {
-    membrane: Membrane,
     tolerance: f64,
     level: usize,
-    pub(crate) finer: OnceLock<Result<Arc<Resolution>, MembraneError>>,
+    finer: OnceLock<Result<Arc<Resolution>, MembraneError>>,
 }
 
-/// Degree and elements on each smooth piece: first the degree rises, then the elements split.
-const STEPS: [(usize, usize); 9] = [
-    (8, 1),
-    (12, 1),
-    (16, 1),
-    (24, 1),
-    (24, 2),
-    (24, 4),
-    (24, 8),
-    (24, 16),
-    (24, 32),
-];
+/// Degrees on each smooth piece; after the last one its elements split.
+const DEGREES: [usize; 4] = [8, 12, 16, 24];
+/// The last level has 32 elements on each smooth piece.
+const LAST_LEVEL: usize = 8;
 
 impl Resolution {
     /// Returns the first one that resolves the start.
@@ -54,10 +45,10 @@ impl Resolution {
     }
 
     fn step(membrane: &Membrane, tolerance: f64, level: usize) -> Result<Self, MembraneError> {
-        let (degree, per_piece) = STEPS[level];
-        let elements = SpectralElements::new(membrane, degree, per_piece)?;
+        let top = DEGREES.len() - 1;
+        let (degree, splits) = (DEGREES[level.min(top)], level.saturating_sub(top));
+        let elements = SpectralElements::new(membrane, degree, 1 << splits)?;
         let adaptive = Adaptive {
-            membrane: membrane.clone(),
             tolerance,
             level,
             finer: OnceLock::new(),
@@ -93,16 +84,18 @@ impl Resolution {
 
     /// Returns the next finer one, made at the first request; `None` beyond the finest, without a tolerance, or if memory does not suffice.
     pub(crate) fn finer(&self) -> Option<Result<Arc<Self>>> {
-        let adaptive = self.adaptive.as_ref()?;
-        let level = adaptive.level + 1;
-        if level == STEPS.len() {
-            return None;
-        }
-        let made = || Self::step(&adaptive.membrane, adaptive.tolerance, level).map(Arc::new);
+        let adaptive = self.adaptive.as_ref().filter(|a| a.level < LAST_LEVEL)?;
+        let membrane = self.discrete.setting().membrane();
+        let made = || Self::step(membrane, adaptive.tolerance, adaptive.level + 1).map(Arc::new);
         match adaptive.finer.get_or_init(made).clone() {
             Err(MembraneError::TooMany { .. }) => None,
             finer => Some(finer.map_err(NewtonError::from)),
         }
+    }
+
+    /// Returns the next finer one if it was made.
+    pub(crate) fn made_finer(&self) -> Option<Arc<Self>> {
+        self.adaptive.as_ref()?.finer.get()?.clone().ok()
     }
 
     /// Whether the polynomials of `state` have converged: twice their degree times their last two

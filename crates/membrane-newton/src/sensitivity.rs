@@ -20,9 +20,8 @@ impl Equilibrium {
     /// Derivative of shape and intensity by the value of `control`: one factorisation of the bordered system at the solution and one solve,
     /// without Newton iterations.
     ///
-    /// Newton's own last factorisation is not used: it belongs to the state before the last step (6e-6 of the size away for a gain of 0.6),
-    /// so that the derivative would be accurate to five digits only, and `control` may differ from that of the solve. The new one costs a
-    /// quarter of a solve, and an equilibrium need not store twelve numbers of factors per number.
+    /// The last factorisation of the solve is not used: it belongs to the state before the last step, and `control` may differ from that of the
+    /// solve. The new one costs a quarter of a solve.
     ///
     /// ```
     /// use membrane_newton::{Control, Discretisation, Membrane, NewtonOptions, ReferenceShape, Solver};
