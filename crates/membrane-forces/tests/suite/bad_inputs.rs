@@ -456,6 +456,38 @@ fn numbers_that_lead_to_no_number_are_refused() {
     ));
 }
 
+/// Derivatives that are wrong on an eighth of a piece alone.
+#[test]
+fn derivatives_are_compared_all_along_a_rest_shape() {
+    let line = |wrong: std::ops::Range<f64>, order: usize| {
+        let curve = move |s: f64| {
+            let factor = if wrong.contains(&s) { 1.5 } else { 1.0 };
+            let factors = if order == 1 {
+                [factor, 1.0]
+            } else {
+                [1.0, factor]
+            };
+            CurvePoint {
+                position: [s * s, 1.0 - 2.0 * s],
+                first: [2.0 * s, -2.0].map(|v| factors[0] * v),
+                second: [2.0, 0.0].map(|v| factors[1] * v),
+            }
+        };
+        ReferenceShape::from_function(curve, &[0.5])
+    };
+    assert!(line(2.0..3.0, 1).is_ok());
+    for k in 0..8 {
+        let from = f64::from(k) / 8.0;
+        for order in [1, 2] {
+            let refused = line(from..from + 0.125, order);
+            assert!(
+                matches!(refused, Err(MembraneError::WrongDerivative { s, .. }) if (from..from + 0.125).contains(&s)),
+                "{from}, {order}: {refused:?}"
+            );
+        }
+    }
+}
+
 /// Derivatives that are half, zero or exchanged are detected; correct ones of many waves are accepted.
 #[test]
 fn derivatives_of_a_rest_shape_must_be_those_of_its_positions() {

@@ -4,6 +4,7 @@
 
 mod bad_inputs;
 mod curves;
+mod elements;
 mod half;
 mod oracle;
 mod published;
