@@ -53,6 +53,7 @@ pub enum LoadKind {
 /// [`Feedback::accepted`], once per step; the memory is constant within a step, which may be tried several times.
 ///
 /// The example `windkessel` is a vessel with such a memory.
+#[doc(alias = "afterload", alias = "windkessel")]
 pub trait Feedback {
     /// Returns the force intensity f (or p) in this state. A step evaluates it several times, also in states that are not accepted; a
     /// value that is not finite is an error of the step.

@@ -33,6 +33,7 @@ pub use run::{Stop, TimeStep};
 /// assert!(motion.energy().imbalance().abs() < 1e-9 * motion.energy().pressure_work);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
+#[doc(alias = "time integration", alias = "ode")]
 #[derive(Debug, Clone)]
 pub struct Motion {
     load: Load,

@@ -34,6 +34,7 @@ pub enum LineSearch {
     FullStep,
     /// Halves the step until the next correction, estimated with the same tangent, is smaller than this one: the natural monotonicity test
     /// (Deuflhard, Newton Methods for Nonlinear Problems, 2004, section 3.3), which does not depend on the scaling of the equations.
+    #[doc(alias = "affine invariant", alias = "damped Newton")]
     Natural {
         /// Maximum number of halvings per iteration.
         max_halvings: usize,
@@ -41,6 +42,7 @@ pub enum LineSearch {
 }
 
 /// The rule for factoring the tangent.
+#[doc(alias = "modified Newton", alias = "chord method")]
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]

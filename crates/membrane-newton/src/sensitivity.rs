@@ -7,6 +7,7 @@ use crate::nested::Nested;
 use crate::resolution::Resolution;
 
 /// Derivative of an equilibrium by the value of a control (per unit of that value).
+#[doc(alias = "compliance", alias = "tangent stiffness")]
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub struct Sensitivity {
