@@ -42,6 +42,7 @@
 
 mod counters;
 mod error;
+mod images;
 mod rays;
 mod sample;
 mod solid;
@@ -50,7 +51,12 @@ mod wall;
 
 pub use counters::{RayCounters, VoxelCounters};
 pub use error::RevolveError;
+pub use images::depth::DepthResponse;
+pub use images::image::{Image, View};
+pub use images::kernel::BinValue;
+pub use images::plane::RayPlane;
 pub use nalgebra;
+pub use rays::assembly::{Assembly, Shown};
 pub use rays::attenuation::{Attenuator, Medium};
 pub use rays::capsule::Capsule;
 pub use rays::cylinder::EllipticCylinder;

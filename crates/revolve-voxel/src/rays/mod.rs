@@ -1,6 +1,7 @@
 //! Rays through solids: chords, detectors and attenuation.
 
 mod around;
+pub(crate) mod assembly;
 pub(crate) mod attenuation;
 pub(crate) mod capsule;
 mod cast;

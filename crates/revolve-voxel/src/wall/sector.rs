@@ -14,7 +14,7 @@ use crate::voxels::runs::Runs;
 use crate::voxels::sections::Sections;
 use crate::{
     Attenuator, Body, Hit, Meridian, Pose, Ray, RayCounters, Rays, RevolveError, Sample, Sampling,
-    VoxelCounters, VoxelGrid,
+    Span, VoxelCounters, VoxelGrid,
 };
 
 /// The part of a solid of revolution between two half-planes that start at its axis, in the lab.
@@ -86,6 +86,24 @@ impl Sector {
             .iter()
             .map(|span| clip(span.enter, span.exit, &|low, high| high - low))
             .sum()
+    }
+
+    /// Calls `each` with the disjoint intervals of a line inside the sector.
+    pub(crate) fn for_spans(&self, ray: &Ray, mut each: impl FnMut(Span)) {
+        let spans = self.ring.spans_in(&self.ring.layers()[0], ray);
+        if spans.is_empty() {
+            return;
+        }
+        let (origin, along, near) = self.in_body(ray);
+        let held = self.wedge.stretches(&origin, &along, near);
+        for span in &spans {
+            for &[from, to] in held.iter().flatten() {
+                let (enter, exit) = (from.max(span.enter), to.min(span.exit));
+                if enter < exit {
+                    each(Span { enter, exit });
+                }
+            }
+        }
     }
 
     /// Returns the first point with `t >= 0` where the ray enters the sector, with the outward normal; `None` if there is none.
