@@ -5,9 +5,10 @@
 //! ```
 //!
 //! with k the Gaussian, averaged over the bin. Heights v are Gauss-Legendre nodes between the extreme heights of all solids, positions u of a row
-//! are those of [`add_panel`] between the positions where an outline crosses the row; along a ray the integral is exact for the polynomials of
+//! are those of a [`Panel`] between the positions where an outline crosses the row; along a ray the integral is exact for the polynomials of
 //! [`DepthResponse`]. In each panel the integrand is smooth at the scale of the response, so the error falls exponentially with the density of
-//! nodes, and the number of rays does not depend on the number of bins.
+//! nodes, and the number of rays does not depend on the number of bins. Organs are smooth at their own scale, so that few rays suffice in a large
+//! panel: their integrals are interpolated to the nodes that the response needs.
 
 use std::ops::Range;
 
@@ -18,7 +19,7 @@ use crate::images::depth::DepthResponse;
 use crate::images::kernel::{Axis, BinValue, REACH, Weights};
 use crate::images::outline::{Path, add_organ_heights, add_organ_positions};
 use crate::images::plane::{RayPlane, RayRow};
-use crate::images::rule::{Ends, add_panel};
+use crate::images::rule::{Ends, Panel};
 use crate::rays::assembly::{Assembly, Finder, Shown, for_contents};
 use crate::{ParallelDetector, RayCounters, RevolveError};
 
@@ -28,6 +29,8 @@ const NARROW: f64 = 0.125;
 const STEP: f64 = 4.0;
 /// Scales by which a panel is longer for its number of nodes.
 const MORE: f64 = 2.0;
+/// Nodes that resolve organs in a panel: a number, and as many for each unit of the density.
+const ORGANS: [f64; 2] = [4.0, 6.0];
 /// Breaks closer than this, relative to the largest coordinate, are one.
 const SAME: f64 = 1e-9;
 
@@ -57,11 +60,9 @@ pub struct Image {
     pub rays: RayCounters,
 }
 
-/// A row of the quadrature: for each node of the response its bins.
+/// A row of rays at a height, with its weight: the integrals over u for each node of the response, `[node][bin]` from the first bin.
 struct Line {
-    v: f64,
-    weight: f64,
-    /// Of all nodes, `[node][bin]`, from the first bin.
+    height: [f64; 2],
     sums: Vec<f64>,
     bins: Range<usize>,
     largest: f64,
@@ -105,53 +106,57 @@ impl<'a> View<'a> {
     /// Returns the image of some rows. Its samples are bitwise identical to those of all rows, for any number of threads.
     pub fn image(&self, assembly: &Assembly<'_>, shown: Shown, rows: Range<usize>) -> Image {
         let body = assembly.body().filter(|_| shown == Shown::Change);
-        let layers = body
-            .iter()
-            .flat_map(|body| body.layers().iter().map(|layer| Path::new(body, layer)));
+        let layers =
+            (body.iter()).flat_map(|body| body.layers().iter().map(|layer| Path::new(body, layer)));
         let paths: Vec<Path<'_>> = layers.collect();
-        let heights = self.heights(assembly, &paths);
-        let reached = |v: f64| {
-            self.weights.iter().any(|[_, across]| {
-                let bins = across.bins(v);
-                bins.start < rows.end && rows.start < bins.end
-            })
-        };
+        let panels = self.heights(assembly, shown, &paths);
+        let heights: Vec<[f64; 2]> = (panels.iter().flat_map(Panel::nodes))
+            .filter(|[v, _]| self.reaches(*v, &rows))
+            .collect();
         let lines: Vec<Line> = (heights.into_par_iter())
-            .filter(|[v, _]| reached(*v))
-            .map_init(Work::default, |work, [v, weight]| {
-                self.line((assembly, shown), &paths, [v, weight], work)
+            .map_init(Work::default, |work, height| {
+                self.line((assembly, shown), &paths, height, work)
             })
             .collect();
         self.sum(&lines, rows)
     }
 
-    /// The heights of the rows with their weights.
-    fn heights(&self, assembly: &Assembly<'_>, paths: &[Path<'_>]) -> Vec<[f64; 2]> {
+    /// Whether content at a height reaches any of the rows.
+    fn reaches(&self, v: f64, rows: &Range<usize>) -> bool {
+        self.weights.iter().any(|[_, across]| {
+            let bins = across.bins(v);
+            bins.start < rows.end && rows.start < bins.end
+        })
+    }
+
+    /// The panels of heights.
+    fn heights(&self, assembly: &Assembly<'_>, shown: Shown, paths: &[Path<'_>]) -> Vec<Panel> {
         let mut breaks = Vec::new();
-        paths
-            .iter()
-            .for_each(|path| path.add_heights(&self.plane, &mut breaks));
+        (paths.iter()).for_each(|path| path.add_heights(&self.plane, &mut breaks));
         let bounds = match paths {
             [] => [f64::NEG_INFINITY, f64::INFINITY],
             _ => extremes(&breaks),
         };
+        if shown == Shown::Change && paths.is_empty() {
+            return Vec::new();
+        }
         for organ in assembly.surroundings() {
             add_organ_heights(organ, &self.plane, &mut breaks);
         }
-        let mut nodes = Vec::new();
-        self.add_panels(1, bounds, &mut breaks, Ends::Smooth, &mut nodes);
-        nodes
+        let mut panels = Vec::new();
+        self.add_panels((1, shown), bounds, &mut breaks, &mut panels);
+        panels
     }
 
-    /// Divides an axis at the breaks within bounds and within the reach of the detector, and appends the nodes of the panels.
+    /// Divides an axis at the breaks within bounds and within the reach of the detector.
     fn add_panels(
         &self,
-        axis: usize,
+        (axis, shown): (usize, Shown),
         [low, high]: [f64; 2],
         breaks: &mut Vec<f64>,
-        ends: Ends,
-        nodes: &mut Vec<[f64; 2]>,
+        panels: &mut Vec<Panel>,
     ) {
+        panels.clear();
         let ([narrowest, widest], Axis { n, pitch, .. }) =
             (self.response.extremes(), self.axes[axis]);
         let reach = self.axes[axis].edge(n) + REACH * widest;
@@ -171,6 +176,12 @@ impl<'a> View<'a> {
         breaks.sort_unstable_by(f64::total_cmp);
         let same = SAME * low.abs().max(high.abs());
         breaks.dedup_by(|next, own| *next - *own <= same);
+        let kind = if axis == 0 { Ends::Roots } else { Ends::Smooth };
+        // Along the rows of samples the outlines move.
+        let own = match (axis, shown) {
+            (0, Shown::Organs) => (ORGANS[0] + ORGANS[1] * self.density) as usize,
+            _ => usize::MAX,
+        };
         for pair in breaks.windows(2) {
             let [from, to] = [pair[0], pair[1]];
             // In the middle of a bin the weights are constant.
@@ -179,8 +190,8 @@ impl<'a> View<'a> {
                 true => pitch,
                 false => narrowest,
             };
-            let count = (self.density * (MORE + (to - from) / scale)).ceil();
-            add_panel([from, to], count.min(1e7) as usize, ends, nodes);
+            let fine = (self.density * (MORE + (to - from) / scale)).ceil();
+            panels.push(Panel::new([from, to], kind, fine.min(1e7) as usize, own));
         }
     }
 
@@ -189,21 +200,19 @@ impl<'a> View<'a> {
         &self,
         (assembly, shown): (&Assembly<'_>, Shown),
         paths: &[Path<'_>],
-        [v, weight]: [f64; 2],
+        height: [f64; 2],
         work: &mut Work,
     ) -> Line {
         let Work {
             finder,
             breaks,
-            nodes,
-            integrals,
+            panels,
             depths,
+            integrals,
         } = work;
-        let row = self.plane.row(v);
+        let row = self.plane.row(height[0]);
         breaks.clear();
-        paths
-            .iter()
-            .for_each(|path| path.add_positions(&row, breaks));
+        (paths.iter()).for_each(|path| path.add_positions(&row, breaks));
         let of_body = extremes(breaks);
         let organs = assembly.surroundings();
         organs.for_each(|organ| add_organ_positions(organ, &row, breaks));
@@ -211,17 +220,14 @@ impl<'a> View<'a> {
             Shown::Organs => extremes(breaks),
             Shown::Change => of_body,
         };
-        nodes.clear();
-        self.add_panels(0, bounds, breaks, Ends::Roots, nodes);
-        let bins = self.bins_of(nodes);
-        let n_nodes = self.response.n_nodes();
+        self.add_panels((0, shown), bounds, breaks, panels);
+        let bins = self.bins_of(panels);
         let mut line = Line {
-            v,
-            weight,
-            sums: vec![0.0; n_nodes * bins.len()],
+            height,
+            sums: vec![0.0; self.response.n_nodes() * bins.len()],
             bins,
             largest: 0.0,
-            rays: nodes.len() as u64,
+            rays: 0,
             hit: 0,
         };
         simd_set::Set::detect().run(Cast {
@@ -229,32 +235,31 @@ impl<'a> View<'a> {
             assembly,
             shown,
             row: &row,
-            nodes,
+            panels,
             finder,
-            integrals: [integrals, depths],
+            integrals,
+            depths,
             line: &mut line,
         });
         line
     }
 
-    /// The bins that content at any of the nodes reaches.
-    fn bins_of(&self, nodes: &[[f64; 2]]) -> Range<usize> {
-        let (Some([first, _]), Some([last, _])) = (nodes.first(), nodes.last()) else {
+    /// The bins that content of any of the panels reaches.
+    fn bins_of(&self, panels: &[Panel]) -> Range<usize> {
+        let ends = panels.iter().flat_map(|panel| panel.ends);
+        let [low, high] = extremes(&ends.collect::<Vec<_>>());
+        if low > high {
             return 0..0;
-        };
-        self.weights.iter().fold(usize::MAX..0, |bins, [along, _]| {
-            let [from, to] = [first, last].map(|at| along.bins(*at));
-            bins.start.min(from.start)..bins.end.max(to.end)
-        })
+        }
+        let of = |[along, _]: &[Weights; 2]| along.bins(low).start..along.bins(high).end;
+        self.weights.iter().map(of).reduce(union).unwrap_or(0..0)
     }
 
-    /// Sums the rows of the quadrature, in their order, to rows of samples.
+    /// Sums the rows of rays, in their order, to rows of samples.
     fn sum(&self, lines: &[Line], rows: Range<usize>) -> Image {
-        let used = lines.iter().filter(|line| !line.bins.is_empty());
-        let bins = used.fold(usize::MAX..0, |bins, line| {
-            bins.start.min(line.bins.start)..bins.end.max(line.bins.end)
-        });
-        let bins = if bins.start < bins.end { bins } else { 0..0 };
+        let used = lines.iter().map(|line| line.bins.clone());
+        let used = used.filter(|bins| !bins.is_empty());
+        let bins = used.reduce(union).unwrap_or(0..0);
         let mut image = Image {
             samples: vec![0.0; rows.len() * bins.len()],
             bins: bins.clone(),
@@ -269,15 +274,12 @@ impl<'a> View<'a> {
             if line.bins.is_empty() {
                 continue;
             }
+            let [v, weight] = line.height;
             for (sums, [_, across]) in line.sums.chunks(line.bins.len()).zip(&self.weights) {
                 weights.clear();
                 weights.resize(rows.len(), 0.0);
-                across.add(line.v, line.weight, rows.start, &mut weights);
-                for (row, weight) in weights
-                    .iter()
-                    .enumerate()
-                    .filter(|(_, weight)| **weight != 0.0)
-                {
+                across.add(v, weight, rows.start, &mut weights);
+                for (row, weight) in weights.iter().enumerate().filter(|(_, w)| **w != 0.0) {
                     let at = row * bins.len() + line.bins.start - bins.start;
                     let samples = &mut image.samples[at..][..sums.len()];
                     for (sample, sum) in samples.iter_mut().zip(sums) {
@@ -296,9 +298,11 @@ struct Cast<'a, 'b> {
     assembly: &'a Assembly<'b>,
     shown: Shown,
     row: &'a RayRow,
-    nodes: &'a [[f64; 2]],
+    panels: &'a [Panel],
     finder: &'a mut Finder,
-    integrals: [&'a mut Vec<f64>; 2],
+    /// Integrals of Chebyshev polynomials along a ray, and those of the nodes of the response for the rays of a panel, `[ray][node]`.
+    integrals: &'a mut Vec<f64>,
+    depths: &'a mut Vec<f64>,
     line: &'a mut Line,
 }
 
@@ -306,29 +310,68 @@ impl simd_set::Work for Cast<'_, '_> {
     type Out = ();
 
     #[inline(always)]
-    fn run(self) {
-        let (response, line) = (self.view.response, self.line);
-        let [integrals, depths] = self.integrals;
-        for &[u, weight] in self.nodes {
-            let stretches = (self.finder).stretches(self.assembly, self.shown, &self.row.ray(u));
-            if stretches.is_empty() {
+    fn run(mut self) {
+        let n_nodes = self.view.response.n_nodes();
+        let mut mixed = vec![0.0; n_nodes];
+        for panel in self.panels {
+            let positions = panel.positions();
+            self.depths.clear();
+            self.depths.resize(positions.len() * n_nodes, 0.0);
+            for (k, u) in positions.iter().enumerate() {
+                self.cast(*u, k * n_nodes);
+            }
+            let nodes = panel.nodes();
+            if !panel.interpolates() {
+                for ([u, weight], depths) in nodes.iter().zip(self.depths.chunks(n_nodes)) {
+                    add_to_bins(self.view, self.line, *u, *weight, depths);
+                }
                 continue;
             }
-            line.hit += 1;
-            for sums in [&mut *integrals, &mut *depths] {
-                sums.clear();
-                sums.resize(response.n_nodes(), 0.0);
-            }
-            for_contents(stretches, |ends, amount, attenuation| {
-                response.add_integrals(ends, amount, attenuation, integrals);
-            });
-            line.largest = line.largest.max(integrals[0].abs());
-            response.add_nodes(integrals, weight, depths);
-            let sums = line.sums.chunks_exact_mut(line.bins.len().max(1));
-            for ((sums, depth), [along, _]) in sums.zip(&*depths).zip(&self.view.weights) {
-                along.add(u, *depth, line.bins.start, sums);
+            let matrix = panel.interpolation();
+            for ([u, weight], parts) in nodes.iter().zip(matrix.chunks(positions.len())) {
+                mixed.fill(0.0);
+                for (part, depths) in parts.iter().zip(self.depths.chunks(n_nodes)) {
+                    for (sum, depth) in mixed.iter_mut().zip(depths) {
+                        *sum += part * depth;
+                    }
+                }
+                add_to_bins(self.view, self.line, *u, *weight, &mixed);
             }
         }
+    }
+}
+
+impl Cast<'_, '_> {
+    /// Writes the integrals of the nodes of the response along a ray.
+    #[inline(always)]
+    fn cast(&mut self, u: f64, at: usize) {
+        let response = self.view.response;
+        self.line.rays += 1;
+        let stretches = (self.finder).stretches(self.assembly, self.shown, &self.row.ray(u));
+        if stretches.is_empty() {
+            return;
+        }
+        self.line.hit += 1;
+        self.integrals.clear();
+        self.integrals.resize(response.n_nodes(), 0.0);
+        for_contents(stretches, |ends, amount, attenuation| {
+            response.add_integrals(ends, amount, attenuation, self.integrals);
+        });
+        self.line.largest = self.line.largest.max(self.integrals[0].abs());
+        response.add_nodes(
+            self.integrals,
+            1.0,
+            &mut self.depths[at..][..response.n_nodes()],
+        );
+    }
+}
+
+/// Adds the integrals of the nodes of the response at a position to the bins of a row.
+#[inline(always)]
+fn add_to_bins(view: &View<'_>, line: &mut Line, u: f64, weight: f64, depths: &[f64]) {
+    let sums = line.sums.chunks_exact_mut(line.bins.len().max(1));
+    for ((sums, depth), [along, _]) in sums.zip(depths).zip(&view.weights) {
+        along.add(u, weight * depth, line.bins.start, sums);
     }
 }
 
@@ -337,10 +380,13 @@ impl simd_set::Work for Cast<'_, '_> {
 struct Work {
     finder: Finder,
     breaks: Vec<f64>,
-    nodes: Vec<[f64; 2]>,
-    /// Integrals of Chebyshev polynomials, and those of the nodes of the response.
+    panels: Vec<Panel>,
     integrals: Vec<f64>,
     depths: Vec<f64>,
+}
+
+fn union(a: Range<usize>, b: Range<usize>) -> Range<usize> {
+    a.start.min(b.start)..a.end.max(b.end)
 }
 
 /// The smallest and the largest of some numbers.

@@ -39,7 +39,7 @@ impl<'a> Path<'a> {
         };
         let knot = |k: usize| {
             let corner = is_corner(k);
-            (corner || k % step == 0 || k == n).then_some((k, corner))
+            (corner || k.is_multiple_of(step) || k == n).then_some((k, corner))
         };
         Self {
             body,
@@ -78,18 +78,54 @@ impl<'a> Path<'a> {
         let rho = [distance / across, -normal.x / across];
         let along = Vector3::x() + foot * rho[1];
         let [over, under] = position.on_plane(&(foot * rho[0]), [&along, &side]);
-        for sign in [-1.0, 1.0] {
-            let value = |[x, r]: [f64; 2]| {
-                let rho = rho[0] + rho[1] * x;
-                let square = (r - rho) * (r + rho);
-                (square > 0.0).then(|| {
-                    let half = sign * square.sqrt();
+        let depth = |index: f64| {
+            let [x, r] = self.point(index);
+            let rho = rho[0] + rho[1] * x;
+            (r - rho) * (r + rho)
+        };
+        for part in self.positive_parts(depth) {
+            for sign in [-1.0, 1.0] {
+                let value = |index: f64| {
+                    let half = sign * depth(index).max(0.0).sqrt();
+                    let [x, _] = self.point(index);
                     let of = |[a, b, c]: [f64; 3]| a + b * x + c * half;
                     of(over) / of(under)
-                })
-            };
-            self.add_extrema(value, breaks);
+                };
+                self.add_extrema(value, part, breaks);
+            }
         }
+    }
+
+    /// Returns the ranges of the index between whose ends a function is positive.
+    fn positive_parts(&self, depth: impl Fn(f64) -> f64) -> Vec<[f64; 2]> {
+        let knots = self.knots.iter().map(|(k, _)| *k as f64);
+        let mut samples: Vec<[f64; 2]> = knots.map(|index| [index, depth(index)]).collect();
+        // A part between two knots is found at the extremum.
+        let turns = samples.windows(3).filter_map(|three| {
+            let [[from, a], [_, b], [to, c]] = [three[0], three[1], three[2]];
+            let hides = (b <= 0.0 && a <= b && c <= b) || (b > 0.0 && a >= b && c >= b);
+            hides.then(|| extreme(&depth, [from, to], b <= 0.0))
+        });
+        let turns: Vec<[f64; 2]> = turns.map(|(index, value)| [index, value]).collect();
+        samples.extend(turns);
+        samples.sort_unstable_by(|a, b| a[0].total_cmp(&b[0]));
+        let mut parts = Vec::new();
+        let mut from = samples
+            .first()
+            .filter(|[_, depth]| *depth > 0.0)
+            .map(|[at, _]| *at);
+        for pair in samples.windows(2) {
+            let [[a, before], [b, after]] = [pair[0], pair[1]];
+            match (before > 0.0, after > 0.0) {
+                (false, true) => from = Some(boundary(&depth, a, b)),
+                (true, false) => {
+                    parts.extend(from.take().map(|from| [from, boundary(&depth, b, a)]))
+                }
+                _ => {}
+            }
+        }
+        parts.extend(from.zip(samples.last()).map(|(from, last)| [from, last[0]]));
+        parts
     }
 
     /// Appends the extreme positions on the circles in which a plane perpendicular to the axis cuts the layer.
@@ -106,65 +142,58 @@ impl<'a> Path<'a> {
     /// Appends the heights at which the integrals of the rows are not smooth.
     pub(super) fn add_heights(&self, plane: &RayPlane, breaks: &mut Vec<f64>) {
         let height = plane.height().in_body(self.body.pose());
+        let all = [0.0, self.layer.segments().len() as f64];
         for end in 0..2 {
-            self.add_extrema(|p| Some(height.on_parallel(p)[end]), breaks);
+            let value = |index: f64| height.on_parallel(self.point(index))[end];
+            self.add_extrema(value, all, breaks);
         }
     }
 
-    /// Appends the local extrema of a function of the points of the meridian, its values at corners, and its extrema near the ends of the parts
-    /// where it is defined.
-    fn add_extrema(&self, value: impl Fn([f64; 2]) -> Option<f64>, breaks: &mut Vec<f64>) {
-        let at = |index: f64| value(self.point(index));
-        let mut start = at(0.0);
-        // A ring begins off the axis.
-        breaks.extend(start.filter(|_| self.point(0.0)[1] > 0.0));
+    /// Appends the local extrema of a function between two indices, and its values at corners.
+    fn add_extrema(
+        &self,
+        value: impl Fn(f64) -> f64,
+        [low, high]: [f64; 2],
+        breaks: &mut Vec<f64>,
+    ) {
+        let known = self.knots.iter().map(|(k, corner)| (*k as f64, *corner));
+        let mut knots: Vec<(f64, bool)> = known
+            .filter(|(index, _)| low <= *index && *index <= high)
+            .collect();
+        if knots.first().is_none_or(|(index, _)| *index > low) {
+            knots.insert(0, (low, false));
+        }
+        if knots.last().is_none_or(|(index, _)| *index < high) {
+            knots.push((high, false));
+        }
         // The part before this one, and whether the function rises there.
         let mut before: Option<([f64; 2], bool)> = None;
-        for pair in self.knots.windows(2) {
-            let [(from, _), (to, corner)] = [pair[0], pair[1]];
-            let part = [from, to].map(|k| k as f64);
-            let end = at(part[1]);
-            let rising = match (start, end) {
-                (Some(low), Some(high)) => {
-                    let up = high > low;
-                    // The slope may change within either of two parts.
-                    if let Some((other, rising)) = before
-                        && rising != up
-                    {
-                        breaks.extend(extreme(at, part, !up));
-                        breaks.extend(extreme(at, other, !up));
-                    }
-                    Some(up)
-                }
-                (None, None) => None,
-                _ => {
-                    // The curve of both signs closes here, where its slope is infinite.
-                    let edge = boundary(|index| at(index).is_some(), part, end.is_some());
-                    let inside = match end {
-                        Some(_) => [edge, part[1]],
-                        None => [part[0], edge],
-                    };
-                    breaks.extend(
-                        [false, true]
-                            .iter()
-                            .flat_map(|most| extreme(at, inside, *most)),
-                    );
-                    None
-                }
-            };
-            breaks.extend(end.filter(|_| corner));
-            before = rising.map(|up| (part, up));
-            start = end;
+        let mut from = value(low);
+        for (k, pair) in knots.windows(2).enumerate() {
+            let [(a, corner), (b, _)] = [pair[0], pair[1]];
+            let (part, to) = ([a, b], value(b));
+            breaks.extend(corner.then_some(from));
+            let up = to > from;
+            if let Some((other, rising)) = before
+                && rising != up
+            {
+                // The slope may change within either of two parts.
+                breaks.extend([part, other].map(|part| extreme(&value, part, !up).1));
+            }
+            // At its ends a curve closes with an infinite slope.
+            if k == 0 || k + 2 == knots.len() {
+                breaks.extend([false, true].map(|largest| extreme(&value, part, largest).1));
+            }
+            (before, from) = (Some((part, up)), to);
         }
     }
 }
 
-/// Returns the index at which a function becomes defined (`up`) or ceases to be, on the defined side.
-fn boundary(inside: impl Fn(f64) -> bool, [from, to]: [f64; 2], up: bool) -> f64 {
-    let (mut out, mut within) = if up { (from, to) } else { (to, from) };
+/// Returns the index between one where a function is not positive and one where it is, on the positive side.
+fn boundary(value: impl Fn(f64) -> f64, mut out: f64, mut within: f64) -> f64 {
     for _ in 0..STEPS {
         let middle = 0.5 * (out + within);
-        if inside(middle) {
+        if value(middle) > 0.0 {
             within = middle;
         } else {
             out = middle;
@@ -173,20 +202,23 @@ fn boundary(inside: impl Fn(f64) -> bool, [from, to]: [f64; 2], up: bool) -> f64
     within
 }
 
-/// Returns the largest or smallest value between two indices, by golden-section search.
-fn extreme(
-    value: impl Fn(f64) -> Option<f64>,
-    [mut low, mut high]: [f64; 2],
-    largest: bool,
-) -> Option<f64> {
+/// Returns index and value of the largest or smallest value between two indices, by golden-section search.
+fn extreme(value: impl Fn(f64) -> f64, [mut low, mut high]: [f64; 2], largest: bool) -> (f64, f64) {
     let sign = if largest { 1.0 } else { -1.0 };
-    let of = |index: f64| value(index).map_or(f64::NEG_INFINITY, |v| sign * v);
+    let of = |index: f64| sign * value(index);
     let inner = |low: f64, high: f64| low + (1.0 - GOLDEN) * (high - low);
     let [mut a, mut b] = [inner(low, high), inner(high, low)];
     let [mut at_a, mut at_b] = [of(a), of(b)];
-    let mut best = of(low).max(of(high));
+    let mut best = (low, of(low));
+    let mut keep = |index: f64, value: f64| {
+        if value > best.1 {
+            best = (index, value);
+        }
+    };
+    keep(high, of(high));
     for _ in 0..SEARCH {
-        best = best.max(at_a).max(at_b);
+        keep(a, at_a);
+        keep(b, at_b);
         if at_a < at_b {
             (low, a, at_a) = (a, b, at_b);
             b = inner(high, low);
@@ -197,7 +229,7 @@ fn extreme(
             at_a = of(a);
         }
     }
-    best.is_finite().then_some(sign * best)
+    (best.0, sign * best.1)
 }
 
 /// Appends the positions of the outline of an organ in a row.

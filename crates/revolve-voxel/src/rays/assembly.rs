@@ -89,6 +89,40 @@ impl<'a> Assembly<'a> {
         Ok(self)
     }
 
+    /// Returns the parts of a ray with activity or attenuation, in its order.
+    ///
+    /// ```
+    /// use revolve_voxel::nalgebra::{Point3, Vector3};
+    /// use revolve_voxel::{Assembly, Ellipsoid, EllipticCylinder, Organ, OrganShape, Organs, Ray};
+    /// let torso = OrganShape::Cylinder(EllipticCylinder::new([0.0; 2], [16.0, 11.0])?);
+    /// let lung = OrganShape::Ellipsoid(Ellipsoid::new([7.0, 0.0, 0.0], [5.0, 7.0, 10.0])?);
+    /// let organs = Organs::new(vec![
+    ///     Organ { shape: torso, activity: 0.1, attenuation: 0.15 },
+    ///     Organ { shape: lung, activity: 0.02, attenuation: 0.045 },
+    /// ])?;
+    /// let ray = Ray::new(Point3::new(7.0, 0.0, 0.0), Vector3::y())?;
+    /// let parts = Assembly::new(&organs).parts(&ray);
+    /// assert_eq!(parts.len(), 3); // torso, lung, torso
+    /// assert_eq!((parts[1].span.length(), parts[1].activity), (14.0, 0.02));
+    /// # Ok::<(), revolve_voxel::RevolveError>(())
+    /// ```
+    pub fn parts(&self, ray: &Ray) -> Vec<RayPart> {
+        let mut finder = Finder::default();
+        let with_body = match finder.stretches(self, Shown::Change, ray).is_empty() {
+            true => Shown::Organs,
+            false => Shown::Change,
+        };
+        let part = |stretch: &Stretch| RayPart {
+            span: stretch.span,
+            activity: stretch.with.activity,
+            attenuation: stretch.with.attenuation,
+        };
+        let parts = finder.stretches(self, with_body, ray).iter().map(part);
+        parts
+            .filter(|part| [part.activity, part.attenuation] != [0.0; 2])
+            .collect()
+    }
+
     /// Returns the body.
     pub fn body(&self) -> Option<&'a Body> {
         self.body.as_ref().map(|own| own.body)
@@ -99,6 +133,18 @@ impl<'a> Assembly<'a> {
         let media = self.media.map(Organs::as_slice).unwrap_or_default();
         self.organs.as_slice().iter().chain(media)
     }
+}
+
+/// A part of a ray of constant activity and attenuation.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
+pub struct RayPart {
+    /// From where to where.
+    pub span: Span,
+    /// Activity per cm^3.
+    pub activity: f64,
+    /// Attenuation in 1/cm.
+    pub attenuation: f64,
 }
 
 /// A stretch of a ray between surfaces, with what is there and what the body replaces there; organs alone replace nothing.
@@ -318,34 +364,29 @@ impl Assembly<'_> {
         };
         let row_len = (rays.planes().len() + 1) * n_bins;
         let counters = (out.par_chunks_mut(row_len).enumerate()).map_init(
-            Finder::default,
-            |finder, (row, image)| {
+            || (Finder::default(), vec![0.0; rays.planes().len() + 1]),
+            |(finder, slabs), (row, image)| {
                 let mut counters = RayCounters::default();
                 let mask = rays.mask_of_row(row);
                 for bin in (0..n_bins).filter(|bin| mask.is_none_or(|mask| mask[*bin])) {
                     let ray = rays.line(bin, row);
-                    if capsule.as_ref().is_some_and(|capsule| !capsule.meets(&ray)) {
+                    if capsule.as_ref().is_some_and(|own| !own.meets(&ray)) {
                         counters.skipped += 1;
                         continue;
                     }
                     counters.cast += 1;
                     let stretches = finder.stretches(self, shown, &ray);
-                    counters.hit += u64::from(!stretches.is_empty());
-                    for_contents(stretches, |[p, q], amount, attenuation| {
-                        let mut through = 1.0;
-                        // From the detector on.
-                        for_slabs_back(rays.planes(), [p, q], |slab, [p, q]| {
-                            let thick = attenuation * (q - p);
-                            let mean = if thick > 0.0 {
-                                -(-thick).exp_m1() / thick
-                            } else {
-                                1.0
-                            };
-                            let value = weight * amount * through * (q - p) * mean;
-                            image[slab * n_bins + bin] += T::from_f64(value);
-                            through *= (-thick).exp();
-                        });
+                    if stretches.is_empty() {
+                        continue;
+                    }
+                    counters.hit += 1;
+                    slabs.fill(0.0);
+                    for_contents(stretches, |ends, amount, attenuation| {
+                        add_to_slabs(rays.planes(), ends, amount, attenuation, slabs);
                     });
+                    for (slab, sum) in slabs.iter().enumerate().filter(|(_, sum)| **sum != 0.0) {
+                        image[slab * n_bins + bin] += T::from_f64(weight * sum);
+                    }
                 }
                 counters
             },
@@ -386,19 +427,33 @@ pub(crate) fn for_contents(stretches: &[Stretch], mut each: impl FnMut([f64; 2],
     }
 }
 
-/// Calls `each` with the part of a segment in every slab that it meets, the last slab first.
+/// Adds the integrals of `amount exp(-attenuation (high - t))` from `low` to `high` over each slab, the last one first.
 #[inline(always)]
-fn for_slabs_back(planes: &[f64], [low, high]: [f64; 2], mut each: impl FnMut(usize, [f64; 2])) {
+fn add_to_slabs(
+    planes: &[f64],
+    [low, high]: [f64; 2],
+    amount: f64,
+    attenuation: f64,
+    slabs: &mut [f64],
+) {
     let mut slab = planes.partition_point(|plane| *plane < high);
-    let mut right = high;
+    let (mut right, mut through) = (high, amount);
     loop {
-        let left = slab
-            .checked_sub(1)
-            .map_or(low, |below| planes[below].max(low));
-        each(slab, [left, right]);
+        let left = match slab.checked_sub(1) {
+            Some(below) => planes[below].max(low),
+            None => low,
+        };
+        let thick = attenuation * (right - left);
+        let mean = if thick > 0.0 {
+            -(-thick).exp_m1() / thick
+        } else {
+            1.0
+        };
+        slabs[slab] += through * (right - left) * mean;
         if left <= low {
             return;
         }
+        through *= (-thick).exp();
         (slab, right) = (slab - 1, left);
     }
 }
