@@ -1,0 +1,6 @@
+//! Results beside published measurements, closed forms and the results of other programs (`docs/evidence.md`).
+
+#![allow(clippy::expect_used, clippy::panic, clippy::unwrap_used)]
+
+mod enclosure;
+mod interval;
