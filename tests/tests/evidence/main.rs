@@ -4,3 +4,4 @@
 
 mod enclosure;
 mod interval;
+mod rubber;
