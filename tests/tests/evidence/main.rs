@@ -2,6 +2,7 @@
 
 #![allow(clippy::expect_used, clippy::panic, clippy::unwrap_used)]
 
+mod collimator;
 mod enclosure;
 mod interval;
 mod rubber;
