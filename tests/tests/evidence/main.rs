@@ -5,4 +5,5 @@
 mod collimator;
 mod enclosure;
 mod interval;
+mod partial_volume;
 mod rubber;
