@@ -6,4 +6,5 @@ mod collimator;
 mod enclosure;
 mod interval;
 mod partial_volume;
+mod projectors;
 mod rubber;
