@@ -194,15 +194,18 @@ impl CollimatorSettings {
         Ok(match self.holes {
             HolesSettings::GeLehr => of(&ParallelHoles::GE_LEHR),
             HolesSettings::GeLegp => of(&ParallelHoles::GE_LEGP),
+            HolesSettings::GeVentriLehr => of(&ParallelHoles::GE_VENTRI_LEHR),
             HolesSettings::SiemensLehr => of(&ParallelHoles::SIEMENS_LEHR),
             HolesSettings::Parallel {
                 diameter,
                 length,
                 attenuation,
+                response,
             } => of(&ParallelHoles {
                 diameter,
                 length,
                 attenuation,
+                response,
             }),
             HolesSettings::Widths { slope, at_face } => {
                 Collimator::new(slope, at_face, intrinsic / (8.0 * LN_2).sqrt())

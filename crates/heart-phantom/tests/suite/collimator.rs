@@ -225,6 +225,30 @@ fn a_collimator_that_cannot_be_is_refused() {
     );
 }
 
+/// The response of holes by its name in a scene: 0.4247, 0.3727 and 0.3536 diameters at the face.
+#[test]
+fn the_response_of_holes_has_a_name() {
+    for (response, widths) in [
+        ("", 0.424_66),
+        (", response = \"anger\"", 0.424_66),
+        (", response = \"hexagonal\"", 0.372_68),
+        (", response = \"round\"", 0.353_55),
+    ] {
+        let holes = format!("diameter = 0.2, length = 3.0, attenuation = 26.9{response}");
+        let text =
+            format!("[collimator]\nholes = {{ parallel = {{ {holes} }} }}\nintrinsic_fwhm = 0.4\n");
+        let settings = Scene::from_toml(&text).unwrap().collimator.unwrap();
+        assert!((settings.response().unwrap().at_face() / 0.2 - widths).abs() < 1e-5);
+    }
+    let text = "[collimator]\nholes = \"ge-ventri-lehr\"\nintrinsic_fwhm = 0.4\n";
+    let ventri = Scene::from_toml(text).unwrap().collimator.unwrap();
+    // Holes of 1.4 mm and 30 mm: FWHM at 10 cm without the crystal.
+    let length: f64 = 3.0 - 2.0 / 26.9;
+    let fwhm: f64 = 0.14 * (length + 10.0) / length;
+    let expected = fwhm.hypot(0.4) / (8.0 * LN_2).sqrt();
+    assert!((ventri.response().unwrap().sigma(10.0) - expected).abs() < 1e-12);
+}
+
 /// The wall is outer minus inner membrane. After attenuation, division into slabs and blur, rounding left -1e-26 where the activity is
 /// zero, which the noise rejected.
 #[test]

@@ -274,7 +274,7 @@ impl Raster {
         }
         let first = bin(at - REACH * sigma);
         let end = (bin(at + REACH * sigma) + 1).min(n);
-        let up_to = |x: f64| 0.5 * erf(x / (sigma * std::f64::consts::SQRT_2));
+        let up_to = |x: f64| 0.5 * libm::erf(x / (sigma * std::f64::consts::SQRT_2));
         let ends: Vec<f64> = (first..=end.max(first)).map(|k| up_to(edge(k))).collect();
         (
             first,
@@ -344,18 +344,4 @@ impl Raster {
             }
         }
     }
-}
-
-/// The error function to 1.5e-7 (Abramowitz & Stegun 7.1.26), far below any tolerance here.
-fn erf(x: f64) -> f64 {
-    let t = 1.0 / (1.0 + 0.3275911 * x.abs());
-    let series = [
-        1.061405429,
-        -1.453152027,
-        1.421413741,
-        -0.284496736,
-        0.254829592,
-    ];
-    let sum = series.iter().fold(0.0, |sum, c| (sum + c) * t);
-    (1.0 - sum * (-x * x).exp()).copysign(x)
 }
