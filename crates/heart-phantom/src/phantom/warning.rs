@@ -198,7 +198,10 @@ impl fmt::Display for Warning {
             ),
             Self::Aliased { pitch, fwhm, error } => {
                 let (pitch, error) = (brief(pitch), brief(100.0 * error));
-                write!(f, "samples are values at the centres of bins with a pitch of {pitch} cm")?;
+                write!(
+                    f,
+                    "samples are values at the centres of bins with a pitch of {pitch} cm"
+                )?;
                 if fwhm > 0.0 {
                     write!(f, ", and the response has a FWHM of {} cm", brief(fwhm))?;
                 }
