@@ -27,8 +27,6 @@ use crate::{ParallelDetector, RayCounters, RevolveError};
 const NARROW: f64 = 0.125;
 /// Standard deviations around the edge of a bin within which such weights change.
 const STEP: f64 = 4.0;
-/// Scales by which a panel is longer for its number of nodes.
-const MORE: f64 = 2.0;
 /// Nodes that resolve organs in a panel: a number, and as many for each unit of the density.
 const ORGANS: [f64; 2] = [4.0, 6.0];
 /// Breaks closer than this, relative to the largest coordinate, are one.
@@ -182,6 +180,13 @@ impl<'a> View<'a> {
             (0, Shown::Organs) => (ORGANS[0] + ORGANS[1] * self.density) as usize,
             _ => usize::MAX,
         };
+        // Two densities that differ by the root of two have different numbers of nodes in any panel. Steps of the weights, and corners of
+        // an outline at the edge of a bin, are of low order: then the numbers differ by the same factor.
+        let least = match is_narrow {
+            true => 4.0 * self.density,
+            false => 4.0 + 2.0 * self.density.log2(),
+        };
+        let least = least.round().max(1.0) - 1.0;
         for pair in breaks.windows(2) {
             let [from, to] = [pair[0], pair[1]];
             // In the middle of a bin the weights are constant.
@@ -190,7 +195,7 @@ impl<'a> View<'a> {
                 true => pitch,
                 false => narrowest,
             };
-            let fine = (self.density * (MORE + (to - from) / scale)).ceil();
+            let fine = least + (self.density * (to - from) / scale).ceil().max(1.0);
             panels.push(Panel::new([from, to], kind, fine.min(1e7) as usize, own));
         }
     }
