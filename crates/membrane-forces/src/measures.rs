@@ -288,7 +288,7 @@ fn mean_abs(a: f64, b: f64) -> (f64, f64, f64) {
     let sum = a.abs() + b.abs();
     let mean = 0.5 * (a * a + b * b) / sum;
     (
-        (mean),
+        mean,
         (a - mean * a.signum()) / sum,
         (b - mean * b.signum()) / sum,
     )

@@ -154,6 +154,7 @@ impl Motion {
             outer.set_load(LoadKind::Volume);
         }
         next.next_dt = None;
+        next.report_state();
         next.begin()?;
         *self = next;
         Ok(())
@@ -227,6 +228,7 @@ impl Motion {
 
     /// [`Motion::begin`], with the initial energy.
     fn start(&mut self) -> Result<()> {
+        self.report_state();
         self.begin()?;
         let energy = self.energy();
         self.initial = energy.kinetic + energy.elastic;
@@ -235,7 +237,6 @@ impl Motion {
 
     /// Computes intensities and accelerations at the current time.
     fn begin(&mut self) -> Result<()> {
-        self.report_state();
         let Self {
             load, inner, outer, ..
         } = self;

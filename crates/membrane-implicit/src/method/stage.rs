@@ -334,7 +334,10 @@ impl Stage {
             Constraint::TotalForce(_) => {
                 eq.body.length / new.intensity.abs().max(f64::MIN_POSITIVE)
             }
-            _ => 0.0,
+            Constraint::Intensity(_)
+            | Constraint::Volume(_)
+            | Constraint::Feedback(_)
+            | Constraint::Answer(_) => 0.0,
         };
         let moved = eq.reach * dot_in_eight(&new.velocity, &new.velocity).sqrt();
         let unit = eq.unit(moved);
