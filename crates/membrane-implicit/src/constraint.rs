@@ -4,7 +4,8 @@ use membrane_newton::Measure;
 
 use crate::body::{Body, LoadState};
 use crate::error::Result;
-use crate::load::{Load, LoadKind};
+use crate::load::Load;
+use crate::load_kind::LoadKind;
 
 /// The quantity that a stage must meet.
 #[derive(Debug, Clone, Copy)]

@@ -32,6 +32,7 @@ mod evolution;
 mod evolving;
 mod kinematics;
 mod load;
+mod load_kind;
 mod method;
 mod motion;
 mod mover;
@@ -43,7 +44,8 @@ pub use energy::Energy;
 pub use error::ImplicitError;
 pub use evolution::{Evolution, Frame};
 pub use evolving::{EvolvingOptions, evolve, evolve_observed};
-pub use load::{Feedback, Load, LoadKind};
+pub use load::{Feedback, Load};
+pub use load_kind::LoadKind;
 pub use membrane_newton::{
     self, DiscreteMembrane, Measure, Measures, Membrane, MembraneError, PressureLaw,
     ReferenceShape, Stiffness,

@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use crate::body::{Body, LoadState};
 use crate::error::{ImplicitError, Result};
+use crate::load_kind::LoadKind;
 
 /// A prescribed quantity; the force intensity f (or p) that belongs to it is part of the solution of each step.
 ///
@@ -32,19 +33,6 @@ type Signal = dyn Fn(f64) -> f64 + Send + Sync;
 enum Source {
     Time(Arc<Signal>),
     State(Box<dyn Model>),
-}
-
-/// The quantity that a [`Load`] prescribes.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum LoadKind {
-    /// Force intensity: f per unit of material length, or p per unit of current length.
-    Intensity,
-    /// Total force: intensity times the lateral surface of revolution (Eq. 4).
-    TotalForce,
-    /// Enclosed volume of revolution, cm^3.
-    Volume,
-    /// Force intensity as a function of volume and flow ([`Feedback`]).
-    Feedback,
 }
 
 /// A pressure that depends on the state: an afterload, a valve or a vessel.

@@ -2,7 +2,7 @@
 
 use membrane_newton::membrane_forces::Material;
 
-use crate::load::LoadKind;
+use crate::load_kind::LoadKind;
 
 /// The time integration scheme.
 ///
