@@ -9,8 +9,9 @@ use nalgebra::Vector3;
 use crate::images::plane::{Quotient, RayPlane, RayRow};
 use crate::{Body, Meridian, Organ, OrganShape};
 
-/// Corners of a meridian whose sine of the turn exceeds this divide panels.
-const CORNER: f64 = 0.1;
+/// Corners of a meridian whose sine of the turn exceeds this divide panels. Quadrature across the smaller ones, which polylines of few
+/// vertices have near an apex, is of second order: panels between them would need more nodes.
+const CORNER: f64 = 0.4;
 /// Parts of a smooth meridian between which extrema are searched.
 const PARTS: usize = 64;
 /// Steps of the search for an extremum, which is flat: it is located to 1e-5 of a part and known to 1e-10; and of bisections.
