@@ -22,12 +22,11 @@ use crate::{ImageGrid, LinearOperator, Sample, SliceAxis, Subset};
 /// Each view rotates the volume into planes parallel to its detector by the exact overlap areas of pixels and cells of the rotated grid
 /// (layers and rows: lengths). This conserves counts and keeps a uniform volume uniform; without blur and attenuation the views are those
 /// of [`Kernel::Strip`](crate::Kernel::Strip). The attenuation map is rotated in the same way. Emission is uniform over the depth of a
-/// cell, so that its escape has a closed form. The distance of planes is the shorter side of a pixel. A few Gaussians blur all planes,
-/// wider ones through narrower ones: variances are exact, and [`SpectOptions::tolerance`] bounds the deviation of a point's image from the
-/// lattice Gaussian of its plane. All entries of A are >= 0.
+/// cell, so that its escape has a closed form. The distance of planes is the shorter side of a pixel. A few Gaussians blur all planes:
+/// variances are exact, and [`SpectOptions::tolerance`] bounds the deviation of a point's image from the lattice Gaussian of its plane. All
+/// entries of A are >= 0.
 ///
-/// Zeng & Gullberg 1992, IEEE Trans. Nucl. Sci. 39, 1444, blur rotated planes depth by depth; McCarthy & Miller 1991, doi:10.1109/42.97593,
-/// and King, Pan & Luo 1997, IEEE Trans. Nucl. Sci. 44, plane through plane.
+/// Zeng & Gullberg 1992, IEEE Trans. Nucl. Sci. 39, 1444, blur rotated planes depth by depth.
 ///
 /// One traversal of the cells computes the weights of both directions: <A x, y> = <x, Aᵀ y> to rounding. Results are bitwise identical for
 /// any number of threads.
@@ -35,14 +34,13 @@ use crate::{ImageGrid, LinearOperator, Sample, SliceAxis, Subset};
 /// # Limitations
 ///
 /// Planes whose middle is behind the collimator face of a view are omitted: the orbit may cut corners of the grid, but not the body.
-/// Activity more than four standard deviations (of the widest response) beyond the edges of the detector is omitted. Scatter and septal
-/// penetration are not modelled: see [`EmOptions::background`](crate::EmOptions::background).
+/// Scatter and septal penetration are not modelled: see [`EmOptions::background`](crate::EmOptions::background).
 ///
 /// # Cost
 ///
-/// Either direction, per view and voxel: about ten multiply-adds, twice as many with attenuation; per view some tens of blurs of an image.
-/// Memory: 4 to 5 overlaps per view and pixel, which all [`subsets`](Self::subsets) share, a copy of the volume and of the attenuation map,
-/// and some tens of images for each of two views per thread. Concurrent calls have separate work arrays, which are kept for later calls.
+/// Either direction, per view and voxel: about ten multiply-adds, twice as many where there is attenuation; per view some tens of blurs of
+/// an image. Memory: 4 to 5 overlaps per view and pixel, which all [`subsets`](Self::subsets) share, a copy of the volume and of the
+/// attenuation map, and some tens of images for each of two views per thread. Concurrent calls have separate work arrays, which are kept for later calls.
 ///
 /// ```
 /// use radon::{

@@ -4,16 +4,16 @@ use rayon::prelude::*;
 
 use super::attenuation::Escape;
 use super::axial::Axial;
-use super::depth::Frame;
-use super::lanes::{LANES, Lanes};
+use super::blur::Blur;
 use super::turned::{Turned, View, reach};
 use super::{SpectGeometry, SpectOptions};
 use crate::error::{RadonError, length, product, within, zeros};
 use crate::iterative::{check_not_negative, check_samples};
+use crate::simd::Lanes;
 use crate::{ImageGrid, InstructionSet, Sample, SliceAxis};
 
-/// Margin of bins and rows beyond the detector in standard deviations, for blur into and out of the detector.
-const MARGIN: f64 = 4.0;
+/// Largest standard deviation of a response, in bins or rows.
+const WIDEST: f64 = 2500.0;
 
 /// Views and their common data.
 #[derive(Debug)]
@@ -23,10 +23,7 @@ pub(crate) struct Plan<T> {
     pub(super) axial: Axial<T>,
     /// Samples of a volume.
     pub(super) n_voxels: usize,
-    /// Bins and rows with their margins.
-    pub(super) frame: Frame,
-    /// Bins and rows of the margin before the detector's.
-    pub(super) margin: [usize; 2],
+    pub(super) blur: Blur<T>,
     pub(super) attenuation: Option<Attenuation<T>>,
     pub(super) instructions: InstructionSet,
 }
@@ -56,22 +53,28 @@ impl<T: Sample> Plan<T> {
             within("pitch in voxels", pitch / spacing, 1e-2, 1e2)?;
         }
         let n_voxels = product("volume", grid.image_len(), layers.n_slices())?;
-        let farthest = geometry.radii().iter().fold(0.0, |m: f64, &r| m.max(r)) + reach(grid);
-        let widest = options.collimator.sigma(farthest);
-        let mut margin = [0; 2];
-        for (margin, pitch) in margin.iter_mut().zip([views.pitch(), rows.spacing()]) {
-            let bins = MARGIN * widest / pitch;
-            within("margin in bins", bins, 0.0, 1e4)?;
-            *margin = bins.ceil() as usize;
+        let turned = Turned::new(geometry, grid)?;
+        let (collimator, beyond) = (&options.collimator, reach(grid) + turned.depth);
+        let ends = [
+            (f64::INFINITY, f64::min as fn(f64, f64) -> f64, -beyond),
+            (0.0, f64::max, beyond),
+        ];
+        let ends = ends
+            .map(|(start, of, beyond)| geometry.radii().iter().copied().fold(start, of) + beyond);
+        let pitch = [views.pitch(), rows.spacing()];
+        for pitch in pitch {
+            within(
+                "width of the response in bins",
+                collimator.sigma(ends[1]) / pitch,
+                0.0,
+                WIDEST,
+            )?;
         }
-        let [bins, before] = [margin[0], margin[1].next_multiple_of(LANES)];
-        let frame = Frame {
-            n_bins: views.n_bins() + 2 * bins,
-            n_blocks: (before + rows.n_slices() + margin[1]).div_ceil(LANES),
-        };
-        product("frame", frame.n_bins, LANES * frame.n_blocks)?;
-        let turned = Turned::new(geometry, grid, frame.n_bins, bins)?;
-        let axial = Axial::new(grid, layers, rows, before, frame.n_blocks)?;
+        let variances = ends.map(|distance| turned.variance(collimator, distance));
+        let blur = Blur::new(variances, pitch, options.tolerance, views.n_bins())?;
+        let [margin, margin_of_rows] = blur.margin();
+        let turned = turned.with_margin(margin)?;
+        let axial = Axial::new(grid, layers, rows, margin_of_rows)?;
         let attenuation = match options.attenuation.as_slice() {
             [] => None,
             map => {
@@ -81,7 +84,17 @@ impl<T: Sample> Plan<T> {
                 Some(Attenuation::new(map, &axial, turned.depth)?)
             }
         };
-        let of_view = |view| turned.view(view, &axial, &options.collimator, options.tolerance);
+        let mut attenuates = vec![false; axial.block_len];
+        for (k, _) in options
+            .attenuation
+            .iter()
+            .enumerate()
+            .filter(|(_, x)| **x > T::ZERO)
+        {
+            let pixel = k % grid.image_len();
+            attenuates[axial.place(pixel % grid.nx(), pixel / grid.nx())] = true;
+        }
+        let of_view = |view| turned.view(view, &axial, (collimator, &blur), &attenuates);
         let views = (0..views.n_views()).into_par_iter().map(of_view);
         let views = views.collect::<Result<_, _>>()?;
         Ok(Self {
@@ -89,8 +102,7 @@ impl<T: Sample> Plan<T> {
             views,
             axial,
             n_voxels,
-            frame,
-            margin: [bins, before],
+            blur,
             attenuation,
             instructions: InstructionSet::detect(),
         })
@@ -101,7 +113,7 @@ impl<T: Sample> Attenuation<T> {
     fn new(map: &[T], axial: &Axial<T>, depth: f64) -> Result<Self, RadonError> {
         let most = map.iter().fold(0.0, |m: f64, x| m.max(x.f64()));
         within("optical thickness of a voxel", most * depth, 0.0, 1e6)?;
-        let mut blocks = zeros("attenuation map", axial.block_len, axial.blocks.len())?;
+        let mut blocks = zeros("attenuation map", axial.block_len, axial.rows.n_blocks)?;
         axial.read(map, &mut blocks);
         Ok(Self {
             map: blocks,
