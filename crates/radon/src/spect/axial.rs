@@ -6,7 +6,7 @@ use super::blur::Rows;
 use super::overlap::segment;
 use crate::error::{RadonError, room};
 use crate::simd::{Lanes, ROWS};
-use crate::{ImageGrid, Sample, SliceAxis};
+use crate::{ImageGrid, InstructionSet, Sample, SliceAxis};
 
 /// Parts of a row below this are rounding errors of coincident edges.
 const LEAST: f64 = 1e-12;
@@ -78,40 +78,67 @@ impl<T: Sample> Axial<T> {
     }
 
     /// Computes the blocks of a volume.
-    pub(super) fn read(&self, volume: &[T], blocks: &mut [Lanes<T>]) {
-        let n_pixels = self.block_len / self.stride * self.nx;
+    pub(super) fn read(&self, set: InstructionSet, volume: &[T], blocks: &mut [Lanes<T>]) {
+        let (nx, n_pixels) = (self.nx, self.n_pixels());
         let jobs = blocks.par_chunks_mut(self.block_len);
         let jobs = jobs.zip(self.of_rows.par_chunks(ROWS));
         jobs.for_each(|(block, rows)| {
+            let mut lines = vec![T::ZERO; ROWS * nx];
             for (iy, pixels) in block.chunks_exact_mut(self.stride).enumerate() {
-                pixels.fill(Lanes::default());
-                for (lane, parts) in rows.iter().enumerate() {
-                    for &(layer, part) in parts {
-                        let from = &volume[layer * n_pixels + iy * self.nx..][..self.nx];
-                        for (pixel, &x) in pixels.iter_mut().zip(from) {
-                            pixel.0[lane] += part * x;
-                        }
-                    }
+                for (line, parts) in lines.chunks_exact_mut(nx).zip(rows) {
+                    let from = |layer: usize| &volume[layer * n_pixels + iy * nx..][..nx];
+                    add_parts(line, parts, from);
                 }
+                let lines: [&[T]; ROWS] = std::array::from_fn(|k| &lines[k * nx..][..nx]);
+                T::interleave(set, &lines, ROWS, Lanes::flat_mut(pixels));
             }
         });
     }
 
-    /// The adjoint of [`read`](Self::read).
-    pub(super) fn write(&self, blocks: &[Lanes<T>], volume: &mut [T]) {
-        let n_pixels = self.block_len / self.stride * self.nx;
-        let jobs = volume.par_chunks_mut(n_pixels).zip(&self.of_layers);
-        jobs.for_each(|(layer, parts)| {
-            layer.fill(T::ZERO);
-            for &(row, part) in parts {
-                let block = &blocks[row / ROWS * self.block_len..][..self.block_len];
-                let pixels = block.chunks_exact(self.stride);
-                for (to, pixels) in layer.chunks_exact_mut(self.nx).zip(pixels) {
-                    for (x, pixel) in to.iter_mut().zip(pixels) {
-                        *x += part * pixel.0[row % ROWS];
-                    }
-                }
+    /// The adjoint of [`read`](Self::read); `rows` are a work array.
+    pub(super) fn write(
+        &self,
+        set: InstructionSet,
+        blocks: &[Lanes<T>],
+        rows: &mut Vec<T>,
+        volume: &mut [T],
+    ) {
+        let (nx, n_pixels) = (self.nx, self.n_pixels());
+        rows.resize(self.of_rows.len() * n_pixels, T::ZERO);
+        let jobs = blocks.par_chunks(self.block_len);
+        let jobs = jobs.zip(rows.par_chunks_mut(ROWS * n_pixels));
+        jobs.for_each(|(block, rows)| {
+            let mut rows: Vec<_> = rows.chunks_exact_mut(n_pixels).collect();
+            for (iy, pixels) in block.chunks_exact(self.stride).enumerate() {
+                let lines = rows.iter_mut().map(|row| &mut row[iy * nx..][..nx]);
+                T::separate(
+                    set,
+                    Lanes::flat(pixels),
+                    ROWS,
+                    &mut lines.collect::<Vec<_>>(),
+                );
             }
         });
+        let jobs = volume.par_chunks_mut(n_pixels).zip(&self.of_layers);
+        jobs.for_each(|(layer, parts)| {
+            add_parts(layer, parts, |row: usize| {
+                &rows[row * n_pixels..][..n_pixels]
+            });
+        });
+    }
+
+    /// Pixels of a layer.
+    fn n_pixels(&self) -> usize {
+        self.block_len / self.stride * self.nx
+    }
+}
+
+/// Computes a sum of parts of rows.
+fn add_parts<'a, T: Sample>(sum: &mut [T], parts: &[(usize, T)], row: impl Fn(usize) -> &'a [T]) {
+    sum.fill(T::ZERO);
+    for &(k, part) in parts {
+        for (sum, &x) in sum.iter_mut().zip(row(k)) {
+            *sum += part * x;
+        }
     }
 }

@@ -114,7 +114,7 @@ impl<T: Sample> Attenuation<T> {
         let most = map.iter().fold(0.0, |m: f64, x| m.max(x.f64()));
         within("optical thickness of a voxel", most * depth, 0.0, 1e6)?;
         let mut blocks = zeros("attenuation map", axial.block_len, axial.rows.n_blocks)?;
-        axial.read(map, &mut blocks);
+        axial.read(InstructionSet::detect(), map, &mut blocks);
         Ok(Self {
             map: blocks,
             escape: Escape::new(most * depth),

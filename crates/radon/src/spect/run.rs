@@ -28,6 +28,8 @@ pub(crate) struct Scratch<T> {
     sums: Vec<Lanes<T>>,
     /// Nodes of the adjoint, `[view][block][node][bin]`.
     nodes: Vec<Lanes<T>>,
+    /// A volume in rows of the detector.
+    rows: Vec<T>,
     jobs: Pool<Job<T>>,
 }
 
@@ -57,7 +59,7 @@ impl<T: Sample> Plan<T> {
         let Scratch {
             blocks, sums, jobs, ..
         } = scratch;
-        self.axial.read(volume, blocks);
+        self.axial.read(self.instructions, volume, blocks);
         let (view_len, block_len) = (self.geometry.view_len(), self.axial.block_len);
         let (len, n_blocks) = (self.blur.sums_len(), self.axial.rows.n_blocks);
         for (views, out) in views.chunks(n).zip(out.chunks_mut(n * view_len)) {
@@ -110,6 +112,7 @@ impl<T: Sample> Plan<T> {
             blocks,
             sums,
             nodes,
+            rows,
             jobs,
         } = scratch;
         blocks.fill(Lanes::default());
@@ -156,7 +159,7 @@ impl<T: Sample> Plan<T> {
                 });
             });
         }
-        self.axial.write(blocks, volume);
+        self.axial.write(self.instructions, blocks, rows, volume);
         Ok(())
     }
 
