@@ -30,9 +30,9 @@ pub(super) fn counted(views: &[f32]) -> Vec<f32> {
 
 /// Sorts subsets by the bit-reversed index of their first view.
 pub(super) fn in_turns(
-    mut subsets: Vec<Subset<SpectOperator<f32>>>,
-) -> Vec<Subset<SpectOperator<f32>>> {
-    subsets.sort_by_key(|subset| subset.operator.views()[0].reverse_bits());
+    mut subsets: Vec<Subset<SpectOperator<f32>, f32>>,
+) -> Vec<Subset<SpectOperator<f32>, f32>> {
+    subsets.sort_by_key(|subset| subset.operator().views()[0].reverse_bits());
     subsets
 }
 
@@ -53,12 +53,9 @@ impl Phantom {
         let operator = self.model(osem, gate, &voxels, map)?;
         let expected = operator.data_len();
         check_length("views", views.len(), expected)?;
-        // Voxels outside all views stay zero; the others start uniform, with the total counts.
-        let mut seen = vec![0.0f32; operator.image_len()];
-        operator.adjoint_into(&vec![1.0; expected], &mut seen)?;
         let subsets = in_turns(operator.subsets(osem.subsets)?);
         let data = (counted(views), self.background(osem, gate)?);
-        let (volume, report) = self.passes(osem, &subsets, data, seen, progress)?;
+        let (volume, report) = self.passes(osem, &subsets, data, progress)?;
         Ok((voxels.cut(&volume, self.camera()), report))
     }
 
@@ -70,16 +67,20 @@ impl Phantom {
         }
     }
 
-    /// Iterates with a background from a volume that is uniform where the sensitivity `seen` is positive.
+    /// Iterates with a background. Voxels outside all views stay zero; the others start uniform, with the total counts.
     pub(super) fn passes<O: LinearOperator<f32>>(
         &self,
         osem: &Osem,
-        subsets: &[Subset<O>],
+        subsets: &[Subset<O, f32>],
         (views, background): (Vec<f32>, Vec<f32>),
-        seen: Vec<f32>,
         progress: &dyn Fn(usize),
     ) -> Result<(Vec<f32>, OsemReport), PhantomError> {
-        let mut volume = seen;
+        let mut volume = Vec::new();
+        for subset in subsets {
+            let seen = subset.sensitivity()?;
+            volume.resize(seen.len(), 0.0f32);
+            volume.iter_mut().zip(seen).for_each(|(sum, x)| *sum += x);
+        }
         let sum = |samples: &[f32]| samples.iter().map(|&x| f64::from(x)).sum::<f64>();
         let level = (sum(&views) / sum(&volume)) as f32;
         let start = |x: &mut f32| *x = if *x > 0.0 { level } else { 0.0 };

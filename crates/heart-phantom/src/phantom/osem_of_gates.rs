@@ -6,10 +6,10 @@ use super::model_voxels::farthest;
 use super::osem::{counted, in_turns};
 use crate::Rotation;
 use crate::error::PhantomError;
-use radon::{LinearOperator, MovingOperator, SpectOperator, State, Subset};
+use radon::{MovingOperator, SpectOperator, State, Subset};
 
-/// A subset of a gate with the indices of its data and the weights of its views.
-type Part = Subset<State<SpectOperator<f32>>>;
+/// The states of a subset, and the indices of their data.
+type Part = (Vec<State<SpectOperator<f32>>>, Vec<usize>);
 
 impl Phantom {
     /// The volume at end-diastole and end-expiration.
@@ -33,7 +33,7 @@ impl Phantom {
         let mut views = counted(views);
         let mut background = Vec::new();
         let mut shared: Option<SpectOperator<f32>> = None;
-        let mut states: Vec<Vec<Part>> = (0..osem.subsets).map(|_| Vec::new()).collect();
+        let mut parts: Vec<Part> = (0..osem.subsets).map(|_| Part::default()).collect();
         for (gate, warps) in self.warps_of_gates(grid)?.into_iter().enumerate() {
             let model = match shared.take().filter(|_| alike) {
                 Some(model) => model,
@@ -46,18 +46,15 @@ impl Phantom {
                 }
             };
             let subsets = in_turns(model.subsets(osem.subsets)?);
-            for (states, Subset { operator, data }) in states.iter_mut().zip(subsets) {
+            for ((states, all), subset) in parts.iter_mut().zip(subsets) {
                 let of_view = |view: &usize| weights[gate][*view];
-                let state = State {
+                let (operator, data) = subset.into_parts();
+                states.push(State {
                     warps: warps.clone(),
                     weights: operator.views().iter().map(of_view).collect(),
                     operator,
-                };
-                let data = data.into_iter().map(|k| gate * each + k).collect();
-                states.push(Subset {
-                    operator: state,
-                    data,
                 });
+                all.extend(data.into_iter().map(|k| gate * each + k));
             }
             shared = Some(model);
             let mut scatter = self.background(osem, gate)?;
@@ -71,18 +68,12 @@ impl Phantom {
             }
             background.append(&mut scatter);
         }
-        let mut subsets = Vec::with_capacity(osem.subsets);
-        for states in states {
-            let data = states
-                .iter()
-                .flat_map(|state| state.data.iter().copied())
-                .collect();
-            let states = states.into_iter().map(|state| state.operator).collect();
-            let operator = MovingOperator::new(states)?;
-            subsets.push(Subset { operator, data });
-        }
-        let seen = seen(&subsets)?;
-        let (volume, report) = self.passes(osem, &subsets, (views, background), seen, progress)?;
+        let subset = |(states, data)| Ok(Subset::new(MovingOperator::new(states)?, data));
+        let subsets = parts
+            .into_iter()
+            .map(subset)
+            .collect::<Result<Vec<_>, PhantomError>>()?;
+        let (volume, report) = self.passes(osem, &subsets, (views, background), progress)?;
         Ok((voxels.cut(&volume, self.camera()), report))
     }
 
@@ -111,16 +102,4 @@ impl Phantom {
         }
         Ok(weights)
     }
-}
-
-/// The sensitivity: the adjoints of all subsets, applied to ones.
-fn seen<O: LinearOperator<f32>>(subsets: &[Subset<O>]) -> Result<Vec<f32>, PhantomError> {
-    let mut all = Vec::new();
-    for Subset { operator, data } in subsets {
-        let mut one = vec![0.0f32; operator.image_len()];
-        operator.adjoint_into(&vec![1.0; data.len()], &mut one)?;
-        all.resize(one.len(), 0.0);
-        all.iter_mut().zip(&one).for_each(|(sum, x)| *sum += x);
-    }
-    Ok(all)
 }

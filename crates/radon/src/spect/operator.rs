@@ -120,7 +120,7 @@ impl<T: Sample> SpectOperator<T> {
     /// # Errors
     /// [`RadonError::TooFew`] for no subset, [`RadonError::OutOfRange`] for more subsets than views, [`RadonError::TooLarge`] if the
     /// indices of the samples exceed the memory.
-    pub fn subsets(&self, n_subsets: usize) -> Result<Vec<Subset<Self>>, RadonError> {
+    pub fn subsets(&self, n_subsets: usize) -> Result<Vec<Subset<Self, T>>, RadonError> {
         at_least("n_subsets", n_subsets, 1)?;
         within("n_subsets", n_subsets as f64, 1.0, self.views.len() as f64)?;
         let view_len = self.geometry().view_len();
@@ -132,13 +132,11 @@ impl<T: Sample> SpectOperator<T> {
         let subset = |first: usize| {
             let places = (first..self.views.len()).step_by(n_subsets);
             let samples = |place: usize| place * view_len..(place + 1) * view_len;
-            Subset {
-                operator: Self {
-                    shared: Arc::clone(&self.shared),
-                    views: places.clone().map(|place| self.views[place]).collect(),
-                },
-                data: places.flat_map(samples).collect(),
-            }
+            let operator = Self {
+                shared: Arc::clone(&self.shared),
+                views: places.clone().map(|place| self.views[place]).collect(),
+            };
+            Subset::new(operator, places.flat_map(samples).collect())
         };
         Ok((0..n_subsets).map(subset).collect())
     }

@@ -327,15 +327,15 @@ fn osem_finds_what_moves_in_one_frame() {
                 let (mut states, mut data) = (Vec::new(), Vec::new());
                 for (j, (warp, subsets)) in all.iter().enumerate() {
                     let part = operator().subsets(4).unwrap().remove(k);
-                    data.extend(subsets[k].data.iter().map(|i| 384 * j + i));
+                    data.extend(subsets[k].data().iter().map(|i| 384 * j + i));
                     states.push(State {
                         warps: Warps::new(vec![warp.clone()]).unwrap(),
-                        operator: part.operator,
+                        operator: part.into_parts().0,
                         weights: vec![1.0],
                     });
                 }
                 let operator = MovingOperator::new(states).unwrap();
-                Subset { operator, data }
+                Subset::new(operator, data)
             })
             .collect();
         let stopping = Stopping::default().with_max_iterations(60);

@@ -178,7 +178,7 @@ fn the_adjoint_is_the_transpose() {
             let off = adjointness::<f64>(&operator);
             assert!(off < 1e-14, "{off}");
             for part in operator.subsets(4).unwrap() {
-                let off = adjointness::<f64>(&part.operator);
+                let off = adjointness::<f64>(part.operator());
                 assert!(off < 1e-14, "{off}");
             }
             let map = if attenuated { small.map() } else { vec![] };
@@ -219,19 +219,22 @@ fn subsets_are_parts_of_the_whole() {
     let whole = forward(&operator, &x);
     let mut seen = vec![0; whole.len()];
     let subsets = operator.subsets(4).unwrap();
-    assert_eq!(subsets[1].operator.views(), [1, 5]);
+    assert_eq!(subsets[1].operator().views(), [1, 5]);
     for part in &subsets {
-        for (value, &index) in forward(&part.operator, &x).iter().zip(&part.data) {
+        for (value, &index) in forward(part.operator(), &x).iter().zip(part.data()) {
             assert_eq!(*value, whole[index]);
             seen[index] += 1;
         }
     }
     assert!(seen.iter().all(|&n| n == 1));
     // A subset of a subset: views 1 and 5 one by one.
-    let nested = subsets[1].operator.subsets(2).unwrap();
-    assert_eq!(nested[1].operator.views(), [5]);
-    let own = forward(&subsets[1].operator, &x);
-    for (value, &index) in forward(&nested[1].operator, &x).iter().zip(&nested[1].data) {
+    let nested = subsets[1].operator().subsets(2).unwrap();
+    assert_eq!(nested[1].operator().views(), [5]);
+    let own = forward(subsets[1].operator(), &x);
+    for (value, &index) in forward(nested[1].operator(), &x)
+        .iter()
+        .zip(nested[1].data())
+    {
         assert_eq!(*value, own[index]);
     }
 }
