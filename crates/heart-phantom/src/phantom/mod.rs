@@ -95,6 +95,8 @@ pub struct Phantom {
     regions: OnceLock<Regions>,
     /// The plan used last, with its gate.
     plan: Mutex<Option<(usize, Arc<FbpPlan<f32>>)>>,
+    /// The OSEM model of all gates, if they share one.
+    model: OnceLock<osem::Model>,
     pub(crate) work: Work,
     /// File and text of the scene, for errors after reading.
     #[cfg(feature = "scene")]
@@ -190,6 +192,7 @@ impl Phantom {
             steps: OnceLock::new(),
             regions: OnceLock::new(),
             plan: Mutex::new(None),
+            model: OnceLock::new(),
             work: Work::default(),
             #[cfg(feature = "scene")]
             file: None,

@@ -3,13 +3,13 @@
 //! The model's voxels are those of the camera, extended to all that projects into the views and emits or attenuates: structures beyond a
 //! requested region contribute to the projections. The camera's voxels are extracted at the end.
 
-use super::Phantom;
 use super::method::{Compensation, KnownScatter, Osem, OsemReport};
 use super::model_voxels::{ModelVoxels, farthest};
+use super::{Phantom, once};
 use crate::error::{PhantomError, check_length};
 use crate::scan::Scan;
 use crate::truth::truth_of_slices;
-use crate::{Activity, Camera};
+use crate::{Activity, Camera, Rotation};
 use radon::{
     EmOptions, IterativeReport, LinearOperator, SliceAxis, SpectGeometry, SpectOperator,
     SpectOptions, Stopping, Subset,
@@ -28,12 +28,11 @@ pub(super) fn counted(views: &[f32]) -> Vec<f32> {
     views.iter().map(counted).collect()
 }
 
-/// Sorts subsets by the bit-reversed index of their first view.
-pub(super) fn in_turns(
-    mut subsets: Vec<Subset<SpectOperator<f32>, f32>>,
-) -> Vec<Subset<SpectOperator<f32>, f32>> {
-    subsets.sort_by_key(|subset| subset.operator().views()[0].reverse_bits());
-    subsets
+/// The model of a gate.
+#[derive(Debug)]
+pub(super) struct Model {
+    pub(super) voxels: ModelVoxels,
+    pub(super) subsets: Vec<Subset<SpectOperator<f32>, f32>>,
 }
 
 impl Phantom {
@@ -45,18 +44,43 @@ impl Phantom {
         views: &[f32],
         progress: &dyn Fn(usize),
     ) -> Result<(Vec<f32>, OsemReport), PhantomError> {
+        check_length(
+            "views",
+            views.len(),
+            self.camera().n_views() * self.camera().view_len(),
+        )?;
+        let own;
+        let model = match self.gates_share_model(osem) {
+            true => once(&self.model, || self.subsets(osem, gate))?,
+            false => {
+                own = self.subsets(osem, gate)?;
+                &own
+            }
+        };
+        let data = (counted(views), self.background(osem, gate)?);
+        let (volume, report) = self.passes(osem, &model.subsets, data, progress)?;
+        Ok((model.voxels.cut(&volume, self.camera()), report))
+    }
+
+    /// Whether all gates have the same geometry and attenuation map.
+    pub(super) fn gates_share_model(&self, osem: &Osem) -> bool {
+        let attenuation = self.parts().attenuation.as_ref();
+        let still = attenuation.is_some_and(|attenuation| attenuation.torso().is_some());
+        self.camera().rotation() == Rotation::StepAndShoot && (still || !osem.attenuation)
+    }
+
+    /// Returns the model of a gate in subsets.
+    pub(super) fn subsets(&self, osem: &Osem, gate: usize) -> Result<Model, PhantomError> {
         let voxels = self.parts().model_voxels(osem, farthest(&self.radii()?))?;
         let map = match osem.attenuation {
             true => self.mean_attenuation(gate, &voxels.camera)?,
             false => Vec::new(),
         };
         let operator = self.model(osem, gate, &voxels, map)?;
-        let expected = operator.data_len();
-        check_length("views", views.len(), expected)?;
-        let subsets = in_turns(operator.subsets(osem.subsets)?);
-        let data = (counted(views), self.background(osem, gate)?);
-        let (volume, report) = self.passes(osem, &subsets, data, progress)?;
-        Ok((voxels.cut(&volume, self.camera()), report))
+        let mut subsets = operator.subsets(osem.subsets)?;
+        // Consecutive subsets have different directions.
+        subsets.sort_by_key(|subset| subset.operator().views()[0].reverse_bits());
+        Ok(Model { voxels, subsets })
     }
 
     /// The scatter that the model of a gate contains; empty for none.

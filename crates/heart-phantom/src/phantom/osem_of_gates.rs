@@ -2,14 +2,9 @@
 
 use super::Phantom;
 use super::method::{Osem, OsemReport};
-use super::model_voxels::farthest;
-use super::osem::{counted, in_turns};
-use crate::Rotation;
+use super::osem::counted;
 use crate::error::PhantomError;
-use radon::{MovingOperator, SpectOperator, State, Subset};
-
-/// The states of a subset, and the indices of their data.
-type Part = (Vec<State<SpectOperator<f32>>>, Vec<usize>);
+use radon::{MovingOperator, State, Subset};
 
 impl Phantom {
     /// The volume at end-diastole and end-expiration.
@@ -19,58 +14,39 @@ impl Phantom {
         views: &[f32],
         progress: &dyn Fn(usize),
     ) -> Result<(Vec<f32>, OsemReport), PhantomError> {
-        let parts = self.parts();
-        let voxels = parts.model_voxels(osem, farthest(&self.radii()?))?;
-        let grid = voxels.camera.grid();
-        // All gates share a model whose attenuation does not move.
-        let torso = parts
-            .attenuation
-            .is_some_and(|attenuation| attenuation.torso().is_some());
-        let alike = self.camera().rotation() == Rotation::StepAndShoot;
-        let alike = alike && (torso || !osem.attenuation);
+        let n_models = match self.gates_share_model(osem) {
+            true => 1,
+            false => self.n_gates(),
+        };
+        let models = (0..n_models).map(|gate| self.subsets(osem, gate));
+        let models = models.collect::<Result<Vec<_>, PhantomError>>()?;
+        let of_gate = |gate: usize| &models[gate.min(n_models - 1)];
+        let voxels = &models[0].voxels;
+        let warps = self.warps_of_gates(voxels.camera.grid())?;
         let weights = self.weights_of_views()?;
         let each = self.camera().n_views() * self.camera().view_len();
-        let mut views = counted(views);
-        let mut background = Vec::new();
-        let mut shared: Option<SpectOperator<f32>> = None;
-        let mut parts: Vec<Part> = (0..osem.subsets).map(|_| Part::default()).collect();
-        for (gate, warps) in self.warps_of_gates(grid)?.into_iter().enumerate() {
-            let model = match shared.take().filter(|_| alike) {
-                Some(model) => model,
-                None => {
-                    let map = match osem.attenuation {
-                        true => self.mean_attenuation(gate, &voxels.camera)?,
-                        false => Vec::new(),
-                    };
-                    self.model(osem, gate, &voxels, map)?
-                }
-            };
-            let subsets = in_turns(model.subsets(osem.subsets)?);
-            for ((states, all), subset) in parts.iter_mut().zip(subsets) {
-                let of_view = |view: &usize| weights[gate][*view];
-                let (operator, data) = subset.into_parts();
-                states.push(State {
-                    warps: warps.clone(),
-                    weights: operator.views().iter().map(of_view).collect(),
-                    operator,
-                });
-                all.extend(data.into_iter().map(|k| gate * each + k));
-            }
-            shared = Some(model);
+        let (mut views, mut background) = (counted(views), Vec::new());
+        for (gate, weights) in weights.iter().enumerate() {
+            weigh(&mut views[gate * each..][..each], weights);
             let mut scatter = self.background(osem, gate)?;
-            let own = views[gate * each..][..each].chunks_mut(self.camera().view_len());
-            for (view, weight) in own.zip(&weights[gate]) {
-                view.iter_mut().for_each(|x| *x *= *weight as f32);
-            }
-            let own = scatter.chunks_mut(self.camera().view_len());
-            for (view, weight) in own.zip(&weights[gate]) {
-                view.iter_mut().for_each(|x| *x *= *weight as f32);
-            }
+            weigh(&mut scatter, weights);
             background.append(&mut scatter);
         }
-        let subset = |(states, data)| Ok(Subset::new(MovingOperator::new(states)?, data));
-        let subsets = parts
-            .into_iter()
+        let subset = |k: usize| {
+            let (mut states, mut data) = (Vec::new(), Vec::new());
+            for (gate, warps) in warps.iter().enumerate() {
+                let subset = &of_gate(gate).subsets[k];
+                let views = subset.operator().views().iter();
+                states.push(State {
+                    warps: warps.clone(),
+                    operator: subset.operator(),
+                    weights: views.map(|view| weights[gate][*view]).collect(),
+                });
+                data.extend(subset.data().iter().map(|k| gate * each + k));
+            }
+            Ok(Subset::new(MovingOperator::new(states)?, data))
+        };
+        let subsets = (0..osem.subsets)
             .map(subset)
             .collect::<Result<Vec<_>, PhantomError>>()?;
         let (volume, report) = self.passes(osem, &subsets, (views, background), progress)?;
@@ -101,5 +77,13 @@ impl Phantom {
             *weight = normal(*weight);
         }
         Ok(weights)
+    }
+}
+
+/// Multiplies each view by its weight.
+fn weigh(views: &mut [f32], weights: &[f64]) {
+    let len = (views.len() / weights.len()).max(1);
+    for (view, weight) in views.chunks_mut(len).zip(weights) {
+        view.iter_mut().for_each(|x| *x *= *weight as f32);
     }
 }
