@@ -95,7 +95,7 @@ pub struct Phantom {
     regions: OnceLock<Regions>,
     /// The plan used last, with its gate.
     plan: Mutex<Option<(usize, Arc<FbpPlan<f32>>)>>,
-    /// The OSEM model of all gates, if they share one.
+    /// The OSEM model of a gate, if all have the same geometry.
     model: OnceLock<osem::Model>,
     pub(crate) work: Work,
     /// File and text of the scene, for errors after reading.

@@ -31,8 +31,17 @@ pub(super) fn counted(views: &[f32]) -> Vec<f32> {
 /// The model of a gate.
 #[derive(Debug)]
 pub(super) struct Model {
-    pub(super) voxels: ModelVoxels,
+    operator: SpectOperator<f32>,
     pub(super) subsets: Vec<Subset<SpectOperator<f32>, f32>>,
+}
+
+impl Model {
+    fn new(osem: &Osem, operator: SpectOperator<f32>) -> Result<Self, PhantomError> {
+        let mut subsets = operator.subsets(osem.subsets)?;
+        // Consecutive subsets have different directions.
+        subsets.sort_by_key(|subset| subset.operator().views()[0].reverse_bits());
+        Ok(Self { operator, subsets })
+    }
 }
 
 impl Phantom {
@@ -49,17 +58,27 @@ impl Phantom {
             views.len(),
             self.camera().n_views() * self.camera().view_len(),
         )?;
+        let voxels = self.parts().model_voxels(osem, farthest(&self.radii()?))?;
         let own;
-        let model = match self.gates_share_model(osem) {
-            true => once(&self.model, || self.subsets(osem, gate))?,
+        let model = match self.camera().rotation() == Rotation::StepAndShoot {
+            true => {
+                let any = once(&self.model, || self.gate_model(osem, gate, &voxels, None))?;
+                match self.gates_share_model(osem) {
+                    true => any,
+                    false => {
+                        own = self.gate_model(osem, gate, &voxels, Some(any))?;
+                        &own
+                    }
+                }
+            }
             false => {
-                own = self.subsets(osem, gate)?;
+                own = self.gate_model(osem, gate, &voxels, None)?;
                 &own
             }
         };
         let data = (counted(views), self.background(osem, gate)?);
         let (volume, report) = self.passes(osem, &model.subsets, data, progress)?;
-        Ok((model.voxels.cut(&volume, self.camera()), report))
+        Ok((voxels.cut(&volume, self.camera()), report))
     }
 
     /// Whether all gates have the same geometry and attenuation map.
@@ -69,18 +88,23 @@ impl Phantom {
         self.camera().rotation() == Rotation::StepAndShoot && (still || !osem.attenuation)
     }
 
-    /// Returns the model of a gate in subsets.
-    pub(super) fn subsets(&self, osem: &Osem, gate: usize) -> Result<Model, PhantomError> {
-        let voxels = self.parts().model_voxels(osem, farthest(&self.radii()?))?;
+    /// Returns the model of a gate; `other` has the same geometry.
+    pub(super) fn gate_model(
+        &self,
+        osem: &Osem,
+        gate: usize,
+        voxels: &ModelVoxels,
+        other: Option<&Model>,
+    ) -> Result<Model, PhantomError> {
         let map = match osem.attenuation {
             true => self.mean_attenuation(gate, &voxels.camera)?,
             false => Vec::new(),
         };
-        let operator = self.model(osem, gate, &voxels, map)?;
-        let mut subsets = operator.subsets(osem.subsets)?;
-        // Consecutive subsets have different directions.
-        subsets.sort_by_key(|subset| subset.operator().views()[0].reverse_bits());
-        Ok(Model { voxels, subsets })
+        let operator = match other {
+            Some(other) => other.operator.with_attenuation(&map)?,
+            None => self.operator(osem, gate, voxels, map)?,
+        };
+        Model::new(osem, operator)
     }
 
     /// The scatter that the model of a gate contains; empty for none.
@@ -162,10 +186,10 @@ impl Phantom {
         if self.scene().reconstruction.compensation == Compensation::KnownMotion {
             self.wall(self.reference())?;
         }
-        self.model(osem, gate, &voxels, Vec::new()).map(drop)
+        self.operator(osem, gate, &voxels, Vec::new()).map(drop)
     }
 
-    pub(super) fn model(
+    fn operator(
         &self,
         osem: &Osem,
         gate: usize,

@@ -2,7 +2,9 @@
 
 use super::Phantom;
 use super::method::{Osem, OsemReport};
-use super::osem::counted;
+use super::model_voxels::farthest;
+use super::osem::{Model, counted};
+use crate::Rotation;
 use crate::error::PhantomError;
 use radon::{MovingOperator, State, Subset};
 
@@ -14,14 +16,18 @@ impl Phantom {
         views: &[f32],
         progress: &dyn Fn(usize),
     ) -> Result<(Vec<f32>, OsemReport), PhantomError> {
+        let voxels = self.parts().model_voxels(osem, farthest(&self.radii()?))?;
         let n_models = match self.gates_share_model(osem) {
             true => 1,
             false => self.n_gates(),
         };
-        let models = (0..n_models).map(|gate| self.subsets(osem, gate));
-        let models = models.collect::<Result<Vec<_>, PhantomError>>()?;
+        let mut models: Vec<Model> = Vec::with_capacity(n_models);
+        for gate in 0..n_models {
+            let other = models.first();
+            let other = other.filter(|_| self.camera().rotation() == Rotation::StepAndShoot);
+            models.push(self.gate_model(osem, gate, &voxels, other)?);
+        }
         let of_gate = |gate: usize| &models[gate.min(n_models - 1)];
-        let voxels = &models[0].voxels;
         let warps = self.warps_of_gates(voxels.camera.grid())?;
         let weights = self.weights_of_views()?;
         let each = self.camera().n_views() * self.camera().view_len();

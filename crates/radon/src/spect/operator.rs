@@ -80,7 +80,7 @@ pub struct SpectOperator<T> {
 #[derive(Debug)]
 struct Shared<T> {
     plan: Plan<T>,
-    scratch: Pool<Scratch<T>>,
+    scratch: Arc<Pool<Scratch<T>>>,
 }
 
 impl<T: Sample> SpectOperator<T> {
@@ -98,16 +98,30 @@ impl<T: Sample> SpectOperator<T> {
         options: &SpectOptions<T>,
     ) -> Result<Self, RadonError> {
         let plan = Plan::new(geometry, grid, layers, options)?;
-        let scratch = Pool::default();
+        let scratch = Arc::default();
         Ok(Self {
             shared: Arc::new(Shared { plan, scratch }),
             views: (0..geometry.views().n_views()).collect(),
         })
     }
 
+    /// Returns the same views with another attenuation map, as of another gate; an empty one for none. Both operators share the overlaps
+    /// if the same pixels attenuate in any layer.
+    ///
+    /// # Errors
+    /// As [`new`](Self::new) for the map.
+    pub fn with_attenuation(&self, map: &[T]) -> Result<Self, RadonError> {
+        let plan = self.shared.plan.with_attenuation(map)?;
+        let scratch = Arc::clone(&self.shared.scratch);
+        Ok(Self {
+            shared: Arc::new(Shared { plan, scratch }),
+            views: self.views.clone(),
+        })
+    }
+
     /// The views of the whole orbit, of which this operator may be a subset.
     pub fn geometry(&self) -> &SpectGeometry {
-        &self.shared.plan.geometry
+        &self.shared.plan.frame.geometry
     }
 
     /// Returns the indices of these views in the orbit.
@@ -149,7 +163,7 @@ impl<T: Sample> SpectOperator<T> {
 
 impl<T: Sample> LinearOperator<T> for SpectOperator<T> {
     fn image_len(&self) -> usize {
-        self.shared.plan.n_voxels
+        self.shared.plan.frame.n_voxels
     }
 
     fn data_len(&self) -> usize {

@@ -1,12 +1,14 @@
 //! The plan: everything that does not depend on the samples.
 
+use std::sync::Arc;
+
 use rayon::prelude::*;
 
 use super::attenuation::Escape;
 use super::axial::Axial;
 use super::blur::Blur;
 use super::turned::{Turned, View, reach};
-use super::{SpectGeometry, SpectOptions};
+use super::{Collimator, SpectGeometry, SpectOptions};
 use crate::error::{RadonError, length, product, within, zeros};
 use crate::iterative::{check_not_negative, check_samples};
 use crate::simd::Lanes;
@@ -18,13 +20,23 @@ const WIDEST: f64 = 2500.0;
 /// Views and their common data.
 #[derive(Debug)]
 pub(crate) struct Plan<T> {
+    pub(super) frame: Arc<Frame<T>>,
+    pub(super) views: Arc<Vec<View<T>>>,
+    /// For each pixel whether any layer attenuates.
+    attenuates: Vec<bool>,
+    pub(super) attenuation: Option<Attenuation<T>>,
+}
+
+/// Everything that does not depend on the attenuation.
+#[derive(Debug)]
+pub(super) struct Frame<T> {
     pub(super) geometry: SpectGeometry,
-    pub(super) views: Vec<View<T>>,
+    grid: ImageGrid,
+    collimator: Collimator,
     pub(super) axial: Axial<T>,
     /// Samples of a volume.
     pub(super) n_voxels: usize,
     pub(super) blur: Blur<T>,
-    pub(super) attenuation: Option<Attenuation<T>>,
     pub(super) instructions: InstructionSet,
 }
 
@@ -52,7 +64,6 @@ impl<T: Sample> Plan<T> {
         ] {
             within("pitch in voxels", pitch / spacing, 1e-2, 1e2)?;
         }
-        let n_voxels = product("volume", grid.image_len(), layers.n_slices())?;
         let turned = Turned::new(geometry, grid)?;
         let (collimator, beyond) = (&options.collimator, reach(grid) + turned.depth);
         let ends = [
@@ -72,39 +83,57 @@ impl<T: Sample> Plan<T> {
         }
         let variances = ends.map(|distance| turned.variance(collimator, distance));
         let blur = Blur::new(variances, pitch, options.tolerance, views.n_bins())?;
-        let [margin, margin_of_rows] = blur.margin();
-        let turned = turned.with_margin(margin)?;
-        let axial = Axial::new(grid, layers, rows, margin_of_rows)?;
-        let attenuation = match options.attenuation.as_slice() {
+        let [_, margin] = blur.margin();
+        let frame = Frame {
+            geometry: geometry.clone(),
+            grid: *grid,
+            collimator: *collimator,
+            axial: Axial::new(grid, layers, rows, margin)?,
+            n_voxels: product("volume", grid.image_len(), layers.n_slices())?,
+            blur,
+            instructions: InstructionSet::detect(),
+        };
+        Self::with_map(Arc::new(frame), &options.attenuation, None)
+    }
+
+    /// Plans the same views with another attenuation map, or with none if it is empty.
+    pub(crate) fn with_attenuation(&self, map: &[T]) -> Result<Self, RadonError> {
+        Self::with_map(Arc::clone(&self.frame), map, Some(self))
+    }
+
+    /// Plans views with a map; `other` has views of the same frame.
+    fn with_map(frame: Arc<Frame<T>>, map: &[T], other: Option<&Self>) -> Result<Self, RadonError> {
+        let Frame { grid, axial, .. } = &*frame;
+        let turned = Turned::new(&frame.geometry, grid)?;
+        let attenuation = match map {
             [] => None,
             map => {
-                length("attenuation map", map.len(), n_voxels)?;
+                length("attenuation map", map.len(), frame.n_voxels)?;
                 check_samples("attenuation map", map)?;
                 check_not_negative("attenuation map", map)?;
-                Some(Attenuation::new(map, &axial, turned.depth)?)
+                Some(Attenuation::new(map, axial, turned.depth)?)
             }
         };
         let mut attenuates = vec![false; axial.block_len];
-        for (k, _) in options
-            .attenuation
-            .iter()
-            .enumerate()
-            .filter(|(_, x)| **x > T::ZERO)
-        {
+        for (k, _) in map.iter().enumerate().filter(|(_, x)| **x > T::ZERO) {
             let pixel = k % grid.image_len();
             attenuates[axial.place(pixel % grid.nx(), pixel / grid.nx())] = true;
         }
-        let of_view = |view| turned.view(view, &axial, (collimator, &blur), &attenuates);
-        let views = (0..views.n_views()).into_par_iter().map(of_view);
-        let views = views.collect::<Result<_, _>>()?;
+        let views = match other.filter(|other| other.attenuates == attenuates) {
+            Some(other) => Arc::clone(&other.views),
+            None => {
+                let turned = turned.with_margin(frame.blur.margin()[0])?;
+                let responses = (&frame.collimator, &frame.blur);
+                let of_view = |view| turned.view(view, axial, responses, &attenuates);
+                let views = (0..frame.geometry.views().n_views()).into_par_iter();
+                Arc::new(views.map(of_view).collect::<Result<_, _>>()?)
+            }
+        };
         Ok(Self {
-            geometry: geometry.clone(),
+            frame,
             views,
-            axial,
-            n_voxels,
-            blur,
+            attenuates,
             attenuation,
-            instructions: InstructionSet::detect(),
         })
     }
 }

@@ -51,7 +51,7 @@ impl<T: Sample> Plan<T> {
         out: &mut [T],
         scratch: &mut Scratch<T>,
     ) -> Result<(), RadonError> {
-        if self.axial.rows.n_blocks == 0 {
+        if self.frame.axial.rows.n_blocks == 0 {
             out.fill(T::ZERO);
             return Ok(());
         }
@@ -59,21 +59,28 @@ impl<T: Sample> Plan<T> {
         let Scratch {
             blocks, sums, jobs, ..
         } = scratch;
-        self.axial.read(self.instructions, volume, blocks);
-        let (view_len, block_len) = (self.geometry.view_len(), self.axial.block_len);
-        let (len, n_blocks) = (self.blur.sums_len(), self.axial.rows.n_blocks);
+        self.frame
+            .axial
+            .read(self.frame.instructions, volume, blocks);
+        let (view_len, block_len) = (self.frame.geometry.view_len(), self.frame.axial.block_len);
+        let (len, n_blocks) = (self.frame.blur.sums_len(), self.frame.axial.rows.n_blocks);
         for (views, out) in views.chunks(n).zip(out.chunks_mut(n * view_len)) {
             let each = sums.par_chunks_mut(len).take(views.len() * n_blocks);
             each.enumerate().with_max_len(1).for_each(|(k, sums)| {
                 let (view, block) = (&self.views[views[k / n_blocks]], k % n_blocks);
                 jobs.with(Job::default, |job| {
-                    let nodes = sized(&mut job.nodes, view.used.len() * self.blur.wide());
+                    let nodes = sized(&mut job.nodes, view.used.len() * self.frame.blur.wide());
                     nodes.fill(Lanes::default());
                     let pixels = &blocks[block * block_len..][..block_len];
                     self.walk(view, block, &mut job.passed, Gather { pixels, nodes });
                     let work = &mut job.work;
-                    self.blur
-                        .sum_nodes(self.instructions, &view.used, nodes, sums, work);
+                    self.frame.blur.sum_nodes(
+                        self.frame.instructions,
+                        &view.used,
+                        nodes,
+                        sums,
+                        work,
+                    );
                 });
             });
             let each = sums
@@ -81,8 +88,8 @@ impl<T: Sample> Plan<T> {
                 .zip(out.par_chunks_mut(view_len));
             each.with_max_len(1).for_each(|(sums, view)| {
                 jobs.with(Job::default, |Job { work, .. }| {
-                    let (blur, rows) = (&self.blur, self.axial.rows);
-                    self.instructions.run(ToDetector {
+                    let (blur, rows) = (&self.frame.blur, self.frame.axial.rows);
+                    self.frame.instructions.run(ToDetector {
                         blur,
                         rows,
                         sums,
@@ -103,7 +110,7 @@ impl<T: Sample> Plan<T> {
         volume: &mut [T],
         scratch: &mut Scratch<T>,
     ) -> Result<(), RadonError> {
-        if self.axial.rows.n_blocks == 0 {
+        if self.frame.axial.rows.n_blocks == 0 {
             volume.fill(T::ZERO);
             return Ok(());
         }
@@ -116,8 +123,8 @@ impl<T: Sample> Plan<T> {
             jobs,
         } = scratch;
         blocks.fill(Lanes::default());
-        let (view_len, block_len) = (self.geometry.view_len(), self.axial.block_len);
-        let (len, n_blocks) = (self.blur.sums_len(), self.axial.rows.n_blocks);
+        let (view_len, block_len) = (self.frame.geometry.view_len(), self.frame.axial.block_len);
+        let (len, n_blocks) = (self.frame.blur.sums_len(), self.frame.axial.rows.n_blocks);
         let most = self.nodes_len(views);
         if nodes.len() < n * n_blocks * most {
             *nodes = zeros("nodes of the views", n * n_blocks, most)?;
@@ -128,8 +135,8 @@ impl<T: Sample> Plan<T> {
                 .zip(data.par_chunks(view_len));
             each.with_max_len(1).for_each(|(sums, view)| {
                 jobs.with(Job::default, |Job { work, .. }| {
-                    let (blur, rows) = (&self.blur, self.axial.rows);
-                    self.instructions.run(FromDetector {
+                    let (blur, rows) = (&self.frame.blur, self.frame.axial.rows);
+                    self.frame.instructions.run(FromDetector {
                         blur,
                         rows,
                         view,
@@ -142,10 +149,11 @@ impl<T: Sample> Plan<T> {
             let each = each.take(views.len() * n_blocks).enumerate();
             each.with_max_len(1).for_each(|(k, (sums, nodes))| {
                 let used = &self.views[views[k / n_blocks]].used;
-                let nodes = &mut nodes[..used.len() * self.blur.wide()];
+                let nodes = &mut nodes[..used.len() * self.frame.blur.wide()];
                 jobs.with(Job::default, |Job { work, .. }| {
-                    self.blur
-                        .fill_nodes(self.instructions, used, sums, nodes, work);
+                    self.frame
+                        .blur
+                        .fill_nodes(self.frame.instructions, used, sums, nodes, work);
                 });
             });
             let each = blocks.par_chunks_mut(block_len).enumerate().with_max_len(1);
@@ -159,17 +167,19 @@ impl<T: Sample> Plan<T> {
                 });
             });
         }
-        self.axial.write(self.instructions, blocks, rows, volume);
+        self.frame
+            .axial
+            .write(self.frame.instructions, blocks, rows, volume);
         Ok(())
     }
 
     /// Prepares work arrays; returns the number of views that are processed at a time.
     fn reserve(&self, views: &[usize], scratch: &mut Scratch<T>) -> Result<usize, RadonError> {
-        let (n_blocks, len) = (self.axial.rows.n_blocks, self.blur.sums_len());
+        let (n_blocks, len) = (self.frame.axial.rows.n_blocks, self.frame.blur.sums_len());
         // Two views per thread, so that neither waits for the other.
         let n = (2 * rayon::current_num_threads()).min(views.len()).max(1);
         if scratch.blocks.is_empty() {
-            scratch.blocks = zeros("blocks of voxels", self.axial.block_len, n_blocks)?;
+            scratch.blocks = zeros("blocks of voxels", self.frame.axial.block_len, n_blocks)?;
         }
         if scratch.sums.len() < n * n_blocks * len {
             scratch.sums = zeros("sums of the views", n * n_blocks, len)?;
@@ -180,7 +190,7 @@ impl<T: Sample> Plan<T> {
     /// Returns the largest length of the nodes of a block.
     fn nodes_len(&self, views: &[usize]) -> usize {
         let most = views.iter().map(|&view| self.views[view].used.len()).max();
-        most.unwrap_or(0) * self.blur.wide()
+        most.unwrap_or(0) * self.frame.blur.wide()
     }
 
     /// Visits all cells of a view in the rows of a block.
@@ -192,11 +202,11 @@ impl<T: Sample> Plan<T> {
         visit: V,
     ) {
         let map = self.attenuation.as_ref();
-        let n = self.axial.block_len;
-        self.instructions.run(Walk {
+        let n = self.frame.axial.block_len;
+        self.frame.instructions.run(Walk {
             view,
             attenuation: map.map(|a| (&a.map[block * n..][..n], &a.escape)),
-            passed: sized(passed, self.blur.wide()),
+            passed: sized(passed, self.frame.blur.wide()),
             visit,
         });
     }
