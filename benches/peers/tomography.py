@@ -1,4 +1,4 @@
-"""Times and errors of FBP on closed-form sinograms: this crate, FINUFFT, ASTRA, scikit-image. See README.md."""
+"""Times and errors of FBP on closed-form sinograms: this crate, FINUFFT, ASTRA, RTK, scikit-image. See README.md."""
 import argparse
 import json
 import os
@@ -134,6 +134,25 @@ def astra(sino):
     return slice_by_slice(sino, reconstruct)
 
 
+def rtk(sino):
+    """Rows count downwards."""
+    import itk
+    from reconstruction_toolkit import VOLUME, empty, geometry, image, toolkit
+    n_views, n_slices, n = sino.shape
+    turns, rows, found = geometry(np.arange(n_views) * np.pi / n_views, ARGS.threads), image(sino), []
+
+    def run():
+        reconstruct = toolkit.FDKConeBeamReconstructionFilter[VOLUME].New()
+        reconstruct.SetGeometry(turns)
+        reconstruct.SetInput(0, empty((n, n_slices, n)))
+        reconstruct.SetInput(1, rows)
+        if ARGS.filter == "hann":
+            reconstruct.GetRampFilter().SetHannCutFrequency(1.0)
+        reconstruct.Update()
+        found[:] = [reconstruct.GetOutput()]
+    return timed(run), itk.array_from_image(found[0]).transpose(1, 0, 2)[:, ::-1], False
+
+
 def scikit_image(sino):
     """Turns about pixel n//2; see own_axis."""
     from skimage.transform import iradon
@@ -146,8 +165,8 @@ def scikit_image(sino):
 
 
 TOOLS = {"ours": ours, "ours-band-limited": lambda s: ours(s, "band-limited"), "ours-direct": lambda s: ours(s, method="direct"),
-         "finufft": finufft, "finufft-1e-4": lambda s: finufft(s, 1e-4), "astra": astra, "scikit-image": scikit_image}
-SLOW = ["astra", "scikit-image"]
+         "finufft": finufft, "finufft-1e-4": lambda s: finufft(s, 1e-4), "astra": astra, "rtk": rtk, "scikit-image": scikit_image}
+SLOW = ["astra", "rtk", "scikit-image"]
 
 
 def main():
@@ -159,7 +178,8 @@ def main():
         if ARGS.case not in (case, "both", "large"):
             continue
         sino, truth = sinogram(objects, n, n_views, z, ARGS.sampling), averages(objects, n, z)
-        tools = [tool for tool in TOOLS if ARGS.case != "large" or tool not in SLOW]
+        # RTK interpolates between slices and gives zero for a single one.
+        tools = [tool for tool in TOOLS if (ARGS.case != "large" or tool not in SLOW) and (len(z) > 1 or tool != "rtk")]
         for tool in ARGS.tools.split(",") if ARGS.tools else tools:
             # scikit-image's axis is bin and pixel n//2, half a step off ours: exact data for its own grid.
             if tool == "scikit-image":

@@ -62,15 +62,15 @@ pub use model::{
 pub use phantom::{
     Artefacts, BeatReport, Compensation, Edge, GateFiles, KnownScatter, Memory, Method,
     MotionField, MotionPhase, MotionReport, Numbers, Osem, OsemReport, Output, Phantom, PhaseOf,
-    PhaseReport, PlannedFile, PointMotion, PolarMap, Product, ProjectionValues, Resolution,
-    ScenePhase, Thickness, TruncatedObject, Warning, WorkReport,
+    PhaseReport, PlannedFile, PointMotion, PolarMap, Product, ProjectionValues, ScenePhase,
+    Thickness, TruncatedObject, Warning, WorkReport,
 };
 #[cfg(feature = "scene")]
 #[cfg_attr(docsrs, doc(cfg(feature = "scene")))]
 pub use scan::ViewReport;
 pub use scan::{
     Accuracy, BinSample, Camera, CameraGeometry, Counting, Counts, Decay, Heads, Mode, Noise,
-    Orbit, RayGeometry, Rotation, Sinograms, TruthOf, ViewError, ViewTime,
+    Orbit, RayGeometry, Resolution, Rotation, Sinograms, TruthOf, ViewError, ViewTime,
 };
 pub use scene::Scene;
 #[cfg(feature = "scene")]

@@ -97,7 +97,9 @@ pub use scalar::Scalar;
 pub use shift::add_shifted;
 pub use simd::InstructionSet;
 pub use slices::SliceAxis;
-pub use spect::{Collimator, ParallelHoles, SpectGeometry, SpectOperator, SpectOptions};
+pub use spect::{
+    Collimator, HoleResponse, ParallelHoles, SpectGeometry, SpectOperator, SpectOptions,
+};
 #[cfg(feature = "sprs")]
 #[cfg_attr(docsrs, doc(cfg(feature = "sprs")))]
 pub use sprs;

@@ -42,6 +42,7 @@
 
 mod counters;
 mod error;
+mod images;
 mod rays;
 mod sample;
 mod solid;
@@ -50,8 +51,12 @@ mod wall;
 
 pub use counters::{RayCounters, VoxelCounters};
 pub use error::RevolveError;
+pub use images::depth::DepthResponse;
+pub use images::image::{Image, View};
+pub use images::kernel::BinValue;
+pub use images::plane::RayPlane;
 pub use nalgebra;
-pub use rays::attenuation::{Attenuator, Medium};
+pub use rays::assembly::{Assembly, RayPart, Shown};
 pub use rays::capsule::Capsule;
 pub use rays::cylinder::EllipticCylinder;
 pub use rays::detector::{ParallelDetector, ParallelRays};

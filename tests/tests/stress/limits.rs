@@ -8,7 +8,7 @@ use membrane_newton::{Control, Discretisation, NewtonError, NewtonOptions, Pair,
 use nalgebra::{Point3, Vector3};
 use radon::{CountScale, DepthBlur, ImageGrid, ParallelGeometry, RadonError, poisson_counts};
 use revolve_voxel::{
-    Attenuator, Body, Curve, EllipticCylinder, Medium, Meridian, ParallelDetector, ParallelRays,
+    Assembly, Body, Curve, EllipticCylinder, Meridian, Organs, ParallelDetector, ParallelRays,
     Piece, Pose, Ray, RevolveError, Sampling, Sector, Shell, VoxelGrid,
 };
 use std::path::Path;
@@ -67,7 +67,6 @@ fn what_is_no_number_enters_nowhere() {
         .expect("rays");
     let grid = VoxelGrid::cube(2, 1.0).expect("a grid");
     let wall = Wall::of(&pair.solve_gain(0.1, &options).expect("a shape"), pose).expect("a wall");
-    let torso = EllipticCylinder::new([0.0; 2], [2.0; 2]).expect("a torso");
     let ring = || Meridian::ring(&[[0.0, 1.0], [0.0, 2.0], [1.0, 2.0]]).expect("a ring");
     let sector = Sector::new(ring(), [0.0, 1.0], pose).expect("a sector");
     let geometry = ParallelGeometry::arc_radians(2, 3.0, 4, 1.0).expect("a geometry");
@@ -274,7 +273,8 @@ fn what_is_no_number_enters_nowhere() {
             ),
             (
                 "attenuation",
-                Attenuator::new(bad, Medium::Torso(torso))
+                Assembly::new(&Organs::default())
+                    .with_body(&body, &[1.0], Some(bad))
                     .err()
                     .is_some_and(solid),
             ),
@@ -298,10 +298,7 @@ fn what_is_no_number_enters_nowhere() {
             ),
             (
                 "sector activity",
-                sector
-                    .project_add(&rays, bad, None, one)
-                    .err()
-                    .is_some_and(solid),
+                sector.project_add(&rays, bad, one).err().is_some_and(solid),
             ),
             // radon
             (

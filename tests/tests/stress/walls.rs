@@ -9,7 +9,8 @@ use membrane_newton::{
 use radon::{CountScale, DepthBlur, poisson_counts};
 use revolve_voxel::nalgebra::{Point3, Vector3};
 use revolve_voxel::{
-    Attenuator, EllipticCylinder, Medium, ParallelDetector, Pose, Sampling, Sector, VoxelGrid,
+    Assembly, Body, EllipticCylinder, Organ, OrganShape, Organs, ParallelDetector, Pose, Sampling,
+    Sector, Shown, VoxelGrid,
 };
 use std::f64::consts::{PI, TAU};
 use tests::Random;
@@ -157,7 +158,7 @@ fn check_image(random: &mut Random, wall: &Wall, region: WallRegion, unit: f64) 
     let ring = wall.region(region.layers, region.s, 1e-3 * unit).ok()?;
     let [from, to] = region.azimuths;
     let rest = Sector::new(ring.clone(), [to, from + TAU], *wall.pose()).ok()?;
-    let whole = Sector::new(ring, [0.0, TAU], *wall.pose()).ok()?;
+    let whole = Sector::new(ring.clone(), [0.0, TAU], *wall.pose()).ok()?;
     let (bins, rows) = (random.integer(1, 40), random.integer(1, 30));
     let pitch = [bins, rows].map(|n| random.rounded(24.0 * unit / n as f64));
     let rays = ParallelDetector::new(bins, rows, pitch)
@@ -167,27 +168,32 @@ fn check_image(random: &mut Random, wall: &Wall, region: WallRegion, unit: f64) 
     let axes = [random.uniform(1.0, 20.0), random.uniform(1.0, 20.0)].map(|a| a * unit);
     let torso = EllipticCylinder::new([0.0, random.spoiled(unit)], axes).ok()?;
     let mu = random.spoiled(random_mu(unit));
-    let attenuator = Attenuator::new(mu, Medium::Torso(torso)).ok()?;
-    let see = |sector: &Sector, attenuator: Option<&Attenuator>| {
+    let torso = Organ {
+        shape: OrganShape::Cylinder(torso),
+        activity: 0.0,
+        attenuation: mu,
+    };
+    let torso = Organs::new(vec![torso]).ok()?;
+    let body = Body::new(vec![ring], *wall.pose()).ok()?;
+    let see = |sector: &Sector| {
         let mut image = vec![0.0_f64; bins * rows];
-        sector
-            .project_add(&rays, 1.0, attenuator, &mut image)
-            .expect("finite input");
+        let assembly = Assembly::new(&torso).with_body(&body, &[0.0], None);
+        let assembly = assembly.and_then(|own| own.with_sectors(vec![(sector.clone(), 1.0)]));
+        let assembly = assembly.expect("finite input");
+        (assembly.project_add(&rays, Shown::Change, 1.0, &mut image)).expect("finite input");
         image
     };
-    let plain = see(&solid, None);
+    let mut plain = vec![0.0_f64; bins * rows];
+    (solid.project_add(&rays, 1.0, &mut plain)).expect("finite input");
     let place = (24.0 * unit, wall.pose().axis());
     check_samples(random, &plain, &rays, place, |ray| solid.chord(ray));
-    let seen = with_threads(1, || see(&solid, Some(&attenuator)));
-    let again = with_threads(2, || see(&solid, Some(&attenuator)));
+    let seen = with_threads(1, || see(&solid));
+    let again = with_threads(2, || see(&solid));
     assert!(seen == again);
     for (a, b) in seen.iter().zip(&plain) {
         assert!(*a >= 0.0 && *a <= b * (1.0 + 1e-9) + 1e-9 * unit, "{a} {b}");
     }
-    let (parts, all) = (
-        see(&rest, Some(&attenuator)),
-        see(&whole, Some(&attenuator)),
-    );
+    let (parts, all) = (see(&rest), see(&whole));
     for ((a, b), all) in seen.iter().zip(&parts).zip(&all) {
         assert!((a + b - all).abs() <= 1e-9 * unit, "{a} + {b}, not {all}");
     }

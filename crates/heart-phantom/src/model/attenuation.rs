@@ -3,7 +3,7 @@
 use crate::error::PhantomError;
 #[cfg(feature = "scene")]
 use crate::scene::exactly;
-use revolve_voxel::{Attenuator, Body, EllipticCylinder, Organs, VoxelGrid};
+use revolve_voxel::{Body, EllipticCylinder, Organs, VoxelGrid};
 
 /// `[attenuation]`: a uniform medium.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -45,20 +45,6 @@ impl Attenuation {
             Medium::Heart => None,
             Medium::Torso { centre, semi_axes } => EllipticCylinder::new(centre, semi_axes).ok(),
         }
-    }
-
-    /// Returns the medium with a shape of the heart and the organs.
-    pub(crate) fn of<'a>(
-        &self,
-        heart: &'a Body,
-        organs: Option<&'a Organs>,
-    ) -> Result<Attenuator<'a>, PhantomError> {
-        let medium = match (self.torso(), organs) {
-            (Some(torso), _) => revolve_voxel::Medium::Torso(torso),
-            (None, Some(organs)) => revolve_voxel::Medium::Around(organs, heart),
-            (None, None) => revolve_voxel::Medium::Layer(heart, heart.layers().len() - 1),
-        };
-        Ok(Attenuator::new(self.coefficient, medium)?)
     }
 
     /// Returns the average attenuation of each voxel, `[z][y][x]`.

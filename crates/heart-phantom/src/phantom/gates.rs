@@ -59,7 +59,7 @@ impl Phantom {
         let each = self.camera().n_views() * self.camera().view_len();
         let interpolation = self.acquisition_of(0, STEPS[0]).interpolation;
         self.n_gates() > 1
-            && interpolation == Interpolation::Cubic
+            && interpolation == Interpolation::Polynomial
             && 4 * self.n_gates() * each <= WORK_BYTES
     }
 
@@ -84,14 +84,13 @@ impl Phantom {
         samples: &mut [f32],
         progress: &(dyn Fn(usize) + Sync),
     ) -> Result<Vec<Sinograms>, PhantomError> {
-        let depth = self.depth()?;
-        let camera = depth.map_or(self.camera(), |depth| &depth.camera);
+        let imaging = self.imaging()?;
         let sets = (0..self.n_gates())
             .map(|gate| {
                 let acquisition = self.acquisition(gate)?;
                 Ok(Scan {
-                    depth,
-                    ..self.scan(camera, gate, acquisition)
+                    imaging,
+                    ..self.scan(self.camera(), gate, acquisition)
                 })
             })
             .collect::<Result<Vec<_>, PhantomError>>()?;

@@ -56,7 +56,7 @@ pub struct Memory {
     pub views: u64,
     /// Reconstruction, ground truth and masks of one gate; products that are collected for a file of all gates.
     pub volumes: u64,
-    /// Per thread: depth slabs of unfinished projections, cells that the model of OSEM sorts.
+    /// Per thread: rows of unfinished images, cells that the model of OSEM sorts.
     pub each_thread: u64,
 }
 
@@ -70,7 +70,7 @@ impl Memory {
 
 impl Phantom {
     /// Estimates the memory of a run without solving shapes or casting rays. [`Phantom::with_memory`] limits the memory of shapes. The
-    /// memory of depth slabs is known after [`Phantom::prepare`].
+    /// memory of images is known after [`Phantom::prepare`].
     ///
     /// ```
     /// use heart_phantom::{Phantom, Scene};
@@ -150,8 +150,8 @@ impl Phantom {
             true => 2 * self.n_gates() as u64 * samples + 8 * voxels,
         };
         // Two unfinished projections per thread.
-        let slabs = match self.depth_known() {
-            Some(depth) if sees => 2 * depth.view_bytes() as u64,
+        let images = match self.imaging_known() {
+            Some(imaging) if sees => 2 * imaging.view_bytes(camera) as u64,
             _ => 0,
         };
         Memory {
@@ -162,7 +162,7 @@ impl Phantom {
                 } else {
                     0
                 },
-            each_thread: slabs.max(cells).max(scatter[1]),
+            each_thread: images.max(cells).max(scatter[1]),
             volumes: reconstruction
                 + collected
                 + together

@@ -42,14 +42,13 @@ pub use polar::PolarMap;
 pub use products::PlannedFile;
 #[cfg(feature = "scene")]
 pub(crate) use products::{Content, Index, Needs};
-pub use resolution::Resolution;
 pub use warning::{Edge, TruncatedObject, Warning};
 use work::Work;
 pub use work::WorkReport;
 
 use crate::error::{PhantomError, check_count};
 use crate::scan::{
-    Acquisition, Depth, Facing, Interpolation, Projected, Readout, Rotation, STEPS, Scan,
+    Acquisition, Facing, Imaging, Interpolation, Projected, Readout, Rotation, STEPS, Scan,
 };
 use crate::scene::{Parts, Scene, check};
 use crate::{Camera, Cycle, Heart, HeartShape, Regions, TruthOf};
@@ -86,7 +85,7 @@ pub struct Phantom {
     cycles: Vec<Cycle>,
     pub(crate) readout: Readout,
     facing: OnceLock<Vec<Facing>>,
-    depth: OnceLock<Option<Depth>>,
+    imaging: OnceLock<Option<Imaging>>,
     /// Expected counts per unit sample, by gate.
     counts: Vec<OnceLock<f64>>,
     /// Scatter, by gate.
@@ -185,7 +184,7 @@ impl Phantom {
                 size,
             },
             facing: OnceLock::new(),
-            depth: OnceLock::new(),
+            imaging: OnceLock::new(),
             counts: vec![OnceLock::new(); parts.n_gates()],
             scattered: vec![OnceLock::new(); parts.n_gates()],
             cycles: parts.cycles(),
@@ -304,7 +303,7 @@ impl Phantom {
         let mode = self.scene().acquisition.mode;
         let is_blurred = self.parts.collimator.is_some() || self.scene().blur.is_some();
         let interpolation = match (is_blurred, self.camera().rotation()) {
-            (true, Rotation::StepAndShoot) => Interpolation::Cubic,
+            (true, Rotation::StepAndShoot) => Interpolation::Polynomial,
             _ => Interpolation::Linear,
         };
         Acquisition {
@@ -338,7 +337,8 @@ impl Phantom {
             organs: self.parts.organs.as_ref(),
             // Far below any detector resolution.
             tolerance: 1e-5 * self.parts.heart.length(),
-            depth: None,
+            surroundings: &self.parts.surroundings,
+            imaging: None,
             projected: Projected::All,
         }
     }

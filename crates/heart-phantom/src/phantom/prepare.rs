@@ -43,7 +43,7 @@ impl Phantom {
         let sees = output.needs(Needs::Views);
         if sees {
             self.check_sources()?;
-            self.depth()?;
+            self.imaging()?;
             if self.scene().scatter.is_some() {
                 self.bytes_of_scatter(&self.radii()?)?;
             }

@@ -1,9 +1,9 @@
 //! Extent of all objects: from the axis, along the axis, and towards the camera in each view.
 
-use super::warnings::{half_extents, span, turned};
+use super::warnings::{span, turned};
 use super::{Phantom, once};
 use crate::error::PhantomError;
-use crate::scan::{Facing, Orbit, Projected};
+use crate::scan::{Facing, Orbit};
 use crate::{Medium, Rotation, ranges};
 use revolve_voxel::{Body, Organs};
 
@@ -57,20 +57,6 @@ impl Phantom {
         Ok(facing?)
     }
 
-    /// The smallest distance of what is projected from the face of a collimator.
-    pub(super) fn nearest(&self, projected: Projected) -> Result<f64, PhantomError> {
-        let bodies = self.outermost()?;
-        let mut nearest = f64::INFINITY;
-        for (view_idx, view) in self.facing()?.iter().enumerate() {
-            let front = match projected {
-                Projected::Heart => self.facing_of(view_idx, &bodies, &[])?.seen[1],
-                Projected::All | Projected::Surroundings => view.seen[1],
-            };
-            nearest = nearest.min(view.radius - front);
-        }
-        Ok(nearest)
-    }
-
     /// The view whose face is farthest within what it should be in front of.
     pub(super) fn inside(&self) -> Result<Option<(usize, Facing)>, PhantomError> {
         let within = |view: &Facing| view.body - view.radius;
@@ -91,13 +77,15 @@ impl Phantom {
             Rotation::StepAndShoot => &[0.5],
             Rotation::Continuous => &[0.0, 0.25, 0.5, 0.75, 1.0],
         };
-        let (mut seen, mut body) = ([f64::INFINITY, f64::NEG_INFINITY], f64::NEG_INFINITY);
+        let nothing = [f64::INFINITY, f64::NEG_INFINITY];
+        let (mut own, mut seen, mut body) = (nothing, nothing, f64::NEG_INFINITY);
         for share in shares {
             let theta = camera.angle(view_idx, *share);
             let turned = (bodies.iter())
                 .map(|body| turned(body, theta))
                 .collect::<Result<Vec<_>, _>>()?;
             let heart = span(&turned, 1)?;
+            own = [own[0].min(heart[0]), own[1].max(heart[1])];
             let others = sections.iter().map(|s| (s.span(theta), s.active));
             for ([low, high], active) in others.chain([(heart, true)]) {
                 body = body.max(high);
@@ -112,30 +100,12 @@ impl Phantom {
             Orbit::Contour { gap } => (body + gap).max(ranges::SIZE[0]),
             ref orbit => orbit.radius(view_idx, theta).unwrap_or_default(),
         };
-        Ok(Facing { radius, seen, body })
-    }
-
-    /// Returns the extent of all objects from the axis and from its midpoint, cm.
-    pub(super) fn extent(&self) -> Result<[f64; 2], PhantomError> {
-        // On the detector of a fan or cone beam it is magnified.
-        if self.camera().ray_geometry().is_some() {
-            return Ok([f64::INFINITY; 2]);
-        }
-        let [mut side, mut end] = [0.0f64; 2];
-        for body in self.outermost()? {
-            let [x, y, z] = half_extents(&body);
-            (side, end) = (side.max(x.hypot(y)), end.max(z));
-        }
-        if let Some(around) = &self.scene().background {
-            let ([x, y], [a, b]) = (around.centre, around.semi_axes);
-            // An infinite background is extended by its mirror image along z.
-            side = side.max(x.hypot(y) + a.max(b));
-        }
-        for organ in self.parts.organs.iter().flat_map(Organs::as_slice) {
-            let ([x, y, z], [a, b, c]) = organ.shape.bounds();
-            (side, end) = (side.max(x.hypot(y) + a.max(b)), end.max(z.abs() + c));
-        }
-        Ok([side, end])
+        Ok(Facing {
+            radius,
+            heart: own,
+            seen,
+            body,
+        })
     }
 
     /// Returns the cross-sections of all objects around the heart.

@@ -13,8 +13,17 @@ const PROBE: usize = 64;
 const VIEWS_TRIED: usize = 8;
 const LEAST: usize = 2;
 
+/// The number of steps to try after another: a power of two, or that and a half for a polynomial, whose error falls faster.
+fn next(steps: usize, interpolation: Interpolation) -> usize {
+    match (interpolation, steps.is_power_of_two()) {
+        (Interpolation::Linear, _) => 2 * steps,
+        (Interpolation::Polynomial, true) => steps + steps / 2,
+        (Interpolation::Polynomial, false) => steps / 3 * 4,
+    }
+}
+
 impl Phantom {
-    /// Returns the time steps per cycle: given, or doubled until the estimated error in the tested views meets its part of the tolerance. Each
+    /// Returns the time steps per cycle: given, or increased until the estimated error in the tested views meets its part of the tolerance. Each
     /// gate tests other views.
     ///
     /// # Errors
@@ -43,21 +52,18 @@ impl Phantom {
             Rotation::StepAndShoot => Projected::Heart,
             Rotation::Continuous => Projected::All,
         };
-        let depth = self.probe_depth()?;
-        let camera = match &depth {
-            Some(depth) => depth.camera.clone(),
+        let imaging = self.imaging()?;
+        let camera = match imaging {
+            Some(_) => self.camera().clone(),
             None => self.camera().coarse(PROBE)?,
         };
-        let (rows, n_bins) = match &depth {
-            Some(_) => (0..self.camera().n_rows(), self.camera().n_bins()),
-            None => (0..camera.n_rows(), camera.n_bins()),
-        };
+        let (rows, n_bins) = (0..camera.n_rows(), camera.n_bins());
         let mut steps = STEPS[0];
         loop {
             let mut reached = 0.0f64;
             let sets: Vec<Scan<'_>> = (0..self.n_gates())
                 .map(|gate| Scan {
-                    depth: depth.as_ref(),
+                    imaging,
                     projected,
                     ..self.scan(&camera, gate, self.acquisition_of(gate, steps))
                 })
@@ -83,7 +89,7 @@ impl Phantom {
                     tolerance,
                 });
             }
-            steps *= 2;
+            steps = next(steps, sets[0].acquisition.interpolation);
         }
     }
 
@@ -102,7 +108,7 @@ impl Phantom {
             } => vec![(sets, (0..n_views).collect())],
             // All gates are sums over the same images.
             Acquisition {
-                interpolation: Interpolation::Cubic,
+                interpolation: Interpolation::Polynomial,
                 ..
             } => {
                 let evenly = (0..VIEWS_TRIED).map(|k| k * n_views / VIEWS_TRIED);

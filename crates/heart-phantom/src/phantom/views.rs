@@ -180,11 +180,9 @@ impl Phantom {
         rows: Range<usize>,
         progress: &(dyn Fn(usize) + Sync),
     ) -> Result<Sinograms, PhantomError> {
-        let (acquisition, depth) = (self.acquisition(gate)?, self.depth()?);
-        let camera = depth.map_or(self.camera(), |depth| &depth.camera);
         let scan = Scan {
-            depth,
-            ..self.scan(camera, gate, acquisition)
+            imaging: self.imaging()?,
+            ..self.scan(self.camera(), gate, self.acquisition(gate)?)
         };
         let taken = scan.rows(views, rows, progress)?;
         self.work.rays(taken.rays);

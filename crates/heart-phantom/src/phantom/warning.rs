@@ -65,7 +65,7 @@ pub enum Warning {
         /// Largest common volume, mL.
         volume: f64,
     },
-    /// Samples are line integrals through the centres of bins that are wide compared with the response or the heart, so they alias.
+    /// Samples are values at the centres of bins that are wide compared with the response or the heart, so they differ from averages over bins.
     Aliased {
         /// Pitch of the bins, or of the rows if that is larger, in cm.
         pitch: f64,
@@ -198,7 +198,10 @@ impl fmt::Display for Warning {
             ),
             Self::Aliased { pitch, fwhm, error } => {
                 let (pitch, error) = (brief(pitch), brief(100.0 * error));
-                write!(f, "samples are line integrals at a pitch of {pitch} cm")?;
+                write!(
+                    f,
+                    "samples are values at the centres of bins with a pitch of {pitch} cm"
+                )?;
                 if fwhm > 0.0 {
                     write!(f, ", and the response has a FWHM of {} cm", brief(fwhm))?;
                 }

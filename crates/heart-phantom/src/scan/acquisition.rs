@@ -32,12 +32,11 @@ impl Acquisition {
         }
     }
 
-    /// The same with linear interpolation, which has no negative weights: of order 2, it takes four times the steps for the square of the accuracy of
-    /// cubic interpolation.
+    /// The same with linear interpolation, which has no negative weights, and four times the steps.
     pub(crate) fn linear(self) -> Self {
         match self.interpolation {
             Interpolation::Linear => self,
-            Interpolation::Cubic => Self {
+            Interpolation::Polynomial => Self {
                 points: 4 * self.points,
                 interpolation: Interpolation::Linear,
                 ..self

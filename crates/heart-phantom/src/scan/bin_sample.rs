@@ -2,8 +2,7 @@
 
 /// The definition of a sample of a view.
 ///
-/// A detector measures averages over its bins. Line integrals alias: their error after a blur is some per cent of the largest sample where
-/// the bins are wider than half the blur.
+/// A detector measures averages over its bins.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "scene", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(
@@ -12,7 +11,8 @@
 )]
 #[non_exhaustive]
 pub enum BinSample {
-    /// The line integral through the centre of the bin. A blur is the discrete Gaussian of its variance on the bins.
+    /// The value of the blurred image at the centre of the bin; without a response the line integral through it. It differs from the average by
+    /// some per cent of the largest sample where the bins are wider than half the response.
     Centres,
     /// The average of the blurred image over the area of the bin.
     Averages,

@@ -21,8 +21,8 @@ pub(super) struct Stretch {
 pub(crate) enum Interpolation {
     /// Of samples that depend on volume like the root of a distance, where rays touch a surface.
     Linear,
-    /// Of samples that a response makes smooth.
-    Cubic,
+    /// By the polynomial through all levels, of samples that a response makes smooth.
+    Polynomial,
 }
 
 /// The coordinate of a height from 0 to 1 in which views are interpolated.
@@ -52,11 +52,13 @@ impl Scale {
         }
     }
 
-    /// The coordinate of a level from the fraction of the levels below it.
-    fn level(self, [low, high]: [f64; 2], u: f64) -> f64 {
-        let along = match self {
-            Self::Phase => u,
-            Self::Height => 0.5 * (u + (FRAC_PI_2 * u).sin().powi(2)),
+    /// The coordinate of a level from the fraction of the levels below it; Chebyshev points for a polynomial.
+    fn level(self, [low, high]: [f64; 2], u: f64, interpolation: Interpolation) -> f64 {
+        let chebyshev = (FRAC_PI_2 * u).sin().powi(2);
+        let along = match (self, interpolation) {
+            (Self::Phase, Interpolation::Linear) => u,
+            (Self::Height, Interpolation::Linear) => 0.5 * (u + chebyshev),
+            (_, Interpolation::Polynomial) => chebyshev,
         };
         ((low + (high - low) * along) * GRID).round() / GRID
     }
@@ -94,9 +96,12 @@ impl Levels {
             let ends = [low, high].map(|height| scale.coordinate(height));
             let pairs = 0.25 * points as f64 * (ends[1] - ends[0]);
             let cells = 2 * (pairs - NOTHING).ceil().max(1.0) as usize;
-            let level = |k: usize| scale.level(ends, k as f64 / cells as f64);
+            let level = |k: usize| scale.level(ends, k as f64 / cells as f64, interpolation);
             levels.graded = (0..=cells).map(level).collect();
-            levels.still = levels.long_stays(stretches);
+            levels.still = match interpolation {
+                Interpolation::Linear => levels.long_stays(stretches),
+                Interpolation::Polynomial => Vec::new(),
+            };
         }
         levels
     }
@@ -161,47 +166,40 @@ impl Levels {
     }
 
     /// The levels that interpolate at a height in a cell, with their weights, which sum to 1.
-    pub(super) fn weights(&self, cell: usize, height: f64) -> [(usize, f64); 4] {
+    pub(super) fn weights(&self, cell: usize, height: f64) -> Vec<(usize, f64)> {
         self.interpolated(cell, self.scale.coordinate(height), 1)
     }
 
     /// Every second level, which the coarse rule leaves out, with the levels of that rule and their weights at its coordinate.
-    pub(super) fn left_out(&self) -> impl Iterator<Item = (usize, [(usize, f64); 4])> {
+    pub(super) fn left_out(&self) -> impl Iterator<Item = (usize, Vec<(usize, f64)>)> {
         (1..self.graded.len())
             .step_by(2)
             .map(|k| (k, self.interpolated(k / 2, self.graded[k], 2)))
     }
 
-    /// Lagrange interpolation at a coordinate in a cell, between every `stride`-th level.
-    fn interpolated(&self, cell: usize, at: f64, stride: usize) -> [(usize, f64); 4] {
+    /// Interpolation at a coordinate in a cell, between every `stride`-th level.
+    fn interpolated(&self, cell: usize, at: f64, stride: usize) -> Vec<(usize, f64)> {
         let last = (self.graded.len() - 1) / stride;
-        // Beyond the ends of a sinusoid there are the levels before them again.
-        let [first, end] = [self.graded[0], self.graded[last * stride]];
-        let mirrored = matches!(self.scale, Scale::Phase) && [first, end] == [0.0, 1.0];
-        let level = |k: isize| match k.unsigned_abs() {
-            far if k < 0 => (far, 2.0 * first - self.graded[far * stride]),
-            far if far > last => (
-                2 * last - far,
-                2.0 * end - self.graded[(2 * last - far) * stride],
-            ),
-            near => (near, self.graded[near * stride]),
-        };
-        let cell = cell as isize;
-        let (from, n) = match self.interpolation {
-            Interpolation::Linear => (cell, 2),
-            Interpolation::Cubic if mirrored => (cell - 1, 4),
-            Interpolation::Cubic => {
-                let most = last as isize - 3;
-                ((cell - 1).min(most).max(0), 4.min(last as isize + 1))
+        let distance = |k: usize| at - self.graded[k * stride];
+        match self.interpolation {
+            Interpolation::Linear => {
+                let [below, above] = [distance(cell), distance(cell + 1)];
+                let share = below / (below - above);
+                vec![(cell * stride, 1.0 - share), ((cell + 1) * stride, share)]
             }
-        };
-        let mut weights = [(0, 0.0); 4];
-        for (k, weight) in (from..from + n).zip(&mut weights) {
-            let (index, own) = level(k);
-            let others = (from..from + n).filter(|other| *other != k).map(level);
-            let product: f64 = others.map(|(_, x)| (at - x) / (own - x)).product();
-            *weight = (index * stride, product);
+            Interpolation::Polynomial => {
+                if let Some(own) = (0..=last).find(|k| distance(*k) == 0.0) {
+                    return vec![(own * stride, 1.0)];
+                }
+                // The barycentric formula for Chebyshev points (Berrut and Trefethen, SIAM Rev. 46 (2004) 501, Eq. 5.4).
+                let part = |k: usize| {
+                    let sign = if k.is_multiple_of(2) { 1.0 } else { -1.0 };
+                    let half = if k == 0 || k == last { 0.5 } else { 1.0 };
+                    sign * half / distance(k)
+                };
+                let sum: f64 = (0..=last).map(part).sum();
+                (0..=last).map(|k| (k * stride, part(k) / sum)).collect()
+            }
         }
-        weights
     }
 }

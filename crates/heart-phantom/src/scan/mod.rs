@@ -1,14 +1,12 @@
 //! Projections of a beating heart, averaged over the acquisition time of each view.
 
 mod acquisition;
-mod averages;
 mod bin_sample;
 mod camera;
 mod counting;
-mod depth;
 mod gates;
 mod groups;
-mod image;
+mod imaging;
 mod levels;
 mod nodes;
 mod orbit;
@@ -26,14 +24,14 @@ mod whole;
 
 pub(crate) use acquisition::Acquisition;
 pub use acquisition::{Sinograms, TruthOf};
-pub(crate) use averages::{Averages, LATTICES};
 pub use bin_sample::BinSample;
 pub use camera::{Camera, CameraGeometry, Heads, Rotation};
 pub(crate) use camera::{MOST_SAMPLES, VOXELS};
 pub use counting::{Counting, Decay};
-pub(crate) use depth::{Depth, Facing, SubBins};
 pub(crate) use gates::{SharedShapes, add_to_gates};
 pub(crate) use groups::MOST_NODES;
+pub use imaging::Resolution;
+pub(crate) use imaging::{Facing, Imaging, ImagingOptions};
 pub(crate) use levels::Interpolation;
 pub use orbit::Orbit;
 pub use ray_geometry::RayGeometry;

@@ -49,8 +49,8 @@ pub enum Accuracy {
     /// Even number of steps per cycle, rounded up to a multiple of four: half between levels of rising volume, half of falling volume. For whole
     /// cycles of a sinusoid they are equal time steps.
     Steps(usize),
-    /// Bound on the error of every sample relative to the largest one; determines time steps, sub-bins, rays and depth slabs. With `Steps`,
-    /// sub-bins, rays and slabs are those of 1e-3.
+    /// Bound on the error of every sample relative to the largest one; determines the time steps and the resolution of
+    /// images. With `Steps`, images are those of 1e-3.
     Tolerance(f64),
 }
 

@@ -1,8 +1,8 @@
 //! The quadrature over time: averages over time as averages over volumes and respiratory fractions.
 //!
 //! A view depends on time through the height h of the volume curve, the respiratory fraction r and, in continuous rotation, the angle. Between
-//! [`Levels`] `l_i` of h and `m_j` of r the view is interpolated in their coordinates ([`Scale`]), by products of the piecewise linear or cubic
-//! Lagrange functions `L_i`:
+//! [`Levels`] `l_i` of h and `m_j` of r the view is interpolated in their coordinates ([`Scale`]), by products of piecewise linear functions or
+//! Lagrange polynomials `L_i`:
 //!
 //! ```text
 //! average = sum_ij w_ij F(l_i, m_j),    w_ij = integral of L_i(h(t)) L_j(r(t)) dt / integral of dt
@@ -13,8 +13,9 @@
 //! the mean angle of its time there.
 //!
 //! Rays that touch the surface have a square root of time, so that the linear rule is of order 3/2: the error falls by 2.8 when the points
-//! double. A response makes samples smooth in time: the cubic rule is of order 4 then, and all gates have the levels of the whole cycle, so that
-//! each level is projected once. Every second level of every pair of arcs is the rule with half the points, which gives the error estimate.
+//! double. Behind a response samples are analytic functions of the volume: the polynomial through Chebyshev points converges exponentially, and all
+//! gates have the levels of the whole cycle, so that each level is projected once. Every second level of every pair of arcs is the rule with half
+//! the points, which gives the error estimate.
 
 use super::acquisition::Acquisition;
 use super::camera::Rotation;
@@ -64,7 +65,7 @@ impl<'a> TimeRule<'a> {
         let alike = acquisition.same_for_all_views(cycle, camera);
         let mut covers = [Some(beat), breath].map(|of| !alike && of.is_some_and(|of| lasts >= of));
         let mut shared = acquisition;
-        if let (Interpolation::Cubic, Mode::Gated { .. }) =
+        if let (Interpolation::Polynomial, Mode::Gated { .. }) =
             (acquisition.interpolation, acquisition.mode)
         {
             shared.mode = Mode::WholeCycle;
@@ -99,16 +100,16 @@ impl<'a> TimeRule<'a> {
             seconds: span.copies * span.seconds(),
         };
         let stretches: Vec<Stretch> = spans.iter().map(stretch).collect();
-        let scale = match (axis, self.cycle.breathing()) {
-            (0, _) => Scale::of(self.cycle.height()),
-            (_, Some(breathing)) => Scale::of(breathing.curve()),
-            (_, None) => Scale::Height,
-        };
         let Acquisition {
             points,
             interpolation,
             ..
         } = self.acquisition;
+        let scale = match (axis, self.cycle.breathing(), interpolation) {
+            (0, _, Interpolation::Linear) => Scale::of(self.cycle.height()),
+            (_, Some(breathing), Interpolation::Linear) => Scale::of(breathing.curve()),
+            (_, _, Interpolation::Polynomial) | (_, None, _) => Scale::Height,
+        };
         Levels::new(&stretches, (points, interpolation), scale)
     }
 
@@ -222,16 +223,14 @@ impl<'a> TimeRule<'a> {
                     let t = middle + half * x;
                     let seconds = span.copies * half * weight;
                     let weights = [0, 1].map(|axis| match stays[axis] {
-                        Some(k) => [(k, 1.0), (k, 0.0), (k, 0.0), (k, 0.0)],
+                        Some(k) => vec![(k, 1.0)],
                         None => levels[axis].weights(in_cell[axis], height(axis, t)),
                     });
                     cells.1 += seconds * height(0, t);
-                    let of_axis =
-                        |axis: usize| weights[axis].into_iter().filter(|(_, w)| *w != 0.0);
-                    for (i, of_volume) in of_axis(0) {
-                        for (j, of_breath) in of_axis(1) {
+                    for (i, of_volume) in &weights[0] {
+                        for (j, of_breath) in &weights[1] {
                             let time = seconds * of_volume * of_breath;
-                            let sum = &mut cells.0[i * levels[1].len() + j];
+                            let sum = &mut cells.0[i * levels[1].len() + *j];
                             *sum = [sum[0] + time, sum[1] + time * (t + span.delay)];
                         }
                     }
@@ -264,7 +263,7 @@ impl Cells {
                 for other in &others {
                     let at = |k: usize| other + k * stride;
                     let here = std::mem::take(&mut self.0[at(k)]);
-                    for (neighbour, part) in weights {
+                    for &(neighbour, part) in &weights {
                         for (sum, value) in self.0[at(neighbour)].iter_mut().zip(here) {
                             *sum += part * value;
                         }

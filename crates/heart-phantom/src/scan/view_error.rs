@@ -7,8 +7,9 @@ use std::collections::BTreeSet;
 
 /// Where this many samples make up all of the difference between two time rules, it gives the error of the finer one to a factor of two.
 const FEW: f64 = 5.0;
-/// The error of the finer of two time rules at order 3/2, relative to their difference. A response makes it smaller.
-const ORDER: f64 = 0.55;
+/// The error of interpolation by a polynomial through all levels of volume, relative to the difference from that through every second one. Behind a
+/// response it falls exponentially.
+const POLYNOMIAL: f64 = 0.35;
 /// Rounding of sums of `f32`, relative to the largest sample.
 const ROUNDING: f64 = 5e-7;
 
@@ -20,33 +21,29 @@ const ROUNDING: f64 = 5e-7;
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[non_exhaustive]
 pub struct ViewError {
-    /// Quadrature over time: the difference from the rule with half the nodes, which at order 3/2 is 1.8 times the error; behind a response, where the order is
-    /// 3/2 at least, 0.55 of it.
+    /// Quadrature over time: the difference from the rule with half the nodes, which at order 3/2 is 1.8 times the error; behind a response, where the
+    /// error falls exponentially, 0.35 of it.
     pub time: f64,
-    /// Averages over bins: from the largest difference between this resolution and a neighbouring one, over several views at end-systole
-    /// and end-diastole, at the orders 3/2 of edges and 5/2 of aliases. Zero for line integrals without a blur, which are exact.
+    /// Response and averages over bins: from the largest difference between this resolution and a neighbouring one, over several views at
+    /// end-systole and end-diastole. Zero for line integrals, which are exact.
     pub bins: f64,
-    /// Response that depends on depth: the largest difference from slabs of twice the thickness. To leading order it is a bound where at
-    /// most two edges of constant activity lie on a ray, and three times the error where activity is smooth.
-    pub depth: f64,
     /// Scatter: four times the largest standard error of the photon histories, and an estimate of the interpolation between nodes and
     /// between views. It is statistical: of bins with that standard error, 6 in 100 000 have a larger random error.
     pub scatter: f64,
-    /// Tails of kernels that are cut off, and rounding of sums in single precision.
+    /// Weights that are left out or interpolated, and rounding of sums in single precision.
     pub truncation: f64,
 }
 
 impl ViewError {
     /// The sum of all terms: a bound on the error of any sample, relative to the largest one.
     pub fn total(&self) -> f64 {
-        self.time + self.bins + self.depth + self.scatter + self.truncation
+        self.time + self.bins + self.scatter + self.truncation
     }
 
-    pub(crate) fn of_terms(time: f64, bins: f64, depth: f64) -> Self {
+    pub(crate) fn of_terms(time: f64, bins: f64) -> Self {
         Self {
             time,
             bins,
-            depth,
             ..Self::default()
         }
     }
@@ -56,11 +53,10 @@ impl ViewError {
 impl serde::Serialize for ViewError {
     fn serialize<S: serde::Serializer>(&self, to: S) -> Result<S::Ok, S::Error> {
         use serde::ser::SerializeMap;
-        let mut map = to.serialize_map(Some(6))?;
+        let mut map = to.serialize_map(Some(5))?;
         for (term, value) in [
             ("time", self.time),
             ("bins", self.bins),
-            ("depth", self.depth),
             ("scatter", self.scatter),
             ("truncation", self.truncation),
             ("total", self.total()),
@@ -80,9 +76,8 @@ pub(super) struct Errors {
     pub(super) time: f64,
     second: f64,
     fourth: f64,
-    pub(super) depth: f64,
-    /// Largest sample before the blur.
-    pub(super) unblurred: f64,
+    /// Largest line integral.
+    pub(super) line: f64,
 }
 
 impl Errors {
@@ -103,8 +98,7 @@ impl Errors {
             time: self.time.max(other.time),
             second: self.second + other.second,
             fourth: self.fourth + other.fourth,
-            depth: self.depth.max(other.depth),
-            unblurred: self.unblurred.max(other.unblurred),
+            line: self.line.max(other.line),
         }
     }
 }
@@ -136,7 +130,7 @@ impl Total {
         self.errors = self.errors.join(errors);
     }
 
-    /// The error relative to the largest sample; the errors of bin averages and of the tails of kernels are known beforehand.
+    /// The error relative to the largest sample; the errors of images and of left out weights are known beforehand.
     pub(super) fn view_error(
         &self,
         interpolation: Interpolation,
@@ -156,15 +150,14 @@ impl Total {
         ViewError {
             time: match (self.averaged, interpolation) {
                 (true, Interpolation::Linear) => ((1.0 + FEW * few) * of(errors.time)).max(volume),
-                (true, Interpolation::Cubic) => {
-                    (ORDER * (1.0 + FEW * few) * of(errors.time)).max(volume)
+                (true, Interpolation::Polynomial) => {
+                    (POLYNOMIAL * (1.0 + FEW * few) * of(errors.time)).max(volume)
                 }
                 (false, _) => 0.0,
             },
             bins,
-            depth: of(errors.depth),
             scatter: 0.0,
-            truncation: ROUNDING + tails * of(errors.unblurred),
+            truncation: ROUNDING + tails * of(errors.line),
         }
     }
 }

@@ -5,32 +5,27 @@
 //! and where one view needs more, its nodes in batches; the sums are formed in the same order in any case.
 
 use super::acquisition::Sinograms;
-use super::depth::Depth;
 use super::gates::add_to_gates;
 use super::groups::{Group, for_groups};
-use super::image::{self, Image, Place};
+use super::imaging::{self, PartView};
 use super::nodes::Node;
-use super::project::{Aim, CENTRE};
+use super::project::Aim;
 use super::view_error::{Errors, Total};
 use super::whole::{Lasting, Projected, Scan};
 use crate::HeartShape;
 use crate::error::PhantomError;
 use crate::model::Placed;
 use rayon::prelude::*;
-use revolve_voxel::RayCounters;
+use revolve_voxel::{Image, RayCounters, Shown};
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-/// The error of depth is estimated in so many views at most, evenly among those computed.
-const VIEWS_ESTIMATED: usize = 16;
-
 /// A view of all sets under way.
 struct View<'a> {
     view_idx: usize,
     plan: usize,
-    estimated: bool,
     rays: RayCounters,
     sets: Vec<Sums<'a>>,
 }
@@ -39,9 +34,8 @@ struct View<'a> {
 struct Sums<'a> {
     /// The even half of the rule; in the end the view.
     even: &'a mut [f32],
-    /// The odd half, and the differences from slabs of twice the thickness, while there are any.
+    /// The odd half, if there is any.
     odd: Vec<f32>,
-    coarse: Vec<f32>,
     errors: Errors,
 }
 
@@ -51,7 +45,7 @@ struct Shapes<'a> {
     placed: Placed,
 }
 
-impl Scan<'_> {
+impl<'a> Scan<'a> {
     /// Some rows of some views, `[view][row][bin]`.
     pub(crate) fn rows(
         &self,
@@ -69,8 +63,7 @@ impl Scan<'_> {
 
     /// Samples of some rows of some views.
     fn len(&self, views: &Range<usize>, rows: &Range<usize>) -> usize {
-        let n_bins = (self.depth).map_or(self.camera.n_bins(), Depth::n_bins);
-        views.len() * rows.len() * n_bins
+        views.len() * rows.len() * self.camera.n_bins()
     }
 
     /// Some rows of some views of several projection sets, at least one, `[set][view][row][bin]`; the sets differ in their gates alone. The result has one entry
@@ -92,14 +85,13 @@ impl Scan<'_> {
         let mut images: Vec<_> = (samples.chunks_mut(each.max(1)))
             .map(|set| set.chunks_mut(len.max(1)))
             .collect();
-        let (done, every) = (AtomicUsize::new(0), views.len().div_ceil(VIEWS_ESTIMATED));
+        let done = AtomicUsize::new(0);
         let taken = || progress(1 + done.fetch_add(1, Ordering::Relaxed));
         for_groups(sets, views.clone(), &mut totals, |group, totals| {
             let mut under_way: Vec<View> = (group.views.clone().enumerate())
                 .map(|(k, view_idx)| View {
                     view_idx,
                     plan: k % group.plans.len(),
-                    estimated: (view_idx - views.start).is_multiple_of(every),
                     rays: RayCounters::default(),
                     sets: (images.iter_mut())
                         .map(|views| Sums::new(views.next().unwrap_or_default()))
@@ -120,9 +112,7 @@ impl Scan<'_> {
             }
             Ok(())
         })?;
-        let bins = one
-            .depth
-            .map_or([0.0; 2], |depth| [depth.sub_bins.error, depth.tails()]);
+        let bins = (one.imaging).map_or([0.0; 2], |own| [own.options.error, own.tails()]);
         Ok((sets.iter().zip(totals))
             .map(|(set, total)| Sinograms {
                 samples: Vec::new(),
@@ -161,9 +151,10 @@ impl Scan<'_> {
         };
         views.par_iter_mut().try_for_each(|view| {
             if self.projected != Projected::Surroundings {
-                let mut slabs = Vec::new();
+                // Images from one angle share their plan.
+                let mut known = None;
                 for nodes in nodes(view.plan).chunk_by(|a, b| a.key() == b.key()) {
-                    self.add_heart(view, nodes, &shapes, rows, &mut slabs)?;
+                    self.add_heart(view, nodes, &shapes, rows, &mut known)?;
                 }
             }
             if last {
@@ -175,36 +166,41 @@ impl Scan<'_> {
         })
     }
 
-    /// Adds the heart in one shape to the sets of some nodes, which differ in their sets alone. `slabs` is scratch memory.
+    /// Adds the heart in one shape to the sets of some nodes, which differ in their sets alone. `known` is the plan of images from the last angle.
     fn add_heart(
         &self,
         view: &mut View<'_>,
         nodes: &[Node],
         shapes: &Shapes<'_>,
         rows: &Range<usize>,
-        slabs: &mut Vec<f32>,
+        known: &mut Option<(f64, PartView<'a>)>,
     ) -> Result<(), PhantomError> {
         let node = &nodes[0];
         let shape = shapes.by_gain[&node.gain.to_bits()];
         let body = shape.body().with_pose(self.pose(node.breath)?);
         let heart = (&**shape, &body, shapes.placed.of(shape));
         let weights: Vec<(usize, [f64; 2])> = nodes.iter().map(|n| (n.set, n.weights)).collect();
-        match self.depth {
-            None => view.add_lines(
-                &self.aim(view, node.share, rows),
-                &weights,
-                |aim, weight, image| self.project(heart, aim, weight, image),
-            ),
-            Some(depth) => {
-                let place = self.place(view, node.share);
-                let (image, rays) = self.image_of_heart(depth, place, rows, heart, slabs)?;
-                view.rays = view.rays + rays;
-                if let Some(image) = image {
-                    view.add_image(&image, &weights, depth.n_bins());
-                }
-                Ok(())
+        let theta = self.camera.angle(view.view_idx, node.share);
+        let Some(imaging) = self.imaging else {
+            let aim = Aim {
+                view_idx: view.view_idx,
+                theta,
+                rows,
+            };
+            return view.add_lines(&weights, |weight, image| {
+                self.project(heart, &aim, weight, image)
+            });
+        };
+        let plan = match known {
+            Some((angle, plan)) if *angle == theta => plan,
+            _ => {
+                let plan = self.part_view(imaging, (view.view_idx, theta), Shown::Change)?;
+                &known.insert((theta, plan)).1
             }
-        }
+        };
+        let image = self.image_of_heart(plan, heart, rows)?;
+        view.add_image(&image, &weights, rows.start, self.camera.n_bins());
+        Ok(())
     }
 
     /// Adds what surrounds the heart: it is the same for all shapes, and projected once for all nodes at the same angle.
@@ -224,77 +220,46 @@ impl Scan<'_> {
             *sum = [0, 1].map(|half| sum[half] + node.weights[half]);
         }
         for (share, weights) in by_share {
-            let share = f64::from_bits(share);
+            let theta = self.camera.angle(view.view_idx, f64::from_bits(share));
             let weights: Vec<_> = weights.into_iter().collect();
-            match self.depth {
-                None => view.add_lines(
-                    &self.aim(view, share, rows),
-                    &weights,
-                    |aim, weight, image| {
-                        self.project_surroundings(aim, weight, image)?;
-                        Ok(RayCounters::default())
-                    },
-                )?,
-                Some(depth) => {
-                    let place = self.place(view, share);
-                    if let Some(image) = self.image_of_surroundings(depth, place, rows)? {
-                        view.add_image(&image, &weights, depth.n_bins());
-                    }
+            match self.imaging {
+                None => {
+                    let aim = Aim {
+                        view_idx: view.view_idx,
+                        theta,
+                        rows,
+                    };
+                    view.add_lines(&weights, |weight, image| {
+                        self.project_surroundings(&aim, weight, image)
+                    })?;
+                }
+                Some(imaging) => {
+                    let plan = self.part_view(imaging, (view.view_idx, theta), Shown::Organs)?;
+                    let image = self.image_of_surroundings(&plan, rows);
+                    view.add_image(&image, &weights, rows.start, self.camera.n_bins());
                 }
             }
         }
         Ok(())
     }
 
-    fn place(&self, view: &View<'_>, share: f64) -> Place {
-        Place {
-            view_idx: view.view_idx,
-            theta: self.camera.angle(view.view_idx, share),
-            estimated: view.estimated,
-        }
-    }
-
-    /// Line integrals through the centres of bins.
-    fn aim<'b>(&self, view: &View<'_>, share: f64, rows: &'b Range<usize>) -> Aim<'b> {
-        Aim {
-            view_idx: view.view_idx,
-            theta: self.camera.angle(view.view_idx, share),
-            planes: &[],
-            bins: [0, self.camera.n_bins()],
-            rows,
-            places: CENTRE,
-            mask: None,
-        }
-    }
-
     /// Sums both halves of the rule and estimates the errors.
     fn finish(&self, view: &mut View<'_>, rows: &Range<usize>) -> Result<(), PhantomError> {
-        let fixed = match self.depth {
-            Some(depth) if self.has_surroundings() && self.keeps_surroundings() => {
-                Some((self.surroundings(depth, view.view_idx)?, depth.n_bins()))
+        let fixed = match self.imaging {
+            Some(imaging) if self.has_surroundings() && self.keeps_surroundings() => {
+                Some(self.fixed(imaging, view.view_idx)?)
             }
             _ => None,
         };
-        for Sums {
-            even,
-            odd,
-            coarse,
-            errors,
-        } in &mut view.sets
-        {
+        for Sums { even, odd, errors } in &mut view.sets {
             for (even, odd) in even.iter_mut().zip(std::mem::take(odd)) {
                 errors.add_difference(f64::from(odd - *even));
                 *even += odd;
             }
-            let depth = std::mem::take(coarse)
-                .into_iter()
-                .fold(0.0, |most: f32, off| most.max(off.abs()));
-            errors.depth += f64::from(depth);
-            if let Some((fixed, n_bins)) = fixed {
-                let own = &fixed.samples[rows.start * n_bins..];
+            if let Some(fixed) = fixed {
+                let own = &fixed.samples[rows.start * self.camera.n_bins()..];
                 (even.iter_mut().zip(own)).for_each(|(sample, fixed)| *sample += fixed);
-                errors.depth += fixed.error;
-                errors.unblurred += fixed.unblurred;
+                errors.line += fixed.largest_line;
             }
             self.no_negatives(even);
             even.iter().for_each(|sample| errors.add_sample(*sample));
@@ -377,7 +342,6 @@ impl<'a> Sums<'a> {
         Self {
             even,
             odd: Vec::new(),
-            coarse: Vec::new(),
             errors: Errors::default(),
         }
     }
@@ -396,22 +360,21 @@ impl View<'_> {
     /// Adds what `project` adds, times its weight, to an image of lines; it is called once.
     fn add_lines(
         &mut self,
-        aim: &Aim<'_>,
         weights: &[(usize, [f64; 2])],
-        project: impl FnOnce(&Aim<'_>, f64, &mut [f32]) -> Result<RayCounters, PhantomError>,
+        project: impl FnOnce(f64, &mut [f32]) -> Result<RayCounters, PhantomError>,
     ) -> Result<(), PhantomError> {
         let rays = match *weights {
             // Straight into the sum.
             [(set, weights @ ([_, 0.0] | [0.0, _]))] => {
                 let mut halves = self.sets[set].halves(weights);
                 match halves.next() {
-                    Some((weight, target)) => project(aim, weight, target)?,
+                    Some((weight, target)) => project(weight, target)?,
                     None => RayCounters::default(),
                 }
             }
             _ => {
                 let mut one = vec![0.0f32; self.sets[0].even.len()];
-                let rays = project(aim, 1.0, &mut one)?;
+                let rays = project(1.0, &mut one)?;
                 let mut weights = weights.iter().peekable();
                 let (mut uses, mut targets) = (Vec::new(), Vec::new());
                 for (set, sums) in self.sets.iter_mut().enumerate() {
@@ -430,18 +393,21 @@ impl View<'_> {
         Ok(())
     }
 
-    /// Adds an image to the sets, each with its weights.
-    fn add_image(&mut self, image: &Image, weights: &[(usize, [f64; 2])], n_bins: usize) {
+    /// Adds an image to the sets, each with its weights; `first` is the first row of the samples.
+    fn add_image(
+        &mut self,
+        image: &Image,
+        weights: &[(usize, [f64; 2])],
+        first: usize,
+        n_bins: usize,
+    ) {
+        self.rays = self.rays + image.rays;
         for (set, weights) in weights {
             let sums = &mut self.sets[*set];
             let weight = weights[0] + weights[1];
-            sums.errors.unblurred += weight.abs() * image.unblurred;
-            if let Some(differences) = &image.differences {
-                sums.coarse.resize(sums.even.len(), 0.0);
-                image::add(&image.area, differences, weight, (&mut sums.coarse, n_bins));
-            }
+            sums.errors.line += weight.abs() * image.largest_line;
             for (weight, target) in sums.halves(*weights) {
-                image::add(&image.area, &image.samples, weight, (target, n_bins));
+                imaging::add(image, weight, (target, first, n_bins));
             }
         }
     }

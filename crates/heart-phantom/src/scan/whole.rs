@@ -1,10 +1,10 @@
 //! The complete input of projections and ground truth.
 
 use super::acquisition::Acquisition;
-use super::depth::Depth;
+use super::imaging::Imaging;
 use super::time_rule::TimeRule;
 use crate::error::PhantomError;
-use crate::model::{Activity, Attenuation, Background, Defect, Placed};
+use crate::model::{Activity, Attenuation, Background, Defect, Placed, Surroundings};
 use crate::{Camera, Cycle, Heart, HeartShape, Twist};
 use revolve_voxel::{Organs, Pose};
 use std::sync::Arc;
@@ -35,8 +35,10 @@ pub(crate) struct Scan<'a> {
     pub(crate) organs: Option<&'a Organs>,
     /// Largest position error of the layers of defects, cm.
     pub(crate) tolerance: f64,
-    /// Response and bin averages, unless samples are line integrals; then `camera` is that of the sub-bins.
-    pub(crate) depth: Option<&'a Depth>,
+    /// The same objects around the heart, as projections need them.
+    pub(crate) surroundings: &'a Surroundings,
+    /// Response and bin averages, unless samples are line integrals.
+    pub(crate) imaging: Option<&'a Imaging>,
     pub(crate) projected: Projected,
 }
 
@@ -72,7 +74,7 @@ impl Scan<'_> {
     /// and slabs, where the wall is outer minus inner membrane. Chords themselves are never negative.
     pub(crate) fn no_negatives(&self, samples: &mut [f32]) {
         let replaced = self.background.is_some() || self.organs.is_some();
-        let weakened = self.attenuation.is_some() || self.depth.is_some();
+        let weakened = self.attenuation.is_some() || self.imaging.is_some();
         if replaced || weakened || !self.defects.is_empty() {
             samples
                 .iter_mut()

@@ -1,6 +1,7 @@
 //! Conversion of a scene to the parts of a phantom: degrees to radians, settings to the types of the domain.
 
 use crate::error::PhantomError;
+use crate::model::Surroundings;
 use crate::scan::CameraGeometry;
 use crate::scene::Parts;
 use crate::scene::beam::rays_of;
@@ -27,6 +28,7 @@ pub(super) fn parts(scene: Scene, heart: Option<Heart>, rest: Rest) -> Result<Pa
     let inner = &scene.heart.inner;
     let cycle = cycle_of(&scene, rest.volume)?;
     let own_heart = heart.is_some();
+    let (organs, attenuation) = (organs_of(&scene)?, scene.attenuates());
     let balloons = || rest.heart.map_or_else(|| heart_of(&scene), Ok);
     Ok(Parts {
         own_heart,
@@ -40,12 +42,17 @@ pub(super) fn parts(scene: Scene, heart: Option<Heart>, rest: Rest) -> Result<Pa
                 None => camera,
             }
         },
-        organs: organs_of(&scene)?,
+        surroundings: Surroundings::new(
+            scene.background.as_ref(),
+            organs.as_ref(),
+            attenuation.as_ref(),
+        )?,
+        organs,
         twist: (scene.twist.as_ref())
             .map(|twist| twist.twist())
             .transpose()?,
         points: scene.points.iter().map(|point| point.point()).collect(),
-        attenuation: scene.attenuates(),
+        attenuation,
         collimator: scene.collimator.map(|own| own.response()).transpose()?,
         reconstruction: fbp_of(&scene.reconstruction),
         side: match own_heart {
@@ -187,15 +194,18 @@ impl CollimatorSettings {
         Ok(match self.holes {
             HolesSettings::GeLehr => of(&ParallelHoles::GE_LEHR),
             HolesSettings::GeLegp => of(&ParallelHoles::GE_LEGP),
+            HolesSettings::GeVentriLehr => of(&ParallelHoles::GE_VENTRI_LEHR),
             HolesSettings::SiemensLehr => of(&ParallelHoles::SIEMENS_LEHR),
             HolesSettings::Parallel {
                 diameter,
                 length,
                 attenuation,
+                response,
             } => of(&ParallelHoles {
                 diameter,
                 length,
                 attenuation,
+                response,
             }),
             HolesSettings::Widths { slope, at_face } => {
                 Collimator::new(slope, at_face, intrinsic / (8.0 * LN_2).sqrt())

@@ -359,6 +359,7 @@ impl CollimatorSettings {
                 diameter,
                 length,
                 attenuation,
+                response: _,
             } => c.at("holes.parallel", |c| {
                 c.within("diameter", diameter, positive);
                 c.within("length", length, positive);
@@ -368,7 +369,10 @@ impl CollimatorSettings {
                 c.within("slope", slope, [0.0, 10.0]);
                 c.within("at_face", at_face, [0.0, 1e3]);
             }),
-            HolesSettings::GeLehr | HolesSettings::GeLegp | HolesSettings::SiemensLehr => {}
+            HolesSettings::GeLehr
+            | HolesSettings::GeLegp
+            | HolesSettings::GeVentriLehr
+            | HolesSettings::SiemensLehr => {}
         }
         c.within("intrinsic_fwhm", self.intrinsic_fwhm, [0.0, 1e3]);
         if let (true, Err(error)) = (c.is_clean(&["collimator"]), self.response()) {

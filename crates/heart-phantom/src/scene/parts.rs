@@ -1,12 +1,13 @@
 //! The objects that a scene describes.
 
 use super::Scene;
+use crate::model::Surroundings;
 use crate::scan::{Accuracy, Acquisition, BinSample, Mode, STEPS};
 use crate::{Attenuation, Camera, Cycle, Heart, MaterialPoint, Twist, ViewError, ViewTime};
 use radon::{Collimator, FbpOptions};
 use revolve_voxel::Organs;
 
-/// The tolerance of bins and depth slabs if the number of time steps is given.
+/// The tolerance of images if the number of time steps is given.
 const DEFAULT_TOLERANCE: f64 = 1e-3;
 
 /// A scene with the objects that its sections describe. Every other parameter is read from the scene itself.
@@ -19,6 +20,7 @@ pub(crate) struct Parts {
     pub(crate) cycle: Cycle,
     pub(crate) camera: Camera,
     pub(crate) organs: Option<Organs>,
+    pub(crate) surroundings: Surroundings,
     pub(crate) twist: Option<Twist>,
     pub(crate) points: Vec<MaterialPoint>,
     /// The attenuation of the scene; soft tissue in a chest by default.
@@ -43,6 +45,12 @@ impl Parts {
         })
     }
 
+    /// Whether samples are those of images, not line integrals.
+    fn has_images(&self) -> bool {
+        let blurred = self.collimator.is_some() || self.scene.blur.is_some();
+        blurred || self.samples() == BinSample::Averages
+    }
+
     /// Whether the accuracy is a tolerance.
     pub(crate) fn is_tolerance_given(&self) -> bool {
         matches!(self.scene.acquisition.accuracy, Accuracy::Tolerance(_))
@@ -54,13 +62,12 @@ impl Parts {
             Accuracy::Steps(_) => (DEFAULT_TOLERANCE, false),
             Accuracy::Tolerance(tolerance) => (tolerance, true),
         };
-        let [time, bins, depth] = match (timed, self.samples()) {
-            (true, BinSample::Averages) => [0.4, 0.4, 0.2],
-            (true, BinSample::Centres) => [0.8, 0.0, 0.2],
-            (false, _) => [0.0, 0.6, 0.4],
+        let [time, bins] = match (timed, self.has_images()) {
+            (true, true) => [0.5, 0.5],
+            (true, false) => [1.0, 0.0],
+            (false, _) => [0.0, 1.0],
         };
-        let of = |part: f64| part * tolerance;
-        ViewError::of_terms(of(time), of(bins), of(depth))
+        ViewError::of_terms(time * tolerance, bins * tolerance)
     }
 
     /// The number of gated projection sets: cardiac gates times respiratory gates.

@@ -4,7 +4,7 @@ use super::material::MaterialSettings;
 use crate::scan::{Accuracy, BinSample, Mode, Orbit};
 use crate::{Balloon, Compensation, Method, Rotation, VolumeCurve, VolumeRange};
 use membrane_forces::PressureLaw;
-use radon::{ArcPolicy, Window};
+use radon::{ArcPolicy, HoleResponse, Window};
 #[cfg(feature = "scene")]
 use {
     super::file::exactly,
@@ -199,6 +199,8 @@ pub enum HolesSettings {
     GeLehr,
     /// [`ParallelHoles::GE_LEGP`](radon::ParallelHoles::GE_LEGP).
     GeLegp,
+    /// [`ParallelHoles::GE_VENTRI_LEHR`](radon::ParallelHoles::GE_VENTRI_LEHR).
+    GeVentriLehr,
     /// [`ParallelHoles::SIEMENS_LEHR`](radon::ParallelHoles::SIEMENS_LEHR).
     SiemensLehr,
     /// Holes of given dimensions.
@@ -209,6 +211,9 @@ pub enum HolesSettings {
         length: f64,
         /// Linear attenuation coefficient of the septa, 1/cm.
         attenuation: f64,
+        /// The width of the Gaussian for this diameter; by default that of Anger's formula.
+        #[cfg_attr(feature = "scene", serde(default))]
+        response: HoleResponse,
     },
     /// A geometric response with the standard deviation `slope d + at_face` at the distance d.
     Widths {

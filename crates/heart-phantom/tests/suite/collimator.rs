@@ -1,12 +1,13 @@
 //! Projections through a collimator against moments, a direct sum over depths, and symmetries.
 
+use heart_phantom::revolve_voxel::nalgebra::{Point3, Vector3};
 use heart_phantom::scene::{Accuracy, BinSample};
 use heart_phantom::scene::{
     Attenuation, CollimatorSettings, Counts, HolesSettings, Medium, Mode, Noise, Orbit, Scene,
 };
 use heart_phantom::{Phantom, PhantomError};
 use radon::Collimator;
-use std::f64::consts::{LN_2, PI};
+use std::f64::consts::LN_2;
 
 const N: usize = 128;
 const FIELD: f64 = 16.0;
@@ -35,8 +36,7 @@ fn through(response: Collimator, tolerance: f64) -> Phantom {
         intrinsic_fwhm: response.intrinsic() * (8.0 * 2f64.ln()).sqrt(),
     });
     scene.camera.samples = Some(BinSample::Centres);
-    // A fifth of the tolerance applies to depth.
-    scene.acquisition.accuracy = Accuracy::Tolerance(5.0 * tolerance);
+    scene.acquisition.accuracy = Accuracy::Tolerance(tolerance);
     Phantom::new(scene).unwrap()
 }
 
@@ -60,141 +60,66 @@ fn moments(view: &[f32]) -> [f64; 5] {
     [sum, s, z, along, across]
 }
 
+/// Sum, centroid and variances of a view against the closed forms of the wall: the variance of an image is that of the wall plus the mean of
+/// the response's.
 #[test]
-fn moments_are_those_of_the_lines_and_of_the_depths() {
-    // Fine enough that line integrals reproduce the moments of the heart: the error is proportional to the square of a bin, 1.6e-6 at half as many.
-    const M: usize = 256;
-    let mut scene = scene().with_size(M);
-    let lines = Phantom::new(scene.clone()).unwrap();
-    scene.camera.samples = Some(BinSample::Centres);
-    scene.acquisition.accuracy = Accuracy::Tolerance(5e-4);
-    scene.collimator = Some(CollimatorSettings {
-        holes: HolesSettings::Widths {
-            slope: 0.02,
-            at_face: 0.06,
-        },
-        intrinsic_fwhm: 0.16 * (8.0 * LN_2).sqrt(),
-    });
-    let blurred = Phantom::new(scene.clone()).unwrap();
-    // Depths of one view are positions along the bins of the next, a quarter of a turn later.
-    scene.collimator = None;
-    let fine = Phantom::new(scene.with_size(3 * M)).unwrap();
-    for view_idx in [1, 2] {
-        let [sum, s, z, along, across] = moments(&lines.view(0, view_idx).unwrap());
-        let seen = moments(&blurred.view(0, view_idx).unwrap());
-        // Samples are f32: 65536 of them, some 3e-8 each.
-        assert!((seen[0] / sum - 1.0).abs() < 1e-6, "{seen:?} {sum}");
-        assert!((seen[1] - s).abs() < 1e-6 && (seen[2] - z).abs() < 1e-6);
-        let side = fine.view(0, (view_idx + 1) % 4).unwrap();
-        let (mut all, mut mean) = (0.0, 0.0);
-        for (k, v) in side.iter().enumerate() {
-            let t = ((k % (3 * M)) as f64 - 0.5 * (3 * M - 1) as f64) * FIELD / (3 * M) as f64;
-            all += f64::from(*v);
-            mean += f64::from(*v) * response().variance(RADIUS - t);
-        }
-        mean /= all;
-        assert!(mean > 0.09, "{mean}");
-        for (seen, line) in [(seen[3], along), (seen[4], across)] {
-            let off = seen / (line + mean) - 1.0;
-            assert!(off.abs() < 1e-6, "{off} of {line} + {mean}");
-        }
-    }
-}
-
-/// Each depth separately: line integrals of thin slabs of 0.02 cm, each with the samples of the Gaussian of its middle.
-#[test]
-fn views_are_what_the_plain_loop_over_depths_gives() {
-    let phantom = through(response(), 1e-4);
-    let seen = phantom.view(0, 1).unwrap();
+fn moments_are_those_of_the_wall_and_of_the_depths() {
+    let phantom = through(response(), 5e-5);
     let shape = phantom.shape(0.3).unwrap();
-    let planes: Vec<f64> = (1..800).map(|k| -8.0 + 0.02 * f64::from(k)).collect();
-    let rays = phantom.camera().detector().rays(PI / 2.0).unwrap();
-    let slabs = rays.with_planes(&planes).unwrap();
-    let (slabs, _) = shape.body().project::<f64>(&slabs, &[0.0, 1.0]).unwrap();
-    let pitch = FIELD / N as f64;
-    let mut slow = vec![0.0f64; N * N];
-    for slab in 0..800 {
-        let image: Vec<f64> = (0..N)
-            .flat_map(|row| slabs[(800 * row + slab) * N..][..N].to_vec())
-            .collect();
-        if image.iter().all(|v| *v == 0.0) {
-            continue;
+    let (wall, pose) = (
+        shape.body().region_measures(1).unwrap(),
+        shape.body().pose(),
+    );
+    let centre = pose.to_lab(&Point3::new(wall.centroid(), 0.0, 0.0));
+    let axial = wall.second_moment / wall.volume - wall.centroid().powi(2);
+    let radial = 0.5 * wall.polar_inertia / wall.volume;
+    let variance = |e: &Vector3<f64>| radial + (axial - radial) * pose.axis().dot(e).powi(2);
+    for view_idx in [1, 2] {
+        let (sin, cos) = phantom.camera().geometry().angles()[view_idx].sin_cos();
+        let [bins, ahead] = [Vector3::new(cos, sin, 0.0), Vector3::new(-sin, cos, 0.0)];
+        let depth = RADIUS - centre.coords.dot(&ahead);
+        // The variance of the response is a quadratic function of depth.
+        let blur = response().variance(depth) + response().slope().powi(2) * variance(&ahead);
+        let image = moments(&phantom.view(0, view_idx).unwrap());
+        let sum = image[0] * (FIELD / N as f64).powi(2) / wall.volume - 1.0;
+        // Samples are f32, and the tolerance is 5e-5 of the largest one; errors cancel in sums.
+        assert!(sum.abs() < 2e-6, "{sum}");
+        for (own, exact) in [
+            (image[1], centre.coords.dot(&bins)),
+            (image[2], centre.z),
+            (image[3], variance(&bins) + blur),
+            (image[4], variance(&Vector3::z()) + blur),
+        ] {
+            assert!((own - exact).abs() < 1e-5, "{own} {exact}");
         }
-        let sigma = response().sigma(RADIUS - (-8.0 + 0.02 * (slab as f64 + 0.5))) / pitch;
-        let reach = (6.0 * sigma) as isize;
-        let weight =
-            |k: isize| (-0.5 * (k as f64 / sigma).powi(2)).exp() / (sigma * (2.0 * PI).sqrt());
-        let blurred = |image: &[f64], step: isize| -> Vec<f64> {
-            (0..(N * N) as isize)
-                .map(|at| {
-                    let place = if step == 1 {
-                        at % N as isize
-                    } else {
-                        at / N as isize
-                    };
-                    (-reach..=reach)
-                        .filter(|k| (0..N as isize).contains(&(place + k)))
-                        .map(|k| weight(k) * image[(at + k * step) as usize])
-                        .sum()
-                })
-                .collect()
-        };
-        let image = blurred(&blurred(&image, 1), N as isize);
-        slow.iter_mut().zip(image).for_each(|(sum, v)| *sum += v);
     }
-    let norm = |values: &mut dyn Iterator<Item = f64>| values.map(|v| v * v).sum::<f64>().sqrt();
-    let off = norm(&mut seen.iter().zip(&slow).map(|(a, b)| f64::from(*a) - b));
-    let all = norm(&mut slow.iter().copied());
-    // Measured 2.7e-5: the tolerance applies to a point, and a wall is smoother.
-    assert!(off / all < 5e-5, "{}", off / all);
 }
 
+/// The stated error of views against their error, by a reference with a sixth of the smallest tolerance.
 #[test]
 fn views_converge_with_the_tolerance() {
-    let view = |tolerance: f64| through(response(), tolerance).view(0, 2).unwrap();
-    let finest = view(2e-7);
-    let errors: Vec<f64> = [1e-3, 1e-4, 1e-5]
-        .map(|tolerance| {
-            let square = |(a, b): (&f32, &f32)| f64::from(a - b).powi(2);
-            let off: f64 = view(tolerance).iter().zip(&finest).map(square).sum();
-            let all: f64 = finest.iter().map(|v| f64::from(*v).powi(2)).sum();
-            (off / all).sqrt()
-        })
-        .to_vec();
-    // Second order in the distance of the nodes, which scales as the square root of the tolerance.
-    for (pair, tolerance) in errors.windows(2).zip([1e-3, 1e-4]) {
-        assert!(pair[1] < 0.3 * pair[0], "{errors:?}");
-        assert!(pair[0] < tolerance, "{errors:?}");
-    }
-}
-
-/// The stated error of a view against its error, by a reference with an error of a hundredth of it.
-#[test]
-fn the_error_of_slabs_is_what_is_told() {
     let all = |tolerance: f64| {
         through(response(), tolerance)
             .sinograms(0, &|_| ())
             .unwrap()
     };
-    let finest = all(1e-6).samples;
-    for tolerance in [1e-2, 1e-3, 1e-4] {
+    let finest = all(5e-5).samples;
+    for tolerance in [3e-2, 3e-3, 3e-4] {
         let made = all(tolerance);
         let (mut off, mut largest) = (0.0f32, 0.0f32);
         for (a, b) in made.samples.iter().zip(&finest) {
             (off, largest) = (off.max((a - b).abs()), largest.max(*b));
         }
-        let (told, error) = (made.view_error.depth, f64::from(off / largest));
-        println!("tolerance {tolerance}: error {error:e}, told {told:e}");
-        // A bound that is not too large: where errors are of second order, the difference is three times as large.
+        let (stated, error) = (made.view_error.total(), f64::from(off / largest));
+        println!("tolerance {tolerance}: error {error:e}, stated {stated:e}");
         assert!(
-            (1.0..12.0).contains(&(told / error)),
-            "{tolerance}: {told} {error}"
+            error <= stated && stated <= tolerance,
+            "{tolerance}: {stated} {error}"
         );
     }
-    // One of the four views is estimated separately, too; line integrals have no such error.
-    assert!(through(response(), 1e-4).view(0, 0).is_ok());
+    // Line integrals have no such error.
     let lines = Phantom::new(scene()).unwrap();
-    assert_eq!(lines.sinograms(0, &|_| ()).unwrap().view_error.depth, 0.0);
+    assert_eq!(lines.sinograms(0, &|_| ()).unwrap().view_error.bins, 0.0);
 }
 
 #[test]
@@ -298,6 +223,30 @@ fn a_collimator_that_cannot_be_is_refused() {
         (fwhm - (0.15f64 * 13.4257 / 3.4257).hypot(0.38)).abs() < 1e-4,
         "{fwhm}"
     );
+}
+
+/// The response of holes by its name in a scene: 0.4247, 0.3727 and 0.3536 diameters at the face.
+#[test]
+fn the_response_of_holes_has_a_name() {
+    for (response, widths) in [
+        ("", 0.424_66),
+        (", response = \"anger\"", 0.424_66),
+        (", response = \"hexagonal\"", 0.372_68),
+        (", response = \"round\"", 0.353_55),
+    ] {
+        let holes = format!("diameter = 0.2, length = 3.0, attenuation = 26.9{response}");
+        let text =
+            format!("[collimator]\nholes = {{ parallel = {{ {holes} }} }}\nintrinsic_fwhm = 0.4\n");
+        let settings = Scene::from_toml(&text).unwrap().collimator.unwrap();
+        assert!((settings.response().unwrap().at_face() / 0.2 - widths).abs() < 1e-5);
+    }
+    let text = "[collimator]\nholes = \"ge-ventri-lehr\"\nintrinsic_fwhm = 0.4\n";
+    let ventri = Scene::from_toml(text).unwrap().collimator.unwrap();
+    // Holes of 1.4 mm and 30 mm: FWHM at 10 cm without the crystal.
+    let length: f64 = 3.0 - 2.0 / 26.9;
+    let fwhm: f64 = 0.14 * (length + 10.0) / length;
+    let expected = fwhm.hypot(0.4) / (8.0 * LN_2).sqrt();
+    assert!((ventri.response().unwrap().sigma(10.0) - expected).abs() < 1e-12);
 }
 
 /// The wall is outer minus inner membrane. After attenuation, division into slabs and blur, rounding left -1e-26 where the activity is

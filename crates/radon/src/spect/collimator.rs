@@ -55,11 +55,10 @@ impl Collimator {
     /// The response of parallel holes in front of a crystal of full width at half maximum `intrinsic_fwhm` (cm):
     ///
     /// ```text
-    /// FWHM(d)^2 = (D (L + d) / L)^2 + intrinsic_fwhm^2,   L = length - 2 / attenuation
+    /// sigma(d)^2 = (c D (L + d) / L)^2 + (intrinsic_fwhm / 2.3548)^2,   L = length - 2 / attenuation
     /// ```
     ///
-    /// with D the diameter of a hole (Sorenson & Phelps, Physics in Nuclear Medicine, 2nd ed. 1987, section 16.B, without the gap between
-    /// collimator and crystal).
+    /// with D the diameter of a hole and c by its [`HoleResponse`]; without a gap between collimator and crystal.
     ///
     /// # Errors
     /// [`RadonError::NotFinite`], [`RadonError::NotPositive`] for a diameter, a length, an attenuation, or an effective length of zero or
@@ -68,7 +67,7 @@ impl Collimator {
         positive("hole diameter", holes.diameter)?;
         let length = holes.effective_length()?;
         within("intrinsic FWHM", intrinsic_fwhm, 0.0, f64::MAX)?;
-        let at_face = holes.diameter / fwhm_in_sigmas();
+        let at_face = holes.diameter * holes.response.sigma();
         Self::new(
             finite("slope of the collimator's response", at_face / length)?,
             at_face,
@@ -104,7 +103,7 @@ impl Collimator {
 
 /// The holes of a parallel-hole collimator.
 ///
-/// The presets are low-energy collimators of lead, for 140 keV.
+/// The presets are low-energy collimators of lead with hexagonal holes, for 140 keV; their response is that of Anger's formula.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ParallelHoles {
     /// Diameter (cm); for hexagonal holes the distance between opposite sides.
@@ -113,6 +112,36 @@ pub struct ParallelHoles {
     pub length: f64,
     /// Linear attenuation coefficient of the septa (1/cm); infinite for opaque septa.
     pub attenuation: f64,
+    /// The width of the Gaussian for this diameter.
+    pub response: HoleResponse,
+}
+
+/// The standard deviation of the Gaussian that represents the geometric response of holes, over D (L + d) / L.
+///
+/// The response to a point, averaged over the positions of the holes, is the autocorrelation of a hole's cross-section, magnified by (L + d) / L
+/// (C. E. Metz, F. B. Atkins, R. N. Beck, Phys. Med. Biol. 25, 1059, 1980). Its variance along an axis is twice that of the cross-section.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(rename_all = "kebab-case"))]
+pub enum HoleResponse {
+    /// 0.4247: the full width at half maximum is D (L + d) / L, as Anger's formula has it (Sorenson & Phelps, Physics in Nuclear Medicine,
+    /// 2nd ed. 1987, section 16.B).
+    #[default]
+    Anger,
+    /// sqrt(5) / 6 = 0.3727: the variance of the response of hexagonal holes.
+    Hexagonal,
+    /// sqrt(2) / 4 = 0.3536: the variance of the response of round holes.
+    Round,
+}
+
+impl HoleResponse {
+    fn sigma(self) -> f64 {
+        match self {
+            Self::Anger => 1.0 / fwhm_in_sigmas(),
+            Self::Hexagonal => 5.0_f64.sqrt() / 6.0,
+            Self::Round => 2.0_f64.sqrt() / 4.0,
+        }
+    }
 }
 
 impl ParallelHoles {
@@ -132,11 +161,16 @@ impl ParallelHoles {
     /// `opengate/contrib/spect/siemens_intevo.py`).
     pub const SIEMENS_LEHR: Self = Self::of_lead(0.111, 2.405);
 
+    /// GE Ventri, low energy, high resolution, a cardiac camera: holes of 1.4 mm, 30 mm long, 0.15 mm apart (GT-LEHR of the collimators
+    /// that come with SIMIND).
+    pub const GE_VENTRI_LEHR: Self = Self::of_lead(0.14, 3.0);
+
     const fn of_lead(diameter: f64, length: f64) -> Self {
         Self {
             diameter,
             length,
             attenuation: Self::LEAD_140_KEV,
+            response: HoleResponse::Anger,
         }
     }
 

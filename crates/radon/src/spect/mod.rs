@@ -15,7 +15,7 @@ mod run;
 mod turned;
 mod walk;
 
-pub use collimator::{Collimator, ParallelHoles};
+pub use collimator::{Collimator, HoleResponse, ParallelHoles};
 pub use geometry::SpectGeometry;
 pub use operator::SpectOperator;
 pub use options::SpectOptions;

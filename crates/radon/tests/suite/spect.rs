@@ -6,8 +6,9 @@ use common::dense::dot;
 use common::noise;
 use common::spect::PlainCamera;
 use radon::{
-    Collimator, ImageGrid, Kernel, LinearOperator, ParallelGeometry, ParallelHoles, Projector,
-    RadonError, Sample, SliceAxis, SpectGeometry, SpectOperator, SpectOptions, StackOrder,
+    Collimator, HoleResponse, ImageGrid, Kernel, LinearOperator, ParallelGeometry, ParallelHoles,
+    Projector, RadonError, Sample, SliceAxis, SpectGeometry, SpectOperator, SpectOptions,
+    StackOrder,
 };
 
 /// A small camera whose pitches, sizes and offsets are all different, with views all round, one of them at a multiple of 45 degrees.
@@ -311,6 +312,7 @@ fn what_makes_no_sense_is_refused() {
             diameter,
             length,
             attenuation,
+            response: HoleResponse::Anger,
         };
         Collimator::parallel_holes(&holes, 0.38).unwrap_err()
     };

@@ -1,14 +1,18 @@
 //! Elliptic cylinders (a torso) and their voxels.
 
+use std::f64::consts::{PI, TAU};
 use std::ops::Range;
 
-use nalgebra::Vector3;
+use nalgebra::{Point3, Vector3};
 use rayon::prelude::*;
 
 use crate::error::{finite, length, positive};
 use crate::solid::segment::ROUNDING;
 use crate::voxels::coverage::check_range;
-use crate::{Ray, RevolveError, Sample, Span, VoxelGrid};
+use crate::{Body, Meridian, Ray, RevolveError, Sample, Span, VoxelGrid};
+
+/// Vertices of the polygon around a circle about the axis; it extends beyond it by 1 / cos(pi / 256) - 1 = 7.5e-5.
+const CORNERS: usize = 256;
 
 /// An infinite elliptic cylinder along the z axis of the lab, such as a torso.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -56,6 +60,44 @@ impl EllipticCylinder {
         (half > 0.0).then(|| Span {
             enter: middle - half.sqrt(),
             exit: middle + half.sqrt(),
+        })
+    }
+
+    /// Returns the smallest factor by which the cylinder must be scaled about its axis to contain the body; the body is inside if
+    /// it is below 1. The result is an upper bound, too large by a relative error of at most 1e-4.
+    ///
+    /// ```
+    /// use revolve_voxel::{Body, EllipticCylinder, Meridian, Pose};
+    /// let rod = Meridian::new(&[[-1.0, 0.5], [1.0, 0.5]])?;
+    /// let body = Body::new(vec![rod], Pose::axis_along_z(0.0)?)?; // of radius 1/2
+    /// let torso = EllipticCylinder::new([0.1, 0.0], [0.8, 0.9])?;
+    /// let growth = torso.scale_to_contain(&body);
+    /// assert!(growth >= 0.6 / 0.8 && growth < 0.6 / 0.8 + 1e-4);
+    /// # Ok::<(), revolve_voxel::RevolveError>(())
+    /// ```
+    pub fn scale_to_contain(&self, body: &Body) -> f64 {
+        let (centre, semi_axes) = (self.centre(), self.semi_axes());
+        // The cross-section is convex, and the body is in the convex hull of the circles through the points of the meridian;
+        // polygons around these circles are sufficient.
+        let out = 1.0 / (PI / CORNERS as f64).cos();
+        let corners: Vec<Vector3<f64>> = (0..CORNERS)
+            .map(|k| (TAU * k as f64 / CORNERS as f64).sin_cos())
+            .map(|(sin, cos)| body.pose().isometry().rotation * Vector3::new(0.0, cos, sin) * out)
+            .collect();
+        let segments = body.layers().iter().flat_map(Meridian::segments);
+        let points = segments.flat_map(|segment| [segment.start(), segment.end()]);
+        let share = |place: Vector3<f64>| {
+            let share = [0, 1].map(|k| (place[k] - centre[k]) / semi_axes[k]);
+            share[0].hypot(share[1])
+        };
+        points.fold(0.0, |most: f64, [x, r]| {
+            let middle = body.pose().to_lab(&Point3::new(x, 0.0, 0.0)).coords;
+            // Most circles are too far inside to matter.
+            if share(middle) + r * out / semi_axes[0].min(semi_axes[1]) <= most {
+                return most;
+            }
+            let corners = corners.iter().map(|corner| share(middle + r * corner));
+            corners.fold(most, f64::max)
         })
     }
 

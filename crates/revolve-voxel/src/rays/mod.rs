@@ -1,7 +1,6 @@
 //! Rays through solids: chords, detectors and attenuation.
 
-mod around;
-pub(crate) mod attenuation;
+pub(crate) mod assembly;
 pub(crate) mod capsule;
 mod cast;
 pub(crate) mod chord;
@@ -17,4 +16,3 @@ pub(crate) mod ray;
 pub(crate) mod silhouette;
 pub(crate) mod single;
 pub(crate) mod slabs;
-pub(crate) mod torso;

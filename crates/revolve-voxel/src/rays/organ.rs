@@ -112,23 +112,7 @@ pub struct Organ {
     pub attenuation: f64,
 }
 
-/// Organs; later ones replace earlier ones where they overlap.
-///
-/// ```
-/// use revolve_voxel::{Ellipsoid, EllipticCylinder, Organ, OrganShape, Organs, Ray};
-/// use revolve_voxel::nalgebra::{Point3, Vector3};
-/// let torso = OrganShape::Cylinder(EllipticCylinder::new([0.0; 2], [16.0, 11.0])?);
-/// let lung = OrganShape::Ellipsoid(Ellipsoid::new([7.0, 0.0, 0.0], [5.0, 7.0, 10.0])?);
-/// let organs = Organs::new(vec![
-///     Organ { shape: torso, activity: 0.1, attenuation: 0.15 },
-///     Organ { shape: lung, activity: 0.02, attenuation: 0.045 },
-/// ])?;
-/// let ray = Ray::new(Point3::new(7.0, 0.0, 0.0), Vector3::y())?;
-/// let pieces = organs.pieces(&ray);
-/// assert_eq!(pieces.len(), 3); // torso, lung, torso
-/// assert_eq!(pieces[1].0.length(), 14.0);
-/// # Ok::<(), revolve_voxel::RevolveError>(())
-/// ```
+/// Organs; later ones replace earlier ones where they overlap ([`Assembly`](crate::Assembly)).
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Organs(Vec<Organ>);
 
@@ -159,44 +143,5 @@ impl Organs {
     /// Returns all organs.
     pub fn as_slice(&self) -> &[Organ] {
         &self.0
-    }
-
-    /// Returns the ordered segments of a ray in the organs, each with the organ that applies there.
-    pub fn pieces(&self, ray: &Ray) -> Vec<(Span, Organ)> {
-        Finder::default().pieces(self, ray).to_vec()
-    }
-}
-
-/// Finds segments of rays in organs, with reusable work arrays.
-#[derive(Debug, Default)]
-pub(crate) struct Finder {
-    spans: Vec<(Span, Organ)>,
-    ends: Vec<f64>,
-    pieces: Vec<(Span, Organ)>,
-}
-
-impl Finder {
-    /// [`Organs::pieces`].
-    pub(crate) fn pieces(&mut self, organs: &Organs, ray: &Ray) -> &[(Span, Organ)] {
-        let Self {
-            spans,
-            ends,
-            pieces,
-        } = self;
-        let found = (organs.0.iter()).filter_map(|organ| Some((organ.shape.span(ray)?, *organ)));
-        spans.clear();
-        spans.extend(found);
-        ends.clear();
-        ends.extend(spans.iter().flat_map(|(span, _)| [span.enter, span.exit]));
-        ends.sort_by(f64::total_cmp);
-        ends.dedup();
-        pieces.clear();
-        for pair in ends.windows(2) {
-            let [enter, exit] = [pair[0], pair[1]];
-            let counts =
-                (spans.iter().rev()).find(|(span, _)| span.enter <= enter && exit <= span.exit);
-            pieces.extend(counts.map(|(_, organ)| (Span { enter, exit }, *organ)));
-        }
-        pieces
     }
 }

@@ -35,6 +35,12 @@ impl Ray {
         })
     }
 
+    /// A ray along a unit vector, which is not validated.
+    #[inline(always)]
+    pub(crate) fn of_unit(origin: Point3<f64>, direction: Vector3<f64>) -> Self {
+        Self { origin, direction }
+    }
+
     /// The point at parameter zero.
     pub fn origin(&self) -> Point3<f64> {
         self.origin

@@ -45,28 +45,65 @@ impl Body {
     }
 
     pub(crate) fn spans_in(&self, layer: &Meridian, ray: &Ray) -> Vec<Span> {
-        self.surface_spans(layer, ray)
-            .iter()
-            .map(|[a, b]| Span {
-                enter: a.t,
-                exit: b.t,
-            })
-            .collect()
+        let mut spans = Vec::new();
+        self.for_spans(layer, ray, &mut Search::default(), |span| spans.push(span));
+        spans
+    }
+
+    /// Calls `each` with the sorted, disjoint intervals of the line inside one layer. Neighbouring lines share `search`.
+    pub(crate) fn for_spans(
+        &self,
+        layer: &Meridian,
+        ray: &Ray,
+        search: &mut Search,
+        mut each: impl FnMut(Span),
+    ) {
+        let Search { hints, ends } = search;
+        ends.clear();
+        hints.resize(layer.chains().len(), Hint::default());
+        self.intervals_with(layer, ray, hints, |sign, [low, high]| {
+            ends.extend([(low.t, sign), (high.t, -sign)]);
+        });
+        if let [(enter, 1.0), (exit, _)] = ends[..] {
+            if enter < exit {
+                each(Span { enter, exit });
+            }
+            return;
+        }
+        ends.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let (mut depth, mut enter) = (0.0, 0.0);
+        for at_one in ends.chunk_by(|a, b| a.0 == b.0) {
+            let before: f64 = depth;
+            depth += at_one.iter().map(|(_, sign)| sign).sum::<f64>();
+            match (before < 0.5, depth < 0.5) {
+                (true, false) => enter = at_one[0].0,
+                (false, true) => each(Span {
+                    enter,
+                    exit: at_one[0].0,
+                }),
+                _ => {}
+            }
+        }
     }
 
     /// Calls `each` with the sign and the ends of the interval of every chain.
-    fn intervals(
+    fn intervals(&self, meridian: &Meridian, ray: &Ray, each: impl FnMut(f64, [SurfacePoint; 2])) {
+        let mut hints = vec![Hint::default(); meridian.chains().len()];
+        self.intervals_with(meridian, ray, &mut hints, each);
+    }
+
+    fn intervals_with(
         &self,
         meridian: &Meridian,
         ray: &Ray,
+        hints: &mut [Hint],
         mut each: impl FnMut(f64, [SurfacePoint; 2]),
     ) {
         let farthest = self.pose().farthest(ray.origin().coords.amax());
         let d = self.pose().vector_to_body(&ray.direction());
         let direction = Direction::new(meridian, farthest, &d);
         let [w, q, shift] = direction.coordinates(&self.pose().to_body(&ray.origin()));
-        let mut hints = vec![Hint::default(); meridian.chains().len()];
-        for (sign, faces) in direction.intervals(meridian, [w, q], &mut hints) {
+        for (sign, faces) in direction.intervals(meridian, [w, q], hints) {
             let ends = direction.ends([w, q], &faces);
             let point = |k: usize| SurfacePoint {
                 t: ends[k] - shift,
@@ -103,6 +140,15 @@ impl Body {
         }
         spans
     }
+}
+
+/// Work arrays of lines through one layer.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Search {
+    /// Faces that the previous line met.
+    hints: Vec<Hint>,
+    /// Ends of the intervals of one line, with their signs.
+    ends: Vec<(f64, f64)>,
 }
 
 /// A point of a line on the surface, with the normal (x, r) except on a plane.

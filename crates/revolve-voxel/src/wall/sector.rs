@@ -13,7 +13,7 @@ use crate::voxels::patch::Cuboid;
 use crate::voxels::runs::Runs;
 use crate::voxels::sections::Sections;
 use crate::{
-    Attenuator, Body, Hit, Meridian, Pose, Ray, RayCounters, Rays, RevolveError, Sample, Sampling,
+    Body, Hit, Meridian, Pose, Ray, RayCounters, Rays, RevolveError, Sample, Sampling, Span,
     VoxelCounters, VoxelGrid,
 };
 
@@ -88,6 +88,24 @@ impl Sector {
             .sum()
     }
 
+    /// Calls `each` with the disjoint intervals of a line inside the sector.
+    pub(crate) fn for_spans(&self, ray: &Ray, mut each: impl FnMut(Span)) {
+        let spans = self.ring.spans_in(&self.ring.layers()[0], ray);
+        if spans.is_empty() {
+            return;
+        }
+        let (origin, along, near) = self.in_body(ray);
+        let held = self.wedge.stretches(&origin, &along, near);
+        for span in &spans {
+            for &[from, to] in held.iter().flatten() {
+                let (enter, exit) = (from.max(span.enter), to.min(span.exit));
+                if enter < exit {
+                    each(Span { enter, exit });
+                }
+            }
+        }
+    }
+
     /// Returns the first point with `t >= 0` where the ray enters the sector, with the outward normal; `None` if there is none.
     ///
     /// ```
@@ -140,33 +158,21 @@ impl Sector {
         })
     }
 
-    /// Adds `activity` times the line integrals to an image `[row][bin]`, with optional attenuation (the detector lies in the
-    /// direction of the rays).
+    /// Adds `activity` times the line integrals to an image `[row][bin]`. [`Assembly`](crate::Assembly) has those with attenuation.
     ///
     /// # Errors
-    /// [`RevolveError::WrongLength`] for a wrong image, [`RevolveError::NotFinite`] for the activity; as
-    /// [`Body::project_attenuated_add`].
+    /// [`RevolveError::WrongLength`] for a wrong image, [`RevolveError::NotFinite`] for the activity.
     pub fn project_add<T: Sample>(
         &self,
         rays: &impl Rays,
         activity: f64,
-        attenuator: Option<&Attenuator>,
         out: &mut [T],
     ) -> Result<RayCounters, RevolveError> {
-        if let Some(attenuator) = attenuator {
-            attenuator.check_directions(rays)?;
-        }
         self.ring
             .project_measured(rays, &[activity], 1.0, out, |[bin, row]| {
-                let ray = rays.line(bin, row);
-                let clip = self.clip(&ray);
-                let way = attenuator.map(|attenuator| attenuator.along(&ray));
+                let clip = self.clip(&rays.line(bin, row));
                 move |low: f64, high: f64, origin: f64| {
-                    let measure = |low: f64, high: f64| match &way {
-                        None => high - low,
-                        Some(way) => way.integral(low, high),
-                    };
-                    clip(low - origin, high - origin, &measure)
+                    clip(low - origin, high - origin, &|low, high| high - low)
                 }
             })
     }

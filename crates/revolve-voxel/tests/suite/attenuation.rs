@@ -5,8 +5,8 @@ use crate::support;
 use nalgebra::{Point3, Vector3};
 use proptest::prelude::*;
 use revolve_voxel::{
-    Attenuator, Body, EllipticCylinder, Medium, Meridian, ParallelDetector, ParallelRays, Pose,
-    Ray, RevolveError, VoxelGrid,
+    Assembly, Body, EllipticCylinder, Meridian, Organ, OrganShape, Organs, ParallelDetector,
+    ParallelRays, Pose, Ray, RevolveError, Shown, VoxelGrid,
 };
 use std::f64::consts::PI;
 
@@ -37,16 +37,31 @@ fn rays(theta: f64) -> ParallelRays {
         .unwrap()
 }
 
+/// A torso that attenuates, or none.
+fn media(mu: f64, torso: Option<EllipticCylinder>) -> Result<Organs, RevolveError> {
+    let organ = |cylinder| Organ {
+        shape: OrganShape::Cylinder(cylinder),
+        activity: 0.0,
+        attenuation: mu,
+    };
+    Organs::new(torso.map(organ).into_iter().collect())
+}
+
+/// The image of a body attenuated by a torso, or else by itself.
 fn attenuated(
     body: &Body,
     rays: &ParallelRays,
     activity: &[f64],
     mu: f64,
-    medium: Medium,
+    torso: Option<EllipticCylinder>,
 ) -> Vec<f64> {
-    let attenuator = Attenuator::new(mu, medium).unwrap();
+    let (media, own) = (media(mu, torso).unwrap(), torso.is_none().then_some(mu));
+    let assembly = Assembly::new(&media)
+        .with_body(body, activity, own)
+        .unwrap();
     let mut out = vec![0.0; rays.n_bins() * rays.n_rows()];
-    body.project_attenuated_add(rays, activity, 1.0, &attenuator, &mut out)
+    assembly
+        .project_add(rays, Shown::Change, 1.0, &mut out)
         .unwrap();
     out
 }
@@ -55,7 +70,7 @@ fn attenuated(
 fn without_attenuation_the_image_is_the_plain_one() {
     let (body, rays) = (body(), rays(0.7));
     let (plain, _) = body.project::<f64>(&rays, &[0.3, 1.0]).unwrap();
-    for medium in [Medium::Torso(torso()), Medium::Layer(&body, 1)] {
+    for medium in [Some(torso()), None] {
         let zero = attenuated(&body, &rays, &[0.3, 1.0], 0.0, medium);
         let tiny = attenuated(&body, &rays, &[0.3, 1.0], 1e-9, medium);
         for ((a, b), c) in plain.iter().zip(&zero).zip(&tiny) {
@@ -90,7 +105,7 @@ fn a_ball_in_the_middle_of_a_round_torso_is_a_closed_form() {
     let cylinder = EllipticCylinder::new([0.0; 2], [around; 2]).unwrap();
     for theta in [0.0, 1.0, 4.0] {
         let rays = rays(theta);
-        let seen = attenuated(&ball, &rays, &[2.0], mu, Medium::Torso(cylinder));
+        let seen = attenuated(&ball, &rays, &[2.0], mu, Some(cylinder));
         for (k, value) in seen.iter().enumerate() {
             let (bin, row) = (k % 24, k / 24);
             let (s, z) = ((bin as f64 - 11.5) * 0.4, (row as f64 - 9.5) * 0.4);
@@ -115,34 +130,32 @@ fn the_detector_is_ahead_of_the_rays() {
     let rod = Body::new(vec![rod], pose).unwrap();
     let torso = EllipticCylinder::new([0.0; 2], [6.0, 5.0]).unwrap();
     let one = ParallelDetector::new(1, 1, [1.0; 2]).unwrap();
-    let [front, back] = [0.0, PI].map(|theta| {
-        attenuated(
-            &rod,
-            &one.rays(theta).unwrap(),
-            &[1.0],
-            0.2,
-            Medium::Torso(torso),
-        )[0]
-    });
+    let [front, back] = [0.0, PI]
+        .map(|theta| attenuated(&rod, &one.rays(theta).unwrap(), &[1.0], 0.2, Some(torso))[0]);
     let own = (1.0 - (-0.2_f64).exp()) / 0.2;
     assert!((front - (-0.2_f64 * 0.5).exp() * own).abs() < 1e-13);
     assert!((back - (-0.2_f64 * 8.5).exp() * own).abs() < 1e-13);
 }
 
 /// Midpoint rule along a ray, by point tests only.
-fn quadrature(body: &Body, ray: &Ray, activity: &[f64], mu: f64, medium: Medium) -> f64 {
+fn quadrature(
+    body: &Body,
+    ray: &Ray,
+    activity: &[f64],
+    mu: f64,
+    medium: Option<EllipticCylinder>,
+) -> f64 {
     let (n, from, to) = (40_000, -15.0, 15.0);
     let h = (to - from) / n as f64;
     let (mut sum, mut path) = (0.0, 0.0);
     for k in (0..n).rev() {
         let p = ray.at(from + (k as f64 + 0.5) * h);
         let weakens = match medium {
-            Medium::Layer(body, layer) => body.signed_distance(layer, &p).unwrap() < 0.0,
-            Medium::Torso(torso) => {
+            None => body.signed_distance(1, &p).unwrap() < 0.0,
+            Some(torso) => {
                 let [c, a] = [torso.centre(), torso.semi_axes()];
                 ((p.x - c[0]) / a[0]).hypot((p.y - c[1]) / a[1]) < 1.0
             }
-            _ => panic!("three media"),
         };
         let step = if weakens { mu * h } else { 0.0 };
         let inside = (0..2).find(|&layer| body.signed_distance(layer, &p).unwrap() < 0.0);
@@ -159,12 +172,7 @@ fn quadrature_by_point_tests_finds_the_same() {
     let body = body();
     // The second torso cuts through the body: it is partly outside.
     let small = EllipticCylinder::new([1.5, -2.0], [2.0, 1.2]).unwrap();
-    for medium in [
-        Medium::Torso(torso()),
-        Medium::Torso(small),
-        Medium::Layer(&body, 1),
-        Medium::Layer(&body, 0),
-    ] {
+    for medium in [Some(torso()), Some(small), None] {
         for theta in [0.2, 2.9] {
             let rays = rays(theta);
             let seen = attenuated(&body, &rays, &[0.4, 1.0], 0.35, medium);
@@ -193,7 +201,7 @@ fn a_bent_body_weakens_piece_by_piece() {
         .rays(0.3)
         .unwrap();
     let mu: f64 = 0.4;
-    let seen = attenuated(&body, &one, &[1.0], mu, Medium::Layer(&body, 0))[0];
+    let seen = attenuated(&body, &one, &[1.0], mu, None)[0];
     let single = (1.0 - (-mu).exp()) / mu;
     assert!((seen - single * (1.0 + (-mu).exp())).abs() < 1e-13);
 }
@@ -236,25 +244,19 @@ fn nonsense_is_refused() {
         EllipticCylinder::new([f64::NAN, 0.0], [1.0; 2]),
         Err(RevolveError::NotFinite { .. })
     ));
-    let body = body();
-    for bad in [f64::NAN, f64::INFINITY] {
-        assert!(matches!(
-            Attenuator::new(bad, Medium::Torso(torso())),
-            Err(RevolveError::NotFinite { .. })
-        ));
+    let (body, none) = (body(), Organs::default());
+    for bad in [f64::NAN, f64::INFINITY, -0.1] {
+        let own = Assembly::new(&none).with_body(&body, &[0.0, 1.0], Some(bad));
+        for refused in [media(bad, Some(torso())).err(), own.err()] {
+            assert!(
+                matches!(
+                    refused,
+                    Some(RevolveError::NotFinite { .. } | RevolveError::Negative { .. })
+                ),
+                "{bad}: {refused:?}"
+            );
+        }
     }
-    assert!(matches!(
-        Attenuator::new(-0.1, Medium::Torso(torso())),
-        Err(RevolveError::Negative { .. })
-    ));
-    assert!(matches!(
-        Attenuator::new(0.1, Medium::Layer(&body, 2)),
-        Err(RevolveError::NoSuchLayer {
-            given: 2,
-            layers: 2
-        })
-    ));
-    let attenuator = Attenuator::new(0.1, Medium::Torso(torso())).unwrap();
     let along = ParallelRays::new(
         [2, 2],
         Point3::origin(),
@@ -263,23 +265,31 @@ fn nonsense_is_refused() {
         Vector3::z(),
     )
     .unwrap();
+    let media = media(0.1, Some(torso())).unwrap();
+    let assembly = |activity: &[f64]| Assembly::new(&media).with_body(&body, activity, None);
+    let one = assembly(&[0.0, 1.0]).unwrap();
     let mut out = [0.0_f32; 4];
-    let mut add = |activity: &[f64], rays: &ParallelRays| {
-        body.project_attenuated_add(rays, activity, 1.0, &attenuator, &mut out)
-    };
+    let across = rays(0.0);
+    let mut add = |rays, weight| one.project_add(rays, Shown::Change, weight, &mut out);
     assert!(matches!(
-        add(&[0.0, 1.0], &along),
+        add(&along, 1.0),
         Err(RevolveError::NotPositive { .. })
     ));
-    // a wrong number of activities, and a wrong image
-    for activities in [&[1.0][..], &[1.0, 1.0]] {
-        assert!(matches!(
-            add(activities, &rays(0.0)),
-            Err(RevolveError::WrongLength { .. })
-        ));
-    }
+    // a wrong image, a wrong number of activities, a wrong activity
     assert!(matches!(
-        add(&[1.0, f64::NAN], &rays(0.0)),
+        add(&across, 1.0),
+        Err(RevolveError::WrongLength { .. })
+    ));
+    assert!(matches!(
+        add(&along, f64::NAN),
+        Err(RevolveError::NotFinite { .. })
+    ));
+    assert!(matches!(
+        assembly(&[1.0]),
+        Err(RevolveError::WrongLength { .. })
+    ));
+    assert!(matches!(
+        assembly(&[1.0, f64::NAN]),
         Err(RevolveError::NotFinite { .. })
     ));
     let grid = VoxelGrid::cube(2, 1.0).unwrap();
@@ -299,7 +309,7 @@ proptest! {
     #[test]
     fn weakening_grows_with_mu_and_never_strengthens(theta in -7.0..7.0f64, mu in 0.0..30.0f64, more in 0.0..5.0f64) {
         let (body, rays) = (body(), rays(theta));
-        let seen = |mu| attenuated(&body, &rays, &[0.4, 1.0], mu, Medium::Torso(torso()));
+        let seen = |mu| attenuated(&body, &rays, &[0.4, 1.0], mu, Some(torso()));
         let (plain, some, stronger) = (seen(0.0), seen(mu), seen(mu + more));
         for k in 0..plain.len() {
             prop_assert!(stronger[k] >= 0.0 && stronger[k] <= some[k] + 1e-13 && some[k] <= plain[k] + 1e-13);

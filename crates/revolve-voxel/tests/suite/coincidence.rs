@@ -9,8 +9,8 @@ use crate::support;
 use nalgebra::{Point3, Vector3};
 use proptest::prelude::*;
 use revolve_voxel::{
-    Attenuator, Body, EllipticCylinder, Medium, Meridian, ParallelDetector, Pose, Ray, Sampling,
-    Sector, VoxelGrid,
+    Assembly, Body, EllipticCylinder, Meridian, Organ, OrganShape, Organs, ParallelDetector, Pose,
+    Ray, Sampling, Sector, Shown, VoxelGrid,
 };
 use std::f64::consts::{FRAC_PI_4, TAU};
 use support::brute::{Scene, Solid};
@@ -167,13 +167,14 @@ proptest! {
         let activity = [1.5, 0.5];
         let (plain, _) = body.project::<f64>(&rays, &activity).unwrap();
         let torso = EllipticCylinder::new([0.25, 0.0], [1.0, 1.0]).unwrap();
-        let (layer, torso) = (Medium::Layer(&body, 1), Medium::Torso(torso));
+        let torso = Organ { shape: OrganShape::Cylinder(torso), activity: 0.0, attenuation: mu };
+        let (none, torso) = (Organs::default(), Organs::new(vec![torso]).unwrap());
         let round = Solid::under(&[[-20.0, 1.0], [20.0, 1.0]]).at(Pose::axis_along_z(0.0).unwrap().shifted(Vector3::x() * 0.25).unwrap().isometry());
         let mut seen = vec![(plain, None)];
-        for (medium, solid) in [(layer, b.clone()), (torso, round)] {
+        for (media, own, solid) in [(&none, Some(mu), b.clone()), (&torso, None, round)] {
             let mut image = vec![0.0; rays.n_bins() * rays.n_rows()];
-            let attenuator = Attenuator::new(mu, medium).unwrap();
-            body.project_attenuated_add(&rays, &activity, 1.0, &attenuator, &mut image).unwrap();
+            let assembly = Assembly::new(media).with_body(&body, &activity, own).unwrap();
+            assembly.project_add(&rays, Shown::Change, 1.0, &mut image).unwrap();
             seen.push((image, Some((mu, solid))));
         }
         for (image, medium) in seen {
@@ -199,7 +200,7 @@ proptest! {
             let Some(sector) = parts(azimuths) else { continue };
             check(sector.chord(&ray), &scene(azimuths), &ray)?;
             let mut image = vec![0.0; rays.n_bins() * rays.n_rows()];
-            sector.project_add(&rays, 1.0, None, &mut image).unwrap();
+            sector.project_add(&rays, 1.0, &mut image).unwrap();
             for (k, got) in image.into_iter().enumerate() {
                 check(got, &scene(azimuths), &rays.ray(k % rays.n_bins(), k / rays.n_bins()).unwrap())?;
             }

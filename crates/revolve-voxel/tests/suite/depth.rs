@@ -3,8 +3,8 @@
 use nalgebra::{Point3, Vector3};
 use proptest::prelude::*;
 use revolve_voxel::{
-    Attenuator, Body, Capsule, Ellipsoid, EllipticCylinder, Medium, Meridian, Organ, OrganShape,
-    Organs, ParallelDetector, ParallelRays, Pose, Ray, RevolveError, Sector, VoxelGrid,
+    Assembly, Body, Capsule, Ellipsoid, EllipticCylinder, Meridian, Organ, OrganShape, Organs,
+    ParallelDetector, ParallelRays, Pose, Ray, RevolveError, Sector, Shown, VoxelGrid,
 };
 
 const HEART_MU: f64 = 0.15;
@@ -121,15 +121,18 @@ fn slow(heart: &Body, organs: &Organs, ray: &Ray, planes: &[f64]) -> Vec<f64> {
 #[test]
 fn organs_and_slabs_are_what_integration_along_each_ray_says() {
     let (heart, organs) = (heart(), organs());
-    let attenuator = Attenuator::new(HEART_MU, Medium::Around(&organs, &heart)).unwrap();
+    let assembly = Assembly::new(&organs);
+    let assembly = assembly
+        .with_body(&heart, &ACTIVITY, Some(HEART_MU))
+        .unwrap();
     let planes = [-3.0, -0.7, 0.2, 2.5];
     let mut met = 0;
     for theta in [0.3, 2.0, 4.4] {
         let rays = rays(theta).with_planes(&planes).unwrap();
         let mut seen = vec![0.0f64; 20 * 5 * 24];
-        (heart.project_attenuated_add(&rays, &ACTIVITY, 1.0, &attenuator, &mut seen)).unwrap();
-        organs.project_add(&rays, 1.0, true, &mut seen).unwrap();
-        (organs.project_replaced_add(&heart, &rays, 1.0, Some(HEART_MU), &mut seen)).unwrap();
+        for shown in [Shown::Organs, Shown::Change] {
+            assembly.project_add(&rays, shown, 1.0, &mut seen).unwrap();
+        }
         for (row, bin) in (0..20)
             .step_by(3)
             .flat_map(|row| (0..24).map(move |bin| (row, bin)))
@@ -153,7 +156,12 @@ fn organs_and_slabs_are_what_integration_along_each_ray_says() {
 fn slabs_add_up_to_the_whole_and_one_slab_is_the_whole_bit_for_bit() {
     let (heart, rays) = (heart(), rays(1.1));
     let cylinder = EllipticCylinder::new([0.0; 2], [8.0, 6.0]).unwrap();
-    let medium = Attenuator::new(0.2, Medium::Torso(cylinder)).unwrap();
+    let torso = Organ {
+        shape: OrganShape::Cylinder(cylinder),
+        activity: 0.1,
+        attenuation: 0.2,
+    };
+    let torso = Organs::new(vec![torso]).unwrap();
     let ring = Meridian::ring(&[[0.5, 0.4], [0.5, 1.4], [3.0, 1.2], [3.0, 0.3]]).unwrap();
     let sector = Sector::new(ring, [0.2, 2.9], *heart.pose()).unwrap();
     let project = |rays: &ParallelRays, n: usize| {
@@ -161,13 +169,14 @@ fn slabs_add_up_to_the_whole_and_one_slab_is_the_whole_bit_for_bit() {
         heart
             .project_add(rays, &ACTIVITY, 0.7, &mut images[0])
             .unwrap();
-        (heart.project_attenuated_add(rays, &ACTIVITY, 0.7, &medium, &mut images[1])).unwrap();
-        sector
-            .project_add(rays, 0.4, Some(&medium), &mut images[2])
+        sector.project_add(rays, 0.4, &mut images[1]).unwrap();
+        let assembly = Assembly::new(&torso)
+            .with_body(&heart, &ACTIVITY, None)
             .unwrap();
-        cylinder
-            .project_add(rays, 0.1, Some(&medium), &mut images[3])
-            .unwrap();
+        let assembly = assembly.with_sectors(vec![(sector.clone(), 0.4)]).unwrap();
+        for (image, shown) in images[2..].iter_mut().zip([Shown::Change, Shown::Organs]) {
+            assembly.project_add(rays, shown, 0.7, image).unwrap();
+        }
         images
     };
     let whole = project(&rays, 480);
@@ -273,21 +282,20 @@ fn bad_planes_and_organs_are_refused() {
         Err(RevolveError::NotFinite { .. })
     ));
     let (heart, organs) = (heart(), organs());
-    let mut image = vec![0.0f32; 7];
-    let refused = organs.project_replaced_add(&heart, &rays, 1.0, None, &mut image);
-    assert!(matches!(refused, Err(RevolveError::WrongLength { .. })));
-    let mut whole = vec![0.0f32; 480];
-    let refused = organs.project_replaced_add(&heart, &rays, 1.0, Some(-0.1), &mut whole);
-    assert!(matches!(refused, Err(RevolveError::Negative { .. })));
-    let refused = organs.project_add(&rays, 1.0, false, &mut image);
-    assert!(matches!(
-        refused,
-        Err(RevolveError::WrongLength {
-            given: 7,
-            expected: 480,
-            ..
-        })
-    ));
+    let assembly = Assembly::new(&organs)
+        .with_body(&heart, &ACTIVITY, None)
+        .unwrap();
+    for shown in [Shown::Organs, Shown::Change] {
+        let refused = assembly.project_add(&rays, shown, 1.0, &mut [0.0f32; 7]);
+        assert!(matches!(
+            refused,
+            Err(RevolveError::WrongLength {
+                given: 7,
+                expected: 480,
+                ..
+            })
+        ));
+    }
 }
 
 #[test]

@@ -7,8 +7,8 @@ use crate::support::{self, heart};
 use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion, Vector3};
 use proptest::prelude::*;
 use revolve_voxel::{
-    Attenuator, Body, Ellipsoid, EllipticCylinder, Lines, Medium, Meridian, Organ, OrganShape,
-    Organs, ParallelDetector, PointRaster, Pose, Ray, RevolveError, Sector,
+    Assembly, Body, Ellipsoid, EllipticCylinder, Lines, Meridian, Organ, OrganShape, Organs,
+    ParallelDetector, PointRaster, Pose, Ray, Rays, RevolveError, Sector, Shown,
 };
 use support::brute::Scene;
 
@@ -65,7 +65,8 @@ proptest! {
         let shape = Ellipsoid::new(at, [r, h, 0.7]).unwrap();
         let organ = Organ { shape: OrganShape::Ellipsoid(shape), activity: 1.0, attenuation: 0.0 };
         let mut of_organ = vec![0.0f64; 13 * 9];
-        Organs::new(vec![organ]).unwrap().project_add(&lines, 1.0, false, &mut of_organ).unwrap();
+        let organs = Organs::new(vec![organ]).unwrap();
+        Assembly::new(&organs).project_add(&lines, Shown::Organs, 1.0, &mut of_organ).unwrap();
         for (k, ray) in rays(&lines).iter().enumerate() {
             let (o, d) = (ray.origin().coords - shift, ray.direction());
             let ends = [-h, h].map(|z| (z - o.z) / d.z);
@@ -106,9 +107,10 @@ proptest! {
         let away = Lines::each(lines.size(), away).unwrap();
         let images = [(&here, &lines), (&there, &away)].map(|(body, lines)| {
             let (plain, _) = body.project::<f64>(lines, &[0.3, 1.0]).unwrap();
-            let attenuator = Attenuator::new(0.4, Medium::Layer(body, 1)).unwrap();
+            let none = Organs::default();
+            let assembly = Assembly::new(&none).with_body(body, &[0.3, 1.0], Some(0.4)).unwrap();
             let mut weak = vec![0.0; plain.len()];
-            body.project_attenuated_add(lines, &[0.3, 1.0], 1.0, &attenuator, &mut weak).unwrap();
+            assembly.project_add(lines, Shown::Change, 1.0, &mut weak).unwrap();
             prop_assert!(plain.iter().zip(&weak).all(|(a, b)| b <= &(a + 1e-12)));
             Ok([plain, weak])
         });
@@ -148,7 +150,7 @@ proptest! {
         for lines in [&lines, &list] {
             let (image, _) = body.project::<f64>(lines, &[1.5, 0.5]).unwrap();
             let mut of_sector = vec![0.0; 20];
-            sector.project_add(lines, 1.0, None, &mut of_sector).unwrap();
+            sector.project_add(lines, 1.0, &mut of_sector).unwrap();
             for (k, ray) in rays(lines).iter().enumerate() {
                 check(image[k], &scene, ray)?;
                 check(of_sector[k], &part, ray)?;
@@ -178,30 +180,27 @@ proptest! {
 fn parallel_views_of_the_heart_as_lines() {
     let body = heart(200);
     let torso = EllipticCylinder::new([0.2, 0.1], [12.0, 9.0]).unwrap();
-    let attenuator = Attenuator::new(0.15, Medium::Torso(torso)).unwrap();
+    let torso = Organ {
+        shape: OrganShape::Cylinder(torso),
+        activity: 0.1,
+        attenuation: 0.15,
+    };
+    let torso = Organs::new(vec![torso]).unwrap();
+    let assembly = Assembly::new(&torso)
+        .with_body(&body, &[0.2, 1.0], None)
+        .unwrap();
     let detector = ParallelDetector::new(60, 50, [0.25, 0.3]).unwrap();
     for k in 0..12 {
         let rays = detector.rays(0.5 * f64::from(k)).unwrap();
         let lines = Lines::from(&rays);
-        let image = |rays: &dyn Fn(&mut [f64])| {
+        fn image(assembly: &Assembly<'_>, rays: &impl Rays) -> Vec<f64> {
             let mut image = vec![0.0; 3000];
-            rays(&mut image);
+            for shown in [Shown::Organs, Shown::Change] {
+                assembly.project_add(rays, shown, 1.0, &mut image).unwrap();
+            }
             image
-        };
-        let parallel = image(&|out| {
-            body.project_attenuated_add(&rays, &[0.2, 1.0], 1.0, &attenuator, out)
-                .unwrap();
-            torso
-                .project_add(&rays, 0.1, Some(&attenuator), out)
-                .unwrap();
-        });
-        let any = image(&|out| {
-            body.project_attenuated_add(&lines, &[0.2, 1.0], 1.0, &attenuator, out)
-                .unwrap();
-            torso
-                .project_add(&lines, 0.1, Some(&attenuator), out)
-                .unwrap();
-        });
+        }
+        let (parallel, any) = (image(&assembly, &rays), image(&assembly, &lines));
         for (a, b) in parallel.iter().zip(&any) {
             assert!((a - b).abs() < 1e-6, "{a} {b}");
         }
@@ -294,7 +293,13 @@ fn bad_lines_are_rejected() {
     // Along the axis of a torso a line has no end.
     let lines = Lines::each([1, 2], vec![Ray::new(source, Vector3::x()).unwrap(), ray]).unwrap();
     let torso = EllipticCylinder::new([0.0; 2], [2.0; 2]).unwrap();
-    let of_torso = torso.project_add(&lines, 1.0, None, &mut [0.0f64; 2]);
+    let torso = Organ {
+        shape: OrganShape::Cylinder(torso),
+        activity: 1.0,
+        attenuation: 0.0,
+    };
+    let torso = Organs::new(vec![torso]).unwrap();
+    let of_torso = Assembly::new(&torso).project_add(&lines, Shown::Organs, 1.0, &mut [0.0f64; 2]);
     assert!(matches!(of_torso, Err(RevolveError::NotPositive { .. })));
     // Directions of any size, with squares that under- or overflow.
     let body = heart(50);

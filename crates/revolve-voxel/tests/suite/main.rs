@@ -12,6 +12,7 @@ mod convergence;
 mod counters;
 mod depth;
 
+mod images;
 mod lines;
 mod long_voxels;
 mod mask;

@@ -5,8 +5,8 @@ use crate::support;
 use nalgebra::{Point3, Vector3};
 use proptest::prelude::*;
 use revolve_voxel::{
-    Attenuator, Body, EllipticCylinder, Medium, Meridian, ParallelDetector, ParallelRays, Pose,
-    Ray, RevolveError, Sampling, Sector, VoxelGrid,
+    Assembly, Body, EllipticCylinder, Meridian, Organ, OrganShape, Organs, ParallelDetector,
+    ParallelRays, Pose, Ray, RevolveError, Sampling, Sector, Shown, VoxelGrid,
 };
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
@@ -40,9 +40,22 @@ fn rays(theta: f64) -> ParallelRays {
         .unwrap()
 }
 
-fn image(sector: &Sector, rays: &ParallelRays, attenuator: Option<&Attenuator>) -> Vec<f64> {
+/// The image of sectors of activity 2, alone or in an attenuating torso with a body that contains them.
+fn image(sectors: &[Sector], rays: &ParallelRays, torso: Option<(&Organs, &Body)>) -> Vec<f64> {
     let mut out = vec![0.0; rays.n_bins() * rays.n_rows()];
-    sector.project_add(rays, 2.0, attenuator, &mut out).unwrap();
+    match torso {
+        None => sectors.iter().for_each(|sector| {
+            sector.project_add(rays, 2.0, &mut out).unwrap();
+        }),
+        Some((torso, body)) => {
+            let assembly = Assembly::new(torso).with_body(body, &[0.0], None).unwrap();
+            let sectors = sectors.iter().map(|sector| (sector.clone(), 2.0)).collect();
+            let assembly = assembly.with_sectors(sectors).unwrap();
+            assembly
+                .project_add(rays, Shown::Change, 1.0, &mut out)
+                .unwrap();
+        }
+    }
     out
 }
 
@@ -67,7 +80,7 @@ fn all_round_it_is_the_ring() {
         assert!((sector.volume() - body.region_measures(0).unwrap().volume).abs() < 1e-12);
         let rays = rays(0.4);
         let (plain, _) = body.project::<f64>(&rays, &[2.0]).unwrap();
-        let seen = image(&sector, &rays, None);
+        let seen = image(std::slice::from_ref(&sector), &rays, None);
         // The intervals are shifted along the ray before their lengths are computed: rounding.
         assert!(plain.iter().zip(&seen).all(|(a, b)| (a - b).abs() < 1e-13));
         // On another part of the grid: each to the tolerance.
@@ -79,19 +92,23 @@ fn all_round_it_is_the_ring() {
 #[test]
 fn wedges_side_by_side_add_up_to_the_ring() {
     let torso = EllipticCylinder::new([0.0; 2], [6.0, 5.0]).unwrap();
-    let attenuator = Attenuator::new(0.2, Medium::Torso(torso)).unwrap();
+    let torso = Organ {
+        shape: OrganShape::Cylinder(torso),
+        activity: 0.0,
+        attenuation: 0.2,
+    };
+    let torso = Organs::new(vec![torso]).unwrap();
+    let body = Body::new(vec![ring()], pose()).unwrap();
     let cuts = [0.3, 0.9, 2.0, 5.5, 0.3 + TAU];
     let grid = VoxelGrid::cube(24, 0.25).unwrap();
     let whole = Sector::new(ring(), [0.0, TAU], pose()).unwrap();
-    for attenuator in [None, Some(&attenuator)] {
+    for torso in [None, Some((&torso, &body))] {
         for theta in [0.0, 1.3, FRAC_PI_2] {
             let rays = rays(theta);
-            let mut sum = vec![0.0; 40 * 36];
-            for pair in cuts.windows(2) {
-                let part = Sector::new(ring(), [pair[0], pair[1]], pose()).unwrap();
-                part.project_add(&rays, 2.0, attenuator, &mut sum).unwrap();
-            }
-            let exact = image(&whole, &rays, attenuator);
+            let part = |pair: &[f64]| Sector::new(ring(), [pair[0], pair[1]], pose()).unwrap();
+            let parts: Vec<Sector> = cuts.windows(2).map(part).collect();
+            let sum = image(&parts, &rays, torso);
+            let exact = image(std::slice::from_ref(&whole), &rays, torso);
             assert!(sum.iter().zip(&exact).all(|(a, b)| (a - b).abs() < 1e-12));
         }
     }
@@ -349,7 +366,8 @@ fn slices_are_those_of_the_whole_and_threads_change_nothing() {
     assert!(part.iter().any(|v| *v > 0.0));
     assert!(part[..] == one[5 * 340..8 * 340]);
     let rays = rays(1.0);
-    let [one, two] = [1, 2].map(|n| pool(n).install(|| image(&sector, &rays, None)));
+    let [one, two] =
+        [1, 2].map(|n| pool(n).install(|| image(std::slice::from_ref(&sector), &rays, None)));
     assert!(one == two);
 }
 
@@ -371,11 +389,11 @@ fn nonsense_is_refused() {
     }
     let sector = Sector::new(ring(), [0.0, 1.0], pose()).unwrap();
     assert!(matches!(
-        sector.project_add(&rays(0.0), f64::NAN, None, &mut [0.0_f64; 1440]),
+        sector.project_add(&rays(0.0), f64::NAN, &mut [0.0_f64; 1440]),
         Err(RevolveError::NotFinite { .. })
     ));
     assert!(matches!(
-        sector.project_add(&rays(0.0), 1.0, None, &mut [0.0_f64; 1439]),
+        sector.project_add(&rays(0.0), 1.0, &mut [0.0_f64; 1439]),
         Err(RevolveError::WrongLength { given: 1439, .. })
     ));
     let grid = VoxelGrid::cube(2, 1.0).unwrap();

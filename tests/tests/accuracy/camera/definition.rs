@@ -2,7 +2,7 @@
 //! Gaussian of that depth, and averaged over phases.
 
 use heart_phantom::revolve_voxel::{
-    Attenuator, EllipticCylinder, Medium, Organs, ParallelDetector, ParallelRays,
+    Assembly, EllipticCylinder, Organ, OrganShape, Organs, ParallelDetector, ParallelRays, Shown,
 };
 use heart_phantom::scene::{self, Mode, Scene};
 use heart_phantom::{Chest, HeartShape, Phantom};
@@ -51,7 +51,7 @@ fn phases(mode: &Mode) -> Vec<[f64; 2]> {
 /// All samples `[row][bin]` of a view of the first gate. The error of the reference is kept below a sixteenth of `tolerance`.
 pub(super) fn view(phantom: &Phantom, view_idx: usize, tolerance: f64) -> Option<Vec<f64>> {
     let (scene, camera) = (phantom.scene(), phantom.camera());
-    let chest = scene.chest.map(|chest| chest.organs()).transpose().ok()?;
+    let around = Around::of(scene)?;
     let view = View {
         size: [camera.n_bins(), camera.n_rows()],
         pitch: camera.detector().pitch(),
@@ -63,7 +63,7 @@ pub(super) fn view(phantom: &Phantom, view_idx: usize, tolerance: f64) -> Option
     };
     let mut samples = vec![0.0; view.size[0] * view.size[1]];
     let torso = scene.background.map(|background| background.semi_axes);
-    if chest.is_some() || torso.is_some() {
+    if scene.chest.is_some() || torso.is_some() {
         let reach = torso.map_or(21.0, |[a, b]| 1.01 * a.max(b));
         let everywhere = [[-reach, reach], [-99.0, 99.0]];
         view.add(
@@ -72,7 +72,8 @@ pub(super) fn view(phantom: &Phantom, view_idx: usize, tolerance: f64) -> Option
             [-reach, reach],
             99.0,
             |rays, slabs| {
-                around(scene, chest.as_ref(), rays, slabs).expect("surroundings");
+                let alone = around.assembly();
+                (alone.project_add(rays, Shown::Organs, 1.0, slabs)).expect("surroundings");
             },
         );
     }
@@ -81,14 +82,18 @@ pub(super) fn view(phantom: &Phantom, view_idx: usize, tolerance: f64) -> Option
         let ([side, height, depth], least) =
             (view.reach(&shape)?, shape.body().layers()[0].r_max());
         // The change of the background behind the heart.
-        let low = chest.as_ref().map_or(depth[0], |_| -21.0);
+        let low = scene.chest.map_or(depth[0], |_| -21.0);
         view.add(
             &mut samples,
             [side, height],
             [low, depth[1]],
             least,
             |rays, slabs| {
-                heart(scene, &shape, chest.as_ref(), rays, weight, slabs).expect("a heart");
+                let activity = scene.activity.of(&shape);
+                let assembly = around.assembly();
+                let with_heart = assembly.with_body(shape.body(), &activity, around.heart);
+                let with_heart = with_heart.expect("a heart");
+                (with_heart.project_add(rays, Shown::Change, weight, slabs)).expect("a heart");
             },
         );
     }
@@ -182,67 +187,54 @@ impl View {
     }
 }
 
-/// Adds the surroundings without the heart.
-fn around(
-    scene: &Scene,
-    chest: Option<&Organs>,
-    rays: &ParallelRays,
-    slabs: &mut [f32],
-) -> Result<(), Box<dyn std::error::Error>> {
-    if let Some(organs) = chest {
-        organs.project_add(rays, 1.0, true, slabs)?;
-    }
-    if let Some(background) = scene.background {
-        let torso = EllipticCylinder::new(background.centre, background.semi_axes)?;
-        torso.project_add(
-            rays,
-            background.concentration,
-            attenuator(scene)?.as_ref(),
-            slabs,
-        )?;
-    }
-    Ok(())
+/// The objects around the heart, and its attenuation if it is not that of the media.
+struct Around {
+    organs: Organs,
+    media: Option<Organs>,
+    heart: Option<f64>,
 }
 
-/// The torso that attenuates.
-fn attenuator(scene: &Scene) -> Result<Option<Attenuator<'static>>, Box<dyn std::error::Error>> {
-    Ok(match scene.attenuation {
-        Some(scene::Attenuation {
-            coefficient,
-            medium: scene::Medium::Torso { centre, semi_axes },
-        }) => Some(Attenuator::new(
-            coefficient,
-            Medium::Torso(EllipticCylinder::new(centre, semi_axes)?),
-        )?),
-        _ => None,
-    })
-}
-
-/// Adds the heart of one shape, and its changes of the surroundings.
-fn heart(
-    scene: &Scene,
-    shape: &HeartShape,
-    chest: Option<&Organs>,
-    rays: &ParallelRays,
-    weight: f64,
-    slabs: &mut [f32],
-) -> Result<(), Box<dyn std::error::Error>> {
-    let body = shape.body();
-    let around = scene
-        .background
-        .map_or(0.0, |background| background.concentration);
-    let activity = scene.activity.of(shape).map(|own| own - around);
-    if let Some(organs) = chest {
-        let mu = Chest::SOFT_TISSUE;
-        let medium = Attenuator::new(mu, Medium::Around(organs, body))?;
-        body.project_attenuated_add(rays, &activity, weight, &medium, slabs)?;
-        organs.project_replaced_add(body, rays, weight, Some(mu), slabs)?;
-    } else if let Some(torso) = attenuator(scene)? {
-        body.project_attenuated_add(rays, &activity, weight, &torso, slabs)?;
-    } else {
-        body.project_add(rays, &activity, weight, slabs)?;
+impl Around {
+    fn of(scene: &Scene) -> Option<Self> {
+        if let Some(chest) = scene.chest {
+            return Some(Self {
+                organs: chest.organs().ok()?,
+                media: None,
+                heart: Some(Chest::SOFT_TISSUE),
+            });
+        }
+        let cylinder = |centre, semi_axes, activity, attenuation| {
+            let shape = EllipticCylinder::new(centre, semi_axes).ok()?;
+            let organ = Organ {
+                shape: OrganShape::Cylinder(shape),
+                activity,
+                attenuation,
+            };
+            Organs::new(vec![organ]).ok()
+        };
+        Some(Self {
+            organs: match scene.background {
+                Some(own) => cylinder(own.centre, own.semi_axes, own.concentration, 0.0)?,
+                None => Organs::default(),
+            },
+            media: match scene.attenuation {
+                Some(scene::Attenuation {
+                    coefficient,
+                    medium: scene::Medium::Torso { centre, semi_axes },
+                }) => Some(cylinder(centre, semi_axes, 0.0, coefficient)?),
+                _ => None,
+            },
+            heart: None,
+        })
     }
-    Ok(())
+
+    fn assembly(&self) -> Assembly<'_> {
+        let alone = Assembly::new(&self.organs);
+        match &self.media {
+            Some(media) => alone.with_media(media),
+            None => alone,
+        }
+    }
 }
 
 /// Rays of a view, `fine` of them along each side of a bin.
@@ -282,7 +274,7 @@ impl Raster {
         }
         let first = bin(at - REACH * sigma);
         let end = (bin(at + REACH * sigma) + 1).min(n);
-        let up_to = |x: f64| 0.5 * erf(x / (sigma * std::f64::consts::SQRT_2));
+        let up_to = |x: f64| 0.5 * libm::erf(x / (sigma * std::f64::consts::SQRT_2));
         let ends: Vec<f64> = (first..=end.max(first)).map(|k| up_to(edge(k))).collect();
         (
             first,
@@ -352,18 +344,4 @@ impl Raster {
             }
         }
     }
-}
-
-/// The error function to 1.5e-7 (Abramowitz & Stegun 7.1.26), far below any tolerance here.
-fn erf(x: f64) -> f64 {
-    let t = 1.0 / (1.0 + 0.3275911 * x.abs());
-    let series = [
-        1.061405429,
-        -1.453152027,
-        1.421413741,
-        -0.284496736,
-        0.254829592,
-    ];
-    let sum = series.iter().fold(0.0, |sum, c| (sum + c) * t);
-    (1.0 - sum * (-x * x).exp()).copysign(x)
 }

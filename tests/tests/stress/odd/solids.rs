@@ -3,9 +3,9 @@
 use super::{ODD, SIZES, back, pairs};
 use nalgebra::{Isometry3, Point3, Quaternion, Translation3, Unit, Vector3};
 use revolve_voxel::{
-    Attenuator, Body, Curve, Ellipsoid, EllipticCylinder, Mask, Medium, Meridian, Organ,
-    OrganShape, Organs, ParallelDetector, ParallelRays, Piece, Pose, Ray, RevolveError, Sampling,
-    Sector, Shell, Sweep, VoxelGrid,
+    Assembly, Body, Curve, Ellipsoid, EllipticCylinder, Mask, Meridian, Organ, OrganShape, Organs,
+    ParallelDetector, ParallelRays, Piece, Pose, Ray, RevolveError, Sampling, Sector, Shell, Shown,
+    Sweep, VoxelGrid,
 };
 
 fn meridians() -> Vec<Meridian> {
@@ -158,21 +158,19 @@ fn revolve_voxel_takes_anything() {
             let mut image = vec![0.0; raster.n_bins() * raster.n_rows()];
             let mut voxels = vec![0.0; grid.len()];
             let sampling = Sampling::Coverage { tolerance: 1e-2 };
-            back(sector.project_add(raster, 1.0, None, &mut image));
-            let medium = Medium::Layer(&body, 1);
-            let attenuator = Attenuator::new(0.1, medium).expect("a medium");
-            back(sector.project_add(raster, 1.0, Some(&attenuator), &mut image));
-            back(body.project_attenuated_add(raster, &[1.0; 2], 1.0, &attenuator, &mut image));
+            back(sector.project_add(raster, 1.0, &mut image));
+            let none = Organs::default();
+            let assembly = Assembly::new(&none).with_body(&body, &[1.0; 2], Some(0.1));
+            let assembly = assembly.expect("a medium");
+            let assembly = assembly.with_sectors(vec![(sector.clone(), 1.0)]);
+            let assembly = assembly.expect("an activity");
+            back(assembly.project_add(raster, Shown::Change, 1.0, &mut image));
+            assembly.parts(&rays[k % rays.len()]);
             back(sector.voxelize_add(grid, 0..grid.shape()[2], sampling, 1.0, &mut voxels));
             sector.contains(&Point3::new(azimuths[0], 0.1, azimuths[1]));
             sector.chord(&rays[k % rays.len()]);
             sector.first_hit(&rays[k % rays.len()]);
         }
-    }
-    for layer in SIZES {
-        let cone = Meridian::new(&[[0.0, 0.2], [0.5, 0.0]]).expect("a cone");
-        let body = Body::new(vec![cone], pose).expect("a layer");
-        back(Attenuator::new(0.1, Medium::Layer(&body, layer)));
     }
     for refused in [
         Body::new(vec![], pose).map(drop),
@@ -187,7 +185,15 @@ fn revolve_voxel_takes_anything() {
         if let Some(torso) = back(EllipticCylinder::new([a, 0.0], [1.0, b])) {
             let raster = &rasters[0];
             let mut image = vec![0.0; raster.n_bins() * raster.n_rows()];
-            back(torso.project_add(raster, a, None, &mut image));
+            let organ = Organ {
+                shape: OrganShape::Cylinder(torso),
+                activity: a,
+                attenuation: b,
+            };
+            if let Some(organs) = back(Organs::new(vec![organ])) {
+                let assembly = Assembly::new(&organs);
+                back(assembly.project_add(raster, Shown::Organs, 1.0, &mut image));
+            }
             back(torso.voxelize_add(&grids[0], 0..1, b, &mut [0.0; 6]));
             torso.span(&rays[0]);
         }
@@ -199,7 +205,7 @@ fn revolve_voxel_takes_anything() {
                 attenuation: a,
             };
             if let Some(organs) = back(Organs::new(vec![organ])) {
-                organs.pieces(&rays[0]);
+                Assembly::new(&organs).parts(&rays[0]);
                 back(organs.voxelize::<f64>(&grids[0], 0..1, |organ| organ.activity));
             }
         }

@@ -231,8 +231,10 @@ fn error_of_samples(report: &RunReport) -> Option<String> {
         how.push(format!("{steps} time steps per beat"));
     }
     if let Some(resolution) = gate.resolution {
-        let [along, across] = resolution.sub_bins;
-        how.push(format!("{along} x {across} sub-bins per bin"));
+        let density = resolution.density;
+        how.push(format!(
+            "{density} quadrature nodes per standard deviation of the response"
+        ));
     }
     (!how.is_empty()).then(|| {
         format!(

@@ -1,0 +1,93 @@
+//! What surrounds the heart: sources and media, as the projections need them.
+
+use super::{Attenuation, Background};
+use crate::error::PhantomError;
+use revolve_voxel::{Assembly, Body, Organ, OrganShape, Organs, Sector};
+
+/// Active and attenuating objects around the heart.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Surroundings {
+    organs: Organs,
+    /// Media that attenuate instead of the organs.
+    media: Option<Organs>,
+    /// Attenuation of the heart in 1/cm, if it is not that of the media.
+    heart: Option<f64>,
+    /// Concentration of a background that contains the heart and is all there is, without attenuation; then the heart adds its difference.
+    even: Option<f64>,
+}
+
+impl Surroundings {
+    pub(crate) fn new(
+        background: Option<&Background>,
+        organs: Option<&Organs>,
+        attenuation: Option<&Attenuation>,
+    ) -> Result<Self, PhantomError> {
+        let mut sources = Vec::new();
+        if let Some(around) = background {
+            sources.push(Organ {
+                shape: OrganShape::Cylinder(around.torso()?),
+                activity: around.concentration,
+                attenuation: 0.0,
+            });
+        }
+        sources.extend(organs.iter().flat_map(|organs| organs.as_slice()));
+        let around = (sources.iter()).fold(0.0, |most: f64, organ| most.max(organ.attenuation));
+        let attenuation = attenuation.filter(|own| own.coefficient.max(around) > 0.0);
+        let (media, heart) = match attenuation {
+            None => (Some(Vec::new()), None),
+            Some(own) => match own.torso() {
+                Some(torso) => {
+                    let medium = Organ {
+                        shape: OrganShape::Cylinder(torso),
+                        activity: 0.0,
+                        attenuation: own.coefficient,
+                    };
+                    (Some(vec![medium]), None)
+                }
+                None => (None, Some(own.coefficient)),
+            },
+        };
+        let is_even = attenuation.is_none() && organs.is_none();
+        Ok(Self {
+            organs: Organs::new(sources)?,
+            media: media.map(Organs::new).transpose()?,
+            heart,
+            even: is_even.then(|| background.map_or(0.0, |around| around.concentration)),
+        })
+    }
+
+    /// Whether anything around the heart is active.
+    pub(crate) fn is_active(&self) -> bool {
+        self.organs.is_active()
+    }
+
+    /// The concentration around the heart, if the heart changes nothing else.
+    pub(crate) fn even(&self) -> Option<f64> {
+        self.even
+    }
+
+    /// Whether the heart changes the projection of what is behind it.
+    pub(crate) fn changes_behind(&self) -> bool {
+        self.is_active() && self.heart.is_some()
+    }
+
+    /// The surroundings without the heart.
+    pub(crate) fn alone(&self) -> Assembly<'_> {
+        let assembly = Assembly::new(&self.organs);
+        match &self.media {
+            Some(media) => assembly.with_media(media),
+            None => assembly,
+        }
+    }
+
+    /// The surroundings with a heart of some activities of cavity and wall, and sectors with additional activity.
+    pub(crate) fn with_heart<'a>(
+        &'a self,
+        body: &'a Body,
+        activity: &[f64],
+        sectors: Vec<(Sector, f64)>,
+    ) -> Result<Assembly<'a>, PhantomError> {
+        let assembly = self.alone().with_body(body, activity, self.heart)?;
+        Ok(assembly.with_sectors(sectors)?)
+    }
+}

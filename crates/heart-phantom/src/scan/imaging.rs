@@ -1,0 +1,213 @@
+//! Images behind a response, or averaged over bins: their quadrature, and the samples that no shape of the heart changes.
+
+use super::camera::{Camera, Rotation};
+use super::project::Placement;
+use super::whole::Scan;
+use crate::error::PhantomError;
+use radon::Collimator;
+use revolve_voxel::{BinValue, DepthResponse, Image, Shown, View};
+use std::ops::Range;
+use std::sync::OnceLock;
+
+/// Bound on the weights beyond the reach of the response, and on the interpolation between tabulated weights, relative to the largest line
+/// integral.
+const TAILS: f64 = 1.2e-6;
+
+/// The resolution of the quadrature of an image.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "scene", derive(serde::Serialize))]
+#[non_exhaustive]
+pub struct Resolution {
+    /// Nodes of the quadrature per standard deviation of the narrowest response; per bin if that is narrower than an eighth of a bin
+    /// ([`View`]).
+    pub density: f64,
+    /// Tolerance of the interpolation of the response in depth ([`DepthResponse`]).
+    pub depth_tolerance: f64,
+}
+
+/// The collimator face of a view and the extent of objects in front of it, cm from the axis towards the face.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub(crate) struct Facing {
+    pub(crate) radius: f64,
+    /// Extent of the heart, and of all activity.
+    pub(crate) heart: [f64; 2],
+    pub(crate) seen: [f64; 2],
+    /// Extent of all objects towards the face.
+    pub(crate) body: f64,
+}
+
+/// The samples of a view that do not depend on the shape of the heart.
+#[derive(Debug)]
+pub(crate) struct Fixed {
+    /// `[row][bin]` of all rows.
+    pub(crate) samples: Vec<f32>,
+    /// Largest line integral.
+    pub(crate) largest_line: f64,
+}
+
+/// The response of the detector, what a sample is of the image, and the resolutions of heart and surroundings with the error that remains.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct ImagingOptions {
+    pub(crate) response: Collimator,
+    pub(crate) value: BinValue,
+    pub(crate) resolutions: [Resolution; 2],
+    /// Relative to the largest sample.
+    pub(crate) error: f64,
+}
+
+/// Computation of images.
+#[derive(Debug)]
+pub(crate) struct Imaging {
+    pub(crate) options: ImagingOptions,
+    /// For each view the response to the change by the heart, and to the surroundings.
+    responses: Vec<[DepthResponse; 2]>,
+    fixed: Vec<OnceLock<Fixed>>,
+}
+
+impl Imaging {
+    /// Interpolates the response in the depth of each view; `deep` if the heart changes the image of what is behind it.
+    pub(crate) fn new(
+        options: ImagingOptions,
+        views: &[Facing],
+        deep: bool,
+    ) -> Result<Self, PhantomError> {
+        let response = &options.response;
+        let of = |view: &Facing, [low, high]: [f64; 2], tolerance: f64| {
+            if response.slope() == 0.0 {
+                return DepthResponse::constant(response.sigma(0.0));
+            }
+            let sigma = |t: f64| response.sigma(view.radius - t);
+            DepthResponse::new(sigma, [low, high], tolerance)
+        };
+        let [heart, around] = options.resolutions.map(|own| own.depth_tolerance);
+        let mut responses: Vec<[DepthResponse; 2]> = Vec::with_capacity(views.len());
+        for (k, view) in views.iter().enumerate() {
+            let made = match k.checked_sub(1).filter(|before| views[*before] == *view) {
+                Some(before) => responses[before].clone(),
+                None => {
+                    let range = if deep { view.seen } else { view.heart };
+                    [of(view, range, heart)?, of(view, view.seen, around)?]
+                }
+            };
+            responses.push(made);
+        }
+        Ok(Self {
+            options,
+            responses,
+            fixed: views.iter().map(|_| OnceLock::new()).collect(),
+        })
+    }
+
+    /// Bound on the weights that are left out, relative to the largest line integral.
+    pub(crate) fn tails(&self) -> f64 {
+        match self.options.response.variance(f64::MAX) > 0.0 {
+            true => TAILS,
+            false => 0.0,
+        }
+    }
+
+    /// Bytes of the rows of an unfinished image: nodes along the rows, nodes in depth, bins.
+    pub(crate) fn view_bytes(&self, camera: &Camera) -> usize {
+        let of = |part: usize| {
+            let (density, [_, pitch]) = (
+                self.options.resolutions[part].density,
+                camera.detector().pitch(),
+            );
+            let responses = self.responses.iter().map(|both| &both[part]);
+            let n_nodes = responses
+                .clone()
+                .map(DepthResponse::n_nodes)
+                .max()
+                .unwrap_or(1);
+            let narrowest = responses
+                .map(|own| own.extremes()[0])
+                .fold(f64::INFINITY, f64::min);
+            let height = camera.n_rows() as f64 * pitch;
+            let rows = density * (40.0 + height / narrowest.max(0.1 * pitch));
+            8.0 * rows * (n_nodes * camera.n_bins()) as f64
+        };
+        of(0).max(of(1)) as usize
+    }
+}
+
+/// The view of images of one part: of the change by the heart, or of the surroundings.
+pub(super) struct PartView<'a>(View<'a>, Shown);
+
+impl Scan<'_> {
+    /// Prepares the images of a view at an angle.
+    pub(super) fn part_view<'b>(
+        &self,
+        imaging: &'b Imaging,
+        (view_idx, theta): (usize, f64),
+        shown: Shown,
+    ) -> Result<PartView<'b>, PhantomError> {
+        let part = usize::from(shown == Shown::Organs);
+        let ImagingOptions {
+            value, resolutions, ..
+        } = &imaging.options;
+        let (plane, detector) = (self.plane(view_idx, theta)?, self.camera.detector());
+        let response = &imaging.responses[view_idx][part];
+        let view = View::new(plane, detector, *value, response, resolutions[part].density)?;
+        Ok(PartView(view, shown))
+    }
+
+    /// The image of the change by a heart.
+    pub(super) fn image_of_heart(
+        &self,
+        view: &PartView<'_>,
+        heart: Placement<'_>,
+        rows: &Range<usize>,
+    ) -> Result<Image, PhantomError> {
+        Ok(view.0.image(&self.assembly(heart)?, view.1, rows.clone()))
+    }
+
+    /// The image of what surrounds the heart.
+    pub(super) fn image_of_surroundings(&self, view: &PartView<'_>, rows: &Range<usize>) -> Image {
+        view.0
+            .image(&self.surroundings.alone(), view.1, rows.clone())
+    }
+
+    /// Whether the surroundings of a view are the same at all times, and kept.
+    pub(crate) fn keeps_surroundings(&self) -> bool {
+        self.imaging.is_some() && self.camera.rotation() == Rotation::StepAndShoot
+    }
+
+    /// The samples of what surrounds the heart.
+    pub(super) fn fixed<'b>(
+        &self,
+        imaging: &'b Imaging,
+        view_idx: usize,
+    ) -> Result<&'b Fixed, PhantomError> {
+        let kept = &imaging.fixed[view_idx];
+        if let Some(fixed) = kept.get() {
+            return Ok(fixed);
+        }
+        let at = (view_idx, self.camera.angle(view_idx, 0.0));
+        let view = self.part_view(imaging, at, Shown::Organs)?;
+        let image = self.image_of_surroundings(&view, &(0..self.camera.n_rows()));
+        let mut samples = vec![0.0f32; self.camera.view_len()];
+        add(&image, 1.0, (&mut samples, 0, self.camera.n_bins()));
+        // Another thread may have stored the same value first.
+        Ok(kept.get_or_init(|| Fixed {
+            samples,
+            largest_line: image.largest_line,
+        }))
+    }
+}
+
+/// Adds a weighted image to samples of `n_bins` bins a row that begin with row `first`.
+pub(super) fn add(
+    image: &Image,
+    weight: f64,
+    (samples, first, n_bins): (&mut [f32], usize, usize),
+) {
+    if image.bins.is_empty() {
+        return;
+    }
+    let rows = samples.chunks_mut(n_bins).skip(image.rows.start - first);
+    for (row, own) in rows.zip(image.samples.chunks(image.bins.len())) {
+        for (sum, value) in row[image.bins.clone()].iter_mut().zip(own) {
+            *sum += (weight * value) as f32;
+        }
+    }
+}

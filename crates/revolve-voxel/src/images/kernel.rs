@@ -1,0 +1,273 @@
+//! Weights of the bins for content at one position.
+
+use std::ops::Range;
+use std::sync::OnceLock;
+
+use crate::images::rule::gauss;
+
+/// Standard deviations at which a Gaussian ends; the fraction beyond is 1.2e-7 per axis.
+pub(super) const REACH: f64 = 5.3;
+/// Positions per standard deviation at which weights are tabulated: the cubic between them is exact to 1e-6 of the peak.
+const STEPS: f64 = 16.0;
+/// Most positions per bin.
+const MOST_STEPS: f64 = 128.0;
+/// Steps per standard deviation of the table of the normal distribution.
+const FINE: usize = 32;
+
+/// What a sample is of the blurred image.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum BinValue {
+    /// Its average over the area of the bin.
+    Average,
+    /// Its value at the centre of the bin.
+    Centre,
+}
+
+/// The bins, or rows, along one axis of a detector.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Axis {
+    pub(super) n: usize,
+    pub(super) pitch: f64,
+    pub(super) value: BinValue,
+}
+
+impl Axis {
+    /// Returns the lower edge of a bin; that of bin n is the end of the detector.
+    pub(super) fn edge(&self, bin: usize) -> f64 {
+        (bin as f64 - 0.5 * self.n as f64) * self.pitch
+    }
+
+    /// Returns the position of x in units of bins: bin k reaches from k to k + 1.
+    #[inline(always)]
+    fn place(&self, x: f64) -> f64 {
+        x / self.pitch + 0.5 * self.n as f64
+    }
+
+    /// Returns the weight per cm of the bin that begins `from` after the content, in units of bins.
+    fn weight(&self, from: f64, sigma: f64) -> f64 {
+        if sigma == 0.0 {
+            return f64::from(u8::from(-1.0 < from && from <= 0.0)) / self.pitch;
+        }
+        let z = |x: f64| x * self.pitch / sigma;
+        match self.value {
+            BinValue::Average => {
+                let normal = Normal::get();
+                (normal.up_to(z(from + 1.0)) - normal.up_to(z(from))) / self.pitch
+            }
+            BinValue::Centre => {
+                (-0.5 * z(from + 0.5).powi(2)).exp() / (sigma * std::f64::consts::TAU.sqrt())
+            }
+        }
+    }
+}
+
+/// Weights of the bins around content of one standard deviation, as a function of its position in a bin: cubic interpolation between
+/// positions a fraction of the standard deviation apart, or computed for each position where that would need too many.
+#[derive(Debug, Clone)]
+pub(super) struct Weights {
+    axis: Axis,
+    sigma: f64,
+    /// Bins on either side of the content's own.
+    reach: usize,
+    /// Positions per bin; 0 without a table.
+    steps: usize,
+    /// `[position][bin]` from one position before a bin to two after it.
+    table: Vec<f64>,
+}
+
+impl Weights {
+    pub(super) fn new(axis: Axis, sigma: f64) -> Self {
+        let reach = (REACH * sigma / axis.pitch).ceil() as usize;
+        let steps = (STEPS * axis.pitch / sigma).ceil();
+        let steps = if steps <= MOST_STEPS {
+            steps.max(1.0) as usize
+        } else {
+            0
+        };
+        let mut made = Self {
+            axis,
+            sigma,
+            reach,
+            steps,
+            table: Vec::new(),
+        };
+        if steps > 0 {
+            for k in 0..steps + 3 {
+                let at = (k as f64 - 1.0) / steps as f64;
+                let weight = |bin: usize| axis.weight(bin as f64 - reach as f64 - at, sigma);
+                made.table.extend((0..=2 * reach).map(weight));
+            }
+        }
+        made
+    }
+
+    /// Returns the range of bins that content at `at` reaches.
+    pub(super) fn bins(&self, at: f64) -> Range<usize> {
+        let own = self.axis.place(at).floor();
+        let clamp = |bin: f64| bin.clamp(0.0, self.axis.n as f64) as usize;
+        let reach = self.reach as f64;
+        clamp(own - reach)..clamp(own + reach + 1.0)
+    }
+
+    /// Adds `amount` times the weights of the bins for content at `at` to `sums`, which begin at bin `first`; bins beyond them are left out.
+    #[inline(always)]
+    pub(super) fn add(&self, at: f64, amount: f64, first: usize, sums: &mut [f64]) {
+        let place = self.axis.place(at);
+        let own = place.floor();
+        // Of the bin before which the reach begins.
+        let begin = own as isize - self.reach as isize;
+        let width = 2 * self.reach + 1;
+        let skip = (first as isize - begin).clamp(0, width as isize) as usize;
+        let start = (begin + skip as isize - first as isize).max(0) as usize;
+        let Some(sums) = sums.get_mut(start..) else {
+            return;
+        };
+        let n = sums.len().min(width - skip);
+        let sums = &mut sums[..n];
+        if self.steps == 0 {
+            for (k, sum) in sums.iter_mut().enumerate() {
+                let from = (begin + (skip + k) as isize) as f64 - place;
+                *sum += amount * self.axis.weight(from, self.sigma);
+            }
+            return;
+        }
+        let position = (place - own) * self.steps as f64;
+        let cell = (position as usize).min(self.steps - 1);
+        let t = position - cell as f64;
+        // Lagrange's cubic through the positions -1, 0, 1 and 2.
+        let parts = [
+            -t * (t - 1.0) * (t - 2.0) / 6.0,
+            0.5 * (t + 1.0) * (t - 1.0) * (t - 2.0),
+            -0.5 * (t + 1.0) * t * (t - 2.0),
+            (t + 1.0) * t * (t - 1.0) / 6.0,
+        ]
+        .map(|part| amount * part);
+        let row = |k: usize| &self.table[(cell + k) * width + skip..][..n];
+        let [a, b, c, d] = [row(0), row(1), row(2), row(3)];
+        for k in 0..n {
+            sums[k] += parts[0] * a[k] + parts[1] * b[k] + parts[2] * c[k] + parts[3] * d[k];
+        }
+    }
+}
+
+/// The normal distribution by cubic interpolation in a table, to 3e-9.
+struct Normal {
+    /// Integral from 0, and density times the step.
+    table: Vec<[f64; 2]>,
+}
+
+impl Normal {
+    fn get() -> &'static Self {
+        static NORMAL: OnceLock<Normal> = OnceLock::new();
+        NORMAL.get_or_init(|| {
+            let step = 1.0 / FINE as f64;
+            let density = |x: f64| (-0.5 * x * x).exp() / std::f64::consts::TAU.sqrt();
+            let mut sum = 0.0;
+            let entry = |k: usize| {
+                let x = k as f64 * step;
+                let entry = [sum, density(x) * step];
+                let part = gauss(12)
+                    .iter()
+                    .map(|[y, w]| 0.5 * step * w * density(x + 0.5 * step * (1.0 + y)));
+                sum += part.sum::<f64>();
+                entry
+            };
+            Self {
+                table: (0..=8 * FINE).map(entry).collect(),
+            }
+        })
+    }
+
+    /// Returns the integral of the density from 0 to x.
+    #[inline(always)]
+    fn up_to(&self, x: f64) -> f64 {
+        let place = x.abs() * FINE as f64;
+        let k = place as usize;
+        let Some([[a, da], [b, db]]) = self.table.get(k..k + 2).and_then(|pair| pair.first_chunk())
+        else {
+            return 0.5f64.copysign(x);
+        };
+        let t = place - k as f64;
+        let (rise, left) = (b - a, 1.0 - t);
+        // Hermite's cubic.
+        let value = a + rise * t * t * (3.0 - 2.0 * t) + t * left * (da * left - db * t);
+        value.copysign(x)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_table_is_the_normal_distribution() {
+        let normal = Normal::get();
+        // Abramowitz & Stegun, table 26.1.
+        for (x, exact) in [
+            (0.5, 0.191462461274013),
+            (1.0, 0.341344746068543),
+            (2.0, 0.477249868051821),
+            (3.0, 0.498650101968370),
+            (5.0, 0.499999713348428),
+        ] {
+            assert!((normal.up_to(x) - exact).abs() < 1e-12, "{x}");
+            assert_eq!(normal.up_to(-x), -normal.up_to(x));
+        }
+        // Between entries.
+        for k in 0..2000 {
+            let x = 0.0031 * f64::from(k);
+            let sum: f64 = gauss(40)
+                .iter()
+                .map(|[y, w]| 0.5 * x * w * (-0.125 * x * x * (1.0 + y).powi(2)).exp())
+                .sum();
+            let exact = sum / std::f64::consts::TAU.sqrt();
+            // h^4 / 384 of the largest fourth derivative, h = 1/32.
+            assert!((normal.up_to(x) - exact).abs() < 6e-9, "{x}");
+        }
+        assert_eq!([normal.up_to(1e9), normal.up_to(-9.0)], [0.5, -0.5]);
+    }
+
+    #[test]
+    fn weights_are_those_of_each_position() {
+        for value in [BinValue::Average, BinValue::Centre] {
+            let axis = Axis {
+                n: 40,
+                pitch: 0.1,
+                value,
+            };
+            for sigma in [0.3, 1.0, 0.1, 0.02, 0.002] {
+                let weights = Weights::new(axis, sigma);
+                for at in [0.03, -1.777, 1.234, 1.99, -2.0, 2.3, -9.0] {
+                    let mut sums = vec![0.0; 40];
+                    weights.add(at, 2.0, 0, &mut sums);
+                    let peak = 2.0 * axis.weight(-0.5, sigma);
+                    for (bin, sum) in sums.iter().enumerate() {
+                        let exact = 2.0 * axis.weight(bin as f64 - axis.place(at), sigma);
+                        let is_reached = weights.bins(at).contains(&bin);
+                        assert!(
+                            (sum - exact).abs() < 2e-6 * peak,
+                            "{sigma} {at}: {sum} {exact}"
+                        );
+                        assert!(is_reached || *sum == 0.0);
+                    }
+                    // A part of the bins gets the same.
+                    let mut part = vec![0.0; 9];
+                    weights.add(at, 2.0, 13, &mut part);
+                    assert_eq!(part, sums[13..22]);
+                }
+            }
+        }
+        let sharp = Weights::new(
+            Axis {
+                n: 4,
+                pitch: 0.5,
+                value: BinValue::Average,
+            },
+            0.0,
+        );
+        let mut sums = vec![0.0; 4];
+        sharp.add(0.25, 3.0, 0, &mut sums);
+        assert_eq!(sums, [0.0, 0.0, 6.0, 0.0]);
+    }
+}

@@ -1,0 +1,8 @@
+//! Images of solids behind a detector response: blurred by a Gaussian of the depth and averaged over the bins.
+
+pub(crate) mod depth;
+pub(crate) mod image;
+pub(crate) mod kernel;
+mod outline;
+pub(crate) mod plane;
+mod rule;

@@ -1,0 +1,194 @@
+//! Gauss-Legendre rules on panels between the points where a function is not smooth.
+
+use std::sync::OnceLock;
+
+/// Largest number of nodes of a rule; longer panels have several rules.
+const MOST: usize = 192;
+
+/// Returns the Gauss-Legendre rule with `n` nodes, at most [`MOST`]: nodes and weights on [-1, 1], ascending.
+pub(super) fn gauss(n: usize) -> &'static [[f64; 2]] {
+    static RULES: [OnceLock<Vec<[f64; 2]>>; MOST + 1] = [const { OnceLock::new() }; MOST + 1];
+    RULES[n].get_or_init(|| (0..n).map(|k| node(n, k)).collect())
+}
+
+/// Node `k` of `n`, by Newton's method for the Legendre polynomial, and its weight.
+fn node(n: usize, k: usize) -> [f64; 2] {
+    let mut x = -(std::f64::consts::PI * (k as f64 + 0.75) / (n as f64 + 0.5)).cos();
+    let mut slope = 1.0;
+    for _ in 0..20 {
+        let (mut before, mut value) = (0.0, 1.0);
+        for degree in 0..n {
+            let degree = degree as f64;
+            let next = ((2.0 * degree + 1.0) * x * value - degree * before) / (degree + 1.0);
+            (before, value) = (value, next);
+        }
+        slope = n as f64 * (x * value - before) / (x * x - 1.0);
+        let step = value / slope;
+        x -= step;
+        if step.abs() < 1e-15 {
+            break;
+        }
+    }
+    [x, 2.0 / ((1.0 - x * x) * slope * slope)]
+}
+
+/// Returns nodes and weights on [-1, 1]: about `n` of them, in rules on equal parts.
+fn composite(n: usize) -> Vec<[f64; 2]> {
+    let parts = n.div_ceil(MOST).max(1);
+    let rule = gauss(n.div_ceil(parts).max(1));
+    let half = 1.0 / parts as f64;
+    let middle = |part: usize| (2 * part + 1) as f64 * half - 1.0;
+    (0..parts)
+        .flat_map(|part| {
+            rule.iter()
+                .map(move |[x, w]| [middle(part) + half * x, half * w])
+        })
+        .collect()
+}
+
+/// How an integrand behaves at the ends of a panel.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Ends {
+    Smooth,
+    /// As the root of the distance. It is smooth in the variable x of `u = middle + half (3 x - x^3) / 2`.
+    Roots,
+}
+
+/// A panel with the nodes of the quadrature: `fine` nodes resolve the weights of the bins. The values of the integrand are computed at `own`
+/// nodes and interpolated, where these resolve it.
+#[derive(Debug, Clone)]
+pub(super) struct Panel {
+    pub(super) ends: [f64; 2],
+    kind: Ends,
+    fine: usize,
+    own: usize,
+}
+
+impl Panel {
+    /// `own` nodes are used if there are fewer of them than fine ones.
+    pub(super) fn new(ends: [f64; 2], kind: Ends, fine: usize, own: usize) -> Self {
+        Self {
+            ends,
+            kind,
+            fine,
+            own: own.min(fine).min(MOST),
+        }
+    }
+
+    /// Returns position and weight of a node on [-1, 1].
+    fn place(&self, [x, weight]: [f64; 2]) -> [f64; 2] {
+        let [from, to] = self.ends;
+        let (middle, half) = (0.5 * (from + to), 0.5 * (to - from));
+        match self.kind {
+            Ends::Smooth => [middle + half * x, half * weight],
+            Ends::Roots => [
+                middle + half * (0.5 * x * (3.0 - x * x)),
+                half * weight * 1.5 * (1.0 - x * x),
+            ],
+        }
+    }
+
+    /// Whether values are interpolated.
+    pub(super) fn interpolates(&self) -> bool {
+        self.own < self.fine
+    }
+
+    /// Returns the positions at which the integrand is computed.
+    pub(super) fn positions(&self) -> Vec<f64> {
+        let nodes = match self.interpolates() {
+            true => gauss(self.own).to_vec(),
+            false => composite(self.fine),
+        };
+        nodes.into_iter().map(|node| self.place(node)[0]).collect()
+    }
+
+    /// Returns positions and weights of the quadrature.
+    pub(super) fn nodes(&self) -> Vec<[f64; 2]> {
+        composite(self.fine)
+            .into_iter()
+            .map(|node| self.place(node))
+            .collect()
+    }
+
+    /// Returns the weights `[node][position]` of the polynomial through the values at the positions, at the nodes.
+    pub(super) fn interpolation(&self) -> Vec<f64> {
+        let own = gauss(self.own);
+        // The barycentric formula for Legendre points (Berrut and Trefethen, SIAM Rev. 46 (2004) 501, section 5; Wang and Xiang, Math.
+        // Comput. 81 (2012) 861, Eq. 3.2).
+        let factor = |(k, [x, weight]): (usize, &[f64; 2])| {
+            let sign = if k.is_multiple_of(2) { 1.0 } else { -1.0 };
+            sign * ((1.0 - x * x) * weight).sqrt()
+        };
+        let factors: Vec<f64> = own.iter().enumerate().map(factor).collect();
+        let mut matrix = Vec::with_capacity(self.fine * own.len());
+        for [at, _] in composite(self.fine) {
+            if let Some(hit) = own.iter().position(|[x, _]| *x == at) {
+                matrix.extend((0..own.len()).map(|k| f64::from(u8::from(k == hit))));
+                continue;
+            }
+            let start = matrix.len();
+            matrix.extend(
+                factors
+                    .iter()
+                    .zip(own)
+                    .map(|(factor, [x, _])| factor / (at - x)),
+            );
+            let sum: f64 = matrix[start..].iter().sum();
+            matrix[start..].iter_mut().for_each(|weight| *weight /= sum);
+        }
+        matrix
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn polynomials_and_roots_are_integrated() {
+        for n in [1, 2, 3, 8, 33, 100, 192, 500] {
+            let nodes = composite(n);
+            let sum = |power: i32| -> f64 { nodes.iter().map(|[x, w]| w * x.powi(power)).sum() };
+            let degree = 2 * n.min(MOST) as i32 - 2;
+            // Rounding of n terms.
+            assert!((sum(0) - 2.0).abs() < 1e-13);
+            assert!(
+                (sum(degree) - 2.0 / f64::from(degree + 1)).abs() < 1e-13,
+                "{n}"
+            );
+            assert!(sum(1).abs() < 1e-13);
+        }
+        // A half circle over [1, 4]: the error falls by far more than 10 for 4 nodes more.
+        let height = |u: f64| ((u - 1.0) * (4.0 - u)).max(0.0).sqrt();
+        let area = |n: usize| {
+            let panel = Panel::new([1.0, 4.0], Ends::Roots, n, n);
+            panel
+                .nodes()
+                .iter()
+                .map(|[u, w]| w * height(*u))
+                .sum::<f64>()
+        };
+        let exact = 0.5 * std::f64::consts::PI * 1.5 * 1.5;
+        let errors = [4, 8, 12, 400].map(|n| (area(n) / exact - 1.0).abs());
+        assert!(
+            errors[1] < 0.02 * errors[0] && errors[2] < 0.02 * errors[1],
+            "{errors:?}"
+        );
+        assert!(errors[3] < 1e-6, "{errors:?}");
+    }
+
+    #[test]
+    fn roots_are_interpolated() {
+        let panel = Panel::new([1.0, 4.0], Ends::Roots, 300, 14);
+        let height = |u: f64| ((u - 1.0) * (4.0 - u)).max(0.0).sqrt() * u.exp();
+        let values: Vec<f64> = panel.positions().into_iter().map(height).collect();
+        assert!(panel.interpolates() && values.len() == 14);
+        let matrix = panel.interpolation();
+        for ([u, _], weights) in panel.nodes().iter().zip(matrix.chunks(14)) {
+            let value: f64 = weights.iter().zip(&values).map(|(w, v)| w * v).sum();
+            // The largest value is 60: 2e-5 of it.
+            assert!((value - height(*u)).abs() < 1e-3, "{u} {value}");
+        }
+        assert!(!Panel::new([0.0, 1.0], Ends::Smooth, 5, 9).interpolates());
+    }
+}

@@ -1,0 +1,459 @@
+//! What rays meet: organs, and a body with sectors that replaces them.
+
+use rayon::prelude::*;
+
+use crate::error::{finite, length};
+use crate::rays::raster::Rays;
+use crate::rays::single::Search;
+use crate::{
+    Body, Capsule, Organ, OrganShape, Organs, Ray, RayCounters, RevolveError, Sample, Sector, Span,
+};
+
+/// Activity and attenuation in space: organs, attenuating media, and a body that replaces them.
+///
+/// At a point, the last organ that contains it determines activity and attenuation. Media, if there are any, determine the attenuation instead of
+/// the organs. Inside its outermost layer a body has its own activity, and its own attenuation if it is given; sectors add to its
+/// activity.
+#[derive(Debug, Clone)]
+pub struct Assembly<'a> {
+    organs: &'a Organs,
+    media: Option<&'a Organs>,
+    body: Option<Replacing<'a>>,
+}
+
+/// A body in an assembly.
+#[derive(Debug, Clone)]
+struct Replacing<'a> {
+    body: &'a Body,
+    /// Of each layer's indicator.
+    weights: Vec<f64>,
+    attenuation: Option<f64>,
+    sectors: Vec<(Sector, f64)>,
+}
+
+impl<'a> Assembly<'a> {
+    /// The organs alone.
+    pub fn new(organs: &'a Organs) -> Self {
+        Self {
+            organs,
+            media: None,
+            body: None,
+        }
+    }
+
+    /// Replaces the attenuation of the organs by that of others.
+    #[must_use]
+    pub fn with_media(self, media: &'a Organs) -> Self {
+        let media = Some(media);
+        Self { media, ..self }
+    }
+
+    /// Adds a body with an activity per cm^3 of each region ([`Body`]), and its attenuation in 1/cm; `None` for that of the media around it.
+    ///
+    /// # Errors
+    /// [`RevolveError::WrongLength`] or [`RevolveError::NotFinite`] for the activities; [`RevolveError::NotFinite`],
+    /// [`RevolveError::Negative`] for the attenuation.
+    pub fn with_body(
+        self,
+        body: &'a Body,
+        activity: &[f64],
+        attenuation: Option<f64>,
+    ) -> Result<Self, RevolveError> {
+        let weights = body.weights(activity)?;
+        if let Some(given) = attenuation
+            && finite("attenuation", given)? < 0.0
+        {
+            let what = "attenuation";
+            return Err(RevolveError::Negative { what, given });
+        }
+        let body = Some(Replacing {
+            body,
+            weights,
+            attenuation,
+            sectors: Vec::new(),
+        });
+        Ok(Self { body, ..self })
+    }
+
+    /// Adds an activity per cm^3 inside sectors; no effect without a body.
+    ///
+    /// # Errors
+    /// [`RevolveError::NotFinite`].
+    pub fn with_sectors(mut self, sectors: Vec<(Sector, f64)>) -> Result<Self, RevolveError> {
+        for (_, activity) in &sectors {
+            finite("activity", *activity)?;
+        }
+        if let Some(body) = &mut self.body {
+            body.sectors = sectors;
+        }
+        Ok(self)
+    }
+
+    /// Returns the parts of a ray with activity or attenuation, in its order.
+    ///
+    /// ```
+    /// use revolve_voxel::nalgebra::{Point3, Vector3};
+    /// use revolve_voxel::{Assembly, Ellipsoid, EllipticCylinder, Organ, OrganShape, Organs, Ray};
+    /// let torso = OrganShape::Cylinder(EllipticCylinder::new([0.0; 2], [16.0, 11.0])?);
+    /// let lung = OrganShape::Ellipsoid(Ellipsoid::new([7.0, 0.0, 0.0], [5.0, 7.0, 10.0])?);
+    /// let organs = Organs::new(vec![
+    ///     Organ { shape: torso, activity: 0.1, attenuation: 0.15 },
+    ///     Organ { shape: lung, activity: 0.02, attenuation: 0.045 },
+    /// ])?;
+    /// let ray = Ray::new(Point3::new(7.0, 0.0, 0.0), Vector3::y())?;
+    /// let parts = Assembly::new(&organs).parts(&ray);
+    /// assert_eq!(parts.len(), 3); // torso, lung, torso
+    /// assert_eq!((parts[1].span.length(), parts[1].activity), (14.0, 0.02));
+    /// # Ok::<(), revolve_voxel::RevolveError>(())
+    /// ```
+    pub fn parts(&self, ray: &Ray) -> Vec<RayPart> {
+        let mut finder = Finder::default();
+        let with_body = match finder.stretches(self, Shown::Change, ray).is_empty() {
+            true => Shown::Organs,
+            false => Shown::Change,
+        };
+        let part = |stretch: &Stretch| RayPart {
+            span: stretch.span,
+            activity: stretch.with.activity,
+            attenuation: stretch.with.attenuation,
+        };
+        let parts = finder.stretches(self, with_body, ray).iter().map(part);
+        parts
+            .filter(|part| [part.activity, part.attenuation] != [0.0; 2])
+            .collect()
+    }
+
+    /// Returns the body.
+    pub fn body(&self) -> Option<&'a Body> {
+        self.body.as_ref().map(|own| own.body)
+    }
+
+    /// Returns the organs, then the media.
+    pub(crate) fn surroundings(&self) -> impl Iterator<Item = &'a Organ> + use<'a> {
+        let media = self.media.map(Organs::as_slice).unwrap_or_default();
+        self.organs.as_slice().iter().chain(media)
+    }
+}
+
+/// A part of a ray of constant activity and attenuation.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
+pub struct RayPart {
+    /// From where to where.
+    pub span: Span,
+    /// Activity per cm^3.
+    pub activity: f64,
+    /// Attenuation in 1/cm.
+    pub attenuation: f64,
+}
+
+/// A stretch of a ray between surfaces, with what is there and what the body replaces there; organs alone replace nothing.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Stretch {
+    pub(crate) span: Span,
+    pub(crate) with: Content,
+    pub(crate) without: Content,
+}
+
+/// Activity per cm^3 and attenuation in 1/cm.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub(crate) struct Content {
+    pub(crate) activity: f64,
+    pub(crate) attenuation: f64,
+}
+
+/// What a span of a ray adds to its content.
+#[derive(Debug, Clone, Copy)]
+enum Part {
+    Organ(Content),
+    Medium(f64),
+    /// The outermost layer of the body.
+    Body(Option<f64>),
+    Activity(f64),
+}
+
+/// What of an assembly is projected.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Shown {
+    /// Organs without the body.
+    Organs,
+    /// The change by the body: its activity, less that of the organs in its place, and its change of the attenuation. Zero along rays that miss
+    /// its outermost layer.
+    Change,
+}
+
+/// Finds the stretches of rays, with work arrays that rays share.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Finder {
+    layers: Vec<Search>,
+    parts: Vec<(Span, Part)>,
+    /// Spans of the body, which follow those of the organs.
+    own: Vec<(Span, Part)>,
+    ends: Vec<f64>,
+    stretches: Vec<Stretch>,
+}
+
+impl Finder {
+    /// Returns the stretches of a ray with activity or attenuation, in its order; none for the change by a body that it misses.
+    pub(crate) fn stretches(
+        &mut self,
+        assembly: &Assembly<'_>,
+        shown: Shown,
+        ray: &Ray,
+    ) -> &[Stretch] {
+        self.own.clear();
+        self.stretches.clear();
+        if shown == Shown::Change {
+            match &assembly.body {
+                Some(own) => self.find_body(own, ray),
+                None => return &[],
+            }
+            if self.own.is_empty() {
+                return &[];
+            }
+        }
+        self.find_surroundings(assembly, ray);
+        self.parts.append(&mut self.own);
+        self.ends.clear();
+        let ends = self
+            .parts
+            .iter()
+            .flat_map(|(span, _)| [span.enter, span.exit]);
+        self.ends.extend(ends);
+        self.ends.sort_unstable_by(f64::total_cmp);
+        for pair in self.ends.windows(2) {
+            let span = Span {
+                enter: pair[0],
+                exit: pair[1],
+            };
+            if span.enter < span.exit {
+                let stretch = self.stretch(span, shown);
+                if [stretch.with, stretch.without] != [Content::default(); 2] {
+                    self.stretches.push(stretch);
+                }
+            }
+        }
+        &self.stretches
+    }
+
+    fn find_surroundings(&mut self, assembly: &Assembly<'_>, ray: &Ray) {
+        self.parts.clear();
+        for organ in assembly.organs.as_slice() {
+            let content = Content {
+                activity: organ.activity,
+                attenuation: match assembly.media {
+                    None => organ.attenuation,
+                    Some(_) => 0.0,
+                },
+            };
+            let span = organ.shape.span(ray);
+            self.parts
+                .extend(span.map(|span| (span, Part::Organ(content))));
+        }
+        for medium in assembly.media.map(Organs::as_slice).unwrap_or_default() {
+            let span = medium.shape.span(ray);
+            self.parts
+                .extend(span.map(|span| (span, Part::Medium(medium.attenuation))));
+        }
+    }
+
+    /// Finds the spans of a body and its sectors. The outermost layer is first, because it replaces what is there.
+    fn find_body(&mut self, own: &Replacing<'_>, ray: &Ray) {
+        let layers = own.body.layers();
+        self.layers.resize(layers.len(), Search::default());
+        for (k, layer) in layers.iter().enumerate().rev() {
+            let outermost = k + 1 == layers.len();
+            let (weight, parts) = (own.weights[k], &mut self.own);
+            own.body.for_spans(layer, ray, &mut self.layers[k], |span| {
+                if outermost {
+                    parts.push((span, Part::Body(own.attenuation)));
+                }
+                parts.push((span, Part::Activity(weight)));
+            });
+        }
+        if !self.own.is_empty() {
+            for (sector, activity) in &own.sectors {
+                let parts = &mut self.own;
+                sector.for_spans(ray, |span| parts.push((span, Part::Activity(*activity))));
+            }
+        }
+    }
+
+    fn stretch(&self, span: Span, shown: Shown) -> Stretch {
+        let [mut with, mut without] = [Content::default(); 2];
+        for (own, part) in &self.parts {
+            if own.enter <= span.enter && span.exit <= own.exit {
+                match *part {
+                    Part::Organ(content) => without = content,
+                    Part::Medium(attenuation) => without.attenuation = attenuation,
+                    Part::Body(attenuation) => {
+                        let attenuation = attenuation.unwrap_or(without.attenuation);
+                        with = Content {
+                            activity: 0.0,
+                            attenuation,
+                        };
+                        continue;
+                    }
+                    Part::Activity(activity) => {
+                        with.activity += activity;
+                        continue;
+                    }
+                }
+                with = without;
+            }
+        }
+        if shown == Shown::Organs {
+            without.activity = 0.0;
+        }
+        Stretch {
+            span,
+            with,
+            without,
+        }
+    }
+}
+
+impl Assembly<'_> {
+    /// Adds `weight` times the attenuated line integrals of the activity to an image `[row][bin]`, or `[row][slab][bin]`; the detector lies in the
+    /// direction of the rays:
+    ///
+    /// ```text
+    /// integral of a(t) exp(-integral of mu from t to the detector) dt
+    /// ```
+    ///
+    /// (the attenuated Radon transform: Boman and Stroemberg, J. Geom. Anal. 14 (2004), Eq. 1.1 and 1.2), a sum of closed forms over the stretches of
+    /// constant activity and attenuation. Rows are distributed over the threads of the current rayon pool; the result does not depend on
+    /// their number.
+    ///
+    /// ```
+    /// use revolve_voxel::{Assembly, Body, EllipticCylinder, Meridian, Organ, OrganShape, Organs, ParallelDetector, Pose, Shown};
+    /// let rod = Meridian::new(&[[-1.0, 0.5], [1.0, 0.5]])?;
+    /// let body = Body::new(vec![rod], Pose::axis_along_z(0.0)?)?;
+    /// let shape = OrganShape::Cylinder(EllipticCylinder::new([0.0, 0.0], [10.0, 8.0])?);
+    /// let torso = Organs::new(vec![Organ { shape, activity: 0.0, attenuation: 0.15 }])?;
+    /// let assembly = Assembly::new(&torso).with_body(&body, &[1.0], None)?;
+    /// let rays = ParallelDetector::new(1, 1, [1.0, 1.0])?.rays(0.0)?; // along +y
+    /// let mut image = [0.0_f64];
+    /// assembly.project_add(&rays, Shown::Change, 1.0, &mut image)?;
+    /// let exact = (-0.15_f64 * 7.5).exp() * (1.0 - (-0.15_f64).exp()) / 0.15;
+    /// assert!((image[0] - exact).abs() < 1e-12);
+    /// # Ok::<(), revolve_voxel::RevolveError>(())
+    /// ```
+    ///
+    /// # Errors
+    /// [`RevolveError::WrongLength`] for a wrong image, [`RevolveError::NotFinite`] for the weight, [`RevolveError::NotPositive`] for rays
+    /// along z with a cylinder.
+    pub fn project_add<T: Sample>(
+        &self,
+        rays: &impl Rays,
+        shown: Shown,
+        weight: f64,
+        out: &mut [T],
+    ) -> Result<RayCounters, RevolveError> {
+        finite("weight", weight)?;
+        length("image", rays.image_len(), out.len())?;
+        let is_endless = |organ: &Organ| matches!(organ.shape, OrganShape::Cylinder(_));
+        if self.surroundings().any(is_endless) {
+            rays.check_across()?;
+        }
+        let n_bins = rays.row_len();
+        let capsule = match shown {
+            Shown::Organs => None,
+            Shown::Change => Capsule::around(self.body()),
+        };
+        let row_len = (rays.planes().len() + 1) * n_bins;
+        let counters = (out.par_chunks_mut(row_len).enumerate()).map_init(
+            || (Finder::default(), vec![0.0; rays.planes().len() + 1]),
+            |(finder, slabs), (row, image)| {
+                let mut counters = RayCounters::default();
+                let mask = rays.mask_of_row(row);
+                for bin in (0..n_bins).filter(|bin| mask.is_none_or(|mask| mask[*bin])) {
+                    let ray = rays.line(bin, row);
+                    if capsule.as_ref().is_some_and(|own| !own.meets(&ray)) {
+                        counters.skipped += 1;
+                        continue;
+                    }
+                    counters.cast += 1;
+                    let stretches = finder.stretches(self, shown, &ray);
+                    if stretches.is_empty() {
+                        continue;
+                    }
+                    counters.hit += 1;
+                    slabs.fill(0.0);
+                    for_contents(stretches, |ends, amount, attenuation| {
+                        add_to_slabs(rays.planes(), ends, amount, attenuation, slabs);
+                    });
+                    for (slab, sum) in slabs.iter().enumerate().filter(|(_, sum)| **sum != 0.0) {
+                        image[slab * n_bins + bin] += T::from_f64(weight * sum);
+                    }
+                }
+                counters
+            },
+        );
+        Ok(counters.reduce(RayCounters::default, |a, b| a + b))
+    }
+}
+
+/// Calls `each` with the ends of each stretch, from the detector on, the activity times the transmission from its end to the detector, and the
+/// attenuation within it. What the body changes is called with both signs.
+#[inline(always)]
+pub(crate) fn for_contents(stretches: &[Stretch], mut each: impl FnMut([f64; 2], f64, f64)) {
+    let [mut with, mut without] = [1.0f64; 2];
+    for stretch in stretches.iter().rev() {
+        let Span { enter, exit } = stretch.span;
+        let (own, alone) = (&stretch.with, &stretch.without);
+        let through = |content: &Content| match content.attenuation {
+            0.0 => 1.0,
+            attenuation => (-attenuation * (exit - enter)).exp(),
+        };
+        let mut add = |amount: f64, attenuation: f64| {
+            if amount != 0.0 {
+                each([enter, exit], amount, attenuation);
+            }
+        };
+        if own.attenuation == alone.attenuation {
+            add(
+                with * own.activity - without * alone.activity,
+                own.attenuation,
+            );
+            let through = through(own);
+            (with, without) = (with * through, without * through);
+        } else {
+            add(with * own.activity, own.attenuation);
+            add(-without * alone.activity, alone.attenuation);
+            (with, without) = (with * through(own), without * through(alone));
+        }
+    }
+}
+
+/// Adds the integrals of `amount exp(-attenuation (high - t))` from `low` to `high` over each slab, the last one first.
+#[inline(always)]
+fn add_to_slabs(
+    planes: &[f64],
+    [low, high]: [f64; 2],
+    amount: f64,
+    attenuation: f64,
+    slabs: &mut [f64],
+) {
+    let mut slab = planes.partition_point(|plane| *plane < high);
+    let (mut right, mut through) = (high, amount);
+    loop {
+        let left = match slab.checked_sub(1) {
+            Some(below) => planes[below].max(low),
+            None => low,
+        };
+        let thick = attenuation * (right - left);
+        let mean = if thick > 0.0 {
+            -(-thick).exp_m1() / thick
+        } else {
+            1.0
+        };
+        slabs[slab] += through * (right - left) * mean;
+        if left <= low {
+            return;
+        }
+        through *= (-thick).exp();
+        (slab, right) = (slab - 1, left);
+    }
+}
