@@ -94,6 +94,8 @@ pub struct Phantom {
     regions: OnceLock<Regions>,
     /// The plan used last, with its gate.
     plan: Mutex<Option<(usize, Arc<FbpPlan<f32>>)>>,
+    /// The OSEM model of a gate, if all have the same geometry.
+    model: OnceLock<osem::Model>,
     pub(crate) work: Work,
     /// File and text of the scene, for errors after reading.
     #[cfg(feature = "scene")]
@@ -189,6 +191,7 @@ impl Phantom {
             steps: OnceLock::new(),
             regions: OnceLock::new(),
             plan: Mutex::new(None),
+            model: OnceLock::new(),
             work: Work::default(),
             #[cfg(feature = "scene")]
             file: None,
