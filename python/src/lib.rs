@@ -4,6 +4,7 @@
 //! `arrays.rs` converts arrays, `errors.rs` errors.
 
 mod arrays;
+mod cohort;
 mod errors;
 mod membrane;
 mod mesh;
@@ -24,6 +25,8 @@ mod _native {
     use pyo3::prelude::*;
 
     #[pymodule_export]
+    use crate::cohort::{PyCohort, command_line};
+    #[pymodule_export]
     use crate::membrane::{PyEquilibrium, PyMembrane, PyPairEquilibrium, solve_pair};
     #[pymodule_export]
     use crate::mesh::PyMesh;
@@ -35,7 +38,8 @@ mod _native {
     use crate::pose::PyPose;
     #[pymodule_export]
     use crate::radon::{
-        PyFbpPlan, PyGeometry, PyGrid, PyProjector, PySolution, cgls, fbp, mlem, osem, sirt,
+        PyFbpPlan, PyGeometry, PyGrid, PyProjector, PySolution, PySpectOperator, cgls, fbp, mlem,
+        osem, sirt,
     };
     #[pymodule_export]
     use crate::rays::PyRayGeometry;

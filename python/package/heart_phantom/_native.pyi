@@ -15,6 +15,7 @@ from heart_phantom.radon import Geometry as Geometry
 from heart_phantom.radon import Grid as Grid
 from heart_phantom.radon import Projector as Projector
 from heart_phantom.radon import Solution as Solution
+from heart_phantom.radon import SpectOperator as SpectOperator
 from heart_phantom.radon import cgls as cgls
 from heart_phantom.radon import fbp as fbp
 from heart_phantom.radon import mlem as mlem
@@ -42,6 +43,7 @@ __all__ = [
     "RayGeometry",
     "Scene",
     "Solution",
+    "SpectOperator",
     "__version__",
     "cgls",
     "fbp",

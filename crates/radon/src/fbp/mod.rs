@@ -11,6 +11,7 @@ use crate::sample::Sample;
 use crate::simd::{InstructionSet, first_block, lanes_for};
 use crate::stack::{Stack, aligned};
 
+mod adjoint;
 mod backproject;
 mod fourier;
 mod method;

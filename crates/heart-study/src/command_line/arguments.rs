@@ -3,7 +3,7 @@
 use clap::builder::RangedU64ValueParser;
 use clap::{Args, Parser, Subcommand};
 use clap_complete::Shell;
-use heart_study::StudyOptions;
+use crate::StudyOptions;
 use std::ops::RangeInclusive;
 use std::path::PathBuf;
 
