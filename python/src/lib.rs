@@ -5,6 +5,7 @@
 
 mod arrays;
 mod cohort;
+mod equilibrium;
 mod errors;
 mod membrane;
 mod mesh;
@@ -13,9 +14,11 @@ mod phantom;
 mod pose;
 mod radon;
 mod rays;
+mod recipe;
 mod revolve;
 mod scatter;
 mod scene;
+mod tables;
 mod values;
 mod work;
 
@@ -27,7 +30,9 @@ mod _native {
     #[pymodule_export]
     use crate::cohort::{PyCohort, command_line};
     #[pymodule_export]
-    use crate::membrane::{PyEquilibrium, PyMembrane, PyPairEquilibrium, solve_pair};
+    use crate::equilibrium::PyEquilibrium;
+    #[pymodule_export]
+    use crate::membrane::{PyMembrane, PyPairEquilibrium, solve_pair};
     #[pymodule_export]
     use crate::mesh::PyMesh;
     #[pymodule_export]

@@ -76,6 +76,8 @@ where
     T: Send + 'static,
     E: Into<Failure> + Send + 'static,
 {
+    let progress = progress.map(reporter).transpose()?;
+    let progress = progress.as_ref();
     let watch = Arc::new(Watch::default());
     let (sender, mut receiver) = channel();
     let of_task = watch.clone();
@@ -114,6 +116,12 @@ where
             return Err(error.into());
         }
     }
+}
+
+/// The function of the completed fraction that an argument `progress` stands for.
+fn reporter<'py>(progress: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
+    let module = progress.py().import("heart_phantom._progress")?;
+    module.call_method1("reporter", (progress,))
 }
 
 fn tell(progress: Option<&Bound<'_, PyAny>>, share: f64) -> PyResult<()> {

@@ -1,4 +1,9 @@
 # Compiled; the exporting modules document the names.
+from collections.abc import Sequence
+from os import PathLike
+from typing import Union
+
+from heart_phantom import Cohort as Cohort
 from heart_phantom import Motion as Motion
 from heart_phantom import Phantom as Phantom
 from heart_phantom import RayGeometry as RayGeometry
@@ -28,6 +33,7 @@ from heart_phantom.revolve import Pose as Pose
 
 __all__ = [
     "Body",
+    "Cohort",
     "Equilibrium",
     "FbpPlan",
     "Geometry",
@@ -46,6 +52,7 @@ __all__ = [
     "SpectOperator",
     "__version__",
     "cgls",
+    "command_line",
     "fbp",
     "mlem",
     "osem",
@@ -54,3 +61,5 @@ __all__ = [
     "solve_pair",
     "threads",
 ]
+
+def command_line(arguments: Sequence[Union[str, PathLike[str]]]) -> int: ...

@@ -29,7 +29,11 @@ _Window = Union[
     Literal["ram-lak", "shepp-logan", "cosine", "hamming", "hann"],
     Mapping[str, Union[Mapping[str, int], Sequence[float]]],
 ]
-_Progress = Callable[[float], object]
+class _Bar(Protocol):
+    total: Any
+    def update(self, n: float, /) -> object: ...
+
+_Progress = Union[Callable[[float], object], _Bar, Literal[True]]
 
 class _Operator(Protocol):
     @property
