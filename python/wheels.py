@@ -35,8 +35,9 @@ def main():
     run(sys.executable, HERE / "licences.py", "--check")
     with tempfile.TemporaryDirectory() as scratch:
         environment = options.environment or Path(scratch) / "environment"
-        venv.create(environment, with_pip=True)
         programs = environment / ("Scripts" if os.name == "nt" else "bin")
+        if not programs.is_dir():
+            venv.create(environment, with_pip=True)
         run(programs / "python", "-m", "pip", "install", "--quiet", *TOOLS, *(["ziglang"] if linux else []))
         path = os.pathsep.join([str(programs), os.environ["PATH"]])
         build = [programs / "maturin", "build", "--release", "--locked", "--manifest-path", HERE / "Cargo.toml", "--out", options.out]

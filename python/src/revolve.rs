@@ -287,7 +287,10 @@ impl PyBody {
         let (body, places) = (self.body.clone(), points::<3>("places", places)?);
         let n = places.len();
         let made: Vec<f64> = work(py, move |_| {
-            let place = |p: [f64; 3]| body.signed_distance(layer.0, &Point3::from(p));
+            let place = |p: [f64; 3]| {
+                simd_set::checkpoint();
+                body.signed_distance(layer.0, &Point3::from(p))
+            };
             places.into_par_iter().map(place).collect::<Result<_, _>>()
         })?;
         array(py, made, &[n])
@@ -340,6 +343,7 @@ impl PyBody {
         let made: Vec<f64> = work(py, move |_| {
             (origins.into_par_iter().zip(directions))
                 .map(|(from, along)| {
+                    simd_set::checkpoint();
                     of(&body, &Ray::new(Point3::from(from), Vector3::from(along))?)
                 })
                 .collect::<Result<_, _>>()

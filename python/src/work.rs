@@ -107,11 +107,11 @@ where
         }
         let share = f64::from_bits(watch.share.load(Ordering::Relaxed));
         if let Err(error) = py.check_signals().and_then(|()| tell(progress, share)) {
-            // Ends the task at its next progress report, its threads at the next unit of work. A task that writes files ends between files.
+            // Ends the task at its next progress report, and its threads at the next unit of work. Unfinished files are removed on the way.
             watch.stopped.store(true, Ordering::Relaxed);
-            match at_signal {
-                AtSignal::Wait => wait(py, receiver),
-                AtSignal::Leave => crew.stop.store(true, Ordering::Relaxed),
+            crew.stop.store(true, Ordering::Relaxed);
+            if at_signal == AtSignal::Wait {
+                wait(py, receiver);
             }
             return Err(error.into());
         }

@@ -3,7 +3,7 @@
 Needs PyTorch (`pip install "heart-phantom[torch]"`), which is imported by the first call. Tensors have any leading axes (batch, channel)
 before the shape of an image or of data; `float32` and `float64` are computed in their precision, on the CPU.
 
->>> import pytest; torch = pytest.importorskip("torch")
+>>> import torch
 >>> from heart_phantom.radon import Geometry, Grid, Projector
 >>> from heart_phantom.torch import forward
 >>> projector = Projector(Geometry.half_turn(12, 16), Grid.square(16))

@@ -81,7 +81,10 @@ impl<T: Sample> Plan<T> {
                 Some(Attenuation::new(map, &axial, turned.depth)?)
             }
         };
-        let of_view = |view| turned.view(view, &axial, &options.collimator, options.tolerance);
+        let of_view = |view| {
+            simd_set::checkpoint();
+            turned.view(view, &axial, &options.collimator, options.tolerance)
+        };
         let views = (0..views.n_views()).into_par_iter().map(of_view);
         let views = views.collect::<Result<_, _>>()?;
         Ok(Self {
