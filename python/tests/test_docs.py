@@ -60,6 +60,19 @@ def test_the_examples_of_the_readme_run(page, tmp_path, monkeypatch):
         subprocess.run([sys.executable, "-W", "error", "block.py"], check=True)
 
 
+def test_sphinx_renders_the_docstrings_without_warnings(tmp_path):
+    pytest.importorskip("sphinx")
+    pytest.importorskip("numpydoc")
+    (tmp_path / "conf.py").write_text('extensions = ["sphinx.ext.autodoc", "numpydoc"]\nnumpydoc_show_class_members = False\n')
+    modules = [module.__name__ for module in MODULES if module is not errors]  # whose names are those of the others
+    body = "\n".join(f".. automodule:: {name}\n   :members:\n   :undoc-members:\n" for name in modules)
+    (tmp_path / "index.rst").write_text(f"Reference\n=========\n\n{body}")
+    command = [sys.executable, "-m", "sphinx", "-q", "-W", "--keep-going", str(tmp_path), str(tmp_path / "out")]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    assert "SpectOperator" in (tmp_path / "out" / "index.html").read_text()
+
+
 def test_the_package_has_what_it_needs_to_be_checked():
     package = Path(heart_phantom.__file__).parent
     assert (package / "py.typed").exists()

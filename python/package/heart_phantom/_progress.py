@@ -1,6 +1,7 @@
 """Reports of progress: a callable, a bar of tqdm, or True."""
 
 import sys
+from importlib import import_module
 from typing import Any, Callable
 
 
@@ -12,7 +13,7 @@ def reporter(progress: Any) -> Callable[[float], object]:
     """
     if progress is True:
         try:
-            from tqdm.auto import tqdm
+            tqdm = import_module("tqdm.auto").tqdm
         except ImportError:
             return _line
         progress = tqdm(total=100, unit="%", bar_format="{l_bar}{bar}| {elapsed}<{remaining}")

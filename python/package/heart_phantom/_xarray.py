@@ -1,6 +1,7 @@
 """Products of a phantom as an xarray dataset."""
 
 from collections.abc import Sequence
+from importlib import import_module
 from typing import Any
 
 import numpy as np
@@ -16,8 +17,7 @@ _DIMENSIONS = {
 
 def dataset(phantom: Phantom, products: Sequence[str]) -> Any:
     """Returns the products of all gates with the coordinates of their axes."""
-    import xarray
-
+    xarray = import_module("xarray")
     for product in products:
         if product not in _DIMENSIONS:
             raise ValueError(f"products contains {product!r}; it may contain {', '.join(_DIMENSIONS)}")

@@ -20,6 +20,7 @@ from __future__ import annotations
 
 import functools
 import math
+from importlib import import_module
 from typing import TYPE_CHECKING, Any, Callable
 
 import numpy as np
@@ -103,10 +104,9 @@ def physics(operator: Any, **options: Any) -> Any:
     deepinv.physics.LinearPhysics
         With `A` and `A_adjoint` of the operator, and `img_size` of one channel unless given.
     """
-    from deepinv.physics import LinearPhysics
-
     options.setdefault("img_size", (1, *_shapes(operator)[0]))
-    return LinearPhysics(
+    linear = import_module("deepinv.physics").LinearPhysics
+    return linear(
         A=lambda x, **_: forward(operator, x), A_adjoint=lambda y, **_: adjoint(operator, y), **options
     )
 

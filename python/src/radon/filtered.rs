@@ -14,13 +14,39 @@ use std::sync::{Arc, OnceLock};
 
 /// Filtered back-projection from a geometry to a grid, planned once for many data.
 ///
-/// `window`: `"ram-lak"`, `"shepp-logan"`, `"cosine"`, `"hamming"`, `"hann"`, `{"butterworth": {"order": 4}}` or
-/// `{"custom": [1.0, 0.5, 0.0]}`, gains from frequency 0 to the cutoff. `cutoff`: fraction of the Nyquist frequency. `interpolation`:
-/// `"linear"` or `"band-limited"`. `edge`, the extrapolation beyond the ends of a row: `"zero"`, `"repeat"`, `"fade"`, `"ellipse"`. `arc`,
-/// the treatment of missing directions: `"complete"` (an error), `"extend"`, `"truncate"`, `"rescale"`. `ramp`: whether rows are filtered.
-/// `region`: `((x0, x1), (y0, y1))`, the pixels to reconstruct. `method`: `"auto"`, `"direct"`, `"fourier"`. `memory`: limit of work arrays
-/// in bytes.
+/// Parameters
+/// ----------
+/// geometry : Geometry
+///     Views and bins of the data.
+/// grid : Grid
+///     Pixels of the image.
+/// window : str or dict, optional
+///     `"ram-lak"`, `"shepp-logan"`, `"cosine"`, `"hamming"`, `"hann"`, `{"butterworth": {"order": 4}}` or `{"custom": [1.0, 0.5, 0.0]}`, gains
+///     from frequency 0 to the cutoff.
+/// cutoff : float
+///     Fraction of the Nyquist frequency.
+/// interpolation : {"linear", "band-limited"}
+///     Interpolation of filtered rows.
+/// edge : {"zero", "repeat", "fade", "ellipse"}
+///     Extrapolation beyond the ends of a row.
+/// arc : {"complete", "extend", "truncate", "rescale"}, optional
+///     Treatment of missing directions; by default an error.
+/// ramp : bool
+///     Whether rows are filtered.
+/// region : tuple, optional
+///     `((x0, x1), (y0, y1))`, the pixels to reconstruct.
+/// method : {"auto", "direct", "fourier"}
+///     Sum over views, or gridding.
+/// memory : int, optional
+///     Limit of work arrays in bytes.
 ///
+/// Raises
+/// ------
+/// RadonError
+///     If an option is out of its range, or directions are missing.
+///
+/// Examples
+/// --------
 /// >>> import numpy as np
 /// >>> from heart_phantom.radon import FbpPlan, Geometry, Grid
 /// >>> geometry = Geometry.half_turn(90, 64, 0.5)
@@ -317,9 +343,28 @@ fn method_of(name: &str) -> PyResult<Method> {
 
 /// Reconstructs the image `[y][x]` of a sinogram `[view][bin]` at `angles` in radians, in one call.
 ///
-/// `n` pixels per side, by default the number of bins, of the size of the pitch; values are per length in the unit of the pitch. For many
-/// sinograms and all options use `FbpPlan`.
+/// For many sinograms and all options use `FbpPlan`.
 ///
+/// Parameters
+/// ----------
+/// sinogram : array_like
+///     Line integrals `[view][bin]`.
+/// angles : array_like
+///     Angles of the views in radians.
+/// pitch, offset : float
+///     Distance of the bins, and position of the middle of a row.
+/// n : int, optional
+///     Pixels per side, of the size of the pitch; by default the number of bins.
+/// window, cutoff
+///     As in `FbpPlan`.
+///
+/// Returns
+/// -------
+/// ndarray
+///     An image `[y][x]`; values are per length in the unit of the pitch.
+///
+/// Examples
+/// --------
 /// >>> import numpy as np
 /// >>> from heart_phantom.radon import fbp
 /// >>> angles = np.arange(90) * np.pi / 90

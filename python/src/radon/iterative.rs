@@ -25,7 +25,7 @@ pub(crate) struct PySolution {
     iterations: usize,
     /// Stopping rule: `"max-iterations"`, `"residual"`, `"gradient"`, `"change"`; `None` if a rule was set and not met.
     stopped_by: Option<&'static str>,
-    /// Norms before each iteration, `float64[iteration]` by name: `residual`, ||A x - b|| / ||b||; `change`, ||dx|| / ||x||, of the step;
+    /// Norms before each iteration, `float64[iteration]` by name: `residual` of the data, `change` of the image by the step, both relative;
     /// for CGLS `gradient`, for MLEM and OSEM `log_likelihood`.
     history: Py<PyDict>,
 }
@@ -241,13 +241,41 @@ fn history(py: Python<'_>, report: &IterativeReport) -> Result<Py<PyDict>, Failu
 
 /// MLEM: maximises the Poisson likelihood over images >= 0, x <- x / (A^T 1) A^T (b / (A x + s)).
 ///
-/// `operator` is a `Projector`, a `SpectOperator`, or any object with the methods `forward` and `adjoint` and the shapes `image_shape` and
-/// `data_shape`. `data` contains counts: of a projector a sinogram `[view][bin]` or a stack in the given order; `start` is a positive image, by default ones; `background`
-/// contains expected counts that do not come from the image. Stops after `iterations`, or when the relative `residual` or the relative
-/// `change` of a step is small enough. `progress` is called repeatedly with the completed fraction.
-///
 /// Shepp and Vardi 1982, doi:10.1109/TMI.1982.4307558.
 ///
+/// Parameters
+/// ----------
+/// operator : Projector, SpectOperator or any operator
+///     A. An object of your own needs the methods `forward` and `adjoint` and the shapes `image_shape` and `data_shape`.
+/// data : array_like
+///     b, counts: of a projector a sinogram `[view][bin]` or a stack in the given order.
+/// start : array_like, optional
+///     A positive image; by default ones.
+/// background : array_like, optional
+///     s, expected counts that do not come from the image.
+/// iterations : int
+///     Largest number of iterations.
+/// residual, change : float, optional
+///     Stop when \|\|A x - b\|\| / \|\|b\|\| or the relative change of a step is at most this.
+/// order : {"view-slice-bin", "slice-view-bin"}
+///     Index order of a stack; only for a projector.
+/// progress : callable, tqdm bar or True, optional
+///     Receives the completed fraction.
+///
+/// Returns
+/// -------
+/// Solution
+///     The image with the history of the iterations.
+///
+/// Raises
+/// ------
+/// RadonError
+///     If a count is negative or not finite, or a rule is out of its range.
+/// ValueError
+///     If an array has another shape.
+///
+/// Examples
+/// --------
 /// >>> import numpy as np
 /// >>> from heart_phantom.radon import Geometry, Grid, Projector, mlem
 /// >>> projector = Projector(Geometry.half_turn(20, 24), Grid.square(16))
@@ -318,8 +346,23 @@ pub(crate) fn osem(
 
 /// SIRT: x <- x + lambda C A^T R (b - A x), then the bounds; R and C contain the reciprocals of the row and column sums of A.
 ///
-/// `relaxation` is lambda, between 0 and 2; `lower` and `upper` bound the pixels. Gregor and Benson 2008, doi:10.1109/TMI.2008.923696.
-/// Other arguments as in `mlem`, except that the default `start` is zero.
+/// Gregor and Benson 2008, doi:10.1109/TMI.2008.923696.
+///
+/// Parameters
+/// ----------
+/// operator, data, iterations, residual, change, order, progress
+///     As in `mlem`.
+/// start : array_like, optional
+///     By default zero.
+/// relaxation : float
+///     lambda, between 0 and 2.
+/// lower, upper : float, optional
+///     Bounds of the pixels.
+///
+/// Returns
+/// -------
+/// Solution
+///     The image with the history of the iterations.
 #[pyfunction]
 #[pyo3(signature = (operator, data, *, start = None, relaxation = 1.0, lower = None, upper = None, iterations = Whole(50), residual = None, change = None, order = "view-slice-bin", progress = None), text_signature = "(operator, data, *, start=None, relaxation=1.0, lower=None, upper=None, iterations=50, residual=None, change=None, order='view-slice-bin', progress=None)")]
 #[expect(clippy::too_many_arguments, reason = "each by its name")]
@@ -357,8 +400,19 @@ pub(crate) fn sirt(
 
 /// CGLS: minimises ||A x - b|| over a Krylov space that grows with each step; few steps regularise.
 ///
-/// `gradient` stops at ||A^T (b - A x)|| <= gradient ||A^T b||. Hestenes and Stiefel 1952, doi:10.6028/jres.049.044. Other arguments as in
-/// `sirt`.
+/// Hestenes and Stiefel 1952, doi:10.6028/jres.049.044.
+///
+/// Parameters
+/// ----------
+/// operator, data, start, iterations, residual, change, order, progress
+///     As in `sirt`.
+/// gradient : float, optional
+///     Stop when the norm of A^T (b - A x) is at most this times that of A^T b.
+///
+/// Returns
+/// -------
+/// Solution
+///     The image with the history of the iterations.
 #[pyfunction]
 #[pyo3(signature = (operator, data, *, start = None, gradient = None, iterations = Whole(50), residual = None, change = None, order = "view-slice-bin", progress = None), text_signature = "(operator, data, *, start=None, gradient=None, iterations=50, residual=None, change=None, order='view-slice-bin', progress=None)")]
 #[expect(clippy::too_many_arguments, reason = "each by its name")]

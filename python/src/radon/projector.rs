@@ -11,8 +11,17 @@ use std::sync::Arc;
 
 /// The discrete Radon transform A of images on a grid, and its exact adjoint.
 ///
-/// `kernel`: `"joseph"` (linear interpolation), `"siddon"` (exact lengths in pixels) or `"strip"` (exact bin averages).
+/// Parameters
+/// ----------
+/// geometry : Geometry
+///     Views and bins of the data.
+/// grid : Grid
+///     Pixels of the images.
+/// kernel : {"joseph", "siddon", "strip"}
+///     Linear interpolation, exact lengths in pixels, or exact bin averages.
 ///
+/// Examples
+/// --------
 /// >>> import numpy as np
 /// >>> from heart_phantom.radon import Geometry, Grid, Projector
 /// >>> projector = Projector(Geometry.half_turn(12, 20, 0.5), Grid(16, 14, 0.5))
