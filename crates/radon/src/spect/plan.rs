@@ -124,7 +124,10 @@ impl<T: Sample> Plan<T> {
             None => {
                 let turned = turned.with_margin(frame.blur.margin()[0])?;
                 let responses = (&frame.collimator, &frame.blur);
-                let of_view = |view| turned.view(view, axial, responses, &attenuates);
+                let of_view = |view| {
+                    simd_set::checkpoint();
+                    turned.view(view, axial, responses, &attenuates)
+                };
                 let views = (0..frame.geometry.views().n_views()).into_par_iter();
                 Arc::new(views.map(of_view).collect::<Result<_, _>>()?)
             }

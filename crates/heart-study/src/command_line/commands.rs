@@ -1,15 +1,15 @@
 //! The commands.
 
-use crate::arguments::{Arguments, Command, Paper};
-use crate::cohort;
-use crate::output::{Answer, Failure, complain};
+use super::arguments::{Arguments, Command, Paper};
+use super::cohort;
+use super::output::{Answer, Failure, complain};
+use crate::{Look, StudyError, StudyOptions};
 use clap::CommandFactory;
 use clap::error::ErrorKind;
 use heart_phantom::files::{self, Section, Volume};
 use heart_phantom::revolve_voxel::VoxelGrid;
 use heart_phantom::scene::Scene;
 use heart_phantom::{Phantom, PhantomError, PlannedFile, Progress, Run, RunReport};
-use heart_study::{Look, StudyError, StudyOptions};
 use indicatif::{ProgressBar, ProgressStyle};
 use serde_json::json;
 use std::io;
@@ -67,7 +67,7 @@ fn paper(arguments: &Arguments, paper: &Paper) -> Done {
         figures: !paper.no_figures,
     };
     let bar = bar(arguments);
-    let report = heart_study::run(&options, &paper.out, &|progress| show(&bar, progress));
+    let report = crate::run(&options, &paper.out, &|progress| show(&bar, progress));
     bar.finish_and_clear();
     let report = report?;
     let shown = if options.figures {
@@ -75,10 +75,7 @@ fn paper(arguments: &Arguments, paper: &Paper) -> Done {
     } else {
         "report.json"
     };
-    let lines = heart_study::summary(&report)
-        .lines()
-        .map(String::from)
-        .collect();
+    let lines = crate::summary(&report).lines().map(String::from).collect();
     let lines = [
         lines,
         vec![format!("written to {}", paper.out.join(shown).display())],
