@@ -4,6 +4,7 @@ mod along;
 mod artefacts;
 mod beats;
 mod compensated;
+mod gate_model;
 mod gates;
 mod memory;
 mod method;
@@ -95,7 +96,7 @@ pub struct Phantom {
     /// The plan used last, with its gate.
     plan: Mutex<Option<(usize, Arc<FbpPlan<f32>>)>>,
     /// The OSEM model of a gate, if all have the same geometry.
-    model: OnceLock<osem::Model>,
+    model: OnceLock<gate_model::Model>,
     pub(crate) work: Work,
     /// File and text of the scene, for errors after reading.
     #[cfg(feature = "scene")]

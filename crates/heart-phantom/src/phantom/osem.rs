@@ -3,6 +3,7 @@
 //! The model's voxels are those of the camera, extended to all that projects into the views and emits or attenuates: structures beyond a
 //! requested region contribute to the projections. The camera's voxels are extracted at the end.
 
+use super::gate_model::Model;
 use super::method::{Compensation, KnownScatter, Osem, OsemReport};
 use super::model_voxels::{ModelVoxels, farthest};
 use super::{Phantom, once};
@@ -26,22 +27,6 @@ pub(super) fn counted(views: &[f32]) -> Vec<f32> {
     let nothing = -f32::EPSILON * most..0.0;
     let counted = |&x: &f32| if nothing.contains(&x) { 0.0 } else { x };
     views.iter().map(counted).collect()
-}
-
-/// The model of a gate.
-#[derive(Debug)]
-pub(super) struct Model {
-    operator: SpectOperator<f32>,
-    pub(super) subsets: Vec<Subset<SpectOperator<f32>, f32>>,
-}
-
-impl Model {
-    fn new(osem: &Osem, operator: SpectOperator<f32>) -> Result<Self, PhantomError> {
-        let mut subsets = operator.subsets(osem.subsets)?;
-        // Consecutive subsets have different directions.
-        subsets.sort_by_key(|subset| subset.operator().views()[0].reverse_bits());
-        Ok(Self { operator, subsets })
-    }
 }
 
 impl Phantom {

@@ -1,9 +1,10 @@
 //! Reconstruction of one volume by OSEM from the projections of all gates with known motion.
 
 use super::Phantom;
+use super::gate_model::Model;
 use super::method::{Osem, OsemReport};
 use super::model_voxels::farthest;
-use super::osem::{Model, counted};
+use super::osem::counted;
 use crate::Rotation;
 use crate::error::PhantomError;
 use radon::{MovingOperator, State, Subset};

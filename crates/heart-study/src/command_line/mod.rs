@@ -4,6 +4,7 @@ mod arguments;
 mod cohort;
 mod commands;
 mod output;
+mod run;
 #[cfg(unix)]
 mod signals;
 
@@ -36,5 +37,5 @@ pub fn command_line(arguments: impl IntoIterator<Item = impl Into<OsString>>) ->
             "an interrupt may leave a file that ends in .tmp: {error}"
         ));
     }
-    output.end(commands::run(&arguments))
+    output.end(run::run(&arguments))
 }
