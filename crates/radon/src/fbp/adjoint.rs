@@ -62,10 +62,10 @@ impl<T: Sample> FbpPlan<T> {
                         let before = bin as usize;
                         let weight = T::of(bin - before as f64);
                         if before > 0 {
-                            row[before - 1] = row[before - 1] + pixel * (T::of(1.0) - weight);
+                            row[before - 1] += pixel * (T::of(1.0) - weight);
                         }
                         if before < n_bins {
-                            row[before] = row[before] + pixel * weight;
+                            row[before] += pixel * weight;
                         }
                     }
                 }
