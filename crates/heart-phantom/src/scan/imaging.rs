@@ -16,7 +16,7 @@ const TAILS: f64 = 1.2e-6;
 #[non_exhaustive]
 pub struct Resolution {
     /// Nodes of the quadrature per standard deviation of the narrowest response; per bin if that is narrower than an eighth of a bin
-    /// ([`View`]).
+    /// ([`revolve_voxel::View`]).
     pub density: f64,
     /// Tolerance of the interpolation of the response in depth ([`DepthResponse`]).
     pub depth_tolerance: f64,
