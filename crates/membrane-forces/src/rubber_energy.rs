@@ -33,7 +33,7 @@ pub(crate) struct RubberEnergy {
 }
 
 /// A quadrature point.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy)]
 struct Point {
     /// 2 pi r0 h dS.
     weight: f64,
@@ -247,7 +247,8 @@ impl RubberEnergy {
         Ok(volume)
     }
 
-    /// `out` = the block of element `e`. Not inlined: the compiler knows that slices of parameters do not overlap. `columns` is a buffer of 12 numbers per node. Cost O(degree^3).
+    /// `out` = the block of element `e`, with `columns` as a buffer of 12 numbers per node. Cost O(degree^3). Not inlined, because the compiler
+    /// knows that slices of parameters do not overlap.
     #[inline(never)]
     fn block_into(
         &self,
