@@ -112,7 +112,8 @@ impl Warp {
         let (slice, what) = (nx * ny, "volume to warp");
         let n_voxels = countable(what, slice, nz)?;
         let n_displacements = motions.iter().map(|motion| motion.by.len()).sum();
-        countable("displacements of a warp", n_displacements, 8)?;
+        // A displaced voxel has at most nine sources: eight neighbours, and itself.
+        countable("weights of a warp", n_displacements, 9)?;
         let mut sorted = Vec::with_capacity(motions.len());
         for Displacements { fraction, by } in motions {
             finite("fraction of a motion", *fraction)?;

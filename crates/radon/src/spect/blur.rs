@@ -112,6 +112,11 @@ impl<T: Sample> Blur<T> {
         self.padded() * self.by_distance.len()
     }
 
+    /// Bins, those of the sums, and distances.
+    fn sums_shape(&self) -> [usize; 3] {
+        [self.n_bins, self.padded(), self.by_distance.len()]
+    }
+
     /// Blurs the bins of a block's nodes `[node][wide bin]`, those in use, and sums them, `[distance][bin]`.
     pub(super) fn sum_nodes(
         &self,
@@ -187,20 +192,10 @@ impl<T: Sample> simd_set::Work for ToDetector<'_, T> {
 
     #[inline(always)]
     fn run(self) {
-        let (n_bins, padded, distances) = (
-            self.blur.n_bins,
-            self.blur.padded(),
-            self.blur.by_distance.len(),
-        );
-        let Line {
-            len,
-            blocks,
-            detector,
-        } = self.rows.line(distances);
+        let [n_bins, padded, distances] = self.blur.sums_shape();
         let n_rows = self.rows.n_rows;
         let Work { line, column, .. } = self.work;
-        line.clear();
-        line.resize(len, T::ZERO);
+        let [blocks, detector] = self.rows.place(distances, line);
         for bin in 0..n_bins {
             column.clear();
             column.resize(n_rows, T::ZERO);
@@ -234,19 +229,9 @@ impl<T: Sample> simd_set::Work for FromDetector<'_, T> {
 
     #[inline(always)]
     fn run(self) {
-        let (n_bins, padded, distances) = (
-            self.blur.n_bins,
-            self.blur.padded(),
-            self.blur.by_distance.len(),
-        );
-        let Line {
-            len,
-            blocks,
-            detector,
-        } = self.rows.line(distances);
+        let [n_bins, padded, distances] = self.blur.sums_shape();
         let Work { line, column, .. } = self.work;
-        line.clear();
-        line.resize(len, T::ZERO);
+        let [blocks, detector] = self.rows.place(distances, line);
         for bin in 0..n_bins {
             let of_bin = self.view.iter().skip(bin).step_by(n_bins);
             for (to, &x) in line[detector..].iter_mut().zip(of_bin) {
@@ -267,25 +252,16 @@ impl<T: Sample> simd_set::Work for FromDetector<'_, T> {
     }
 }
 
-/// A bin in the rows of all blocks and of the detector, with zeros on either side.
-struct Line {
-    len: usize,
-    /// Positions of the first row of the blocks, and of the detector.
-    blocks: usize,
-    detector: usize,
-}
-
 impl Rows {
-    /// Places the rows with zeros up to this distance.
-    fn line(self, distances: usize) -> Line {
+    /// Sizes a bin in the rows of all blocks and of the detector, zeros, with as many on either side as the largest distance. Returns the
+    /// positions of the first row of the blocks, and of the detector.
+    fn place<T: Sample>(self, distances: usize, line: &mut Vec<T>) -> [usize; 2] {
         let blocks = distances + (-self.first).max(0) as usize;
         let detector = distances + self.first.max(0) as usize;
         let end = (blocks + self.n_blocks * ROWS).max(detector + self.n_rows);
-        Line {
-            len: end + distances,
-            blocks,
-            detector,
-        }
+        line.clear();
+        line.resize(end + distances, T::ZERO);
+        [blocks, detector]
     }
 }
 
