@@ -79,14 +79,14 @@ LONG = {
     "motion": ("phantom = Phantom(Scene().with_size(512))", "phantom.motion(0.3)"),
     "volume": ("phantom = Phantom(Scene().with_size(256).replace({'camera.views': 2000}))", "phantom.volume()"),
     "mlem": ("p = Projector(Geometry.half_turn(256, 256), Grid.square(256))", "mlem(p, np.ones((256, 256)), iterations=100000)"),
-    "forward": (f"{LARGE}; x = np.ones((64, 1024, 1024), np.float32); p = Projector(g, s)", "p.forward(x)"),
-    "adjoint": (f"{LARGE}; y = np.ones((2048, 64, 1024), np.float32); p = Projector(g, s)", "p.adjoint(y)"),
+    "forward": (f"{LARGE}; x = np.ones((32, 1024, 1024), np.float32); p = Projector(g, s)", "p.forward(x)"),
+    "adjoint": (f"{LARGE}; y = np.ones((2048, 32, 1024), np.float32); p = Projector(g, s)", "p.adjoint(y)"),
     "strip": (f"{LARGE}; y = np.ones((2048, 1024)); p = Projector(g, s, 'strip')", "p.adjoint(y)"),
-    "fbp": (f"{LARGE}; y = np.ones((2048, 200, 1024)); p = FbpPlan(g, s, method='direct')", "p.reconstruct(y)"),
-    "fbp by Fourier": (f"{LARGE}; y = np.ones((2048, 200, 1024)); p = FbpPlan(g, s, method='fourier')", "p.reconstruct(y)"),
+    "fbp": (f"{LARGE}; y = np.ones((2048, 48, 1024), np.float32); p = FbpPlan(g, s, method='direct')", "p.reconstruct(y)"),
+    "fbp by Fourier": (f"{LARGE}; y = np.ones((2048, 48, 1024), np.float32); p = FbpPlan(g, s, method='fourier')", "p.reconstruct(y)"),
     "spect": (
-        "p = SpectOperator(Geometry.full_turn(720, 256), Grid.square(256), 256, 1.0, 200.0,"
-        " collimator={'holes': 'ge-lehr', 'intrinsic_fwhm': 0.4}); x = np.ones(p.image_shape)",
+        "p = SpectOperator(Geometry.full_turn(360, 192), Grid.square(192), 192, 1.0, 150.0,"
+        " collimator={'holes': 'ge-lehr', 'intrinsic_fwhm': 0.4}); x = np.ones(p.image_shape, np.float32)",
         "p.forward(x)",
     ),
     "coverage": (ROD, "body.coverage((600, 600, 600), 0.02, tolerance=1e-6)"),
