@@ -3,13 +3,13 @@
 use super::arguments::{Arguments, Command, Paper};
 use super::cohort;
 use super::output::{Answer, Failure, complain};
+use crate::{Look, StudyError, StudyOptions};
 use clap::CommandFactory;
 use clap::error::ErrorKind;
 use heart_phantom::files::{self, Section, Volume};
 use heart_phantom::revolve_voxel::VoxelGrid;
 use heart_phantom::scene::Scene;
 use heart_phantom::{Phantom, PhantomError, PlannedFile, Progress, Run, RunReport};
-use crate::{Look, StudyError, StudyOptions};
 use indicatif::{ProgressBar, ProgressStyle};
 use serde_json::json;
 use std::io;
@@ -75,10 +75,7 @@ fn paper(arguments: &Arguments, paper: &Paper) -> Done {
     } else {
         "report.json"
     };
-    let lines = crate::summary(&report)
-        .lines()
-        .map(String::from)
-        .collect();
+    let lines = crate::summary(&report).lines().map(String::from).collect();
     let lines = [
         lines,
         vec![format!("written to {}", paper.out.join(shown).display())],

@@ -1,9 +1,9 @@
 //! Output of the program: text, or JSON only.
 
+use crate::StudyError;
 use clap::error::ErrorKind;
 use heart_cohort::CohortError;
 use heart_phantom::{PhantomError, escape};
-use crate::StudyError;
 use serde_json::{Value, json};
 use std::io::{self, Write};
 use std::path::Path;
