@@ -34,10 +34,6 @@ impl PyPose {
     }
 }
 
-#[expect(
-    clippy::wrong_self_convention,
-    reason = "methods of a class of Python take a reference"
-)]
 #[pymethods]
 impl PyPose {
     #[new]

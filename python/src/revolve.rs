@@ -121,6 +121,11 @@ impl PyBody {
     }
 }
 
+/// Least number of rays or points of a job: jobs of few rays would cost more to abandon than to compute.
+const RAYS: usize = 1024;
+/// Slices of a volume between two checks for signals.
+const SLICES: usize = 8;
+
 /// One number for all axes, or one for each: z, y, x.
 #[derive(Debug, Clone, Copy, FromPyObject)]
 enum Spacing {
@@ -291,7 +296,8 @@ impl PyBody {
                 simd_set::checkpoint();
                 body.signed_distance(layer.0, &Point3::from(p))
             };
-            places.into_par_iter().map(place).collect::<Result<_, _>>()
+            let places = places.into_par_iter().with_min_len(RAYS);
+            places.map(place).collect::<Result<_, _>>()
         })?;
         array(py, made, &[n])
     }
@@ -341,7 +347,7 @@ impl PyBody {
         }
         let body = self.body.clone();
         let made: Vec<f64> = work(py, move |_| {
-            (origins.into_par_iter().zip(directions))
+            (origins.into_par_iter().zip(directions).with_min_len(RAYS))
                 .map(|(from, along)| {
                     simd_set::checkpoint();
                     of(&body, &Ray::new(Point3::from(from), Vector3::from(along))?)
@@ -359,10 +365,18 @@ impl PyBody {
     ) -> Result<(Bound<'py, PyAny>, Vec<u8>), Failure> {
         let (body, [nx, ny, nz]) = (self.body.clone(), grid.shape());
         let n = body.layers().len();
-        let (coverage, labels) = work(py, move |_| {
+        let (coverage, labels) = work(py, move |watch| {
             let sampling = Sampling::Coverage { tolerance };
-            let made = body.regions::<T>(&grid, 0..nz, sampling)?;
-            Ok::<_, RevolveError>((made.coverage.concat(), made.labels))
+            let (mut coverage, mut labels) = (vec![Vec::new(); n], Vec::new());
+            for z in (0..nz).step_by(SLICES) {
+                let made = body.regions::<T>(&grid, z..(z + SLICES).min(nz), sampling)?;
+                for (all, slices) in coverage.iter_mut().zip(made.coverage) {
+                    all.extend(slices);
+                }
+                labels.extend(made.labels);
+                watch.tell(z as f64 / nz as f64);
+            }
+            Ok::<_, RevolveError>((coverage.concat(), labels))
         })?;
         Ok((array(py, coverage, &[n, nz, ny, nx])?.into_any(), labels))
     }
