@@ -6,7 +6,7 @@ use crate::errors::Failure;
 use crate::recipe::{Recipe, Reduced};
 use crate::values::{Whole, named};
 use crate::work::work;
-use heart_phantom::membrane_forces::{Profile, Quantity};
+use heart_phantom::membrane_forces::{self, Profile, Quantity};
 use heart_phantom::membrane_newton::{
     Control, Discretisation, Membrane, NewtonOptions, Pair, PairEquilibrium, PressureLaw,
     ReferenceShape, Rubber, Solver,
@@ -224,9 +224,9 @@ impl PyMembrane {
 
     fn __repr__(&self) -> String {
         let rest = self.membrane.reference().at(0.5).position[0];
-        let made_of = match self.membrane.stiffness() {
-            Some(_) => "springs",
-            None => "rubber",
+        let made_of = match self.membrane.material() {
+            membrane_forces::Material::Springs { .. } => "springs",
+            membrane_forces::Material::Rubber(_) => "rubber",
         };
         format!("<Membrane: of {made_of}, apex at {rest} cm at rest>")
     }

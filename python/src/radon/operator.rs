@@ -92,13 +92,13 @@ impl Operator {
     pub(super) fn subsets<T: SpectSample>(
         self,
         n: usize,
-    ) -> Result<Vec<Subset<Linear<T>>>, RadonError> {
+    ) -> Result<Vec<Subset<Linear<T>, T>>, RadonError> {
         fn boxed<T: SpectSample, O: LinearOperator<T> + Send + Sync + 'static>(
-            subsets: Vec<Subset<O>>,
-        ) -> Vec<Subset<Linear<T>>> {
-            let boxed = |Subset { operator, data }| Subset {
-                operator: Box::new(operator) as Linear<T>,
-                data,
+            subsets: Vec<Subset<O, T>>,
+        ) -> Vec<Subset<Linear<T>, T>> {
+            let boxed = |subset: Subset<O, T>| {
+                let (operator, data) = subset.into_parts();
+                Subset::new(Box::new(operator) as Linear<T>, data)
             };
             subsets.into_iter().map(boxed).collect()
         }
@@ -113,9 +113,9 @@ impl Operator {
                 let view_len: usize = whole.data_shape[1..].iter().product();
                 let samples = |view: usize| view * view_len..(view + 1) * view_len;
                 let parts = parts.into_iter().enumerate();
-                let parts = parts.map(|(k, operator)| Subset {
-                    operator,
-                    data: (k..views).step_by(n).flat_map(samples).collect(),
+                let parts = parts.map(|(k, operator)| {
+                    let data = (k..views).step_by(n).flat_map(samples).collect();
+                    Subset::new(operator, data)
                 });
                 Ok(boxed(parts.collect()))
             }

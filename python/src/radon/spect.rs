@@ -120,7 +120,7 @@ impl Spect {
     pub(super) fn subsets<T: SpectSample>(
         &self,
         n: usize,
-    ) -> Result<Vec<Subset<SpectOperator<T>>>, RadonError> {
+    ) -> Result<Vec<Subset<SpectOperator<T>, T>>, RadonError> {
         self.operator::<T>()?.subsets(n)
     }
 
