@@ -13,8 +13,7 @@ use std::f64::consts::LN_2;
 
 /// Densities of nodes, with the tolerance of the interpolation in depth. That is a bound for any object; the error in images of hearts
 /// and organs is some hundred times smaller.
-const LADDER: [[f64; 2]; 11] = [
-    [0.5, 3e-1],
+const LADDER: [[f64; 2]; 10] = [
     [0.7, 1e-1],
     [1.0, 2e-2],
     [1.4, 2e-3],
@@ -27,7 +26,7 @@ const LADDER: [[f64; 2]; 11] = [
     [16.0, 2e-8],
 ];
 /// Index of the resolution at which the effect of sampling at bin centres is computed.
-const PROBE: usize = 2;
+const PROBE: usize = 1;
 /// Views in which resolutions are compared, besides the one nearest to its collimator.
 const VIEWS_TRIED: usize = 7;
 /// Assumed ratio of the error of a resolution to that of the next coarser one, whose density is smaller by the root of two. It is 0.5 for the
@@ -36,7 +35,7 @@ const VIEWS_TRIED: usize = 7;
 const RATIO: f64 = 0.5;
 /// Errors of untested views relative to those of tested ones, with a response and without.
 const OTHER_VIEWS: [f64; 2] = [1.2, 1.8];
-/// The fraction of the tolerance for what surrounds the heart, where it has a resolution of its own.
+/// The fraction of the tolerance that the heart leaves at least for what surrounds it, where this has a resolution of its own.
 const SURROUNDINGS: f64 = 0.3;
 
 fn resolution(index: usize) -> Resolution {
@@ -72,12 +71,12 @@ impl Phantom {
         let Some(value) = self.bin_value()? else {
             return Ok(None);
         };
-        let target = self.parts.tolerances().bins;
+        let target = self.parts.tolerance_of_bins();
         let (resolutions, error) = match self.has_fixed_surroundings() {
             true => {
-                let of = |projected, part| self.find_resolution(value, projected, part * target);
-                let (heart, of_heart) = of(Projected::Heart, 1.0 - SURROUNDINGS)?;
-                let (around, of_around) = of(Projected::Surroundings, SURROUNDINGS)?;
+                let of = |projected, target| self.find_resolution(value, projected, target);
+                let (heart, of_heart) = of(Projected::Heart, (1.0 - SURROUNDINGS) * target)?;
+                let (around, of_around) = of(Projected::Surroundings, target - of_heart)?;
                 ([heart, around], of_heart + of_around)
             }
             false => {

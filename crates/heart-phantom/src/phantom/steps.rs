@@ -12,6 +12,8 @@ const PROBE: usize = 64;
 /// Smallest number of tested views of all gates; each gate has at least [`LEAST`], and its most demanding view.
 const VIEWS_TRIED: usize = 8;
 const LEAST: usize = 2;
+/// The same for polynomials in volume, whose errors differ little between views.
+const ALIKE: usize = 4;
 
 /// The number of steps to try after another: a power of two, or that and a half for a polynomial, whose error falls faster.
 fn next(steps: usize, interpolation: Interpolation) -> usize {
@@ -23,15 +25,15 @@ fn next(steps: usize, interpolation: Interpolation) -> usize {
 }
 
 impl Phantom {
-    /// Returns the time steps per cycle: given, or increased until the estimated error in the tested views meets its part of the tolerance. Each
-    /// gate tests other views.
+    /// Returns the time steps per cycle: given, or increased until the estimated error in the tested views meets the tolerance. Each gate tests
+    /// other views.
     ///
     /// # Errors
     /// [`PhantomError::Tolerance`] if no number of steps suffices; errors of projecting.
     pub fn steps(&self) -> Result<usize, PhantomError> {
         let tolerance = match self.scene().acquisition.accuracy {
             Accuracy::Steps(steps) => return Ok(steps),
-            Accuracy::Tolerance(_) => self.parts().tolerances().time,
+            Accuracy::Tolerance(tolerance) => tolerance,
         };
         let averaged = match self.scene().acquisition.mode {
             Mode::Instants => false,
@@ -75,7 +77,7 @@ impl Phantom {
                     let mut samples = vec![0.0; sets.len() * each];
                     for set in Scan::sets_into(sets, (view, rows.clone()), &mut samples, &|_| ())? {
                         self.work.rays(set.rays);
-                        reached = reached.max(set.view_error.time);
+                        reached = reached.max(set.view_error.total());
                     }
                 }
             }
@@ -111,7 +113,7 @@ impl Phantom {
                 interpolation: Interpolation::Polynomial,
                 ..
             } => {
-                let evenly = (0..VIEWS_TRIED).map(|k| k * n_views / VIEWS_TRIED);
+                let evenly = (0..ALIKE).map(|k| k * n_views / ALIKE);
                 vec![(sets, evenly.chain(hardest(sets)).collect())]
             }
             Acquisition {

@@ -39,14 +39,6 @@ impl ViewError {
     pub fn total(&self) -> f64 {
         self.time + self.bins + self.scatter + self.truncation
     }
-
-    pub(crate) fn of_terms(time: f64, bins: f64) -> Self {
-        Self {
-            time,
-            bins,
-            ..Self::default()
-        }
-    }
 }
 
 #[cfg(feature = "scene")]

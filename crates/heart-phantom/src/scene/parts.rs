@@ -3,7 +3,7 @@
 use super::Scene;
 use crate::model::Surroundings;
 use crate::scan::{Accuracy, Acquisition, BinSample, Mode, STEPS};
-use crate::{Attenuation, Camera, Cycle, Heart, MaterialPoint, Twist, ViewError, ViewTime};
+use crate::{Attenuation, Camera, Cycle, Heart, MaterialPoint, Twist, ViewTime};
 use radon::{Collimator, FbpOptions};
 use revolve_voxel::Organs;
 
@@ -45,29 +45,17 @@ impl Parts {
         })
     }
 
-    /// Whether samples are those of images, not line integrals.
-    fn has_images(&self) -> bool {
-        let blurred = self.collimator.is_some() || self.scene.blur.is_some();
-        blurred || self.samples() == BinSample::Averages
-    }
-
     /// Whether the accuracy is a tolerance.
     pub(crate) fn is_tolerance_given(&self) -> bool {
         matches!(self.scene.acquisition.accuracy, Accuracy::Tolerance(_))
     }
 
-    /// Returns the parts of the tolerance for the terms of the error.
-    pub(crate) fn tolerances(&self) -> ViewError {
-        let (tolerance, timed) = match self.scene.acquisition.accuracy {
-            Accuracy::Steps(_) => (DEFAULT_TOLERANCE, false),
-            Accuracy::Tolerance(tolerance) => (tolerance, true),
-        };
-        let [time, bins] = match (timed, self.has_images()) {
-            (true, true) => [0.5, 0.5],
-            (true, false) => [1.0, 0.0],
-            (false, _) => [0.0, 1.0],
-        };
-        ViewError::of_terms(time * tolerance, bins * tolerance)
+    /// Returns the part of the tolerance for averages over bins; averages over time have what these leave.
+    pub(crate) fn tolerance_of_bins(&self) -> f64 {
+        match self.scene.acquisition.accuracy {
+            Accuracy::Steps(_) => DEFAULT_TOLERANCE,
+            Accuracy::Tolerance(tolerance) => 0.5 * tolerance,
+        }
     }
 
     /// The number of gated projection sets: cardiac gates times respiratory gates.

@@ -30,6 +30,9 @@ const NARROW: f64 = 0.125;
 const STEP: f64 = 4.0;
 /// Nodes that resolve organs in a panel: a number, and as many for each unit of the density.
 const ORGANS: [f64; 2] = [4.0, 6.0];
+/// Nodes of a panel at a density of 1, in addition to its size in standard deviations; two more at twice the density, and one less for each
+/// power of ten by which the panel is smaller than a standard deviation.
+const LEAST: f64 = 3.0;
 /// Breaks closer than this, relative to the largest coordinate, are one.
 const SAME: f64 = 1e-9;
 
@@ -184,11 +187,11 @@ impl<'a> View<'a> {
             (0, Shown::Organs) => (ORGANS[0] + ORGANS[1] * self.density) as usize,
             _ => usize::MAX,
         };
-        // Two densities that differ by the root of two have different numbers of nodes in any panel. Steps of the weights, and corners of
-        // an outline at the edge of a bin, are of low order: then the numbers differ by the same factor.
+        // Two densities that differ by the root of two have different numbers of nodes in any panel but very short ones. Steps of the weights, and
+        // corners of an outline at the edge of a bin, are of low order: then the numbers differ by the same factor.
         let least = match is_narrow {
             true => 4.0 * self.density,
-            false => 4.0 + 2.0 * self.density.log2(),
+            false => LEAST + 2.0 * self.density.log2(),
         };
         let least = least.round().max(1.0) - 1.0;
         for pair in breaks.windows(2) {
@@ -199,7 +202,13 @@ impl<'a> View<'a> {
                 true => pitch,
                 false => narrowest,
             };
-            let fine = least + (self.density * (to - from) / scale).ceil().max(1.0);
+            let size = (to - from) / scale;
+            // A node more reduces the error of a panel by a factor of ten.
+            let spared = match is_narrow {
+                true => 0.0,
+                false => (-size.log10()).floor().clamp(0.0, least),
+            };
+            let fine = least - spared + (self.density * size).ceil().max(1.0);
             panels.push(Panel::new([from, to], kind, fine.min(1e7) as usize, own));
         }
     }

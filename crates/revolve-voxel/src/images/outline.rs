@@ -14,9 +14,9 @@ use crate::{Body, Meridian, Organ, OrganShape};
 /// of few vertices would need more nodes than they save at low densities.
 const CORNER: [f64; 2] = [0.4, 0.8];
 /// Parts of a smooth meridian between which extrema are searched.
-const PARTS: usize = 64;
-/// Steps of the search for an extremum, which is flat: it is located to 1e-5 of a part and known to 1e-10; and of bisections.
-const SEARCH: usize = 24;
+const PARTS: usize = 40;
+/// Steps of the search for an extremum, which is flat: it is located to 1e-4 of a part and known to 1e-8; and of bisections.
+const SEARCH: usize = 20;
 const STEPS: usize = 50;
 /// The inverse of the golden ratio.
 const GOLDEN: f64 = 0.618_033_988_749_895;

@@ -4,6 +4,8 @@ use std::sync::OnceLock;
 
 /// Largest number of nodes of a rule; longer panels have several rules.
 const MOST: usize = 192;
+/// Smallest number of nodes of an evenly spaced rule: with fewer, a Gauss-Legendre rule is more accurate.
+const EVEN: usize = 12;
 
 /// Returns the Gauss-Legendre rule with `n` nodes, at most [`MOST`]: nodes and weights on [-1, 1], ascending.
 pub(super) fn gauss(n: usize) -> &'static [[f64; 2]] {
@@ -32,10 +34,36 @@ fn node(n: usize, k: usize) -> [f64; 2] {
     [x, 2.0 / ((1.0 - x * x) * slope * slope)]
 }
 
+/// Returns the Gauss-Legendre rule with `n` nodes, at most [`MOST`]; from [`EVEN`] nodes on, transformed by the Taylor polynomial of degree 9 of
+/// `arcsin`, scaled to [-1, 1] (Hale and Trefethen, SIAM J. Numer. Anal. 46 (2008) 930, section 3). In the middle the distance of the nodes is
+/// 0.76 of that of the Gauss-Legendre rule, so that fewer nodes resolve a function of one scale.
+fn even(n: usize) -> &'static [[f64; 2]] {
+    static RULES: [OnceLock<Vec<[f64; 2]>>; MOST + 1] = [const { OnceLock::new() }; MOST + 1];
+    if n < EVEN {
+        return gauss(n);
+    }
+    let moved = |[x, weight]: &[f64; 2]| {
+        let (value, slope) = arcsin(*x);
+        [value * x, slope * weight]
+    };
+    RULES[n].get_or_init(|| gauss(n).iter().map(moved).collect())
+}
+
+/// The Taylor polynomial of degree 9 of `arcsin`, scaled to be 1 at 1: its value over x, and its derivative.
+fn arcsin(x: f64) -> (f64, f64) {
+    const TERMS: [f64; 5] = [1.0, 1.0 / 6.0, 3.0 / 40.0, 5.0 / 112.0, 35.0 / 1152.0];
+    let of = |factor: &dyn Fn(usize) -> f64| {
+        let sum = TERMS.iter().enumerate().rev();
+        sum.fold(0.0, |sum, (k, term)| sum * x * x + factor(k) * term)
+    };
+    let scale = TERMS.iter().sum::<f64>();
+    (of(&|_| 1.0) / scale, of(&|k| (2 * k + 1) as f64) / scale)
+}
+
 /// Returns nodes and weights on [-1, 1]: about `n` of them, in rules on equal parts.
 fn composite(n: usize) -> Vec<[f64; 2]> {
     let parts = n.div_ceil(MOST).max(1);
-    let rule = gauss(n.div_ceil(parts).max(1));
+    let rule = even(n.div_ceil(parts).max(1));
     let half = 1.0 / parts as f64;
     let middle = |part: usize| (2 * part + 1) as f64 * half - 1.0;
     (0..parts)
@@ -149,7 +177,11 @@ mod tests {
         for n in [1, 2, 3, 8, 33, 100, 192, 500] {
             let nodes = composite(n);
             let sum = |power: i32| -> f64 { nodes.iter().map(|[x, w]| w * x.powi(power)).sum() };
-            let degree = 2 * n.min(MOST) as i32 - 2;
+            // A polynomial of the transformed variable has nine times the degree; its weights have degree 8.
+            let degree = match n.div_ceil(n.div_ceil(MOST)) {
+                few @ 0..EVEN => 2 * few as i32 - 2,
+                many => (2 * many as i32 - 9) / 18 * 2,
+            };
             // Rounding of n terms.
             assert!((sum(0) - 2.0).abs() < 1e-13);
             assert!(
@@ -169,12 +201,32 @@ mod tests {
                 .sum::<f64>()
         };
         let exact = 0.5 * std::f64::consts::PI * 1.5 * 1.5;
-        let errors = [4, 8, 12, 400].map(|n| (area(n) / exact - 1.0).abs());
+        let errors = [4, 8, EVEN - 1, 400].map(|n| (area(n) / exact - 1.0).abs());
         assert!(
             errors[1] < 0.02 * errors[0] && errors[2] < 0.02 * errors[1],
             "{errors:?}"
         );
         assert!(errors[3] < 1e-6, "{errors:?}");
+    }
+
+    /// Twenty Gaussians of the width of a bin, as those of a row of bins.
+    #[test]
+    fn evenly_spaced_nodes_resolve_a_scale_with_fewer() {
+        let sigma: f64 = 1.0 / 40.0;
+        let error = |rule: &[[f64; 2]]| {
+            let middles = (-9..=9).map(|k| f64::from(k) / 10.0);
+            let sum = |at: f64| -> f64 {
+                let bell = |[x, w]: &[f64; 2]| w * (-0.5 * ((x - at) / sigma).powi(2)).exp();
+                rule.iter().map(bell).sum()
+            };
+            let exact = sigma * std::f64::consts::TAU.sqrt();
+            middles
+                .map(|at| (sum(at) / exact - 1.0).abs())
+                .fold(0.0, f64::max)
+        };
+        // The error of a lattice of the step h is 2 exp(-2 (pi sigma / h)^2); in the middle h is pi / n, and 0.76 of that.
+        let [gauss, even] = [gauss(64), even(64)].map(error);
+        assert!(gauss > 1e-2 && even < 3e-4, "{gauss} {even}");
     }
 
     #[test]
