@@ -1,15 +1,15 @@
-//! Cohorts of beating hearts, for training networks.
+//! Cohorts of beating hearts for machine learning.
 //!
 #![doc = include_str!("../README.md")]
 //!
-//! [`Cohort`] is the validated text. [`Cohort::member`] draws a member. [`run_shard`] computes consecutive members and writes them
-//! as one archive. [`merge`] writes one manifest of all shards. [`verify`] recomputes some members and compares bytes. [`survey`]
-//! estimates ranges, size and time. [`sbatch`] returns a script for Slurm.
+//! [`Cohort`] is a validated cohort description (TOML). [`Cohort::member`] draws a member. [`run_shard`] computes consecutive members
+//! and writes them as one archive. [`merge`] writes one manifest of all shards. [`verify`] checks all checksums and recomputes some
+//! members. [`survey`] estimates ranges, size and time. [`sbatch`] returns a script for Slurm.
 //!
 //! # Reproducibility
-//! The bytes of a member are a function of the parsed text, its index and the version of the program on processors of one kind.
-//! They do not depend on the number of shards, threads, memory or the machine. Between kinds of processors (other instruction sets,
-//! another mathematical library of the system) samples may differ by rounding; drawn values do not.
+//! On one platform the bytes of a member depend only on the cohort description, the index of the member and the version of the
+//! program. They do not depend on the number of shards or threads, the memory or the machine. Between platforms (instruction sets,
+//! mathematical library of the system) samples may differ by rounding errors; drawn values do not differ.
 
 mod checks;
 mod cohort;

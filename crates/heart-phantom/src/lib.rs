@@ -1,34 +1,34 @@
-//! A beating heart phantom with exact ground truth.
+//! A beating-heart phantom with exact ground truth.
 //!
 #![doc = include_str!("../README.md")]
 //!
 //! # Equations
 //!
-//! Two concentric elastic balloons, endocardium and epicardium, are inflated by water. Their shapes `c(s)` follow from
+//! Two coaxial elastic membranes, endocardial and epicardial, are inflated by water. Their shapes `c(s)` follow from
 //!
 #![doc = include_str!("../img/equations.html")]
 //!
-//! (Rohmer, Sitek and Gullberg 2006, hal-03929238, Eq. 3 and 7): the cardiac cycle defines the volume of the cavity, and both pressures `f`
-//! are solved for. The shapes are revolved into a body, a camera rotates about it while it beats, and its line integrals are exact.
+//! (Rohmer, Sitek and Gullberg 2006, hal-03929238, Eq. 3 and 7). The cardiac cycle defines the volume of the cavity; the force intensities `f`
+//! of both membranes are unknowns. The shapes are revolved into a body, whose line integrals have closed forms.
 //!
 //! # Conventions
 //! Centimetres, seconds, radians; 1 cm^3 is 1 mL. Body frame: x along the axis of revolution from the base to the apex.
-//! Lab frame: the camera turns about z; view `theta` has its bins along `(cos theta, sin theta, 0)` and its rays along
+//! Lab frame: the camera rotates about z; view `theta` has its bins along `(cos theta, sin theta, 0)` and its rays along
 //! `(-sin theta, cos theta, 0)`. Item `k` of `n` bins, rows or voxels is centred at `(k - (n - 1) / 2) * pitch`. Sinograms are
-//! `[view][row][bin]`, volumes `[z][y][x]`, the last index fastest.
+//! `[view][row][bin]`, volumes `[z][y][x]`; the last index is the fastest.
 //!
 //! # Limits
-//! No anatomy except the two balloons and the organs around them, no blood flow. No numerical kernels: the crates below contain them,
-//! [`membrane_newton`], [`membrane_implicit`], [`revolve_voxel`] and [`radon`].
+//! No anatomy except the two membranes and the organs around them, no blood flow. The numerical kernels are in the crates
+//! [`membrane_forces`], [`membrane_newton`], [`membrane_implicit`], [`revolve_voxel`], [`photon_scatter`] and [`radon`].
 //!
 //! # Files
 //! [`files`] writes volumes and projections atomically: npy, npz, NIfTI, MetaImage, NRRD, Interfile, raw with JSON, DICOM.
 //!
 //! # Features
-//! The first two are on by default; without them (`default-features = false`) the crate and its dependencies are 46 packages instead of 78.
-//! - `scene`: `Scene`, its TOML, `run` and its report.
-//! - `dicom` (off by default): DICOM.
-//! - `files`: the formats that need a library: npz, compressed NIfTI, raw with JSON, images of slices (PNG, GIF). Without it they return
+//! `scene` and `files` are on by default; without them (`default-features = false`) the dependency tree has 47 packages instead of 79.
+//! - `scene`: scenes as TOML files, `run` and its report.
+//! - `dicom` (off by default): the format DICOM.
+//! - `files`: formats that need a library: npz, compressed NIfTI, raw with JSON, images of slices (PNG, GIF). Without it they return
 //!   [`PhantomError::NotBuilt`]; all other formats are available.
 //!
 //! The crate `heart-study` contains the study of the paper, its figures and the command line.

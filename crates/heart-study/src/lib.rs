@@ -2,8 +2,8 @@
 //!
 #![doc = include_str!("../README.md")]
 //!
-//! [`run`] computes the study and writes arrays, [`report`], and a page with all figures. [`figures`] draws each figure from plain
-//! data. [`Look`] makes images and a page of any run. Conventions, units and index orders are those of [`heart_phantom`].
+//! [`run`] computes the study and writes arrays, a [`report`], and a page with all figures. [`figures`] draws each figure from plain
+//! data. [`Look`] writes images and a page for any run. Conventions, units and index orders are those of [`heart_phantom`].
 
 mod command_line;
 mod error;

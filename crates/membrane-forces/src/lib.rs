@@ -1,11 +1,11 @@
-//! Elastic membranes of revolution under pressure: reference configurations, forces, exact tangents, measures.
+//! Elastic membranes of revolution under pressure: reference configurations, forces, exact tangents, lengths, areas and volumes.
 //!
 #![doc = include_str!("../README.md")]
 //!
 //! # Equations
 //!
-//! A membrane is a plane curve c(s) = (x, y), s in [0, 1] material, that is revolved about the x axis. Springs pull it back to its
-//! reference configuration c0, pressure pushes it out along the exterior normal n:
+//! A membrane is a plane curve c(s) = (x, y) with the material coordinate s in [0, 1], revolved about the x axis. Elastic forces act
+//! towards its reference configuration c0, the pressure acts along the exterior normal n. Both ends c(0) and c(1) are fixed:
 //!
 #![doc = include_str!("../img/equations.html")]
 //!
@@ -14,16 +14,16 @@
 //! | s | material coordinate | 1 |
 //! | c, c0 | current and reference curve | cm |
 //! | lambda | stiffness | force per unit s and cm |
-//! | f | force intensity, per unit of material length | force per unit s |
-//! | F | total force, f = F / S(c) | f cm^2 |
-//! | p | force per unit of current length, f = p abs(c') | f / cm |
+//! | f | force intensity: force per unit of material length | force per unit s |
+//! | F | total force, f = F / S(c) with the surface area S | unit of f times cm^2 |
+//! | p | force per unit of current length, f = p abs(c') | unit of f divided by cm |
 //!
 #![doc = include_str!("../img/body.svg")]
 //!
-//! Conventions: centimetres; curves run from (0, +R) over the apex to (0, -R); states are flat, x0, y0, x1, y1, ...; forces are per unit s,
-//! F_e + F_p vanishes at equilibrium. Not included: solvers (`membrane-newton`) and motion (`membrane-implicit`); bending and gravity. Only
-//! [`Rubber`] has tension around the axis; its forces are those at the nodes. The feature `serde` gives [`PressureLaw`] and
-//! [`StrainEnergy`] names in files.
+//! Lengths are in centimetres. Curves run from (0, +R) over the apex to (0, -R). State vectors are x0, y0, x1, y1, ... Forces are per unit s;
+//! elastic force F_e plus pressure force F_p vanish at equilibrium. Only [`Rubber`] has circumferential tension; its forces are nodal forces.
+//! Not included: solvers (`membrane-newton`), motion (`membrane-implicit`), bending and gravity. The feature `serde` implements
+//! serialisation of [`PressureLaw`] and [`StrainEnergy`].
 //!
 //! Reference: Rohmer, Sitek, Gullberg, Simulation of the Beating Heart Based on Physically
 //! Modeling a Deformable Balloon, 2006, hal-03929238, with its misprints corrected.

@@ -1,24 +1,24 @@
-//! Implicit time integration of moving elastic membranes with an energy report.
+//! Implicit time integration of elastic membranes with an energy balance.
 //!
 #![doc = include_str!("../README.md")]
 //!
 //! # Equations
 //!
-//! Both ends are fixed; N nodes; forces are per unit s; a dot is d/dt. The energy terms ([`Energy`]) balance to rounding.
+//! A membrane has N nodes and fixed ends. Forces are per unit s; a dot is d/dt. The energy terms ([`Energy`]) balance to rounding error.
 //!
 #![doc = include_str!("../img/equations.html")]
 //!
-//! c(s, t) (cm) is the curve in the plane of its axis, F_e the pull of its springs, n the exterior normal as the membrane's [`PressureLaw`]
-//! has it, f the force intensity, S the lateral surface (cm^2), V the enclosed volume (cm^3), m the mass and mu the damping per unit s.
+//! c(s, t) (cm) is the curve in the plane of its axis, F_e the elastic force, n the exterior normal, scaled as the [`PressureLaw`] defines,
+//! f the force intensity, S the surface area (cm^2), V the enclosed volume (cm^3), m the mass and mu the damping per unit s.
 //!
 //! # Conventions
-//! The feature `serde` gives options, energies and counters a form in files.
-//! Centimetres and seconds. Nodes run from s = 0 at (0, +R) over the apex to s = 1 at (0, -R); x
-//! is the axis. Norms over s are (integral of |.|^2 ds)^(1/2), so they do not grow with N.
+//! The feature `serde` implements serialisation of options, energies and counters.
+//! Lengths are in centimetres, times in seconds. Nodes run from s = 0 at (0, +R) over the apex to s = 1 at (0, -R); x
+//! is the axis. Norms over s are (integral of |.|^2 ds)^(1/2), so that they do not grow with N.
 //!
 //! # Limits
-//! No fluid: the water transmits pressure instantly and has no inertia. The coupling of a pair is one-way: the outer membrane follows the
-//! volume of the inner one without a reaction.
+//! No fluid dynamics: the water transmits pressure instantly and has no inertia. The coupling of a pair is one-way: the outer membrane
+//! follows the volume of the inner one without reaction.
 //!
 //! # References
 //! Rohmer, Sitek and Gullberg 2006 (hal-03929238), section 3.2. TR-BDF2: Bank et al., IEEE Trans. CAD 4 (1985) 436-451; Hosea and Shampine,

@@ -1,27 +1,27 @@
-//! Newton solver for inflated membranes: any control, either discretisation, in linear time.
+//! Newton solver for inflated membranes in linear time, for prescribed pressure, force, volume or area.
 //!
 #![doc = include_str!("../README.md")]
 //!
 //! # Equations
 //!
-//! The unknowns are the curve c and its force intensity f; one equation g for the prescribed
-//! quantity borders the equilibrium, and Newton solves
+//! The unknowns are the curve c and its force intensity f. The equation g = 0 of the prescribed
+//! quantity (the control) borders the equilibrium equations F = 0. Each Newton step solves
 //!
 #![doc = include_str!("../img/equations.html")]
 //!
-//! by block elimination around a banded (finite differences) or condensed (spectral elements)
-//! factorisation. Lengths are cm, volumes cm^3; norms are free of units.
+//! by block elimination with a banded (finite differences) or condensed (spectral elements)
+//! factorisation. Lengths are in cm, volumes in cm^3; norms are dimensionless.
 //!
-//! Convergence: a full step is tested by the correction that would follow it with the same factorisation (natural monotonicity, Deuflhard
-//! 2004); if Newton fails from the start the control is raised in steps; where the branch of equilibria turns back the error contains the
-//! last value reached. Choice of the equilibrium: with variable stiffness there may be a largest load, and above some hundred times lambda
-//! R there are equilibria with loops, which cross themselves. The result is the one that inflation reaches: the bordered determinant has
-//! the sign of the start and the curve turns through at most a full circle, or it was reached in steps limited by the rates of change at
-//! their ends. (These conditions are necessary, not sufficient.) If membrane and ends are mirror images, so is the result.
+//! Convergence: a step is accepted by the natural monotonicity test (Deuflhard 2004). If Newton does not converge from the reference
+//! configuration, the control is increased in steps (continuation). At a limit point the error contains the last value reached. With
+//! variable stiffness a limit load may exist. Above a force intensity of some hundred lambda R (stiffness times base radius) self-intersecting
+//! equilibria exist, too. The solver returns the equilibrium that inflation reaches. It accepts a direct solution if the bordered determinant
+//! has the same sign as in the reference configuration and the curve turns through at most 2 pi. Otherwise it uses continuation steps, limited
+//! by the derivatives at their ends. (These conditions are necessary, not sufficient.) Mirror-symmetric membranes have symmetric solutions.
 //!
-//! The feature `serde` gives options and reports a form in files.
+//! The feature `serde` implements serialisation of options and reports.
 //!
-//! Limits: not a general nonlinear solver library, though [`newton`] takes any [`ResidualSystem`]; no time dependence.
+//! Limits: no time dependence; not a general nonlinear solver library, although [`newton`] accepts any [`ResidualSystem`].
 //!
 //! References: Rohmer, Sitek, Gullberg 2006 (hal-03929238); Deuflhard, Newton Methods for Nonlinear Problems, 2004,
 //! doi:10.1007/978-3-642-23899-4; Trefethen, Spectral Methods in MATLAB, 2000, doi:10.1137/1.9780898719598.

@@ -8,19 +8,19 @@
 //!
 #![doc = include_str!("../img/equations.html")]
 //!
-//! h is the band-limited ramp times a window, from its spatial samples (unit pitch here); w are the weights of the angle list.
-//! A projector is `(A x)[view, bin] = sum over pixels of weight * x[pixel]`; its adjoint uses the same weights.
+//! h is the band-limited ramp filter times a window, defined by its spatial samples (here for unit pitch); w are the weights of the view
+//! angles. A projector is `(A x)[view, bin] = sum over pixels of weight * x[pixel]`; its adjoint uses the same weights.
 //!
 #![doc = include_str!("../img/camera.svg")]
 #![doc = include_str!("../img/centres.svg")]
 //!
-//! Results are bitwise identical for any number of threads; between instruction sets ([`InstructionSet`]) they differ by rounding.
+//! Results are bitwise identical for any number of threads; between instruction sets ([`InstructionSet`]) they differ by rounding errors.
 //!
 //! # One slice
 //!
-//! A stack is vectorised across its slices. A single slice of `f32`, the case of plane problems and of the solvers on them, is vectorised
-//! across neighbouring bins (forward) or pixels (adjoint) instead, with bitwise identical results. The method for stacks takes longer by these
-//! factors (one thread, 128², 256² and 512² pixels, as many views and bins, smallest of several times):
+//! A stack is vectorised across its slices. A single slice of `f32`, as in two-dimensional problems, is vectorised across neighbouring bins
+//! (forward) or pixels (adjoint) instead, with bitwise identical results. The method for stacks takes longer by these factors (one thread;
+//! N x N pixels, N views and N bins for N = 128, 256 and 512; minimum of several runs):
 //!
 //! | | forward | adjoint |
 //! | --- | ---: | ---: |
@@ -28,17 +28,17 @@
 //! | AVX2 | 7 to 11 | 3.4 to 3.9 |
 //! | baseline, NEON | 5 to 6 | 1 (the method for stacks) |
 //!
-//! Ten iterations of [`mlem`] on one slice (256² and 512² pixels, 90 views, AVX2, one thread) take 4.2 to 5.2 times as long by the method for
-//! stacks. For `f64` the gain was 0.8 to 1.3: slices of `f64` are projected as a stack.
+//! Ten iterations of [`mlem`] on one slice (256² and 512² pixels, 90 views, AVX2, one thread) take 4.2 to 5.2 times as long with the method for
+//! stacks. For `f64` the speed-up was only 0.8 to 1.3; therefore slices of `f64` are projected as a stack.
 //!
 //! # Large slices
 //!
-//! The sum over views takes N³ updates, a Fourier method N² log N operations. [`FbpPlan`] selects by size ([`Method`]). For forward
-//! projection [`FourierProjector`] is the alternative to [`Projector`]; it is another operator with other weights.
+//! Direct back-projection takes N³ updates, a Fourier method N² log N operations. [`FbpPlan`] selects the method by size ([`Method`]). For
+//! forward projection [`FourierProjector`] is the alternative to [`Projector`]; it is a different operator with different weights.
 //!
 //! # Limits
 //!
-//! Not included: fan and cone beams, scatter, files, voxelised objects other than the analytic ones. Only [`SpectOperator`] models
+//! Not included: fan and cone beams, scatter, files, voxelisation of objects other than the analytic ones. Only [`SpectOperator`] models
 //! attenuation and depth-dependent resolution.
 //!
 //! # References

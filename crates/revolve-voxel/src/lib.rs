@@ -1,40 +1,39 @@
-//! Solids of revolution: exact chords, exact measures, coverage voxels and meshes from a meridian.
+//! Solids of revolution from a meridian: exact chords, exact volumes and areas, partial-volume voxelisation and meshes.
 //!
 #![doc = include_str!("../README.md")]
 //!
 //! # Equations
-//! Rotation of a meridian r(x) >= 0 (cm, x along the axis from base to apex) about the axis makes a solid. For a line with unit
-//! direction d the distance R from the axis and the axial coordinate x are
+//! A meridian r(x) >= 0 (cm, x along the axis from base to apex) is revolved about the axis. For a line with unit direction d, the
+//! distance R of its point t from the axis and the axial coordinate x of this point are
 //!
 #![doc = include_str!("../img/equations.html")]
 //!
-//! in the coordinates (w, q) of the line: each crossing of a cone `r = r0 + m (x - x0)` is the root of a quadratic in t. The chord
-//! (cm) is the signed sum of the lengths of the line in the convex solids under the parts of the meridian with concave r. V is the
-//! volume (cm^3), S the surface (cm^2). The coverage of a voxel is the fraction of its volume inside the solid.
+//! where t is the position along the line and (w, q) are its coordinates perpendicular to d; q is its distance from the axis. Each crossing
+//! of a cone `r = r0 + m (x - x0)` is the root of a quadratic in t. The meridian is divided into parts with concave r; the chord (cm) is
+//! the signed sum of the intersection lengths with the convex solids below them. V is the volume (cm^3), S the surface area (cm^2).
 //!
 //! # Conventions
-//! Centimetres and radians. Body frame: x along the axis; lab frame: [`Pose`]. The centre of bin, row or voxel k of n is at
-//! `(k - (n-1)/2) * pitch + offset`. Images are indexed `[row][bin]`, volumes `[z][y][x]`, the last index is the fastest. Results are
-//! bitwise independent of the number of threads. Batch calls return counters of performed and skipped work.
+//! Lengths are in centimetres, angles in radians. Body frame: x along the axis; lab frame: [`Pose`]. The centre of bin, row or voxel k of
+//! n is at `(k - (n-1)/2) * pitch + offset`. Images are indexed `[row][bin]`, volumes `[z][y][x]`; the last index is the fastest. Results
+//! are bitwise identical for any number of threads. Batch calls return counters of performed and skipped work.
 //!
-//! A ray along the surface is the limit of rays beside it, for any pose and view: along a plane face (a base, a step) the limit
-//! from further up the axis, so that a ray in the plane of the base is inside the body and a ray in the plane of the other end is
-//! outside; along a cone or a cylinder the limit from larger radii; along a side of a [`Sector`] the limit from larger azimuths. A
-//! ray is along the surface if it is to within 1e-14 of the sizes of body, pose and rays.
+//! The chord of a ray in the surface is a one-sided limit, for any pose and view. In a plane face (a base, a step) it is the limit from
+//! larger x: a ray in the plane of the base is inside the body, a ray in the plane of the other end is outside. Along a cone or a
+//! cylinder it is the limit from larger radii, in a side of a [`Sector`] that from larger azimuths. A ray is in the surface if its
+//! distance is below 1e-14 of the largest coordinate of body, pose and rays.
 //!
 #![doc = include_str!("../img/pose.svg")]
 //!
 //! # Accuracy
-//! Chords, distances and measures of a polyline are accurate to rounding (1e-12 for well-conditioned chords; a grazing chord is the
-//! square root of a difference and has half the digits). A smooth meridian is a polyline within the given tolerance. The coverage
-//! of a voxel crossed by one nearly flat part of the surface is computed from a plane and a correction, with an error estimate.
-//! Other voxels, and all voxels at a fine tolerance, use exact areas of cross-sections, integrated between their singular points:
-//! about five times the cost for three more digits. Voxels may have any shape. A voxel more than twice as long as wide is bisected
-//! near the surface, down to a 128th of the solid: a grid costs as much as cubes with the shortest side of its voxels, plus one
-//! test per bisection.
+//! Chords, distances, volumes and areas of a polyline are accurate to rounding error (1e-12 for well-conditioned chords; a grazing chord
+//! is the square root of a difference and has half the digits). A smooth meridian is approximated by a polyline to the given tolerance.
+//! The coverage of a voxel is the fraction of its volume inside the solid. Where one nearly flat part of the surface crosses the voxel, it
+//! is computed from a plane and a correction, with an error estimate. Other voxels, and all voxels at a fine tolerance, use exact areas of
+//! cross-sections, integrated between their singular points: about five times the cost for three more digits. Voxels may have any aspect
+//! ratio. Voxels with an aspect ratio above 2 are bisected near the surface; the cost is that of cubes with the shortest voxel edge.
 //!
 //! # Limits
-//! No scattering, no noise, attenuation by uniform media only, solids of revolution only, no files except meshes.
+//! No scatter, no noise, attenuation by uniform media only, no files except meshes; solids of revolution, elliptic cylinders and ellipsoids only.
 //!
 //! # References
 //! Plane through a box: Scardovelli and Zaleski, J. Comput. Phys. 164 (2000) 228, <https://doi.org/10.1006/jcph.2000.6567>.

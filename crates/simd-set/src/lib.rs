@@ -1,4 +1,4 @@
-//! Loops compiled for several instruction sets, chosen at run time.
+//! Loops compiled for several instruction sets, selected at run time.
 #![doc = include_str!("../README.md")]
 #![allow(unsafe_code)]
 
