@@ -7,8 +7,8 @@ use tests::Random;
 
 pub(crate) const ROWS: &[Row] = &[Row {
     name: "revolve_voxel::Sampling::Coverage::tolerance",
-    what: "covered fraction of a voxel",
-    reference: "48^3 points a voxel in the closed-form cones",
+    what: "volume fraction of a voxel inside the solid",
+    reference: "48^3 points per voxel, tested against closed-form cones",
     norm: "maximum over the voxels of a row",
     quick: 20,
     problem: covered_fraction,

@@ -7,7 +7,7 @@ use tests::Random;
 
 pub(crate) const ROWS: &[Row] = &[Row {
     name: "heart_phantom::Output::mesh_tolerance",
-    what: "volume within a surface",
+    what: "volume enclosed by a surface mesh",
     reference: "volume of the membrane, from its curve",
     norm: "relative",
     quick: 4,

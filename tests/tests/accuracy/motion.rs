@@ -12,7 +12,7 @@ use crate::Row;
 pub(crate) const ROWS: &[Row] = &[
     Row {
         name: "membrane_implicit::Tolerance::position",
-        what: "local error of an adaptive step, springs; positions and velocities",
+        what: "local error of positions and velocities in an adaptive step, springs",
         reference: "Runge-Kutta scheme of order 4 at a twentieth of the explicit limit",
         norm: "root mean square over the nodes",
         quick: 40,
@@ -20,7 +20,7 @@ pub(crate) const ROWS: &[Row] = &[
     },
     Row {
         name: "membrane_implicit::Tolerance::velocity",
-        what: "local error of an adaptive step, rubber; positions and velocities",
+        what: "local error of positions and velocities in an adaptive step, rubber",
         reference: "Runge-Kutta scheme of order 4 at a twentieth of the explicit limit",
         norm: "root mean square over the nodes",
         quick: 20,
@@ -28,15 +28,15 @@ pub(crate) const ROWS: &[Row] = &[
     },
     Row {
         name: "membrane_implicit::Stop::Volume",
-        what: "volume where the run stops, against 1e-10 of it",
-        reference: "integral of y times its size along the polyline",
+        what: "volume at which the run stops; limit 1e-10",
+        reference: "integral of y abs(y) dx along the polyline",
         norm: "relative",
         quick: 40,
         problem: volume_event,
     },
     Row {
         name: "membrane_implicit::Energy::imbalance",
-        what: "work of the pressure, against 1e-9 of the energies",
+        what: "energy balance; limit 1e-9",
         reference: "energies and losses, each by its own formula",
         norm: "relative to the sum of all terms",
         quick: 40,
@@ -44,7 +44,7 @@ pub(crate) const ROWS: &[Row] = &[
     },
     Row {
         name: "membrane_implicit::Energy::imbalance (feedback)",
-        what: "work of the pressure under feedback, against 1e-9 of the energies",
+        what: "energy balance under feedback; limit 1e-9",
         reference: "energies and losses, each by its own formula",
         norm: "relative to the sum of all terms",
         quick: 20,
@@ -52,8 +52,8 @@ pub(crate) const ROWS: &[Row] = &[
     },
     Row {
         name: "membrane_implicit::Motion::wall_volume_error",
-        what: "volume between two membranes, over that at the start, minus one; both to 1e-12",
-        reference: "integrals of y times its size along the polylines",
+        what: "stated relative change of the volume between two membranes; limit 1e-12",
+        reference: "integrals of y abs(y) dx along the polylines",
         norm: "absolute",
         quick: 20,
         problem: wall_volume,
@@ -61,7 +61,7 @@ pub(crate) const ROWS: &[Row] = &[
     Row {
         name: "membrane_implicit::EvolvingOptions::tolerance",
         what: "norm of the forces at the end of the evolution",
-        reference: "springs and normals by their formulas",
+        reference: "forces of springs and pressure by their formulas",
         norm: "L2 over s",
         quick: 20,
         problem: evolved,

@@ -10,7 +10,7 @@ use super::machine::Machine;
 use super::output;
 
 /// Heading of the section, the last one of the page.
-const HEADING: &str = "\n## building\n";
+const HEADING: &str = "\n## Build the workspace\n";
 
 /// Builds: name and cargo arguments.
 const BUILDS: [(&str, &[&str]); 3] = [
@@ -41,8 +41,8 @@ pub(super) fn measured(root: &Path, machine: &Machine) -> Result<String, String>
         ..
     } = machine;
     let mut section = format!(
-        "{HEADING}\nFrom nothing, all dependencies included, on {date} at commit {commit}. {processor}, {threads} hardware threads, {compiler}.\n\n\
-         | what | command | wall time | processor time |\n| --- | --- | ---: | ---: |\n"
+        "{HEADING}\nClean builds, including all dependencies, on {date} at commit {commit}. {processor}, {threads} hardware threads, {compiler}.\n\n\
+         | target | command | wall time | processor time |\n| --- | --- | ---: | ---: |\n"
     );
     let folder = env::temp_dir().join(format!("xtask-building-{}", process::id()));
     for (what, arguments) in BUILDS {
@@ -79,7 +79,7 @@ mod tests {
 
     #[test]
     fn the_section_of_an_older_page_is_kept() {
-        let section = format!("{HEADING}\nFrom nothing.\n");
+        let section = format!("{HEADING}\nClean builds.\n");
         assert_eq!(kept(&format!("# Page\n\n## motion\n{section}")), section);
         assert_eq!(kept("# Page\n\n## motion\n"), "");
     }
