@@ -3,8 +3,9 @@
 #![doc = include_str!("../README.md")]
 //!
 //! [`run`] computes the study and writes arrays, [`report`], and a page with all figures. [`figures`] draws each figure from plain
-//! data. [`Look`] makes images and a page of any run. Conventions, units and index orders are those of [`heart_phantom`].
+//! data. [`ejection`] measures ejection fractions in images of gated SPECT. [`Look`] makes images and a page of any run. Conventions, units and index orders are those of [`heart_phantom`].
 
+pub mod ejection;
 mod error;
 pub mod figures;
 mod html;

@@ -1,0 +1,120 @@
+//! What gated SPECT makes of an ejection fraction: volumes by two edge rules in images of hearts of known volumes, with each cause of error
+//! switched off in turn.
+
+mod cases;
+mod measure;
+mod page;
+
+use crate::StudyError;
+use crate::study::gallery::Gallery;
+pub use cases::{Acquired, CameraKind, Case, Reconstruction, Timing};
+use heart_phantom::{PhantomError, Progress, files};
+pub use measure::{CaseResult, Measured, Volumes};
+use serde::Serialize;
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+/// Options of the study of ejection fractions.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct EjectionOptions {
+    /// One heart, few views and realisations: a test of the program, not of the camera.
+    pub quick: bool,
+    /// Threads; all cores if `None`. Results do not depend on it.
+    pub threads: Option<usize>,
+}
+
+/// The results, written to `report.json`.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[non_exhaustive]
+pub struct EjectionReport {
+    /// The program and its version.
+    pub program: String,
+    /// Counts in all projections of a study.
+    pub counts: f64,
+    /// All cases.
+    pub cases: Vec<CaseResult>,
+    /// Wall time in seconds.
+    pub seconds: f64,
+    /// Files written, relative to the directory.
+    pub files: Vec<PathBuf>,
+}
+
+/// Runs the study and writes page, plots and `report.json` to the directory `out`. The report of an earlier run and the files that it lists
+/// are removed first.
+///
+/// # Errors
+/// A directory that is not writable is reported before any work; see [`StudyError`].
+pub fn ejection(
+    options: &EjectionOptions,
+    out: &Path,
+    progress: &(dyn Fn(Progress) + Sync),
+) -> Result<EjectionReport, StudyError> {
+    let folder = files::Folder::lock(out)?;
+    folder.clear(&[])?;
+    let given = options.threads.unwrap_or(0);
+    rayon::ThreadPoolBuilder::new()
+        .num_threads(given)
+        .build()
+        .map_err(|source| PhantomError::Threads { given, source })?
+        .install(|| in_pool(options, out, progress))
+}
+
+fn in_pool(
+    options: &EjectionOptions,
+    out: &Path,
+    progress: &(dyn Fn(Progress) + Sync),
+) -> Result<EjectionReport, StudyError> {
+    let (clock, cases) = (Instant::now(), cases::all(options));
+    let (mut shared, mut results) = (None, Vec::new());
+    for case in &cases {
+        progress(Progress {
+            stage: "images",
+            fraction: results.len() as f64 / cases.len() as f64,
+        });
+        results.push(measure::measure(case, options, &mut shared)?);
+    }
+    let mut gallery = Gallery::new(out);
+    page::write(&mut gallery, &results)?;
+    let mut files = gallery.finish(
+        "What gated SPECT makes of an ejection fraction",
+        page::introduction(options.quick),
+    )?;
+    files.push(files::REPORT.into());
+    let report = EjectionReport {
+        program: files::PROGRAM.into(),
+        counts: cases::COUNTS,
+        cases: results,
+        seconds: clock.elapsed().as_secs_f64(),
+        files,
+    };
+    files::write_atomically(&out.join(files::REPORT), |file| {
+        serde_json::to_writer_pretty(&mut *file, &report)?;
+        file.write_all(b"\n")
+    })?;
+    Ok(report)
+}
+
+impl EjectionReport {
+    /// Returns a summary, one line per case.
+    pub fn summary(&self) -> Vec<String> {
+        let line = |result: &CaseResult| {
+            let [half, steep] = result.rules().map(|rule| rule.expected);
+            format!(
+                "{:6} {:.2}  {:36} EDV {:6.1} {:6.1} of {:6.1}  ESV {:6.1} {:6.1} of {:6.1}  EF {:.3} {:.3} of {:.3}",
+                result.case.acquired.size,
+                result.case.acquired.fraction,
+                result.case.name,
+                half.edv,
+                steep.edv,
+                result.truth.edv,
+                half.esv,
+                steep.esv,
+                result.truth.esv,
+                half.fraction,
+                steep.fraction,
+                result.truth.fraction
+            )
+        };
+        self.cases.iter().map(line).collect()
+    }
+}
