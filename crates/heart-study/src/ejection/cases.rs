@@ -1,197 +1,171 @@
-//! The cases of the study: a base case, changes of one thing at a time, and the grid of hearts.
+//! The cases of the study: a base case of each heart, and changes of one thing at a time.
 
-use super::EjectionOptions;
+use heart_phantom::radon::{HoleResponse, Window};
 use heart_phantom::scene::{CollimatorSettings, HolesSettings, Mode};
 use heart_phantom::{Accuracy, Balloon, Method, Osem, PhantomError, Scene, VolumeRange};
 use serde::Serialize;
+use std::f64::consts::PI;
 
 /// End-diastolic volumes in mL. A medium heart with an ejection fraction of 0.55 has a stroke volume of 70 mL.
 const SIZES: [(&str, f64); 3] = [("small", 60.0), ("medium", 127.0), ("large", 200.0)];
 const FRACTIONS: [f64; 4] = [0.45, 0.55, 0.65, 0.70];
-/// Counts in all projections, of the axial field of view of 20 cm.
-pub(super) const COUNTS: f64 = 4e6;
-
-/// A camera.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum CameraKind {
-    /// GE LEHR, bins of 6.4 mm.
-    Lehr,
-    /// Hexagonal holes of 1 mm, 35 mm long, a crystal of 2.5 mm, bins of 4 mm.
-    Sharp,
-}
-
-/// The timing of the projections.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Timing {
-    /// This many gates.
-    Gates(usize),
-    /// A heart at rest at end-diastole and at end-systole.
-    Static,
-}
-
-/// What the projections of a case depend on.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-#[non_exhaustive]
-pub struct Acquired {
-    /// `small`, `medium` or `large`.
-    pub size: &'static str,
-    /// End-diastolic volume in the scene, mL.
-    pub edv_ml: f64,
-    /// Ejection fraction in the scene.
-    pub fraction: f64,
-    /// The camera.
-    pub camera: CameraKind,
-    /// Whether the collimator and the crystal blur.
-    pub response: bool,
-    /// Whether tissue attenuates.
-    pub attenuation: bool,
-}
-
-/// A reconstruction.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Reconstruction {
-    /// Filtered back-projection.
-    Fbp,
-    /// OSEM of 8 subsets and 4 iterations, with models of attenuation and response.
-    Osem {
-        /// Models attenuation.
-        attenuation: bool,
-        /// Models collimator and crystal.
-        response: bool,
-    },
-}
-
-/// A case: its projections, timing and reconstruction.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-#[non_exhaustive]
-pub struct Case {
-    /// What it differs in from the base case.
-    pub name: &'static str,
-    /// The projections.
-    #[serde(flatten)]
-    pub acquired: Acquired,
-    /// The timing.
-    pub timing: Timing,
-    /// The reconstruction.
-    pub reconstruction: Reconstruction,
-    /// Realisations of the noise.
-    pub realisations: usize,
-}
-
-impl Case {
-    fn of((size, edv_ml): (&'static str, f64), fraction: f64, realisations: usize) -> Self {
-        Self {
-            name: BASE,
-            acquired: Acquired {
-                size,
-                edv_ml,
-                fraction,
-                camera: CameraKind::Lehr,
-                response: true,
-                attenuation: true,
-            },
-            timing: Timing::Gates(8),
-            reconstruction: Reconstruction::Fbp,
-            realisations,
-        }
-    }
-
-    fn with(&self, name: &'static str, change: impl FnOnce(&mut Self)) -> Self {
-        let mut case = Self {
-            name,
-            ..self.clone()
-        };
-        change(&mut case);
-        case
-    }
-
-    /// Whether another case has the same heart.
-    pub(super) fn has_heart_of(&self, other: &Self) -> bool {
-        (self.acquired.size, self.acquired.fraction)
-            == (other.acquired.size, other.acquired.fraction)
-    }
-}
 
 pub(super) const BASE: &str = "base: LEHR, 8 gates, FBP";
 pub(super) const SIXTEEN: &str = "16 gates";
 pub(super) const NO_GATES: &str = "no gates: heart at rest";
 pub(super) const NO_RESPONSE: &str = "no collimator";
+pub(super) const NO_WINDOW: &str = "no filter window";
 pub(super) const NO_ATTENUATION: &str = "no attenuation";
-pub(super) const NOTHING: &str = "none of the three";
-/// The cases of [`all`] for each ejection fraction of the medium heart.
-pub(super) const OFF: [&str; 5] = [BASE, NO_GATES, NO_RESPONSE, NO_ATTENUATION, NOTHING];
+pub(super) const NOTHING: &str = "none of these four";
 
-/// All cases; those of the grid first, cases with equal projections adjacent.
-pub(super) fn all(options: &EjectionOptions) -> Vec<Case> {
-    let (sizes, fractions, realisations) = match options.quick {
+/// A case: a heart, projections and reconstruction.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[non_exhaustive]
+pub struct Case {
+    /// What differs from the base case.
+    pub name: &'static str,
+    /// `small`, `medium` or `large`.
+    pub size: &'static str,
+    /// Ejection fraction in the scene.
+    pub fraction: f64,
+    /// Realisations of the noise.
+    pub realisations: usize,
+    /// The scene; a static one represents a heart at rest at end-diastole and at end-systole.
+    pub scene: Scene,
+}
+
+impl Case {
+    /// Whether the case has the heart for which the edge rules were fixed.
+    pub(super) fn is_of_reference(&self) -> bool {
+        (self.size, self.fraction) == ("medium", FRACTIONS[1])
+    }
+}
+
+/// All cases; those with equal projections are adjacent.
+pub(super) fn all(quick: bool) -> Result<Vec<Case>, PhantomError> {
+    let (sizes, fractions, realisations) = match quick {
         true => (&SIZES[1..2], &FRACTIONS[1..2], [2, 1]),
         false => (&SIZES[..], &FRACTIONS[..], [16, 4]),
     };
     let mut cases = Vec::new();
-    for size in sizes {
+    for &(size, edv) in sizes {
         for &fraction in fractions {
-            let base = Case::of(*size, fraction, realisations[0]);
-            let mut add = |name, change: fn(&mut Case)| cases.push(base.with(name, change));
-            add(BASE, |_| ());
-            add(SIXTEEN, |case| case.timing = Timing::Gates(16));
-            if *size != SIZES[1] {
-                continue;
-            }
-            if fraction == FRACTIONS[1] {
-                for (name, attenuation, response) in [
-                    ("OSEM", false, false),
-                    ("OSEM, attenuation", true, false),
-                    ("OSEM, resolution", false, true),
-                    ("OSEM, both", true, true),
-                ] {
-                    cases.push(base.with(name, |case| {
-                        case.reconstruction = Reconstruction::Osem {
-                            attenuation,
-                            response,
-                        };
-                        case.realisations = realisations[1];
-                    }));
+            let base = Case {
+                name: BASE,
+                size,
+                fraction,
+                realisations: realisations[0],
+                scene: scene(edv, fraction, quick)?,
+            };
+            let mut add = |name, change: &dyn Fn(&mut Scene)| {
+                let mut case = Case {
+                    name,
+                    ..base.clone()
+                };
+                change(&mut case.scene);
+                if case.scene.reconstruction.method != Method::Fbp {
+                    case.realisations = realisations[1];
                 }
-            }
-            let mut add = |name, change: fn(&mut Case)| cases.push(base.with(name, change));
-            add(NO_GATES, |case| case.timing = Timing::Static);
-            add(NO_RESPONSE, |case| case.acquired.response = false);
-            add(NO_ATTENUATION, |case| case.acquired.attenuation = false);
-            add(NOTHING, |case| {
-                case.timing = Timing::Static;
-                (case.acquired.response, case.acquired.attenuation) = (false, false);
+                cases.push(case);
+            };
+            add(BASE, &|_| ());
+            add(SIXTEEN, &|scene| {
+                scene.acquisition.mode = Mode::Gated { gates: 16 };
             });
-            if fraction == FRACTIONS[1] {
-                add("sharper camera", |case| {
-                    case.acquired.camera = CameraKind::Sharp;
-                });
-                add("sharper camera, none of the three", |case| {
-                    (case.timing, case.acquired.camera) = (Timing::Static, CameraKind::Sharp);
-                    (case.acquired.response, case.acquired.attenuation) = (false, false);
+            if base.is_of_reference() {
+                add_methods(&mut add, quick);
+            }
+            if size == "medium" {
+                add_causes(&mut add);
+            }
+            if base.is_of_reference() {
+                add("sharper camera", &sharpen);
+                add("none of these four, bins of 2 mm", &|scene| {
+                    switch_off(scene);
+                    let camera = &mut scene.camera;
+                    (camera.bins, camera.rows, camera.pitch) = (205, 102, [0.2; 2]);
                 });
             }
         }
     }
-    cases
+    Ok(cases)
 }
 
-/// The scenes of a timing: one with all gates, or two of a heart at rest (end-diastole, end-systole).
-pub(super) fn scene(
-    case: &Case,
-    mode: Mode,
-    options: &EjectionOptions,
-) -> Result<Scene, PhantomError> {
-    let mut scene = Scene::from_toml(include_str!("scene.toml"))?.with_mode(mode);
-    let acquired = &case.acquired;
-    // The reference volume of the inner balloon is 0.29 of the end-diastolic volume, so that all ejection fractions up to 0.70 are of one heart
-    // with one wall volume.
+type Add<'a> = dyn FnMut(&'static str, &dyn Fn(&mut Scene)) + 'a;
+
+/// OSEM with and without models of attenuation and resolution, and the filter window off, of the same projections.
+fn add_methods(add: &mut Add<'_>, quick: bool) {
+    add(NO_WINDOW, &unfilter);
+    for (name, attenuation, resolution) in [
+        ("OSEM", false, false),
+        ("OSEM, attenuation", true, false),
+        ("OSEM, resolution", false, true),
+        ("OSEM, both", true, true),
+    ] {
+        let osem = Osem {
+            attenuation,
+            resolution,
+            ..if quick {
+                Osem::new(4, 1)
+            } else {
+                Osem::new(8, 4)
+            }
+        };
+        add(name, &|scene| {
+            scene.reconstruction.method = Method::Osem(osem)
+        });
+    }
+}
+
+/// Each cause of bias switched off, and all of them.
+fn add_causes(add: &mut Add<'_>) {
+    add(NO_GATES, &rest);
+    add(NO_RESPONSE, &|scene| scene.collimator = None);
+    add(NO_ATTENUATION, &stop_attenuating);
+    add(NOTHING, &switch_off);
+}
+
+fn rest(scene: &mut Scene) {
+    scene.acquisition.mode = Mode::Static { phase: 0.0 };
+}
+
+fn unfilter(scene: &mut Scene) {
+    (scene.reconstruction.window, scene.reconstruction.cutoff) = (Window::RamLak, 1.0);
+}
+
+fn stop_attenuating(scene: &mut Scene) {
+    (scene.attenuation.iter_mut()).for_each(|attenuation| attenuation.coefficient = 0.0);
+    (scene.organs.iter_mut()).for_each(|organ| organ.attenuation = 0.0);
+}
+
+fn switch_off(scene: &mut Scene) {
+    scene.collimator = None;
+    rest(scene);
+    unfilter(scene);
+    stop_attenuating(scene);
+}
+
+/// Hexagonal holes of 1 mm, 35 mm long, a crystal of 2.5 mm, bins of 4 mm.
+fn sharpen(scene: &mut Scene) {
+    let camera = &mut scene.camera;
+    (camera.bins, camera.rows, camera.pitch) = (104, 52, [0.4; 2]);
+    scene.collimator = Some(CollimatorSettings {
+        holes: HolesSettings::Parallel {
+            diameter: 0.1,
+            length: 3.5,
+            attenuation: 26.9,
+            response: HoleResponse::Hexagonal,
+        },
+        intrinsic_fwhm: 0.25,
+    });
+}
+
+/// The base scene of a heart. The reference volume of its inner balloon is 0.29 EDV, so that all ejection fractions to 0.70 are of one heart.
+fn scene(edv: f64, fraction: f64, quick: bool) -> Result<Scene, PhantomError> {
+    let mut scene = Scene::from_toml(include_str!("scene.toml"))?;
     let (inner, outer) = ([5.5, 1.6], [5.2, 2.9]);
-    let [length, radius] = inner;
-    let volume = std::f64::consts::PI * radius * radius * (length + 2.0 / 3.0 * radius);
-    let scale = (0.29 * acquired.edv_ml / volume).cbrt();
+    let volume = PI * inner[1] * inner[1] * (inner[0] + 2.0 / 3.0 * inner[1]);
+    let scale = (0.29 * edv / volume).cbrt();
     let balloon = |[length, radius]: [f64; 2]| Balloon {
         length: scale * length,
         radius: scale * radius,
@@ -199,49 +173,12 @@ pub(super) fn scene(
     };
     (scene.heart.inner, scene.heart.outer) = (balloon(inner), balloon(outer));
     scene.cycle.volume = VolumeRange::Volumes {
-        edv: acquired.edv_ml,
-        esv: acquired.edv_ml * (1.0 - acquired.fraction),
+        edv,
+        esv: edv * (1.0 - fraction),
     };
-    if acquired.camera == CameraKind::Sharp {
-        let camera = &mut scene.camera;
-        (camera.bins, camera.rows, camera.pitch) = (104, 52, [0.4; 2]);
-        let holes = HolesSettings::Parallel {
-            diameter: 0.1,
-            length: 3.5,
-            attenuation: 26.9,
-            response: heart_phantom::radon::HoleResponse::Hexagonal,
-        };
-        scene.collimator = Some(CollimatorSettings {
-            holes,
-            intrinsic_fwhm: 0.25,
-        });
-    }
-    if !acquired.response {
-        scene.collimator = None;
-    }
-    if !acquired.attenuation {
-        scene
-            .attenuation
-            .iter_mut()
-            .for_each(|a| a.coefficient = 0.0);
-        scene
-            .organs
-            .iter_mut()
-            .for_each(|organ| organ.attenuation = 0.0);
-    }
-    let mut osem = Osem::new(8, 4);
-    if options.quick {
-        scene.camera.views = 8;
-        scene.acquisition.accuracy = Accuracy::Tolerance(0.1);
-        osem = Osem::new(4, 1);
-    }
-    if let Reconstruction::Osem {
-        attenuation,
-        response,
-    } = case.reconstruction
-    {
-        (osem.attenuation, osem.resolution) = (attenuation, response);
-        scene.reconstruction.method = Method::Osem(osem);
+    if quick {
+        scene.camera.views = 4;
+        scene.acquisition.accuracy = Accuracy::Tolerance(0.2);
     }
     Ok(scene)
 }

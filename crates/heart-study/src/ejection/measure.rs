@@ -1,47 +1,58 @@
 //! Volumes and ejection fractions of a case, from the images of expected counts and of realisations of the noise.
 
-use super::EjectionOptions;
-use super::cases::{Acquired, COUNTS, Case, Timing, scene};
+use super::cases::Case;
 use heart_phantom::radon::{CountScale, poisson_counts};
 use heart_phantom::scene::Mode;
-use heart_phantom::{Numbers, Phantom, PhantomError};
+use heart_phantom::{Phantom, PhantomError, Scene};
 use rayon::prelude::*;
 use serde::Serialize;
 
+/// Counts in all projections of all gates, in the axial field of view of 20 cm.
+pub(super) const COUNTS: f64 = 4e6;
 /// Gates that are projected; fewer gates are averages of these.
 const PROJECTED: usize = 16;
 
-/// Volumes in mL and ejection fraction.
+/// Volumes in mL and ejection fraction, or their errors: EDV and ESV, the largest and smallest volume of all gates, and `(EDV - ESV) / EDV`.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
-#[non_exhaustive]
 pub struct Volumes {
-    /// Largest volume of all gates.
+    /// End-diastolic volume.
     pub edv: f64,
-    /// Smallest volume of all gates.
+    /// End-systolic volume.
     pub esv: f64,
-    /// `(EDV - ESV) / EDV`.
+    /// Ejection fraction.
     pub fraction: f64,
 }
 
 impl Volumes {
-    pub(super) fn of(volumes: impl Iterator<Item = f64>) -> Self {
+    fn of(volumes: impl Iterator<Item = f64>) -> Self {
         let ends = |[least, most]: [f64; 2], v: f64| [least.min(v), most.max(v)];
         let [esv, edv] = volumes.fold([f64::INFINITY, 0.0], ends);
         let fraction = if edv > 0.0 { (edv - esv) / edv } else { 0.0 };
         Self { edv, esv, fraction }
     }
 
-    fn map2(self, other: Self, f: impl Fn(f64, f64) -> f64) -> Self {
-        Self {
-            edv: f(self.edv, other.edv),
-            esv: f(self.esv, other.esv),
-            fraction: f(self.fraction, other.fraction),
-        }
+    pub(super) fn values(&self) -> [f64; 3] {
+        [self.edv, self.esv, self.fraction]
+    }
+
+    /// Returns means and standard deviations.
+    fn statistics(all: &[Self]) -> [Self; 2] {
+        let n = all.len() as f64;
+        let both = [0, 1, 2].map(|part| {
+            let values = || all.iter().map(|volumes| volumes.values()[part]);
+            let mean = values().sum::<f64>() / n;
+            let squares: f64 = values().map(|value| (value - mean).powi(2)).sum();
+            [mean, (squares / (n - 1.0).max(1.0)).sqrt()]
+        });
+        [0, 1].map(|k| {
+            let [edv, esv, fraction] = both.map(|pair| pair[k]);
+            Self { edv, esv, fraction }
+        })
     }
 }
 
 /// A result by one edge rule.
-#[derive(Debug, Clone, PartialEq, Default, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct Measured {
     /// From expected counts.
@@ -63,141 +74,94 @@ pub struct CaseResult {
     pub case: Case,
     /// Exact values of the phantom.
     pub truth: Volumes,
-    /// With the edge at half maximum.
-    pub half_maximum: Measured,
-    /// With the edge at the steepest gradient.
-    pub steepest_gradient: Measured,
+    /// With the edges at half maximum and at the steepest gradient ([`PolarMap`](heart_phantom::PolarMap)).
+    pub rules: [Measured; 2],
 }
 
-impl CaseResult {
-    pub(super) fn rules(&self) -> [&Measured; 2] {
-        [&self.half_maximum, &self.steepest_gradient]
-    }
-}
-
-/// Projections that adjacent cases share.
-pub(super) struct Shared {
-    acquired: Acquired,
-    at_rest: bool,
-    /// Expected projections of each gate, or at end-diastole and end-systole.
-    sets: Vec<Vec<f32>>,
-}
+/// Projections that adjacent cases share: each projected set, of the scene with the base reconstruction.
+pub(super) type Shared = Option<(Scene, Vec<Vec<f32>>)>;
 
 /// Computes a case; `shared` contains the projections of the case before.
-pub(super) fn measure(
-    case: &Case,
-    options: &EjectionOptions,
-    shared: &mut Option<Shared>,
-) -> Result<CaseResult, PhantomError> {
-    let build = |mode| Phantom::new(scene(case, mode, options)?);
-    // A phantom with its gate for each image; the first and the second of a heart at rest are different phantoms.
-    let phantoms = match case.timing {
-        Timing::Gates(gates) => vec![build(Mode::Gated { gates })?],
-        Timing::Static => {
-            let probe = build(Mode::WholeCycle)?;
-            let [systole, diastole] = probe.extreme_phases();
-            vec![
-                build(Mode::Static { phase: diastole })?,
-                build(Mode::Static { phase: systole })?,
-            ]
+pub(super) fn measure(case: &Case, shared: &mut Shared) -> Result<CaseResult, PhantomError> {
+    let build = |mode| Phantom::new(case.scene.clone().with_mode(mode));
+    let mode = case.scene.acquisition.mode;
+    // One phantom with all gates, or one at end-diastole and one at end-systole.
+    let (phantoms, projected) = match mode {
+        Mode::Static { .. } => {
+            let [systole, diastole] = build(mode)?.extreme_phases();
+            let at_rest = |phase| build(Mode::Static { phase });
+            (vec![at_rest(diastole)?, at_rest(systole)?], mode)
         }
+        _ => (vec![build(mode)?], Mode::Gated { gates: PROJECTED }),
     };
-    let at_rest = case.timing == Timing::Static;
-    let known =
-        (shared.as_ref()).is_some_and(|s| s.acquired == case.acquired && s.at_rest == at_rest);
-    if !known {
-        let sets = match case.timing {
-            Timing::Gates(_) => {
-                let all = build(Mode::Gated { gates: PROJECTED })?.sinograms_of_gates()?;
-                all.chunks(all.len() / PROJECTED)
+    let mut key = case.scene.clone().with_mode(projected);
+    key.reconstruction = Default::default();
+    if shared.as_ref().is_none_or(|(known, _)| *known != key) {
+        let sets = match mode {
+            Mode::Static { .. } => (phantoms.iter())
+                .map(|phantom| Ok(phantom.sinograms(0, &|_| ())?.samples))
+                .collect::<Result<_, PhantomError>>()?,
+            _ => {
+                let all = build(projected)?.sinograms_of_gates()?;
+                (all.chunks(all.len() / PROJECTED))
                     .map(<[f32]>::to_vec)
                     .collect()
             }
-            Timing::Static => (phantoms.iter())
-                .map(|phantom| Ok(phantom.sinograms(0, &|_| ())?.samples))
-                .collect::<Result<_, PhantomError>>()?,
         };
-        *shared = Some(Shared {
-            acquired: case.acquired.clone(),
-            at_rest,
-            sets,
-        });
+        *shared = Some((key, sets));
     }
-    let sets = shared.as_ref().map_or(&[][..], |shared| &shared.sets);
-    let (joined, fraction) = match case.timing {
-        Timing::Gates(gates) => (averages(sets, gates), 1.0),
+    let sets = shared.as_ref().map_or(&[][..], |(_, sets)| sets);
+    let (gates, fraction) = match mode {
+        Mode::Gated { gates } => (gates, 1.0),
         // The counts of two of eight gates.
-        Timing::Static => (sets.to_vec(), 0.25),
+        _ => (sets.len(), 0.25),
     };
-    let volumes = |views: &[Vec<f32>]| -> Result<Vec<[f64; 2]>, PhantomError> {
-        (views.par_iter().enumerate())
+    let all = averages(sets, gates);
+    let volumes = |views: &[f32]| -> Result<Vec<[f64; 2]>, PhantomError> {
+        (views.par_chunks(views.len() / gates).enumerate())
             .map(|(set, views)| {
-                let (phantom, gate) = match at_rest {
-                    true => (&phantoms[set], 0),
-                    false => (&phantoms[0], set),
+                let (phantom, gate) = match phantoms.get(set) {
+                    Some(phantom) if phantoms.len() > 1 => (phantom, 0),
+                    _ => (&phantoms[0], set),
                 };
                 let map = phantom.polar_map(gate, &phantom.reconstruct(gate, views)?)?;
                 Ok([map.cavity_ml, map.cavity_gradient_ml])
             })
             .collect()
     };
-    let expected = volumes(&joined)?;
-    let all = joined.concat();
+    let expected = volumes(&all)?;
     let per_unit = CountScale::Total(fraction * COUNTS).per_unit(&all)?;
-    let drawn = (0..case.realisations)
+    let drawn = (0..case.realisations as u64)
         .map(|seed| {
-            let mut counts = poisson_counts(&all, CountScale::PerUnit(per_unit), seed as u64)?;
-            counts
-                .iter_mut()
-                .for_each(|count| *count /= per_unit as f32);
-            let sets: Vec<Vec<f32>> = (counts.chunks(all.len() / joined.len()))
-                .map(<[f32]>::to_vec)
-                .collect();
-            volumes(&sets)
+            let mut counts = poisson_counts(&all, CountScale::PerUnit(per_unit), seed)?;
+            (counts.iter_mut()).for_each(|count| *count /= per_unit as f32);
+            volumes(&counts)
         })
         .collect::<Result<Vec<_>, PhantomError>>()?;
     let by_rule = |rule: usize| {
-        let gates: Vec<f64> = expected.iter().map(|volumes| volumes[rule]).collect();
         let of = |volumes: &Vec<[f64; 2]>| Volumes::of(volumes.iter().map(|v| v[rule]));
-        let drawn: Vec<Volumes> = drawn.iter().map(of).collect();
-        let (mean, deviation) = statistics(&drawn);
+        let [mean, deviation] = Volumes::statistics(&drawn.iter().map(of).collect::<Vec<_>>());
         Measured {
             expected: of(&expected),
             mean,
             deviation,
-            gates,
+            gates: expected.iter().map(|volumes| volumes[rule]).collect(),
         }
     };
-    let Numbers { edv, esv, .. } = phantoms[0].numbers()?;
+    let numbers = phantoms[0].numbers()?;
     Ok(CaseResult {
         case: case.clone(),
-        truth: Volumes::of([edv, esv].into_iter()),
-        half_maximum: by_rule(0),
-        steepest_gradient: by_rule(1),
+        truth: Volumes::of([numbers.edv, numbers.esv].into_iter()),
+        rules: [0, 1].map(by_rule),
     })
 }
 
-/// The projections of fewer gates, as averages of adjacent ones.
-fn averages(sets: &[Vec<f32>], gates: usize) -> Vec<Vec<f32>> {
+/// The projections of fewer gates, one after the other, as averages of adjacent ones.
+fn averages(sets: &[Vec<f32>], gates: usize) -> Vec<f32> {
     let each = sets.len() / gates;
     let average = |group: &[Vec<f32>]| -> Vec<f32> {
         let sum = |k: usize| group.iter().map(|set| set[k]).sum::<f32>() / each as f32;
         (0..group[0].len()).map(sum).collect()
     };
-    sets.chunks(each).map(average).collect()
-}
-
-/// Mean and standard deviation.
-fn statistics(drawn: &[Volumes]) -> (Volumes, Volumes) {
-    let n = drawn.len() as f64;
-    let sum = |each: Vec<Volumes>| {
-        (each.into_iter()).fold(Volumes::default(), |sum, v| sum.map2(v, |a, b| a + b))
-    };
-    let mean = sum(drawn.to_vec()).map2(Volumes::default(), |a, _| a / n);
-    let squares = drawn.iter().map(|v| v.map2(mean, |a, b| (a - b).powi(2)));
-    let freedom = (n - 1.0).max(1.0);
-    (
-        mean,
-        sum(squares.collect()).map2(Volumes::default(), |a, _| (a / freedom).sqrt()),
-    )
+    sets.chunks(each).flat_map(average).collect()
 }

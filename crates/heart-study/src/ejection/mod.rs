@@ -7,7 +7,7 @@ mod page;
 
 use crate::StudyError;
 use crate::study::gallery::Gallery;
-pub use cases::{Acquired, CameraKind, Case, Reconstruction, Timing};
+pub use cases::Case;
 use heart_phantom::{PhantomError, Progress, files};
 pub use measure::{CaseResult, Measured, Volumes};
 use serde::Serialize;
@@ -64,14 +64,14 @@ fn in_pool(
     out: &Path,
     progress: &(dyn Fn(Progress) + Sync),
 ) -> Result<EjectionReport, StudyError> {
-    let (clock, cases) = (Instant::now(), cases::all(options));
+    let (clock, cases) = (Instant::now(), cases::all(options.quick)?);
     let (mut shared, mut results) = (None, Vec::new());
     for case in &cases {
         progress(Progress {
             stage: "images",
             fraction: results.len() as f64 / cases.len() as f64,
         });
-        results.push(measure::measure(case, options, &mut shared)?);
+        results.push(measure::measure(case, &mut shared)?);
     }
     let mut gallery = Gallery::new(out);
     page::write(&mut gallery, &results)?;
@@ -82,7 +82,7 @@ fn in_pool(
     files.push(files::REPORT.into());
     let report = EjectionReport {
         program: files::PROGRAM.into(),
-        counts: cases::COUNTS,
+        counts: measure::COUNTS,
         cases: results,
         seconds: clock.elapsed().as_secs_f64(),
         files,
@@ -98,22 +98,17 @@ impl EjectionReport {
     /// Returns a summary, one line per case.
     pub fn summary(&self) -> Vec<String> {
         let line = |result: &CaseResult| {
-            let [half, steep] = result.rules().map(|rule| rule.expected);
-            format!(
-                "{:6} {:.2}  {:36} EDV {:6.1} {:6.1} of {:6.1}  ESV {:6.1} {:6.1} of {:6.1}  EF {:.3} {:.3} of {:.3}",
-                result.case.acquired.size,
-                result.case.acquired.fraction,
-                result.case.name,
-                half.edv,
-                steep.edv,
-                result.truth.edv,
-                half.esv,
-                steep.esv,
-                result.truth.esv,
-                half.fraction,
-                steep.fraction,
-                result.truth.fraction
-            )
+            let case = format!(
+                "{:6} {:.2}  {:33}",
+                result.case.size, result.case.fraction, result.case.name
+            );
+            let columns = ["EDV", "ESV", "EF"].iter().enumerate().map(|(part, name)| {
+                let [half, steep] = [0, 1].map(|rule| result.rules[rule].expected.values()[part]);
+                let digits = if part == 2 { 3 } else { 1 };
+                let truth = result.truth.values()[part];
+                format!("  {name} {half:5.digits$} {steep:5.digits$} of {truth:5.digits$}")
+            });
+            columns.fold(case, |line, column| line + &column)
         };
         self.cases.iter().map(line).collect()
     }
