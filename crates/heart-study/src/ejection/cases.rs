@@ -17,6 +17,9 @@ pub(super) const NO_RESPONSE: &str = "no collimator";
 pub(super) const NO_WINDOW: &str = "no filter window";
 pub(super) const NO_ATTENUATION: &str = "no attenuation";
 pub(super) const NOTHING: &str = "none of these four";
+const IDEAL: &str = "none of these four, bins of 2 mm";
+/// The cases of a quick run.
+const QUICK: [&str; 5] = [BASE, SIXTEEN, "OSEM, both", NOTHING, IDEAL];
 
 /// A case: a heart, projections and reconstruction.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -41,88 +44,84 @@ impl Case {
     }
 }
 
-/// All cases; those with equal projections are adjacent.
+/// The hearts of a case: all, the medium ones, or the one with the ejection fraction 0.55 of these.
+enum Hearts {
+    All,
+    Medium,
+    Reference,
+}
+
+/// Each case with the change of the base scene; those with equal projections are adjacent.
+const CASES: [(&str, Hearts, fn(&mut Scene)); 13] = [
+    (BASE, Hearts::All, |_| ()),
+    (SIXTEEN, Hearts::All, |scene| {
+        scene.acquisition.mode = Mode::Gated { gates: 16 };
+    }),
+    (NO_WINDOW, Hearts::Reference, unfilter),
+    ("OSEM", Hearts::Reference, |scene| {
+        osem(scene, [false, false])
+    }),
+    ("OSEM, attenuation", Hearts::Reference, |scene| {
+        osem(scene, [true, false])
+    }),
+    ("OSEM, resolution", Hearts::Reference, |scene| {
+        osem(scene, [false, true])
+    }),
+    ("OSEM, both", Hearts::Reference, |scene| {
+        osem(scene, [true, true])
+    }),
+    (NO_GATES, Hearts::Medium, rest),
+    (NO_RESPONSE, Hearts::Medium, |scene| scene.collimator = None),
+    (NO_ATTENUATION, Hearts::Medium, stop_attenuating),
+    (NOTHING, Hearts::Medium, switch_off),
+    ("sharper camera", Hearts::Reference, sharpen),
+    (IDEAL, Hearts::Reference, |scene| {
+        switch_off(scene);
+        let camera = &mut scene.camera;
+        (camera.bins, camera.rows, camera.pitch) = (205, 102, [0.2; 2]);
+    }),
+];
+
+/// All cases, or some of one heart.
 pub(super) fn all(quick: bool) -> Result<Vec<Case>, PhantomError> {
-    let (sizes, fractions, realisations) = match quick {
-        true => (&SIZES[1..2], &FRACTIONS[1..2], [2, 1]),
-        false => (&SIZES[..], &FRACTIONS[..], [16, 4]),
-    };
     let mut cases = Vec::new();
-    for &(size, edv) in sizes {
-        for &fraction in fractions {
-            let base = Case {
-                name: BASE,
-                size,
-                fraction,
-                realisations: realisations[0],
-                scene: scene(edv, fraction, quick)?,
-            };
-            let mut add = |name, change: &dyn Fn(&mut Scene)| {
+    for (size, edv) in SIZES {
+        for fraction in FRACTIONS {
+            let scene = scene(edv, fraction, quick)?;
+            for (name, hearts, change) in &CASES {
                 let mut case = Case {
                     name,
-                    ..base.clone()
+                    size,
+                    fraction,
+                    realisations: if quick { 2 } else { 16 },
+                    scene: scene.clone(),
                 };
                 change(&mut case.scene);
                 if case.scene.reconstruction.method != Method::Fbp {
-                    case.realisations = realisations[1];
+                    case.realisations = case.realisations.div_ceil(4);
                 }
-                cases.push(case);
-            };
-            add(BASE, &|_| ());
-            add(SIXTEEN, &|scene| {
-                scene.acquisition.mode = Mode::Gated { gates: 16 };
-            });
-            if base.is_of_reference() {
-                add_methods(&mut add, quick);
-            }
-            if size == "medium" {
-                add_causes(&mut add);
-            }
-            if base.is_of_reference() {
-                add("sharper camera", &sharpen);
-                add("none of these four, bins of 2 mm", &|scene| {
-                    switch_off(scene);
-                    let camera = &mut scene.camera;
-                    (camera.bins, camera.rows, camera.pitch) = (205, 102, [0.2; 2]);
-                });
+                let has_heart = match hearts {
+                    Hearts::All => true,
+                    Hearts::Medium => size == "medium",
+                    Hearts::Reference => case.is_of_reference(),
+                };
+                let is_quick = case.is_of_reference() && QUICK.contains(name);
+                if has_heart && (is_quick || !quick) {
+                    cases.push(case);
+                }
             }
         }
     }
     Ok(cases)
 }
 
-type Add<'a> = dyn FnMut(&'static str, &dyn Fn(&mut Scene)) + 'a;
-
-/// OSEM with and without models of attenuation and resolution, and the filter window off, of the same projections.
-fn add_methods(add: &mut Add<'_>, quick: bool) {
-    add(NO_WINDOW, &unfilter);
-    for (name, attenuation, resolution) in [
-        ("OSEM", false, false),
-        ("OSEM, attenuation", true, false),
-        ("OSEM, resolution", false, true),
-        ("OSEM, both", true, true),
-    ] {
-        let osem = Osem {
-            attenuation,
-            resolution,
-            ..if quick {
-                Osem::new(4, 1)
-            } else {
-                Osem::new(8, 4)
-            }
-        };
-        add(name, &|scene| {
-            scene.reconstruction.method = Method::Osem(osem)
-        });
-    }
-}
-
-/// Each cause of bias switched off, and all of them.
-fn add_causes(add: &mut Add<'_>) {
-    add(NO_GATES, &rest);
-    add(NO_RESPONSE, &|scene| scene.collimator = None);
-    add(NO_ATTENUATION, &stop_attenuating);
-    add(NOTHING, &switch_off);
+/// OSEM of 8 subsets and 4 iterations, with models of attenuation and resolution.
+fn osem(scene: &mut Scene, [attenuation, resolution]: [bool; 2]) {
+    scene.reconstruction.method = Method::Osem(Osem {
+        attenuation,
+        resolution,
+        ..Osem::new(8, 4)
+    });
 }
 
 fn rest(scene: &mut Scene) {

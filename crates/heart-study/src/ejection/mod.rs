@@ -8,20 +8,14 @@ mod page;
 use crate::StudyError;
 use crate::study::gallery::Gallery;
 pub use cases::Case;
-use heart_phantom::{PhantomError, Progress, files};
+use heart_phantom::{Progress, files};
 pub use measure::{CaseResult, Measured, Volumes};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-/// Options of the study of ejection fractions.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct EjectionOptions {
-    /// One heart, few views and realisations: a test of the program, not of the camera.
-    pub quick: bool,
-    /// Threads; all cores if `None`. Results do not depend on it.
-    pub threads: Option<usize>,
-}
+/// Heading of the page.
+const TITLE: &str = "What gated SPECT makes of an ejection fraction";
 
 /// The results, written to `report.json`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -40,31 +34,18 @@ pub struct EjectionReport {
 }
 
 /// Runs the study and writes page, plots and `report.json` to the directory `out`. The report of an earlier run and the files that it lists
-/// are removed first.
+/// are removed first. A quick run has one heart and few views; it tests the program.
 ///
 /// # Errors
 /// A directory that is not writable is reported before any work; see [`StudyError`].
 pub fn ejection(
-    options: &EjectionOptions,
+    quick: bool,
     out: &Path,
-    progress: &(dyn Fn(Progress) + Sync),
+    progress: &dyn Fn(Progress),
 ) -> Result<EjectionReport, StudyError> {
     let folder = files::Folder::lock(out)?;
     folder.clear(&[])?;
-    let given = options.threads.unwrap_or(0);
-    rayon::ThreadPoolBuilder::new()
-        .num_threads(given)
-        .build()
-        .map_err(|source| PhantomError::Threads { given, source })?
-        .install(|| in_pool(options, out, progress))
-}
-
-fn in_pool(
-    options: &EjectionOptions,
-    out: &Path,
-    progress: &(dyn Fn(Progress) + Sync),
-) -> Result<EjectionReport, StudyError> {
-    let (clock, cases) = (Instant::now(), cases::all(options.quick)?);
+    let (clock, cases) = (Instant::now(), cases::all(quick)?);
     let (mut shared, mut results) = (None, Vec::new());
     for case in &cases {
         progress(Progress {
@@ -75,10 +56,7 @@ fn in_pool(
     }
     let mut gallery = Gallery::new(out);
     page::write(&mut gallery, &results)?;
-    let mut files = gallery.finish(
-        "What gated SPECT makes of an ejection fraction",
-        page::introduction(options.quick),
-    )?;
+    let mut files = gallery.finish(TITLE, page::introduction(quick))?;
     files.push(files::REPORT.into());
     let report = EjectionReport {
         program: files::PROGRAM.into(),

@@ -212,7 +212,7 @@ fn the_study_of_ejection_fractions_writes_its_report_and_page() {
     let read = |file: &str| std::fs::read_to_string(folder.path().join(file)).unwrap();
     let report: serde_json::Value = serde_json::from_str(&read("report.json")).unwrap();
     let cases = report["cases"].as_array().unwrap();
-    assert_eq!(cases.len(), 12);
+    assert_eq!(cases.len(), 5);
     for case in cases {
         assert!((number(case, "truth.edv") - 127.0).abs() < 0.01, "{case}");
         assert!(
@@ -223,17 +223,17 @@ fn the_study_of_ejection_fractions_writes_its_report_and_page() {
             let measured = &case["rules"][rule];
             let [edv, esv, fraction] =
                 ["edv", "esv", "fraction"].map(|key| number(measured, &format!("expected.{key}")));
-            // Sixteen views and a tolerance of 0.1 leave the order of the volumes.
-            assert!(60.0 < edv && edv < 150.0 && esv < 0.7 * edv, "{case}");
+            assert!(0.0 < esv && esv < edv && edv < 150.0, "{case}");
             assert!((fraction - (edv - esv) / edv).abs() < 1e-12);
             assert!(number(measured, "mean.edv").is_finite());
         }
     }
-    // A heart at rest without collimator and attenuation, in bins of 6.4 and 4 mm.
-    for name in ["none of the three", "sharper camera, none of the three"] {
-        let case = cases.iter().find(|case| case["name"] == name).unwrap();
-        let found = number(case, "half_maximum.expected.edv");
-        assert!((found / 127.0 - 1.0).abs() < 0.15, "{name} {found}");
+    // A heart at rest without collimator, attenuation and filter window, in bins of 2 mm: from eight views both rules find it to 3 %.
+    let ideal = &cases[4];
+    assert_eq!(ideal["name"], "none of these four, bins of 2 mm");
+    for rule in 0..2 {
+        let found = number(&ideal["rules"][rule], "expected.edv");
+        assert!((found / 127.0 - 1.0).abs() < 0.03, "{found}");
     }
     let html = read("index.html");
     let images: Vec<&str> = (html.split("<img src=\"").skip(1))

@@ -9,7 +9,7 @@ use heart_phantom::files::{self, Section, Volume};
 use heart_phantom::revolve_voxel::VoxelGrid;
 use heart_phantom::scene::Scene;
 use heart_phantom::{Phantom, PhantomError, PlannedFile, Progress, Run, RunReport};
-use heart_study::ejection::{EjectionOptions, ejection};
+use heart_study::ejection::ejection;
 use heart_study::{Look, StudyError, StudyOptions};
 use indicatif::{ProgressBar, ProgressStyle};
 use serde_json::json;
@@ -21,7 +21,7 @@ pub(crate) type Done = Result<Answer, Failure>;
 pub(crate) fn run(arguments: &Arguments) -> Done {
     match &arguments.command {
         Command::Paper(options) => paper(arguments, options),
-        Command::Ef { out, quick } => ef(arguments, out, *quick),
+        Command::Ef { out, quick } => in_pool(arguments, || ef(arguments, out, *quick)),
         Command::Init { file } => init(file.as_deref(), Scene::default().to_toml()),
         Command::Check { scene } => in_pool(arguments, || check(arguments, scene)),
         Command::Run {
@@ -90,12 +90,8 @@ fn paper(arguments: &Arguments, paper: &Paper) -> Done {
 }
 
 fn ef(arguments: &Arguments, out: &Path, quick: bool) -> Done {
-    let options = EjectionOptions {
-        quick,
-        threads: arguments.threads,
-    };
     let bar = bar(arguments);
-    let report = ejection(&options, out, &|progress| show(&bar, progress));
+    let report = ejection(quick, out, &|progress| show(&bar, progress));
     bar.finish_and_clear();
     let report = report?;
     let mut lines = report.summary();
