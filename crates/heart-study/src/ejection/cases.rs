@@ -98,7 +98,7 @@ pub(super) fn all(quick: bool) -> Result<Vec<Case>, PhantomError> {
                 };
                 change(&mut case.scene);
                 if case.scene.reconstruction.method != Method::Fbp {
-                    case.realisations = case.realisations.div_ceil(4);
+                    case.realisations = (case.realisations / 4).max(2);
                 }
                 let has_heart = match hearts {
                     Hearts::All => true,
