@@ -51,8 +51,11 @@ enum Hearts {
     Reference,
 }
 
-/// Each case with the change of the base scene; those with equal projections are adjacent.
-const CASES: [(&str, Hearts, fn(&mut Scene)); 13] = [
+/// Name and hearts of a case, and its change of the base scene.
+type Change = (&'static str, Hearts, fn(&mut Scene));
+
+/// Cases with equal projections are adjacent.
+const CASES: [Change; 13] = [
     (BASE, Hearts::All, |_| ()),
     (SIXTEEN, Hearts::All, |scene| {
         scene.acquisition.mode = Mode::Gated { gates: 16 };

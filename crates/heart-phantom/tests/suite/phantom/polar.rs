@@ -96,7 +96,7 @@ fn blurred_shell(r: f64) -> f64 {
         false => 2.0 * (s / SIGMA).powi(2) * bell(s),
     };
     let node = |k: usize| sphere(SHELL[0] + (SHELL[1] - SHELL[0]) * k as f64 / 40.0);
-    let weight = |k: usize| [2.0, 4.0][k % 2] - f64::from(k % 40 == 0);
+    let weight = |k: usize| [2.0, 4.0][k % 2] - f64::from(k.is_multiple_of(40));
     (0..=40).map(|k| weight(k) * node(k)).sum::<f64>() * (SHELL[1] - SHELL[0]) / 120.0
 }
 
