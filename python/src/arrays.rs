@@ -112,6 +112,17 @@ pub(crate) fn shown(shape: &[usize]) -> String {
 
 fn real<'py>(what: &str, given: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyUntypedArray>> {
     let numpy = given.py().import("numpy")?;
+    if given.is_instance(&numpy.getattr("ma")?.getattr("MaskedArray")?)? {
+        let masked: usize = numpy
+            .getattr("ma")?
+            .call_method1("count_masked", (given,))?
+            .extract()?;
+        if masked > 0 {
+            let text =
+                format!("{what} has {masked} masked entries; fill them, for example with `filled`");
+            return Err(PyValueError::new_err(text));
+        }
+    }
     let array = numpy.call_method1("asarray", (given,))?;
     let array = array.cast_into::<PyUntypedArray>()?;
     match array.dtype().kind() {

@@ -1,5 +1,6 @@
 //! Conversion of errors of the crates to the Python exceptions of `heart_phantom/errors.py`.
 
+use heart_cohort::CohortError;
 use heart_phantom::PhantomError;
 use heart_phantom::membrane_newton::{MembraneError, NewtonError};
 use heart_phantom::radon::RadonError;
@@ -15,6 +16,8 @@ use std::path::Path;
 pub(crate) enum Failure {
     #[error(transparent)]
     Phantom(#[from] PhantomError),
+    #[error(transparent)]
+    Cohort(CohortError),
     #[error(transparent)]
     Radon(#[from] RadonError),
     #[error(transparent)]
@@ -43,7 +46,20 @@ impl From<Failure> for PyErr {
     fn from(failure: Failure) -> Self {
         Python::attach(|py| match failure {
             Failure::Phantom(error) => of_phantom(py, error),
-            Failure::Radon(error) => exception(py, "RadonError", &error),
+            Failure::Cohort(CohortError::Text(error)) => {
+                let place = (error.file.as_deref(), error.place);
+                scene_error(
+                    py,
+                    &error.to_string(),
+                    place,
+                    [&error.field, "", &error.what],
+                )
+            }
+            Failure::Cohort(error) => exception(py, "HeartPhantomError", &error),
+            Failure::Radon(error) => match of_operator(&error) {
+                Some(raised) => raised.clone_ref(py),
+                None => exception(py, "RadonError", &error),
+            },
             Failure::Revolve(error) => exception(py, "RevolveError", &error),
             Failure::Newton(error) => exception(py, "MembraneError", &error),
             Failure::Membrane(error) => exception(py, "MembraneError", &error),
@@ -51,6 +67,11 @@ impl From<Failure> for PyErr {
             Failure::Python(error) => error,
         })
     }
+}
+
+/// The exception that an operator of the caller raised.
+fn of_operator(error: &RadonError) -> Option<&PyErr> {
+    error.source()?.downcast_ref()
 }
 
 fn of_phantom(py: Python<'_>, error: PhantomError) -> PyErr {

@@ -4,6 +4,8 @@
 //! `arrays.rs` converts arrays, `errors.rs` errors.
 
 mod arrays;
+mod cohort;
+mod equilibrium;
 mod errors;
 mod membrane;
 mod mesh;
@@ -12,9 +14,11 @@ mod phantom;
 mod pose;
 mod radon;
 mod rays;
+mod recipe;
 mod revolve;
 mod scatter;
 mod scene;
+mod tables;
 mod values;
 mod work;
 
@@ -24,7 +28,11 @@ mod _native {
     use pyo3::prelude::*;
 
     #[pymodule_export]
-    use crate::membrane::{PyEquilibrium, PyMembrane, PyPairEquilibrium, solve_pair};
+    use crate::cohort::{PyCohort, command_line};
+    #[pymodule_export]
+    use crate::equilibrium::PyEquilibrium;
+    #[pymodule_export]
+    use crate::membrane::{PyMembrane, PyPairEquilibrium, solve_pair};
     #[pymodule_export]
     use crate::mesh::PyMesh;
     #[pymodule_export]
@@ -35,7 +43,8 @@ mod _native {
     use crate::pose::PyPose;
     #[pymodule_export]
     use crate::radon::{
-        PyFbpPlan, PyGeometry, PyGrid, PyProjector, PySolution, cgls, fbp, mlem, osem, sirt,
+        PyFbpPlan, PyGeometry, PyGrid, PyProjector, PySolution, PySpectOperator, cgls, fbp, mlem,
+        osem, sirt,
     };
     #[pymodule_export]
     use crate::rays::PyRayGeometry;

@@ -1,20 +1,19 @@
 //! `heart_phantom.membrane`: membranes in equilibrium.
 
 use crate::arrays::{Given, array, numbers, of, points};
+use crate::equilibrium::{PyEquilibrium, report};
 use crate::errors::Failure;
+use crate::recipe::{Recipe, Reduced};
 use crate::values::{Whole, named};
 use crate::work::work;
-use heart_phantom::membrane_forces::{Profile, Quantity};
+use heart_phantom::membrane_forces::{self, Profile, Quantity};
 use heart_phantom::membrane_newton::{
-    Control, Discretisation, Equilibrium, Membrane, MembraneError, NewtonOptions, NewtonReport,
-    Pair, PairEquilibrium, PressureLaw, ReferenceShape, Rubber, RubberState, Solver,
+    Control, Discretisation, Membrane, NewtonOptions, Pair, PairEquilibrium, PressureLaw,
+    ReferenceShape, Rubber, Solver,
 };
-use numpy::PyArrayDyn;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
-
-type Doubles<'py> = Result<Bound<'py, PyArrayDyn<f64>>, Failure>;
+use pyo3::types::{PyDict, PyTuple};
 
 /// An elastic membrane: reference configuration, material, pressure law.
 ///
@@ -29,7 +28,10 @@ type Doubles<'py> = Result<Bound<'py, PyArrayDyn<f64>>, Failure>;
 /// 17.483575278
 #[pyclass(name = "Membrane", module = "heart_phantom.membrane", frozen)]
 #[derive(Debug)]
-pub(crate) struct PyMembrane(Membrane);
+pub(crate) struct PyMembrane {
+    membrane: Membrane,
+    recipe: Recipe,
+}
 
 /// Arguments of a material.
 struct Material<'a, 'py> {
@@ -40,7 +42,25 @@ struct Material<'a, 'py> {
 }
 
 impl Material<'_, '_> {
-    fn of(&self, rest: ReferenceShape) -> Result<PyMembrane, Failure> {
+    /// Makes a membrane; `name` and `arguments` are those of its constructor.
+    fn of<'py>(
+        &self,
+        py: Python<'py>,
+        rest: ReferenceShape,
+        name: &str,
+        arguments: impl IntoPyObject<'py, Target = PyTuple, Output = Bound<'py, PyTuple>, Error = PyErr>,
+    ) -> Result<PyMembrane, Failure> {
+        let options = PyDict::new(py);
+        for (name, value) in [
+            ("stiffness", self.stiffness),
+            ("law", self.law),
+            ("rubber", self.rubber),
+            ("thickness", self.thickness),
+        ] {
+            options.set_item(name, value)?;
+        }
+        let own = py.get_type::<PyMembrane>().getattr(name)?;
+        let recipe = Recipe::new(py, &own, arguments)?.with_options(&options)?;
         let membrane = Membrane::new(rest);
         let made = match self.rubber {
             None => {
@@ -54,10 +74,11 @@ impl Material<'_, '_> {
                 membrane.with_rubber(Rubber::new(named("rubber", rubber)?, thickness)?)
             }
         };
-        Ok(PyMembrane(match self.law {
+        let membrane = match self.law {
             None => made,
             Some(law) => made.with_law(named::<PressureLaw>("law", law)?),
-        }))
+        };
+        Ok(PyMembrane { membrane, recipe })
     }
 }
 
@@ -89,6 +110,7 @@ impl PyMembrane {
     #[staticmethod]
     #[pyo3(signature = (h, radius, *, stiffness = None, law = None, rubber = None, thickness = None))]
     fn balloon(
+        py: Python<'_>,
         h: f64,
         radius: f64,
         stiffness: Option<&Bound<'_, PyAny>>,
@@ -102,13 +124,19 @@ impl PyMembrane {
             rubber,
             thickness,
         };
-        material.of(ReferenceShape::balloon(h, radius)?)
+        material.of(
+            py,
+            ReferenceShape::balloon(h, radius)?,
+            "balloon",
+            (h, radius),
+        )
     }
 
     /// A flat disc, fixed at its edge.
     #[staticmethod]
     #[pyo3(signature = (radius, *, stiffness = None, law = None, rubber = None, thickness = None))]
     fn disc(
+        py: Python<'_>,
         radius: f64,
         stiffness: Option<&Bound<'_, PyAny>>,
         law: Option<&Bound<'_, PyAny>>,
@@ -121,7 +149,7 @@ impl PyMembrane {
             rubber,
             thickness,
         };
-        material.of(ReferenceShape::disc(radius)?)
+        material.of(py, ReferenceShape::disc(radius)?, "disc", (radius,))
     }
 
     /// Points [x, y] from one fixed end over the apex to the other, `[n][2]`.
@@ -140,7 +168,10 @@ impl PyMembrane {
             rubber,
             thickness,
         };
-        material.of(ReferenceShape::polyline(&points::<2>("curve", curve)?)?)
+        let py = curve.py();
+        let points = points::<2>("curve", curve)?;
+        let given = array(py, points.as_flattened().to_vec(), &[points.len(), 2])?;
+        material.of(py, ReferenceShape::polyline(&points)?, "polyline", (given,))
     }
 
     /// The equilibrium at one prescribed quantity: `load` of the law, force `intensity`, `total_force`, `volume` (cm^3), `volume_gain`, (V
@@ -150,8 +181,7 @@ impl PyMembrane {
     #[pyo3(signature = (*, load = None, intensity = None, total_force = None, volume = None, volume_gain = None, area = None, tolerance = 1e-12, degree = None, nodes = None))]
     #[expect(clippy::too_many_arguments, reason = "one of them is given")]
     fn solve(
-        &self,
-        py: Python<'_>,
+        slf: &Bound<'_, Self>,
         load: Option<f64>,
         intensity: Option<f64>,
         total_force: Option<f64>,
@@ -170,20 +200,39 @@ impl PyMembrane {
             volume_gain.map(Control::VolumeGain),
             area.map(Control::Area),
         ])?;
-        let (membrane, by) = (self.0.clone(), discretisation(tolerance, degree, nodes)?);
+        let py = slf.py();
+        let by = discretisation(tolerance, degree, nodes)?;
+        let options = PyDict::new(py);
+        for (name, value) in [
+            ("load", load),
+            ("intensity", intensity),
+            ("total_force", total_force),
+            ("volume", volume),
+            ("volume_gain", volume_gain),
+            ("area", area),
+        ] {
+            options.set_item(name, value)?;
+        }
+        set_discretisation(&options, tolerance, degree, nodes)?;
+        let recipe = Recipe::new(py, &slf.getattr("solve")?, ())?.with_options(&options)?;
+        let membrane = slf.get().membrane.clone();
         let solved = work(py, move |_| {
             Solver::new(&membrane, by)?.solve(control, &NewtonOptions::default())
         })?;
-        Ok(PyEquilibrium(solved))
+        Ok(PyEquilibrium::with_recipe(solved, recipe))
     }
 
     fn __repr__(&self) -> String {
-        let rest = self.0.reference().at(0.5).position[0];
-        let made_of = match self.0.stiffness() {
-            Some(_) => "springs",
-            None => "rubber",
+        let rest = self.membrane.reference().at(0.5).position[0];
+        let made_of = match self.membrane.material() {
+            membrane_forces::Material::Springs { .. } => "springs",
+            membrane_forces::Material::Rubber(_) => "rubber",
         };
         format!("<Membrane: of {made_of}, apex at {rest} cm at rest>")
+    }
+
+    fn __reduce__<'py>(&self, py: Python<'py>) -> Reduced<'py> {
+        self.recipe.reduced(py)
     }
 }
 
@@ -199,6 +248,17 @@ fn one_of<const N: usize>(given: [Option<Control>; N]) -> PyResult<Control> {
             Err(PyValueError::new_err(text))
         }
     }
+}
+
+fn set_discretisation(
+    options: &Bound<'_, PyDict>,
+    tolerance: f64,
+    degree: Option<Whole>,
+    nodes: Option<Whole>,
+) -> PyResult<()> {
+    options.set_item("tolerance", tolerance)?;
+    options.set_item("degree", degree.map(|n| n.0))?;
+    options.set_item("nodes", nodes.map(|n| n.0))
 }
 
 fn discretisation(
@@ -221,168 +281,60 @@ fn discretisation(
     }
 }
 
-/// A membrane in equilibrium.
-#[pyclass(name = "Equilibrium", module = "heart_phantom.membrane", frozen)]
-#[derive(Debug)]
-pub(crate) struct PyEquilibrium(pub(crate) Equilibrium);
-
-#[pymethods]
-impl PyEquilibrium {
-    /// Force intensity: force per length of the curve, as defined by the law.
-    #[getter]
-    fn intensity(&self) -> f64 {
-        self.0.intensity
-    }
-
-    /// Load under the membrane's law: the intensity, or the total force.
-    #[getter]
-    fn load(&self) -> f64 {
-        self.0.load
-    }
-
-    /// Pressure across the membrane, force per current area, in the unit of the stiffness or of the moduli.
-    #[getter]
-    fn pressure(&self) -> f64 {
-        self.0.pressure()
-    }
-
-    /// Length of the curve, cm.
-    #[getter]
-    fn length(&self) -> f64 {
-        self.0.measures.length
-    }
-
-    /// Area within the curve, cm^2.
-    #[getter]
-    fn area(&self) -> f64 {
-        self.0.measures.area
-    }
-
-    /// Lateral surface of revolution, cm^2.
-    #[getter]
-    fn surface(&self) -> f64 {
-        self.0.measures.surface
-    }
-
-    /// Volume of revolution, cm^3.
-    #[getter]
-    fn volume(&self) -> f64 {
-        self.0.measures.volume
-    }
-
-    /// Nodes [x, y] of the discretisation, from one end to the other: `float64[n][2]`.
-    #[getter]
-    fn points<'py>(&self, py: Python<'py>) -> Doubles<'py> {
-        let nodes = self.0.points();
-        array(py, nodes.as_flattened().to_vec(), &[nodes.len(), 2])
-    }
-
-    /// Material coordinates of `points`, from 0 to 1: `float64[n]`.
-    #[getter]
-    fn positions<'py>(&self, py: Python<'py>) -> Doubles<'py> {
-        let positions = self.0.positions();
-        let n = positions.len();
-        array(py, positions, &[n])
-    }
-
-    /// The curve [x, y] at material coordinates from 0 to 1, `float64[n][2]`, with the accuracy of the solve.
-    fn at<'py>(&self, py: Python<'py>, s: &Bound<'py, PyAny>) -> Doubles<'py> {
-        let s = finite(numbers("s", s)?)?;
-        let flat = s.iter().flat_map(|&s| self.0.at(s).position).collect();
-        array(py, flat, &[s.len(), 2])
-    }
-
-    /// State of rubber at material coordinates from 0 to 1: a dictionary of `stretches` `float64[n][3]` (meridional, hoop, thickness), and
-    /// `tensions` `float64[n][2]` (kPa cm) and `stresses` `float64[n][2]` (kPa), meridional and hoop.
-    fn rubber_state<'py>(
-        &self,
-        py: Python<'py>,
-        s: &Bound<'py, PyAny>,
-    ) -> Result<Bound<'py, PyDict>, Failure> {
-        let s = finite(numbers("s", s)?)?;
-        let n = s.len();
-        let all = s.into_iter().map(|s| self.0.rubber_state(s));
-        let all = all.collect::<Result<Vec<RubberState>, _>>()?;
-        let made = PyDict::new(py);
-        let stretches: Vec<f64> = all.iter().flat_map(|at| at.stretches).collect();
-        made.set_item("stretches", array(py, stretches, &[n, 3])?)?;
-        let tensions: Vec<f64> = all.iter().flat_map(|at| at.tensions).collect();
-        made.set_item("tensions", array(py, tensions, &[n, 2])?)?;
-        let stresses: Vec<f64> = all.iter().flat_map(|at| at.stresses).collect();
-        made.set_item("stresses", array(py, stresses, &[n, 2])?)?;
-        Ok(made)
-    }
-
-    /// Report of the solve: a dictionary of counts, the scaled residual, and its `history`.
-    fn report<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
-        report(py, &self.0.report)
-    }
-
-    fn __repr__(&self) -> String {
-        let (intensity, volume) = (self.0.intensity, self.0.measures.volume);
-        format!("<Equilibrium: intensity {intensity:.6}, volume {volume:.6} cm^3>")
-    }
-}
-
-fn finite(s: Vec<f64>) -> Result<Vec<f64>, MembraneError> {
-    match s.iter().find(|s| !s.is_finite()) {
-        Some(&given) => Err(MembraneError::NotFinite { what: "s", given }),
-        None => Ok(s),
-    }
-}
-
-fn report<'py>(py: Python<'py>, of: &NewtonReport) -> PyResult<Bound<'py, PyDict>> {
-    let made = PyDict::new(py);
-    made.set_item("iterations", of.iterations)?;
-    made.set_item("factorisations", of.factorisations)?;
-    made.set_item("residual_calls", of.residual_calls)?;
-    made.set_item("load_steps", of.load_steps)?;
-    made.set_item("residual", of.residual)?;
-    made.set_item("step", of.step)?;
-    made.set_item("error", of.error)?;
-    made.set_item("history", &of.history)?;
-    Ok(made)
-}
-
 /// Two membranes in equilibrium with a wall of constant volume between them.
 #[pyclass(name = "PairEquilibrium", module = "heart_phantom.membrane", frozen)]
 #[derive(Debug)]
-pub(crate) struct PyPairEquilibrium(PairEquilibrium);
+pub(crate) struct PyPairEquilibrium {
+    pair: PairEquilibrium,
+    recipe: Recipe,
+}
 
 #[pymethods]
 impl PyPairEquilibrium {
     /// The inner membrane.
     #[getter]
-    fn inner(&self) -> PyEquilibrium {
-        PyEquilibrium(self.0.inner.clone())
+    fn inner(slf: &Bound<'_, Self>) -> PyResult<PyEquilibrium> {
+        let recipe = Recipe::property(slf.as_any(), "inner")?;
+        Ok(PyEquilibrium::with_recipe(
+            slf.get().pair.inner.clone(),
+            recipe,
+        ))
     }
 
     /// The outer membrane.
     #[getter]
-    fn outer(&self) -> PyEquilibrium {
-        PyEquilibrium(self.0.outer.clone())
+    fn outer(slf: &Bound<'_, Self>) -> PyResult<PyEquilibrium> {
+        let recipe = Recipe::property(slf.as_any(), "outer")?;
+        Ok(PyEquilibrium::with_recipe(
+            slf.get().pair.outer.clone(),
+            recipe,
+        ))
     }
 
     /// Volume between them, cm^3.
     #[getter]
     fn wall_volume(&self) -> f64 {
-        self.0.wall_volume
+        self.pair.wall_volume
     }
 
     /// Relative error of the volume of the wall.
     #[getter]
     fn wall_volume_error(&self) -> f64 {
-        self.0.wall_volume_error
+        self.pair.wall_volume_error
     }
 
     /// Report of the solve of both membranes: a dictionary.
     fn report<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
-        report(py, &self.0.report)
+        report(py, &self.pair.report)
     }
 
     fn __repr__(&self) -> String {
-        let (inner, wall) = (self.0.inner.measures.volume, self.0.wall_volume);
+        let (inner, wall) = (self.pair.inner.measures.volume, self.pair.wall_volume);
         format!("<PairEquilibrium: cavity {inner:.6} cm^3, wall {wall:.6} cm^3>")
+    }
+
+    fn __reduce__<'py>(&self, py: Python<'py>) -> Reduced<'py> {
+        self.recipe.reduced(py)
     }
 }
 
@@ -403,11 +355,18 @@ pub(crate) fn solve_pair(
     degree: Option<Whole>,
     nodes: Option<Whole>,
 ) -> Result<PyPairEquilibrium, Failure> {
-    let (inner, outer) = (inner.get().0.clone(), outer.get().0.clone());
     let by = discretisation(tolerance, degree, nodes)?;
+    let options = PyDict::new(py);
+    set_discretisation(&options, tolerance, degree, nodes)?;
+    let own = py.import("heart_phantom.membrane")?.getattr("solve_pair")?;
+    let recipe = Recipe::new(py, &own, (inner, outer, volume_gain))?.with_options(&options)?;
+    let (inner, outer) = (inner.get().membrane.clone(), outer.get().membrane.clone());
     let solved = work(py, move |_| {
         let pair = Pair::new(Solver::new(&inner, by)?, Solver::new(&outer, by)?)?;
         pair.solve_gain(volume_gain, &NewtonOptions::default())
     })?;
-    Ok(PyPairEquilibrium(solved))
+    Ok(PyPairEquilibrium {
+        pair: solved,
+        recipe,
+    })
 }

@@ -1,12 +1,15 @@
 //! Triangle meshes.
 
-use crate::arrays::array;
+use crate::arrays::{array, check_shape, of, points};
 use crate::errors::Failure;
 use crate::values::choice;
 use heart_phantom::files::{write_ply, write_stl};
 use heart_phantom::revolve_voxel::Mesh;
+use heart_phantom::revolve_voxel::nalgebra::{Point3, Vector3};
 use numpy::PyArrayDyn;
+use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
+use pyo3::types::PyTuple;
 use std::path::PathBuf;
 
 /// A closed triangle mesh: two triangles at every edge, counter-clockwise seen from outside; cm.
@@ -74,5 +77,48 @@ impl PyMesh {
     fn __repr__(&self) -> String {
         let (points, triangles) = (self.0.vertices.len(), self.0.triangles.len());
         format!("<Mesh: {points} points, {triangles} triangles>")
+    }
+
+    /// A mesh of its arrays, for pickling.
+    #[staticmethod]
+    fn _restore(
+        vertices: &Bound<'_, PyAny>,
+        normals: &Bound<'_, PyAny>,
+        triangles: &Bound<'_, PyAny>,
+    ) -> Result<Self, Failure> {
+        let vertices = points::<3>("vertices", vertices)?;
+        let normals = points::<3>("normals", normals)?;
+        check_shape("normals", &[normals.len(), 3], &[vertices.len(), 3])?;
+        let triangles = of::<u32>("triangles", triangles)?;
+        check_shape(
+            "triangles",
+            &triangles.shape,
+            &[triangles.samples.len() / 3, 3],
+        )?;
+        if let Some(index) = triangles
+            .samples
+            .iter()
+            .find(|&&i| i as usize >= vertices.len())
+        {
+            let text = format!(
+                "triangles contains {index}, beyond {} vertices",
+                vertices.len()
+            );
+            return Err(PyValueError::new_err(text).into());
+        }
+        Ok(Self(Mesh {
+            vertices: vertices.into_iter().map(Point3::from).collect(),
+            normals: normals.into_iter().map(Vector3::from).collect(),
+            triangles: triangles.samples.as_chunks::<3>().0.to_vec(),
+        }))
+    }
+
+    fn __reduce__<'py>(
+        &self,
+        py: Python<'py>,
+    ) -> Result<(Bound<'py, PyAny>, Bound<'py, PyTuple>), Failure> {
+        let arrays = (self.vertices(py)?, self.normals(py)?, self.triangles(py)?);
+        let own = py.get_type::<Self>().getattr("_restore")?;
+        Ok((own, arrays.into_pyobject(py)?))
     }
 }

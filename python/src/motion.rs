@@ -5,6 +5,7 @@ use crate::errors::Failure;
 use heart_phantom::MotionField;
 use numpy::PyArrayDyn;
 use pyo3::prelude::*;
+use pyo3::types::PyTuple;
 
 /// The motion of the wall from end-diastole at end-expiration to another time, on the voxels of the wall at end-diastole; zero elsewhere.
 #[pyclass(name = "Motion", module = "heart_phantom", frozen, get_all)]
@@ -41,6 +42,33 @@ impl PyMotion {
 
 #[pymethods]
 impl PyMotion {
+    /// A motion of its arrays, for pickling.
+    #[staticmethod]
+    fn _restore(
+        displacement: Py<PyArrayDyn<f32>>,
+        velocity: Py<PyArrayDyn<f32>>,
+        strain: Py<PyArrayDyn<f32>>,
+        wall: Py<PyArrayDyn<bool>>,
+    ) -> Self {
+        Self {
+            displacement,
+            velocity,
+            strain,
+            wall,
+        }
+    }
+
+    fn __reduce__<'py>(
+        &self,
+        py: Python<'py>,
+    ) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyTuple>)> {
+        let vectors = [&self.displacement, &self.velocity, &self.strain];
+        let [displacement, velocity, strain] = vectors.map(|array| array.bind(py));
+        let arrays = (displacement, velocity, strain, self.wall.bind(py));
+        let own = py.get_type::<Self>().getattr("_restore")?;
+        Ok((own, arrays.into_pyobject(py)?))
+    }
+
     fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
         let wall = self.wall.bind(py);
         let voxels = wall.call_method0("sum")?;

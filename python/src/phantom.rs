@@ -1,17 +1,20 @@
 //! The phantom: the products of a scene as arrays.
 
 use crate::arrays::{self, Given, array};
+use crate::equilibrium::PyEquilibrium;
 use crate::errors::Failure;
-use crate::membrane::PyEquilibrium;
 use crate::mesh::PyMesh;
 use crate::motion::PyMotion;
 use crate::radon::{PyGeometry, PyGrid};
 use crate::rays::PyRayGeometry;
+use crate::recipe::Recipe;
 use crate::revolve::PyBody;
 use crate::scatter::{self, Scattered};
-use crate::scene::{PyScene, scene_of};
+use crate::scene::{PyScene, folded, scene_of};
+use crate::tables::{self, views};
 use crate::values::{Whole, to_python};
 use crate::work::{AtSignal, Watch, work, work_told};
+use heart_phantom::membrane_newton::Equilibrium;
 use heart_phantom::{MotionPhase, Phantom, PhantomError, Scene};
 use numpy::PyArrayDyn;
 use pyo3::exceptions::PyValueError;
@@ -92,9 +95,6 @@ impl PyPhantom {
         })))
     }
 }
-
-/// A named column of a table of views.
-type Column = (&'static str, fn(&heart_phantom::ViewTime) -> f64);
 
 #[pymethods]
 impl PyPhantom {
@@ -232,19 +232,7 @@ impl PyPhantom {
     /// `start` and `window` (acquisition time) in seconds; cardiac `phase` at the start; `angle` in radians.
     #[pyo3(signature = (gate = Whole(0)), text_signature = "($self, gate=0)")]
     fn view_times<'py>(&self, py: Python<'py>, gate: Whole) -> Result<Bound<'py, PyDict>, Failure> {
-        let times = self.0.view_times(gate.0)?;
-        let made = PyDict::new(py);
-        let columns: [Column; 4] = [
-            ("start", |time| time.start),
-            ("window", |time| time.window),
-            ("phase", |time| time.phase),
-            ("angle", |time| time.angle),
-        ];
-        for (name, of) in columns {
-            let column: Vec<f64> = times.iter().map(of).collect();
-            made.set_item(name, array(py, column, &[times.len()])?)?;
-        }
-        Ok(made)
+        tables::view_times(py, &self.0.view_times(gate.0)?)
     }
 
     /// Angles and bins of a gate, for `heart_phantom.radon`.
@@ -373,7 +361,8 @@ impl PyPhantom {
             let pose = phantom.pose(at.breath)?;
             Ok(phantom.shape(at.phase)?.body().with_pose(pose))
         })?;
-        Ok(PyBody::from(body))
+        let recipe = Recipe::of_phantom(py, self.0.scene(), "body", (phase, breath), None)?;
+        Ok(PyBody::with_recipe(body, recipe))
     }
 
     /// Inner and outer membrane at a phase, with their pressures.
@@ -384,8 +373,11 @@ impl PyPhantom {
     ) -> Result<(PyEquilibrium, PyEquilibrium), Failure> {
         let shape = self.made(py, move |phantom| phantom.shape(phase))?;
         let solution = shape.solution();
-        let both = [&solution.inner, &solution.outer];
-        Ok(both.map(|membrane| PyEquilibrium(membrane.clone())).into())
+        let one = |item: usize, membrane: &Equilibrium| {
+            let recipe = Recipe::of_phantom(py, self.0.scene(), "membranes", (phase,), Some(item))?;
+            Ok::<_, PyErr>(PyEquilibrium::with_recipe(membrane.clone(), recipe))
+        };
+        Ok((one(0, &solution.inner)?, one(1, &solution.outer)?))
     }
 
     /// Volume of the cavity in mL at given phases, `float64`, with the shape of the phases.
@@ -395,11 +387,7 @@ impl PyPhantom {
         phases: &Bound<'py, PyAny>,
     ) -> Result<Bound<'py, PyArrayDyn<f64>>, Failure> {
         let Given { samples, shape } = arrays::of::<f64>("phases", phases)?;
-        let volumes = self.made(py, move |phantom| {
-            let [rest, _] = phantom.heart().reference_shape()?.volumes();
-            let volume = |phase: f64| rest * (1.0 + phantom.cycle().gain(phase));
-            Ok(samples.into_iter().map(volume).collect())
-        })?;
+        let volumes = self.made(py, move |phantom| tables::cavity_volumes(phantom, samples))?;
         array(py, volumes, &shape)
     }
 
@@ -484,14 +472,23 @@ impl PyPhantom {
         )
     }
 
+    /// Products of all gates as an `xarray.Dataset` with the coordinates of their axes in cm, s and rad; needs xarray.
+    ///
+    /// `products`: `"projections"`, `"truth"`, `"reconstruction"`.
+    #[pyo3(signature = (products = vec!["projections".to_owned(), "truth".to_owned()]), text_signature = "($self, products=('projections', 'truth'))")]
+    fn to_xarray<'py>(
+        slf: &Bound<'py, Self>,
+        products: Vec<String>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let module = slf.py().import("heart_phantom._xarray")?;
+        module.call_method1("dataset", (slf, products))
+    }
+
+    fn _repr_html_(&self) -> String {
+        folded(&self.__repr__(), self.0.scene())
+    }
+
     fn __getnewargs__(&self) -> (PyScene,) {
         (self.scene(),)
     }
-}
-
-/// Projects all views of a gate.
-fn views(phantom: &Phantom, gate: usize, watch: &Watch) -> Result<Vec<f32>, PhantomError> {
-    let all = phantom.camera().n_views() as f64;
-    let told = |done: usize| watch.tell(done as f64 / all);
-    Ok(phantom.sinograms(gate, &told)?.samples)
 }

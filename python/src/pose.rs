@@ -2,6 +2,7 @@
 
 use crate::arrays::{array, points};
 use crate::errors::Failure;
+use crate::recipe::{Recipe, Reduced};
 use heart_phantom::revolve_voxel::Pose;
 use heart_phantom::revolve_voxel::nalgebra::{Point3, Vector3};
 use numpy::PyArrayDyn;
@@ -15,50 +16,75 @@ use pyo3::prelude::*;
 /// >>> [round(x, 9) + 0.0 for x in pose.axis]
 /// [0.0, -1.0, 0.0]
 #[pyclass(name = "Pose", module = "heart_phantom.revolve", frozen, eq)]
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct PyPose(pub(crate) Pose);
+#[derive(Debug)]
+pub(crate) struct PyPose {
+    pub(crate) pose: Pose,
+    recipe: Recipe,
+}
 
-#[expect(
-    clippy::wrong_self_convention,
-    reason = "methods of a class of Python take a reference"
-)]
+impl PartialEq for PyPose {
+    fn eq(&self, other: &Self) -> bool {
+        self.pose == other.pose
+    }
+}
+
+impl PyPose {
+    pub(crate) fn with_recipe(pose: Pose, recipe: Recipe) -> Self {
+        Self { pose, recipe }
+    }
+}
+
 #[pymethods]
 impl PyPose {
     #[new]
-    pub(crate) fn identity() -> Self {
-        Self(Pose::identity())
+    pub(crate) fn identity(py: Python<'_>) -> PyResult<Self> {
+        let recipe = Recipe::new(py, py.get_type::<Self>().as_any(), ())?;
+        Ok(Self::with_recipe(Pose::identity(), recipe))
     }
 
     /// The pose with the body's axis along z and its point `axial_point` (cm along the axis) at the lab's origin.
     #[staticmethod]
-    fn axis_along_z(axial_point: f64) -> Result<Self, Failure> {
-        Ok(Self(Pose::axis_along_z(axial_point)?))
+    fn axis_along_z(py: Python<'_>, axial_point: f64) -> Result<Self, Failure> {
+        let pose = Pose::axis_along_z(axial_point)?;
+        let own = py.get_type::<Self>().getattr("axis_along_z")?;
+        Ok(Self::with_recipe(
+            pose,
+            Recipe::new(py, &own, (axial_point,))?,
+        ))
     }
 
     /// The pose rotated about the lab's x axis.
-    fn rotated_x(&self, angle: f64) -> Result<Self, Failure> {
-        Ok(Self(self.0.rotated_x(angle)?))
+    fn rotated_x(slf: &Bound<'_, Self>, angle: f64) -> Result<Self, Failure> {
+        let pose = slf.get().pose.rotated_x(angle)?;
+        let recipe = Recipe::new(slf.py(), &slf.getattr("rotated_x")?, (angle,))?;
+        Ok(Self::with_recipe(pose, recipe))
     }
 
     /// The pose rotated about the lab's y axis.
-    fn rotated_y(&self, angle: f64) -> Result<Self, Failure> {
-        Ok(Self(self.0.rotated_y(angle)?))
+    fn rotated_y(slf: &Bound<'_, Self>, angle: f64) -> Result<Self, Failure> {
+        let pose = slf.get().pose.rotated_y(angle)?;
+        let recipe = Recipe::new(slf.py(), &slf.getattr("rotated_y")?, (angle,))?;
+        Ok(Self::with_recipe(pose, recipe))
     }
 
     /// The pose rotated about the lab's z axis.
-    fn rotated_z(&self, angle: f64) -> Result<Self, Failure> {
-        Ok(Self(self.0.rotated_z(angle)?))
+    fn rotated_z(slf: &Bound<'_, Self>, angle: f64) -> Result<Self, Failure> {
+        let pose = slf.get().pose.rotated_z(angle)?;
+        let recipe = Recipe::new(slf.py(), &slf.getattr("rotated_z")?, (angle,))?;
+        Ok(Self::with_recipe(pose, recipe))
     }
 
     /// The pose shifted by (x, y, z).
-    fn shifted(&self, by: [f64; 3]) -> Result<Self, Failure> {
-        Ok(Self(self.0.shifted(Vector3::from(by))?))
+    fn shifted(slf: &Bound<'_, Self>, by: [f64; 3]) -> Result<Self, Failure> {
+        let pose = slf.get().pose.shifted(Vector3::from(by))?;
+        let recipe = Recipe::new(slf.py(), &slf.getattr("shifted")?, (by,))?;
+        Ok(Self::with_recipe(pose, recipe))
     }
 
     /// Direction of the axis in the lab, from base to apex.
     #[getter]
     fn axis(&self) -> [f64; 3] {
-        self.0.axis().into()
+        self.pose.axis().into()
     }
 
     /// Transforms points of the body, `[n][3]`, to the lab: `float64[n][3]`.
@@ -67,7 +93,7 @@ impl PyPose {
         py: Python<'py>,
         places: &Bound<'py, PyAny>,
     ) -> Result<Bound<'py, PyArrayDyn<f64>>, Failure> {
-        moved(py, places, |p| self.0.to_lab(p))
+        moved(py, places, |p| self.pose.to_lab(p))
     }
 
     /// Transforms points of the lab, `[n][3]`, to the body's frame: `float64[n][3]`.
@@ -76,13 +102,17 @@ impl PyPose {
         py: Python<'py>,
         places: &Bound<'py, PyAny>,
     ) -> Result<Bound<'py, PyArrayDyn<f64>>, Failure> {
-        moved(py, places, |p| self.0.to_body(p))
+        moved(py, places, |p| self.pose.to_body(p))
     }
 
     fn __repr__(&self) -> String {
-        let ([x, y, z], origin) = (self.axis(), self.0.to_lab(&Point3::origin()));
+        let ([x, y, z], origin) = (self.axis(), self.pose.to_lab(&Point3::origin()));
         let (a, b, c) = (origin.x, origin.y, origin.z);
         format!("<Pose: base at ({a:.4}, {b:.4}, {c:.4}), axis along ({x:.4}, {y:.4}, {z:.4})>")
+    }
+
+    fn __reduce__<'py>(&self, py: Python<'py>) -> Reduced<'py> {
+        self.recipe.reduced(py)
     }
 }
 

@@ -4,11 +4,13 @@ use crate::arrays::{array, numbers, points};
 use crate::errors::Failure;
 use crate::mesh::PyMesh;
 use crate::pose::PyPose;
+use crate::recipe::{Recipe, Reduced};
 use crate::values::{Whole, choice};
 use crate::work::{Watch, work};
 use heart_phantom::revolve_voxel::nalgebra::{Point3, Vector3};
 use heart_phantom::revolve_voxel::{
-    Body, Measures, Meridian, ParallelDetector, Ray, RevolveError, Sample, Sampling, VoxelGrid,
+    Body, Measures, Meridian, ParallelDetector, Pose, Ray, RevolveError, Sample, Sampling,
+    VoxelGrid,
 };
 use numpy::{Element, PyArrayDyn};
 use pyo3::exceptions::PyValueError;
@@ -26,41 +28,56 @@ use std::sync::Arc;
 /// 3.141592654
 #[pyclass(name = "Meridian", module = "heart_phantom.revolve", frozen)]
 #[derive(Debug)]
-pub(crate) struct PyMeridian(Meridian);
+pub(crate) struct PyMeridian {
+    meridian: Meridian,
+    recipe: Recipe,
+}
 
 #[pymethods]
 impl PyMeridian {
     #[new]
     #[pyo3(signature = (points, *, ring = false))]
     fn new(points: &Bound<'_, PyAny>, ring: bool) -> Result<Self, Failure> {
+        let py = points.py();
         let points = crate::arrays::points::<2>("points", points)?;
-        Ok(Self(match ring {
-            true => Meridian::ring(&points)?,
-            false => Meridian::new(&points)?,
-        }))
+        let options = PyDict::new(py);
+        options.set_item("ring", ring)?;
+        let own = py.get_type::<Self>();
+        let given = array(py, points.as_flattened().to_vec(), &[points.len(), 2])?;
+        Ok(Self {
+            meridian: match ring {
+                true => Meridian::ring(&points)?,
+                false => Meridian::new(&points)?,
+            },
+            recipe: Recipe::new(py, own.as_any(), (given,))?.with_options(&options)?,
+        })
     }
 
     /// Volume (cm^3), surface (cm^2), and moments about x = 0 and about the axis, of density 1: a dictionary.
     fn measures<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
-        measures(py, &self.0.measures())
+        measures(py, &self.meridian.measures())
     }
 
     /// Extent along the axis.
     #[getter]
     fn x_range(&self) -> (f64, f64) {
-        self.0.x_range().into()
+        self.meridian.x_range().into()
     }
 
     /// Largest radius.
     #[getter]
     fn r_max(&self) -> f64 {
-        self.0.r_max()
+        self.meridian.r_max()
     }
 
     fn __repr__(&self) -> String {
-        let ([low, high], r) = (self.0.x_range(), self.0.r_max());
-        let n = self.0.n_segments();
+        let ([low, high], r) = (self.meridian.x_range(), self.meridian.r_max());
+        let n = self.meridian.n_segments();
         format!("<Meridian: {n} segments, x from {low} to {high}, r up to {r}>")
+    }
+
+    fn __reduce__<'py>(&self, py: Python<'py>) -> Reduced<'py> {
+        self.recipe.reduced(py)
     }
 }
 
@@ -90,13 +107,24 @@ fn measures<'py>(py: Python<'py>, of: &Measures) -> PyResult<Bound<'py, PyDict>>
 /// [1.0]
 #[pyclass(name = "Body", module = "heart_phantom.revolve", frozen)]
 #[derive(Debug)]
-pub(crate) struct PyBody(Arc<Body>);
+pub(crate) struct PyBody {
+    body: Arc<Body>,
+    recipe: Recipe,
+}
 
-impl From<Body> for PyBody {
-    fn from(body: Body) -> Self {
-        Self(Arc::new(body))
+impl PyBody {
+    pub(crate) fn with_recipe(body: Body, recipe: Recipe) -> Self {
+        Self {
+            body: Arc::new(body),
+            recipe,
+        }
     }
 }
+
+/// Least number of rays or points of a job: jobs of few rays would cost more to abandon than to compute.
+const RAYS: usize = 1024;
+/// Slices of a volume between two checks for signals.
+const SLICES: usize = 8;
 
 /// One number for all axes, or one for each: z, y, x.
 #[derive(Debug, Clone, Copy, FromPyObject)]
@@ -122,38 +150,47 @@ impl PyBody {
     #[new]
     #[pyo3(signature = (layers, pose = None))]
     fn new(
+        py: Python<'_>,
         layers: Vec<Bound<'_, PyAny>>,
         pose: Option<&Bound<'_, PyPose>>,
     ) -> Result<Self, Failure> {
         let layers = layers.iter().map(|layer| match layer.cast::<PyMeridian>() {
-            Ok(meridian) => Ok(meridian.get().0.clone()),
-            Err(_) => Ok(PyMeridian::new(layer, false)?.0),
+            Ok(meridian) => Ok(meridian.clone()),
+            Err(_) => Ok(Bound::new(py, PyMeridian::new(layer, false)?)?),
         });
         let layers = layers.collect::<Result<Vec<_>, Failure>>()?;
-        let pose = pose.map_or_else(PyPose::identity, |pose| *pose.get());
-        Ok(Body::new(layers, pose.0)?.into())
+        let own = layers.iter().map(|layer| layer.get().meridian.clone());
+        let body = Body::new(
+            own.collect(),
+            pose.map_or_else(Pose::identity, |pose| pose.get().pose),
+        )?;
+        let recipe = Recipe::new(py, py.get_type::<Self>().as_any(), (layers, pose))?;
+        Ok(Self::with_recipe(body, recipe))
     }
 
     /// The pose.
     #[getter]
-    fn pose(&self) -> PyPose {
-        PyPose(*self.0.pose())
+    fn pose(slf: &Bound<'_, Self>) -> PyResult<PyPose> {
+        let recipe = Recipe::property(slf.as_any(), "pose")?;
+        Ok(PyPose::with_recipe(*slf.get().body.pose(), recipe))
     }
 
     /// Number of layers.
     #[getter]
     fn n_layers(&self) -> usize {
-        self.0.layers().len()
+        self.body.layers().len()
     }
 
     /// The same body in another pose.
-    fn with_pose(&self, pose: &Bound<'_, PyPose>) -> Self {
-        self.0.with_pose(pose.get().0).into()
+    fn with_pose(slf: &Bound<'_, Self>, pose: &Bound<'_, PyPose>) -> PyResult<Self> {
+        let body = slf.get().body.with_pose(pose.get().pose);
+        let recipe = Recipe::new(slf.py(), &slf.getattr("with_pose")?, (pose,))?;
+        Ok(Self::with_recipe(body, recipe))
     }
 
     /// Volume, surface and moments of a region at density 1, in the body's frame: a dictionary.
     fn measures<'py>(&self, py: Python<'py>, region: Whole) -> Result<Bound<'py, PyDict>, Failure> {
-        Ok(measures(py, &self.0.region_measures(region.0)?)?)
+        Ok(measures(py, &self.body.region_measures(region.0)?)?)
     }
 
     /// Chord lengths within a layer, `float64[n]`, of lines through `origins` (`[n][3]`) along `directions` (`[n][3]`, or one).
@@ -202,7 +239,7 @@ impl PyBody {
         dtype: &str,
     ) -> Result<Bound<'py, PyAny>, Failure> {
         let scan = Scan {
-            body: self.0.clone(),
+            body: self.body.clone(),
             angles: numbers("angles", angles)?,
             activity: numbers("activity", activity)?,
             detector: ParallelDetector::new(n_bins.0, n_rows.0, pitch)?.with_offset(offset)?,
@@ -239,7 +276,7 @@ impl PyBody {
     /// Triangle mesh of the surface of a layer, within `tolerance` (cm) of it.
     #[pyo3(signature = (layer = Whole(0), *, tolerance = 0.01), text_signature = "($self, layer=0, *, tolerance=0.01)")]
     fn mesh(&self, py: Python<'_>, layer: Whole, tolerance: f64) -> Result<PyMesh, Failure> {
-        let body = self.0.clone();
+        let body = self.body.clone();
         let mesh = work(py, move |_| body.mesh(layer.0, tolerance))?;
         Ok(mesh.into())
     }
@@ -252,11 +289,15 @@ impl PyBody {
         places: &Bound<'py, PyAny>,
         layer: Whole,
     ) -> Result<Bound<'py, PyArrayDyn<f64>>, Failure> {
-        let (body, places) = (self.0.clone(), points::<3>("places", places)?);
+        let (body, places) = (self.body.clone(), points::<3>("places", places)?);
         let n = places.len();
         let made: Vec<f64> = work(py, move |_| {
-            let place = |p: [f64; 3]| body.signed_distance(layer.0, &Point3::from(p));
-            places.into_par_iter().map(place).collect::<Result<_, _>>()
+            let place = |p: [f64; 3]| {
+                simd_set::checkpoint();
+                body.signed_distance(layer.0, &Point3::from(p))
+            };
+            let places = places.into_par_iter().with_min_len(RAYS);
+            places.map(place).collect::<Result<_, _>>()
         })?;
         array(py, made, &[n])
     }
@@ -264,14 +305,22 @@ impl PyBody {
     /// Bounding box of a layer along the lab's axes: its lowest and highest corner, (x, y, z).
     #[pyo3(signature = (layer = Whole(0)), text_signature = "($self, layer=0)")]
     fn bounding_box(&self, layer: Whole) -> Result<([f64; 3], [f64; 3]), Failure> {
-        let [low, high] = self.0.bounding_box(layer.0)?;
+        let [low, high] = self.body.bounding_box(layer.0)?;
         Ok((low.coords.into(), high.coords.into()))
     }
 
     fn __repr__(&self) -> String {
-        let volumes = self.0.layers().iter().map(|layer| layer.measures().volume);
+        let volumes = self
+            .body
+            .layers()
+            .iter()
+            .map(|layer| layer.measures().volume);
         let volumes: Vec<_> = volumes.map(|volume| format!("{volume:.4}")).collect();
         format!("<Body: layers of {} cm^3>", volumes.join(", "))
+    }
+
+    fn __reduce__<'py>(&self, py: Python<'py>) -> Reduced<'py> {
+        self.recipe.reduced(py)
     }
 }
 
@@ -296,10 +345,11 @@ impl PyBody {
             let text = format!("{} directions for {n} origins", directions.len());
             return Err(PyValueError::new_err(text).into());
         }
-        let body = self.0.clone();
+        let body = self.body.clone();
         let made: Vec<f64> = work(py, move |_| {
-            (origins.into_par_iter().zip(directions))
+            (origins.into_par_iter().zip(directions).with_min_len(RAYS))
                 .map(|(from, along)| {
+                    simd_set::checkpoint();
                     of(&body, &Ray::new(Point3::from(from), Vector3::from(along))?)
                 })
                 .collect::<Result<_, _>>()
@@ -313,12 +363,20 @@ impl PyBody {
         grid: VoxelGrid,
         tolerance: f64,
     ) -> Result<(Bound<'py, PyAny>, Vec<u8>), Failure> {
-        let (body, [nx, ny, nz]) = (self.0.clone(), grid.shape());
+        let (body, [nx, ny, nz]) = (self.body.clone(), grid.shape());
         let n = body.layers().len();
-        let (coverage, labels) = work(py, move |_| {
+        let (coverage, labels) = work(py, move |watch| {
             let sampling = Sampling::Coverage { tolerance };
-            let made = body.regions::<T>(&grid, 0..nz, sampling)?;
-            Ok::<_, RevolveError>((made.coverage.concat(), made.labels))
+            let (mut coverage, mut labels) = (vec![Vec::new(); n], Vec::new());
+            for z in (0..nz).step_by(SLICES) {
+                let made = body.regions::<T>(&grid, z..(z + SLICES).min(nz), sampling)?;
+                for (all, slices) in coverage.iter_mut().zip(made.coverage) {
+                    all.extend(slices);
+                }
+                labels.extend(made.labels);
+                watch.tell(z as f64 / nz as f64);
+            }
+            Ok::<_, RevolveError>((coverage.concat(), labels))
         })?;
         Ok((array(py, coverage, &[n, nz, ny, nx])?.into_any(), labels))
     }

@@ -5,7 +5,7 @@ use crate::values::{Whole, entries, to_python, to_table, to_toml};
 use heart_phantom::{PhantomError, Scene};
 use pyo3::exceptions::{PyKeyError, PyValueError};
 use pyo3::prelude::*;
-use pyo3::types::{PyMapping, PyString};
+use pyo3::types::{PyIterator, PyMapping, PyString};
 use std::path::PathBuf;
 use toml::map::Entry;
 use toml::{Table, Value};
@@ -138,6 +138,54 @@ impl PyScene {
         Ok(found)
     }
 
+    /// Names of the sections.
+    fn keys<'py>(&self, py: Python<'py>) -> Result<Bound<'py, PyAny>, Failure> {
+        Ok(self.to_dict(py)?.call_method0("keys")?)
+    }
+
+    /// The sections.
+    fn values<'py>(&self, py: Python<'py>) -> Result<Bound<'py, PyAny>, Failure> {
+        Ok(self.to_dict(py)?.call_method0("values")?)
+    }
+
+    /// Pairs of the name of a section and the section.
+    fn items<'py>(&self, py: Python<'py>) -> Result<Bound<'py, PyAny>, Failure> {
+        Ok(self.to_dict(py)?.call_method0("items")?)
+    }
+
+    /// Returns a section or field by its dotted name, or `default` if there is none.
+    #[pyo3(signature = (name, default = None))]
+    fn get<'py>(
+        &self,
+        name: &Bound<'py, PyString>,
+        default: Option<Bound<'py, PyAny>>,
+    ) -> Result<Bound<'py, PyAny>, Failure> {
+        let py = name.py();
+        match self.__getitem__(py, name) {
+            Err(Failure::Python(error)) if error.is_instance_of::<PyKeyError>(py) => {
+                Ok(default.unwrap_or_else(|| py.None().into_bound(py)))
+            }
+            found => found,
+        }
+    }
+
+    fn __contains__(&self, name: &Bound<'_, PyAny>) -> bool {
+        let name = name.cast::<PyString>();
+        name.is_ok_and(|name| self.__getitem__(name.py(), name).is_ok())
+    }
+
+    fn __iter__<'py>(&self, py: Python<'py>) -> Result<Bound<'py, PyIterator>, Failure> {
+        Ok(self.to_dict(py)?.try_iter()?)
+    }
+
+    fn __len__(&self, py: Python<'_>) -> Result<usize, Failure> {
+        Ok(self.to_dict(py)?.len()?)
+    }
+
+    fn _repr_html_(&self) -> String {
+        folded(&self.__repr__(), &self.0)
+    }
+
     fn __repr__(&self) -> String {
         let camera = &self.0.camera;
         let mode = toml::Value::try_from(self.0.acquisition.mode);
@@ -149,6 +197,16 @@ impl PyScene {
     fn __getnewargs__<'py>(&self, py: Python<'py>) -> Result<(Bound<'py, PyAny>,), Failure> {
         Ok((self.to_dict(py)?,))
     }
+}
+
+/// The scene file below a line that unfolds it.
+pub(crate) fn folded(line: &str, scene: &Scene) -> String {
+    let escaped = |text: &str| {
+        let text = text.replace('&', "&amp;").replace('<', "&lt;");
+        text.replace('>', "&gt;")
+    };
+    let (line, text) = (escaped(line), escaped(&scene.to_toml()));
+    format!("<details><summary><code>{line}</code></summary><pre>{text}</pre></details>")
 }
 
 /// Changes a section, or the field of a dotted name.

@@ -1,7 +1,8 @@
 //! Computation without the interpreter's lock: other Python threads run meanwhile, and Ctrl-C interrupts.
 //!
 //! A thread pool computes on its own data. The calling thread waits without the lock, checks for signals every 40 ms, and returns at the
-//! first one. The computation then ends at its next progress report.
+//! first one. The threads of the computation then end at their next unit of work (`simd_set::checkpoint`). Simultaneous calls use
+//! different pools, so that one of them can be interrupted, and a Python operator can call this package while a solver waits for it.
 
 use crate::errors::Failure;
 use pyo3::exceptions::PyValueError;
@@ -75,11 +76,13 @@ where
     T: Send + 'static,
     E: Into<Failure> + Send + 'static,
 {
+    let progress = progress.map(reporter).transpose()?;
+    let progress = progress.as_ref();
     let watch = Arc::new(Watch::default());
     let (sender, mut receiver) = channel();
     let of_task = watch.clone();
-    let pool = Threads::held().pool()?;
-    pool.spawn(move || {
+    let crew = Threads::held().take()?;
+    crew.pool.spawn(move || {
         // Partial results are dropped with it; counters and caches are behind locks.
         let done = catch_unwind(AssertUnwindSafe(|| task(&of_task)));
         // Fails if the task is abandoned.
@@ -93,6 +96,7 @@ where
         receiver = waited.0;
         match waited.1 {
             Ok(Ok(done)) => {
+                Threads::held().give(crew);
                 let done = done.map_err(Into::into)?;
                 tell(progress, 1.0)?;
                 return Ok(done);
@@ -103,14 +107,21 @@ where
         }
         let share = f64::from_bits(watch.share.load(Ordering::Relaxed));
         if let Err(error) = py.check_signals().and_then(|()| tell(progress, share)) {
+            // Ends the task at its next progress report, and its threads at the next unit of work. Unfinished files are removed on the way.
             watch.stopped.store(true, Ordering::Relaxed);
-            match at_signal {
-                AtSignal::Wait => wait(py, receiver),
-                AtSignal::Leave => Threads::held().leave(),
+            crew.stop.store(true, Ordering::Relaxed);
+            if at_signal == AtSignal::Wait {
+                wait(py, receiver);
             }
             return Err(error.into());
         }
     }
+}
+
+/// The function of the completed fraction that an argument `progress` stands for.
+fn reporter<'py>(progress: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
+    let module = progress.py().import("heart_phantom._progress")?;
+    module.call_method1("reporter", (progress,))
 }
 
 fn tell(progress: Option<&Bound<'_, PyAny>>, share: f64) -> PyResult<()> {
@@ -130,50 +141,69 @@ fn message(panic: &(dyn Any + Send)) -> String {
         .unwrap_or_default()
 }
 
-/// The thread pool.
+/// A thread pool and the flag that ends the computation of its threads. One call uses a pool at a time.
+struct Crew {
+    pool: ThreadPool,
+    stop: Arc<AtomicBool>,
+    /// Number of `set_threads` calls before it was started.
+    generation: u64,
+}
+
+/// The idle pools.
 struct Threads {
     /// Requested number of threads; 0 for one per core.
     asked: usize,
-    /// The pool, if started, and its process: a forked process has none of its threads.
-    pool: Option<(u32, Arc<ThreadPool>)>,
+    generation: u64,
+    /// The process of the pools: a forked process has none of their threads.
+    process: u32,
+    idle: Vec<Crew>,
 }
+
+/// Largest number of pools that are kept: more exist only while more calls run at the same time.
+const MOST_IDLE: usize = 2;
 
 static THREADS: Mutex<Threads> = Mutex::new(Threads {
     asked: 0,
-    pool: None,
+    generation: 0,
+    process: 0,
+    idle: Vec::new(),
 });
 
 impl Threads {
     fn held() -> MutexGuard<'static, Self> {
-        THREADS.lock().unwrap_or_else(PoisonError::into_inner)
+        let mut threads = THREADS.lock().unwrap_or_else(PoisonError::into_inner);
+        let here = std::process::id();
+        if threads.process != here {
+            // The threads belong to the parent process and cannot be joined.
+            std::mem::forget(std::mem::take(&mut threads.idle));
+            threads.process = here;
+        }
+        threads
     }
 
-    fn pool(&mut self) -> Result<Arc<ThreadPool>, Failure> {
-        let here = std::process::id();
-        match self.pool.take() {
-            Some((process, pool)) if process == here => {
-                self.pool = Some((process, pool.clone()));
-                return Ok(pool);
-            }
-            // The threads belong to the parent process and cannot be joined.
-            Some((_, parents)) => std::mem::forget(parents),
-            None => {}
+    /// Returns an idle pool, or starts one.
+    fn take(&mut self) -> Result<Crew, Failure> {
+        if let Some(crew) = self.idle.pop() {
+            return Ok(crew);
         }
-        let builder = ThreadPoolBuilder::new().num_threads(self.asked);
-        let built = builder.thread_name(|k| format!("heart-phantom-{k}"));
+        let stop = Arc::new(AtomicBool::new(false));
+        let flag = stop.clone();
+        let built = (ThreadPoolBuilder::new().num_threads(self.asked))
+            .thread_name(|k| format!("heart-phantom-{k}"))
+            .start_handler(move |_| simd_set::stop_when(flag.clone()));
         let given = self.asked;
         let failed = |source| heart_phantom::PhantomError::Threads { given, source };
-        let pool = Arc::new(built.build().map_err(failed)?);
-        self.pool = Some((here, pool.clone()));
-        Ok(pool)
+        Ok(Crew {
+            pool: built.build().map_err(failed)?,
+            stop,
+            generation: self.generation,
+        })
     }
 
-    /// Abandons the pool to its running tasks: the next call starts new threads.
-    fn leave(&mut self) {
-        if let Some((process, pool)) = self.pool.take()
-            && process != std::process::id()
-        {
-            std::mem::forget(pool);
+    /// Keeps a pool for the next call, unless the number of threads has changed.
+    fn give(&mut self, crew: Crew) {
+        if crew.generation == self.generation && self.idle.len() < MOST_IDLE {
+            self.idle.push(crew);
         }
     }
 }
@@ -194,13 +224,20 @@ pub(crate) fn set_threads(n: crate::values::Whole) -> Result<(), Failure> {
         return Err(PyValueError::new_err(text).into());
     }
     let mut threads = Threads::held();
-    threads.leave();
     threads.asked = n.0;
-    threads.pool().map(drop)
+    threads.generation += 1;
+    threads.idle.clear();
+    let crew = threads.take()?;
+    threads.give(crew);
+    Ok(())
 }
 
 /// Returns the number of threads.
 #[pyfunction]
 pub(crate) fn threads() -> Result<usize, Failure> {
-    Ok(Threads::held().pool()?.current_num_threads())
+    let mut threads = Threads::held();
+    let crew = threads.take()?;
+    let n = crew.pool.current_num_threads();
+    threads.give(crew);
+    Ok(n)
 }

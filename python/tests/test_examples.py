@@ -1,6 +1,7 @@
 """Each example runs, small, and draws."""
 
 import importlib.util
+import json
 from pathlib import Path
 
 import pytest
@@ -39,6 +40,19 @@ def test_an_example_runs(name, tmp_path, capsys):
     if picture is not None:
         assert picture.std() > 0.01
     matplotlib.pyplot.close("all")
+
+
+@pytest.mark.filterwarnings("ignore")
+def test_the_cells_of_the_notebook_run(capsys):
+    matplotlib.use("Agg", force=True)
+    cells = json.loads((EXAMPLES / "study.ipynb").read_text())["cells"]
+    code = ["".join(cell["source"]) for cell in cells if cell["cell_type"] == "code"]
+    assert len(code) == 9 and not any(cell.get("outputs") for cell in cells)
+    names = {}
+    for cell in code:  # the asserts of the last one compare the ejection fractions
+        exec(compile(cell, "study.ipynb", "exec"), names)
+        matplotlib.pyplot.close("all")
+    assert "exact" in capsys.readouterr().out
 
 
 @pytest.mark.filterwarnings("ignore")

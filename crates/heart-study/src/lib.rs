@@ -5,6 +5,7 @@
 //! [`run`] computes the study and writes arrays, [`report`], and a page with all figures. [`figures`] draws each figure from plain
 //! data. [`ejection`] measures ejection fractions in images of gated SPECT. [`Look`] makes images and a page of any run. Conventions, units and index orders are those of [`heart_phantom`].
 
+mod command_line;
 pub mod ejection;
 mod error;
 pub mod figures;
@@ -12,6 +13,7 @@ mod html;
 mod look;
 mod study;
 
+pub use command_line::command_line;
 pub use error::StudyError;
 pub use heart_phantom;
 pub use look::Look;

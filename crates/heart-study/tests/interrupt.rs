@@ -18,7 +18,7 @@ fn names(folder: &Path) -> Vec<String> {
 }
 
 /// The program's own.
-#[path = "../src/bin/heart-phantom/signals.rs"]
+#[path = "../src/command_line/signals.rs"]
 mod signals;
 
 mod program {

@@ -1,6 +1,6 @@
 //! A square band matrix stored by rows, the storage of tangents.
 
-use crate::error::{MembraneError, at_most};
+use crate::error::{MembraneError, Result, at_most};
 
 /// Square matrix with `lower` diagonals below and `upper` above the main one.
 ///
@@ -30,11 +30,37 @@ impl BandMatrix {
     ///
     /// # Errors
     /// [`MembraneError::TooMany`] for more than 2e8 numbers, n (lower + upper + 1).
-    pub fn zeros(n: usize, lower: usize, upper: usize) -> Result<Self, MembraneError> {
+    pub fn zeros(n: usize, lower: usize, upper: usize) -> Result<Self> {
         let width = lower.saturating_add(upper).saturating_add(1);
         let given = n.max(1).saturating_mul(width);
         at_most("numbers in a band matrix", given, MOST_NUMBERS)?;
         Ok(Self::of_shape(n, lower, upper))
+    }
+
+    /// Creates an n by n matrix with the given entries (i, j, value); values of the same entry add.
+    ///
+    /// ```
+    /// use membrane_forces::BandMatrix;
+    /// let (diagonal, above) = ([2.0, 3.0, 4.0], [5.0, 6.0]);
+    /// let entries = diagonal.iter().enumerate().map(|(i, a)| (i, i, *a));
+    /// let entries = entries.chain(above.iter().enumerate().map(|(i, a)| (i, i + 1, *a)));
+    /// let a = BandMatrix::from_entries(3, 0, 1, entries)?;
+    /// assert_eq!(a.rows().collect::<Vec<_>>(), [[2.0, 5.0], [3.0, 6.0], [4.0, 0.0]]);
+    /// # Ok::<(), membrane_forces::MembraneError>(())
+    /// ```
+    ///
+    /// # Errors
+    /// As [`BandMatrix::zeros`] and [`BandMatrix::add`].
+    pub fn from_entries(
+        n: usize,
+        lower: usize,
+        upper: usize,
+        entries: impl IntoIterator<Item = (usize, usize, f64)>,
+    ) -> Result<Self> {
+        let mut matrix = Self::zeros(n, lower, upper)?;
+        let mut entries = entries.into_iter();
+        entries.try_for_each(|(i, j, value)| matrix.add(i, j, value))?;
+        Ok(matrix)
     }
 
     /// As [`BandMatrix::zeros`], for a shape that was checked.
@@ -76,6 +102,12 @@ impl BandMatrix {
         self.data.fill(0.0);
     }
 
+    /// Sets the entries of row `i` to zero.
+    pub(crate) fn clear_row(&mut self, i: usize) {
+        let width = self.lower + self.upper + 1;
+        self.data[i * width..(i + 1) * width].fill(0.0);
+    }
+
     /// Multiplies every entry by `factor`.
     pub fn scale(&mut self, factor: f64) {
         self.data.iter_mut().for_each(|value| *value *= factor);
@@ -101,7 +133,7 @@ impl BandMatrix {
     /// # Errors
     /// [`MembraneError::OutsideBand`] for an entry outside the band or the matrix, which then is unchanged.
     #[inline]
-    pub fn add(&mut self, i: usize, j: usize, value: f64) -> Result<(), MembraneError> {
+    pub fn add(&mut self, i: usize, j: usize, value: f64) -> Result<()> {
         match self.place(i, j) {
             Some(at) => {
                 self.data[at] += value;

@@ -57,6 +57,12 @@ impl Reference {
         reference
     }
 
+    /// Returns the range of the nodes of element `e` in a state.
+    pub(crate) fn window(&self, e: usize) -> std::ops::Range<usize> {
+        let stride = 2 * (self.nodes.len() - 1);
+        e * stride..(e + 1) * stride + 2
+    }
+
     /// `row` . values = value at `t` of the polynomial through `values` at the nodes (barycentric).
     pub(crate) fn value_row(&self, t: f64, row: &mut [f64]) {
         let degree = self.nodes.len() - 1;
@@ -86,19 +92,14 @@ impl Reference {
         let degree = values.len() - 1;
         let p = degree as f64;
         let end = |k: usize| if k == 0 || k == degree { 0.5 } else { 1.0 };
-        (0..=degree)
-            .map(|k| {
-                // node j lies at x_j = cos(pi (p - j) / p)
-                let sum: f64 = (0..=degree)
-                    .map(|j| {
-                        end(j)
-                            * values[j]
-                            * (PI * ((k * (degree - j)) % (2 * degree)) as f64 / p).cos()
-                    })
-                    .sum();
-                2.0 * end(k) * sum / p
-            })
-            .collect()
+        // node j lies at x_j = cos(pi (p - j) / p)
+        let cosine =
+            |k: usize, j: usize| (PI * ((k * (degree - j)) % (2 * degree)) as f64 / p).cos();
+        let coefficient = |k: usize| {
+            let terms = (0..=degree).map(|j| end(j) * values[j] * cosine(k, j));
+            2.0 * end(k) * terms.sum::<f64>() / p
+        };
+        (0..=degree).map(coefficient).collect()
     }
 }
 
@@ -108,12 +109,18 @@ fn weight(j: usize, degree: usize) -> f64 {
     if j.is_multiple_of(2) { half } else { -half }
 }
 
-/// Position of node `i` in an element's tangent: interior nodes first, then the two ends.
-pub(crate) fn local_index(i: usize, p: usize) -> usize {
-    match i {
-        0 => p - 1,
-        i if i == p => p,
-        i => i - 1,
+/// Halves the interval between `low` and `high` until they are neighbouring numbers; `is_high` is false below one position and true above.
+pub(crate) fn bisect(mut low: f64, mut high: f64, mut is_high: impl FnMut(f64) -> bool) -> f64 {
+    loop {
+        let middle = 0.5 * (low + high);
+        if middle <= low || middle >= high {
+            return high;
+        }
+        if is_high(middle) {
+            high = middle;
+        } else {
+            low = middle;
+        }
     }
 }
 

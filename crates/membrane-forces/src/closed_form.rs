@@ -2,7 +2,8 @@
 
 use std::f64::consts::PI;
 
-use crate::error::{MembraneError, finite, positive};
+use crate::chebyshev::bisect;
+use crate::error::{MembraneError, Result, finite, positive};
 use crate::measures::Measures;
 
 /// Measures of the balloon in the reference configuration (Table 2, area corrected): length 2 h + pi R, area
@@ -16,7 +17,7 @@ use crate::measures::Measures;
 ///
 /// # Errors
 /// A size that is not finite or not positive, or so large that one of the measures is not finite.
-pub fn balloon_measures(h: f64, radius: f64) -> Result<Measures, MembraneError> {
+pub fn balloon_measures(h: f64, radius: f64) -> Result<Measures> {
     positive("cylinder length", h)?;
     let r = positive("radius", radius)?;
     Measures {
@@ -28,14 +29,13 @@ pub fn balloon_measures(h: f64, radius: f64) -> Result<Measures, MembraneError> 
     .finite()
 }
 
-/// Half the angle of an arc below which the formulas avoid its radius, which may overflow.
+/// Half the angle of an arc below which formulas avoid cancellation and underflow.
 const NEARLY_FLAT: f64 = 0.25;
 
 /// The disc under force per material length: an arc of a circle (appendix, constants corrected).
 ///
-/// z(s) = iR (2 e^(-i mu s) - 1 - e^(-i mu)) / (1 - e^(-i mu)), traversed at the constant
-/// speed C = R mu / sin(mu / 2), where mu = f / (lambda C), that is
-/// R mu^2 = (f / lambda) sin(mu / 2) with its one root in (0, 2 pi).
+/// z(s) = iR (2 e^(-i mu s) - 1 - e^(-i mu)) / (1 - e^(-i mu)), traversed at the constant speed C = R mu / sin(mu / 2), where mu = f /
+/// (lambda C), that is R mu^2 = (f / lambda) sin(mu / 2) with its one root in (0, 2 pi).
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub struct CircleEquilibrium {
@@ -56,7 +56,7 @@ impl CircleEquilibrium {
     ///
     /// # Errors
     /// An argument that is not finite, a radius that is not positive, a negative ratio; sizes whose measures overflow.
-    pub fn new(radius: f64, ratio: f64) -> Result<Self, MembraneError> {
+    pub fn new(radius: f64, ratio: f64) -> Result<Self> {
         positive("radius", radius)?;
         if finite("load over stiffness", ratio)? < 0.0 {
             return Err(MembraneError::NotPositive {
@@ -73,26 +73,17 @@ impl CircleEquilibrium {
             return Ok(flat);
         }
         // With x = mu / 2: 4 R x = (f / lambda) sin(x) / x; the left rises, the right falls on (0, pi).
-        let (mut low, mut high) = (0.0, PI);
-        loop {
-            let x = 0.5 * (low + high);
-            if x <= low || x >= high {
-                break;
-            }
+        let half = bisect(0.0, PI, |x| {
             let falls = match x < NEARLY_FLAT {
                 // The product of both may underflow.
                 true => ratio * (x.sin() / x),
                 false => ratio * x.sin() / x,
             };
-            if 4.0 * radius * x > falls {
-                high = x
-            } else {
-                low = x
-            }
-        }
+            4.0 * radius * x > falls
+        });
         let this = Self {
             disc_radius: radius,
-            angle: 2.0 * high,
+            angle: 2.0 * half,
         };
         this.measures().finite()?;
         Ok(this)
@@ -112,16 +103,9 @@ impl CircleEquilibrium {
         if half == 0.0 {
             return [0.0, self.disc_radius * (1.0 - 2.0 * s)];
         }
-        if half < NEARLY_FLAT {
-            let over = |angle: f64| self.disc_radius * (angle.sin() / half.sin());
-            let bulge = 2.0 * (0.5 * (half + theta)).sin();
-            return [bulge * over(0.5 * (half - theta)), over(theta)];
-        }
-        let radius = self.disc_radius / half.sin();
-        [
-            2.0 * radius * (0.5 * (half + theta)).sin() * (0.5 * (half - theta)).sin(),
-            radius * theta.sin(),
-        ]
+        let over = |angle: f64| self.disc_radius * (angle.sin() / half.sin());
+        let bulge = 2.0 * (0.5 * (half + theta)).sin();
+        [bulge * over(0.5 * (half - theta)), over(theta)]
     }
 
     /// Length R mu / sin(mu / 2), area between arc and chord, surface and volume of the cap.
@@ -137,27 +121,23 @@ impl CircleEquilibrium {
                 volume: 0.0,
             };
         }
-        let height = r * (0.5 * half).tan();
-        if half < NEARLY_FLAT {
-            let wide = half / half.sin();
+        let (wide, height) = (half / half.sin(), r * (0.5 * half).tan());
+        let area = if half < NEARLY_FLAT {
             // 3 (x - sin x) / (4 (x/2)^3) with x = mu: power series to rounding.
             let square = self.angle * self.angle;
             let series = [20.0, 42.0, 72.0, 110.0, 156.0, 210.0]
                 .into_iter()
                 .rev()
                 .fold(1.0, |sum, divisor| 1.0 - square / divisor * sum);
-            return Measures {
-                length: 2.0 * r * wide,
-                area: r * r * (2.0 / 3.0) * half * wide * wide * series,
-                surface: 2.0 * PI * r * r / (1.0 + half.cos()),
-                volume: PI * height * (3.0 * r * r + height * height) / 6.0,
-            };
-        }
-        let radius = r / half.sin();
+            r * r * (2.0 / 3.0) * half * wide * wide * series
+        } else {
+            let radius = r / half.sin();
+            0.5 * radius * radius * (self.angle - self.angle.sin())
+        };
         Measures {
-            length: self.angle * radius,
-            area: 0.5 * radius * radius * (self.angle - self.angle.sin()),
-            surface: 2.0 * PI * radius * height,
+            length: 2.0 * r * wide,
+            area,
+            surface: PI * (r * r + height * height),
             volume: PI * height * (3.0 * r * r + height * height) / 6.0,
         }
     }

@@ -1,6 +1,6 @@
 //! The arithmetic of complex numbers that a closed form needs.
 
-use std::ops::{Add, Div, Mul, Sub};
+use std::ops::{Add, Mul};
 
 /// Real and imaginary part.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -20,13 +20,6 @@ impl Add for Complex {
     }
 }
 
-impl Sub for Complex {
-    type Output = Self;
-    fn sub(self, b: Self) -> Self {
-        Self(self.0 - b.0, self.1 - b.1)
-    }
-}
-
 impl Mul for Complex {
     type Output = Self;
     fn mul(self, b: Self) -> Self {
@@ -38,16 +31,5 @@ impl Mul<f64> for Complex {
     type Output = Self;
     fn mul(self, b: f64) -> Self {
         Self(self.0 * b, self.1 * b)
-    }
-}
-
-impl Div for Complex {
-    type Output = Self;
-    fn div(self, b: Self) -> Self {
-        let square = b.0 * b.0 + b.1 * b.1;
-        Self(
-            (self.0 * b.0 + self.1 * b.1) / square,
-            (self.1 * b.0 - self.0 * b.1) / square,
-        )
     }
 }

@@ -1,11 +1,11 @@
 //! Detection of self-crossings of a polyline by a sweep along its longer side.
 
-use crate::error::MembraneError;
+use crate::error::{MembraneError, Result};
 
 /// `Err(SelfCrossing)` if two segments that are not neighbours meet, or a segment folds back onto its neighbour.
 ///
 /// Cost O(n log n) plus the pairs whose ranges overlap along the side, x or y, on which the points extend more.
-pub(crate) fn check(points: &[[f64; 2]]) -> Result<(), MembraneError> {
+pub(crate) fn check(points: &[[f64; 2]]) -> Result<()> {
     let n = points.len() - 1;
     let extent = |k: usize| {
         let along = || points.iter().map(|p| p[k]);

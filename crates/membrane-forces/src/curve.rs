@@ -18,8 +18,7 @@ pub struct CurvePiece {
 }
 
 impl CurvePiece {
-    /// Position and derivatives with respect to s; a series without coefficients is zero. Cost
-    /// O(degree).
+    /// Position and derivatives with respect to s; a series without coefficients is zero. Cost O(degree).
     ///
     /// ```
     /// use membrane_forces::CurvePiece;
@@ -68,8 +67,7 @@ impl CurvePoint {
         [self.first[0] / length, self.first[1] / length]
     }
 
-    /// Signed curvature (x' y'' - y' x'') / |c'|^3, 1/cm: negative where the curve turns clockwise,
-    /// as the balloon does.
+    /// Signed curvature (x' y'' - y' x'') / |c'|^3, 1/cm: negative where the curve turns clockwise, as the balloon does.
     #[must_use]
     pub fn curvature(&self) -> f64 {
         let ([x1, y1], [x2, y2]) = (self.first, self.second);
@@ -77,8 +75,7 @@ impl CurvePoint {
     }
 }
 
-/// Value and first two derivatives by t of a Chebyshev series (Clenshaw's recurrence and its
-/// derivatives).
+/// Value and first two derivatives by t of a Chebyshev series (Clenshaw's recurrence and its derivatives).
 fn clenshaw(coefficients: &[f64], t: f64) -> [f64; 3] {
     let (mut b, mut db, mut ddb) = ([0.0; 2], [0.0; 2], [0.0; 2]);
     let Some((&mean, others)) = coefficients.split_first() else {

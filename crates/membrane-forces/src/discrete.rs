@@ -1,15 +1,18 @@
-//! The interface of a discretised membrane to solvers, and the form of its tangent.
+//! The interface of a discretised membrane to solvers.
 
+use std::f64::consts::PI;
 use std::fmt::Debug;
+use std::sync::Arc;
 
-use crate::band::BandMatrix;
 use crate::curve::CurvePiece;
-use crate::error::{MembraneError, length};
+use crate::error::{MembraneError, Result, length};
 use crate::law::PressureLaw;
 use crate::material::Material;
 use crate::measures::{Measure, Measures};
 use crate::membrane::Membrane;
+use crate::nodes::Nodes;
 use crate::reference::CurvePoint;
+use crate::tangent::{Layout, Tangent};
 
 /// A membrane whose shape is defined by finitely many nodes.
 ///
@@ -23,27 +26,28 @@ use crate::reference::CurvePoint;
 ///
 /// # Errors
 /// [`MembraneError::WrongLength`] from every method that returns a `Result`: a state or slice whose length differs from that of
-/// [`DiscreteMembrane::start`], or a [`Tangent`] of another membrane.
+/// [`DiscreteMembrane::start`], or a [`Tangent`] of another membrane. [`MembraneError::PastStretch`] from every method with forces or
+/// energies: rubber stretched beyond its limit.
 ///
 /// # Panics
-/// [`DiscreteMembrane::elastic_force_into`] and [`DiscreteMembrane::measure_gradient_into`] panic on such a length; they have no other errors.
+/// [`DiscreteMembrane::elastic_force_into`] and [`DiscreteMembrane::measure_gradient_into`] panic on a wrong length; they have no errors.
 pub trait DiscreteMembrane: Debug + Send + Sync {
     /// Properties that do not depend on the discretisation.
     fn setting(&self) -> &Setting;
 
     /// Pressure law of the membrane.
     fn law(&self) -> PressureLaw {
-        self.setting().law
+        self.setting().membrane.law()
     }
 
-    /// Reference configuration moved to the fixed ends ([`Membrane::with_ends`](crate::Membrane::with_ends)): the initial state of solvers.
+    /// Reference configuration moved to the fixed ends ([`Membrane::with_ends`]): the initial state of solvers.
     fn start(&self) -> &[f64] {
         &self.setting().start
     }
 
     /// Whether the state ends at the axis and the rest of the curve is its mirror image.
     fn is_half(&self) -> bool {
-        self.setting().half
+        self.setting().nodes.is_half()
     }
 
     /// Indices of the fixed numbers of a state, ascending: those of the ends, and the y of a node on the axis where the state ends.
@@ -63,68 +67,72 @@ pub trait DiscreteMembrane: Debug + Send + Sync {
 
     /// Intensity that moves a membrane of this length by about that length.
     fn intensity_scale(&self, length: f64) -> f64 {
-        let Setting {
-            membrane,
-            stiffness_scale,
-            ..
-        } = self.setting();
-        match membrane.material() {
-            Material::Springs { .. } => self.law().intensity_scale(*stiffness_scale, length),
+        match self.setting().membrane.material() {
+            Material::Springs { .. } => self.law().intensity_scale(self.stiffness_scale(), length),
             // of a sphere of this meridian, some stiffness over its radius
-            Material::Rubber(_) => std::f64::consts::PI * stiffness_scale / length,
+            Material::Rubber(_) => PI * self.stiffness_scale() / length,
         }
     }
 
-    /// Computes the elastic force F_e, zero where the membrane is fixed. It is NaN where rubber is stretched beyond its limit, which
-    /// [`DiscreteMembrane::check_stretches`] reports as an error.
-    fn elastic_force_into(&self, nodes: &[f64], out: &mut [f64]);
-
-    /// Checks that no rubber is stretched beyond its limit; springs have none.
-    ///
-    /// # Errors
-    /// [`MembraneError::PastStretch`].
-    fn check_stretches(&self, nodes: &[f64]) -> Result<(), MembraneError>;
+    /// Computes the elastic force F_e, zero where the membrane is fixed. All numbers are NaN if rubber is stretched beyond its limit.
+    fn elastic_force_into(&self, nodes: &[f64], out: &mut [f64]) {
+        let setting = self.setting();
+        setting.assert_lengths([nodes.len(), out.len()]);
+        if setting.elastic.pull_into(nodes, out).is_err() {
+            out.fill(f64::NAN);
+        }
+        setting.hold(out);
+    }
 
     /// Computes the pressure force F_p at force intensity `intensity`, zero where the membrane is fixed. It is linear in the intensity, so
-    /// intensity 1 gives dF_p / d intensity.
+    /// intensity 1 gives dF_p / d intensity. For springs of spectral elements it is zero where elements meet, because the force there is a
+    /// jump of the tension.
     ///
     /// # Errors
-    /// The curve has no direction at a node, so its normal is undefined.
-    fn pressure_force_into(
-        &self,
-        nodes: &[f64],
-        intensity: f64,
-        out: &mut [f64],
-    ) -> Result<(), MembraneError>;
+    /// [`MembraneError::CoincidentPoints`]: the curve has no direction at a node, so its normal is undefined.
+    fn pressure_force_into(&self, nodes: &[f64], intensity: f64, out: &mut [f64]) -> Result<()> {
+        let setting = self.setting();
+        setting.check_state(nodes)?;
+        length("forces", out.len(), nodes.len())?;
+        setting.elastic.push_into(nodes, intensity, out)?;
+        setting.hold(out);
+        Ok(())
+    }
 
     /// Computes F_e + F_p at force intensity `intensity`, with `elastic` as scratch. Returns the volume if it is a by-product, as for
     /// spectral elements of rubber.
     ///
     /// # Errors
-    /// As [`DiscreteMembrane::pressure_force_into`] and [`DiscreteMembrane::check_stretches`].
+    /// As [`DiscreteMembrane::pressure_force_into`].
     fn forces_into(
         &self,
         nodes: &[f64],
         intensity: f64,
         elastic: &mut [f64],
         out: &mut [f64],
-    ) -> Result<Option<f64>, MembraneError> {
-        forces_apart_into(self, nodes, intensity, elastic, out)
+    ) -> Result<Option<f64>> {
+        let setting = self.setting();
+        setting.check_state(nodes)?;
+        length("forces", out.len(), nodes.len())?;
+        length("scratch of forces", elastic.len(), nodes.len())?;
+        let volume = (setting.elastic).forces_into(nodes, intensity, elastic, out)?;
+        setting.hold(out);
+        Ok(volume)
     }
 
-    /// Returns a zero tangent for [`DiscreteMembrane::tangent_into`].
-    fn tangent(&self) -> Tangent;
+    /// Returns a zero tangent for [`DiscreteMembrane::tangent_into`]: a band, or a block for each spectral element.
+    fn tangent(&self) -> Tangent {
+        Tangent::zeros(self.setting().elastic.layout())
+    }
 
     /// Computes the derivative of F_e + F_p by the state at constant intensity, with a unit in the rows of fixed numbers.
     ///
+    /// Under the total-force law, f = F / S, the full derivative also has the rank-one part -(F / S^2) n (x) grad S, with n the
+    /// [pressure force](DiscreteMembrane::pressure_force_into) at intensity 1.
+    ///
     /// # Errors
-    /// As [`DiscreteMembrane::pressure_force_into`] and [`DiscreteMembrane::check_stretches`].
-    fn tangent_into(
-        &self,
-        nodes: &[f64],
-        intensity: f64,
-        out: &mut Tangent,
-    ) -> Result<(), MembraneError> {
+    /// As [`DiscreteMembrane::pressure_force_into`].
+    fn tangent_into(&self, nodes: &[f64], intensity: f64, out: &mut Tangent) -> Result<()> {
         self.taut_tangent_into(nodes, intensity, f64::NEG_INFINITY, out)
     }
 
@@ -139,20 +147,32 @@ pub trait DiscreteMembrane: Debug + Send + Sync {
         intensity: f64,
         least: f64,
         out: &mut Tangent,
-    ) -> Result<(), MembraneError>;
+    ) -> Result<()> {
+        let setting = self.setting();
+        setting.check_state(nodes)?;
+        out.check(setting.elastic.layout())?;
+        (setting.elastic).tangent_into(nodes, (intensity, least), out)?;
+        out.hold(&setting.fixed);
+        Ok(())
+    }
 
-    /// Elastic energy of a body of rubber: the integral of 2 pi r0 h W over the meridian, zero in the reference configuration.
+    /// Elastic energy. For rubber: the integral of 2 pi r0 h W over the meridian, zero in the reference configuration. For springs: that of
+    /// the whole curve above that of the start, force per s times cm.
     ///
     /// # Errors
-    /// As [`DiscreteMembrane::check_stretches`]; [`MembraneError::OtherMaterial`] for springs.
-    fn strain_energy(&self, nodes: &[f64]) -> Result<f64, MembraneError>;
+    /// [`MembraneError::OtherMaterial`] for springs of spectral elements.
+    fn elastic_energy(&self, nodes: &[f64]) -> Result<f64> {
+        let setting = self.setting();
+        setting.check_state(nodes)?;
+        setting.elastic.energy(nodes, &setting.start)
+    }
 
     /// Least tension of rubber along the meridian, dW/dl1 over l1 and the shear modulus, as in [`DiscreteMembrane::taut_tangent_into`].
     /// Infinite for springs.
-    ///
-    /// # Errors
-    /// As [`DiscreteMembrane::check_stretches`].
-    fn least_tension(&self, nodes: &[f64]) -> Result<f64, MembraneError>;
+    fn least_tension(&self, nodes: &[f64]) -> Result<f64> {
+        self.setting().check_state(nodes)?;
+        self.setting().elastic.least_tension(nodes)
+    }
 
     /// Adds `scale` times the mass matrix of rubber of density 1 to the rows of moving nodes.
     ///
@@ -161,19 +181,18 @@ pub trait DiscreteMembrane: Debug + Send + Sync {
     ///
     /// # Errors
     /// [`MembraneError::OtherMaterial`] for springs.
-    fn add_mass_into(&self, scale: f64, out: &mut Tangent) -> Result<(), MembraneError>;
+    fn add_mass_into(&self, scale: f64, out: &mut Tangent) -> Result<()> {
+        let setting = self.setting();
+        out.check(setting.elastic.layout())?;
+        setting.elastic.add_mass_into(scale, &setting.fixed, out)
+    }
 
     /// Computes a measure of the whole curve.
-    fn measure(&self, measure: Measure, nodes: &[f64]) -> Result<f64, MembraneError>;
+    fn measure(&self, measure: Measure, nodes: &[f64]) -> Result<f64>;
 
     /// Computes all four measures of the whole curve.
-    fn measures(&self, nodes: &[f64]) -> Result<Measures, MembraneError> {
-        Ok(Measures {
-            length: self.measure(Measure::Length, nodes)?,
-            area: self.measure(Measure::Area, nodes)?,
-            surface: self.measure(Measure::Surface, nodes)?,
-            volume: self.measure(Measure::Volume, nodes)?,
-        })
+    fn measures(&self, nodes: &[f64]) -> Result<Measures> {
+        Measures::each(|measure| self.measure(measure, nodes))
     }
 
     /// Computes the gradient of [`DiscreteMembrane::measure`] by the state.
@@ -183,107 +202,83 @@ pub trait DiscreteMembrane: Debug + Send + Sync {
     fn positions(&self) -> Vec<f64>;
 
     /// Returns all nodes of the whole curve.
-    fn points(&self, nodes: &[f64]) -> Result<Vec<[f64; 2]>, MembraneError> {
-        length("nodes", nodes.len(), self.start().len())?;
-        let points = nodes.as_chunks::<2>().0;
-        // a node on the axis is its own image
-        let own = self.fixed().last() == Some(&(nodes.len() - 1));
-        let others = &points[..points.len() - usize::from(own)];
-        let mirrored = others.iter().rev().map(|&[x, y]| [x, -y]);
-        let beyond = if self.is_half() { others.len() } else { 0 };
-        Ok(points
-            .iter()
-            .copied()
-            .chain(mirrored.take(beyond))
-            .collect())
+    fn points(&self, nodes: &[f64]) -> Result<Vec<[f64; 2]>> {
+        self.setting().check_state(nodes)?;
+        let all = self.setting().nodes;
+        Ok((0..all.whole).map(|n| all.node(nodes, n)).collect())
     }
 
     /// Returns the whole curve as polynomials; empty if the curve consists of its points.
-    fn pieces(&self, nodes: &[f64]) -> Result<Vec<CurvePiece>, MembraneError>;
+    fn pieces(&self, nodes: &[f64]) -> Result<Vec<CurvePiece>>;
 
     /// Evaluates the whole curve at material coordinate `s`, clamped to [0, 1].
-    fn at(&self, nodes: &[f64], s: f64) -> Result<CurvePoint, MembraneError>;
+    fn at(&self, nodes: &[f64], s: f64) -> Result<CurvePoint>;
 }
 
-/// Implements [`DiscreteMembrane::forces_into`] by separate calls.
-pub(crate) fn forces_apart_into(
-    membrane: &(impl DiscreteMembrane + ?Sized),
-    nodes: &[f64],
-    intensity: f64,
-    elastic: &mut [f64],
-    out: &mut [f64],
-) -> Result<Option<f64>, MembraneError> {
-    membrane.elastic_force_into(nodes, elastic);
-    if elastic.iter().any(|force| force.is_nan()) {
-        membrane.check_stretches(nodes)?;
+/// The forces of one material in one discretisation, and their derivatives. Rows of fixed numbers may have any value. Lengths of slices are
+/// those of a state.
+pub(crate) trait Elastic: Debug + Send + Sync {
+    /// [`DiscreteMembrane::stiffness_scale`].
+    fn scale(&self) -> f64;
+
+    /// [`DiscreteMembrane::blow_up`] under the law per current length.
+    fn blow_up(&self) -> f64 {
+        f64::INFINITY
     }
-    membrane.pressure_force_into(nodes, intensity, out)?;
-    for (out, elastic) in out.iter_mut().zip(elastic) {
-        *out += *elastic;
+
+    /// Whether the material of the whole curve is its own mirror image, to rounding.
+    fn is_mirrored(&self) -> bool;
+
+    /// `out` = F_e.
+    fn pull_into(&self, nodes: &[f64], out: &mut [f64]) -> Result<()>;
+
+    /// `out` = F_p.
+    fn push_into(&self, nodes: &[f64], intensity: f64, out: &mut [f64]) -> Result<()>;
+
+    /// [`DiscreteMembrane::forces_into`].
+    fn forces_into(
+        &self,
+        nodes: &[f64],
+        intensity: f64,
+        elastic: &mut [f64],
+        out: &mut [f64],
+    ) -> Result<Option<f64>> {
+        self.pull_into(nodes, elastic)?;
+        self.push_into(nodes, intensity, out)?;
+        let sums = out.iter_mut().zip(elastic);
+        sums.for_each(|(out, elastic)| *out += *elastic);
+        Ok(None)
     }
-    Ok(None)
-}
 
-/// Derivative of the forces by the state: dense blocks along the diagonal, coupled by a band.
-///
-/// Each block belongs to an element. Its rows and columns, x before y, are those of the element's inner nodes, then of its first, then of
-/// its last node, which is the first of the next element. The band contains the end nodes of elements. Entries of blocks and band add.
-/// Without blocks the band contains all nodes.
-#[derive(Debug, Clone, PartialEq)]
-#[non_exhaustive]
-pub struct Tangent {
-    /// Square matrices, row by row.
-    pub blocks: Vec<Vec<f64>>,
-    /// The band.
-    pub band: BandMatrix,
-}
+    fn layout(&self) -> Layout;
 
-impl Tangent {
-    /// Computes `out` = A `x` with this matrix A. Cost O(number of entries).
-    ///
-    /// A vector whose length is not that of a state.
-    /// A length that is not that of a state.
-    pub fn mul_into(&self, x: &[f64], out: &mut [f64]) {
-        let Some(block) = self.blocks.first() else {
-            return self.band.mul_into(x, out);
-        };
-        let size = block.len().isqrt();
-        let stride = size - 2;
-        let ends: Vec<usize> = (0..self.band.len())
-            .map(|i| i / 2 * stride + i % 2)
-            .collect();
-        let at_ends: Vec<f64> = ends.iter().map(|&end| x[end]).collect();
-        let mut product = vec![0.0; ends.len()];
-        self.band.mul_into(&at_ends, &mut product);
-        out.fill(0.0);
-        ends.iter()
-            .zip(product)
-            .for_each(|(&end, value)| out[end] = value);
-        for (e, block) in self.blocks.iter().enumerate() {
-            let first = e * stride;
-            let inner = first + 2..first + stride;
-            let places: Vec<usize> = inner
-                .chain(first..first + 2)
-                .chain(first + stride..first + size)
-                .collect();
-            for (row, &to) in block.chunks_exact(size).zip(&places) {
-                let products = row.iter().zip(&places).map(|(a, &from)| a * x[from]);
-                out[to] += products.sum::<f64>();
-            }
-        }
+    /// [`DiscreteMembrane::taut_tangent_into`] for intensity and least tension.
+    fn tangent_into(&self, nodes: &[f64], state: (f64, f64), out: &mut Tangent) -> Result<()>;
+
+    /// [`DiscreteMembrane::elastic_energy`].
+    fn energy(&self, nodes: &[f64], start: &[f64]) -> Result<f64>;
+
+    /// [`DiscreteMembrane::least_tension`].
+    fn least_tension(&self, _nodes: &[f64]) -> Result<f64> {
+        Ok(f64::INFINITY)
+    }
+
+    /// [`DiscreteMembrane::add_mass_into`] with these `fixed` numbers.
+    fn add_mass_into(&self, _scale: f64, _fixed: &[usize], _out: &mut Tangent) -> Result<()> {
+        Err(MembraneError::OtherMaterial { what: "mass" })
     }
 }
 
 /// The properties of a discretised membrane that do not depend on the discretisation; the methods of [`DiscreteMembrane`] document each.
 #[derive(Debug, Clone)]
 pub struct Setting {
-    pub(crate) membrane: Membrane,
-    pub(crate) law: PressureLaw,
-    pub(crate) start: Vec<f64>,
-    pub(crate) half: bool,
-    pub(crate) fixed: Vec<usize>,
-    pub(crate) stiffness_scale: f64,
-    pub(crate) blow_up: f64,
+    membrane: Membrane,
+    pub(crate) nodes: Nodes,
+    start: Vec<f64>,
+    fixed: Vec<usize>,
+    elastic: Arc<dyn Elastic>,
+    stiffness_scale: f64,
+    blow_up: f64,
 }
 
 impl Setting {
@@ -293,49 +288,54 @@ impl Setting {
         &self.membrane
     }
 
-    /// Collects the properties of the whole of `membrane`, with reference positions `rest` at `s`.
-    pub(crate) fn new(membrane: &Membrane, s: impl Iterator<Item = f64>, rest: &[f64]) -> Self {
-        let mut start = rest.to_vec();
-        membrane.hold_ends(s.zip(start.as_chunks_mut::<2>().0));
-        let last = start.len() - 2;
+    /// Collects the properties of `membrane`, with its start at all or at more `nodes`.
+    pub(crate) fn new(
+        membrane: &Membrane,
+        nodes: Nodes,
+        mut start: Vec<f64>,
+        elastic: Arc<dyn Elastic>,
+    ) -> Self {
+        nodes.cut(&mut start);
+        let last = start.len() - 1;
+        let mut fixed = vec![0, 1];
+        match (nodes.is_half(), nodes.has_apex()) {
+            (false, _) => fixed.extend([last - 1, last]),
+            (true, true) => fixed.push(last),
+            (true, false) => (),
+        }
+        let blows_up = membrane.law().blows_up();
         Self {
             membrane: membrane.clone(),
-            law: membrane.law(),
+            nodes,
             start,
-            half: false,
-            fixed: vec![0, 1, last, last + 1],
-            stiffness_scale: 0.0,
-            blow_up: f64::INFINITY,
+            fixed,
+            stiffness_scale: elastic.scale(),
+            blow_up: if blows_up {
+                elastic.blow_up()
+            } else {
+                f64::INFINITY
+            },
+            elastic,
         }
     }
 
-    /// Ends the curve at the axis, after `len` numbers, the last of them on the axis if it has an `apex`.
-    pub(crate) fn end_at_axis(&mut self, len: usize, apex: bool) {
-        self.half = true;
-        self.start.truncate(len);
-        self.start.shrink_to_fit();
-        self.fixed.truncate(2);
-        if apex {
-            self.fixed.push(len - 1);
-            self.start[len - 1] = 0.0;
-        }
+    pub(crate) fn is_mirrored(&self) -> bool {
+        self.elastic.is_mirrored()
     }
 
-    /// Writes `value` where the membrane is fixed.
-    pub(crate) fn hold(&self, values: &mut [f64], value: f64) {
-        for &held in &self.fixed {
-            values[held] = value;
-        }
+    /// Writes zeros where the membrane is fixed.
+    fn hold(&self, values: &mut [f64]) {
+        self.fixed.iter().for_each(|&held| values[held] = 0.0);
     }
 
     /// # Panics
     /// One of `lengths` differs from that of a state.
-    pub(crate) fn check<const N: usize>(&self, lengths: [usize; N]) {
+    pub(crate) fn assert_lengths<const N: usize>(&self, lengths: [usize; N]) {
         let expected = [self.start.len(); N];
         assert_eq!(lengths, expected, "numbers in states or forces");
     }
 
-    pub(crate) fn check_state(&self, nodes: &[f64]) -> Result<(), MembraneError> {
+    pub(crate) fn check_state(&self, nodes: &[f64]) -> Result<()> {
         length("nodes", nodes.len(), self.start.len())
     }
 }

@@ -1,5 +1,7 @@
 //! The error type of the crate: given values and allowed ranges.
 
+pub(crate) type Result<T, E = MembraneError> = std::result::Result<T, E>;
+
 /// An error of building a membrane or of evaluating its forces.
 ///
 /// Every variant contains the given values and the violated limit, if any.
@@ -94,7 +96,7 @@ pub enum MembraneError {
     },
     /// A given derivative of a reference configuration does not match its positions or first derivatives.
     #[error(
-        "derivative {order} of the rest shape is {given:?} at s = {s:?}; its differences there are {found:?}"
+        "derivative {order} of the reference configuration is {given:?} at s = {s:?}; its differences there are {found:?}"
     )]
     WrongDerivative {
         /// 1 or 2.
@@ -107,7 +109,7 @@ pub enum MembraneError {
         found: [f64; 2],
     },
     /// The reference configuration crosses itself.
-    #[error("the rest shape crosses itself: segment {first} meets segment {second}")]
+    #[error("the reference configuration crosses itself: segment {first} meets segment {second}")]
     SelfCrossing {
         /// Index of the earlier segment of the sampled curve.
         first: usize,
@@ -147,7 +149,7 @@ pub enum MembraneError {
 }
 
 /// `given` if it is finite.
-pub(crate) fn finite(what: &'static str, given: f64) -> Result<f64, MembraneError> {
+pub(crate) fn finite(what: &'static str, given: f64) -> Result<f64> {
     if given.is_finite() {
         Ok(given)
     } else {
@@ -156,11 +158,7 @@ pub(crate) fn finite(what: &'static str, given: f64) -> Result<f64, MembraneErro
 }
 
 /// Rejects a list of `given` numbers where `expected` are needed.
-pub(crate) fn length(
-    what: &'static str,
-    given: usize,
-    expected: usize,
-) -> Result<(), MembraneError> {
+pub(crate) fn length(what: &'static str, given: usize, expected: usize) -> Result<()> {
     if given == expected {
         Ok(())
     } else {
@@ -173,11 +171,7 @@ pub(crate) fn length(
 }
 
 /// Rejects fewer than `least`.
-pub(crate) fn at_least(
-    what: &'static str,
-    given: usize,
-    least: usize,
-) -> Result<(), MembraneError> {
+pub(crate) fn at_least(what: &'static str, given: usize, least: usize) -> Result<()> {
     if given >= least {
         Ok(())
     } else {
@@ -186,7 +180,7 @@ pub(crate) fn at_least(
 }
 
 /// Rejects more than `most`.
-pub(crate) fn at_most(what: &'static str, given: usize, most: usize) -> Result<(), MembraneError> {
+pub(crate) fn at_most(what: &'static str, given: usize, most: usize) -> Result<()> {
     if given <= most {
         Ok(())
     } else {
@@ -195,7 +189,7 @@ pub(crate) fn at_most(what: &'static str, given: usize, most: usize) -> Result<(
 }
 
 /// `given` if it is finite and positive.
-pub(crate) fn positive(what: &'static str, given: f64) -> Result<f64, MembraneError> {
+pub(crate) fn positive(what: &'static str, given: f64) -> Result<f64> {
     if finite(what, given)? > 0.0 {
         Ok(given)
     } else {
@@ -204,7 +198,7 @@ pub(crate) fn positive(what: &'static str, given: f64) -> Result<f64, MembraneEr
 }
 
 /// Rejects breakpoints that are not strictly ascending inside (0, 1).
-pub(crate) fn rising(breakpoints: &[f64]) -> Result<(), MembraneError> {
+pub(crate) fn rising(breakpoints: &[f64]) -> Result<()> {
     let mut last = 0.0;
     for (index, &given) in breakpoints.iter().enumerate() {
         if !(given > last && given < 1.0) {

@@ -2,7 +2,7 @@
 //!
 //! Both discretisations and all solvers use this file, so that a law is defined in one place.
 
-use crate::error::MembraneError;
+use crate::error::{MembraneError, Result};
 
 /// The force per unit s that a load exerts; n is the unit exterior normal of the current curve.
 ///
@@ -17,27 +17,17 @@ pub enum PressureLaw {
     /// Force (F / S(c)) n, S the lateral surface of revolution (Eq. 4). The load is F. Same
     /// shapes as the first law, with f = F / S found together with the shape.
     TotalForce,
-    /// Force p |c'| n = p (-c_y', c_x'), constant per unit of **current** length (3.2.2, and
-    /// physical pressure). The load is p.
+    /// Force p |c'| n = p (-c_y', c_x'), constant per unit of **current** length (3.2.2, and physical pressure). The load is p.
     PerCurrentLength,
 }
 
-/// The quantity that is the load of a law; the other of the two follows from it.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum LoadKind {
-    /// The force intensity, f or p, itself.
-    Intensity,
-    /// The total force F, intensity times the lateral surface of revolution S.
-    TotalForce,
-}
-
 impl PressureLaw {
-    /// Returns the quantity that is the load.
+    /// Whether the load is the total force F, intensity times the lateral surface of revolution; otherwise it is the intensity, f or p.
     #[must_use]
-    pub fn load_kind(self) -> LoadKind {
+    pub fn is_total_force(self) -> bool {
         match self {
-            Self::PerMaterialLength | Self::PerCurrentLength => LoadKind::Intensity,
-            Self::TotalForce => LoadKind::TotalForce,
+            Self::PerMaterialLength | Self::PerCurrentLength => false,
+            Self::TotalForce => true,
         }
     }
 
@@ -50,8 +40,7 @@ impl PressureLaw {
     }
 
     /// Intensity that moves a membrane of this stiffness by about its length: a force per unit s, or per unit of current length.
-    #[must_use]
-    pub fn intensity_scale(self, stiffness: f64, length: f64) -> f64 {
+    pub(crate) fn intensity_scale(self, stiffness: f64, length: f64) -> f64 {
         match self {
             Self::PerMaterialLength | Self::TotalForce => stiffness * length,
             Self::PerCurrentLength => stiffness,
@@ -73,7 +62,7 @@ impl PressureLaw {
     /// # Errors
     /// The displacement is zero and the law needs a direction; `index` is its index.
     #[inline]
-    pub(crate) fn factor(self, d: [f64; 2], ds: f64, index: usize) -> Result<f64, MembraneError> {
+    pub(crate) fn factor(self, d: [f64; 2], ds: f64, index: usize) -> Result<f64> {
         match self {
             Self::PerMaterialLength | Self::TotalForce => {
                 let length = (d[0] * d[0] + d[1] * d[1]).sqrt();

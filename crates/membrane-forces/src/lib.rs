@@ -12,7 +12,7 @@
 //! | symbol | meaning | unit |
 //! | --- | --- | --- |
 //! | s | material coordinate | 1 |
-//! | c, c0 | current and rest curve | cm |
+//! | c, c0 | current and reference curve | cm |
 //! | lambda | stiffness | force per unit s and cm |
 //! | f | force intensity, per unit of material length | force per unit s |
 //! | F | total force, f = F / S(c) | f cm^2 |
@@ -37,28 +37,29 @@ mod curve;
 mod differences;
 mod discrete;
 mod error;
-mod half;
 mod law;
 mod linear_equilibrium;
 mod material;
 mod measures;
 mod membrane;
+mod nodes;
 mod profile;
 mod reference;
 mod rubber_energy;
 mod rubber_nodes;
 mod spectral;
 mod spectral_measures;
-mod spring_tangents;
+mod springs;
 mod strain_energy;
+mod tangent;
 
 pub use band::BandMatrix;
 pub use closed_form::{CircleEquilibrium, balloon_measures};
 pub use curve::CurvePiece;
 pub use differences::FiniteDifferences;
-pub use discrete::{DiscreteMembrane, Setting, Tangent};
+pub use discrete::{DiscreteMembrane, Setting};
 pub use error::MembraneError;
-pub use law::{LoadKind, PressureLaw};
+pub use law::PressureLaw;
 pub use linear_equilibrium::LinearEquilibrium;
 pub use material::{Material, Rubber};
 pub use measures::{Measure, Measures};
@@ -67,3 +68,4 @@ pub use profile::{OfStiffness, OfThickness, Profile, Quantity, Stiffness, Thickn
 pub use reference::{CurvePoint, ReferenceShape};
 pub use spectral::SpectralElements;
 pub use strain_energy::{EnergyDerivatives, RubberState, StrainEnergy};
+pub use tangent::Tangent;

@@ -2,16 +2,15 @@
 
 use std::f64::consts::PI;
 
-use crate::chebyshev::gauss_legendre;
+use crate::chebyshev::{bisect, gauss_legendre};
 use crate::complex::Complex;
-use crate::error::{MembraneError, finite, positive};
-use crate::measures::Measures;
+use crate::error::{MembraneError, Result, finite, positive};
+use crate::measures::{Measure, Measures};
 use crate::reference::CurvePoint;
 
 /// Exact equilibrium of a balloon or a disc of constant stiffness under the law per current length.
 ///
-/// With z = x + i y and kappa = p / lambda the equilibrium is z'' + i kappa z' = z0'', and variation
-/// of constants gives
+/// With z = x + i y and kappa = p / lambda the equilibrium is z'' + i kappa z' = z0'', and variation of constants gives
 ///
 /// ```text
 /// z'(s) = e^(-i kappa s) z'(0) + integral over t < s of e^(-i kappa (s - t)) z0''(t) dt
@@ -43,7 +42,7 @@ impl LinearEquilibrium {
     ///
     /// # Errors
     /// A size that is not finite or not positive, sizes whose ratio or measures overflow, |`kappa`| >= 2 pi.
-    pub fn balloon(h: f64, radius: f64, kappa: f64) -> Result<Self, MembraneError> {
+    pub fn balloon(h: f64, radius: f64, kappa: f64) -> Result<Self> {
         positive("cylinder length", h)?;
         positive("radius", radius)?;
         let length = 2.0 * h + PI * radius;
@@ -51,23 +50,16 @@ impl LinearEquilibrium {
         Self::new(kappa, radius, h / length, radius * omega * omega, omega)
     }
 
-    /// The disc of [`ReferenceShape::disc`](crate::ReferenceShape::disc) under p / lambda = `kappa`: an arc
-    /// of a circle.
+    /// The disc of [`ReferenceShape::disc`](crate::ReferenceShape::disc) under p / lambda = `kappa`: an arc of a circle.
     ///
     /// # Errors
     /// A radius that is not finite, not positive or whose measures overflow, |`kappa`| >= 2 pi.
-    pub fn disc(radius: f64, kappa: f64) -> Result<Self, MembraneError> {
+    pub fn disc(radius: f64, kappa: f64) -> Result<Self> {
         positive("radius", radius)?;
         Self::new(kappa, radius, 0.5, 0.0, 0.0)
     }
 
-    fn new(
-        kappa: f64,
-        radius: f64,
-        cap: f64,
-        source: f64,
-        omega: f64,
-    ) -> Result<Self, MembraneError> {
+    fn new(kappa: f64, radius: f64, cap: f64, source: f64, omega: f64) -> Result<Self> {
         let limit = 2.0 * PI;
         if finite("pressure over stiffness", kappa)?.abs() >= limit {
             return Err(MembraneError::PastBlowUp {
@@ -84,8 +76,8 @@ impl LinearEquilibrium {
             slope: Complex(0.0, 0.0),
         };
         // z is linear in z'(0): its error at s = 1 for z'(0) = 0, divided by the change per unit
-        let missed = Complex(0.0, -radius) - this.state(1.0).0;
-        this.slope = missed / turn(-kappa, 1.0);
+        let missed = (Complex(0.0, radius) + this.state(1.0).0) * -1.0;
+        this.slope = missed * phase(0.5 * kappa) * (1.0 / sinc(0.5 * kappa));
         // The bend of a small cap on a large cylinder overflows.
         let slope = finite("slope at the fixed end", this.slope.norm())?;
         // No position is larger, and measures are of the order of its cube at most.
@@ -137,23 +129,17 @@ impl LinearEquilibrium {
     /// [`Measure`](crate::Measure) defines them, also where suction draws the curve across the axis.
     #[must_use]
     pub fn measures(&self) -> Measures {
-        let mut sums = Measures {
-            length: 0.0,
-            area: 0.0,
-            surface: 0.0,
-            volume: 0.0,
-        };
+        let mut sums = [0.0; 4];
         for (from, to) in self.one_sided() {
             for (fraction, weight) in gauss_legendre(48) {
                 let (z, v) = self.state(from + (to - from) * fraction);
-                let (weight, speed) = (weight * (to - from), v.norm());
-                sums.length += 2.0 * weight * speed;
-                sums.area += weight * (z.1 * v.0 - z.0 * v.1);
-                sums.surface += 2.0 * PI * weight * z.1.abs() * speed;
-                sums.volume += PI * weight * z.1 * z.1.abs() * v.0;
+                for (sum, measure) in sums.iter_mut().zip(Measure::ALL) {
+                    let (value, ..) = measure.integrand([z.0, z.1], [v.0, v.1]);
+                    *sum += 2.0 * weight * (to - from) * value;
+                }
             }
         }
-        sums
+        sums.into()
     }
 
     /// Parts of [0, 1/2] between which the curve bends or crosses the axis: |y| has a kink there.
@@ -164,23 +150,11 @@ impl LinearEquilibrium {
         for (from, to) in [(0.0, self.cap), (self.cap, 0.5)] {
             for k in 0..SAMPLES {
                 let at = |k: usize| from + (to - from) * k as f64 / SAMPLES as f64;
-                let (mut low, mut high) = (at(k), at(k + 1));
+                let (low, high) = (at(k), at(k + 1));
                 let before = y(low);
-                if before * y(high) >= 0.0 {
-                    continue;
+                if before * y(high) < 0.0 {
+                    cuts.push(bisect(low, high, |s| y(s) * before <= 0.0));
                 }
-                loop {
-                    let middle = 0.5 * (low + high);
-                    if middle <= low || middle >= high {
-                        break;
-                    }
-                    if y(middle) * before > 0.0 {
-                        low = middle
-                    } else {
-                        high = middle
-                    }
-                }
-                cuts.push(high);
             }
             cuts.push(to);
         }
@@ -196,10 +170,10 @@ fn phase(angle: f64) -> Complex {
 /// Integral of e^(i rate t) over [0, s], exact also as the rate vanishes.
 fn turn(rate: f64, s: f64) -> Complex {
     let half = 0.5 * rate * s;
-    let sinc = if half.abs() < 1e-8 {
-        1.0
-    } else {
-        half.sin() / half
-    };
-    phase(half) * (s * sinc)
+    phase(half) * (s * sinc(half))
+}
+
+/// sin(x) / x.
+fn sinc(x: f64) -> f64 {
+    if x.abs() < 1e-8 { 1.0 } else { x.sin() / x }
 }

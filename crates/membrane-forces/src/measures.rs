@@ -2,14 +2,13 @@
 
 use std::f64::consts::PI;
 
-use crate::error::{MembraneError, finite, length};
+use crate::error::{Result, finite, length};
 
 /// A measure of a curve: length, area, surface or volume.
 ///
-/// A curve is given by its nodes [x, y], from (0, +R) over the apex to (0, -R), joined by straight
-/// segments; fewer than two make a curve of length, area, surface and volume zero. Surface and
-/// volume revolve the curve about the x axis; the full curve covers the body twice, so they are
-/// half the sum over its segments, and a segment that crosses the axis is split there.
+/// A curve is given by its nodes [x, y], from (0, +R) over the apex to (0, -R), joined by straight segments; fewer than two make a curve of
+/// length, area, surface and volume zero. Surface and volume revolve the curve about the x axis; the full curve covers the body twice, so
+/// they are half the sum over its segments, and a segment that crosses the axis is split there.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Measure {
     /// Length of the curve (Eq. 30), cm.
@@ -37,22 +36,27 @@ pub struct Measures {
 }
 
 impl Measures {
+    /// Collects what `of` returns for each measure.
+    pub(crate) fn each(mut of: impl FnMut(Measure) -> Result<f64>) -> Result<Self> {
+        Ok(Self {
+            length: of(Measure::Length)?,
+            area: of(Measure::Area)?,
+            surface: of(Measure::Surface)?,
+            volume: of(Measure::Volume)?,
+        })
+    }
+
     /// The measures of the polyline through `nodes`. Cost O(n).
     #[must_use]
     pub fn of(nodes: &[[f64; 2]]) -> Self {
-        Self {
-            length: Measure::Length.of(nodes),
-            area: Measure::Area.of(nodes),
-            surface: Measure::Surface.of(nodes),
-            volume: Measure::Volume.of(nodes),
-        }
+        Measure::ALL.map(|measure| measure.of(nodes)).into()
     }
 
     /// Returns the measures if all are finite; those of a curve of 1e100 cm overflow.
     ///
     /// # Errors
-    /// [`MembraneError::NotFinite`].
-    pub fn finite(self) -> Result<Self, MembraneError> {
+    /// [`MembraneError::NotFinite`](crate::MembraneError::NotFinite).
+    pub fn finite(self) -> Result<Self> {
         finite("length", self.length)?;
         finite("area", self.area)?;
         finite("surface", self.surface)?;
@@ -61,7 +65,21 @@ impl Measures {
     }
 }
 
+impl From<[f64; 4]> for Measures {
+    fn from([length, area, surface, volume]: [f64; 4]) -> Self {
+        Self {
+            length,
+            area,
+            surface,
+            volume,
+        }
+    }
+}
+
 impl Measure {
+    /// In the order of the fields of [`Measures`].
+    pub(crate) const ALL: [Self; 4] = [Self::Length, Self::Area, Self::Surface, Self::Volume];
+
     /// The measure of the polyline through `nodes`. Cost O(n).
     ///
     /// ```
@@ -74,26 +92,16 @@ impl Measure {
     /// ```
     #[must_use]
     pub fn of(self, nodes: &[[f64; 2]]) -> f64 {
-        self.segments(nodes.len())
-            .map(|(a, b)| self.segment(nodes[a], nodes[b]).value)
-            .sum()
+        self.value(nodes, false)
     }
 
-    /// `out` = gradient with respect to every node coordinate, the derivative of exactly what
-    /// [`Measure::of`] returns. Cost O(n).
+    /// `out` = gradient with respect to every node coordinate, the derivative of exactly what [`Measure::of`] returns. Cost O(n).
     ///
     /// # Panics
     /// `out` has another length than `nodes`.
     pub fn gradient_into(self, nodes: &[[f64; 2]], out: &mut [[f64; 2]]) {
         assert_eq!(nodes.len(), out.len(), "measure gradient");
-        out.fill([0.0; 2]);
-        self.segments(nodes.len()).for_each(|(a, b)| {
-            let piece = self.segment(nodes[a], nodes[b]);
-            for k in 0..2 {
-                out[a][k] += piece.from[k];
-                out[b][k] += piece.to[k];
-            }
-        });
+        self.gradient(nodes, false, out);
     }
 
     /// Returns the rate of change of the measure of the polyline through `nodes` that move at `velocities`, per unit time: the gradient
@@ -108,64 +116,111 @@ impl Measure {
     /// ```
     ///
     /// # Errors
-    /// [`MembraneError::WrongLength`] if the numbers of velocities and nodes differ.
-    pub fn rate(self, nodes: &[[f64; 2]], velocities: &[[f64; 2]]) -> Result<f64, MembraneError> {
+    /// [`MembraneError::WrongLength`](crate::MembraneError::WrongLength) if the numbers of velocities and nodes differ.
+    pub fn rate(self, nodes: &[[f64; 2]], velocities: &[[f64; 2]]) -> Result<f64> {
         length("velocities", velocities.len(), nodes.len())?;
-        let along = |(a, b): (usize, usize)| {
-            let piece = self.segment(nodes[a], nodes[b]);
-            let ([u, v], [from, to]) = ([velocities[a], velocities[b]], [piece.from, piece.to]);
-            from[0] * u[0] + from[1] * u[1] + to[0] * v[0] + to[1] * v[1]
+        let mut rate = 0.0;
+        let mut add = |by: [f64; 2], n: usize| {
+            rate += by[0] * velocities[n][0] + by[1] * velocities[n][1];
         };
-        Ok(self.segments(nodes.len()).map(along).sum())
+        self.each_segment(nodes, false, |segment, a, b| {
+            add(segment.from, a);
+            add(segment.to, b);
+        });
+        Ok(rate)
     }
 
-    /// As [`Measure::of`], for the curve of `nodes` and their mirror images about the x axis; a last node off the axis is joined to its
-    /// image.
-    pub(crate) fn of_half(self, points: &[[f64; 2]]) -> f64 {
-        let (first, last) = (points[0], points[points.len() - 1]);
-        let inside: f64 = points
-            .windows(2)
-            .map(|p| self.segment(p[0], p[1]).value)
-            .sum();
-        let across = match last[1] {
-            0.0 => 0.0,
-            _ => self.segment(last, foot(last)).value,
-        };
-        let close = match self {
-            Self::Area => self.segment(foot(first), first).value,
-            _ => 0.0,
-        };
-        2.0 * (inside + across + close)
+    /// The measure of the polyline through `nodes`, or of a curve of which they are one `half`.
+    pub(crate) fn value(self, nodes: &[[f64; 2]], half: bool) -> f64 {
+        let mut sum = 0.0;
+        self.each_segment(nodes, half, |segment, _, _| sum += segment.value);
+        copies(half) * sum
     }
 
-    /// `out` = gradient of [`Measure::of_half`].
-    pub(crate) fn half_gradient_into(self, points: &[[f64; 2]], out: &mut [[f64; 2]]) {
+    /// `out` = gradient of [`Measure::value`].
+    pub(crate) fn gradient(self, nodes: &[[f64; 2]], half: bool, out: &mut [[f64; 2]]) {
         out.fill([0.0; 2]);
-        let mut add = |n: usize, by: [f64; 2]| {
-            out[n][0] += 2.0 * by[0];
-            out[n][1] += 2.0 * by[1];
+        let copies = copies(half);
+        self.each_segment(nodes, half, |segment, a, b| {
+            for k in 0..2 {
+                out[a][k] += copies * segment.from[k];
+                out[b][k] += copies * segment.to[k];
+            }
+        });
+    }
+
+    /// Calls `visit` for each segment with the indices of its nodes, that which closes an area last.
+    ///
+    /// Half a curve is the mirror image of the other about the x axis: a last node off the axis is joined to its image, and the chord
+    /// between the ends begins on the axis. The foot of a node on the axis moves along it with the node.
+    #[inline]
+    fn each_segment(
+        self,
+        nodes: &[[f64; 2]],
+        half: bool,
+        mut visit: impl FnMut(Segment, usize, usize),
+    ) {
+        let Some(last) = nodes.len().checked_sub(1) else {
+            return;
         };
-        for n in 1..points.len() {
-            let piece = self.segment(points[n - 1], points[n]);
-            add(n - 1, piece.from);
-            add(n, piece.to);
+        for (n, pair) in nodes.windows(2).enumerate() {
+            visit(self.segment(pair[0], pair[1]), n, n + 1);
         }
-        // The foot of the perpendicular moves along the axis with its node.
-        let last = points.len() - 1;
-        if points[last][1] != 0.0 {
-            let across = self.segment(points[last], foot(points[last]));
-            add(last, [across.from[0] + across.to[0], across.from[1]]);
+        let foot = |n: usize| [nodes[n][0], 0.0];
+        if half && nodes[last][1] != 0.0 {
+            let mut across = self.segment(nodes[last], foot(last));
+            across.from[0] += across.to[0];
+            across.to = [0.0; 2];
+            visit(across, last, last);
         }
-        if self == Self::Area {
-            let close = self.segment(foot(points[0]), points[0]);
-            add(0, [close.from[0] + close.to[0], close.to[1]]);
+        match (self, half) {
+            (Self::Area, true) => {
+                let mut close = self.segment(foot(0), nodes[0]);
+                close.to[0] += close.from[0];
+                close.from = [0.0; 2];
+                visit(close, 0, 0);
+            }
+            (Self::Area, false) if last > 0 => visit(self.segment(nodes[last], nodes[0]), last, 0),
+            _ => (),
         }
     }
 
-    /// Nodes at the ends of the segments of a curve of `n` nodes, the chord that closes an area last.
-    fn segments(self, n: usize) -> impl Iterator<Item = (usize, usize)> {
-        let chord = (self == Self::Area && n > 1).then(|| (n - 1, 0));
-        (1..n).map(|k| (k - 1, k)).chain(chord)
+    /// Whether the integrand has a kink where the curve crosses the axis.
+    pub(crate) fn has_kink(self) -> bool {
+        match self {
+            Self::Length | Self::Area => false,
+            Self::Surface | Self::Volume => true,
+        }
+    }
+
+    /// Returns the integrand at a point c of a curve with derivative d by its parameter, and its derivatives by c and d.
+    #[inline]
+    pub(crate) fn integrand(self, c: [f64; 2], d: [f64; 2]) -> (f64, [f64; 2], [f64; 2]) {
+        let speed = || d[0].hypot(d[1]);
+        match self {
+            Self::Length => {
+                let speed = speed();
+                (speed, [0.0; 2], [d[0] / speed, d[1] / speed])
+            }
+            // twice the area is the integral of y x' - x y'
+            Self::Area => (
+                0.5 * (c[1] * d[0] - c[0] * d[1]),
+                [-0.5 * d[1], 0.5 * d[0]],
+                [0.5 * c[1], -0.5 * c[0]],
+            ),
+            Self::Surface => {
+                let (speed, y) = (speed(), PI * c[1].abs());
+                (
+                    y * speed,
+                    [0.0, PI * c[1].signum() * speed],
+                    [y * (d[0] / speed), y * (d[1] / speed)],
+                )
+            }
+            Self::Volume => {
+                let y = 0.5 * PI * c[1] * c[1].abs();
+                (y * d[0], [0.0, PI * c[1].abs() * d[0]], [y, 0.0])
+            }
+        }
     }
 
     /// Returns the contribution of the segment from `a` to `b`, and its derivatives by `a` and `b`.
@@ -218,9 +273,9 @@ struct Segment {
     to: [f64; 2],
 }
 
-/// The point on the axis beside `point`.
-fn foot(point: [f64; 2]) -> [f64; 2] {
-    [point[0], 0.0]
+/// Number of times that a half counts.
+fn copies(half: bool) -> f64 {
+    if half { 2.0 } else { 1.0 }
 }
 
 /// Mean of |y| for y running linearly from a to b, with its derivatives by a and b.
@@ -233,7 +288,7 @@ fn mean_abs(a: f64, b: f64) -> (f64, f64, f64) {
     let sum = a.abs() + b.abs();
     let mean = 0.5 * (a * a + b * b) / sum;
     (
-        (mean),
+        mean,
         (a - mean * a.signum()) / sum,
         (b - mean * b.signum()) / sum,
     )

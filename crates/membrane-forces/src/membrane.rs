@@ -1,6 +1,6 @@
 //! The continuous model: reference configuration, stiffness, pressure law, fixed ends.
 
-use crate::error::{MembraneError, finite};
+use crate::error::{MembraneError, Result, finite};
 use crate::law::PressureLaw;
 use crate::material::{Material, Rubber};
 use crate::profile::Stiffness;
@@ -44,7 +44,10 @@ impl Membrane {
     /// Sets the stiffness lambda(s) of springs between neighbours.
     #[must_use]
     pub fn with_stiffness(mut self, stiffness: Stiffness) -> Self {
-        let second = self.second_neighbours().cloned();
+        let second = match self.material {
+            Material::Springs { second, .. } => second,
+            Material::Rubber(_) => None,
+        };
         self.material = Material::Springs { stiffness, second };
         self
     }
@@ -56,7 +59,10 @@ impl Membrane {
     #[must_use]
     pub fn with_second_neighbours(mut self, stiffness: Stiffness) -> Self {
         let second = Some(stiffness);
-        let stiffness = self.stiffness().cloned().unwrap_or(Stiffness::UNIT);
+        let stiffness = match self.material {
+            Material::Springs { stiffness, .. } => stiffness,
+            Material::Rubber(_) => Stiffness::UNIT,
+        };
         self.material = Material::Springs { stiffness, second };
         self
     }
@@ -64,10 +70,10 @@ impl Membrane {
     /// Replaces springs by rubber under a pressure: [`PressureLaw::PerCurrentLength`], for a body of revolution the force per current area.
     ///
     /// ```
-    /// use membrane_forces::{Membrane, ReferenceShape, Rubber, StrainEnergy, Thickness};
+    /// use membrane_forces::{Material, Membrane, ReferenceShape, Rubber, StrainEnergy, Thickness};
     /// let latex = Rubber::new(StrainEnergy::NeoHookean { mu: 400.0 }, Thickness::constant(0.05)?)?;
     /// let balloon = Membrane::new(ReferenceShape::balloon(8.5, 1.75)?).with_rubber(latex);
-    /// assert!(balloon.stiffness().is_none());
+    /// assert!(matches!(balloon.material(), Material::Rubber(_)));
     /// # Ok::<(), membrane_forces::MembraneError>(())
     /// ```
     #[must_use]
@@ -91,7 +97,7 @@ impl Membrane {
     ///
     /// # Errors
     /// A coordinate that is not finite.
-    pub fn with_ends(mut self, ends: [[f64; 2]; 2]) -> Result<Self, MembraneError> {
+    pub fn with_ends(mut self, ends: [[f64; 2]; 2]) -> Result<Self> {
         for value in ends.as_flattened() {
             finite("fixed end", *value)?;
         }
@@ -128,29 +134,11 @@ impl Membrane {
         &self.material
     }
 
-    /// Returns the stiffness lambda(s) between neighbours; `None` for rubber.
-    #[must_use]
-    pub fn stiffness(&self) -> Option<&Stiffness> {
-        match &self.material {
-            Material::Springs { stiffness, .. } => Some(stiffness),
-            Material::Rubber(_) => None,
-        }
-    }
-
-    /// Returns the stiffness lambda_2(s) between second neighbours, if any.
-    #[must_use]
-    pub fn second_neighbours(&self) -> Option<&Stiffness> {
-        match &self.material {
-            Material::Springs { second, .. } => second.as_ref(),
-            Material::Rubber(_) => None,
-        }
-    }
-
     /// lambda(s) + 4 lambda_2(s): the stiffness of springs in the limit of fine meshes.
     ///
     /// # Errors
     /// A stiffness that is not finite or not positive; [`MembraneError::OtherMaterial`].
-    pub fn effective_stiffness(&self, s: f64) -> Result<f64, MembraneError> {
+    pub(crate) fn effective_stiffness(&self, s: f64) -> Result<f64> {
         match &self.material {
             Material::Springs { stiffness, second } => {
                 let second = second.as_ref().map_or(Ok(0.0), |second| second.at(s))?;
@@ -167,7 +155,7 @@ impl Membrane {
     ///
     /// # Errors
     /// [`MembraneError::OtherMaterial`] for springs; [`MembraneError::PastStretch`].
-    pub fn rubber_state(&self, s: f64, here: &CurvePoint) -> Result<RubberState, MembraneError> {
+    pub fn rubber_state(&self, s: f64, here: &CurvePoint) -> Result<RubberState> {
         let Material::Rubber(rubber) = &self.material else {
             return Err(MembraneError::OtherMaterial { what: "stretches" });
         };
@@ -189,7 +177,7 @@ impl Membrane {
     }
 
     /// Rejects rubber with a law other than that of a pressure.
-    pub(crate) fn check_law(&self) -> Result<(), MembraneError> {
+    pub(crate) fn check_law(&self) -> Result<()> {
         match (&self.material, self.law) {
             (Material::Springs { .. }, _)
             | (Material::Rubber(_), PressureLaw::PerCurrentLength) => Ok(()),

@@ -4,7 +4,7 @@ use std::fmt;
 use std::marker::PhantomData;
 use std::sync::Arc;
 
-use crate::error::{MembraneError, at_least, positive, rising};
+use crate::error::{MembraneError, Result, at_least, positive, rising};
 
 /// Spring stiffness lambda(s): force per unit s and cm.
 pub type Stiffness = Profile<OfStiffness>;
@@ -42,6 +42,7 @@ impl Quantity for OfThickness {
 /// use membrane_forces::{Rubber, Stiffness, StrainEnergy};
 /// let rubber = Rubber::new(StrainEnergy::NeoHookean { mu: 400.0 }, Stiffness::UNIT);
 /// ```
+#[derive(Debug, Clone)]
 pub struct Profile<Q> {
     values: Values,
     quantity: PhantomData<fn() -> Q>,
@@ -59,15 +60,9 @@ enum Values {
     },
 }
 
-impl<Q> Clone for Profile<Q> {
-    fn clone(&self) -> Self {
-        Self::of(self.values.clone())
-    }
-}
-
-impl<Q> fmt::Debug for Profile<Q> {
+impl fmt::Debug for Values {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match &self.values {
+        match self {
             Values::Constant(value) => f.debug_tuple("Constant").field(value).finish(),
             Values::Samples(values) => f.debug_tuple("Samples").field(values).finish(),
             Values::Function { breaks, .. } => f.debug_tuple("Function").field(breaks).finish(),
@@ -105,7 +100,7 @@ impl<Q: Quantity> Profile<Q> {
     ///
     /// # Errors
     /// `value` not finite or not positive.
-    pub fn constant(value: f64) -> Result<Self, MembraneError> {
+    pub fn constant(value: f64) -> Result<Self> {
         Ok(Self::of(Values::Constant(positive(Q::NAME, value)?)))
     }
 
@@ -113,7 +108,7 @@ impl<Q: Quantity> Profile<Q> {
     ///
     /// # Errors
     /// Fewer than two samples, or one that is not finite or not positive.
-    pub fn samples(values: &[f64]) -> Result<Self, MembraneError> {
+    pub fn samples(values: &[f64]) -> Result<Self> {
         at_least("samples of a profile", values.len(), 2)?;
         let last = (values.len() - 1) as f64;
         for (k, &value) in values.iter().enumerate() {
@@ -131,7 +126,7 @@ impl<Q: Quantity> Profile<Q> {
     pub fn function(
         value: impl Fn(f64) -> f64 + Send + Sync + 'static,
         breakpoints: &[f64],
-    ) -> Result<Self, MembraneError> {
+    ) -> Result<Self> {
         rising(breakpoints)?;
         Ok(Self::of(Values::Function {
             breaks: breakpoints.to_vec(),
@@ -143,7 +138,7 @@ impl<Q: Quantity> Profile<Q> {
     ///
     /// # Errors
     /// The function gives a value that is not finite or not positive.
-    pub fn at(&self, s: f64) -> Result<f64, MembraneError> {
+    pub fn at(&self, s: f64) -> Result<f64> {
         match &self.values {
             Values::Constant(value) => Ok(*value),
             Values::Samples(values) => {
@@ -157,7 +152,7 @@ impl<Q: Quantity> Profile<Q> {
         }
     }
 
-    fn check(s: f64, given: f64) -> Result<f64, MembraneError> {
+    fn check(s: f64, given: f64) -> Result<f64> {
         if given.is_finite() && given > 0.0 {
             Ok(given)
         } else {

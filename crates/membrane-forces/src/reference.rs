@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 use std::fmt;
 use std::sync::Arc;
 
-use crate::error::{MembraneError, at_least, finite, positive, rising};
+use crate::error::{MembraneError, Result, at_least, finite, positive, rising};
 
 /// A point of a curve with its first two derivatives with respect to s.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -57,8 +57,7 @@ impl fmt::Debug for ReferenceShape {
 }
 
 impl ReferenceShape {
-    /// A cylinder of length `h` closed by a hemisphere of radius `radius` (cm), open at x = 0
-    /// (Rohmer et al. 2006, Table 1).
+    /// A cylinder of length `h` closed by a hemisphere of radius `radius` (cm), open at x = 0 (Rohmer et al. 2006, Table 1).
     ///
     /// ```
     /// use membrane_forces::ReferenceShape;
@@ -70,7 +69,7 @@ impl ReferenceShape {
     ///
     /// # Errors
     /// `h` or `radius` not finite or not positive.
-    pub fn balloon(h: f64, radius: f64) -> Result<Self, MembraneError> {
+    pub fn balloon(h: f64, radius: f64) -> Result<Self> {
         positive("cylinder length", h)?;
         positive("radius", radius)?;
         let length = 2.0 * h + PI * radius;
@@ -100,7 +99,7 @@ impl ReferenceShape {
     ///
     /// # Errors
     /// `radius` not finite or not positive.
-    pub fn disc(radius: f64) -> Result<Self, MembraneError> {
+    pub fn disc(radius: f64) -> Result<Self> {
         positive("radius", radius)?;
         Ok(Self {
             breaks: vec![0.0, 1.0],
@@ -114,9 +113,8 @@ impl ReferenceShape {
     /// Straight segments through `points`, s proportional to arc length.
     ///
     /// # Errors
-    /// Fewer than two points, a coordinate that is not finite, neighbours that coincide, or
-    /// segments that cross.
-    pub fn polyline(points: &[[f64; 2]]) -> Result<Self, MembraneError> {
+    /// Fewer than two points, a coordinate that is not finite, neighbours that coincide, or segments that cross.
+    pub fn polyline(points: &[[f64; 2]]) -> Result<Self> {
         at_least("polyline points", points.len(), 2)?;
         let mut lengths = vec![0.0];
         for (index, pair) in points.windows(2).enumerate() {
@@ -155,7 +153,7 @@ impl ReferenceShape {
     pub fn from_function(
         curve: impl Fn(f64) -> CurvePoint + Send + Sync + 'static,
         breakpoints: &[f64],
-    ) -> Result<Self, MembraneError> {
+    ) -> Result<Self> {
         rising(breakpoints)?;
         let breaks = [&[0.0], breakpoints, &[1.0]].concat();
         let curve: Arc<CurveFunction> = Arc::new(curve);
@@ -168,7 +166,7 @@ impl ReferenceShape {
 
     /// Compares derivatives with central differences at the middles of the samples. Over 1e-5 of the piece they are accurate to 1e-10 of a
     /// derivative (truncation, for wavelengths of at least the piece) and to 1e-11 of the size (rounding).
-    fn check_derivatives(&self, piece: usize) -> Result<(), MembraneError> {
+    fn check_derivatives(&self, piece: usize) -> Result<()> {
         let (a, b) = (self.breaks[piece], self.breaks[piece + 1]);
         let step = 1e-5 * (b - a);
         let middle = |k: usize| a + (b - a) * (k as f64 + 0.5) / SAMPLES as f64;
@@ -207,30 +205,24 @@ impl ReferenceShape {
     }
 
     /// Samples each piece and rejects values and geometry without a defined force.
-    fn check_sampled(&self) -> Result<(), MembraneError> {
+    fn check_sampled(&self) -> Result<()> {
         let mut points = Vec::with_capacity(SAMPLES * self.pieces.len() + 1);
         for piece in 0..self.pieces.len() {
             for k in 0..SAMPLES {
                 let (a, b) = (self.breaks[piece], self.breaks[piece + 1]);
                 let here = self.at_in(piece, a + (b - a) * k as f64 / SAMPLES as f64);
-                let CurvePoint {
-                    position,
-                    first,
-                    second,
-                } = here;
-                for value in [position, first, second].as_flattened() {
-                    finite("rest curve", *value)?;
+                for value in [here.position, here.first, here.second].as_flattened() {
+                    finite("reference curve", *value)?;
                 }
-                if first == [0.0, 0.0] || points.last() == Some(&position) {
-                    return Err(MembraneError::CoincidentPoints {
-                        index: points.len(),
-                    });
+                let index = points.len();
+                if here.first == [0.0, 0.0] || points.last() == Some(&here.position) {
+                    return Err(MembraneError::CoincidentPoints { index });
                 }
-                points.push(position);
+                points.push(here.position);
             }
         }
         let last = self.at(1.0).position;
-        finite("rest curve", last[0] + last[1])?;
+        finite("reference curve", last[0] + last[1])?;
         points.push(last);
         crate::crossing::check(&points)
     }

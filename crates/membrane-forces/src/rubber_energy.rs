@@ -5,72 +5,35 @@
 //! ```
 //!
 //! over the meridian from the fixed end to the axis: S is its length in the reference configuration, r0 its distance from the axis there, h
-//! its thickness. Forces are -dE/dc, tangents minus the second derivatives and so symmetric. Each element has the points of one [`Rule`].
-//! Elements of two nodes have a kernel of their own (`rubber_nodes.rs`), which is twice as fast.
+//! its thickness. Forces are -dE/dc, tangents minus the second derivatives and so symmetric. Spectral elements use a Gauss rule (Galerkin's
+//! method), without points on the axis. Elements of two nodes have a kernel of their own (`rubber_nodes.rs`), which is twice as fast.
 
 use std::f64::consts::PI;
+use std::sync::Arc;
 
-use crate::chebyshev::{Reference, local_index};
-use crate::error::{MembraneError, finite};
+use crate::chebyshev::Reference;
+use crate::discrete::Elastic;
+use crate::error::{MembraneError, Result, finite};
 use crate::material::Rubber;
 use crate::strain_energy::EnergyDerivatives;
+use crate::tangent::{Layout, Tangent, local_index};
 
-/// Quadrature points of an element with n nodes.
-#[derive(Debug, Clone)]
-pub(crate) struct Rule {
-    /// Coordinates in [0, 1] and weights.
-    points: Vec<(f64, f64)>,
-    /// n values and n slopes of the nodes' functions at each point.
-    rows: [Vec<f64>; 2],
-    /// The same with the nodes in the order of a tangent's block.
-    ordered: [Vec<f64>; 2],
-    n: usize,
-}
-
-impl Rule {
-    /// The Gauss rule of spectral elements (Galerkin's method), without points on the axis.
-    pub(crate) fn gauss(reference: &Reference) -> Self {
-        let n = reference.nodes.len();
-        let ordered = |table: &[f64]| {
-            let mut out = vec![0.0; table.len()];
-            for (out, row) in out.chunks_exact_mut(n).zip(table.chunks_exact(n)) {
-                for (i, value) in row.iter().enumerate() {
-                    out[local_index(i, n - 1)] = *value;
-                }
-            }
-            out
-        };
-        let rows = [&reference.to_gauss, &reference.derivative_to_gauss];
-        Self {
-            points: reference.gauss.clone(),
-            ordered: rows.map(|table| ordered(table)),
-            rows: rows.map(Vec::clone),
-            n,
-        }
-    }
-
-    /// Values and slopes at point `q` of one of the two tables.
-    #[inline]
-    fn row<'a>(&self, [values, slopes]: &'a [Vec<f64>; 2], q: usize) -> Row<'a> {
-        let range = q * self.n..(q + 1) * self.n;
-        (&values[range.clone()], &slopes[range])
-    }
-}
-
-/// Values and slopes of the functions of an element's nodes.
+/// Values and slopes of the functions of an element's nodes, at one quadrature point.
 type Row<'a> = (&'a [f64], &'a [f64]);
 
-/// Rubber of half a curve.
-#[derive(Debug, Clone)]
+/// Rubber of half a curve on spectral elements.
+#[derive(Debug)]
 pub(crate) struct RubberEnergy {
     rubber: Rubber,
-    rule: Rule,
+    reference: Arc<Reference>,
+    /// Values and slopes of the nodes' functions at the Gauss points, with the nodes in the order of a tangent's block.
+    ordered: [Vec<f64>; 2],
     elements: Vec<Vec<Point>>,
     thickest: f64,
 }
 
 /// A quadrature point.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy)]
 struct Point {
     /// 2 pi r0 h dS.
     weight: f64,
@@ -171,10 +134,21 @@ fn add(out: &mut [[f64; 2]], (values, slopes): Row<'_>, by_slope: [f64; 2], by_v
 
 impl RubberEnergy {
     /// Creates a curve without elements.
-    pub(crate) fn new(rubber: &Rubber, rule: Rule) -> Self {
+    pub(crate) fn new(rubber: &Rubber, reference: Arc<Reference>) -> Self {
+        let n = reference.nodes.len();
+        let ordered = |table: &Vec<f64>| {
+            let mut out = vec![0.0; table.len()];
+            for (out, row) in out.chunks_exact_mut(n).zip(table.chunks_exact(n)) {
+                for (i, value) in row.iter().enumerate() {
+                    out[local_index(i, n - 1)] = *value;
+                }
+            }
+            out
+        };
         Self {
             rubber: rubber.clone(),
-            rule,
+            ordered: [&reference.to_gauss, &reference.derivative_to_gauss].map(ordered),
+            reference,
             elements: Vec::new(),
             thickest: 0.0,
         }
@@ -189,12 +163,12 @@ impl RubberEnergy {
         &mut self,
         (from, to): (f64, f64),
         rest: impl Fn(f64) -> [[f64; 2]; 2],
-    ) -> Result<(), MembraneError> {
-        let mut points = Vec::with_capacity(self.rule.points.len());
-        for &(t, rule) in &self.rule.points {
+    ) -> Result<()> {
+        let mut points = Vec::with_capacity(self.reference.gauss.len());
+        for &(t, rule) in &self.reference.gauss {
             let s = from + (to - from) * t;
             let [position, d] = rest(s);
-            let speed = finite("rest curve", (d[0] * d[0] + d[1] * d[1]).sqrt())?;
+            let speed = finite("reference curve", (d[0] * d[0] + d[1] * d[1]).sqrt())?;
             if speed == 0.0 {
                 let index = points.len();
                 return Err(MembraneError::CoincidentPoints { index });
@@ -214,19 +188,26 @@ impl RubberEnergy {
         Ok(())
     }
 
-    /// Largest shear modulus times thickness.
-    pub(crate) fn scale(&self) -> f64 {
-        self.rubber.energy.shear_modulus() * self.thickest
+    /// Values and slopes at Gauss point `q`, with the nodes in their own order.
+    #[inline]
+    fn row(&self, q: usize) -> Row<'_> {
+        let Reference {
+            to_gauss,
+            derivative_to_gauss,
+            ..
+        } = &*self.reference;
+        rows(to_gauss, derivative_to_gauss, q, self.reference.nodes.len())
     }
 
-    /// Nodes of element `e` in a state or in forces.
-    fn window(&self, e: usize) -> std::ops::Range<usize> {
-        let p = self.rule.n - 1;
-        e * p..(e + 1) * p + 1
+    /// As [`Self::row`], with the nodes in the order of a block.
+    #[inline]
+    fn ordered_row(&self, q: usize) -> Row<'_> {
+        let [values, slopes] = &self.ordered;
+        rows(values, slopes, q, self.reference.nodes.len())
     }
 
     #[inline]
-    fn here(&self, row: Row<'_>, point: &Point, nodes: &[[f64; 2]]) -> Result<Here, MembraneError> {
+    fn here(&self, row: Row<'_>, point: &Point, nodes: &[[f64; 2]]) -> Result<Here> {
         let (d, y) = place(row, nodes);
         let speed = (d[0] * d[0] + d[1] * d[1]).sqrt();
         let w = (self.rubber.energy).at(speed / point.rest[0], y / point.rest[1])?;
@@ -234,57 +215,26 @@ impl RubberEnergy {
     }
 
     /// Calls `visit` for all points.
-    fn each(
-        &self,
-        nodes: &[f64],
-        mut visit: impl FnMut(&Point, &Here),
-    ) -> Result<(), MembraneError> {
-        let nodes = nodes.as_chunks::<2>().0;
+    fn each(&self, nodes: &[f64], mut visit: impl FnMut(&Point, &Here)) -> Result<()> {
         for (e, points) in self.elements.iter().enumerate() {
-            let nodes = &nodes[self.window(e)];
+            let nodes = nodes[self.reference.window(e)].as_chunks::<2>().0;
             for (q, point) in points.iter().enumerate() {
-                visit(
-                    point,
-                    &self.here(self.rule.row(&self.rule.rows, q), point, nodes)?,
-                );
+                visit(point, &self.here(self.row(q), point, nodes)?);
             }
         }
         Ok(())
     }
 
-    /// Least dW/dl1 over l1 and the shear modulus.
-    ///
-    /// # Errors
-    /// [`MembraneError::PastStretch`], as all of the following.
-    pub(crate) fn least_tension(&self, nodes: &[f64]) -> Result<f64, MembraneError> {
-        let mut least = f64::INFINITY;
-        self.each(nodes, |point, here| {
-            least = least.min(here.w.by[0] / (here.speed * point.per_length));
-        })?;
-        Ok(least / self.rubber.energy.shear_modulus())
-    }
-
-    /// Energy of the body.
-    pub(crate) fn energy(&self, nodes: &[f64]) -> Result<f64, MembraneError> {
-        let mut sum = 0.0;
-        self.each(nodes, |point, here| sum += point.weight * here.w.energy)?;
-        Ok(sum)
-    }
-
     /// `out` = minus the derivative of the energy, plus `pressure` times that of the volume. Returns the volume.
-    pub(crate) fn forces_into(
-        &self,
-        nodes: &[f64],
-        pressure: f64,
-        out: &mut [f64],
-    ) -> Result<f64, MembraneError> {
+    fn both_into(&self, nodes: &[f64], pressure: f64, out: &mut [f64]) -> Result<f64> {
         out.fill(0.0);
-        let (points, forces) = (nodes.as_chunks::<2>().0, out.as_chunks_mut::<2>().0);
         let mut volume = 0.0;
         for (e, element) in self.elements.iter().enumerate() {
-            let (points, forces) = (&points[self.window(e)], &mut forces[self.window(e)]);
+            let window = self.reference.window(e);
+            let points = nodes[window.clone()].as_chunks::<2>().0;
+            let forces = out[window].as_chunks_mut::<2>().0;
             for (q, point) in element.iter().enumerate() {
-                let row = self.rule.row(&self.rule.rows, q);
+                let row = self.row(q);
                 let Here { d, y, speed, w } = self.here(row, point, points)?;
                 let tension = point.weight * w.by[0] * point.per_length / speed;
                 let hoop = point.weight * w.by[1] * point.per_radius;
@@ -297,43 +247,27 @@ impl RubberEnergy {
         Ok(volume)
     }
 
-    /// `out` = `pressure` times the derivative of the volume.
-    pub(crate) fn pressure_into(&self, nodes: &[f64], pressure: f64, out: &mut [f64]) {
-        out.fill(0.0);
-        let (points, forces) = (nodes.as_chunks::<2>().0, out.as_chunks_mut::<2>().0);
-        for (e, element) in self.elements.iter().enumerate() {
-            let (points, forces) = (&points[self.window(e)], &mut forces[self.window(e)]);
-            for (q, point) in element.iter().enumerate() {
-                let row = self.rule.row(&self.rule.rows, q);
-                let (d, y) = place(row, points);
-                let [disc, ring] = point.volume(d, y).map(|by| pressure * by);
-                add(forces, row, [disc, 0.0], ring);
-            }
-        }
-    }
-
-    /// `out` = the derivative of forces and of `pressure` times the gradient of the volume by the nodes of element `e`, laid out as in
-    /// [`Tangent`](crate::Tangent), with a tension of at least `least`. `columns` is a buffer of 12 numbers per node. Cost O(degree^3).
-    pub(crate) fn tangent_into(
+    /// `out` = the block of element `e`, with `columns` as a buffer of 12 numbers per node. Cost O(degree^3). Not inlined, because the compiler
+    /// knows that slices of parameters do not overlap.
+    #[inline(never)]
+    fn block_into(
         &self,
         e: usize,
-        nodes: &[f64],
+        nodes: &[[f64; 2]],
         (pressure, least): (f64, f64),
         columns: &mut [f64],
         out: &mut [f64],
-    ) -> Result<(), MembraneError> {
+    ) -> Result<()> {
         out.fill(0.0);
-        let (nodes, rule) = (&nodes.as_chunks::<2>().0[self.window(e)], &self.rule);
-        let size = 2 * rule.n;
-        let least = least * self.rubber.energy.shear_modulus();
+        let size = 2 * nodes.len();
         // Two points at a time, whose columns are added to the rows together; an odd last one has a partner without weight.
         for (k, pair) in self.elements[e].chunks(2).enumerate() {
             columns.fill(0.0);
-            let mut own = [rule.row(&rule.ordered, 2 * k); 2];
+            let mut own = [self.ordered_row(2 * k); 2];
             for (i, point) in pair.iter().enumerate() {
                 let q = 2 * k + i;
-                own[i] = rule.row(&rule.ordered, q);
-                let here = self.here(rule.row(&rule.rows, q), point, nodes)?;
+                own[i] = self.ordered_row(q);
+                let here = self.here(self.row(q), point, nodes)?;
                 let columns = &mut columns[3 * size * i..][..3 * size];
                 point.columns_into(&here, (pressure, least), own[i], columns);
             }
@@ -357,24 +291,14 @@ impl RubberEnergy {
         }
         Ok(())
     }
+}
 
-    /// `block` += `scale` times the mass matrix of element `e` at density 1, laid out as a tangent's block.
-    pub(crate) fn add_mass_into(&self, e: usize, scale: f64, block: &mut [f64]) {
-        let size = block.len().isqrt();
-        for (q, point) in self.elements[e].iter().enumerate() {
-            let (values, _) = self.rule.row(&self.rule.ordered, q);
-            for (i, a) in values.iter().enumerate() {
-                for (j, b) in values.iter().enumerate() {
-                    let mass = scale * point.weight * a * b;
-                    block[2 * i * size + 2 * j] += mass;
-                    block[(2 * i + 1) * size + 2 * j + 1] += mass;
-                }
-            }
-        }
+impl Elastic for RubberEnergy {
+    fn scale(&self) -> f64 {
+        self.rubber.energy.shear_modulus() * self.thickest
     }
 
-    /// Whether the elements are mirror-symmetric, to rounding.
-    pub(crate) fn are_symmetric(&self) -> bool {
+    fn is_mirrored(&self) -> bool {
         let points = || self.elements.iter().flatten();
         let largest = |of: fn(&Point) -> f64| points().map(of).fold(0.0, f64::max);
         let (weight, slope) = (largest(|p| p.weight), largest(|p| p.per_length));
@@ -384,4 +308,93 @@ impl RubberEnergy {
                 && (a.per_length - b.per_length).abs() <= 1e-12 * slope
         })
     }
+
+    fn pull_into(&self, nodes: &[f64], out: &mut [f64]) -> Result<()> {
+        self.both_into(nodes, 0.0, out).map(drop)
+    }
+
+    fn push_into(&self, nodes: &[f64], intensity: f64, out: &mut [f64]) -> Result<()> {
+        out.fill(0.0);
+        for (e, element) in self.elements.iter().enumerate() {
+            let window = self.reference.window(e);
+            let points = nodes[window.clone()].as_chunks::<2>().0;
+            let forces = out[window].as_chunks_mut::<2>().0;
+            for (q, point) in element.iter().enumerate() {
+                let row = self.row(q);
+                let (d, y) = place(row, points);
+                let [disc, ring] = point.volume(d, y).map(|by| intensity * by);
+                add(forces, row, [disc, 0.0], ring);
+            }
+        }
+        Ok(())
+    }
+
+    fn forces_into(
+        &self,
+        nodes: &[f64],
+        intensity: f64,
+        _elastic: &mut [f64],
+        out: &mut [f64],
+    ) -> Result<Option<f64>> {
+        self.both_into(nodes, intensity, out).map(Some)
+    }
+
+    fn layout(&self) -> Layout {
+        Layout::elements(self.elements.len(), self.reference.nodes.len())
+    }
+
+    fn tangent_into(
+        &self,
+        nodes: &[f64],
+        (pressure, least): (f64, f64),
+        out: &mut Tangent,
+    ) -> Result<()> {
+        let state = (pressure, least * self.rubber.energy.shear_modulus());
+        let mut columns = vec![0.0; 12 * self.reference.nodes.len()];
+        out.band.clear();
+        for (e, block) in out.blocks.iter_mut().enumerate() {
+            let nodes = nodes[self.reference.window(e)].as_chunks().0;
+            self.block_into(e, nodes, state, &mut columns, block)?;
+        }
+        Ok(())
+    }
+
+    fn energy(&self, nodes: &[f64], _start: &[f64]) -> Result<f64> {
+        let mut sum = 0.0;
+        self.each(nodes, |point, here| sum += point.weight * here.w.energy)?;
+        Ok(sum)
+    }
+
+    fn least_tension(&self, nodes: &[f64]) -> Result<f64> {
+        let mut least = f64::INFINITY;
+        self.each(nodes, |point, here| {
+            least = least.min(here.w.by[0] / (here.speed * point.per_length));
+        })?;
+        Ok(least / self.rubber.energy.shear_modulus())
+    }
+
+    fn add_mass_into(&self, scale: f64, fixed: &[usize], out: &mut Tangent) -> Result<()> {
+        let size = 2 * self.reference.nodes.len();
+        for (points, block) in self.elements.iter().zip(&mut out.blocks) {
+            for (q, point) in points.iter().enumerate() {
+                let (values, _) = self.ordered_row(q);
+                for (i, a) in values.iter().enumerate() {
+                    for (j, b) in values.iter().enumerate() {
+                        let mass = scale * point.weight * a * b;
+                        block[2 * i * size + 2 * j] += mass;
+                        block[(2 * i + 1) * size + 2 * j + 1] += mass;
+                    }
+                }
+            }
+        }
+        out.clear_in_blocks(fixed);
+        Ok(())
+    }
+}
+
+/// Returns rows `q` of two tables with `n` columns.
+#[inline]
+fn rows<'a>(values: &'a [f64], slopes: &'a [f64], q: usize, n: usize) -> Row<'a> {
+    let range = q * n..(q + 1) * n;
+    (&values[range.clone()], &slopes[range])
 }

@@ -1,28 +1,23 @@
-//! Rubber between the nodes of finite differences: forces and tangents as derivatives of its energy by its nodes.
-//!
-//! ```text
-//! E[c] = integral of 2 pi r0 h W(l1, l2) dS - p V[c],     l1 = |dc/dS|,  l2 = y / r0
-//! ```
-//!
-//! over the meridian from the fixed end to the axis: S is its reference length, r0 its reference distance from the axis, h its thickness.
-//! Forces are -dE/dc, tangents minus the second derivatives and so symmetric. A node on the axis, r0 = 0, has no energy.
+//! Rubber between the nodes of finite differences: elements of two nodes, with the energy of `rubber_energy.rs`.
 
 use std::f64::consts::PI;
 
-use crate::band::BandMatrix;
-use crate::error::MembraneError;
-use crate::half::Nodes;
+use crate::discrete::Elastic;
+use crate::error::{MembraneError, Result};
 use crate::material::Rubber;
+use crate::measures::Measure;
+use crate::nodes::Nodes;
 use crate::strain_energy::EnergyDerivatives;
+use crate::tangent::{Layout, Tangent};
 
 /// Rubber between the nodes of half a curve: two-node elements with W at both nodes.
 ///
 /// An element of reference length l has pi l [ r h W(d / l, y / r) at its first node + the same at its last ]: the trapezoidal rule in S,
-/// second order. The distance d of its nodes is common to both.
-#[derive(Debug, Clone)]
+/// second order. The distance d of its nodes is common to both. A node on the axis, r = 0, has no energy.
+#[derive(Debug)]
 pub(crate) struct NodeRubber {
-    pub(crate) rubber: Rubber,
-    nodes: Nodes,
+    rubber: Rubber,
+    thickest: f64,
     /// Reference lengths between neighbours.
     lengths: Vec<f64>,
     /// Reference distances from the axis.
@@ -43,25 +38,31 @@ struct Segment {
 
 impl NodeRubber {
     /// Creates the rubber of the half curve `rest`.
-    pub(crate) fn new(
-        rubber: &Rubber,
-        nodes: Nodes,
-        rest: &[[f64; 2]],
-        positions: impl Iterator<Item = f64>,
-    ) -> Result<Self, MembraneError> {
-        let on_axis = 2 * nodes.kept == nodes.whole + 1;
+    ///
+    /// # Errors
+    /// [`MembraneError::NotMirrored`] for the thickness; a thickness or a distance from the axis that is not positive.
+    pub(crate) fn new(rubber: &Rubber, nodes: Nodes, rest: &[[f64; 2]]) -> Result<Self> {
+        let ds = 1.0 / (nodes.whole - 1) as f64;
+        let thickness = |n: usize| rubber.thickness.at(n as f64 * ds);
+        let mut thickest = 0.0f64;
         let mut weights = Vec::with_capacity(rest.len());
-        for (n, (point, s)) in rest.iter().zip(positions).enumerate() {
-            let radius = match on_axis && n + 1 == rest.len() {
+        for (n, point) in rest.iter().enumerate() {
+            let (h, image) = (thickness(n)?, thickness(nodes.whole - 1 - n)?);
+            if (h - image).abs() > 1e-12 * h {
+                return Err(MembraneError::NotMirrored);
+            }
+            thickest = thickest.max(h);
+            let on_axis = nodes.has_apex() && n + 1 == rest.len();
+            let radius = match on_axis {
                 true => 0.0,
-                false => rubber.radius(point[1], s)?,
+                false => rubber.radius(point[1], n as f64 * ds)?,
             };
-            weights.push(PI * radius * rubber.thickness.at(s)?);
+            weights.push(PI * radius * h);
         }
         let length = |p: &[[f64; 2]]| (p[1][0] - p[0][0]).hypot(p[1][1] - p[0][1]);
         Ok(Self {
             rubber: rubber.clone(),
-            nodes,
+            thickest,
             lengths: rest.windows(2).map(length).collect(),
             radii: rest.iter().map(|p| p[1]).collect(),
             weights,
@@ -70,7 +71,7 @@ impl NodeRubber {
 
     /// Returns W at stretch `l1` along the curve at node `n`, whose distance from the axis is `y`; zero on the axis.
     #[inline]
-    fn strained(&self, n: usize, l1: f64, y: f64) -> Result<EnergyDerivatives, MembraneError> {
+    fn strained(&self, n: usize, l1: f64, y: f64) -> Result<EnergyDerivatives> {
         match self.weights[n] {
             0.0 => Ok(EnergyDerivatives::NONE),
             _ => self.rubber.energy.at(l1, y / self.radii[n]),
@@ -78,7 +79,7 @@ impl NodeRubber {
     }
 
     #[inline]
-    fn segment(&self, points: &[[f64; 2]], n: usize) -> Result<Segment, MembraneError> {
+    fn segment(&self, points: &[[f64; 2]], n: usize) -> Result<Segment> {
         let (a, b) = (points[n], points[n + 1]);
         let d = [b[0] - a[0], b[1] - a[1]];
         let distance = (d[0] * d[0] + d[1] * d[1]).sqrt();
@@ -93,8 +94,8 @@ impl NodeRubber {
         })
     }
 
-    /// Returns the half element between the last node and the axis, if any: l1 = l2 there.
-    fn last(&self, points: &[[f64; 2]]) -> Result<Option<(f64, EnergyDerivatives)>, MembraneError> {
+    /// Returns weight and W of the half element between the last node and the axis, if any: l1 = l2 there.
+    fn last(&self, points: &[[f64; 2]]) -> Result<Option<(f64, EnergyDerivatives)>> {
         let n = points.len() - 1;
         if self.weights[n] == 0.0 {
             return Ok(None);
@@ -103,94 +104,66 @@ impl NodeRubber {
         let weight = self.radii[n] * self.weights[n];
         Ok(Some((weight, self.rubber.energy.at(l, l)?)))
     }
+}
 
-    /// Whether every stretch is within the limits of the rubber.
-    pub(crate) fn check(&self, points: &[[f64; 2]]) -> Result<(), MembraneError> {
-        for n in 0..points.len() - 1 {
-            self.segment(points, n)?;
-        }
-        self.last(points).map(drop)
+impl Elastic for NodeRubber {
+    fn scale(&self) -> f64 {
+        self.rubber.energy.shear_modulus() * self.thickest
     }
 
-    /// Least dW/dl1 over l1 and the shear modulus, averaged over an element.
-    pub(crate) fn least_tension(&self, points: &[[f64; 2]]) -> Result<f64, MembraneError> {
-        let mut least = f64::INFINITY;
-        for n in 0..points.len() - 1 {
-            let s = self.segment(points, n)?;
-            let area = s.weights[0] + s.weights[1];
-            least = least.min(s.sum(|w| w.by[0]) * s.length / (s.distance * area));
-        }
-        Ok(least / self.rubber.energy.shear_modulus())
+    fn is_mirrored(&self) -> bool {
+        true
     }
 
-    /// Energy of the body.
-    pub(crate) fn energy(&self, points: &[[f64; 2]]) -> Result<f64, MembraneError> {
-        let mut sum = 0.0;
-        for n in 0..points.len() - 1 {
-            let Segment { weights, ends, .. } = self.segment(points, n)?;
-            sum += weights[0] * ends[0].energy + weights[1] * ends[1].energy;
-        }
-        let last = self.last(points)?;
-        Ok(sum + last.map_or(0.0, |(weight, w)| weight * w.energy))
-    }
-
-    /// Mass of each node at density 1: half of that of its elements.
-    fn masses(&self) -> Vec<f64> {
-        let mut masses = vec![0.0; self.radii.len()];
-        for (n, length) in self.lengths.iter().enumerate() {
-            let half = 0.5 * length * (self.weights[n] + self.weights[n + 1]);
-            masses[n] += half;
-            masses[n + 1] += half;
-        }
-        let last = self.radii.len() - 1;
-        masses[last] += self.radii[last] * self.weights[last];
-        masses
-    }
-
-    /// `band` += `scale` times the mass of each node, in the rows of moving nodes.
-    pub(crate) fn add_mass_into(&self, scale: f64, band: &mut BandMatrix) {
-        for (n, mass) in self.masses().into_iter().enumerate() {
-            for i in [2 * n, 2 * n + 1] {
-                self.add(i, i, scale * mass, band);
-            }
-        }
-    }
-
-    /// `out` = minus the derivative of the energy.
-    pub(crate) fn pull_into(
-        &self,
-        points: &[[f64; 2]],
-        out: &mut [[f64; 2]],
-    ) -> Result<(), MembraneError> {
-        out.fill([0.0; 2]);
+    fn pull_into(&self, nodes: &[f64], out: &mut [f64]) -> Result<()> {
+        let (points, forces) = (nodes.as_chunks::<2>().0, out.as_chunks_mut::<2>().0);
+        forces.fill([0.0; 2]);
         for n in 0..points.len() - 1 {
             let s = self.segment(points, n)?;
             let tension = s.sum(|w| w.by[0]) / s.length;
             for k in 0..2 {
-                out[n][k] += tension * s.unit[k];
-                out[n + 1][k] -= tension * s.unit[k];
+                forces[n][k] += tension * s.unit[k];
+                forces[n + 1][k] -= tension * s.unit[k];
             }
             for (end, m) in [n, n + 1].into_iter().enumerate() {
                 if s.weights[end] != 0.0 {
-                    out[m][1] -= s.weights[end] * s.ends[end].by[1] / self.radii[m];
+                    forces[m][1] -= s.weights[end] * s.ends[end].by[1] / self.radii[m];
                 }
             }
         }
-        if let (Some((weight, w)), Some(end)) = (self.last(points)?, out.last_mut()) {
-            end[1] -= weight * (w.by[0] + w.by[1]) / self.radii[points.len() - 1];
+        if let Some((weight, w)) = self.last(points)? {
+            let end = points.len() - 1;
+            forces[end][1] -= weight * (w.by[0] + w.by[1]) / self.radii[end];
         }
         Ok(())
     }
 
-    /// `band` += the derivative of forces and of `pressure` times the gradient of the volume, with a tension of at least `least`.
-    pub(crate) fn add_tangent_into(
+    fn push_into(&self, nodes: &[f64], intensity: f64, out: &mut [f64]) -> Result<()> {
+        Measure::Volume.gradient(nodes.as_chunks().0, true, out.as_chunks_mut().0);
+        out.iter_mut().for_each(|value| *value *= intensity);
+        Ok(())
+    }
+
+    fn layout(&self) -> Layout {
+        Layout::band(2 * self.radii.len(), 3)
+    }
+
+    fn tangent_into(
         &self,
-        points: &[[f64; 2]],
-        pressure: f64,
-        least: f64,
-        band: &mut BandMatrix,
-    ) -> Result<(), MembraneError> {
+        nodes: &[f64],
+        (pressure, least): (f64, f64),
+        out: &mut Tangent,
+    ) -> Result<()> {
+        // of dx, dy, y_a, y_b; these by x_a, y_a, x_b, y_b
+        const BY: [[f64; 4]; 4] = [
+            [-1.0, 0.0, 1.0, 0.0],
+            [0.0, -1.0, 0.0, 1.0],
+            [0.0, 1.0, 0.0, 0.0],
+            [0.0, 0.0, 0.0, 1.0],
+        ];
+        let points = nodes.as_chunks::<2>().0;
         let least = least * self.rubber.energy.shear_modulus();
+        out.band.clear();
         for n in 0..points.len() - 1 {
             let s = self.segment(points, n)?;
             let least = least * (s.weights[0] + s.weights[1]) / (s.length * s.length);
@@ -200,13 +173,6 @@ impl NodeRubber {
             });
             let second = s.second(hoop, least);
             let volume = volume_second(points[n], points[n + 1]);
-            // of dx, dy, y_a, y_b; these by x_a, y_a, x_b, y_b
-            const BY: [[f64; 4]; 4] = [
-                [-1.0, 0.0, 1.0, 0.0],
-                [0.0, -1.0, 0.0, 1.0],
-                [0.0, 1.0, 0.0, 0.0],
-                [0.0, 0.0, 0.0, 1.0],
-            ];
             for i in 0..4 {
                 for j in 0..4 {
                     let mut sum = 0.0;
@@ -215,27 +181,54 @@ impl NodeRubber {
                             sum += by[i] * other[j] * (pressure * volume[k][l] - second[k][l]);
                         }
                     }
-                    self.add(2 * n + i, 2 * n + j, sum, band);
+                    out.band.add_inside(2 * n + i, 2 * n + j, sum);
                 }
             }
         }
         if let Some((weight, w)) = self.last(points)? {
             let n = points.len() - 1;
             let [aa, ab, bb] = w.second;
-            let square = self.radii[n] * self.radii[n];
-            let value = -weight * (aa + 2.0 * ab + bb) / square;
-            self.add(2 * n + 1, 2 * n + 1, value, band);
+            let value = -weight * (aa + 2.0 * ab + bb) / (self.radii[n] * self.radii[n]);
+            out.band.add_inside(2 * n + 1, 2 * n + 1, value);
         }
         Ok(())
     }
 
-    /// Adds to the rows of moving nodes.
-    #[inline]
-    fn add(&self, i: usize, j: usize, value: f64, band: &mut BandMatrix) {
-        let (node, k) = (i / 2, i % 2);
-        if node > 0 && !self.nodes.is_fixed(node, k) {
-            band.add_inside(i, j, value);
+    fn energy(&self, nodes: &[f64], _start: &[f64]) -> Result<f64> {
+        let points = nodes.as_chunks().0;
+        let mut sum = 0.0;
+        for n in 0..points.len() - 1 {
+            let Segment { weights, ends, .. } = self.segment(points, n)?;
+            sum += weights[0] * ends[0].energy + weights[1] * ends[1].energy;
         }
+        let last = self.last(points)?;
+        Ok(sum + last.map_or(0.0, |(weight, w)| weight * w.energy))
+    }
+
+    /// Averages the tension over an element.
+    fn least_tension(&self, nodes: &[f64]) -> Result<f64> {
+        let mut least = f64::INFINITY;
+        for n in 0..self.lengths.len() {
+            let s = self.segment(nodes.as_chunks().0, n)?;
+            let area = s.weights[0] + s.weights[1];
+            least = least.min(s.sum(|w| w.by[0]) * s.length / (s.distance * area));
+        }
+        Ok(least / self.rubber.energy.shear_modulus())
+    }
+
+    /// The mass of a node is half of that of its elements.
+    fn add_mass_into(&self, scale: f64, fixed: &[usize], out: &mut Tangent) -> Result<()> {
+        let mut masses = vec![0.0; self.radii.len()];
+        for (n, length) in self.lengths.iter().enumerate() {
+            let half = 0.5 * length * (self.weights[n] + self.weights[n + 1]);
+            masses[n] += half;
+            masses[n + 1] += half;
+        }
+        let last = self.radii.len() - 1;
+        masses[last] += self.radii[last] * self.weights[last];
+        let moving = (0..2 * masses.len()).filter(|i| !fixed.contains(i));
+        moving.for_each(|i| out.band.add_inside(i, i, scale * masses[i / 2]));
+        Ok(())
     }
 }
 

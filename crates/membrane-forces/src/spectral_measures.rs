@@ -1,10 +1,8 @@
 //! Length, area, surface and volume of a spectral curve, by quadrature as accurate as the curve.
 
-use std::f64::consts::PI;
-
-use crate::chebyshev::gauss_legendre;
+use crate::chebyshev::{bisect, gauss_legendre};
 use crate::discrete::DiscreteMembrane;
-use crate::measures::{Measure, Measures};
+use crate::measures::Measure;
 use crate::spectral::SpectralElements;
 
 /// Values and derivatives at one quadrature point, as rows over the element's nodes.
@@ -30,76 +28,57 @@ impl Sample<'_> {
 }
 
 impl SpectralElements {
-    /// Computes the four measures of the whole curve, defined as by [`Measure`], for the polynomials.
-    pub(crate) fn integrate_all(&self, nodes: &[f64]) -> Measures {
-        const ALL: [Measure; 4] = [
-            Measure::Length,
-            Measure::Area,
-            Measure::Surface,
-            Measure::Volume,
-        ];
-        let mut sums = [0.0; 4];
+    /// Computes `measures` of the whole curve, defined as by [`Measure`], for the polynomials.
+    pub(crate) fn integrate<const N: usize>(
+        &self,
+        measures: [Measure; N],
+        nodes: &[f64],
+    ) -> [f64; N] {
+        let kinked = measures.iter().any(|measure| measure.has_kink());
+        let mut sums = [0.0; N];
         for e in 0..self.n_elements() {
-            let local = nodes[self.window(e)].as_chunks::<2>().0;
-            self.each_sample(local, true, |sample| {
+            let local = nodes[self.reference.window(e)].as_chunks::<2>().0;
+            self.each_sample(local, kinked, |sample| {
                 let (c, d) = sample.at(local);
-                for (sum, measure) in sums.iter_mut().zip(ALL) {
-                    *sum += sample.weight * integrand(measure, c, d).0;
+                for (sum, measure) in sums.iter_mut().zip(measures) {
+                    *sum += sample.weight * measure.integrand(c, d).0;
                 }
             });
         }
-        let [length, area, surface, volume] = sums;
-        Measures {
-            length,
-            area: area + self.close_area(nodes, None),
-            surface,
-            volume,
+        if let Some(k) = measures.iter().position(|&of| of == Measure::Area) {
+            sums[k] += self.close_area(nodes, None);
         }
+        sums
     }
 
-    /// One measure of the whole curve; its gradient is added to `gradient`.
-    pub(crate) fn integrate(
-        &self,
-        measure: Measure,
-        nodes: &[f64],
-        mut gradient: Option<&mut [f64]>,
-    ) -> f64 {
-        let mut total = 0.0;
+    /// Adds the gradient of one measure to `out`.
+    pub(crate) fn add_gradient(&self, measure: Measure, nodes: &[f64], out: &mut [f64]) {
         for e in 0..self.n_elements() {
-            let local = nodes[self.window(e)].as_chunks::<2>().0;
-            let mut out = gradient
-                .as_deref_mut()
-                .map(|g| g[self.window(e)].as_chunks_mut::<2>().0);
-            let kinked = matches!(measure, Measure::Surface | Measure::Volume);
-            self.each_sample(local, kinked, |sample| {
+            let window = self.reference.window(e);
+            let local = nodes[window.clone()].as_chunks::<2>().0;
+            let out = out[window].as_chunks_mut::<2>().0;
+            self.each_sample(local, measure.has_kink(), |sample| {
                 let (c, d) = sample.at(local);
-                let (value, by_c, by_d) = integrand(measure, c, d);
-                total += sample.weight * value;
-                if let Some(out) = &mut out {
-                    for (j, out) in out.iter_mut().enumerate() {
-                        for k in 0..2 {
-                            out[k] += sample.weight
-                                * (by_c[k] * sample.value[j] + by_d[k] * sample.derivative[j]);
-                        }
+                let (_, by_c, by_d) = measure.integrand(c, d);
+                let Sample {
+                    weight,
+                    value,
+                    derivative,
+                } = sample;
+                for ((out, value), derivative) in out.iter_mut().zip(value).zip(derivative) {
+                    for k in 0..2 {
+                        out[k] += weight * (by_c[k] * value + by_d[k] * derivative);
                     }
                 }
             });
         }
         if measure == Measure::Area {
-            total += self.close_area(nodes, gradient);
+            self.close_area(nodes, Some(out));
         }
-        total
     }
 
-    /// Returns the range of the nodes of element `e` in a state.
-    pub(crate) fn window(&self, e: usize) -> std::ops::Range<usize> {
-        let p = self.degree();
-        2 * e * p..2 * (e + 1) * p + 2
-    }
-
-    /// Calls `add` for each quadrature point of the element with nodes `local`; its mirror image
-    /// counts in the weight. |y| has a kink where the curve crosses the axis: a function with this kink (`kinked`) is integrated separately
-    /// on either side.
+    /// Calls `add` for each quadrature point of the element with nodes `local`; its mirror image counts in the weight. |y| has a kink where
+    /// the curve crosses the axis: a function with this kink (`kinked`) is integrated separately on either side.
     fn each_sample(&self, local: &[[f64; 2]], kinked: bool, mut add: impl FnMut(Sample<'_>)) {
         let reference = &self.reference;
         let n = local.len();
@@ -161,69 +140,22 @@ impl SpectralElements {
 
     /// Returns the zeros of y inside an element, as fractions of it, ascending.
     fn axis_crossings(&self, local: &[[f64; 2]]) -> Vec<f64> {
-        let mut found = Vec::new();
+        let (mut found, mut row) = (Vec::new(), vec![0.0; local.len()]);
         let mut last: Option<usize> = None;
         for k in (0..local.len()).filter(|&k| local[k][1] != 0.0) {
             if let Some(before) = last
                 && (local[before][1] < 0.0) != (local[k][1] < 0.0)
             {
-                found.push(self.axis_crossing(local, before, k));
+                let [low, high] = [before, k].map(|k| self.reference.nodes[k]);
+                let below = local[before][1] < 0.0;
+                found.push(bisect(low, high, |t| {
+                    self.reference.value_row(t, &mut row);
+                    let y = row.iter().zip(local).map(|(a, c)| a * c[1]);
+                    (y.sum::<f64>() < 0.0) != below
+                }));
             }
             last = Some(k);
         }
         found
-    }
-
-    /// Returns the position on the axis between nodes `before` and `after`, which are on different sides.
-    fn axis_crossing(&self, local: &[[f64; 2]], before: usize, after: usize) -> f64 {
-        let mut row = vec![0.0; local.len()];
-        let mut y = |t: f64| {
-            self.reference.value_row(t, &mut row);
-            row.iter().zip(local).map(|(a, c)| a * c[1]).sum::<f64>()
-        };
-        let (mut low, mut high) = (self.reference.nodes[before], self.reference.nodes[after]);
-        let sign = local[before][1].signum();
-        loop {
-            let middle = 0.5 * (low + high);
-            if middle <= low || middle >= high {
-                return middle;
-            }
-            if y(middle) * sign > 0.0 {
-                low = middle
-            } else {
-                high = middle
-            }
-        }
-    }
-}
-
-/// The integrand over the element's own coordinate, with its derivatives by c and c'.
-#[inline]
-fn integrand(measure: Measure, c: [f64; 2], d: [f64; 2]) -> (f64, [f64; 2], [f64; 2]) {
-    let speed = || d[0].hypot(d[1]);
-    match measure {
-        Measure::Length => {
-            let speed = speed();
-            (speed, [0.0; 2], [d[0] / speed, d[1] / speed])
-        }
-        // twice the area is the integral of y x' - x y'
-        Measure::Area => (
-            0.5 * (c[1] * d[0] - c[0] * d[1]),
-            [-0.5 * d[1], 0.5 * d[0]],
-            [0.5 * c[1], -0.5 * c[0]],
-        ),
-        Measure::Surface => {
-            let (speed, y) = (speed(), PI * 0.5 * c[1].abs());
-            let unit = [d[0] / speed, d[1] / speed];
-            (
-                2.0 * y * speed,
-                [0.0, PI * c[1].signum() * speed],
-                [2.0 * y * unit[0], 2.0 * y * unit[1]],
-            )
-        }
-        Measure::Volume => {
-            let y = 0.5 * PI * c[1] * c[1].abs();
-            (y * d[0], [0.0, PI * c[1].abs() * d[0]], [y, 0.0])
-        }
     }
 }

@@ -2,7 +2,7 @@
 //!
 //! Rubber is incompressible: for stretches l1 along the meridian, l2 around the axis and l3 across the thickness, l3 = 1 / (l1 l2).
 
-use crate::error::{MembraneError, finite, positive};
+use crate::error::{MembraneError, Result, finite, positive};
 
 /// Energy per volume of an incompressible rubber as a function of its principal stretches; moduli in kPa.
 ///
@@ -17,7 +17,7 @@ use crate::error::{MembraneError, finite, positive};
 ///
 /// ```
 /// use membrane_forces::StrainEnergy;
-/// // a neo-Hookean balloon that is a sphere of radius 1 at rest: p = 2 h W_1 / l^2, largest at l = 7^(1/6)
+/// // a neo-Hookean balloon that is a sphere of radius 1 without load: p = 2 h W_1 / l^2, largest at l = 7^(1/6)
 /// let rubber = StrainEnergy::NeoHookean { mu: 1.0 };
 /// let l = 7f64.powf(1.0 / 6.0);
 /// let pressure = 2.0 * rubber.at(l, l)?.by[0] / (l * l);
@@ -88,7 +88,7 @@ impl StrainEnergy {
     /// # Errors
     /// A constant that is not finite or not positive (c2 may be zero), an Ogden energy without terms, or with a product mu_k alpha_k that
     /// is not positive.
-    pub fn check(&self) -> Result<(), MembraneError> {
+    pub fn check(&self) -> Result<()> {
         match self {
             Self::NeoHookean { mu } => positive("mu", *mu).map(drop),
             Self::MooneyRivlin { c1, c2 } => {
@@ -128,7 +128,7 @@ impl StrainEnergy {
     /// # Errors
     /// [`MembraneError::PastStretch`]: a stretch that is not positive, or beyond the extensibility of the rubber.
     #[inline]
-    pub fn at(&self, l1: f64, l2: f64) -> Result<EnergyDerivatives, MembraneError> {
+    pub fn at(&self, l1: f64, l2: f64) -> Result<EnergyDerivatives> {
         let past = |limit: f64| MembraneError::PastStretch {
             given: [l1, l2],
             limit,

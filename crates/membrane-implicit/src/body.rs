@@ -1,9 +1,9 @@
 //! The moving membrane: nodes, mass, damping, and the forces on it.
 
 use membrane_newton::membrane_forces::{FiniteDifferences, Material, Tangent};
-use membrane_newton::{BandMatrix, DiscreteMembrane, Measure, Membrane};
+use membrane_newton::{BandMatrix, DiscreteMembrane, Measure, Membrane, MembraneError};
 
-use crate::error::{ImplicitError, positive, within};
+use crate::error::{ImplicitError, Result, positive, within};
 
 /// Limits of positions (cm) and velocities (cm/s): beyond, volume and energy (cubes and squares times a stiffness) overflow.
 pub(crate) const FARTHEST: f64 = 1e100;
@@ -59,49 +59,43 @@ impl Body {
     ///
     /// # Errors
     /// Fewer than three nodes, a stiffness that is not positive, coinciding nodes, positions beyond 1e100 cm; a membrane of rubber.
-    pub fn springs(membrane: &Membrane, n_nodes: usize) -> Result<Self, ImplicitError> {
+    pub fn springs(membrane: &Membrane, n_nodes: usize) -> Result<Self> {
         let discrete = FiniteDifferences::new(membrane, n_nodes).map_err(rejected)?;
-        let mut stiffness = discrete.band();
-        discrete
-            .add_elastic_tangent_into(1.0, &mut stiffness)
-            .map_err(rejected)?;
-        let (volumes, weight) = (vec![1.0; discrete.start().len()], discrete.ds());
-        Self::of(discrete, 1.0, (volumes, weight), stiffness)
+        match membrane.material() {
+            Material::Springs { .. } => {
+                let volumes = vec![1.0; discrete.start().len()];
+                let weight = discrete.ds();
+                Self::of(discrete, 1.0, volumes, weight)
+            }
+            Material::Rubber(_) => {
+                let what = "mass per unit s";
+                Err(rejected(MembraneError::OtherMaterial { what }))
+            }
+        }
     }
 
     /// Discretises a `membrane` of rubber of this density with `n_nodes` nodes, of which those up to the axis move; no damping.
     ///
     /// # Errors
     /// As [`Body::springs`]; a density that is not positive; a membrane of springs.
-    pub fn rubber(
-        membrane: &Membrane,
-        n_nodes: usize,
-        density: f64,
-    ) -> Result<Self, ImplicitError> {
+    pub fn rubber(membrane: &Membrane, n_nodes: usize, density: f64) -> Result<Self> {
         positive("density", density)?;
         let discrete = FiniteDifferences::half(membrane, n_nodes).map_err(rejected)?;
-        let mut tangent = discrete.tangent();
-        discrete
-            .add_mass_into(1.0, &mut tangent)
-            .map_err(rejected)?;
-        let mass = |i| tangent.band.get(i, i).unwrap_or(0.0);
-        let volumes = (0..tangent.band.len()).map(mass).collect();
-        discrete
-            .tangent_into(discrete.start(), 0.0, &mut tangent)
-            .map_err(rejected)?;
-        Self::of(discrete, density, (volumes, 1.0), tangent.band)
+        let mut mass = discrete.tangent();
+        discrete.add_mass_into(1.0, &mut mass).map_err(rejected)?;
+        let diagonal = (0..mass.band.len()).map(|i| mass.band.get(i, i).unwrap_or(0.0));
+        Self::of(discrete, density, diagonal.collect(), 1.0)
     }
 
-    fn of(
-        discrete: FiniteDifferences,
-        mass: f64,
-        (volumes, weight): (Vec<f64>, f64),
-        stiffness: BandMatrix,
-    ) -> Result<Self, ImplicitError> {
+    fn of(discrete: FiniteDifferences, mass: f64, volumes: Vec<f64>, weight: f64) -> Result<Self> {
         let start = discrete.start();
         for value in start {
-            within("rest position", *value, -FARTHEST, FARTHEST)?;
+            within("reference position", *value, -FARTHEST, FARTHEST)?;
         }
+        let mut tangent = discrete.tangent();
+        let elastic = discrete.tangent_into(start, 0.0, &mut tangent);
+        elastic.map_err(rejected)?;
+        let stiffness = tangent.band;
         // Upper bound of the spectrum by Gershgorin's circles; for springs in a row it is accurate to O(1/N^2), because the highest mode
         // alternates from node to node.
         let rows = stiffness.rows().zip(&volumes).enumerate();
@@ -125,7 +119,7 @@ impl Body {
     ///
     /// # Errors
     /// Not positive, or not finite.
-    pub fn with_mass(mut self, mass: f64) -> Result<Self, ImplicitError> {
+    pub fn with_mass(mut self, mass: f64) -> Result<Self> {
         self.mass = positive("mass", mass)?;
         Ok(self)
     }
@@ -134,7 +128,7 @@ impl Body {
     ///
     /// # Errors
     /// Negative, or not finite.
-    pub fn with_damping(mut self, damping: f64) -> Result<Self, ImplicitError> {
+    pub fn with_damping(mut self, damping: f64) -> Result<Self> {
         self.damping = within("damping", damping, 0.0, f64::MAX)?;
         Ok(self)
     }
@@ -236,7 +230,7 @@ impl Body {
         nodes: &[f64],
         intensity: f64,
         out: &mut [f64],
-    ) -> Result<(), ImplicitError> {
+    ) -> Result<()> {
         let d = &self.discrete;
         d.pressure_force_into(nodes, intensity, out)
             .map_err(|error| ImplicitError::Membrane { time, error })
@@ -245,38 +239,24 @@ impl Body {
     /// `out` = (m + h mu) - h^2 d(F_e + F_p)/dc at fixed intensity.
     pub(crate) fn stage_matrix_into(
         &self,
-        time: f64,
-        (nodes, intensity): (&[f64], f64),
+        nodes: &[f64],
+        intensity: f64,
         h: f64,
         out: &mut Tangent,
-    ) -> Result<(), ImplicitError> {
-        let at = |error| ImplicitError::Membrane { time, error };
-        let (d, square) = (&self.discrete, -h * h);
-        match self.material() {
-            Material::Springs { .. } => {
-                out.band.clear();
-                d.add_elastic_tangent_into(square, &mut out.band)
-                    .map_err(at)?;
-                d.add_pressure_tangent_into(nodes, intensity, square, &mut out.band)
-                    .map_err(at)?;
-            }
-            Material::Rubber(_) => {
-                d.tangent_into(nodes, intensity, out).map_err(at)?;
-                out.band.scale(square);
-                // one in the rows of fixed numbers
-                for &held in d.fixed() {
-                    out.band.add(held, held, 1.0 - square).map_err(at)?;
-                }
-            }
+    ) -> Result<(), MembraneError> {
+        let square = -h * h;
+        self.discrete.tangent_into(nodes, intensity, out)?;
+        out.band.scale(square);
+        // one in the rows of fixed numbers
+        for &held in self.discrete.fixed() {
+            out.band.add(held, held, 1.0 - square)?;
         }
         let diagonal = self.inertia(h);
-        for (i, volume) in self.volumes.iter().enumerate() {
-            out.band.add(i, i, diagonal * volume).map_err(at)?;
-        }
-        Ok(())
+        let mut volumes = self.volumes.iter().enumerate();
+        volumes.try_for_each(|(i, volume)| out.band.add(i, i, diagonal * volume))
     }
 }
 
-fn rejected(error: membrane_newton::MembraneError) -> ImplicitError {
+fn rejected(error: MembraneError) -> ImplicitError {
     ImplicitError::Membrane { time: 0.0, error }
 }

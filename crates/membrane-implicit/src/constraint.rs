@@ -3,8 +3,9 @@
 use membrane_newton::Measure;
 
 use crate::body::{Body, LoadState};
-use crate::error::ImplicitError;
-use crate::load::{Load, LoadKind};
+use crate::error::Result;
+use crate::load::Load;
+use crate::load_kind::LoadKind;
 
 /// The quantity that a stage must meet.
 #[derive(Debug, Clone, Copy)]
@@ -19,7 +20,7 @@ pub(crate) enum Constraint<'a> {
 
 impl<'a> Constraint<'a> {
     /// Returns the constraint of `load` at `time`.
-    pub(crate) fn of(load: &'a Load, time: f64) -> Result<Self, ImplicitError> {
+    pub(crate) fn of(load: &'a Load, time: f64) -> Result<Self> {
         let value = || {
             load.at(&LoadState {
                 time,
@@ -42,7 +43,7 @@ impl<'a> Constraint<'a> {
         time: f64,
         (nodes, velocities): (&[f64], &[f64]),
         of_volume: f64,
-    ) -> Result<f64, ImplicitError> {
+    ) -> Result<f64> {
         let now = || body.load_state(time, nodes, velocities);
         Ok(match self {
             Self::Intensity(value) => *value,
@@ -66,12 +67,7 @@ pub(crate) struct Answer {
 impl Answer {
     /// Linearises `load` about `at` by central differences: over a millionth of the volume (or of the membrane's `length` cubed, if it is
     /// flat), and over the rate that causes this change within `h`.
-    pub(crate) fn about(
-        load: &Load,
-        at: LoadState,
-        length: f64,
-        h: f64,
-    ) -> Result<Self, ImplicitError> {
+    pub(crate) fn about(load: &Load, at: LoadState, length: f64, h: f64) -> Result<Self> {
         let volume = 1e-6 * at.volume.abs().max(1e-3 * length.powi(3));
         let slope = |volume: f64, volume_rate: f64| {
             let moved = |sign: f64| {

@@ -67,7 +67,8 @@ impl Ledger {
 /// Runge-Kutta scheme with stages (c_i, v_i) and slopes k_i = (v_i, a_i) does the work dt sum b_i v_i.F_p,i, loses dt sum b_i mu |v_i|^2 to
 /// damping and dt^2/2 sum (b_i a_ij + b_j a_ji - b_i b_j) (m a_i.a_j - v_i.K v_j) to its own error: never negative for an algebraically
 /// stable scheme, zero for the midpoint rule (Hairer and Wanner 1996, IV.12).
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct Energy {
     /// Kinetic energy, m/2 times the integral of |v|^2 over s.
@@ -86,20 +87,10 @@ pub struct Energy {
 
 impl Energy {
     /// The rounding error of the balance, kinetic + elastic + losses - initial - work.
+    #[must_use]
     pub fn imbalance(&self) -> f64 {
         self.kinetic + self.elastic + self.damping_loss + self.numerical_loss
             - self.initial
             - self.pressure_work
-    }
-
-    pub(crate) fn plus(&self, other: &Self) -> Self {
-        Self {
-            kinetic: self.kinetic + other.kinetic,
-            elastic: self.elastic + other.elastic,
-            initial: self.initial + other.initial,
-            pressure_work: self.pressure_work + other.pressure_work,
-            damping_loss: self.damping_loss + other.damping_loss,
-            numerical_loss: self.numerical_loss + other.numerical_loss,
-        }
     }
 }

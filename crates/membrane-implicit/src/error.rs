@@ -3,6 +3,9 @@
 use membrane_newton::{MembraneError, NewtonError};
 
 use crate::evolution::Evolution;
+use crate::scheme::Scheme;
+
+pub(crate) type Result<T, E = ImplicitError> = std::result::Result<T, E>;
 
 /// An error in setting up or continuing a motion.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -17,14 +20,14 @@ pub enum ImplicitError {
         #[source]
         error: MembraneError,
     },
-    /// A linear system of a step could not be factored.
+    /// The equations of a step were not solved.
     #[error("no step from t = {time:?} with dt = {dt:?}")]
-    Linear {
+    Step {
         /// Time at the start of the step.
         time: f64,
         /// Time step.
         dt: f64,
-        /// Error of the factorisation.
+        /// Error of the solve.
         #[source]
         error: NewtonError,
     },
@@ -40,16 +43,9 @@ pub enum ImplicitError {
         /// Largest value allowed.
         most: f64,
     },
-    /// A count is below its minimum.
-    #[error("{what} is {given}; it must be at least {least}")]
-    TooFew {
-        /// The argument's name.
-        what: &'static str,
-        /// The given count.
-        given: usize,
-        /// Smallest count allowed.
-        least: usize,
-    },
+    /// A run without stops has no end.
+    #[error("no stops are given; a run needs at least one")]
+    NoStops,
     /// The outer membrane of a pair does not enclose more than the inner one.
     #[error(
         "the outer membrane encloses {outer:?} cm^3, the inner one {inner:?}: the outer one must enclose the inner one"
@@ -90,40 +86,18 @@ pub enum ImplicitError {
         /// Volume of the initial shape.
         actual: f64,
     },
-    /// A splitting has no unknown pressure and cannot prescribe a volume.
-    #[error("a splitting scheme cannot prescribe the volume")]
-    ExplicitVolume,
-    /// Rubber requires a pressure or a volume as load.
-    #[error("the load of a motion of rubber is a total force; it must be a pressure or a volume")]
-    RubberLoad,
-    /// Rubber requires the scheme that conserves its energy.
-    #[error("the scheme of a motion of rubber must be Scheme::Midpoint")]
-    RubberScheme,
-    /// A splitting does not support a load that depends on the state.
-    #[error("a splitting scheme takes no load that depends on the state")]
-    SplitFeedback,
-    /// The scheme has no error estimate for adaptive steps.
-    #[error("the scheme has no error estimate; its time steps must be fixed")]
-    NoErrorEstimate,
+    /// The scheme does not support the load, the material or adaptive steps ([`Scheme`]).
+    #[error("Scheme::{scheme:?} does not support {what}")]
+    Unsupported {
+        /// The scheme.
+        scheme: Scheme,
+        /// The load, the material or the kind of steps.
+        what: &'static str,
+    },
     /// The state of a pair consists of two membranes; one of them cannot be set.
     #[error("the state of a pair cannot be set from that of one membrane")]
     StateOfPair,
-    /// The equations of a step were not solved.
-    #[error(
-        "step from t = {time:?} with dt = {dt:?}: last change {change:e} cm after {iterations} iterations"
-    )]
-    StepNotSolved {
-        /// Time at the start of the step.
-        time: f64,
-        /// Time step.
-        dt: f64,
-        /// Iterations made.
-        iterations: usize,
-        /// Last change of position, cm.
-        change: f64,
-    },
-    /// The motion diverges: the scheme is unstable at this step, or the load has no equilibrium. The state is that
-    /// before the step.
+    /// The motion diverges: the scheme is unstable at this step, or the load has no equilibrium. The state is that before the step.
     #[error(
         "step {step}, from t = {time:?} with dt = {dt:?}, is unstable: the {what} of node {node} is {value:e}"
     )]
@@ -168,11 +142,7 @@ fn allowed(least: f64, most: f64) -> String {
 }
 
 /// Rejects a list of `given` nodes if the membrane has `expected`.
-pub(crate) fn length(
-    what: &'static str,
-    given: usize,
-    expected: usize,
-) -> Result<(), ImplicitError> {
+pub(crate) fn length(what: &'static str, given: usize, expected: usize) -> Result<()> {
     if given == expected {
         Ok(())
     } else {
@@ -184,26 +154,8 @@ pub(crate) fn length(
     }
 }
 
-/// Rejects a count below `least`.
-pub(crate) fn at_least(
-    what: &'static str,
-    given: usize,
-    least: usize,
-) -> Result<(), ImplicitError> {
-    if given >= least {
-        Ok(())
-    } else {
-        Err(ImplicitError::TooFew { what, given, least })
-    }
-}
-
 /// Returns `given` if it is finite and within [`least`, `most`].
-pub(crate) fn within(
-    what: &'static str,
-    given: f64,
-    least: f64,
-    most: f64,
-) -> Result<f64, ImplicitError> {
+pub(crate) fn within(what: &'static str, given: f64, least: f64, most: f64) -> Result<f64> {
     if given.is_finite() && given >= least && given <= most {
         Ok(given)
     } else {
@@ -217,6 +169,6 @@ pub(crate) fn within(
 }
 
 /// Returns `given` if it is finite and positive.
-pub(crate) fn positive(what: &'static str, given: f64) -> Result<f64, ImplicitError> {
+pub(crate) fn positive(what: &'static str, given: f64) -> Result<f64> {
     within(what, given, f64::MIN_POSITIVE, f64::MAX)
 }

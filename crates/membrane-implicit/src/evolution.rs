@@ -38,11 +38,13 @@ pub struct Evolution {
 
 impl Evolution {
     /// Whether the norm decreases in every step.
+    #[must_use]
     pub fn is_monotone(&self) -> bool {
         self.norms.windows(2).all(|pair| pair[1] < pair[0])
     }
 
     /// Last norm of F_p + F_e; NaN if there is none.
+    #[must_use]
     pub fn residual(&self) -> f64 {
         self.norms.last().copied().unwrap_or(f64::NAN)
     }

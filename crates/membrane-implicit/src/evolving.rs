@@ -6,7 +6,7 @@ use std::ops::ControlFlow;
 use membrane_newton::{DiscreteMembrane, Measure, Membrane};
 
 use crate::body::Body;
-use crate::error::{ImplicitError, length, positive, within};
+use crate::error::{ImplicitError, Result, length, positive, within};
 use crate::evolution::{Evolution, Frame};
 use crate::load::Load;
 use crate::motion::Motion;
@@ -14,6 +14,8 @@ use crate::scheme::{Jacobian, Scheme};
 
 /// Options of [`evolve`]; the defaults are those of the paper where it specifies them.
 #[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(default, deny_unknown_fields))]
 #[non_exhaustive]
 pub struct EvolvingOptions {
     /// Time step. From about 2 (mass 1, stiffness 1) the norm of the forces falls at every step; below about 0.5 it oscillates like a wave.
@@ -47,54 +49,34 @@ impl Default for EvolvingOptions {
     }
 }
 
+/// Declares methods that return the options with another value of one field.
+macro_rules! setters {
+    ($($(#[$doc:meta])* $with:ident($field:ident: $type:ty);)*) => {$(
+        $(#[$doc])*
+        #[must_use]
+        pub fn $with(mut self, $field: $type) -> Self {
+            self.$field = $field;
+            self
+        }
+    )*};
+}
+
 impl EvolvingOptions {
-    /// Sets the time step.
-    #[must_use]
-    pub fn with_dt(mut self, dt: f64) -> Self {
-        self.dt = dt;
-        self
-    }
-
-    /// Sets the mass per unit s.
-    #[must_use]
-    pub fn with_mass(mut self, mass: f64) -> Self {
-        self.mass = mass;
-        self
-    }
-
-    /// Sets the damping mu per unit s.
-    #[must_use]
-    pub fn with_damping(mut self, mu: f64) -> Self {
-        self.damping = mu;
-        self
-    }
-
-    /// Sets the tolerance on the norm of the forces.
-    #[must_use]
-    pub fn with_tolerance(mut self, tolerance: f64) -> Self {
-        self.tolerance = tolerance;
-        self
-    }
-
-    /// Sets the largest number of steps.
-    #[must_use]
-    pub fn with_max_steps(mut self, max_steps: usize) -> Self {
-        self.max_steps = max_steps;
-        self
-    }
-
-    /// Sets the derivative of the pressure force.
-    #[must_use]
-    pub fn with_jacobian(mut self, jacobian: Jacobian) -> Self {
-        self.jacobian = jacobian;
-        self
-    }
-
-    /// Sets the number of steps between frames; 0 keeps none.
-    #[must_use]
-    pub fn with_frame_every(mut self, steps: usize) -> Self {
-        self.frame_every = steps;
-        self
+    setters! {
+        /// Sets the time step.
+        with_dt(dt: f64);
+        /// Sets the mass per unit s.
+        with_mass(mass: f64);
+        /// Sets the damping mu per unit s.
+        with_damping(damping: f64);
+        /// Sets the tolerance on the norm of the forces.
+        with_tolerance(tolerance: f64);
+        /// Sets the largest number of steps.
+        with_max_steps(max_steps: usize);
+        /// Sets the derivative of the pressure force.
+        with_jacobian(jacobian: Jacobian);
+        /// Sets the number of steps between frames; 0 keeps none.
+        with_frame_every(frame_every: usize);
     }
 }
 
@@ -103,7 +85,7 @@ impl Evolution {
     ///
     /// # Errors
     /// [`ImplicitError::WrongLength`] if the numbers of points and nodes differ.
-    pub fn distance_to(&self, points: &[[f64; 2]]) -> Result<f64, ImplicitError> {
+    pub fn distance_to(&self, points: &[[f64; 2]]) -> Result<f64> {
         length("points to compare with", points.len(), self.points.len())?;
         let pairs = self.points.iter().zip(points);
         Ok(pairs
@@ -112,8 +94,7 @@ impl Evolution {
     }
 }
 
-/// Inflates `membrane` from rest by a total force (Eq. 4) until the forces balance, by the paper's
-/// scheme: at every step
+/// Inflates `membrane` from rest by a total force (Eq. 4) until the forces balance, by the paper's scheme: at every step
 ///
 /// ```text
 /// (I (m + dt mu) - dt^2 (K + dF_p/dc)) v+ = m v + dt (F_e(c) + F_p(c))       c+ = c + dt v+
@@ -133,14 +114,13 @@ impl Evolution {
 ///
 /// # Errors
 /// [`ImplicitError::NotSettled`], with the evolution, if the norm is above the tolerance after `max_steps`. Options out of range, a
-/// membrane that cannot be discretised, a step that cannot be made; [`ImplicitError::OutOfRange`] for forces whose norm is not
-/// finite.
+/// membrane that cannot be discretised, a step that cannot be made; [`ImplicitError::OutOfRange`] for forces whose norm is not finite.
 pub fn evolve(
     membrane: &Membrane,
     n_nodes: usize,
     total_force: f64,
     options: &EvolvingOptions,
-) -> Result<Evolution, ImplicitError> {
+) -> Result<Evolution> {
     let never = |_, _| ControlFlow::<Infallible>::Continue(());
     match evolve_observed(membrane, n_nodes, total_force, options, never)? {
         ControlFlow::Continue(evolution) => Ok(evolution),
@@ -159,7 +139,7 @@ pub fn evolve_observed<B>(
     total_force: f64,
     options: &EvolvingOptions,
     mut observe: impl FnMut(usize, f64) -> ControlFlow<B>,
-) -> Result<ControlFlow<B, Evolution>, ImplicitError> {
+) -> Result<ControlFlow<B, Evolution>> {
     positive("time step", options.dt)?;
     within("tolerance", options.tolerance, 0.0, f64::MAX)?;
     within("total force", total_force, f64::MIN, f64::MAX)?;
@@ -169,7 +149,7 @@ pub fn evolve_observed<B>(
     let load = Load::total_force(move |_| total_force);
     let mut motion =
         Motion::new(body, load, Scheme::SemiImplicitEuler)?.with_jacobian(options.jacobian);
-    let norm_of = |motion: &mut Motion| -> Result<f64, ImplicitError> {
+    let norm_of = |motion: &mut Motion| -> Result<f64> {
         within("norm of the forces", motion.norms()?.0, 0.0, f64::MAX)
     };
     let mut norms = vec![norm_of(&mut motion)?];
@@ -208,7 +188,7 @@ pub fn evolve_observed<B>(
     }
 }
 
-fn frame(motion: &Motion, step: usize) -> Result<Frame, ImplicitError> {
+fn frame(motion: &Motion, step: usize) -> Result<Frame> {
     let (now, body) = (motion.state(), motion.body());
     let mut elastic = vec![[0.0; 2]; now.points.len()];
     let mut pressure = elastic.clone();

@@ -3,7 +3,7 @@
 use membrane_newton::{DiscreteMembrane, Measure, dot_in_eight as dot};
 
 use crate::body::{Body, LoadState};
-use crate::error::ImplicitError;
+use crate::error::{ImplicitError, Result};
 use crate::work::Work;
 
 /// Position, velocity and acceleration at one instant, flat.
@@ -27,19 +27,14 @@ pub(crate) struct Step<'a> {
     pub(crate) work: &'a mut Work,
 }
 
+/// Start and end of a step.
+type Ends<'a> = (&'a Kinematics, &'a mut Kinematics);
+
 impl<'a> Step<'a> {
     /// Body, start and end of the step, its length, counters, for schemes without intermediate stages.
-    pub(crate) fn ends(
-        self,
-    ) -> (
-        &'a Body,
-        &'a Kinematics,
-        &'a mut Kinematics,
-        f64,
-        &'a mut Work,
-    ) {
+    pub(crate) fn ends(self) -> (&'a Body, Ends<'a>, f64, &'a mut Work) {
         let (now, new) = self.stages.split_at_mut(1);
-        (self.body, &now[0], &mut new[0], self.dt, self.work)
+        (self.body, (&now[0], &mut new[0]), self.dt, self.work)
     }
 }
 
@@ -64,7 +59,7 @@ impl Kinematics {
     }
 
     /// Computes forces and acceleration at this state under `intensity`.
-    pub(crate) fn respond(&mut self, body: &Body, intensity: f64) -> Result<(), ImplicitError> {
+    pub(crate) fn respond(&mut self, body: &Body, intensity: f64) -> Result<()> {
         let (time, given) = (self.time, intensity);
         if !intensity.is_finite() {
             return Err(ImplicitError::BadLoad { time, given });

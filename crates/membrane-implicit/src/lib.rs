@@ -8,11 +8,11 @@
 //!
 #![doc = include_str!("../img/equations.html")]
 //!
-//! c(s, t) (cm) is the curve in the plane of its axis, F_e the pull of its springs, n the exterior
-//! normal as the membrane's [`PressureLaw`] has it, f the force intensity, S the lateral surface
-//! (cm^2), V the enclosed volume (cm^3), m the mass and mu the damping per unit s.
+//! c(s, t) (cm) is the curve in the plane of its axis, F_e the pull of its springs, n the exterior normal as the membrane's [`PressureLaw`]
+//! has it, f the force intensity, S the lateral surface (cm^2), V the enclosed volume (cm^3), m the mass and mu the damping per unit s.
 //!
 //! # Conventions
+//! The feature `serde` gives options, energies and counters a form in files.
 //! Centimetres and seconds. Nodes run from s = 0 at (0, +R) over the apex to s = 1 at (0, -R); x
 //! is the axis. Norms over s are (integral of |.|^2 ds)^(1/2), so they do not grow with N.
 //!
@@ -21,9 +21,8 @@
 //! volume of the inner one without a reaction.
 //!
 //! # References
-//! Rohmer, Sitek and Gullberg 2006 (hal-03929238), section 3.2. TR-BDF2: Bank et al., IEEE Trans.
-//! CAD 4 (1985) 436-451; Hosea and Shampine, Appl. Numer. Math. 20 (1996) 21-37.
-//! Hairer and Wanner, Solving Ordinary Differential Equations II, 1996, IV.12 and VII.
+//! Rohmer, Sitek and Gullberg 2006 (hal-03929238), section 3.2. TR-BDF2: Bank et al., IEEE Trans. CAD 4 (1985) 436-451; Hosea and Shampine,
+//! Appl. Numer. Math. 20 (1996) 21-37. Hairer and Wanner, Solving Ordinary Differential Equations II, 1996, IV.12 and VII.
 
 mod body;
 mod constraint;
@@ -33,6 +32,7 @@ mod evolution;
 mod evolving;
 mod kinematics;
 mod load;
+mod load_kind;
 mod method;
 mod motion;
 mod mover;
@@ -44,7 +44,8 @@ pub use energy::Energy;
 pub use error::ImplicitError;
 pub use evolution::{Evolution, Frame};
 pub use evolving::{EvolvingOptions, evolve, evolve_observed};
-pub use load::{Feedback, Load, LoadKind};
+pub use load::{Feedback, Load};
+pub use load_kind::LoadKind;
 pub use membrane_newton::{
     self, DiscreteMembrane, Measure, Measures, Membrane, MembraneError, PressureLaw,
     ReferenceShape, Stiffness,

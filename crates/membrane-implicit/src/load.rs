@@ -4,7 +4,8 @@ use std::fmt;
 use std::sync::Arc;
 
 use crate::body::{Body, LoadState};
-use crate::error::ImplicitError;
+use crate::error::{ImplicitError, Result};
+use crate::load_kind::LoadKind;
 
 /// A prescribed quantity; the force intensity f (or p) that belongs to it is part of the solution of each step.
 ///
@@ -34,52 +35,13 @@ enum Source {
     State(Box<dyn Model>),
 }
 
-/// The quantity that a [`Load`] prescribes.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum LoadKind {
-    /// Force intensity: f per unit of material length, or p per unit of current length.
-    Intensity,
-    /// Total force: intensity times the lateral surface of revolution (Eq. 4).
-    TotalForce,
-    /// Enclosed volume of revolution, cm^3.
-    Volume,
-    /// Force intensity as a function of volume and flow ([`Feedback`]).
-    Feedback,
-}
-
 /// A pressure that depends on the state: an afterload, a valve or a vessel.
 ///
 /// Every closure from a [`LoadState`] to a number is a feedback. A model with memory stores it in `self` and updates it in
 /// [`Feedback::accepted`], once per step; the memory is constant within a step, which may be tried several times.
 ///
-/// ```
-/// use membrane_implicit::{Load, Feedback, Membrane, LoadState, Motion, Body, ReferenceShape};
-/// use membrane_implicit::{Scheme, Stop, TimeStep};
-///
-/// /// A closed elastic vessel that the membrane empties into: C p' = -V' - p / R, by backward Euler.
-/// #[derive(Clone)]
-/// struct Windkessel { compliance: f64, resistance: f64, pressure: f64, last: Option<LoadState> }
-///
-/// impl Feedback for Windkessel {
-///     fn intensity(&self, now: &LoadState) -> f64 {
-///         let Some(last) = self.last else { return self.pressure };
-///         let ejected = last.volume - now.volume;
-///         let leak = (now.time - last.time) / self.resistance;
-///         (self.compliance * self.pressure + ejected) / (self.compliance + leak)
-///     }
-///     fn accepted(&mut self, now: &LoadState) {
-///         self.pressure = self.intensity(now);
-///         self.last = Some(*now);
-///     }
-/// }
-///
-/// let body = Body::springs(&Membrane::new(ReferenceShape::balloon(8.5, 1.75)?), 51)?.with_damping(1.0)?;
-/// let vessel = Windkessel { compliance: 4.0, resistance: 5.0, pressure: 10.0, last: None };
-/// let mut motion = Motion::new(body, Load::feedback(vessel), Scheme::TrBdf2)?;
-/// motion.run(TimeStep::Fixed(0.01), &[Stop::Time(1.0)])?;
-/// assert!(motion.state().intensity < 10.0); // it has emptied into the membrane
-/// # Ok::<(), Box<dyn std::error::Error>>(())
-/// ```
+/// The example `windkessel` is a vessel with such a memory.
+#[doc(alias = "afterload", alias = "windkessel")]
 pub trait Feedback {
     /// Returns the force intensity f (or p) in this state. A step evaluates it several times, also in states that are not accepted; a
     /// value that is not finite is an error of the step.
@@ -183,7 +145,7 @@ impl Load {
     ///
     /// # Errors
     /// The value is not finite there, or a volume negative.
-    pub fn at(&self, now: &LoadState) -> Result<f64, ImplicitError> {
+    pub fn at(&self, now: &LoadState) -> Result<f64> {
         let given = self.value(now);
         if given.is_finite() && (self.kind != LoadKind::Volume || given >= 0.0) {
             Ok(given)

@@ -3,14 +3,16 @@
 mod adaptive;
 mod run;
 
-use membrane_newton::Measure;
+use membrane_newton::membrane_forces::Material;
+use membrane_newton::{DiscreteMembrane, Measure, MembraneError, Stiffness};
 
 use crate::body::{Body, FARTHEST, LoadState};
 use crate::constraint::Constraint;
 use crate::energy::Energy;
-use crate::error::{ImplicitError, length, positive, within};
+use crate::error::{ImplicitError, Result, length, positive, within};
 use crate::kinematics::Kinematics;
-use crate::load::{Load, LoadKind};
+use crate::load::Load;
+use crate::load_kind::LoadKind;
 use crate::mover::Mover;
 use crate::scheme::{Jacobian, Scheme};
 use crate::work::Work;
@@ -32,6 +34,7 @@ pub use run::{Stop, TimeStep};
 /// assert!(motion.energy().imbalance().abs() < 1e-9 * motion.energy().pressure_work);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
+#[doc(alias = "time integration", alias = "ode")]
 #[derive(Debug, Clone)]
 pub struct Motion {
     load: Load,
@@ -83,8 +86,8 @@ impl Motion {
     /// # Errors
     /// The load has no finite value at t = 0, or prescribes a volume other than that of the membrane; or the scheme does not support the
     /// load or the material ([`Scheme`]).
-    pub fn new(body: Body, load: Load, scheme: Scheme) -> Result<Self, ImplicitError> {
-        scheme.takes(load.kind(), body.material())?;
+    pub fn new(body: Body, load: Load, scheme: Scheme) -> Result<Self> {
+        check_support(scheme, load.kind(), &body)?;
         let inner = Mover::new(body, scheme, load.kind());
         let mut motion = Self {
             load,
@@ -103,13 +106,8 @@ impl Motion {
     ///
     /// # Errors
     /// As [`Motion::new`]; a splitting; an outer membrane that encloses at most the volume of the inner one.
-    pub fn pair(
-        inner: Body,
-        outer: Body,
-        load: Load,
-        scheme: Scheme,
-    ) -> Result<Self, ImplicitError> {
-        scheme.takes(LoadKind::Volume, outer.material())?;
+    pub fn pair(inner: Body, outer: Body, load: Load, scheme: Scheme) -> Result<Self> {
+        check_support(scheme, LoadKind::Volume, &outer)?;
         let volumes = [inner.start_volume(), outer.start_volume()];
         let wall_volume = volumes[1] - volumes[0];
         if !(wall_volume.is_finite() && wall_volume > 0.0) {
@@ -148,9 +146,8 @@ impl Motion {
     ///
     /// # Errors
     /// As [`Motion::new`]; the motion is then unchanged.
-    pub fn set_load(&mut self, load: Load) -> Result<(), ImplicitError> {
-        let Mover { scheme, body, .. } = &self.inner;
-        scheme.takes(load.kind(), body.material())?;
+    pub fn set_load(&mut self, load: Load) -> Result<()> {
+        check_support(self.inner.scheme, load.kind(), &self.inner.body)?;
         let mut next = self.clone();
         next.inner.set_load(load.kind());
         next.load = load;
@@ -158,6 +155,46 @@ impl Motion {
             outer.set_load(LoadKind::Volume);
         }
         next.next_dt = None;
+        next.report_state();
+        next.begin()?;
+        *self = next;
+        Ok(())
+    }
+
+    /// Replaces the stiffness of the springs of the (inner) membrane from the current time; state, load and counters are kept. Called before
+    /// every step it makes the stiffness a function of time; that of the middle of the step keeps the second order of a scheme. The energy
+    /// that the change adds to the elastic energy of the shape is added to [`Energy::initial`].
+    ///
+    /// ```
+    /// # use membrane_implicit::{Body, Load, Membrane, Motion, ReferenceShape, Scheme, Stiffness};
+    /// # let body = Body::springs(&Membrane::new(ReferenceShape::balloon(8.5, 1.75)?), 51)?.with_damping(1.0)?;
+    /// let mut motion = Motion::new(body, Load::intensity(|_| 17.5), Scheme::Midpoint)?;
+    /// for _ in 0..100 {
+    ///     let middle = motion.time() + 0.005;
+    ///     motion.set_stiffness(Stiffness::constant(1.5 - 0.5 * (6.8 * middle).cos())?)?;
+    ///     motion.step(0.01)?;
+    /// }
+    /// assert!(motion.energy().imbalance().abs() < 1e-9 * motion.energy().pressure_work);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    ///
+    /// # Errors
+    /// [`MembraneError::OtherMaterial`] for rubber; a stiffness that is not positive at a spring. The motion is then unchanged.
+    pub fn set_stiffness(&mut self, stiffness: Stiffness) -> Result<()> {
+        let body = &self.inner.body;
+        let membrane = body.discrete.setting().membrane();
+        if let Material::Rubber(_) = membrane.material() {
+            let (time, what) = (self.time(), "stiffness");
+            let error = MembraneError::OtherMaterial { what };
+            return Err(ImplicitError::Membrane { time, error });
+        }
+        let membrane = membrane.clone().with_stiffness(stiffness);
+        let body = Body::springs(&membrane, body.n_nodes())?
+            .with_mass(body.mass())?
+            .with_damping(body.damping())?;
+        let mut next = self.clone();
+        next.inner.set_body(body);
+        next.initial += next.energy().elastic - self.energy().elastic;
         next.begin()?;
         *self = next;
         Ok(())
@@ -172,7 +209,7 @@ impl Motion {
         time: f64,
         points: &[[f64; 2]],
         velocities: &[[f64; 2]],
-    ) -> Result<Self, ImplicitError> {
+    ) -> Result<Self> {
         if self.outer.is_some() {
             return Err(ImplicitError::StateOfPair);
         }
@@ -191,7 +228,8 @@ impl Motion {
     }
 
     /// [`Motion::begin`], with the initial energy.
-    fn start(&mut self) -> Result<(), ImplicitError> {
+    fn start(&mut self) -> Result<()> {
+        self.report_state();
         self.begin()?;
         let energy = self.energy();
         self.initial = energy.kinetic + energy.elastic;
@@ -199,8 +237,7 @@ impl Motion {
     }
 
     /// Computes intensities and accelerations at the current time.
-    fn begin(&mut self) -> Result<(), ImplicitError> {
-        self.report_state();
+    fn begin(&mut self) -> Result<()> {
         let Self {
             load, inner, outer, ..
         } = self;
@@ -247,11 +284,13 @@ impl Motion {
     }
 
     /// Returns the state of the membrane, or of the inner one of a pair.
+    #[must_use]
     pub fn state(&self) -> State<'_> {
         view(&self.inner.body, self.inner.now())
     }
 
     /// Returns the state of the outer membrane of a pair.
+    #[must_use]
     pub fn outer(&self) -> Option<State<'_>> {
         self.outer
             .as_ref()
@@ -259,17 +298,20 @@ impl Motion {
     }
 
     /// Returns the (inner) body.
+    #[must_use]
     pub fn body(&self) -> &Body {
         &self.inner.body
     }
 
     /// Returns the relative error of the wall volume of a pair: the volume between the membranes over that at the start, minus one.
+    #[must_use]
     pub fn wall_volume_error(&self) -> Option<f64> {
         let wall = self.outer()?.volume() - self.state().volume();
         Some(wall / self.wall_volume - 1.0)
     }
 
     /// Returns the counters since the start of the motion, the sum of both membranes for a pair.
+    #[must_use]
     pub fn work(&self) -> Work {
         let mut work = self.inner.work;
         if let Some(Mover { work: outer, .. }) = &self.outer {
@@ -281,12 +323,14 @@ impl Motion {
     }
 
     /// Returns the energy balance since the start of the motion, the sum of both membranes for a pair. Cost O(N).
+    #[must_use]
     pub fn energy(&self) -> Energy {
-        let mut energy = self.inner.energy();
-        if let Some(outer) = &self.outer {
-            energy = energy.plus(&outer.energy());
-        }
-        energy.initial = self.initial;
+        let mut energy = Energy {
+            initial: self.initial,
+            ..Energy::default()
+        };
+        self.movers()
+            .for_each(|mover| mover.add_energy(&mut energy));
         energy
     }
 
@@ -294,20 +338,19 @@ impl Motion {
     ///
     /// # Errors
     /// The neighbours of a node coincide.
-    pub fn norms(&mut self) -> Result<(f64, f64), ImplicitError> {
-        let (mut force, mut speed) = self.inner.norms()?;
-        if let Some(outer) = &mut self.outer {
-            let (f, s) = outer.norms()?;
-            (force, speed) = (force.max(f), speed.max(s));
-        }
-        Ok((force, speed))
+    pub fn norms(&mut self) -> Result<(f64, f64)> {
+        self.movers_mut()
+            .try_fold((0.0, 0.0), |(force, speed), mover| {
+                let (f, v) = mover.norms()?;
+                Ok((f.max(force), v.max(speed)))
+            })
     }
 
     /// Makes one step of length `dt`.
     ///
     /// # Errors
     /// A step that is not positive, the load's value, equations that cannot be solved, numbers that overflow. The state is then unchanged.
-    pub fn step(&mut self, dt: f64) -> Result<(), ImplicitError> {
+    pub fn step(&mut self, dt: f64) -> Result<()> {
         positive("time step", dt)?;
         self.attempt(dt)?;
         self.accept(None);
@@ -318,11 +361,7 @@ impl Motion {
     ///
     /// # Errors
     /// As [`Motion::step`]; [`ImplicitError::StepTooSmall`].
-    pub fn step_adaptive(
-        &mut self,
-        tolerance: &Tolerance,
-        most: f64,
-    ) -> Result<f64, ImplicitError> {
+    pub fn step_adaptive(&mut self, tolerance: &Tolerance, most: f64) -> Result<f64> {
         let dt = self.attempt_adaptive(tolerance, most)?;
         self.accept(None);
         Ok(dt)
@@ -338,7 +377,7 @@ impl Motion {
         time: f64,
         points: &mut [[f64; 2]],
         velocities: &mut [[f64; 2]],
-    ) -> Result<(), ImplicitError> {
+    ) -> Result<()> {
         self.inner.at_into(time, points, velocities)
     }
 
@@ -351,18 +390,22 @@ impl Motion {
         time: f64,
         points: &mut [[f64; 2]],
         velocities: &mut [[f64; 2]],
-    ) -> Result<(), ImplicitError> {
+    ) -> Result<()> {
         match &self.outer {
             Some(outer) => outer.at_into(time, points, velocities),
             None => Ok(()),
         }
     }
 
+    fn movers(&self) -> impl Iterator<Item = &Mover> {
+        std::iter::once(&self.inner).chain(&self.outer)
+    }
+
     fn movers_mut(&mut self) -> impl Iterator<Item = &mut Mover> {
         std::iter::once(&mut self.inner).chain(&mut self.outer)
     }
 
-    fn attempt(&mut self, dt: f64) -> Result<(), ImplicitError> {
+    fn attempt(&mut self, dt: f64) -> Result<()> {
         let Self {
             load,
             inner,
@@ -371,14 +414,14 @@ impl Motion {
             ..
         } = self;
         let time = inner.now().time;
-        let n = inner.load_times().len();
+        let n = inner.load_times.len();
         let mut constraints = [Constraint::Intensity(0.0); MAX_CONSTRAINTS];
         for i in 0..n {
-            constraints[i] = Constraint::of(load, time + dt * inner.load_times()[i])?;
+            constraints[i] = Constraint::of(load, time + dt * inner.load_times[i])?;
         }
         inner.attempt(dt, &constraints[..n])?;
         if let Some(outer) = outer {
-            let n = outer.load_times().len();
+            let n = outer.load_times.len();
             for (i, constraint) in constraints[..n].iter_mut().enumerate() {
                 *constraint = Constraint::Volume(inner.stage_volume(i + 1) + *wall_volume);
             }
@@ -401,6 +444,14 @@ impl Motion {
         let Mover { body, .. } = &self.inner;
         let now = self.inner.now();
         self.load.accepted(|| now.load_state(body));
+    }
+}
+
+/// Rejects a load or a material that the scheme does not support.
+fn check_support(scheme: Scheme, load: LoadKind, body: &Body) -> Result<()> {
+    match scheme.unsupported(load, body.material()) {
+        None => Ok(()),
+        Some(what) => Err(ImplicitError::Unsupported { scheme, what }),
     }
 }
 

@@ -6,23 +6,20 @@ use membrane_newton::{DiscreteMembrane, dot_in_eight as dot};
 use crate::body::{Body, FARTHEST};
 use crate::constraint::Constraint;
 use crate::energy::{Energy, Ledger};
-use crate::error::{ImplicitError, length, within};
+use crate::error::{ImplicitError, Result, length, within};
 use crate::kinematics::{Kinematics, Step, add_slopes, slope, volume_gradient};
-use crate::load::LoadKind;
-use crate::method::linearised::Linearised;
-use crate::method::midpoint::Midpoint;
+use crate::load_kind::LoadKind;
 use crate::method::splitting::{ImplicitSplitting, kick_and_drift};
-use crate::method::stage::{LocalError, Stage};
-use crate::method::tr_bdf2::TrBdf2;
+use crate::method::stage::{Implicit, LocalError, Stage};
 use crate::scheme::{Jacobian, Scheme};
 use crate::work::Work;
 
 /// The method of a step, with its workspace.
 #[derive(Debug, Clone)]
 enum Method {
-    SemiImplicitEuler(Linearised),
-    TrBdf2(TrBdf2),
-    Midpoint(Midpoint),
+    SemiImplicitEuler(Implicit),
+    TrBdf2(Implicit),
+    Midpoint(Implicit),
     Splitting,
     ImplicitSplitting(ImplicitSplitting),
 }
@@ -47,7 +44,8 @@ pub(crate) struct Mover {
     ledger: Ledger,
     /// Account of the attempted step.
     pending: Ledger,
-    load_times: Vec<f64>,
+    /// Times, in units of the step, at which [`Mover::attempt`] needs the value of the load.
+    pub(crate) load_times: Vec<f64>,
     pub(crate) work: Work,
 }
 
@@ -57,9 +55,9 @@ impl Mover {
         let n = present.nodes.len();
         Self {
             method: match scheme {
-                Scheme::SemiImplicitEuler => Method::SemiImplicitEuler(Linearised::new(&body)),
-                Scheme::TrBdf2 => Method::TrBdf2(TrBdf2::new(&body)),
-                Scheme::Midpoint => Method::Midpoint(Midpoint::new(&body)),
+                Scheme::SemiImplicitEuler => Method::SemiImplicitEuler(Implicit::new(&body)),
+                Scheme::TrBdf2 => Method::TrBdf2(Implicit::new(&body)),
+                Scheme::Midpoint => Method::Midpoint(Implicit::new(&body)),
                 Scheme::Splitting2 | Scheme::Splitting6 => Method::Splitting,
                 Scheme::ImplicitSplitting2 => {
                     Method::ImplicitSplitting(ImplicitSplitting::new(&body))
@@ -68,7 +66,7 @@ impl Mover {
             load_times: scheme.load_times(load),
             scheme,
             load,
-            stages: vec![present.clone(); scheme.stages()],
+            stages: vec![present.clone(); if scheme == Scheme::TrBdf2 { 3 } else { 2 }],
             old: present,
             error: LocalError::new(n),
             forces: [vec![0.0; n], vec![0.0; n]],
@@ -87,6 +85,17 @@ impl Mover {
         self.forget();
     }
 
+    /// Replaces the body from the current time.
+    pub(crate) fn set_body(&mut self, body: Body) {
+        let jacobian = self.stage().map(|stage| stage.jacobian);
+        let mut next = Self::new(body, self.scheme, self.load);
+        next.stages.clone_from(&self.stages);
+        next.old.clone_from(&self.stages[0]);
+        (next.ledger, next.work) = (self.ledger, self.work);
+        *self = next;
+        jacobian.into_iter().for_each(|j| self.set_jacobian(j));
+    }
+
     pub(crate) fn set_jacobian(&mut self, jacobian: Jacobian) {
         if let Some(stage) = self.stage() {
             stage.jacobian = jacobian;
@@ -97,9 +106,9 @@ impl Mover {
     /// Returns the stages that are solved for, if the scheme has any.
     fn stage(&mut self) -> Option<&mut Stage> {
         match &mut self.method {
-            Method::SemiImplicitEuler(method) => Some(&mut method.stage),
-            Method::TrBdf2(method) => Some(&mut method.stage),
-            Method::Midpoint(method) => Some(&mut method.stage),
+            Method::SemiImplicitEuler(method)
+            | Method::TrBdf2(method)
+            | Method::Midpoint(method) => Some(&mut method.stage),
             Method::Splitting | Method::ImplicitSplitting(_) => None,
         }
     }
@@ -134,7 +143,7 @@ impl Mover {
 
     /// Computes intensity and acceleration at the current state. `constraint` is the current value of the load, for a volume its second
     /// time derivative.
-    pub(crate) fn begin(&mut self, constraint: Constraint<'_>) -> Result<(), ImplicitError> {
+    pub(crate) fn begin(&mut self, constraint: Constraint<'_>) -> Result<()> {
         let Self { body, work, .. } = self;
         let now = &mut self.stages[0];
         let intensity = if let Constraint::Volume(acceleration) = constraint {
@@ -162,11 +171,6 @@ impl Mover {
         dot(&gradient, &now.acceleration) + now.volume_curvature(body)
     }
 
-    /// Returns the times, in units of the step, at which [`Mover::attempt`] needs the load's value.
-    pub(crate) fn load_times(&self) -> &[f64] {
-        &self.load_times
-    }
-
     /// Returns the volume at the end of stage `index` (from 1) of the attempted step.
     pub(crate) fn stage_volume(&self, index: usize) -> f64 {
         self.body.volume(&self.stages[index].nodes)
@@ -177,12 +181,8 @@ impl Mover {
         self.body.volume(&self.end().nodes)
     }
 
-    /// Makes a step without accepting it. `constraints` are those of the load at [`Mover::load_times`].
-    pub(crate) fn attempt(
-        &mut self,
-        dt: f64,
-        constraints: &[Constraint<'_>],
-    ) -> Result<(), ImplicitError> {
+    /// Makes a step without accepting it. `constraints` are those of the load at the load times.
+    pub(crate) fn attempt(&mut self, dt: f64, constraints: &[Constraint<'_>]) -> Result<()> {
         let Some(&first) = constraints.first() else {
             return Ok(());
         };
@@ -193,33 +193,28 @@ impl Mover {
             work: &mut self.work,
         };
         let account = match &mut self.method {
-            Method::SemiImplicitEuler(method) => method.step(step, first),
-            Method::TrBdf2(method) => method.step(step, constraints),
-            Method::Midpoint(method) => method.step(step, constraints),
+            Method::SemiImplicitEuler(method) => method.linearised(step, first),
+            Method::TrBdf2(method) => method.tr_bdf2(step, constraints),
+            Method::Midpoint(method) => method.midpoint(step, first, constraints),
             Method::Splitting => kick_and_drift(step, self.scheme.splitting(), constraints),
             Method::ImplicitSplitting(method) => method.kick_and_relax(step, first),
         };
         // a diverging stage is the cause of a later error
         let runaway = (1..self.stages.len()).find_map(|index| self.runaway(index, dt));
-        match (runaway, account) {
-            (None, Ok(account)) => {
-                self.pending = account;
-                Ok(())
-            }
-            (Some(error), _) => {
-                // removes its effect on the next attempt
-                let (now, others) = self.stages.split_at_mut(1);
-                others
-                    .iter_mut()
-                    .for_each(|stage| stage.clone_from(&now[0]));
+        if runaway.is_some() {
+            // removes its effect on the next attempt
+            let (now, others) = self.stages.split_at_mut(1);
+            let others = others.iter_mut();
+            others.for_each(|stage| stage.clone_from(&now[0]));
+        }
+        match runaway.map_or(account, Err) {
+            Ok(account) => self.pending = account,
+            Err(error) => {
                 self.forget();
-                Err(error)
-            }
-            (None, Err(error)) => {
-                self.forget();
-                Err(error)
+                return Err(error);
             }
         }
+        Ok(())
     }
 
     /// Returns the error of stage `index` of a step of length `dt` if positions or velocities diverge or are NaN.
@@ -231,16 +226,10 @@ impl Mover {
         }
         let positions = at.nodes.iter().map(|value| ("position", value));
         let velocities = at.velocity.iter().map(|value| ("velocity", value));
-        let size = |value: f64| {
-            if value.is_nan() {
-                f64::INFINITY
-            } else {
-                value.abs()
-            }
-        };
+        // NaN counts as the largest number
         let (k, (what, &value)) = (positions.enumerate())
             .chain(velocities.enumerate())
-            .max_by(|(_, (_, a)), (_, (_, b))| size(**a).total_cmp(&size(**b)))?;
+            .max_by(|(_, (_, a)), (_, (_, b))| a.abs().total_cmp(&b.abs()))?;
         Some(ImplicitError::Unstable {
             step: self.work.steps + 1,
             time: self.now().time,
@@ -287,13 +276,12 @@ impl Mover {
         }
         let (body, error) = (&self.body, &mut self.error);
         match (body.material(), &self.method) {
-            (Material::Springs { .. }, Method::SemiImplicitEuler(method)) => {
-                method.stage.filter(body, error);
-            }
-            (Material::Springs { .. }, Method::TrBdf2(method)) => method.stage.filter(body, error),
-            (Material::Springs { .. }, Method::Midpoint(method)) => {
-                method.stage.filter(body, error)
-            }
+            (
+                Material::Springs { .. },
+                Method::SemiImplicitEuler(method)
+                | Method::TrBdf2(method)
+                | Method::Midpoint(method),
+            ) => method.stage.filter(body, error),
             (Material::Springs { .. }, Method::ImplicitSplitting(method)) => {
                 method.filter(body, 0.5 * dt, error);
             }
@@ -369,13 +357,9 @@ impl Mover {
     /// Returns an upper limit of adaptive steps: the stability limit of [`Scheme::Splitting2`]. Only error estimates limit the steps of the
     /// other schemes.
     pub(crate) fn longest_step(&self) -> f64 {
-        match self.scheme {
-            Scheme::Splitting2 => self.body.largest_explicit_step(),
-            Scheme::SemiImplicitEuler
-            | Scheme::TrBdf2
-            | Scheme::Midpoint
-            | Scheme::ImplicitSplitting2
-            | Scheme::Splitting6 => f64::INFINITY,
+        match self.scheme == Scheme::Splitting2 {
+            true => self.body.largest_explicit_step(),
+            false => f64::INFINITY,
         }
     }
 
@@ -392,17 +376,15 @@ impl Mover {
         self.work.steps += 1;
     }
 
-    /// Returns the current energy and the account; the caller sets `initial`.
-    pub(crate) fn energy(&self) -> Energy {
+    /// Adds the current energy and the account.
+    pub(crate) fn add_energy(&self, energy: &mut Energy) {
         let (now, body) = (self.now(), &self.body);
-        Energy {
-            kinetic: 0.5 * body.mass * body.square(&now.velocity),
-            elastic: body.discrete.elastic_energy(&now.nodes),
-            initial: 0.0,
-            pressure_work: self.ledger.work,
-            damping_loss: self.ledger.damping,
-            numerical_loss: self.ledger.numerical,
-        }
+        let elastic = body.discrete.elastic_energy(&now.nodes);
+        energy.kinetic += 0.5 * body.mass * body.square(&now.velocity);
+        energy.elastic += elastic.unwrap_or(f64::NAN);
+        energy.pressure_work += self.ledger.work;
+        energy.damping_loss += self.ledger.damping;
+        energy.numerical_loss += self.ledger.numerical;
     }
 
     /// Returns a first step over which the acceleration moves a node by about the tolerance.
@@ -422,7 +404,7 @@ impl Mover {
 
     /// Norms of F_p + F_e and of the velocity at the current time: (integral of |.|^2 ds)^(1/2); for rubber that of the forces at the
     /// nodes, and (integral of |v|^2 over the volume)^(1/2).
-    pub(crate) fn norms(&mut self) -> Result<(f64, f64), ImplicitError> {
+    pub(crate) fn norms(&mut self) -> Result<(f64, f64)> {
         let (now, body) = (&self.stages[0], &self.body);
         let [elastic, pressure] = &mut self.forces;
         body.discrete.elastic_force_into(&now.nodes, elastic);
@@ -440,7 +422,7 @@ impl Mover {
         time: f64,
         points: &mut [[f64; 2]],
         velocities: &mut [[f64; 2]],
-    ) -> Result<(), ImplicitError> {
+    ) -> Result<()> {
         let (old, now) = (&self.old, self.now());
         within("time", time, old.time, now.time)?;
         let n = now.nodes.len() / 2;

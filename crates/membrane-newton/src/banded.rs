@@ -2,7 +2,7 @@
 
 use membrane_forces::BandMatrix;
 
-use crate::error::{NewtonError, length};
+use crate::error::{NewtonError, Result, length};
 
 /// Storage for P A = L U of a band matrix; memory and time O(n lower (lower + upper)).
 ///
@@ -79,7 +79,7 @@ impl BandedLu {
     ///
     /// # Errors
     /// A pivot is zero or not finite: [`NewtonError::Singular`]; the shapes of `matrix` and storage differ: [`NewtonError::WrongLength`].
-    pub fn factor(&mut self, matrix: &BandMatrix) -> Result<BandedFactorisation<'_>, NewtonError> {
+    pub fn factor(&mut self, matrix: &BandMatrix) -> Result<BandedFactorisation<'_>> {
         self.factored = false;
         let (n, lower, width) = (self.n, self.lower, self.width);
         length("rows", matrix.len(), n)?;
@@ -203,8 +203,8 @@ impl BandedFactorisation<'_> {
 
     /// Overwrites `b` with A^-1 `b` for this matrix A. Cost O(n (2 lower + upper)).
     ///
-    /// The length of `b` is not n.
-    /// `b` is not n long.
+    /// # Panics
+    /// `b` has a length other than n.
     pub fn solve_into(&self, b: &mut [f64]) {
         let lu = self.0;
         assert_eq!(b.len(), lu.n, "right-hand side");

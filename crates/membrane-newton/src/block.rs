@@ -3,8 +3,8 @@
 use membrane_forces::{DiscreteMembrane, Measure, Measures, MembraneError};
 
 use crate::border::Border;
-use crate::constraint::Constraint;
-use crate::error::{NewtonError, own};
+use crate::constraint::{Constraint, Quantity};
+use crate::error::{NewtonError, Result, own};
 use crate::factors::Factors;
 use crate::route::Route;
 use crate::turning::{Reach, turned, turning};
@@ -12,20 +12,17 @@ use crate::turning::{Reach, turned, turning};
 /// F(c, f) = 0 and g(c, f) = 0 for the unknowns (c, f), f last.
 pub(crate) struct Block<'a> {
     discrete: &'a dyn DiscreteMembrane,
-    route: Route,
+    pub(crate) route: Route,
     pub(crate) constraint: Constraint,
     factors: Factors,
     border: Border,
     elastic: Vec<f64>,
-    blow_up: f64,
-    start: Measures,
-    /// Scales that make numbers dimensionless: length of the start, largest lambda.
-    length_scale: f64,
-    stiffness_scale: f64,
+    /// Measures of the start, whose length is the scale of lengths.
+    pub(crate) start: Measures,
     /// Scales of shape and intensity for the size of steps.
     size: (f64, f64),
     /// Smallest tension in tangents of rubber, over its shear modulus; minus infinity for exact tangents.
-    least: f64,
+    pub(crate) least_tension: f64,
     /// Signs of the determinant at the first and at the last factorisation, 0 before.
     signs: (f64, f64),
 }
@@ -36,9 +33,7 @@ impl<'a> Block<'a> {
         start: Measures,
         constraint: Constraint,
     ) -> Self {
-        let length_scale = start.length;
         let n = discrete.start().len();
-        let stiffness_scale = discrete.stiffness_scale();
         Self {
             discrete,
             route: Route::of(discrete),
@@ -46,19 +41,11 @@ impl<'a> Block<'a> {
             factors: Factors::new(discrete),
             border: Border::new(n),
             elastic: vec![0.0; n],
-            blow_up: discrete.blow_up(),
             start,
-            length_scale,
-            stiffness_scale,
-            size: (length_scale, stiffness_scale),
-            least: f64::NEG_INFINITY,
+            size: (start.length, discrete.stiffness_scale()),
+            least_tension: f64::NEG_INFINITY,
             signs: (0.0, 0.0),
         }
-    }
-
-    /// Limits the tension in later tangents of rubber from below.
-    pub(crate) fn set_least_tension(&mut self, least: f64) {
-        self.least = least;
     }
 
     /// Defines the branch of rubber by its start: stable at a constant value of the prescribed quantity.
@@ -76,61 +63,40 @@ impl<'a> Block<'a> {
         }
     }
 
-    /// Returns the least tension of rubber in this state, over its shear modulus; infinite where it is not defined.
-    pub(crate) fn least_tension(&self, nodes: &[f64]) -> f64 {
-        self.discrete.least_tension(nodes).unwrap_or(f64::INFINITY)
+    /// Returns the least tension of rubber in state `x`, over its shear modulus; infinite where it is not defined.
+    pub(crate) fn tension(&self, x: &[f64]) -> f64 {
+        let tension = self.discrete.least_tension(&x[..self.elastic.len()]);
+        tension.unwrap_or(f64::INFINITY)
     }
 
-    /// Returns the route from the start.
-    pub(crate) fn route(&self) -> Route {
-        self.route
+    pub(crate) fn volume(&self, x: &[f64]) -> f64 {
+        Quantity::VOLUME.of(self.discrete, x)
     }
 
-    /// Measures of the start.
-    pub(crate) fn start(&self) -> &Measures {
-        &self.start
-    }
-
-    fn measure(&self, measure: Measure, nodes: &[f64]) -> f64 {
-        own(self.discrete.measure(measure, nodes))
-    }
-
-    pub(crate) fn volume(&self, nodes: &[f64]) -> f64 {
-        self.measure(Measure::Volume, nodes)
-    }
-
-    pub(crate) fn volume_gradient_into(&self, nodes: &[f64], out: &mut [f64]) {
-        self.discrete
-            .measure_gradient_into(Measure::Volume, nodes, out);
+    pub(crate) fn volume_gradient_into(&self, x: &[f64], out: &mut [f64]) {
+        let nodes = &x[..self.elastic.len()];
+        (self.discrete).measure_gradient_into(Measure::Volume, nodes, out);
     }
 
     /// Returns the prescribed quantity in state `x`.
     pub(crate) fn constrained_value(&self, x: &[f64]) -> f64 {
-        let (f, nodes) = (x[x.len() - 1], &x[..x.len() - 1]);
-        match self.constraint {
-            Constraint::Intensity(_) => f,
-            Constraint::TotalForce(_) => f * self.measure(Measure::Surface, nodes),
-            Constraint::Measure(measure, _) => self.measure(measure, nodes),
-        }
-    }
-
-    fn force_scale(&self) -> f64 {
-        self.stiffness_scale * self.length_scale
+        self.constraint.quantity.of(self.discrete, x)
     }
 
     /// Intensity that moves the membrane by about its length.
     fn intensity_scale(&self) -> f64 {
-        self.discrete.intensity_scale(self.length_scale)
+        self.discrete.intensity_scale(self.start.length)
     }
 
     /// Returns the scale of changes of the intensity: the prescribed intensity, however small, or that which moves the membrane by its
     /// length.
     fn intensity_size(&self, x: &[f64]) -> f64 {
+        let Constraint { quantity, value } = self.constraint;
         let (f, nodes) = (x[x.len() - 1], &x[..x.len() - 1]);
-        match self.constraint {
-            Constraint::Intensity(wanted) if wanted != 0.0 => wanted.abs(),
-            Constraint::TotalForce(wanted) if wanted != 0.0 => {
-                (wanted / self.measure(Measure::Surface, nodes)).abs()
+        match quantity {
+            Quantity::Intensity if value != 0.0 => value.abs(),
+            Quantity::TotalForce if value != 0.0 => {
+                (value / own(self.discrete.measure(Measure::Surface, nodes))).abs()
             }
             _ => self.intensity_scale().max(f.abs()),
         }
@@ -139,7 +105,7 @@ impl<'a> Block<'a> {
     /// Returns the scale of the prescribed value: its magnitude, at most that which moves the membrane by its length, so that small loads
     /// and slender bodies have the same relative accuracy.
     fn constraint_size(&self) -> f64 {
-        let (wanted, scale) = (self.constraint.value().abs(), self.constraint_scale());
+        let (wanted, scale) = (self.constraint.value.abs(), self.constraint_scale());
         if wanted > 0.0 {
             wanted.min(scale)
         } else {
@@ -149,13 +115,13 @@ impl<'a> Block<'a> {
 
     /// Returns the scale of the border equation, so that all equations have equal weight.
     fn constraint_scale(&self) -> f64 {
-        let l = self.length_scale;
-        match self.constraint {
-            Constraint::Intensity(_) => self.intensity_scale(),
-            Constraint::TotalForce(_) => self.intensity_scale() * l * l,
-            Constraint::Measure(Measure::Length, _) => l,
-            Constraint::Measure(Measure::Area | Measure::Surface, _) => l * l,
-            Constraint::Measure(Measure::Volume, _) => l * l * l,
+        let l = self.start.length;
+        match self.constraint.quantity {
+            Quantity::Intensity => self.intensity_scale(),
+            Quantity::TotalForce => self.intensity_scale() * l * l,
+            Quantity::Measure(Measure::Length) => l,
+            Quantity::Measure(Measure::Area | Measure::Surface) => l * l,
+            Quantity::Measure(Measure::Volume) => l * l * l,
         }
     }
 
@@ -163,61 +129,56 @@ impl<'a> Block<'a> {
         self.elastic.len() + 1
     }
 
-    pub(crate) fn residual_into(&mut self, x: &[f64], out: &mut [f64]) -> Result<(), NewtonError> {
+    pub(crate) fn residual_into(&mut self, x: &[f64], out: &mut [f64]) -> Result<()> {
         let n = self.elastic.len();
-        let (nodes, f) = (&x[..n], x[n]);
-        if f.abs() >= self.blow_up {
+        let (nodes, pressure, limit) = (&x[..n], x[n], self.discrete.blow_up());
+        if pressure.abs() >= limit {
             // beyond it there are solutions on a branch that no inflation reaches
-            return Err(MembraneError::PastBlowUp {
-                pressure: f,
-                limit: self.blow_up,
-            }
-            .into());
+            return Err(MembraneError::PastBlowUp { pressure, limit }.into());
         }
         let forces = &mut out[..n];
-        let volume = (self.discrete).forces_into(nodes, f, &mut self.elastic, forces)?;
-        let value = match (self.constraint, volume) {
-            (Constraint::Measure(Measure::Volume, _), Some(volume)) => volume,
+        let volume = (self.discrete).forces_into(nodes, pressure, &mut self.elastic, forces)?;
+        let value = match (self.constraint.quantity, volume) {
+            (Quantity::VOLUME, Some(volume)) => volume,
             _ => self.constrained_value(x),
         };
-        out[n] = value - self.constraint.value();
+        out[n] = value - self.constraint.value;
         Ok(())
     }
 
-    pub(crate) fn factor(&mut self, x: &[f64]) -> Result<(), NewtonError> {
+    pub(crate) fn factor(&mut self, x: &[f64]) -> Result<()> {
         let n = self.elastic.len();
         let (nodes, f) = (&x[..n], x[n]);
         self.size = (
-            self.length_scale.max(max_abs(nodes)),
+            self.start.length.max(max_abs(nodes)),
             self.intensity_size(x),
         );
         let Self {
             discrete,
-            route,
             factors,
             border,
             ..
         } = self;
-        let sign = factors.factor(*discrete, nodes, (f, self.least))?;
+        let sign = factors.factor(*discrete, nodes, (f, self.least_tension))?;
         discrete.pressure_force_into(nodes, 1.0, border.column_mut())?;
         let (column, row) = border.column_and_row_mut();
-        let corner = match self.constraint {
-            Constraint::Intensity(_) => {
+        let corner = match (self.constraint.quantity, self.route) {
+            (Quantity::Intensity, _) => {
                 row.fill(0.0);
                 1.0
             }
-            Constraint::TotalForce(_) => {
+            (Quantity::TotalForce, _) => {
                 discrete.measure_gradient_into(Measure::Surface, nodes, row);
                 row.iter_mut().for_each(|g| *g *= f);
                 discrete.measure(Measure::Surface, nodes)?
             }
-            Constraint::Measure(measure, _) => {
-                match (*route, measure) {
-                    // the pressure is conjugate to the volume
-                    (Route::Inflate, Measure::Volume) => row.copy_from_slice(column),
-                    (Route::Inflate, Measure::Length | Measure::Area | Measure::Surface)
-                    | (Route::Raise, _) => discrete.measure_gradient_into(measure, nodes, row),
-                }
+            (Quantity::VOLUME, Route::Inflate) => {
+                // the pressure is conjugate to the volume
+                row.copy_from_slice(column);
+                0.0
+            }
+            (Quantity::Measure(measure), _) => {
+                discrete.measure_gradient_into(measure, nodes, row);
                 0.0
             }
         };
@@ -229,7 +190,7 @@ impl<'a> Block<'a> {
         Ok(())
     }
 
-    pub(crate) fn solve_in_place(&mut self, rhs: &mut [f64]) -> Result<(), NewtonError> {
+    pub(crate) fn solve_in_place(&mut self, rhs: &mut [f64]) -> Result<()> {
         let border = self.border.elimination().ok_or(NewtonError::NotFactored)?;
         let (head, tail) = rhs.split_at_mut(self.elastic.len());
         self.factors.solve_in_place(head)?;
@@ -239,33 +200,30 @@ impl<'a> Block<'a> {
 
     pub(crate) fn residual_norm(&self, residual: &[f64]) -> f64 {
         let n = self.elastic.len();
-        let forces = residual[..n]
-            .as_chunks::<2>()
-            .0
-            .iter()
-            .map(|r| r[0].hypot(r[1]))
-            .fold(0.0, nan_max);
+        let forces = residual[..n].as_chunks::<2>().0.iter();
+        let force = forces.map(|r| r[0].hypot(r[1])).fold(0.0, nan_max);
         nan_max(
-            forces / self.force_scale(),
+            force / (self.discrete.stiffness_scale() * self.start.length),
             residual[n].abs() / self.constraint_size(),
         )
     }
 
     pub(crate) fn step_norm(&self, step: &[f64]) -> f64 {
-        let n = self.elastic.len();
-        nan_max(
-            max_abs(&step[..n]) / self.size.0,
-            step[n].abs() / self.size.1,
-        )
+        let intensity = step[self.elastic.len()].abs() / self.size.1;
+        nan_max(self.shape_norm(step), intensity)
+    }
+
+    pub(crate) fn shape_norm(&self, change: &[f64]) -> f64 {
+        max_abs(&change[..self.elastic.len()]) / self.size.0
     }
 
     pub(crate) fn set_control(&mut self, value: f64) {
-        self.constraint = self.constraint.with_value(value);
+        self.constraint.value = value;
         self.signs.1 = self.signs.0;
     }
 
     pub(crate) fn misses(&self, x: &[f64]) -> f64 {
-        let wanted = self.constraint.value();
+        let wanted = self.constraint.value;
         (self.constrained_value(x) - wanted).abs()
             / wanted.abs().max(0.01 * self.constraint_scale())
     }
@@ -281,10 +239,6 @@ impl<'a> Block<'a> {
         let before = copies * turning(&from[..n]);
         reach.allows([before, before + copies * turned(&from[..n], &to[..n])])
     }
-
-    pub(crate) fn shape_norm(&self, change: &[f64]) -> f64 {
-        max_abs(&change[..self.elastic.len()]) / self.size.0
-    }
 }
 
 fn max_abs(v: &[f64]) -> f64 {
@@ -297,87 +251,5 @@ pub(crate) fn nan_max(a: f64, b: f64) -> f64 {
         f64::NAN
     } else {
         a.max(b)
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use membrane_forces::{
-        FiniteDifferences, Membrane, ReferenceShape, SpectralElements, Stiffness,
-    };
-    use nalgebra::{DMatrix, DVector};
-
-    use crate::resolution::Resolution;
-
-    /// The matrix of the whole system by central differences of its residual, then a dense LU: shares no code with tangents, elimination or
-    /// border.
-    #[test]
-    fn solves_equal_a_dense_lu_of_differences() {
-        let membrane = |skew: f64| {
-            Membrane::new(ReferenceShape::balloon(8.5, 1.75).unwrap())
-                .with_stiffness(Stiffness::function(move |s| 1.0 + skew * s, &[]).unwrap())
-                .with_second_neighbours(Stiffness::constant(0.1).unwrap())
-        };
-        for skew in [0.5, 0.0] {
-            for resolution in [
-                Resolution::new(FiniteDifferences::half(&membrane(skew), 20).unwrap(), None),
-                Resolution::new(FiniteDifferences::half(&membrane(skew), 21).unwrap(), None),
-                Resolution::new(SpectralElements::new(&membrane(skew), 6, 1).unwrap(), None),
-            ] {
-                let resolution = resolution.unwrap();
-                for constraint in [
-                    Constraint::Intensity(5.0),
-                    Constraint::TotalForce(300.0),
-                    Constraint::Measure(Measure::Volume, 120.0),
-                    Constraint::Measure(Measure::Area, 40.0),
-                ] {
-                    let mut system = resolution.system(constraint);
-                    let n = system.len();
-                    let mut x = resolution.start_state();
-                    let moved = |(i, x): (usize, &mut f64)| *x += 0.1 * (i as f64 * 0.4).sin();
-                    x.iter_mut().enumerate().for_each(moved);
-                    let held = resolution.discrete.fixed();
-                    held.iter()
-                        .for_each(|&k| x[k] = resolution.discrete.start()[k]);
-                    x[n - 1] = 6.0;
-                    let mut residual = |x: &[f64]| {
-                        let mut out = vec![0.0; n];
-                        system.residual_into(x, &mut out).unwrap();
-                        DVector::from_vec(out)
-                    };
-                    let mut matrix = DMatrix::zeros(n, n);
-                    for j in 0..n {
-                        let step = 1e-5;
-                        let mut moved = |sign: f64| {
-                            let mut x = x.clone();
-                            x[j] += sign * step;
-                            residual(&x)
-                        };
-                        let column = (moved(1.0) - moved(-1.0)) / (2.0 * step);
-                        matrix.set_column(j, &column);
-                    }
-                    // a fixed coordinate does not move: its force and its part of the column are zero
-                    let mut b = DVector::from_fn(n, |i, _| (i as f64 * 0.9).cos());
-                    for &row in held {
-                        matrix.row_mut(row).fill(0.0);
-                        matrix[(row, row)] = 1.0;
-                        b[row] = 0.0;
-                    }
-                    let dense = matrix.lu().solve(&b).unwrap();
-                    let mut solved = b.as_slice().to_vec();
-                    let unfactored = system.solve_in_place(&mut solved.clone());
-                    assert_eq!(unfactored, Err(NewtonError::NotFactored));
-                    system.factor(&x).unwrap();
-                    system.solve_in_place(&mut solved).unwrap();
-                    let off = (&dense - DVector::from_vec(solved)).amax() / dense.amax();
-                    // differences at 1e-5 are accurate to about 1e-9, times the condition number
-                    assert!(
-                        off < 1e-6,
-                        "skew {skew}, {n} unknowns, {constraint:?}: {off:e}"
-                    );
-                }
-            }
-        }
     }
 }

@@ -1,6 +1,6 @@
 //! One extra unknown and one extra equation, or a rank-one term, around any factorisation.
 
-use crate::error::{NewtonError, length};
+use crate::error::{NewtonError, Result, length};
 
 /// Solves the bordered system
 ///
@@ -9,9 +9,8 @@ use crate::error::{NewtonError, length};
 /// [ g' d ] [y] = [q]
 /// ```
 ///
-/// by block elimination from a factorisation of A: y = (q - g' A^-1 r) / (d - g' A^-1 b).
-/// A rank-one term is a border too: (A + b g') x = r is the case d = -1, q = 0
-/// (Sherman and Morrison 1950). Cost: one solve with A for b, then O(n) per right-hand side.
+/// by block elimination from a factorisation of A: y = (q - g' A^-1 r) / (d - g' A^-1 b). A rank-one term is a border too: (A + b g') x = r
+/// is the case d = -1, q = 0 (Sherman and Morrison 1950). Cost: one solve with A for b, then O(n) per right-hand side.
 ///
 /// ```
 /// use membrane_newton::{BandMatrix, BandedLu, Border};
@@ -87,8 +86,8 @@ impl Border {
     pub fn eliminate(
         &mut self,
         corner: f64,
-        solve: impl FnOnce(&mut [f64]) -> Result<(), NewtonError>,
-    ) -> Result<BorderElimination<'_>, NewtonError> {
+        solve: impl FnOnce(&mut [f64]) -> Result<()>,
+    ) -> Result<BorderElimination<'_>> {
         self.pivot = None;
         self.solved.copy_from_slice(&self.column);
         solve(&mut self.solved)?;
@@ -129,7 +128,7 @@ impl BorderElimination<'_> {
     ///
     /// # Errors
     /// [`NewtonError::WrongLength`] if the lengths of `x` and border differ.
-    pub fn correct(&self, x: &mut [f64], q: f64) -> Result<f64, NewtonError> {
+    pub fn correct(&self, x: &mut [f64], q: f64) -> Result<f64> {
         length("unknowns within a border", x.len(), self.row.len())?;
         let y = (q - dot_in_eight(self.row, x)) / self.pivot;
         for (x, solved) in x.iter_mut().zip(self.solved) {

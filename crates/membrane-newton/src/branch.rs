@@ -2,7 +2,7 @@
 
 use crate::constraint::Control;
 use crate::equilibrium::Equilibrium;
-use crate::error::NewtonError;
+use crate::error::Result;
 use crate::options::NewtonOptions;
 use crate::solver::Solver;
 use crate::stability::Stability;
@@ -24,11 +24,7 @@ impl Solver {
     ///
     /// # Errors
     /// As [`Solver::solve`], and [`MembraneError::OtherMaterial`](membrane_forces::MembraneError::OtherMaterial) for springs.
-    pub fn branch(
-        &self,
-        volumes: &[f64],
-        options: &NewtonOptions,
-    ) -> Result<Vec<BranchPoint>, NewtonError> {
+    pub fn branch(&self, volumes: &[f64], options: &NewtonOptions) -> Result<Vec<BranchPoint>> {
         let mut points: Vec<BranchPoint> = Vec::with_capacity(volumes.len());
         for &volume in volumes {
             let control = Control::Volume(volume);

@@ -2,7 +2,7 @@
 
 use membrane_forces::MembraneError;
 
-use crate::constraint::Constraint;
+use crate::constraint::{Constraint, Quantity};
 use crate::error::NewtonError;
 use crate::nested_system::NestedSystem;
 use crate::newton::ResidualSystem;
@@ -25,26 +25,26 @@ pub(crate) fn of(
     wanted: Constraint,
 ) -> Option<NewtonError> {
     let slack = |tension: f64| (tension < -SLACK).then_some(NewtonError::Slack { tension });
-    if let Some(slack) = slack(system.least_tension(state)) {
+    if let Some(slack) = slack(system.tension(state)) {
         return Some(slack);
     }
     system.innermost().constraint = wanted;
-    system.each().for_each(|m| m.set_least_tension(TAUT));
+    system.set_least_tension(TAUT);
     let mut rate = vec![0.0; state.len()];
     system.factor(state).ok()?;
     system.rate_into(&mut rate).ok()?;
-    let left = wanted.value() - system.control_value(state);
+    let left = wanted.value - system.control_value(state);
     let near = NEAR / system.shape_norm(&rate);
     let pairs = state.iter().zip(&rate);
     let ahead: Vec<f64> = pairs
         .map(|(x, rate)| x + left.clamp(-near, near) * rate)
         .collect();
     if left < 0.0 {
-        return slack(system.least_tension(&ahead));
+        return slack(system.tension(&ahead));
     }
-    match (wanted, system.residual_into(&ahead, &mut rate)) {
+    match (wanted.quantity, system.residual_into(&ahead, &mut rate)) {
         (
-            Constraint::Measure(..),
+            Quantity::Measure(_),
             Err(NewtonError::Membrane(error @ MembraneError::PastStretch { limit, .. })),
         ) if limit.is_finite() => Some(error.into()),
         _ => None,

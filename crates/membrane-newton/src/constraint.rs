@@ -1,8 +1,8 @@
 //! The prescribed quantity of a static solve, and its equation.
 
-use membrane_forces::{DiscreteMembrane, LoadKind, Measure, Measures, MembraneError};
+use membrane_forces::{DiscreteMembrane, Measure, Measures, MembraneError};
 
-use crate::error::NewtonError;
+use crate::error::{NewtonError, Result, own};
 
 /// The prescribed quantity; the force intensity that belongs to it is part of the solution.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -22,76 +22,74 @@ pub enum Control {
     Area(f64),
 }
 
-/// The border equation g(c, f) = 0.
+/// The quantity of a border equation.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) enum Quantity {
+    Intensity,
+    TotalForce,
+    Measure(Measure),
+}
+
+/// The border equation g(c, f) = 0: a quantity equals `value`.
 #[derive(Debug, Clone, Copy)]
-pub(crate) enum Constraint {
-    Intensity(f64),
-    TotalForce(f64),
-    Measure(Measure, f64),
+pub(crate) struct Constraint {
+    pub(crate) quantity: Quantity,
+    pub(crate) value: f64,
+}
+
+impl Quantity {
+    pub(crate) const VOLUME: Self = Self::Measure(Measure::Volume);
+
+    /// Returns the quantity in state `x`, nodes and intensity.
+    pub(crate) fn of(self, discrete: &dyn DiscreteMembrane, x: &[f64]) -> f64 {
+        let (f, nodes) = (x[x.len() - 1], &x[..x.len() - 1]);
+        let measure = |measure| own(discrete.measure(measure, nodes));
+        match self {
+            Self::Intensity => f,
+            Self::TotalForce => f * measure(Measure::Surface),
+            Self::Measure(of) => measure(of),
+        }
+    }
 }
 
 impl Constraint {
+    pub(crate) fn volume(value: f64) -> Self {
+        let quantity = Quantity::VOLUME;
+        Self { quantity, value }
+    }
+
     /// Returns the equation of `control`, after checking its range.
     pub(crate) fn new(
         control: Control,
         discrete: &dyn DiscreteMembrane,
         start: &Measures,
-    ) -> Result<Self, NewtonError> {
+    ) -> Result<Self> {
         let any = f64::NEG_INFINITY;
-        Ok(match control {
-            Control::Load(value) => {
-                let value = check("load", value, any)?;
-                match discrete.law().load_kind() {
-                    LoadKind::Intensity => Self::intensity(value, discrete)?,
-                    LoadKind::TotalForce => Self::TotalForce(value),
-                }
+        let (quantity, what, given, above) = match control {
+            Control::Load(value) if discrete.law().is_total_force() => {
+                (Quantity::TotalForce, "load", value, any)
             }
-            Control::Intensity(value) => {
-                Self::intensity(check("intensity", value, any)?, discrete)?
-            }
-            Control::TotalForce(value) => Self::TotalForce(check("total force", value, any)?),
-            Control::Volume(value) => Self::Measure(Measure::Volume, check("volume", value, 0.0)?),
-            Control::VolumeGain(value) => {
-                let rest = check("volume of the start", start.volume, 0.0)?;
-                Self::Measure(
-                    Measure::Volume,
-                    rest * (1.0 + check("volume gain", value, -1.0)?),
-                )
-            }
-            Control::Area(value) => Self::Measure(Measure::Area, check("area", value, any)?),
-        })
-    }
-
-    fn intensity(value: f64, discrete: &dyn DiscreteMembrane) -> Result<Self, NewtonError> {
-        let limit = discrete.blow_up();
-        if value.abs() >= limit {
-            return Err(NewtonError::Membrane(MembraneError::PastBlowUp {
-                pressure: value,
-                limit,
-            }));
+            Control::Load(value) => (Quantity::Intensity, "load", value, any),
+            Control::Intensity(value) => (Quantity::Intensity, "intensity", value, any),
+            Control::TotalForce(value) => (Quantity::TotalForce, "total force", value, any),
+            Control::Volume(value) => (Quantity::VOLUME, "volume", value, 0.0),
+            Control::VolumeGain(value) => (Quantity::VOLUME, "volume gain", value, -1.0),
+            Control::Area(value) => (Quantity::Measure(Measure::Area), "area", value, any),
+        };
+        let mut value = check(what, given, above)?;
+        if let Control::VolumeGain(gain) = control {
+            value = check("volume of the start", start.volume, 0.0)? * (1.0 + gain);
         }
-        Ok(Self::Intensity(value))
-    }
-
-    /// Returns the prescribed number.
-    pub(crate) fn value(&self) -> f64 {
-        match *self {
-            Self::Intensity(value) | Self::TotalForce(value) | Self::Measure(_, value) => value,
+        let (pressure, limit) = (value, discrete.blow_up());
+        if quantity == Quantity::Intensity && value.abs() >= limit {
+            return Err(MembraneError::PastBlowUp { pressure, limit }.into());
         }
-    }
-
-    /// Replaces the prescribed number.
-    pub(crate) fn with_value(self, value: f64) -> Self {
-        match self {
-            Self::Intensity(_) => Self::Intensity(value),
-            Self::TotalForce(_) => Self::TotalForce(value),
-            Self::Measure(measure, _) => Self::Measure(measure, value),
-        }
+        Ok(Self { quantity, value })
     }
 }
 
-/// Returns `value` if it is finite and exceeds `above`.
-pub(crate) fn check(what: &'static str, given: f64, above: f64) -> Result<f64, NewtonError> {
+/// Returns `given` if it is finite and exceeds `above`.
+pub(crate) fn check(what: &'static str, given: f64, above: f64) -> Result<f64> {
     if given.is_finite() && given > above {
         Ok(given)
     } else {

@@ -1,7 +1,7 @@
 //! Continuation: raising the control in steps if Newton fails, without a change of branch.
 
-use crate::constraint::Constraint;
-use crate::error::NewtonError;
+use crate::constraint::Quantity;
+use crate::error::{NewtonError, Result};
 use crate::nested_system::NestedSystem;
 use crate::newton::{NewtonScratch, ROUNDING, ResidualSystem, newton_with};
 use crate::options::{LineSearch, NewtonOptions};
@@ -9,37 +9,6 @@ use crate::report::NewtonReport;
 use crate::resolution::swept_by_mean_radius;
 use crate::route::Route;
 use crate::turning::Reach;
-
-/// Solves for the control value `to` and writes the result to `state`. Tries Newton from `state`, if that differs, and from `start`, which
-/// is near an equilibrium for the value `from`. If that fails, it walks from `from` to `to`: each step starts from the linear extrapolation
-/// of the last two equilibria, is halved if Newton fails and doubled if not.
-///
-/// Newton may converge to an equilibrium that no change of the control reaches: under large loads there are curves with more loops, and a
-/// branch may turn back repeatedly. Along a branch the determinant keeps its sign up to the limit point, and the curve turns continuously.
-/// So a direct result of Newton is accepted only if the sign is that of the start and the curve turns through at most a full circle (or
-/// little more than at the start). Otherwise the walk decides.
-pub(crate) fn solve(
-    system: &mut NestedSystem<'_>,
-    state: &mut [f64],
-    start: &[f64],
-    values: (f64, f64),
-    options: &NewtonOptions,
-) -> Result<NewtonReport, NewtonError> {
-    options.check()?;
-    let mut search = Search::new(system);
-    search.reach(state, start, values, options)?;
-    if search.system.misses(state) > MET {
-        // Corrections within the rounding of the forces count as zero; the control can still be met.
-        let _ = search.correct(state);
-    }
-    let report = search.report;
-    // A correction may also be small relative to a diverging shape.
-    if system.misses(state) <= MISSED {
-        Ok(report)
-    } else {
-        Err(NewtonError::not_converged(report))
-    }
-}
 
 /// Tolerance on the control: some hundred roundings of a sum over all nodes.
 const MET: f64 = 1e-12;
@@ -56,30 +25,59 @@ enum EarlyEnd {
     At(f64),
 }
 
-/// Attempts to solve a system, with a common report.
+/// Attempts to solve a system.
 pub(crate) struct Search<'a, 's> {
     pub(crate) system: &'a mut NestedSystem<'s>,
     scratch: NewtonScratch,
-    pub(crate) report: NewtonReport,
+    /// That of all attempts, also of earlier searches.
+    pub(crate) report: &'a mut NewtonReport,
 }
 
 impl<'a, 's> Search<'a, 's> {
-    pub(crate) fn new(system: &'a mut NestedSystem<'s>) -> Self {
+    pub(crate) fn new(system: &'a mut NestedSystem<'s>, report: &'a mut NewtonReport) -> Self {
         Self {
             system,
             scratch: NewtonScratch::default(),
-            report: NewtonReport::default(),
+            report,
         }
     }
 
-    /// As [`solve`], except for the last digits of the control.
+    /// Solves for the control value `to` and writes the result to `state`. Tries Newton from `state`, if that differs, and from `start`, which
+    /// is near an equilibrium for the value `from`. If that fails, it walks from `from` to `to`: each step starts from the linear extrapolation
+    /// of the last two equilibria, is halved if Newton fails and doubled if not.
+    ///
+    /// Newton may converge to an equilibrium that no change of the control reaches: under large loads there are curves with more loops, and a
+    /// branch may turn back repeatedly. Along a branch the determinant keeps its sign up to the limit point, and the curve turns continuously.
+    /// So a direct result of Newton is accepted only if the sign is that of the start and the curve turns through at most a full circle (or
+    /// little more than at the start). Otherwise the walk decides.
+    pub(crate) fn solve(
+        &mut self,
+        state: &mut [f64],
+        start: &[f64],
+        values: (f64, f64),
+        options: &NewtonOptions,
+    ) -> Result<()> {
+        self.reach(state, start, values, options)?;
+        if self.system.misses(state) > MET {
+            // Corrections within the rounding of the forces count as zero; the control can still be met.
+            let _ = self.correct(state);
+        }
+        // A correction may also be small relative to a diverging shape.
+        if self.system.misses(state) <= MISSED {
+            return Ok(());
+        }
+        let (report, source) = (Box::default(), None);
+        Err(NewtonError::NotConverged { report, source })
+    }
+
+    /// As [`Search::solve`], except for the last digits of the control.
     fn reach(
         &mut self,
         state: &mut [f64],
         start: &[f64],
         (from, to): (f64, f64),
         options: &NewtonOptions,
-    ) -> Result<(), NewtonError> {
+    ) -> Result<()> {
         self.system.set_control(to);
         let elsewhere = state != start;
         if elsewhere {
@@ -101,8 +99,7 @@ impl<'a, 's> Search<'a, 's> {
             }
         };
         if beyond {
-            let report = Box::default();
-            outcome = Err(NewtonError::OtherBranch { report });
+            outcome = Err(NewtonError::other_branch());
         }
         if outcome.is_err() && options.max_load_steps > 0 {
             match self.walk(state, start, (from, to), options) {
@@ -112,22 +109,17 @@ impl<'a, 's> Search<'a, 's> {
                     return Err(NewtonError::LimitPoint {
                         reached,
                         wanted: to,
-                        report: Box::new(self.report.clone()),
+                        report: Box::default(),
                     });
                 }
             }
         }
-        outcome.map_err(|mut error| {
-            if let Some(report) = error.report_mut() {
-                report.clone_from(&self.report);
-            }
-            error
-        })
+        outcome
     }
 
     /// Makes one Newton step if it is within the tolerance of Newton's result.
-    fn correct(&mut self, state: &mut [f64]) -> Result<(), NewtonError> {
-        let (system, report) = (&mut *self.system, &mut self.report);
+    fn correct(&mut self, state: &mut [f64]) -> Result<()> {
+        let (system, report) = (&mut *self.system, &mut *self.report);
         let mut step = vec![0.0; state.len()];
         system.residual_into(state, &mut step)?;
         system.factor(state)?;
@@ -177,7 +169,8 @@ impl<'a, 's> Search<'a, 's> {
         let mut change = vec![0.0; state.len()];
         let (mut here, mut before) = (0.0, 0.0);
         let mut width: f64 = 0.25;
-        while here < 1.0 && self.report.load_steps < options.max_load_steps {
+        let most_steps = (self.report.load_steps).saturating_add(options.max_load_steps);
+        while here < 1.0 && self.report.load_steps < most_steps {
             let next = (here + width).min(1.0);
             if here > before {
                 let reach = (next - here) / (here - before);
@@ -241,12 +234,12 @@ impl<'a, 's> Search<'a, 's> {
         let [before, after] = &mut rates;
         let system = &mut *self.system;
         let swept = system.volume(state) - system.volume(start);
-        if swept.abs() > swept_by_mean_radius(system.innermost().start()) {
+        if swept.abs() > swept_by_mean_radius(&system.innermost().start) {
             return false;
         }
-        match system.innermost().constraint {
-            Constraint::Measure(..) => true,
-            Constraint::Intensity(_) | Constraint::TotalForce(_) => {
+        match system.innermost().constraint.quantity {
+            Quantity::Measure(_) => true,
+            Quantity::Intensity | Quantity::TotalForce => {
                 system.factor(start).is_ok()
                     && system.rate_into(before).is_ok()
                     && system.factor(state).is_ok()
@@ -262,18 +255,16 @@ impl<'a, 's> Search<'a, 's> {
         reach: Reach,
         from: &[f64],
         options: &NewtonOptions,
-    ) -> Result<(), NewtonError> {
+    ) -> Result<()> {
         let outcome = newton_with(self.system, state, options, &mut self.scratch);
         let mut report = self.scratch.report().clone();
-        report.add_earlier(&self.report);
-        self.report = report;
+        report.add_earlier(self.report);
+        *self.report = report;
         outcome?;
         if self.system.keeps_sign() && self.system.within(reach, from, state) {
             Ok(())
         } else {
-            Err(NewtonError::OtherBranch {
-                report: Box::default(),
-            })
+            Err(NewtonError::other_branch())
         }
     }
 }

@@ -2,12 +2,10 @@
 
 use std::sync::Arc;
 
-use membrane_forces::{
-    CurvePiece, CurvePoint, LoadKind, Measures, Membrane, MembraneError, RubberState,
-};
+use membrane_forces::{CurvePiece, CurvePoint, Measures, Membrane, MembraneError, RubberState};
 
 use crate::cause::SLACK;
-use crate::error::{NewtonError, own};
+use crate::error::{NewtonError, Result, own};
 use crate::report::NewtonReport;
 use crate::resolution::Resolution;
 
@@ -73,7 +71,7 @@ impl Equilibrium {
     ///
     /// # Errors
     /// A membrane of springs.
-    pub fn rubber_state(&self, s: f64) -> Result<RubberState, NewtonError> {
+    pub fn rubber_state(&self, s: f64) -> Result<RubberState> {
         Ok(self.membrane().rubber_state(s, &self.at(s))?)
     }
 
@@ -113,32 +111,20 @@ impl Equilibrium {
 impl Resolution {
     /// Returns the state on `curve`, which may have another resolution.
     pub(crate) fn state_near(self: &Arc<Self>, curve: &Equilibrium) -> (Arc<Self>, Vec<f64>) {
-        let mut resolution = self.clone();
-        loop {
-            if Arc::ptr_eq(&resolution, &curve.resolution) {
-                return (resolution, curve.state.clone());
+        let mut resolution = Some(self.clone());
+        while let Some(here) = resolution {
+            if Arc::ptr_eq(&here, &curve.resolution) {
+                return (here, curve.state.clone());
             }
-            let next = resolution
-                .adaptive
-                .as_ref()
-                .and_then(|a| a.finer.get())
-                .and_then(|f| f.clone().ok());
-            match next {
-                Some(finer) => resolution = finer,
-                None => break,
-            }
+            resolution = here.made_finer();
         }
-        (self.clone(), self.follow(curve))
+        (self.clone(), self.carry(&curve.resolution, &curve.state))
     }
 
     /// Returns the curve of `near`, or the start.
     pub(crate) fn start_near(&self, near: Option<&Equilibrium>) -> Vec<f64> {
-        near.map_or_else(|| self.start_state(), |near| self.follow(near))
-    }
-
-    /// Returns the nodes of this resolution on `curve`, and its intensity.
-    fn follow(&self, curve: &Equilibrium) -> Vec<f64> {
-        self.state_on(curve.intensity, |s| curve.at(s).position)
+        let carried = near.map(|near| self.carry(&near.resolution, &near.state));
+        carried.unwrap_or_else(|| self.start_state())
     }
 
     /// Returns the equilibrium of a solve, unless its measures overflow.
@@ -146,7 +132,7 @@ impl Resolution {
         self: &Arc<Self>,
         state: Vec<f64>,
         report: NewtonReport,
-    ) -> Result<Equilibrium, NewtonError> {
+    ) -> Result<Equilibrium> {
         let solved = self.equilibrium(state, report);
         solved.measures.finite()?;
         let tension = self.discrete.least_tension(solved.nodes())?;
@@ -155,18 +141,14 @@ impl Resolution {
         }
         let start = own(self.discrete.points(self.discrete.start()));
         if axis_crossings(&solved.points()).count() > axis_crossings(&start).count() {
-            let positions = solved.positions();
-            let s = axis_crossings(&solved.points())
-                .next()
-                .map_or(0.0, |n| positions[n]);
+            let first = axis_crossings(&solved.points()).next();
+            let s = first.map_or(0.0, |n| solved.positions()[n]);
             return Err(NewtonError::Collapsed { s });
         }
         if !solved.load.is_finite() {
             // A total force is the intensity times the surface.
-            return Err(NewtonError::Membrane(MembraneError::NotFinite {
-                what: "load",
-                given: solved.load,
-            }));
+            let (what, given) = ("load", solved.load);
+            return Err(MembraneError::NotFinite { what, given }.into());
         }
         Ok(solved)
     }
@@ -178,9 +160,9 @@ impl Resolution {
     ) -> Equilibrium {
         let (nodes, intensity) = (&state[..state.len() - 1], state[state.len() - 1]);
         let measures = own(self.discrete.measures(nodes));
-        let load = match self.discrete.law().load_kind() {
-            LoadKind::Intensity => intensity,
-            LoadKind::TotalForce => intensity * measures.surface,
+        let load = match self.discrete.law().is_total_force() {
+            true => intensity * measures.surface,
+            false => intensity,
         };
         Equilibrium {
             intensity,

@@ -8,6 +8,8 @@ use membrane_forces::MembraneError;
 
 use crate::report::NewtonReport;
 
+pub(crate) type Result<T, E = NewtonError> = std::result::Result<T, E>;
+
 /// An error of a solve, with the report of the attempts.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
@@ -76,8 +78,7 @@ pub enum NewtonError {
         "not resolved: the last coefficients are {tail:e} of the length, tolerance {tolerance:e}"
     )]
     Unresolved {
-        /// Twice the degree times the last two coefficients, over the length of the curve; the largest of any
-        /// element.
+        /// Twice the degree times the last two coefficients, over the length of the curve; the largest of any element.
         tail: f64,
         /// The requested tolerance.
         tolerance: f64,
@@ -154,7 +155,7 @@ fn beyond(above: f64) -> String {
 }
 
 /// Rejects a size `given` other than `expected`.
-pub(crate) fn length(what: &'static str, given: usize, expected: usize) -> Result<(), NewtonError> {
+pub(crate) fn length(what: &'static str, given: usize, expected: usize) -> Result<()> {
     if given == expected {
         Ok(())
     } else {
@@ -176,21 +177,21 @@ pub(crate) fn own<T>(of_state: Result<T, MembraneError>) -> T {
 }
 
 impl NewtonError {
-    pub(crate) fn not_converged(report: NewtonReport) -> Self {
-        Self::NotConverged {
-            report: Box::new(report),
-            source: None,
-        }
+    /// Another branch, without a report yet.
+    pub(crate) fn other_branch() -> Self {
+        let report = Box::default();
+        Self::OtherBranch { report }
     }
 
-    /// Returns the report of the attempts, if any.
-    pub(crate) fn report_mut(&mut self) -> Option<&mut NewtonReport> {
-        match self {
-            Self::LimitPoint { report, .. }
-            | Self::OtherBranch { report }
-            | Self::NotConverged { report, .. } => Some(&mut **report),
-            _ => None,
+    /// Sets the report of the attempts, if the error has one.
+    pub(crate) fn with_report(mut self, attempts: NewtonReport) -> Self {
+        if let Self::LimitPoint { report, .. }
+        | Self::OtherBranch { report }
+        | Self::NotConverged { report, .. } = &mut self
+        {
+            **report = attempts;
         }
+        self
     }
 
     /// Wraps an error of the caller's own equations.

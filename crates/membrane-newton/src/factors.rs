@@ -4,7 +4,7 @@ use membrane_forces::{DiscreteMembrane, Tangent};
 
 use crate::banded::BandedLu;
 use crate::border::dot;
-use crate::error::NewtonError;
+use crate::error::{NewtonError, Result};
 
 /// Storage for a [`Tangent`] and its factors.
 ///
@@ -49,19 +49,19 @@ impl Factors {
         discrete: &dyn DiscreteMembrane,
         nodes: &[f64],
         (intensity, least): (f64, f64),
-    ) -> Result<f64, NewtonError> {
+    ) -> Result<f64> {
         self.factored = false;
         discrete.taut_tangent_into(nodes, intensity, least, &mut self.tangent)?;
         self.eliminate()
     }
 
     /// Factors `tangent`; returns the sign of its determinant.
-    pub(crate) fn factor_tangent(&mut self, tangent: &Tangent) -> Result<f64, NewtonError> {
+    pub(crate) fn factor_tangent(&mut self, tangent: &Tangent) -> Result<f64> {
         self.tangent.clone_from(tangent);
         self.eliminate()
     }
 
-    fn eliminate(&mut self) -> Result<f64, NewtonError> {
+    fn eliminate(&mut self) -> Result<f64> {
         self.factored = false;
         let Tangent { blocks, band, .. } = &mut self.tangent;
         let mut sign = 1.0;
@@ -79,7 +79,7 @@ impl Factors {
         Ok(sign)
     }
 
-    pub(crate) fn solve_in_place(&mut self, rhs: &mut [f64]) -> Result<(), NewtonError> {
+    pub(crate) fn solve_in_place(&mut self, rhs: &mut [f64]) -> Result<()> {
         let lu = self.lu.factorisation().filter(|_| self.factored);
         let lu = lu.ok_or(NewtonError::NotFactored)?;
         let (blocks, size, inner) = (&self.tangent.blocks, self.size, self.inner);
@@ -122,15 +122,9 @@ impl Factors {
     }
 }
 
-/// Eliminates the first `inner` columns of the `size` by `size` matrix, pivoting among its
-/// first `inner` rows; L, U and the Schur complement overwrite it. Returns the sign of the
-/// product of the pivots, row swaps counted.
-fn eliminate(
-    a: &mut [f64],
-    size: usize,
-    inner: usize,
-    pivots: &mut [u32],
-) -> Result<f64, NewtonError> {
+/// Eliminates the first `inner` columns of the `size` by `size` matrix, pivoting among its first `inner` rows; L, U and the Schur
+/// complement overwrite it. Returns the sign of the product of the pivots, row swaps counted.
+fn eliminate(a: &mut [f64], size: usize, inner: usize, pivots: &mut [u32]) -> Result<f64> {
     let mut sign = 1.0;
     for k in 0..inner {
         let mut pivot = k;
@@ -167,104 +161,4 @@ fn eliminate(
         }
     }
     Ok(sign)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use membrane_forces::{Membrane, PressureLaw, ReferenceShape, SpectralElements, Stiffness};
-    use nalgebra::{DMatrix, DVector};
-
-    /// Returns the tangent as one dense matrix: blocks at their nodes, the band at the ends of blocks.
-    fn assembled(elements: &SpectralElements, nodes: &[f64], intensity: f64) -> DMatrix<f64> {
-        let (p, n) = (elements.degree(), nodes.len());
-        let mut tangent = elements.tangent();
-        elements
-            .tangent_into(nodes, intensity, &mut tangent)
-            .unwrap();
-        let mut matrix = DMatrix::zeros(n, n);
-        for (e, block) in tangent.blocks.iter().enumerate() {
-            // inner nodes come first, then the two ends
-            let node = |i: usize| match i / 2 {
-                k if k < p - 1 => e * p + k + 1,
-                k if k == p - 1 => e * p,
-                _ => e * p + p,
-            };
-            let size = 2 * (p + 1);
-            for i in 0..size {
-                for j in 0..size {
-                    let at = (2 * node(i) + i % 2, 2 * node(j) + j % 2);
-                    matrix[at] += block[i * size + j];
-                }
-            }
-        }
-        let end = |i: usize| 2 * (i / 2 * p) + i % 2;
-        for i in 0..tangent.band.len() {
-            for j in 0..tangent.band.len() {
-                matrix[(end(i), end(j))] += tangent.band.get(i, j).unwrap();
-            }
-        }
-        for &held in elements.fixed() {
-            let unit = DVector::from_fn(n, |i, _| f64::from(u8::from(i == held)));
-            assert_eq!(matrix.row(held), unit.transpose());
-        }
-        matrix
-    }
-
-    #[test]
-    fn solves_equal_a_dense_lu() {
-        for law in [
-            PressureLaw::PerMaterialLength,
-            PressureLaw::PerCurrentLength,
-        ] {
-            // whole curve and half curve
-            for skew in [0.5, 0.0] {
-                let stiffness = Stiffness::function(move |s| 1.0 + skew * s, &[]).unwrap();
-                let membrane = Membrane::new(ReferenceShape::balloon(8.5, 1.75).unwrap())
-                    .with_stiffness(stiffness)
-                    .with_law(law);
-                for (degree, per_piece) in [(2, 1), (3, 2), (7, 1), (14, 3)] {
-                    let elements = SpectralElements::new(&membrane, degree, per_piece).unwrap();
-                    assert_eq!(elements.is_half(), skew == 0.0);
-                    let moved = |(i, x): (usize, &f64)| x + 0.2 * (i as f64 * 0.3).sin();
-                    let nodes: Vec<f64> = elements.start().iter().enumerate().map(moved).collect();
-                    let matrix = assembled(&elements, &nodes, 4.0);
-                    let mut lu = Factors::new(&elements);
-                    assert_eq!(
-                        lu.solve_in_place(&mut vec![1.0; nodes.len()]),
-                        Err(NewtonError::NotFactored)
-                    );
-                    let found = lu.factor(&elements, &nodes, (4.0, 0.0)).unwrap();
-                    let factors = matrix.clone().lu();
-                    let signs = factors.u().diagonal().map(f64::signum).product();
-                    let sign = signs * factors.p().determinant::<f64>();
-                    assert_eq!(found, sign);
-                    let b = DVector::from_fn(nodes.len(), |i, _| (i as f64 * 0.9).cos());
-                    let mut x = b.as_slice().to_vec();
-                    lu.solve_in_place(&mut x).unwrap();
-                    let x = DVector::from_vec(x);
-                    // backward stable: the residual is the rounding of matrix times x
-                    let size = matrix.abs().row_sum_tr().max() * x.amax();
-                    let residual = (&matrix * &x - &b).amax();
-                    let case = format!("{law:?}, degree {degree}, {per_piece} a piece");
-                    assert!(residual < 1e-13 * size, "{case}: {residual:e} of {size:e}");
-                    // and the solution is the dense one, to that times the condition number
-                    let dense = matrix.clone().lu().solve(&b).unwrap();
-                    let condition = matrix
-                        .clone()
-                        .try_inverse()
-                        .unwrap()
-                        .abs()
-                        .row_sum_tr()
-                        .max()
-                        * matrix.abs().row_sum_tr().max();
-                    let off = (&dense - &x).amax() / dense.amax();
-                    assert!(
-                        off < 1e-15 * condition,
-                        "{case}: {off:e}, condition {condition:e}"
-                    );
-                }
-            }
-        }
-    }
 }

@@ -10,10 +10,9 @@
 //! The error of this is of the order of the strain. That of nodes in double precision is 1e-16 over the strain: 1e-8 at the volume
 //! [`SMALLEST`], where the strain is 1e-7.
 
-use membrane_forces::{Measure, Measures};
+use membrane_forces::Measures;
 
-use crate::constraint::Constraint;
-use crate::error::own;
+use crate::constraint::{Constraint, Quantity};
 use crate::resolution::{Resolution, swept_by_mean_radius};
 use crate::route::Route;
 
@@ -47,56 +46,51 @@ impl Resolution {
     /// Returns the equilibrium `state` of a slack sheet, scaled to `constraint`; `None` if that is beyond the state.
     pub(crate) fn scaled(&self, mut state: Vec<f64>, constraint: Constraint) -> Option<Vec<f64>> {
         let last = state.len() - 1;
-        let measure = |measure, nodes: &[f64]| own(self.discrete.measure(measure, nodes));
-        let wanted = constraint.value();
-        let t = match constraint {
-            Constraint::Intensity(_) => (wanted / state[last]).cbrt(),
-            Constraint::TotalForce(_) => {
-                (wanted / (state[last] * measure(Measure::Surface, &state[..last]))).cbrt()
-            }
-            Constraint::Measure(of, _) => wanted / measure(of, &state[..last]),
+        let Constraint { quantity, value } = constraint;
+        let share = value / quantity.of(&*self.discrete, &state);
+        let t = match quantity {
+            Quantity::Intensity | Quantity::TotalForce => share.cbrt(),
+            Quantity::Measure(_) => share,
         };
         if t.is_nan() || t.abs() >= 1.0 {
             return None;
         }
+        self.stretch(&mut state, t, t * t);
+        state[last] *= t * t * t;
+        // the prescribed value is met to rounding; volumes and areas are linear in x
+        let rest = value / quantity.of(&*self.discrete, &state);
+        match quantity {
+            Quantity::Intensity => state[last] = value,
+            Quantity::TotalForce => state[last] *= rest,
+            Quantity::Measure(_) => self.stretch(&mut state, rest, 1.0),
+        }
+        Some(state)
+    }
+
+    /// Multiplies the displacements of `state` from the start by factors along x and y.
+    fn stretch(&self, state: &mut [f64], along_x: f64, along_y: f64) {
         let start = self.discrete.start().as_chunks::<2>().0;
         for (point, start) in state.as_chunks_mut::<2>().0.iter_mut().zip(start) {
             *point = [
-                start[0] + t * (point[0] - start[0]),
-                start[1] + t * t * (point[1] - start[1]),
+                start[0] + along_x * (point[0] - start[0]),
+                start[1] + along_y * (point[1] - start[1]),
             ];
         }
-        state[last] *= t * t * t;
-        // the prescribed value is met to rounding; volumes and areas are linear in x
-        match constraint {
-            Constraint::Intensity(_) => state[last] = wanted,
-            Constraint::TotalForce(_) => {
-                state[last] = wanted / measure(Measure::Surface, &state[..last])
-            }
-            Constraint::Measure(of, _) => {
-                let rest = wanted / measure(of, &state[..last]);
-                for (point, start) in state.as_chunks_mut::<2>().0.iter_mut().zip(start) {
-                    point[0] = start[0] + rest * (point[0] - start[0]);
-                }
-            }
-        }
-        Some(state)
     }
 
     /// Returns the derivative of the state `x` of a slack sheet by the value of `constraint`, if x is scaled.
     pub(crate) fn scaled_rate(&self, x: &[f64], constraint: Constraint) -> Option<Vec<f64>> {
         let last = x.len() - 1;
-        let volume = own(self.discrete.measure(Measure::Volume, &x[..last]));
+        let volume = Quantity::VOLUME.of(&*self.discrete, x);
         if volume == 0.0 || volume.abs() >= self.smallest_volume() {
             return None;
         }
-        let surface = || own(self.discrete.measure(Measure::Surface, &x[..last]));
-        // t' / t
-        let by = match constraint {
-            Constraint::Intensity(_) => 1.0 / (3.0 * x[last]),
-            Constraint::TotalForce(_) => 1.0 / (3.0 * x[last] * surface()),
-            Constraint::Measure(of, _) => 1.0 / own(self.discrete.measure(of, &x[..last])),
+        let power = match constraint.quantity {
+            Quantity::Intensity | Quantity::TotalForce => 3.0,
+            Quantity::Measure(_) => 1.0,
         };
+        // t' / t
+        let by = 1.0 / (power * constraint.quantity.of(&*self.discrete, x));
         let mut rate = x.to_vec();
         let start = self.discrete.start();
         for (i, (rate, start)) in rate[..last].iter_mut().zip(start).enumerate() {
@@ -113,16 +107,16 @@ impl Resolution {
     /// Returns the volume of a state that can be scaled to `constraint`; `None` if that is too large, or for other membranes.
     pub(crate) fn volume_to_scale(&self, constraint: Constraint) -> Option<f64> {
         let smallest = self.smallest_volume();
-        let wanted = constraint.value().abs();
+        let wanted = constraint.value.abs();
         let Measures {
             length, surface, ..
         } = self.start;
         let intensity = SMALL_INTENSITY * self.discrete.intensity_scale(length);
-        let most = match constraint {
-            Constraint::Intensity(_) => intensity,
-            Constraint::TotalForce(_) => intensity * surface,
-            Constraint::Measure(Measure::Volume, _) => smallest,
-            Constraint::Measure(..) => 100.0 * SMALLEST * length * length,
+        let most = match constraint.quantity {
+            Quantity::Intensity => intensity,
+            Quantity::TotalForce => intensity * surface,
+            Quantity::VOLUME => smallest,
+            Quantity::Measure(_) => 100.0 * SMALLEST * length * length,
         };
         (smallest > 0.0 && wanted > 0.0 && wanted < most).then_some(smallest)
     }

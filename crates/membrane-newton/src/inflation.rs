@@ -4,15 +4,11 @@
 //! meridional tensions limited to non-negative values. A result without compression has the exact tangent, so that the last steps converge
 //! quadratically; a result with compression is not an equilibrium of a membrane.
 
-use membrane_forces::Measure;
-
-use crate::constraint::Constraint;
-use crate::continuation::{self, Search};
-use crate::error::NewtonError;
-use crate::nested_system::NestedSystem;
+use crate::constraint::{Constraint, Quantity};
+use crate::continuation::Search;
+use crate::error::Result;
 use crate::newton::ResidualSystem;
 use crate::options::NewtonOptions;
-use crate::report::NewtonReport;
 use crate::resolution::{swept_by_mean_radius, swept_by_radius};
 use crate::turning::Reach;
 
@@ -26,70 +22,61 @@ const AT_REST: f64 = 1e-11;
 /// Largest number of halvings of the first change of volume.
 const HALVINGS: usize = 12;
 
-/// Solves for `wanted` and writes the result to `state`: from `state` if it differs from `start`, the reference configuration; else
-/// directly; or from the first volume on the way that can be reached directly.
-pub(crate) fn solve(
-    system: &mut NestedSystem<'_>,
-    state: &mut [f64],
-    start: &[f64],
-    wanted: Constraint,
-    options: &NewtonOptions,
-) -> Result<NewtonReport, NewtonError> {
-    options.check()?;
-    let mut search = Search::new(system);
-    search.system.innermost().constraint = wanted;
-    search.system.each().for_each(|m| m.expect_stable());
-    let (rest, most) = (
-        search.system.volume(start),
-        swept_by_mean_radius(search.system.innermost().start()),
-    );
-    // The result of a coarser curve may be beyond a limit of this one.
-    if state != start
-        && search.attempt_taut(state, start, options).is_ok()
-        && search.system.volume(state) - rest <= most
-    {
-        return Ok(search.report);
-    }
-    state.copy_from_slice(start);
-    let mut residual = vec![0.0; start.len()];
-    search.system.residual_into(start, &mut residual)?;
-    let nothing_asked = search.system.control_value(start) == wanted.value();
-    if nothing_asked && search.system.residual_norm(&residual) <= AT_REST {
-        return Ok(search.report);
-    }
-    let unit = swept_by_radius(search.system.innermost().start());
-    let (first, at_once) = match wanted {
-        Constraint::Measure(Measure::Volume, volume) => {
-            let change = volume - rest;
-            (change.min(most), change <= most)
+impl Search<'_, '_> {
+    /// Solves for `wanted` and writes the result to `state`: from `state` if it differs from `start`, the reference configuration; else
+    /// directly; or from the first volume on the way that can be reached directly.
+    pub(crate) fn inflate(
+        &mut self,
+        state: &mut [f64],
+        start: &[f64],
+        wanted: Constraint,
+        options: &NewtonOptions,
+    ) -> Result<()> {
+        self.system.innermost().constraint = wanted;
+        self.system.each().for_each(|m| m.expect_stable());
+        let of_start = self.system.innermost().start;
+        let (rest, most) = (self.system.volume(start), swept_by_mean_radius(&of_start));
+        // The result of a coarser curve may be beyond a limit of this one.
+        if state != start
+            && self.attempt_taut(state, start, options).is_ok()
+            && self.system.volume(state) - rest <= most
+        {
+            return Ok(());
         }
-        Constraint::Measure(..) | Constraint::Intensity(_) | Constraint::TotalForce(_) => {
-            (FIRST_VOLUME * unit, false)
+        state.copy_from_slice(start);
+        let mut residual = vec![0.0; start.len()];
+        self.system.residual_into(start, &mut residual)?;
+        let nothing_asked = self.system.control_value(start) == wanted.value;
+        if nothing_asked && self.system.residual_norm(&residual) <= AT_REST {
+            return Ok(());
         }
-    };
-    let mut last = None;
-    for halving in 0..=HALVINGS {
-        let change = first * 0.5f64.powi(halving as i32);
-        match search.launch(state, start, rest + change, options) {
-            Ok(()) if halving == 0 && at_once => return Ok(search.report),
-            Ok(()) => {
-                last = None;
+        let change = wanted.value - rest;
+        let (first, at_once) = match wanted.quantity {
+            Quantity::VOLUME => (change.min(most), change <= most),
+            _ => (FIRST_VOLUME * swept_by_radius(&of_start), false),
+        };
+        let mut launched = Ok(());
+        for halving in 0..=HALVINGS {
+            let change = first * 0.5f64.powi(halving as i32);
+            launched = self.launch(state, start, rest + change, options);
+            if launched.is_ok() {
+                if halving == 0 && at_once {
+                    return Ok(());
+                }
                 break;
             }
-            Err(error) => last = Some(error),
         }
-    }
-    if let Some(mut error) = last {
-        state.copy_from_slice(start);
-        if let Some(report) = error.report_mut() {
-            report.clone_from(&search.report);
+        if launched.is_err() {
+            state.copy_from_slice(start);
+            return launched;
         }
-        return Err(error);
+        self.system.innermost().constraint = wanted;
+        self.system.each().for_each(|m| m.expect_stable());
+        let launched = state.to_vec();
+        let values = (self.system.control_value(&launched), wanted.value);
+        self.solve(state, &launched, values, options)
     }
-    search.continue_to(state, wanted, options)
-}
 
-impl Search<'_, '_> {
     /// Inflates the membrane from its reference configuration to `volume` in one solve.
     fn launch(
         &mut self,
@@ -97,13 +84,13 @@ impl Search<'_, '_> {
         start: &[f64],
         volume: f64,
         options: &NewtonOptions,
-    ) -> Result<(), NewtonError> {
+    ) -> Result<()> {
         let system = &mut *self.system;
         let change = (volume - system.volume(start)).abs();
-        system.innermost().constraint = Constraint::Measure(Measure::Volume, volume);
+        system.innermost().constraint = Constraint::volume(volume);
         for membrane in system.each() {
-            let tension = FIRST_TENSION * change / swept_by_radius(membrane.start());
-            membrane.set_least_tension(tension.clamp(1e-9, 1.0));
+            let tension = FIRST_TENSION * change / swept_by_radius(&membrane.start);
+            membrane.least_tension = tension.clamp(1e-9, 1.0);
         }
         state.copy_from_slice(start);
         let mut step = vec![0.0; start.len()];
@@ -124,30 +111,9 @@ impl Search<'_, '_> {
         state: &mut [f64],
         start: &[f64],
         options: &NewtonOptions,
-    ) -> Result<(), NewtonError> {
-        for membrane in self.system.each() {
-            membrane.set_least_tension(0.0);
-            membrane.expect_stable();
-        }
+    ) -> Result<()> {
+        self.system.set_least_tension(0.0);
+        self.system.each().for_each(|m| m.expect_stable());
         self.attempt(state, Reach::Direct, start, options)
-    }
-
-    /// Solves from the equilibrium `state` to `wanted`.
-    fn continue_to(
-        &mut self,
-        state: &mut [f64],
-        wanted: Constraint,
-        options: &NewtonOptions,
-    ) -> Result<NewtonReport, NewtonError> {
-        let system = &mut *self.system;
-        system.innermost().constraint = wanted;
-        system.each().for_each(|m| m.expect_stable());
-        let launched = state.to_vec();
-        let values = (system.control_value(&launched), wanted.value());
-        let mut outcome = continuation::solve(system, state, &launched, values, options);
-        if let Some(report) = outcome.as_mut().map_or_else(NewtonError::report_mut, Some) {
-            report.add_earlier(&self.report);
-        }
-        outcome
     }
 }

@@ -12,19 +12,19 @@
 //! by block elimination around a banded (finite differences) or condensed (spectral elements)
 //! factorisation. Lengths are cm, volumes cm^3; norms are free of units.
 //!
-//! Convergence: a full step is tested by the correction that would follow it with the same
-//! factorisation (natural monotonicity, Deuflhard 2004); if Newton fails from the start the control
-//! is raised in steps; where the branch of equilibria turns back the error contains the last value reached.
-//! Choice of the equilibrium: with variable stiffness there may be a largest load, and above some hundred times lambda R there are
-//! equilibria with loops, which cross themselves. The result is the one that inflation reaches: the bordered determinant has the sign of
-//! the start and the curve turns through at most a full circle, or it was reached in steps limited by the rates of change at their ends.
-//! (These conditions are necessary, not sufficient.) If membrane and ends are mirror images, so is the result.
+//! Convergence: a full step is tested by the correction that would follow it with the same factorisation (natural monotonicity, Deuflhard
+//! 2004); if Newton fails from the start the control is raised in steps; where the branch of equilibria turns back the error contains the
+//! last value reached. Choice of the equilibrium: with variable stiffness there may be a largest load, and above some hundred times lambda
+//! R there are equilibria with loops, which cross themselves. The result is the one that inflation reaches: the bordered determinant has
+//! the sign of the start and the curve turns through at most a full circle, or it was reached in steps limited by the rates of change at
+//! their ends. (These conditions are necessary, not sufficient.) If membrane and ends are mirror images, so is the result.
+//!
+//! The feature `serde` gives options and reports a form in files.
 //!
 //! Limits: not a general nonlinear solver library, though [`newton`] takes any [`ResidualSystem`]; no time dependence.
 //!
-//! References: Rohmer, Sitek, Gullberg 2006 (hal-03929238); Deuflhard, Newton Methods for Nonlinear
-//! Problems, 2004, doi:10.1007/978-3-642-23899-4; Trefethen, Spectral Methods in MATLAB, 2000,
-//! doi:10.1137/1.9780898719598.
+//! References: Rohmer, Sitek, Gullberg 2006 (hal-03929238); Deuflhard, Newton Methods for Nonlinear Problems, 2004,
+//! doi:10.1007/978-3-642-23899-4; Trefethen, Spectral Methods in MATLAB, 2000, doi:10.1137/1.9780898719598.
 
 mod banded;
 mod block;

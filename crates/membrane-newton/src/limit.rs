@@ -1,8 +1,6 @@
 //! The largest pressure of rubber as the solution of a system of equations.
 
-use membrane_forces::Measure;
-
-use crate::block::Block;
+use crate::border::dot;
 use crate::constraint::Constraint;
 use crate::resolution::Resolution;
 
@@ -21,13 +19,12 @@ const ITERATIONS: usize = 30;
 pub(crate) fn pressure(resolution: &Resolution, state: &[f64]) -> Option<f64> {
     let last = resolution.discrete.start().len();
     let mut x = state[..=last].to_vec();
-    let mut system = resolution.system(Constraint::Measure(Measure::Volume, 0.0));
+    let mut system = resolution.system(Constraint::volume(0.0));
     let n = x.len();
     let (mut z, mut rate, mut w) = (vec![0.0; n], vec![0.0; n], vec![0.0; n]);
     let (mut moved, mut there) = (vec![0.0; n], vec![0.0; n]);
     for _ in 0..ITERATIONS {
-        let volume = system.volume(&x[..last]);
-        system.constraint = Constraint::Measure(Measure::Volume, volume);
+        system.constraint = Constraint::volume(system.volume(&x));
         system.residual_into(&x, &mut z).ok()?;
         system.factor(&x).ok()?;
         w.copy_from_slice(&z);
@@ -47,7 +44,6 @@ pub(crate) fn pressure(resolution: &Resolution, state: &[f64]) -> Option<f64> {
         w.iter_mut().for_each(|w| *w /= step * step);
         system.solve_in_place(&mut z).ok()?;
         z.iter_mut().for_each(|z| *z = -*z);
-        let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
         let alpha = (rate[last] - dot(&w, &z)) / dot(&w, &rate);
         // at most half its size per iteration
         let size = alpha.abs() * system.shape_norm(&rate);
@@ -62,7 +58,8 @@ pub(crate) fn pressure(resolution: &Resolution, state: &[f64]) -> Option<f64> {
             return None;
         }
         if moved <= SETTLED {
-            return system.is_defined(&x).then_some(x[last]);
+            let defined = system.residual_into(&x, &mut there).is_ok();
+            return defined.then_some(x[last]);
         }
     }
     None
@@ -70,11 +67,3 @@ pub(crate) fn pressure(resolution: &Resolution, state: &[f64]) -> Option<f64> {
 
 /// The pressure is stationary, so a step this small changes it by its square.
 const SETTLED: f64 = 1e-9;
-
-impl Block<'_> {
-    /// Whether forces are defined in state `x`.
-    fn is_defined(&mut self, x: &[f64]) -> bool {
-        let mut out = vec![0.0; x.len()];
-        self.residual_into(x, &mut out).is_ok()
-    }
-}

@@ -2,14 +2,11 @@
 
 use std::sync::Arc;
 
-use membrane_forces::Measure;
-
 use crate::cause;
-use crate::constraint::{Constraint, Control};
-use crate::continuation;
+use crate::constraint::{Constraint, Control, Quantity};
+use crate::continuation::Search;
 use crate::equilibrium::Equilibrium;
-use crate::error::{NewtonError, own};
-use crate::inflation;
+use crate::error::{NewtonError, Result};
 use crate::limit;
 use crate::nested_system::NestedSystem;
 use crate::newton::ResidualSystem;
@@ -70,18 +67,18 @@ impl Nested {
             .collect()
     }
 
-    fn system(&self, control: Control) -> Result<NestedSystem<'_>, NewtonError> {
+    fn system(&self, control: Control) -> Result<NestedSystem<'_>> {
         let mut constraint = self.0[0].constraint(control)?;
         let mut membranes = Vec::with_capacity(self.0.len());
         for resolution in &self.0 {
             membranes.push(resolution.system(constraint));
-            constraint = Constraint::Measure(Measure::Volume, 0.0);
+            constraint = Constraint::volume(0.0);
         }
         Ok(NestedSystem::new(membranes, self.wall_volumes()))
     }
 
     /// Derivative of an equilibrium `state` by the value of `control`.
-    pub(crate) fn rate(&self, state: &[f64], control: Control) -> Result<Vec<f64>, NewtonError> {
+    pub(crate) fn rate(&self, state: &[f64], control: Control) -> Result<Vec<f64>> {
         if let [resolution] = &self.0[..]
             && let Some(mut rate) = resolution.scaled_rate(state, resolution.constraint(control)?)
         {
@@ -97,26 +94,28 @@ impl Nested {
         Ok(rate)
     }
 
-    /// Solves at these resolutions from `state` or `start`, which are equivalent.
+    /// Solves at these resolutions from `state` or `start`, which are equivalent, and adds the attempts to `report`.
     fn solve_here(
         &self,
         state: &mut [f64],
         (start, from_rest): (&[f64], bool),
         control: Control,
         options: &NewtonOptions,
-    ) -> Result<NewtonReport, NewtonError> {
+        report: &mut NewtonReport,
+    ) -> Result<()> {
         let mut system = self.system(control)?;
         let constraint = self.0[0].constraint(control)?;
-        let values = (system.control_value(start), constraint.value());
+        let Constraint { quantity, value } = constraint;
+        let values = (system.control_value(start), value);
         let mut routes = self.0.iter().map(|resolution| resolution.route());
-        let mut outcome = match (routes.any(|route| route == Route::Inflate), from_rest) {
-            (false, _) => {
-                return continuation::solve(&mut system, state, start, values, options);
-            }
-            (true, true) => inflation::solve(&mut system, state, start, constraint, options),
+        let inflates = routes.any(|route| route == Route::Inflate);
+        let mut search = Search::new(&mut system, report);
+        let outcome = match (inflates, from_rest) {
+            (false, _) => return search.solve(state, start, values, options),
+            (true, true) => search.inflate(state, start, constraint, options),
             (true, false) => {
-                system.each().for_each(|m| m.set_least_tension(0.0));
-                continuation::solve(&mut system, state, start, values, options)
+                search.system.set_least_tension(0.0);
+                search.solve(state, start, values, options)
             }
         };
         let stopped = match outcome {
@@ -130,32 +129,44 @@ impl Nested {
         if stopped && let Some(cause) = cause::of(&mut system, state, constraint) {
             return Err(cause);
         }
-        if let (
-            Err(NewtonError::LimitPoint {
-                reached, report, ..
-            }),
-            Constraint::Intensity(wanted),
-        ) = (&mut outcome, constraint)
-            && self.0[0].route() == Route::Inflate
-        {
-            let pressure = self.0[0].discrete.start().len();
-            let limit = |state: &[f64]| {
-                let most = limit::pressure(&self.0[0], state)?;
-                let near = (most / state[pressure] - 1.0).abs() < WALK.at_limit;
-                (most <= wanted && near).then_some(most)
-            };
-            match limit(state) {
-                Some(most) => *reached = most,
-                None => match self.walk_by_volume(state, wanted, options) {
-                    Some(mut further) => {
-                        further.add_earlier(report);
-                        return Ok(further);
-                    }
-                    None => *reached = limit(state).unwrap_or(state[pressure]),
-                },
+        match (&outcome, quantity, self.0[0].route()) {
+            (Err(NewtonError::LimitPoint { .. }), Quantity::Intensity, Route::Inflate) => {
+                self.pass_limit(state, value, options, report)
             }
+            _ => outcome,
         }
-        outcome
+    }
+
+    /// Continues from `state`, at which steps in the pressure ended, to the pressure `wanted`.
+    ///
+    /// # Errors
+    /// [`NewtonError::LimitPoint`] with the largest pressure.
+    fn pass_limit(
+        &self,
+        state: &mut [f64],
+        wanted: f64,
+        options: &NewtonOptions,
+        report: &mut NewtonReport,
+    ) -> Result<()> {
+        let pressure = self.0[0].discrete.start().len();
+        let limit = |state: &[f64]| {
+            let most = limit::pressure(&self.0[0], state)?;
+            let near = (most / state[pressure] - 1.0).abs() < WALK.at_limit;
+            (most <= wanted && near).then_some(most)
+        };
+        let reached = match limit(state) {
+            Some(most) => most,
+            None => match self.walk_by_volume(state, wanted, options, report) {
+                Some(()) => return Ok(()),
+                None => limit(state).unwrap_or(state[pressure]),
+            },
+        };
+        let report = Box::default();
+        Err(NewtonError::LimitPoint {
+            reached,
+            wanted,
+            report,
+        })
     }
 
     /// Continues from `state` by volume to the pressure `wanted`: just before a limit, or where the pressure rises very slowly with the
@@ -165,20 +176,27 @@ impl Nested {
         state: &mut [f64],
         wanted: f64,
         options: &NewtonOptions,
-    ) -> Option<NewtonReport> {
+        report: &mut NewtonReport,
+    ) -> Option<()> {
         let pressure = self.0[0].discrete.start().len();
         if wanted <= state[pressure] {
             return None;
         }
-        let mut total = NewtonReport::default();
+        // continues along the branch from an equilibrium to the value of a control
+        let mut step = |state: &mut [f64], control: Control| {
+            let mut system = self.system(control).ok()?;
+            let start = state.to_vec();
+            let value = self.0[0].constraint(control).ok()?.value;
+            let values = (system.control_value(&start), value);
+            let mut search = Search::new(&mut system, report);
+            search.solve(state, &start, values, options).ok()
+        };
         let mut share = WALK.first;
         for _ in 0..WALK.most_steps {
-            let volume = own(self.0[0]
-                .discrete
-                .measure(Measure::Volume, &state[..pressure]));
+            let volume = Quantity::VOLUME.of(&*self.0[0].discrete, &state[..=pressure]);
             let mut next = state.to_vec();
             let further = Control::Volume(volume * (1.0 + share));
-            total.add_earlier(&self.step(&mut next, further, options)?);
+            step(&mut next, further)?;
             // a step may pass the maximum and end at a higher pressure
             let slope = self.rate(&next, further).ok()?[pressure];
             if slope <= 0.0 || next[pressure] <= state[pressure].max(0.0) {
@@ -190,38 +208,24 @@ impl Nested {
             }
             let passed = next[pressure] >= wanted;
             if passed {
-                total.add_earlier(&self.step(&mut next, Control::Load(wanted), options)?);
+                step(&mut next, Control::Load(wanted))?;
             }
             state.copy_from_slice(&next);
             if passed {
-                return Some(total);
+                return Some(());
             }
         }
         None
     }
 
-    /// Continues along the branch from the equilibrium `state` to the value of `control`, at these resolutions.
-    fn step(
-        &self,
-        state: &mut [f64],
-        control: Control,
-        options: &NewtonOptions,
-    ) -> Option<NewtonReport> {
-        let mut system = self.system(control).ok()?;
-        let constraint = self.0[0].constraint(control).ok()?;
-        let start = state.to_vec();
-        let values = (system.control_value(&start), constraint.value());
-        continuation::solve(&mut system, state, &start, values, options).ok()
-    }
-
-    fn check_resolved(&self, state: &[f64]) -> Result<(), NewtonError> {
+    fn check_resolved(&self, state: &[f64]) -> Result<()> {
         let mut parts = self.parts(state);
         parts.try_for_each(|(resolution, part)| resolution.check_resolved(part))
     }
 
     /// Refines all membranes that can be refined, with `state` and with the curves to start `near` or their start; `None` if none can be
     /// refined.
-    fn refine(&self, state: &[f64], near: &[&Equilibrium]) -> Result<Option<Refined>, NewtonError> {
+    fn refine(&self, state: &[f64], near: &[&Equilibrium]) -> Result<Option<Refined>> {
         let (mut finer, mut carried, mut start) = (Vec::new(), Vec::new(), Vec::new());
         let mut any = false;
         for (k, (resolution, part)) in self.parts(state).enumerate() {
@@ -268,7 +272,7 @@ impl Nested {
         near: &[&Equilibrium],
         control: Control,
         options: &NewtonOptions,
-    ) -> Result<Option<Solved>, NewtonError> {
+    ) -> Result<Option<Solved>> {
         let [resolution] = &self.0[..] else {
             return Ok(None);
         };
@@ -289,51 +293,60 @@ impl Nested {
     /// Solves at these resolutions, then at finer ones until the polynomials converge; each starts from the previous solution, if it
     /// exists. `near` is the equilibrium of `start`, unless that is the start of the solver.
     pub(crate) fn solve(
+        self,
+        start: Vec<f64>,
+        near: &[&Equilibrium],
+        control: Control,
+        options: &NewtonOptions,
+    ) -> Result<Solved> {
+        options.check()?;
+        if let Some(scaled) = self.solve_scaled(near, control, options)? {
+            return Ok(scaled);
+        }
+        let mut report = NewtonReport::default();
+        match self.refine_until_resolved(start, near, control, options, &mut report) {
+            Ok((nested, state)) => Ok((nested, state, report)),
+            Err(error) => Err(error.with_report(report)),
+        }
+    }
+
+    fn refine_until_resolved(
         mut self,
         mut start: Vec<f64>,
         near: &[&Equilibrium],
         control: Control,
         options: &NewtonOptions,
-    ) -> Result<Solved, NewtonError> {
-        if let Some(scaled) = self.solve_scaled(near, control, options)? {
-            return Ok(scaled);
-        }
-        let mut total = NewtonReport::default();
+        total: &mut NewtonReport,
+    ) -> Result<(Self, Vec<f64>)> {
         let mut state = start.clone();
         if near.is_empty()
             && let Some((ahead, report)) = self.coarse_start(control, options)
         {
-            (state, total) = (ahead, report);
+            (state, *total) = (ahead, report);
         }
         loop {
             let from = (&start[..], near.is_empty());
-            let mut outcome = self.solve_here(&mut state, from, control, options);
-            if let Some(report) = outcome.as_mut().map_or_else(NewtonError::report_mut, Some) {
-                report.add_earlier(&total);
-                total.clone_from(report);
-            }
-            let outcome = outcome.and_then(|_| self.check_resolved(&state));
-            let carry = match outcome {
-                Ok(()) => return Ok((self, state, total)),
-                Err(NewtonError::Unresolved { .. }) => true,
+            let outcome = self.solve_here(&mut state, from, control, options, total);
+            let outcome = outcome.and_then(|()| self.check_resolved(&state));
+            let (carry, error) = match outcome {
+                Ok(()) => return Ok((self, state)),
+                Err(error @ NewtonError::Unresolved { .. }) => (true, error),
                 Err(
-                    NewtonError::NotConverged { .. }
+                    error @ (NewtonError::NotConverged { .. }
                     | NewtonError::OtherBranch { .. }
-                    | NewtonError::Singular { .. },
-                ) => false,
+                    | NewtonError::Singular { .. }),
+                ) => (false, error),
                 // on a resolved curve the branch ends, not the polynomials
-                Err(NewtonError::LimitPoint { .. } | NewtonError::Slack { .. })
+                Err(error @ (NewtonError::LimitPoint { .. } | NewtonError::Slack { .. }))
                     if self.check_resolved(&state).is_err() =>
                 {
-                    false
+                    (false, error)
                 }
                 Err(error) => return Err(error),
             };
             match self.refine(&state, near)? {
                 Some(finer) => (self, state, start) = finer,
-                None => {
-                    return Err(outcome.err().unwrap_or(NewtonError::not_converged(total)));
-                }
+                None => return Err(error),
             }
             if !carry {
                 state.copy_from_slice(&start);

@@ -2,12 +2,10 @@
 
 use std::ops::Range;
 
-use membrane_forces::Measure;
-
 use crate::block::{Block, nan_max};
 use crate::border::dot;
 use crate::constraint::Constraint;
-use crate::error::NewtonError;
+use crate::error::Result;
 use crate::newton::ResidualSystem;
 use crate::route::Route;
 use crate::turning::Reach;
@@ -50,8 +48,7 @@ impl<'a> NestedSystem<'a> {
 
     /// Volume of the innermost membrane.
     pub(crate) fn volume(&self, x: &[f64]) -> f64 {
-        let Range { start, end } = self.places[0];
-        self.membranes[0].volume(&x[start..end - 1])
+        self.membranes[0].volume(&x[self.places[0].clone()])
     }
 
     /// All membranes, from the inside out.
@@ -66,7 +63,7 @@ impl<'a> NestedSystem<'a> {
 
     /// Returns the route of the innermost membrane from its start.
     pub(crate) fn route(&self) -> Route {
-        self.membranes[0].route()
+        self.membranes[0].route
     }
 
     /// Prescribes `value`.
@@ -74,13 +71,11 @@ impl<'a> NestedSystem<'a> {
         self.membranes[0].set_control(value);
     }
 
-    /// Returns the volume that corresponds to that of the innermost membrane in state `x`.
+    /// Prescribes the volumes of the outer membranes that belong to that of the innermost membrane in state `x`.
     fn couple(&mut self, x: &[f64]) {
         for (k, wall_volume) in self.wall_volumes.iter().enumerate() {
-            let Range { start, end } = self.places[k];
-            let volume = self.membranes[k].volume(&x[start..end - 1]);
-            self.membranes[k + 1].constraint =
-                Constraint::Measure(Measure::Volume, volume + wall_volume);
+            let volume = self.membranes[k].volume(&x[self.places[k].clone()]);
+            self.membranes[k + 1].constraint = Constraint::volume(volume + wall_volume);
         }
     }
 
@@ -113,18 +108,22 @@ impl<'a> NestedSystem<'a> {
     }
 
     /// Least tension of rubber along the meridian, over its shear modulus; infinite where it is not defined.
-    pub(crate) fn least_tension(&self, x: &[f64]) -> f64 {
+    pub(crate) fn tension(&self, x: &[f64]) -> f64 {
         let parts = self.membranes.iter().zip(&self.places);
-        parts
-            .map(|(membrane, place)| membrane.least_tension(&x[place.start..place.end - 1]))
-            .fold(f64::INFINITY, f64::min)
+        let tensions = parts.map(|(membrane, place)| membrane.tension(&x[place.clone()]));
+        tensions.fold(f64::INFINITY, f64::min)
+    }
+
+    /// Limits the tensions in later tangents of rubber from below.
+    pub(crate) fn set_least_tension(&mut self, least: f64) {
+        self.each().for_each(|m| m.least_tension = least);
     }
 
     /// `out` = rate of change of the state with the control, by the last factorisation.
     ///
     /// # Errors
     /// No tangent was factored.
-    pub(crate) fn rate_into(&mut self, out: &mut [f64]) -> Result<(), NewtonError> {
+    pub(crate) fn rate_into(&mut self, out: &mut [f64]) -> Result<()> {
         out.fill(0.0);
         out[self.places[0].end - 1] = 1.0;
         self.solve_in_place(out)
@@ -141,7 +140,7 @@ impl ResidualSystem for NestedSystem<'_> {
         self.places.iter().map(Range::len).sum()
     }
 
-    fn residual_into(&mut self, x: &[f64], out: &mut [f64]) -> Result<(), NewtonError> {
+    fn residual_into(&mut self, x: &[f64], out: &mut [f64]) -> Result<()> {
         self.couple(x);
         let mut parts = self.membranes.iter_mut().zip(&self.places);
         parts.try_for_each(|(membrane, place)| {
@@ -149,17 +148,17 @@ impl ResidualSystem for NestedSystem<'_> {
         })
     }
 
-    fn factor(&mut self, x: &[f64]) -> Result<(), NewtonError> {
+    fn factor(&mut self, x: &[f64]) -> Result<()> {
         for (k, place) in self.places.iter().enumerate() {
             self.membranes[k].factor(&x[place.clone()])?;
             if let Some(row) = self.volume_rows.get_mut(k) {
-                self.membranes[k].volume_gradient_into(&x[place.start..place.end - 1], row);
+                self.membranes[k].volume_gradient_into(&x[place.clone()], row);
             }
         }
         Ok(())
     }
 
-    fn solve_in_place(&mut self, rhs: &mut [f64]) -> Result<(), NewtonError> {
+    fn solve_in_place(&mut self, rhs: &mut [f64]) -> Result<()> {
         for (k, place) in self.places.iter().enumerate() {
             self.membranes[k].solve_in_place(&mut rhs[place.clone()])?;
             if let Some(row) = self.volume_rows.get(k) {

@@ -3,7 +3,7 @@
 use std::convert::Infallible;
 use std::ops::ControlFlow;
 
-use crate::error::{NewtonError, length};
+use crate::error::{NewtonError, Result, length};
 use crate::options::{LineSearch, NewtonOptions, Refactor};
 use crate::report::{NewtonReport, StopReason};
 
@@ -25,19 +25,19 @@ pub trait ResidualSystem {
     /// # Errors
     /// r is not defined at x. Then, as for values in `out` that are not finite, the line search takes a shorter step.
     /// [`NewtonError::User`] ends the solve.
-    fn residual_into(&mut self, x: &[f64], out: &mut [f64]) -> Result<(), NewtonError>;
+    fn residual_into(&mut self, x: &[f64], out: &mut [f64]) -> Result<()>;
 
     /// Computes and factors the tangent dr/dx at x for [`ResidualSystem::solve_in_place`].
     ///
     /// # Errors
     /// The tangent is not defined or singular.
-    fn factor(&mut self, x: &[f64]) -> Result<(), NewtonError>;
+    fn factor(&mut self, x: &[f64]) -> Result<()>;
 
     /// Overwrites `rhs` with (dr/dx)^-1 `rhs` using the last factorisation.
     ///
     /// # Errors
     /// [`NewtonError::NotFactored`], or any other error of solving.
-    fn solve_in_place(&mut self, rhs: &mut [f64]) -> Result<(), NewtonError>;
+    fn solve_in_place(&mut self, rhs: &mut [f64]) -> Result<()>;
 
     /// Dimensionless norm of a residual: of order one if the equations are not met at all.
     fn residual_norm(&self, residual: &[f64]) -> f64;
@@ -57,15 +57,15 @@ macro_rules! forward {
                 (**self).is_empty()
             }
 
-            fn residual_into(&mut self, x: &[f64], out: &mut [f64]) -> Result<(), NewtonError> {
+            fn residual_into(&mut self, x: &[f64], out: &mut [f64]) -> Result<()> {
                 (**self).residual_into(x, out)
             }
 
-            fn factor(&mut self, x: &[f64]) -> Result<(), NewtonError> {
+            fn factor(&mut self, x: &[f64]) -> Result<()> {
                 (**self).factor(x)
             }
 
-            fn solve_in_place(&mut self, rhs: &mut [f64]) -> Result<(), NewtonError> {
+            fn solve_in_place(&mut self, rhs: &mut [f64]) -> Result<()> {
                 (**self).solve_in_place(rhs)
             }
 
@@ -133,7 +133,7 @@ pub fn newton(
     system: &mut (impl ResidualSystem + ?Sized),
     x: &mut [f64],
     options: &NewtonOptions,
-) -> Result<NewtonReport, NewtonError> {
+) -> Result<NewtonReport> {
     let mut scratch = NewtonScratch::default();
     newton_with(system, x, options, &mut scratch)?;
     Ok(scratch.report)
@@ -152,41 +152,12 @@ pub fn newton_with(
     x: &mut [f64],
     options: &NewtonOptions,
     scratch: &mut NewtonScratch,
-) -> Result<(), NewtonError> {
+) -> Result<()> {
     let never = |_: &NewtonReport, _: &[f64]| ControlFlow::<Infallible>::Continue(());
     newton_observed(system, x, options, scratch, never).map(drop)
 }
 
 /// As [`newton_with`], with a callback `observe` for the report and x after each iteration, which may end the solve by a value.
-///
-/// ```
-/// use std::ops::ControlFlow;
-/// use membrane_newton::{NewtonError, NewtonOptions, NewtonScratch, ResidualSystem, newton_observed};
-/// # struct SquareRoot(f64, f64);
-/// # impl ResidualSystem for SquareRoot {
-/// #     fn len(&self) -> usize { 1 }
-/// #     fn residual_into(&mut self, x: &[f64], out: &mut [f64]) -> Result<(), NewtonError> {
-/// #         out[0] = x[0] * x[0] - self.0;
-/// #         Ok(())
-/// #     }
-/// #     fn factor(&mut self, x: &[f64]) -> Result<(), NewtonError> { self.1 = 2.0 * x[0]; Ok(()) }
-/// #     fn solve_in_place(&mut self, rhs: &mut [f64]) -> Result<(), NewtonError> {
-/// #         rhs[0] /= self.1;
-/// #         Ok(())
-/// #     }
-/// #     fn residual_norm(&self, r: &[f64]) -> f64 { r[0].abs() / self.0 }
-/// #     fn step_norm(&self, step: &[f64]) -> f64 { step[0].abs() }
-/// # }
-/// let (mut x, mut scratch) = ([1.0], NewtonScratch::default());
-/// let mut system: Box<dyn ResidualSystem> = Box::new(SquareRoot(2.0, 0.0));
-/// let ended = newton_observed(&mut system, &mut x, &NewtonOptions::default(), &mut scratch, |report, x| {
-///     println!("{}: x = {}", report.iterations, x[0]);
-///     if report.residual < 1e-3 { ControlFlow::Break("good enough") } else { ControlFlow::Continue(()) }
-/// })?;
-/// assert_eq!(ended, ControlFlow::Break("good enough"));
-/// assert!((x[0] - 2.0f64.sqrt()).abs() < 1e-3 && scratch.report().iterations < 3);
-/// # Ok::<(), NewtonError>(())
-/// ```
 ///
 /// # Errors
 /// As [`newton_with`].
@@ -196,7 +167,7 @@ pub fn newton_observed<B>(
     options: &NewtonOptions,
     scratch: &mut NewtonScratch,
     mut observe: impl FnMut(&NewtonReport, &[f64]) -> ControlFlow<B>,
-) -> Result<ControlFlow<B>, NewtonError> {
+) -> Result<ControlFlow<B>> {
     let n = system.len();
     length("unknowns", x.len(), n)?;
     options.check()?;
@@ -214,7 +185,7 @@ fn iterate<B>(
     options: &NewtonOptions,
     scratch: &mut NewtonScratch,
     observe: &mut impl FnMut(&NewtonReport, &[f64]) -> ControlFlow<B>,
-) -> Result<ControlFlow<B>, NewtonError> {
+) -> Result<ControlFlow<B>> {
     system.residual_into(x, &mut scratch.residual)?;
     let norm = system.residual_norm(&scratch.residual);
     scratch.report.evaluated(norm);
@@ -240,7 +211,7 @@ fn iterate<B>(
         }
         let taken = match options.line_search {
             _ if !full.is_finite() => Err(scratch.not_converged()),
-            LineSearch::FullStep => scratch.full_step(system, x, full),
+            LineSearch::FullStep => scratch.full_step(system, x, full, options.step_tolerance),
             LineSearch::Natural { max_halvings } => {
                 scratch.natural_step(system, x, full, max_halvings)
             }
@@ -327,27 +298,31 @@ impl NewtonScratch {
         }
     }
 
-    /// Applies the whole of `step`, whose size is `full`. Returns its contraction: its size over that of the previous step.
+    /// Applies the whole of `step`, whose size is `full`, and evaluates the residual unless the error is within `tolerance`. Returns its
+    /// contraction: its size over that of the previous step.
     fn full_step(
         &mut self,
         system: &mut (impl ResidualSystem + ?Sized),
         x: &mut [f64],
         full: f64,
-    ) -> Result<f64, NewtonError> {
+        tolerance: f64,
+    ) -> Result<f64> {
         let contraction = full / self.report.step;
-        subtract(x, 1.0, &self.step, &mut self.trial);
-        x.copy_from_slice(&self.trial);
-        system.residual_into(x, &mut self.residual)?;
-        self.report.residual_calls += 1;
-        let left = left_after(full, contraction) * contraction;
         // the first step has no predecessor to compare with
-        let left = if self.report.iterations == 0 {
-            f64::INFINITY
-        } else {
-            left
-        };
-        self.report
-            .stepped(full, system.residual_norm(&self.residual), left);
+        if self.report.iterations > 0 {
+            self.left = left_after(full, contraction) * contraction;
+            self.rounding = full <= ROUNDING && contraction > 0.25;
+        }
+        x.iter_mut()
+            .zip(&self.step)
+            .for_each(|(x, step)| *x -= step);
+        if self.left > tolerance && !self.rounding {
+            system.residual_into(x, &mut self.residual)?;
+            self.report.residual_calls += 1;
+            self.report.residual = system.residual_norm(&self.residual);
+        }
+        let residual = self.report.residual;
+        self.report.stepped(full, residual, self.left);
         Ok(contraction)
     }
 
@@ -359,7 +334,7 @@ impl NewtonScratch {
         x: &mut [f64],
         full: f64,
         max_halvings: usize,
-    ) -> Result<f64, NewtonError> {
+    ) -> Result<f64> {
         let mut length = 1.0;
         let mut next = f64::INFINITY;
         for halvings in 0.. {

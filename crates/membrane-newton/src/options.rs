@@ -1,10 +1,12 @@
 //! Options of Newton's iteration.
 
 use crate::constraint::check;
-use crate::error::{BELOW_ZERO, NewtonError};
+use crate::error::{BELOW_ZERO, Result};
 
 /// Options of Newton's iteration.
 #[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(default, deny_unknown_fields))]
 #[non_exhaustive]
 pub struct NewtonOptions {
     /// Tolerance on the scaled residual.
@@ -25,12 +27,14 @@ pub struct NewtonOptions {
 
 /// The rule for the length of a Newton step.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub enum LineSearch {
     /// Only full steps: the textbook iteration.
     FullStep,
     /// Halves the step until the next correction, estimated with the same tangent, is smaller than this one: the natural monotonicity test
     /// (Deuflhard, Newton Methods for Nonlinear Problems, 2004, section 3.3), which does not depend on the scaling of the equations.
+    #[doc(alias = "affine invariant", alias = "damped Newton")]
     Natural {
         /// Maximum number of halvings per iteration.
         max_halvings: usize,
@@ -38,7 +42,9 @@ pub enum LineSearch {
 }
 
 /// The rule for factoring the tangent.
+#[doc(alias = "modified Newton", alias = "chord method")]
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub enum Refactor {
     /// For each step, at the current unknowns.
@@ -64,7 +70,7 @@ impl Default for NewtonOptions {
 
 impl NewtonOptions {
     /// Sets the tolerances on the scaled residual and the scaled step; a solve rejects those that are negative or not finite
-    /// ([`NewtonError::OutOfRange`]).
+    /// ([`OutOfRange`](crate::NewtonError::OutOfRange)).
     #[must_use]
     pub fn with_tolerances(mut self, residual: f64, step: f64) -> Self {
         self.residual_tolerance = residual;
@@ -73,7 +79,7 @@ impl NewtonOptions {
     }
 
     /// Rejects tolerances that are negative or not finite.
-    pub(crate) fn check(&self) -> Result<(), NewtonError> {
+    pub(crate) fn check(&self) -> Result<()> {
         for (what, value) in [
             ("residual tolerance", self.residual_tolerance),
             ("step tolerance", self.step_tolerance),

@@ -2,7 +2,7 @@
 
 use crate::constraint::{Control, check};
 use crate::equilibrium::Equilibrium;
-use crate::error::NewtonError;
+use crate::error::{NewtonError, Result};
 use crate::nested::Nested;
 use crate::options::NewtonOptions;
 use crate::report::NewtonReport;
@@ -37,7 +37,7 @@ impl Pair {
     ///
     /// # Errors
     /// [`NewtonError::NotEnclosed`]: the outer one does not enclose more volume than the inner one.
-    pub fn new(inner: Solver, outer: Solver) -> Result<Self, NewtonError> {
+    pub fn new(inner: Solver, outer: Solver) -> Result<Self> {
         enclosed([&inner, &outer].map(|solver| solver.start_measures().volume))?;
         Ok(Self { inner, outer })
     }
@@ -64,11 +64,7 @@ impl Pair {
     ///
     /// # Errors
     /// As [`Solver::solve`].
-    pub fn solve_gain(
-        &self,
-        gain: f64,
-        options: &NewtonOptions,
-    ) -> Result<PairEquilibrium, NewtonError> {
+    pub fn solve_gain(&self, gain: f64, options: &NewtonOptions) -> Result<PairEquilibrium> {
         self.solve(Control::VolumeGain(gain), options)
     }
 
@@ -76,11 +72,7 @@ impl Pair {
     ///
     /// # Errors
     /// As [`Solver::solve`].
-    pub fn solve(
-        &self,
-        inner: Control,
-        options: &NewtonOptions,
-    ) -> Result<PairEquilibrium, NewtonError> {
+    pub fn solve(&self, inner: Control, options: &NewtonOptions) -> Result<PairEquilibrium> {
         let nested = [&self.inner, &self.outer].map(|solver| solver.resolution.clone());
         let nested = Nested(nested.into());
         let start = nested.start_state();
@@ -96,7 +88,7 @@ impl Pair {
         near: &PairEquilibrium,
         inner: Control,
         options: &NewtonOptions,
-    ) -> Result<PairEquilibrium, NewtonError> {
+    ) -> Result<PairEquilibrium> {
         let near = [&near.inner, &near.outer];
         let (inside, mut start) = self.inner.resolution.state_near(near[0]);
         let (outside, state) = self.outer.resolution.state_near(near[1]);
@@ -106,7 +98,7 @@ impl Pair {
 }
 
 /// Returns the volume between an inner and an outer membrane, if it is positive.
-fn enclosed([inner, outer]: [f64; 2]) -> Result<f64, NewtonError> {
+fn enclosed([inner, outer]: [f64; 2]) -> Result<f64> {
     let between = outer - inner;
     if between > 0.0 {
         Ok(between)
@@ -121,7 +113,7 @@ fn solve_both(
     near: &[&Equilibrium],
     control: Control,
     options: &NewtonOptions,
-) -> Result<PairEquilibrium, NewtonError> {
+) -> Result<PairEquilibrium> {
     let (nested, state, report) = nested.solve(start, near, control, options)?;
     let (inner, outer) = state.split_at(nested.0[0].discrete.start().len() + 1);
     // The report belongs to the pair.
@@ -144,11 +136,7 @@ impl PairEquilibrium {
     /// # Errors
     /// [`NewtonError::NotEnclosed`]: the outer one encloses at most the volume of the inner one; [`NewtonError::OutOfRange`]: `wall_volume`
     /// is not positive.
-    pub fn of(
-        inner: Equilibrium,
-        outer: Equilibrium,
-        wall_volume: f64,
-    ) -> Result<Self, NewtonError> {
+    pub fn of(inner: Equilibrium, outer: Equilibrium, wall_volume: f64) -> Result<Self> {
         check("wall volume", wall_volume, 0.0)?;
         let volumes = [&inner, &outer].map(|membrane| membrane.measures.volume);
         let between = enclosed(volumes)?;
@@ -166,7 +154,7 @@ impl PairEquilibrium {
     ///
     /// # Errors
     /// As [`Equilibrium::sensitivity`].
-    pub fn sensitivity(&self, control: Control) -> Result<[Sensitivity; 2], NewtonError> {
+    pub fn sensitivity(&self, control: Control) -> Result<[Sensitivity; 2]> {
         let both = [&self.inner, &self.outer];
         let nested = Nested(both.map(|membrane| membrane.resolution.clone()).into());
         let rate = nested.rate(&both.map(|membrane| &membrane.state[..]).concat(), control)?;

@@ -1,6 +1,6 @@
 //! L D L' of a symmetric positive definite matrix with two diagonals on either side.
 
-use crate::error::{NewtonError, length};
+use crate::error::{NewtonError, Result, length};
 
 /// Storage for A = L D L' of a matrix that acts on x and y of points separately and equally.
 ///
@@ -41,7 +41,7 @@ impl PentadiagonalLdl {
     ///
     /// # Errors
     /// [`NewtonError::Singular`]: the matrix is not positive definite to working precision.
-    pub fn factor(&mut self, entry: impl Fn(usize, usize) -> f64) -> Result<(), NewtonError> {
+    pub fn factor(&mut self, entry: impl Fn(usize, usize) -> f64) -> Result<()> {
         self.factored = false;
         let (mut before, mut second) = ([0.0; 3], [0.0; 3]);
         let (mut d1, mut d2) = (1.0, 1.0);
@@ -70,9 +70,9 @@ impl PentadiagonalLdl {
 
     /// Overwrites `points` with A^-1 times them.
     ///
-    /// [`NewtonError::NotFactored`]; [`NewtonError::WrongLength`] unless there are n points.
+    /// # Errors
     /// [`NewtonError::NotFactored`]; [`NewtonError::WrongLength`] for other than n points.
-    pub fn solve_into(&self, points: &mut [[f64; 2]]) -> Result<(), NewtonError> {
+    pub fn solve_into(&self, points: &mut [[f64; 2]]) -> Result<()> {
         length("points", points.len(), self.rows.len())?;
         if !self.factored {
             return Err(NewtonError::NotFactored);

@@ -2,6 +2,7 @@
 
 /// The report of a solve.
 #[derive(Debug, Clone, PartialEq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct NewtonReport {
     /// Newton iterations: changes of the unknowns with a new factorisation.
@@ -12,7 +13,8 @@ pub struct NewtonReport {
     pub residual_calls: usize,
     /// Continuation steps tried, 0 if Newton needed none.
     pub load_steps: usize,
-    /// Scaled residual at the result.
+    /// Scaled residual at the result; before the last step if [`LineSearch::FullStep`](crate::LineSearch::FullStep) ended by the estimated
+    /// error.
     pub residual: f64,
     /// Scaled size of the last step, infinite if none was computed.
     pub step: f64,
@@ -28,6 +30,7 @@ pub struct NewtonReport {
 
 /// The test that ended a Newton iteration.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub enum StopReason {
     /// The scaled residual is within its tolerance.

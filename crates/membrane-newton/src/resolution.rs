@@ -9,7 +9,7 @@ use membrane_forces::{
 
 use crate::block::Block;
 use crate::constraint::{Constraint, Control};
-use crate::error::{NewtonError, own};
+use crate::error::{NewtonError, Result, own};
 use crate::route::Route;
 
 #[derive(Debug)]
@@ -24,28 +24,19 @@ pub(crate) struct Resolution {
 
 #[derive(Debug)]
 pub(crate) struct Adaptive {
-    membrane: Membrane,
     tolerance: f64,
     level: usize,
-    pub(crate) finer: OnceLock<Result<Arc<Resolution>, MembraneError>>,
+    finer: OnceLock<Result<Arc<Resolution>, MembraneError>>,
 }
 
-/// Degree and elements on each smooth piece: first the degree rises, then the elements split.
-const STEPS: [(usize, usize); 9] = [
-    (8, 1),
-    (12, 1),
-    (16, 1),
-    (24, 1),
-    (24, 2),
-    (24, 4),
-    (24, 8),
-    (24, 16),
-    (24, 32),
-];
+/// Degrees on each smooth piece; after the last one its elements split.
+const DEGREES: [usize; 4] = [8, 12, 16, 24];
+/// The last level has 32 elements on each smooth piece.
+const LAST_LEVEL: usize = 8;
 
 impl Resolution {
     /// Returns the first one that resolves the start.
-    pub(crate) fn adaptive(membrane: &Membrane, tolerance: f64) -> Result<Arc<Self>, NewtonError> {
+    pub(crate) fn adaptive(membrane: &Membrane, tolerance: f64) -> Result<Arc<Self>> {
         let mut resolution = Arc::new(Self::step(membrane, tolerance, 0)?);
         while let Err(unresolved) = resolution.check_resolved(&resolution.start_state()) {
             resolution = resolution.finer().unwrap_or(Err(unresolved))?;
@@ -54,10 +45,10 @@ impl Resolution {
     }
 
     fn step(membrane: &Membrane, tolerance: f64, level: usize) -> Result<Self, MembraneError> {
-        let (degree, per_piece) = STEPS[level];
-        let elements = SpectralElements::new(membrane, degree, per_piece)?;
+        let top = DEGREES.len() - 1;
+        let (degree, splits) = (DEGREES[level.min(top)], level.saturating_sub(top));
+        let elements = SpectralElements::new(membrane, degree, 1 << splits)?;
         let adaptive = Adaptive {
-            membrane: membrane.clone(),
             tolerance,
             level,
             finer: OnceLock::new(),
@@ -92,22 +83,24 @@ impl Resolution {
     }
 
     /// Returns the next finer one, made at the first request; `None` beyond the finest, without a tolerance, or if memory does not suffice.
-    pub(crate) fn finer(&self) -> Option<Result<Arc<Self>, NewtonError>> {
-        let adaptive = self.adaptive.as_ref()?;
-        let level = adaptive.level + 1;
-        if level == STEPS.len() {
-            return None;
-        }
-        let made = || Self::step(&adaptive.membrane, adaptive.tolerance, level).map(Arc::new);
+    pub(crate) fn finer(&self) -> Option<Result<Arc<Self>>> {
+        let adaptive = self.adaptive.as_ref().filter(|a| a.level < LAST_LEVEL)?;
+        let membrane = self.discrete.setting().membrane();
+        let made = || Self::step(membrane, adaptive.tolerance, adaptive.level + 1).map(Arc::new);
         match adaptive.finer.get_or_init(made).clone() {
             Err(MembraneError::TooMany { .. }) => None,
             finer => Some(finer.map_err(NewtonError::from)),
         }
     }
 
+    /// Returns the next finer one if it was made.
+    pub(crate) fn made_finer(&self) -> Option<Arc<Self>> {
+        self.adaptive.as_ref()?.finer.get()?.clone().ok()
+    }
+
     /// Whether the polynomials of `state` have converged: twice their degree times their last two
     /// coefficients, over the length of the curve, against the tolerance.
-    pub(crate) fn check_resolved(&self, state: &[f64]) -> Result<(), NewtonError> {
+    pub(crate) fn check_resolved(&self, state: &[f64]) -> Result<()> {
         let Some(&Adaptive { tolerance, .. }) = self.adaptive.as_ref() else {
             return Ok(());
         };
@@ -132,7 +125,7 @@ impl Resolution {
         Route::of(&*self.discrete)
     }
 
-    pub(crate) fn constraint(&self, control: Control) -> Result<Constraint, NewtonError> {
+    pub(crate) fn constraint(&self, control: Control) -> Result<Constraint> {
         Constraint::new(control, &*self.discrete, &self.start)
     }
 
@@ -147,27 +140,26 @@ impl Resolution {
         state
     }
 
-    /// Returns the state with the curve of `part`, which is a state of `from`.
-    pub(crate) fn carry(&self, from: &Self, part: &[f64]) -> Vec<f64> {
-        let (intensity, nodes) = (part[part.len() - 1], &part[..part.len() - 1]);
+    /// Returns the state with the curve of `state`, a state of `from`. Fixed numbers are kept.
+    pub(crate) fn carry(&self, from: &Self, state: &[f64]) -> Vec<f64> {
+        let (nodes, intensity) = state.split_at(state.len() - 1);
         let pieces = own(from.discrete.pieces(nodes));
-        self.state_on(intensity, |s| {
+        let place = |s: f64| {
             let piece = pieces.partition_point(|piece| piece.to < s);
-            pieces[piece.min(pieces.len() - 1)].at(s).position
-        })
-    }
-
-    /// Sets nodes to `place` of their s, except fixed ones, then `intensity`.
-    pub(crate) fn state_on(&self, intensity: f64, place: impl Fn(f64) -> [f64; 2]) -> Vec<f64> {
+            let at = match pieces.get(piece).or(pieces.last()) {
+                Some(piece) => piece.at(s),
+                None => own(from.discrete.at(nodes, s)),
+            };
+            at.position
+        };
         let start = self.discrete.start();
-        let positions = self.discrete.positions();
-        let own = positions.into_iter().take(start.len() / 2);
-        let mut state: Vec<f64> = own.flat_map(place).collect();
+        let positions = self.discrete.positions().into_iter();
+        let mut carried: Vec<f64> = positions.take(start.len() / 2).flat_map(place).collect();
         for &held in self.discrete.fixed() {
-            state[held] = start[held];
+            carried[held] = start[held];
         }
-        state.push(intensity);
-        state
+        carried.extend(intensity);
+        carried
     }
 }
 

@@ -2,11 +2,12 @@
 
 use crate::constraint::Control;
 use crate::equilibrium::Equilibrium;
-use crate::error::{NewtonError, own};
+use crate::error::{Result, own};
 use crate::nested::Nested;
 use crate::resolution::Resolution;
 
 /// Derivative of an equilibrium by the value of a control (per unit of that value).
+#[doc(alias = "compliance", alias = "tangent stiffness")]
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub struct Sensitivity {
@@ -20,9 +21,8 @@ impl Equilibrium {
     /// Derivative of shape and intensity by the value of `control`: one factorisation of the bordered system at the solution and one solve,
     /// without Newton iterations.
     ///
-    /// Newton's own last factorisation is not used: it belongs to the state before the last step (6e-6 of the size away for a gain of 0.6),
-    /// so that the derivative would be accurate to five digits only, and `control` may differ from that of the solve. The new one costs a
-    /// quarter of a solve, and an equilibrium need not store twelve numbers of factors per number.
+    /// The last factorisation of the solve is not used: it belongs to the state before the last step, and `control` may differ from that of the
+    /// solve. The new one costs a quarter of a solve.
     ///
     /// ```
     /// use membrane_newton::{Control, Discretisation, Membrane, NewtonOptions, ReferenceShape, Solver};
@@ -38,7 +38,7 @@ impl Equilibrium {
     ///
     /// # Errors
     /// A control out of range; a singular tangent (the control is at a limit point).
-    pub fn sensitivity(&self, control: Control) -> Result<Sensitivity, NewtonError> {
+    pub fn sensitivity(&self, control: Control) -> Result<Sensitivity> {
         let nested = Nested(vec![self.resolution.clone()]);
         let rate = nested.rate(&self.state, control)?;
         Ok(self.resolution.sensitivity(&rate))

@@ -6,7 +6,7 @@ use membrane_forces::{FiniteDifferences, Measures, Membrane};
 
 use crate::constraint::{Control, check};
 use crate::equilibrium::Equilibrium;
-use crate::error::NewtonError;
+use crate::error::Result;
 use crate::nested::Nested;
 use crate::options::NewtonOptions;
 use crate::report::NewtonReport;
@@ -61,7 +61,7 @@ impl Solver {
     /// # Errors
     /// Too few nodes or too low a degree, a stiffness that is not positive, coinciding nodes, a reference configuration that no polynomials
     /// resolve, or whose volume overflows.
-    pub fn new(membrane: &Membrane, discretisation: Discretisation) -> Result<Self, NewtonError> {
+    pub fn new(membrane: &Membrane, discretisation: Discretisation) -> Result<Self> {
         let resolution = match discretisation {
             Discretisation::FiniteDifferences { nodes } => {
                 let differences = FiniteDifferences::half(membrane, nodes)?;
@@ -97,15 +97,10 @@ impl Solver {
     /// limit point; beyond it the result is an error.
     ///
     /// # Errors
-    /// [`NewtonError::OutOfRange`], a control out of range; [`NewtonError::LimitPoint`],
-    /// the branch ends before it; [`PastBlowUp`](membrane_forces::MembraneError::PastBlowUp), a pressure per current length with no
-    /// equilibrium; [`NewtonError::Unresolved`], polynomials that do not converge;
-    /// [`NewtonError::OtherBranch`], [`NewtonError::NotConverged`].
-    pub fn solve(
-        &self,
-        control: Control,
-        options: &NewtonOptions,
-    ) -> Result<Equilibrium, NewtonError> {
+    /// Of [`NewtonError`](crate::NewtonError): `OutOfRange`, a control out of range; `LimitPoint`, the branch ends before it; `Membrane` with
+    /// [`PastBlowUp`](membrane_forces::MembraneError::PastBlowUp), a pressure per current length with no equilibrium; `Unresolved`,
+    /// polynomials that do not converge; `Slack`, `Collapsed`; `OtherBranch`, `NotConverged`.
+    pub fn solve(&self, control: Control, options: &NewtonOptions) -> Result<Equilibrium> {
         let start = self.resolution.start_state();
         solve_one((self.resolution.clone(), start), &[], control, options)
     }
@@ -120,7 +115,7 @@ impl Solver {
         near: &Equilibrium,
         control: Control,
         options: &NewtonOptions,
-    ) -> Result<Equilibrium, NewtonError> {
+    ) -> Result<Equilibrium> {
         if near.measures.volume.abs() < near.resolution.smallest_volume() {
             // a state without relevant strains, next to the start
             return self.solve(control, options);
@@ -134,7 +129,7 @@ fn solve_one(
     near: &[&Equilibrium],
     control: Control,
     options: &NewtonOptions,
-) -> Result<Equilibrium, NewtonError> {
+) -> Result<Equilibrium> {
     let nested = Nested(vec![resolution]);
     let (nested, state, report) = nested.solve(start, near, control, options)?;
     nested.0[0].answer(state, report)

@@ -5,7 +5,7 @@ use membrane_forces::{DiscreteMembrane, Material, MembraneError, Tangent};
 use crate::border::{Border, dot};
 use crate::constraint::Control;
 use crate::equilibrium::Equilibrium;
-use crate::error::NewtonError;
+use crate::error::{NewtonError, Result};
 use crate::factors::Factors;
 use crate::inertia;
 use crate::nested::Nested;
@@ -61,7 +61,7 @@ impl Equilibrium {
     ///
     /// # Errors
     /// [`MembraneError::OtherMaterial`] for springs; [`NewtonError::Unsettled`] if the eigenvalue is within rounding.
-    pub fn stability(&self) -> Result<Stability, NewtonError> {
+    pub fn stability(&self) -> Result<Stability> {
         // the smallest states of a slack sheet have no strains; strains and eigenvalues scale with the square of the volume
         let (smallest, volume) = (self.resolution.smallest_volume(), self.measures.volume);
         if volume != 0.0 && volume.abs() < smallest {
@@ -107,7 +107,7 @@ const ZERO: f64 = 1e-10;
 const SETTLED: f64 = 1e-12;
 
 impl<'a> Pencil<'a> {
-    fn new(equilibrium: &'a Equilibrium) -> Result<Self, NewtonError> {
+    fn new(equilibrium: &'a Equilibrium) -> Result<Self> {
         let discrete = &*equilibrium.resolution.discrete;
         let modulus = match equilibrium.membrane().material() {
             Material::Rubber(rubber) => rubber.energy().shear_modulus(),
@@ -136,7 +136,7 @@ impl<'a> Pencil<'a> {
     }
 
     /// Factors -(K - `shift` M) with the volume as border.
-    fn factor(&mut self, shift: f64) -> Result<(), NewtonError> {
+    fn factor(&mut self, shift: f64) -> Result<()> {
         self.shifted.clone_from(&self.tangent);
         self.discrete.add_mass_into(shift, &mut self.shifted)?;
         self.factors.factor_tangent(&self.shifted)?;
@@ -148,7 +148,7 @@ impl<'a> Pencil<'a> {
     }
 
     /// Counts the eigenvalues below `shift`, including those indistinguishable from it.
-    fn count(&mut self, constant: Constant, shift: f64) -> Result<usize, NewtonError> {
+    fn count(&mut self, constant: Constant, shift: f64) -> Result<usize> {
         for (k, side) in [0.0, -1.0, 1.0, -1.0, 1.0, -1.0, 1.0]
             .into_iter()
             .enumerate()
@@ -172,7 +172,7 @@ impl<'a> Pencil<'a> {
         Err(NewtonError::Unsettled { eigenvalue: shift })
     }
 
-    fn modes(&mut self, constant: Constant) -> Result<Modes, NewtonError> {
+    fn modes(&mut self, constant: Constant) -> Result<Modes> {
         let unstable = self.count(constant, -ZERO * self.scale)?;
         // the lowest eigenvalue is in (low, high]
         let (mut low, mut high) = (-ZERO * self.scale, self.scale);
@@ -209,7 +209,7 @@ impl<'a> Pencil<'a> {
     }
 
     /// Returns the lowest eigenvalue, by inverse iteration with a `shift` below all of them; `None` if it does not converge.
-    fn nearest(&mut self, constant: Constant, shift: f64) -> Result<Option<f64>, NewtonError> {
+    fn nearest(&mut self, constant: Constant, shift: f64) -> Result<Option<f64>> {
         self.factor(shift)?;
         let Some(border) = self.border.elimination() else {
             return Ok(None);
@@ -222,10 +222,8 @@ impl<'a> Pencil<'a> {
             for &held in self.discrete.fixed() {
                 x[held] = 0.0;
             }
+            // zero in the rows of fixed numbers
             self.mass.mul_into(&x, &mut momentum);
-            for &held in self.discrete.fixed() {
-                momentum[held] = 0.0;
-            }
             let scale = 1.0 / dot(&momentum, &x).sqrt();
             momentum.iter_mut().for_each(|m| *m *= scale);
             // (K - shift M) x = M x; the factored matrix has the opposite sign

@@ -9,7 +9,7 @@ use std::sync::Arc;
 use rayon::prelude::*;
 
 use crate::error::{at_least, finite, length, positive, within};
-use crate::response::{Nodes, Through};
+use crate::response::Nodes;
 use crate::{RadonError, Sample};
 
 /// Blurs slabs of views `[row][slab][bin]` and adds them: a plan, shared by threads.
@@ -58,7 +58,7 @@ impl DepthBlur {
         }
         let far = variances.iter().fold(0.0, |m: f64, &v| m.max(v));
         let near = variances.iter().fold(far, |m: f64, &v| m.min(v));
-        let nodes = Nodes::new([near, far], pitch, tolerance, Through::Own)?;
+        let nodes = Nodes::new([near, far], pitch, tolerance)?;
         Ok(Self {
             slabs: variances.iter().map(|&v| nodes.fraction(v)).collect(),
             nodes: Arc::new(nodes),

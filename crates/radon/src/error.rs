@@ -163,6 +163,12 @@ pub enum RadonError {
         /// Largest deviation of their scalar products from 0 and 1.
         deviation: f64,
     },
+    /// A plan of filtered back-projection whose transpose is not implemented.
+    #[error("the adjoint of filtered back-projection needs {what}")]
+    NoAdjoint {
+        /// The option that it needs.
+        what: &'static str,
+    },
     /// An error of the caller's own [`LinearOperator`](crate::LinearOperator): [`RadonError::user`].
     #[error(transparent)]
     User(UserError),

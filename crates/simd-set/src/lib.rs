@@ -2,6 +2,10 @@
 #![doc = include_str!("../README.md")]
 #![allow(unsafe_code)]
 
+mod stop;
+
+pub use stop::{Stopped, checkpoint, stop_when};
+
 /// An instruction set.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Set {
@@ -55,9 +59,10 @@ impl Set {
         }
     }
 
-    /// Does the work by this set, or by the baseline if this machine does not run it.
+    /// Does the work by this set, or by the baseline if this machine does not run it. First calls [`checkpoint`].
     #[inline]
     pub fn run<W: Work>(self, work: W) -> W::Out {
+        checkpoint();
         match self {
             #[cfg(target_arch = "x86_64")]
             // SAFETY: the machine has what the function is compiled for.

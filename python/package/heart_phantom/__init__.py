@@ -7,14 +7,18 @@
 >>> round(phantom.numbers()["ejection_fraction"], 6)
 0.375
 
-Submodules: `heart_phantom.radon` (tomography), `heart_phantom.revolve` (solids), `heart_phantom.membrane` (membranes).
+Submodules: `heart_phantom.radon` (tomography), `heart_phantom.revolve` (solids), `heart_phantom.membrane` (membranes),
+`heart_phantom.data` (datasets of cohorts), `heart_phantom.torch` (differentiable operators; needs PyTorch).
 """
 
+from collections.abc import Mapping as _Mapping
+
 from heart_phantom import membrane, radon, revolve
-from heart_phantom._native import Motion, Phantom, RayGeometry, Scene, __version__, set_threads, threads
+from heart_phantom._native import Cohort, Motion, Phantom, RayGeometry, Scene, __version__, set_threads, threads
 from heart_phantom.errors import HeartPhantomError, MembraneError, RadonError, RevolveError, SceneError
 
 __all__ = [
+    "Cohort",
     "HeartPhantomError",
     "MembraneError",
     "Motion",
@@ -31,3 +35,5 @@ __all__ = [
     "set_threads",
     "threads",
 ]
+
+_Mapping.register(Scene)

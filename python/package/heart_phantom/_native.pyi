@@ -1,4 +1,9 @@
 # Compiled; the exporting modules document the names.
+from collections.abc import Sequence
+from os import PathLike
+from typing import Union
+
+from heart_phantom import Cohort as Cohort
 from heart_phantom import Motion as Motion
 from heart_phantom import Phantom as Phantom
 from heart_phantom import RayGeometry as RayGeometry
@@ -15,6 +20,7 @@ from heart_phantom.radon import Geometry as Geometry
 from heart_phantom.radon import Grid as Grid
 from heart_phantom.radon import Projector as Projector
 from heart_phantom.radon import Solution as Solution
+from heart_phantom.radon import SpectOperator as SpectOperator
 from heart_phantom.radon import cgls as cgls
 from heart_phantom.radon import fbp as fbp
 from heart_phantom.radon import mlem as mlem
@@ -27,6 +33,7 @@ from heart_phantom.revolve import Pose as Pose
 
 __all__ = [
     "Body",
+    "Cohort",
     "Equilibrium",
     "FbpPlan",
     "Geometry",
@@ -42,8 +49,10 @@ __all__ = [
     "RayGeometry",
     "Scene",
     "Solution",
+    "SpectOperator",
     "__version__",
     "cgls",
+    "command_line",
     "fbp",
     "mlem",
     "osem",
@@ -52,3 +61,5 @@ __all__ = [
     "solve_pair",
     "threads",
 ]
+
+def command_line(arguments: Sequence[Union[str, PathLike[str]]]) -> int: ...

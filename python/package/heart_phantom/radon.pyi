@@ -1,5 +1,5 @@
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any, Literal, Optional, Union, final
+from typing import Any, Literal, Optional, Protocol, Union, final
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -13,6 +13,7 @@ __all__ = [
     "Projector",
     "RadonError",
     "Solution",
+    "SpectOperator",
     "cgls",
     "fbp",
     "mlem",
@@ -28,7 +29,22 @@ _Window = Union[
     Literal["ram-lak", "shepp-logan", "cosine", "hamming", "hann"],
     Mapping[str, Union[Mapping[str, int], Sequence[float]]],
 ]
-_Progress = Callable[[float], object]
+class _Bar(Protocol):
+    total: Any
+    def update(self, n: float, /) -> object: ...
+
+_Progress = Union[Callable[[float], object], _Bar, Literal[True]]
+
+class _Operator(Protocol):
+    @property
+    def image_shape(self) -> tuple[int, ...]: ...
+    @property
+    def data_shape(self) -> tuple[int, ...]: ...
+    def forward(self, image: _Samples, /) -> ArrayLike: ...
+    def adjoint(self, data: _Samples, /) -> ArrayLike: ...
+
+class _Subsets(_Operator, Protocol):
+    def subset(self, k: int, n: int, /) -> _Operator: ...
 
 @final
 class Geometry:
@@ -98,10 +114,14 @@ class FbpPlan:
         memory: Optional[int] = None,
     ) -> FbpPlan: ...
     def reconstruct(self, sinogram: ArrayLike, *, order: _Order = "view-slice-bin") -> _Samples: ...
+    def adjoint(self, image: ArrayLike) -> _Samples: ...
+    @property
+    def image_shape(self) -> tuple[int, int]: ...
     @property
     def geometry(self) -> Geometry: ...
     @property
     def grid(self) -> Grid: ...
+    def __getnewargs_ex__(self) -> tuple[tuple[Geometry, Grid], dict[str, Any]]: ...
 
 @final
 class Projector:
@@ -111,9 +131,42 @@ class Projector:
     def forward(self, image: ArrayLike, *, order: _Order = "view-slice-bin") -> _Samples: ...
     def adjoint(self, sinogram: ArrayLike, *, order: _Order = "view-slice-bin") -> _Samples: ...
     @property
+    def image_shape(self) -> tuple[int, int]: ...
+    @property
+    def data_shape(self) -> tuple[int, int]: ...
+    @property
     def geometry(self) -> Geometry: ...
     @property
     def grid(self) -> Grid: ...
+    def __getnewargs__(self) -> tuple[Geometry, Grid, str]: ...
+
+@final
+class SpectOperator:
+    def __new__(
+        cls,
+        geometry: Geometry,
+        grid: Grid,
+        n_layers: int,
+        layer_spacing: float,
+        radius: ArrayLike,
+        *,
+        n_rows: Optional[int] = None,
+        row_pitch: Optional[float] = None,
+        collimator: Optional[Mapping[str, Any]] = None,
+        attenuation: Optional[ArrayLike] = None,
+        tolerance: float = 1e-3,
+    ) -> SpectOperator: ...
+    def forward(self, image: ArrayLike) -> _Samples: ...
+    def adjoint(self, data: ArrayLike) -> _Samples: ...
+    @property
+    def image_shape(self) -> tuple[int, int, int]: ...
+    @property
+    def data_shape(self) -> tuple[int, int, int]: ...
+    @property
+    def geometry(self) -> Geometry: ...
+    @property
+    def grid(self) -> Grid: ...
+    def __getnewargs_ex__(self) -> tuple[tuple[Any, ...], dict[str, Any]]: ...
 
 @final
 class Solution:
@@ -137,7 +190,7 @@ def fbp(
     cutoff: float = 1.0,
 ) -> _Samples: ...
 def mlem(
-    projector: Projector,
+    operator: Union[Projector, SpectOperator, _Operator],
     data: ArrayLike,
     *,
     start: Optional[ArrayLike] = None,
@@ -149,7 +202,7 @@ def mlem(
     progress: Optional[_Progress] = None,
 ) -> Solution: ...
 def osem(
-    projector: Projector,
+    operator: Union[Projector, SpectOperator, _Subsets],
     data: ArrayLike,
     subsets: int,
     *,
@@ -162,7 +215,7 @@ def osem(
     progress: Optional[_Progress] = None,
 ) -> Solution: ...
 def sirt(
-    projector: Projector,
+    operator: Union[Projector, SpectOperator, _Operator],
     data: ArrayLike,
     *,
     start: Optional[ArrayLike] = None,
@@ -176,7 +229,7 @@ def sirt(
     progress: Optional[_Progress] = None,
 ) -> Solution: ...
 def cgls(
-    projector: Projector,
+    operator: Union[Projector, SpectOperator, _Operator],
     data: ArrayLike,
     *,
     start: Optional[ArrayLike] = None,

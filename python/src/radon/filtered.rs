@@ -6,20 +6,47 @@ use crate::errors::Failure;
 use crate::values::{Whole, choice, named};
 use crate::work::work;
 use heart_phantom::radon::{
-    EdgePolicy, FbpOptions, FbpPlan, ImageGrid, Interpolation, Method, ParallelGeometry,
+    EdgePolicy, FbpOptions, FbpPlan, ImageGrid, Interpolation, Method, ParallelGeometry, StackOrder,
 };
 use pyo3::prelude::*;
+use pyo3::types::PyDict;
 use std::sync::{Arc, OnceLock};
 
 /// Filtered back-projection from a geometry to a grid, planned once for many data.
 ///
-/// `window`: `"ram-lak"`, `"shepp-logan"`, `"cosine"`, `"hamming"`, `"hann"`, `{"butterworth": {"order": 4}}` or
-/// `{"custom": [1.0, 0.5, 0.0]}`, gains from frequency 0 to the cutoff. `cutoff`: fraction of the Nyquist frequency. `interpolation`:
-/// `"linear"` or `"band-limited"`. `edge`, the extrapolation beyond the ends of a row: `"zero"`, `"repeat"`, `"fade"`, `"ellipse"`. `arc`,
-/// the treatment of missing directions: `"complete"` (an error), `"extend"`, `"truncate"`, `"rescale"`. `ramp`: whether rows are filtered.
-/// `region`: `((x0, x1), (y0, y1))`, the pixels to reconstruct. `method`: `"auto"`, `"direct"`, `"fourier"`. `memory`: limit of work arrays
-/// in bytes.
+/// Parameters
+/// ----------
+/// geometry : Geometry
+///     Views and bins of the data.
+/// grid : Grid
+///     Pixels of the image.
+/// window : str or dict, optional
+///     `"ram-lak"`, `"shepp-logan"`, `"cosine"`, `"hamming"`, `"hann"`, `{"butterworth": {"order": 4}}` or `{"custom": [1.0, 0.5, 0.0]}`, gains
+///     from frequency 0 to the cutoff.
+/// cutoff : float
+///     Fraction of the Nyquist frequency.
+/// interpolation : {"linear", "band-limited"}
+///     Interpolation of filtered rows.
+/// edge : {"zero", "repeat", "fade", "ellipse"}
+///     Extrapolation beyond the ends of a row.
+/// arc : {"complete", "extend", "truncate", "rescale"}, optional
+///     Treatment of missing directions; by default an error.
+/// ramp : bool
+///     Whether rows are filtered.
+/// region : tuple, optional
+///     `((x0, x1), (y0, y1))`, the pixels to reconstruct.
+/// method : {"auto", "direct", "fourier"}
+///     Sum over views, or gridding.
+/// memory : int, optional
+///     Limit of work arrays in bytes.
 ///
+/// Raises
+/// ------
+/// RadonError
+///     If an option is out of its range, or directions are missing.
+///
+/// Examples
+/// --------
 /// >>> import numpy as np
 /// >>> from heart_phantom.radon import FbpPlan, Geometry, Grid
 /// >>> geometry = Geometry.half_turn(90, 64, 0.5)
@@ -29,7 +56,11 @@ use std::sync::{Arc, OnceLock};
 /// True
 #[pyclass(name = "FbpPlan", module = "heart_phantom.radon", frozen)]
 #[derive(Debug)]
-pub(crate) struct PyFbpPlan(Arc<Plans>);
+pub(crate) struct PyFbpPlan {
+    plans: Arc<Plans>,
+    /// The arguments by name, for pickling.
+    options: Py<PyDict>,
+}
 
 /// One plan per precision, made on demand.
 #[derive(Debug)]
@@ -78,6 +109,13 @@ impl Plans {
         let plan = self.plan::<T>()?;
         Ok(plan.reconstruct_stack(data, stack.n(), order_of(order)?)?)
     }
+
+    fn adjoint<T: Planned>(&self, images: &[T]) -> Result<Vec<T>, Failure> {
+        let plan = self.plan::<T>()?;
+        let images = images.chunks(plan.image_len());
+        let sinograms = images.map(|image| plan.adjoint(image));
+        Ok(sinograms.collect::<Result<Vec<_>, _>>()?.concat())
+    }
 }
 
 impl PyFbpPlan {
@@ -86,6 +124,7 @@ impl PyFbpPlan {
         geometry: ParallelGeometry,
         grid: ImageGrid,
         options: FbpOptions,
+        given: Bound<'_, PyDict>,
     ) -> Result<Self, Failure> {
         let plans = Plans {
             geometry,
@@ -98,7 +137,10 @@ impl PyFbpPlan {
             plans.plan::<f32>()?;
             Ok::<_, Failure>(plans)
         })?;
-        Ok(Self(Arc::new(plans)))
+        Ok(Self {
+            plans: Arc::new(plans),
+            options: given.unbind(),
+        })
     }
 }
 
@@ -144,7 +186,23 @@ impl PyFbpPlan {
         if !ramp {
             options = options.without_ramp();
         }
-        Self::make(py, geometry.get().0.clone(), grid.get().0, options)
+        let given = PyDict::new(py);
+        for (name, value) in [("window", window), ("arc", arc)] {
+            given.set_item(name, value)?;
+        }
+        for (name, value) in [
+            ("interpolation", interpolation),
+            ("edge", edge),
+            ("method", method),
+        ] {
+            given.set_item(name, value)?;
+        }
+        given.set_item("cutoff", cutoff)?;
+        given.set_item("ramp", ramp)?;
+        let region = region.map(|((x0, x1), (y0, y1))| ((x0.0, x1.0), (y0.0, y1.0)));
+        given.set_item("region", region)?;
+        given.set_item("memory", memory.map(|memory| memory.0))?;
+        Self::make(py, geometry.get().0.clone(), grid.get().0, options, given)
     }
 
     /// Reconstructs the image `[y][x]` of a sinogram `[view][bin]`, or images `[slice][y][x]` of a stack in the given order:
@@ -157,7 +215,7 @@ impl PyFbpPlan {
         sinogram: &Bound<'py, PyAny>,
         order: &str,
     ) -> Result<Bound<'py, PyAny>, Failure> {
-        let plans = self.0.clone();
+        let plans = self.plans.clone();
         let given = samples("sinogram", sinogram)?;
         let sizes = PyGeometry(plans.geometry.clone()).sizes();
         let stack = Stack::of_data(&given.shape, sizes, order_of(order)?)?;
@@ -175,21 +233,72 @@ impl PyFbpPlan {
         })
     }
 
+    /// The transpose of the reconstruction, applied to an image `[y][x]` or to images `[slice][y][x]`.
+    ///
+    /// Parameters
+    /// ----------
+    /// image : array_like
+    ///     `float32` gives `float32`, all other numbers `float64`.
+    ///
+    /// Returns
+    /// -------
+    /// ndarray
+    ///     A sinogram `[view][bin]`, or sinograms `[slice][view][bin]`.
+    ///
+    /// Raises
+    /// ------
+    /// RadonError
+    ///     If the plan has an `edge` other than `"zero"`, or band-limited interpolation.
+    fn adjoint<'py>(
+        &self,
+        py: Python<'py>,
+        image: &Bound<'py, PyAny>,
+    ) -> Result<Bound<'py, PyAny>, Failure> {
+        let plans = self.plans.clone();
+        let given = samples("image", image)?;
+        let stack = Stack::of_images("image", &given.shape, self.image())?;
+        let shape = stack.data_shape(self.geometry().sizes(), StackOrder::SliceViewBin);
+        Ok(match given.samples {
+            Samples::Single(images) => {
+                array(py, work(py, move |_| plans.adjoint(&images))?, &shape)?.into_any()
+            }
+            Samples::Double(images) => {
+                array(py, work(py, move |_| plans.adjoint(&images))?, &shape)?.into_any()
+            }
+        })
+    }
+
+    /// Shape of a reconstructed image, `(ny, nx)`: of the grid, or of the region.
+    #[getter]
+    fn image_shape(&self) -> (usize, usize) {
+        self.image().into()
+    }
+
     /// The geometry of the data.
     #[getter]
     fn geometry(&self) -> PyGeometry {
-        PyGeometry(self.0.geometry.clone())
+        PyGeometry(self.plans.geometry.clone())
     }
 
     /// The whole grid.
     #[getter]
     fn grid(&self) -> PyGrid {
-        PyGrid(self.0.grid)
+        PyGrid(self.plans.grid)
+    }
+
+    fn __getnewargs_ex__<'py>(
+        &self,
+        py: Python<'py>,
+    ) -> ((PyGeometry, PyGrid), Bound<'py, PyDict>) {
+        (
+            (self.geometry(), self.grid()),
+            self.options.bind(py).clone(),
+        )
     }
 
     fn __repr__(&self) -> String {
         let ([views, bins], [ny, nx]) = (self.geometry().sizes(), self.image());
-        let window = format!("{:?}", self.0.options.window);
+        let window = format!("{:?}", self.plans.options.window);
         format!("<FbpPlan: {views} views of {bins} bins to {ny} x {nx} pixels, {window}>")
     }
 }
@@ -197,8 +306,8 @@ impl PyFbpPlan {
 impl PyFbpPlan {
     /// Shape of a reconstructed image.
     fn image(&self) -> [usize; 2] {
-        match &self.0.options.region {
-            None => PyGrid(self.0.grid).sizes(),
+        match &self.plans.options.region {
+            None => PyGrid(self.plans.grid).sizes(),
             Some((x, y)) => [y.len(), x.len()],
         }
     }
@@ -234,9 +343,28 @@ fn method_of(name: &str) -> PyResult<Method> {
 
 /// Reconstructs the image `[y][x]` of a sinogram `[view][bin]` at `angles` in radians, in one call.
 ///
-/// `n` pixels per side, by default the number of bins, of the size of the pitch; values are per length in the unit of the pitch. For many
-/// sinograms and all options use `FbpPlan`.
+/// For many sinograms and all options use `FbpPlan`.
 ///
+/// Parameters
+/// ----------
+/// sinogram : array_like
+///     Line integrals `[view][bin]`.
+/// angles : array_like
+///     Angles of the views in radians.
+/// pitch, offset : float
+///     Distance of the bins, and position of the middle of a row.
+/// n : int, optional
+///     Pixels per side, of the size of the pitch; by default the number of bins.
+/// window, cutoff
+///     As in `FbpPlan`.
+///
+/// Returns
+/// -------
+/// ndarray
+///     An image `[y][x]`; values are per length in the unit of the pitch.
+///
+/// Examples
+/// --------
 /// >>> import numpy as np
 /// >>> from heart_phantom.radon import fbp
 /// >>> angles = np.arange(90) * np.pi / 90
@@ -268,5 +396,10 @@ pub(crate) fn fbp<'py>(
     if let Some(window) = window {
         options = options.with_window(named("window", window)?);
     }
-    PyFbpPlan::make(py, geometry.0, grid.0, options)?.reconstruct(py, sinogram, "view-slice-bin")
+    let given = PyDict::new(py);
+    PyFbpPlan::make(py, geometry.0, grid.0, options, given)?.reconstruct(
+        py,
+        sinogram,
+        "view-slice-bin",
+    )
 }

@@ -1,18 +1,19 @@
 //! Iterative reconstruction.
 
-use super::{Precision, PyProjector, Stack, order_of};
+use super::operator::Operator;
+use super::order_of;
+use super::spect::SpectSample;
 use crate::arrays::{self, Samples, array, check_shape, samples};
 use crate::errors::Failure;
 use crate::values::Whole;
 use crate::work::{AtSignal, Watch, work_told};
 use heart_phantom::radon::{
-    self, CglsOptions, EmOptions, Iteration, IterativeReport, Projector, RadonError, SirtOptions,
-    StackOperator, StackOrder, StopReason, Stopping,
+    self, CglsOptions, EmOptions, Iteration, IterativeReport, RadonError, SirtOptions, StackOrder,
+    StopReason, Stopping,
 };
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use std::ops::ControlFlow;
-use std::sync::Arc;
 
 /// The result of an iterative method.
 #[pyclass(name = "Solution", module = "heart_phantom.radon", frozen, get_all)]
@@ -24,7 +25,7 @@ pub(crate) struct PySolution {
     iterations: usize,
     /// Stopping rule: `"max-iterations"`, `"residual"`, `"gradient"`, `"change"`; `None` if a rule was set and not met.
     stopped_by: Option<&'static str>,
-    /// Norms before each iteration, `float64[iteration]` by name: `residual`, ||A x - b|| / ||b||; `change`, ||dx|| / ||x||, of the step;
+    /// Norms before each iteration, `float64[iteration]` by name: `residual` of the data, `change` of the image by the step, both relative;
     /// for CGLS `gradient`, for MLEM and OSEM `log_likelihood`.
     history: Py<PyDict>,
 }
@@ -79,16 +80,14 @@ enum Method {
 /// The input of a method.
 #[derive(Debug)]
 struct Problem<T> {
-    projector: Arc<Projector>,
-    stack: Stack,
-    order: StackOrder,
+    operator: Operator,
     stopping: Stopping,
     data: Vec<T>,
     image: Vec<T>,
     background: Vec<T>,
 }
 
-impl<T: Precision> Problem<T> {
+impl<T: SpectSample> Problem<T> {
     fn solve(
         mut self,
         method: Method,
@@ -99,15 +98,15 @@ impl<T: Precision> Problem<T> {
             watch.tell(report.iterations as f64 / all);
             ControlFlow::<()>::Continue(())
         };
-        let a: StackOperator<T> = self.projector.stack_operator(self.stack.n(), self.order)?;
         let (data, image, stopping) = (&self.data, &mut self.image, self.stopping);
+        let a = self.operator;
         let em = || {
             EmOptions::default()
                 .with_stopping(stopping)
                 .with_background(self.background.clone())
         };
         let report = match method {
-            Method::Mlem => radon::mlem(&a, data, image, &em(), told),
+            Method::Mlem => radon::mlem(&a.whole()?, data, image, &em(), told),
             Method::Osem { subsets } => radon::osem(&a.subsets(subsets)?, data, image, &em(), told),
             Method::Sirt {
                 relaxation,
@@ -118,12 +117,12 @@ impl<T: Precision> Problem<T> {
                     .with_stopping(stopping)
                     .with_relaxation(relaxation);
                 (options.lower, options.upper) = (lower, upper);
-                radon::sirt(&a, data, image, &options, told)
+                radon::sirt(&a.whole()?, data, image, &options, told)
             }
             Method::Cgls { gradient } => {
                 let mut options = CglsOptions::default().with_stopping(stopping);
                 options.gradient = gradient;
-                radon::cgls(&a, data, image, &options, told)
+                radon::cgls(&a.whole()?, data, image, &options, told)
             }
         };
         match report {
@@ -137,7 +136,7 @@ impl<T: Precision> Problem<T> {
 
 /// The arguments of a call.
 struct Call<'a, 'py> {
-    projector: &'a Bound<'py, PyProjector>,
+    operator: &'a Bound<'py, PyAny>,
     data: &'a Bound<'py, PyAny>,
     start: Option<&'a Bound<'py, PyAny>>,
     background: Option<&'a Bound<'py, PyAny>>,
@@ -148,19 +147,25 @@ struct Call<'a, 'py> {
 
 impl Call<'_, '_> {
     fn solve(self) -> Result<PySolution, Failure> {
-        let given = samples("sinogram", self.data)?;
+        let given = samples("data", self.data)?;
         match given.samples {
             Samples::Single(data) => self.solve_in(data, &given.shape),
             Samples::Double(data) => self.solve_in(data, &given.shape),
         }
     }
 
-    fn solve_in<T: Precision>(self, data: Vec<T>, shape: &[usize]) -> Result<PySolution, Failure> {
+    fn solve_in<T: SpectSample>(
+        self,
+        data: Vec<T>,
+        shape: &[usize],
+    ) -> Result<PySolution, Failure> {
         let py = self.data.py();
-        let projector = self.projector.get();
-        let order = self.plan.order;
-        let stack = Stack::of_data(shape, projector.geometry().sizes(), order)?;
-        let image_shape = stack.image_shape(projector.grid().sizes());
+        let subsets = match self.method {
+            Method::Osem { subsets } => Some(subsets),
+            Method::Mlem | Method::Sirt { .. } | Method::Cgls { .. } => None,
+        };
+        let operator = Operator::new(self.operator, shape, self.plan.order, subsets)?;
+        let image_shape = operator.image_shape.clone();
         let image = match self.start {
             Some(start) => {
                 let start = arrays::of::<T>("start", start)?;
@@ -185,9 +190,7 @@ impl Call<'_, '_> {
             }
         };
         let problem = Problem {
-            projector: projector.0.clone(),
-            stack,
-            order,
+            operator,
             stopping: self.plan.stopping,
             data,
             image,
@@ -238,12 +241,41 @@ fn history(py: Python<'_>, report: &IterativeReport) -> Result<Py<PyDict>, Failu
 
 /// MLEM: maximises the Poisson likelihood over images >= 0, x <- x / (A^T 1) A^T (b / (A x + s)).
 ///
-/// `data` is a sinogram `[view][bin]` of counts, or a stack in the given order; `start` is a positive image, by default ones; `background`
-/// contains expected counts that do not come from the image. Stops after `iterations`, or when the relative `residual` or the relative
-/// `change` of a step is small enough. `progress` is called repeatedly with the completed fraction.
-///
 /// Shepp and Vardi 1982, doi:10.1109/TMI.1982.4307558.
 ///
+/// Parameters
+/// ----------
+/// operator : Projector, SpectOperator or any operator
+///     A. An object of your own needs the methods `forward` and `adjoint` and the shapes `image_shape` and `data_shape`.
+/// data : array_like
+///     b, counts: of a projector a sinogram `[view][bin]` or a stack in the given order.
+/// start : array_like, optional
+///     A positive image; by default ones.
+/// background : array_like, optional
+///     s, expected counts that do not come from the image.
+/// iterations : int
+///     Largest number of iterations.
+/// residual, change : float, optional
+///     Stop when \|\|A x - b\|\| / \|\|b\|\| or the relative change of a step is at most this.
+/// order : {"view-slice-bin", "slice-view-bin"}
+///     Index order of a stack; only for a projector.
+/// progress : callable, tqdm bar or True, optional
+///     Receives the completed fraction.
+///
+/// Returns
+/// -------
+/// Solution
+///     The image with the history of the iterations.
+///
+/// Raises
+/// ------
+/// RadonError
+///     If a count is negative or not finite, or a rule is out of its range.
+/// ValueError
+///     If an array has another shape.
+///
+/// Examples
+/// --------
 /// >>> import numpy as np
 /// >>> from heart_phantom.radon import Geometry, Grid, Projector, mlem
 /// >>> projector = Projector(Geometry.half_turn(20, 24), Grid.square(16))
@@ -252,10 +284,10 @@ fn history(py: Python<'_>, report: &IterativeReport) -> Result<Py<PyDict>, Failu
 /// >>> bool(solution.history["residual"][-1] < 0.02)
 /// True
 #[pyfunction]
-#[pyo3(signature = (projector, data, *, start = None, background = None, iterations = Whole(50), residual = None, change = None, order = "view-slice-bin", progress = None), text_signature = "(projector, data, *, start=None, background=None, iterations=50, residual=None, change=None, order='view-slice-bin', progress=None)")]
+#[pyo3(signature = (operator, data, *, start = None, background = None, iterations = Whole(50), residual = None, change = None, order = "view-slice-bin", progress = None), text_signature = "(operator, data, *, start=None, background=None, iterations=50, residual=None, change=None, order='view-slice-bin', progress=None)")]
 #[expect(clippy::too_many_arguments, reason = "each by its name")]
 pub(crate) fn mlem(
-    projector: &Bound<'_, PyProjector>,
+    operator: &Bound<'_, PyAny>,
     data: &Bound<'_, PyAny>,
     start: Option<&Bound<'_, PyAny>>,
     background: Option<&Bound<'_, PyAny>>,
@@ -268,7 +300,7 @@ pub(crate) fn mlem(
     let plan = Plan::new(iterations, residual, change, order)?;
     let method = Method::Mlem;
     Call {
-        projector,
+        operator,
         data,
         start,
         background,
@@ -281,12 +313,13 @@ pub(crate) fn mlem(
 
 /// OSEM: MLEM on `subsets` interleaved subsets of the views in turn; an iteration processes all of them.
 ///
+/// An operator of your own also needs `subset(k, n)`, the operator of the views `k, k + n, k + 2 n ...`, the first axis of the data.
 /// Hudson and Larkin 1994, doi:10.1109/42.363108. Other arguments as in `mlem`.
 #[pyfunction]
-#[pyo3(signature = (projector, data, subsets, *, start = None, background = None, iterations = Whole(50), residual = None, change = None, order = "view-slice-bin", progress = None), text_signature = "(projector, data, subsets, *, start=None, background=None, iterations=50, residual=None, change=None, order='view-slice-bin', progress=None)")]
+#[pyo3(signature = (operator, data, subsets, *, start = None, background = None, iterations = Whole(50), residual = None, change = None, order = "view-slice-bin", progress = None), text_signature = "(operator, data, subsets, *, start=None, background=None, iterations=50, residual=None, change=None, order='view-slice-bin', progress=None)")]
 #[expect(clippy::too_many_arguments, reason = "each by its name")]
 pub(crate) fn osem(
-    projector: &Bound<'_, PyProjector>,
+    operator: &Bound<'_, PyAny>,
     data: &Bound<'_, PyAny>,
     subsets: Whole,
     start: Option<&Bound<'_, PyAny>>,
@@ -300,7 +333,7 @@ pub(crate) fn osem(
     let plan = Plan::new(iterations, residual, change, order)?;
     let method = Method::Osem { subsets: subsets.0 };
     Call {
-        projector,
+        operator,
         data,
         start,
         background,
@@ -313,13 +346,28 @@ pub(crate) fn osem(
 
 /// SIRT: x <- x + lambda C A^T R (b - A x), then the bounds; R and C contain the reciprocals of the row and column sums of A.
 ///
-/// `relaxation` is lambda, between 0 and 2; `lower` and `upper` bound the pixels. Gregor and Benson 2008, doi:10.1109/TMI.2008.923696.
-/// Other arguments as in `mlem`, except that the default `start` is zero.
+/// Gregor and Benson 2008, doi:10.1109/TMI.2008.923696.
+///
+/// Parameters
+/// ----------
+/// operator, data, iterations, residual, change, order, progress
+///     As in `mlem`.
+/// start : array_like, optional
+///     By default zero.
+/// relaxation : float
+///     lambda, between 0 and 2.
+/// lower, upper : float, optional
+///     Bounds of the pixels.
+///
+/// Returns
+/// -------
+/// Solution
+///     The image with the history of the iterations.
 #[pyfunction]
-#[pyo3(signature = (projector, data, *, start = None, relaxation = 1.0, lower = None, upper = None, iterations = Whole(50), residual = None, change = None, order = "view-slice-bin", progress = None), text_signature = "(projector, data, *, start=None, relaxation=1.0, lower=None, upper=None, iterations=50, residual=None, change=None, order='view-slice-bin', progress=None)")]
+#[pyo3(signature = (operator, data, *, start = None, relaxation = 1.0, lower = None, upper = None, iterations = Whole(50), residual = None, change = None, order = "view-slice-bin", progress = None), text_signature = "(operator, data, *, start=None, relaxation=1.0, lower=None, upper=None, iterations=50, residual=None, change=None, order='view-slice-bin', progress=None)")]
 #[expect(clippy::too_many_arguments, reason = "each by its name")]
 pub(crate) fn sirt(
-    projector: &Bound<'_, PyProjector>,
+    operator: &Bound<'_, PyAny>,
     data: &Bound<'_, PyAny>,
     start: Option<&Bound<'_, PyAny>>,
     relaxation: f64,
@@ -339,7 +387,7 @@ pub(crate) fn sirt(
     };
     let background = None;
     Call {
-        projector,
+        operator,
         data,
         start,
         background,
@@ -352,13 +400,24 @@ pub(crate) fn sirt(
 
 /// CGLS: minimises ||A x - b|| over a Krylov space that grows with each step; few steps regularise.
 ///
-/// `gradient` stops at ||A^T (b - A x)|| <= gradient ||A^T b||. Hestenes and Stiefel 1952, doi:10.6028/jres.049.044. Other arguments as in
-/// `sirt`.
+/// Hestenes and Stiefel 1952, doi:10.6028/jres.049.044.
+///
+/// Parameters
+/// ----------
+/// operator, data, start, iterations, residual, change, order, progress
+///     As in `sirt`.
+/// gradient : float, optional
+///     Stop when the norm of A^T (b - A x) is at most this times that of A^T b.
+///
+/// Returns
+/// -------
+/// Solution
+///     The image with the history of the iterations.
 #[pyfunction]
-#[pyo3(signature = (projector, data, *, start = None, gradient = None, iterations = Whole(50), residual = None, change = None, order = "view-slice-bin", progress = None), text_signature = "(projector, data, *, start=None, gradient=None, iterations=50, residual=None, change=None, order='view-slice-bin', progress=None)")]
+#[pyo3(signature = (operator, data, *, start = None, gradient = None, iterations = Whole(50), residual = None, change = None, order = "view-slice-bin", progress = None), text_signature = "(operator, data, *, start=None, gradient=None, iterations=50, residual=None, change=None, order='view-slice-bin', progress=None)")]
 #[expect(clippy::too_many_arguments, reason = "each by its name")]
 pub(crate) fn cgls(
-    projector: &Bound<'_, PyProjector>,
+    operator: &Bound<'_, PyAny>,
     data: &Bound<'_, PyAny>,
     start: Option<&Bound<'_, PyAny>>,
     gradient: Option<f64>,
@@ -372,7 +431,7 @@ pub(crate) fn cgls(
     let method = Method::Cgls { gradient };
     let background = None;
     Call {
-        projector,
+        operator,
         data,
         start,
         background,

@@ -3,12 +3,15 @@
 mod filtered;
 mod geometry;
 mod iterative;
+mod operator;
 mod projector;
+mod spect;
 
 pub(crate) use filtered::{PyFbpPlan, fbp};
 pub(crate) use geometry::{PyGeometry, PyGrid};
 pub(crate) use iterative::{PySolution, cgls, mlem, osem, sirt};
 pub(crate) use projector::PyProjector;
+pub(crate) use spect::PySpectOperator;
 
 use crate::arrays::wrong_shape;
 use crate::values::choice;

@@ -11,8 +11,17 @@ use std::sync::Arc;
 
 /// The discrete Radon transform A of images on a grid, and its exact adjoint.
 ///
-/// `kernel`: `"joseph"` (linear interpolation), `"siddon"` (exact lengths in pixels) or `"strip"` (exact bin averages).
+/// Parameters
+/// ----------
+/// geometry : Geometry
+///     Views and bins of the data.
+/// grid : Grid
+///     Pixels of the images.
+/// kernel : {"joseph", "siddon", "strip"}
+///     Linear interpolation, exact lengths in pixels, or exact bin averages.
 ///
+/// Examples
+/// --------
 /// >>> import numpy as np
 /// >>> from heart_phantom.radon import Geometry, Grid, Projector
 /// >>> projector = Projector(Geometry.half_turn(12, 20, 0.5), Grid(16, 14, 0.5))
@@ -93,15 +102,35 @@ impl PyProjector {
         PyGrid(*self.0.grid())
     }
 
+    /// Shape of an image, `(ny, nx)`.
+    #[getter]
+    fn image_shape(&self) -> (usize, usize) {
+        self.grid().sizes().into()
+    }
+
+    /// Shape of a sinogram, `(views, bins)`.
+    #[getter]
+    fn data_shape(&self) -> (usize, usize) {
+        self.geometry().sizes().into()
+    }
+
+    fn __getnewargs__(&self) -> (PyGeometry, PyGrid, &'static str) {
+        (self.geometry(), self.grid(), self.kernel())
+    }
+
     fn __repr__(&self) -> String {
         let ([views, bins], [ny, nx]) = (self.geometry().sizes(), self.grid().sizes());
-        let known = KERNELS.iter().find(|(_, k)| *k == self.0.kernel());
-        let kernel = known.map_or("", |(name, _)| name);
+        let kernel = self.kernel();
         format!("<Projector: {ny} x {nx} pixels to {views} views of {bins} bins, {kernel}>")
     }
 }
 
 impl PyProjector {
+    fn kernel(&self) -> &'static str {
+        let known = KERNELS.iter().find(|(_, k)| *k == self.0.kernel());
+        known.map_or("", |(name, _)| name)
+    }
+
     fn apply<'py>(
         &self,
         py: Python<'py>,

@@ -180,7 +180,7 @@ const GAUSS: [[f64; 2]; 5] = [
 ];
 
 /// pi times the integral of y^2 x' over the upper half, by Gauss's rule on 40 panels a piece.
-fn volume(pieces: &[CurvePiece]) -> f64 {
+pub(crate) fn volume(pieces: &[CurvePiece]) -> f64 {
     let upper = pieces.iter().filter(|piece| piece.to <= 0.5 + 1e-12);
     let sums = upper.map(|piece| {
         let width = (piece.to - piece.from) / 40.0;

@@ -10,6 +10,7 @@ mod bodies;
 mod camera;
 mod equilibria;
 mod files;
+mod heart;
 mod motion;
 mod response;
 mod tomography;
@@ -40,12 +41,13 @@ const WORST: f64 = 1.5;
 const PERCENTILE_99: f64 = 1.0;
 
 /// All rows, area by area.
-const AREAS: [&[Row]; 7] = [
+const AREAS: [&[Row]; 8] = [
     camera::ROWS,
     response::ROWS,
     tomography::ROWS,
     bodies::ROWS,
     equilibria::ROWS,
+    heart::ROWS,
     files::ROWS,
     motion::ROWS,
 ];

@@ -1,10 +1,13 @@
 //! Depth-dependent resolution.
 
+use std::f64::consts::PI;
+
 use crate::Row;
 use radon::{
     Collimator, DepthBlur, ImageGrid, LinearOperator, ParallelGeometry, SliceAxis, SpectGeometry,
     SpectOperator, SpectOptions,
 };
+use revolve_voxel::DepthResponse;
 use tests::Random;
 
 pub(crate) const ROWS: &[Row] = &[
@@ -23,6 +26,14 @@ pub(crate) const ROWS: &[Row] = &[
         norm: "largest, of the peak",
         quick: 200,
         problem: point_of_a_slab,
+    },
+    Row {
+        name: "revolve_voxel::DepthResponse::error",
+        what: "integral of the absolute error of the response to a point, at 40 random depths",
+        reference: "Lagrange's polynomials in factors, integrals in closed form between changes of sign",
+        norm: "largest",
+        quick: 100,
+        problem: response_in_depth,
     },
 ];
 
@@ -107,4 +118,65 @@ fn gaussian(variance: f64) -> Vec<f64> {
         }
     }
     weights(low)
+}
+
+fn response_in_depth(random: &mut Random) -> Option<f64> {
+    let (collimator, _, tolerance) = camera(random);
+    let radius = random.uniform(8.0, 35.0);
+    let high = radius - random.uniform(0.0, 6.0);
+    let low = high - random.uniform(1.0, 30.0);
+    let sigma = |t: f64| collimator.variance(radius - t).sqrt();
+    let response = DepthResponse::new(sigma, [low, high], tolerance).ok()?;
+    let n = response.n_nodes();
+    let nodes: Vec<f64> = (0..n)
+        .map(|j| 0.5 * (low + high - (high - low) * (PI * (j as f64 + 0.5) / n as f64).cos()))
+        .collect();
+    let mut worst = 0.0_f64;
+    for k in 0..40 {
+        let t = match k {
+            0 => low,
+            1 => high,
+            _ => random.any(low, high),
+        };
+        let factor = |j: usize| -> f64 {
+            let others = (0..n).filter(|k| *k != j);
+            others
+                .map(|k| (t - nodes[k]) / (nodes[j] - nodes[k]))
+                .product()
+        };
+        let mut terms: Vec<[f64; 2]> = (0..n).map(|j| [factor(j), sigma(nodes[j])]).collect();
+        terms.push([-1.0, sigma(t)]);
+        worst = worst.max(absolute_integral(&terms));
+    }
+    // 1e-13 of rounding, where the standard deviation does not depend on the depth.
+    Some(worst / (response.error() + 1e-13))
+}
+
+/// 2 pi times the integral over r of `r |sum over [w, s] of w g(r; s)|`, g the Gaussian of standard deviation s in the plane: in closed form
+/// between the zeros, which are found among 2000 points by bisection.
+fn absolute_integral(terms: &[[f64; 2]]) -> f64 {
+    let widest = terms.iter().fold(0.0_f64, |most, [_, s]| most.max(*s));
+    let sum = |of: &dyn Fn(f64) -> f64| terms.iter().map(|[w, s]| w * of(*s)).sum::<f64>();
+    let density = |r: f64| sum(&|s| (-0.5 * (r / s).powi(2)).exp() / (s * s));
+    let outside = |r: f64| sum(&|s| (-0.5 * (r / s).powi(2)).exp());
+    let at = |k: usize| 9.0 * widest * k as f64 / 2000.0;
+    let (mut integral, mut last) = (0.0, outside(0.0));
+    for k in 0..2000 {
+        let (mut low, mut high) = (at(k), at(k + 1));
+        let positive = density(low) > 0.0;
+        if positive == (density(high) > 0.0) {
+            continue;
+        }
+        for _ in 0..60 {
+            let middle = 0.5 * (low + high);
+            match (density(middle) > 0.0) == positive {
+                true => low = middle,
+                false => high = middle,
+            }
+        }
+        let next = outside(low);
+        integral += (last - next).abs();
+        last = next;
+    }
+    integral + last.abs()
 }

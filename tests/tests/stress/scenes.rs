@@ -143,7 +143,8 @@ pub(crate) fn text(random: &mut Random) -> String {
         ));
         line(format!("activity = {}", number(random, 0.0, 2.0)));
     }
-    if random.one_in(3) {
+    let blurred = random.one_in(3);
+    if blurred {
         line(format!(
             "[blur]\nfwhm = {}",
             number(random, 0.0, 2.0 * unit)
@@ -168,7 +169,13 @@ pub(crate) fn text(random: &mut Random) -> String {
             count(random, 0, 99)
         ));
     }
-    let (bins, rows) = (random.integer(3, 24), random.integer(2, 20));
+    let averaged = random.one_in(8);
+    // Images cost some hundred times as many rays as line integrals: fewer bins, and to a coarser tolerance.
+    let has_images = blurred || collimated || averaged;
+    let (bins, rows) = match has_images {
+        true => (random.integer(3, 10), random.integer(2, 8)),
+        false => (random.integer(3, 24), random.integer(2, 20)),
+    };
     let field = 2.2 * (length + radius) * unit;
     line(format!(
         "[camera]\nviews = {}\nbins = {bins}\nrows = {rows}",
@@ -179,8 +186,7 @@ pub(crate) fn text(random: &mut Random) -> String {
         degrees(random, -360.0, 405.0),
         degrees(random, -90.0, 135.0)
     ));
-    // Averages over bins, the default behind a blur, cost some hundred times as many rays.
-    if !random.one_in(8) {
+    if !averaged {
         line("samples = \"centres\"".into());
     }
     if collimated {
@@ -207,9 +213,12 @@ pub(crate) fn text(random: &mut Random) -> String {
         3 => "'whole-cycle'".into(),
         _ => format!("{{ gated = {{ gates = {} }} }}", count(random, 1, 4)),
     };
+    let accuracy = match has_images && !random.one_in(10) {
+        true => format!("tolerance = {}", number(random, 0.03, 0.3)),
+        false => format!("steps = {}", 2 * random.integer(1, 4)),
+    };
     line(format!(
-        "[acquisition]\nmode = {mode}\naccuracy = {{ steps = {} }}",
-        2 * random.integer(1, 4)
+        "[acquisition]\nmode = {mode}\naccuracy = {{ {accuracy} }}"
     ));
     line(format!(
         "[reconstruction]\ncutoff = {}",

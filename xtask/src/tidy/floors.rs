@@ -20,7 +20,10 @@ const FLOORS: &[(&str, &[&str])] = &[
     ("crates/heart-phantom", BELOW),
     ("crates/heart-cohort", &["heart-phantom"]),
     ("crates/heart-study", &["heart-phantom", "heart-cohort"]),
-    ("python", &["heart-phantom"]),
+    (
+        "python",
+        &["heart-phantom", "heart-cohort", "heart-study", "simd-set"],
+    ),
     ("tests", ALL),
     ("benches", ALL),
     ("xtask", &[]),

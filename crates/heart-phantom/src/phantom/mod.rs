@@ -4,6 +4,7 @@ mod along;
 mod artefacts;
 mod beats;
 mod compensated;
+mod gate_model;
 mod gates;
 mod memory;
 mod method;
@@ -94,6 +95,8 @@ pub struct Phantom {
     regions: OnceLock<Regions>,
     /// The plan used last, with its gate.
     plan: Mutex<Option<(usize, Arc<FbpPlan<f32>>)>>,
+    /// The OSEM model of a gate, if all have the same geometry.
+    model: OnceLock<gate_model::Model>,
     pub(crate) work: Work,
     /// File and text of the scene, for errors after reading.
     #[cfg(feature = "scene")]
@@ -189,6 +192,7 @@ impl Phantom {
             steps: OnceLock::new(),
             regions: OnceLock::new(),
             plan: Mutex::new(None),
+            model: OnceLock::new(),
             work: Work::default(),
             #[cfg(feature = "scene")]
             file: None,

@@ -3,13 +3,14 @@
 //! The model's voxels are those of the camera, extended to all that projects into the views and emits or attenuates: structures beyond a
 //! requested region contribute to the projections. The camera's voxels are extracted at the end.
 
-use super::Phantom;
+use super::gate_model::Model;
 use super::method::{Compensation, KnownScatter, Osem, OsemReport};
 use super::model_voxels::{ModelVoxels, farthest};
+use super::{Phantom, once};
 use crate::error::{PhantomError, check_length};
 use crate::scan::Scan;
 use crate::truth::truth_of_slices;
-use crate::{Activity, Camera};
+use crate::{Activity, Camera, Rotation};
 use radon::{
     EmOptions, IterativeReport, LinearOperator, SliceAxis, SpectGeometry, SpectOperator,
     SpectOptions, Stopping, Subset,
@@ -28,14 +29,6 @@ pub(super) fn counted(views: &[f32]) -> Vec<f32> {
     views.iter().map(counted).collect()
 }
 
-/// Sorts subsets by the bit-reversed index of their first view.
-pub(super) fn in_turns(
-    mut subsets: Vec<Subset<SpectOperator<f32>>>,
-) -> Vec<Subset<SpectOperator<f32>>> {
-    subsets.sort_by_key(|subset| subset.operator.views()[0].reverse_bits());
-    subsets
-}
-
 impl Phantom {
     /// Reconstructs projections of a gate. `progress` receives the number of completed iterations.
     pub(super) fn osem(
@@ -45,21 +38,58 @@ impl Phantom {
         views: &[f32],
         progress: &dyn Fn(usize),
     ) -> Result<(Vec<f32>, OsemReport), PhantomError> {
+        check_length(
+            "views",
+            views.len(),
+            self.camera().n_views() * self.camera().view_len(),
+        )?;
         let voxels = self.parts().model_voxels(osem, farthest(&self.radii()?))?;
+        let own;
+        let model = match self.camera().rotation() == Rotation::StepAndShoot {
+            true => {
+                let any = once(&self.model, || self.gate_model(osem, gate, &voxels, None))?;
+                match self.gates_share_model(osem) {
+                    true => any,
+                    false => {
+                        own = self.gate_model(osem, gate, &voxels, Some(any))?;
+                        &own
+                    }
+                }
+            }
+            false => {
+                own = self.gate_model(osem, gate, &voxels, None)?;
+                &own
+            }
+        };
+        let data = (counted(views), self.background(osem, gate)?);
+        let (volume, report) = self.passes(osem, &model.subsets, data, progress)?;
+        Ok((voxels.cut(&volume, self.camera()), report))
+    }
+
+    /// Whether all gates have the same geometry and attenuation map.
+    pub(super) fn gates_share_model(&self, osem: &Osem) -> bool {
+        let attenuation = self.parts().attenuation.as_ref();
+        let still = attenuation.is_some_and(|attenuation| attenuation.torso().is_some());
+        self.camera().rotation() == Rotation::StepAndShoot && (still || !osem.attenuation)
+    }
+
+    /// Returns the model of a gate; `other` has the same geometry.
+    pub(super) fn gate_model(
+        &self,
+        osem: &Osem,
+        gate: usize,
+        voxels: &ModelVoxels,
+        other: Option<&Model>,
+    ) -> Result<Model, PhantomError> {
         let map = match osem.attenuation {
             true => self.mean_attenuation(gate, &voxels.camera)?,
             false => Vec::new(),
         };
-        let operator = self.model(osem, gate, &voxels, map)?;
-        let expected = operator.data_len();
-        check_length("views", views.len(), expected)?;
-        // Voxels outside all views stay zero; the others start uniform, with the total counts.
-        let mut seen = vec![0.0f32; operator.image_len()];
-        operator.adjoint_into(&vec![1.0; expected], &mut seen)?;
-        let subsets = in_turns(operator.subsets(osem.subsets)?);
-        let data = (counted(views), self.background(osem, gate)?);
-        let (volume, report) = self.passes(osem, &subsets, data, seen, progress)?;
-        Ok((voxels.cut(&volume, self.camera()), report))
+        let operator = match other {
+            Some(other) => other.operator.with_attenuation(&map)?,
+            None => self.operator(osem, gate, voxels, map)?,
+        };
+        Model::new(osem, operator)
     }
 
     /// The scatter that the model of a gate contains; empty for none.
@@ -70,16 +100,20 @@ impl Phantom {
         }
     }
 
-    /// Iterates with a background from a volume that is uniform where the sensitivity `seen` is positive.
+    /// Iterates with a background. Voxels outside all views stay zero; the others start uniform, with the total counts.
     pub(super) fn passes<O: LinearOperator<f32>>(
         &self,
         osem: &Osem,
-        subsets: &[Subset<O>],
+        subsets: &[Subset<O, f32>],
         (views, background): (Vec<f32>, Vec<f32>),
-        seen: Vec<f32>,
         progress: &dyn Fn(usize),
     ) -> Result<(Vec<f32>, OsemReport), PhantomError> {
-        let mut volume = seen;
+        let mut volume = Vec::new();
+        for subset in subsets {
+            let seen = subset.sensitivity()?;
+            volume.resize(seen.len(), 0.0f32);
+            volume.iter_mut().zip(seen).for_each(|(sum, x)| *sum += x);
+        }
         let sum = |samples: &[f32]| samples.iter().map(|&x| f64::from(x)).sum::<f64>();
         let level = (sum(&views) / sum(&volume)) as f32;
         let start = |x: &mut f32| *x = if *x > 0.0 { level } else { 0.0 };
@@ -137,10 +171,10 @@ impl Phantom {
         if self.scene().reconstruction.compensation == Compensation::KnownMotion {
             self.wall(self.reference())?;
         }
-        self.model(osem, gate, &voxels, Vec::new()).map(drop)
+        self.operator(osem, gate, &voxels, Vec::new()).map(drop)
     }
 
-    pub(super) fn model(
+    fn operator(
         &self,
         osem: &Osem,
         gate: usize,

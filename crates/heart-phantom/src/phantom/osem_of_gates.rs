@@ -1,15 +1,13 @@
 //! Reconstruction of one volume by OSEM from the projections of all gates with known motion.
 
 use super::Phantom;
+use super::gate_model::Model;
 use super::method::{Osem, OsemReport};
 use super::model_voxels::farthest;
-use super::osem::{counted, in_turns};
+use super::osem::counted;
 use crate::Rotation;
 use crate::error::PhantomError;
-use radon::{LinearOperator, MovingOperator, SpectOperator, State, Subset};
-
-/// A subset of a gate with the indices of its data and the weights of its views.
-type Part = Subset<State<SpectOperator<f32>>>;
+use radon::{MovingOperator, State, Subset};
 
 impl Phantom {
     /// The volume at end-diastole and end-expiration.
@@ -19,70 +17,46 @@ impl Phantom {
         views: &[f32],
         progress: &dyn Fn(usize),
     ) -> Result<(Vec<f32>, OsemReport), PhantomError> {
-        let parts = self.parts();
-        let voxels = parts.model_voxels(osem, farthest(&self.radii()?))?;
-        let grid = voxels.camera.grid();
-        // All gates share a model whose attenuation does not move.
-        let torso = parts
-            .attenuation
-            .is_some_and(|attenuation| attenuation.torso().is_some());
-        let alike = self.camera().rotation() == Rotation::StepAndShoot;
-        let alike = alike && (torso || !osem.attenuation);
+        let voxels = self.parts().model_voxels(osem, farthest(&self.radii()?))?;
+        let n_models = match self.gates_share_model(osem) {
+            true => 1,
+            false => self.n_gates(),
+        };
+        let mut models: Vec<Model> = Vec::with_capacity(n_models);
+        for gate in 0..n_models {
+            let other = models.first();
+            let other = other.filter(|_| self.camera().rotation() == Rotation::StepAndShoot);
+            models.push(self.gate_model(osem, gate, &voxels, other)?);
+        }
+        let of_gate = |gate: usize| &models[gate.min(n_models - 1)];
+        let warps = self.warps_of_gates(voxels.camera.grid())?;
         let weights = self.weights_of_views()?;
         let each = self.camera().n_views() * self.camera().view_len();
-        let mut views = counted(views);
-        let mut background = Vec::new();
-        let mut shared: Option<SpectOperator<f32>> = None;
-        let mut states: Vec<Vec<Part>> = (0..osem.subsets).map(|_| Vec::new()).collect();
-        for (gate, warps) in self.warps_of_gates(grid)?.into_iter().enumerate() {
-            let model = match shared.take().filter(|_| alike) {
-                Some(model) => model,
-                None => {
-                    let map = match osem.attenuation {
-                        true => self.mean_attenuation(gate, &voxels.camera)?,
-                        false => Vec::new(),
-                    };
-                    self.model(osem, gate, &voxels, map)?
-                }
-            };
-            let subsets = in_turns(model.subsets(osem.subsets)?);
-            for (states, Subset { operator, data }) in states.iter_mut().zip(subsets) {
-                let of_view = |view: &usize| weights[gate][*view];
-                let state = State {
-                    warps: warps.clone(),
-                    weights: operator.views().iter().map(of_view).collect(),
-                    operator,
-                };
-                let data = data.into_iter().map(|k| gate * each + k).collect();
-                states.push(Subset {
-                    operator: state,
-                    data,
-                });
-            }
-            shared = Some(model);
+        let (mut views, mut background) = (counted(views), Vec::new());
+        for (gate, weights) in weights.iter().enumerate() {
+            weigh(&mut views[gate * each..][..each], weights);
             let mut scatter = self.background(osem, gate)?;
-            let own = views[gate * each..][..each].chunks_mut(self.camera().view_len());
-            for (view, weight) in own.zip(&weights[gate]) {
-                view.iter_mut().for_each(|x| *x *= *weight as f32);
-            }
-            let own = scatter.chunks_mut(self.camera().view_len());
-            for (view, weight) in own.zip(&weights[gate]) {
-                view.iter_mut().for_each(|x| *x *= *weight as f32);
-            }
+            weigh(&mut scatter, weights);
             background.append(&mut scatter);
         }
-        let mut subsets = Vec::with_capacity(osem.subsets);
-        for states in states {
-            let data = states
-                .iter()
-                .flat_map(|state| state.data.iter().copied())
-                .collect();
-            let states = states.into_iter().map(|state| state.operator).collect();
-            let operator = MovingOperator::new(states)?;
-            subsets.push(Subset { operator, data });
-        }
-        let seen = seen(&subsets)?;
-        let (volume, report) = self.passes(osem, &subsets, (views, background), seen, progress)?;
+        let subset = |k: usize| {
+            let (mut states, mut data) = (Vec::new(), Vec::new());
+            for (gate, warps) in warps.iter().enumerate() {
+                let subset = &of_gate(gate).subsets[k];
+                let views = subset.operator().views().iter();
+                states.push(State {
+                    warps: warps.clone(),
+                    operator: subset.operator(),
+                    weights: views.map(|view| weights[gate][*view]).collect(),
+                });
+                data.extend(subset.data().iter().map(|k| gate * each + k));
+            }
+            Ok(Subset::new(MovingOperator::new(states)?, data))
+        };
+        let subsets = (0..osem.subsets)
+            .map(subset)
+            .collect::<Result<Vec<_>, PhantomError>>()?;
+        let (volume, report) = self.passes(osem, &subsets, (views, background), progress)?;
         Ok((voxels.cut(&volume, self.camera()), report))
     }
 
@@ -113,14 +87,10 @@ impl Phantom {
     }
 }
 
-/// The sensitivity: the adjoints of all subsets, applied to ones.
-fn seen<O: LinearOperator<f32>>(subsets: &[Subset<O>]) -> Result<Vec<f32>, PhantomError> {
-    let mut all = Vec::new();
-    for Subset { operator, data } in subsets {
-        let mut one = vec![0.0f32; operator.image_len()];
-        operator.adjoint_into(&vec![1.0; data.len()], &mut one)?;
-        all.resize(one.len(), 0.0);
-        all.iter_mut().zip(&one).for_each(|(sum, x)| *sum += x);
+/// Multiplies each view by its weight.
+fn weigh(views: &mut [f32], weights: &[f64]) {
+    let len = (views.len() / weights.len()).max(1);
+    for (view, weight) in views.chunks_mut(len).zip(weights) {
+        view.iter_mut().for_each(|x| *x *= *weight as f32);
     }
-    Ok(all)
 }

@@ -13,7 +13,7 @@ use std::f64::consts::LN_2;
 
 /// Densities of nodes, with the tolerance of the interpolation in depth. That is a bound for any object; the error in images of hearts
 /// and organs is some hundred times smaller.
-const LADDER: [[f64; 2]; 9] = [
+const LADDER: [[f64; 2]; 11] = [
     [0.5, 3e-1],
     [0.7, 1e-1],
     [1.0, 2e-2],
@@ -23,14 +23,17 @@ const LADDER: [[f64; 2]; 9] = [
     [4.0, 2e-6],
     [5.6, 2e-7],
     [8.0, 2e-8],
+    [11.3, 2e-8],
+    [16.0, 2e-8],
 ];
 /// Index of the resolution at which the effect of sampling at bin centres is computed.
 const PROBE: usize = 2;
 /// Views in which resolutions are compared, besides the one nearest to its collimator.
 const VIEWS_TRIED: usize = 7;
-/// Assumed ratio of the error of a resolution to that of the next coarser one. It is smaller where outlines divide the quadrature, and 0.4 for the
-/// order 5/2 of sides of defects and of outlines that cross the edges of bins without a response.
-const RATIO: f64 = 0.4;
+/// Assumed ratio of the error of a resolution to that of the next coarser one, whose density is smaller by the root of two. It is 0.5 for the
+/// order 2 of small corners of a meridian at low densities, 0.42 for the order 5/2 of sides of defects and of outlines that cross the edges of bins without a
+/// response, and smaller where the quadrature converges exponentially.
+const RATIO: f64 = 0.5;
 /// Errors of untested views relative to those of tested ones, with a response and without.
 const OTHER_VIEWS: [f64; 2] = [1.2, 1.8];
 /// The fraction of the tolerance for what surrounds the heart, where it has a resolution of its own.

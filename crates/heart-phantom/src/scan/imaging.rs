@@ -1,12 +1,9 @@
-//! Images behind a response, or averaged over bins: their quadrature, and the samples that no shape of the heart changes.
+//! Quadrature of images behind a response, or averaged over bins: options, responses of all views, memory.
 
-use super::camera::{Camera, Rotation};
-use super::project::Placement;
-use super::whole::Scan;
+use super::camera::Camera;
 use crate::error::PhantomError;
 use radon::Collimator;
-use revolve_voxel::{BinValue, DepthResponse, Image, Shown, View};
-use std::ops::Range;
+use revolve_voxel::{BinValue, DepthResponse};
 use std::sync::OnceLock;
 
 /// Bound on the weights beyond the reach of the response, and on the interpolation between tabulated weights, relative to the largest line
@@ -19,7 +16,7 @@ const TAILS: f64 = 1.2e-6;
 #[non_exhaustive]
 pub struct Resolution {
     /// Nodes of the quadrature per standard deviation of the narrowest response; per bin if that is narrower than an eighth of a bin
-    /// ([`View`]).
+    /// ([`revolve_voxel::View`]).
     pub density: f64,
     /// Tolerance of the interpolation of the response in depth ([`DepthResponse`]).
     pub depth_tolerance: f64,
@@ -60,8 +57,8 @@ pub(crate) struct ImagingOptions {
 pub(crate) struct Imaging {
     pub(crate) options: ImagingOptions,
     /// For each view the response to the change by the heart, and to the surroundings.
-    responses: Vec<[DepthResponse; 2]>,
-    fixed: Vec<OnceLock<Fixed>>,
+    pub(super) responses: Vec<[DepthResponse; 2]>,
+    pub(super) fixed: Vec<OnceLock<Fixed>>,
 }
 
 impl Imaging {
@@ -127,87 +124,5 @@ impl Imaging {
             8.0 * rows * (n_nodes * camera.n_bins()) as f64
         };
         of(0).max(of(1)) as usize
-    }
-}
-
-/// The view of images of one part: of the change by the heart, or of the surroundings.
-pub(super) struct PartView<'a>(View<'a>, Shown);
-
-impl Scan<'_> {
-    /// Prepares the images of a view at an angle.
-    pub(super) fn part_view<'b>(
-        &self,
-        imaging: &'b Imaging,
-        (view_idx, theta): (usize, f64),
-        shown: Shown,
-    ) -> Result<PartView<'b>, PhantomError> {
-        let part = usize::from(shown == Shown::Organs);
-        let ImagingOptions {
-            value, resolutions, ..
-        } = &imaging.options;
-        let (plane, detector) = (self.plane(view_idx, theta)?, self.camera.detector());
-        let response = &imaging.responses[view_idx][part];
-        let view = View::new(plane, detector, *value, response, resolutions[part].density)?;
-        Ok(PartView(view, shown))
-    }
-
-    /// The image of the change by a heart.
-    pub(super) fn image_of_heart(
-        &self,
-        view: &PartView<'_>,
-        heart: Placement<'_>,
-        rows: &Range<usize>,
-    ) -> Result<Image, PhantomError> {
-        Ok(view.0.image(&self.assembly(heart)?, view.1, rows.clone()))
-    }
-
-    /// The image of what surrounds the heart.
-    pub(super) fn image_of_surroundings(&self, view: &PartView<'_>, rows: &Range<usize>) -> Image {
-        view.0
-            .image(&self.surroundings.alone(), view.1, rows.clone())
-    }
-
-    /// Whether the surroundings of a view are the same at all times, and kept.
-    pub(crate) fn keeps_surroundings(&self) -> bool {
-        self.imaging.is_some() && self.camera.rotation() == Rotation::StepAndShoot
-    }
-
-    /// The samples of what surrounds the heart.
-    pub(super) fn fixed<'b>(
-        &self,
-        imaging: &'b Imaging,
-        view_idx: usize,
-    ) -> Result<&'b Fixed, PhantomError> {
-        let kept = &imaging.fixed[view_idx];
-        if let Some(fixed) = kept.get() {
-            return Ok(fixed);
-        }
-        let at = (view_idx, self.camera.angle(view_idx, 0.0));
-        let view = self.part_view(imaging, at, Shown::Organs)?;
-        let image = self.image_of_surroundings(&view, &(0..self.camera.n_rows()));
-        let mut samples = vec![0.0f32; self.camera.view_len()];
-        add(&image, 1.0, (&mut samples, 0, self.camera.n_bins()));
-        // Another thread may have stored the same value first.
-        Ok(kept.get_or_init(|| Fixed {
-            samples,
-            largest_line: image.largest_line,
-        }))
-    }
-}
-
-/// Adds a weighted image to samples of `n_bins` bins a row that begin with row `first`.
-pub(super) fn add(
-    image: &Image,
-    weight: f64,
-    (samples, first, n_bins): (&mut [f32], usize, usize),
-) {
-    if image.bins.is_empty() {
-        return;
-    }
-    let rows = samples.chunks_mut(n_bins).skip(image.rows.start - first);
-    for (row, own) in rows.zip(image.samples.chunks(image.bins.len())) {
-        for (sum, value) in row[image.bins.clone()].iter_mut().zip(own) {
-            *sum += (weight * value) as f32;
-        }
     }
 }

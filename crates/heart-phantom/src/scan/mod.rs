@@ -10,6 +10,7 @@ mod imaging;
 mod levels;
 mod nodes;
 mod orbit;
+mod part_view;
 mod project;
 mod ray_geometry;
 mod readout;

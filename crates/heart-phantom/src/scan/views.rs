@@ -7,8 +7,8 @@
 use super::acquisition::Sinograms;
 use super::gates::add_to_gates;
 use super::groups::{Group, for_groups};
-use super::imaging::{self, PartView};
 use super::nodes::Node;
+use super::part_view::{self, PartView};
 use super::project::Aim;
 use super::view_error::{Errors, Total};
 use super::whole::{Lasting, Projected, Scan};
@@ -407,7 +407,7 @@ impl View<'_> {
             let weight = weights[0] + weights[1];
             sums.errors.line += weight.abs() * image.largest_line;
             for (weight, target) in sums.halves(*weights) {
-                imaging::add(image, weight, (target, first, n_bins));
+                part_view::add(image, weight, (target, first, n_bins));
             }
         }
     }

@@ -212,7 +212,9 @@ fn ways_of_whole_voxels_leave_the_walls_mean_and_ways_of_halves_let_it_overshoot
         let there = [-voxels * SIDE; 3].map(|way| way as f32);
         let motion = Displacements {
             fraction: 1.0,
-            by: (0..grid.len()).map(|voxel| (voxel, there)).collect(),
+            by: &(0..grid.len())
+                .map(|voxel| (voxel, there))
+                .collect::<Vec<_>>(),
         };
         let warp = Warp::new(grid.shape(), grid.spacing(), &[motion]).unwrap();
         let projector = Projector::new(&still.geometry(0).unwrap(), camera.image(), Kernel::Strip);

@@ -273,22 +273,22 @@ fn results_of_another_length_are_refused() {
         assert_eq!((&good, &bad[..]), (&untouched, &untouched[..21]));
     }
     let d = FiniteDifferences::new(&membrane, 11).unwrap();
-    let mut long = BandMatrix::zeros(24, 3, 3).unwrap();
-    let mut narrow = BandMatrix::zeros(22, 3, 2).unwrap();
+    let long = BandMatrix::zeros(24, 3, 3).unwrap();
+    let narrow = BandMatrix::zeros(22, 3, 2).unwrap();
     let few = MembraneError::TooFew {
         what: "diagonals on either side",
         given: 2,
         least: 3,
     };
     for (band, expected) in [
-        (&mut long, refused("rows of the band", 24, 22)),
-        (&mut narrow, Err(few)),
+        (long, refused("rows of the band", 24, 22)),
+        (narrow, Err(few)),
     ] {
-        let before = band.clone();
-        assert_eq!(d.add_elastic_tangent_into(1.0, band), expected);
-        let state = d.start();
-        assert_eq!(d.add_pressure_tangent_into(state, 1.0, 1.0, band), expected);
-        assert_eq!(*band, before);
+        let mut tangent = d.tangent();
+        tangent.band = band;
+        let before = tangent.clone();
+        assert_eq!(d.tangent_into(d.start(), 1.0, &mut tangent), expected);
+        assert_eq!(tangent, before);
     }
     let spectral = SpectralElements::new(&membrane, 6, 2).unwrap();
     let mut state = spectral.start().to_vec();
@@ -300,7 +300,7 @@ fn results_of_another_length_are_refused() {
     let mut tangent = spectral.tangent();
     assert_eq!(
         d.tangent_into(d.start(), 1.0, &mut tangent),
-        refused("rows of the band", rows, 22)
+        refused("blocks", elements, 0)
     );
     tangent.blocks[1].pop();
     let short = spectral.tangent_into(&state, 1.0, &mut tangent);
@@ -454,6 +454,38 @@ fn numbers_that_lead_to_no_number_are_refused() {
         samples.at(f64::NAN),
         Err(MembraneError::BadProfile { .. })
     ));
+}
+
+/// Derivatives that are wrong on an eighth of a piece alone.
+#[test]
+fn derivatives_are_compared_all_along_a_rest_shape() {
+    let line = |wrong: std::ops::Range<f64>, order: usize| {
+        let curve = move |s: f64| {
+            let factor = if wrong.contains(&s) { 1.5 } else { 1.0 };
+            let factors = if order == 1 {
+                [factor, 1.0]
+            } else {
+                [1.0, factor]
+            };
+            CurvePoint {
+                position: [s * s, 1.0 - 2.0 * s],
+                first: [2.0 * s, -2.0].map(|v| factors[0] * v),
+                second: [2.0, 0.0].map(|v| factors[1] * v),
+            }
+        };
+        ReferenceShape::from_function(curve, &[0.5])
+    };
+    assert!(line(2.0..3.0, 1).is_ok());
+    for k in 0..8 {
+        let from = f64::from(k) / 8.0;
+        for order in [1, 2] {
+            let refused = line(from..from + 0.125, order);
+            assert!(
+                matches!(refused, Err(MembraneError::WrongDerivative { s, .. }) if (from..from + 0.125).contains(&s)),
+                "{from}, {order}: {refused:?}"
+            );
+        }
+    }
 }
 
 /// Derivatives that are half, zero or exchanged are detected; correct ones of many waves are accepted.

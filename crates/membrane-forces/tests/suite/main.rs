@@ -3,6 +3,8 @@
 #![allow(clippy::expect_used, clippy::panic, clippy::unwrap_used)]
 
 mod bad_inputs;
+mod curves;
+mod elements;
 mod half;
 mod oracle;
 mod published;

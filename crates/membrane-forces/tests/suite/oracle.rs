@@ -82,15 +82,17 @@ fn tangents_of_differences_are_the_derivatives() {
                 .map(|i| pressure[i] + 1e-3 * elastic[i])
                 .collect::<Vec<_>>()
         };
-        let mut band = differences.band();
+        let (mut tangent, mut elastic) = (differences.tangent(), differences.tangent());
         differences
-            .add_elastic_tangent_into(1e-3, &mut band)
+            .tangent_into(&x, intensity(&x), &mut tangent)
             .unwrap();
-        differences
-            .add_pressure_tangent_into(&x, intensity(&x), 1.0, &mut band)
-            .unwrap();
-        let mut derivative = vec![0.0; 2 * n];
-        band.mul_into(&d, &mut derivative);
+        differences.tangent_into(&x, 0.0, &mut elastic).unwrap();
+        let (mut derivative, mut pull) = (vec![0.0; 2 * n], vec![0.0; 2 * n]);
+        tangent.mul_into(&d, &mut derivative);
+        elastic.mul_into(&d, &mut pull);
+        for (derivative, pull) in derivative.iter_mut().zip(pull) {
+            *derivative += (1e-3 - 1.0) * pull;
+        }
         let (mut column, mut row) = (vec![0.0; 2 * n], vec![0.0; 2 * n]);
         if law == PressureLaw::TotalForce {
             let surface = differences.measure(Measure::Surface, &x).unwrap();

@@ -3,25 +3,13 @@
 use membrane_newton::membrane_forces::Material;
 use membrane_newton::{DiscreteMembrane, dot_in_eight as dot};
 
-use crate::body::Body;
 use crate::constraint::Constraint;
 use crate::energy::Ledger;
-use crate::error::ImplicitError;
+use crate::error::{ImplicitError, Result};
 use crate::kinematics::Step;
-use crate::method::stage::{Equation, Stage, predict};
+use crate::method::stage::{Equation, Implicit, predict};
 
-/// Workspace of its stage.
-#[derive(Debug, Clone)]
-pub(crate) struct Midpoint {
-    pub(crate) stage: Stage,
-}
-
-impl Midpoint {
-    pub(crate) fn new(body: &Body) -> Self {
-        let stage = Stage::new(body);
-        Self { stage }
-    }
-
+impl Implicit {
     /// One stage in the middle of the step, at velocity w = (v0 + v1) / 2:
     ///
     /// ```text
@@ -29,27 +17,26 @@ impl Midpoint {
     /// ```
     ///
     /// Returns the account of the step: dt F_p.w, for rubber f (V1 - V0), and dt mu |w|^2.
-    pub(crate) fn step(
+    pub(crate) fn midpoint(
         &mut self,
         step: Step<'_>,
+        constraint: Constraint<'_>,
         constraints: &[Constraint<'_>],
-    ) -> Result<Ledger, ImplicitError> {
-        let (body, now, new, dt, work) = step.ends();
-        let (&constraint, &last) = constraints
-            .first()
-            .zip(constraints.last())
-            .unwrap_or((&Constraint::Intensity(0.0), &Constraint::Intensity(0.0)));
+    ) -> Result<Ledger> {
+        let (body, (now, new), dt, work) = step.ends();
+        let last = constraints.last().unwrap_or(&constraint);
         let (time, h) = (now.time, 0.5 * dt);
         let at = |error| ImplicitError::Membrane { time, error };
         let secant = match body.material() {
             Material::Springs { .. } => None,
             Material::Rubber(_) => {
-                let energy = body.discrete.strain_energy(&now.nodes).map_err(at)?;
+                let energy = body.discrete.elastic_energy(&now.nodes).map_err(at)?;
                 Some([energy, body.volume(&now.nodes)])
             }
         };
         let eq = Equation {
             body,
+            from: (&now.nodes, &now.velocity),
             constraint,
             time,
             end: time + h,
@@ -61,8 +48,7 @@ impl Midpoint {
         predict(new, now, &now.nodes, (h, h), body.length);
         let middle = (&*new.nodes, &*new.velocity);
         new.intensity = constraint.intensity(body, eq.end, middle, now.intensity)?;
-        self.stage
-            .solve(&eq, (&now.nodes, &now.velocity), (now, new), work)?;
+        self.stage.solve(&eq, now, new, work)?;
         let (intensity, speed) = (new.intensity, body.square(&new.velocity));
         let push = match secant {
             Some(_) => 0.0,

@@ -5,7 +5,7 @@ use membrane_newton::{DiscreteMembrane, PentadiagonalLdl, dot_in_eight as dot};
 use crate::body::Body;
 use crate::constraint::Constraint;
 use crate::energy::Ledger;
-use crate::error::ImplicitError;
+use crate::error::{ImplicitError, Result};
 use crate::kinematics::Step;
 use crate::method::stage::LocalError;
 
@@ -17,8 +17,8 @@ pub(crate) fn kick_and_drift(
     step: Step<'_>,
     (kicks, drifts): (&[f64], &[f64]),
     constraints: &[Constraint<'_>],
-) -> Result<Ledger, ImplicitError> {
-    let (body, now, new, dt, work) = step.ends();
+) -> Result<Ledger> {
+    let (body, (now, new), dt, work) = step.ends();
     let d = &body.discrete;
     let (m, mu, ds) = (body.mass, body.friction(), d.ds());
     let mut account = Ledger::default();
@@ -118,12 +118,12 @@ impl ImplicitSplitting {
         &mut self,
         step: Step<'_>,
         constraint: Constraint<'_>,
-    ) -> Result<Ledger, ImplicitError> {
-        let (body, now, new, dt, work) = step.ends();
+    ) -> Result<Ledger> {
+        let (body, (now, new), dt, work) = step.ends();
         let d = &body.discrete;
         let (m, mu, ds, h) = (body.mass, body.friction(), d.ds(), 0.5 * dt);
         let (time, diagonal, kick) = (now.time, body.inertia(h), h / m);
-        let linear = |error| ImplicitError::Linear { time, dt, error };
+        let linear = |error| ImplicitError::Step { time, dt, error };
         if self.factored != h {
             self.factored = f64::NAN;
             let entry = |i: usize, j: usize| {

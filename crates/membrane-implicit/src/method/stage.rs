@@ -1,26 +1,29 @@
 //! An implicit stage: the velocity w that balances momentum, and the intensity.
 
+use std::error::Error;
+
 use membrane_newton::membrane_forces::Tangent;
 use membrane_newton::{
-    BandMatrix, BandedLu, Border, DiscreteMembrane, Measure, NewtonError, dot_in_eight,
+    BandedLu, Border, DiscreteMembrane, LineSearch, Measure, NewtonError, NewtonOptions,
+    NewtonScratch, Refactor, ResidualSystem, dot_in_eight, newton_with,
 };
 
 use crate::body::Body;
 use crate::constraint::{Answer, Constraint};
-use crate::error::ImplicitError;
+use crate::error::{ImplicitError, Result};
 use crate::kinematics::{Kinematics, slope};
 use crate::scheme::Jacobian;
 use crate::work::Work;
 
 const MAX_ITERATIONS: usize = 40;
-/// Tolerance on the estimated change of positions in the next iteration, as a fraction of the membrane's length. It is below the rounding
-/// of a position because forces amplify it by 1 / ds^2: only then does the energy report balance.
-const SOLVE_TOLERANCE: f64 = 1e-17;
-/// Below this fraction, an iteration without progress has reached rounding.
-const STALL: f64 = 1e-8;
-/// Product of the last change and the step, over the squared length, below which an iteration with discrete derivatives has reached the
-/// rounding of energies if it makes no progress. Larger changes may also converge slowly, because the matrix has no secants.
-const SECANT_STALL: f64 = 1e-14;
+/// Tolerance on the estimated error of positions, as a fraction of the membrane's length. It is below the rounding of a position because
+/// forces amplify it by 1 / ds^2: only then does the energy report balance.
+const SOLVE_TOLERANCE: f64 = 2e-17;
+/// Changes below this fraction of the length that no longer shrink are rounding, over Newton's own limit of 1e-7.
+const STALL: f64 = 0.1;
+/// The same for discrete derivatives, for the product of the change and the step over the squared length: rounding of energies. Larger
+/// changes may also converge slowly, because the matrix has no secants.
+const SECANT_STALL: f64 = 1e-7;
 
 /// Solves, for the velocity w and the intensity f,
 ///
@@ -29,30 +32,52 @@ const SECANT_STALL: f64 = 1e-14;
 /// g(c, w, f) = 0                       f = f_t,   f S(c) = F_t,   V(c* + r w) = V_t   or   f = P(t, V(c), V'(c) w)
 /// ```
 ///
-/// with the matrix (m + h mu) I - h^2 (K + f dn/dc), bordered by g. All implicit schemes consist of such stages. The unknowns are 2 N
-/// velocities, not 4 N positions and velocities.
+/// by Newton with the matrix (m + h mu) I - h^2 (K + f dn/dc), bordered by g. All implicit schemes consist of such stages. The unknowns are
+/// 2 N velocities, not 4 N positions and velocities.
 #[derive(Debug, Clone)]
 pub(crate) struct Stage {
     pub(crate) jacobian: Jacobian,
-    matrix: Tangent,
+    pub(crate) matrix: Tangent,
     lu: BandedLu,
     /// Column -h n(c), row h dg/dc + dg/dw.
     pub(crate) border: Border,
     /// h of `lu` and `border`, NaN if there is none.
     factored: f64,
-    /// F_e and F_p.
+    /// F_e, and F_p (without the intensity for discrete derivatives), at the nodes c.
     forces: [Vec<f64>; 2],
-    /// Residual of the balance of momentum, then the correction of w.
-    correction: Vec<f64>,
+    /// w, then f.
+    unknowns: Vec<f64>,
+    /// Change of the unknowns.
+    step: Vec<f64>,
+    /// c.
+    nodes: Vec<f64>,
     /// c* + r w, and r w.
     end: Vec<f64>,
     moved: Vec<f64>,
+    scratch: NewtonScratch,
+}
+
+/// Workspace of a scheme with implicit stages.
+#[derive(Debug, Clone)]
+pub(crate) struct Implicit {
+    pub(crate) stage: Stage,
+    pub(crate) buffers: [Vec<f64>; 3],
+}
+
+impl Implicit {
+    pub(crate) fn new(body: &Body) -> Self {
+        let stage = Stage::new(body);
+        let buffers = [(); 3].map(|()| stage.nodes.clone());
+        Self { stage, buffers }
+    }
 }
 
 /// Position and time of a stage.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Equation<'a> {
     pub(crate) body: &'a Body,
+    /// c* and v*.
+    pub(crate) from: (&'a [f64], &'a [f64]),
     /// The prescribed quantity at the end of the stage.
     pub(crate) constraint: Constraint<'a>,
     /// Time at the start of the step, and at the end of the stage.
@@ -68,14 +93,197 @@ pub(crate) struct Equation<'a> {
 }
 
 impl Equation<'_> {
-    fn linear(&self, error: NewtonError) -> ImplicitError {
+    /// Converts the error of a solve.
+    fn error(&self, error: NewtonError) -> ImplicitError {
         let Self { time, dt, .. } = *self;
-        ImplicitError::Linear { time, dt, error }
+        match error {
+            NewtonError::Membrane(error) => ImplicitError::Membrane { time, error },
+            error => {
+                // that of the load, as it was
+                let of_load = error.source().and_then(|error| error.downcast_ref());
+                let of_load = of_load.cloned();
+                of_load.unwrap_or(ImplicitError::Step { time, dt, error })
+            }
+        }
     }
 
-    fn membrane(&self, error: membrane_newton::MembraneError) -> ImplicitError {
-        let time = self.time;
-        ImplicitError::Membrane { time, error }
+    /// Returns the unit of changes of a position in a step by `moved` in all.
+    fn unit(&self, moved: f64) -> f64 {
+        let length = self.body.length;
+        match self.secant {
+            None => STALL * length,
+            Some(_) => length * (SECANT_STALL * length / moved).min(1.0),
+        }
+    }
+}
+
+/// The equations of a stage as a system.
+struct System<'a> {
+    stage: &'a mut Stage,
+    eq: &'a Equation<'a>,
+    /// Unit of changes of a position.
+    unit: f64,
+    /// Change of a position that counts as much as a unit of the intensity.
+    per_intensity: f64,
+    work: &'a mut Work,
+}
+
+impl System<'_> {
+    /// Sets c; c* + r w and r w if they are used.
+    fn place(&mut self, w: &[f64]) {
+        let (positions, _) = self.eq.from;
+        add_into(&mut self.stage.nodes, positions, self.eq.h, w);
+        if self.eq.secant.is_some() || matches!(self.eq.constraint, Constraint::Volume(_)) {
+            add_into(&mut self.stage.end, positions, self.eq.reach, w);
+            let moved = self.stage.moved.iter_mut().zip(w);
+            moved.for_each(|(moved, w)| *moved = self.eq.reach * w);
+        }
+    }
+
+    /// F_e and F_p = `intensity` n at c, or their discrete derivatives over the step to its end.
+    fn evaluate(&mut self, intensity: f64) -> Result<(), NewtonError> {
+        let body = self.eq.body;
+        let Stage {
+            forces: [elastic, pressure],
+            nodes,
+            end,
+            moved,
+            ..
+        } = &mut *self.stage;
+        body.discrete.elastic_force_into(nodes, elastic);
+        let Some([energy, volume]) = self.eq.secant else {
+            body.discrete
+                .pressure_force_into(nodes, intensity, pressure)?;
+            return Ok(());
+        };
+        if elastic.iter().any(|force| force.is_nan()) {
+            body.discrete.elastic_energy(nodes)?;
+        }
+        body.discrete.pressure_force_into(nodes, 1.0, pressure)?;
+        let reached = body.discrete.elastic_energy(end)?;
+        add_secant(elastic, moved, [reached, energy]);
+        add_secant(pressure, moved, [volume, body.volume(end)]);
+        pressure.iter_mut().for_each(|force| *force *= intensity);
+        Ok(())
+    }
+}
+
+impl ResidualSystem for System<'_> {
+    fn len(&self) -> usize {
+        self.stage.nodes.len() + 1
+    }
+
+    fn residual_into(&mut self, x: &[f64], out: &mut [f64]) -> Result<(), NewtonError> {
+        let Equation {
+            body, h, from, end, ..
+        } = *self.eq;
+        let (w, f) = (&x[..x.len() - 1], x[x.len() - 1]);
+        self.work.force_calls += 1;
+        self.place(w);
+        self.evaluate(f)?;
+        let (m, m_h) = (body.mass, body.inertia(h));
+        let stage = &*self.stage;
+        let forces = stage.forces[0].iter().zip(&stage.forces[1]);
+        let momentum = from.1.iter().zip(w).zip(&body.volumes);
+        for (out, ((e, p), ((v, w), volume))) in out.iter_mut().zip(forces.zip(momentum)) {
+            *out = volume * (m_h * w - m * v) - h * (e + p);
+        }
+        body.hold(&mut out[..w.len()]);
+        let now = || body.load_state(end, &stage.nodes, w);
+        out[w.len()] = match self.eq.constraint {
+            Constraint::Intensity(wanted) => f - wanted,
+            Constraint::TotalForce(wanted) => {
+                f * Measure::Surface.of(stage.nodes.as_chunks().0) - wanted
+            }
+            Constraint::Volume(wanted) => body.volume(&stage.end) - wanted,
+            Constraint::Feedback(load) => f - load.at(&now()).map_err(NewtonError::user)?,
+            Constraint::Answer(answer) => f - answer.intensity(&now()),
+        };
+        Ok(())
+    }
+
+    fn factor(&mut self, x: &[f64]) -> Result<(), NewtonError> {
+        let Equation { body, h, end, .. } = *self.eq;
+        let (w, f) = (&x[..x.len() - 1], x[x.len() - 1]);
+        self.place(w);
+        let stage = &mut *self.stage;
+        stage.forget();
+        body.stage_matrix_into(&stage.nodes, f, h, &mut stage.matrix)?;
+        let lu = stage.lu.factor(&stage.matrix.band)?;
+        self.work.factorisations += 1;
+        let nodes = &*stage.nodes;
+        let surface = || Measure::Surface.of(nodes.as_chunks().0);
+        let answering = |answer: Answer| {
+            let slope = -(h * answer.by_volume + answer.by_rate);
+            Some((Some((Measure::Volume, nodes, slope)), 1.0))
+        };
+        // gradient of g, that of a measure times a factor, and its slope by f
+        let border = match self.eq.constraint {
+            Constraint::Intensity(_) => None,
+            // Without the rank-one part the intensity does not depend on the change of shape.
+            Constraint::TotalForce(_) if stage.jacobian == Jacobian::Band => {
+                Some((None, surface()))
+            }
+            Constraint::TotalForce(_) => Some((Some((Measure::Surface, nodes, h * f)), surface())),
+            Constraint::Volume(_) => {
+                Some((Some((Measure::Volume, &*stage.end, self.eq.reach)), 0.0))
+            }
+            Constraint::Feedback(load) => {
+                let at = body.load_state(end, nodes, w);
+                let answer = Answer::about(load, at, body.length, h);
+                answering(answer.map_err(NewtonError::user)?)
+            }
+            Constraint::Answer(answer) => answering(answer),
+        };
+        let (column, row) = stage.border.column_and_row_mut();
+        row.fill(0.0);
+        column.fill(0.0);
+        if let Some((Some((measure, nodes, factor)), _)) = border {
+            body.discrete.measure_gradient_into(measure, nodes, row);
+            body.hold(row);
+            row.iter_mut().for_each(|g| *g *= factor);
+        }
+        if border.is_some() {
+            body.discrete.pressure_force_into(nodes, -h, column)?;
+            self.work.force_calls += 1;
+        }
+        let (corner, known) = border.map_or((1.0, true), |(_, corner)| (corner, false));
+        stage.border.eliminate(corner, |column| {
+            if !known {
+                lu.solve_into(column);
+                body.hold(column);
+            }
+            Ok(())
+        })?;
+        stage.factored = h;
+        Ok(())
+    }
+
+    fn solve_in_place(&mut self, rhs: &mut [f64]) -> Result<(), NewtonError> {
+        self.work.iterations += 1;
+        let lu = self.stage.lu.factorisation();
+        let border = self.stage.border.elimination();
+        let (lu, border) = lu.zip(border).ok_or(NewtonError::NotFactored)?;
+        let (head, tail) = rhs.split_at_mut(self.stage.nodes.len());
+        // Pivoting mixes fixed rows with their neighbours; rounding must not move an end.
+        lu.solve_into(head);
+        self.eq.body.hold(head);
+        tail[0] = border.correct(head, tail[0])?;
+        Ok(())
+    }
+
+    /// Only steps end the solve of a stage.
+    fn residual_norm(&self, _residual: &[f64]) -> f64 {
+        1.0
+    }
+
+    /// Largest change of a coordinate of the position, plus that of the intensity.
+    fn step_norm(&self, step: &[f64]) -> f64 {
+        let changes = step[..self.stage.nodes.len()].iter().map(|dw| dw.abs());
+        // max() would ignore NaN
+        let largest = changes.fold(0.0, |most, dw| if dw <= most { most } else { dw });
+        let by_intensity = self.per_intensity * step[self.stage.nodes.len()].abs();
+        (largest * self.eq.h + by_intensity) / self.unit
     }
 }
 
@@ -89,16 +297,14 @@ impl Stage {
             border: Border::new(zero.len()),
             factored: f64::NAN,
             forces: [zero.clone(), zero.clone()],
-            correction: zero.clone(),
+            unknowns: vec![0.0; zero.len() + 1],
+            step: vec![0.0; zero.len() + 1],
+            nodes: zero.clone(),
             end: zero.clone(),
             moved: zero,
             matrix,
+            scratch: NewtonScratch::default(),
         }
-    }
-
-    /// The current factorisation.
-    pub(crate) fn matrix(&self) -> &BandMatrix {
-        &self.matrix.band
     }
 
     /// Requires a new factorisation for the next solve.
@@ -106,257 +312,107 @@ impl Stage {
         self.factored = f64::NAN;
     }
 
-    /// Builds and factors the matrix at `nodes`, their velocities and the intensity; c* is `positions`.
-    pub(crate) fn linearise(
-        &mut self,
-        eq: &Equation<'_>,
-        positions: &[f64],
-        (nodes, velocities): (&[f64], &[f64]),
-        intensity: f64,
-        work: &mut Work,
-    ) -> Result<(), ImplicitError> {
-        let Equation { body, h, time, .. } = *eq;
-        self.forget();
-        body.stage_matrix_into(time, (nodes, intensity), h, &mut self.matrix)?;
-        self.extrapolate(eq, positions, velocities);
-        let lu = self.lu.factor(&self.matrix.band);
-        let lu = lu.map_err(|e| eq.linear(e))?;
-        work.factorisations += 1;
-
-        let points = nodes.as_chunks().0;
-        let answering = |answer: Answer| {
-            let slope = -(h * answer.by_volume + answer.by_rate);
-            Some((Some((Measure::Volume, nodes, slope)), 1.0))
-        };
-        // gradient of g, that of a measure times a factor, and its slope by f
-        let border = match eq.constraint {
-            Constraint::Intensity(_) => None,
-            // Without the rank-one part the intensity does not depend on the change of shape.
-            Constraint::TotalForce(_) if self.jacobian == Jacobian::Band => {
-                Some((None, Measure::Surface.of(points)))
-            }
-            Constraint::TotalForce(_) => Some((
-                Some((Measure::Surface, nodes, h * intensity)),
-                Measure::Surface.of(points),
-            )),
-            Constraint::Volume(_) => Some((Some((Measure::Volume, &*self.end, eq.reach)), 0.0)),
-            Constraint::Feedback(load) => {
-                let at = body.load_state(eq.end, nodes, velocities);
-                answering(Answer::about(load, at, body.length, h)?)
-            }
-            Constraint::Answer(answer) => answering(answer),
-        };
-        let row = self.border.row_mut();
-        row.fill(0.0);
-        if let Some((Some((measure, nodes, factor)), _)) = border {
-            body.discrete.measure_gradient_into(measure, nodes, row);
-            body.hold(row);
-            row.iter_mut().for_each(|g| *g *= factor);
-        }
-        let column = self.border.column_mut();
-        let eliminated = if let Some((_, corner)) = border {
-            body.pressure_into(time, nodes, -h, column)?;
-            work.force_calls += 1;
-            self.border.eliminate(corner, |column| {
-                lu.solve_into(column);
-                body.hold(column);
-                Ok(())
-            })
-        } else {
-            column.fill(0.0);
-            self.border.eliminate(1.0, |_| Ok(()))
-        };
-        eliminated.map_err(|e| eq.linear(e))?;
-        self.factored = h;
-        Ok(())
-    }
-
-    /// `end` = c* + r w and `moved` = r w.
-    fn extrapolate(&mut self, eq: &Equation<'_>, positions: &[f64], w: &[f64]) {
-        let nodes = self.end.iter_mut().zip(&mut self.moved);
-        for ((end, moved), (start, w)) in nodes.zip(positions.iter().zip(w)) {
-            *moved = eq.reach * w;
-            *end = start + *moved;
-        }
-    }
-
-    /// F_e and F_p = `intensity` n at `nodes`, or their discrete derivatives over the step to `end`.
-    fn evaluate(
-        &mut self,
-        eq: &Equation<'_>,
-        nodes: &[f64],
-        intensity: f64,
-    ) -> Result<(), ImplicitError> {
-        let body = eq.body;
-        let [elastic, pressure] = &mut self.forces;
-        body.discrete.elastic_force_into(nodes, elastic);
-        let Some([energy, volume]) = eq.secant else {
-            return body.pressure_into(eq.time, nodes, intensity, pressure);
-        };
-        let stretches = body.discrete.check_stretches(nodes);
-        stretches.map_err(|error| eq.membrane(error))?;
-        body.pressure_into(eq.time, nodes, 1.0, pressure)?;
-        let reached = body.discrete.strain_energy(&self.end);
-        let reached = reached.map_err(|error| eq.membrane(error))?;
-        add_secant(elastic, &self.moved, [reached, energy]);
-        add_secant(pressure, &self.moved, [volume, body.volume(&self.end)]);
-        pressure.iter_mut().for_each(|force| *force *= intensity);
-        Ok(())
-    }
-
-    /// Makes one Newton iteration with the current factorisation and updates `w`, `intensity` and `nodes` = c* + h w. Returns the largest
-    /// change of a coordinate of the position.
-    pub(crate) fn iterate(
-        &mut self,
-        eq: &Equation<'_>,
-        (positions, velocities): (&[f64], &[f64]),
-        (nodes, w, intensity): (&mut [f64], &mut [f64], &mut f64),
-        work: &mut Work,
-    ) -> Result<f64, ImplicitError> {
-        let Equation { body, h, .. } = *eq;
-        work.iterations += 1;
-        work.force_calls += 1;
-        let by_volume = matches!(eq.constraint, Constraint::Volume(_));
-        if by_volume || eq.secant.is_some() {
-            self.extrapolate(eq, positions, w);
-        }
-        self.evaluate(eq, nodes, *intensity)?;
-        let (m, m_h) = (body.mass, body.inertia(h));
-        let forces = self.forces[0].iter().zip(&self.forces[1]);
-        let momentum = velocities.iter().zip(w.iter()).zip(&body.volumes);
-        for (missing, ((e, p), ((v, w), volume))) in
-            self.correction.iter_mut().zip(forces.zip(momentum))
-        {
-            *missing = volume * (m * v - m_h * w) + h * (e + p);
-        }
-        body.hold(&mut self.correction);
-        let lu = self.lu.factorisation();
-        let (lu, border) = lu
-            .zip(self.border.elimination())
-            .ok_or_else(|| eq.linear(NewtonError::NotFactored))?;
-        // Pivoting mixes fixed rows with their neighbours; rounding must not move an end.
-        lu.solve_into(&mut self.correction);
-        body.hold(&mut self.correction);
-        let now = || body.load_state(eq.end, nodes, w);
-        let defect = match eq.constraint {
-            Constraint::TotalForce(wanted) => {
-                *intensity * Measure::Surface.of(nodes.as_chunks().0) - wanted
-            }
-            Constraint::Volume(wanted) => body.volume(&self.end) - wanted,
-            Constraint::Intensity(wanted) => *intensity - wanted,
-            Constraint::Feedback(load) => *intensity - load.at(&now())?,
-            Constraint::Answer(answer) => *intensity - answer.intensity(&now()),
-        };
-        let correct = border.correct(&mut self.correction, -defect);
-        *intensity += correct.map_err(|e| eq.linear(e))?;
-        // An error of the border counts as a displacement of the whole membrane by the same fraction; for an intensity, the step below
-        // determines the displacement.
-        let scale = match eq.constraint {
-            Constraint::TotalForce(wanted) => body.length / wanted.abs(),
-            // a flat membrane encloses nothing
-            Constraint::Volume(wanted) => {
-                body.length / wanted.abs().max(1e-9 * body.length.powi(3))
-            }
-            Constraint::Intensity(_) | Constraint::Feedback(_) | Constraint::Answer(_) => 0.0,
-        };
-        let mut change = if defect == 0.0 {
-            0.0
-        } else {
-            defect.abs() * scale
-        };
-        let moving = w.iter_mut().zip(nodes).zip(positions);
-        for (((w, node), start), dw) in moving.zip(&self.correction) {
-            *w += dw;
-            *node = start + h * *w;
-            // max() would ignore NaN
-            let moved = (h * dw).abs();
-            change = if moved <= change { change } else { moved };
-        }
-        Ok(change)
-    }
-
-    /// Solves the stage by Newton from the velocity, the nodes and the intensity in `new`, with the current factorisation while it
-    /// contracts. c* and v* are `positions` and `velocities`, c and f at the start of the step those of `now`.
+    /// Solves the stage by Newton from the velocity and the intensity in `new`, with the current factorisation while it contracts, and sets
+    /// its velocity, nodes and intensity. `now` is the start of the step.
     pub(crate) fn solve(
         &mut self,
         eq: &Equation<'_>,
-        (positions, velocities): (&[f64], &[f64]),
-        (now, new): (&Kinematics, &mut Kinematics),
+        now: &Kinematics,
+        new: &mut Kinematics,
         work: &mut Work,
-    ) -> Result<(), ImplicitError> {
-        let Equation {
-            body, time, dt, h, ..
-        } = *eq;
-        let tolerance = SOLVE_TOLERANCE * body.length;
-        let not_solved = |iterations, change| ImplicitError::StepNotSolved {
-            time,
-            dt,
-            iterations,
-            change,
-        };
-        // A feedback acts in its own direction, in which the matrix of another state contracts less than in that of the first change.
-        let least = match eq.constraint {
-            Constraint::Feedback(_) => 3,
+    ) -> Result<()> {
+        // A feedback acts in its own direction, in which the matrix of another state contracts less than in that of the first changes.
+        let tolerance = match eq.constraint {
+            Constraint::Feedback(_) => 0.1 * SOLVE_TOLERANCE,
             Constraint::Intensity(_)
             | Constraint::TotalForce(_)
             | Constraint::Volume(_)
-            | Constraint::Answer(_) => 2,
+            | Constraint::Answer(_) => SOLVE_TOLERANCE,
         };
-        let mut fresh = self.factored != h;
-        let mut last = f64::INFINITY;
-        for iteration in 1..=MAX_ITERATIONS {
-            if fresh {
-                let state = (&*new.nodes, &*new.velocity);
-                self.linearise(eq, positions, state, new.intensity, work)?;
+        // a relative change of an intensity that follows from the shape counts as the same displacement of the whole membrane
+        let per_intensity = match eq.constraint {
+            Constraint::TotalForce(_) => {
+                eq.body.length / new.intensity.abs().max(f64::MIN_POSITIVE)
             }
-            let change = self.iterate(
+            Constraint::Intensity(_)
+            | Constraint::Volume(_)
+            | Constraint::Feedback(_)
+            | Constraint::Answer(_) => 0.0,
+        };
+        let moved = eq.reach * dot_in_eight(&new.velocity, &new.velocity).sqrt();
+        let unit = eq.unit(moved);
+        let options = NewtonOptions::default()
+            .with_tolerances(0.0, tolerance * eq.body.length / unit)
+            .with_max_iterations(MAX_ITERATIONS)
+            .with_line_search(LineSearch::FullStep)
+            .with_refactor(Refactor::WhenContractionAbove(0.05));
+        let mut x = std::mem::take(&mut self.unknowns);
+        let mut scratch = std::mem::take(&mut self.scratch);
+        let n = self.nodes.len();
+        let outcome = loop {
+            x[..n].copy_from_slice(&new.velocity);
+            x[n] = new.intensity;
+            let stale = self.factored == eq.h;
+            if !stale {
+                scratch.forget_factorisation();
+            }
+            let stage = &mut *self;
+            let mut system = System {
+                stage,
                 eq,
-                (positions, velocities),
-                (&mut new.nodes, &mut new.velocity, &mut new.intensity),
+                unit,
+                per_intensity,
                 work,
-            );
-            let change = match change {
-                Ok(change) if change.is_finite() => change,
-                _ if fresh => {
-                    self.forget();
-                    return Err(change.err().unwrap_or(not_solved(iteration, f64::INFINITY)));
-                }
-                _ => f64::INFINITY,
             };
-            let ratio = change / last;
-            if change <= tolerance
-                || (iteration >= least
-                    && ratio < 1.0
-                    && change * ratio / (1.0 - ratio) <= tolerance)
-                || (iteration > 2 && ratio > 0.3 && self.is_rounding(eq, change))
-            {
-                return Ok(());
+            let outcome = newton_with(&mut system, &mut x, &options, &mut scratch);
+            if outcome.is_ok() || !stale {
+                break outcome;
             }
-            if iteration == MAX_ITERATIONS {
-                self.forget();
-                return Err(not_solved(iteration, change));
-            }
-            fresh = ratio > 0.05 && iteration > 1;
-            if fresh && !change.is_finite() {
-                slope(&now.nodes, positions, h, &mut new.velocity);
-                new.nodes.copy_from_slice(&now.nodes);
-                new.intensity = now.intensity;
-            }
-            last = change;
-        }
-        Ok(())
+            // again with a matrix of its own, from the start of the step
+            self.forget();
+            slope(&now.nodes, eq.from.0, eq.h, &mut new.velocity);
+            new.intensity = now.intensity;
+        };
+        new.velocity.copy_from_slice(&x[..n]);
+        new.intensity = x[n];
+        add_into(&mut new.nodes, eq.from.0, eq.h, &new.velocity);
+        (self.unknowns, self.scratch) = (x, scratch);
+        outcome.map_err(|error| {
+            self.forget();
+            eq.error(error)
+        })
     }
 
-    /// Whether a `change` of positions that no longer shrinks is within rounding.
-    fn is_rounding(&self, eq: &Equation<'_>, change: f64) -> bool {
-        let length = eq.body.length;
-        match eq.secant {
-            None => change <= STALL * length,
-            Some(_) => {
-                let step = dot_in_eight(&self.moved, &self.moved).sqrt();
-                change * step <= SECANT_STALL * length * length
-            }
+    /// Makes one Newton iteration from the velocity and the intensity in `new`, with a new factorisation.
+    pub(crate) fn iterate(
+        &mut self,
+        eq: &Equation<'_>,
+        new: &mut Kinematics,
+        work: &mut Work,
+    ) -> Result<()> {
+        let mut x = std::mem::take(&mut self.unknowns);
+        let mut step = std::mem::take(&mut self.step);
+        let n = self.nodes.len();
+        x[..n].copy_from_slice(&new.velocity);
+        x[n] = new.intensity;
+        let stage = &mut *self;
+        let mut system = System {
+            stage,
+            eq,
+            unit: 1.0,
+            per_intensity: 0.0,
+            work,
+        };
+        let solved = (system.factor(&x))
+            .and_then(|()| system.residual_into(&x, &mut step))
+            .and_then(|()| system.solve_in_place(&mut step));
+        for (w, dw) in new.velocity.iter_mut().zip(&step) {
+            *w -= dw;
         }
+        new.intensity -= step[n];
+        add_into(&mut new.nodes, eq.from.0, eq.h, &new.velocity);
+        (self.unknowns, self.step) = (x, step);
+        solved.map_err(|error| eq.error(error))
     }
 
     /// Filters an error estimate through the current matrix, if there is one.
@@ -381,7 +437,8 @@ fn add_secant(derivative: &mut [f64], moved: &[f64], [from, to]: [f64; 2]) {
     }
 }
 
-/// Sets velocities and nodes for the first iteration: by Taylor's series if the result is close; for a stiff step unchanged.
+/// Sets the velocity for the first iteration of a stage from `positions` over h that ends `ahead` in time: by Taylor's series if the result
+/// is close; for a stiff step unchanged positions.
 pub(crate) fn predict(
     new: &mut Kinematics,
     now: &Kinematics,
@@ -399,9 +456,13 @@ pub(crate) fn predict(
     } else {
         slope(&now.nodes, positions, h, &mut new.velocity);
     }
-    let moved = positions.iter().zip(&new.velocity);
-    for (node, (start, w)) in new.nodes.iter_mut().zip(moved) {
-        *node = start + h * w;
+    add_into(&mut new.nodes, positions, h, &new.velocity);
+}
+
+/// `out` = `start` + h w.
+fn add_into(out: &mut [f64], start: &[f64], h: f64, w: &[f64]) {
+    for (out, (start, w)) in out.iter_mut().zip(start.iter().zip(w)) {
+        *out = start + h * w;
     }
 }
 

@@ -1,49 +1,28 @@
 //! TR-BDF2: two stages with the same matrix.
 
-use crate::body::Body;
 use crate::constraint::Constraint;
 use crate::energy::Ledger;
-use crate::error::ImplicitError;
+use crate::error::Result;
 use crate::kinematics::{Step, add_slopes, slope};
-use crate::method::stage::{Equation, Stage, predict};
+use crate::method::stage::{Equation, Implicit, predict};
 use crate::scheme::TR_BDF2;
 
-/// Workspace of its stages.
-#[derive(Debug, Clone)]
-pub(crate) struct TrBdf2 {
-    pub(crate) stage: Stage,
-    /// c* and v* of the current stage, from the previous stages.
-    positions: Vec<f64>,
-    velocities: Vec<f64>,
-}
-
-impl TrBdf2 {
-    pub(crate) fn new(body: &Body) -> Self {
-        let zero = vec![0.0; body.volumes.len()];
-        Self {
-            stage: Stage::new(body),
-            positions: zero.clone(),
-            velocities: zero,
-        }
-    }
-
+impl Implicit {
     /// Solves both stages; returns the account of the step.
-    pub(crate) fn step(
+    pub(crate) fn tr_bdf2(
         &mut self,
         step: Step<'_>,
         constraints: &[Constraint<'_>],
-    ) -> Result<Ledger, ImplicitError> {
+    ) -> Result<Ledger> {
         let Step {
             body,
             stages,
             dt,
             work,
         } = step;
-        let Self {
-            stage,
-            positions,
-            velocities,
-        } = self;
+        // c* and v* of the current stage, from the previous stages
+        let Self { stage, buffers } = self;
+        let [positions, velocities, force] = buffers;
         for (index, &constraint) in (1..stages.len()).zip(constraints) {
             let (before, rest) = stages.split_at_mut(index);
             let (now, new) = (&before[0], &mut rest[0]);
@@ -60,6 +39,7 @@ impl TrBdf2 {
             new.intensity = constraint.intensity(body, new.time, state, held)?;
             let eq = Equation {
                 body,
+                from: (positions, velocities),
                 constraint,
                 time,
                 end: new.time,
@@ -68,11 +48,11 @@ impl TrBdf2 {
                 reach: h,
                 secant: None,
             };
-            stage.solve(&eq, (positions, velocities), (now, new), work)?;
+            stage.solve(&eq, now, new, work)?;
             body.pressure_into(time, &new.nodes, new.intensity, &mut new.pressure)?;
             work.force_calls += 1;
             slope(&new.velocity, velocities, h, &mut new.acceleration);
         }
-        Ok(Ledger::of_stages(body, stages, dt, &TR_BDF2, velocities))
+        Ok(Ledger::of_stages(body, stages, dt, &TR_BDF2, force))
     }
 }

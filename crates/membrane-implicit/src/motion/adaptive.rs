@@ -1,7 +1,7 @@
 //! Steps of variable length: by the local error, or to reach a volume.
 
 use super::{Motion, view};
-use crate::error::{ImplicitError, positive};
+use crate::error::{ImplicitError, Result, positive};
 use crate::scheme::Scheme;
 use crate::work::Work;
 
@@ -20,7 +20,7 @@ pub struct Tolerance {
 }
 
 impl Tolerance {
-    pub(super) fn check(&self) -> Result<(), ImplicitError> {
+    pub(super) fn check(&self) -> Result<()> {
         positive("position tolerance", self.position)?;
         positive("velocity tolerance", self.velocity)?;
         longest(self.longest)?;
@@ -28,6 +28,7 @@ impl Tolerance {
     }
 
     /// Uses the same number for positions and velocities, without a limit on the step.
+    #[must_use]
     pub fn uniform(tolerance: f64) -> Self {
         Self {
             position: tolerance,
@@ -39,14 +40,12 @@ impl Tolerance {
 
 impl Motion {
     /// Attempts steps until one passes the error test, without accepting it.
-    pub(super) fn attempt_adaptive(
-        &mut self,
-        tolerance: &Tolerance,
-        most: f64,
-    ) -> Result<f64, ImplicitError> {
+    pub(super) fn attempt_adaptive(&mut self, tolerance: &Tolerance, most: f64) -> Result<f64> {
         tolerance.check()?;
-        if self.inner.scheme == Scheme::Splitting6 {
-            return Err(ImplicitError::NoErrorEstimate);
+        let scheme = self.inner.scheme;
+        if scheme == Scheme::Splitting6 {
+            let what = "adaptive steps";
+            return Err(ImplicitError::Unsupported { scheme, what });
         }
         longest(most)?;
         let bounds = (tolerance.position, tolerance.velocity);
@@ -74,10 +73,9 @@ impl Motion {
             let error = match attempted.and_then(|()| self.local_error(cut, bounds)) {
                 Ok(error) => error,
                 Err(
-                    ImplicitError::StepNotSolved { .. }
-                    | ImplicitError::Unstable { .. }
+                    ImplicitError::Unstable { .. }
                     | ImplicitError::Membrane { .. }
-                    | ImplicitError::Linear { .. },
+                    | ImplicitError::Step { .. },
                 ) => f64::INFINITY,
                 Err(error) => return Err(error),
             };
@@ -104,7 +102,7 @@ impl Motion {
 
     /// Returns the scaled local error of the attempted step of length `dt`, the larger one of a pair: the scheme's own estimate; for a
     /// first step, during which a load may begin to rise, also that of step doubling in a copy.
-    fn local_error(&mut self, dt: f64, bounds: (f64, f64)) -> Result<f64, ImplicitError> {
+    fn local_error(&mut self, dt: f64, bounds: (f64, f64)) -> Result<f64> {
         let estimates = self.movers_mut().filter_map(|s| s.error(bounds));
         let mut error = estimates.fold(0.0, f64::max);
         if self.inner.has_previous() {
@@ -124,19 +122,14 @@ impl Motion {
         Ok(error)
     }
 
-    /// Shortens the attempted step of length `dt`, during which the volume changes from `before`, so that it ends where the volume first
-    /// equals `volume`, if it does so within the step. Returns the length of the remaining step.
+    /// Shortens the attempted step of length `dt` so that it ends where the volume first equals `volume`, if it does so within the step.
+    /// Returns the length of the remaining step.
     ///
     /// The extrema of the cubic with the volumes and flows of both ends reveal a passage and return within the step.
-    pub(super) fn land_on_volume(
-        &mut self,
-        volume: f64,
-        before: f64,
-        dt: f64,
-    ) -> Result<f64, ImplicitError> {
+    pub(super) fn land_on_volume(&mut self, volume: f64, dt: f64) -> Result<f64> {
         let body = &self.inner.body;
         let (start, end) = (view(body, self.inner.now()), view(body, self.inner.end()));
-        let gap = [before, end.volume()].map(|v| v - volume);
+        let gap = [start.volume() - volume, end.volume() - volume];
         let rates = [start.volume_rate() * dt, end.volume_rate() * dt];
         let turns = extrema(gap, rates).into_iter().flatten();
         let passes = |t: &f64| cubic(gap, rates, *t) * gap[0] < 0.0;
@@ -162,7 +155,7 @@ impl Motion {
         volume: f64,
         mut fa: f64,
         (mut b, mut fb): (f64, f64),
-    ) -> Result<f64, ImplicitError> {
+    ) -> Result<f64> {
         // Illinois method (modified regula falsi) for the length of the step; each trial is a step of the scheme.
         let mut a = 0.0;
         let mut last = b;
@@ -210,7 +203,7 @@ fn extrema([a, b]: [f64; 2], [da, db]: [f64; 2]) -> [Option<f64>; 2] {
 }
 
 /// Validates a bound on the step, which may be infinite.
-fn longest(step: f64) -> Result<f64, ImplicitError> {
+fn longest(step: f64) -> Result<f64> {
     if step == f64::INFINITY {
         Ok(step)
     } else {

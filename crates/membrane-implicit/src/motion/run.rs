@@ -4,7 +4,7 @@ use std::convert::Infallible;
 use std::ops::ControlFlow;
 
 use super::{Motion, Tolerance};
-use crate::error::{ImplicitError, at_least, positive, within};
+use crate::error::{ImplicitError, Result, positive, within};
 
 /// The rule for the length of the steps.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -55,32 +55,15 @@ impl Motion {
     ///
     /// # Errors
     /// As [`Motion::step`]; no stop given.
-    pub fn run(&mut self, steps: TimeStep, stops: &[Stop]) -> Result<usize, ImplicitError> {
-        self.run_with(steps, stops, |_| ())
-    }
-
-    /// Runs as [`Motion::run`] and calls `observe` after every step. There, [`Motion::at_into`] gives the shape at any time within the
-    /// step.
-    ///
-    /// # Errors
-    /// As [`Motion::run`].
-    pub fn run_with(
-        &mut self,
-        steps: TimeStep,
-        stops: &[Stop],
-        mut observe: impl FnMut(&Self),
-    ) -> Result<usize, ImplicitError> {
-        let on = |motion: &Self| {
-            observe(motion);
-            ControlFlow::<Infallible>::Continue(())
-        };
-        match self.run_observed(steps, stops, on)? {
+    pub fn run(&mut self, steps: TimeStep, stops: &[Stop]) -> Result<usize> {
+        match self.run_observed(steps, stops, |_| ControlFlow::<Infallible>::Continue(()))? {
             ControlFlow::Continue(index) => Ok(index),
             ControlFlow::Break(never) => match never {},
         }
     }
 
-    /// Runs as [`Motion::run_with`]. If `observe` breaks, its value ends the run and is returned.
+    /// Runs as [`Motion::run`] and calls `observe` after every step, where [`Motion::at_into`] gives the shape at any time within the step.
+    /// If `observe` breaks, its value ends the run and is returned.
     ///
     /// ```
     /// use std::ops::ControlFlow;
@@ -104,24 +87,20 @@ impl Motion {
         steps: TimeStep,
         stops: &[Stop],
         mut observe: impl FnMut(&Self) -> ControlFlow<B>,
-    ) -> Result<ControlFlow<B, usize>, ImplicitError> {
-        at_least("number of stops", stops.len(), 1)?;
+    ) -> Result<ControlFlow<B, usize>> {
+        if stops.is_empty() {
+            return Err(ImplicitError::NoStops);
+        }
         match steps {
-            TimeStep::Fixed(dt) => {
-                positive("time step", dt)?;
-            }
+            TimeStep::Fixed(dt) => drop(positive("time step", dt)?),
             TimeStep::Adaptive(tolerance) => tolerance.check()?,
         }
         let first = self.work().steps;
         let mut end = f64::INFINITY;
-        let mut volumes = false;
         for stop in stops {
             match *stop {
                 Stop::Time(time) => end = end.min(within("end time", time, self.time(), f64::MAX)?),
-                Stop::Volume(volume) => {
-                    volumes = true;
-                    positive("volume", volume)?;
-                }
+                Stop::Volume(volume) => drop(positive("volume", volume)?),
                 Stop::Equilibrium { force, speed } => {
                     within("force at equilibrium", force, 0.0, f64::MAX)?;
                     within("speed at equilibrium", speed, 0.0, f64::MAX)?;
@@ -134,15 +113,10 @@ impl Motion {
                 return Ok(ControlFlow::Continue(index));
             }
             let left = end - self.time();
-            let dt = match steps {
-                // the last step is shortened, but not because of rounding of the time
-                TimeStep::Fixed(dt) if dt * (1.0 - 1e-9) < left => dt,
-                TimeStep::Fixed(_) => left,
-                TimeStep::Adaptive(_) => 0.0,
-            };
-            let before = if volumes { self.state().volume() } else { 0.0 };
             let mut dt = match steps {
-                TimeStep::Fixed(_) => {
+                TimeStep::Fixed(dt) => {
+                    // the last step is shortened, but not because of rounding of the time
+                    let dt = if dt * (1.0 - 1e-9) < left { dt } else { left };
                     self.attempt(dt)?;
                     dt
                 }
@@ -150,7 +124,7 @@ impl Motion {
             };
             for stop in stops {
                 if let Stop::Volume(volume) = *stop {
-                    dt = self.land_on_volume(volume, before, dt)?;
+                    dt = self.land_on_volume(volume, dt)?;
                 }
             }
             let reached = self.inner.end().time;
@@ -162,7 +136,7 @@ impl Motion {
     }
 
     /// Returns the first of `stops` that is met, in a run from the step `first`.
-    fn stopped(&mut self, stops: &[Stop], first: usize) -> Result<Option<usize>, ImplicitError> {
+    fn stopped(&mut self, stops: &[Stop], first: usize) -> Result<Option<usize>> {
         let taken = self.work().steps - first;
         for (index, stop) in stops.iter().enumerate() {
             let reached = match *stop {

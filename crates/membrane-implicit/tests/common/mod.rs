@@ -1,7 +1,12 @@
 //! The reference problem: R = 1.75, h = 8.5, N = 101, f = 17.5, lambda = mu = m = 1, at rest.
 #![allow(dead_code, unreachable_pub)] // each test file uses its part
 
-use membrane_implicit::{Body, Load, Membrane, Motion, ReferenceShape, Scheme};
+use std::convert::Infallible;
+use std::ops::ControlFlow;
+
+use membrane_implicit::{
+    Body, ImplicitError, Load, Membrane, Motion, ReferenceShape, Scheme, Stop, TimeStep,
+};
 
 pub fn balloon() -> Membrane {
     Membrane::new(ReferenceShape::balloon(8.5, 1.75).unwrap())
@@ -53,4 +58,32 @@ pub fn runge_kutta(
         }
     }
     state
+}
+
+pub trait RunWith {
+    /// Runs with an observer that does not end the run.
+    fn run_with(
+        &mut self,
+        steps: TimeStep,
+        stops: &[Stop],
+        observe: impl FnMut(&Self),
+    ) -> Result<usize, ImplicitError>;
+}
+
+impl RunWith for Motion {
+    fn run_with(
+        &mut self,
+        steps: TimeStep,
+        stops: &[Stop],
+        mut observe: impl FnMut(&Self),
+    ) -> Result<usize, ImplicitError> {
+        let observe = |motion: &Self| {
+            observe(motion);
+            ControlFlow::<Infallible>::Continue(())
+        };
+        match self.run_observed(steps, stops, observe)? {
+            ControlFlow::Continue(index) => Ok(index),
+            ControlFlow::Break(never) => match never {},
+        }
+    }
 }

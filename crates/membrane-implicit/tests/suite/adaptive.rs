@@ -2,7 +2,7 @@
 
 use crate::common;
 
-use common::{apart, inflate, reference_body};
+use common::{RunWith, apart, inflate, reference_body};
 use membrane_implicit::{Load, Motion, Scheme, Stop, TimeStep, Tolerance};
 
 /// A load that rises within a tenth of the first step that the initial state suggests: the error of that step is controlled, too, also by

@@ -44,7 +44,7 @@ fn messages_are_short() {
         ),
         5,
     );
-    let expected = "rest position is 2.5e199; it must lie in [-1e100, 1e100]";
+    let expected = "reference position is 2.5e199; it must lie in [-1e100, 1e100]";
     assert_eq!(body.unwrap_err().to_string()[..17], expected[..17]);
 }
 
@@ -87,12 +87,16 @@ fn steps_and_runs() {
         assert_eq!(motion.time(), 0.0);
     }
     let adaptive = inflate(Scheme::Splitting6).step_adaptive(&Tolerance::uniform(1e-3), 1.0);
-    assert_eq!(adaptive.err(), Some(ImplicitError::NoErrorEstimate));
+    let unsupported = |scheme, what| Some(ImplicitError::Unsupported { scheme, what });
+    assert_eq!(
+        adaptive.err(),
+        unsupported(Scheme::Splitting6, "adaptive steps")
+    );
     let mut motion = inflate(Scheme::TrBdf2);
     let none = motion.run(TimeStep::Fixed(0.1), &[]).unwrap_err();
     assert_eq!(
         none.to_string(),
-        "number of stops is 0; it must be at least 1"
+        "no stops are given; a run needs at least one"
     );
     let nan = Stop::Equilibrium {
         force: f64::NAN,
@@ -144,7 +148,10 @@ fn loads() {
         let pump = Load::volume_gain(&body, |_| 0.0);
         assert_eq!(
             Motion::new(body, pump, scheme).err(),
-            Some(ImplicitError::ExplicitVolume)
+            Some(ImplicitError::Unsupported {
+                scheme,
+                what: "a prescribed volume"
+            })
         );
     }
 }

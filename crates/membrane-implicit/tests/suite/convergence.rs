@@ -2,9 +2,11 @@
 
 use crate::common;
 
-use common::{apex, inflate, reference_body};
+use common::{RunWith, apart, apex, balloon, inflate, reference_body, runge_kutta};
 use membrane_implicit::DiscreteMembrane;
-use membrane_implicit::{ImplicitError, Load, Measure, Motion, Scheme, Stop, TimeStep, Tolerance};
+use membrane_implicit::{
+    Body, ImplicitError, Load, Measure, Motion, Scheme, Stiffness, Stop, TimeStep, Tolerance,
+};
 
 /// Independent method of lines at N = 101 with an explicit scheme of order 8, rtol 1e-11: apex and
 /// volume at t = 0.5 and t = 2.
@@ -241,4 +243,57 @@ fn pumped_volume_converges_with_order_two() {
         a.1, b.1, c.1
     );
     assert!((slope - 2.0).abs() < 0.2, "{slope}");
+}
+
+/// A stiffness that varies in time, against the equations integrated by the classical Runge-Kutta scheme.
+#[test]
+fn a_stiffness_in_time_converges_with_order_two() {
+    let (nodes, end) = (21, 0.5);
+    let stiffness = |t: f64| 2.0 - (5.0 * t).cos();
+    let body = || Body::springs(&balloon(), nodes).unwrap();
+    let (rest, ds) = (
+        body().differences().start().to_vec(),
+        body().differences().ds(),
+    );
+    let n = rest.len();
+    let slope = |t: f64, y: &[f64]| -> Vec<f64> {
+        let (c, v) = y.split_at(n);
+        let mut acceleration = vec![0.0; n];
+        for i in 1..nodes - 1 {
+            let d = [c[2 * i + 2] - c[2 * i - 2], c[2 * i + 3] - c[2 * i - 1]];
+            let unit = 12.0 / d[0].hypot(d[1]);
+            for k in 0..2 {
+                let u = |m: usize| c[2 * m + k] - rest[2 * m + k];
+                let pull = u(i + 1) - 2.0 * u(i) + u(i - 1);
+                let push = [-unit * d[1], unit * d[0]][k];
+                acceleration[2 * i + k] = stiffness(t) * pull / (ds * ds) + push - v[2 * i + k];
+            }
+        }
+        [v, &acceleration].concat()
+    };
+    let exact = runge_kutta([&rest[..], &vec![0.0; n]].concat(), end, 4000, slope);
+    for scheme in [Scheme::Midpoint, Scheme::TrBdf2, Scheme::ImplicitSplitting2] {
+        let error = |steps: u32| {
+            let body = body().with_damping(1.0).unwrap();
+            let mut motion = Motion::new(body, Load::intensity(|_| 12.0), scheme).unwrap();
+            let dt = end / f64::from(steps);
+            for _ in 0..steps {
+                let middle = stiffness(motion.time() + 0.5 * dt);
+                motion
+                    .set_stiffness(Stiffness::constant(middle).unwrap())
+                    .unwrap();
+                motion.step(dt).unwrap();
+            }
+            let energy = motion.energy();
+            assert!(energy.imbalance().abs() < 1e-9 * energy.pressure_work);
+            assert_eq!(motion.work().steps, steps as usize);
+            apart(motion.state().points, exact[..n].as_chunks().0)
+        };
+        let (coarse, fine) = (error(100), error(200));
+        let order = (coarse / fine).log2();
+        assert!(
+            (order - 2.0).abs() < 0.2,
+            "{scheme:?}: {coarse:e}, {fine:e}"
+        );
+    }
 }

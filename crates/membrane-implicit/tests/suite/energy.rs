@@ -2,7 +2,7 @@
 
 use crate::common;
 
-use common::{balloon, inflate, reference_body};
+use common::{RunWith, balloon, inflate, reference_body};
 use membrane_implicit::{
     Body, Jacobian, Load, LoadState, Measure, Motion, PressureLaw, Scheme, Stiffness, Stop,
     TimeStep, Tolerance,

@@ -4,7 +4,7 @@ use crate::common;
 
 use std::f64::consts::TAU;
 
-use common::{balloon, inflate, reference_body};
+use common::{RunWith, balloon, inflate, reference_body};
 use membrane_implicit::DiscreteMembrane;
 use membrane_implicit::{
     Body, Load, LoadKind, Measure, Membrane, Motion, PressureLaw, ReferenceShape, Scheme,

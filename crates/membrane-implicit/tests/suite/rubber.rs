@@ -2,10 +2,10 @@
 
 use crate::common;
 
-use common::{apart, runge_kutta};
+use common::{RunWith, apart, runge_kutta};
 use membrane_implicit::{
-    Body, ImplicitError, Load, LoadState, Membrane, Motion, ReferenceShape, Scheme, Stop, TimeStep,
-    Tolerance,
+    Body, ImplicitError, Load, LoadState, Membrane, Motion, ReferenceShape, Scheme, Stiffness,
+    Stop, TimeStep, Tolerance,
 };
 use membrane_newton::{
     Control, Discretisation, MembraneError, NewtonOptions, Rubber, Solver, StrainEnergy, Thickness,
@@ -244,7 +244,11 @@ fn loads_schemes_and_bodies_of_the_other_material_are_errors() {
     let made = |load, scheme| Motion::new(body(21), load, scheme).map(drop);
     let pressure = || Load::intensity(|_| 0.1);
     let total = made(Load::total_force(|_| 1.0), Scheme::Midpoint);
-    assert_eq!(total, Err(ImplicitError::RubberLoad));
+    let unsupported = |scheme, what| Err(ImplicitError::Unsupported { scheme, what });
+    assert_eq!(
+        total,
+        unsupported(Scheme::Midpoint, "a total force on rubber")
+    );
     for scheme in [
         Scheme::SemiImplicitEuler,
         Scheme::TrBdf2,
@@ -252,11 +256,18 @@ fn loads_schemes_and_bodies_of_the_other_material_are_errors() {
         Scheme::Splitting2,
         Scheme::Splitting6,
     ] {
-        assert_eq!(made(pressure(), scheme), Err(ImplicitError::RubberScheme));
+        assert_eq!(made(pressure(), scheme), unsupported(scheme, "rubber"));
     }
     assert!(Body::rubber(&balloon(), 21, 0.0).is_err());
     assert!(made(Load::volume(|_| 50.0), Scheme::Midpoint).is_err());
     assert!(made(Load::intensity(|_| f64::NAN), Scheme::Midpoint).is_err());
     let mut motion = motion(body(21), pressure());
+    assert!(matches!(
+        motion.set_stiffness(Stiffness::UNIT),
+        Err(ImplicitError::Membrane {
+            error: MembraneError::OtherMaterial { .. },
+            ..
+        })
+    ));
     assert!(motion.step(-1.0).is_err() && motion.step(f64::NAN).is_err());
 }

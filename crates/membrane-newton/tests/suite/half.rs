@@ -21,13 +21,12 @@ fn dense_newton(membrane: &Membrane, n_nodes: usize, wanted: f64) -> (Vec<f64>, 
         d.pressure_force_into(&x, f, &mut pressure).unwrap();
         d.pressure_force_into(&x, 1.0, &mut unit).unwrap();
         d.measure_gradient_into(Measure::Volume, &x, &mut row);
-        let mut band = d.band();
-        d.add_elastic_tangent_into(1.0, &mut band).unwrap();
-        d.add_pressure_tangent_into(&x, f, 1.0, &mut band).unwrap();
+        let mut tangent = d.tangent();
+        d.tangent_into(&x, f, &mut tangent).unwrap();
         let held = |i: usize| i < 2 || i >= n - 2;
         let matrix = DMatrix::from_fn(n + 1, n + 1, |i, j| match (i < n, j < n) {
             (true, true) if held(i) => f64::from(u8::from(i == j)),
-            (true, true) => band.get(i, j).unwrap(),
+            (true, true) => tangent.band.get(i, j).unwrap(),
             (true, false) => unit[i],
             (false, true) => row[j],
             (false, false) => 0.0,

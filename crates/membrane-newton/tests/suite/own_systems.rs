@@ -6,6 +6,7 @@ use std::ops::ControlFlow;
 use membrane_forces::{
     DiscreteMembrane, FiniteDifferences, Measure, Membrane, MembraneError, ReferenceShape,
 };
+use membrane_newton::membrane_forces::Tangent;
 use membrane_newton::{
     BandMatrix, BandedLu, Border, Control, Discretisation, LineSearch, NewtonError, NewtonOptions,
     NewtonScratch, Refactor, ResidualSystem, Solver, StopReason, newton, newton_observed,
@@ -17,20 +18,20 @@ struct Gas<'a> {
     forces: &'a FiniteDifferences,
     fill: f64,
     elastic: Vec<f64>,
-    tangent: BandMatrix,
+    tangent: Tangent,
     lu: BandedLu,
     border: Border,
 }
 
 impl<'a> Gas<'a> {
     fn new(forces: &'a FiniteDifferences, fill: f64) -> Self {
-        let tangent = forces.band();
+        let tangent = forces.tangent();
         Self {
             forces,
             fill,
-            elastic: vec![0.0; tangent.len()],
-            lu: BandedLu::for_matrix(&tangent),
-            border: Border::new(tangent.len()),
+            elastic: vec![0.0; tangent.band.len()],
+            lu: BandedLu::for_matrix(&tangent.band),
+            border: Border::new(tangent.band.len()),
             tangent,
         }
     }
@@ -62,22 +63,16 @@ impl ResidualSystem for Gas<'_> {
         } = self;
         let volume = forces.measure(Measure::Volume, x)?;
         let intensity = self.fill / volume;
-        tangent.clear();
-        forces.add_elastic_tangent_into(1.0, tangent)?;
-        forces.add_pressure_tangent_into(x, intensity, 1.0, tangent)?;
-        let last = tangent.len() - 1;
-        for held in [0, 1, last - 1, last] {
-            tangent.add(held, held, 1.0)?;
-        }
+        forces.tangent_into(x, intensity, tangent)?;
         // plus n (x) (-fill / V^2 grad V)
         forces.pressure_force_into(x, 1.0, border.column_mut())?;
         let row = border.row_mut();
         forces.measure_gradient_into(Measure::Volume, x, row);
-        for held in [0, 1, last - 1, last] {
+        for &held in forces.fixed() {
             row[held] = 0.0;
         }
         row.iter_mut().for_each(|g| *g *= -intensity / volume);
-        let lu = lu.factor(tangent)?;
+        let lu = lu.factor(&tangent.band)?;
         border.eliminate(-1.0, |column| {
             lu.solve_into(column);
             Ok(())

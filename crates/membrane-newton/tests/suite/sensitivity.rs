@@ -1,8 +1,11 @@
-//! Sensitivities against central differences of whole solves.
+//! Sensitivities against central differences of whole solves, and against dense matrices.
 
+use membrane_newton::membrane_forces::SpectralElements;
 use membrane_newton::{
-    Control, Discretisation, Membrane, NewtonOptions, Pair, ReferenceShape, Solver, Stiffness,
+    Control, DiscreteMembrane, Discretisation, Measure, Membrane, NewtonOptions, Pair, PressureLaw,
+    ReferenceShape, Solver, Stiffness,
 };
+use nalgebra::{DMatrix, DVector};
 
 #[test]
 fn sensitivities_are_the_derivatives_of_solves() {
@@ -94,6 +97,96 @@ fn sensitivities_of_a_pair_are_the_derivatives_of_its_solves() {
             for ((by, a), b) in flat.iter().zip(a.as_flattened()).zip(b.as_flattened()) {
                 let off = (by - (b - a) / (2.0 * step)).abs() / size;
                 assert!(off < 1e-6, "{off:e}");
+            }
+        }
+    }
+}
+
+/// Returns the tangent as one dense matrix: blocks at their nodes, the band at the ends of blocks.
+fn assembled(elements: &SpectralElements, nodes: &[f64], intensity: f64) -> DMatrix<f64> {
+    let (p, n) = (elements.degree(), nodes.len());
+    let mut tangent = elements.tangent();
+    elements
+        .tangent_into(nodes, intensity, &mut tangent)
+        .unwrap();
+    let mut matrix = DMatrix::zeros(n, n);
+    for (e, block) in tangent.blocks.iter().enumerate() {
+        // inner nodes come first, then the two ends
+        let node = |i: usize| match i / 2 {
+            k if k < p - 1 => e * p + k + 1,
+            k if k == p - 1 => e * p,
+            _ => e * p + p,
+        };
+        let size = 2 * (p + 1);
+        for i in 0..size {
+            for j in 0..size {
+                let at = (2 * node(i) + i % 2, 2 * node(j) + j % 2);
+                matrix[at] += block[i * size + j];
+            }
+        }
+    }
+    let end = |i: usize| 2 * (i / 2 * p) + i % 2;
+    for i in 0..tangent.band.len() {
+        for j in 0..tangent.band.len() {
+            matrix[(end(i), end(j))] += tangent.band.get(i, j).unwrap();
+        }
+    }
+    for &held in elements.fixed() {
+        let unit = DVector::from_fn(n, |i, _| f64::from(u8::from(i == held)));
+        assert_eq!(matrix.row(held), unit.transpose());
+    }
+    matrix
+}
+
+#[test]
+fn sensitivities_of_elements_equal_a_dense_lu() {
+    for law in [
+        PressureLaw::PerMaterialLength,
+        PressureLaw::PerCurrentLength,
+    ] {
+        // whole curve and half curve
+        for skew in [0.5, 0.0] {
+            let stiffness = Stiffness::function(move |s| 1.0 + skew * s, &[]).unwrap();
+            let membrane = Membrane::new(ReferenceShape::balloon(8.5, 1.75).unwrap())
+                .with_stiffness(stiffness)
+                .with_second_neighbours(Stiffness::constant(0.1).unwrap())
+                .with_law(law);
+            for (degree, per_piece) in [(3, 1), (3, 2), (7, 1), (14, 3)] {
+                let elements = SpectralElements::new(&membrane, degree, per_piece).unwrap();
+                assert_eq!(elements.is_half(), skew == 0.0);
+                let spectral = Discretisation::Spectral { degree, per_piece };
+                let solver = Solver::new(&membrane, spectral).unwrap();
+                let control = Control::VolumeGain(0.4);
+                let solved = solver.solve(control, &NewtonOptions::default()).unwrap();
+                let n = elements.start().len();
+                let mut nodes = solved.points().as_flattened()[..n].to_vec();
+                let held = elements.fixed();
+                held.iter().for_each(|&k| nodes[k] = elements.start()[k]);
+                let (mut column, mut row) = (vec![0.0; n], vec![0.0; n]);
+                elements
+                    .pressure_force_into(&nodes, 1.0, &mut column)
+                    .unwrap();
+                elements.measure_gradient_into(Measure::Volume, &nodes, &mut row);
+                let mut matrix =
+                    assembled(&elements, &nodes, solved.intensity).resize(n + 1, n + 1, 0.0);
+                for k in 0..n {
+                    matrix[(k, n)] = column[k];
+                    matrix[(n, k)] = row[k];
+                }
+                let volume = solver.start_measures().volume;
+                let rate = DVector::from_fn(n + 1, |i, _| if i == n { volume } else { 0.0 });
+                let dense = matrix.clone().lu().solve(&rate).unwrap();
+                let found = solved.sensitivity(control).unwrap();
+                let points = found.points.as_flattened()[..n].iter().copied();
+                let x = DVector::from_iterator(n + 1, points.chain([found.intensity]));
+                // rounding times the condition number
+                let size = |m: &DMatrix<f64>| m.abs().row_sum_tr().max();
+                let condition = size(&matrix.clone().try_inverse().unwrap()) * size(&matrix);
+                let off = (&dense - &x).amax() / dense.amax();
+                assert!(
+                    off < 1e-15 * condition,
+                    "{law:?}, degree {degree}, {per_piece} a piece: {off:e}, condition {condition:e}"
+                );
             }
         }
     }

@@ -215,6 +215,35 @@ fn deflated_rubber_is_slack() {
     }
 }
 
+/// Rubber of little extension whose walk ends in a compressed state: the cause is slackness, not a limit of the volume.
+#[test]
+fn rubber_that_ends_compressed_is_slack() {
+    let balloon = ReferenceShape::balloon(1.1837, 0.5317).unwrap();
+    let gent = of(
+        balloon,
+        StrainEnergy::Gent {
+            mu: 1.0,
+            jm: 1.31875,
+        },
+    );
+    for how in [
+        Discretisation::Spectral {
+            degree: 7,
+            per_piece: 2,
+        },
+        Discretisation::FiniteDifferences { nodes: 18 },
+    ] {
+        let solver = Solver::new(&gent, how).unwrap();
+        for volume in [0.0096, 0.003, 0.00096, 0.0003] {
+            let slack = solver.solve(Control::Volume(volume), &NewtonOptions::default());
+            assert!(
+                matches!(slack, Err(NewtonError::Slack { tension }) if tension < 0.0),
+                "{how:?}, {volume}: {slack:?}"
+            );
+        }
+    }
+}
+
 /// The end of extension is one, from rest and along a branch; it is no limit point.
 #[test]
 fn past_extension_is_one_error_from_rest_and_along_a_branch() {

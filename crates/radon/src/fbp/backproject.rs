@@ -134,6 +134,7 @@ pub(crate) fn run<T: Sample>(
                     iy,
                     runs,
                 };
+                simd_set::checkpoint();
                 T::add_views(instructions, lanes, &tile, sums);
                 for r in 0..n_rows {
                     let mut rows: Vec<&mut [T]> = band

@@ -11,6 +11,7 @@ use crate::sample::Sample;
 use crate::simd::{InstructionSet, first_block, lanes_for};
 use crate::stack::{Stack, aligned};
 
+mod adjoint;
 mod backproject;
 mod fourier;
 mod method;
@@ -327,6 +328,7 @@ impl<T: Sample> FbpPlan<T> {
                     .map_init(
                         || self.filter.scratch(),
                         |rows, (out, view)| {
+                            simd_set::checkpoint();
                             let of_view = |&slice: &usize| stack.row(projections, view, slice);
                             let from: Vec<&[T]> = slices.iter().map(of_view).collect();
                             self.filter_view(&from, self.scales[view], lanes, out, rows)

@@ -1,10 +1,12 @@
 //! Expectation maximisation for Poisson data: MLEM and its ordered subsets.
 
+use std::borrow::Cow;
 use std::ops::ControlFlow;
+use std::sync::OnceLock;
 
 use super::operator::{Checked, LinearOperator};
 use super::report::{Iteration, IterativeReport, StopReason};
-use super::stopping::{Monitor, Observer, Stopping};
+use super::stopping::{Monitor, Stopping};
 use super::vectors::{
     check_not_negative, check_samples, norm, relative, relative_change, sum2, update,
 };
@@ -50,11 +52,61 @@ impl<T> EmOptions<T> {
 
 /// A subset of the data and its projection operator.
 #[derive(Debug, Clone)]
-pub struct Subset<O> {
-    /// Rows of A.
-    pub operator: O,
-    /// Indices of the data, in the order of the operator's.
-    pub data: Vec<usize>,
+pub struct Subset<O, T> {
+    operator: O,
+    data: Vec<usize>,
+    sensitivity: OnceLock<Vec<T>>,
+}
+
+impl<O, T> Subset<O, T> {
+    /// Returns the subset of the data with these indices, in the order of the operator's.
+    pub fn new(operator: O, data: Vec<usize>) -> Self {
+        let sensitivity = OnceLock::new();
+        Self {
+            operator,
+            data,
+            sensitivity,
+        }
+    }
+
+    /// The projection operator: rows of A.
+    pub fn operator(&self) -> &O {
+        &self.operator
+    }
+
+    /// Indices of the data.
+    pub fn data(&self) -> &[usize] {
+        &self.data
+    }
+
+    /// Returns the operator and the indices of the data.
+    pub fn into_parts(self) -> (O, Vec<usize>) {
+        (self.operator, self.data)
+    }
+}
+
+impl<O: LinearOperator<T>, T: Sample> Subset<O, T> {
+    /// Returns the column sums Aᵀ 1, which are computed once: several runs of [`osem`] with the same subsets share them.
+    ///
+    /// # Errors
+    /// Errors of the operator; [`RadonError::BadSample`] and [`RadonError::NegativeSample`] for a sum.
+    pub fn sensitivity(&self) -> Result<&[T], RadonError> {
+        match self.sensitivity.get() {
+            Some(sums) => Ok(sums),
+            None => {
+                let sums = column_sums(&Checked(&self.operator))?;
+                Ok(self.sensitivity.get_or_init(|| sums))
+            }
+        }
+    }
+}
+
+/// Returns Aᵀ 1.
+fn column_sums<T: Sample>(operator: &Checked<'_, T>) -> Result<Vec<T>, RadonError> {
+    let mut sums = zeros("column sums", operator.0.image_len(), 1)?;
+    operator.adjoint_into(&vec![T::ONE; operator.0.data_len()], &mut sums)?;
+    check_not_negative("column sums", &sums)?;
+    Ok(sums)
 }
 
 /// MLEM from the given image: x ← x / (Aᵀ 1) · Aᵀ (b / (A x + s)).
@@ -91,11 +143,15 @@ pub fn mlem<T: Sample, O: LinearOperator<T> + ?Sized>(
 ) -> Result<IterativeReport, RadonError> {
     let operator = Checked(&operator);
     operator.check_input(data, image)?;
+    let monitor = Monitor::new(options.stopping, None, &mut watch)?;
+    check(data, image, options)?;
     let all = Part {
+        counts: data.to_vec(),
+        background: options.background.clone(),
+        sensitivity: Cow::Owned(column_sums(&operator)?),
         operator,
-        indices: None,
     };
-    run(&[all], data, image, options, &mut watch)
+    run(&[all], norm(data), image, monitor)
 }
 
 /// OSEM: the step of [`mlem`] with one subset of the data after the other (Hudson & Larkin 1994, doi:10.1109/42.363108).
@@ -121,7 +177,7 @@ pub fn mlem<T: Sample, O: LinearOperator<T> + ?Sized>(
 /// As [`mlem`]; [`RadonError::TooFew`] without a subset, [`RadonError::BadRange`] for an index beyond the data.
 #[doc(alias("OS-EM", "ordered subsets"))]
 pub fn osem<T: Sample, O: LinearOperator<T>>(
-    subsets: &[Subset<O>],
+    subsets: &[Subset<O, T>],
     data: &[T],
     image: &mut [T],
     options: &EmOptions<T>,
@@ -142,82 +198,82 @@ pub fn osem<T: Sample, O: LinearOperator<T>>(
             });
         }
     }
-    let parts: Vec<_> = subsets
-        .iter()
-        .map(|subset| Part {
+    let monitor = Monitor::new(options.stopping, None, &mut watch)?;
+    check(data, image, options)?;
+    let mut parts = Vec::with_capacity(subsets.len());
+    for subset in subsets {
+        let select = |from: &[T]| subset.data.iter().map(|&i| from[i]).collect();
+        parts.push(Part {
             operator: Checked(&subset.operator),
-            indices: Some(&subset.data),
-        })
-        .collect();
-    run(&parts, data, image, options, &mut watch)
-}
-
-/// A subset, or all data in order.
-struct Part<'a, T> {
-    operator: Checked<'a, T>,
-    indices: Option<&'a [usize]>,
-}
-
-impl<T: Sample> Part<'_, T> {
-    fn select(&self, from: &[T]) -> Vec<T> {
-        match self.indices {
-            None => from.to_vec(),
-            Some(indices) => indices.iter().map(|&i| from[i]).collect(),
-        }
+            counts: select(data),
+            background: match options.background.is_empty() {
+                true => Vec::new(),
+                false => select(&options.background),
+            },
+            sensitivity: Cow::Borrowed(subset.sensitivity()?),
+        });
     }
-
-    fn prepare(
-        &self,
-        data: &[T],
-        background: &[T],
-        image_len: usize,
-    ) -> Result<Prepared<T>, RadonError> {
-        let mut sensitivity = zeros("column sums", image_len, 1)?;
-        let counts = self.select(data);
-        let ones = vec![T::ONE; counts.len()];
-        self.operator.adjoint_into(&ones, &mut sensitivity)?;
-        check_not_negative("column sums", &sensitivity)?;
-        let background = match background.is_empty() {
-            true => vec![T::ZERO; counts.len()],
-            false => self.select(background),
-        };
-        Ok(Prepared {
-            counts,
-            background,
-            sensitivity,
-        })
-    }
+    run(&parts, norm(data), image, monitor)
 }
 
-/// Precomputed arrays of a subset.
-struct Prepared<T> {
-    counts: Vec<T>,
-    background: Vec<T>,
-    /// Aᵀ 1.
-    sensitivity: Vec<T>,
-}
-
-fn run<T: Sample>(
-    parts: &[Part<'_, T>],
-    data: &[T],
-    image: &mut [T],
-    options: &EmOptions<T>,
-    observe: Observer<'_, T>,
-) -> Result<IterativeReport, RadonError> {
-    let background = &options.background;
-    let mut monitor = Monitor::new(options.stopping, None, observe)?;
+fn check<T: Sample>(data: &[T], image: &[T], options: &EmOptions<T>) -> Result<(), RadonError> {
     check_not_negative("data", data)?;
     check_not_negative("image", image)?;
+    let background = &options.background;
     if !background.is_empty() {
         length("background", background.len(), data.len())?;
         check_samples("background", background)?;
         check_not_negative("background", background)?;
     }
-    let prepare = |part: &Part<'_, T>| part.prepare(data, background, image.len());
-    let prepared: Vec<_> = parts.iter().map(prepare).collect::<Result<_, _>>()?;
+    Ok(())
+}
 
-    let data_norm = finite("norm of the data", norm(data))?;
-    let mut factor = zeros("factors", image.len(), 1)?;
+/// A part of the data with its operator.
+struct Part<'a, T: Clone> {
+    operator: Checked<'a, T>,
+    counts: Vec<T>,
+    /// Empty for none.
+    background: Vec<T>,
+    /// Aᵀ 1.
+    sensitivity: Cow<'a, [T]>,
+}
+
+impl<T: Sample> Part<'_, T> {
+    /// Replaces the projections of an image by the ratio of the counts to the expected ones. Returns the sum of squared differences, and
+    /// the logarithm of the likelihood.
+    fn compare(&self, projections: &mut [T]) -> [f64; 2] {
+        if !self.background.is_empty() {
+            update(projections, &self.background, |ax, s| ax + s);
+        }
+        let counts = &self.counts;
+        let misfit = sum2(projections, counts, |e, b| (e - b) * (e - b));
+        let log_likelihood = sum2(projections, counts, |e, b| match b > 0.0 && e > 0.0 {
+            true => b * e.ln() - e,
+            false => -e,
+        });
+        update(projections, counts, |e, b| {
+            if e > T::ZERO { b / e } else { T::ZERO }
+        });
+        [misfit, log_likelihood]
+    }
+
+    /// Replaces a back-projection by the next image.
+    fn step(&self, back: &mut [T], image: &[T]) {
+        update(back, &self.sensitivity, |f, s| {
+            if s > T::ZERO { f / s } else { T::ONE }
+        });
+        update(back, image, |f, x| x * f);
+    }
+}
+
+fn run<T: Sample>(
+    parts: &[Part<'_, T>],
+    data_norm: f64,
+    image: &mut [T],
+    mut monitor: Monitor<'_, T>,
+) -> Result<IterativeReport, RadonError> {
+    let data_norm = finite("norm of the data", data_norm)?;
+    let mut next = zeros("next image", image.len(), 1)?;
     let mut start = zeros("image", image.len(), 1)?;
     // Without subsets the residual of an image is known before it changes.
     let whole = parts.len() == 1;
@@ -228,33 +284,19 @@ fn run<T: Sample>(
         }
         start.copy_from_slice(image);
         let (mut misfit_sq, mut log_likelihood) = (0.0, 0.0);
-        for (part, prepared) in parts.iter().zip(&prepared) {
-            let counts = &prepared.counts;
-            let mut expected = vec![T::ZERO; counts.len()];
-            part.operator.forward_into(image, &mut expected)?;
-            update(&mut expected, &prepared.background, |ax, s| ax + s);
-            misfit_sq += sum2(&expected, counts, |e, b| (e - b) * (e - b));
-            log_likelihood += sum2(&expected, counts, |e, b| {
-                if b > 0.0 && e > 0.0 {
-                    b * e.ln() - e
-                } else {
-                    -e
-                }
-            });
+        for part in parts {
+            let mut ratio = zeros("expected data", part.counts.len(), 1)?;
+            part.operator.forward_into(image, &mut ratio)?;
+            let sums = part.compare(&mut ratio);
+            (misfit_sq, log_likelihood) = (misfit_sq + sums[0], log_likelihood + sums[1]);
             let residual = relative(finite("norm of the residual", misfit_sq.sqrt())?, data_norm);
             if whole && (last || monitor.is_explained(residual)) {
                 break;
             }
-            update(&mut expected, counts, |e, b| {
-                if e > T::ZERO { b / e } else { T::ZERO }
-            });
-            part.operator.adjoint_into(&expected, &mut factor)?;
-            update(&mut factor, &prepared.sensitivity, |f, s| {
-                if s > T::ZERO { f / s } else { T::ONE }
-            });
-            update(&mut factor, image, |f, x| x * f);
-            check_samples("next image", &factor)?;
-            image.copy_from_slice(&factor);
+            part.operator.adjoint_into(&ratio, &mut next)?;
+            part.step(&mut next, image);
+            check_samples("next image", &next)?;
+            image.copy_from_slice(&next);
         }
         let residual = relative(misfit_sq.sqrt(), data_norm);
         let met = monitor.is_explained(residual);

@@ -31,7 +31,8 @@ pub struct State<O> {
 /// let projector = Projector::new(&geometry, &grid, Kernel::Strip)?;
 /// // At rest for three seconds, and for one second moved by a voxel along x.
 /// let state = |by: f32, seconds: f64| {
-///     let moved = Displacements { fraction: 1.0, by: (0..64).map(|voxel| (voxel, [-by, 0.0, 0.0])).collect() };
+///     let by: Vec<_> = (0..64).map(|voxel| (voxel, [-by, 0.0, 0.0])).collect();
+///     let moved = Displacements { fraction: 1.0, by: &by };
 ///     let operator = projector.stack_operator::<f64>(1, StackOrder::ViewSliceBin)?;
 ///     Ok::<_, RadonError>(State { warps: Warp::new([8, 8, 1], [1.0; 3], &[moved])?.into(), operator, weights: vec![seconds] })
 /// };

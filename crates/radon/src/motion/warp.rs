@@ -1,8 +1,11 @@
 //! Warps of volumes: each voxel takes its value from another position of a reference volume.
 
+use std::borrow::Cow;
+use std::collections::BTreeMap;
+
 use rayon::prelude::*;
 
-use crate::error::{RadonError, finite, length, positive, room, within};
+use crate::error::{RadonError, finite, length, positive, within};
 use crate::{LinearOperator, Sample};
 
 /// Largest number of voxels along a volume: positions of 24 bits resolve voxels up to it.
@@ -11,13 +14,13 @@ const MOST_ALONG: f64 = 1048576.0;
 const PER_VOXEL: f64 = 1048576.0;
 
 /// A displacement of voxels during a fraction of the time.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Displacements {
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Displacements<'a> {
     /// Fraction of the time.
     pub fraction: f64,
     /// For some voxels, by index `(z ny + y) nx + x`: the displacement along x, y, z from the voxel's centre to the source of its value, in
     /// the unit of the voxel's sides. All other voxels are unchanged.
-    pub by: Vec<(usize, [f32; 3])>,
+    pub by: &'a [(usize, [f32; 3])],
 }
 
 /// A motion as a linear map of volumes `[z][y][x]`, with its exact adjoint:
@@ -30,17 +33,18 @@ pub struct Displacements {
 /// between centres and is zero outside the volume. W pulls x back along the motion; for several motions it is their time average.
 ///
 /// Displacements by whole voxels are exact. Otherwise, for a function with second derivatives, the error is at most an eighth of each times
-/// the square of the voxel's side. Positions are rounded to 2^-20 of a voxel, or to 24 bits.
+/// the square of the voxel's side. Positions are rounded to 2^-20 of a voxel, or to 24 bits, weights to 24 bits.
 ///
-/// The adjoint distributes the value of a voxel to its eight sources with the same weights: <W x, y> = <x, Wᵀ y> to rounding. Bitwise
-/// identical for any number of threads. Cost of either direction: a copy of the volume and eight multiply-adds per displacement. Memory: 28
-/// bytes per displacement.
+/// The map is a sparse matrix: motions of a voxel that read the same sources share the weights. The adjoint has the same weights:
+/// <W x, y> = <x, Wᵀ y> to rounding. Bitwise identical for any number of threads. Cost of either direction: a copy of the volume and one
+/// multiply-add per source of each displaced voxel, 8 for one motion, some 20 for a voxel that crosses five others. Memory: about 10 bytes
+/// per source.
 ///
 /// ```
 /// use radon::{Displacements, LinearOperator, RadonError, Warp};
 /// // Three voxels of 2 cm in a row. The middle one is filled from half-way to the first, the last one for half of the time from the middle one.
-/// let halfway = Displacements { fraction: 1.0, by: vec![(1, [-1.0, 0.0, 0.0])] };
-/// let at_times = Displacements { fraction: 0.5, by: vec![(2, [-2.0, 0.0, 0.0])] };
+/// let halfway = Displacements { fraction: 1.0, by: &[(1, [-1.0, 0.0, 0.0])] };
+/// let at_times = Displacements { fraction: 0.5, by: &[(2, [-2.0, 0.0, 0.0])] };
 /// let warp = Warp::new([3, 1, 1], [2.0; 3], &[halfway, at_times])?;
 /// let mut moved = [0.0f64; 3];
 /// warp.forward_into(&[1.0, 5.0, 7.0], &mut moved)?;
@@ -54,22 +58,38 @@ pub struct Displacements {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Warp {
     shape: [usize; 3],
-    /// Sorted by voxel.
-    samples: Vec<Row>,
-    /// First sample of each slice, and the end.
-    of_slice: Vec<usize>,
-    /// Indices of samples by the lower of the two slices that they read, from the one before the first.
-    by_read: Vec<u32>,
-    /// First sample of each of these slices, and the end.
-    reads: Vec<usize>,
+    n_displacements: usize,
+    /// The displaced voxels of each slice.
+    displaced: Vec<Vec<u32>>,
+    /// The parts of the matrix, sorted by target.
+    blocks: Vec<Block>,
+    /// Their indices, sorted by source.
+    by_source: Vec<usize>,
 }
 
-/// A displacement: the source of a voxel's value, in voxels from the centre of the first voxel.
-#[derive(Debug, Clone, Copy, PartialEq)]
-struct Row {
-    voxel: u32,
-    at: [f32; 3],
-    share: f64,
+/// The weights of the voxels of one slice for those of another.
+#[derive(Debug, Clone, PartialEq, Default)]
+struct Block {
+    /// The slice that receives values, and the one that they are from.
+    target: usize,
+    source: usize,
+    /// Voxels of the target, and the ends of their sources.
+    rows: Vec<(u32, u32)>,
+    /// Voxels of the source, and their weights.
+    sources: Vec<(u32, f32)>,
+}
+
+impl Block {
+    /// Calls `each` with every voxel of the target and its sources.
+    fn for_each(&self, mut each: impl FnMut(usize, &[(u32, f32)])) {
+        let mut rest = &*self.sources;
+        let mut start = 0;
+        for &(voxel, end) in &self.rows {
+            let (sources, others) = rest.split_at((end - start) as usize);
+            (rest, start) = (others, end);
+            each(voxel as usize, sources);
+        }
+    }
 }
 
 impl Warp {
@@ -82,7 +102,7 @@ impl Warp {
     pub fn new(
         shape: [usize; 3],
         spacing: [f64; 3],
-        motions: &[Displacements],
+        motions: &[Displacements<'_>],
     ) -> Result<Self, RadonError> {
         let [nx, ny, nz] = shape;
         for (n, side) in shape.into_iter().zip(spacing) {
@@ -91,46 +111,40 @@ impl Warp {
         }
         let (slice, what) = (nx * ny, "volume to warp");
         let n_voxels = countable(what, slice, nz)?;
-        let n_samples = motions.iter().map(|motion| motion.by.len()).sum();
-        countable("displacements of a warp", n_samples, 1)?;
-        let mut samples = room("displacements of a warp", n_samples, 1)?;
-        for Displacements {
-            fraction: share,
-            by,
-        } in motions
-        {
-            finite("fraction of a motion", *share)?;
-            for (voxel, by) in by {
+        let n_displacements = motions.iter().map(|motion| motion.by.len()).sum();
+        // A displaced voxel has at most nine sources: eight neighbours, and itself.
+        countable("weights of a warp", n_displacements, 9)?;
+        let mut sorted = Vec::with_capacity(motions.len());
+        for Displacements { fraction, by } in motions {
+            finite("fraction of a motion", *fraction)?;
+            for (voxel, by) in *by {
                 within("voxel to warp", *voxel as f64, 0.0, (n_voxels - 1) as f64)?;
                 for along in by {
                     finite("displacement", f64::from(*along))?;
                 }
-                let centre = [voxel % nx, voxel / nx % ny, voxel / slice];
-                // More than a voxel beyond the edge everything is zero.
-                let at = [0, 1, 2].map(|a| {
-                    let at = centre[a] as f64 + f64::from(by[a]) / spacing[a];
-                    let at = (at * PER_VOXEL).round() / PER_VOXEL;
-                    at.clamp(-1.0, shape[a] as f64) as f32
-                });
-                samples.push(Row {
-                    voxel: *voxel as u32,
-                    at,
-                    share: *share,
-                });
             }
+            let mut by = Cow::Borrowed(*by);
+            if !by.is_sorted_by_key(|(voxel, _)| *voxel) {
+                by.to_mut().sort_by_key(|(voxel, _)| *voxel);
+            }
+            sorted.push((*fraction, by));
         }
-        // Stable: keeps the order of the motions in sums.
-        samples.par_sort_by_key(|row: &Row| row.voxel);
-        let of_slice = (0..=nz)
-            .map(|z| samples.partition_point(|row| (row.voxel as usize) < z * slice))
-            .collect();
-        let (by_read, reads) = by_lower_slice(&samples, nz);
+        let grid = Grid { shape, spacing };
+        let slices = (0..nz).into_par_iter();
+        let slices = slices.map_init(
+            || vec![0.0; n_voxels],
+            |sums, z| grid.rows(z, &sorted, sums),
+        );
+        let (displaced, blocks): (Vec<_>, Vec<_>) = slices.unzip();
+        let blocks: Vec<Block> = blocks.into_iter().flatten().collect();
+        let mut by_source: Vec<usize> = (0..blocks.len()).collect();
+        by_source.sort_by_key(|k| blocks[*k].source);
         Ok(Self {
             shape,
-            samples,
-            of_slice,
-            by_read,
-            reads,
+            n_displacements,
+            displaced,
+            blocks,
+            by_source,
         })
     }
 
@@ -141,7 +155,7 @@ impl Warp {
 
     /// Number of displacements.
     pub fn n_displacements(&self) -> usize {
-        self.samples.len()
+        self.n_displacements
     }
 
     fn len(&self) -> usize {
@@ -152,20 +166,21 @@ impl Warp {
         self.shape[0] * self.shape[1]
     }
 
-    fn samples_of(&self, z: usize) -> &[Row] {
-        &self.samples[self.of_slice[z]..self.of_slice[z + 1]]
+    /// Returns the parts with this target.
+    fn to(&self, z: usize) -> impl Iterator<Item = &Block> {
+        let start = self.blocks.partition_point(|block| block.target < z);
+        self.blocks[start..]
+            .iter()
+            .take_while(move |block| block.target == z)
     }
 
-    /// Returns the samples whose lower slice is z - 1, which read z with the second weight, or z.
-    fn reads_of(&self, z: usize) -> impl Iterator<Item = (&Row, usize)> {
-        let of = move |upper: usize| {
-            let from = z + 1 - upper;
-            let numbers = &self.by_read[self.reads[from]..self.reads[from + 1]];
-            numbers
-                .iter()
-                .map(move |k| (&self.samples[*k as usize], upper))
-        };
-        of(1).chain(of(0))
+    /// Returns the parts with this source.
+    fn from(&self, z: usize) -> impl Iterator<Item = &Block> {
+        let start = self
+            .by_source
+            .partition_point(|k| self.blocks[*k].source < z);
+        let blocks = self.by_source[start..].iter().map(|k| &self.blocks[*k]);
+        blocks.take_while(move |block| block.source == z)
     }
 }
 
@@ -175,53 +190,96 @@ fn countable(what: &'static str, a: usize, b: usize) -> Result<usize, RadonError
     all.ok_or(RadonError::TooLarge { what, a, b })
 }
 
-/// Sorts the indices of samples by the lower slice that they read, from the one before the first; returns the start of each slice, too.
-fn by_lower_slice(samples: &[Row], n_slices: usize) -> (Vec<u32>, Vec<usize>) {
-    let lower = |row: &Row| (row.at[2].floor() + 1.0) as usize;
-    let mut starts = vec![0; n_slices + 3];
-    for row in samples {
-        starts[lower(row) + 1] += 1;
-    }
-    for z in 1..starts.len() {
-        starts[z] += starts[z - 1];
-    }
-    let (mut next, mut numbers) = (starts.clone(), vec![0; samples.len()]);
-    for (k, row) in samples.iter().enumerate() {
-        let place = &mut next[lower(row)];
-        numbers[*place] = k as u32;
-        *place += 1;
-    }
-    (numbers, starts)
+/// The voxels of a warp.
+#[derive(Clone, Copy)]
+struct Grid {
+    shape: [usize; 3],
+    spacing: [f64; 3],
 }
 
-/// Returns the weight of a voxel's own value, given its samples.
-fn stays<T: Sample>(samples: &[Row]) -> T {
-    T::of(1.0 - samples.iter().map(|row| row.share).sum::<f64>())
-}
+/// Displacements sorted by voxel, with their fraction of the time.
+type Sorted<'a> = (f64, Cow<'a, [(usize, [f32; 3])]>);
 
-fn by_voxel(samples: &[Row]) -> impl Iterator<Item = &[Row]> {
-    samples.chunk_by(|a, b| a.voxel == b.voxel)
-}
-
-impl Row {
-    /// Returns the existing neighbours along an axis, with their weights.
-    fn along<T: Sample>(&self, axis: usize, n: usize) -> [Option<(usize, T)>; 2] {
-        let low = self.at[axis].floor();
-        let up = f64::from(self.at[axis]) - f64::from(low);
-        [(low, 1.0 - up), (low + 1.0, up)].map(|(place, weight)| {
-            let there = weight > 0.0 && place >= 0.0 && place < n as f32;
-            there.then(|| (place as usize, T::of(weight)))
-        })
+impl Grid {
+    /// Computes the displaced voxels of a slice and the parts of the matrix with this target. `sums` is zero for all voxels, before and
+    /// after.
+    fn rows(self, z: usize, motions: &[Sorted<'_>], sums: &mut [f64]) -> (Vec<u32>, Vec<Block>) {
+        let [nx, ny, _] = self.shape;
+        let (slice, start) = (nx * ny, z * nx * ny);
+        let mut rest: Vec<_> = motions
+            .iter()
+            .map(|(fraction, by)| {
+                let from = by.partition_point(|(voxel, _)| *voxel < start);
+                (*fraction, &by[from..])
+            })
+            .collect();
+        let (mut displaced, mut blocks) = (Vec::new(), BTreeMap::<usize, Block>::new());
+        let mut sources = Vec::new();
+        for voxel in start..start + slice {
+            let mut stays = 1.0;
+            sources.clear();
+            for (fraction, rest) in &mut rest {
+                while let Some((_, by)) = rest.first().filter(|(other, _)| *other == voxel) {
+                    *rest = &rest[1..];
+                    stays -= *fraction;
+                    self.for_each_source(voxel, *by, |source, weight| {
+                        sources.push(source);
+                        sums[source] += *fraction * weight;
+                    });
+                }
+            }
+            if sources.is_empty() && stays == 1.0 {
+                continue;
+            }
+            displaced.push((voxel - start) as u32);
+            sources.push(voxel);
+            sums[voxel] += stays;
+            sources.sort_unstable();
+            sources.dedup();
+            for of_slice in sources.chunk_by(|a, b| a / slice == b / slice) {
+                let source = of_slice[0] / slice;
+                let block = blocks.entry(source).or_insert_with(|| Block {
+                    target: z,
+                    source,
+                    ..Block::default()
+                });
+                for source in of_slice {
+                    let weight = std::mem::take(&mut sums[*source]) as f32;
+                    if weight != 0.0 {
+                        block.sources.push(((source % slice) as u32, weight));
+                    }
+                }
+                block
+                    .rows
+                    .push(((voxel - start) as u32, block.sources.len() as u32));
+            }
+        }
+        (displaced, blocks.into_values().collect())
     }
 
-    /// Returns the neighbours within a slice: indices and weights.
-    fn in_slice<T: Sample>(&self, [nx, ny, _]: [usize; 3]) -> impl Iterator<Item = (usize, T)> {
-        let x = self.along::<T>(0, nx);
-        let rows = self.along::<T>(1, ny).into_iter().flatten();
-        rows.flat_map(move |(y, of_y)| {
-            let columns = x.into_iter().flatten();
-            columns.map(move |(x, of_x)| (y * nx + x, of_y * of_x))
-        })
+    /// Calls `each` with the existing neighbours of the source of a voxel, and their weights.
+    fn for_each_source(self, voxel: usize, by: [f32; 3], mut each: impl FnMut(usize, f64)) {
+        let [nx, ny, _] = self.shape;
+        let centre = [voxel % nx, voxel / nx % ny, voxel / (nx * ny)];
+        let along = [0, 1, 2].map(|a| {
+            let at = centre[a] as f64 + f64::from(by[a]) / self.spacing[a];
+            // More than a voxel beyond the edge everything is zero.
+            let at = (at * PER_VOXEL).round() / PER_VOXEL;
+            let at = f64::from(at.clamp(-1.0, self.shape[a] as f64) as f32);
+            let up = at - at.floor();
+            [(at.floor(), 1.0 - up), (at.floor() + 1.0, up)].map(|(place, weight)| {
+                let there = weight > 0.0 && place >= 0.0 && place < self.shape[a] as f64;
+                there.then_some((place as usize, weight))
+            })
+        });
+        let [x, y, z] = along.map(|pair| pair.into_iter().flatten());
+        for (z, of_z) in z {
+            for (y, of_y) in y.clone() {
+                for (x, of_x) in x.clone() {
+                    each((z * ny + y) * nx + x, of_z * of_y * of_x);
+                }
+            }
+        }
     }
 }
 
@@ -241,18 +299,18 @@ impl<T: Sample> LinearOperator<T> for Warp {
         let slices = data.par_chunks_mut(slice).zip(image.par_chunks(slice));
         slices.enumerate().for_each(|(z, (moved, still))| {
             moved.copy_from_slice(still);
-            for samples in by_voxel(self.samples_of(z)) {
-                let value = &mut moved[samples[0].voxel as usize - z * slice];
-                *value *= stays::<T>(samples);
-                for row in samples {
+            for voxel in &self.displaced[z] {
+                moved[*voxel as usize] = T::ZERO;
+            }
+            for block in self.to(z) {
+                let from = &image[block.source * slice..][..slice];
+                block.for_each(|voxel, sources| {
                     let mut sum = T::ZERO;
-                    for (z, of_z) in row.along::<T>(2, self.shape[2]).into_iter().flatten() {
-                        for (k, weight) in row.in_slice::<T>(self.shape) {
-                            sum += of_z * weight * image[z * slice + k];
-                        }
+                    for &(source, weight) in sources {
+                        sum += T::of(weight.into()) * from[source as usize];
                     }
-                    *value += T::of(row.share) * sum;
-                }
+                    moved[voxel] += sum;
+                });
             }
         });
         Ok(())
@@ -265,18 +323,16 @@ impl<T: Sample> LinearOperator<T> for Warp {
         let slices = image.par_chunks_mut(slice).zip(data.par_chunks(slice));
         slices.enumerate().for_each(|(z, (still, moved))| {
             still.copy_from_slice(moved);
-            for samples in by_voxel(self.samples_of(z)) {
-                let value = &mut still[samples[0].voxel as usize - z * slice];
-                *value *= stays::<T>(samples);
+            for voxel in &self.displaced[z] {
+                still[*voxel as usize] = T::ZERO;
             }
-            for (row, upper) in self.reads_of(z) {
-                let Some((_, of_z)) = row.along::<T>(2, self.shape[2])[upper] else {
-                    continue;
-                };
-                let value = T::of(row.share) * data[row.voxel as usize];
-                for (k, weight) in row.in_slice::<T>(self.shape) {
-                    still[k] += of_z * weight * value;
-                }
+            for block in self.from(z) {
+                let to = &data[block.target * slice..][..slice];
+                block.for_each(|voxel, sources| {
+                    for &(source, weight) in sources {
+                        still[source as usize] += T::of(weight.into()) * to[voxel];
+                    }
+                });
             }
         });
         Ok(())

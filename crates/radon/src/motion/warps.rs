@@ -15,8 +15,8 @@ use crate::{LinearOperator, Sample};
 /// ```
 /// use radon::{Displacements, LinearOperator, Warp, Warps};
 /// // Twice from the left neighbour: from two voxels to the left.
-/// let by = (0..4).map(|voxel| (voxel, [-1.0, 0.0, 0.0])).collect();
-/// let left = std::sync::Arc::new(Warp::new([4, 1, 1], [1.0; 3], &[Displacements { fraction: 1.0, by }])?);
+/// let by: Vec<_> = (0..4).map(|voxel| (voxel, [-1.0, 0.0, 0.0])).collect();
+/// let left = std::sync::Arc::new(Warp::new([4, 1, 1], [1.0; 3], &[Displacements { fraction: 1.0, by: &by }])?);
 /// let twice = Warps::new(vec![left.clone(), left])?;
 /// let mut moved = [0.0f64; 4];
 /// twice.forward_into(&[1.0, 2.0, 3.0, 4.0], &mut moved)?;

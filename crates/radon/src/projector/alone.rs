@@ -57,6 +57,7 @@ impl Projector {
         rows.par_iter_mut().zip(&self.views).for_each_init(
             || (vec![0.0; padded], FixedPositions::default()),
             |(sums, fixed), (row, view)| {
+                simd_set::checkpoint();
                 let Some(ray) = view.box_ray() else { return };
                 let (image, stride, n, n_steps) = match view.steps_are_rows() {
                     true => (by_rows, x_stride, nx, ny),
@@ -119,10 +120,14 @@ impl Projector {
         let (sums, turned) = memory.split_at_mut(by_rows_len);
         let (sums, turned) = (sums.as_chunks_mut().0, turned.as_chunks_mut::<RUN>().0);
         let runs = sums.par_chunks_mut(ny).enumerate();
-        runs.for_each(|(run, sums)| add_sorted(set, by_rows, run * RUN, sums));
+        runs.for_each(|(run, sums)| {
+            simd_set::checkpoint();
+            add_sorted(set, by_rows, run * RUN, sums);
+        });
         let sums = &*sums;
         let runs = turned.par_chunks_mut(nx).enumerate();
         runs.for_each(|(run, turned)| {
+            simd_set::checkpoint();
             for (x, turned) in turned.iter_mut().enumerate() {
                 let ys = run * RUN..ny.min((run + 1) * RUN);
                 for (turned, y) in turned.iter_mut().zip(ys) {

@@ -81,7 +81,7 @@ impl<T: Sample> StackOperator<T> {
     /// # Errors
     /// [`RadonError::TooFew`] for no subset, [`RadonError::OutOfRange`] for more subsets than views, [`RadonError::TooLarge`] if the
     /// indices of the samples exceed the memory.
-    pub fn subsets(&self, n_subsets: usize) -> Result<Vec<Subset<Self>>, RadonError> {
+    pub fn subsets(&self, n_subsets: usize) -> Result<Vec<Subset<Self, T>>, RadonError> {
         let geometry = &self.projector.geometry;
         let (n_views, n_bins) = (geometry.n_views(), geometry.n_bins());
         at_least("n_subsets", n_subsets, 1)?;
@@ -114,7 +114,7 @@ impl<T: Sample> StackOperator<T> {
             let projector = Projector::new(&part, grid, *kernel)?
                 .with_instructions(self.projector.instructions)?;
             let operator = projector.stack_operator(self.n_slices, self.order)?;
-            Ok(Subset { operator, data })
+            Ok(Subset::new(operator, data))
         };
         (0..n_subsets).map(subset).collect()
     }

@@ -177,6 +177,7 @@ impl Projector {
                         .traverse(self.instructions, band, job.bins.clone(), found);
                 }
                 for (i, (block, pixels)) in group.blocks.iter().zip(pixels).enumerate() {
+                    simd_set::checkpoint();
                     for (view, bin, pairs, range) in in_turn(found) {
                         let job = &mut jobs[view];
                         let at = (bin - job.bins.start) * block.lanes;
@@ -288,6 +289,7 @@ impl Projector {
         });
         let window = |view: &View| &windows[usize::from(!view.steps_are_rows())];
         for rays in rays.chunks(VIEWS) {
+            simd_set::checkpoint();
             found.resize_with(found.len().max(rays.len()), Rays::default);
             for ((view, _), found) in rays.iter().zip(&mut *found) {
                 let bins = view.bins_meeting(window(view));

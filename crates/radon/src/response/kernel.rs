@@ -104,21 +104,6 @@ fn fitted(variance: f64, reach: usize) -> Result<Vec<f64>, RadonError> {
     Ok(weights)
 }
 
-/// The weights of two symmetric kernels, one after the other.
-pub(crate) fn convolved(a: &[f64], b: &[f64]) -> Vec<f64> {
-    let reach = a.len() + b.len() - 2;
-    let at = |k: isize| a.get(k.unsigned_abs()).copied().unwrap_or(0.0);
-    let weight = |k: usize| {
-        let k = k as isize;
-        let others = b.iter().enumerate().skip(1).rev();
-        let sum: f64 = others
-            .map(|(j, w)| w * (at(k - j as isize) + at(k + j as isize)))
-            .sum();
-        sum + b[0] * at(k)
-    };
-    (0..=reach).map(weight).collect()
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -142,25 +127,6 @@ mod tests {
                 assert!(w.iter().all(|w| *w >= 0.0));
             }
             assert!((complete(v).unwrap()[0] / peak(v).unwrap() - 1.0).abs() < 2e-10);
-        }
-    }
-
-    /// Two lattice Gaussians convolve to that of the sum of variances, except for aliases (theta function identity).
-    #[test]
-    fn two_make_one_but_for_aliases() {
-        for (a, b) in [(1.05, 1.05), (0.65, 0.65), (0.65, 2.0), (4.0, 0.9)] {
-            let (both, one) = (
-                convolved(&complete(a).unwrap(), &complete(b).unwrap()),
-                complete(a + b).unwrap(),
-            );
-            let harmonic = a * b / (a + b);
-            let bound = 2.0 * (-2.0 * std::f64::consts::PI.powi(2) * harmonic).exp();
-            let off = (both[0] / one[0] - 1.0).abs();
-            assert!(
-                off < bound && off > 0.8 * bound,
-                "{a} {b}: {off:e} {bound:e}"
-            );
-            assert!((variance(&both) - a - b).abs() < 1e-12);
         }
     }
 }

@@ -3,4 +3,4 @@
 mod kernel;
 mod nodes;
 
-pub(crate) use nodes::{Nodes, Through};
+pub(crate) use nodes::Nodes;

@@ -4,17 +4,14 @@
 //! *nodes* of variances W_0 < W_1 < ... are convolved, and content of variance V = W + t D between two nodes W and W + D is divided between
 //! them in the fractions 1 - t and t. Its variance is exact. All weights are >= 0.
 //!
-//! The tolerance tau is the largest deviation of a point's image, relative to its peak. It is divided among three causes:
+//! The tolerance tau is the largest deviation of a point's image, relative to its peak. It is divided between two causes:
 //!
 //! 1. *Node spacing.* A divided point has too high a peak, for wide Gaussians by the fraction t (1 - t) D^2 / (W (W + D)) in the plane.
 //!    Its maximum s is reached at D = W (2 s + 2 sqrt(s + s^2)). Where an axis has a variance near one bin or less, the peaks of K
 //!    themselves give the largest D.
-//! 2. *Chaining.* A node may be blurred through a narrower one, its parent: lattice Gaussians of variances a and b convolve to that of
-//!    a + b except for aliases, relative to its peak 2 exp(-2 pi^2 h) per axis, h = a b / (a + b). The narrower of parent and step
-//!    decides. The parent is the widest node for which this and the computed kernel of the whole chain are within their part.
-//! 3. *Truncation.* Weights below [`CUT`] times tau of the central one are dropped.
+//! 2. *Truncation.* Weights below [`CUT`] times tau of the central one are dropped.
 
-use super::kernel::{complete, convolved, lattice_gaussian, peak};
+use super::kernel::{complete, lattice_gaussian, peak};
 use crate::RadonError;
 use crate::error::within;
 
@@ -22,21 +19,12 @@ use crate::error::within;
 const MOST: f64 = 1e5;
 /// Largest number of weights of all kernels along an axis: 800 MB.
 const MOST_WEIGHTS: f64 = 1e8;
-/// The part of the tolerance that chaining and truncation may take.
-const CHAINED: f64 = 0.1;
+/// The part of the tolerance that truncation may take.
+const TRUNCATED: f64 = 0.1;
 /// Weights below this part of the tolerance are dropped: two axes change a peak by at most 0.08 of the tolerance.
 const CUT: f64 = 0.015;
 /// Points between two nodes at which the error is computed.
 const BETWEEN: usize = 16;
-
-/// Relation of nodes to each other.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Through {
-    /// Each node has its own kernel: a sample depends only on samples within [`Nodes::reach`].
-    Own,
-    /// Nodes have parents if the tolerance allows it, which needs fewer weights.
-    Parents,
-}
 
 /// Kernels of a node: weights of neighbours 0, 1, ... along bins and rows.
 type Kernels = [Vec<f64>; 2];
@@ -46,9 +34,7 @@ type Kernels = [Vec<f64>; 2];
 pub(crate) struct Nodes {
     /// Variances (cm^2), ascending; the first is the smallest one required, the last the largest.
     pub(crate) variances: Vec<f64>,
-    /// Target of each node after its blur; `None` for the image itself.
-    pub(crate) parents: Vec<Option<usize>>,
-    /// Blur of each node on the way to its target.
+    /// Kernel of each node.
     pub(crate) kernels: Vec<Kernels>,
     pitch: [f64; 2],
 }
@@ -71,10 +57,9 @@ impl Nodes {
         [near, far]: [f64; 2],
         pitch: [f64; 2],
         tolerance: f64,
-        through: Through,
     ) -> Result<Self, RadonError> {
         let finest = pitch[0].min(pitch[1]);
-        let excess = (1.0 - CHAINED) * tolerance / (1.0 + CHAINED * tolerance);
+        let excess = (1.0 - TRUNCATED) * tolerance / (1.0 + TRUNCATED * tolerance);
         // Nearly equal spacing below a sixth of a bin squared; beyond, each is wider by at least the same factor.
         let own = finest / 6.0 * finest;
         let most = ((far + own) / (near + own)).ln() / wide_step(1.0, excess).ln_1p();
@@ -84,15 +69,12 @@ impl Nodes {
         within("weights of a blur", (1.0 + most) * reach, 0.0, MOST_WEIGHTS)?;
         let mut nodes = Self {
             variances: Vec::new(),
-            parents: Vec::new(),
             kernels: Vec::new(),
             pitch,
         };
         let mut next = near;
-        // Kernels from each node to the image, for chains.
-        let mut whole = Vec::new();
         loop {
-            nodes.push(next, tolerance, through, &mut whole)?;
+            nodes.push(next, tolerance)?;
             if next >= far {
                 return Ok(nodes);
             }
@@ -118,28 +100,21 @@ impl Nodes {
     /// # Errors
     /// [`RadonError::TooLarge`].
     pub(crate) fn deviation(&self) -> Result<Deviation, RadonError> {
-        let (mut worst, mut before) = (Deviation::default(), None);
-        let mut whole: Vec<Kernels> = Vec::with_capacity(self.kernels.len());
-        for (j, kernels) in self.kernels.iter().enumerate() {
-            let through = |axis: usize| match self.parents[j] {
-                Some(i) => convolved(&whole[i][axis], &kernels[axis]),
-                None => kernels[axis].clone(),
-            };
-            let own = [through(0), through(1)];
-            let (w, first) = match &before {
-                Some((w, _)) => (*w, 1),
+        let (mut worst, mut before) = (Deviation::default(), None::<(f64, &Kernels)>);
+        for (j, own) in self.kernels.iter().enumerate() {
+            let (w, first) = match before {
+                Some((w, _)) => (w, 1),
                 None => (self.variances[j], BETWEEN),
             };
             for k in first..=BETWEEN {
                 let t = k as f64 / BETWEEN as f64;
-                let below = before.as_ref().map_or(&own, |(_, below)| below);
+                let below = before.map_or(own, |(_, below)| below);
                 let exact = self.exact(w + t * (self.variances[j] - w))?;
-                let found = off([(1.0 - t, below), (t, &own)], &exact);
+                let found = off([(1.0 - t, below), (t, own)], &exact);
                 worst.peak = worst.peak.max(found.peak);
                 worst.sum = worst.sum.max(found.sum);
             }
-            before = Some((self.variances[j], own.clone()));
-            whole.push(own);
+            before = Some((self.variances[j], own));
         }
         let missed = 1.0 + (BETWEEN as f64).powi(-2);
         Ok(Deviation {
@@ -149,47 +124,13 @@ impl Nodes {
     }
 
     /// Appends a node.
-    fn push(
-        &mut self,
-        variance: f64,
-        tolerance: f64,
-        through: Through,
-        whole: &mut Vec<Kernels>,
-    ) -> Result<(), RadonError> {
-        let [bins, rows] = self.pitch;
-        let kernels = |variance: f64| {
-            let kernel = |pitch: f64| lattice_gaussian(variance / pitch / pitch, CUT * tolerance);
-            Ok::<Kernels, RadonError>([kernel(bins)?, kernel(rows)?])
-        };
-        let (mut parent, mut own) = (None, kernels(variance)?);
-        if through == Through::Parents {
-            let exact = self.exact(variance)?;
-            let mut chain = own.clone();
-            for i in (0..self.variances.len()).rev() {
-                let (wide, more) = (self.variances[i], variance - self.variances[i]);
-                if self.alias(wide, more) > CHAINED * tolerance {
-                    continue;
-                }
-                let step = kernels(more)?;
-                let whole = [0, 1].map(|axis| convolved(&whole[i][axis], &step[axis]));
-                if apart(&whole, &exact) <= CHAINED * tolerance {
-                    (parent, own, chain) = (Some(i), step, whole);
-                    break;
-                }
-            }
-            whole.push(chain);
-        }
+    fn push(&mut self, variance: f64, tolerance: f64) -> Result<(), RadonError> {
+        let [bins, rows] = self
+            .pitch
+            .map(|pitch| lattice_gaussian(variance / pitch / pitch, CUT * tolerance));
+        self.kernels.push([bins?, rows?]);
         self.variances.push(variance);
-        self.parents.push(parent);
-        self.kernels.push(own);
         Ok(())
-    }
-
-    /// Bounds the change of a peak by aliases if these two variances are blurred one after the other.
-    fn alias(&self, a: f64, b: f64) -> f64 {
-        let harmonic = a * b / (a + b);
-        let axis = |p: f64| 2.0 * (-2.0 * std::f64::consts::PI.powi(2) * harmonic / p / p).exp();
-        self.pitch.map(axis).iter().sum()
     }
 
     fn exact(&self, variance: f64) -> Result<Kernels, RadonError> {
@@ -267,18 +208,6 @@ fn off(mixture: [(f64, &Kernels); 2], exact: &Kernels) -> Deviation {
     found
 }
 
-/// Bounds the deviation of one separable kernel from another, relative to the peak of the latter.
-fn apart(kernels: &Kernels, exact: &Kernels) -> f64 {
-    let axis = |axis: usize| {
-        let (found, exact) = (&kernels[axis], &exact[axis]);
-        let at = |kernel: &[f64], k: usize| kernel.get(k).copied().unwrap_or(0.0);
-        let off = (0..found.len().max(exact.len())).map(|k| (at(found, k) - at(exact, k)).abs());
-        off.fold(0.0, f64::max) / exact[0]
-    };
-    let [a, b] = [axis(0), axis(1)];
-    a + b + a * b
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -293,24 +222,15 @@ mod tests {
         for pitch in [[0.2, 0.2], [0.3, 0.3], [0.4, 0.4], [0.5, 0.7], [0.64, 0.64]] {
             for tolerance in [1e-1, 1e-2, 1e-3, 1e-4, 1e-5] {
                 for depths in [[1.0, 10.0], [1.0, 31.0], [10.0, 31.0], [0.0, 0.1]] {
-                    for through in [Through::Own, Through::Parents] {
-                        let ends = depths.map(variance);
-                        let nodes = Nodes::new(ends, pitch, tolerance, through).unwrap();
-                        let found = nodes.deviation().unwrap();
-                        let weights: usize = nodes
-                            .kernels
-                            .iter()
-                            .flatten()
-                            .map(|k| 2 * k.len() - 1)
-                            .sum();
-                        println!(
-                            "{pitch:?} {tolerance:e} {depths:?} {through:?}: {} nodes, {weights} weights, {:.3} {:.3} of the tolerance",
-                            nodes.variances.len(),
-                            found.peak / tolerance,
-                            found.sum / tolerance
-                        );
-                        assert!(found.peak <= tolerance);
-                    }
+                    let nodes = Nodes::new(depths.map(variance), pitch, tolerance).unwrap();
+                    let found = nodes.deviation().unwrap();
+                    println!(
+                        "{pitch:?} {tolerance:e} {depths:?}: {} nodes, {:.3} {:.3} of the tolerance",
+                        nodes.variances.len(),
+                        found.peak / tolerance,
+                        found.sum / tolerance
+                    );
+                    assert!(found.peak <= tolerance);
                 }
             }
         }

@@ -7,7 +7,7 @@ use rustfft::num_complex::Complex;
 use super::pairs::{self, BoxRay, Pairs, Place};
 use super::spread::{self, RayPath, Taps};
 use super::tile::{self, Tile};
-use super::{InstructionSet, transpose};
+use super::{InstructionSet, transpose, weighted};
 use crate::scalar::Scalar;
 
 /// Declares the kernels as methods of each sample type that call the function after `=`.
@@ -30,6 +30,7 @@ kernels! {
     fn add_views(lanes: usize, tile: &Tile<'_, Self>, sums: &mut [Self]) = tile::add_views;
     fn interleave(rows: &[&[Self]], stride: usize, out: &mut [Self]) = transpose::interleave;
     fn separate(block: &[Self], stride: usize, rows: &mut [&mut [Self]]) = transpose::separate;
+    fn weighted_sums(samples: &[Self], stride: usize, weights: &[Self], sums: &mut [Self]) = weighted::weighted_sums;
     fn extend(pairs: &mut Pairs<Self>, ray: &BoxRay<Self>, m: usize, n: usize, place: Place) = pairs::extend;
     fn gather(pixels: &[Self], pairs: &Pairs<Self>, range: Range<usize>, across: usize, sums: &mut [Self]) = pairs::gather;
     fn scatter(pixels: &mut [Self], pairs: &Pairs<Self>, range: Range<usize>, across: usize, ray: &[Self]) = pairs::scatter;

@@ -46,6 +46,7 @@ macro_rules! per_set {
 
 mod fixed;
 mod kernels;
+mod lanes;
 mod pairs;
 #[cfg_attr(not(target_arch = "x86_64"), allow(dead_code))]
 mod pixels;
@@ -54,11 +55,13 @@ mod spread;
 mod tile;
 mod transpose;
 mod vector;
+mod weighted;
 #[cfg(target_arch = "x86_64")]
 mod x86;
 
 pub(crate) use fixed::{Bins, FixedPositions, MARGIN, add_bins};
 pub(crate) use kernels::Kernels;
+pub(crate) use lanes::{Lanes, ROWS, sized};
 pub(crate) use pairs::{BoxRay, Pairs, Place, Snap, prefetch};
 pub(crate) use pixels::{SortedBins, add_sorted};
 pub(crate) use spread::{DIGITS, LANES, RayPath, Taps};

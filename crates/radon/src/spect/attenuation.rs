@@ -1,7 +1,7 @@
 //! Escape of photons from a cell towards the camera.
 
-use super::lanes::{LANES, Lanes};
 use crate::Sample;
+use crate::simd::{Lanes, ROWS};
 
 /// The average of exp(-t) over t from 0 to x, (1 - exp(-x)) / x, by its Taylor series at x / 2^n: the fraction of a uniform emission that
 /// leaves a cell of optical thickness x.
@@ -47,7 +47,7 @@ impl<T: Sample> Escape<T> {
     pub(super) fn step(&self, thickness: &Lanes<T>, passed: &mut Lanes<T>) -> Lanes<T> {
         let mut x = thickness.0;
         x.iter_mut().for_each(|x| *x *= self.scale);
-        let mut mean = [T::ZERO; LANES];
+        let mut mean = [T::ZERO; ROWS];
         for &c in &self.series {
             for (mean, &x) in mean.iter_mut().zip(&x) {
                 *mean = *mean * x + c;

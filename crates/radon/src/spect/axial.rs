@@ -1,15 +1,17 @@
 //! Conversion between a volume `[layer][y][x]` and blocks of rows of the detector `[block][pixel]`.
 
-use std::ops::Range;
-
 use rayon::prelude::*;
 
-use super::lanes::{LANES, Lanes};
+use super::blur::Rows;
 use super::overlap::segment;
 use crate::error::{RadonError, room};
-use crate::{ImageGrid, Sample, SliceAxis};
+use crate::simd::{Lanes, ROWS};
+use crate::{ImageGrid, InstructionSet, Sample, SliceAxis};
 
-/// Overlap of layers and rows of the frame; rows that coincide with layers have one each.
+/// Parts of a row below this are rounding errors of coincident edges.
+const LEAST: f64 = 1e-12;
+
+/// Overlap of layers and rows; rows that coincide with layers have one each.
 #[derive(Debug)]
 pub(super) struct Axial<T> {
     nx: usize,
@@ -17,43 +19,42 @@ pub(super) struct Axial<T> {
     stride: usize,
     /// Pixels of a block.
     pub(super) block_len: usize,
-    /// Blocks of the frame that overlap any layer.
-    pub(super) blocks: Range<usize>,
-    /// Layers of each row of these blocks, with the fraction of the row that they fill.
-    rows: Vec<Vec<(usize, T)>>,
+    /// Rows of all blocks: those that overlap a layer and are within the margin of the detector.
+    pub(super) rows: Rows,
+    /// Layers of each row, with the fraction of the row that they fill.
+    of_rows: Vec<Vec<(usize, T)>>,
     /// Rows of each layer.
-    layers: Vec<Vec<(usize, T)>>,
+    of_layers: Vec<Vec<(usize, T)>>,
 }
 
 impl<T: Sample> Axial<T> {
-    /// Prepares a frame that has `margin` rows before the detector's, and `n_blocks` blocks.
+    /// Prepares the rows of a detector with a `margin` on either side.
     pub(super) fn new(
         grid: &ImageGrid,
         layers: &SliceAxis,
         rows: &SliceAxis,
         margin: usize,
-        n_blocks: usize,
     ) -> Result<Self, RadonError> {
-        let n_rows = n_blocks * LANES;
-        let mut seen: Vec<Vec<(usize, T)>> = room("rows of the detector", n_rows, 1)?;
-        seen.resize_with(n_rows, Vec::new);
-        let first = rows.slice_centre(0) - rows.spacing() * (margin as f64 + 0.5);
-        let place = |z: f64| ((z - first) / rows.spacing()).max(0.0).min(n_rows as f64);
-        let half = 0.5 * layers.spacing();
-        for layer in 0..layers.n_slices() {
-            let z = layers.slice_centre(layer);
-            for (row, part) in segment(place(z - half), place(z + half)) {
-                seen[row as usize].push((layer, T::of(part)));
-            }
-        }
-        let any = |block: &usize| seen[block * LANES..][..LANES].iter().any(|r| !r.is_empty());
-        let start = (0..n_blocks).find(any).unwrap_or(0);
-        let end = (start..n_blocks).rfind(any).map_or(start, |last| last + 1);
-        let rows = seen[start * LANES..end * LANES].to_vec();
+        let (half, n_rows) = (0.5 * layers.spacing(), rows.n_slices());
+        let lowest = rows.slice_centre(0) - 0.5 * rows.spacing();
+        let place = |z: f64| (z - lowest) / rows.spacing();
+        let [before, behind] = [-(margin as f64), (n_rows + margin) as f64];
+        let first = (place(layers.slice_centre(0) - half) + LEAST).floor();
+        let first = first.clamp(before, behind);
+        let end = (place(layers.slice_centre(layers.n_slices() - 1) + half) - LEAST).ceil();
+        let n_blocks = ((end.min(behind) - first).max(0.0) as usize).div_ceil(ROWS);
+        let mut of_rows: Vec<Vec<(usize, T)>> = room("rows of the detector", n_blocks, ROWS)?;
+        of_rows.resize_with(n_blocks * ROWS, Vec::new);
         let mut of_layers = vec![Vec::new(); layers.n_slices()];
-        for (row, parts) in rows.iter().enumerate() {
-            for &(layer, part) in parts {
-                of_layers[layer].push((row, part));
+        let place = |z: f64| (place(z) - first).clamp(0.0, of_rows.len() as f64);
+        let span = |z: f64| [place(z - half), place(z + half)];
+        let spans: Vec<_> = (0..layers.n_slices())
+            .map(|k| span(layers.slice_centre(k)))
+            .collect();
+        for (layer, [low, high]) in spans.into_iter().enumerate() {
+            for (row, part) in segment(low, high) {
+                of_rows[row as usize].push((layer, T::of(part)));
+                of_layers[layer].push((row as usize, T::of(part)));
             }
         }
         let stride = grid.nx() | 1;
@@ -61,9 +62,13 @@ impl<T: Sample> Axial<T> {
             nx: grid.nx(),
             stride,
             block_len: grid.ny() * stride,
-            blocks: start..end,
-            rows,
-            layers: of_layers,
+            rows: Rows {
+                n_rows,
+                first: -(first as isize),
+                n_blocks,
+            },
+            of_rows,
+            of_layers,
         })
     }
 
@@ -73,40 +78,67 @@ impl<T: Sample> Axial<T> {
     }
 
     /// Computes the blocks of a volume.
-    pub(super) fn read(&self, volume: &[T], blocks: &mut [Lanes<T>]) {
-        let n_pixels = self.block_len / self.stride * self.nx;
+    pub(super) fn read(&self, set: InstructionSet, volume: &[T], blocks: &mut [Lanes<T>]) {
+        let (nx, n_pixels) = (self.nx, self.n_pixels());
         let jobs = blocks.par_chunks_mut(self.block_len);
-        let jobs = jobs.zip(self.rows.par_chunks(LANES));
+        let jobs = jobs.zip(self.of_rows.par_chunks(ROWS));
         jobs.for_each(|(block, rows)| {
+            let mut lines = vec![T::ZERO; ROWS * nx];
             for (iy, pixels) in block.chunks_exact_mut(self.stride).enumerate() {
-                pixels.fill(Lanes::default());
-                for (lane, parts) in rows.iter().enumerate() {
-                    for &(layer, part) in parts {
-                        let from = &volume[layer * n_pixels + iy * self.nx..][..self.nx];
-                        for (pixel, &x) in pixels.iter_mut().zip(from) {
-                            pixel.0[lane] += part * x;
-                        }
-                    }
+                for (line, parts) in lines.chunks_exact_mut(nx).zip(rows) {
+                    let from = |layer: usize| &volume[layer * n_pixels + iy * nx..][..nx];
+                    add_parts(line, parts, from);
                 }
+                let lines: [&[T]; ROWS] = std::array::from_fn(|k| &lines[k * nx..][..nx]);
+                T::interleave(set, &lines, ROWS, Lanes::flat_mut(pixels));
             }
         });
     }
 
-    /// The adjoint of [`read`](Self::read).
-    pub(super) fn write(&self, blocks: &[Lanes<T>], volume: &mut [T]) {
-        let n_pixels = self.block_len / self.stride * self.nx;
-        let jobs = volume.par_chunks_mut(n_pixels).zip(&self.layers);
-        jobs.for_each(|(layer, parts)| {
-            layer.fill(T::ZERO);
-            for &(row, part) in parts {
-                let block = &blocks[row / LANES * self.block_len..][..self.block_len];
-                let pixels = block.chunks_exact(self.stride);
-                for (to, pixels) in layer.chunks_exact_mut(self.nx).zip(pixels) {
-                    for (x, pixel) in to.iter_mut().zip(pixels) {
-                        *x += part * pixel.0[row % LANES];
-                    }
-                }
+    /// The adjoint of [`read`](Self::read); `rows` are a work array.
+    pub(super) fn write(
+        &self,
+        set: InstructionSet,
+        blocks: &[Lanes<T>],
+        rows: &mut Vec<T>,
+        volume: &mut [T],
+    ) {
+        let (nx, n_pixels) = (self.nx, self.n_pixels());
+        rows.resize(self.of_rows.len() * n_pixels, T::ZERO);
+        let jobs = blocks.par_chunks(self.block_len);
+        let jobs = jobs.zip(rows.par_chunks_mut(ROWS * n_pixels));
+        jobs.for_each(|(block, rows)| {
+            let mut rows: Vec<_> = rows.chunks_exact_mut(n_pixels).collect();
+            for (iy, pixels) in block.chunks_exact(self.stride).enumerate() {
+                let lines = rows.iter_mut().map(|row| &mut row[iy * nx..][..nx]);
+                T::separate(
+                    set,
+                    Lanes::flat(pixels),
+                    ROWS,
+                    &mut lines.collect::<Vec<_>>(),
+                );
             }
         });
+        let jobs = volume.par_chunks_mut(n_pixels).zip(&self.of_layers);
+        jobs.for_each(|(layer, parts)| {
+            add_parts(layer, parts, |row: usize| {
+                &rows[row * n_pixels..][..n_pixels]
+            });
+        });
+    }
+
+    /// Pixels of a layer.
+    fn n_pixels(&self) -> usize {
+        self.block_len / self.stride * self.nx
+    }
+}
+
+/// Computes a sum of parts of rows.
+fn add_parts<'a, T: Sample>(sum: &mut [T], parts: &[(usize, T)], row: impl Fn(usize) -> &'a [T]) {
+    sum.fill(T::ZERO);
+    for &(k, part) in parts {
+        for (sum, &x) in sum.iter_mut().zip(row(k)) {
+            *sum += part * x;
+        }
     }
 }

@@ -2,10 +2,11 @@
 
 mod attenuation;
 mod axial;
+mod blur;
 mod collimator;
-mod depth;
+
 mod geometry;
-mod lanes;
+
 mod operator;
 mod options;
 mod overlap;

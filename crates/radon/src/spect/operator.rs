@@ -22,12 +22,11 @@ use crate::{ImageGrid, LinearOperator, Sample, SliceAxis, Subset};
 /// Each view rotates the volume into planes parallel to its detector by the exact overlap areas of pixels and cells of the rotated grid
 /// (layers and rows: lengths). This conserves counts and keeps a uniform volume uniform; without blur and attenuation the views are those
 /// of [`Kernel::Strip`](crate::Kernel::Strip). The attenuation map is rotated in the same way. Emission is uniform over the depth of a
-/// cell, so that its escape has a closed form. The distance of planes is the shorter side of a pixel. A few Gaussians blur all planes,
-/// wider ones through narrower ones: variances are exact, and [`SpectOptions::tolerance`] bounds the deviation of a point's image from the
-/// lattice Gaussian of its plane. All entries of A are >= 0.
+/// cell, so that its escape has a closed form. The distance of planes is the shorter side of a pixel. A few Gaussians blur all planes:
+/// variances are exact, and [`SpectOptions::tolerance`] bounds the deviation of a point's image from the lattice Gaussian of its plane. All
+/// entries of A are >= 0.
 ///
-/// Zeng & Gullberg 1992, IEEE Trans. Nucl. Sci. 39, 1444, blur rotated planes depth by depth; McCarthy & Miller 1991, doi:10.1109/42.97593,
-/// and King, Pan & Luo 1997, IEEE Trans. Nucl. Sci. 44, plane through plane.
+/// Zeng & Gullberg 1992, IEEE Trans. Nucl. Sci. 39, 1444, blur rotated planes depth by depth.
 ///
 /// One traversal of the cells computes the weights of both directions: <A x, y> = <x, Aᵀ y> to rounding. Results are bitwise identical for
 /// any number of threads.
@@ -35,14 +34,13 @@ use crate::{ImageGrid, LinearOperator, Sample, SliceAxis, Subset};
 /// # Limitations
 ///
 /// Planes whose middle is behind the collimator face of a view are omitted: the orbit may cut corners of the grid, but not the body.
-/// Activity more than four standard deviations (of the widest response) beyond the edges of the detector is omitted. Scatter and septal
-/// penetration are not modelled: see [`EmOptions::background`](crate::EmOptions::background).
+/// Scatter and septal penetration are not modelled: see [`EmOptions::background`](crate::EmOptions::background).
 ///
 /// # Cost
 ///
-/// Either direction, per view and voxel: about ten multiply-adds, twice as many with attenuation; per view some tens of blurs of an image.
-/// Memory: 4 to 5 overlaps per view and pixel, which all [`subsets`](Self::subsets) share, a copy of the volume and of the attenuation map,
-/// and some tens of images for each of two views per thread. Concurrent calls have separate work arrays, which are kept for later calls.
+/// Either direction, per view and voxel: about ten multiply-adds, twice as many where there is attenuation; per view some tens of blurs of
+/// an image. Memory: 4 to 5 overlaps per view and pixel, which all [`subsets`](Self::subsets) share, a copy of the volume and of the
+/// attenuation map, and some tens of images for each of two views per thread. Concurrent calls have separate work arrays, which are kept for later calls.
 ///
 /// ```
 /// use radon::{
@@ -82,7 +80,7 @@ pub struct SpectOperator<T> {
 #[derive(Debug)]
 struct Shared<T> {
     plan: Plan<T>,
-    scratch: Pool<Scratch<T>>,
+    scratch: Arc<Pool<Scratch<T>>>,
 }
 
 impl<T: Sample> SpectOperator<T> {
@@ -100,16 +98,30 @@ impl<T: Sample> SpectOperator<T> {
         options: &SpectOptions<T>,
     ) -> Result<Self, RadonError> {
         let plan = Plan::new(geometry, grid, layers, options)?;
-        let scratch = Pool::default();
+        let scratch = Arc::default();
         Ok(Self {
             shared: Arc::new(Shared { plan, scratch }),
             views: (0..geometry.views().n_views()).collect(),
         })
     }
 
+    /// Returns the same views with another attenuation map, as of another gate; an empty one for none. Both operators share the overlaps
+    /// if the same pixels attenuate in any layer.
+    ///
+    /// # Errors
+    /// As [`new`](Self::new) for the map.
+    pub fn with_attenuation(&self, map: &[T]) -> Result<Self, RadonError> {
+        let plan = self.shared.plan.with_attenuation(map)?;
+        let scratch = Arc::clone(&self.shared.scratch);
+        Ok(Self {
+            shared: Arc::new(Shared { plan, scratch }),
+            views: self.views.clone(),
+        })
+    }
+
     /// The views of the whole orbit, of which this operator may be a subset.
     pub fn geometry(&self) -> &SpectGeometry {
-        &self.shared.plan.geometry
+        &self.shared.plan.frame.geometry
     }
 
     /// Returns the indices of these views in the orbit.
@@ -122,7 +134,7 @@ impl<T: Sample> SpectOperator<T> {
     /// # Errors
     /// [`RadonError::TooFew`] for no subset, [`RadonError::OutOfRange`] for more subsets than views, [`RadonError::TooLarge`] if the
     /// indices of the samples exceed the memory.
-    pub fn subsets(&self, n_subsets: usize) -> Result<Vec<Subset<Self>>, RadonError> {
+    pub fn subsets(&self, n_subsets: usize) -> Result<Vec<Subset<Self, T>>, RadonError> {
         at_least("n_subsets", n_subsets, 1)?;
         within("n_subsets", n_subsets as f64, 1.0, self.views.len() as f64)?;
         let view_len = self.geometry().view_len();
@@ -134,13 +146,11 @@ impl<T: Sample> SpectOperator<T> {
         let subset = |first: usize| {
             let places = (first..self.views.len()).step_by(n_subsets);
             let samples = |place: usize| place * view_len..(place + 1) * view_len;
-            Subset {
-                operator: Self {
-                    shared: Arc::clone(&self.shared),
-                    views: places.clone().map(|place| self.views[place]).collect(),
-                },
-                data: places.flat_map(samples).collect(),
-            }
+            let operator = Self {
+                shared: Arc::clone(&self.shared),
+                views: places.clone().map(|place| self.views[place]).collect(),
+            };
+            Subset::new(operator, places.flat_map(samples).collect())
         };
         Ok((0..n_subsets).map(subset).collect())
     }
@@ -153,7 +163,7 @@ impl<T: Sample> SpectOperator<T> {
 
 impl<T: Sample> LinearOperator<T> for SpectOperator<T> {
     fn image_len(&self) -> usize {
-        self.shared.plan.n_voxels
+        self.shared.plan.frame.n_voxels
     }
 
     fn data_len(&self) -> usize {

@@ -1,33 +1,42 @@
 //! The plan: everything that does not depend on the samples.
 
+use std::sync::Arc;
+
 use rayon::prelude::*;
 
 use super::attenuation::Escape;
 use super::axial::Axial;
-use super::depth::Frame;
-use super::lanes::{LANES, Lanes};
+use super::blur::Blur;
 use super::turned::{Turned, View, reach};
-use super::{SpectGeometry, SpectOptions};
+use super::{Collimator, SpectGeometry, SpectOptions};
 use crate::error::{RadonError, length, product, within, zeros};
 use crate::iterative::{check_not_negative, check_samples};
+use crate::simd::Lanes;
 use crate::{ImageGrid, InstructionSet, Sample, SliceAxis};
 
-/// Margin of bins and rows beyond the detector in standard deviations, for blur into and out of the detector.
-const MARGIN: f64 = 4.0;
+/// Largest standard deviation of a response, in bins or rows.
+const WIDEST: f64 = 2500.0;
 
 /// Views and their common data.
 #[derive(Debug)]
 pub(crate) struct Plan<T> {
+    pub(super) frame: Arc<Frame<T>>,
+    pub(super) views: Arc<Vec<View<T>>>,
+    /// For each pixel whether any layer attenuates.
+    attenuates: Vec<bool>,
+    pub(super) attenuation: Option<Attenuation<T>>,
+}
+
+/// Everything that does not depend on the attenuation.
+#[derive(Debug)]
+pub(super) struct Frame<T> {
     pub(super) geometry: SpectGeometry,
-    pub(super) views: Vec<View<T>>,
+    grid: ImageGrid,
+    collimator: Collimator,
     pub(super) axial: Axial<T>,
     /// Samples of a volume.
     pub(super) n_voxels: usize,
-    /// Bins and rows with their margins.
-    pub(super) frame: Frame,
-    /// Bins and rows of the margin before the detector's.
-    pub(super) margin: [usize; 2],
-    pub(super) attenuation: Option<Attenuation<T>>,
+    pub(super) blur: Blur<T>,
     pub(super) instructions: InstructionSet,
 }
 
@@ -55,44 +64,79 @@ impl<T: Sample> Plan<T> {
         ] {
             within("pitch in voxels", pitch / spacing, 1e-2, 1e2)?;
         }
-        let n_voxels = product("volume", grid.image_len(), layers.n_slices())?;
-        let farthest = geometry.radii().iter().fold(0.0, |m: f64, &r| m.max(r)) + reach(grid);
-        let widest = options.collimator.sigma(farthest);
-        let mut margin = [0; 2];
-        for (margin, pitch) in margin.iter_mut().zip([views.pitch(), rows.spacing()]) {
-            let bins = MARGIN * widest / pitch;
-            within("margin in bins", bins, 0.0, 1e4)?;
-            *margin = bins.ceil() as usize;
+        let turned = Turned::new(geometry, grid)?;
+        let (collimator, beyond) = (&options.collimator, reach(grid) + turned.depth);
+        let ends = [
+            (f64::INFINITY, f64::min as fn(f64, f64) -> f64, -beyond),
+            (0.0, f64::max, beyond),
+        ];
+        let ends = ends
+            .map(|(start, of, beyond)| geometry.radii().iter().copied().fold(start, of) + beyond);
+        let pitch = [views.pitch(), rows.spacing()];
+        for pitch in pitch {
+            within(
+                "width of the response in bins",
+                collimator.sigma(ends[1]) / pitch,
+                0.0,
+                WIDEST,
+            )?;
         }
-        let [bins, before] = [margin[0], margin[1].next_multiple_of(LANES)];
+        let variances = ends.map(|distance| turned.variance(collimator, distance));
+        let blur = Blur::new(variances, pitch, options.tolerance, views.n_bins())?;
+        let [_, margin] = blur.margin();
         let frame = Frame {
-            n_bins: views.n_bins() + 2 * bins,
-            n_blocks: (before + rows.n_slices() + margin[1]).div_ceil(LANES),
+            geometry: geometry.clone(),
+            grid: *grid,
+            collimator: *collimator,
+            axial: Axial::new(grid, layers, rows, margin)?,
+            n_voxels: product("volume", grid.image_len(), layers.n_slices())?,
+            blur,
+            instructions: InstructionSet::detect(),
         };
-        product("frame", frame.n_bins, LANES * frame.n_blocks)?;
-        let turned = Turned::new(geometry, grid, frame.n_bins, bins)?;
-        let axial = Axial::new(grid, layers, rows, before, frame.n_blocks)?;
-        let attenuation = match options.attenuation.as_slice() {
+        Self::with_map(Arc::new(frame), &options.attenuation, None)
+    }
+
+    /// Plans the same views with another attenuation map, or with none if it is empty.
+    pub(crate) fn with_attenuation(&self, map: &[T]) -> Result<Self, RadonError> {
+        Self::with_map(Arc::clone(&self.frame), map, Some(self))
+    }
+
+    /// Plans views with a map; `other` has views of the same frame.
+    fn with_map(frame: Arc<Frame<T>>, map: &[T], other: Option<&Self>) -> Result<Self, RadonError> {
+        let Frame { grid, axial, .. } = &*frame;
+        let turned = Turned::new(&frame.geometry, grid)?;
+        let attenuation = match map {
             [] => None,
             map => {
-                length("attenuation map", map.len(), n_voxels)?;
+                length("attenuation map", map.len(), frame.n_voxels)?;
                 check_samples("attenuation map", map)?;
                 check_not_negative("attenuation map", map)?;
-                Some(Attenuation::new(map, &axial, turned.depth)?)
+                Some(Attenuation::new(map, axial, turned.depth)?)
             }
         };
-        let of_view = |view| turned.view(view, &axial, &options.collimator, options.tolerance);
-        let views = (0..views.n_views()).into_par_iter().map(of_view);
-        let views = views.collect::<Result<_, _>>()?;
+        let mut attenuates = vec![false; axial.block_len];
+        for (k, _) in map.iter().enumerate().filter(|(_, x)| **x > T::ZERO) {
+            let pixel = k % grid.image_len();
+            attenuates[axial.place(pixel % grid.nx(), pixel / grid.nx())] = true;
+        }
+        let views = match other.filter(|other| other.attenuates == attenuates) {
+            Some(other) => Arc::clone(&other.views),
+            None => {
+                let turned = turned.with_margin(frame.blur.margin()[0])?;
+                let responses = (&frame.collimator, &frame.blur);
+                let of_view = |view| {
+                    simd_set::checkpoint();
+                    turned.view(view, axial, responses, &attenuates)
+                };
+                let views = (0..frame.geometry.views().n_views()).into_par_iter();
+                Arc::new(views.map(of_view).collect::<Result<_, _>>()?)
+            }
+        };
         Ok(Self {
-            geometry: geometry.clone(),
-            views,
-            axial,
-            n_voxels,
             frame,
-            margin: [bins, before],
+            views,
+            attenuates,
             attenuation,
-            instructions: InstructionSet::detect(),
         })
     }
 }
@@ -101,8 +145,8 @@ impl<T: Sample> Attenuation<T> {
     fn new(map: &[T], axial: &Axial<T>, depth: f64) -> Result<Self, RadonError> {
         let most = map.iter().fold(0.0, |m: f64, x| m.max(x.f64()));
         within("optical thickness of a voxel", most * depth, 0.0, 1e6)?;
-        let mut blocks = zeros("attenuation map", axial.block_len, axial.blocks.len())?;
-        axial.read(map, &mut blocks);
+        let mut blocks = zeros("attenuation map", axial.block_len, axial.rows.n_blocks)?;
+        axial.read(InstructionSet::detect(), map, &mut blocks);
         Ok(Self {
             map: blocks,
             escape: Escape::new(most * depth),

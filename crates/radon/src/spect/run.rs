@@ -1,39 +1,43 @@
 //! Forward and adjoint: one walk through the cells of a view, with the same numbers both ways.
 //!
 //! ```text
-//! forward   voxels -> cells, attenuated -> divided between the nodes of their depth -> blurred, node by node, into the image
-//! adjoint   image -> blurred, node by node -> cells: the average of two nodes, attenuated -> voxels
+//! forward   voxels -> cells, attenuated -> divided between the nodes of their depth -> blurred and summed -> the detector
+//! adjoint   detector -> blurred for each node -> cells: the average of two nodes, attenuated -> voxels
 //! ```
 //!
-//! Rows are independent: blocks of rows are processed side by side. The forward run distributes views to threads, and blocks within a view.
-//! The adjoint blurs some views one by one, then adds all of them to the voxels of each block. One job computes each number, in an order
-//! that does not depend on the threads.
+//! Rows are processed in blocks. Some views at a time: the steps that blur bins and, forward, those from voxels to nodes are jobs of one view
+//! and block; those that blur rows are jobs of one view; the adjoint adds all of these views to the voxels of a block in one job. One job
+//! computes each number, in an order that does not depend on the threads.
 
 use rayon::prelude::*;
 
-use super::depth::{AddBlurred, Node, Work};
-use super::lanes::{LANES, Lanes};
+use super::blur::{FromDetector, ToDetector, Work};
 use super::plan::Plan;
 use super::turned::View;
 use super::walk::{Gather, Scatter, Visit, Walk};
 use crate::Sample;
 use crate::error::{RadonError, zeros};
+use crate::pool::Pool;
+use crate::simd::{Lanes, sized};
 
 /// Work arrays, which grow as needed and are kept.
 #[derive(Debug, Default)]
 pub(crate) struct Scratch<T> {
     blocks: Vec<Lanes<T>>,
-    /// Transmission to the camera, `[block][bin]`, of the view that is added to the voxels.
-    passed: Vec<Lanes<T>>,
-    slots: Vec<Slot<T>>,
+    /// Sums over nodes, `[view][block][distance][bin]`.
+    sums: Vec<Lanes<T>>,
+    /// Nodes of the adjoint, `[view][block][node][bin]`.
+    nodes: Vec<Lanes<T>>,
+    /// A volume in rows of the detector.
+    rows: Vec<T>,
+    jobs: Pool<Job<T>>,
 }
 
-/// Work arrays of one view.
+/// Work arrays of a job.
 #[derive(Debug, Default)]
-struct Slot<T> {
-    /// The camera's image followed by the nodes, `[block][image][bin]` with margins.
-    images: Vec<Lanes<T>>,
-    /// Transmission to the camera, `[block][bin]`.
+struct Job<T> {
+    nodes: Vec<Lanes<T>>,
+    /// Transmission to the camera for each bin.
     passed: Vec<Lanes<T>>,
     work: Work<T>,
 }
@@ -47,20 +51,52 @@ impl<T: Sample> Plan<T> {
         out: &mut [T],
         scratch: &mut Scratch<T>,
     ) -> Result<(), RadonError> {
-        self.reserve(views, scratch)?;
-        let Scratch { blocks, slots, .. } = scratch;
-        self.axial.read(volume, blocks);
-        let (n, view_len) = (slots.len(), self.geometry.view_len());
+        if self.frame.axial.rows.n_blocks == 0 {
+            out.fill(T::ZERO);
+            return Ok(());
+        }
+        let n = self.reserve(views, scratch)?;
+        let Scratch {
+            blocks, sums, jobs, ..
+        } = scratch;
+        self.frame
+            .axial
+            .read(self.frame.instructions, volume, blocks);
+        let (view_len, block_len) = (self.frame.geometry.view_len(), self.frame.axial.block_len);
+        let (len, n_blocks) = (self.frame.blur.sums_len(), self.frame.axial.rows.n_blocks);
         for (views, out) in views.chunks(n).zip(out.chunks_mut(n * view_len)) {
-            let jobs = views.par_iter().zip(slots.par_iter_mut());
-            let jobs = jobs.zip(out.par_chunks_mut(view_len)).with_max_len(1);
-            jobs.for_each(|((&view, slot), out)| {
-                let view = &self.views[view];
-                self.gather(view, blocks, slot);
-                for (j, node) in view.depths.nodes.iter().enumerate().rev() {
-                    self.add_blurred(view, node, slot, [j + 1, node.parent]);
-                }
-                self.crop(&slot.images, view, out);
+            let each = sums.par_chunks_mut(len).take(views.len() * n_blocks);
+            each.enumerate().with_max_len(1).for_each(|(k, sums)| {
+                let (view, block) = (&self.views[views[k / n_blocks]], k % n_blocks);
+                jobs.with(Job::default, |job| {
+                    let nodes = sized(&mut job.nodes, view.used.len() * self.frame.blur.wide());
+                    nodes.fill(Lanes::default());
+                    let pixels = &blocks[block * block_len..][..block_len];
+                    self.walk(view, block, &mut job.passed, Gather { pixels, nodes });
+                    let work = &mut job.work;
+                    self.frame.blur.sum_nodes(
+                        self.frame.instructions,
+                        &view.used,
+                        nodes,
+                        sums,
+                        work,
+                    );
+                });
+            });
+            let each = sums
+                .par_chunks(len * n_blocks)
+                .zip(out.par_chunks_mut(view_len));
+            each.with_max_len(1).for_each(|(sums, view)| {
+                jobs.with(Job::default, |Job { work, .. }| {
+                    let (blur, rows) = (&self.frame.blur, self.frame.axial.rows);
+                    self.frame.instructions.run(ToDetector {
+                        blur,
+                        rows,
+                        sums,
+                        view,
+                        work,
+                    });
+                });
             });
         }
         Ok(())
@@ -74,143 +110,104 @@ impl<T: Sample> Plan<T> {
         volume: &mut [T],
         scratch: &mut Scratch<T>,
     ) -> Result<(), RadonError> {
-        self.reserve(views, scratch)?;
+        if self.frame.axial.rows.n_blocks == 0 {
+            volume.fill(T::ZERO);
+            return Ok(());
+        }
+        let n = self.reserve(views, scratch)?;
         let Scratch {
             blocks,
-            passed,
-            slots,
+            sums,
+            nodes,
+            rows,
+            jobs,
         } = scratch;
         blocks.fill(Lanes::default());
-        let (n, view_len) = (slots.len(), self.geometry.view_len());
-        let (block_len, n_bins) = (self.axial.block_len, self.frame.n_bins);
+        let (view_len, block_len) = (self.frame.geometry.view_len(), self.frame.axial.block_len);
+        let (len, n_blocks) = (self.frame.blur.sums_len(), self.frame.axial.rows.n_blocks);
+        let most = self.nodes_len(views);
+        if nodes.len() < n * n_blocks * most {
+            *nodes = zeros("nodes of the views", n * n_blocks, most)?;
+        }
         for (views, data) in views.chunks(n).zip(data.chunks(n * view_len)) {
-            let jobs = views.par_iter().zip(slots.par_iter_mut());
-            let jobs = jobs.zip(data.par_chunks(view_len)).with_max_len(1);
-            jobs.for_each(|((&view, slot), data)| {
-                let view = &self.views[view];
-                slot.images[..self.images_len(view)].fill(Lanes::default());
-                self.uncrop(data, view, &mut slot.images);
-                for (j, node) in view.depths.nodes.iter().enumerate() {
-                    self.add_blurred(view, node, slot, [node.parent, j + 1]);
-                }
+            let each = sums
+                .par_chunks_mut(len * n_blocks)
+                .zip(data.par_chunks(view_len));
+            each.with_max_len(1).for_each(|(sums, view)| {
+                jobs.with(Job::default, |Job { work, .. }| {
+                    let (blur, rows) = (&self.frame.blur, self.frame.axial.rows);
+                    self.frame.instructions.run(FromDetector {
+                        blur,
+                        rows,
+                        view,
+                        sums,
+                        work,
+                    });
+                });
             });
-            let jobs = blocks.par_chunks_mut(block_len);
-            let jobs = jobs.zip(passed.par_chunks_mut(n_bins)).enumerate();
-            jobs.for_each(|(block, (pixels, passed))| {
-                for (&view, slot) in views.iter().zip(slots.iter()) {
-                    let view = &self.views[view];
-                    let stride = view.n_images() * n_bins;
-                    let at = (self.axial.blocks.start + block) * stride;
-                    let nodes = &slot.images[at + n_bins..at + stride];
-                    self.walk(view, block, passed, Scatter { pixels, nodes });
-                }
+            let each = sums.par_chunks(len).zip(nodes.par_chunks_mut(most));
+            let each = each.take(views.len() * n_blocks).enumerate();
+            each.with_max_len(1).for_each(|(k, (sums, nodes))| {
+                let used = &self.views[views[k / n_blocks]].used;
+                let nodes = &mut nodes[..used.len() * self.frame.blur.wide()];
+                jobs.with(Job::default, |Job { work, .. }| {
+                    self.frame
+                        .blur
+                        .fill_nodes(self.frame.instructions, used, sums, nodes, work);
+                });
+            });
+            let each = blocks.par_chunks_mut(block_len).enumerate().with_max_len(1);
+            each.for_each(|(block, pixels)| {
+                jobs.with(Job::default, |job| {
+                    for (k, &view) in views.iter().enumerate() {
+                        let nodes = &nodes[(k * n_blocks + block) * most..];
+                        let view = &self.views[view];
+                        self.walk(view, block, &mut job.passed, Scatter { pixels, nodes });
+                    }
+                });
             });
         }
-        self.axial.write(blocks, volume);
+        self.frame
+            .axial
+            .write(self.frame.instructions, blocks, rows, volume);
         Ok(())
     }
 
-    fn reserve(&self, views: &[usize], scratch: &mut Scratch<T>) -> Result<(), RadonError> {
-        let (n_blocks, n_bins) = (self.axial.blocks.len(), self.frame.n_bins);
-        if scratch.blocks.is_empty() {
-            scratch.blocks = zeros("blocks of voxels", self.axial.block_len, n_blocks)?;
-            scratch.passed = zeros("what gets through", n_blocks, n_bins)?;
-        }
+    /// Prepares work arrays; returns the number of views that are processed at a time.
+    fn reserve(&self, views: &[usize], scratch: &mut Scratch<T>) -> Result<usize, RadonError> {
+        let (n_blocks, len) = (self.frame.axial.rows.n_blocks, self.frame.blur.sums_len());
         // Two views per thread, so that neither waits for the other.
-        let n_slots = (2 * rayon::current_num_threads()).min(views.len()).max(1);
-        let lengths = views.iter().map(|&v| self.images_len(&self.views[v]));
-        let images = lengths.max().unwrap_or(0);
-        scratch.slots.resize_with(n_slots, Slot::default);
-        for slot in &mut scratch.slots {
-            if slot.images.len() < images {
-                slot.images = zeros("images of a view", images, 1)?;
-                slot.passed = zeros("what gets through", n_blocks, n_bins)?;
-            }
+        let n = (2 * rayon::current_num_threads()).min(views.len()).max(1);
+        if scratch.blocks.is_empty() {
+            scratch.blocks = zeros("blocks of voxels", self.frame.axial.block_len, n_blocks)?;
         }
-        Ok(())
+        if scratch.sums.len() < n * n_blocks * len {
+            scratch.sums = zeros("sums of the views", n * n_blocks, len)?;
+        }
+        Ok(n)
     }
 
-    /// Returns the length of the images of a view.
-    fn images_len(&self, view: &View<T>) -> usize {
-        view.n_images() * self.frame.n_blocks * self.frame.n_bins
+    /// Returns the largest length of the nodes of a block.
+    fn nodes_len(&self, views: &[usize]) -> usize {
+        let most = views.iter().map(|&view| self.views[view].used.len()).max();
+        most.unwrap_or(0) * self.frame.blur.wide()
     }
 
     /// Visits all cells of a view in the rows of a block.
-    fn walk<V: Visit<T>>(&self, view: &View<T>, block: usize, passed: &mut [Lanes<T>], visit: V) {
-        let map = self.attenuation.as_ref();
-        let n = self.axial.block_len;
-        self.instructions.run(Walk {
-            view,
-            attenuation: map.map(|a| (&a.map[block * n..][..n], &a.escape)),
-            passed,
-            visit,
-        });
-    }
-
-    /// Projects voxels to nodes.
-    fn gather(&self, view: &View<T>, blocks: &[Lanes<T>], slot: &mut Slot<T>) {
-        let n_bins = self.frame.n_bins;
-        let (stride, seen) = (view.n_images() * n_bins, &self.axial.blocks);
-        let images = &mut slot.images[..self.images_len(view)];
-        images[..seen.start * stride].fill(Lanes::default());
-        images[seen.end * stride..].fill(Lanes::default());
-        let images = images[seen.start * stride..seen.end * stride].par_chunks_mut(stride);
-        let jobs = images.zip(slot.passed.par_chunks_mut(n_bins));
-        let jobs = jobs
-            .zip(blocks.par_chunks(self.axial.block_len))
-            .enumerate();
-        jobs.for_each(|(block, ((images, passed), pixels))| {
-            images.fill(Lanes::default());
-            let nodes = &mut images[n_bins..];
-            self.walk(view, block, passed, Gather { pixels, nodes });
-        });
-    }
-
-    /// Adds a blurred image of a node to its target.
-    fn add_blurred(
+    fn walk<V: Visit<T>>(
         &self,
         view: &View<T>,
-        node: &Node<T>,
-        slot: &mut Slot<T>,
-        [from, to]: [usize; 2],
+        block: usize,
+        passed: &mut Vec<Lanes<T>>,
+        visit: V,
     ) {
-        self.instructions.run(AddBlurred {
-            frame: self.frame,
-            kernels: &node.kernels,
-            images: &mut slot.images,
-            n_images: view.n_images(),
-            from,
-            to,
-            work: &mut slot.work,
+        let map = self.attenuation.as_ref();
+        let n = self.frame.axial.block_len;
+        self.frame.instructions.run(Walk {
+            view,
+            attenuation: map.map(|a| (&a.map[block * n..][..n], &a.escape)),
+            passed: sized(passed, self.frame.blur.wide()),
+            visit,
         });
-    }
-
-    /// Extracts the detector's rows and bins `[row][bin]` from the camera's image.
-    fn crop(&self, images: &[Lanes<T>], view: &View<T>, out: &mut [T]) {
-        let n_bins = self.geometry.views().n_bins();
-        for (row, out) in out.chunks_exact_mut(n_bins).enumerate() {
-            let (start, lane) = self.first_bin(view, row);
-            for (x, lanes) in out.iter_mut().zip(&images[start..]) {
-                *x = lanes.0[lane];
-            }
-        }
-    }
-
-    /// The adjoint of [`crop`](Self::crop), into zeros.
-    fn uncrop(&self, data: &[T], view: &View<T>, images: &mut [Lanes<T>]) {
-        let n_bins = self.geometry.views().n_bins();
-        for (row, data) in data.chunks_exact(n_bins).enumerate() {
-            let (start, lane) = self.first_bin(view, row);
-            for (&x, lanes) in data.iter().zip(&mut images[start..]) {
-                lanes.0[lane] = x;
-            }
-        }
-    }
-
-    /// Returns the first bin of a row of the detector in the camera's image.
-    fn first_bin(&self, view: &View<T>, row: usize) -> (usize, usize) {
-        let [bins, rows] = self.margin;
-        let (block, lane) = ((rows + row) / LANES, (rows + row) % LANES);
-        (block * view.n_images() * self.frame.n_bins + bins, lane)
     }
 }

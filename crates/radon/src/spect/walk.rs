@@ -1,10 +1,9 @@
 //! The walk through the cells of a view, shared by both directions.
 
 use super::attenuation::Escape;
-use super::lanes::Lanes;
-use super::turned::View;
+use super::turned::{Run, View};
 use crate::Sample;
-use crate::simd::prefetch;
+use crate::simd::Lanes;
 
 /// A walk through the cells of a view for the rows of a block, nearest cells first.
 pub(super) struct Walk<'a, T, V> {
@@ -16,16 +15,10 @@ pub(super) struct Walk<'a, T, V> {
     pub(super) visit: V,
 }
 
-/// Number of entries by which pixels are prefetched.
-const AHEAD: usize = 24;
-
 /// The operation of a walk.
 pub(super) trait Visit<T> {
     /// Processes a cell with its pixels and the fraction of its emission that reaches the camera.
     fn cell(&mut self, place: Place<T>, pixels: &[(u32, T)], seen: &Lanes<T>);
-
-    /// Announces that a pixel is needed soon.
-    fn prefetch(&self, pixel: usize);
 }
 
 /// Position of a cell among the nodes: index of the bin's node in front, of the node behind, and the fraction of the latter.
@@ -42,32 +35,51 @@ impl<T: Sample, V: Visit<T>> simd_set::Work for Walk<'_, T, V> {
     #[inline(always)]
     fn run(mut self) {
         self.passed.fill(Lanes::splat(T::ONE));
-        let n_bins = self.passed.len();
-        let (mut start, n_entries) = (0, self.view.entries.len());
-        for cell in &self.view.cells {
-            let (bin, end) = (cell.bin as usize, cell.end as usize);
-            let pixels = &self.view.entries[start..end];
-            let ahead = (start + AHEAD).min(n_entries)..(end + AHEAD).min(n_entries);
-            for &(pixel, _) in &self.view.entries[ahead] {
-                if let Some((map, _)) = self.attenuation {
-                    prefetch(&map[pixel as usize].0);
-                }
-                self.visit.prefetch(pixel as usize);
+        let (mut bins, mut entries) = (&*self.view.bins, &*self.view.entries);
+        for run in &self.view.runs {
+            let (n, n_cells) = (run.n_pixels as usize, run.n_cells as usize);
+            let (own, others) = bins.split_at(n_cells);
+            let (pixels, rest) = entries.split_at(n_cells * n);
+            (bins, entries) = (others, rest);
+            // Loops of known length are unrolled.
+            match n {
+                1 => self.cells(run, own, pixels, 1),
+                2 => self.cells(run, own, pixels, 2),
+                3 => self.cells(run, own, pixels, 3),
+                4 => self.cells(run, own, pixels, 4),
+                5 => self.cells(run, own, pixels, 5),
+                6 => self.cells(run, own, pixels, 6),
+                _ => self.cells(run, own, pixels, n),
             }
-            start = end;
-            let seen = match self.attenuation {
-                Some((map, escape)) => escape.step(&sum(map, pixels), &mut self.passed[bin]),
-                None => Lanes::splat(T::ONE),
+        }
+    }
+}
+
+impl<T: Sample, V: Visit<T>> Walk<'_, T, V> {
+    /// Visits the cells of a run, each of which has `n` pixels.
+    #[inline(always)]
+    fn cells(&mut self, run: &Run, bins: &[u32], pixels: &[(u32, T)], n: usize) {
+        let n_bins = self.passed.len();
+        let (node, behind) = self.view.planes[run.plane as usize];
+        // The last node is the farthest.
+        let next = if behind > T::ZERO { n_bins } else { 0 };
+        let attenuation = self.attenuation.filter(|_| run.attenuates);
+        for (&bin, pixels) in bins.iter().zip(pixels.chunks_exact(n)) {
+            let passed = &mut self.passed[bin as usize];
+            let seen = match attenuation {
+                Some((map, escape)) => escape.step(&sum(map, pixels), passed),
+                None => *passed,
             };
-            let (node, behind) = self.view.depths.planes[cell.plane as usize];
-            let near = node * n_bins + bin;
-            // The last node is the farthest.
-            let far = if behind > T::ZERO {
-                near + n_bins
-            } else {
-                near
-            };
-            self.visit.cell(Place { near, far, behind }, pixels, &seen);
+            let near = node * n_bins + bin as usize;
+            self.visit.cell(
+                Place {
+                    near,
+                    far: near + next,
+                    behind,
+                },
+                pixels,
+                &seen,
+            );
         }
     }
 }
@@ -96,11 +108,6 @@ impl<T: Sample> Visit<T> for Gather<'_, T> {
         self.nodes[near].add(T::ONE - behind, &emitted);
         self.nodes[far].add(behind, &emitted);
     }
-
-    #[inline(always)]
-    fn prefetch(&self, pixel: usize) {
-        prefetch(&self.pixels[pixel].0);
-    }
 }
 
 /// Adds nodes `[node][bin]` to voxels.
@@ -120,10 +127,5 @@ impl<T: Sample> Visit<T> for Scatter<'_, T> {
         for &(pixel, length) in pixels {
             self.pixels[pixel as usize].add(length, &arriving);
         }
-    }
-
-    #[inline(always)]
-    fn prefetch(&self, pixel: usize) {
-        prefetch(&self.pixels[pixel].0);
     }
 }

@@ -86,10 +86,7 @@ fn solvers<T: Sample>() -> [(&'static str, Solve<T>); 4] {
             mlem(a, b, x, &options, radon::no_observer).map(drop)
         }),
         ("OSEM", |a, b, x, n| {
-            let all = Subset {
-                operator: a,
-                data: (0..5).collect(),
-            };
+            let all = Subset::new(a, (0..5).collect());
             let options = EmOptions::default().with_stopping(stopping(n));
             osem(&[all], b, x, &options, radon::no_observer).map(drop)
         }),

@@ -110,11 +110,8 @@ fn subsets_hold_each_datum_once_and_the_rows_of_the_whole() {
         whole.forward_into(&image, &mut data).unwrap();
         let subsets = whole.subsets(2).unwrap();
         let mut seen = vec![0; 105];
-        for Subset {
-            operator,
-            data: indices,
-        } in &subsets
-        {
+        for subset in &subsets {
+            let (operator, indices) = (subset.operator(), subset.data());
             let mut part = vec![0.0; operator.data_len()];
             operator.forward_into(&image, &mut part).unwrap();
             for (value, &i) in part.iter().zip(indices) {
@@ -525,7 +522,7 @@ fn bad_input_is_refused_with_its_numbers() {
             ..
         })
     ));
-    let none: [Subset<Dense>; 0] = [];
+    let none: [Subset<Dense, f64>; 0] = [];
     assert!(matches!(
         osem(
             &none,
@@ -536,12 +533,7 @@ fn bad_input_is_refused_with_its_numbers() {
         ),
         Err(RadonError::TooFew { .. })
     ));
-    let subset = |data| {
-        [Subset {
-            operator: not_negative(2, 3, 1),
-            data,
-        }]
-    };
+    let subset = |data| [Subset::new(not_negative(2, 3, 1), data)];
     assert!(matches!(
         osem(
             &subset(vec![0, 4]),

@@ -23,7 +23,7 @@ const SHAPE: [usize; 3] = [7, 6, 5];
 const SIDES: [f64; 3] = [0.5, 0.25, 2.0];
 
 /// Two motions of some voxels by up to three voxels, some of them out of the volume, one by far.
-fn motions() -> Vec<Displacements> {
+fn motions() -> Vec<Displacements<'static>> {
     let by = |every: usize, seed: u64| -> Vec<(usize, [f32; 3])> {
         let all: usize = SHAPE.iter().product();
         let random = noise(3 * all, seed);
@@ -38,13 +38,13 @@ fn motions() -> Vec<Displacements> {
     [(0.3, first), (0.6, by(2, 9))]
         .map(|(share, by)| Displacements {
             fraction: share,
-            by,
+            by: by.leak(),
         })
         .into()
 }
 
 /// The definition, voxel by voxel and neighbour by neighbour, with hats.
-fn plain(motions: &[Displacements], x: &[f64]) -> Vec<f64> {
+fn plain(motions: &[Displacements<'_>], x: &[f64]) -> Vec<f64> {
     let [nx, ny, nz] = SHAPE;
     let mut moved = x.to_vec();
     for v in 0..x.len() {
@@ -130,11 +130,14 @@ fn a_warp_is_its_definition_and_its_adjoint_the_transpose() {
 fn whole_voxels_move_exactly_and_straight_lines_stay_straight() {
     let [nx, ny, nz] = [9, 8, 7];
     let all = nx * ny * nz;
-    let by = |d: [f32; 3]| Displacements {
-        fraction: 1.0,
-        by: (0..all).map(|v| (v, d)).collect(),
+    let warp = |d| {
+        let by: Vec<_> = (0..all).map(|v| (v, d)).collect();
+        let motion = Displacements {
+            fraction: 1.0,
+            by: &by,
+        };
+        Warp::new([nx, ny, nz], [0.4; 3], &[motion]).unwrap()
     };
-    let warp = |d| Warp::new([nx, ny, nz], [0.4; 3], &[by(d)]).unwrap();
     let x = noise(all, 8);
     let moved = apply(&warp([0.8, -0.4, 0.4]), &x);
     for v in 0..all {
@@ -182,7 +185,7 @@ fn a_smooth_volume_is_warped_with_order_two() {
         };
         let motion = Displacements {
             fraction: 1.0,
-            by: (0..n * n * n).map(by).collect(),
+            by: &(0..n * n * n).map(by).collect::<Vec<_>>(),
         };
         let warp = Warp::new([n; 3], [side; 3], &[motion]).unwrap();
         let x: Vec<f64> = (0..n * n * n).map(|v| hill(place(v))).collect();
@@ -232,11 +235,14 @@ fn operator() -> StackOperator<f64> {
 
 /// All of the volume by so much.
 fn shifted(by: [f32; 3]) -> Arc<Warp> {
-    let by = (0..432).map(|v| (v, by)).collect();
+    let by: Vec<_> = (0..432).map(|v| (v, by)).collect();
     let warp = Warp::new(
         [12, 12, 3],
         [1.0; 3],
-        &[Displacements { fraction: 1.0, by }],
+        &[Displacements {
+            fraction: 1.0,
+            by: &by,
+        }],
     );
     Arc::new(warp.unwrap())
 }
@@ -269,13 +275,13 @@ fn views_of_states_are_those_of_the_warped_volumes_and_the_adjoint_is_exact() {
 /// A product of three warps, none of which commutes with another, is its factors in turn, and so is its adjoint.
 #[test]
 fn products_apply_their_factors_in_turn() {
-    let half = (0..216).map(|v| (v, [0.3, -0.6, 0.9])).collect();
+    let half: Vec<_> = (0..216).map(|v| (v, [0.3, -0.6, 0.9])).collect();
     let half = Warp::new(
         [12, 12, 3],
         [1.0; 3],
         &[Displacements {
             fraction: 0.7,
-            by: half,
+            by: &half,
         }],
     );
     let factors = [
@@ -327,15 +333,15 @@ fn osem_finds_what_moves_in_one_frame() {
                 let (mut states, mut data) = (Vec::new(), Vec::new());
                 for (j, (warp, subsets)) in all.iter().enumerate() {
                     let part = operator().subsets(4).unwrap().remove(k);
-                    data.extend(subsets[k].data.iter().map(|i| 384 * j + i));
+                    data.extend(subsets[k].data().iter().map(|i| 384 * j + i));
                     states.push(State {
                         warps: Warps::new(vec![warp.clone()]).unwrap(),
-                        operator: part.operator,
+                        operator: part.into_parts().0,
                         weights: vec![1.0],
                     });
                 }
                 let operator = MovingOperator::new(states).unwrap();
-                Subset { operator, data }
+                Subset::new(operator, data)
             })
             .collect();
         let stopping = Stopping::default().with_max_iterations(60);
@@ -362,7 +368,7 @@ fn what_makes_no_sense_is_refused() {
             [1.0; 3],
             &[Displacements {
                 fraction: share,
-                by: vec![(voxel, by)],
+                by: &[(voxel, by)],
             }],
         )
     };

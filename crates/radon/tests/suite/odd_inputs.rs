@@ -200,10 +200,7 @@ fn subsets_beyond_the_data() {
             Ok(())
         }
     }
-    let subset = Subset {
-        operator: One,
-        data: vec![usize::MAX],
-    };
+    let subset = Subset::new(One, vec![usize::MAX]);
     let refused = osem(
         &[subset],
         &[1.0],

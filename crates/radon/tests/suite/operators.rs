@@ -17,15 +17,49 @@ use radon::{
 };
 
 /// A problem with counts, and its operator in two halves.
-fn problem() -> (Dense, [Subset<Dense>; 2], Vec<f64>) {
+fn problem() -> (Dense, [Subset<Dense, f64>; 2], Vec<f64>) {
     let whole = not_negative(12, 5, 3);
-    let half = |first: usize| Subset {
-        operator: Dense(whole.0.iter().skip(first).step_by(2).cloned().collect()),
-        data: (first..12).step_by(2).collect(),
+    let half = |first: usize| {
+        let operator = Dense(whole.0.iter().skip(first).step_by(2).cloned().collect());
+        Subset::new(operator, (first..12).step_by(2).collect())
     };
     let halves = [half(0), half(1)];
     let data = noise(12, 9).iter().map(|x: &f64| 2.0 + x).collect();
     (whole, halves, data)
+}
+
+/// Runs with the same subsets compute the column sums once: one adjoint for them, and one for each step of two runs.
+#[test]
+fn runs_with_the_same_subsets_share_their_column_sums() {
+    struct Counting(Dense, std::cell::Cell<usize>);
+    impl LinearOperator<f64> for &Counting {
+        fn image_len(&self) -> usize {
+            self.0.image_len()
+        }
+        fn data_len(&self) -> usize {
+            self.0.data_len()
+        }
+        fn forward_into(&self, x: &[f64], y: &mut [f64]) -> Result<(), RadonError> {
+            self.0.forward_into(x, y)
+        }
+        fn adjoint_into(&self, y: &[f64], x: &mut [f64]) -> Result<(), RadonError> {
+            self.1.set(self.1.get() + 1);
+            self.0.adjoint_into(y, x)
+        }
+    }
+    let (whole, _, data) = problem();
+    let counting = Counting(whole, 0.into());
+    let subsets = [Subset::new(&counting, (0..12).collect())];
+    let sums = subsets[0].sensitivity().unwrap().to_vec();
+    let sum = |column: usize| (counting.0.0.iter()).map(|row| row[column]).sum::<f64>();
+    assert!((0..5).all(|column| (sums[column] / sum(column) - 1.0).abs() < 1e-15));
+    let options = EmOptions::default().with_stopping(Stopping::default().with_max_iterations(3));
+    for runs in 1..3 {
+        let mut x = vec![1.0; 5];
+        osem(&subsets, &data, &mut x, &options, radon::no_observer).unwrap();
+        assert_eq!(counting.1.get(), 1 + 3 * runs);
+        assert_eq!(subsets[0].sensitivity().unwrap(), sums);
+    }
 }
 
 /// Calls at the same time have their own work arrays: the results are those of calls one after the other.
@@ -99,16 +133,17 @@ fn a_pointer_to_an_operator_is_one() {
         radon::no_observer,
     )
     .unwrap();
-    let borrowed = [&halves[0], &halves[1]].map(|half| Subset {
-        operator: &half.operator as &dyn LinearOperator<f64>,
-        data: half.data.clone(),
+    let borrowed = [&halves[0], &halves[1]].map(|half| {
+        let operator: &dyn LinearOperator<f64> = half.operator();
+        Subset::new(operator, half.data().to_vec())
     });
     let mut x = vec![1.0; 5];
     osem(&borrowed, &data, &mut x, &options, radon::no_observer).unwrap();
     assert_eq!(x, expected_osem);
-    let boxed = halves.map(|half| Subset {
-        operator: Box::new(half.operator) as Box<dyn LinearOperator<f64>>,
-        data: half.data,
+    let boxed = halves.map(|half| {
+        let (operator, data) = half.into_parts();
+        let operator: Box<dyn LinearOperator<f64>> = Box::new(operator);
+        Subset::new(operator, data)
     });
     let mut x = vec![1.0; 5];
     osem(&boxed, &data, &mut x, &options, radon::no_observer).unwrap();
@@ -279,7 +314,7 @@ fn a_plan_tells_what_it_was_made_for() {
         (3, StackOrder::SliceViewBin)
     );
     for part in stack.subsets(2).unwrap() {
-        let within = part.operator.projector();
+        let within = part.operator().projector();
         assert_eq!(within.instructions(), InstructionSet::Baseline);
         assert_eq!((within.grid(), within.kernel()), (&grid, Kernel::Siddon));
         assert!(within.geometry().n_views() < 5 && within.geometry().offset() == 0.1);

@@ -6,8 +6,9 @@
 //!
 //! with k the Gaussian, averaged over the bin. Heights v are Gauss-Legendre nodes between the extreme heights of all solids, positions u of a row
 //! are those of a [`Panel`] between the positions where an outline crosses the row; along a ray the integral is exact for the polynomials of
-//! [`DepthResponse`]. In each panel the integrand is smooth at the scale of the response, so the error falls exponentially with the density of
-//! nodes, and the number of rays does not depend on the number of bins. Organs are smooth at their own scale, so that few rays suffice in a large
+//! [`DepthResponse`]. In each panel the integrand of smooth solids is smooth at the scale of the response, so the error falls exponentially with
+//! the density of nodes. Sides of sectors do not divide panels (order 5/2 of the density), nor do small corners of a meridian (order 2, and 3 from a density of 2 on). The
+//! number of rays does not depend on the number of bins. Organs are smooth at their own scale, so that few rays suffice in a large
 //! panel: their integrals are interpolated to the nodes that the response needs.
 
 use std::ops::Range;
@@ -27,8 +28,6 @@ use crate::{ParallelDetector, RayCounters, RevolveError};
 const NARROW: f64 = 0.125;
 /// Standard deviations around the edge of a bin within which such weights change.
 const STEP: f64 = 4.0;
-/// Scales by which a panel is longer for its number of nodes.
-const MORE: f64 = 2.0;
 /// Nodes that resolve organs in a panel: a number, and as many for each unit of the density.
 const ORGANS: [f64; 2] = [4.0, 6.0];
 /// Breaks closer than this, relative to the largest coordinate, are one.
@@ -71,9 +70,9 @@ struct Line {
 }
 
 impl<'a> View<'a> {
-    /// A view on a detector, which is centred at (u, v) = (0, 0), with `density` nodes per standard deviation of the narrowest response (per bin where
-    /// that is narrower than an eighth of a bin). With a density of 1 errors are near 1e-2 of the largest sample, with 1.5 near 1e-3, with 2 near
-    /// 1e-4. A response that depends on depth needs parallel rays.
+    /// A view on a detector, which is centred at (u, v) = (0, 0), with `density` nodes per standard deviation of the narrowest response (per
+    /// bin where that is narrower than an eighth of a bin). The error is not estimated: compare two densities. A response that depends on depth
+    /// needs parallel rays.
     ///
     /// # Errors
     /// [`RevolveError::NotPositive`], [`RevolveError::NotFinite`] for the density, and for a response of width zero at the centre of bins.
@@ -106,8 +105,11 @@ impl<'a> View<'a> {
     /// Returns the image of some rows. Its samples are bitwise identical to those of all rows, for any number of threads.
     pub fn image(&self, assembly: &Assembly<'_>, shown: Shown, rows: Range<usize>) -> Image {
         let body = assembly.body().filter(|_| shown == Shown::Change);
-        let layers =
-            (body.iter()).flat_map(|body| body.layers().iter().map(|layer| Path::new(body, layer)));
+        let path_of = |body, layer| Path::new(body, layer, self.density);
+        let layers = (body.iter()).flat_map(|body| {
+            let layers = body.layers().iter();
+            layers.map(move |layer| path_of(body, layer))
+        });
         let paths: Vec<Path<'_>> = layers.collect();
         let panels = self.heights(assembly, shown, &paths);
         let heights: Vec<[f64; 2]> = (panels.iter().flat_map(Panel::nodes))
@@ -182,6 +184,13 @@ impl<'a> View<'a> {
             (0, Shown::Organs) => (ORGANS[0] + ORGANS[1] * self.density) as usize,
             _ => usize::MAX,
         };
+        // Two densities that differ by the root of two have different numbers of nodes in any panel. Steps of the weights, and corners of
+        // an outline at the edge of a bin, are of low order: then the numbers differ by the same factor.
+        let least = match is_narrow {
+            true => 4.0 * self.density,
+            false => 4.0 + 2.0 * self.density.log2(),
+        };
+        let least = least.round().max(1.0) - 1.0;
         for pair in breaks.windows(2) {
             let [from, to] = [pair[0], pair[1]];
             // In the middle of a bin the weights are constant.
@@ -190,7 +199,7 @@ impl<'a> View<'a> {
                 true => pitch,
                 false => narrowest,
             };
-            let fine = (self.density * (MORE + (to - from) / scale)).ceil();
+            let fine = least + (self.density * (to - from) / scale).ceil().max(1.0);
             panels.push(Panel::new([from, to], kind, fine.min(1e7) as usize, own));
         }
     }

@@ -367,8 +367,7 @@ impl Assembly<'_> {
             || (Finder::default(), vec![0.0; rays.planes().len() + 1]),
             |(finder, slabs), (row, image)| {
                 let mut counters = RayCounters::default();
-                let mask = rays.mask_of_row(row);
-                for bin in (0..n_bins).filter(|bin| mask.is_none_or(|mask| mask[*bin])) {
+                for bin in 0..n_bins {
                     let ray = rays.line(bin, row);
                     if capsule.as_ref().is_some_and(|own| !own.meets(&ray)) {
                         counters.skipped += 1;

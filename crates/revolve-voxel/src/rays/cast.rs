@@ -31,11 +31,6 @@ impl Raster for Lines {
         &[]
     }
 
-    fn mask_of_row(&self, row: usize) -> Option<&[bool]> {
-        let mask = self.mask.as_ref()?;
-        Some(&mask[row * self.size[0]..][..self.size[0]])
-    }
-
     fn line(&self, bin: usize, row: usize) -> Ray {
         self.line(bin, row)
     }
@@ -210,9 +205,9 @@ impl Slopes {
 const PLAIN: std::ops::Range<f64> = 1e-100..1e100;
 
 impl<T, F> Chunk<'_, T, F> {
-    /// Finds the lines that may meet a layer; returns how many there are without a mask.
+    /// Finds the lines that may meet a layer.
     #[inline(always)]
-    fn prepare(&mut self) -> usize {
+    fn prepare(&mut self) {
         let lines = self.lines;
         let [n_bins, _] = lines.size;
         let (mut bin, mut row) = (self.first % n_bins, self.first / n_bins);
@@ -220,34 +215,29 @@ impl<T, F> Chunk<'_, T, F> {
         let turned = |v: Vector3<f64>| x * v.x + y * v.y + z * v.z;
         let found = &mut self.scratch.lines;
         found.clear();
-        let mut wanted = 0;
         for k in 0..self.image.len() {
-            if (lines.mask.as_ref()).is_none_or(|mask| mask[self.first + k]) {
-                wanted += 1;
-                let (o, d) = match &self.ends {
-                    Some([from, to]) => {
-                        let row = lines.first_row + row;
-                        let from = from.at(bin, row);
-                        (from, to.at(bin, row) - from)
-                    }
-                    None => {
-                        let ray = lines.line(bin, row);
-                        let from = turned(ray.origin().coords - self.shift);
-                        (Point3::from(from), turned(ray.direction()))
-                    }
-                };
-                let d = match PLAIN.contains(&d.amax()) {
-                    true => d,
-                    false => turned(lines.line(bin, row).direction()),
-                };
-                found.extend(self.bound.parts(&o, &d).map(|parts| (k, o, parts)));
-            }
+            let (o, d) = match &self.ends {
+                Some([from, to]) => {
+                    let row = lines.first_row + row;
+                    let from = from.at(bin, row);
+                    (from, to.at(bin, row) - from)
+                }
+                None => {
+                    let ray = lines.line(bin, row);
+                    let from = turned(ray.origin().coords - self.shift);
+                    (Point3::from(from), turned(ray.direction()))
+                }
+            };
+            let d = match PLAIN.contains(&d.amax()) {
+                true => d,
+                false => turned(lines.line(bin, row).direction()),
+            };
+            found.extend(self.bound.parts(&o, &d).map(|parts| (k, o, parts)));
             bin += 1;
             if bin == n_bins {
                 (bin, row) = (0, row + 1);
             }
         }
-        wanted
     }
 }
 
@@ -277,7 +267,7 @@ where
 
     #[inline(always)]
     fn run(mut self) -> RayCounters {
-        let wanted = self.prepare();
+        self.prepare();
         let Scratch {
             lines,
             sums,
@@ -288,7 +278,8 @@ where
         } = self.scratch;
         let [n_bins, _] = self.lines.size;
         let mut counters = RayCounters::default();
-        (counters.cast, counters.skipped) = (lines.len() as u64, (wanted - lines.len()) as u64);
+        (counters.cast, counters.skipped) =
+            (lines.len() as u64, (self.image.len() - lines.len()) as u64);
         sums.clear();
         sums.resize(lines.len(), 0.0);
         for &(meridian, weight) in self.layers {

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use nalgebra::{Point3, Vector3};
 
-use crate::error::{at_least, countable, finite, length, positive};
+use crate::error::{at_least, countable, finite, positive};
 use crate::{Ray, RevolveError};
 
 /// A flat parallel-beam detector that rotates about the z axis of the lab.
@@ -106,8 +106,6 @@ pub struct ParallelRays {
     pub(super) row_step: Vector3<f64>,
     pub(super) direction: Vector3<f64>,
     planes: Arc<[f64]>,
-    /// `[row][bin]`: which rays are projected; `None` for all.
-    mask: Option<Arc<[bool]>>,
 }
 
 impl ParallelRays {
@@ -144,7 +142,6 @@ impl ParallelRays {
             row_step,
             direction,
             planes: Arc::default(),
-            mask: None,
         })
     }
 
@@ -176,34 +173,6 @@ impl ParallelRays {
         )?;
         self.planes = planes.into();
         Ok(self)
-    }
-
-    /// Restricts projections to the rays with a true entry in `mask`, `[row][bin]`; other samples do not change.
-    ///
-    /// ```
-    /// use revolve_voxel::{Body, Meridian, ParallelDetector, Pose};
-    /// let rod = Meridian::new(&[[-1.0, 0.5], [1.0, 0.5]])?;
-    /// let body = Body::new(vec![rod], Pose::axis_along_z(0.0)?)?;
-    /// let rays = ParallelDetector::new(3, 1, [0.25, 1.0])?.rays(0.0)?;
-    /// let rays = rays.with_mask(vec![false, true, false])?;
-    /// let (image, counters) = body.project::<f64>(&rays, &[1.0])?;
-    /// assert_eq!((image, counters.cast), (vec![0.0, 1.0, 0.0], 1));
-    /// # Ok::<(), revolve_voxel::RevolveError>(())
-    /// ```
-    ///
-    /// # Errors
-    /// [`RevolveError::WrongLength`] unless the mask has one entry per ray.
-    pub fn with_mask(mut self, mask: impl Into<Arc<[bool]>>) -> Result<Self, RevolveError> {
-        let mask = mask.into();
-        length("mask", self.n_bins * self.n_rows, mask.len())?;
-        self.mask = Some(mask);
-        Ok(self)
-    }
-
-    /// Returns whether each ray of a row is projected; `None` if all are.
-    pub(crate) fn mask_of_row(&self, row: usize) -> Option<&[bool]> {
-        let mask = self.mask.as_ref()?;
-        Some(&mask[row * self.n_bins..][..self.n_bins])
     }
 
     /// Returns the number of slabs; 1 without planes.
@@ -243,12 +212,9 @@ impl ParallelRays {
                 given: rows.end,
             });
         }
-        let mask = (self.mask.as_ref())
-            .map(|mask| mask[rows.start * self.n_bins..rows.end * self.n_bins].into());
         Ok(Self {
             first_row: self.first_row + rows.start,
             n_rows: rows.len(),
-            mask,
             ..self.clone()
         })
     }

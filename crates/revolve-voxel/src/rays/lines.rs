@@ -82,8 +82,6 @@ pub struct Lines {
     pub(super) kind: Kind,
     /// Bound of all coordinates from which positions are computed.
     pub(super) farthest: f64,
-    /// `[row][bin]`: which lines are projected; `None` for all.
-    pub(super) mask: Option<Arc<[bool]>>,
 }
 
 #[derive(Debug, Clone, PartialEq)]
@@ -112,7 +110,6 @@ impl Lines {
             first_row: 0,
             kind: Kind::Between(ends),
             farthest,
-            mask: None,
         };
         let way = |[bin, row]: [usize; 2]| ends[1].at(bin, row) - ends[0].at(bin, row);
         let corners = [0, size[0] - 1].map(|bin| [0, size[1] - 1].map(|row| way([bin, row])));
@@ -147,19 +144,7 @@ impl Lines {
             first_row: 0,
             farthest: coordinates.fold(0.0, f64::max),
             kind: Kind::Each(lines),
-            mask: None,
         })
-    }
-
-    /// Restricts projections to the lines with a true entry in `mask`, `[row][bin]`; other samples do not change.
-    ///
-    /// # Errors
-    /// [`RevolveError::WrongLength`] unless the mask has one entry per line.
-    pub fn with_mask(mut self, mask: impl Into<Arc<[bool]>>) -> Result<Self, RevolveError> {
-        let mask = mask.into();
-        length("mask", self.size[0] * self.size[1], mask.len())?;
-        self.mask = Some(mask);
-        Ok(self)
     }
 
     /// Returns some rows of the lines; their projections are bitwise identical to those rows of the whole.
@@ -176,11 +161,9 @@ impl Lines {
                 given: rows.end,
             });
         }
-        let some = rows.start * n_bins..rows.end * n_bins;
         Ok(Self {
             size: [n_bins, rows.len()],
             first_row: self.first_row + rows.start,
-            mask: (self.mask.as_ref()).map(|mask| mask[some].into()),
             ..self.clone()
         })
     }
@@ -209,7 +192,7 @@ impl Lines {
 }
 
 impl From<&ParallelRays> for Lines {
-    /// The same lines, without slabs and mask.
+    /// The same lines, without slabs.
     fn from(rays: &ParallelRays) -> Self {
         let [n_bins, n_rows] = [rays.n_bins(), rays.n_rows()];
         let all = (0..n_rows).flat_map(|row| (0..n_bins).map(move |bin| rays.line(bin, row)));
@@ -218,7 +201,6 @@ impl From<&ParallelRays> for Lines {
             first_row: 0,
             kind: Kind::Each(all.collect()),
             farthest: rays.farthest,
-            mask: None,
         }
     }
 }

@@ -67,7 +67,7 @@ impl Body {
     fn project_row<T: Sample, M: Fn(f64, f64, f64) -> f64>(
         &self,
         views: &[LayerView],
-        (planes, mask): (&[f64], Option<&[bool]>),
+        planes: &[f64],
         row: f64,
         image: &mut [T],
         scratch: &mut Scratch,
@@ -114,7 +114,7 @@ impl Body {
             };
             for bin in bins.clone() {
                 let (w, q) = (w0 + bin as f64 * view.bin[0], q0 + bin as f64 * view.bin[1]);
-                if mask.is_some_and(|mask| !mask[bin]) || !view.silhouette.holds(w, q) {
+                if !view.silhouette.holds(w, q) {
                     continue;
                 }
                 cast[bin - used.start] = true;
@@ -141,8 +141,7 @@ impl Body {
                 }
             }
         }
-        let wanted = mask.map_or(n_bins, |mask| mask.iter().filter(|&&ray| ray).count());
-        counters.skipped = wanted as u64 - counters.cast;
+        counters.skipped = n_bins as u64 - counters.cast;
         counters
     }
 }
@@ -160,10 +159,6 @@ impl Raster for ParallelRays {
 
     fn planes(&self) -> &[f64] {
         self.planes()
-    }
-
-    fn mask_of_row(&self, row: usize) -> Option<&[bool]> {
-        self.mask_of_row(row)
     }
 
     fn line(&self, bin: usize, row: usize) -> Ray {
@@ -215,7 +210,6 @@ impl Raster for ParallelRays {
                     body,
                     views: &views,
                     planes: self.planes(),
-                    mask: self.mask_of_row(row),
                     at,
                     image,
                     scratch,
@@ -231,7 +225,6 @@ struct Row<'a, T, F> {
     body: &'a Body,
     views: &'a [LayerView],
     planes: &'a [f64],
-    mask: Option<&'a [bool]>,
     at: f64,
     image: &'a mut [T],
     scratch: &'a mut Scratch,
@@ -246,7 +239,7 @@ impl<T: Sample, M: Fn(f64, f64, f64) -> f64, F: Fn(usize) -> M> simd_set::Work f
         let Self { views, planes, .. } = self;
         (self.body).project_row(
             views,
-            (planes, self.mask),
+            planes,
             self.at,
             self.image,
             self.scratch,

@@ -13,8 +13,6 @@ pub trait Raster: Sync {
     fn image_len(&self) -> usize;
     /// Planes between the slabs of a ray.
     fn planes(&self) -> &[f64];
-    /// Which rays of a row are projected; `None` for all.
-    fn mask_of_row(&self, row: usize) -> Option<&[bool]>;
     /// One of the rays.
     fn line(&self, bin: usize, row: usize) -> Ray;
     /// An error if a ray is parallel to the axis of a torso.

@@ -235,14 +235,6 @@ fn threads_rows_and_masks_change_no_bit() {
         assert_eq!(some, all[67 * 5..67 * 12]);
         assert!(lines.rows(40..44).is_err() && lines.rows(3..3).is_err());
     }
-    let mask: Vec<bool> = (0..67 * 43).map(|k| k % 3 == 0).collect();
-    let (some, counters) = body
-        .project::<f32>(&lines.with_mask(mask.clone()).unwrap(), &[0.2, 1.0])
-        .unwrap();
-    assert_eq!(counters.cast + counters.skipped, 67 * 43 / 3 + 1);
-    for ((some, all), mask) in some.iter().zip(&one.0).zip(mask) {
-        assert_eq!(*some, if mask { *all } else { 0.0 });
-    }
 }
 
 #[test]

@@ -383,7 +383,8 @@ fn a_slice_of_blurred_views_costs_the_rows_that_the_blur_reaches() {
     };
     let volume = Phantom::new(scene.clone()).unwrap().volume(0).unwrap();
     let all = rays(&|phantom| drop(phantom.volume(0).unwrap()));
-    for (z, most) in [(0, 0.2), (3, 0.3), (20, 0.6), (39, 0.2)] {
+    // Six rows on either side of row 20 are 13 of the 20 that the heart covers.
+    for (z, most) in [(0, 0.2), (3, 0.3), (20, 0.65), (39, 0.2)] {
         let some = rays(&|phantom| {
             assert!(phantom.slice(0, z).unwrap() == volume[z * 1600..(z + 1) * 1600]);
         });

@@ -1,9 +1,9 @@
 //! The command line.
 
+use crate::StudyOptions;
 use clap::builder::RangedU64ValueParser;
 use clap::{Args, Parser, Subcommand};
 use clap_complete::Shell;
-use heart_study::StudyOptions;
 use std::ops::RangeInclusive;
 use std::path::PathBuf;
 

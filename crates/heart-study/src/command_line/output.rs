@@ -1,13 +1,12 @@
 //! Output of the program: text, or JSON only.
 
+use crate::StudyError;
 use clap::error::ErrorKind;
 use heart_cohort::CohortError;
 use heart_phantom::{PhantomError, escape};
-use heart_study::StudyError;
 use serde_json::{Value, json};
 use std::io::{self, Write};
 use std::path::Path;
-use std::process::ExitCode;
 
 /// The result of a command.
 pub(crate) enum Answer {
@@ -88,13 +87,13 @@ impl Output {
     }
 
     /// Prints the result or the failure; returns the exit code.
-    pub(crate) fn end(&self, outcome: Result<Answer, Failure>) -> ExitCode {
+    pub(crate) fn end(&self, outcome: Result<Answer, Failure>) -> u8 {
         let ended = outcome.and_then(|answer| self.tell(answer).map_err(Failure::Phantom));
         match ended {
-            Ok(()) => ExitCode::SUCCESS,
+            Ok(()) => 0,
             Err(Failure::Phantom(error)) => {
                 self.refuse(&told(&error), as_json(&error));
-                ExitCode::from(code(&error))
+                code(&error)
             }
             Err(Failure::Cohort(error)) => {
                 let (text, code) = (told(&error), code_of_cohort(&error));
@@ -103,19 +102,19 @@ impl Output {
                     locate(&mut json, error.file.as_deref(), &error.field, error.place);
                 }
                 self.refuse(&text, json);
-                ExitCode::from(code)
+                code
             }
             Err(Failure::Study(error)) => {
                 let text = told(&error);
                 self.refuse(&text, json!({ "error": text, "code": 1 }));
-                ExitCode::FAILURE
+                1
             }
             Err(Failure::Faults(mut json, lines)) => {
                 let text = lines.join("\n");
                 json["error"] = json!(format!("{} files have faults", lines.len() - 1));
                 json["code"] = json!(1);
                 self.refuse(&text, json);
-                ExitCode::FAILURE
+                1
             }
             Err(Failure::Usage(error)) => self.usage(&error),
         }
@@ -148,21 +147,21 @@ impl Output {
         }
     }
 
-    fn usage(&self, error: &clap::Error) -> ExitCode {
+    fn usage(&self, error: &clap::Error) -> u8 {
         let is_help = error.kind() == ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand;
         if !self.json && (is_help || !error.use_stderr()) {
             error.exit(); // with the terminal's colours
         }
         if !error.use_stderr() {
             return match self.tell(Answer::Text(error.render().to_string())) {
-                Ok(()) => ExitCode::SUCCESS,
-                Err(_) => ExitCode::FAILURE,
+                Ok(()) => 0,
+                Err(_) => 1,
             };
         }
         let text = error.to_string();
         let text = text.strip_prefix("error: ").unwrap_or(&text).trim();
         self.refuse(text, json!({ "error": text, "code": 2 }));
-        ExitCode::from(2)
+        2
     }
 
     /// Returns a JSON object with the warnings; control characters are escaped as in JSON.

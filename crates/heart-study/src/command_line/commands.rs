@@ -1,16 +1,14 @@
 //! The commands.
 
-use crate::arguments::{Arguments, Command, Paper};
-use crate::cohort;
-use crate::output::{Answer, Failure, complain};
+use super::arguments::{Arguments, Paper};
+use super::output::{Answer, Failure, complain};
+use crate::ejection::ejection;
+use crate::{Look, StudyError, StudyOptions};
 use clap::CommandFactory;
 use clap::error::ErrorKind;
 use heart_phantom::files::{self, Section, Volume};
 use heart_phantom::revolve_voxel::VoxelGrid;
-use heart_phantom::scene::Scene;
 use heart_phantom::{Phantom, PhantomError, PlannedFile, Progress, Run, RunReport};
-use heart_study::ejection::ejection;
-use heart_study::{Look, StudyError, StudyOptions};
 use indicatif::{ProgressBar, ProgressStyle};
 use serde_json::json;
 use std::io;
@@ -18,47 +16,7 @@ use std::path::{Path, PathBuf};
 
 pub(crate) type Done = Result<Answer, Failure>;
 
-pub(crate) fn run(arguments: &Arguments) -> Done {
-    match &arguments.command {
-        Command::Paper(options) => paper(arguments, options),
-        Command::Ef { out, quick } => in_pool(arguments, || ef(arguments, out, *quick)),
-        Command::Init { file } => init(file.as_deref(), Scene::default().to_toml()),
-        Command::Check { scene } => in_pool(arguments, || check(arguments, scene)),
-        Command::Run {
-            scene,
-            out,
-            no_html,
-        } => in_pool(arguments, || run_scene(arguments, scene, out, !no_html)),
-        Command::Truth { scene, phase, out } => {
-            in_pool(arguments, || truth(scene, *phase, out.as_deref()))
-        }
-        Command::View {
-            scene,
-            view,
-            gate,
-            out,
-        } => in_pool(arguments, || one_view(scene, [*gate, *view], out)),
-        Command::Cohort { command } => in_pool(arguments, || cohort::run(arguments, command)),
-        Command::Completions { shell } => {
-            let mut script = Vec::new();
-            let mut command = Arguments::command();
-            clap_complete::generate(*shell, &mut command, "heart-phantom", &mut script);
-            Ok(text(&script))
-        }
-        Command::Man { command } => man(command.as_deref()),
-    }
-}
-
-fn in_pool(arguments: &Arguments, work: impl FnOnce() -> Done + Send) -> Done {
-    let given = arguments.threads.unwrap_or(0);
-    rayon::ThreadPoolBuilder::new()
-        .num_threads(given)
-        .build()
-        .map_err(|source| PhantomError::Threads { given, source })?
-        .install(work)
-}
-
-fn paper(arguments: &Arguments, paper: &Paper) -> Done {
+pub(super) fn paper(arguments: &Arguments, paper: &Paper) -> Done {
     let options = StudyOptions {
         size: paper.size,
         views: paper.views,
@@ -69,7 +27,7 @@ fn paper(arguments: &Arguments, paper: &Paper) -> Done {
         figures: !paper.no_figures,
     };
     let bar = bar(arguments);
-    let report = heart_study::run(&options, &paper.out, &|progress| show(&bar, progress));
+    let report = crate::run(&options, &paper.out, &|progress| show(&bar, progress));
     bar.finish_and_clear();
     let report = report?;
     let shown = if options.figures {
@@ -77,10 +35,7 @@ fn paper(arguments: &Arguments, paper: &Paper) -> Done {
     } else {
         "report.json"
     };
-    let lines = heart_study::summary(&report)
-        .lines()
-        .map(String::from)
-        .collect();
+    let lines = crate::summary(&report).lines().map(String::from).collect();
     let lines = [
         lines,
         vec![format!("written to {}", paper.out.join(shown).display())],
@@ -89,7 +44,7 @@ fn paper(arguments: &Arguments, paper: &Paper) -> Done {
     Ok(Answer::Report(json!(report), lines))
 }
 
-fn ef(arguments: &Arguments, out: &Path, quick: bool) -> Done {
+pub(super) fn ef(arguments: &Arguments, out: &Path, quick: bool) -> Done {
     let bar = bar(arguments);
     let report = ejection(quick, out, &|progress| show(&bar, progress));
     bar.finish_and_clear();
@@ -126,7 +81,7 @@ fn load(arguments: &Arguments, scene: &Path) -> Result<Phantom, PhantomError> {
     })
 }
 
-fn check(arguments: &Arguments, path: &Path) -> Done {
+pub(super) fn check(arguments: &Arguments, path: &Path) -> Done {
     let phantom = load(arguments, path)?;
     phantom.prepare()?;
     warn(arguments, &phantom)?;
@@ -195,7 +150,7 @@ fn listed(files: &[PlannedFile]) -> Vec<String> {
     first.chain(last.iter().map(line)).collect()
 }
 
-fn run_scene(arguments: &Arguments, scene: &Path, out: &Path, page: bool) -> Done {
+pub(super) fn run_scene(arguments: &Arguments, scene: &Path, out: &Path, page: bool) -> Done {
     let phantom = load(arguments, scene)?;
     warn(arguments, &phantom)?;
     let bar = bar(arguments);
@@ -266,7 +221,7 @@ fn warn(arguments: &Arguments, phantom: &Phantom) -> Result<(), PhantomError> {
     Ok(())
 }
 
-fn truth(scene: &Path, phase: f64, out: Option<&Path>) -> Done {
+pub(super) fn truth(scene: &Path, phase: f64, out: Option<&Path>) -> Done {
     if !(0.0..=1.0).contains(&phase) {
         return Err(Failure::Phantom(PhantomError::OutOfRange {
             what: "phase",
@@ -325,7 +280,7 @@ fn truth(scene: &Path, phase: f64, out: Option<&Path>) -> Done {
     Ok(Answer::Report(found, lines))
 }
 
-fn one_view(scene: &Path, [gate, view_idx]: [usize; 2], out: &Path) -> Done {
+pub(super) fn one_view(scene: &Path, [gate, view_idx]: [usize; 2], out: &Path) -> Done {
     // The extension is validated before any work,
     let ends_in = |wanted: &str| out.extension().is_some_and(|extension| extension == wanted);
     if !ends_in("png") && !ends_in("npy") {
@@ -367,7 +322,7 @@ fn one_view(scene: &Path, [gate, view_idx]: [usize; 2], out: &Path) -> Done {
 }
 
 /// Returns the manual page of the program or of one command.
-fn man(command: Option<&str>) -> Done {
+pub(super) fn man(command: Option<&str>) -> Done {
     let mut whole = Arguments::command();
     whole.build();
     // Subcommands have no version.
@@ -395,7 +350,7 @@ fn man(command: Option<&str>) -> Done {
     Ok(text(&roff))
 }
 
-fn text(bytes: &[u8]) -> Answer {
+pub(super) fn text(bytes: &[u8]) -> Answer {
     Answer::Text(String::from_utf8_lossy(bytes).into_owned())
 }
 

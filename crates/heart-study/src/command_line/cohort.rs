@@ -1,8 +1,8 @@
 //! The commands of `heart-phantom cohort`.
 
-use crate::arguments::{Arguments, Cohort as Command, Shards};
-use crate::commands::{Done, bar, init, size};
-use crate::output::{Answer, Failure};
+use super::arguments::{Arguments, Cohort as Command, Shards};
+use super::commands::{Done, bar, init, size};
+use super::output::{Answer, Failure};
 use heart_cohort::{
     Cohort, RunOptions, Shard, SlurmOptions, Survey, VerifyReport, export, merge, run_shard,
     sbatch, survey, verify,

@@ -1,0 +1,91 @@
+//! Images of parts of a scan: the change by the heart, its surroundings, and the samples that no shape of the heart changes.
+
+use super::camera::Rotation;
+use super::imaging::{Fixed, Imaging, ImagingOptions};
+use super::project::Placement;
+use super::whole::Scan;
+use crate::error::PhantomError;
+use revolve_voxel::{Image, Shown, View};
+use std::ops::Range;
+
+/// The view of images of one part: of the change by the heart, or of the surroundings.
+pub(super) struct PartView<'a>(View<'a>, Shown);
+
+impl Scan<'_> {
+    /// Prepares the images of a view at an angle.
+    pub(super) fn part_view<'b>(
+        &self,
+        imaging: &'b Imaging,
+        (view_idx, theta): (usize, f64),
+        shown: Shown,
+    ) -> Result<PartView<'b>, PhantomError> {
+        let part = usize::from(shown == Shown::Organs);
+        let ImagingOptions {
+            value, resolutions, ..
+        } = &imaging.options;
+        let (plane, detector) = (self.plane(view_idx, theta)?, self.camera.detector());
+        let response = &imaging.responses[view_idx][part];
+        let view = View::new(plane, detector, *value, response, resolutions[part].density)?;
+        Ok(PartView(view, shown))
+    }
+
+    /// The image of the change by a heart.
+    pub(super) fn image_of_heart(
+        &self,
+        view: &PartView<'_>,
+        heart: Placement<'_>,
+        rows: &Range<usize>,
+    ) -> Result<Image, PhantomError> {
+        Ok(view.0.image(&self.assembly(heart)?, view.1, rows.clone()))
+    }
+
+    /// The image of what surrounds the heart.
+    pub(super) fn image_of_surroundings(&self, view: &PartView<'_>, rows: &Range<usize>) -> Image {
+        view.0
+            .image(&self.surroundings.alone(), view.1, rows.clone())
+    }
+
+    /// Whether the surroundings of a view are the same at all times, and kept.
+    pub(crate) fn keeps_surroundings(&self) -> bool {
+        self.imaging.is_some() && self.camera.rotation() == Rotation::StepAndShoot
+    }
+
+    /// The samples of what surrounds the heart.
+    pub(super) fn fixed<'b>(
+        &self,
+        imaging: &'b Imaging,
+        view_idx: usize,
+    ) -> Result<&'b Fixed, PhantomError> {
+        let kept = &imaging.fixed[view_idx];
+        if let Some(fixed) = kept.get() {
+            return Ok(fixed);
+        }
+        let at = (view_idx, self.camera.angle(view_idx, 0.0));
+        let view = self.part_view(imaging, at, Shown::Organs)?;
+        let image = self.image_of_surroundings(&view, &(0..self.camera.n_rows()));
+        let mut samples = vec![0.0f32; self.camera.view_len()];
+        add(&image, 1.0, (&mut samples, 0, self.camera.n_bins()));
+        // Another thread may have stored the same value first.
+        Ok(kept.get_or_init(|| Fixed {
+            samples,
+            largest_line: image.largest_line,
+        }))
+    }
+}
+
+/// Adds a weighted image to samples of `n_bins` bins a row that begin with row `first`.
+pub(super) fn add(
+    image: &Image,
+    weight: f64,
+    (samples, first, n_bins): (&mut [f32], usize, usize),
+) {
+    if image.bins.is_empty() {
+        return;
+    }
+    let rows = samples.chunks_mut(n_bins).skip(image.rows.start - first);
+    for (row, own) in rows.zip(image.samples.chunks(image.bins.len())) {
+        for (sum, value) in row[image.bins.clone()].iter_mut().zip(own) {
+            *sum += (weight * value) as f32;
+        }
+    }
+}

@@ -1,0 +1,83 @@
+//! FBP: the transpose, against the reconstruction itself.
+
+use radon::{
+    EdgePolicy, FbpOptions, FbpPlan, ImageGrid, Interpolation, Method, ParallelGeometry,
+    RadonError, Window,
+};
+
+/// Numbers between -1 and 1 without a pattern.
+fn numbers(n: usize, seed: f64) -> Vec<f64> {
+    (0..n)
+        .map(|k| (12.9898 * (k as f64 + seed)).sin() * 43758.5453)
+        .map(|x| 2.0 * (x - x.floor()) - 1.0)
+        .collect()
+}
+
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
+}
+
+#[test]
+fn the_adjoint_is_the_transpose_of_the_reconstruction() {
+    // Bins on both sides of the image, and an image on both sides of the bins; an axis beside the middle.
+    for (n_bins, nx, ny) in [(40, 17, 12), (9, 31, 26)] {
+        let angles = (0..23).map(|k| 0.1 + 0.29 * f64::from(k));
+        let geometry = ParallelGeometry::new(angles.collect::<Vec<_>>(), n_bins, 0.7).unwrap();
+        let geometry = geometry.with_offset(0.3).unwrap();
+        let grid = ImageGrid::new(nx, ny, 0.9).unwrap();
+        let options = FbpOptions::default();
+        for options in [
+            options.clone().with_method(Method::Direct),
+            options.clone().with_method(Method::Direct).without_ramp(),
+            options.clone().with_window(Window::Hann).with_cutoff(0.6),
+            options
+                .clone()
+                .with_method(Method::Direct)
+                .with_region(3..11, 2..9),
+            options
+                .clone()
+                .with_method(Method::Fourier { tolerance: 1e-4 }),
+        ] {
+            let plan = FbpPlan::<f64>::new(&geometry, &grid, &options).unwrap();
+            let p = numbers(plan.sinogram_len(), 0.3);
+            let f = numbers(plan.image_len(), 0.7);
+            let reconstructed = dot(&plan.reconstruct(&p).unwrap(), &f);
+            let transposed = dot(&p, &plan.adjoint(&f).unwrap());
+            let scale = dot(&f, &f).sqrt() * dot(&p, &p).sqrt();
+            // Rounding of some thousand terms and of positions in bins.
+            let difference = (reconstructed - transposed).abs();
+            assert!(
+                difference < 1e-12 * scale,
+                "{options:?}: {difference} of {scale}"
+            );
+        }
+    }
+}
+
+#[test]
+fn a_plan_without_an_adjoint_says_what_it_needs() {
+    let geometry = ParallelGeometry::half_turn(8, 16, 1.0).unwrap();
+    let grid = ImageGrid::square(16, 1.0).unwrap();
+    let options = FbpOptions::default().with_method(Method::Direct);
+    for (options, needed) in [
+        (
+            options
+                .clone()
+                .with_interpolation(Interpolation::BandLimited),
+            "linear interpolation",
+        ),
+        (
+            options.clone().with_edge(EdgePolicy::Repeat),
+            "the edge policy zero",
+        ),
+    ] {
+        let plan = FbpPlan::<f64>::new(&geometry, &grid, &options).unwrap();
+        let error = plan.adjoint(&[0.0; 256]).unwrap_err();
+        assert_eq!(error, RadonError::NoAdjoint { what: needed });
+    }
+    let plan = FbpPlan::<f64>::new(&geometry, &grid, &options).unwrap();
+    assert!(matches!(
+        plan.adjoint(&[0.0; 255]),
+        Err(RadonError::WrongLength { .. })
+    ));
+}

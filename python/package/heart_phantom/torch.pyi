@@ -1,0 +1,9 @@
+from typing import Any
+
+import torch
+
+__all__ = ["adjoint", "forward", "physics"]
+
+def forward(operator: Any, x: torch.Tensor) -> torch.Tensor: ...
+def adjoint(operator: Any, y: torch.Tensor) -> torch.Tensor: ...
+def physics(operator: Any, **options: Any) -> Any: ...
