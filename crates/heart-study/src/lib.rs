@@ -3,9 +3,11 @@
 #![doc = include_str!("../README.md")]
 //!
 //! [`run`] computes the study and writes arrays, a [`report`], and a page with all figures. [`figures`] draws each figure from plain
-//! data. [`Look`] writes images and a page for any run. Conventions, units and index orders are those of [`heart_phantom`].
+//! data. [`ejection`] measures ejection fractions in images of gated SPECT. [`Look`] writes images and a page for any run. Conventions, units
+//! and index orders are those of [`heart_phantom`].
 
 mod command_line;
+pub mod ejection;
 mod error;
 pub mod figures;
 mod html;

@@ -3,20 +3,30 @@
 use super::Phantom;
 use crate::error::{PhantomError, check_count, check_length};
 use revolve_voxel::nalgebra::{Point3, Vector3};
-use std::f64::consts::{FRAC_1_SQRT_2, TAU};
+use std::f64::consts::{FRAC_1_SQRT_2, FRAC_PI_2, TAU};
 
-/// Rings from the base to the inner apex (a third each basal, mid and apical), and azimuths per ring.
-const RINGS: usize = 24;
+/// Circles from the base to two thirds of the cavity, half of them basal and half mid; polar angles of the apical part; azimuths of each.
+const CIRCLES: usize = 16;
+const ANGLES: usize = 12;
 const AZIMUTHS: usize = 72;
 /// Samples along a radius.
 const SAMPLES: usize = 200;
-/// Lines through the apical cap, in addition to the axis.
-const LINES: usize = 6;
+/// Polar angles from the axis that belong to the apex.
+const APEX: usize = 3;
 
 /// A polar map of an image, and the volume of the cavity measured in it.
 ///
-/// Rays run outwards from the known axis of the heart, 72 at each of 24 heights between base and inner apex. The value of a ray is its largest
-/// sample (circumferential profile). The endocardium is at half of this value towards the axis.
+/// Rays run outwards from the known axis of the heart, at 72 azimuths: perpendicular to it at 16 heights over the basal two thirds of the cavity,
+/// and at 12 polar angles from the point at two thirds (the sampling of Germano et al., J. Nucl. Med. 36, 2138, 1995, without its ellipsoid).
+/// The value of a ray f(t) is its largest sample f(p) (circumferential profile). The endocardium is by two rules at
+///
+/// ```text
+/// half maximum       the largest t < p with f(t) = f(p) / 2
+/// steepest gradient  the t < p with the largest f(t + h/2) - f(t - h/2), h the side of a voxel; the vertex of the parabola through
+///                    this difference at t - h, t, t + h
+/// ```
+///
+/// and on the axis if there is none. Volumes end at the plane of the base, which is known.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "scene", derive(serde::Serialize))]
 #[non_exhaustive]
@@ -27,8 +37,10 @@ pub struct PolarMap {
     /// in the same order; 13 to 16 apical anterior, septal, inferior, lateral; 17 apex. Anterior is the side of the wall that is
     /// farthest towards the patient's front and head.
     pub segments: [f64; 17],
-    /// Volume within the measured endocardium, mL.
+    /// Volume within the endocardium at half maximum, mL.
     pub cavity_ml: f64,
+    /// Volume within the endocardium at the steepest gradient, mL.
+    pub cavity_gradient_ml: f64,
 }
 
 impl Phantom {
@@ -59,53 +71,57 @@ impl Phantom {
         let anterior = Vector3::new(0.0, up.y, up.z).try_normalize(1e-9);
         let anterior = anterior.unwrap_or_else(Vector3::y);
         let septal = Vector3::x().cross(&anterior);
-        let samples = |from: Vector3<f64>, to: Vector3<f64>| {
-            let ends = [from, to].map(|end| pose.to_lab(&end.into()));
-            grid.profile(image, ends, SAMPLES)
+        let window = grid.spacing()[0] * (SAMPLES - 1) as f64 / (2.0 * radius);
+        let window = (window.round() as usize).max(1);
+        // Value of a ray from the axis, and the distances of both edges.
+        let ray = |x: f64, direction: Vector3<f64>| -> Result<_, PhantomError> {
+            let from = Vector3::x() * (base + x);
+            let ends = [from, from + radius * direction].map(|end| pose.to_lab(&end.into()));
+            let (value, edges) = wall_of(grid.profile(image, ends, SAMPLES)?.values(), window);
+            Ok((value, edges.map(|edge| edge * radius)))
         };
         let mut sums = [[0.0, 0.0]; 17];
         let mut add = |segment: usize, value: f64| {
             sums[segment][0] += value;
             sums[segment][1] += 1.0;
         };
-        let mut volume = 0.0;
-        for ring in 0..RINGS {
-            let height = (ring as f64 + 0.5) / RINGS as f64;
-            let axis = Vector3::x() * (base + length * height);
-            for azimuth in 0..AZIMUTHS {
-                let turn = (azimuth as f64 + 0.5) / AZIMUTHS as f64;
-                let (sin, cos) = (TAU * turn).sin_cos();
-                let ray = samples(axis, axis + radius * (cos * anterior + sin * septal))?;
-                let (value, inner) = wall_of(ray.values());
-                let part = |n: usize| (turn * n as f64 + 0.5) as usize % n;
-                match 3 * ring / RINGS {
-                    0 => add(part(6), value),
-                    1 => add(6 + part(6), value),
-                    _ => add(12 + part(4), value),
+        let (mut volumes, apical) = ([0.0; 2], length * 2.0 / 3.0);
+        for azimuth in 0..AZIMUTHS {
+            let turn = (azimuth as f64 + 0.5) / AZIMUTHS as f64;
+            let (sin, cos) = (TAU * turn).sin_cos();
+            let outwards = cos * anterior + sin * septal;
+            let part = |n: usize| (turn * n as f64 + 0.5) as usize % n;
+            for circle in 0..CIRCLES {
+                let (value, edges) =
+                    ray(apical * (circle as f64 + 0.5) / CIRCLES as f64, outwards)?;
+                add(6 * (2 * circle / CIRCLES) + part(6), value);
+                for (volume, edge) in volumes.iter_mut().zip(edges) {
+                    *volume += edge.powi(2) / 2.0 * apical / CIRCLES as f64;
                 }
-                volume += 0.5 * (inner * radius).powi(2);
+            }
+            for angle in 0..ANGLES {
+                let polar = |k: f64| FRAC_PI_2 * k / ANGLES as f64;
+                let (sin, cos) = polar(angle as f64 + 0.5).sin_cos();
+                let (value, edges) = ray(apical, cos * Vector3::x() + sin * outwards)?;
+                add(if angle < APEX { 16 } else { 12 + part(4) }, value);
+                let band = polar(angle as f64).cos() - polar(angle as f64 + 1.0).cos();
+                for (volume, edge) in volumes.iter_mut().zip(edges) {
+                    *volume += edge.powi(3) / 3.0 * band;
+                }
             }
         }
-        // Parallel to the axis, from the last ring through the cap.
-        for line in 0..=LINES {
-            let (sin, cos) = (TAU * line as f64 / LINES as f64).sin_cos();
-            let off = match line {
-                LINES => Vector3::zeros(),
-                _ => 0.1 * radius * (cos * anterior + sin * septal),
-            };
-            let along = |x: f64| Vector3::x() * (base + x) + off;
-            let ray = samples(along(0.9 * length), along(length + 0.5 * radius))?;
-            add(16, wall_of(ray.values()).0);
-        }
+        let [cavity_ml, cavity_gradient_ml] = volumes.map(|v| v * TAU / AZIMUTHS as f64);
         Ok(PolarMap {
             segments: sums.map(|[sum, n]| sum / n),
-            cavity_ml: volume * (length / RINGS as f64) * (TAU / AZIMUTHS as f64),
+            cavity_ml,
+            cavity_gradient_ml,
         })
     }
 }
 
-/// Returns the largest sample of a ray, and the position of half of it towards the start, as a fraction of the ray's length.
-fn wall_of(ray: &[f64]) -> (f64, f64) {
+/// Returns the largest sample of a ray, and the positions of its edges by both rules of [`PolarMap`] as fractions of its length; a voxel
+/// has `2 window` samples.
+fn wall_of(ray: &[f64], window: usize) -> (f64, [f64; 2]) {
     let mut peak = 0;
     for (k, value) in ray.iter().enumerate() {
         if *value > ray[peak] {
@@ -114,8 +130,21 @@ fn wall_of(ray: &[f64]) -> (f64, f64) {
     }
     let half = 0.5 * ray[peak];
     let edge = (1..=peak).rev().find(|&k| ray[k - 1] < half);
-    let at = edge.map_or(0.0, |k| {
+    let at_half = edge.map_or(0.0, |k| {
         (k - 1) as f64 + (half - ray[k - 1]) / (ray[k] - ray[k - 1])
     });
-    (ray[peak], at / (ray.len() - 1) as f64)
+    let last = (ray.len() - 1).saturating_sub(window);
+    let rise = |k: usize| ray[k + window] - ray[k - window];
+    let inside = window..=peak.min(last);
+    let steepest = inside.max_by(|&a, &b| rise(a).total_cmp(&rise(b)));
+    let at_steepest = steepest.filter(|&k| rise(k) > 0.0).map_or(0.0, |k| {
+        let fits = k >= 3 * window && k + 2 * window <= last;
+        let bend = |[a, b, c]: [f64; 3]| (a - c) / (2.0 * (a - 2.0 * b + c));
+        let vertex = fits.then(|| bend([rise(k - 2 * window), rise(k), rise(k + 2 * window)]));
+        // At a maximum the vertex is within half of the distance of the three positions.
+        let vertex = vertex.filter(|vertex| vertex.abs() <= 0.5);
+        k as f64 + vertex.unwrap_or(0.0) * 2.0 * window as f64
+    });
+    let length = (ray.len() - 1) as f64;
+    (ray[peak], [at_half / length, at_steepest / length])
 }

@@ -37,6 +37,15 @@ pub(crate) struct Arguments {
 pub(crate) enum Command {
     /// Run the study of Rohmer, Sitek and Gullberg (2006) and write its figures and numbers.
     Paper(Paper),
+    /// Measure ejection fractions in images of gated SPECT, with each cause of error switched off in turn.
+    Ef {
+        /// Output directory; created if necessary.
+        #[arg(long, value_name = "DIR")]
+        out: PathBuf,
+        /// Test the program with one heart and few views.
+        #[arg(long)]
+        quick: bool,
+    },
     /// Write a scene with a comment on every field to a file or standard output.
     Init {
         /// New file.

@@ -2,6 +2,7 @@
 
 use super::arguments::{Arguments, Paper};
 use super::output::{Answer, Failure, complain};
+use crate::ejection::ejection;
 use crate::{Look, StudyError, StudyOptions};
 use clap::CommandFactory;
 use clap::error::ErrorKind;
@@ -40,6 +41,16 @@ pub(super) fn paper(arguments: &Arguments, paper: &Paper) -> Done {
         vec![format!("written to {}", paper.out.join(shown).display())],
     ]
     .concat();
+    Ok(Answer::Report(json!(report), lines))
+}
+
+pub(super) fn ef(arguments: &Arguments, out: &Path, quick: bool) -> Done {
+    let bar = bar(arguments);
+    let report = ejection(quick, out, &|progress| show(&bar, progress));
+    bar.finish_and_clear();
+    let report = report?;
+    let mut lines = report.summary();
+    lines.push(format!("written to {}", out.join("index.html").display()));
     Ok(Answer::Report(json!(report), lines))
 }
 

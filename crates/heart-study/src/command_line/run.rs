@@ -2,7 +2,7 @@
 
 use super::arguments::{Arguments, Command};
 use super::cohort;
-use super::commands::{Done, check, init, man, one_view, paper, run_scene, text, truth};
+use super::commands::{Done, check, ef, init, man, one_view, paper, run_scene, text, truth};
 use clap::CommandFactory;
 use heart_phantom::PhantomError;
 use heart_phantom::scene::Scene;
@@ -10,6 +10,7 @@ use heart_phantom::scene::Scene;
 pub(crate) fn run(arguments: &Arguments) -> Done {
     match &arguments.command {
         Command::Paper(options) => paper(arguments, options),
+        Command::Ef { out, quick } => in_pool(arguments, || ef(arguments, out, *quick)),
         Command::Init { file } => init(file.as_deref(), Scene::default().to_toml()),
         Command::Check { scene } => in_pool(arguments, || check(arguments, scene)),
         Command::Run {

@@ -9,13 +9,13 @@ use std::path::{Path, PathBuf};
 const PAGE: &str = "index.html";
 
 /// Pictures written so far and the page about them.
-pub(super) struct Gallery<'a> {
+pub(crate) struct Gallery<'a> {
     out: &'a Path,
     sections: Vec<Section>,
 }
 
 impl<'a> Gallery<'a> {
-    pub(super) fn new(out: &'a Path) -> Self {
+    pub(crate) fn new(out: &'a Path) -> Self {
         Self {
             out,
             sections: Vec::new(),
@@ -23,7 +23,7 @@ impl<'a> Gallery<'a> {
     }
 
     /// Starts a part of the page.
-    pub(super) fn section(&mut self, title: &str, text: impl Into<String>) {
+    pub(crate) fn section(&mut self, title: &str, text: impl Into<String>) {
         self.sections.push(Section {
             title: title.into(),
             text: vec![text.into()],
@@ -32,7 +32,7 @@ impl<'a> Gallery<'a> {
     }
 
     /// Writes an image and adds it to the current part.
-    pub(super) fn picture(
+    pub(crate) fn picture(
         &mut self,
         file: &str,
         picture: &Picture,
@@ -44,7 +44,7 @@ impl<'a> Gallery<'a> {
     }
 
     /// Writes an SVG of curves and adds it to the current part.
-    pub(super) fn drawing(
+    pub(crate) fn drawing(
         &mut self,
         file: &str,
         svg: &str,
@@ -64,14 +64,14 @@ impl<'a> Gallery<'a> {
     }
 
     /// Adds a table to the current part.
-    pub(super) fn table(&mut self, caption: &str, header: &[&str], rows: Vec<Vec<String>>) {
+    pub(crate) fn table(&mut self, caption: &str, header: &[&str], rows: Vec<Vec<String>>) {
         self.current()
             .tables
             .push(Table::new(caption, header, rows));
     }
 
     /// Writes the page; returns the names of all files.
-    pub(super) fn finish(
+    pub(crate) fn finish(
         self,
         title: &str,
         introduction: Vec<String>,

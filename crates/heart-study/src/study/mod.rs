@@ -2,7 +2,7 @@
 //! acquisitions, their reconstructions, every figure and every number.
 
 mod evolving;
-mod gallery;
+pub(crate) mod gallery;
 mod membranes;
 mod options;
 mod paper_newton;

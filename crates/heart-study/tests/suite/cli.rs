@@ -201,3 +201,52 @@ fn a_folder_that_cannot_be_made_is_named() {
     assert!(error.contains(file.to_str().unwrap()), "{error}");
     assert_eq!(std::fs::read_to_string(&file).unwrap(), "in the way");
 }
+
+/// A quick study of ejection fractions: true volumes, results of both edge rules, and every picture of the page.
+#[test]
+fn the_study_of_ejection_fractions_writes_its_report_and_page() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().to_str().unwrap();
+    let output = heart_phantom(&["ef", "--quick", "--out", out]);
+    assert!(output.status.success(), "{output:?}");
+    let read = |file: &str| std::fs::read_to_string(folder.path().join(file)).unwrap();
+    let report: serde_json::Value = serde_json::from_str(&read("report.json")).unwrap();
+    let cases = report["cases"].as_array().unwrap();
+    assert_eq!(cases.len(), 5);
+    for case in cases {
+        assert!((number(case, "truth.edv") - 127.0).abs() < 0.01, "{case}");
+        assert!(
+            (number(case, "truth.fraction") - 0.55).abs() < 1e-4,
+            "{case}"
+        );
+        for rule in 0..2 {
+            let measured = &case["rules"][rule];
+            let [edv, esv, fraction] =
+                ["edv", "esv", "fraction"].map(|key| number(measured, &format!("expected.{key}")));
+            assert!(0.0 < esv && esv < edv && edv < 150.0, "{case}");
+            assert!((fraction - (edv - esv) / edv).abs() < 1e-12);
+            assert!(number(measured, "mean.edv").is_finite());
+        }
+    }
+    // A heart at rest without collimator, attenuation and filter window, in bins of 2 mm: from eight views both rules find it to 3 %.
+    let ideal = &cases[4];
+    assert_eq!(ideal["name"], "none of these four, bins of 2 mm");
+    for rule in 0..2 {
+        let found = number(&ideal["rules"][rule], "expected.edv");
+        assert!((found / 127.0 - 1.0).abs() < 0.03, "{found}");
+    }
+    let html = read("index.html");
+    let images: Vec<&str> = (html.split("<img src=\"").skip(1))
+        .map(|rest| rest.split('"').next().unwrap())
+        .collect();
+    assert!(!images.is_empty());
+    for image in images {
+        assert!(read(image).starts_with("<svg"), "{image}");
+    }
+    for file in report["files"].as_array().unwrap() {
+        assert!(
+            folder.path().join(file.as_str().unwrap()).exists(),
+            "{file}"
+        );
+    }
+}

@@ -1,0 +1,93 @@
+//! What gated SPECT makes of an ejection fraction: volumes by two edge rules in images of hearts of known volumes, with each cause of error
+//! switched off in turn.
+
+mod cases;
+mod measure;
+mod page;
+
+use crate::StudyError;
+use crate::study::gallery::Gallery;
+pub use cases::Case;
+use heart_phantom::{Progress, files};
+pub use measure::{CaseResult, Measured, Volumes};
+use serde::Serialize;
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+/// Heading of the page.
+const TITLE: &str = "What gated SPECT makes of an ejection fraction";
+
+/// The results, written to `report.json`.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[non_exhaustive]
+pub struct EjectionReport {
+    /// The program and its version.
+    pub program: String,
+    /// Counts in all projections of a study.
+    pub counts: f64,
+    /// All cases.
+    pub cases: Vec<CaseResult>,
+    /// Wall time in seconds.
+    pub seconds: f64,
+    /// Files written, relative to the directory.
+    pub files: Vec<PathBuf>,
+}
+
+/// Runs the study and writes page, plots and `report.json` to the directory `out`. The report of an earlier run and the files that it lists
+/// are removed first. A quick run has one heart and few views; it tests the program.
+///
+/// # Errors
+/// A directory that is not writable is reported before any work; see [`StudyError`].
+pub fn ejection(
+    quick: bool,
+    out: &Path,
+    progress: &dyn Fn(Progress),
+) -> Result<EjectionReport, StudyError> {
+    let folder = files::Folder::lock(out)?;
+    folder.clear(&[])?;
+    let (clock, cases) = (Instant::now(), cases::all(quick)?);
+    let (mut shared, mut results) = (None, Vec::new());
+    for case in &cases {
+        progress(Progress {
+            stage: "images",
+            fraction: results.len() as f64 / cases.len() as f64,
+        });
+        results.push(measure::measure(case, &mut shared)?);
+    }
+    let mut gallery = Gallery::new(out);
+    page::write(&mut gallery, &results)?;
+    let mut files = gallery.finish(TITLE, page::introduction(quick))?;
+    files.push(files::REPORT.into());
+    let report = EjectionReport {
+        program: files::PROGRAM.into(),
+        counts: measure::COUNTS,
+        cases: results,
+        seconds: clock.elapsed().as_secs_f64(),
+        files,
+    };
+    files::write_atomically(&out.join(files::REPORT), |file| {
+        serde_json::to_writer_pretty(&mut *file, &report)?;
+        file.write_all(b"\n")
+    })?;
+    Ok(report)
+}
+
+impl EjectionReport {
+    /// Returns a summary, one line per case.
+    pub fn summary(&self) -> Vec<String> {
+        let line = |result: &CaseResult| {
+            let case = format!(
+                "{:6} {:.2}  {:33}",
+                result.case.size, result.case.fraction, result.case.name
+            );
+            let columns = ["EDV", "ESV", "EF"].iter().enumerate().map(|(part, name)| {
+                let [half, steep] = [0, 1].map(|rule| result.rules[rule].expected.values()[part]);
+                let digits = if part == 2 { 3 } else { 1 };
+                let truth = result.truth.values()[part];
+                format!("  {name} {half:5.digits$} {steep:5.digits$} of {truth:5.digits$}")
+            });
+            columns.fold(case, |line, column| line + &column)
+        };
+        self.cases.iter().map(line).collect()
+    }
+}
