@@ -79,7 +79,7 @@ impl TruthOf {
 #[derive(Debug, Clone)]
 #[non_exhaustive]
 pub struct Sinograms {
-    /// Line integrals in cm times activity, index order `[view][row][bin]`, bin fastest.
+    /// Samples in cm times activity, line integrals or those of an image behind a response, index order `[view][row][bin]`, bin fastest.
     pub samples: Vec<f32>,
     /// Acquisition angle of each view in radians, averaged over its time; reconstruct with these. Differs from
     /// [`Camera::geometry`](crate::Camera::geometry) if the camera rotates continuously and a view uses a part of its interval.
@@ -88,9 +88,9 @@ pub struct Sinograms {
     pub distinct_phases: usize,
     /// Number of distinct shapes at these phases; mirrored phases share a shape.
     pub distinct_shapes: usize,
-    /// Bounds on the errors of the samples. Terms that need a blur of their own are estimated in up to 16 evenly spaced views. The time term is
-    /// `(1 + 5 / N) max |d| / max |s_n|`, where `d = s_n - s_(n/2)` is the difference between the rules with all and with half the points and
-    /// `N = (sum d^2)^2 / sum d^4` the effective number of samples; it is at least the relative error of the average cavity volume.
+    /// Bounds on the errors of the samples. The time term is `c (1 + 5 / N) max |d| / max |s_n|`, where `d = s_n - s_(n/2)` is the difference between
+    /// the rules with all and with half the points, `N = (sum d^2)^2 / sum d^4` the effective number of samples, and c is 1 for line integrals, 0.35
+    /// behind a response; it is at least the relative error of the average cavity volume.
     pub view_error: ViewError,
     /// Number of rays cast and skipped.
     pub rays: RayCounters,

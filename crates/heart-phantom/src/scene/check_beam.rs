@@ -65,8 +65,8 @@ pub(crate) fn needs_parallel(scene: &Scene, c: &mut Check) {
         c.fault("output.write", spelled(product), wanted);
     }
     let format = output.projections;
-    if !matches!(format, Format::Npy | Format::MetaImageSingle) {
-        let wanted = "stores parallel projections; choose npy (with vectors for ASTRA) or meta-image-single (with the geometry of RTK)";
+    if format != Format::Npy {
+        let wanted = "stores parallel projections; choose npy (with vectors for ASTRA), or write for RTK with the library (files::write_rtk)";
         c.fault("output.projections", spelled(format), wanted);
     }
 }
