@@ -16,7 +16,7 @@ use std::ops::Range;
 
 use super::kernel::Kernel;
 use crate::error::{RadonError, within};
-use crate::simd::{BoxRay, InstructionSet, Pairs, Place, Snap};
+use crate::simd::{BoxRay, InstructionSet, Pairs, Place, Snap, StripRay};
 use crate::{ImageGrid, ParallelGeometry, Sample};
 
 /// The part of an image in which rays are followed, and its position in memory.
@@ -88,8 +88,8 @@ const LEAST_WIDTH: f64 = 1.0 / (1 << 20) as f64;
 enum Spread {
     /// Two pixels, weights linear in f over a box at most one pixel wide: the reciprocal of its width.
     Box(f64),
-    /// Any number of pixels: a box of the first width convolved with one of the second.
-    TwoBoxes(f64, f64),
+    /// Any number of pixels.
+    Strip(StripRay),
 }
 
 /// The rays of one view.
@@ -111,7 +111,7 @@ pub(super) struct View {
     /// The first pixel of a step is floor(f + lead).
     lead: f64,
     /// Pixels a step may touch, on the grid or beyond it.
-    n_taps: i64,
+    n_taps: usize,
 }
 
 impl View {
@@ -144,20 +144,20 @@ impl View {
         let farthest = base.abs() + per_bin.abs() * geometry.n_bins() as f64 + n_steps as f64;
         within("distance of a ray in pixels", farthest, 0.0, 1e12)?;
 
-        let crossed = per_step.abs();
-        let spread = match kernel {
-            Kernel::Joseph => Spread::Box(1.0),
-            // Rays along the steps have a box of zero width; this width divides a ray on an edge evenly between its pixels.
-            Kernel::Siddon => Spread::Box(1.0 / crossed.max(LEAST_WIDTH)),
-            Kernel::Strip => Spread::TwoBoxes(crossed, per_bin.abs()),
-        };
-        let reach = match spread {
-            Spread::Box(per_width) => 0.5 / per_width,
-            Spread::TwoBoxes(v, w) => 0.5 * (v + w),
-        };
-        let n_taps = match spread {
-            Spread::Box(_) => 2,
-            Spread::TwoBoxes(v, w) => (v + w) as i64 + 2,
+        let (crossed, length) = (per_step.abs(), d_along / a.abs());
+        // Rays along the steps have a box of zero width; this width divides a ray on an edge evenly between its pixels.
+        let per_width = 1.0 / crossed.max(LEAST_WIDTH);
+        let (spread, reach, n_taps) = match kernel {
+            Kernel::Joseph => (Spread::Box(1.0), 0.5, 2),
+            Kernel::Siddon => (Spread::Box(per_width), 0.5 / per_width, 2),
+            Kernel::Strip => {
+                let ray = StripRay::new([crossed, per_bin.abs()], per_step, length);
+                (
+                    Spread::Strip(ray),
+                    0.5 * (crossed + per_bin.abs()),
+                    ray.n_taps,
+                )
+            }
         };
         Ok(Self {
             steps_are_rows,
@@ -167,7 +167,7 @@ impl View {
             steps_per_pixel: 1.0 / per_step,
             n_bins: geometry.n_bins(),
             n_across,
-            length: d_along / a.abs(),
+            length,
             spread,
             lead: 0.5 - reach,
             n_taps,
@@ -193,7 +193,7 @@ impl View {
                     length: T::of(self.length),
                 })
             }
-            Spread::TwoBoxes(..) => None,
+            Spread::Strip(_) => None,
         }
     }
 
@@ -215,8 +215,8 @@ impl View {
         self.base + (self.lead + 1.0) + bin as f64 * self.per_bin
     }
 
-    /// Collects the given bins whose rays intersect the window in ascending order; pairs are in the order of the steps, then of the pixels.
-    /// The weights do not depend on the window.
+    /// Collects the given bins whose rays intersect the window in ascending order; pairs of two pixels per step are in the order of the
+    /// steps. The weights do not depend on the window.
     pub(super) fn traverse<T: Sample>(
         &self,
         set: InstructionSet,
@@ -238,7 +238,7 @@ impl View {
         let spill = match self.spread {
             Spread::Box(_) => 1.0,
             // One more for the rounding of the last pixel; unless there is nothing to add.
-            Spread::TwoBoxes(..) => self.n_taps as f64,
+            Spread::Strip(_) => self.n_taps as f64,
         };
         let (low, high) = ((across.start + 1) as f64 - spill, (across.end + 1) as f64);
 
@@ -250,41 +250,23 @@ impl View {
             if steps.is_empty() {
                 continue;
             }
-            let row = |m: usize| zero.wrapping_add((m - along.start) as u32 * per_step);
+            let row = (steps.start - along.start) as u32 * per_step;
+            let place = Place {
+                zero: zero.wrapping_add(row).wrapping_sub(per_pixel),
+                along: per_step,
+                across: per_pixel,
+            };
+            let (m, n) = (steps.start, steps.len());
             match (self.spread, &box_ray) {
-                (Spread::TwoBoxes(v, w), _) => {
-                    let (first_seen, end) = (across.start as i64 - 1, across.end as i64);
-                    for m in steps {
-                        let f = self.base + bin as f64 * self.per_bin + m as f64 * self.per_step;
-                        let first = (f + self.lead).floor() as i64;
-                        let pixels = first.max(first_seen)..(first + self.n_taps).min(end);
-                        let mut below = two_boxes_below(pixels.start as f64 - 0.5 - f, v, w);
-                        let mut share = |i: i64| {
-                            let upto = two_boxes_below(i as f64 + 0.5 - f, v, w);
-                            let share = upto - below;
-                            below = upto;
-                            T::of(self.length * share)
-                        };
-                        for i in pixels.step_by(2) {
-                            let near = share(i);
-                            let far = if i + 1 < first + self.n_taps {
-                                share(i + 1)
-                            } else {
-                                T::ZERO
-                            };
-                            let pixel = row(m).wrapping_add((i as u32).wrapping_mul(per_pixel));
-                            rays.pairs.push(pixel, near, far);
-                        }
-                    }
+                (Spread::Strip(mut ray), _) => {
+                    ray.offset = offset;
+                    // From the pixel before the window to its last one.
+                    let pixels = [across.start as i32, across.end as i32 + 1];
+                    T::extend_strip(set, &mut rays.pairs, &ray, m, n, place, pixels);
                 }
                 (Spread::Box(_), Some(ray)) => {
                     let ray = BoxRay { offset, ..*ray };
-                    let place = Place {
-                        zero: row(steps.start).wrapping_sub(per_pixel),
-                        along: per_step,
-                        across: per_pixel,
-                    };
-                    T::extend(set, &mut rays.pairs, &ray, steps.start, steps.len(), place);
+                    T::extend(set, &mut rays.pairs, &ray, m, n, place);
                 }
                 #[expect(clippy::unreachable, reason = "a box has its ray")]
                 (Spread::Box(_), None) => unreachable!("a box has its ray"),
@@ -374,19 +356,4 @@ impl View {
             first_past(high)..first_past(low)
         }
     }
-}
-
-/// Integral up to `t` of two centred boxes of unit area and widths `v`, `w` convolved with each other (a trapezoid).
-fn two_boxes_below(t: f64, v: f64, w: f64) -> f64 {
-    let (narrow, wide) = if v < w { (v, w) } else { (w, v) };
-    let (flat, foot) = (0.5 * (wide - narrow), 0.5 * (wide + narrow));
-    let distance = t.abs();
-    let beyond = if distance >= foot {
-        0.0
-    } else if distance > flat {
-        (foot - distance).powi(2) / (2.0 * narrow * wide)
-    } else {
-        0.5 - distance / wide
-    };
-    if t < 0.0 { beyond } else { 1.0 - beyond }
 }

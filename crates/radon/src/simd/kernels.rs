@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use rustfft::num_complex::Complex;
 
-use super::pairs::{self, BoxRay, Pairs, Place};
+use super::pairs::{self, BoxRay, Pairs, Place, StripRay};
 use super::spread::{self, RayPath, Taps};
 use super::tile::{self, Tile};
 use super::{InstructionSet, transpose, weighted};
@@ -32,6 +32,9 @@ kernels! {
     fn separate(block: &[Self], stride: usize, rows: &mut [&mut [Self]]) = transpose::separate;
     fn weighted_sums(samples: &[Self], stride: usize, weights: &[Self], sums: &mut [Self]) = weighted::weighted_sums;
     fn extend(pairs: &mut Pairs<Self>, ray: &BoxRay<Self>, m: usize, n: usize, place: Place) = pairs::extend;
+    fn extend_strip(
+        pairs: &mut Pairs<Self>, ray: &StripRay, m: usize, n: usize, place: Place, pixels: [i32; 2]
+    ) = pairs::extend_strip;
     fn gather(pixels: &[Self], pairs: &Pairs<Self>, range: Range<usize>, across: usize, sums: &mut [Self]) = pairs::gather;
     fn scatter(pixels: &mut [Self], pairs: &Pairs<Self>, range: Range<usize>, across: usize, ray: &[Self]) = pairs::scatter;
     fn spread(
