@@ -4,8 +4,9 @@ use std::ops::Range;
 
 use rustfft::num_complex::Complex;
 
-use super::pairs::{self, BoxRay, Pairs, Place, StripRay};
+use super::pairs::{self, BoxRay, Pairs, Place};
 use super::spread::{self, RayPath, Taps};
+use super::strip::{self, StripRay};
 use super::tile::{self, Tile};
 use super::{InstructionSet, transpose, weighted};
 use crate::scalar::Scalar;
@@ -34,7 +35,7 @@ kernels! {
     fn extend(pairs: &mut Pairs<Self>, ray: &BoxRay<Self>, m: usize, n: usize, place: Place) = pairs::extend;
     fn extend_strip(
         pairs: &mut Pairs<Self>, ray: &StripRay, m: usize, n: usize, place: Place, pixels: [i32; 2]
-    ) = pairs::extend_strip;
+    ) = strip::extend_strip;
     fn gather(pixels: &[Self], pairs: &Pairs<Self>, range: Range<usize>, across: usize, sums: &mut [Self]) = pairs::gather;
     fn scatter(pixels: &mut [Self], pairs: &Pairs<Self>, range: Range<usize>, across: usize, ray: &[Self]) = pairs::scatter;
     fn spread(
