@@ -33,6 +33,12 @@ const ORGANS: [f64; 2] = [4.0, 6.0];
 /// Nodes of a panel at a density of 1, in addition to its size in standard deviations; two more at twice the density, and one less for each
 /// power of ten by which the panel is smaller than a standard deviation.
 const LEAST: f64 = 3.0;
+/// Corners of a meridian divide panels if the sine of the turn exceeds the first number, or the second divided by the density of nodes.
+/// Quadrature across a corner has an error of the turn over the square of the density, so that panels between the small corners of a polyline
+/// of few vertices would need more nodes than they save at low densities.
+const CORNER: [f64; 2] = [0.4, 0.8];
+/// The same without a response that is wider than the parts between corners.
+const SHARP_CORNER: f64 = 0.1;
 /// Breaks closer than this, relative to the largest coordinate, are one.
 const SAME: f64 = 1e-9;
 
@@ -108,7 +114,11 @@ impl<'a> View<'a> {
     /// Returns the image of some rows. Its samples are bitwise identical to those of all rows, for any number of threads.
     pub fn image(&self, assembly: &Assembly<'_>, shown: Shown, rows: Range<usize>) -> Image {
         let body = assembly.body().filter(|_| shown == Shown::Change);
-        let path_of = |body, layer| Path::new(body, layer, self.density);
+        let corner = match self.is_narrow(0) || self.is_narrow(1) {
+            true => SHARP_CORNER,
+            false => CORNER[0].min(CORNER[1] / self.density),
+        };
+        let path_of = |body, layer| Path::new(body, layer, corner);
         let layers = (body.iter()).flat_map(|body| {
             let layers = body.layers().iter();
             layers.map(move |layer| path_of(body, layer))
@@ -124,6 +134,11 @@ impl<'a> View<'a> {
             })
             .collect();
         self.sum(&lines, rows)
+    }
+
+    /// Whether the response is narrow against the bins or rows.
+    fn is_narrow(&self, axis: usize) -> bool {
+        self.response.extremes()[0] < NARROW * self.axes[axis].pitch
     }
 
     /// Whether content at a height reaches any of the rows.
@@ -171,7 +186,7 @@ impl<'a> View<'a> {
         }
         breaks.retain(|x| low < *x && *x < high);
         breaks.extend([low, high]);
-        let is_narrow = narrowest < NARROW * pitch;
+        let is_narrow = self.is_narrow(axis);
         let step = STEP * narrowest;
         if is_narrow {
             let edges = (0..=n).map(|k| self.axes[axis].edge(k));

@@ -9,10 +9,6 @@ use nalgebra::Vector3;
 use crate::images::plane::{Quotient, RayPlane, RayRow};
 use crate::{Body, Meridian, Organ, OrganShape};
 
-/// Corners of a meridian divide panels if the sine of the turn exceeds the first number, or the second divided by the density of nodes.
-/// Quadrature across a corner has an error of the turn over the square of the density, so that panels between the small corners of a polyline
-/// of few vertices would need more nodes than they save at low densities.
-const CORNER: [f64; 2] = [0.4, 0.8];
 /// Parts of a smooth meridian between which extrema are searched.
 const PARTS: usize = 40;
 /// Steps of the search for an extremum, which is flat: it is located to 1e-4 of a part and known to 1e-8; and of bisections.
@@ -31,11 +27,11 @@ pub(super) struct Path<'a> {
 }
 
 impl<'a> Path<'a> {
-    pub(super) fn new(body: &'a Body, layer: &'a Meridian, density: f64) -> Self {
+    /// `least` is the sine of the smallest turn of a corner that divides panels.
+    pub(super) fn new(body: &'a Body, layer: &'a Meridian, least: f64) -> Self {
         let segments = layer.segments();
         let n = segments.len();
         let step = n.div_ceil(PARTS).max(1);
-        let least = CORNER[0].min(CORNER[1] / density);
         let is_corner = |k: usize| {
             let (before, next) = (&segments[(k + n - 1) % n], &segments[k % n]);
             (before.tx * next.tr - before.tr * next.tx).abs() > least

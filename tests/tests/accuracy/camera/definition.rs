@@ -153,7 +153,11 @@ impl View {
         let narrowest = sigmas[sigmas.len() - 1];
         let spacing = match narrowest > 0.0 {
             true => 0.3 * narrowest * (6.25 * self.tolerance).powf(0.4).min(0.4),
-            false => self.pitch[0].max(self.pitch[1]) / 48.0,
+            // At edges in line with the rows the error is a hundredth of the largest sample at 1 / 48 of the pitch.
+            false => {
+                let fraction = (100.0 * self.tolerance).sqrt().min(1.0) / 48.0;
+                fraction * self.pitch[0].max(self.pitch[1])
+            }
         };
         // A square contains one ray of each set.
         let (spacing, side) = (spacing.min(least / 25.0), (SHIFTS[1] as f64).sqrt());
