@@ -12,10 +12,10 @@
 //! of both membranes are unknowns. The shapes are revolved into a body, whose line integrals have closed forms.
 //!
 //! # Conventions
-//! Centimetres, seconds, radians; 1 cm^3 is 1 mL. Body frame: x along the axis of revolution from the base to the apex.
-//! Lab frame: the camera rotates about z; view `theta` has its bins along `(cos theta, sin theta, 0)` and its rays along
-//! `(-sin theta, cos theta, 0)`. Item `k` of `n` bins, rows or voxels is centred at `(k - (n - 1) / 2) * pitch`. Sinograms are
-//! `[view][row][bin]`, volumes `[z][y][x]`; the last index is the fastest.
+//! Centimetres, seconds, radians; 1 cm^3 is 1 mL. Body frame: x along the axis of revolution from the base to the apex. Lab frame: the camera
+//! rotates about z; view `theta` has its bins along `(cos theta, sin theta, 0)` and its rays along `(-sin theta, cos theta, 0)`. Item `k` of
+//! `n` bins, rows or voxels is centred at `(k - (n - 1) / 2) * pitch`. Projections are `[view][row][bin]`, volumes `[z][y][x]`; the last
+//! index is the fastest.
 //!
 //! # Limits
 //! No anatomy except the two membranes and the organs around them, no blood flow. The numerical kernels are in the crates

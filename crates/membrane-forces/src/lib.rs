@@ -1,4 +1,5 @@
-//! Elastic membranes of revolution under pressure: reference configurations, forces, exact tangents, lengths, areas and volumes.
+//! Elastic membranes of revolution under pressure: reference configurations, forces, exact tangent stiffness matrices, lengths,
+//! areas and volumes.
 //!
 #![doc = include_str!("../README.md")]
 //!
@@ -14,7 +15,7 @@
 //! | s | material coordinate | 1 |
 //! | c, c0 | current and reference curve | cm |
 //! | lambda | stiffness | force per unit s and cm |
-//! | f | force intensity: force per unit of material length | force per unit s |
+//! | f | force intensity: force per unit of the material coordinate s | force per unit s |
 //! | F | total force, f = F / S(c) with the surface area S | unit of f times cm^2 |
 //! | p | force per unit of current length, f = p abs(c') | unit of f divided by cm |
 //!

@@ -13,11 +13,13 @@
 //! factorisation. Lengths are in cm, volumes in cm^3; norms are dimensionless.
 //!
 //! Convergence: a step is accepted by the natural monotonicity test (Deuflhard 2004). If Newton does not converge from the reference
-//! configuration, the control is increased in steps (continuation). At a limit point the error contains the last value reached. With
-//! variable stiffness a limit load may exist. Above a force intensity of some hundred lambda R (stiffness times base radius) self-intersecting
-//! equilibria exist, too. The solver returns the equilibrium that inflation reaches. It accepts a direct solution if the bordered determinant
-//! has the same sign as in the reference configuration and the curve turns through at most 2 pi. Otherwise it uses continuation steps, limited
-//! by the derivatives at their ends. (These conditions are necessary, not sufficient.) Mirror-symmetric membranes have symmetric solutions.
+//! configuration, the control is increased in steps (continuation). At a limit point the error contains the last value reached. With variable
+//! stiffness a limit load may exist. Above a force intensity of a few hundred lambda R (stiffness times base radius), additional equilibria
+//! with self-intersecting curves exist for the same control value. The solver returns the equilibrium that inflation reaches. It accepts a
+//! direct solution if the bordered determinant has the same sign as in the reference configuration and the curve turns through at most 2 pi.
+//! These two conditions are necessary, not sufficient. If they do not hold, the solver follows the equilibria in continuation steps. A step
+//! is halved if the rates of change of the shape at its two ends differ by more than a factor of 4, or if the change of the shape exceeds the
+//! step times 1.5 times the larger rate. Mirror-symmetric membranes have symmetric solutions.
 //!
 //! The feature `serde` implements serialisation of options and reports.
 //!

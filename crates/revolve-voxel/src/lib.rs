@@ -8,9 +8,10 @@
 //!
 #![doc = include_str!("../img/equations.html")]
 //!
-//! where t is the position along the line and (w, q) are its coordinates perpendicular to d; q is its distance from the axis. Each crossing
-//! of a cone `r = r0 + m (x - x0)` is the root of a quadratic in t. The meridian is divided into parts with concave r; the chord (cm) is
-//! the signed sum of the intersection lengths with the convex solids below them. V is the volume (cm^3), S the surface area (cm^2).
+//! where t is the coordinate along the line, and (w, q) is the position of the line in the plane perpendicular to d; |q| is the distance
+//! between the line and the axis. Each crossing of a cone `r = r0 + m (x - x0)` is the root of a quadratic in t. The meridian is divided into
+//! parts on which r is concave. Each part bounds a convex solid of revolution; the chord (cm) is the signed sum of the intersection lengths
+//! with these solids. V is the volume (cm^3), S the surface area (cm^2).
 //!
 //! # Conventions
 //! Lengths are in centimetres, angles in radians. Body frame: x along the axis; lab frame: [`Pose`]. The centre of bin, row or voxel k of
@@ -25,12 +26,12 @@
 #![doc = include_str!("../img/pose.svg")]
 //!
 //! # Accuracy
-//! Chords, distances, volumes and areas of a polyline are accurate to rounding error (1e-12 for well-conditioned chords; a grazing chord
-//! is the square root of a difference and has half the digits). A smooth meridian is approximated by a polyline to the given tolerance.
-//! The coverage of a voxel is the fraction of its volume inside the solid. Where one nearly flat part of the surface crosses the voxel, it
-//! is computed from a plane and a correction, with an error estimate. Other voxels, and all voxels at a fine tolerance, use exact areas of
-//! cross-sections, integrated between their singular points: about five times the cost for three more digits. Voxels may have any aspect
-//! ratio. Voxels with an aspect ratio above 2 are bisected near the surface; the cost is that of cubes with the shortest voxel edge.
+//! Chords, distances, volumes and areas of a polyline are accurate to rounding error (1e-12 for well-conditioned chords; a grazing chord is
+//! the square root of a difference and has half the digits). A smooth meridian is approximated by a polyline to the given tolerance. The
+//! coverage of a voxel is the fraction of its volume inside the solid. If one nearly flat part of the surface crosses a voxel, its coverage
+//! is computed from a plane and a correction, with an error estimate. Other voxels, and all voxels at a fine tolerance, integrate exact areas
+//! of cross-sections between the points at which the area is not smooth; three more digits cost about five times as much. Voxels may have any
+//! aspect ratio. Voxels with an aspect ratio above 2 are bisected near the surface; the cost is that of cubes with the shortest voxel edge.
 //!
 //! # Limits
 //! No scatter, no noise, attenuation by uniform media only, no files except meshes; solids of revolution, elliptic cylinders and ellipsoids only.

@@ -12,16 +12,16 @@ use crate::Row;
 pub(crate) const ROWS: &[Row] = &[
     Row {
         name: "membrane_implicit::Tolerance::position",
-        what: "local error of positions and velocities in an adaptive step, springs",
-        reference: "Runge-Kutta scheme of order 4 at a twentieth of the explicit limit",
+        what: "springs: local error of positions and of velocities in an adaptive step, each relative to its tolerance; the larger one",
+        reference: "classical Runge-Kutta scheme with at most a twentieth of the stable time step of the leapfrog scheme",
         norm: "root mean square over the nodes",
         quick: 40,
         problem: |random| local_error(random, false),
     },
     Row {
         name: "membrane_implicit::Tolerance::velocity",
-        what: "local error of positions and velocities in an adaptive step, rubber",
-        reference: "Runge-Kutta scheme of order 4 at a twentieth of the explicit limit",
+        what: "rubber: local error of positions and of velocities in an adaptive step, each relative to its tolerance; the larger one",
+        reference: "classical Runge-Kutta scheme with at most a twentieth of the stable time step of the leapfrog scheme",
         norm: "root mean square over the nodes",
         quick: 20,
         problem: |random| local_error(random, true),

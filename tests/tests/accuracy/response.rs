@@ -14,7 +14,7 @@ pub(crate) const ROWS: &[Row] = &[
     Row {
         name: "radon::SpectOptions::tolerance",
         what: "image of a voxel",
-        reference: "lattice Gaussian with the variance of the plane, by bisection",
+        reference: "Gaussian sampled on the bins; its parameter is found by bisection, so that its variance is that of the plane",
         norm: "maximum, relative to the peak",
         quick: 20,
         problem: voxel_of_the_operator,
@@ -22,7 +22,7 @@ pub(crate) const ROWS: &[Row] = &[
     Row {
         name: "radon::DepthBlur::error",
         what: "image of a point in a slab",
-        reference: "lattice Gaussian with the variance of the slab, by bisection",
+        reference: "Gaussian sampled on the bins; its parameter is found by bisection, so that its variance is that of the slab",
         norm: "maximum, relative to the peak",
         quick: 200,
         problem: point_of_a_slab,

@@ -77,7 +77,7 @@ struct Question {
 const QUESTIONS: [Question; 8] = [
     Question {
         title: "Reconstruct one slice",
-        answer: "Filtered back-projection of 512 x 512 pixels from 720 views. `ours` selects the method by size, `ours-direct` sums over the views, and\n`ours-band-limited` has band-limited instead of linear interpolation between bins.",
+        answer: "Filtered back-projection of 512 x 512 pixels from 720 views. `ours` selects the method by size, `ours-direct` sums over the views, and\n`ours-band-limited` has band-limited instead of linear interpolation between bins. `finufft` uses a type-1 non-uniform fast Fourier\ntransform of FINUFFT with the tolerance 1e-3.",
         study: "FBP",
         case: "shepp-logan, 1 x 512 x 512 from 720 views",
         size: "views",
@@ -95,7 +95,7 @@ const QUESTIONS: [Question; 8] = [
     },
     Question {
         title: "Reconstruct a large slice",
-        answer: "Filtered back-projection of 2048 x 2048 pixels from 2880 views by Fourier gridding.",
+        answer: "FBP of 2048 x 2048 pixels from 2880 views by Fourier gridding; `finufft-1e-4` has the tolerance 1e-4.",
         study: "FBP",
         case: "shepp-logan 2048, 1 x 2048 x 2048 from 2880 views",
         size: "views",
@@ -113,7 +113,7 @@ const QUESTIONS: [Question; 8] = [
     },
     Question {
         title: "Find an equilibrium",
-        answer: "The inner membrane of the study (stiffness 1) at the intensity f = 17.5, from its reference configuration.\nThe reference volume has an uncertainty of 3e-11.",
+        answer: "The inner membrane of the study (stiffness 1) at the intensity f = 17.5, from its reference configuration. The reference volume has a\nrelative uncertainty of 3e-11; smaller errors are not significant.",
         study: "static solve",
         case: "balloon at f = 17.5, from rest",
         size: "degree or mesh points",
@@ -131,7 +131,7 @@ const QUESTIONS: [Question; 8] = [
     },
     Question {
         title: "Acquire views through a collimator, in a chest",
-        answer: "64 views of a static heart in an attenuating chest with depth-dependent resolution.\n`slabs, T` has the tolerance 5 T; the reference has the tolerance 1e-5.",
+        answer: "64 views of a static heart in an attenuating chest with depth-dependent resolution.\n`slabs, T` has `acquisition.accuracy = { tolerance = 5 T }`; the reference has `{ tolerance = 1e-5 }`.",
         study: "SPECT",
         case: "64 exact views of a heart in a chest through a collimator",
         size: "bins per row",

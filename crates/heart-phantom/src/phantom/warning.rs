@@ -140,14 +140,12 @@ impl fmt::Display for Warning {
                     (TruncatedObject::Torso, _) => {
                         "it attenuates completely, but an attenuation map of this size contains a part"
                     }
-                    (_, Edge::Bins) => {
-                        "projections are truncated, and reconstructions have streaks"
-                    }
+                    (_, Edge::Bins) => "projections are truncated and reconstructions have streaks",
                     (_, Edge::Rows) => "slices contain only a part of it",
                 };
                 let ([side, size], needed, available) =
                     (edge.words(), enough(needed), brief(available));
-                write!(f, "{name} needs views {needed} cm {side}")?;
+                write!(f, "{name} needs a detector {needed} cm {side}")?;
                 if let Some(angle) = angle {
                     write!(f, " (at {:.1} degrees)", angle.to_degrees())?;
                 }
@@ -165,7 +163,7 @@ impl fmt::Display for Warning {
                 };
                 write!(
                     f,
-                    "the heart is outside the views, at least {nearest} cm from {from}; half of {size} is {reach} cm: {then}"
+                    "the heart is outside the field of view, at least {nearest} cm from {from}; half of {size} is {reach} cm: {then}"
                 )
             }
             Self::OutOfTorso { times } => {

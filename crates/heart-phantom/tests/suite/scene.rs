@@ -348,11 +348,11 @@ fn mistakes_are_said_in_plain_words() {
         ),
         (
             "cycle.volume = 0.6",
-            "cycle.volume is 0.6; must be { gain = 0.6 }, { ejection_fraction = 0.375 } or { volumes = ",
+            "cycle.volume is 0.6; must be range of the cavity volume: { gain = 0.6 }, { gains = ",
         ),
         (
             "noise = { counts = 1e6, seed = 1 }",
-            "noise.counts is 1e6; must be { total = 1e6 } in all projections of a gate, { per_unit = 10.0 } per unit sample",
+            "noise.counts is 1e6; must be expected number of counts: { total = 1e6 } in all projections of a gate, { per_unit = 10.0 } in",
         ),
         (
             "activity.wall = 1.0",

@@ -12,12 +12,12 @@ const FRACTIONS: [f64; 4] = [0.45, 0.55, 0.65, 0.70];
 
 pub(super) const BASE: &str = "base: LEHR, 8 gates, FBP";
 pub(super) const SIXTEEN: &str = "16 gates";
-pub(super) const NO_GATES: &str = "no gates: heart at rest";
+pub(super) const NO_GATES: &str = "no motion: static heart";
 pub(super) const NO_RESPONSE: &str = "no collimator";
 pub(super) const NO_WINDOW: &str = "no filter window";
 pub(super) const NO_ATTENUATION: &str = "no attenuation";
-pub(super) const NOTHING: &str = "none of these four";
-const IDEAL: &str = "none of these four, bins of 2 mm";
+pub(super) const NOTHING: &str = "no filter window, motion, collimator or attenuation";
+const IDEAL: &str = "no filter window, motion, collimator or attenuation; bins of 2 mm";
 /// The cases of a quick run.
 const QUICK: [&str; 5] = [BASE, SIXTEEN, "OSEM, both", NOTHING, IDEAL];
 
@@ -33,7 +33,7 @@ pub struct Case {
     pub fraction: f64,
     /// Realisations of the noise.
     pub realisations: usize,
-    /// The scene; a static one represents a heart at rest at end-diastole and at end-systole.
+    /// The scene; a static one represents the heart at end-diastole and at end-systole.
     pub scene: Scene,
 }
 
@@ -77,7 +77,7 @@ const CASES: [Change; 13] = [
     (NO_RESPONSE, Hearts::Medium, |scene| scene.collimator = None),
     (NO_ATTENUATION, Hearts::Medium, stop_attenuating),
     (NOTHING, Hearts::Medium, switch_off),
-    ("sharper camera", Hearts::Reference, sharpen),
+    ("camera of higher resolution", Hearts::Reference, sharpen),
     (IDEAL, Hearts::Reference, |scene| {
         switch_off(scene);
         let camera = &mut scene.camera;
@@ -147,7 +147,7 @@ fn switch_off(scene: &mut Scene) {
     stop_attenuating(scene);
 }
 
-/// Hexagonal holes of 1 mm, 35 mm long, a crystal of 2.5 mm, bins of 4 mm.
+/// Hexagonal holes of 1 mm, 35 mm long, intrinsic FWHM 2.5 mm, bins of 4 mm.
 fn sharpen(scene: &mut Scene) {
     let camera = &mut scene.camera;
     (camera.bins, camera.rows, camera.pitch) = (104, 52, [0.4; 2]);

@@ -230,7 +230,10 @@ fn the_study_of_ejection_fractions_writes_its_report_and_page() {
     }
     // A heart at rest without collimator, attenuation and filter window, in bins of 2 mm: from eight views both rules find it to 3 %.
     let ideal = &cases[4];
-    assert_eq!(ideal["name"], "none of these four, bins of 2 mm");
+    assert_eq!(
+        ideal["name"],
+        "no filter window, motion, collimator or attenuation; bins of 2 mm"
+    );
     for rule in 0..2 {
         let found = number(&ideal["rules"][rule], "expected.edv");
         assert!((found / 127.0 - 1.0).abs() < 0.03, "{found}");

@@ -442,7 +442,7 @@ fn what_may_surprise_is_told_by_check_and_by_run() {
         let output = heart_phantom(&command);
         let (_, told) = said(&output);
         assert!(output.status.success());
-        let expected = "warning: the heart needs views ";
+        let expected = "warning: the heart needs a detector ";
         assert_eq!(told.matches(expected).count(), 1, "{told}");
         let with_json: Vec<&str> = command.into_iter().chain(["--json"]).collect();
         let (found, told) = said(&heart_phantom(&with_json));
