@@ -40,7 +40,7 @@ pub struct Folder {
 }
 
 impl Folder {
-    /// Creates the directory with its parents and locks it, so that a long computation does not end with nowhere to write.
+    /// Creates the directory with its parents and locks it, so that an unusable directory is reported before a long computation.
     ///
     /// # Errors
     /// [`PhantomError::Busy`] with the holder of the lock; [`PhantomError::File`] if the directory cannot be written to.

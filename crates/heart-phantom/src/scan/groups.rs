@@ -17,7 +17,7 @@ pub(super) struct Group {
     pub(super) plans: Vec<Vec<Node>>,
 }
 
-/// Hands on the views in groups whose shapes, and nodes, fit into memory.
+/// Passes on the views in groups whose shapes and nodes fit into memory.
 pub(super) fn for_groups(
     sets: &[Scan<'_>],
     views: Range<usize>,

@@ -108,7 +108,7 @@ pub(crate) struct Rest {
     /// Reference volume of the inner membrane: discretised for a range in mL, so that solved volumes equal given ones; else exact.
     /// the exact balloon.
     pub(crate) volume: f64,
-    /// The heart, if it was built for this volume.
+    /// The heart, if one was built for this volume.
     pub(crate) heart: Option<Heart>,
 }
 

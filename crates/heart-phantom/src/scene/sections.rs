@@ -224,7 +224,7 @@ pub enum HolesSettings {
     },
 }
 
-/// `[scatter]`: photons that are scattered by water-equivalent media of the attenuation that the scene gives them.
+/// `[scatter]`: photons that are scattered in the attenuating media of the scene, which are treated as water-equivalent.
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "scene", derive(Serialize, Deserialize))]
 #[cfg_attr(feature = "scene", serde(deny_unknown_fields, default))]

@@ -95,7 +95,7 @@ pub struct Scene {
     pub reconstruction: ReconstructionSettings,
     /// Voxelised ground truth.
     pub truth: TruthSettings,
-    /// What `heart-phantom run` writes.
+    /// The output of `heart-phantom run`.
     pub output: Output,
 }
 

@@ -58,7 +58,7 @@ impl Item {
         self
     }
 
-    /// A sequence of one code, with what modifies it.
+    /// A sequence of one code with its modifiers.
     pub(super) fn code(self, tag: Tag, [value, meaning]: [&str; 2], more: Self) -> Self {
         let code = more
             .text(tags::CODE_VALUE, VR::SH, value)
