@@ -37,7 +37,7 @@ impl View {
     }
 }
 
-/// An orthographic camera over a rectangle of a picture.
+/// An orthographic camera over a rectangle of an image.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Camera {
     pub(super) right: Vector3<f64>,

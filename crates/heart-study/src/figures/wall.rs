@@ -23,7 +23,7 @@ pub(super) struct Wall {
     extent: [f64; 2],
 }
 
-/// The part of the wall that a ray meets.
+/// The part of the wall that a ray intersects first.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Part {
     /// The outer membrane.

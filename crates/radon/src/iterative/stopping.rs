@@ -11,7 +11,7 @@ pub(super) type Observer<'a, T> = &'a mut dyn FnMut(&IterativeReport, &[T]) -> C
 
 /// Continues: the `watch` of a solver that neither reports its progress nor ends early.
 ///
-/// Solvers call `watch` after each step (OSEM: after each pass through the subsets) with the report so far and the image. They end with
+/// Solvers call `watch` after each step (OSEM: after each iteration through all subsets) with the report so far and the image. They end with
 /// [`StopReason::Observer`] when it returns `ControlFlow::Break`.
 ///
 /// ```

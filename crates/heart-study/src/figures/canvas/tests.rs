@@ -1,4 +1,4 @@
-//! Axes and their labels, where they are to be.
+//! Positions of axes and their labels.
 
 use super::*;
 use crate::figures::marks::{marker, stroke};
@@ -123,7 +123,7 @@ fn the_font_has_every_sign_the_figures_use() {
         assert!(drawn.is_ok());
         ink
     };
-    // What stands for a sign that the font lacks, such as a Chinese one.
+    // The replacement of a glyph that the font lacks, such as a Chinese character.
     let missing = drawing('\u{4e2d}');
     for sign in "aZ09λθΔπμ°²³⁻⁰⁴₂ₚₑ−×·±≤≥‖√∫∂→≈–’".chars()
     {
