@@ -84,7 +84,7 @@ def test_a_membrane_may_have_any_curve_and_stiffness():
     same = Membrane.polyline(curve, stiffness=[2.0, 2.0, 2.0]).solve(volume_gain=0.2, nodes=201)
     assert even.intensity == pytest.approx(same.intensity, rel=1e-9)
     assert even.intensity == pytest.approx(2 * Membrane.polyline(curve).solve(volume_gain=0.2, nodes=201).intensity)
-    assert repr(Membrane.disc(1.0)) == "<Membrane: of springs, apex at 0 cm at rest>"
+    assert repr(Membrane.disc(1.0)) == "<Membrane: of springs, apex at 0 cm in the reference configuration>"
 
 
 @pytest.mark.parametrize(

@@ -35,7 +35,7 @@ pub(crate) fn write_table(problems: &str, seed: u64, prefix: &str) -> Result<(),
         Ok(())
     } else {
         Err(format!(
-            "some stated errors do not hold: see {PAGE} and the output above"
+            "some stated errors are exceeded: see {PAGE} and the output above"
         ))
     }
 }

@@ -95,7 +95,7 @@ fn arrows_point_down(folder: &str, manifest: &Table, names: &[(&str, &str)]) -> 
         return vec![Finding::new(
             &path,
             0,
-            "the package stands on no floor: give it one in xtask/src/tidy/floors.rs",
+            "the package has no layer: define one in xtask/src/tidy/floors.rs",
         )];
     };
     let mut findings = Vec::new();

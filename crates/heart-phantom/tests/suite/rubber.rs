@@ -316,7 +316,7 @@ fn chains_that_are_too_short_are_named() {
         source = inner.source();
     }
     assert!(
-        said.contains("what the rubber allows, l1^2 + l2^2 + l3^2 < 3.5"),
+        said.contains("the limit of the rubber, l1^2 + l2^2 + l3^2 < 3.5"),
         "{said}"
     );
 }

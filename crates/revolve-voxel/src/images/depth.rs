@@ -30,7 +30,7 @@ const THICK: f64 = 2.0;
 pub struct DepthResponse {
     /// Middle and half of the range.
     range: [f64; 2],
-    /// At the nodes.
+    /// Standard deviations at the nodes.
     pub(super) sigmas: Vec<f64>,
     /// `[j][k]`: from the integrals of Chebyshev polynomials to those of `L_j`.
     to_nodes: Vec<f64>,

@@ -182,12 +182,12 @@ impl<'a> View<'a> {
         let same = SAME * low.abs().max(high.abs());
         breaks.dedup_by(|next, own| *next - *own <= same);
         let kind = if axis == 0 { Ends::Roots } else { Ends::Smooth };
-        // Along the rows of samples the outlines move.
+        // The outlines move along the rows of samples.
         let own = match (axis, shown) {
             (0, Shown::Organs) => (ORGANS[0] + ORGANS[1] * self.density) as usize,
             _ => usize::MAX,
         };
-        // Two densities that differ by the root of two have different numbers of nodes in any panel but very short ones. Steps of the weights, and
+        // Two densities that differ by the root of two have different numbers of nodes in any panel except very short ones. Steps of the weights, and
         // corners of an outline at the edge of a bin, are of low order: then the numbers differ by the same factor.
         let least = match is_narrow {
             true => 4.0 * self.density,
