@@ -30,7 +30,7 @@ fn factors(scene: Scene, gate: usize) -> Vec<f64> {
 
 /// The counts of a view correspond to the total activity: the sum of the samples is the volume integral, by the midpoint rule.
 #[test]
-fn counts_of_a_heart_are_those_of_its_activity() {
+fn counts_of_a_heart_agree_with_its_activity() {
     let total = 37.0; // MBq
     let off = |size: usize| {
         let mut scene = scene(Mode::Static { phase: 0.5 }, Decay::None).with_size(size);
@@ -55,7 +55,7 @@ fn counts_of_a_heart_are_those_of_its_activity() {
 }
 
 #[test]
-fn a_view_counts_for_the_time_that_it_sees() {
+fn counts_scale_with_the_acquisition_time() {
     let area = (16.0f64 / 48.0).powi(2);
     let all = area * SENSITIVITY * SECONDS;
     let near = |found: f64, expected: f64| assert!((found / expected - 1.0).abs() < 1e-12);
@@ -177,7 +177,7 @@ fn expected_counts_are_counted() {
 }
 
 #[test]
-fn noise_of_a_part_is_that_of_the_whole() {
+fn noise_of_a_part_is_identical_to_that_of_the_whole() {
     let noise = Noise {
         counts: Counts::Expected,
         seed: 3,
@@ -191,7 +191,7 @@ fn noise_of_a_part_is_that_of_the_whole() {
 }
 
 #[test]
-fn the_report_and_the_headers_tell_the_factor() {
+fn the_report_and_the_headers_contain_the_counts_per_unit() {
     use heart_phantom::files::Format;
     let folder = tempfile::tempdir().unwrap();
     let written = |decay: Decay, format: Format, name: &str| {
@@ -249,7 +249,7 @@ fn the_report_and_the_headers_tell_the_factor() {
 
 /// Scenes without the section have unchanged results.
 #[test]
-fn nothing_is_told_of_a_camera_that_is_not_known() {
+fn an_unknown_sensitivity_is_not_reported() {
     let folder = tempfile::tempdir().unwrap();
     let mut plain = scene(Mode::WholeCycle, Decay::None);
     plain.counting = None;
@@ -267,7 +267,7 @@ fn nothing_is_told_of_a_camera_that_is_not_known() {
 }
 
 #[test]
-fn cameras_without_sense_are_refused() {
+fn invalid_sensitivities_are_rejected() {
     let refused = |decay: Decay, mode: Mode| match Phantom::new(scene(mode, decay)) {
         Err(PhantomError::Scene(error)) => error,
         other => panic!("{other:?}"),

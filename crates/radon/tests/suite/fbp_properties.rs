@@ -143,7 +143,7 @@ fn skipping_changes_no_bit_and_is_counted() {
 }
 
 #[test]
-fn a_region_is_the_cut_from_the_whole() {
+fn a_region_equals_that_part_of_the_whole() {
     let geometry = half_turn(31, 50, 1.0);
     let grid = ImageGrid::anisotropic(45, 38, [0.9, 1.2]).unwrap();
     let projections = stack(&geometry, 3);

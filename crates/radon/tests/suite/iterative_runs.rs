@@ -378,7 +378,7 @@ fn any_thread_count_gives_the_same_bits() {
 }
 
 #[test]
-fn bad_input_is_refused_with_its_numbers() {
+fn bad_input_is_rejected_with_its_values() {
     let a = not_negative(4, 3, 1);
     let (b, x) = (vec![1.0; 4], vec![1.0; 3]);
     let all = |b: &[f64], x: &[f64]| {

@@ -419,7 +419,7 @@ fn joseph_and_strip_meet_the_exact_projections_of_a_tilted_shell() {
 }
 
 #[test]
-fn bad_input_is_refused_with_its_numbers() {
+fn bad_input_is_rejected_with_its_values() {
     let geometry = ParallelGeometry::half_turn(3, 5, 1.0).unwrap();
     let grid = ImageGrid::new(4, 6, 1.0).unwrap();
     let projector = Projector::new(&geometry, &grid, Kernel::Joseph).unwrap();
