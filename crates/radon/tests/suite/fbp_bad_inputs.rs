@@ -1,4 +1,4 @@
-//! Every bad input is a typed error with its numbers, before any work.
+//! Every invalid input is a typed error with its values, before any work.
 
 use crate::common;
 

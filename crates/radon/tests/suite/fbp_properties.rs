@@ -67,7 +67,7 @@ fn a_slice_alone_among_others_and_in_either_order_has_the_same_bits() {
 
 #[test]
 fn a_slice_alone_has_the_same_bits_with_every_instruction_set_interpolation_and_sample_type() {
-    // Up-sampled rows spread the samples of neighbouring pixels, which other loads fetch than those of neighbouring samples.
+    // In up-sampled rows the samples of neighbouring pixels are apart and are loaded by other instructions than neighbouring samples.
     fn check<T: radon::Sample>(set: InstructionSet, interpolation: Interpolation, spacing: f64) {
         let geometry = half_turn(19, 41, 1.0);
         let grid = ImageGrid::new(37, 21, spacing).unwrap();
@@ -212,7 +212,7 @@ fn every_instruction_set_computes_the_same_image_to_rounding() {
         for &set in &sets {
             let other = run(set, part, n_slices);
             for (a, b) in plain.iter().zip(&other) {
-                // 46 additions of terms no larger than the sum of their moduli: well under 46 half-units in the last place.
+                // The error of 46 additions is below 46 half-units in the last place of the sum of moduli.
                 assert!(
                     (a - b).abs() <= 46.0 * f32::EPSILON * largest,
                     "{set:?}: {a} {b}"

@@ -111,7 +111,7 @@ fn degrees_taken_for_radians_are_refused_with_the_reason() {
         Err(RadonError::LongArc { .. })
     ));
 
-    // Lists: a half or a full turn, the last view left out or not, either sense, any start.
+    // Lists: a half or a full turn, with or without the last view, in either direction, from any start.
     for (n, step, arc) in [(60, 3.0, 180.0), (361, 1.0, 360.0), (7, -30.0, 180.0)] {
         let angles: Vec<f64> = (0..n).map(|k| 5.0 + f64::from(k) * step).collect();
         match ParallelGeometry::new(angles.clone(), 4, 1.0) {
@@ -123,7 +123,7 @@ fn degrees_taken_for_radians_are_refused_with_the_reason() {
             other => panic!("{other:?}"),
         }
         ParallelGeometry::from_degrees(&angles, 4, 1.0).unwrap();
-        // The same list in other steps is several turns, which is nobody's business.
+        // The same list with other steps has several turns and is accepted.
         for factor in [1.0 + 1e-8, 3.0, 10.0] {
             let several: Vec<f64> = angles.iter().map(|a| a * factor).collect();
             ParallelGeometry::new(several, 4, 1.0).unwrap();
@@ -133,7 +133,7 @@ fn degrees_taken_for_radians_are_refused_with_the_reason() {
         ParallelGeometry::new(angles, 4, 1.0).unwrap();
     }
 
-    // What leaves a gap, too, says that angles are in radians, if they go so far that it may be news.
+    // The error of a gap also states that angles are in radians, if they are large enough to suggest degrees.
     let message = |angles: &[f64]| {
         let geometry = ParallelGeometry::new(angles, 4, 1.0).unwrap();
         let refused = geometry.view_weights(ArcPolicy::Complete).unwrap_err();
@@ -148,7 +148,7 @@ fn degrees_taken_for_radians_are_refused_with_the_reason() {
 
 #[test]
 fn weights_integrate_the_functions_that_the_trapezoidal_rule_does() {
-    // cos(2 theta) has the period pi of directions; on irregular nodes the error is the rule's, h^2 f''/12 * pi with the
+    // cos(2 theta) has the period pi of directions; on irregular nodes the error is that of the rule, h^2 f''/12 * pi with the
     // largest gap h = 0.11.
     let angles: Vec<f64> = (0..90)
         .map(|k| k as f64 * PI / 90.0 + 0.035 * (k as f64 * 1.7).sin() + 5.0)

@@ -10,7 +10,7 @@ use radon::{
     mlem, osem, sirt,
 };
 
-/// A head, 40 views, twice the bins: consistent data for the operator.
+/// A head phantom, 40 views, twice the bins: consistent data for the operator.
 fn scene() -> (Projector, Vec<f64>, Vec<f64>) {
     let geometry = ParallelGeometry::half_turn(40, 36, 1.0).unwrap();
     let projector = Projector::new(
@@ -47,7 +47,7 @@ fn every_solver_recovers_a_head_from_consistent_data() {
     )
     .unwrap();
     println!("CGLS {} steps: {:.2e}", report.iterations, error(&x));
-    // What is left are the modes that strips blur away.
+    // The remaining error consists of modes that the blur of the strips removes.
     assert!(error(&x) < 0.03);
     let mut x = start.clone();
     sirt(
@@ -71,7 +71,7 @@ fn every_solver_recovers_a_head_from_consistent_data() {
     .unwrap();
     println!("MLEM 30 steps: {:.2e}", error(&by_mlem));
     assert!(error(&by_mlem) < 0.2);
-    // Ten subsets: three passes do the work of thirty steps (of the same residual within a tenth).
+    // Ten subsets: three iterations equal thirty steps (the residual agrees within a tenth).
     let subsets = projector
         .stack_operator(1, StackOrder::ViewSliceBin)
         .unwrap()
@@ -225,7 +225,7 @@ fn rules_stop_where_they_say_and_unmet_ones_are_errors_with_the_report() {
     );
 }
 
-/// Each solver from the image `start`: its name, its result and the image it leaves.
+/// Each solver from the image `start`: its name, its result and its final image.
 fn each(
     stopping: Stopping,
     start: &[f64],
@@ -281,7 +281,7 @@ fn every_solver_obeys_every_rule() {
         let (last, before) = report.history.split_last().unwrap();
         assert!(last.residual <= 0.03, "{name}");
         assert!(before.iter().all(|entry| entry.residual > 0.03), "{name}");
-        // The image that met the rule; subsets go on to the end of their pass.
+        // The image that met the rule; with subsets the iteration is completed.
         if name == "OSEM" {
             assert!(residual(&x) < 0.03);
         } else {
@@ -305,13 +305,13 @@ fn every_solver_obeys_every_rule() {
 #[test]
 fn a_solver_given_the_answer_takes_no_step() {
     let (_, truth, _) = scene();
-    // No iteration is allowed: the rule has to be met by what was given.
+    // No iteration is allowed: the given image must meet the rule.
     let rule = Stopping::default()
         .with_max_iterations(0)
         .with_residual(1e-14);
     for (name, result, x) in each(rule, &truth) {
         if name == "OSEM" {
-            // Subsets learn the residual from their pass alone.
+            // With subsets the residual is known only after an iteration.
             assert!(matches!(result, Err(RadonError::NotConverged { .. })));
             continue;
         }

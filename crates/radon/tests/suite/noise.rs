@@ -84,14 +84,14 @@ fn a_sample_depends_on_seed_place_and_mean_alone() {
     let two = pool(2).install(|| poisson_counts(&means, scale, 3).unwrap());
     assert!(one == two);
     assert!(one != poisson_counts(&means, scale, 4).unwrap());
-    // A view by itself, and one among others that changed.
+    // A single view, and the same view among changed ones.
     let mut part = vec![0.0_f32; 1000];
     poisson_counts_into(&means[7000..8000], 0.7, 3, 7000, &mut part).unwrap();
     assert!(part[..] == one[7000..8000]);
     let mut changed = means.clone();
     changed[..7000].fill(1e4);
     assert!(poisson_counts(&changed, scale, 3).unwrap()[7000..] == one[7000..]);
-    // The stored type changes nothing but the rounding.
+    // The stored type changes only the rounding.
     let wide: Vec<f64> = means.iter().map(|&m| f64::from(m)).collect();
     let wide = poisson_counts(&wide, scale, 3).unwrap();
     assert!(one.iter().zip(&wide).all(|(a, b)| f64::from(*a) == *b));

@@ -57,7 +57,7 @@ fn mean(c: f64, width: f64, n: usize, f: impl Fn(f64) -> f64) -> f64 {
 
 #[test]
 fn line_integrals_are_those_of_the_values_along_the_line() {
-    // A step's position is known to half a panel of 1e-4; at most four steps.
+    // The position of a step is accurate to half a panel of 1e-4; at most four steps.
     let tolerance = 2.5e-4;
     for shape in plane_shapes() {
         for (theta, s) in [
@@ -95,7 +95,7 @@ fn bin_means_are_the_means_of_line_integrals() {
             (0.0, 0.5, 0.1),
         ] {
             let expected = mean(s, width, 200_000, |s| shape.line_integral(theta, s));
-            // At an ellipse's rim the midpoint rule errs by panel^1.5 = 2e-7, at a step by a panel, 3e-5 of 0.1 ... 6.
+            // The error of the midpoint rule is panel^1.5 = 2e-7 at the rim of an ellipse, and a panel at a step, 3e-5 of 0.1 ... 6.
             let got = shape.bin_mean(theta, s, width);
             assert!((got - expected).abs() < 1e-5, "{shape:?}: {got} {expected}");
         }
@@ -110,7 +110,7 @@ fn bin_means_are_the_means_of_line_integrals() {
             let expected = mean(c[1], size[1], 500, |z| {
                 mean(c[0], size[0], 500, |s| shape.line_integral(theta, s, z))
             });
-            // A step between two sample planes is off by up to half a panel: 1/325 of the prism's height in the widest cell.
+            // The error of a step between two sample planes is up to half a panel: 1/325 of the prism's height in the widest cell.
             let got = shape.bin_mean(theta, c, size);
             assert!(
                 (got - expected).abs() < 3.5e-3 * (0.01 + expected),
@@ -146,7 +146,7 @@ fn cell_means_are_the_means_of_sampled_values() {
                     mean(c[0], sides[0], 120, |x| shape.value([x, y, z]))
                 })
             });
-            // A flat end between two sample planes is off by up to 1/240 of the whole.
+            // The error of a flat end between two sample planes is up to 1/240 of the whole.
             let got = shape.box_mean(c, sides);
             assert!(
                 (got - expected).abs() < 4.5e-3,
@@ -161,7 +161,7 @@ fn every_view_and_every_image_conserve_the_integral() {
     let weighted = |(i, shape)| (1.0 + i as f64, shape);
     let plane = Phantom2::new(plane_shapes().into_iter().enumerate().map(weighted)).unwrap();
     // Everything lies inside the grids (the widest Gaussian to 5.5 standard deviations in x, 1e-8, 3.5 cm); boundary
-    // cells round to some 1e-15 each.
+    // cells have rounding errors of about 1e-15 each.
     for (nx, ny, [dx, dy]) in [(131, 140, [0.06, 0.06]), (66, 210, [0.12, 0.04])] {
         let grid = ImageGrid::anisotropic(nx, ny, [dx, dy])
             .and_then(|g| g.with_centre([0.1, -0.05]))
@@ -269,7 +269,7 @@ fn shepp_logan_has_its_known_grey_values() {
         assert!((got - in_solid).abs() < 1e-12, "{point:?} {got}");
     }
     assert!((solid.value([0.0, -0.1, 0.25]) - 0.3).abs() < 1e-12);
-    // The ellipses' own line formula, from a second copy of Toft's table.
+    // The line formula of ellipses, from a second copy of Toft's table.
     let entries = [
         (1.0, 0.69, 0.92, 0.0, 0.0, 0.0f64),
         (-0.8, 0.6624, 0.874, 0.0, -0.0184, 0.0),
@@ -401,8 +401,8 @@ fn bad_shapes_are_refused_with_their_numbers() {
 }
 
 proptest! {
-    /// Closed forms of different cells must agree: a cell is the sum of its parts. Cells touch outlines in every way, and
-    /// some are centred on the shape.
+    /// Closed forms of different cells must agree: a cell is the sum of its parts. Cells intersect outlines in all ways, and some are centred on the
+    /// shape.
     #[test]
     fn cells_are_the_sum_of_their_parts(
         which in 0usize..8,
@@ -414,7 +414,7 @@ proptest! {
     ) {
         let (plane, solid) = (&plane_shapes()[which % 6], &solid_shapes()[which]);
         let c = if centred { solid.bounding_ball().0 } else { c };
-        // Contents carry some 1e-14, means that over the size of the smaller part.
+        // Contents have errors of about 1e-14; those of means are larger by the inverse size of the smaller part.
         let parts = |axis: usize, mean: &dyn Fn([f64; 3], [f64; 3]) -> f64| {
             let (mut c0, mut c1, mut s0, mut s1) = (c, c, sides, sides);
             s0[axis] *= cut;

@@ -1,4 +1,4 @@
-//! A single slice has other loops than a stack: results must be bitwise identical.
+//! Single slices and stacks use different loops: results must be bitwise identical.
 
 use crate::common;
 
@@ -14,11 +14,11 @@ const SETS: [InstructionSet; 4] = [
     InstructionSet::Neon,
 ];
 
-/// Slices enough that none is projected alone.
+/// Enough slices that none is projected alone.
 const STACK: usize = 32;
 
 fn bits(samples: &[f32]) -> Vec<u32> {
-    // A zero's sign is no difference.
+    // The sign of zero is ignored.
     samples.iter().map(|&x| (x + 0.0).to_bits()).collect()
 }
 
