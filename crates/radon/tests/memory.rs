@@ -23,7 +23,7 @@ fn peak(work: impl FnOnce()) -> usize {
 
 // A single test: the counter applies to the process, and tests run concurrently.
 #[test]
-fn a_run_takes_what_was_said_and_a_stream_its_budget() {
+fn a_run_uses_the_predicted_memory_and_a_stream_its_budget() {
     let geometry = ParallelGeometry::half_turn(60, 96, 1.0).unwrap();
     let grid = ImageGrid::square(96, 1.0).unwrap();
     let (n_slices, order) = (80, StackOrder::SliceViewBin);

@@ -347,7 +347,7 @@ fn the_wall_thins_as_the_cavity_grows() {
 }
 
 #[test]
-fn nonsense_is_refused() {
+fn invalid_input_is_rejected() {
     let wall = &TIED[0];
     for bad in [
         at(-0.1, 0.2, 0.0),

@@ -149,7 +149,7 @@ fn a_tall_pixel_is_a_column_of_square_ones() {
 }
 
 #[test]
-fn fbp_is_that_of_the_square_pixels_at_the_same_places() {
+fn fbp_equals_that_of_square_pixels_at_the_same_positions() {
     // The middle one of three small pixels is at the position of the large one.
     let geometry = half_turn(40, 61, 0.3).with_offset(0.05).unwrap();
     let ellipse = Ellipse {
@@ -184,7 +184,7 @@ fn fbp_is_that_of_the_square_pixels_at_the_same_places() {
 }
 
 #[test]
-fn an_ellipse_is_reconstructed_where_it_is_at_its_value() {
+fn an_ellipse_is_reconstructed_with_position_and_value() {
     let geometry = half_turn(120, 161, 0.05).with_offset(0.013).unwrap();
     let ellipse = Ellipse {
         centre: [0.7, -0.5],
@@ -219,7 +219,7 @@ fn an_ellipse_is_reconstructed_where_it_is_at_its_value() {
 }
 
 #[test]
-fn row_sums_are_chords_of_the_grid_and_sirt_finds_the_image() {
+fn row_sums_are_chords_of_the_grid_and_sirt_recovers_the_image() {
     let geometry = ParallelGeometry::half_turn(36, 30, 0.4)
         .and_then(|g| g.with_offset(0.1))
         .unwrap();

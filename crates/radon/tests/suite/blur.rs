@@ -23,7 +23,7 @@ fn blurred(blur: &DepthBlur, image: &[f64], n_bins: usize) -> Vec<f64> {
 
 /// The second moment of a blurred point is that of the requested Gaussian, for any width in bins.
 #[test]
-fn a_point_gets_the_width_asked_for() {
+fn a_point_has_the_requested_width() {
     let (size, pitch) = ([251, 131], [0.1, 0.2]);
     let (across, along) = (size[0] as f64 * pitch[0], size[1] as f64 * pitch[1]);
     let widths = (0..=52).map(|i| 0.05 * 400.0_f64.powf(f64::from(i) / 52.0)); // 0.05 to 20 pitches of 0.1
@@ -55,7 +55,7 @@ fn a_point_gets_the_width_asked_for() {
 
 /// Widths whose square is zero or negligible have no or a negligible effect.
 #[test]
-fn a_width_of_nearly_nothing() {
+fn widths_near_zero() {
     for fwhm in [0.0, 5e-324, 1e-200, 1e-154, 1e-9] {
         let before = noise::<f64>(9, 6);
         let row = blurred(&new([1.0; 2], fwhm), &before, 9);
@@ -88,7 +88,7 @@ fn a_gaussian_profile_becomes_a_wider_one() {
 
 /// The blurred profile of a disc converges to its exact convolution as the bins become finer.
 #[test]
-fn a_blurred_disc_tends_to_its_true_convolution() {
+fn a_blurred_disc_converges_to_its_exact_convolution() {
     let (radius, fwhm) = (3.0_f64, 1.2);
     let gaussian = |x: f64| {
         let s = sigma(fwhm);
@@ -137,7 +137,7 @@ fn an_edge_becomes_an_error_function() {
 }
 
 #[test]
-fn the_blur_is_its_own_adjoint() {
+fn the_blur_is_self_adjoint() {
     let blur = new([0.2, 0.3], 2.0);
     let (x, y) = (noise::<f64>(31 * 17, 2), noise::<f64>(31 * 17, 3));
     let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
@@ -150,7 +150,7 @@ fn the_blur_is_its_own_adjoint() {
 }
 
 #[test]
-fn single_precision_and_threads_give_the_same() {
+fn single_precision_and_threads_agree() {
     let blur = new([0.1, 0.1], 0.7);
     let wide = noise::<f64>(64 * 40, 4);
     let narrow: Vec<f32> = wide.iter().map(|&v| v as f32).collect();
@@ -176,7 +176,7 @@ fn single_precision_and_threads_give_the_same() {
 }
 
 #[test]
-fn nonsense_is_refused() {
+fn invalid_input_is_rejected() {
     let range = |refused: Result<DepthBlur, RadonError>| {
         matches!(
             refused,
@@ -225,7 +225,7 @@ fn nonsense_is_refused() {
 
 proptest! {
     #[test]
-    fn the_sum_by_the_definition(
+    fn the_blur_equals_the_sum_of_its_definition(
         bins in 1..14usize, rows in 1..12usize, width in 0.0..1.0f64, pitch in (0.05..0.5f64, 0.05..0.5f64), seed in 0..1000u64,
     ) {
         let fwhm = width * (bins as f64 * pitch.0).min(rows as f64 * pitch.1);

@@ -55,7 +55,7 @@ fn the_adjoint_is_the_transpose_of_the_reconstruction() {
 }
 
 #[test]
-fn a_plan_without_an_adjoint_says_what_it_needs() {
+fn a_plan_without_an_adjoint_names_the_required_option() {
     let geometry = ParallelGeometry::half_turn(8, 16, 1.0).unwrap();
     let grid = ImageGrid::square(16, 1.0).unwrap();
     let options = FbpOptions::default().with_method(Method::Direct);

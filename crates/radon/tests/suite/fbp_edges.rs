@@ -89,7 +89,7 @@ fn biases(scene: &Scene) -> [f64; 4] {
 }
 
 #[test]
-fn rows_that_hold_the_whole_object_need_no_policy() {
+fn rows_that_contain_the_whole_object_need_no_policy() {
     for edge in POLICIES {
         let (mean, spread) = Scene::disc(0.6).error(edge);
         // Area error of point-sampled chords (7e-5 here) and ringing of the edge at a distance of at least four bins.
@@ -101,7 +101,7 @@ fn rows_that_hold_the_whole_object_need_no_policy() {
 }
 
 #[test]
-fn biases_are_those_of_the_table() {
+fn biases_agree_with_the_table() {
     // The interior problem has no unique solution, so a bias remains with any policy. This verifies the measured table in the documentation of
     // `EdgePolicy`.
     let hot = ellipse([15.0, 10.0], 20.0, 15.0, 0.4);
@@ -148,7 +148,7 @@ fn biases_are_those_of_the_table() {
 }
 
 #[test]
-fn noise_moves_no_policy_far() {
+fn noise_changes_no_policy_much() {
     // Two per cent of the largest chord, which the filter amplifies to about 20 % of the image. The fit over an eighth of the row reduces it; only
     // rows that end two rows away depend on its slope.
     for (scale, most) in [

@@ -46,7 +46,7 @@ const DISC: Ellipse = Ellipse {
 };
 
 #[test]
-fn amplitude_of_an_off_centre_disc_from_bin_means_is_right_for_every_window() {
+fn amplitude_of_an_off_centre_disc_from_bin_means_is_correct_for_every_window() {
     // A limit of 2e-5 with 90 views; nearly ideal interpolation also resolves the streaks of 90 views and needs 180.
     for (n_views, interpolation) in [
         (90, Interpolation::Linear),
@@ -65,7 +65,7 @@ fn amplitude_of_an_off_centre_disc_from_bin_means_is_right_for_every_window() {
 }
 
 #[test]
-fn amplitude_of_an_off_centre_disc_from_chords_is_limited_by_the_area_they_miss() {
+fn amplitude_of_an_off_centre_disc_from_chords_is_limited_by_their_area_error() {
     let geometry = half_turn(90, 256, 1.0);
     let sinogram = DISC.sinogram(&geometry);
     for interpolation in [Interpolation::Linear, Interpolation::BandLimited] {
@@ -152,7 +152,7 @@ fn centroid(image: &[f64], grid: &ImageGrid, ellipse: &Ellipse) -> [f64; 2] {
 }
 
 #[test]
-fn an_off_centre_ellipse_comes_out_where_it_is_for_even_and_odd_sizes_and_any_axis_of_rotation() {
+fn an_off_centre_ellipse_has_its_position_for_even_and_odd_sizes_and_any_axis_of_rotation() {
     // Lengths in cm, pitch other than spacing, a detector shifted by a fraction of a bin, a grid off the axis.
     for (nx, ny, n_bins, offset) in [
         (96, 80, 160, 0.0),
@@ -242,7 +242,7 @@ fn any_complete_list_of_angles_gives_the_same_amplitude() {
 }
 
 #[test]
-fn a_short_arc_gives_what_its_policy_says() {
+fn a_short_arc_follows_its_policy() {
     // Inside a disc every filtered view is 1/pi, so that the mean is the sum of the weights over pi; 120 degrees were measured.
     let geometry =
         ParallelGeometry::arc_radians(120, 2.0 / 3.0 * std::f64::consts::PI, 128, 1.0).unwrap();
@@ -299,7 +299,7 @@ fn kernel(window: &Window, n: i64) -> f64 {
 }
 
 #[test]
-fn an_image_is_the_double_sum_of_the_formula() {
+fn an_image_equals_the_double_sum_of_the_formula() {
     // Any angles, repeated ones, an offset detector, pixels that are not square.
     let geometry = ParallelGeometry::new([0.1, 0.5, 1.3, 1.3, 1.9, 2.6 + 3.0], 37, 0.8)
         .unwrap()

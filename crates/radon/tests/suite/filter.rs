@@ -222,7 +222,7 @@ fn cut_off(window: &Window) {
 }
 
 #[test]
-fn the_mean_of_an_image_is_not_lost() {
+fn the_mean_of_an_image_is_preserved() {
     // Truncated to 2n samples, the ramp has a small positive response at zero, sum_(|n| > len/2) 1/(pi n)^2 over odd n ~ 2/(pi^2 len);
     // sampling |f| would give 0.
     for len in [64, 512, 4096] {
@@ -236,7 +236,7 @@ fn the_mean_of_an_image_is_not_lost() {
 }
 
 #[test]
-fn padding_is_at_least_what_is_asked_even_and_smooth() {
+fn padding_is_at_least_the_request_even_and_smooth() {
     for n in 1..3000_usize {
         let len = padded_len(2 * n).unwrap();
         assert!(

@@ -129,7 +129,7 @@ fn phantom_case(n: usize, n_views: usize) -> (ParallelGeometry, ImageGrid, Vec<f
 }
 
 #[test]
-fn methods_differ_by_what_their_documentation_states() {
+fn methods_differ_by_the_documented_amount() {
     // Root mean square over the disc for rows that are zero beyond their ends, at 128 x 128 from 180 views and 256 x 256 from 360, and
     // the largest one for extended rows, in which a jump in the middle of the padding adds high frequencies.
     for (interpolation, window, stated, continued) in [
@@ -196,7 +196,7 @@ fn methods_differ_by_what_their_documentation_states() {
 }
 
 #[test]
-fn truncated_rows_are_treated_as_by_the_direct_sum() {
+fn truncated_rows_are_treated_as_in_the_direct_sum() {
     // Half the bins: both methods truncate the image at the same position.
     let geometry = ParallelGeometry::half_turn(120, 64, 1.0)
         .unwrap()
@@ -233,7 +233,7 @@ fn truncated_rows_are_treated_as_by_the_direct_sum() {
 }
 
 #[test]
-fn a_fourier_image_has_the_same_bits_by_any_way() {
+fn a_fourier_image_is_bitwise_reproducible() {
     let (geometry, grid) = odd_case(1.0);
     let rows: Vec<f32> = signs(geometry.sinogram_len(), 5)
         .iter()
@@ -363,7 +363,7 @@ fn the_method_depends_on_sizes_interpolation_and_sample_type_alone() {
 }
 
 #[test]
-fn a_budget_below_the_need_is_an_error_and_the_default_is_enough() {
+fn an_insufficient_budget_is_an_error_and_the_default_suffices() {
     let geometry = ParallelGeometry::half_turn(2880, 2048, 1.0).unwrap();
     let grid = ImageGrid::square(2048, 1.0).unwrap();
     let plan = |memory| {
@@ -407,7 +407,7 @@ fn every_instruction_set_reconstructs_the_same_image() {
 }
 
 #[test]
-fn what_a_fourier_method_cannot_do_is_refused() {
+fn unsupported_options_of_the_fourier_method_are_rejected() {
     let (geometry, grid) = odd_case(1.0);
     for tolerance in [0.0, 1e-7, 0.1, f64::NAN, f64::INFINITY] {
         let options = FbpOptions::default().with_method(Method::Fourier { tolerance });

@@ -92,7 +92,7 @@ fn each_constructor_has_the_unit_of_its_name() {
 }
 
 #[test]
-fn degrees_taken_for_radians_are_refused_with_the_reason() {
+fn degrees_given_as_radians_are_rejected_with_the_reason() {
     // An arc of 180 would be 28.6 turns.
     match ParallelGeometry::arc_radians(60, 180.0, 4, 1.0) {
         Err(error @ RadonError::LongArc { arc, turns, most }) => {
@@ -147,7 +147,7 @@ fn degrees_taken_for_radians_are_refused_with_the_reason() {
 }
 
 #[test]
-fn weights_integrate_the_functions_that_the_trapezoidal_rule_does() {
+fn weights_have_the_accuracy_of_the_trapezoidal_rule() {
     // cos(2 theta) has the period pi of directions; on irregular nodes the error is that of the rule, h^2 f''/12 * pi with the
     // largest gap h = 0.11.
     let angles: Vec<f64> = (0..90)
@@ -167,7 +167,7 @@ fn weights_integrate_the_functions_that_the_trapezoidal_rule_does() {
 }
 
 #[test]
-fn repeated_and_opposite_views_share_one_weight() {
+fn repeated_and_opposite_views_divide_one_weight() {
     let plain = weights(&[0.1, 0.9, 1.7, 2.4], ArcPolicy::Complete);
     let repeated = weights(
         &[0.1, 0.9, 1.7, 2.4, 0.9, 0.9 + PI, 0.1 - PI],
@@ -202,7 +202,7 @@ fn a_golden_angle_series_counts_as_complete() {
 }
 
 #[test]
-fn stack_orders_index_what_they_say() {
+fn stack_orders_have_the_documented_indices() {
     // 3 views, 5 slices, 7 bins.
     assert_eq!(
         StackOrder::ViewSliceBin.row_start(2, 4, 3, 5, 7),

@@ -46,7 +46,7 @@ fn distance(a: &[f64], b: &[f64]) -> f64 {
 }
 
 #[test]
-fn cgls_finds_the_least_squares_solution_in_as_many_steps_as_unknowns() {
+fn cgls_reaches_the_least_squares_solution_in_as_many_steps_as_unknowns() {
     let a = Dense((0..12).map(|i| noise(7, 100 + i)).collect());
     let b = noise(12, 3);
     let expected = least_squares(&a, &[1.0; 12], &b);
@@ -87,7 +87,7 @@ fn cgls_finds_the_least_squares_solution_in_as_many_steps_as_unknowns() {
 }
 
 #[test]
-fn cgls_from_zero_finds_the_shortest_of_many_solutions() {
+fn cgls_from_zero_reaches_the_shortest_of_many_solutions() {
     // The last column repeats the first: the shortest solution divides the weight evenly.
     let mut a = Dense((0..9).map(|i| noise(5, 40 + i)).collect());
     for row in &mut a.0 {
@@ -182,7 +182,7 @@ fn sirt_converges_to_the_weighted_least_squares_solution_within_its_bounds() {
 }
 
 #[test]
-fn one_step_of_mlem_is_its_formula() {
+fn one_step_of_mlem_equals_its_formula() {
     let a = not_negative(6, 3, 9);
     let (b, s) = (
         vec![3.0, 0.0, 2.0, 5.0, 1.0, 4.0],
@@ -211,7 +211,7 @@ fn one_step_of_mlem_is_its_formula() {
 }
 
 #[test]
-fn mlem_raises_the_likelihood_keeps_the_counts_and_stays_at_the_truth() {
+fn mlem_increases_the_likelihood_conserves_counts_and_is_stationary_at_the_solution() {
     let a = not_negative(20, 8, 50);
     let b: Vec<f64> = noise::<f64>(20, 4)
         .iter()

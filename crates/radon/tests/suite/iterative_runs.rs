@@ -93,7 +93,7 @@ fn every_solver_recovers_a_head_from_consistent_data() {
 }
 
 #[test]
-fn subsets_hold_each_datum_once_and_the_rows_of_the_whole() {
+fn subsets_contain_each_datum_once_and_the_rows_of_the_whole() {
     let geometry = ParallelGeometry::new([0.1, 0.9, 1.4, 2.0, 2.9], 7, 1.0)
         .and_then(|g| g.with_offset(0.3))
         .unwrap();
@@ -149,7 +149,7 @@ fn subsets_hold_each_datum_once_and_the_rows_of_the_whole() {
 }
 
 #[test]
-fn rules_stop_where_they_say_and_unmet_ones_are_errors_with_the_report() {
+fn rules_stop_as_documented_and_unmet_ones_are_errors_with_the_report() {
     let (projector, truth, data) = scene();
     let mut x = vec![0.0; truth.len()];
     let stopping = Stopping::default()
@@ -303,7 +303,7 @@ fn every_solver_obeys_every_rule() {
 }
 
 #[test]
-fn a_solver_given_the_answer_takes_no_step() {
+fn a_solver_started_at_the_solution_makes_no_step() {
     let (_, truth, _) = scene();
     // No iteration is allowed: the given image must meet the rule.
     let rule = Stopping::default()
@@ -332,7 +332,7 @@ fn a_solver_given_the_answer_takes_no_step() {
 }
 
 #[test]
-fn any_thread_count_gives_the_same_bits() {
+fn solvers_are_bitwise_independent_of_threads() {
     let (projector, truth, data) = scene();
     let operator = projector
         .stack_operator::<f32>(1, StackOrder::ViewSliceBin)

@@ -26,7 +26,7 @@ fn agrees_with_the_plain_sums() {
 
 /// Any length of mask and values, against the definitions.
 #[test]
-fn pieces_blocks_and_lanes_leave_nothing_out() {
+fn pieces_blocks_and_lanes_cover_all_samples() {
     for (mask_len, times) in [
         (1, 9000),
         (3, 5),

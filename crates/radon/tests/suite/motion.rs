@@ -97,7 +97,7 @@ fn off_adjoint(operator: &impl LinearOperator<f64>) -> f64 {
 }
 
 #[test]
-fn a_warp_is_its_definition_and_its_adjoint_the_transpose() {
+fn a_warp_equals_its_definition_and_its_adjoint_the_transpose() {
     let motions = motions();
     let warp = Warp::new(SHAPE, SIDES, &motions).unwrap();
     assert_eq!(
@@ -127,7 +127,7 @@ fn a_warp_is_its_definition_and_its_adjoint_the_transpose() {
 }
 
 #[test]
-fn whole_voxels_move_exactly_and_straight_lines_stay_straight() {
+fn displacements_by_whole_voxels_and_of_linear_functions_are_exact() {
     let [nx, ny, nz] = [9, 8, 7];
     let all = nx * ny * nz;
     let warp = |d| {
@@ -199,7 +199,7 @@ fn a_smooth_volume_is_warped_with_order_two() {
 }
 
 #[test]
-fn the_number_of_threads_changes_no_bit_of_a_warp() {
+fn a_warp_is_bitwise_independent_of_threads() {
     let warp = Warp::new(SHAPE, SIDES, &motions()).unwrap();
     let x = noise(210, 4);
     let with = |threads| {
@@ -258,7 +258,7 @@ fn states() -> Vec<State<StackOperator<f64>>> {
 }
 
 #[test]
-fn views_of_states_are_those_of_the_warped_volumes_and_the_adjoint_is_exact() {
+fn views_of_states_equal_those_of_the_warped_volumes_and_the_adjoint_is_exact() {
     let moving = MovingOperator::new(states()).unwrap();
     let x = noise(432, 6);
     let data = apply(&moving, &x);
@@ -274,7 +274,7 @@ fn views_of_states_are_those_of_the_warped_volumes_and_the_adjoint_is_exact() {
 
 /// A product of three warps, which do not commute, equals the successive factors, and so does its adjoint.
 #[test]
-fn products_apply_their_factors_in_turn() {
+fn products_apply_their_factors_in_order() {
     let half: Vec<_> = (0..216).map(|v| (v, [0.3, -0.6, 0.9])).collect();
     let half = Warp::new(
         [12, 12, 3],
@@ -312,7 +312,7 @@ fn products_apply_their_factors_in_turn() {
 
 /// A block at two positions: compensated OSEM recovers it as from as many views of a static block; without compensation it does not.
 #[test]
-fn osem_finds_what_moves_in_one_frame() {
+fn osem_with_known_motion_recovers_a_moving_block() {
     let truth: Vec<f64> = (0..432)
         .map(|v| {
             let inside = (4..7).contains(&(v % 12)) && (5..8).contains(&(v / 12 % 12));
@@ -361,7 +361,7 @@ fn osem_finds_what_moves_in_one_frame() {
 }
 
 #[test]
-fn what_makes_no_sense_is_refused() {
+fn invalid_input_is_rejected() {
     let one = |voxel, by, share| {
         Warp::new(
             [4, 4, 4],

@@ -4,7 +4,7 @@
 use radon::{CountScale, RadonError, poisson_counts, poisson_counts_into};
 
 #[test]
-fn mean_and_variance_are_those_of_poisson() {
+fn mean_and_variance_agree_with_poisson() {
     let n = 200_000;
     for mean in [0.01, 0.7, 5.0, 30.0, 1e3, 1e6] {
         let counts = poisson_counts(&vec![mean / 8.0; n], CountScale::PerUnit(8.0), 42).unwrap();
@@ -22,7 +22,7 @@ fn mean_and_variance_are_those_of_poisson() {
 }
 
 #[test]
-fn frequencies_are_those_of_poisson() {
+fn frequencies_agree_with_poisson() {
     let n = 300_000;
     for (mean, classes) in [(0.8_f64, 6), (4.0, 13), (20.0, 40)] {
         let counts = poisson_counts(&vec![mean; n], CountScale::PerUnit(1.0), 5).unwrap();
@@ -71,7 +71,7 @@ fn neighbours_are_independent() {
 }
 
 #[test]
-fn a_sample_depends_on_seed_place_and_mean_alone() {
+fn a_sample_depends_on_seed_index_and_mean_only() {
     let means: Vec<f32> = (0..20_000).map(|k| (k % 97) as f32).collect();
     let scale = CountScale::PerUnit(0.7);
     let pool = |n| {
@@ -98,7 +98,7 @@ fn a_sample_depends_on_seed_place_and_mean_alone() {
 }
 
 #[test]
-fn nothing_stays_nothing_and_a_total_is_met() {
+fn zero_means_give_zero_counts_and_a_total_is_met() {
     assert!(poisson_counts(&[0.0_f32; 100], CountScale::PerUnit(1e6), 1).unwrap() == [0.0; 100]);
     assert!(poisson_counts(&[1e-320_f64; 10], CountScale::PerUnit(1e-10), 1).unwrap() == [0.0; 10]);
     let means: Vec<f64> = (0..1000).map(|k| f64::from(k % 10)).collect();
@@ -113,7 +113,7 @@ fn nothing_stays_nothing_and_a_total_is_met() {
 }
 
 #[test]
-fn nonsense_is_refused() {
+fn invalid_input_is_rejected() {
     let draw = |sample: f64, scale| poisson_counts(&[1.0, sample], scale, 0);
     for bad in [f64::NAN, f64::INFINITY, -1.0, -1e-300] {
         for scale in [CountScale::PerUnit(1.0), CountScale::Total(1.0)] {

@@ -14,7 +14,7 @@ fn too_large<T: std::fmt::Debug>(outcome: Result<T, RadonError>) -> bool {
 
 /// Counts whose product is representable but exceeds any memory.
 #[test]
-fn what_no_memory_holds_is_refused() {
+fn sizes_beyond_any_memory_are_rejected() {
     let wide = ParallelGeometry::half_turn(2, 1 << 50, 1.0).unwrap();
     let large = ImageGrid::square(1 << 26, 1.0).unwrap();
     let (small, grid) = (
@@ -74,7 +74,7 @@ fn what_no_memory_holds_is_refused() {
 
 /// Subsets store lists of their samples, whose number is an argument.
 #[test]
-fn subsets_of_more_samples_than_memory_holds_are_refused() {
+fn subsets_beyond_the_memory_are_rejected() {
     let geometry = ParallelGeometry::half_turn(4, 4, 1.0).unwrap();
     let grid = ImageGrid::square(4, 1.0).unwrap();
     let projector = Projector::new(&geometry, &grid, Kernel::Joseph).unwrap();
@@ -90,7 +90,7 @@ fn subsets_of_more_samples_than_memory_holds_are_refused() {
 /// quarter.
 #[cfg(target_os = "linux")]
 #[test]
-fn more_views_than_memory_holds_are_refused() {
+fn views_beyond_the_memory_are_rejected() {
     const ALONE: &str = "RADON_TEST_WITH_LITTLE_MEMORY";
     if std::env::var_os(ALONE).is_some() {
         let many = ParallelGeometry::half_turn(1 << 25, 1, 1.0).unwrap();
@@ -106,7 +106,7 @@ fn more_views_than_memory_holds_are_refused() {
         .args(["-c", "ulimit -v 1048576 && exec \"$0\" \"$@\""])
         .arg(exe)
         .args(["--exact", "--test-threads=1"])
-        .arg("odd_inputs::more_views_than_memory_holds_are_refused")
+        .arg("odd_inputs::views_beyond_the_memory_are_rejected")
         .env(ALONE, "1")
         .output()
         .unwrap();
@@ -119,7 +119,7 @@ fn more_views_than_memory_holds_are_refused() {
 
 /// The data, not the argument, determine the length of a stack.
 #[test]
-fn numbers_of_slices_without_data_are_refused() {
+fn numbers_of_slices_without_data_are_rejected() {
     let geometry = ParallelGeometry::arc_radians(2, 3.0, 4, 1.0).unwrap();
     let grid = ImageGrid::square(4, 1.0).unwrap();
     let projector = Projector::new(&geometry, &grid, Kernel::Strip).unwrap();
@@ -258,7 +258,7 @@ fn means_over_odd_rectangles() {
 
 /// Sizes and positions whose products are finite give finite values everywhere; others are rejected.
 #[test]
-fn shapes_of_any_size_give_numbers_or_are_refused() {
+fn shapes_of_any_size_give_finite_values_or_are_rejected() {
     let upright = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
     let plane = |centre: [f64; 2], sizes: [f64; 2], angle: f64| {
         let shapes = [

@@ -103,7 +103,7 @@ fn an_operator_serves_two_threads_at_the_same_time() {
 
 /// Every solver gives bitwise identical results through `dyn`, `&`, `Box`, `Arc` and pointers to those.
 #[test]
-fn a_pointer_to_an_operator_is_one() {
+fn pointers_to_operators_are_operators() {
     fn all<O: LinearOperator<f64> + ?Sized>(operator: &O, data: &[f64]) -> Vec<Vec<f64>> {
         let (cg, em, si) = (
             CglsOptions::default().with_stopping(many(3)),
@@ -190,7 +190,7 @@ fn observed(most: usize) -> Vec<(IterativeReport, Vec<f64>, usize)> {
 }
 
 #[test]
-fn an_observer_sees_every_step_and_may_end_the_run() {
+fn an_observer_receives_every_step_and_may_end_the_run() {
     for (report, _, calls) in observed(usize::MAX) {
         assert_eq!(report.stopped_by, Some(StopReason::MaxIterations));
         assert_eq!(calls, report.iterations);
@@ -255,7 +255,7 @@ impl LinearOperator<f32> for Torn {
 }
 
 #[test]
-fn the_callers_failure_comes_back_whole_and_is_told_once() {
+fn the_error_of_an_operator_is_returned_and_reported_once() {
     let failed = mlem(
         &Torn,
         &[1.0; 3],
@@ -277,7 +277,7 @@ fn the_callers_failure_comes_back_whole_and_is_told_once() {
 }
 
 #[test]
-fn a_plan_tells_what_it_was_made_for() {
+fn a_plan_returns_its_arguments() {
     let geometry = ParallelGeometry::full_turn(7, 9, 0.3)
         .unwrap()
         .with_offset(0.1)
@@ -323,7 +323,7 @@ fn a_plan_tells_what_it_was_made_for() {
 
 /// Each builder sets its field only.
 #[test]
-fn options_are_put_together_field_by_field() {
+fn options_are_set_field_by_field() {
     let changes: [fn(FbpOptions) -> FbpOptions; 11] = [
         |o| o.without_ramp(),
         |o| o.with_window(Window::Hann),

@@ -56,7 +56,7 @@ fn mean(c: f64, width: f64, n: usize, f: impl Fn(f64) -> f64) -> f64 {
 }
 
 #[test]
-fn line_integrals_are_those_of_the_values_along_the_line() {
+fn line_integrals_agree_with_the_values_along_the_line() {
     // The position of a step is accurate to half a panel of 1e-4; at most four steps.
     let tolerance = 2.5e-4;
     for shape in plane_shapes() {
@@ -86,7 +86,7 @@ fn line_integrals_are_those_of_the_values_along_the_line() {
 }
 
 #[test]
-fn bin_means_are_the_means_of_line_integrals() {
+fn bin_means_agree_with_averages_of_line_integrals() {
     for shape in plane_shapes() {
         for (theta, s, width) in [
             (0.1, 0.3, 0.2),
@@ -121,7 +121,7 @@ fn bin_means_are_the_means_of_line_integrals() {
 }
 
 #[test]
-fn cell_means_are_the_means_of_sampled_values() {
+fn cell_means_agree_with_averages_of_sampled_values() {
     for shape in plane_shapes() {
         for (c, sides) in [
             ([0.2, 0.1], [0.7, 0.3]),
@@ -238,7 +238,7 @@ fn an_ellipsoid_agrees_with_the_quadratic_formula_for_its_rays() {
 }
 
 #[test]
-fn a_line_along_an_edge_gets_the_mean_of_both_sides() {
+fn a_line_along_an_edge_has_the_mean_of_both_sides() {
     let square = Shape2::rectangle([0.0; 2], [2.0, 3.0], 0.0).unwrap();
     assert_eq!(square.line_integral(0.0, 1.0), 1.5);
     assert_eq!(square.line_integral(0.0, -1.0), 1.5);
@@ -295,7 +295,7 @@ fn shepp_logan_has_its_known_grey_values() {
 }
 
 #[test]
-fn sinogram_orders_and_thread_counts_hold_the_same_bits() {
+fn sinograms_are_bitwise_independent_of_order_and_threads() {
     let head = Phantom3::shepp_logan(1.0).unwrap();
     let geometry = ParallelGeometry::new([0.3, 2.0, 1.0], 33, 0.07)
         .and_then(|g| g.with_offset(0.1))
@@ -333,7 +333,7 @@ fn sinogram_orders_and_thread_counts_hold_the_same_bits() {
 }
 
 #[test]
-fn bad_shapes_are_refused_with_their_numbers() {
+fn bad_shapes_are_rejected_with_their_values() {
     let id = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
     assert!(matches!(
         Shape2::ellipse([0.0, f64::NAN], [1.0, 1.0], 0.0),
@@ -440,7 +440,7 @@ proptest! {
 
     /// The line (theta, s) is the line (theta + pi, -s).
     #[test]
-    fn opposite_views_see_the_same_lines(
+    fn opposite_views_have_the_same_lines(
         which in 0usize..6, theta in -4.0f64..4.0, s in -1.5f64..1.5, z in -0.5f64..0.5,
     ) {
         let (plane, solid) = (&plane_shapes()[which], &solid_shapes()[which]);

@@ -101,7 +101,7 @@ fn weight(
 }
 
 #[test]
-fn every_weight_is_the_one_of_the_definition() {
+fn every_weight_agrees_with_the_definition() {
     for (geometry, grid) in cases() {
         for kernel in KERNELS {
             let projector = Projector::new(&geometry, &grid, kernel).unwrap();
@@ -136,7 +136,7 @@ fn every_weight_is_the_one_of_the_definition() {
 }
 
 #[test]
-fn strips_that_tile_the_plane_conserve_the_mass() {
+fn strips_that_tile_the_plane_conserve_the_integral() {
     // Bins that cover the image: sum over bins of pitch * (A x) is the image's mass, in every view.
     let grid = ImageGrid::anisotropic(30, 41, [0.4, 0.25]).unwrap();
     let image: Vec<f64> = noise(grid.image_len(), 5);
@@ -281,7 +281,7 @@ fn check_stack<T: Sample>(n_slices: usize, threads: usize) {
 }
 
 #[test]
-fn slices_alone_or_among_others_and_any_thread_count_give_the_same_bits() {
+fn slices_are_bitwise_identical_alone_among_others_and_for_any_number_of_threads() {
     // One lane, one to eight registers, several blocks, two groups of blocks.
     for n_slices in [1, 2, 9, 40, 110, 150, 600] {
         check_stack::<f32>(n_slices, 1);
@@ -326,7 +326,7 @@ fn every_instruction_set_gives_the_same_sums_to_rounding() {
 }
 
 #[test]
-fn no_slice_at_all_is_a_result_of_nothing() {
+fn zero_slices_give_an_empty_result() {
     let (geometry, grid) = cases().remove(0);
     let projector = Projector::new(&geometry, &grid, Kernel::Joseph).unwrap();
     assert!(
@@ -339,7 +339,7 @@ fn no_slice_at_all_is_a_result_of_nothing() {
 
 /// The tilted shell of thickness 10 in a 256³ grid, some of its slices, projected from 90 views.
 #[test]
-fn joseph_and_strip_meet_the_exact_projections_of_a_tilted_shell() {
+fn joseph_and_strip_approximate_the_exact_projections_of_a_tilted_shell() {
     let h = 0.5f64.sqrt();
     let axes = [[h, 0.0, -h], [0.5, h, 0.5], [0.5, -h, 0.5]];
     let shell = Phantom3::new([

@@ -106,7 +106,7 @@ fn points_of_slabs_are_within_the_reported_error() {
 
 /// Rows of random slabs, from the middle of the given ones, against the sum of the definition.
 #[test]
-fn slabs_are_added_as_by_the_definition() {
+fn slabs_are_added_as_defined() {
     let (n_bins, n_rows, above, given) = (17, 5, 3, 11);
     let (pitch, variances) = ([0.3, 0.4], [0.02, 0.3, 0.11, 0.04]);
     let blur = DepthBlur::new(&variances, pitch, 1e-4).unwrap();

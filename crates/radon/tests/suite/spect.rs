@@ -74,7 +74,7 @@ fn largest(x: &[f64]) -> f64 {
 }
 
 #[test]
-fn views_are_those_of_the_definition() {
+fn views_agree_with_the_definition() {
     let small = small();
     let volume: Vec<f64> = noise(small.n_voxels(), 1)
         .iter()
@@ -118,7 +118,7 @@ fn views_are_those_of_the_definition() {
 
 /// A detector smaller than the volume: activity beside it is blurred into it.
 #[test]
-fn what_is_beside_the_detector_is_seen_too() {
+fn activity_beside_the_detector_is_blurred_into_the_views() {
     let small = small();
     let views = ParallelGeometry::new([0.4, 2.2], 5, 0.4).unwrap();
     let rows = SliceAxis::new(3, 0.5).unwrap();
@@ -147,7 +147,7 @@ fn what_is_beside_the_detector_is_seen_too() {
 }
 
 #[test]
-fn without_blur_and_attenuation_it_is_the_projector_of_strips() {
+fn without_blur_and_attenuation_the_operator_equals_the_projector_of_strips() {
     let small = small();
     let axis = SliceAxis::new(11, 0.6).unwrap();
     let geometry = SpectGeometry::circular(small.geometry.views(), &axis, 50.0).unwrap();
@@ -198,7 +198,7 @@ fn the_adjoint_is_the_transpose() {
 }
 
 #[test]
-fn any_number_of_threads_gives_the_same_bits() {
+fn results_are_bitwise_independent_of_threads() {
     let small = small();
     let operator = small.operator::<f32>(&options(wide(), small.map()));
     let (x, y) = (
@@ -220,7 +220,7 @@ fn any_number_of_threads_gives_the_same_bits() {
 
 /// Another map, with the same or other attenuating pixels, or none: bitwise identical to an operator with this map, also for subsets.
 #[test]
-fn an_operator_with_another_map_is_a_new_one() {
+fn replacing_the_map_is_bitwise_identical_to_a_new_operator() {
     let small = small();
     let map: Vec<f64> = small.map();
     let thin: Vec<f64> = map.iter().map(|mu| 0.3 * mu).collect();
@@ -276,7 +276,7 @@ fn subsets_are_parts_of_the_whole() {
 }
 
 #[test]
-fn what_makes_no_sense_is_refused() {
+fn invalid_input_is_rejected() {
     let small = small();
     let (views, rows) = (small.geometry.views(), small.geometry.rows());
     let orbit = |radii: Vec<f64>| SpectGeometry::new(views, rows, radii).unwrap_err();
@@ -484,7 +484,7 @@ fn peaks_keep_the_tolerance() {
 
 /// One pixel and one bin, a volume outside all rows, rows and bins much wider and much narrower than voxels.
 #[test]
-fn odd_shapes_are_seen_or_not() {
+fn extreme_shapes_of_volume_and_detector() {
     let one = ParallelGeometry::new([0.7], 1, 3.0).unwrap();
     let seen =
         |views: &ParallelGeometry, rows: SliceAxis, layers: SliceAxis, n: usize, radius: f64| {

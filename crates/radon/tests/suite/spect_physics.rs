@@ -35,7 +35,7 @@ fn moments(view: &[f64], geometry: &SpectGeometry) -> (f64, [f64; 2], [f64; 2]) 
 /// An off-centre voxel in views perpendicular to its faces: it fills one cell, whose variance is that of the collimator averaged over the
 /// depth of the cell. Bins and rows of any pitch; planes that are nodes and planes between them.
 #[test]
-fn a_voxel_has_the_variance_of_its_distance() {
+fn a_voxel_has_the_variance_of_the_response_at_its_distance() {
     let h = 0.4;
     let views = ParallelGeometry::full_turn(4, 96, 0.2).unwrap();
     let rows = SliceAxis::new(128, 0.2).unwrap();
@@ -77,7 +77,7 @@ fn a_voxel_has_the_variance_of_its_distance() {
 
 /// Presets: the formula at 10 cm, by hand.
 #[test]
-fn a_collimator_is_its_holes() {
+fn the_response_of_a_collimator_follows_from_its_holes() {
     // 35 mm less two mean free paths of 1/26.9 cm; (0.15 (3.4257 + 10) / 3.4257)^2 + 0.38^2.
     let length: f64 = 3.5 - 2.0 / 26.9;
     let fwhm = (0.15 * (length + 10.0) / length).hypot(0.38);
@@ -194,7 +194,7 @@ fn a_blurred_hill_converges_to_the_integral_over_depths() {
 
 /// Activity and attenuation behind the face are omitted.
 #[test]
-fn behind_the_face_nothing_is_seen() {
+fn activity_behind_the_face_is_omitted() {
     let views = ParallelGeometry::new([0.0], 8, 1.0).unwrap();
     let axis = SliceAxis::new(1, 1.0).unwrap();
     let grid = ImageGrid::square(8, 1.0).unwrap();
@@ -215,7 +215,7 @@ fn behind_the_face_nothing_is_seen() {
 /// Noise-free views of an elliptic cylinder of water with a hot sphere and a cold one, by a camera on an ellipse: OSEM with the operator
 /// finds the activity, OSEM without attenuation does not.
 #[test]
-fn osem_recovers_what_the_operator_sees() {
+fn osem_recovers_the_activity() {
     let (n, pitch) = (24, 0.8);
     let views = ParallelGeometry::full_turn(24, n, pitch).unwrap();
     let axis = SliceAxis::new(12, pitch).unwrap();

@@ -227,7 +227,7 @@ fn the_torso_fills_its_area() {
 }
 
 #[test]
-fn nonsense_is_refused() {
+fn invalid_input_is_rejected() {
     for bad in [f64::NAN, f64::INFINITY, 0.0, -1.0] {
         for semi_axes in [[bad, 1.0], [1.0, bad]] {
             let refused = EllipticCylinder::new([0.0; 2], semi_axes);

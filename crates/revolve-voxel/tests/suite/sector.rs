@@ -372,7 +372,7 @@ fn slices_are_those_of_the_whole_and_threads_change_nothing() {
 }
 
 #[test]
-fn nonsense_is_refused() {
+fn invalid_input_is_rejected() {
     for (azimuths, wide) in [
         ([0.0, 0.0], false),
         ([1.0, 0.5], false),

@@ -357,7 +357,7 @@ fn points_off_the_wall_are_nowhere() {
 }
 
 #[test]
-fn nonsense_is_refused() {
+fn invalid_input_is_rejected() {
     let curve = || balloon(8.5, 1.75, 1.0);
     assert!(matches!(
         Shell::new(balloon(8.5, 2.75, 1.0), curve(), [0.0, 1.0]),

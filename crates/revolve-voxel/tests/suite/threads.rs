@@ -14,7 +14,7 @@ pub(crate) fn with_threads<T: Send>(n: usize, work: impl FnOnce() -> T + Send) -
 }
 
 #[test]
-fn any_number_of_threads_gives_the_same_bits() {
+fn results_are_bitwise_independent_of_threads() {
     let body = heart(100);
     let rays = ParallelDetector::new(64, 48, [0.25, 0.3])
         .unwrap()
