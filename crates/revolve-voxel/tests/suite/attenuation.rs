@@ -74,7 +74,7 @@ fn without_attenuation_the_image_is_the_plain_one() {
         let zero = attenuated(&body, &rays, &[0.3, 1.0], 0.0, medium);
         let tiny = attenuated(&body, &rays, &[0.3, 1.0], 1e-9, medium);
         for ((a, b), c) in plain.iter().zip(&zero).zip(&tiny) {
-            // The ends are those of the ray, not of the body: rounding.
+            // Rounding: the ends are those of the ray, not of the body.
             assert!((a - b).abs() < 1e-13);
             // At most 12 cm of medium.
             assert!((a - c).abs() <= 1.3e-8 * a + 1e-13, "{a} {c}");
@@ -111,7 +111,7 @@ fn a_ball_in_the_middle_of_a_round_torso_is_a_closed_form() {
             let (s, z) = ((bin as f64 - 11.5) * 0.4, (row as f64 - 9.5) * 0.4);
             let half = (radius * radius - s * s - z * z).max(0.0).sqrt();
             let out = (around * around - s * s).sqrt();
-            // From -half to half, the detector beyond `out`.
+            // From -half to half; the detector is beyond `out`.
             let exact = 2.0 * (-mu * (out - half)).exp() * (1.0 - (-2.0 * mu * half).exp()) / mu;
             // The polyline's depth, 2e-6, and its root at grazing rays.
             assert!((value - exact).abs() < 2e-5, "{s} {z}: {value} {exact}");
@@ -121,7 +121,7 @@ fn a_ball_in_the_middle_of_a_round_torso_is_a_closed_form() {
 
 #[test]
 fn the_detector_is_ahead_of_the_rays() {
-    // A rod near the torso's edge at +y: little attenuation at theta = 0 (rays run to +y), much from behind.
+    // A rod near the torso's edge at +y: little attenuation at theta = 0 (rays run to +y), strong attenuation from the opposite side.
     let rod = Meridian::new(&[[-1.0, 0.5], [1.0, 0.5]]).unwrap();
     let pose = Pose::axis_along_z(0.0)
         .unwrap()
@@ -184,7 +184,7 @@ fn quadrature_by_point_tests_finds_the_same() {
                     0.35,
                     medium,
                 );
-                // Four ends of stretches, each off by half a step of 7.5e-4, in either sense.
+                // Four ends of stretches, each with an error of half a step of 7.5e-4 of either sign.
                 assert!((seen[row * 24 + bin] - other).abs() < 2e-3, "{medium:?}");
             }
         }
@@ -275,7 +275,7 @@ fn invalid_input_is_rejected() {
         add(&along, 1.0),
         Err(RevolveError::NotPositive { .. })
     ));
-    // a wrong image, a wrong number of activities, a wrong activity
+    // an image of a wrong length, a wrong number of activities, an invalid activity
     assert!(matches!(
         add(&across, 1.0),
         Err(RevolveError::WrongLength { .. })
@@ -324,7 +324,7 @@ proptest! {
             for t in [span.enter, span.exit] {
                 let p = ray.at(t);
                 let off = ((p.x - 1.0) / 7.0).hypot((p.y + 0.5) / 5.0) - 1.0;
-                // Rounding of a parameter that grows as the ray turns to the axis.
+                // Rounding of a parameter that grows as the ray approaches the direction of the axis.
                 prop_assert!(off.abs() < 1e-13 / across, "{off}");
             }
         } else {

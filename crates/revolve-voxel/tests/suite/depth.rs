@@ -28,7 +28,7 @@ fn larger(size: f64) -> Body {
     Body::new(vec![layer(0.6), layer(1.0)], pose).unwrap()
 }
 
-/// A torso with a lung that the heart lies in with a part of itself, a spine, and a second lung over the first.
+/// A torso with a lung that contains a part of the heart, a spine, and a second lung that overlaps the first.
 fn organs() -> Organs {
     let cylinder =
         |centre, axes| OrganShape::Cylinder(EllipticCylinder::new(centre, axes).unwrap());
@@ -140,7 +140,7 @@ fn organs_and_slabs_are_what_integration_along_each_ray_says() {
             let exact = slow(&heart, &organs, &rays.ray(bin, row).unwrap(), &planes);
             for (slab, exact) in exact.iter().enumerate() {
                 let value = seen[(5 * row + slab) * 24 + bin];
-                // A piece shorter than a step of the search may be missed: there is none on these rays.
+                // The search may miss a piece shorter than its step; these rays have none.
                 assert!(
                     (value - exact).abs() < 1e-9,
                     "{theta} {row} {bin} {slab}: {value} {exact}"
@@ -182,7 +182,7 @@ fn slabs_add_up_to_the_whole_and_one_slab_is_the_whole_bit_for_bit() {
     let whole = project(&rays, 480);
     let one = project(&rays.clone().with_planes(&[]).unwrap(), 480);
     assert!(whole == one);
-    // Planes before and beyond everything cut nothing off.
+    // Planes before and beyond all content have no effect.
     let wide = project(&rays.clone().with_planes(&[-50.0, 50.0]).unwrap(), 3 * 480);
     let many: Vec<f64> = (0..30).map(|k| -6.0 + 0.4 * f64::from(k)).collect();
     let cut = project(&rays.clone().with_planes(&many).unwrap(), 31 * 480);
@@ -310,7 +310,7 @@ fn an_ellipsoid_may_be_as_large_as_numbers_are() {
 }
 
 proptest! {
-    /// A ray outside a capsule meets no body in it, for any rotations and shifts.
+    /// A ray outside a capsule intersects no body in it, for any rotations and shifts.
     #[test]
     fn a_capsule_holds_its_bodies(
         origin in prop::array::uniform3(-6.0..6.0),

@@ -56,7 +56,7 @@ proptest! {
 
 #[test]
 fn erosion_ends_when_nothing_is_left() {
-    // One more step than leaves a voxel, and as many as can be asked for.
+    // One step more than the last one that leaves a voxel, and the largest number of steps.
     let full = Mask::new([5, 7, 6], vec![true; 210]).unwrap();
     for (steps, left) in [(2, 3 * 2), (3, 0), (usize::MAX, 0)] {
         let mut mask = full.clone();
@@ -87,7 +87,7 @@ fn sets_are_united_and_intersected() {
     assert_eq!(set, mask([1, 1, 1, 0]));
     set.intersect(&mask([0, 1, 1, 1])).unwrap();
     assert_eq!(set, mask([0, 1, 1, 0]));
-    // As many voxels in another shape: an error, without a change.
+    // The same number of voxels in another shape: an error without a change.
     let other = Mask::new([2, 2, 1], vec![true; 4]).unwrap();
     assert!(matches!(
         set.unite(&other),

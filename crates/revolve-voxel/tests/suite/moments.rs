@@ -1,4 +1,4 @@
-//! Many weighted bodies together against one by one; mirror images against voxels that are alone on their grid.
+//! Many weighted bodies together against single bodies; mirror images against voxels on grids of their own.
 
 use crate::support;
 
@@ -42,7 +42,7 @@ fn mirror_images_are_what_a_voxel_alone_has() {
         let (mut looked_at, mut partial) = (0, 0);
         for k in (0..nx * ny * nz).step_by(13) {
             let (x, y, z) = (k % nx, k / nx % ny, k / (nx * ny));
-            // The surface is where voxels are neither full nor empty; of the others a few will do.
+            // All voxels at the surface, which are neither full nor empty, and a few others.
             let cut = ![0.0, 0.3, 1.0].contains(&volume[k]);
             if !cut && k % 10 != 0 {
                 continue;

@@ -107,7 +107,7 @@ proptest! {
         let impact = (os - ds * b).norm();
         let half = |radius: f64| (radius * radius - impact * impact).max(0.0).sqrt() / ds.norm();
         // The polyline lies between two ellipsoids: the chord lies between theirs, for a grazing line too.
-        // Displacement in the scaled coordinates: at most the tolerance over the shorter semi-axis.
+        // Displacement in the scaled coordinates: at most the tolerance divided by the shorter semi-axis.
         let off = tolerance / a.min(1.0) + 1e-13;
         let got = body.chord(0, &Ray::new(o, d).unwrap()).unwrap();
         prop_assert!(got <= 2.0 * half(1.0 + off) + 1e-12, "{got}");
@@ -131,7 +131,7 @@ fn a_cone_has_the_closed_form_chords() {
     // Parallel to a generator, entering at (0.5, -0.5) in the plane z = 0 and leaving at the disc.
     let s = 0.5f64.sqrt();
     assert!((chord([0.5, -0.5, 0.0], [1.0, 1.0, 0.0]) - 0.5 / s).abs() < 1e-14);
-    // Through the apex only; past it.
+    // Through the apex only, and beside it.
     assert_eq!(chord([0.0, 0.0, 0.0], [0.0, 1.0, 0.0]), 0.0);
     assert_eq!(chord([-0.1, 0.0, 0.0], [0.0, 1.0, 0.0]), 0.0);
     // A frustum from radius 1 to 2, across half-way.
@@ -147,7 +147,7 @@ fn a_cone_has_the_closed_form_chords() {
 
 #[test]
 fn a_chord_along_the_axis_is_the_same_both_ways_where_the_profile_touches_the_axis() {
-    // Two cones tip to tip, their common tip in the middle and off it, and a cone that ends in the middle of the others.
+    // Two cones with a common apex at the middle and off it, and a cone that ends in the middle of the others.
     for tip in [0.5, 0.3] {
         let double = solid(&[[0.0, 1.0], [tip, 0.0], [1.0, 1.0]]);
         let single = solid(&[[0.0, 0.0], [tip, 0.0], [1.0, 1.0]]);
@@ -199,8 +199,8 @@ fn a_smooth_profile_is_as_near_as_promised_and_no_finer_than_it_need_be() {
             })
             .fold(0.0, f64::max);
         assert!(worst <= tolerance, "{worst} {tolerance}");
-        // A chord of sagitta e on the unit circle spans an angle sqrt(8 e); halving leaves up to 2 times as many, and
-        // the first cut is into 24 stretches.
+        // A chord of sagitta e on the unit circle spans an angle sqrt(8 e); halving gives up to twice as many, and the first division has 24
+        // stretches.
         let ideal = PI / (8.0 * tolerance).sqrt();
         assert!(
             (m.n_segments() as f64) < 4.0 * ideal.max(24.0),
@@ -214,7 +214,7 @@ fn a_smooth_profile_is_as_near_as_promised_and_no_finer_than_it_need_be() {
 fn distances_are_those_of_the_definition() {
     let body = heart(300);
     let m = &body.layers()[1];
-    // Sampled surface, no nearer than the true distance and within the sampling of it.
+    // The distance to the sampled surface is at least the exact distance and exceeds it by at most the sampling.
     let mut path = Vec::new();
     let n = 300;
     let point = |u: f64| {
@@ -263,7 +263,7 @@ fn distances_are_those_of_the_definition() {
     }
 }
 
-/// A solid that no side cuts.
+/// A solid without sides.
 fn whole(meridian: Meridian, pose: Pose) -> Sector {
     Sector::new(meridian, [0.0, TAU], pose).unwrap()
 }
@@ -287,10 +287,10 @@ fn a_hit_knows_its_point_and_normal() {
         .first_hit(&ray([5.0, 0.5, 0.0], [-1.0, 0.0, 0.0]))
         .unwrap();
     assert!((hit.t - 3.0).abs() < 1e-14 && (hit.normal - Vector3::x()).norm() < 1e-14);
-    // Behind the origin of the ray there is nothing to hit.
+    // There is no hit behind the origin of the ray.
     let behind = ray([1.0, 5.0, 0.0], [0.0, 1.0, 0.0]);
     assert!(body.first_hit(&behind).is_none());
-    // A sphere's normal is its radius, in any pose.
+    // The normal of a sphere is radial, in any pose.
     let ball = Meridian::smooth(&[ellipse(1.0)], 1e-9).unwrap();
     let sphere = whole(ball, study_pose());
     let centre = study_pose().to_lab(&Point3::origin());
@@ -358,7 +358,7 @@ fn a_solid_far_along_its_axis_is_a_solid() {
 
 #[test]
 fn a_normal_next_to_the_axis_has_all_its_digits() {
-    // A cone of half a right angle, met so near its side's axis that squares of the distance vanish.
+    // A cone of 45 degrees, intersected so near the axis that squares of the distance vanish.
     let cone = Meridian::new(&[[0.0, 1.0], [1.0, 0.0]]).unwrap();
     let cone = whole(cone, Pose::identity());
     for aside in [1e-3, 1e-160, 1e-300] {
@@ -371,7 +371,7 @@ fn a_normal_next_to_the_axis_has_all_its_digits() {
 
 #[test]
 fn a_face_across_the_axis_but_for_rounding_is_across_it() {
-    // Back to x = 0, in to a radius of 1.8 but for a denormal number, and out again.
+    // Back to x = 0, inwards to a radius of 1.8 up to a denormal number, and out again.
     for x in [2.781342323134e-309, 1e-17] {
         let back = x * (1.0 - 4e-12);
         let points = [[-1.0, 3.0], [1.0, 4.0], [x, 2.5], [back, 1.8], [3.0, 2.5]];
@@ -397,8 +397,8 @@ fn a_face_across_the_axis_but_for_rounding_is_across_it() {
     }
 }
 
-/// A funnel with a conical bore: two cones that come to one point of the axis, from the same side. Beyond the point there is
-/// nothing, whichever of them is looked at first; before it, on the axis, there is the bore.
+/// A funnel with a conical bore: two cones that end at one point of the axis, from the same side. Points on the axis beyond it are outside, in any
+/// order of the cones; those before it are in the bore.
 #[test]
 fn beyond_the_point_where_two_cones_meet_is_outside() {
     let funnel = [[0.0, 0.0], [-0.75, 0.75], [-0.75, 1.0], [-0.25, 0.5]];

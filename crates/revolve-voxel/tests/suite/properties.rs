@@ -29,7 +29,7 @@ proptest! {
         for pair in spans.windows(2) {
             prop_assert!(pair[0].exit < pair[1].enter);
         }
-        // A span's middle is inside, a gap's outside, unless they are slivers.
+        // The middle of a span is inside and that of a gap outside, unless these are slivers.
         for s in spans.iter().filter(|s| s.length() > 1e-6) {
             let middle = o + d * (0.5 * (s.enter + s.exit));
             prop_assert!(body.signed_distance(0, &middle).unwrap() < 1e-9);
@@ -47,7 +47,7 @@ proptest! {
         let o = Point3::from(p);
         let a = still.chord(0, &Ray::new(o, d).unwrap()).unwrap();
         let b = turned.chord(0, &Ray::new(turn.to_lab(&o), turn.isometry().rotation * d).unwrap()).unwrap();
-        // Degenerate rays are grazing ones after a rounding: compare where the chord is well-conditioned.
+        // Degenerate rays may graze after rounding: compare only well-conditioned chords.
         let near: Vec<f64> = [1e-9, -1e-9].iter().flat_map(|e| [Vector3::x(), Vector3::y(), Vector3::z()].map(|v| {
             still.chord(0, &Ray::new(o + v * *e, d).unwrap()).unwrap()
         })).collect();
@@ -132,7 +132,7 @@ proptest! {
             for j in 0..24 {
                 for i in 0..24 {
                     let (p, q) = (a[(z * 24 + j) * 24 + i], b[(z * 24 + i) * 24 + 23 - j]);
-                    // Rounding may tip a decision to split: then both still keep the tolerance.
+                    // Rounding may change the decision to divide a voxel: both results then meet the tolerance.
                     prop_assert!((p - q).abs() <= 2.0 * tolerance, "{p} {q}");
                 }
             }
@@ -145,7 +145,7 @@ proptest! {
         let body = Body::new(vec![meridian], at).unwrap();
         let tolerance = 1e-3;
         let mesh = body.mesh(0, tolerance).unwrap();
-        // Every directed edge once, its reverse once.
+        // Every directed edge and its reverse occur once.
         let mut edges: HashMap<(u32, u32), i32> = HashMap::new();
         for t in &mesh.triangles {
             for k in 0..3 {
@@ -183,7 +183,7 @@ fn a_wall_is_outer_less_inner_in_every_measure() {
     let (wall, _) = body
         .voxelize::<f64>(&grid, Sampling::Coverage { tolerance: 1e-3 }, &[0.0, 1.0])
         .unwrap();
-    // A plane mirrors body and grid: half of the wall's voxels are computed at places that differ by rounding.
+    // A plane mirrors body and grid: half of the wall's voxels are computed at positions that differ by rounding.
     let rounding = 1e-13;
     for (a, b) in r.coverage[1].iter().zip(&wall) {
         assert!((a - b).abs() < rounding);

@@ -81,7 +81,7 @@ fn all_round_it_is_the_ring() {
         let rays = rays(0.4);
         let (plain, _) = body.project::<f64>(&rays, &[2.0]).unwrap();
         let seen = image(std::slice::from_ref(&sector), &rays, None);
-        // The intervals are shifted along the ray before their lengths are computed: rounding.
+        // Rounding: the intervals are shifted along the ray before their lengths are computed.
         assert!(plain.iter().zip(&seen).all(|(a, b)| (a - b).abs() < 1e-13));
         // On another part of the grid: each to the tolerance.
         let again = voxels(&sector, &grid, 1e-3);
@@ -192,7 +192,7 @@ fn half_a_ball_and_a_quarter_of_a_cylinder_are_closed_forms() {
 
 #[test]
 fn coverage_adds_up_to_the_volume() {
-    // The tolerance bounds a voxel; their sum is far better, and falls with it.
+    // The tolerance bounds the error of a voxel; that of the sum is much smaller and decreases with it.
     for azimuths in [[0.2, 1.1], [1.0, 1.0 + PI], [0.5, 5.0]] {
         let sector = Sector::new(ring(), azimuths, pose()).unwrap();
         for (n, tolerance) in [(16, 1e-2), (40, 1e-3)] {
@@ -237,7 +237,7 @@ fn a_voxel_of_any_size_keeps_the_tolerance() {
 
 #[test]
 fn voxels_cut_into_smaller_ones_keep_their_sum() {
-    // Eight voxels in one, by other sections: of the ring where the axis passes through voxels too.
+    // Eight voxels against one that contains them, by other sections; also where the axis intersects voxels.
     let ball = Meridian::ring(&[[-1.5, 0.0], [-1.0, 1.3], [0.9, 1.6], [1.2, 0.0]]).unwrap();
     for (meridian, azimuths) in [(ball, [0.4, 1.0]), (ring(), [0.3, 4.0])] {
         let sector = Sector::new(meridian, azimuths, pose()).unwrap();
@@ -277,7 +277,7 @@ fn coverage_is_what_point_tests_find() {
         worst = worst.max((v - share).abs());
     }
     println!("{looked} voxels, worst {worst:.1e}");
-    // Points determine a face to a fraction of 1 / 48 of its area over 48: about 2e-3.
+    // Point tests are accurate to 1 / 48 of the area of a face over 48: about 2e-3.
     assert!(looked > 30 && worst < tolerance + 3e-3, "{worst}");
 }
 
@@ -302,7 +302,7 @@ fn pieces_have_labels_of_their_own() {
         .label_pieces(1, &list, &grid, 0..1, sampling)
         .unwrap();
     let at = |x: usize, y: usize| marked.labels[y * 15 + x];
-    // Body y is lab x, body z is lab y. The first of two equals; nothing for the third, which the second hides.
+    // Body y is lab x, body z is lab y. The first of two equals; none for the third, which the second covers.
     assert_eq!((at(10, 10), at(4, 10), at(4, 4), at(10, 4)), (3, 4, 2, 2));
     assert_eq!((at(11, 7), at(7, 11), at(3, 7), at(7, 3)), (3, 3, 4, 2));
     assert_eq!((at(7, 7), at(0, 0), at(14, 7)), (1, 0, 0));
@@ -429,7 +429,7 @@ proptest! {
         let (n, reach) = (8000, 6.0);
         let h = 2.0 * reach / n as f64;
         let inside = (0..n).filter(|&k| sector.contains(&ray.at((k as f64 + 0.5) * h - reach))).count();
-        // At most eight ends, each off by half a step.
+        // At most eight ends, each with an error of half a step.
         prop_assert!((sector.chord(&ray) - inside as f64 * h).abs() < 4.0 * h, "{} {}", sector.chord(&ray), inside as f64 * h);
     }
 }
@@ -454,7 +454,7 @@ proptest! {
                 prop_assert!((hit.normal.norm() - 1.0).abs() < 1e-12);
                 let slope = -hit.normal.dot(&d);
                 prop_assert!(slope > -1e-9, "{slope}");
-                // Rays that graze leave again at once.
+                // Grazing rays leave immediately.
                 if slope > 1e-2 {
                     prop_assert!(inside(hit.t + 1e-7));
                     prop_assert!(!sector.contains(&(hit.point + 1e-6 * hit.normal)));

@@ -159,7 +159,7 @@ fn every_layer_holds_its_share_whatever_the_shapes() {
     let cavity = volume_under(&shell, 0.0, &knots);
     for u in [0.0, 0.2, 0.5, 0.83, 1.0] {
         let volume = volume_under(&shell, u, &knots);
-        // Simpson with 400 steps a piece: fourth order, some 1e-9.
+        // Simpson's rule with 400 steps per piece: fourth order, about 1e-9.
         assert!((volume - cavity - u * shell.volume()).abs() < 1e-7 * shell.volume());
     }
 }
@@ -201,9 +201,9 @@ fn places_of_equal_share_keep_their_digits_towards_the_axis() {
         let s = 1.0 - 10f64.powf(-0.25 * f64::from(k));
         let z = 1.0 - s;
         let there = straight.corresponding(s, &bent);
-        // 1 - sqrt(1 - z), without its difference.
+        // 1 - sqrt(1 - z), without cancellation.
         let exact = z / (1.0 + (1.0 - z).sqrt());
-        // Rounding of s, and of the polynomials' coefficients in front of it.
+        // Rounding of s and of the coefficients of the polynomials.
         assert!(
             ((1.0 - there) - exact).abs() <= 2e-15 * exact + 3e-16,
             "{z:e}: {there}"
@@ -235,7 +235,7 @@ fn a_wall_with_both_ends_on_the_axis_keeps_the_digits_of_both() {
     for k in 0..=48 {
         let near = 0.5 * 10f64.powf(-0.25 * f64::from(k));
         let [low, high] = [near, 1.0 - near].map(|s| coarse.corresponding(s, &fine));
-        // The same at both ends; and there and back.
+        // The same at both ends, and the inverse.
         assert!(
             (low - (1.0 - high)).abs() < 1e-14 * low + 3e-16,
             "{near:e}: {low} {high}"
@@ -292,7 +292,7 @@ fn a_region_holds_the_product_of_its_shares() {
         let share =
             (layers[1] - layers[0]) * (shell.volume_fraction(s[1]) - shell.volume_fraction(s[0]));
         let exact = share * shell.volume();
-        // The polyline may lie off by its tolerance over some 200 cm^2.
+        // The polyline may deviate by its tolerance over about 200 cm^2.
         assert!(
             (region.measures().volume - exact).abs() < 3e-5,
             "{layers:?} {s:?}"
@@ -324,7 +324,7 @@ fn tangents_are_the_differences_of_points() {
             difference(shell.point(u, s - h), shell.point(u, s + h)),
         ];
         for k in 0..2 {
-            // Second order in h, and rounding over h.
+            // Second order in h, and rounding divided by h.
             assert!((by_layer[k] - other[0][k]).abs() < 1e-7, "{u} {s}");
             assert!(
                 (by_s[k] - other[1][k]).abs() < 1e-6,
@@ -443,7 +443,7 @@ fn thickness_is_the_distance_between_the_surfaces() {
     // Mean of (1 + s) weighed by (2 - s): (2 + 1/2 - 1/3) / (3/2).
     assert!((all.mean - 13.0 / 9.0).abs() < 1e-12, "{all:?}");
     assert!((all.minimum - 1.0).abs() < 1e-14 && all.thinnest_at < 1e-7);
-    // The brute twin on a bent wall.
+    // Brute force on a bent wall.
     let shell = Shell::new(
         balloon(8.5, 1.75, 1.03),
         balloon(8.5, 2.75, 1.0),
@@ -460,7 +460,7 @@ fn thickness_is_the_distance_between_the_surfaces() {
     };
     for k in 0..=20 {
         let s = f64::from(k) / 20.0;
-        // Half a step of 6e-4 beside the nearest point: its square over the distance.
+        // Half a step of 6e-4 from the nearest point: its square divided by the distance.
         assert!((shell.thickness(s) - brute(s)).abs() < 1e-6, "{s}");
     }
     let all = shell.thicknesses();
@@ -480,7 +480,7 @@ proptest! {
         let found = shell.locate(shell.point(u, s));
         prop_assert!(found.is_some());
         let [layer, at] = found.unwrap();
-        // Rounding of a point, 1e-15 of 11 cm, over the thinnest wall, 0.65 cm.
+        // Rounding of a point, 1e-15 of 11 cm, divided by the thinnest wall, 0.65 cm.
         prop_assert!((layer - u).abs() < 1e-12 && (at - s).abs() < 1e-12, "{u} {s}: {layer} {at}");
     }
 

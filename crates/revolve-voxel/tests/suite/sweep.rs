@@ -86,7 +86,7 @@ fn questions_grow_with_the_surface() {
     let growth = fine.evaluations as f64 / coarse.evaluations as f64;
     // Twice the resolution: four times the surface; eight times would be the volume.
     assert!(growth < 5.0, "{coarse:?} {fine:?}");
-    // Four spheres bound the sets; a shell of at most 3 voxels on either side of each is looked at one by one.
+    // Four spheres bound the sets; at most 3 voxels on either side of each are tested individually.
     let area: f64 = [3.0f64, 4.0, 5.0, 5.5]
         .iter()
         .map(|r| 4.0 * std::f64::consts::PI * r * r)

@@ -37,7 +37,7 @@ fn results_are_bitwise_independent_of_threads() {
         let one = run(1);
         assert_eq!(one, run(2));
         assert_eq!(one, run(3));
-        // Slabs that do not fall on blocks.
+        // Slabs that are not aligned with blocks.
         let mut at = 0;
         for end in [5, 21, 42] {
             let mut slab = vec![0.0f32; grid.slice_len() * (end - at)];
@@ -113,7 +113,7 @@ fn a_batch_is_its_rays_one_by_one() {
             let one = body
                 .line_integral(&rays.ray(bin, row).unwrap(), &[0.0, 1.0])
                 .unwrap();
-            // Two roundings of one ray's position; grazing rays lose half the digits.
+            // Two roundings of the position of a ray; grazing rays have half of the digits.
             assert!((image[row * 90 + bin] - one).abs() < 1e-6, "{bin} {row}");
             hits += u64::from(body.chord(1, &rays.ray(bin, row).unwrap()).unwrap() > 0.0)
                 + u64::from(body.chord(0, &rays.ray(bin, row).unwrap()).unwrap() > 0.0);

@@ -36,7 +36,7 @@ proptest! {
                 most = most.max(share[0].hypot(share[1]));
             }
         }
-        // The points miss the farthest by the square of half their distance at most.
+        // The distance of the farthest point is too small by at most the square of half the spacing.
         prop_assert!(growth >= most && growth < most * (1.0 + 1e-4 + 1e-5), "{growth} {most}");
 
         // Scaled by this factor, the torso contains every chord of the body.
