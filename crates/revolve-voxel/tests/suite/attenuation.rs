@@ -67,7 +67,7 @@ fn attenuated(
 }
 
 #[test]
-fn without_attenuation_the_image_is_the_plain_one() {
+fn zero_attenuation_equals_none() {
     let (body, rays) = (body(), rays(0.7));
     let (plain, _) = body.project::<f64>(&rays, &[0.3, 1.0]).unwrap();
     for medium in [Some(torso()), None] {
@@ -83,7 +83,7 @@ fn without_attenuation_the_image_is_the_plain_one() {
 }
 
 #[test]
-fn a_ball_in_the_middle_of_a_round_torso_is_a_closed_form() {
+fn a_ball_in_the_middle_of_a_round_torso_has_the_closed_form() {
     let (radius, around, mu) = (1.5, 6.0, 0.17);
     // A half-circle as a polyline of many points.
     let n = 2000;
@@ -120,7 +120,7 @@ fn a_ball_in_the_middle_of_a_round_torso_is_a_closed_form() {
 }
 
 #[test]
-fn the_detector_is_ahead_of_the_rays() {
+fn the_detector_is_in_the_direction_of_the_rays() {
     // A rod near the torso's edge at +y: little attenuation at theta = 0 (rays run to +y), strong attenuation from the opposite side.
     let rod = Meridian::new(&[[-1.0, 0.5], [1.0, 0.5]]).unwrap();
     let pose = Pose::axis_along_z(0.0)
@@ -168,7 +168,7 @@ fn quadrature(
 }
 
 #[test]
-fn quadrature_by_point_tests_finds_the_same() {
+fn quadrature_by_point_tests_agrees() {
     let body = body();
     // The second torso cuts through the body: it is partly outside.
     let small = EllipticCylinder::new([1.5, -2.0], [2.0, 1.2]).unwrap();
@@ -192,7 +192,7 @@ fn quadrature_by_point_tests_finds_the_same() {
 }
 
 #[test]
-fn a_bent_body_weakens_piece_by_piece() {
+fn a_bent_body_attenuates_piece_by_piece() {
     // A ring crossed transversely: two intervals with a gap.
     let ring = Meridian::ring(&[[-0.5, 2.0], [-0.5, 3.0], [0.5, 3.0], [0.5, 2.0]]).unwrap();
     let body = Body::new(vec![ring], Pose::axis_along_z(0.0).unwrap()).unwrap();
@@ -207,7 +207,7 @@ fn a_bent_body_weakens_piece_by_piece() {
 }
 
 #[test]
-fn the_torso_fills_its_area() {
+fn the_voxels_of_a_torso_have_its_area() {
     let grid = VoxelGrid::new([40, 31, 3], [0.4, 0.43, 1.0], [-7.1, -6.7, 0.0]).unwrap();
     let mut map = vec![0.0_f64; grid.len()];
     torso().voxelize_add(&grid, 0..3, 0.15, &mut map).unwrap();
@@ -307,7 +307,7 @@ fn invalid_input_is_rejected() {
 
 proptest! {
     #[test]
-    fn weakening_grows_with_mu_and_never_strengthens(theta in -7.0..7.0f64, mu in 0.0..30.0f64, more in 0.0..5.0f64) {
+    fn attenuation_increases_with_mu(theta in -7.0..7.0f64, mu in 0.0..30.0f64, more in 0.0..5.0f64) {
         let (body, rays) = (body(), rays(theta));
         let seen = |mu| attenuated(&body, &rays, &[0.4, 1.0], mu, Some(torso()));
         let (plain, some, stronger) = (seen(0.0), seen(mu), seen(mu + more));

@@ -315,7 +315,7 @@ fn layers_that_are_not_nested_are_reported() {
 }
 
 #[test]
-fn sizes_beyond_memory_are_refused() {
+fn sizes_beyond_memory_are_rejected() {
     let cone = Meridian::new(&[[0.0, 1.0], [3.0, 0.0]]).unwrap();
     let body = Body::new(vec![cone], Pose::axis_along_z(1.0).unwrap()).unwrap();
     for n in [usize::MAX, 1 << 32] {
@@ -343,7 +343,7 @@ fn sizes_beyond_memory_are_refused() {
 }
 
 #[test]
-fn a_layer_that_is_not_there_is_an_error() {
+fn a_missing_layer_is_an_error() {
     let body = Body::new(
         vec![Meridian::new(&[[0.0, 1.0], [1.0, 1.0]]).unwrap()],
         Pose::identity(),
@@ -373,7 +373,7 @@ fn cylinder() -> Body {
 }
 
 #[test]
-fn a_tolerance_that_is_no_number_settles_no_nesting() {
+fn nesting_rejects_a_tolerance_of_nan() {
     for bad in [f64::NAN, f64::INFINITY] {
         assert!(matches!(
             cylinder().check_nested(bad),
@@ -406,7 +406,7 @@ fn rays_beyond_a_raster() {
 }
 
 #[test]
-fn slices_out_of_order_and_samples_without_number() {
+fn slices_out_of_order_and_samples_of_nan() {
     let (body, grid) = (cylinder(), VoxelGrid::cube(4, 1.0).unwrap());
     let torso = EllipticCylinder::new([0.0; 2], [1.0; 2]).unwrap();
     let curve = |r| Curve::polyline(&[0.0, 1.0], &[[0.0, r], [1.0, r]]).unwrap();
@@ -487,7 +487,7 @@ fn masks_with_a_side_of_zero() {
 }
 
 #[test]
-fn meshes_put_together_by_hand() {
+fn meshes_with_invalid_lists() {
     let mesh = |triangle: [u32; 3], n_normals: usize| Mesh {
         vertices: vec![Point3::origin(); 3],
         normals: vec![Vector3::x(); n_normals],
@@ -548,7 +548,7 @@ fn a_wall_of_constants_on_the_axis_has_no_volume() {
 
 /// Tolerances below rounding are rejected: they would need a million sections of each voxel that the surface cuts.
 #[test]
-fn a_tolerance_of_nothing_costs_no_more_than_rounding() {
+fn a_tiny_tolerance_costs_no_more_than_rounding() {
     let rod = Meridian::new(&[[0.0, 1.0], [2.0, 0.6]]).unwrap();
     let pose = Pose::axis_along_z(1.0).and_then(|p| p.rotated_x(0.5));
     let body = Body::new(vec![rod], pose.unwrap()).unwrap();
@@ -566,7 +566,7 @@ fn a_tolerance_of_nothing_costs_no_more_than_rounding() {
 /// Two discs nearer to each other than rounding: distances cannot distinguish the sides of the sheet between them. Voxels of such a meridian would
 /// have a fifth more volume than its closed form.
 #[test]
-fn faces_no_farther_apart_than_rounding_are_refused() {
+fn faces_closer_than_rounding_are_rejected() {
     let meridian = |gap: f64, size: f64| {
         let points = [[0.0, 0.5], [0.0, 1.3], [0.9, 0.6], [gap, 1.2]];
         Meridian::new(&points.map(|p| p.map(|v| v * size)))

@@ -47,7 +47,7 @@ fn disc_share(x: f64, y: f64, h: f64, a: f64) -> f64 {
 }
 
 #[test]
-fn the_closed_form_is_right() {
+fn the_closed_form_is_correct() {
     let a = 1.3;
     assert!((quadrant(2.0, 2.0, a) - std::f64::consts::PI * a * a).abs() < 1e-14);
     assert!((quadrant(0.0, 0.0, a) - 0.25 * std::f64::consts::PI * a * a).abs() < 1e-14);
@@ -56,7 +56,7 @@ fn the_closed_form_is_right() {
 }
 
 #[test]
-fn every_voxel_of_a_cylinder_keeps_the_tolerance() {
+fn every_voxel_of_a_cylinder_meets_the_tolerance() {
     let (n, h, a) = (24, 0.12, 1.3);
     let cylinder = Meridian::new(&[[0.0, a], [4.0, a]]).unwrap();
     let body = Body::new(vec![cylinder], Pose::axis_along_z(2.0).unwrap()).unwrap();
@@ -78,7 +78,7 @@ fn every_voxel_of_a_cylinder_keeps_the_tolerance() {
 }
 
 #[test]
-fn every_voxel_of_the_heart_keeps_the_tolerance() {
+fn every_voxel_of_the_heart_meets_the_tolerance() {
     // The rim, the recess behind the base, the apex and the side, against exact chords through each voxel.
     let body = heart(200);
     let (h, tolerance) = (0.0625, 1e-3);
@@ -131,7 +131,7 @@ fn every_voxel_of_the_heart_keeps_the_tolerance() {
 }
 
 #[test]
-fn every_tolerance_is_kept_by_every_voxel_of_the_heart() {
+fn every_voxel_of_the_heart_meets_every_tolerance() {
     // Against sections at a much finer tolerance, which other tests compare with closed forms and the total volume: coarse, fine and long voxels,
     // with few and many segments per voxel.
     for (segments, h) in [

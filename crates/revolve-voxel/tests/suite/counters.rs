@@ -6,7 +6,7 @@ use revolve_voxel::{ParallelDetector, Sampling, VoxelCounters, VoxelGrid};
 use support::*;
 
 #[test]
-fn voxels_looked_at_grow_with_the_surface() {
+fn the_number_of_evaluated_voxels_scales_with_the_surface() {
     let body = heart(200);
     let count = |n: usize| {
         // A grid without a mirror plane, so that every voxel is evaluated.
@@ -33,7 +33,7 @@ fn voxels_looked_at_grow_with_the_surface() {
 }
 
 #[test]
-fn one_of_two_mirror_images_is_looked_at() {
+fn one_of_two_mirror_images_is_evaluated() {
     let body = heart(200);
     let count = |offset: f64| {
         let grid = VoxelGrid::centred([96; 3], [0.16; 3], [offset, 0.0, 0.0]).unwrap();
@@ -71,7 +71,7 @@ fn rays_outside_the_silhouette_are_skipped() {
 }
 
 #[test]
-fn a_digit_more_of_coverage_costs_little() {
+fn a_smaller_tolerance_of_coverage_costs_little() {
     let body = heart(200);
     let grid = VoxelGrid::cube(64, 0.25).unwrap();
     let work = |tolerance| {

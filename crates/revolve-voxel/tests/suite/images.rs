@@ -216,7 +216,7 @@ fn sigma(t: f64) -> f64 {
 }
 
 #[test]
-fn a_body_behind_a_collimator_is_as_defined() {
+fn a_body_behind_a_collimator_agrees_with_the_definition() {
     let (body, organs, theta) = (heart(), none(), 0.8);
     let detector = ParallelDetector::new(13, 12, [0.6, 0.5]).unwrap();
     let plane = RayPlane::parallel(theta).unwrap();

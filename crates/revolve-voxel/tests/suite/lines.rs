@@ -215,7 +215,7 @@ fn parallel_views_of_the_heart_as_lines() {
 }
 
 #[test]
-fn threads_rows_and_masks_change_no_bit() {
+fn lines_are_bitwise_independent_of_threads_rows_and_masks() {
     let body = heart(100);
     let detector = PointRaster {
         first: Point3::new(-10.0, 20.0, -9.0),

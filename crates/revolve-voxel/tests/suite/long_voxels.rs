@@ -32,7 +32,7 @@ fn work(spacing: [f64; 3], tolerance: f64) -> [f64; 2] {
 }
 
 #[test]
-fn long_voxels_cost_no_more_than_the_cubes_they_are_made_of() {
+fn long_voxels_cost_no_more_than_their_cubes() {
     let h = 0.3;
     for tolerance in [1e-2, 1e-3] {
         let [cubes, _] = work([h; 3], tolerance);
@@ -52,7 +52,7 @@ fn long_voxels_cost_no_more_than_the_cubes_they_are_made_of() {
 }
 
 #[test]
-fn thin_voxels_cost_so_much_each_however_thin_they_are() {
+fn the_cost_of_thin_voxels_is_bounded() {
     for log in [0, 2, 4, 8, 12, 18] {
         let thin = 0.5f64.powi(log);
         let [all, cut] = work([9.0, 9.0, thin], 1e-3);
@@ -108,7 +108,7 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(32))]
 
     #[test]
-    fn the_tolerance_is_kept_by_voxels_of_any_shape((path, meridian) in meridian(), at in pose(), cubes in prop::collection::vec(cubes(), 4), log in -9.0..-3.6f64, pick in 0..100usize, azimuth in 0.0..7.0f64) {
+    fn voxels_of_any_shape_meet_the_tolerance((path, meridian) in meridian(), at in pose(), cubes in prop::collection::vec(cubes(), 4), log in -9.0..-3.6f64, pick in 0..100usize, azimuth in 0.0..7.0f64) {
         // Around a corner of the meridian: creases, where a surface differs most from a plane.
         let [x, r] = path[pick % path.len()];
         let corner = at.to_lab(&Point3::new(x, r * azimuth.cos(), r * azimuth.sin()));

@@ -18,7 +18,7 @@ fn coordinates(shape: [usize; 3], index: usize) -> [f64; 3] {
 proptest! {
     /// Against the definition: all pairs of voxels.
     #[test]
-    fn farther_than_is_its_definition(mask in masks(), distance in 0.0..4.0f64) {
+    fn farther_than_agrees_with_its_definition(mask in masks(), distance in 0.0..4.0f64) {
         let far = mask.farther_than(distance);
         for (i, &is_far) in far.as_slice().iter().enumerate() {
             let p = coordinates(mask.shape(), i);
@@ -55,7 +55,7 @@ proptest! {
 }
 
 #[test]
-fn erosion_ends_when_nothing_is_left() {
+fn erosion_ends_at_the_empty_set() {
     // One step more than the last one that leaves a voxel, and the largest number of steps.
     let full = Mask::new([5, 7, 6], vec![true; 210]).unwrap();
     for (steps, left) in [(2, 3 * 2), (3, 0), (usize::MAX, 0)] {
@@ -105,7 +105,7 @@ fn sets_are_united_and_intersected() {
 }
 
 #[test]
-fn wrong_length_is_no_mask() {
+fn a_wrong_length_is_rejected() {
     assert!(matches!(
         Mask::new([2, 2, 2], vec![true; 7]),
         Err(RevolveError::WrongLength {

@@ -54,7 +54,7 @@ fn the_nearest_material_is_straight_up_or_down_or_on_the_base() {
 }
 
 #[test]
-fn all_voxels_within_reach_are_there_and_those_of_the_wall_as_before() {
+fn all_voxels_within_reach_are_included_and_those_of_the_wall_unchanged() {
     let bowl = bowl();
     let grid = VoxelGrid::centred([24, 22, 20], [0.3, 0.3, 0.4], [0.1, -0.2, 0.3]).unwrap();
     let pose = Pose::axis_along_z(1.0)

@@ -10,7 +10,7 @@ use support::*;
 
 proptest! {
     #[test]
-    fn the_chord_is_the_twins((path, meridian) in meridian(), d in direction(), p in prop::array::uniform3(-1.2..1.2f64), place in 0..5, pick in 0..100usize) {
+    fn the_chord_equals_that_of_the_reference((path, meridian) in meridian(), d in direction(), p in prop::array::uniform3(-1.2..1.2f64), place in 0..5, pick in 0..100usize) {
         let v = path[pick % path.len()];
         let o = Point3::from(match place {
             0 => [p[0], 0.0, 0.0], // through the axis
@@ -41,7 +41,7 @@ proptest! {
     }
 
     #[test]
-    fn turning_body_and_ray_together_changes_nothing((_, meridian) in meridian(), turn in pose(), d in direction(), p in prop::array::uniform3(-1.0..1.0f64)) {
+    fn rotating_body_and_ray_together_changes_nothing((_, meridian) in meridian(), turn in pose(), d in direction(), p in prop::array::uniform3(-1.0..1.0f64)) {
         let still = Body::new(vec![meridian.clone()], Pose::identity()).unwrap();
         let turned = Body::new(vec![meridian], turn).unwrap();
         let o = Point3::from(p);
@@ -90,7 +90,7 @@ proptest! {
     }
 
     #[test]
-    fn a_voxel_is_the_mean_of_its_eighths((_, meridian) in meridian(), at in pose(), axis_aligned in any::<bool>()) {
+    fn a_voxel_is_the_average_of_its_eighths((_, meridian) in meridian(), at in pose(), axis_aligned in any::<bool>()) {
         // Creases, thin walls and the axis, cut by other planes: the parts are independent of the whole.
         let at = if axis_aligned { Pose::axis_along_z(0.1).unwrap() } else { at };
         let body = Body::new(vec![meridian], at).unwrap();
@@ -118,7 +118,7 @@ proptest! {
     }
 
     #[test]
-    fn turning_body_and_grid_together_changes_nothing((_, meridian) in meridian(), at in pose()) {
+    fn rotating_body_and_grid_together_changes_nothing((_, meridian) in meridian(), at in pose()) {
         // A quarter turn about z maps the grid onto itself: voxel (i, j) to (n-1-j, i).
         let turned = at.rotated_z(std::f64::consts::FRAC_PI_2).unwrap();
         let grid = VoxelGrid::cube(24, 0.18).unwrap();
@@ -140,7 +140,7 @@ proptest! {
     }
 
     #[test]
-    fn a_mesh_is_closed_and_holds_the_volume((_, meridian) in meridian(), at in pose()) {
+    fn a_mesh_is_closed_and_contains_the_volume((_, meridian) in meridian(), at in pose()) {
         let m = meridian.measures();
         let body = Body::new(vec![meridian], at).unwrap();
         let tolerance = 1e-3;
@@ -168,7 +168,7 @@ proptest! {
 }
 
 #[test]
-fn a_wall_is_outer_less_inner_in_every_measure() {
+fn a_wall_is_the_difference_of_outer_and_inner_solid() {
     let body = heart(60);
     let ray = Ray::new(Point3::new(0.3, -20.0, 0.1), Vector3::new(0.0, 1.0, 0.02)).unwrap();
     let wall = body.line_integral(&ray, &[0.0, 1.0]).unwrap();

@@ -51,7 +51,7 @@ fn within(length: f64, radius: f64) -> f64 {
 }
 
 #[test]
-fn the_volume_is_that_of_the_outer_less_that_of_the_inner_balloon() {
+fn the_volume_is_the_difference_of_outer_and_inner_balloon() {
     let exact = within(8.5, 2.75) - within(8.5, 1.75);
     assert!((study().volume() / exact - 1.0).abs() < 1e-13);
 }
@@ -59,7 +59,7 @@ fn the_volume_is_that_of_the_outer_less_that_of_the_inner_balloon() {
 /// A body between polygons 0.02 cm off the curves: solids of the wall between the polygons end at the body, to rounding; solids between the
 /// curves themselves extend beyond it, most where rays are tangent.
 #[test]
-fn a_wall_between_drawn_curves_ends_where_the_body_does() {
+fn a_wall_between_polygons_ends_at_the_body() {
     let curves = [1.75, 2.75].map(|radius| balloon(8.5, radius, 1.0));
     let tolerance = 0.02;
     let pose = Pose::axis_along_z(5.0).unwrap();
@@ -150,7 +150,7 @@ fn volume_under(shell: &Shell, layer: f64, knots: &[f64]) -> f64 {
 }
 
 #[test]
-fn every_layer_holds_its_share_whatever_the_shapes() {
+fn every_layer_contains_its_volume_fraction_for_any_shapes() {
     let (inner, outer) = (balloon(8.5, 1.75, 1.03), balloon(8.5, 2.75, 1.0));
     let knots = [0.0, inner.knots()[1], outer.knots()[1], 1.0];
     let mut knots = knots.to_vec();
@@ -165,7 +165,7 @@ fn every_layer_holds_its_share_whatever_the_shapes() {
 }
 
 #[test]
-fn strips_add_up_to_shares() {
+fn strips_add_up_to_volume_fractions() {
     let shell = study();
     let n = 20_000;
     let mut sum = 0.0;
@@ -188,7 +188,7 @@ fn strips_add_up_to_shares() {
 }
 
 #[test]
-fn places_of_equal_share_keep_their_digits_towards_the_axis() {
+fn corresponding_positions_have_full_accuracy_near_the_axis() {
     // Discs between x = 0 and x = 1 that narrow to the axis: for the first, whose radii fall as z = 1 - s, the fraction z^2 is beyond s;
     // for the second, whose radii fall as 1 - s^2, the fraction (1 - s^2)^2.
     let disc = |x: f64, r: &[f64]| {
@@ -221,7 +221,7 @@ fn places_of_equal_share_keep_their_digits_towards_the_axis() {
 }
 
 #[test]
-fn a_wall_with_both_ends_on_the_axis_keeps_the_digits_of_both() {
+fn a_wall_with_both_ends_on_the_axis_has_full_accuracy_at_both() {
     // A shell between two balls: fractions before an angle are those of the sphere, (1 - cos) / 2.
     let ball = |radius: f64, n: usize| {
         let s: Vec<f64> = (0..=n).map(|k| k as f64 / n as f64).collect();
@@ -246,7 +246,7 @@ fn a_wall_with_both_ends_on_the_axis_keeps_the_digits_of_both() {
 }
 
 #[test]
-fn voxels_of_the_wall_are_those_whose_centres_are_found_in_it() {
+fn voxels_of_the_wall_have_their_centres_in_it() {
     let shell = study();
     let grid = VoxelGrid::new([30, 28, 26], [0.45, 0.5, 0.55], [-6.0, -6.5, -6.8]).unwrap();
     for pose in [
@@ -281,7 +281,7 @@ fn voxels_of_the_wall_are_those_whose_centres_are_found_in_it() {
 }
 
 #[test]
-fn a_region_holds_the_product_of_its_shares() {
+fn the_volume_of_a_region_is_the_product_of_its_fractions() {
     let shell = study();
     for (layers, s) in [
         ([0.0, 1.0], [0.0, 1.0]),
@@ -301,7 +301,7 @@ fn a_region_holds_the_product_of_its_shares() {
 }
 
 #[test]
-fn tangents_are_the_differences_of_points() {
+fn tangents_agree_with_differences_of_points() {
     let shell = Shell::new(
         balloon(8.5, 1.75, 0.96),
         balloon(8.5, 2.75, 1.0),
@@ -339,7 +339,7 @@ fn tangents_are_the_differences_of_points() {
 }
 
 #[test]
-fn points_off_the_wall_are_nowhere() {
+fn points_outside_the_wall_have_no_coordinates() {
     let shell = study();
     for p in [
         [4.0, 1.7499999],
@@ -475,7 +475,7 @@ fn thickness_is_the_distance_between_the_surfaces() {
 
 proptest! {
     #[test]
-    fn locate_undoes_point(u in 0.0..=1.0f64, s in 0.0..=1.0f64, stretch in 0.95..1.03f64) {
+    fn locate_inverts_point(u in 0.0..=1.0f64, s in 0.0..=1.0f64, stretch in 0.95..1.03f64) {
         let shell = Shell::new(balloon(8.5, 1.75, stretch), balloon(8.5, 2.75, 1.0), [0.0, 1.0]).unwrap();
         let found = shell.locate(shell.point(u, s));
         prop_assert!(found.is_some());
@@ -485,7 +485,7 @@ proptest! {
     }
 
     #[test]
-    fn shares_are_undone(share in 0.0..=1.0f64) {
+    fn volume_fractions_are_inverted(share in 0.0..=1.0f64) {
         let shell = study();
         prop_assert!((shell.volume_fraction(shell.at_volume_fraction(share)) - share).abs() < 1e-13);
     }

@@ -64,7 +64,7 @@ proptest! {
 /// Balloons from the reference configuration to a gain in seven steps: the number of tests of surfaces grows with the area that bounds the
 /// sets, and the extreme shapes decide most of them.
 #[test]
-fn questions_grow_with_the_surface() {
+fn the_number_of_tests_scales_with_the_surface() {
     let shapes: Vec<Vec<Meridian>> = [0.0, 1.0, 0.1, 0.9, 0.3, 0.7, 0.5]
         .iter()
         .map(|g| {
@@ -98,7 +98,7 @@ fn questions_grow_with_the_surface() {
 }
 
 #[test]
-fn shapes_that_are_none_are_refused() {
+fn invalid_shapes_are_rejected() {
     let grid = VoxelGrid::cube(4, 1.0).unwrap();
     let pose = study_pose();
     let cone = Meridian::new(&[[-1.0, 0.0], [0.0, 1.0], [1.0, 0.0]]).unwrap();
@@ -117,7 +117,7 @@ fn shapes_that_are_none_are_refused() {
 }
 
 #[test]
-fn threads_change_no_bit() {
+fn results_are_bitwise_independent_of_threads() {
     let shapes = [
         [
             scaled(&[[-1.0, 0.0], [0.0, 1.0], [1.0, 0.0]], 1.0),

@@ -50,7 +50,7 @@ fn results_are_bitwise_independent_of_threads() {
 }
 
 #[test]
-fn some_rows_are_the_cut_from_all() {
+fn some_rows_equal_those_of_the_whole() {
     let body = heart(100);
     let rays = ParallelDetector::new(33, 20, [0.5, 0.7])
         .unwrap()
@@ -98,7 +98,7 @@ fn adding_with_weights_is_the_weighted_sum() {
 }
 
 #[test]
-fn a_batch_is_its_rays_one_by_one() {
+fn a_batch_equals_single_rays() {
     let body = heart(150);
     let rays = ParallelDetector::new(90, 70, [0.2, 0.22])
         .unwrap()

@@ -7,7 +7,7 @@ use std::f64::consts::TAU;
 
 proptest! {
     #[test]
-    fn the_growth_is_what_points_of_the_surface_say(
+    fn the_scale_agrees_with_points_of_the_surface(
         meridian in prop::collection::vec((0.05..1.0, 0.0..3.0), 2..6),
         turns in prop::array::uniform2(-3.0..3.0),
         shift in prop::array::uniform3(-4.0..4.0),
