@@ -27,7 +27,7 @@ fn projections(
 }
 
 #[test]
-fn chords_of_a_body_and_line_integrals_of_a_phantom_are_the_same_numbers() {
+fn chords_of_a_body_equal_line_integrals_of_a_phantom() {
     // An upright cylinder off the axis and off the middle in height, on an offset detector of odd and even sizes.
     let (radius, height, centre) = (1.1, 3.0, [2.0, -1.3, 0.7]);
     let meridian = Meridian::new(&[[0.0, radius], [height, radius]]).unwrap();
@@ -62,7 +62,7 @@ fn chords_of_a_body_and_line_integrals_of_a_phantom_are_the_same_numbers() {
 }
 
 #[test]
-fn turning_the_object_forwards_is_turning_the_camera_back() {
+fn rotating_the_object_equals_rotating_the_camera_back() {
     let meridian = || Meridian::new(&[[0.0, 1.0], [2.0, 1.6], [3.0, 0.0]]).unwrap();
     let pose = Pose::axis_along_z(1.0).unwrap().rotated_x(0.5).unwrap();
     let pose = pose.shifted(Vector3::new(1.0, 0.4, -0.2)).unwrap();
@@ -101,7 +101,7 @@ fn moments(volume: &[f64], grid: &VoxelGrid) -> ([f64; 3], f64) {
 }
 
 #[test]
-fn a_posed_body_is_reconstructed_where_its_voxels_are() {
+fn a_posed_body_is_reconstructed_at_the_position_of_its_voxels() {
     // A blunt cone in the pose of the study, displaced from the centre: it differs from its mirror images.
     let meridian = Meridian::new(&[[0.0, 1.2], [2.5, 0.5], [3.0, 0.0]]).unwrap();
     let pose = Pose::axis_along_z(1.0).unwrap();

@@ -158,7 +158,7 @@ mod program {
     }
 
     #[test]
-    fn an_interrupted_write_leaves_nothing() {
+    fn an_interrupted_write_leaves_no_files() {
         const WRITE: &str = "HEART_PHANTOM_TEST_WRITE";
         if let Some(path) = std::env::var_os(WRITE) {
             return write_that_waits(Path::new(&path));
@@ -173,7 +173,7 @@ mod program {
                 }
                 let mut child = Command::new(std::env::current_exe().unwrap())
                     .args(["--exact", "--nocapture"])
-                    .arg("program::an_interrupted_write_leaves_nothing")
+                    .arg("program::an_interrupted_write_leaves_no_files")
                     .env(WRITE, &path)
                     .stdin(Stdio::piped())
                     .stdout(Stdio::piped())
@@ -201,7 +201,7 @@ mod program {
     /// The program handles its signals and ends by them anywhere, here while it waits for its scene.
     #[cfg(target_os = "linux")]
     #[test]
-    fn a_signal_ends_the_program_as_it_would_have() {
+    fn a_signal_ends_the_program_by_itself() {
         let folder = tempfile::tempdir().unwrap();
         let (scene, out) = (pipe(folder.path()), folder.path().join("out"));
         for (name, number) in delivered() {
@@ -221,7 +221,7 @@ mod program {
 
     /// The position of the program at the signal depends on the machine; the assertions do not.
     #[test]
-    fn an_interrupt_at_any_moment_leaves_whole_files() {
+    fn an_interrupt_at_any_moment_leaves_complete_files() {
         let folder = tempfile::tempdir().unwrap();
         let (scene, whole) = (scene(folder.path()), folder.path().join("whole"));
         assert!(run(&scene, &whole).status().unwrap().success());
@@ -249,7 +249,7 @@ mod program {
     /// As under `nohup`, or in the background of a script.
     #[cfg(target_os = "linux")]
     #[test]
-    fn a_signal_that_is_ignored_stays_so() {
+    fn an_ignored_signal_stays_ignored() {
         let folder = tempfile::tempdir().unwrap();
         let (scene, out) = (pipe(folder.path()), folder.path().join("out"));
         let child = Command::new("sh")
@@ -274,7 +274,7 @@ mod program {
     /// The limit of a file's size, in blocks of 512 or 1024 bytes, is less than that of a file of views. Its signal would end the
     /// program by itself.
     #[test]
-    fn a_disk_without_room_is_an_error_and_leaves_whole_files() {
+    fn a_full_disk_is_an_error_and_leaves_complete_files() {
         let folder = tempfile::tempdir().unwrap();
         let (scene, out) = (scene(folder.path()), folder.path().join("out"));
         let output = Command::new("sh")

@@ -76,37 +76,37 @@ fn run(kind: &str, scene: fn(&mut Random) -> Outcome) {
 }
 
 #[test]
-fn membranes_answer_or_refuse() {
+fn membranes_give_results_or_errors() {
     run("membranes", membranes::scene);
 }
 
 #[test]
-fn rubber_answers_or_refuses() {
+fn rubber_gives_results_or_errors() {
     run("rubber", rubber::scene);
 }
 
 #[test]
-fn bodies_answer_or_refuse() {
+fn bodies_give_results_or_errors() {
     run("bodies", bodies::scene);
 }
 
 #[test]
-fn tomography_answers_or_refuses() {
+fn tomography_gives_results_or_errors() {
     run("tomography", tomography::scene);
 }
 
 #[test]
-fn scenes_answer_or_refuse() {
+fn scenes_give_results_or_errors() {
     run("scenes", scenes::scene);
 }
 
 #[test]
-fn runs_answer_or_refuse() {
+fn runs_give_results_or_errors() {
     run("runs", runs::scene);
 }
 
 #[test]
-fn walls_answer_or_refuse() {
+fn walls_give_results_or_errors() {
     run("walls", walls::scene);
 }
 

@@ -25,7 +25,7 @@ fn pieces(folder: &Path, of: u64, threads: usize) -> (Vec<u8>, Vec<Row>) {
 }
 
 #[test]
-fn bytes_of_members_are_the_same_for_any_shards_and_threads() {
+fn members_are_bitwise_independent_of_shards_and_threads() {
     let folder = tempfile::tempdir().unwrap();
     let expected = pieces(&folder.path().join("serial"), 1, 1);
     assert_eq!(expected.1.len(), 14);
@@ -43,7 +43,7 @@ fn bytes_of_members_are_the_same_for_any_shards_and_threads() {
 
 /// The archive by another reader; the arrays by a separate phantom of the member's scene.
 #[test]
-fn a_shard_holds_what_its_members_are() {
+fn a_shard_contains_the_data_of_its_members() {
     let folder = tempfile::tempdir().unwrap();
     let cohort = with_rejected(6);
     let report = shard(&cohort, folder.path(), [1, 1], 2);
@@ -133,7 +133,7 @@ fn npy(bytes: &[u8], shape: &str) -> Vec<f32> {
 }
 
 #[test]
-fn whole_shards_are_skipped_and_broken_ones_made_again() {
+fn complete_shards_are_skipped_and_damaged_ones_recomputed() {
     let folder = tempfile::tempdir().unwrap();
     let cohort = with_rejected(4);
     let first = shard(&cohort, folder.path(), [1, 2], 1);

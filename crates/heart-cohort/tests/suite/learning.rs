@@ -41,7 +41,7 @@ fn kept(report: &ShardReport) -> &Row {
 
 /// The file against the phantom, and noisy projections times the counts per unit are counts.
 #[test]
-fn geometry_says_where_arrays_are_and_what_samples_are() {
+fn geometry_contains_positions_and_units_of_arrays() {
     let folder = tempfile::tempdir().unwrap();
     let cohort = with_rejected(4);
     let report = shard(&cohort, folder.path(), [1, 1], 1);
@@ -100,7 +100,7 @@ fn geometry_says_where_arrays_are_and_what_samples_are() {
 
 /// The same arrays, in fewer bytes that are the same each time.
 #[test]
-fn compressed_arrays_are_the_same_arrays() {
+fn compressed_arrays_are_restored_exactly() {
     let folder = tempfile::tempdir().unwrap();
     let of = |head: &str, name: &str| {
         let cohort = Cohort::from_toml(&text(
@@ -222,7 +222,7 @@ fn draws_may_be_correlated() {
 }
 
 #[test]
-fn subsets_have_their_fractions_and_do_not_depend_on_shards() {
+fn subsets_have_their_fractions_for_any_shards() {
     let head = "split = { train = 0.7, validation = 0.2, test = 0.1 }";
     let vary = "cycle.volume.gain = { uniform = [0.2, 0.6] }";
     let cohort = Cohort::from_toml(&text(10_000, head, vary)).unwrap();

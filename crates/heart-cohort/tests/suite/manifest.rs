@@ -61,7 +61,7 @@ fn a_manifest_has_a_row_for_every_member() {
 }
 
 #[test]
-fn a_folder_that_lacks_a_shard_has_no_manifest() {
+fn a_directory_without_all_shards_has_no_manifest() {
     let folder = tempfile::tempdir().unwrap();
     assert!(matches!(
         merge(folder.path()),

@@ -33,7 +33,7 @@ fn six() -> (Cohort, tempfile::TempDir, Vec<PathBuf>) {
 }
 
 #[test]
-fn members_that_were_recomputed_are_reported_and_no_others() {
+fn only_recomputed_members_are_reported() {
     let folder = tempfile::tempdir().unwrap();
     let cohort = with_rejected(9);
     all(&cohort, folder.path(), 3, 2);
@@ -67,7 +67,7 @@ fn members_that_were_recomputed_are_reported_and_no_others() {
 
 /// One byte of a record or of an archive, anywhere, with any other value.
 #[test]
-fn every_change_of_a_byte_is_found() {
+fn every_change_of_a_byte_is_detected() {
     let folder = tempfile::tempdir().unwrap();
     let vary = "heart.outer.radius = { choice = [2.8, 1.7] }";
     let text = text(4, "seed = 5", vary).replace(
@@ -99,7 +99,7 @@ fn every_change_of_a_byte_is_found() {
 }
 
 #[test]
-fn empty_truncated_missing_and_copied_files_are_found() {
+fn empty_truncated_missing_and_copied_files_are_detected() {
     let (cohort, folder, paths) = six();
     let [archive, record] = ["tar", "json"].map(|extension| paths[1].with_extension(extension));
     let names = ["shard-00002-of-00003.tar", "shard-00002-of-00003.json"];
@@ -157,7 +157,7 @@ fn empty_truncated_missing_and_copied_files_are_found() {
 
 /// Names like that of a shard. They are found, and none makes the program take memory for shards that are not there, or wait.
 #[test]
-fn names_that_are_no_shards_are_found() {
+fn invalid_shard_names_are_detected() {
     let (cohort, folder, paths) = six();
     for name in [
         "shard-0-of-0.json",
@@ -215,7 +215,7 @@ fn names_that_are_no_shards_are_found() {
 /// Opening a pipe would block.
 #[cfg(unix)]
 #[test]
-fn pipes_and_directories_are_no_shards() {
+fn pipes_and_directories_are_faults() {
     let (cohort, folder, paths) = six();
     let run = |paths: &Path| {
         let shard = Shard { shard: 1, of: 3 };
@@ -251,7 +251,7 @@ fn pipes_and_directories_are_no_shards() {
 
 /// A forger who makes the checksum of the record anew: rows, keys and draws are still known, numbers by those that are recomputed.
 #[test]
-fn forged_records_are_found() {
+fn forged_records_are_detected() {
     let (cohort, folder, paths) = six();
     let record = paths[0].with_extension("json");
     let whole = fs::read_to_string(&record).unwrap();

@@ -161,7 +161,7 @@ fn results_do_not_depend_on_threads_or_figures() {
 }
 
 #[test]
-fn bad_input_is_refused_before_anything_is_written() {
+fn bad_input_is_rejected_before_anything_is_written() {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("out");
     for (arguments, says) in [
@@ -191,7 +191,7 @@ fn bad_input_is_refused_before_anything_is_written() {
 }
 
 #[test]
-fn a_folder_that_cannot_be_made_is_named() {
+fn a_directory_that_cannot_be_created_is_named() {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("file");
     std::fs::write(&file, "in the way").unwrap();

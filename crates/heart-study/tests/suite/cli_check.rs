@@ -57,7 +57,7 @@ const HOPELESS: [(&str, &str); 8] = [
 ];
 
 #[test]
-fn check_finds_what_run_would_refuse_with_its_line() {
+fn check_finds_the_errors_of_run_with_their_lines() {
     let folder = tempfile::tempdir().unwrap();
     for (fields, field) in HOPELESS {
         // A field is given once.
@@ -82,7 +82,7 @@ fn check_finds_what_run_would_refuse_with_its_line() {
 }
 
 #[test]
-fn check_tells_volumes_memory_and_files() {
+fn check_reports_volumes_memory_and_files() {
     let folder = tempfile::tempdir().unwrap();
     let text = format!(
         "{SMALL}camera.views = 6\nacquisition.mode = {{ gated = {{ gates = 8 }} }}\n\

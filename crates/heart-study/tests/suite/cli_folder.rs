@@ -60,7 +60,7 @@ fn holds_what_is_listed(folder: &Path, others: &[&str]) -> BTreeSet<String> {
 }
 
 #[test]
-fn a_study_or_a_run_leaves_nothing_of_an_earlier_one() {
+fn a_study_or_a_run_removes_the_files_of_an_earlier_one() {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("out");
     fs::create_dir(&out).unwrap();
@@ -83,7 +83,7 @@ fn a_study_or_a_run_leaves_nothing_of_an_earlier_one() {
 
 /// A report of another program, with its files.
 #[test]
-fn files_of_other_programs_stay_as_they_are() {
+fn files_of_other_programs_are_unchanged() {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("out");
     fs::create_dir(&out).unwrap();

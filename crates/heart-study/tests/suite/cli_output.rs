@@ -38,7 +38,7 @@ fn only_json(output: &Output) -> serde_json::Value {
 }
 
 #[test]
-fn with_json_there_is_json_alone() {
+fn with_json_the_output_is_json_only() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
     write(folder, "small.toml", SMALL);
@@ -110,7 +110,7 @@ fn with_json_there_is_json_alone() {
 }
 
 #[test]
-fn help_and_version_are_said_once() {
+fn help_and_version_are_printed_once() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
     for command in [
@@ -141,7 +141,7 @@ fn help_and_version_are_said_once() {
 }
 
 #[test]
-fn the_summary_tells_how_well_time_was_sampled() {
+fn the_summary_contains_the_sampling_of_time() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
     let moving = SMALL.replace(
@@ -173,7 +173,7 @@ fn the_summary_tells_how_well_time_was_sampled() {
 /// A warning is part of the one object. Four files may be open: the signals' own two are too many.
 #[cfg(target_os = "linux")]
 #[test]
-fn a_warning_does_not_break_the_json() {
+fn a_warning_is_part_of_the_json() {
     let folder = tempfile::tempdir().unwrap();
     write(folder.path(), "small.toml", SMALL);
     write(folder.path(), "bad.toml", "[camera]\nviews = 0\n");
@@ -199,7 +199,7 @@ fn a_warning_does_not_break_the_json() {
 /// A name that is no text, where the system has such.
 #[cfg(target_os = "linux")]
 #[test]
-fn a_file_name_that_is_no_text_is_said_as_well_as_can_be() {
+fn a_file_name_that_is_not_unicode_is_escaped() {
     use std::os::unix::ffi::OsStrExt;
     let folder = tempfile::tempdir().unwrap();
     let name = OsStr::from_bytes(b"bad\xff\x1b[31m.toml");
@@ -247,7 +247,7 @@ fn escaped(text: &str) -> String {
 }
 
 #[test]
-fn nothing_that_others_wrote_moves_the_terminal() {
+fn foreign_text_is_escaped_for_the_terminal() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
     let hostile = escaped(HOSTILE);
@@ -302,7 +302,7 @@ fn nothing_that_others_wrote_moves_the_terminal() {
 }
 
 #[test]
-fn long_texts_are_cut() {
+fn long_texts_are_truncated() {
     let folder = tempfile::tempdir().unwrap();
     const LENGTH: usize = 2_000_000;
     let long = "A".repeat(LENGTH);
@@ -335,7 +335,7 @@ fn long_texts_are_cut() {
 }
 
 #[test]
-fn numbers_are_taken_as_they_are_meant() {
+fn numbers_are_parsed_and_normalised() {
     let folder = tempfile::tempdir().unwrap();
     write(folder.path(), "small.toml", SMALL);
     let truth =

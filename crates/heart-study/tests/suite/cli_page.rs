@@ -41,7 +41,7 @@ fn unpacked(text: &str) -> Vec<u8> {
 }
 
 #[test]
-fn a_page_holds_all_that_it_shows() {
+fn a_page_is_self_contained() {
     let folder = tempfile::tempdir().unwrap();
     let report = run(folder.path(), "", &[]);
     let page = fs::read_to_string(folder.path().join("out/index.html")).unwrap();
@@ -108,7 +108,7 @@ fn a_page_holds_all_that_it_shows() {
 }
 
 #[test]
-fn a_page_that_is_not_wanted_is_not_written() {
+fn a_page_is_omitted_on_request() {
     let folder = tempfile::tempdir().unwrap();
     run(folder.path(), "", &[]);
     let page = folder.path().join("out/index.html");
@@ -130,7 +130,7 @@ fn a_page_that_is_not_wanted_is_not_written() {
 
 /// All gates of a study in one file each; all listed files exist.
 #[test]
-fn a_study_in_one_file_a_kind() {
+fn a_study_with_one_file_per_product() {
     let folder = tempfile::tempdir().unwrap();
     let output = "[output]\nwrite = ['projections', 'reconstruction', 'truth', 'labels', 'pictures']\n\
         gates = 'one-file'\nvolumes = 'nifti'\n";

@@ -51,7 +51,7 @@ fn init_writes_a_scene_that_check_accepts_and_overwrites_nothing() {
 }
 
 #[test]
-fn run_writes_what_the_scene_asks_for() {
+fn run_writes_the_requested_products() {
     let folder = tempfile::tempdir().unwrap();
     let scene = small(
         folder.path(),
@@ -197,7 +197,7 @@ fn every_file_is_listed_in_every_format() {
 }
 
 #[test]
-fn check_tells_how_much_run_will_write() {
+fn check_reports_the_size_of_the_output() {
     let folder = tempfile::tempdir().unwrap();
     let rest = "[acquisition]\nmode = { gated = { gates = 2 } }\naccuracy = { steps = 4 }\n\
         [attenuation]\ncoefficient = 0.1\nmedium = 'heart'\n\
@@ -219,7 +219,7 @@ fn check_tells_how_much_run_will_write() {
 }
 
 #[test]
-fn truth_and_view_do_their_part_alone() {
+fn truth_and_view_compute_their_part_only() {
     let folder = tempfile::tempdir().unwrap();
     let scene = small(folder.path(), "");
     let scene = scene.to_str().unwrap();
@@ -267,7 +267,7 @@ fn truth_and_view_do_their_part_alone() {
 }
 
 #[test]
-fn a_bad_scene_is_shown_with_its_line_and_ends_with_2() {
+fn an_invalid_scene_is_reported_with_its_line_and_exit_code_2() {
     let folder = tempfile::tempdir().unwrap();
     let scene = small(folder.path(), "arc = 'half'\n");
     let scene = scene.to_str().unwrap();
@@ -299,7 +299,7 @@ fn a_bad_scene_is_shown_with_its_line_and_ends_with_2() {
 }
 
 #[test]
-fn a_folder_that_cannot_be_written_to_is_said_before_any_work() {
+fn a_read_only_directory_is_reported_before_any_work() {
     let folder = tempfile::tempdir().unwrap();
     // The work would end with another error: no number of steps is enough.
     let rest = "[acquisition]\naccuracy = { tolerance = 1e-6 }\n";
@@ -354,7 +354,7 @@ fn completions_and_manual_are_written() {
 /// No panic where the output has no room, and no complaint where its reader leaves.
 #[cfg(target_os = "linux")]
 #[test]
-fn an_output_that_takes_nothing_is_said() {
+fn a_failing_output_is_reported() {
     let folder = tempfile::tempdir().unwrap();
     let scene = small(folder.path(), "");
     let scene = scene.to_str().unwrap();
@@ -393,7 +393,7 @@ fn an_output_that_takes_nothing_is_said() {
 }
 
 #[test]
-fn commands_that_make_no_sense_are_refused_before_any_work() {
+fn invalid_commands_are_rejected_before_any_work() {
     let folder = tempfile::tempdir().unwrap();
     let scene = small(folder.path(), "");
     let scene = scene.to_str().unwrap();
@@ -430,7 +430,7 @@ fn commands_that_make_no_sense_are_refused_before_any_work() {
 
 /// A heart half outside the bins: a warning before the work, in the report, and as JSON.
 #[test]
-fn what_may_surprise_is_told_by_check_and_by_run() {
+fn warnings_are_printed_by_check_and_by_run() {
     let folder = tempfile::tempdir().unwrap();
     let scene = small(
         folder.path(),

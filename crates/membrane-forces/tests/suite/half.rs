@@ -134,7 +134,7 @@ fn the_half_curve_has_the_forces_and_measures_of_the_whole() {
 }
 
 #[test]
-fn what_is_not_its_own_mirror_image_stays_whole() {
+fn asymmetric_membranes_are_whole_curves() {
     let rest = || ReferenceShape::balloon(8.5, 1.75).unwrap();
     let skew = Stiffness::function(|s| 1.0 + 1e-9 * s, &[]).unwrap();
     let ends = [[0.0, 1.75], [1e-9, -1.75]];
@@ -152,7 +152,7 @@ fn what_is_not_its_own_mirror_image_stays_whole() {
 
 /// Jumps that are mirror images: where elements meet, each has the stiffness of its own side.
 #[test]
-fn mirrored_jumps_of_the_stiffness_are_half_a_curve_too() {
+fn mirrored_jumps_of_the_stiffness_allow_half_a_curve() {
     let rest = || ReferenceShape::balloon(8.5, 1.75).unwrap();
     let step = |left: f64, right: f64| {
         let value = move |s: f64| {

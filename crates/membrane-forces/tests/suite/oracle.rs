@@ -162,7 +162,7 @@ fn gradients_of_measures_are_the_derivatives() {
 }
 
 #[test]
-fn measures_of_the_rest_balloon_in_closed_form() {
+fn measures_of_the_reference_balloon_agree_with_closed_forms() {
     let exact = balloon_measures(8.5, 1.75).unwrap();
     let balloon = Membrane::new(ReferenceShape::balloon(8.5, 1.75).unwrap());
     let spectral = SpectralElements::new(&balloon, 16, 1).unwrap();
@@ -194,7 +194,7 @@ fn measures_of_the_rest_balloon_in_closed_form() {
 }
 
 #[test]
-fn linear_equilibria_reach_the_reference_and_solve_their_equation() {
+fn linear_equilibria_agree_with_the_reference_and_solve_their_equation() {
     for (kappa, volume, area, length) in [
         (1.0, 180.00034338, 50.244070193, 25.4308996664),
         (4.0, 2759.41056007, 264.37919694, 55.439401175),
@@ -237,7 +237,7 @@ fn disc_under_either_law_is_an_arc() {
 
 /// Nearly flat the arc is the parabola x = 2 R h s (1 - s), h half its angle, and 4 R h = f / lambda.
 #[test]
-fn a_disc_under_next_to_no_load_is_a_parabola() {
+fn a_disc_under_a_tiny_load_is_a_parabola() {
     // The remainder is of the order of h^2.
     for (radius, ratio) in [(1.5, 1e-20), (1.5, 1e-250), (1e-3, 1e-290), (1e60, 1e-240)] {
         let circle = CircleEquilibrium::new(radius, ratio).unwrap();
@@ -299,7 +299,7 @@ fn the_limit_of_the_pressure_does_not_depend_on_the_degree() {
 
 /// Displaced ends move the whole curve: both discretisations start at the same position.
 #[test]
-fn held_ends_move_the_start_along() {
+fn displaced_fixed_ends_move_the_start() {
     let ends = [[0.5, 2.0], [-0.25, -1.5]];
     let balloon = ReferenceShape::balloon(8.5, 1.75).unwrap();
     let membrane = Membrane::new(balloon.clone()).with_ends(ends).unwrap();

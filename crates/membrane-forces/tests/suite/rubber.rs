@@ -35,7 +35,7 @@ fn principal(energy: &StrainEnergy, l: [f64; 3]) -> [f64; 3] {
 }
 
 #[test]
-fn strain_energies_have_the_derivatives_they_say() {
+fn strain_energies_have_their_stated_derivatives() {
     for energy in energies() {
         assert!((energy.shear_modulus() - 1.0).abs() < 1e-3, "{energy:?}");
         for (l1, l2) in [(1.0, 1.0), (1.3, 0.9), (2.0, 1.7), (0.8, 2.5)] {
@@ -106,7 +106,7 @@ fn spheres_and_tubes_have_their_closed_forms() {
 }
 
 #[test]
-fn rubber_says_where_its_stretches_end() {
+fn rubber_reports_its_limit_of_stretch() {
     let gent = StrainEnergy::Gent { mu: 1.0, jm: 30.0 };
     // 2 l^2 + l^-4 = 33
     let (mut low, mut high): (f64, f64) = (1.0, 5.0);
@@ -279,7 +279,7 @@ fn forces_are_minus_the_derivative_of_the_energy_and_tangents_that_of_forces() {
 /// Forces in one go are those one after the other, and the volume that comes with them is the measure: different sums, so to rounding. A curve
 /// on the wrong side of the axis is an error of either.
 #[test]
-fn forces_in_one_go_are_those_one_after_the_other() {
+fn combined_forces_equal_separate_forces() {
     for energy in energies() {
         for d in discretised(&balloon(energy)) {
             let (x, _) = state(&*d);
@@ -301,7 +301,7 @@ fn forces_in_one_go_are_those_one_after_the_other() {
 }
 
 #[test]
-fn the_sphere_is_in_equilibrium_at_its_closed_form() {
+fn the_closed_form_of_the_sphere_is_an_equilibrium() {
     let hemisphere = || {
         ReferenceShape::from_function(
             |s| {
@@ -349,7 +349,7 @@ fn the_sphere_is_in_equilibrium_at_its_closed_form() {
 }
 
 #[test]
-fn what_rubber_cannot_be_is_refused() {
+fn invalid_rubber_is_rejected() {
     let neo = || rubber(StrainEnergy::NeoHookean { mu: 1.0 });
     let rest = || ReferenceShape::balloon(8.5, 1.75).unwrap();
     let both = |m: &Membrane| {
@@ -416,7 +416,7 @@ fn what_rubber_cannot_be_is_refused() {
 
 /// A flat disc whose points at r go to 1.3 r - 0.15 r^3 is pulled at its middle and pushed together at its ring, where the tension is least.
 #[test]
-fn the_least_tension_is_that_at_the_ring() {
+fn the_smallest_tension_is_at_the_ring() {
     let even = Rubber::new(StrainEnergy::NeoHookean { mu: 1.0 }, Thickness::UNIT).unwrap();
     let disc = Membrane::new(ReferenceShape::disc(1.0).unwrap()).with_rubber(even);
     let (l1, l2): (f64, f64) = (1.3 - 0.45, 1.3 - 0.15);
@@ -473,7 +473,7 @@ fn the_mass_matrix_gives_the_kinetic_energy() {
 
 /// Where the axis is met both radii are nothing but rounding: their quotient says nothing, the stretch along the meridian does.
 #[test]
-fn on_the_axis_the_stretch_around_it_is_that_along_the_meridian() {
+fn on_the_axis_the_hoop_stretch_equals_the_meridional_one() {
     let rest = ReferenceShape::balloon(8.5, 1.75).unwrap();
     let apex = rest.at(0.5);
     let membrane = Membrane::new(rest).with_rubber(rubber(StrainEnergy::NeoHookean { mu: 1.0 }));

@@ -8,7 +8,7 @@ use membrane_implicit::{Load, Motion, Scheme, Stop, TimeStep, Tolerance};
 /// A load that rises within a tenth of the first step that the initial state suggests: the error of that step is controlled, too, also by
 /// schemes whose estimate needs a previous step.
 #[test]
-fn the_first_step_keeps_the_tolerance() {
+fn the_first_step_meets_the_tolerance() {
     let motion = |scheme| {
         let load = Load::intensity(|t| 17.5 * (1.0 - (-t / 0.001).exp()));
         Motion::new(reference_body(), load, scheme).unwrap()
@@ -47,7 +47,7 @@ fn the_first_step_keeps_the_tolerance() {
 
 /// The volume passes the value and returns within one step of the run, wherever the steps lie about the maximum.
 #[test]
-fn a_volume_that_is_passed_within_a_step_stops_the_run() {
+fn a_volume_passed_within_a_step_stops_the_run() {
     // TR-BDF2 at 1e-4: error 2e-6 of the volume; the run takes Splitting6 at 0.009
     let mut fine = inflate(Scheme::TrBdf2);
     let mut volumes = vec![(0.0, fine.state().volume())];

@@ -104,7 +104,7 @@ fn every_scheme_converges_with_its_order() {
 }
 
 #[test]
-fn adaptive_steps_keep_the_error_near_the_tolerance() {
+fn adaptive_steps_have_errors_near_the_tolerance() {
     let (time, x, v) = REFERENCE[1];
     for scheme in [
         Scheme::TrBdf2,
@@ -137,7 +137,7 @@ fn adaptive_steps_keep_the_error_near_the_tolerance() {
 }
 
 #[test]
-fn dense_output_is_as_good_as_the_steps() {
+fn dense_output_has_the_accuracy_of_the_steps() {
     // fourth order between steps: halving them gains 16 against the same scheme's own steps
     let mut worst = Vec::new();
     for n in [200, 400] {
@@ -185,7 +185,7 @@ fn dense_output_is_as_good_as_the_steps() {
 
 /// A state that is set was not stepped to: there is no shape before it.
 #[test]
-fn a_state_that_is_set_has_no_step_behind_it() {
+fn a_set_state_has_no_previous_step() {
     let moved = inflate(Scheme::TrBdf2).state().points.to_vec();
     let mut velocities = vec![[0.0; 2]; 101];
     let set = inflate(Scheme::TrBdf2).with_state(2.0, &moved, &velocities);

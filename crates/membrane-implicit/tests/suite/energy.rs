@@ -166,7 +166,7 @@ fn numerical_loss_vanishes_with_the_order() {
 /// Under a constant pressure per current length the work is pressure times the 2-D area gained: the discrete force is the gradient of
 /// the polygon's area, which is quadratic, so that the midpoint rule has it to rounding for any step.
 #[test]
-fn pressure_work_is_pressure_times_area_gained() {
+fn pressure_work_equals_pressure_times_the_change_of_area() {
     let p = 1.3;
     for dt in [0.002, 0.1] {
         let membrane = balloon().with_law(PressureLaw::PerCurrentLength);

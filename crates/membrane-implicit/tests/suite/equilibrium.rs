@@ -178,7 +178,7 @@ fn check(p: &Problem) -> Result<(), TestCaseError> {
 }
 
 #[test]
-fn motion_settles_where_newton_arrives() {
+fn motion_converges_to_the_equilibrium_of_newton() {
     let cases = std::env::var("PROPTEST_CASES")
         .ok()
         .and_then(|n| n.parse().ok())
@@ -192,7 +192,7 @@ fn motion_settles_where_newton_arrives() {
 }
 
 #[test]
-fn adaptive_steps_grow_without_bound_as_it_settles() {
+fn adaptive_steps_grow_without_bound_near_equilibrium() {
     let body = Body::springs(&balloon(), 101)
         .unwrap()
         .with_damping(1.0)
@@ -220,7 +220,7 @@ fn adaptive_steps_grow_without_bound_as_it_settles() {
 
 /// A membrane at rest without load yet is not settled: the first step precedes the first test.
 #[test]
-fn a_load_from_zero_is_not_settled_at_once() {
+fn a_load_from_zero_does_not_stop_at_once() {
     let body = || {
         Body::springs(&balloon(), 51)
             .unwrap()
@@ -261,7 +261,7 @@ fn a_load_from_zero_is_not_settled_at_once() {
 
 /// The kick and the midpoint rule cancel where the forces do: Newton's shape stays as it is.
 #[test]
-fn the_implicit_splitting_keeps_an_equilibrium() {
+fn the_implicit_splitting_preserves_an_equilibrium() {
     let grid = Discretisation::FiniteDifferences { nodes: 101 };
     let solved = Solver::new(&balloon(), grid)
         .unwrap()

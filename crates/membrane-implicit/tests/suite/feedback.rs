@@ -64,7 +64,7 @@ fn reference(end: f64, steps: usize) -> Vec<f64> {
 
 /// Every scheme converges to that reference with its own order: the pressure is that of the state, not of the one before.
 #[test]
-fn the_state_is_seen_where_it_is() {
+fn a_feedback_receives_the_current_state() {
     let end = 0.5;
     let truth = reference(end, 4000);
     for (scheme, steps) in [
@@ -92,7 +92,7 @@ fn the_state_is_seen_where_it_is() {
 }
 
 #[test]
-fn pressure_and_state_fit_each_other() {
+fn pressure_and_state_are_consistent() {
     for scheme in IMPLICIT {
         let mut motion = outlet_motion(scheme);
         let steps = TimeStep::Fixed(0.01);
@@ -118,7 +118,7 @@ fn pressure_and_state_fit_each_other() {
 
 /// After damping, V and f are the equilibrium that Newton computes for the volume.
 #[test]
-fn it_settles_where_newton_says() {
+fn a_feedback_converges_to_the_equilibrium_of_newton() {
     let hook = |now: &LoadState| 30.0 - 0.1 * now.volume - 0.01 * now.volume_rate;
     let mut motion = Motion::new(reference_body(), Load::feedback(hook), Scheme::TrBdf2).unwrap();
     let (force, speed) = (1e-9, 1e-9);
@@ -155,7 +155,7 @@ fn a_feedback_may_ignore_the_state() {
 
 /// A valve: the slope of the pressure jumps where the flow turns.
 #[test]
-fn a_kink_is_no_obstacle() {
+fn a_feedback_may_have_a_kink() {
     let valve = |now: &LoadState| {
         let pushed = 16.0 + 12.0 * (9.0 * now.time).sin();
         pushed - if now.volume_rate > 0.0 { 0.005 } else { 0.2 } * now.volume_rate
@@ -181,7 +181,7 @@ fn a_kink_is_no_obstacle() {
 }
 
 #[test]
-fn a_pair_under_feedback_keeps_its_wall() {
+fn a_pair_under_feedback_preserves_its_wall_volume() {
     let outer = Membrane::new(ReferenceShape::balloon(8.5, 2.75).unwrap());
     let outer = Body::springs(&outer, 41).unwrap();
     let load = Load::feedback(outlet);
@@ -220,7 +220,7 @@ impl Feedback for Diary {
 
 /// A model receives each accepted state once, those of rejected steps never; a copy of the motion has its own memory.
 #[test]
-fn a_model_may_remember() {
+fn a_model_may_have_memory() {
     // jumps to another load after forty states, so that an adaptive step is rejected
     let diary = Diary {
         wanted: 60.0,
@@ -241,7 +241,7 @@ fn a_model_may_remember() {
 }
 
 #[test]
-fn what_a_feedback_cannot_be() {
+fn unsupported_uses_of_feedback_are_errors() {
     for scheme in [
         Scheme::Splitting2,
         Scheme::ImplicitSplitting2,

@@ -175,7 +175,7 @@ fn steps_equal_the_block_system_of_eq_28() {
 
 /// Errata of section 4.2, Fig. 10: from dt = 2 on, 8 to 10 steps.
 #[test]
-fn band_alone_falls_at_every_step_for_large_steps() {
+fn the_band_jacobian_decreases_the_norm_at_every_step_for_large_steps() {
     for dt in [2.0, 4.0, 10.0, 100.0, 1e4] {
         for mu in [0.0, 0.25, 0.5, 1.0] {
             let options = EvolvingOptions::default().with_dt(dt).with_damping(mu);
@@ -200,7 +200,7 @@ fn band_alone_falls_at_every_step_for_large_steps() {
 }
 
 #[test]
-fn small_steps_show_the_wave() {
+fn small_steps_oscillate() {
     for dt in [0.05, 0.1, 0.25, 0.5] {
         for mu in [0.0, 0.25, 0.5, 1.0] {
             let options = EvolvingOptions::default().with_dt(dt).with_damping(mu);
@@ -231,7 +231,7 @@ fn rank_one_part_makes_large_steps_quadratic() {
 }
 
 #[test]
-fn settles_where_newton_does() {
+fn evolution_converges_to_the_equilibrium_of_newton() {
     let membrane = balloon().with_law(PressureLaw::TotalForce);
     let solver = Solver::new(&membrane, Discretisation::FiniteDifferences { nodes: 201 }).unwrap();
     let direct = solver
@@ -254,7 +254,7 @@ fn settles_where_newton_does() {
 }
 
 #[test]
-fn frames_carry_forces_that_balance_at_the_end() {
+fn frames_contain_forces_that_balance_at_the_end() {
     let run = evolve(&balloon(), 101, TOTAL_FORCE, &EvolvingOptions::default()).unwrap();
     assert_eq!(run.frames.len(), run.steps + 1);
     for (frame, norm) in run.frames.iter().zip(&run.norms) {
@@ -285,7 +285,7 @@ fn frames_carry_forces_that_balance_at_the_end() {
 }
 
 #[test]
-fn a_run_that_does_not_settle_is_an_error() {
+fn a_run_without_convergence_is_an_error() {
     let options = EvolvingOptions::default().with_max_steps(3);
     let error = evolve(&balloon(), 201, TOTAL_FORCE, &options).unwrap_err();
     let ImplicitError::NotSettled { evolution: run } = &error else {

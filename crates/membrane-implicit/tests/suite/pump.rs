@@ -43,7 +43,7 @@ fn apart(a: &[[f64; 2]], b: &[[f64; 2]]) -> f64 {
 }
 
 #[test]
-fn ten_beats_of_a_pair_are_periodic_and_keep_the_wall() {
+fn ten_beats_of_a_pair_are_periodic_and_preserve_the_wall_volume() {
     for (law, scheme) in [
         (PressureLaw::PerMaterialLength, Scheme::TrBdf2),
         (PressureLaw::PerMaterialLength, Scheme::Midpoint),
@@ -101,7 +101,7 @@ fn ten_beats_of_a_pair_are_periodic_and_keep_the_wall() {
 }
 
 #[test]
-fn the_linearised_scheme_holds_the_volume_to_its_order() {
+fn the_linearised_scheme_meets_the_volume_to_its_order() {
     let drift = [200, 400].map(|n| {
         let (inner, outer) = bodies(PressureLaw::PerMaterialLength);
         let load = Load::volume_gain(&inner, |t| 0.3 * (1.0 - (TAU * t / PERIOD).cos()));
@@ -263,7 +263,7 @@ fn runs_stop_at_a_volume_and_at_the_first_of_several_events() {
 }
 
 #[test]
-fn held_ends_do_not_move_by_a_bit() {
+fn fixed_ends_are_bitwise_constant() {
     for scheme in [Scheme::SemiImplicitEuler, Scheme::Midpoint, Scheme::TrBdf2] {
         let membrane = balloon().with_second_neighbours(Stiffness::constant(0.2).unwrap());
         let body = Body::springs(&membrane, 61).unwrap();

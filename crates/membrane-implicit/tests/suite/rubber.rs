@@ -105,7 +105,7 @@ fn the_scheme_is_of_order_two() {
 
 /// Adaptive steps, their dense output and events, against a Runge-Kutta scheme of order 4 with steps a hundred times smaller.
 #[test]
-fn adaptive_steps_events_and_dense_output_are_those_of_springs() {
+fn adaptive_steps_events_and_dense_output_work_as_for_springs() {
     let exact = reference(2.0, 4000, swell);
     let mut errors = Vec::new();
     for tolerance in [1e-3, 1e-5] {
@@ -185,7 +185,7 @@ fn a_balloon_under_feedback_ends_in_equilibrium() {
 
 /// Let go beside an equilibrium it swings with the period of the lowest eigenvalue of its stability.
 #[test]
-fn vibrations_have_the_frequency_of_the_stability() {
+fn vibrations_have_the_frequency_of_the_lowest_eigenvalue() {
     let (nodes, p) = (41, 0.2);
     let solver = Solver::new(&balloon(), Discretisation::FiniteDifferences { nodes }).unwrap();
     let still = solver

@@ -60,7 +60,7 @@ fn pressure_at_or_past_the_blow_up() {
 }
 
 #[test]
-fn a_failed_solve_reports_what_it_tried() {
+fn a_failed_solve_reports_its_attempts() {
     let solver = solver(PressureLaw::PerMaterialLength, 1.75);
     let options = NewtonOptions::default()
         .with_max_iterations(1)
@@ -118,7 +118,7 @@ fn bad_discretisations_and_pairs() {
 
 /// Where sums of squares of the shape leave the range of f64 an answer would be another volume's.
 #[test]
-fn a_volume_out_of_reach_is_no_answer() {
+fn a_volume_out_of_range_is_an_error() {
     let options = NewtonOptions::default();
     for gain in [1e100, 1e200, 1e300] {
         let control = Control::VolumeGain(gain);
@@ -137,7 +137,7 @@ fn a_volume_out_of_reach_is_no_answer() {
 
 /// A length of 1e200 is a number, its square and its cube are none.
 #[test]
-fn shapes_too_large_for_their_volume_are_refused() {
+fn shapes_whose_volume_overflows_are_rejected() {
     for discretisation in [
         Discretisation::FiniteDifferences { nodes: 21 },
         Discretisation::Spectral {
@@ -166,7 +166,7 @@ fn shapes_too_large_for_their_volume_are_refused() {
 }
 
 #[test]
-fn tolerances_that_say_nothing_are_refused() {
+fn invalid_tolerances_are_rejected() {
     let solver = solver(PressureLaw::PerMaterialLength, 1.75);
     let near = solver
         .solve(Control::Load(5.0), &NewtonOptions::default())
@@ -212,7 +212,7 @@ fn tolerances_that_say_nothing_are_refused() {
 }
 
 #[test]
-fn matrices_and_unknowns_of_another_size_are_refused() {
+fn matrices_and_unknowns_of_another_size_are_rejected() {
     let mut lu = BandedLu::for_matrix(&BandMatrix::zeros(3, 1, 2).unwrap());
     for ((n, lower, upper), what, given, expected) in [
         ((4, 1, 2), "rows", 4, 3),
@@ -268,7 +268,7 @@ fn matrices_and_unknowns_of_another_size_are_refused() {
 
 /// All measures of a curve are finite and its total force is not: an error, as for a volume that overflows.
 #[test]
-fn a_total_force_beyond_the_largest_number_is_refused() {
+fn a_total_force_that_overflows_is_rejected() {
     // Next to no load for so stiff a membrane, of a surface of 1e162.
     let membrane = Membrane::new(ReferenceShape::balloon(8.5e80, 1.75e80).unwrap())
         .with_law(PressureLaw::TotalForce)

@@ -96,7 +96,7 @@ const SPECTRAL: Discretisation = Discretisation::SpectralAdaptive { tolerance: 1
 /// Under constant stiffness and 2 000 R there are discs of one loop and of two, three, ...: the
 /// answer is the one of one loop, which is the closed form's.
 #[test]
-fn of_many_equilibria_the_one_that_inflation_leads_to() {
+fn the_result_is_the_equilibrium_reached_by_inflation() {
     let disc = Disc {
         radius: 1.0,
         amplitude: 0.0,
@@ -121,7 +121,7 @@ fn of_many_equilibria_the_one_that_inflation_leads_to() {
 /// The disc is soft at the apex and has a limit point far below 740. Newton from the start alone finds curves of three loops here, and
 /// others on other meshes.
 #[test]
-fn past_the_limit_point_there_are_only_curves_with_loops_and_none_is_the_answer() {
+fn curves_with_loops_past_the_limit_point_are_not_results() {
     let disc = Disc {
         radius: 0.12226,
         amplitude: 0.5582,
@@ -193,7 +193,7 @@ fn without_load_steps_another_branch_is_an_error_too() {
 /// A branch may turn back twice and continue under larger loads, here at a total force of 169: an equilibrium there has as many loops, but
 /// a rising load does not reach it.
 #[test]
-fn beyond_two_limit_points_is_no_answer_either() {
+fn equilibria_beyond_two_limit_points_are_not_results() {
     let wave = |s: f64| 1.0 + 0.8733245064194779 * (TAU * (s + 0.9097600797022831)).cos();
     let stiffness = move |s: f64| wave(s) * if s < 0.7 { 1.0 } else { 1.3606585151805919 };
     let membrane = Membrane::new(ReferenceShape::disc(1.0).unwrap())
@@ -219,7 +219,7 @@ fn beyond_two_limit_points_is_no_answer_either() {
 /// Near its limit point this membrane is a thousand times its size, and steps on fine elements are 2e-9 because of rounding: the walk must
 /// distinguish this from the end of the branch.
 #[test]
-fn rounding_does_not_end_the_walk_early() {
+fn rounding_does_not_end_continuation_early() {
     let radius = 0.18008754300863378;
     let wave = |s: f64| 1.0 - 0.8922928507348119 * (TAU * s).cos();
     let stiffness = move |s: f64| wave(s) * if s < 0.6 { 1.0 } else { 0.6328613604936809 };

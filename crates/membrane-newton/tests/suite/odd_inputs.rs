@@ -237,7 +237,7 @@ proptest! {
     #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::with_cases(cases()) })]
 
     #[test]
-    fn an_answer_is_an_equilibrium_that_meets_its_control(case in case()) {
+    fn a_result_is_an_equilibrium_that_meets_its_control(case in case()) {
         check(&case)?;
     }
 }

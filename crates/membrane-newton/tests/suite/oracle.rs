@@ -210,7 +210,7 @@ fn per_current_length_reaches_the_reference_values() {
 /// Suction draws the cylinder across the axis from about kappa = -3: there volume is lost on one side of it
 /// and gained on the other, and |y| has a kink inside an element.
 #[test]
-fn suction_has_the_measures_of_the_closed_form() {
+fn suction_agrees_with_the_closed_form() {
     let membrane = Membrane::new(ReferenceShape::balloon(8.5, 1.75).unwrap())
         .with_law(PressureLaw::PerCurrentLength);
     let spectral = Discretisation::Spectral {

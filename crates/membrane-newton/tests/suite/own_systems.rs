@@ -140,7 +140,7 @@ fn own_forces_compose_and_may_be_boxed() {
 
 /// Nothing is solved with before a tangent could be factored, nor after one that could not.
 #[test]
-fn an_unfactored_system_says_so() {
+fn an_unfactored_system_is_an_error() {
     let forces = FiniteDifferences::new(&balloon(), 11).unwrap();
     let mut gas = Gas::new(&forces, 1500.0);
     let solve = |gas: &mut Gas<'_>| gas.solve_in_place(&mut [1.0; 22]);
@@ -295,7 +295,7 @@ fn chain(error: &dyn Error) -> String {
 }
 
 #[test]
-fn a_cause_is_reachable_and_said_once() {
+fn a_cause_is_reachable_and_reported_once() {
     let refused = Solver::new(&balloon(), Discretisation::FiniteDifferences { nodes: 2 });
     let error = refused.unwrap_err();
     let said = "the membrane cannot be solved for: nodes: 2 given, at least 3 needed";
@@ -397,7 +397,7 @@ impl ResidualSystem for Logarithm {
 
 /// From 10 times the root every whole step and every shorter one down to a half leads where there is no logarithm.
 #[test]
-fn an_error_that_the_line_search_met_is_the_source() {
+fn an_error_in_the_line_search_is_the_source() {
     let options =
         NewtonOptions::default().with_line_search(LineSearch::Natural { max_halvings: 0 });
     let error = newton(&mut Logarithm::of(1.0), &mut [10.0], &options).unwrap_err();
@@ -418,7 +418,7 @@ fn an_error_that_the_line_search_met_is_the_source() {
 }
 
 #[test]
-fn reports_count_every_residual_and_tell_what_ended_the_iteration() {
+fn reports_count_every_residual_and_contain_the_stopping_test() {
     let natural = NewtonOptions::default();
     let full = natural.clone().with_line_search(LineSearch::FullStep);
     for options in [&natural, &full] {
@@ -457,7 +457,7 @@ fn reports_count_every_residual_and_tell_what_ended_the_iteration() {
 
 /// A factorisation serves solve after solve while the root hardly moves, and is renewed when it does not contract any more.
 #[test]
-fn a_factorisation_may_serve_many_solves() {
+fn a_factorisation_may_be_reused_for_many_solves() {
     let options = NewtonOptions::default()
         .with_tolerances(1e-13, 1e-13)
         .with_refactor(Refactor::WhenContractionAbove(0.05));

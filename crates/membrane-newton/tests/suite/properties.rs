@@ -51,7 +51,7 @@ proptest! {
 
     /// Water does not compress: the wall keeps its volume at any gain, for any two balloons.
     #[test]
-    fn the_wall_keeps_its_volume(
+    fn the_wall_volume_is_constant(
         length in 1.0..20.0f64,
         radius in 0.3..4.0f64,
         thickness in 0.1..1.0f64, // of the radius

@@ -250,7 +250,7 @@ proptest! {
     #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::with_cases(cases()) })]
 
     #[test]
-    fn every_case_converges_or_says_why(case in case()) {
+    fn every_case_converges_or_is_a_typed_error(case in case()) {
         check(&case)?;
     }
 }

@@ -155,7 +155,7 @@ fn a_long_tube_is_that_of_the_closed_form() {
 }
 
 #[test]
-fn rest_states_start_by_themselves() {
+fn solves_start_from_the_reference_configuration() {
     for (membrane, degree) in [(balloon(), 24), (disc(), 24)] {
         for solver in [spectral(&membrane, degree, 1), differences(&membrane, 101)] {
             let unit = if solver.start_measures().volume > 0.0 {
@@ -185,7 +185,7 @@ fn rest_states_start_by_themselves() {
 }
 
 #[test]
-fn the_limit_pressure_is_found_exactly() {
+fn the_limit_pressure_is_exact_to_rounding() {
     for solver in [
         spectral(&balloon(), 20, 2),
         differences(&balloon(), 201),
@@ -236,7 +236,7 @@ fn the_limit_pressure_is_found_exactly() {
 }
 
 #[test]
-fn a_branch_walks_past_the_limit_and_says_what_is_stable() {
+fn a_branch_continues_past_the_limit_and_reports_stability() {
     let solver = spectral(&disc(), 16, 1);
     let volumes: Vec<f64> = (1..=24).map(|k| 0.25 * f64::from(k)).collect();
     let points = solver.branch(&volumes, &NewtonOptions::default()).unwrap();
@@ -263,7 +263,7 @@ fn a_branch_walks_past_the_limit_and_says_what_is_stable() {
 }
 
 #[test]
-fn a_pair_of_rubber_keeps_its_wall() {
+fn a_pair_of_rubber_preserves_its_wall_volume() {
     let outer = of(ReferenceShape::balloon(8.5, 2.75).unwrap(), NEO);
     let pair = Pair::new(spectral(&balloon(), 20, 1), spectral(&outer, 20, 1)).unwrap();
     let options = NewtonOptions::default();
@@ -299,7 +299,7 @@ fn a_pair_of_rubber_keeps_its_wall() {
 
 /// Two membranes solved one by one are a pair only if the outer one is around the inner one.
 #[test]
-fn a_pair_put_together_has_a_wall() {
+fn a_combined_pair_has_a_wall() {
     let outer = of(ReferenceShape::balloon(8.5, 2.75).unwrap(), NEO);
     let [inner, outer] =
         [balloon(), outer].map(|m| solve(&spectral(&m, 12, 1), Control::VolumeGain(0.1)));
@@ -320,7 +320,7 @@ fn a_pair_put_together_has_a_wall() {
 }
 
 #[test]
-fn ends_may_be_held_elsewhere() {
+fn ends_may_be_fixed_elsewhere() {
     // a disc drawn out to 1.5 of its radius: flat, l1 = l2 = 1.5 everywhere, T = W_1 / l2
     let drawn = disc().with_ends([[0.0, 1.5], [0.0, -1.5]]).unwrap();
     for solver in [spectral(&drawn, 12, 1), differences(&drawn, 401)] {
@@ -340,7 +340,7 @@ fn ends_may_be_held_elsewhere() {
 }
 
 #[test]
-fn what_rubber_does_not_do_is_a_typed_error() {
+fn unsupported_uses_of_rubber_are_typed_errors() {
     let options = NewtonOptions::default();
     let gent = of(
         ReferenceShape::balloon(8.5, 1.75).unwrap(),

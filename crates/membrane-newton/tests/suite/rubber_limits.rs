@@ -66,7 +66,7 @@ fn stiffening() -> StrainEnergy {
 /// The pressure rises, falls and rises again: what bears more than the limit is found by the volume, and refused by the pressure, whatever
 /// the resolution. Newton alone finds it from rest.
 #[test]
-fn a_pressure_beyond_its_limit_is_refused_though_stiffer_states_bear_it() {
+fn a_pressure_beyond_its_limit_is_rejected_despite_stiffer_states() {
     let mooney = StrainEnergy::MooneyRivlin {
         c1: 480.0,
         c2: 32.0,
@@ -119,7 +119,7 @@ fn a_pressure_beyond_its_limit_is_refused_though_stiffer_states_bear_it() {
 
 /// Where the thickness varies the pressure hardly rises before its limit; yet down to 1e-6 below there is an answer, on the rising side.
 #[test]
-fn a_millionth_below_the_limit_there_is_an_answer() {
+fn a_pressure_a_millionth_below_the_limit_is_solved() {
     let neo = StrainEnergy::NeoHookean { mu: 1.0 };
     for length in [0.3, 0.55, 1.0, 2.0] {
         for swing in [-0.9, -0.4, 0.0, 0.4, 0.9] {

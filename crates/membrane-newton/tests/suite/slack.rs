@@ -142,7 +142,7 @@ fn a_flat_disc_at_tiny_volumes_and_loads_is_foppls() {
 
 /// A deflated balloon of springs narrows until its walls meet; beyond there is no body.
 #[test]
-fn walls_that_meet_are_no_answer() {
+fn intersecting_walls_are_an_error() {
     let options = NewtonOptions::default();
     for (radius, last, first) in [(1.0, -0.86, -0.87), (1.75, -0.88, -0.9)] {
         let balloon = Membrane::new(ReferenceShape::balloon(8.5, radius).unwrap());
@@ -246,7 +246,7 @@ fn rubber_that_ends_compressed_is_slack() {
 
 /// The end of extension is one, from rest and along a branch; it is no limit point.
 #[test]
-fn past_extension_is_one_error_from_rest_and_along_a_branch() {
+fn past_extension_is_one_error_from_the_reference_and_along_a_branch() {
     let options = NewtonOptions::default();
     let balloon = ReferenceShape::balloon(8.5, 1.75).unwrap();
     for jm in [2.0, 5.0] {

@@ -186,7 +186,7 @@ fn dense(
 
 /// 200 branches of random membranes, four strain energies, both discretisations, to states beyond the limit point.
 #[test]
-fn counts_and_lowest_eigenvalues_are_those_of_dense_matrices() {
+fn counts_and_lowest_eigenvalues_agree_with_dense_matrices() {
     let mut random = Random(7);
     let options = NewtonOptions::default();
     let (mut states, mut past, mut bulging) = (0, 0, 0);
@@ -269,7 +269,7 @@ fn counts_and_lowest_eigenvalues_are_those_of_dense_matrices() {
 }
 
 #[test]
-fn springs_have_no_stability() {
+fn stability_is_not_defined_for_springs() {
     let springs = Membrane::new(ReferenceShape::balloon(8.5, 1.75).unwrap());
     for how in [
         Discretisation::Spectral {

@@ -44,7 +44,7 @@ fn tracked(radius: f64, photons: u32) -> (f64, [f64; 3]) {
 }
 
 #[test]
-fn what_is_emitted_escapes_or_is_absorbed() {
+fn emitted_photons_escape_or_are_absorbed() {
     let radius = 8.0;
     let ball = Ball {
         centre: [0.0; 3],

@@ -26,7 +26,7 @@ fn balloon() -> Membrane {
 }
 
 #[test]
-fn membrane_forces_takes_anything() {
+fn membrane_forces_accepts_any_input() {
     let mut rests = Vec::new();
     for [a, b] in pairs() {
         rests.extend(back(ReferenceShape::balloon(a, b)));
@@ -221,7 +221,7 @@ fn forces_of_elements(s: &SpectralElements) {
 }
 
 #[test]
-fn membrane_newton_takes_anything() {
+fn membrane_newton_accepts_any_input() {
     let solvers: Vec<Solver> = [
         Discretisation::FiniteDifferences { nodes: 3 },
         Discretisation::FiniteDifferences { nodes: 8 },
@@ -341,7 +341,7 @@ fn membrane_newton_takes_anything() {
 }
 
 #[test]
-fn membrane_implicit_takes_anything() {
+fn membrane_implicit_accepts_any_input() {
     let body = || Body::springs(&balloon(), 5).expect("five nodes");
     for n in SIZES.map(|n| if n == 3 { 2 } else { n }) {
         let refused = Body::springs(&balloon(), n);
@@ -447,7 +447,7 @@ fn wrong(error: membrane_forces::MembraneError) -> bool {
 
 /// Options, reports and accounts through JSON; options that are left out have their defaults, others do not exist.
 #[test]
-fn membrane_options_and_reports_survive_files() {
+fn membrane_options_and_reports_are_restored_from_files() {
     fn through_json<
         T: serde::Serialize + serde::de::DeserializeOwned + PartialEq + std::fmt::Debug,
     >(

@@ -11,7 +11,7 @@ use heart_study::figures::*;
 use super::{FRONT, ball, half_ellipse, iso};
 
 #[test]
-fn files_are_written_whole_and_read_back_the_same() {
+fn files_are_written_completely_and_restored_exactly() {
     let folder = tempfile::tempdir().unwrap();
     let picture = histories(
         "norm",
@@ -49,7 +49,7 @@ fn files_are_written_whole_and_read_back_the_same() {
 }
 
 #[test]
-fn geometry_has_one_scale_both_ways() {
+fn geometry_has_one_scale_along_both_axes() {
     // A diamond 8 cm long and 6 cm high: its colour's extent in pixels has the same proportions.
     let nodes = [[0.0, 3.0], [8.0, 0.0], [0.0, -3.0], [4.0, 0.0]];
     let picture = shapes(&[Shape {
@@ -211,7 +211,7 @@ fn a_ball_has_a_round_silhouette_of_its_radius() {
 }
 
 #[test]
-fn a_cut_shows_half_the_ball_flat() {
+fn a_cut_of_half_the_ball_is_flat() {
     let n = 48;
     let values = ball(n, 14.0);
     let volume = Volume {
@@ -254,7 +254,7 @@ fn a_cut_shows_half_the_ball_flat() {
 }
 
 #[test]
-fn the_bytes_are_the_same_each_time_and_for_any_number_of_threads() {
+fn figures_are_bitwise_reproducible_for_any_number_of_threads() {
     let n = 32;
     let values = ball(n, 10.0);
     let volume = Volume {
@@ -290,7 +290,7 @@ fn the_bytes_are_the_same_each_time_and_for_any_number_of_threads() {
 }
 
 #[test]
-fn the_page_is_one_plain_file_with_everything_in_order() {
+fn the_page_is_one_file_with_all_parts_in_order() {
     let figure = |k: usize| Illustration {
         file: format!("fig {k}.png"),
         caption: format!("Figure {k}: f < 3 & \"quoted\""),
@@ -357,7 +357,7 @@ fn of_colour(picture: &Picture, colour: [u8; 3]) -> Vec<(f64, f64)> {
 }
 
 #[test]
-fn norms_stand_on_a_logarithmic_axis() {
+fn norms_have_a_logarithmic_axis() {
     let norms = [1e2, 1.0, 1e-2];
     let picture = histories(
         "norm",
@@ -417,7 +417,7 @@ fn every_point_of_a_steep_history_has_its_marker() {
 }
 
 #[test]
-fn forces_point_where_they_should_from_their_nodes() {
+fn forces_have_their_directions_at_their_nodes() {
     let nodes = [[0.0, 0.0], [4.0, 0.0], [8.0, 0.0]];
     // Elastic to the right and twice the pressure, which is upwards.
     let (elastic, pressure) = ([[2.0, 0.0]; 3], [[0.0, 1.0]; 3]);
