@@ -7,7 +7,7 @@ use std::fs;
 use std::io::Read;
 use std::path::Path;
 
-/// The pieces of all members, one after the other, and their rows without the place in a shard.
+/// The pieces of all members, one after the other, and their rows without the position in a shard.
 fn pieces(folder: &Path, of: u64, threads: usize) -> (Vec<u8>, Vec<Row>) {
     let (mut bytes, mut rows) = (Vec::new(), Vec::new());
     for report in all(&with_rejected(14), folder, of, threads) {
@@ -161,7 +161,7 @@ fn complete_shards_are_skipped_and_damaged_ones_recomputed() {
     again(false);
     fs::remove_file(&record).unwrap();
     again(false);
-    // The files that a killed process left of this shard are removed, those of another shard are kept.
+    // Temporary files of this shard by a killed process are removed; those of another shard are kept.
     let left = folder.path().join("shard-00001-of-00002.tar.99-1.tmp");
     let other = folder.path().join("shard-00002-of-00002.tar.99-1.tmp");
     fs::write(&left, "half").unwrap();

@@ -94,7 +94,7 @@ fn a_missing_field_is_reported_with_its_line() {
         "members = 3\n[scene]\ncamera.view = 3\n",
         &["line 3, column 15: scene.camera.view: unknown field `view`"],
     );
-    // A field that is sound, in place of a name, before the one that is not.
+    // A valid field, in place of a name, before the invalid one.
     says(
         "members = 3\n[scene]\nacquisition.mode = { gated = { gates = 2 } }\nattenuation = { heart = 1 }\n",
         &["line 4", "scene.attenuation.heart: unknown field `heart`"],
@@ -215,7 +215,7 @@ fn files_that_cannot_be_read_are_named() {
     let scene = folder.path().join("scene.toml");
     fs::write(&scene, "[camera]\nviews = 0\n").unwrap();
     assert!(load().to_string().contains("scene.toml:2:9: camera.views"));
-    // It is looked for beside the cohort, and counts below its [scene].
+    // The base scene is beside the cohort; [scene] has priority over it.
     fs::write(&scene, "[camera]\nviews = 7\nbins = 32\n").unwrap();
     fs::write(
         &path,
@@ -316,7 +316,7 @@ fn an_unsolvable_member_has_its_reason() {
     }
 }
 
-/// The template with characters changed, removed, inserted and doubled: an error or a cohort, and its members are drawn or an error.
+/// The template with characters changed, removed, inserted and doubled gives an error or a cohort, whose members are drawn or an error.
 #[test]
 fn random_texts_are_cohorts_or_errors() {
     const CHARACTERS: &[u8] = b"0123456789.-+e[]{}=,\"'# \nnaif_\xc3\xa9";

@@ -1,4 +1,4 @@
-//! A directory of shards, surveyed before it exists.
+//! The survey of a cohort, compared with its shards.
 
 use crate::{all, with_rejected};
 use heart_cohort::{RunOptions, survey};

@@ -22,7 +22,7 @@ fn finds(cohort: &Cohort, folder: &Path, wanted: &[(&str, Fault)]) {
     assert_eq!(found, wanted);
 }
 
-/// Six members in three shards, whole.
+/// Six members in three complete shards.
 fn six() -> (Cohort, tempfile::TempDir, Vec<PathBuf>) {
     let (cohort, folder) = (with_rejected(6), tempfile::tempdir().unwrap());
     let paths = all(&cohort, folder.path(), 3, 1)
@@ -56,7 +56,7 @@ fn only_recomputed_members_are_reported() {
         (none.complete, none.recomputed.len(), none.rejected),
         (3, 0, 0)
     );
-    // Those of a shard that is missing are not.
+    // Those of a missing shard are not.
     fs::remove_file(folder.path().join("shard-00002-of-00003.json")).unwrap();
     let report = verified(&cohort, folder.path(), 100);
     assert_eq!(
@@ -143,7 +143,7 @@ fn empty_truncated_missing_and_copied_files_are_detected() {
     let faults = verified(&cohort, folder.path(), 0).faults;
     assert!(matches!(faults[0].fault, Fault::Archive { .. }) && faults.len() == 1);
     fs::write(&archive, &kept[0]).unwrap();
-    // Two shards are gone.
+    // Two shards are missing.
     for path in &paths[1..] {
         fs::remove_file(path).unwrap();
         fs::remove_file(path.with_extension("json")).unwrap();
@@ -155,7 +155,7 @@ fn empty_truncated_missing_and_copied_files_are_detected() {
     );
 }
 
-/// Names like that of a shard. They are found, and none makes the program take memory for shards that are not there, or wait.
+/// Names that resemble that of a shard are detected; none causes the program to allocate memory for missing shards, or to wait.
 #[test]
 fn invalid_shard_names_are_detected() {
     let (cohort, folder, paths) = six();
@@ -187,7 +187,7 @@ fn invalid_shard_names_are_detected() {
         folder.path(),
         &[(name, Fault::Missing { following: 0 })],
     );
-    // By itself, such a name is no cohort; a cut that is possible has all other shards missing.
+    // Such a name alone is not a cohort; with a valid number of shards all other shards are missing.
     let alone = tempfile::tempdir().unwrap();
     let empty = |name: &str| fs::write(alone.path().join(name), "").unwrap();
     empty("shard-0-of-0.json");
@@ -249,7 +249,7 @@ fn pipes_and_directories_are_faults() {
     finds(&cohort, folder.path(), &[]);
 }
 
-/// A forger who makes the checksum of the record anew: rows, keys and draws are still known, numbers by those that are recomputed.
+/// A forged record with a new checksum: rows, keys and draws are still verified, numbers only by recomputed members.
 #[test]
 fn forged_records_are_detected() {
     let (cohort, folder, paths) = six();

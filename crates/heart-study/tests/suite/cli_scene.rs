@@ -21,7 +21,7 @@ fn json(text: &str) -> serde_json::Value {
     serde_json::from_str(text).unwrap_or_else(|error| panic!("{error}: {text}"))
 }
 
-/// A scene that takes no time.
+/// A fast scene.
 fn small(folder: &Path, rest: &str) -> PathBuf {
     let path = folder.join("scene.toml");
     let text = format!(
@@ -112,7 +112,7 @@ fn run_writes_the_requested_products() {
     assert_eq!(report["work"]["shapes_solved"], 13); // 5 for the gates of 8 steps, 13 in all for the 24 phases of the masks
     assert!(report["gates"][1]["view_error"]["time"].as_f64().unwrap() > 0.0);
     check_views(&report);
-    // The summary for people, and silence.
+    // The summary, and no output with `--quiet`.
     let again = folder.path().join("again");
     let (shown, _) = said(&heart_phantom(&[
         "run",
@@ -137,7 +137,7 @@ fn run_writes_the_requested_products() {
     assert!(quiet.status.success() && quiet.stdout.is_empty() && quiet.stderr.is_empty());
 }
 
-/// Step and shoot, 65 beats per minute, views a second apart, two gates: each has half of its second.
+/// Step and shoot, 65 beats per minute, views one second apart, two gates: each has half of a second.
 fn check_views(report: &serde_json::Value) {
     assert_eq!(report["slice_order"]["projections"], "head-to-feet");
     assert_eq!(report["slice_order"]["volumes"], "feet-to-head");
@@ -301,7 +301,7 @@ fn an_invalid_scene_is_reported_with_its_line_and_exit_code_2() {
 #[test]
 fn a_read_only_directory_is_reported_before_any_work() {
     let folder = tempfile::tempdir().unwrap();
-    // The work would end with another error: no number of steps is enough.
+    // The computation would end with another error: no number of steps suffices.
     let rest = "[acquisition]\naccuracy = { tolerance = 1e-6 }\n";
     let scene = small(folder.path(), rest);
     let out = scene.join("out"); // a file in the way
@@ -337,7 +337,7 @@ fn completions_and_manual_are_written() {
         page.contains(".TH HEART-PHANTOM 1") && page.contains("Exit codes"),
         "{page}"
     );
-    // The page names those of the commands: they can be had too.
+    // The page names those of the commands, which can be printed, too.
     for command in ["paper", "init", "check", "run", "truth", "view"] {
         assert!(page.contains(&format!("heart\\-phantom\\-{command}(1)")));
         let (page, _) = said(&heart_phantom(&["man", command]));
@@ -351,7 +351,7 @@ fn completions_and_manual_are_written() {
     assert_eq!(heart_phantom(&["man", "dance"]).status.code(), Some(2));
 }
 
-/// No panic where the output has no room, and no complaint where its reader leaves.
+/// No panic if the output is full, and no error if its reader closes it.
 #[cfg(target_os = "linux")]
 #[test]
 fn a_failing_output_is_reported() {

@@ -377,7 +377,7 @@ fn entries_outside_a_band() {
     nothing.mul_into(&[], &mut []);
 }
 
-/// Sizes of any power of ten: an answer is a number, or there is none.
+/// Sizes of any power of ten: a result is finite, or an error.
 #[test]
 fn closed_forms_are_finite_or_rejected() {
     const SIZES: [f64; 16] = [
@@ -442,7 +442,7 @@ fn closed_forms_are_finite_or_rejected() {
     assert!(LinearEquilibrium::disc(1e100, 1.0).is_ok());
 }
 
-/// The cap bends by its length squared over its radius, which need not be a number.
+/// The cap bends by its length squared divided by its radius, which may overflow.
 #[test]
 fn arguments_that_overflow_are_rejected() {
     assert!(matches!(
@@ -456,7 +456,7 @@ fn arguments_that_overflow_are_rejected() {
     ));
 }
 
-/// Derivatives that are wrong on an eighth of a piece alone.
+/// Derivatives that are wrong on an eighth of a piece only.
 #[test]
 fn derivatives_are_compared_along_the_whole_reference_configuration() {
     let line = |wrong: std::ops::Range<f64>, order: usize| {
@@ -488,7 +488,7 @@ fn derivatives_are_compared_along_the_whole_reference_configuration() {
     }
 }
 
-/// Derivatives that are half, zero or exchanged are detected; correct ones of many waves are accepted.
+/// Derivatives that are halved, zero or exchanged are detected; correct ones of many waves are accepted.
 #[test]
 fn derivatives_of_a_reference_configuration_must_match_its_positions() {
     use std::f64::consts::PI;

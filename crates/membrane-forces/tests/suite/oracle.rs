@@ -179,7 +179,7 @@ fn measures_of_the_reference_balloon_agree_with_closed_forms() {
             m.volume - exact.volume,
         ]
     };
-    // polylines: order two, with some scatter because no node sits where the cap begins
+    // polylines: order two, with some scatter because no node is at the start of the cap
     for (a, b) in error(101).iter().zip(error(801)) {
         assert!(((a / b).log2() / 3.0 - 2.0).abs() < 0.1, "{a} {b}");
     }
@@ -258,7 +258,7 @@ fn a_disc_under_a_tiny_load_is_a_parabola() {
             assert!((y / radius - (1.0 - 2.0 * s)).abs() < 1e-14);
         }
     }
-    // Where one formula takes over from the other, against the same arc by quadrature.
+    // At the transition between both formulas, against the same arc by quadrature.
     for ratio in [1e-6, 0.1, 1.0, 1.48, 1.49, 1.5, 2.0] {
         let circle = CircleEquilibrium::new(1.5, ratio).unwrap();
         let linear = LinearEquilibrium::disc(1.5, circle.angle).unwrap();
@@ -269,7 +269,7 @@ fn a_disc_under_a_tiny_load_is_a_parabola() {
             (a.surface, b.surface),
             (a.volume, b.volume),
         ] {
-            // The area of the wider arcs is a difference of terms some hundred times as large.
+            // The area of the wider arcs is a difference of terms about a hundred times as large.
             assert!((a / b - 1.0).abs() < 1e-13, "{ratio} {a} {b}");
         }
         let (a, b) = (circle.at(0.3), linear.at(0.3).position);
@@ -320,7 +320,7 @@ fn displaced_fixed_ends_move_the_start() {
             assert!((at[k] - expected[k]).abs() < 1e-10);
         }
     }
-    // and evaluation between the nodes is that of the pieces, either side of the apex
+    // and evaluation between the nodes agrees with the pieces on both sides of the apex
     let half = SpectralElements::new(&Membrane::new(balloon), 12, 1).unwrap();
     assert!(half.is_half());
     let pieces = half.pieces(half.start()).unwrap();

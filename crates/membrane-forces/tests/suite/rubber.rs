@@ -73,7 +73,7 @@ fn strain_energies_have_their_stated_derivatives() {
     }
 }
 
-/// The sphere's pressure by the derivatives of W in all three stretches, which `principal` has.
+/// The pressure of the sphere by the derivatives of W in all three stretches, by `principal`.
 #[test]
 fn spheres_and_tubes_have_their_closed_forms() {
     for energy in energies() {
@@ -275,9 +275,9 @@ fn forces_are_minus_the_derivative_of_the_energy_and_tangents_that_of_forces() {
     }
 }
 
-/// A hemisphere whose ring is wide enough to be that of the whole sphere blown up is one half of it: forces vanish.
-/// Forces in one go are those one after the other, and the volume that comes with them is the measure: different sums, so to rounding. A curve
-/// on the wrong side of the axis is an error of either.
+/// A hemisphere with a ring as wide as that of the inflated sphere is one half of it: forces vanish.
+/// Combined forces equal separate ones, and their volume equals the measure, to rounding, because the sums differ. A curve on the wrong side of the
+/// axis is an error of either.
 #[test]
 fn combined_forces_equal_separate_forces() {
     for energy in energies() {
@@ -414,7 +414,7 @@ fn invalid_rubber_is_rejected() {
     assert!(out[n / 2].is_nan());
 }
 
-/// A flat disc whose points at r go to 1.3 r - 0.15 r^3 is pulled at its middle and pushed together at its ring, where the tension is least.
+/// A flat disc whose points at r move to 1.3 r - 0.15 r^3 is stretched at its middle and compressed at its ring, where the tension is smallest.
 #[test]
 fn the_smallest_tension_is_at_the_ring() {
     let even = Rubber::new(StrainEnergy::NeoHookean { mu: 1.0 }, Thickness::UNIT).unwrap();
@@ -422,7 +422,7 @@ fn the_smallest_tension_is_at_the_ring() {
     let (l1, l2): (f64, f64) = (1.3 - 0.45, 1.3 - 0.15);
     let ring = 1.0 - 1.0 / (l1.powi(4) * l2.powi(2));
     let by: [(Box<dyn DiscreteMembrane>, f64); 2] = [
-        // the tension changes by 7 a radius; an element's mean is at its middle, 2.5e-4 from the ring, the last Gauss point 1e-3
+        // the tension changes by 7 per radius; an element's mean is at its middle, 2.5e-4 from the ring, the last Gauss point 1e-3
         (
             Box::new(FiniteDifferences::half(&disc, 4001).unwrap()),
             5e-3,
@@ -451,7 +451,7 @@ fn the_mass_matrix_gives_the_kinetic_energy() {
         d.add_mass_into(1.0, &mut mass).unwrap();
         mass.mul_into(&velocities, &mut momentum);
         let energy: f64 = momentum.iter().zip(&velocities).map(|(p, v)| p * v).sum();
-        // of thickness 0.1 + 0.05 cos(2 pi s), by a fine sum
+        // for the thickness 0.1 + 0.05 cos(2 pi s), by a fine sum
         let (h, r) = (8.5, 1.75);
         let length = 2.0 * h + PI * r;
         let n = 100_000;
@@ -471,7 +471,7 @@ fn the_mass_matrix_gives_the_kinetic_energy() {
     }
 }
 
-/// Where the axis is met both radii are nothing but rounding: their quotient says nothing, the stretch along the meridian does.
+/// On the axis both radii are rounding errors: their quotient is meaningless, and the meridional stretch replaces it.
 #[test]
 fn on_the_axis_the_hoop_stretch_equals_the_meridional_one() {
     let rest = ReferenceShape::balloon(8.5, 1.75).unwrap();

@@ -15,13 +15,13 @@ use membrane_implicit::{
 
 const IMPLICIT: [Scheme; 3] = [Scheme::SemiImplicitEuler, Scheme::Midpoint, Scheme::TrBdf2];
 
-/// A pressure that grows as the balloon fills, with a valve's quadratic loss.
+/// A pressure that increases with the volume, with the quadratic loss of a valve.
 fn outlet(now: &LoadState) -> f64 {
     let flow = now.volume_rate;
     12.0 + 3.0 * now.time.sin() + 0.04 * (now.volume - 93.0) - 2e-4 * flow * (50.0 + flow.abs())
 }
 
-/// A body of few nodes: 40, its waves slow enough for coarse steps.
+/// A body of 40 nodes, whose waves are slow enough for coarse steps.
 fn body() -> Body {
     Body::springs(&balloon(), 41)
         .unwrap()
@@ -33,7 +33,7 @@ fn outlet_motion(scheme: Scheme) -> Motion {
     Motion::new(body(), Load::feedback(outlet), scheme).unwrap()
 }
 
-/// The classical Runge-Kutta scheme on m c'' = F_e + P n - mu c', m = mu = 1, written here from the forces alone.
+/// The classical Runge-Kutta scheme on m c'' = F_e + P n - mu c', m = mu = 1, implemented here from the forces only.
 fn reference(end: f64, steps: usize) -> Vec<f64> {
     let forces = FiniteDifferences::new(&balloon(), 41).unwrap();
     let n = forces.start().len();
@@ -62,7 +62,7 @@ fn reference(end: f64, steps: usize) -> Vec<f64> {
     state
 }
 
-/// Every scheme converges to that reference with its own order: the pressure is that of the state, not of the one before.
+/// Every scheme converges to that reference with its order: the pressure is that of the current state, not of the previous one.
 #[test]
 fn a_feedback_receives_the_current_state() {
     let end = 0.5;
@@ -82,7 +82,7 @@ fn a_feedback_receives_the_current_state() {
         });
         let order = (error[0] / error[1]).log2();
         println!("{scheme:?}: {error:?}, order {order}");
-        // Orders are met to a tenth or so before the waves are resolved entirely; one less is 1.0 away.
+        // Orders are accurate to about a tenth before the waves are fully resolved; a lower order differs by 1.0.
         assert!(
             (order - scheme.order() as f64).abs() < 0.3,
             "{scheme:?}: {order}"
@@ -148,12 +148,12 @@ fn a_feedback_may_ignore_the_state() {
         let seen = run(Load::feedback(|now: &LoadState| 15.0 + now.time));
         let told = run(Load::intensity(|time| 15.0 + time));
         let apart = seen.iter().zip(&told).map(|(a, b)| (a - b).abs());
-        // both solved to the rounding of 20 cm
+        // both are solved to the rounding of 20 cm
         assert!(apart.fold(0.0, f64::max) < 1e-12, "{scheme:?}");
     }
 }
 
-/// A valve: the slope of the pressure jumps where the flow turns.
+/// A valve: the slope of the pressure jumps where the flow changes sign.
 #[test]
 fn a_feedback_may_have_a_kink() {
     let valve = |now: &LoadState| {
@@ -234,7 +234,7 @@ fn a_model_may_have_memory() {
     motion.run(steps, &[Stop::Steps(30)]).unwrap();
     assert!(motion.work().rejected > 0, "{:?}", motion.work());
     copy.set_stiffness(Stiffness::UNIT).unwrap();
-    // had the copy shared the diary, it would be beyond the jump already
+    // with a common memory the copy would already be beyond the jump
     copy.run(steps, &[Stop::Steps(1)]).unwrap();
     assert_eq!(copy.state().intensity, 17.0);
     assert_eq!(motion.state().intensity, 60.0);

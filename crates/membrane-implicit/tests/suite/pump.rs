@@ -82,8 +82,8 @@ fn ten_beats_of_a_pair_are_periodic_and_preserve_the_wall_volume() {
             wall < 1e-12 && inner < 1e-12,
             "{scheme:?}: wall {wall:e}, inner {inner:e}"
         );
-        // The transient dies like exp(-mu t / 2) = exp(-9.2) a beat: after nine, rounding. The
-        // midpoint rule takes longer over the modes it cannot resolve (omega dt up to 18).
+        // The transient decays like exp(-mu t / 2) = exp(-9.2) per beat, to rounding after nine. The midpoint rule damps unresolved modes more slowly
+        // (omega dt up to 18).
         let bound = if scheme == Scheme::Midpoint {
             1e-6
         } else {
@@ -148,7 +148,7 @@ fn adaptive_pumping_follows_fixed_steps() {
     assert!(adaptive.wall_volume_error().unwrap().abs() < 1e-12);
 }
 
-/// The pump's pressure is the one that, prescribed, makes the same volumes.
+/// The pressure of a volume control, prescribed as a load, gives the same volumes.
 #[test]
 fn volume_control_and_pressure_control_agree() {
     let gain = |t: f64| 0.3 * (1.0 - (2.0 * t).cos());
@@ -167,7 +167,7 @@ fn volume_control_and_pressure_control_agree() {
         })
         .unwrap();
     let table = pressures.clone();
-    // the pressure of a step acts in its middle
+    // the pressure of a step applies to its middle
     let load = Load::intensity(move |t| table[((t / dt) as usize + 1).min(100)]);
     let mut pressed = Motion::new(body, load, Scheme::Midpoint).unwrap();
     pressed
@@ -179,7 +179,7 @@ fn volume_control_and_pressure_control_agree() {
     assert_eq!(Load::intensity(|_| 0.0).kind(), LoadKind::Intensity);
 }
 
-/// At the start the pump's pressure must give the volume its second derivative.
+/// At the start the pressure of the volume control must match the second derivative of the volume.
 #[test]
 fn first_pressure_of_a_pump_is_consistent() {
     let body = reference_body();
@@ -189,7 +189,7 @@ fn first_pressure_of_a_pump_is_consistent() {
         Scheme::TrBdf2,
     )
     .unwrap();
-    // from rest: f grad V . n = m V'' = m V0, nothing else pulls
+    // from zero velocity: f grad V . n = m V'' = m V0, without other forces
     let d = body.differences();
     let (mut gradient, mut normal) = (vec![0.0; 202], vec![0.0; 202]);
     d.measure_gradient_into(Measure::Volume, d.start(), &mut gradient);

@@ -51,7 +51,7 @@ fn any_step_stiffness_and_damping_stays_finite() {
                         .as_flattened()
                         .iter()
                         .fold(0.0, |m: f64, x| m.max(x.abs()));
-                    // the equilibrium reaches 10.9 cm; a wave without damping overshoots it
+                    // the equilibrium reaches 10.9 cm; an undamped wave overshoots it
                     assert!(
                         far < 100.0,
                         "{scheme:?} lambda {lambda:e} mu {mu:e} dt {dt:e}: {far}"
@@ -111,7 +111,7 @@ fn midpoint_rules_conserve_the_energy_of_the_linear_membrane() {
     }
 }
 
-/// The highest mode, which alternates from node to node, keeps its size up to the documented step of explicit schemes, and grows beyond it.
+/// The highest mode, which alternates from node to node, has a constant amplitude up to the documented step of explicit schemes, and grows beyond it.
 #[test]
 fn explicit_schemes_are_stable_as_far_as_documented() {
     for (scheme, limit, beyond) in [

@@ -116,7 +116,7 @@ fn bad_discretisations_and_pairs() {
     );
 }
 
-/// Where sums of squares of the shape leave the range of f64 an answer would be another volume's.
+/// If sums of squares of the shape overflow, a result would have another volume.
 #[test]
 fn a_volume_out_of_range_is_an_error() {
     let options = NewtonOptions::default();
@@ -135,7 +135,7 @@ fn a_volume_out_of_range_is_an_error() {
     }
 }
 
-/// A length of 1e200 is a number, its square and its cube are none.
+/// A length of 1e200 is finite; its square and its cube overflow.
 #[test]
 fn shapes_whose_volume_overflows_are_rejected() {
     for discretisation in [
@@ -153,7 +153,7 @@ fn shapes_whose_volume_overflows_are_rejected() {
                 Err(NewtonError::Membrane(MembraneError::NotFinite { .. }))
             ));
         }
-        // This one has a volume, but not after it has grown by a hundred times its size.
+        // This one has a finite volume, but not at a hundred times its size.
         let membrane = Membrane::new(ReferenceShape::balloon(8.5e101, 1.75e101).unwrap());
         let solver = Solver::new(&membrane, discretisation).unwrap();
         assert!(solver.start_measures().volume.is_finite());
@@ -199,12 +199,12 @@ fn invalid_tolerances_are_rejected() {
             }
         }
     }
-    // a tolerance of zero leaves the decision to the other one
+    // with a tolerance of zero the other one decides
     for zero in [0.0, -0.0] {
         let options = NewtonOptions::default().with_tolerances(zero, 1e-14);
         assert!(solver.solve(Control::Load(5.1), &options).is_ok());
     }
-    // no limit is a limit that costs nothing
+    // an unlimited number of steps needs no memory
     let options = NewtonOptions::default()
         .with_max_iterations(usize::MAX)
         .with_max_load_steps(usize::MAX);
@@ -266,10 +266,10 @@ fn matrices_and_unknowns_of_another_size_are_rejected() {
     assert_eq!(x, [0.0; 2]);
 }
 
-/// All measures of a curve are finite and its total force is not: an error, as for a volume that overflows.
+/// All measures of a curve are finite, but its total force overflows: an error, as for a volume that overflows.
 #[test]
 fn a_total_force_that_overflows_is_rejected() {
-    // Next to no load for so stiff a membrane, of a surface of 1e162.
+    // A tiny load for such a stiff membrane, with a surface of 1e162.
     let membrane = Membrane::new(ReferenceShape::balloon(8.5e80, 1.75e80).unwrap())
         .with_law(PressureLaw::TotalForce)
         .with_stiffness(Stiffness::constant(1e75).unwrap());

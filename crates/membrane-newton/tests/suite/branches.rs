@@ -94,7 +94,7 @@ const DIFFERENCES: Discretisation = Discretisation::FiniteDifferences { nodes: 4
 const SPECTRAL: Discretisation = Discretisation::SpectralAdaptive { tolerance: 1e-10 };
 
 /// Under constant stiffness and 2 000 R there are discs of one loop and of two, three, ...: the
-/// answer is the one of one loop, which is the closed form's.
+/// result is that of one loop, the closed form.
 #[test]
 fn the_result_is_the_equilibrium_reached_by_inflation() {
     let disc = Disc {
@@ -118,8 +118,8 @@ fn the_result_is_the_equilibrium_reached_by_inflation() {
     }
 }
 
-/// The disc is soft at the apex and has a limit point far below 740. Newton from the start alone finds curves of three loops here, and
-/// others on other meshes.
+/// The disc is soft at the apex and has a limit point far below 740. Newton's method from the start alone converges to curves of three loops here,
+/// and to others on other meshes.
 #[test]
 fn curves_with_loops_past_the_limit_point_are_not_results() {
     let disc = Disc {
@@ -144,7 +144,7 @@ fn curves_with_loops_past_the_limit_point_are_not_results() {
             high = middle
         }
     }
-    // the walk stops within 2e-4 of it; differences have an additional error of 4.5 / N^2, as measured
+    // continuation stops within 2e-4 of it; differences have an additional error of 4.5 / N^2, as measured
     for (discretisation, tolerance) in [
         (SPECTRAL, 2e-4),
         (DIFFERENCES, 2e-3),
@@ -168,7 +168,7 @@ fn curves_with_loops_past_the_limit_point_are_not_results() {
     }
 }
 
-/// Without the walk the end of the branch is unknown, but no curve with loops is a result.
+/// Without continuation the end of the branch is unknown, but no curve with loops is a result.
 #[test]
 fn without_load_steps_another_branch_is_an_error_too() {
     let disc = Disc {
@@ -216,7 +216,7 @@ fn equilibria_beyond_two_limit_points_are_not_results() {
     }
 }
 
-/// Near its limit point this membrane is a thousand times its size, and steps on fine elements are 2e-9 because of rounding: the walk must
+/// Near its limit point this membrane is a thousand times its size, and steps on fine elements are 2e-9 because of rounding: continuation must
 /// distinguish this from the end of the branch.
 #[test]
 fn rounding_does_not_end_continuation_early() {
@@ -240,8 +240,8 @@ fn rounding_does_not_end_continuation_early() {
     }
 }
 
-/// The same with two limit points within a thousandth of the load and not far from each other: a step
-/// from just below the first lands beyond the second unless the rates at its ends are compared.
+/// The same with two limit points within a thousandth of the load and near each other: a step from just below the first ends beyond the second unless
+/// the rates at its ends are compared.
 #[test]
 fn a_narrow_pair_of_limit_points_is_not_stepped_over() {
     let radius = 1.6301606497749683;
@@ -263,7 +263,7 @@ fn a_narrow_pair_of_limit_points_is_not_stepped_over() {
             let Err(NewtonError::LimitPoint { reached, .. }) = outcome else {
                 panic!("{asked} {discretisation:?}: {outcome:?}");
             };
-            // 400 cells are 1.5e-3 off
+            // the error of 400 cells is 1.5e-3
             assert!((reached / 108.75 - 1.0).abs() < 2e-3, "{asked}: {reached}");
         }
     }

@@ -47,7 +47,7 @@ fn spectral_elements_converge_exponentially() {
     };
     let errors: Vec<f64> = [4, 6, 8, 10, 12].map(error).to_vec();
     for pair in errors.windows(2) {
-        // two more degrees gain a factor of ten at the least, down to rounding
+        // two more degrees reduce the error by at least a factor of ten, down to rounding
         assert!(pair[1] < 0.1 * pair[0] || pair[1] < 1e-13, "{errors:?}");
     }
     assert!(errors[4] < 1e-12, "{errors:?}");
@@ -171,8 +171,8 @@ fn millimetres_centimetres_and_metres_give_the_same_iterates() {
     }
 }
 
-/// A jump of the stiffness 1e-5 before the cap begins makes an element of that width, at whose end
-/// the stiffness is that of its own side all the same.
+/// A jump of the stiffness 1e-5 before the start of the cap creates an element of that width, at whose end the stiffness is still that of its own
+/// side.
 #[test]
 fn a_narrow_piece_between_breakpoints_costs_no_accuracy() {
     let stiffness = |s: f64| if s < 0.45 { 1.0 } else { 4.0 };

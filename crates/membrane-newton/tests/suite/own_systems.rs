@@ -1,4 +1,4 @@
-//! Equations of a caller: they combine with the errors of the crates, may be boxed, may fail with errors of their own, and can be stopped.
+//! Equations of a caller: they combine with the errors of the crates, may be boxed, may return their own errors, and can be stopped.
 
 use std::error::Error;
 use std::ops::ControlFlow;
@@ -101,15 +101,15 @@ fn balloon() -> Membrane {
     Membrane::new(ReferenceShape::balloon(8.5, 1.75).unwrap())
 }
 
-/// f V = 1500 has one shape; the crate's own solver finds its intensity under the same volume. Boxed, by reference and plain
-/// it is the same system, to the bit.
+/// f V = 1500 has one shape; the crate's own solver finds its intensity under the same volume. Boxed, by reference and by value the results are
+/// bitwise identical.
 #[test]
 fn own_forces_compose_and_may_be_boxed() {
     let forces = FiniteDifferences::new(&balloon(), 101).unwrap();
     let options = NewtonOptions::default();
     let mut plain = forces.start().to_vec();
     let report = newton(&mut Gas::new(&forces, 1500.0), &mut plain, &options).unwrap();
-    // quadratic: an error in the rank-one part or in the border would show as linear convergence
+    // quadratic: an error in the rank-one part or in the border would cause linear convergence
     assert!(report.iterations <= 6, "{report:?}");
 
     let volume = forces.measure(Measure::Volume, &plain).unwrap();
@@ -138,7 +138,7 @@ fn own_forces_compose_and_may_be_boxed() {
     assert!(!boxed.is_empty() && boxed.len() == 202);
 }
 
-/// Nothing is solved with before a tangent could be factored, nor after one that could not.
+/// Solving is an error before the first factorisation and after a failed one.
 #[test]
 fn an_unfactored_system_is_an_error() {
     let forces = FiniteDifferences::new(&balloon(), 11).unwrap();
@@ -244,8 +244,7 @@ impl ResidualSystem for Failing {
     }
 }
 
-/// A failure of the caller's ends the solve where it happens and is there to be found; a state without forces only
-/// shortens the step.
+/// An error of the caller ends the solve and is accessible as the source; a state without forces only shortens the step.
 #[test]
 fn own_failures_end_the_solve() {
     let run = |at, how| {
@@ -395,7 +394,7 @@ impl ResidualSystem for Logarithm {
     }
 }
 
-/// From 10 times the root every whole step and every shorter one down to a half leads where there is no logarithm.
+/// From 10 times the root every whole step and every shorter one down to a half leads outside the domain of the logarithm.
 #[test]
 fn an_error_in_the_line_search_is_the_source() {
     let options =
@@ -455,7 +454,7 @@ fn reports_count_every_residual_and_contain_the_stopping_test() {
     assert_eq!(scratch.report().stopped_by, Some(StopReason::Observer));
 }
 
-/// A factorisation serves solve after solve while the root hardly moves, and is renewed when it does not contract any more.
+/// A factorisation is reused while the root hardly changes, and replaced when the steps no longer contract.
 #[test]
 fn a_factorisation_may_be_reused_for_many_solves() {
     let options = NewtonOptions::default()
@@ -469,7 +468,7 @@ fn a_factorisation_may_be_reused_for_many_solves() {
             newton_with(&mut system, &mut x, options, &mut scratch).unwrap();
             assert!((x[0] / system.root - 1.0).abs() < 1e-12);
         }
-        // far away: the old tangent leads where there is no logarithm
+        // far away: the old tangent leads outside the domain of the logarithm
         system.root = 0.02;
         newton_with(&mut system, &mut x, options, &mut scratch).unwrap();
         assert!((x[0] / system.root - 1.0).abs() < 1e-12);

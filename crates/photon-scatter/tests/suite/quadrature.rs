@@ -11,7 +11,7 @@ fn length_ahead(ball: &Ball, position: [f64; 3], direction: [f64; 3]) -> f64 {
     pieces.iter().map(ahead).map(|length| length.max(0.0)).sum()
 }
 
-/// Once scattered photons of a point source outside a ball, at one point of the detector: a sum over cubes in the ball.
+/// Singly scattered photons of a point source outside a ball, at one point of the detector: a sum over cubes in the ball.
 fn once_scattered(ball: &Ball, source: [f64; 3], angle: f64, [s, z]: [f64; 2]) -> f64 {
     let step = 0.15;
     let n = (ball.radius / step).ceil() as i32;

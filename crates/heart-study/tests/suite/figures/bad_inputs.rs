@@ -1,4 +1,4 @@
-//! Figures reject bad input with numbers, and accept unusual input.
+//! Figures reject invalid input with its values and accept unusual input.
 
 use heart_phantom::revolve_voxel::Pose;
 use heart_study::figures::*;

@@ -127,7 +127,7 @@ fn a_slice_has_x_to_the_right_and_the_front_or_the_head_on_top() {
 
 /// The centre of the white pixels of a slice's panel, as fractions from its left and from its top.
 fn lit(picture: &Picture) -> (f64, f64) {
-    // The panel is the black rectangle; the bar stands to its right, beyond a gap of white.
+    // The panel is the black rectangle; the bar is to its right, beyond a white gap.
     let row_of = |j: u32| {
         (0..picture.width() - 175)
             .filter(|&i| picture.pixel(i, j).unwrap() == [0; 3])
@@ -236,7 +236,7 @@ fn a_cut_of_half_the_ball_is_flat() {
         flat.pixel(middle, middle).unwrap(),
         flat.pixel(middle + 60, middle - 60).unwrap()
     );
-    // With y > 0, the right half, cut away, half is left.
+    // With the right half, y > 0, removed, half remains.
     let half = isosurface(
         &volume,
         &IsoView {
@@ -376,7 +376,7 @@ fn norms_have_a_logarithmic_axis() {
     let (left, right) = points
         .iter()
         .fold((f64::INFINITY, 0.0f64), |m, p| (m.0.min(p.0), m.1.max(p.0)));
-    // Heights of the ends and of the line half way: equal steps of the logarithm.
+    // Heights of the ends and of the line at the middle: equal steps of the logarithm.
     let height = |x: f64| {
         let near: Vec<f64> = points
             .iter()
@@ -412,7 +412,7 @@ fn every_point_of_a_steep_history_has_its_marker() {
         .collect();
     let squares = rows.iter().filter(|&&y| !rows.contains(&(y + 1))).count();
     assert_eq!(squares, 4, "{rows:?}");
-    // Each of them whole, also the last one, on the edge of the plot.
+    // Each marker is complete, also the last one, on the edge of the plot.
     assert!(rows.len() >= 4 * 13, "{}", rows.len());
 }
 
@@ -446,7 +446,7 @@ fn forces_have_their_directions_at_their_nodes() {
     let reach = high(&magenta) - (high(&red) - 4.0);
     assert!((reach / per_cm - 1.0).abs() < 0.06, "{reach} {per_cm}");
     assert!(magenta.iter().all(|p| (p.1 - level).abs() < 8.0));
-    // The key on top, in the row of its stem: the longest force is 2 cm, a round number.
+    // The key at the top, in the row of its stem: the longest force is 2 cm, a round number.
     let grey = |x: u32| picture.pixel(x, 28).unwrap() == [0x75; 3];
     let runs = (0..picture.width()).scan(0, |run, x| {
         *run = if grey(x) { *run + 1 } else { 0 };
@@ -537,7 +537,7 @@ fn the_circle_and_its_guide_are_drawn_in_their_panels() {
         dots.iter().any(|p| p.0 < 875.0 && p.1 < 40.0)
             && dots.iter().any(|p| p.0 > 1410.0 && p.1 > 610.0)
     );
-    // On a straight line, halfway too.
+    // Along a straight line, also at the middle.
     assert!(
         dots.iter()
             .any(|p| (p.0 - 1142.0).abs() < 6.0 && (p.1 - 324.0).abs() < 6.0)
