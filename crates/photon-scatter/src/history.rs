@@ -172,7 +172,7 @@ impl Problem<'_> {
             let cosine = Compton::of(photon.energy).sample(random);
             photon.energy = Compton::of(photon.energy).energy_at(cosine);
             photon.direction = turned(photon.direction, cosine, random);
-            // The number of followed photons is proportional to the expected number of recorded ones.
+            // Russian roulette: the number of followed photons is proportional to the expected number of recorded ones.
             let Some(at) = self.spectrum.at(photon.energy) else {
                 break;
             };

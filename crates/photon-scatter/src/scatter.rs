@@ -14,7 +14,7 @@ const LEAST_BLOCKS: usize = 128;
 const BLOCKS_AT_ONCE: usize = 16;
 /// Ratio of the number of histories to that required by the current standard error.
 const RESERVE: f64 = 1.03;
-/// Larger blocks replace the current ones if the required number of histories grows by more than the first factor; the second limits their growth.
+/// Larger blocks replace the current ones if the required histories grow at least by the first factor; the second limits the size of blocks.
 const MOST_GROWTH: f64 = 4.0;
 const MOST_BLOCK_GROWTH: f64 = 32.0;
 

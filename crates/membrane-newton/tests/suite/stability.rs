@@ -170,7 +170,7 @@ fn dense(
     let gradient = DVector::from_iterator(free.len(), free.iter().map(|&i| gradient[i]));
     let normal = lower.solve_lower_triangular(&gradient).unwrap().normalize();
     let projector = DMatrix::identity(free.len(), free.len()) - &normal * normal.transpose();
-    // changes of the volume are shifted out of the examined range
+    // shifts the direction that changes the volume above all other eigenvalues
     let most = whole.norm();
     let within = &projector * &whole * &projector + &normal * normal.transpose() * most;
     [whole, within].map(|matrix| {

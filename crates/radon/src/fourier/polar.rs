@@ -67,7 +67,7 @@ pub(super) struct Columns {
 impl Polar {
     /// `row_len` samples per row; `most(direction)` is the largest frequency of a view in units of 1/pitch. The frequencies of plus and
     /// minus half a period are the same number of a row. `both_ends` counts that number for each of the two, whether or not a higher
-    /// frequency is used; otherwise each counts half of it if they are the largest.
+    /// frequency is used; otherwise they divide it if they are the largest.
     pub(super) fn new(
         geometry: &ParallelGeometry,
         grid: &ImageGrid,
