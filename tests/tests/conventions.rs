@@ -1,6 +1,6 @@
-//! The conventions of `docs/conventions.md` hold between the crates: pairs of independent crates agree on positions.
+//! Tests the conventions of `docs/conventions.md` between the crates: pairs of independent crates agree on positions.
 //!
-//! The objects lie off the centre and differ from all their mirror images, so a sign error in both crates would be found.
+//! The objects are off-centre and differ from all their mirror images, so that a sign error in both crates would be detected.
 
 #![allow(clippy::expect_used, clippy::panic, clippy::unwrap_used)]
 
@@ -53,7 +53,7 @@ fn chords_of_a_body_equal_line_integrals_of_a_phantom() {
             StackOrder::ViewSliceBin,
         )
         .unwrap();
-    // Two closed forms of order 1; near the rim a square root turns 1e-16 into 1e-8.
+    // Two closed forms of order 1; near the rim a square root amplifies 1e-16 to 1e-8.
     assert_eq!(chords.len(), expected.len());
     assert!(expected.iter().filter(|&&value| value > 1.0).count() > 500);
     for (at, (a, b)) in chords.iter().zip(&expected).enumerate() {

@@ -65,7 +65,7 @@ fn pressures_are_those_of_the_page() {
         let mean: f64 = (0..points.len())
             .map(|k| e.intensity / speed(k) * speed(k))
             .sum();
-        // midpoints, of second order: 1e-7 of the whole
+        // midpoints, of second order: 1e-7 of the total
         assert!((mean / length / e.pressure() - 1.0).abs() < 1e-6);
     }
     let sum = pair.inner.pressure() + pair.outer.pressure();
@@ -126,7 +126,7 @@ fn the_table_of_the_guide_has_every_field() {
     }
 }
 
-/// Sections and fields of a commented scene, those that are commented out too.
+/// Sections and fields of a commented scene, including those that are commented out.
 fn toml_fields(text: &str) -> Vec<[String; 2]> {
     let mut section = String::new();
     let mut fields = Vec::new();

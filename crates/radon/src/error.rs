@@ -103,7 +103,7 @@ pub enum RadonError {
     },
     /// An arc has more turns than allowed: most likely it is in degrees.
     #[error(
-        "an arc of {arc:?} rad is {turns:?} turns (at most {most:?} allowed); if it is in degrees, say so with `arc_degrees`"
+        "an arc of {arc:?} rad is {turns:?} turns (at most {most:?} allowed); if it is in degrees, use `arc_degrees`"
     )]
     LongArc {
         /// The arc given, in radians.
@@ -115,7 +115,7 @@ pub enum RadonError {
     },
     /// A list of angles has equal steps over 180 or 360 rad, to nine digits: a half or full turn in degrees.
     #[error(
-        "{n_views} angles in equal steps over {arc:?} rad look like degrees; if they are, say so with `from_degrees`"
+        "{n_views} angles in equal steps over {arc:?} rad look like degrees; if they are, use `from_degrees`"
     )]
     LikeDegrees {
         /// Number of angles.
@@ -135,7 +135,7 @@ pub enum RadonError {
         /// Length of the axis.
         len: usize,
     },
-    /// The machine does not run the instruction set asked for.
+    /// The machine does not support the requested instruction set.
     #[error("this machine does not run {given:?}")]
     InstructionSetMissing {
         /// The set given.

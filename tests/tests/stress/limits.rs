@@ -1,4 +1,4 @@
-//! Limits: NaN and infinity at every entry, sizes beyond any memory, folders without write permission, a process that is killed while it
+//! Limits: NaN and infinity in every argument, sizes beyond any memory, folders without write permission, a process that is killed while it
 //! writes.
 
 use heart_phantom::files::{self, Format, Volume, write_npy};
@@ -373,7 +373,7 @@ fn nan_and_infinity_are_rejected_everywhere() {
             ),
         ];
         for (entry, refused) in entries {
-            assert!(refused, "{bad} went in as {entry}");
+            assert!(refused, "{bad} was accepted as {entry}");
         }
         assert!(wall.locate(&Point3::new(0.0, bad, 0.0)).is_none());
         assert!(geometry.n_views() == 2);
@@ -470,8 +470,8 @@ fn a_read_only_directory_is_an_error() {
     );
 }
 
-/// A child process writes one file repeatedly, each time with another number throughout, and is killed at any time: the file before and
-/// after is always one of those files, complete.
+/// A child process writes one file repeatedly, each time with another number throughout, and is killed at any time: before and after, the file is
+/// always one of those files, complete.
 #[test]
 fn a_process_killed_while_it_writes_leaves_a_complete_file() {
     const FILE: &str = "STRESS_INTERRUPTED_FILE";
@@ -485,7 +485,7 @@ fn a_process_killed_while_it_writes_leaves_a_complete_file() {
     }
     let folder = tempfile::tempdir().expect("a folder");
     let file = folder.path().join("a.npy");
-    /// The number in a whole file; none before there is one.
+    /// The number in a complete file; `None` before the first file.
     fn number(file: &Path) -> Option<f32> {
         let bytes = std::fs::read(file).ok()?;
         let (header, samples) = bytes.split_at(128);

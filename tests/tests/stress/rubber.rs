@@ -25,7 +25,7 @@ pub(crate) struct Problem {
 pub(crate) fn scene(random: &mut Random) -> Outcome {
     let spoiled = random.one_in(20);
     let Some(problem) = problem(random, spoiled) else {
-        assert!(spoiled, "a membrane that is none");
+        assert!(spoiled, "an invalid membrane");
         return Outcome::Rejected;
     };
     let start = problem.spectral.start_measures();
@@ -214,7 +214,7 @@ fn stretched_out(problem: &Problem, control: Control, solver: &Solver) {
     let most = most_extended(&last);
     assert!(
         most > 0.9 * problem.extension,
-        "refused at I1 - 3 = {most} of {}",
+        "rejected at I1 - 3 = {most} of {}",
         problem.extension
     );
 }
@@ -245,7 +245,7 @@ fn close_call(problem: &Problem, control: Control, error: &NewtonError, other: &
     let options = NewtonOptions::default();
     let case = || {
         format!(
-            "{control:?}: {error} by one alone: {:?}",
+            "{control:?}: {error} by one only: {:?}",
             problem.membrane.material()
         )
     };

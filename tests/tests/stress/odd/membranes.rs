@@ -156,7 +156,7 @@ fn membrane_forces_accepts_any_input() {
     }
 }
 
-/// States of the right length that are no curve, and states of wrong lengths.
+/// States of the correct length that are not curves, and states of wrong lengths.
 fn forces_of_differences(d: &FiniteDifferences) {
     d.blow_up();
     d.stiffness_scale();
@@ -445,7 +445,7 @@ fn wrong(error: membrane_forces::MembraneError) -> bool {
     matches!(error, membrane_forces::MembraneError::WrongLength { .. })
 }
 
-/// Options, reports and accounts through JSON; options that are left out have their defaults, others do not exist.
+/// Options, reports and accounts through JSON; omitted options have their defaults, unknown ones are errors.
 #[test]
 fn membrane_options_and_reports_are_restored_from_files() {
     fn through_json<
@@ -470,7 +470,7 @@ fn membrane_options_and_reports_are_restored_from_files() {
     through_json(&EvolvingOptions::default());
     let body = Body::springs(&balloon(), 21).expect("nodes enough");
     let mut motion =
-        Motion::new(body, Load::intensity(|_| 1.0), Scheme::TrBdf2).expect("a load of now");
+        Motion::new(body, Load::intensity(|_| 1.0), Scheme::TrBdf2).expect("a load at the current time");
     motion.step(0.01).expect("a step");
     through_json(&motion.energy());
     through_json(&motion.work());
