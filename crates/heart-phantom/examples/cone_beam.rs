@@ -43,7 +43,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let wall = shape.body().region_measures(1)?;
     let at = (shape.body().pose()).to_lab(&Point3::new(wall.centroid(), 0.0, 0.0));
     println!(
-        "wall of the still heart: {:.3} mL, centroid ({:.4}, {:.4}, {:.4}) cm",
+        "wall of the static heart: {:.3} mL, centroid ({:.4}, {:.4}, {:.4}) cm",
         wall.volume, at.x, at.y, at.z
     );
     // The first view is identical; motion changes the other ones.

@@ -63,7 +63,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let known = Compensation::KnownMotion;
     let kinds = [
         (
-            "still at end-diastole",
+            "static, end-diastole",
             scene(n, Mode::Static { phase: 0.5 }, known),
             COUNTS,
         ),

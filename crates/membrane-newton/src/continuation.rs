@@ -10,7 +10,7 @@ use crate::resolution::swept_by_mean_radius;
 use crate::route::Route;
 use crate::turning::Reach;
 
-/// Tolerance on the control: some hundred roundings of a sum over all nodes.
+/// Tolerance on the control: about a hundred roundings of a sum over all nodes.
 const MET: f64 = 1e-12;
 /// Larger errors of a result are a failure: they exceed the correction below.
 const MISSED: f64 = 1e-9;

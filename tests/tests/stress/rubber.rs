@@ -128,7 +128,7 @@ fn agree(problem: &Problem, control: Control, found: &Equilibrium, other: &Equil
         };
         assert!(
             (finer == last || finer < 0.4 * last) && nodes < 20_000,
-            "{control:?}: differences are off by {last:e}, {nodes} nodes by {finer:e}: {:?}",
+            "{control:?}: error of differences {last:e}, with {nodes} nodes {finer:e}: {:?}",
             problem.membrane.material()
         );
         last = finer;

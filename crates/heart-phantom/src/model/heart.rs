@@ -193,7 +193,7 @@ impl Heart {
     ///
     /// # Errors
     /// [`PhantomError::Membrane`] if a gain cannot be reached; [`PhantomError::Crossed`] if the membranes intersect, as for
-    /// balloons of very different form.
+    /// membranes of very different form.
     pub fn shapes(&self, gains: &[f64]) -> Result<Vec<Arc<HeartShape>>, PhantomError> {
         let (mut there, missing) = self.kept.take(gains, self.most_shapes());
         let new: Vec<Result<_, _>> = missing

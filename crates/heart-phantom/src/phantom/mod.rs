@@ -107,7 +107,7 @@ impl Phantom {
     /// Validates the scene and builds its objects. Solves no shape, casts no ray.
     ///
     /// # Errors
-    /// [`PhantomError::Scene`] for an invalid value or combination of values; [`PhantomError::Membrane`] if the discretised balloons are
+    /// [`PhantomError::Scene`] for an invalid value or combination of values; [`PhantomError::Membrane`] if the discretised membranes are
     /// not a valid pair.
     pub fn new(scene: Scene) -> Result<Self, PhantomError> {
         Self::of(scene, None)

@@ -12,7 +12,7 @@ use std::collections::BTreeSet;
 use std::f64::consts::LN_2;
 
 /// Densities of nodes, with the tolerance of the interpolation in depth. That is a bound for any object; the error in images of hearts
-/// and organs is some hundred times smaller.
+/// and organs is about a hundred times smaller.
 const LADDER: [[f64; 2]; 10] = [
     [0.7, 1e-1],
     [1.0, 2e-2],

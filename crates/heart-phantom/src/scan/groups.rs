@@ -7,7 +7,7 @@ use crate::error::PhantomError;
 use std::collections::BTreeSet;
 use std::ops::Range;
 
-/// Nodes of the quadrature in a group of views: some 50 MB.
+/// Nodes of the quadrature in a group of views: about 50 MB.
 pub(crate) const MOST_NODES: usize = 1 << 20;
 
 /// Views that are computed together.

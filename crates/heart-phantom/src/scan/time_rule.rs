@@ -178,7 +178,7 @@ impl<'a> TimeRule<'a> {
         made
     }
 
-    /// Divides the spans into arcs of equal time; one arc for a camera at rest.
+    /// Divides the spans into arcs of equal time; one arc for a stationary camera.
     fn in_arcs(&self, spans: Vec<Span>, seconds: f64) -> Vec<Vec<Span>> {
         let (Rotation::Continuous, Some(first), Some(last)) =
             (self.camera.rotation(), spans.first(), spans.last())

@@ -103,7 +103,7 @@ impl<'a> Scan<'a> {
                 let last = k + 1 == batches.len();
                 one.take_batch(&group, batch, &mut under_way, (&rows, last), &taken)?;
             }
-            // Summed in the order of the views, whatever thread computed them.
+            // Summed in the order of the views, independent of threads.
             for view in &under_way {
                 totals[0].rays = totals[0].rays + view.rays;
                 for (total, sums) in totals.iter_mut().zip(&view.sets) {

@@ -163,7 +163,7 @@ fn sixteen_compensated_gates_are_as_sharp_as_a_static_heart_and_no_noisier_than_
                 artefacts.wall_mean.unwrap_or(f64::NAN),
             ]
         });
-    println!("blur, rmse, wall: one frame {one:?}, still {rest:?}, ungated {ungated:?}");
+    println!("blur, rmse, wall: compensated {one:?}, static {rest:?}, ungated {ungated:?}");
     assert!((one[0] / rest[0] - 1.0).abs() < 0.05, "{one:?} {rest:?}");
     assert!(one[1] < 1.2 * rest[1] && one[1] < 0.85 * ungated[1]);
 
@@ -190,7 +190,7 @@ fn sixteen_compensated_gates_are_as_sharp_as_a_static_heart_and_no_noisier_than_
         Phantom::new(scene).unwrap().volume(0).unwrap()
     }));
     println!(
-        "noise: one frame {gated}, ungated {ungated}, {} voxels",
+        "noise: compensated {gated}, ungated {ungated}, {} voxels",
         wall.count()
     );
     assert!(gated < 1.05 * ungated, "{gated} {ungated}");
@@ -241,7 +241,7 @@ fn displacements_by_whole_voxels_preserve_the_wall_average_and_by_half_voxels_ov
         inner.unwrap().wall_mean.unwrap()
     };
     let [at_rest, by_one, by_half] = [0.0, 1.0, 0.5].map(wall_mean);
-    println!("wall: at rest {at_rest}, elsewhere by a voxel {by_one}, by half of one {by_half}");
+    println!("wall: static {at_rest}, displaced by a voxel {by_one}, by half a voxel {by_half}");
     // Views divide the wall into other bins: 1.7 %.
     assert!((by_one / at_rest - 1.0).abs() < 0.03, "{at_rest} {by_one}");
     // 50 %: half-way along all three axes the interpolation is largest.

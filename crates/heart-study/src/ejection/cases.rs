@@ -162,7 +162,7 @@ fn sharpen(scene: &mut Scene) {
     });
 }
 
-/// The base scene of a heart. The reference volume of the inner balloon is 0.29 EDV; one heart thus covers all ejection fractions to 0.70.
+/// The base scene of a heart. The reference volume of the inner membrane is 0.29 EDV; one heart thus covers all ejection fractions to 0.70.
 fn scene(edv: f64, fraction: f64, quick: bool) -> Result<Scene, PhantomError> {
     let mut scene = Scene::from_toml(include_str!("scene.toml"))?;
     let (inner, outer) = ([5.5, 1.6], [5.2, 2.9]);

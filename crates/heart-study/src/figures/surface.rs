@@ -204,7 +204,7 @@ mod tests {
                 let found = found.expect("the ray passes through the ball");
                 assert!(!found.inside_at_start);
                 let p = origin + found.t * along;
-                // Linear interpolation of a distance errs by at most h^2 / (4 r) across two axes, and ten halvings leave 2^-10 of a step.
+                // The error of linear interpolation of a distance is at most h^2 / (4 r) across two axes, and that of ten halvings 2^-10 of a step.
                 let room = 1.0 / (4.0 * RADIUS) + STEP / 1024.0;
                 assert!(
                     ((p - centre).norm() - RADIUS).abs() < room,

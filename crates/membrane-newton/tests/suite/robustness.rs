@@ -154,7 +154,7 @@ fn agree(case: &Case, exact: &Equilibrium, meshes: [&Equilibrium; 3]) -> Result<
     // the adaptive tolerance of 1e-10 is relative to the length
     prop_assert!(
         error <= bound(first, second) + (bend + 1e-8) * length,
-        "{case:?}: off by {error:e}, changes {first:e} and {second:e}, length {length}"
+        "{case:?}: error {error:e}, changes {first:e} and {second:e}, length {length}"
     );
     Ok(())
 }

@@ -43,7 +43,7 @@ pub fn no_observer<T>(_: &IterativeReport, _: &[T]) -> ControlFlow<()> {
 ///
 /// ```
 /// use radon::Stopping;
-/// // The first image that explains the data to 2 %, if it takes no more than 200 steps.
+/// // The first image that fits the data to 2 %, in at most 200 steps.
 /// let stopping = Stopping::default().with_max_iterations(200).with_residual(0.02);
 /// assert_eq!((stopping.max_iterations, stopping.residual, stopping.change), (200, Some(0.02), None));
 /// ```

@@ -213,7 +213,7 @@ fn an_ellipse_is_reconstructed_with_position_and_value() {
         assert!((mass - 1.0).abs() < 5e-3, "{mass}");
         for (axis, expected) in [0.7, -0.5].into_iter().enumerate() {
             let error = (sums[axis + 1] / sums[0] - expected).abs() / spacing[axis];
-            assert!(error < 0.02, "axis {axis} off by {error:.4} pixels");
+            assert!(error < 0.02, "axis {axis}: error {error:.4} pixels");
         }
     }
 }

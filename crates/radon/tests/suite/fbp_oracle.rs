@@ -179,7 +179,7 @@ fn an_off_centre_ellipse_has_its_position_for_even_and_odd_sizes_and_any_axis_of
         let error = (x - 0.7).hypot(y + 0.5) / grid.spacing()[0];
         assert!(
             error < 0.02,
-            "{nx} x {ny}, {n_bins} bins, offset {offset}: off by {error:.4} pixels"
+            "{nx} x {ny}, {n_bins} bins, offset {offset}: error {error:.4} pixels"
         );
     }
 }

@@ -255,14 +255,14 @@ fn a_static_heart_meets_the_tolerance_in_continuous_rotation() {
     for tolerance in [3e-2, 3e-3] {
         scene.acquisition.accuracy = Accuracy::Tolerance(tolerance);
         let (off, stated) = off(scene.clone());
-        println!("{tolerance}: off by {off:e}, stated {stated:e}");
+        println!("{tolerance}: error {off:e}, stated {stated:e}");
         assert!(off <= tolerance && stated <= tolerance);
     }
     let mut last = f64::INFINITY;
     for steps in [8, 32, 128] {
         scene.acquisition.accuracy = Accuracy::Steps(steps);
         let (off, stated) = off(scene.clone());
-        println!("{steps} steps: off by {off:e}, stated {stated:e}");
+        println!("{steps} steps: error {off:e}, stated {stated:e}");
         // At order 3/2 four times the steps give a factor 8; flat faces parallel to the rays reduce it.
         assert!(off < stated && off < last / 3.0);
         last = off;
