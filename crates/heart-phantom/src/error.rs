@@ -359,7 +359,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn threads_are_named_as_they_were_asked_for() {
+    fn the_error_contains_the_number_of_threads() {
         // A second global pool is an error on every machine.
         let refused = || {
             let build = || rayon::ThreadPoolBuilder::new().build_global();

@@ -111,7 +111,7 @@ mod tests {
     }
 
     #[test]
-    fn ratios_are_printed_and_what_is_worse_is_marked() {
+    fn ratios_are_printed_and_worse_rows_are_marked() {
         let then = [
             row("a", 1, 1.0, 0.1),
             row("a", 2, 2.0, 0.1),

@@ -236,12 +236,12 @@ mod tests {
     }
 
     #[test]
-    fn no_test_is_left_out() {
+    fn no_test_is_ignored() {
         breaks("//! This.\n#[test]\n#[ignore = \"slow\"]\nfn f() {}", 3);
     }
 
     #[test]
-    fn errors_hold_no_prose() {
+    fn errors_contain_no_prose() {
         breaks("//! This.\nenum SolveError {\n    Other(String),\n}", 3);
         breaks(
             "//! This.\nenum E2Error {\n A {\n  why: Option<String>,\n },\n}\nstruct S(String);",

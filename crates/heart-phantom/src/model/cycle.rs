@@ -247,7 +247,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn one_view_a_second_at_65_bpm_sees_twelve_phases() {
+    fn one_view_per_second_at_65_bpm_has_twelve_phases() {
         let cycle = Cycle::new(65.0, 0.6).unwrap();
         let mut phases: Vec<f64> = (0..90).map(|k| cycle.phase(k as f64)).collect();
         phases.sort_by(f64::total_cmp);
@@ -270,7 +270,7 @@ mod tests {
     }
 
     #[test]
-    fn refuses_nonsense() {
+    fn invalid_arguments_are_rejected() {
         for bad in [0.0, -1.0, f64::NAN, f64::INFINITY, 1001.0] {
             assert!(matches!(
                 Cycle::new(bad, 0.6),

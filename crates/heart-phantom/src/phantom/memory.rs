@@ -44,7 +44,7 @@ pub(crate) fn check_memory(needed: u64) -> Result<(), PhantomError> {
     }
 }
 
-/// An upper estimate of the memory of `run` in bytes: usually 10 to 50 per cent too high, more if the number of shapes of a tolerance
+/// An upper estimate of the memory of `run` in bytes: usually tens of per cent too high, more if the number of shapes of a tolerance
 /// is unknown.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "scene", derive(serde::Serialize))]

@@ -126,7 +126,7 @@ fn the_quadrature_error_falls_and_bounds_the_next() {
 }
 
 #[test]
-fn same_bits_for_any_number_of_threads() {
+fn results_are_bitwise_independent_of_threads() {
     let run = |threads| {
         let pool = rayon::ThreadPoolBuilder::new()
             .num_threads(threads)

@@ -151,7 +151,7 @@ fn zero_attenuation_is_bitwise_identical_to_none() {
 }
 
 #[test]
-fn parts_have_the_bits_of_the_whole() {
+fn parts_are_bitwise_identical_to_the_whole() {
     let mut scene = scene().with_size(48);
     scene.acquisition.mode = Mode::WholeCycle;
     scene.collimator = Some(CollimatorSettings {

@@ -49,7 +49,7 @@ fn counts_of_a_heart_agree_with_its_activity() {
             .fold(0.0, f64::max)
     };
     let [coarse, fine] = [32, 128].map(off);
-    // A chord begins as the root of the distance from the edge: the midpoint rule is of order 3/2, a factor of 8 from bins of 0.5 cm,
+    // Near the edge a chord is the root of the distance from it: the midpoint rule is of order 3/2, a factor of 8 from bins of 0.5 cm,
     // half as wide as the wall is thick, to 0.125 cm.
     assert!(coarse < 3e-2 && fine < coarse / 8.0, "{coarse} {fine}");
 }
@@ -94,9 +94,9 @@ fn counts_scale_with_the_acquisition_time() {
 
 /// The average of 2^(-t / h) over the time of view k against sums over many instants.
 #[test]
-fn decay_is_the_mean_over_the_time_of_a_view() {
+fn decay_is_averaged_over_the_time_of_a_view() {
     let mean = |from: f64, seconds: f64, half_life: f64| {
-        // Simpson's rule, far finer than 1e-12 over a fraction of a half-life.
+        // Simpson's rule, much more accurate than 1e-12 over a fraction of a half-life.
         let n = 2000;
         let at = |k: usize| (-LN_2 * (from + seconds * k as f64 / n as f64) / half_life).exp();
         let inner: f64 = (1..n).map(|k| at(k) * [2.0, 4.0][k % 2]).sum();

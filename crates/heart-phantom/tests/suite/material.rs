@@ -138,7 +138,7 @@ fn gradient(from: &Wall, to: &Wall, point: &MaterialPoint) -> nalgebra::Matrix3<
 }
 
 #[test]
-fn stretches_are_those_of_the_deformation_gradient() {
+fn stretches_agree_with_the_deformation_gradient() {
     for walls in [&TIED, &SLIDING] {
         let (from, to) = (&walls[0], &walls[2]);
         for (layer, s) in [(0.3, 0.1), (0.5, 0.23), (0.2, 0.4), (0.8, 0.47)] {

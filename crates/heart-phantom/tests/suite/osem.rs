@@ -367,7 +367,7 @@ fn scenes_without_a_valid_model_are_rejected() {
 
 /// A torso that does not attenuate, wider than the views, does not change the volume.
 #[test]
-fn a_torso_of_coefficient_zero_changes_nothing() {
+fn a_torso_of_coefficient_zero_has_no_effect() {
     let volume = |attenuation: bool| {
         let mut scene = Scene::default()
             .with_size(20)

@@ -103,7 +103,7 @@ fn each_window_has_its_primary_photons_and_its_scatter() {
 }
 
 #[test]
-fn windows_have_noise_of_their_own() {
+fn windows_have_independent_noise() {
     let noise = |counts, seed| {
         let mut scene = two_windows();
         scene.noise = Some(Noise { counts, seed });

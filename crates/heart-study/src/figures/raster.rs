@@ -160,7 +160,7 @@ mod tests {
     }
 
     #[test]
-    fn columns_go_right_and_rows_go_up() {
+    fn columns_run_to_the_right_and_rows_upwards() {
         let rect = Rect {
             left: 5,
             top: 7,

@@ -234,7 +234,7 @@ mod tests {
     }
 
     #[test]
-    fn x_comes_to_the_viewer_y_goes_right_z_goes_up() {
+    fn x_points_to_the_viewer_y_right_z_up() {
         let camera = camera(View {
             azimuth: 0.0,
             elevation: 0.0,

@@ -180,7 +180,7 @@ mod tests {
     const CENTRE: [f64; 3] = [21.3, 18.6, 17.9];
 
     #[test]
-    fn rays_meet_a_ball_where_they_should_with_its_normal() {
+    fn rays_intersect_a_ball_with_its_normal() {
         let values = ball(CENTRE);
         let volume = Volume {
             values: &values,
@@ -224,7 +224,7 @@ mod tests {
     }
 
     #[test]
-    fn a_ray_that_starts_inside_says_so() {
+    fn a_ray_that_starts_inside_is_marked() {
         let values = ball(CENTRE);
         let volume = Volume {
             values: &values,

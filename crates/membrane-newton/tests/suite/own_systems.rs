@@ -104,7 +104,7 @@ fn balloon() -> Membrane {
 /// f V = 1500 has one shape; the crate's own solver finds its intensity under the same volume. Boxed, by reference and by value the results are
 /// bitwise identical.
 #[test]
-fn own_forces_compose_and_may_be_boxed() {
+fn custom_forces_compose_and_may_be_boxed() {
     let forces = FiniteDifferences::new(&balloon(), 101).unwrap();
     let options = NewtonOptions::default();
     let mut plain = forces.start().to_vec();
@@ -246,7 +246,7 @@ impl ResidualSystem for Failing {
 
 /// An error of the caller ends the solve and is accessible as the source; a state without forces only shortens the step.
 #[test]
-fn own_failures_end_the_solve() {
+fn custom_errors_end_the_solve() {
     let run = |at, how| {
         let (calls, slope) = (0, 0.0);
         let mut system = Failing {

@@ -127,7 +127,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_polynomials_are_the_function_and_its_transform_is_its_integral() {
+    fn the_polynomials_agree_with_the_function_and_its_transform_with_its_integral() {
         for tolerance in [1e-3, 1e-4, 1e-5, 1e-6] {
             let shape = Shape::for_tolerance(tolerance);
             let taps = shape.taps::<f64>();

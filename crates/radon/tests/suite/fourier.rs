@@ -323,7 +323,7 @@ fn every_instruction_set_spreads_the_same_to_rounding() {
 }
 
 #[test]
-fn the_method_depends_on_sizes_interpolation_and_sample_type_alone() {
+fn the_method_depends_on_sizes_interpolation_and_sample_type_only() {
     let fourier = Method::Fourier {
         tolerance: Method::AUTO_TOLERANCE,
     };

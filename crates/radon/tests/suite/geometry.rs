@@ -44,7 +44,7 @@ fn the_rotation_bin_lies_on_the_axis() {
 }
 
 #[test]
-fn uniform_half_and_full_turns_weigh_equally_whatever_the_parity() {
+fn uniform_half_and_full_turns_have_equal_weights_for_any_parity() {
     for n in [1, 2, 3, 90, 91] {
         for turn in [ParallelGeometry::half_turn, ParallelGeometry::full_turn] {
             let geometry = turn(n, 4, 1.0).unwrap();

@@ -451,7 +451,7 @@ fn no_entry_is_negative() {
 
 /// The peak of a point is too high by at most the tolerance and never too low; the largest error is at least half the tolerance.
 #[test]
-fn peaks_keep_the_tolerance() {
+fn peaks_meet_the_tolerance() {
     let views = ParallelGeometry::new([0.0], 65, 0.3).unwrap();
     let axis = SliceAxis::new(65, 0.3).unwrap();
     let geometry = SpectGeometry::circular(&views, &axis, 15.0).unwrap();

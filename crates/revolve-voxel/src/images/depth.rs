@@ -261,7 +261,7 @@ mod tests {
     }
 
     #[test]
-    fn integrals_are_those_of_a_dense_rule() {
+    fn integrals_agree_with_a_dense_rule() {
         let response = DepthResponse::new(sigma, [-12.0, 18.0], 1e-6).unwrap();
         let n = response.n_nodes();
         for ([p, q], mu) in [

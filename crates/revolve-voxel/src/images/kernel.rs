@@ -201,7 +201,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_table_is_the_normal_distribution() {
+    fn the_table_agrees_with_the_normal_distribution() {
         let normal = Normal::get();
         // Abramowitz & Stegun, table 26.1.
         for (x, exact) in [
@@ -229,7 +229,7 @@ mod tests {
     }
 
     #[test]
-    fn weights_are_those_of_each_position() {
+    fn tabulated_weights_agree_with_computed_ones() {
         for value in [BinValue::Average, BinValue::Centre] {
             let axis = Axis {
                 n: 40,

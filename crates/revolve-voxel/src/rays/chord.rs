@@ -350,7 +350,7 @@ mod tests {
 
     /// A row of lines over a waisted body: hints do not change results.
     #[test]
-    fn hints_change_nothing() {
+    fn results_do_not_depend_on_hints() {
         let points: Vec<[f64; 2]> = (0..=200)
             .map(|k| 0.02 * k as f64)
             .map(|x| [x, 1.0 + 0.4 * (2.0 * x).cos() - 0.25 * (x - 2.0).powi(2)])

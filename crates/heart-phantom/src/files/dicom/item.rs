@@ -98,7 +98,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn numbers_fit_into_their_room_and_keep_eight_digits() {
+    fn numbers_fit_into_their_field_with_eight_digits() {
         for value in [
             0.0,
             180.0,
