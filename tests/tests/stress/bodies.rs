@@ -181,7 +181,7 @@ fn check_ray(random: &mut Random, body: &Body, ray: &Ray, size: f64) {
             assert!(hit.normal.iter().all(|x| x.is_finite()));
             assert!((hit.normal.norm() - 1.0).abs() < 1e-9);
         }
-        let back = Ray::new(ray.origin(), -ray.direction()).expect("the same ray in the opposite direction");
+        let back = Ray::new(ray.origin(), -ray.direction()).expect("the reversed ray");
         let other = body.chord(layer, &back).unwrap();
         assert!(
             (other - chord).abs() * speed <= 1e-6 * size,

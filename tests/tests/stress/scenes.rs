@@ -288,7 +288,7 @@ fn bits(samples: &[f32]) -> Vec<u32> {
 
 fn study(random: &mut Random, text: &str) -> Option<()> {
     let scene = Scene::from_toml(text).ok()?;
-    let again = Scene::from_toml(&scene.to_toml()).expect("a scene that was read can be written and read");
+    let again = Scene::from_toml(&scene.to_toml()).expect("a scene is written and read");
     assert_eq!(again, scene);
     let phantom = Phantom::new(scene.clone()).ok()?;
     let [n_views, n_rows] = [phantom.camera().n_views(), phantom.camera().n_rows()];

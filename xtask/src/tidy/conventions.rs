@@ -160,7 +160,7 @@ mod tests {
         files[1].text = code
             .replace("//! Doc.", "//! Other words.")
             .replace(" { ", "\n{\n");
-        assert_eq!(check(&files), [], "comments and layout do not change the hash");
+        assert_eq!(check(&files), [], "layout does not change the hash");
         files[1].text = code.replace("- 1", "- 0");
         assert_eq!(check(&files).len(), 1, "a half bin changes the hash");
     }

@@ -470,7 +470,7 @@ fn membrane_options_and_reports_are_restored_from_files() {
     through_json(&EvolvingOptions::default());
     let body = Body::springs(&balloon(), 21).expect("nodes enough");
     let mut motion =
-        Motion::new(body, Load::intensity(|_| 1.0), Scheme::TrBdf2).expect("a load at the current time");
+        Motion::new(body, Load::intensity(|_| 1.0), Scheme::TrBdf2).expect("a valid motion");
     motion.step(0.01).expect("a step");
     through_json(&motion.energy());
     through_json(&motion.work());
