@@ -140,8 +140,8 @@ impl<'a, 's> Search<'a, 's> {
     /// Walks from value `from`, near `start`, to `to`, and writes the result to `state`.
     ///
     /// A step is too long if Newton needs damping or many iterations, or if the curve turns too much, has a very different rate of change,
-    /// or moves farther than the rates at both ends explain: Newton may then have jumped over limit points at which the branch turns back
-    /// and forth.
+    /// or moves farther than predicted by the rates at both ends: Newton's method may then have jumped over limit points at which the branch turns
+    /// back and forth.
     fn walk(
         &mut self,
         state: &mut [f64],

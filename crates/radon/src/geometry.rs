@@ -24,7 +24,7 @@ use crate::error::{RadonError, at_least, finite, positive, product, room, zeros}
 /// let angles: Vec<f64> = (0..90).map(|k| 2.0 * f64::from(k)).collect();
 /// let listed = ParallelGeometry::from_degrees(&angles, 256, 0.0625)?;
 /// assert!((listed.angles()[45] - geometry.angles()[45]).abs() < 1e-15);
-/// assert!(ParallelGeometry::arc_radians(90, 180.0, 256, 0.0625).is_err()); // 29 turns: degrees by mistake
+/// assert!(ParallelGeometry::arc_radians(90, 180.0, 256, 0.0625).is_err()); // 29 turns: angle in degrees
 /// # Ok::<(), radon::RadonError>(())
 /// ```
 #[derive(Debug, Clone, PartialEq)]

@@ -146,7 +146,7 @@ impl Phantom {
     }
 
     /// Returns the phantom of another scene. It shares the solved shapes if `[heart]`, `[pose]` and the displacement of the base are equal,
-    /// and keeps a heart that was given.
+    /// and preserves a given heart.
     ///
     /// # Errors
     /// As [`Phantom::new`].

@@ -46,7 +46,7 @@ impl Phantom {
     ///
     /// A voxel of the wall takes the value of its own material ([`Phantom::wall`], exact). Surroundings of the wall, including the blood,
     /// follow the nearest material: entirely within a tenth of the heart's length, less beyond, and not at all at three times the longest
-    /// displacement further. So edges of the wall keep their shape and uniform surroundings stay uniform; a resting structure near the
+    /// displacement further. So edges of the wall keep their shape and uniform surroundings stay uniform; a stationary structure near the
     /// wall is displaced although it should not be. Respiration displaces voxels rigidly; its fraction is interpolated between voxels.
     ///
     /// ```

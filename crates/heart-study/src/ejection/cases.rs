@@ -1,4 +1,4 @@
-//! The cases of the study: a base case of each heart, and changes of one thing at a time.
+//! The cases of the study: a base case of each heart, and one change at a time.
 
 use heart_phantom::radon::{HoleResponse, Window};
 use heart_phantom::scene::{CollimatorSettings, HolesSettings, Mode};

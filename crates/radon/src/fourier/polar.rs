@@ -220,7 +220,7 @@ fn ceil_div(a: i64, b: i64) -> i64 {
 
 /// exp(-i k turn) for k = 0, 1, ..., some at a time.
 pub(super) fn turns(turn: f64) -> impl Iterator<Item = Complex<f64>> {
-    // Computed side by side, so that no product waits for another.
+    // Computed side by side, because dependent products would be slow.
     const TOGETHER: usize = 8;
     let step = Complex::cis(-turn * TOGETHER as f64);
     let mut these: [Complex<f64>; TOGETHER] =
