@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
-"""Everything that must hold of the Python package, in an empty environment:
+"""All checks of the Python package, in an empty environment:
 
     python3 python/check.py [--environment DIR]
 
 Builds a wheel, installs it, and runs the tests: those of the arrays, the docstrings and the README's examples, the scripts in `examples`,
-mypy and the stubs. Needs a Rust toolchain and a package index. HEART_PHANTOM, the program `heart-phantom`, is compared with if it is set.
+mypy and the stubs. Needs a Rust toolchain and a package index. If HEART_PHANTOM is set, results are compared with that program.
 """
 
 import argparse
@@ -26,7 +26,7 @@ def run(*command, **options):
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--environment", type=Path, help="kept, and used again; a temporary one if left out")
+    parser.add_argument("--environment", type=Path, help="kept and reused; a temporary one by default")
     options = parser.parse_args()
     with tempfile.TemporaryDirectory() as scratch:
         environment = options.environment or Path(scratch) / "environment"
@@ -40,7 +40,7 @@ def main():
         if megabytes > MOST_MEGABYTES:
             sys.exit(f"the wheel is larger than {MOST_MEGABYTES} MB")
         run(python, "-m", "pip", "install", "--quiet", "--force-reinstall", f"{wheel}[test]")
-        # Not from the folder of the sources: what is tested is what is installed.
+        # Not from the folder of the sources: the installed package is tested.
         run(python, "-m", "pytest", "-q", "-c", HERE / "pyproject.toml", HERE / "tests", cwd=scratch)
 
 

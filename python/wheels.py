@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Builds what is uploaded to a package index, and checks it:
+"""Builds the files for a package index, and checks them:
 
     python3 python/wheels.py --out DIR [--environment DIR] [--no-sdist]
 
@@ -28,7 +28,7 @@ def run(*command, **options):
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--out", type=Path, required=True, help="directory of the wheel and the sdist")
-    parser.add_argument("--environment", type=Path, help="kept, and used again; a temporary one if left out")
+    parser.add_argument("--environment", type=Path, help="kept and reused; a temporary one by default")
     parser.add_argument("--no-sdist", action="store_true", help="only the wheel")
     options = parser.parse_args()
     linux = sys.platform == "linux"

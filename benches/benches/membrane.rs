@@ -1,6 +1,5 @@
-//! Static membranes: this workspace's two discretisations beside a general sparse LU on the same
-//! finite-difference system; the error is printed beside each time. The other rival, SciPy's
-//! `solve_bvp`, runs from peers/solve_bvp.py on the same problem.
+//! Static membranes: both discretisations of this workspace compared with a general sparse LU on the same finite-difference system; each time is
+//! printed with its error. SciPy's `solve_bvp` solves the same problem in peers/solve_bvp.py.
 
 #![allow(clippy::expect_used, clippy::panic, clippy::unwrap_used)]
 
@@ -15,7 +14,7 @@ use membrane_newton::{
     Control, Discretisation, NewtonOptions, Pair, Rubber, Solver, StrainEnergy, Thickness,
 };
 
-/// f for a gain of 0.6 and the volume it belongs to (h = 8.5, R = 1.75, lambda = 1).
+/// f for a gain of 0.6 and the corresponding volume (h = 8.5, R = 1.75, lambda = 1).
 const GAIN: f64 = 0.6;
 const VOLUME_AT_17_5: f64 = 148.86748016;
 
@@ -67,7 +66,7 @@ fn faer_newton(differences: &FiniteDifferences) -> f64 {
     Measure::Volume.of(x.as_chunks().0)
 }
 
-/// Time and volume error from rest, each resolution a row.
+/// Time and volume error from the reference configuration, one row per resolution.
 fn rows(effort: Effort) {
     let options = NewtonOptions::default();
     let (nodes, degrees): (&[usize], &[usize]) = match effort {
@@ -165,7 +164,7 @@ fn rubber_rows(effort: Effort) {
     }
 }
 
-/// Rubber at a gain of 0.6 from rest: spectral elements, a pair, differences of more and more nodes.
+/// Rubber at a gain of 0.6 from the reference configuration: spectral elements, a pair, differences of more and more nodes.
 fn rubber_gain(c: &mut Criterion) {
     let options = NewtonOptions::default();
     let mut group = c.benchmark_group("membrane/rubber-gain-0.6");

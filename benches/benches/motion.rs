@@ -1,4 +1,4 @@
-//! The moving membrane: a step's cost against N, and time against error beside diffsol.
+//! The moving membrane: cost of a step against N, and time against error compared with diffsol.
 
 #![allow(clippy::expect_used, clippy::panic, clippy::unwrap_used)]
 
@@ -36,7 +36,7 @@ fn ours(n_nodes: usize, scheme: Scheme, steps: TimeStep) -> (Vec<[f64; 2]>, usiz
     (motion.state().points.to_vec(), motion.work().steps)
 }
 
-/// The same equations of motion written for a general solver: per interior node x, y, vx, vy.
+/// The same equations of motion for a general solver: per interior node x, y, vx, vy.
 #[derive(Clone)]
 struct Ode {
     rest: Vec<[f64; 2]>,
@@ -186,12 +186,12 @@ fn distance(a: &[[f64; 2]], b: &[[f64; 2]]) -> f64 {
         .fold(0.0, f64::max)
 }
 
-/// Seconds against error, errors falling.
+/// Seconds against error, with decreasing errors.
 type Curve = Vec<(f64, f64)>;
 
-/// Time that a curve takes to an error, between its rows in logarithms; none past its end.
+/// Time of a curve at an error, interpolated between its rows in logarithms; `None` beyond its end.
 fn time_at(curve: &Curve, error: f64) -> Option<f64> {
-    // a row counts only if no cheaper one is better
+    // a row counts only if no cheaper row is more accurate
     let mut rows: Curve = Vec::new();
     for &(e, t) in curve {
         if !curve.iter().any(|&(other, time)| other < e && time < t) {
@@ -208,7 +208,7 @@ fn time_at(curve: &Curve, error: f64) -> Option<f64> {
     Some((t0.ln() + x * (t1 / t0).ln()).exp())
 }
 
-/// How many times longer the other takes, if it gets there at all.
+/// Ratio of the times of the other solver and ours, if it reaches the error.
 fn longer(other: Option<f64>, ours: f64) -> String {
     other.map_or("not reached".into(), |time| format!("{:.1} x", time / ours))
 }
@@ -220,7 +220,7 @@ fn rows(effort: Effort) {
     }
 }
 
-/// Time against the error at t = 5, each setting a row; then the ratios at equal error.
+/// Time against the error at t = 5, one row per setting; then the ratios at equal error.
 fn rows_of(n_nodes: usize, effort: Effort) {
     // Independent of our steps: an explicit scheme of order 5 at the tightest tolerance.
     let truth = rival(n_nodes, Rival::Tsit45, 1e-13).0;
@@ -276,7 +276,7 @@ fn rows_of(n_nodes: usize, effort: Effort) {
             }));
         };
         let every = if effort == Effort::Quick { 2 } else { 1 };
-        // explicit steps shrink with the spacing
+        // explicit steps scale with the spacing
         let finer = match scheme {
             Scheme::Splitting2 | Scheme::Splitting6 => (n_nodes - 1) / 100,
             _ => 1,

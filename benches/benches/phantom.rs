@@ -1,5 +1,5 @@
-//! Benches of the phantom group: the sinogram of the posed wall from exact chords, and by the usual way over voxels and a
-//! projector, on the same camera; the time average against the number of phases. Errors are printed beside the times.
+//! Benches of the phantom group: the sinogram of the posed wall from exact chords, and by the usual method with voxels and a projector, on the same
+//! camera; the time average against the number of phases. Errors are printed beside the times.
 
 #![allow(clippy::expect_used, clippy::panic, clippy::unwrap_used)]
 
@@ -45,7 +45,7 @@ impl Scene {
         views(&self.with(mode, steps))
     }
 
-    /// Voxel averages, then Joseph's projector: what one does without exact chords.
+    /// Voxel averages, then Joseph's projector: the usual method without exact chords.
     fn voxels(&self, projector: &Projector) -> Vec<f32> {
         let volume = self.with(STILL, 8).truth(0).expect("reachable gains");
         projector
@@ -79,7 +79,7 @@ fn phantom(c: &mut Criterion) {
     let projector = scene.projector();
     let error = distance(&scene.voxels(&projector), &exact);
     println!("phantom,static,voxels and joseph,relative error {error:.2e}");
-    // Voxels of 1.25 mm under point rays: the silhouette is off by a share of a voxel.
+    // Voxels of 1.25 mm under point rays: the error of the silhouette is a fraction of a voxel.
     assert!(error < 0.05);
     group.bench_function("exact chords", |b| {
         b.iter(|| black_box(&scene).exact(STILL, 8))
@@ -132,7 +132,7 @@ fn rows(effort: Effort) {
         let scene = Scene::new(24, size, 801);
         let case = "24 views of the posed wall, at rest";
         let exact = scene.exact(STILL, 8);
-        // Four times the nodes are the truth for the exact chords of 801.
+        // The reference for the exact chords of 801 nodes has four times as many nodes.
         let truth = Scene::new(24, size, 3201).exact(STILL, 8);
         let projector = scene.projector();
         for threads in [1, 2] {
@@ -165,7 +165,7 @@ fn rows(effort: Effort) {
     collimated(effort);
 }
 
-/// Exact views of a heart at rest through a collimator, with and without a chest around it.
+/// Exact views of a static heart through a collimator, with and without a chest around it.
 fn through_a_collimator(size: usize, chest: bool, tolerance: f64) -> Phantom {
     let mut scene = scene::Scene::default()
         .with_size(size)
@@ -178,7 +178,7 @@ fn through_a_collimator(size: usize, chest: bool, tolerance: f64) -> Phantom {
         holes: scene::HolesSettings::GeLehr,
         intrinsic_fwhm: 0.38,
     });
-    // Depth has a fifth of it.
+    // Depth uses a fifth of the tolerance.
     scene.acquisition.accuracy = scene::Accuracy::Tolerance(5.0 * tolerance);
     scene.camera.samples = Some(BinSample::Centres);
     if chest {
@@ -191,7 +191,7 @@ fn views(phantom: &Phantom) -> Vec<f32> {
     phantom.sinograms(0, &|_| ()).expect("views").samples
 }
 
-/// The plain way to the same: exact integrals between planes as thick as a bin, each blurred by itself.
+/// A simple method for the same views: exact integrals between planes of the thickness of a bin, each blurred separately.
 fn every_plane_by_itself(phantom: &Phantom) -> Vec<f32> {
     const REACH: f64 = 12.8;
     let camera = phantom.camera();
@@ -233,7 +233,7 @@ fn every_plane_by_itself(phantom: &Phantom) -> Vec<f32> {
         .collect()
 }
 
-/// The exact views, and those of the voxel operator of exact voxels, both as means over bins: its order.
+/// The exact views, and those of the voxel operator of exact voxels, both as bin averages: the order of the operator.
 fn operators(effort: Effort) {
     let sizes: &[usize] = match effort {
         Effort::Quick => &[32, 64],
@@ -324,7 +324,7 @@ fn collimated(effort: Effort) {
     }
 }
 
-/// `cargo paper --no-figures` from start to end, files and all; the error is that of its static reconstruction.
+/// `cargo paper --no-figures` from start to end, including files; the error is that of its static reconstruction.
 fn papers(effort: Effort) {
     let sizes: &[usize] = match effort {
         Effort::Quick => &[64],

@@ -1,7 +1,7 @@
-//! Forward projection and its adjoint: 256 slices of 256 x 256 from 90 views, rivals on the same input.
+//! Forward projection and its adjoint: 256 slices of 256 x 256 from 90 views, compared with other methods on the same input.
 //!
-//! The object is a tilted thick shell whose projections are known exactly; each rival's relative L2 error against rays
-//! through the bin centres and against bin means is printed and asserted before it is timed.
+//! The object is a tilted thick shell whose projections are known exactly; the relative L2 error of each method against rays through the bin centres
+//! and against bin averages is printed and asserted before timing.
 
 #![allow(clippy::expect_used, clippy::panic, clippy::unwrap_used)]
 
@@ -50,7 +50,7 @@ fn scene() -> Scene {
     }
 }
 
-/// The shell's voxels as the harness of the published comparison has them: a voxel within 0.9 of an outline (in units of the least
+/// The shell's voxels as in the harness of the published comparison: a voxel within 0.9 of an outline (in units of the least
 /// half axis) is the mean of 8 x 8 samples in the slice and 4 along z, any other is its centre.
 fn sampled_voxels() -> Vec<f32> {
     let h = 0.5f64.sqrt();
@@ -100,7 +100,7 @@ fn error(got: &[f32], exact: &[f32]) -> f64 {
         .sqrt()
 }
 
-/// Joseph ray by ray and slice by slice, as the definition reads.
+/// Joseph's method ray by ray and slice by slice, according to the definition.
 fn naive(volume: &[f32], geometry: &ParallelGeometry) -> Vec<f32> {
     let middle = (N as f64 - 1.0) / 2.0;
     let mut out = vec![0.0f32; VIEWS * N * N];
@@ -144,7 +144,7 @@ fn by_matrix(matrix: &radon::sprs::CsMat<f32>, pixels: &[f32], rays: &mut [f32])
     });
 }
 
-/// What a filter leaves out costs nothing: the scene, its rivals and their checks are made where a bench first asks for them.
+/// Benches omitted by a filter cost nothing: the scene, the other methods and their checks are computed at first use.
 fn forward(c: &mut Criterion) {
     let scene = LazyCell::new(scene);
     let mut group = c.benchmark_group("projector/forward/256x256x256x90");
@@ -161,8 +161,8 @@ fn forward(c: &mut Criterion) {
         );
     };
     let bar = [0.0185, 0.0067];
-    // The bar was set with sampled voxels; exact voxel means are another (better) image of the same object, 1 % further from the
-    // rays through the centres.
+    // The limit was determined with sampled voxels; exact voxel averages are another (better) image of the same object, 1 % farther from the rays
+    // through the centres.
     let joseph = [0.0187, 0.0067];
     let projector =
         LazyCell::new(|| Projector::new(&scene.geometry, &scene.grid, Kernel::Joseph).unwrap());
@@ -247,7 +247,7 @@ fn forward(c: &mut Criterion) {
 
     let mut group = c.benchmark_group("projector/adjoint/256x256x256x90");
     group.sample_size(10);
-    // The identity on this very work: sums of 1e9 terms in f32.
+    // The adjoint identity for this work: sums of 1e9 terms in f32.
     let checked = LazyCell::new(|| {
         let volume = projector.adjoint_stack(&scene.mean, N, ORDER).unwrap();
         let projections = projector.forward_stack(&scene.volume, N, ORDER).unwrap();
@@ -387,7 +387,7 @@ fn rows(effort: Effort) {
     }
 }
 
-/// The middle slice alone and a volume without an empty slice, there and back: what a slice costs among others and by itself.
+/// The middle slice alone and a volume without an empty slice, forward and adjoint: cost of a slice among others and alone.
 fn stacks(scene: &Scene, repeats: usize) {
     let plan = Projector::new(&scene.geometry, &scene.grid, Kernel::Joseph).unwrap();
     let mut scratch = plan.scratch();

@@ -1,4 +1,4 @@
-//! FBP and projectors beside a textbook version, on one Shepp-Logan phantom; each row's error is checked and printed.
+//! FBP and projectors compared with a textbook implementation, on one Shepp-Logan phantom; the error of each row is checked and printed.
 
 #![allow(clippy::expect_used, clippy::panic, clippy::unwrap_used)]
 
@@ -118,7 +118,7 @@ fn many_slices(c: &mut Criterion) {
     group.finish();
 }
 
-/// Back-projection alone, by one thread: rows that are filtered already, with the changes of layout on either side.
+/// Back-projection alone, on one thread: filtered rows, including the changes of layout before and after.
 fn back_projection(c: &mut Criterion) {
     let case = case(256, 90);
     let plan = case.plan(FbpOptions::default().without_ramp());
@@ -291,8 +291,8 @@ fn fbp_rows(effort: Effort) {
         let name = format!("{SLICES} slices of {n} x {n}");
         let row = |method: &str, threads: usize, (seconds, image): (f64, Vec<f32>)| {
             let error = case.rmse(&image[..n * n]);
-            // With far fewer views than the n pi / 2 that the bins ask for, streaks rule the error; else smoothed edges, which are
-            // the larger part of a coarser image.
+            // With far fewer views than the n pi / 2 required by the bins, streaks dominate the error; otherwise smoothed edges, a larger part of a
+            // coarser image.
             let edges = 0.06 * (256.0 / n as f64).sqrt().max(1.0);
             assert!(error < if n_views < 90 { 0.15 } else { edges }, "{error}");
             Row {
@@ -354,7 +354,7 @@ fn fbp_rows(effort: Effort) {
     }
 }
 
-/// Projections of the phantom's pixel means beside its exact bin means.
+/// Projections of the phantom's pixel averages compared with its exact bin averages.
 fn projector_rows(effort: Effort) {
     let sizes: &[usize] = match effort {
         Effort::Quick => &[128],
@@ -401,7 +401,7 @@ fn projector_rows(effort: Effort) {
                 row(&format!("{kernel:?}"), threads, seconds, error);
             }
             if n <= 256 {
-                // the rival: the same weights as a sparse matrix, slice by slice
+                // for comparison: the same weights as a sparse matrix, slice by slice
                 let matrix = projector.matrix::<f32>().expect("room");
                 let (seconds, rays) = timed(3, || {
                     let mut rays = vec![0.0f32; matrix.rows()];

@@ -1,6 +1,6 @@
-//! Benches of the revolve group: chords, views and voxels of a dilated two-membrane body, rivals on the same input.
+//! Benches of the revolve group: chords, views and voxels of a dilated two-membrane body, compared with other methods on the same input.
 //!
-//! Each bench asserts its answer first; the errors are printed beside the times.
+//! Each bench first asserts its result; errors are printed with the times.
 
 #![allow(clippy::expect_used, clippy::panic, clippy::unwrap_used)]
 
@@ -42,7 +42,7 @@ fn body(radii: &[f64], n: usize) -> Body {
     Body::new(layers.collect(), pose()).unwrap()
 }
 
-/// The rival: every frustum of the profile, clipped and solved for, ray by ray.
+/// The method for comparison: every frustum of the profile is clipped and intersected, ray by ray.
 fn naive_chord(path: &[[f64; 2]], o: Point3<f64>, d: Vector3<f64>) -> f64 {
     path.windows(2)
         .map(|p| {
@@ -54,7 +54,7 @@ fn naive_chord(path: &[[f64; 2]], o: Point3<f64>, d: Vector3<f64>) -> f64 {
             let qa = d.y * d.y + d.z * d.z - g1 * g1;
             let qb = o.y * d.y + o.z * d.z - g0 * g1;
             let disc = qb * qb - qa * (o.y * o.y + o.z * o.z - g0 * g0);
-            // Cut at the roots, ask at the middles: steep cones and their mirror images need no cases.
+            // Division at the roots and tests at the midpoints: steep cones and their mirror images need no special cases.
             let mut cuts = [t0, t1, t1, t1];
             if disc > 0.0 {
                 cuts[1] = ((-qb - disc.sqrt()) / qa).max(t0).min(t1);
@@ -109,7 +109,7 @@ fn chords(c: &mut Criterion) {
                 .map(|(a, b)| (a - b).abs())
                 .fold(0.0, f64::max);
             println!("largest difference from the rival: {worst:.1e} cm");
-            // Grazing rays lose half the digits.
+            // Grazing rays have half of the digits.
             assert!(worst < 1e-6);
             group.throughput(Throughput::Elements(counters.hit));
             group.bench_function("naive/200", |b| {
@@ -200,7 +200,7 @@ fn views(c: &mut Criterion) {
         sinogram(&mut out);
         for image in out.chunks(256 * 256) {
             let sum = image.iter().map(|&v| f64::from(v)).sum::<f64>() * 0.0625 * 0.0625;
-            // Every view holds the volume, to the midpoint rule.
+            // Every view contains the volume, to the accuracy of the midpoint rule.
             assert!((sum / volume - 1.0).abs() < 1e-3, "{sum} {volume}");
         }
         group.bench_function(format!("ours/{n}"), |b| {
@@ -260,7 +260,7 @@ fn rms(a: &[f32], b: &[f32]) -> f64 {
     (sum / a.len() as f64).sqrt()
 }
 
-/// Chords of one view against the number of profile points; the finest profile is the truth.
+/// Chords of one view against the number of profile points; the finest profile is the reference.
 fn chord_rows(effort: Effort) {
     let rays = ParallelDetector::new(256, 256, [0.0625; 2])
         .and_then(|detector| detector.rays(0.7))
@@ -303,7 +303,7 @@ fn chord_rows(effort: Effort) {
     }
 }
 
-/// Voxels of the wall, four slices of them; coverage to 1e-9 is the truth.
+/// Voxels of the wall, four slices of them; coverage to 1e-9 is the reference.
 ///
 /// The largest error of n samples a side falls as 1/n (a plane that lies along a layer of samples), at n^3 the work. That of
 /// coverage is the tolerance or less; from exact sections on, three more digits cost some five times the work.

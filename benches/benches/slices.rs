@@ -1,5 +1,4 @@
-//! Single slices, small and large: the direct sum beside Fourier methods, Joseph's projection beside the Fourier projector; each row's
-//! error is printed.
+//! Single slices, small and large: the direct sum and Fourier methods, Joseph's projector and the Fourier projector; each row contains its error.
 
 #![allow(clippy::expect_used, clippy::panic, clippy::unwrap_used)]
 
@@ -15,7 +14,7 @@ use radon::{
     FbpOptions, FourierProjector, Interpolation, Kernel, LinearOperator, Method, Projector,
 };
 
-/// One slice by either method: growth with its side, n x n pixels from 45/32 n views.
+/// One slice by either method: scaling with its side, n x n pixels from 45/32 n views.
 fn large_rows(effort: Effort) {
     let sizes: &[usize] = match effort {
         Effort::Quick => &[256],
@@ -62,7 +61,7 @@ fn large_rows(effort: Effort) {
             ),
         ];
         for (name, method, interpolation) in methods {
-            // Half a minute of one thread.
+            // It takes half a minute on one thread.
             if n > 2048 && method == Method::Direct {
                 continue;
             }

@@ -1,8 +1,8 @@
-//! SPECT views and their adjoint: 64 views of a volume, attenuated and blurred by the distance, beside the plain loop that turns the volume
-//! by interpolation and blurs every plane by itself.
+//! SPECT views and their adjoint: 64 views of a volume, attenuated and with depth-dependent blur, compared with a plain loop that rotates the volume
+//! by interpolation and blurs every plane separately.
 //!
 //! The object is a Gaussian hill off the centre of a cylinder of water, whose views are an integral over depth and bins of smooth
-//! functions; each rival's relative L2 error against that is printed and asserted before it is timed.
+//! functions; the relative L2 error of each method is printed and asserted before timing.
 
 #![allow(clippy::expect_used, clippy::panic, clippy::unwrap_used)]
 
@@ -19,7 +19,7 @@ use radon::{
 use rayon::prelude::*;
 
 const VIEWS: usize = 64;
-/// Views whose exact values are computed: one in so many.
+/// Exact values are computed for one in this number of views.
 const EVERY: usize = 16;
 /// Sides of the field of view, the cylinder's radius and its attenuation, the camera's distance, in cm.
 const FIELD: f64 = 38.4;
@@ -131,8 +131,7 @@ impl Scene {
         (square / self.exact.iter().map(|x| x * x).sum::<f64>()).sqrt()
     }
 
-    /// Planes parallel to the detector by bilinear interpolation, each weakened by all before it and half of itself, and blurred by
-    /// itself.
+    /// Planes parallel to the detector by bilinear interpolation, each attenuated by all before it and half of itself, and blurred separately.
     fn plain_loop(&self) -> Vec<f32> {
         let (n, pitch) = (self.n, FIELD / self.n as f64);
         let middle = (n as f64 - 1.0) / 2.0;
@@ -182,7 +181,7 @@ fn forward(operator: &SpectOperator<f32>, volume: &[f32], views: &mut [f32]) {
     operator.forward_into(black_box(volume), views).unwrap();
 }
 
-/// A filter that leaves a rival out leaves out its scene, too.
+/// If a filter omits a method, its scene is not computed.
 fn spect(c: &mut Criterion) {
     let scene = LazyCell::new(|| scene(128));
     let mut group = c.benchmark_group("spect/128x128x128x64");

@@ -55,7 +55,7 @@ def offsets(k):
 
 
 def sinogram(objects, n, n_views, z, sampling, bins=None):
-    """[view][slice][bin]; `bins` are their centres, counted from the middle unless told otherwise."""
+    """[view][slice][bin]; `bins` are their centres, counted from the middle by default."""
     out = np.zeros((n_views, len(z), n), np.float32)
     s = middle(n) if bins is None else bins
     ds, dz = (offsets(8), offsets(4) if len(z) > 1 else [0]) if sampling == "mean" else ([0], [0])
@@ -66,7 +66,7 @@ def sinogram(objects, n, n_views, z, sampling, bins=None):
 
 
 def own_axis(objects, n, n_views, z, sampling):
-    """The sinogram with bins and objects counted from n//2 instead of (n-1)/2: what scikit-image turns about."""
+    """The sinogram with bins and objects counted from n//2 instead of (n-1)/2: the centre of rotation of scikit-image."""
     return sinogram(objects, n, n_views, z, sampling, np.arange(n) - n // 2)
 
 

@@ -1,4 +1,4 @@
-"""Times and errors of forward projection of the shell's voxels: ASTRA, RTK, scikit-image. Ours stand in the bench `projector`."""
+"""Times and errors of forward projection of the shell's voxels: ASTRA, RTK, scikit-image. Ours are in the bench `projector`."""
 import argparse
 import json
 import statistics
@@ -14,7 +14,7 @@ THETA = np.arange(VIEWS) * np.pi / VIEWS
 
 
 def astra(image):
-    """Joseph's method. ASTRA turns the other way and counts rows downwards."""
+    """Joseph's method. ASTRA rotates in the opposite direction and counts rows downwards."""
     import astra as toolbox
     geometry = toolbox.create_proj_geom("parallel", 1.0, N, THETA)
     volume = toolbox.create_vol_geom(N, N)
@@ -26,7 +26,7 @@ def astra(image):
 
 
 def scikit_image(image):
-    """Turns the image about pixel n//2 and sums its columns."""
+    """Rotates the image about pixel n//2 and sums its columns."""
     from skimage.transform import radon
     return radon(image[::-1].astype(float), np.degrees(THETA), circle=True).T
 

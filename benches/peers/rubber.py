@@ -1,6 +1,6 @@
 """SciPy's solve_bvp on the rubber balloon of benches/membrane.rs: half the meridian, two mapped pieces.
 
-h = 8.5, R = 1.75, neo-Hookean mu h = 1, volume gain 0.3, ring held. Along the arc length at rest S from the apex, with r0 the distance
+h = 8.5, R = 1.75, neo-Hookean mu h = 1, volume gain 0.3, ring fixed. Along the reference arc length S from the apex, with r0 the distance
 from the axis there: x, y, b = r0 W_1 y' / l1 (the meridian's force across the axis, per angle), the volume so far. Its part along the axis
 is that of the pressure, a = r0 W_1 x' / l1 = -p y^2 / 2. Parameters are the stretch at the apex and p; given are R and the volume.
 Prints one row a tolerance in the format of the Rust benches, which `cargo xtask report --peers` collects.
@@ -57,7 +57,7 @@ def ends(a, b, unknown):
 
 
 def start(t):
-    """The rest shape blown up evenly, but for the ring."""
+    """The reference configuration, uniformly inflated except at the ring."""
     angle = (FIRST + (CAP - FIRST) * t) / R
     sin, cos = np.sin(angle), np.cos(angle)
     wide = 1.15 - 0.15 * np.exp(-3 * H * (1 - t))

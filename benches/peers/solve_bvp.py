@@ -34,7 +34,7 @@ def equation(t, q):
 
 
 def ends(a, b):
-    """Held at the base, smooth where the pieces meet, mirror image at the apex."""
+    """Fixed at the base, smooth between the pieces, mirror-symmetric at the apex."""
     return np.array([a[0], a[1] - R, *(b[:4] - a[4:]), b[5], b[6]])
 
 

@@ -17,9 +17,9 @@ def arguments():
     p.add_argument("--filter", choices=["ram-lak", "hann"], default="ram-lak")
     p.add_argument("--threads", type=int, default=2)
     p.add_argument("--repeats", type=int, default=5)
-    p.add_argument("--tools", help="comma-separated; all that suit the case if not given")
+    p.add_argument("--tools", help="comma-separated; by default all that support the case")
     p.add_argument("--rows", action="store_true", help="print rows for cargo xtask report as well")
-    p.add_argument("--json", help="append the rows to this file, one JSON object a line")
+    p.add_argument("--json", help="append the rows to this file, one JSON object per line")
     return p.parse_args()
 
 
@@ -67,7 +67,7 @@ def response(n):
 
 def finufft(sino, eps=1e-3):
     """Each view's spectrum times the ramp lies on a line through the origin of the image's spectrum; a type-1 transform sums
-    them. Two slices travel as one complex image."""
+    them. Two slices form one complex image."""
     import finufft as nufft
     import scipy.fft as fft
     n_views, n_slices, n = sino.shape
@@ -114,7 +114,7 @@ def slice_by_slice(sino, reconstruct):
 def astra(sino):
     import astra as toolbox
     n_views, _, n = sino.shape
-    # ASTRA turns the other way and counts rows downwards.
+    # ASTRA rotates in the opposite direction and counts rows downwards.
     geometry = toolbox.create_proj_geom("parallel", 1.0, n, np.arange(n_views) * np.pi / n_views)
     volume = toolbox.create_vol_geom(n, n)
     projector = toolbox.create_projector("linear", geometry, volume)
@@ -154,7 +154,7 @@ def rtk(sino):
 
 
 def scikit_image(sino):
-    """Turns about pixel n//2; see own_axis."""
+    """Rotates about pixel n//2; see own_axis."""
     from skimage.transform import iradon
     n_views, _, n = sino.shape
     theta = np.degrees(np.arange(n_views) * np.pi / n_views)
@@ -181,7 +181,7 @@ def main():
         # RTK interpolates between slices and gives zero for a single one.
         tools = [tool for tool in TOOLS if (ARGS.case != "large" or tool not in SLOW) and (len(z) > 1 or tool != "rtk")]
         for tool in ARGS.tools.split(",") if ARGS.tools else tools:
-            # scikit-image's axis is bin and pixel n//2, half a step off ours: exact data for its own grid.
+            # scikit-image's axis is bin and pixel n//2, half a step from ours: exact data for its own grid.
             if tool == "scikit-image":
                 data, against = own_axis(objects, n, n_views, z, ARGS.sampling), averages(moved(objects), n, z)
             else:
@@ -193,7 +193,7 @@ def main():
             print(f"| {case} | {tool} | {seconds:.4f}{'*' if scaled else ''} | {show(row['rmse'])} | {show(row['edge'])} | "
                   f"{show(row['far_inside'])} | {show(row['far_outside'])} | {show(row['gain'])} |", flush=True)
             if ARGS.rows:
-                # A smaller error that was got by smoothing is no gain: near edges and far from them each by itself.
+                # A smaller error by smoothing is no gain: errors near edges and far from them are separate.
                 for part, where in [("rmse", ""), ("edge", ", near edges"), ("far_inside", ", far inside"), ("far_outside", ", far outside")]:
                     if row[part] is None:
                         continue

@@ -1,7 +1,7 @@
 //! Shared by the benches: rows of time beside error, which `cargo xtask report` collects.
 //!
-//! `cargo bench` measures criterion's groups, and takes its options and filters. A bench called with `--rows` (and perhaps
-//! `--quick`) prints rows instead, the error of each method beside its time, and leaves criterion alone:
+//! `cargo bench` measures criterion's groups, and takes its options and filters. A bench called with `--rows` (and optionally `--quick`) prints rows
+//! of time and error of each method instead and does not run criterion:
 //!
 //! ```text
 //! cargo bench -p benches --bench membrane -- --rows --quick
@@ -23,7 +23,7 @@ use std::time::Instant;
 
 use criterion::Criterion;
 
-/// How much a study may cost: everything, or what is done in some twenty seconds.
+/// The extent of a study: everything, or about twenty seconds of work.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Effort {
     /// A few small cases, few repeats.
@@ -32,8 +32,7 @@ pub enum Effort {
     Full,
 }
 
-/// What the command line asks for: the rows, or the criterion groups and their summary; with `--test`, which asks for everything
-/// once, some rows and each group.
+/// Runs what the command line requests: the rows, or the criterion groups and their summary; with `--test`, some rows and each group once.
 pub fn run(rows: fn(Effort), groups: &[fn(&mut Criterion)]) {
     let given = |flag: &str| std::env::args().any(|argument| argument == flag);
     if given("--rows") || given("--test") {
@@ -50,21 +49,21 @@ pub fn run(rows: fn(Effort), groups: &[fn(&mut Criterion)]) {
 /// One point of a work-precision study: the time a method took and the error it left.
 #[derive(Debug, Clone, Copy)]
 pub struct Row<'a> {
-    /// What is compared: static solve, motion, chords, voxels, projectors, FBP, SPECT, growth, whole study.
+    /// Subject of the comparison: static solve, motion, chords, voxels, projectors, FBP, SPECT, growth, whole study.
     pub study: &'a str,
-    /// Who computed it, with the options that tell it from others.
+    /// The program or method, with the options that distinguish it from others.
     pub method: &'a str,
     /// The problem; rows of one study and case answer the same question.
     pub case: &'a str,
     /// Number of unknowns, nodes, bins or the like that makes this row differ from its neighbours.
     pub size: usize,
-    /// Threads it ran on.
+    /// Number of threads.
     pub threads: usize,
     /// Seconds (median of the repeats).
     pub seconds: f64,
-    /// Distance from the truth.
+    /// Distance from the reference.
     pub error: f64,
-    /// How that distance is measured, with its unit if it has one.
+    /// The norm of that distance, with its unit if it has one.
     pub error_kind: &'a str,
 }
 
@@ -92,8 +91,7 @@ impl Row<'_> {
     }
 }
 
-/// Median of the wall times of `repeats` runs in seconds, after one that does not count; and the
-/// last answer.
+/// Returns the median of the wall times of `repeats` runs in seconds, after a warm-up run, and the last result.
 pub fn timed<T>(repeats: usize, mut run: impl FnMut() -> T) -> (f64, T) {
     let mut answer = run();
     let mut times: Vec<f64> = (0..repeats.max(1))
@@ -110,7 +108,7 @@ pub fn timed<T>(repeats: usize, mut run: impl FnMut() -> T) -> (f64, T) {
 /// Runs `work` on a pool of this many threads.
 ///
 /// # Panics
-/// The system gives no threads.
+/// Threads cannot be started.
 pub fn on_threads<T: Send>(threads: usize, work: impl FnOnce() -> T + Send) -> T {
     rayon::ThreadPoolBuilder::new()
         .num_threads(threads)

@@ -1,4 +1,4 @@
-"""The ejection fraction, exact, and as one measures it: by counting the voxels of the cavity in each gate.
+"""The exact ejection fraction, and its measurement by counting the voxels of the cavity in each gate.
 
 python ejection_fraction.py --size 128 --out ef.png
 """
@@ -13,7 +13,7 @@ from heart_phantom import Phantom, Scene
 
 def main(arguments=None):
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--size", type=int, default=96, help="bins, rows and voxels a side")
+    parser.add_argument("--size", type=int, default=96, help="bins, rows and voxels per side")
     parser.add_argument("--gates", type=int, default=8)
     parser.add_argument("--out", default="ejection_fraction.png")
     options = parser.parse_args(arguments)
@@ -22,7 +22,7 @@ def main(arguments=None):
         {"heart.inner.radius": 1.3, "heart.outer.radius": 2.4},
         cycle={"curve": "physiological", "volume": {"volumes": {"edv": 130.0, "esv": 52.0}}},
         acquisition={"mode": {"gated": {"gates": options.gates}}},
-        # Blood that shines: its volume is then the mean of what is bright.
+        # Active blood: its volume is that of the bright voxels.
         activity={"cavity": {"concentration": 1.0}, "wall": {"concentration": 0.0}},
         reconstruction={"window": "hann"},
     )

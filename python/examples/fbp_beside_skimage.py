@@ -1,6 +1,6 @@
-"""FBP of one's own data beside scikit-image: time and error on ellipses whose line integrals are known.
+"""FBP of user data compared with scikit-image: time and error on ellipses with known line integrals.
 
-The data are made by NumPy alone; either program gets the same sinogram. Values of ellipses add up, and images are held against their
+NumPy computes the data; both programs receive the same sinogram. Values of ellipses add up, and images are compared with their
 means over pixels.
 
 python fbp_beside_skimage.py --size 256 --out fbp.png
@@ -15,7 +15,7 @@ from skimage.transform import iradon
 
 from heart_phantom import radon
 
-# Value, centre, half axes, turn: a head with two ventricles and a tumour; lengths in halves of the picture.
+# Value, centre, half axes, angle: a head with two ventricles and a tumour; lengths in halves of the image.
 ELLIPSES = [
     (1.0, 0.0, 0.0, 0.7, 0.9, 0.0),
     (-0.6, -0.22, 0.05, 0.12, 0.35, 0.3),
@@ -50,7 +50,7 @@ def image_of(n, radius, fine=8):
 
 
 def timed(make, times=3):
-    """The result, and the least time in seconds."""
+    """The result, and the smallest time in seconds."""
     seconds = []
     for _ in range(times):
         start = time.perf_counter()
@@ -61,8 +61,8 @@ def timed(make, times=3):
 
 def main(arguments=None):
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--size", type=int, default=256, help="bins, and pixels a side")
-    parser.add_argument("--views", type=int, default=None, help="as many as bins if left out")
+    parser.add_argument("--size", type=int, default=256, help="bins, and pixels per side")
+    parser.add_argument("--views", type=int, default=None, help="by default as many as bins")
     parser.add_argument("--out", default="fbp_beside_skimage.png")
     options = parser.parse_args(arguments)
 

@@ -1,4 +1,4 @@
-"""A gated study: sixteen gates of a beat, reconstructed, beside what the voxels really hold.
+"""A gated study: sixteen gates of a beat, reconstructed, compared with the ground truth of the voxels.
 
 python gated_study.py --size 128 --gates 16 --out gated.png
 """
@@ -13,7 +13,7 @@ from heart_phantom import Phantom, Scene
 
 def main(arguments=None):
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--size", type=int, default=96, help="bins, rows and voxels a side")
+    parser.add_argument("--size", type=int, default=96, help="bins, rows and voxels per side")
     parser.add_argument("--gates", type=int, default=8)
     parser.add_argument("--out", default="gated_study.png")
     options = parser.parse_args(arguments)

@@ -1,6 +1,6 @@
-"""What motion does to a picture, over heart rates: views that are instants against views over whole beats.
+"""Motion artefacts over heart rates: instantaneous views against views averaged over whole beats.
 
-A view a second at 60 beats a minute sees the same phase each time; at any other rate the views do not fit together.
+With one view per second at 60 beats per minute all views have the same phase; at any other rate the views are inconsistent.
 
 python motion_artefacts.py --size 96 --out artefacts.png
 """
@@ -17,7 +17,7 @@ MODES = {"an instant a view": "instants", "whole beats a view": "whole-cycle"}
 
 def main(arguments=None):
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--size", type=int, default=64, help="bins, rows and voxels a side")
+    parser.add_argument("--size", type=int, default=64, help="bins, rows and voxels per side")
     parser.add_argument("--rates", type=float, nargs="+", default=[55.0, 58.0, 60.0, 62.0, 65.0, 70.0, 75.0])
     parser.add_argument("--out", default="motion_artefacts.png")
     options = parser.parse_args(arguments)
@@ -37,8 +37,8 @@ def main(arguments=None):
         axes[0].plot(options.rates, np.array(streaks, dtype=float), "o-", label=name)
         axes[1].plot(options.rates, np.array(errors, dtype=float), "o-", label=name)
     axes[0].set_ylabel("streaks outside the heart, rms")
-    axes[1].set_ylabel("rms difference from the truth")
-    axes[1].set_xlabel("beats a minute, a view a second")
+    axes[1].set_ylabel("rms difference from the ground truth")
+    axes[1].set_xlabel("beats per minute, one view per second")
     axes[0].legend()
     figure.tight_layout()
     figure.savefig(options.out, dpi=100)

@@ -228,7 +228,7 @@ impl PyMembrane {
             membrane_forces::Material::Springs { .. } => "springs",
             membrane_forces::Material::Rubber(_) => "rubber",
         };
-        format!("<Membrane: of {made_of}, apex at {rest} cm at rest>")
+        format!("<Membrane: of {made_of}, apex at {rest} cm in the reference configuration>")
     }
 
     fn __reduce__<'py>(&self, py: Python<'py>) -> Reduced<'py> {

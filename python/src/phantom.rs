@@ -81,7 +81,7 @@ impl PyPhantom {
     /// Cardiac phase and respiratory position; the latter requires respiration.
     fn moment(&self, phase: f64, breath: f64) -> Result<MotionPhase, Failure> {
         if breath != 0.0 && self.0.cycle().breathing().is_none() {
-            let text = format!("breath is {breath}, and the heart of this scene does not breathe");
+            let text = format!("breath is {breath}, and this scene has no respiration");
             return Err(PyValueError::new_err(text).into());
         }
         Ok(MotionPhase { phase, breath })

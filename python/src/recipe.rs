@@ -13,7 +13,7 @@ pub(crate) struct Recipe {
     options: Option<Py<PyDict>>,
 }
 
-/// What `__reduce__` returns.
+/// The return value of `__reduce__`.
 pub(crate) type Reduced<'py> = PyResult<(Bound<'py, PyAny>, Bound<'py, PyTuple>)>;
 
 impl Recipe {

@@ -51,7 +51,7 @@ def test_a_member_is_a_scene_with_its_drawn_values():
         cohort[-7]
 
 
-def test_a_cohort_comes_back_from_its_pickle_and_its_file(tmp_path):
+def test_a_cohort_is_restored_from_its_pickle_and_its_file(tmp_path):
     cohort = Cohort(TEXT)
     for again in (pickle.loads(pickle.dumps(cohort)), copy.deepcopy(cohort)):
         assert again.digest == cohort.digest and again[3] == cohort[3]

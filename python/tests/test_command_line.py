@@ -1,6 +1,6 @@
-"""The arrays are those that the program `heart-phantom` writes for the same scene.
+"""The arrays equal those that the program `heart-phantom` writes for the same scene.
 
-It is looked for in HEART_PHANTOM, then on the path: `cargo build --release -p heart-study` makes it.
+The program is searched in HEART_PHANTOM, then on the path: `cargo build --release -p heart-study` builds it.
 """
 
 import os

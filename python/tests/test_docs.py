@@ -1,4 +1,4 @@
-"""What the docs show is what happens: examples in docstrings and in the README, and one docstring for each name."""
+"""Documentation: examples in docstrings and in the README run, and each name has one docstring."""
 
 import doctest
 import importlib.util
@@ -36,7 +36,7 @@ def described():
 
 
 @pytest.mark.parametrize(("name", "thing"), list(described()), ids=lambda x: x if isinstance(x, str) else "")
-def test_a_docstring_is_there_and_its_examples_hold(name, thing):
+def test_docstrings_exist_and_their_examples_run(name, thing):
     doc = inspect.getdoc(thing)
     assert doc and doc.strip(), name
     if "import torch" in doc and not importlib.util.find_spec("torch"):
@@ -75,7 +75,7 @@ def test_sphinx_renders_the_docstrings_without_warnings(tmp_path):
     assert "SpectOperator" in (tmp_path / "out" / "index.html").read_text()
 
 
-def test_the_package_has_what_it_needs_to_be_checked():
+def test_the_package_has_the_files_for_type_checkers():
     package = Path(heart_phantom.__file__).parent
     assert (package / "py.typed").exists()
     assert sum(os.path.getsize(file) for file in package.glob("_native*")) < 30e6

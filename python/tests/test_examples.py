@@ -24,7 +24,7 @@ def load(name):
     return module
 
 
-def test_every_example_is_tried():
+def test_every_example_is_tested():
     assert {file.stem for file in EXAMPLES.glob("*.py")} == set(SMALL)
 
 
@@ -56,7 +56,7 @@ def test_the_cells_of_the_notebook_run(capsys):
 
 
 @pytest.mark.filterwarnings("ignore")
-def test_fbp_of_own_data_is_as_right_as_that_of_scikit_image(tmp_path):
+def test_fbp_of_user_data_is_as_accurate_as_that_of_scikit_image(tmp_path):
     matplotlib.use("Agg", force=True)
     results = load("fbp_beside_skimage").main(["--size", "128", "--out", str(tmp_path / "made.png")])
     errors = {name: error for name, (_, _, error) in results.items()}

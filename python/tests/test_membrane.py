@@ -9,12 +9,12 @@ BALLOON = Membrane.balloon(8.5, 1.75)
 
 
 def turned(points):
-    """Volume of the solid that a curve [x, y] mirrored about y = 0 bounds, by cones between fine points."""
+    """Volume of the solid bounded by a curve [x, y] mirrored about y = 0, by cones between fine points."""
     x, r = points[:, 0], np.maximum(points[:, 1], 0)
     return float(np.sum(np.pi / 3 * np.diff(x) * (r[1:] ** 2 + r[1:] * r[:-1] + r[:-1] ** 2)))
 
 
-def test_the_study_s_pressure_is_met_by_either_discretisation():
+def test_both_discretisations_reach_the_pressure_of_the_study():
     spectral = BALLOON.solve(volume_gain=0.6)
     assert spectral.intensity == pytest.approx(17.48357527761, abs=1e-10)
     # Second order: four times the nodes, a sixteenth of the error.
@@ -28,7 +28,7 @@ def test_the_study_s_pressure_is_met_by_either_discretisation():
     assert spectral.report()["residual"] < 1e-9
 
 
-def test_a_control_leads_back_to_the_same_shape():
+def test_controls_are_consistent():
     solved = BALLOON.solve(volume_gain=0.3)
     for control in (
         {"volume": solved.volume},
@@ -41,9 +41,9 @@ def test_a_control_leads_back_to_the_same_shape():
         assert again.volume == pytest.approx(solved.volume, rel=1e-9)
 
 
-def test_a_sphere_of_rubber_bears_what_it_bears():
-    # Neo-Hookean: p = 2 mu h / r (1/l - 1/l^7). A half sphere is one in equilibrium if its edge may move; a balloon's is held, so that
-    # the formula is met where the membrane is far from it: the tip of a long one is no sphere, but its tensions are those of the energy.
+def test_a_sphere_of_rubber_has_the_pressure_of_the_closed_form():
+    # Neo-Hookean: p = 2 mu h / r (1/l - 1/l^7). A half sphere is in equilibrium if its edge may move; that of a balloon is fixed, so that
+    # the formula applies far from the edge: the tip of a long balloon is not a sphere, but its tensions follow from the energy.
     rubber = {"neo_hookean": {"mu": 3.0}}
     disc = Membrane.disc(1.0, rubber=rubber)
     blown = disc.solve(volume=1.2)
@@ -53,20 +53,20 @@ def test_a_sphere_of_rubber_bears_what_it_bears():
     assert l1 * l2 * l3 == pytest.approx(1.0, rel=1e-12)
     # Stress of neo-Hookean rubber: mu (l1^2 - l3^2).
     assert apex["stresses"][0, 0] == pytest.approx(3.0 * (l1**2 - l3**2), rel=1e-9)
-    # Laplace's law at the apex, p = 2 T / R, with the curve's own radius of curvature there.
+    # Laplace's law at the apex, p = 2 T / R, with the radius of curvature there.
     s = 0.5 + np.array([-1e-3, 0, 1e-3])
     (x0, y0), (x1, y1), (x2, y2) = blown.at(s)
     radius = (y0 - y2) ** 2 / 8 / (x1 - (x0 + x2) / 2)
     tension = apex["tensions"][0, 0]
     assert blown.pressure == pytest.approx(2 * tension / radius, rel=1e-4)
-    # The modulus scales the pressure alone.
+    # The modulus scales only the pressure.
     other = Membrane.disc(1.0, rubber={"neo_hookean": {"mu": 6.0}}, thickness=0.5).solve(volume=1.2)
     assert other.pressure == pytest.approx(blown.pressure, rel=1e-9)
     with pytest.raises(MembraneError):
         BALLOON.solve(volume_gain=0.1).rubber_state([0.5])
 
 
-def test_the_wall_keeps_its_volume():
+def test_the_wall_volume_is_constant():
     outer = Membrane.balloon(8.5, 2.75)
     pair = solve_pair(BALLOON, outer, 0.6)
     assert abs(pair.wall_volume_error) < 1e-12
@@ -84,7 +84,7 @@ def test_a_membrane_may_have_any_curve_and_stiffness():
     same = Membrane.polyline(curve, stiffness=[2.0, 2.0, 2.0]).solve(volume_gain=0.2, nodes=201)
     assert even.intensity == pytest.approx(same.intensity, rel=1e-9)
     assert even.intensity == pytest.approx(2 * Membrane.polyline(curve).solve(volume_gain=0.2, nodes=201).intensity)
-    assert repr(Membrane.disc(1.0)) == "<Membrane: of springs, apex at 0 cm at rest>"
+    assert repr(Membrane.disc(1.0)) == "<Membrane: of springs, apex at 0 cm in the reference configuration>"
 
 
 @pytest.mark.parametrize(
@@ -109,6 +109,6 @@ def test_a_membrane_may_have_any_curve_and_stiffness():
         (lambda: Membrane(), TypeError, "constructor|create"),
     ],
 )
-def test_what_makes_no_sense_is_refused_in_words(make, kind, words):
+def test_invalid_input_is_an_error_with_a_message(make, kind, words):
     with pytest.raises(kind, match=words):
         make()

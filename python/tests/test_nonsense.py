@@ -1,4 +1,4 @@
-"""Nonsense in any argument of any call is an error in words, never a defect that comes to light, and never the end of the interpreter."""
+"""An invalid argument of any call is an error with a message, never an internal error, and never the end of the interpreter."""
 
 import numpy as np
 import pytest
@@ -37,7 +37,7 @@ NONSENSE = [
     np.zeros((1, 1, 1, 1, 1), np.float16),
     Scene,
 ]
-# What a caller is told; RuntimeError and SystemError would be defects.
+# Exceptions for a caller; RuntimeError and SystemError would be defects.
 TOLD = (ValueError, TypeError, KeyError, OSError, OverflowError)
 
 PHANTOM = Phantom(Scene().with_size(8).replace({"camera.views": 4, "acquisition.mode": {"static": {"phase": 0.0}}}))
@@ -128,13 +128,13 @@ CALLS = {
     "solve_pair": (membrane.solve_pair, [BALLOON, membrane.Membrane.balloon(8.5, 2.75), 0.1], {"nodes": 51}),
     "set_threads": (heart_phantom.set_threads, [1], {}),
 }
-# Sense, and as much of it as asked for: they would take all memory, or all day.
+# Valid requests that would need all memory or a very long time.
 LONG = {("Projector", 0), ("osem", "iterations"), ("sirt", "iterations"), ("cgls", "iterations")}
 
 
-@pytest.mark.filterwarnings("ignore")  # of NumPy, about numbers that it makes smaller
+@pytest.mark.filterwarnings("ignore")  # of NumPy, about conversions to a smaller type
 @pytest.mark.parametrize("name", CALLS)
-def test_nonsense_is_told(name):
+def test_invalid_arguments_are_errors(name):
     call, places, names = CALLS[name]
     refused = 0
     for at in [*range(len(places)), *names]:

@@ -45,7 +45,7 @@ def test_the_adjoint_of_a_spect_operator_is_its_transpose(options):
     matrix = dense(camera)
     assert (matrix >= 0).all()
     y = np.random.default_rng(2).normal(size=camera.data_shape)
-    # Rounding of sums of some hundred terms of size one.
+    # Rounding of sums of about a hundred terms of size one.
     np.testing.assert_allclose(camera.adjoint(y).ravel(), matrix.T @ y.ravel(), atol=1e-12)
     # Single precision is that of the samples, 6e-8, in sums of a hundred.
     single = camera.forward(MAP.astype(np.float32))
@@ -53,14 +53,14 @@ def test_the_adjoint_of_a_spect_operator_is_its_transpose(options):
     np.testing.assert_allclose(single, camera.forward(MAP), rtol=1e-5, atol=1e-6)
 
 
-def test_without_models_it_is_the_strip_projector():
+def test_without_models_the_operator_equals_the_strip_projector():
     strip = radon.Projector(GEOMETRY, GRID, "strip")
     # Areas of overlap of rotated pixels, in the unit of a line integral.
     np.testing.assert_allclose(spect().forward(MAP), strip.forward(MAP), rtol=1e-10, atol=1e-12)
 
 
-def test_attenuation_and_resolution_are_those_of_closed_forms():
-    # A point in the middle of water: each view is weakened by exp(-mu d), less the half voxel in which it lies.
+def test_attenuation_and_resolution_agree_with_closed_forms():
+    # A point in the middle of water: each view is attenuated by exp(-mu d), less the half voxel that contains it.
     n, mu = 21, 0.15
     geometry, grid = radon.Geometry.full_turn(4, n, 0.5), radon.Grid.square(n, 0.5)
     point = np.zeros((n, n, n))
@@ -79,11 +79,11 @@ def test_attenuation_and_resolution_are_those_of_closed_forms():
     image = blurred.forward(point)[0].sum(0)
     variance = (image * bins**2).sum() / image.sum()
     own = (air.forward(point)[0].sum(0) * bins**2).sum()
-    # Plus that of the voxel; depth and width of a voxel change the former by less than a part in a thousand.
+    # Plus that of the voxel; depth and width of a voxel change the former by less than 0.1 %.
     np.testing.assert_allclose(variance - own, (0.02 * 15.0 + 0.06) ** 2, rtol=2e-3)
 
 
-def test_osem_of_an_object_is_osem_of_its_matrix():
+def test_osem_of_an_object_equals_osem_of_its_matrix():
     camera = spect(collimator=LEHR, attenuation=MAP)
     truth = np.random.default_rng(3).uniform(0.5, 2.0, camera.image_shape)
     counts = camera.forward(truth)
@@ -120,7 +120,7 @@ def test_a_projector_within_an_object_computes_while_the_solver_waits():
     np.testing.assert_allclose(ours.image, theirs.image, rtol=1e-12)
 
 
-def test_faults_of_an_operator_are_its_own():
+def test_errors_of_an_operator_are_passed_on():
     camera = spect()
     data = camera.forward(np.ones(camera.image_shape))
 
@@ -166,7 +166,7 @@ def test_the_adjoint_of_fbp_is_its_transpose():
         radon.FbpPlan(GEOMETRY, GRID, edge="fade").adjoint(f)
 
 
-def test_plans_and_operators_come_back_from_their_pickle():
+def test_plans_and_operators_are_restored_from_their_pickle():
     rng = np.random.default_rng(6)
     x, y = rng.normal(size=(3, 8, 9)), rng.normal(size=GEOMETRY.shape)
     camera = spect(collimator={"holes": {"parallel": {"diameter": 0.15, "length": 3.5, "attenuation": 26.9}}, "intrinsic_fwhm": 0.3}, attenuation=MAP, n_rows=5, row_pitch=0.5)

@@ -16,7 +16,7 @@ def small(**sections):
 
 
 def volume_of_turned(points):
-    """Volume of a curve [x, y], mirrored about y = 0, that is turned about the x axis, in NumPy alone: cones between its points."""
+    """Volume of a curve [x, y], mirrored about y = 0 and rotated about the x axis, in NumPy only: cones between its points."""
     half = points[: len(points) // 2 + 1]
     x, r = half[:, 0], np.maximum(half[:, 1], 0)
     return float(np.sum(np.pi / 3 * np.diff(x) * (r[1:] ** 2 + r[1:] * r[:-1] + r[:-1] ** 2)))
@@ -46,7 +46,7 @@ def test_arrays_have_their_shapes_and_are_owned_without_a_copy():
     assert phantom.label_names == ["background", "cavity", "wall"]
 
 
-def test_each_view_and_the_truth_hold_the_activity_of_the_wall():
+def test_each_view_and_the_ground_truth_contain_the_activity_of_the_wall():
     # 1 per mL in the wall. The tolerances are those of the averages over bins and of the voxels' coverage.
     acquisition = STATIC | {"accuracy": {"tolerance": 5e-3}}
     phantom = Phantom(small(acquisition=acquisition, **{"camera": {"samples": "averages"}}))
@@ -56,7 +56,7 @@ def test_each_view_and_the_truth_hold_the_activity_of_the_wall():
     assert phantom.views().sum(axis=(1, 2), dtype=float) * 0.25 == pytest.approx(wall, rel=2e-3)
     assert phantom.truth().sum(dtype=float) * 0.125 == pytest.approx(wall, rel=1e-3)
     assert phantom.activity(0.3).sum(dtype=float) * 0.125 == pytest.approx(wall, rel=1e-3)
-    # Cones between the nodes of the curves: of order 2 in their 801 nodes.
+    # Cones between the nodes of the curves: second order in their 801 nodes.
     assert volume_of_turned(outer.points) - volume_of_turned(inner.points) == pytest.approx(wall, rel=1e-4)
 
 
@@ -79,7 +79,7 @@ def test_the_cavity_follows_the_beat():
     assert cavity == pytest.approx(125.0, rel=0.03)  # whole voxels
 
 
-def test_views_come_in_pieces_as_in_the_whole():
+def test_single_views_equal_those_of_the_whole():
     phantom = Phantom(small(acquisition={"mode": {"gated": {"gates": 3}}}))
     views, truths = phantom.views_of_gates(), phantom.truth_of_gates()
     for gate in range(3):
@@ -89,7 +89,7 @@ def test_views_come_in_pieces_as_in_the_whole():
         np.testing.assert_array_equal(phantom.volume(gate)[11], phantom.slice(11, gate))
         np.testing.assert_array_equal(phantom.truth(gate)[11], phantom.truth_slice(11, gate))
         np.testing.assert_array_equal(phantom.volume(gate), phantom.reconstruct(phantom.views(gate), gate))
-    # What a plan of radon makes of the views is what the phantom makes of them.
+    # A plan of radon gives the same reconstruction as the phantom.
     plan = heart_phantom.radon.FbpPlan(phantom.geometry(), phantom.grid)
     np.testing.assert_array_equal(plan.reconstruct(phantom.views()), phantom.volume())
     np.testing.assert_array_equal(phantom.angles(), phantom.geometry().angles)
@@ -105,7 +105,7 @@ def test_views_of_any_real_numbers_are_reconstructed():
     np.testing.assert_array_equal(volume, phantom.reconstruct(reversed_twice))
 
 
-def test_results_have_the_same_bits_for_any_number_of_threads():
+def test_results_are_bitwise_independent_of_threads():
     made = []
     for threads in (1, 3):
         heart_phantom.set_threads(threads)
@@ -117,9 +117,9 @@ def test_results_have_the_same_bits_for_any_number_of_threads():
         np.testing.assert_array_equal(one, other)
 
 
-def test_motion_moves_the_cavity_by_what_it_loses():
+def test_the_displacement_of_the_cavity_equals_its_change_of_volume():
     phantom = Phantom(Scene().with_size(64).replace({"camera.views": 4}))
-    motion = phantom.motion(0.0)  # from end-diastole, phase 0.5, to rest
+    motion = phantom.motion(0.0)  # from end-diastole, phase 0.5, to the reference configuration
     assert motion.displacement.shape == motion.velocity.shape == (64, 64, 64, 3)
     assert motion.strain.shape == (64, 64, 64, 6)
     assert motion.wall.dtype == np.bool_
@@ -168,14 +168,14 @@ def test_reports_are_dictionaries_of_numbers():
     assert phantom.warnings() == [str(w) for w in phantom.warnings()]
 
 
-def test_a_phantom_goes_to_another_process():
+def test_a_phantom_is_passed_to_another_process():
     phantom = Phantom(small(acquisition=STATIC))
     there = pickle.loads(pickle.dumps(phantom))
     assert there.scene == phantom.scene
     np.testing.assert_array_equal(there.view(0), phantom.view(0))
 
 
-def test_a_run_writes_what_the_arrays_are(tmp_path):
+def test_a_run_writes_the_arrays(tmp_path):
     phantom = Phantom(small(acquisition=STATIC, output={"write": ["projections", "reconstruction", "truth", "labels"]}))
     told = []
     report = phantom.run(tmp_path / "out", progress=told.append)
@@ -219,12 +219,12 @@ def test_a_run_writes_what_the_arrays_are(tmp_path):
         (lambda p: p.views(progress=3), TypeError, "callable"),
     ],
 )
-def test_what_makes_no_sense_is_refused_in_words(make, kind, words):
+def test_invalid_input_is_an_error_with_a_message(make, kind, words):
     phantom = Phantom(Scene().with_size(32).replace({"camera.views": 20}, acquisition=STATIC))
     with pytest.raises(kind, match=words):
         make(phantom)
 
 
-def test_membranes_that_cannot_be_are_refused():
+def test_invalid_membranes_are_rejected():
     with pytest.raises((MembraneError, HeartPhantomError), match="radius|outer|inner"):
         Phantom(small(heart={"inner": {"radius": 3.5}})).numbers()

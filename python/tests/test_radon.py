@@ -31,7 +31,7 @@ def matrix(projector):
 
 @pytest.mark.parametrize("n", [64, 65])
 @pytest.mark.parametrize("dtype", [np.float32, np.float64])
-def test_a_disc_comes_out_where_it_is_and_as_high(n, dtype):
+def test_a_disc_is_reconstructed_with_position_and_value(n, dtype):
     geometry, grid = Geometry.half_turn(120, n, 0.5), Grid.square(n, 0.5)
     plan = FbpPlan(geometry, grid)
     image = plan.reconstruct(disc(geometry, 3.0, -2.0, 6.0).astype(dtype))
@@ -46,15 +46,15 @@ def test_a_disc_comes_out_where_it_is_and_as_high(n, dtype):
     assert (image * (away < 8) * x).sum() / (image * (away < 8)).sum() == pytest.approx(3.0, abs=0.02)
 
 
-def test_fbp_in_one_call_is_the_plan():
+def test_fbp_in_one_call_equals_the_plan():
     geometry = Geometry.half_turn(60, 40, 0.7)
     sinogram = disc(geometry, 2.0, 1.0, 5.0)
     planned = FbpPlan(geometry, Grid.square(40, 0.7), window="hann").reconstruct(sinogram)
     np.testing.assert_array_equal(radon.fbp(sinogram, geometry.angles, pitch=0.7, window="hann"), planned)
 
 
-def test_scikit_image_sees_the_same():
-    # It has its centre in pixel n // 2, which for an odd n is ours, rows downwards, and bins first.
+def test_scikit_image_agrees():
+    # Its centre is in pixel n // 2, which equals ours for an odd n; rows run downwards, bins are first.
     n = 129
     geometry = Geometry.half_turn(180, n)
     sinogram = disc(geometry, 20.0, -15.0, 25.0) - 0.5 * disc(geometry, 25.0, -10.0, 8.0)
@@ -62,13 +62,13 @@ def test_scikit_image_sees_the_same():
     theirs = iradon(sinogram.T, theta=np.rad2deg(geometry.angles), filter_name="ramp", circle=True)[::-1]
     at = np.arange(n) - n // 2
     inside = at[:, None] ** 2 + at[None, :] ** 2 < 55**2
-    # The same ramp and the same straight lines between bins.
+    # The same ramp and the same linear interpolation between bins.
     assert np.abs(ours - theirs)[inside].max() < 1e-3
 
 
 @pytest.mark.parametrize("kernel", KERNELS)
 @pytest.mark.parametrize(("dtype", "tolerance"), [(np.float32, 1e-5), (np.float64, 1e-12)])
-def test_the_adjoint_is_the_adjoint(kernel, dtype, tolerance):
+def test_the_adjoint_is_exact(kernel, dtype, tolerance):
     rng = np.random.default_rng(2)
     geometry = Geometry(rng.uniform(0, 6, 17), 23, 0.8, offset=0.3)
     projector = Projector(geometry, Grid(19, 14, (0.7, 0.9), centre=(0.4, -0.2)), kernel)
@@ -91,7 +91,7 @@ def test_siddon_and_strip_measure_lengths():
     np.testing.assert_allclose(projector.forward(np.ones((4, 3))), [[8.0, 8.0, 8.0]])
 
 
-def test_a_stack_is_its_slices():
+def test_a_stack_equals_its_slices():
     geometry, grid = Geometry.half_turn(30, 32), Grid.square(32)
     plan = FbpPlan(geometry, grid, window={"butterworth": {"order": 3}}, cutoff=0.8, interpolation="band-limited")
     rng = np.random.default_rng(4)
@@ -113,7 +113,7 @@ def test_a_stack_is_its_slices():
     np.testing.assert_array_equal(cut.reconstruct(stack), images[:, 4:20, 3:9])
 
 
-def test_iterative_methods_do_what_their_formulas_say():
+def test_iterative_methods_follow_their_formulas():
     rng = np.random.default_rng(3)
     projector = Projector(Geometry.half_turn(15, 14), Grid.square(10), "strip")
     a = matrix(projector)
@@ -148,7 +148,7 @@ def test_iterative_methods_do_what_their_formulas_say():
     assert found.history["gradient"][-1] <= 1e-12
 
 
-def test_a_rule_that_is_not_met_leaves_the_image():
+def test_an_unmet_rule_returns_the_image():
     projector = Projector(Geometry.half_turn(20, 16), Grid.square(12))
     data = projector.forward(np.ones((12, 12), np.float32))
     solution = radon.sirt(projector, data, iterations=3, residual=1e-9)
@@ -216,6 +216,6 @@ G, S = Geometry.half_turn(12, 16), Grid.square(8)
         (lambda: radon.fbp(np.zeros((5, 4)), np.arange(3) * np.pi / 3), ValueError, "sinogram"),
     ],
 )
-def test_what_makes_no_sense_is_refused_in_words(make, kind, words):
+def test_invalid_input_is_an_error_with_a_message(make, kind, words):
     with pytest.raises(kind, match=words):
         make()

@@ -24,11 +24,11 @@ def test_lines_of_the_parallel_detector_give_its_views():
     rays = RayGeometry.from_lines(points)
     assert rays.n_views == 6
     views = still.along(rays).views()
-    # Grazing rays lose half the digits.
+    # Grazing rays have half of the digits.
     assert np.abs(views - still.views()).max() < 1e-5 * views.max()
 
 
-def test_a_cone_is_the_lines_from_its_source_and_its_matrices():
+def test_a_cone_equals_the_lines_from_its_source_and_its_matrices():
     theta, near, far = 0.3, 60.0, 100.0
     cone = RayGeometry.cone([near, far], [theta], n_bins=24, n_rows=24, pitch=[0.8, 0.8])
     views = phantom().along(cone).views()
@@ -48,7 +48,7 @@ def test_a_cone_is_the_lines_from_its_source_and_its_matrices():
     assert np.abs(found.views() - views).max() < 1e-5 * views.max()
 
 
-def test_rays_that_make_no_sense_are_errors():
+def test_invalid_rays_are_errors():
     with pytest.raises(ValueError, match="views, rows, bins, 2, 3"):
         RayGeometry.from_lines(np.zeros((2, 2, 3)))
     with pytest.raises(ValueError, match="n, 3, 4"):

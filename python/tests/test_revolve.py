@@ -37,7 +37,7 @@ def test_chords_of_a_sphere_do_not_depend_on_the_pose():
         )
 
 
-def test_views_hold_what_the_body_holds():
+def test_views_contain_the_volume_of_the_body():
     pose = Pose.axis_along_z(1.0).rotated_x(0.5).shifted([0.3, -0.2, 0.1])
     body = Body([[[0.0, 1.0], [3.0, 0.5]], [[0.0, 2.0], [4.0, 1.0]]], pose)
     cone = np.pi / 3 * 3 * (1 + 0.5 + 0.25)
@@ -47,7 +47,7 @@ def test_views_hold_what_the_body_holds():
     angles = np.array([0.0, 0.7, 2.0])
     views = body.views(angles, 400, 380, (0.03, 0.03), [0.5, 1.0], dtype="float64")
     assert (views.shape, views.dtype) == ((3, 380, 400), np.float64)
-    # Lines through the middles of bins 0.03 wide, over a body some 4 wide.
+    # Lines through the middles of bins 0.03 wide, over a body about 4 wide.
     assert views.sum(axis=(1, 2)) * 0.0009 == pytest.approx(0.5 * cone + outer - cone, rel=1e-3)
     assert body.views(angles, 8, 6, (0.5, 0.5), [0.5, 1.0]).dtype == np.float32
     # A bin is a line.
@@ -108,7 +108,7 @@ def test_a_ring_is_a_torus():
     assert Body([torus]).chords([[0.0, 0.0, 0.0]], [0.0, 1.0, 0.0])[0] == pytest.approx(2.0, rel=1e-3)
 
 
-def test_a_pose_goes_there_and_back():
+def test_a_pose_is_inverted():
     pose = Pose.axis_along_z(2.0).rotated_y(0.3).shifted([1.0, 2.0, 3.0])
     places = np.random.default_rng(6).normal(size=(10, 3))
     np.testing.assert_allclose(pose.to_body(pose.to_lab(places)), places, atol=1e-14)
@@ -144,6 +144,6 @@ BALL = Body([[[0.0, 1.0], [3.0, 0.0]]])
         (lambda: Pose().shifted([0.0, np.inf, 0.0]), RevolveError, "finite|inf"),
     ],
 )
-def test_what_makes_no_sense_is_refused_in_words(make, kind, words):
+def test_invalid_input_is_an_error_with_a_message(make, kind, words):
     with pytest.raises(kind, match=words):
         make()

@@ -1,4 +1,4 @@
-"""Scenes: from texts, files and dictionaries, and what their errors say."""
+"""Scenes from texts, files and dictionaries, and their errors."""
 
 import copy
 import pickle
@@ -9,7 +9,7 @@ import pytest
 from heart_phantom import HeartPhantomError, Phantom, Scene, SceneError
 
 
-def test_a_text_a_file_and_a_dictionary_make_the_same_scene(tmp_path):
+def test_a_text_a_file_and_a_dictionary_give_the_same_scene(tmp_path):
     text = "[camera]\nviews = 60\n[acquisition]\nmode = { gated = { gates = 8 } }\n"
     file = tmp_path / "scene.toml"
     file.write_text(text)
@@ -21,7 +21,7 @@ def test_a_text_a_file_and_a_dictionary_make_the_same_scene(tmp_path):
     assert Phantom.load(file).scene == from_text
 
 
-def test_a_scene_comes_back_from_its_text_its_dictionary_and_its_pickle():
+def test_a_scene_is_restored_from_its_text_its_dictionary_and_its_pickle():
     scene = Scene().with_size(48).replace(
         {"heart.inner.radius": 1.7},
         defects=[{"layers": [0.0, 0.6], "s": [0.25, 0.4], "azimuths_degrees": [0.0, 60.0], "activity": 0.2}],
@@ -35,7 +35,7 @@ def test_a_scene_comes_back_from_its_text_its_dictionary_and_its_pickle():
     assert Scene.from_toml(Scene.template()) == Scene()
 
 
-def test_replace_changes_what_is_named_and_nothing_else():
+def test_replace_changes_the_named_fields_only():
     scene = Scene()
     changed = scene.replace({"heart.inner.radius": 1.6}, camera={"views": 30}, blur={"fwhm": 1.2})
     assert scene == Scene()
@@ -47,7 +47,7 @@ def test_replace_changes_what_is_named_and_nothing_else():
     assert changed.replace(blur=None)["camera.views"] == 30
     with pytest.raises(KeyError, match="blur"):
         changed.replace(blur=None)["blur"]
-    # A mode is replaced, not mixed with the one before.
+    # A mode is replaced, not merged with the previous one.
     gated = scene.replace({"acquisition.mode": {"gated": {"gates": 4}}})
     assert gated.replace({"acquisition.mode": {"static": {"phase": 0.5}}})["acquisition.mode"] == {
         "static": {"phase": 0.5}
@@ -62,7 +62,7 @@ def test_numbers_of_numpy_are_numbers():
     assert (scene["camera.views"], scene["camera.pitch"], scene["blur.fwhm"]) == (12, [0.5, 0.5], 0.5)
 
 
-def test_an_error_has_line_column_field_and_what_would_be_right(tmp_path):
+def test_an_error_has_line_column_field_and_allowed_values(tmp_path):
     text = "[camera]\nviews = 60\nbins = -3\n"
     with pytest.raises(SceneError, match=r"^line 3, column 8: camera\.bins") as caught:
         Scene.from_toml(text)
@@ -104,12 +104,12 @@ def test_a_dictionary_has_no_lines():
         (lambda: Phantom({"camera": {"views": 0}}), SceneError, "camera.views"),
     ],
 )
-def test_what_makes_no_sense_is_refused_in_words(make, kind, words):
+def test_invalid_input_is_an_error_with_a_message(make, kind, words):
     with pytest.raises(kind, match=words):
         make()
 
 
-def test_a_repr_tells_the_views():
+def test_a_repr_contains_the_views():
     scene = Scene().with_size(32).replace(acquisition={"mode": {"gated": {"gates": 8}}})
     assert repr(scene) == "<Scene: gated (gates 8), 90 views of 32 x 32 samples>"
     assert repr(Phantom(scene)) == (

@@ -32,7 +32,7 @@ def test_other_threads_run_while_a_call_works():
     finally:
         done.set()
         thread.join()
-    # Without the lock of the interpreter it would get no turn but when the call waits.
+    # If the call kept the lock of the interpreter, this thread would run only while the call waits.
     assert after - before > 1000
 
 
@@ -57,7 +57,7 @@ def test_many_threads_share_a_phantom_and_a_plan():
         np.testing.assert_array_equal(images, alone[1])
 
 
-# Each is prepared, then interrupted: (what is made before, the call).
+# Each is prepared, then interrupted: (preparation, call).
 LARGE = "g, s = Geometry.half_turn(2048, 1024), Grid.square(1024)"
 ROD = "body = Body([[[0.0, 3.0]] + [[k / 200, 3.0 + 0.1 * np.sin(k)] for k in range(1, 2000)]])"
 LONG = {
@@ -104,7 +104,7 @@ UNBOUNDED = {"views_of_gates"}
 @pytest.mark.skipif(os.name == "nt", reason="signals of POSIX")
 @pytest.mark.parametrize("what", LONG)
 def test_ctrl_c_ends_a_long_call(what, tmp_path):
-    # Each of these would take many seconds on two cores. What ends it is the signal: the program says so, its threads end, and it goes on.
+    # Each of these would take many seconds on two cores. The signal ends it: the program reports this, its threads end, and it continues.
     before, call = LONG[what]
     program = f"""
         import signal, time
@@ -146,7 +146,7 @@ def test_ctrl_c_ends_a_long_call(what, tmp_path):
         assert not list((tmp_path / "out").glob("*.tmp"))
 
 
-def test_what_a_progress_callback_raises_ends_the_call():
+def test_an_exception_of_a_progress_callback_ends_the_call():
     class Enough(Exception):
         pass
 
@@ -162,7 +162,7 @@ def test_what_a_progress_callback_raises_ends_the_call():
 
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="needs fork")
 @pytest.mark.filterwarnings("ignore::DeprecationWarning")
-def test_a_fork_computes_with_threads_of_its_own():
+def test_a_fork_computes_with_separate_threads():
     expected = Phantom(SMALL).views()
     read, write = os.pipe()
     child = os.fork()

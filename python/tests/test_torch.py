@@ -1,4 +1,4 @@
-"""Operators in PyTorch: gradients against differences, and deepinv's own test of adjoints."""
+"""Operators in PyTorch: gradients against differences, and the test of adjoints of deepinv."""
 
 import numpy as np
 import pytest
@@ -32,7 +32,7 @@ def example(operator, lead=()):
 
 
 @pytest.mark.parametrize("name", OPERATORS)
-def test_gradients_are_those_of_differences(name):
+def test_gradients_agree_with_differences(name):
     operator = OPERATORS[name]
     x = example(operator, (2,))
     forward = lambda x: hp.forward(operator, x)  # noqa: E731
@@ -43,7 +43,7 @@ def test_gradients_are_those_of_differences(name):
 
 
 @pytest.mark.parametrize("name", OPERATORS)
-def test_batches_are_their_entries(name):
+def test_batches_equal_their_entries(name):
     operator = OPERATORS[name]
     x = example(operator, (2, 3)).detach()
     batch = hp.forward(operator, x)
@@ -57,7 +57,7 @@ def test_batches_are_their_entries(name):
     assert hp.forward(operator, x[:0]).shape == (0, *batch.shape[1:])
 
 
-def test_wrong_tensors_are_told():
+def test_wrong_tensors_are_errors():
     operator = OPERATORS["projector"]
     with pytest.raises(TypeError, match="float32 or float64"):
         hp.forward(operator, torch.zeros(operator.image_shape, dtype=torch.float16))

@@ -1,4 +1,4 @@
-"""The stubs: what mypy makes of them, and whether they are what is there."""
+"""The stubs: their check by mypy, and their agreement with the package."""
 
 import subprocess
 import sys
@@ -32,6 +32,6 @@ def test_typed_use_is_accepted_and_misuse_is_not(tmp_path):
         assert f"misuse.py:{line}: error" in said, said
 
 
-def test_the_stubs_are_what_is_there(tmp_path):
+def test_the_stubs_agree_with_the_package(tmp_path):
     code, said = run("mypy.stubtest", "heart_phantom", cwd=tmp_path)
     assert code == 0, said

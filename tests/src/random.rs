@@ -24,7 +24,7 @@ impl Random {
         random
     }
 
-    /// Shall this number be one of a grid?
+    /// Whether the next number is drawn from a grid.
     fn snaps(&mut self) -> bool {
         self.on_grids && !self.one_in(8)
     }
@@ -38,7 +38,7 @@ impl Random {
         z ^ (z >> 31)
     }
 
-    /// Uniform in [low, high), on no grid: for data, and wherever coincidences would spoil a statistic.
+    /// Uniform in [low, high), never from a grid: for data, and where coincidences would bias a statistic.
     pub fn any(&mut self, low: f64, high: f64) -> f64 {
         low + (high - low) * (self.bits() >> 11) as f64 / (1_u64 << 53) as f64
     }
@@ -77,7 +77,7 @@ impl Random {
         eighth.flatten().unwrap_or_else(|| self.any(low, high))
     }
 
-    /// Of a number that another scene would take as it is, the next larger one of three binary digits.
+    /// Rounds a number up to three binary digits in part of the problems.
     pub fn rounded(&mut self, value: f64) -> f64 {
         if self.snaps() && value > 0.0 {
             let digit = (value.log2().floor() - 2.0).exp2();
@@ -98,7 +98,7 @@ impl Random {
         low + (self.bits() % (high - low + 1) as u64) as usize
     }
 
-    /// True once in `n`.
+    /// True with probability 1 / `n`.
     pub fn one_in(&mut self, n: usize) -> bool {
         self.integer(1, n) == 1
     }
@@ -108,7 +108,7 @@ impl Random {
         from[self.integer(0, from.len() - 1)].clone()
     }
 
-    /// The value, or once in thirty something no physicist would enter.
+    /// The value, or with probability 1 / 30 an implausible one.
     pub fn spoiled(&mut self, value: f64) -> f64 {
         if !self.one_in(30) {
             return value;

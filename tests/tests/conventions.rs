@@ -1,6 +1,6 @@
-//! The conventions of `docs/conventions.md` hold between the crates: pairs of independent crates agree on positions.
+//! Tests the conventions of `docs/conventions.md` between the crates: pairs of independent crates agree on positions.
 //!
-//! The objects lie off the centre and differ from all their mirror images, so a sign error in both crates would be found.
+//! The objects are off-centre and differ from all their mirror images, so that a sign error in both crates would be detected.
 
 #![allow(clippy::expect_used, clippy::panic, clippy::unwrap_used)]
 
@@ -27,7 +27,7 @@ fn projections(
 }
 
 #[test]
-fn chords_of_a_body_and_line_integrals_of_a_phantom_are_the_same_numbers() {
+fn chords_of_a_body_equal_line_integrals_of_a_phantom() {
     // An upright cylinder off the axis and off the middle in height, on an offset detector of odd and even sizes.
     let (radius, height, centre) = (1.1, 3.0, [2.0, -1.3, 0.7]);
     let meridian = Meridian::new(&[[0.0, radius], [height, radius]]).unwrap();
@@ -53,7 +53,7 @@ fn chords_of_a_body_and_line_integrals_of_a_phantom_are_the_same_numbers() {
             StackOrder::ViewSliceBin,
         )
         .unwrap();
-    // Two closed forms of order 1; near the rim a square root turns 1e-16 into 1e-8.
+    // Two closed forms of order 1; near the rim a square root amplifies 1e-16 to 1e-8.
     assert_eq!(chords.len(), expected.len());
     assert!(expected.iter().filter(|&&value| value > 1.0).count() > 500);
     for (at, (a, b)) in chords.iter().zip(&expected).enumerate() {
@@ -62,7 +62,7 @@ fn chords_of_a_body_and_line_integrals_of_a_phantom_are_the_same_numbers() {
 }
 
 #[test]
-fn turning_the_object_forwards_is_turning_the_camera_back() {
+fn rotating_the_object_equals_rotating_the_camera_back() {
     let meridian = || Meridian::new(&[[0.0, 1.0], [2.0, 1.6], [3.0, 0.0]]).unwrap();
     let pose = Pose::axis_along_z(1.0).unwrap().rotated_x(0.5).unwrap();
     let pose = pose.shifted(Vector3::new(1.0, 0.4, -0.2)).unwrap();
@@ -101,7 +101,7 @@ fn moments(volume: &[f64], grid: &VoxelGrid) -> ([f64; 3], f64) {
 }
 
 #[test]
-fn a_posed_body_is_reconstructed_where_its_voxels_are() {
+fn a_posed_body_is_reconstructed_at_the_position_of_its_voxels() {
     // A blunt cone in the pose of the study, displaced from the centre: it differs from its mirror images.
     let meridian = Meridian::new(&[[0.0, 1.2], [2.5, 0.5], [3.0, 0.0]]).unwrap();
     let pose = Pose::axis_along_z(1.0).unwrap();

@@ -65,7 +65,7 @@ fn pressures_are_those_of_the_page() {
         let mean: f64 = (0..points.len())
             .map(|k| e.intensity / speed(k) * speed(k))
             .sum();
-        // midpoints, of second order: 1e-7 of the whole
+        // midpoints, of second order: 1e-7 of the total
         assert!((mean / length / e.pressure() - 1.0).abs() < 1e-6);
     }
     let sum = pair.inner.pressure() + pair.outer.pressure();
@@ -86,7 +86,7 @@ fn pressures_are_those_of_the_page() {
 }
 
 #[test]
-fn its_scenes_are_scenes() {
+fn scenes_of_the_guide_are_valid() {
     let scenes: Vec<&str> = (GUIDE.split("```toml\n").skip(1))
         .map(|rest| rest.split("```").next().unwrap())
         .collect();
@@ -97,7 +97,7 @@ fn its_scenes_are_scenes() {
 }
 
 #[test]
-fn its_error_is_said_in_these_words() {
+fn the_error_message_of_the_guide_is_exact() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("scene.toml");
     // Line 12, column 9, as in the guide.
@@ -109,7 +109,7 @@ fn its_error_is_said_in_these_words() {
 
 /// The table contains every section and field; rows that share a section name the later fields by their last part.
 #[test]
-fn its_table_has_every_field() {
+fn the_table_of_the_guide_has_every_field() {
     let fields = toml_fields(&Scene::default().to_toml());
     assert!(fields.len() > 40, "{fields:?}");
     let table = GUIDE.split("## Every field").nth(1).unwrap();
@@ -126,7 +126,7 @@ fn its_table_has_every_field() {
     }
 }
 
-/// Sections and fields of a commented scene, those that are commented out too.
+/// Sections and fields of a commented scene, including those that are commented out.
 fn toml_fields(text: &str) -> Vec<[String; 2]> {
     let mut section = String::new();
     let mut fields = Vec::new();

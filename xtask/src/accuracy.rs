@@ -35,7 +35,7 @@ pub(crate) fn write_table(problems: &str, seed: u64, prefix: &str) -> Result<(),
         Ok(())
     } else {
         Err(format!(
-            "some stated errors do not hold: see {PAGE} and the output above"
+            "some stated errors are exceeded: see {PAGE} and the output above"
         ))
     }
 }
@@ -213,7 +213,7 @@ mod tests {
     }
 
     #[test]
-    fn rows_are_replaced_and_nothing_else() {
+    fn only_rows_are_replaced() {
         let page = format!("before\n{BEGIN}| `old` |{END}\nafter\n");
         let expected = format!("before\n{BEGIN}| new |\n| er |{END}\nafter\n");
         assert_eq!(with_rows(&page, "| new |\n| er |\n", ""), Ok(expected));

@@ -104,7 +104,7 @@ fn complete(package: &Path) -> Result<(), String> {
     let text =
         fs::read_to_string(&readme).map_err(|error| format!("{}: {error}", readme.display()))?;
     if !text.contains("```rust") {
-        return Err(format!("{} shows no example", readme.display()));
+        return Err(format!("{} contains no example", readme.display()));
     }
     Ok(())
 }

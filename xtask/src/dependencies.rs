@@ -210,7 +210,7 @@ mod tests {
     }
 
     #[test]
-    fn a_package_for_a_newer_compiler_is_named() {
+    fn a_package_for_a_newer_compiler_is_reported() {
         let metadata = |low: &str| {
             serde_json::json!({"packages": [
                 {"name": "xtask", "version": "0.0.0", "rust_version": "1.89"},

@@ -81,7 +81,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_set_is_tried() {
+    fn every_set_of_features_is_tested() {
         let sets = |text: &str| sets(&text.parse().expect("the snippet is TOML"));
         assert_eq!(sets(""), [""]);
         assert_eq!(sets("[features]\ndefault = [\"a\"]\na = []"), ["", "a"]);

@@ -24,13 +24,13 @@ const TASKS: &[Task] = &[
     Task {
         name: "tidy",
         arguments: "[--bless]",
-        what: "floors, files, manifests and pages keep the rules; --bless renews the hashes in docs/conventions.md",
+        what: "floors, files, manifests and pages obey the rules; --bless updates the hashes in docs/conventions.md",
         run: tidy::task,
     },
     Task {
         name: "dependencies",
         arguments: "",
-        what: "what each published crate brings along: number of packages, licences, versions that stand twice",
+        what: "dependencies of each published crate: number of packages, licences, duplicate versions",
         run: dependencies::task,
     },
     Task {
@@ -48,7 +48,7 @@ const TASKS: &[Task] = &[
     Task {
         name: "semver",
         arguments: "",
-        what: "what changed in the public interfaces since the last tag, by cargo-semver-checks",
+        what: "changes of the public interfaces since the last tag, by cargo-semver-checks",
         run: semver::task,
     },
     Task {
@@ -60,7 +60,7 @@ const TASKS: &[Task] = &[
     Task {
         name: "stress",
         arguments: "--minutes N | --scenes N [--seed S] [--kind NAME]",
-        what: "random and pathological scenes through everything, from new seeds; --kind accuracy writes the table of docs/accuracy.md",
+        what: "runs random and pathological scenes from new seeds; --kind accuracy writes the table of docs/accuracy.md",
         run: stress::task,
     },
 ];

@@ -69,7 +69,7 @@ pub(crate) fn task(arguments: &[String]) -> Result<(), String> {
         Ok(())
     } else {
         Err(format!(
-            "scenes failed: run again with --seed {seed} to see them"
+            "scenes failed: run again with --seed {seed} to reproduce them"
         ))
     }
 }

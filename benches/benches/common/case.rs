@@ -1,6 +1,6 @@
 //! One phantom with its exact sinogram and image.
 
-#![allow(dead_code)] // each bench uses its part
+#![allow(dead_code)] // each bench uses a part
 
 use radon::{
     BinSampling, FbpOptions, FbpPlan, ImageGrid, ParallelGeometry, Phantom2, disc_mask, rmse_within,

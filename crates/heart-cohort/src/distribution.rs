@@ -208,7 +208,7 @@ mod tests {
     /// Means and deviations in closed form; the midpoint rule over 100 000 quantiles has its largest error in the tails, 1e-4 of
     /// the deviation.
     #[test]
-    fn moments_are_those_of_the_distribution() {
+    fn moments_agree_with_the_distribution() {
         let known = [
             (json!({ "uniform": [1.0, 4.0] }), [2.5, 3.0 / 12f64.sqrt()]),
             (json!({ "normal": { "mean": 5.0, "sd": 2.0 } }), [5.0, 2.0]),
@@ -232,7 +232,7 @@ mod tests {
     }
 
     #[test]
-    fn bounds_hold_and_far_tails_keep_their_digits() {
+    fn bounds_are_met_and_far_tails_are_accurate() {
         let tail = json!({ "normal": { "mean": 0.0, "sd": 1.0, "bounds": [5.0, 5.5] } });
         let distribution: Distribution = serde_json::from_value(tail).unwrap();
         let values = values(&distribution, 1000);
@@ -249,7 +249,7 @@ mod tests {
     }
 
     #[test]
-    fn whole_numbers_have_the_same_chance_each() {
+    fn integers_have_equal_probability() {
         let distribution = Distribution::Uniform([3.0, 6.0]);
         let mut counts = [0; 4];
         for k in 0..400 {
@@ -263,7 +263,7 @@ mod tests {
     }
 
     #[test]
-    fn what_makes_no_distribution_is_told() {
+    fn invalid_distributions_are_errors() {
         for bad in [
             json!({ "uniform": [2.0, 1.0] }),
             json!({ "uniform": [-1e308, 1e308] }),

@@ -246,7 +246,7 @@ mod tests {
     }
 
     #[test]
-    fn sums_are_those_of_school() {
+    fn sums_follow_the_usual_precedence() {
         for text in [
             "a.b + 1 * 2 > 3.9",
             "a.b - 1 - 1 <= 0",
@@ -264,7 +264,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_constraint_is_told() {
+    fn invalid_constraints_are_errors() {
         for (text, says) in [
             ("", "a number, a field or a bracket near character 0"),
             ("a.b", "one of < <= > >="),

@@ -96,7 +96,7 @@ mod tests {
     }
 
     #[test]
-    fn what_lies_above_counts() {
+    fn the_upper_table_has_priority() {
         let mut below = json!({ "a": { "b": 1, "c": 2 }, "volume": { "gain": 0.6 }, "d": [1, 2] });
         lay_over(
             &mut below,

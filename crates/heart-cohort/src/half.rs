@@ -36,7 +36,7 @@ mod tests {
     }
 
     #[test]
-    fn every_number_of_half_precision_is_itself_and_ties_are_even() {
+    fn half_precision_numbers_are_exact_and_ties_are_even() {
         for bits in (0..0x7c00).chain(0x8000..0xfc00) {
             let here = value(bits);
             assert_eq!(half(here as f32), Some(bits), "{here}");
@@ -57,7 +57,7 @@ mod tests {
     }
 
     #[test]
-    fn numbers_beyond_the_range_have_none() {
+    fn numbers_beyond_the_range_are_rejected() {
         assert_eq!(half(65_519.0), Some(0x7bff));
         for value in [65_520.0, -65_520.0, 1e30, f32::INFINITY, f32::NAN] {
             assert_eq!(half(value), None, "{value}");

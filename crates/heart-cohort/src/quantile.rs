@@ -98,9 +98,9 @@ mod tests {
     use super::*;
 
     /// The probability below the quantile of a probability is that probability; `erfc` and AS 241 share no code. Rounding of the
-    /// quantile causes an error of density over probability, some ten units of the last digit in the tails.
+    /// quantile causes an error of density over probability, about ten units of the last digit in the tails.
     #[test]
-    fn value_and_share_undo_each_other() {
+    fn quantile_and_probability_are_inverse() {
         for k in 1..1000 {
             let share = f64::from(k) / 1000.0;
             assert!(

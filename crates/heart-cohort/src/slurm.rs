@@ -133,7 +133,7 @@ mod tests {
     }
 
     #[test]
-    fn a_script_is_a_shell_s_and_contains_all_options() {
+    fn a_script_is_valid_shell_and_contains_all_options() {
         let options = SlurmOptions {
             partition: Some("short".into()),
             at_once: Some(8),
@@ -154,7 +154,7 @@ mod tests {
 
     /// The shell evaluates the shards of each task: all shards, each once.
     #[test]
-    fn tasks_make_every_shard_once() {
+    fn tasks_compute_every_shard_once() {
         for (shards, tasks) in [(1, 1), (1000, 1000), (1001, 501), (2500, 834)] {
             let text = script(&SlurmOptions::new(shards)).unwrap();
             assert!(
@@ -181,7 +181,7 @@ mod tests {
     }
 
     #[test]
-    fn options_without_sense_are_errors() {
+    fn invalid_options_are_errors() {
         let changed = |change: &dyn Fn(&mut SlurmOptions)| {
             let mut options = SlurmOptions::new(1);
             change(&mut options);

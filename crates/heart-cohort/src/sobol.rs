@@ -69,7 +69,7 @@ mod tests {
 
     /// Published points: the first of the sequence in dimensions 2 and 3; Gray code only changes their order.
     #[test]
-    fn the_first_points_are_those_that_are_known() {
+    fn the_first_points_agree_with_published_ones() {
         let points: Vec<[f64; 3]> = (0..4)
             .map(|k| [0, 1, 2].map(|d| f64::from(sobol(k, d)) / 4_294_967_296.0))
             .collect();

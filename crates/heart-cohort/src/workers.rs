@@ -55,7 +55,7 @@ mod tests {
     use std::sync::atomic::{AtomicU64, Ordering};
 
     #[test]
-    fn results_come_in_order_and_none_runs_far_ahead() {
+    fn results_are_in_order_with_a_bounded_queue() {
         for threads in [1, 2, 3, 50] {
             let begun = AtomicU64::new(0);
             let mut taken = Vec::new();

@@ -8,7 +8,7 @@ use peak_alloc::PeakAlloc;
 #[global_allocator]
 static HEAP: PeakAlloc = PeakAlloc;
 
-/// Most that a row of the record takes: a dozen names with their numbers.
+/// Largest size of a row of the record: a dozen names with their numbers.
 const ROW_BYTES: usize = 4096;
 
 fn peak(members: usize) -> usize {
@@ -31,6 +31,6 @@ acquisition.mode = {{ gated = {{ gates = 2 }} }}\noutput.write = [\"projections\
 fn memory_does_not_grow_with_members() {
     peak(4);
     let (few, many) = (peak(10), peak(110));
-    // Members on two threads may need their most at the same time, or not. A member's piece has 40 KB: were they kept, there would be 4 MB more.
+    // Members on two threads may or may not reach their largest memory at the same time. Storing all pieces of 40 KB would need 4 MB more.
     assert!(many < 2 * few + 100 * ROW_BYTES, "{few} {many}");
 }

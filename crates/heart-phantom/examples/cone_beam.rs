@@ -1,5 +1,5 @@
 //! Cone-beam CT of a beating heart, one turn in 0.3 s from 60 cm: projections for RTK (`beating.mha` with `beating.xml`) and for ASTRA
-//! (`beating.npy` with `beating-vectors.npy`), and the same of the still heart of the first view, without motion artefacts.
+//! (`beating.npy` with `beating-vectors.npy`), and those of the static heart of the first view, without motion artefacts.
 //!
 //! `cargo run --release -p heart-phantom --example cone_beam -- FOLDER`
 
@@ -43,10 +43,10 @@ fn main() -> Result<(), Box<dyn Error>> {
     let wall = shape.body().region_measures(1)?;
     let at = (shape.body().pose()).to_lab(&Point3::new(wall.centroid(), 0.0, 0.0));
     println!(
-        "wall of the still heart: {:.3} mL, centroid ({:.4}, {:.4}, {:.4}) cm",
+        "wall of the static heart: {:.3} mL, centroid ({:.4}, {:.4}, {:.4}) cm",
         wall.volume, at.x, at.y, at.z
     );
-    // The first view is the same, the beating heart fills in the others.
+    // The first view is identical; motion changes the other ones.
     assert_eq!(first[0], first[1]);
     Ok(())
 }

@@ -41,7 +41,7 @@ fn blood_pool() -> Result<(), PhantomError> {
         }
         let largest = volumes.iter().copied().fold(f64::MIN, f64::max);
         let smallest = volumes.iter().copied().fold(f64::MAX, f64::min);
-        // Few gates mix phases: the extremes are averaged away.
+        // Few gates average over phases, which reduces the extremes.
         let found = (largest - smallest) / largest;
         println!(
             "{gates:5}   {found:.4}   {:.4}",

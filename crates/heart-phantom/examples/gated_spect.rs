@@ -1,4 +1,4 @@
-//! Gated SPECT: 16 gates, 64 views over 180 degrees, 128^3 voxels, each gate reconstructed and judged.
+//! Gated SPECT: 16 gates, 64 views over 180 degrees, 128^3 voxels, each gate reconstructed and compared with its ground truth.
 //!
 //! `cargo run --release -p heart-phantom --example gated_spect`
 

@@ -1,5 +1,5 @@
-//! Motion artefacts over heart rates: one instant a view, one view a second. At 60 beats a minute every view sees the same
-//! phase and nothing seems to move; away from it the views do not fit together.
+//! Motion artefacts over heart rates: one instant per view, one view per second. At 60 beats per minute every view has the same phase, so that no
+//! motion is visible; at other rates the views are inconsistent.
 //!
 //! `cargo run --release -p heart-phantom --example heart_rates`
 

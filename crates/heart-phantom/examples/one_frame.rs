@@ -1,5 +1,5 @@
-//! What a method could reach that knew the motion of a beating heart: sixteen gates by OSEM in one frame, beside a heart that stands still
-//! and one that nobody gates, all with the same counts. `cargo run --release -p heart-phantom --example one_frame -- [VOXELS]`.
+//! An upper bound for motion-compensated reconstruction: sixteen gates by OSEM with the exact motion, compared with a static heart and an ungated one
+//! at equal counts. `cargo run --release -p heart-phantom --example one_frame -- [VOXELS]`.
 
 use heart_phantom::scene::{
     Accuracy, Attenuation, CollimatorSettings, Compensation, Counts, HolesSettings, Medium, Method,
@@ -7,7 +7,7 @@ use heart_phantom::scene::{
 };
 use heart_phantom::{Phantom, PhantomError};
 
-/// Of a sample of 1, in all gates together.
+/// Counts of a sample of 1 in all gates together.
 const COUNTS: f64 = 4000.0;
 
 /// Views through a collimator and a torso.
@@ -63,7 +63,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let known = Compensation::KnownMotion;
     let kinds = [
         (
-            "still at end-diastole",
+            "static, end-diastole",
             scene(n, Mode::Static { phase: 0.5 }, known),
             COUNTS,
         ),
@@ -73,7 +73,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             COUNTS,
         ),
         (
-            "16 gates in one frame",
+            "16 gates compensated",
             scene(n, Mode::Gated { gates }, known),
             COUNTS / gates as f64,
         ),
@@ -94,7 +94,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         let still = Phantom::new(self::scene(n, Mode::Static { phase: 0.5 }, known))?;
         let truth = still.compensated_truth(0)?;
         let judged = still.compensated_artefacts(0, &exact, &truth)?;
-        // Two realisations, in the wall of end-diastole.
+        // From two realisations, in the wall at end-diastole.
         let [(_, a), (_, b)] = [
             volume(&scene, Some((counts, 1)))?,
             volume(&scene, Some((counts, 2)))?,
@@ -113,7 +113,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         let noise = (2.0 * square / n).sqrt() / (sum / n);
         let number = |x: Option<f64>| x.map_or_else(|| "-".into(), |x| format!("{x:.3}"));
         println!(
-            "{name:24} {:>12} {:>6} {:>11} {noise:>8.4}   ({} passes of all gates: {seconds:.1} s)",
+            "{name:24} {:>12} {:>6} {:>11} {noise:>8.4}   ({} iterations over all gates: {seconds:.1} s)",
             number(judged.wall_blur_mm),
             number(judged.rmse),
             number(judged.wall_mean),

@@ -1,4 +1,4 @@
-//! A heart of one's own: two half ellipsoids, a volume curve of five samples, an infarct, before a camera that blurs and counts.
+//! A custom heart: two half ellipsoids, a volume curve of five samples and an infarct, with blur and counting noise.
 //!
 //! `cargo run --release -p heart-phantom --example own_heart`
 

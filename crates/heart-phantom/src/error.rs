@@ -152,7 +152,7 @@ pub enum PhantomError {
         /// Determinant of the left block, over the product of the lengths of its rows.
         determinant: f64,
     },
-    /// The source of a fan or cone beam is within the heart or an organ, so that lines would extend to both sides of it.
+    /// The source of a fan or cone beam is inside the heart or an organ; lines would then extend to both sides of the source.
     #[error(
         "the source of view {view_idx} is inside the heart or an organ; it must be outside all of them"
     )]
@@ -174,7 +174,7 @@ pub enum PhantomError {
     Unsupported {
         /// The format.
         format: &'static str,
-        /// What it cannot store.
+        /// The unsupported property or data.
         what: &'static str,
     },
     /// A path has the wrong extension, or a name that cannot be written to a header.
@@ -359,7 +359,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn threads_are_named_as_they_were_asked_for() {
+    fn the_error_contains_the_number_of_threads() {
         // A second global pool is an error on every machine.
         let refused = || {
             let build = || rayon::ThreadPoolBuilder::new().build_global();

@@ -100,7 +100,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_moves_a_terminal_is_escaped_and_the_rest_is_kept() {
+    fn control_characters_are_escaped_and_other_text_is_unchanged() {
         let kept = "Herz \u{e9} e\u{301} \u{5fc3} \u{1f493} \"'\\`";
         assert_eq!(escape(kept), kept);
         let moves = "\u{1b}[31m\r\n\u{7}\u{9b}2J\u{7f}\u{202e}\u{2066}\u{200b}\u{feff}\u{e0041}";
@@ -139,7 +139,7 @@ mod tests {
         }
     }
     #[test]
-    fn five_digits_are_near_and_what_has_to_be_reached_is() {
+    fn five_digits_are_accurate_and_required_numbers_are_rounded_up() {
         assert_eq!(
             [0.015178592099365087, 15.999_999_999_999_998, 0.0, 12345.6].map(brief),
             [0.015179, 16.0, 0.0, 12346.0]

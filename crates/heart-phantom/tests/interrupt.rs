@@ -12,7 +12,7 @@ use std::sync::mpsc;
 use std::thread;
 
 #[test]
-fn what_is_unfinished_goes_and_what_was_there_stays() {
+fn unfinished_files_are_removed_and_older_files_are_kept() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("a.txt");
     fs::write(&path, "old").unwrap();

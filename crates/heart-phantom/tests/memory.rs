@@ -29,7 +29,7 @@ fn scene(mode: Mode, size: usize) -> Scene {
 
 /// A single test, because tests run concurrently.
 #[test]
-fn memory_is_what_was_said() {
+fn memory_does_not_exceed_its_prediction() {
     // Work arrays that a thread keeps are not part of a shape.
     pool(1).install(shapes_are_as_large_as_was_said);
     pool(2).install(runs_take_what_was_said);

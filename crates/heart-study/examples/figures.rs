@@ -1,4 +1,4 @@
-//! Every figure from made-up data, to see how each looks: `cargo run --release -p heart-study --example figures -- DIR`.
+//! Draws every figure from artificial data: `cargo run --release -p heart-study --example figures -- DIR`.
 
 use std::f64::consts::{PI, TAU};
 use std::path::PathBuf;
@@ -7,7 +7,7 @@ use heart_phantom::revolve_voxel::Pose;
 use heart_study::StudyError;
 use heart_study::figures::*;
 
-/// A cylinder with a spherical cap, blown up by `g`; nodes at equal steps of arc length.
+/// A cylinder with a spherical cap, inflated by `g`; nodes at equal steps of arc length.
 fn balloon(radius: f64, g: f64, n: usize) -> Vec<[f64; 2]> {
     let h = 8.5;
     let length = 2.0 * h + PI * radius;
@@ -153,7 +153,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let turned = upright.rotated_x(PI / 4.0)?.rotated_y(PI / 4.0)?;
     let both = [
         ("axis along z", upright),
-        ("turned 45° about x, then y", turned),
+        ("rotated 45° about x, then y", turned),
     ];
     save("fig13-pose.png", poses(&states[0], &both, View::default())?)?;
 
@@ -178,7 +178,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     };
     save("fig18-circle.png", circle(&study)?)?;
 
-    // A slanted ball with a hole, off the centre: chords in closed form, samples of a volume.
+    // An oblique, off-centre ball with a hole: chords in closed form, samples of a volume.
     let n = 256;
     let pitch = 0.0625;
     let at = |k: usize| (k as f64 - 127.5) * pitch;
@@ -259,7 +259,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
                 text: vec!["What is shown, and how it was computed, in a sentence or two.".into()],
                 figures: vec![Illustration {
                     file: (*file).into(),
-                    caption: format!("Figure {}. A caption that says what to see.", k + 1),
+                    caption: format!("Figure {}. A caption that describes the figure.", k + 1),
                     size: [1366, 553],
                 }],
                 tables: vec![Table {

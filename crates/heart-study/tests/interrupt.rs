@@ -33,7 +33,7 @@ mod program {
     use std::time::Duration;
 
     const PROGRAM: &str = env!("CARGO_BIN_EXE_heart-phantom");
-    /// Names and numbers of the signals that the program gives way to.
+    /// Names and numbers of the signals that end the program.
     const ENDING: [(&str, i32); 4] = [("INT", 2), ("TERM", 15), ("HUP", 1), ("XCPU", 24)];
 
     /// Longest wait for another process, far above the needs of a busy machine.
@@ -81,7 +81,7 @@ mod program {
         [output]\nwrite = ['projections', 'reconstruction', 'truth', 'labels', 'pictures']\n\
         volumes = 'nifti-gz'\nprojections = 'interfile-stir'\n";
 
-    /// A scene that takes a third of a second, mostly to write: single files, pairs, compressed files, images.
+    /// A scene that takes a third of a second, mostly for writing: single files, pairs, compressed files, images.
     fn scene(folder: &Path) -> PathBuf {
         let path = folder.join("scene.toml");
         fs::write(&path, SCENE).unwrap();
@@ -117,7 +117,7 @@ mod program {
         );
     }
 
-    /// Every file is one of the whole run, byte for byte; headers have their data; a report has all.
+    /// Every file is bitwise identical to that of the complete run; headers have their data; a report has all files.
     fn only_whole_files(out: &Path, whole: &Path) {
         if !out.exists() {
             return;
@@ -145,7 +145,7 @@ mod program {
         status.signal() == Some(signal)
     }
 
-    /// In the middle of a write, which waits for input that never comes, after a message.
+    /// A write that has printed a message and waits for input that never comes.
     fn write_that_waits(path: &Path) {
         signals::watch().unwrap();
         let end = write_atomically(path, |out| {
@@ -158,13 +158,13 @@ mod program {
     }
 
     #[test]
-    fn an_interrupted_write_leaves_nothing() {
+    fn an_interrupted_write_leaves_no_files() {
         const WRITE: &str = "HEART_PHANTOM_TEST_WRITE";
         if let Some(path) = std::env::var_os(WRITE) {
             return write_that_waits(Path::new(&path));
         }
         for (name, number) in delivered() {
-            // Into an empty folder, and over an older file.
+            // Into an empty directory, and over an older file.
             for older in [&[][..], &["a.txt"]] {
                 let folder = tempfile::tempdir().unwrap();
                 let path = folder.path().join("a.txt");
@@ -173,7 +173,7 @@ mod program {
                 }
                 let mut child = Command::new(std::env::current_exe().unwrap())
                     .args(["--exact", "--nocapture"])
-                    .arg("program::an_interrupted_write_leaves_nothing")
+                    .arg("program::an_interrupted_write_leaves_no_files")
                     .env(WRITE, &path)
                     .stdin(Stdio::piped())
                     .stdout(Stdio::piped())
@@ -201,12 +201,12 @@ mod program {
     /// The program handles its signals and ends by them anywhere, here while it waits for its scene.
     #[cfg(target_os = "linux")]
     #[test]
-    fn a_signal_ends_the_program_as_it_would_have() {
+    fn a_signal_ends_the_program_by_itself() {
         let folder = tempfile::tempdir().unwrap();
         let (scene, out) = (pipe(folder.path()), folder.path().join("out"));
         for (name, number) in delivered() {
             let child = run(&scene, &out).spawn().unwrap();
-            // Opened when the other end is, which the program does after it has begun to watch.
+            // The open returns when the program opens the other end, after it has installed its signal handling.
             let waits = opened(&scene);
             let status = fs::read_to_string(format!("/proc/{}/status", child.id())).unwrap();
             let caught = mask(&status, "SigCgt:").unwrap();
@@ -221,11 +221,11 @@ mod program {
 
     /// The position of the program at the signal depends on the machine; the assertions do not.
     #[test]
-    fn an_interrupt_at_any_moment_leaves_whole_files() {
+    fn an_interrupt_at_any_moment_leaves_complete_files() {
         let folder = tempfile::tempdir().unwrap();
         let (scene, whole) = (scene(folder.path()), folder.path().join("whole"));
         assert!(run(&scene, &whole).status().unwrap().success());
-        // From nothing on, over the first file, to the last ones.
+        // From an empty directory over the first file to the last ones.
         for (k, seen) in (0..names(&whole).len()).step_by(5).enumerate() {
             let (name, number) = ENDING[k % ENDING.len()];
             let out = folder.path().join(format!("{name}-{seen}"));
@@ -249,7 +249,7 @@ mod program {
     /// As under `nohup`, or in the background of a script.
     #[cfg(target_os = "linux")]
     #[test]
-    fn a_signal_that_is_ignored_stays_so() {
+    fn an_ignored_signal_stays_ignored() {
         let folder = tempfile::tempdir().unwrap();
         let (scene, out) = (pipe(folder.path()), folder.path().join("out"));
         let child = Command::new("sh")
@@ -271,10 +271,9 @@ mod program {
         assert!(out.join("report.json").exists());
     }
 
-    /// The limit of a file's size, in blocks of 512 or 1024 bytes, is less than that of a file of views. Its signal would end the
-    /// program by itself.
+    /// The limit of the file size, in blocks of 512 or 1024 bytes, is below the size of a file of views. Its signal would end the program.
     #[test]
-    fn a_disk_without_room_is_an_error_and_leaves_whole_files() {
+    fn a_full_disk_is_an_error_and_leaves_complete_files() {
         let folder = tempfile::tempdir().unwrap();
         let (scene, out) = (scene(folder.path()), folder.path().join("out"));
         let output = Command::new("sh")

@@ -1,4 +1,4 @@
-//! Forces on a membrane, and its measures: how far a balloon under pressure is from equilibrium, in both discretisations.
+//! Forces on a membrane and its measures: the residual force of a balloon under pressure in both discretisations.
 //!
 //! `cargo run -p membrane-forces --example forces`
 
@@ -17,13 +17,13 @@ fn main() -> Result<(), MembraneError> {
     // of constant stiffness this law has a closed form
     let exact = LinearEquilibrium::balloon(8.5, 1.75, pressure)?;
     println!(
-        "volume at rest {:8.3} cm^3",
+        "reference volume {:8.3} cm^3",
         LinearEquilibrium::balloon(8.5, 1.75, 0.0)?
             .measures()
             .volume
     );
     println!(
-        "volume         {:8.3} cm^3 under {pressure}",
+        "volume           {:8.3} cm^3 under {pressure}",
         exact.measures().volume
     );
 
@@ -32,7 +32,7 @@ fn main() -> Result<(), MembraneError> {
     let both: [(&str, &dyn DiscreteMembrane); 2] =
         [("differences", &differences), ("spectral", &spectral)];
     for (name, discrete) in both {
-        // the closed form at the nodes: forces there are the error of the discretisation
+        // the closed form at the nodes: its forces are the error of the discretisation
         let count = discrete.start().len();
         let positions = discrete.positions();
         let nodes: Vec<f64> = (positions.iter().take(count / 2))
@@ -45,7 +45,7 @@ fn main() -> Result<(), MembraneError> {
         let at_rest = forces.iter().fold(0.0f64, |m, force| m.max(force.abs()));
         let volume = discrete.measure(Measure::Volume, &nodes)?;
         println!(
-            "{name:>12}: {} nodes, force {at_rest:.1e} at rest and {largest:.1e} at the exact shape, volume {volume:.3} cm^3",
+            "{name:>12}: {} nodes, force {at_rest:.1e} in the reference configuration and {largest:.1e} at the exact shape, volume {volume:.3} cm^3",
             positions.len()
         );
     }

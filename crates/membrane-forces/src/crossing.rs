@@ -2,7 +2,7 @@
 
 use crate::error::{MembraneError, Result};
 
-/// `Err(SelfCrossing)` if two segments that are not neighbours meet, or a segment folds back onto its neighbour.
+/// `Err(SelfCrossing)` if two segments that are not neighbours intersect, or a segment folds back onto its neighbour.
 ///
 /// Cost O(n log n) plus the pairs whose ranges overlap along the side, x or y, on which the points extend more.
 pub(crate) fn check(points: &[[f64; 2]]) -> Result<()> {

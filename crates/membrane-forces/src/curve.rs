@@ -67,7 +67,7 @@ impl CurvePoint {
         [self.first[0] / length, self.first[1] / length]
     }
 
-    /// Signed curvature (x' y'' - y' x'') / |c'|^3, 1/cm: negative where the curve turns clockwise, as the balloon does.
+    /// Signed curvature (x' y'' - y' x'') / |c'|^3, 1/cm: negative where the curve turns clockwise, as for the balloon.
     #[must_use]
     pub fn curvature(&self) -> f64 {
         let ([x1, y1], [x2, y2]) = (self.first, self.second);

@@ -126,7 +126,7 @@ pub enum MembraneError {
     },
     /// Rubber stretched beyond its limit, or to zero.
     #[error(
-        "stretches {} and {} are not between zero and what the rubber allows, l1^2 + l2^2 + l3^2 < {limit:?}", given[0], given[1]
+        "stretches {} and {} are not between zero and the limit of the rubber, l1^2 + l2^2 + l3^2 < {limit:?}", given[0], given[1]
     )]
     PastStretch {
         /// Along the meridian and around the axis.

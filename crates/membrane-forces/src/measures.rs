@@ -36,7 +36,7 @@ pub struct Measures {
 }
 
 impl Measures {
-    /// Collects what `of` returns for each measure.
+    /// Collects the result of `of` for each measure.
     pub(crate) fn each(mut of: impl FnMut(Measure) -> Result<f64>) -> Result<Self> {
         Ok(Self {
             length: of(Measure::Length)?,
@@ -95,7 +95,7 @@ impl Measure {
         self.value(nodes, false)
     }
 
-    /// `out` = gradient with respect to every node coordinate, the derivative of exactly what [`Measure::of`] returns. Cost O(n).
+    /// `out` = gradient with respect to every node coordinate, the exact derivative of [`Measure::of`]. Cost O(n).
     ///
     /// # Panics
     /// `out` has another length than `nodes`.

@@ -90,7 +90,7 @@ impl Elastic for NodeSprings {
         largest(&self.first) + 4.0 * largest(&self.second)
     }
 
-    /// From spring to spring the tangent turns by 2 atan(p ds / (2 lambda)), and the bound is reached when that adds up to 2 pi (2 pi over
+    /// From spring to spring the tangent turns by 2 atan(p ds / (2 lambda)), and the bound is reached when the sum of these angles is 2 pi (2 pi over
     /// the integral of 1 / lambda as ds -> 0). Second neighbours count as 4 lambda_2. Cost O(N).
     fn blow_up(&self) -> f64 {
         let second = |n: usize| {

@@ -173,7 +173,7 @@ impl StrainEnergy {
 }
 
 impl EnergyDerivatives {
-    /// Where there is no rubber.
+    /// Zero, for points without rubber.
     pub(crate) const NONE: Self = Self {
         energy: 0.0,
         by: [0.0; 2],

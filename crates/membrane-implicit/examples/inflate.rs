@@ -1,4 +1,4 @@
-//! The inner balloon of Rohmer et al. 2006 inflated at once: apex and volume until it settles.
+//! The inner balloon of Rohmer et al. 2006 under a sudden load: apex and volume until equilibrium.
 //!
 //! `cargo run --release -p membrane-implicit --example inflate -- [steps]`
 

@@ -1,4 +1,4 @@
-//! A membrane that empties into a closed elastic vessel: a load with a memory.
+//! A membrane that empties into a closed elastic vessel: a load with memory.
 //!
 //! `cargo run --release -p membrane-implicit --example windkessel`
 

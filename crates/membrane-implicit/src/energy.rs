@@ -79,9 +79,9 @@ pub struct Energy {
     pub initial: f64,
     /// Work of the pressure since the start.
     pub pressure_work: f64,
-    /// Energy lost to damping since the start.
+    /// Energy dissipated by damping since the start.
     pub damping_loss: f64,
-    /// Energy lost to the scheme since the start; negative if the scheme adds energy.
+    /// Numerical dissipation of the scheme since the start; negative if the scheme adds energy.
     pub numerical_loss: f64,
 }
 

@@ -75,7 +75,7 @@ impl EvolvingOptions {
         with_max_steps(max_steps: usize);
         /// Sets the derivative of the pressure force.
         with_jacobian(jacobian: Jacobian);
-        /// Sets the number of steps between frames; 0 keeps none.
+        /// Sets the number of steps between frames; 0 stores none.
         with_frame_every(frame_every: usize);
     }
 }
@@ -94,7 +94,7 @@ impl Evolution {
     }
 }
 
-/// Inflates `membrane` from rest by a total force (Eq. 4) until the forces balance, by the paper's scheme: at every step
+/// Inflates `membrane` from zero velocity by a total force (Eq. 4) until the forces balance, by the paper's scheme: at every step
 ///
 /// ```text
 /// (I (m + dt mu) - dt^2 (K + dF_p/dc)) v+ = m v + dt (F_e(c) + F_p(c))       c+ = c + dt v+

@@ -39,7 +39,7 @@ impl<'a> Step<'a> {
 }
 
 impl Kinematics {
-    /// Creates the start at rest.
+    /// Creates the start at zero velocity.
     pub(crate) fn at_rest(body: &Body) -> Self {
         let nodes = body.discrete.start().to_vec();
         let zero = || vec![0.0; nodes.len()];

@@ -81,7 +81,7 @@ impl State<'_> {
 }
 
 impl Motion {
-    /// Starts a membrane at rest in its initial shape at t = 0.
+    /// Starts a membrane at zero velocity in its initial shape at t = 0.
     ///
     /// # Errors
     /// The load has no finite value at t = 0, or prescribes a volume other than that of the membrane; or the scheme does not support the
@@ -101,8 +101,8 @@ impl Motion {
         Ok(motion)
     }
 
-    /// Starts two membranes at rest. `load` inflates the inner one; the outer one encloses the volume of the inner one and of the wall,
-    /// which is constant (incompressible water). The corresponding load on the outer membrane is an unknown of each step.
+    /// Starts two membranes at zero velocity. `load` inflates the inner one; the outer one encloses the volume of the inner one and of the wall,
+    /// which is constant (incompressible wall). The corresponding load on the outer membrane is an unknown of each step.
     ///
     /// # Errors
     /// As [`Motion::new`]; a splitting; an outer membrane that encloses at most the volume of the inner one.

@@ -23,7 +23,7 @@ fn body(radius: f64) -> Body {
 
 #[track_caller]
 fn assert_allocates_nothing(label: &str, mut work: impl FnMut()) {
-    // The test harness allocates in its own thread now and then; a step that does, does so always.
+    // The test harness occasionally allocates in its own thread; a step that allocates does so every time.
     let clean = (0..5).any(|_| {
         let region = Region::new(ALLOCATOR);
         work();
@@ -33,7 +33,7 @@ fn assert_allocates_nothing(label: &str, mut work: impl FnMut()) {
     assert!(clean, "{label} allocates");
 }
 
-// One test: the counter is the process's, and tests run side by side.
+// A single test: the counter applies to the process, and tests run concurrently.
 #[test]
 fn steps_allocate_nothing() {
     let mut points = vec![[0.0; 2]; 201];
@@ -98,7 +98,7 @@ fn steps_allocate_nothing() {
                 .unwrap();
         });
     }
-    // the counter itself counts
+    // the counter works
     let region = Region::new(ALLOCATOR);
     points = vec![[1.0; 2]; points.len()];
     assert!(region.change().allocations == 1 && points[0][0] == 1.0);

@@ -1,4 +1,4 @@
-//! A rubber balloon: its pressure and volume up to the largest pressure, the stretch at its apex and what is stable.
+//! A rubber balloon: its pressure and volume up to the largest pressure, the stretch at its apex and its stability.
 //!
 //! `cargo run -p membrane-newton --example balloon`
 
@@ -21,7 +21,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let solver = Solver::new(&balloon, spectral)?;
     let options = NewtonOptions::default();
 
-    // the largest pressure that it bears
+    // the largest pressure
     match solver.solve(Control::Load(1e3), &options) {
         Err(NewtonError::LimitPoint { reached, .. }) => {
             println!("largest pressure {reached:.4} kPa")

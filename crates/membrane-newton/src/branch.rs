@@ -20,7 +20,7 @@ pub struct BranchPoint {
 }
 
 impl Solver {
-    /// Returns the equilibria of rubber at these volumes (cm^3), each solved from the previous one: p(V) also past its maximum, with its stability.
+    /// Returns the equilibria of rubber at these volumes (cm^3), each solved from the previous one: p(V) with stability, also past its maximum.
     ///
     /// # Errors
     /// As [`Solver::solve`], and [`MembraneError::OtherMaterial`](membrane_forces::MembraneError::OtherMaterial) for springs.

@@ -10,7 +10,7 @@ use crate::resolution::swept_by_mean_radius;
 use crate::route::Route;
 use crate::turning::Reach;
 
-/// Tolerance on the control: some hundred roundings of a sum over all nodes.
+/// Tolerance on the control: about a hundred roundings of a sum over all nodes.
 const MET: f64 = 1e-12;
 /// Larger errors of a result are a failure: they exceed the correction below.
 const MISSED: f64 = 1e-9;
@@ -140,8 +140,8 @@ impl<'a, 's> Search<'a, 's> {
     /// Walks from value `from`, near `start`, to `to`, and writes the result to `state`.
     ///
     /// A step is too long if Newton needs damping or many iterations, or if the curve turns too much, has a very different rate of change,
-    /// or moves farther than the rates at both ends explain: Newton may then have jumped over limit points at which the branch turns back
-    /// and forth.
+    /// or moves farther than predicted by the rates at both ends: Newton's method may then have jumped over limit points at which the branch turns
+    /// back and forth.
     fn walk(
         &mut self,
         state: &mut [f64],

@@ -123,7 +123,7 @@ pub enum NewtonError {
 #[derive(Debug, Clone)]
 pub struct UserError(Arc<dyn Error + Send + Sync>);
 
-/// Whether both are copies of the same error.
+/// Whether both refer to the same error.
 impl PartialEq for UserError {
     fn eq(&self, other: &Self) -> bool {
         Arc::ptr_eq(&self.0, &other.0)
@@ -170,7 +170,7 @@ pub(crate) fn length(what: &'static str, given: usize, expected: usize) -> Resul
 /// Unwraps a result of a discretisation for its own state.
 #[expect(
     clippy::expect_used,
-    reason = "nobody outside this crate makes a state, so that its length is right"
+    reason = "only this crate creates states, so that the length is correct"
 )]
 pub(crate) fn own<T>(of_state: Result<T, MembraneError>) -> T {
     of_state.expect("a state of this discretisation")

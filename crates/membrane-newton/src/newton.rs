@@ -42,7 +42,7 @@ pub trait ResidualSystem {
     /// Dimensionless norm of a residual: of order one if the equations are not met at all.
     fn residual_norm(&self, residual: &[f64]) -> f64;
 
-    /// Dimensionless norm of a change of the unknowns, relative to their scale.
+    /// Dimensionless norm of a change of the unknowns, relative to the scale of the unknowns.
     fn step_norm(&self, step: &[f64]) -> f64;
 }
 

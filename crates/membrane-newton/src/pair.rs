@@ -9,7 +9,7 @@ use crate::report::NewtonReport;
 use crate::sensitivity::Sensitivity;
 use crate::solver::Solver;
 
-/// An inner and an outer membrane with a constant volume between them.
+/// An inner and an outer membrane with constant volume between them.
 #[derive(Debug, Clone)]
 pub struct Pair {
     inner: Solver,

@@ -52,7 +52,7 @@ impl Equilibrium {
     /// let rubber = Rubber::new(StrainEnergy::NeoHookean { mu: 1.0 }, Thickness::UNIT)?;
     /// let disc = Membrane::new(ReferenceShape::disc(1.0)?).with_rubber(rubber);
     /// let solver = Solver::new(&disc, Discretisation::Spectral { degree: 16, per_piece: 1 })?;
-    /// // past its limit point a disc runs away under a pressure, but not when its volume is given
+    /// // past its limit point a disc is unstable at constant pressure, but stable at constant volume
     /// let past = solver.solve(Control::Volume(8.0), &NewtonOptions::default())?.stability()?;
     /// assert_eq!((past.at_pressure.unstable, past.at_volume.unstable), (1, 0));
     /// assert!(past.at_pressure.lowest < 0.0 && past.at_volume.lowest > 0.0);

@@ -1,15 +1,15 @@
-//! Interpolation in angle: photons are detected in some of the views, and the other views are combinations of four of these.
+//! Interpolation in angle: photons are detected in some of the views; every other view is a combination of four of these.
 
 use crate::View;
 use std::f64::consts::TAU;
 
-/// Angles in radians closer than this are the same.
+/// Angles in radians closer than this are equal.
 const SAME: f64 = 1e-9;
-/// Differences of the radius in cm that change the width of the response by less than scatter resolves.
+/// Differences of the radius in cm that change the width of the response below the resolution of scatter.
 const SAME_RADIUS: f64 = 0.5;
 
-/// Errors of cubics in the middle of an interval, over that in the middle of four with the fifth one left out, both in fourth derivatives
-/// (3/128 and 1/6); at the end of an arc, where the first of four nodes is the neighbour (15/384), more.
+/// Error of a cubic in the middle of an interval over that of leave-one-out interpolation, both in fourth derivatives (3/128 and 1/6). The ratio is
+/// larger at the end of an arc, where the first of four nodes is the neighbour (15/384).
 const TURN: f64 = 9.0 / 64.0;
 const ARC: f64 = 15.0 / 64.0;
 
@@ -18,9 +18,9 @@ const ARC: f64 = 15.0 / 64.0;
 pub(crate) struct Angles {
     /// Numbers of the views in which photons are detected.
     pub(crate) nodes: Vec<usize>,
-    /// Of every view: numbers in `nodes`, and weights.
+    /// For every view: indices into `nodes`, and weights.
     taps: Vec<[(usize, f64); 4]>,
-    /// Of nodes with two on either side: views, and weights with which they estimate the error of the interpolation.
+    /// For nodes with two nodes on either side: views and weights that estimate the error of the interpolation.
     errors: Vec<[(usize, f64); 5]>,
 }
 
@@ -48,7 +48,7 @@ impl Angles {
         let angle = |view: usize| views[view].angle.rem_euclid(TAU);
         let mut order: Vec<usize> = (0..views.len()).collect();
         order.sort_by(|a, b| angle(*a).total_cmp(&angle(*b)));
-        // From behind the largest gap on: that between the last one and the first one.
+        // The list starts after the largest gap, which is then between the last and the first angle.
         let gap = |k: usize| match order.get(k + 1) {
             Some(next) => angle(*next) - angle(order[k]),
             None => angle(order[0]) + TAU - angle(order[k]),
@@ -62,7 +62,7 @@ impl Angles {
         order.rotate_left((last + 1) % views.len());
         let start = angle(order[0]);
         let at = |k: usize| match order.get(k) {
-            // Rounding may put the angle of the first one itself below zero.
+            // The angle of the first view itself may be below zero by rounding.
             Some(view) => (angle(*view) - start + SAME).rem_euclid(TAU) - SAME,
             None => TAU,
         };
@@ -139,7 +139,7 @@ impl Angles {
         totals
     }
 
-    /// Images of all views from those of the nodes, with `len` values each.
+    /// Computes the images of all views from those of the nodes, with `len` values each.
     pub(crate) fn expand(&self, images: &[f32], len: usize) -> Vec<f32> {
         let mut all = vec![0.0; self.taps.len() * len];
         for (image, taps) in all.chunks_mut(len).zip(&self.taps) {

@@ -8,9 +8,9 @@ const LEVELS: usize = 8;
 const SPREAD: f64 = 1.0 / 6.0;
 /// Smallest variance of a Gaussian, likewise.
 const LEAST: f64 = 1e-3;
-/// Standard deviations of the widest Gaussian by which the grid is larger than the detector.
+/// Margin of the grid around the detector, in standard deviations of the widest Gaussian.
 const TAILS: f64 = 4.0;
-/// Nodes of all views, windows and widths at most: 512 MB per thread.
+/// Largest number of nodes of all views, windows and widths: 512 MB per thread.
 const MOST_NODES: f64 = 134_217_728.0;
 
 /// One view: an angle, and the distance of the collimator's face from the axis.
@@ -88,17 +88,17 @@ impl Camera {
     }
 }
 
-/// Nodes of the coarse grid, and the distribution of points to them.
+/// The nodes of the coarse grid, and the distribution of points to them.
 #[derive(Debug, Clone)]
 pub(crate) struct Grid {
     camera: Camera,
-    /// Directions of the bins and towards the detector, of each view.
+    /// Directions of the bins and towards the detector for each view.
     axes: Vec<[[f64; 2]; 2]>,
     pub(crate) windows: usize,
     /// Pitch of the nodes, columns and rows of them.
     pitch: f64,
     pub(crate) size: [usize; 2],
-    /// Variances of the Gaussians, in squares of the pitch; [`SPREAD`], which points have already, may be more.
+    /// Variances of the Gaussians, in squares of the pitch; [`SPREAD`], the variance of the points, may be larger.
     variances: Vec<f64>,
 }
 
@@ -237,7 +237,7 @@ impl Grid {
         for (image_idx, image) in images.chunks_mut(nx * nz).enumerate() {
             let (view, window) = (image_idx / self.windows, image_idx % self.windows);
             let own = &deposits[view * nx * nz * stride..(view + 1) * nx * nz * stride];
-            // From the widest to the narrowest: each is blurred by its difference from the next.
+            // The order is from the widest to the narrowest: each is blurred by its difference from the next.
             for level in (0..levels).rev() {
                 let at = window * levels + level;
                 for (value, deposit) in image.iter_mut().zip(own.chunks(stride)) {
@@ -277,7 +277,7 @@ impl Grid {
         out
     }
 
-    /// Rows and columns of the nodes that bins are interpolated from.
+    /// Rows and columns of the nodes from which bins are interpolated.
     pub(crate) fn used(&self) -> [std::ops::Range<usize>; 2] {
         [1, 0].map(|axis| {
             let half = 0.5 * self.camera.size[axis] as f64 * self.camera.pitch[axis];
@@ -288,12 +288,12 @@ impl Grid {
     }
 }
 
-/// Where a point is on the grid of a view.
+/// The position of a point on the grid of a view.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct Place {
     node: [usize; 2],
     share: [f64; 2],
-    /// From the face.
+    /// Distance from the face.
     distance: f64,
     first: usize,
 }
@@ -324,7 +324,7 @@ fn blur(image: &mut [f32], nx: usize, variance: f64, scratch: &mut [f32]) {
                 *value += side * (three[0] + three[2] - 2.0 * three[1]);
             }
         }
-        // The line before, as it was.
+        // The original value of the previous line.
         scratch.fill(0.0);
         let rows = image.len() / nx;
         for row in 0..rows {

@@ -6,15 +6,15 @@ use crate::medium::Path;
 use crate::spectrum::{ATTENUATION, HIGHEST, IMPORTANCE, SCATTERED, WINDOWS};
 use crate::{Compton, Medium, Random, ScatterReport, Source, Spectrum};
 
-/// Probability of a detection, in units of that of isotropic scattering into the photopeak window without attenuation, from which on its path
-/// is always followed. Others are followed with a probability in proportion (systematic sampling over the views), so that most have one value.
+/// Threshold of the detection probability, in units of that of isotropic scattering into the photopeak window without attenuation. Paths above it are
+/// always followed, others with proportional probability (systematic sampling over the views), so that most have one weight.
 const FULL_DETECTION: f64 = 0.25;
 /// Cells of [`Transmission`] along each axis.
 pub(crate) const CELLS: usize = 12;
-/// Least transmission by which paths are chosen: bounds the values of those that reach the detector more easily than the middle of their cell.
+/// Smallest transmission for the choice of paths: bounds the weights where the transmission exceeds that of the middle of the cell.
 const LEAST_TRANSMISSION: f64 = 0.02;
 
-/// Detections after which they are distributed to the nodes: 4 MB.
+/// Number of detections after which these are distributed to the nodes: 4 MB.
 pub(crate) const DETECTIONS: u64 = 65_536;
 
 /// The arguments of all histories.
@@ -22,7 +22,7 @@ pub(crate) struct Problem<'a> {
     pub(crate) source: &'a dyn Source,
     pub(crate) medium: &'a dyn Medium,
     pub(crate) spectrum: &'a Spectrum,
-    /// Of the views that photons are detected in; the weight of each in the sum over all views.
+    /// For the views in which photons are detected: the weight of each in the sum over all views.
     pub(crate) grid: Grid,
     pub(crate) totals: Vec<f64>,
     pub(crate) directions: Vec<[f64; 3]>,
@@ -35,7 +35,7 @@ pub(crate) struct Problem<'a> {
 #[derive(Debug, Default)]
 pub(crate) struct Tally {
     pub(crate) deposits: Vec<f32>,
-    /// Detections of each view that are not in the deposits yet.
+    /// Detections of each view that are not yet in the deposits.
     detections: Vec<Vec<Detection>>,
     pub(crate) report: ScatterReport,
     path: Path,
@@ -172,7 +172,7 @@ impl Problem<'_> {
             let cosine = Compton::of(photon.energy).sample(random);
             photon.energy = Compton::of(photon.energy).energy_at(cosine);
             photon.direction = turned(photon.direction, cosine, random);
-            // As many photons are followed as can be expected to be recorded.
+            // Russian roulette: the number of followed photons is proportional to the expected number of recorded ones.
             let Some(at) = self.spectrum.at(photon.energy) else {
                 break;
             };

@@ -22,9 +22,9 @@ pub trait Source: Sync {
 /// A stretch of a ray, `position + t direction`, with the density of the medium there.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Piece {
-    /// Where it begins, t in cm.
+    /// Its start, t in cm.
     pub enter: f64,
-    /// Where it ends.
+    /// Its end.
     pub exit: f64,
     /// Density in g/cm^3 of water that attenuates as the medium does.
     pub density: f64,
@@ -71,7 +71,7 @@ impl Path {
             left -= here;
             last = piece.exit;
         }
-        // Rounding put the end of the path a little farther.
+        // The distance exceeds the end of the path by rounding.
         last
     }
 }

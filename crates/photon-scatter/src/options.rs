@@ -1,6 +1,6 @@
-//! What a computation is asked for, and the work that it took.
+//! Options of a computation, and the work done.
 
-/// How accurately scatter is computed, for [`Scatter::new`](crate::Scatter::new).
+/// Accuracy options of [`Scatter::new`](crate::Scatter::new).
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub struct ScatterOptions {
@@ -9,14 +9,14 @@ pub struct ScatterOptions {
     /// Pitch of the nodes on which scatter is collected and from which cubics interpolate, in cm: details smaller than twice the pitch are
     /// smoothed. The number of histories for a tolerance is about proportional to its power -2.
     pub pitch: f64,
-    /// Angle in radians by which the views are at most apart from which cubics interpolate the views between them; 0 for none.
+    /// Largest angle in radians between the views from which cubics interpolate the views between them; 0 for no interpolation.
     /// Views of an orbit with more than one larger gap, or whose radius changes abruptly, are not interpolated.
     pub spacing: f64,
-    /// Orders of scattering that are followed.
+    /// Number of orders of scattering.
     pub orders: usize,
-    /// Histories in each of the first 128 blocks; more where the tolerance needs more.
+    /// Histories in each of the first 128 blocks; later blocks are larger if the tolerance requires it.
     pub block: usize,
-    /// Histories at most.
+    /// Largest number of histories.
     pub most_histories: u64,
     /// Seed of the random numbers; block k has stream k.
     pub seed: u64,
@@ -36,37 +36,37 @@ impl ScatterOptions {
         }
     }
 
-    /// The same with another pitch of the nodes.
+    /// Sets the pitch of the nodes.
     pub fn with_pitch(mut self, pitch: f64) -> Self {
         self.pitch = pitch;
         self
     }
 
-    /// The same with views interpolated from those this angle in radians apart, at most; 0 for none.
+    /// Sets the largest angle in radians between the views from which others are interpolated; 0 for no interpolation.
     pub fn with_spacing(mut self, spacing: f64) -> Self {
         self.spacing = spacing;
         self
     }
 
-    /// The same with so many orders of scattering.
+    /// Sets the number of orders of scattering.
     pub fn with_orders(mut self, orders: usize) -> Self {
         self.orders = orders;
         self
     }
 
-    /// The same with first blocks of another number of histories.
+    /// Sets the number of histories of the first blocks.
     pub fn with_block(mut self, histories: usize) -> Self {
         self.block = histories;
         self
     }
 
-    /// The same with another bound on the number of histories.
+    /// Sets the largest number of histories.
     pub fn with_most_histories(mut self, histories: u64) -> Self {
         self.most_histories = histories;
         self
     }
 
-    /// The same with another seed.
+    /// Sets the seed.
     pub fn with_seed(mut self, seed: u64) -> Self {
         self.seed = seed;
         self
@@ -89,7 +89,7 @@ pub struct ScatterReport {
 }
 
 impl ScatterReport {
-    /// Orders that are counted by themselves.
+    /// Number of orders that are counted separately.
     pub const ORDERS: usize = 8;
 
     pub(crate) fn add(&mut self, other: &Self) {

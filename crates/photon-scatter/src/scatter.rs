@@ -8,13 +8,13 @@ use crate::spectrum::ATTENUATION;
 use crate::{Camera, Medium, ScatterOptions, ScatterReport, Source, Spectrum};
 use rayon::prelude::*;
 
-/// Blocks at least: their scatter gives the standard error to 1 / sqrt(2 n) of itself, 6 %.
+/// Smallest number of blocks: their variation gives the standard error to a relative accuracy of 1 / sqrt(2 n), 6 %.
 const LEAST_BLOCKS: usize = 128;
-/// Blocks that are followed before their images are summed, in their order.
+/// Number of blocks that are followed before their images are summed in order.
 const BLOCKS_AT_ONCE: usize = 16;
-/// More histories than the present standard error asks for.
+/// Ratio of the number of histories to that required by the current standard error.
 const RESERVE: f64 = 1.03;
-/// Larger blocks replace the present ones if more times as many histories are needed; they become larger by at most the second factor.
+/// Larger blocks replace the current ones if the required histories grow at least by the first factor; the second limits the size of blocks.
 const MOST_GROWTH: f64 = 4.0;
 const MOST_BLOCK_GROWTH: f64 = 32.0;
 
@@ -119,7 +119,7 @@ impl Scatter {
                 // The standard error from the contribution of one photon is inversely proportional to the number of histories.
                 wanted = (sums.blocks as f64 * growth.min(2.0)).ceil() as usize;
             } else {
-                // Larger blocks, and none of those before, since all blocks have one size.
+                // Earlier blocks are discarded, because all blocks have one size.
                 size = (size as f64 * (0.5 * growth).min(MOST_BLOCK_GROWTH)) as usize;
                 wanted = LEAST_BLOCKS;
                 report.add(&sums.report);
@@ -139,7 +139,7 @@ impl Scatter {
     ) -> Result<[u64; 2], ScatterError> {
         let grid = options.grid(camera, spectrum)?;
         // Sums and estimates; images of the blocks that are not summed yet; the table of transmissions. Per thread: deposits, images of the views
-        // in which photons are detected, and detections in vectors that have up to twice the capacity they need.
+        // in which photons are detected, and detections in vectors with up to twice the necessary capacity.
         let nodes = (40 + 4 * BLOCKS_AT_ONCE) * grid.n_nodes();
         let own = grid.of_views(&Angles::new(camera.views(), options.spacing).nodes);
         let cells = size_of::<f64>() * CELLS.pow(3) * own.n_views();
@@ -154,7 +154,7 @@ impl Scatter {
     /// If there is no such view or window.
     pub fn view(&self, window: usize, view: usize) -> Vec<f64> {
         let bins = (self.grid).to_bins(self.nodes(&self.images, window, view), true);
-        // Cubics overshoot.
+        // Cubics overshoot; samples are not negative.
         bins.into_iter().map(|value| value.max(0.0)).collect()
     }
 
@@ -193,7 +193,7 @@ impl Scatter {
 
 /// Sums over blocks of their images and of the squares of these.
 struct Sums {
-    /// Number of the first block.
+    /// Index of the first block.
     first_block: usize,
     blocks: usize,
     first: Vec<f64>,
@@ -296,7 +296,7 @@ fn smoothing(grid: &Grid, images: &[f64]) -> f64 {
     SMOOTHING * most
 }
 
-/// The largest standard error of the nodes that bins are interpolated from.
+/// The largest standard error of the nodes from which bins are interpolated.
 fn largest(grid: &Grid, errors: &[f64]) -> f64 {
     let [rows, columns] = grid.used();
     let used = errors.chunks(grid.size[0]).enumerate();

@@ -25,9 +25,9 @@ const PHOTOELECTRIC: [[f64; 2]; 13] = [
 const ENERGIES: [f64; 2] = [PHOTOELECTRIC[0][0], PHOTOELECTRIC[12][0]];
 /// Intervals of the tables in energy: linear interpolation is accurate to 1e-6 at a resolution of 5 %.
 const INTERVALS: usize = 2048;
-/// Photons that no window records with more than this probability are not followed.
+/// Photons whose recording probability is at most this in every window are not followed.
 const LEAST_EFFICIENCY: f64 = 1e-6;
-/// Fraction of the unscattered photons that the first window records at least.
+/// Smallest fraction of the unscattered photons that the first window records.
 const LEAST_PHOTOPEAK: f64 = 1e-3;
 /// Full width at half maximum of a Gaussian in standard deviations.
 const FWHM: f64 = 2.354_820_045_030_949_3;

@@ -1,7 +1,7 @@
-//! Reconstructs a raw little-endian f32 stack and prints how long each repeat took: what the comparison with other tools calls.
+//! Reconstructs a raw little-endian f32 stack and prints the time of each repeat; used by the comparison with other tools.
 //!
 //! `fbp_raw INPUT OUTPUT n_views n_slices n_bins WINDOW INTERPOLATION ORDER REPEATS [THREADS [METHOD]]`, METHOD `auto`
-//! (if none is given), `direct` or the tolerance of a Fourier method, for instance
+//! (default), `direct` or the tolerance of a Fourier method, for instance
 //! `fbp_raw sinogram.f32 volume.f32 90 256 256 ram-lak linear view-slice-bin 7 2`; an OUTPUT of `-` writes nothing.
 
 use std::time::Instant;
@@ -71,7 +71,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let plan = FbpPlan::<f32>::new(&geometry, &grid, &options)?;
     let mut volume = vec![0.0; n_slices * plan.image_len()];
     let mut scratch = plan.scratch();
-    // One run to warm up, then the repeats.
+    // A warm-up run, then the repeats.
     let mut seconds = Vec::new();
     for _ in 0..=repeats.parse::<usize>()? {
         let start = Instant::now();

@@ -103,7 +103,7 @@ pub enum RadonError {
     },
     /// An arc has more turns than allowed: most likely it is in degrees.
     #[error(
-        "an arc of {arc:?} rad is {turns:?} turns (at most {most:?} allowed); if it is in degrees, say so with `arc_degrees`"
+        "an arc of {arc:?} rad is {turns:?} turns (at most {most:?} allowed); if it is in degrees, use `arc_degrees`"
     )]
     LongArc {
         /// The arc given, in radians.
@@ -115,7 +115,7 @@ pub enum RadonError {
     },
     /// A list of angles has equal steps over 180 or 360 rad, to nine digits: a half or full turn in degrees.
     #[error(
-        "{n_views} angles in equal steps over {arc:?} rad look like degrees; if they are, say so with `from_degrees`"
+        "{n_views} angles in equal steps over {arc:?} rad look like degrees; if they are, use `from_degrees`"
     )]
     LikeDegrees {
         /// Number of angles.
@@ -135,7 +135,7 @@ pub enum RadonError {
         /// Length of the axis.
         len: usize,
     },
-    /// The machine does not run the instruction set asked for.
+    /// The machine does not support the requested instruction set.
     #[error("this machine does not run {given:?}")]
     InstructionSetMissing {
         /// The set given.
@@ -166,7 +166,7 @@ pub enum RadonError {
     /// A plan of filtered back-projection whose transpose is not implemented.
     #[error("the adjoint of filtered back-projection needs {what}")]
     NoAdjoint {
-        /// The option that it needs.
+        /// The option that the adjoint requires.
         what: &'static str,
     },
     /// An error of the caller's own [`LinearOperator`](crate::LinearOperator): [`RadonError::user`].
@@ -175,7 +175,7 @@ pub enum RadonError {
     /// An iterative solver used up its iterations before a rule that was set was met.
     #[error("no stopping rule was met in {} iterations", report.iterations)]
     NotConverged {
-        /// What was tried.
+        /// The iterations that were made.
         report: Box<crate::IterativeReport>,
     },
 }
@@ -195,11 +195,11 @@ impl RadonError {
     }
 }
 
-/// Somebody else's error inside a [`RadonError`], which it gives as its [`source`](Error::source).
+/// The error of a caller's operator inside a [`RadonError`], its [`source`](Error::source).
 #[derive(Debug, Clone)]
 pub struct UserError(Arc<dyn Error + Send + Sync>);
 
-/// Whether both are copies of one error.
+/// Whether both refer to the same error.
 impl PartialEq for UserError {
     fn eq(&self, other: &Self) -> bool {
         Arc::ptr_eq(&self.0, &other.0)
@@ -218,7 +218,7 @@ impl Error for UserError {
     }
 }
 
-/// What to say of angles of several turns that leave a gap.
+/// The hint for angles of several turns that leave a gap.
 fn hint(furthest: f64) -> String {
     match furthest > 2.0 * std::f64::consts::TAU {
         true => format!("; angles are in radians and go up to {furthest:?}: are they degrees?"),
@@ -297,7 +297,7 @@ pub(crate) fn length(what: &'static str, given: usize, expected: usize) -> Resul
     }
 }
 
-/// `a * b`, or the error that says that it does not fit.
+/// `a * b`, or an error if the product does not fit.
 pub(crate) fn product(what: &'static str, a: usize, b: usize) -> Result<usize, RadonError> {
     // Half the address space, as for any Rust allocation, and 16 bytes a sample with scratch.
     a.checked_mul(b)
@@ -305,7 +305,7 @@ pub(crate) fn product(what: &'static str, a: usize, b: usize) -> Result<usize, R
         .ok_or(RadonError::TooLarge { what, a, b })
 }
 
-/// An empty list with room for `a * b`, or the error that says that there is none.
+/// An empty list with room for `a * b`, or an error if there is none.
 pub(crate) fn room<T>(what: &'static str, a: usize, b: usize) -> Result<Vec<T>, RadonError> {
     let mut room = Vec::new();
     match room.try_reserve_exact(product(what, a, b)?) {
@@ -314,7 +314,7 @@ pub(crate) fn room<T>(what: &'static str, a: usize, b: usize) -> Result<Vec<T>, 
     }
 }
 
-/// `a * b` zeros, or the error that says that there is no room for them.
+/// `a * b` zeros, or an error if there is no room for them.
 pub(crate) fn zeros<T: Copy + Default>(
     what: &'static str,
     a: usize,

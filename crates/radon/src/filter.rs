@@ -47,7 +47,7 @@ pub enum Window {
 }
 
 impl Window {
-    /// `W(nu)` for `nu >= 0`; NaN for a custom window of fewer than two gains, which no plan takes.
+    /// `W(nu)` for `nu >= 0`; NaN for a custom window of fewer than two gains, which every plan rejects.
     pub fn gain(&self, nu: f64) -> f64 {
         if let Window::Butterworth { order } = self {
             return 1.0 / (1.0 + nu.powi(2 * (*order).min(1 << 20) as i32)).sqrt();

@@ -20,11 +20,11 @@ use crate::error::{RadonError, at_least, finite, positive, product, room, zeros}
 /// let geometry = ParallelGeometry::half_turn(90, 256, 0.0625)?; // 90 views over pi, 256 bins 0.0625 apart
 /// assert_eq!(geometry.bin_centre(0), -127.5 * 0.0625);
 /// assert_eq!(geometry.sinogram_len(), 90 * 256);
-/// // The same views, for whoever has degrees.
+/// // The same views, with angles in degrees.
 /// let angles: Vec<f64> = (0..90).map(|k| 2.0 * f64::from(k)).collect();
 /// let listed = ParallelGeometry::from_degrees(&angles, 256, 0.0625)?;
 /// assert!((listed.angles()[45] - geometry.angles()[45]).abs() < 1e-15);
-/// assert!(ParallelGeometry::arc_radians(90, 180.0, 256, 0.0625).is_err()); // 29 turns: degrees by mistake
+/// assert!(ParallelGeometry::arc_radians(90, 180.0, 256, 0.0625).is_err()); // 29 turns: angle in degrees
 /// # Ok::<(), radon::RadonError>(())
 /// ```
 #[derive(Debug, Clone, PartialEq)]

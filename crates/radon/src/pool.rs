@@ -2,7 +2,7 @@
 
 use std::sync::{Mutex, PoisonError};
 
-/// Work arrays, as many as there were concurrent uses. They are kept between uses, and no use waits for another.
+/// Work arrays, as many as concurrent uses so far. They are stored between uses, and concurrent uses do not wait.
 #[derive(Debug)]
 pub(crate) struct Pool<S>(Mutex<Vec<S>>);
 

@@ -15,7 +15,7 @@ impl Sample for f64 {}
 
 /// Whether samples are all finite, and whether any is other than zero.
 pub(crate) fn finite_and_signal<T: Sample>(samples: &[T]) -> (bool, bool) {
-    // Side by side, and without a way out early, so that the compiler makes vectors of them.
+    // Side by side and without an early exit, so that the compiler vectorises the loop.
     const LANES: usize = 16;
     let (mut zeros, mut most) = ([T::ZERO; LANES], [T::ZERO; LANES]);
     let (whole, rest) = samples.as_chunks::<LANES>();

@@ -1,4 +1,4 @@
-//! Where the slices of a stack are.
+//! Heights of the slices of a stack.
 
 use crate::error::{RadonError, at_least, finite, positive};
 

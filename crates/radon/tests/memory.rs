@@ -13,7 +13,7 @@ static HEAP: PeakAlloc = PeakAlloc;
 /// Lists of slices and jobs, beside the samples.
 const BOOKKEEPING: usize = 16 << 10;
 
-/// Most bytes on the heap during `work` beyond those before.
+/// Largest heap memory during `work` in addition to that before.
 fn peak(work: impl FnOnce()) -> usize {
     HEAP.reset_peak_usage();
     let before = HEAP.current_usage();
@@ -21,9 +21,9 @@ fn peak(work: impl FnOnce()) -> usize {
     HEAP.peak_usage() - before
 }
 
-// One test: the counter is the process's, and tests run side by side.
+// A single test: the counter applies to the process, and tests run concurrently.
 #[test]
-fn a_run_takes_what_was_said_and_a_stream_its_budget() {
+fn a_run_uses_the_predicted_memory_and_a_stream_its_budget() {
     let geometry = ParallelGeometry::half_turn(60, 96, 1.0).unwrap();
     let grid = ImageGrid::square(96, 1.0).unwrap();
     let (n_slices, order) = (80, StackOrder::SliceViewBin);
@@ -67,7 +67,7 @@ fn a_run_takes_what_was_said_and_a_stream_its_budget() {
                     first <= said + BOOKKEEPING,
                     "{threads} threads, {method:?}, {interpolation:?}, {memory}: {first} of {said}"
                 );
-                // The filtered rows, the larger part, are kept.
+                // The filtered rows, the larger part, stay allocated.
                 assert!(second < first, "{second} of {first}");
                 let streamed = peak(|| {
                     pool.install(|| {

@@ -27,7 +27,7 @@ fn balloon(radius: f64, n: usize) -> Meridian {
     Meridian::new(&points).unwrap()
 }
 
-/// Processor seconds used by all threads so far: fair on a busy machine (Linux; elsewhere zero).
+/// Processor seconds used by all threads so far, comparable on a busy machine (Linux; zero elsewhere).
 fn cpu() -> f64 {
     let Ok(tasks) = std::fs::read_dir("/proc/self/task") else {
         return 0.0;

@@ -1,7 +1,7 @@
 //! Prints time, work and error of every sampling of the voxels of a dilated two-membrane body, tab-separated.
 //!
 //! `cargo run --release -p revolve-voxel --example time_against_error [voxels a side, 96 by default]`. Two slices through
-//! the middle; errors are against coverage to 1e-9; times are of one run with all threads.
+//! the middle; the reference is coverage to 1e-9; times are those of one run with all threads.
 
 use revolve_voxel::{Body, Meridian, Pose, Sampling, VoxelGrid};
 use std::f64::consts::{FRAC_PI_4, PI};

@@ -106,7 +106,7 @@ mod tests {
     }
 
     #[test]
-    fn every_set_gives_the_same_bits_and_a_missing_one_is_the_baseline() {
+    fn every_set_is_bitwise_identical_and_a_missing_one_is_the_baseline() {
         let at = |k: f64| (0..1001).map(|i| (k * f64::from(i)).sin()).collect();
         let (a, b): (Vec<f64>, Vec<f64>) = (at(0.7), at(1.3));
         let expected = Set::Baseline.run(Dot(&a, &b));

@@ -1,7 +1,7 @@
-"""Iterates the shards of a folder as a training loop would, trains nothing, and checks the shapes.
+"""Iterates the shards of a folder like a training loop, without training, and checks the shapes.
 
     python read_shards.py DIR                 with webdataset, if it is installed, and with tarfile
-    python read_shards.py DIR --tarfile       with tarfile and numpy alone
+    python read_shards.py DIR --tarfile       with tarfile and numpy only
 """
 
 import argparse
@@ -16,7 +16,7 @@ import numpy as np
 
 
 def with_tarfile(paths):
-    """One dictionary a member: files that follow each other and share what stands before the first dot of their names."""
+    """One dictionary per member: consecutive files with the same name before the first dot."""
     for path in paths:
         with tarfile.open(path) as archive:
             sample = {}
@@ -49,7 +49,7 @@ def with_webdataset(paths):
 
 
 def check(sample):
-    """The shapes that the member's scene asks for."""
+    """The shapes according to the member's scene."""
     scene, camera = sample["scene.json"], sample["scene.json"]["camera"]
     mode = scene["acquisition"]["mode"]
     gates = mode["gated"]["gates"] if isinstance(mode, dict) and "gated" in mode else 1

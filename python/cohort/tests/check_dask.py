@@ -2,7 +2,7 @@
 
     python check_dask.py PROGRAM       the program heart-phantom; needs requirements.txt
 
-Exit code 0 if all holds.
+Exit code 0 if all checks pass.
 """
 
 import hashlib
@@ -40,7 +40,7 @@ def sums(folder):
 
 
 def kill_one(client, out, killed):
-    """Waits until a fifth of the shards is there, and kills the first worker process."""
+    """Waits for a fifth of the shards, and kills the first worker process."""
     pids = list(client.run(os.getpid).values())
     while not os.path.isdir(out) or sum(name.endswith(".json") for name in os.listdir(out)) < SHARDS // 5:
         time.sleep(0.01)
@@ -60,7 +60,7 @@ def main():
             file.write(COHORT)
         command = [program, "--json", "--threads", "1", "cohort", "run", cohort, "--out", serial]
         subprocess.run([*command, "--shard", f"all/{SHARDS}"], check=True, stdout=subprocess.DEVNULL)
-        # Some are there already, as after an earlier run: they are skipped.
+        # Some shards exist already, as after an earlier run, and are skipped.
         subprocess.run([*command[:-1], out, "--shard", f"7/{SHARDS}"], check=True, stdout=subprocess.DEVNULL)
         killed = []
         with LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None) as cluster:
@@ -80,7 +80,7 @@ def main():
         assert not [name for name in found if name.endswith(".tmp")]
         assert expected == found, [name for name in found if found[name] != expected[name]]
         subprocess.run([program, "--quiet", "cohort", "verify", cohort, "--out", out], check=True)
-        # All over again: nothing is made.
+        # Another run: nothing is computed.
         with LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None) as cluster:
             with Client(cluster) as client:
                 again, errors = run_all(client, program, cohort, out, SHARDS)

@@ -129,7 +129,7 @@ class ShardDataset:
         paths = sorted(Path(folder).glob("shard-*.tar"))
         if not paths:
             raise FileNotFoundError(f"{folder} contains no shard-*.tar")
-        # Places in the archives, so that a worker reads only what it needs.
+        # Offsets in the archives, so that a worker reads only the necessary parts.
         found: dict[str, dict[str, tuple[str, int, int]]] = {}
         for path in paths:
             with tarfile.open(path) as archive:

@@ -52,7 +52,7 @@ fn scene(random: &mut Random, tolerance: f64) -> Scene {
         balloon.length *= size;
         balloon.radius *= size;
     }
-    // On no grid: the rays of the reference resolve an edge that is in line with their rows to the first order only.
+    // Not from a grid: the rays of the reference resolve an edge parallel to their rows to first order only.
     scene.pose.rotate_x = random.any(-180.0, 180.0);
     scene.pose.rotate_y = random.any(-180.0, 180.0);
     scene.pose.shift = [0; 3].map(|_| random.uniform(-1.0, 1.0));

@@ -179,7 +179,7 @@ const GAUSS: [[f64; 2]; 5] = [
     [0.906179845938664, 0.23692688505618908],
 ];
 
-/// pi times the integral of y^2 x' over the upper half, by Gauss's rule on 40 panels a piece.
+/// pi times the integral of y^2 x' over the upper half, by Gauss's rule on 40 panels per piece.
 pub(crate) fn volume(pieces: &[CurvePiece]) -> f64 {
     let upper = pieces.iter().filter(|piece| piece.to <= 0.5 + 1e-12);
     let sums = upper.map(|piece| {

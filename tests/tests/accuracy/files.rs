@@ -27,7 +27,7 @@ fn surface(random: &mut Random) -> Option<f64> {
     scene.heart.outer.length = scene.heart.inner.length + random.uniform(0.0, 1.0);
     (scene.pose.rotate_x, scene.pose.rotate_y) =
         (random.degrees(-180.0, 180.0), random.degrees(-180.0, 180.0));
-    // The body follows the curve to 1e-6 cm, some 1e-6 of its volume.
+    // The body follows the curve to 1e-6 cm, about 1e-6 of its volume.
     let tolerance = random.decades(-4.0, -1.0);
     scene.output.mesh_tolerance = tolerance;
     let phantom = Phantom::new(scene).ok()?;

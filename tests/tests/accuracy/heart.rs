@@ -150,7 +150,7 @@ fn static_scene(random: &mut Random) -> Scene {
     let phase = random.uniform(0.0, 1.0);
     let mut scene = Scene::default().with_mode(Mode::Static { phase });
     scene.heart.discretisation = DiscretisationSettings::Differences { nodes: 61 };
-    // On no grid: planes of reference points parallel to the base would misplace it by up to half their distance.
+    // Not from a grid: planes of reference points parallel to the base would displace it by up to half their distance.
     scene.pose.rotate_x = random.any(-180.0, 180.0);
     scene.pose.rotate_y = random.any(-180.0, 180.0);
     scene.pose.shift = [0; 3].map(|_| random.uniform(-1.0, 1.0));
@@ -190,7 +190,7 @@ fn coverage(random: &mut Random) -> Option<f64> {
     let cut: Vec<usize> = (0..truth.len()).filter(is_cut).collect();
     let mut worst = 0.0_f64;
     for number in 0..12 {
-        // One in four may be next to the surface, covered or not.
+        // One in four may be adjacent to the surface, covered or not.
         let mut voxel = random.pick(&cut);
         if number % 4 == 0 && voxel + 1 < truth.len() {
             voxel += 1;

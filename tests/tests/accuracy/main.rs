@@ -29,7 +29,7 @@ pub(crate) struct Row {
     pub(crate) reference: &'static str,
     /// The norm of the error.
     pub(crate) norm: &'static str,
-    /// Problems in an ordinary run of the tests: some two seconds.
+    /// Problems in an ordinary run of the tests: about two seconds.
     pub(crate) quick: u64,
     /// True error over stated error of a random problem; `None` if a typed error rejects it.
     pub(crate) problem: fn(&mut Random) -> Option<f64>,

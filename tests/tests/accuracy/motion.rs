@@ -111,7 +111,7 @@ fn body(random: &mut Random, of_rubber: bool) -> (Body, f64) {
     (body.expect("a body"), pressure * random.uniform(0.2, 1.0))
 }
 
-/// A pressure of this size: sudden, rising or swinging.
+/// A pressure of this size: sudden, rising or oscillating.
 fn signal(random: &mut Random, size: f64) -> impl Fn(f64) -> f64 + Send + Sync + Clone + 'static {
     let (kind, rise) = (random.integer(0, 2), random.decades(-3.0, 0.0));
     let rate = random.uniform(1.0, 10.0);
@@ -190,7 +190,7 @@ fn local_error(random: &mut Random, of_rubber: bool) -> Option<f64> {
         velocity: random.decades(-5.0, -2.0),
         longest: 0.5,
     };
-    // the first step, or one after some others
+    // the first step, or a later one
     for _ in 0..random.pick(&[0, 0, 1, 2, 5, 20, 60]) {
         motion.step_adaptive(&tolerance, f64::INFINITY).ok()?;
     }

@@ -85,7 +85,7 @@ fn point_of_a_slab(random: &mut Random) -> Option<f64> {
     slabs[(N / 2 * 3 + 1) * N + N / 2] = 1.0;
     let mut image = vec![0.0; N * N];
     blur.apply(&slabs, N, 0, &mut image).ok()?;
-    // 1e-15 of rounding, where the variances are the same.
+    // 1e-15 for rounding, where the variances are equal.
     Some(off(&image, variances[1], pitch) / (blur.error().ok()? + 1e-15))
 }
 
@@ -148,7 +148,7 @@ fn response_in_depth(random: &mut Random) -> Option<f64> {
         terms.push([-1.0, sigma(t)]);
         worst = worst.max(absolute_integral(&terms));
     }
-    // 1e-13 of rounding, where the standard deviation does not depend on the depth.
+    // 1e-13 for rounding, where the standard deviation does not depend on the depth.
     Some(worst / (response.error() + 1e-13))
 }
 

@@ -104,7 +104,7 @@ fn sinc(x: f64) -> f64 {
     }
 }
 
-/// Cosine and sine sums of values at some places, for one frequency.
+/// Cosine and sine sums of values at some positions, for one frequency.
 fn wave(values: impl Iterator<Item = (f64, f64)>, frequency: f64) -> [f64; 2] {
     values.fold([0.0; 2], |[re, im], (value, at)| {
         let phase = 2.0 * PI * frequency * at;
@@ -130,7 +130,7 @@ fn along<'a>(
     })
 }
 
-/// The band limit of an image's projection, waves per bin: by the same roundings as the operator, whose last frequency they decide.
+/// The band limit of an image's projection, in waves per bin, with the same rounding as in the operator, which determines the last frequency.
 fn band(geometry: &ParallelGeometry, grid: &ImageGrid, theta: f64) -> f64 {
     let ([dx, dy], (sin, cos)) = (grid.spacing(), theta.sin_cos());
     0.5 * geometry.pitch() / (dx * cos.abs()).max(dy * sin.abs())
@@ -146,7 +146,7 @@ fn fourier_back_projection(random: &mut Random) -> Option<f64> {
         .with_method(Method::Fourier { tolerance });
     let plan = FbpPlan::<f64>::new(&geometry, &grid, &options).ok()?;
     let found = plan.reconstruct(&rows).ok()?;
-    // The period of the plan, which keeps copies of a row from the image.
+    // The period of the plan, which keeps copies of a row out of the image.
     let farthest = (0..grid.image_len())
         .map(|i| grid.pixel_centre(i % grid.nx(), i / grid.nx()))
         .fold(0.0_f64, |most, [x, y]| most.max(x.hypot(y)));

@@ -1,4 +1,4 @@
-//! The misprints of Rohmer et al. 2006 (hal-03929238), row by row of `docs/theory.md`: the printed formula fails, the corrected one holds.
+//! The misprints of Rohmer et al. 2006 (hal-03929238), row by row of `docs/theory.md`: the printed formula fails, the corrected one passes.
 //!
 //! Nothing here calls the crates: the formulas are implemented as printed and as corrected on an independent discretisation. The tests of
 //! the crates check that they use the corrected ones.
@@ -18,7 +18,7 @@ const H: f64 = 8.5;
 const INNER: f64 = 1.75;
 const OUTER: f64 = 2.75;
 
-/// `n` nodes of the reference shape, equally spaced along it: cylinder of length `h`, half circle of radius `r`, back.
+/// `n` equally spaced nodes of the reference configuration: cylinder of length `h`, half circle of radius `r`, back.
 fn balloon(n: usize, h: f64, r: f64) -> Curve {
     let length = 2.0 * h + PI * r;
     let at = |arc: f64| {
@@ -36,7 +36,7 @@ fn balloon(n: usize, h: f64, r: f64) -> Curve {
         .collect()
 }
 
-/// The straight line from (0, r) to (0, -r): the reference shape of the appendix.
+/// The straight line from (0, r) to (0, -r): the reference configuration of the appendix.
 fn disc(n: usize, r: f64) -> Curve {
     (0..n)
         .map(|k| Vector2::new(0.0, r - 2.0 * r * k as f64 / (n - 1) as f64))
@@ -120,7 +120,7 @@ fn block_tridiagonal(
     x
 }
 
-/// Newton from the reference shape with a fixed f; the imbalance before each step and after the last.
+/// Newton's method from the reference configuration with a fixed f; the imbalance before each step and after the last.
 fn newton(c0: &Curve, f: f64, jacobian: PressureJacobian, max_steps: usize) -> (Curve, Vec<f64>) {
     let mut c = c0.clone();
     let k_scale = spacing(c0).powi(-2);
@@ -151,7 +151,7 @@ fn newton(c0: &Curve, f: f64, jacobian: PressureJacobian, max_steps: usize) -> (
 
 fn equilibrium(c0: &Curve, f: f64) -> Curve {
     let (c, history) = newton(c0, f, jacobian_corrected, 30);
-    // 1/ds^2 is up to 1.6e5 here and lengths are about 10: rounding alone leaves 1e-16 * 10 * 1.6e5.
+    // 1/ds^2 is up to 1.6e5 here and lengths are about 10: the rounding error is 1e-16 * 10 * 1.6e5.
     assert!(history.last().expect("not empty") < &1e-8, "{history:?}");
     c
 }

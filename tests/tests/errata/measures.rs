@@ -4,7 +4,7 @@ use super::*;
 
 #[test]
 fn eq_31_takes_signed_terms() {
-    // A unit square with a slot cut into it from the right, traced once round: 1 - 0.2 * 0.5.
+    // A unit square with a slot cut into it from the right, traversed once: 1 - 0.2 * 0.5.
     let square: Curve = [
         (0., 0.),
         (0., 1.),
@@ -78,7 +78,7 @@ fn section_4_2_water_keeps_the_volume_and_not_the_area() {
     let wall = |measure: fn(&Curve) -> f64, inner: &Curve, outer: &Curve| {
         (measure(outer) - measure(inner)) / (measure(&outer_rest) - measure(&inner_rest)) - 1.0
     };
-    // Gain 0.6 and constant wall volume in the limit of fine meshes; N = 401 leaves 1e-5 or so of discretisation.
+    // Gain 0.6 and constant wall volume in the limit of fine meshes; the discretisation error at N = 401 is about 1e-5.
     let inner = equilibrium(&inner_rest, 17.48357527761);
     assert!((volume(&inner) / volume(&inner_rest) - 1.6).abs() < 1e-3);
     let outer = equilibrium(&outer_rest, 10.30942447850);

@@ -47,7 +47,7 @@ fn eq_5_second_spring_has_the_stiffness_of_its_own_side() {
     };
     let slope = order(error(0.02, -0.01), error(0.01, -0.005));
     assert!((slope - 2.0).abs() < 0.05, "corrected: order {slope}");
-    // With lambda(s + ds/2) on both sides lambda' u' is lost.
+    // With lambda(s + ds/2) on both sides lambda' u' is missing.
     let printed = error(1e-3, 0.5e-3);
     assert!((printed - 0.6 * 2.0 * COS_06).abs() < 1e-2, "{printed}");
 }
@@ -69,7 +69,7 @@ fn eq_6_and_10_have_a_prime_on_the_displacement() {
 
 #[test]
 fn eq_11_has_the_curvature_of_the_rest_shape_on_the_right() {
-    // Without pressure the reference shape is the equilibrium: z'' = z0'' at every node, z'' = z0 nowhere on the cylinder.
+    // Without pressure the reference configuration is the equilibrium: z'' = z0'' at every node, z'' = z0 nowhere on the cylinder.
     let c0 = balloon(101, H, INNER);
     assert!(imbalance(&c0, &c0, 0.0) == 0.0);
     let second = (c0[11] - 2.0 * c0[10] + c0[9]) / spacing(&c0).powi(2);
@@ -92,8 +92,8 @@ fn section_3_1_2_divides_by_ds_squared() {
         (apex(101, 10.0) - exact).abs(),
     );
     assert!((slope - 2.0).abs() < 0.1, "order {slope}");
-    // Divided by ds once, the springs weaken by ds: the same as a pressure of f/ds, and the shape depends on N.
-    // (Eq. 3.1.2 times ds: f ds^-1 n + u''.)  f = 0.1 so that 50 and 100 times that still make a circle.
+    // Division by ds once softens the springs by a factor ds, as would a pressure of f/ds, and the shape depends on N.
+    // (Eq. 3.1.2 times ds: f ds^-1 n + u''.)  f = 0.1 so that 50 and 100 times this value still give a circle.
     let printed = |n: usize| apex(n, 0.1 * (n - 1) as f64);
     assert!((printed(51) - printed(101)).abs() > 0.3);
 }

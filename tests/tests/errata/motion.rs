@@ -138,7 +138,7 @@ fn after_eq_29_the_norm_to_stop_at_is_that_of_pressure_and_springs() {
     let c0 = balloon(201, H, INNER);
     let c = equilibrium(&c0, 17.5);
     assert!(imbalance(&c, &c0, 17.5) < 1e-8);
-    // At equilibrium |F_e| = f at every node: |F_e + F_e| never gets below 2 f.
+    // At equilibrium |F_e| = f at every node: |F_e + F_e| never falls below 2 f.
     let springs = elastic(&c, &c0, 50) * 2.0;
     assert!((springs.norm() - 35.0).abs() < 1e-8);
 }

@@ -22,7 +22,7 @@ enum Hole {
 }
 
 impl Hole {
-    /// Fraction of the cross-section that it shares with itself after a displacement by `v`: its autocorrelation, 1 at 0.
+    /// Fraction of the cross-section that overlaps its copy displaced by `v`: its autocorrelation, 1 at 0.
     fn shared(self, [x, y]: [f64; 2]) -> f64 {
         match self {
             Self::Round => {

@@ -19,7 +19,7 @@ impl Interval {
         low: UNIT,
         high: UNIT,
     };
-    /// The first 24 hexadecimal digits of pi after the point, and the next number.
+    /// The first 24 hexadecimal fractional digits of pi, and the next number.
     pub(crate) const PI: Self = Self {
         low: 0x3_243F_6A88_85A3_08D3_1319_8A2E,
         high: 0x3_243F_6A88_85A3_08D3_1319_8A2F,
@@ -44,7 +44,7 @@ impl Interval {
         }
     }
 
-    /// A number near the middle.
+    /// A number near the midpoint.
     pub(crate) fn middle(self) -> f64 {
         (self.low + (self.high - self.low) / 2) as f64 / UNIT as f64
     }

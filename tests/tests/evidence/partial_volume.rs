@@ -144,7 +144,7 @@ fn measured(volume: &[f32], filter: f64) -> [f64; 2] {
 }
 
 #[test]
-fn samples_of_views_are_those_of_the_closed_form() {
+fn samples_of_views_agree_with_the_closed_form() {
     let pitch = 0.1;
     let mut blurred = scene();
     blurred.blur = Some(BlurSettings { fwhm: BLUR });
@@ -179,7 +179,7 @@ fn compare(found: [f64; 2], sigmas: [f64; 2], tolerances: [f64; 2]) {
 }
 
 #[test]
-fn reconstructions_are_those_of_the_closed_form() {
+fn reconstructions_agree_with_the_closed_form() {
     let mut blurred = scene();
     blurred.blur = Some(BlurSettings { fwhm: BLUR });
     let (collimated, _) = collimated();

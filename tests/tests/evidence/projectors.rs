@@ -7,7 +7,7 @@ const SIZE: usize = 14;
 const BINS: usize = 15;
 
 #[test]
-fn joseph_s_method_has_the_samples_of_other_programs() {
+fn joseph_s_method_agrees_with_other_programs() {
     let text = include_str!("../../peers/joseph.json");
     let published: Value = serde_json::from_str(text).unwrap();
     let numbers = |list: &Value| -> Vec<f64> {

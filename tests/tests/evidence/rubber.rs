@@ -53,7 +53,7 @@ fn a_disc_of_solid_elements_approaches_the_membrane_with_its_thickness() {
         // The pressures of solid elements are given to 1e-8.
         let [.., thin] = HINGED[k];
         assert!((thin / membrane - 1.0).abs() < 5e-4, "{thin} {membrane}");
-        // A fixed edge cannot rotate or become thinner in a zone as wide as the disc is thick, a part h/R of the disc.
+        // A fixed edge cannot rotate or become thinner in a zone of the width of the thickness, a fraction h/R of the disc.
         let found = order(CLAMPED[k].map(|solid| solid - membrane));
         assert!((found - 1.0).abs() < 0.1, "{volume}: order {found}");
     }
@@ -61,7 +61,7 @@ fn a_disc_of_solid_elements_approaches_the_membrane_with_its_thickness() {
 
 #[test]
 fn a_disc_of_membrane_elements_has_the_pressure_of_the_membrane() {
-    // `disc_sfepy.py`: triangles of membrane elements on 16 and 32 rings, extrapolated. The rest of the extrapolation is a fifteenth of its change
+    // `disc_sfepy.py`: triangles of membrane elements on 16 and 32 rings, extrapolated. The error of the extrapolation is a fifteenth of its change
     // from 8 and 16 to 16 and 32 rings, 2.7e-5.
     let (coarse, fine) = (1.315_634_20, 1.311_308_93);
     let extrapolated = fine + (fine - coarse) / 3.0;

@@ -1,4 +1,4 @@
-//! Random solids of revolution and rays that graze, run along the axis, lie in a parallel or start at a corner.
+//! Random solids of revolution; rays that graze, run along the axis, lie in the plane of a parallel or start at a corner.
 
 use crate::{Outcome, with_threads};
 use nalgebra::{Point3, Vector3};
@@ -27,7 +27,7 @@ pub(crate) fn scene(random: &mut Random) -> Outcome {
     Outcome::Answered
 }
 
-/// A body of one or two layers, the points of its outer profile, and a length it fits into.
+/// A body of one or two layers, the points of its outer profile, and a length that bounds it.
 fn body(random: &mut Random, unit: f64) -> Option<(Body, Vec<[f64; 2]>, f64)> {
     let n = random.integer(1, 40);
     let step = random.rounded(1.0 / n as f64);
@@ -80,7 +80,7 @@ fn ray(random: &mut Random, body: &Body, points: &[[f64; 2]], size: f64) -> Opti
     let axis = body.pose().axis();
     let across = axis.cross(&direction);
     let (origin, direction) = match random.integer(0, 7) {
-        // Along the axis, on it; across it, through it; parallel to it, beside it.
+        // On the axis; perpendicular to it, through it; parallel to it, beside it.
         0 => (Vector3::zeros(), axis),
         1 => (axis * (random.uniform(-0.5, 0.5) * size), across),
         2 => (origin, axis),
@@ -111,7 +111,7 @@ pub(crate) fn check_beside(
     for k in 0..8 {
         let mut aside = Vector3::from_fn(|_, _| random.any(-1.0, 1.0)) * (1e-9 * size);
         if k == 0 {
-            // Square to the axis and to the ray: farther from all cones that it may run along.
+            // Perpendicular to the axis and to the ray: away from all cones that it may run along.
             aside = axis.cross(&ray.direction()) * aside.x;
         }
         for aside in [aside, -aside] {
@@ -121,7 +121,7 @@ pub(crate) fn check_beside(
             (low, high) = (low.min(value(&ray)), high.max(value(&ray)));
         }
     }
-    // At a groove all of them have longer chords, by the square root of their displacement; and by the root of rounding.
+    // At a groove all neighbours have longer chords, by the square root of their displacement, and by the root of rounding.
     let slack = 3.0 * (high - low) + 1e-6 * size;
     assert!(
         here >= low - slack && here <= high + slack,
@@ -170,7 +170,7 @@ fn check_ray(random: &mut Random, body: &Body, ray: &Ray, size: f64) {
             "{spans:?}"
         );
         let sum: f64 = spans.iter().map(|span| span.exit - span.enter).sum();
-        // Grazing a surface costs half the digits: a square root of rounding.
+        // A grazing ray has half of the digits: a square root of rounding.
         assert!(
             (sum - chord).abs() * speed <= 1e-6 * size,
             "{sum} and {chord}"
@@ -181,7 +181,7 @@ fn check_ray(random: &mut Random, body: &Body, ray: &Ray, size: f64) {
             assert!(hit.normal.iter().all(|x| x.is_finite()));
             assert!((hit.normal.norm() - 1.0).abs() < 1e-9);
         }
-        let back = Ray::new(ray.origin(), -ray.direction()).expect("the same ray, turned round");
+        let back = Ray::new(ray.origin(), -ray.direction()).expect("the reversed ray");
         let other = body.chord(layer, &back).unwrap();
         assert!(
             (other - chord).abs() * speed <= 1e-6 * size,

@@ -1,4 +1,4 @@
-//! Limits: NaN and infinity at every entry, sizes beyond any memory, folders without write permission, a process that is killed while it
+//! Limits: NaN and infinity in every argument, sizes beyond any memory, folders without write permission, a process that is killed while it
 //! writes.
 
 use heart_phantom::files::{self, Format, Volume, write_npy};
@@ -58,7 +58,7 @@ fn heart(error: PhantomError) -> bool {
 }
 
 #[test]
-fn what_is_no_number_enters_nowhere() {
+fn nan_and_infinity_are_rejected_everywhere() {
     let (body, pair) = (body(), pair());
     let pose = Pose::axis_along_z(1.0).expect("a place");
     let options = NewtonOptions::default();
@@ -373,7 +373,7 @@ fn what_is_no_number_enters_nowhere() {
             ),
         ];
         for (entry, refused) in entries {
-            assert!(refused, "{bad} went in as {entry}");
+            assert!(refused, "{bad} was accepted as {entry}");
         }
         assert!(wall.locate(&Point3::new(0.0, bad, 0.0)).is_none());
         assert!(geometry.n_views() == 2);
@@ -381,7 +381,7 @@ fn what_is_no_number_enters_nowhere() {
 }
 
 #[test]
-fn sizes_beyond_memory_are_refused_and_not_tried() {
+fn sizes_beyond_memory_are_rejected_before_any_allocation() {
     let body = body();
     // Counts whose product overflows, and one that exceeds any memory.
     for n in [usize::MAX, 1 << 32, 1 << 21] {
@@ -445,7 +445,7 @@ fn sizes_beyond_memory_are_refused_and_not_tried() {
 }
 
 #[test]
-fn a_folder_that_cannot_be_written_to_is_an_error() {
+fn a_read_only_directory_is_an_error() {
     let grid = VoxelGrid::cube(2, 0.1).expect("a grid");
     let volume = Volume::new(grid, [0.5_f32; 8].as_slice()).expect("a volume");
     let folder = tempfile::tempdir().expect("a folder");
@@ -470,10 +470,10 @@ fn a_folder_that_cannot_be_written_to_is_an_error() {
     );
 }
 
-/// A child process writes one file repeatedly, each time with another number throughout, and is killed at any time: the file before and
-/// after is always one of those files, complete.
+/// A child process writes one file repeatedly, each time with another number throughout, and is killed at any time: before and after, the file is
+/// always one of those files, complete.
 #[test]
-fn a_process_killed_while_it_writes_leaves_a_whole_file() {
+fn a_process_killed_while_it_writes_leaves_a_complete_file() {
     const FILE: &str = "STRESS_INTERRUPTED_FILE";
     const LENGTH: usize = 1 << 18;
     if let Some(file) = std::env::var_os(FILE) {
@@ -485,7 +485,7 @@ fn a_process_killed_while_it_writes_leaves_a_whole_file() {
     }
     let folder = tempfile::tempdir().expect("a folder");
     let file = folder.path().join("a.npy");
-    /// The number in a whole file; none before there is one.
+    /// The number in a complete file; `None` before the first file.
     fn number(file: &Path) -> Option<f32> {
         let bytes = std::fs::read(file).ok()?;
         let (header, samples) = bytes.split_at(128);
@@ -498,7 +498,7 @@ fn a_process_killed_while_it_writes_leaves_a_whole_file() {
         let mut child = Command::new(std::env::current_exe().expect("this program"))
             .args([
                 "--exact",
-                "limits::a_process_killed_while_it_writes_leaves_a_whole_file",
+                "limits::a_process_killed_while_it_writes_leaves_a_complete_file",
             ])
             .env(FILE, &file)
             .stdout(std::process::Stdio::null())

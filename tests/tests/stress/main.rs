@@ -38,10 +38,10 @@ fn variable<T: std::str::FromStr>(name: &str) -> Option<T> {
     std::env::var(name).ok()?.parse().ok()
 }
 
-/// Runs scenes from the seed on, for the time or the number asked for, and fails with the seeds of those that panicked.
+/// Runs scenes from the seed on, for the given time or number, and fails with the seeds of those that panicked.
 fn run(kind: &str, scene: fn(&mut Random) -> Outcome) {
     let first: u64 = variable("STRESS_SEED").unwrap_or(1);
-    // The kinds run side by side, each for the whole time.
+    // The kinds run concurrently, each for the whole time.
     let time = variable::<f64>("STRESS_MINUTES")
         .map(|m| Duration::from_secs_f64(60.0 * m.clamp(0.0, 1e5)));
     let start = Instant::now();
@@ -62,7 +62,7 @@ fn run(kind: &str, scene: fn(&mut Random) -> Outcome) {
         }
     }
     println!(
-        "{kind}: {answered} answered, {refused} refused, {} failed{}",
+        "{kind}: {answered} solved, {refused} rejected, {} failed{}",
         failed.len(),
         (named.iter())
             .map(|(kind, times)| format!(", {times} {kind}"))
@@ -71,42 +71,42 @@ fn run(kind: &str, scene: fn(&mut Random) -> Outcome) {
     assert!(failed.is_empty(), "{kind}: seeds {failed:?}");
     assert!(
         answered > 0 || time.is_some(),
-        "{kind}: nothing was answered, so nothing was checked"
+        "{kind}: no scene was solved, so none was checked"
     );
 }
 
 #[test]
-fn membranes_answer_or_refuse() {
+fn membranes_give_results_or_errors() {
     run("membranes", membranes::scene);
 }
 
 #[test]
-fn rubber_answers_or_refuses() {
+fn rubber_gives_results_or_errors() {
     run("rubber", rubber::scene);
 }
 
 #[test]
-fn bodies_answer_or_refuse() {
+fn bodies_give_results_or_errors() {
     run("bodies", bodies::scene);
 }
 
 #[test]
-fn tomography_answers_or_refuses() {
+fn tomography_gives_results_or_errors() {
     run("tomography", tomography::scene);
 }
 
 #[test]
-fn scenes_answer_or_refuse() {
+fn scenes_give_results_or_errors() {
     run("scenes", scenes::scene);
 }
 
 #[test]
-fn runs_answer_or_refuse() {
+fn runs_give_results_or_errors() {
     run("runs", runs::scene);
 }
 
 #[test]
-fn walls_answer_or_refuse() {
+fn walls_give_results_or_errors() {
     run("walls", walls::scene);
 }
 

@@ -25,7 +25,7 @@ pub(crate) struct Problem {
 pub(crate) fn scene(random: &mut Random) -> Outcome {
     let spoiled = random.one_in(20);
     let Some(problem) = problem(random, spoiled) else {
-        assert!(spoiled, "a membrane that is none");
+        assert!(spoiled, "an invalid membrane");
         return Outcome::Rejected;
     };
     let start = problem.spectral.start_measures();
@@ -128,7 +128,7 @@ fn agree(problem: &Problem, control: Control, found: &Equilibrium, other: &Equil
         };
         assert!(
             (finer == last || finer < 0.4 * last) && nodes < 20_000,
-            "{control:?}: differences are off by {last:e}, {nodes} nodes by {finer:e}: {:?}",
+            "{control:?}: error of differences {last:e}, with {nodes} nodes {finer:e}: {:?}",
             problem.membrane.material()
         );
         last = finer;
@@ -214,7 +214,7 @@ fn stretched_out(problem: &Problem, control: Control, solver: &Solver) {
     let most = most_extended(&last);
     assert!(
         most > 0.9 * problem.extension,
-        "refused at I1 - 3 = {most} of {}",
+        "rejected at I1 - 3 = {most} of {}",
         problem.extension
     );
 }
@@ -245,7 +245,7 @@ fn close_call(problem: &Problem, control: Control, error: &NewtonError, other: &
     let options = NewtonOptions::default();
     let case = || {
         format!(
-            "{control:?}: {error} by one alone: {:?}",
+            "{control:?}: {error} by one only: {:?}",
             problem.membrane.material()
         )
     };

@@ -96,7 +96,7 @@ fn ran(scene: &Scene) -> Outcome {
         (Ok(one), Ok(two)) => {
             assert_eq!(one, two);
             let names: Vec<_> = written.keys().collect();
-            assert!(written == again, "not the same bytes in all of {names:?}");
+            assert!(written == again, "the files {names:?} differ");
             for file in &one.files {
                 let name = file.to_string_lossy();
                 assert!(written.contains_key(&*name), "{name} of {names:?}");

@@ -276,7 +276,7 @@ fn check_beside(random: &mut Random, scene: &Scene, gate: usize, view_idx: usize
         let slack = 2.0 * (high - low) + 2e-3 * most;
         assert!(
             (low - slack..=high + slack).contains(here),
-            "sample {k} is {here}, beside it {beside:?}"
+            "sample {k} is {here}, its neighbours {beside:?}"
         );
     }
 }
@@ -288,7 +288,7 @@ fn bits(samples: &[f32]) -> Vec<u32> {
 
 fn study(random: &mut Random, text: &str) -> Option<()> {
     let scene = Scene::from_toml(text).ok()?;
-    let again = Scene::from_toml(&scene.to_toml()).expect("what was read can be written and read");
+    let again = Scene::from_toml(&scene.to_toml()).expect("a scene is written and read");
     assert_eq!(again, scene);
     let phantom = Phantom::new(scene.clone()).ok()?;
     let [n_views, n_rows] = [phantom.camera().n_views(), phantom.camera().n_rows()];
@@ -301,7 +301,7 @@ fn study(random: &mut Random, text: &str) -> Option<()> {
     // A view, a slice, a slice of the ground truth, each requested from a new phantom, with one thread.
     let fresh = || Phantom::new(scene.clone()).expect("made before");
     let view = with_threads(1, || fresh().view(gate, view_idx)).ok()?;
-    assert!(view.iter().all(|v| v.is_finite()), "a view that is none");
+    assert!(view.iter().all(|v| v.is_finite()), "an invalid view");
     assert!(view.iter().all(|v| *v >= 0.0), "a view below zero");
 
     if random.one_in(5) {
@@ -315,7 +315,7 @@ fn study(random: &mut Random, text: &str) -> Option<()> {
     let own = view_idx * view.len()..(view_idx + 1) * view.len();
     assert!(
         bits(&view) == bits(&all[own]),
-        "a view alone is another than among others"
+        "a view alone differs from that of the whole"
     );
 
     if let Ok(slice) = with_threads(1, || fresh().slice(gate, z)) {
@@ -323,7 +323,7 @@ fn study(random: &mut Random, text: &str) -> Option<()> {
         let own = z * slice.len()..(z + 1) * slice.len();
         assert!(
             bits(&slice) == bits(&volume[own]),
-            "a slice alone is another than among others"
+            "a slice alone differs from that of the whole"
         );
     }
     let slice = with_threads(1, || fresh().truth_slice(gate, z)).ok()?;
@@ -331,7 +331,7 @@ fn study(random: &mut Random, text: &str) -> Option<()> {
     let own = z * slice.len()..(z + 1) * slice.len();
     assert!(
         bits(&slice) == bits(&truth[own]),
-        "truth alone is another than among others"
+        "ground truth alone differs from that of the whole"
     );
     // Where the thickness of a wall is zero its two sides cancel up to rounding.
     let most = truth.iter().fold(0.0_f32, |m, v| m.max(*v));

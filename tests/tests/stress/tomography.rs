@@ -121,7 +121,7 @@ fn fbp(random: &mut Random, geometry: &ParallelGeometry, grid: &ImageGrid) -> Ou
     let Ok(one) = run(&plan, 1) else {
         return Outcome::Rejected;
     };
-    assert!(finite, "data that are not finite went through");
+    assert!(finite, "data that are not finite were accepted");
     let two = run(&plan, 2).expect("as with one thread");
     let options = options.with_skip(Skip::Nothing);
     let all = run(
@@ -145,7 +145,7 @@ fn projector(random: &mut Random, geometry: &ParallelGeometry, grid: &ImageGrid)
     let Ok(one) = forward(1) else {
         return Outcome::Rejected;
     };
-    assert!(finite, "an image that is not finite went through");
+    assert!(finite, "an image that is not finite was accepted");
     let two = forward(2).expect("as with one thread");
     assert!(
         one.iter()

@@ -97,19 +97,19 @@ fn check_point(random: &mut Random, walls: [&Wall; 3], unit: f64) {
     point.layer = random.spoiled(point.layer);
     for (k, wall) in walls.into_iter().enumerate() {
         let Ok(p) = wall.position(&point) else {
-            assert!(!(0.0..=1.0).contains(&point.layer), "{point:?} refused");
+            assert!(!(0.0..=1.0).contains(&point.layer), "{point:?} rejected");
             return;
         };
         assert!(p.iter().all(|x| x.is_finite()), "{point:?}: {p}");
         let Some(found) = wall.locate(&p) else {
-            panic!("{point:?} is at {p}, where nothing is");
+            panic!("{point:?} is at {p}, outside the wall");
         };
-        // The point itself, in a wall of about ten units that may be a thousandth of one thick. Layers jump at the corners of a polyline:
+        // The point itself, in a wall of about ten units that may be as thin as a thousandth of a unit. Layers jump at the corners of a polyline:
         // rounding decides on which side of it a sliding point is, so that either is valid.
         let back = [0.0, -1e-12, 1e-12].map(|aside| {
             let s = (found.s + aside).clamp(0.0, 0.5);
             wall.position(&MaterialPoint { s, ..found })
-                .expect("what was found is in range")
+                .expect("the located point is in range")
         });
         assert!(
             back.iter().any(|back| (back - p).norm() <= 1e-9 * unit),
@@ -122,7 +122,7 @@ fn check_point(random: &mut Random, walls: [&Wall; 3], unit: f64) {
             "{point:?}: {stretch:?}"
         );
         if k == 2 && point.s < 0.499 {
-            // The third wall slides from the first: nothing is compressed. The sides of a polyline jump at its corners, where rounding
+            // The third wall slides from the first: it is incompressible. The sides of a polyline jump at its corners, where rounding
             // decides the side.
             let same = (walls[0].volume() / wall.volume() - 1.0).abs();
             assert!(
@@ -235,10 +235,10 @@ fn check_counts(
     let counts = with_threads(1, draw).ok()?;
     assert!(counts == with_threads(2, draw).expect("as with one thread"));
     let CountScale::Total(total) = scale else {
-        panic!("a total was asked for")
+        panic!("a total was requested")
     };
     let sum: f64 = counts.iter().sum();
-    // Eight standard deviations, in a number of scenes that will never be reached.
+    // Eight standard deviations: never exceeded in any realistic number of scenes.
     assert!(
         (sum - total).abs() <= 8.0 * total.sqrt() + 8.0,
         "{sum} counts of {total}"
@@ -284,8 +284,8 @@ fn check_voxels(random: &mut Random, wall: &Wall, region: WallRegion, unit: f64)
     Some(())
 }
 
-/// The fraction of a cube within a solid, by points, and its standard deviation: two in each of many small cubes, whose difference
-/// estimates the error of their mean.
+/// The fraction of a cube within a solid, by points, and its standard deviation: two points in each of many small cubes, whose difference estimates
+/// the error of their mean.
 fn sampled(random: &mut Random, solid: &Sector, centre: &Point3<f64>, size: f64) -> [f64; 2] {
     const N: usize = 20;
     let mut inside = |k: usize| {

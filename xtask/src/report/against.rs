@@ -69,7 +69,7 @@ impl Earlier {
             of.iter().filter(missing).count()
         };
         let _ = match times.len() {
-            0 => writeln!(text, "no row that both have"),
+            0 => writeln!(text, "no common row"),
             n => writeln!(
                 text,
                 "{n} rows, median of the times {median:.2}; {slower} slower than {SLOWER}, {worse} with a larger error; {} new, {} gone",
@@ -111,7 +111,7 @@ mod tests {
     }
 
     #[test]
-    fn ratios_are_printed_and_what_is_worse_is_marked() {
+    fn ratios_are_printed_and_worse_rows_are_marked() {
         let then = [
             row("a", 1, 1.0, 0.1),
             row("a", 2, 2.0, 0.1),
@@ -142,7 +142,7 @@ mod tests {
         ] {
             assert!(text.contains(wanted), "{wanted} in\n{text}");
         }
-        assert!(earlier.beside(&[]).contains("no row that both have"));
+        assert!(earlier.beside(&[]).contains("no common row"));
         assert!(Earlier::read(&path).is_err());
         let kept = Earlier::read(&crate::workspace::root().join("docs/performance.json")).unwrap();
         assert!(!kept.rows.is_empty());

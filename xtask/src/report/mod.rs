@@ -206,7 +206,7 @@ at error 1e-2 ours 1 ms
     }
 
     #[test]
-    fn arguments_are_read_or_refused() {
+    fn arguments_are_parsed_or_rejected() {
         let read = |line: &str| {
             let words: Vec<String> = line.split_whitespace().map(str::to_owned).collect();
             Given::parse(&words)
@@ -224,7 +224,7 @@ at error 1e-2 ours 1 ms
     }
 
     #[test]
-    fn broken_rows_are_refused() {
+    fn broken_rows_are_rejected() {
         for broken in [
             "row {}",
             "row not json",

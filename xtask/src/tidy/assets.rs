@@ -52,7 +52,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_embedded_has_its_licence() {
+    fn embedded_files_have_their_licence() {
         let source = "static FONT: &[u8] = include_bytes!(\"../../assets/Font-1.2.ttf.gz\");\n";
         let source = file("crates/a/src/b/c.rs", source);
         let licence = file("crates/a/assets/Font-LICENSE.txt", "Copyright (c) somebody");

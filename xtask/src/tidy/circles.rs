@@ -286,7 +286,7 @@ mod tests {
     }
 
     #[test]
-    fn a_circle_of_two_is_told() {
+    fn a_cycle_of_two_is_reported() {
         let lib = ("lib.rs", "mod b;\nmod c;\npub use b::B;\npub use c::C;");
         let there = ("b.rs", "use crate::c::C;\npub struct B(C);");
         let back = ("c.rs", "pub struct C(Option<Box<crate::b::B>>);");
@@ -300,7 +300,7 @@ mod tests {
     }
 
     #[test]
-    fn a_name_leads_to_where_it_is_defined() {
+    fn a_name_leads_to_its_definition() {
         let lib = ("lib.rs", "mod b;\nmod c;\npub use b::B;");
         // Through the root, and through a folder's re-exports.
         let through_root = ("c/d.rs", "use crate::B;");
@@ -311,7 +311,7 @@ mod tests {
     }
 
     #[test]
-    fn a_parent_that_only_lists_its_children_imports_none() {
+    fn a_parent_that_only_lists_its_children_imports_nothing() {
         let child = ("b/c.rs", "use super::Shared;");
         let lists = ("b/mod.rs", "mod c;\npub use c::C;\nstruct Shared;");
         let calls = ("b/mod.rs", "mod c;\nstruct Shared;\nfn f() { c::g(); }");
@@ -321,7 +321,7 @@ mod tests {
     }
 
     #[test]
-    fn tests_and_modules_within_a_file_are_looked_at_as_they_are() {
+    fn tests_are_ignored_and_inner_modules_are_resolved() {
         let lib = ("lib.rs", "mod b;\nmod c;");
         let tests = (
             "b.rs",

@@ -39,11 +39,11 @@ pub(crate) fn check(files: &[TextFile]) -> Vec<Finding> {
             None => findings.push(Finding::new(
                 PAGE,
                 at + 1,
-                format!("{path} is no file of the workspace"),
+                format!("{path} is not a file of the workspace"),
             )),
             Some(file) if hash_of_code(&file.text) != hash => {
                 let message = format!(
-                    "{path} has changed: does the page still hold? Then `cargo xtask tidy --bless`"
+                    "{path} has changed: is the page still correct? Then `cargo xtask tidy --bless`"
                 );
                 findings.push(Finding::new(PAGE, at + 1, message));
             }
@@ -55,7 +55,7 @@ pub(crate) fn check(files: &[TextFile]) -> Vec<Finding> {
             findings.push(Finding::new(
                 PAGE,
                 0,
-                format!("carries no line `{MARK}{path} HASH -->`"),
+                format!("contains no line `{MARK}{path} HASH -->`"),
             ));
         }
     }
@@ -153,16 +153,16 @@ mod tests {
         let code = "//! Doc.\nfn centre(n: usize) -> f64 { (n - 1) as f64 / 2.0 }\n";
         let page = format!("# Page\n{MARK}{} 0 -->\nend\n", REQUIRED[0]);
         let mut files = vec![file(PAGE, &page), file(REQUIRED[0], code)];
-        assert_eq!(check(&files).len(), 1, "a wrong hash is found");
+        assert_eq!(check(&files).len(), 1, "a wrong hash is detected");
         files[0].text = renewed(&page, &files);
         assert!(files[0].text.starts_with("# Page\n") && files[0].text.ends_with("\nend\n"));
-        assert_eq!(check(&files), [], "a renewed one is right");
+        assert_eq!(check(&files), [], "an updated hash is accepted");
         files[1].text = code
             .replace("//! Doc.", "//! Other words.")
             .replace(" { ", "\n{\n");
-        assert_eq!(check(&files), [], "comments and layout are no conventions");
+        assert_eq!(check(&files), [], "layout does not change the hash");
         files[1].text = code.replace("- 1", "- 0");
-        assert_eq!(check(&files).len(), 1, "a half bin is one");
+        assert_eq!(check(&files).len(), 1, "a half bin changes the hash");
     }
 
     #[test]

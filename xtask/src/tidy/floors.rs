@@ -95,7 +95,7 @@ fn arrows_point_down(folder: &str, manifest: &Table, names: &[(&str, &str)]) -> 
         return vec![Finding::new(
             &path,
             0,
-            "the package stands on no floor: give it one in xtask/src/tidy/floors.rs",
+            "the package has no layer: define one in xtask/src/tidy/floors.rs",
         )];
     };
     let mut findings = Vec::new();
@@ -164,7 +164,7 @@ mod tests {
     }
 
     #[test]
-    fn arrows_up_and_sideways_are_named() {
+    fn dependencies_upwards_and_sideways_are_reported() {
         assert_eq!(
             findings(
                 "crates/membrane-forces",
@@ -204,7 +204,7 @@ mod tests {
     }
 
     #[test]
-    fn arrows_down_are_fine() {
+    fn dependencies_downwards_are_allowed() {
         let none: [String; 0] = [];
         assert_eq!(
             findings(

@@ -30,7 +30,7 @@ pub(crate) fn check(files: &[TextFile]) -> Vec<Finding> {
         for name in ["Cargo.toml", "README.md"].into_iter().chain(LICENCES) {
             let path = format!("crates/{krate}/{name}");
             let Some(copy) = find(files, &path) else {
-                let message = "missing: it belongs into the package";
+                let message = "missing: the package must contain it";
                 findings.push(Finding::new(&path, 0, message));
                 continue;
             };

@@ -93,7 +93,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_workspace_keeps_its_rules() {
+    fn the_workspace_obeys_its_rules() {
         let findings = check(&workspace::root()).expect("the workspace can be read");
         let list: Vec<String> = findings.iter().map(Finding::to_string).collect();
         assert!(

@@ -152,7 +152,7 @@ mod tests {
     }
 
     #[test]
-    fn links_lead_somewhere() {
+    fn links_must_exist() {
         assert_eq!(
             findings("docs/a.md", "\n![A](img/a.svg) and [b](b.md)\n"),
             [2]

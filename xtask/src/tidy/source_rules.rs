@@ -19,7 +19,7 @@ const ALLOW_STRING: &str = "// tidy: allow string:";
 pub(crate) fn check(path: &str, text: &str) -> Vec<Finding> {
     let mut findings = Vec::new();
     if !text.starts_with("//!") {
-        let message = "the first line must be a `//!` line that says what the file is";
+        let message = "the first line must be a `//!` line that describes the file";
         findings.push(Finding::new(path, 1, message));
     }
     for (at, line) in text.lines().enumerate() {
@@ -136,7 +136,7 @@ fn errors_are_typed(path: &str, text: &str, file: &syn::File) -> Vec<Finding> {
         .filter(|&line| !is_allowed(line))
         .map(|line| {
             let message = format!(
-                "a `String` in an error: carry numbers and types (or `{ALLOW_STRING} reason` above it)"
+                "a `String` in an error: use numbers and types (or `{ALLOW_STRING} reason` above it)"
             );
             Finding::new(path, line, message)
         })
@@ -236,12 +236,12 @@ mod tests {
     }
 
     #[test]
-    fn no_test_is_left_out() {
+    fn no_test_is_ignored() {
         breaks("//! This.\n#[test]\n#[ignore = \"slow\"]\nfn f() {}", 3);
     }
 
     #[test]
-    fn errors_hold_no_prose() {
+    fn errors_contain_no_prose() {
         breaks("//! This.\nenum SolveError {\n    Other(String),\n}", 3);
         breaks(
             "//! This.\nenum E2Error {\n A {\n  why: Option<String>,\n },\n}\nstruct S(String);",

@@ -61,7 +61,7 @@ mod tests {
     }
 
     #[test]
-    fn a_file_that_no_program_names_is_found() {
+    fn a_file_without_a_program_is_reported() {
         let main = (
             "crates/a/tests/suite/main.rs",
             "//! x\nmod one;\nmod deep;\n",

@@ -7,7 +7,7 @@ use std::fs;
 use std::io::Read;
 use std::path::Path;
 
-/// The pieces of all members, one after the other, and their rows without the place in a shard.
+/// The pieces of all members, one after the other, and their rows without the position in a shard.
 fn pieces(folder: &Path, of: u64, threads: usize) -> (Vec<u8>, Vec<Row>) {
     let (mut bytes, mut rows) = (Vec::new(), Vec::new());
     for report in all(&with_rejected(14), folder, of, threads) {
@@ -25,7 +25,7 @@ fn pieces(folder: &Path, of: u64, threads: usize) -> (Vec<u8>, Vec<Row>) {
 }
 
 #[test]
-fn bytes_of_members_are_the_same_for_any_shards_and_threads() {
+fn members_are_bitwise_independent_of_shards_and_threads() {
     let folder = tempfile::tempdir().unwrap();
     let expected = pieces(&folder.path().join("serial"), 1, 1);
     assert_eq!(expected.1.len(), 14);
@@ -43,7 +43,7 @@ fn bytes_of_members_are_the_same_for_any_shards_and_threads() {
 
 /// The archive by another reader; the arrays by a separate phantom of the member's scene.
 #[test]
-fn a_shard_holds_what_its_members_are() {
+fn a_shard_contains_the_data_of_its_members() {
     let folder = tempfile::tempdir().unwrap();
     let cohort = with_rejected(6);
     let report = shard(&cohort, folder.path(), [1, 1], 2);
@@ -133,7 +133,7 @@ fn npy(bytes: &[u8], shape: &str) -> Vec<f32> {
 }
 
 #[test]
-fn whole_shards_are_skipped_and_broken_ones_made_again() {
+fn complete_shards_are_skipped_and_damaged_ones_recomputed() {
     let folder = tempfile::tempdir().unwrap();
     let cohort = with_rejected(4);
     let first = shard(&cohort, folder.path(), [1, 2], 1);
@@ -161,7 +161,7 @@ fn whole_shards_are_skipped_and_broken_ones_made_again() {
     again(false);
     fs::remove_file(&record).unwrap();
     again(false);
-    // The files that a killed process left of this shard are removed, those of another shard are kept.
+    // Temporary files of this shard by a killed process are removed; those of another shard are kept.
     let left = folder.path().join("shard-00001-of-00002.tar.99-1.tmp");
     let other = folder.path().join("shard-00002-of-00002.tar.99-1.tmp");
     fs::write(&left, "half").unwrap();

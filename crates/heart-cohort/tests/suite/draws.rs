@@ -23,12 +23,12 @@ fn distance(mut numbers: Vec<f64>) -> f64 {
 }
 
 #[test]
-fn plain_draws_are_those_of_the_distribution_and_sobol_s_are_even() {
+fn plain_draws_follow_the_distribution_and_sobol_draws_are_even() {
     let vary = "pose.shift.1 = { uniform = [0.0, 1.0] }\npose.shift.3 = { uniform = [0.0, 1.0] }";
     let of = |head: &str| Cohort::from_toml(&text(512, head, vary)).unwrap();
     let (plain, sobol) = (of("seed = 2"), of("sampling = \"sobol\"\nseed = 2"));
     for path in ["pose.shift.1", "pose.shift.3"] {
-        // Beyond 1.95 / sqrt(n) for one sample in a thousand.
+        // It exceeds 1.95 / sqrt(n) with a probability of 1/1000.
         let found = distance(numbers(&plain, path));
         assert!(
             found < 1.95 / 512f64.sqrt() && found > 2.0 / 512.0,
@@ -52,7 +52,7 @@ fn plain_draws_are_those_of_the_distribution_and_sobol_s_are_even() {
 }
 
 #[test]
-fn a_member_depends_on_the_text_and_its_index_alone() {
+fn a_member_depends_on_the_text_and_its_index_only() {
     let vary = "heart.inner.radius = { uniform = [1.5, 2.0] }";
     let member = |members, seed: u64, head: &str| {
         let text = text(members, &format!("seed = {seed}\n{head}"), vary);
@@ -60,10 +60,10 @@ fn a_member_depends_on_the_text_and_its_index_alone() {
     };
     let first = member(10, 1, "");
     assert_eq!(first, member(10, 1, "# a comment"));
-    // More members change nothing for those that are there.
+    // More members do not change the existing ones.
     assert_eq!(first, member(10_000, 1, ""));
     assert_ne!(first.values, member(10, 2, "").values);
-    // Each has noise of its own.
+    // Each member has independent noise.
     let cohort = Cohort::from_toml(&text(5, "", vary)).unwrap();
     let mut seeds = numbers(&cohort, "noise.seed");
     seeds.dedup();
@@ -78,7 +78,7 @@ fn a_member_depends_on_the_text_and_its_index_alone() {
 }
 
 #[test]
-fn constraints_hold_and_keep_the_rest_of_the_distribution() {
+fn constraints_are_met_and_preserve_the_remaining_distribution() {
     for sampling in ["plain", "sobol"] {
         let head = format!(
             "sampling = \"{sampling}\"\nconstraints = [\"pose.shift.1 + pose.shift.2 < 1\", \"2 * pose.shift.1 >= 0.2\"]"
@@ -92,7 +92,7 @@ fn constraints_hold_and_keep_the_rest_of_the_distribution() {
         let shares = x.iter().map(|x| 1.0 - ((1.0 - x) / 0.9).powi(2)).collect();
         assert!(distance(shares) < 1.95 / 2000f64.sqrt(), "{sampling}");
         let draws: u32 = (0..2000).map(|k| cohort.member(k).unwrap().attempts).sum();
-        // A draw is kept with the chance 0.405.
+        // A draw is accepted with probability 0.405.
         assert!(
             (f64::from(draws) / 2000.0 * 0.405 - 1.0).abs() < 0.1,
             "{sampling}: {draws}"
@@ -126,7 +126,7 @@ blur.fwhm = { log-normal = { median = 1.0, factor = 1.3 } }";
 }
 
 #[test]
-fn cases_have_their_shares_and_their_own_fields() {
+fn cases_have_their_fractions_and_their_own_fields() {
     let text = format!(
         "members = 900\nsampling = \"sobol\"\n{}\n[vary]\ncycle.volume.gain = {{ uniform = [0.5, 0.6] }}
 [[cases]]\nname = \"healthy\"\nweight = 2.0

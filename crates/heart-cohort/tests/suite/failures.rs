@@ -15,7 +15,7 @@ fn says(text: &str, words: &[&str]) {
 }
 
 #[test]
-fn a_field_that_does_not_exist_is_told_with_its_line() {
+fn a_missing_field_is_reported_with_its_line() {
     for (vary, words) in [
         (
             "heart.inner.raduis = { uniform = [1.0, 2.0] }",
@@ -94,7 +94,7 @@ fn a_field_that_does_not_exist_is_told_with_its_line() {
         "members = 3\n[scene]\ncamera.view = 3\n",
         &["line 3, column 15: scene.camera.view: unknown field `view`"],
     );
-    // A field that is sound, in place of a name, before the one that is not.
+    // A valid field, in place of a name, before the invalid one.
     says(
         "members = 3\n[scene]\nacquisition.mode = { gated = { gates = 2 } }\nattenuation = { heart = 1 }\n",
         &["line 4", "scene.attenuation.heart: unknown field `heart`"],
@@ -161,7 +161,7 @@ fn a_field_that_does_not_exist_is_told_with_its_line() {
 }
 
 #[test]
-fn constraints_without_sense_are_told_with_their_line() {
+fn invalid_constraints_are_reported_with_their_line() {
     for (constraint, words) in [
         ("heart.inner.radius >", "a number, a field"),
         ("heart.inner.radius", "one of < <= > >="),
@@ -177,7 +177,7 @@ fn constraints_without_sense_are_told_with_their_line() {
 }
 
 #[test]
-fn an_impossible_constraint_leaves_nothing_behind() {
+fn an_impossible_constraint_leaves_no_files() {
     let head =
         "attempts = 50\nconstraints = [\"cycle.volume.gain > 0\", \"heart.inner.radius > 3\"]";
     let vary = "heart.inner.radius = { uniform = [1.5, 2.0] }";
@@ -215,7 +215,7 @@ fn files_that_cannot_be_read_are_named() {
     let scene = folder.path().join("scene.toml");
     fs::write(&scene, "[camera]\nviews = 0\n").unwrap();
     assert!(load().to_string().contains("scene.toml:2:9: camera.views"));
-    // It is looked for beside the cohort, and counts below its [scene].
+    // The base scene is beside the cohort; [scene] has priority over it.
     fs::write(&scene, "[camera]\nviews = 7\nbins = 32\n").unwrap();
     fs::write(
         &path,
@@ -238,7 +238,7 @@ fn files_that_cannot_be_read_are_named() {
 }
 
 #[test]
-fn shards_that_there_are_not_are_refused() {
+fn missing_shards_are_rejected() {
     let cohort = with_rejected(3);
     let folder = tempfile::tempdir().unwrap();
     for shard in [[0, 3], [4, 3], [1, 0], [1, 4]] {
@@ -278,7 +278,7 @@ fn a_shard_of_another_cohort_is_not_replaced() {
 }
 
 #[test]
-fn a_folder_that_cannot_be_written_to_is_told_before_any_work() {
+fn a_read_only_directory_is_reported_before_any_work() {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("file");
     fs::write(&file, "x").unwrap();
@@ -296,7 +296,7 @@ fn a_folder_that_cannot_be_written_to_is_told_before_any_work() {
 }
 
 #[test]
-fn a_member_that_the_physics_refuses_has_its_reason() {
+fn an_unsolvable_member_has_its_reason() {
     let folder = tempfile::tempdir().unwrap();
     let vary = "background.semi_axes.1 = { choice = [3.0, 30.0] }";
     let head = "sampling = \"sobol\"";
@@ -316,9 +316,9 @@ fn a_member_that_the_physics_refuses_has_its_reason() {
     }
 }
 
-/// The template with characters changed, removed, inserted and doubled: an error or a cohort, and its members are drawn or an error.
+/// The template with characters changed, removed, inserted and doubled gives an error or a cohort, whose members are drawn or an error.
 #[test]
-fn texts_at_random_are_cohorts_or_errors() {
+fn random_texts_are_cohorts_or_errors() {
     const CHARACTERS: &[u8] = b"0123456789.-+e[]{}=,\"'# \nnaif_\xc3\xa9";
     let template = Cohort::TEMPLATE.replace("attempts = 1000", "attempts = 10");
     let mut random = ChaCha8Rng::seed_from_u64(6);

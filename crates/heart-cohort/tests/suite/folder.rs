@@ -1,10 +1,10 @@
-//! A directory of shards, surveyed before it exists.
+//! The survey of a cohort, compared with its shards.
 
 use crate::{all, with_rejected};
 use heart_cohort::{RunOptions, survey};
 
 #[test]
-fn a_survey_tells_ranges_bytes_and_reasons() {
+fn a_survey_contains_ranges_bytes_and_reasons() {
     let cohort = with_rejected(40);
     let found = survey(&cohort, 8, &RunOptions::new(2)).unwrap();
     assert_eq!(

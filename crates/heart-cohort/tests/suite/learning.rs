@@ -41,7 +41,7 @@ fn kept(report: &ShardReport) -> &Row {
 
 /// The file against the phantom, and noisy projections times the counts per unit are counts.
 #[test]
-fn geometry_says_where_arrays_are_and_what_samples_are() {
+fn geometry_contains_positions_and_units_of_arrays() {
     let folder = tempfile::tempdir().unwrap();
     let cohort = with_rejected(4);
     let report = shard(&cohort, folder.path(), [1, 1], 1);
@@ -57,7 +57,7 @@ fn geometry_says_where_arrays_are_and_what_samples_are() {
     for (a, expected) in expected.iter().enumerate() {
         let entry = |k: usize| json["affine"][a][k].as_f64().unwrap();
         let found = entry(0) + 2.0 * entry(1) + 3.0 * entry(2) + entry(3);
-        // Rounding of sums of some ten terms below 200 mm.
+        // Rounding of sums of about ten terms below 200 mm.
         assert!((found - expected).abs() < 1e-9, "{found} {expected}");
         assert_eq!(
             json["voxel_mm"][a].as_f64().unwrap(),
@@ -98,9 +98,9 @@ fn geometry_says_where_arrays_are_and_what_samples_are() {
     assert!(all > 1000.0);
 }
 
-/// The same arrays, in fewer bytes that are the same each time.
+/// The same arrays in fewer, reproducible bytes.
 #[test]
-fn compressed_arrays_are_the_same_arrays() {
+fn compressed_arrays_are_restored_exactly() {
     let folder = tempfile::tempdir().unwrap();
     let of = |head: &str, name: &str| {
         let cohort = Cohort::from_toml(&text(
@@ -145,7 +145,7 @@ fn of_half(bits: u16) -> f64 {
     if bits >> 15 == 1 { -size } else { size }
 }
 
-/// Each field keeps its distribution, to the distance of Kolmogorov and Smirnov; ranks correlate as the copula says.
+/// Each field keeps its distribution, to the distance of Kolmogorov and Smirnov; ranks correlate according to the copula.
 #[test]
 fn draws_may_be_correlated() {
     let vary = "pose.shift.1 = { uniform = [0.0, 1.0] }\npose.shift.2 = { normal = { mean = 0.0, sd = 1.0 } }\npose.shift.3 = { uniform = [0.0, 1.0] }";
@@ -180,7 +180,7 @@ fn draws_may_be_correlated() {
             "{sampling}: {found} {expected}"
         );
         assert!(correlation(&x, &z).abs() < 3.3 / (n as f64).sqrt());
-        // The uniform field is uniform still: its value is its rank, to 1.95 / sqrt(n) for one sample in a thousand.
+        // The uniform field stays uniform: its value is its rank, to 1.95 / sqrt(n) except with a probability of 1/1000.
         for (k, rank) in x.iter().enumerate() {
             let value = cohort
                 .member(k as u64)
@@ -222,7 +222,7 @@ fn draws_may_be_correlated() {
 }
 
 #[test]
-fn subsets_have_their_fractions_and_do_not_depend_on_shards() {
+fn subsets_have_their_fractions_for_any_shards() {
     let head = "split = { train = 0.7, validation = 0.2, test = 0.1 }";
     let vary = "cycle.volume.gain = { uniform = [0.2, 0.6] }";
     let cohort = Cohort::from_toml(&text(10_000, head, vary)).unwrap();
@@ -238,7 +238,7 @@ fn subsets_have_their_fractions_and_do_not_depend_on_shards() {
         let count = f64::from(counts[name]);
         assert!((count - 1e4 * fraction).abs() < room, "{name}: {count}");
     }
-    // More members, other constraints and other fields change nothing.
+    // More members, other constraints and other fields have no effect.
     let head = format!("{head}\nconstraints = [\"pose.centre > 5\"]");
     let other = "pose.centre = { uniform = [4.0, 6.0] }";
     let other = Cohort::from_toml(&text(20_000, &head, other)).unwrap();
@@ -334,7 +334,7 @@ fn a_member_is_exported_in_the_layout_of_nnunet() {
         .chunks_exact(4)
         .map(|v| f32::from_le_bytes(v.try_into().unwrap()));
     assert!(found.eq(expected));
-    // The same grid: sides, voxels and both forms of the place.
+    // The same grid: sides, voxels and both forms of the position.
     assert!(image[40..56] == labels[40..56] && image[76..108] == labels[76..108]);
     assert!(image[252..328] == labels[252..328]);
     let missing = export(&cohort, 3, folder.path(), 1 << 28);

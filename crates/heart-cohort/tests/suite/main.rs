@@ -12,7 +12,7 @@ mod verified;
 use heart_cohort::{Cohort, RunOptions, Shard, ShardReport, run_shard};
 use std::path::Path;
 
-/// Two gates of a small heart before a small camera: some milliseconds a member.
+/// Two gates of a small heart with a small camera: some milliseconds per member.
 const SCENE: &str = "[scene]
 heart.discretisation = { differences = { nodes = 51 } }
 camera = { views = 3, bins = 8, rows = 8, pitch = [1.5, 1.5] }

@@ -48,20 +48,20 @@ fn a_manifest_has_a_row_for_every_member() {
         let edv = expected.numbers.get("edv").copied();
         assert_eq!(row[column("edv")].parse().ok(), edv);
         if edv.is_some() {
-            // The piece is where the row says: it begins with its name.
+            // The piece is at the offset of the row: it begins with its name.
             let archive = fs::read(folder.path().join(&row[column("shard")])).unwrap();
             let at: usize = row[column("offset")].parse().unwrap();
             assert!(archive[at..].starts_with(&row.as_slice().as_bytes()[..8]));
         }
     }
-    // It is the same for any origin of the shards, and if it is made again.
+    // The manifest is the same for any origin of the shards, and if it is written again.
     let bytes = fs::read(folder.path().join("manifest.csv")).unwrap();
     merge(folder.path()).unwrap();
     assert!(fs::read(folder.path().join("manifest.csv")).unwrap() == bytes);
 }
 
 #[test]
-fn a_folder_that_lacks_a_shard_has_no_manifest() {
+fn a_directory_without_all_shards_has_no_manifest() {
     let folder = tempfile::tempdir().unwrap();
     assert!(matches!(
         merge(folder.path()),
@@ -96,7 +96,7 @@ fn a_folder_that_lacks_a_shard_has_no_manifest() {
     ));
 }
 
-/// Names of cases and drawn names are the user's: a spreadsheet must not compute them.
+/// Names of cases and drawn names come from the user; a spreadsheet must not evaluate them.
 #[test]
 fn no_cell_is_a_formula() {
     let folder = tempfile::tempdir().unwrap();

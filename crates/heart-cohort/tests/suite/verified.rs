@@ -22,7 +22,7 @@ fn finds(cohort: &Cohort, folder: &Path, wanted: &[(&str, Fault)]) {
     assert_eq!(found, wanted);
 }
 
-/// Six members in three shards, whole.
+/// Six members in three complete shards.
 fn six() -> (Cohort, tempfile::TempDir, Vec<PathBuf>) {
     let (cohort, folder) = (with_rejected(6), tempfile::tempdir().unwrap());
     let paths = all(&cohort, folder.path(), 3, 1)
@@ -33,7 +33,7 @@ fn six() -> (Cohort, tempfile::TempDir, Vec<PathBuf>) {
 }
 
 #[test]
-fn members_that_were_recomputed_are_reported_and_no_others() {
+fn only_recomputed_members_are_reported() {
     let folder = tempfile::tempdir().unwrap();
     let cohort = with_rejected(9);
     all(&cohort, folder.path(), 3, 2);
@@ -56,7 +56,7 @@ fn members_that_were_recomputed_are_reported_and_no_others() {
         (none.complete, none.recomputed.len(), none.rejected),
         (3, 0, 0)
     );
-    // Those of a shard that is missing are not.
+    // Those of a missing shard are not.
     fs::remove_file(folder.path().join("shard-00002-of-00003.json")).unwrap();
     let report = verified(&cohort, folder.path(), 100);
     assert_eq!(
@@ -67,7 +67,7 @@ fn members_that_were_recomputed_are_reported_and_no_others() {
 
 /// One byte of a record or of an archive, anywhere, with any other value.
 #[test]
-fn every_change_of_a_byte_is_found() {
+fn every_change_of_a_byte_is_detected() {
     let folder = tempfile::tempdir().unwrap();
     let vary = "heart.outer.radius = { choice = [2.8, 1.7] }";
     let text = text(4, "seed = 5", vary).replace(
@@ -99,7 +99,7 @@ fn every_change_of_a_byte_is_found() {
 }
 
 #[test]
-fn empty_truncated_missing_and_copied_files_are_found() {
+fn empty_truncated_missing_and_copied_files_are_detected() {
     let (cohort, folder, paths) = six();
     let [archive, record] = ["tar", "json"].map(|extension| paths[1].with_extension(extension));
     let names = ["shard-00002-of-00003.tar", "shard-00002-of-00003.json"];
@@ -143,7 +143,7 @@ fn empty_truncated_missing_and_copied_files_are_found() {
     let faults = verified(&cohort, folder.path(), 0).faults;
     assert!(matches!(faults[0].fault, Fault::Archive { .. }) && faults.len() == 1);
     fs::write(&archive, &kept[0]).unwrap();
-    // Two shards are gone.
+    // Two shards are missing.
     for path in &paths[1..] {
         fs::remove_file(path).unwrap();
         fs::remove_file(path.with_extension("json")).unwrap();
@@ -155,9 +155,9 @@ fn empty_truncated_missing_and_copied_files_are_found() {
     );
 }
 
-/// Names like that of a shard. They are found, and none makes the program take memory for shards that are not there, or wait.
+/// Names that resemble that of a shard are detected; none causes the program to allocate memory for missing shards, or to wait.
 #[test]
-fn names_that_are_no_shards_are_found() {
+fn invalid_shard_names_are_detected() {
     let (cohort, folder, paths) = six();
     for name in [
         "shard-0-of-0.json",
@@ -187,7 +187,7 @@ fn names_that_are_no_shards_are_found() {
         folder.path(),
         &[(name, Fault::Missing { following: 0 })],
     );
-    // By itself, such a name is no cohort; a cut that is possible has all other shards missing.
+    // Such a name alone is not a cohort; with a valid number of shards all other shards are missing.
     let alone = tempfile::tempdir().unwrap();
     let empty = |name: &str| fs::write(alone.path().join(name), "").unwrap();
     empty("shard-0-of-0.json");
@@ -215,7 +215,7 @@ fn names_that_are_no_shards_are_found() {
 /// Opening a pipe would block.
 #[cfg(unix)]
 #[test]
-fn pipes_and_directories_are_no_shards() {
+fn pipes_and_directories_are_faults() {
     let (cohort, folder, paths) = six();
     let run = |paths: &Path| {
         let shard = Shard { shard: 1, of: 3 };
@@ -249,9 +249,9 @@ fn pipes_and_directories_are_no_shards() {
     finds(&cohort, folder.path(), &[]);
 }
 
-/// A forger who makes the checksum of the record anew: rows, keys and draws are still known, numbers by those that are recomputed.
+/// A forged record with a new checksum: rows, keys and draws are still verified, numbers only by recomputed members.
 #[test]
-fn forged_records_are_found() {
+fn forged_records_are_detected() {
     let (cohort, folder, paths) = six();
     let record = paths[0].with_extension("json");
     let whole = fs::read_to_string(&record).unwrap();

@@ -192,7 +192,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_pair_is_replaced_together_or_stays() {
+    fn a_pair_is_replaced_together_or_not_at_all() {
         let folder = tempfile::tempdir().unwrap();
         let [header, data] = ["a.h", "a.d"].map(|name| folder.path().join(name));
         write_with_header(&header, b"old", &data, |out| out.write_all(b"old")).unwrap();
@@ -212,7 +212,7 @@ mod tests {
     }
 
     #[test]
-    fn a_folder_in_the_way_of_the_data_leaves_the_header() {
+    fn an_obstructing_directory_leaves_the_header_unchanged() {
         let folder = tempfile::tempdir().unwrap();
         let [header, data] = ["a.h", "a.d"].map(|name| folder.path().join(name));
         fs::write(&header, "old").unwrap();

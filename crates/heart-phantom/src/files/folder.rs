@@ -18,7 +18,7 @@ const MOST_TRIES: usize = 100;
 ///
 /// The lock is a file in the directory that the operating system keeps locked ([`File::try_lock`]) and that names process and computer.
 /// It is removed on drop and by [`remove_unfinished`](super::remove_unfinished). A killed process leaves the file but not the lock: the
-/// next process takes it over. A file system without locks excludes nobody.
+/// next process takes it over. On a file system without locks nothing is excluded.
 ///
 /// ```
 /// use heart_phantom::files::Folder;
@@ -40,7 +40,7 @@ pub struct Folder {
 }
 
 impl Folder {
-    /// Creates the directory with its parents and locks it, so that a long computation does not end with nowhere to write.
+    /// Creates the directory with its parents and locks it, so that an unusable directory is reported before a long computation.
     ///
     /// # Errors
     /// [`PhantomError::Busy`] with the holder of the lock; [`PhantomError::File`] if the directory cannot be written to.

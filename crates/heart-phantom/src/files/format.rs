@@ -290,7 +290,7 @@ impl FormatInfo {
     }
 }
 
-/// What [`write()`] writes.
+/// The data that [`write()`] writes.
 #[derive(Debug, Clone, Copy)]
 pub enum Image<'a> {
     /// Samples on a voxel grid.

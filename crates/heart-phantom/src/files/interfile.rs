@@ -14,16 +14,16 @@
 //!   and the first slice of a map towards the head (<http://www.radfys.lu.se/simind/Change.html>: "first ... image is located
 //!   towards +X", X being its long axis). Readers look at `program version`: from 8 on the radius is in mm, before in cm.
 //! - Radii of other orbits: STIR has `orbit := non-circular` and `Radii := {...}` in mm (the same file, and `radii` in it); SIMIND has
-//!   `orbit := noncircular` and a text file `.cor` beside, a radius in cm a line, which PyTomography takes as `corrfile` and as it is
+//!   `orbit := noncircular` and a text file `.cor` with one radius in cm per line, which PyTomography reads unchanged as `corrfile`
 //!   (`io/SPECT/simind.py`).
 //! - PyTomography 3.4.0 (<https://pypi.org/project/pytomography/3.4.0>), which reads these files: view k of a step d is at
 //!   `-start + k d`, of CW at `start - k d` (`io/SPECT/simind.py`); from angle beta the bins of an image array `[x][y]` lie along
 //!   (cos beta, -sin beta), the detector towards (-sin beta, -cos beta) (`utils/spatial.py`, `rotate_detector_z`, and kornia's
 //!   `rotate`, counter-clockwise as displayed). With beta = 180 degrees - theta and the bins the other way round, as a camera
 //!   in front of the patient shows them, arrays of volumes and of maps are the lab's. Growing angles are then CW.
-//! - Gates in one file: `GSPECT`, in which one time window, the R-R intervals accepted, has an image of each view or slice for each of its
-//!   time slots. The keys are those of Interfile 3.3 as xmedcon reads them (`m-intf.c`).
-//! - xmedcon 0.23.0, which asks for the number of images, of energy windows and of heads, that STIR can do without.
+//! - Gates in one file: `GSPECT` with one time window (the accepted R-R intervals) that contains one image per view or slice and time slot. The keys
+//!   are those of Interfile 3.3 as xmedcon reads them (`m-intf.c`).
+//! - xmedcon 0.23.0 requires the numbers of images, energy windows and heads, which are optional in STIR.
 
 use super::names::{data_beside, millimetres};
 use super::turn::{Direction, Turn, check_centred};

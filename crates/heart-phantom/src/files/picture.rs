@@ -49,7 +49,7 @@ pub fn png_bytes(size: [u32; 2], samples: &[u8]) -> Result<Vec<u8>, PhantomError
         len if len == 3 * expected => ColorType::Rgb,
         given => {
             return Err(PhantomError::WrongLength {
-                what: "samples of a picture",
+                what: "samples of an image",
                 given,
                 expected,
             });
@@ -68,7 +68,7 @@ pub fn png_bytes(size: [u32; 2], samples: &[u8]) -> Result<Vec<u8>, PhantomError
         Ok::<_, EncodingError>(bytes)
     };
     encode().map_err(|error| PhantomError::File {
-        path: "a picture".into(),
+        path: "an image".into(),
         source: io::Error::other(error),
     })
 }

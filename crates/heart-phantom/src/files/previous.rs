@@ -72,7 +72,7 @@ pub fn check_unlisted(folder: &Path, names: &[PathBuf]) -> Result<(), PhantomErr
     }
 }
 
-/// Whether this is a plain name with an extension of a format, a surface, a picture or a page.
+/// Whether this is a plain name with an extension of a format, a surface, an image or a page.
 fn is_output(name: &Path) -> bool {
     let mut parts = name.components();
     let (Some(Component::Normal(only)), None) = (parts.next(), parts.next()) else {

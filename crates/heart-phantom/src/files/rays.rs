@@ -110,7 +110,7 @@ pub fn write_rtk(path: &Path, rays: &RayGeometry, samples: &[f32]) -> Result<(),
     })
 }
 
-/// Writes projections `[view][row][bin]` as ASTRA takes them: the array `name.npy` as `[row][view][bin]`, and `name-vectors.npy` with the
+/// Writes projections `[view][row][bin]` in the format of ASTRA: the array `name.npy` as `[row][view][bin]`, and `name-vectors.npy` with the
 /// twelve numbers of a `cone_vec` geometry per view, in cm of the lab: source, centre of the detector, step of a bin, step of a row.
 ///
 /// # Errors

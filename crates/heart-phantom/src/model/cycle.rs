@@ -25,7 +25,7 @@ const PHASE_GRID: f64 = (1u64 << 40) as f64;
 /// assert!((cycle.gain(0.5) - 0.6).abs() < 1e-15);
 /// // Views one second apart have twelve phases only: 65 beats per minute are 13/12 beats per second.
 /// assert_eq!(cycle.phase(0.0), cycle.phase(12.0));
-/// // A ventricle instead: full at phase 0, at its emptiest when the aortic valve closes.
+/// // A ventricle instead: its volume is largest at phase 0 and smallest at aortic closure.
 /// let cycle = Cycle::with_curve(65.0, &VolumeCurve::Physiological, [0.0, 0.6])?;
 /// assert_eq!((cycle.gain(0.0), cycle.gain(0.46)), (0.6, 0.0));
 /// # Ok::<(), heart_phantom::PhantomError>(())
@@ -90,7 +90,7 @@ impl Cycle {
     /// ```
     /// use heart_phantom::{Beats, Cycle, RrIntervals};
     /// let cycle = Cycle::new(60.0, 0.6)?.with_beats(&Beats::new(RrIntervals::List(vec![1.0, 1.2])))?;
-    /// // Filled after 0.6 of the second beat's 1.2 seconds: of the sinusoid the filling is diastole, and takes the change.
+    /// // Filled after 0.6 s of the 1.2 s of the second beat: diastole of the sinusoid is its filling and absorbs the variation.
     /// assert!((cycle.phase(1.0 + 0.7) - 0.5).abs() < 1e-12);
     /// # Ok::<(), heart_phantom::PhantomError>(())
     /// ```
@@ -247,7 +247,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn one_view_a_second_at_65_bpm_sees_twelve_phases() {
+    fn one_view_per_second_at_65_bpm_has_twelve_phases() {
         let cycle = Cycle::new(65.0, 0.6).unwrap();
         let mut phases: Vec<f64> = (0..90).map(|k| cycle.phase(k as f64)).collect();
         phases.sort_by(f64::total_cmp);
@@ -270,7 +270,7 @@ mod tests {
     }
 
     #[test]
-    fn refuses_nonsense() {
+    fn invalid_arguments_are_rejected() {
         for bad in [0.0, -1.0, f64::NAN, f64::INFINITY, 1001.0] {
             assert!(matches!(
                 Cycle::new(bad, 0.6),

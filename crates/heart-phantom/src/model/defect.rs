@@ -255,7 +255,7 @@ mod tests {
     }
 
     #[test]
-    fn a_twist_keeps_the_volume_of_a_defect_and_moves_it() {
+    fn a_twist_displaces_a_defect_and_preserves_its_volume() {
         let heart = Heart::study(101).unwrap();
         let shapes = heart.shapes(&[0.3]).unwrap();
         let defects = [Defect {
@@ -304,7 +304,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn every_place_is_the_last_ones(regions in prop::collection::vec(any_region(), 1..9)) {
+        fn every_position_belongs_to_the_last_defect(regions in prop::collection::vec(any_region(), 1..9)) {
             let pieces = without_overlap(regions.iter().copied()).unwrap();
             // The centres of all cells of the grid.
             for cell in 0..4 * 4 * 8 {

@@ -26,13 +26,13 @@ pub struct Balloon {
 }
 
 impl Balloon {
-    /// The inner balloon of Table 1, the endocardium: 8.5 cm, radius 1.75 cm, stiffness 1.
+    /// The endocardial membrane, the inner balloon of Table 1: 8.5 cm, radius 1.75 cm, stiffness 1.
     pub const INNER: Self = Self {
         length: 8.5,
         radius: 1.75,
         stiffness: 1.0,
     };
-    /// The outer balloon of Table 1, the epicardium: 8.5 cm, radius 2.75 cm, stiffness 1.
+    /// The epicardial membrane, the outer balloon of Table 1: 8.5 cm, radius 2.75 cm, stiffness 1.
     pub const OUTER: Self = Self {
         length: 8.5,
         radius: 2.75,
@@ -74,7 +74,7 @@ impl Balloon {
 /// assert_eq!(heart.shapes_solved(), 2); // equal gains share a shape
 /// let [inner, outer] = shapes[1].volumes();
 /// assert!((inner / shapes[0].volumes()[0] - 1.6).abs() < 1e-12);
-/// assert!(shapes[1].wall_volume_error().abs() < 1e-10); // water does not compress
+/// assert!(shapes[1].wall_volume_error().abs() < 1e-10); // the wall is incompressible
 /// # let _ = outer;
 /// # Ok::<(), heart_phantom::PhantomError>(())
 /// ```
@@ -96,8 +96,8 @@ pub struct Heart {
     kept: Arc<ShapeCache>,
 }
 
-/// Memory per cone of a body surface including search structures: 96 bytes, 48 in its chain, some 20 of boxes; and per node of a
-/// curve, as a point and as half of a node of the solution. `tests/memory.rs` measures both.
+/// Memory per cone of a body surface including search structures (96 bytes, 48 in its chain, about 20 of boxes), and per node of a curve (a point and
+/// half of a node of the solution). `tests/memory.rs` measures both.
 const CONE_BYTES: f64 = 164.0;
 const NODE_BYTES: f64 = 24.0;
 /// Ratio of the number of cones of a dilated surface to that of the reference configuration, at equal tolerance.
@@ -174,7 +174,7 @@ impl Heart {
         self
     }
 
-    /// The heart of the study: the balloons of Table 1, rotated by 45 degrees about x and then about y so that the axis points
+    /// The heart of the study: the balloons of Table 1 of the paper, rotated by 45 degrees about x and then about y so that the axis points
     /// along `(1/2, -sqrt(2)/2, 1/2)`, with the axis point `(h + R_outer) / 2` at the origin.
     ///
     /// # Errors
@@ -193,14 +193,14 @@ impl Heart {
     ///
     /// # Errors
     /// [`PhantomError::Membrane`] if a gain cannot be reached; [`PhantomError::Crossed`] if the membranes intersect, as for
-    /// balloons of very different form.
+    /// membranes of very different form.
     pub fn shapes(&self, gains: &[f64]) -> Result<Vec<Arc<HeartShape>>, PhantomError> {
         let (mut there, missing) = self.kept.take(gains, self.most_shapes());
         let new: Vec<Result<_, _>> = missing
             .par_iter()
             .map(|&gain| self.solve(gain).map(Arc::new))
             .collect();
-        // Of several errors the first, whichever thread was faster.
+        // The first of several errors, independent of the order of threads.
         let new: Vec<Arc<HeartShape>> = new.into_iter().collect::<Result<_, _>>()?;
         self.kept.add(&new);
         there.extend(new.into_iter().map(|shape| (shape.gain().to_bits(), shape)));

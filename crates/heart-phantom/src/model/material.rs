@@ -7,8 +7,8 @@
 //! - [`Wall::new`], tied to the membranes: material s lies between the two membrane points s. The membranes
 //!   stretch unevenly, so a strip between s and s + ds does not preserve its volume: the product of the three
 //!   stretches is the ratio of the volumes of the strip, the same in all layers.
-//! - [`Wall::sliding`]: the wall slides along both membranes like water, so every element preserves its volume and
-//!   the product of the stretches is 1. Material s lies between the membrane points s in the reference shape.
+//! - [`Wall::sliding`]: the wall slides along both membranes without friction, so every element preserves its volume and
+//!   the product of the stretches is 1. Material s lies between the membrane points s in the reference configuration.
 //!
 //! A [`Twist`] rotates either about the axis and preserves volumes.
 
@@ -49,7 +49,7 @@ pub struct MaterialPoint {
 /// assert!((to - from).norm() > 0.1); // cm
 /// let stretch = rest.stretch(&dilated, &point)?;
 /// assert!(stretch.hoop > 1.0 && stretch.radial < 1.0);
-/// assert!((stretch.volume() - 1.0).abs() < 1e-10); // water does not compress
+/// assert!((stretch.volume() - 1.0).abs() < 1e-10); // the wall is incompressible
 /// # Ok::<(), heart_phantom::PhantomError>(())
 /// ```
 #[derive(Debug, Clone)]
@@ -313,7 +313,7 @@ impl Wall {
     ///     Wall::sliding(&shapes[0], &rest)?.sector(&infarct, 1e-5)?.volume(),
     ///     Wall::sliding(&shapes[1], &rest)?.sector(&infarct, 1e-5)?.volume(),
     /// ];
-    /// assert!((volumes[1] / volumes[0] - 1.0).abs() < 1e-4); // its activity is kept
+    /// assert!((volumes[1] / volumes[0] - 1.0).abs() < 1e-4); // its activity is conserved
     /// # Ok::<(), heart_phantom::PhantomError>(())
     /// ```
     ///

@@ -101,7 +101,7 @@ impl Wall {
     /// let twisted = systole.clone().twisted(Twist::linear([-3.0, 10.0], [-3.0, 10.0])?);
     /// let point = MaterialPoint { layer: 0.5, s: 0.2, azimuth: 1.0 };
     /// let beat = diastole.deformation(&twisted, &point)?;
-    /// assert!((beat.volume() - 1.0).abs() < 1e-10); // water does not compress
+    /// assert!((beat.volume() - 1.0).abs() < 1e-10); // the wall is incompressible
     /// let strain = beat.strain();
     /// assert!(strain.radial > 0.0 && strain.circumferential < 0.0 && strain.circumferential_longitudinal > 0.0);
     /// # Ok::<(), heart_phantom::PhantomError>(())

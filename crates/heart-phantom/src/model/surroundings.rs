@@ -1,4 +1,4 @@
-//! What surrounds the heart: sources and media, as the projections need them.
+//! The surroundings of the heart: sources and media, in the form that the projections need.
 
 use super::{Attenuation, Background};
 use crate::error::PhantomError;
@@ -12,7 +12,7 @@ pub(crate) struct Surroundings {
     media: Option<Organs>,
     /// Attenuation of the heart in 1/cm, if it is not that of the media.
     heart: Option<f64>,
-    /// Concentration of a background that contains the heart and is all there is, without attenuation; then the heart adds its difference.
+    /// Concentration of a background without attenuation and organs that contains the heart; the heart then adds the difference.
     even: Option<f64>,
 }
 
@@ -56,17 +56,17 @@ impl Surroundings {
         })
     }
 
-    /// Whether anything around the heart is active.
+    /// Whether the surroundings of the heart contain activity.
     pub(crate) fn is_active(&self) -> bool {
         self.organs.is_active()
     }
 
-    /// The concentration around the heart, if the heart changes nothing else.
+    /// The concentration around the heart, if the heart has no other effect on the surroundings.
     pub(crate) fn even(&self) -> Option<f64> {
         self.even
     }
 
-    /// Whether the heart changes the projection of what is behind it.
+    /// Whether the heart changes the projection of the activity behind it.
     pub(crate) fn changes_behind(&self) -> bool {
         self.is_active() && self.heart.is_some()
     }

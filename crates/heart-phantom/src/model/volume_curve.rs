@@ -281,7 +281,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn gain_and_ejection_fraction_are_two_names_of_one_range() {
+    fn gain_and_ejection_fraction_are_equivalent() {
         for gain in [0.0, 0.1, 0.6, 1.5, 20.0] {
             let fraction = VolumeRange::Gain(gain).ejection_fraction(93.0).unwrap();
             assert!((fraction - gain / (1.0 + gain)).abs() < 1e-15);
@@ -297,7 +297,7 @@ mod tests {
     }
 
     #[test]
-    fn ranges_without_sense_are_refused() {
+    fn invalid_ranges_are_rejected() {
         let bad = [
             VolumeRange::Gain(-0.1),
             VolumeRange::Gain(f64::NAN),
@@ -343,7 +343,7 @@ mod tests {
     }
 
     #[test]
-    fn the_physiological_curve_keeps_its_times() {
+    fn the_physiological_curve_has_its_published_times() {
         for bpm in [35.0, 65.0, 110.0, 140.0] {
             let height = Height::new(&VolumeCurve::Physiological, bpm).unwrap();
             let at = |seconds: f64| height.at((seconds * bpm / 60.0).rem_euclid(1.0));
@@ -372,7 +372,7 @@ mod tests {
     }
 
     #[test]
-    fn samples_are_met_and_never_overshot() {
+    fn samples_are_interpolated_without_overshoot() {
         let volumes = vec![120.0, 119.0, 60.0, 50.0, 50.0, 95.0, 100.0];
         let height = Height::new(&VolumeCurve::Sampled(volumes.clone()), 60.0).unwrap();
         for (j, volume) in volumes.iter().enumerate() {
@@ -392,7 +392,7 @@ mod tests {
     }
 
     #[test]
-    fn many_samples_of_the_sinusoid_give_it_back() {
+    fn many_samples_of_the_sinusoid_reproduce_it() {
         let error = |n: usize| {
             let volumes = (0..n)
                 .map(|j| Height::Sinusoid.at(j as f64 / n as f64))
@@ -413,7 +413,7 @@ mod tests {
     }
 
     #[test]
-    fn samples_without_sense_are_refused() {
+    fn invalid_samples_are_rejected() {
         for bad in [
             vec![],
             vec![1.0, 2.0],

@@ -52,7 +52,7 @@ impl Phantom {
         self.camera().ray_geometry().is_some() && !described
     }
 
-    /// An error if a source of a fan or cone beam is in the bounding box of the heart or in an organ.
+    /// Returns an error if a source of a fan or cone beam is in the bounding box of the heart or in an organ.
     pub(super) fn check_sources(&self) -> Result<(), PhantomError> {
         let Some(rays) = self.camera().ray_geometry() else {
             return Ok(());

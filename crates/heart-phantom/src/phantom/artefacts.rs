@@ -214,9 +214,9 @@ fn breaths_of(times: &[Lasting]) -> Vec<f64> {
     breaths
 }
 
-/// Returns the distinct gains; if there are too many for a pass, a subset with the smallest and the largest.
+/// Returns the distinct gains; if they are too many for one pass over the volume, a subset with the smallest and the largest.
 fn some_of(times: Vec<Lasting>) -> Vec<f64> {
-    // The order is kept: it determines the order of evaluation.
+    // The order is preserved, because it determines the order of evaluation.
     let mut known = BTreeSet::new();
     let gains = times.into_iter().map(|lasting| lasting.gain);
     let mut gains: Vec<f64> = gains.filter(|gain| known.insert(gain.to_bits())).collect();

@@ -44,7 +44,7 @@ impl Phantom {
     /// let phantom = Phantom::new(scene)?;
     /// let (volume, report) = phantom.compensated(0, &phantom.sinograms_of_gates()?, &|_| ())?;
     /// let sum = |volume: &[f32]| volume.iter().map(|x| f64::from(*x)).sum::<f64>();
-    /// // The whole activity, to some hundredths on voxels two thirds as coarse as the wall is thick.
+    /// // The total activity, accurate to a few per cent on voxels of two thirds of the wall thickness.
     /// assert!((sum(&volume) / sum(&phantom.compensated_truth(0)?) - 1.0).abs() < 0.05);
     /// assert_eq!(report.map(|report| report.iterations), Some(4));
     /// # Ok::<(), heart_phantom::PhantomError>(())

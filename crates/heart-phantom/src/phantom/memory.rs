@@ -44,7 +44,7 @@ pub(crate) fn check_memory(needed: u64) -> Result<(), PhantomError> {
     }
 }
 
-/// An upper estimate of the memory of `run` in bytes: usually some tens of per cent too high, more if the number of shapes of a tolerance
+/// An upper estimate of the memory of `run` in bytes: usually tens of per cent too high, more if the number of shapes of a tolerance
 /// is unknown.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "scene", derive(serde::Serialize))]
@@ -56,7 +56,7 @@ pub struct Memory {
     pub views: u64,
     /// Reconstruction, ground truth and masks of one gate; products that are collected for a file of all gates.
     pub volumes: u64,
-    /// Per thread: rows of unfinished images, cells that the model of OSEM sorts.
+    /// Memory per thread: rows of unfinished images, unsorted cells of the OSEM model.
     pub each_thread: u64,
 }
 
@@ -84,7 +84,7 @@ impl Phantom {
         let wants = |product| parts.scene.output.has(product);
         let reconstructs = parts.scene.output.needs(Needs::Reconstruction);
         let sees = parts.scene.output.needs(Needs::Views);
-        // An orbit that is not known yet, or nodes that are too many, are left to `prepare`.
+        // `prepare` reports an orbit that is not yet known and an excessive number of nodes.
         let known = (self.facing.get()).map(|views| views.iter().map(|view| view.radius).collect());
         let radii: Option<Vec<f64>> = parts.nominal_radii().or(known);
         let scatter = radii.and_then(|radii| self.bytes_of_scatter(&radii).ok());
@@ -115,8 +115,8 @@ impl Phantom {
         let points = scan.acquisition.points_of_all(scan.cycle, camera);
         let points = POINT_BYTES * points.min(MOST_NODES as f64) as u64;
         let windows = self.n_windows() as u64;
-        // Noisy and noise-free samples exist at the same time, several windows beside the unscattered photons; gates that share images are computed
-        // together.
+        // Noisy and noise-free samples exist at the same time, and so do several energy windows and the unscattered photons; gates that share images
+        // are computed together.
         let together = match self.shares_images() {
             true => 2 * self.n_gates() as u64,
             false => 0,

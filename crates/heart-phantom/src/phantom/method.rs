@@ -86,8 +86,7 @@ impl Osem {
 #[cfg_attr(feature = "scene", serde(rename_all = "kebab-case"))]
 #[non_exhaustive]
 pub enum KnownScatter {
-    /// As the expected scatter of the projections ([`Phantom::scatter`](crate::Phantom::scatter)): what methods that estimate scatter are
-    /// compared with.
+    /// The expected scatter of the projections ([`Phantom::scatter`](crate::Phantom::scatter)): the reference for methods that estimate scatter.
     Known,
 }
 
@@ -114,7 +113,7 @@ pub struct OsemReport {
     pub iterations: usize,
     /// Relative change of the volume in the last iteration, root mean square.
     pub change: f64,
-    /// Relative root mean square difference of the projections and of those modelled from the volume that each subset updated in the last
+    /// Relative root mean square difference between the projections and those modelled from the volume that each subset updated in the last
     /// iteration.
     pub residual: f64,
 }

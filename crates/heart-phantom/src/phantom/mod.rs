@@ -107,7 +107,7 @@ impl Phantom {
     /// Validates the scene and builds its objects. Solves no shape, casts no ray.
     ///
     /// # Errors
-    /// [`PhantomError::Scene`] for an invalid value or combination of values; [`PhantomError::Membrane`] if the discretised balloons are
+    /// [`PhantomError::Scene`] for an invalid value or combination of values; [`PhantomError::Membrane`] if the discretised membranes are
     /// not a valid pair.
     pub fn new(scene: Scene) -> Result<Self, PhantomError> {
         Self::of(scene, None)
@@ -146,7 +146,7 @@ impl Phantom {
     }
 
     /// Returns the phantom of another scene. It shares the solved shapes if `[heart]`, `[pose]` and the displacement of the base are equal,
-    /// and keeps a heart that was given.
+    /// and preserves a given heart.
     ///
     /// # Errors
     /// As [`Phantom::new`].

@@ -81,7 +81,7 @@ impl Phantom {
     /// let walls = [phantom.wall(phantom.reference())?, phantom.wall(0.0)?];
     /// let point = MaterialPoint { layer: 0.5, s: 0.2, azimuth: 0.0 };
     /// let strain = walls[0].deformation(&walls[1], &point)?.strain();
-    /// assert!(strain.radial > 0.0); // it thickens
+    /// assert!(strain.radial > 0.0); // the wall thickens
     /// # Ok::<(), heart_phantom::PhantomError>(())
     /// ```
     ///
@@ -118,9 +118,8 @@ impl Phantom {
         self.field(&self.walls(to.into(), None)?)
     }
 
-    /// The same to one of [`Phantom::phases`]. In a respiratory gate by phase velocities are those of beat and breath together, in its
-    /// middle; a gate by amplitude the breath passes both ways, as far in as out: its part cancels out in the mean, and they are those of
-    /// the beat.
+    /// Returns the motion to one of [`Phantom::phases`]. In a respiratory gate by phase, velocities are the sum of cardiac and respiratory velocities
+    /// at its middle. In a gate by amplitude, inspiration and expiration cancel in the average, so that velocities are cardiac only.
     ///
     /// # Errors
     /// As [`Phantom::wall`].

@@ -43,7 +43,7 @@ pub struct Numbers {
 #[cfg_attr(feature = "scene", derive(serde::Serialize))]
 #[non_exhaustive]
 pub struct Thickness {
-    /// At the side of the wall: the material midpoint of the inner cylinder; s = 0.2 if the heart is not made of balloons.
+    /// At the side of the wall: the material midpoint of the inner cylinder; s = 0.2 if the heart was built from other membranes.
     pub side: f64,
     /// At the inner apex.
     pub apex: f64,

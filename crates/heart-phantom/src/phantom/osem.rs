@@ -1,7 +1,7 @@
 //! Reconstruction of all slices by OSEM with a model of the camera.
 //!
-//! The model's voxels are those of the camera, extended to all that projects into the views and emits or attenuates: structures beyond a
-//! requested region contribute to the projections. The camera's voxels are extracted at the end.
+//! The model's voxels are those of the camera, extended to all activity and attenuation that contributes to the projections, also beyond a requested
+//! region. The camera's voxels are extracted at the end.
 
 use super::gate_model::Model;
 use super::method::{Compensation, KnownScatter, Osem, OsemReport};

@@ -16,7 +16,7 @@ pub struct ScenePhase {
     /// Respiratory position: 0 at end-expiration or without respiration, 1 at end-inspiration.
     pub breath: f64,
     /// Respiratory phase at the middle of a respiratory gate by phase, 0 to 1 from end-expiration. `None` during a breath-hold, and for a gate by
-    /// amplitude, which inspiration and expiration both pass.
+    /// amplitude, which contains inspiration and expiration.
     pub breath_phase: Option<f64>,
 }
 

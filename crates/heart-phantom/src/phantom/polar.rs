@@ -11,7 +11,7 @@ const ANGLES: usize = 12;
 const AZIMUTHS: usize = 72;
 /// Samples along a radius.
 const SAMPLES: usize = 200;
-/// Polar angles from the axis that belong to the apex.
+/// Polar angles from the axis in the apical segment.
 const APEX: usize = 3;
 
 /// A polar map of an image, and the volume of the cavity measured in it.

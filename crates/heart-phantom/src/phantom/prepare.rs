@@ -8,13 +8,13 @@ use crate::scan::{Acquisition, Counts};
 use crate::{Method, Phantom, Regions, Rotation};
 use std::collections::BTreeSet;
 
-/// Largest number of shapes that are tried.
+/// Largest number of shapes that are solved.
 const MOST_TRIED: usize = 64;
 
 impl Phantom {
-    /// Finds every error of a run before it starts, and solves what the run needs anyway: shapes and defects of projections and volumes, time
-    /// steps for a tolerance, the plan of the reconstruction. Projects no view, except with a given total number of counts: then views of each
-    /// gate until one has counts.
+    /// Finds every error of a run before it starts. Solves shapes and defects of projections and volumes, the time steps for a tolerance and the plan
+    /// of the reconstruction, which the run reuses. With a given total number of counts, projects views of each gate until one has counts; otherwise
+    /// projects no view.
     ///
     /// Of more than 64 shapes, 64 from the smallest to the largest volume are solved. Errors that remain possible: a full disk, too little
     /// memory, an error of a shape that was not solved.

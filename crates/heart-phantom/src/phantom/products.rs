@@ -20,13 +20,13 @@ pub(crate) struct ProductInfo {
     per: Per,
     /// Whether all gates can go into one file.
     joins: bool,
-    /// What it is computed from.
+    /// Input of the computation.
     pub(super) needs: Needs,
     /// Bytes per voxel of its arrays in memory, for each gate or phase.
     pub(crate) voxel_bytes: u64,
 }
 
-/// What an array contains.
+/// The content of an array.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum Content {
     /// Projections, `[view][row][bin]`.
@@ -66,7 +66,7 @@ pub(crate) enum Needs {
     Reconstruction,
 }
 
-/// Index of an array among those of its kind.
+/// Index of an array among the arrays of its kind.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Index {
     /// Of a gate.

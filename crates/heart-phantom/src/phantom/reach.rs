@@ -57,7 +57,7 @@ impl Phantom {
         Ok(facing?)
     }
 
-    /// The view whose face is farthest within what it should be in front of.
+    /// The view in which the collimator face overlaps an object most deeply.
     pub(super) fn inside(&self) -> Result<Option<(usize, Facing)>, PhantomError> {
         let within = |view: &Facing| view.body - view.radius;
         let worst = (self.facing()?.iter().copied().enumerate())

@@ -12,7 +12,7 @@ use std::collections::BTreeSet;
 use std::f64::consts::LN_2;
 
 /// Densities of nodes, with the tolerance of the interpolation in depth. That is a bound for any object; the error in images of hearts
-/// and organs is some hundred times smaller.
+/// and organs is about a hundred times smaller.
 const LADDER: [[f64; 2]; 10] = [
     [0.7, 1e-1],
     [1.0, 2e-2],
@@ -35,7 +35,7 @@ const VIEWS_TRIED: usize = 7;
 const RATIO: f64 = 0.5;
 /// Errors of untested views relative to those of tested ones, with a response and without.
 const OTHER_VIEWS: [f64; 2] = [1.2, 1.8];
-/// The fraction of the tolerance that the heart leaves at least for what surrounds it, where this has a resolution of its own.
+/// Smallest fraction of the tolerance reserved for the surroundings of the heart, where these have a separate resolution.
 const SURROUNDINGS: f64 = 0.3;
 
 fn resolution(index: usize) -> Resolution {
@@ -62,7 +62,7 @@ impl Phantom {
         Ok(once(&self.imaging, || self.make_imaging())?.as_ref())
     }
 
-    /// Returns the same if it is known.
+    /// Returns the computation of images if it is known.
     pub(super) fn imaging_known(&self) -> Option<&Imaging> {
         self.imaging.get().and_then(Option::as_ref)
     }
@@ -87,7 +87,7 @@ impl Phantom {
         self.imaging_on(value, resolutions, error).map(Some)
     }
 
-    /// What a sample is of the image; `None` for line integrals.
+    /// The definition of a sample of the image; `None` for line integrals.
     fn bin_value(&self) -> Result<Option<BinValue>, PhantomError> {
         let is_blurred = self.response()?.variance(f64::MAX) > 0.0;
         Ok(match self.parts.samples() {
@@ -96,7 +96,7 @@ impl Phantom {
         })
     }
 
-    /// Whether what surrounds the heart is projected once for all times.
+    /// Whether the surroundings of the heart are projected once for all times.
     fn has_fixed_surroundings(&self) -> bool {
         self.parts.surroundings.is_active() && self.camera().rotation() == Rotation::StepAndShoot
     }

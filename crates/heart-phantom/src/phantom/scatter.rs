@@ -1,4 +1,4 @@
-//! Scatter of gated projection sets: photon histories in the media and with the source and the response of the projections.
+//! Scatter of gated projection sets, from photon histories with the media, the sources and the response of the projections.
 
 use super::scatter_model::{Emitters, State, Tissue};
 use super::{Phantom, once};
@@ -14,7 +14,7 @@ use std::ops::Range;
 
 /// Cells of volume and of respiratory phase in each of which the heart is averaged: 2 mm of motion, less than scatter resolves.
 const CELLS: f64 = 8.0;
-/// Stated error of scatter in its largest standard error: of normally distributed errors 6e-5 are larger, and most bins have a smaller one.
+/// Stated error of scatter in units of its largest standard error: a fraction of 6e-5 of normally distributed errors exceeds it.
 const STANDARD_ERRORS: f64 = 4.0;
 /// Tolerance from which views are interpolated over the full angle of the options; smaller ones have proportionally smaller angles.
 const WIDE: f64 = 0.01;
@@ -181,7 +181,7 @@ impl Phantom {
     /// Memory in bytes: of all gates, and in addition per thread; nothing without scatter.
     ///
     /// # Errors
-    /// [`PhantomError::Scatter`] for more nodes than scatter is computed on.
+    /// [`PhantomError::Scatter`] for more nodes than the limit.
     pub(super) fn bytes_of_scatter(&self, radii: &[f64]) -> Result<[u64; 2], PhantomError> {
         let Some(settings) = &self.scene().scatter else {
             return Ok([0; 2]);
@@ -194,7 +194,7 @@ impl Phantom {
         Ok([all * self.n_gates() as u64, each])
     }
 
-    /// The states of the heart that the projections of a gate are the average of: averages over cells of volume and respiratory phase.
+    /// Returns the states of the heart whose average the projections of a gate are: averages over cells of volume and respiratory phase.
     fn hearts(&self, gate: usize) -> Result<Vec<State>, PhantomError> {
         let scan = self.scan(self.camera(), gate, self.acquisition(gate)?);
         let times = scan.times()?;

@@ -49,7 +49,7 @@ impl Phantom {
         if let Some(steps) = self.steps_known() {
             return Ok(steps);
         }
-        // Behind a response, the surroundings of a camera that stops have no error of time.
+        // With a response and step-and-shoot rotation, the surroundings have no time-quadrature error.
         let projected = match self.camera().rotation() {
             Rotation::StepAndShoot => Projected::Heart,
             Rotation::Continuous => Projected::All,
@@ -95,7 +95,7 @@ impl Phantom {
         }
     }
 
-    /// Projection sets that are computed together, with the views that are tried of them.
+    /// Projection sets that are computed together, with their tested views.
     fn views_of_sets<'a, 'b>(
         &self,
         sets: &'a [Scan<'b>],
@@ -103,7 +103,7 @@ impl Phantom {
         let n_views = self.camera().n_views();
         let hardest = |sets: &[Scan<'_>]| sets.iter().map(Scan::hardest_view).collect::<Vec<_>>();
         match sets[0].acquisition {
-            // What is hard of a heart that is still is the angle, say that at which its base is seen edge on.
+            // For a static heart the error depends on the angle; it is largest where the rays are parallel to the base.
             Acquisition {
                 mode: Mode::Static { .. },
                 ..

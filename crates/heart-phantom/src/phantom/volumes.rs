@@ -314,7 +314,7 @@ mod tests {
     }
 
     #[test]
-    fn a_plan_is_made_once() {
+    fn a_plan_is_computed_once() {
         let phantom = gated(Rotation::StepAndShoot);
         let first = phantom.plan(0).unwrap();
         assert!(Arc::ptr_eq(&first, &phantom.plan(0).unwrap()));

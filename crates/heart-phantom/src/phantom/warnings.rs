@@ -74,7 +74,7 @@ impl Phantom {
                     }),
             );
         }
-        // A collimator face within the body gives no view.
+        // No projection exists if the collimator face is inside the body.
         if rays.is_none_or(RayGeometry::has_bins)
             && (parts.collimator.is_none() || self.inside()?.is_none())
         {

@@ -46,7 +46,7 @@ impl Phantom {
     ///
     /// A voxel of the wall takes the value of its own material ([`Phantom::wall`], exact). Surroundings of the wall, including the blood,
     /// follow the nearest material: entirely within a tenth of the heart's length, less beyond, and not at all at three times the longest
-    /// displacement further. So edges of the wall keep their shape and uniform surroundings stay uniform; a resting structure near the
+    /// displacement further. So edges of the wall keep their shape and uniform surroundings stay uniform; a stationary structure near the
     /// wall is displaced although it should not be. Respiration displaces voxels rigidly; its fraction is interpolated between voxels.
     ///
     /// ```
@@ -85,7 +85,7 @@ impl Phantom {
         self.scene().acquisition.mode.n_gates()
     }
 
-    /// The beat at end-expiration, averaged over some cardiac gates.
+    /// Cardiac motion at end-expiration, averaged over some cardiac gates.
     fn beat_warps(
         &self,
         gates: Range<usize>,
@@ -127,7 +127,7 @@ impl Phantom {
         let all = 0..self.n_gates() / cardiac;
         let times = all.map(|gate| self.times_of(gate * cardiac..(gate + 1) * cardiac));
         let times = times.collect::<Result<Vec<_>, PhantomError>>()?;
-        // The displacement is rigid: the wall only bounds what moves with it.
+        // The displacement is rigid; the wall only determines which voxels follow it.
         let states = || times.iter().flatten();
         let gain = states().map(|state| state.share * state.gain).sum::<f64>()
             / states().map(|state| state.share).sum::<f64>();
@@ -141,7 +141,7 @@ impl Phantom {
         // The fraction of the displacement is interpolated between voxels: all neighbours of a voxel of the wall have the full one.
         let apart = grid.spacing().map(|x| x * x).iter().sum::<f64>().sqrt();
         let reach = self.reach(ways.iter().fold(0.0, |most, way| most.max(*way)), apart);
-        // Towards a wall that is displaced by one, voxels are displaced by their fraction.
+        // The wall is displaced by one; voxels towards it are displaced by their fraction.
         let one = still.clone().with_pose(still.pose().shifted(Vector3::x())?);
         let mut fractions = vec![0.0; grid.len()];
         for (voxel, [x, _, _]) in still.displacements_around(&one, grid, reach)? {
@@ -181,7 +181,7 @@ impl Phantom {
         Ok(all)
     }
 
-    /// Estimated memory of the warps of all gates together: the voxels within twice the heart's size, with 16 sources in each cardiac gate
+    /// Estimates the memory of the warps of all gates together: the voxels within twice the heart's size, with 16 sources in each cardiac gate
     /// and those along the path in each respiratory gate, and the displacements of one gate.
     pub(super) fn bytes_of_warps(&self, grid: &VoxelGrid) -> u64 {
         let [x, r] = self.heart().reference_extent();
@@ -200,15 +200,15 @@ impl Phantom {
     }
 }
 
-/// The beat, and then respiration where there is any.
+/// Cardiac motion, then respiration if any.
 fn product(beat: &Arc<Warp>, breath: &Arc<Warp>) -> Result<Warps, PhantomError> {
     let breath = Some(breath).filter(|warp| warp.n_displacements() > 0);
     let factors = [Some(beat), breath].into_iter().flatten().cloned();
     Ok(Warps::new(factors.collect())?)
 }
 
-/// The displacement of each voxel to the position of its content when the wall was `still`. Voxels move rigidly with the wall by their
-/// `fractions` of the displacement, given when the wall was still.
+/// The displacement of each voxel to the position of its content when the wall was at `still`. Voxels move rigidly with the wall by their `fractions`
+/// of the displacement, defined at `still`.
 fn rigid(still: &Pose, moved: &Pose, fractions: &[f32], grid: &VoxelGrid) -> Field {
     let ([nx, ny, nz], first) = (grid.shape(), grid.centre(0, 0, 0));
     let fraction = |at: &Point3<f64>| {

@@ -18,7 +18,7 @@ pub(crate) const VOXELS: &str = "voxels";
 #[cfg_attr(feature = "scene", serde(rename_all = "kebab-case"))]
 #[non_exhaustive]
 pub enum Rotation {
-    /// Step and shoot: the camera is at rest during a view and moves in no time.
+    /// Step and shoot: the camera is stationary during a view and moves instantaneously.
     StepAndShoot,
     /// Continuous rotation; the camera passes the angle of a view at the middle of its interval ([`ViewTime`](crate::ViewTime)).
     Continuous,

@@ -10,10 +10,10 @@ const HOUR: f64 = 3600.0;
 /// acquisition time) has the expected counts
 ///
 /// ```text
-/// sample x area of a bin (cm^2) x sensitivity x seconds that the view sees x decay
+/// sample x area of a bin (cm^2) x sensitivity x acquisition time of the view (s) x decay
 /// ```
 ///
-/// The sensitivity of a parallel-hole collimator in air does not depend on the distance. Seconds are [`ViewTime::window`]; a gate has its
+/// The sensitivity of a parallel-hole collimator in air does not depend on the distance. The acquisition time is [`ViewTime::window`]; a gate has its
 /// fraction of the view's time.
 #[doc(alias("calibration", "sensitivity"))]
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -23,7 +23,7 @@ impl SharedShapes {
                 return Ok(None);
             }
             for node in scan.linear_quadrature().view(0).nodes {
-                // All that there is to a point: another field would have to be equal, too.
+                // Exhaustive pattern: an additional field would have to be compared, too.
                 let Node {
                     gain,
                     breath: _,

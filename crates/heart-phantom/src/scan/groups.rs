@@ -7,7 +7,7 @@ use crate::error::PhantomError;
 use std::collections::BTreeSet;
 use std::ops::Range;
 
-/// Nodes of the quadrature in a group of views: some 50 MB.
+/// Nodes of the quadrature in a group of views: about 50 MB.
 pub(crate) const MOST_NODES: usize = 1 << 20;
 
 /// Views that are computed together.
@@ -17,7 +17,7 @@ pub(super) struct Group {
     pub(super) plans: Vec<Vec<Node>>,
 }
 
-/// Hands on the views in groups whose shapes, and nodes, fit into memory.
+/// Passes on the views in groups whose shapes and nodes fit into memory.
 pub(super) fn for_groups(
     sets: &[Scan<'_>],
     views: Range<usize>,

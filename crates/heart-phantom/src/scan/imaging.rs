@@ -42,7 +42,7 @@ pub(crate) struct Fixed {
     pub(crate) largest_line: f64,
 }
 
-/// The response of the detector, what a sample is of the image, and the resolutions of heart and surroundings with the error that remains.
+/// The response of the detector, the definition of a sample, and the resolutions of heart and surroundings with the error that remains.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct ImagingOptions {
     pub(crate) response: Collimator,
@@ -62,7 +62,7 @@ pub(crate) struct Imaging {
 }
 
 impl Imaging {
-    /// Interpolates the response in the depth of each view; `deep` if the heart changes the image of what is behind it.
+    /// Interpolates the response in the depth of each view; `deep` if the heart changes the image of the activity behind it.
     pub(crate) fn new(
         options: ImagingOptions,
         views: &[Facing],
@@ -95,7 +95,7 @@ impl Imaging {
         })
     }
 
-    /// Bound on the weights that are left out, relative to the largest line integral.
+    /// Bound on the omitted weights, relative to the largest line integral.
     pub(crate) fn tails(&self) -> f64 {
         match self.options.response.variance(f64::MAX) > 0.0 {
             true => TAILS,

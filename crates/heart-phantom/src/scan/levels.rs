@@ -19,9 +19,9 @@ pub(super) struct Stretch {
 /// The interpolation of views between levels.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Interpolation {
-    /// Of samples that depend on volume like the root of a distance, where rays touch a surface.
+    /// Piecewise linear, for samples that depend on volume like the root of a distance where rays touch a surface.
     Linear,
-    /// By the polynomial through all levels, of samples that a response makes smooth.
+    /// The polynomial through all levels, for samples that a response makes smooth.
     Polynomial,
 }
 
@@ -69,7 +69,7 @@ impl Scale {
 pub(super) struct Levels {
     pub(super) scale: Scale,
     interpolation: Interpolation,
-    /// Coordinates of the levels that are interpolated, ascending, an odd number; none if the height stays.
+    /// Coordinates of the levels that are interpolated, ascending, an odd number; none if the height is constant.
     graded: Vec<f64>,
     /// Heights at which a curve is constant for long, ascending; this time belongs to no other level.
     still: Vec<f64>,

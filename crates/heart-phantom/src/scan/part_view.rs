@@ -39,18 +39,18 @@ impl Scan<'_> {
         Ok(view.0.image(&self.assembly(heart)?, view.1, rows.clone()))
     }
 
-    /// The image of what surrounds the heart.
+    /// The image of the surroundings of the heart.
     pub(super) fn image_of_surroundings(&self, view: &PartView<'_>, rows: &Range<usize>) -> Image {
         view.0
             .image(&self.surroundings.alone(), view.1, rows.clone())
     }
 
-    /// Whether the surroundings of a view are the same at all times, and kept.
+    /// Whether the surroundings of a view are the same at all times and stored.
     pub(crate) fn keeps_surroundings(&self) -> bool {
         self.imaging.is_some() && self.camera.rotation() == Rotation::StepAndShoot
     }
 
-    /// The samples of what surrounds the heart.
+    /// The samples of the surroundings of the heart.
     pub(super) fn fixed<'b>(
         &self,
         imaging: &'b Imaging,

@@ -92,7 +92,7 @@ impl Scan<'_> {
         self.surroundings.with_heart(body, &activity, sectors)
     }
 
-    /// Whether there is anything active that is the same for all shapes of the heart.
+    /// Whether the surroundings contain activity that is the same for all shapes of the heart.
     pub(crate) fn has_surroundings(&self) -> bool {
         self.projected != Projected::Heart && self.surroundings.is_active()
     }

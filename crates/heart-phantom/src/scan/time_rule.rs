@@ -1,4 +1,4 @@
-//! The quadrature over time: averages over time as averages over volumes and respiratory fractions.
+//! The quadrature over time: time averages as averages over volumes and respiratory fractions.
 //!
 //! A view depends on time through the height h of the volume curve, the respiratory fraction r and, in continuous rotation, the angle. Between
 //! [`Levels`] `l_i` of h and `m_j` of r the view is interpolated in their coordinates ([`Scale`]), by products of piecewise linear functions or
@@ -10,7 +10,7 @@
 //!
 //! over the time of the view, from one crossing of a level to the next. Only the interpolation has an error, however short or frequent
 //! the features of a curve are. In continuous rotation the time is divided into arcs, in each of which a pair of levels is projected from
-//! the mean angle of its time there.
+//! its mean angle.
 //!
 //! Rays that touch the surface have a square root of time, so that the linear rule is of order 3/2: the error falls by 2.8 when the points
 //! double. Behind a response samples are analytic functions of the volume: the polynomial through Chebyshev points converges exponentially, and all
@@ -178,7 +178,7 @@ impl<'a> TimeRule<'a> {
         made
     }
 
-    /// Divides the spans into arcs of equal time; one arc for a camera at rest.
+    /// Divides the spans into arcs of equal time; one arc for a stationary camera.
     fn in_arcs(&self, spans: Vec<Span>, seconds: f64) -> Vec<Vec<Span>> {
         let (Rotation::Continuous, Some(first), Some(last)) =
             (self.camera.rotation(), spans.first(), spans.last())

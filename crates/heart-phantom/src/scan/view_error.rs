@@ -5,7 +5,7 @@ use super::nodes::Nodes;
 use revolve_voxel::RayCounters;
 use std::collections::BTreeSet;
 
-/// Where this many samples make up all of the difference between two time rules, it gives the error of the finer one to a factor of two.
+/// If the difference between two time rules consists of this many samples, it determines the error of the finer rule to a factor of two.
 const FEW: f64 = 5.0;
 /// The error of interpolation by a polynomial through all levels of volume, relative to the difference from that through every second one. Behind a
 /// response it falls exponentially.
@@ -30,7 +30,7 @@ pub struct ViewError {
     /// Scatter: four times the largest standard error of the photon histories, and an estimate of the interpolation between nodes and
     /// between views. It is statistical: of bins with that standard error, 6 in 100 000 have a larger random error.
     pub scatter: f64,
-    /// Weights that are left out or interpolated, and rounding of sums in single precision.
+    /// Omitted or interpolated weights, and rounding of sums in single precision.
     pub truncation: f64,
 }
 
@@ -122,7 +122,7 @@ impl Total {
         self.errors = self.errors.join(errors);
     }
 
-    /// The error relative to the largest sample; the errors of images and of left out weights are known beforehand.
+    /// The error relative to the largest sample; the errors of images and of omitted weights are known beforehand.
     pub(super) fn view_error(
         &self,
         interpolation: Interpolation,
@@ -134,7 +134,7 @@ impl Total {
         }
         let of = |error: f64| error / errors.largest;
         let volume = (self.volume / self.plans as f64).sqrt();
-        // Of one sample that is all of the difference 1, of n equal ones 1 / n.
+        // 1 if a single sample makes up the whole difference, 1 / n for n equal samples.
         let few = match errors.second > 0.0 {
             true => errors.fourth / errors.second.powi(2),
             false => 0.0,

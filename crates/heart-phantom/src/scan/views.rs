@@ -22,7 +22,7 @@ use std::ops::Range;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-/// A view of all sets under way.
+/// An unfinished view of all sets.
 struct View<'a> {
     view_idx: usize,
     plan: usize,
@@ -30,9 +30,9 @@ struct View<'a> {
     sets: Vec<Sums<'a>>,
 }
 
-/// A view of one set under way.
+/// An unfinished view of one set.
 struct Sums<'a> {
-    /// The even half of the rule; in the end the view.
+    /// The even half of the rule; at the end the complete view.
     even: &'a mut [f32],
     /// The odd half, if there is any.
     odd: Vec<f32>,
@@ -103,7 +103,7 @@ impl<'a> Scan<'a> {
                 let last = k + 1 == batches.len();
                 one.take_batch(&group, batch, &mut under_way, (&rows, last), &taken)?;
             }
-            // Summed in the order of the views, whatever thread computed them.
+            // Summed in the order of the views, independent of threads.
             for view in &under_way {
                 totals[0].rays = totals[0].rays + view.rays;
                 for (total, sums) in totals.iter_mut().zip(&view.sets) {
@@ -143,7 +143,7 @@ impl<'a> Scan<'a> {
         let gains = (0..group.plans.len()).flat_map(|plan| nodes(plan).iter().map(|n| n.gain));
         let distinct: BTreeSet<u64> = gains.map(f64::to_bits).collect();
         let gains: Vec<f64> = distinct.iter().map(|bits| f64::from_bits(*bits)).collect();
-        // All of them at once, in parallel; below they are only looked up.
+        // All shapes are solved at once, in parallel; below they are only looked up.
         let solved = self.heart.shapes(&gains)?;
         let shapes = Shapes {
             by_gain: distinct.into_iter().zip(&solved).collect(),
@@ -203,7 +203,7 @@ impl<'a> Scan<'a> {
         Ok(())
     }
 
-    /// Adds what surrounds the heart: it is the same for all shapes, and projected once for all nodes at the same angle.
+    /// Adds the surroundings of the heart; they are the same for all shapes and projected once for all nodes at the same angle.
     fn add_surroundings(
         &self,
         view: &mut View<'_>,
@@ -357,14 +357,14 @@ impl<'a> Sums<'a> {
 }
 
 impl View<'_> {
-    /// Adds what `project` adds, times its weight, to an image of lines; it is called once.
+    /// Adds the weighted result of `project` to an image of lines; `project` is called once.
     fn add_lines(
         &mut self,
         weights: &[(usize, [f64; 2])],
         project: impl FnOnce(f64, &mut [f32]) -> Result<RayCounters, PhantomError>,
     ) -> Result<(), PhantomError> {
         let rays = match *weights {
-            // Straight into the sum.
+            // Added to the sum without a buffer.
             [(set, weights @ ([_, 0.0] | [0.0, _]))] => {
                 let mut halves = self.sets[set].halves(weights);
                 match halves.next() {

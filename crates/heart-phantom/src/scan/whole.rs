@@ -9,17 +9,17 @@ use crate::{Camera, Cycle, Heart, HeartShape, Twist};
 use revolve_voxel::{Organs, Pose};
 use std::sync::Arc;
 
-/// What of an acquisition is projected.
+/// The projected part of an acquisition.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Projected {
     All,
-    /// What the heart adds to its surroundings.
+    /// The change by the heart relative to its surroundings.
     Heart,
-    /// What surrounds the heart, as if there were no heart.
+    /// The surroundings as if there were no heart.
     Surroundings,
 }
 
-/// An acquisition of which any part can be taken, each with the bits that it has in the whole.
+/// An acquisition of which any part can be computed, bitwise identical to the same part of the whole.
 #[derive(Clone)]
 pub(crate) struct Scan<'a> {
     pub(crate) heart: &'a Heart,
@@ -92,7 +92,7 @@ impl Scan<'_> {
         TimeRule::new(self.acquisition, self.cycle, self.camera)
     }
 
-    /// The same for what no response makes smooth: volumes, motion.
+    /// The quadrature for quantities that no response makes smooth: volumes, motion.
     pub(super) fn linear_quadrature(&self) -> TimeRule<'_> {
         TimeRule::new(self.acquisition.linear(), self.cycle, self.camera)
     }

@@ -20,7 +20,7 @@ use std::f64::consts::{LN_2, PI};
 /// Memory limit of the work arrays of a reconstruction in bytes: the most that [`Method::Auto`](radon::Method::Auto) needs, plus as much
 /// for 40 threads.
 pub(crate) const WORK_BYTES: usize = 320 << 20;
-/// Material coordinate of the side of the wall of a heart without balloons: two fifths of the way from base to apex.
+/// Material coordinate of the side of the wall of a heart of given membranes: two fifths of the way from base to apex.
 const SIDE: f64 = 0.2;
 
 /// Builds the objects of a validated scene; `rest` is a result of the validation.
@@ -108,7 +108,7 @@ pub(crate) struct Rest {
     /// Reference volume of the inner membrane: discretised for a range in mL, so that solved volumes equal given ones; else exact.
     /// the exact balloon.
     pub(crate) volume: f64,
-    /// The heart, if it was built for this volume.
+    /// The heart, if one was built for this volume.
     pub(crate) heart: Option<Heart>,
 }
 

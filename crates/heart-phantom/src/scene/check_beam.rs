@@ -1,4 +1,4 @@
-//! Validation of `camera.geometry`: rays that are not parallel, and what needs parallel rays.
+//! Validation of `camera.geometry`: non-parallel rays, and settings that require parallel rays.
 
 use super::beam::rays_of;
 use super::finding::{Check, spelled};
@@ -33,7 +33,7 @@ fn made(scene: &Scene) -> Result<Option<RayGeometry>, PhantomError> {
     rays_of(&scene.camera, camera.geometry().angles())
 }
 
-/// Finds what needs parallel rays, in a scene without.
+/// Finds settings that require parallel rays in a scene with other rays.
 pub(crate) fn needs_parallel(scene: &Scene, c: &mut Check) {
     let (camera, output) = (&scene.camera, &scene.output);
     if scene.collimator.is_some() {

@@ -78,7 +78,7 @@ mod tests {
     use crate::Phantom;
 
     #[test]
-    fn an_output_that_this_build_leaves_out_is_a_finding() {
+    fn an_output_missing_in_this_build_is_a_finding() {
         let finding = |change: &dyn Fn(&mut Output)| {
             let mut scene = Scene::default().with_size(8);
             change(&mut scene.output);

@@ -28,7 +28,7 @@ pub struct Finding {
     /// The value; empty if there is none.
     // tidy: allow string: the user's own text
     pub given: String,
-    /// What is allowed.
+    /// The allowed values.
     // tidy: allow string: ranges, lists and the parser's words
     pub wanted: String,
 }

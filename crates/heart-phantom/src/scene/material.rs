@@ -7,7 +7,7 @@ use crate::text::Number;
 pub(super) use file::EXPECTED;
 use membrane_forces::{MembraneError, PressureLaw, StrainEnergy};
 
-/// The material of the balloons.
+/// The material of both membranes.
 ///
 /// `"springs"`, or a [`StrainEnergy`] with its constants in kPa and its thickness in mm: `{ neo_hookean = { mu = 400.0, thickness = 0.5 } }`.
 ///
@@ -21,9 +21,9 @@ use membrane_forces::{MembraneError, PressureLaw, StrainEnergy};
 /// ```
 #[derive(Debug, Clone, PartialEq)]
 pub enum MaterialSettings {
-    /// The springs of the paper; each balloon has its own stiffness.
+    /// The springs of the paper; each membrane has its own stiffness.
     Springs,
-    /// Rubber, the same in both balloons.
+    /// Rubber, the same in both membranes.
     Rubber {
         /// Strain energy; moduli in kPa.
         energy: StrainEnergy,

@@ -50,7 +50,7 @@ impl Parts {
         matches!(self.scene.acquisition.accuracy, Accuracy::Tolerance(_))
     }
 
-    /// Returns the part of the tolerance for averages over bins; averages over time have what these leave.
+    /// Returns the part of the tolerance for averages over bins; time averages have the remainder.
     pub(crate) fn tolerance_of_bins(&self) -> f64 {
         match self.scene.acquisition.accuracy {
             Accuracy::Steps(_) => DEFAULT_TOLERANCE,

@@ -224,7 +224,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn fields_are_found_however_they_are_written() {
+    fn fields_are_located_in_any_notation() {
         let text = "members = 3\n[vary]\na.b = 1\n\"c.d\" = 2\n[[cases]]\nname = \"x\"\n[[cases]]\n name = \"y\"\n[vary.e]\nf = 3\n";
         for (field, line, is_there) in [
             ("members", 1, true),

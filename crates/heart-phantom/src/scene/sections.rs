@@ -11,7 +11,7 @@ use {
     serde::{Deserialize, Serialize},
 };
 
-/// `[heart]`: the two balloons and the solution method of their shapes.
+/// `[heart]`: endocardial and epicardial membrane, and the solution method of their shapes.
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "scene", derive(Serialize, Deserialize))]
 #[cfg_attr(feature = "scene", serde(deny_unknown_fields, default))]
@@ -22,7 +22,7 @@ pub struct HeartSettings {
     /// Epicardium; it contains the endocardium.
     #[cfg_attr(feature = "scene", serde(deserialize_with = "file::outer"))]
     pub outer: Balloon,
-    /// The material of both balloons.
+    /// The material of both membranes.
     pub material: MaterialSettings,
     /// The pressure law of springs. The load of rubber is always a pressure.
     pub law: PressureLaw,
@@ -60,7 +60,7 @@ pub enum DiscretisationSettings {
     Spectral {
         /// Polynomial degree of an element.
         degree: usize,
-        /// Elements on each smooth piece of the balloon.
+        /// Elements on each smooth piece of a membrane.
         per_piece: usize,
         /// Largest distance between body surface and membrane, cm.
         tolerance: f64,
@@ -76,7 +76,7 @@ pub struct CycleSettings {
     pub beats_per_minute: f64,
     /// Shape of the volume curve over a cycle.
     pub curve: VolumeCurve,
-    /// Range of the volume curve. Gains refer to the exact reference volume of the inner balloon, mL to the discretised one.
+    /// Range of the volume curve. Gains refer to the exact reference volume of the inner membrane, mL to the discretised one.
     pub volume: VolumeRange,
     /// Atrioventricular-plane displacement from end-diastole to end-systole, cm; the outer apex is fixed.
     pub av_plane_displacement: f64,
@@ -98,7 +98,7 @@ impl Default for CycleSettings {
 #[cfg_attr(feature = "scene", derive(Serialize, Deserialize))]
 #[cfg_attr(feature = "scene", serde(deny_unknown_fields, default))]
 pub struct PoseSettings {
-    /// Distance of the centre of rotation from the base along the axis, cm; `None` for the middle of the outer balloon.
+    /// Distance of the centre of rotation from the base along the axis, cm; `None` for the middle of the outer membrane.
     #[cfg_attr(feature = "scene", serde(skip_serializing_if = "Option::is_none"))]
     pub centre: Option<f64>,
     /// Rotation about x in degrees.
@@ -224,7 +224,7 @@ pub enum HolesSettings {
     },
 }
 
-/// `[scatter]`: photons that are scattered by water-equivalent media of the attenuation that the scene gives them.
+/// `[scatter]`: photons that are scattered in the attenuating media of the scene, which are treated as water-equivalent.
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "scene", derive(Serialize, Deserialize))]
 #[cfg_attr(feature = "scene", serde(deny_unknown_fields, default))]
@@ -330,7 +330,7 @@ pub struct CameraSettings {
     pub geometry: BeamSettings,
     /// Motion between views: step and shoot or continuous.
     pub rotation: Rotation,
-    /// Seconds between the starts of consecutive views; step and shoot moves in no time.
+    /// Seconds between the starts of consecutive views; step and shoot moves instantaneously.
     pub seconds_per_view: f64,
     /// Distance of the collimator face from the axis in each view, used by `[collimator]` and written to files.
     pub radius: Orbit,
@@ -459,7 +459,7 @@ mod file {
     use crate::Balloon;
     use serde::{Deserialize, Deserializer};
 
-    /// A balloon in a file. Absent fields take the values of the study, which differ between the two balloons.
+    /// A membrane in a file. Absent fields take the values of the study, which differ between the two membranes.
     #[derive(Deserialize)]
     #[serde(deny_unknown_fields)]
     struct PartOfBalloon {

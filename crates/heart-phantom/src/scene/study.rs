@@ -37,7 +37,7 @@ use serde::{Deserialize, Serialize};
 #[cfg_attr(feature = "scene", derive(Serialize, Deserialize))]
 #[cfg_attr(feature = "scene", serde(deny_unknown_fields, default))]
 pub struct Scene {
-    /// The two balloons.
+    /// The two membranes.
     pub heart: HeartSettings,
     /// Heart rate and volume curve.
     pub cycle: CycleSettings,
@@ -95,7 +95,7 @@ pub struct Scene {
     pub reconstruction: ReconstructionSettings,
     /// Voxelised ground truth.
     pub truth: TruthSettings,
-    /// What `heart-phantom run` writes.
+    /// The output of `heart-phantom run`.
     pub output: Output,
 }
 

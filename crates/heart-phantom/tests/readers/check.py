@@ -1,13 +1,13 @@
-"""Reads what `tests/suite/files.rs` wrote with readers that share no code with the writers.
+"""Reads the files of `tests/suite/files.rs` with readers that share no code with the writers.
 
     pip install -r requirements.txt
-    python3 check.py FOLDER          (FOLDER holds scene.json and the files it lists)
+    python3 check.py FOLDER          (FOLDER contains scene.json and the files that it lists)
 
-Every voxel of the volume has a value of its own, a linear function of its place in the lab (cm): each reader says where
-it puts each voxel, and that place has to have that value. No flip, shift, swapped axis or other unit passes.
-SIMIND's Interfile is read by the parsers of PyTomography, if it is installed (by itself: neither torch nor anything else that
-it wants is needed), and both kinds by xmedcon, if there is `medcon`. Of STIR's, whose reader is a C++ library, the keys are read by
-hand, by its rules, besides.
+Every voxel of the volume has a distinct value, a linear function of its position in the lab (cm). At the position that a
+reader assigns to a voxel, the value must agree. Any flip, shift, exchange of axes or other unit is detected.
+SIMIND's Interfile is read by the parsers of PyTomography, if it is installed (alone: torch and its other dependencies
+are not needed), and both kinds by xmedcon, if there is `medcon`. The keys of STIR's, whose reader is a C++ library, are
+also read here by its rules.
 """
 
 import importlib.util
@@ -104,7 +104,7 @@ def stir_places(path):
 
 
 def pytomography():
-    """PyTomography's modules for SIMIND's files and for DICOM, with stand-ins for what it imports and the parsers do not need; None without it."""
+    """PyTomography's modules for SIMIND's files and for DICOM, with stubs for imports that the parsers do not need; None without it."""
     found = importlib.util.find_spec("pytomography")
     if found is None:
         return None
@@ -198,20 +198,20 @@ MEDCON = shutil.which("medcon")
 
 
 def by_medcon(path):
-    """The image that xmedcon makes of an Interfile, as nibabel and SimpleITK read it, and what it takes its geometry for, as DICOM."""
+    """The image that xmedcon makes of an Interfile, as nibabel and SimpleITK read it, and its interpretation of the geometry, as DICOM."""
     with tempfile.TemporaryDirectory() as out:
         base = pathlib.Path(out) / "out"
         command = [MEDCON, "-s", "-w", "-n", "-f", path.name, "-c", "nifti", "dicom", "-o", str(base)]
         subprocess.run(command, cwd=path.parent, check=True, capture_output=True, stdin=subprocess.DEVNULL)
         image = nibabel.load(base.with_suffix(".nii"))
         samples = np.asanyarray(image.dataobj).copy()
-        # Itself a test of xmedcon: whoever reads its file, the samples are those.
+        # Also a test of xmedcon: all readers of its file give the same samples.
         np.testing.assert_array_equal(sitk.GetArrayFromImage(sitk.ReadImage(str(base.with_suffix(".nii")))).T, samples)
         return samples, np.array(image.header.get_zooms()), pydicom.dcmread(base.with_suffix(".dcm"))
 
 
 def medcon_places(path, entry):
-    """It keeps no place: centred; the first slice is the one towards the head."""
+    """It stores no position: centred; the first slice is the one towards the head."""
     samples, step, _ = by_medcon(path)
     assert samples.shape == tuple(SHAPE)
     if entry["format"] == "interfile-simind":
@@ -231,7 +231,7 @@ def check_medcon_stack(path, header, samples, pitch):
     start = 180 - float(header["start angle"])
     assert abs((float(rotation.StartAngle) - start + 180) % 360 - 180) < 1e-3
     assert rotation.RotationDirection == {"CW": "CW", "CCW": "CC"}[header["direction of rotation"]]
-    if "radius" in header:  # it knows of no others
+    if "radius" in header:  # it supports no others
         assert float(rotation.RadialPosition) == float(header["radius"])  # mm
     assert rotation.NumberOfFramesInRotation == len(samples)
 
@@ -278,7 +278,7 @@ READERS = {
 
 
 def check_field(entry, path):
-    """Vectors, linear in the place in the lab: 3 x 3 numbers and an offset. Who knows a world has them along its axes, in mm."""
+    """Vectors, linear in the position in the lab: 3 x 3 numbers and an offset. Formats with a world frame have them along its axes, in mm."""
     lab = entry["origin"] + indices() * SPACING
     expected = lab @ np.array(entry["gradient"]).T + entry["offset"]
     vectors = entry["of"] != "Components"
@@ -320,7 +320,7 @@ def check_field(entry, path):
         return
     image = sitk.ReadImage(str(path))
     assert image.GetNumberOfComponentsPerPixel() == 3 and image.GetSize() == tuple(int(n) for n in SHAPE)
-    # ITK turns displacements of NIfTI into its own world, LPS, and leaves any other vector as it is.
+    # ITK converts displacements of NIfTI to its own world, LPS, and leaves any other vector unchanged.
     turned = entry["of"] == "Displacement" or not entry["format"].startswith("nifti")
     close(sitk.GetArrayFromImage(image), lps if turned else ras)
     first = image.TransformIndexToPhysicalPoint((0, 0, 0))
@@ -336,7 +336,7 @@ def check_stack(entry, path):
         np.degrees(angles)[:, None, None] + scene["seen"][0] * s + scene["seen"][1] * z[:, None]
     )
     shape = (len(angles), rows, bins)
-    radii = np.array(entry["radii"] or scene["radius"])  # cm, of a view each or of all
+    radii = np.array(entry["radii"] or scene["radius"])  # cm, per view or for all views
     if entry["format"] == "npy":
         samples = np.load(path)
     elif entry["format"] == "npz":
@@ -372,14 +372,14 @@ def check_stack(entry, path):
         if not np.ndim(radii):
             assert float(header["radius"]) == 10 * radii
         elif entry["format"] == "interfile-stir":
-            # As its parser takes a list of numbers: in braces, with commas, a view each.
+            # The format of lists of its parser: in braces, with commas, one number per view.
             assert header["orbit"] == "non-circular" and header["radii"][0] + header["radii"][-1] == "{}"
             np.testing.assert_allclose([float(r) for r in header["radii"][1:-1].split(",")], 10 * radii)
         if MEDCON:
             check_medcon_stack(path, header, samples.reshape(shape), pitch)
         samples = samples.reshape(shape)[:, ::-1]  # rows from head to feet
         if entry["format"] == "interfile-simind":
-            samples = samples[:, :, ::-1]  # as a camera in front of the patient shows them
+            samples = samples[:, :, ::-1]  # as displayed by a camera in front of the patient
             if PYTOMOGRAPHY:
                 for version in (path,) if np.ndim(radii) else (path, of_an_older_version(path)):
                     check_pytomography_stack(version, expected, angles, pitch, radii)
@@ -425,7 +425,7 @@ def check_beat(entry, path):
 
 
 def asked(program, path):
-    """What a program of the Debian packages dicom3tools and dcmtk says of a file; nothing without it."""
+    """Output of a program of the Debian packages dicom3tools and dcmtk on a file; nothing without it."""
     if shutil.which(program) is None:
         return ""
     ended = subprocess.run([program, str(path)], capture_output=True, text=True)
@@ -475,7 +475,7 @@ def check_dicom_views(entry, path):
             np.swapaxes(seen[:, view, ::way], 1, 2), expected[:, ours], atol=0.51 * factor
         )
     volume, projections = PYTOMOGRAPHY_DICOM.get_metadata(str(path))
-    # It takes the spacing down a picture for that across: right for square pixels.
+    # It uses the vertical spacing of an image as the horizontal one: correct for square pixels.
     np.testing.assert_allclose(projections.fields[1], pitch[::-1])
     np.testing.assert_allclose(volume.affine_matrix[:2, 3], 10 * s[0])
     assert projections.fields[0] == (bins, rows)
@@ -487,7 +487,7 @@ def check_dicom_volume(entry, path):
     dataset = pydicom.dcmread(path)
     factor = float(dataset.RescaleSlope)
     np.testing.assert_allclose(factor * dataset.pixel_array, expected, atol=0.51 * factor)
-    image = sitk.ReadImage(str(path))  # applies the factor; gates are more slices to it
+    image = sitk.ReadImage(str(path))  # applies the factor; reads gates as additional slices
     np.testing.assert_allclose(sitk.GetArrayFromImage(image), expected, atol=0.51 * factor)
     np.testing.assert_allclose(image.GetOrigin(), 10 * np.array(entry["origin"]), atol=1e-6)
     np.testing.assert_allclose(image.GetSpacing(), 10 * SPACING, rtol=1e-9)
@@ -530,7 +530,7 @@ for entry in scene["dicom"]:
     check_dicom(entry)
 for reader, there in (("PyTomography", PYTOMOGRAPHY), ("medcon", MEDCON)):
     if not there:
-        print(f"without {reader}: what it makes of projections is not checked")
+        print(f"without {reader}: its reading of projections is not checked")
 for program in ("dciodvfy", "dcmdump"):
     if not shutil.which(program):
         print(f"without {program}")

@@ -5,7 +5,7 @@
     python3 rtk.py FOLDER
 
 RTK projects a ball along the geometry of the file, which must be the chords of the ball along the lines of the vectors. The wall of the
-reconstructed still heart must have its activity, 1, to one per cent, and the centroid that the example prints, to 0.2 voxel.
+reconstructed static heart must have its activity, 1, to one per cent, and the centroid that the example prints, to 0.2 voxel.
 """
 
 import pathlib
@@ -68,7 +68,7 @@ for k, v in enumerate(vectors):
 print(f"rtk: squared chords of a ball differ by {worst:.1e} of the largest one")
 assert worst < 1e-5
 
-# FDK of the still heart, 1.5 mm voxels.
+# FDK of the static heart, 1.5 mm voxels.
 size, spacing = 128, 1.5
 volume = rtk.ConstantImageSource[Image].New()
 volume.SetSize([size] * 3)

@@ -38,7 +38,7 @@ fn wall_volume(phantom: &Phantom) -> f64 {
 }
 
 #[test]
-fn every_view_of_every_acquisition_holds_the_wall_volume() {
+fn every_view_of_every_acquisition_contains_the_wall_volume() {
     for mode in [
         Mode::Static { phase: 0.3 },
         Mode::Instants,
@@ -78,7 +78,7 @@ fn phases_are_solved_once_and_mirrored_phases_share_a_shape() {
 }
 
 #[test]
-fn a_heart_that_does_not_beat_looks_the_same_in_all_acquisitions() {
+fn a_static_heart_has_the_same_projections_in_all_acquisitions() {
     let mut scene = scene(Mode::Static { phase: 0.0 }, 4);
     scene.cycle.volume = VolumeRange::Gain(0.0);
     let phantom = Phantom::new(scene.clone()).unwrap();
@@ -98,7 +98,7 @@ fn a_heart_that_does_not_beat_looks_the_same_in_all_acquisitions() {
 }
 
 #[test]
-fn the_average_over_a_cycle_is_the_mean_of_static_scans() {
+fn the_average_over_a_cycle_equals_that_of_static_scans() {
     let long = views(&phantom(Mode::WholeCycle, 8), 0);
     let mut mean = vec![0.0f64; long.samples.len()];
     for j in 0..8 {
@@ -126,7 +126,7 @@ fn the_quadrature_error_falls_and_bounds_the_next() {
 }
 
 #[test]
-fn same_bits_for_any_number_of_threads() {
+fn results_are_bitwise_independent_of_threads() {
     let run = |threads| {
         let pool = rayon::ThreadPoolBuilder::new()
             .num_threads(threads)
@@ -143,7 +143,7 @@ fn same_bits_for_any_number_of_threads() {
 }
 
 #[test]
-fn truth_holds_the_wall_volume_and_measures_itself_as_perfect() {
+fn ground_truth_contains_the_wall_volume_and_has_no_error_against_itself() {
     for mode in [Mode::Static { phase: 0.0 }, Mode::WholeCycle] {
         let mut scene = scene(mode, 4).with_size(96);
         scene.heart.discretisation = DiscretisationSettings::Differences { nodes: 201 };
@@ -169,7 +169,7 @@ fn truth_holds_the_wall_volume_and_measures_itself_as_perfect() {
 }
 
 #[test]
-fn bad_input_is_refused_with_its_numbers() {
+fn bad_input_is_rejected_with_its_values() {
     let heart = Heart::study(101).unwrap();
     let camera = Camera::new(2, 8, 16.0).unwrap();
     for bad in [f64::NAN, f64::INFINITY, -1.0] {
@@ -251,7 +251,7 @@ fn bad_input_is_refused_with_its_numbers() {
 }
 
 #[test]
-fn the_gates_together_are_the_whole_cycle() {
+fn the_average_of_all_gates_is_the_whole_cycle() {
     let (gates, steps) = (4, 16);
     let whole = phantom(Mode::WholeCycle, steps);
     let gated = scene(Mode::Gated { gates }, steps);
@@ -274,7 +274,7 @@ fn the_gates_together_are_the_whole_cycle() {
 }
 
 #[test]
-fn an_exposure_is_made_of_its_beats() {
+fn an_exposure_is_the_average_over_its_beats() {
     let period = 60.0 / 65.0;
     let every = |interval: f64, mode| {
         let mut scene = scene(mode, 8);
@@ -295,7 +295,7 @@ fn an_exposure_is_made_of_its_beats() {
 }
 
 #[test]
-fn a_turning_camera_averages_over_the_angles_that_it_passes() {
+fn continuous_rotation_averages_over_angles() {
     let with = |mode, views: usize, start: f64, (rotation, seconds_per_view)| {
         let mut scene = scene(mode, 8);
         scene.camera = CameraSettings {
@@ -342,7 +342,7 @@ fn a_turning_camera_averages_over_the_angles_that_it_passes() {
 }
 
 #[test]
-fn a_total_stays_and_a_concentration_grows_with_the_cavity() {
+fn a_total_is_conserved_and_a_concentration_scales_with_the_cavity() {
     let pixel = (16.0 / SIZE as f64).powi(2);
     let total = |cavity, phase| {
         let mut scene = scene(Mode::Static { phase }, 8);

@@ -60,13 +60,13 @@ fn distance(a: &[f32], b: &[f64]) -> f64 {
 }
 
 #[test]
-fn averages_of_a_cylinder_are_those_of_its_chord() {
+fn averages_of_a_cylinder_equal_those_of_its_chord() {
     averages_of_a_cylinder([0.4, -0.2], [5.3, 3.1]);
 }
 
 /// The silhouettes are in the first and in the last bin.
 #[test]
-fn averages_at_the_ends_of_the_rows_are_those_of_the_chord() {
+fn averages_at_the_ends_of_the_rows_equal_those_of_the_chord() {
     averages_of_a_cylinder([0.0; 2], [7.7; 2]);
 }
 
@@ -107,7 +107,7 @@ fn averages_of_a_cylinder(centre: [f64; 2], axes: [f64; 2]) {
 }
 
 #[test]
-fn all_of_a_ball_is_in_its_bins() {
+fn bin_averages_preserve_the_integral_of_a_ball() {
     let shape = OrganShapeSettings::Ellipsoid {
         centre: [1.1, -0.7, 0.3],
         semi_axes: [2.1; 3],
@@ -187,7 +187,7 @@ fn by_definition(
 }
 
 #[test]
-fn samples_are_what_their_definition_says() {
+fn samples_agree_with_their_definition() {
     let mut near = scene();
     near.camera.pitch = [0.64; 2];
     near.collimator = Some(collimator());
@@ -270,7 +270,7 @@ fn from_finer(scene: &Scene, times: usize, tolerance: f64) -> Vec<f64> {
 
 /// Without sub-bins these errors are 1 to 17 per cent of the largest sample.
 #[test]
-fn samples_are_those_of_finer_bins() {
+fn samples_equal_averages_of_finer_bins() {
     let clinical = |text: &str, views: usize| {
         let mut scene = Scene::from_toml(text).unwrap();
         scene.noise = None;
@@ -312,7 +312,7 @@ fn samples_are_those_of_finer_bins() {
 }
 
 #[test]
-fn parts_of_views_have_the_bits_of_the_whole() {
+fn parts_of_views_are_bitwise_identical_to_the_whole() {
     let mut through = scene();
     through.collimator = Some(collimator());
     through.acquisition.mode = Mode::WholeCycle;
@@ -340,7 +340,7 @@ fn parts_of_views_have_the_bits_of_the_whole() {
 }
 
 #[test]
-fn samples_are_averages_behind_a_blur_and_lines_without() {
+fn samples_are_bin_averages_with_blur_and_line_integrals_without() {
     let mut plain = scene();
     plain.camera.samples = None;
     let mut blurred = plain.clone();

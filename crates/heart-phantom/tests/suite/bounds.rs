@@ -68,7 +68,7 @@ fn a_response_may_be_far_wider_than_the_bins() {
 /// 2^31 voxels and as many samples, of which a run needs several copies.
 #[cfg(target_os = "linux")]
 #[test]
-fn more_memory_than_there_is_is_an_error_before_any_view() {
+fn insufficient_memory_is_an_error_before_any_view() {
     let mut scene = Scene::default().with_size(1290);
     scene.camera.views = 1;
     scene = scene.with_mode(Mode::Gated { gates: 64 });

@@ -63,7 +63,7 @@ fn moments(view: &[f32]) -> [f64; 5] {
 /// Sum, centroid and variances of a view against the closed forms of the wall: the variance of an image is that of the wall plus the mean of
 /// the response's.
 #[test]
-fn moments_are_those_of_the_wall_and_of_the_depths() {
+fn moments_agree_with_those_of_the_wall_and_the_response() {
     let phantom = through(response(), 5e-5);
     let shape = phantom.shape(0.3).unwrap();
     let (wall, pose) = (
@@ -123,7 +123,7 @@ fn views_converge_with_the_tolerance() {
 }
 
 #[test]
-fn without_width_the_bits_are_those_of_lines() {
+fn a_response_without_width_is_bitwise_identical_to_line_integrals() {
     let lines = Phantom::new(scene()).unwrap();
     let none = through(Collimator::default(), 1e-4);
     assert!(lines.view(0, 3).unwrap() == none.view(0, 3).unwrap());
@@ -131,7 +131,7 @@ fn without_width_the_bits_are_those_of_lines() {
 }
 
 #[test]
-fn without_coefficients_the_bits_are_those_of_lines() {
+fn zero_attenuation_is_bitwise_identical_to_none() {
     for medium in [
         Medium::Heart,
         Medium::Torso {
@@ -151,7 +151,7 @@ fn without_coefficients_the_bits_are_those_of_lines() {
 }
 
 #[test]
-fn parts_have_the_bits_of_the_whole() {
+fn parts_are_bitwise_identical_to_the_whole() {
     let mut scene = scene().with_size(48);
     scene.acquisition.mode = Mode::WholeCycle;
     scene.collimator = Some(CollimatorSettings {
@@ -170,7 +170,7 @@ fn parts_have_the_bits_of_the_whole() {
 }
 
 #[test]
-fn a_collimator_that_cannot_be_is_refused() {
+fn an_invalid_collimator_is_rejected() {
     let refused = |text: &str| match Scene::from_toml(text) {
         Err(PhantomError::Scene(error)) => error.first().field.clone(),
         other => panic!("{text}: {other:?}"),
@@ -252,7 +252,7 @@ fn the_response_of_holes_has_a_name() {
 /// The wall is outer minus inner membrane. After attenuation, division into slabs and blur, rounding left -1e-26 where the activity is
 /// zero, which the noise rejected.
 #[test]
-fn no_sample_is_below_nothing_and_noise_takes_them_all() {
+fn no_sample_is_negative_and_noise_accepts_all_samples() {
     let mut scene = scene().with_size(64);
     (scene.camera.views, scene.camera.radius) = (16, Orbit::Circle(25.0));
     scene.attenuation = Some(Attenuation {

@@ -26,7 +26,7 @@ fn breathing(shift: [f64; 3], gates: usize) -> Scene {
 
 /// In f64, from the chords of the body: displaced by three rows and, at 0 and 90 degrees, by two bins and one bin.
 #[test]
-fn whole_bins_and_rows_are_taken_back_to_rounding() {
+fn shifts_by_whole_bins_and_rows_are_compensated_to_rounding() {
     let phantom = Phantom::new(still()).unwrap();
     let camera = phantom.camera();
     let (n, pitch) = (camera.n_bins(), camera.pitch());
@@ -65,7 +65,7 @@ fn whole_bins_and_rows_are_taken_back_to_rounding() {
         }
         let most = exact.iter().copied().fold(0.0, f64::max);
         let apart = exact.iter().zip(&back).map(|(a, b)| (a - b).abs());
-        // A chord is a square root near the edge of the body: where it is nearly zero it has half the digits.
+        // Near the edge of the body a chord is a square root, with half of the digits where it is nearly zero.
         let square: f64 = apart.map(|d| d * d).sum();
         assert!(
             (square / exact.len() as f64).sqrt() < 1e-12 * most,
@@ -96,7 +96,7 @@ fn whole_bins_and_rows_are_taken_back_to_rounding() {
 }
 
 #[test]
-fn a_breathing_heart_comes_out_as_the_still_one_to_the_interpolation() {
+fn compensated_respiration_equals_the_static_heart_up_to_interpolation() {
     let still = Phantom::new(still()).unwrap();
     let sharp = still.sinograms(0, &|_| ()).unwrap().samples;
     let expected = still.reconstruct(0, &sharp).unwrap();
@@ -141,7 +141,7 @@ fn a_breathing_heart_comes_out_as_the_still_one_to_the_interpolation() {
 }
 
 #[test]
-fn a_breath_that_turns_is_refused() {
+fn respiratory_rotation_is_rejected() {
     let mut scene = breathing([0.0; 3], 2);
     scene.breathing.as_mut().unwrap().rotation_degrees = [5.0, 0.0, 0.0];
     let refused = Phantom::new(scene)

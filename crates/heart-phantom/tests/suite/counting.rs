@@ -30,7 +30,7 @@ fn factors(scene: Scene, gate: usize) -> Vec<f64> {
 
 /// The counts of a view correspond to the total activity: the sum of the samples is the volume integral, by the midpoint rule.
 #[test]
-fn counts_of_a_heart_are_those_of_its_activity() {
+fn counts_of_a_heart_agree_with_its_activity() {
     let total = 37.0; // MBq
     let off = |size: usize| {
         let mut scene = scene(Mode::Static { phase: 0.5 }, Decay::None).with_size(size);
@@ -49,13 +49,13 @@ fn counts_of_a_heart_are_those_of_its_activity() {
             .fold(0.0, f64::max)
     };
     let [coarse, fine] = [32, 128].map(off);
-    // A chord begins as the root of the distance from the edge: the midpoint rule is of order 3/2, a factor of 8 from bins of 0.5 cm,
+    // Near the edge a chord is the root of the distance from it: the midpoint rule is of order 3/2, a factor of 8 from bins of 0.5 cm,
     // half as wide as the wall is thick, to 0.125 cm.
     assert!(coarse < 3e-2 && fine < coarse / 8.0, "{coarse} {fine}");
 }
 
 #[test]
-fn a_view_counts_for_the_time_that_it_sees() {
+fn counts_scale_with_the_acquisition_time() {
     let area = (16.0f64 / 48.0).powi(2);
     let all = area * SENSITIVITY * SECONDS;
     let near = |found: f64, expected: f64| assert!((found / expected - 1.0).abs() < 1e-12);
@@ -94,9 +94,9 @@ fn a_view_counts_for_the_time_that_it_sees() {
 
 /// The average of 2^(-t / h) over the time of view k against sums over many instants.
 #[test]
-fn decay_is_the_mean_over_the_time_of_a_view() {
+fn decay_is_averaged_over_the_time_of_a_view() {
     let mean = |from: f64, seconds: f64, half_life: f64| {
-        // Simpson's rule, far finer than 1e-12 over a fraction of a half-life.
+        // Simpson's rule, much more accurate than 1e-12 over a fraction of a half-life.
         let n = 2000;
         let at = |k: usize| (-LN_2 * (from + seconds * k as f64 / n as f64) / half_life).exp();
         let inner: f64 = (1..n).map(|k| at(k) * [2.0, 4.0][k % 2]).sum();
@@ -177,7 +177,7 @@ fn expected_counts_are_counted() {
 }
 
 #[test]
-fn noise_of_a_part_is_that_of_the_whole() {
+fn noise_of_a_part_is_identical_to_that_of_the_whole() {
     let noise = Noise {
         counts: Counts::Expected,
         seed: 3,
@@ -191,7 +191,7 @@ fn noise_of_a_part_is_that_of_the_whole() {
 }
 
 #[test]
-fn the_report_and_the_headers_tell_the_factor() {
+fn the_report_and_the_headers_contain_the_counts_per_unit() {
     use heart_phantom::files::Format;
     let folder = tempfile::tempdir().unwrap();
     let written = |decay: Decay, format: Format, name: &str| {
@@ -249,7 +249,7 @@ fn the_report_and_the_headers_tell_the_factor() {
 
 /// Scenes without the section have unchanged results.
 #[test]
-fn nothing_is_told_of_a_camera_that_is_not_known() {
+fn an_unknown_sensitivity_is_not_reported() {
     let folder = tempfile::tempdir().unwrap();
     let mut plain = scene(Mode::WholeCycle, Decay::None);
     plain.counting = None;
@@ -267,7 +267,7 @@ fn nothing_is_told_of_a_camera_that_is_not_known() {
 }
 
 #[test]
-fn cameras_without_sense_are_refused() {
+fn invalid_sensitivities_are_rejected() {
     let refused = |decay: Decay, mode: Mode| match Phantom::new(scene(mode, decay)) {
         Err(PhantomError::Scene(error)) => error,
         other => panic!("{other:?}"),

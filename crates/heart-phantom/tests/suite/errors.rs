@@ -50,7 +50,7 @@ fn with_causes() -> Vec<PhantomError> {
 }
 
 #[test]
-fn no_message_has_that_of_its_cause() {
+fn no_message_repeats_its_cause() {
     for error in with_causes() {
         let said = chain(&error);
         assert_eq!(said.len(), 2, "{said:?}");
@@ -60,7 +60,7 @@ fn no_message_has_that_of_its_cause() {
 }
 
 #[test]
-fn a_chain_tells_what_failed_and_why() {
+fn an_error_chain_contains_failure_and_cause() {
     let said = chain(&Scene::load(Path::new("no such folder/a.toml")).unwrap_err()).join(": ");
     let why = io::Error::from_raw_os_error(2);
     assert_eq!(said, format!("cannot read no such folder/a.toml: {why}"));
@@ -81,7 +81,7 @@ fn a_chain_tells_what_failed_and_why() {
 }
 
 #[test]
-fn balloons_that_make_no_heart_are_told_apart() {
+fn invalid_pairs_of_balloons_have_distinct_errors() {
     let heart = |inner, outer, nodes| {
         let pose = Pose::axis_along_z(5.0).unwrap();
         Heart::new(inner, outer, nodes, pose)

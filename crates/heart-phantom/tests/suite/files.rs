@@ -62,7 +62,7 @@ fn entries(folder: &Path) -> usize {
 }
 
 #[test]
-fn every_sample_is_where_it_was_in_every_format() {
+fn every_sample_keeps_its_position_in_every_format() {
     let folder = tempfile::tempdir().unwrap();
     for format in plain() {
         let grid = grid(format);
@@ -85,7 +85,7 @@ fn every_sample_is_where_it_was_in_every_format() {
 }
 
 #[test]
-fn labels_of_8_and_16_bits_come_back_exactly() {
+fn labels_of_8_and_16_bits_are_restored_exactly() {
     let folder = tempfile::tempdir().unwrap();
     for format in plain() {
         let grid = grid(format);
@@ -341,7 +341,7 @@ mod readers;
 
 /// Ninety views of two degrees are 180 degrees, and 0.7 cm are 7 mm.
 #[test]
-fn headers_have_no_digits_of_rounding() {
+fn headers_contain_no_rounding_digits() {
     let folder = tempfile::tempdir().unwrap();
     let angles: Vec<f64> = (0..90)
         .map(|k| f64::from(k) * std::f64::consts::PI / 90.0)

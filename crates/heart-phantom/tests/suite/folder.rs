@@ -16,9 +16,9 @@ fn clear(folder: &Path) -> Result<(), PhantomError> {
     Folder::lock(folder).unwrap().clear(&[])
 }
 
-/// A manipulated report, to have other files removed.
+/// A report that lists other files for removal.
 #[test]
-fn a_tampered_report_removes_nothing_else() {
+fn a_manipulated_report_removes_no_other_files() {
     let outside = tempfile::tempdir().unwrap();
     let folder = outside.path().join("out");
     fs::create_dir_all(folder.join("sub")).unwrap();
@@ -86,7 +86,7 @@ fn a_tampered_report_removes_nothing_else() {
 
 /// Files other than our reports are kept, and so are the files that they list.
 #[test]
-fn something_else_of_that_name_is_refused() {
+fn foreign_reports_are_rejected() {
     let folder = tempfile::tempdir().unwrap();
     let (report, file) = (folder.path().join(REPORT), folder.path().join("truth.npy"));
     fs::write(&file, "x").unwrap();
@@ -134,7 +134,7 @@ fn something_else_of_that_name_is_refused() {
 /// A pipe without a writer: opening it blocks.
 #[cfg(unix)]
 #[test]
-fn a_pipe_is_not_waited_for() {
+fn a_pipe_does_not_block() {
     let folder = tempfile::tempdir().unwrap();
     let pipe = folder.path().join(REPORT);
     let made = std::process::Command::new("mkfifo").arg(&pipe).status();
@@ -148,7 +148,7 @@ fn a_pipe_is_not_waited_for() {
 }
 
 #[test]
-fn what_a_report_lists_is_not_written_beside_it() {
+fn files_listed_in_a_report_are_not_overwritten() {
     let folder = tempfile::tempdir().unwrap();
     let names = ["activity.npy", "labels.npy"].map(PathBuf::from);
     assert!(check_unlisted(folder.path(), &names).is_ok());
@@ -161,7 +161,7 @@ fn what_a_report_lists_is_not_written_beside_it() {
 }
 
 #[test]
-fn failure_leaves_the_old_file_and_no_litter() {
+fn failure_keeps_the_old_file_and_leaves_no_temporary_file() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("a.txt");
     fs::write(&path, "old").unwrap();
@@ -177,7 +177,7 @@ fn failure_leaves_the_old_file_and_no_litter() {
 /// Links to a foreign file under every name of a temporary file for a while, and under the last one.
 #[cfg(unix)]
 #[test]
-fn no_link_is_written_through() {
+fn links_are_not_followed_by_writes() {
     let folder = tempfile::tempdir().unwrap();
     let [path, other] = ["a.txt", "other"].map(|name| folder.path().join(name));
     fs::write(&other, "not ours").unwrap();

@@ -44,7 +44,7 @@ fn differences(scene: &Scene) -> [f32; 2] {
 }
 
 #[test]
-fn gates_together_are_those_taken_by_themselves() {
+fn gates_computed_together_equal_separate_gates() {
     let defect = Defect {
         layers: [0.0, 0.6],
         s: [0.2, 0.4],
@@ -74,7 +74,7 @@ fn gates_together_are_those_taken_by_themselves() {
 }
 
 #[test]
-fn what_shares_no_shape_has_its_own_bits() {
+fn gates_without_common_shapes_are_bitwise_identical_to_separate_gates() {
     let mut turning = scene();
     turning.camera.rotation = Rotation::Continuous;
     turning.camera.seconds_per_view = 10.0;
@@ -90,7 +90,7 @@ fn what_shares_no_shape_has_its_own_bits() {
 }
 
 #[test]
-fn a_shape_that_gates_share_is_looked_at_once() {
+fn a_shape_that_gates_share_is_projected_once() {
     let work = |together: bool| {
         let phantom = Phantom::new(scene()).unwrap();
         if together {
@@ -114,7 +114,7 @@ fn a_shape_that_gates_share_is_looked_at_once() {
 }
 
 #[test]
-fn threads_change_no_bit_of_gates_together() {
+fn gates_computed_together_are_bitwise_independent_of_threads() {
     let of = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new()
             .num_threads(threads)
@@ -132,7 +132,7 @@ fn threads_change_no_bit_of_gates_together() {
 }
 
 #[test]
-fn memory_that_was_used_changes_no_bit_and_has_to_fit() {
+fn reused_buffers_give_bitwise_identical_results_and_must_have_the_length() {
     let mut around = scene();
     around.background = Some(Background {
         concentration: 0.3,

@@ -32,7 +32,7 @@ fn phantom() -> Phantom {
 }
 
 #[test]
-fn a_folder_that_is_held_is_written_to_by_nobody_else() {
+fn a_locked_directory_has_one_writer() {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("new/out");
     let held = Folder::lock(&out).unwrap();
@@ -50,7 +50,7 @@ fn a_folder_that_is_held_is_written_to_by_nobody_else() {
 
 /// The owner of the lock is alone, for any number of concurrent processes and any number of creations of the file.
 #[test]
-fn many_take_turns() {
+fn concurrent_processes_lock_in_turn() {
     const FOLDER: &str = "HEART_PHANTOM_TEST_SHARED_FOLDER";
     const PROCESSES: usize = 8;
     const TURNS: usize = 1000;
@@ -77,7 +77,7 @@ fn many_take_turns() {
     let children: Vec<_> = (0..PROCESSES)
         .map(|_| {
             let mut command = Command::new(std::env::current_exe().unwrap());
-            command.args(["--exact", "lock::many_take_turns"]);
+            command.args(["--exact", "lock::concurrent_processes_lock_in_turn"]);
             command.env(FOLDER, folder.path()).stdout(Stdio::piped());
             command.spawn().unwrap()
         })
@@ -93,7 +93,7 @@ fn many_take_turns() {
 
 /// A killed process leaves the lock file with its name, but nobody is locked out.
 #[test]
-fn the_lock_of_a_process_that_was_killed_is_taken_over() {
+fn the_lock_of_a_killed_process_is_taken_over() {
     const HELD: &str = "HEART_PHANTOM_TEST_HELD_FOLDER";
     if let Some(folder) = std::env::var_os(HELD) {
         let _held = Folder::lock(Path::new(&folder)).unwrap();
@@ -104,7 +104,7 @@ fn the_lock_of_a_process_that_was_killed_is_taken_over() {
     let folder = tempfile::tempdir().unwrap();
     let mut child = Command::new(std::env::current_exe().unwrap())
         .args(["--exact", "--nocapture"])
-        .arg("lock::the_lock_of_a_process_that_was_killed_is_taken_over")
+        .arg("lock::the_lock_of_a_killed_process_is_taken_over")
         .env(HELD, folder.path())
         .stdin(Stdio::piped())
         .stdout(Stdio::piped())

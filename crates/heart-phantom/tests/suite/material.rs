@@ -86,7 +86,7 @@ fn the_end_layers_are_the_membranes() {
 }
 
 #[test]
-fn every_layer_keeps_its_volume_through_the_beat() {
+fn every_layer_preserves_its_volume_over_the_cycle() {
     for walls in [&TIED, &SLIDING] {
         for layers in [[0.0, 1.0], [0.0, 0.25], [0.25, 0.6], [0.6, 1.0]] {
             let exact = (layers[1] - layers[0]) * walls[0].volume();
@@ -109,7 +109,7 @@ fn every_layer_keeps_its_volume_through_the_beat() {
 }
 
 #[test]
-fn a_sliding_region_keeps_its_volume_and_a_tied_one_does_not() {
+fn a_sliding_region_preserves_its_volume_and_a_tied_one_does_not() {
     let volumes = |walls: &[Wall]| -> Vec<f64> {
         let region = |wall: &Wall| wall.region([0.3, 0.8], [0.05, 0.2], 1e-8).unwrap();
         walls
@@ -138,7 +138,7 @@ fn gradient(from: &Wall, to: &Wall, point: &MaterialPoint) -> nalgebra::Matrix3<
 }
 
 #[test]
-fn stretches_are_those_of_the_deformation_gradient() {
+fn stretches_agree_with_the_deformation_gradient() {
     for walls in [&TIED, &SLIDING] {
         let (from, to) = (&walls[0], &walls[2]);
         for (layer, s) in [(0.3, 0.1), (0.5, 0.23), (0.2, 0.4), (0.8, 0.47)] {
@@ -163,7 +163,7 @@ fn stretches_are_those_of_the_deformation_gradient() {
 }
 
 #[test]
-fn water_does_not_compress_and_the_defect_of_a_tied_wall_is_that_of_its_strips() {
+fn a_sliding_wall_is_incompressible_and_the_volume_change_of_a_tied_wall_is_that_of_its_strips() {
     let (tied, sliding) = (&TIED, &SLIDING);
     let mut worst = 0.0_f64;
     for k in 0..=40 {
@@ -184,7 +184,7 @@ fn water_does_not_compress_and_the_defect_of_a_tied_wall_is_that_of_its_strips()
 }
 
 #[test]
-fn stretches_of_nothing_are_one_and_turn_round() {
+fn stretches_without_motion_are_one_and_those_of_inverse_motions_are_reciprocal() {
     let walls = &TIED;
     for s in [0.0, 0.2, 0.5] {
         let point = at(0.5, s, 1.0);
@@ -201,7 +201,7 @@ fn stretches_of_nothing_are_one_and_turn_round() {
 }
 
 #[test]
-fn displacements_are_those_of_the_points_and_none_outside() {
+fn displacements_equal_those_of_the_points_and_do_not_exist_outside() {
     let grid = VoxelGrid::cube(24, 0.6).unwrap();
     for walls in [&TIED, &SLIDING] {
         let all = walls[0].displacements(&walls[2], &grid, 0..24).unwrap();
@@ -280,7 +280,7 @@ fn finite_differences_give_the_polyline_that_is_projected() {
 
 /// A layer of voxels' worth of the wall, all of it, and three pieces of it.
 #[test]
-fn pieces_of_the_wall_move_with_it() {
+fn regions_move_with_the_wall() {
     let region = WallRegion {
         layers: [0.2, 0.9],
         s: [0.1, 0.35],
@@ -347,7 +347,7 @@ fn the_wall_thins_as_the_cavity_grows() {
 }
 
 #[test]
-fn nonsense_is_refused() {
+fn invalid_input_is_rejected() {
     let wall = &TIED[0];
     for bad in [
         at(-0.1, 0.2, 0.0),
@@ -394,7 +394,7 @@ fn nonsense_is_refused() {
 
 proptest! {
     #[test]
-    fn locate_undoes_position(phase in 0..3usize, layer in 0.0..=1.0f64, s in 0.0..=0.5f64, azimuth in -PI..PI) {
+    fn locate_inverts_position(phase in 0..3usize, layer in 0.0..=1.0f64, s in 0.0..=0.5f64, azimuth in -PI..PI) {
         let point = at(layer, s, azimuth);
         let wall = &TIED[phase];
         let found = wall.locate(&wall.position(&point).unwrap()).unwrap();

@@ -75,7 +75,7 @@ fn directions(wall: &Wall, point: &MaterialPoint) -> [Vector3<f64>; 3] {
 }
 
 #[test]
-fn strain_is_that_of_the_gradient_by_differences() {
+fn strain_agrees_with_finite_differences() {
     let [from, to] = beat();
     // Between the kinks of the twist, at s = 1/6 and 1/3.
     for (layer, s) in [
@@ -114,7 +114,7 @@ fn strain_is_that_of_the_gradient_by_differences() {
 }
 
 #[test]
-fn a_cylinder_that_twists_has_the_shear_of_torsion() {
+fn a_twisted_cylinder_has_the_shear_of_torsion() {
     // For a pure twist F = 1 + e_c g^T with g = r grad tau, so that E has a closed form. Along a layer of a cylinder, as in the reference
     // configuration of the study, g is r times the twist per cm.
     let rest = &WALLS[1];
@@ -145,7 +145,7 @@ fn a_cylinder_that_twists_has_the_shear_of_torsion() {
 }
 
 #[test]
-fn no_twist_is_the_bits_of_none() {
+fn a_zero_twist_is_bitwise_identical_to_none() {
     let [from, to] = WALLS.clone();
     let none = Twist::linear([0.0; 2], [0.0; 2]).unwrap();
     let still = [from.clone(), to.clone()].map(|wall| wall.twisted(none.clone()));
@@ -162,7 +162,7 @@ fn no_twist_is_the_bits_of_none() {
 }
 
 #[test]
-fn maps_of_voxels_are_those_of_their_points() {
+fn maps_of_voxels_equal_those_of_their_points() {
     let [from, to] = beat();
     let grid = VoxelGrid::cube(24, 0.6).unwrap();
     let moved = from.displacements(&to, &grid, 0..24).unwrap();
@@ -199,7 +199,7 @@ fn maps_of_voxels_are_those_of_their_points() {
 }
 
 #[test]
-fn what_is_no_twist_is_refused() {
+fn invalid_twists_are_rejected() {
     let refused = Twist::sampled(&[1.0], &[0.0, 1.0]).unwrap_err();
     assert!(matches!(
         refused,
@@ -220,7 +220,7 @@ fn what_is_no_twist_is_refused() {
 
 proptest! {
     #[test]
-    fn there_and_back(layer in 0.0..=1.0f64, s in 0.0..=0.5f64, azimuth in -PI..PI) {
+    fn inverse_deformations_cancel(layer in 0.0..=1.0f64, s in 0.0..=0.5f64, azimuth in -PI..PI) {
         let [from, to] = beat();
         let p = from.position(&at(layer, s, azimuth)).unwrap();
         let there = p + Vector3::from(from.displacement(&to, &p).unwrap());

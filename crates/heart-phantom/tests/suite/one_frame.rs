@@ -56,7 +56,7 @@ fn distance(a: &[f32], b: &[f32]) -> f64 {
 
 /// The voxel of a material point takes the value at the point's position at the reference phase: a linear function of position is transported.
 #[test]
-fn voxels_of_the_wall_take_what_their_own_material_holds() {
+fn voxels_of_the_wall_take_the_value_of_their_material() {
     let mut lively = small(Mode::Static { phase: 0.1 }).with_size(32);
     lively.heart.discretisation = DiscretisationSettings::Spectral {
         degree: 12,
@@ -111,7 +111,7 @@ fn voxels_of_the_wall_take_what_their_own_material_holds() {
 /// Cardiac gates are numbered first: each of the six maps leads to its own gate, and to no other gate better. The first and the last
 /// cardiac gate contain the same volumes.
 #[test]
-fn maps_of_a_breathing_heart_lead_to_their_own_gates() {
+fn maps_of_respiration_lead_to_their_own_gates() {
     let mut scene = small(Mode::Gated { gates: 3 }).with_size(32);
     scene.camera.seconds_per_view = 20.0;
     scene.breathing = Some(Breathing {
@@ -139,7 +139,7 @@ fn maps_of_a_breathing_heart_lead_to_their_own_gates() {
 
 /// Blur and noise of sixteen gates at a reference phase: compared with a static heart, and with an ungated one.
 #[test]
-fn sixteen_gates_in_one_frame_are_as_sharp_as_a_still_heart_and_no_noisier_than_an_ungated_one() {
+fn sixteen_compensated_gates_are_as_sharp_as_a_static_heart_and_no_noisier_than_an_ungated_one() {
     let counts = 4000.0;
     let diastole = Mode::Static { phase: 0.5 };
     let gated = Mode::Gated { gates: 16 };
@@ -163,7 +163,7 @@ fn sixteen_gates_in_one_frame_are_as_sharp_as_a_still_heart_and_no_noisier_than_
                 artefacts.wall_mean.unwrap_or(f64::NAN),
             ]
         });
-    println!("blur, rmse, wall: one frame {one:?}, still {rest:?}, ungated {ungated:?}");
+    println!("blur, rmse, wall: compensated {one:?}, static {rest:?}, ungated {ungated:?}");
     assert!((one[0] / rest[0] - 1.0).abs() < 0.05, "{one:?} {rest:?}");
     assert!(one[1] < 1.2 * rest[1] && one[1] < 0.85 * ungated[1]);
 
@@ -190,7 +190,7 @@ fn sixteen_gates_in_one_frame_are_as_sharp_as_a_still_heart_and_no_noisier_than_
         Phantom::new(scene).unwrap().volume(0).unwrap()
     }));
     println!(
-        "noise: one frame {gated}, ungated {ungated}, {} voxels",
+        "noise: compensated {gated}, ungated {ungated}, {} voxels",
         wall.count()
     );
     assert!(gated < 1.05 * ungated, "{gated} {ungated}");
@@ -200,7 +200,7 @@ fn sixteen_gates_in_one_frame_are_as_sharp_as_a_still_heart_and_no_noisier_than_
 /// interpolates between voxels; the model treats this as blur of the camera and compensates it. A displacement by whole voxels gives the
 /// average of the static heart, one by half voxels overshoots.
 #[test]
-fn ways_of_whole_voxels_leave_the_walls_mean_and_ways_of_halves_let_it_overshoot() {
+fn displacements_by_whole_voxels_preserve_the_wall_average_and_by_half_voxels_overshoot() {
     const SIDE: f64 = 0.35;
     let still = Phantom::new(scene(Mode::Static { phase: 0.5 })).unwrap();
     let truth = still.compensated_truth(0).unwrap();
@@ -241,7 +241,7 @@ fn ways_of_whole_voxels_leave_the_walls_mean_and_ways_of_halves_let_it_overshoot
         inner.unwrap().wall_mean.unwrap()
     };
     let [at_rest, by_one, by_half] = [0.0, 1.0, 0.5].map(wall_mean);
-    println!("wall: at rest {at_rest}, elsewhere by a voxel {by_one}, by half of one {by_half}");
+    println!("wall: static {at_rest}, displaced by a voxel {by_one}, by half a voxel {by_half}");
     // Views divide the wall into other bins: 1.7 %.
     assert!((by_one / at_rest - 1.0).abs() < 0.03, "{at_rest} {by_one}");
     // 50 %: half-way along all three axes the interpolation is largest.
@@ -249,7 +249,7 @@ fn ways_of_whole_voxels_leave_the_walls_mean_and_ways_of_halves_let_it_overshoot
 }
 
 #[test]
-fn the_number_of_threads_changes_no_bit_of_it() {
+fn compensation_is_bitwise_independent_of_threads() {
     let mut moving = compensated(Mode::Gated { gates: 2 });
     (moving.camera.views, moving.reconstruction.method) = (6, Method::Osem(Osem::new(2, 1)));
     let with = |threads| {
@@ -263,7 +263,7 @@ fn the_number_of_threads_changes_no_bit_of_it() {
 }
 
 #[test]
-fn by_fbp_a_scene_moves_the_views_of_each_cardiac_gate() {
+fn fbp_shifts_the_views_of_each_cardiac_gate() {
     let mut moving = compensated(Mode::Gated { gates: 2 });
     moving.reconstruction.method = Method::Fbp;
     moving.camera.views = 12;
@@ -289,7 +289,7 @@ fn by_fbp_a_scene_moves_the_views_of_each_cardiac_gate() {
 }
 
 #[test]
-fn a_run_writes_what_it_plans() {
+fn a_run_writes_the_planned_files() {
     for (method, volumes) in [(Method::Osem(Osem::new(2, 2)), 1), (Method::Fbp, 2)] {
         let mut moving = compensated(Mode::Gated { gates: 2 });
         (moving.camera.bins, moving.camera.rows, moving.camera.pitch) = (20, 20, [0.8; 2]);
@@ -335,7 +335,7 @@ fn a_run_writes_what_it_plans() {
 }
 
 #[test]
-fn what_has_no_common_frame_is_refused() {
+fn scenes_without_a_common_reference_phase_are_rejected() {
     let refused = |change: &dyn Fn(&mut Scene)| {
         let mut scene = compensated(Mode::Gated { gates: 2 });
         change(&mut scene);

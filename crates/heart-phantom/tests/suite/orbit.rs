@@ -65,7 +65,7 @@ fn within(tolerance: f32, a: &[f32], b: &[f32]) {
 }
 
 #[test]
-fn each_view_is_that_of_a_circle_as_far_away() {
+fn each_view_equals_that_of_a_circular_orbit_of_its_radius() {
     let radii = [11.0, 14.0, 12.5];
     let (seen, error) = views_and_error(scene(3, Orbit::PerView(radii.to_vec())));
     for (k, radius) in radii.into_iter().enumerate() {
@@ -81,7 +81,7 @@ fn each_view_is_that_of_a_circle_as_far_away() {
 }
 
 #[test]
-fn the_middle_of_the_face_goes_along_the_ellipse() {
+fn the_centre_of_the_face_follows_the_ellipse() {
     let axes = [18.0, 13.0];
     let orbit = Orbit::Ellipse { semi_axes: axes };
     let phantom = Phantom::new(scene(7, orbit)).unwrap();
@@ -95,7 +95,7 @@ fn the_middle_of_the_face_goes_along_the_ellipse() {
 
 /// The plane of the face touches the ellipse of the torso; without a torso, the surfaces of the heart.
 #[test]
-fn a_contour_is_as_near_as_the_body_lets_it() {
+fn a_contour_orbit_has_the_given_gap() {
     let gap = 1.5;
     let orbit = Orbit::Contour { gap };
     let phantom = Phantom::new(in_torso(scene(12, orbit.clone()))).unwrap();
@@ -133,7 +133,7 @@ fn a_contour_is_as_near_as_the_body_lets_it() {
 }
 
 #[test]
-fn turned_the_other_way_the_views_come_in_the_other_order() {
+fn clockwise_rotation_reverses_the_order_of_views() {
     let orbit = Orbit::Ellipse {
         semi_axes: [16.0, 12.0],
     };
@@ -151,7 +151,7 @@ fn turned_the_other_way_the_views_come_in_the_other_order() {
 }
 
 #[test]
-fn two_heads_see_the_same_instants() {
+fn two_heads_acquire_at_the_same_times() {
     for rotation in [Rotation::StepAndShoot, Rotation::Continuous] {
         let mut one = scene(5, Orbit::Circle(14.0)).with_mode(Mode::Exposure { seconds: 0.4 });
         one.camera.arc = 90.0;
@@ -189,7 +189,7 @@ fn two_heads_see_the_same_instants() {
 }
 
 #[test]
-fn a_detector_inside_the_body_is_refused_with_numbers() {
+fn a_detector_inside_the_body_is_rejected_with_values() {
     // In front of the heart, but not of the torso, which only attenuates.
     let inside = in_torso(scene(4, Orbit::Circle(10.0)));
     let error = Phantom::new(inside.clone()).unwrap().prepare().unwrap_err();
@@ -293,7 +293,7 @@ fn orbits_are_read_and_written() {
 }
 
 #[test]
-fn headers_tell_the_radius_of_each_view() {
+fn headers_contain_the_radius_of_each_view() {
     let radii = vec![12.0, 13.5, 12.25, 14.0];
     let text = |format: &str, name: &str| {
         let mut given = scene(4, Orbit::PerView(radii.clone()));

@@ -79,7 +79,7 @@ fn one_organ_is_a_background_in_a_torso() {
 
 /// A ball beside the heart and a smaller one inside that replaces it.
 #[test]
-fn sums_are_closed_forms() {
+fn sums_equal_closed_forms() {
     let ball = |radius: f64, activity: f64, attenuation: f64| OrganSettings {
         shape: OrganShapeSettings::Ellipsoid {
             centre: [4.4, 3.0, -4.0],
@@ -113,7 +113,7 @@ fn sums_are_closed_forms() {
 
 /// Chest from a scene: volumes by those of its shapes, and attenuation coefficients.
 #[test]
-fn a_chest_is_one_line() {
+fn a_chest_needs_one_line() {
     let mut scene = Scene::from_toml("[chest]\n").unwrap();
     assert_eq!(scene.chest, Some(Chest::default()));
     scene = scene.with_size(40).with_mode(Mode::Static { phase: 0.0 });

@@ -113,7 +113,7 @@ fn filtered(volume: &[f32], shape: [usize; 3], sigma: f64) -> Vec<f64> {
 }
 
 #[test]
-fn the_wall_has_its_activity_to_a_hundredth_at_the_cameras_resolution() {
+fn the_wall_activity_is_accurate_to_a_hundredth_at_the_resolution_of_the_camera() {
     let mut scene = by(whole(8, 20));
     (scene.camera.bins, scene.camera.rows) = (56, 50);
     scene.camera.pitch = [0.3; 2];
@@ -196,7 +196,7 @@ fn a_gated_study_has_its_ejection_fraction() {
 }
 
 #[test]
-fn a_heart_that_attenuates_and_beats_has_its_activity() {
+fn an_attenuating_beating_heart_has_its_activity() {
     let osem = Osem {
         attenuation: true,
         ..Osem::new(8, 4)
@@ -254,7 +254,7 @@ fn organs_attenuate_and_emit_in_the_model_too() {
 }
 
 #[test]
-fn the_same_bits_for_any_number_of_threads() {
+fn results_are_bitwise_independent_of_threads() {
     let mut small = by(whole(3, 2));
     small.camera.views = 10; // subsets of four, three and three
     let phantom = Phantom::new(small).unwrap();
@@ -274,7 +274,7 @@ fn the_same_bits_for_any_number_of_threads() {
 }
 
 #[test]
-fn a_region_and_a_slice_are_those_of_the_whole() {
+fn a_region_and_a_slice_equal_those_of_the_whole() {
     let mut scene = by(whole(4, 2));
     scene.camera.views = 12;
     let n = scene.camera.bins;
@@ -303,7 +303,7 @@ fn a_region_and_a_slice_are_those_of_the_whole() {
 }
 
 #[test]
-fn a_run_tells_what_it_did() {
+fn a_run_reports_its_iterations() {
     let mut scene = by(Osem {
         tolerance: Some(0.1),
         ..whole(4, 30)
@@ -333,7 +333,7 @@ fn a_run_tells_what_it_did() {
 }
 
 #[test]
-fn what_no_model_fits_is_refused() {
+fn scenes_without_a_valid_model_are_rejected() {
     // A torso whose model exceeds the memory.
     let mut vast = by(whole(4, 2));
     vast.attenuation = Some(Attenuation {
@@ -367,7 +367,7 @@ fn what_no_model_fits_is_refused() {
 
 /// A torso that does not attenuate, wider than the views, does not change the volume.
 #[test]
-fn a_torso_of_coefficient_zero_changes_nothing() {
+fn a_torso_of_coefficient_zero_has_no_effect() {
     let volume = |attenuation: bool| {
         let mut scene = Scene::default()
             .with_size(20)

@@ -22,7 +22,7 @@ fn the_example_runs() {
 
 /// The balloons of the sections, given as a heart, have bitwise identical results; the report of a run then has no scene.
 #[test]
-fn a_heart_that_is_given_has_the_bits_of_the_sections() {
+fn a_given_heart_is_bitwise_identical_to_that_of_the_sections() {
     let mut scene = Scene::default()
         .with_size(24)
         .with_mode(Mode::Gated { gates: 2 });
@@ -128,7 +128,7 @@ fn total(view: &[f32]) -> f64 {
 const SUM: f64 = 4e-3;
 
 #[test]
-fn views_of_an_own_heart_hold_its_wall_and_its_defect() {
+fn views_of_a_custom_heart_contain_its_wall_and_its_defect() {
     let wall = volume(&half_ellipse(8.7, 3.1)) - volume(&half_ellipse(7.5, 2.2));
     for mode in [
         Mode::Static { phase: 0.4 },
@@ -170,7 +170,7 @@ fn views_of_an_own_heart_hold_its_wall_and_its_defect() {
 }
 
 #[test]
-fn an_own_heart_beats_by_its_own_curve() {
+fn a_custom_heart_follows_its_volume_curve() {
     for (discretisation, tolerance) in [(NODES, 0.0), (SPECTRAL, 1e-4)] {
         let (scene, heart) = own(discretisation, tolerance);
         let rest = heart.pair().inner().start_measures().volume;
@@ -191,7 +191,7 @@ fn an_own_heart_beats_by_its_own_curve() {
 }
 
 #[test]
-fn an_own_heart_is_attenuated_blurred_and_counted() {
+fn a_custom_heart_is_attenuated_blurred_and_counted() {
     let still = |change: &dyn Fn(&mut Scene)| {
         let (mut scene, heart) = own(NODES, 0.0);
         scene.acquisition.mode = Mode::Static { phase: 0.4 };
@@ -240,7 +240,7 @@ fn an_own_heart_is_attenuated_blurred_and_counted() {
 
 /// Phantoms of scenes with the same heart share solved shapes; others do not.
 #[test]
-fn another_scene_of_the_heart_solves_no_shape_again() {
+fn another_scene_of_the_heart_reuses_its_shapes() {
     let plain = Phantom::new(Scene::default().with_size(24)).unwrap();
     let means = plain.view(0, 0).unwrap();
     let solved = plain.work().shapes_solved;

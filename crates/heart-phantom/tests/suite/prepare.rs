@@ -97,7 +97,7 @@ fn hopeless() -> Vec<(Scene, &'static str)> {
 }
 
 #[test]
-fn what_cannot_be_run_is_refused_before_any_view_with_the_field() {
+fn invalid_runs_are_rejected_before_any_view_with_the_field() {
     for (scene, expected) in hopeless() {
         scene.check().unwrap();
         let phantom = Phantom::new(scene.clone()).unwrap();
@@ -155,7 +155,7 @@ fn what_cannot_be_run_is_refused_before_any_view_with_the_field() {
 
 /// The same scenes without the cause of the error can be run.
 #[test]
-fn what_is_no_reason_is_no_refusal() {
+fn valid_variants_of_these_scenes_are_accepted() {
     let mut scene = small(Mode::Gated { gates: 2 });
     scene.defects = vec![defect(), defect()];
     scene.camera.arc = 360.0;
@@ -177,7 +177,7 @@ fn what_is_no_reason_is_no_refusal() {
 
 /// Errors of a reconstruction alone do not prevent a run without one.
 #[test]
-fn only_what_is_asked_for_is_tried() {
+fn only_requested_products_are_validated() {
     let folder = tempfile::tempdir().unwrap();
     for (scene, field) in hopeless() {
         let needs = [
@@ -252,7 +252,7 @@ proptest! {
 
     /// Runs in the same directory one after the other: it contains the planned files of the last one, and foreign files.
     #[test]
-    fn a_folder_holds_what_was_planned(
+    fn a_directory_contains_the_planned_files(
         runs in prop::collection::vec((any_mode(), any_output()), 1..4),
     ) {
         let folder = tempfile::tempdir().unwrap();
@@ -279,7 +279,7 @@ proptest! {
                 let size = fs::metadata(folder.path().join(&file.name)).unwrap().len();
                 let ending = file.name.extension().unwrap().to_str().unwrap();
                 match ending {
-                    // Not known before.
+                    // Not known before the run.
                     _ if file.bytes == 0 => {}
                     "stl" => prop_assert_eq!(size, file.bytes),
                     // Compressed; incompressible data have the overhead of their format.
@@ -297,7 +297,7 @@ proptest! {
 
 /// A directory in place of a file is detected before anything is written.
 #[test]
-fn a_folder_in_the_way_is_found_before_any_view() {
+fn an_obstructing_directory_is_detected_before_any_view() {
     for name in ["projections.npy", "truth.npy", "report.json"] {
         let folder = tempfile::tempdir().unwrap();
         fs::create_dir(folder.path().join(name)).unwrap();
@@ -311,7 +311,7 @@ fn a_folder_in_the_way_is_found_before_any_view() {
 
 /// The heart is largest in the middle of the cycle, where surfaces have the most triangles.
 #[test]
-fn surfaces_of_many_gates_have_the_sizes_that_were_told() {
+fn surfaces_of_many_gates_have_the_predicted_sizes() {
     const GATES: usize = 300;
     let mut scene = small(Mode::Gated { gates: GATES });
     scene.output.write = vec![Product::Meshes];

@@ -1,4 +1,4 @@
-//! Views along rays that are not parallel, against closed forms, parallel views, still hearts and finer sampling.
+//! Views along rays that are not parallel, against closed forms, parallel views, static hearts and finer sampling.
 
 use heart_phantom::revolve_voxel::nalgebra::{Matrix3, Point3, Rotation3, Vector3};
 use heart_phantom::revolve_voxel::{Lines, ParallelDetector, Ray};
@@ -77,7 +77,7 @@ fn pinhole(seed: &mut u64, bins: f64) -> Pinhole {
 
 /// Ellipsoids and an elliptic cylinder around a cold heart, with the closed form of each chord; the heart itself by its own lines.
 #[test]
-fn random_matrices_give_the_closed_forms_of_organs() {
+fn random_matrices_agree_with_closed_forms_of_organs() {
     let mut seed = 7;
     let cameras: Vec<Pinhole> = (0..12).map(|_| pinhole(&mut seed, 24.0)).collect();
     let matrices: Vec<_> = cameras.iter().map(|camera| camera.matrix).collect();
@@ -228,9 +228,9 @@ fn parallel_views_as_lines() {
     }
 }
 
-/// At given times a beating heart is the still heart of their phases, bit by bit; equal phases share a shape.
+/// At given times a beating heart is bitwise identical to the static heart of these phases; equal phases share a shape.
 #[test]
-fn each_view_has_its_own_time() {
+fn each_view_has_its_given_time() {
     let times = [0.0, 0.31, 1.7, 0.2, 60.0 / 65.0 + 0.2];
     let angles = [0.0, 0.5, 1.0, 4.0, 4.0];
     let detector = ParallelDetector::new(24, 20, [1.0; 2]).unwrap();
@@ -393,7 +393,7 @@ fn geometries_without_rays_are_rejected() {
         phantom.along(wide),
         Err(PhantomError::OutOfRange { .. })
     ));
-    // What parallel rays alone have.
+    // Settings that require parallel rays.
     let own = phantom.along(cone.clone()).unwrap();
     assert!(matches!(own.geometry(0), Err(PhantomError::Absent { .. })));
     assert!(own.reconstruct(0, &views(&own)).is_err() && own.camera().rays(0).is_err());

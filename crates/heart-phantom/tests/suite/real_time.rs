@@ -182,7 +182,7 @@ fn check(scene: &Scene, cardiac: usize, respiratory: usize) {
 }
 
 #[test]
-fn beats_that_differ_are_a_sum_over_real_time() {
+fn variable_intervals_agree_with_a_sum_over_real_time() {
     let mut scene = slow(Mode::WholeCycle, 2.9);
     scene.beats = Some(irregular());
     check(&scene, 1, 1);
@@ -202,7 +202,7 @@ fn beats_that_differ_are_a_sum_over_real_time() {
 }
 
 #[test]
-fn a_breathing_heart_is_a_sum_over_real_time() {
+fn respiration_agrees_with_a_sum_over_real_time() {
     let mut scene = slow(Mode::Static { phase: 0.3 }, 2.0);
     scene.breathing = Some(breathing());
     check(&scene, 1, 1);
@@ -267,13 +267,13 @@ fn with_two_heads(mode: Mode) -> Scene {
 }
 
 #[test]
-fn both_heads_see_a_breathing_heart_at_the_same_times() {
+fn both_heads_acquire_respiration_at_the_same_times() {
     check_heads(&with_two_heads(Mode::Static { phase: 0.3 }), 300, 1e-3);
     check_heads(&with_two_heads(Mode::WholeCycle), 150, 3e-3);
 }
 
 #[test]
-fn a_heart_that_breathes_among_organs_is_a_sum_over_real_time() {
+fn respiration_among_organs_agrees_with_a_sum_over_real_time() {
     let mut scene = with_two_heads(Mode::Static { phase: 0.3 });
     scene.chest = Some(Chest::default());
     check_heads(&scene, 100, 1e-3);
@@ -291,7 +291,7 @@ fn a_heart_that_breathes_among_organs_is_a_sum_over_real_time() {
 }
 
 #[test]
-fn respiratory_gates_are_sums_over_their_real_time() {
+fn respiratory_gates_agree_with_sums_over_real_time() {
     let mut scene = slow(Mode::Static { phase: 0.3 }, 4.1);
     scene.breathing = Some(breathing());
     for gates in [RespiratoryGates::Phase(3), RespiratoryGates::Amplitude(2)] {
@@ -303,7 +303,7 @@ fn respiratory_gates_are_sums_over_their_real_time() {
 }
 
 #[test]
-fn instants_are_moments_of_real_time() {
+fn instants_are_in_real_time() {
     let mut scene = slow(Mode::Instants, 2.3);
     scene.beats = Some(irregular());
     scene.breathing = Some(breathing());
@@ -330,7 +330,7 @@ fn instants_are_moments_of_real_time() {
 }
 
 #[test]
-fn what_moves_nothing_changes_no_bit() {
+fn motion_without_effect_is_bitwise_identical_to_none() {
     for mode in [
         Mode::Static { phase: 0.3 },
         Mode::Instants,
@@ -364,7 +364,7 @@ fn what_moves_nothing_changes_no_bit() {
 }
 
 #[test]
-fn shapes_are_solved_once_a_phase_and_a_breath_costs_no_more_rays_than_instants() {
+fn shapes_are_solved_once_per_phase_and_respiration_costs_no_more_rays_than_instants() {
     // The same number of points with and without respiration: a static heart at as many positions.
     let mut scene = slow(Mode::Static { phase: 0.3 }, 8.0);
     scene.breathing = Some(breathing());
@@ -392,7 +392,7 @@ fn shapes_are_solved_once_a_phase_and_a_breath_costs_no_more_rays_than_instants(
 }
 
 #[test]
-fn any_part_has_the_bits_of_the_whole_and_threads_change_none() {
+fn any_part_is_bitwise_identical_to_the_whole_for_any_number_of_threads() {
     let mut scene = slow(Mode::Gated { gates: 2 }, 3.1);
     scene.beats = Some(irregular());
     scene.breathing = Some(breathing());
@@ -431,7 +431,7 @@ fn any_part_has_the_bits_of_the_whole_and_threads_change_none() {
 }
 
 #[test]
-fn random_beats_are_those_asked_for() {
+fn random_beats_have_the_given_statistics() {
     let mut scene = slow(Mode::WholeCycle, 600.0);
     scene.beats = Some(Beats {
         accepted: Some([0.7, 1.3]),
@@ -467,7 +467,7 @@ fn random_beats_are_those_asked_for() {
 }
 
 #[test]
-fn a_gate_that_does_not_come_is_refused() {
+fn a_gate_that_does_not_occur_is_rejected() {
     let mut scene = slow(Mode::Gated { gates: 4 }, 0.5);
     scene.breathing = Some(breathing());
     let refused = Phantom::new(scene.clone()).unwrap_err();

@@ -25,7 +25,7 @@ fn done(scene: Scene, out: &Path) -> RunReport {
 
 /// Attenuation removes nine tenths and more of the activity, which a fixed grey scale would show as black.
 #[test]
-fn pictures_have_the_window_of_their_slices() {
+fn images_have_the_grey_window_of_their_slices() {
     let folder = tempfile::tempdir().unwrap();
     let write = [Product::Reconstruction, Product::Pictures];
     let mut scene = small(Mode::Gated { gates: 3 }, &write);
@@ -94,7 +94,7 @@ fn cavity(phase: f64) -> f64 {
 }
 
 #[test]
-fn labels_maps_and_surfaces_are_those_of_the_mode() {
+fn labels_maps_and_surfaces_agree_with_the_mode() {
     let write = [Product::Labels, Product::Attenuation, Product::Meshes];
     let gate = |k: usize| (format!("-gate-0{k}"), (k as f64 + 0.5) / 4.0);
     let ends = [("-end-diastole".into(), 0.5), ("-end-systole".into(), 0.0)];
@@ -164,7 +164,7 @@ fn labels_maps_and_surfaces_are_those_of_the_mode() {
 
 /// The study's pressures, and those of other phases: increasing with the volume, zero in the reference configuration.
 #[test]
-fn pressures_are_told_by_phase() {
+fn pressures_are_reported_by_phase() {
     let folder = tempfile::tempdir().unwrap();
     let report = done(small(Mode::Gated { gates: 8 }, &[]), folder.path());
     let told: Vec<&str> = report
@@ -189,7 +189,7 @@ fn pressures_are_told_by_phase() {
 
 /// Counts divided by counts per unit sample are the samples: a total determines the sum of the expected values.
 #[test]
-fn counts_per_unit_are_told_by_gate() {
+fn counts_per_unit_are_reported_by_gate() {
     let folder = tempfile::tempdir().unwrap();
     let scene = small(Mode::Gated { gates: 2 }, &[Product::Projections]);
     let means = Phantom::new(scene.clone()).unwrap();
@@ -222,7 +222,7 @@ fn counts_per_unit_are_told_by_gate() {
 }
 
 #[test]
-fn surfaces_keep_their_volume_to_the_tolerance_asked_for() {
+fn surfaces_preserve_their_volume_to_the_given_tolerance() {
     let mut triangles = Vec::new();
     for tolerance in [0.05, 1e-3, 3e-5] {
         let folder = tempfile::tempdir().unwrap();
@@ -271,7 +271,7 @@ fn each_gate_has_its_own_wall() {
 
 /// Volumes are prescribed: stiffness and law change only the pressure. Numbers of the guide.
 #[test]
-fn stiffness_and_the_law_change_the_pressure_and_little_else() {
+fn stiffness_and_law_mainly_change_the_pressure() {
     let of = |law: PressureLaw, stiffness: f64| {
         let mut scene = small(Mode::Static { phase: 0.5 }, &[]);
         scene.heart.discretisation = DiscretisationSettings::Differences { nodes: 401 };
@@ -305,7 +305,7 @@ fn stiffness_and_the_law_change_the_pressure_and_little_else() {
 
 /// Volumes of a report can be prescribed and are reproduced, for any discretisation of the reference configuration.
 #[test]
-fn volumes_of_a_report_are_volumes_of_a_scene() {
+fn volumes_of_a_report_are_reproduced_by_a_scene() {
     for discretisation in [
         DiscretisationSettings::Differences { nodes: 51 },
         DiscretisationSettings::Spectral {

@@ -64,7 +64,7 @@ fn every_rubber_is_read_written_and_read_again() {
 }
 
 #[test]
-fn what_is_no_rubber_is_refused_with_line_and_field() {
+fn invalid_rubber_is_rejected_with_line_and_field() {
     for (bad, field, wanted) in [
         ("'jelly'", "", "neo_hookean"),
         ("'gent'", "", "gent = { mu = 400.0"),
@@ -154,7 +154,7 @@ fn what_is_no_rubber_is_refused_with_line_and_field() {
 
 /// Fields of springs are rejected with rubber.
 #[test]
-fn rubber_is_under_a_pressure_and_has_no_stiffness() {
+fn rubber_has_a_pressure_and_no_stiffness() {
     for (given, field) in [
         ("law = \"total-force\"", "heart.law"),
         ("inner = { stiffness = 2.0 }", "heart.inner.stiffness"),
@@ -179,7 +179,7 @@ fn rubber_is_under_a_pressure_and_has_no_stiffness() {
 /// The pair of the membrane crates without a scene: bitwise identical; and the reference value p = 0.371980648542 mu h / cm of the inner
 /// balloon at a gain of 0.6 (`the_balloon_of_the_paper_reaches_its_reference_values` has that at 0.3).
 #[test]
-fn pressures_are_those_of_the_membranes() {
+fn pressures_equal_those_of_the_membranes() {
     for (text, energy) in kinds() {
         let mut scene = scene(text);
         scene.heart.discretisation = DiscretisationSettings::Spectral {
@@ -227,7 +227,7 @@ fn pressures_are_those_of_the_membranes() {
 
 /// At equal volumes rubber is fuller towards the apex: views have the same sums and different samples.
 #[test]
-fn views_hold_the_same_wall_elsewhere() {
+fn views_contain_the_same_wall_volume_at_other_positions() {
     let view = |material: &str| {
         let mut scene = small(material).with_mode(Mode::Static { phase: 0.5 });
         scene.camera = Scene::default().with_size(96).camera;
@@ -295,7 +295,7 @@ fn everything_works_with_rubber() {
 
 /// A volume beyond the extensibility of the rubber is an error of the volume, with its line.
 #[test]
-fn chains_that_are_too_short_are_named() {
+fn insufficient_extensibility_is_an_error_with_its_field() {
     let text = "[heart]\nmaterial = { gent = { mu = 400.0, jm = 0.5, thickness = 0.5 } }\n\
                 [cycle]\nvolume = { gain = 3.0 }\n";
     let folder = tempfile::tempdir().unwrap();
@@ -316,7 +316,7 @@ fn chains_that_are_too_short_are_named() {
         source = inner.source();
     }
     assert!(
-        said.contains("what the rubber allows, l1^2 + l2^2 + l3^2 < 3.5"),
+        said.contains("the limit of the rubber, l1^2 + l2^2 + l3^2 < 3.5"),
         "{said}"
     );
 }

@@ -103,7 +103,7 @@ fn each_window_has_its_primary_photons_and_its_scatter() {
 }
 
 #[test]
-fn windows_have_noise_of_their_own() {
+fn windows_have_independent_noise() {
     let noise = |counts, seed| {
         let mut scene = two_windows();
         scene.noise = Some(Noise { counts, seed });
@@ -130,7 +130,7 @@ fn windows_have_noise_of_their_own() {
 }
 
 #[test]
-fn a_part_has_the_scatter_that_it_has_in_the_whole() {
+fn scatter_of_a_part_is_identical_to_that_of_the_whole() {
     let whole = Phantom::new(scene())
         .unwrap()
         .sinograms(0, &|_| ())
@@ -140,7 +140,7 @@ fn a_part_has_the_scatter_that_it_has_in_the_whole() {
 }
 
 #[test]
-fn uniform_activity_scatters_as_much_whatever_is_called_heart() {
+fn uniform_activity_has_the_same_scatter_with_and_without_a_heart() {
     // Background, wall and cavity of the same activity: the same source as a torso without a heart.
     let uniform = |radius: f64| {
         let mut scene = scene();
@@ -160,7 +160,7 @@ fn uniform_activity_scatters_as_much_whatever_is_called_heart() {
 }
 
 #[test]
-fn what_has_no_medium_or_no_photopeak_is_an_error() {
+fn scatter_needs_a_medium_and_a_photopeak() {
     let message = |change: fn(&mut Scene)| {
         let mut scene = scene();
         change(&mut scene);
@@ -216,7 +216,7 @@ fn what_has_no_medium_or_no_photopeak_is_an_error() {
 }
 
 #[test]
-fn an_orbit_of_too_many_nodes_is_refused_before_any_view() {
+fn an_orbit_of_too_many_nodes_is_rejected_before_any_view() {
     let mut scene = scene();
     scene.camera.views = 1000;
     scene.camera.radius = Orbit::Circle(200.0);
@@ -237,7 +237,7 @@ fn an_orbit_of_too_many_nodes_is_refused_before_any_view() {
 }
 
 #[test]
-fn osem_with_known_scatter_reconstructs_what_it_does_without_scatter() {
+fn osem_with_known_scatter_agrees_with_osem_without_scatter() {
     let volume = |scatter: bool, known: bool, mode| {
         let mut scene = scene();
         scene.acquisition.mode = mode;
@@ -307,7 +307,7 @@ fn a_run_writes_projections_and_scatter_of_each_window() {
 }
 
 #[test]
-fn all_gates_together_have_the_scatter_of_each() {
+fn gates_computed_together_have_the_scatter_of_separate_gates() {
     let mut scene = scene().with_mode(Mode::Gated { gates: 2 });
     scene.blur = None;
     let phantom = Phantom::new(scene).unwrap();

@@ -91,7 +91,7 @@ fn error_of(text: &str) -> SceneError {
 }
 
 #[test]
-fn a_written_scene_is_read_back() {
+fn a_written_scene_is_restored() {
     let scene = Scene::default();
     assert_eq!(Scene::from_toml(&scene.to_toml()).unwrap(), scene);
     assert_eq!(Scene::from_toml("").unwrap(), scene);
@@ -103,7 +103,7 @@ fn a_written_scene_is_read_back() {
 
 /// Two scenes that together contain everything optional, each without some parts; both have two defects.
 #[test]
-fn nothing_of_a_full_scene_is_commented_out() {
+fn no_field_of_a_full_scene_is_commented_out() {
     let mut scene = Scene::from_toml(FULL).unwrap();
     scene.pose.centre = Some(5.0);
     scene.defects.resize(1, scene.defects[0]);
@@ -170,7 +170,7 @@ fn nothing_of_a_full_scene_is_commented_out() {
 
 /// A number that TOML cannot store is rejected at its place.
 #[test]
-fn numbers_that_are_too_large_to_write_are_refused_by_their_line() {
+fn numbers_that_are_too_large_to_write_are_rejected_with_their_line() {
     let noise = Noise {
         counts: Counts::Total(1e6),
         seed: u64::MAX,
@@ -190,7 +190,7 @@ fn numbers_that_are_too_large_to_write_are_refused_by_their_line() {
 }
 
 #[test]
-fn a_region_about_the_centre_has_a_place_in_every_format() {
+fn a_centred_region_is_accepted_by_every_format() {
     let text = "[reconstruction]\nregion = { x = [56, 200], y = [0, 256] }\n\
         [output]\nvolumes = 'interfile-simind'";
     Scene::from_toml(text).unwrap();
@@ -255,7 +255,7 @@ fn each_part_of_a_scene_can_be_built() {
 }
 
 #[test]
-fn unknown_fields_and_broken_text_are_shown_where_they_stand() {
+fn unknown_fields_and_invalid_text_are_reported_with_their_place() {
     let error = error_of("[camera]\nviews = 60\ncolour = 'red'\n");
     assert_eq!(
         (error.first().place, error.first().field.as_str()),
@@ -288,7 +288,7 @@ fn unknown_fields_and_broken_text_are_shown_where_they_stand() {
 
 /// The complete messages for frequent mistakes.
 #[test]
-fn mistakes_are_said_in_plain_words() {
+fn messages_of_frequent_mistakes_are_complete() {
     for (text, said) in [
         (
             "[camera]\nviewz = 3\n",
@@ -391,7 +391,7 @@ fn mistakes_are_said_in_plain_words() {
 
 /// For values of a wrong type, messages contain no names of Rust types.
 #[test]
-fn no_type_of_rust_is_named() {
+fn messages_contain_no_types_of_rust() {
     let full = toml::Table::try_from(Scene::from_toml(FULL).unwrap()).unwrap();
     let mut paths: Vec<Vec<String>> = Vec::new();
     for (section, fields) in &full {
@@ -429,7 +429,7 @@ fn no_type_of_rust_is_named() {
 }
 
 #[test]
-fn an_arc_that_is_said_to_be_enough_is() {
+fn an_arc_stated_as_sufficient_is_accepted() {
     for views in [1, 2, 3, 7, 90, 1000] {
         let text = |arc: &str| format!("camera.views = {views}\ncamera.arc = {arc}\n");
         let said = error_of(&text("0.5")).first().wanted.clone();
@@ -445,7 +445,7 @@ fn an_arc_that_is_said_to_be_enough_is() {
 
 /// TOML alone would ignore surplus values.
 #[test]
-fn no_array_takes_more_values_or_fewer() {
+fn arrays_need_the_exact_number_of_values() {
     for (section, field, values) in [
         ("pose", "shift", 3),
         ("camera", "pitch", 2),
@@ -482,7 +482,7 @@ fn no_array_takes_more_values_or_fewer() {
 }
 
 #[test]
-fn each_line_of_a_balloon_may_be_left_out() {
+fn each_line_of_a_balloon_may_be_omitted() {
     let scene =
         Scene::from_toml("[heart.inner]\nradius = 2.0\n[heart.outer]\nlength = 9.0\n").unwrap();
     let mut expected = Scene::default();
@@ -492,7 +492,7 @@ fn each_line_of_a_balloon_may_be_left_out() {
 }
 
 #[test]
-fn what_would_fill_a_terabyte_is_refused_with_its_numbers() {
+fn more_than_a_terabyte_is_rejected_with_its_size() {
     let error = error_of(
         "[camera]\nbins = 1024\nrows = 1024\n[acquisition]\nmode = { gated = { gates = 1000 } }\n",
     );
@@ -510,7 +510,7 @@ fn what_would_fill_a_terabyte_is_refused_with_its_numbers() {
 }
 
 #[test]
-fn a_file_is_named() {
+fn errors_contain_the_name_of_the_file() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("scene.toml");
     assert!(matches!(Scene::load(&path), Err(PhantomError::Read { .. })));
@@ -540,7 +540,7 @@ fn a_file_is_named() {
 
 /// Ranges in the comments of the template against the checks: values just outside are findings, both ends are not.
 #[test]
-fn ranges_of_the_template_are_those_of_the_checks() {
+fn ranges_of_the_template_agree_with_validation() {
     let page = Scene::default().to_toml().replace("\n# [", "\n[");
     let mut ranges = 0;
     for block in page.split("\n\n") {

@@ -57,7 +57,7 @@ fn the_guide_shows_the_gated_study() {
 
 /// Apex left, front and down by published angles, and named walls; found in the label volume.
 #[test]
-fn the_clinical_pose_is_that_of_a_patient() {
+fn the_clinical_pose_agrees_with_anatomy() {
     let mut scene = load("clinical-pose.toml");
     let axis = Phantom::new(scene.clone()).unwrap().heart().pose().axis();
     // +x left, +y back, +z head.
@@ -116,7 +116,7 @@ fn the_clinical_pose_is_that_of_a_patient() {
 
 /// From right anterior over anterior and left to left posterior: the detector lies in the direction of the rays.
 #[test]
-fn the_clinical_camera_goes_from_the_right_front_to_the_left_back() {
+fn the_clinical_camera_rotates_from_right_anterior_to_left_posterior() {
     let phantom = Phantom::new(load("clinical-pose.toml")).unwrap();
     let angles = phantom.camera().geometry().angles();
     let detector = |theta: f64| [-theta.sin(), theta.cos()];

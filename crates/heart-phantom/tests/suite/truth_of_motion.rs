@@ -39,7 +39,7 @@ fn lively() -> Scene {
 }
 
 #[test]
-fn a_twist_changes_no_bit_of_a_wall_without_defects() {
+fn a_twist_leaves_a_wall_without_defects_bitwise_identical() {
     let plain = small(Mode::Gated { gates: 2 }).with_size(20);
     let mut twisted = plain.clone();
     twisted.twist = Some(twist());
@@ -62,7 +62,7 @@ fn a_twist_changes_no_bit_of_a_wall_without_defects() {
 }
 
 #[test]
-fn defects_twist_with_the_material_and_keep_their_volume() {
+fn defects_twist_with_the_material_and_preserve_their_volume() {
     let mut scene = smooth(Mode::Static { phase: 0.0 }).with_size(32);
     scene.twist = Some(twist());
     scene.truth.tolerance = 1e-4;
@@ -129,7 +129,7 @@ fn defects_twist_with_the_material_and_keep_their_volume() {
 }
 
 #[test]
-fn the_base_goes_down_the_apex_rests_and_the_wall_keeps_its_volume() {
+fn the_base_is_displaced_the_apex_is_fixed_and_the_wall_volume_is_constant() {
     let mut scene = smooth(Mode::Static { phase: 0.0 });
     scene.cycle.av_plane_displacement = 1.6;
     let phantom = Phantom::new(scene.clone()).unwrap();
@@ -181,7 +181,7 @@ fn the_base_goes_down_the_apex_rests_and_the_wall_keeps_its_volume() {
 }
 
 #[test]
-fn with_everything_moving_volumes_hold_and_points_go_there_and_back() {
+fn with_all_motions_volumes_are_exact_and_inverse_motions_cancel() {
     let phantom = Phantom::new(lively()).unwrap();
     let moments = [
         phantom.reference(),
@@ -219,7 +219,7 @@ fn with_everything_moving_volumes_hold_and_points_go_there_and_back() {
 }
 
 #[test]
-fn fields_are_those_of_their_points() {
+fn fields_equal_those_of_their_points() {
     let phantom = Phantom::new(lively()).unwrap();
     let to = MotionPhase {
         phase: 0.1,
@@ -321,7 +321,7 @@ fn velocities_are_differences_in_real_time() {
 }
 
 #[test]
-fn a_run_writes_the_motion_of_each_gate_and_tells_torsion() {
+fn a_run_writes_the_motion_of_each_gate_and_reports_torsion() {
     let mut scene = lively();
     scene.camera.views = 2;
     scene.output.write = vec![Product::Motion];

@@ -281,7 +281,7 @@ mod tests {
     use heart_phantom::membrane_newton::{MembraneError, NewtonError};
 
     #[test]
-    fn a_cause_is_told_once() {
+    fn a_cause_is_printed_once() {
         let given = f64::NAN;
         let what = "radius";
         let cause = MembraneError::NotFinite { what, given };

@@ -21,7 +21,7 @@ pub(crate) fn watch() -> io::Result<()> {
         .spawn(move || {
             for signal in signals.forever() {
                 let _held = files::remove_unfinished();
-                // Ends by the signal itself, so that shells and batch systems see it.
+                // The process ends by the signal itself, so that shells and batch systems detect it.
                 if low_level::emulate_default_handler(signal).is_err() {
                     low_level::exit(128 + signal);
                 }

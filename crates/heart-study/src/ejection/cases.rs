@@ -1,4 +1,4 @@
-//! The cases of the study: a base case of each heart, and changes of one thing at a time.
+//! The cases of the study: a base case of each heart, and one change at a time.
 
 use heart_phantom::radon::{HoleResponse, Window};
 use heart_phantom::scene::{CollimatorSettings, HolesSettings, Mode};
@@ -25,7 +25,7 @@ const QUICK: [&str; 5] = [BASE, SIXTEEN, "OSEM, both", NOTHING, IDEAL];
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct Case {
-    /// What differs from the base case.
+    /// The difference from the base case.
     pub name: &'static str,
     /// `small`, `medium` or `large`.
     pub size: &'static str,
@@ -38,7 +38,7 @@ pub struct Case {
 }
 
 impl Case {
-    /// Whether the case has the heart for which the edge rules were fixed.
+    /// Whether the case has the heart for which the edge rules were calibrated.
     pub(super) fn is_of_reference(&self) -> bool {
         (self.size, self.fraction) == ("medium", FRACTIONS[1])
     }
@@ -162,7 +162,7 @@ fn sharpen(scene: &mut Scene) {
     });
 }
 
-/// The base scene of a heart. The reference volume of its inner balloon is 0.29 EDV, so that all ejection fractions to 0.70 are of one heart.
+/// The base scene of a heart. The reference volume of the inner membrane is 0.29 EDV; one heart thus covers all ejection fractions to 0.70.
 fn scene(edv: f64, fraction: f64, quick: bool) -> Result<Scene, PhantomError> {
     let mut scene = Scene::from_toml(include_str!("scene.toml"))?;
     let (inner, outer) = ([5.5, 1.6], [5.2, 2.9]);

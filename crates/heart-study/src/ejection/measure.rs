@@ -78,7 +78,7 @@ pub struct CaseResult {
     pub rules: [Measured; 2],
 }
 
-/// Projections that adjacent cases share: each projected set, of the scene with the base reconstruction.
+/// Projections that adjacent cases share: each gated projection set of the scene with the base reconstruction.
 pub(super) type Shared = Option<(Scene, Vec<Vec<f32>>)>;
 
 /// Computes a case; `shared` contains the projections of the case before.

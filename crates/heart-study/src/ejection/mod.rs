@@ -1,4 +1,4 @@
-//! What gated SPECT makes of an ejection fraction: volumes by two edge rules in images of hearts of known volumes, with each cause of error
+//! Bias of ejection fractions in gated SPECT: volumes by two edge rules in images of hearts of known volumes, with each cause of error
 //! switched off in turn.
 
 mod cases;
@@ -15,7 +15,7 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 /// Heading of the page.
-const TITLE: &str = "What gated SPECT makes of an ejection fraction";
+const TITLE: &str = "Bias of ejection fractions in gated SPECT";
 
 /// The results, written to `report.json`.
 #[derive(Debug, Clone, PartialEq, Serialize)]

@@ -21,7 +21,7 @@ const INTRODUCTION: &str = "Gated perfusion SPECT of hearts of known volumes in 
     endocardium is measured along rays from the axis of the left ventricle; f(t) is the image and f(p) its maximum on the ray. At half \
     maximum it is the largest t < p with f(t) = f(p) / 2, at the steepest gradient the t < p with the largest f(t + h/2) - f(t - h/2), \
     where h is the side of a voxel. Axis and base plane are those of the phantom. EDV and ESV are the largest and the smallest volume of \
-    all gates. A value a ± b is that of expected counts and the standard deviation of one study of 4 million counts, from 16 \
+    all gates. A value a ± b is the value from expected counts and the standard deviation of one study of 4 million counts, from 16 \
     realisations of the noise (OSEM: 4).";
 
 pub(super) fn introduction(quick: bool) -> Vec<String> {
@@ -81,7 +81,7 @@ pub(super) fn write(gallery: &mut Gallery<'_>, results: &[CaseResult]) -> Result
     let reference: Vec<_> = (results.iter())
         .filter(|r| r.case.is_of_reference())
         .collect();
-    gallery.section("Where the bias comes from", paragraph(&reference));
+    gallery.section("Causes of the bias", paragraph(&reference));
     let rows = || (reference.iter()).map(|r| (vec![r.case.name.into()], *r));
     let caption = "Bias for EDV 127 mL and an ejection fraction of 0.55; one change at a time";
     table(gallery, caption, (&["case"], bias), rows());
@@ -108,7 +108,7 @@ pub(super) fn write(gallery: &mut Gallery<'_>, results: &[CaseResult]) -> Result
     Ok(())
 }
 
-/// What switching each cause off changes.
+/// Describes the change when each cause is switched off.
 fn paragraph(cases: &[&CaseResult]) -> String {
     let mut text = String::new();
     for (rule, name) in RULES.iter().enumerate() {
@@ -125,14 +125,14 @@ fn paragraph(cases: &[&CaseResult]) -> String {
         for (cause, case) in CAUSES {
             if let Some(without) = of(case) {
                 let change = [0, 1, 2].map(|part| without[part] - all[part]);
-                text += &format!("Without {cause} they change by {}. ", list(change));
+                text += &format!("Without {cause} the biases change by {}. ", list(change));
             }
         }
         if let Some(rest) = of(NOTHING) {
-            text += &format!("Without all four {} remain. ", list(rest));
+            text += &format!("Without all four causes the biases are {}. ", list(rest));
         }
     }
-    text + "The changes do not add up: the blurs of collimator and filter add in square. Noise adds the values of the second table."
+    text + "The changes are not additive: the blurs of collimator and filter add in quadrature. The second table contains the bias by noise."
 }
 
 /// Points of the cases with this size and name: the true ejection fraction and its bias.

@@ -37,7 +37,7 @@ impl ForceFrame<'_> {
 
 /// Draws the frames side by side, two in a row: nodes red, elastic forces magenta, pressure forces black.
 ///
-/// About 45 nodes a frame carry arrows. All arrows have one scale, the longest is an eighth of the figure's
+/// About 45 nodes per frame have arrows. All arrows have one scale, the longest is an eighth of the figure's
 /// longer side; a grey one on top has the length of a round force.
 ///
 /// # Errors

@@ -196,7 +196,7 @@ pub fn slice(
 /// Draws several slices of one orientation, three in a row, with one window and one colour bar.
 ///
 /// # Errors
-/// As [`slice()`], and [`StudyError::Mismatch`] if the planes' pictures differ in size.
+/// As [`slice()`], and [`StudyError::Mismatch`] if the planes' images differ in size.
 pub fn slices(
     volume: &Volume<'_>,
     planes: &[Plane],

@@ -5,7 +5,7 @@ use plotters::prelude::{Color, RGBColor};
 
 use super::canvas::{Area, Chart, Drawn, FINE, on_plot};
 
-/// A line through `points` in the chart's units. Points closer than a picture pixel are left out: plotters joins
+/// A line through `points` in the chart's units. Points closer than an image pixel are omitted: plotters joins
 /// corners at whole canvas pixels, and near ones make it ragged.
 pub(super) fn stroke(
     chart: &Chart<'_, '_>,
@@ -70,7 +70,7 @@ pub(super) fn dashed(
     Ok(())
 }
 
-/// Markers that tell series apart without colour.
+/// Markers that distinguish series without colour.
 pub(super) fn marker(
     area: &Area<'_>,
     kind: usize,

@@ -9,7 +9,7 @@
 //! | 9, forces on the moving membrane | [`force_frames`] |
 //! | 10, norm by iteration; Newton's residuals | [`histories`] |
 //! | 11, the wall's mesh | [`wall_meshes`] |
-//! | 12, the body at rest and dilated | [`bodies()`] |
+//! | 12, the body, reference and dilated | [`bodies()`] |
 //! | 13, the pose | [`poses`] |
 //! | 14, projections | [`projections`] |
 //! | 15 to 17, reconstructions | [`slice()`], [`slices`], [`isosurface()`] |

@@ -1,4 +1,4 @@
-//! Grey-scale pictures of sampled data: window, resampling to pixels, colour bar.
+//! Grey-scale images of sampled data: window, resampling to pixels, colour bar.
 
 use super::canvas::{Area, Drawn, FINE, Pin, Rect, label, number, round_ticks};
 use super::style::GREY;
@@ -6,7 +6,7 @@ use super::{Picture, check};
 use crate::StudyError;
 use plotters::prelude::{Color, PathElement};
 
-/// Width of a colour bar with its labels, and its distance from the picture, pixels.
+/// Width of a colour bar with its labels, and its distance from the image, pixels.
 pub(super) const BAR_ROOM: i32 = 170;
 const BAR_GAP: i32 = 28;
 const BAR_WIDTH: i32 = 28;
@@ -160,7 +160,7 @@ mod tests {
     }
 
     #[test]
-    fn columns_go_right_and_rows_go_up() {
+    fn columns_run_to_the_right_and_rows_upwards() {
         let rect = Rect {
             left: 5,
             top: 7,

@@ -37,7 +37,7 @@ impl View {
     }
 }
 
-/// An orthographic camera over a rectangle of a picture.
+/// An orthographic camera over a rectangle of an image.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Camera {
     pub(super) right: Vector3<f64>,
@@ -234,7 +234,7 @@ mod tests {
     }
 
     #[test]
-    fn x_comes_to_the_viewer_y_goes_right_z_goes_up() {
+    fn x_points_to_the_viewer_y_right_z_up() {
         let camera = camera(View {
             azimuth: 0.0,
             elevation: 0.0,

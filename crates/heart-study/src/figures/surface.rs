@@ -180,7 +180,7 @@ mod tests {
     const CENTRE: [f64; 3] = [21.3, 18.6, 17.9];
 
     #[test]
-    fn rays_meet_a_ball_where_they_should_with_its_normal() {
+    fn rays_intersect_a_ball_with_its_normal() {
         let values = ball(CENTRE);
         let volume = Volume {
             values: &values,
@@ -204,7 +204,7 @@ mod tests {
                 let found = found.expect("the ray passes through the ball");
                 assert!(!found.inside_at_start);
                 let p = origin + found.t * along;
-                // Linear interpolation of a distance errs by at most h^2 / (4 r) across two axes, and ten halvings leave 2^-10 of a step.
+                // The error of linear interpolation of a distance is at most h^2 / (4 r) across two axes, and that of ten halvings 2^-10 of a step.
                 let room = 1.0 / (4.0 * RADIUS) + STEP / 1024.0;
                 assert!(
                     ((p - centre).norm() - RADIUS).abs() < room,
@@ -224,7 +224,7 @@ mod tests {
     }
 
     #[test]
-    fn a_ray_that_starts_inside_says_so() {
+    fn a_ray_that_starts_inside_is_marked() {
         let values = ball(CENTRE);
         let volume = Volume {
             values: &values,

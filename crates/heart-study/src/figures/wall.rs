@@ -23,7 +23,7 @@ pub(super) struct Wall {
     extent: [f64; 2],
 }
 
-/// The part of the wall that a ray meets.
+/// The part of the wall that a ray intersects first.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Part {
     /// The outer membrane.
@@ -197,7 +197,7 @@ mod tests {
     }
 
     #[test]
-    fn the_outside_is_met_with_the_normal_of_the_ellipse() {
+    fn the_outer_surface_has_the_normal_of_the_ellipse() {
         let wall = wall([0.0, TAU]);
         for k in 1..20 {
             let x = 0.5 * f64::from(k);
@@ -264,7 +264,7 @@ mod tests {
     }
 
     #[test]
-    fn the_pose_carries_points_and_normals() {
+    fn the_pose_transforms_points_and_normals() {
         let (inner, outer) = (half_ellipse(8.0, 2.0), half_ellipse(10.0, 3.0));
         let state = WallState {
             title: "",

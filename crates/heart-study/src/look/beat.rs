@@ -111,7 +111,7 @@ mod tests {
     use std::io::Read;
 
     #[test]
-    fn voxels_of_the_page_are_means_where_those_of_the_volume_were() {
+    fn voxels_of_the_page_are_averages_at_their_positions() {
         let phantom = Phantom::new(Scene::default().with_size(8)).unwrap();
         let mut beat = Beat::new(&phantom);
         assert_eq!(beat.factor, 1);

@@ -109,7 +109,7 @@ fn sums_of_views(sums: &[Vec<f64>]) -> Result<Plot, StudyError> {
     })
 }
 
-/// From views `[view][row][bin]`: the row at the height of the centre of the heart in all views, and three views.
+/// Extracts from views `[view][row][bin]` the row at the height of the centre of the heart in all views, and three views.
 pub(super) fn cuts(phantom: &Phantom, views: &[f32]) -> Result<(Cut, Vec<Cut>), StudyError> {
     let camera = phantom.camera();
     let (bins, rows, n_views) = (camera.n_bins(), camera.n_rows(), camera.n_views());

@@ -11,7 +11,7 @@ use base64::engine::general_purpose::STANDARD;
 use heart_phantom::{RunReport, Thickness};
 use maud::{Markup, PreEscaped, Render, html};
 
-/// niivue 0.69.0, <https://www.npmjs.com/package/@niivue/niivue>, its `dist/niivue.umd.js` by gzip.
+/// niivue 0.69.0, <https://www.npmjs.com/package/@niivue/niivue>, its `dist/niivue.umd.js` compressed by gzip.
 const NIIVUE: &[u8] = include_bytes!("../../assets/niivue-0.69.0.umd.js.gz");
 const NIIVUE_LICENCE: &str = include_str!("../../assets/niivue-LICENSE.txt");
 const SCRIPT: &str = include_str!("../../assets/run.js");
@@ -24,7 +24,7 @@ pub(super) fn html(
     plots: &[Plot],
 ) -> Result<String, StudyError> {
     let body = html! {
-        p { (report.program) ". Everything is in this file; the numbers are those of report.json." }
+        p { (report.program) ". This file is self-contained; its numbers are those of report.json." }
         main {
             @if !report.warnings.is_empty() {
                 (section("Warnings", &html! {
@@ -40,7 +40,7 @@ pub(super) fn html(
             (section("Numbers", &html! { @for table in numbers(report) { (table) } }))
             @if let Some(scene) = &report.scene {
                 (section("Scene", &html! {
-                    details { summary { "as a file" } pre { (scene.to_toml()) } }
+                    details { summary { "scene file" } pre { (scene.to_toml()) } }
                 }))
             }
         }
@@ -102,7 +102,7 @@ fn numbers(report: &RunReport) -> Vec<Table> {
             format!("{:.2}", 10.0 * apex),
         ]
     });
-    let caption = "The heart at the phases that stand for the projections. The phase is the fraction of the R-R interval since \
+    let caption = "The heart at the phases that represent the projections. The phase is the fraction of the R-R interval since \
         the start of the cycle";
     tables.push(Table::new(caption, &header, rows.collect()));
     let judged: Vec<_> = (report.gates.iter().enumerate())
@@ -126,13 +126,13 @@ fn numbers(report: &RunReport) -> Vec<Table> {
                 told(found.rmse),
             ]
         });
-        let caption = "The reconstruction against the exact activity";
+        let caption = "Comparison of the reconstruction with the exact activity";
         tables.push(Table::new(caption, &header, rows.collect()));
     }
     tables
 }
 
-/// The 4-D viewer with its volumes. It is hidden until it works: without JavaScript or WebGL2 a sentence replaces it.
+/// The 4-D viewer with its volumes. It is hidden until it has started; without JavaScript or WebGL2 a sentence replaces it.
 fn viewer(look: &Kept<'_>) -> Result<Markup, StudyError> {
     let coarser = match look.shown[0].beat.factor() {
         1 => String::new(),
@@ -151,7 +151,7 @@ fn viewer(look: &Kept<'_>) -> Result<Markup, StudyError> {
     let licence = NIIVUE_LICENCE.replace("--", "- -");
     Ok(html! {
         p {
-            "Drag to move the cross, scroll to go through the slices, drag the body to turn it; lengths are in mm. The patient's left is on the \
+            "Drag to move the cross, scroll to change the slice, drag the body to rotate it; lengths are in mm. The patient's left is on the \
              right, the radiological convention." (coarser)
         }
         p #beat-state role="status" {}

@@ -197,7 +197,7 @@ mod tests {
 
     /// A volume that is linear in position is reproduced at the positions of the axes, with its marks on the correct sides.
     #[test]
-    fn sections_show_what_is_there() {
+    fn sections_reproduce_a_linear_volume() {
         let phantom = Phantom::new(Scene::default().with_size(24)).unwrap();
         let grid = *phantom.camera().grid();
         let [nx, ny, nz] = grid.shape();

@@ -16,7 +16,7 @@ const NODES: usize = 201;
 const STEPS: [f64; 3] = [2.0, 0.5, 1000.0];
 /// Stop when the norm of pressure and elastic forces is at most this.
 const TOLERANCE: f64 = 1e-4;
-/// Stiffness of the springs to the second neighbours in the run that has them.
+/// Stiffness of the springs to the second neighbours in the run with second neighbours.
 const SECOND_NEIGHBOURS: f64 = 0.1;
 /// Panels of Fig. 9.
 const N_FRAMES: usize = 4;

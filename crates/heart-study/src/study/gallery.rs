@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 /// The name of the page.
 const PAGE: &str = "index.html";
 
-/// Pictures written so far and the page about them.
+/// Images written so far, and their page.
 pub(crate) struct Gallery<'a> {
     out: &'a Path,
     sections: Vec<Section>,

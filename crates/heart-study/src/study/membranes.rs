@@ -52,7 +52,7 @@ pub(super) struct CircleStudy {
     pub(super) solution: Vec<[f64; 2]>,
 }
 
-/// Reference configurations of Table 1: measures of the polygon and closed forms.
+/// Reference configurations of Table 1: length, area and volume of the polygon, and closed forms.
 pub(super) fn reference(run: &Run<'_>) -> Result<report::Reference, PhantomError> {
     let pair = run.phantom.heart().pair();
     let measure = |solver: &Solver, balloon: Balloon| -> Result<_, PhantomError> {

@@ -24,8 +24,8 @@ use std::path::Path;
 const TITLE: &str = "A beating heart from two balloons";
 /// Introduction of the page.
 const INTRODUCTION: &str = "The study of Rohmer, Sitek and Gullberg (2006), Simulation of the \
-    Beating Heart Based on Physically Modeling a Deformable Balloon (hal-03929238), computed again: \
-    shapes solved, sinograms from exact chords, filtered back-projection slice by slice.";
+    Beating Heart Based on Physically Modeling a Deformable Balloon (hal-03929238), reproduced: \
+    solved shapes, sinograms from exact chords, filtered back-projection slice by slice.";
 /// Runs the study and writes its files to the directory `out`, `report.json` last. The report of an earlier run and the files that
 /// it lists are removed first.
 ///
@@ -175,7 +175,7 @@ pub fn summary(report: &Report) -> String {
             cell(a.cavity_mean)
         );
     }
-    text += "* from the exact volume; of the short scan, whose views see different hearts, from the mean of all views\n";
+    text += "* relative to the exact volume; for the short scan, whose views acquire different shapes, to their average\n";
     let t = &report.time;
     text += &format!(
         "solve {:.2} s  project {:.2} s  reconstruct {:.2} s  truth and files {:.2} s  total {:.2} s  memory {} MiB",

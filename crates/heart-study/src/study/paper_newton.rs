@@ -117,7 +117,7 @@ mod tests {
     use heart_phantom::membrane_newton::{Membrane, ReferenceShape};
 
     #[test]
-    fn the_printed_jacobian_stalls_and_the_right_one_converges_quadratically() {
+    fn the_printed_jacobian_stalls_and_the_corrected_one_converges_quadratically() {
         let membrane = Membrane::new(ReferenceShape::balloon(8.5, 1.75).unwrap());
         let differences = FiniteDifferences::new(&membrane, 201).unwrap();
         let run = |jacobian| paper_newton(&differences, 17.5, jacobian, 60, 1e-4);

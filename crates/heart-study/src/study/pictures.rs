@@ -31,8 +31,8 @@ const WALL_MESH: (usize, usize) = (5, 60);
 pub(super) fn reference(gallery: &mut Gallery<'_>, reference: &report::Reference) {
     gallery.section(
         "Reference configurations",
-        "Two balloons, each a cylinder of 8.5 cm closed by a hemisphere (Table 1). The measures \
-             of the polygon through the nodes (section 3.3) against the closed forms.",
+        "Two balloons, each a cylinder of 8.5 cm closed by a hemisphere (Table 1). The table compares the \
+             polygon through the nodes (section 3.3) with the closed forms.",
     );
     let row = |name: &str, discrete: f64, exact: f64| {
         vec![
@@ -54,7 +54,7 @@ pub(super) fn reference(gallery: &mut Gallery<'_>, reference: &report::Reference
         .collect();
     gallery.table(
         "Reference configurations",
-        &["measure", "polygon", "closed form", "relative difference"],
+        &["quantity", "polygon", "closed form", "relative difference"],
         rows,
     );
 }
@@ -65,10 +65,10 @@ pub(super) fn direct(gallery: &mut Gallery<'_>, study: &DirectStudy) -> Result<(
     gallery.section(
         "Direct method",
         format!(
-            "Newton's method on the discrete equilibrium (section 3.1.2, Eq. 14 with its signs put \
-             right). At the study's volume gain the pair needs {} steps from rest: pressures \
-             {:.11} inside and {:.11} outside (mesh-independent: {:.11} and {:.11}), wall volume \
-             kept to {:.1e}.",
+            "Newton's method on the discrete equilibrium (section 3.1.2, Eq. 14 with corrected \
+             signs). At the study's volume gain the pair needs {} steps from the reference configuration: \
+             pressures {:.11} inside and {:.11} outside (mesh-independent: {:.11} and {:.11}), relative \
+             change of the wall volume {:.1e}.",
             figures.newton_iterations,
             figures.f_inner,
             figures.f_outer,
@@ -110,9 +110,9 @@ pub(super) fn direct(gallery: &mut Gallery<'_>, study: &DirectStudy) -> Result<(
             ],
         )?,
         format!(
-            "The paper's oscillation explained: with the two signs of Eq. 14 as printed Newton \
-             still leaves a force of {:.2} after 60 steps (201 nodes, f/lambda = 17.5 cm); with the \
-             right ones it converges quadratically.",
+            "Cause of the oscillation in the paper: with the two signs of Eq. 14 as printed, Newton's method \
+             has a residual force of {:.2} after 60 steps (201 nodes, f/lambda = 17.5 cm); with the \
+             corrected signs it converges quadratically.",
             figures.printed_jacobian_residual_after_60
         ),
     )
@@ -125,8 +125,8 @@ pub(super) fn evolving(gallery: &mut Gallery<'_>, study: &EvolvingStudy) -> Resu
         "Evolving method",
         format!(
             "Implicit Euler in time (section 3.2), elastic forces implicit, the pressure of Eq. 4 \
-             linearised, damped. With a step of {} it comes to rest in {} steps; its last shape \
-             lies within {:.1e} cm of the direct one.",
+             linearised, damped. With a step of {} it reaches equilibrium in {} steps; its last shape \
+             is within {:.1e} cm of that of the direct method.",
             figures.dt, figures.steps, figures.distance_to_direct
         ),
     );
@@ -154,8 +154,8 @@ pub(super) fn evolving(gallery: &mut Gallery<'_>, study: &EvolvingStudy) -> Resu
     gallery.picture(
         "fig10-norm.png",
         &histories("norm of pressure and elastic forces", Some(1e-4), &series)?,
-        "Fig. 10: the norm of the forces by iteration. It falls at every step for large steps \
-         only; with small ones the membrane oscillates as the wave that it is.",
+        "Fig. 10: the norm of the forces by iteration. It decreases monotonically for large steps \
+         only; with small steps the membrane oscillates.",
     )
 }
 
@@ -166,8 +166,8 @@ pub(super) fn pair(
 ) -> Result<(), StudyError> {
     gallery.section(
         "Two membranes",
-        "The outer pressure is solved for together with both shapes, so that the wall keeps its \
-             volume: no trial and error.",
+        "The outer pressure is solved for together with both shapes, so that the volume of the wall \
+             is constant without trial and error.",
     );
     let titles: Vec<String> = states
         .iter()
@@ -192,8 +192,8 @@ pub(super) fn pair(
     gallery.picture(
         "fig12-bodies.png",
         &bodies(&[walls[0], walls[walls.len() - 1]])?,
-        "Fig. 12: the heart at rest and dilated. Rays cast at the exact body, normals from the \
-         meridian; above cut open, below the mesh of the outer membrane.",
+        "Fig. 12: the heart in the reference configuration and dilated, rendered from the exact body with the \
+         normals of the meridian; above cut open, below the mesh of the outer membrane.",
     )
 }
 
@@ -214,9 +214,9 @@ pub(super) fn rubber(gallery: &mut Gallery<'_>, study: &RubberStudy) -> Result<(
         "The same balloons as rubber",
         format!(
             "Springs pull along the meridian only. Rubber is incompressible and has tension around the axis too, so that its \
-             pressures are pressures: here neo-Hookean, {mu} kPa and {thickness} mm thick at rest, {:.2} mmHg across the inner \
-             balloon and {:.2} mmHg across the outer one at the study's volume gain. The wall keeps its volume to {:.1e}. A \
-             view of the two hearts differs by {:.2} % (root mean square).",
+             loads are physical pressures. Neo-Hookean, {mu} kPa, {thickness} mm thick in the reference configuration: {:.2} mmHg across \
+             the inner balloon and {:.2} mmHg across the outer one at the study's volume gain. Relative change of the wall volume: {:.1e}. \
+             A view of the two hearts differs by {:.2} % (root mean square).",
             figures.inner_mmhg,
             figures.outer_mmhg,
             figures.wall_volume_error,
@@ -237,9 +237,9 @@ pub(super) fn rubber(gallery: &mut Gallery<'_>, study: &RubberStudy) -> Result<(
         "rubber-pressure.svg",
         &curves("volume gain", "pressure (mmHg)", &drawn)?,
         format!(
-            "Pressure across the inner balloon over its volume, of rubbers of {mu} kPa and {thickness} mm. The neo-Hookean one has \
-             a largest pressure, beyond which it falls while the balloon grows; chains of finite length (Gent) stiffen again. \
-             Springs, as stiff as have the neo-Hookean pressure at the study's gain: mean pressure, intensity over length."
+            "Pressure across the inner balloon over its volume, of rubbers of {mu} kPa and {thickness} mm. The neo-Hookean pressure \
+             has a maximum, beyond which it falls while the balloon grows; chains of finite length (Gent) stiffen again. \
+             The stiffness of the springs gives the neo-Hookean pressure at the study's gain (mean pressure: intensity over length)."
         ),
     )?;
     let drawn: Vec<Curve<'_>> = (titles.iter().zip(&study.profiles))
@@ -273,7 +273,7 @@ pub(super) fn pose(gallery: &mut Gallery<'_>, run: &Run<'_>) -> Result<(), Study
     gallery.section(
         "Tomography",
         format!(
-            "The camera turns about z by 180 degrees in {} views while the heart beats {} times a \
+            "The camera rotates about z by 180 degrees in {} views while the heart beats {} times per \
              minute. Sinograms from exact chords of the revolved membranes, reconstructed slice by \
              slice to {}³ voxels of {:.4} cm.",
             run.phantom.camera().n_views(),
@@ -349,7 +349,7 @@ pub(super) fn reconstruction(
         &slices(&volume, &planes, WINDOW, "activity")?,
         format!("Fig. {number}b: slices of the same."),
     )?;
-    // Cut through the axis of the body, facing the viewer: the inside of the wall with its motion artefacts.
+    // The cut runs through the axis of the body and faces the viewer; it shows the inside of the wall with its motion artefacts.
     let axis = run.phantom.heart().pose().axis();
     let toward = Vector3::from(VIEW.toward());
     let normal = toward - axis * toward.dot(&axis);
@@ -365,13 +365,13 @@ pub(super) fn reconstruction(
     )
 }
 
-/// The table of measures.
+/// The table of image quality.
 pub(super) fn measures(gallery: &mut Gallery<'_>, report: &Report) {
     gallery.section(
-        "What motion does",
+        "Effects of motion",
         "The wall's activity is 1, everything else 0. Wall and background are the same voxels \
-             for the three acquisitions. The RMSE is from the exact volume; the views of the short scan see \
-             different hearts, and it is from the mean of what all of them see.",
+             for the three acquisitions. The RMSE is relative to the exact volume. The views of the short scan \
+             acquire different shapes of the heart, so its reference is the average over all views.",
     );
     let cell = |v: Option<f64>| v.map_or("–".into(), |v| format!("{v:.5}"));
     let row = |name: &str, a: &report::Acquisition| {
@@ -411,8 +411,8 @@ pub(super) fn measures(gallery: &mut Gallery<'_>, report: &Report) {
 pub(super) fn circle(gallery: &mut Gallery<'_>, study: &CircleStudy) -> Result<(), StudyError> {
     gallery.section(
         "Appendix: the circle",
-        "A membrane that is a straight line at rest blows up to an arc of a circle; with the \
-             constant C put right the discrete solution converges to it.",
+        "A membrane whose reference configuration is a straight line inflates to an arc of a circle; with the \
+             corrected constant C the discrete solution converges to it.",
     );
     let radius = study.exact.arc_radius();
     let apex = study.exact.at(0.5);

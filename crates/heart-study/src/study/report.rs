@@ -1,7 +1,7 @@
 //! The numbers of the study in `report.json`.
 //!
-//! Lengths in cm, areas in cm^2, volumes in cm^3, times in seconds, activities per cm^3 relative to the wall. A measure over an
-//! empty set of voxels (tiny volumes) is omitted.
+//! Lengths in cm, areas in cm^2, volumes in cm^3, times in seconds, activities per cm^3 relative to the wall. A quantity over an empty set of voxels
+//! (tiny volumes) is omitted.
 
 use heart_phantom::TruthOf;
 use serde::Serialize;
@@ -70,7 +70,7 @@ pub struct Reference {
     pub outer: ReferenceShape,
 }
 
-/// Measures of one reference configuration: of the polygon through the nodes, and in closed form.
+/// Length, area and volume of one reference configuration: of the polygon through the nodes, and in closed form.
 #[derive(Debug, Clone, Default, Serialize)]
 #[non_exhaustive]
 pub struct ReferenceShape {
@@ -243,7 +243,7 @@ pub struct Time {
     pub project: f64,
     /// Filtered back-projection.
     pub reconstruct: f64,
-    /// Ground truth, measures, figures, and waiting for files, which are written concurrently.
+    /// Ground truth, image quality, figures, and waiting for files, which are written concurrently.
     pub truth_and_files: f64,
     /// Total.
     pub total: f64,

@@ -12,7 +12,7 @@ use std::sync::Arc;
 pub(super) const RUBBER: (f64, f64) = (400.0, 0.5);
 /// Volume gains of the pressure curves.
 const GAINS: (usize, f64) = (24, 3.0);
-/// Their membranes.
+/// Membranes of the pressure curves.
 const SPECTRAL: Discretisation = Discretisation::Spectral {
     degree: 16,
     per_piece: 1,

@@ -1,4 +1,4 @@
-//! The three acquisitions of section 5: sinograms, reconstructions, measures.
+//! The three acquisitions of section 5: sinograms, reconstructions, image quality.
 
 use super::report;
 use super::run::Run;
@@ -23,7 +23,7 @@ pub(super) struct Reconstructed {
     pub(super) hann: report::Acquisition,
 }
 
-/// Simulates one acquisition, reconstructs it with both windows, measures it and writes sinogram, volumes and ground truth. Files
+/// Simulates one acquisition, reconstructs it with both windows, computes the image quality and writes sinogram, volumes and ground truth. Files
 /// are written concurrently with the next computation. `volumes` contains the reconstructions with Ram-Lak and Hann, `[z][y][x]`;
 /// the next acquisition reuses their memory.
 pub(super) fn reconstruct(

@@ -1,11 +1,11 @@
-"""Looks at the page of a run in a headless Chromium: that its viewer is there, that the heart moves, and that marks are where they belong.
+"""Tests the page of a run in a headless Chromium: the viewer exists, the heart moves, and marks are at their positions.
 
     pip install pillow numpy
     heart-phantom run SCENE --out DIR      (gated, with a reconstruction or an exact volume)
     python3 page.py DIR/index.html [FOLDER for the screenshots]
 
-Needs Debian's package chromium, or any other under that name; what else it wants to be told, by root for one, is taken from CHROMIUM_FLAGS.
-No part of `.ci/run`, which has no browser.
+Needs Debian's package chromium, or any other under that name; CHROMIUM_FLAGS contains further options, for example for root.
+Not part of `.ci/run`, which has no browser.
 """
 
 import os
@@ -67,7 +67,7 @@ assert changed[viewer].sum() > 2000, "nothing moves"
 outside = changed.copy()
 outside[top - 80 : bottom] = False
 assert outside.sum() == 0, "something else moves"
-# At rest it is the same picture again.
+# When stopped, the image is the same again.
 again = screenshot(1)
 assert (np.abs(first - again).max(axis=2) > 24).sum() == 0
 print(f"{page.name}: {n_gates} gates, {changed[viewer].sum()} pixels of the viewer move; screenshots in {out}")

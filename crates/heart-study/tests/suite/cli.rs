@@ -34,7 +34,7 @@ fn the_study_writes_its_report_figures_and_arrays() {
         for measure in ["length", "area", "volume"] {
             let discrete = get(&format!("reference.{balloon}.{measure}"));
             let exact = get(&format!("reference.{balloon}.{measure}_exact"));
-            // Second order in 1/100 of the curve; the constant is below 10 for each measure.
+            // Second order in 1/100 of the curve; the constant is below 10 for each quantity.
             assert!((discrete / exact - 1.0).abs() < 1e-3, "{balloon} {measure}");
         }
     }
@@ -55,7 +55,7 @@ fn the_study_writes_its_report_figures_and_arrays() {
     assert_eq!(report["evolving"]["small_step_monotone"], false);
     assert!(get("evolving.distance_to_direct") < 1e-4);
     assert!((get("circle.order") - 2.0).abs() < 0.01);
-    // p / (mu h) of the fine mesh times 400 kPa and 0.05 cm; second order in 1/100 of the curve, but in a layer at the ring
+    // p / (mu h) of the fine mesh times 400 kPa and 0.05 cm; second order in 1/100 of the curve, except in a layer at the ring
     let mmhg = 0.371980648542 * 400.0 * 0.05 * 1000.0 / 133.322387415;
     assert!((get("rubber.inner_mmhg") / mmhg - 1.0).abs() < 1e-2);
     assert!(get("rubber.outer_mmhg") < get("rubber.inner_mmhg"));
@@ -161,7 +161,7 @@ fn results_do_not_depend_on_threads_or_figures() {
 }
 
 #[test]
-fn bad_input_is_refused_before_anything_is_written() {
+fn bad_input_is_rejected_before_anything_is_written() {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("out");
     for (arguments, says) in [
@@ -191,7 +191,7 @@ fn bad_input_is_refused_before_anything_is_written() {
 }
 
 #[test]
-fn a_folder_that_cannot_be_made_is_named() {
+fn a_directory_that_cannot_be_created_is_named() {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("file");
     std::fs::write(&file, "in the way").unwrap();
@@ -202,7 +202,7 @@ fn a_folder_that_cannot_be_made_is_named() {
     assert_eq!(std::fs::read_to_string(&file).unwrap(), "in the way");
 }
 
-/// A quick study of ejection fractions: true volumes, results of both edge rules, and every picture of the page.
+/// A quick study of ejection fractions: true volumes, results of both edge rules, and every image of the page.
 #[test]
 fn the_study_of_ejection_fractions_writes_its_report_and_page() {
     let folder = tempfile::tempdir().unwrap();
@@ -228,7 +228,7 @@ fn the_study_of_ejection_fractions_writes_its_report_and_page() {
             assert!(number(measured, "mean.edv").is_finite());
         }
     }
-    // A heart at rest without collimator, attenuation and filter window, in bins of 2 mm: from eight views both rules find it to 3 %.
+    // A static heart without collimator, attenuation and filter window, in bins of 2 mm: from eight views both rules are accurate to 3 %.
     let ideal = &cases[4];
     assert_eq!(
         ideal["name"],

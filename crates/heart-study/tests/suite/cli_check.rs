@@ -22,7 +22,7 @@ fn check(folder: &Path, scene: &str, words: &[&str]) -> (Option<i32>, String, St
     (output.status.code(), out, err)
 }
 
-/// Fields in their ranges that make a scene which cannot be run, and the field that is to blame.
+/// Scenes whose fields are within their ranges, but which cannot be run, with the responsible field.
 const HOPELESS: [(&str, &str); 8] = [
     // Directions of 0 and 181 degrees: nearly the same.
     ("camera.views = 2\ncamera.arc = 362.0", "camera.arc"),
@@ -57,10 +57,10 @@ const HOPELESS: [(&str, &str); 8] = [
 ];
 
 #[test]
-fn check_finds_what_run_would_refuse_with_its_line() {
+fn check_finds_the_errors_of_run_with_their_lines() {
     let folder = tempfile::tempdir().unwrap();
     for (fields, field) in HOPELESS {
-        // A field is given once.
+        // A field must be given once.
         let small = match field {
             "acquisition.accuracy.tolerance" => {
                 SMALL.replace("acquisition.accuracy = { steps = 4 }\n", "")
@@ -82,7 +82,7 @@ fn check_finds_what_run_would_refuse_with_its_line() {
 }
 
 #[test]
-fn check_tells_volumes_memory_and_files() {
+fn check_reports_volumes_memory_and_files() {
     let folder = tempfile::tempdir().unwrap();
     let text = format!(
         "{SMALL}camera.views = 6\nacquisition.mode = {{ gated = {{ gates = 8 }} }}\n\
@@ -107,7 +107,7 @@ fn check_tells_volumes_memory_and_files() {
         .collect();
     assert_eq!(listed.len(), written.len());
     assert!(written.iter().all(|name| listed.contains(name)));
-    // 8 sets of 6 views, 8 reconstructions and truths of four bytes a sample, 8 volumes of one.
+    // 8 sets of 6 views, 8 reconstructions and ground truths of four bytes per sample, 8 volumes of one byte per sample.
     let bytes = 8 * (4 * 6 * 12 * 12 + (4 + 4 + 1) * 12 * 12 * 12);
     assert_eq!(said["bytes"], bytes);
     assert_eq!(

@@ -40,7 +40,7 @@ fn files(folder: &Path) -> Vec<String> {
 }
 
 #[test]
-fn a_cohort_goes_from_its_text_to_its_manifest() {
+fn a_cohort_is_processed_from_its_text_to_its_manifest() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
     assert!(cohort(folder, &["init", "template.toml"]).status.success());
@@ -118,7 +118,7 @@ fn a_cohort_goes_from_its_text_to_its_manifest() {
 }
 
 #[test]
-fn what_makes_no_sense_is_refused_with_its_place() {
+fn invalid_input_is_rejected_with_its_place() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
     fs::write(
@@ -151,7 +151,7 @@ fn what_makes_no_sense_is_refused_with_its_place() {
 /// A limit on the size of files simulates a full disk: the write fails in the same way.
 #[cfg(unix)]
 #[test]
-fn a_full_disk_leaves_nothing_half_written() {
+fn a_full_disk_leaves_no_partial_files() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
     fs::write(folder.join("cohort.toml"), COHORT).unwrap();

@@ -5,13 +5,13 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
-/// A scene that takes no time; labels and surfaces have the names that `truth` gives its own.
+/// A fast scene; labels and surfaces have the names of those of `truth`.
 const SCENE: &str = "[heart]\ndiscretisation = { differences = { nodes = 51 } }\n\
     [camera]\nviews = 4\nbins = 12\nrows = 10\npitch = [1.4, 1.6]\n\
     [acquisition]\nmode = { static = { phase = 0.0 } }\n";
 const PAPER: [&str; 6] = ["--size", "16", "--views", "4", "--nodes", "51"];
 
-/// In `folder`, where `scene.toml` is.
+/// Runs in `folder`, which contains `scene.toml`.
 fn heart_phantom(folder: &Path, arguments: &[&str]) -> Output {
     fs::write(folder.join("scene.toml"), SCENE).unwrap();
     Command::new(env!("CARGO_BIN_EXE_heart-phantom"))
@@ -60,7 +60,7 @@ fn holds_what_is_listed(folder: &Path, others: &[&str]) -> BTreeSet<String> {
 }
 
 #[test]
-fn a_study_or_a_run_leaves_nothing_of_an_earlier_one() {
+fn a_study_or_a_run_removes_the_files_of_an_earlier_one() {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("out");
     fs::create_dir(&out).unwrap();
@@ -83,7 +83,7 @@ fn a_study_or_a_run_leaves_nothing_of_an_earlier_one() {
 
 /// A report of another program, with its files.
 #[test]
-fn files_of_other_programs_stay_as_they_are() {
+fn files_of_other_programs_are_unchanged() {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("out");
     fs::create_dir(&out).unwrap();
@@ -109,14 +109,14 @@ fn files_of_other_programs_stay_as_they_are() {
     }
 }
 
-/// Where a report is, all that it lists is as it was written.
+/// If a report exists, all files that it lists are unchanged.
 #[test]
 fn single_results_do_not_change_a_run() {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("out");
     done(folder.path(), &["run", "scene.toml", "--out", "out"]);
     let before = contents(&out);
-    // The default run has neither labels nor surfaces: beside it there is room for them.
+    // The default run has neither labels nor surfaces, so that these can be written beside it.
     let truth = ["truth", "scene.toml", "--phase", "0.5", "--out", "out"];
     done(folder.path(), &truth);
     let view = ["view", "scene.toml", "--view", "1", "--out"];
@@ -141,7 +141,7 @@ fn single_results_do_not_change_a_run() {
         }
     }
     assert!(contents(&out).is_superset(&before));
-    // One that has labels.
+    // A run with labels.
     let labels = folder.path().join("labels");
     let scene = format!("{SCENE}[output]\nwrite = ['labels', 'meshes']\n");
     fs::write(folder.path().join("labels.toml"), scene).unwrap();

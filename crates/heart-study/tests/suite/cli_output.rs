@@ -22,7 +22,7 @@ fn write(folder: &Path, name: &str, text: &str) -> PathBuf {
     path
 }
 
-/// The one JSON object that was said, on one output, with nothing on the other.
+/// Returns the single JSON object of one output; the other output is empty.
 fn only_json(output: &Output) -> serde_json::Value {
     let (said, other) = match output.status.success() {
         true => (&output.stdout, &output.stderr),
@@ -38,14 +38,14 @@ fn only_json(output: &Output) -> serde_json::Value {
 }
 
 #[test]
-fn with_json_there_is_json_alone() {
+fn with_json_the_output_is_json_only() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
     write(folder, "small.toml", SMALL);
     write(folder, "bad.toml", "[camera]\nviews = 0\n");
     write(folder, "file", "in the way");
     for command in [
-        // Answers of every command.
+        // Output of every command.
         &["init"][..],
         &["init", "new.toml"],
         &["check", "small.toml"],
@@ -60,7 +60,7 @@ fn with_json_there_is_json_alone() {
         &["--help"],
         &["run", "--help"],
         &["--version"],
-        // Refusals of every kind.
+        // Errors of every kind.
         &[],
         &["nosuch"],
         &["man", "nosuch"],
@@ -97,7 +97,7 @@ fn with_json_there_is_json_alone() {
         let output = heart_phantom(folder, &[command, &["--json"]].concat());
         assert_eq!(output.status.success(), succeeds, "{command:?}: {output:?}");
         only_json(&output);
-        // The same before the command.
+        // The option before the command.
         if let [first, ..] = command
             && !first.starts_with('-')
             && *first != "init"
@@ -110,7 +110,7 @@ fn with_json_there_is_json_alone() {
 }
 
 #[test]
-fn help_and_version_are_said_once() {
+fn help_and_version_are_printed_once() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
     for command in [
@@ -132,7 +132,7 @@ fn help_and_version_are_said_once() {
             assert_eq!(json["text"], said);
         }
     }
-    // Without a command there is the same help, and no error in its words.
+    // Without a command the same help is printed, without an error message.
     let output = heart_phantom::<&str>(folder, &[]);
     let said = String::from_utf8(output.stderr).unwrap();
     let help = heart_phantom(folder, &["-h"]).stdout;
@@ -141,7 +141,7 @@ fn help_and_version_are_said_once() {
 }
 
 #[test]
-fn the_summary_tells_how_well_time_was_sampled() {
+fn the_summary_contains_the_sampling_of_time() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
     let moving = SMALL.replace(
@@ -161,7 +161,7 @@ fn the_summary_tells_how_well_time_was_sampled() {
     assert!(worst > 0.0 && steps >= 8 && gates[1]["quadrature_steps"] == steps);
     let line = format!("at most {worst:.1e} of the largest sample ({steps} time steps per beat)\n");
     assert!(said.contains(&line), "{said}");
-    // One moment is sampled to all digits.
+    // A single instant is sampled exactly.
     let output = heart_phantom(folder, &["run", "small.toml", "--out", "still"]);
     let said = String::from_utf8(output.stdout).unwrap();
     assert!(
@@ -170,10 +170,10 @@ fn the_summary_tells_how_well_time_was_sampled() {
     );
 }
 
-/// A warning is part of the one object. Four files may be open: the signals' own two are too many.
+/// A warning is part of the single object. With a limit of four open files the two of the signal handling exceed the limit.
 #[cfg(target_os = "linux")]
 #[test]
-fn a_warning_does_not_break_the_json() {
+fn a_warning_is_part_of_the_json() {
     let folder = tempfile::tempdir().unwrap();
     write(folder.path(), "small.toml", SMALL);
     write(folder.path(), "bad.toml", "[camera]\nviews = 0\n");
@@ -196,10 +196,10 @@ fn a_warning_does_not_break_the_json() {
     }
 }
 
-/// A name that is no text, where the system has such.
+/// A name that is not Unicode, on systems that allow it.
 #[cfg(target_os = "linux")]
 #[test]
-fn a_file_name_that_is_no_text_is_said_as_well_as_can_be() {
+fn a_file_name_that_is_not_unicode_is_escaped() {
     use std::os::unix::ffi::OsStrExt;
     let folder = tempfile::tempdir().unwrap();
     let name = OsStr::from_bytes(b"bad\xff\x1b[31m.toml");
@@ -239,7 +239,7 @@ fn moves_a_terminal(c: char) -> bool {
 const HOSTILE: &str =
     "\u{1b}[2J\u{1b}]0;title\u{7}\u{9b}31m\u{202e}\u{2066}\u{200b}\u{feff}\r\u{8}";
 
-/// As escapes of TOML, which has no other way to write them.
+/// As escapes of TOML, which has no other notation for them.
 fn escaped(text: &str) -> String {
     text.chars()
         .map(|c| format!("\\u{:04x}", c as u32))
@@ -247,7 +247,7 @@ fn escaped(text: &str) -> String {
 }
 
 #[test]
-fn nothing_that_others_wrote_moves_the_terminal() {
+fn foreign_text_is_escaped_for_the_terminal() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
     let hostile = escaped(HOSTILE);
@@ -258,7 +258,7 @@ fn nothing_that_others_wrote_moves_the_terminal() {
         format!("[acquisition]\nmode = \"{hostile}\"\n"),
         format!("[acquisition]\nmode = {{ \"{hostile}`, expected\\n\" = 1 }}\n"),
         format!("[output]\nwrite = [\"{hostile}\"]\n"),
-        // Not escaped: no TOML, or a comment within.
+        // Unescaped: invalid TOML, or within a comment.
         format!("[camera]\nviews = {HOSTILE}\n"),
         format!("{HOSTILE}\n"),
         String::from("[camera]\nviews = 'x\u{202e}\u{2066}\u{200b}'\n"),
@@ -302,7 +302,7 @@ fn nothing_that_others_wrote_moves_the_terminal() {
 }
 
 #[test]
-fn long_texts_are_cut() {
+fn long_texts_are_truncated() {
     let folder = tempfile::tempdir().unwrap();
     const LENGTH: usize = 2_000_000;
     let long = "A".repeat(LENGTH);
@@ -324,7 +324,7 @@ fn long_texts_are_cut() {
             let said = String::from_utf8(output.stderr).unwrap();
             assert!(said.len() < 2000, "{} bytes", said.len());
             assert_eq!(output.status.code(), Some(2));
-            // The allowed value is not cut off.
+            // The allowed value is not truncated.
             assert!(said.contains(ends), "{said}");
             if !ends.is_empty() {
                 let length = format!("... ({LENGTH} characters)");
@@ -335,7 +335,7 @@ fn long_texts_are_cut() {
 }
 
 #[test]
-fn numbers_are_taken_as_they_are_meant() {
+fn numbers_are_parsed_and_normalised() {
     let folder = tempfile::tempdir().unwrap();
     write(folder.path(), "small.toml", SMALL);
     let truth =

@@ -41,12 +41,12 @@ fn unpacked(text: &str) -> Vec<u8> {
 }
 
 #[test]
-fn a_page_holds_all_that_it_shows() {
+fn a_page_is_self_contained() {
     let folder = tempfile::tempdir().unwrap();
     let report = run(folder.path(), "", &[]);
     let page = fs::read_to_string(folder.path().join("out/index.html")).unwrap();
     assert!(page.len() < 25_000_000);
-    // Nothing is fetched: no address but those of names of XML, and no file beside it.
+    // Nothing is fetched: the only addresses are XML namespaces, and no other file is used.
     for address in ["src=\"http", "href=\"http", "url(http", "@import", "<link"] {
         assert!(!page.contains(address), "{address}");
     }
@@ -80,7 +80,7 @@ fn a_page_holds_all_that_it_shows() {
     // The library, and its licence.
     assert!(unpacked(data(&page, "niivue")).starts_with(b"(function("));
     assert!(page.contains("BSD 2-Clause License") && page.contains("Copyright (c) 2021, Niivue"));
-    // The volumes: all gates, where the grid is, in their unit.
+    // The volumes: all gates, at the position of the grid, in their unit.
     for name in ["reconstruction", "truth"] {
         let nifti = unpacked(data(&page, name));
         let short = |at: usize| i16::from_le_bytes([nifti[at], nifti[at + 1]]);
@@ -108,7 +108,7 @@ fn a_page_holds_all_that_it_shows() {
 }
 
 #[test]
-fn a_page_that_is_not_wanted_is_not_written() {
+fn a_page_is_omitted_on_request() {
     let folder = tempfile::tempdir().unwrap();
     run(folder.path(), "", &[]);
     let page = folder.path().join("out/index.html");
@@ -130,7 +130,7 @@ fn a_page_that_is_not_wanted_is_not_written() {
 
 /// All gates of a study in one file each; all listed files exist.
 #[test]
-fn a_study_in_one_file_a_kind() {
+fn a_study_with_one_file_per_product() {
     let folder = tempfile::tempdir().unwrap();
     let output = "[output]\nwrite = ['projections', 'reconstruction', 'truth', 'labels', 'pictures']\n\
         gates = 'one-file'\nvolumes = 'nifti'\n";
@@ -169,7 +169,7 @@ fn a_study_in_one_file_a_kind() {
     );
     let nifti = fs::read(folder.path().join("out/truth.nii")).unwrap();
     assert_eq!(nifti.len(), 352 + 4 * 3 * 20 * 20 * 16);
-    // The gates are those that have files of their own otherwise.
+    // The gates equal those of separate files.
     run(
         folder.path(),
         "[output]\nwrite = ['truth']\n",

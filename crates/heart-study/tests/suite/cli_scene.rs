@@ -21,7 +21,7 @@ fn json(text: &str) -> serde_json::Value {
     serde_json::from_str(text).unwrap_or_else(|error| panic!("{error}: {text}"))
 }
 
-/// A scene that takes no time.
+/// A fast scene.
 fn small(folder: &Path, rest: &str) -> PathBuf {
     let path = folder.join("scene.toml");
     let text = format!(
@@ -51,7 +51,7 @@ fn init_writes_a_scene_that_check_accepts_and_overwrites_nothing() {
 }
 
 #[test]
-fn run_writes_what_the_scene_asks_for() {
+fn run_writes_the_requested_products() {
     let folder = tempfile::tempdir().unwrap();
     let scene = small(
         folder.path(),
@@ -112,7 +112,7 @@ fn run_writes_what_the_scene_asks_for() {
     assert_eq!(report["work"]["shapes_solved"], 13); // 5 for the gates of 8 steps, 13 in all for the 24 phases of the masks
     assert!(report["gates"][1]["view_error"]["time"].as_f64().unwrap() > 0.0);
     check_views(&report);
-    // The summary for people, and silence.
+    // The summary, and no output with `--quiet`.
     let again = folder.path().join("again");
     let (shown, _) = said(&heart_phantom(&[
         "run",
@@ -137,7 +137,7 @@ fn run_writes_what_the_scene_asks_for() {
     assert!(quiet.status.success() && quiet.stdout.is_empty() && quiet.stderr.is_empty());
 }
 
-/// Step and shoot, 65 beats per minute, views a second apart, two gates: each has half of its second.
+/// Step and shoot, 65 beats per minute, views one second apart, two gates: each has half of a second.
 fn check_views(report: &serde_json::Value) {
     assert_eq!(report["slice_order"]["projections"], "head-to-feet");
     assert_eq!(report["slice_order"]["volumes"], "feet-to-head");
@@ -197,7 +197,7 @@ fn every_file_is_listed_in_every_format() {
 }
 
 #[test]
-fn check_tells_how_much_run_will_write() {
+fn check_reports_the_size_of_the_output() {
     let folder = tempfile::tempdir().unwrap();
     let rest = "[acquisition]\nmode = { gated = { gates = 2 } }\naccuracy = { steps = 4 }\n\
         [attenuation]\ncoefficient = 0.1\nmedium = 'heart'\n\
@@ -219,7 +219,7 @@ fn check_tells_how_much_run_will_write() {
 }
 
 #[test]
-fn truth_and_view_do_their_part_alone() {
+fn truth_and_view_compute_their_part_only() {
     let folder = tempfile::tempdir().unwrap();
     let scene = small(folder.path(), "");
     let scene = scene.to_str().unwrap();
@@ -267,7 +267,7 @@ fn truth_and_view_do_their_part_alone() {
 }
 
 #[test]
-fn a_bad_scene_is_shown_with_its_line_and_ends_with_2() {
+fn an_invalid_scene_is_reported_with_its_line_and_exit_code_2() {
     let folder = tempfile::tempdir().unwrap();
     let scene = small(folder.path(), "arc = 'half'\n");
     let scene = scene.to_str().unwrap();
@@ -299,9 +299,9 @@ fn a_bad_scene_is_shown_with_its_line_and_ends_with_2() {
 }
 
 #[test]
-fn a_folder_that_cannot_be_written_to_is_said_before_any_work() {
+fn a_read_only_directory_is_reported_before_any_work() {
     let folder = tempfile::tempdir().unwrap();
-    // The work would end with another error: no number of steps is enough.
+    // The computation would end with another error: no number of steps suffices.
     let rest = "[acquisition]\naccuracy = { tolerance = 1e-6 }\n";
     let scene = small(folder.path(), rest);
     let out = scene.join("out"); // a file in the way
@@ -337,7 +337,7 @@ fn completions_and_manual_are_written() {
         page.contains(".TH HEART-PHANTOM 1") && page.contains("Exit codes"),
         "{page}"
     );
-    // The page names those of the commands: they can be had too.
+    // The page names those of the commands, which can be printed, too.
     for command in ["paper", "init", "check", "run", "truth", "view"] {
         assert!(page.contains(&format!("heart\\-phantom\\-{command}(1)")));
         let (page, _) = said(&heart_phantom(&["man", command]));
@@ -351,10 +351,10 @@ fn completions_and_manual_are_written() {
     assert_eq!(heart_phantom(&["man", "dance"]).status.code(), Some(2));
 }
 
-/// No panic where the output has no room, and no complaint where its reader leaves.
+/// No panic if the output is full, and no error if its reader closes it.
 #[cfg(target_os = "linux")]
 #[test]
-fn an_output_that_takes_nothing_is_said() {
+fn a_failing_output_is_reported() {
     let folder = tempfile::tempdir().unwrap();
     let scene = small(folder.path(), "");
     let scene = scene.to_str().unwrap();
@@ -393,7 +393,7 @@ fn an_output_that_takes_nothing_is_said() {
 }
 
 #[test]
-fn commands_that_make_no_sense_are_refused_before_any_work() {
+fn invalid_commands_are_rejected_before_any_work() {
     let folder = tempfile::tempdir().unwrap();
     let scene = small(folder.path(), "");
     let scene = scene.to_str().unwrap();
@@ -430,7 +430,7 @@ fn commands_that_make_no_sense_are_refused_before_any_work() {
 
 /// A heart half outside the bins: a warning before the work, in the report, and as JSON.
 #[test]
-fn what_may_surprise_is_told_by_check_and_by_run() {
+fn warnings_are_printed_by_check_and_by_run() {
     let folder = tempfile::tempdir().unwrap();
     let scene = small(
         folder.path(),

@@ -43,7 +43,7 @@ fn sizes_must_be_positive_and_finite() {
 }
 
 #[test]
-fn rest_shapes_must_not_cross_or_stand_still() {
+fn reference_configurations_must_not_cross_or_have_zero_speed() {
     let crossing = [[0.0, 1.0], [2.0, -1.0], [2.0, 1.0], [0.0, -1.0]];
     assert_eq!(
         ReferenceShape::polyline(&crossing).unwrap_err(),
@@ -133,7 +133,7 @@ fn too_few_nodes_and_too_much_pressure() {
 }
 
 #[test]
-fn sizes_that_no_machine_has_room_for_are_refused() {
+fn sizes_beyond_any_memory_are_rejected() {
     let membrane = Membrane::new(ReferenceShape::balloon(8.5, 1.75).unwrap());
     for nodes in [10_000_001, usize::MAX] {
         assert!(matches!(
@@ -157,7 +157,7 @@ fn sizes_that_no_machine_has_room_for_are_refused() {
 
 /// The check at construction samples some points only: nodes elsewhere are checked, too.
 #[test]
-fn a_rest_curve_that_is_no_number_at_a_node_is_refused() {
+fn a_reference_curve_with_nan_at_a_node_is_rejected() {
     let curve = |s: f64| CurvePoint {
         position: [
             if s > 0.33 && s < 0.335 { f64::NAN } else { s },
@@ -178,7 +178,7 @@ fn a_rest_curve_that_is_no_number_at_a_node_is_refused() {
 
 /// All segments share their range of x: checking each pair would take minutes.
 #[test]
-fn a_long_polyline_across_the_axis_is_checked_in_no_time() {
+fn a_long_polyline_across_the_axis_is_checked_quickly() {
     let points: Vec<[f64; 2]> = (0..200_000)
         .map(|k| [0.0, 1.0 - 1e-5 * f64::from(k)])
         .collect();
@@ -208,7 +208,7 @@ fn breakpoints_next_to_the_ends_and_empty_series() {
 }
 
 #[test]
-fn states_of_another_length_are_refused() {
+fn states_of_another_length_are_rejected() {
     let membrane = Membrane::new(ReferenceShape::balloon(8.5, 1.75).unwrap());
     let whole = FiniteDifferences::new(&membrane, 21).unwrap();
     let half = FiniteDifferences::half(&membrane, 21).unwrap();
@@ -252,7 +252,7 @@ fn states_of_another_length_are_refused() {
 
 /// Every function that returns a `Result` rejects slices and matrices of another size, and writes nothing.
 #[test]
-fn results_of_another_length_are_refused() {
+fn results_of_another_length_are_rejected() {
     let refused = |what, given, expected| {
         Err(MembraneError::WrongLength {
             what,
@@ -316,7 +316,7 @@ fn results_of_another_length_are_refused() {
 }
 
 #[test]
-fn curves_of_fewer_than_two_nodes_measure_nothing() {
+fn curves_of_fewer_than_two_nodes_have_zero_measures() {
     let nothing = Measures {
         length: 0.0,
         area: 0.0,
@@ -377,9 +377,9 @@ fn entries_outside_a_band() {
     nothing.mul_into(&[], &mut []);
 }
 
-/// Sizes of any power of ten: an answer is a number, or there is none.
+/// Sizes of any power of ten: a result is finite, or an error.
 #[test]
-fn closed_forms_are_numbers_or_refused() {
+fn closed_forms_are_finite_or_rejected() {
     const SIZES: [f64; 16] = [
         5e-324,
         1e-300,
@@ -442,9 +442,9 @@ fn closed_forms_are_numbers_or_refused() {
     assert!(LinearEquilibrium::disc(1e100, 1.0).is_ok());
 }
 
-/// The cap bends by its length squared over its radius, which need not be a number.
+/// The cap bends by its length squared divided by its radius, which may overflow.
 #[test]
-fn numbers_that_lead_to_no_number_are_refused() {
+fn arguments_that_overflow_are_rejected() {
     assert!(matches!(
         LinearEquilibrium::balloon(1e300, 1e291, 1.0),
         Err(MembraneError::NotFinite { .. })
@@ -456,9 +456,9 @@ fn numbers_that_lead_to_no_number_are_refused() {
     ));
 }
 
-/// Derivatives that are wrong on an eighth of a piece alone.
+/// Derivatives that are wrong on an eighth of a piece only.
 #[test]
-fn derivatives_are_compared_all_along_a_rest_shape() {
+fn derivatives_are_compared_along_the_whole_reference_configuration() {
     let line = |wrong: std::ops::Range<f64>, order: usize| {
         let curve = move |s: f64| {
             let factor = if wrong.contains(&s) { 1.5 } else { 1.0 };
@@ -488,9 +488,9 @@ fn derivatives_are_compared_all_along_a_rest_shape() {
     }
 }
 
-/// Derivatives that are half, zero or exchanged are detected; correct ones of many waves are accepted.
+/// Derivatives that are halved, zero or exchanged are detected; correct ones of many waves are accepted.
 #[test]
-fn derivatives_of_a_rest_shape_must_be_those_of_its_positions() {
+fn derivatives_of_a_reference_configuration_must_match_its_positions() {
     use std::f64::consts::PI;
     let cap = |waves: f64, factors: [f64; 2]| {
         move |s: f64| {

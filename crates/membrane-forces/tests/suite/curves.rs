@@ -41,7 +41,7 @@ fn errors(d: &dyn DiscreteMembrane, exact: &LinearEquilibrium) -> [f64; 3] {
 }
 
 #[test]
-fn curves_between_nodes_are_as_accurate_as_their_discretisation() {
+fn curves_between_nodes_have_the_accuracy_of_their_discretisation() {
     for skew in [0.0, 0.3] {
         let (membrane, exact) = disc(skew);
         let differences = |n| FiniteDifferences::half(&membrane, n).unwrap();
@@ -88,7 +88,7 @@ fn curves_between_nodes_are_as_accurate_as_their_discretisation() {
 }
 
 #[test]
-fn products_of_bands_are_those_of_dense_matrices() {
+fn products_of_bands_agree_with_dense_matrices() {
     for (lower, upper) in [(0, 0), (1, 0), (0, 2), (2, 3), (3, 3), (4, 4), (5, 4)] {
         for n in [1, 2, 3, 6, 9, 10, 25] {
             let entry = |i: usize, j: usize| 1.0 + ((7 * i + 3 * j) as f64).sin();

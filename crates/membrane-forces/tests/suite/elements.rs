@@ -51,7 +51,7 @@ fn forces_vanish_at_closed_forms() {
         ),
     ];
     for (rest, law, load, shape) in cases {
-        // a breakpoint without a jump on one side alone leaves no mirror image of the elements
+        // a breakpoint without a jump on one side only makes the elements asymmetric
         for breaks in [&[][..], &[0.3]] {
             let unit = Stiffness::function(|_| 1.0, breaks).unwrap();
             let membrane = Membrane::new(rest.clone())
@@ -66,7 +66,7 @@ fn forces_vanish_at_closed_forms() {
             let mut elastic = vec![0.0; x.len()];
             d.elastic_force_into(&x, &mut elastic);
             let (off, size) = (largest(&force), largest(&elastic));
-            // rounding of positions times p^4 over the square of an element
+            // rounding of positions times p^4 divided by the square of an element
             assert!(
                 off < 1e-8 * size,
                 "{law:?}, {breaks:?}: {off:e} of {size:e}"

@@ -31,7 +31,7 @@ fn membrane(law: PressureLaw, second: bool) -> Membrane {
     }
 }
 
-/// Adds a displacement that is its own mirror image to `start`, the first nodes of `n`.
+/// Adds a mirror-symmetric displacement to `start`, the first nodes of `n`.
 fn displaced(start: &[f64], n: usize, amplitude: f64) -> Vec<f64> {
     let mut nodes = start.to_vec();
     for (k, node) in nodes.chunks_exact_mut(2).enumerate().skip(1).take(n - 2) {
@@ -90,7 +90,7 @@ fn the_half_curve_has_the_forces_and_measures_of_the_whole() {
                 let energy = |d: &FiniteDifferences, x: &[f64]| d.elastic_energy(x).unwrap();
                 let energies = (energy(&half, &x_half), energy(&whole, &x));
                 check("elastic energy", &[energies.0], &[energies.1]);
-                // quadratic, so that a central difference is the derivative but for rounding: 1e-16 over the step 1e-4
+                // quadratic, so that a central difference is the derivative up to rounding: 1e-16 over the step 1e-4
                 let at = |sign: f64| -> Vec<f64> {
                     let moved = x.iter().zip(&d).map(|(x, d)| x + sign * 1e-4 * d);
                     moved.collect()
@@ -134,7 +134,7 @@ fn the_half_curve_has_the_forces_and_measures_of_the_whole() {
 }
 
 #[test]
-fn what_is_not_its_own_mirror_image_stays_whole() {
+fn asymmetric_membranes_are_whole_curves() {
     let rest = || ReferenceShape::balloon(8.5, 1.75).unwrap();
     let skew = Stiffness::function(|s| 1.0 + 1e-9 * s, &[]).unwrap();
     let ends = [[0.0, 1.75], [1e-9, -1.75]];
@@ -152,7 +152,7 @@ fn what_is_not_its_own_mirror_image_stays_whole() {
 
 /// Jumps that are mirror images: where elements meet, each has the stiffness of its own side.
 #[test]
-fn mirrored_jumps_of_the_stiffness_are_half_a_curve_too() {
+fn mirrored_jumps_of_the_stiffness_allow_half_a_curve() {
     let rest = || ReferenceShape::balloon(8.5, 1.75).unwrap();
     let step = |left: f64, right: f64| {
         let value = move |s: f64| {

@@ -162,7 +162,7 @@ fn gradients_of_measures_are_the_derivatives() {
 }
 
 #[test]
-fn measures_of_the_rest_balloon_in_closed_form() {
+fn measures_of_the_reference_balloon_agree_with_closed_forms() {
     let exact = balloon_measures(8.5, 1.75).unwrap();
     let balloon = Membrane::new(ReferenceShape::balloon(8.5, 1.75).unwrap());
     let spectral = SpectralElements::new(&balloon, 16, 1).unwrap();
@@ -179,7 +179,7 @@ fn measures_of_the_rest_balloon_in_closed_form() {
             m.volume - exact.volume,
         ]
     };
-    // polylines: order two, with some scatter because no node sits where the cap begins
+    // polylines: order two, with some scatter because no node is at the start of the cap
     for (a, b) in error(101).iter().zip(error(801)) {
         assert!(((a / b).log2() / 3.0 - 2.0).abs() < 0.1, "{a} {b}");
     }
@@ -194,7 +194,7 @@ fn measures_of_the_rest_balloon_in_closed_form() {
 }
 
 #[test]
-fn linear_equilibria_reach_the_reference_and_solve_their_equation() {
+fn linear_equilibria_agree_with_the_reference_and_solve_their_equation() {
     for (kappa, volume, area, length) in [
         (1.0, 180.00034338, 50.244070193, 25.4308996664),
         (4.0, 2759.41056007, 264.37919694, 55.439401175),
@@ -237,7 +237,7 @@ fn disc_under_either_law_is_an_arc() {
 
 /// Nearly flat the arc is the parabola x = 2 R h s (1 - s), h half its angle, and 4 R h = f / lambda.
 #[test]
-fn a_disc_under_next_to_no_load_is_a_parabola() {
+fn a_disc_under_a_tiny_load_is_a_parabola() {
     // The remainder is of the order of h^2.
     for (radius, ratio) in [(1.5, 1e-20), (1.5, 1e-250), (1e-3, 1e-290), (1e60, 1e-240)] {
         let circle = CircleEquilibrium::new(radius, ratio).unwrap();
@@ -258,7 +258,7 @@ fn a_disc_under_next_to_no_load_is_a_parabola() {
             assert!((y / radius - (1.0 - 2.0 * s)).abs() < 1e-14);
         }
     }
-    // Where one formula takes over from the other, against the same arc by quadrature.
+    // At the transition between both formulas, against the same arc by quadrature.
     for ratio in [1e-6, 0.1, 1.0, 1.48, 1.49, 1.5, 2.0] {
         let circle = CircleEquilibrium::new(1.5, ratio).unwrap();
         let linear = LinearEquilibrium::disc(1.5, circle.angle).unwrap();
@@ -269,7 +269,7 @@ fn a_disc_under_next_to_no_load_is_a_parabola() {
             (a.surface, b.surface),
             (a.volume, b.volume),
         ] {
-            // The area of the wider arcs is a difference of terms some hundred times as large.
+            // The area of the wider arcs is a difference of terms about a hundred times as large.
             assert!((a / b - 1.0).abs() < 1e-13, "{ratio} {a} {b}");
         }
         let (a, b) = (circle.at(0.3), linear.at(0.3).position);
@@ -299,7 +299,7 @@ fn the_limit_of_the_pressure_does_not_depend_on_the_degree() {
 
 /// Displaced ends move the whole curve: both discretisations start at the same position.
 #[test]
-fn held_ends_move_the_start_along() {
+fn displaced_fixed_ends_move_the_start() {
     let ends = [[0.5, 2.0], [-0.25, -1.5]];
     let balloon = ReferenceShape::balloon(8.5, 1.75).unwrap();
     let membrane = Membrane::new(balloon.clone()).with_ends(ends).unwrap();
@@ -320,7 +320,7 @@ fn held_ends_move_the_start_along() {
             assert!((at[k] - expected[k]).abs() < 1e-10);
         }
     }
-    // and evaluation between the nodes is that of the pieces, either side of the apex
+    // and evaluation between the nodes agrees with the pieces on both sides of the apex
     let half = SpectralElements::new(&Membrane::new(balloon), 12, 1).unwrap();
     assert!(half.is_half());
     let pieces = half.pieces(half.start()).unwrap();

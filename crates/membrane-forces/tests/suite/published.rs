@@ -28,7 +28,7 @@ fn ogden() -> StrainEnergy {
 }
 
 #[test]
-fn ogden_s_rubber_has_the_stresses_that_treloar_measured() {
+fn ogden_rubber_has_the_stresses_measured_by_treloar() {
     let differences = TRELOAR.map(|[stretch, measured]| {
         let [computed, other] = ogden().at(stretch, stretch).unwrap().by;
         assert!((computed - other).abs() <= 1e-12 * computed); // equal by symmetry, to rounding

@@ -35,7 +35,7 @@ fn principal(energy: &StrainEnergy, l: [f64; 3]) -> [f64; 3] {
 }
 
 #[test]
-fn strain_energies_have_the_derivatives_they_say() {
+fn strain_energies_have_their_stated_derivatives() {
     for energy in energies() {
         assert!((energy.shear_modulus() - 1.0).abs() < 1e-3, "{energy:?}");
         for (l1, l2) in [(1.0, 1.0), (1.3, 0.9), (2.0, 1.7), (0.8, 2.5)] {
@@ -73,7 +73,7 @@ fn strain_energies_have_the_derivatives_they_say() {
     }
 }
 
-/// The sphere's pressure by the derivatives of W in all three stretches, which `principal` has.
+/// The pressure of the sphere by the derivatives of W in all three stretches, by `principal`.
 #[test]
 fn spheres_and_tubes_have_their_closed_forms() {
     for energy in energies() {
@@ -106,7 +106,7 @@ fn spheres_and_tubes_have_their_closed_forms() {
 }
 
 #[test]
-fn rubber_says_where_its_stretches_end() {
+fn rubber_reports_its_limit_of_stretch() {
     let gent = StrainEnergy::Gent { mu: 1.0, jm: 30.0 };
     // 2 l^2 + l^-4 = 33
     let (mut low, mut high): (f64, f64) = (1.0, 5.0);
@@ -275,11 +275,11 @@ fn forces_are_minus_the_derivative_of_the_energy_and_tangents_that_of_forces() {
     }
 }
 
-/// A hemisphere whose ring is wide enough to be that of the whole sphere blown up is one half of it: forces vanish.
-/// Forces in one go are those one after the other, and the volume that comes with them is the measure: different sums, so to rounding. A curve
-/// on the wrong side of the axis is an error of either.
+/// A hemisphere with a ring as wide as that of the inflated sphere is one half of it: forces vanish.
+/// Combined forces equal separate ones, and their volume equals the measure, to rounding, because the sums differ. A curve on the wrong side of the
+/// axis is an error of either.
 #[test]
-fn forces_in_one_go_are_those_one_after_the_other() {
+fn combined_forces_equal_separate_forces() {
     for energy in energies() {
         for d in discretised(&balloon(energy)) {
             let (x, _) = state(&*d);
@@ -301,7 +301,7 @@ fn forces_in_one_go_are_those_one_after_the_other() {
 }
 
 #[test]
-fn the_sphere_is_in_equilibrium_at_its_closed_form() {
+fn the_closed_form_of_the_sphere_is_an_equilibrium() {
     let hemisphere = || {
         ReferenceShape::from_function(
             |s| {
@@ -349,7 +349,7 @@ fn the_sphere_is_in_equilibrium_at_its_closed_form() {
 }
 
 #[test]
-fn what_rubber_cannot_be_is_refused() {
+fn invalid_rubber_is_rejected() {
     let neo = || rubber(StrainEnergy::NeoHookean { mu: 1.0 });
     let rest = || ReferenceShape::balloon(8.5, 1.75).unwrap();
     let both = |m: &Membrane| {
@@ -414,15 +414,15 @@ fn what_rubber_cannot_be_is_refused() {
     assert!(out[n / 2].is_nan());
 }
 
-/// A flat disc whose points at r go to 1.3 r - 0.15 r^3 is pulled at its middle and pushed together at its ring, where the tension is least.
+/// A flat disc whose points at r move to 1.3 r - 0.15 r^3 is stretched at its middle and compressed at its ring, where the tension is smallest.
 #[test]
-fn the_least_tension_is_that_at_the_ring() {
+fn the_smallest_tension_is_at_the_ring() {
     let even = Rubber::new(StrainEnergy::NeoHookean { mu: 1.0 }, Thickness::UNIT).unwrap();
     let disc = Membrane::new(ReferenceShape::disc(1.0).unwrap()).with_rubber(even);
     let (l1, l2): (f64, f64) = (1.3 - 0.45, 1.3 - 0.15);
     let ring = 1.0 - 1.0 / (l1.powi(4) * l2.powi(2));
     let by: [(Box<dyn DiscreteMembrane>, f64); 2] = [
-        // the tension changes by 7 a radius; an element's mean is at its middle, 2.5e-4 from the ring, the last Gauss point 1e-3
+        // the tension changes by 7 per radius; an element's mean is at its middle, 2.5e-4 from the ring, the last Gauss point 1e-3
         (
             Box::new(FiniteDifferences::half(&disc, 4001).unwrap()),
             5e-3,
@@ -451,7 +451,7 @@ fn the_mass_matrix_gives_the_kinetic_energy() {
         d.add_mass_into(1.0, &mut mass).unwrap();
         mass.mul_into(&velocities, &mut momentum);
         let energy: f64 = momentum.iter().zip(&velocities).map(|(p, v)| p * v).sum();
-        // of thickness 0.1 + 0.05 cos(2 pi s), by a fine sum
+        // for the thickness 0.1 + 0.05 cos(2 pi s), by a fine sum
         let (h, r) = (8.5, 1.75);
         let length = 2.0 * h + PI * r;
         let n = 100_000;
@@ -471,9 +471,9 @@ fn the_mass_matrix_gives_the_kinetic_energy() {
     }
 }
 
-/// Where the axis is met both radii are nothing but rounding: their quotient says nothing, the stretch along the meridian does.
+/// On the axis both radii are rounding errors: their quotient is meaningless, and the meridional stretch replaces it.
 #[test]
-fn on_the_axis_the_stretch_around_it_is_that_along_the_meridian() {
+fn on_the_axis_the_hoop_stretch_equals_the_meridional_one() {
     let rest = ReferenceShape::balloon(8.5, 1.75).unwrap();
     let apex = rest.at(0.5);
     let membrane = Membrane::new(rest).with_rubber(rubber(StrainEnergy::NeoHookean { mu: 1.0 }));

@@ -27,7 +27,7 @@ pub enum Stop {
     /// the volumes and flows at the ends of the step.
     Volume(f64),
     /// When the norms over s of the total force F_p + F_e and of the velocity are at most this, for both membranes of a pair, after the
-    /// first or a later step of the run: under a load that begins at zero the membrane is initially at rest.
+    /// first or a later step of the run: under a load that begins at zero both norms are initially zero.
     Equilibrium {
         /// Bound on (integral of |F_p + F_e|^2 ds)^(1/2).
         force: f64,

@@ -1,5 +1,5 @@
-//! The reference problem: R = 1.75, h = 8.5, N = 101, f = 17.5, lambda = mu = m = 1, at rest.
-#![allow(dead_code, unreachable_pub)] // each test file uses its part
+//! The reference problem: R = 1.75, h = 8.5, N = 101, f = 17.5, lambda = mu = m = 1, zero initial velocity.
+#![allow(dead_code, unreachable_pub)] // each test file uses a part
 
 use std::convert::Infallible;
 use std::ops::ControlFlow;

@@ -1,4 +1,4 @@
-//! Adaptive steps and events, compared with other schemes at steps far below theirs.
+//! Adaptive steps and events, compared with other schemes at much smaller steps.
 
 use crate::common;
 
@@ -8,7 +8,7 @@ use membrane_implicit::{Load, Motion, Scheme, Stop, TimeStep, Tolerance};
 /// A load that rises within a tenth of the first step that the initial state suggests: the error of that step is controlled, too, also by
 /// schemes whose estimate needs a previous step.
 #[test]
-fn the_first_step_keeps_the_tolerance() {
+fn the_first_step_meets_the_tolerance() {
     let motion = |scheme| {
         let load = Load::intensity(|t| 17.5 * (1.0 - (-t / 0.001).exp()));
         Motion::new(reference_body(), load, scheme).unwrap()
@@ -35,8 +35,8 @@ fn the_first_step_keeps_the_tolerance() {
                 "{scheme:?} {tolerance:e}: {error:e} cm, {:?}",
                 motion.work()
             );
-            // The tolerance is that of one step and of velocities too. Errors of velocities (cm/s) act for half a second, those of
-            // the steps (some ten at 1e-3, a thousand at 1e-7) add up.
+            // The tolerance is that of one step and of velocities too. Errors of velocities (cm/s) act for half a second; those of the steps (about
+            // ten at 1e-3, a thousand at 1e-7) add up.
             assert!(
                 error < 20.0 * tolerance,
                 "{scheme:?} {tolerance:e}: {error:e}"
@@ -45,10 +45,10 @@ fn the_first_step_keeps_the_tolerance() {
     }
 }
 
-/// The volume passes the value and returns within one step of the run, wherever the steps lie about the maximum.
+/// The volume passes the value and returns within one step of the run, for any position of the steps about the maximum.
 #[test]
-fn a_volume_that_is_passed_within_a_step_stops_the_run() {
-    // TR-BDF2 at 1e-4: error 2e-6 of the volume; the run takes Splitting6 at 0.009
+fn a_volume_passed_within_a_step_stops_the_run() {
+    // TR-BDF2 at 1e-4: error 2e-6 of the volume; the run uses Splitting6 at 0.009
     let mut fine = inflate(Scheme::TrBdf2);
     let mut volumes = vec![(0.0, fine.state().volume())];
     fine.run_with(TimeStep::Fixed(1e-4), &[Stop::Time(1.0)], |motion| {
@@ -79,7 +79,7 @@ fn a_volume_that_is_passed_within_a_step_stops_the_run() {
         let (_, whole) = run(&[Stop::Steps(steps - 1)]);
         within += i32::from(whole.state().volume() < value);
     }
-    // in some of the runs no end of a step lies beyond the value
+    // in some of the runs no step ends beyond the value
     assert!((1..9).contains(&within), "{within}");
 }
 

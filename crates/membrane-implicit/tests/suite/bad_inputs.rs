@@ -27,7 +27,7 @@ fn bodies() {
     }
 }
 
-/// Bounds that every finite number has are not printed, and no number with three hundred digits.
+/// Bounds that every finite number meets are not printed, nor numbers with three hundred digits.
 #[test]
 fn messages_are_short() {
     let said = |step: f64| inflate(Scheme::TrBdf2).step(step).unwrap_err().to_string();
@@ -193,7 +193,7 @@ fn pairs_and_states() {
     let pair = Motion::pair(reference_body(), outer, load, Scheme::TrBdf2).unwrap();
     let state = pair.with_state(0.0, &zero, &zero);
     assert_eq!(state.err(), Some(ImplicitError::StateOfPair));
-    // all nodes in one place: no normal
+    // all nodes at one position: no normal
     let state = inflate(Scheme::TrBdf2).with_state(0.0, &zero, &zero);
     assert!(matches!(state, Err(ImplicitError::Membrane { .. })));
 }
@@ -224,7 +224,7 @@ fn evolving_method() {
             assert!(is_range(run(EvolvingOptions::default(), bad)), "{bad}");
         }
     }
-    // forces whose squares are beyond the largest number
+    // forces whose squares overflow
     for force in [1e100, 1e150, 1e200, 1e300, f64::MAX, -1e300] {
         match run(EvolvingOptions::default(), force) {
             Ok(end) => assert!(end.norms.iter().all(|norm| norm.is_finite()), "{force}"),

@@ -38,7 +38,7 @@ fn reference_trajectory_is_reached() {
                     "{k}: {limit:.12} against {expected}, plain {:e}",
                     found[k] - expected
                 );
-                // the reference's own rtol of 1e-11 over some 1e3 steps
+                // the rtol of the reference, 1e-11, over about 1e3 steps
                 assert!(
                     (limit / expected - 1.0).abs() < 2e-9,
                     "{k}: {limit} {expected}"
@@ -71,7 +71,7 @@ fn errors(scheme: Scheme, steps: &[usize], end: f64, truth: &[[f64; 2]]) -> Vec<
 #[test]
 fn every_scheme_converges_with_its_order() {
     let end = 0.5;
-    // the truth: TR-BDF2, extrapolated from 4 000 and 8 000 steps
+    // the reference: TR-BDF2, extrapolated from 4 000 and 8 000 steps
     let run = |n: usize| {
         let mut motion = inflate(Scheme::TrBdf2);
         motion
@@ -104,7 +104,7 @@ fn every_scheme_converges_with_its_order() {
 }
 
 #[test]
-fn adaptive_steps_keep_the_error_near_the_tolerance() {
+fn adaptive_steps_have_errors_near_the_tolerance() {
     let (time, x, v) = REFERENCE[1];
     for scheme in [
         Scheme::TrBdf2,
@@ -126,7 +126,7 @@ fn adaptive_steps_keep_the_error_near_the_tolerance() {
                 .max((motion.state().volume() / v - 1.0).abs());
             println!("{scheme:?} {tolerance:e}: {error:e}, {:?}", motion.work());
             assert_eq!(motion.time(), time);
-            // errors of the steps add up, and a velocity's error grows into a position's
+            // errors of the steps add up, and an error of the velocity causes one of the position
             assert!(
                 error < 300.0 * tolerance && (error < last || error < 1e-7),
                 "{scheme:?} {tolerance}: {error:e}"
@@ -137,8 +137,8 @@ fn adaptive_steps_keep_the_error_near_the_tolerance() {
 }
 
 #[test]
-fn dense_output_is_as_good_as_the_steps() {
-    // fourth order between steps: halving them gains 16 against the same scheme's own steps
+fn dense_output_has_the_accuracy_of_the_steps() {
+    // fourth order between steps: halving them reduces the error by 16 against the steps of the same scheme
     let mut worst = Vec::new();
     for n in [200, 400] {
         let dt = 0.5 / n as f64;
@@ -183,9 +183,9 @@ fn dense_output_is_as_good_as_the_steps() {
     assert!(slope > 1.8, "{worst:?}");
 }
 
-/// A state that is set was not stepped to: there is no shape before it.
+/// A set state is not the end of a step: no shape precedes it.
 #[test]
-fn a_state_that_is_set_has_no_step_behind_it() {
+fn a_set_state_has_no_previous_step() {
     let moved = inflate(Scheme::TrBdf2).state().points.to_vec();
     let mut velocities = vec![[0.0; 2]; 101];
     let set = inflate(Scheme::TrBdf2).with_state(2.0, &moved, &velocities);

@@ -19,8 +19,7 @@ fn assert_balanced(motion: &Motion, label: &str) {
         + energy.initial
         + energy.kinetic
         + energy.elastic;
-    // Rounding: elastic forces of 1e-16 c/ds^2 = 1e-11 per node, over some hundred steps; the
-    // stages are solved to 1e-13 of the length.
+    // Rounding: elastic forces of 1e-16 c/ds^2 = 1e-11 per node, over about a hundred steps; the stages are solved to 1e-13 of the length.
     let relative = energy.imbalance().abs() / scale;
     println!("{label}: {relative:e} {energy:?}");
     assert!(relative < 2e-11, "{label}: {energy:?}");
@@ -126,7 +125,7 @@ fn terms_add_up_for_the_splittings() {
             .run(TimeStep::Fixed(0.009), &[Stop::Time(2.0)])
             .unwrap();
         assert_balanced(&coarse, &format!("splitting of order 2, mu {mu}"));
-        // far past the explicit limit, where the springs are carried exactly all the same
+        // far beyond the explicit limit, where the springs are still integrated exactly
         for dt in [0.009, 0.1] {
             let scheme = Scheme::ImplicitSplitting2;
             let mut implicit = Motion::new(body.clone(), load.clone(), scheme).unwrap();
@@ -163,10 +162,10 @@ fn numerical_loss_vanishes_with_the_order() {
     }
 }
 
-/// Under a constant pressure per current length the work is pressure times the 2-D area gained: the discrete force is the gradient of
-/// the polygon's area, which is quadratic, so that the midpoint rule has it to rounding for any step.
+/// Under a constant pressure per current length the work is pressure times the increase of the 2-D area: the discrete force is the gradient of
+/// the polygon's area, which is quadratic, so that the midpoint rule is exact to rounding for any step.
 #[test]
-fn pressure_work_is_pressure_times_area_gained() {
+fn pressure_work_equals_pressure_times_the_change_of_area() {
     let p = 1.3;
     for dt in [0.002, 0.1] {
         let membrane = balloon().with_law(PressureLaw::PerCurrentLength);

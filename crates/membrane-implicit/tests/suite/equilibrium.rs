@@ -87,7 +87,7 @@ fn check(p: &Problem) -> Result<(), TestCaseError> {
             .unwrap()
     };
     let solver = |m: &Membrane| Solver::new(m, grid).unwrap();
-    // Loads that move the membrane a lot, short of the blow-up of the third law.
+    // Loads that displace the membrane strongly, below the blow-up of the third law.
     let f = p.load
         * p.lambda
         * if p.law == PressureLaw::PerCurrentLength {
@@ -145,7 +145,7 @@ fn check(p: &Problem) -> Result<(), TestCaseError> {
         .run(TimeStep::Fixed(ramp / 10.0), &[Stop::Time(ramp)])
         .map_err(|e| TestCaseError::fail(format!("ramp: {e}")))?;
     let size = p.lambda * 30.0;
-    // Rounding of the forces is 1e-16 c/ds^2 of this; the bar of 1e-9 cm allows ten times more.
+    // Rounding of the forces is 1e-16 c/ds^2 of this; the limit of 1e-9 cm allows ten times more.
     let settled = Stop::Equilibrium {
         force: 1e-11 * size,
         speed: 1e-9 * p.lambda.sqrt(),
@@ -153,7 +153,7 @@ fn check(p: &Problem) -> Result<(), TestCaseError> {
     let stop = motion
         .run(TimeStep::Fixed(20.0 * ramp), &[settled, Stop::Steps(400)])
         .map_err(|e| TestCaseError::fail(format!("settling: {e}")))?;
-    // the last steps of a settled run gain at least a digit each
+    // near equilibrium each step reduces the error by at least a factor of ten
     motion
         .run(TimeStep::Fixed(20.0 * ramp), &[Stop::Steps(4)])
         .map_err(|e| TestCaseError::fail(format!("settled: {e}")))?;
@@ -178,7 +178,7 @@ fn check(p: &Problem) -> Result<(), TestCaseError> {
 }
 
 #[test]
-fn motion_settles_where_newton_arrives() {
+fn motion_converges_to_the_equilibrium_of_newton() {
     let cases = std::env::var("PROPTEST_CASES")
         .ok()
         .and_then(|n| n.parse().ok())
@@ -192,7 +192,7 @@ fn motion_settles_where_newton_arrives() {
 }
 
 #[test]
-fn adaptive_steps_grow_without_bound_as_it_settles() {
+fn adaptive_steps_grow_without_bound_near_equilibrium() {
     let body = Body::springs(&balloon(), 101)
         .unwrap()
         .with_damping(1.0)
@@ -218,9 +218,9 @@ fn adaptive_steps_grow_without_bound_as_it_settles() {
     assert!(motion.work().steps < 3_000);
 }
 
-/// A membrane at rest without load yet is not settled: the first step precedes the first test.
+/// An initial state without load does not count as equilibrium: the first step precedes the first test.
 #[test]
-fn a_load_from_zero_is_not_settled_at_once() {
+fn a_load_from_zero_does_not_stop_at_once() {
     let body = || {
         Body::springs(&balloon(), 51)
             .unwrap()
@@ -242,26 +242,26 @@ fn a_load_from_zero_is_not_settled_at_once() {
         let load = Load::intensity(|t| 17.5 * (1.0 - (-t).exp()));
         let mut motion = Motion::new(body(), load, Scheme::TrBdf2).unwrap();
         assert_eq!(motion.norms().unwrap(), (0.0, 0.0));
-        // the others are looked at before the first step
+        // the others are tested before the first step
         for (stop, index) in [(Stop::Steps(0), 1), (Stop::Time(0.0), 1)] {
             assert_eq!(motion.run(steps, &[settled, stop]), Ok(index));
             assert_eq!(motion.work().steps, 0);
         }
         let ended = motion.run(steps, &[settled, Stop::Steps(5000)]);
         assert_eq!(ended, Ok(0), "{:?} at {}", motion.work(), motion.time());
-        // forces balance to 1e-6, of a stiffness of order one at the softest (pi^2 for half a wave)
+        // forces balance to 1e-6; the smallest stiffness is of order one (pi^2 for half a wave)
         let apart = distance(motion.state().points, &direct.points());
         assert!(apart < 1e-6, "{apart:e}");
-        // a settled motion takes one step of a run of its own
+        // a motion in equilibrium needs one step of another run
         let before = motion.work().steps;
         assert_eq!(motion.run(steps, &[settled]), Ok(0));
         assert_eq!(motion.work().steps, before + 1);
     }
 }
 
-/// The kick and the midpoint rule cancel where the forces do: Newton's shape stays as it is.
+/// The kick and the midpoint rule cancel where the forces do: the shape of Newton's method is preserved.
 #[test]
-fn the_implicit_splitting_keeps_an_equilibrium() {
+fn the_implicit_splitting_preserves_an_equilibrium() {
     let grid = Discretisation::FiniteDifferences { nodes: 101 };
     let solved = Solver::new(&balloon(), grid)
         .unwrap()

@@ -15,13 +15,13 @@ use membrane_implicit::{
 
 const IMPLICIT: [Scheme; 3] = [Scheme::SemiImplicitEuler, Scheme::Midpoint, Scheme::TrBdf2];
 
-/// A pressure that grows as the balloon fills, with a valve's quadratic loss.
+/// A pressure that increases with the volume, with the quadratic loss of a valve.
 fn outlet(now: &LoadState) -> f64 {
     let flow = now.volume_rate;
     12.0 + 3.0 * now.time.sin() + 0.04 * (now.volume - 93.0) - 2e-4 * flow * (50.0 + flow.abs())
 }
 
-/// A body of few nodes: 40, its waves slow enough for coarse steps.
+/// A body of 40 nodes, whose waves are slow enough for coarse steps.
 fn body() -> Body {
     Body::springs(&balloon(), 41)
         .unwrap()
@@ -33,7 +33,7 @@ fn outlet_motion(scheme: Scheme) -> Motion {
     Motion::new(body(), Load::feedback(outlet), scheme).unwrap()
 }
 
-/// The classical Runge-Kutta scheme on m c'' = F_e + P n - mu c', m = mu = 1, written here from the forces alone.
+/// The classical Runge-Kutta scheme on m c'' = F_e + P n - mu c', m = mu = 1, implemented here from the forces only.
 fn reference(end: f64, steps: usize) -> Vec<f64> {
     let forces = FiniteDifferences::new(&balloon(), 41).unwrap();
     let n = forces.start().len();
@@ -62,9 +62,9 @@ fn reference(end: f64, steps: usize) -> Vec<f64> {
     state
 }
 
-/// Every scheme converges to that reference with its own order: the pressure is that of the state, not of the one before.
+/// Every scheme converges to that reference with its order: the pressure is that of the current state, not of the previous one.
 #[test]
-fn the_state_is_seen_where_it_is() {
+fn a_feedback_receives_the_current_state() {
     let end = 0.5;
     let truth = reference(end, 4000);
     for (scheme, steps) in [
@@ -82,7 +82,7 @@ fn the_state_is_seen_where_it_is() {
         });
         let order = (error[0] / error[1]).log2();
         println!("{scheme:?}: {error:?}, order {order}");
-        // Orders are met to a tenth or so before the waves are resolved entirely; one less is 1.0 away.
+        // Orders are accurate to about a tenth before the waves are fully resolved; a lower order differs by 1.0.
         assert!(
             (order - scheme.order() as f64).abs() < 0.3,
             "{scheme:?}: {order}"
@@ -92,7 +92,7 @@ fn the_state_is_seen_where_it_is() {
 }
 
 #[test]
-fn pressure_and_state_fit_each_other() {
+fn pressure_and_state_are_consistent() {
     for scheme in IMPLICIT {
         let mut motion = outlet_motion(scheme);
         let steps = TimeStep::Fixed(0.01);
@@ -118,7 +118,7 @@ fn pressure_and_state_fit_each_other() {
 
 /// After damping, V and f are the equilibrium that Newton computes for the volume.
 #[test]
-fn it_settles_where_newton_says() {
+fn a_feedback_converges_to_the_equilibrium_of_newton() {
     let hook = |now: &LoadState| 30.0 - 0.1 * now.volume - 0.01 * now.volume_rate;
     let mut motion = Motion::new(reference_body(), Load::feedback(hook), Scheme::TrBdf2).unwrap();
     let (force, speed) = (1e-9, 1e-9);
@@ -148,14 +148,14 @@ fn a_feedback_may_ignore_the_state() {
         let seen = run(Load::feedback(|now: &LoadState| 15.0 + now.time));
         let told = run(Load::intensity(|time| 15.0 + time));
         let apart = seen.iter().zip(&told).map(|(a, b)| (a - b).abs());
-        // both solved to the rounding of 20 cm
+        // both are solved to the rounding of 20 cm
         assert!(apart.fold(0.0, f64::max) < 1e-12, "{scheme:?}");
     }
 }
 
-/// A valve: the slope of the pressure jumps where the flow turns.
+/// A valve: the slope of the pressure jumps where the flow changes sign.
 #[test]
-fn a_kink_is_no_obstacle() {
+fn a_feedback_may_have_a_kink() {
     let valve = |now: &LoadState| {
         let pushed = 16.0 + 12.0 * (9.0 * now.time).sin();
         pushed - if now.volume_rate > 0.0 { 0.005 } else { 0.2 } * now.volume_rate
@@ -181,7 +181,7 @@ fn a_kink_is_no_obstacle() {
 }
 
 #[test]
-fn a_pair_under_feedback_keeps_its_wall() {
+fn a_pair_under_feedback_preserves_its_wall_volume() {
     let outer = Membrane::new(ReferenceShape::balloon(8.5, 2.75).unwrap());
     let outer = Body::springs(&outer, 41).unwrap();
     let load = Load::feedback(outlet);
@@ -220,7 +220,7 @@ impl Feedback for Diary {
 
 /// A model receives each accepted state once, those of rejected steps never; a copy of the motion has its own memory.
 #[test]
-fn a_model_may_remember() {
+fn a_model_may_have_memory() {
     // jumps to another load after forty states, so that an adaptive step is rejected
     let diary = Diary {
         wanted: 60.0,
@@ -234,14 +234,14 @@ fn a_model_may_remember() {
     motion.run(steps, &[Stop::Steps(30)]).unwrap();
     assert!(motion.work().rejected > 0, "{:?}", motion.work());
     copy.set_stiffness(Stiffness::UNIT).unwrap();
-    // had the copy shared the diary, it would be beyond the jump already
+    // with a common memory the copy would already be beyond the jump
     copy.run(steps, &[Stop::Steps(1)]).unwrap();
     assert_eq!(copy.state().intensity, 17.0);
     assert_eq!(motion.state().intensity, 60.0);
 }
 
 #[test]
-fn what_a_feedback_cannot_be() {
+fn unsupported_uses_of_feedback_are_errors() {
     for scheme in [
         Scheme::Splitting2,
         Scheme::ImplicitSplitting2,

@@ -13,7 +13,7 @@ fn balloon() -> Membrane {
     Membrane::new(ReferenceShape::balloon(8.5, 1.75).unwrap())
 }
 
-/// The paper's forces, written from its text for interior nodes, first and second neighbours.
+/// The paper's forces, implemented from its text for interior nodes, first and second neighbours.
 struct Twin {
     rest: Vec<f64>,
     lambda: f64,
@@ -31,7 +31,7 @@ impl Twin {
         let ds = 1.0 / (n - 1) as f64;
         let mut f = DVector::zeros(2 * n);
         for k in 0..2 {
-            // beyond a fixed end the displacement is mirrored in it
+            // beyond a fixed end the displacement is its mirror image
             let u = |m: i64| -> f64 {
                 let at = |m: usize| c[2 * m + k] - self.rest[2 * m + k];
                 let last = n as i64 - 1;
@@ -53,13 +53,13 @@ impl Twin {
     }
 
     fn intensity(&self, c: &[f64]) -> f64 {
-        // lateral surface: frustums, over the whole curve by |y| and halved
+        // lateral surface: frustums, with |y| over the whole curve, halved
         let n = self.n();
         let sum: f64 = (1..n)
             .map(|m| {
                 let (a, b) = (c[2 * m - 1], c[2 * m + 1]);
                 let length = (c[2 * m] - c[2 * m - 2]).hypot(b - a);
-                assert!(a * b >= -1e-4, "the twin needs a node at the apex");
+                assert!(a * b >= -1e-4, "the reference needs a node at the apex");
                 std::f64::consts::PI * (a + b).abs() * length
             })
             .sum();
@@ -138,7 +138,7 @@ fn steps_equal_the_block_system_of_eq_28() {
                     .with_damping(0.7)
                     .with_dt(dt)
                     .with_jacobian(jacobian);
-                // four steps do not settle: the error has the evolution
+                // four steps do not converge: the error contains the evolution
                 let Err(ImplicitError::NotSettled { evolution: ours }) =
                     evolve(&membrane, n_nodes, TOTAL_FORCE, &options)
                 else {
@@ -161,8 +161,8 @@ fn steps_equal_the_block_system_of_eq_28() {
                         .zip(&c)
                         .map(|(a, b)| (a - b).abs())
                         .fold(0.0, f64::max);
-                    // The twin's derivatives are differences with step 1e-6: rounding 1e-16 / 1e-6
-                    // of forces of order 1e3, seen through dt^2 over a stiffness of 1/ds^2 = 400.
+                    // The derivatives of the reference are differences with step 1e-6: rounding 1e-16 / 1e-6 of forces of order 1e3, times dt^2 over
+                    // a stiffness of 1/ds^2 = 400.
                     assert!(
                         worst < 1e-6,
                         "{jacobian:?} lambda_2 {lambda_2} dt {dt}: {worst:e}"
@@ -175,7 +175,7 @@ fn steps_equal_the_block_system_of_eq_28() {
 
 /// Errata of section 4.2, Fig. 10: from dt = 2 on, 8 to 10 steps.
 #[test]
-fn band_alone_falls_at_every_step_for_large_steps() {
+fn the_band_jacobian_decreases_the_norm_at_every_step_for_large_steps() {
     for dt in [2.0, 4.0, 10.0, 100.0, 1e4] {
         for mu in [0.0, 0.25, 0.5, 1.0] {
             let options = EvolvingOptions::default().with_dt(dt).with_damping(mu);
@@ -200,7 +200,7 @@ fn band_alone_falls_at_every_step_for_large_steps() {
 }
 
 #[test]
-fn small_steps_show_the_wave() {
+fn small_steps_oscillate() {
     for dt in [0.05, 0.1, 0.25, 0.5] {
         for mu in [0.0, 0.25, 0.5, 1.0] {
             let options = EvolvingOptions::default().with_dt(dt).with_damping(mu);
@@ -231,7 +231,7 @@ fn rank_one_part_makes_large_steps_quadratic() {
 }
 
 #[test]
-fn settles_where_newton_does() {
+fn evolution_converges_to_the_equilibrium_of_newton() {
     let membrane = balloon().with_law(PressureLaw::TotalForce);
     let solver = Solver::new(&membrane, Discretisation::FiniteDifferences { nodes: 201 }).unwrap();
     let direct = solver
@@ -245,8 +245,7 @@ fn settles_where_newton_does() {
             &EvolvingOptions::default().with_dt(dt),
         )
         .unwrap();
-        // A residual of norm 1e-4 over the lowest eigenvalue of the springs, pi^2, is 1e-5 cm in
-        // the mean; the pressure takes some of the stiffness off.
+        // A residual of norm 1e-4 divided by the lowest eigenvalue of the springs, pi^2, is 1e-5 cm on average; the pressure reduces the stiffness.
         let distance = run.distance_to(&direct.points()).unwrap();
         println!("dt {dt}: {distance:e} cm from Newton's solution");
         assert!(distance < 1e-4, "dt {dt}: {distance:e}");
@@ -254,7 +253,7 @@ fn settles_where_newton_does() {
 }
 
 #[test]
-fn frames_carry_forces_that_balance_at_the_end() {
+fn frames_contain_forces_that_balance_at_the_end() {
     let run = evolve(&balloon(), 101, TOTAL_FORCE, &EvolvingOptions::default()).unwrap();
     assert_eq!(run.frames.len(), run.steps + 1);
     for (frame, norm) in run.frames.iter().zip(&run.norms) {
@@ -271,12 +270,12 @@ fn frames_carry_forces_that_balance_at_the_end() {
             "{own} and {norm}"
         );
     }
-    // in the reference configuration there is no elastic force, and the pressure is F / S everywhere
+    // in the reference configuration the elastic force is zero and the pressure is F / S everywhere
     let first = &run.frames[0];
     assert!(first.elastic.as_flattened().iter().all(|e| *e == 0.0));
     let [x, y] = first.pressure[50];
     let surface = std::f64::consts::TAU * 1.75 * (8.5 + 1.75);
-    // the polyline's surface is short of the body's by (ds/R)^2
+    // the surface of the polyline is smaller than that of the body by (ds/R)^2
     assert!(
         y.abs() < 1e-9 && (x * surface / TOTAL_FORCE - 1.0).abs() < 2e-3,
         "{x} {y}"
@@ -285,7 +284,7 @@ fn frames_carry_forces_that_balance_at_the_end() {
 }
 
 #[test]
-fn a_run_that_does_not_settle_is_an_error() {
+fn a_run_without_convergence_is_an_error() {
     let options = EvolvingOptions::default().with_max_steps(3);
     let error = evolve(&balloon(), 201, TOTAL_FORCE, &options).unwrap_err();
     let ImplicitError::NotSettled { evolution: run } = &error else {

@@ -43,7 +43,7 @@ fn apart(a: &[[f64; 2]], b: &[[f64; 2]]) -> f64 {
 }
 
 #[test]
-fn ten_beats_of_a_pair_are_periodic_and_keep_the_wall() {
+fn ten_beats_of_a_pair_are_periodic_and_preserve_the_wall_volume() {
     for (law, scheme) in [
         (PressureLaw::PerMaterialLength, Scheme::TrBdf2),
         (PressureLaw::PerMaterialLength, Scheme::Midpoint),
@@ -82,8 +82,8 @@ fn ten_beats_of_a_pair_are_periodic_and_keep_the_wall() {
             wall < 1e-12 && inner < 1e-12,
             "{scheme:?}: wall {wall:e}, inner {inner:e}"
         );
-        // The transient dies like exp(-mu t / 2) = exp(-9.2) a beat: after nine, rounding. The
-        // midpoint rule takes longer over the modes it cannot resolve (omega dt up to 18).
+        // The transient decays like exp(-mu t / 2) = exp(-9.2) per beat, to rounding after nine. The midpoint rule damps unresolved modes more slowly
+        // (omega dt up to 18).
         let bound = if scheme == Scheme::Midpoint {
             1e-6
         } else {
@@ -101,7 +101,7 @@ fn ten_beats_of_a_pair_are_periodic_and_keep_the_wall() {
 }
 
 #[test]
-fn the_linearised_scheme_holds_the_volume_to_its_order() {
+fn the_linearised_scheme_meets_the_volume_to_its_order() {
     let drift = [200, 400].map(|n| {
         let (inner, outer) = bodies(PressureLaw::PerMaterialLength);
         let load = Load::volume_gain(&inner, |t| 0.3 * (1.0 - (TAU * t / PERIOD).cos()));
@@ -148,7 +148,7 @@ fn adaptive_pumping_follows_fixed_steps() {
     assert!(adaptive.wall_volume_error().unwrap().abs() < 1e-12);
 }
 
-/// The pump's pressure is the one that, prescribed, makes the same volumes.
+/// The pressure of a volume control, prescribed as a load, gives the same volumes.
 #[test]
 fn volume_control_and_pressure_control_agree() {
     let gain = |t: f64| 0.3 * (1.0 - (2.0 * t).cos());
@@ -167,7 +167,7 @@ fn volume_control_and_pressure_control_agree() {
         })
         .unwrap();
     let table = pressures.clone();
-    // the pressure of a step acts in its middle
+    // the pressure of a step applies to its middle
     let load = Load::intensity(move |t| table[((t / dt) as usize + 1).min(100)]);
     let mut pressed = Motion::new(body, load, Scheme::Midpoint).unwrap();
     pressed
@@ -179,7 +179,7 @@ fn volume_control_and_pressure_control_agree() {
     assert_eq!(Load::intensity(|_| 0.0).kind(), LoadKind::Intensity);
 }
 
-/// At the start the pump's pressure must give the volume its second derivative.
+/// At the start the pressure of the volume control must match the second derivative of the volume.
 #[test]
 fn first_pressure_of_a_pump_is_consistent() {
     let body = reference_body();
@@ -189,7 +189,7 @@ fn first_pressure_of_a_pump_is_consistent() {
         Scheme::TrBdf2,
     )
     .unwrap();
-    // from rest: f grad V . n = m V'' = m V0, nothing else pulls
+    // from zero velocity: f grad V . n = m V'' = m V0, without other forces
     let d = body.differences();
     let (mut gradient, mut normal) = (vec![0.0; 202], vec![0.0; 202]);
     d.measure_gradient_into(Measure::Volume, d.start(), &mut gradient);
@@ -263,7 +263,7 @@ fn runs_stop_at_a_volume_and_at_the_first_of_several_events() {
 }
 
 #[test]
-fn held_ends_do_not_move_by_a_bit() {
+fn fixed_ends_are_bitwise_constant() {
     for scheme in [Scheme::SemiImplicitEuler, Scheme::Midpoint, Scheme::TrBdf2] {
         let membrane = balloon().with_second_neighbours(Stiffness::constant(0.2).unwrap());
         let body = Body::springs(&membrane, 61).unwrap();

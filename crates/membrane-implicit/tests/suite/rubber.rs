@@ -46,7 +46,7 @@ fn energy_adds_up_to_rounding_for_any_step() {
             for _ in 0..100 {
                 motion.step(dt).unwrap();
                 let e = motion.energy();
-                // the equations are solved to some 1e-11 of the size
+                // the equations are solved to about 1e-11 of the size
                 assert!(
                     e.imbalance().abs() < 1e-9 * (e.pressure_work.abs() + e.elastic),
                     "{dt} {:e}",
@@ -59,7 +59,7 @@ fn energy_adds_up_to_rounding_for_any_step() {
     }
 }
 
-/// The classical Runge-Kutta scheme on m c'' = F_e + p dV/dc, written from the forces alone.
+/// The classical Runge-Kutta scheme on m c'' = F_e + p dV/dc, implemented from the forces only.
 fn reference(end: f64, steps: usize, pressure: fn(f64) -> f64) -> Vec<[f64; 2]> {
     use membrane_implicit::DiscreteMembrane;
     use membrane_implicit::membrane_newton::membrane_forces::FiniteDifferences;
@@ -105,7 +105,7 @@ fn the_scheme_is_of_order_two() {
 
 /// Adaptive steps, their dense output and events, against a Runge-Kutta scheme of order 4 with steps a hundred times smaller.
 #[test]
-fn adaptive_steps_events_and_dense_output_are_those_of_springs() {
+fn adaptive_steps_events_and_dense_output_work_as_for_springs() {
     let exact = reference(2.0, 4000, swell);
     let mut errors = Vec::new();
     for tolerance in [1e-3, 1e-5] {
@@ -122,14 +122,14 @@ fn adaptive_steps_events_and_dense_output_are_those_of_springs() {
             motion.work()
         );
     }
-    // the tolerance is that of one step; those of some hundred add up
+    // the tolerance applies to one step; errors of about a hundred steps add up
     assert!(errors[0] < 2e-2 && errors[1] < 2e-4, "{errors:?}");
     let mut motion = motion(body(21), Load::intensity(|t| 0.05 * t));
     let value = 1.05 * motion.state().volume();
     let stops = [Stop::Time(20.0), Stop::Volume(value)];
     assert_eq!(motion.run(TimeStep::Fixed(0.1), &stops), Ok(1));
     assert!((motion.state().volume() / value - 1.0).abs() < 1e-10);
-    // closed there, it keeps the volume
+    // closed there, its volume is constant
     motion.set_load(Load::volume(move |_| value)).unwrap();
     motion
         .run(TimeStep::Fixed(0.1), &[Stop::Steps(10)])
@@ -137,7 +137,7 @@ fn adaptive_steps_events_and_dense_output_are_those_of_springs() {
     assert!((motion.state().volume() / value - 1.0).abs() < 1e-10);
 }
 
-/// Filled slowly and damped it ends in the equilibrium of that volume.
+/// Slow filling with damping ends in the equilibrium of that volume.
 #[test]
 fn a_filled_balloon_ends_in_equilibrium() {
     let rest = 93.0;
@@ -160,12 +160,12 @@ fn a_filled_balloon_ends_in_equilibrium() {
         "{pressure} {}",
         still.intensity
     );
-    // The remainder of the slowest mode: 7e-6 after half of the time, 4e-8 after all of it, for any step.
+    // The amplitude of the slowest mode is 7e-6 after half of the time and 4e-8 at the end, for any step.
     let off = apart(motion.state().points, &still.points());
     assert!(off < 1e-6, "{off:e}");
 }
 
-/// Under a pressure that answers to the volume and damped it ends where both meet.
+/// Under a pressure that depends on the volume, with damping, it ends in the common equilibrium.
 #[test]
 fn a_balloon_under_feedback_ends_in_equilibrium() {
     let answer = |now: &LoadState| 0.1 - 1e-3 * (now.volume - 93.0) - 1e-4 * now.volume_rate;
@@ -183,16 +183,16 @@ fn a_balloon_under_feedback_ends_in_equilibrium() {
     assert!(energy.imbalance().abs() < 1e-8 * energy.pressure_work);
 }
 
-/// Let go beside an equilibrium it swings with the period of the lowest eigenvalue of its stability.
+/// Released near an equilibrium it oscillates with the period of the lowest eigenvalue of its stability.
 #[test]
-fn vibrations_have_the_frequency_of_the_stability() {
+fn vibrations_have_the_frequency_of_the_lowest_eigenvalue() {
     let (nodes, p) = (41, 0.2);
     let solver = Solver::new(&balloon(), Discretisation::FiniteDifferences { nodes }).unwrap();
     let still = solver
         .solve(Control::Load(p), &NewtonOptions::default())
         .unwrap();
     let omega = still.stability().unwrap().at_pressure.lowest.sqrt();
-    // from the equilibrium, under a little more pressure
+    // from the equilibrium, under a slightly larger pressure
     let load = Load::intensity(move |_| 1.0001 * p);
     let (half, still) = (nodes.div_ceil(2), still.points());
     let mut motion = motion(body(nodes), load)

@@ -51,7 +51,7 @@ fn any_step_stiffness_and_damping_stays_finite() {
                         .as_flattened()
                         .iter()
                         .fold(0.0, |m: f64, x| m.max(x.abs()));
-                    // the equilibrium reaches 10.9 cm; a wave without damping overshoots it
+                    // the equilibrium reaches 10.9 cm; an undamped wave overshoots it
                     assert!(
                         far < 100.0,
                         "{scheme:?} lambda {lambda:e} mu {mu:e} dt {dt:e}: {far}"
@@ -63,7 +63,7 @@ fn any_step_stiffness_and_damping_stays_finite() {
 }
 
 #[test]
-fn midpoint_rules_keep_the_energy_of_the_linear_membrane() {
+fn midpoint_rules_conserve_the_energy_of_the_linear_membrane() {
     let schemes = [Scheme::Midpoint, Scheme::ImplicitSplitting2];
     for (lambda, scheme) in schemes.iter().flat_map(|s| [(1.0, *s), (1e12, *s)]) {
         for multiple in [0.1, 10.0, 1e6] {
@@ -111,7 +111,7 @@ fn midpoint_rules_keep_the_energy_of_the_linear_membrane() {
     }
 }
 
-/// The highest mode, which alternates from node to node, keeps its size up to the documented step of explicit schemes, and grows beyond it.
+/// The highest mode, which alternates from node to node, has a constant amplitude up to the documented step of explicit schemes, and grows beyond it.
 #[test]
 fn explicit_schemes_are_stable_as_far_as_documented() {
     for (scheme, limit, beyond) in [
@@ -146,7 +146,7 @@ fn explicit_schemes_are_stable_as_far_as_documented() {
 /// Explicit schemes diverge far beyond their step. After every accepted step volume, flow, energy and norms are finite; then an error
 /// contains step, time and the diverging quantity, and the state before it is kept.
 #[test]
-fn what_runs_away_says_so_in_time() {
+fn divergence_is_an_error_before_overflow() {
     let laws = [
         PressureLaw::PerMaterialLength,
         PressureLaw::TotalForce,
@@ -221,7 +221,7 @@ fn what_runs_away_says_so_in_time() {
 
 /// A curve whose volume overflows is rejected before it moves.
 #[test]
-fn too_large_to_move() {
+fn a_curve_whose_volume_overflows_is_rejected() {
     let huge = Membrane::new(ReferenceShape::balloon(1e101, 1e101).unwrap());
     let refused = Body::springs(&huge, 11).err();
     assert!(matches!(
@@ -241,7 +241,7 @@ fn too_large_to_move() {
 
 /// The cause of an error is its source, and the chain contains each message once.
 #[test]
-fn causes_are_reachable_and_said_once() {
+fn causes_are_reachable_and_reported_once() {
     let few = Body::springs(&balloon(), 2).unwrap_err();
     let source = few.source().and_then(|source| source.downcast_ref());
     let (what, given, least) = ("nodes", 2, 3);

@@ -60,7 +60,7 @@ fn pressure_at_or_past_the_blow_up() {
 }
 
 #[test]
-fn a_failed_solve_reports_what_it_tried() {
+fn a_failed_solve_reports_its_attempts() {
     let solver = solver(PressureLaw::PerMaterialLength, 1.75);
     let options = NewtonOptions::default()
         .with_max_iterations(1)
@@ -116,9 +116,9 @@ fn bad_discretisations_and_pairs() {
     );
 }
 
-/// Where sums of squares of the shape leave the range of f64 an answer would be another volume's.
+/// If sums of squares of the shape overflow, a result would have another volume.
 #[test]
-fn a_volume_out_of_reach_is_no_answer() {
+fn a_volume_out_of_range_is_an_error() {
     let options = NewtonOptions::default();
     for gain in [1e100, 1e200, 1e300] {
         let control = Control::VolumeGain(gain);
@@ -135,9 +135,9 @@ fn a_volume_out_of_reach_is_no_answer() {
     }
 }
 
-/// A length of 1e200 is a number, its square and its cube are none.
+/// A length of 1e200 is finite; its square and its cube overflow.
 #[test]
-fn shapes_too_large_for_their_volume_are_refused() {
+fn shapes_whose_volume_overflows_are_rejected() {
     for discretisation in [
         Discretisation::FiniteDifferences { nodes: 21 },
         Discretisation::Spectral {
@@ -153,7 +153,7 @@ fn shapes_too_large_for_their_volume_are_refused() {
                 Err(NewtonError::Membrane(MembraneError::NotFinite { .. }))
             ));
         }
-        // This one has a volume, but not after it has grown by a hundred times its size.
+        // This one has a finite volume, but not at a hundred times its size.
         let membrane = Membrane::new(ReferenceShape::balloon(8.5e101, 1.75e101).unwrap());
         let solver = Solver::new(&membrane, discretisation).unwrap();
         assert!(solver.start_measures().volume.is_finite());
@@ -166,7 +166,7 @@ fn shapes_too_large_for_their_volume_are_refused() {
 }
 
 #[test]
-fn tolerances_that_say_nothing_are_refused() {
+fn invalid_tolerances_are_rejected() {
     let solver = solver(PressureLaw::PerMaterialLength, 1.75);
     let near = solver
         .solve(Control::Load(5.0), &NewtonOptions::default())
@@ -199,12 +199,12 @@ fn tolerances_that_say_nothing_are_refused() {
             }
         }
     }
-    // a tolerance of zero leaves the decision to the other one
+    // with a tolerance of zero the other one decides
     for zero in [0.0, -0.0] {
         let options = NewtonOptions::default().with_tolerances(zero, 1e-14);
         assert!(solver.solve(Control::Load(5.1), &options).is_ok());
     }
-    // no limit is a limit that costs nothing
+    // an unlimited number of steps needs no memory
     let options = NewtonOptions::default()
         .with_max_iterations(usize::MAX)
         .with_max_load_steps(usize::MAX);
@@ -212,7 +212,7 @@ fn tolerances_that_say_nothing_are_refused() {
 }
 
 #[test]
-fn matrices_and_unknowns_of_another_size_are_refused() {
+fn matrices_and_unknowns_of_another_size_are_rejected() {
     let mut lu = BandedLu::for_matrix(&BandMatrix::zeros(3, 1, 2).unwrap());
     for ((n, lower, upper), what, given, expected) in [
         ((4, 1, 2), "rows", 4, 3),
@@ -266,10 +266,10 @@ fn matrices_and_unknowns_of_another_size_are_refused() {
     assert_eq!(x, [0.0; 2]);
 }
 
-/// All measures of a curve are finite and its total force is not: an error, as for a volume that overflows.
+/// All measures of a curve are finite, but its total force overflows: an error, as for a volume that overflows.
 #[test]
-fn a_total_force_beyond_the_largest_number_is_refused() {
-    // Next to no load for so stiff a membrane, of a surface of 1e162.
+fn a_total_force_that_overflows_is_rejected() {
+    // A tiny load for such a stiff membrane, with a surface of 1e162.
     let membrane = Membrane::new(ReferenceShape::balloon(8.5e80, 1.75e80).unwrap())
         .with_law(PressureLaw::TotalForce)
         .with_stiffness(Stiffness::constant(1e75).unwrap());

@@ -94,9 +94,9 @@ const DIFFERENCES: Discretisation = Discretisation::FiniteDifferences { nodes: 4
 const SPECTRAL: Discretisation = Discretisation::SpectralAdaptive { tolerance: 1e-10 };
 
 /// Under constant stiffness and 2 000 R there are discs of one loop and of two, three, ...: the
-/// answer is the one of one loop, which is the closed form's.
+/// result is that of one loop, the closed form.
 #[test]
-fn of_many_equilibria_the_one_that_inflation_leads_to() {
+fn the_result_is_the_equilibrium_reached_by_inflation() {
     let disc = Disc {
         radius: 1.0,
         amplitude: 0.0,
@@ -118,10 +118,10 @@ fn of_many_equilibria_the_one_that_inflation_leads_to() {
     }
 }
 
-/// The disc is soft at the apex and has a limit point far below 740. Newton from the start alone finds curves of three loops here, and
-/// others on other meshes.
+/// The disc is soft at the apex and has a limit point far below 740. Newton's method from the start alone converges to curves of three loops here,
+/// and to others on other meshes.
 #[test]
-fn past_the_limit_point_there_are_only_curves_with_loops_and_none_is_the_answer() {
+fn curves_with_loops_past_the_limit_point_are_not_results() {
     let disc = Disc {
         radius: 0.12226,
         amplitude: 0.5582,
@@ -144,7 +144,7 @@ fn past_the_limit_point_there_are_only_curves_with_loops_and_none_is_the_answer(
             high = middle
         }
     }
-    // the walk stops within 2e-4 of it; differences have an additional error of 4.5 / N^2, as measured
+    // continuation stops within 2e-4 of it; differences have an additional error of 4.5 / N^2, as measured
     for (discretisation, tolerance) in [
         (SPECTRAL, 2e-4),
         (DIFFERENCES, 2e-3),
@@ -168,7 +168,7 @@ fn past_the_limit_point_there_are_only_curves_with_loops_and_none_is_the_answer(
     }
 }
 
-/// Without the walk the end of the branch is unknown, but no curve with loops is a result.
+/// Without continuation the end of the branch is unknown, but no curve with loops is a result.
 #[test]
 fn without_load_steps_another_branch_is_an_error_too() {
     let disc = Disc {
@@ -193,7 +193,7 @@ fn without_load_steps_another_branch_is_an_error_too() {
 /// A branch may turn back twice and continue under larger loads, here at a total force of 169: an equilibrium there has as many loops, but
 /// a rising load does not reach it.
 #[test]
-fn beyond_two_limit_points_is_no_answer_either() {
+fn equilibria_beyond_two_limit_points_are_not_results() {
     let wave = |s: f64| 1.0 + 0.8733245064194779 * (TAU * (s + 0.9097600797022831)).cos();
     let stiffness = move |s: f64| wave(s) * if s < 0.7 { 1.0 } else { 1.3606585151805919 };
     let membrane = Membrane::new(ReferenceShape::disc(1.0).unwrap())
@@ -216,10 +216,10 @@ fn beyond_two_limit_points_is_no_answer_either() {
     }
 }
 
-/// Near its limit point this membrane is a thousand times its size, and steps on fine elements are 2e-9 because of rounding: the walk must
+/// Near its limit point this membrane is a thousand times its size, and steps on fine elements are 2e-9 because of rounding: continuation must
 /// distinguish this from the end of the branch.
 #[test]
-fn rounding_does_not_end_the_walk_early() {
+fn rounding_does_not_end_continuation_early() {
     let radius = 0.18008754300863378;
     let wave = |s: f64| 1.0 - 0.8922928507348119 * (TAU * s).cos();
     let stiffness = move |s: f64| wave(s) * if s < 0.6 { 1.0 } else { 0.6328613604936809 };
@@ -240,8 +240,8 @@ fn rounding_does_not_end_the_walk_early() {
     }
 }
 
-/// The same with two limit points within a thousandth of the load and not far from each other: a step
-/// from just below the first lands beyond the second unless the rates at its ends are compared.
+/// The same with two limit points within a thousandth of the load and near each other: a step from just below the first ends beyond the second unless
+/// the rates at its ends are compared.
 #[test]
 fn a_narrow_pair_of_limit_points_is_not_stepped_over() {
     let radius = 1.6301606497749683;
@@ -263,7 +263,7 @@ fn a_narrow_pair_of_limit_points_is_not_stepped_over() {
             let Err(NewtonError::LimitPoint { reached, .. }) = outcome else {
                 panic!("{asked} {discretisation:?}: {outcome:?}");
             };
-            // 400 cells are 1.5e-3 off
+            // the error of 400 cells is 1.5e-3
             assert!((reached / 108.75 - 1.0).abs() < 2e-3, "{asked}: {reached}");
         }
     }

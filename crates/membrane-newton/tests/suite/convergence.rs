@@ -47,14 +47,14 @@ fn spectral_elements_converge_exponentially() {
     };
     let errors: Vec<f64> = [4, 6, 8, 10, 12].map(error).to_vec();
     for pair in errors.windows(2) {
-        // two more degrees gain a factor of ten at the least, down to rounding
+        // two more degrees reduce the error by at least a factor of ten, down to rounding
         assert!(pair[1] < 0.1 * pair[0] || pair[1] < 1e-13, "{errors:?}");
     }
     assert!(errors[4] < 1e-12, "{errors:?}");
 }
 
 #[test]
-fn the_adaptive_ladder_meets_its_tolerance() {
+fn adaptive_refinement_meets_its_tolerance() {
     assert!(volume_error(Discretisation::SpectralAdaptive { tolerance: 1e-12 }) < 1e-12);
 }
 
@@ -102,7 +102,7 @@ fn golden_counters_of_the_reference_problems() {
 }
 
 #[test]
-fn no_iterations_from_the_exact_answer() {
+fn the_exact_solution_needs_no_iterations() {
     for d in [
         Discretisation::FiniteDifferences { nodes: 201 },
         Discretisation::Spectral {
@@ -171,10 +171,10 @@ fn millimetres_centimetres_and_metres_give_the_same_iterates() {
     }
 }
 
-/// A jump of the stiffness 1e-5 before the cap begins makes an element of that width, at whose end
-/// the stiffness is that of its own side all the same.
+/// A jump of the stiffness 1e-5 before the start of the cap creates an element of that width, at whose end the stiffness is still that of its own
+/// side.
 #[test]
-fn a_sliver_between_breakpoints_costs_no_accuracy() {
+fn a_narrow_piece_between_breakpoints_costs_no_accuracy() {
     let stiffness = |s: f64| if s < 0.45 { 1.0 } else { 4.0 };
     let membrane = Membrane::new(ReferenceShape::balloon(14.133214860480873, 1.0).unwrap())
         .with_stiffness(Stiffness::function(stiffness, &[0.45]).unwrap());

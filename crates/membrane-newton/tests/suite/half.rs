@@ -78,7 +78,7 @@ fn the_half_curve_has_the_solution_of_the_whole() {
                     .zip(&x)
                     .map(|(a, b)| (a - b).abs())
                     .fold(0.0, f64::max);
-                // rounding of a position, 1e-15 of 12 cm, through a condition number below 1e3
+                // rounding of a position, 1e-15 of 12 cm, times a condition number below 1e3
                 assert!(
                     half.points().len() == nodes && off < 1e-11,
                     "{nodes} {law:?} {off:e}"
@@ -86,7 +86,7 @@ fn the_half_curve_has_the_solution_of_the_whole() {
                 assert!((half.intensity / f - 1.0).abs() < 1e-11, "{nodes} {law:?}");
                 let volume = Measure::Volume.of(x.as_chunks().0);
                 assert!((half.measures.volume / volume - 1.0).abs() < 1e-13);
-                // the interpolant goes through the nodes on both sides of the axis
+                // the interpolant contains the nodes on both sides of the axis
                 for (s, point) in half.positions().iter().zip(half.points()) {
                     let at = half.at(*s).position;
                     assert!((at[0] - point[0]).hypot(at[1] - point[1]) < 1e-12);

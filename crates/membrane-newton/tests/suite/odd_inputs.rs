@@ -196,8 +196,8 @@ fn check(case: &Case) -> Result<(), TestCaseError> {
     let numbers = [m.length, m.area, m.surface, m.volume, found.intensity];
     prop_assert!(numbers.iter().all(|x| x.is_finite()), "{case:?}: {m:?}");
     let (wanted, has, size) = prescribed(control, &start, &found);
-    // steps of 1e-12 of the length, and of a load of its own size; a gain refers to the rest shape
-    // as the last rung of the ladder has it, not the first
+    // steps of 1e-12 of the length, and of a load of its own size; a gain refers to the reference configuration
+    // at the finest resolution, not the coarsest
     let tolerance = match (case.discretisation, control) {
         (Discretisation::SpectralAdaptive { tolerance }, Control::VolumeGain(_)) => tolerance,
         _ => 1e-11,
@@ -221,7 +221,7 @@ fn check(case: &Case) -> Result<(), TestCaseError> {
             .unwrap();
         let left = elastic.iter().zip(&pressure).map(|(e, p)| (e + p).abs());
         let left = left.fold(0.0, f64::max);
-        // a spring over its cell turns an error of position into lambda / ds^2 times as much
+        // a spring over its cell multiplies an error of position by lambda / ds^2
         let size = whole.stiffness_scale() * m.length * (nodes as f64).powi(2);
         prop_assert!(left <= 1e-12 * size, "{case:?}: {left:e} of {size:e}");
     }
@@ -237,7 +237,7 @@ proptest! {
     #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::with_cases(cases()) })]
 
     #[test]
-    fn an_answer_is_an_equilibrium_that_meets_its_control(case in case()) {
+    fn a_result_is_an_equilibrium_that_meets_its_control(case in case()) {
         check(&case)?;
     }
 }

@@ -71,7 +71,7 @@ fn disc_becomes_the_circle_with_order_two() {
 
 #[test]
 fn spectral_reaches_the_reference_values() {
-    // All digits of the reference; the volumes carry 11 and 9 decimals.
+    // All digits of the reference; the volumes have 11 and 9 decimals.
     let solver = |radius| {
         let membrane = Membrane::new(ReferenceShape::balloon(8.5, radius).unwrap());
         Solver::new(
@@ -207,10 +207,10 @@ fn per_current_length_reaches_the_reference_values() {
     }
 }
 
-/// Suction draws the cylinder across the axis from about kappa = -3: there volume is lost on one side of it
-/// and gained on the other, and |y| has a kink inside an element.
+/// Suction draws the cylinder across the axis from about kappa = -3: there the volume decreases on one side of it and increases on the other, and |y|
+/// has a kink inside an element.
 #[test]
-fn suction_has_the_measures_of_the_closed_form() {
+fn suction_agrees_with_the_closed_form() {
     let membrane = Membrane::new(ReferenceShape::balloon(8.5, 1.75).unwrap())
         .with_law(PressureLaw::PerCurrentLength);
     let spectral = Discretisation::Spectral {
@@ -222,7 +222,7 @@ fn suction_has_the_measures_of_the_closed_form() {
         Solver::new(&membrane, Discretisation::FiniteDifferences { nodes: 1601 }).unwrap();
     for kappa in [-0.3, -1.0, -1.5, -3.0, -4.0, -6.0] {
         let exact = LinearEquilibrium::balloon(8.5, 1.75, kappa).unwrap();
-        // walls that pass through each other are no answer
+        // intersecting walls are not a result
         let mut upper = (1..500).map(|k| exact.at(0.001 * f64::from(k)).position[1]);
         let collapsed = upper.any(|y| y < 0.0);
         assert_eq!(collapsed, kappa < -2.0);
@@ -247,7 +247,7 @@ fn suction_has_the_measures_of_the_closed_form() {
 }
 
 /// Gains up to 1e9, from the start, and from an equilibrium so close that rounding of the forces hides the difference: the
-/// volume is the one asked for.
+/// volume is the requested one.
 #[test]
 fn gains_of_any_size_are_met() {
     use membrane_forces::PressureLaw::{PerCurrentLength, PerMaterialLength};
@@ -292,7 +292,7 @@ fn gains_of_any_size_are_met() {
     let moved = pair.solve_from(&solved, near, &options).unwrap();
     let wanted = solved.inner.measures.volume * (1.0 + 1e-9);
     assert!((moved.inner.measures.volume / wanted - 1.0).abs() < 2e-12);
-    // of the two volumes, whose difference the wall is
+    // of the two volumes, whose difference is that of the wall
     let wall = moved.wall_volume - pair.wall_volume();
     assert!(wall.abs() < 1e-11 * moved.outer.measures.volume);
 }

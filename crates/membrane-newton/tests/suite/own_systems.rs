@@ -1,4 +1,4 @@
-//! Equations of a caller: they combine with the errors of the crates, may be boxed, may fail with errors of their own, and can be stopped.
+//! Equations of a caller: they combine with the errors of the crates, may be boxed, may return their own errors, and can be stopped.
 
 use std::error::Error;
 use std::ops::ControlFlow;
@@ -101,15 +101,15 @@ fn balloon() -> Membrane {
     Membrane::new(ReferenceShape::balloon(8.5, 1.75).unwrap())
 }
 
-/// f V = 1500 has one shape; the crate's own solver finds its intensity under the same volume. Boxed, by reference and plain
-/// it is the same system, to the bit.
+/// f V = 1500 has one shape; the crate's own solver finds its intensity under the same volume. Boxed, by reference and by value the results are
+/// bitwise identical.
 #[test]
-fn own_forces_compose_and_may_be_boxed() {
+fn custom_forces_compose_and_may_be_boxed() {
     let forces = FiniteDifferences::new(&balloon(), 101).unwrap();
     let options = NewtonOptions::default();
     let mut plain = forces.start().to_vec();
     let report = newton(&mut Gas::new(&forces, 1500.0), &mut plain, &options).unwrap();
-    // quadratic: an error in the rank-one part or in the border would show as linear convergence
+    // quadratic: an error in the rank-one part or in the border would cause linear convergence
     assert!(report.iterations <= 6, "{report:?}");
 
     let volume = forces.measure(Measure::Volume, &plain).unwrap();
@@ -138,9 +138,9 @@ fn own_forces_compose_and_may_be_boxed() {
     assert!(!boxed.is_empty() && boxed.len() == 202);
 }
 
-/// Nothing is solved with before a tangent could be factored, nor after one that could not.
+/// Solving is an error before the first factorisation and after a failed one.
 #[test]
-fn an_unfactored_system_says_so() {
+fn an_unfactored_system_is_an_error() {
     let forces = FiniteDifferences::new(&balloon(), 11).unwrap();
     let mut gas = Gas::new(&forces, 1500.0);
     let solve = |gas: &mut Gas<'_>| gas.solve_in_place(&mut [1.0; 22]);
@@ -244,10 +244,9 @@ impl ResidualSystem for Failing {
     }
 }
 
-/// A failure of the caller's ends the solve where it happens and is there to be found; a state without forces only
-/// shortens the step.
+/// An error of the caller ends the solve and is accessible as the source; a state without forces only shortens the step.
 #[test]
-fn own_failures_end_the_solve() {
+fn custom_errors_end_the_solve() {
     let run = |at, how| {
         let (calls, slope) = (0, 0.0);
         let mut system = Failing {
@@ -295,7 +294,7 @@ fn chain(error: &dyn Error) -> String {
 }
 
 #[test]
-fn a_cause_is_reachable_and_said_once() {
+fn a_cause_is_reachable_and_reported_once() {
     let refused = Solver::new(&balloon(), Discretisation::FiniteDifferences { nodes: 2 });
     let error = refused.unwrap_err();
     let said = "the membrane cannot be solved for: nodes: 2 given, at least 3 needed";
@@ -395,9 +394,9 @@ impl ResidualSystem for Logarithm {
     }
 }
 
-/// From 10 times the root every whole step and every shorter one down to a half leads where there is no logarithm.
+/// From 10 times the root every whole step and every shorter one down to a half leads outside the domain of the logarithm.
 #[test]
-fn an_error_that_the_line_search_met_is_the_source() {
+fn an_error_in_the_line_search_is_the_source() {
     let options =
         NewtonOptions::default().with_line_search(LineSearch::Natural { max_halvings: 0 });
     let error = newton(&mut Logarithm::of(1.0), &mut [10.0], &options).unwrap_err();
@@ -418,7 +417,7 @@ fn an_error_that_the_line_search_met_is_the_source() {
 }
 
 #[test]
-fn reports_count_every_residual_and_tell_what_ended_the_iteration() {
+fn reports_count_every_residual_and_contain_the_stopping_test() {
     let natural = NewtonOptions::default();
     let full = natural.clone().with_line_search(LineSearch::FullStep);
     for options in [&natural, &full] {
@@ -455,9 +454,9 @@ fn reports_count_every_residual_and_tell_what_ended_the_iteration() {
     assert_eq!(scratch.report().stopped_by, Some(StopReason::Observer));
 }
 
-/// A factorisation serves solve after solve while the root hardly moves, and is renewed when it does not contract any more.
+/// A factorisation is reused while the root hardly changes, and replaced when the steps no longer contract.
 #[test]
-fn a_factorisation_may_serve_many_solves() {
+fn a_factorisation_may_be_reused_for_many_solves() {
     let options = NewtonOptions::default()
         .with_tolerances(1e-13, 1e-13)
         .with_refactor(Refactor::WhenContractionAbove(0.05));
@@ -469,7 +468,7 @@ fn a_factorisation_may_serve_many_solves() {
             newton_with(&mut system, &mut x, options, &mut scratch).unwrap();
             assert!((x[0] / system.root - 1.0).abs() < 1e-12);
         }
-        // far away: the old tangent leads where there is no logarithm
+        // far away: the old tangent leads outside the domain of the logarithm
         system.root = 0.02;
         newton_with(&mut system, &mut x, options, &mut scratch).unwrap();
         assert!((x[0] / system.root - 1.0).abs() < 1e-12);

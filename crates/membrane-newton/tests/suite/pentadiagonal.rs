@@ -2,7 +2,7 @@
 
 use membrane_newton::{NewtonError, PentadiagonalLdl};
 
-/// The matrix times the solution gives the right-hand side back.
+/// The matrix times the solution equals the right-hand side.
 #[test]
 fn solves_any_number_of_rows() {
     // diagonally dominant

@@ -6,7 +6,7 @@ use membrane_newton::{
 };
 use proptest::prelude::*;
 
-/// Largest distance of a node from where the closed form puts it.
+/// Largest distance of a node from its position in the closed form.
 fn circle_error(radius: f64, load: f64, stiffness: f64, nodes: usize) -> f64 {
     let exact = CircleEquilibrium::new(radius, load / stiffness).unwrap();
     let membrane = Membrane::new(ReferenceShape::disc(radius).unwrap())
@@ -42,16 +42,16 @@ proptest! {
         let coarse = circle_error(radius, load, stiffness, cells + 1);
         let fine = circle_error(radius, load, stiffness, 2 * cells + 1);
         // The arc turns by mu < 5.5 here, so a cell turns by less than 0.1 rad and the next term
-        // of the error is some (0.1)^2 = 1 % of the first: 0.05 in the order leaves room.
+        // of the error is about (0.1)^2 = 1 % of the first: 0.05 in the order suffices.
         let order = (coarse / fine).log2();
         prop_assert!((order - 2.0).abs() < 0.05, "order {order}, errors {coarse:e} {fine:e}");
         // The constant: at these loads the error stays below 40 radii / cells^2.
         prop_assert!(coarse < 40.0 * radius / (cells * cells) as f64, "{coarse:e}");
     }
 
-    /// Water does not compress: the wall keeps its volume at any gain, for any two balloons.
+    /// The wall is incompressible: its volume is constant at any gain, for any two balloons.
     #[test]
-    fn the_wall_keeps_its_volume(
+    fn the_wall_volume_is_constant(
         length in 1.0..20.0f64,
         radius in 0.3..4.0f64,
         thickness in 0.1..1.0f64, // of the radius
@@ -70,8 +70,8 @@ proptest! {
         };
         let pair = Pair::new(solver(radius), solver(radius * (1.0 + thickness))).unwrap();
         let solution = pair.solve_gain(gain, &NewtonOptions::default()).unwrap();
-        // Volumes are sums of some hundred terms; the wall is at least a tenth of the outer one,
-        // which costs another factor of ten over their rounding.
+        // Volumes are sums of about a hundred terms; the wall is at least a tenth of the outer one, which increases the relative rounding by a factor
+        // of ten.
         prop_assert!(solution.wall_volume_error.abs() < 1e-12, "{:e}", solution.wall_volume_error);
         let inner = pair.inner().start_measures().volume;
         prop_assert!((solution.inner.measures.volume / inner - 1.0 - gain).abs() < 1e-12 * (1.0 + gain));

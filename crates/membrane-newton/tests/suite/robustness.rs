@@ -1,5 +1,5 @@
-//! Random membranes under random controls: every case converges or gives the right typed error,
-//! and the two discretisations agree. `PROPTEST_CASES=10000` is the slow suite.
+//! Random membranes under random controls: every case converges or gives the correct typed error, and the two discretisations agree.
+//! `PROPTEST_CASES=10000` is the slow suite.
 
 use std::f64::consts::{PI, TAU};
 
@@ -49,7 +49,7 @@ impl Case {
     }
 
     /// Varying stiffness has a limit point in the load: the branch of inflated shapes turns back.
-    /// Under constant stiffness there is none.
+    /// Constant stiffness has none.
     fn may_have_a_limit(&self) -> bool {
         (self.waves > 0 && self.amplitude > 0.0) || self.jump.is_some()
     }
@@ -94,13 +94,13 @@ fn case() -> impl Strategy<Value = Case> {
             };
             let surface = TAU * radius * radius * (slenderness.unwrap_or(0.0) + 1.0);
             let control = match control {
-                // the disc has no volume to gain
+                // the disc has no reference volume
                 Control::VolumeGain(gain) if slenderness.is_none() => {
                     Control::Volume(gain * radius.powi(3))
                 }
                 Control::Intensity(f) => Control::Intensity(f * unit),
                 Control::TotalForce(f) => Control::TotalForce(f * unit * surface),
-                // the area gained, from 2 R (h + pi R / 4)
+                // the increase of the area, from 2 R (h + pi R / 4)
                 Control::Area(gain) => {
                     let rest = slenderness.map_or(0.0, |ratio| 2.0 * ratio + PI / 2.0);
                     Control::Area((rest + gain * rest.max(1.0)) * radius * radius)
@@ -122,19 +122,16 @@ fn case() -> impl Strategy<Value = Case> {
     )
 }
 
-/// Bound of the error of coarse differences, from what halving ds changes (`first`) and what
-/// halving it again does (`second`): with an error a ds + b ds^2 these are a ds / 2 + 3 b ds^2 / 4 and
-/// a ds / 4 + 3 b ds^2 / 16, so the error is 2/3 of the first and 8/3 of the second. (Differences are
-/// of first order where the stiffness jumps: so does the normal, of which a node has one.) Half as
-/// much again is for higher orders.
+/// Bound of the error of coarse differences, from the changes when ds is halved once (`first`) and again (`second`): with an error a ds + b ds^2
+/// these are a ds / 2 + 3 b ds^2 / 4 and a ds / 4 + 3 b ds^2 / 16, so the error is 2/3 of the first and 8/3 of the second. (Differences have first
+/// order where stiffness and normal jump, because a node has one normal.) A margin of one half covers higher orders.
 fn bound(first: f64, second: f64) -> f64 {
     1.5 * (2.0 / 3.0 * first.abs() + 8.0 / 3.0 * second.abs())
 }
 
-/// Curves agree as far as differences can tell. The largest distance of any node does not vanish
-/// by accident, as the error of a volume may. Where the curvature of
-/// the rest shape jumps, an error of order ds^2 depends on where in its cell that is, which the
-/// finer nodes do not repeat: at most 0.4 ds^2 of the length in 5 000 cases.
+/// Curves agree to the accuracy of differences. The largest distance of any node does not vanish by accident, as the error of a volume may. Where the
+/// curvature of the reference configuration jumps, an error of order ds^2 depends on the position within the cell, which finer nodes do not share: at
+/// most 0.4 ds^2 of the length in 5 000 cases.
 fn agree(case: &Case, exact: &Equilibrium, meshes: [&Equilibrium; 3]) -> Result<(), TestCaseError> {
     let positions = meshes[0].positions();
     let mut points = meshes.map(Equilibrium::points);
@@ -157,12 +154,12 @@ fn agree(case: &Case, exact: &Equilibrium, meshes: [&Equilibrium; 3]) -> Result<
     // the adaptive tolerance of 1e-10 is relative to the length
     prop_assert!(
         error <= bound(first, second) + (bend + 1e-8) * length,
-        "{case:?}: off by {error:e}, changes {first:e} and {second:e}, length {length}"
+        "{case:?}: error {error:e}, changes {first:e} and {second:e}, length {length}"
     );
     Ok(())
 }
 
-/// 48 cases unless PROPTEST_CASES says otherwise.
+/// 48 cases unless PROPTEST_CASES is set.
 fn cases() -> u32 {
     let asked = std::env::var("PROPTEST_CASES").ok();
     asked.and_then(|n| n.parse().ok()).unwrap_or(48)
@@ -192,7 +189,7 @@ impl Solvers {
     }
 }
 
-/// Either all reach the control and have the same curve, or none does and they agree on why.
+/// Either all reach the control with the same curve, or none does, for the same cause.
 fn check(case: &Case) -> Result<(), TestCaseError> {
     let solvers = Solvers::new(case);
     let outcomes = solvers.each(case.control);
@@ -207,7 +204,7 @@ fn check(case: &Case) -> Result<(), TestCaseError> {
         prop_assert!(case.law == PressureLaw::PerCurrentLength, "{case:?}");
         return Ok(());
     }
-    // Soft parts under some hundred lambda R pass through each other; at the very load of it not on every mesh.
+    // Soft parts under about a hundred lambda R intersect each other; at exactly that load not on every mesh.
     let collapsed = |outcome: &&Result<_, _>| matches!(outcome, Err(NewtonError::Collapsed { .. }));
     if outcomes.iter().filter(collapsed).count() > 1 {
         return Ok(());
@@ -226,8 +223,7 @@ fn check(case: &Case) -> Result<(), TestCaseError> {
         return Err(TestCaseError::fail(format!("{case:?}: {outcomes:?}")));
     };
     prop_assert!(case.may_have_a_limit(), "{case:?}");
-    // The limit is of the order of the curves, and is approached from below to 2e-4 of it by
-    // each of them: 1e-3 bounds what that leaves of the estimate.
+    // The limit has the order of accuracy of the curves, and each approaches it from below to 2e-4: 1e-3 bounds the remaining error of the estimate.
     prop_assert!(
         (exact - coarse).abs() <= bound(coarse - fine, fine - finest) + 1e-3 * exact.abs(),
         "{case:?}: limits {exact}, {coarse}, {fine}, {finest}"
@@ -250,7 +246,7 @@ proptest! {
     #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::with_cases(cases()) })]
 
     #[test]
-    fn every_case_converges_or_says_why(case in case()) {
+    fn every_case_converges_or_is_a_typed_error(case in case()) {
         check(&case)?;
     }
 }

@@ -58,7 +58,7 @@ fn the_flat_disc_reaches_its_reference_values() {
     assert!((stretched.stretches[0] - 1.3).abs() < 1e-9, "{stretched:?}");
     let by_pressure = solve(&solver, Control::Load(p));
     assert!((by_pressure.measures.volume - volume).abs() < 1e-10);
-    // finite differences come to it with order two
+    // finite differences converge to it with order two
     let off = |nodes| solve(&differences(&disc(), nodes), Control::Volume(volume)).intensity - p;
     let order = (off(101) / off(201)).log2();
     assert!((order - 2.0).abs() < 0.05, "{order}");
@@ -94,8 +94,8 @@ fn the_balloon_of_the_paper_reaches_its_reference_values() {
     }
 }
 
-/// Along a piece of constant r0 and h the energy W - l1 W_1 does not change, and along all of the meridian the tension's
-/// part along the axis is what the pressure pushes on its cross section: 2 pi y T1 cos = p pi y^2.
+/// Along a piece of constant r0 and h the energy W - l1 W_1 is constant, and along the whole meridian the axial component of the tension equals the
+/// force of the pressure on the cross-section: 2 pi y T1 cos = p pi y^2.
 #[test]
 fn first_integrals_hold_along_the_curve() {
     for energy in [
@@ -155,7 +155,7 @@ fn a_long_tube_is_that_of_the_closed_form() {
 }
 
 #[test]
-fn rest_states_start_by_themselves() {
+fn solves_start_from_the_reference_configuration() {
     for (membrane, degree) in [(balloon(), 24), (disc(), 24)] {
         for solver in [spectral(&membrane, degree, 1), differences(&membrane, 101)] {
             let unit = if solver.start_measures().volume > 0.0 {
@@ -168,7 +168,7 @@ fn rest_states_start_by_themselves() {
                 let volume = solver.start_measures().volume + unit * gain;
                 let solved = solve(&solver, Control::Volume(volume));
                 assert!((solved.measures.volume / volume - 1.0).abs() < 1e-12);
-                // the disc's pressure is that of the cube of its volume: of 1e-4 it is rounding beside its stiffness
+                // the disc's pressure scales with the cube of its volume: at 1e-4 it is rounding compared with its stiffness
                 if unit == 1.0 && gain < 1e-2 {
                     continue;
                 }
@@ -185,7 +185,7 @@ fn rest_states_start_by_themselves() {
 }
 
 #[test]
-fn the_limit_pressure_is_found_exactly() {
+fn the_limit_pressure_is_exact_to_rounding() {
     for solver in [
         spectral(&balloon(), 20, 2),
         differences(&balloon(), 201),
@@ -200,7 +200,7 @@ fn the_limit_pressure_is_found_exactly() {
         else {
             panic!("{found:?}");
         };
-        // the slow twin: volumes nearer and nearer to where dp/dV vanishes
+        // the slow reference: volumes increasingly near the zero of dp/dV
         let rest = solver.start_measures().volume;
         let unit = if rest > 0.0 { rest } else { 1.0 };
         let mut here = solve(&solver, Control::Volume(rest + 0.3 * unit));
@@ -236,7 +236,7 @@ fn the_limit_pressure_is_found_exactly() {
 }
 
 #[test]
-fn a_branch_walks_past_the_limit_and_says_what_is_stable() {
+fn a_branch_continues_past_the_limit_and_reports_stability() {
     let solver = spectral(&disc(), 16, 1);
     let volumes: Vec<f64> = (1..=24).map(|k| 0.25 * f64::from(k)).collect();
     let points = solver.branch(&volumes, &NewtonOptions::default()).unwrap();
@@ -263,7 +263,7 @@ fn a_branch_walks_past_the_limit_and_says_what_is_stable() {
 }
 
 #[test]
-fn a_pair_of_rubber_keeps_its_wall() {
+fn a_pair_of_rubber_preserves_its_wall_volume() {
     let outer = of(ReferenceShape::balloon(8.5, 2.75).unwrap(), NEO);
     let pair = Pair::new(spectral(&balloon(), 20, 1), spectral(&outer, 20, 1)).unwrap();
     let options = NewtonOptions::default();
@@ -297,9 +297,9 @@ fn a_pair_of_rubber_keeps_its_wall() {
     }
 }
 
-/// Two membranes solved one by one are a pair only if the outer one is around the inner one.
+/// Two separately solved membranes are a pair only if the outer one encloses the inner one.
 #[test]
-fn a_pair_put_together_has_a_wall() {
+fn a_combined_pair_has_a_wall() {
     let outer = of(ReferenceShape::balloon(8.5, 2.75).unwrap(), NEO);
     let [inner, outer] =
         [balloon(), outer].map(|m| solve(&spectral(&m, 12, 1), Control::VolumeGain(0.1)));
@@ -320,8 +320,8 @@ fn a_pair_put_together_has_a_wall() {
 }
 
 #[test]
-fn ends_may_be_held_elsewhere() {
-    // a disc drawn out to 1.5 of its radius: flat, l1 = l2 = 1.5 everywhere, T = W_1 / l2
+fn ends_may_be_fixed_elsewhere() {
+    // a disc stretched to 1.5 times its radius: flat, l1 = l2 = 1.5 everywhere, T = W_1 / l2
     let drawn = disc().with_ends([[0.0, 1.5], [0.0, -1.5]]).unwrap();
     for solver in [spectral(&drawn, 12, 1), differences(&drawn, 401)] {
         let flat = solve(&solver, Control::Load(0.0));
@@ -330,7 +330,7 @@ fn ends_may_be_held_elsewhere() {
         assert!(
             (here.tensions[0] - tension).abs() < 1e-9 && (here.tensions[1] - tension).abs() < 1e-9
         );
-        // a taut sheet under a small pressure, either way: height p R^2 / (4 T)
+        // a taut sheet under a small pressure in either direction: height p R^2 / (4 T)
         for p in [1e-4, -1e-4] {
             let pushed = solve(&solver, Control::Load(p));
             let height = p * 2.25 / (4.0 * tension);
@@ -340,7 +340,7 @@ fn ends_may_be_held_elsewhere() {
 }
 
 #[test]
-fn what_rubber_does_not_do_is_a_typed_error() {
+fn unsupported_uses_of_rubber_are_typed_errors() {
     let options = NewtonOptions::default();
     let gent = of(
         ReferenceShape::balloon(8.5, 1.75).unwrap(),

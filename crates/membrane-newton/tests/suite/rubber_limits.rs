@@ -63,10 +63,10 @@ fn stiffening() -> StrainEnergy {
     }
 }
 
-/// The pressure rises, falls and rises again: what bears more than the limit is found by the volume, and refused by the pressure, whatever
-/// the resolution. Newton alone finds it from rest.
+/// The pressure rises, falls and rises again: states above the limit are solved under volume control and rejected under pressure control, at any
+/// resolution. Newton's method alone converges to them from the reference configuration.
 #[test]
-fn a_pressure_beyond_its_limit_is_refused_though_stiffer_states_bear_it() {
+fn a_pressure_beyond_its_limit_is_rejected_despite_stiffer_states() {
     let mooney = StrainEnergy::MooneyRivlin {
         c1: 480.0,
         c2: 32.0,
@@ -107,7 +107,7 @@ fn a_pressure_beyond_its_limit_is_refused_though_stiffer_states_bear_it() {
             limits.push(most);
         }
         for most in &limits {
-            // differences on 101 nodes are good to some 1e-3
+            // differences on 101 nodes are accurate to about 1e-3
             assert!((most / limits[0] - 1.0).abs() < 3e-3, "{limits:?}");
         }
         let fine = &solvers(&membrane)[2];
@@ -117,9 +117,9 @@ fn a_pressure_beyond_its_limit_is_refused_though_stiffer_states_bear_it() {
     }
 }
 
-/// Where the thickness varies the pressure hardly rises before its limit; yet down to 1e-6 below there is an answer, on the rising side.
+/// Where the thickness varies the pressure hardly rises before its limit; yet pressures down to 1e-6 below it have a solution, on the rising side.
 #[test]
-fn a_millionth_below_the_limit_there_is_an_answer() {
+fn a_pressure_a_millionth_below_the_limit_is_solved() {
     let neo = StrainEnergy::NeoHookean { mu: 1.0 };
     for length in [0.3, 0.55, 1.0, 2.0] {
         for swing in [-0.9, -0.4, 0.0, 0.4, 0.9] {
@@ -141,8 +141,8 @@ fn a_millionth_below_the_limit_there_is_an_answer() {
     }
 }
 
-/// A bulge at the apex that grows while the rest shrinks: the branch turns back in the volume, too. Both discretisations say where, for any
-/// volume that is asked for beyond; it is no limit of extension, for this rubber has none.
+/// A bulge at the apex that grows while the remainder shrinks: the branch turns back in the volume, too. Both discretisations report where, for any
+/// larger requested volume; it is no limit of extension, because this rubber has none.
 #[test]
 fn a_volume_beyond_its_limit_is_a_limit_point() {
     let energy = StrainEnergy::Ogden {
@@ -164,7 +164,7 @@ fn a_volume_beyond_its_limit_is_a_limit_point() {
             })
             .collect();
         for reached in &limits {
-            // found by steps, within about 1e-4; differences on 401 nodes are a little off
+            // determined by steps, within about 1e-4; differences on 401 nodes are slightly less accurate
             assert!((reached / rest - 3.919).abs() < 4e-3, "{limits:?}");
         }
         let before = solve(solver, Control::Volume(3.9 * rest)).unwrap();

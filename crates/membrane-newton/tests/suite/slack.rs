@@ -71,7 +71,7 @@ fn foppl() -> f64 {
             low = middle
         }
     }
-    // V goes as p^(1/3)
+    // V scales as p^(1/3)
     1.0 / shoot(low)[2].powi(3)
 }
 
@@ -93,7 +93,7 @@ fn a_flat_disc_at_tiny_volumes_and_loads_is_foppls() {
                 "{volume:e}: {ratio}"
             );
             assert!((solved.measures.volume / volume - 1.0).abs() < 1e-12);
-            // dp / dV = 3 p / V, and all frequencies go as the strain
+            // dp / dV = 3 p / V, and all frequencies scale with the strain
             let slope = solved
                 .sensitivity(Control::Volume(volume))
                 .unwrap()
@@ -140,9 +140,9 @@ fn a_flat_disc_at_tiny_volumes_and_loads_is_foppls() {
     }
 }
 
-/// A deflated balloon of springs narrows until its walls meet; beyond there is no body.
+/// A deflated balloon of springs narrows until its walls intersect; beyond that it encloses no body.
 #[test]
-fn walls_that_meet_are_no_answer() {
+fn intersecting_walls_are_an_error() {
     let options = NewtonOptions::default();
     for (radius, last, first) in [(1.0, -0.86, -0.87), (1.75, -0.88, -0.9)] {
         let balloon = Membrane::new(ReferenceShape::balloon(8.5, radius).unwrap());
@@ -178,7 +178,7 @@ fn walls_that_meet_are_no_answer() {
     }
 }
 
-/// Deflated rubber is compressed: that is why there is no equilibrium, not a limit point.
+/// Deflated rubber has no equilibrium because it is compressed, not because of a limit point.
 #[test]
 fn deflated_rubber_is_slack() {
     let options = NewtonOptions::default();
@@ -244,9 +244,9 @@ fn rubber_that_ends_compressed_is_slack() {
     }
 }
 
-/// The end of extension is one, from rest and along a branch; it is no limit point.
+/// The end of extension is the same from the reference configuration and along a branch; it is no limit point.
 #[test]
-fn past_extension_is_one_error_from_rest_and_along_a_branch() {
+fn past_extension_is_one_error_from_the_reference_and_along_a_branch() {
     let options = NewtonOptions::default();
     let balloon = ReferenceShape::balloon(8.5, 1.75).unwrap();
     for jm in [2.0, 5.0] {

@@ -72,7 +72,7 @@ const GAUSS: [[f64; 2]; 5] = [
     [0.906179845938664, 0.23692688505618908],
 ];
 
-/// The integral of 2 pi r0 h |c0'| times the products of the functions that the x of two nodes stand for.
+/// The integral of 2 pi r0 h |c0'| times the products of the functions of the x of two nodes.
 fn consistent_mass(
     membrane: &Membrane,
     discrete: &SpectralElements,
@@ -126,7 +126,7 @@ fn lumped_mass(discrete: &FiniteDifferences, thickness: &Thickness) -> DMatrix<f
     mass
 }
 
-/// Eigenvalues at constant pressure and at constant volume, rising.
+/// Eigenvalues at constant pressure and at constant volume, ascending.
 fn dense(
     discrete: &dyn DiscreteMembrane,
     mass: &DMatrix<f64>,
@@ -170,7 +170,7 @@ fn dense(
     let gradient = DVector::from_iterator(free.len(), free.iter().map(|&i| gradient[i]));
     let normal = lower.solve_lower_triangular(&gradient).unwrap().normalize();
     let projector = DMatrix::identity(free.len(), free.len()) - &normal * normal.transpose();
-    // what changes the volume goes to where it is not looked for
+    // shifts the direction that changes the volume above all other eigenvalues
     let most = whole.norm();
     let within = &projector * &whole * &projector + &normal * normal.transpose() * most;
     [whole, within].map(|matrix| {
@@ -186,7 +186,7 @@ fn dense(
 
 /// 200 branches of random membranes, four strain energies, both discretisations, to states beyond the limit point.
 #[test]
-fn counts_and_lowest_eigenvalues_are_those_of_dense_matrices() {
+fn counts_and_lowest_eigenvalues_agree_with_dense_matrices() {
     let mut random = Random(7);
     let options = NewtonOptions::default();
     let (mut states, mut past, mut bulging) = (0, 0, 0);
@@ -230,7 +230,7 @@ fn counts_and_lowest_eigenvalues_are_those_of_dense_matrices() {
                 .unwrap_or_else(|error| panic!("{case}: {error}"));
             let both = [stability.at_pressure, stability.at_volume];
             for (modes, all) in both.iter().zip(dense(&*discrete, &mass, &solved)) {
-                // differences of forces are good to some 1e-9 of the largest eigenvalue
+                // differences of forces are accurate to about 1e-9 of the largest eigenvalue
                 let off = 1e-8 * all[all.len() - 1];
                 assert!(
                     (modes.lowest - all[0]).abs() < off + 1e-7 * all[0].abs(),
@@ -243,7 +243,7 @@ fn counts_and_lowest_eigenvalues_are_those_of_dense_matrices() {
                     "{case}: {modes:?}, {all:?}"
                 );
             }
-            // the rule for a given volume, with a slope of p(V) from neighbours
+            // the criterion at constant volume, with the slope of p(V) from neighbours
             let near = |by: f64| {
                 let volume = Control::Volume(solved.measures.volume * (1.0 + by));
                 solver
@@ -269,7 +269,7 @@ fn counts_and_lowest_eigenvalues_are_those_of_dense_matrices() {
 }
 
 #[test]
-fn springs_have_no_stability() {
+fn stability_is_not_defined_for_springs() {
     let springs = Membrane::new(ReferenceShape::balloon(8.5, 1.75).unwrap());
     for how in [
         Discretisation::Spectral {

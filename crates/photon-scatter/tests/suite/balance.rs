@@ -44,14 +44,14 @@ fn tracked(radius: f64, photons: u32) -> (f64, [f64; 3]) {
 }
 
 #[test]
-fn what_is_emitted_escapes_or_is_absorbed() {
+fn emitted_photons_escape_or_are_absorbed() {
     let radius = 8.0;
     let ball = Ball {
         centre: [0.0; 3],
         radius,
         density: 1.0,
     };
-    // A window that records every photon above 20 keV: a view is a fraction of what escapes in all directions.
+    // A window that records every photon above 20 keV: a view is a fraction of the photons that escape in all directions.
     let spectrum = Spectrum::new(140.5, 0.1, &[[1.0, 1e4]]).unwrap();
     let camera = camera(48, 0.5, &[30.0]);
     let options = ScatterOptions::new(3e-5);

@@ -75,7 +75,7 @@ fn the_density_is_normalised_and_samples_have_its_moments() {
 }
 
 #[test]
-fn attenuation_is_that_of_water() {
+fn attenuation_agrees_with_that_of_water() {
     // NIST, with coherent scattering (Hubbell and Seltzer, NISTIR 5632), and the coherent part (XCOM). Electrons are bound: their
     // incoherent cross-section is less than that of free ones, by 1.3 % at 100 keV.
     for (energy, total, coherent) in [

@@ -58,7 +58,7 @@ fn interpolation_errors_bound_the_difference_from_finer_nodes_and_views() {
                 .collect::<Vec<_>>()
         });
         let off = views.fold(0.0, f64::max);
-        // Of 8640 normal errors none is above 4.5 standard errors, in 94 of 100 cases; most bins have smaller ones.
+        // With a probability of 94 % none of 8640 normal errors exceeds 4.5 standard errors; most bins have smaller ones.
         let random = 4.5 * found.largest_error().hypot(exact.largest_error());
         println!(
             "{pitch} {spacing}: {off}, {random} + {}",

@@ -11,7 +11,7 @@ fn length_ahead(ball: &Ball, position: [f64; 3], direction: [f64; 3]) -> f64 {
     pieces.iter().map(ahead).map(|length| length.max(0.0)).sum()
 }
 
-/// Once scattered photons of a point source outside a ball, at one point of the detector: a sum over cubes in the ball.
+/// Singly scattered photons of a point source outside a ball, at one point of the detector: a sum over cubes in the ball.
 fn once_scattered(ball: &Ball, source: [f64; 3], angle: f64, [s, z]: [f64; 2]) -> f64 {
     let step = 0.15;
     let n = (ball.radius / step).ceil() as i32;
@@ -51,7 +51,7 @@ fn once_scattered(ball: &Ball, source: [f64; 3], angle: f64, [s, z]: [f64; 2]) -
 }
 
 #[test]
-fn single_scatter_is_the_integral_over_the_medium() {
+fn single_scatter_agrees_with_the_integral_over_the_medium() {
     let ball = Ball {
         centre: [1.0, 0.5, -0.5],
         radius: 4.0,
@@ -86,7 +86,7 @@ fn single_scatter_is_the_integral_over_the_medium() {
 }
 
 #[test]
-fn source_and_medium_may_be_exchanged_where_nothing_is_attenuated() {
+fn source_and_medium_are_reciprocal_without_attenuation() {
     let (a, b) = ([-4.0, 1.0, 0.5], [3.0, -0.5, -0.5]);
     let density = 1e-6;
     let ball = |centre| Ball {

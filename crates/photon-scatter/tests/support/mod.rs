@@ -76,7 +76,7 @@ impl Medium for Cylinder {
     }
 }
 
-/// Half-widths of a chest 40 cm wide and 25 cm deep, long enough to count as endless.
+/// Half-widths of a chest 40 cm wide and 25 cm deep, long enough to represent an infinite one.
 pub(crate) const CHEST: Cylinder = Cylinder {
     semi_axes: [20.0, 12.5],
     half_height: 30.0,

@@ -361,7 +361,7 @@ impl<T: Sample> FbpPlan<T> {
     /// let mut written = 0;
     /// plan.stream(
     ///     1000,
-    ///     |_slices, projections| Ok::<(), RadonError>(projections.fill(1.0)), // from a file, say
+    ///     |_slices, projections| Ok::<(), RadonError>(projections.fill(1.0)), // from a file, for example
     ///     |slices, _images| Ok(written += slices.len()),                      // to a file
     /// )?;
     /// assert_eq!(written, 1000);
@@ -429,7 +429,7 @@ impl<T: Sample> FbpPlan<T> {
 
     /// Returns the lanes of the blocks of `n_slices` slices, and the number of views that are filtered at once, within `memory` bytes.
     fn block(&self, n_slices: usize, memory: usize) -> Result<(usize, usize), RadonError> {
-        // Fewer views at once need more passes over the images; below this number, narrower blocks cost less.
+        // Fewer views at once need more sweeps over the images; below this number, narrower blocks cost less.
         let enough = self.geometry.n_views().min(32);
         let mut n = n_slices;
         loop {

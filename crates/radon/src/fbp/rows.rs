@@ -263,7 +263,7 @@ mod tests {
     }
 
     #[test]
-    fn an_ellipse_about_the_middle_is_continued_by_itself() {
+    fn an_ellipse_about_the_middle_is_continued_exactly() {
         for (n, radius) in [(40, 31.7), (41, 55.0), (64, 90.0)] {
             let chord = |k: usize| {
                 let x = k as f64 - (n - 1) as f64 / 2.0;

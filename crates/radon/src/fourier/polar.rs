@@ -67,7 +67,7 @@ pub(super) struct Columns {
 impl Polar {
     /// `row_len` samples per row; `most(direction)` is the largest frequency of a view in units of 1/pitch. The frequencies of plus and
     /// minus half a period are the same number of a row. `both_ends` counts that number for each of the two, whether or not a higher
-    /// frequency is used; otherwise they share it if they are the largest.
+    /// frequency is used; otherwise they divide it if they are the largest.
     pub(super) fn new(
         geometry: &ParallelGeometry,
         grid: &ImageGrid,
@@ -220,7 +220,7 @@ fn ceil_div(a: i64, b: i64) -> i64 {
 
 /// exp(-i k turn) for k = 0, 1, ..., some at a time.
 pub(super) fn turns(turn: f64) -> impl Iterator<Item = Complex<f64>> {
-    // Computed side by side, so that no product waits for another.
+    // Computed side by side, because dependent products would be slow.
     const TOGETHER: usize = 8;
     let step = Complex::cis(-turn * TOGETHER as f64);
     let mut these: [Complex<f64>; TOGETHER] =

@@ -5,7 +5,7 @@
 //! phi^(xi) = W sinh(r) / (r I0(beta))                          r^2 = beta^2 - (pi W xi)^2, xi in waves per cell
 //! ```
 //!
-//! with the beta of Beatty, Nishimura and Pauly 2005, doi:10.1109/TMI.2005.848376, eq. 5. On a grid that is twice as fine as the image needs the error
+//! with the beta of Beatty, Nishimura and Pauly 2005, doi:10.1109/TMI.2005.848376, eq. 5. On a grid twice as fine as required by the image the error
 //! of W cells is 7 10^-W; `the_tolerance_is_kept` measures it.
 
 use std::f64::consts::PI;
@@ -127,7 +127,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_polynomials_are_the_function_and_its_transform_is_its_integral() {
+    fn the_polynomials_agree_with_the_function_and_its_transform_with_its_integral() {
         for tolerance in [1e-3, 1e-4, 1e-5, 1e-6] {
             let shape = Shape::for_tolerance(tolerance);
             let taps = shape.taps::<f64>();

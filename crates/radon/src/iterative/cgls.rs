@@ -14,7 +14,7 @@ use crate::error::{RadonError, finite, zeros};
 /// ```
 /// use radon::{CglsOptions, Stopping};
 /// let few = CglsOptions::default().with_stopping(Stopping::default().with_max_iterations(8)); // few steps regularise
-/// let exact = CglsOptions::default().with_gradient(1e-10); // an error if fifty steps do not do
+/// let exact = CglsOptions::default().with_gradient(1e-10); // an error if fifty steps do not suffice
 /// assert_eq!((few.stopping.max_iterations, exact.gradient), (8, Some(1e-10)));
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq, Default)]

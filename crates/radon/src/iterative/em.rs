@@ -125,7 +125,7 @@ fn column_sums<T: Sample>(operator: &Checked<'_, T>) -> Result<Vec<T>, RadonErro
 /// let mut image = vec![1.0; 121];
 /// let report = mlem(&projector, &counts, &mut image, &EmOptions::default(), radon::no_observer)?;
 /// let seen: f64 = projector.forward(&image)?.iter().sum();
-/// assert!((seen / counts.iter().sum::<f64>() - 1.0).abs() < 1e-12); // the counts are kept
+/// assert!((seen / counts.iter().sum::<f64>() - 1.0).abs() < 1e-12); // the total counts are conserved
 /// assert!(report.history[49].residual < 0.5 * report.history[0].residual);
 /// # Ok::<(), radon::RadonError>(())
 /// ```
@@ -166,7 +166,7 @@ pub fn mlem<T: Sample, O: LinearOperator<T> + ?Sized>(
 /// let projector = Projector::new(&geometry, &ImageGrid::square(16, 1.0)?, Kernel::Strip)?;
 /// let counts = projector.forward(&(0..256).map(|i| f64::from(i % 5)).collect::<Vec<_>>())?;
 /// let subsets = projector.stack_operator(1, StackOrder::ViewSliceBin)?.subsets(6)?; // of ten views each
-/// let stopping = Stopping::default().with_max_iterations(4); // four passes
+/// let stopping = Stopping::default().with_max_iterations(4); // four iterations
 /// let mut image = vec![1.0; 256];
 /// let report = osem(&subsets, &counts, &mut image, &EmOptions::default().with_stopping(stopping), radon::no_observer)?;
 /// assert!(report.history[3].residual < 0.5 * report.history[0].residual);

@@ -72,7 +72,7 @@ impl SirtOptions {
 /// let stopping = Stopping::default().with_max_iterations(500).with_residual(0.03);
 /// let options = SirtOptions::default().with_lower(0.0).with_stopping(stopping);
 /// let mut image = vec![0.0; 256];
-/// let report = sirt(&projector, &data, &mut image, &options, radon::no_observer)?; // an error if 500 steps did not do
+/// let report = sirt(&projector, &data, &mut image, &options, radon::no_observer)?; // an error if 500 steps do not suffice
 /// assert!(report.history[report.iterations].residual <= 0.03);
 /// # Ok::<(), radon::RadonError>(())
 /// ```

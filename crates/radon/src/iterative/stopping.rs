@@ -11,7 +11,7 @@ pub(super) type Observer<'a, T> = &'a mut dyn FnMut(&IterativeReport, &[T]) -> C
 
 /// Continues: the `watch` of a solver that neither reports its progress nor ends early.
 ///
-/// Solvers call `watch` after each step (OSEM: after each pass through the subsets) with the report so far and the image. They end with
+/// Solvers call `watch` after each step (OSEM: after each iteration through all subsets) with the report so far and the image. They end with
 /// [`StopReason::Observer`] when it returns `ControlFlow::Break`.
 ///
 /// ```
@@ -43,7 +43,7 @@ pub fn no_observer<T>(_: &IterativeReport, _: &[T]) -> ControlFlow<()> {
 ///
 /// ```
 /// use radon::Stopping;
-/// // The first image that explains the data to 2 %, if it takes no more than 200 steps.
+/// // The first image that fits the data to 2 %, in at most 200 steps.
 /// let stopping = Stopping::default().with_max_iterations(200).with_residual(0.02);
 /// assert_eq!((stopping.max_iterations, stopping.residual, stopping.change), (200, Some(0.02), None));
 /// ```

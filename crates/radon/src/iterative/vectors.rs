@@ -49,7 +49,7 @@ pub(crate) fn check_samples<T: Sample>(
     what: &'static str,
     samples: &[T],
 ) -> Result<(), RadonError> {
-    // The index is searched only if there is one.
+    // The index is searched only if a bad sample exists.
     if finite_and_signal(samples).0 {
         return Ok(());
     }

@@ -22,14 +22,14 @@ pub struct State<O> {
 /// ```
 ///
 /// The data are ordered by state. A solver finds one volume from the projections of all states. For Poisson data the factors convert
-/// samples to expected counts, so that every count has its weight. Results are bitwise independent of the number of threads if those
+/// samples to expected counts, so that every count has its statistical weight. Results are bitwise independent of the number of threads if those
 /// of the operators are. Cost: that of the operators and warps, applied one after the other, and three volumes.
 ///
 /// ```
 /// use radon::{Displacements, ImageGrid, Kernel, LinearOperator, MovingOperator, ParallelGeometry, Projector, RadonError, StackOrder, State, Warp};
 /// let (geometry, grid) = (ParallelGeometry::half_turn(8, 12, 1.0)?, ImageGrid::square(8, 1.0)?);
 /// let projector = Projector::new(&geometry, &grid, Kernel::Strip)?;
-/// // At rest for three seconds, and for one second moved by a voxel along x.
+/// // Stationary for three seconds, and displaced by a voxel along x for one second.
 /// let state = |by: f32, seconds: f64| {
 ///     let by: Vec<_> = (0..64).map(|voxel| (voxel, [-by, 0.0, 0.0])).collect();
 ///     let moved = Displacements { fraction: 1.0, by: &by };

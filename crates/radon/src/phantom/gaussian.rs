@@ -136,7 +136,7 @@ mod tests {
     /// Cells from a fraction of the width of the hill to a hundred million times its size, sheared, in the plane and in space, contain the
     /// whole integral, in a time that does not grow with their size.
     #[test]
-    fn a_cell_of_any_size_about_the_hill_holds_it_all() {
+    fn a_cell_of_any_size_about_the_hill_contains_its_integral() {
         for size in [20.0, 1e3, 1e8] {
             // rounding of places, in standard deviations
             let off = 1e-12 + 1e-15 * size;

@@ -14,7 +14,7 @@ use crate::{ImageGrid, ParallelGeometry, Sample};
 /// let phantom = Phantom2::new([(1.5, disc)])?;
 /// let image: Vec<f64> = phantom.image(&ImageGrid::square(64, 0.1)?)?;
 /// let mass: f64 = image.iter().sum::<f64>() * 0.1 * 0.1;
-/// assert!((mass - phantom.integral()).abs() < 1e-10); // pixel means: no mass is lost
+/// assert!((mass - phantom.integral()).abs() < 1e-10); // pixel averages preserve the integral
 /// let geometry = ParallelGeometry::half_turn(8, 64, 0.1)?;
 /// let sinogram: Vec<f64> = phantom.sinogram(&geometry, BinSampling::Mean)?;
 /// assert!((sinogram[..64].iter().sum::<f64>() * 0.1 - phantom.integral()).abs() < 1e-10);

@@ -140,7 +140,7 @@ mod tests {
     use std::f64::consts::PI;
 
     #[test]
-    fn whole_disc_hemisphere_and_ball_are_found_by_a_polygon_around_them() {
+    fn a_polygon_around_disc_hemisphere_and_ball_gives_their_volumes() {
         let around = [[-2.0, -1.5], [3.0, -1.1], [2.5, 4.0], [-1.3, 2.0]];
         assert!((disc_in_polygon(&around) - PI).abs() < 1e-14);
         assert!((hemisphere_over_polygon(&around) - 2.0 * PI / 3.0).abs() < 1e-14);

@@ -36,7 +36,7 @@ enum Kind {
 }
 
 impl Shape2 {
-    /// The ellipse with semi-axis `semi_axes[0]` turned by `angle` from x, and `semi_axes[1]` perpendicular to it.
+    /// The ellipse with semi-axis `semi_axes[0]` rotated by `angle` from x, and `semi_axes[1]` perpendicular to it.
     ///
     /// # Errors
     /// [`RadonError::NotFinite`], [`RadonError::NotPositive`] for a semi-axis, [`RadonError::OutOfRange`] beyond 1e-50 and 1e50.
@@ -49,7 +49,7 @@ impl Shape2 {
         })
     }
 
-    /// The Gaussian hill exp(-u²/2σ₀² - v²/2σ₁²), u turned by `angle` from x; peak 1.
+    /// The Gaussian hill exp(-u²/2σ₀² - v²/2σ₁²), u rotated by `angle` from x; peak 1.
     ///
     /// # Errors
     /// As [`ellipse`](Self::ellipse), for a standard deviation.
@@ -62,7 +62,7 @@ impl Shape2 {
         })
     }
 
-    /// The rectangle of the given full sides, turned by `angle`.
+    /// The rectangle of the given full sides, rotated by `angle`.
     ///
     /// # Errors
     /// As [`ellipse`](Self::ellipse), for a side; as [`polygon`](Self::polygon) where rounding leaves no area.
@@ -286,7 +286,7 @@ fn flat([x, y]: Vec2) -> Vec3 {
     [x, y, 0.0]
 }
 
-/// Rows of the map that turns by -angle and divides by the lengths.
+/// Rows of the map that rotates by -angle and divides by the lengths.
 fn frame(
     centre: Vec2,
     lengths: Vec2,

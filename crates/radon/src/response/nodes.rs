@@ -178,7 +178,7 @@ fn step(w: f64, most: f64, pitch: [f64; 2], excess: f64) -> Result<f64, RadonErr
     Ok(low.max(1e-15 * most))
 }
 
-/// Returns the distance from a wide Gaussian of variance `w` to the next for this excess of a peak.
+/// Returns the distance from a wide Gaussian of variance `w` to the next for this relative excess of a peak.
 fn wide_step(w: f64, excess: f64) -> f64 {
     2.0 * w * (excess + (excess + excess * excess).sqrt())
 }

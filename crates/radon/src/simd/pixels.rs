@@ -24,7 +24,7 @@ pub(crate) struct SortedBins {
     steps: Vec<(i64, i32)>,
     /// Bins for 0, 1, ... pixels.
     lanes: [i32; RUN],
-    /// Bins that may meet one pixel.
+    /// Bins that may intersect one pixel.
     most: i32,
     /// Whether positions fall from bin to bin.
     falling: bool,

@@ -4,7 +4,7 @@ use super::vector::{Plain, Truncated, Vector};
 #[cfg(target_arch = "x86_64")]
 use super::x86;
 
-/// The registers of a sample type. Those of other machines than the target's are named and not used.
+/// The registers of a sample type. Those of other architectures are declared but unused.
 pub(crate) trait Registers: Truncated {
     type Baseline: Vector<Self>;
     type Neon: Vector<Self>;

@@ -164,7 +164,7 @@ mod tests {
 
     /// Every set agrees with the definition, for ragged shapes too; samples between the lanes are unchanged.
     #[test]
-    fn rows_come_back_from_their_interleaved_form() {
+    fn interleaving_is_inverted() {
         for set in [
             InstructionSet::Baseline,
             InstructionSet::Avx2,

@@ -75,7 +75,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_series_is_the_mean_to_rounding() {
+    fn the_series_agrees_with_the_mean_to_rounding() {
         for thickest in [1e-3, 0.3, 2.0, 40.0] {
             let escape = Escape::<f64>::new(thickest);
             for part in [0.0, 1e-9, 0.1, 0.7, 1.0] {

@@ -14,7 +14,7 @@ use crate::{ParallelGeometry, SliceAxis};
 /// use radon::{ParallelGeometry, SliceAxis, SpectGeometry};
 /// let views = ParallelGeometry::full_turn(4, 64, 0.4)?;
 /// let rows = SliceAxis::new(64, 0.4)?;
-/// // An ellipse about the body, nearer from the front and the back than from the sides.
+/// // An elliptical orbit: the radius is smaller at the front and the back than at the sides.
 /// let geometry = SpectGeometry::new(&views, &rows, [16.0, 24.0, 16.0, 24.0])?;
 /// assert_eq!(geometry.data_len(), 4 * 64 * 64);
 /// # Ok::<(), radon::RadonError>(())

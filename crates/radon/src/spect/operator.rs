@@ -57,7 +57,7 @@ use crate::{ImageGrid, LinearOperator, Sample, SliceAxis, Subset};
 ///     .with_attenuation(map.clone());
 /// let camera = SpectOperator::new(&geometry, &grid, &axis, &options)?;
 ///
-/// // A hot rod in a warm cylinder, from its own views.
+/// // A hot rod in a warm cylinder, reconstructed from its projections.
 /// let rod = |i: usize| { let [x, y] = grid.pixel_centre(i % 20, i / 20 % 20); (x - 1.5).hypot(y) < 1.2 };
 /// let truth: Vec<f64> = (0..6 * 400).map(|i| map[i] / 0.15 + f64::from(u8::from(rod(i)))).collect();
 /// let mut counts = vec![0.0; camera.data_len()];

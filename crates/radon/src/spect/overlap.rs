@@ -88,7 +88,7 @@ mod tests {
 
     /// A unit square turned by 45 degrees about the middle of a cell: the corners beyond the cell's sides are triangles.
     #[test]
-    fn a_turned_square_covers_what_geometry_says() {
+    fn a_rotated_square_has_its_exact_overlaps() {
         let r = 0.5_f64.sqrt();
         let corners = [
             [0.5, 0.5 - r],
@@ -107,7 +107,7 @@ mod tests {
     }
 
     #[test]
-    fn a_segment_is_shared_out() {
+    fn a_segment_is_divided_among_cells() {
         let parts: Vec<_> = segment(-0.25, 2.0).collect();
         assert_eq!(parts, [(-1, 0.25), (0, 1.0), (1, 1.0)]);
     }

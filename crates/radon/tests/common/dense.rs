@@ -3,7 +3,7 @@
 use super::noise;
 use radon::{LinearOperator, RadonError, Stopping};
 
-/// A matrix written out.
+/// A dense matrix.
 pub(crate) struct Dense(pub(crate) Vec<Vec<f64>>);
 
 impl LinearOperator<f64> for Dense {
@@ -42,7 +42,7 @@ pub(crate) fn not_negative(rows: usize, columns: usize, seed: u64) -> Dense {
     Dense((0..rows).map(row).collect())
 }
 
-/// Steps and no rule.
+/// A number of steps without a stopping rule.
 pub(crate) fn many(max_iterations: usize) -> Stopping {
     Stopping::default().with_max_iterations(max_iterations)
 }

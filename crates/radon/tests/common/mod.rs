@@ -1,5 +1,5 @@
 //! Closed forms that share no code with the crate.
-#![allow(dead_code)] // each test file uses its part
+#![allow(dead_code)] // each test file uses a part
 
 pub(crate) mod dense;
 pub(crate) mod spect;
@@ -46,7 +46,7 @@ impl Ellipse {
         self.a * self.b * (area(t + width / 2.0) - area(t - width / 2.0)) / width
     }
 
-    /// 1 at the boundary, less inside.
+    /// 1 at the boundary, smaller inside.
     pub(crate) fn level(&self, [x, y]: [f64; 2]) -> f64 {
         let (dx, dy) = (x - self.centre[0], y - self.centre[1]);
         let (sin, cos) = self.phi.sin_cos();
@@ -73,7 +73,7 @@ impl Ellipse {
     }
 }
 
-/// Mean of the image over pixels for which `inside` holds of their centre.
+/// Mean of the image over the pixels whose centres satisfy `inside`.
 pub(crate) fn mean_where(
     image: &[f64],
     grid: &ImageGrid,

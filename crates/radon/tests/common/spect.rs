@@ -7,7 +7,7 @@ pub(crate) struct PlainCamera<'a> {
     pub(crate) grid: &'a ImageGrid,
     pub(crate) layers: &'a SliceAxis,
     pub(crate) collimator: Collimator,
-    /// Empty for none.
+    /// Empty without attenuation.
     pub(crate) attenuation: &'a [f64],
 }
 
@@ -156,7 +156,7 @@ fn clipped(polygon: &[[f64; 2]], inside: impl Fn([f64; 2]) -> f64) -> Vec<[f64; 
     out
 }
 
-/// Weights w_k of k = 0, 1, ...: proportional to q^(k^2), q by bisection so that their variance is the one given.
+/// Weights w_k of k = 0, 1, ...: proportional to q^(k^2), q by bisection for the given variance.
 pub(crate) fn gaussian(variance: f64) -> Vec<f64> {
     if variance == 0.0 {
         return vec![1.0];

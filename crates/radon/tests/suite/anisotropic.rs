@@ -9,7 +9,7 @@ use radon::{
 };
 use std::f64::consts::PI;
 
-/// Samples in [-1, 1) without a pattern.
+/// Pseudo-random samples in [-1, 1).
 fn noise(n: usize) -> Vec<f64> {
     (0..n).map(|i| (12.9898 * i as f64 + 1.0).sin()).collect()
 }
@@ -20,8 +20,7 @@ fn grid(n: [usize; 2], spacing: [f64; 2], centre: [f64; 2]) -> ImageGrid {
         .unwrap()
 }
 
-/// Relative L2 distance between projected pixel means and the exact sinogram: rays of no width for kernels of such, bin means
-/// for strips.
+/// Relative L2 distance between projected pixel averages and the exact sinogram: line integrals for kernels of rays, bin averages for strips.
 fn projection_error(
     phantom: &Phantom2,
     geometry: &ParallelGeometry,
@@ -57,8 +56,8 @@ fn projections_converge_to_exact_sinograms() {
         (0.7, Shape2::gaussian([-1.0, 1.0], [0.6, 0.8], 0.0).unwrap()),
     ])
     .unwrap();
-    // Orders in the pixel. Smooth objects: linear interpolation and areas are of order two; lengths within pixels see each pixel
-    // as flat, and what they miss has a random sign: three halves. Solids: rays that graze an edge meet blurred pixels.
+    // Orders in the pixel size. Smooth objects: linear interpolation and areas have order two; lengths within pixels treat each pixel as uniform,
+    // with errors of random sign: order three halves. Solids: rays that graze an edge intersect blurred pixels.
     let orders = [
         (Kernel::Joseph, 1.0, 2.0),
         (Kernel::Siddon, 1.0, 1.5),
@@ -78,7 +77,7 @@ fn projections_converge_to_exact_sinograms() {
                     (measured - order).abs() < 0.2,
                     "{nx} x {ny} {kernel:?}: {coarse:.4} to {fine:.4}, order {measured:.2}"
                 );
-                // The level too, so that a common factor is seen.
+                // The level too, so that a common factor is detected.
                 assert!(fine < 0.021, "{nx} x {ny} {kernel:?}: {fine}");
             }
         }
@@ -104,7 +103,7 @@ fn a_tall_pixel_is_a_column_of_square_ones() {
                     grid([12, 15], [0.5, 0.5 * k as f64], [0.4, -0.3]),
                 )
             };
-            // Which large pixel holds a small one.
+            // The large pixel that contains a small one.
             let holder = |i: usize| {
                 let (ix, iy) = (i % cut.nx(), i / cut.nx());
                 if along_x {
@@ -122,7 +121,7 @@ fn a_tall_pixel_is_a_column_of_square_ones() {
                     project(&cut).forward(&fine).unwrap(),
                 );
                 for (a, b) in a.iter().zip(&b) {
-                    // Along the axes rays on an edge are shared by a ramp that turns 1e-14 into 1e-5.
+                    // Along the axes a ray on an edge is divided by a ramp that amplifies 1e-14 to 1e-5.
                     let tolerance = if kernel == Kernel::Siddon {
                         1e-4
                     } else {
@@ -150,8 +149,8 @@ fn a_tall_pixel_is_a_column_of_square_ones() {
 }
 
 #[test]
-fn fbp_is_that_of_the_square_pixels_at_the_same_places() {
-    // The middle of three small pixels is where the large one is.
+fn fbp_equals_that_of_square_pixels_at_the_same_positions() {
+    // The middle one of three small pixels is at the position of the large one.
     let geometry = half_turn(40, 61, 0.3).with_offset(0.05).unwrap();
     let ellipse = Ellipse {
         centre: [1.2, -0.8],
@@ -173,7 +172,7 @@ fn fbp_is_that_of_the_square_pixels_at_the_same_places() {
     for iy in 0..63 {
         for ix in 0..60 {
             let here = all[iy * 60 + ix];
-            // A place in a row of 61 samples carries some 1e-14, a slope of the row at most some 10.
+            // A position in a row of 61 samples has an error of about 1e-14, and the slope of the row is at most about 10.
             if iy % 3 == 1 {
                 assert!((tall[iy / 3 * 60 + ix] - here).abs() < 1e-11);
             }
@@ -185,7 +184,7 @@ fn fbp_is_that_of_the_square_pixels_at_the_same_places() {
 }
 
 #[test]
-fn an_ellipse_is_reconstructed_where_it_is_at_its_value() {
+fn an_ellipse_is_reconstructed_with_position_and_value() {
     let geometry = half_turn(120, 161, 0.05).with_offset(0.013).unwrap();
     let ellipse = Ellipse {
         centre: [0.7, -0.5],
@@ -214,13 +213,13 @@ fn an_ellipse_is_reconstructed_where_it_is_at_its_value() {
         assert!((mass - 1.0).abs() < 5e-3, "{mass}");
         for (axis, expected) in [0.7, -0.5].into_iter().enumerate() {
             let error = (sums[axis + 1] / sums[0] - expected).abs() / spacing[axis];
-            assert!(error < 0.02, "axis {axis} off by {error:.4} pixels");
+            assert!(error < 0.02, "axis {axis}: error {error:.4} pixels");
         }
     }
 }
 
 #[test]
-fn row_sums_are_chords_of_the_grid_and_sirt_finds_the_image() {
+fn row_sums_are_chords_of_the_grid_and_sirt_recovers_the_image() {
     let geometry = ParallelGeometry::half_turn(36, 30, 0.4)
         .and_then(|g| g.with_offset(0.1))
         .unwrap();
@@ -246,7 +245,7 @@ fn row_sums_are_chords_of_the_grid_and_sirt_finds_the_image() {
         let options = SirtOptions::default().with_stopping(stopping);
         sirt(&projector, &data, &mut image, &options, radon::no_observer).unwrap();
         for (a, b) in image.iter().zip(&truth) {
-            // The residual of 1e-6 over the least singular value in use; 7e-5 as measured.
+            // The residual of 1e-6 over the smallest relevant singular value; measured 7e-5.
             assert!((a - b).abs() < 5e-4, "{a} {b}");
         }
     }

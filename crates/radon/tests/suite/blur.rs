@@ -1,4 +1,4 @@
-//! The blur by one Gaussian: widths, symmetry, closed forms, and the sum by the definition.
+//! The blur by one Gaussian: widths, symmetry, closed forms, and the sum of the definition.
 
 use crate::common::noise;
 use crate::common::spect::gaussian;
@@ -21,9 +21,9 @@ fn blurred(blur: &DepthBlur, image: &[f64], n_bins: usize) -> Vec<f64> {
     out
 }
 
-/// The second moment of a blurred point is that of the Gaussian asked for, whatever its width in bins.
+/// The second moment of a blurred point is that of the requested Gaussian, for any width in bins.
 #[test]
-fn a_point_gets_the_width_asked_for() {
+fn a_point_has_the_requested_width() {
     let (size, pitch) = ([251, 131], [0.1, 0.2]);
     let (across, along) = (size[0] as f64 * pitch[0], size[1] as f64 * pitch[1]);
     let widths = (0..=52).map(|i| 0.05 * 400.0_f64.powf(f64::from(i) / 52.0)); // 0.05 to 20 pitches of 0.1
@@ -39,7 +39,7 @@ fn a_point_gets_the_width_asked_for() {
             moments[1] += v * (y * pitch[1]).powi(2);
         }
         for m in moments {
-            // The weights are found to 1e-12; beside it rounding of some hundred terms.
+            // The weights are accurate to 1e-12; in addition rounding of about a hundred terms.
             assert!(
                 (m / sigma(fwhm).powi(2) - 1.0).abs() < 1e-11,
                 "{fwhm}: {moments:?}"
@@ -48,14 +48,14 @@ fn a_point_gets_the_width_asked_for() {
         let row = &view[65 * 251 + 125..66 * 251];
         let falls = row.windows(2).all(|w| w[0] >= w[1] && w[1] >= 0.0);
         let sum: f64 = view.iter().sum();
-        // Rounding of some thousand terms.
+        // Rounding of about a thousand terms.
         assert!(falls && (sum - 1.0).abs() < 1e-13, "{fwhm}: {sum}");
     }
 }
 
-/// Widths whose square is nothing, or next to it, change nothing or next to it.
+/// Widths whose square is zero or negligible have no or a negligible effect.
 #[test]
-fn a_width_of_nearly_nothing() {
+fn widths_near_zero() {
     for fwhm in [0.0, 5e-324, 1e-200, 1e-154, 1e-9] {
         let before = noise::<f64>(9, 6);
         let row = blurred(&new([1.0; 2], fwhm), &before, 9);
@@ -63,9 +63,9 @@ fn a_width_of_nearly_nothing() {
     }
 }
 
-/// Two Gaussians in a row are one whose variance is the sum of theirs. The fourth moments are right too where the Gaussian is
-/// wide; a narrow one moves counts to the next bins alone, where m4 = m2 = sigma^2 stands for 3 sigma^4, so that blurred values
-/// f + m2/2 f'' + m4/24 f + ... are off by up to (sigma^2 - 3 sigma^4)/24 f.
+/// The variance of two successive Gaussians is the sum of their variances. The fourth moments of a wide Gaussian are correct, too. A narrow one moves
+/// counts to the next bins only, with m4 = m2 = sigma^2 instead of 3 sigma^4, so that blurred values f + m2/2 f'' + m4/24 f + ... have an error of up
+/// to (sigma^2 - 3 sigma^4)/24 f.
 #[test]
 fn a_gaussian_profile_becomes_a_wider_one() {
     let (n, own) = (201, 8.0_f64); // its own standard deviation, in bins
@@ -74,7 +74,7 @@ fn a_gaussian_profile_becomes_a_wider_one() {
         let variance = sigma(bins).powi(2);
         let x = |k: usize| k as f64 - 100.0;
         let row: Vec<f64> = (0..n).map(|k| profile(own * own, x(k))).collect();
-        // Rows far narrower than their distance: a blur along the bins alone.
+        // The blur is narrow compared with the distance of rows: it acts along the bins only.
         let row = blurred(&new([1.0, 1e6], bins), &row, n);
         // The largest fourth derivative of the profile is 3 / own^4 times its peak; a tenth more for the terms beyond.
         let fourth = (variance - 3.0 * variance * variance).max(0.0) / 24.0 * 3.0 / own.powi(4);
@@ -86,9 +86,9 @@ fn a_gaussian_profile_becomes_a_wider_one() {
     }
 }
 
-/// The profile of a disc, blurred bin by bin, tends to its true convolution as the bins get finer.
+/// The blurred profile of a disc converges to its exact convolution as the bins become finer.
 #[test]
-fn a_blurred_disc_tends_to_its_true_convolution() {
+fn a_blurred_disc_converges_to_its_exact_convolution() {
     let (radius, fwhm) = (3.0_f64, 1.2);
     let gaussian = |x: f64| {
         let s = sigma(fwhm);
@@ -113,7 +113,7 @@ fn a_blurred_disc_tends_to_its_true_convolution() {
         let off = row.iter().enumerate().map(|(k, v)| (v - exact(x(k))).abs());
         off.fold(0.0, f64::max)
     };
-    // From 6 bins a FWHM to 48: a sum over samples with square roots at both ends has the order 3/2.
+    // From 6 to 48 bins per FWHM: a sum over samples with square roots at both ends has the order 3/2.
     let errors = [60, 120, 240, 480].map(error);
     for (i, e) in errors.iter().enumerate() {
         assert!(*e < 0.022 * 0.5_f64.powf(1.5 * i as f64), "{errors:?}");
@@ -122,7 +122,7 @@ fn a_blurred_disc_tends_to_its_true_convolution() {
 
 #[test]
 fn an_edge_becomes_an_error_function() {
-    // Half a plane of ones, its edge between bins: the sum of the Gaussian's samples, nearly its integral.
+    // A half-plane of ones with its edge between bins: the sum of the Gaussian's samples approximates its integral.
     let (n, pitch, fwhm) = (120, 0.1, 1.0);
     let row: Vec<f64> = (0..n).map(|k| if k < 60 { 0.0 } else { 1.0 }).collect();
     let row = blurred(&new([pitch, 1e6], fwhm), &row, n);
@@ -130,14 +130,14 @@ fn an_edge_becomes_an_error_function() {
     for (k, v) in row.iter().enumerate().take(85) {
         let x = (k as f64 - 59.5) * pitch;
         let exact = 0.5 * (1.0 + libm::erf(x / (sigma(fwhm) * 2.0_f64.sqrt())));
-        // The midpoint rule's sum is off by pitch^2 / 24 times the slope of the Gaussian.
+        // The error of the midpoint rule is pitch^2 / 24 times the slope of the Gaussian.
         let bound = pitch * pitch / 24.0 / (sigma(fwhm).powi(2) * 2.0) + 1e-6;
         assert!((v - exact).abs() < bound, "{k}: {v} {exact}");
     }
 }
 
 #[test]
-fn the_blur_is_its_own_adjoint() {
+fn the_blur_is_self_adjoint() {
     let blur = new([0.2, 0.3], 2.0);
     let (x, y) = (noise::<f64>(31 * 17, 2), noise::<f64>(31 * 17, 3));
     let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
@@ -145,12 +145,12 @@ fn the_blur_is_its_own_adjoint() {
         dot(&blurred(&blur, &x, 31), &y),
         dot(&x, &blurred(&blur, &y, 31)),
     );
-    // Rounding of some hundred products of numbers of either sign.
+    // Rounding of about a hundred products of numbers of either sign.
     assert!((left - right).abs() < 1e-13 * dot(&x, &x));
 }
 
 #[test]
-fn single_precision_and_threads_give_the_same() {
+fn single_precision_and_threads_agree() {
     let blur = new([0.1, 0.1], 0.7);
     let wide = noise::<f64>(64 * 40, 4);
     let narrow: Vec<f32> = wide.iter().map(|&v| v as f32).collect();
@@ -166,7 +166,7 @@ fn single_precision_and_threads_give_the_same() {
     };
     let (one, two) = (run(1), run(2));
     assert!(one == two);
-    // Some 50 additions of numbers below 1.
+    // About 50 additions of numbers below 1.
     let pairs = one.0.iter().zip(&one.1);
     assert!(
         pairs
@@ -176,7 +176,7 @@ fn single_precision_and_threads_give_the_same() {
 }
 
 #[test]
-fn nonsense_is_refused() {
+fn invalid_input_is_rejected() {
     let range = |refused: Result<DepthBlur, RadonError>| {
         matches!(
             refused,
@@ -225,7 +225,7 @@ fn nonsense_is_refused() {
 
 proptest! {
     #[test]
-    fn the_sum_by_the_definition(
+    fn the_blur_equals_the_sum_of_its_definition(
         bins in 1..14usize, rows in 1..12usize, width in 0.0..1.0f64, pitch in (0.05..0.5f64, 0.05..0.5f64), seed in 0..1000u64,
     ) {
         let fwhm = width * (bins as f64 * pitch.0).min(rows as f64 * pitch.1);
@@ -237,7 +237,7 @@ proptest! {
             let (bin, row) = (k % bins, k / bins);
             let weights = |j: usize| at(&kx, bin.abs_diff(j % bins)) * at(&ky, row.abs_diff(j / bins));
             let exact: f64 = before.iter().enumerate().map(|(j, v)| v * weights(j)).sum();
-            // Either way of finding q leaves 1e-12 of the variance; truncation some 1e-12 of the peak.
+            // Either method for q is accurate to 1e-12 of the variance; truncation to about 1e-12 of the peak.
             prop_assert!((value - exact).abs() < 5e-12);
         }
     }

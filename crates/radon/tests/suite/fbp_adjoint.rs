@@ -1,11 +1,11 @@
-//! FBP: the transpose, against the reconstruction itself.
+//! The transpose of FBP, against the reconstruction itself.
 
 use radon::{
     EdgePolicy, FbpOptions, FbpPlan, ImageGrid, Interpolation, Method, ParallelGeometry,
     RadonError, Window,
 };
 
-/// Numbers between -1 and 1 without a pattern.
+/// Pseudo-random numbers between -1 and 1.
 fn numbers(n: usize, seed: f64) -> Vec<f64> {
     (0..n)
         .map(|k| (12.9898 * (k as f64 + seed)).sin() * 43758.5453)
@@ -19,7 +19,7 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
 
 #[test]
 fn the_adjoint_is_the_transpose_of_the_reconstruction() {
-    // Bins on both sides of the image, and an image on both sides of the bins; an axis beside the middle.
+    // Rows longer than the image, and an image wider than the rows; an off-centre axis.
     for (n_bins, nx, ny) in [(40, 17, 12), (9, 31, 26)] {
         let angles = (0..23).map(|k| 0.1 + 0.29 * f64::from(k));
         let geometry = ParallelGeometry::new(angles.collect::<Vec<_>>(), n_bins, 0.7).unwrap();
@@ -44,7 +44,7 @@ fn the_adjoint_is_the_transpose_of_the_reconstruction() {
             let reconstructed = dot(&plan.reconstruct(&p).unwrap(), &f);
             let transposed = dot(&p, &plan.adjoint(&f).unwrap());
             let scale = dot(&f, &f).sqrt() * dot(&p, &p).sqrt();
-            // Rounding of some thousand terms and of positions in bins.
+            // Rounding of about a thousand terms and of positions in bins.
             let difference = (reconstructed - transposed).abs();
             assert!(
                 difference < 1e-12 * scale,
@@ -55,7 +55,7 @@ fn the_adjoint_is_the_transpose_of_the_reconstruction() {
 }
 
 #[test]
-fn a_plan_without_an_adjoint_says_what_it_needs() {
+fn a_plan_without_an_adjoint_names_the_required_option() {
     let geometry = ParallelGeometry::half_turn(8, 16, 1.0).unwrap();
     let grid = ImageGrid::square(16, 1.0).unwrap();
     let options = FbpOptions::default().with_method(Method::Direct);

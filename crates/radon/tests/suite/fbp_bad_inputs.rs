@@ -1,4 +1,4 @@
-//! Every bad input is a typed error with its numbers, before any work.
+//! Every invalid input is a typed error with its values, before any work.
 
 use crate::common;
 
@@ -195,7 +195,7 @@ fn options() {
 }
 
 #[test]
-fn short_arcs_are_refused_unless_a_policy_says_what_to_do() {
+fn short_arcs_are_rejected_without_a_policy() {
     let geometry = ParallelGeometry::arc_radians(60, 2.0, 16, 1.0).unwrap();
     let grid = ImageGrid::square(16, 1.0).unwrap();
     match FbpPlan::<f64>::new(&geometry, &grid, &FbpOptions::default()) {

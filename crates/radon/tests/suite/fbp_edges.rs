@@ -12,17 +12,17 @@ const POLICIES: [EdgePolicy; 4] = [
     EdgePolicy::Ellipse,
 ];
 
-/// Half the row, in bins.
+/// Half the length of a row, in bins.
 const HALF: f64 = 64.0;
 
-/// A body of some ellipses, each with its value, and a pattern of noise of the given share of the largest chord.
+/// A body of some ellipses, each with its value, and a noise pattern of the given fraction of the largest chord.
 struct Scene {
     parts: Vec<(f64, Ellipse)>,
     noise: f64,
 }
 
 impl Scene {
-    /// A disc off the axis by (6, -4) bins, of so many half rows.
+    /// A disc off the axis by (6, -4) bins; the radius in half rows.
     fn disc(scale: f64) -> Self {
         Self::of(vec![(1.0, Ellipse::disc([6.0, -4.0], scale * HALF))])
     }
@@ -89,10 +89,10 @@ fn biases(scene: &Scene) -> [f64; 4] {
 }
 
 #[test]
-fn rows_that_hold_the_whole_object_need_no_policy() {
+fn rows_that_contain_the_whole_object_need_no_policy() {
     for edge in POLICIES {
         let (mean, spread) = Scene::disc(0.6).error(edge);
-        // Area error of point-sampled chords (7e-5 here) and the ringing of the edge, four bins and more away.
+        // Area error of point-sampled chords (7e-5 here) and ringing of the edge at a distance of at least four bins.
         assert!(
             mean.abs() < 2e-4 && spread < 0.012,
             "{edge:?}: {mean:.1e} {spread:.1e}"
@@ -101,9 +101,9 @@ fn rows_that_hold_the_whole_object_need_no_policy() {
 }
 
 #[test]
-fn biases_are_those_of_the_table() {
-    // The interior problem has no unique solution, so a bias remains with any policy; this pins down how much. It is the table
-    // in the documentation of `EdgePolicy`, as measured.
+fn biases_agree_with_the_table() {
+    // The interior problem has no unique solution, so a bias remains with any policy. This verifies the measured table in the documentation of
+    // `EdgePolicy`.
     let hot = ellipse([15.0, 10.0], 20.0, 15.0, 0.4);
     let table = [
         (Scene::disc(1.2), [0.076, -0.309, -0.183, -0.001]),
@@ -139,7 +139,7 @@ fn biases_are_those_of_the_table() {
                 "row {i}: {got:.4} {expected}"
             );
         }
-        // The ellipse is at least twice better than the best other, and flat where that cups.
+        // The bias with the ellipse is at most half of that of the best other policy, and without cupping.
         let best = got[..3].iter().fold(f64::MAX, |m, b| m.min(b.abs()));
         assert!(got[3].abs() < best / 2.0, "row {i}: {got:?}");
         let cupping = scene.error(EdgePolicy::Zero).1;
@@ -148,9 +148,9 @@ fn biases_are_those_of_the_table() {
 }
 
 #[test]
-fn noise_moves_no_policy_far() {
-    // Two per cent of the largest chord, which the filter makes some 20 % of the image: the fit over an eighth of the row takes
-    // it down, and only rows that end two rows away hang on its slope.
+fn noise_changes_no_policy_much() {
+    // Two per cent of the largest chord, which the filter amplifies to about 20 % of the image. The fit over an eighth of the row reduces it; only
+    // rows that end two rows away depend on its slope.
     for (scale, most) in [
         (0.6, 2e-3),
         (1.2, 2e-3),

@@ -5,8 +5,7 @@ use crate::common;
 use common::{Ellipse, half_turn, mean_where};
 use radon::{ArcPolicy, FbpOptions, FbpPlan, ImageGrid, Interpolation, ParallelGeometry, Window};
 
-/// Mean errors six pixels and more inside and outside of an off-centre disc, which keeps the ringing of the edge out, for every
-/// window: the largest of each.
+/// Largest mean errors of all windows at least six pixels inside and outside the edge of an off-centre disc, which excludes the ringing of the edge.
 fn amplitude_errors(
     disc: &Ellipse,
     geometry: &ParallelGeometry,
@@ -47,8 +46,8 @@ const DISC: Ellipse = Ellipse {
 };
 
 #[test]
-fn amplitude_of_an_off_centre_disc_from_bin_means_is_right_for_every_window() {
-    // The bar of 2e-5 with 90 views; nearly ideal interpolation also shows the streaks of 90 views, and needs 180.
+fn amplitude_of_an_off_centre_disc_from_bin_means_is_correct_for_every_window() {
+    // A limit of 2e-5 with 90 views; nearly ideal interpolation also resolves the streaks of 90 views and needs 180.
     for (n_views, interpolation) in [
         (90, Interpolation::Linear),
         (180, Interpolation::BandLimited),
@@ -66,12 +65,12 @@ fn amplitude_of_an_off_centre_disc_from_bin_means_is_right_for_every_window() {
 }
 
 #[test]
-fn amplitude_of_an_off_centre_disc_from_chords_is_limited_by_the_area_they_miss() {
+fn amplitude_of_an_off_centre_disc_from_chords_is_limited_by_their_area_error() {
     let geometry = half_turn(90, 256, 1.0);
     let sinogram = DISC.sinogram(&geometry);
     for interpolation in [Interpolation::Linear, Interpolation::BandLimited] {
-        // Chords miss the disc's area by up to 2.7e-4 a view (square-root ends), 3e-5 over 90 views. What is missing at the edge
-        // leaves out the negative lobes that the ramp puts beside it: the inside comes out too high, by twice that.
+        // The error of the disc's area from chords is up to 2.7e-4 per view (square-root ends) and 3e-5 over 90 views. The missing negative lobes of
+        // the ramp at the edge make the inside too high by twice this error.
         let [inside, outside] = amplitude_errors(&DISC, &geometry, &sinogram, interpolation);
         assert!(
             inside < 7e-5 && outside < 5e-5,
@@ -94,7 +93,7 @@ fn back_projection_without_a_ramp_is_the_weighted_sum_over_views() {
     let options = FbpOptions::default().without_ramp();
     let plan = FbpPlan::<f64>::new(&geometry, &grid, &options).unwrap();
     let image = plan.reconstruct(&sinogram).unwrap();
-    // Rows of ones give the sum of the weights where every view sees the pixel.
+    // Rows of ones give the sum of the weights where every view covers the pixel.
     let ones = plan.reconstruct(&[1.0; 200]).unwrap();
     let mut largest = 0.0_f64;
     for iy in 0..11 {
@@ -114,7 +113,7 @@ fn back_projection_without_a_ramp_is_the_weighted_sum_over_views() {
         }
     }
     assert!(largest < 1e-12, "{largest:.1e}");
-    // Rows sampled finely enough: up-sampled rows and straight lines between bins agree to the second order in the bin.
+    // For finely sampled rows, up-sampling and linear interpolation between bins agree to second order in the bin.
     let geometry = half_turn(60, 128, 1.0);
     let wave: Vec<f64> = (0..60 * 128)
         .map(|i| (-((i % 128) as f64 - 63.5).powi(2) / 200.0).exp())
@@ -137,7 +136,7 @@ fn back_projection_without_a_ramp_is_the_weighted_sum_over_views() {
     }
 }
 
-/// Centroid of the image, in length units, over a neighbourhood that holds the whole ellipse (and little of the streaks).
+/// Centroid of the image, in length units, over a neighbourhood that contains the whole ellipse and few of the streaks.
 fn centroid(image: &[f64], grid: &ImageGrid, ellipse: &Ellipse) -> [f64; 2] {
     let mut sums = [0.0; 3];
     for iy in 0..grid.ny() {
@@ -153,7 +152,7 @@ fn centroid(image: &[f64], grid: &ImageGrid, ellipse: &Ellipse) -> [f64; 2] {
 }
 
 #[test]
-fn an_off_centre_ellipse_comes_out_where_it_is_for_even_and_odd_sizes_and_any_axis_of_rotation() {
+fn an_off_centre_ellipse_has_its_position_for_even_and_odd_sizes_and_any_axis_of_rotation() {
     // Lengths in cm, pitch other than spacing, a detector shifted by a fraction of a bin, a grid off the axis.
     for (nx, ny, n_bins, offset) in [
         (96, 80, 160, 0.0),
@@ -180,12 +179,12 @@ fn an_off_centre_ellipse_comes_out_where_it_is_for_even_and_odd_sizes_and_any_ax
         let error = (x - 0.7).hypot(y + 0.5) / grid.spacing()[0];
         assert!(
             error < 0.02,
-            "{nx} x {ny}, {n_bins} bins, offset {offset}: off by {error:.4} pixels"
+            "{nx} x {ny}, {n_bins} bins, offset {offset}: error {error:.4} pixels"
         );
     }
 }
 
-/// Mean over the inner part of a long thin ellipse, whose views differ: angles that are weighed wrongly change it.
+/// Mean over the inner part of a long thin ellipse, whose views differ, so that incorrect weights of angles change it.
 fn amplitude(angles: &[f64], arc: ArcPolicy) -> f64 {
     let geometry = ParallelGeometry::new(angles, 128, 1.0).unwrap();
     let grid = ImageGrid::square(128, 1.0).unwrap();
@@ -211,7 +210,7 @@ fn any_complete_list_of_angles_gives_the_same_amplitude() {
         ("half turn", uniform(180, PI).collect()),
         ("full turn, even", uniform(360, 2.0 * PI).collect()),
         ("full turn, odd", uniform(181, 2.0 * PI).collect()),
-        ("two turns and a bit", uniform(500, 4.3 * PI).collect()),
+        ("more than two turns", uniform(500, 4.3 * PI).collect()),
         (
             "backwards from -1",
             uniform(180, PI).map(|a| -1.0 - a).collect(),
@@ -223,7 +222,7 @@ fn any_complete_list_of_angles_gives_the_same_amplitude() {
                 .collect(),
         ),
         (
-            "dense where the ellipse is seen from its end",
+            "dense along the axis of the ellipse",
             uniform(180, PI)
                 .chain(uniform(90, 0.5).map(|a| a + 0.5))
                 .collect(),
@@ -237,14 +236,14 @@ fn any_complete_list_of_angles_gives_the_same_amplitude() {
     ];
     for (name, angles) in lists {
         let off = amplitude(&angles, ArcPolicy::Complete) - 1.0;
-        // Streaks of as many views; equal weights would leave 0.2 and 0.4 out in the last two lists.
+        // Streaks of as many views; equal weights would have errors of 0.2 and 0.4 in the last two lists.
         assert!(off.abs() < 1e-3, "{name}: {off:.1e}");
     }
 }
 
 #[test]
-fn a_short_arc_gives_what_its_policy_says() {
-    // Inside a disc every filtered view is 1/pi: the mean is the sum of the weights over pi, of which 120 degrees were measured.
+fn a_short_arc_follows_its_policy() {
+    // Inside a disc every filtered view is 1/pi, so that the mean is the sum of the weights over pi; 120 degrees were measured.
     let geometry =
         ParallelGeometry::arc_radians(120, 2.0 / 3.0 * std::f64::consts::PI, 128, 1.0).unwrap();
     let grid = ImageGrid::square(128, 1.0).unwrap();
@@ -266,7 +265,7 @@ fn a_short_arc_gives_what_its_policy_says() {
 
 #[test]
 fn images_are_per_length_in_the_unit_of_the_geometry() {
-    // The same sinogram in cm and in mm: lengths ten times as large, values a tenth.
+    // The same sinogram in cm and in mm: lengths are ten times as large, values a tenth.
     let disc = Ellipse::disc([0.6, -0.4], 2.0);
     let image = |unit: f64, sinogram: &[f64]| {
         let geometry = half_turn(60, 64, 0.1 * unit)
@@ -300,7 +299,7 @@ fn kernel(window: &Window, n: i64) -> f64 {
 }
 
 #[test]
-fn an_image_is_the_double_sum_of_the_formula() {
+fn an_image_equals_the_double_sum_of_the_formula() {
     // Any angles, repeated ones, an offset detector, pixels that are not square.
     let geometry = ParallelGeometry::new([0.1, 0.5, 1.3, 1.3, 1.9, 2.6 + 3.0], 37, 0.8)
         .unwrap()
@@ -326,7 +325,7 @@ fn an_image_is_the_double_sum_of_the_formula() {
             .map(|i| {
                 let (row, at) = (&sinogram[i / 37 * 37..][..37], i as i64 % 37);
                 let terms = row.iter().enumerate();
-                // Unit pitch in the kernel leaves one over the pitch.
+                // The kernel has unit pitch; the remaining factor is 1 / pitch.
                 terms
                     .map(|(k, p)| kernel(&window, at - k as i64) * p / 0.8)
                     .sum()
@@ -349,7 +348,7 @@ fn an_image_is_the_double_sum_of_the_formula() {
                         weights[v] * ((1.0 - w) * at(u.floor()) + w * at(u.floor() + 1.0))
                     })
                     .sum();
-                // Ram-Lak is exact; other windows come from a response sampled 16 times more finely than the row's.
+                // Ram-Lak is exact; other windows are computed from a response sampled 16 times more finely than the row's.
                 let tolerance = if window == Window::RamLak {
                     1e-13
                 } else {

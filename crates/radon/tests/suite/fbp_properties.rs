@@ -32,7 +32,7 @@ fn bits(volume: &[f32]) -> Vec<u32> {
 }
 
 #[test]
-fn a_slice_alone_among_others_and_in_either_order_has_the_same_bits() {
+fn a_slice_is_bitwise_identical_alone_among_others_and_in_either_order() {
     let geometry = half_turn(23, 41, 1.0);
     let grid = ImageGrid::new(37, 29, 1.1).unwrap();
     let plan = FbpPlan::<f32>::new(&geometry, &grid, &FbpOptions::default()).unwrap();
@@ -66,8 +66,8 @@ fn a_slice_alone_among_others_and_in_either_order_has_the_same_bits() {
 }
 
 #[test]
-fn a_slice_alone_has_the_same_bits_with_every_instruction_set_interpolation_and_sample_type() {
-    // Up-sampled rows spread the samples of neighbouring pixels, which other loads fetch than those of neighbouring samples.
+fn a_slice_alone_is_bitwise_identical_with_every_instruction_set_interpolation_and_sample_type() {
+    // In up-sampled rows the samples of neighbouring pixels are apart and are loaded by other instructions than neighbouring samples.
     fn check<T: radon::Sample>(set: InstructionSet, interpolation: Interpolation, spacing: f64) {
         let geometry = half_turn(19, 41, 1.0);
         let grid = ImageGrid::new(37, 21, spacing).unwrap();
@@ -114,7 +114,7 @@ fn a_slice_alone_has_the_same_bits_with_every_instruction_set_interpolation_and_
 }
 
 #[test]
-fn skipping_changes_no_bit_and_is_counted() {
+fn skipping_is_counted_and_leaves_results_bitwise_identical() {
     let geometry = half_turn(23, 41, 1.0);
     let grid = ImageGrid::square(32, 1.0).unwrap();
     let mut projections = stack(&geometry, 20);
@@ -143,7 +143,7 @@ fn skipping_changes_no_bit_and_is_counted() {
 }
 
 #[test]
-fn a_region_is_the_cut_from_the_whole() {
+fn a_region_equals_that_part_of_the_whole() {
     let geometry = half_turn(31, 50, 1.0);
     let grid = ImageGrid::anisotropic(45, 38, [0.9, 1.2]).unwrap();
     let projections = stack(&geometry, 3);
@@ -164,7 +164,7 @@ fn a_region_is_the_cut_from_the_whole() {
 }
 
 #[test]
-fn the_number_of_threads_changes_no_bit() {
+fn results_are_bitwise_independent_of_threads() {
     let geometry = half_turn(23, 41, 1.0);
     let grid = ImageGrid::square(40, 1.0).unwrap();
     let projections = stack(&geometry, 37);
@@ -212,7 +212,7 @@ fn every_instruction_set_computes_the_same_image_to_rounding() {
         for &set in &sets {
             let other = run(set, part, n_slices);
             for (a, b) in plain.iter().zip(&other) {
-                // 46 additions of terms no larger than the sum of their moduli: well under 46 half-units in the last place.
+                // The error of 46 additions is below 46 half-units in the last place of the sum of moduli.
                 assert!(
                     (a - b).abs() <= 46.0 * f32::EPSILON * largest,
                     "{set:?}: {a} {b}"
@@ -223,7 +223,7 @@ fn every_instruction_set_computes_the_same_image_to_rounding() {
 }
 
 #[test]
-fn a_memory_budget_changes_no_bit_and_is_kept() {
+fn a_memory_budget_is_met_and_leaves_results_bitwise_identical() {
     let geometry = half_turn(50, 41, 1.0);
     let grid = ImageGrid::square(40, 1.0).unwrap();
     let projections = stack(&geometry, 70);
@@ -264,7 +264,7 @@ fn a_memory_budget_changes_no_bit_and_is_kept() {
 }
 
 #[test]
-fn slabs_streamed_within_a_budget_have_the_same_bits() {
+fn slabs_streamed_within_a_budget_are_bitwise_identical() {
     let geometry = half_turn(23, 41, 1.0);
     let grid = ImageGrid::square(40, 1.0).unwrap();
     let (n_sinogram, n_image) = (geometry.sinogram_len(), grid.image_len());
@@ -317,7 +317,7 @@ fn slabs_streamed_within_a_budget_have_the_same_bits() {
 }
 
 #[test]
-fn a_dirty_and_oversized_scratch_changes_no_bit() {
+fn a_reused_and_oversized_scratch_leaves_results_bitwise_identical() {
     let (large, small) = (half_turn(23, 41, 1.0), half_turn(7, 12, 1.0));
     let grid = ImageGrid::square(20, 1.0).unwrap();
     let plan = |geometry| FbpPlan::<f32>::new(geometry, &grid, &FbpOptions::default()).unwrap();

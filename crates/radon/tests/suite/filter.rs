@@ -17,7 +17,7 @@ fn windows() -> Vec<Window> {
     ]
 }
 
-/// `2 * integral_0^(1/2) f cos(2 pi f x) df`, the band-limited ramp at any place.
+/// `2 * integral_0^(1/2) f cos(2 pi f x) df`, the band-limited ramp at any position.
 fn ramp_at(x: f64) -> f64 {
     if x == 0.0 {
         return 0.25;
@@ -26,8 +26,8 @@ fn ramp_at(x: f64) -> f64 {
     px.sin() / (2.0 * px) - ((px / 2.0).sin() / px).powi(2)
 }
 
-/// Kernel of each window at full cutoff in closed form, none of which knows the window's gain: a cosine window moves the ramp
-/// to either side, a straight one is a parabola in f, Shepp and Logan's is theirs.
+/// Kernel of each window at full cutoff in closed form, without the window's gain: a cosine window shifts the ramp to both sides, a linear one is a
+/// parabola in f, and that of Shepp and Logan is known.
 fn closed_form(window: &Window, x: f64) -> f64 {
     let moved = |by: f64| 0.5 * (ramp_at(x - by) + ramp_at(x + by));
     match window {
@@ -43,7 +43,7 @@ fn closed_form(window: &Window, x: f64) -> f64 {
         Window::Cosine => moved(0.5),
         Window::Hamming => 0.54 * ramp_at(x) + 0.46 * moved(1.0),
         Window::Hann => 0.5 * ramp_at(x) + 0.5 * moved(1.0),
-        // Gains 1 to 0 along a line: f - 2 f^2.
+        // Gains that fall linearly from 1 to 0: f - 2 f^2.
         Window::Custom(gains) if *gains == [1.0, 0.0] => {
             let a = 2.0 * PI * x;
             let square = if a == 0.0 {
@@ -58,7 +58,7 @@ fn closed_form(window: &Window, x: f64) -> f64 {
     }
 }
 
-/// The kernel `2 * integral_0^(1/2) f W(f) cos(2 pi f n) df` by Simpson's rule, for what has no closed form.
+/// The kernel `2 * integral_0^(1/2) f W(f) cos(2 pi f n) df` by Simpson's rule, for windows without a closed form.
 fn by_quadrature(gain: impl Fn(f64) -> f64, n: i64) -> f64 {
     let steps = 200_000;
     let h = 0.5 / steps as f64;
@@ -123,7 +123,7 @@ fn check_response(window: &Window, cutoff: f64, kernel: impl Fn(i64) -> f64, tol
     }
 }
 
-// What folds back from beyond 16 * 64 samples; the tail of a window that ends in a step is the longest.
+// Aliasing from beyond 16 * 64 samples; the tail of a window that ends in a step is the longest.
 const SMOOTH: f64 = 5e-5;
 const STEPPED: f64 = 5e-4;
 
@@ -175,7 +175,7 @@ fn a_custom_window_is_linear_between_its_gains() {
         "gains of a custom window must be at least 2, got 0"
     );
     whole_and_cut_off(&Window::Custom(vec![1.0, 0.0]));
-    // Level gains are Ram-Lak's, and a gain at zero scales everything.
+    // Constant gains equal Ram-Lak, and the gain at zero scales the whole response.
     for cutoff in [1.0, 0.6] {
         let flat = ramp_response(&Window::Custom(vec![2.5; 7]), cutoff, 64).unwrap();
         let ramp = ramp_response(&Window::RamLak, cutoff, 64).unwrap();
@@ -183,7 +183,7 @@ fn a_custom_window_is_linear_between_its_gains() {
             assert!((a - 2.5 * b).abs() < 2.5 * SMOOTH);
         }
     }
-    // Hann's gains at 201 places: a chord of its cosine is off by at most (pi/200)^2/16 of it, the ramp ends at 1/2.
+    // Gains of the Hann window at 201 positions: the error of a chord of its cosine is at most (pi/200)^2/16 of it; the ramp ends at 1/2.
     let gains = (0..=200).map(|k| Window::Hann.gain(f64::from(k) / 200.0));
     let custom = ramp_response(&Window::Custom(gains.collect()), 0.8, 64).unwrap();
     let hann = ramp_response(&Window::Hann, 0.8, 64).unwrap();
@@ -197,7 +197,7 @@ fn butterworth_has_half_its_power_at_the_cutoff_and_its_order_beyond() {
     for order in [1, 3, 8] {
         for cutoff in [1.0, 0.6] {
             let power = |f: f64| 1.0 + (2.0 * f / cutoff).powi(order).powi(2);
-            // At full cutoff it has not fallen to zero at the band's end: a step.
+            // At full cutoff it ends in a step at the limit of the band.
             let kernel = |n| by_quadrature(|f| power(f).sqrt().recip(), n);
             let order = order as u32;
             check_response(&Window::Butterworth { order }, cutoff, kernel, STEPPED);
@@ -208,7 +208,7 @@ fn butterworth_has_half_its_power_at_the_cutoff_and_its_order_beyond() {
     assert_relative_eq!(gain(100.0) / gain(200.0), 8.0, max_relative = 1e-10);
 }
 
-/// Full cutoff, and one within the band: there the kernel is as much wider as the band is narrower.
+/// Full cutoff, and one within the band, where the width of the kernel is inversely proportional to the cutoff.
 fn whole_and_cut_off(window: &Window) {
     check_response(window, 1.0, |n| closed_form(window, n as f64), SMOOTH);
     cut_off(window);
@@ -222,8 +222,8 @@ fn cut_off(window: &Window) {
 }
 
 #[test]
-fn the_mean_of_an_image_is_not_lost() {
-    // Cut to 2n samples the ramp keeps a small positive response at zero, sum_(|n| > len/2) 1/(pi n)^2 over odd n ~ 2/(pi^2 len);
+fn the_mean_of_an_image_is_preserved() {
+    // Truncated to 2n samples, the ramp has a small positive response at zero, sum_(|n| > len/2) 1/(pi n)^2 over odd n ~ 2/(pi^2 len);
     // sampling |f| would give 0.
     for len in [64, 512, 4096] {
         let response = ramp_response(&Window::RamLak, 1.0, len).unwrap();
@@ -236,7 +236,7 @@ fn the_mean_of_an_image_is_not_lost() {
 }
 
 #[test]
-fn padding_is_at_least_what_is_asked_even_and_smooth() {
+fn padding_is_at_least_the_request_even_and_smooth() {
     for n in 1..3000_usize {
         let len = padded_len(2 * n).unwrap();
         assert!(

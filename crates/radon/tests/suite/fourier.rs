@@ -1,4 +1,4 @@
-//! The Fourier method of filtered back-projection: against the direct sum, the formula and among machines.
+//! The Fourier method of filtered back-projection: against the direct sum, the formula and other instruction sets.
 
 use std::f64::consts::PI;
 
@@ -35,7 +35,7 @@ pub(crate) fn distance(a: &[f64], b: &[f64]) -> f64 {
     norm(&difference) / norm(b)
 }
 
-/// Uneven angles beyond both half turns, an axis beside the middle, pixels of two spacings beside the axis.
+/// Uneven angles beyond both half turns, an off-centre axis, an off-centre grid with two spacings.
 pub(crate) fn odd_case(coarse: f64) -> (ParallelGeometry, ImageGrid) {
     let angles: Vec<f64> = (0..23).map(|k| 0.1 + 2.399_963 * f64::from(k)).collect();
     let geometry = ParallelGeometry::new(angles, 31, 0.3).unwrap();
@@ -46,13 +46,13 @@ pub(crate) fn odd_case(coarse: f64) -> (ParallelGeometry, ImageGrid) {
     )
 }
 
-/// Frequencies j / period that a response lets through, of the period that keeps copies of a row from the image.
+/// Frequencies j / period within the response, for a period that keeps copies of a row out of the image.
 pub(crate) fn waves(most: f64, period: f64, pitch: f64) -> impl Iterator<Item = f64> {
     let n = (most / pitch * period + 1e-9) as i64;
     (-n..=n).map(move |j| j as f64 / period)
 }
 
-/// Back-projection of rows by the first lobe of the response of straight lines, wave by wave.
+/// Back-projection of rows by the first lobe of the response of linear interpolation, wave by wave.
 fn wave_by_wave(
     geometry: &ParallelGeometry,
     grid: &ImageGrid,
@@ -89,7 +89,7 @@ fn wave_by_wave(
     image
 }
 
-/// The period that a plan takes: see `row_period`.
+/// The period of a plan: see `row_period`.
 pub(crate) fn period(geometry: &ParallelGeometry, grid: &ImageGrid) -> f64 {
     let corners =
         [0, grid.nx() - 1].map(|ix| [0, grid.ny() - 1].map(|iy| grid.pixel_centre(ix, iy)));
@@ -102,7 +102,7 @@ pub(crate) fn period(geometry: &ParallelGeometry, grid: &ImageGrid) -> f64 {
 
 #[test]
 fn the_tolerance_is_kept() {
-    // Pixels coarser than bins fold high frequencies, finer ones leave cells empty.
+    // Pixels coarser than bins alias high frequencies; finer ones leave cells empty.
     for coarse in [0.3, 1.0, 3.0] {
         let (geometry, grid) = odd_case(coarse);
         let rows = signs(geometry.sinogram_len(), 1);
@@ -129,9 +129,9 @@ fn phantom_case(n: usize, n_views: usize) -> (ParallelGeometry, ImageGrid, Vec<f
 }
 
 #[test]
-fn methods_differ_by_what_their_documentation_states() {
+fn methods_differ_by_the_documented_amount() {
     // Root mean square over the disc for rows that are zero beyond their ends, at 128 x 128 from 180 views and 256 x 256 from 360, and
-    // the largest for rows that are continued: a jump in the middle of the padding adds to the row's high frequencies.
+    // the largest one for extended rows, in which a jump in the middle of the padding adds high frequencies.
     for (interpolation, window, stated, continued) in [
         (
             Interpolation::Linear,
@@ -184,7 +184,7 @@ fn methods_differ_by_what_their_documentation_states() {
                 println!(
                     "{n} {interpolation:?} {window:?} {edge:?}: {direct:.5} {fourier:.5}, between {between:.2e}"
                 );
-                // The digits stated, and either method as far from the phantom as the other.
+                // The stated digits; both methods have the same error against the phantom.
                 match edge {
                     EdgePolicy::Zero => assert!((between / stated - 1.0).abs() < 0.05),
                     _ => assert!(between < continued),
@@ -196,8 +196,8 @@ fn methods_differ_by_what_their_documentation_states() {
 }
 
 #[test]
-fn truncated_rows_are_treated_as_by_the_direct_sum() {
-    // Half the bins: what the image holds beyond them is cut off by both methods at the same place.
+fn truncated_rows_are_treated_as_in_the_direct_sum() {
+    // Half the bins: both methods truncate the image at the same position.
     let geometry = ParallelGeometry::half_turn(120, 64, 1.0)
         .unwrap()
         .with_offset(3.3)
@@ -233,7 +233,7 @@ fn truncated_rows_are_treated_as_by_the_direct_sum() {
 }
 
 #[test]
-fn a_fourier_image_has_the_same_bits_by_any_way() {
+fn a_fourier_image_is_bitwise_reproducible() {
     let (geometry, grid) = odd_case(1.0);
     let rows: Vec<f32> = signs(geometry.sinogram_len(), 5)
         .iter()
@@ -262,7 +262,7 @@ fn a_fourier_image_has_the_same_bits_by_any_way() {
     };
     assert_eq!(forward(1), forward(3));
 
-    // A part of the image, a slice among others, used work arrays.
+    // A part of the image, a slice among others, reused work arrays.
     let part = FbpPlan::new(&geometry, &grid, &options.clone().with_region(3..17, 5..11)).unwrap();
     let cut: Vec<f32> = (5..11)
         .flat_map(|y| image[y * 20 + 3..y * 20 + 17].to_vec())
@@ -323,7 +323,7 @@ fn every_instruction_set_spreads_the_same_to_rounding() {
 }
 
 #[test]
-fn the_method_depends_on_sizes_interpolation_and_sample_type_alone() {
+fn the_method_depends_on_sizes_interpolation_and_sample_type_only() {
     let fourier = Method::Fourier {
         tolerance: Method::AUTO_TOLERANCE,
     };
@@ -340,7 +340,7 @@ fn the_method_depends_on_sizes_interpolation_and_sample_type_alone() {
     // A small part costs less than transforms of the whole.
     let part = auto.clone().with_region(0..32, 0..32);
     assert_eq!(method(1024, 1440, &part), [Method::Direct; 2]);
-    // 48 sizes on either side of the crossover, by every set and with budgets that no run would fit into.
+    // 48 sizes on either side of the crossover, by every set and with budgets that are too small for any run.
     let mut chosen = [0; 2];
     for i in 0..48 {
         let (n, n_views) = (180 + 97 * i % 400, 40 + 211 * i % 700);
@@ -363,7 +363,7 @@ fn the_method_depends_on_sizes_interpolation_and_sample_type_alone() {
 }
 
 #[test]
-fn a_budget_below_the_need_is_an_error_and_the_default_is_enough() {
+fn an_insufficient_budget_is_an_error_and_the_default_suffices() {
     let geometry = ParallelGeometry::half_turn(2880, 2048, 1.0).unwrap();
     let grid = ImageGrid::square(2048, 1.0).unwrap();
     let plan = |memory| {
@@ -385,7 +385,7 @@ fn a_budget_below_the_need_is_an_error_and_the_default_is_enough() {
 
 #[test]
 fn every_instruction_set_reconstructs_the_same_image() {
-    // Sizes about which the methods cost alike: a choice by machine would differ here, and the images by 1e-3.
+    // Sizes at which both methods have similar costs: a machine-dependent choice would differ here and change the images by 1e-3.
     for (n, n_views) in [(256, 720), (360, 720), (400, 400), (300, 310), (64, 90)] {
         let (geometry, grid, sinogram, _) = phantom_case(n, n_views);
         let sinogram: Vec<f32> = sinogram.iter().map(|&x| x as f32).collect();
@@ -407,7 +407,7 @@ fn every_instruction_set_reconstructs_the_same_image() {
 }
 
 #[test]
-fn what_a_fourier_method_cannot_do_is_refused() {
+fn unsupported_options_of_the_fourier_method_are_rejected() {
     let (geometry, grid) = odd_case(1.0);
     for tolerance in [0.0, 1e-7, 0.1, f64::NAN, f64::INFINITY] {
         let options = FbpOptions::default().with_method(Method::Fourier { tolerance });
@@ -435,7 +435,7 @@ fn what_a_fourier_method_cannot_do_is_refused() {
         error,
         RadonError::BudgetTooSmall { given: 1000, .. }
     ));
-    // A row that begins a light year from the axis.
+    // A row at an extreme distance from the axis.
     let far = geometry.clone().with_offset(1e18).unwrap();
     let error = FbpPlan::<f32>::new(&far, &grid, &options).unwrap_err();
     assert!(matches!(error, RadonError::OutOfRange { .. }));

@@ -96,7 +96,7 @@ fn the_fourier_projector_has_the_error_of_joseph_or_less() {
 
 #[test]
 fn a_view_does_not_depend_on_the_others() {
-    // Pixels as large as bins: the greatest frequency of the first view is half a period, that of the second lies beyond.
+    // Pixels as large as bins: the largest frequency of the first view is half a period, that of the second is beyond it.
     let grid = ImageGrid::square(16, 1.0).unwrap();
     let image = signs(256, 12);
     let rows = |angles: &[f64]| {

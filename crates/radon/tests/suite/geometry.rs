@@ -44,7 +44,7 @@ fn the_rotation_bin_lies_on_the_axis() {
 }
 
 #[test]
-fn uniform_half_and_full_turns_weigh_equally_whatever_the_parity() {
+fn uniform_half_and_full_turns_have_equal_weights_for_any_parity() {
     for n in [1, 2, 3, 90, 91] {
         for turn in [ParallelGeometry::half_turn, ParallelGeometry::full_turn] {
             let geometry = turn(n, 4, 1.0).unwrap();
@@ -92,7 +92,7 @@ fn each_constructor_has_the_unit_of_its_name() {
 }
 
 #[test]
-fn degrees_taken_for_radians_are_refused_with_the_reason() {
+fn degrees_given_as_radians_are_rejected_with_the_reason() {
     // An arc of 180 would be 28.6 turns.
     match ParallelGeometry::arc_radians(60, 180.0, 4, 1.0) {
         Err(error @ RadonError::LongArc { arc, turns, most }) => {
@@ -111,7 +111,7 @@ fn degrees_taken_for_radians_are_refused_with_the_reason() {
         Err(RadonError::LongArc { .. })
     ));
 
-    // Lists: a half or a full turn, the last view left out or not, either sense, any start.
+    // Lists: a half or a full turn, with or without the last view, in either direction, from any start.
     for (n, step, arc) in [(60, 3.0, 180.0), (361, 1.0, 360.0), (7, -30.0, 180.0)] {
         let angles: Vec<f64> = (0..n).map(|k| 5.0 + f64::from(k) * step).collect();
         match ParallelGeometry::new(angles.clone(), 4, 1.0) {
@@ -123,7 +123,7 @@ fn degrees_taken_for_radians_are_refused_with_the_reason() {
             other => panic!("{other:?}"),
         }
         ParallelGeometry::from_degrees(&angles, 4, 1.0).unwrap();
-        // The same list in other steps is several turns, which is nobody's business.
+        // The same list with other steps has several turns and is accepted.
         for factor in [1.0 + 1e-8, 3.0, 10.0] {
             let several: Vec<f64> = angles.iter().map(|a| a * factor).collect();
             ParallelGeometry::new(several, 4, 1.0).unwrap();
@@ -133,7 +133,7 @@ fn degrees_taken_for_radians_are_refused_with_the_reason() {
         ParallelGeometry::new(angles, 4, 1.0).unwrap();
     }
 
-    // What leaves a gap, too, says that angles are in radians, if they go so far that it may be news.
+    // The error of a gap also states that angles are in radians, if they are large enough to suggest degrees.
     let message = |angles: &[f64]| {
         let geometry = ParallelGeometry::new(angles, 4, 1.0).unwrap();
         let refused = geometry.view_weights(ArcPolicy::Complete).unwrap_err();
@@ -147,8 +147,8 @@ fn degrees_taken_for_radians_are_refused_with_the_reason() {
 }
 
 #[test]
-fn weights_integrate_the_functions_that_the_trapezoidal_rule_does() {
-    // cos(2 theta) has the period pi of directions; on irregular nodes the error is the rule's, h^2 f''/12 * pi with the
+fn weights_have_the_accuracy_of_the_trapezoidal_rule() {
+    // cos(2 theta) has the period pi of directions; on irregular nodes the error is that of the rule, h^2 f''/12 * pi with the
     // largest gap h = 0.11.
     let angles: Vec<f64> = (0..90)
         .map(|k| k as f64 * PI / 90.0 + 0.035 * (k as f64 * 1.7).sin() + 5.0)
@@ -167,7 +167,7 @@ fn weights_integrate_the_functions_that_the_trapezoidal_rule_does() {
 }
 
 #[test]
-fn repeated_and_opposite_views_share_one_weight() {
+fn repeated_and_opposite_views_divide_one_weight() {
     let plain = weights(&[0.1, 0.9, 1.7, 2.4], ArcPolicy::Complete);
     let repeated = weights(
         &[0.1, 0.9, 1.7, 2.4, 0.9, 0.9 + PI, 0.1 - PI],
@@ -202,7 +202,7 @@ fn a_golden_angle_series_counts_as_complete() {
 }
 
 #[test]
-fn stack_orders_index_what_they_say() {
+fn stack_orders_have_the_documented_indices() {
     // 3 views, 5 slices, 7 bins.
     assert_eq!(
         StackOrder::ViewSliceBin.row_start(2, 4, 3, 5, 7),

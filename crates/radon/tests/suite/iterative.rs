@@ -1,4 +1,4 @@
-//! Iterative solvers against dense linear algebra and their own theorems.
+//! Iterative solvers against dense linear algebra and known theorems.
 
 use crate::common;
 
@@ -46,7 +46,7 @@ fn distance(a: &[f64], b: &[f64]) -> f64 {
 }
 
 #[test]
-fn cgls_finds_the_least_squares_solution_in_as_many_steps_as_unknowns() {
+fn cgls_reaches_the_least_squares_solution_in_as_many_steps_as_unknowns() {
     let a = Dense((0..12).map(|i| noise(7, 100 + i)).collect());
     let b = noise(12, 3);
     let expected = least_squares(&a, &[1.0; 12], &b);
@@ -59,7 +59,7 @@ fn cgls_finds_the_least_squares_solution_in_as_many_steps_as_unknowns() {
         radon::no_observer,
     )
     .unwrap();
-    // Condition of a random 12 x 7 matrix about 5: the normal equations keep 14 digits.
+    // Condition of a random 12 x 7 matrix about 5: the normal equations have 14 correct digits.
     assert!(
         distance(&x, &expected) < 1e-12,
         "{}",
@@ -71,7 +71,7 @@ fn cgls_finds_the_least_squares_solution_in_as_many_steps_as_unknowns() {
     for pair in report.history.windows(2) {
         assert!(pair[1].residual <= pair[0].residual);
     }
-    // Started at the solution, nothing is left to do.
+    // A start at the solution needs no step.
     let again = cgls(
         &a,
         &b,
@@ -87,8 +87,8 @@ fn cgls_finds_the_least_squares_solution_in_as_many_steps_as_unknowns() {
 }
 
 #[test]
-fn cgls_from_zero_finds_the_shortest_of_many_solutions() {
-    // The last column repeats the first: the shortest solution shares the weight evenly.
+fn cgls_from_zero_reaches_the_shortest_of_many_solutions() {
+    // The last column repeats the first: the shortest solution divides the weight evenly.
     let mut a = Dense((0..9).map(|i| noise(5, 40 + i)).collect());
     for row in &mut a.0 {
         row[4] = row[0];
@@ -144,7 +144,7 @@ fn sirt_converges_to_the_weighted_least_squares_solution_within_its_bounds() {
             .with_stopping(stopping);
         let report = sirt(&a, &b, &mut x, &options, radon::no_observer).unwrap();
         assert_eq!(report.stopped_by, Some(StopReason::Change));
-        // The slowest mode shrinks by about 1 - 0.03 a step: 1e-14 of change is some 1e-12 of distance.
+        // The slowest mode decreases by a factor of about 0.97 per step: a change of 1e-14 is a distance of about 1e-12.
         assert!(
             distance(&x, &expected) < 1e-11,
             "{relaxation}: {}",
@@ -163,7 +163,7 @@ fn sirt_converges_to_the_weighted_least_squares_solution_within_its_bounds() {
         (report.iterations, report.stopped_by),
         (20_000, Some(StopReason::MaxIterations))
     );
-    // Kuhn-Tucker: the gradient is zero inside, pushes outwards at a bound.
+    // Kuhn-Tucker: the gradient is zero inside the bounds and points outwards at a bound.
     let mut ax = vec![0.0; 10];
     a.forward_into(&x, &mut ax).unwrap();
     let pull: Vec<f64> = (0..10).map(|i| weights[i] * (b[i] - ax[i])).collect();
@@ -182,7 +182,7 @@ fn sirt_converges_to_the_weighted_least_squares_solution_within_its_bounds() {
 }
 
 #[test]
-fn one_step_of_mlem_is_its_formula() {
+fn one_step_of_mlem_equals_its_formula() {
     let a = not_negative(6, 3, 9);
     let (b, s) = (
         vec![3.0, 0.0, 2.0, 5.0, 1.0, 4.0],
@@ -211,7 +211,7 @@ fn one_step_of_mlem_is_its_formula() {
 }
 
 #[test]
-fn mlem_raises_the_likelihood_keeps_the_counts_and_stays_at_the_truth() {
+fn mlem_increases_the_likelihood_conserves_counts_and_is_stationary_at_the_solution() {
     let a = not_negative(20, 8, 50);
     let b: Vec<f64> = noise::<f64>(20, 4)
         .iter()
@@ -230,13 +230,13 @@ fn mlem_raises_the_likelihood_keeps_the_counts_and_stays_at_the_truth() {
         )
         .unwrap();
         let likelihood = report.history[0].log_likelihood.unwrap();
-        // Sums of some 100 to 16 digits.
+        // Sums of about 100 terms to 16 digits.
         assert!(likelihood >= last - 1e-12, "{last} {likelihood}");
         last = likelihood;
         a.forward_into(&x, &mut ax).unwrap();
         assert!((ax.iter().sum::<f64>() - b.iter().sum::<f64>()).abs() < 1e-11);
         assert!(x.iter().all(|&x| x >= 0.0));
-        // The reported likelihood is that of the image before: written out here for the next round.
+        // The reported likelihood is that of the previous image; it is computed here for the next iteration.
         let direct: f64 = ax.iter().zip(&b).map(|(e, b)| b * e.ln() - e).sum();
         let next = mlem(
             &a,

@@ -1,4 +1,4 @@
-//! Solvers whose operator or steps leave the finite numbers: a typed error, and the last finite iterate.
+//! Solvers whose operator or steps overflow or give NaN: a typed error, and the last finite iterate.
 
 use std::cell::Cell;
 
@@ -119,7 +119,7 @@ fn an_operator_that_breaks<T: Sample + PartialEq>() {
                         }) => assert!(found == what && !given.is_finite()),
                         other => panic!("{name} {forward} {at}: {other:?}"),
                     }
-                    // One of the iterates of the operator that does not break.
+                    // One of the iterates of the operator without the fault.
                     let sound = Breaks::new(true, usize::MAX, T::ZERO);
                     let is_iterate = (0..=6).any(|n| {
                         let mut expected = vec![T::ONE; 4];
@@ -139,7 +139,7 @@ fn an_operator_that_returns_nan_or_infinity_is_an_error_with_the_last_iterate() 
     an_operator_that_breaks::<f64>();
 }
 
-/// One number times another.
+/// A product of two numbers.
 struct Times<T>(T);
 
 impl<T: Sample> LinearOperator<T> for Times<T> {

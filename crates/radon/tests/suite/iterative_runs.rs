@@ -10,7 +10,7 @@ use radon::{
     mlem, osem, sirt,
 };
 
-/// A head, 40 views, twice the bins: consistent data for the operator.
+/// A head phantom, 40 views, twice the bins: consistent data for the operator.
 fn scene() -> (Projector, Vec<f64>, Vec<f64>) {
     let geometry = ParallelGeometry::half_turn(40, 36, 1.0).unwrap();
     let projector = Projector::new(
@@ -47,7 +47,7 @@ fn every_solver_recovers_a_head_from_consistent_data() {
     )
     .unwrap();
     println!("CGLS {} steps: {:.2e}", report.iterations, error(&x));
-    // What is left are the modes that strips blur away.
+    // The remaining error consists of modes that the blur of the strips removes.
     assert!(error(&x) < 0.03);
     let mut x = start.clone();
     sirt(
@@ -71,7 +71,7 @@ fn every_solver_recovers_a_head_from_consistent_data() {
     .unwrap();
     println!("MLEM 30 steps: {:.2e}", error(&by_mlem));
     assert!(error(&by_mlem) < 0.2);
-    // Ten subsets: three passes do the work of thirty steps (of the same residual within a tenth).
+    // Ten subsets: three iterations equal thirty steps (the residual agrees within a tenth).
     let subsets = projector
         .stack_operator(1, StackOrder::ViewSliceBin)
         .unwrap()
@@ -93,7 +93,7 @@ fn every_solver_recovers_a_head_from_consistent_data() {
 }
 
 #[test]
-fn subsets_hold_each_datum_once_and_the_rows_of_the_whole() {
+fn subsets_contain_each_datum_once_and_the_rows_of_the_whole() {
     let geometry = ParallelGeometry::new([0.1, 0.9, 1.4, 2.0, 2.9], 7, 1.0)
         .and_then(|g| g.with_offset(0.3))
         .unwrap();
@@ -149,7 +149,7 @@ fn subsets_hold_each_datum_once_and_the_rows_of_the_whole() {
 }
 
 #[test]
-fn rules_stop_where_they_say_and_unmet_ones_are_errors_with_the_report() {
+fn rules_stop_as_documented_and_unmet_ones_are_errors_with_the_report() {
     let (projector, truth, data) = scene();
     let mut x = vec![0.0; truth.len()];
     let stopping = Stopping::default()
@@ -225,7 +225,7 @@ fn rules_stop_where_they_say_and_unmet_ones_are_errors_with_the_report() {
     );
 }
 
-/// Each solver from the image `start`: its name, its result and the image it leaves.
+/// Each solver from the image `start`: its name, its result and its final image.
 fn each(
     stopping: Stopping,
     start: &[f64],
@@ -281,7 +281,7 @@ fn every_solver_obeys_every_rule() {
         let (last, before) = report.history.split_last().unwrap();
         assert!(last.residual <= 0.03, "{name}");
         assert!(before.iter().all(|entry| entry.residual > 0.03), "{name}");
-        // The image that met the rule; subsets go on to the end of their pass.
+        // The image that met the rule; with subsets the iteration is completed.
         if name == "OSEM" {
             assert!(residual(&x) < 0.03);
         } else {
@@ -303,15 +303,15 @@ fn every_solver_obeys_every_rule() {
 }
 
 #[test]
-fn a_solver_given_the_answer_takes_no_step() {
+fn a_solver_started_at_the_solution_makes_no_step() {
     let (_, truth, _) = scene();
-    // No iteration is allowed: the rule has to be met by what was given.
+    // No iteration is allowed: the given image must meet the rule.
     let rule = Stopping::default()
         .with_max_iterations(0)
         .with_residual(1e-14);
     for (name, result, x) in each(rule, &truth) {
         if name == "OSEM" {
-            // Subsets learn the residual from their pass alone.
+            // With subsets the residual is known only after an iteration.
             assert!(matches!(result, Err(RadonError::NotConverged { .. })));
             continue;
         }
@@ -332,7 +332,7 @@ fn a_solver_given_the_answer_takes_no_step() {
 }
 
 #[test]
-fn any_thread_count_gives_the_same_bits() {
+fn solvers_are_bitwise_independent_of_threads() {
     let (projector, truth, data) = scene();
     let operator = projector
         .stack_operator::<f32>(1, StackOrder::ViewSliceBin)
@@ -378,7 +378,7 @@ fn any_thread_count_gives_the_same_bits() {
 }
 
 #[test]
-fn bad_input_is_refused_with_its_numbers() {
+fn bad_input_is_rejected_with_its_values() {
     let a = not_negative(4, 3, 1);
     let (b, x) = (vec![1.0; 4], vec![1.0; 3]);
     let all = |b: &[f64], x: &[f64]| {

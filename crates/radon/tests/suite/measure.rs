@@ -17,7 +17,7 @@ fn agrees_with_the_plain_sums() {
     let std = (picked.iter().map(|v| (v - mean) * (v - mean)).sum::<f64>() / n).sqrt();
     let stats = MaskedStats::of(&values, &mask).unwrap().unwrap();
     assert_eq!(stats.count, picked.len());
-    // Summing 33 300 terms of 1e6 in another order moves the mean by a few ulps of 1e6.
+    // Another order of 33 300 terms of 1e6 changes the mean by a few ulps of 1e6.
     assert!((stats.mean - mean).abs() < 1e-8 && (stats.std - std).abs() < 1e-8);
     let shifted: Vec<f64> = values.iter().map(|v| v - 0.5).collect();
     let rmse = rmse_within(&values, &shifted, &mask).unwrap().unwrap();
@@ -26,7 +26,7 @@ fn agrees_with_the_plain_sums() {
 
 /// Any length of mask and values, against the definitions.
 #[test]
-fn pieces_blocks_and_lanes_leave_nothing_out() {
+fn pieces_blocks_and_lanes_cover_all_samples() {
     for (mask_len, times) in [
         (1, 9000),
         (3, 5),

@@ -6,7 +6,7 @@ use radon::{
 };
 use std::sync::Arc;
 
-/// Numbers in [-1, 1) without a pattern.
+/// Pseudo-random numbers in [-1, 1).
 fn noise(n: usize, seed: u64) -> Vec<f64> {
     let mut state = seed;
     (0..n)
@@ -22,7 +22,7 @@ fn noise(n: usize, seed: u64) -> Vec<f64> {
 const SHAPE: [usize; 3] = [7, 6, 5];
 const SIDES: [f64; 3] = [0.5, 0.25, 2.0];
 
-/// Two motions of some voxels by up to three voxels, some of them out of the volume, one by far.
+/// Two motions of some voxels by up to three voxels, some of them out of the volume, one far out.
 fn motions() -> Vec<Displacements<'static>> {
     let by = |every: usize, seed: u64| -> Vec<(usize, [f32; 3])> {
         let all: usize = SHAPE.iter().product();
@@ -43,7 +43,7 @@ fn motions() -> Vec<Displacements<'static>> {
         .into()
 }
 
-/// The definition, voxel by voxel and neighbour by neighbour, with hats.
+/// The definition, voxel by voxel and neighbour by neighbour, with hat functions.
 fn plain(motions: &[Displacements<'_>], x: &[f64]) -> Vec<f64> {
     let [nx, ny, nz] = SHAPE;
     let mut moved = x.to_vec();
@@ -97,7 +97,7 @@ fn off_adjoint(operator: &impl LinearOperator<f64>) -> f64 {
 }
 
 #[test]
-fn a_warp_is_its_definition_and_its_adjoint_the_transpose() {
+fn a_warp_equals_its_definition_and_its_adjoint_the_transpose() {
     let motions = motions();
     let warp = Warp::new(SHAPE, SIDES, &motions).unwrap();
     assert_eq!(
@@ -105,7 +105,7 @@ fn a_warp_is_its_definition_and_its_adjoint_the_transpose() {
         motions[0].by.len() + motions[1].by.len()
     );
     let x = noise(210, 3);
-    // Places have 24 binary digits.
+    // Positions have 24 binary digits.
     for (found, expected) in apply(&warp, &x).iter().zip(plain(&motions, &x)) {
         assert!((found - expected).abs() < 3e-6, "{found} {expected}");
     }
@@ -127,7 +127,7 @@ fn a_warp_is_its_definition_and_its_adjoint_the_transpose() {
 }
 
 #[test]
-fn whole_voxels_move_exactly_and_straight_lines_stay_straight() {
+fn displacements_by_whole_voxels_and_of_linear_functions_are_exact() {
     let [nx, ny, nz] = [9, 8, 7];
     let all = nx * ny * nz;
     let warp = |d| {
@@ -150,7 +150,7 @@ fn whole_voxels_move_exactly_and_straight_lines_stay_straight() {
         };
         assert_eq!(moved[v], expected);
     }
-    // No displacement, and one of nothing: the bits of the volume.
+    // No displacement and a zero displacement leave the volume bitwise identical.
     assert_eq!(
         apply(&Warp::new([nx, ny, nz], [1.0; 3], &[]).unwrap(), &x),
         x
@@ -168,7 +168,7 @@ fn whole_voxels_move_exactly_and_straight_lines_stay_straight() {
     }
 }
 
-/// Of a hill turned by a fifth of a turn, on finer and finer voxels: trilinear interpolation is of order 2.
+/// A hill rotated by a fifth of a turn, on increasingly fine voxels: trilinear interpolation has order 2.
 #[test]
 fn a_smooth_volume_is_warped_with_order_two() {
     let hill = |p: [f64; 3]| (-(p[0] - 0.6).powi(2) - 2.0 * p[1] * p[1] - p[2] * p[2]).exp();
@@ -199,7 +199,7 @@ fn a_smooth_volume_is_warped_with_order_two() {
 }
 
 #[test]
-fn the_number_of_threads_changes_no_bit_of_a_warp() {
+fn a_warp_is_bitwise_independent_of_threads() {
     let warp = Warp::new(SHAPE, SIDES, &motions()).unwrap();
     let x = noise(210, 4);
     let with = |threads| {
@@ -233,7 +233,7 @@ fn operator() -> StackOperator<f64> {
         .unwrap()
 }
 
-/// All of the volume by so much.
+/// A displacement of the whole volume.
 fn shifted(by: [f32; 3]) -> Arc<Warp> {
     let by: Vec<_> = (0..432).map(|v| (v, by)).collect();
     let warp = Warp::new(
@@ -258,7 +258,7 @@ fn states() -> Vec<State<StackOperator<f64>>> {
 }
 
 #[test]
-fn views_of_states_are_those_of_the_warped_volumes_and_the_adjoint_is_exact() {
+fn views_of_states_equal_those_of_the_warped_volumes_and_the_adjoint_is_exact() {
     let moving = MovingOperator::new(states()).unwrap();
     let x = noise(432, 6);
     let data = apply(&moving, &x);
@@ -272,9 +272,9 @@ fn views_of_states_are_those_of_the_warped_volumes_and_the_adjoint_is_exact() {
     assert!(off_adjoint(&moving) < 1e-12, "{}", off_adjoint(&moving));
 }
 
-/// A product of three warps, none of which commutes with another, is its factors in turn, and so is its adjoint.
+/// A product of three warps, which do not commute, equals the successive factors, and so does its adjoint.
 #[test]
-fn products_apply_their_factors_in_turn() {
+fn products_apply_their_factors_in_order() {
     let half: Vec<_> = (0..216).map(|v| (v, [0.3, -0.6, 0.9])).collect();
     let half = Warp::new(
         [12, 12, 3],
@@ -310,9 +310,9 @@ fn products_apply_their_factors_in_turn() {
     ));
 }
 
-/// A block seen in two places: in one frame it is found as from as many views of it at rest; taken for still it is not.
+/// A block at two positions: compensated OSEM recovers it as from as many views of a static block; without compensation it does not.
 #[test]
-fn osem_finds_what_moves_in_one_frame() {
+fn osem_with_known_motion_recovers_a_moving_block() {
     let truth: Vec<f64> = (0..432)
         .map(|v| {
             let inside = (4..7).contains(&(v % 12)) && (5..8).contains(&(v / 12 % 12));
@@ -361,7 +361,7 @@ fn osem_finds_what_moves_in_one_frame() {
 }
 
 #[test]
-fn what_makes_no_sense_is_refused() {
+fn invalid_input_is_rejected() {
     let one = |voxel, by, share| {
         Warp::new(
             [4, 4, 4],

@@ -4,7 +4,7 @@
 use radon::{CountScale, RadonError, poisson_counts, poisson_counts_into};
 
 #[test]
-fn mean_and_variance_are_those_of_poisson() {
+fn mean_and_variance_agree_with_poisson() {
     let n = 200_000;
     for mean in [0.01, 0.7, 5.0, 30.0, 1e3, 1e6] {
         let counts = poisson_counts(&vec![mean / 8.0; n], CountScale::PerUnit(8.0), 42).unwrap();
@@ -22,7 +22,7 @@ fn mean_and_variance_are_those_of_poisson() {
 }
 
 #[test]
-fn frequencies_are_those_of_poisson() {
+fn frequencies_agree_with_poisson() {
     let n = 300_000;
     for (mean, classes) in [(0.8_f64, 6), (4.0, 13), (20.0, 40)] {
         let counts = poisson_counts(&vec![mean; n], CountScale::PerUnit(1.0), 5).unwrap();
@@ -71,7 +71,7 @@ fn neighbours_are_independent() {
 }
 
 #[test]
-fn a_sample_depends_on_seed_place_and_mean_alone() {
+fn a_sample_depends_on_seed_index_and_mean_only() {
     let means: Vec<f32> = (0..20_000).map(|k| (k % 97) as f32).collect();
     let scale = CountScale::PerUnit(0.7);
     let pool = |n| {
@@ -84,21 +84,21 @@ fn a_sample_depends_on_seed_place_and_mean_alone() {
     let two = pool(2).install(|| poisson_counts(&means, scale, 3).unwrap());
     assert!(one == two);
     assert!(one != poisson_counts(&means, scale, 4).unwrap());
-    // A view by itself, and one among others that changed.
+    // A single view, and the same view among changed ones.
     let mut part = vec![0.0_f32; 1000];
     poisson_counts_into(&means[7000..8000], 0.7, 3, 7000, &mut part).unwrap();
     assert!(part[..] == one[7000..8000]);
     let mut changed = means.clone();
     changed[..7000].fill(1e4);
     assert!(poisson_counts(&changed, scale, 3).unwrap()[7000..] == one[7000..]);
-    // The stored type changes nothing but the rounding.
+    // The stored type changes only the rounding.
     let wide: Vec<f64> = means.iter().map(|&m| f64::from(m)).collect();
     let wide = poisson_counts(&wide, scale, 3).unwrap();
     assert!(one.iter().zip(&wide).all(|(a, b)| f64::from(*a) == *b));
 }
 
 #[test]
-fn nothing_stays_nothing_and_a_total_is_met() {
+fn zero_means_give_zero_counts_and_a_total_is_met() {
     assert!(poisson_counts(&[0.0_f32; 100], CountScale::PerUnit(1e6), 1).unwrap() == [0.0; 100]);
     assert!(poisson_counts(&[1e-320_f64; 10], CountScale::PerUnit(1e-10), 1).unwrap() == [0.0; 10]);
     let means: Vec<f64> = (0..1000).map(|k| f64::from(k % 10)).collect();
@@ -113,7 +113,7 @@ fn nothing_stays_nothing_and_a_total_is_met() {
 }
 
 #[test]
-fn nonsense_is_refused() {
+fn invalid_input_is_rejected() {
     let draw = |sample: f64, scale| poisson_counts(&[1.0, sample], scale, 0);
     for bad in [f64::NAN, f64::INFINITY, -1.0, -1e-300] {
         for scale in [CountScale::PerUnit(1.0), CountScale::Total(1.0)] {

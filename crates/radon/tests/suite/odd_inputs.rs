@@ -12,9 +12,9 @@ fn too_large<T: std::fmt::Debug>(outcome: Result<T, RadonError>) -> bool {
     matches!(outcome, Err(RadonError::TooLarge { .. }))
 }
 
-/// Counts that can be multiplied, of samples that no machine has room for.
+/// Counts whose product is representable but exceeds any memory.
 #[test]
-fn what_no_memory_holds_is_refused() {
+fn sizes_beyond_any_memory_are_rejected() {
     let wide = ParallelGeometry::half_turn(2, 1 << 50, 1.0).unwrap();
     let large = ImageGrid::square(1 << 26, 1.0).unwrap();
     let (small, grid) = (
@@ -72,9 +72,9 @@ fn what_no_memory_holds_is_refused() {
     assert!(too_large(streamed));
 }
 
-/// Subsets list the samples that each of them has, whose number is the caller's.
+/// Subsets store lists of their samples, whose number is an argument.
 #[test]
-fn subsets_of_more_samples_than_memory_holds_are_refused() {
+fn subsets_beyond_the_memory_are_rejected() {
     let geometry = ParallelGeometry::half_turn(4, 4, 1.0).unwrap();
     let grid = ImageGrid::square(4, 1.0).unwrap();
     let projector = Projector::new(&geometry, &grid, Kernel::Joseph).unwrap();
@@ -86,11 +86,11 @@ fn subsets_of_more_samples_than_memory_holds_are_refused() {
     }
 }
 
-/// Lists of a few numbers a view, where the angles themselves have taken what there was: in a process of its own with 1 GiB, of
-/// which 2^25 angles take a quarter.
+/// Lists of a few numbers per view, when the angles themselves have used the memory: in a separate process with 1 GiB, of which 2^25 angles use a
+/// quarter.
 #[cfg(target_os = "linux")]
 #[test]
-fn more_views_than_memory_holds_are_refused() {
+fn views_beyond_the_memory_are_rejected() {
     const ALONE: &str = "RADON_TEST_WITH_LITTLE_MEMORY";
     if std::env::var_os(ALONE).is_some() {
         let many = ParallelGeometry::half_turn(1 << 25, 1, 1.0).unwrap();
@@ -106,7 +106,7 @@ fn more_views_than_memory_holds_are_refused() {
         .args(["-c", "ulimit -v 1048576 && exec \"$0\" \"$@\""])
         .arg(exe)
         .args(["--exact", "--test-threads=1"])
-        .arg("odd_inputs::more_views_than_memory_holds_are_refused")
+        .arg("odd_inputs::views_beyond_the_memory_are_rejected")
         .env(ALONE, "1")
         .output()
         .unwrap();
@@ -117,9 +117,9 @@ fn more_views_than_memory_holds_are_refused() {
     );
 }
 
-/// A stack is as long as its data says, not as the caller does.
+/// The data, not the argument, determine the length of a stack.
 #[test]
-fn numbers_of_slices_without_data_are_refused() {
+fn numbers_of_slices_without_data_are_rejected() {
     let geometry = ParallelGeometry::arc_radians(2, 3.0, 4, 1.0).unwrap();
     let grid = ImageGrid::square(4, 1.0).unwrap();
     let projector = Projector::new(&geometry, &grid, Kernel::Strip).unwrap();
@@ -179,7 +179,7 @@ fn filters_of_any_length_and_windows_of_no_gains() {
     }
 }
 
-/// An operator of one number, and a subset that asks for a datum far away.
+/// An operator of one number, and a subset with a large index.
 #[test]
 fn subsets_beyond_the_data() {
     #[derive(Debug)]
@@ -217,7 +217,7 @@ fn subsets_beyond_the_data() {
     ));
 }
 
-/// Every number of a shape's means may be negative, zero, infinite or none.
+/// Every argument of the means of a shape may be negative, zero, infinite or NaN.
 #[test]
 fn means_over_odd_rectangles() {
     let odd = [
@@ -250,15 +250,15 @@ fn means_over_odd_rectangles() {
                 shape.value([a, b]);
             }
         }
-        // The sign of a side says nothing.
+        // The sign of a side has no effect.
         let at = |side: f64| shape.rectangle_mean([0.4, 0.3], [side, 0.5]);
         assert_eq!(at(-0.8), at(0.8));
     }
 }
 
-/// Sizes and places whose products are numbers give numbers, wherever they are looked at; others are refused.
+/// Sizes and positions whose products are finite give finite values everywhere; others are rejected.
 #[test]
-fn shapes_of_any_size_give_numbers_or_are_refused() {
+fn shapes_of_any_size_give_finite_values_or_are_rejected() {
     let upright = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
     let plane = |centre: [f64; 2], sizes: [f64; 2], angle: f64| {
         let shapes = [

@@ -16,7 +16,7 @@ use radon::{
     cgls, mlem, osem, sirt,
 };
 
-/// A problem with counts, and its operator in two halves.
+/// Data with counts, and their operator in two halves.
 fn problem() -> (Dense, [Subset<Dense, f64>; 2], Vec<f64>) {
     let whole = not_negative(12, 5, 3);
     let half = |first: usize| {
@@ -62,7 +62,7 @@ fn runs_with_the_same_subsets_share_their_column_sums() {
     }
 }
 
-/// Calls at the same time have their own work arrays: the results are those of calls one after the other.
+/// Concurrent calls have their own work arrays: the results equal those of successive calls.
 #[test]
 fn an_operator_serves_two_threads_at_the_same_time() {
     fn check(operator: &(impl LinearOperator<f32> + Sync)) {
@@ -101,9 +101,9 @@ fn an_operator_serves_two_threads_at_the_same_time() {
     check(&SpectOperator::new(&geometry, &grid, &axis, &options).unwrap());
 }
 
-/// Every solver through `dyn`, `&`, `Box`, `Arc` and pointers to those gives the bits that it gives on the operator itself.
+/// Every solver gives bitwise identical results through `dyn`, `&`, `Box`, `Arc` and pointers to those.
 #[test]
-fn a_pointer_to_an_operator_is_one() {
+fn pointers_to_operators_are_operators() {
     fn all<O: LinearOperator<f64> + ?Sized>(operator: &O, data: &[f64]) -> Vec<Vec<f64>> {
         let (cg, em, si) = (
             CglsOptions::default().with_stopping(many(3)),
@@ -154,12 +154,12 @@ fn a_pointer_to_an_operator_is_one() {
     assert_eq!(all(&Box::new(shared), &data), expected);
 }
 
-/// What is told after each step.
+/// The observer of each step.
 type Observer<'a> = &'a mut dyn FnMut(&IterativeReport, &[f64]) -> ControlFlow<()>;
 /// A run of a solver that is observed.
 type Solve<'a> = &'a dyn Fn(&mut [f64], Observer<'_>) -> Result<IterativeReport, RadonError>;
 
-/// What each solver shows its observer, and where it stops when told to after `most` steps.
+/// The calls of each solver's observer, which ends the run after `most` steps.
 fn observed(most: usize) -> Vec<(IterativeReport, Vec<f64>, usize)> {
     let (whole, halves, data) = problem();
     let run = |solve: Solve<'_>| {
@@ -190,7 +190,7 @@ fn observed(most: usize) -> Vec<(IterativeReport, Vec<f64>, usize)> {
 }
 
 #[test]
-fn an_observer_sees_every_step_and_may_end_the_run() {
+fn an_observer_receives_every_step_and_may_end_the_run() {
     for (report, _, calls) in observed(usize::MAX) {
         assert_eq!(report.stopped_by, Some(StopReason::MaxIterations));
         assert_eq!(calls, report.iterations);
@@ -198,7 +198,7 @@ fn an_observer_sees_every_step_and_may_end_the_run() {
     for (k, (report, x, calls)) in observed(3).into_iter().enumerate() {
         assert_eq!(report.stopped_by, Some(StopReason::Observer));
         assert_eq!((calls, report.iterations, report.history.len()), (3, 3, 3));
-        // The image of three steps by the rules.
+        // The image after three steps by the stopping rules.
         let (whole, halves, data) = problem();
         let (three, mut expected) = (many(3), vec![1.0; 5]);
         let em = EmOptions::default().with_stopping(three);
@@ -219,7 +219,7 @@ fn an_observer_sees_every_step_and_may_end_the_run() {
     }
 }
 
-/// A rule that is met goes before what the observer says; a rule that is not met is no error once the observer ends the run.
+/// A met rule has priority over the observer; an unmet rule is no error if the observer ends the run.
 #[test]
 fn rules_and_observers() {
     let (whole, _, data) = problem();
@@ -235,7 +235,7 @@ fn rules_and_observers() {
     assert_eq!(report.iterations, 1);
 }
 
-/// An operator whose data are gone.
+/// An operator whose data are no longer available.
 struct Torn;
 
 impl LinearOperator<f32> for Torn {
@@ -255,7 +255,7 @@ impl LinearOperator<f32> for Torn {
 }
 
 #[test]
-fn the_callers_failure_comes_back_whole_and_is_told_once() {
+fn the_error_of_an_operator_is_returned_and_reported_once() {
     let failed = mlem(
         &Torn,
         &[1.0; 3],
@@ -277,7 +277,7 @@ fn the_callers_failure_comes_back_whole_and_is_told_once() {
 }
 
 #[test]
-fn a_plan_tells_what_it_was_made_for() {
+fn a_plan_returns_its_arguments() {
     let geometry = ParallelGeometry::full_turn(7, 9, 0.3)
         .unwrap()
         .with_offset(0.1)
@@ -321,9 +321,9 @@ fn a_plan_tells_what_it_was_made_for() {
     }
 }
 
-/// Each builder sets its field and leaves the others.
+/// Each builder sets its field only.
 #[test]
-fn options_are_put_together_field_by_field() {
+fn options_are_set_field_by_field() {
     let changes: [fn(FbpOptions) -> FbpOptions; 11] = [
         |o| o.without_ramp(),
         |o| o.with_window(Window::Hann),

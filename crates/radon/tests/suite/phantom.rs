@@ -56,8 +56,8 @@ fn mean(c: f64, width: f64, n: usize, f: impl Fn(f64) -> f64) -> f64 {
 }
 
 #[test]
-fn line_integrals_are_those_of_the_values_along_the_line() {
-    // A step's position is known to half a panel of 1e-4; at most four steps.
+fn line_integrals_agree_with_the_values_along_the_line() {
+    // The position of a step is accurate to half a panel of 1e-4; at most four steps.
     let tolerance = 2.5e-4;
     for shape in plane_shapes() {
         for (theta, s) in [
@@ -86,7 +86,7 @@ fn line_integrals_are_those_of_the_values_along_the_line() {
 }
 
 #[test]
-fn bin_means_are_the_means_of_line_integrals() {
+fn bin_means_agree_with_averages_of_line_integrals() {
     for shape in plane_shapes() {
         for (theta, s, width) in [
             (0.1, 0.3, 0.2),
@@ -95,7 +95,7 @@ fn bin_means_are_the_means_of_line_integrals() {
             (0.0, 0.5, 0.1),
         ] {
             let expected = mean(s, width, 200_000, |s| shape.line_integral(theta, s));
-            // At an ellipse's rim the midpoint rule errs by panel^1.5 = 2e-7, at a step by a panel, 3e-5 of 0.1 ... 6.
+            // The error of the midpoint rule is panel^1.5 = 2e-7 at the rim of an ellipse, and a panel at a step, 3e-5 of 0.1 ... 6.
             let got = shape.bin_mean(theta, s, width);
             assert!((got - expected).abs() < 1e-5, "{shape:?}: {got} {expected}");
         }
@@ -110,7 +110,7 @@ fn bin_means_are_the_means_of_line_integrals() {
             let expected = mean(c[1], size[1], 500, |z| {
                 mean(c[0], size[0], 500, |s| shape.line_integral(theta, s, z))
             });
-            // A step between two sample planes is off by up to half a panel: 1/325 of the prism's height in the widest cell.
+            // The error of a step between two sample planes is up to half a panel: 1/325 of the prism's height in the widest cell.
             let got = shape.bin_mean(theta, c, size);
             assert!(
                 (got - expected).abs() < 3.5e-3 * (0.01 + expected),
@@ -121,7 +121,7 @@ fn bin_means_are_the_means_of_line_integrals() {
 }
 
 #[test]
-fn cell_means_are_the_means_of_sampled_values() {
+fn cell_means_agree_with_averages_of_sampled_values() {
     for shape in plane_shapes() {
         for (c, sides) in [
             ([0.2, 0.1], [0.7, 0.3]),
@@ -146,7 +146,7 @@ fn cell_means_are_the_means_of_sampled_values() {
                     mean(c[0], sides[0], 120, |x| shape.value([x, y, z]))
                 })
             });
-            // A flat end between two sample planes is off by up to 1/240 of the whole.
+            // The error of a flat end between two sample planes is up to 1/240 of the whole.
             let got = shape.box_mean(c, sides);
             assert!(
                 (got - expected).abs() < 4.5e-3,
@@ -161,7 +161,7 @@ fn every_view_and_every_image_conserve_the_integral() {
     let weighted = |(i, shape)| (1.0 + i as f64, shape);
     let plane = Phantom2::new(plane_shapes().into_iter().enumerate().map(weighted)).unwrap();
     // Everything lies inside the grids (the widest Gaussian to 5.5 standard deviations in x, 1e-8, 3.5 cm); boundary
-    // cells round to some 1e-15 each.
+    // cells have rounding errors of about 1e-15 each.
     for (nx, ny, [dx, dy]) in [(131, 140, [0.06, 0.06]), (66, 210, [0.12, 0.04])] {
         let grid = ImageGrid::anisotropic(nx, ny, [dx, dy])
             .and_then(|g| g.with_centre([0.1, -0.05]))
@@ -238,7 +238,7 @@ fn an_ellipsoid_agrees_with_the_quadratic_formula_for_its_rays() {
 }
 
 #[test]
-fn a_line_along_an_edge_gets_the_mean_of_both_sides() {
+fn a_line_along_an_edge_has_the_mean_of_both_sides() {
     let square = Shape2::rectangle([0.0; 2], [2.0, 3.0], 0.0).unwrap();
     assert_eq!(square.line_integral(0.0, 1.0), 1.5);
     assert_eq!(square.line_integral(0.0, -1.0), 1.5);
@@ -269,7 +269,7 @@ fn shepp_logan_has_its_known_grey_values() {
         assert!((got - in_solid).abs() < 1e-12, "{point:?} {got}");
     }
     assert!((solid.value([0.0, -0.1, 0.25]) - 0.3).abs() < 1e-12);
-    // The ellipses' own line formula, from a second copy of Toft's table.
+    // The line formula of ellipses, from a second copy of Toft's table.
     let entries = [
         (1.0, 0.69, 0.92, 0.0, 0.0, 0.0f64),
         (-0.8, 0.6624, 0.874, 0.0, -0.0184, 0.0),
@@ -295,7 +295,7 @@ fn shepp_logan_has_its_known_grey_values() {
 }
 
 #[test]
-fn sinogram_orders_and_thread_counts_hold_the_same_bits() {
+fn sinograms_are_bitwise_independent_of_order_and_threads() {
     let head = Phantom3::shepp_logan(1.0).unwrap();
     let geometry = ParallelGeometry::new([0.3, 2.0, 1.0], 33, 0.07)
         .and_then(|g| g.with_offset(0.1))
@@ -333,7 +333,7 @@ fn sinogram_orders_and_thread_counts_hold_the_same_bits() {
 }
 
 #[test]
-fn bad_shapes_are_refused_with_their_numbers() {
+fn bad_shapes_are_rejected_with_their_values() {
     let id = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
     assert!(matches!(
         Shape2::ellipse([0.0, f64::NAN], [1.0, 1.0], 0.0),
@@ -401,8 +401,8 @@ fn bad_shapes_are_refused_with_their_numbers() {
 }
 
 proptest! {
-    /// Closed forms of different cells must agree: a cell is the sum of its parts. Cells touch outlines in every way, and
-    /// some are centred on the shape.
+    /// Closed forms of different cells must agree: a cell is the sum of its parts. Cells intersect outlines in all ways, and some are centred on the
+    /// shape.
     #[test]
     fn cells_are_the_sum_of_their_parts(
         which in 0usize..8,
@@ -414,7 +414,7 @@ proptest! {
     ) {
         let (plane, solid) = (&plane_shapes()[which % 6], &solid_shapes()[which]);
         let c = if centred { solid.bounding_ball().0 } else { c };
-        // Contents carry some 1e-14, means that over the size of the smaller part.
+        // Contents have errors of about 1e-14; those of means are larger by the inverse size of the smaller part.
         let parts = |axis: usize, mean: &dyn Fn([f64; 3], [f64; 3]) -> f64| {
             let (mut c0, mut c1, mut s0, mut s1) = (c, c, sides, sides);
             s0[axis] *= cut;
@@ -440,7 +440,7 @@ proptest! {
 
     /// The line (theta, s) is the line (theta + pi, -s).
     #[test]
-    fn opposite_views_see_the_same_lines(
+    fn opposite_views_have_the_same_lines(
         which in 0usize..6, theta in -4.0f64..4.0, s in -1.5f64..1.5, z in -0.5f64..0.5,
     ) {
         let (plane, solid) = (&plane_shapes()[which], &solid_shapes()[which]);

@@ -56,7 +56,7 @@ fn cases() -> Vec<(ParallelGeometry, ImageGrid)> {
         (geometry(9, 1.7, -0.4), grid(18, 35, 0.4, [1.0, 2.0])),
         (geometry(64, 0.11, 0.7), grid(7, 5, 0.9, [-0.5, 0.1])),
         (geometry(1, 30.0, 0.0), grid(33, 1, 0.3, [0.0, 0.0])),
-        (geometry(5, 0.5, 100.0), grid(8, 8, 0.5, [0.0, 0.0])), // sees nothing
+        (geometry(5, 0.5, 100.0), grid(8, 8, 0.5, [0.0, 0.0])), // covers nothing
         (geometry(25, 0.4, 0.1), flat(16, 9, [0.4, 0.8], [0.3, -0.2])),
         (
             geometry(13, 0.9, -0.2),
@@ -66,7 +66,7 @@ fn cases() -> Vec<(ParallelGeometry, ImageGrid)> {
     ]
 }
 
-/// Weight of one pixel by each kernel's definition, for a ray `shift` bins beside the bin's centre.
+/// Weight of one pixel by each kernel's definition, for a ray at `shift` bins from the bin's centre.
 fn weight(
     kernel: Kernel,
     geometry: &ParallelGeometry,
@@ -101,7 +101,7 @@ fn weight(
 }
 
 #[test]
-fn every_weight_is_the_one_of_the_definition() {
+fn every_weight_agrees_with_the_definition() {
     for (geometry, grid) in cases() {
         for kernel in KERNELS {
             let projector = Projector::new(&geometry, &grid, kernel).unwrap();
@@ -115,8 +115,8 @@ fn every_weight_is_the_one_of_the_definition() {
                         let of = |bin_shift| {
                             weight(kernel, &geometry, &grid, (view, bin, bin_shift), [ix, iy])
                         };
-                        // A pixel index carries some 1e-14. Along the axes (views 0, 1, 8, 11) a ray on a pixel's edge gets
-                        // the mean of both sides, by a ramp of width 1e-9 that turns the 1e-14 into 1e-5.
+                        // A pixel index has an error of about 1e-14. Along the axes (views 0, 1, 8, 11) a ray on a pixel's edge has the mean of both
+                        // sides, by a ramp of width 1e-9 that amplifies the 1e-14 to 1e-5.
                         let on_axis = kernel == Kernel::Siddon && [0, 1, 8, 11].contains(&view);
                         let side = grid.spacing()[0].max(grid.spacing()[1]);
                         let (expected, tolerance) = if on_axis {
@@ -136,7 +136,7 @@ fn every_weight_is_the_one_of_the_definition() {
 }
 
 #[test]
-fn strips_that_tile_the_plane_conserve_the_mass() {
+fn strips_that_tile_the_plane_conserve_the_integral() {
     // Bins that cover the image: sum over bins of pitch * (A x) is the image's mass, in every view.
     let grid = ImageGrid::anisotropic(30, 41, [0.4, 0.25]).unwrap();
     let image: Vec<f64> = noise(grid.image_len(), 5);
@@ -152,7 +152,7 @@ fn strips_that_tile_the_plane_conserve_the_mass() {
     }
 }
 
-/// <A x, y> against <x, Aᵀ y>, relative to the size that rounding errors scale with.
+/// <A x, y> against <x, Aᵀ y>, relative to the scale of rounding errors.
 fn adjoint_defect<T: Sample>(projector: &Projector, seed: u64) -> f64 {
     let x: Vec<T> = noise(projector.grid().image_len(), seed);
     let y: Vec<T> = noise(projector.geometry().sinogram_len(), seed + 1);
@@ -199,7 +199,7 @@ proptest! {
         let geometry = ParallelGeometry::new(angles, n_bins, pitch).unwrap().with_offset(offset).unwrap();
         let grid = ImageGrid::anisotropic(nx, ny, spacing).unwrap().with_centre(centre).unwrap();
         let projector = Projector::new(&geometry, &grid, kernel).unwrap();
-        // Asked for are 1e-12 and 1e-5; the same weights on both sides leave only the sums' rounding.
+        // The requirement is 1e-12 and 1e-5; with the same weights on both sides only the rounding of sums remains.
         prop_assert!(adjoint_defect::<f64>(&projector, seed.into()) < 1e-13);
         prop_assert!(adjoint_defect::<f32>(&projector, seed.into()) < 3e-6);
     }
@@ -225,7 +225,7 @@ fn check_stack<T: Sample>(n_slices: usize, threads: usize) {
         for slice in (0..n_slices).filter(|&s| empty(s)) {
             volume[slice * image_len..][..image_len].fill(T::ZERO);
         }
-        // Dirty scratch and output: nothing of them may show.
+        // Uninitialised scratch and output must not affect the result.
         let mut scratch = projector.scratch();
         let _ = projector.forward_stack_into(
             &noise::<T>(image_len, 9),
@@ -281,7 +281,7 @@ fn check_stack<T: Sample>(n_slices: usize, threads: usize) {
 }
 
 #[test]
-fn slices_alone_or_among_others_and_any_thread_count_give_the_same_bits() {
+fn slices_are_bitwise_identical_alone_among_others_and_for_any_number_of_threads() {
     // One lane, one to eight registers, several blocks, two groups of blocks.
     for n_slices in [1, 2, 9, 40, 110, 150, 600] {
         check_stack::<f32>(n_slices, 1);
@@ -326,7 +326,7 @@ fn every_instruction_set_gives_the_same_sums_to_rounding() {
 }
 
 #[test]
-fn no_slice_at_all_is_a_result_of_nothing() {
+fn zero_slices_give_an_empty_result() {
     let (geometry, grid) = cases().remove(0);
     let projector = Projector::new(&geometry, &grid, Kernel::Joseph).unwrap();
     assert!(
@@ -339,7 +339,7 @@ fn no_slice_at_all_is_a_result_of_nothing() {
 
 /// The tilted shell of thickness 10 in a 256³ grid, some of its slices, projected from 90 views.
 #[test]
-fn joseph_and_strip_meet_the_exact_projections_of_a_tilted_shell() {
+fn joseph_and_strip_approximate_the_exact_projections_of_a_tilted_shell() {
     let h = 0.5f64.sqrt();
     let axes = [[h, 0.0, -h], [0.5, h, 0.5], [0.5, -h, 0.5]];
     let shell = Phantom3::new([
@@ -355,9 +355,9 @@ fn joseph_and_strip_meet_the_exact_projections_of_a_tilted_shell() {
     .unwrap();
     let geometry = ParallelGeometry::half_turn(90, 256, 1.0).unwrap();
     let grid = ImageGrid::square(256, 1.0).unwrap();
-    // The bars are those of published figures, for voxels averaged over 8 x 8 x 4 samples: 0.01841 and 0.00670 for four
-    // programs with this interpolation. Exact voxel means blur the edges along z by 1/12 instead of 5/64 of a voxel squared,
-    // which shows against rays that have no width. Strips blur by the bin once more.
+    // The limits are published values for voxels averaged over 8 x 8 x 4 samples: 0.01841 and 0.00670 for four programs with this interpolation.
+    // Exact voxel averages blur the edges along z by 1/12 instead of 5/64 of a voxel squared, which matters for line integrals. Strips add the blur
+    // of the bin.
     let combinations = [
         (Kernel::Joseph, BinSampling::Centre, true, 0.0185),
         (Kernel::Joseph, BinSampling::Mean, true, 0.0067),
@@ -366,7 +366,7 @@ fn joseph_and_strip_meet_the_exact_projections_of_a_tilted_shell() {
         (Kernel::Strip, BinSampling::Mean, false, 0.0077),
     ];
     let mut sums = [[0.0; 3]; 5];
-    // Every fifth slice of those that hold the shell: |z| < 100.
+    // Every fifth slice of those that contain the shell: |z| < 100.
     for k in 0..40 {
         let z = -97.5 + 5.0 * f64::from(k);
         let slice = SliceAxis::new(1, 1.0)
@@ -408,8 +408,8 @@ fn joseph_and_strip_meet_the_exact_projections_of_a_tilted_shell() {
     for ((kernel, sampling, sub_sampled, most), [got_sq, product, exact_sq]) in
         combinations.into_iter().zip(sums)
     {
-        // Relative L2 distance after the best common factor, as the published figures state it, and that factor: it differs
-        // from 1 by the blur of edges, not by units.
+        // Relative L2 distance after the best common factor, as in the published values, and that factor: it differs from 1 because of the blur of
+        // edges, not of units.
         let scale = product / got_sq;
         let error = (1.0 - product * scale / exact_sq).sqrt();
         println!("{kernel:?} {sampling:?} sub-sampled {sub_sampled}: {error:.5} at {scale:.5}");
@@ -419,7 +419,7 @@ fn joseph_and_strip_meet_the_exact_projections_of_a_tilted_shell() {
 }
 
 #[test]
-fn bad_input_is_refused_with_its_numbers() {
+fn bad_input_is_rejected_with_its_values() {
     let geometry = ParallelGeometry::half_turn(3, 5, 1.0).unwrap();
     let grid = ImageGrid::new(4, 6, 1.0).unwrap();
     let projector = Projector::new(&geometry, &grid, Kernel::Joseph).unwrap();
@@ -463,7 +463,7 @@ fn bad_input_is_refused_with_its_numbers() {
         projector.forward_stack::<f32>(&[], huge, StackOrder::SliceViewBin),
         Err(RadonError::TooLarge { .. })
     ));
-    // Pitch and spacing that have nothing to do with each other, rays beyond the horizon, too many pixels.
+    // Extreme ratios of pitch and spacing, extremely distant rays, too many pixels.
     for spacing in [[1e-12, 1e-12], [1.0, 1e-12], [1e12, 1.0], [1.0, 1e-200]] {
         let odd = ImageGrid::anisotropic(4, 4, spacing).unwrap();
         assert!(matches!(
@@ -509,7 +509,7 @@ fn the_matrix_is_the_projector() {
                 by_rows[row] += weight * x[column];
                 by_columns[column] += weight * y[row];
             }
-            // Sums of at most some hundred terms in another order.
+            // Sums of at most about a hundred terms in another order.
             for (a, b) in ax.iter().zip(&by_rows).chain(aty.iter().zip(&by_columns)) {
                 assert!((a - b).abs() < 1e-12, "{kernel:?}: {a} {b}");
             }

@@ -1,4 +1,4 @@
-//! A single slice has other loops than a stack: results must be bitwise identical.
+//! Single slices and stacks use different loops: results must be bitwise identical.
 
 use crate::common;
 
@@ -14,11 +14,11 @@ const SETS: [InstructionSet; 4] = [
     InstructionSet::Neon,
 ];
 
-/// Slices enough that none is projected alone.
+/// Enough slices that none is projected alone.
 const STACK: usize = 32;
 
 fn bits(samples: &[f32]) -> Vec<u32> {
-    // A zero's sign is no difference.
+    // The sign of zero is ignored.
     samples.iter().map(|&x| (x + 0.0).to_bits()).collect()
 }
 
@@ -58,7 +58,7 @@ fn check(geometry: &ParallelGeometry, grid: &ImageGrid) -> Result<(), TestCaseEr
 }
 
 #[test]
-fn a_slice_of_the_study_has_the_bits_it_has_in_the_volume() {
+fn a_slice_of_the_study_is_bitwise_identical_alone_and_in_the_volume() {
     let geometry = ParallelGeometry::half_turn(90, 256, 1.0).unwrap();
     check(&geometry, &ImageGrid::square(256, 1.0).unwrap()).unwrap();
 }
@@ -69,7 +69,7 @@ proptest! {
     /// Bins finer than pixels and up to three times as wide, images narrower than a run of rays and longer than a band of steps,
     /// rays beyond the image on either side.
     #[test]
-    fn a_slice_alone_has_the_bits_it_has_in_a_stack(
+    fn a_slice_is_bitwise_identical_alone_and_in_a_stack(
         mut angles in prop::collection::vec(-7.0f64..7.0, 1..4),
         n_bins in 1usize..90,
         (nx, ny) in (1usize..90, 1usize..90),

@@ -18,7 +18,7 @@ fn at(kernel: &[f64], k: usize) -> f64 {
     kernel.get(k).copied().unwrap_or(0.0)
 }
 
-/// The largest deviation of the image of a point in the middle from the product of two kernels, relative to the peak of that.
+/// The largest deviation of the image of a point in the middle from the product of two kernels, relative to the peak of this product.
 fn off(image: &[f64], n: usize, variance: f64, pitch: [f64; 2]) -> f64 {
     let [bins, rows] = pitch.map(|p| gaussian(variance / p / p));
     let exact = |k: usize| {
@@ -58,7 +58,7 @@ fn worst_point(pitch: [f64; 2], tolerance: f64) -> f64 {
     worst
 }
 
-/// A point's image is within the tolerance of the one that its own plane's Gaussian makes, at every distance.
+/// The image of a point is within the tolerance of the Gaussian of its plane, at every distance.
 #[test]
 fn points_of_the_operator_are_within_the_tolerance() {
     for pitch in PITCHES {
@@ -70,7 +70,7 @@ fn points_of_the_operator_are_within_the_tolerance() {
     }
 }
 
-/// Where chaining by the step alone went from 8e-6 to 4e-2 between two planes.
+/// A case in which steps of nodes alone increased the error from 8e-6 to 4e-2 between two planes.
 #[test]
 fn points_of_the_operator_at_the_finest_tolerance() {
     let worst = worst_point([0.4, 0.4], 1e-6);
@@ -97,16 +97,16 @@ fn points_of_slabs_are_within_the_reported_error() {
             }
             let error = blur.error().unwrap();
             println!("{pitch:?}, {tolerance:e}: {worst:.2e} of {error:.2e}");
-            // 31 distances do not meet the worst one between each pair of nodes.
+            // 31 distances do not contain the worst one between each pair of nodes.
             assert!(worst <= error && error <= tolerance, "{worst:e} {error:e}");
             assert!(worst > 0.5 * error, "{pitch:?}: {worst:e} {error:e}");
         }
     }
 }
 
-/// Rows of random slabs, cut from the middle of those given, against the sum by the definition.
+/// Rows of random slabs, from the middle of the given ones, against the sum of the definition.
 #[test]
-fn slabs_are_added_as_by_the_definition() {
+fn slabs_are_added_as_defined() {
     let (n_bins, n_rows, above, given) = (17, 5, 3, 11);
     let (pitch, variances) = ([0.3, 0.4], [0.02, 0.3, 0.11, 0.04]);
     let blur = DepthBlur::new(&variances, pitch, 1e-4).unwrap();
@@ -127,7 +127,7 @@ fn slabs_are_added_as_by_the_definition() {
                 }
             }
         }
-        // Each sample of a slab may be off by the tolerance of its peak.
+        // The error of each sample of a slab may be the tolerance of its peak.
         assert!((value - exact).abs() < 1e-4 * peaks, "{k}: {value} {exact}");
         // The absolute deviations of all samples of a point's image add up to 3 tolerances at most.
         assert!((value - exact).abs() < 3e-4 * exact, "{k}: {value} {exact}");

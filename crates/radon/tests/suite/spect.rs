@@ -11,7 +11,7 @@ use radon::{
     StackOrder,
 };
 
-/// A small camera whose pitches, sizes and offsets are all different, with views all round, one of them at a multiple of 45 degrees.
+/// A small camera whose pitches, sizes and offsets are all different, with views over a full turn, one of them at a multiple of 45 degrees.
 struct Small {
     geometry: SpectGeometry,
     grid: ImageGrid,
@@ -74,7 +74,7 @@ fn largest(x: &[f64]) -> f64 {
 }
 
 #[test]
-fn views_are_those_of_the_definition() {
+fn views_agree_with_the_definition() {
     let small = small();
     let volume: Vec<f64> = noise(small.n_voxels(), 1)
         .iter()
@@ -89,8 +89,8 @@ fn views_are_those_of_the_definition() {
         .map(|(k, mu)| if k % 13 == 4 { *mu } else { 0.0 })
         .collect();
     let even = Collimator::new(0.0, 0.6, 0.5).unwrap();
-    // Without blur to rounding. Weights of a blur that is the same at all depths are dropped below 1.5e-5 of the central one. A blur that
-    // grows is as good as the tolerance for peaks, which random voxels are not.
+    // Without blur to rounding. Weights of a blur that is the same at all depths are dropped below 1.5e-5 of the central one. A depth-dependent blur
+    // is accurate to the tolerance for peaks, which random voxels are not.
     for (collimator, map, most) in [
         (Collimator::default(), vec![], 1e-12),
         (Collimator::default(), map.clone(), 1e-12),
@@ -116,9 +116,9 @@ fn views_are_those_of_the_definition() {
     }
 }
 
-/// A detector smaller than the volume: what is beside it is blurred into it.
+/// A detector smaller than the volume: activity beside it is blurred into it.
 #[test]
-fn what_is_beside_the_detector_is_seen_too() {
+fn activity_beside_the_detector_is_blurred_into_the_views() {
     let small = small();
     let views = ParallelGeometry::new([0.4, 2.2], 5, 0.4).unwrap();
     let rows = SliceAxis::new(3, 0.5).unwrap();
@@ -141,13 +141,13 @@ fn what_is_beside_the_detector_is_seen_too() {
     let operator =
         SpectOperator::new(&geometry, grid, layers, &options(collimator, map.clone())).unwrap();
     for (a, b) in forward(&operator, &volume).iter().zip(&expected) {
-        // Four sides beyond which 3e-5 of a Gaussian are.
+        // A fraction of 3e-5 of a Gaussian lies beyond each of the four sides.
         assert!((a / b - 1.0).abs() < 1.3e-4, "{a} {b}");
     }
 }
 
 #[test]
-fn without_blur_and_attenuation_it_is_the_projector_of_strips() {
+fn without_blur_and_attenuation_the_operator_equals_the_projector_of_strips() {
     let small = small();
     let axis = SliceAxis::new(11, 0.6).unwrap();
     let geometry = SpectGeometry::circular(small.geometry.views(), &axis, 50.0).unwrap();
@@ -171,7 +171,7 @@ fn adjointness<T: Sample>(operator: &SpectOperator<T>) -> f64 {
     operator.adjoint_into(&y, &mut back).unwrap();
     let of = |v: &[T]| v.iter().map(|x| x.f64()).collect::<Vec<f64>>();
     let (ax, x, y, back) = (of(&forward(operator, &x)), of(&x), of(&y), of(&back));
-    // Of nothing to nothing the difference itself.
+    // For zero norms the difference itself.
     let scale = (dot(&ax, &ax) * dot(&y, &y)).sqrt();
     (dot(&ax, &y) - dot(&x, &back)).abs() / if scale > 0.0 { scale } else { 1.0 }
 }
@@ -191,14 +191,14 @@ fn the_adjoint_is_the_transpose() {
             }
             let map = if attenuated { small.map() } else { vec![] };
             let off = adjointness::<f32>(&small.operator(&options(collimator, map)));
-            // Rounding errors of f32 in sums of a few hundred terms of either sign.
+            // Rounding errors of f32 in sums of a few hundred terms with either sign.
             assert!(off < 1e-6, "{off}");
         }
     }
 }
 
 #[test]
-fn any_number_of_threads_gives_the_same_bits() {
+fn results_are_bitwise_independent_of_threads() {
     let small = small();
     let operator = small.operator::<f32>(&options(wide(), small.map()));
     let (x, y) = (
@@ -218,9 +218,9 @@ fn any_number_of_threads_gives_the_same_bits() {
     assert!([2, 3, 5].into_iter().all(|threads| run(threads) == one));
 }
 
-/// Another map, with the same or with other pixels that attenuate, or none: the bits of an operator with this map, for subsets too.
+/// Another map, with the same or other attenuating pixels, or none: bitwise identical to an operator with this map, also for subsets.
 #[test]
-fn an_operator_with_another_map_is_a_new_one() {
+fn replacing_the_map_is_bitwise_identical_to_a_new_operator() {
     let small = small();
     let map: Vec<f64> = small.map();
     let thin: Vec<f64> = map.iter().map(|mu| 0.3 * mu).collect();
@@ -246,7 +246,7 @@ fn an_operator_with_another_map_is_a_new_one() {
     );
 }
 
-/// A subset has the bits of its views, and knows which data they are.
+/// A subset is bitwise identical to its views and lists the indices of their data.
 #[test]
 fn subsets_are_parts_of_the_whole() {
     let small = small();
@@ -276,7 +276,7 @@ fn subsets_are_parts_of_the_whole() {
 }
 
 #[test]
-fn what_makes_no_sense_is_refused() {
+fn invalid_input_is_rejected() {
     let small = small();
     let (views, rows) = (small.geometry.views(), small.geometry.rows());
     let orbit = |radii: Vec<f64>| SpectGeometry::new(views, rows, radii).unwrap_err();
@@ -433,7 +433,7 @@ fn what_makes_no_sense_is_refused() {
     );
 }
 
-/// Each voxel by itself: no sample of its views is below zero, so that EM keeps its image there.
+/// Each voxel separately: no sample of its views is below zero, as EM requires.
 #[test]
 fn no_entry_is_negative() {
     let small = small();
@@ -449,9 +449,9 @@ fn no_entry_is_negative() {
     }
 }
 
-/// The peak of a point is too high by no more than the tolerance, and never too low; somewhere by half of it at least.
+/// The peak of a point is too high by at most the tolerance and never too low; the largest error is at least half the tolerance.
 #[test]
-fn peaks_keep_the_tolerance() {
+fn peaks_meet_the_tolerance() {
     let views = ParallelGeometry::new([0.0], 65, 0.3).unwrap();
     let axis = SliceAxis::new(65, 0.3).unwrap();
     let geometry = SpectGeometry::circular(&views, &axis, 15.0).unwrap();
@@ -475,16 +475,16 @@ fn peaks_keep_the_tolerance() {
     let mut worst: f64 = 0.0;
     for (found, fine) in peaks(0.01).iter().zip(&peaks(1e-4)) {
         let off = found / fine - 1.0;
-        // 1e-4: of the finer ones, and of blurs one after the other.
+        // 1e-4: errors of the finer operator and of successive blurs.
         assert!((-2e-4..0.01).contains(&off), "{off}");
         worst = worst.max(off);
     }
     assert!(worst > 0.005, "{worst}");
 }
 
-/// One pixel and one bin, a volume outside all rows, rows and bins far wider and far narrower than voxels.
+/// One pixel and one bin, a volume outside all rows, rows and bins much wider and much narrower than voxels.
 #[test]
-fn odd_shapes_are_seen_or_not() {
+fn extreme_shapes_of_volume_and_detector() {
     let one = ParallelGeometry::new([0.7], 1, 3.0).unwrap();
     let seen =
         |views: &ParallelGeometry, rows: SliceAxis, layers: SliceAxis, n: usize, radius: f64| {
@@ -498,7 +498,7 @@ fn odd_shapes_are_seen_or_not() {
             forward(&operator, &volume).iter().sum::<f64>()
         };
     let axis = |n: usize, spacing: f64| SliceAxis::new(n, spacing).unwrap();
-    // A voxel of side 1 in a bin of 3 and a row of 3, less what is blurred out of it.
+    // A voxel of side 1 in a bin of 3 and a row of 3, less the part blurred out of it.
     let sum = seen(&one, axis(1, 3.0), axis(1, 1.0), 1, 5.0);
     assert!(sum > 0.08 && sum < 1.0 / 9.0, "{sum}");
     let above = axis(3, 1.0).with_centre(90.0).unwrap();

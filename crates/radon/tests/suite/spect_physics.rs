@@ -35,7 +35,7 @@ fn moments(view: &[f64], geometry: &SpectGeometry) -> (f64, [f64; 2], [f64; 2]) 
 /// An off-centre voxel in views perpendicular to its faces: it fills one cell, whose variance is that of the collimator averaged over the
 /// depth of the cell. Bins and rows of any pitch; planes that are nodes and planes between them.
 #[test]
-fn a_voxel_has_the_variance_of_its_distance() {
+fn a_voxel_has_the_variance_of_the_response_at_its_distance() {
     let h = 0.4;
     let views = ParallelGeometry::full_turn(4, 96, 0.2).unwrap();
     let rows = SliceAxis::new(128, 0.2).unwrap();
@@ -77,7 +77,7 @@ fn a_voxel_has_the_variance_of_its_distance() {
 
 /// Presets: the formula at 10 cm, by hand.
 #[test]
-fn a_collimator_is_its_holes() {
+fn the_response_of_a_collimator_follows_from_its_holes() {
     // 35 mm less two mean free paths of 1/26.9 cm; (0.15 (3.4257 + 10) / 3.4257)^2 + 0.38^2.
     let length: f64 = 3.5 - 2.0 / 26.9;
     let fwhm = (0.15 * (length + 10.0) / length).hypot(0.38);
@@ -131,7 +131,7 @@ fn an_attenuated_cylinder_converges_to_the_closed_form() {
     let errors = [64, 128, 256].map(cylinder_error);
     let order = (errors[0] / errors[2]).log2() / 2.0;
     println!("rms {errors:.2?}, order {order:.2}; the largest sample is 5.2");
-    // The view of a disc ends like a square root: two bins of the error of one voxel's root, an rms of order 1.
+    // The view of a disc ends like a square root: two bins have an error of the root of one voxel, so that the rms has order 1.
     assert!(errors[1] < 0.02 && errors[2] < 0.01, "{errors:?}");
     assert!(order > 0.95, "{order}");
 }
@@ -187,14 +187,14 @@ fn a_blurred_hill_converges_to_the_integral_over_depths() {
     let order = (errors[0] / errors[2]).log2() / 2.0;
     let default = hill_error(64, 1e-3);
     println!("relative L2 {errors:.2?}, order {order:.2}; {default:.2e} at the default tolerance");
-    // Voxel means, voxels as boxes and bins by their means are each second order.
+    // Voxel averages, box-shaped voxels and bin averages each have second order.
     assert!((order - 2.0).abs() < 0.1, "{order}");
     assert!((default - errors[2]).abs() < 2e-4, "{default} {errors:?}");
 }
 
 /// Activity and attenuation behind the face are omitted.
 #[test]
-fn behind_the_face_nothing_is_seen() {
+fn activity_behind_the_face_is_omitted() {
     let views = ParallelGeometry::new([0.0], 8, 1.0).unwrap();
     let axis = SliceAxis::new(1, 1.0).unwrap();
     let grid = ImageGrid::square(8, 1.0).unwrap();
@@ -205,7 +205,7 @@ fn behind_the_face_nothing_is_seen() {
     let operator = SpectOperator::new(&geometry, &grid, &axis, &options).unwrap();
     let found = forward(&operator, &[1.0; 64]);
     assert!(found.iter().all(|&x| (x - 5.0).abs() < 1e-14), "{found:?}");
-    // All of it, with a grid that is behind the face.
+    // The whole activity, for a grid behind the face.
     let grid = grid.with_centre([0.0, 9.0]).unwrap();
     let options = SpectOptions::default();
     let operator = SpectOperator::new(&geometry, &grid, &axis, &options).unwrap();
@@ -215,7 +215,7 @@ fn behind_the_face_nothing_is_seen() {
 /// Noise-free views of an elliptic cylinder of water with a hot sphere and a cold one, by a camera on an ellipse: OSEM with the operator
 /// finds the activity, OSEM without attenuation does not.
 #[test]
-fn osem_recovers_what_the_operator_sees() {
+fn osem_recovers_the_activity() {
     let (n, pitch) = (24, 0.8);
     let views = ParallelGeometry::full_turn(24, n, pitch).unwrap();
     let axis = SliceAxis::new(12, pitch).unwrap();
@@ -261,7 +261,7 @@ fn osem_recovers_what_the_operator_sees() {
     };
     let ((right, residual), (off, _)) = (run(&camera), run(&wrong));
     println!(
-        "hot ball: {right:.4} of the truth (residual {residual:.1e}), {off:.4} without attenuation"
+        "hot ball: {right:.4} of the true value (residual {residual:.1e}), {off:.4} without attenuation"
     );
     assert!((right - 1.0).abs() < 0.01, "{right}");
     assert!(residual < 2e-3, "{residual}");

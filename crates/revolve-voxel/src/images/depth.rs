@@ -30,7 +30,7 @@ const THICK: f64 = 2.0;
 pub struct DepthResponse {
     /// Middle and half of the range.
     range: [f64; 2],
-    /// At the nodes.
+    /// Standard deviations at the nodes.
     pub(super) sigmas: Vec<f64>,
     /// `[j][k]`: from the integrals of Chebyshev polynomials to those of `L_j`.
     to_nodes: Vec<f64>,
@@ -261,7 +261,7 @@ mod tests {
     }
 
     #[test]
-    fn integrals_are_those_of_a_dense_rule() {
+    fn integrals_agree_with_a_dense_rule() {
         let response = DepthResponse::new(sigma, [-12.0, 18.0], 1e-6).unwrap();
         let n = response.n_nodes();
         for ([p, q], mu) in [

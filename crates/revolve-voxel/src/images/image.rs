@@ -33,9 +33,9 @@ const ORGANS: [f64; 2] = [4.0, 6.0];
 /// Nodes of a panel at a density of 1, in addition to its size in standard deviations; two more at twice the density, and one less for each
 /// power of ten by which the panel is smaller than a standard deviation.
 const LEAST: f64 = 3.0;
-/// Corners of a meridian divide panels if the sine of the turn exceeds the first number, or the second divided by the density of nodes.
-/// Quadrature across a corner has an error of the turn over the square of the density, so that panels between the small corners of a polyline
-/// of few vertices would need more nodes than they save at low densities.
+/// Corners of a meridian divide panels if the sine of the turning angle exceeds the first number, or the second divided by the density of nodes.
+/// Quadrature across a corner has an error of the turning angle over the square of the density, so that panels between the small corners of a
+/// polyline of few vertices would need additional nodes at low densities.
 const CORNER: [f64; 2] = [0.4, 0.8];
 /// The same without a response that is wider than the parts between corners.
 const SHARP_CORNER: f64 = 0.1;
@@ -197,12 +197,12 @@ impl<'a> View<'a> {
         let same = SAME * low.abs().max(high.abs());
         breaks.dedup_by(|next, own| *next - *own <= same);
         let kind = if axis == 0 { Ends::Roots } else { Ends::Smooth };
-        // Along the rows of samples the outlines move.
+        // The outlines move along the rows of samples.
         let own = match (axis, shown) {
             (0, Shown::Organs) => (ORGANS[0] + ORGANS[1] * self.density) as usize,
             _ => usize::MAX,
         };
-        // Two densities that differ by the root of two have different numbers of nodes in any panel but very short ones. Steps of the weights, and
+        // Two densities that differ by the root of two have different numbers of nodes in any panel except very short ones. Steps of the weights, and
         // corners of an outline at the edge of a bin, are of low order: then the numbers differ by the same factor.
         let least = match is_narrow {
             true => 4.0 * self.density,

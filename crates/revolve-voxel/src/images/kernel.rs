@@ -14,7 +14,7 @@ const MOST_STEPS: f64 = 128.0;
 /// Steps per standard deviation of the table of the normal distribution.
 const FINE: usize = 32;
 
-/// What a sample is of the blurred image.
+/// The definition of a sample of the blurred image.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum BinValue {
@@ -110,12 +110,12 @@ impl Weights {
         clamp(own - reach)..clamp(own + reach + 1.0)
     }
 
-    /// Adds `amount` times the weights of the bins for content at `at` to `sums`, which begin at bin `first`; bins beyond them are left out.
+    /// Adds `amount` times the weights of the bins for content at `at` to `sums`, which begin at bin `first`; bins beyond them are omitted.
     #[inline(always)]
     pub(super) fn add(&self, at: f64, amount: f64, first: usize, sums: &mut [f64]) {
         let place = self.axis.place(at);
         let own = place.floor();
-        // Of the bin before which the reach begins.
+        // Index of the bin before which the reach begins.
         let begin = own as isize - self.reach as isize;
         let width = 2 * self.reach + 1;
         let skip = (first as isize - begin).clamp(0, width as isize) as usize;
@@ -201,7 +201,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_table_is_the_normal_distribution() {
+    fn the_table_agrees_with_the_normal_distribution() {
         let normal = Normal::get();
         // Abramowitz & Stegun, table 26.1.
         for (x, exact) in [
@@ -229,7 +229,7 @@ mod tests {
     }
 
     #[test]
-    fn weights_are_those_of_each_position() {
+    fn tabulated_weights_agree_with_computed_ones() {
         for value in [BinValue::Average, BinValue::Centre] {
             let axis = Axis {
                 n: 40,

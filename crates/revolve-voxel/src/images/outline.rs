@@ -1,8 +1,8 @@
-//! Where line integrals are not smooth: the outlines of solids on the detector.
+//! Outlines of solids on the detector, at which line integrals are not smooth.
 //!
-//! The rays of a row cut a solid of revolution along a plane curve: the parallel (x, r) is met at `foot +- side sqrt(r^2 - rho(x)^2)`, where rho(x) is
-//! the distance of the plane from the axis. A line integral is not smooth at the positions u at which this curve turns, which are local extrema
-//! of u along the curve, and at its corners. The heights of the rows are divided at the local extrema of v over the whole surface.
+//! The rays of a row cut a solid of revolution along a plane curve: it contains points of the parallel (x, r) at `foot +- side sqrt(r^2 - rho(x)^2)`,
+//! where rho(x) is the distance of the plane from the axis. A line integral is not smooth at the positions u at which this curve turns, which are
+//! local extrema of u along the curve, and at its corners. The heights of the rows are divided at the local extrema of v over the whole surface.
 
 use nalgebra::Vector3;
 
@@ -11,7 +11,7 @@ use crate::{Body, Meridian, Organ, OrganShape};
 
 /// Parts of a smooth meridian between which extrema are searched.
 const PARTS: usize = 40;
-/// Steps of the search for an extremum, which is flat: it is located to 1e-4 of a part and known to 1e-8; and of bisections.
+/// Steps of the search for an extremum, which is flat: its position is accurate to 1e-4 of a part and its value to 1e-8; number of bisections.
 const SEARCH: usize = 20;
 const STEPS: usize = 50;
 /// The inverse of the golden ratio.

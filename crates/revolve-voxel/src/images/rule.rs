@@ -74,11 +74,11 @@ fn composite(n: usize) -> Vec<[f64; 2]> {
         .collect()
 }
 
-/// How an integrand behaves at the ends of a panel.
+/// The behaviour of an integrand at the ends of a panel.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Ends {
     Smooth,
-    /// As the root of the distance. It is smooth in the variable x of `u = middle + half (3 x - x^3) / 2`.
+    /// Like the root of the distance. It is smooth in the variable x of `u = middle + half (3 x - x^3) / 2`.
     Roots,
 }
 

@@ -1,4 +1,4 @@
-//! What rays meet: organs, and a body with sectors that replaces them.
+//! Assemblies: organs, and a body with sectors that replaces them.
 
 use rayon::prelude::*;
 
@@ -25,7 +25,7 @@ pub struct Assembly<'a> {
 #[derive(Debug, Clone)]
 struct Replacing<'a> {
     body: &'a Body,
-    /// Of each layer's indicator.
+    /// Weight of each layer's indicator.
     weights: Vec<f64>,
     attenuation: Option<f64>,
     sectors: Vec<(Sector, f64)>,
@@ -139,7 +139,7 @@ impl<'a> Assembly<'a> {
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub struct RayPart {
-    /// From where to where.
+    /// Parameters of the start and the end.
     pub span: Span,
     /// Activity per cm^3.
     pub activity: f64,
@@ -147,7 +147,7 @@ pub struct RayPart {
     pub attenuation: f64,
 }
 
-/// A stretch of a ray between surfaces, with what is there and what the body replaces there; organs alone replace nothing.
+/// A stretch of a ray between surfaces, with its content and the content that the body replaces there; organs alone replace nothing.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Stretch {
     pub(crate) span: Span,
@@ -162,7 +162,7 @@ pub(crate) struct Content {
     pub(crate) attenuation: f64,
 }
 
-/// What a span of a ray adds to its content.
+/// The contribution of a span of a ray to its content.
 #[derive(Debug, Clone, Copy)]
 enum Part {
     Organ(Content),
@@ -172,7 +172,7 @@ enum Part {
     Activity(f64),
 }
 
-/// What of an assembly is projected.
+/// The projected part of an assembly.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Shown {
@@ -195,7 +195,7 @@ pub(crate) struct Finder {
 }
 
 impl Finder {
-    /// Returns the stretches of a ray with activity or attenuation, in its order; none for the change by a body that it misses.
+    /// Returns the stretches of a ray with activity or attenuation, in its order; none for the change by a body that the ray misses.
     pub(crate) fn stretches(
         &mut self,
         assembly: &Assembly<'_>,
@@ -258,7 +258,7 @@ impl Finder {
         }
     }
 
-    /// Finds the spans of a body and its sectors. The outermost layer is first, because it replaces what is there.
+    /// Finds the spans of a body and its sectors. The outermost layer is first, because it replaces the content there.
     fn find_body(&mut self, own: &Replacing<'_>, ray: &Ray) {
         let layers = own.body.layers();
         self.layers.resize(layers.len(), Search::default());
@@ -395,7 +395,7 @@ impl Assembly<'_> {
 }
 
 /// Calls `each` with the ends of each stretch, from the detector on, the activity times the transmission from its end to the detector, and the
-/// attenuation within it. What the body changes is called with both signs.
+/// attenuation within it. A change by the body is passed with both signs.
 #[inline(always)]
 pub(crate) fn for_contents(stretches: &[Stretch], mut each: impl FnMut([f64; 2], f64, f64)) {
     let [mut with, mut without] = [1.0f64; 2];

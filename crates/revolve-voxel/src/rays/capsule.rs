@@ -68,7 +68,7 @@ impl Capsule {
         Ok(Self { radius, ..self })
     }
 
-    /// Returns whether a ray meets it.
+    /// Returns whether a ray intersects the capsule.
     pub fn meets(&self, ray: &Ray) -> bool {
         let d = ray.direction();
         let [from, to] = self.ends.map(|end| {

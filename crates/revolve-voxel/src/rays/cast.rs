@@ -112,7 +112,7 @@ impl Bound {
         }
     }
 
-    /// The direction as [c, s] and e1, if the line may meet a layer.
+    /// The direction as [c, s] and e1, if the line may intersect a layer.
     #[inline(always)]
     fn parts(&self, o: &Point3<f64>, d: &Vector3<f64>) -> Option<[[f64; 2]; 2]> {
         let x = o.x - self.middle;
@@ -205,7 +205,7 @@ impl Slopes {
 const PLAIN: std::ops::Range<f64> = 1e-100..1e100;
 
 impl<T, F> Chunk<'_, T, F> {
-    /// Finds the lines that may meet a layer.
+    /// Finds the lines that may intersect a layer.
     #[inline(always)]
     fn prepare(&mut self) {
         let lines = self.lines;

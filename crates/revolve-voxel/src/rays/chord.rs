@@ -6,7 +6,7 @@
 //! is an error of the vertex position. The ends of an interval are then found on cones alone.
 //!
 //! A line that is perpendicular to the axis up to rounding is treated as perpendicular and not as lying in a vertex plane: of two
-//! faces it meets the one further up the axis. A line along a cone or a cylinder is outside: circles of the surface are smaller by
+//! faces it intersects the one farther up the axis. A line along a cone or a cylinder is outside: circles of the surface are smaller by
 //! rounding.
 
 use crate::rays::cone::{Cone, Face, ordered};
@@ -36,7 +36,7 @@ pub(crate) struct Hint {
     low: Guess,
     high: Guess,
     valley: usize,
-    /// The previous line met the solid.
+    /// The previous line intersected the solid.
     met: bool,
 }
 
@@ -79,7 +79,7 @@ impl Direction {
         line.u + self.s * x
     }
 
-    /// Returns whether the line meets the plane at x inside a parallel. All callers use the same rounded number.
+    /// Returns whether the line intersects the plane at x inside a parallel. All callers use the same rounded number.
     #[inline(always)]
     fn inside(&self, line: &Line, x: f64, r2: f64) -> bool {
         let u = self.u(line, x);
@@ -152,7 +152,7 @@ impl Direction {
                 return Some(self.found(hint, chain, [low, high], [first, last], false));
             }
         }
-        // A vertex plane that the line meets inside: the search for both ends starts here.
+        // A vertex plane that the line intersects inside the solid: the search for both ends starts here.
         let seed = if first {
             0
         } else if last {
@@ -350,7 +350,7 @@ mod tests {
 
     /// A row of lines over a waisted body: hints do not change results.
     #[test]
-    fn hints_change_nothing() {
+    fn results_do_not_depend_on_hints() {
         let points: Vec<[f64; 2]> = (0..=200)
             .map(|k| 0.02 * k as f64)
             .map(|x| [x, 1.0 + 0.4 * (2.0 * x).cos() - 0.25 * (x - 2.0).powi(2)])

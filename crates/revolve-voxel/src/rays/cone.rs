@@ -242,7 +242,7 @@ mod tests {
 
     /// Steep and flat lines in both directions, widening and narrowing cones, planes, lines that miss.
     #[test]
-    fn side_by_side_and_alone_give_the_same_bits() {
+    fn several_lines_and_single_lines_are_bitwise_identical() {
         let meridian = Meridian::new(&[[-0.7, 1.0], [1.3, 2.0]]).unwrap();
         let mut compared = 0;
         for k in 0..400 {

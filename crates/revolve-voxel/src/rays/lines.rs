@@ -16,9 +16,9 @@ const COINCIDENT: f64 = 1e-9;
 pub struct PointRaster {
     /// The first point.
     pub first: Point3<f64>,
-    /// From a bin to the next.
+    /// Step from a bin to the next.
     pub bin_step: Vector3<f64>,
-    /// From a row to the next.
+    /// Step from a row to the next.
     pub row_step: Vector3<f64>,
 }
 

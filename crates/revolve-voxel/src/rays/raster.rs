@@ -1,4 +1,4 @@
-//! What projections need of the rays of a view.
+//! The interface of rays to projections.
 
 use crate::{Body, Ray, RayCounters, RevolveError, Sample};
 

@@ -73,7 +73,7 @@ impl Span {
     }
 }
 
-/// A point where a ray meets a surface.
+/// A point where a ray intersects a surface.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub struct Hit {

@@ -145,7 +145,7 @@ impl Body {
 /// Work arrays of lines through one layer.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Search {
-    /// Faces that the previous line met.
+    /// Faces that the previous line intersected.
     hints: Vec<Hint>,
     /// Ends of the intervals of one line, with their signs.
     ends: Vec<(f64, f64)>,

@@ -1,6 +1,6 @@
 //! Segments of a line cut at perpendicular planes.
 
-/// Calls `each` with the part of a segment in every slab that it meets. Planes ascend relative to `origin`.
+/// Calls `each` with the part of a segment in every slab that it intersects. Planes ascend relative to `origin`.
 #[inline(always)]
 pub(crate) fn for_slabs(
     planes: &[f64],

@@ -271,7 +271,7 @@ impl Mesh {
 }
 
 fn unknown_point(triangle: &[u32; 3]) -> io::Error {
-    let message = format!("triangle {triangle:?} names a point that there is not");
+    let message = format!("triangle {triangle:?} names a point that does not exist");
     io::Error::new(io::ErrorKind::InvalidInput, message)
 }
 

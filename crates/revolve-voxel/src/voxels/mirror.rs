@@ -56,7 +56,7 @@ mod tests {
     use std::f64::consts::FRAC_PI_4;
 
     #[test]
-    fn symmetry_is_seen_and_its_lack_too() {
+    fn symmetry_is_detected() {
         let cube = VoxelGrid::cube(20, 0.5).unwrap();
         let along_z = Pose::axis_along_z(1.3).unwrap();
         let study = (along_z.rotated_x(FRAC_PI_4).unwrap())

@@ -396,7 +396,7 @@ impl<'a> Sections<'a> {
         h * (at(m - GAUSS * h) + at(m + GAUSS * h))
     }
 
-    /// The edges of the cross-section at x, anticlockwise, in no particular order.
+    /// The edges of the cross-section at x, anticlockwise, in any order.
     #[inline(always)]
     fn outline(&self, x: f64) -> ([[[f64; 2]; 2]; 6], usize) {
         let mut outline = [[[0.0; 2]; 2]; 6];

@@ -134,7 +134,7 @@ impl Sector {
         let body = pose.to_body(&point);
         let normal = match surface {
             None => self.wedge.normal_at(&body)?,
-            // A disc, met from outside: it faces the ray.
+            // A disc that the ray enters from outside faces the ray.
             Some(SurfacePoint { normal: None, .. }) => Vector3::x() * -along.x.signum(),
             Some(SurfacePoint {
                 normal: Some([nx, nr]),
@@ -158,7 +158,7 @@ impl Sector {
         })
     }
 
-    /// Adds `activity` times the line integrals to an image `[row][bin]`. [`Assembly`](crate::Assembly) has those with attenuation.
+    /// Adds `activity` times the line integrals to an image `[row][bin]`. [`Assembly`](crate::Assembly) supports attenuation.
     ///
     /// # Errors
     /// [`RevolveError::WrongLength`] for a wrong image, [`RevolveError::NotFinite`] for the activity.

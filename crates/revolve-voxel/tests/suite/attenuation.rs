@@ -67,14 +67,14 @@ fn attenuated(
 }
 
 #[test]
-fn without_attenuation_the_image_is_the_plain_one() {
+fn zero_attenuation_equals_none() {
     let (body, rays) = (body(), rays(0.7));
     let (plain, _) = body.project::<f64>(&rays, &[0.3, 1.0]).unwrap();
     for medium in [Some(torso()), None] {
         let zero = attenuated(&body, &rays, &[0.3, 1.0], 0.0, medium);
         let tiny = attenuated(&body, &rays, &[0.3, 1.0], 1e-9, medium);
         for ((a, b), c) in plain.iter().zip(&zero).zip(&tiny) {
-            // The ends are those of the ray, not of the body: rounding.
+            // Rounding: the ends are those of the ray, not of the body.
             assert!((a - b).abs() < 1e-13);
             // At most 12 cm of medium.
             assert!((a - c).abs() <= 1.3e-8 * a + 1e-13, "{a} {c}");
@@ -83,7 +83,7 @@ fn without_attenuation_the_image_is_the_plain_one() {
 }
 
 #[test]
-fn a_ball_in_the_middle_of_a_round_torso_is_a_closed_form() {
+fn a_ball_in_the_middle_of_a_round_torso_has_the_closed_form() {
     let (radius, around, mu) = (1.5, 6.0, 0.17);
     // A half-circle as a polyline of many points.
     let n = 2000;
@@ -111,7 +111,7 @@ fn a_ball_in_the_middle_of_a_round_torso_is_a_closed_form() {
             let (s, z) = ((bin as f64 - 11.5) * 0.4, (row as f64 - 9.5) * 0.4);
             let half = (radius * radius - s * s - z * z).max(0.0).sqrt();
             let out = (around * around - s * s).sqrt();
-            // From -half to half, the detector beyond `out`.
+            // From -half to half; the detector is beyond `out`.
             let exact = 2.0 * (-mu * (out - half)).exp() * (1.0 - (-2.0 * mu * half).exp()) / mu;
             // The polyline's depth, 2e-6, and its root at grazing rays.
             assert!((value - exact).abs() < 2e-5, "{s} {z}: {value} {exact}");
@@ -120,8 +120,8 @@ fn a_ball_in_the_middle_of_a_round_torso_is_a_closed_form() {
 }
 
 #[test]
-fn the_detector_is_ahead_of_the_rays() {
-    // A rod near the torso's edge at +y: little attenuation at theta = 0 (rays run to +y), much from behind.
+fn the_detector_is_in_the_direction_of_the_rays() {
+    // A rod near the torso's edge at +y: little attenuation at theta = 0 (rays run to +y), strong attenuation from the opposite side.
     let rod = Meridian::new(&[[-1.0, 0.5], [1.0, 0.5]]).unwrap();
     let pose = Pose::axis_along_z(0.0)
         .unwrap()
@@ -168,7 +168,7 @@ fn quadrature(
 }
 
 #[test]
-fn quadrature_by_point_tests_finds_the_same() {
+fn quadrature_by_point_tests_agrees() {
     let body = body();
     // The second torso cuts through the body: it is partly outside.
     let small = EllipticCylinder::new([1.5, -2.0], [2.0, 1.2]).unwrap();
@@ -184,7 +184,7 @@ fn quadrature_by_point_tests_finds_the_same() {
                     0.35,
                     medium,
                 );
-                // Four ends of stretches, each off by half a step of 7.5e-4, in either sense.
+                // Four ends of stretches, each with an error of half a step of 7.5e-4 of either sign.
                 assert!((seen[row * 24 + bin] - other).abs() < 2e-3, "{medium:?}");
             }
         }
@@ -192,7 +192,7 @@ fn quadrature_by_point_tests_finds_the_same() {
 }
 
 #[test]
-fn a_bent_body_weakens_piece_by_piece() {
+fn a_bent_body_attenuates_piece_by_piece() {
     // A ring crossed transversely: two intervals with a gap.
     let ring = Meridian::ring(&[[-0.5, 2.0], [-0.5, 3.0], [0.5, 3.0], [0.5, 2.0]]).unwrap();
     let body = Body::new(vec![ring], Pose::axis_along_z(0.0).unwrap()).unwrap();
@@ -207,7 +207,7 @@ fn a_bent_body_weakens_piece_by_piece() {
 }
 
 #[test]
-fn the_torso_fills_its_area() {
+fn the_voxels_of_a_torso_have_its_area() {
     let grid = VoxelGrid::new([40, 31, 3], [0.4, 0.43, 1.0], [-7.1, -6.7, 0.0]).unwrap();
     let mut map = vec![0.0_f64; grid.len()];
     torso().voxelize_add(&grid, 0..3, 0.15, &mut map).unwrap();
@@ -227,7 +227,7 @@ fn the_torso_fills_its_area() {
 }
 
 #[test]
-fn nonsense_is_refused() {
+fn invalid_input_is_rejected() {
     for bad in [f64::NAN, f64::INFINITY, 0.0, -1.0] {
         for semi_axes in [[bad, 1.0], [1.0, bad]] {
             let refused = EllipticCylinder::new([0.0; 2], semi_axes);
@@ -275,7 +275,7 @@ fn nonsense_is_refused() {
         add(&along, 1.0),
         Err(RevolveError::NotPositive { .. })
     ));
-    // a wrong image, a wrong number of activities, a wrong activity
+    // an image of a wrong length, a wrong number of activities, an invalid activity
     assert!(matches!(
         add(&across, 1.0),
         Err(RevolveError::WrongLength { .. })
@@ -307,7 +307,7 @@ fn nonsense_is_refused() {
 
 proptest! {
     #[test]
-    fn weakening_grows_with_mu_and_never_strengthens(theta in -7.0..7.0f64, mu in 0.0..30.0f64, more in 0.0..5.0f64) {
+    fn attenuation_increases_with_mu(theta in -7.0..7.0f64, mu in 0.0..30.0f64, more in 0.0..5.0f64) {
         let (body, rays) = (body(), rays(theta));
         let seen = |mu| attenuated(&body, &rays, &[0.4, 1.0], mu, Some(torso()));
         let (plain, some, stronger) = (seen(0.0), seen(mu), seen(mu + more));
@@ -324,7 +324,7 @@ proptest! {
             for t in [span.enter, span.exit] {
                 let p = ray.at(t);
                 let off = ((p.x - 1.0) / 7.0).hypot((p.y + 0.5) / 5.0) - 1.0;
-                // Rounding of a parameter that grows as the ray turns to the axis.
+                // Rounding of a parameter that grows as the ray approaches the direction of the axis.
                 prop_assert!(off.abs() < 1e-13 / across, "{off}");
             }
         } else {

@@ -1,4 +1,4 @@
-//! Every constructor and every batch call rejects bad input with numbers.
+//! Every constructor and every batch call rejects invalid input with its values.
 
 use crate::support;
 
@@ -43,7 +43,7 @@ fn meridians() {
         Meridian::new(&[[0.0, 1.0], [0.0, 2.0]]),
         Err(RevolveError::NoVolume { .. })
     ));
-    // A loop in the path; a path through its own closing disc; one that runs back over itself.
+    // A loop in the path; a path through its own closing disc; one that retraces itself.
     let knot = [
         [0.0, 0.0],
         [2.0, 1.0],
@@ -65,7 +65,7 @@ fn meridians() {
         Meridian::new(&back),
         Err(RevolveError::SelfCrossing { .. })
     ));
-    // Parts that overlap and meet on the axis only: a cone within the rest; two that come down to one point, crossed over.
+    // Parts that overlap and meet on the axis only: a cone within the rest; two that end at one point and cross.
     let cone_within = [[0.0, 1.0], [1.0, 0.0], [-2.0, 0.0], [-2.0, 4.0], [5.0, 2.0]];
     let crossed = [[0.0, 0.0], [0.4, 2.0], [0.6, 6.0], [0.0, 0.0], [4.0, 1.0]];
     for overlapping in [&cone_within[..], &crossed] {
@@ -108,14 +108,14 @@ fn meridians() {
         Meridian::from_full_curve(&[[0.0, 1.0], [1.0, f64::NAN]]),
         Err(RevolveError::NotFinitePoint { .. })
     ));
-    // Apex to base is turned round.
+    // The order from apex to base is inverted.
     let a = Meridian::new(&[[3.0, 0.0], [0.0, 1.0]]).unwrap();
     assert_eq!(a, Meridian::new(&[[0.0, 1.0], [3.0, 0.0]]).unwrap());
 }
 
 #[test]
 fn the_upper_half_of_a_full_curve() {
-    // A node at the apex, and none: the apex is then interpolated.
+    // With and without a node at the apex, which is then interpolated.
     let with = Meridian::from_full_curve(&[[0.0, 1.0], [2.0, 0.0], [0.0, -1.0]]).unwrap();
     let without =
         Meridian::from_full_curve(&[[0.0, 1.0], [2.0, 0.5], [2.0, -0.5], [0.0, -1.0]]).unwrap();
@@ -315,7 +315,7 @@ fn layers_that_are_not_nested_are_reported() {
 }
 
 #[test]
-fn sizes_beyond_memory_are_refused() {
+fn sizes_beyond_memory_are_rejected() {
     let cone = Meridian::new(&[[0.0, 1.0], [3.0, 0.0]]).unwrap();
     let body = Body::new(vec![cone], Pose::axis_along_z(1.0).unwrap()).unwrap();
     for n in [usize::MAX, 1 << 32] {
@@ -343,7 +343,7 @@ fn sizes_beyond_memory_are_refused() {
 }
 
 #[test]
-fn a_layer_that_is_not_there_is_an_error() {
+fn a_missing_layer_is_an_error() {
     let body = Body::new(
         vec![Meridian::new(&[[0.0, 1.0], [1.0, 1.0]]).unwrap()],
         Pose::identity(),
@@ -373,7 +373,7 @@ fn cylinder() -> Body {
 }
 
 #[test]
-fn a_tolerance_that_is_no_number_settles_no_nesting() {
+fn nesting_rejects_a_tolerance_of_nan() {
     for bad in [f64::NAN, f64::INFINITY] {
         assert!(matches!(
             cylinder().check_nested(bad),
@@ -393,7 +393,7 @@ fn rays_beyond_a_raster() {
     for (bin, row) in [(4, 0), (0, 2), (usize::MAX, 0), (0, usize::MAX)] {
         assert_eq!(some.ray(bin, row), None);
     }
-    // The first and the last ray are numbers, but one between the steps' sums is none.
+    // The first and the last ray are finite, but one in between is not.
     let raster = |count: usize, step: f64| {
         let (bin, row) = (Vector3::x() * step, Vector3::x() * -step);
         ParallelRays::new([count; 2], Point3::origin(), bin, row, Vector3::z())
@@ -406,7 +406,7 @@ fn rays_beyond_a_raster() {
 }
 
 #[test]
-fn slices_out_of_order_and_samples_without_number() {
+fn slices_out_of_order_and_samples_of_nan() {
     let (body, grid) = (cylinder(), VoxelGrid::cube(4, 1.0).unwrap());
     let torso = EllipticCylinder::new([0.0; 2], [1.0; 2]).unwrap();
     let curve = |r| Curve::polyline(&[0.0, 1.0], &[[0.0, r], [1.0, r]]).unwrap();
@@ -437,7 +437,7 @@ fn slices_out_of_order_and_samples_without_number() {
             Err(RevolveError::TooLarge { .. })
         ));
     }
-    // Nothing asked of a grid of 2^56 voxels to a slice takes no memory.
+    // An empty request for a grid of 2^56 voxels per slice needs no memory.
     let wide = VoxelGrid::new([1 << 28, 1 << 28, 1], [1.0; 3], [0.0; 3]).unwrap();
     torso
         .voxelize_add::<f64>(&wide, 0..0, 1.0, &mut [])
@@ -487,7 +487,7 @@ fn masks_with_a_side_of_zero() {
 }
 
 #[test]
-fn meshes_put_together_by_hand() {
+fn meshes_with_invalid_lists() {
     let mesh = |triangle: [u32; 3], n_normals: usize| Mesh {
         vertices: vec![Point3::origin(); 3],
         normals: vec![Vector3::x(); n_normals],
@@ -530,7 +530,7 @@ fn regions_whose_lists_were_changed() {
     assert!(matches!(none, Err(RevolveError::WrongLength { .. })));
 }
 
-/// Two points on the axis as curves: no wall, but of the least degree there is.
+/// Two points on the axis as curves: an empty wall of the smallest degree.
 #[test]
 fn a_wall_of_constants_on_the_axis_has_no_volume() {
     let point = |x: f64| {
@@ -548,7 +548,7 @@ fn a_wall_of_constants_on_the_axis_has_no_volume() {
 
 /// Tolerances below rounding are rejected: they would need a million sections of each voxel that the surface cuts.
 #[test]
-fn a_tolerance_of_nothing_costs_no_more_than_rounding() {
+fn a_tiny_tolerance_costs_no_more_than_rounding() {
     let rod = Meridian::new(&[[0.0, 1.0], [2.0, 0.6]]).unwrap();
     let pose = Pose::axis_along_z(1.0).and_then(|p| p.rotated_x(0.5));
     let body = Body::new(vec![rod], pose.unwrap()).unwrap();
@@ -563,10 +563,10 @@ fn a_tolerance_of_nothing_costs_no_more_than_rounding() {
     assert!(ratio < 100.0, "{ratio} times the work");
 }
 
-/// Two discs nearer to each other than rounding: distances cannot distinguish the sides of the sheet between them. In the past such a
-/// meridian was accepted, and its voxels had a fifth more volume than its measures.
+/// Two discs nearer to each other than rounding: distances cannot distinguish the sides of the sheet between them. Voxels of such a meridian would
+/// have a fifth more volume than its closed form.
 #[test]
-fn faces_no_farther_apart_than_rounding_are_refused() {
+fn faces_closer_than_rounding_are_rejected() {
     let meridian = |gap: f64, size: f64| {
         let points = [[0.0, 0.5], [0.0, 1.3], [0.9, 0.6], [gap, 1.2]];
         Meridian::new(&points.map(|p| p.map(|v| v * size)))
@@ -578,7 +578,7 @@ fn faces_no_farther_apart_than_rounding_are_refused() {
                 Err(RevolveError::SelfCrossing { .. })
             ));
         }
-        // Farther apart they are two sheets, and voxels agree with the measures.
+        // Farther apart they are two sheets, and voxels agree with the closed form.
         for gap in [1e-13, 1e-9, 1e-3] {
             let pose = Pose::axis_along_z(0.4 * size).and_then(|p| p.rotated_x(0.7));
             let body = Body::new(vec![meridian(gap, size).unwrap()], pose.unwrap()).unwrap();
@@ -593,7 +593,7 @@ fn faces_no_farther_apart_than_rounding_are_refused() {
             );
         }
     }
-    // Points nearer to each other than that along the meridian are only many points.
+    // Points nearer to each other than that along the meridian are valid.
     let many = [
         [0.0, 1.0],
         [1.0, 1.0],

@@ -1,4 +1,4 @@
-//! Lines that meet surfaces where they are not smooth: in planes of vertices, of faces and of sides, along and across the axis, along
+//! Lines that intersect surfaces where these are not smooth: in planes of vertices, of faces and of sides, along and across the axis, along
 //! generators, at every multiple of 45 degrees, against brute force.
 //!
 //! Coordinates are small integers divided by powers of two, and angles are multiples of 45 degrees, so that exact and nearly exact
@@ -81,7 +81,7 @@ pub(crate) fn pose() -> impl Strategy<Value = Pose> {
     })
 }
 
-/// Directions in the body frame: the multiples of 45 degrees, and the same off by less and more than rounding.
+/// Directions in the body frame: the multiples of 45 degrees, and the same with deviations below and above rounding.
 fn direction() -> impl Strategy<Value = Vector3<f64>> {
     let main = (1..27i32)
         .prop_map(|k| Vector3::from([k % 3, k / 3 % 3, k / 9].map(|n| f64::from((n + 1) % 3 - 1))));
@@ -221,7 +221,7 @@ proptest! {
         body.voxelize_add(&grid, 0..n, sampling, &[1.0], 1.0, &mut parts[0]).unwrap();
         Sector::new(meridian, azimuths, pose).unwrap().voxelize_add(&grid, 0..n, sampling, 1.0, &mut parts[1]).unwrap();
         let solids = [solid.clone(), solid.between(azimuths)].map(|s| s.at(pose.isometry()));
-        // Lines along x, LINES by LINES through each voxel, none of them on the grid.
+        // Lines along x, LINES by LINES through each voxel, off the grid.
         const LINES: usize = 16;
         let ends: Vec<f64> = (0..=n).map(|k| first[0] + 0.5 * (k as f64 - 0.5)).collect();
         for (got, solid) in parts.iter().zip(&solids) {
@@ -267,7 +267,7 @@ fn lines_along_generators() {
             [[0.0, 0.5], [0.5, 1.0]],
             0.0,
         ),
-        // A shaft beside a collar: its line is in the collar alone.
+        // A shaft beside a collar: its line is only in the collar.
         (
             solid(&[[0.0, 0.5], [1.0, 0.5], [1.0, 1.0], [1.75, 1.0]]),
             [[0.0, 0.5], [1.0, 0.5]],

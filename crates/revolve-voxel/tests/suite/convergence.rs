@@ -47,7 +47,7 @@ fn disc_share(x: f64, y: f64, h: f64, a: f64) -> f64 {
 }
 
 #[test]
-fn the_closed_form_is_right() {
+fn the_closed_form_is_correct() {
     let a = 1.3;
     assert!((quadrant(2.0, 2.0, a) - std::f64::consts::PI * a * a).abs() < 1e-14);
     assert!((quadrant(0.0, 0.0, a) - 0.25 * std::f64::consts::PI * a * a).abs() < 1e-14);
@@ -56,7 +56,7 @@ fn the_closed_form_is_right() {
 }
 
 #[test]
-fn every_voxel_of_a_cylinder_keeps_the_tolerance() {
+fn every_voxel_of_a_cylinder_meets_the_tolerance() {
     let (n, h, a) = (24, 0.12, 1.3);
     let cylinder = Meridian::new(&[[0.0, a], [4.0, a]]).unwrap();
     let body = Body::new(vec![cylinder], Pose::axis_along_z(2.0).unwrap()).unwrap();
@@ -78,7 +78,7 @@ fn every_voxel_of_a_cylinder_keeps_the_tolerance() {
 }
 
 #[test]
-fn every_voxel_of_the_heart_keeps_the_tolerance() {
+fn every_voxel_of_the_heart_meets_the_tolerance() {
     // The rim, the recess behind the base, the apex and the side, against exact chords through each voxel.
     let body = heart(200);
     let (h, tolerance) = (0.0625, 1e-3);
@@ -116,8 +116,8 @@ fn every_voxel_of_the_heart_keeps_the_tolerance() {
                     }
                 }
                 let exact = sum / (h * (m * m) as f64);
-                // The twin's own error: where the surface is steep to its rays a row of m cells is off by up to half a
-                // cell each with changing sign, below 1 / m^1.5 / 2.
+                // The error of the reference: where the surface is steep to its rays, each cell of a row of m has an error of up to half a cell with
+                // varying sign, in total below 1 / m^1.5 / 2.
                 let twin = 0.5 / (m as f64).powf(1.5);
                 assert!(
                     (got - exact).abs() <= 2.0 * tolerance + twin,
@@ -131,9 +131,9 @@ fn every_voxel_of_the_heart_keeps_the_tolerance() {
 }
 
 #[test]
-fn every_tolerance_is_kept_by_every_voxel_of_the_heart() {
-    // Against sections at a far finer tolerance, which other tests tie to closed forms and to the total volume: coarse and
-    // fine voxels, long ones, few and many segments to a voxel.
+fn every_voxel_of_the_heart_meets_every_tolerance() {
+    // Against sections at a much finer tolerance, which other tests compare with closed forms and the total volume: coarse, fine and long voxels,
+    // with few and many segments per voxel.
     for (segments, h) in [
         (200, [0.5, 0.5, 0.5]),
         (200, [0.0625, 0.0625, 0.0625]),
@@ -148,7 +148,7 @@ fn every_tolerance_is_kept_by_every_voxel_of_the_heart() {
                 .unwrap()
                 .0
         };
-        // Each layer by itself: the tolerance is that of a layer's fraction.
+        // Each layer separately, because the tolerance applies to the fraction of a layer.
         for activity in [[1.0, 0.0], [1.0, 1.0]] {
             let exact = run(1e-8, &activity);
             for log in 2..=6 {
@@ -185,23 +185,23 @@ fn orders_of_the_samplings() {
             .sum();
         (sum / c.cut as f64).sqrt()
     };
-    // Supersampling: m^2 points in the plane, errors along the outline of changing sign: order 3/2 in m.
+    // Supersampling: m^2 points in the plane, errors along the outline with varying sign: order 3/2 in m.
     let (e2, e8) = (
         error(60, Sampling::Supersampled(2)),
         error(60, Sampling::Supersampled(8)),
     );
     let order = (e2 / e8).ln() / 4f64.ln();
     assert!((1.2..1.8).contains(&order), "{order}");
-    // The centre is as wrong on any grid, among the voxels that are cut.
+    // Sampling at the centre has the same error for cut voxels on any grid.
     let (e60, e240) = (error(60, Sampling::Centre), error(240, Sampling::Centre));
     assert!((e60 / e240 - 1.0).abs() < 0.3, "{e60} {e240}");
-    // Coverage at one tolerance is far better than any of them.
+    // Coverage at one tolerance is much more accurate than any of them.
     assert!(error(60, Sampling::Coverage { tolerance: 1e-3 }) < 0.1 * e8);
 }
 
 #[test]
 fn a_step_of_denormal_width_is_a_step() {
-    // Radius 1/2 from x = 0 to a denormal number, then radius 1: a cylinder but for rounding.
+    // Radius 1/2 from x = 0 to a denormal number, then radius 1: a cylinder up to rounding.
     let stepped = Meridian::new(&[[0.0, 0.5], [1e-310, 1.0], [1.0, 1.0]]).unwrap();
     let volume = stepped.measures().volume;
     assert!((volume - std::f64::consts::PI).abs() < 1e-12);

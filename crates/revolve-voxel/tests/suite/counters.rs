@@ -6,10 +6,10 @@ use revolve_voxel::{ParallelDetector, Sampling, VoxelCounters, VoxelGrid};
 use support::*;
 
 #[test]
-fn voxels_looked_at_grow_with_the_surface() {
+fn the_number_of_evaluated_voxels_scales_with_the_surface() {
     let body = heart(200);
     let count = |n: usize| {
-        // A grid that no plane mirrors, so that every voxel is looked at.
+        // A grid without a mirror plane, so that every voxel is evaluated.
         let grid = VoxelGrid::centred([n; 3], [16.0 / n as f64; 3], [0.01, 0.02, 0.0]).unwrap();
         let sampling = Sampling::Coverage { tolerance: 1e-2 };
         let mut slab = vec![0.0f32; grid.slice_len() * n];
@@ -33,7 +33,7 @@ fn voxels_looked_at_grow_with_the_surface() {
 }
 
 #[test]
-fn one_of_two_mirror_images_is_looked_at() {
+fn one_of_two_mirror_images_is_evaluated() {
     let body = heart(200);
     let count = |offset: f64| {
         let grid = VoxelGrid::centred([96; 3], [0.16; 3], [offset, 0.0, 0.0]).unwrap();
@@ -43,7 +43,7 @@ fn one_of_two_mirror_images_is_looked_at() {
     };
     let (half, all) = (count(0.0), count(1e-9));
     assert_eq!(all.mirrored, 0);
-    // Blocks on the plane, one in twelve of those through the axis, are looked at whole.
+    // Blocks on the plane, one in twelve of those through the axis, are evaluated completely.
     for (some, whole) in [
         (half.cut, all.cut),
         (half.filled, all.filled),
@@ -52,7 +52,7 @@ fn one_of_two_mirror_images_is_looked_at() {
         let share = some as f64 / whole as f64;
         assert!((0.5..0.63).contains(&share), "{share} {half:?} {all:?}");
     }
-    // Each cut voxel that is not looked at has the value of one that is.
+    // Each cut voxel that is not evaluated has the value of its mirror image.
     assert!(half.cut + half.mirrored > all.cut);
 }
 
@@ -71,7 +71,7 @@ fn rays_outside_the_silhouette_are_skipped() {
 }
 
 #[test]
-fn a_digit_more_of_coverage_costs_little() {
+fn a_smaller_tolerance_of_coverage_costs_little() {
     let body = heart(200);
     let grid = VoxelGrid::cube(64, 0.25).unwrap();
     let work = |tolerance| {
@@ -79,8 +79,8 @@ fn a_digit_more_of_coverage_costs_little() {
         let (_, counters) = body.voxelize::<f32>(&grid, sampling, &[0.0, 1.0]).unwrap();
         counters.evaluations as f64
     };
-    // Supersampling needs a thousand times the points for ten times less error. A quadratic in place of the sections' areas,
-    // or a missing break, would show as growth.
+    // Supersampling needs a thousand times the points for a tenth of the error. A quadratic instead of the sections' areas, or a missing break, would
+    // increase the work.
     for log in 3..8 {
         let growth = work(10f64.powi(-log - 1)) / work(10f64.powi(-log));
         assert!(growth < 2.0, "{log} {growth}");

@@ -28,7 +28,7 @@ fn larger(size: f64) -> Body {
     Body::new(vec![layer(0.6), layer(1.0)], pose).unwrap()
 }
 
-/// A torso with a lung that the heart lies in with a part of itself, a spine, and a second lung over the first.
+/// A torso with a lung that contains a part of the heart, a spine, and a second lung that overlaps the first.
 fn organs() -> Organs {
     let cylinder =
         |centre, axes| OrganShape::Cylinder(EllipticCylinder::new(centre, axes).unwrap());
@@ -119,7 +119,7 @@ fn slow(heart: &Body, organs: &Organs, ray: &Ray, planes: &[f64]) -> Vec<f64> {
 }
 
 #[test]
-fn organs_and_slabs_are_what_integration_along_each_ray_says() {
+fn organs_and_slabs_agree_with_integration_along_each_ray() {
     let (heart, organs) = (heart(), organs());
     let assembly = Assembly::new(&organs);
     let assembly = assembly
@@ -140,7 +140,7 @@ fn organs_and_slabs_are_what_integration_along_each_ray_says() {
             let exact = slow(&heart, &organs, &rays.ray(bin, row).unwrap(), &planes);
             for (slab, exact) in exact.iter().enumerate() {
                 let value = seen[(5 * row + slab) * 24 + bin];
-                // A piece shorter than a step of the search may be missed: there is none on these rays.
+                // The search may miss a piece shorter than its step; these rays have none.
                 assert!(
                     (value - exact).abs() < 1e-9,
                     "{theta} {row} {bin} {slab}: {value} {exact}"
@@ -153,7 +153,7 @@ fn organs_and_slabs_are_what_integration_along_each_ray_says() {
 }
 
 #[test]
-fn slabs_add_up_to_the_whole_and_one_slab_is_the_whole_bit_for_bit() {
+fn slabs_add_up_to_the_whole_and_one_slab_is_bitwise_identical_to_it() {
     let (heart, rays) = (heart(), rays(1.1));
     let cylinder = EllipticCylinder::new([0.0; 2], [8.0, 6.0]).unwrap();
     let torso = Organ {
@@ -182,7 +182,7 @@ fn slabs_add_up_to_the_whole_and_one_slab_is_the_whole_bit_for_bit() {
     let whole = project(&rays, 480);
     let one = project(&rays.clone().with_planes(&[]).unwrap(), 480);
     assert!(whole == one);
-    // Planes before and beyond everything cut nothing off.
+    // Planes before and beyond all content have no effect.
     let wide = project(&rays.clone().with_planes(&[-50.0, 50.0]).unwrap(), 3 * 480);
     let many: Vec<f64> = (0..30).map(|k| -6.0 + 0.4 * f64::from(k)).collect();
     let cut = project(&rays.clone().with_planes(&many).unwrap(), 31 * 480);
@@ -205,7 +205,7 @@ fn slabs_add_up_to_the_whole_and_one_slab_is_the_whole_bit_for_bit() {
 
 /// Averages of points, 24 along each side of a voxel: the error at a surface scales as 24^-1.5 at worst, about 1e-3.
 #[test]
-fn voxels_of_organs_are_means_of_points() {
+fn voxels_of_organs_agree_with_averages_of_points() {
     let organs = organs();
     let grid = VoxelGrid::centred([14, 9, 7], [1.3, 1.7, 2.1], [0.4, -0.3, 0.2]).unwrap();
     let map: Vec<f64> = organs
@@ -237,7 +237,7 @@ fn voxels_of_organs_are_means_of_points() {
 }
 
 #[test]
-fn bad_planes_and_organs_are_refused() {
+fn bad_planes_and_organs_are_rejected() {
     let rays = rays(0.0);
     let refused = |planes: &[f64]| rays.clone().with_planes(planes).unwrap_err();
     assert!(matches!(
@@ -299,7 +299,7 @@ fn bad_planes_and_organs_are_refused() {
 }
 
 #[test]
-fn an_ellipsoid_may_be_as_large_as_numbers_are() {
+fn an_ellipsoid_may_have_any_representable_size() {
     for size in [1e-160, 1e160] {
         let ball = Ellipsoid::new([0.0; 3], [size, 2.0 * size, size]).unwrap();
         let ray = Ray::new(Point3::origin(), Vector3::y()).unwrap();
@@ -310,9 +310,9 @@ fn an_ellipsoid_may_be_as_large_as_numbers_are() {
 }
 
 proptest! {
-    /// A ray outside a capsule meets no body in it, for any rotations and shifts.
+    /// A ray outside a capsule intersects no body in it, for any rotations and shifts.
     #[test]
-    fn a_capsule_holds_its_bodies(
+    fn a_capsule_contains_its_bodies(
         origin in prop::array::uniform3(-6.0..6.0),
         direction in prop::array::uniform3(-1.0..1.0),
         turn in -0.5..0.5,

@@ -69,7 +69,7 @@ impl Definition<'_> {
         let n = [detector.n_bins(), detector.n_rows()];
         let mut samples = vec![0.0; n[0] * n[1]];
         let count = bounds.map(|[low, high]| ((high - low) / step).round() as usize);
-        // Rows are shifted by multiples of the golden ratio, so that an edge along the rows or the bins meets no ray twice.
+        // Rows are shifted by multiples of the golden ratio, so that an edge along the rows or the bins intersects no ray twice.
         let shift = |row: usize| (row as f64 * 0.618_033_988_749_895).fract();
         for row in 0..count[1] {
             for bin in 0..count[0] {
@@ -216,7 +216,7 @@ fn sigma(t: f64) -> f64 {
 }
 
 #[test]
-fn a_body_behind_a_collimator_is_as_defined() {
+fn a_body_behind_a_collimator_agrees_with_the_definition() {
     let (body, organs, theta) = (heart(), none(), 0.8);
     let detector = ParallelDetector::new(13, 12, [0.6, 0.5]).unwrap();
     let plane = RayPlane::parallel(theta).unwrap();

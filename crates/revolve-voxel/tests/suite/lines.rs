@@ -80,14 +80,14 @@ proptest! {
         }
     }
 
-    /// Any solid, against the definition of the chord; any line as it is alone.
+    /// Any solid, against the definition of the chord; every line as a single line.
     #[test]
     fn cone_beams_of_any_solid((path, meridian) in support::meridian(), pose in support::pose(), lines in cone([11, 8])) {
         let body = Body::new(vec![meridian], pose).unwrap();
         let (image, _) = body.project::<f64>(&lines, &[1.0]).unwrap();
         for (got, ray) in image.iter().zip(rays(&lines)) {
             let (o, d) = (pose.to_body(&ray.origin()), pose.vector_to_body(&ray.direction()));
-            // The twin's parameters are bounded: from the point of the line next to the origin.
+            // Parameters of the reference are bounded: they begin at the point of the line nearest to the origin.
             let o = o - d * o.coords.dot(&d);
             let tolerance = support::chord_tolerance(&path, o, d);
             prop_assert!((got - support::naive_chord(&path, o, d)).abs() < 20.0 * tolerance);
@@ -95,7 +95,7 @@ proptest! {
         }
     }
 
-    /// Moving body and lines together changes no integral, with attenuation either.
+    /// Moving body and lines together changes no integral, also with attenuation.
     #[test]
     fn rigid_motions(pose in support::pose(), lines in cone([17, 6]), turn in prop::array::uniform3(-3.0..3.0f64), shift in prop::array::uniform3(-9.0..9.0f64)) {
         let motion = Isometry3::from_parts(Translation3::from(Vector3::from(shift)), UnitQuaternion::from_scaled_axis(Vector3::from(turn)));
@@ -175,7 +175,7 @@ proptest! {
     }
 }
 
-/// The heart, as the parallel camera takes it: f32 samples to their rounding, also attenuated, of sectors and of a torso.
+/// The heart in the parallel camera: f32 samples to rounding, also with attenuation, sectors and a torso.
 #[test]
 fn parallel_views_of_the_heart_as_lines() {
     let body = heart(200);
@@ -215,7 +215,7 @@ fn parallel_views_of_the_heart_as_lines() {
 }
 
 #[test]
-fn threads_rows_and_masks_change_no_bit() {
+fn lines_are_bitwise_independent_of_threads_rows_and_masks() {
     let body = heart(100);
     let detector = PointRaster {
         first: Point3::new(-10.0, 20.0, -9.0),

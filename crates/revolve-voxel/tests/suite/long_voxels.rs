@@ -7,10 +7,10 @@ use proptest::prelude::*;
 use revolve_voxel::{Body, Sampling, VoxelGrid};
 use support::*;
 
-/// Side of the finest voxels' grid.
+/// Side of the grid of the finest voxels.
 const N: usize = 64;
 
-/// Looks at the surface in a grid of the heart, and voxels that it cuts; of many slices, those in the middle.
+/// Counts evaluations of the surface and cut voxels in a grid of the heart; of many slices only those in the middle.
 fn work(spacing: [f64; 3], tolerance: f64) -> [f64; 2] {
     let shape = spacing.map(|h| (18.0 / h).ceil() as usize);
     let grid = VoxelGrid::centred(shape, spacing, [0.01, -0.02, 0.03]).unwrap();
@@ -32,7 +32,7 @@ fn work(spacing: [f64; 3], tolerance: f64) -> [f64; 2] {
 }
 
 #[test]
-fn long_voxels_cost_no_more_than_the_cubes_they_are_made_of() {
+fn long_voxels_cost_no_more_than_their_cubes() {
     let h = 0.3;
     for tolerance in [1e-2, 1e-3] {
         let [cubes, _] = work([h; 3], tolerance);
@@ -52,7 +52,7 @@ fn long_voxels_cost_no_more_than_the_cubes_they_are_made_of() {
 }
 
 #[test]
-fn thin_voxels_cost_so_much_each_however_thin_they_are() {
+fn the_cost_of_thin_voxels_is_bounded() {
     for log in [0, 2, 4, 8, 12, 18] {
         let thin = 0.5f64.powi(log);
         let [all, cut] = work([9.0, 9.0, thin], 1e-3);
@@ -60,15 +60,15 @@ fn thin_voxels_cost_so_much_each_however_thin_they_are() {
     }
 }
 
-/// A grid of N cubes a side round the origin, and one of boxes of so many of them.
+/// A grid of N cubes per side about the origin, and one of boxes of as many cubes.
 fn grids(h: f64, cubes: [usize; 3], offset: [f64; 3]) -> [VoxelGrid; 2] {
     let fine = VoxelGrid::centred([N; 3], [h; 3], offset).unwrap();
     let long = VoxelGrid::centred(cubes.map(|n| N / n), cubes.map(|n| n as f64 * h), offset);
     [fine, long.unwrap()]
 }
 
-/// Each long voxel against the mean of its cubes, at a tolerance at which only sections are used, which other tests tie to
-/// closed forms, to chords and to the volume. Those that missed their tolerance.
+/// Returns the long voxels beyond their tolerance, compared with the mean of their cubes at a tolerance that uses sections only; other tests compare
+/// these with closed forms, chords and the volume.
 fn missed(body: &Body, h: f64, cubes: &[[usize; 3]], offset: [f64; 3]) -> Vec<String> {
     let coverage = |grid: &VoxelGrid, tolerance: f64| {
         let sampling = Sampling::Coverage { tolerance };
@@ -108,8 +108,8 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(32))]
 
     #[test]
-    fn the_tolerance_is_kept_by_voxels_of_any_shape((path, meridian) in meridian(), at in pose(), cubes in prop::collection::vec(cubes(), 4), log in -9.0..-3.6f64, pick in 0..100usize, azimuth in 0.0..7.0f64) {
-        // Round a corner of the meridian: creases, where a surface differs most from a plane.
+    fn voxels_of_any_shape_meet_the_tolerance((path, meridian) in meridian(), at in pose(), cubes in prop::collection::vec(cubes(), 4), log in -9.0..-3.6f64, pick in 0..100usize, azimuth in 0.0..7.0f64) {
+        // Around a corner of the meridian: creases, where a surface differs most from a plane.
         let [x, r] = path[pick % path.len()];
         let corner = at.to_lab(&Point3::new(x, r * azimuth.cos(), r * azimuth.sin()));
         let body = Body::new(vec![meridian], at).unwrap();

@@ -18,7 +18,7 @@ fn coordinates(shape: [usize; 3], index: usize) -> [f64; 3] {
 proptest! {
     /// Against the definition: all pairs of voxels.
     #[test]
-    fn farther_than_is_its_definition(mask in masks(), distance in 0.0..4.0f64) {
+    fn farther_than_agrees_with_its_definition(mask in masks(), distance in 0.0..4.0f64) {
         let far = mask.farther_than(distance);
         for (i, &is_far) in far.as_slice().iter().enumerate() {
             let p = coordinates(mask.shape(), i);
@@ -55,8 +55,8 @@ proptest! {
 }
 
 #[test]
-fn erosion_ends_when_nothing_is_left() {
-    // One more step than leaves a voxel, and as many as can be asked for.
+fn erosion_ends_at_the_empty_set() {
+    // One step more than the last one that leaves a voxel, and the largest number of steps.
     let full = Mask::new([5, 7, 6], vec![true; 210]).unwrap();
     for (steps, left) in [(2, 3 * 2), (3, 0), (usize::MAX, 0)] {
         let mut mask = full.clone();
@@ -87,7 +87,7 @@ fn sets_are_united_and_intersected() {
     assert_eq!(set, mask([1, 1, 1, 0]));
     set.intersect(&mask([0, 1, 1, 1])).unwrap();
     assert_eq!(set, mask([0, 1, 1, 0]));
-    // As many voxels in another shape: an error, without a change.
+    // The same number of voxels in another shape: an error without a change.
     let other = Mask::new([2, 2, 1], vec![true; 4]).unwrap();
     assert!(matches!(
         set.unite(&other),
@@ -105,7 +105,7 @@ fn sets_are_united_and_intersected() {
 }
 
 #[test]
-fn wrong_length_is_no_mask() {
+fn a_wrong_length_is_rejected() {
     assert!(matches!(
         Mask::new([2, 2, 2], vec![true; 7]),
         Err(RevolveError::WrongLength {

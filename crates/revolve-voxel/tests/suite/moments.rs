@@ -1,4 +1,4 @@
-//! Many weighted bodies together against one by one; mirror images against voxels that are alone on their grid.
+//! Many weighted bodies together against single bodies; mirror images against voxels on grids of their own.
 
 use crate::support;
 
@@ -34,7 +34,7 @@ fn mirrored() -> [(Body, VoxelGrid); 3] {
 }
 
 #[test]
-fn mirror_images_are_what_a_voxel_alone_has() {
+fn mirror_images_equal_single_voxels() {
     for (body, grid) in mirrored() {
         let (volume, counters) = body.voxelize::<f64>(&grid, SAMPLING, &[0.3, 1.0]).unwrap();
         assert!(counters.mirrored > 0);
@@ -42,7 +42,7 @@ fn mirror_images_are_what_a_voxel_alone_has() {
         let (mut looked_at, mut partial) = (0, 0);
         for k in (0..nx * ny * nz).step_by(13) {
             let (x, y, z) = (k % nx, k / nx % ny, k / (nx * ny));
-            // The surface is where voxels are neither full nor empty; of the others a few will do.
+            // All voxels at the surface, which are neither full nor empty, and a few others.
             let cut = ![0.0, 0.3, 1.0].contains(&volume[k]);
             if !cut && k % 10 != 0 {
                 continue;
@@ -60,7 +60,7 @@ fn mirror_images_are_what_a_voxel_alone_has() {
 }
 
 #[test]
-fn all_moments_at_once_are_their_sum() {
+fn weighted_bodies_equal_the_sum_of_single_bodies() {
     let bodies = [heart(60), heart(80), heart(100)];
     let grid = VoxelGrid::cube(40, 0.32).unwrap();
     let activities = [[0.0, 1.0], [0.4, 0.9], [1.0, 0.0]];
@@ -104,7 +104,7 @@ fn all_moments_at_once_are_their_sum() {
 }
 
 #[test]
-fn slabs_and_threads_give_the_same_bits_where_half_is_mirrored() {
+fn mirrored_volumes_are_bitwise_independent_of_slabs_and_threads() {
     let (body, grid) = &mirrored()[0];
     let moments = [0.25, 0.5].map(|weight| WeightedBody {
         body,
@@ -130,7 +130,7 @@ fn slabs_and_threads_give_the_same_bits_where_half_is_mirrored() {
 }
 
 #[test]
-fn bad_moments_are_refused() {
+fn bad_weighted_bodies_are_rejected() {
     let body = heart(40);
     let grid = VoxelGrid::cube(4, 1.0).unwrap();
     let mut out = vec![0.0f32; 64];

@@ -42,7 +42,7 @@ fn the_nearest_material_is_straight_up_or_down_or_on_the_base() {
         let [layer, s] = nearest.material;
         let found = bowl.point(layer, s);
         let off = (found[0] - place[0]).hypot(found[1] - place[1]);
-        // Near the middle all of the inner surface is as near.
+        // At the centre all points of the inner surface have the same distance.
         assert!(off < 2e-3 / radius.min(1.0), "{p:?} {found:?} {place:?}");
     }
     for bad in [[f64::NAN, 1.0], [0.0, f64::INFINITY]] {
@@ -54,7 +54,7 @@ fn the_nearest_material_is_straight_up_or_down_or_on_the_base() {
 }
 
 #[test]
-fn all_voxels_within_reach_are_there_and_those_of_the_wall_as_before() {
+fn all_voxels_within_reach_are_included_and_those_of_the_wall_unchanged() {
     let bowl = bowl();
     let grid = VoxelGrid::centred([24, 22, 20], [0.3, 0.3, 0.4], [0.1, -0.2, 0.3]).unwrap();
     let pose = Pose::axis_along_z(1.0)
@@ -87,7 +87,7 @@ fn all_voxels_within_reach_are_there_and_those_of_the_wall_as_before() {
             .map_voxels(&pose, &grid, 0..20, |p, found| (*p, found))
             .unwrap()
     );
-    // A cut from the whole, and in any number of threads.
+    // A part of the whole, for any number of threads.
     let pool = rayon::ThreadPoolBuilder::new()
         .num_threads(1)
         .build()

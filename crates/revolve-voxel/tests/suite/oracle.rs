@@ -84,7 +84,7 @@ proptest! {
     }
 
     #[test]
-    fn a_square_ring_is_a_cylinder_less_a_cylinder(d in direction(), p in prop::array::uniform3(-1.2..1.2f64)) {
+    fn a_square_ring_is_the_difference_of_cylinders(d in direction(), p in prop::array::uniform3(-1.2..1.2f64)) {
         let ring = Meridian::ring(&[[0.0, 0.5], [0.0, 1.0], [2.0, 1.0], [2.0, 0.5]]).unwrap();
         let body = Body::new(vec![ring], Pose::identity()).unwrap();
         let o = Point3::new(1.0 + p[0], p[1], p[2]);
@@ -95,7 +95,7 @@ proptest! {
     }
 
     #[test]
-    fn a_smooth_ellipsoid_has_its_chord_to_the_tolerance(
+    fn chords_of_a_smooth_ellipsoid_meet_the_tolerance(
         d in direction(), p in prop::array::uniform3(-1.2..1.2f64), log in 3..10i32, a in 0.5..3.0f64,
     ) {
         let tolerance = 10f64.powi(-log);
@@ -107,7 +107,7 @@ proptest! {
         let impact = (os - ds * b).norm();
         let half = |radius: f64| (radius * radius - impact * impact).max(0.0).sqrt() / ds.norm();
         // The polyline lies between two ellipsoids: the chord lies between theirs, for a grazing line too.
-        // Displacement in the scaled coordinates: at most the tolerance over the shorter semi-axis.
+        // Displacement in the scaled coordinates: at most the tolerance divided by the shorter semi-axis.
         let off = tolerance / a.min(1.0) + 1e-13;
         let got = body.chord(0, &Ray::new(o, d).unwrap()).unwrap();
         prop_assert!(got <= 2.0 * half(1.0 + off) + 1e-12, "{got}");
@@ -131,7 +131,7 @@ fn a_cone_has_the_closed_form_chords() {
     // Parallel to a generator, entering at (0.5, -0.5) in the plane z = 0 and leaving at the disc.
     let s = 0.5f64.sqrt();
     assert!((chord([0.5, -0.5, 0.0], [1.0, 1.0, 0.0]) - 0.5 / s).abs() < 1e-14);
-    // Through the apex only; past it.
+    // Through the apex only, and beside it.
     assert_eq!(chord([0.0, 0.0, 0.0], [0.0, 1.0, 0.0]), 0.0);
     assert_eq!(chord([-0.1, 0.0, 0.0], [0.0, 1.0, 0.0]), 0.0);
     // A frustum from radius 1 to 2, across half-way.
@@ -146,8 +146,8 @@ fn a_cone_has_the_closed_form_chords() {
 }
 
 #[test]
-fn a_chord_along_the_axis_is_the_same_both_ways_where_the_profile_touches_the_axis() {
-    // Two cones tip to tip, their common tip in the middle and off it, and a cone that ends in the middle of the others.
+fn a_chord_along_the_axis_is_the_same_in_both_directions_where_the_profile_touches_the_axis() {
+    // Two cones with a common apex at the middle and off it, and a cone that ends in the middle of the others.
     for tip in [0.5, 0.3] {
         let double = solid(&[[0.0, 1.0], [tip, 0.0], [1.0, 1.0]]);
         let single = solid(&[[0.0, 0.0], [tip, 0.0], [1.0, 1.0]]);
@@ -187,7 +187,7 @@ fn measures_of_textbook_solids() {
 }
 
 #[test]
-fn a_smooth_profile_is_as_near_as_promised_and_no_finer_than_it_need_be() {
+fn a_smooth_profile_meets_the_tolerance_with_few_segments() {
     for log in 2..9 {
         let tolerance = 10f64.powi(-log);
         let m = Meridian::smooth(&[ellipse(1.0)], tolerance).unwrap();
@@ -199,8 +199,8 @@ fn a_smooth_profile_is_as_near_as_promised_and_no_finer_than_it_need_be() {
             })
             .fold(0.0, f64::max);
         assert!(worst <= tolerance, "{worst} {tolerance}");
-        // A chord of sagitta e on the unit circle spans an angle sqrt(8 e); halving leaves up to 2 times as many, and
-        // the first cut is into 24 stretches.
+        // A chord of sagitta e on the unit circle spans an angle sqrt(8 e); halving gives up to twice as many, and the first division has 24
+        // stretches.
         let ideal = PI / (8.0 * tolerance).sqrt();
         assert!(
             (m.n_segments() as f64) < 4.0 * ideal.max(24.0),
@@ -211,10 +211,10 @@ fn a_smooth_profile_is_as_near_as_promised_and_no_finer_than_it_need_be() {
 }
 
 #[test]
-fn distances_are_those_of_the_definition() {
+fn distances_agree_with_the_definition() {
     let body = heart(300);
     let m = &body.layers()[1];
-    // Sampled surface, no nearer than the true distance and within the sampling of it.
+    // The distance to the sampled surface is at least the exact distance and exceeds it by at most the sampling.
     let mut path = Vec::new();
     let n = 300;
     let point = |u: f64| {
@@ -263,13 +263,13 @@ fn distances_are_those_of_the_definition() {
     }
 }
 
-/// A solid that no side cuts.
+/// A solid without sides.
 fn whole(meridian: Meridian, pose: Pose) -> Sector {
     Sector::new(meridian, [0.0, TAU], pose).unwrap()
 }
 
 #[test]
-fn a_hit_knows_its_point_and_normal() {
+fn a_hit_contains_its_point_and_normal() {
     let rod = Meridian::new(&[[0.0, 1.0], [2.0, 1.0]]).unwrap();
     let body = whole(rod, Pose::identity());
     let ray = |o: [f64; 3], d: [f64; 3]| Ray::new(Point3::from(o), Vector3::from(d)).unwrap();
@@ -287,10 +287,10 @@ fn a_hit_knows_its_point_and_normal() {
         .first_hit(&ray([5.0, 0.5, 0.0], [-1.0, 0.0, 0.0]))
         .unwrap();
     assert!((hit.t - 3.0).abs() < 1e-14 && (hit.normal - Vector3::x()).norm() < 1e-14);
-    // Behind the origin of the ray there is nothing to hit.
+    // There is no hit behind the origin of the ray.
     let behind = ray([1.0, 5.0, 0.0], [0.0, 1.0, 0.0]);
     assert!(body.first_hit(&behind).is_none());
-    // A sphere's normal is its radius, in any pose.
+    // The normal of a sphere is radial, in any pose.
     let ball = Meridian::smooth(&[ellipse(1.0)], 1e-9).unwrap();
     let sphere = whole(ball, study_pose());
     let centre = study_pose().to_lab(&Point3::origin());
@@ -301,7 +301,7 @@ fn a_hit_knows_its_point_and_normal() {
 }
 
 #[test]
-fn the_study_pose_points_where_the_conventions_say() {
+fn the_study_pose_follows_the_conventions() {
     let pose = study_pose();
     let expected = Vector3::new(0.5, -(0.5f64.sqrt()), 0.5);
     assert!((pose.axis() - expected).norm() < 1e-15);
@@ -323,7 +323,7 @@ fn bounding_box_of_a_tilted_cylinder() {
 }
 
 #[test]
-fn a_turn_by_any_angle_is_the_one_that_its_sine_and_cosine_tell() {
+fn a_rotation_by_any_angle_agrees_with_its_sine_and_cosine() {
     for angle in [0.3, -7.0, 1e5, 1e99, -1e101, 1e154, 1e160, f64::MAX] {
         let (sin, cos) = f64::sin_cos(angle);
         let turned = Pose::axis_along_z(0.0).unwrap().rotated_x(angle).unwrap();
@@ -334,7 +334,7 @@ fn a_turn_by_any_angle_is_the_one_that_its_sine_and_cosine_tell() {
 }
 
 #[test]
-fn a_solid_far_along_its_axis_is_a_solid() {
+fn a_solid_far_from_the_origin_is_valid() {
     for x in [1e5, -1e8, 1e10] {
         let meridian = Meridian::new(&[[x, 1.0], [x + 3.0, 1.0]]).unwrap();
         assert_relative_eq!(meridian.measures().volume, 3.0 * PI, max_relative = 1e-14);
@@ -357,8 +357,8 @@ fn a_solid_far_along_its_axis_is_a_solid() {
 }
 
 #[test]
-fn a_normal_next_to_the_axis_has_all_its_digits() {
-    // A cone of half a right angle, met so near its side's axis that squares of the distance vanish.
+fn a_normal_near_the_axis_has_full_accuracy() {
+    // A cone of 45 degrees, intersected so near the axis that squares of the distance vanish.
     let cone = Meridian::new(&[[0.0, 1.0], [1.0, 0.0]]).unwrap();
     let cone = whole(cone, Pose::identity());
     for aside in [1e-3, 1e-160, 1e-300] {
@@ -370,8 +370,8 @@ fn a_normal_next_to_the_axis_has_all_its_digits() {
 }
 
 #[test]
-fn a_face_across_the_axis_but_for_rounding_is_across_it() {
-    // Back to x = 0, in to a radius of 1.8 but for a denormal number, and out again.
+fn a_face_perpendicular_to_the_axis_up_to_rounding_is_perpendicular() {
+    // Back to x = 0, inwards to a radius of 1.8 up to a denormal number, and out again.
     for x in [2.781342323134e-309, 1e-17] {
         let back = x * (1.0 - 4e-12);
         let points = [[-1.0, 3.0], [1.0, 4.0], [x, 2.5], [back, 1.8], [3.0, 2.5]];
@@ -397,10 +397,10 @@ fn a_face_across_the_axis_but_for_rounding_is_across_it() {
     }
 }
 
-/// A funnel with a conical bore: two cones that come to one point of the axis, from the same side. Beyond the point there is
-/// nothing, whichever of them is looked at first; before it, on the axis, there is the bore.
+/// A funnel with a conical bore: two cones that end at one point of the axis, from the same side. Points on the axis beyond it are outside, in any
+/// order of the cones; those before it are in the bore.
 #[test]
-fn beyond_the_point_where_two_cones_meet_is_outside() {
+fn the_axis_beyond_the_common_point_of_two_cones_is_outside() {
     let funnel = [[0.0, 0.0], [-0.75, 0.75], [-0.75, 1.0], [-0.25, 0.5]];
     for mirrored in [1.0, -1.0] {
         let points = funnel.map(|[x, r]| [mirrored * x, r]);

@@ -10,7 +10,7 @@ use support::*;
 
 proptest! {
     #[test]
-    fn the_chord_is_the_twins((path, meridian) in meridian(), d in direction(), p in prop::array::uniform3(-1.2..1.2f64), place in 0..5, pick in 0..100usize) {
+    fn the_chord_equals_that_of_the_reference((path, meridian) in meridian(), d in direction(), p in prop::array::uniform3(-1.2..1.2f64), place in 0..5, pick in 0..100usize) {
         let v = path[pick % path.len()];
         let o = Point3::from(match place {
             0 => [p[0], 0.0, 0.0], // through the axis
@@ -29,7 +29,7 @@ proptest! {
         for pair in spans.windows(2) {
             prop_assert!(pair[0].exit < pair[1].enter);
         }
-        // A span's middle is inside, a gap's outside, unless they are slivers.
+        // The middle of a span is inside and that of a gap outside, unless these are slivers.
         for s in spans.iter().filter(|s| s.length() > 1e-6) {
             let middle = o + d * (0.5 * (s.enter + s.exit));
             prop_assert!(body.signed_distance(0, &middle).unwrap() < 1e-9);
@@ -41,13 +41,13 @@ proptest! {
     }
 
     #[test]
-    fn turning_body_and_ray_together_changes_nothing((_, meridian) in meridian(), turn in pose(), d in direction(), p in prop::array::uniform3(-1.0..1.0f64)) {
+    fn rotating_body_and_ray_together_changes_nothing((_, meridian) in meridian(), turn in pose(), d in direction(), p in prop::array::uniform3(-1.0..1.0f64)) {
         let still = Body::new(vec![meridian.clone()], Pose::identity()).unwrap();
         let turned = Body::new(vec![meridian], turn).unwrap();
         let o = Point3::from(p);
         let a = still.chord(0, &Ray::new(o, d).unwrap()).unwrap();
         let b = turned.chord(0, &Ray::new(turn.to_lab(&o), turn.isometry().rotation * d).unwrap()).unwrap();
-        // Degenerate rays are grazing ones after a rounding: compare where the chord is well-conditioned.
+        // Degenerate rays may graze after rounding: compare only well-conditioned chords.
         let near: Vec<f64> = [1e-9, -1e-9].iter().flat_map(|e| [Vector3::x(), Vector3::y(), Vector3::z()].map(|v| {
             still.chord(0, &Ray::new(o + v * *e, d).unwrap()).unwrap()
         })).collect();
@@ -90,7 +90,7 @@ proptest! {
     }
 
     #[test]
-    fn a_voxel_is_the_mean_of_its_eighths((_, meridian) in meridian(), at in pose(), axis_aligned in any::<bool>()) {
+    fn a_voxel_is_the_average_of_its_eighths((_, meridian) in meridian(), at in pose(), axis_aligned in any::<bool>()) {
         // Creases, thin walls and the axis, cut by other planes: the parts are independent of the whole.
         let at = if axis_aligned { Pose::axis_along_z(0.1).unwrap() } else { at };
         let body = Body::new(vec![meridian], at).unwrap();
@@ -118,7 +118,7 @@ proptest! {
     }
 
     #[test]
-    fn turning_body_and_grid_together_changes_nothing((_, meridian) in meridian(), at in pose()) {
+    fn rotating_body_and_grid_together_changes_nothing((_, meridian) in meridian(), at in pose()) {
         // A quarter turn about z maps the grid onto itself: voxel (i, j) to (n-1-j, i).
         let turned = at.rotated_z(std::f64::consts::FRAC_PI_2).unwrap();
         let grid = VoxelGrid::cube(24, 0.18).unwrap();
@@ -132,7 +132,7 @@ proptest! {
             for j in 0..24 {
                 for i in 0..24 {
                     let (p, q) = (a[(z * 24 + j) * 24 + i], b[(z * 24 + i) * 24 + 23 - j]);
-                    // Rounding may tip a decision to split: then both still keep the tolerance.
+                    // Rounding may change the decision to divide a voxel: both results then meet the tolerance.
                     prop_assert!((p - q).abs() <= 2.0 * tolerance, "{p} {q}");
                 }
             }
@@ -140,12 +140,12 @@ proptest! {
     }
 
     #[test]
-    fn a_mesh_is_closed_and_holds_the_volume((_, meridian) in meridian(), at in pose()) {
+    fn a_mesh_is_closed_and_contains_the_volume((_, meridian) in meridian(), at in pose()) {
         let m = meridian.measures();
         let body = Body::new(vec![meridian], at).unwrap();
         let tolerance = 1e-3;
         let mesh = body.mesh(0, tolerance).unwrap();
-        // Every directed edge once, its reverse once.
+        // Every directed edge and its reverse occur once.
         let mut edges: HashMap<(u32, u32), i32> = HashMap::new();
         for t in &mesh.triangles {
             for k in 0..3 {
@@ -168,7 +168,7 @@ proptest! {
 }
 
 #[test]
-fn a_wall_is_outer_less_inner_in_every_measure() {
+fn a_wall_is_the_difference_of_outer_and_inner_solid() {
     let body = heart(60);
     let ray = Ray::new(Point3::new(0.3, -20.0, 0.1), Vector3::new(0.0, 1.0, 0.02)).unwrap();
     let wall = body.line_integral(&ray, &[0.0, 1.0]).unwrap();
@@ -183,7 +183,7 @@ fn a_wall_is_outer_less_inner_in_every_measure() {
     let (wall, _) = body
         .voxelize::<f64>(&grid, Sampling::Coverage { tolerance: 1e-3 }, &[0.0, 1.0])
         .unwrap();
-    // A plane mirrors body and grid: half of the wall's voxels are computed at places that differ by rounding.
+    // A plane mirrors body and grid: half of the wall's voxels are computed at positions that differ by rounding.
     let rounding = 1e-13;
     for (a, b) in r.coverage[1].iter().zip(&wall) {
         assert!((a - b).abs() < rounding);

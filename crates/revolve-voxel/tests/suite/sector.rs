@@ -69,7 +69,7 @@ fn voxels(sector: &Sector, grid: &VoxelGrid, tolerance: f64) -> Vec<f64> {
 }
 
 #[test]
-fn all_round_it_is_the_ring() {
+fn a_full_turn_equals_the_ring() {
     let body = Body::new(vec![ring()], pose()).unwrap();
     let grid = VoxelGrid::cube(30, 0.2).unwrap();
     let (volume, _) = body
@@ -81,7 +81,7 @@ fn all_round_it_is_the_ring() {
         let rays = rays(0.4);
         let (plain, _) = body.project::<f64>(&rays, &[2.0]).unwrap();
         let seen = image(std::slice::from_ref(&sector), &rays, None);
-        // The intervals are shifted along the ray before their lengths are computed: rounding.
+        // Rounding: the intervals are shifted along the ray before their lengths are computed.
         assert!(plain.iter().zip(&seen).all(|(a, b)| (a - b).abs() < 1e-13));
         // On another part of the grid: each to the tolerance.
         let again = voxels(&sector, &grid, 1e-3);
@@ -90,7 +90,7 @@ fn all_round_it_is_the_ring() {
 }
 
 #[test]
-fn wedges_side_by_side_add_up_to_the_ring() {
+fn adjacent_wedges_add_up_to_the_ring() {
     let torso = EllipticCylinder::new([0.0; 2], [6.0, 5.0]).unwrap();
     let torso = Organ {
         shape: OrganShape::Cylinder(torso),
@@ -127,7 +127,7 @@ fn wedges_side_by_side_add_up_to_the_ring() {
 }
 
 #[test]
-fn half_a_ball_and_a_quarter_of_a_cylinder_are_closed_forms() {
+fn half_a_ball_and_a_quarter_of_a_cylinder_have_closed_forms() {
     let n = 1000;
     let angle = |k: usize| PI * k as f64 / n as f64;
     let points: Vec<[f64; 2]> = (0..=n)
@@ -192,7 +192,7 @@ fn half_a_ball_and_a_quarter_of_a_cylinder_are_closed_forms() {
 
 #[test]
 fn coverage_adds_up_to_the_volume() {
-    // The tolerance bounds a voxel; their sum is far better, and falls with it.
+    // The tolerance bounds the error of a voxel; that of the sum is much smaller and decreases with it.
     for azimuths in [[0.2, 1.1], [1.0, 1.0 + PI], [0.5, 5.0]] {
         let sector = Sector::new(ring(), azimuths, pose()).unwrap();
         for (n, tolerance) in [(16, 1e-2), (40, 1e-3)] {
@@ -210,7 +210,7 @@ fn coverage_adds_up_to_the_volume() {
 }
 
 #[test]
-fn a_voxel_of_any_size_keeps_the_tolerance() {
+fn voxels_of_any_size_meet_the_tolerance() {
     // Thin and thick wedges, of more than half a turn too, in voxels up to the size of the whole piece.
     for azimuths in [
         [0.2, 0.25],
@@ -236,8 +236,8 @@ fn a_voxel_of_any_size_keeps_the_tolerance() {
 }
 
 #[test]
-fn voxels_cut_into_smaller_ones_keep_their_sum() {
-    // Eight voxels in one, by other sections: of the ring where the axis passes through voxels too.
+fn divided_voxels_preserve_their_sum() {
+    // Eight voxels against one that contains them, by other sections; also where the axis intersects voxels.
     let ball = Meridian::ring(&[[-1.5, 0.0], [-1.0, 1.3], [0.9, 1.6], [1.2, 0.0]]).unwrap();
     for (meridian, azimuths) in [(ball, [0.4, 1.0]), (ring(), [0.3, 4.0])] {
         let sector = Sector::new(meridian, azimuths, pose()).unwrap();
@@ -255,7 +255,7 @@ fn voxels_cut_into_smaller_ones_keep_their_sum() {
 }
 
 #[test]
-fn coverage_is_what_point_tests_find() {
+fn coverage_agrees_with_point_tests() {
     let sector = Sector::new(ring(), [0.3, 1.4], pose()).unwrap();
     let grid = VoxelGrid::cube(16, 0.4).unwrap();
     let (tolerance, m) = (2e-3, 48);
@@ -277,12 +277,12 @@ fn coverage_is_what_point_tests_find() {
         worst = worst.max((v - share).abs());
     }
     println!("{looked} voxels, worst {worst:.1e}");
-    // Points determine a face to a fraction of 1 / 48 of its area over 48: about 2e-3.
+    // Point tests are accurate to 1 / 48 of the area of a face over 48: about 2e-3.
     assert!(looked > 30 && worst < tolerance + 3e-3, "{worst}");
 }
 
 #[test]
-fn pieces_have_labels_of_their_own() {
+fn pieces_have_separate_labels() {
     // A cylinder within another; two quarters of the ring between them, and voxels along their sides cut in halves.
     let upright = Pose::axis_along_z(0.0).unwrap();
     let cylinder = |r: f64| Meridian::new(&[[-1.0, r], [1.0, r]]).unwrap();
@@ -302,7 +302,7 @@ fn pieces_have_labels_of_their_own() {
         .label_pieces(1, &list, &grid, 0..1, sampling)
         .unwrap();
     let at = |x: usize, y: usize| marked.labels[y * 15 + x];
-    // Body y is lab x, body z is lab y. The first of two equals; nothing for the third, which the second hides.
+    // Body y is lab x, body z is lab y. The first of two equals; none for the third, which the second covers.
     assert_eq!((at(10, 10), at(4, 10), at(4, 4), at(10, 4)), (3, 4, 2, 2));
     assert_eq!((at(11, 7), at(7, 11), at(3, 7), at(7, 3)), (3, 3, 4, 2));
     assert_eq!((at(7, 7), at(0, 0), at(14, 7)), (1, 0, 0));
@@ -347,7 +347,7 @@ fn pieces_have_labels_of_their_own() {
 }
 
 #[test]
-fn slices_are_those_of_the_whole_and_threads_change_nothing() {
+fn slices_are_bitwise_identical_to_the_whole_for_any_number_of_threads() {
     let sector = Sector::new(ring(), [0.3, 4.4], pose()).unwrap();
     let grid = VoxelGrid::new([20, 17, 14], [0.3, 0.35, 0.4], [-2.6, -2.9, -2.7]).unwrap();
     let pool = |n| {
@@ -372,7 +372,7 @@ fn slices_are_those_of_the_whole_and_threads_change_nothing() {
 }
 
 #[test]
-fn nonsense_is_refused() {
+fn invalid_input_is_rejected() {
     for (azimuths, wide) in [
         ([0.0, 0.0], false),
         ([1.0, 0.5], false),
@@ -420,7 +420,7 @@ fn nonsense_is_refused() {
 
 proptest! {
     #[test]
-    fn chords_are_what_point_tests_find(
+    fn chords_agree_with_point_tests(
         from in -4.0..4.0f64, opening in 0.05..6.2f64, d in support::direction(),
         o in (-2.0..2.0f64, -2.0..2.0f64, -2.0..2.0f64),
     ) {
@@ -429,7 +429,7 @@ proptest! {
         let (n, reach) = (8000, 6.0);
         let h = 2.0 * reach / n as f64;
         let inside = (0..n).filter(|&k| sector.contains(&ray.at((k as f64 + 0.5) * h - reach))).count();
-        // At most eight ends, each off by half a step.
+        // At most eight ends, each with an error of half a step.
         prop_assert!((sector.chord(&ray) - inside as f64 * h).abs() < 4.0 * h, "{} {}", sector.chord(&ray), inside as f64 * h);
     }
 }
@@ -437,7 +437,7 @@ proptest! {
 proptest! {
     /// Against points: the path to the hit is outside the sector, the path beyond is inside, and the normal points out.
     #[test]
-    fn a_ray_enters_where_its_points_do(from in 0.0..TAU, opening in 0.1..TAU, d in support::direction(), p in prop::array::uniform3(-2.0..2.0f64)) {
+    fn hits_agree_with_point_tests(from in 0.0..TAU, opening in 0.1..TAU, d in support::direction(), p in prop::array::uniform3(-2.0..2.0f64)) {
         let sector = Sector::new(ring(), [from, from + opening], pose()).unwrap();
         let ray = Ray::new(Point3::from(p) - 8.0 * d, d).unwrap();
         let inside = |t: f64| sector.contains(&ray.at(t));
@@ -454,7 +454,7 @@ proptest! {
                 prop_assert!((hit.normal.norm() - 1.0).abs() < 1e-12);
                 let slope = -hit.normal.dot(&d);
                 prop_assert!(slope > -1e-9, "{slope}");
-                // Rays that graze leave again at once.
+                // Grazing rays leave immediately.
                 if slope > 1e-2 {
                     prop_assert!(inside(hit.t + 1e-7));
                     prop_assert!(!sector.contains(&(hit.point + 1e-6 * hit.normal)));

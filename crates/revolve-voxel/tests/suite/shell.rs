@@ -51,7 +51,7 @@ fn within(length: f64, radius: f64) -> f64 {
 }
 
 #[test]
-fn the_volume_is_that_of_the_outer_less_that_of_the_inner_balloon() {
+fn the_volume_is_the_difference_of_outer_and_inner_balloon() {
     let exact = within(8.5, 2.75) - within(8.5, 1.75);
     assert!((study().volume() / exact - 1.0).abs() < 1e-13);
 }
@@ -59,7 +59,7 @@ fn the_volume_is_that_of_the_outer_less_that_of_the_inner_balloon() {
 /// A body between polygons 0.02 cm off the curves: solids of the wall between the polygons end at the body, to rounding; solids between the
 /// curves themselves extend beyond it, most where rays are tangent.
 #[test]
-fn a_wall_between_drawn_curves_ends_where_the_body_does() {
+fn a_wall_between_polygons_ends_at_the_body() {
     let curves = [1.75, 2.75].map(|radius| balloon(8.5, radius, 1.0));
     let tolerance = 0.02;
     let pose = Pose::axis_along_z(5.0).unwrap();
@@ -150,7 +150,7 @@ fn volume_under(shell: &Shell, layer: f64, knots: &[f64]) -> f64 {
 }
 
 #[test]
-fn every_layer_holds_its_share_whatever_the_shapes() {
+fn every_layer_contains_its_volume_fraction_for_any_shapes() {
     let (inner, outer) = (balloon(8.5, 1.75, 1.03), balloon(8.5, 2.75, 1.0));
     let knots = [0.0, inner.knots()[1], outer.knots()[1], 1.0];
     let mut knots = knots.to_vec();
@@ -159,13 +159,13 @@ fn every_layer_holds_its_share_whatever_the_shapes() {
     let cavity = volume_under(&shell, 0.0, &knots);
     for u in [0.0, 0.2, 0.5, 0.83, 1.0] {
         let volume = volume_under(&shell, u, &knots);
-        // Simpson with 400 steps a piece: fourth order, some 1e-9.
+        // Simpson's rule with 400 steps per piece: fourth order, about 1e-9.
         assert!((volume - cavity - u * shell.volume()).abs() < 1e-7 * shell.volume());
     }
 }
 
 #[test]
-fn strips_add_up_to_shares() {
+fn strips_add_up_to_volume_fractions() {
     let shell = study();
     let n = 20_000;
     let mut sum = 0.0;
@@ -188,7 +188,7 @@ fn strips_add_up_to_shares() {
 }
 
 #[test]
-fn places_of_equal_share_keep_their_digits_towards_the_axis() {
+fn corresponding_positions_have_full_accuracy_near_the_axis() {
     // Discs between x = 0 and x = 1 that narrow to the axis: for the first, whose radii fall as z = 1 - s, the fraction z^2 is beyond s;
     // for the second, whose radii fall as 1 - s^2, the fraction (1 - s^2)^2.
     let disc = |x: f64, r: &[f64]| {
@@ -201,9 +201,9 @@ fn places_of_equal_share_keep_their_digits_towards_the_axis() {
         let s = 1.0 - 10f64.powf(-0.25 * f64::from(k));
         let z = 1.0 - s;
         let there = straight.corresponding(s, &bent);
-        // 1 - sqrt(1 - z), without its difference.
+        // 1 - sqrt(1 - z), without cancellation.
         let exact = z / (1.0 + (1.0 - z).sqrt());
-        // Rounding of s, and of the polynomials' coefficients in front of it.
+        // Rounding of s and of the coefficients of the polynomials.
         assert!(
             ((1.0 - there) - exact).abs() <= 2e-15 * exact + 3e-16,
             "{z:e}: {there}"
@@ -221,7 +221,7 @@ fn places_of_equal_share_keep_their_digits_towards_the_axis() {
 }
 
 #[test]
-fn a_wall_with_both_ends_on_the_axis_keeps_the_digits_of_both() {
+fn a_wall_with_both_ends_on_the_axis_has_full_accuracy_at_both() {
     // A shell between two balls: fractions before an angle are those of the sphere, (1 - cos) / 2.
     let ball = |radius: f64, n: usize| {
         let s: Vec<f64> = (0..=n).map(|k| k as f64 / n as f64).collect();
@@ -235,7 +235,7 @@ fn a_wall_with_both_ends_on_the_axis_keeps_the_digits_of_both() {
     for k in 0..=48 {
         let near = 0.5 * 10f64.powf(-0.25 * f64::from(k));
         let [low, high] = [near, 1.0 - near].map(|s| coarse.corresponding(s, &fine));
-        // The same at both ends; and there and back.
+        // The same at both ends, and the inverse.
         assert!(
             (low - (1.0 - high)).abs() < 1e-14 * low + 3e-16,
             "{near:e}: {low} {high}"
@@ -246,7 +246,7 @@ fn a_wall_with_both_ends_on_the_axis_keeps_the_digits_of_both() {
 }
 
 #[test]
-fn voxels_of_the_wall_are_those_whose_centres_are_found_in_it() {
+fn voxels_of_the_wall_have_their_centres_in_it() {
     let shell = study();
     let grid = VoxelGrid::new([30, 28, 26], [0.45, 0.5, 0.55], [-6.0, -6.5, -6.8]).unwrap();
     for pose in [
@@ -281,7 +281,7 @@ fn voxels_of_the_wall_are_those_whose_centres_are_found_in_it() {
 }
 
 #[test]
-fn a_region_holds_the_product_of_its_shares() {
+fn the_volume_of_a_region_is_the_product_of_its_fractions() {
     let shell = study();
     for (layers, s) in [
         ([0.0, 1.0], [0.0, 1.0]),
@@ -292,7 +292,7 @@ fn a_region_holds_the_product_of_its_shares() {
         let share =
             (layers[1] - layers[0]) * (shell.volume_fraction(s[1]) - shell.volume_fraction(s[0]));
         let exact = share * shell.volume();
-        // The polyline may lie off by its tolerance over some 200 cm^2.
+        // The polyline may deviate by its tolerance over about 200 cm^2.
         assert!(
             (region.measures().volume - exact).abs() < 3e-5,
             "{layers:?} {s:?}"
@@ -301,7 +301,7 @@ fn a_region_holds_the_product_of_its_shares() {
 }
 
 #[test]
-fn tangents_are_the_differences_of_points() {
+fn tangents_agree_with_differences_of_points() {
     let shell = Shell::new(
         balloon(8.5, 1.75, 0.96),
         balloon(8.5, 2.75, 1.0),
@@ -324,7 +324,7 @@ fn tangents_are_the_differences_of_points() {
             difference(shell.point(u, s - h), shell.point(u, s + h)),
         ];
         for k in 0..2 {
-            // Second order in h, and rounding over h.
+            // Second order in h, and rounding divided by h.
             assert!((by_layer[k] - other[0][k]).abs() < 1e-7, "{u} {s}");
             assert!(
                 (by_s[k] - other[1][k]).abs() < 1e-6,
@@ -339,7 +339,7 @@ fn tangents_are_the_differences_of_points() {
 }
 
 #[test]
-fn points_off_the_wall_are_nowhere() {
+fn points_outside_the_wall_have_no_coordinates() {
     let shell = study();
     for p in [
         [4.0, 1.7499999],
@@ -357,7 +357,7 @@ fn points_off_the_wall_are_nowhere() {
 }
 
 #[test]
-fn nonsense_is_refused() {
+fn invalid_input_is_rejected() {
     let curve = || balloon(8.5, 1.75, 1.0);
     assert!(matches!(
         Shell::new(balloon(8.5, 2.75, 1.0), curve(), [0.0, 1.0]),
@@ -443,7 +443,7 @@ fn thickness_is_the_distance_between_the_surfaces() {
     // Mean of (1 + s) weighed by (2 - s): (2 + 1/2 - 1/3) / (3/2).
     assert!((all.mean - 13.0 / 9.0).abs() < 1e-12, "{all:?}");
     assert!((all.minimum - 1.0).abs() < 1e-14 && all.thinnest_at < 1e-7);
-    // The brute twin on a bent wall.
+    // Brute force on a bent wall.
     let shell = Shell::new(
         balloon(8.5, 1.75, 1.03),
         balloon(8.5, 2.75, 1.0),
@@ -460,7 +460,7 @@ fn thickness_is_the_distance_between_the_surfaces() {
     };
     for k in 0..=20 {
         let s = f64::from(k) / 20.0;
-        // Half a step of 6e-4 beside the nearest point: its square over the distance.
+        // Half a step of 6e-4 from the nearest point: its square divided by the distance.
         assert!((shell.thickness(s) - brute(s)).abs() < 1e-6, "{s}");
     }
     let all = shell.thicknesses();
@@ -475,17 +475,17 @@ fn thickness_is_the_distance_between_the_surfaces() {
 
 proptest! {
     #[test]
-    fn locate_undoes_point(u in 0.0..=1.0f64, s in 0.0..=1.0f64, stretch in 0.95..1.03f64) {
+    fn locate_inverts_point(u in 0.0..=1.0f64, s in 0.0..=1.0f64, stretch in 0.95..1.03f64) {
         let shell = Shell::new(balloon(8.5, 1.75, stretch), balloon(8.5, 2.75, 1.0), [0.0, 1.0]).unwrap();
         let found = shell.locate(shell.point(u, s));
         prop_assert!(found.is_some());
         let [layer, at] = found.unwrap();
-        // Rounding of a point, 1e-15 of 11 cm, over the thinnest wall, 0.65 cm.
+        // Rounding of a point, 1e-15 of 11 cm, divided by the thinnest wall, 0.65 cm.
         prop_assert!((layer - u).abs() < 1e-12 && (at - s).abs() < 1e-12, "{u} {s}: {layer} {at}");
     }
 
     #[test]
-    fn shares_are_undone(share in 0.0..=1.0f64) {
+    fn volume_fractions_are_inverted(share in 0.0..=1.0f64) {
         let shell = study();
         prop_assert!((shell.volume_fraction(shell.at_volume_fraction(share)) - share).abs() < 1e-13);
     }

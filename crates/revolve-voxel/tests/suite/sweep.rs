@@ -64,7 +64,7 @@ proptest! {
 /// Balloons from the reference configuration to a gain in seven steps: the number of tests of surfaces grows with the area that bounds the
 /// sets, and the extreme shapes decide most of them.
 #[test]
-fn questions_grow_with_the_surface() {
+fn the_number_of_tests_scales_with_the_surface() {
     let shapes: Vec<Vec<Meridian>> = [0.0, 1.0, 0.1, 0.9, 0.3, 0.7, 0.5]
         .iter()
         .map(|g| {
@@ -86,7 +86,7 @@ fn questions_grow_with_the_surface() {
     let growth = fine.evaluations as f64 / coarse.evaluations as f64;
     // Twice the resolution: four times the surface; eight times would be the volume.
     assert!(growth < 5.0, "{coarse:?} {fine:?}");
-    // Four spheres bound the sets; a shell of at most 3 voxels on either side of each is looked at one by one.
+    // Four spheres bound the sets; at most 3 voxels on either side of each are tested individually.
     let area: f64 = [3.0f64, 4.0, 5.0, 5.5]
         .iter()
         .map(|r| 4.0 * std::f64::consts::PI * r * r)
@@ -98,7 +98,7 @@ fn questions_grow_with_the_surface() {
 }
 
 #[test]
-fn shapes_that_are_none_are_refused() {
+fn invalid_shapes_are_rejected() {
     let grid = VoxelGrid::cube(4, 1.0).unwrap();
     let pose = study_pose();
     let cone = Meridian::new(&[[-1.0, 0.0], [0.0, 1.0], [1.0, 0.0]]).unwrap();
@@ -117,7 +117,7 @@ fn shapes_that_are_none_are_refused() {
 }
 
 #[test]
-fn threads_change_no_bit() {
+fn results_are_bitwise_independent_of_threads() {
     let shapes = [
         [
             scaled(&[[-1.0, 0.0], [0.0, 1.0], [1.0, 0.0]], 1.0),

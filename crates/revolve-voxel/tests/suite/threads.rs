@@ -14,7 +14,7 @@ pub(crate) fn with_threads<T: Send>(n: usize, work: impl FnOnce() -> T + Send) -
 }
 
 #[test]
-fn any_number_of_threads_gives_the_same_bits() {
+fn results_are_bitwise_independent_of_threads() {
     let body = heart(100);
     let rays = ParallelDetector::new(64, 48, [0.25, 0.3])
         .unwrap()
@@ -37,7 +37,7 @@ fn any_number_of_threads_gives_the_same_bits() {
         let one = run(1);
         assert_eq!(one, run(2));
         assert_eq!(one, run(3));
-        // Slabs that do not fall on blocks.
+        // Slabs that are not aligned with blocks.
         let mut at = 0;
         for end in [5, 21, 42] {
             let mut slab = vec![0.0f32; grid.slice_len() * (end - at)];
@@ -50,7 +50,7 @@ fn any_number_of_threads_gives_the_same_bits() {
 }
 
 #[test]
-fn some_rows_are_the_cut_from_all() {
+fn some_rows_equal_those_of_the_whole() {
     let body = heart(100);
     let rays = ParallelDetector::new(33, 20, [0.5, 0.7])
         .unwrap()
@@ -98,7 +98,7 @@ fn adding_with_weights_is_the_weighted_sum() {
 }
 
 #[test]
-fn a_batch_is_its_rays_one_by_one() {
+fn a_batch_equals_single_rays() {
     let body = heart(150);
     let rays = ParallelDetector::new(90, 70, [0.2, 0.22])
         .unwrap()
@@ -113,7 +113,7 @@ fn a_batch_is_its_rays_one_by_one() {
             let one = body
                 .line_integral(&rays.ray(bin, row).unwrap(), &[0.0, 1.0])
                 .unwrap();
-            // Two roundings of one ray's position; grazing rays lose half the digits.
+            // Two roundings of the position of a ray; grazing rays have half of the digits.
             assert!((image[row * 90 + bin] - one).abs() < 1e-6, "{bin} {row}");
             hits += u64::from(body.chord(1, &rays.ray(bin, row).unwrap()).unwrap() > 0.0)
                 + u64::from(body.chord(0, &rays.ray(bin, row).unwrap()).unwrap() > 0.0);

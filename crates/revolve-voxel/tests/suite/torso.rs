@@ -7,7 +7,7 @@ use std::f64::consts::TAU;
 
 proptest! {
     #[test]
-    fn the_growth_is_what_points_of_the_surface_say(
+    fn the_scale_agrees_with_points_of_the_surface(
         meridian in prop::collection::vec((0.05..1.0, 0.0..3.0), 2..6),
         turns in prop::array::uniform2(-3.0..3.0),
         shift in prop::array::uniform3(-4.0..4.0),
@@ -36,7 +36,7 @@ proptest! {
                 most = most.max(share[0].hypot(share[1]));
             }
         }
-        // The points miss the farthest by the square of half their distance at most.
+        // The distance of the farthest point is too small by at most the square of half the spacing.
         prop_assert!(growth >= most && growth < most * (1.0 + 1e-4 + 1e-5), "{growth} {most}");
 
         // Scaled by this factor, the torso contains every chord of the body.

@@ -9,18 +9,18 @@ use std::f64::consts::TAU;
 /// Points within this distance of the surface count as on it.
 const SURFACE: f64 = 1e-13;
 
-/// How far lines are moved to see how continuous an integral is there: well above rounding, well below the solids' grid. An
-/// edge that this step leaves behind may be touched by one as short as rounding.
+/// Displacement of lines that tests the continuity of an integral: well above rounding and well below the grid of the solids. A shorter displacement,
+/// as small as rounding, may touch an edge that this one passes.
 const STEPS: [f64; 2] = [1e-9, 1e-12];
 
-/// How far a line along a face is moved up the axis, and one along a side turned about it.
+/// Displacement up the axis of a line along a face, and rotation of a line along a side.
 const UP: f64 = 1e-10;
 const ON: f64 = 1e-7;
 
-/// Directions this near to a plane are in it, and so are places to a hundred times as much.
+/// Directions this near to a plane are in it; positions, up to a hundred times as much.
 const IN_PLANE: f64 = 2e-14;
 
-/// A solid of revolution in the lab: a closed outline in the half-plane (x, r), and the azimuths between which it is kept.
+/// A solid of revolution in the lab: a closed outline in the half-plane (x, r), and its range of azimuths.
 #[derive(Debug, Clone)]
 pub(crate) struct Solid {
     outline: Vec<[f64; 2]>,
@@ -34,14 +34,14 @@ struct Line {
     d: Vector3<f64>,
 }
 
-/// The limit for a line along plane surfaces of a solid.
+/// The limit of a line along plane surfaces of a solid.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Nudge {
-    /// Along the face here: as one further up the axis.
+    /// Along the face here: as a line farther up the axis.
     face: Option<f64>,
-    /// Along a side: as one turned on about the axis.
+    /// Along a side: as a line rotated further about the axis.
     side: bool,
-    /// The axis itself, in a side: as one at azimuth 0.
+    /// The axis itself, in a side: as a line at azimuth 0.
     axis: bool,
 }
 
@@ -52,7 +52,7 @@ const NOT: Nudge = Nudge {
 };
 
 impl Solid {
-    /// Under a meridian that is closed by discs where it ends off the axis.
+    /// The solid under a meridian, which discs close where it ends off the axis.
     pub(crate) fn under(points: &[[f64; 2]]) -> Self {
         let mut outline = points.to_vec();
         outline.insert(0, [points[0][0], 0.0]);
@@ -60,7 +60,7 @@ impl Solid {
         Self::ring(&outline)
     }
 
-    /// Within an outline that closes on itself.
+    /// The solid within a closed outline.
     pub(crate) fn ring(points: &[[f64; 2]]) -> Self {
         Self {
             outline: points.to_vec(),
@@ -74,7 +74,7 @@ impl Solid {
         self
     }
 
-    /// Standing in a pose, body to lab.
+    /// The solid in a pose, body to lab.
     pub(crate) fn at(mut self, pose: &Isometry3<f64>) -> Self {
         self.to_body = pose.inverse();
         self
@@ -104,7 +104,7 @@ impl Solid {
         Line { o, d }
     }
 
-    /// Does a lab line lie in plane surfaces, to rounding?
+    /// Whether a lab line lies in plane surfaces, to rounding.
     fn nudge(&self, line: &Line) -> Nudge {
         let Line { o, d } = self.line(line, &NOT, 0.0);
         let mut nudge = NOT;
@@ -150,14 +150,14 @@ impl Solid {
         Some(inside && kept)
     }
 
-    /// Where a line in the body frame may meet the surface.
+    /// Parameters at which a line in the body frame may intersect the surface.
     fn cuts(&self, Line { o, d }: &Line, cuts: &mut Vec<f64>) {
         for [p, q] in self.pieces() {
             if p[0] == q[0] {
                 cuts.push((p[0] - o.x) / d.x);
                 continue;
             }
-            // |p + v t|^2 dx^2 = (g0 + g1 t)^2 across the axis; of the discriminant no more is left than two squares' difference.
+            // |p + v t|^2 dx^2 = (g0 + g1 t)^2 across the axis; the discriminant is a difference of two squares.
             let (dx, dr) = (q[0] - p[0], q[1] - p[1]);
             let (g0, g1) = (p[1] * dx + dr * (o.x - p[0]), dr * d.x);
             let a = (d.y * d.y + d.z * d.z) * dx * dx - g1 * g1;
@@ -177,7 +177,7 @@ impl Solid {
 }
 
 impl Solid {
-    /// Length of a lab line inside between one parameter and the next.
+    /// Lengths of a lab line inside the solid between successive parameters.
     pub(crate) fn lengths(&self, o: &Point3<f64>, d: &Vector3<f64>, ends: &[f64]) -> Vec<f64> {
         let line = self.line(&Line { o: *o, d: *d }, &NOT, 0.0);
         let mut cuts = ends.to_vec();
@@ -188,7 +188,7 @@ impl Solid {
         for pair in cuts.windows(2).filter(|pair| pair[1] > pair[0]) {
             let middle = 0.5 * (pair[0] + pair[1]);
             if self.holds(&(line.o + line.d * middle)) == Some(true) {
-                // The middle of two neighbouring numbers may be the upper one, and that the last end.
+                // The middle of two neighbouring numbers may be the upper one, which may be the last end.
                 let k = ends.partition_point(|end| *end <= middle) - 1;
                 lengths[k.min(ends.len() - 2)] += pair[1] - pair[0];
             }
@@ -219,8 +219,8 @@ impl Scene {
             .map(|(_, solid)| solid)
     }
 
-    /// Bounds of the integral along a line of the activity, each stretch counting `exp(-mu l)` with the length l of medium
-    /// ahead of it: as far as it may change when the line is moved or turned by a little.
+    /// Bounds of the integral along a line of the activity, each stretch weighted by `exp(-mu l)` with the length l of medium ahead of it: its range
+    /// under small displacements and rotations of the line.
     pub(crate) fn bounds(&self, o: &Point3<f64>, d: &Vector3<f64>) -> [f64; 2] {
         let line = Line { o: *o, d: *d };
         let nudges: Vec<Nudge> = self.solids().map(|solid| solid.nudge(&line)).collect();
@@ -228,7 +228,7 @@ impl Scene {
         let value = |line: &Line, share: f64| self.integral(line, &nudges, share);
         let mut moved = Vec::new();
         for step in STEPS {
-            // Along the axes, and aslant but along no cone of a grid: an edge may be met from one side alone.
+            // Along the axes and obliquely, but along no cone of a grid: an edge may be intersected from one side only.
             let by = Vector3::new(1.0, 2f64.sqrt(), 3f64.sqrt()) * step;
             for k in (0..27).filter(|&k| k != 13) {
                 let to = Vector3::from([k % 3, k / 3 % 3, k / 9].map(|n| f64::from(n - 1)));
@@ -260,7 +260,7 @@ impl Scene {
         for (solid, line) in self.solids().zip(&lines) {
             solid.cuts(line, &mut cuts);
         }
-        // All solids here are a few units wide, and lines begin near them.
+        // All solids here are a few units wide, and lines start near them.
         cuts.retain(|t| t.abs() < 1e3);
         cuts.sort_by(f64::total_cmp);
         let (mut sums, mut ahead) = ([0.0; 2], [0.0; 2]);
@@ -275,7 +275,7 @@ impl Scene {
                 let active = self.active.iter().zip(&held);
                 let counted = active.filter(|(_, held)| held.unwrap_or(on_surface));
                 let activity: f64 = counted.map(|((weight, _), _)| weight).sum();
-                // The more medium, the less is left.
+                // The integral decreases with the length of the medium.
                 let mu = match (&self.medium, held.last()) {
                     (Some((mu, _)), Some(held)) if held.unwrap_or(!on_surface) => *mu,
                     _ => 0.0,

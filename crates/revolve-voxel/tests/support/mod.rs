@@ -9,7 +9,7 @@ use revolve_voxel::{Body, Meridian, Pose};
 use std::f64::consts::PI;
 
 /// Chord of the solid under a path from axis to axis, by the definition: the signed sum over the path's pieces of the
-/// length of line inside each frustum, which is cut at the roots of its quadratic and asked at the middles.
+/// length of line inside each frustum, divided at the roots of its quadratic and tested at the midpoints.
 pub(crate) fn naive_chord(path: &[[f64; 2]], o: Point3<f64>, d: Vector3<f64>) -> f64 {
     let mut closed = path.to_vec();
     closed.insert(0, [path[0][0], 0.0]);
@@ -76,7 +76,7 @@ fn twin_rounding(p: [f64; 2], q: [f64; 2], o: Point3<f64>, d: Vector3<f64>) -> f
     }
 }
 
-/// The change of the reference chord for a small displacement of the line: the conditioning, times rounding.
+/// The change of the reference chord under a small displacement of the line: conditioning times rounding.
 pub(crate) fn chord_tolerance(path: &[[f64; 2]], o: Point3<f64>, d: Vector3<f64>) -> f64 {
     let step = 1e-12;
     let here = naive_chord(path, o, d);
@@ -95,7 +95,7 @@ pub(crate) fn chord_tolerance(path: &[[f64; 2]], o: Point3<f64>, d: Vector3<f64>
             .sum::<f64>()
 }
 
-/// Directions, a good part of them degenerate.
+/// Directions, many of them degenerate.
 pub(crate) fn direction() -> impl Strategy<Value = Vector3<f64>> {
     prop_oneof![
         6 => (-1.0..1.0f64, -1.0..1.0f64, -1.0..1.0f64).prop_filter_map("not zero", |(a, b, c)| {
@@ -114,7 +114,7 @@ pub(crate) fn direction() -> impl Strategy<Value = Vector3<f64>> {
     ]
 }
 
-/// A path around the origin with falling angles: overhangs, creases, several radii at one x.
+/// A path around the origin with decreasing angles: overhangs, creases, several radii at one x.
 pub(crate) fn star() -> impl Strategy<Value = Vec<[f64; 2]>> {
     (
         prop::collection::vec((0.4..1.6f64, 0.1..1.0f64), 3..24),
@@ -153,7 +153,7 @@ pub(crate) fn graph() -> impl Strategy<Value = Vec<[f64; 2]>> {
         raw.iter()
             .map(|p| {
                 x += p.0 * step;
-                // Now and then exactly equal radii, or the axis.
+                // Occasionally exactly equal radii, or the axis.
                 [
                     x,
                     if p.1 > 1.0 {

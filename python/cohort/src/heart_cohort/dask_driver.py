@@ -15,15 +15,15 @@ PR_SET_PDEATHSIG = 1  # <linux/prctl.h>
 
 
 def end_with_parent() -> None:
-    """Asks Linux to end the program when the worker that started it dies; elsewhere it runs to its end, and does no harm."""
+    """Asks Linux to end the program when the worker that started it dies; on other systems it runs to its end without harm."""
     if sys.platform == "linux":
         ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, signal.SIGTERM)
 
 
 def run_shard(program: str, cohort: str, out: str, shard: int, of: int, threads: int) -> dict:
-    """Makes one shard, unless it is whole, and returns what the program says of it as JSON.
+    """Computes one shard, unless it is complete, and returns the program's JSON output.
 
-    Raises ValueError for what no other try would cure (exit code 2), RuntimeError for the rest.
+    Raises ValueError for permanent errors (exit code 2), RuntimeError for all others.
     """
     command = [program, "--json", "--threads", str(threads), "cohort", "run", cohort, "--out", out]
     command += ["--shard", f"{shard}/{of}"]
@@ -39,7 +39,7 @@ def run_all(client, program, cohort, out, shards, threads=1, retries=3, told=lam
     from distributed import as_completed
 
     def submit(shard, attempt):
-        # A name of its own for each try: Dask keeps results, and a shard that was lost has to be looked at again.
+        # A separate name for each attempt: Dask stores results, and a lost shard must be tested again.
         return client.submit(
             run_shard, program, cohort, out, shard, shards, threads,
             key=f"heart-cohort-{shard}-{attempt}", pure=False, retries=retries,
@@ -80,12 +80,12 @@ def show(done: int, of: int) -> None:
 def main(arguments=None) -> int:
     """The console entry."""
     parser = argparse.ArgumentParser(prog="heart-cohort-dask", description=__doc__)
-    parser.add_argument("cohort", help="the cohort, seen by all workers")
-    parser.add_argument("--out", required=True, metavar="DIR", help="folder of the shards, seen by all workers")
+    parser.add_argument("cohort", help="the cohort file, accessible to all workers")
+    parser.add_argument("--out", required=True, metavar="DIR", help="directory of the shards, accessible to all workers")
     parser.add_argument("--shards", required=True, type=int, metavar="N")
-    parser.add_argument("--scheduler", metavar="ADDRESS", help="that of a cluster that runs, such as tcp://head:8786")
-    parser.add_argument("--local", type=int, metavar="N", help="so many worker processes on this machine")
-    parser.add_argument("--threads", type=int, default=1, metavar="N", help="members side by side in a task")
+    parser.add_argument("--scheduler", metavar="ADDRESS", help="address of a running cluster, such as tcp://head:8786")
+    parser.add_argument("--local", type=int, metavar="N", help="number of worker processes on this machine")
+    parser.add_argument("--threads", type=int, default=1, metavar="N", help="concurrent members of a task")
     parser.add_argument("--retries", type=int, default=3, metavar="N")
     parser.add_argument("--program", default="heart-phantom", help="the program, on every worker")
     parser.add_argument("--quiet", action="store_true")
@@ -93,7 +93,7 @@ def main(arguments=None) -> int:
     if (given.scheduler is None) == (given.local is None):
         parser.error("one of --scheduler and --local")
     if given.shards < 1:
-        parser.error("--shards is at least 1")
+        parser.error("--shards must be at least 1")
     from distributed import Client, LocalCluster
 
     cohort, out = os.path.abspath(given.cohort), os.path.abspath(given.out)

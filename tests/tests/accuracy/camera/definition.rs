@@ -1,4 +1,4 @@
-//! Samples by their definition: depth by depth, the line integrals of a dense lattice of rays, weighed by the exact average over the bin of the
+//! Samples by their definition: depth by depth, the line integrals of a dense lattice of rays, weighted by the exact average over the bin of the
 //! Gaussian of that depth, and averaged over phases.
 
 use heart_phantom::revolve_voxel::{
@@ -9,7 +9,7 @@ use heart_phantom::{Chest, HeartShape, Phantom};
 use radon::Collimator;
 use std::f64::consts::LN_2;
 
-/// Thickness of the slabs of depth in cm, each of the mean variance of its ends' distances.
+/// Thickness of the slabs of depth in cm; each has the mean variance of both ends.
 const SLAB: f64 = 0.1;
 /// Standard deviations at which a Gaussian ends.
 const REACH: f64 = 5.0;
@@ -114,7 +114,7 @@ struct View {
 }
 
 impl View {
-    /// From where to where a heart reaches along the bins, along the rows and along the rays.
+    /// Extent of a heart along the bins, along the rows and along the rays.
     fn reach(&self, shape: &HeartShape) -> Option<[[f64; 2]; 3]> {
         let [low, high] = shape.body().bounding_box(1).ok()?;
         let (sin, cos) = self.theta.sin_cos();
@@ -267,7 +267,7 @@ impl Raster {
         self.pitch[axis] / self.fine[axis]
     }
 
-    /// Fractions of the Gaussian about a place that lie in each bin, or row.
+    /// Fractions in each bin, or row, of the Gaussian about a position.
     fn fractions(&self, axis: usize, sigma: f64, at: f64) -> (usize, Vec<f64>) {
         let (n, pitch) = (self.size[axis], self.pitch[axis]);
         let edge = |k: usize| (k as f64 - 0.5 * n as f64) * pitch - at;

@@ -62,7 +62,7 @@ impl Springs {
         points
     }
 
-    /// The curve whose tension at the apex is near `tension`, by the secant rule on the distance of the ring from its place.
+    /// The curve whose tension at the apex is near `tension`, by the secant rule on the distance of the ring from its position.
     pub(super) fn solve(self, load: f64, tension: f64) -> Option<Vec<(f64, [f64; 2])>> {
         let ring = |points: &[(f64, [f64; 2])]| points[points.len() - 1].1;
         let missed = |t: f64| ring(&self.shoot(load, t))[1] - self.radius;
@@ -151,7 +151,7 @@ impl Sheet {
             radius += step;
             guess = self.rates(radius, state, guess)?.1;
             if state[0] <= radius {
-                // back by a step of the right length: a secant of y - radius over parts of it
+                // a partial step back to the ring: a secant of y - radius over fractions of the step
                 let ahead = |part: f64| runge_kutta(radius - step, before, part * step, rates);
                 let (mut low, mut high) = (0.0, 1.0);
                 for _ in 0..50 {
@@ -164,7 +164,7 @@ impl Sheet {
                     }
                 }
                 let ring = radius - step + low * step;
-                // lengths go as one over the pressure
+                // lengths scale as 1 / pressure
                 let volume = ahead(low)?[4] / ring.powi(3);
                 return Some(Shot {
                     pressure: ring,

@@ -8,7 +8,7 @@ use heart_study::figures::{
 };
 
 #[test]
-fn figures_take_anything() {
+fn figures_accept_any_input() {
     let values = [0.5_f32; 8];
     let volume = |spacing: f64| Volume {
         values: &values,

@@ -13,7 +13,7 @@ use revolve_voxel::{ParallelDetector, VoxelGrid};
 use std::path::Path;
 
 #[test]
-fn heart_phantom_takes_anything() {
+fn heart_phantom_accepts_any_input() {
     let heart = Heart::study(21).expect("nodes enough");
     let camera = Camera::new(2, 6, 16.0).expect("a camera");
     let mut cycles = vec![Cycle::new(65.0, 0.1).expect("a cycle")];

@@ -26,7 +26,7 @@ fn balloon() -> Membrane {
 }
 
 #[test]
-fn membrane_forces_takes_anything() {
+fn membrane_forces_accepts_any_input() {
     let mut rests = Vec::new();
     for [a, b] in pairs() {
         rests.extend(back(ReferenceShape::balloon(a, b)));
@@ -156,7 +156,7 @@ fn membrane_forces_takes_anything() {
     }
 }
 
-/// States of the right length that are no curve, and states of wrong lengths.
+/// States of the correct length that are not curves, and states of wrong lengths.
 fn forces_of_differences(d: &FiniteDifferences) {
     d.blow_up();
     d.stiffness_scale();
@@ -221,7 +221,7 @@ fn forces_of_elements(s: &SpectralElements) {
 }
 
 #[test]
-fn membrane_newton_takes_anything() {
+fn membrane_newton_accepts_any_input() {
     let solvers: Vec<Solver> = [
         Discretisation::FiniteDifferences { nodes: 3 },
         Discretisation::FiniteDifferences { nodes: 8 },
@@ -341,7 +341,7 @@ fn membrane_newton_takes_anything() {
 }
 
 #[test]
-fn membrane_implicit_takes_anything() {
+fn membrane_implicit_accepts_any_input() {
     let body = || Body::springs(&balloon(), 5).expect("five nodes");
     for n in SIZES.map(|n| if n == 3 { 2 } else { n }) {
         let refused = Body::springs(&balloon(), n);
@@ -445,9 +445,9 @@ fn wrong(error: membrane_forces::MembraneError) -> bool {
     matches!(error, membrane_forces::MembraneError::WrongLength { .. })
 }
 
-/// Options, reports and accounts through JSON; options that are left out have their defaults, others do not exist.
+/// Options, reports and accounts through JSON; omitted options have their defaults, unknown ones are errors.
 #[test]
-fn membrane_options_and_reports_survive_files() {
+fn membrane_options_and_reports_are_restored_from_files() {
     fn through_json<
         T: serde::Serialize + serde::de::DeserializeOwned + PartialEq + std::fmt::Debug,
     >(
@@ -470,7 +470,7 @@ fn membrane_options_and_reports_survive_files() {
     through_json(&EvolvingOptions::default());
     let body = Body::springs(&balloon(), 21).expect("nodes enough");
     let mut motion =
-        Motion::new(body, Load::intensity(|_| 1.0), Scheme::TrBdf2).expect("a load of now");
+        Motion::new(body, Load::intensity(|_| 1.0), Scheme::TrBdf2).expect("a valid motion");
     motion.step(0.01).expect("a step");
     through_json(&motion.energy());
     through_json(&motion.work());

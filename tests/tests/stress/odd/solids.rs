@@ -48,7 +48,7 @@ fn meridians() -> Vec<Meridian> {
 }
 
 #[test]
-fn revolve_voxel_takes_anything() {
+fn revolve_voxel_accepts_any_input() {
     let pose = Pose::axis_along_z(0.5).expect("a place");
     let mut poses = vec![pose];
     for [a, b] in pairs() {

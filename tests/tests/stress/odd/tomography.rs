@@ -9,7 +9,7 @@ use radon::{
 };
 
 #[test]
-fn radon_takes_anything() {
+fn radon_accepts_any_input() {
     let mut geometries = Vec::new();
     let mut grids = Vec::new();
     for [a, b] in pairs() {

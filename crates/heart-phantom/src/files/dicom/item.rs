@@ -58,7 +58,7 @@ impl Item {
         self
     }
 
-    /// A sequence of one code, with what modifies it.
+    /// A sequence of one code with its modifiers.
     pub(super) fn code(self, tag: Tag, [value, meaning]: [&str; 2], more: Self) -> Self {
         let code = more
             .text(tags::CODE_VALUE, VR::SH, value)
@@ -98,7 +98,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn numbers_fit_into_their_room_and_keep_eight_digits() {
+    fn numbers_fit_into_their_field_with_eight_digits() {
         for value in [
             0.0,
             180.0,

@@ -42,7 +42,7 @@ fn samples_of(file: &DefaultDicomObject) -> (Vec<f64>, f64) {
 
 /// A view is the image seen from the detector, which is at the patient's back at 0 and on the left at 90 degrees.
 #[test]
-fn views_are_seen_from_where_the_header_says() {
+fn views_have_the_detector_position_of_the_header() {
     let folder = tempfile::tempdir().unwrap();
     let growing: Vec<f64> = (0..6).map(|k| 0.5 + 0.25 * f64::from(k)).collect();
     let falling: Vec<f64> = growing.iter().rev().copied().collect();
@@ -106,7 +106,7 @@ fn views_are_seen_from_where_the_header_says() {
 }
 
 #[test]
-fn a_volume_is_where_it_was_and_labels_are_exact() {
+fn a_volume_keeps_its_position_and_labels_are_exact() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("a.dcm");
     let grid = grid(Format::Dicom);
@@ -158,7 +158,7 @@ fn a_volume_is_where_it_was_and_labels_are_exact() {
 
 /// If samples are counts divided by a number, the pixels are these counts.
 #[test]
-fn counts_are_kept_as_they_are() {
+fn counts_are_stored_exactly() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("a.dcm");
     let angles: Vec<f64> = (0..6).map(f64::from).collect();
@@ -184,7 +184,7 @@ fn counts_are_kept_as_they_are() {
 }
 
 #[test]
-fn identifiers_follow_from_what_a_file_holds() {
+fn identifiers_are_functions_of_the_content() {
     let folder = tempfile::tempdir().unwrap();
     let grid = grid(Format::Dicom);
     let samples = sampled(&grid);
@@ -231,7 +231,7 @@ fn identifiers_follow_from_what_a_file_holds() {
 }
 
 #[test]
-fn a_ct_has_a_file_a_slice_in_hounsfield_units() {
+fn a_ct_has_one_file_per_slice_in_hounsfield_units() {
     let folder = tempfile::tempdir().unwrap();
     let grid = grid(Format::Dicom);
     let map: Vec<f32> = (0..grid.len()).map(|k| 0.01 * (k % 30) as f32).collect();

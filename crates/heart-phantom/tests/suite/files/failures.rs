@@ -11,7 +11,7 @@ fn refused(folder: &Path, result: Result<(), PhantomError>) -> PhantomError {
 }
 
 #[test]
-fn volumes_that_make_no_sense_are_refused() {
+fn invalid_volumes_are_rejected() {
     let grid = grid(Format::Nifti);
     let samples = sampled(&grid);
     let short = Volume::new(grid, &samples[1..]);
@@ -46,7 +46,7 @@ fn volumes_that_make_no_sense_are_refused() {
 }
 
 #[test]
-fn a_side_too_long_for_16_bits_is_refused_by_nifti_alone() {
+fn only_nifti_rejects_a_side_too_long_for_16_bits() {
     let folder = tempfile::tempdir().unwrap();
     for (n, fits) in [(32767, true), (32768, false)] {
         let grid = VoxelGrid::cube(1, 0.1).unwrap();
@@ -77,7 +77,7 @@ fn a_side_too_long_for_16_bits_is_refused_by_nifti_alone() {
 }
 
 #[test]
-fn what_a_format_cannot_hold_is_refused() {
+fn unsupported_data_of_a_format_are_rejected() {
     let folder = tempfile::tempdir().unwrap();
     let at = |name: &str| folder.path().join(name);
     // An off-centre grid, by a hundredth of a voxel along one axis.
@@ -126,7 +126,7 @@ fn what_a_format_cannot_hold_is_refused() {
 }
 
 #[test]
-fn an_array_has_to_fill_its_shape() {
+fn an_array_must_match_its_shape() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("a.npy");
     for shape in [&[2, 2][..], &[], &[usize::MAX, 2]] {
@@ -139,7 +139,7 @@ fn an_array_has_to_fill_its_shape() {
 }
 
 #[test]
-fn projections_that_make_no_sense_are_refused() {
+fn invalid_projections_are_rejected() {
     let (detector, samples) = stack(&[0.0, 1.0], [0.0; 2]);
     let new = |angles: &[f64], radius, samples: &[f32]| {
         Projections::new(detector, angles, radius, samples).map(|_| ())
@@ -163,7 +163,7 @@ fn projections_that_make_no_sense_are_refused() {
 }
 
 #[test]
-fn names_that_do_not_fit_are_refused() {
+fn invalid_file_names_are_rejected() {
     let folder = tempfile::tempdir().unwrap();
     let grid = grid(Format::Nifti);
     let samples = sampled(&grid);
@@ -187,7 +187,7 @@ fn names_that_do_not_fit_are_refused() {
 }
 
 #[test]
-fn no_folder_and_a_folder_in_the_way_leave_nothing() {
+fn missing_and_obstructing_directories_leave_no_files() {
     let folder = tempfile::tempdir().unwrap();
     for format in plain() {
         let grid = grid(format);
@@ -217,10 +217,10 @@ fn no_folder_and_a_folder_in_the_way_leave_nothing() {
     }
 }
 
-/// The operating system stops each write: a child process may write files of only a few kilobytes.
+/// The operating system interrupts each write: a child process may write files of only a few kilobytes.
 #[cfg(unix)]
 #[test]
-fn a_write_cut_short_leaves_the_older_file_and_no_litter() {
+fn an_interrupted_write_keeps_the_older_file_and_leaves_no_temporary_file() {
     const FOLDER: &str = "HEART_PHANTOM_TEST_LIMITED_FOLDER";
     let grid = VoxelGrid::cube(24, 0.1).unwrap();
     // Not compressible to less than the limit: bits of a multiplicative sequence.
@@ -248,7 +248,7 @@ fn a_write_cut_short_leaves_the_older_file_and_no_litter() {
         .arg(std::env::current_exe().unwrap())
         .args([
             "--exact",
-            "files::failures::a_write_cut_short_leaves_the_older_file_and_no_litter",
+            "files::failures::an_interrupted_write_keeps_the_older_file_and_leaves_no_temporary_file",
         ])
         .env(FOLDER, folder.path())
         .output()

@@ -83,7 +83,7 @@ fn read_gates(path: &Path, format: Format) -> (Vec<f64>, f64) {
 }
 
 #[test]
-fn the_gates_of_one_file_come_back_in_their_order() {
+fn the_gates_of_one_file_are_read_in_order() {
     let folder = tempfile::tempdir().unwrap();
     for format in [
         Format::Nifti,
@@ -172,7 +172,7 @@ fn views_of_all_gates_go_into_one_file() {
 }
 
 #[test]
-fn gates_that_do_not_fit_are_refused() {
+fn invalid_gates_are_rejected() {
     let folder = tempfile::tempdir().unwrap();
     let grid = grid(Format::InterfileStir);
     let samples = beat(&grid);

@@ -12,7 +12,7 @@ fn saved(array: &str, values: &[u8]) -> Vec<u8> {
 }
 
 #[test]
-fn arrays_are_those_that_numpy_saves() {
+fn arrays_are_identical_to_those_of_numpy() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("a.npy");
     let values: Vec<f32> = (0..6).map(|k| 0.5 * k as f32 - 1.0).collect();
@@ -75,7 +75,7 @@ fn arrays_are_those_that_numpy_saves() {
 }
 
 #[test]
-fn values_begin_at_a_multiple_of_64_bytes_and_a_65th_axis_is_refused() {
+fn values_begin_at_a_multiple_of_64_bytes_and_a_65th_axis_is_rejected() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("a.npy");
     for n_axes in 0..=64 {

@@ -11,7 +11,7 @@ fn marked(ix: usize, iy: usize, iz: usize) -> Vec<u8> {
 }
 
 #[test]
-fn sections_are_laid_out_with_left_on_the_right_and_the_head_on_top() {
+fn sections_have_left_on_the_right_and_the_head_on_top() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("a.png");
     let samples = marked(3, 1, 2);

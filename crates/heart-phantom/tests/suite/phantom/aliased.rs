@@ -86,7 +86,7 @@ fn line_integrals_of_bins_wider_than_half_the_response_are_aliased() {
 }
 
 #[test]
-fn the_stated_effect_of_aliasing_is_the_true_one() {
+fn the_stated_effect_of_aliasing_is_correct() {
     let mut near = centres([0.64; 2]);
     near.collimator = Some(CollimatorSettings {
         holes: HolesSettings::GeLehr,

@@ -16,7 +16,7 @@ fn of_reconstruction(scene: Scene) -> Artefacts {
 /// An edge blurred by a Gaussian falls from 90 to 10 % within 2 * 1.28155 standard deviations, here between the middle of a thick wall and
 /// its surroundings.
 #[test]
-fn the_blur_of_the_wall_is_that_of_the_detector() {
+fn the_blur_of_the_wall_equals_that_of_the_detector() {
     let blurred = |fwhm: f64| {
         let mut scene = small(Mode::Static { phase: 0.0 }).with_size(96);
         scene.camera.views = 120;
@@ -42,7 +42,7 @@ fn the_blur_of_the_wall_is_that_of_the_detector() {
 }
 
 #[test]
-fn the_truth_is_even_and_what_is_added_is_measured() {
+fn ground_truth_is_uniform_and_added_artefacts_are_measured() {
     let phantom = Phantom::new(small(Mode::Static { phase: 0.25 }).with_size(64)).unwrap();
     let truth = phantom.truth(0).unwrap();
     let measured = |change: &dyn Fn(f32) -> f32| {
@@ -77,7 +77,7 @@ fn the_truth_is_even_and_what_is_added_is_measured() {
 }
 
 #[test]
-fn motion_blurs_and_gates_restore() {
+fn motion_blurs_and_gating_reduces_blur() {
     let artefacts = |mode: Mode| {
         let mut scene = small(mode).with_size(80);
         scene.camera.views = 60;
@@ -116,7 +116,7 @@ fn resting(bins: usize) -> Scene {
 
 /// A truncated view includes the blur from beyond its edges: it equals the middle of a complete view.
 #[test]
-fn blur_brings_in_what_is_beyond_the_edges() {
+fn blur_includes_activity_beyond_the_edges() {
     for fwhm in [1.0, 2.0] {
         let taken = |bins: usize, rows: usize| {
             let mut scene = resting(bins);
@@ -143,7 +143,7 @@ fn blur_brings_in_what_is_beyond_the_edges() {
 }
 
 #[test]
-fn an_edge_is_measured_from_what_surrounds_it_and_where_it_is_seen() {
+fn an_edge_is_measured_above_its_background_within_the_field_of_view() {
     let found = |bins: usize, background: f64| {
         let mut scene = resting(bins);
         if background > 0.0 {
@@ -176,7 +176,7 @@ fn an_edge_is_measured_from_what_surrounds_it_and_where_it_is_seen() {
 
 /// A given total of counts projects the views once, not separately for the sum and the counts.
 #[test]
-fn views_with_a_total_of_counts_are_taken_once() {
+fn views_with_a_given_total_of_counts_are_projected_once() {
     let mut scene = resting(16);
     scene.noise = Some(Noise {
         counts: Counts::Total(1e5),

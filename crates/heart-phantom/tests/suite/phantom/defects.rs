@@ -107,7 +107,7 @@ fn labels_mark_defects() {
 }
 
 #[test]
-fn a_defect_moves_with_the_wall_and_keeps_its_volume() {
+fn a_defect_moves_with_the_wall_and_preserves_its_volume() {
     let mut scene = small(Mode::WholeCycle);
     let whole = Phantom::new(scene.clone()).unwrap();
     scene.defects = vec![infarct()];

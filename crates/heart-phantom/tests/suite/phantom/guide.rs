@@ -5,7 +5,7 @@ use heart_phantom::{ImageQuality, Phantom};
 use std::f64::consts::PI;
 
 #[test]
-fn volumes_have_the_digits_that_the_guide_says() {
+fn volumes_have_the_accuracy_stated_in_the_guide() {
     // The inner balloon in its reference configuration: a cylinder of 8.5 cm and radius 1.75 cm closed by a hemisphere.
     let rest = PI * 1.75f64.powi(2) * (8.5 + 2.0 * 1.75 / 3.0);
     let volumes = |scene: &Scene| {
@@ -32,7 +32,7 @@ fn volumes_have_the_digits_that_the_guide_says() {
 }
 
 #[test]
-fn amplitudes_of_a_short_arc_are_those_of_the_guide() {
+fn amplitudes_of_a_short_arc_agree_with_the_guide() {
     let mut scene = Scene::default()
         .with_size(96)
         .with_mode(Mode::Static { phase: 0.5 });

@@ -1,4 +1,4 @@
-//! A phantom computes only what is requested, and each part is bitwise identical to that of the whole.
+//! A phantom computes only requested parts, and each part is bitwise identical to that of the whole.
 
 mod aliased;
 mod artefacts;
@@ -28,7 +28,7 @@ pub(crate) fn small(mode: Mode) -> Scene {
 }
 
 #[test]
-fn nothing_is_computed_until_it_is_asked_for() {
+fn nothing_is_computed_before_it_is_requested() {
     let phantom = Phantom::new(small(Mode::Gated { gates: 4 })).unwrap();
     assert_eq!(phantom.work(), Default::default());
     // One view of one gate: its phases, its rays.
@@ -46,7 +46,7 @@ fn nothing_is_computed_until_it_is_asked_for() {
 }
 
 #[test]
-fn a_slice_costs_a_row_of_each_view_and_has_the_bits_of_the_whole() {
+fn a_slice_costs_a_row_of_each_view_and_is_bitwise_identical_to_the_whole() {
     for mode in [
         Mode::Static { phase: 0.3 },
         Mode::Instants,
@@ -77,7 +77,7 @@ fn a_slice_costs_a_row_of_each_view_and_has_the_bits_of_the_whole() {
 }
 
 #[test]
-fn skipping_and_threads_change_no_bit() {
+fn results_are_bitwise_independent_of_skipping_and_threads() {
     // A small heart far up: many slices are empty.
     let mut scene = small(Mode::WholeCycle);
     scene.pose.shift = [0.0, 0.0, 3.0];
@@ -110,7 +110,7 @@ fn skipping_and_threads_change_no_bit() {
 }
 
 #[test]
-fn numbers_are_those_of_the_scene() {
+fn numbers_agree_with_the_scene() {
     let numbers = |volume| {
         let mut scene = small(Mode::WholeCycle);
         // Spectral elements: the discrete reference volume equals the closed form.
@@ -173,7 +173,7 @@ fn a_tolerance_is_met() {
             .collect();
         let reached = norm(&difference) / norm(&exact);
         assert!(reached <= tolerance, "{reached} {tolerance}");
-        // Not by far too many steps: doubling them reduces the error by about 2.8.
+        // The number of steps is not excessive: doubling it reduces the error by about 2.8.
         assert!(reached > tolerance / 30.0, "{reached} {tolerance}");
     }
     scene.acquisition.accuracy = Accuracy::Tolerance(1e-6);
@@ -184,7 +184,7 @@ fn a_tolerance_is_met() {
 /// One view in four contains a short dip of the volume between the points of a coarse rule: neither the first nor the middle view, nor the
 /// difference between two coarse rules, detects it.
 #[test]
-fn what_happens_between_the_steps_is_not_missed() {
+fn features_between_time_steps_are_resolved() {
     let mut volumes = vec![100.0; 24];
     volumes[8] = 50.0;
     let mut scene = small(Mode::Exposure { seconds: 0.25 });
@@ -251,7 +251,7 @@ fn spectral_and_difference_hearts_agree() {
 }
 
 #[test]
-fn a_region_is_the_cut_from_the_whole() {
+fn a_region_equals_that_part_of_the_whole() {
     let mut scene = small(Mode::Static { phase: 0.0 });
     let whole = Phantom::new(scene.clone()).unwrap();
     scene.reconstruction.region = Some(PixelRange {
@@ -322,7 +322,7 @@ fn labels_surfaces_and_activity_at_a_phase() {
 }
 
 #[test]
-fn a_torso_weakens_what_is_deep_and_its_map_says_so() {
+fn a_torso_attenuates_by_depth_and_agrees_with_its_map() {
     let mut scene = small(Mode::Static { phase: 0.0 });
     let clear = Phantom::new(scene.clone()).unwrap();
     let torso = Medium::Torso {
@@ -367,7 +367,7 @@ fn a_torso_weakens_what_is_deep_and_its_map_says_so() {
 }
 
 #[test]
-fn a_slice_of_blurred_views_costs_the_rows_that_the_blur_reaches() {
+fn a_slice_of_blurred_views_costs_the_rows_within_the_blur() {
     let mut scene = small(Mode::Static { phase: 0.3 });
     scene.camera.pitch = [0.5, 0.4];
     // 1 cm on 0.4 cm rows: a standard deviation of 1.06 rows; five of them reach six rows.
@@ -395,7 +395,7 @@ fn a_slice_of_blurred_views_costs_the_rows_that_the_blur_reaches() {
 }
 
 #[test]
-fn blur_and_noise_of_a_part_are_those_of_the_whole() {
+fn blur_and_noise_of_a_part_are_identical_to_those_of_the_whole() {
     let mut scene = small(Mode::Gated { gates: 2 });
     scene.acquisition.accuracy = Accuracy::Tolerance(0.02); // equality of bits does not depend on it
     scene.defects = vec![infarct()];
@@ -488,7 +488,7 @@ fn a_background_fills_the_torso_around_the_heart() {
 /// In the reference configuration one balloon is within the other; inflated, the short one is rounder and thicker at the middle of the
 /// side, where the wall would have a negative thickness.
 #[test]
-fn membranes_that_cross_make_no_heart() {
+fn crossing_membranes_are_rejected() {
     for discretisation in [
         DiscretisationSettings::Differences { nodes: 101 },
         DiscretisationSettings::Spectral {
@@ -535,7 +535,7 @@ fn membranes_that_cross_make_no_heart() {
 }
 
 #[test]
-fn a_total_of_counts_needs_activity_in_sight() {
+fn a_total_of_counts_needs_activity_in_the_views() {
     let mut scene = small(Mode::Static { phase: 0.0 });
     scene.pose.shift = [100.0, 0.0, 100.0];
     let seed = 1;

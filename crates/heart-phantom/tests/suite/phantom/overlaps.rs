@@ -54,7 +54,7 @@ fn the_last_of_overlapping_defects_counts() {
 
 /// A defect covered by one or two later ones has no effect, and adjacent ones are bitwise identical.
 #[test]
-fn what_is_replaced_whole_leaves_no_trace() {
+fn a_completely_replaced_defect_has_no_effect() {
     let wide = region([0.0, 0.9], [0.1, 0.5], [0.0, 200.0], 0.5);
     let halves = [
         region([0.0, 0.9], [0.1, 0.3], [0.0, 200.0], 0.2),
@@ -72,7 +72,7 @@ fn what_is_replaced_whole_leaves_no_trace() {
 
 /// Two equal cold defects gave -1 of the wall's activity in the past.
 #[test]
-fn two_cold_defects_in_one_place_are_one() {
+fn coinciding_cold_defects_count_once() {
     let [one, two] = [with(&[infarct()]), with(&[infarct(), infarct()])];
     assert!(one.view(0, 3).unwrap() == two.view(0, 3).unwrap());
     assert!(one.truth_slice(0, 20).unwrap() == two.truth_slice(0, 20).unwrap());
@@ -81,7 +81,7 @@ fn two_cold_defects_in_one_place_are_one() {
 /// A completely cold wall is invisible, also where it is tangent to rays, for any tolerance of its polygons: the subtraction ends at the
 /// surface of the wall.
 #[test]
-fn a_wall_that_is_all_defect_is_nowhere_seen() {
+fn a_completely_cold_wall_is_invisible() {
     for discretisation in [
         DiscretisationSettings::Spectral {
             degree: 8,
@@ -106,7 +106,7 @@ fn a_wall_that_is_all_defect_is_nowhere_seen() {
 }
 
 #[test]
-fn defects_of_too_many_pieces_are_refused() {
+fn defects_of_too_many_pieces_are_rejected() {
     let mut scene = small(Mode::WholeCycle);
     // Combs along three axes: 40 x 40 x 40 holes in the defect below.
     for k in 0..40 {
@@ -206,7 +206,7 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(48))]
 
     #[test]
-    fn nothing_is_negative(scene in any_scene()) {
+    fn no_value_is_negative(scene in any_scene()) {
         let phantom = Phantom::new(scene.clone()).unwrap();
         let views = phantom.sinograms(0, &|_| ()).unwrap().samples;
         prop_assert!(views.iter().all(|v| *v >= 0.0));
@@ -234,7 +234,7 @@ proptest! {
 }
 
 #[test]
-fn a_background_that_does_not_surround_the_heart_is_refused() {
+fn a_background_that_does_not_contain_the_heart_is_rejected() {
     let mut scene = small(Mode::WholeCycle);
     let concentration = 1.0;
     let background = |a: f64, b: f64| Background {

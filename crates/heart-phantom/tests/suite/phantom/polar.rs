@@ -71,7 +71,7 @@ fn anterior_is_towards_front_and_head() {
 }
 
 #[test]
-fn the_ejection_fraction_of_exact_gates_is_near_the_true_one() {
+fn the_ejection_fraction_of_exact_gates_is_accurate() {
     let phantom = Phantom::new(fine(Mode::Gated { gates: 8 })).unwrap();
     let cavity = |gate| {
         let truth = phantom.truth(gate).unwrap();
@@ -105,7 +105,7 @@ const SHELL: [f64; 2] = [2.5, 3.5];
 /// The edges of a blurred hemisphere. All rays have the same largest value, so that the edge at half maximum is a sphere; the steepest gradient
 /// of oblique rays is found by brute force.
 #[test]
-fn the_edges_of_a_blurred_shell_are_those_of_its_closed_form() {
+fn the_edges_of_a_blurred_shell_agree_with_the_closed_form() {
     let half_circle = |radius: f64| {
         let points = (0..=200).map(|k| PI * (0.5 - f64::from(k) / 200.0));
         let points: Vec<_> = points

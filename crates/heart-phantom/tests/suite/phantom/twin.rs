@@ -135,14 +135,14 @@ fn agree(scene: &Scene) {
 }
 
 #[test]
-fn ten_times_as_large_is_the_same_heart() {
+fn a_scene_in_millimetres_gives_the_same_heart() {
     let mut scene = small(Mode::WholeCycle).with_size(64);
     scene.pose.shift = [0.1, -0.2, 0.3];
     agree(&scene);
 }
 
 #[test]
-fn so_it_is_with_everything_that_a_scene_can_hold() {
+fn all_sections_scale_with_the_unit_of_length() {
     let mut scene = small(Mode::Gated { gates: 2 }).with_size(64);
     scene.heart.discretisation = DiscretisationSettings::Spectral {
         degree: 12,
@@ -184,7 +184,7 @@ fn so_it_is_with_everything_that_a_scene_can_hold() {
 
 /// Counts change by at most one, and rarely, because the expected values differ in their last digits.
 #[test]
-fn so_it_is_with_counts() {
+fn counts_scale_with_the_unit_of_length() {
     let mut scene = small(Mode::Static { phase: 0.3 });
     for counts in [Counts::Total(1e6), Counts::PerUnit(40.0)] {
         scene.noise = Some(Noise { counts, seed: 3 });

@@ -23,7 +23,7 @@ fn scene(lower: f64) -> Scene {
 }
 
 #[test]
-fn it_is_seen_as_a_hair_lower() {
+fn an_upright_heart_equals_a_slightly_lower_one() {
     let medium = Medium::Torso {
         centre: [0.0; 2],
         semi_axes: [10.0, 8.0],

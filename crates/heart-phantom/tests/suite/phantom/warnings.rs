@@ -38,7 +38,7 @@ fn farthest(views: &[[f64; 2]]) -> [f64; 2] {
 }
 
 #[test]
-fn a_heart_that_is_truncated_is_told_with_the_width_it_needs() {
+fn a_truncated_heart_is_a_warning_with_the_required_width() {
     let modes = [
         Mode::Static { phase: 0.3 },
         Mode::Gated { gates: 2 },
@@ -101,7 +101,7 @@ fn a_heart_that_is_truncated_is_told_with_the_width_it_needs() {
 }
 
 #[test]
-fn a_background_and_a_torso_wider_than_the_bins_are_told() {
+fn a_background_and_a_torso_wider_than_the_rows_are_warnings() {
     let around = Background {
         concentration: 0.1,
         centre: [1.0, -0.5],
@@ -174,7 +174,7 @@ fn nearest_voxels(scene: &Scene) -> [f64; 2] {
 }
 
 #[test]
-fn a_heart_outside_the_views_is_told_and_no_other() {
+fn only_hearts_outside_the_views_are_warnings() {
     let mut told = 0;
     for shift in [
         [26.0, 0.0, 0.0],
@@ -230,7 +230,7 @@ fn a_heart_outside_the_views_is_told_and_no_other() {
 }
 
 #[test]
-fn a_heart_that_reaches_out_of_the_torso_is_told_by_how_much() {
+fn a_heart_outside_the_torso_is_a_warning_with_its_extent() {
     let torso = |semi_axes: [f64; 2]| {
         let mut scene = small(Mode::Static { phase: 0.5 });
         (scene.pose.rotate_x, scene.pose.rotate_y) = (0.0, 0.0);
@@ -292,7 +292,7 @@ fn repeated_directions_are_counted_once() {
 
 /// The study's heart upright, with its wall in the spine of the chest.
 #[test]
-fn a_heart_in_the_spine_is_told_with_the_volume() {
+fn a_heart_in_the_spine_is_a_warning_with_the_volume() {
     let mut scene = small(Mode::Static { phase: 0.5 });
     scene.chest = Some(Chest::default());
     scene.attenuation = Some(Attenuation {

@@ -693,7 +693,7 @@ const BAD: &[(&str, &str, &str)] = &[
 ];
 
 #[test]
-fn every_field_refuses_a_bad_value_and_says_where() {
+fn every_field_rejects_a_bad_value_with_its_place() {
     let mut several = Vec::new();
     for (text, field, advice) in BAD {
         let error = error_of(text);
@@ -719,7 +719,7 @@ fn every_field_refuses_a_bad_value_and_says_where() {
 
 /// All findings together, in the order of the sections, each with its place; no rule compares a value that is itself a finding.
 #[test]
-fn a_scene_has_all_of_its_findings() {
+fn a_scene_reports_all_of_its_findings() {
     let text = "[heart.inner]\nlength = -1.0\n[pose]\nrotate_x = 400.0\n[[defects]]\nlayers = [0.5, 0.5]\ns = [0.1, 0.6]\n\
         azimuths_degrees = [0.0, 90.0]\nactivity = 0.1\n[camera]\nviews = 0\nbins = 1\n[output]\nprojections = 'nifti'\n";
     let error = error_of(text);

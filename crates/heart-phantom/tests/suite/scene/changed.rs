@@ -107,7 +107,7 @@ proptest! {
     #![proptest_config(ProptestConfig { cases: ProptestConfig::default().cases.max(10_000), failure_persistence: None, ..ProptestConfig::default() })]
 
     #[test]
-    fn changed_scenes_are_read_or_refused_and_never_panic(changes in prop::collection::vec(change(), 1..4)) {
+    fn changed_scenes_are_read_or_rejected_and_never_panic(changes in prop::collection::vec(change(), 1..4)) {
         let mut text = Scene::default().to_toml();
         for change in &changes {
             text = apply(&text, change);

@@ -14,7 +14,7 @@ fn taken(scene: &Scene, shapes: usize) -> (Sinograms, Phantom) {
 
 /// Views with phases of their own: shapes are evicted after their view.
 #[test]
-fn shapes_are_kept_no_longer_than_there_is_room() {
+fn shapes_are_evicted_at_the_memory_limit() {
     let mut scene = small(Mode::Exposure { seconds: 0.3 }).with_size(4);
     scene.camera.views = 200;
     // The views start in the first tenth of a beat: none contains a turning point, which would be a common level.
@@ -40,7 +40,7 @@ fn shapes_are_kept_no_longer_than_there_is_room() {
 
 /// One list of points for all views, with more shapes than memory, and with continuous rotation, levels or defects.
 #[test]
-fn a_view_that_needs_more_is_taken_part_by_part() {
+fn a_view_beyond_the_memory_limit_is_computed_in_parts() {
     let mut scene = small(Mode::WholeCycle).with_size(12);
     scene.acquisition.accuracy = Accuracy::Steps(32);
     let mut turning = scene.clone();
@@ -66,7 +66,7 @@ fn a_view_that_needs_more_is_taken_part_by_part() {
 }
 
 #[test]
-fn what_was_used_last_is_kept() {
+fn the_most_recently_used_shapes_are_kept() {
     let heart = heart_phantom::Heart::study(51).unwrap();
     let three = 3 * heart.shape_bytes();
     let heart = heart.with_memory(three);

@@ -1,5 +1,5 @@
-//! Convergence of time averages, and alternatives. Rays that touch the surface are square roots of time: a rule that does not know these
-//! times has at most the order 3/2.
+//! Convergence of time averages, and alternatives. Rays that touch the surface are square roots of time: a rule without nodes at these times has at
+//! most the order 3/2.
 
 use super::brute;
 use heart_phantom::scene::{Accuracy, DiscretisationSettings, Mode, Rotation, Scene};
@@ -78,7 +78,7 @@ fn rules(shapes: usize) -> [(&'static str, Vec<(f64, f64)>); 3] {
 
 /// Weighted static views of each gain: relative error of all samples, and of averages over `m` by `m` samples.
 #[test]
-fn no_other_rule_does_better_for_a_sinusoid() {
+fn no_other_rule_is_more_accurate_for_a_sinusoid() {
     let size = 64;
     let still = Mode::Static { phase: 0.0 };
     let mut scene = Scene::default().with_size(size).with_mode(still);
@@ -134,7 +134,7 @@ fn no_other_rule_does_better_for_a_sinusoid() {
 
 /// A cycle of a few linear pieces: levels of volume against equal time steps with at most as many shapes.
 #[test]
-fn levels_of_volume_do_better_than_steps_of_time_for_other_curves() {
+fn levels_of_volume_are_more_accurate_than_time_steps_for_other_curves() {
     let mut block = vec![100.0; 45];
     block[20..].fill(50.0);
     let mut spike = vec![100.0; 24];
@@ -181,7 +181,7 @@ fn levels_of_volume_do_better_than_steps_of_time_for_other_curves() {
 
 /// Features that repeat within a cycle do not alias with the steps: eight times per cycle, with steps of an eighth.
 #[test]
-fn what_repeats_within_a_beat_is_seen() {
+fn features_that_repeat_within_a_cycle_are_resolved() {
     let angle = |k: usize| std::f64::consts::TAU * 8.0 * k as f64 / 64.0;
     let volumes: Vec<f64> = (0..64).map(|k| 75.0 + 25.0 * angle(k).cos()).collect();
     let mut scene = crate::phantom::small(Mode::WholeCycle);
@@ -204,7 +204,7 @@ fn what_repeats_within_a_beat_is_seen() {
 
 /// A rectangular volume curve with continuous rotation and a defect: the scene exceeded its tolerance by a factor of 1.8.
 #[test]
-fn a_tolerance_is_met_while_the_camera_turns() {
+fn a_tolerance_is_met_in_continuous_rotation() {
     let text = include_str!("block.toml");
     let mut scene = Scene::from_toml(text).unwrap();
     // The base is parallel to the rays only briefly: the largest error falls with the steps, not with their power 3/2.

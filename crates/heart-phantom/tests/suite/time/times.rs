@@ -14,7 +14,7 @@ fn turning(mode: Mode) -> Scene {
 }
 
 #[test]
-fn every_view_says_when_and_from_where_it_is_seen() {
+fn every_view_reports_its_time_and_angle() {
     let nominal = |k: usize| (k as f64 * 15.0).to_radians();
     let step = 15.0_f64.to_radians();
     for (mode, window, share) in [
@@ -50,7 +50,7 @@ fn every_view_says_when_and_from_where_it_is_seen() {
 
 /// Gates divide the view's time: their times sum to it, and their angles average to that of the view.
 #[test]
-fn the_gates_share_the_time_of_a_view() {
+fn the_gates_divide_the_time_of_a_view() {
     let gates = 8;
     let phantom = Phantom::new(turning(Mode::Gated { gates })).unwrap();
     let times: Vec<_> = (0..gates)

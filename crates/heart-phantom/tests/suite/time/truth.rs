@@ -23,7 +23,7 @@ fn farthest(a: &[f32], b: &[f64]) -> f64 {
 }
 
 #[test]
-fn the_truth_of_instants_is_the_mean_over_all_views() {
+fn the_ground_truth_of_instants_is_the_average_over_all_views() {
     let mut scene = small(Mode::Instants);
     scene.cycle.beats_per_minute = 73.0;
     let mean = mean_of_instants(&scene);
@@ -50,7 +50,7 @@ fn the_truth_of_instants_is_the_mean_over_all_views() {
 }
 
 #[test]
-fn what_every_view_sees_is_the_truth_of_each() {
+fn a_common_heart_of_all_views_is_the_ground_truth() {
     for (mode, rotation, seconds, of) in [
         (
             Mode::Static { phase: 0.2 },
@@ -111,7 +111,7 @@ fn what_every_view_sees_is_the_truth_of_each() {
 
 /// More shapes than the limit of a volume: neighbours are merged.
 #[test]
-fn very_many_instants_are_thinned_out() {
+fn very_many_instants_are_merged() {
     let mut scene = small(Mode::Instants).with_size(6);
     scene.camera.views = 2500;
     scene.cycle.beats_per_minute = 61.73456789;
@@ -126,7 +126,7 @@ fn very_many_instants_are_thinned_out() {
 }
 
 #[test]
-fn files_and_report_say_which_truth_it_is() {
+fn files_and_report_name_the_kind_of_ground_truth() {
     for (mode, file, name) in [
         (Mode::Instants, "truth-mean-of-views.npy", "mean-of-views"),
         (Mode::WholeCycle, "truth.npy", "each-view"),

@@ -69,7 +69,7 @@ fn centre(phantom: &Phantom, gate: usize) -> [f64; 2] {
 }
 
 #[test]
-fn a_still_heart_is_not_turned_in_any_mode() {
+fn projections_of_a_static_heart_are_not_rotated_in_any_mode() {
     let mut scene = turning(Mode::Static { phase: 0.0 });
     scene.cycle.volume = VolumeRange::Gain(0.0);
     scene.camera.rotation = Rotation::StepAndShoot;
@@ -94,7 +94,7 @@ fn a_still_heart_is_not_turned_in_any_mode() {
 /// The same for the reconstruction at the stated angles: its centre is that for a camera in step and shoot at the mean angles. (Other
 /// angles give other streaks, which displace the centre by 0.03 degrees.)
 #[test]
-fn nor_is_its_reconstruction() {
+fn reconstructions_of_a_static_heart_are_not_rotated() {
     let place = |rotation, mode, start: f64| {
         let mut scene = turning(mode);
         scene.cycle.volume = VolumeRange::Gain(0.0);
@@ -144,7 +144,7 @@ fn views(scene: &Scene, gate: usize) -> Vec<f32> {
 }
 
 #[test]
-fn an_exposure_that_shrinks_is_an_instant() {
+fn short_exposures_converge_to_instants() {
     for rotation in [Rotation::StepAndShoot, Rotation::Continuous] {
         let mut scene = small(Mode::Instants);
         scene.camera.rotation = rotation;
@@ -168,7 +168,7 @@ fn an_exposure_that_shrinks_is_an_instant() {
 
 /// Gates are weighted by their acquisition times: together they give the whole view.
 #[test]
-fn the_gates_of_a_turning_camera_are_the_view() {
+fn the_gates_of_continuous_rotation_add_up_to_the_view() {
     let mut last = [f64::INFINITY; 2];
     for steps in [16, 64, 512] {
         let mut scene = small(Mode::WholeCycle);
@@ -199,7 +199,7 @@ fn the_gates_of_a_turning_camera_are_the_view() {
 
 /// Each mode is the average of very many instants, including incomplete beats at the ends of views.
 #[test]
-fn every_mode_is_what_brute_force_sees() {
+fn every_mode_agrees_with_brute_force() {
     let mut volumes = vec![100.0; 12];
     volumes[5..9].copy_from_slice(&[70.0, 50.0, 50.0, 80.0]);
     for curve in [VolumeCurve::Sinusoid, VolumeCurve::Sampled(volumes)] {
@@ -224,7 +224,7 @@ fn every_mode_is_what_brute_force_sees() {
 
 /// Each view against the average of 400 views at the middles of as many parts of its arc.
 #[test]
-fn a_still_heart_is_seen_as_exactly_as_was_asked_for() {
+fn a_static_heart_meets_the_tolerance_in_continuous_rotation() {
     const VIEWS: usize = 4;
     const PARTS: usize = 400;
     let mut scene = turning(Mode::Static { phase: 0.3 });
@@ -255,14 +255,14 @@ fn a_still_heart_is_seen_as_exactly_as_was_asked_for() {
     for tolerance in [3e-2, 3e-3] {
         scene.acquisition.accuracy = Accuracy::Tolerance(tolerance);
         let (off, stated) = off(scene.clone());
-        println!("{tolerance}: off by {off:e}, stated {stated:e}");
+        println!("{tolerance}: error {off:e}, stated {stated:e}");
         assert!(off <= tolerance && stated <= tolerance);
     }
     let mut last = f64::INFINITY;
     for steps in [8, 32, 128] {
         scene.acquisition.accuracy = Accuracy::Steps(steps);
         let (off, stated) = off(scene.clone());
-        println!("{steps} steps: off by {off:e}, stated {stated:e}");
+        println!("{steps} steps: error {off:e}, stated {stated:e}");
         // At order 3/2 four times the steps give a factor 8; flat faces parallel to the rays reduce it.
         assert!(off < stated && off < last / 3.0);
         last = off;
@@ -271,7 +271,7 @@ fn a_still_heart_is_seen_as_exactly_as_was_asked_for() {
 
 /// Formats with even steps only store the uneven angles of gates as even ones, with a warning.
 #[test]
-fn gates_of_a_turning_camera_go_into_files_of_even_steps_with_a_warning() {
+fn gates_of_continuous_rotation_are_written_to_files_of_even_steps_with_a_warning() {
     use heart_phantom::files::Format;
     let mut formats = vec![Format::InterfileStir, Format::InterfileSimind];
     if cfg!(feature = "dicom") {

@@ -1,11 +1,11 @@
-//! Axes and their labels, where they are to be.
+//! Positions of axes and their labels.
 
 use super::*;
 use crate::figures::marks::{marker, stroke};
 use crate::figures::style::RED;
 
 #[test]
-fn a_point_of_the_chart_is_where_its_axes_say() {
+fn a_point_of_the_chart_has_its_position() {
     let plot = Rect {
         left: 110,
         top: 20,
@@ -87,14 +87,14 @@ fn numbers_are_written_with_the_decimals_of_their_scale() {
 }
 
 #[test]
-fn decades_hold_all_values() {
+fn decades_contain_all_values() {
     let axis = Axis::decades([3e-14, 18.0, 0.0].into_iter(), "");
     assert_eq!((axis.low, axis.high), (-14.0, 2.0));
     assert!(axis.ticks.len() >= 5 && axis.ticks.iter().all(|t| t.fract() == 0.0));
 }
 
 #[test]
-fn equal_scale_gives_one_scale_both_ways_and_keeps_the_data_inside() {
+fn equal_scale_is_the_same_along_both_axes_and_contains_the_data() {
     let [x0, x1, y0, y1] = equal_scale([0.0, 10.0, -2.0, 2.0], 0.05, (800, 600));
     assert!(((x1 - x0) / 800.0 - (y1 - y0) / 600.0).abs() < 1e-12);
     assert!(x0 <= -0.5 && x1 >= 10.5 && y0 <= -2.5 && y1 >= 2.5);
@@ -102,7 +102,7 @@ fn equal_scale_gives_one_scale_both_ways_and_keeps_the_data_inside() {
 }
 
 #[test]
-fn drawing_over_a_picture_keeps_the_rest() {
+fn drawing_over_an_image_preserves_other_pixels() {
     let mut below = paint(40, 30, |_| Ok(())).unwrap();
     (0..40).for_each(|x| below.set(x, x % 30, [(6 * x) as u8, 17, 200]));
     let over = paint_over(below.clone(), |_| Ok(())).unwrap();
@@ -123,7 +123,7 @@ fn the_font_has_every_sign_the_figures_use() {
         assert!(drawn.is_ok());
         ink
     };
-    // What stands for a sign that the font lacks, such as a Chinese one.
+    // The replacement of a glyph that the font lacks, such as a Chinese character.
     let missing = drawing('\u{4e2d}');
     for sign in "aZ09λθΔπμ°²³⁻⁰⁴₂ₚₑ−×·±≤≥‖√∫∂→≈–’".chars()
     {

@@ -1,4 +1,4 @@
-//! Figures reject bad input with numbers, and accept unusual input.
+//! Figures reject invalid input with its values and accept unusual input.
 
 use heart_phantom::revolve_voxel::Pose;
 use heart_study::figures::*;
@@ -6,7 +6,7 @@ use heart_study::figures::*;
 use super::{FRONT, ball, half_ellipse, iso};
 
 #[test]
-fn bad_input_is_refused_with_its_numbers() {
+fn bad_input_is_rejected_with_its_values() {
     use heart_study::StudyError::*;
     let good = half_ellipse(8.0, 2.0);
     let mut nan = good.clone();

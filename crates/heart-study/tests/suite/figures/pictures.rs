@@ -11,7 +11,7 @@ use heart_study::figures::*;
 use super::{FRONT, ball, half_ellipse, iso};
 
 #[test]
-fn files_are_written_whole_and_read_back_the_same() {
+fn files_are_written_completely_and_restored_exactly() {
     let folder = tempfile::tempdir().unwrap();
     let picture = histories(
         "norm",
@@ -49,7 +49,7 @@ fn files_are_written_whole_and_read_back_the_same() {
 }
 
 #[test]
-fn geometry_has_one_scale_both_ways() {
+fn geometry_has_one_scale_along_both_axes() {
     // A diamond 8 cm long and 6 cm high: its colour's extent in pixels has the same proportions.
     let nodes = [[0.0, 3.0], [8.0, 0.0], [0.0, -3.0], [4.0, 0.0]];
     let picture = shapes(&[Shape {
@@ -127,7 +127,7 @@ fn a_slice_has_x_to_the_right_and_the_front_or_the_head_on_top() {
 
 /// The centre of the white pixels of a slice's panel, as fractions from its left and from its top.
 fn lit(picture: &Picture) -> (f64, f64) {
-    // The panel is the black rectangle; the bar stands to its right, beyond a gap of white.
+    // The panel is the black rectangle; the bar is to its right, beyond a white gap.
     let row_of = |j: u32| {
         (0..picture.width() - 175)
             .filter(|&i| picture.pixel(i, j).unwrap() == [0; 3])
@@ -211,7 +211,7 @@ fn a_ball_has_a_round_silhouette_of_its_radius() {
 }
 
 #[test]
-fn a_cut_shows_half_the_ball_flat() {
+fn a_cut_of_half_the_ball_is_flat() {
     let n = 48;
     let values = ball(n, 14.0);
     let volume = Volume {
@@ -236,7 +236,7 @@ fn a_cut_shows_half_the_ball_flat() {
         flat.pixel(middle, middle).unwrap(),
         flat.pixel(middle + 60, middle - 60).unwrap()
     );
-    // With y > 0, the right half, cut away, half is left.
+    // With the right half, y > 0, removed, half remains.
     let half = isosurface(
         &volume,
         &IsoView {
@@ -254,7 +254,7 @@ fn a_cut_shows_half_the_ball_flat() {
 }
 
 #[test]
-fn the_bytes_are_the_same_each_time_and_for_any_number_of_threads() {
+fn figures_are_bitwise_reproducible_for_any_number_of_threads() {
     let n = 32;
     let values = ball(n, 10.0);
     let volume = Volume {
@@ -290,7 +290,7 @@ fn the_bytes_are_the_same_each_time_and_for_any_number_of_threads() {
 }
 
 #[test]
-fn the_page_is_one_plain_file_with_everything_in_order() {
+fn the_page_is_one_file_with_all_parts_in_order() {
     let figure = |k: usize| Illustration {
         file: format!("fig {k}.png"),
         caption: format!("Figure {k}: f < 3 & \"quoted\""),
@@ -357,7 +357,7 @@ fn of_colour(picture: &Picture, colour: [u8; 3]) -> Vec<(f64, f64)> {
 }
 
 #[test]
-fn norms_stand_on_a_logarithmic_axis() {
+fn norms_have_a_logarithmic_axis() {
     let norms = [1e2, 1.0, 1e-2];
     let picture = histories(
         "norm",
@@ -376,7 +376,7 @@ fn norms_stand_on_a_logarithmic_axis() {
     let (left, right) = points
         .iter()
         .fold((f64::INFINITY, 0.0f64), |m, p| (m.0.min(p.0), m.1.max(p.0)));
-    // Heights of the ends and of the line half way: equal steps of the logarithm.
+    // Heights of the ends and of the line at the middle: equal steps of the logarithm.
     let height = |x: f64| {
         let near: Vec<f64> = points
             .iter()
@@ -412,12 +412,12 @@ fn every_point_of_a_steep_history_has_its_marker() {
         .collect();
     let squares = rows.iter().filter(|&&y| !rows.contains(&(y + 1))).count();
     assert_eq!(squares, 4, "{rows:?}");
-    // Each of them whole, also the last one, on the edge of the plot.
+    // Each marker is complete, also the last one, on the edge of the plot.
     assert!(rows.len() >= 4 * 13, "{}", rows.len());
 }
 
 #[test]
-fn forces_point_where_they_should_from_their_nodes() {
+fn forces_have_their_directions_at_their_nodes() {
     let nodes = [[0.0, 0.0], [4.0, 0.0], [8.0, 0.0]];
     // Elastic to the right and twice the pressure, which is upwards.
     let (elastic, pressure) = ([[2.0, 0.0]; 3], [[0.0, 1.0]; 3]);
@@ -446,7 +446,7 @@ fn forces_point_where_they_should_from_their_nodes() {
     let reach = high(&magenta) - (high(&red) - 4.0);
     assert!((reach / per_cm - 1.0).abs() < 0.06, "{reach} {per_cm}");
     assert!(magenta.iter().all(|p| (p.1 - level).abs() < 8.0));
-    // The key on top, in the row of its stem: the longest force is 2 cm, a round number.
+    // The key at the top, in the row of its stem: the longest force is 2 cm, a round number.
     let grey = |x: u32| picture.pixel(x, 28).unwrap() == [0x75; 3];
     let runs = (0..picture.width()).scan(0, |run, x| {
         *run = if grey(x) { *run + 1 } else { 0 };
@@ -537,7 +537,7 @@ fn the_circle_and_its_guide_are_drawn_in_their_panels() {
         dots.iter().any(|p| p.0 < 875.0 && p.1 < 40.0)
             && dots.iter().any(|p| p.0 > 1410.0 && p.1 > 610.0)
     );
-    // On a straight line, halfway too.
+    // Along a straight line, also at the middle.
     assert!(
         dots.iter()
             .any(|p| (p.0 - 1142.0).abs() < 6.0 && (p.1 - 324.0).abs() < 6.0)
