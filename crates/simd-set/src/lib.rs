@@ -9,7 +9,7 @@ pub use stop::{Stopped, checkpoint, stop_when};
 /// An instruction set.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Set {
-    /// What the compiler's target guarantees (SSE2 on x86-64).
+    /// The instruction set of the compilation target (SSE2 on x86-64).
     Baseline,
     /// x86-64 with AVX2 and FMA.
     Avx2,
@@ -30,7 +30,7 @@ pub trait Work {
 }
 
 impl Set {
-    /// Returns the widest set that this machine runs.
+    /// Returns the widest instruction set that this CPU supports.
     pub fn detect() -> Self {
         [Self::Avx512, Self::Avx2, Self::Neon]
             .into_iter()
@@ -38,7 +38,7 @@ impl Set {
             .unwrap_or(Self::Baseline)
     }
 
-    /// Returns whether this machine runs the set. Cost: some loads of a number that is computed once.
+    /// Returns whether this CPU supports the instruction set. Cost: a few loads; the detection is cached.
     #[inline]
     pub fn is_available(self) -> bool {
         match self {
@@ -59,13 +59,13 @@ impl Set {
         }
     }
 
-    /// Does the work by this set, or by the baseline if this machine does not run it. First calls [`checkpoint`].
+    /// Runs `work` compiled for this instruction set, or for the baseline if the CPU does not support it. Calls [`checkpoint`] first.
     #[inline]
     pub fn run<W: Work>(self, work: W) -> W::Out {
         checkpoint();
         match self {
             #[cfg(target_arch = "x86_64")]
-            // SAFETY: the machine has what the function is compiled for.
+            // SAFETY: the CPU supports the features with which the function is compiled.
             Self::Avx512 if self.is_available() => unsafe { avx512(work) },
             #[cfg(target_arch = "x86_64")]
             // SAFETY: as above.
