@@ -190,7 +190,7 @@ impl fmt::Display for Warning {
             ),
             Self::InBone { organ, volume } => write!(
                 f,
-                "the heart overlaps organ {}, which attenuates more, by {} mL and replaces it there; change the pose",
+                "the heart overlaps organ {}, which attenuates more, by {} mL and replaces it there (organ 5 of [chest] is the spine); change [pose]",
                 organ + 1,
                 brief(volume)
             ),

@@ -91,7 +91,7 @@ impl<'a> Kept<'a> {
             Mode::Static { phase } => format!("phase {phase}"),
             Mode::Gated { gates } => {
                 let phase = (gate as f64 + 0.5) / gates as f64;
-                format!("gate {} of {gates}, phase {phase:.3}", gate + 1)
+                format!("gate {gate} (of {gates}), phase {phase:.3}")
             }
             Mode::Instants => "an instant a view".into(),
             Mode::Exposure { seconds } => format!("{seconds} s a view"),

@@ -92,7 +92,7 @@ fn sums_of_views(sums: &[Vec<f64>]) -> Result<Plot, StudyError> {
         })
         .collect();
     let labels: Vec<String> = (0..sums.len())
-        .map(|gate| format!("gate {}", gate + 1))
+        .map(|gate| format!("gate {gate}"))
         .collect();
     let named = sums.len() > 1;
     let views: Vec<Curve<'_>> = (over.iter().zip(&labels))

@@ -47,7 +47,7 @@ assert page.stat().st_size < 25_000_000
 n_gates = int(re.search(r"gate \d+ of (\d+)", text).group(1))
 dom = browser(["--dump-dom", f"file://{page}#gate=1"])
 assert 'data-ready="yes"' in dom, re.search(r'id="beat-state"[^>]*>([^<]*)', dom).group(1)
-assert f"gate 1 of {n_gates}" in dom
+assert f"gate 0 (of {n_gates})" in dom
 
 shots = {gate: screenshot(gate) for gate in (1, 1 + n_gates // 2)}
 first, other = shots.values()
