@@ -91,9 +91,7 @@ fn sums_of_views(sums: &[Vec<f64>]) -> Result<Plot, StudyError> {
                 .collect()
         })
         .collect();
-    let labels: Vec<String> = (0..sums.len())
-        .map(|gate| format!("gate {gate}"))
-        .collect();
+    let labels: Vec<String> = (0..sums.len()).map(|gate| format!("gate {gate}")).collect();
     let named = sums.len() > 1;
     let views: Vec<Curve<'_>> = (over.iter().zip(&labels))
         .map(|(points, label)| Curve {
