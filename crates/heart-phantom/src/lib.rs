@@ -12,7 +12,7 @@
 //! of both membranes are unknowns. The shapes are revolved into a body, whose line integrals have closed forms.
 //!
 //! # Conventions
-//! Centimetres, seconds, radians; 1 cm^3 is 1 mL. Body frame: x along the axis of revolution from the base to the apex. Lab frame: the camera
+//! Centimetres, seconds; radians, but degrees in `Scene` and in fields named `..._degrees`; 1 cm^3 is 1 mL. Body frame: x along the axis of revolution from the base to the apex. Lab frame: the camera
 //! rotates about z; view `theta` has its bins along `(cos theta, sin theta, 0)` and its rays along `(-sin theta, cos theta, 0)`. Item `k` of
 //! `n` bins, rows or voxels is centred at `(k - (n - 1) / 2) * pitch`. Projections are `[view][row][bin]`, volumes `[z][y][x]`; the last
 //! index is the fastest.
