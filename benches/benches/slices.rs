@@ -11,7 +11,7 @@ use benches::{Effort, Row, on_threads, timed};
 use case::case;
 use criterion::{Criterion, Throughput};
 use radon::{
-    FbpOptions, FourierProjector, Interpolation, Kernel, LinearOperator, Method, Projector,
+    FbpMethod, FbpOptions, FourierProjector, Interpolation, Kernel, LinearOperator, Projector,
 };
 
 /// One slice by either method: scaling with its side, n x n pixels from 45/32 n views.
@@ -38,31 +38,31 @@ fn large_rows(effort: Effort) {
                 .print();
             };
         let methods = [
-            ("direct", Method::Direct, Interpolation::Linear),
+            ("direct", FbpMethod::Direct, Interpolation::Linear),
             (
                 "Fourier, 1e-3",
-                Method::Fourier { tolerance: 1e-3 },
+                FbpMethod::Fourier { tolerance: 1e-3 },
                 Interpolation::Linear,
             ),
             (
                 "Fourier, 1e-4",
-                Method::Fourier { tolerance: 1e-4 },
+                FbpMethod::Fourier { tolerance: 1e-4 },
                 Interpolation::Linear,
             ),
             (
                 "Fourier, 1e-6",
-                Method::Fourier { tolerance: 1e-6 },
+                FbpMethod::Fourier { tolerance: 1e-6 },
                 Interpolation::Linear,
             ),
             (
                 "Fourier, 1e-4, band-limited",
-                Method::Fourier { tolerance: 1e-4 },
+                FbpMethod::Fourier { tolerance: 1e-4 },
                 Interpolation::BandLimited,
             ),
         ];
         for (name, method, interpolation) in methods {
             // It takes half a minute on one thread.
-            if n > 2048 && method == Method::Direct {
+            if n > 2048 && method == FbpMethod::Direct {
                 continue;
             }
             let options = FbpOptions::default()
@@ -119,8 +119,8 @@ fn one_large_slice(c: &mut Criterion) {
         .throughput(Throughput::Elements(512 * 512 * 720))
         .sample_size(10);
     for (name, method) in [
-        ("direct", Method::Direct),
-        ("Fourier", Method::Fourier { tolerance: 1e-4 }),
+        ("direct", FbpMethod::Direct),
+        ("Fourier", FbpMethod::Fourier { tolerance: 1e-4 }),
     ] {
         let plan = case.plan(FbpOptions::default().with_method(method));
         println!(

@@ -9,7 +9,7 @@ use crate::values::{Whole, choice};
 use crate::work::{Watch, work};
 use heart_phantom::revolve_voxel::nalgebra::{Point3, Vector3};
 use heart_phantom::revolve_voxel::{
-    Body, Measures, Meridian, ParallelDetector, Pose, Ray, RevolveError, Sample, Sampling,
+    Body, MassProperties, Meridian, ParallelDetector, Pose, Ray, RevolveError, Sample, Sampling,
     VoxelGrid,
 };
 use numpy::{Element, PyArrayDyn};
@@ -55,7 +55,7 @@ impl PyMeridian {
 
     /// Volume (cm^3), surface (cm^2), and moments about x = 0 and about the axis, of density 1: a dictionary.
     fn measures<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
-        measures(py, &self.meridian.measures())
+        measures(py, &self.meridian.mass_properties())
     }
 
     /// Extent along the axis.
@@ -81,7 +81,7 @@ impl PyMeridian {
     }
 }
 
-fn measures<'py>(py: Python<'py>, of: &Measures) -> PyResult<Bound<'py, PyDict>> {
+fn measures<'py>(py: Python<'py>, of: &MassProperties) -> PyResult<Bound<'py, PyDict>> {
     let made = PyDict::new(py);
     for (name, value) in [
         ("volume", of.volume),
@@ -314,7 +314,7 @@ impl PyBody {
             .body
             .layers()
             .iter()
-            .map(|layer| layer.measures().volume);
+            .map(|layer| layer.mass_properties().volume);
         let volumes: Vec<_> = volumes.map(|volume| format!("{volume:.4}")).collect();
         format!("<Body: layers of {} cm^3>", volumes.join(", "))
     }

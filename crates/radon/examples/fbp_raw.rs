@@ -7,7 +7,7 @@
 use std::time::Instant;
 
 use radon::{
-    FbpOptions, FbpPlan, ImageGrid, Interpolation, Method, ParallelGeometry, StackOrder, Window,
+    FbpMethod, FbpOptions, FbpPlan, ImageGrid, Interpolation, ParallelGeometry, StackOrder, Window,
 };
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
@@ -33,9 +33,9 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             .build_global()?;
     }
     let method = match rest.get(1).map(String::as_str) {
-        None | Some("auto") => Method::Auto,
-        Some("direct") => Method::Direct,
-        Some(tolerance) => Method::Fourier {
+        None | Some("auto") => FbpMethod::Auto,
+        Some("direct") => FbpMethod::Direct,
+        Some(tolerance) => FbpMethod::Fourier {
             tolerance: tolerance.parse()?,
         },
     };

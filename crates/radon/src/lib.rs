@@ -33,7 +33,7 @@
 //!
 //! # Large slices
 //!
-//! Direct back-projection takes N³ updates, a Fourier method N² log N operations. [`FbpPlan`] selects the method by size ([`Method`]). For
+//! Direct back-projection takes N³ updates, a Fourier method N² log N operations. [`FbpPlan`] selects the method by size ([`FbpMethod`]). For
 //! forward projection [`FourierProjector`] is the alternative to [`Projector`]; it is a different operator with different weights.
 //!
 //! # Limits
@@ -76,7 +76,7 @@ mod stack;
 pub use depth_blur::DepthBlur;
 pub use error::{RadonError, UserError};
 pub use fbp::{
-    EdgePolicy, FbpOptions, FbpPlan, FbpReport, FbpScratch, Interpolation, Method, Skip,
+    EdgePolicy, FbpMethod, FbpOptions, FbpPlan, FbpReport, FbpScratch, Interpolation, Skip,
 };
 pub use filter::{Window, padded_len, ramp_response, ramp_sample};
 pub use fourier::FourierProjector;
@@ -86,7 +86,7 @@ pub use iterative::{
     Stopping, Subset, cgls, mlem, no_observer, osem, sirt,
 };
 pub use measure::{MaskedStats, disc_mask, rmse_within};
-pub use motion::{Displacements, MovingOperator, State, Warp, Warps};
+pub use motion::{Displacements, MotionState, MovingOperator, Warp, Warps};
 #[cfg(feature = "noise")]
 #[cfg_attr(docsrs, doc(cfg(feature = "noise")))]
 pub use noise::{CountScale, poisson_counts, poisson_counts_into};

@@ -4,7 +4,8 @@
 
 use peak_alloc::PeakAlloc;
 use radon::{
-    FbpOptions, FbpPlan, ImageGrid, Interpolation, Method, ParallelGeometry, RadonError, StackOrder,
+    FbpMethod, FbpOptions, FbpPlan, ImageGrid, Interpolation, ParallelGeometry, RadonError,
+    StackOrder,
 };
 
 #[global_allocator]
@@ -34,10 +35,10 @@ fn a_run_uses_the_predicted_memory_and_a_stream_its_budget() {
             .num_threads(threads)
             .build()
             .unwrap();
-        let fourier = Method::Fourier { tolerance: 1e-4 };
+        let fourier = FbpMethod::Fourier { tolerance: 1e-4 };
         for (interpolation, method) in [
-            (Interpolation::Linear, Method::Direct),
-            (Interpolation::BandLimited, Method::Direct),
+            (Interpolation::Linear, FbpMethod::Direct),
+            (Interpolation::BandLimited, FbpMethod::Direct),
             (Interpolation::Linear, fourier),
             (Interpolation::BandLimited, fourier),
         ] {

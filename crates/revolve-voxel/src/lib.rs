@@ -67,7 +67,7 @@ pub use rays::ray::{Hit, Ray, Span};
 pub use sample::Sample;
 pub use solid::body::Body;
 pub use solid::curve::{Curve, CurvePoint};
-pub use solid::measures::Measures;
+pub use solid::mass_properties::MassProperties;
 pub use solid::meridian::Meridian;
 pub use solid::mesh::Mesh;
 pub use solid::pieces::Piece;

@@ -6,7 +6,7 @@ use crate::errors::Failure;
 use crate::values::{Whole, choice, named};
 use crate::work::work;
 use heart_phantom::radon::{
-    EdgePolicy, FbpOptions, FbpPlan, ImageGrid, Interpolation, Method, ParallelGeometry, StackOrder,
+    EdgePolicy, FbpOptions, FbpPlan, ImageGrid, Interpolation, FbpMethod, ParallelGeometry, StackOrder,
 };
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -331,12 +331,12 @@ fn edge_of(name: &str) -> PyResult<EdgePolicy> {
     choice("edge", name, &among)
 }
 
-fn method_of(name: &str) -> PyResult<Method> {
-    let tolerance = Method::AUTO_TOLERANCE;
+fn method_of(name: &str) -> PyResult<FbpMethod> {
+    let tolerance = FbpMethod::AUTO_TOLERANCE;
     let among = [
-        ("auto", Method::Auto),
-        ("direct", Method::Direct),
-        ("fourier", Method::Fourier { tolerance }),
+        ("auto", FbpMethod::Auto),
+        ("direct", FbpMethod::Direct),
+        ("fourier", FbpMethod::Fourier { tolerance }),
     ];
     choice("method", name, &among)
 }

@@ -2,8 +2,8 @@
 
 use crate::Row;
 use radon::{
-    ArcPolicy, CglsOptions, EmOptions, FbpOptions, FbpPlan, FourierProjector, ImageGrid, Kernel,
-    LinearOperator, Method, ParallelGeometry, Projector, RadonError, SirtOptions, Stopping, cgls,
+    ArcPolicy, CglsOptions, EmOptions, FbpMethod, FbpOptions, FbpPlan, FourierProjector, ImageGrid,
+    Kernel, LinearOperator, ParallelGeometry, Projector, RadonError, SirtOptions, Stopping, cgls,
     mlem, padded_len, sirt,
 };
 use std::f64::consts::PI;
@@ -11,7 +11,7 @@ use tests::Random;
 
 pub(crate) const ROWS: &[Row] = &[
     Row {
-        name: "radon::Method::Fourier::tolerance",
+        name: "radon::FbpMethod::Fourier::tolerance",
         what: "back-projected image",
         reference: "direct sums of cosines over frequencies, bins and views",
         norm: "L2, relative",
@@ -143,7 +143,7 @@ fn fourier_back_projection(random: &mut Random) -> Option<f64> {
     let options = FbpOptions::default()
         .without_ramp()
         .with_arc(ArcPolicy::Rescale)
-        .with_method(Method::Fourier { tolerance });
+        .with_method(FbpMethod::Fourier { tolerance });
     let plan = FbpPlan::<f64>::new(&geometry, &grid, &options).ok()?;
     let found = plan.reconstruct(&rows).ok()?;
     // The period of the plan, which keeps copies of a row out of the image.

@@ -246,7 +246,7 @@ fn check_voxels(random: &mut Random, body: &Body, size: f64) {
     if let Sampling::Coverage { tolerance } = sampling {
         // Each voxel is accurate to the tolerance; the whole body is within the grid.
         let volume = one.iter().sum::<f64>() * grid.voxel_volume();
-        let exact = body.layers()[0].measures().volume;
+        let exact = body.layers()[0].mass_properties().volume;
         let cut = one.iter().filter(|&&v| v > 0.0 && v < 1.0).count() as f64 + 1.0;
         assert!(
             (volume - exact).abs() <= tolerance * cut * grid.voxel_volume() + 1e-9 * exact,

@@ -147,7 +147,7 @@ fn check_region(random: &mut Random, wall: &Wall) -> Option<WallRegion> {
     let solid = wall.sector(&region, 1e-5 * size).ok()?;
     let other = wall.region(layers, s, 1e-5 * size).ok()?;
     let share = (opening[1] - opening[0]) / TAU;
-    let exact = share * other.measures().volume;
+    let exact = share * other.mass_properties().volume;
     assert!((solid.volume() - exact).abs() <= 1e-12 * wall.volume());
     assert!(solid.volume() <= wall.volume() * (1.0 + 1e-3));
     Some(region)

@@ -125,7 +125,7 @@ impl HeartShape {
         tolerance: f64,
     ) -> Result<Mesh, PhantomError> {
         let body = self.body.with_pose(pose);
-        let Some(solid) = body.layers().get(layer).map(Meridian::measures) else {
+        let Some(solid) = body.layers().get(layer).map(Meridian::mass_properties) else {
             return Ok(body.mesh(layer, tolerance)?);
         };
         // A uniform offset of the surface by this amount changes the volume by the tolerance.

@@ -7,7 +7,7 @@ use super::model_voxels::farthest;
 use super::osem::counted;
 use crate::Rotation;
 use crate::error::PhantomError;
-use radon::{MovingOperator, State, Subset};
+use radon::{MotionState, MovingOperator, Subset};
 
 impl Phantom {
     /// The volume at end-diastole and end-expiration.
@@ -44,7 +44,7 @@ impl Phantom {
             for (gate, warps) in warps.iter().enumerate() {
                 let subset = &of_gate(gate).subsets[k];
                 let views = subset.operator().views().iter();
-                states.push(State {
+                states.push(MotionState {
                     warps: warps.clone(),
                     operator: subset.operator(),
                     weights: views.map(|view| weights[gate][*view]).collect(),

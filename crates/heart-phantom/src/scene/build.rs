@@ -17,7 +17,7 @@ use revolve_voxel::nalgebra::Vector3;
 use revolve_voxel::{Ellipsoid, EllipticCylinder, Organ, OrganShape, Organs, Pose};
 use std::f64::consts::{LN_2, PI};
 
-/// Memory limit of the work arrays of a reconstruction in bytes: the most that [`Method::Auto`](radon::Method::Auto) needs, plus as much
+/// Memory limit of the work arrays of a reconstruction in bytes: the most that [`FbpMethod::Auto`](radon::FbpMethod::Auto) needs, plus as much
 /// for 40 threads.
 pub(crate) const WORK_BYTES: usize = 320 << 20;
 /// Material coordinate of the side of the wall of a heart of given membranes: two fifths of the way from base to apex.

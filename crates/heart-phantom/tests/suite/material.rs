@@ -94,7 +94,7 @@ fn every_layer_preserves_its_volume_over_the_cycle() {
                 let volume = wall
                     .region(layers, [0.0, 0.5], 1e-8)
                     .unwrap()
-                    .measures()
+                    .mass_properties()
                     .volume;
                 // The polyline lies within 1e-8 of some 250 cm^2 of layers, always on one side.
                 assert!(
@@ -114,7 +114,7 @@ fn a_sliding_region_preserves_its_volume_and_a_tied_one_does_not() {
         let region = |wall: &Wall| wall.region([0.3, 0.8], [0.05, 0.2], 1e-8).unwrap();
         walls
             .iter()
-            .map(|wall| region(wall).measures().volume)
+            .map(|wall| region(wall).mass_properties().volume)
             .collect()
     };
     let (tied, sliding) = (volumes(&TIED), volumes(&SLIDING));
@@ -272,7 +272,7 @@ fn finite_differences_give_the_polyline_that_is_projected() {
         assert!((wall.volume() / (outer - inner) - 1.0).abs() < 1e-12);
         let exact = shape.body().region_measures(1).unwrap().volume;
         let region = wall.region([0.0, 1.0], [0.0, 0.5], 1e-6).unwrap();
-        assert!((region.measures().volume / exact - 1.0).abs() < 1e-12);
+        assert!((region.mass_properties().volume / exact - 1.0).abs() < 1e-12);
     }
     let stretch = walls[0].stretch(&walls[1], &at(0.4, 0.21, 0.0)).unwrap();
     assert!(stretch.hoop > 1.0 && stretch.radial < 1.0);

@@ -2,8 +2,8 @@
 
 use crate::phantom::small;
 use heart_phantom::radon::{
-    Displacements, EmOptions, Kernel, LinearOperator, MovingOperator, Projector, StackOrder, State,
-    Stopping, Warp, mlem,
+    Displacements, EmOptions, Kernel, LinearOperator, MotionState, MovingOperator, Projector,
+    StackOrder, Stopping, Warp, mlem,
 };
 use heart_phantom::scene::*;
 use heart_phantom::{Artefacts, ImageQuality, MotionPhase, Phantom, PhantomError, Uptake, run};
@@ -221,7 +221,7 @@ fn displacements_by_whole_voxels_preserve_the_wall_average_and_by_half_voxels_ov
         let operator = projector
             .unwrap()
             .stack_operator::<f32>(camera.n_rows(), StackOrder::ViewSliceBin);
-        let seen = MovingOperator::new(vec![State {
+        let seen = MovingOperator::new(vec![MotionState {
             warps: warp.into(),
             operator: operator.unwrap(),
             weights: vec![1.0],

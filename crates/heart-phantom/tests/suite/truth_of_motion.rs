@@ -121,7 +121,7 @@ fn defects_twist_with_the_material_and_preserve_their_volume() {
         .unwrap()
         .region([0.0, 1.0], region.s, 1e-5)
         .unwrap();
-    let expected = plain - opening * ring.measures().volume;
+    let expected = plain - opening * ring.mass_properties().volume;
     assert!(
         (twisted - expected).abs() < 2e-3 * plain,
         "{twisted} {expected}"

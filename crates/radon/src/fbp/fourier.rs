@@ -2,7 +2,7 @@
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use super::{FbpPlan, FbpReport, FbpScratch, Method, Skip};
+use super::{FbpMethod, FbpPlan, FbpReport, FbpScratch, Skip};
 use crate::Sample;
 use crate::error::RadonError;
 use crate::fourier::Gridding;
@@ -10,13 +10,13 @@ use crate::pool::Pool;
 use crate::stack::Stack;
 
 impl<T: Sample> FbpPlan<T> {
-    /// Returns the method of the plan: the requested one, or the choice of [`Method::Auto`].
-    pub fn method(&self) -> Method {
+    /// Returns the method of the plan: the requested one, or the choice of [`FbpMethod::Auto`].
+    pub fn method(&self) -> FbpMethod {
         match (&self.gridding, self.options.method) {
-            (None, _) => Method::Direct,
-            (Some(_), Method::Fourier { tolerance }) => Method::Fourier { tolerance },
-            (Some(_), _) => Method::Fourier {
-                tolerance: Method::AUTO_TOLERANCE,
+            (None, _) => FbpMethod::Direct,
+            (Some(_), FbpMethod::Fourier { tolerance }) => FbpMethod::Fourier { tolerance },
+            (Some(_), _) => FbpMethod::Fourier {
+                tolerance: FbpMethod::AUTO_TOLERANCE,
             },
         }
     }

@@ -1,12 +1,12 @@
 //! Choice of the method by a model of its cost.
 
-use super::options::{FbpOptions, Interpolation, Method};
+use super::options::{FbpMethod, FbpOptions, Interpolation};
 use crate::error::RadonError;
 use crate::fourier::{Counts, Gridding, Response, check_tolerance};
 use crate::simd::InstructionSet;
 use crate::{ImageGrid, ParallelGeometry, Sample};
 
-/// Limit of [`Method::Auto`] on work arrays and one slice of data for the Fourier method: half of the default of [`FbpOptions::memory`];
+/// Limit of [`FbpMethod::Auto`] on work arrays and one slice of data for the Fourier method: half of the default of [`FbpOptions::memory`];
 /// the other half is for the work arrays of the threads.
 const MOST_AUTO_BYTES: usize = 256 << 20;
 
@@ -24,12 +24,12 @@ pub(super) fn plan<T: Sample>(
     };
     let new = |tolerance| Gridding::new(geometry, grid, tolerance, instructions, response);
     match options.method {
-        Method::Direct => Ok(None),
-        Method::Fourier { tolerance } => {
+        FbpMethod::Direct => Ok(None),
+        FbpMethod::Fourier { tolerance } => {
             check_tolerance(tolerance)?;
             new(tolerance).map(Some)
         }
-        Method::Auto => {
+        FbpMethod::Auto => {
             let Ok(counts) = Counts::new(geometry, grid, response) else {
                 return Ok(None);
             };
@@ -39,7 +39,7 @@ pub(super) fn plan<T: Sample>(
             }
             let data = (geometry.sinogram_len() + grid.image_len()) * size_of::<T>();
             let fits = |plan: &Gridding<T>| plan.work_bytes(0) + data <= MOST_AUTO_BYTES;
-            Ok(new(Method::AUTO_TOLERANCE).ok().filter(fits))
+            Ok(new(FbpMethod::AUTO_TOLERANCE).ok().filter(fits))
         }
     }
 }

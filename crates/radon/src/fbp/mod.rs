@@ -19,7 +19,7 @@ mod options;
 mod rows;
 
 use backproject::Steps;
-pub use options::{EdgePolicy, FbpOptions, FbpReport, Interpolation, Method, Skip};
+pub use options::{EdgePolicy, FbpMethod, FbpOptions, FbpReport, Interpolation, Skip};
 use rows::RowFilter;
 
 /// Filtered back-projection, planned once and run many times, by many threads (`&self`, `Send + Sync`).

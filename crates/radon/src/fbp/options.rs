@@ -41,7 +41,7 @@ pub struct FbpOptions {
     /// that part of the whole image.
     pub region: Option<(Range<usize>, Range<usize>)>,
     /// Method of summation over the views.
-    pub method: Method,
+    pub method: FbpMethod,
     /// Whether rows and slices without signal are skipped. Results are bitwise identical.
     pub skip: Skip,
     /// Instruction set of the kernels; `None` for the widest available one.
@@ -61,7 +61,7 @@ impl Default for FbpOptions {
             edge: EdgePolicy::Zero,
             arc: ArcPolicy::Complete,
             region: None,
-            method: Method::Auto,
+            method: FbpMethod::Auto,
             skip: Skip::Empty,
             instructions: None,
             memory: 512 << 20,
@@ -96,7 +96,7 @@ impl FbpOptions {
         /// Sets the treatment of missing directions.
         with_arc(arc: ArcPolicy);
         /// Sets the method of back-projection.
-        with_method(method: Method);
+        with_method(method: FbpMethod);
         /// Sets whether empty rows and slices are skipped.
         with_skip(skip: Skip);
         /// Sets the instruction set.
@@ -128,7 +128,7 @@ impl FbpOptions {
 /// | `Fourier` | V rows of N log N, 1.25 N V samples spread, (2 N)^2 log N | 10 N V + 16 N^2 bytes (`f32`), about twice the data |
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[non_exhaustive]
-pub enum Method {
+pub enum FbpMethod {
     /// The sum over views, pixel by pixel: for small images and parts of images, and for stacks of small slices.
     Direct,
     /// Fourier transforms, one slice at a time: for large images.
@@ -151,8 +151,8 @@ pub enum Method {
     Auto,
 }
 
-impl Method {
-    /// Tolerance of the Fourier method with [`Method::Auto`]: far below the errors of linear interpolation and sampling.
+impl FbpMethod {
+    /// Tolerance of the Fourier method with [`FbpMethod::Auto`]: far below the errors of linear interpolation and sampling.
     pub const AUTO_TOLERANCE: f64 = 1e-4;
 }
 

@@ -4,6 +4,6 @@ mod moving;
 mod warp;
 mod warps;
 
-pub use moving::{MovingOperator, State};
+pub use moving::{MotionState, MovingOperator};
 pub use warp::{Displacements, Warp};
 pub use warps::Warps;

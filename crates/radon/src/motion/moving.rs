@@ -6,7 +6,7 @@ use crate::{LinearOperator, Sample};
 
 /// A state of a moving object and its projections.
 #[derive(Debug, Clone)]
-pub struct State<O> {
+pub struct MotionState<O> {
     /// From the reference state of the object to this state.
     pub warps: Warps,
     /// The projection operator of this state.
@@ -26,7 +26,7 @@ pub struct State<O> {
 /// of the operators are. Cost: that of the operators and warps, applied one after the other, and three volumes.
 ///
 /// ```
-/// use radon::{Displacements, ImageGrid, Kernel, LinearOperator, MovingOperator, ParallelGeometry, Projector, RadonError, StackOrder, State, Warp};
+/// use radon::{Displacements, ImageGrid, Kernel, LinearOperator, MovingOperator, ParallelGeometry, Projector, RadonError, StackOrder, MotionState, Warp};
 /// let (geometry, grid) = (ParallelGeometry::half_turn(8, 12, 1.0)?, ImageGrid::square(8, 1.0)?);
 /// let projector = Projector::new(&geometry, &grid, Kernel::Strip)?;
 /// // Stationary for three seconds, and displaced by a voxel along x for one second.
@@ -34,7 +34,7 @@ pub struct State<O> {
 ///     let by: Vec<_> = (0..64).map(|voxel| (voxel, [-by, 0.0, 0.0])).collect();
 ///     let moved = Displacements { fraction: 1.0, by: &by };
 ///     let operator = projector.stack_operator::<f64>(1, StackOrder::ViewSliceBin)?;
-///     Ok::<_, RadonError>(State { warps: Warp::new([8, 8, 1], [1.0; 3], &[moved])?.into(), operator, weights: vec![seconds] })
+///     Ok::<_, RadonError>(MotionState { warps: Warp::new([8, 8, 1], [1.0; 3], &[moved])?.into(), operator, weights: vec![seconds] })
 /// };
 /// let seen = MovingOperator::new(vec![state(0.0, 3.0)?, state(1.0, 1.0)?])?;
 /// let mut object = vec![0.0; 64];
@@ -47,7 +47,7 @@ pub struct State<O> {
 /// ```
 #[derive(Debug, Clone)]
 pub struct MovingOperator<O> {
-    states: Vec<State<O>>,
+    states: Vec<MotionState<O>>,
 }
 
 impl<O> MovingOperator<O> {
@@ -56,13 +56,13 @@ impl<O> MovingOperator<O> {
     /// # Errors
     /// [`RadonError::TooFew`] without a state, or for one without factors; [`RadonError::WrongLength`] for volumes of different lengths,
     /// or factors that do not divide the data into equal parts; [`RadonError::NotFinite`] for a factor.
-    pub fn new<T: Sample>(states: Vec<State<O>>) -> Result<Self, RadonError>
+    pub fn new<T: Sample>(states: Vec<MotionState<O>>) -> Result<Self, RadonError>
     where
         O: LinearOperator<T>,
     {
         at_least("states of an object", states.len(), 1)?;
         let volume = <Warps as LinearOperator<T>>::image_len(&states[0].warps);
-        for State {
+        for MotionState {
             warps,
             operator,
             weights,
@@ -82,12 +82,12 @@ impl<O> MovingOperator<O> {
     }
 
     /// Returns the states, in the order of their data.
-    pub fn states(&self) -> &[State<O>] {
+    pub fn states(&self) -> &[MotionState<O>] {
         &self.states
     }
 }
 
-impl<O> State<O> {
+impl<O> MotionState<O> {
     /// Multiplies data by their factors.
     fn weigh<T: Sample>(&self, data: &mut [T]) {
         let each = (data.len() / self.weights.len()).max(1);

@@ -1,7 +1,7 @@
 //! The transpose of FBP, against the reconstruction itself.
 
 use radon::{
-    EdgePolicy, FbpOptions, FbpPlan, ImageGrid, Interpolation, Method, ParallelGeometry,
+    EdgePolicy, FbpMethod, FbpOptions, FbpPlan, ImageGrid, Interpolation, ParallelGeometry,
     RadonError, Window,
 };
 
@@ -27,16 +27,19 @@ fn the_adjoint_is_the_transpose_of_the_reconstruction() {
         let grid = ImageGrid::new(nx, ny, 0.9).unwrap();
         let options = FbpOptions::default();
         for options in [
-            options.clone().with_method(Method::Direct),
-            options.clone().with_method(Method::Direct).without_ramp(),
+            options.clone().with_method(FbpMethod::Direct),
+            options
+                .clone()
+                .with_method(FbpMethod::Direct)
+                .without_ramp(),
             options.clone().with_window(Window::Hann).with_cutoff(0.6),
             options
                 .clone()
-                .with_method(Method::Direct)
+                .with_method(FbpMethod::Direct)
                 .with_region(3..11, 2..9),
             options
                 .clone()
-                .with_method(Method::Fourier { tolerance: 1e-4 }),
+                .with_method(FbpMethod::Fourier { tolerance: 1e-4 }),
         ] {
             let plan = FbpPlan::<f64>::new(&geometry, &grid, &options).unwrap();
             let p = numbers(plan.sinogram_len(), 0.3);
@@ -58,7 +61,7 @@ fn the_adjoint_is_the_transpose_of_the_reconstruction() {
 fn a_plan_without_an_adjoint_names_the_required_option() {
     let geometry = ParallelGeometry::half_turn(8, 16, 1.0).unwrap();
     let grid = ImageGrid::square(16, 1.0).unwrap();
-    let options = FbpOptions::default().with_method(Method::Direct);
+    let options = FbpOptions::default().with_method(FbpMethod::Direct);
     for (options, needed) in [
         (
             options

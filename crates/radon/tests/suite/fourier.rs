@@ -3,9 +3,9 @@
 use std::f64::consts::PI;
 
 use radon::{
-    ArcPolicy, BinSampling, EdgePolicy, FbpOptions, FbpPlan, FourierProjector, ImageGrid,
-    InstructionSet, Interpolation, LinearOperator, Method, ParallelGeometry, Phantom2, RadonError,
-    Window, disc_mask, rmse_within,
+    ArcPolicy, BinSampling, EdgePolicy, FbpMethod, FbpOptions, FbpPlan, FourierProjector,
+    ImageGrid, InstructionSet, Interpolation, LinearOperator, ParallelGeometry, Phantom2,
+    RadonError, Window, disc_mask, rmse_within,
 };
 
 const SETS: [InstructionSet; 4] = [
@@ -110,7 +110,7 @@ fn the_tolerance_is_kept() {
         for tolerance in [1e-2, 1e-3, 1e-4, 1e-5, 1e-6] {
             let options = FbpOptions::default()
                 .without_ramp()
-                .with_method(Method::Fourier { tolerance });
+                .with_method(FbpMethod::Fourier { tolerance });
             let plan = FbpPlan::<f64>::new(&geometry, &grid, &options).unwrap();
             let error = distance(&plan.reconstruct(&rows).unwrap(), &expected);
             println!("back-projection, {coarse}, {tolerance:e}: {error:.1e}");
@@ -176,8 +176,8 @@ fn methods_differ_by_the_documented_amount() {
                     let plan = FbpPlan::new(&geometry, &grid, &options).unwrap();
                     plan.reconstruct(&sinogram).unwrap()
                 };
-                let direct = image(Method::Direct);
-                let fourier = image(Method::Fourier { tolerance: 1e-4 });
+                let direct = image(FbpMethod::Direct);
+                let fourier = image(FbpMethod::Fourier { tolerance: 1e-4 });
                 let between = rmse_within(&fourier, &direct, &mask).unwrap().unwrap();
                 let error = |image: &[f64]| rmse_within(image, &truth, &mask).unwrap().unwrap();
                 let (direct, fourier) = (error(&direct), error(&fourier));
@@ -223,8 +223,8 @@ fn truncated_rows_are_treated_as_in_the_direct_sum() {
                 .unwrap()
         };
         let (direct, fourier) = (
-            image(Method::Direct),
-            image(Method::Fourier { tolerance: 1e-5 }),
+            image(FbpMethod::Direct),
+            image(FbpMethod::Fourier { tolerance: 1e-5 }),
         );
         let between = rmse_within(&fourier, &direct, &mask).unwrap().unwrap();
         println!("{edge:?}: {between:.1e}");
@@ -239,7 +239,7 @@ fn a_fourier_image_is_bitwise_reproducible() {
         .iter()
         .map(|&x| x as f32)
         .collect();
-    let options = FbpOptions::default().with_method(Method::Fourier { tolerance: 1e-4 });
+    let options = FbpOptions::default().with_method(FbpMethod::Fourier { tolerance: 1e-4 });
     let plan = FbpPlan::new(&geometry, &grid, &options).unwrap();
     let on = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new()
@@ -291,7 +291,7 @@ fn every_instruction_set_spreads_the_same_to_rounding() {
         .collect();
     let fine: Vec<f64> = rows.iter().map(|&x| f64::from(x)).collect();
     for tolerance in [1e-2, 1e-3, 1e-4, 1e-6] {
-        let options = FbpOptions::default().with_method(Method::Fourier { tolerance });
+        let options = FbpOptions::default().with_method(FbpMethod::Fourier { tolerance });
         let twin = FbpPlan::<f64>::new(&geometry, &grid, &options)
             .unwrap()
             .reconstruct(&fine)
@@ -324,8 +324,8 @@ fn every_instruction_set_spreads_the_same_to_rounding() {
 
 #[test]
 fn the_method_depends_on_sizes_interpolation_and_sample_type_only() {
-    let fourier = Method::Fourier {
-        tolerance: Method::AUTO_TOLERANCE,
+    let fourier = FbpMethod::Fourier {
+        tolerance: FbpMethod::AUTO_TOLERANCE,
     };
     let method = |n: usize, n_views: usize, options: &FbpOptions| {
         let geometry = ParallelGeometry::half_turn(n_views, n, 1.0).unwrap();
@@ -335,11 +335,11 @@ fn the_method_depends_on_sizes_interpolation_and_sample_type_only() {
         [single.method(), double.method()]
     };
     let auto = FbpOptions::default();
-    assert_eq!(method(128, 90, &auto), [Method::Direct; 2]);
+    assert_eq!(method(128, 90, &auto), [FbpMethod::Direct; 2]);
     assert_eq!(method(1024, 1440, &auto), [fourier; 2]);
     // A small part costs less than transforms of the whole.
     let part = auto.clone().with_region(0..32, 0..32);
-    assert_eq!(method(1024, 1440, &part), [Method::Direct; 2]);
+    assert_eq!(method(1024, 1440, &part), [FbpMethod::Direct; 2]);
     // 48 sizes on either side of the crossover, by every set and with budgets that are too small for any run.
     let mut chosen = [0; 2];
     for i in 0..48 {
@@ -410,7 +410,7 @@ fn every_instruction_set_reconstructs_the_same_image() {
 fn unsupported_options_of_the_fourier_method_are_rejected() {
     let (geometry, grid) = odd_case(1.0);
     for tolerance in [0.0, 1e-7, 0.1, f64::NAN, f64::INFINITY] {
-        let options = FbpOptions::default().with_method(Method::Fourier { tolerance });
+        let options = FbpOptions::default().with_method(FbpMethod::Fourier { tolerance });
         let errors = [
             FbpPlan::<f32>::new(&geometry, &grid, &options).unwrap_err(),
             FourierProjector::<f32>::new(&geometry, &grid, tolerance).unwrap_err(),
@@ -428,7 +428,7 @@ fn unsupported_options_of_the_fourier_method_are_rejected() {
             ));
         }
     }
-    let options = FbpOptions::default().with_method(Method::Fourier { tolerance: 1e-3 });
+    let options = FbpOptions::default().with_method(FbpMethod::Fourier { tolerance: 1e-3 });
     let plan = FbpPlan::<f32>::new(&geometry, &grid, &options.clone().with_memory(1000)).unwrap();
     let error = plan.reconstruct(&[1.0; 23 * 31]).unwrap_err();
     assert!(matches!(
@@ -443,7 +443,7 @@ fn unsupported_options_of_the_fourier_method_are_rejected() {
         FbpPlan::<f32>::new(&far, &grid, &FbpOptions::default())
             .unwrap()
             .method(),
-        Method::Direct
+        FbpMethod::Direct
     );
     let projector = FourierProjector::<f32>::new(&geometry, &grid, 1e-3).unwrap();
     assert!(matches!(

@@ -1,8 +1,9 @@
 //! Volumes with a known motion, and their projections.
 
 use radon::{
-    Displacements, EmOptions, ImageGrid, Kernel, LinearOperator, MovingOperator, ParallelGeometry,
-    Projector, RadonError, StackOperator, StackOrder, State, Stopping, Subset, Warp, Warps, osem,
+    Displacements, EmOptions, ImageGrid, Kernel, LinearOperator, MotionState, MovingOperator,
+    ParallelGeometry, Projector, RadonError, StackOperator, StackOrder, Stopping, Subset, Warp,
+    Warps, osem,
 };
 use std::sync::Arc;
 
@@ -247,8 +248,8 @@ fn shifted(by: [f32; 3]) -> Arc<Warp> {
     Arc::new(warp.unwrap())
 }
 
-fn states() -> Vec<State<StackOperator<f64>>> {
-    let state = |by, weights| State {
+fn states() -> Vec<MotionState<StackOperator<f64>>> {
+    let state = |by, weights| MotionState {
         warps: Warps::new(vec![shifted(by)]).unwrap(),
         operator: operator(),
         weights,
@@ -334,7 +335,7 @@ fn osem_with_known_motion_recovers_a_moving_block() {
                 for (j, (warp, subsets)) in all.iter().enumerate() {
                     let part = operator().subsets(4).unwrap().remove(k);
                     data.extend(subsets[k].data().iter().map(|i| 384 * j + i));
-                    states.push(State {
+                    states.push(MotionState {
                         warps: Warps::new(vec![warp.clone()]).unwrap(),
                         operator: part.into_parts().0,
                         weights: vec![1.0],
@@ -419,7 +420,7 @@ fn invalid_input_is_rejected() {
     ));
     let short = warp.adjoint_into(&[0.0f64; 64], &mut [0.0; 3]).unwrap_err();
     assert!(matches!(short, RadonError::WrongLength { given: 3, .. }));
-    let change = |change: &dyn Fn(&mut State<StackOperator<f64>>)| {
+    let change = |change: &dyn Fn(&mut MotionState<StackOperator<f64>>)| {
         let mut states = states();
         change(&mut states[1]);
         MovingOperator::new(states).unwrap_err()

@@ -9,9 +9,9 @@ use std::sync::Arc;
 use common::dense::{Dense, many, not_negative};
 use common::noise;
 use radon::{
-    ArcPolicy, CglsOptions, Collimator, EdgePolicy, EmOptions, FbpOptions, FbpPlan,
+    ArcPolicy, CglsOptions, Collimator, EdgePolicy, EmOptions, FbpMethod, FbpOptions, FbpPlan,
     FourierProjector, ImageGrid, InstructionSet, Interpolation, IterativeReport, Kernel,
-    LinearOperator, Method, ParallelGeometry, Projector, RadonError, SirtOptions, Skip, SliceAxis,
+    LinearOperator, ParallelGeometry, Projector, RadonError, SirtOptions, Skip, SliceAxis,
     SpectGeometry, SpectOperator, SpectOptions, StackOrder, StopReason, Stopping, Subset, Window,
     cgls, mlem, osem, sirt,
 };
@@ -334,7 +334,7 @@ fn options_are_set_field_by_field() {
         |o| o.with_region(1..2, 3..4),
         |o| o.with_skip(Skip::Nothing),
         |o| o.with_instructions(InstructionSet::Baseline),
-        |o| o.with_method(Method::Direct),
+        |o| o.with_method(FbpMethod::Direct),
         |o| o.with_memory(7),
     ];
     let mut expected = FbpOptions::default();
@@ -350,7 +350,7 @@ fn options_are_set_field_by_field() {
             6 => expected.region = Some((1..2, 3..4)),
             7 => expected.skip = Skip::Nothing,
             8 => expected.instructions = Some(InstructionSet::Baseline),
-            9 => expected.method = Method::Direct,
+            9 => expected.method = FbpMethod::Direct,
             _ => expected.memory = 7,
         }
         built = change(built);

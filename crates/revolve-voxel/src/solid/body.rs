@@ -6,7 +6,7 @@ use nalgebra::Point3;
 
 use crate::error::{at_least, finite, length};
 use crate::solid::meridian::Meridian;
-use crate::{Measures, Pose, RevolveError};
+use crate::{MassProperties, Pose, RevolveError};
 
 /// A body in the lab: coaxial solids as layers, innermost first.
 ///
@@ -75,11 +75,11 @@ impl Body {
     ///
     /// # Errors
     /// [`RevolveError::NoSuchLayer`].
-    pub fn region_measures(&self, region: usize) -> Result<Measures, RevolveError> {
+    pub fn region_measures(&self, region: usize) -> Result<MassProperties, RevolveError> {
         let layer = self.layer(region)?;
         Ok(match region.checked_sub(1) {
-            None => layer.measures(),
-            Some(within) => layer.measures() - self.layers[within].measures(),
+            None => layer.mass_properties(),
+            Some(within) => layer.mass_properties() - self.layers[within].mass_properties(),
         })
     }
 

@@ -3,7 +3,7 @@
 use crate::RevolveError;
 use crate::solid::box_tree::BoxTree;
 use crate::solid::chains::{Chain, Node, chains, tree};
-use crate::solid::measures::Measures;
+use crate::solid::mass_properties::MassProperties;
 use crate::solid::segment::{ROUNDING, Segment};
 
 /// Number of boxes for a silhouette accurate to a few per cent of the size of the body.
@@ -17,7 +17,7 @@ const N_BLOCKS: usize = 64;
 /// ```
 /// use revolve_voxel::Meridian;
 /// let cone = Meridian::new(&[[0.0, 1.0], [3.0, 0.0]])?; // open at the base: a disc closes it
-/// assert!((cone.measures().volume - std::f64::consts::PI).abs() < 1e-14);
+/// assert!((cone.mass_properties().volume - std::f64::consts::PI).abs() < 1e-14);
 /// # Ok::<(), revolve_voxel::RevolveError>(())
 /// ```
 #[derive(Debug, Clone, PartialEq)]
@@ -96,7 +96,7 @@ impl Meridian {
     }
 
     fn from_path(mut path: Vec<[f64; 2]>, ring: bool) -> Result<Self, RevolveError> {
-        let volume = Measures::signed_volume(&path);
+        let volume = MassProperties::signed_volume(&path);
         if volume < 0.0 {
             path.reverse();
         }
@@ -190,8 +190,8 @@ impl Meridian {
     }
 
     /// Returns exact volume, surface, centroid and inertia of the solid.
-    pub fn measures(&self) -> Measures {
-        Measures::of(&self.segments)
+    pub fn mass_properties(&self) -> MassProperties {
+        MassProperties::of(&self.segments)
     }
 
     /// Middle of the x range: the origin of the coordinates of the chains.

@@ -5,7 +5,7 @@ pub(crate) mod box_tree;
 pub(crate) mod chains;
 pub(crate) mod curve;
 pub(crate) mod distance;
-pub(crate) mod measures;
+pub(crate) mod mass_properties;
 pub(crate) mod meridian;
 pub(crate) mod mesh;
 pub(crate) mod pieces;

@@ -67,7 +67,7 @@ impl Meridian {
     /// // x = 1 + u, r = 1 - u^2: a spindle, volume 16 pi / 15.
     /// let piece = Piece::Chebyshev { x: vec![1.0, 1.0], r: vec![0.5, 0.0, -0.5] };
     /// let spindle = Meridian::smooth(&[piece], 1e-8)?;
-    /// assert!((spindle.measures().volume - 16.0 * std::f64::consts::PI / 15.0).abs() < 1e-7);
+    /// assert!((spindle.mass_properties().volume - 16.0 * std::f64::consts::PI / 15.0).abs() < 1e-7);
     /// # Ok::<(), revolve_voxel::RevolveError>(())
     /// ```
     ///

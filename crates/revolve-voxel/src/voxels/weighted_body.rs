@@ -86,7 +86,7 @@ impl WeightedBody<'_> {
     /// let sampling = Sampling::Coverage { tolerance: 1e-3 };
     /// let bodies = [weighted(&small, 0.25), weighted(&large, 0.75)];
     /// let counters = WeightedBody::voxelize_add(&bodies, &grid, 0..32, sampling, &mut mean)?;
-    /// let volume = |body: &Body| body.layers()[0].measures().volume;
+    /// let volume = |body: &Body| body.layers()[0].mass_properties().volume;
     /// let exact = 0.25 * volume(&small) + 0.75 * volume(&large);
     /// assert!((mean.iter().sum::<f64>() * grid.voxel_volume() / exact - 1.0).abs() < 1e-3);
     /// assert!(counters.mirrored > 0);

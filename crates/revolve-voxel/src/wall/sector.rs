@@ -68,7 +68,7 @@ impl Sector {
 
     /// Returns the volume in cm^3.
     pub fn volume(&self) -> f64 {
-        self.ring.layers()[0].measures().volume * self.opening / std::f64::consts::TAU
+        self.ring.layers()[0].mass_properties().volume * self.opening / std::f64::consts::TAU
     }
 
     /// Returns whether the sector contains a lab point.

@@ -586,7 +586,7 @@ fn faces_closer_than_rounding_are_rejected() {
             let sampling = Sampling::Coverage { tolerance: 1e-6 };
             let (voxels, _) = body.voxelize::<f64>(&grid, sampling, &[1.0]).unwrap();
             let volume = voxels.iter().sum::<f64>() * grid.voxel_volume();
-            let exact = body.layers()[0].measures().volume;
+            let exact = body.layers()[0].mass_properties().volume;
             assert!(
                 (volume / exact - 1.0).abs() < 1e-4,
                 "{gap:e}: {volume} {exact}"

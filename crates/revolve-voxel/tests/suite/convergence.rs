@@ -203,7 +203,7 @@ fn orders_of_the_samplings() {
 fn a_step_of_denormal_width_is_a_step() {
     // Radius 1/2 from x = 0 to a denormal number, then radius 1: a cylinder up to rounding.
     let stepped = Meridian::new(&[[0.0, 0.5], [1e-310, 1.0], [1.0, 1.0]]).unwrap();
-    let volume = stepped.measures().volume;
+    let volume = stepped.mass_properties().volume;
     assert!((volume - std::f64::consts::PI).abs() < 1e-12);
     for tolerance in [1e-2, 1e-6] {
         let body = Body::new(vec![stepped.clone()], Pose::identity()).unwrap();

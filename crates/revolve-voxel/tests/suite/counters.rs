@@ -22,13 +22,21 @@ fn the_number_of_evaluated_voxels_scales_with_the_surface() {
     assert!((3.5..4.5).contains(&ratio(a.cut, b.cut)), "{a:?} {b:?}");
     assert!(ratio(a.evaluations, b.evaluations) < 4.5, "{a:?} {b:?}");
     // The part of the two solids that is not filled in blocks is a layer of this many voxels, which grows with the surface, too.
-    let volume: f64 = body.layers().iter().map(|m| m.measures().volume).sum();
+    let volume: f64 = body
+        .layers()
+        .iter()
+        .map(|m| m.mass_properties().volume)
+        .sum();
     let rest = |c: VoxelCounters, n: f64| volume / (16.0f64 / n).powi(3) - c.filled as f64;
     let growth = rest(b, 128.0) / rest(a, 64.0);
     assert!((3.0..4.5).contains(&growth), "{growth} {a:?} {b:?}");
     // A plane cuts about 3/2 voxels for each voxel face of its area; a voxel counts as cut if its circumscribed ball is:
     // at most sqrt(3).
-    let area: f64 = body.layers().iter().map(|m| m.measures().surface).sum();
+    let area: f64 = body
+        .layers()
+        .iter()
+        .map(|m| m.mass_properties().surface)
+        .sum();
     assert!((b.cut as f64) < 1.9 * area / (16.0f64 / 128.0).powi(2));
 }
 

@@ -164,7 +164,9 @@ fn a_chord_along_the_axis_is_the_same_in_both_directions_where_the_profile_touch
 #[test]
 fn measures_of_textbook_solids() {
     let (a, h) = (1.3, 2.1);
-    let m = Meridian::new(&[[0.0, a], [h, 0.0]]).unwrap().measures();
+    let m = Meridian::new(&[[0.0, a], [h, 0.0]])
+        .unwrap()
+        .mass_properties();
     let volume = PI * a * a * h / 3.0;
     let slant = (a * a + h * h).sqrt();
     assert!((m.volume / volume - 1.0).abs() < 1e-14);
@@ -176,7 +178,9 @@ fn measures_of_textbook_solids() {
     assert!((m.transverse_inertia() / across - 1.0).abs() < 1e-13);
 
     // Smooth: the prolate spheroid, errors of the order of the tolerance.
-    let m = Meridian::smooth(&[ellipse(2.0)], 1e-8).unwrap().measures();
+    let m = Meridian::smooth(&[ellipse(2.0)], 1e-8)
+        .unwrap()
+        .mass_properties();
     let volume = 8.0 * PI / 3.0;
     assert!((m.volume / volume - 1.0).abs() < 4e-8);
     assert!(m.centroid().abs() < 1e-12);
@@ -337,7 +341,11 @@ fn a_rotation_by_any_angle_agrees_with_its_sine_and_cosine() {
 fn a_solid_far_from_the_origin_is_valid() {
     for x in [1e5, -1e8, 1e10] {
         let meridian = Meridian::new(&[[x, 1.0], [x + 3.0, 1.0]]).unwrap();
-        assert_relative_eq!(meridian.measures().volume, 3.0 * PI, max_relative = 1e-14);
+        assert_relative_eq!(
+            meridian.mass_properties().volume,
+            3.0 * PI,
+            max_relative = 1e-14
+        );
         let body = Body::new(vec![meridian], Pose::axis_along_z(x + 1.5).unwrap()).unwrap();
         let across = Ray::new(Point3::new(-5.0, 0.6, 0.3), Vector3::x()).unwrap();
         // Two sides of cos(asin(0.6)). The position has so many digits.

@@ -61,7 +61,7 @@ proptest! {
 
     #[test]
     fn volume_is_the_sum_of_coverage_and_the_integral_of_chords((_, meridian) in meridian(), at in pose(), d in direction()) {
-        let volume = meridian.measures().volume;
+        let volume = meridian.mass_properties().volume;
         let body = Body::new(vec![meridian], at).unwrap();
         let grid = VoxelGrid::centred([40, 36, 44], [0.11, 0.12, 0.1], [0.01, -0.02, 0.005]).unwrap();
         for tolerance in [1e-3, 1e-6] {
@@ -141,7 +141,7 @@ proptest! {
 
     #[test]
     fn a_mesh_is_closed_and_contains_the_volume((_, meridian) in meridian(), at in pose()) {
-        let m = meridian.measures();
+        let m = meridian.mass_properties();
         let body = Body::new(vec![meridian], at).unwrap();
         let tolerance = 1e-3;
         let mesh = body.mesh(0, tolerance).unwrap();

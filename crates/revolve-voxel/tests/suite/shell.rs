@@ -294,7 +294,7 @@ fn the_volume_of_a_region_is_the_product_of_its_fractions() {
         let exact = share * shell.volume();
         // The polyline may deviate by its tolerance over about 200 cm^2.
         assert!(
-            (region.measures().volume - exact).abs() < 3e-5,
+            (region.mass_properties().volume - exact).abs() < 3e-5,
             "{layers:?} {s:?}"
         );
     }

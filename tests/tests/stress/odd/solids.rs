@@ -106,7 +106,7 @@ fn revolve_voxel_accepts_any_input() {
         let any = |k: usize| &poses[k % poses.len()];
         let inner = Meridian::new(&[[0.0, 0.2], [0.5, 0.0]]).expect("a cone");
         let body = Body::new(vec![inner, meridian.clone()], *any(k)).expect("layers");
-        meridian.measures();
+        meridian.mass_properties();
         meridian.r_max();
         meridian.x_range();
         back(body.check_nested(ODD[k % ODD.len()]));

@@ -134,7 +134,7 @@ fn activity(phantom: &Phantom, defects: &[Defect]) -> f64 {
     let mut sum = 0.0;
     for j in 0..N {
         let [from, to] = [j, j + 1].map(|j| 0.5 * j as f64 / N as f64);
-        let volume = strip(from, to).measures().volume / (N * N) as f64;
+        let volume = strip(from, to).mass_properties().volume / (N * N) as f64;
         for (i, k) in (0..N).flat_map(|i| (0..N).map(move |k| (i, k))) {
             let at = |k: usize| (k as f64 + 0.5) / N as f64;
             let holds = |defect: &&Defect| {

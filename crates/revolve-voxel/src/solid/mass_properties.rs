@@ -10,7 +10,7 @@ use crate::solid::segment::Segment;
 /// The difference of an outer and an inner solid gives a shell (except `surface`).
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
-pub struct Measures {
+pub struct MassProperties {
     /// Volume, pi times the integral of r^2 dx.
     pub volume: f64,
     /// Area of the surface, including closing discs.
@@ -23,7 +23,7 @@ pub struct Measures {
     pub polar_inertia: f64,
 }
 
-impl Measures {
+impl MassProperties {
     /// Returns the axial coordinate of the centroid (on the axis).
     pub fn centroid(&self) -> f64 {
         self.first_moment / self.volume
@@ -71,7 +71,7 @@ impl Measures {
     }
 }
 
-impl Sub for Measures {
+impl Sub for MassProperties {
     type Output = Self;
     fn sub(self, o: Self) -> Self {
         Self {
