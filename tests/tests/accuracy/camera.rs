@@ -12,8 +12,8 @@ use tests::Random;
 
 pub(crate) const ROWS: &[Row] = &[Row {
     name: "heart_phantom::ViewError::total",
-    what: "sample of a view, against the smaller of the stated error and the tolerance asked for",
-    reference: "depth by depth, averages of Gaussians over bins in closed form, on dense rays",
+    what: "sample of a view; the smaller of stated error and prescribed tolerance",
+    reference: "bin averages of Gaussians in closed form, slab by slab, on a dense lattice of rays",
     norm: "maximum over the samples, relative to the largest",
     quick: 3,
     problem: sample,
