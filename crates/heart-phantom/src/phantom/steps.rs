@@ -62,7 +62,7 @@ impl Phantom {
         let (rows, n_bins) = (0..camera.n_rows(), camera.n_bins());
         let mut steps = STEPS[0];
         loop {
-            let mut reached = 0.0f64;
+            let [mut reached, mut least] = [0.0f64; 2];
             let sets: Vec<Scan<'_>> = (0..self.n_gates())
                 .map(|gate| Scan {
                     imaging,
@@ -77,14 +77,17 @@ impl Phantom {
                     let mut samples = vec![0.0; sets.len() * each];
                     for set in Scan::sets_into(sets, (view, rows.clone()), &mut samples, &|_| ())? {
                         self.work.rays(set.rays);
-                        reached = reached.max(set.view_error.total());
+                        let error = set.view_error;
+                        reached = reached.max(error.total());
+                        least = least.max(error.total() - error.time);
                     }
                 }
             }
             if reached <= tolerance {
                 return Ok(*self.steps.get_or_init(|| steps));
             }
-            if steps >= STEPS[1] {
+            // More steps do not reduce the other terms.
+            if steps >= STEPS[1] || least > tolerance {
                 return Err(PhantomError::Tolerance {
                     term: "average over time",
                     reached,

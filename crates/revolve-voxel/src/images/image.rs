@@ -4,12 +4,12 @@
 //! sample(bin, row) = integral over u, v, t of a(u, v, t) exp(-attenuation from t to the detector) k(bin - u; sigma(t)) k(row - v; sigma(t))
 //! ```
 //!
-//! with k the Gaussian, averaged over the bin. Heights v are Gauss-Legendre nodes between the extreme heights of all solids, positions u of a row
-//! are those of a [`Panel`] between the positions where an outline crosses the row; along a ray the integral is exact for the polynomials of
+//! with k the Gaussian, averaged over the bin. Heights v are quadrature nodes between the extreme heights of all solids; positions u of a row are
+//! those of a [`Panel`] between the positions where an outline crosses the row. Along a ray the integral is exact for the polynomials of
 //! [`DepthResponse`]. In each panel the integrand of smooth solids is smooth at the scale of the response, so the error falls exponentially with
-//! the density of nodes. Sides of sectors do not divide panels (order 5/2 of the density), nor do small corners of a meridian (order 2, and 3 from a density of 2 on). The
-//! number of rays does not depend on the number of bins. Organs are smooth at their own scale, so that few rays suffice in a large
-//! panel: their integrals are interpolated to the nodes that the response needs.
+//! the density of nodes. Sides of sectors do not divide panels (order 5/2 of the density). Behind a response, small corners of a meridian do not
+//! divide them either (order 2, and 3 from a density of 2 on). The number of rays does not depend on the number of bins. Organs are smooth at
+//! their own scale, so that few rays suffice in a large panel: their integrals are interpolated to the nodes that the response needs.
 
 use std::ops::Range;
 
@@ -37,7 +37,7 @@ const LEAST: f64 = 3.0;
 /// Quadrature across a corner has an error of the turning angle over the square of the density, so that panels between the small corners of a
 /// polyline of few vertices would need additional nodes at low densities.
 const CORNER: [f64; 2] = [0.4, 0.8];
-/// The same without a response that is wider than the parts between corners.
+/// The first number without a response, and with one that is narrow against the bins.
 const SHARP_CORNER: f64 = 0.1;
 /// Breaks closer than this, relative to the largest coordinate, are one.
 const SAME: f64 = 1e-9;
@@ -218,7 +218,7 @@ impl<'a> View<'a> {
                 false => narrowest,
             };
             let size = (to - from) / scale;
-            // A node more reduces the error of a panel by a factor of ten.
+            // Each further node reduces the error of a panel by about a factor of ten.
             let spared = match is_narrow {
                 true => 0.0,
                 false => (-size.log10()).floor().clamp(0.0, least),

@@ -209,7 +209,7 @@ mod tests {
         assert!(errors[3] < 1e-6, "{errors:?}");
     }
 
-    /// Twenty Gaussians of the width of a bin, as those of a row of bins.
+    /// Nineteen Gaussians with the width of a bin, like those of the bins of a row.
     #[test]
     fn evenly_spaced_nodes_resolve_a_scale_with_fewer() {
         let sigma: f64 = 1.0 / 40.0;
