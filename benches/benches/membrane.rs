@@ -5,7 +5,7 @@
 
 use std::hint::black_box;
 
-use benches::{Effort, Row, timed};
+use benches::{Effort, Row, Time, timed};
 use criterion::Criterion;
 use faer::prelude::Solve;
 use faer::sparse::{SparseColMat, Triplet};
@@ -76,7 +76,7 @@ fn rows(effort: Effort) {
             &[4, 6, 8, 10, 12, 14, 16, 18, 20, 22, 24],
         ),
     };
-    let row = |method: &str, size: usize, (seconds, volume): (f64, f64)| {
+    let row = |method: &str, size: usize, (seconds, volume): (Time, f64)| {
         Row {
             study: "static solve",
             method,
@@ -95,10 +95,10 @@ fn rows(effort: Effort) {
     };
     for &nodes in nodes {
         let ours = solver(1.75, Discretisation::FiniteDifferences { nodes });
-        let own = timed(15, || volume(&ours));
+        let own = timed(effort, || volume(&ours));
         row("finite differences", nodes, own);
         let differences = FiniteDifferences::new(&balloon(1.75), nodes).expect("enough nodes");
-        let theirs = timed(15, || faer_newton(&differences));
+        let theirs = timed(effort, || faer_newton(&differences));
         assert!(
             (theirs.1 / own.1 - 1.0).abs() < 1e-9,
             "the same system has the same solution"
@@ -113,7 +113,7 @@ fn rows(effort: Effort) {
                 per_piece: 1,
             },
         );
-        row("spectral elements", degree, timed(15, || volume(&ours)));
+        row("spectral elements", degree, timed(effort, || volume(&ours)));
     }
 }
 
@@ -146,7 +146,7 @@ fn rubber_rows(effort: Effort) {
     });
     for (method, size, how) in differences.chain(spectral) {
         let solver = rubber(1.75, how);
-        let (seconds, pressure) = timed(15, || {
+        let (seconds, pressure) = timed(effort, || {
             let solved = solver.solve(Control::VolumeGain(0.3), &options);
             solved.expect("converges").intensity
         });

@@ -5,7 +5,7 @@
 use std::hint::black_box;
 use std::time::Duration;
 
-use benches::{Effort, Row};
+use benches::{Effort, Row, Time};
 use cpu_time::ThreadTime;
 use criterion::measurement::WallTime;
 use criterion::{BenchmarkGroup, BenchmarkId, Criterion};
@@ -225,10 +225,9 @@ fn rows_of(n_nodes: usize, effort: Effort) {
     // Independent of our steps: an explicit scheme of order 5 at the tightest tolerance.
     let truth = rival(n_nodes, Rival::Tsit45, 1e-13).0;
     let row = |method: &str, run: &mut dyn FnMut() -> (Vec<[f64; 2]>, usize, f64)| {
-        let (points, steps, mut seconds) = run();
-        for _ in 0..4 {
-            seconds = seconds.min(run().2);
-        }
+        let (points, steps, _) = run();
+        let repeats = if effort == Effort::Quick { 3 } else { 9 };
+        let seconds = Time::of((0..repeats).map(|_| run().2).collect());
         let error = distance(&points, &truth);
         Row {
             study: "motion",
@@ -241,7 +240,7 @@ fn rows_of(n_nodes: usize, effort: Effort) {
             error_kind: "largest distance / cm",
         }
         .print();
-        (error, seconds)
+        (error, seconds.median)
     };
     let tolerances: &[f64] = match effort {
         Effort::Quick => &[1e-2, 1e-4, 1e-6],

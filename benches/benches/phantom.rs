@@ -6,7 +6,7 @@
 use std::hint::black_box;
 use std::time::Instant;
 
-use benches::{Effort, Row, on_threads, timed};
+use benches::{Effort, Row, Time, on_threads, timed};
 use criterion::Criterion;
 use heart_phantom::scene::{Accuracy, DiscretisationSettings, Mode};
 use heart_phantom::{BinSample, Phantom, scene};
@@ -111,7 +111,7 @@ fn phantom(c: &mut Criterion) {
 
 /// A camera's sinogram of the wall, its average over a cycle against the number of phases, and whole studies.
 fn rows(effort: Effort) {
-    let row = |method: &str, case: &str, size: usize, threads: usize, run: (f64, f64)| {
+    let row = |method: &str, case: &str, size: usize, threads: usize, run: (Time, f64)| {
         Row {
             study: "whole study",
             method,
@@ -136,10 +136,11 @@ fn rows(effort: Effort) {
         let truth = Scene::new(24, size, 3201).exact(STILL, 8);
         let projector = scene.projector();
         for threads in [1, 2] {
-            let (seconds, _) = on_threads(threads, || timed(5, || scene.exact(STILL, 8)));
+            let (seconds, _) = on_threads(threads, || timed(effort, || scene.exact(STILL, 8)));
             let run = (seconds, distance(&exact, &truth));
             row("exact chords", case, size, threads, run);
-            let (seconds, voxels) = on_threads(threads, || timed(3, || scene.voxels(&projector)));
+            let (seconds, voxels) =
+                on_threads(threads, || timed(effort, || scene.voxels(&projector)));
             let run = (seconds, distance(&voxels, &truth));
             row("voxels, then Joseph", case, size, threads, run);
         }
@@ -153,7 +154,7 @@ fn rows(effort: Effort) {
     for &points in points {
         for threads in [1, 2] {
             let (seconds, mean) = on_threads(threads, || {
-                timed(3, || scene.exact(Mode::WholeCycle, points))
+                timed(effort, || scene.exact(Mode::WholeCycle, points))
             });
             let run = (seconds, distance(&mean, &truth));
             let case = "6 views of 64 x 64, averaged over a beat";
@@ -263,7 +264,7 @@ fn operators(effort: Effort) {
                     .forward_into(&volume, &mut made)
                     .expect("lengths fit")
             };
-            let (seconds, ()) = on_threads(threads, || timed(3, forward));
+            let (seconds, ()) = on_threads(threads, || timed(effort, forward));
             Row {
                 study: "SPECT",
                 method: "voxel operator on exact voxels",
@@ -286,7 +287,7 @@ fn collimated(effort: Effort) {
         Effort::Full => &[64, 128],
     };
     for &size in sizes {
-        let print = |method: &str, case: &str, threads: usize, (seconds, error): (f64, f64)| {
+        let print = |method: &str, case: &str, threads: usize, (seconds, error): (Time, f64)| {
             Row {
                 study: "SPECT",
                 method,
@@ -310,12 +311,12 @@ fn collimated(effort: Effort) {
             for threads in [1, 2] {
                 for (tolerance, method) in [(1e-4, "slabs, 1e-4"), (1e-3, "slabs, 1e-3")] {
                     let made = || views(&through_a_collimator(size, chest, tolerance));
-                    let (seconds, made) = on_threads(threads, || timed(3, made));
+                    let (seconds, made) = on_threads(threads, || timed(effort, made));
                     print(method, case, threads, (seconds, distance(&made, &truth)));
                 }
                 if !chest {
                     let plain = || every_plane_by_itself(&through_a_collimator(size, chest, 1e-4));
-                    let (seconds, made) = on_threads(threads, || timed(1, plain));
+                    let (seconds, made) = on_threads(threads, || timed(effort, plain));
                     let method = "every plane by itself";
                     print(method, case, threads, (seconds, distance(&made, &truth)));
                 }
@@ -340,7 +341,7 @@ fn papers(effort: Effort) {
                 ..StudyOptions::default()
             };
             let run = || heart_study::run(&options, &folder, &|_| ()).expect("a study");
-            let (seconds, report) = timed(3, run);
+            let (seconds, report) = timed(effort, run);
             Row {
                 study: "whole study",
                 method: "cargo paper --no-figures",
@@ -376,7 +377,7 @@ fn gated_studies(effort: Effort) {
             (phantom, volumes.expect("reachable gains"))
         };
         for threads in [1, 2] {
-            let (seconds, (phantom, made)) = on_threads(threads, || timed(3, volumes));
+            let (seconds, (phantom, made)) = on_threads(threads, || timed(effort, volumes));
             let truth = phantom.truth(0).expect("a gate");
             let found = phantom
                 .artefacts(0, &made[0], &truth)

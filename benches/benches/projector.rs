@@ -8,7 +8,7 @@
 use std::cell::LazyCell;
 use std::hint::black_box;
 
-use benches::{Effort, Row, on_threads, timed};
+use benches::{Effort, Row, Time, on_threads, timed};
 use criterion::Criterion;
 use radon::{
     BinSampling, CglsOptions, EmOptions, ImageGrid, InstructionSet, Kernel, ParallelGeometry,
@@ -326,7 +326,7 @@ fn rows(effort: Effort) {
     let scene = scene();
     // The voxels of the other tools.
     let volume = sampled_voxels();
-    let row = |method: &str, threads: usize, seconds: f64, rays: &[f32]| {
+    let row = |method: &str, threads: usize, seconds: Time, rays: &[f32]| {
         for (exact, name) in [
             (&scene.centre, "rays through bin centres"),
             (&scene.mean, "bin means"),
@@ -344,9 +344,9 @@ fn rows(effort: Effort) {
             .print();
         }
     };
-    let (repeats, kernels): (usize, &[Kernel]) = match effort {
-        Effort::Quick => (3, &[Kernel::Joseph]),
-        Effort::Full => (9, &[Kernel::Joseph, Kernel::Siddon, Kernel::Strip]),
+    let kernels: &[Kernel] = match effort {
+        Effort::Quick => &[Kernel::Joseph],
+        Effort::Full => &[Kernel::Joseph, Kernel::Siddon, Kernel::Strip],
     };
     let mut rays = vec![0.0f32; VIEWS * N * N];
     let mut back = vec![0.0f32; N * N * N];
@@ -358,14 +358,14 @@ fn rows(effort: Effort) {
                 plan.forward_stack_into(&volume, N, ORDER, &mut rays, &mut scratch)
                     .unwrap();
             };
-            let (seconds, ()) = on_threads(threads, || timed(repeats, forward));
+            let (seconds, ()) = on_threads(threads, || timed(effort, forward));
             row(&format!("{kernel:?}"), threads, seconds, &rays);
 
             let adjoint = || {
                 plan.adjoint_stack_into(&scene.mean, N, ORDER, &mut back, &mut scratch)
                     .unwrap();
             };
-            let (seconds, ()) = on_threads(threads, || timed(repeats, adjoint));
+            let (seconds, ()) = on_threads(threads, || timed(effort, adjoint));
             let (left, right) = (dot(&rays, &scene.mean), dot(&volume, &back));
             Row {
                 study: "projectors",
@@ -380,15 +380,15 @@ fn rows(effort: Effort) {
             .print();
         }
     }
-    stacks(&scene, repeats);
+    stacks(effort, &scene);
     if effort == Effort::Full {
-        let (seconds, rays) = on_threads(2, || timed(1, || naive(&volume, &scene.geometry)));
+        let (seconds, rays) = on_threads(2, || timed(effort, || naive(&volume, &scene.geometry)));
         row("Joseph, ray by ray", 2, seconds, &rays);
     }
 }
 
 /// The middle slice alone and a volume without an empty slice, forward and adjoint: cost of a slice among others and alone.
-fn stacks(scene: &Scene, repeats: usize) {
+fn stacks(effort: Effort, scene: &Scene) {
     let plan = Projector::new(&scene.geometry, &scene.grid, Kernel::Joseph).unwrap();
     let mut scratch = plan.scratch();
     let volume: Vec<f32> = scene.volume.iter().map(|x| x + 1e-3).collect();
@@ -397,16 +397,14 @@ fn stacks(scene: &Scene, repeats: usize) {
         let volume = &volume[first * N * N..][..n_slices * N * N];
         let mut rays = vec![0.0f32; n_slices * VIEWS * N];
         let mut back = vec![0.0f32; n_slices * N * N];
-        // One slice takes less than a millisecond.
-        let repeats = repeats * (N / n_slices).min(20);
         let (forward, ()) = on_threads(threads, || {
-            timed(repeats, || {
+            timed(effort, || {
                 plan.forward_stack_into(volume, n_slices, ORDER, &mut rays, &mut scratch)
                     .unwrap();
             })
         });
         let (adjoint, ()) = on_threads(threads, || {
-            timed(repeats, || {
+            timed(effort, || {
                 plan.adjoint_stack_into(&rays, n_slices, ORDER, &mut back, &mut scratch)
                     .unwrap();
             })

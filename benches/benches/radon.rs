@@ -8,7 +8,7 @@ mod case;
 use std::f64::consts::PI;
 use std::hint::black_box;
 
-use benches::{Effort, Row, on_threads, timed};
+use benches::{Effort, Row, Time, on_threads, timed};
 use case::{Case, case};
 use criterion::{BenchmarkId, Criterion, Throughput};
 use radon::{FbpOptions, InstructionSet, Interpolation, Kernel, Projector, StackOrder, Window};
@@ -148,7 +148,7 @@ fn back_projection(c: &mut Criterion) {
 }
 
 /// Seconds of FBP of `n_slices` slices, and the first image.
-fn time_of_fbp(case: &Case, n_slices: usize) -> (f64, Vec<f32>) {
+fn time_of_fbp(effort: Effort, case: &Case, n_slices: usize) -> (Time, Vec<f32>) {
     let plan = case.plan(FbpOptions::default());
     let projections = case.stack(n_slices);
     let mut volume = vec![0.0; n_slices * case.n * case.n];
@@ -158,13 +158,13 @@ fn time_of_fbp(case: &Case, n_slices: usize) -> (f64, Vec<f32>) {
         plan.reconstruct_stack_into(projections, n_slices, order, &mut volume, &mut scratch)
             .unwrap();
     };
-    let (seconds, ()) = timed(5, run);
+    let (seconds, ()) = timed(effort, run);
     volume.truncate(case.n * case.n);
     (seconds, volume)
 }
 
 /// Seconds of Joseph's forward projection of `n_slices` slices, and the first sinogram.
-fn time_of_projection(case: &Case, n_slices: usize) -> (f64, Vec<f32>) {
+fn time_of_projection(effort: Effort, case: &Case, n_slices: usize) -> (Time, Vec<f32>) {
     let projector = Projector::new(&case.geometry, &case.grid, Kernel::Joseph).unwrap();
     let volume = case.image.repeat(n_slices);
     let mut projections = vec![0.0; n_slices * case.sinogram.len()];
@@ -175,7 +175,7 @@ fn time_of_projection(case: &Case, n_slices: usize) -> (f64, Vec<f32>) {
             .forward_stack_into(volume, n_slices, order, &mut projections, &mut scratch)
             .unwrap();
     };
-    let (seconds, ()) = timed(5, run);
+    let (seconds, ()) = timed(effort, run);
     projections.truncate(case.sinogram.len());
     (seconds, projections)
 }
@@ -195,7 +195,7 @@ fn growth_rows(effort: Effort) {
             let or = |n: usize| if n == 0 { size } else { n };
             let case = case(or(side), or(views));
             for threads in [1, 2] {
-                let row = |method: &str, seconds: f64, error: f64, error_kind: &str| {
+                let row = |method: &str, seconds: Time, error: f64, error_kind: &str| {
                     Row {
                         study: "growth",
                         method,
@@ -208,9 +208,11 @@ fn growth_rows(effort: Effort) {
                     }
                     .print();
                 };
-                let (seconds, image) = on_threads(threads, || time_of_fbp(&case, or(slices)));
+                let (seconds, image) =
+                    on_threads(threads, || time_of_fbp(effort, &case, or(slices)));
                 row("FBP", seconds, case.rmse(&image), "rms within the circle");
-                let (seconds, rays) = on_threads(threads, || time_of_projection(&case, or(slices)));
+                let (seconds, rays) =
+                    on_threads(threads, || time_of_projection(effort, &case, or(slices)));
                 let error = case.distance(&rays);
                 row(
                     "Joseph",
@@ -268,28 +270,25 @@ const SLICES: usize = 16;
 
 /// FBP of Shepp and Logan's phantom from exact bin means: views, windows, interpolations, sizes.
 fn fbp_rows(effort: Effort) {
-    let (cases, repeats): (&[(usize, usize)], usize) = match effort {
-        Effort::Quick => (&[(256, 90), (256, 360)], 3),
-        Effort::Full => (
-            &[
-                (256, 30),
-                (256, 45),
-                (256, 60),
-                (256, 90),
-                (256, 180),
-                (256, 360),
-                (256, 720),
-                (128, 200),
-                (512, 800),
-            ],
-            7,
-        ),
+    let cases: &[(usize, usize)] = match effort {
+        Effort::Quick => &[(256, 90), (256, 360)],
+        Effort::Full => &[
+            (256, 30),
+            (256, 45),
+            (256, 60),
+            (256, 90),
+            (256, 180),
+            (256, 360),
+            (256, 720),
+            (128, 200),
+            (512, 800),
+        ],
     };
     for &(n, n_views) in cases {
         let case = case(n, n_views);
         let projections = case.stack(SLICES);
         let name = format!("{SLICES} slices of {n} x {n}");
-        let row = |method: &str, threads: usize, (seconds, image): (f64, Vec<f32>)| {
+        let row = |method: &str, threads: usize, (seconds, image): (Time, Vec<f32>)| {
             let error = case.rmse(&image[..n * n]);
             // With far fewer views than the n pi / 2 required by the bins, streaks dominate the error; otherwise smoothed edges, a larger part of a
             // coarser image.
@@ -326,7 +325,7 @@ fn fbp_rows(effort: Effort) {
                 let order = StackOrder::SliceViewBin;
                 for threads in [1, 2] {
                     let seconds = on_threads(threads, || {
-                        timed(repeats, || {
+                        timed(effort, || {
                             plan.reconstruct_stack_into(
                                 &projections,
                                 SLICES,
@@ -344,12 +343,8 @@ fn fbp_rows(effort: Effort) {
             }
         }
         if n <= 256 && n_views <= 180 {
-            let (seconds, image) = timed(1, || case.textbook());
-            row(
-                "as in a textbook, RamLak",
-                1,
-                (seconds * SLICES as f64, image),
-            );
+            let (seconds, image) = timed(effort, || case.textbook());
+            row("as in a textbook, RamLak", 1, (seconds * SLICES, image));
         }
     }
 }
@@ -364,7 +359,7 @@ fn projector_rows(effort: Effort) {
         let case = case(n, 90);
         let volume = case.image.repeat(SLICES);
         let mut projections = vec![0.0f32; SLICES * case.sinogram.len()];
-        let row = |method: &str, threads: usize, seconds: f64, error: f64| {
+        let row = |method: &str, threads: usize, seconds: Time, error: f64| {
             Row {
                 study: "projectors",
                 method,
@@ -383,7 +378,7 @@ fn projector_rows(effort: Effort) {
             let order = StackOrder::SliceViewBin;
             for threads in [1, 2] {
                 let seconds = on_threads(threads, || {
-                    timed(5, || {
+                    timed(effort, || {
                         projector
                             .forward_stack_into(
                                 &volume,
@@ -403,7 +398,7 @@ fn projector_rows(effort: Effort) {
             if n <= 256 {
                 // for comparison: the same weights as a sparse matrix, slice by slice
                 let matrix = projector.matrix::<f32>().expect("room");
-                let (seconds, rays) = timed(3, || {
+                let (seconds, rays) = timed(effort, || {
                     let mut rays = vec![0.0f32; matrix.rows()];
                     for (ray, row) in rays.iter_mut().zip(matrix.outer_iterator()) {
                         *ray = row.iter().map(|(pixel, &w)| w * case.image[pixel]).sum();
@@ -411,7 +406,7 @@ fn projector_rows(effort: Effort) {
                     rays
                 });
                 let method = format!("{kernel:?} as a sparse matrix");
-                row(&method, 1, seconds * SLICES as f64, case.distance(&rays));
+                row(&method, 1, seconds * SLICES, case.distance(&rays));
             }
         }
     }

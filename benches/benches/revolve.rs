@@ -7,7 +7,7 @@
 use std::f64::consts::{FRAC_PI_4, PI};
 use std::hint::black_box;
 
-use benches::{Effort, Row, on_threads, timed};
+use benches::{Effort, Row, Time, on_threads, timed};
 use criterion::{Criterion, Throughput};
 use nalgebra::{Point3, Vector3};
 use revolve_voxel::{
@@ -271,7 +271,7 @@ fn chord_rows(effort: Effort) {
         out
     };
     let truth = view(&body(&[2.75], 100_000));
-    let row = |method: &str, size: usize, threads: usize, (seconds, image): (f64, Vec<f32>)| {
+    let row = |method: &str, size: usize, threads: usize, (seconds, image): (Time, Vec<f32>)| {
         Row {
             study: "chords",
             method,
@@ -284,19 +284,19 @@ fn chord_rows(effort: Effort) {
         }
         .print();
     };
-    let (sizes, repeats): (&[usize], usize) = match effort {
-        Effort::Quick => (&[50, 400, 3200], 3),
-        Effort::Full => (&[25, 50, 100, 200, 400, 800, 1600, 3200], 9),
+    let sizes: &[usize] = match effort {
+        Effort::Quick => &[50, 400, 3200],
+        Effort::Full => &[25, 50, 100, 200, 400, 800, 1600, 3200],
     };
     for &n in sizes {
         let outer = body(&[2.75], n);
         for threads in [1, 2] {
-            let run = on_threads(threads, || timed(repeats, || view(&outer)));
+            let run = on_threads(threads, || timed(effort, || view(&outer)));
             row("chains of frusta", n, threads, run);
         }
         if n <= 200 {
             let path = profile(2.75, n);
-            let run = timed(3, || naive_view(&path, &rays));
+            let run = timed(effort, || naive_view(&path, &rays));
             let image = run.1.iter().map(|&v| v as f32).collect();
             row("every frustum of every ray", n, 1, (run.0, image));
         }
@@ -332,7 +332,7 @@ fn voxel_rows(effort: Effort) {
             ("coverage to 1e-6", Sampling::Coverage { tolerance: 1e-6 }),
         ] {
             for threads in [1, 2] {
-                let (seconds, volume) = on_threads(threads, || timed(3, || voxels(sampling)));
+                let (seconds, volume) = on_threads(threads, || timed(effort, || voxels(sampling)));
                 let errors = volume.iter().zip(&truth).map(|(a, b)| (a - b).abs());
                 Row {
                     study: "voxels",

@@ -7,7 +7,7 @@ mod case;
 
 use std::hint::black_box;
 
-use benches::{Effort, Row, on_threads, timed};
+use benches::{Effort, Row, Time, on_threads, timed};
 use case::case;
 use criterion::{Criterion, Throughput};
 use radon::{
@@ -22,9 +22,8 @@ fn large_rows(effort: Effort) {
     };
     for &n in sizes {
         let case = case(n, n * 45 / 32);
-        let repeats = if n > 1024 { 3 } else { 7 };
         let row =
-            |study: &str, method: &str, threads: usize, seconds: f64, error: f64, kind: &str| {
+            |study: &str, method: &str, threads: usize, seconds: Time, error: f64, kind: &str| {
                 Row {
                     study,
                     method,
@@ -72,7 +71,7 @@ fn large_rows(effort: Effort) {
             let (mut image, mut scratch) = (vec![0.0; n * n], plan.scratch());
             for threads in [1, 2] {
                 let run = || plan.reconstruct_into(&case.sinogram, &mut image, &mut scratch);
-                let (seconds, done) = on_threads(threads, || timed(repeats, run));
+                let (seconds, done) = on_threads(threads, || timed(effort, run));
                 done.expect("room");
                 row(
                     "FBP of one slice",
@@ -95,7 +94,7 @@ fn large_rows(effort: Effort) {
         for (name, operator) in operators {
             for threads in [1, 2] {
                 let run = || operator.forward_into(&case.image, &mut rays);
-                let (seconds, done) = on_threads(threads, || timed(repeats, run));
+                let (seconds, done) = on_threads(threads, || timed(effort, run));
                 done.expect("room");
                 let kind = "relative L2 against exact bin means";
                 row(

@@ -10,7 +10,7 @@ use std::cell::LazyCell;
 use std::f64::consts::PI;
 use std::hint::black_box;
 
-use benches::{Effort, Row, on_threads, timed};
+use benches::{Effort, Row, Time, on_threads, timed};
 use criterion::Criterion;
 use radon::{
     Collimator, DepthBlur, ImageGrid, LinearOperator, ParallelGeometry, ParallelHoles, Phantom3,
@@ -221,7 +221,7 @@ fn rows(effort: Effort) {
     };
     for &n in sizes {
         let scene = scene(n);
-        let row = |method: &str, back: &str, threads: usize, (seconds, error): (f64, f64)| {
+        let row = |method: &str, back: &str, threads: usize, (seconds, error): (Time, f64)| {
             Row {
                 study: "SPECT",
                 method,
@@ -239,7 +239,6 @@ fn rows(effort: Effort) {
         };
         let (mut views, mut back) = (vec![0.0; VIEWS * n * n], vec![0.0; n * n * n]);
         let counts: Vec<f32> = (0..views.len()).map(|i| 1.0 + (i % 7) as f32).collect();
-        let repeats = if n > 128 { 1 } else { 5 };
         let dot = |a: &[f32], b: &[f32]| -> f64 {
             let products = a.iter().zip(b).map(|(&a, &b)| f64::from(a) * f64::from(b));
             products.sum()
@@ -247,12 +246,12 @@ fn rows(effort: Effort) {
         for tolerance in [1e-2, 1e-3] {
             let operator = scene.operator(tolerance);
             for threads in [1, 2] {
-                let run = || timed(repeats, || forward(&operator, &scene.volume, &mut views)).0;
+                let run = || timed(effort, || forward(&operator, &scene.volume, &mut views)).0;
                 let seconds = on_threads(threads, run);
                 let method = format!("SpectOperator, tolerance {tolerance:e}");
                 row(&method, "", threads, (seconds, scene.error(&views)));
                 let run = || {
-                    timed(repeats, || {
+                    timed(effort, || {
                         operator.adjoint_into(&counts, &mut back).unwrap()
                     })
                     .0
@@ -263,7 +262,7 @@ fn rows(effort: Effort) {
             }
         }
         if n <= 128 {
-            let (seconds, views) = on_threads(2, || timed(1, || scene.plain_loop()));
+            let (seconds, views) = on_threads(2, || timed(effort, || scene.plain_loop()));
             row(
                 "every plane blurred by itself",
                 "",

@@ -1,13 +1,12 @@
 """Times and errors of forward projection of the shell's voxels: ASTRA, RTK, scikit-image. Ours are in the bench `projector`."""
 import argparse
 import json
-import statistics
 import time
 from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 
-from objects import averages, middle, moved, own_axis, shell, sinogram
+from objects import averages, middle, moved, own_axis, shell, sinogram, times
 
 N, VIEWS = 256, 90
 THETA = np.arange(VIEWS) * np.pi / VIEWS
@@ -60,7 +59,7 @@ def relative(got, exact):
 def main():
     p = argparse.ArgumentParser(description=__doc__)
     p.add_argument("--threads", type=int, default=2)
-    p.add_argument("--repeats", type=int, default=3)
+    p.add_argument("--repeats", type=int, default=9)
     args = p.parse_args()
     objects, z = shell(), middle(N)
     for tool, project, on_grid, exact in [("astra, linear", by_slice(astra), objects, sinogram),
@@ -78,7 +77,7 @@ def main():
             seconds.append((time.perf_counter() - start) * N / len(few))
         for sampling, name in [("centre", "rays through bin centres"), ("mean", "bin means")]:
             row = {"study": "projectors", "method": tool, "case": f"shell, {N} x {N} x {N} from {VIEWS} views, against {name}", "size": VIEWS,
-                   "threads": args.threads, "seconds": statistics.median(seconds[1:]),
+                   "threads": args.threads, **times(seconds[1:]),
                    "error": relative(rays, exact(objects, N, VIEWS, z, sampling)), "error_kind": "relative L2, gain fitted"}
             print("row", json.dumps(row), flush=True)
 

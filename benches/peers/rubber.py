@@ -13,6 +13,8 @@ import time
 import numpy as np
 from scipy.integrate import solve_bvp
 
+from objects import times
+
 H, R, GAIN = 8.5, 1.75, 0.3
 VOLUME = np.pi * R**2 * (H + 2 * R / 3) * (1 + GAIN)
 PRESSURE = 0.256444419246
@@ -71,15 +73,15 @@ def start(t):
 def main():
     mesh = np.linspace(0, 1, 41)
     for tolerance in (1e-3, 1e-5, 1e-7, 1e-9):
-        times = []
-        for _ in range(3):
+        seconds = []
+        for _ in range(9):
             begin = time.perf_counter()
             solution = solve_bvp(equation, ends, mesh, start(mesh), p=[1.15, 0.25], tol=tolerance, max_nodes=20_000)
-            times.append(time.perf_counter() - begin)
+            seconds.append(time.perf_counter() - begin)
         assert solution.success, solution.message
         error = abs(solution.p[1] / PRESSURE - 1)
         row = {"study": "static solve", "method": "SciPy solve_bvp", "case": "rubber balloon at a gain of 0.3, from rest",
-               "size": int(solution.x.size), "threads": 1, "seconds": float(np.median(times)), "error": float(error),
+               "size": int(solution.x.size), "threads": 1, **times(seconds), "error": float(error),
                "error_kind": "relative error of the pressure (reference good to 2e-12)"}
         print("row", json.dumps(row))
 

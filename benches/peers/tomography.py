@@ -3,7 +3,6 @@ import argparse
 import json
 import os
 import pathlib
-import statistics
 import subprocess
 import tempfile
 import time
@@ -16,7 +15,7 @@ def arguments():
     p.add_argument("--sampling", choices=["centre", "mean"], default="centre")
     p.add_argument("--filter", choices=["ram-lak", "hann"], default="ram-lak")
     p.add_argument("--threads", type=int, default=2)
-    p.add_argument("--repeats", type=int, default=5)
+    p.add_argument("--repeats", type=int, default=9)
     p.add_argument("--tools", help="comma-separated; by default all that support the case")
     p.add_argument("--rows", action="store_true", help="print rows for cargo xtask report as well")
     p.add_argument("--json", help="append the rows to this file, one JSON object per line")
@@ -29,19 +28,20 @@ for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
 
 import numpy as np  # noqa: E402  (after the thread counts)
 
-from objects import averages, errors, middle, moved, own_axis, shell, shepp_logan, sinogram  # noqa: E402
+from objects import averages, errors, middle, moved, own_axis, shell, shepp_logan, sinogram, times  # noqa: E402
 
 
-# ---- tools: each returns (seconds, images [slice][y][x], scaled)
+# ---- tools: each returns (seconds of every repeat, images [slice][y][x], scaled)
 
 def timed(run):
+    """All repeats, in seconds, after a warm-up run."""
     run()
     seconds = []
     for _ in range(ARGS.repeats):
         start = time.perf_counter()
         run()
         seconds.append(time.perf_counter() - start)
-    return statistics.median(seconds)
+    return seconds
 
 
 def ours(sino, interpolation="linear", method="auto"):
@@ -52,7 +52,7 @@ def ours(sino, interpolation="linear", method="auto"):
         command = [ARGS.ours, source, target, n_views, n_slices, n, ARGS.filter, interpolation, "view-slice-bin", ARGS.repeats,
                    ARGS.threads, method]
         out = subprocess.run([str(a) for a in command], check=True, capture_output=True, text=True).stdout
-        return statistics.median(map(float, out.split())), np.fromfile(target, "<f4").reshape(n_slices, n, n), False
+        return list(map(float, out.split())), np.fromfile(target, "<f4").reshape(n_slices, n, n), False
 
 
 def response(n):
@@ -108,7 +108,7 @@ def slice_by_slice(sino, reconstruct):
     with ThreadPoolExecutor(ARGS.threads) as pool:
         images = np.stack(list(pool.map(lambda i: reconstruct(sino[:, i]), range(sino.shape[1]))))
         seconds = timed(lambda: list(pool.map(lambda i: reconstruct(sino[:, i]), chosen)))
-    return seconds * sino.shape[1] / len(chosen), images, len(chosen) < sino.shape[1]
+    return [s * sino.shape[1] / len(chosen) for s in seconds], images, len(chosen) < sino.shape[1]
 
 
 def astra(sino):
@@ -188,9 +188,9 @@ def main():
                 data, against = sino, truth
             seconds, images, scaled = TOOLS[tool](data)
             row = {"case": case, "tool": tool, "filter": ARGS.filter, "sampling": ARGS.sampling, "threads": ARGS.threads,
-                   "seconds": seconds, "scaled": scaled, **errors(np.asarray(images, np.float32), against)}
+                   **times(seconds), "scaled": scaled, **errors(np.asarray(images, np.float32), against)}
             show = lambda v: "-" if v is None else f"{v:.5f}"
-            print(f"| {case} | {tool} | {seconds:.4f}{'*' if scaled else ''} | {show(row['rmse'])} | {show(row['edge'])} | "
+            print(f"| {case} | {tool} | {row['seconds']:.4f}{'*' if scaled else ''} | {show(row['rmse'])} | {show(row['edge'])} | "
                   f"{show(row['far_inside'])} | {show(row['far_outside'])} | {show(row['gain'])} |", flush=True)
             if ARGS.rows:
                 # A smaller error by smoothing is no gain: errors near edges and far from them are separate.
@@ -199,7 +199,7 @@ def main():
                         continue
                     peer = {"study": "FBP", "method": f"{tool}, {ARGS.filter}",
                             "case": f"{case}, {len(z)} x {n} x {n} from {n_views} views{where}", "size": n_views,
-                            "threads": ARGS.threads, "seconds": seconds, "error": row[part],
+                            "threads": ARGS.threads, **times(seconds), "error": row[part],
                             "error_kind": "rms within the circle, gain fitted"}
                     print("row", json.dumps(peer), flush=True)
             if ARGS.json:

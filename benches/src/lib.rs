@@ -19,6 +19,7 @@
 #![allow(clippy::expect_used, clippy::panic, clippy::unwrap_used)]
 
 use std::hint::black_box;
+use std::ops::Mul;
 use std::time::Instant;
 
 use criterion::Criterion;
@@ -59,8 +60,8 @@ pub struct Row<'a> {
     pub size: usize,
     /// Number of threads.
     pub threads: usize,
-    /// Seconds (median of the repeats).
-    pub seconds: f64,
+    /// Seconds of a run.
+    pub seconds: Time,
     /// Distance from the reference.
     pub error: f64,
     /// The norm of that distance, with its unit if it has one.
@@ -73,17 +74,21 @@ impl Row<'_> {
     /// # Panics
     /// A time or an error that is not finite: such a row means a broken bench.
     pub fn print(&self) {
-        assert!(
-            self.seconds.is_finite() && self.error.is_finite(),
-            "{self:?}"
-        );
+        let Time {
+            least,
+            median,
+            repeats,
+        } = self.seconds;
+        assert!(median.is_finite() && self.error.is_finite(), "{self:?}");
         let json = serde_json::json!({
             "study": self.study,
             "method": self.method,
             "case": self.case,
             "size": self.size,
             "threads": self.threads,
-            "seconds": self.seconds,
+            "seconds": median,
+            "least": least,
+            "repeats": repeats,
             "error": self.error,
             "error_kind": self.error_kind,
         });
@@ -91,18 +96,60 @@ impl Row<'_> {
     }
 }
 
-/// Returns the median of the wall times of `repeats` runs in seconds, after a warm-up run, and the last result.
-pub fn timed<T>(repeats: usize, mut run: impl FnMut() -> T) -> (f64, T) {
+/// The time of repeated runs, in seconds.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Time {
+    /// The shortest run.
+    pub least: f64,
+    /// The median of all runs.
+    pub median: f64,
+    /// Number of runs.
+    pub repeats: usize,
+}
+
+impl Time {
+    /// Minimum and median of the durations of several runs.
+    ///
+    /// # Panics
+    /// No run.
+    pub fn of(mut runs: Vec<f64>) -> Self {
+        runs.sort_by(f64::total_cmp);
+        Self {
+            least: runs[0],
+            median: runs[runs.len() / 2],
+            repeats: runs.len(),
+        }
+    }
+}
+
+/// The time of `n` computations of the same kind.
+impl Mul<usize> for Time {
+    type Output = Self;
+
+    fn mul(self, n: usize) -> Self {
+        Self {
+            least: self.least * n as f64,
+            median: self.median * n as f64,
+            ..self
+        }
+    }
+}
+
+/// Returns the wall time of runs after a warm-up run, and the last result: nine runs, or more until they take a tenth of a second
+/// together, but at most 99; three by [`Effort::Quick`].
+pub fn timed<T>(effort: Effort, mut run: impl FnMut() -> T) -> (Time, T) {
     let mut answer = run();
-    let mut times: Vec<f64> = (0..repeats.max(1))
-        .map(|_| {
-            let start = Instant::now();
-            answer = black_box(run());
-            start.elapsed().as_secs_f64()
-        })
-        .collect();
-    times.sort_by(f64::total_cmp);
-    (times[times.len() / 2], answer)
+    let mut runs = Vec::new();
+    let more = |runs: &[f64]| match effort {
+        Effort::Quick => runs.len() < 3,
+        Effort::Full => runs.len() < 9 || runs.len() < 99 && runs.iter().sum::<f64>() < 0.1,
+    };
+    while more(&runs) {
+        let start = Instant::now();
+        answer = black_box(run());
+        runs.push(start.elapsed().as_secs_f64());
+    }
+    (Time::of(runs), answer)
 }
 
 /// Runs `work` on a pool of this many threads.

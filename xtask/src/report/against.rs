@@ -105,7 +105,7 @@ mod tests {
 
     fn row(method: &str, size: usize, seconds: f64, error: f64) -> Row {
         let line = format!(
-            r#"row {{"study":"s","method":"{method}","case":"c","size":{size},"threads":1,"seconds":{seconds},"error":{error},"error_kind":"rms"}}"#
+            r#"row {{"study":"s","method":"{method}","case":"c","size":{size},"threads":1,"seconds":{seconds},"least":{seconds},"repeats":9,"error":{error},"error_kind":"rms"}}"#
         );
         parse(&line).unwrap().remove(0)
     }

@@ -122,7 +122,7 @@ const QUESTIONS: [Question; 8] = [
     },
     Question {
         title: "Follow a motion",
-        answer: "The inner membrane with 101 nodes (stiffness, mass and damping 1) from its reference configuration at f = 17.5 until t = 5.\nTimes are the smallest processor times of five runs. The reference is Tsit45 of diffsol at a tolerance of 1e-13.",
+        answer: "The inner membrane with 101 nodes (stiffness, mass and damping 1) from its reference configuration at f = 17.5 until t = 5.\nTimes are processor times. The reference is Tsit45 of diffsol at a tolerance of 1e-13.",
         study: "motion",
         case: "balloon at f = 17.5 to t = 5, 101 nodes",
         size: "time steps",
@@ -219,8 +219,9 @@ pub(super) fn markdown(rows: &[Row], machine: &Machine) -> String {
         "# Run time against error\n\n\
         Measured by `cargo xtask report --peers` on {date} at commit {commit}: {processor}, {threads} hardware threads,\n\
         {compiler}, load {load} at the start. Other programs ran in the same minute on the same input. Each time is the median of\n\
-        several runs after one warm-up run. Each table contains up to four rows of our methods and up to four of other programs, without\n\
-        rows that are both slower and less accurate than another row of the same kind; plots contain all rows.\n\
+        at least nine runs after one warm-up run; the spread is the difference of median and minimum, divided by the minimum, and is\n\
+        bold where it exceeds 10 %. Each table contains up to four rows of our methods and up to four of other programs, without rows\n\
+        that are both slower and less accurate than another row of the same kind; plots contain all rows.\n\
         [performance.json](performance.json) contains every row of every study.\n\
         An image error is the root mean square difference from the exact pixel averages within the inscribed circle, after division of the\n\
         image by its scale factor (the ratio of both means inside the object, away from edges). The largest activity is 1.\n"
@@ -242,7 +243,7 @@ pub(super) fn markdown(rows: &[Row], machine: &Machine) -> String {
         } = question;
         let _ = write!(
             page,
-            "\n## {title}\n\n{answer} Benchmark: {bench}.\n\n![{title}](img/{})\n\n| method | {size} | threads | time | {error} |\n| --- | --- | --- | --- | --- |\n",
+            "\n## {title}\n\n{answer} Benchmark: {bench}.\n\n![{title}](img/{})\n\n| method | {size} | threads | time | spread | {error} |\n| --- | --- | --- | --- | --- | --- |\n",
             group.file()
         );
         for row in best(&group.rows, false)
@@ -258,9 +259,11 @@ pub(super) fn markdown(rows: &[Row], machine: &Machine) -> String {
                 ..
             } = row;
             let time = in_units(*seconds);
+            let mark = if row.is_steady() { "" } else { "**" };
+            let spread = 100.0 * row.spread();
             let _ = writeln!(
                 page,
-                "| {method} | {size} | {threads} | {time} | {error:.1e} |"
+                "| {method} | {size} | {threads} | {time} | {mark}{spread:.0} %{mark} | {error:.1e} |"
             );
         }
     }

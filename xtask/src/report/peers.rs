@@ -43,6 +43,13 @@ pub(super) fn rows(root: &Path, quick: bool) -> Result<Vec<Row>, String> {
         if quick {
             fbp.args(["--case", "shepp-logan", "--repeats", "1"]);
         }
+        if threads == "1" {
+            // the others take minutes, and are shown by two threads
+            fbp.args([
+                "--tools",
+                "ours,ours-band-limited,ours-direct,finufft,finufft-1e-4",
+            ]);
+        }
         rows.extend(parse(&output(&mut fbp)?)?);
         if !quick {
             let mut large = Command::new(&python);
@@ -52,12 +59,12 @@ pub(super) fn rows(root: &Path, quick: bool) -> Result<Vec<Row>, String> {
                 .arg(root.join("target/release/examples/fbp_raw"))
                 .args(["--threads", threads, "--rows", "--case", "large"]);
             rows.extend(parse(&output(&mut large)?)?);
-            let mut projection = Command::new(&python);
-            projection
-                .arg(peers.join("projection.py"))
-                .args(["--threads", threads]);
-            rows.extend(parse(&output(&mut projection)?)?);
         }
+    }
+    if !quick {
+        let mut projection = Command::new(&python);
+        projection.arg(peers.join("projection.py"));
+        rows.extend(parse(&output(&mut projection)?)?);
     }
     Ok(rows)
 }

@@ -16,9 +16,28 @@ pub(super) struct Row {
     pub(super) case: String,
     pub(super) size: usize,
     pub(super) threads: usize,
+    /// Median of the repeats.
     pub(super) seconds: f64,
+    /// Minimum of the repeats.
+    pub(super) least: f64,
+    pub(super) repeats: usize,
     pub(super) error: f64,
     pub(super) error_kind: String,
+}
+
+/// Largest spread of a time that is published without a mark.
+const STEADY: f64 = 0.1;
+
+impl Row {
+    /// Returns the spread of its time: the difference of median and minimum in units of the minimum.
+    pub(super) fn spread(&self) -> f64 {
+        self.seconds / self.least - 1.0
+    }
+
+    /// Whether the spread is at most 10 %.
+    pub(super) fn is_steady(&self) -> bool {
+        self.spread() <= STEADY
+    }
 }
 
 /// Parses the rows among the lines of `printed`: those that begin with `row `.
@@ -28,7 +47,8 @@ pub(super) fn parse(printed: &str) -> Result<Vec<Row>, String> {
         .map(|line| {
             let row: Row =
                 serde_json::from_str(line).map_err(|error| format!("row {line}: {error}"))?;
-            let valid = row.seconds > 0.0 && row.seconds.is_finite() && row.error >= 0.0;
+            let times = 0.0 < row.least && row.least <= row.seconds && row.repeats > 0;
+            let valid = times && row.seconds.is_finite() && row.error >= 0.0;
             if valid && row.error.is_finite() {
                 Ok(row)
             } else {
