@@ -307,7 +307,7 @@ fn collimated(effort: Effort) {
                 "64 exact views of a heart in a chest through a collimator",
             ),
         ] {
-            let truth = views(&through_a_collimator(size, chest, 2e-6));
+            let truth = views(&through_a_collimator(size, chest, 1e-5));
             for threads in [1, 2] {
                 for (tolerance, method) in [(1e-4, "slabs, 1e-4"), (1e-3, "slabs, 1e-3")] {
                     let made = || views(&through_a_collimator(size, chest, tolerance));

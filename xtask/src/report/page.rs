@@ -131,7 +131,7 @@ const QUESTIONS: [Question; 8] = [
     },
     Question {
         title: "Acquire views through a collimator, in a chest",
-        answer: "64 views of a static heart in an attenuating chest with depth-dependent resolution.\n`slabs, T` has `acquisition.accuracy = { tolerance = 5 T }`; the reference has `{ tolerance = 1e-5 }`.",
+        answer: "64 views of a static heart in an attenuating chest with depth-dependent resolution.\n`slabs, T` has `acquisition.accuracy = { tolerance = 5 T }`; the reference has `{ tolerance = 5e-5 }`.",
         study: "SPECT",
         case: "64 exact views of a heart in a chest through a collimator",
         size: "bins per row",
