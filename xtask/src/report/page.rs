@@ -131,7 +131,7 @@ const QUESTIONS: [Question; 8] = [
     },
     Question {
         title: "Acquire views through a collimator, in a chest",
-        answer: "64 views of a static heart in an attenuating chest with depth-dependent resolution.\n`slabs, T` has `acquisition.accuracy = { tolerance = 5 T }`; the reference has `{ tolerance = 5e-5 }`.",
+        answer: "64 views of a static heart in an attenuating chest with depth-dependent resolution, at two tolerances; the reference has 5e-5.",
         study: "SPECT",
         case: "64 exact views of a heart in a chest through a collimator",
         size: "bins per row",
@@ -150,8 +150,9 @@ const QUESTIONS: [Question; 8] = [
 ];
 
 /// Prefixes of the names of methods of other packages, and of ours without the optimisation.
-const RIVALS: [&str; 9] = [
+const RIVALS: [&str; 10] = [
     "astra",
+    "rtk",
     "scikit-image",
     "finufft",
     "SciPy",
@@ -217,14 +218,13 @@ pub(super) fn markdown(rows: &[Row], machine: &Machine) -> String {
     } = machine;
     let mut page = format!(
         "# Run time against error\n\n\
-        Measured by `cargo xtask report --peers` on {date} at commit {commit}: {processor}, {threads} hardware threads,\n\
-        {compiler}, load {load} at the start. Other programs ran in the same minute on the same input. Each time is the median of\n\
-        at least nine runs after one warm-up run; the spread is the difference of median and minimum, divided by the minimum, and is\n\
-        bold where it exceeds 10 %. Each table contains up to four rows of our methods and up to four of other programs, without rows\n\
-        that are both slower and less accurate than another row of the same kind; plots contain all rows.\n\
-        [performance.json](performance.json) contains every row of every study.\n\
-        An image error is the root mean square difference from the exact pixel averages within the inscribed circle, after division of the\n\
-        image by its scale factor (the ratio of both means inside the object, away from edges). The largest activity is 1.\n"
+        Measured by `cargo xtask report --peers` on {date} at commit {commit}: {processor}, {threads} hardware threads, {compiler},\n\
+        load {load} at the start. Other programs ran in the same minute on the same input. Each time is the median of at least nine runs\n\
+        after one warm-up run; the spread is (median - minimum) / minimum, bold above 10 %. Each table contains up to four rows of our\n\
+        methods and up to four of other programs, without rows that are both slower and less accurate than another row of the same kind;\n\
+        plots contain all rows, [performance.json](performance.json) all studies. An image error is the root mean square difference from\n\
+        the exact pixel averages within the inscribed circle, after division of the image by its scale factor (the ratio of both means\n\
+        inside the object, away from edges). The largest activity is 1.\n"
     );
     for group in shown(rows) {
         let Some(question) = QUESTIONS
