@@ -103,6 +103,9 @@ impl Cohort {
     /// A cohort text with a comment on every line.
     pub const TEMPLATE: &str = include_str!("template.toml");
 
+    /// A cohort text of clinical studies: chest, collimator, 16 gates, averages over bins, noise, hearts with and without a defect.
+    pub const CLINICAL: &str = include_str!("clinical.toml");
+
     /// Number of members.
     pub fn members(&self) -> u64 {
         self.members

@@ -2,6 +2,7 @@
 
 use crate::text;
 use heart_cohort::{Cohort, CohortError, FieldValue};
+use heart_phantom::Phantom;
 use std::collections::BTreeMap;
 
 fn numbers(cohort: &Cohort, path: &str) -> Vec<f64> {
@@ -184,6 +185,20 @@ fn the_template_is_a_cohort() {
             .cloned()
     };
     assert!(value("activity.cavity.concentration").is_some());
+}
+
+#[test]
+fn the_clinical_template_is_a_cohort_without_warnings() {
+    let cohort = Cohort::from_toml(Cohort::CLINICAL).unwrap();
+    let mut defects = 0;
+    for k in 0..50 {
+        let scene = cohort.member(k).unwrap().scene().unwrap();
+        assert!(scene.chest.is_some() && scene.collimator.is_some() && scene.noise.is_some());
+        defects += scene.defects.len();
+        let warnings = Phantom::new(scene).unwrap().warnings().unwrap();
+        assert!(warnings.is_empty(), "{k}: {warnings:?}");
+    }
+    assert!((15..35).contains(&defects), "{defects} of 50 have a defect");
 }
 
 /// A field that varies within a table that varies: the constraint uses the value in the scene.

@@ -114,6 +114,9 @@ pub(crate) enum Command {
 pub(crate) enum Cohort {
     /// Write a cohort with a comment on every line to a file or standard output.
     Init {
+        /// Clinical studies: chest, collimator, 16 gates, averages over bins, noise.
+        #[arg(long)]
+        clinical: bool,
         /// New file.
         file: Option<PathBuf>,
     },

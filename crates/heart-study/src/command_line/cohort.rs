@@ -13,7 +13,13 @@ use std::path::{Path, PathBuf};
 /// Runs in the thread pool of the arguments.
 pub(crate) fn run(arguments: &Arguments, command: &Command) -> Done {
     match command {
-        Command::Init { file } => init(file.as_deref(), Cohort::TEMPLATE.to_owned()),
+        Command::Init { clinical, file } => {
+            let text = match clinical {
+                true => Cohort::CLINICAL,
+                false => Cohort::TEMPLATE,
+            };
+            init(file.as_deref(), text.to_owned())
+        }
         Command::Check { cohort, members } => {
             let found = survey(&Cohort::load(cohort)?, *members, &options(arguments))?;
             Ok(Answer::Report(json!(found), lines(&found)))

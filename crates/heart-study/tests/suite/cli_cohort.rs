@@ -1,5 +1,6 @@
 //! The command line of cohorts.
 
+use heart_cohort::Cohort;
 use std::fs;
 use std::path::Path;
 use std::process::{Command, Output};
@@ -48,6 +49,8 @@ fn a_cohort_is_processed_from_its_text_to_its_manifest() {
         !cohort(folder, &["init", "template.toml"]).status.success(),
         "it exists"
     );
+    let clinical = cohort(folder, &["init", "--clinical"]);
+    assert_eq!(clinical.stdout, Cohort::CLINICAL.as_bytes());
     fs::write(folder.join("cohort.toml"), COHORT).unwrap();
     let found = answer(folder, &["check", "cohort.toml", "--members", "3"]);
     assert_eq!((&found["members"], &found["tried"]), (&6.into(), &3.into()));
