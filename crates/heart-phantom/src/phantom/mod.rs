@@ -93,6 +93,8 @@ pub struct Phantom {
     scattered: Vec<OnceLock<Option<Scatter>>>,
     pub(crate) steps: OnceLock<usize>,
     regions: OnceLock<Regions>,
+    /// Activity of the organs in all voxels, `[z][y][x]`.
+    organ_map: OnceLock<Vec<f32>>,
     /// The plan used last, with its gate.
     plan: Mutex<Option<(usize, Arc<FbpPlan<f32>>)>>,
     /// The OSEM model of a gate, if all have the same geometry.
@@ -191,6 +193,7 @@ impl Phantom {
             cycles: parts.cycles(),
             steps: OnceLock::new(),
             regions: OnceLock::new(),
+            organ_map: OnceLock::new(),
             plan: Mutex::new(None),
             model: OnceLock::new(),
             work: Work::default(),

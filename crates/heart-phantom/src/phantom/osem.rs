@@ -239,8 +239,13 @@ impl Phantom {
                     organs: organs.as_ref(),
                     ..self.scan(wide, gate, acquisition)
                 };
+                let (tolerance, slices) = (parts.scene.truth.tolerance, 0..wide.n_rows());
+                let of = |organs: &Organs| {
+                    organs.voxelize(wide.grid(), slices.clone(), |organ| organ.activity)
+                };
+                let around = organs.as_ref().map(of).transpose()?;
                 let (map, counters) =
-                    truth_of_slices(&scan, parts.scene.truth.tolerance, 0..wide.n_rows())?;
+                    truth_of_slices(&scan, tolerance, slices.clone(), around.as_deref())?;
                 self.work.voxels(counters);
                 Ok(map)
             }

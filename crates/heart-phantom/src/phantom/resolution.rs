@@ -72,15 +72,27 @@ impl Phantom {
             return Ok(None);
         };
         let target = self.parts.tolerance_of_bins();
+        let views = self.views_tried()?;
+        let find = |images: (Projected, Vec<Vec<f32>>), largest, target| {
+            self.find_resolution((value, &views), images, largest, target)
+        };
+        let coarsest = |projected| self.images(Some(value), &views, 0, projected);
         let (resolutions, error) = match self.has_fixed_surroundings() {
             true => {
-                let of = |projected, target| self.find_resolution(value, projected, target);
-                let (heart, of_heart) = of(Projected::Heart, (1.0 - SURROUNDINGS) * target)?;
-                let (around, of_around) = of(Projected::Surroundings, target - of_heart)?;
-                ([heart, around], of_heart + of_around)
+                let [of_heart, of_others] = [Projected::Heart, Projected::Surroundings];
+                let [hearts, others] = [coarsest(of_heart)?, coarsest(of_others)?];
+                let whole = (hearts.iter())
+                    .map(|heart| heart.iter().zip(&others[0]).map(|(a, b)| a + b).collect());
+                let largest = least_maximum(&whole.collect::<Vec<_>>());
+                let (heart, error) =
+                    find((of_heart, hearts), largest, (1.0 - SURROUNDINGS) * target)?;
+                let (around, of_around) = find((of_others, others), largest, target - error)?;
+                ([heart, around], error + of_around)
             }
             false => {
-                let (all, error) = self.find_resolution(value, Projected::All, target)?;
+                let images = coarsest(Projected::All)?;
+                let largest = least_maximum(&images);
+                let (all, error) = find((Projected::All, images), largest, target)?;
                 ([all; 2], error)
             }
         };
@@ -166,24 +178,19 @@ impl Phantom {
         ]))
     }
 
-    /// Refines until two resolutions differ by no more than the tolerance allows. Returns the resolution with its error.
+    /// Refines images of the coarsest resolution until two resolutions differ by no more than the tolerance allows, relative to `largest`.
+    /// Returns the resolution with its error.
     fn find_resolution(
         &self,
-        value: BinValue,
-        projected: Projected,
+        (value, views): (BinValue, &BTreeSet<usize>),
+        (projected, mut before): (Projected, Vec<Vec<f32>>),
+        largest: f64,
         target: f64,
     ) -> Result<(Resolution, f64), PhantomError> {
-        let views = self.views_tried()?;
-        let whole = self.images(Some(value), &views, 0, Projected::All)?;
-        let largest = (whole
-            .iter()
-            .map(|image| largest_of(std::slice::from_ref(image))))
-        .fold(f64::INFINITY, f64::min);
         let is_blurred = self.response()?.variance(f64::MAX) > 0.0;
         let others = OTHER_VIEWS[usize::from(!is_blurred)];
-        let mut before = self.images(Some(value), &views, 0, projected)?;
         for index in 1..LADDER.len() {
-            let after = self.images(Some(value), &views, index, projected)?;
+            let after = self.images(Some(value), views, index, projected)?;
             let off = match largest > 0.0 {
                 true => difference(&before, &after) / largest,
                 false => 0.0,
@@ -288,6 +295,13 @@ impl Phantom {
         }
         Ok(images)
     }
+}
+
+/// The least of the maxima of some images.
+fn least_maximum(images: &[Vec<f32>]) -> f64 {
+    (images.iter())
+        .map(|image| largest_of(std::slice::from_ref(image)))
+        .fold(f64::INFINITY, f64::min)
 }
 
 fn largest_of(images: &[Vec<f32>]) -> f64 {

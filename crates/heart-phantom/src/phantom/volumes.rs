@@ -290,7 +290,20 @@ impl Phantom {
         slices: Range<usize>,
     ) -> Result<Vec<f32>, PhantomError> {
         let tolerance = self.scene().truth.tolerance;
-        let (volume, counters) = truth_of_slices(scan, tolerance, slices)?;
+        let (grid, all) = (self.camera().grid(), 0..self.camera().n_rows());
+        let of = |slices| {
+            move |organs: &Organs| Ok(organs.voxelize(grid, slices, |organ| organ.activity)?)
+        };
+        let organs = scan.organs.filter(|organs| organs.is_active());
+        // Organs do not move: all gates share their map.
+        let around = match slices == all {
+            true => {
+                let map = organs.map(|organs| once(&self.organ_map, || of(all)(organs)));
+                map.transpose()?.map(Cow::from)
+            }
+            false => organs.map(of(slices.clone())).transpose()?.map(Cow::from),
+        };
+        let (volume, counters) = truth_of_slices(scan, tolerance, slices, around.as_deref())?;
         self.work.voxels(counters);
         Ok(volume)
     }
