@@ -333,12 +333,10 @@ fn papers(effort: Effort) {
     let folder = std::env::temp_dir().join(format!("benches-paper-{}", std::process::id()));
     for &size in sizes {
         for threads in [1, 2] {
-            let options = StudyOptions {
-                size,
-                threads: Some(threads),
-                figures: false,
-                ..StudyOptions::default()
-            };
+            let options = StudyOptions::default()
+                .with_size(size)
+                .with_threads(Some(threads))
+                .with_figures(false);
             let run = || heart_study::run(&options, &folder, &|_| ()).expect("a study");
             let (seconds, report) = timed(effort, run);
             Row {

@@ -106,11 +106,11 @@ impl PyMesh {
             );
             return Err(PyValueError::new_err(text).into());
         }
-        Ok(Self(Mesh {
-            vertices: vertices.into_iter().map(Point3::from).collect(),
-            normals: normals.into_iter().map(Vector3::from).collect(),
-            triangles: triangles.samples.as_chunks::<3>().0.to_vec(),
-        }))
+        Ok(Self(Mesh::new(
+            vertices.into_iter().map(Point3::from).collect(),
+            normals.into_iter().map(Vector3::from).collect(),
+            triangles.samples.as_chunks::<3>().0.to_vec(),
+        )))
     }
 
     fn __reduce__<'py>(

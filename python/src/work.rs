@@ -7,7 +7,7 @@
 use crate::errors::Failure;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
-use rayon::{ThreadPool, ThreadPoolBuilder};
+use rayon::{ThreadPool, ThreadPoolBuildError, ThreadPoolBuilder};
 use std::any::Any;
 use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
@@ -192,7 +192,10 @@ impl Threads {
             .thread_name(|k| format!("heart-phantom-{k}"))
             .start_handler(move |_| simd_set::stop_when(flag.clone()));
         let given = self.asked;
-        let failed = |source| heart_phantom::PhantomError::Threads { given, source };
+        let failed = |error: ThreadPoolBuildError| heart_phantom::PhantomError::Threads {
+            given,
+            source: error.into(),
+        };
         Ok(Crew {
             pool: built.build().map_err(failed)?,
             stop,

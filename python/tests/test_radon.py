@@ -167,6 +167,10 @@ def test_geometries_and_grids_are_values():
     np.testing.assert_allclose(geometry.bins, (np.arange(8) - 3.5) * 0.5 + 0.25)
     assert geometry == pickle.loads(pickle.dumps(geometry))
     assert geometry != Geometry.half_turn(3, 8, 0.5)
+    golden = np.arange(60) * np.pi * (3 - np.sqrt(5)) / 2
+    many_turns = Geometry.from_radians(golden, 8, offset=0.25)
+    np.testing.assert_array_equal(many_turns.angles, golden)
+    assert many_turns == pickle.loads(pickle.dumps(many_turns))
     assert geometry.with_rotation_bin(3.5).offset == 0.0
     grid = Grid(4, 3, (0.5, 1.0), centre=(1.0, 2.0))
     assert grid == pickle.loads(pickle.dumps(grid))
@@ -187,6 +191,7 @@ G, S = Geometry.half_turn(12, 16), Grid.square(8)
         (lambda: Geometry([[0.0]], 8), ValueError, "angles has the shape"),
         (lambda: Geometry(["a"], 8), TypeError, "real numbers"),
         (lambda: Geometry(np.arange(180.0), 8), RadonError, "degrees"),
+        (lambda: Geometry(np.arange(0, 136.5, 1.5), 8), RadonError, "degrees"),
         (lambda: Geometry([0.0], 0), RadonError, "n_bins"),
         (lambda: Geometry([0.0], -2), ValueError, "-2"),
         (lambda: Geometry([0.0], 8, 0.0), RadonError, "pitch must be greater than zero"),

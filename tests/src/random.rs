@@ -15,6 +15,7 @@ pub struct Random {
 
 impl Random {
     /// A generator that depends on the seed alone.
+    #[must_use]
     pub fn new(seed: u64) -> Self {
         let mut random = Self {
             state: seed.wrapping_mul(0x9e37_79b9_7f4a_7c15),

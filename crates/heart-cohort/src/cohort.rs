@@ -107,6 +107,7 @@ impl Cohort {
     pub const CLINICAL: &str = include_str!("clinical.toml");
 
     /// Number of members.
+    #[must_use]
     pub fn members(&self) -> u64 {
         self.members
     }
@@ -122,6 +123,7 @@ impl Cohort {
     }
 
     /// BLAKE3 hash of the parsed text, in hexadecimal; comments and layout do not change it.
+    #[must_use]
     pub fn digest(&self) -> &str {
         &self.digest
     }

@@ -16,6 +16,7 @@ pub struct Shard {
 
 impl Shard {
     /// Returns the name of its archive, such as `shard-00003-of-00040.tar`; its record has the extension `json`.
+    #[must_use]
     pub fn file_name(&self) -> String {
         format!("shard-{:05}-of-{:05}.tar", self.shard, self.of)
     }

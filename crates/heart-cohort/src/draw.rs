@@ -42,6 +42,7 @@ pub struct Member {
 
 impl Member {
     /// Returns the number of a field of its scene; `None` if the field is absent or not a number.
+    #[must_use]
     pub fn number(&self, path: &str) -> Option<f64> {
         field::get(&self.scene, path)?.as_f64()
     }

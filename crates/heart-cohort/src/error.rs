@@ -112,7 +112,10 @@ pub enum CohortError {
     },
     /// Threads could not be started.
     #[error("cannot start a thread")]
-    Threads(#[from] rayon::ThreadPoolBuildError),
+    Threads {
+        /// The cause, such as the error of the operating system.
+        source: Box<dyn std::error::Error + Send + Sync>,
+    },
 }
 
 /// An error in the text of a cohort, with its position.

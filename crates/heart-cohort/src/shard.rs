@@ -31,6 +31,7 @@ pub struct ShardReport {
 
 impl ShardReport {
     /// Returns the number of rejected members.
+    #[must_use]
     pub fn rejected(&self) -> usize {
         self.rows
             .iter()
@@ -51,6 +52,7 @@ pub struct RunOptions {
 
 impl RunOptions {
     /// Options for a number of concurrent members.
+    #[must_use]
     pub fn new(threads: usize) -> Self {
         Self {
             threads,
@@ -59,6 +61,7 @@ impl RunOptions {
     }
 
     /// Sets the bytes for shapes of the heart.
+    #[must_use]
     pub fn with_memory(mut self, bytes: usize) -> Self {
         self.memory = bytes;
         self

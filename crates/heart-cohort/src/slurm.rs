@@ -9,6 +9,7 @@ const MOST_TASKS: u64 = 1000;
 
 /// Resources of a job.
 #[derive(Debug, Clone, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct SlurmOptions {
     /// Number of shards.
     pub shards: u64,
@@ -26,6 +27,7 @@ pub struct SlurmOptions {
 
 impl SlurmOptions {
     /// Options for a number of shards, with two processors, 4 GiB and one hour each.
+    #[must_use]
     pub fn new(shards: u64) -> Self {
         Self {
             shards,
@@ -35,6 +37,41 @@ impl SlurmOptions {
             at_once: None,
             partition: None,
         }
+    }
+
+    /// Sets the number of processors per task.
+    #[must_use]
+    pub fn with_threads(mut self, threads: usize) -> Self {
+        self.threads = threads;
+        self
+    }
+
+    /// Sets the memory per task in MiB.
+    #[must_use]
+    pub fn with_memory_mib(mut self, memory_mib: u64) -> Self {
+        self.memory_mib = memory_mib;
+        self
+    }
+
+    /// Sets the time limit per shard in minutes.
+    #[must_use]
+    pub fn with_minutes(mut self, minutes: u64) -> Self {
+        self.minutes = minutes;
+        self
+    }
+
+    /// Sets the largest number of concurrent tasks; `None` for the limit of the site.
+    #[must_use]
+    pub fn with_at_once(mut self, at_once: Option<u64>) -> Self {
+        self.at_once = at_once;
+        self
+    }
+
+    /// Sets the partition; `None` for that of the site.
+    #[must_use]
+    pub fn with_partition(mut self, partition: Option<String>) -> Self {
+        self.partition = partition;
+        self
     }
 
     fn check(&self) -> Result<(), CohortError> {
@@ -134,17 +171,20 @@ mod tests {
 
     #[test]
     fn a_script_is_valid_shell_and_contains_all_options() {
-        let options = SlurmOptions {
-            partition: Some("short".into()),
-            at_once: Some(8),
-            ..SlurmOptions::new(40)
-        };
+        let options = SlurmOptions::new(40)
+            .with_threads(3)
+            .with_memory_mib(2048)
+            .with_minutes(90)
+            .with_partition(Some("short".into()))
+            .with_at_once(Some(8));
         let text = script(&options).unwrap();
         assert!(text.starts_with("#!/bin/bash\n#SBATCH "));
         for line in [
             "#SBATCH --array=1-40%8\n",
             "#SBATCH --partition=short\n",
-            "#SBATCH --time=60\n",
+            "#SBATCH --time=90\n",
+            "=2048M\n",
+            "--cpus-per-task=3\n",
             "'heart-phantom' 'it'\\''s.toml' 'out $HOME {EACH}'\n",
         ] {
             assert!(text.contains(line), "{text}");

@@ -27,6 +27,7 @@ pub enum Subset {
 
 impl Subset {
     /// Returns its name in files.
+    #[must_use]
     pub fn name(self) -> &'static str {
         match self {
             Self::Train => "train",

@@ -25,6 +25,7 @@ pub enum FieldValue {
 
 impl FieldValue {
     /// Returns the value as a number.
+    #[must_use]
     pub fn number(&self) -> Option<f64> {
         match self {
             Self::Whole(whole) => Some(*whole as f64),

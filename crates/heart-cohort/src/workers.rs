@@ -1,14 +1,17 @@
 //! Computes members concurrently, each on one thread, and passes them on in order.
 
-use rayon::{ThreadPool, ThreadPoolBuildError, ThreadPoolBuilder};
+use crate::error::CohortError;
+use rayon::{ThreadPool, ThreadPoolBuilder};
 use std::ops::Range;
 use std::sync::mpsc::sync_channel;
 
 /// One thread pool per concurrent member.
-pub(crate) fn pools(threads: usize) -> Result<Vec<ThreadPool>, ThreadPoolBuildError> {
-    (0..threads.max(1))
-        .map(|_| ThreadPoolBuilder::new().num_threads(1).build())
-        .collect()
+pub(crate) fn pools(threads: usize) -> Result<Vec<ThreadPool>, CohortError> {
+    let pool = |_| ThreadPoolBuilder::new().num_threads(1).build();
+    let pools: Result<Vec<_>, _> = (0..threads.max(1)).map(pool).collect();
+    pools.map_err(|error| CohortError::Threads {
+        source: error.into(),
+    })
 }
 
 /// Runs `work` for each index in one of the pools and passes the results to `take` in the order of the indices. At most two results

@@ -65,8 +65,8 @@ pub enum PhantomError {
     Threads {
         /// The number given; 0 for one per core.
         given: usize,
-        /// The error of the operating system.
-        source: rayon::ThreadPoolBuildError,
+        /// The cause, such as the error of the operating system.
+        source: Box<dyn std::error::Error + Send + Sync>,
     },
     /// Invalid dimensions or stiffness of a membrane.
     #[error(transparent)]
@@ -370,7 +370,7 @@ mod tests {
             (1, "cannot start a thread"),
             (4096, "cannot start 4096 threads"),
         ] {
-            let source = refused();
+            let source = refused().into();
             let error = PhantomError::Threads { given, source };
             assert_eq!(error.to_string(), says);
         }

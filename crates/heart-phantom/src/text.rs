@@ -21,6 +21,7 @@ fn is_unseen(c: char) -> bool {
 /// ```
 /// assert_eq!(heart_phantom::escape("scene \u{1b}[31m\u{202e}.toml"), "scene \\u{1b}[31m\\u{202e}.toml");
 /// ```
+#[must_use]
 pub fn escape(text: &str) -> String {
     let mut shown = String::with_capacity(text.len());
     for c in text.chars() {

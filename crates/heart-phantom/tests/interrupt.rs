@@ -1,5 +1,5 @@
-//! Interrupted writes leave the previous files unchanged. A separate program, because the lock applies to the whole process. No test waits
-//! for time.
+//! Interrupted writes leave the previous files unchanged. A separate program, because the lock applies to the whole process. A test that
+//! waits for longer than [`PATIENCE`] fails.
 
 #![allow(clippy::expect_used, clippy::panic, clippy::unwrap_used)]
 #![cfg(unix)] // requires a system that can remove open files
@@ -10,9 +10,23 @@ use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc;
 use std::thread;
+use std::time::Duration;
+
+/// Longest duration of a test, far above the needs of a busy machine.
+const PATIENCE: Duration = Duration::from_secs(60);
 
 #[test]
 fn unfinished_files_are_removed_and_older_files_are_kept() {
+    let (done, result) = mpsc::channel();
+    thread::spawn(move || {
+        interrupted_write();
+        done.send(())
+    });
+    let end = result.recv_timeout(PATIENCE);
+    end.expect("the test ends, without a panic");
+}
+
+fn interrupted_write() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("a.txt");
     fs::write(&path, "old").unwrap();

@@ -27,10 +27,10 @@ mod program {
     use std::io::{BufRead, BufReader, Read, Write};
     use std::os::unix::process::ExitStatusExt;
     use std::path::{Path, PathBuf};
-    use std::process::{Child, Command, ExitStatus, Stdio};
+    use std::process::{Child, Command, ExitStatus, Output, Stdio};
     use std::sync::mpsc;
     use std::thread;
-    use std::time::Duration;
+    use std::time::{Duration, Instant};
 
     const PROGRAM: &str = env!("CARGO_BIN_EXE_heart-phantom");
     /// Names and numbers of the signals that end the program.
@@ -50,6 +50,10 @@ mod program {
 
     fn ended(mut child: Child) -> ExitStatus {
         bounded(move || child.wait().unwrap())
+    }
+
+    fn output(mut command: Command) -> Output {
+        bounded(move || command.output().unwrap())
     }
 
     /// The writing end of a pipe, once its reader has opened it.
@@ -224,21 +228,23 @@ mod program {
     fn an_interrupt_at_any_moment_leaves_complete_files() {
         let folder = tempfile::tempdir().unwrap();
         let (scene, whole) = (scene(folder.path()), folder.path().join("whole"));
-        assert!(run(&scene, &whole).status().unwrap().success());
+        assert!(output(run(&scene, &whole)).status.success());
         // From an empty directory over the first file to the last ones.
         for (k, seen) in (0..names(&whole).len()).step_by(5).enumerate() {
             let (name, number) = ENDING[k % ENDING.len()];
             let out = folder.path().join(format!("{name}-{seen}"));
             let mut child = run(&scene, &out).spawn().unwrap();
+            let end = Instant::now() + PATIENCE;
             let status = loop {
                 if let Some(status) = child.try_wait().unwrap() {
                     break status;
                 }
                 if seen == 0 || out.is_dir() && names(&out).len() >= seen {
                     send(name, &child); // one that has just ended stays there until it is waited for
-                    break child.wait().unwrap();
+                    break ended(child);
                 }
-                std::thread::yield_now();
+                assert!(Instant::now() < end, "the program writes its files");
+                thread::yield_now();
             };
             assert!(status.success() || ended_by(status, number), "{status}");
             assert!(!status.success() || out.join("report.json").exists());
@@ -276,15 +282,15 @@ mod program {
     fn a_full_disk_is_an_error_and_leaves_complete_files() {
         let folder = tempfile::tempdir().unwrap();
         let (scene, out) = (scene(folder.path()), folder.path().join("out"));
-        let output = Command::new("sh")
+        let mut command = Command::new("sh");
+        command
             .args([
                 "-c",
                 "ulimit -f 1000; exec \"$0\" run --quiet \"$1\" --out \"$2\"",
                 PROGRAM,
             ])
-            .args([&scene, &out])
-            .output()
-            .unwrap();
+            .args([&scene, &out]);
+        let output = output(command);
         let said = String::from_utf8_lossy(&output.stderr);
         assert_eq!(output.status.code(), Some(1), "{}: {said}", output.status);
         assert!(

@@ -5,7 +5,7 @@ use crate::profile::{Stiffness, Thickness};
 use crate::strain_energy::StrainEnergy;
 
 /// The material of a membrane.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, PartialEq)]
 pub enum Material {
     /// The paper's springs: a force against the displacement, without hoop tension.
     Springs {
@@ -19,7 +19,7 @@ pub enum Material {
 }
 
 /// A sheet of incompressible rubber.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Rubber {
     pub(crate) energy: StrainEnergy,
     pub(crate) thickness: Thickness,

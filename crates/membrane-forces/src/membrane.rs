@@ -17,7 +17,7 @@ use crate::strain_energy::RubberState;
 /// assert_eq!(membrane.ends(), [[0.0, 1.75], [0.0, -1.75]]);
 /// # Ok::<(), membrane_forces::MembraneError>(())
 /// ```
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Membrane {
     rest: ReferenceShape,
     material: Material,

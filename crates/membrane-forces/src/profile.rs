@@ -19,11 +19,11 @@ pub trait Quantity {
 }
 
 /// Marks the profile of a stiffness.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub enum OfStiffness {}
 
 /// Marks the profile of a thickness.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub enum OfThickness {}
 
 impl Quantity for OfStiffness {
@@ -36,13 +36,15 @@ impl Quantity for OfThickness {
 
 /// A positive quantity along the material coordinate s in [0, 1].
 ///
+/// Profiles of a function are equal if they share it, as clones do.
+///
 /// Stiffness and thickness are different types, so that they cannot be confused:
 ///
 /// ```compile_fail,E0308
 /// use membrane_forces::{Rubber, Stiffness, StrainEnergy};
 /// let rubber = Rubber::new(StrainEnergy::NeoHookean { mu: 400.0 }, Stiffness::UNIT);
 /// ```
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Profile<Q> {
     values: Values,
     quantity: PhantomData<fn() -> Q>,
@@ -58,6 +60,26 @@ enum Values {
         breaks: Vec<f64>,
         value: Arc<Function>,
     },
+}
+
+impl PartialEq for Values {
+    fn eq(&self, other: &Self) -> bool {
+        match (self, other) {
+            (Values::Constant(a), Values::Constant(b)) => a == b,
+            (Values::Samples(a), Values::Samples(b)) => a == b,
+            (
+                Values::Function {
+                    breaks: a,
+                    value: f,
+                },
+                Values::Function {
+                    breaks: b,
+                    value: g,
+                },
+            ) => a == b && Arc::ptr_eq(f, g),
+            (Values::Constant(_) | Values::Samples(_) | Values::Function { .. }, _) => false,
+        }
+    }
 }
 
 impl fmt::Debug for Values {

@@ -20,8 +20,8 @@ pub struct CurvePoint {
 /// The unloaded curve c0(s), s in [0, 1], smooth between its breakpoints.
 ///
 /// The built-in shapes run with constant speed (s proportional to arc length) from (0, +R)
-/// over the apex to (0, -R); x is the axis of revolution.
-#[derive(Clone)]
+/// over the apex to (0, -R); x is the axis of revolution. Shapes of a function are equal if they share it, as clones do.
+#[derive(Clone, PartialEq)]
 pub struct ReferenceShape {
     /// 0 = first, ..., 1 = last: piece k covers `[breaks[k], breaks[k + 1]]`.
     breaks: Vec<f64>,
@@ -46,6 +46,30 @@ enum Piece {
         sweep: f64,
     },
     Function(Arc<CurveFunction>),
+}
+
+impl PartialEq for Piece {
+    fn eq(&self, other: &Self) -> bool {
+        match (self, other) {
+            (Piece::Line { from: a, to: b }, Piece::Line { from, to }) => a == from && b == to,
+            (
+                Piece::Arc {
+                    centre: a,
+                    radius: b,
+                    start: c,
+                    sweep: d,
+                },
+                Piece::Arc {
+                    centre,
+                    radius,
+                    start,
+                    sweep,
+                },
+            ) => (a, b, c, d) == (centre, radius, start, sweep),
+            (Piece::Function(a), Piece::Function(b)) => Arc::ptr_eq(a, b),
+            (Piece::Line { .. } | Piece::Arc { .. } | Piece::Function(_), _) => false,
+        }
+    }
 }
 
 impl fmt::Debug for ReferenceShape {

@@ -25,6 +25,17 @@ pub struct Equilibrium {
     pub(crate) state: Vec<f64>,
 }
 
+/// Compares membranes, loads, measures, reports and the numbers of the state. Discretisations are not compared.
+impl PartialEq for Equilibrium {
+    fn eq(&self, other: &Self) -> bool {
+        self.state == other.state
+            && (self.intensity, self.load, self.measures)
+                == (other.intensity, other.load, other.measures)
+            && self.report == other.report
+            && self.membrane() == other.membrane()
+    }
+}
+
 impl Equilibrium {
     pub(crate) fn nodes(&self) -> &[f64] {
         &self.state[..self.state.len() - 1]

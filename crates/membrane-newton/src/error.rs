@@ -203,6 +203,7 @@ impl NewtonError {
     /// let error = NewtonError::user(ours.clone());
     /// assert_eq!(error.source().and_then(|e| e.downcast_ref()), Some(&ours));
     /// ```
+    #[must_use]
     pub fn user(error: impl Into<Box<dyn Error + Send + Sync>>) -> Self {
         Self::User(UserError(Arc::from(error.into())))
     }

@@ -50,18 +50,21 @@ impl Compton {
     }
 
     /// Total cross-section of a free electron in cm^2.
+    #[must_use]
     pub fn cross_section(&self) -> f64 {
         std::f64::consts::TAU * RADIUS_SQUARED / self.factor
     }
 
     /// Energy in keV after scattering by the angle of this cosine.
     #[inline]
+    #[must_use]
     pub fn energy_at(&self, cosine: f64) -> f64 {
         self.towards(cosine).0
     }
 
     /// Probability of scattering into a direction, per solid angle, relative to isotropic scattering: `4 pi / sigma d sigma / d Omega`.
     #[inline]
+    #[must_use]
     pub fn relative_density(&self, cosine: f64) -> f64 {
         self.towards(cosine).1
     }

@@ -24,6 +24,7 @@ pub struct ScatterOptions {
 
 impl ScatterOptions {
     /// A tolerance in the unit of the samples; nodes 0.75 cm and 12 degrees apart, 32 orders, blocks of 512 histories, at most 10^9 histories, seed 0.
+    #[must_use]
     pub fn new(tolerance: f64) -> Self {
         Self {
             tolerance,
@@ -37,36 +38,42 @@ impl ScatterOptions {
     }
 
     /// Sets the pitch of the nodes.
+    #[must_use]
     pub fn with_pitch(mut self, pitch: f64) -> Self {
         self.pitch = pitch;
         self
     }
 
     /// Sets the largest angle in radians between the views from which others are interpolated; 0 for no interpolation.
+    #[must_use]
     pub fn with_spacing(mut self, spacing: f64) -> Self {
         self.spacing = spacing;
         self
     }
 
     /// Sets the number of orders of scattering.
+    #[must_use]
     pub fn with_orders(mut self, orders: usize) -> Self {
         self.orders = orders;
         self
     }
 
     /// Sets the number of histories of the first blocks.
+    #[must_use]
     pub fn with_block(mut self, histories: usize) -> Self {
         self.block = histories;
         self
     }
 
     /// Sets the largest number of histories.
+    #[must_use]
     pub fn with_most_histories(mut self, histories: u64) -> Self {
         self.most_histories = histories;
         self
     }
 
     /// Sets the seed.
+    #[must_use]
     pub fn with_seed(mut self, seed: u64) -> Self {
         self.seed = seed;
         self

@@ -9,6 +9,7 @@ pub struct Random(ChaCha8Rng);
 
 impl Random {
     /// Creates a stream from a seed and a stream number.
+    #[must_use]
     pub fn new(seed: u64, stream: u64) -> Self {
         let mut generator = ChaCha8Rng::seed_from_u64(seed);
         generator.set_stream(stream);

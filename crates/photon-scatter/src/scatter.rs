@@ -152,6 +152,7 @@ impl Scatter {
     ///
     /// # Panics
     /// If there is no such view or window.
+    #[must_use]
     pub fn view(&self, window: usize, view: usize) -> Vec<f64> {
         let bins = (self.grid).to_bins(self.nodes(&self.images, window, view), true);
         // Cubics overshoot; samples are not negative.
@@ -163,22 +164,26 @@ impl Scatter {
     ///
     /// # Panics
     /// If there is no such view or window.
+    #[must_use]
     pub fn standard_error(&self, window: usize, view: usize) -> Vec<f64> {
         self.grid
             .to_bins(self.nodes(&self.errors, window, view), false)
     }
 
     /// The largest standard error of any bin in any view and window.
+    #[must_use]
     pub fn largest_error(&self) -> f64 {
         self.largest_error
     }
 
     /// Estimate of the largest error in any sample of the interpolation between nodes and between views; not part of the standard errors.
+    #[must_use]
     pub fn interpolation_error(&self) -> f64 {
         self.interpolation_error
     }
 
     /// The work done.
+    #[must_use]
     pub fn report(&self) -> &ScatterReport {
         &self.report
     }

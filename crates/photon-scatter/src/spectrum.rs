@@ -152,11 +152,13 @@ impl Spectrum {
     }
 
     /// Energy of the photons emitted (keV).
+    #[must_use]
     pub fn energy(&self) -> f64 {
         self.energy
     }
 
     /// The windows (keV).
+    #[must_use]
     pub fn windows(&self) -> &[[f64; 2]] {
         &self.windows
     }
@@ -165,6 +167,7 @@ impl Spectrum {
     ///
     /// # Panics
     /// If there is no such window.
+    #[must_use]
     pub fn efficiency(&self, window: usize, energy: f64) -> f64 {
         let [low, high] = self.windows[window];
         let sigma = self.resolution * (self.energy * energy).sqrt() / FWHM;

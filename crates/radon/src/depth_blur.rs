@@ -80,6 +80,7 @@ impl DepthBlur {
     }
 
     /// Returns the largest numbers of bins and of rows over which a sample is spread.
+    #[must_use]
     pub fn reach(&self) -> [usize; 2] {
         let reach = |axis: usize| {
             self.nodes.kernels[self.used()]
@@ -99,6 +100,7 @@ impl DepthBlur {
     }
 
     /// Returns the number of blurs of a view.
+    #[must_use]
     pub fn n_nodes(&self) -> usize {
         self.used().len()
     }

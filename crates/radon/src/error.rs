@@ -113,14 +113,15 @@ pub enum RadonError {
         /// Largest allowed number of turns.
         most: f64,
     },
-    /// A list of angles has equal steps over 180 or 360 rad, to nine digits: a half or full turn in degrees.
+    /// A list of angles has more turns than allowed: most likely it is in degrees.
     #[error(
-        "{n_views} angles in equal steps over {arc:?} rad look like degrees; if they are, use `from_degrees`"
+        "{n_views} angles span {arc:?} rad (at most {:?} turns allowed); if they are in degrees, use `from_degrees`, otherwise `from_radians`",
+        crate::ParallelGeometry::MOST_TURNS
     )]
     LikeDegrees {
         /// Number of angles.
         n_views: usize,
-        /// Sum of the steps.
+        /// Largest angle minus the smallest one, in radians.
         arc: f64,
     },
     /// An index range is empty, reversed or leaves the array.
@@ -190,6 +191,7 @@ impl RadonError {
     /// let error = RadonError::user(ours.clone());
     /// assert_eq!(error.source().and_then(|e| e.downcast_ref()), Some(&ours));
     /// ```
+    #[must_use]
     pub fn user(error: impl Into<Box<dyn Error + Send + Sync>>) -> Self {
         Self::User(UserError(Arc::from(error.into())))
     }

@@ -48,6 +48,7 @@ pub enum Window {
 
 impl Window {
     /// `W(nu)` for `nu >= 0`; NaN for a custom window of fewer than two gains, which every plan rejects.
+    #[must_use]
     pub fn gain(&self, nu: f64) -> f64 {
         if let Window::Butterworth { order } = self {
             return 1.0 / (1.0 + nu.powi(2 * (*order).min(1 << 20) as i32)).sqrt();
@@ -91,6 +92,7 @@ impl Window {
 
 /// Sample `n` of the band-limited ramp for unit pitch: 1/4 at 0, `-1/(pi n)^2` at odd `n`, 0 at even `n` (Kak & Slaney 1988,
 /// eq. 3.61). Samples of `|f|` itself would change the mean of the image.
+#[must_use]
 pub fn ramp_sample(n: i64) -> f64 {
     if n == 0 {
         0.25

@@ -24,7 +24,7 @@ use crate::error::{RadonError, at_least, finite, positive, product, room, zeros}
 /// let angles: Vec<f64> = (0..90).map(|k| 2.0 * f64::from(k)).collect();
 /// let listed = ParallelGeometry::from_degrees(&angles, 256, 0.0625)?;
 /// assert!((listed.angles()[45] - geometry.angles()[45]).abs() < 1e-15);
-/// assert!(ParallelGeometry::arc_radians(90, 180.0, 256, 0.0625).is_err()); // 29 turns: angle in degrees
+/// assert!(ParallelGeometry::new(angles, 256, 0.0625).is_err()); // 28 turns: angles in degrees
 /// # Ok::<(), radon::RadonError>(())
 /// ```
 #[derive(Debug, Clone, PartialEq)]
@@ -36,19 +36,43 @@ pub struct ParallelGeometry {
 }
 
 impl ParallelGeometry {
-    /// Views at `angles` in radians (in any order, repeated or not), `n_bins` bins `pitch` apart, centred on the axis.
+    /// Views at `angles` in radians (in any order, repeated or not), `n_bins` bins `pitch` apart, centred on the axis. They span at most
+    /// [`MOST_TURNS`](Self::MOST_TURNS), so that most lists in degrees are rejected; [`from_radians`](Self::from_radians) has no limit.
     ///
     /// # Errors
-    /// No view, no bin, an angle or pitch that is NaN or infinite, `pitch <= 0`, sizes beyond the address space;
-    /// [`RadonError::LikeDegrees`] for equal steps over 180 or 360 rad, to nine digits.
+    /// As [`from_radians`](Self::from_radians); [`RadonError::LikeDegrees`] beyond [`MOST_TURNS`](Self::MOST_TURNS).
     pub fn new(angles: impl Into<Vec<f64>>, n_bins: usize, pitch: f64) -> Result<Self, RadonError> {
+        let geometry = Self::from_radians(angles, n_bins, pitch)?;
+        let ends = [f64::INFINITY, f64::NEG_INFINITY];
+        let (n_views, angles) = (geometry.n_views(), geometry.angles.iter());
+        let [first, last] = angles.fold(ends, |[low, high], &a| [low.min(a), high.max(a)]);
+        let arc = last - first; // has the rounding errors of angles, hence 1e-9
+        if arc > Self::MOST_TURNS * 2.0 * PI * (1.0 + 1e-9) {
+            return Err(RadonError::LikeDegrees { n_views, arc });
+        }
+        Ok(geometry)
+    }
+
+    /// As [`new`](Self::new), with angles over any number of turns, such as those of a golden-angle or a helical acquisition.
+    ///
+    /// ```
+    /// # use radon::ParallelGeometry;
+    /// let angles: Vec<f64> = (0..90).map(|k| 1.199_982 * f64::from(k)).collect(); // 17 turns
+    /// assert_eq!(ParallelGeometry::from_radians(angles, 256, 0.0625)?.n_views(), 90);
+    /// # Ok::<(), radon::RadonError>(())
+    /// ```
+    ///
+    /// # Errors
+    /// No view, no bin, an angle or pitch that is NaN or infinite, `pitch <= 0`, sizes beyond the address space.
+    #[doc(alias("golden angle", "helical"))]
+    pub fn from_radians(
+        angles: impl Into<Vec<f64>>,
+        n_bins: usize,
+        pitch: f64,
+    ) -> Result<Self, RadonError> {
         let angles = angles.into();
         for &angle in &angles {
             finite("angle", angle)?;
-        }
-        if let Some(arc) = whole_turn_in_degrees(&angles) {
-            let n_views = angles.len();
-            return Err(RadonError::LikeDegrees { n_views, arc });
         }
         at_least("n_views", angles.len(), 1)?;
         at_least("n_bins", n_bins, 1)?;
@@ -63,16 +87,16 @@ impl ParallelGeometry {
         })
     }
 
-    /// As [`new`](Self::new), with the angles in degrees.
+    /// As [`from_radians`](Self::from_radians), with the angles in degrees.
     ///
     /// # Errors
-    /// As [`new`](Self::new).
+    /// As [`from_radians`](Self::from_radians).
     pub fn from_degrees(angles: &[f64], n_bins: usize, pitch: f64) -> Result<Self, RadonError> {
         let mut radians = zeros("angles", angles.len(), 1)?;
         for (to, from) in radians.iter_mut().zip(angles) {
             *to = from.to_radians();
         }
-        Self::new(radians, n_bins, pitch)
+        Self::from_radians(radians, n_bins, pitch)
     }
 
     /// View `k` of `n_views` at `k * pi / n_views`: every line once.
@@ -107,7 +131,7 @@ impl ParallelGeometry {
     /// View `k` of `n_views` at `k * arc / n_views`, `arc` in radians.
     ///
     /// # Errors
-    /// As [`new`](Self::new); an `arc` that is not finite and greater than zero; [`RadonError::LongArc`] beyond
+    /// As [`from_radians`](Self::from_radians); an `arc` that is not finite and greater than zero; [`RadonError::LongArc`] beyond
     /// [`MOST_TURNS`](Self::MOST_TURNS).
     pub fn arc_radians(
         n_views: usize,
@@ -125,11 +149,11 @@ impl ParallelGeometry {
         for (k, angle) in angles.iter_mut().enumerate() {
             *angle = k as f64 * arc / n_views as f64;
         }
-        Self::new(angles, n_bins, pitch)
+        Self::from_radians(angles, n_bins, pitch)
     }
 
-    /// Largest number of turns of an arc. A longer one is probably in the wrong unit; [`new`](Self::new) accepts the angles of any number
-    /// of turns.
+    /// Largest number of turns of an arc, and of the angles of [`new`](Self::new). More are probably in the wrong unit;
+    /// [`from_radians`](Self::from_radians) and [`from_degrees`](Self::from_degrees) accept angles over any number of turns.
     pub const MOST_TURNS: f64 = 2.0;
 
     /// The same views with every bin centre moved by `offset` (a length, towards larger bins).
@@ -152,41 +176,49 @@ impl ParallelGeometry {
     }
 
     /// Number of views.
+    #[must_use]
     pub fn n_views(&self) -> usize {
         self.angles.len()
     }
 
     /// Angle of each view, radians.
+    #[must_use]
     pub fn angles(&self) -> &[f64] {
         &self.angles
     }
 
     /// Number of bins in a view.
+    #[must_use]
     pub fn n_bins(&self) -> usize {
         self.n_bins
     }
 
     /// Distance between neighbouring bin centres.
+    #[must_use]
     pub fn pitch(&self) -> f64 {
         self.pitch
     }
 
     /// Shift of the middle of the row from the axis of rotation.
+    #[must_use]
     pub fn offset(&self) -> f64 {
         self.offset
     }
 
     /// Position of the centre of bin `bin_idx` along `(cos theta, sin theta)`.
+    #[must_use]
     pub fn bin_centre(&self, bin_idx: usize) -> f64 {
         (bin_idx as f64 - (self.n_bins - 1) as f64 / 2.0) * self.pitch + self.offset
     }
 
     /// Fractional bin index of position `s`; the inverse of [`bin_centre`](Self::bin_centre).
+    #[must_use]
     pub fn bin_at(&self, s: f64) -> f64 {
         (s - self.offset) / self.pitch + (self.n_bins - 1) as f64 / 2.0
     }
 
     /// Number of samples of one sinogram, `n_views * n_bins`.
+    #[must_use]
     pub fn sinogram_len(&self) -> usize {
         self.angles.len() * self.n_bins
     }
@@ -289,21 +321,6 @@ impl ParallelGeometry {
     }
 }
 
-/// Returns 180 or 360 if these angles divide so many radians into equal steps, with or without the last one.
-fn whole_turn_in_degrees(angles: &[f64]) -> Option<f64> {
-    let ([first, .., last], n) = (angles, angles.len() as f64) else {
-        return None;
-    };
-    let step = (last - first) / (n - 1.0);
-    let same = |a: f64, b: f64| (a - b).abs() <= 1e-9 * b.abs();
-    let arc = [180.0, 360.0]
-        .into_iter()
-        .find(|&arc| same(step.abs() * n, arc) || same(step.abs() * (n - 1.0), arc))?;
-    // Equal steps between two or three views may be accidental.
-    let equal = angles.windows(2).all(|pair| same(pair[1] - pair[0], step));
-    (angles.len() > 3 && equal).then_some(arc)
-}
-
 /// Treatment of a wedge of directions that no view measures.
 #[doc(alias = "limited angle")]
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -400,31 +417,37 @@ impl ImageGrid {
     }
 
     /// Pixels in a row.
+    #[must_use]
     pub fn nx(&self) -> usize {
         self.nx
     }
 
     /// Rows.
+    #[must_use]
     pub fn ny(&self) -> usize {
         self.ny
     }
 
     /// Distance between neighbouring pixel centres along x and along y.
+    #[must_use]
     pub fn spacing(&self) -> [f64; 2] {
         self.spacing
     }
 
     /// Middle of the grid.
+    #[must_use]
     pub fn centre(&self) -> [f64; 2] {
         self.centre
     }
 
     /// Number of pixels, `nx * ny`.
+    #[must_use]
     pub fn image_len(&self) -> usize {
         self.nx * self.ny
     }
 
     /// Centre of pixel `(ix, iy)`.
+    #[must_use]
     pub fn pixel_centre(&self, ix: usize, iy: usize) -> [f64; 2] {
         [
             (ix as f64 - (self.nx - 1) as f64 / 2.0) * self.spacing[0] + self.centre[0],
@@ -446,6 +469,7 @@ pub enum StackOrder {
 impl StackOrder {
     /// Returns the index of the first bin of `view_idx`, `slice_idx` in a stack of `n_views` views and `n_slices` slices; `None` if there
     /// is no such row, or the stack exceeds the address space.
+    #[must_use]
     pub fn row_start(
         self,
         view_idx: usize,

@@ -12,6 +12,13 @@ impl<S> Default for Pool<S> {
     }
 }
 
+/// A clone has no work arrays of its own yet.
+impl<S> Clone for Pool<S> {
+    fn clone(&self) -> Self {
+        Self::default()
+    }
+}
+
 impl<S> Pool<S> {
     /// Calls `f` with work arrays that are not in use, or with new ones.
     pub(crate) fn with<R>(&self, new: impl FnOnce() -> S, f: impl FnOnce(&mut S) -> R) -> R {

@@ -38,8 +38,10 @@ pub trait Scalar:
     /// Returns whether the value is neither NaN nor infinite.
     fn finite(self) -> bool;
     /// Returns `self * a + b`, rounded once.
+    #[must_use]
     fn fused(self, a: Self, b: Self) -> Self;
     /// Returns the absolute value.
+    #[must_use]
     fn magnitude(self) -> Self;
     /// Returns the integer, rounded.
     fn whole(i: i32) -> Self;

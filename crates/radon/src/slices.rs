@@ -43,21 +43,25 @@ impl SliceAxis {
     }
 
     /// Number of slices.
+    #[must_use]
     pub fn n_slices(&self) -> usize {
         self.n_slices
     }
 
     /// Distance between neighbouring slice centres.
+    #[must_use]
     pub fn spacing(&self) -> f64 {
         self.spacing
     }
 
     /// Height of the middle of the stack.
+    #[must_use]
     pub fn centre(&self) -> f64 {
         self.centre
     }
 
     /// Height of the centre of slice `slice_idx`.
+    #[must_use]
     pub fn slice_centre(&self, slice_idx: usize) -> f64 {
         (slice_idx as f64 - (self.n_slices - 1) as f64 / 2.0) * self.spacing + self.centre
     }

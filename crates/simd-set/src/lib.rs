@@ -31,6 +31,7 @@ pub trait Work {
 
 impl Set {
     /// Returns the widest instruction set that this CPU supports.
+    #[must_use]
     pub fn detect() -> Self {
         [Self::Avx512, Self::Avx2, Self::Neon]
             .into_iter()
@@ -40,6 +41,7 @@ impl Set {
 
     /// Returns whether this CPU supports the instruction set. Cost: a few loads; the detection is cached.
     #[inline]
+    #[must_use]
     pub fn is_available(self) -> bool {
         match self {
             Self::Baseline => true,

@@ -6,11 +6,11 @@ use crate::values::Whole;
 use heart_phantom::radon::{ImageGrid, ParallelGeometry};
 use numpy::PyArrayDyn;
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
+use pyo3::types::PyTuple;
 
 type Doubles<'py> = Result<Bound<'py, PyArrayDyn<f64>>, Failure>;
 
-/// Parallel-beam geometry: views at `angles` in radians and a row of `n_bins` bins `pitch` apart.
+/// Parallel-beam geometry: views at `angles` in radians, which span at most two turns, and a row of `n_bins` bins `pitch` apart.
 ///
 /// View `theta` has its bins along (cos theta, sin theta) and its rays along (-sin theta, cos theta). Bin k of n is centred at
 /// `(k - (n - 1) / 2) * pitch + offset`, measured from the axis of rotation, the origin of the image plane. A sinogram is
@@ -42,6 +42,20 @@ impl PyGeometry {
     ) -> Result<Self, Failure> {
         let angles = numbers("angles", angles)?;
         let made = ParallelGeometry::new(angles, n_bins.0, pitch)?;
+        Ok(Self(made.with_offset(offset)?))
+    }
+
+    /// The geometry with angles in radians over any number of turns, such as those of a golden-angle acquisition.
+    #[staticmethod]
+    #[pyo3(signature = (angles, n_bins, pitch = 1.0, *, offset = 0.0))]
+    fn from_radians(
+        angles: &Bound<'_, PyAny>,
+        n_bins: Whole,
+        pitch: f64,
+        offset: f64,
+    ) -> Result<Self, Failure> {
+        let angles = numbers("angles", angles)?;
+        let made = ParallelGeometry::from_radians(angles, n_bins.0, pitch)?;
         Ok(Self(made.with_offset(offset)?))
     }
 
@@ -118,19 +132,27 @@ impl PyGeometry {
         format!("<Geometry: {views} views of {bins} bins {pitch} apart, offset {offset}>")
     }
 
-    fn __getnewargs_ex__<'py>(&self, py: Python<'py>) -> Result<NewArguments<'py>, Failure> {
-        let options = PyDict::new(py);
-        options.set_item("offset", self.0.offset())?;
-        let arguments = (self.angles(py)?, self.0.n_bins(), self.0.pitch());
-        Ok((arguments, options))
+    /// A geometry of its values, for pickling.
+    #[staticmethod]
+    fn _restore(
+        angles: &Bound<'_, PyAny>,
+        n_bins: Whole,
+        pitch: f64,
+        offset: f64,
+    ) -> Result<Self, Failure> {
+        Self::from_radians(angles, n_bins, pitch, offset)
+    }
+
+    fn __reduce__<'py>(
+        &self,
+        py: Python<'py>,
+    ) -> Result<(Bound<'py, PyAny>, Bound<'py, PyTuple>), Failure> {
+        let (angles, made) = (self.angles(py)?, &self.0);
+        let values = (angles, made.n_bins(), made.pitch(), made.offset());
+        let own = py.get_type::<Self>().getattr("_restore")?;
+        Ok((own, values.into_pyobject(py)?))
     }
 }
-
-/// Arguments that restore a geometry, positional and by name.
-type NewArguments<'py> = (
-    (Bound<'py, PyArrayDyn<f64>>, usize, f64),
-    Bound<'py, PyDict>,
-);
 
 /// A rectangular grid of `nx` times `ny` pixels: images `[y][x]`.
 ///

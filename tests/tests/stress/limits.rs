@@ -13,6 +13,7 @@ use revolve_voxel::{
 };
 use std::path::Path;
 use std::process::Command;
+use std::time::{Duration, Instant};
 
 fn body() -> Body {
     let cone = Meridian::new(&[[0.0, 1.0], [3.0, 0.0]]).expect("a cone");
@@ -470,6 +471,19 @@ fn a_read_only_directory_is_an_error() {
     );
 }
 
+/// Whether `done` returns `true` within a minute; it is called repeatedly.
+fn within_a_minute(mut done: impl FnMut() -> bool) -> bool {
+    let end = Instant::now() + Duration::from_secs(60);
+    loop {
+        if done() {
+            return true;
+        }
+        if Instant::now() > end {
+            return false;
+        }
+    }
+}
+
 /// A child process writes one file repeatedly, each time with another number throughout, and is killed at any time: before and after, the file is
 /// always one of those files, complete.
 #[test]
@@ -505,11 +519,14 @@ fn a_process_killed_while_it_writes_leaves_a_complete_file() {
             .spawn()
             .expect("a child");
         let enough = f32::from(round / 4);
-        while number(&file).is_none_or(|found| found < enough) {
+        let written = within_a_minute(|| {
             assert!(child.try_wait().expect("a child").is_none(), "it ended");
-        }
+            number(&file).is_some_and(|found| found >= enough)
+        });
         child.kill().expect("a child that runs");
-        child.wait().expect("a child that ends");
+        assert!(written, "no file in a minute");
+        let ended = within_a_minute(|| child.try_wait().expect("a child").is_some());
+        assert!(ended, "it runs on after a kill");
         assert!(number(&file).is_some_and(|found| found >= enough));
         std::fs::remove_file(&file).expect("the file");
     }

@@ -41,7 +41,7 @@ fn acquisition(random: &mut Random, unit: f64) -> Option<(ParallelGeometry, Imag
         if let Some(angle) = angles.first_mut() {
             *angle = random.spoiled(*angle);
         }
-        ParallelGeometry::new(angles, n_bins, pitch)
+        ParallelGeometry::from_radians(angles, n_bins, pitch)
     };
     let offset = unit * random.uniform(-2.0, 2.0);
     let geometry = geometry.ok()?.with_offset(random.spoiled(offset)).ok()?;

@@ -62,6 +62,7 @@ impl Folder {
     }
 
     /// The directory.
+    #[must_use]
     pub fn path(&self) -> &Path {
         &self.path
     }

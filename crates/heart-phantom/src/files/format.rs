@@ -253,6 +253,7 @@ impl Format {
     ];
 
     /// The properties of the format.
+    #[must_use]
     pub const fn info(self) -> &'static FormatInfo {
         match self {
             Self::Npy => &NPY,

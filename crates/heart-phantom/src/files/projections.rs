@@ -28,6 +28,7 @@ impl<'a> From<&'a [f64]> for Radius<'a> {
 
 impl Radius<'_> {
     /// Returns one number, or one per view.
+    #[must_use]
     pub fn as_slice(&self) -> &[f64] {
         match self {
             Self::Circular(radius) => std::slice::from_ref(radius),
@@ -186,11 +187,13 @@ impl<'a> Projections<'a> {
     }
 
     /// Returns the acquisition.
+    #[must_use]
     pub fn acquisition(&self) -> &AcquisitionInfo {
         &self.info
     }
 
     /// Sets the name of the study, see [`Volume::with_study`](crate::files::Volume::with_study).
+    #[must_use]
     pub fn with_study(mut self, name: &'a str) -> Self {
         self.study = Some(name);
         self
@@ -212,46 +215,55 @@ impl<'a> Projections<'a> {
     }
 
     /// Returns the expected counts of a sample of 1 in each view, if known.
+    #[must_use]
     pub fn counts_per_unit(&self) -> Option<&'a [f64]> {
         self.counts
     }
 
     /// Returns the detector.
+    #[must_use]
     pub fn detector(&self) -> &ParallelDetector {
         &self.detector
     }
 
     /// Returns the angle of each view in radians.
+    #[must_use]
     pub fn angles(&self) -> &'a [f64] {
         self.angles
     }
 
     /// Returns the distance of the detector face from the axis of rotation in cm.
+    #[must_use]
     pub fn radius(&self) -> Radius<'a> {
         self.radius
     }
 
     /// Returns the acquisition time of each view in seconds; 0 if unknown.
+    #[must_use]
     pub fn seconds(&self) -> f64 {
         self.seconds
     }
 
     /// Returns the seconds from one gate to the next, for gated projections.
+    #[must_use]
     pub fn seconds_per_gate(&self) -> Option<f64> {
         self.seconds_per_gate
     }
 
     /// Returns the number of gates, or 1.
+    #[must_use]
     pub fn n_gates(&self) -> usize {
         self.samples.len() / self.shape().iter().product::<usize>().max(1)
     }
 
     /// Returns the name of the study.
+    #[must_use]
     pub fn study(&self) -> Option<&'a str> {
         self.study
     }
 
     /// Returns the samples, `[view][row][bin]` or `[gate][view][row][bin]`.
+    #[must_use]
     pub fn samples(&self) -> Samples<'a> {
         self.samples
     }

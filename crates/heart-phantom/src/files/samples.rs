@@ -29,6 +29,7 @@ impl<'a> Samples<'a> {
     }
 
     /// Returns the number of samples.
+    #[must_use]
     pub fn len(&self) -> usize {
         match self {
             Self::F32(values) => values.len(),
@@ -38,11 +39,13 @@ impl<'a> Samples<'a> {
     }
 
     /// Returns whether there are no samples.
+    #[must_use]
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
 
     /// Returns the bytes per sample.
+    #[must_use]
     pub fn bytes_each(&self) -> usize {
         match self {
             Self::F32(_) => 4,

@@ -42,6 +42,7 @@ pub enum FieldOf {
 
 impl FieldOf {
     /// Number of components.
+    #[must_use]
     pub fn components(self) -> usize {
         match self {
             Self::Displacement | Self::Velocity => 3,
@@ -141,23 +142,27 @@ impl<'a> Volume<'a> {
     }
 
     /// Sets the name of the study, any text: files of one study belong together where the format has studies (DICOM).
+    #[must_use]
     pub fn with_study(mut self, name: &'a str) -> Self {
         self.study = Some(name);
         self
     }
 
     /// Sets the R-R intervals of the acquisition, for headers of gates that record them (DICOM).
+    #[must_use]
     pub fn with_beats(mut self, beats: Option<BeatCounts>) -> Self {
         self.beats = beats;
         self
     }
 
     /// Returns the R-R intervals of the acquisition.
+    #[must_use]
     pub fn beats(&self) -> Option<BeatCounts> {
         self.beats
     }
 
     /// Returns the seconds from one gate to the next, for gated volumes.
+    #[must_use]
     pub fn seconds_per_gate(&self) -> Option<f64> {
         match self.axis {
             Axis::Gates(seconds) => Some(seconds),
@@ -166,6 +171,7 @@ impl<'a> Volume<'a> {
     }
 
     /// Returns the quantity of the components of a field.
+    #[must_use]
     pub fn field(&self) -> Option<FieldOf> {
         match self.axis {
             Axis::Field(of) => Some(of),
@@ -174,6 +180,7 @@ impl<'a> Volume<'a> {
     }
 
     /// Returns the number of gates, or 1.
+    #[must_use]
     pub fn n_gates(&self) -> usize {
         match self.axis {
             Axis::Gates(_) => self.samples.len() / self.grid.len().max(1),
@@ -182,16 +189,19 @@ impl<'a> Volume<'a> {
     }
 
     /// Returns the name of the study.
+    #[must_use]
     pub fn study(&self) -> Option<&'a str> {
         self.study
     }
 
     /// Returns the grid.
+    #[must_use]
     pub fn grid(&self) -> &VoxelGrid {
         &self.grid
     }
 
     /// Returns the samples, `[z][y][x]`, `[gate][z][y][x]` or `[z][y][x][component]`.
+    #[must_use]
     pub fn samples(&self) -> Samples<'a> {
         self.samples
     }

@@ -23,6 +23,7 @@ pub enum Uptake {
 
 impl Uptake {
     /// Returns the activity per cm^3 of a region of the given volume; 0 without volume.
+    #[must_use]
     pub fn concentration(&self, volume: f64) -> f64 {
         match *self {
             Self::Concentration(concentration) => concentration,
@@ -100,6 +101,7 @@ impl Default for Activity {
 
 impl Activity {
     /// Concentrations of cavity and wall in a shape.
+    #[must_use]
     pub fn of(&self, shape: &HeartShape) -> [f64; 2] {
         let [inner, outer] = shape.volumes();
         [

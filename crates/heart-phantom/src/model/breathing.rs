@@ -46,6 +46,7 @@ pub enum RespiratoryGates {
 
 impl RespiratoryGates {
     /// Returns their number.
+    #[must_use]
     pub fn count(self) -> usize {
         let (Self::Phase(n) | Self::Amplitude(n)) = self;
         n
@@ -157,11 +158,13 @@ impl RespiratoryMotion {
     }
 
     /// Returns its parameters.
+    #[must_use]
     pub fn breathing(&self) -> &Breathing {
         &self.of
     }
 
     /// Returns the respiratory position at a time in seconds: 0 at end-expiration, 1 at end-inspiration.
+    #[must_use]
     pub fn fraction(&self, seconds: f64) -> f64 {
         self.at_phase(self.breaths(seconds).rem_euclid(1.0))
     }

@@ -117,6 +117,7 @@ impl Cycle {
     }
 
     /// Returns the phase in `[0, 1)` at time `t` in seconds; phase 0 is at `t = 0`.
+    #[must_use]
     pub fn phase(&self, t: f64) -> f64 {
         match &self.rhythm {
             None => wrap(t * self.beats_per_second),
@@ -128,11 +129,13 @@ impl Cycle {
     }
 
     /// Returns the respiratory motion.
+    #[must_use]
     pub fn breathing(&self) -> Option<&RespiratoryMotion> {
         self.breathing.as_deref()
     }
 
     /// Returns the respiratory position at a time; 0 without respiratory motion.
+    #[must_use]
     pub fn breath(&self, t: f64) -> f64 {
         (self.breathing.as_ref()).map_or(0.0, |breathing| breathing.fraction(t))
     }
@@ -186,6 +189,7 @@ impl Cycle {
     }
 
     /// Returns the volume gain at a phase (any real number, modulo 1); NaN for NaN or infinity.
+    #[must_use]
     pub fn gain(&self, phase: f64) -> f64 {
         self.gain_at_height(self.height.at(wrap(phase)))
     }
@@ -211,26 +215,31 @@ impl Cycle {
     }
 
     /// Returns the heart rate.
+    #[must_use]
     pub fn beats_per_minute(&self) -> f64 {
         self.beats_per_minute
     }
 
     /// Returns the length of one cycle in seconds.
+    #[must_use]
     pub fn period(&self) -> f64 {
         1.0 / self.beats_per_second
     }
 
     /// Returns the first phases of smallest and of largest volume.
+    #[must_use]
     pub fn extreme_phases(&self) -> [f64; 2] {
         self.height.extreme_phases()
     }
 
     /// Returns the largest gain of the cycle.
+    #[must_use]
     pub fn peak_gain(&self) -> f64 {
         self.gains[1]
     }
 
     /// Returns the gains at end-systole and end-diastole.
+    #[must_use]
     pub fn gains(&self) -> [f64; 2] {
         self.gains
     }

@@ -40,6 +40,7 @@ pub struct Defect {
 
 impl Defect {
     /// The region, its azimuths in radians.
+    #[must_use]
     pub fn region(&self) -> WallRegion {
         WallRegion {
             layers: self.layers,

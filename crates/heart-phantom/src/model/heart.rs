@@ -169,6 +169,7 @@ impl Heart {
     /// assert_eq!((heart.shapes_solved(), heart.shapes_alive()), (4, 2));
     /// # Ok::<(), heart_phantom::PhantomError>(())
     /// ```
+    #[must_use]
     pub fn with_memory(mut self, bytes: usize) -> Self {
         self.memory = bytes;
         self
@@ -256,31 +257,37 @@ impl Heart {
     }
 
     /// Returns the displacement of the base at a volume gain, cm.
+    #[must_use]
     pub fn av_plane_displacement(&self, gain: f64) -> f64 {
         (self.descent.as_ref()).map_or(0.0, |descent| descent.at(gain))
     }
 
     /// Returns the number of shapes solved so far.
+    #[must_use]
     pub fn shapes_solved(&self) -> usize {
         self.kept.solved()
     }
 
     /// Returns the number of shapes in memory, cached or referenced.
+    #[must_use]
     pub fn shapes_alive(&self) -> usize {
         self.kept.alive.counts()[0]
     }
 
     /// Returns the largest number of shapes in memory so far.
+    #[must_use]
     pub fn most_shapes_alive(&self) -> usize {
         self.kept.alive.counts()[1]
     }
 
     /// Returns the number of shapes that fit into its memory, at least one.
+    #[must_use]
     pub fn most_shapes(&self) -> usize {
         (self.memory / self.shape_bytes()).max(1)
     }
 
     /// Returns the estimated bytes of a shape, from the reference configuration; solves nothing.
+    #[must_use]
     pub fn shape_bytes(&self) -> usize {
         *self.shape_bytes.get_or_init(|| {
             let of = |solver: &Solver| {
@@ -305,11 +312,13 @@ impl Heart {
     }
 
     /// Reference length from the base to the outer apex, cm.
+    #[must_use]
     pub fn length(&self) -> f64 {
         self.length
     }
 
     /// Returns the pair of membrane solvers.
+    #[must_use]
     pub fn pair(&self) -> &Pair {
         &self.pair
     }
@@ -328,6 +337,7 @@ impl Heart {
     }
 
     /// Returns the pose; with respiratory motion that at end-expiration.
+    #[must_use]
     pub fn pose(&self) -> &Pose {
         &self.pose
     }

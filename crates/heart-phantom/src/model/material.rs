@@ -86,6 +86,7 @@ pub struct Stretch {
 
 impl Stretch {
     /// Returns the ratio of the volumes of the element: the product of the three.
+    #[must_use]
     pub fn volume(&self) -> f64 {
         self.meridional * self.hoop * self.radial
     }
@@ -137,24 +138,28 @@ impl Wall {
     }
 
     /// Returns the wall with the material coordinate of the membranes of another phase.
+    #[must_use]
     pub fn sliding_from(mut self, rest: &Wall) -> Self {
         self.rest = Some(rest.shell.clone());
         self
     }
 
     /// Returns the wall with a twist; azimuths refer to the wall without twist.
+    #[must_use]
     pub fn twisted(mut self, twist: Twist) -> Self {
         self.twist = Some(Arc::new(twist));
         self
     }
 
     /// Returns the wall in another pose.
+    #[must_use]
     pub fn with_pose(mut self, pose: Pose) -> Self {
         self.pose = pose;
         self
     }
 
     /// Returns the volume of the wall in cm^3.
+    #[must_use]
     pub fn volume(&self) -> f64 {
         self.shell.volume()
     }
@@ -168,6 +173,7 @@ impl Wall {
     }
 
     /// Returns the material point at a position in the lab, with its azimuth in (-pi, pi]; `None` outside the closed wall.
+    #[must_use]
     pub fn locate(&self, p: &Point3<f64>) -> Option<MaterialPoint> {
         let body = self.pose.to_body(p);
         let found = self.shell.locate([body.x, body.y.hypot(body.z)])?;
@@ -190,6 +196,7 @@ impl Wall {
 
     /// Returns the displacement of the material at a position from this phase to another: a lab vector in cm; `None` outside the
     /// wall.
+    #[must_use]
     pub fn displacement(&self, to: &Wall, p: &Point3<f64>) -> Option<[f64; 3]> {
         let point = self.locate(p)?;
         Some((to.place(&point) - p).into())
@@ -326,16 +333,19 @@ impl Wall {
 
     /// Returns the thickness of the wall in cm at the inner membrane point `s`, clamped to 0 to 1/2: the distance to the outer
     /// membrane.
+    #[must_use]
     pub fn thickness(&self, s: f64) -> f64 {
         self.shell.thickness(s)
     }
 
     /// Returns the smallest and the average thickness over the surface of the inner membrane.
+    #[must_use]
     pub fn thicknesses(&self) -> Thickness {
         self.shell.thicknesses()
     }
 
     /// Returns the pose of the wall.
+    #[must_use]
     pub fn pose(&self) -> &Pose {
         &self.pose
     }

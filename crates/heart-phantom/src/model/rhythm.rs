@@ -82,6 +82,7 @@ pub struct Beats {
 
 impl Beats {
     /// Accepts all beats; gates are fractions of the interval.
+    #[must_use]
     pub fn new(intervals: RrIntervals) -> Self {
         Self {
             intervals,

@@ -56,22 +56,26 @@ impl Drop for Life {
 
 impl HeartShape {
     /// Returns the volume gain of the cavity, `(V - V_ref) / V_ref`.
+    #[must_use]
     pub fn gain(&self) -> f64 {
         self.gain
     }
 
     /// Returns the equilibria of both membranes.
+    #[must_use]
     pub fn solution(&self) -> &PairEquilibrium {
         &self.solution
     }
 
     /// Returns the nodes `[x, y]` of the inner and the outer membrane in the body frame, from one side of the base over the apex to
     /// the other, in cm.
+    #[must_use]
     pub fn curves(&self) -> [&[[f64; 2]]; 2] {
         [&self.curves[0], &self.curves[1]]
     }
 
     /// Returns the volumes within the inner and the outer membrane in cm^3.
+    #[must_use]
     pub fn volumes(&self) -> [f64; 2] {
         [
             self.solution.inner.measures.volume,
@@ -81,6 +85,7 @@ impl HeartShape {
 
     /// Returns the pressures across the inner and the outer membrane in mmHg, if both are rubber with moduli in kPa. Their sum is
     /// the cavity pressure relative to the surroundings.
+    #[must_use]
     pub fn pressures_mmhg(&self) -> Option<[f64; 2]> {
         let of_rubber = |solved: &&Equilibrium| match solved.membrane().material() {
             Material::Springs { .. } => false,
@@ -91,6 +96,7 @@ impl HeartShape {
     }
 
     /// Returns the largest distance of the outer membrane from the axis, cm.
+    #[must_use]
     pub fn radius(&self) -> f64 {
         self.curves[1]
             .iter()
@@ -98,12 +104,14 @@ impl HeartShape {
     }
 
     /// Returns the length of the cavity from the base to the inner apex, cm.
+    #[must_use]
     pub fn cavity_length(&self) -> f64 {
         let [apex, base] = [0.5, 0.0].map(|s| self.solution.inner.at(s).position[0]);
         apex - base
     }
 
     /// Returns the change of the wall volume relative to the reference configuration.
+    #[must_use]
     pub fn wall_volume_error(&self) -> f64 {
         self.solution.wall_volume_error
     }
@@ -143,6 +151,7 @@ impl HeartShape {
     }
 
     /// Returns the solid in the lab: layer 0 is the cavity, layer 1 the wall.
+    #[must_use]
     pub fn body(&self) -> &Body {
         &self.body
     }

@@ -51,6 +51,7 @@ pub struct GreenStrain {
 
 impl Deformation {
     /// Returns the volume ratio det F: 1 for a sliding wall ([`Wall::sliding`]), to the accuracy of the wall volume.
+    #[must_use]
     pub fn volume(&self) -> f64 {
         // Only the azimuthal tangent leaves the meridian plane: expansion along the last column.
         let f = &self.gradient;
@@ -58,6 +59,7 @@ impl Deformation {
     }
 
     /// Returns Green's strain.
+    #[must_use]
     pub fn strain(&self) -> GreenStrain {
         let f = self.gradient * self.wall;
         let e = (f.tr_mul(&f) - Matrix3::identity()) * 0.5;
@@ -77,6 +79,7 @@ impl GreenStrain {
     pub const NAMES: [&'static str; 6] = ["rr", "cc", "ll", "rc", "rl", "cl"];
 
     /// Returns the components: radial, circumferential, longitudinal, then the shears rc, rl, cl.
+    #[must_use]
     pub fn components(&self) -> [f64; 6] {
         [
             self.radial,

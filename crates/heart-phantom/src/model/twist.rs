@@ -59,12 +59,14 @@ impl Twist {
     }
 
     /// Returns the twist with all angles multiplied by a factor.
+    #[must_use]
     pub fn scaled(&self, factor: f64) -> Self {
         let samples = (self.samples.each_ref()).map(|s| s.iter().map(|a| a * factor).collect());
         Self { samples }
     }
 
     /// Returns the angle in radians at a layer (0 inner, 1 outer membrane) and a material coordinate s, both clamped to the wall.
+    #[must_use]
     pub fn angle(&self, layer: f64, s: f64) -> f64 {
         let layer = layer.clamp(0.0, 1.0);
         let [inner, outer] = self.samples.each_ref().map(|s_k| along(s_k, s)[0]);
@@ -81,6 +83,7 @@ impl Twist {
     }
 
     /// Returns the rotation of the apex relative to the base in degrees, averaged over both membranes.
+    #[must_use]
     pub fn base_to_apex(&self) -> f64 {
         (self.angle(0.5, APEX) - self.angle(0.5, 0.0)).to_degrees()
     }

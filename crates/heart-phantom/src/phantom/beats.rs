@@ -56,6 +56,7 @@ impl Phantom {
     }
 
     /// Returns the beats from the start of the first view to the end of the last; `None` if all are equal and accepted.
+    #[must_use]
     pub fn beats(&self) -> Option<BeatReport> {
         let rhythm = self.cycle().rhythm()?;
         let camera = self.camera();

@@ -11,6 +11,7 @@ use std::borrow::Cow;
 impl Phantom {
     /// Number of volumes that are reconstructed from the projections of all gates: one per gate; with [`Compensation::KnownMotion`] one
     /// per cardiac gate by [`Method::Fbp`], and a single one by [`Method::Osem`].
+    #[must_use]
     pub fn n_volumes(&self) -> usize {
         match (
             self.scene().reconstruction.compensation,

@@ -62,6 +62,7 @@ pub struct Memory {
 
 impl Memory {
     /// Returns the total for the number of threads of this machine.
+    #[must_use]
     pub fn total(&self) -> u64 {
         let threads = rayon::current_num_threads() as u64;
         self.shapes + self.views + self.volumes + threads * self.each_thread
@@ -79,6 +80,7 @@ impl Phantom {
     /// assert!(memory.views >= 4 * 90 * 256 * 256 && memory.volumes >= 2 * 4 * 256 * 256 * 256);
     /// # Ok::<(), heart_phantom::PhantomError>(())
     /// ```
+    #[must_use]
     pub fn memory(&self) -> Memory {
         let (heart, camera, parts) = (self.heart(), self.camera(), self.parts());
         let wants = |product| parts.scene.output.has(product);

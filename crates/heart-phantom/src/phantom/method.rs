@@ -68,6 +68,7 @@ impl Osem {
     pub(crate) const TOLERANCE: [f64; 2] = [1e-9, 1.0];
 
     /// Sets subsets and iterations, without models of attenuation and collimator.
+    #[must_use]
     pub fn new(subsets: usize, iterations: usize) -> Self {
         Self {
             subsets,

@@ -208,6 +208,7 @@ impl Phantom {
     }
 
     /// Returns the scene.
+    #[must_use]
     pub fn scene(&self) -> &Scene {
         &self.parts.scene
     }
@@ -219,6 +220,7 @@ impl Phantom {
     }
 
     /// Sets whether work on empty slices is skipped; results are bitwise identical.
+    #[must_use]
     pub fn with_skip(mut self, skip: Skip) -> Self {
         self.parts.reconstruction = self.parts.reconstruction.with_skip(skip);
         self.plan = Mutex::new(None);
@@ -226,33 +228,39 @@ impl Phantom {
     }
 
     /// Limits the memory of the heart's shapes in bytes ([`Heart::with_memory`]); results are bitwise identical.
+    #[must_use]
     pub fn with_memory(mut self, bytes: usize) -> Self {
         self.parts.heart = self.parts.heart.with_memory(bytes);
         self
     }
 
     /// Returns the heart, which solves its shapes on demand.
+    #[must_use]
     pub fn heart(&self) -> &Heart {
         &self.parts.heart
     }
 
     /// Returns the camera with its voxel grid.
+    #[must_use]
     pub fn camera(&self) -> &Camera {
         &self.parts.camera
     }
 
     /// Returns the cardiac cycle.
+    #[must_use]
     pub fn cycle(&self) -> &Cycle {
         &self.parts.cycle
     }
 
     /// Returns the number of gated projection sets: cardiac gates (or 1) x respiratory gates (or 1). Set `k G + g` is the cardiac gate g of
     /// G in the respiratory gate k.
+    #[must_use]
     pub fn n_gates(&self) -> usize {
         self.counts.len()
     }
 
     /// Returns the counters of work.
+    #[must_use]
     pub fn work(&self) -> WorkReport {
         let heart = &self.parts.heart;
         (self.work).report(heart.shapes_solved(), heart.most_shapes_alive())
@@ -277,6 +285,7 @@ impl Phantom {
     }
 
     /// Returns the time that the voxelised ground truth is averaged over.
+    #[must_use]
     pub fn truth_of(&self) -> TruthOf {
         self.acquisition_of(0, STEPS[0])
             .truth_of(self.cycle_of(0), &self.parts.camera)
@@ -299,6 +308,7 @@ impl Phantom {
     }
 
     /// Returns a phase of end-systole and one of end-diastole.
+    #[must_use]
     pub fn extreme_phases(&self) -> [f64; 2] {
         self.parts.cycle.extreme_phases()
     }

@@ -68,6 +68,7 @@ struct Walls {
 
 impl Phantom {
     /// Returns the reference of motion: end-diastole at end-expiration.
+    #[must_use]
     pub fn reference(&self) -> MotionPhase {
         let [_, diastole] = self.extreme_phases();
         diastole.into()

@@ -31,6 +31,7 @@ impl ScenePhase {
     }
 
     /// Returns cardiac phase and respiratory position.
+    #[must_use]
     pub fn motion_phase(&self) -> MotionPhase {
         MotionPhase {
             phase: self.phase,
@@ -118,6 +119,7 @@ pub struct PhaseReport {
 impl Phantom {
     /// Returns the phases that represent the projections: that of a static scene, the middle of each gate, else end-diastole and end-systole;
     /// with respiration at end-expiration or in the middle of each respiratory gate.
+    #[must_use]
     pub fn phases(&self) -> Vec<ScenePhase> {
         let gates = self.n_gates();
         let middle = |gate: usize, phase: f64| {

@@ -34,7 +34,7 @@ impl Phantom {
             .map(|time| time.angle)
             .collect();
         let (bins, pitch) = (self.parts.camera.n_bins(), self.parts.camera.pitch());
-        Ok(ParallelGeometry::new(angles, bins, pitch)?)
+        Ok(ParallelGeometry::from_radians(angles, bins, pitch)?)
     }
 
     /// Computes a view of a gate, `[row][bin]`, with blur and noise of the scene. Noise of a given total needs all views of the gate once, for

@@ -199,6 +199,7 @@ impl Phantom {
     }
 
     /// Returns the names of the labels from 0: `background`, `cavity`, `wall`, `defect 1`, `defect 2` and so on.
+    #[must_use]
     pub fn label_names(&self) -> Vec<String> {
         let regions = ["background", "cavity", "wall"].map(String::from);
         let defects = (1..=self.scene().defects.len()).map(|k| format!("defect {k}"));

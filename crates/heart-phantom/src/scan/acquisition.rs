@@ -67,6 +67,7 @@ pub enum TruthOf {
 
 impl TruthOf {
     /// Returns the file name without the common part of its kind.
+    #[must_use]
     pub fn file_name(self) -> &'static str {
         match self {
             Self::EachView => "truth",

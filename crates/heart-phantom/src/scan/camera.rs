@@ -38,6 +38,7 @@ pub enum Heads {
 
 impl Heads {
     /// Returns the number of heads.
+    #[must_use]
     pub fn count(self) -> usize {
         match self {
             Self::One => 1,
@@ -151,7 +152,7 @@ impl Camera {
         let ([bin, row], [nx, ny], [x, y]) = (from.pitch, from.pixels, from.centre);
         Ok(Self {
             from: from.clone(),
-            geometry: radon::ParallelGeometry::new(angles, from.bins, bin)?,
+            geometry: radon::ParallelGeometry::from_radians(angles, from.bins, bin)?,
             step: from.arc / n,
             detector: ParallelDetector::new(from.bins, from.rows, from.pitch)?,
             grid: VoxelGrid::centred(
@@ -179,13 +180,14 @@ impl Camera {
             ..self.from.clone()
         })?;
         Ok(Self {
-            geometry: radon::ParallelGeometry::new(angles, made.n_bins(), made.pitch())?,
+            geometry: radon::ParallelGeometry::from_radians(angles, made.n_bins(), made.pitch())?,
             rays: Some(Arc::new(rays)),
             ..made
         })
     }
 
     /// Returns the rays of the views; `None` if they are parallel.
+    #[must_use]
     pub fn ray_geometry(&self) -> Option<&RayGeometry> {
         self.rays.as_deref()
     }
@@ -213,7 +215,7 @@ impl Camera {
     ) -> Result<Self, PhantomError> {
         let angles = self.geometry.angles().to_vec();
         Ok(Self {
-            geometry: radon::ParallelGeometry::new(angles, bins, pitch[0])?,
+            geometry: radon::ParallelGeometry::from_radians(angles, bins, pitch[0])?,
             detector: ParallelDetector::new(bins, rows, pitch)?,
             from: CameraGeometry {
                 bins,
@@ -251,36 +253,43 @@ impl Camera {
     /// Returns nominal angles and bins. With continuous rotation the camera is at these angles at the middle of each interval; a view that uses a
     /// part of it is reconstructed at its mean angle ([`Sinograms::angles`](crate::Sinograms::angles),
     /// [`Phantom::geometry`](crate::Phantom::geometry)).
+    #[must_use]
     pub fn geometry(&self) -> &radon::ParallelGeometry {
         &self.geometry
     }
 
     /// Returns the detector.
+    #[must_use]
     pub fn detector(&self) -> &ParallelDetector {
         &self.detector
     }
 
     /// Returns the voxel grid, index order `[z][y][x]`.
+    #[must_use]
     pub fn grid(&self) -> &VoxelGrid {
         &self.grid
     }
 
     /// Returns the pixel grid of a slice, index order `[y][x]`.
+    #[must_use]
     pub fn image(&self) -> &radon::ImageGrid {
         &self.image
     }
 
     /// Returns the motion between views.
+    #[must_use]
     pub fn rotation(&self) -> Rotation {
         self.from.rotation
     }
 
     /// Returns the time `T` between the starts of consecutive views, seconds.
+    #[must_use]
     pub fn interval(&self) -> f64 {
         self.from.interval
     }
 
     /// Returns the start of a view in seconds after the first view; simultaneous views of both heads have the same start.
+    #[must_use]
     pub fn view_start(&self, view_idx: usize) -> f64 {
         if let Some(times) = self.ray_geometry().and_then(RayGeometry::times) {
             return times[view_idx];
@@ -289,6 +298,7 @@ impl Camera {
     }
 
     /// Returns the heads.
+    #[must_use]
     pub fn heads(&self) -> Heads {
         self.from.heads
     }
@@ -311,31 +321,37 @@ impl Camera {
     }
 
     /// Returns the number of views of all heads.
+    #[must_use]
     pub fn n_views(&self) -> usize {
         self.geometry.n_views()
     }
 
     /// Returns the number of bins per row.
+    #[must_use]
     pub fn n_bins(&self) -> usize {
         self.geometry.n_bins()
     }
 
     /// Returns the number of rows of a view, and of slices of the volume.
+    #[must_use]
     pub fn n_rows(&self) -> usize {
         self.detector.n_rows()
     }
 
     /// Returns the number of samples of a view.
+    #[must_use]
     pub fn view_len(&self) -> usize {
         self.n_bins() * self.n_rows()
     }
 
     /// Returns the pitch of the bins, cm.
+    #[must_use]
     pub fn pitch(&self) -> f64 {
         self.geometry.pitch()
     }
 
     /// Returns the radius of the disc within all views, less one bin: `(n / 2 - 1) * pitch`.
+    #[must_use]
     pub fn field_radius(&self) -> f64 {
         (self.n_bins() as f64 / 2.0 - 1.0) * self.pitch()
     }

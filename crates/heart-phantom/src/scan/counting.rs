@@ -52,6 +52,7 @@ impl Decay {
     /// use heart_phantom::Decay;
     /// assert_eq!(Decay::Tc99m.half_life(), Some(6.0072 * 3600.0));
     /// ```
+    #[must_use]
     pub fn half_life(&self) -> Option<f64> {
         match *self {
             Self::None => None,

@@ -185,6 +185,7 @@ impl RayGeometry {
     }
 
     /// Returns the number of views.
+    #[must_use]
     pub fn n_views(&self) -> usize {
         match &self.views {
             Views::Rasters(rasters) => rasters.len(),
@@ -193,11 +194,13 @@ impl RayGeometry {
     }
 
     /// Returns numbers and pitch of bins and rows; a list of lines has a pitch of 1.
+    #[must_use]
     pub fn detector(&self) -> &ParallelDetector {
         &self.detector
     }
 
     /// Returns the start times of the views, if they were set.
+    #[must_use]
     pub fn times(&self) -> Option<&[f64]> {
         self.times.as_deref()
     }

@@ -36,6 +36,7 @@ pub struct ViewError {
 
 impl ViewError {
     /// The sum of all terms: a bound on the error of any sample, relative to the largest one.
+    #[must_use]
     pub fn total(&self) -> f64 {
         self.time + self.bins + self.scatter + self.truncation
     }

@@ -57,21 +57,25 @@ pub struct SceneError {
 
 impl SceneError {
     /// Returns the file, if the scene was read from one.
+    #[must_use]
     pub fn file(&self) -> Option<&Path> {
         self.file.as_deref()
     }
 
     /// Returns the findings, at least one.
+    #[must_use]
     pub fn findings(&self) -> &[Finding] {
         &self.findings
     }
 
     /// Returns the first finding.
+    #[must_use]
     pub fn first(&self) -> &Finding {
         &self.findings[0]
     }
 
     /// Removes the places, for a text that the user did not write.
+    #[must_use]
     pub fn without_places(mut self) -> Self {
         self.findings
             .iter_mut()

@@ -110,6 +110,7 @@ pub(crate) fn of_field(text: &str, field: &str) -> Option<[usize; 2]> {
 /// Returns line and column (from 1) of a field of a TOML text such as `camera.pitch` or `defects.1.s`, and whether the field exists. If
 /// not, the place is that of the innermost table that would contain it. Array indices count from 1; a key may be a quoted dotted path.
 /// `None` if no such table exists or the text is not valid TOML.
+#[must_use]
 pub fn locate(text: &str, field: &str) -> Option<([usize; 2], bool)> {
     let root = DeTable::parse(text).ok()?;
     let mut entries = of_table(root.get_ref());
@@ -213,6 +214,7 @@ fn clamped(text: &str, span: Range<usize>) -> Range<usize> {
 }
 
 /// Returns line and column (from 1) of a byte of a text.
+#[must_use]
 pub fn line_and_column(text: &str, at: usize) -> [usize; 2] {
     let before = text.get(..at).unwrap_or(text);
     let line = before.rsplit('\n').next().unwrap_or_default();

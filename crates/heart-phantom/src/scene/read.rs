@@ -56,6 +56,7 @@ impl Scene {
     }
 
     /// Writes the scene as TOML with a comment on each field; [`Scene::from_toml`] restores the same scene.
+    #[must_use]
     pub fn to_toml(&self) -> String {
         template::write(self)
     }

@@ -110,12 +110,14 @@ impl Scene {
     }
 
     /// Replaces the acquisition mode.
+    #[must_use]
     pub fn with_mode(mut self, mode: Mode) -> Self {
         self.acquisition.mode = mode;
         self
     }
 
     /// Replaces bins, rows and pixels per side by `n`, with the same field of view.
+    #[must_use]
     pub fn with_size(mut self, n: usize) -> Self {
         let field = self.camera.bins as f64 * self.camera.pitch[0];
         self.camera.bins = n;

@@ -8,8 +8,22 @@ use std::io::{BufRead, BufReader, Read};
 use std::os::unix::fs::symlink;
 use std::path::Path;
 use std::process::{Command, Stdio};
+use std::sync::mpsc;
+use std::thread;
+use std::time::{Duration, Instant};
 
 const LOCK: &str = ".heart-phantom.lock";
+
+/// Longest wait for another process, far above the needs of a busy machine.
+const PATIENCE: Duration = Duration::from_secs(300);
+
+/// The result of work that waits for another process.
+fn bounded<T: Send + 'static>(work: impl FnOnce() -> T + Send + 'static) -> T {
+    let (done, result) = mpsc::channel();
+    thread::spawn(move || done.send(work()));
+    let result = result.recv_timeout(PATIENCE);
+    result.expect("the other process answers")
+}
 
 fn names(folder: &Path) -> Vec<String> {
     let mut names: Vec<String> = (fs::read_dir(folder).unwrap())
@@ -58,8 +72,9 @@ fn concurrent_processes_lock_in_turn() {
         let folder = Path::new(&folder);
         let inside = folder.join("inside");
         // Every process finally gets the lock: a rejected one detects another owner, or one that is leaving.
-        let mut turns = 0;
+        let (mut turns, end) = (0, Instant::now() + PATIENCE);
         while turns < TURNS {
+            assert!(Instant::now() < end, "{turns} of {TURNS} turns");
             match Folder::lock(folder) {
                 Ok(held) => {
                     fs::File::create_new(&inside).expect("nobody else is inside");
@@ -67,7 +82,7 @@ fn concurrent_processes_lock_in_turn() {
                     drop(held);
                     turns += 1;
                 }
-                Err(PhantomError::Busy { .. }) => std::thread::yield_now(),
+                Err(PhantomError::Busy { .. }) => thread::yield_now(),
                 Err(error) => panic!("{error}"),
             }
         }
@@ -83,7 +98,7 @@ fn concurrent_processes_lock_in_turn() {
         })
         .collect();
     for child in children {
-        let output = child.wait_with_output().unwrap();
+        let output = bounded(|| child.wait_with_output().unwrap());
         let said = String::from_utf8_lossy(&output.stdout);
         assert!(output.status.success(), "{said}");
         assert!(said.contains("1 passed"), "{said}");
@@ -111,11 +126,12 @@ fn the_lock_of_a_killed_process_is_taken_over() {
         .spawn()
         .unwrap();
     let mut said = BufReader::new(child.stdout.take().unwrap()).lines();
-    assert!(said.any(|line| line.unwrap().contains("held")));
+    let held = bounded(move || said.any(|line| line.unwrap().contains("held")));
+    assert!(held);
     let other = format!("process {} on ", child.id());
     assert!(holder(Folder::lock(folder.path())).starts_with(&other));
     child.kill().unwrap();
-    child.wait().unwrap();
+    bounded(move || child.wait().unwrap());
     let left = fs::read_to_string(folder.path().join(LOCK)).unwrap();
     assert!(left.starts_with(&other), "{left}");
     let report = run(&phantom(), folder.path(), &|_| ()).unwrap();
@@ -155,7 +171,8 @@ fn links_in_the_folder_are_not_followed() {
                 assert!(made.success());
             }
         }
-        let error = Folder::lock(&again).unwrap_err();
+        let place = again.clone();
+        let error = bounded(move || Folder::lock(&place).unwrap_err());
         assert!(matches!(error, PhantomError::File { .. }), "{error}");
         assert_eq!(fs::read_to_string(&other).unwrap(), "not ours");
         match kind {

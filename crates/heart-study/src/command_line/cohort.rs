@@ -68,14 +68,12 @@ pub(crate) fn run(arguments: &Arguments, command: &Command) -> Done {
                 of: *shards,
             }
             .members(&known)?;
-            let options = SlurmOptions {
-                threads: arguments.threads.unwrap_or(2),
-                minutes: *minutes,
-                memory_mib: *task_memory,
-                at_once: *at_once,
-                partition: partition.clone(),
-                ..SlurmOptions::new(*shards)
-            };
+            let options = SlurmOptions::new(*shards)
+                .with_threads(arguments.threads.unwrap_or(2))
+                .with_minutes(*minutes)
+                .with_memory_mib(*task_memory)
+                .with_at_once(*at_once)
+                .with_partition(partition.clone());
             let absolute = |path: &Path| std::path::absolute(path).unwrap_or(path.to_path_buf());
             let program = std::env::current_exe().unwrap_or(PathBuf::from("heart-phantom"));
             let script = sbatch(&program, &absolute(cohort), &absolute(out), &options)?;

@@ -43,6 +43,9 @@ fn in_pool(arguments: &Arguments, work: impl FnOnce() -> Done + Send) -> Done {
     rayon::ThreadPoolBuilder::new()
         .num_threads(given)
         .build()
-        .map_err(|source| PhantomError::Threads { given, source })?
+        .map_err(|error| PhantomError::Threads {
+            given,
+            source: error.into(),
+        })?
         .install(work)
 }

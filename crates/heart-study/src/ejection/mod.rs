@@ -74,6 +74,7 @@ pub fn ejection(
 
 impl EjectionReport {
     /// Returns a summary, one line per case.
+    #[must_use]
     pub fn summary(&self) -> Vec<String> {
         let line = |result: &CaseResult| {
             let case = format!(

@@ -21,21 +21,25 @@ impl Picture {
     }
 
     /// Columns, pixels.
+    #[must_use]
     pub fn width(&self) -> u32 {
         self.width
     }
 
     /// Rows, pixels.
+    #[must_use]
     pub fn height(&self) -> u32 {
         self.height
     }
 
     /// Samples `[row][column][red, green, blue]`, the first row on top.
+    #[must_use]
     pub fn rgb(&self) -> &[u8] {
         &self.rgb
     }
 
     /// Returns the colour at column `x` from the left and row `y` from the top; `None` outside the image.
+    #[must_use]
     pub fn pixel(&self, x: u32, y: u32) -> Option<[u8; 3]> {
         if x >= self.width {
             return None;

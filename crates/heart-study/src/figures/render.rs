@@ -30,6 +30,7 @@ impl Default for View {
 impl View {
     /// Returns the unit vector to the viewer; its component perpendicular to the axis of a body is the normal of a cut along that
     /// axis that faces the viewer.
+    #[must_use]
     pub fn toward(&self) -> [f64; 3] {
         let (sa, ca) = self.azimuth.sin_cos();
         let (se, ce) = self.elevation.sin_cos();

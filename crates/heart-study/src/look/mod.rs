@@ -42,6 +42,7 @@ pub struct Look<'a> {
 
 impl<'a> Look<'a> {
     /// Prepares images if the output contains them, and the page if `page`. With neither it stores nothing.
+    #[must_use]
     pub fn new(phantom: &'a Phantom, page: bool) -> Self {
         let kept = Kept::new(phantom);
         Self { kept, page }
@@ -57,6 +58,7 @@ impl<'a> Look<'a> {
     }
 
     /// Returns the names of the files that it writes.
+    #[must_use]
     pub fn files(&self) -> Vec<PathBuf> {
         let mut files = Vec::new();
         if self.pictures() {

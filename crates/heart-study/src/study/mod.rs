@@ -43,7 +43,10 @@ pub fn run(
     let threads = rayon::ThreadPoolBuilder::new()
         .num_threads(given)
         .build()
-        .map_err(|source| PhantomError::Threads { given, source })?;
+        .map_err(|error| PhantomError::Threads {
+            given,
+            source: error.into(),
+        })?;
     threads.install(|| run_in_pool(options, out, progress))
 }
 
@@ -154,6 +157,7 @@ fn solve(
 }
 
 /// Returns a summary in a few lines.
+#[must_use]
 pub fn summary(report: &Report) -> String {
     let mut text = format!(
         "f_inner {:.8}  f_outer {:.8}  wall volume error {:.1e}\n",

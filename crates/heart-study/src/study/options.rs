@@ -4,7 +4,13 @@ use heart_phantom::scene::DiscretisationSettings;
 use heart_phantom::{PhantomError, Scene, VolumeRange};
 
 /// Options of the study.
+///
+/// ```
+/// let small = heart_study::StudyOptions::default().with_size(16).with_views(8);
+/// assert_eq!((small.size, small.views, small.nodes), (16, 8, 801));
+/// ```
 #[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub struct StudyOptions {
     /// Voxels along an edge of the volume, bins and rows of the camera; the field of view is always 16 cm. Default 256.
     pub size: usize,
@@ -36,7 +42,36 @@ impl Default for StudyOptions {
     }
 }
 
+/// Declares methods that return the options with another value of one field.
+macro_rules! setters {
+    ($($(#[$doc:meta])* $with:ident($field:ident: $type:ty);)*) => {$(
+        $(#[$doc])*
+        #[must_use]
+        pub fn $with(mut self, $field: $type) -> Self {
+            self.$field = $field;
+            self
+        }
+    )*};
+}
+
 impl StudyOptions {
+    setters! {
+        /// Sets the voxels along an edge of the volume.
+        with_size(size: usize);
+        /// Sets the number of views over 180 degrees.
+        with_views(views: usize);
+        /// Sets the largest volume gain of the cavity.
+        with_gain(gain: f64);
+        /// Sets the heart rate.
+        with_beats_per_minute(beats_per_minute: f64);
+        /// Sets the nodes per membrane.
+        with_nodes(nodes: usize);
+        /// Sets the number of threads; `None` for all cores.
+        with_threads(threads: Option<usize>);
+        /// Sets whether to draw the figures.
+        with_figures(figures: bool);
+    }
+
     /// The scene of the three acquisitions: [`Scene::default`] with the size and accuracy of the options.
     pub(super) fn scene(&self) -> Scene {
         let mut scene = Scene::default().with_size(self.size);

@@ -131,3 +131,36 @@ fn products_of_bands_agree_with_dense_matrices() {
         })
     ));
 }
+
+/// Functions cannot be compared: they are equal if they are shared.
+#[test]
+fn membranes_of_equal_parts_are_equal() {
+    let balloon = |radius| Membrane::new(ReferenceShape::balloon(8.5, radius).unwrap());
+    assert_eq!(balloon(1.75), balloon(1.75));
+    assert_ne!(balloon(1.75), balloon(1.8));
+    assert_ne!(
+        balloon(1.75),
+        Membrane::new(ReferenceShape::disc(1.75).unwrap())
+    );
+    let law = PressureLaw::TotalForce;
+    assert_ne!(balloon(1.75), balloon(1.75).with_law(law));
+    let stiff = |stiffness: &Stiffness| balloon(1.75).with_stiffness(stiffness.clone());
+    let constant = |value| Stiffness::constant(value).unwrap();
+    assert_eq!(stiff(&constant(2.0)), stiff(&constant(2.0)));
+    assert_ne!(stiff(&constant(2.0)), stiff(&constant(3.0)));
+    let samples = |last| Stiffness::samples(&[1.0, last]).unwrap();
+    assert_eq!(stiff(&samples(2.0)), stiff(&samples(2.0)));
+    assert_ne!(stiff(&samples(2.0)), stiff(&samples(1.0)));
+    let function = || Stiffness::function(|s| 1.0 + s, &[]).unwrap();
+    let shared = function();
+    assert_eq!(stiff(&shared), stiff(&shared));
+    assert_ne!(stiff(&shared), stiff(&function()));
+    let line = |s: f64| CurvePoint {
+        position: [0.0, 1.0 - 2.0 * s],
+        first: [0.0, -2.0],
+        second: [0.0; 2],
+    };
+    let shape = ReferenceShape::from_function(line, &[]).unwrap();
+    assert_eq!(shape, shape.clone());
+    assert_ne!(shape, ReferenceShape::from_function(line, &[]).unwrap());
+}

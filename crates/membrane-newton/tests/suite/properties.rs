@@ -77,3 +77,27 @@ proptest! {
         prop_assert!((solution.inner.measures.volume / inner - 1.0 - gain).abs() < 1e-12 * (1.0 + gain));
     }
 }
+
+#[test]
+fn equal_problems_have_equal_equilibria() {
+    let solved = |radius: f64, gain: f64, degree: usize| {
+        let membrane = Membrane::new(ReferenceShape::balloon(8.5, radius).unwrap());
+        let spectral = Discretisation::Spectral {
+            degree,
+            per_piece: 1,
+        };
+        let solver = Solver::new(&membrane, spectral).unwrap();
+        let options = NewtonOptions::default();
+        solver.solve(Control::VolumeGain(gain), &options).unwrap()
+    };
+    let one = solved(1.75, 0.3, 10);
+    assert_eq!(one, one.clone());
+    assert_eq!(one, solved(1.75, 0.3, 10));
+    for other in [
+        solved(1.8, 0.3, 10),
+        solved(1.75, 0.31, 10),
+        solved(1.75, 0.3, 11),
+    ] {
+        assert_ne!(one, other);
+    }
+}

@@ -25,6 +25,7 @@ fn tile_shape(lanes: usize) -> (usize, usize) {
 }
 
 /// Positions of the pixels in the filtered rows.
+#[derive(Clone)]
 pub(crate) struct Steps<T> {
     views: Vec<ViewStep<T>>,
     x: Range<usize>,

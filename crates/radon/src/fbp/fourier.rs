@@ -11,6 +11,7 @@ use crate::stack::Stack;
 
 impl<T: Sample> FbpPlan<T> {
     /// Returns the method of the plan: the requested one, or the choice of [`FbpMethod::Auto`].
+    #[must_use]
     pub fn method(&self) -> FbpMethod {
         match (&self.gridding, self.options.method) {
             (None, _) => FbpMethod::Direct,

@@ -1,6 +1,7 @@
 //! Filtered back-projection: the plan and its runs.
 
 use std::ops::Range;
+use std::sync::Arc;
 
 use rayon::prelude::*;
 
@@ -49,6 +50,7 @@ use rows::RowFilter;
 /// # Ok::<(), radon::RadonError>(())
 /// ```
 #[doc(alias("iradon", "backprojection"))]
+#[derive(Clone)]
 pub struct FbpPlan<T: Sample> {
     geometry: ParallelGeometry,
     grid: ImageGrid,
@@ -57,7 +59,7 @@ pub struct FbpPlan<T: Sample> {
     scales: Vec<T>,
     steps: Steps<T>,
     /// The Fourier method, if used.
-    gridding: Option<Gridding<T>>,
+    gridding: Option<Arc<Gridding<T>>>,
     instructions: InstructionSet,
     options: FbpOptions,
 }
@@ -137,7 +139,7 @@ impl<T: Sample> FbpPlan<T> {
                 filter.out_len(),
                 interpolation.upsampling(),
             )?,
-            gridding,
+            gridding: gridding.map(Arc::new),
             filter,
             instructions,
             options: options.clone(),
@@ -145,36 +147,43 @@ impl<T: Sample> FbpPlan<T> {
     }
 
     /// Returns the number of pixels of a reconstructed image: of the grid, or of the region if there is one.
+    #[must_use]
     pub fn image_len(&self) -> usize {
         self.steps.image_len()
     }
 
     /// Samples of one sinogram.
+    #[must_use]
     pub fn sinogram_len(&self) -> usize {
         self.geometry.sinogram_len()
     }
 
     /// The acquisition.
+    #[must_use]
     pub fn geometry(&self) -> &ParallelGeometry {
         &self.geometry
     }
 
     /// Returns the whole grid of the plan.
+    #[must_use]
     pub fn grid(&self) -> &ImageGrid {
         &self.grid
     }
 
     /// Returns the pixels of a reconstructed image, index ranges of the grid along x and y: all pixels without [`FbpOptions::region`].
+    #[must_use]
     pub fn region(&self) -> (Range<usize>, Range<usize>) {
         self.steps.region()
     }
 
     /// The options the plan was made with.
+    #[must_use]
     pub fn options(&self) -> &FbpOptions {
         &self.options
     }
 
     /// Returns empty work arrays, which grow as needed and are reusable.
+    #[must_use]
     pub fn scratch(&self) -> FbpScratch<T> {
         FbpScratch {
             filtered: Vec::new(),

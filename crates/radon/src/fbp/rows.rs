@@ -12,6 +12,7 @@ use crate::filter::{padded_len, ramp_response};
 use crate::sample::Sample;
 
 /// A row filter. The result of a row depends only on that row, so skipping others leaves it bitwise identical.
+#[derive(Clone)]
 pub(crate) struct RowFilter<T: Sample> {
     n_bins: usize,
     upsampling: usize,

@@ -1,5 +1,7 @@
 //! Forward projection by Fourier transforms, with its exact transpose.
 
+use std::sync::Arc;
+
 use super::{Gridding, GriddingScratch, Response, check_tolerance};
 use crate::error::{RadonError, available, length, zeros};
 use crate::iterative::{check_samples, norm, relative, sum2};
@@ -45,11 +47,12 @@ use crate::{ImageGrid, LinearOperator, ParallelGeometry, Sample};
 /// # Ok::<(), radon::RadonError>(())
 /// ```
 #[doc(alias("NUFFT", "gridding"))]
+#[derive(Clone)]
 pub struct FourierProjector<T: Sample> {
     geometry: ParallelGeometry,
     grid: ImageGrid,
     tolerance: f64,
-    gridding: Gridding<T>,
+    gridding: Arc<Gridding<T>>,
     scratch: Pool<GriddingScratch<T>>,
 }
 
@@ -107,27 +110,37 @@ impl<T: Sample> FourierProjector<T> {
             geometry: geometry.clone(),
             grid: *grid,
             tolerance,
-            gridding: Gridding::new(geometry, grid, tolerance, instructions, response)?,
+            gridding: Arc::new(Gridding::new(
+                geometry,
+                grid,
+                tolerance,
+                instructions,
+                response,
+            )?),
             scratch: Pool::default(),
         })
     }
 
     /// The acquisition.
+    #[must_use]
     pub fn geometry(&self) -> &ParallelGeometry {
         &self.geometry
     }
 
     /// The image grid.
+    #[must_use]
     pub fn grid(&self) -> &ImageGrid {
         &self.grid
     }
 
     /// The tolerance of gridding.
+    #[must_use]
     pub fn tolerance(&self) -> f64 {
         self.tolerance
     }
 
     /// Period P of the kernel in bins: at least half a row and the distance of the farthest pixel centre from the axis.
+    #[must_use]
     pub fn period(&self) -> usize {
         self.gridding.polar.row_len
     }
@@ -151,7 +164,7 @@ impl<T: Sample> FourierProjector<T> {
         const PERIODS: usize = 8;
         const FACTOR: f64 = 1.5;
         let own = self.forward(image)?;
-        let Gridding { instructions, .. } = self.gridding;
+        let Gridding { instructions, .. } = *self.gridding;
         let (geometry, grid) = (&self.geometry, &self.grid);
         let longer = Self::planned(geometry, grid, self.tolerance, instructions, PERIODS)?;
         let difference = sum2(&own, &longer.forward(image)?, |a, b| (a - b).powi(2));
@@ -159,6 +172,7 @@ impl<T: Sample> FourierProjector<T> {
     }
 
     /// Bytes of work arrays of a call, in addition to the caller's arrays. Those of the last call are kept for the next.
+    #[must_use]
     pub fn work_bytes(&self) -> usize {
         self.gridding.project_bytes(rayon::current_num_threads())
     }

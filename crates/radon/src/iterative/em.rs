@@ -60,6 +60,7 @@ pub struct Subset<O, T> {
 
 impl<O, T> Subset<O, T> {
     /// Returns the subset of the data with these indices, in the order of the operator's.
+    #[must_use]
     pub fn new(operator: O, data: Vec<usize>) -> Self {
         let sensitivity = OnceLock::new();
         Self {
@@ -70,16 +71,19 @@ impl<O, T> Subset<O, T> {
     }
 
     /// The projection operator: rows of A.
+    #[must_use]
     pub fn operator(&self) -> &O {
         &self.operator
     }
 
     /// Indices of the data.
+    #[must_use]
     pub fn data(&self) -> &[usize] {
         &self.data
     }
 
     /// Returns the operator and the indices of the data.
+    #[must_use]
     pub fn into_parts(self) -> (O, Vec<usize>) {
         (self.operator, self.data)
     }

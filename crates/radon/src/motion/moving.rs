@@ -82,6 +82,7 @@ impl<O> MovingOperator<O> {
     }
 
     /// Returns the states, in the order of their data.
+    #[must_use]
     pub fn states(&self) -> &[MotionState<O>] {
         &self.states
     }

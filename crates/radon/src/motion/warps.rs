@@ -51,6 +51,7 @@ impl Warps {
     }
 
     /// The factors, the first one applied first.
+    #[must_use]
     pub fn factors(&self) -> &[Arc<Warp>] {
         &self.factors
     }

@@ -47,6 +47,7 @@ impl<S> Phantom<S> {
     }
 
     /// The shapes with their values.
+    #[must_use]
     pub fn objects(&self) -> &[(f64, S)] {
         &self.objects
     }

@@ -24,21 +24,25 @@ pub type Phantom2 = Phantom<Shape2>;
 
 impl Phantom<Shape2> {
     /// Value at a point.
+    #[must_use]
     pub fn value(&self, point: [f64; 2]) -> f64 {
         self.sum(|shape| shape.value(point))
     }
 
     /// Integral over the plane.
+    #[must_use]
     pub fn integral(&self) -> f64 {
         self.sum(Shape2::integral)
     }
 
     /// Integral along the line x cos θ + y sin θ = s.
+    #[must_use]
     pub fn line_integral(&self, theta: f64, s: f64) -> f64 {
         self.sum(|shape| shape.line_integral(theta, s))
     }
 
     /// Mean of the line integrals over the bin of width `width` about `s`.
+    #[must_use]
     pub fn bin_mean(&self, theta: f64, s: f64, width: f64) -> f64 {
         self.sum(|shape| shape.bin_mean(theta, s, width))
     }

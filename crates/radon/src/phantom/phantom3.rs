@@ -22,16 +22,19 @@ pub type Phantom3 = Phantom<Shape3>;
 
 impl Phantom<Shape3> {
     /// Value at a point.
+    #[must_use]
     pub fn value(&self, point: [f64; 3]) -> f64 {
         self.sum(|shape| shape.value(point))
     }
 
     /// Integral over space.
+    #[must_use]
     pub fn integral(&self) -> f64 {
         self.sum(Shape3::integral)
     }
 
     /// Integral along the ray x cos θ + y sin θ = s at height `z`.
+    #[must_use]
     pub fn line_integral(&self, theta: f64, s: f64, z: f64) -> f64 {
         self.sum(|shape| shape.line_integral(theta, s, z))
     }

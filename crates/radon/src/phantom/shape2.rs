@@ -120,6 +120,7 @@ impl Shape2 {
     }
 
     /// Value at a point: 1 inside, 0 outside, or the height of the hill.
+    #[must_use]
     pub fn value(&self, [x, y]: [f64; 2]) -> f64 {
         match &self.kind {
             Kind::Ellipse(rows) => f64::from(u8::from(
@@ -146,6 +147,7 @@ impl Shape2 {
     }
 
     /// Integral over the plane (cm²).
+    #[must_use]
     pub fn integral(&self) -> f64 {
         match &self.kind {
             Kind::Ellipse(rows) => PI / det(rows),
@@ -155,6 +157,7 @@ impl Shape2 {
     }
 
     /// Integral along the line x cos θ + y sin θ = s (cm): the Radon transform at (θ, s).
+    #[must_use]
     pub fn line_integral(&self, theta: f64, s: f64) -> f64 {
         match &self.kind {
             Kind::Ellipse(rows) => {
@@ -171,6 +174,7 @@ impl Shape2 {
 
     /// Mean of [`line_integral`](Self::line_integral) over the bin of width `width` about `s`, in closed form; over a bin narrower than
     /// rounding, the line integral at `s`.
+    #[must_use]
     pub fn bin_mean(&self, theta: f64, s: f64, width: f64) -> f64 {
         let (low, high) = (s - 0.5 * width, s + 0.5 * width);
         match &self.kind {
@@ -204,6 +208,7 @@ impl Shape2 {
 
     /// Mean over the axis-parallel rectangle with centre `centre` and full sides `sides`: exact for ellipses and polygons; Gaussians to
     /// 1e-15 of the peak. A rectangle whose area is zero or overflows has the value at its centre. NaN if an argument is NaN.
+    #[must_use]
     pub fn rectangle_mean(&self, centre: [f64; 2], sides: [f64; 2]) -> f64 {
         let [hx, hy] = sides.map(|s| 0.5 * s.abs());
         if [centre, sides].as_flattened().iter().any(|v| v.is_nan()) {
@@ -255,6 +260,7 @@ impl Shape2 {
     }
 
     /// Centre and radius of a circle outside which the shape is zero (below 1e-17 for a Gaussian).
+    #[must_use]
     pub fn bounding_circle(&self) -> ([f64; 2], f64) {
         (self.centre, self.reach)
     }

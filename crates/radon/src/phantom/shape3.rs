@@ -89,6 +89,7 @@ impl Shape3 {
     }
 
     /// Value at a point: 1 inside, 0 outside, or the height of the hill.
+    #[must_use]
     pub fn value(&self, p: [f64; 3]) -> f64 {
         match &self.kind {
             Kind::Ellipsoid(rows) => {
@@ -101,6 +102,7 @@ impl Shape3 {
     }
 
     /// Integral over space (cm³).
+    #[must_use]
     pub fn integral(&self) -> f64 {
         match &self.kind {
             Kind::Ellipsoid(rows) => 4.0 * PI / 3.0 / det(rows),
@@ -110,6 +112,7 @@ impl Shape3 {
     }
 
     /// Integral (cm) along the ray x cos θ + y sin θ = s at height `z`.
+    #[must_use]
     pub fn line_integral(&self, theta: f64, s: f64, z: f64) -> f64 {
         match &self.kind {
             Kind::Ellipsoid(rows) => {
@@ -128,6 +131,7 @@ impl Shape3 {
 
     /// Mean of [`line_integral`](Self::line_integral) over the detector cell of size `size` = (along s, along z) about (`s`, `z`): exact
     /// for ellipsoids and prisms; Gaussians to 1e-15 of the peak. A cell whose area underflows has the line integral at its centre.
+    #[must_use]
     pub fn bin_mean(&self, theta: f64, [s, z]: [f64; 2], size: [f64; 2]) -> f64 {
         match &self.kind {
             Kind::Ellipsoid(rows) => {
@@ -168,6 +172,7 @@ impl Shape3 {
 
     /// Mean over the axis-parallel box with centre `centre` and full sides `sides`: exact for ellipsoids and prisms; Gaussians to 1e-15 of
     /// the peak. A box whose volume underflows has the value at its centre.
+    #[must_use]
     pub fn box_mean(&self, centre: [f64; 3], sides: [f64; 3]) -> f64 {
         match &self.kind {
             Kind::Ellipsoid(rows) => {
@@ -202,6 +207,7 @@ impl Shape3 {
     }
 
     /// Centre and radius of a ball outside which the shape is zero (below 1e-17 for a Gaussian).
+    #[must_use]
     pub fn bounding_ball(&self) -> ([f64; 3], f64) {
         (self.centre, self.reach)
     }

@@ -111,11 +111,13 @@ impl Projector {
     }
 
     /// The acquisition.
+    #[must_use]
     pub fn geometry(&self) -> &ParallelGeometry {
         &self.geometry
     }
 
     /// The image grid.
+    #[must_use]
     pub fn grid(&self) -> &ImageGrid {
         &self.grid
     }
@@ -131,16 +133,19 @@ impl Projector {
     }
 
     /// The instruction set that it uses.
+    #[must_use]
     pub fn instructions(&self) -> InstructionSet {
         self.instructions
     }
 
     /// The kernel.
+    #[must_use]
     pub fn kernel(&self) -> Kernel {
         self.kernel
     }
 
     /// Empty work arrays.
+    #[must_use]
     pub fn scratch<T: Sample>(&self) -> ProjectorScratch<T> {
         ProjectorScratch::default()
     }

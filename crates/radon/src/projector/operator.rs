@@ -31,7 +31,7 @@ impl<T: Sample> LinearOperator<T> for Projector {
 /// The projector of a stack of slices: volumes `[slice][y][x]`, data in a given order.
 ///
 /// Concurrent calls have separate work arrays, which are kept for later calls.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub struct StackOperator<T> {
     projector: Projector,
     n_slices: usize,
@@ -62,16 +62,19 @@ impl Projector {
 
 impl<T: Sample> StackOperator<T> {
     /// The projector of one slice.
+    #[must_use]
     pub fn projector(&self) -> &Projector {
         &self.projector
     }
 
     /// Number of slices.
+    #[must_use]
     pub fn n_slices(&self) -> usize {
         self.n_slices
     }
 
     /// Index order of the data.
+    #[must_use]
     pub fn order(&self) -> StackOrder {
         self.order
     }
@@ -92,7 +95,7 @@ impl<T: Sample> StackOperator<T> {
         let subset = |first: usize| {
             let views: Vec<usize> = (first..n_views).step_by(n_subsets).collect();
             let angles: Vec<f64> = views.iter().map(|&v| geometry.angles()[v]).collect();
-            let part = ParallelGeometry::new(angles, n_bins, geometry.pitch())?
+            let part = ParallelGeometry::from_radians(angles, n_bins, geometry.pitch())?
                 .with_offset(geometry.offset())?;
             let row = |view: usize, slice: usize| {
                 let start = self

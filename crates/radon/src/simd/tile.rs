@@ -11,7 +11,7 @@ const GROUP: usize = 8;
 pub(crate) const ALONE: usize = 128;
 
 /// Position of pixel `(ix, iy)` in the filtered row of a view: sample `first + ix * dx + iy * dy`, margin included.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub(crate) struct ViewStep<T> {
     first: f64,
     dx: f64,

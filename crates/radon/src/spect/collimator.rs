@@ -76,26 +76,31 @@ impl Collimator {
     }
 
     /// Returns the standard deviation (cm) at this distance (cm) from the face; points behind the face have that of the face.
+    #[must_use]
     pub fn sigma(&self, distance: f64) -> f64 {
         self.variance(distance).sqrt()
     }
 
     /// Square of [`sigma`](Self::sigma) (cm^2).
+    #[must_use]
     pub fn variance(&self, distance: f64) -> f64 {
         (self.slope * distance.max(0.0) + self.at_face).powi(2) + self.intrinsic.powi(2)
     }
 
     /// Returns the increase of the geometric standard deviation per cm.
+    #[must_use]
     pub fn slope(&self) -> f64 {
         self.slope
     }
 
     /// Returns the geometric standard deviation (cm) at the collimator face.
+    #[must_use]
     pub fn at_face(&self) -> f64 {
         self.at_face
     }
 
     /// Returns the standard deviation (cm) of the crystal alone.
+    #[must_use]
     pub fn intrinsic(&self) -> f64 {
         self.intrinsic
     }

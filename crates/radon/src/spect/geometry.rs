@@ -63,26 +63,31 @@ impl SpectGeometry {
     }
 
     /// Angles and bins.
+    #[must_use]
     pub fn views(&self) -> &ParallelGeometry {
         &self.views
     }
 
     /// Rows of the detector.
+    #[must_use]
     pub fn rows(&self) -> &SliceAxis {
         &self.rows
     }
 
     /// Distance of the collimator's face from the axis of rotation in each view (cm).
+    #[must_use]
     pub fn radii(&self) -> &[f64] {
         &self.radii
     }
 
     /// Samples of one view, rows times bins.
+    #[must_use]
     pub fn view_len(&self) -> usize {
         self.rows.n_slices() * self.views.n_bins()
     }
 
     /// Samples of all views.
+    #[must_use]
     pub fn data_len(&self) -> usize {
         self.view_len() * self.views.n_views()
     }

@@ -71,7 +71,7 @@ use crate::{ImageGrid, LinearOperator, Sample, SliceAxis, Subset};
 /// # Ok::<(), radon::RadonError>(())
 /// ```
 #[doc(alias("system matrix", "attenuation correction"))]
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub struct SpectOperator<T> {
     shared: Arc<Shared<T>>,
     views: Vec<usize>,
@@ -120,11 +120,13 @@ impl<T: Sample> SpectOperator<T> {
     }
 
     /// The views of the whole orbit, of which this operator may be a subset.
+    #[must_use]
     pub fn geometry(&self) -> &SpectGeometry {
         &self.shared.plan.frame.geometry
     }
 
     /// Returns the indices of these views in the orbit.
+    #[must_use]
     pub fn views(&self) -> &[usize] {
         &self.views
     }

@@ -186,7 +186,7 @@ fn an_off_centre_ellipse_has_its_position_for_even_and_odd_sizes_and_any_axis_of
 
 /// Mean over the inner part of a long thin ellipse, whose views differ, so that incorrect weights of angles change it.
 fn amplitude(angles: &[f64], arc: ArcPolicy) -> f64 {
-    let geometry = ParallelGeometry::new(angles, 128, 1.0).unwrap();
+    let geometry = ParallelGeometry::from_radians(angles, 128, 1.0).unwrap();
     let grid = ImageGrid::square(128, 1.0).unwrap();
     let ellipse = Ellipse {
         centre: [9.0, -5.0],

@@ -38,7 +38,7 @@ pub(crate) fn distance(a: &[f64], b: &[f64]) -> f64 {
 /// Uneven angles beyond both half turns, an off-centre axis, an off-centre grid with two spacings.
 pub(crate) fn odd_case(coarse: f64) -> (ParallelGeometry, ImageGrid) {
     let angles: Vec<f64> = (0..23).map(|k| 0.1 + 2.399_963 * f64::from(k)).collect();
-    let geometry = ParallelGeometry::new(angles, 31, 0.3).unwrap();
+    let geometry = ParallelGeometry::from_radians(angles, 31, 0.3).unwrap();
     let grid = ImageGrid::anisotropic(20, 27, [0.35 * coarse, 0.25 * coarse]).unwrap();
     (
         geometry.with_offset(0.4).unwrap(),

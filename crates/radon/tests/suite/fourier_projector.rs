@@ -69,7 +69,7 @@ proptest! {
         digits in 2_i32..7,
     ) {
         let angles: Vec<f64> = (0..n_views).map(|k| start + step * k as f64).collect();
-        let geometry = ParallelGeometry::new(angles, n_bins, pitch).unwrap().with_offset(offset).unwrap();
+        let geometry = ParallelGeometry::from_radians(angles, n_bins, pitch).unwrap().with_offset(offset).unwrap();
         let grid = ImageGrid::anisotropic(nx, ny, [dx, dy]).unwrap().with_centre([centre, -offset]).unwrap();
         let projector = FourierProjector::<f64>::new(&geometry, &grid, 10.0_f64.powi(-digits)).unwrap();
         let (x, y) = (signs(nx * ny, 3), signs(n_views * n_bins, 4));

@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 use radon::{ArcPolicy, ImageGrid, ParallelGeometry, RadonError, StackOrder};
 
 fn weights(angles: &[f64], policy: ArcPolicy) -> Vec<f64> {
-    ParallelGeometry::new(angles, 4, 1.0)
+    ParallelGeometry::from_radians(angles, 4, 1.0)
         .unwrap()
         .view_weights(policy)
         .unwrap()
@@ -111,31 +111,46 @@ fn degrees_given_as_radians_are_rejected_with_the_reason() {
         Err(RadonError::LongArc { .. })
     ));
 
-    // Lists: a half or a full turn, with or without the last view, in either direction, from any start.
-    for (n, step, arc) in [(60, 3.0, 180.0), (361, 1.0, 360.0), (7, -30.0, 180.0)] {
-        let angles: Vec<f64> = (0..n).map(|k| 5.0 + f64::from(k) * step).collect();
-        match ParallelGeometry::new(angles.clone(), 4, 1.0) {
-            Err(error @ RadonError::LikeDegrees { .. }) => {
-                let n_views = angles.len();
-                assert_eq!(error, RadonError::LikeDegrees { n_views, arc });
-                assert!(error.to_string().contains("from_degrees"), "{error}");
-            }
-            other => panic!("{other:?}"),
-        }
-        ParallelGeometry::from_degrees(&angles, 4, 1.0).unwrap();
-        // The same list with other steps has several turns and is accepted.
-        for factor in [1.0 + 1e-8, 3.0, 10.0] {
-            let several: Vec<f64> = angles.iter().map(|a| a * factor).collect();
-            ParallelGeometry::new(several, 4, 1.0).unwrap();
-        }
+    // Lists: a half or a full turn, with or without the last view, in either direction, from any start; a part of a turn; uneven steps.
+    let list = |n: i32, step: f64| (0..n).map(|k| 5.0 + f64::from(k) * step).collect();
+    let jittered = |k: i32| f64::from(k) * 3.0 + 0.9 * (1.7 * f64::from(k)).sin();
+    let lists: Vec<Vec<f64>> = vec![
+        list(60, 3.0),
+        list(361, 1.0),
+        list(7, -30.0),
+        list(270, 1.0),
+        list(91, 1.5),
+        list(45, 2.0 + 1e-8),
+        (0..60).map(jittered).collect(),
+        vec![0.0, 180.0],
+        vec![270.0, 0.0, 90.0, 180.0],
+        vec![0.0, 12.6], // just above two turns
+    ];
+    for angles in &lists {
+        let error = ParallelGeometry::new(angles.clone(), 4, 1.0).unwrap_err();
+        let [least, most] = [f64::min, f64::max].map(|f| angles.iter().copied().reduce(f).unwrap());
+        let (n_views, arc) = (angles.len(), most - least);
+        assert_eq!(error, RadonError::LikeDegrees { n_views, arc });
+        assert!(error.to_string().contains("degrees"), "{error}");
+        // Constructors that name the unit have no limit.
+        let radians = ParallelGeometry::from_radians(angles.clone(), 4, 1.0).unwrap();
+        assert_eq!(radians.angles(), angles);
+        let degrees = ParallelGeometry::from_degrees(angles, 4, 1.0).unwrap();
+        assert!((degrees.angles()[0] - angles[0] * PI / 180.0).abs() < 1e-14);
     }
-    for angles in [vec![0.0, 180.0], vec![0.0, 180.0, 360.0], vec![180.0]] {
-        ParallelGeometry::new(angles, 4, 1.0).unwrap();
+    // Two turns from any start, however they are computed.
+    for start in [0.0, -3.0, 180.0] {
+        let angles: Vec<f64> = (0..=720)
+            .map(|k| start + f64::from(k).to_radians())
+            .collect();
+        let geometry = ParallelGeometry::new(angles.clone(), 4, 1.0).unwrap();
+        assert_eq!(geometry.angles(), angles);
     }
+    ParallelGeometry::new([180.0], 4, 1.0).unwrap();
 
     // The error of a gap also states that angles are in radians, if they are large enough to suggest degrees.
     let message = |angles: &[f64]| {
-        let geometry = ParallelGeometry::new(angles, 4, 1.0).unwrap();
+        let geometry = ParallelGeometry::from_radians(angles, 4, 1.0).unwrap();
         let refused = geometry.view_weights(ArcPolicy::Complete).unwrap_err();
         assert!(matches!(refused, RadonError::ShortArc { .. }));
         refused.to_string()

@@ -7,6 +7,7 @@ mod common;
 
 mod anisotropic;
 mod blur;
+mod clones;
 mod fbp_adjoint;
 mod fbp_bad_inputs;
 mod fbp_edges;

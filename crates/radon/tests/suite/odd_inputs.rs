@@ -242,12 +242,12 @@ fn means_over_odd_rectangles() {
             for b in odd {
                 let mean = shape.rectangle_mean([a, 0.1], [b, 1.0]);
                 assert!(!(a.is_nan() || b.is_nan()) || mean.is_nan());
-                shape.rectangle_mean([0.1, 0.2], [a, b]);
+                let _ = shape.rectangle_mean([0.1, 0.2], [a, b]);
                 for c in odd {
-                    shape.bin_mean(a, b, c);
+                    let _ = shape.bin_mean(a, b, c);
                 }
-                shape.line_integral(a, b);
-                shape.value([a, b]);
+                let _ = shape.line_integral(a, b);
+                let _ = shape.value([a, b]);
             }
         }
         // The sign of a side has no effect.

@@ -36,7 +36,7 @@ fn cases() -> Vec<(ParallelGeometry, ImageGrid)> {
         40.0,
     ];
     let geometry = |n, pitch, offset| {
-        ParallelGeometry::new(angles.clone(), n, pitch)
+        ParallelGeometry::from_radians(angles.clone(), n, pitch)
             .and_then(|g| g.with_offset(offset))
             .unwrap()
     };
@@ -196,7 +196,7 @@ proptest! {
         kernel in prop::sample::select(KERNELS.to_vec()),
         seed in any::<u32>(),
     ) {
-        let geometry = ParallelGeometry::new(angles, n_bins, pitch).unwrap().with_offset(offset).unwrap();
+        let geometry = ParallelGeometry::from_radians(angles, n_bins, pitch).unwrap().with_offset(offset).unwrap();
         let grid = ImageGrid::anisotropic(nx, ny, spacing).unwrap().with_centre(centre).unwrap();
         let projector = Projector::new(&geometry, &grid, kernel).unwrap();
         // The requirement is 1e-12 and 1e-5; with the same weights on both sides only the rounding of sums remains.

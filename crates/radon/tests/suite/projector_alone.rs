@@ -82,7 +82,7 @@ proptest! {
             angles.push(PI / 2.0);
             angles.push(0.0);
         }
-        let geometry = ParallelGeometry::new(angles, n_bins, pitch).unwrap().with_offset(offset).unwrap();
+        let geometry = ParallelGeometry::from_radians(angles, n_bins, pitch).unwrap().with_offset(offset).unwrap();
         check(&geometry, &ImageGrid::anisotropic(nx, ny, spacing).unwrap())?;
     }
 }

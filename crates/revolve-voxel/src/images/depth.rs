@@ -92,16 +92,19 @@ impl DepthResponse {
 
     /// Returns a bound on the integral of the absolute remainder of the response to a point, which bounds the error of an image relative to
     /// its largest line integral.
+    #[must_use]
     pub fn error(&self) -> f64 {
         self.error
     }
 
     /// Returns the number of nodes.
+    #[must_use]
     pub fn n_nodes(&self) -> usize {
         self.sigmas.len()
     }
 
     /// Returns the smallest and the largest standard deviation of the nodes.
+    #[must_use]
     pub fn extremes(&self) -> [f64; 2] {
         let fold = |f: fn(f64, f64) -> f64, start: f64| self.sigmas.iter().copied().fold(start, f);
         [fold(f64::min, f64::INFINITY), fold(f64::max, 0.0)]

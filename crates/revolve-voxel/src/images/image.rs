@@ -43,7 +43,7 @@ const SHARP_CORNER: f64 = 0.1;
 const SAME: f64 = 1e-9;
 
 /// A view: rays, bins, response, and the density of the quadrature.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct View<'a> {
     plane: RayPlane,
     axes: [Axis; 2],
@@ -112,6 +112,7 @@ impl<'a> View<'a> {
     }
 
     /// Returns the image of some rows. Its samples are bitwise identical to those of all rows, for any number of threads.
+    #[must_use]
     pub fn image(&self, assembly: &Assembly<'_>, shown: Shown, rows: Range<usize>) -> Image {
         let body = assembly.body().filter(|_| shown == Shown::Change);
         let corner = match self.is_narrow(0) || self.is_narrow(1) {

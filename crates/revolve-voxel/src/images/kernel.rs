@@ -25,7 +25,7 @@ pub enum BinValue {
 }
 
 /// The bins, or rows, along one axis of a detector.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Axis {
     pub(super) n: usize,
     pub(super) pitch: f64,
@@ -64,7 +64,7 @@ impl Axis {
 
 /// Weights of the bins around content of one standard deviation, as a function of its position in a bin: cubic interpolation between
 /// positions a fraction of the standard deviation apart, or computed for each position where that would need too many.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, PartialEq)]
 pub(super) struct Weights {
     axis: Axis,
     sigma: f64,

@@ -33,6 +33,7 @@ struct Replacing<'a> {
 
 impl<'a> Assembly<'a> {
     /// The organs alone.
+    #[must_use]
     pub fn new(organs: &'a Organs) -> Self {
         Self {
             organs,
@@ -106,6 +107,7 @@ impl<'a> Assembly<'a> {
     /// assert_eq!((parts[1].span.length(), parts[1].activity), (14.0, 0.02));
     /// # Ok::<(), revolve_voxel::RevolveError>(())
     /// ```
+    #[must_use]
     pub fn parts(&self, ray: &Ray) -> Vec<RayPart> {
         let mut finder = Finder::default();
         let with_body = match finder.stretches(self, Shown::Change, ray).is_empty() {
@@ -124,6 +126,7 @@ impl<'a> Assembly<'a> {
     }
 
     /// Returns the body.
+    #[must_use]
     pub fn body(&self) -> Option<&'a Body> {
         self.body.as_ref().map(|own| own.body)
     }

@@ -25,6 +25,7 @@ impl Capsule {
     /// assert!(capsule.meets(&along_y(0.49)?) && !capsule.meets(&along_y(0.51)?));
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
+    #[must_use]
     pub fn around<'a>(bodies: impl IntoIterator<Item = &'a Body>) -> Option<Self> {
         let mut bodies = bodies.into_iter().peekable();
         let pose = *bodies.peek()?.pose();
@@ -69,6 +70,7 @@ impl Capsule {
     }
 
     /// Returns whether a ray intersects the capsule.
+    #[must_use]
     pub fn meets(&self, ray: &Ray) -> bool {
         let d = ray.direction();
         let [from, to] = self.ends.map(|end| {

@@ -35,16 +35,19 @@ impl EllipticCylinder {
     }
 
     /// Returns the centre (x, y).
+    #[must_use]
     pub fn centre(&self) -> [f64; 2] {
         self.centre
     }
 
     /// Returns the semi-axes along x and y.
+    #[must_use]
     pub fn semi_axes(&self) -> [f64; 2] {
         self.semi_axes
     }
 
     /// Returns the segment of a ray inside the cylinder; `None` for a ray along z, which has no ends.
+    #[must_use]
     pub fn span(&self, ray: &Ray) -> Option<Span> {
         let [o, d] = [ray.origin().coords, ray.direction()];
         // In coordinates in which the cross-section is the unit circle.
@@ -75,6 +78,7 @@ impl EllipticCylinder {
     /// assert!(growth >= 0.6 / 0.8 && growth < 0.6 / 0.8 + 1e-4);
     /// # Ok::<(), revolve_voxel::RevolveError>(())
     /// ```
+    #[must_use]
     pub fn scale_to_contain(&self, body: &Body) -> f64 {
         let (centre, semi_axes) = (self.centre(), self.semi_axes());
         // The cross-section is convex, and the body is in the convex hull of the circles through the points of the meridian;

@@ -51,21 +51,25 @@ impl ParallelDetector {
     }
 
     /// Returns the pitch [bin, row].
+    #[must_use]
     pub fn pitch(&self) -> [f64; 2] {
         self.pitch
     }
 
     /// Returns the offset of the centre, [along the bins, along z].
+    #[must_use]
     pub fn offset(&self) -> [f64; 2] {
         self.offset
     }
 
     /// Returns the number of bins in a row.
+    #[must_use]
     pub fn n_bins(&self) -> usize {
         self.n_bins
     }
 
     /// Returns the number of rows.
+    #[must_use]
     pub fn n_rows(&self) -> usize {
         self.n_rows
     }
@@ -176,6 +180,7 @@ impl ParallelRays {
     }
 
     /// Returns the number of slabs; 1 without planes.
+    #[must_use]
     pub fn n_slabs(&self) -> usize {
         self.planes.len() + 1
     }
@@ -185,16 +190,19 @@ impl ParallelRays {
     }
 
     /// Returns the number of bins in a row.
+    #[must_use]
     pub fn n_bins(&self) -> usize {
         self.n_bins
     }
 
     /// Returns the number of rows.
+    #[must_use]
     pub fn n_rows(&self) -> usize {
         self.n_rows
     }
 
     /// Returns the unit direction of the rays.
+    #[must_use]
     pub fn direction(&self) -> Vector3<f64> {
         self.direction
     }
@@ -220,6 +228,7 @@ impl ParallelRays {
     }
 
     /// Returns one ray; `None` beyond the raster.
+    #[must_use]
     pub fn ray(&self, bin: usize, row: usize) -> Option<Ray> {
         (bin < self.n_bins && row < self.n_rows).then(|| self.line(bin, row))
     }

@@ -36,6 +36,7 @@ impl From<Point3<f64>> for PointRaster {
 impl PointRaster {
     /// Returns a point.
     #[inline(always)]
+    #[must_use]
     pub fn at(&self, bin: usize, row: usize) -> Point3<f64> {
         self.first + self.bin_step * bin as f64 + self.row_step * row as f64
     }
@@ -169,11 +170,13 @@ impl Lines {
     }
 
     /// Returns the numbers of bins and rows.
+    #[must_use]
     pub fn size(&self) -> [usize; 2] {
         self.size
     }
 
     /// Returns one line; `None` beyond the raster.
+    #[must_use]
     pub fn ray(&self, bin: usize, row: usize) -> Option<Ray> {
         (bin < self.size[0] && row < self.size[1]).then(|| self.line(bin, row))
     }

@@ -26,16 +26,19 @@ impl Ellipsoid {
     }
 
     /// Returns the centre (x, y, z).
+    #[must_use]
     pub fn centre(&self) -> [f64; 3] {
         self.centre
     }
 
     /// Returns the semi-axes along x, y and z.
+    #[must_use]
     pub fn semi_axes(&self) -> [f64; 3] {
         self.semi_axes
     }
 
     /// Returns the segment of a ray inside the ellipsoid.
+    #[must_use]
     pub fn span(&self, ray: &Ray) -> Option<Span> {
         // In coordinates in which it is the unit ball; there the squared length of the direction may overflow or underflow.
         let scaled = |v: Vector3<f64>| v.component_div(&Vector3::from(self.semi_axes));
@@ -68,6 +71,7 @@ pub enum OrganShape {
 
 impl OrganShape {
     /// Returns centre and semi-axes along x, y and z; a cylinder is centred at z = 0 and infinite.
+    #[must_use]
     pub fn bounds(&self) -> ([f64; 3], [f64; 3]) {
         match self {
             Self::Cylinder(cylinder) => {
@@ -86,6 +90,7 @@ impl OrganShape {
     /// assert!(torso.contains(&Point3::new(16.9, 0.0, 99.0)) && !torso.contains(&Point3::new(17.1, 0.0, 0.0)));
     /// # Ok::<(), revolve_voxel::RevolveError>(())
     /// ```
+    #[must_use]
     pub fn contains(&self, point: &Point3<f64>) -> bool {
         let (centre, semi_axes) = self.bounds();
         let square = |k: usize| ((point[k] - centre[k]) / semi_axes[k]).powi(2);
@@ -93,6 +98,7 @@ impl OrganShape {
     }
 
     /// Returns the segment of a ray inside it; `None` for a ray along a cylinder, which has no ends.
+    #[must_use]
     pub fn span(&self, ray: &Ray) -> Option<Span> {
         match self {
             Self::Cylinder(cylinder) => cylinder.span(ray),
@@ -136,11 +142,13 @@ impl Organs {
     }
 
     /// Returns whether any organ contains activity.
+    #[must_use]
     pub fn is_active(&self) -> bool {
         self.0.iter().any(|organ| organ.activity > 0.0)
     }
 
     /// Returns all organs.
+    #[must_use]
     pub fn as_slice(&self) -> &[Organ] {
         &self.0
     }

@@ -42,16 +42,19 @@ impl Ray {
     }
 
     /// The point at parameter zero.
+    #[must_use]
     pub fn origin(&self) -> Point3<f64> {
         self.origin
     }
 
     /// The unit direction.
+    #[must_use]
     pub fn direction(&self) -> Vector3<f64> {
         self.direction
     }
 
     /// The point at distance `t` along the ray.
+    #[must_use]
     pub fn at(&self, t: f64) -> Point3<f64> {
         self.origin + self.direction * t
     }
@@ -68,6 +71,7 @@ pub struct Span {
 
 impl Span {
     /// Length of the span.
+    #[must_use]
     pub fn length(&self) -> f64 {
         self.exit - self.enter
     }

@@ -17,7 +17,7 @@ use crate::{MassProperties, Pose, RevolveError};
 ///
 /// Layers need not be nested. Where layer k extends outside layer k+1 the formula adds `a_k - a_(k+1)`, which is negative for a
 /// cold cavity that extends beyond a warm wall. The coverage of region k+1 is negative there too, so sums over regions remain
-/// exact. [`Body::check_nested`] tests for nesting.
+/// exact. [`Body::nested`] and [`Body::check_nested`] test for nesting.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Body {
     /// Shared by copies in other poses.
@@ -26,7 +26,7 @@ pub struct Body {
 }
 
 impl Body {
-    /// Creates a body from its layers, innermost first.
+    /// Creates a body from its layers, innermost first. They need not be nested: [`Body::nested`] checks that they are.
     ///
     /// # Errors
     /// [`RevolveError::TooFew`] without a layer.
@@ -34,6 +34,26 @@ impl Body {
         at_least("layers of a body", layers.len(), 1)?;
         let layers = layers.into();
         Ok(Self { layers, pose })
+    }
+
+    /// Creates a body from nested layers, innermost first, each inside the next to within `tolerance`: a cavity, then its wall.
+    ///
+    /// ```
+    /// use revolve_voxel::{Body, Meridian, Pose, RevolveError};
+    /// let cylinder = |r: f64| Meridian::new(&[[0.0, r], [3.0, r]]);
+    /// let body = Body::nested(vec![cylinder(1.0)?, cylinder(1.5)?], Pose::identity(), 1e-9)?;
+    /// assert!(body.region_measures(1)?.volume > 0.0);
+    /// let outer_first = Body::nested(vec![cylinder(1.5)?, cylinder(1.0)?], Pose::identity(), 1e-9);
+    /// assert!(matches!(outer_first, Err(RevolveError::NotNested { layer: 0, .. })));
+    /// # Ok::<(), RevolveError>(())
+    /// ```
+    ///
+    /// # Errors
+    /// Those of [`Body::new`] and [`Body::check_nested`]; layers with the outermost first are [`RevolveError::NotNested`].
+    pub fn nested(layers: Vec<Meridian>, pose: Pose, tolerance: f64) -> Result<Self, RevolveError> {
+        let body = Self::new(layers, pose)?;
+        body.check_nested(tolerance)?;
+        Ok(body)
     }
 
     /// Returns the body in another pose. The layers are shared, so the cost is negligible.
@@ -46,6 +66,7 @@ impl Body {
     /// assert_eq!(moved.bounding_box(0)?[0].z, 1.0);
     /// # Ok::<(), revolve_voxel::RevolveError>(())
     /// ```
+    #[must_use]
     pub fn with_pose(&self, pose: Pose) -> Self {
         Self {
             layers: self.layers.clone(),
@@ -54,6 +75,7 @@ impl Body {
     }
 
     /// Returns the layers, innermost first.
+    #[must_use]
     pub fn layers(&self) -> &[Meridian] {
         &self.layers
     }
@@ -67,6 +89,7 @@ impl Body {
     }
 
     /// Returns the pose.
+    #[must_use]
     pub fn pose(&self) -> &Pose {
         &self.pose
     }

@@ -98,6 +98,7 @@ impl Curve {
     }
 
     /// Returns the knots between the pieces.
+    #[must_use]
     pub fn knots(&self) -> &[f64] {
         &self.knots
     }
@@ -110,6 +111,7 @@ impl Curve {
 
     /// Returns the point at `s`; beyond the ends the first or last piece is continued.
     #[inline(always)]
+    #[must_use]
     pub fn at(&self, s: f64) -> CurvePoint {
         let last = self.pieces.len() - 1;
         let k = self.knots[1..=last].partition_point(|&knot| knot < s);

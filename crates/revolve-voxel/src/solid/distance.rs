@@ -69,11 +69,13 @@ impl Meridian {
     /// assert_eq!(cylinder.signed_distance(&Point3::new(7.0, 5.0, 0.0)), 5.0);
     /// # Ok::<(), revolve_voxel::RevolveError>(())
     /// ```
+    #[must_use]
     pub fn signed_distance(&self, p: &Point3<f64>) -> f64 {
         self.distance_at(p.x, p.y.hypot(p.z))
     }
 
     /// Returns whether the body point is inside the solid.
+    #[must_use]
     pub fn contains(&self, p: &Point3<f64>) -> bool {
         self.signed_distance(p) < 0.0
     }

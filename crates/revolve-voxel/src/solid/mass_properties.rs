@@ -25,11 +25,13 @@ pub struct MassProperties {
 
 impl MassProperties {
     /// Returns the axial coordinate of the centroid (on the axis).
+    #[must_use]
     pub fn centroid(&self) -> f64 {
         self.first_moment / self.volume
     }
 
     /// Returns the moment of inertia about a line through the centroid perpendicular to the axis.
+    #[must_use]
     pub fn transverse_inertia(&self) -> f64 {
         0.5 * self.polar_inertia + self.second_moment
             - self.first_moment * self.first_moment / self.volume

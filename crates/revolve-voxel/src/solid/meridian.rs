@@ -170,16 +170,19 @@ impl Meridian {
     }
 
     /// Returns the number of cones, cylinders and discs of the surface.
+    #[must_use]
     pub fn n_segments(&self) -> usize {
         self.segments.len()
     }
 
     /// Returns the smallest and the largest axial coordinate.
+    #[must_use]
     pub fn x_range(&self) -> [f64; 2] {
         [self.x_min, self.x_max]
     }
 
     /// Returns the largest radius.
+    #[must_use]
     pub fn r_max(&self) -> f64 {
         self.r_max
     }
@@ -190,6 +193,7 @@ impl Meridian {
     }
 
     /// Returns exact volume, surface, centroid and inertia of the solid.
+    #[must_use]
     pub fn mass_properties(&self) -> MassProperties {
         MassProperties::of(&self.segments)
     }

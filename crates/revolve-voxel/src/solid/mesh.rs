@@ -11,6 +11,7 @@ use crate::{Body, RevolveError};
 
 /// A closed triangle mesh: every edge belongs to two triangles, oriented counter-clockwise seen from outside.
 #[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub struct Mesh {
     /// Vertices.
     pub vertices: Vec<Point3<f64>>,
@@ -164,6 +165,20 @@ fn thin(points: &[[f64; 2]], a: usize, b: usize, tolerance: f64, kept: &mut Vec<
 }
 
 impl Mesh {
+    /// Creates a mesh from its lists, which are not checked: see [`Mesh::volume`], [`Mesh::write_stl`] and [`Mesh::write_ply`].
+    #[must_use]
+    pub fn new(
+        vertices: Vec<Point3<f64>>,
+        normals: Vec<Vector3<f64>>,
+        triangles: Vec<[u32; 3]>,
+    ) -> Self {
+        Self {
+            vertices,
+            normals,
+            triangles,
+        }
+    }
+
     /// Two neighbouring rings; the meridian runs from the first to the second with the solid on its right.
     fn join(&mut self, a: Ring, b: Ring, n: u32) {
         for k in 0..n {
@@ -191,6 +206,7 @@ impl Mesh {
     }
 
     /// Returns the enclosed volume by the divergence theorem; NaN for an invalid index.
+    #[must_use]
     pub fn volume(&self) -> f64 {
         // Relative to one of its vertices, which avoids cancellation far from the origin.
         let Some(&about) = self.vertices.first() else {

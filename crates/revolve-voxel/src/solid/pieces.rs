@@ -25,6 +25,7 @@ pub enum Piece {
 
 impl Piece {
     /// Returns the point (x, r) at a fraction of the piece: 0 its start, 1 its end.
+    #[must_use]
     pub fn at(&self, fraction: f64) -> [f64; 2] {
         match self {
             Piece::Chebyshev { x, r } => {

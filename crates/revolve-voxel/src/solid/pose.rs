@@ -21,8 +21,16 @@ pub struct Pose {
     isometry: Isometry3<f64>,
 }
 
+/// The identity.
+impl Default for Pose {
+    fn default() -> Self {
+        Self::identity()
+    }
+}
+
 impl Pose {
     /// The identity: body frame and lab frame coincide.
+    #[must_use]
     pub fn identity() -> Self {
         Self {
             isometry: Isometry3::identity(),
@@ -119,21 +127,25 @@ impl Pose {
     }
 
     /// Returns the rigid motion, body to lab.
+    #[must_use]
     pub fn isometry(&self) -> &Isometry3<f64> {
         &self.isometry
     }
 
     /// Returns the direction of the axis of the body (base to apex) in the lab, a unit vector.
+    #[must_use]
     pub fn axis(&self) -> Vector3<f64> {
         self.isometry.rotation * Vector3::x()
     }
 
     /// Maps a body point to the lab.
+    #[must_use]
     pub fn to_lab(&self, body: &Point3<f64>) -> Point3<f64> {
         self.isometry * body
     }
 
     /// Maps a lab point to the body frame.
+    #[must_use]
     pub fn to_body(&self, lab: &Point3<f64>) -> Point3<f64> {
         self.isometry.inverse_transform_point(lab)
     }
@@ -149,6 +161,7 @@ impl Pose {
     }
 
     /// Maps a lab vector to the body frame.
+    #[must_use]
     pub fn vector_to_body(&self, lab: &Vector3<f64>) -> Vector3<f64> {
         self.isometry.inverse_transform_vector(lab)
     }

@@ -60,37 +60,44 @@ impl VoxelGrid {
     }
 
     /// Returns the numbers of voxels `[nx, ny, nz]`.
+    #[must_use]
     pub fn shape(&self) -> [usize; 3] {
         self.shape
     }
 
     /// Returns the spacing `[dx, dy, dz]`.
+    #[must_use]
     pub fn spacing(&self) -> [f64; 3] {
         self.spacing
     }
 
     /// Returns the centre of the first voxel.
+    #[must_use]
     pub fn origin(&self) -> [f64; 3] {
         self.origin
     }
 
     /// Returns the number of voxels.
     #[allow(clippy::len_without_is_empty)] // never empty
+    #[must_use]
     pub fn len(&self) -> usize {
         self.shape.iter().product()
     }
 
     /// Returns the number of voxels in one z slice.
+    #[must_use]
     pub fn slice_len(&self) -> usize {
         self.shape[0] * self.shape[1]
     }
 
     /// Returns the volume of one voxel.
+    #[must_use]
     pub fn voxel_volume(&self) -> f64 {
         self.spacing.iter().product()
     }
 
     /// Returns the centre of voxel (ix, iy, iz).
+    #[must_use]
     pub fn centre(&self, ix: usize, iy: usize, iz: usize) -> Point3<f64> {
         let at = |a: usize, k: usize| self.origin[a] + k as f64 * self.spacing[a];
         Point3::new(at(0, ix), at(1, iy), at(2, iz))

@@ -37,16 +37,19 @@ impl Mask {
     }
 
     /// Returns the numbers of voxels `[nz, ny, nx]`.
+    #[must_use]
     pub fn shape(&self) -> [usize; 3] {
         self.shape
     }
 
     /// Returns the voxels, `[z][y][x]`.
+    #[must_use]
     pub fn as_slice(&self) -> &[bool] {
         &self.set
     }
 
     /// Returns the number of voxels in the set.
+    #[must_use]
     pub fn count(&self) -> usize {
         self.set.iter().filter(|&&set| set).count()
     }
@@ -143,6 +146,7 @@ impl Mask {
     /// voxels if the set is empty.
     ///
     /// Cost: number of runs of voxels in the set times `distance^2`.
+    #[must_use]
     pub fn farther_than(&self, distance: f64) -> Mask {
         let [nz, ny, nx] = self.shape;
         let mut far = vec![true; self.set.len()];

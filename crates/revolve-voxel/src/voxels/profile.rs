@@ -73,11 +73,13 @@ impl VoxelGrid {
 
 impl Profile {
     /// Returns the values.
+    #[must_use]
     pub fn values(&self) -> &[f64] {
         &self.values
     }
 
     /// Subtracts `level`, the value around the edge.
+    #[must_use]
     pub fn above(mut self, level: f64) -> Self {
         self.values.iter_mut().for_each(|value| *value -= level);
         self
@@ -97,6 +99,7 @@ impl Profile {
     /// assert!((line.edge_width(0.9, 0.1).unwrap() - 3.2).abs() < 1e-9);
     /// # Ok::<(), revolve_voxel::RevolveError>(())
     /// ```
+    #[must_use]
     pub fn edge_width(&self, high: f64, low: f64) -> Option<f64> {
         let most = self.values.iter().copied().fold(0.0, f64::max);
         // Position at which the profile crosses a level between two points.

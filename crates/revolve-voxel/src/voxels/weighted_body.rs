@@ -12,7 +12,7 @@ use crate::voxels::mirror::Mirror;
 use crate::{Body, RevolveError, Sample, VoxelCounters, VoxelGrid};
 
 /// A body with a weight, such as the fraction of time in one position.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct WeightedBody<'a> {
     /// The body.
     pub body: &'a Body,

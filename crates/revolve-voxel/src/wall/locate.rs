@@ -17,6 +17,7 @@ impl Shell {
     /// Returns layer and s of a point (x, r); `None` outside the wall.
     ///
     /// The wall includes its surfaces, to 1e-12 of its size. Cost: several evaluations of both curves.
+    #[must_use]
     pub fn locate(&self, p: [f64; 2]) -> Option<[f64; 2]> {
         let [first, last] = self.cells().at(p)?;
         let (lines, isolines) = (self.lines(), self.isolines());

@@ -54,6 +54,7 @@ impl Sector {
     }
 
     /// Returns the sector in another pose; the ring is shared.
+    #[must_use]
     pub fn with_pose(&self, pose: Pose) -> Self {
         Self {
             ring: self.ring.with_pose(pose),
@@ -62,16 +63,19 @@ impl Sector {
     }
 
     /// Returns the pose.
+    #[must_use]
     pub fn pose(&self) -> &Pose {
         self.ring.pose()
     }
 
     /// Returns the volume in cm^3.
+    #[must_use]
     pub fn volume(&self) -> f64 {
         self.ring.layers()[0].mass_properties().volume * self.opening / std::f64::consts::TAU
     }
 
     /// Returns whether the sector contains a lab point.
+    #[must_use]
     pub fn contains(&self, p: &Point3<f64>) -> bool {
         let pose = self.ring.pose();
         let place = pose.to_body(p);
@@ -79,6 +83,7 @@ impl Sector {
     }
 
     /// Returns the length of a line inside the sector.
+    #[must_use]
     pub fn chord(&self, ray: &Ray) -> f64 {
         let spans = self.ring.spans_in(&self.ring.layers()[0], ray);
         let clip = self.clip(ray);
@@ -118,6 +123,7 @@ impl Sector {
     /// assert_eq!((hit.t, hit.normal), (4.0, -Vector3::z())); // on the face of the cut
     /// # Ok::<(), revolve_voxel::RevolveError>(())
     /// ```
+    #[must_use]
     pub fn first_hit(&self, ray: &Ray) -> Option<Hit> {
         let (origin, along, near) = self.in_body(ray);
         let held = self.wedge.stretches(&origin, &along, near);

@@ -110,21 +110,25 @@ impl Shell {
     }
 
     /// Returns the first and the last parameter.
+    #[must_use]
     pub fn range(&self) -> [f64; 2] {
         self.isolines.range
     }
 
     /// Returns the volume of the wall, cm^3, exact for the polynomials of the curves.
+    #[must_use]
     pub fn volume(&self) -> f64 {
         self.shares.volume()
     }
 
     /// Returns the volume per unit of s, `dV/ds`.
+    #[must_use]
     pub fn volume_rate(&self, s: f64) -> f64 {
         self.isolines.at(self.clamped(s)).volume()
     }
 
     /// Returns the point (x, r) on the layer at s, both clamped to their ranges.
+    #[must_use]
     pub fn point(&self, layer: f64, s: f64) -> [f64; 2] {
         let isoline = self.isolines.at(self.clamped(s));
         isoline.point(isoline.height(layer.clamp(0.0, 1.0)))
@@ -133,6 +137,7 @@ impl Shell {
     /// Returns the derivatives of the point (x, r) with respect to the layer at fixed s, and to s along the layer.
     ///
     /// At an end on the axis, where the first is a limit, both are evaluated 1e-6 of the parameter range before it.
+    #[must_use]
     pub fn tangents(&self, layer: f64, s: f64) -> [[f64; 2]; 2] {
         let isoline = self.isolines.at(self.off_axis(s));
         let t = isoline.height(layer.clamp(0.0, 1.0));
@@ -157,6 +162,7 @@ impl Shell {
     }
 
     /// Returns the fraction of the wall volume before the line of `s`.
+    #[must_use]
     pub fn volume_fraction(&self, s: f64) -> f64 {
         self.shares.split(s)[0]
     }
@@ -165,6 +171,7 @@ impl Shell {
     ///
     /// Near an end on the axis the remaining volume is quadratic in the distance, so s has half the digits of the fraction;
     /// [`Shell::corresponding`] has all.
+    #[must_use]
     pub fn at_volume_fraction(&self, share: f64) -> f64 {
         self.shares.place([share, 1.0 - share])
     }
@@ -172,6 +179,7 @@ impl Shell {
     /// Returns the s of another wall with the same fraction of volume before its line as before the line of `s` in this one.
     ///
     /// If both end on the axis, the distance from the end has full relative accuracy.
+    #[must_use]
     pub fn corresponding(&self, s: f64, to: &Shell) -> f64 {
         if std::ptr::eq(self, to) {
             return self.clamped(s);

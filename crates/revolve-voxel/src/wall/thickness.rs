@@ -20,6 +20,7 @@ pub struct Thickness {
 
 impl Shell {
     /// Returns the distance from the point of the inner curve at `s` to the outer curve, cm.
+    #[must_use]
     pub fn thickness(&self, s: f64) -> f64 {
         let [first, last] = self.range();
         let (inner, outer) = self.curves();
@@ -45,6 +46,7 @@ impl Shell {
 
     /// Returns the smallest and the average thickness of the wall: the minimum over at least 128 points, refined, and the average
     /// by two-point Gauss quadrature between them (relative error 1e-6 for a smooth wall).
+    #[must_use]
     pub fn thicknesses(&self) -> Thickness {
         let (inner, _) = self.curves();
         let places = self.places();

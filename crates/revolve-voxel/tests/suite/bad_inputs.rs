@@ -315,6 +315,41 @@ fn layers_that_are_not_nested_are_reported() {
 }
 
 #[test]
+fn nested_layers_begin_with_the_innermost() {
+    let cylinder = |r: f64| Meridian::new(&[[0.0, r], [2.0, r]]).unwrap();
+    let nested = |radii: &[f64], tolerance| {
+        let layers = radii.iter().map(|&r| cylinder(r)).collect();
+        Body::nested(layers, Pose::identity(), tolerance)
+    };
+    let body = nested(&[1.0, 1.5, 2.0], 0.0).unwrap();
+    assert_eq!(
+        body,
+        Body::new(body.layers().to_vec(), Pose::default()).unwrap()
+    );
+    // The walls have the areas of rings.
+    for (region, area) in [(0, 1.0), (1, 1.25), (2, 1.75)] {
+        let volume = body.region_measures(region).unwrap().volume;
+        assert!((volume - 2.0 * area * std::f64::consts::PI).abs() < 1e-12);
+    }
+    for (radii, wrong, expected) in [
+        (&[2.0, 1.0][..], 0, 1.0),
+        (&[2.0, 1.5, 1.0], 0, 0.5),
+        (&[1.0, 2.0, 1.5], 1, 0.5),
+    ] {
+        let found = nested(radii, 1e-9);
+        assert!(
+            matches!(found, Err(RevolveError::NotNested { layer, depth, .. })
+                if layer == wrong && (depth - expected).abs() < 1e-12),
+            "{radii:?}: {found:?}"
+        );
+    }
+    assert!(nested(&[1.1, 1.0], 0.2).is_ok());
+    assert!(matches!(nested(&[], 0.0), Err(RevolveError::TooFew { .. })));
+    let nan = nested(&[1.0, 2.0], f64::NAN);
+    assert!(matches!(nan, Err(RevolveError::NotFinite { .. })));
+}
+
+#[test]
 fn sizes_beyond_memory_are_rejected() {
     let cone = Meridian::new(&[[0.0, 1.0], [3.0, 0.0]]).unwrap();
     let body = Body::new(vec![cone], Pose::axis_along_z(1.0).unwrap()).unwrap();
@@ -488,10 +523,9 @@ fn masks_with_a_side_of_zero() {
 
 #[test]
 fn meshes_with_invalid_lists() {
-    let mesh = |triangle: [u32; 3], n_normals: usize| Mesh {
-        vertices: vec![Point3::origin(); 3],
-        normals: vec![Vector3::x(); n_normals],
-        triangles: vec![triangle],
+    let mesh = |triangle: [u32; 3], n_normals: usize| {
+        let (vertices, normals) = (vec![Point3::origin(); 3], vec![Vector3::x(); n_normals]);
+        Mesh::new(vertices, normals, vec![triangle])
     };
     let whole = mesh([0, 1, 2], 3);
     assert_eq!(whole.volume(), 0.0);

@@ -526,3 +526,24 @@ fn invalid_values_are_rejected() {
             .is_err()
     );
 }
+
+#[test]
+fn views_of_equal_parts_are_equal() {
+    let response = DepthResponse::new(sigma, [-5.0, 5.0], 1e-6).unwrap();
+    let wider = DepthResponse::new(|t| 2.0 * sigma(t), [-5.0, 5.0], 1e-6).unwrap();
+    let view = |response, theta, density| {
+        let detector = ParallelDetector::new(13, 12, [0.6, 0.5]).unwrap();
+        let plane = RayPlane::parallel(theta).unwrap();
+        View::new(plane, &detector, BinValue::Average, response, density).unwrap()
+    };
+    let one = view(&response, 0.8, 2.0);
+    let same = response.clone();
+    assert_eq!(one, view(&same, 0.8, 2.0));
+    for other in [
+        view(&wider, 0.8, 2.0),
+        view(&response, 0.9, 2.0),
+        view(&response, 0.8, 3.0),
+    ] {
+        assert_ne!(one, other);
+    }
+}

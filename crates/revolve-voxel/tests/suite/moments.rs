@@ -166,3 +166,16 @@ fn bad_weighted_bodies_are_rejected() {
         Ok(revolve_voxel::VoxelCounters::default())
     );
 }
+
+#[test]
+fn weighted_bodies_of_equal_parts_are_equal() {
+    let (body, same, other) = (heart(60), heart(60), heart(80));
+    let weighted = |body, weight| WeightedBody {
+        body,
+        activity: &[0.0, 1.0],
+        weight,
+    };
+    assert_eq!(weighted(&body, 0.5), weighted(&same, 0.5));
+    assert_ne!(weighted(&body, 0.5), weighted(&other, 0.5));
+    assert_ne!(weighted(&body, 0.5), weighted(&body, 0.6));
+}

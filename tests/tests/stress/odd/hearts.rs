@@ -64,11 +64,11 @@ fn heart_phantom_accepts_any_input() {
     ));
     for cycle in &cycles {
         for phase in ODD {
-            cycle.gain(phase);
-            cycle.phase(phase);
+            let _ = cycle.gain(phase);
+            let _ = cycle.phase(phase);
         }
-        cycle.period();
-        cycle.extreme_phases();
+        let _ = cycle.period();
+        let _ = cycle.extreme_phases();
     }
     for n in SIZES {
         if n > 3 {
@@ -114,9 +114,9 @@ fn walls(heart: &Heart) {
         };
         back(wall.position(&point));
         back(wall.stretch(&other, &point));
-        wall.locate(&Point3::new(a, b, 0.0));
-        wall.displacement(&other, &Point3::new(a, b, 0.0));
-        wall.thickness(a);
+        let _ = wall.locate(&Point3::new(a, b, 0.0));
+        let _ = wall.displacement(&other, &Point3::new(a, b, 0.0));
+        let _ = wall.thickness(a);
         for region in [
             WallRegion {
                 layers: [a, b],

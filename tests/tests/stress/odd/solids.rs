@@ -19,7 +19,7 @@ fn meridians() -> Vec<Meridian> {
             x: vec![1.0, 1.0],
             r: vec![0.5, a, -0.5],
         };
-        piece.at(b);
+        let _ = piece.at(b);
         found.extend(back(Meridian::smooth(&[piece], b.max(1e-4))));
     }
     for empty in [&[][..], &[[0.0, 1.0]]] {
@@ -106,9 +106,9 @@ fn revolve_voxel_accepts_any_input() {
         let any = |k: usize| &poses[k % poses.len()];
         let inner = Meridian::new(&[[0.0, 0.2], [0.5, 0.0]]).expect("a cone");
         let body = Body::new(vec![inner, meridian.clone()], *any(k)).expect("layers");
-        meridian.mass_properties();
-        meridian.r_max();
-        meridian.x_range();
+        let _ = meridian.mass_properties();
+        let _ = meridian.r_max();
+        let _ = meridian.x_range();
         back(body.check_nested(ODD[k % ODD.len()]));
         for layer in SIZES {
             back(body.bounding_box(layer));
@@ -165,11 +165,11 @@ fn revolve_voxel_accepts_any_input() {
             let assembly = assembly.with_sectors(vec![(sector.clone(), 1.0)]);
             let assembly = assembly.expect("an activity");
             back(assembly.project_add(raster, Shown::Change, 1.0, &mut image));
-            assembly.parts(&rays[k % rays.len()]);
+            let _ = assembly.parts(&rays[k % rays.len()]);
             back(sector.voxelize_add(grid, 0..grid.shape()[2], sampling, 1.0, &mut voxels));
-            sector.contains(&Point3::new(azimuths[0], 0.1, azimuths[1]));
-            sector.chord(&rays[k % rays.len()]);
-            sector.first_hit(&rays[k % rays.len()]);
+            let _ = sector.contains(&Point3::new(azimuths[0], 0.1, azimuths[1]));
+            let _ = sector.chord(&rays[k % rays.len()]);
+            let _ = sector.first_hit(&rays[k % rays.len()]);
         }
     }
     for refused in [
@@ -195,7 +195,7 @@ fn revolve_voxel_accepts_any_input() {
                 back(assembly.project_add(raster, Shown::Organs, 1.0, &mut image));
             }
             back(torso.voxelize_add(&grids[0], 0..1, b, &mut [0.0; 6]));
-            torso.span(&rays[0]);
+            let _ = torso.span(&rays[0]);
         }
         if let Some(ball) = back(Ellipsoid::new([a, 0.0, b], [1.0, b, a])) {
             let shape = OrganShape::Ellipsoid(ball);
@@ -205,21 +205,21 @@ fn revolve_voxel_accepts_any_input() {
                 attenuation: a,
             };
             if let Some(organs) = back(Organs::new(vec![organ])) {
-                Assembly::new(&organs).parts(&rays[0]);
+                let _ = Assembly::new(&organs).parts(&rays[0]);
                 back(organs.voxelize::<f64>(&grids[0], 0..1, |organ| organ.activity));
             }
         }
         back(rasters[0].clone().with_planes(&[a, b]));
         shells([a, b]);
         let mask = Mask::new([2, 1, 3], vec![true, false, true, true, true, false]);
-        mask.expect("six voxels").farther_than(a);
+        let _ = mask.expect("six voxels").farther_than(a);
         let profile = grids[0].profile(
             &vec![1.0f32; grids[0].len()],
             [Point3::new(a, b, 0.0); 2],
             3,
         );
         if let Some(profile) = back(profile) {
-            profile.edge_width(a, b);
+            let _ = profile.edge_width(a, b);
         }
     }
 }
@@ -240,19 +240,19 @@ fn shells([a, b]: [f64; 2]) {
         found.extend(back(Shell::new(plain[0].clone(), plain[1].clone(), range)));
     }
     if let Some(odd) = odd {
-        odd.at(a);
+        let _ = odd.at(a);
         found.extend(back(Shell::new(odd.clone(), plain[1].clone(), [0.0, 1.0])));
         found.extend(back(Shell::new(odd.clone(), odd, [0.0, 1.0])));
     }
     for shell in &found {
-        shell.point(a, b);
-        shell.tangents(a, b);
-        shell.locate([a, b]);
-        shell.volume_fraction(a);
-        shell.at_volume_fraction(b);
-        shell.corresponding(a, &found[0]);
-        shell.thickness(a);
-        shell.volume_rate(b);
+        let _ = shell.point(a, b);
+        let _ = shell.tangents(a, b);
+        let _ = shell.locate([a, b]);
+        let _ = shell.volume_fraction(a);
+        let _ = shell.at_volume_fraction(b);
+        let _ = shell.corresponding(a, &found[0]);
+        let _ = shell.thickness(a);
+        let _ = shell.volume_rate(b);
         back(shell.region([0.0, a], [0.0, b], 0.1));
         back(shell.region([0.2, 0.5], [0.1, 0.6], b.max(1e-3)));
     }

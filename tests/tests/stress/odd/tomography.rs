@@ -14,7 +14,8 @@ fn radon_accepts_any_input() {
     let mut grids = Vec::new();
     for [a, b] in pairs() {
         geometries.extend(back(ParallelGeometry::arc_radians(3, a, 4, b)));
-        geometries.extend(back(ParallelGeometry::new([a, b], 3, 1.0)));
+        back(ParallelGeometry::new([a, b], 3, 1.0));
+        geometries.extend(back(ParallelGeometry::from_radians([a, b], 3, 1.0)));
         let moved = ParallelGeometry::arc_radians(3, 3.1, 4, 1.0);
         geometries.extend(back(
             moved.and_then(|g| g.with_offset(a)?.with_rotation_bin(b)),
@@ -24,7 +25,7 @@ fn radon_accepts_any_input() {
             ImageGrid::square(3, 1.0).and_then(|g| g.with_centre([a, b])),
         ));
         if let Some(slices) = back(SliceAxis::new(2, a).and_then(|s| s.with_centre(b))) {
-            slices.slice_centre(usize::MAX);
+            let _ = slices.slice_centre(usize::MAX);
         }
         for blur in [
             DepthBlur::new(&[a, b], [1.0; 2], 1e-3),
@@ -38,12 +39,12 @@ fn radon_accepts_any_input() {
             }
         }
         if let Some(response) = back(Collimator::new(a, b, 0.1)) {
-            response.sigma(b);
+            let _ = response.sigma(b);
         }
         back(poisson_counts(&[a as f32, 1.0], CountScale::PerUnit(b), 7));
         back(poisson_counts(&[a, 1.0], CountScale::Total(b), 7));
-        Window::Hann.gain(a);
-        Window::Butterworth { order: u32::MAX }.gain(a);
+        let _ = Window::Hann.gain(a);
+        let _ = Window::Butterworth { order: u32::MAX }.gain(a);
         back(MaskedStats::of(&[a, b], &[true]));
         back(rmse_within(&[a], &[b], &[true]));
     }
@@ -52,7 +53,7 @@ fn radon_accepts_any_input() {
         back(ParallelGeometry::arc_radians(2, 3.0, n, 1.0));
         back(ImageGrid::square(n, 1.0));
         back(SliceAxis::new(n, 1.0));
-        ramp_sample(n as i64);
+        let _ = ramp_sample(n as i64);
     }
     geometries.extend(back(ParallelGeometry::arc_radians(3, 3.1, 4, 1.0)));
     grids.extend(back(ImageGrid::square(3, 1.0)));
@@ -72,8 +73,8 @@ fn radon_accepts_any_input() {
         for policy in policies {
             back(geometry.view_weights(policy));
         }
-        geometry.bin_centre(usize::MAX);
-        geometry.bin_at(f64::NAN);
+        let _ = geometry.bin_centre(usize::MAX);
+        let _ = geometry.bin_at(f64::NAN);
         let mut options = FbpOptions::default()
             .with_arc(ArcPolicy::Rescale)
             .with_edge(edges[k % 4])
@@ -206,12 +207,12 @@ fn shapes() {
         ];
         for shape in plane.into_iter().flatten() {
             for [x, y] in [[a, b], [b, a], [0.3, a], [b, 0.3], [0.3, 0.1]] {
-                shape.value([x, y]);
-                shape.line_integral(x, y);
-                shape.bin_mean(0.3, x, y);
-                shape.bin_mean(x, y, 0.5);
-                shape.rectangle_mean([x, 0.1], [0.5, y]);
-                shape.rectangle_mean([0.2, 0.1], [x, y]);
+                let _ = shape.value([x, y]);
+                let _ = shape.line_integral(x, y);
+                let _ = shape.bin_mean(0.3, x, y);
+                let _ = shape.bin_mean(x, y, 0.5);
+                let _ = shape.rectangle_mean([x, 0.1], [0.5, y]);
+                let _ = shape.rectangle_mean([0.2, 0.1], [x, y]);
             }
             let solid = back(Shape3::prism(shape.clone(), [a, b]));
             if let Some(phantom) = back(Phantom2::new([(1.0, shape)])) {
@@ -251,14 +252,14 @@ fn solid_means(solid: Option<Shape3>, [a, b]: [f64; 2]) {
         return;
     };
     for [x, y] in [[a, b], [0.3, b], [a, 0.1], [0.3, 0.1]] {
-        solid.value([x, y, 0.1]);
-        solid.line_integral(x, y, 0.1);
-        solid.line_integral(0.3, x, y);
-        solid.bin_mean(0.3, [x, 0.1], [y, 0.5]);
-        solid.bin_mean(0.3, [0.2, 0.1], [x, y]);
-        solid.box_mean([x, 0.1, 0.2], [0.5, y, 0.5]);
-        solid.box_mean([0.1, 0.1, 0.2], [x, 0.5, y]);
+        let _ = solid.value([x, y, 0.1]);
+        let _ = solid.line_integral(x, y, 0.1);
+        let _ = solid.line_integral(0.3, x, y);
+        let _ = solid.bin_mean(0.3, [x, 0.1], [y, 0.5]);
+        let _ = solid.bin_mean(0.3, [0.2, 0.1], [x, y]);
+        let _ = solid.box_mean([x, 0.1, 0.2], [0.5, y, 0.5]);
+        let _ = solid.box_mean([0.1, 0.1, 0.2], [x, 0.5, y]);
     }
-    solid.integral();
-    solid.bounding_ball();
+    let _ = solid.integral();
+    let _ = solid.bounding_ball();
 }
