@@ -9,7 +9,7 @@ use std::time::Instant;
 use benches::{Effort, Row, Time, on_threads, timed};
 use criterion::Criterion;
 use heart_phantom::scene::{Accuracy, DiscretisationSettings, Mode};
-use heart_phantom::{BinSample, Phantom, scene};
+use heart_phantom::{BinSample, Phantom, no_observer, scene};
 use heart_study::StudyOptions;
 use radon::{
     DepthBlur, Kernel, LinearOperator, Projector, SliceAxis, SpectGeometry, SpectOperator,
@@ -188,7 +188,7 @@ fn through_a_collimator(size: usize, chest: bool, tolerance: f64) -> Phantom {
 }
 
 fn views(phantom: &Phantom) -> Vec<f32> {
-    phantom.sinograms(0, &|_| ()).expect("views").samples
+    phantom.sinograms(0, &no_observer).expect("views").samples
 }
 
 /// A simple method for the same views: exact integrals between planes of the thickness of a bin, each blurred separately.
@@ -337,7 +337,7 @@ fn papers(effort: Effort) {
                 .with_size(size)
                 .with_threads(Some(threads))
                 .with_figures(false);
-            let run = || heart_study::run(&options, &folder, &|_| ()).expect("a study");
+            let run = || heart_study::run(&options, &folder, &no_observer).expect("a study");
             let (seconds, report) = timed(effort, run);
             Row {
                 study: "whole study",

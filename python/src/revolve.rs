@@ -374,7 +374,9 @@ impl PyBody {
                     all.extend(slices);
                 }
                 labels.extend(made.labels);
-                watch.tell(z as f64 / nz as f64);
+                if watch.tell(z as f64 / nz as f64).is_break() {
+                    break;
+                }
             }
             Ok::<_, RevolveError>((coverage.concat(), labels))
         })?;
@@ -408,7 +410,9 @@ impl Scan {
                 all.reserve_exact(view.len() * self.angles.len());
             }
             all.extend(view);
-            watch.tell(k as f64 / self.angles.len() as f64);
+            if watch.tell(k as f64 / self.angles.len() as f64).is_break() {
+                break;
+            }
         }
         Ok(all)
     }

@@ -9,7 +9,8 @@ use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use rayon::{ThreadPool, ThreadPoolBuildError, ThreadPoolBuilder};
 use std::any::Any;
-use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
+use std::ops::ControlFlow;
+use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -26,15 +27,13 @@ pub(crate) struct Watch {
     share: AtomicU64,
 }
 
-/// Unwinds an abandoned task; not a failure, and without a message.
-struct Stopped;
-
 impl Watch {
-    /// Reports the completed fraction. Does not return if the task is abandoned.
-    pub(crate) fn tell(&self, share: f64) {
+    /// Reports the completed fraction. Breaks if the task is abandoned: its result is not used.
+    pub(crate) fn tell(&self, share: f64) -> ControlFlow<()> {
         self.share.store(share.to_bits(), Ordering::Relaxed);
-        if self.is_stopped() {
-            resume_unwind(Box::new(Stopped));
+        match self.is_stopped() {
+            true => ControlFlow::Break(()),
+            false => ControlFlow::Continue(()),
         }
     }
 

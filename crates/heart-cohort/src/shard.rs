@@ -8,8 +8,7 @@ use crate::fault::{Fault, FileFault};
 use crate::piece::END;
 use crate::record::{Record, Row};
 use crate::workers;
-use heart_phantom::Heart;
-use heart_phantom::files;
+use heart_phantom::{Heart, Observer, PhantomError, files};
 use rayon::ThreadPool;
 use std::fs;
 use std::io;
@@ -79,7 +78,7 @@ impl RunOptions {
 /// the same directory. `progress` receives the number of completed members.
 ///
 /// ```
-/// use heart_cohort::{Cohort, RunOptions, Shard, run_shard};
+/// use heart_cohort::{Cohort, RunOptions, Shard, heart_phantom::no_observer, run_shard};
 /// let cohort = Cohort::from_toml(r#"
 /// members = 4
 /// [scene]
@@ -91,22 +90,23 @@ impl RunOptions {
 /// "#)?;
 /// let folder = tempfile::tempdir()?; // or any other
 /// let shard = Shard { shard: 1, of: 2 };
-/// let report = run_shard(&cohort, folder.path(), shard, &RunOptions::new(1), &|_| ())?;
+/// let report = run_shard(&cohort, folder.path(), shard, &RunOptions::new(1), &no_observer)?;
 /// assert!(report.rows.len() == 2 && report.rejected() == 0 && !report.skipped);
-/// assert!(run_shard(&cohort, folder.path(), shard, &RunOptions::new(1), &|_| ())?.skipped);
+/// assert!(run_shard(&cohort, folder.path(), shard, &RunOptions::new(1), &no_observer)?.skipped);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 ///
 /// # Errors
 /// Before any work: [`CohortError::NoShard`], [`CohortError::Unmet`] for constraints that a member of the shard cannot meet,
 /// [`CohortError::OtherCohort`] for a shard of another cohort, [`CohortError::Faults`] for a pipe or a directory of that name,
-/// [`CohortError::Phantom`] for a directory that is not writable. Later: [`CohortError::Phantom`] for a full disk.
+/// [`CohortError::Phantom`] for a directory that is not writable. Later: [`CohortError::Phantom`] for a full disk and, if
+/// `progress` stops the shard, with [`PhantomError::Stopped`].
 pub fn run_shard(
     cohort: &Cohort,
     folder: &Path,
     shard: Shard,
     options: &RunOptions,
-    progress: &(dyn Fn(u64) + Sync),
+    progress: Observer<'_, u64>,
 ) -> Result<ShardReport, CohortError> {
     let range = shard.members(cohort)?;
     // Draws all members first: it takes microseconds and detects unmet constraints before writing.
@@ -127,6 +127,7 @@ pub fn run_shard(
             remove_left(folder, left);
             Ok(report(path, false, record))
         }
+        Err(error @ CohortError::Phantom(PhantomError::Stopped)) => Err(error),
         // Another process may have completed the shard and removed the temporary file.
         Err(error) => match whole(cohort, folder, shard)? {
             Some(record) => Ok(report(path, true, record)),
@@ -142,10 +143,10 @@ fn write(
     path: &Path,
     pools: &[ThreadPool],
     options: &RunOptions,
-    progress: &(dyn Fn(u64) + Sync),
+    progress: Observer<'_, u64>,
 ) -> Result<Record, CohortError> {
     let range = shard.members(cohort)?;
-    let (mut rows, mut bytes, mut undrawn) = (Vec::new(), 0, None);
+    let (mut rows, mut bytes, mut ended) = (Vec::new(), 0, None);
     let spare = Spare::default();
     let work = |index| {
         let member = cohort.member(index)?;
@@ -155,7 +156,7 @@ fn write(
     let written = files::write_atomically(path, |out| {
         workers::in_order(range, pools, work, |done: Result<_, CohortError>| {
             let (member, made) = done.map_err(|error| {
-                undrawn = Some(error);
+                ended = Some(error);
                 io::Error::other("a member cannot be drawn")
             })?;
             let piece = made.as_ref().map_or(&[][..], |made| &made.bytes[..]);
@@ -163,13 +164,16 @@ fn write(
             rows.push(Row::new(&member, made.as_ref(), bytes));
             bytes += piece.len() as u64;
             made.into_iter().for_each(|made| spare.give_back(made));
-            progress(rows.len() as u64);
+            if progress(rows.len() as u64).is_break() {
+                ended = Some(PhantomError::Stopped.into());
+                return Err(io::Error::other("stopped"));
+            }
             Ok::<(), io::Error>(())
         })?;
         bytes += END.len() as u64;
         out.write_all(&END)
     });
-    if let Some(error) = undrawn {
+    if let Some(error) = ended {
         return Err(error);
     }
     written?;

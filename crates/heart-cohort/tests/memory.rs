@@ -2,7 +2,7 @@
 
 #![allow(clippy::expect_used, clippy::panic, clippy::unwrap_used)]
 
-use heart_cohort::{Cohort, RunOptions, Shard, run_shard};
+use heart_cohort::{Cohort, RunOptions, Shard, heart_phantom::no_observer, run_shard};
 use peak_alloc::PeakAlloc;
 
 #[global_allocator]
@@ -23,7 +23,7 @@ acquisition.mode = {{ gated = {{ gates = 2 }} }}\noutput.write = [\"projections\
     let (shard, options) = (Shard { shard: 1, of: 1 }, RunOptions::new(2));
     HEAP.reset_peak_usage();
     let before = HEAP.current_usage();
-    run_shard(&cohort, folder.path(), shard, &options, &|_| ()).unwrap();
+    run_shard(&cohort, folder.path(), shard, &options, &no_observer).unwrap();
     HEAP.peak_usage() - before
 }
 

@@ -5,7 +5,7 @@
 use heart_phantom::revolve_voxel::nalgebra::Point3;
 use heart_phantom::revolve_voxel::{Lines, Ray};
 use heart_phantom::scene::{Mode, Scene};
-use heart_phantom::{Phantom, RayGeometry};
+use heart_phantom::{Phantom, RayGeometry, no_observer};
 use std::error::Error;
 use std::f64::consts::TAU;
 
@@ -41,7 +41,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     }
     let lines = RayGeometry::from_lines(frames)?.with_times(&times)?;
     let phantom = Phantom::new(Scene::default().with_mode(Mode::Instants))?.along(lines)?;
-    let events = phantom.sinograms(0, &|_| ())?;
+    let events = phantom.sinograms(0, &no_observer)?;
     println!("time (s)   lines through the heart   mean activity x length (cm)");
     for (frame, samples) in events.samples.chunks(1000).enumerate().step_by(10) {
         let hit = samples.iter().filter(|sample| **sample > 0.0).count();

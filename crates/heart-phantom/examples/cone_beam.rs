@@ -7,7 +7,7 @@ use heart_phantom::files::{write_astra, write_rtk};
 use heart_phantom::revolve_voxel::ParallelDetector;
 use heart_phantom::revolve_voxel::nalgebra::Point3;
 use heart_phantom::scene::{Mode, Scene};
-use heart_phantom::{Phantom, RayGeometry};
+use heart_phantom::{Phantom, RayGeometry, no_observer};
 use std::error::Error;
 use std::f64::consts::TAU;
 use std::path::PathBuf;
@@ -29,7 +29,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         ("still", Mode::Static { phase: 0.0 }),
     ] {
         let phantom = Phantom::new(Scene::default().with_mode(mode))?.along(cone.clone())?;
-        let views = phantom.sinograms(0, &|_| ())?;
+        let views = phantom.sinograms(0, &no_observer)?;
         write_rtk(&folder.join(name), &cone, &views.samples)?;
         write_astra(&folder.join(name), &cone, &views.samples)?;
         let sum: f32 = views.samples.iter().sum();

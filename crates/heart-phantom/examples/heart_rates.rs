@@ -4,7 +4,7 @@
 //! `cargo run --release -p heart-phantom --example heart_rates`
 
 use heart_phantom::scene::{Mode, Scene};
-use heart_phantom::{Phantom, PhantomError};
+use heart_phantom::{Phantom, PhantomError, no_observer};
 
 fn main() -> Result<(), PhantomError> {
     println!("beats/min   phases   streaks outside   wall sd/mean   wall blur (mm)");
@@ -12,7 +12,7 @@ fn main() -> Result<(), PhantomError> {
         let mut scene = Scene::default().with_size(96).with_mode(Mode::Instants);
         scene.cycle.beats_per_minute = beats_per_minute;
         let phantom = Phantom::new(scene)?;
-        let views = phantom.sinograms(0, &|_| ())?;
+        let views = phantom.sinograms(0, &no_observer)?;
         let volume = phantom.reconstruct(0, &views.samples)?;
         let found = phantom.artefacts(0, &volume, &phantom.truth(0)?)?;
         println!(

@@ -5,7 +5,7 @@ use heart_phantom::scene::{
     Accuracy, Attenuation, CollimatorSettings, Compensation, Counts, HolesSettings, Medium, Method,
     Mode, Noise, Osem, Scene,
 };
-use heart_phantom::{Phantom, PhantomError};
+use heart_phantom::{Phantom, PhantomError, no_observer};
 
 /// Counts of a sample of 1 in all gates together.
 const COUNTS: f64 = 4000.0;
@@ -49,7 +49,7 @@ fn volume(
     let volume = match phantom.scene().reconstruction.compensation {
         Compensation::KnownMotion => {
             phantom
-                .compensated(0, &phantom.sinograms_of_gates()?, &|_| ())?
+                .compensated(0, &phantom.sinograms_of_gates()?, &no_observer)?
                 .0
         }
         _ => phantom.volume(0)?,

@@ -3,7 +3,7 @@
 //! `cargo run --release -p heart-phantom --example tew`
 
 use heart_phantom::scene::{BlurSettings, ScatterSettings};
-use heart_phantom::{BinSample, Chest, Mode, Phantom, Scene};
+use heart_phantom::{BinSample, Chest, Mode, Phantom, Scene, no_observer};
 
 /// The photopeak window, and one of 3 keV on either side of it.
 const WINDOWS: [[f64; 2]; 3] = [[126.45, 154.55], [123.45, 126.45], [154.55, 157.55]];
@@ -24,7 +24,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         ..ScatterSettings::default()
     });
     let phantom = Phantom::new(scene)?;
-    let windows = phantom.windows(0, &|_| ())?;
+    let windows = phantom.windows(0, &no_observer)?;
     let Some(scatter) = phantom.scatter(0)? else {
         return Err("no activity".into());
     };

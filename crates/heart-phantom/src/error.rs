@@ -60,6 +60,9 @@ pub enum PhantomError {
         /// The expected length.
         expected: usize,
     },
+    /// An [`Observer`](crate::Observer) stopped the computation.
+    #[error("the computation was stopped by its caller")]
+    Stopped,
     /// The threads could not be started.
     #[error("cannot start {}", threads(*given))]
     Threads {

@@ -38,6 +38,7 @@
 mod error;
 pub mod files;
 mod model;
+mod observer;
 mod phantom;
 mod ranges;
 mod scan;
@@ -59,6 +60,7 @@ pub use model::{
     Medium, RespiratoryGates, RespiratoryMotion, RrIntervals, Stretch, Twist, Uptake, VolumeCurve,
     VolumeRange, Wall, WallRegion,
 };
+pub use observer::{Observer, no_observer};
 pub use phantom::{
     Artefacts, BeatReport, Compensation, Edge, GateFiles, KnownScatter, Memory, Method,
     MotionField, MotionPhase, MotionReport, Numbers, Osem, OsemReport, Output, Phantom, PhaseOf,

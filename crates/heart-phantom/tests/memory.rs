@@ -6,7 +6,7 @@ use heart_phantom::scene::{
     Accuracy, Attenuation, CollimatorSettings, Counts, DiscretisationSettings, HolesSettings,
     Medium, Method, Mode, Noise, Osem, Product, Scene,
 };
-use heart_phantom::{Phantom, run};
+use heart_phantom::{Phantom, no_observer, run};
 use peak_alloc::PeakAlloc;
 
 #[global_allocator]
@@ -87,7 +87,7 @@ fn runs_take_what_was_said() {
         let phantom = Phantom::new(scene).unwrap().with_memory(bound);
         let said = phantom.memory();
         let found = peak(|| {
-            run(&phantom, folder.path(), &|_| ()).unwrap();
+            run(&phantom, folder.path(), &no_observer).unwrap();
         });
         println!("{name}: {found} of {said:?} = {}", said.total());
         // Work arrays of about 2 MB per thread are not included.

@@ -128,8 +128,8 @@ pub fn evolve(
     }
 }
 
-/// As [`evolve`], with a callback `observe` for the number of steps and the norm of the forces before the first step and after each. If
-/// `observe` breaks, its value ends the run and is returned.
+/// As [`evolve`], with a callback `observe` for the number of steps and the norm of the forces before the first step and after each,
+/// which can stop the run by a value.
 ///
 /// # Errors
 /// As [`evolve`].

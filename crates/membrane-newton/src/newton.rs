@@ -157,7 +157,8 @@ pub fn newton_with(
     newton_observed(system, x, options, scratch, never).map(drop)
 }
 
-/// As [`newton_with`], with a callback `observe` for the report and x after each iteration, which may end the solve by a value.
+/// As [`newton`] in the caller's scratch ([`newton_with`]), with a callback `observe` for the report and x after each iteration, which can
+/// stop the solve by a value.
 ///
 /// # Errors
 /// As [`newton_with`].

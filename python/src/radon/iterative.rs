@@ -13,7 +13,6 @@ use heart_phantom::radon::{
 };
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use std::ops::ControlFlow;
 
 /// The result of an iterative method.
 #[pyclass(name = "Solution", module = "heart_phantom.radon", frozen, get_all)]
@@ -94,10 +93,7 @@ impl<T: SpectSample> Problem<T> {
         watch: &Watch,
     ) -> Result<(Vec<T>, IterativeReport), RadonError> {
         let all = self.stopping.max_iterations.max(1) as f64;
-        let told = |report: &IterativeReport, _: &[T]| {
-            watch.tell(report.iterations as f64 / all);
-            ControlFlow::<()>::Continue(())
-        };
+        let told = |report: &IterativeReport, _: &[T]| watch.tell(report.iterations as f64 / all);
         let (data, image, stopping) = (&self.data, &mut self.image, self.stopping);
         let a = self.operator;
         let em = || {

@@ -3,11 +3,11 @@
 mod definition;
 
 use crate::Row;
-use heart_phantom::Phantom;
 use heart_phantom::scene::{
     Accuracy, ArcPolicy, Attenuation, Background, BinSample, BlurSettings, Chest,
     CollimatorSettings, DiscretisationSettings, HolesSettings, Medium, Mode, Orbit, Scene,
 };
+use heart_phantom::{Phantom, no_observer};
 use tests::Random;
 
 pub(crate) const ROWS: &[Row] = &[Row {
@@ -26,7 +26,7 @@ fn sample(random: &mut Random) -> Option<f64> {
     let tolerance = random.decades(-2.7, -1.5);
     let phantom = Phantom::new(scene(random, tolerance)).ok()?;
     let view_idx = random.integer(0, 1);
-    let made = phantom.sinograms(0, &|_| ()).ok()?;
+    let made = phantom.sinograms(0, &no_observer).ok()?;
     let largest = made.samples.iter().fold(0.0f32, |most, v| most.max(*v));
     let stated = made.view_error.total().min(tolerance);
     let ratio = |resolved: f64| {

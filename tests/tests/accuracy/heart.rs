@@ -10,7 +10,7 @@ use heart_phantom::membrane_newton::{
 };
 use heart_phantom::revolve_voxel::Pose;
 use heart_phantom::scene::{ArcPolicy, DiscretisationSettings, Mode, Scene};
-use heart_phantom::{Heart, Method, Osem, Phantom};
+use heart_phantom::{Heart, Method, Osem, Phantom, no_observer};
 use nalgebra::{Point3, Vector3};
 use tests::Random;
 
@@ -215,14 +215,14 @@ fn change(random: &mut Random) -> Option<f64> {
     let tolerance = random.decades(-3.0, -0.5);
     let subsets = random.integer(1, 8);
     let phantom = Phantom::new(scene.clone()).ok()?;
-    let views = phantom.sinograms(0, &|_| ()).ok()?.samples;
+    let views = phantom.sinograms(0, &no_observer).ok()?.samples;
     let run = |iterations: usize, tolerance: Option<f64>| {
         let mut scene = scene.clone();
         let mut osem = Osem::new(subsets, iterations);
         osem.tolerance = tolerance;
         scene.reconstruction.method = Method::Osem(osem);
         let phantom = phantom.with_scene(scene).ok()?;
-        let (volume, report) = phantom.reconstruct_observed(0, &views, &|_| ()).ok()?;
+        let (volume, report) = phantom.reconstruct_observed(0, &views, &no_observer).ok()?;
         Some((volume, report?.iterations))
     };
     let most = 100;

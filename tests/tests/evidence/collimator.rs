@@ -1,7 +1,7 @@
 //! Collimators beside published widths, sensitivities and attenuation, and the spread of models of their response.
 
 use heart_phantom::scene::{CollimatorSettings, HolesSettings, Mode, Orbit, Scene};
-use heart_phantom::{Chest, Phantom};
+use heart_phantom::{Chest, Phantom, no_observer};
 use radon::{Collimator, HoleResponse, ParallelHoles};
 use std::f64::consts::{PI, TAU};
 
@@ -259,7 +259,7 @@ fn spread_of_gaussian_models_in_exact_views() {
                 intrinsic_fwhm: 0.38,
             });
             let phantom = Phantom::new(scene).unwrap();
-            phantom.sinograms(0, &|_| ()).unwrap().samples
+            phantom.sinograms(0, &no_observer).unwrap().samples
         };
         let hexagonal = views(HoleResponse::Hexagonal);
         for (response, expected) in [(HoleResponse::Anger, anger), (HoleResponse::Round, round)] {

@@ -4,7 +4,7 @@ use heart_phantom::scene::{
     Attenuation, BlurSettings, CollimatorSettings, HolesSettings, Medium, Mode, OrganSettings,
     OrganShapeSettings, Scene,
 };
-use heart_phantom::{Method, Osem, Phantom, Uptake};
+use heart_phantom::{Method, Osem, Phantom, Uptake, no_observer};
 use radon::Collimator;
 use std::f64::consts::{PI, SQRT_2};
 
@@ -158,7 +158,10 @@ fn samples_of_views_agree_with_the_closed_form() {
     for (mut scene, closed) in [blurred, collimated].into_iter().zip(closed) {
         (scene.camera.bins, scene.camera.rows, scene.camera.views) = (25, 25, 3);
         scene.camera.pitch = [pitch; 2];
-        let found = Phantom::new(scene).unwrap().sinograms(0, &|_| ()).unwrap();
+        let found = Phantom::new(scene)
+            .unwrap()
+            .sinograms(0, &no_observer)
+            .unwrap();
         let most = found.samples.iter().fold(0.0f32, |a, &b| a.max(b));
         for view in found.samples.chunks(25 * 25) {
             let error = (f64::from(view[12 * 25 + 12]) - closed).abs() / f64::from(most);

@@ -3,7 +3,7 @@
 use crate::scenes::{number, text};
 use crate::{Outcome, with_threads};
 use heart_phantom::scene::Scene;
-use heart_phantom::{Phantom, run};
+use heart_phantom::{Phantom, no_observer, run};
 use std::collections::BTreeMap;
 use std::path::Path;
 use tests::Random;
@@ -84,7 +84,8 @@ fn ran(scene: &Scene) -> Outcome {
         let end = with_threads(threads, || {
             let phantom = Phantom::new(scene.clone()).map_err(|error| format!("{error:?}"))?;
             let found = phantom.prepare().map_err(|error| format!("{error:?}"));
-            let ran = run(&phantom, folder.path(), &|_| ()).map_err(|error| format!("{error:?}"));
+            let ran =
+                run(&phantom, folder.path(), &no_observer).map_err(|error| format!("{error:?}"));
             // Errors are found before any work, and valid scenes run.
             assert_eq!(found.as_ref().err(), ran.as_ref().err());
             ran

@@ -1,8 +1,8 @@
 //! Random scene files and all products of a phantom: views, slices, ground truth, numbers, each alone and with others.
 
 use crate::{Outcome, with_threads};
-use heart_phantom::Phantom;
 use heart_phantom::scene::Scene;
+use heart_phantom::{Phantom, no_observer};
 use tests::Random;
 
 pub(crate) fn scene(random: &mut Random) -> Outcome {
@@ -309,7 +309,7 @@ fn study(random: &mut Random, text: &str) -> Option<()> {
     }
 
     // All of them, with two threads.
-    let all = with_threads(2, || phantom.sinograms(gate, &|_| ()))
+    let all = with_threads(2, || phantom.sinograms(gate, &no_observer))
         .expect("as the view")
         .samples;
     let own = view_idx * view.len()..(view_idx + 1) * view.len();

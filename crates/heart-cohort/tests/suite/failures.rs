@@ -1,10 +1,12 @@
 //! Rejected cohorts, their messages, and the state after failures.
 
 use crate::{SCENE, names, shard, text, with_rejected};
+use heart_cohort::heart_phantom::{PhantomError, no_observer};
 use heart_cohort::{Cohort, CohortError, Fault, RunOptions, Shard, merge, run_shard, verify};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 use std::fs;
+use std::ops::ControlFlow;
 
 #[track_caller]
 fn says(text: &str, words: &[&str]) {
@@ -189,7 +191,7 @@ fn an_impossible_constraint_leaves_no_files() {
         &out,
         Shard { shard: 1, of: 1 },
         &RunOptions::new(1),
-        &|_| (),
+        &no_observer,
     )
     .unwrap_err();
     assert_eq!(
@@ -248,7 +250,7 @@ fn missing_shards_are_rejected() {
             folder.path(),
             Shard { shard, of },
             &RunOptions::new(1),
-            &|_| (),
+            &no_observer,
         );
         assert!(matches!(run, Err(CohortError::NoShard { .. })));
     }
@@ -266,7 +268,7 @@ fn a_shard_of_another_cohort_is_not_replaced() {
         folder.path(),
         Shard { shard: 1, of: 1 },
         &RunOptions::new(1),
-        &|_| (),
+        &no_observer,
     );
     assert!(matches!(run, Err(CohortError::OtherCohort { .. })));
     let found = verify(&other, folder.path(), 1, 1, &RunOptions::new(1)).unwrap();
@@ -283,7 +285,10 @@ fn a_read_only_directory_is_reported_before_any_work() {
     let file = folder.path().join("file");
     fs::write(&file, "x").unwrap();
     let begun = std::sync::atomic::AtomicBool::new(false);
-    let progress = |_| begun.store(true, std::sync::atomic::Ordering::Relaxed);
+    let progress = |done| {
+        begun.store(true, std::sync::atomic::Ordering::Relaxed);
+        no_observer(done)
+    };
     let run = run_shard(
         &with_rejected(3),
         &file,
@@ -293,6 +298,32 @@ fn a_read_only_directory_is_reported_before_any_work() {
     );
     assert!(matches!(run, Err(CohortError::Phantom(_))) && !begun.into_inner());
     assert!(matches!(merge(&file), Err(CohortError::Read { .. })));
+}
+
+/// Neither archive nor record nor temporary file, whichever member is the last; the next run is bitwise identical to one without a stop.
+#[test]
+fn a_stopped_shard_leaves_no_files() {
+    let (cohort, folder) = (with_rejected(5), tempfile::tempdir().unwrap());
+    let one = Shard { shard: 1, of: 1 };
+    for threads in [1, 2] {
+        for last in 1..=5 {
+            let progress = |done| match done < last {
+                true => ControlFlow::Continue(()),
+                false => ControlFlow::Break(()),
+            };
+            let options = RunOptions::new(threads);
+            let run = run_shard(&cohort, folder.path(), one, &options, &progress);
+            let Err(CohortError::Phantom(PhantomError::Stopped)) = run else {
+                panic!("{run:?}")
+            };
+            assert_eq!(names(folder.path()), [""; 0]);
+        }
+    }
+    let complete = tempfile::tempdir().unwrap();
+    let [made, expected] = [&folder, &complete].map(|out| shard(&cohort, out.path(), [1, 1], 2));
+    assert_eq!(made.rows, expected.rows);
+    let [made, expected] = [made, expected].map(|report| fs::read(report.path).unwrap());
+    assert!(made == expected);
 }
 
 #[test]

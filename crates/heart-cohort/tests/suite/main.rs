@@ -9,6 +9,7 @@ mod learning;
 mod manifest;
 mod verified;
 
+use heart_cohort::heart_phantom::no_observer;
 use heart_cohort::{Cohort, RunOptions, Shard, ShardReport, run_shard};
 use std::path::Path;
 
@@ -35,7 +36,7 @@ fn with_rejected(members: u64) -> Cohort {
 
 fn shard(cohort: &Cohort, folder: &Path, [shard, of]: [u64; 2], threads: usize) -> ShardReport {
     let options = RunOptions::new(threads);
-    run_shard(cohort, folder, Shard { shard, of }, &options, &|_| ()).unwrap()
+    run_shard(cohort, folder, Shard { shard, of }, &options, &no_observer).unwrap()
 }
 
 fn all(cohort: &Cohort, folder: &Path, of: u64, threads: usize) -> Vec<ShardReport> {

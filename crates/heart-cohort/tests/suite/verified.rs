@@ -1,6 +1,7 @@
 //! Findings of `verify`: every change of a byte, a file or a name, and nothing else.
 
 use crate::{all, shard, text, with_rejected};
+use heart_cohort::heart_phantom::no_observer;
 use heart_cohort::{
     Cohort, CohortError, Fault, RunOptions, Shard, VerifyReport, merge, run_shard, verify,
 };
@@ -219,7 +220,13 @@ fn pipes_and_directories_are_faults() {
     let (cohort, folder, paths) = six();
     let run = |paths: &Path| {
         let shard = Shard { shard: 1, of: 3 };
-        let run = run_shard(&cohort, folder.path(), shard, &RunOptions::new(1), &|_| ());
+        let run = run_shard(
+            &cohort,
+            folder.path(),
+            shard,
+            &RunOptions::new(1),
+            &no_observer,
+        );
         let Err(CohortError::Faults { faults, .. }) = run else {
             panic!("{run:?}")
         };

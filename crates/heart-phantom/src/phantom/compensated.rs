@@ -2,8 +2,9 @@
 
 use super::Phantom;
 use super::method::{Compensation, Method, OsemReport};
-use crate::Artefacts;
 use crate::error::{PhantomError, check_count, check_length};
+use crate::observer::check_stop;
+use crate::{Artefacts, Observer, no_observer};
 use radon::add_shifted;
 use revolve_voxel::nalgebra::Vector3;
 use std::borrow::Cow;
@@ -33,17 +34,17 @@ impl Phantom {
     ///   weighted by their expected counts where these are known ([`Phantom::counts_per_unit`]), else by their acquisition time. The
     ///   attenuation map of each gate is that of the gate.
     ///
-    /// `progress` receives the number of completed OSEM iterations.
+    /// `progress` receives the number of completed OSEM iterations: 0 before the first, and with FBP.
     ///
     /// ```
     /// use heart_phantom::scene::{Mode, Scene};
-    /// use heart_phantom::{Compensation, Method, Osem, Phantom};
+    /// use heart_phantom::{Compensation, Method, Osem, Phantom, no_observer};
     /// let mut scene = Scene::default().with_size(24).with_mode(Mode::Gated { gates: 4 });
     /// scene.camera.views = 12;
     /// scene.reconstruction.method = Method::Osem(Osem::new(4, 4));
     /// scene.reconstruction.compensation = Compensation::KnownMotion;
     /// let phantom = Phantom::new(scene)?;
-    /// let (volume, report) = phantom.compensated(0, &phantom.sinograms_of_gates()?, &|_| ())?;
+    /// let (volume, report) = phantom.compensated(0, &phantom.sinograms_of_gates()?, &no_observer)?;
     /// let sum = |volume: &[f32]| volume.iter().map(|x| f64::from(*x)).sum::<f64>();
     /// // The total activity, accurate to a few per cent on voxels of two thirds of the wall thickness.
     /// assert!((sum(&volume) / sum(&phantom.compensated_truth(0)?) - 1.0).abs() < 0.05);
@@ -53,13 +54,14 @@ impl Phantom {
     ///
     /// # Errors
     /// [`PhantomError::Count`] if there is no such volume; [`PhantomError::Unsupported`] for FBP if respiration rotates the heart, for
-    /// OSEM if the total activity of the cavity is constant; as [`Phantom::reconstruct`] and [`Phantom::wall`].
+    /// OSEM if the total activity of the cavity is constant; as [`Phantom::reconstruct_observed`] and [`Phantom::wall`].
     pub fn compensated(
         &self,
         number: usize,
         views: &[f32],
-        progress: &dyn Fn(usize),
+        progress: Observer<'_, usize>,
     ) -> Result<(Vec<f32>, Option<OsemReport>), PhantomError> {
+        check_stop(progress(0))?;
         let set = self.camera().n_views() * self.camera().view_len();
         check_length("views of all gates", views.len(), self.n_gates() * set)?;
         match self.scene().reconstruction.method {
@@ -155,7 +157,7 @@ impl Phantom {
     /// no such cardiac gate; as [`Phantom::sinograms`].
     pub fn compensated_views(&self, gate: usize) -> Result<Vec<f32>, PhantomError> {
         self.shifted_back(gate, |set| {
-            Ok(Cow::Owned(self.sinograms(set, &|_| ())?.samples))
+            Ok(Cow::Owned(self.sinograms(set, &no_observer)?.samples))
         })
     }
 

@@ -1,11 +1,11 @@
 //! Projections and ground truth of all gates: shapes that gates share are computed once.
 
 use super::Phantom;
-use crate::Sinograms;
 use crate::error::{PhantomError, check_length};
 use crate::scan::{Interpolation, STEPS, Scan, SharedShapes};
 use crate::scene::WORK_BYTES;
 use crate::truth::truth_of_gates_into;
+use crate::{Observer, Sinograms, no_observer};
 use revolve_voxel::Organs;
 
 impl Phantom {
@@ -14,13 +14,13 @@ impl Phantom {
     /// them; each shape is projected once. For 16 gates of a sinusoid this takes a third of the rays.
     ///
     /// ```
-    /// use heart_phantom::{Phantom, Scene, scene::Mode};
+    /// use heart_phantom::{Phantom, Scene, no_observer, scene::Mode};
     /// let scene = Scene::default().with_size(16).with_mode(Mode::Gated { gates: 8 });
     /// let together = Phantom::new(scene.clone())?;
     /// assert_eq!(together.sinograms_of_gates()?.len(), 8 * 90 * 16 * 16);
     /// let one_by_one = Phantom::new(scene)?;
     /// for gate in 0..8 {
-    ///     one_by_one.sinograms(gate, &|_| ())?;
+    ///     one_by_one.sinograms(gate, &no_observer)?;
     /// }
     /// assert!(2 * together.work().rays_cast < one_by_one.work().rays_cast);
     /// # Ok::<(), heart_phantom::PhantomError>(())
@@ -43,7 +43,7 @@ impl Phantom {
         let camera = self.camera();
         let each = camera.n_views() * camera.view_len();
         check_length("views of all gates", samples.len(), self.n_gates() * each)?;
-        let made = self.primary_of_gates_into(samples, &|_| ())?;
+        let made = self.primary_of_gates_into(samples, &no_observer)?;
         if self.scene().noise.is_some() || self.scene().scatter.is_some() {
             for (gate, (one, own)) in made.into_iter().zip(samples.chunks_mut(each)).enumerate() {
                 let samples = own.to_vec();
@@ -67,7 +67,7 @@ impl Phantom {
     #[cfg(feature = "scene")]
     pub(crate) fn primary_of_gates(
         &self,
-        progress: &(dyn Fn(usize) + Sync),
+        progress: Observer<'_, usize>,
     ) -> Result<Vec<Sinograms>, PhantomError> {
         let each = self.camera().n_views() * self.camera().view_len();
         let mut samples = vec![0.0f32; self.n_gates() * each];
@@ -82,7 +82,7 @@ impl Phantom {
     fn primary_of_gates_into(
         &self,
         samples: &mut [f32],
-        progress: &(dyn Fn(usize) + Sync),
+        progress: Observer<'_, usize>,
     ) -> Result<Vec<Sinograms>, PhantomError> {
         let imaging = self.imaging()?;
         let sets = (0..self.n_gates())

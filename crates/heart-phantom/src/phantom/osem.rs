@@ -8,9 +8,10 @@ use super::method::{Compensation, KnownScatter, Osem, OsemReport};
 use super::model_voxels::{ModelVoxels, farthest};
 use super::{Phantom, once};
 use crate::error::{PhantomError, check_length};
+use crate::observer::check_stop;
 use crate::scan::Scan;
 use crate::truth::truth_of_slices;
-use crate::{Activity, Camera, Rotation};
+use crate::{Activity, Camera, Observer, Rotation};
 use radon::{
     EmOptions, IterativeReport, LinearOperator, SliceAxis, SpectGeometry, SpectOperator,
     SpectOptions, Stopping, Subset,
@@ -36,7 +37,7 @@ impl Phantom {
         osem: &Osem,
         gate: usize,
         views: &[f32],
-        progress: &dyn Fn(usize),
+        progress: Observer<'_, usize>,
     ) -> Result<(Vec<f32>, OsemReport), PhantomError> {
         check_length(
             "views",
@@ -106,7 +107,7 @@ impl Phantom {
         osem: &Osem,
         subsets: &[Subset<O, f32>],
         (views, background): (Vec<f32>, Vec<f32>),
-        progress: &dyn Fn(usize),
+        progress: Observer<'_, usize>,
     ) -> Result<(Vec<f32>, OsemReport), PhantomError> {
         let mut volume = Vec::new();
         for subset in subsets {
@@ -123,15 +124,17 @@ impl Phantom {
         let options = EmOptions::default()
             .with_stopping(stopping)
             .with_background(background);
+        let mut observed = ControlFlow::Continue(());
         let watch = |report: &IterativeReport, _: &[f32]| {
-            progress(report.iterations);
+            observed = progress(report.iterations);
             let change = report.history.last().and_then(|last| last.change);
             match osem.tolerance.zip(change) {
                 Some((tolerance, change)) if change <= tolerance => ControlFlow::Break(()),
-                _ => ControlFlow::Continue(()),
+                _ => observed,
             }
         };
         let report = radon::osem(subsets, &views, &mut volume, &options, watch)?;
+        check_stop(observed)?;
         self.work.osem(report.iterations);
         let last = report.history.last();
         let report = OsemReport {

@@ -5,8 +5,8 @@ use super::gate_model::Model;
 use super::method::{Osem, OsemReport};
 use super::model_voxels::farthest;
 use super::osem::counted;
-use crate::Rotation;
 use crate::error::PhantomError;
+use crate::{Observer, Rotation};
 use radon::{MotionState, MovingOperator, Subset};
 
 impl Phantom {
@@ -15,7 +15,7 @@ impl Phantom {
         &self,
         osem: &Osem,
         views: &[f32],
-        progress: &dyn Fn(usize),
+        progress: Observer<'_, usize>,
     ) -> Result<(Vec<f32>, OsemReport), PhantomError> {
         let voxels = self.parts().model_voxels(osem, farthest(&self.radii()?))?;
         let n_models = match self.gates_share_model(osem) {

@@ -5,7 +5,7 @@ use super::output::Product;
 use super::products::Needs;
 use crate::error::PhantomError;
 use crate::scan::{Acquisition, Counts};
-use crate::{Method, Phantom, Regions, Rotation};
+use crate::{Method, Phantom, Regions, Rotation, no_observer};
 use std::collections::BTreeSet;
 
 /// Largest number of shapes that are solved.
@@ -132,7 +132,7 @@ impl Phantom {
             let seen = |view_idx| -> Result<bool, PhantomError> {
                 let rows = 0..self.camera().n_rows();
                 let scan = self.scan(self.camera(), gate, self.acquisition(gate)?);
-                let view = scan.rows(view_idx..view_idx + 1, rows, &|_| ())?;
+                let view = scan.rows(view_idx..view_idx + 1, rows, &no_observer)?;
                 Ok(view.samples.iter().any(|sample| *sample > 0.0))
             };
             let mut sees = false;

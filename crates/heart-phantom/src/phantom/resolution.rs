@@ -3,6 +3,7 @@
 use super::memory::check_memory;
 use super::{Phantom, once};
 use crate::error::PhantomError;
+use crate::no_observer;
 use crate::scan::{
     Acquisition, BinSample, Facing, Imaging, ImagingOptions, Projected, Resolution, Rotation, Scan,
 };
@@ -287,7 +288,7 @@ impl Phantom {
             };
             let mut samples = Vec::new();
             for &view_idx in views {
-                let taken = scan.rows(view_idx..view_idx + 1, rows.clone(), &|_| ())?;
+                let taken = scan.rows(view_idx..view_idx + 1, rows.clone(), &no_observer)?;
                 self.work.rays(taken.rays);
                 samples.extend(taken.samples);
             }

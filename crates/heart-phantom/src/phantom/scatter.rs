@@ -2,9 +2,9 @@
 
 use super::scatter_model::{Emitters, State, Tissue};
 use super::{Phantom, once};
-use crate::Sinograms;
 use crate::error::{PhantomError, check_count};
 use crate::scene::ScatterSettings;
+use crate::{Sinograms, no_observer};
 use photon_scatter::{
     Camera, Response, Scatter, ScatterError, ScatterOptions, Spectrum, View, water_attenuation,
 };
@@ -127,7 +127,7 @@ impl Phantom {
             let (views, rows) = (0..self.camera().n_views(), 0..self.camera().n_rows());
             let largest = match known {
                 Some(known) => known,
-                None => largest(&self.primary(gate, views, rows, &|_| ())?.samples),
+                None => largest(&self.primary(gate, views, rows, &no_observer)?.samples),
             };
             match largest > 0.0 {
                 true => self.follow(gate, settings, settings.tolerance * largest),

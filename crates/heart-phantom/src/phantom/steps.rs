@@ -1,10 +1,9 @@
 //! The number of time steps that meets the tolerance.
 
-use crate::Phantom;
-use crate::Rotation;
 use crate::error::PhantomError;
 use crate::scan::STEPS;
 use crate::scan::{Accuracy, Acquisition, Interpolation, Mode, Projected, Scan};
+use crate::{Phantom, Rotation, no_observer};
 use std::collections::BTreeSet;
 
 /// Bins and rows of the projections that determine the time steps, for line integrals.
@@ -75,7 +74,9 @@ impl Phantom {
                     let view = view_idx..view_idx + 1;
                     let each = rows.len() * n_bins;
                     let mut samples = vec![0.0; sets.len() * each];
-                    for set in Scan::sets_into(sets, (view, rows.clone()), &mut samples, &|_| ())? {
+                    for set in
+                        Scan::sets_into(sets, (view, rows.clone()), &mut samples, &no_observer)?
+                    {
                         self.work.rays(set.rays);
                         let error = set.view_error;
                         reached = reached.max(error.total());

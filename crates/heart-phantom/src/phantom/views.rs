@@ -3,7 +3,7 @@
 use super::Phantom;
 use crate::error::{PhantomError, check_count};
 use crate::scan::Scan;
-use crate::{Sinograms, ViewTime};
+use crate::{Observer, Sinograms, ViewTime, no_observer};
 use radon::ParallelGeometry;
 use std::borrow::Cow;
 use std::ops::Range;
@@ -46,18 +46,18 @@ impl Phantom {
         check_count("view", view_idx, [0, self.parts.camera.n_views() - 1])?;
         let rows = 0..self.parts.camera.n_rows();
         Ok(self
-            .take(gate, view_idx..view_idx + 1, rows, &|_| ())?
+            .take(gate, view_idx..view_idx + 1, rows, &no_observer)?
             .samples)
     }
 
     /// Computes all views of a gate, `[view][row][bin]`. `progress` receives the number of completed views.
     ///
     /// # Errors
-    /// As [`Phantom::view`].
+    /// As [`Phantom::view`]; [`PhantomError::Stopped`].
     pub fn sinograms(
         &self,
         gate: usize,
-        progress: &(dyn Fn(usize) + Sync),
+        progress: Observer<'_, usize>,
     ) -> Result<Sinograms, PhantomError> {
         self.take(
             gate,
@@ -72,7 +72,7 @@ impl Phantom {
         gate: usize,
         views: Range<usize>,
         rows: Range<usize>,
-        progress: &(dyn Fn(usize) + Sync),
+        progress: Observer<'_, usize>,
     ) -> Result<Sinograms, PhantomError> {
         let mut taken = self.means(gate, views.clone(), rows.clone(), progress)?;
         self.count((gate, 0), &views, &rows, &mut taken.samples)?;
@@ -83,11 +83,11 @@ impl Phantom {
     /// counts of a sample of 1 are the same in all windows.
     ///
     /// # Errors
-    /// As [`Phantom::view`].
+    /// As [`Phantom::sinograms`].
     pub fn windows(
         &self,
         gate: usize,
-        progress: &(dyn Fn(usize) + Sync),
+        progress: Observer<'_, usize>,
     ) -> Result<Vec<Sinograms>, PhantomError> {
         let (views, rows) = (0..self.camera().n_views(), 0..self.camera().n_rows());
         self.windows_of(gate, self.primary(gate, views, rows, progress)?)
@@ -138,7 +138,9 @@ impl Phantom {
         let camera = &self.parts.camera;
         let (views, rows) = (0..camera.n_views(), 0..camera.n_rows());
         self.counts_of(gate, || {
-            Ok(Cow::Owned(self.means(gate, views, rows, &|_| ())?.samples))
+            Ok(Cow::Owned(
+                self.means(gate, views, rows, &no_observer)?.samples,
+            ))
         })
     }
 
@@ -165,7 +167,7 @@ impl Phantom {
         gate: usize,
         views: Range<usize>,
         rows: Range<usize>,
-        progress: &(dyn Fn(usize) + Sync),
+        progress: Observer<'_, usize>,
     ) -> Result<Sinograms, PhantomError> {
         let mut taken = self.primary(gate, views.clone(), rows.clone(), progress)?;
         self.add_scatter((gate, 0), &views, &rows, &mut taken)?;
@@ -178,7 +180,7 @@ impl Phantom {
         gate: usize,
         views: Range<usize>,
         rows: Range<usize>,
-        progress: &(dyn Fn(usize) + Sync),
+        progress: Observer<'_, usize>,
     ) -> Result<Sinograms, PhantomError> {
         let scan = Scan {
             imaging: self.imaging()?,

@@ -2,9 +2,12 @@
 
 use super::{Phantom, once};
 use crate::error::{PhantomError, check_count, check_length};
+use crate::observer::check_stop;
 use crate::scan::Scan;
 use crate::truth::truth_of_slices;
-use crate::{Activity, Method, MotionPhase, OsemReport, Regions, Rotation, Uptake};
+use crate::{
+    Activity, Method, MotionPhase, Observer, OsemReport, Regions, Rotation, Uptake, no_observer,
+};
 use radon::{FbpPlan, StackOrder};
 use revolve_voxel::{Mesh, Organs, Sampling, Sector};
 use std::borrow::Cow;
@@ -25,7 +28,7 @@ impl Phantom {
         match self.scene().reconstruction.method {
             Method::Fbp => {
                 let views = 0..self.parts.camera.n_views();
-                let sinogram = self.take(gate, views, z..z + 1, &|_| ())?;
+                let sinogram = self.take(gate, views, z..z + 1, &no_observer)?;
                 let mut slice = vec![0.0f32; self.parts.camera.grid().slice_len()];
                 self.back_project(gate, &sinogram.samples, 1, &mut slice)?;
                 Ok(slice)
@@ -42,7 +45,7 @@ impl Phantom {
     /// # Errors
     /// As [`Phantom::slice`].
     pub fn volume(&self, gate: usize) -> Result<Vec<f32>, PhantomError> {
-        self.reconstruct(gate, &self.sinograms(gate, &|_| ())?.samples)
+        self.reconstruct(gate, &self.sinograms(gate, &no_observer)?.samples)
     }
 
     /// Reconstructs views `[view][row][bin]` of this camera, `[z][y][x]`: those of [`Phantom::sinograms`], or modified ones. The angles are
@@ -52,7 +55,7 @@ impl Phantom {
     /// [`PhantomError::Count`] if there is no such gate; [`PhantomError::Radon`] or [`PhantomError::WrongLength`] for a wrong length;
     /// [`PhantomError::Radon`] for a sample that is not finite, an arc that is too short (FBP), or a negative sample (OSEM).
     pub fn reconstruct(&self, gate: usize, views: &[f32]) -> Result<Vec<f32>, PhantomError> {
-        Ok(self.reconstruct_observed(gate, views, &|_| ())?.0)
+        Ok(self.reconstruct_observed(gate, views, &no_observer)?.0)
     }
 
     /// As [`Phantom::reconstruct`], into a buffer of the caller.
@@ -73,16 +76,18 @@ impl Phantom {
         Ok(())
     }
 
-    /// As [`Phantom::reconstruct`], with a report of OSEM. `progress` receives the number of completed iterations.
+    /// As [`Phantom::reconstruct`], with a callback `progress` that can stop it, and with the report of OSEM. `progress` receives the number
+    /// of completed OSEM iterations: 0 before the first, and with FBP.
     ///
     /// # Errors
-    /// As [`Phantom::reconstruct`].
+    /// As [`Phantom::reconstruct`]; [`PhantomError::Stopped`].
     pub fn reconstruct_observed(
         &self,
         gate: usize,
         views: &[f32],
-        progress: &dyn Fn(usize),
+        progress: Observer<'_, usize>,
     ) -> Result<(Vec<f32>, Option<OsemReport>), PhantomError> {
+        check_stop(progress(0))?;
         match &self.scene().reconstruction.method {
             Method::Fbp => {
                 let mut volume = vec![0.0f32; self.parts.camera.grid().len()];

@@ -16,14 +16,14 @@ const SINGULAR: f64 = 1e-12;
 ///
 /// ```
 /// use heart_phantom::revolve_voxel::ParallelDetector;
-/// use heart_phantom::{Mode, Phantom, RayGeometry, Scene};
+/// use heart_phantom::{Mode, Phantom, RayGeometry, Scene, no_observer};
 /// // A turn of 0.3 s: 60 views from a source at 60 cm, on a flat detector at 40 cm beyond the axis.
 /// let angles: Vec<f64> = (0..60).map(|k| f64::from(k) * 6f64.to_radians()).collect();
 /// let times: Vec<f64> = (0..60).map(|k| 0.005 * f64::from(k)).collect();
 /// let detector = ParallelDetector::new(32, 32, [0.8; 2])?;
 /// let cone = RayGeometry::cone([60.0, 100.0], &angles, detector)?.with_times(&times)?;
 /// let phantom = Phantom::new(Scene::default().with_mode(Mode::Instants))?.along(cone)?;
-/// let views = phantom.sinograms(0, &|_| ())?;
+/// let views = phantom.sinograms(0, &no_observer)?;
 /// assert_eq!(views.samples.len(), 60 * 32 * 32);
 /// # Ok::<(), heart_phantom::PhantomError>(())
 /// ```

@@ -12,13 +12,14 @@ use super::part_view::{self, PartView};
 use super::project::Aim;
 use super::view_error::{Errors, Total};
 use super::whole::{Lasting, Projected, Scan};
-use crate::HeartShape;
 use crate::error::PhantomError;
 use crate::model::Placed;
+use crate::observer::check_stop;
+use crate::{HeartShape, Observer};
 use rayon::prelude::*;
 use revolve_voxel::{Image, RayCounters, Shown};
 use std::collections::{BTreeMap, BTreeSet};
-use std::ops::Range;
+use std::ops::{ControlFlow, Range};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
@@ -51,7 +52,7 @@ impl<'a> Scan<'a> {
         &self,
         views: Range<usize>,
         rows: Range<usize>,
-        progress: &(dyn Fn(usize) + Sync),
+        progress: Observer<'_, usize>,
     ) -> Result<Sinograms, PhantomError> {
         let mut samples = vec![0.0f32; self.len(&views, &rows)];
         let sets = std::slice::from_ref(self);
@@ -72,7 +73,7 @@ impl<'a> Scan<'a> {
         sets: &[Self],
         (views, rows): (Range<usize>, Range<usize>),
         samples: &mut [f32],
-        progress: &(dyn Fn(usize) + Sync),
+        progress: Observer<'_, usize>,
     ) -> Result<Vec<Sinograms>, PhantomError> {
         for set in sets {
             set.acquisition.validate(set.cycle, set.camera)?;
@@ -134,7 +135,7 @@ impl<'a> Scan<'a> {
         batch: &Range<usize>,
         views: &mut [View<'_>],
         (rows, last): (&Range<usize>, bool),
-        done: &(impl Fn() + Sync),
+        done: &(impl Fn() -> ControlFlow<()> + Sync),
     ) -> Result<(), PhantomError> {
         let nodes = |plan: usize| {
             let nodes = &group.plans[plan];
@@ -160,7 +161,7 @@ impl<'a> Scan<'a> {
             if last {
                 self.add_surroundings(view, &group.plans[view.plan], rows)?;
                 self.finish(view, rows)?;
-                done();
+                check_stop(done())?;
             }
             Ok(())
         })

@@ -6,24 +6,26 @@ use super::run_report::{
 use super::study::Scene;
 use crate::error::{PhantomError, check_count};
 use crate::files::{self, Folder};
+use crate::observer::check_stop;
 use crate::phantom::{Index, Needs};
-use crate::{Method, Mode, Phantom, Product, Sinograms, ViewReport};
+use crate::{Method, Mode, Observer, Phantom, Product, Sinograms, ViewReport};
 use std::collections::BTreeMap;
+use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 
 /// A run in steps: [`run`] for a caller who uses the results of each gate.
 ///
 /// ```
-/// use heart_phantom::{Phantom, Run, Scene};
+/// use heart_phantom::{Phantom, Run, Scene, no_observer};
 /// let phantom = Phantom::new(Scene::default().with_size(16))?;
 /// let folder = tempfile::tempdir()?; // or any other
 /// let mut run = Run::begin(&phantom, folder.path(), &["notes.txt".into()])?;
 /// let mut most = 0.0f32;
 /// for gate in 0..phantom.n_gates() {
-///     let results = run.gate(gate, &|_| ())?;
+///     let results = run.gate(gate, &no_observer)?;
 ///     most = results.reconstruction.iter().flatten().copied().fold(most, f32::max);
 /// }
-/// let report = run.finish(&|_| (), |report| {
+/// let report = run.finish(&no_observer, |report| {
 ///     let notes = format!("{most} of {} mL", report.numbers.edv);
 ///     heart_phantom::files::write_atomically(&folder.path().join("notes.txt"), |out| out.write_all(notes.as_bytes()))
 /// })?;
@@ -70,11 +72,11 @@ pub struct GateResults {
 /// # Errors
 /// Before the first view: [`PhantomError::File`] if the directory is not writable, [`PhantomError::Busy`] if another run writes to it,
 /// [`PhantomError::Foreign`] if it contains a `report.json` of another program, [`PhantomError::Rejected`] for errors of
-/// [`Phantom::prepare`]. Later: [`PhantomError::File`], and errors of shapes that were not solved before.
+/// [`Phantom::prepare`]. Later: [`PhantomError::File`], [`PhantomError::Stopped`], and errors of shapes that were not solved before.
 pub fn run(
     phantom: &Phantom,
     out: &Path,
-    progress: &(dyn Fn(Progress) + Sync),
+    progress: Observer<'_, Progress>,
 ) -> Result<RunReport, PhantomError> {
     let mut run = Run::begin(phantom, out, &[])?;
     for gate in 0..phantom.n_gates() {
@@ -118,11 +120,11 @@ impl<'a> Run<'a> {
     /// Writes projections, reconstruction and ground truth of a gate. Gates must come in order from 0, each once.
     ///
     /// # Errors
-    /// [`PhantomError::Count`] for another gate; errors of [`run`].
+    /// [`PhantomError::Count`] for another gate; errors of [`run`], after which this run cannot be continued.
     pub fn gate(
         &mut self,
         gate: usize,
-        progress: &(dyn Fn(Progress) + Sync),
+        progress: Observer<'_, Progress>,
     ) -> Result<GateResults, PhantomError> {
         let next = self.gates.len();
         check_count("gate", gate, [next, next])?;
@@ -132,7 +134,7 @@ impl<'a> Run<'a> {
             progress(Progress {
                 stage,
                 fraction: (gate as f64 + share) / all,
-            });
+            })
         };
         let (report, results) = self.make(gate, &told)?;
         self.gates.push(report);
@@ -145,17 +147,13 @@ impl<'a> Run<'a> {
     /// [`PhantomError::Count`] if a gate is missing; errors of `write`; errors of [`run`].
     pub fn finish<E: From<PhantomError>>(
         mut self,
-        progress: &(dyn Fn(Progress) + Sync),
+        progress: Observer<'_, Progress>,
         write: impl FnOnce(&RunReport) -> Result<(), E>,
     ) -> Result<RunReport, E> {
         let (phantom, n_gates) = (self.phantom, self.phantom.n_gates());
         check_count("gates", self.gates.len(), [n_gates, n_gates])?;
-        progress(Progress {
-            stage: "phases",
-            fraction: n_gates as f64 / (n_gates as f64 + 0.5),
-        });
         let compensated = self.compensated(progress)?;
-        self.phases()?;
+        self.phases(progress)?;
         let pictures = self.pictures()?;
         let mut report = RunReport {
             program: files::PROGRAM.into(),
@@ -209,7 +207,7 @@ impl Run<'_> {
     fn make(
         &mut self,
         gate: usize,
-        progress: &(dyn Fn(&'static str, f64) + Sync),
+        progress: &(dyn Fn(&'static str, f64) -> ControlFlow<()> + Sync),
     ) -> Result<(GateReport, GateResults), PhantomError> {
         let phantom = self.phantom;
         let output = &phantom.scene().output;
@@ -220,7 +218,8 @@ impl Run<'_> {
         let mut results = GateResults::default();
         if output.needs(Needs::Views) {
             let n_views = phantom.camera().n_views() as f64;
-            let done = |done| progress("views", 0.5 * done as f64 / n_views);
+            let done = |done: usize| progress("views", 0.5 * done as f64 / n_views);
+            check_stop(done(0))?;
             if gate == 0 && phantom.shares_images() {
                 let all = phantom.primary_of_gates(&done)?;
                 self.ahead = all.into_iter().map(Some).collect();
@@ -267,7 +266,6 @@ impl Run<'_> {
             if phantom.is_compensated() && output.needs(Needs::Reconstruction) {
                 self.seen.extend_from_slice(&views.samples);
             } else if output.needs(Needs::Reconstruction) {
-                progress("reconstruction", 0.5);
                 let iterations = match phantom.scene().reconstruction.method {
                     Method::Fbp => 1,
                     Method::Osem(osem) => osem.iterations,
@@ -287,13 +285,13 @@ impl Run<'_> {
             results.projections = Some(views.samples);
         }
         if output.has(Product::Truth) {
-            progress("truth", 0.65);
+            check_stop(progress("truth", 0.65))?;
             let truth = phantom.truth(gate)?;
             self.write((Product::Truth, 0), Index::Gate(gate), &truth)?;
             report.truth = Some(phantom.truth_of());
             report.polar_map_truth = Some(phantom.polar_map(gate, &truth)?);
             if let Some(volume) = &results.reconstruction {
-                progress("measures", 0.95);
+                check_stop(progress("measures", 0.95))?;
                 report.artefacts = Some(phantom.artefacts(gate, volume, &truth)?);
             }
             results.truth = Some(truth);
@@ -319,10 +317,15 @@ impl Run<'_> {
     }
 
     /// Writes labels, attenuation maps, motion and surfaces at the phases that represent the projections.
-    fn phases(&mut self) -> Result<(), PhantomError> {
+    fn phases(&mut self, progress: Observer<'_, Progress>) -> Result<(), PhantomError> {
         let phantom = self.phantom;
+        let (phases, n_gates) = (phantom.phases(), phantom.n_gates() as f64);
         let mut labels_of_all = Vec::new();
-        for scene_phase in phantom.phases() {
+        for (k, scene_phase) in phases.iter().enumerate() {
+            check_stop(progress(Progress {
+                stage: "phases",
+                fraction: (n_gates + 0.4 + 0.1 * k as f64 / phases.len() as f64) / (n_gates + 0.5),
+            }))?;
             let (index, at) = (Index::Phase(scene_phase.of), scene_phase.motion_phase());
             if self.wants(Product::Labels) {
                 let mut labels = phantom.labels(at)?;
@@ -336,7 +339,7 @@ impl Run<'_> {
                 self.write((Product::Attenuation, 0), index, &phantom.attenuation(at)?)?;
             }
             if self.wants(Product::Motion) {
-                self.write_motion(&scene_phase)?;
+                self.write_motion(scene_phase)?;
             }
             if self.wants(Product::Meshes) {
                 for (surface, mesh) in phantom.meshes(at)?.iter().enumerate() {

@@ -3,14 +3,15 @@
 use super::run::Run;
 use super::run_report::{CompensatedReport, Progress};
 use crate::error::PhantomError;
+use crate::observer::check_stop;
 use crate::phantom::{Index, Needs};
-use crate::{Method, Product};
+use crate::{Method, Observer, Product};
 
 impl Run<'_> {
     /// Computes the requested motion-compensated volumes from the projections of all gates.
     pub(super) fn compensated(
         &mut self,
-        progress: &(dyn Fn(Progress) + Sync),
+        progress: Observer<'_, Progress>,
     ) -> Result<Vec<CompensatedReport>, PhantomError> {
         let phantom = self.phantom;
         if !phantom.is_compensated() {
@@ -30,9 +31,8 @@ impl Run<'_> {
                 progress(Progress {
                     stage: "compensated",
                     fraction: (n_gates + 0.4 * share) / (n_gates + 0.5),
-                });
+                })
             };
-            told(0);
             let mut report = CompensatedReport::default();
             let mut made = None;
             if reconstruct {
@@ -42,6 +42,7 @@ impl Run<'_> {
                 made = Some(volume);
             }
             if self.wants(Product::Truth) {
+                check_stop(told(passes))?;
                 let truth = phantom.compensated_truth(number)?;
                 self.write((Product::Truth, 0), Index::Volume(number), &truth)?;
                 if let Some(volume) = made {

@@ -4,7 +4,7 @@ use heart_phantom::scene::{
     Accuracy, Activity, CameraSettings, DiscretisationSettings, Mode, Rotation, Scene,
 };
 use heart_phantom::{
-    Camera, Heart, ImageQuality, Phantom, PhantomError, Sinograms, Uptake, VolumeRange,
+    Camera, Heart, ImageQuality, Phantom, PhantomError, Sinograms, Uptake, VolumeRange, no_observer,
 };
 use membrane_newton::{MembraneError, NewtonError};
 use radon::RadonError;
@@ -26,7 +26,7 @@ fn phantom(mode: Mode, steps: usize) -> Phantom {
 }
 
 fn views(phantom: &Phantom, gate: usize) -> Sinograms {
-    phantom.sinograms(gate, &|_| ()).unwrap()
+    phantom.sinograms(gate, &no_observer).unwrap()
 }
 
 fn taken(scene: Scene) -> Sinograms {

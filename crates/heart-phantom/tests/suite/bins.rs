@@ -4,7 +4,7 @@ use heart_phantom::scene::{
     Accuracy, Attenuation, BinSample, BlurSettings, CollimatorSettings, DiscretisationSettings,
     HolesSettings, Medium, Mode, Orbit, OrganSettings, OrganShapeSettings, Product, Scene,
 };
-use heart_phantom::{Phantom, PhantomError, Uptake, run};
+use heart_phantom::{Phantom, PhantomError, Uptake, no_observer, run};
 use std::f64::consts::{LN_2, PI};
 
 const N: usize = 24;
@@ -77,7 +77,7 @@ fn averages_of_a_cylinder(centre: [f64; 2], axes: [f64; 2]) {
     };
     for tolerance in [1e-2, 1e-3, 2e-4] {
         let phantom = with_tolerance(organ_alone(shape), tolerance);
-        let made = phantom.sinograms(0, &|_| ()).unwrap();
+        let made = phantom.sinograms(0, &no_observer).unwrap();
         let mut exact = Vec::new();
         for view in 0..4 {
             let theta = phantom.camera().geometry().angles()[view];
@@ -227,7 +227,7 @@ fn samples_agree_with_their_definition() {
             )
         });
         for (tolerance, phantom) in phantoms {
-            let made = phantom.sinograms(0, &|_| ()).unwrap();
+            let made = phantom.sinograms(0, &no_observer).unwrap();
             let view = &made.samples[N * N..2 * N * N];
             let largest = made.samples.iter().fold(0.0f32, |most, v| most.max(*v));
             let mut worst = 0.0f64;
@@ -253,7 +253,7 @@ fn from_finer(scene: &Scene, times: usize, tolerance: f64) -> Vec<f64> {
     fine.camera.pitch = own.pitch.map(|pitch| pitch / times as f64);
     fine.camera.samples = Some(BinSample::Averages);
     let samples = with_tolerance(fine, tolerance)
-        .sinograms(0, &|_| ())
+        .sinograms(0, &no_observer)
         .unwrap()
         .samples;
     let (bins, rows) = (own.bins, own.rows);
@@ -292,7 +292,7 @@ fn samples_equal_averages_of_finer_bins() {
         let exact = from_finer(&scene, 3, 3e-4);
         for tolerance in [1e-2, 1e-3] {
             let phantom = with_tolerance(scene.clone(), tolerance);
-            let made = phantom.sinograms(0, &|_| ()).unwrap();
+            let made = phantom.sinograms(0, &no_observer).unwrap();
             let (off, stated) = (distance(&made.samples, &exact), made.view_error);
             println!(
                 "{name} {tolerance}: {:?} error {off:e}, stated {stated:?}",
@@ -306,7 +306,10 @@ fn samples_equal_averages_of_finer_bins() {
         }
         let mut lines = scene;
         lines.camera.samples = Some(BinSample::Centres);
-        let lines = Phantom::new(lines).unwrap().sinograms(0, &|_| ()).unwrap();
+        let lines = Phantom::new(lines)
+            .unwrap()
+            .sinograms(0, &no_observer)
+            .unwrap();
         println!("{name} centres: {:e}", distance(&lines.samples, &exact));
     }
 }
@@ -319,7 +322,7 @@ fn parts_of_views_are_bitwise_identical_to_the_whole() {
     through.acquisition.accuracy = Accuracy::Steps(8);
     through.output.write = vec![Product::Projections];
     let phantom = Phantom::new(through.clone()).unwrap();
-    let all = phantom.sinograms(0, &|_| ()).unwrap().samples;
+    let all = phantom.sinograms(0, &no_observer).unwrap().samples;
     assert!(all[2 * N * N..3 * N * N] == phantom.view(0, 2).unwrap());
     // For any memory and number of threads.
     let small = Phantom::new(through.clone()).unwrap().with_memory(1);
@@ -333,7 +336,7 @@ fn parts_of_views_are_bitwise_identical_to_the_whole() {
             == all[2 * N * N..3 * N * N]
     );
     let folder = tempfile::tempdir().unwrap();
-    let report = run(&phantom, folder.path(), &|_| ()).unwrap();
+    let report = run(&phantom, folder.path(), &no_observer).unwrap();
     assert_eq!(report.gates[0].resolution, phantom.resolution().unwrap());
     let text = std::fs::read_to_string(folder.path().join("report.json")).unwrap();
     assert!(text.contains("\"view_error\"") && text.contains("\"density\""));

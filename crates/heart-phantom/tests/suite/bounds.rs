@@ -1,7 +1,7 @@
 //! Inputs at the ends of their ranges: results scale, or an error occurs before any work.
 
 use heart_phantom::scene::{Mode, Scene};
-use heart_phantom::{Phantom, PhantomError};
+use heart_phantom::{Phantom, PhantomError, no_observer};
 
 /// A twisted heart with a defect, all lengths times `scale`.
 fn twisted(scale: f64) -> Scene {
@@ -31,7 +31,7 @@ fn a_twisted_defect_scales_with_the_heart() {
     let views = |scale: f64| {
         let phantom = Phantom::new(twisted(scale)).unwrap();
         phantom.prepare().unwrap();
-        phantom.sinograms(0, &|_| ()).unwrap().samples
+        phantom.sinograms(0, &no_observer).unwrap().samples
     };
     let expected = views(1.0);
     let most = expected.iter().copied().fold(0.0f32, f32::max);

@@ -5,7 +5,7 @@ use heart_phantom::scene::{Accuracy, BinSample};
 use heart_phantom::scene::{
     Attenuation, CollimatorSettings, Counts, HolesSettings, Medium, Mode, Noise, Orbit, Scene,
 };
-use heart_phantom::{Phantom, PhantomError};
+use heart_phantom::{Phantom, PhantomError, no_observer};
 use radon::Collimator;
 use std::f64::consts::LN_2;
 
@@ -100,7 +100,7 @@ fn moments_agree_with_those_of_the_wall_and_the_response() {
 fn views_converge_with_the_tolerance() {
     let all = |tolerance: f64| {
         through(response(), tolerance)
-            .sinograms(0, &|_| ())
+            .sinograms(0, &no_observer)
             .unwrap()
     };
     let finest = all(5e-5).samples;
@@ -119,7 +119,10 @@ fn views_converge_with_the_tolerance() {
     }
     // Line integrals have no such error.
     let lines = Phantom::new(scene()).unwrap();
-    assert_eq!(lines.sinograms(0, &|_| ()).unwrap().view_error.bins, 0.0);
+    assert_eq!(
+        lines.sinograms(0, &no_observer).unwrap().view_error.bins,
+        0.0
+    );
 }
 
 #[test]
@@ -159,14 +162,14 @@ fn parts_are_bitwise_identical_to_the_whole() {
         intrinsic_fwhm: 0.38,
     });
     let phantom = Phantom::new(scene.clone()).unwrap();
-    let whole = phantom.sinograms(0, &|_| ()).unwrap().samples;
+    let whole = phantom.sinograms(0, &no_observer).unwrap().samples;
     assert!(phantom.view(0, 2).unwrap() == whole[2 * 48 * 48..3 * 48 * 48]);
     let volume = phantom.volume(0).unwrap();
     assert!(phantom.slice(0, 20).unwrap() == volume[20 * 48 * 48..21 * 48 * 48]);
     // Little memory: points come in batches, slabs for few views at a time.
     let one = phantom.heart().shape_bytes();
     let small = Phantom::new(scene).unwrap().with_memory(2 * one);
-    assert!(small.sinograms(0, &|_| ()).unwrap().samples == whole);
+    assert!(small.sinograms(0, &no_observer).unwrap().samples == whole);
 }
 
 #[test]
@@ -268,7 +271,7 @@ fn no_sample_is_negative_and_noise_accepts_all_samples() {
     });
     let views = |scene: &Scene| {
         let phantom = Phantom::new(scene.clone()).unwrap();
-        phantom.sinograms(0, &|_| ()).unwrap().samples
+        phantom.sinograms(0, &no_observer).unwrap().samples
     };
     let least = views(&scene).into_iter().fold(f32::INFINITY, f32::min);
     assert!(least >= 0.0, "{least}");

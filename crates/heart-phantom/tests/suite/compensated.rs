@@ -1,9 +1,9 @@
 //! Motion-compensated reconstruction of a heart with respiration and without heartbeat, by the exact motion.
 
 use crate::phantom::small;
-use heart_phantom::Phantom;
 use heart_phantom::revolve_voxel::nalgebra::Vector3;
 use heart_phantom::scene::*;
+use heart_phantom::{Phantom, no_observer};
 use radon::{FbpOptions, FbpPlan, ImageGrid, StackOrder, add_shifted};
 
 fn still() -> Scene {
@@ -98,7 +98,7 @@ fn shifts_by_whole_bins_and_rows_are_compensated_to_rounding() {
 #[test]
 fn compensated_respiration_equals_the_static_heart_up_to_interpolation() {
     let still = Phantom::new(still()).unwrap();
-    let sharp = still.sinograms(0, &|_| ()).unwrap().samples;
+    let sharp = still.sinograms(0, &no_observer).unwrap().samples;
     let expected = still.reconstruct(0, &sharp).unwrap();
     let off = |views: &[f32]| {
         let volume = still.reconstruct(0, views).unwrap();
@@ -120,7 +120,7 @@ fn compensated_respiration_equals_the_static_heart_up_to_interpolation() {
     blurred.breathing.as_mut().unwrap().gates = None;
     let blurred = off(&Phantom::new(blurred)
         .unwrap()
-        .sinograms(0, &|_| ())
+        .sinograms(0, &no_observer)
         .unwrap()
         .samples);
     // The cost of interpolation alone: the static views shifted by half a bin and back.

@@ -3,7 +3,7 @@
 use heart_phantom::scene::{
     Counting, Counts, Decay, DiscretisationSettings, Mode, Noise, Product, Scene,
 };
-use heart_phantom::{Phantom, PhantomError, Rotation, Uptake, run};
+use heart_phantom::{Phantom, PhantomError, Rotation, Uptake, no_observer, run};
 use std::f64::consts::LN_2;
 use std::path::Path;
 
@@ -184,7 +184,9 @@ fn noise_of_a_part_is_identical_to_that_of_the_whole() {
     };
     let mut scene = scene(Mode::Gated { gates: 2 }, Decay::Tc99m);
     scene.noise = Some(noise);
-    let all = Phantom::new(scene.clone()).unwrap().sinograms(1, &|_| ());
+    let all = Phantom::new(scene.clone())
+        .unwrap()
+        .sinograms(1, &no_observer);
     let len = 48 * 48;
     let part = Phantom::new(scene).unwrap().view(1, 3).unwrap();
     assert!(part == all.unwrap().samples[3 * len..4 * len]);
@@ -199,7 +201,7 @@ fn the_report_and_the_headers_contain_the_counts_per_unit() {
         scene.output.projections = format;
         let out = folder.path().join(name);
         let phantom = Phantom::new(scene).unwrap();
-        let report = run(&phantom, &out, &|_| ()).unwrap();
+        let report = run(&phantom, &out, &no_observer).unwrap();
         let factors = phantom.counts_per_unit(0).unwrap().unwrap();
         assert_eq!(report.gates[0].views.counts_per_unit, factors);
         let alike = (decay == Decay::None).then_some(factors[0]);
@@ -256,7 +258,7 @@ fn an_unknown_sensitivity_is_not_reported() {
     plain.output.projections = heart_phantom::files::Format::InterfileStir;
     let phantom = Phantom::new(plain).unwrap();
     assert!(phantom.counts_per_unit(0).unwrap().is_none());
-    run(&phantom, folder.path(), &|_| ()).unwrap();
+    run(&phantom, folder.path(), &no_observer).unwrap();
     for file in ["report.json", "projections.hs"] {
         let text = std::fs::read_to_string(folder.path().join(file)).unwrap();
         assert!(

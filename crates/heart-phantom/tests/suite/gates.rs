@@ -3,7 +3,7 @@
 use heart_phantom::scene::{
     Accuracy, Background, BlurSettings, CollimatorSettings, Defect, HolesSettings, Mode, Scene,
 };
-use heart_phantom::{Phantom, PhantomError, Rotation, VolumeCurve};
+use heart_phantom::{Phantom, PhantomError, Rotation, VolumeCurve, no_observer};
 
 fn scene() -> Scene {
     let mut scene = Scene::default()
@@ -22,7 +22,7 @@ fn one_by_one(phantom: &Phantom, of: impl Fn(usize) -> Vec<f32>) -> Vec<f32> {
 fn differences(scene: &Scene) -> [f32; 2] {
     let phantom = Phantom::new(scene.clone()).unwrap();
     let views = one_by_one(&phantom, |gate| {
-        phantom.sinograms(gate, &|_| ()).unwrap().samples
+        phantom.sinograms(gate, &no_observer).unwrap().samples
     });
     let volumes = one_by_one(&phantom, |gate| phantom.truth(gate).unwrap());
     let together = [
@@ -98,7 +98,7 @@ fn a_shape_that_gates_share_is_projected_once() {
             phantom.truth_of_gates().unwrap();
         } else {
             one_by_one(&phantom, |gate| {
-                phantom.sinograms(gate, &|_| ()).unwrap().samples
+                phantom.sinograms(gate, &no_observer).unwrap().samples
             });
             one_by_one(&phantom, |gate| phantom.truth(gate).unwrap());
         }

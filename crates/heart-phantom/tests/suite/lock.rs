@@ -2,7 +2,7 @@
 #![cfg(unix)]
 
 use heart_phantom::files::Folder;
-use heart_phantom::{Phantom, PhantomError, Scene, run, scene::Mode};
+use heart_phantom::{Phantom, PhantomError, Scene, no_observer, run, scene::Mode};
 use std::fs;
 use std::io::{BufRead, BufReader, Read};
 use std::os::unix::fs::symlink;
@@ -53,12 +53,12 @@ fn a_locked_directory_has_one_writer() {
     assert_eq!(names(&out), [LOCK]);
     let me = format!("process {} on ", std::process::id());
     assert!(holder(Folder::lock(&out)).starts_with(&me));
-    let error = run(&phantom(), &out, &|_| ()).unwrap_err();
+    let error = run(&phantom(), &out, &no_observer).unwrap_err();
     assert!(error.to_string().contains(&me), "{error}");
     assert_eq!(names(&out), [LOCK]);
     drop(held);
     assert_eq!(names(&out), Vec::<String>::new());
-    let report = run(&phantom(), &out, &|_| ()).unwrap();
+    let report = run(&phantom(), &out, &no_observer).unwrap();
     assert_eq!(names(&out).len(), report.files.len());
 }
 
@@ -134,7 +134,7 @@ fn the_lock_of_a_killed_process_is_taken_over() {
     bounded(move || child.wait().unwrap());
     let left = fs::read_to_string(folder.path().join(LOCK)).unwrap();
     assert!(left.starts_with(&other), "{left}");
-    let report = run(&phantom(), folder.path(), &|_| ()).unwrap();
+    let report = run(&phantom(), folder.path(), &no_observer).unwrap();
     assert_eq!(names(folder.path()).len(), report.files.len());
 }
 
@@ -143,13 +143,13 @@ fn the_lock_of_a_killed_process_is_taken_over() {
 fn links_in_the_folder_are_not_followed() {
     let folder = tempfile::tempdir().unwrap();
     let [out, again, other] = ["out", "again", "other"].map(|name| folder.path().join(name));
-    let report = run(&phantom(), &out, &|_| ()).unwrap();
+    let report = run(&phantom(), &out, &no_observer).unwrap();
     fs::create_dir(&again).unwrap();
     fs::write(&other, "not ours").unwrap();
     for file in &report.files {
         symlink(&other, again.join(file)).unwrap();
     }
-    run(&phantom(), &again, &|_| ()).unwrap();
+    run(&phantom(), &again, &no_observer).unwrap();
     assert_eq!(fs::read_to_string(&other).unwrap(), "not ours");
     for file in &report.files {
         assert!(fs::symlink_metadata(again.join(file)).unwrap().is_file());

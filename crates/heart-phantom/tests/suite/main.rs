@@ -15,6 +15,7 @@ mod gates;
 mod lock;
 mod material;
 mod motion;
+mod observer;
 mod one_frame;
 mod operator;
 mod orbit;

@@ -6,7 +6,9 @@ use heart_phantom::radon::{
     StackOrder, Stopping, Warp, mlem,
 };
 use heart_phantom::scene::*;
-use heart_phantom::{Artefacts, ImageQuality, MotionPhase, Phantom, PhantomError, Uptake, run};
+use heart_phantom::{
+    Artefacts, ImageQuality, MotionPhase, Phantom, PhantomError, Uptake, no_observer, run,
+};
 
 /// A heart with views over a full turn, in voxels of 0.35 cm.
 fn scene(mode: Mode) -> Scene {
@@ -35,13 +37,15 @@ fn counted(mut scene: Scene, per_unit: f64, seed: u64) -> Scene {
 }
 
 fn views(phantom: &Phantom) -> Vec<f32> {
-    let of = |gate| phantom.sinograms(gate, &|_| ()).unwrap().samples;
+    let of = |gate| phantom.sinograms(gate, &no_observer).unwrap().samples;
     (0..phantom.n_gates()).flat_map(of).collect()
 }
 
 fn in_one_frame(scene: &Scene) -> (Phantom, Vec<f32>) {
     let phantom = Phantom::new(scene.clone()).unwrap();
-    let (volume, report) = phantom.compensated(0, &views(&phantom), &|_| ()).unwrap();
+    let (volume, report) = phantom
+        .compensated(0, &views(&phantom), &no_observer)
+        .unwrap();
     assert_eq!(
         report.is_some(),
         matches!(scene.reconstruction.method, Method::Osem(_))
@@ -208,7 +212,7 @@ fn displacements_by_whole_voxels_preserve_the_wall_average_and_by_half_voxels_ov
     let wall_mean = |voxels: f64| {
         let mut elsewhere = scene(Mode::Static { phase: 0.5 });
         elsewhere.pose.shift = [voxels * SIDE; 3];
-        let views = Phantom::new(elsewhere).unwrap().sinograms(0, &|_| ());
+        let views = Phantom::new(elsewhere).unwrap().sinograms(0, &no_observer);
         let there = [-voxels * SIDE; 3].map(|way| way as f32);
         let motion = Displacements {
             fraction: 1.0,
@@ -275,7 +279,7 @@ fn fbp_shifts_the_views_of_each_cardiac_gate() {
     assert_eq!((phantom.n_gates(), phantom.n_volumes()), (6, 2));
     let views = views(&phantom);
     for gate in 0..2 {
-        let (volume, report) = phantom.compensated(gate, &views, &|_| ()).unwrap();
+        let (volume, report) = phantom.compensated(gate, &views, &no_observer).unwrap();
         let expected = phantom
             .reconstruct(gate, &phantom.compensated_views(gate).unwrap())
             .unwrap();
@@ -303,7 +307,7 @@ fn a_run_writes_the_planned_files() {
         ];
         let phantom = Phantom::new(moving).unwrap();
         let folder = tempfile::tempdir().unwrap();
-        let report = run(&phantom, folder.path(), &|_| ()).unwrap();
+        let report = run(&phantom, folder.path(), &no_observer).unwrap();
         let mut planned: Vec<_> = phantom
             .files()
             .unwrap()
@@ -358,10 +362,10 @@ fn scenes_without_a_common_reference_phase_are_rejected() {
     let error = refused(&|scene| scene.activity.cavity = Uptake::Total(10.0));
     assert!(error.contains("activity.cavity"), "{error}");
     let phantom = Phantom::new(compensated(Mode::Gated { gates: 2 })).unwrap();
-    let short = phantom.compensated(0, &[0.0; 7], &|_| ()).unwrap_err();
+    let short = phantom.compensated(0, &[0.0; 7], &no_observer).unwrap_err();
     assert!(matches!(short, PhantomError::WrongLength { given: 7, .. }));
     let beyond = phantom
-        .compensated(1, &views(&phantom), &|_| ())
+        .compensated(1, &views(&phantom), &no_observer)
         .unwrap_err();
     assert!(matches!(beyond, PhantomError::Count { .. }));
     assert!(matches!(phantom.warps(2), Err(PhantomError::Count { .. })));

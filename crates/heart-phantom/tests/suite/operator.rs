@@ -1,11 +1,11 @@
 //! The voxel operator of `radon` on exact voxels against exact projections: they share neither rays nor blurs of slabs.
 
-use heart_phantom::Phantom;
 use heart_phantom::radon::{LinearOperator, SliceAxis, SpectGeometry, SpectOperator, SpectOptions};
 use heart_phantom::scene::{
     Attenuation, BinSample, CollimatorSettings, DiscretisationSettings, HolesSettings, Medium,
     Mode, Orbit, Product, Scene,
 };
+use heart_phantom::{Phantom, no_observer};
 
 /// An attenuating heart, through a collimator on an elliptic orbit; bin averages, as in the operator.
 fn scene(n: usize) -> Scene {
@@ -33,7 +33,7 @@ fn scene(n: usize) -> Scene {
 /// Relative Euclidean distance of the operator's projections of coverage voxels from the exact projections.
 fn error(n: usize) -> f64 {
     let phantom = Phantom::new(scene(n)).unwrap();
-    let exact = phantom.sinograms(0, &|_| ()).unwrap().samples;
+    let exact = phantom.sinograms(0, &no_observer).unwrap().samples;
     let camera = phantom.camera();
     let axis = SliceAxis::new(n, camera.pitch()).unwrap();
     let geometry = SpectGeometry::new(camera.geometry(), &axis, phantom.radii().unwrap()).unwrap();

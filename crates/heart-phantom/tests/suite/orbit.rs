@@ -4,7 +4,7 @@ use heart_phantom::scene::{
     Attenuation, BinSample, CollimatorSettings, DiscretisationSettings, HeadsSettings,
     HolesSettings, Medium, Mode, Orbit, Product, Scene,
 };
-use heart_phantom::{Phantom, PhantomError, Rotation, Warning, run};
+use heart_phantom::{Phantom, PhantomError, Rotation, Warning, no_observer, run};
 use std::f64::consts::PI;
 
 const N: usize = 32;
@@ -43,7 +43,7 @@ fn in_torso(mut scene: Scene) -> Scene {
 /// The samples, and their stated error relative to the largest.
 fn views_and_error(scene: Scene) -> (Vec<f32>, f64) {
     let phantom = Phantom::new(scene).unwrap();
-    let made = phantom.sinograms(0, &|_| ()).unwrap();
+    let made = phantom.sinograms(0, &no_observer).unwrap();
     (made.samples, made.view_error.total())
 }
 
@@ -174,7 +174,7 @@ fn two_heads_acquire_at_the_same_times() {
             assert!((b.angle - a.angle - PI / 2.0).abs() < 1e-14);
         }
         assert_ne!(times[0].phase, times[1].phase);
-        let seen = both.sinograms(0, &|_| ()).unwrap();
+        let seen = both.sinograms(0, &no_observer).unwrap();
         let [first, second] = [one, second].map(views_and_error);
         let error = seen.view_error.total() + first.1.max(second.1);
         // Each head has the resolution of its own views.
@@ -214,7 +214,7 @@ fn a_detector_inside_the_body_is_rejected_with_values() {
     assert!(phantom.warnings().unwrap().iter().any(is_it));
     let folder = tempfile::tempdir().unwrap();
     assert!(
-        run(&phantom, folder.path(), &|_| ())
+        run(&phantom, folder.path(), &no_observer)
             .unwrap()
             .warnings
             .iter()
@@ -300,7 +300,7 @@ fn headers_contain_the_radius_of_each_view() {
         given.output.write = vec![Product::Projections];
         given.output.projections = serde_json::from_str(&format!("\"{format}\"")).unwrap();
         let folder = tempfile::tempdir().unwrap();
-        let report = run(&Phantom::new(given).unwrap(), folder.path(), &|_| ()).unwrap();
+        let report = run(&Phantom::new(given).unwrap(), folder.path(), &no_observer).unwrap();
         assert_eq!(report.gates[0].views.radius_cm, radii);
         assert!(
             report

@@ -4,7 +4,7 @@ use heart_phantom::scene::{
     Attenuation, Background, Chest, DiscretisationSettings, Medium, Mode, OrganSettings,
     OrganShapeSettings, Product, Scene,
 };
-use heart_phantom::{Edge, Phantom, TruncatedObject, Warning, run};
+use heart_phantom::{Edge, Phantom, TruncatedObject, Warning, no_observer, run};
 use std::f64::consts::PI;
 
 const N: usize = 40;
@@ -68,7 +68,7 @@ fn one_organ_is_a_background_in_a_torso() {
     };
     for gate in 0..2 {
         // f32 sums of up to 15 cm, three more or less.
-        let [a, b] = [&plain, &organs].map(|p| p.sinograms(gate, &|_| ()).unwrap().samples);
+        let [a, b] = [&plain, &organs].map(|p| p.sinograms(gate, &no_observer).unwrap().samples);
         close(&a, &b, 2e-5);
         let [a, b] = [&plain, &organs].map(|p| p.truth(gate).unwrap());
         close(&a, &b, 1e-6);
@@ -209,7 +209,7 @@ fn organs_outside_the_field_are_warnings_in_the_report_too() {
         scene.organs.push(organ);
         let phantom = Phantom::new(scene).unwrap();
         let folder = tempfile::tempdir().unwrap();
-        let report = run(&phantom, folder.path(), &|_| ()).unwrap();
+        let report = run(&phantom, folder.path(), &no_observer).unwrap();
         assert_eq!(report.warnings, phantom.warnings().unwrap());
         report.warnings
     };

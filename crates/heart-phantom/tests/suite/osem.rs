@@ -4,7 +4,7 @@ use heart_phantom::scene::{
     Attenuation, Background, CollimatorSettings, DiscretisationSettings, HeadsSettings,
     HolesSettings, Medium, Mode, Orbit, OrganSettings, OrganShapeSettings, PixelRange, Scene,
 };
-use heart_phantom::{Accuracy, Method, Osem, Phantom, PhantomError, Uptake, run};
+use heart_phantom::{Accuracy, Method, Osem, Phantom, PhantomError, Uptake, no_observer, run};
 use std::sync::Mutex;
 
 /// Projections of the heart in the reference configuration within a torso through a collimator, bins of half a centimetre.
@@ -258,7 +258,7 @@ fn results_are_bitwise_independent_of_threads() {
     let mut small = by(whole(3, 2));
     small.camera.views = 10; // subsets of four, three and three
     let phantom = Phantom::new(small).unwrap();
-    let views = phantom.sinograms(0, &|_| ()).unwrap().samples;
+    let views = phantom.sinograms(0, &no_observer).unwrap().samples;
     let volume = |threads| {
         let pool = rayon::ThreadPoolBuilder::new();
         let pool = pool.num_threads(threads).build().unwrap();
@@ -316,6 +316,7 @@ fn a_run_reports_its_iterations() {
         if progress.stage == "reconstruction" {
             told.lock().unwrap().push(progress.fraction);
         }
+        no_observer(progress)
     })
     .unwrap();
     let osem = report.gates[0].osem.unwrap();

@@ -6,7 +6,7 @@ use heart_phantom::revolve_voxel::Pose;
 use heart_phantom::scene::{Attenuation, BlurSettings, DiscretisationSettings, Medium, Scene};
 use heart_phantom::{
     Accuracy, Balloon, BinSample, Counts, Defect, Heart, Mode, Noise, Phantom, VolumeCurve,
-    VolumeRange, run,
+    VolumeRange, no_observer, run,
 };
 use proptest::prelude::*;
 use std::f64::consts::{FRAC_PI_4, PI};
@@ -46,7 +46,7 @@ fn a_given_heart_is_bitwise_identical_to_that_of_the_sections() {
     }
     assert_eq!(unread.work().shapes_solved, given.work().shapes_solved);
     let folder = tempfile::tempdir().unwrap();
-    let report = run(&given, folder.path(), &|_| ()).unwrap();
+    let report = run(&given, folder.path(), &no_observer).unwrap();
     assert!(report.scene.is_none());
 }
 

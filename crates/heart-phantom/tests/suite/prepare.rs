@@ -2,7 +2,7 @@
 
 use heart_phantom::files::Format;
 use heart_phantom::scene::*;
-use heart_phantom::{Phantom, PhantomError, Uptake, run};
+use heart_phantom::{Phantom, PhantomError, Uptake, no_observer, run};
 use proptest::prelude::*;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -107,7 +107,7 @@ fn invalid_runs_are_rejected_before_any_view_with_the_field() {
         let older = "{\"program\": \"heart-phantom 0.1.0\", \"files\": [\"truth.npy\"]}";
         fs::write(out.join("report.json"), older).unwrap();
         fs::write(out.join("truth.npy"), "older").unwrap();
-        let error = run(&phantom, &out, &|_| ()).unwrap_err();
+        let error = run(&phantom, &out, &no_observer).unwrap_err();
         let PhantomError::Rejected {
             field,
             file: None,
@@ -172,7 +172,7 @@ fn valid_variants_of_these_scenes_are_accepted() {
     let phantom = Phantom::new(scene).unwrap();
     phantom.prepare().unwrap();
     let folder = tempfile::tempdir().unwrap();
-    run(&phantom, folder.path(), &|_| ()).unwrap();
+    run(&phantom, folder.path(), &no_observer).unwrap();
 }
 
 /// Errors of a reconstruction alone do not prevent a run without one.
@@ -190,7 +190,7 @@ fn only_requested_products_are_validated() {
         scene.output.write = vec![Product::Labels];
         let phantom = Phantom::new(scene).unwrap();
         let out = folder.path().join(field);
-        assert_eq!(run(&phantom, &out, &|_| ()).is_ok(), needs, "{field}");
+        assert_eq!(run(&phantom, &out, &no_observer).is_ok(), needs, "{field}");
     }
 }
 
@@ -266,7 +266,7 @@ proptest! {
             });
             let phantom = Phantom::new(scene).unwrap();
             let planned = phantom.files().unwrap();
-            let report = run(&phantom, folder.path(), &|_| ()).unwrap();
+            let report = run(&phantom, folder.path(), &no_observer).unwrap();
             let mut expected: Vec<PathBuf> = planned.iter().map(|file| file.name.clone()).collect();
             expected.sort();
             let mut written = report.files.clone();
@@ -302,7 +302,7 @@ fn an_obstructing_directory_is_detected_before_any_view() {
         let folder = tempfile::tempdir().unwrap();
         fs::create_dir(folder.path().join(name)).unwrap();
         let phantom = Phantom::new(small(Mode::WholeCycle)).unwrap();
-        let error = run(&phantom, folder.path(), &|_| ()).unwrap_err();
+        let error = run(&phantom, folder.path(), &no_observer).unwrap_err();
         assert!(error.to_string().contains(name), "{error}");
         assert_eq!(phantom.work().rays_cast, 0);
         assert_eq!(names(folder.path()), [PathBuf::from(name)]);
@@ -342,5 +342,5 @@ fn one_gate_in_one_file_needs_a_format_with_gates() {
     assert!(error.contains("output.projections"), "{error}");
     scene.output.projections = Format::InterfileSimind;
     let folder = tempfile::tempdir().unwrap();
-    run(&Phantom::new(scene).unwrap(), folder.path(), &|_| ()).unwrap();
+    run(&Phantom::new(scene).unwrap(), folder.path(), &no_observer).unwrap();
 }

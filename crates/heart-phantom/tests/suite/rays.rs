@@ -3,7 +3,7 @@
 use heart_phantom::revolve_voxel::nalgebra::{Matrix3, Point3, Rotation3, Vector3};
 use heart_phantom::revolve_voxel::{Lines, ParallelDetector, Ray};
 use heart_phantom::scene::*;
-use heart_phantom::{Phantom, PhantomError, RayGeometry, Uptake};
+use heart_phantom::{Phantom, PhantomError, RayGeometry, Uptake, no_observer};
 use std::path::Path;
 
 fn heart(mode: Mode) -> Scene {
@@ -24,7 +24,7 @@ fn off(a: &[f32], b: &[f32]) -> f64 {
 }
 
 fn views(phantom: &Phantom) -> Vec<f32> {
-    phantom.sinograms(0, &|_| ()).unwrap().samples
+    phantom.sinograms(0, &no_observer).unwrap().samples
 }
 
 /// Numbers between -1 and 1.
@@ -244,7 +244,7 @@ fn each_view_has_its_given_time() {
     let moving = phantom
         .along(cone.clone().with_times(&times).unwrap())
         .unwrap();
-    let seen = moving.sinograms(0, &|_| ()).unwrap();
+    let seen = moving.sinograms(0, &no_observer).unwrap();
     assert_eq!(seen.distinct_shapes, 4);
     assert_eq!(seen.samples[3 * 480..4 * 480], seen.samples[4 * 480..]);
     assert_eq!(moving.view_times(0).unwrap()[2].start, 1.7);
@@ -282,7 +282,7 @@ fn averages_are_within_their_stated_errors() {
         let seen = phantom
             .along(cone(1))
             .unwrap()
-            .sinograms(0, &|_| ())
+            .sinograms(0, &no_observer)
             .unwrap();
         scene.camera.samples = None;
         let fine = views(&Phantom::new(scene).unwrap().along(cone(25)).unwrap());
@@ -310,7 +310,7 @@ fn averages_are_within_their_stated_errors() {
     scene.acquisition.accuracy = Accuracy::Tolerance(0.01);
     let phantom = Phantom::new(scene.clone()).unwrap();
     let seen = phantom.along(cone(1).with_times(&times).unwrap()).unwrap();
-    let seen = seen.sinograms(0, &|_| ()).unwrap();
+    let seen = seen.sinograms(0, &no_observer).unwrap();
     let mut brute = vec![0.0f64; seen.samples.len()];
     let phantom = Phantom::new(scene.with_mode(Mode::Instants)).unwrap();
     for k in 0..400 {

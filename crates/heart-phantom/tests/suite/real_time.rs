@@ -3,7 +3,7 @@
 use crate::phantom::small;
 use heart_phantom::revolve_voxel::nalgebra::Vector3;
 use heart_phantom::scene::*;
-use heart_phantom::{MotionPhase, Phantom, PhantomError, TruthOf};
+use heart_phantom::{MotionPhase, Phantom, PhantomError, TruthOf, no_observer};
 use std::collections::BTreeMap;
 
 /// Levels of volume of the reference.
@@ -151,7 +151,7 @@ fn check(scene: &Scene, cardiac: usize, respiratory: usize) {
     assert_eq!(phantom.n_gates(), cardiac * respiratory);
     for gate in 0..phantom.n_gates() {
         let times = phantom.view_times(gate).unwrap();
-        let taken = phantom.sinograms(gate, &|_| ()).unwrap();
+        let taken = phantom.sinograms(gate, &no_observer).unwrap();
         let stated = taken.view_error.time;
         let (mut square, mut norm) = (0.0, 0.0);
         for view_idx in 0..4 {
@@ -242,7 +242,7 @@ fn brute_of_scenes(scene: &Scene, view_idx: usize, n: usize) -> Vec<f64> {
 /// A scene with two heads of two views.
 fn check_heads(scene: &Scene, n: usize, most: f64) {
     let phantom = Phantom::new(scene.clone()).unwrap();
-    let taken = phantom.sinograms(0, &|_| ()).unwrap();
+    let taken = phantom.sinograms(0, &no_observer).unwrap();
     let stated = taken.view_error.time;
     let len = phantom.camera().view_len();
     let mut errors = Vec::new();
@@ -351,7 +351,7 @@ fn motion_without_effect_is_bitwise_identical_to_none() {
         });
         let [plain, still] = [plain, still].map(|scene| Phantom::new(scene).unwrap());
         for gate in 0..plain.n_gates() {
-            let views = |phantom: &Phantom| phantom.sinograms(gate, &|_| ()).unwrap().samples;
+            let views = |phantom: &Phantom| phantom.sinograms(gate, &no_observer).unwrap().samples;
             assert!(views(&plain) == views(&still), "{mode:?}");
             assert!(plain.truth(gate).unwrap() == still.truth(gate).unwrap());
             assert_eq!(
@@ -387,7 +387,7 @@ fn shapes_are_solved_once_per_phase_and_respiration_costs_no_more_rays_than_inst
     scene.beats = Some(irregular());
     scene.breathing = Some(self::breathing());
     let beating = Phantom::new(scene).unwrap();
-    beating.sinograms(0, &|_| ()).unwrap();
+    beating.sinograms(0, &no_observer).unwrap();
     assert_eq!(beating.work().shapes_solved, 33);
 }
 
@@ -399,7 +399,7 @@ fn any_part_is_bitwise_identical_to_the_whole_for_any_number_of_threads() {
     scene.acquisition.accuracy = Accuracy::Steps(8);
     scene.camera.rotation = Rotation::Continuous;
     let phantom = Phantom::new(scene.clone()).unwrap();
-    let views = phantom.sinograms(1, &|_| ()).unwrap().samples;
+    let views = phantom.sinograms(1, &no_observer).unwrap().samples;
     let len = phantom.camera().view_len();
     assert!(phantom.view(1, 2).unwrap() == views[2 * len..3 * len]);
     let pool = rayon::ThreadPoolBuilder::new()
@@ -407,13 +407,13 @@ fn any_part_is_bitwise_identical_to_the_whole_for_any_number_of_threads() {
         .build()
         .unwrap();
     let one = Phantom::new(scene.clone()).unwrap();
-    assert!(pool.install(|| one.sinograms(1, &|_| ()).unwrap().samples) == views);
+    assert!(pool.install(|| one.sinograms(1, &no_observer).unwrap().samples) == views);
     let tight = Phantom::new(scene).unwrap();
     let two = 2 * tight.heart().shape_bytes();
     assert!(
         tight
             .with_memory(two)
-            .sinograms(1, &|_| ())
+            .sinograms(1, &no_observer)
             .unwrap()
             .samples
             == views

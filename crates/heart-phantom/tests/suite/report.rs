@@ -5,7 +5,7 @@ use heart_phantom::scene::{
     Accuracy, Attenuation, Counts, DiscretisationSettings, Medium, Mode, Noise, PressureLaw,
     Product, Scene,
 };
-use heart_phantom::{Phantom, RunReport, VolumeCurve, VolumeRange, run};
+use heart_phantom::{Phantom, RunReport, VolumeCurve, VolumeRange, no_observer, run};
 use std::f64::consts::{PI, TAU};
 use std::path::{Path, PathBuf};
 
@@ -20,7 +20,7 @@ fn small(mode: Mode, write: &[Product]) -> Scene {
 }
 
 fn done(scene: Scene, out: &Path) -> RunReport {
-    run(&Phantom::new(scene).unwrap(), out, &|_| ()).unwrap()
+    run(&Phantom::new(scene).unwrap(), out, &no_observer).unwrap()
 }
 
 /// Attenuation removes nine tenths and more of the activity, which a fixed grey scale would show as black.
@@ -209,7 +209,7 @@ fn counts_per_unit_are_reported_by_gate() {
         let report = done(scene, folder.path());
         for (gate, total) in of_gate.into_iter().enumerate() {
             let per_unit = report.gates[gate].counts_per_unit.unwrap();
-            let views = means.sinograms(gate, &|_| ()).unwrap().samples;
+            let views = means.sinograms(gate, &no_observer).unwrap().samples;
             let sum: f64 = views.iter().map(|v| f64::from(*v)).sum();
             // Sums of f32 samples.
             let expected = if total { 1e5 / sum } else { 7.0 };

@@ -6,7 +6,7 @@ use heart_phantom::membrane_newton::{
     Discretisation, Membrane, NewtonOptions, Pair, ReferenceShape, Rubber, Solver, Thickness,
 };
 use heart_phantom::scene::{DiscretisationSettings, MaterialSettings};
-use heart_phantom::{MMHG_PER_KPA, Mode, Phantom, PhantomError, Scene, run};
+use heart_phantom::{MMHG_PER_KPA, Mode, Phantom, PhantomError, Scene, no_observer, run};
 
 const LATEX: &str = "{ neo_hookean = { mu = 400.0, thickness = 0.5 } }";
 
@@ -268,7 +268,7 @@ fn everything_works_with_rubber() {
     );
     let phantom = Phantom::new(Scene::from_toml(&text).unwrap()).unwrap();
     let out = tempfile::tempdir().unwrap();
-    let report = run(&phantom, out.path(), &|_| ()).unwrap();
+    let report = run(&phantom, out.path(), &no_observer).unwrap();
     assert!(
         report
             .files

@@ -3,7 +3,7 @@
 use heart_phantom::scene::{BlurSettings, ScatterSettings};
 use heart_phantom::{
     Attenuation, Background, KnownScatter, Medium, Method, Mode, Noise, Orbit, Osem, Phantom,
-    Product, Run, Scene,
+    Product, Run, Scene, no_observer,
 };
 
 fn scene() -> Scene {
@@ -58,8 +58,8 @@ fn scatter_is_added_to_the_primary_photons_with_its_error() {
     })
     .unwrap();
     let (with, without) = (
-        phantom.sinograms(0, &|_| ()).unwrap(),
-        alone.sinograms(0, &|_| ()).unwrap(),
+        phantom.sinograms(0, &no_observer).unwrap(),
+        alone.sinograms(0, &no_observer).unwrap(),
     );
     let scatter = scattered(&phantom, 0);
     for ((with, without), scatter) in with.samples.iter().zip(&without.samples).zip(&scatter) {
@@ -81,14 +81,14 @@ fn scatter_is_added_to_the_primary_photons_with_its_error() {
 #[test]
 fn each_window_has_its_primary_photons_and_its_scatter() {
     let phantom = Phantom::new(two_windows()).unwrap();
-    let windows = phantom.windows(0, &|_| ()).unwrap();
+    let windows = phantom.windows(0, &no_observer).unwrap();
     let alone = Phantom::new(Scene {
         scatter: None,
         ..scene()
     })
     .unwrap();
-    let primary = alone.sinograms(0, &|_| ()).unwrap();
-    assert!(windows[0].samples == phantom.sinograms(0, &|_| ()).unwrap().samples);
+    let primary = alone.sinograms(0, &no_observer).unwrap();
+    assert!(windows[0].samples == phantom.sinograms(0, &no_observer).unwrap().samples);
     // Photons of 140.5 keV, with a standard deviation of 5.97 keV, in each window, from tables of the normal distribution.
     for (window, efficiency) in [(0, 1.0), (1, 0.009_440_77)] {
         let scatter = scattered(&phantom, window);
@@ -107,10 +107,13 @@ fn windows_have_independent_noise() {
     let noise = |counts, seed| {
         let mut scene = two_windows();
         scene.noise = Some(Noise { counts, seed });
-        Phantom::new(scene).unwrap().windows(0, &|_| ()).unwrap()
+        Phantom::new(scene)
+            .unwrap()
+            .windows(0, &no_observer)
+            .unwrap()
     };
     let exact = Phantom::new(two_windows()).unwrap();
-    let exact = exact.windows(0, &|_| ()).unwrap();
+    let exact = exact.windows(0, &no_observer).unwrap();
     let noisy = noise(heart_phantom::Counts::PerUnit(1e5), 1);
     let score = |window: usize, k: usize| {
         let exact = f64::from(exact[window].samples[k]);
@@ -133,7 +136,7 @@ fn windows_have_independent_noise() {
 fn scatter_of_a_part_is_identical_to_that_of_the_whole() {
     let whole = Phantom::new(scene())
         .unwrap()
-        .sinograms(0, &|_| ())
+        .sinograms(0, &no_observer)
         .unwrap();
     let view = Phantom::new(scene()).unwrap().view(0, 2).unwrap();
     assert_eq!(view, whole.samples[2 * 256..3 * 256]);
@@ -278,10 +281,10 @@ fn a_run_writes_projections_and_scatter_of_each_window() {
     let folder = tempfile::tempdir().unwrap();
     let mut run = Run::begin(&phantom, folder.path(), &[]).unwrap();
     for gate in 0..2 {
-        run.gate(gate, &|_| ()).unwrap();
+        run.gate(gate, &no_observer).unwrap();
     }
     let report = run
-        .finish(&|_| (), |_| Ok::<_, heart_phantom::PhantomError>(()))
+        .finish(&no_observer, |_| Ok::<_, heart_phantom::PhantomError>(()))
         .unwrap();
     let names = [
         "projections",
@@ -312,7 +315,7 @@ fn gates_computed_together_have_the_scatter_of_separate_gates() {
     scene.blur = None;
     let phantom = Phantom::new(scene).unwrap();
     let together = phantom.sinograms_of_gates().unwrap();
-    assert!(together[1024..] == phantom.sinograms(1, &|_| ()).unwrap().samples);
+    assert!(together[1024..] == phantom.sinograms(1, &no_observer).unwrap().samples);
 }
 
 #[test]
@@ -320,7 +323,9 @@ fn scatter_is_bitwise_independent_of_threads() {
     let views = |threads| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
         pool.unwrap().install(|| {
-            let windows = Phantom::new(two_windows()).unwrap().windows(0, &|_| ());
+            let windows = Phantom::new(two_windows())
+                .unwrap()
+                .windows(0, &no_observer);
             let samples = windows.unwrap().into_iter().map(|window| window.samples);
             samples.collect::<Vec<_>>()
         })

@@ -2,7 +2,7 @@
 #![cfg(feature = "files")]
 
 use heart_phantom::scene::{Accuracy, Scene};
-use heart_phantom::{Phantom, run};
+use heart_phantom::{Phantom, no_observer, run};
 use std::path::{Path, PathBuf};
 
 fn folder() -> PathBuf {
@@ -34,7 +34,12 @@ fn every_scene_runs_without_a_warning() {
         let whole = Phantom::new(whole).unwrap();
         assert_eq!(whole.warnings().unwrap(), [], "{}", path.display());
         let out = tempfile::tempdir().unwrap();
-        let report = run(&Phantom::new(rough(scene)).unwrap(), out.path(), &|_| ()).unwrap();
+        let report = run(
+            &Phantom::new(rough(scene)).unwrap(),
+            out.path(),
+            &no_observer,
+        )
+        .unwrap();
         for file in &report.files {
             assert!(out.path().join(file).exists(), "{}", file.display());
         }

@@ -3,7 +3,7 @@
 use crate::phantom::{infarct, small};
 use heart_phantom::revolve_voxel::nalgebra::{Point3, Vector3};
 use heart_phantom::scene::*;
-use heart_phantom::{MaterialPoint, MotionPhase, Phantom, run};
+use heart_phantom::{MaterialPoint, MotionPhase, Phantom, no_observer, run};
 
 fn twist() -> TwistSettings {
     TwistSettings {
@@ -44,7 +44,7 @@ fn a_twist_leaves_a_wall_without_defects_bitwise_identical() {
     let mut twisted = plain.clone();
     twisted.twist = Some(twist());
     let [plain, twisted] = [plain.clone(), twisted].map(|scene| Phantom::new(scene).unwrap());
-    let views = |phantom: &Phantom| phantom.sinograms(1, &|_| ()).unwrap().samples;
+    let views = |phantom: &Phantom| phantom.sinograms(1, &no_observer).unwrap().samples;
     assert!(views(&plain) == views(&twisted));
     assert!(plain.truth(1).unwrap() == twisted.truth(1).unwrap());
     assert!(plain.labels(0.2).unwrap() == twisted.labels(0.2).unwrap());
@@ -337,7 +337,7 @@ fn a_run_writes_the_motion_of_each_gate_and_reports_torsion() {
         scene.output.volumes = format;
         let folder = tempfile::tempdir().unwrap();
         let phantom = Phantom::new(scene.clone()).unwrap();
-        let report = run(&phantom, folder.path(), &|_| ()).unwrap();
+        let report = run(&phantom, folder.path(), &no_observer).unwrap();
         let planned = phantom.files().unwrap();
         assert_eq!(report.files.len(), 3 * 8 + 1);
         assert_eq!(planned.len(), 3 * 8 + 1);

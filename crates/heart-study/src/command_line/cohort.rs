@@ -8,6 +8,7 @@ use heart_cohort::{
     sbatch, survey, verify,
 };
 use serde_json::json;
+use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 
 /// Runs in the thread pool of the arguments.
@@ -148,7 +149,10 @@ fn shards(arguments: &Arguments, cohort: &Path, out: &Path, shards: Shards) -> D
         })?;
     bar.set_length(total);
     for shard in which {
-        let progress = |done| bar.set_position(members + done);
+        let progress = |done| {
+            bar.set_position(members + done);
+            ControlFlow::Continue(())
+        };
         let report = run_shard(
             &cohort,
             out,

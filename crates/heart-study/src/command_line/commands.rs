@@ -8,10 +8,11 @@ use clap::CommandFactory;
 use clap::error::ErrorKind;
 use heart_phantom::files::{self, Section, Volume};
 use heart_phantom::revolve_voxel::VoxelGrid;
-use heart_phantom::{Phantom, PhantomError, PlannedFile, Progress, Run, RunReport};
+use heart_phantom::{Observer, Phantom, PhantomError, PlannedFile, Progress, Run, RunReport};
 use indicatif::{ProgressBar, ProgressStyle};
 use serde_json::json;
 use std::io;
+use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 
 pub(crate) type Done = Result<Answer, Failure>;
@@ -178,7 +179,7 @@ fn run_to_look_at(
     phantom: &Phantom,
     out: &Path,
     page: bool,
-    progress: &(dyn Fn(Progress) + Sync),
+    progress: Observer<'_, Progress>,
 ) -> Result<RunReport, StudyError> {
     let mut look = Look::new(phantom, page);
     let mut run = Run::begin(phantom, out, &look.files())?;
@@ -368,7 +369,8 @@ pub(crate) fn bar(arguments: &Arguments) -> ProgressBar {
     bar
 }
 
-fn show(bar: &ProgressBar, progress: Progress) {
+fn show(bar: &ProgressBar, progress: Progress) -> ControlFlow<()> {
     bar.set_message(progress.stage);
     bar.set_position((progress.fraction * 1000.0) as u64);
+    ControlFlow::Continue(())
 }

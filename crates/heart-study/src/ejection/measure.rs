@@ -3,7 +3,7 @@
 use super::cases::Case;
 use heart_phantom::radon::{CountScale, poisson_counts};
 use heart_phantom::scene::Mode;
-use heart_phantom::{Phantom, PhantomError, Scene};
+use heart_phantom::{Phantom, PhantomError, Scene, no_observer};
 use rayon::prelude::*;
 use serde::Serialize;
 
@@ -99,7 +99,7 @@ pub(super) fn measure(case: &Case, shared: &mut Shared) -> Result<CaseResult, Ph
     if shared.as_ref().is_none_or(|(known, _)| *known != key) {
         let sets = match mode {
             Mode::Static { .. } => (phantoms.iter())
-                .map(|phantom| Ok(phantom.sinograms(0, &|_| ())?.samples))
+                .map(|phantom| Ok(phantom.sinograms(0, &no_observer)?.samples))
                 .collect::<Result<_, PhantomError>>()?,
             _ => {
                 let all = build(projected)?.sinograms_of_gates()?;

@@ -8,7 +8,7 @@ mod page;
 use crate::StudyError;
 use crate::study::gallery::Gallery;
 pub use cases::Case;
-use heart_phantom::{Progress, files};
+use heart_phantom::{Observer, PhantomError, Progress, files};
 pub use measure::{CaseResult, Measured, Volumes};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
@@ -37,21 +37,25 @@ pub struct EjectionReport {
 /// are removed first. A quick run has one heart and few views; it tests the program.
 ///
 /// # Errors
-/// A directory that is not writable is reported before any work; see [`StudyError`].
+/// A directory that is not writable is reported before any work; see [`StudyError`]. [`PhantomError::Stopped`] if `progress`, called before each
+/// case, stops the study.
 pub fn ejection(
     quick: bool,
     out: &Path,
-    progress: &dyn Fn(Progress),
+    progress: Observer<'_, Progress>,
 ) -> Result<EjectionReport, StudyError> {
     let folder = files::Folder::lock(out)?;
     folder.clear(&[])?;
     let (clock, cases) = (Instant::now(), cases::all(quick)?);
     let (mut shared, mut results) = (None, Vec::new());
     for case in &cases {
-        progress(Progress {
+        let observed = progress(Progress {
             stage: "images",
             fraction: results.len() as f64 / cases.len() as f64,
         });
+        if observed.is_break() {
+            return Err(PhantomError::Stopped.into());
+        }
         results.push(measure::measure(case, &mut shared)?);
     }
     let mut gallery = Gallery::new(out);

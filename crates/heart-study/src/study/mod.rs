@@ -14,7 +14,7 @@ mod tomography;
 
 use crate::StudyError;
 use gallery::Gallery;
-use heart_phantom::{PhantomError, Progress, Regions, files};
+use heart_phantom::{Observer, PhantomError, Progress, Regions, files};
 pub use options::StudyOptions;
 use report::{Report, Settings};
 use run::Run;
@@ -31,10 +31,11 @@ const INTRODUCTION: &str = "The study of Rohmer, Sitek and Gullberg (2006), Simu
 ///
 /// # Errors
 /// An option out of range or a directory that is not writable is reported before any work; see [`StudyError`].
+/// [`PhantomError::Stopped`] if `progress`, called before each stage, stops the study.
 pub fn run(
     options: &StudyOptions,
     out: &Path,
-    progress: &(dyn Fn(Progress) + Sync),
+    progress: Observer<'_, Progress>,
 ) -> Result<Report, StudyError> {
     options.validate()?;
     let folder = files::Folder::lock(out)?;
@@ -53,7 +54,7 @@ pub fn run(
 fn run_in_pool(
     options: &StudyOptions,
     out: &Path,
-    progress: &(dyn Fn(Progress) + Sync),
+    progress: Observer<'_, Progress>,
 ) -> Result<Report, StudyError> {
     let mut run = Run::new(options, out, progress)?;
     let total = run.clock();
@@ -72,7 +73,7 @@ fn run_in_pool(
     };
     let circle = solve(&mut run, &mut report, gallery.as_mut())?;
 
-    run.stage("voxels");
+    run.stage("voxels")?;
     let clock = run.clock();
     let regions = Regions::new(
         run.phantom.heart(),
@@ -85,7 +86,7 @@ fn run_in_pool(
         let result = tomography::reconstruct(&mut run, (name, mode), &regions, &mut volumes)?;
         let clock = run.clock();
         if let Some(gallery) = &mut gallery {
-            run.stage("drawing");
+            run.stage("drawing")?;
             if k == 0 {
                 pictures::pose(gallery, &run)?;
                 pictures::projection_images(gallery, &run, &result.sinograms.samples)?;
@@ -125,23 +126,23 @@ fn solve(
     mut gallery: Option<&mut Gallery<'_>>,
 ) -> Result<membranes::CircleStudy, StudyError> {
     let clock = run.clock();
-    run.stage("reference configurations");
+    run.stage("reference configurations")?;
     report.reference = membranes::reference(run)?;
-    run.stage("direct method");
+    run.stage("direct method")?;
     let direct = membranes::direct(run)?;
-    run.stage("evolving method");
+    run.stage("evolving method")?;
     let evolving = evolving::evolving(run)?;
-    run.stage("circle");
+    run.stage("circle")?;
     let circle = membranes::circle()?;
     let peak = run.options.gain;
     let states = run.phantom.heart().shapes(&[0.0, 0.5 * peak, peak])?;
-    run.stage("rubber");
+    run.stage("rubber")?;
     let rubber = rubber::rubber(run)?;
     run.time.solve += clock.seconds();
 
     let clock = run.clock();
     if let Some(gallery) = &mut gallery {
-        run.stage("drawing");
+        run.stage("drawing")?;
         pictures::reference(gallery, &report.reference);
         pictures::direct(gallery, &direct)?;
         pictures::evolving(gallery, &evolving)?;

@@ -2,7 +2,7 @@
 
 use super::options::StudyOptions;
 use super::report;
-use heart_phantom::{Phantom, PhantomError, Progress, files};
+use heart_phantom::{Observer, Phantom, PhantomError, Progress, files};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
@@ -18,7 +18,7 @@ pub(super) struct Run<'a> {
     /// The scene of all three acquisitions, which share the shapes of the heart.
     pub(super) phantom: Phantom,
     pub(super) time: report::Time,
-    progress: &'a (dyn Fn(Progress) + Sync),
+    progress: Observer<'a, Progress>,
     stages: AtomicUsize,
     /// Names of the arrays written.
     files: Mutex<Vec<PathBuf>>,
@@ -28,7 +28,7 @@ impl<'a> Run<'a> {
     pub(super) fn new(
         options: &'a StudyOptions,
         out: &'a Path,
-        progress: &'a (dyn Fn(Progress) + Sync),
+        progress: Observer<'a, Progress>,
     ) -> Result<Self, PhantomError> {
         Ok(Self {
             options,
@@ -41,13 +41,17 @@ impl<'a> Run<'a> {
         })
     }
 
-    /// Starts a stage of the progress.
-    pub(super) fn stage(&self, stage: &'static str) {
+    /// Starts a stage of the progress, unless the caller stops the study.
+    pub(super) fn stage(&self, stage: &'static str) -> Result<(), PhantomError> {
         let done = self.stages.fetch_add(1, Ordering::Relaxed) as f64;
-        (self.progress)(Progress {
+        let observed = (self.progress)(Progress {
             stage,
             fraction: (done / STAGES).min(1.0),
         });
+        match observed.is_break() {
+            true => Err(PhantomError::Stopped),
+            false => Ok(()),
+        }
     }
 
     /// Starts a clock.

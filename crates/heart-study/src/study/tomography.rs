@@ -3,7 +3,7 @@
 use super::report;
 use super::run::Run;
 use heart_phantom::radon::Window;
-use heart_phantom::{ImageQuality, Mode, Phantom, PhantomError, Regions, Sinograms};
+use heart_phantom::{ImageQuality, Mode, Phantom, PhantomError, Regions, Sinograms, no_observer};
 
 /// The three acquisitions in the order of the report. Views are one second apart, 90 of them over 180 degrees at 2 degrees per
 /// second.
@@ -40,19 +40,19 @@ pub(super) fn reconstruct(
     let (phantom, smooth) = (with(Window::RamLak)?, with(Window::Hann)?);
     let (camera, truth_of) = (phantom.camera(), phantom.truth_of());
     let (n, views) = (camera.n_bins(), camera.n_views());
-    run.stage("solving shapes");
+    run.stage("solving shapes")?;
     let solved = run.phantom.heart().shapes_solved();
     let clock = run.clock();
     phantom.solve(0)?;
     run.time.solve += clock.seconds();
 
-    run.stage("projecting");
+    run.stage("projecting")?;
     let clock = run.clock();
-    let sinograms = phantom.sinograms(0, &|_| ())?;
+    let sinograms = phantom.sinograms(0, &no_observer)?;
     run.time.project += clock.seconds();
 
     let clock = run.clock();
-    run.stage("truth");
+    run.stage("truth")?;
     let cube = [n; 3];
     let truth = beside(
         || run.write(name, "sinogram", &[views, n, n], &sinograms.samples),
@@ -65,7 +65,7 @@ pub(super) fn reconstruct(
         Ok(clock.seconds())
     };
     let measure = |volume: &[f32]| ImageQuality::of(volume, Some(&truth), regions, camera);
-    run.stage("reconstructing");
+    run.stage("reconstructing")?;
     let first = beside(
         || run.write(name, truth_of.file_name(), &cube, &truth),
         || fbp(&smooth, hann),
@@ -74,7 +74,7 @@ pub(super) fn reconstruct(
         || run.write(name, "hann", &cube, hann),
         || Ok((fbp(&phantom, ram_lak)?, measure(hann)?)),
     )?;
-    run.stage("measuring");
+    run.stage("measuring")?;
     let of_ram_lak = beside(
         || run.write(name, "ram-lak", &cube, ram_lak),
         || measure(ram_lak),

@@ -1,7 +1,7 @@
 //! `check`: errors of `run` with their lines, or its products.
 
 use heart_phantom::scene::Scene;
-use heart_phantom::{Phantom, run};
+use heart_phantom::{Phantom, no_observer, run};
 use std::fs;
 use std::path::Path;
 use std::process::Command;
@@ -89,7 +89,7 @@ fn check_reports_volumes_memory_and_files() {
          output.write = ['projections', 'reconstruction', 'truth', 'labels']\n"
     );
     let phantom = Phantom::new(Scene::from_toml(&text).unwrap()).unwrap();
-    let report = run(&phantom, &folder.path().join("out"), &|_| ()).unwrap();
+    let report = run(&phantom, &folder.path().join("out"), &no_observer).unwrap();
     let (code, said, warned) = check(folder.path(), &text, &["--json"]);
     assert_eq!((code, warned.as_str()), (Some(0), ""));
     let said: serde_json::Value = serde_json::from_str(&said).unwrap();

@@ -10,3 +10,4 @@ mod cli_output;
 mod cli_page;
 mod cli_scene;
 mod figures;
+mod observer;

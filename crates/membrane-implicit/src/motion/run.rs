@@ -62,8 +62,8 @@ impl Motion {
         }
     }
 
-    /// Runs as [`Motion::run`] and calls `observe` after every step, where [`Motion::at_into`] gives the shape at any time within the step.
-    /// If `observe` breaks, its value ends the run and is returned.
+    /// As [`Motion::run`], with a callback `observe` after every step, which can stop the run by a value. There [`Motion::at_into`] gives
+    /// the shape at any time within the step.
     ///
     /// ```
     /// use std::ops::ControlFlow;

@@ -5,6 +5,7 @@ use heart_phantom::files::{self, Format, Projections, Volume, write_npy};
 use heart_phantom::{
     Accuracy, Activity, Balloon, Camera, Cycle, Heart, ImageQuality as Quality, MaterialPoint,
     Mode, Phantom, PhantomError, Regions, Scene, VolumeCurve, VolumeRange, Wall, WallRegion,
+    no_observer,
 };
 use membrane_newton::{MembraneError, NewtonError};
 use nalgebra::Point3;
@@ -52,7 +53,7 @@ fn heart_phantom_accepts_any_input() {
             scene.activity = Activity::from([b, 1.0]);
             scene.truth.tolerance = b;
             if let Some(phantom) = back(Phantom::with_heart(scene, heart.clone())) {
-                back(phantom.sinograms(0, &|_| ()));
+                back(phantom.sinograms(0, &no_observer));
                 back(phantom.truth(0));
             }
         }

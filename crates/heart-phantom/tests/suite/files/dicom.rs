@@ -4,7 +4,7 @@ use super::*;
 use dicom_dictionary_std::tags;
 use dicom_object::{DefaultDicomObject, Tag, open_file};
 use heart_phantom::files::{AcquisitionInfo, BeatCounts, write_ct};
-use heart_phantom::{Phantom, Scene, run};
+use heart_phantom::{Phantom, Scene, no_observer, run};
 
 const GATES: usize = 2;
 
@@ -374,7 +374,7 @@ fn raw_counts_are_whole_numbers_with_a_slope_of_one() {
         [output]\nwrite = ['projections']\nprojections = 'dicom'\nvalues = 'counts'\ngates = 'one-file'\n";
     let phantom = Phantom::new(Scene::from_toml(scene).unwrap()).unwrap();
     let folder = tempfile::tempdir().unwrap();
-    let report = run(&phantom, folder.path(), &|_| ()).unwrap();
+    let report = run(&phantom, folder.path(), &no_observer).unwrap();
     validate(&folder.path().join("projections.dcm"));
     let file = open_file(folder.path().join("projections.dcm")).unwrap();
     assert_eq!(decimals(&file, tags::RESCALE_SLOPE), [1.0]);

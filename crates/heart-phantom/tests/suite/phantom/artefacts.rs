@@ -4,7 +4,7 @@ use super::small;
 use heart_phantom::scene::{
     Background, BlurSettings, Counts, DiscretisationSettings, Mode, Noise, Scene,
 };
-use heart_phantom::{Artefacts, Phantom};
+use heart_phantom::{Artefacts, Phantom, no_observer};
 
 fn of_reconstruction(scene: Scene) -> Artefacts {
     let phantom = Phantom::new(scene).unwrap();
@@ -123,7 +123,7 @@ fn blur_includes_activity_beyond_the_edges() {
             (scene.camera.views, scene.camera.rows) = (3, rows);
             scene.blur = Some(BlurSettings { fwhm });
             let phantom = Phantom::new(scene).unwrap();
-            let views = phantom.sinograms(0, &|_| ()).unwrap().samples;
+            let views = phantom.sinograms(0, &no_observer).unwrap().samples;
             (phantom, views)
         };
         let ((_, all), (part, views)) = (taken(64, 64), taken(16, 12));
@@ -183,7 +183,7 @@ fn views_with_a_given_total_of_counts_are_projected_once() {
         seed: 1,
     });
     let phantom = Phantom::new(scene).unwrap();
-    let views = phantom.sinograms(0, &|_| ()).unwrap().samples;
+    let views = phantom.sinograms(0, &no_observer).unwrap().samples;
     let work = phantom.work();
     assert_eq!(work.rays_cast + work.rays_skipped, 60 * 16 * 16);
     assert!(phantom.view(0, 7).unwrap()[..] == views[7 * 256..8 * 256]);

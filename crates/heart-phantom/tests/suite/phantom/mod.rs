@@ -14,7 +14,7 @@ use heart_phantom::scene::{
     Accuracy, Activity, Attenuation, Background, BlurSettings, Counts, CycleSettings,
     DiscretisationSettings, Medium, Mode, Noise, PixelRange, Scene,
 };
-use heart_phantom::{Phantom, PhantomError, Uptake, VolumeCurve, VolumeRange};
+use heart_phantom::{Phantom, PhantomError, Uptake, VolumeCurve, VolumeRange, no_observer};
 use radon::Skip;
 
 pub(crate) use defects::infarct;
@@ -71,7 +71,7 @@ fn a_slice_costs_a_row_of_each_view_and_is_bitwise_identical_to_the_whole() {
                 "{mode:?} {z}"
             );
         }
-        let views = phantom.sinograms(0, &|_| ()).unwrap().samples;
+        let views = phantom.sinograms(0, &no_observer).unwrap().samples;
         assert!(phantom.view(0, 7).unwrap() == views[7 * 1600..8 * 1600]);
     }
 }
@@ -155,7 +155,7 @@ fn a_tolerance_is_met() {
         scene.acquisition.accuracy = Accuracy::Steps(steps);
         Phantom::new(scene)
             .unwrap()
-            .sinograms(0, &|_| ())
+            .sinograms(0, &no_observer)
             .unwrap()
             .samples
     };
@@ -164,7 +164,7 @@ fn a_tolerance_is_met() {
     for tolerance in [0.03, 0.01] {
         scene.acquisition.accuracy = Accuracy::Tolerance(tolerance);
         let phantom = Phantom::new(scene.clone()).unwrap();
-        let taken = phantom.sinograms(0, &|_| ()).unwrap();
+        let taken = phantom.sinograms(0, &no_observer).unwrap();
         let difference: Vec<f32> = taken
             .samples
             .iter()
@@ -195,7 +195,10 @@ fn features_between_time_steps_are_resolved() {
     let taken = |accuracy| {
         let mut scene = scene.clone();
         scene.acquisition.accuracy = accuracy;
-        Phantom::new(scene).unwrap().sinograms(0, &|_| ()).unwrap()
+        Phantom::new(scene)
+            .unwrap()
+            .sinograms(0, &no_observer)
+            .unwrap()
     };
     let norm = |v: &[f32]| v.iter().map(|v| f64::from(*v).powi(2)).sum::<f64>().sqrt();
     let exact = taken(Accuracy::Steps(1024)).samples;
@@ -222,7 +225,7 @@ fn spectral_and_difference_hearts_agree() {
     scene.heart.discretisation = DiscretisationSettings::Differences { nodes: 1601 };
     let differences = Phantom::new(scene.clone())
         .unwrap()
-        .sinograms(0, &|_| ())
+        .sinograms(0, &no_observer)
         .unwrap()
         .samples;
     scene.heart.discretisation = DiscretisationSettings::Spectral {
@@ -232,7 +235,7 @@ fn spectral_and_difference_hearts_agree() {
     };
     let spectral = Phantom::new(scene)
         .unwrap()
-        .sinograms(0, &|_| ())
+        .sinograms(0, &no_observer)
         .unwrap()
         .samples;
     let mut worst = 0.0f32;
@@ -404,14 +407,14 @@ fn blur_and_noise_of_a_part_are_identical_to_those_of_the_whole() {
     for counts in [Counts::PerUnit(30.0), Counts::Total(2e5)] {
         scene.noise = Some(Noise { counts, seed: 3 });
         let phantom = Phantom::new(scene.clone()).unwrap();
-        let views = phantom.sinograms(1, &|_| ()).unwrap().samples;
+        let views = phantom.sinograms(1, &no_observer).unwrap().samples;
         let alone = Phantom::new(scene.clone()).unwrap();
         assert!(alone.view(1, 5).unwrap() == views[5 * 1600..6 * 1600]);
         let volume = phantom.volume(1).unwrap();
         assert!(alone.slice(1, 20).unwrap() == volume[20 * 1600..21 * 1600]);
         // The noise differs between gates; the sum is accurate to the noise of the counts.
         let sum = |views: &[f32]| views.iter().map(|&v| f64::from(v)).sum::<f64>();
-        let mean = sum(&blurred.sinograms(1, &|_| ()).unwrap().samples);
+        let mean = sum(&blurred.sinograms(1, &no_observer).unwrap().samples);
         let total = match counts {
             Counts::PerUnit(counts) => mean * counts,
             Counts::Total(counts) => counts,
@@ -525,7 +528,7 @@ fn crossing_membranes_are_rejected() {
         }
         // Detected before any view, although the views are of the reference configuration.
         let folder = tempfile::tempdir().unwrap();
-        let refused = heart_phantom::run(&phantom, folder.path(), &|_| ());
+        let refused = heart_phantom::run(&phantom, folder.path(), &no_observer);
         let Err(PhantomError::Rejected { source, .. }) = refused else {
             panic!("{refused:?}")
         };

@@ -208,7 +208,7 @@ proptest! {
     #[test]
     fn no_value_is_negative(scene in any_scene()) {
         let phantom = Phantom::new(scene.clone()).unwrap();
-        let views = phantom.sinograms(0, &|_| ()).unwrap().samples;
+        let views = phantom.sinograms(0, &no_observer).unwrap().samples;
         prop_assert!(views.iter().all(|v| *v >= 0.0));
         let truth = phantom.truth(0).unwrap();
         prop_assert!(truth.iter().all(|v| *v >= 0.0));

@@ -6,7 +6,7 @@ use heart_phantom::scene::{
     Accuracy, Attenuation, Background, BlurSettings, Counts, DiscretisationSettings, Medium, Mode,
     Noise, PixelRange, Rotation, Scene,
 };
-use heart_phantom::{Orbit, Phantom, Uptake, VolumeCurve, VolumeRange};
+use heart_phantom::{Orbit, Phantom, Uptake, VolumeCurve, VolumeRange, no_observer};
 
 /// The same heart in tenths of the unit: lengths times 10, volumes times 1000, attenuation divided by 10. Concentrations are equal, totals
 /// scale with the volume; a count corresponds to a tenth of the line integral.
@@ -96,7 +96,7 @@ fn agree(scene: &Scene) {
             "{small} {large}"
         );
     }
-    let [views, large] = [&a, &b].map(|phantom| phantom.sinograms(0, &|_| ()).unwrap());
+    let [views, large] = [&a, &b].map(|phantom| phantom.sinograms(0, &no_observer).unwrap());
     let far = difference(&views.samples, &large.samples, 10.0);
     // f32, and shapes to Newton's tolerance; a grazing ray of a wall of radius R shifted by d changes by sqrt(8 R d).
     assert!(far < 1e-5, "views: {far}");
@@ -191,7 +191,7 @@ fn counts_scale_with_the_unit_of_length() {
         let [a, b] = [scene.clone(), twin(&scene)].map(|scene| {
             Phantom::new(scene)
                 .unwrap()
-                .sinograms(0, &|_| ())
+                .sinograms(0, &no_observer)
                 .unwrap()
                 .samples
         });

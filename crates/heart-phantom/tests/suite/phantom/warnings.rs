@@ -4,7 +4,7 @@ use super::small;
 use heart_phantom::scene::{
     ArcPolicy, Attenuation, Background, Chest, Medium, Mode, Rotation, Scene,
 };
-use heart_phantom::{Edge, Phantom, TruncatedObject, Uptake, Warning};
+use heart_phantom::{Edge, Phantom, TruncatedObject, Uptake, Warning, no_observer};
 use revolve_voxel::{Organs, VoxelGrid};
 
 /// Bins and rows of the camera that contains everything, and their pitch in cm.
@@ -22,7 +22,7 @@ fn seen_by_a_large_camera(scene: &Scene) -> Vec<[f64; 2]> {
     let phantom = Phantom::new(large).unwrap();
     let mut farthest = vec![[0.0f64; 2]; phantom.camera().n_views()];
     for gate in 0..phantom.n_gates() {
-        let views = phantom.sinograms(gate, &|_| ()).unwrap().samples;
+        let views = phantom.sinograms(gate, &no_observer).unwrap().samples;
         for (k, _) in views.iter().enumerate().filter(|(_, v)| **v != 0.0) {
             let place = |index: usize| ((index as f64 - 0.5 * (n as f64 - 1.0)) * pitch).abs();
             let places = [place(k % n), place(k / n % n)];
@@ -225,7 +225,10 @@ fn only_hearts_outside_the_views_are_warnings() {
     // Above all rows no view contains anything.
     let mut scene = small(Mode::Static { phase: 0.5 });
     scene.pose.shift = [0.0, 0.0, 25.0];
-    let views = Phantom::new(scene).unwrap().sinograms(0, &|_| ()).unwrap();
+    let views = Phantom::new(scene)
+        .unwrap()
+        .sinograms(0, &no_observer)
+        .unwrap();
     assert!(views.samples.iter().all(|sample| *sample == 0.0));
 }
 

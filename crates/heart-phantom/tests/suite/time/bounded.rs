@@ -2,14 +2,14 @@
 
 use crate::phantom::{infarct, small};
 use heart_phantom::scene::{Accuracy, Mode, Rotation, Scene};
-use heart_phantom::{Phantom, Sinograms};
+use heart_phantom::{Phantom, Sinograms, no_observer};
 
 fn taken(scene: &Scene, shapes: usize) -> (Sinograms, Phantom) {
     let phantom = Phantom::new(scene.clone()).unwrap();
     let bytes = shapes * phantom.heart().shape_bytes();
     let phantom = phantom.with_memory(bytes);
     assert_eq!(phantom.heart().most_shapes(), shapes);
-    (phantom.sinograms(0, &|_| ()).unwrap(), phantom)
+    (phantom.sinograms(0, &no_observer).unwrap(), phantom)
 }
 
 /// Views with phases of their own: shapes are evicted after their view.

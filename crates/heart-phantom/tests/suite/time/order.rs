@@ -3,7 +3,7 @@
 
 use super::brute;
 use heart_phantom::scene::{Accuracy, DiscretisationSettings, Mode, Rotation, Scene};
-use heart_phantom::{Phantom, VolumeCurve, VolumeRange};
+use heart_phantom::{Phantom, VolumeCurve, VolumeRange, no_observer};
 
 /// Errors of the whole cycle at 8 to 128 steps, with the stated errors.
 fn errors(curve: &VolumeCurve, rotation: Rotation) -> Vec<[f64; 3]> {
@@ -16,7 +16,7 @@ fn errors(curve: &VolumeCurve, rotation: Rotation) -> Vec<[f64; 3]> {
         let mut scene = scene.clone();
         scene.acquisition.accuracy = Accuracy::Steps(steps);
         let phantom = Phantom::new(scene).unwrap();
-        phantom.sinograms(0, &|_| ()).unwrap()
+        phantom.sinograms(0, &no_observer).unwrap()
     };
     let exact: Vec<f64> = with(2048).samples.into_iter().map(f64::from).collect();
     let error = |steps| {
@@ -92,7 +92,7 @@ fn no_other_rule_is_more_accurate_for_a_sinusoid() {
             let mut scene = scene.clone();
             scene.cycle.volume = VolumeRange::Gains([gain, gain]);
             let phantom = phantom.with_scene(scene).unwrap();
-            let seen = phantom.sinograms(0, &|_| ()).unwrap();
+            let seen = phantom.sinograms(0, &no_observer).unwrap();
             for (sum, value) in sum.iter_mut().zip(seen.samples) {
                 *sum += weight * f64::from(value);
             }
@@ -150,7 +150,7 @@ fn levels_of_volume_are_more_accurate_than_time_steps_for_other_curves() {
         scene.camera.views = 2;
         scene.acquisition.accuracy = Accuracy::Steps(32);
         let phantom = Phantom::new(scene).unwrap();
-        let by_volume = phantom.sinograms(0, &|_| ()).unwrap();
+        let by_volume = phantom.sinograms(0, &no_observer).unwrap();
         // Static views at equally spaced phases.
         let by_time = |n: usize| {
             let mut sum = vec![0.0f64; by_volume.samples.len()];
@@ -158,7 +158,7 @@ fn levels_of_volume_are_more_accurate_than_time_steps_for_other_curves() {
                 let phase = j as f64 / n as f64;
                 let still = phantom.scene().clone().with_mode(Mode::Static { phase });
                 let still = phantom.with_scene(still).unwrap();
-                let seen = still.sinograms(0, &|_| ()).unwrap();
+                let seen = still.sinograms(0, &no_observer).unwrap();
                 for (sum, value) in sum.iter_mut().zip(seen.samples) {
                     *sum += f64::from(value) / n as f64;
                 }
@@ -189,7 +189,7 @@ fn features_that_repeat_within_a_cycle_are_resolved() {
     scene.cycle.curve = VolumeCurve::Sampled(volumes);
     scene.acquisition.accuracy = Accuracy::Steps(8);
     let phantom = Phantom::new(scene).unwrap();
-    let taken = phantom.sinograms(0, &|_| ()).unwrap();
+    let taken = phantom.sinograms(0, &no_observer).unwrap();
     let exact: Vec<f64> = (0..3)
         .flat_map(|k| brute::view(&phantom, 0, k, 6000))
         .collect();
@@ -210,12 +210,12 @@ fn a_tolerance_is_met_in_continuous_rotation() {
     // The base is parallel to the rays only briefly: the largest error falls with the steps, not with their power 3/2.
     scene.acquisition.accuracy = Accuracy::Tolerance(4e-3);
     let phantom = Phantom::new(scene.clone()).unwrap();
-    let taken = phantom.sinograms(0, &|_| ()).unwrap();
+    let taken = phantom.sinograms(0, &no_observer).unwrap();
     let mut fine = scene;
     fine.acquisition.accuracy = Accuracy::Steps(2048);
     let exact = Phantom::new(fine)
         .unwrap()
-        .sinograms(0, &|_| ())
+        .sinograms(0, &no_observer)
         .unwrap()
         .samples;
     let exact: Vec<f64> = exact.into_iter().map(f64::from).collect();

@@ -4,7 +4,7 @@ use super::brute;
 use heart_phantom::scene::{
     Accuracy, Balloon, DiscretisationSettings, Mode, PoseSettings, Rotation, Scene,
 };
-use heart_phantom::{Phantom, Uptake, VolumeCurve, VolumeRange};
+use heart_phantom::{Phantom, Uptake, VolumeCurve, VolumeRange, no_observer};
 
 /// SplitMix64 (Steele, Lea and Flood 2014, doi:10.1145/2660193.2660195).
 struct Random(u64);
@@ -130,7 +130,7 @@ fn the_stated_error_bounds_the_true_one() {
         };
         let gate = random.below(phantom.n_gates());
         // Crossing balloons are not a valid heart.
-        let Ok(taken) = phantom.sinograms(gate, &|_| ()) else {
+        let Ok(taken) = phantom.sinograms(gate, &no_observer) else {
             continue;
         };
         let len = phantom.camera().view_len();

@@ -2,7 +2,7 @@
 
 use crate::phantom::small;
 use heart_phantom::scene::{Mode, Product, Rotation, Scene};
-use heart_phantom::{Phantom, TruthOf, run};
+use heart_phantom::{Phantom, TruthOf, no_observer, run};
 
 /// The average over all views of the heart at the phase of each, with voxels summed in f64.
 fn mean_of_instants(scene: &Scene) -> Vec<f64> {
@@ -135,7 +135,7 @@ fn files_and_report_name_the_kind_of_ground_truth() {
         scene.output.write = vec![Product::Reconstruction, Product::Truth];
         let folder = tempfile::tempdir().unwrap();
         let phantom = Phantom::new(scene).unwrap();
-        let report = run(&phantom, folder.path(), &|_| ()).unwrap();
+        let report = run(&phantom, folder.path(), &no_observer).unwrap();
         assert!(report.files.iter().any(|path| path.to_str() == Some(file)));
         assert!(folder.path().join(file).exists());
         let text = std::fs::read_to_string(folder.path().join("report.json")).unwrap();

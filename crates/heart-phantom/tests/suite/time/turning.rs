@@ -2,7 +2,7 @@
 
 use super::brute;
 use heart_phantom::scene::{Accuracy, DiscretisationSettings, Mode, PoseSettings, Rotation, Scene};
-use heart_phantom::{Phantom, Product, VolumeCurve, VolumeRange, Warning, run};
+use heart_phantom::{Phantom, Product, VolumeCurve, VolumeRange, Warning, no_observer, run};
 
 /// A heart 4 cm off the axis before a camera that rotates by 6 degrees in each of 30 views of 3 s.
 fn turning(mode: Mode) -> Scene {
@@ -43,7 +43,7 @@ const MODES: [Mode; 8] = [
 
 /// The centre of the heart from the projections: the mean bin of a view is that of the centre of any body, x cos + y sin.
 fn centre(phantom: &Phantom, gate: usize) -> [f64; 2] {
-    let views = phantom.sinograms(gate, &|_| ()).unwrap().samples;
+    let views = phantom.sinograms(gate, &no_observer).unwrap().samples;
     let geometry = phantom.geometry(gate).unwrap();
     let bins = geometry.n_bins();
     // Normal equations of the least-squares fit.
@@ -140,7 +140,7 @@ fn reconstructions_of_a_static_heart_are_not_rotated() {
 /// The projections of one gate.
 fn views(scene: &Scene, gate: usize) -> Vec<f32> {
     let phantom = Phantom::new(scene.clone()).unwrap();
-    phantom.sinograms(gate, &|_| ()).unwrap().samples
+    phantom.sinograms(gate, &no_observer).unwrap().samples
 }
 
 #[test]
@@ -180,7 +180,7 @@ fn the_gates_of_continuous_rotation_add_up_to_the_view() {
         let mut mean = vec![0.0f64; whole.len()];
         for gate in 0..GATES {
             let times = phantom.view_times(gate).unwrap();
-            let taken = phantom.sinograms(gate, &|_| ()).unwrap().samples;
+            let taken = phantom.sinograms(gate, &no_observer).unwrap().samples;
             for (k, value) in taken.iter().enumerate() {
                 mean[k] += times[k / len].window / 3.0 * f64::from(*value);
             }
@@ -209,7 +209,7 @@ fn every_mode_agrees_with_brute_force() {
             scene.acquisition.accuracy = Accuracy::Steps(128);
             let phantom = Phantom::new(scene).unwrap();
             for gate in 0..phantom.n_gates() {
-                let taken = phantom.sinograms(gate, &|_| ()).unwrap();
+                let taken = phantom.sinograms(gate, &no_observer).unwrap();
                 let exact: Vec<f64> = (0..3)
                     .flat_map(|k| brute::view(&phantom, gate, k, 2000))
                     .collect();
@@ -235,7 +235,12 @@ fn a_static_heart_meets_the_tolerance_in_continuous_rotation() {
     standing.camera.views = VIEWS * PARTS;
     let step = scene.camera.arc / VIEWS as f64;
     standing.camera.start += step * (0.5 / PARTS as f64 - 0.5);
-    let taken = |scene| Phantom::new(scene).unwrap().sinograms(0, &|_| ()).unwrap();
+    let taken = |scene| {
+        Phantom::new(scene)
+            .unwrap()
+            .sinograms(0, &no_observer)
+            .unwrap()
+    };
     let parts = taken(standing).samples;
     let len = 40 * 36;
     let exact = |view: usize, k: usize| -> f64 {
@@ -288,6 +293,6 @@ fn gates_of_continuous_rotation_are_written_to_files_of_even_steps_with_a_warnin
         let uneven = |warning: &Warning| matches!(warning, Warning::UnevenAngles { .. });
         assert!(warnings.iter().any(uneven), "{format:?}: {warnings:?}");
         let folder = tempfile::tempdir().unwrap();
-        run(&phantom, folder.path(), &|_| ()).unwrap();
+        run(&phantom, folder.path(), &no_observer).unwrap();
     }
 }
