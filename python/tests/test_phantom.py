@@ -89,9 +89,11 @@ def test_single_views_equal_those_of_the_whole():
         np.testing.assert_array_equal(phantom.volume(gate)[11], phantom.slice(11, gate))
         np.testing.assert_array_equal(phantom.truth(gate)[11], phantom.truth_slice(11, gate))
         np.testing.assert_array_equal(phantom.volume(gate), phantom.reconstruct(phantom.views(gate), gate))
-    # A plan of radon gives the same reconstruction as the phantom.
+    # A plan of radon gives the same reconstruction as the phantom within the inscribed circle of the bins.
     plan = heart_phantom.radon.FbpPlan(phantom.geometry(), phantom.grid)
-    np.testing.assert_array_equal(plan.reconstruct(phantom.views()), phantom.volume())
+    x = 0.5 * (np.arange(32) - 15.5)
+    inside = np.hypot(x[:, None], x) <= 8.0
+    np.testing.assert_array_equal(np.where(inside, plan.reconstruct(phantom.views()), 0.0), phantom.volume())
     np.testing.assert_array_equal(phantom.angles(), phantom.geometry().angles)
 
 

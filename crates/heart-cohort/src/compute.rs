@@ -5,6 +5,7 @@ use crate::draw::Member;
 use crate::geometry::geometry;
 use crate::half::half;
 use crate::piece::Piece;
+use crate::shard::RunOptions;
 use flate2::write::GzEncoder;
 use heart_phantom::files::{Samples, put_npy};
 use heart_phantom::{Numbers, Phantom, PhantomError, Product};
@@ -14,8 +15,8 @@ use std::error::Error;
 use std::io::Write;
 use std::sync::{Mutex, PoisonError};
 
-/// Upper bound on the size of an array header and the padding of its file.
-const NPY_HEADER: usize = 1024;
+/// Upper bound on the size of an array header, the padding of its file and the header of the next.
+const NPY_HEADER: usize = 2048;
 
 /// The format of arrays.
 type Form = (Compression, Precision);
@@ -56,24 +57,64 @@ impl Spare {
     }
 }
 
-/// Computes a member on the threads of the current pool, with `memory` bytes for shapes of the heart.
+/// Computes a member on the threads of the current pool, with its part of the memory of all concurrent members.
 ///
 /// # Errors
 /// The reason of the rejection.
 pub(crate) fn compute(
     cohort: &Cohort,
     member: &Member,
-    memory: usize,
+    options: &RunOptions,
     spare: &Spare,
 ) -> Result<Computed, String> {
     let scene = member.scene().map_err(|error| error.to_string())?;
     let phantom = Phantom::new(scene).map_err(|error| reason(&error))?;
-    let phantom = phantom.with_memory(memory);
-    let mut samples = taken(&spare.samples);
     let form = (cohort.compression, cohort.precision);
+    let further = bytes_of_arrays(&phantom, form);
+    let phantom = phantom
+        .with_memory(options.memory_of_each())
+        .with_memory_share(options.threads, further);
+    let mut samples = taken(&spare.samples);
     let made = of_phantom(member, &phantom, form, spare, &mut samples);
     given(&spare.samples, samples);
     made.map_err(|error| reason(&error))
+}
+
+/// Returns an upper estimate of the bytes of the arrays of a member besides those of its phantom: projections or ground truth of all gates,
+/// the largest array that is computed for all gates or phases, and archives.
+fn bytes_of_arrays(phantom: &Phantom, (_, precision): Form) -> u64 {
+    /// An archive is computed, one is complete and one is written.
+    const ARCHIVES: u64 = 3;
+    let (camera, n_gates) = (phantom.camera(), phantom.n_gates() as u64);
+    let views = n_gates * (camera.n_views() * camera.view_len()) as u64;
+    let voxels = camera.grid().len() as u64;
+    let of_phases = phantom.phases().len() as u64 * voxels;
+    let (mut shared, mut largest, mut archive) = (0, 0, 0);
+    for product in products_of(phantom) {
+        let (samples, each) = match product {
+            Product::Projections => (views, 4),
+            Product::Reconstruction | Product::Truth => (n_gates * voxels, 4),
+            Product::Attenuation => (of_phases, 4),
+            Product::Labels => (of_phases, 1),
+            // Rejected when the text was read.
+            _ => (0, 0),
+        };
+        let bytes = each * samples;
+        let (halves, stored) = match precision {
+            // Their bits, and these as a file.
+            Precision::Float16 if each == 4 => (bytes, bytes / 2),
+            Precision::Float16 | Precision::Float32 => (0, bytes),
+        };
+        let views = if needs_views(product) { 4 * views } else { 0 };
+        let (own, new) = match product {
+            Product::Projections | Product::Truth => (bytes, 0),
+            _ => (0, bytes),
+        };
+        shared = shared.max(views).max(own);
+        largest = largest.max(new + halves);
+        archive += stored;
+    }
+    shared + largest + ARCHIVES * archive
 }
 
 fn of_phantom(
@@ -161,7 +202,7 @@ fn add(
         }
         Product::Reconstruction => {
             let length = samples.len() / n_gates;
-            let mut volumes = Vec::new();
+            let mut volumes = Vec::with_capacity(gates_shape.iter().product());
             for (gate, own) in samples.chunks(length.max(1)).enumerate() {
                 volumes.extend(phantom.reconstruct(gate, own)?);
             }
@@ -179,14 +220,14 @@ fn add(
             put(piece, form, "truth.npy", &gates_shape, &samples[..])?;
         }
         Product::Labels => {
-            let mut labels = Vec::new();
+            let mut labels = Vec::with_capacity(phases_shape.iter().product());
             for phase in phases {
                 labels.extend(phantom.labels(phase)?);
             }
             put(piece, form, "labels.npy", &phases_shape, &labels[..])?;
         }
         Product::Attenuation => {
-            let mut maps = Vec::new();
+            let mut maps = Vec::with_capacity(phases_shape.iter().product());
             for phase in phases {
                 maps.extend(phantom.attenuation(phase)?);
             }
@@ -268,4 +309,50 @@ pub(crate) fn reason(error: &dyn Error) -> String {
         cause = error.source();
     }
     text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const TEXT: &str = r#"
+members = 1
+[scene]
+heart.discretisation = { differences = { nodes = 51 } }
+camera = { views = 12, bins = 32, rows = 32, pitch = [0.5, 0.5] }
+acquisition.mode = { gated = { gates = 3 } }
+attenuation = { coefficient = 0.15, medium = "heart" }
+output.write = ["projections", "reconstruction", "truth", "labels", "attenuation"]
+"#;
+
+    fn computed(text: &str, threads: usize) -> Result<(u64, u64), String> {
+        let cohort = Cohort::from_toml(text).unwrap();
+        let member = cohort.member(0).unwrap();
+        let phantom = Phantom::new(member.scene().unwrap()).unwrap();
+        let form = (cohort.compression, cohort.precision);
+        let options = RunOptions::new(threads);
+        let made = compute(&cohort, &member, &options, &Spare::default())?;
+        Ok((bytes_of_arrays(&phantom, form), made.bytes.len() as u64))
+    }
+
+    #[test]
+    fn the_estimate_contains_the_arrays_of_all_gates() {
+        for (precision, volumes) in [("", 2), ("precision = \"float16\"\n", 3)] {
+            let (estimated, archive) = computed(&format!("{precision}{TEXT}"), 1).unwrap();
+            // Three archives without their headers, and arrays of volumes of all gates: shared ones, computed ones, and halves.
+            let arrays = volumes * 4 * 3 * 32u64.pow(3);
+            let least = 3 * (archive - 40_000) + arrays;
+            assert!(least <= estimated, "{precision} {archive} {estimated}");
+            assert!(
+                estimated < least + 200_000,
+                "{precision} {archive} {estimated}"
+            );
+        }
+    }
+
+    #[test]
+    fn a_member_beyond_its_part_of_the_memory_is_rejected() {
+        let reason = computed(TEXT, 1 << 40).unwrap_err();
+        assert!(reason.contains("bytes of memory"), "{reason}");
+    }
 }

@@ -27,8 +27,12 @@ pub fn export(
     folder: &Path,
     memory: usize,
 ) -> Result<Vec<PathBuf>, CohortError> {
+    /// Bytes per voxel of the image and its labels, and of an image as NIfTI.
+    const BYTES_EACH: u64 = 4 + 1 + 4;
     let member = cohort.member(member)?;
     let phantom = Phantom::new(member.scene()?)?.with_memory(memory);
+    let bytes = BYTES_EACH * phantom.camera().grid().len() as u64;
+    let phantom = phantom.with_memory_share(1, bytes);
     phantom.prepare()?;
     let is_test = member.split == Some(Subset::Test);
     let set = if is_test { "Ts" } else { "Tr" };

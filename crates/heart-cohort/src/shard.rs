@@ -39,7 +39,7 @@ impl ShardReport {
     }
 }
 
-/// Options of the computation of a shard. Results do not depend on them.
+/// Options of the computation of a shard. Results do not depend on them, except that a member whose memory exceeds its part is rejected.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct RunOptions {
@@ -150,7 +150,7 @@ fn write(
     let spare = Spare::default();
     let work = |index| {
         let member = cohort.member(index)?;
-        let made = compute(cohort, &member, options.memory_of_each(), &spare);
+        let made = compute(cohort, &member, options, &spare);
         Ok((member, made))
     };
     let written = files::write_atomically(path, |out| {

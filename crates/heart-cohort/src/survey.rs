@@ -74,7 +74,7 @@ pub fn survey(cohort: &Cohort, tried: u64, options: &RunOptions) -> Result<Surve
     let spare = Spare::default();
     let work = |k: u64| -> Result<_, CohortError> {
         let member = cohort.member(k * members / tried)?;
-        let made = compute(cohort, &member, options.memory_of_each(), &spare);
+        let made = compute(cohort, &member, options, &spare);
         Ok((member.key, made))
     };
     workers::in_order(0..tried, &pools, work, |done| {

@@ -70,7 +70,7 @@ pub fn verify(
     let work = |k: u64| -> Result<_, CohortError> {
         let (row, _) = &rows[k as usize];
         let member = cohort.member(row.member)?;
-        let made = compute(cohort, &member, options.memory_of_each(), &spare);
+        let made = compute(cohort, &member, options, &spare);
         let is_same = Row::new(&member, made.as_ref(), row.offset) == *row;
         made.into_iter().for_each(|made| spare.give_back(made));
         Ok((k, is_same))

@@ -2,9 +2,10 @@
 
 #![allow(clippy::expect_used, clippy::panic, clippy::unwrap_used)]
 
+use heart_phantom::files::Format;
 use heart_phantom::scene::{
-    Accuracy, Attenuation, CollimatorSettings, Counts, DiscretisationSettings, HolesSettings,
-    Medium, Method, Mode, Noise, Osem, Product, Scene,
+    Accuracy, Attenuation, CollimatorSettings, Counts, DiscretisationSettings, GateFiles,
+    HolesSettings, Medium, Method, Mode, Noise, Osem, Product, Scene,
 };
 use heart_phantom::{Phantom, no_observer, run};
 use peak_alloc::PeakAlloc;
@@ -72,7 +73,14 @@ fn runs_take_what_was_said() {
     });
     let mut lines = scene(Mode::Static { phase: 0.0 }, 96);
     lines.reconstruction.method = Method::Osem(Osem::new(4, 1));
+    let mut dicom = scene(Mode::Gated { gates: 8 }, 64);
+    dicom.output.gates = GateFiles::OneFile;
+    // Without the feature the arrays are written as they are.
+    if cfg!(feature = "dicom") {
+        (dicom.output.projections, dicom.output.volumes) = (Format::Dicom, Format::Dicom);
+    }
     for (name, scene, bound) in [
+        ("one file", dicom, usize::MAX),
         ("OSEM", modelled, usize::MAX),
         ("OSEM of lines", lines, usize::MAX),
         ("static", scene(Mode::Static { phase: 0.0 }, 96), usize::MAX),

@@ -82,6 +82,8 @@ pub struct FormatInfo {
     pub detectors: bool,
     /// Bytes of a sample that is not a label, before compression.
     pub sample_bytes: u64,
+    /// Bytes per sample of the copies that the writer makes of projections and of volumes.
+    pub(crate) copy_bytes: [u64; 2],
     /// Order of the rows of projections.
     pub row_order: SliceOrder,
     /// Order of the slices of volumes.
@@ -104,6 +106,7 @@ const PLAIN: FormatInfo = FormatInfo {
     even_steps: false,
     detectors: false,
     sample_bytes: 4,
+    copy_bytes: [0; 2],
     row_order: SliceOrder::FeetToHead,
     slice_order: SliceOrder::FeetToHead,
     feature: None,
@@ -214,6 +217,8 @@ const DICOM: FormatInfo = FormatInfo {
     even_steps: true,
     detectors: true,
     sample_bytes: 2,
+    // In the order of DICOM, and integers in a growing list.
+    copy_bytes: [8, 4],
     row_order: SliceOrder::HeadToFeet,
     feature: Some("dicom"),
     #[cfg(feature = "dicom")]

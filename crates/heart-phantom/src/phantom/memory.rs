@@ -1,9 +1,10 @@
 //! Memory of a run, estimated before any work.
 
 use super::method::Method;
-use super::output::Product;
+use super::output::{Output, Product, ProjectionValues};
 use super::products::Needs;
 use crate::error::PhantomError;
+use crate::files::Format;
 use crate::model::without_overlap;
 use crate::scan::MOST_NODES;
 use crate::scan::{Accuracy, STEPS};
@@ -11,16 +12,33 @@ use crate::scene::WORK_BYTES;
 use crate::truth::{MASK_PHASES, MOST_IN_PASS, finder_bytes, in_pass};
 use crate::{Defect, Phantom};
 use std::collections::BTreeSet;
+use std::path::Path;
 
 /// Bytes per point of the time quadrature: the point (32), its place in a tree of distinct points (about 36) and in the list of phases (8),
 /// with the spare capacity of lists.
 const POINT_BYTES: u64 = 120;
 
-/// Returns the memory in bytes that Linux can give this process: the least of physical memory with swap, the limit of the control group and
+/// The part of the memory that belongs to a run.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Share {
+    /// Number of concurrent runs with equal parts.
+    pub(super) runs: u64,
+    /// Bytes of the caller.
+    pub(super) further: u64,
+}
+
+impl Default for Share {
+    fn default() -> Self {
+        Self {
+            runs: 1,
+            further: 0,
+        }
+    }
+}
+
+/// Returns the memory in bytes that Linux can give this process: the least of physical memory with swap, the limits of its control groups and
 /// the rest of the address space. `None` if unknown.
-pub(crate) fn memory_limit() -> Option<u64> {
-    let read = |path| std::fs::read_to_string(path).unwrap_or_default();
-    let number = |text: &str| text.split_whitespace().find_map(|word| word.parse().ok());
+fn memory_limit() -> Option<u64> {
     let value = |text: &str, name: &str| -> Option<u64> {
         let line = text.lines().find_map(|line| line.strip_prefix(name));
         number(line?)
@@ -28,20 +46,43 @@ pub(crate) fn memory_limit() -> Option<u64> {
     let memory = read("/proc/meminfo");
     let physical = value(&memory, "MemTotal:")
         .map(|kib| kib.saturating_add(value(&memory, "SwapTotal:").unwrap_or(0)) << 10);
-    let group = number(&read("/sys/fs/cgroup/memory.max"));
+    let group = limit_of_groups(&read("/proc/self/cgroup"), Path::new("/sys/fs/cgroup"));
     let used = value(&read("/proc/self/status"), "VmSize:").unwrap_or(0) << 10;
     let address = value(&read("/proc/self/limits"), "Max address space")
         .map(|limit: u64| limit.saturating_sub(used));
     [physical, group, address].into_iter().flatten().min()
 }
 
-/// # Errors
-/// [`PhantomError::Memory`] if the operating system cannot give that many bytes.
-pub(crate) fn check_memory(needed: u64) -> Result<(), PhantomError> {
-    match memory_limit() {
-        Some(available) if needed > available => Err(PhantomError::Memory { needed, available }),
-        _ => Ok(()),
-    }
+/// Returns the least limit of some control groups and of all that contain them. A line is `0::/path` (version 2) or `4:memory:/path` (version 1).
+fn limit_of_groups(groups: &str, root: &Path) -> Option<u64> {
+    let limits = groups.lines().filter_map(|line| {
+        let [_, controllers, path] = line.splitn(3, ':').collect::<Vec<_>>()[..] else {
+            return None;
+        };
+        let (top, file) = match controllers {
+            "" => (root.to_path_buf(), "memory.max"),
+            names if names.split(',').any(|name| name == "memory") => {
+                (root.join("memory"), "memory.limit_in_bytes")
+            }
+            _ => return None,
+        };
+        let own = top.join(path.trim_start_matches('/'));
+        let groups = own.ancestors().take_while(|group| group.starts_with(&top));
+        groups
+            .filter_map(|group| number(&read(group.join(file))))
+            .min()
+    });
+    limits.min()
+}
+
+/// Returns the content of a file, empty if there is none.
+fn read(path: impl AsRef<Path>) -> String {
+    std::fs::read_to_string(path).unwrap_or_default()
+}
+
+/// Returns the first number of a text.
+fn number(text: &str) -> Option<u64> {
+    text.split_whitespace().find_map(|word| word.parse().ok())
 }
 
 /// An upper estimate of the memory of `run` in bytes: usually tens of per cent too high, more if the number of shapes of a tolerance
@@ -54,7 +95,8 @@ pub struct Memory {
     pub shapes: u64,
     /// Projections of one gate, and their times.
     pub views: u64,
-    /// Reconstruction, ground truth and masks of one gate; products that are collected for a file of all gates.
+    /// Reconstruction, ground truth and masks of one gate; products that are collected for a file of all gates, and copies while a file is
+    /// written; memory of the caller ([`Phantom::with_memory_share`]).
     pub volumes: u64,
     /// Memory per thread: rows of unfinished images, unsorted cells of the OSEM model.
     pub each_thread: u64,
@@ -82,10 +124,37 @@ impl Phantom {
     /// ```
     #[must_use]
     pub fn memory(&self) -> Memory {
-        let (heart, camera, parts) = (self.heart(), self.camera(), self.parts());
-        let wants = |product| parts.scene.output.has(product);
-        let reconstructs = parts.scene.output.needs(Needs::Reconstruction);
-        let sees = parts.scene.output.needs(Needs::Views);
+        self.memory_of(&self.scene().output, self.camera().n_views())
+    }
+
+    /// Checks that the memory suffices for some products of a gate, with `n_views` of its views at a time.
+    ///
+    /// # Errors
+    /// [`PhantomError::Memory`].
+    pub fn check_memory(&self, products: &[Product], n_views: usize) -> Result<(), PhantomError> {
+        let output = Output {
+            write: products.to_vec(),
+            ..Output::default()
+        };
+        self.check_available(self.memory_of(&output, n_views).total())
+    }
+
+    /// Checks that a number of bytes is within this run's part of the memory.
+    pub(super) fn check_available(&self, needed: u64) -> Result<(), PhantomError> {
+        match memory_limit().map(|limit| limit / self.share.runs) {
+            Some(available) if needed > available => {
+                Err(PhantomError::Memory { needed, available })
+            }
+            _ => Ok(()),
+        }
+    }
+
+    /// Estimates the memory of an output whose projections are computed `n_views` at a time.
+    fn memory_of(&self, output: &Output, n_views: usize) -> Memory {
+        let (camera, parts) = (self.camera(), self.parts());
+        let wants = |product| output.has(product);
+        let reconstructs = output.needs(Needs::Reconstruction);
+        let sees = output.needs(Needs::Views);
         // `prepare` reports an orbit that is not yet known and an excessive number of nodes.
         let known = (self.facing.get()).map(|views| views.iter().map(|view| view.radius).collect());
         let radii: Option<Vec<f64>> = parts.nominal_radii().or(known);
@@ -93,28 +162,11 @@ impl Phantom {
         let scatter = scatter.unwrap_or_default();
         let judges = reconstructs && wants(Product::Truth);
 
-        let seen = self.distinct_shapes();
-        let kept = seen.min(heart.most_shapes());
-        let scan = self.scan(camera, 0, self.acquisition_of(0, STEPS[0]));
-        let passed = if wants(Product::Truth) {
-            seen.min(in_pass(&scan))
-        } else {
-            0
-        };
-        let judged = if judges {
-            seen.clamp(MASK_PHASES, MOST_IN_PASS)
-        } else {
-            0
-        };
-        let alive = kept.max(passed).max(judged).max(2) as u64;
-        let shape = heart.shape_bytes() as u64;
-        let regions = parts.scene.defects.iter().map(Defect::region);
-        let defects = without_overlap(regions).map_or(0, |pieces| pieces.len()) as u64 * shape;
-        let fields = (passed.max(judged) * finder_bytes(&scan)) as u64;
-
-        let samples = 4 * (camera.n_views() * camera.view_len()) as u64;
+        let samples = 4 * (n_views * camera.view_len()) as u64;
         // Points of the time quadrature of the projections that are acquired together.
+        let scan = self.scan(camera, 0, self.acquisition_of(0, STEPS[0]));
         let points = scan.acquisition.points_of_all(scan.cycle, camera);
+        let points = points * n_views as f64 / camera.n_views() as f64;
         let points = POINT_BYTES * points.min(MOST_NODES as f64) as u64;
         let windows = self.n_windows() as u64;
         // Noisy and noise-free samples exist at the same time, and so do several energy windows and the unscattered photons; gates that share images
@@ -131,21 +183,6 @@ impl Phantom {
             (true, Method::Fbp) => ((WORK_BYTES as u64).min(8 * voxels), 0),
             (true, Method::Osem(osem)) => self.bytes_of_osem(osem),
         };
-        // Products in a file of all gates are collected until the last gate; labels of a gate have a byte per voxel.
-        let joined = parts
-            .scene
-            .output
-            .write
-            .iter()
-            .filter(|of| self.joins(**of));
-        let collected: u64 = joined
-            .map(|product| match product {
-                Product::Projections | Product::Scatter => windows * samples,
-                Product::Reconstruction => 4 * voxels,
-                _ => product.info().voxel_bytes * voxels,
-            })
-            .sum();
-        let collected = self.n_gates() as u64 * collected;
         // The projections of all gates, and the ground truth of their volume.
         let together = match self.is_compensated() && reconstructs {
             false => 0,
@@ -157,7 +194,7 @@ impl Phantom {
             _ => 0,
         };
         Memory {
-            shapes: alive * (shape + defects) + fields,
+            shapes: self.bytes_of_shapes(wants(Product::Truth), judges),
             views: points
                 + if sees {
                     copies * samples + scatter[0]
@@ -165,16 +202,70 @@ impl Phantom {
                     0
                 },
             each_thread: images.max(cells).max(scatter[1]),
-            volumes: reconstruction
-                + collected
+            volumes: self.share.further
+                + reconstruction
+                + self.bytes_of_files(output, samples)
                 + together
                 + voxels
                     * (4 * u64::from(reconstructs)
                         + 4 * u64::from(judges)
-                        + (parts.scene.output.write.iter())
+                        + (output.write.iter())
                             .map(|product| product.info().voxel_bytes)
                             .sum::<u64>()),
         }
+    }
+
+    /// The shapes that exist at the same time, with their defects and surface searches for ground truth and masks.
+    fn bytes_of_shapes(&self, is_voxelised: bool, is_judged: bool) -> u64 {
+        let heart = self.heart();
+        let scan = self.scan(self.camera(), 0, self.acquisition_of(0, STEPS[0]));
+        let seen = self.distinct_shapes();
+        let kept = seen.min(heart.most_shapes());
+        let passed = if is_voxelised {
+            seen.min(in_pass(&scan))
+        } else {
+            0
+        };
+        let judged = if is_judged {
+            seen.clamp(MASK_PHASES, MOST_IN_PASS)
+        } else {
+            0
+        };
+        let alive = kept.max(passed).max(judged).max(2) as u64;
+        let shape = heart.shape_bytes() as u64;
+        let regions = self.scene().defects.iter().map(Defect::region);
+        let defects = without_overlap(regions).map_or(0, |pieces| pieces.len()) as u64 * shape;
+        let fields = (passed.max(judged) * finder_bytes(&scan)) as u64;
+        alive * (shape + defects) + fields
+    }
+
+    /// The arrays of all gates that are collected for one file, and the copies of the largest array while it is written; `samples` are the bytes
+    /// of the projections of a gate. Labels of a gate have a byte per voxel.
+    fn bytes_of_files(&self, output: &Output, samples: u64) -> u64 {
+        let voxels = self.camera().grid().len() as u64;
+        let windows = self.n_windows() as u64;
+        let raw = u64::from(output.values == ProjectionValues::Counts);
+        let [of_views, of_volumes] = [output.projections, output.volumes].map(Format::info);
+        let (mut collected, mut copied) = (0, 0);
+        for product in &output.write {
+            let is_joined = output.joins(*product, self.scene().acquisition.mode);
+            let gates = if is_joined { self.n_gates() as u64 } else { 1 };
+            let (bytes, copy) = match product {
+                Product::Projections | Product::Scatter => {
+                    let copy = samples * raw + samples / 4 * of_views.copy_bytes[0];
+                    (windows * samples, copy)
+                }
+                Product::Reconstruction => (4 * voxels, voxels * of_volumes.copy_bytes[1]),
+                Product::Meshes | Product::Pictures => (0, 0),
+                Product::Truth | Product::Labels | Product::Attenuation | Product::Motion => (
+                    product.info().voxel_bytes * voxels,
+                    voxels * of_volumes.copy_bytes[1],
+                ),
+            };
+            collected += if is_joined { gates * bytes } else { 0 };
+            copied = copied.max(gates * copy);
+        }
+        collected + copied
     }
 
     /// Counts the shapes that the projections of all gates need, at most the number that is stored; for a tolerance those of its steps, or
@@ -195,5 +286,38 @@ impl Phantom {
             }
         }
         gains.len()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::fs;
+
+    #[test]
+    fn the_limit_is_that_of_the_smallest_group_around_the_process() {
+        let root = tempfile::tempdir().unwrap();
+        let put = |path: &str, text: &str| {
+            let path = root.path().join(path);
+            fs::create_dir_all(path.parent().unwrap()).unwrap();
+            fs::write(path, text).unwrap();
+        };
+        let limit = |groups| limit_of_groups(groups, root.path());
+        assert_eq!(limit("0::/job/step\n"), None);
+        put("job/step/memory.max", "max\n");
+        put("job/memory.max", "3000\n");
+        put("other/memory.max", "10\n");
+        assert_eq!(limit("0::/job/step\n"), Some(3000));
+        put("memory.max", "2000\n");
+        assert_eq!(limit("0::/job/step\n"), Some(2000));
+        put("job/step/memory.max", "1000\n");
+        assert_eq!(limit("0::/job/step\n"), Some(1000));
+        assert_eq!(limit("0::/\n"), Some(2000));
+        // Version 1, with other controllers; the group may be that of another name space.
+        put("memory/a/memory.limit_in_bytes", "500\n");
+        put("memory/memory.limit_in_bytes", "9223372036854771712\n");
+        assert_eq!(limit("3:cpu:/a\n4:hugetlb,memory:/a/b\n"), Some(500));
+        let unlimited = Some(9_223_372_036_854_771_712);
+        assert_eq!(limit("4:memory:/docker/c\n1:name=systemd:/a\n"), unlimited);
     }
 }

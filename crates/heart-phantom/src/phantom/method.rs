@@ -6,7 +6,8 @@
 #[cfg_attr(feature = "scene", serde(rename_all = "kebab-case"))]
 #[non_exhaustive]
 pub enum Method {
-    /// Filtered back-projection of each slice; it treats projections as line integrals.
+    /// Filtered back-projection of each slice; it treats projections as line integrals. Voxels whose centres are farther from the axis of rotation
+    /// than half a row of bins are zero.
     #[default]
     Fbp,
     /// Ordered-subsets expectation maximisation of all slices together, with a model of the camera.

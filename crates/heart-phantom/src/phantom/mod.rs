@@ -40,9 +40,10 @@ pub use numbers::{Numbers, Thickness};
 pub use output::{GateFiles, Output, Product, ProjectionValues};
 pub use phases::{MotionPhase, PhaseOf, PhaseReport, ScenePhase};
 pub use polar::PolarMap;
+pub(crate) use products::Needs;
 pub use products::PlannedFile;
 #[cfg(feature = "scene")]
-pub(crate) use products::{Content, Index, Needs};
+pub(crate) use products::{Content, Index};
 pub use warning::{Edge, TruncatedObject, Warning};
 use work::Work;
 pub use work::WorkReport;
@@ -97,6 +98,7 @@ pub struct Phantom {
     organ_map: OnceLock<Vec<f32>>,
     /// The plan used last, with its gate.
     plan: Mutex<Option<(usize, Arc<FbpPlan<f32>>)>>,
+    share: memory::Share,
     /// The OSEM model of a gate, if all have the same geometry.
     model: OnceLock<gate_model::Model>,
     pub(crate) work: Work,
@@ -155,6 +157,7 @@ impl Phantom {
     pub fn with_scene(&self, scene: Scene) -> Result<Self, PhantomError> {
         let (before, heart) = (&self.parts, &self.parts.heart);
         let mut phantom = Self::of(scene, before.own_heart.then(|| heart.clone()))?;
+        phantom.share = self.share;
         let parts = &mut phantom.parts;
         if (&parts.scene.heart, parts.scene.pose) == (&before.scene.heart, before.scene.pose) {
             let descent = parts.scene.cycle.av_plane_displacement;
@@ -195,6 +198,7 @@ impl Phantom {
             regions: OnceLock::new(),
             organ_map: OnceLock::new(),
             plan: Mutex::new(None),
+            share: memory::Share::default(),
             model: OnceLock::new(),
             work: Work::default(),
             #[cfg(feature = "scene")]
@@ -231,6 +235,13 @@ impl Phantom {
     #[must_use]
     pub fn with_memory(mut self, bytes: usize) -> Self {
         self.parts.heart = self.parts.heart.with_memory(bytes);
+        self
+    }
+
+    /// Limits the memory to that of one of `runs` equal concurrent runs; each needs `further` bytes for arrays of the caller.
+    pub fn with_memory_share(mut self, runs: usize, further: u64) -> Self {
+        let runs = runs.max(1) as u64;
+        self.share = memory::Share { runs, further };
         self
     }
 

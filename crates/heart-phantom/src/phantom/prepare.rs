@@ -1,6 +1,5 @@
 //! Validation of a run before its first view.
 
-use super::memory::check_memory;
 use super::output::Product;
 use super::products::Needs;
 use crate::error::PhantomError;
@@ -48,7 +47,7 @@ impl Phantom {
                 self.bytes_of_scatter(&self.radii()?)?;
             }
         }
-        check_memory(self.memory().total())?;
+        self.check_available(self.memory().total())?;
         if reconstructs {
             self.try_reconstruction()?;
         }

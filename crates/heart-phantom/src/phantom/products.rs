@@ -177,6 +177,11 @@ impl Output {
         matches!(mode, Mode::Gated { .. }) && self.gates == super::GateFiles::OneFile
     }
 
+    /// Whether all gates of a product go into one file.
+    pub(crate) fn joins(&self, product: Product, mode: Mode) -> bool {
+        product.info().joins && self.one_file(mode)
+    }
+
     /// The first format, with its field of `[output]`, that cannot store all gates of a product in one file.
     pub(crate) fn without_gates(&self, mode: Mode) -> Option<(&'static str, Format)> {
         let joins = |content: fn(&Content) -> bool| {
@@ -318,7 +323,7 @@ impl Phantom {
 
     /// Whether all gates of a product go into one file.
     pub(crate) fn joins(&self, product: Product) -> bool {
-        product.info().joins && self.scene().output.one_file(self.scene().acquisition.mode)
+        (self.scene().output).joins(product, self.scene().acquisition.mode)
     }
 
     /// Bytes of an array in its file before compression, except of surfaces.

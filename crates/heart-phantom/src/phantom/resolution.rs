@@ -1,6 +1,5 @@
 //! The resolution at which images are computed, refined until the tolerance is met.
 
-use super::memory::check_memory;
 use super::{Phantom, once};
 use crate::error::PhantomError;
 use crate::no_observer;
@@ -151,7 +150,8 @@ impl Phantom {
         };
         let imaging = Imaging::new(options, &views, self.parts.surroundings.changes_behind())?;
         let threads = rayon::current_num_threads() as u64;
-        check_memory(2 * threads * imaging.view_bytes(self.camera()) as u64)?;
+        let images = 2 * threads * imaging.view_bytes(self.camera()) as u64;
+        self.check_available(self.share.further.saturating_add(images))?;
         Ok(imaging)
     }
 

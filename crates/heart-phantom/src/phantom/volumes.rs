@@ -287,7 +287,23 @@ impl Phantom {
         let report =
             plan.reconstruct_stack_into(views, n_slices, order, volume, &mut plan.scratch())?;
         self.work.reconstruction(report);
+        self.clear_outside(volume);
         Ok(())
+    }
+
+    /// Sets the voxels of slices that are outside the circle of all views to zero: the other views do not determine them.
+    fn clear_outside(&self, slices: &mut [f32]) {
+        let camera = &self.parts.camera;
+        let (grid, radius) = (camera.grid(), 0.5 * camera.n_bins() as f64 * camera.pitch());
+        let [nx, ..] = grid.shape();
+        let is_outside = |pixel: &usize| {
+            let centre = grid.centre(pixel % nx, pixel / nx, 0);
+            centre.x.hypot(centre.y) > radius
+        };
+        let outside: Vec<usize> = (0..grid.slice_len()).filter(is_outside).collect();
+        for slice in slices.chunks_exact_mut(grid.slice_len()) {
+            outside.iter().for_each(|pixel| slice[*pixel] = 0.0);
+        }
     }
 
     pub(super) fn truth_slices(

@@ -5,6 +5,7 @@ use super::output::Product;
 use super::products::Needs;
 use super::warning::{Edge, TruncatedObject, Warning};
 use crate::error::PhantomError;
+use crate::scan::LEAST_DIRECTIONS;
 use crate::{HeartShape, Mode, RayGeometry, Rotation};
 use revolve_voxel::{Body, EllipticCylinder, Organ, Organs, VoxelGrid};
 use std::f64::consts::PI;
@@ -204,18 +205,9 @@ impl Phantom {
     /// Returns a warning if views share directions, for example over several turns in large steps. Opposite parallel projections have the same
     /// direction.
     fn few_directions(&self) -> Option<Warning> {
-        let angles = self.camera().geometry().angles();
-        let mut directions: Vec<f64> = angles.iter().map(|angle| angle.rem_euclid(PI)).collect();
-        directions.sort_by(f64::total_cmp);
-        // Angles in degrees are rounded; the smallest step of a camera is far larger.
-        directions.dedup_by(|a, b| (*a - *b).abs() < 1e-6);
-        let (first, last) = (directions.first()?, directions.last()?);
-        let again = directions.len() > 1 && first + PI - last < 1e-6;
-        let n = directions.len() - usize::from(again);
-        (n < 3 || 2 * n < angles.len()).then_some(Warning::FewDirections {
-            directions: n,
-            views: angles.len(),
-        })
+        let (directions, views) = (self.camera().n_directions(), self.camera().n_views());
+        let are_few = directions < LEAST_DIRECTIONS || 2 * directions < views;
+        are_few.then_some(Warning::FewDirections { directions, views })
     }
 
     /// Returns the organ of stronger attenuation than the heart, such as the spine, with the largest overlap.

@@ -101,6 +101,9 @@ pub struct Camera {
     rays: Option<Arc<RayGeometry>>,
 }
 
+/// Distinct directions below which projections do not determine an image.
+pub(crate) const LEAST_DIRECTIONS: usize = 3;
+
 impl Camera {
     /// Returns a camera with `n_views` views over 180 degrees, `size` bins and rows in a field of view of `field` cm, and as many voxels.
     ///
@@ -324,6 +327,19 @@ impl Camera {
     #[must_use]
     pub fn n_views(&self) -> usize {
         self.geometry.n_views()
+    }
+
+    /// Returns the number of distinct directions of the views; those of opposite parallel projections are the same.
+    pub(crate) fn n_directions(&self) -> usize {
+        let angles = self.geometry.angles().iter();
+        let mut directions: Vec<f64> = angles.map(|angle| angle.rem_euclid(PI)).collect();
+        directions.sort_by(f64::total_cmp);
+        // Angles in degrees are rounded; the smallest step of a camera is far larger.
+        directions.dedup_by(|a, b| (*a - *b).abs() < 1e-6);
+        let [first, .., last] = directions[..] else {
+            return directions.len();
+        };
+        directions.len() - usize::from(first + PI - last < 1e-6)
     }
 
     /// Returns the number of bins per row.

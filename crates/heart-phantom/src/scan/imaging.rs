@@ -3,7 +3,7 @@
 use super::camera::Camera;
 use crate::error::PhantomError;
 use radon::Collimator;
-use revolve_voxel::{BinValue, DepthResponse};
+use revolve_voxel::{BinValue, DepthResponse, View};
 use std::sync::OnceLock;
 
 /// Bound on the weights beyond the reach of the response, and on the interpolation between tabulated weights, relative to the largest line
@@ -103,7 +103,7 @@ impl Imaging {
         }
     }
 
-    /// Bytes of the rows of an unfinished image: nodes along the rows, nodes in depth, bins.
+    /// Bytes of an unfinished image: its rows (nodes along the rows, nodes in depth, bins) and the tabulated weights.
     pub(crate) fn view_bytes(&self, camera: &Camera) -> usize {
         let of = |part: usize| {
             let (density, [_, pitch]) = (
@@ -116,12 +116,15 @@ impl Imaging {
                 .map(DepthResponse::n_nodes)
                 .max()
                 .unwrap_or(1);
+            let (detector, value) = (camera.detector(), self.options.value);
+            let weights = responses.clone();
+            let weights = weights.map(|own| View::weight_bytes(detector, value, own));
             let narrowest = responses
                 .map(|own| own.extremes()[0])
                 .fold(f64::INFINITY, f64::min);
             let height = camera.n_rows() as f64 * pitch;
             let rows = density * (40.0 + height / narrowest.max(0.1 * pitch));
-            8.0 * rows * (n_nodes * camera.n_bins()) as f64
+            8.0 * rows * (n_nodes * camera.n_bins()) as f64 + weights.max().unwrap_or(0) as f64
         };
         of(0).max(of(1)) as usize
     }

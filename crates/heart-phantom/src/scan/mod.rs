@@ -27,7 +27,7 @@ pub(crate) use acquisition::Acquisition;
 pub use acquisition::{Sinograms, TruthOf};
 pub use bin_sample::BinSample;
 pub use camera::{Camera, CameraGeometry, Heads, Rotation};
-pub(crate) use camera::{MOST_SAMPLES, VOXELS};
+pub(crate) use camera::{LEAST_DIRECTIONS, MOST_SAMPLES, VOXELS};
 pub use counting::{Counting, Decay};
 pub(crate) use gates::{SharedShapes, add_to_gates};
 pub(crate) use groups::MOST_NODES;

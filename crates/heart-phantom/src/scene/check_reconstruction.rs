@@ -5,8 +5,9 @@ use super::*;
 use crate::Camera;
 use crate::Uptake;
 use crate::files::Format;
+use crate::phantom::Needs;
 use crate::ranges;
-use crate::scan::MOST_SAMPLES;
+use crate::scan::{LEAST_DIRECTIONS, MOST_SAMPLES};
 use crate::scene::build::{geometry_of, heads_of};
 use crate::text::{Number, enough};
 use radon::RadonError;
@@ -93,10 +94,21 @@ fn directions(scene: &Scene, c: &mut Check) {
         return;
     }
     let (views, arc) = (scene.camera.views, scene.camera.arc);
-    if scene.camera.heads != HeadsSettings::One {
-        let Ok(camera) = Camera::with_geometry(&geometry_of(scene)) else {
-            return;
+    let Ok(camera) = Camera::with_geometry(&geometry_of(scene)) else {
+        return;
+    };
+    let n = camera.n_directions();
+    if n < LEAST_DIRECTIONS && scene.output.needs(Needs::Reconstruction) {
+        let wanted = format!(
+            "gives {n} distinct directions (modulo 180 degrees); fbp needs at least {LEAST_DIRECTIONS}; \
+             otherwise set reconstruction.arc to extend, truncate or rescale"
+        );
+        return match camera.n_views() < LEAST_DIRECTIONS {
+            true => c.fault("camera.views", views, wanted),
+            false => c.fault("camera.arc", Number(arc), wanted),
         };
+    }
+    if scene.camera.heads != HeadsSettings::One {
         let weights = camera.geometry().view_weights(ArcPolicy::Complete);
         if let Err(RadonError::ShortArc { .. }) = weights {
             let wanted = "the views of all heads must cover 180 degrees; otherwise set reconstruction.arc to extend, truncate or rescale";

@@ -1,7 +1,7 @@
 //! Projections and ground truth: conservation, symmetry and mutual consistency.
 
 use heart_phantom::scene::{
-    Accuracy, Activity, CameraSettings, DiscretisationSettings, Mode, Rotation, Scene,
+    Accuracy, Activity, ArcPolicy, CameraSettings, DiscretisationSettings, Mode, Rotation, Scene,
 };
 use heart_phantom::{
     Camera, Heart, ImageQuality, Phantom, PhantomError, Sinograms, Uptake, VolumeRange, no_observer,
@@ -347,6 +347,7 @@ fn a_total_is_conserved_and_a_concentration_scales_with_the_cavity() {
     let total = |cavity, phase| {
         let mut scene = scene(Mode::Static { phase }, 8);
         scene.camera.views = 2;
+        scene.reconstruction.arc = ArcPolicy::Extend;
         scene.activity = Activity {
             cavity,
             wall: Uptake::Concentration(0.0),

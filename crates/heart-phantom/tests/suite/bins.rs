@@ -1,8 +1,9 @@
 //! Bin averages against closed forms, quadrature by the definition and finer bins; stated errors.
 
 use heart_phantom::scene::{
-    Accuracy, Attenuation, BinSample, BlurSettings, CollimatorSettings, DiscretisationSettings,
-    HolesSettings, Medium, Mode, Orbit, OrganSettings, OrganShapeSettings, Product, Scene,
+    Accuracy, ArcPolicy, Attenuation, BinSample, BlurSettings, CollimatorSettings,
+    DiscretisationSettings, HolesSettings, Medium, Mode, Orbit, OrganSettings, OrganShapeSettings,
+    Product, Scene,
 };
 use heart_phantom::{Phantom, PhantomError, Uptake, no_observer, run};
 use std::f64::consts::{LN_2, PI};
@@ -16,6 +17,7 @@ fn scene() -> Scene {
         .with_size(N)
         .with_mode(Mode::Static { phase: 0.0 });
     scene.camera.views = 4;
+    scene.reconstruction.arc = ArcPolicy::Extend;
     scene.camera.samples = Some(BinSample::Averages);
     scene.heart.discretisation = DiscretisationSettings::Differences { nodes: 101 };
     scene

@@ -1,7 +1,7 @@
 //! Inputs at the ends of their ranges: results scale, or an error occurs before any work.
 
-use heart_phantom::scene::{Mode, Scene};
-use heart_phantom::{Phantom, PhantomError, no_observer};
+use heart_phantom::scene::{ArcPolicy, Mode, Product, Scene};
+use heart_phantom::{Phantom, PhantomError, no_observer, run};
 
 /// A twisted heart with a defect, all lengths times `scale`.
 fn twisted(scale: f64) -> Scene {
@@ -65,12 +65,69 @@ fn a_response_may_be_far_wider_than_the_bins() {
     assert!(phantom.work().rays_cast < 1_000_000);
 }
 
+/// Sections of a scene on a detector of two small sides; the same scene is validated and run.
+fn samples(sections: &str, bins: [usize; 2], pitch: [f64; 2]) -> (Vec<f32>, Phantom) {
+    let ([bins, rows], [bin, row]) = (bins, pitch);
+    let text = format!(
+        "[heart]\ndiscretisation = {{ differences = {{ nodes = 61 }} }}\n{sections}\n\
+         [camera]\nviews = 4\nbins = {bins}\nrows = {rows}\npitch = [{bin}, {row}]\n"
+    );
+    let scene = Scene::from_toml(&text).unwrap();
+    let phantom = Phantom::new(scene.with_mode(Mode::Static { phase: 0.0 })).unwrap();
+    phantom.prepare().unwrap();
+    assert!(phantom.memory().each_thread < 64 << 20, "{text}");
+    let folder = tempfile::tempdir().unwrap();
+    run(&phantom, folder.path(), &|_| ()).unwrap();
+    assert!(phantom.work().rays_cast < 1_000_000, "{text}");
+    (phantom.view(0, 0).unwrap(), phantom)
+}
+
+/// Behind a response that is far wider than the heart, a sample is the total activity times the density of the response at its centre.
+#[test]
+fn a_response_may_be_wider_than_the_heart() {
+    for fwhm in [180.0, 1000.0] {
+        for pitch in [1e-3, 1e-6] {
+            for rows in [8, 1] {
+                let sections = format!("[collimator]\nholes = 'ge-lehr'\nintrinsic_fwhm = {fwhm}");
+                let (view, phantom) = samples(&sections, [8, rows], [pitch; 2]);
+                let variance = fwhm * fwhm / (8.0 * 2f64.ln());
+                let peak = 1.0 / (std::f64::consts::TAU * variance);
+                let expected = phantom.numbers().unwrap().wall_volume * peak;
+                // The wall reaches 7 cm from the axis: (7 cm)^2 / (2 variance).
+                let most = 24.5 / variance;
+                for sample in view {
+                    let off = f64::from(sample) / expected - 1.0;
+                    assert!(-most < off && off < 1e-3, "{fwhm} {pitch} {rows}: {off}");
+                }
+            }
+        }
+    }
+}
+
+/// A single row has no smallest height.
+#[test]
+fn a_row_may_be_far_lower_than_the_blur() {
+    let of = |height| samples("[blur]\nfwhm = 8.0", [20, 1], [1.0, height]).0;
+    let expected = of(0.1);
+    let most = expected.iter().copied().fold(0.0f32, f32::max);
+    for height in [1e-3, 1e-6] {
+        for (found, expected) in of(height).iter().zip(&expected) {
+            // The tolerance of the quadrature; the average over 0.1 cm differs by 4e-5.
+            assert!(
+                (found - expected).abs() < 2e-3 * most,
+                "{height}: {found} {expected}"
+            );
+        }
+    }
+}
+
 /// 2^31 voxels and as many samples, of which a run needs several copies.
 #[cfg(target_os = "linux")]
 #[test]
 fn insufficient_memory_is_an_error_before_any_view() {
     let mut scene = Scene::default().with_size(1290);
     scene.camera.views = 1;
+    scene.reconstruction.arc = ArcPolicy::Extend;
     scene = scene.with_mode(Mode::Gated { gates: 64 });
     scene.output.gates = heart_phantom::scene::GateFiles::OneFile;
     let phantom = Phantom::new(scene).unwrap();
@@ -81,6 +138,38 @@ fn insufficient_memory_is_an_error_before_any_view() {
         panic!("{error:?}")
     };
     assert!(matches!(*source, PhantomError::Memory { .. }), "{source}");
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn memory_is_divided_among_concurrent_runs() {
+    let phantom = || Phantom::new(twisted(1.0)).unwrap();
+    phantom().with_memory_share(2, 1 << 20).prepare().unwrap();
+    for (runs, further) in [(1 << 40, 0), (1, 1 << 60)] {
+        let phantom = phantom().with_memory_share(runs, further);
+        match phantom.prepare().unwrap_err() {
+            PhantomError::Rejected { source, .. } => {
+                assert!(matches!(*source, PhantomError::Memory { .. }), "{source}");
+            }
+            error => panic!("{error:?}"),
+        }
+        assert_eq!(phantom.work().rays_cast, 0);
+        let error = phantom.check_memory(&[Product::Truth], 0).unwrap_err();
+        assert!(matches!(error, PhantomError::Memory { .. }), "{error}");
+    }
+}
+
+/// One view of 2000, which need 8 GB.
+#[test]
+fn a_part_needs_its_own_memory_only() {
+    let mut scene = twisted(1.0);
+    (scene.camera.bins, scene.camera.rows, scene.camera.views) = (1000, 1000, 2000);
+    scene.reconstruction.pixels = Some(4);
+    let phantom = Phantom::new(scene).unwrap();
+    assert!(phantom.memory().total() > 8_000_000_000);
+    // Of 64 equal runs, on a machine of at least 4 GB.
+    let phantom = phantom.with_memory_share(64, 0);
+    phantom.check_memory(&[Product::Projections], 1).unwrap();
 }
 
 /// The wall is a difference of two bodies, whose rounding is not activity.

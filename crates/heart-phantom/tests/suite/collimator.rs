@@ -1,7 +1,7 @@
 //! Projections through a collimator against moments, a direct sum over depths, and symmetries.
 
 use heart_phantom::revolve_voxel::nalgebra::{Point3, Vector3};
-use heart_phantom::scene::{Accuracy, BinSample};
+use heart_phantom::scene::{Accuracy, ArcPolicy, BinSample};
 use heart_phantom::scene::{
     Attenuation, CollimatorSettings, Counts, HolesSettings, Medium, Mode, Noise, Orbit, Scene,
 };
@@ -20,6 +20,7 @@ fn scene() -> Scene {
         .with_mode(Mode::Static { phase: 0.3 });
     scene.camera.views = 4;
     scene.camera.arc = 360.0;
+    scene.reconstruction.arc = ArcPolicy::Extend;
     scene.camera.radius = Orbit::Circle(RADIUS);
     scene.heart.discretisation =
         heart_phantom::scene::DiscretisationSettings::Differences { nodes: 201 };

@@ -1,7 +1,7 @@
 //! Orbits and heads: positions of the collimator faces, times of the views, and reports.
 
 use heart_phantom::scene::{
-    Attenuation, BinSample, CollimatorSettings, DiscretisationSettings, HeadsSettings,
+    ArcPolicy, Attenuation, BinSample, CollimatorSettings, DiscretisationSettings, HeadsSettings,
     HolesSettings, Medium, Mode, Orbit, Product, Scene,
 };
 use heart_phantom::{Phantom, PhantomError, Rotation, Warning, no_observer, run};
@@ -18,6 +18,7 @@ fn scene(views: usize, radius: Orbit) -> Scene {
         .with_mode(Mode::Static { phase: 0.3 });
     scene.camera.views = views;
     scene.camera.arc = 360.0;
+    scene.reconstruction.arc = ArcPolicy::Extend;
     scene.camera.radius = radius;
     scene.camera.samples = Some(BinSample::Centres);
     scene.heart.discretisation = DiscretisationSettings::Differences { nodes: 101 };
@@ -241,7 +242,7 @@ fn orbits_are_read_and_written() {
         }
         assert_eq!(Scene::from_toml(&given.to_toml()).unwrap(), given);
     }
-    let short = "[camera]\nviews = 2\narc = 180\nradius = ";
+    let short = "[reconstruction]\narc = 'extend'\n[camera]\nviews = 2\narc = 180\nradius = ";
     let read = |radius: &str| Scene::from_toml(&format!("{short}{radius}\n"));
     assert_eq!(read("21").unwrap().camera.radius, Orbit::Circle(21.0));
     for (radius, field, says) in [

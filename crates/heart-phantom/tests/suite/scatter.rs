@@ -1,6 +1,6 @@
 //! Scatter in the projections of a scene.
 
-use heart_phantom::scene::{BlurSettings, ScatterSettings};
+use heart_phantom::scene::{ArcPolicy, BlurSettings, ScatterSettings};
 use heart_phantom::{
     Attenuation, Background, KnownScatter, Medium, Method, Mode, Noise, Orbit, Osem, Phantom,
     Product, Run, Scene, no_observer,
@@ -12,6 +12,7 @@ fn scene() -> Scene {
         .with_mode(Mode::Static { phase: 0.0 });
     scene.camera.views = 4;
     scene.camera.arc = 360.0;
+    scene.reconstruction.arc = ArcPolicy::Extend;
     scene.camera.pitch = [1.6; 2];
     scene.camera.radius = Orbit::Circle(20.0);
     scene.blur = Some(BlurSettings { fwhm: 1.0 });

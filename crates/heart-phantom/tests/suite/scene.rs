@@ -431,7 +431,10 @@ fn messages_contain_no_types_of_rust() {
 #[test]
 fn an_arc_stated_as_sufficient_is_accepted() {
     for views in [1, 2, 3, 7, 90, 1000] {
-        let text = |arc: &str| format!("camera.views = {views}\ncamera.arc = {arc}\n");
+        // Of one or two views, projections alone.
+        let text = |arc: &str| {
+            format!("camera.views = {views}\ncamera.arc = {arc}\noutput.write = ['projections']\n")
+        };
         let said = error_of(&text("0.5")).first().wanted.clone();
         let (_, after) = said.split_once("at least 180 (").unwrap();
         let enough = after.split(' ').next().unwrap();

@@ -8,7 +8,9 @@ use clap::CommandFactory;
 use clap::error::ErrorKind;
 use heart_phantom::files::{self, Section, Volume};
 use heart_phantom::revolve_voxel::VoxelGrid;
-use heart_phantom::{Observer, Phantom, PhantomError, PlannedFile, Progress, Run, RunReport};
+use heart_phantom::{
+    Observer, Phantom, PhantomError, PlannedFile, Product, Progress, Run, RunReport,
+};
 use indicatif::{ProgressBar, ProgressStyle};
 use serde_json::json;
 use std::io;
@@ -73,9 +75,11 @@ pub(crate) fn init(file: Option<&Path>, text: String) -> Done {
     ))
 }
 
-/// Loads the phantom of a scene with the memory of the arguments.
-fn load(arguments: &Arguments, scene: &Path) -> Result<Phantom, PhantomError> {
+/// Loads the phantom of a scene with the memory of the arguments, and that of a page.
+fn load(arguments: &Arguments, scene: &Path, page: bool) -> Result<Phantom, PhantomError> {
     let phantom = Phantom::load(scene)?;
+    let further = if page { Look::bytes(&phantom) } else { 0 };
+    let phantom = phantom.with_memory_share(1, further);
     Ok(match arguments.memory {
         Some(mib) => phantom.with_memory(mib << 20),
         None => phantom,
@@ -83,7 +87,7 @@ fn load(arguments: &Arguments, scene: &Path) -> Result<Phantom, PhantomError> {
 }
 
 pub(super) fn check(arguments: &Arguments, path: &Path) -> Done {
-    let phantom = load(arguments, path)?;
+    let phantom = load(arguments, path, true)?;
     phantom.prepare()?;
     warn(arguments, &phantom)?;
     let (camera, numbers, files) = (phantom.camera(), phantom.numbers()?, phantom.files()?);
@@ -152,10 +156,11 @@ fn listed(files: &[PlannedFile]) -> Vec<String> {
 }
 
 pub(super) fn run_scene(arguments: &Arguments, scene: &Path, out: &Path, page: bool) -> Done {
-    let phantom = load(arguments, scene)?;
-    warn(arguments, &phantom)?;
+    let phantom = load(arguments, scene, page)?;
     let bar = bar(arguments);
-    let report = run_to_look_at(&phantom, out, page, &|progress| show(&bar, progress));
+    let report = run_to_look_at(arguments, &phantom, (out, page), &|progress| {
+        show(&bar, progress);
+    });
     bar.finish_and_clear();
     let report = report?;
     let numbers = &report.numbers;
@@ -176,13 +181,15 @@ pub(super) fn run_scene(arguments: &Arguments, scene: &Path, out: &Path, page: b
 
 /// Runs a scene and writes its images and page.
 fn run_to_look_at(
+    arguments: &Arguments,
     phantom: &Phantom,
-    out: &Path,
-    page: bool,
+    (out, page): (&Path, bool),
     progress: Observer<'_, Progress>,
 ) -> Result<RunReport, StudyError> {
     let mut look = Look::new(phantom, page);
+    // Validates as `check` does, before the warnings.
     let mut run = Run::begin(phantom, out, &look.files())?;
+    warn(arguments, phantom)?;
     for gate in 0..phantom.n_gates() {
         look.see(gate, &run.gate(gate, progress)?)?;
     }
@@ -248,6 +255,11 @@ pub(super) fn truth(scene: &Path, phase: f64, out: Option<&Path>) -> Done {
     if let Some(folder) = &folder {
         files::check_unlisted(folder.path(), &written)?;
     }
+    let products: &[Product] = match out {
+        Some(_) => &[Product::Truth, Product::Labels],
+        None => &[],
+    };
+    phantom.check_memory(products, 0)?;
     let shape = phantom.shape(phase)?;
     let [cavity, outer] = shape.volumes();
     let thickness = phantom.thickness(phase)?;
@@ -299,6 +311,7 @@ pub(super) fn one_view(scene: &Path, [gate, view_idx]: [usize; 2], out: &Path) -
         files::check_unlisted(folder, &[name.into()])?;
     }
     let camera = phantom.camera();
+    phantom.check_memory(&[Product::Projections], 1)?;
     let view = phantom.view(gate, view_idx)?;
     if ends_in("npy") {
         files::write_npy(out, &[camera.n_rows(), camera.n_bins()], &view)?;

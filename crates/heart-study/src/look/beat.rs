@@ -13,12 +13,16 @@ use std::io::Write;
 /// Largest number of samples of all gates, one byte each: two such volumes in base64 are about 16 MB of the 25 MB of a page.
 const MOST: usize = 6_000_000;
 
+/// Bytes per sample while it is collected in a growing list, and as bytes, NIfTI, archive, text and page.
+const BYTES_EACH: usize = 16;
+
 /// The gates so far.
 #[derive(Debug)]
 pub(super) struct Beat {
     grid: VoxelGrid,
     /// Voxels averaged along each axis.
     factor: usize,
+    gates: usize,
     seconds: f64,
     /// `[gate][z][y][x]` of the coarser voxels.
     samples: Vec<f32>,
@@ -33,9 +37,16 @@ impl Beat {
         Self {
             grid,
             factor,
+            gates: n_gates,
             seconds: phantom.cycle().period() / n_gates as f64,
             samples: Vec::new(),
         }
+    }
+
+    /// Returns the largest memory of a volume of all gates.
+    pub(super) fn bytes(&self) -> usize {
+        let samples: usize = coarse(&self.grid, self.factor).iter().product();
+        BYTES_EACH * samples * self.gates
     }
 
     /// Adds the next gate, `[z][y][x]`.

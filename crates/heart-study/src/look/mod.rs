@@ -7,9 +7,11 @@ mod page;
 mod planes;
 
 use crate::StudyError;
+use beat::Beat;
 use heart_phantom::files::write_atomically;
 use heart_phantom::{Compensation, GateResults, Phantom, PhaseOf, Product, RunReport};
 use kept::Kept;
+use planes::Planes;
 use std::path::{Path, PathBuf};
 
 /// The page.
@@ -46,6 +48,14 @@ impl<'a> Look<'a> {
     pub fn new(phantom: &'a Phantom, page: bool) -> Self {
         let kept = Kept::new(phantom);
         Self { kept, page }
+    }
+
+    /// Returns an upper estimate of the memory of the page in bytes: volumes and sections of all gates, images and the viewer.
+    pub fn bytes(phantom: &Phantom) -> u64 {
+        const VIEWER: usize = 32 << 20;
+        let cuts = phantom.n_gates() * Planes::new(phantom).len() * size_of::<f32>();
+        let volumes = 2 * (Beat::new(phantom).bytes() + cuts);
+        (volumes + VIEWER) as u64
     }
 
     fn pictures(&self) -> bool {

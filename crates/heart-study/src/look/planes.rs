@@ -40,6 +40,12 @@ impl Planes {
         Self { grid, planes }
     }
 
+    /// Returns the number of samples of all sections of a volume.
+    pub(super) fn len(&self) -> usize {
+        let sizes = self.planes.iter().map(|plane| plane.size);
+        sizes.map(|[columns, rows]| columns * rows).sum()
+    }
+
     /// Returns the sections of a volume `[z][y][x]`, with linear interpolation.
     pub(super) fn cut(&self, volume: &[f32]) -> Vec<Cut> {
         self.planes

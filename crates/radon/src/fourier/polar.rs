@@ -13,6 +13,9 @@ use crate::error::{RadonError, room, within, zeros};
 use crate::simd::DIGITS;
 use crate::{ImageGrid, ParallelGeometry};
 
+/// Largest frequency of a row in steps, and in periods of its spectrum. The gains of a plan take 8 bytes per step.
+const MOST: [f64; 2] = [(1 << 24) as f64, 1024.0];
+
 /// The line of a view.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct PolarView {
@@ -84,7 +87,11 @@ impl Polar {
             let (sin, cos) = theta.sin_cos();
             let direction = [cos, sin];
             let along = reference[0] * cos + reference[1] * sin;
-            let most = (most(direction) * row_len as f64) as usize;
+            let periods = most(direction);
+            within("periods of a row's spectrum", periods, 0.0, MOST[1])?;
+            let most = periods * row_len as f64;
+            within("frequencies of a row", most, 0.0, MOST[0])?;
+            let most = most as usize;
             let mut step = [0; 2];
             for axis in 0..2 {
                 let cells = direction[axis] * grid.spacing()[axis] * cells[axis] as f64 / period;

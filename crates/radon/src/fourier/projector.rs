@@ -70,7 +70,8 @@ impl<T: Sample> FourierProjector<T> {
     /// Plans the projection of images on `grid` to sinograms of `geometry`, to a `tolerance` between 1e-6 and 1e-2.
     ///
     /// # Errors
-    /// A tolerance out of its range; [`RadonError::OutOfRange`] for rows or a grid of more than 2^23 samples a side.
+    /// A tolerance out of its range; [`RadonError::OutOfRange`] for rows or a grid of more than 2^23 samples a side, and for
+    /// bins wider than about 1450 pixels.
     pub fn new(
         geometry: &ParallelGeometry,
         grid: &ImageGrid,

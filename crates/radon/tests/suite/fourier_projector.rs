@@ -109,6 +109,29 @@ fn a_view_does_not_depend_on_the_others() {
     assert!(distance(&alone, &among[..20]) < 1e-13);
 }
 
+/// The copies of a row's spectrum grow with the pitch in pixels.
+#[test]
+fn bins_that_are_far_wider_than_pixels_are_an_error() {
+    let of = |pitch: f64, spacing: f64| {
+        let geometry = ParallelGeometry::half_turn(3, 100, pitch).unwrap();
+        let grid = ImageGrid::square(16, spacing).unwrap();
+        FourierProjector::<f64>::new(&geometry, &grid, 1e-4)
+    };
+    for (pitch, spacing) in [(1e6, 1.0), (1e200, 1.0), (1.0, 1e-200), (1e12, 1e-200)] {
+        let error = of(pitch, spacing).map(drop).unwrap_err();
+        let is_typed = matches!(
+            error,
+            RadonError::OutOfRange { .. } | RadonError::NotFinite { .. }
+        );
+        assert!(is_typed, "{pitch} {spacing}: {error}");
+    }
+    // A detector of bins as wide as the image: the sum over the bins is the integral.
+    let projector = of(16.0, 1.0).unwrap();
+    let row = projector.forward(&[1.0; 256]).unwrap();
+    let sum: f64 = row[..100].iter().sum();
+    assert!((16.0 * sum / 256.0 - 1.0).abs() < 1e-3, "{sum}");
+}
+
 #[test]
 fn the_error_of_no_image_is_the_tolerance_and_bad_images_are_errors() {
     let (geometry, grid) = odd_case(1.0);

@@ -92,15 +92,10 @@ impl<'a> View<'a> {
         response: &'a DepthResponse,
         density: f64,
     ) -> Result<Self, RevolveError> {
-        let (counts, pitch) = ([detector.n_bins(), detector.n_rows()], detector.pitch());
         if value == BinValue::Centre {
             positive("standard deviation", response.extremes()[0])?;
         }
-        let axes = [0, 1].map(|k| Axis {
-            n: counts[k],
-            pitch: pitch[k],
-            value,
-        });
+        let axes = Axis::both(detector, value);
         let weights = |sigma: &f64| axes.map(|axis| Weights::new(axis, *sigma));
         Ok(Self {
             plane,
@@ -109,6 +104,20 @@ impl<'a> View<'a> {
             weights: response.sigmas.iter().map(weights).collect(),
             density: positive("density of nodes", density)?,
         })
+    }
+
+    /// Returns the bytes of the weights that a view tabulates.
+    pub fn weight_bytes(
+        detector: &ParallelDetector,
+        value: BinValue,
+        response: &DepthResponse,
+    ) -> usize {
+        let axes = Axis::both(detector, value);
+        let tables = axes.iter().flat_map(|axis| {
+            let sigmas = response.sigmas.iter();
+            sigmas.map(|sigma| Weights::bytes(*axis, *sigma))
+        });
+        tables.sum()
     }
 
     /// Returns the image of some rows. Its samples are bitwise identical to those of all rows, for any number of threads.

@@ -3,6 +3,7 @@
 use std::ops::Range;
 use std::sync::OnceLock;
 
+use crate::ParallelDetector;
 use crate::images::rule::gauss;
 
 /// Standard deviations at which a Gaussian ends; the fraction beyond is 1.2e-7 per axis.
@@ -11,6 +12,11 @@ pub(super) const REACH: f64 = 5.3;
 const STEPS: f64 = 16.0;
 /// Most positions per bin.
 const MOST_STEPS: f64 = 128.0;
+/// Most bins on either side of a tabulated one: the larger of a number and a multiple of the bins of the detector.
+const MOST_REACH: [f64; 2] = [1024.0, 4.0];
+/// Bins narrower than this in standard deviations have the average of their centre, to 4e-8 of the peak. Differences of the normal
+/// distribution would lose digits.
+const THIN: f64 = 1e-3;
 /// Steps per standard deviation of the table of the normal distribution.
 const FINE: usize = 32;
 
@@ -33,6 +39,16 @@ pub(super) struct Axis {
 }
 
 impl Axis {
+    /// Returns those of the bins and of the rows.
+    pub(super) fn both(detector: &ParallelDetector, value: BinValue) -> [Self; 2] {
+        let (counts, pitch) = ([detector.n_bins(), detector.n_rows()], detector.pitch());
+        [0, 1].map(|k| Self {
+            n: counts[k],
+            pitch: pitch[k],
+            value,
+        })
+    }
+
     /// Returns the lower edge of a bin; that of bin n is the end of the detector.
     pub(super) fn edge(&self, bin: usize) -> f64 {
         (bin as f64 - 0.5 * self.n as f64) * self.pitch
@@ -51,11 +67,11 @@ impl Axis {
         }
         let z = |x: f64| x * self.pitch / sigma;
         match self.value {
-            BinValue::Average => {
+            BinValue::Average if self.pitch >= THIN * sigma => {
                 let normal = Normal::get();
                 (normal.up_to(z(from + 1.0)) - normal.up_to(z(from))) / self.pitch
             }
-            BinValue::Centre => {
+            BinValue::Average | BinValue::Centre => {
                 (-0.5 * z(from + 0.5).powi(2)).exp() / (sigma * std::f64::consts::TAU.sqrt())
             }
         }
@@ -63,7 +79,7 @@ impl Axis {
 }
 
 /// Weights of the bins around content of one standard deviation, as a function of its position in a bin: cubic interpolation between
-/// positions a fraction of the standard deviation apart, or computed for each position where that would need too many.
+/// positions a fraction of the standard deviation apart, or computed for each position where that would need too many positions or bins.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Weights {
     axis: Axis,
@@ -78,13 +94,7 @@ pub(super) struct Weights {
 
 impl Weights {
     pub(super) fn new(axis: Axis, sigma: f64) -> Self {
-        let reach = (REACH * sigma / axis.pitch).ceil() as usize;
-        let steps = (STEPS * axis.pitch / sigma).ceil();
-        let steps = if steps <= MOST_STEPS {
-            steps.max(1.0) as usize
-        } else {
-            0
-        };
+        let [reach, steps] = Self::sizes(axis, sigma);
         let mut made = Self {
             axis,
             sigma,
@@ -102,6 +112,25 @@ impl Weights {
         made
     }
 
+    /// Returns the bins on either side and the positions per bin.
+    fn sizes(axis: Axis, sigma: f64) -> [usize; 2] {
+        let reach = (REACH * sigma / axis.pitch).ceil();
+        let steps = (STEPS * axis.pitch / sigma).ceil();
+        let most = MOST_REACH[0].max(MOST_REACH[1] * axis.n as f64);
+        let is_tabulated = steps <= MOST_STEPS && reach <= most;
+        let steps = if is_tabulated { steps.max(1.0) } else { 0.0 };
+        // Indices of bins are exact numbers up to 2^53.
+        [reach.min(2f64.powi(53)) as usize, steps as usize]
+    }
+
+    /// Returns the bytes of the table.
+    pub(super) fn bytes(axis: Axis, sigma: f64) -> usize {
+        match Self::sizes(axis, sigma) {
+            [_, 0] => 0,
+            [reach, steps] => size_of::<f64>() * (steps + 3) * (2 * reach + 1),
+        }
+    }
+
     /// Returns the range of bins that content at `at` reaches.
     pub(super) fn bins(&self, at: f64) -> Range<usize> {
         let own = self.axis.place(at).floor();
@@ -116,9 +145,11 @@ impl Weights {
         let place = self.axis.place(at);
         let own = place.floor();
         // Index of the bin before which the reach begins.
-        let begin = own as isize - self.reach as isize;
+        let begin = (own as isize).saturating_sub(self.reach as isize);
         let width = 2 * self.reach + 1;
-        let skip = (first as isize - begin).clamp(0, width as isize) as usize;
+        let skip = (first as isize)
+            .saturating_sub(begin)
+            .clamp(0, width as isize) as usize;
         let start = (begin + skip as isize - first as isize).max(0) as usize;
         let Some(sums) = sums.get_mut(start..) else {
             return;
@@ -258,6 +289,34 @@ mod tests {
                 }
             }
         }
+    }
+
+    /// One bin, and a response of up to 1e12 times its width.
+    #[test]
+    fn weights_of_a_wide_response_have_a_bounded_table() {
+        for value in [BinValue::Average, BinValue::Centre] {
+            for (pitch, sigma) in [(1e-3, 0.1), (1e-3, 76.4), (1e-6, 425.0), (1e-6, 1e6)] {
+                let axis = Axis { n: 1, pitch, value };
+                let weights = Weights::new(axis, sigma);
+                let bytes = size_of::<f64>() * weights.table.len();
+                assert_eq!(bytes, Weights::bytes(axis, sigma));
+                assert!(bytes < 100_000, "{pitch} {sigma}: {bytes}");
+                for z in [0.0f64, -1.3, 4.0, 5.0] {
+                    let mut sums = [0.0];
+                    weights.add(z * sigma, sigma, 0, &mut sums);
+                    let exact = (-0.5 * z * z).exp() / std::f64::consts::TAU.sqrt();
+                    // The curvature over a bin, (pitch / sigma)^2 / 24, and the interpolation between positions.
+                    assert!(
+                        (sums[0] - exact).abs() < 4e-6,
+                        "{sigma} {z}: {sums:?} {exact}"
+                    );
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_response_of_no_width_has_one_bin() {
         let sharp = Weights::new(
             Axis {
                 n: 4,

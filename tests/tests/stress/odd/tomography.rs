@@ -90,6 +90,16 @@ fn radon_accepts_any_input() {
             );
         }
     }
+    for pitch in [1e-200, 1e-6, 1.0, 100.0, 1e6, 1e200] {
+        let geometry = ParallelGeometry::arc_radians(3, 3.1, 40, pitch).expect("views");
+        for grid in &grids {
+            let Some(made) = back(FourierProjector::<f64>::new(&geometry, grid, 1e-3)) else {
+                continue;
+            };
+            back(made.forward(&vec![1.0; grid.image_len()]));
+            back(made.adjoint(&vec![1.0; geometry.sinogram_len()]));
+        }
+    }
     shapes();
 }
 

@@ -45,6 +45,56 @@ fn nothing_is_computed_before_it_is_requested() {
     assert_eq!(phantom.work().shapes_solved, 4);
 }
 
+/// Views of a square detector contain the inscribed circle only; what FBP computes beyond it, here 3 % of the sum, is not an image.
+#[test]
+fn the_sum_of_a_reconstruction_is_that_of_the_circle_of_all_views() {
+    for region in [
+        None,
+        Some(PixelRange {
+            x: [1, 30],
+            y: [0, 37],
+        }),
+    ] {
+        let mut scene = small(Mode::Static { phase: 0.3 });
+        scene.reconstruction.region = region;
+        let phantom = Phantom::new(scene).unwrap();
+        let views = phantom.sinograms(0, &|_| ()).unwrap().samples;
+        let found = phantom.reconstruct(0, &views).unwrap();
+        let camera = phantom.camera();
+        let options = radon::FbpOptions::default();
+        let plan = radon::FbpPlan::new(camera.geometry(), &square(40, camera.pitch()), &options);
+        let whole = plan
+            .unwrap()
+            .reconstruct_stack(&views, 40, radon::StackOrder::ViewSliceBin);
+        let whole = whole.unwrap();
+        let radius = 20.0 * camera.pitch();
+        let (mut sums, mut corners, [nx, ny, _]) = ([0.0; 2], 0.0, camera.grid().shape());
+        for (k, value) in found.iter().enumerate() {
+            let [x, y, z] = [k % nx, k / nx % ny, k / (nx * ny)];
+            let place = camera.grid().centre(x, y, z);
+            let [left, low] = region.map_or([0, 0], |own| [own.x[0], own.y[0]]);
+            let exact = f64::from(whole[(z * 40 + y + low) * 40 + x + left]);
+            match place.x.hypot(place.y) <= radius {
+                true => {
+                    sums[0] += f64::from(*value);
+                    sums[1] += exact;
+                }
+                false => {
+                    assert_eq!(*value, 0.0);
+                    corners += exact;
+                }
+            }
+        }
+        // The plan of the scene has another order of sums.
+        assert!((sums[0] / sums[1] - 1.0).abs() < 1e-5, "{sums:?}");
+        assert!(corners.abs() > 0.005 * sums[1], "{corners} {sums:?}");
+    }
+}
+
+fn square(n: usize, pitch: f64) -> radon::ImageGrid {
+    radon::ImageGrid::square(n, pitch).unwrap()
+}
+
 #[test]
 fn a_slice_costs_a_row_of_each_view_and_is_bitwise_identical_to_the_whole() {
     for mode in [

@@ -3,7 +3,7 @@
 use super::small;
 use heart_phantom::membrane_newton::{Discretisation, Membrane, ReferenceShape};
 use heart_phantom::revolve_voxel::Pose;
-use heart_phantom::scene::{Defect, Mode, Scene};
+use heart_phantom::scene::{ArcPolicy, Defect, Mode, Scene};
 use heart_phantom::{Heart, Phantom};
 use std::f64::consts::PI;
 
@@ -11,6 +11,7 @@ fn fine(mode: Mode) -> Scene {
     let mut scene = small(mode).with_size(96);
     scene.camera.pitch = [0.2; 2];
     scene.camera.views = 2;
+    scene.reconstruction.arc = ArcPolicy::Extend;
     scene
 }
 

@@ -504,6 +504,13 @@ const BAD: &[(&str, &str, &str)] = &[
         "camera.arc",
         "180",
     ),
+    ("[camera]\nviews = 1", "camera.views", "1 distinct"),
+    ("[camera]\nviews = 2", "camera.views", "2 distinct"),
+    (
+        "[camera]\nviews = 8\narc = 3600.0",
+        "camera.arc",
+        "at least 3",
+    ),
     ("[truth]\ntolerance = 0.0", "truth.tolerance", "between"),
     (
         "[cycle]\nav_plane_displacement = -1.0",

@@ -2,7 +2,7 @@
 //! most the order 3/2.
 
 use super::brute;
-use heart_phantom::scene::{Accuracy, DiscretisationSettings, Mode, Rotation, Scene};
+use heart_phantom::scene::{Accuracy, ArcPolicy, DiscretisationSettings, Mode, Rotation, Scene};
 use heart_phantom::{Phantom, VolumeCurve, VolumeRange, no_observer};
 
 /// Errors of the whole cycle at 8 to 128 steps, with the stated errors.
@@ -148,6 +148,7 @@ fn levels_of_volume_are_more_accurate_than_time_steps_for_other_curves() {
         scene.heart.discretisation = DiscretisationSettings::Differences { nodes: 201 };
         scene.cycle.curve = curve;
         scene.camera.views = 2;
+        scene.reconstruction.arc = ArcPolicy::Extend;
         scene.acquisition.accuracy = Accuracy::Steps(32);
         let phantom = Phantom::new(scene).unwrap();
         let by_volume = phantom.sinograms(0, &no_observer).unwrap();
