@@ -85,7 +85,7 @@ pub enum Precision {
     #[default]
     Float32,
     /// Two bytes per sample: relative error at most 2^-11 above 6.1e-5, absolute error at most 2^-25 below. A member with a sample
-    /// beyond 65 504 is rejected.
+    /// beyond 65 504 is rejected. Projections that are counts have four bytes per sample.
     Float16,
 }
 

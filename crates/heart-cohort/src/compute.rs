@@ -8,7 +8,7 @@ use crate::piece::Piece;
 use crate::shard::RunOptions;
 use flate2::write::GzEncoder;
 use heart_phantom::files::{Samples, put_npy};
-use heart_phantom::{Numbers, Phantom, PhantomError, Product};
+use heart_phantom::{Numbers, Phantom, PhantomError, Product, ProjectionValues};
 use serde_json::json;
 use std::collections::BTreeMap;
 use std::error::Error;
@@ -198,7 +198,17 @@ fn add(
     match product {
         Product::Projections => {
             let shape = [n_gates, camera.n_views(), camera.n_rows(), camera.n_bins()];
-            put(piece, form, "projections.npy", &shape, &samples[..])?;
+            let is_counts = phantom.scene().output.values == ProjectionValues::Counts;
+            if !is_counts {
+                return put(piece, form, "projections.npy", &shape, &samples[..]);
+            }
+            let mut counts = Vec::with_capacity(samples.len());
+            for (gate, own) in samples.chunks(samples.len() / n_gates).enumerate() {
+                counts.extend_from_slice(&phantom.in_values_of_output(gate, 0, own)?);
+            }
+            // Half precision has gaps between integers above 2048.
+            let form = (form.0, Precision::Float32);
+            put(piece, form, "projections.npy", &shape, &counts[..])?;
         }
         Product::Reconstruction => {
             let length = samples.len() / n_gates;

@@ -9,8 +9,9 @@ const MM: f64 = 10.0;
 /// Voxel size, affine, label names, gate times, angles and radii of the projections, counts per unit, volumes.
 ///
 /// The affine maps voxel indices (x, y, z, 1) to the centre in mm in the convention of NIfTI: x right, y anterior, z superior.
-/// Labels and attenuation, which are computed at `phases`, have the same affine. `counts_per_unit` is `[gate][projection]`: noisy
-/// projections times it are counts. It is `None` if the member has no projections or no counts.
+/// Labels and attenuation, which are computed at `phases`, have the same affine. `projection_values` is the quantity of
+/// the projections: `counts`, or `normalised`, which times `counts_per_unit` (`[gate][projection]`) are counts. `counts_per_unit` is `None`
+/// if the member has no projections or no counts.
 ///
 /// # Errors
 /// Errors of the angles, radii and numbers of the phantom. With `has_views` the counts are those of the projections computed
@@ -59,6 +60,7 @@ pub(crate) fn geometry(phantom: &Phantom, has_views: bool) -> Result<Value, Phan
         "radius_mm": radii,
         "bin_mm": MM * bin,
         "row_mm": MM * row,
+        "projection_values": phantom.scene().output.values,
         "counts_per_unit": (!counts.is_empty()).then_some(counts),
         "edv_ml": numbers.edv,
         "esv_ml": numbers.esv,

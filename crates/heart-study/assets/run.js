@@ -39,7 +39,7 @@
       const k = ((gate % n) + n) % n;
       viewer.setFrame4D(volume.id, k);
       slider.value = k;
-      say(n > 1 ? `gate ${k + 1} of ${n}` : "");
+      say(n > 1 ? `gate ${k} (of ${n})` : "");
       return k;
     };
     const open = async () => {
@@ -67,9 +67,9 @@
     slider.oninput = () => { stop(); show(Number(slider.value)); };
     choose.onchange = open;
     await open();
-    // `#gate=3` opens the page at a gate, at rest.
+    // `#gate=3` opens the page at gate 3, counted from 0, at rest.
     const asked = /[#&]gate=(\d+)/.exec(location.hash);
-    if (asked) show(Number(asked[1]) - 1);
+    if (asked) show(Number(asked[1]));
     else if (!play.disabled) start();
     document.body.dataset.ready = "yes";
   } catch (error) {

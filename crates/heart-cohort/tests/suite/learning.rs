@@ -98,6 +98,41 @@ fn geometry_contains_positions_and_units_of_arrays() {
     assert!(all > 1000.0);
 }
 
+/// With `output.values = "counts"` projections are counts, also if other samples have half precision.
+#[test]
+fn projections_are_counts_on_request() {
+    let folder = tempfile::tempdir().unwrap();
+    let of = |head: &str, values: &str| {
+        let text = text(1, head, "cycle.volume.gain = { uniform = [0.2, 0.6] }");
+        let text = text.replace("per_unit = 100.0", "per_unit = 10000.0");
+        let output = format!("output.values = \"{values}\"\noutput.write");
+        let cohort = Cohort::from_toml(&text.replace("output.write", &output)).unwrap();
+        let report = shard(&cohort, &folder.path().join(values), [1, 1], 1);
+        let (key, files) = (kept(&report).key.clone(), files(&report));
+        let json: serde_json::Value =
+            serde_json::from_slice(&files[&format!("{key}.geometry.json")]).unwrap();
+        assert_eq!(json["projection_values"], values);
+        assert_eq!(json["counts_per_unit"][1][2], 10_000.0);
+        let npy = &files[&format!("{key}.projections.npy")];
+        let samples = npy[npy.len() - 4 * 2 * 3 * 64..].chunks_exact(4);
+        samples
+            .map(|sample| f32::from_le_bytes(sample.try_into().unwrap()))
+            .collect::<Vec<f32>>()
+    };
+    let normalised = of("", "normalised");
+    let counts = of("precision = \"float16\"", "counts");
+    for (count, sample) in counts.iter().zip(&normalised) {
+        // Half a rounding of f32 of counts below 100 000.
+        assert!(count.fract() == 0.0 && (count - 10_000.0 * sample).abs() < 0.02);
+    }
+    // Integers that half precision lacks.
+    assert!(
+        counts
+            .iter()
+            .any(|count| *count > 2048.0 && count % 2.0 == 1.0)
+    );
+}
+
 /// The same arrays in fewer, reproducible bytes.
 #[test]
 fn compressed_arrays_are_restored_exactly() {

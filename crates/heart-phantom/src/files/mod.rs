@@ -96,4 +96,4 @@ pub use previous::check_unlisted;
 pub use projections::{AcquisitionInfo, BeatCounts, Projections, Radius};
 pub use rays::{write_astra, write_rtk};
 pub use samples::Samples;
-pub use volume::{FieldOf, Volume};
+pub use volume::{Corrections, FieldOf, Volume};

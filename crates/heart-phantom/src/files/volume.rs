@@ -15,7 +15,21 @@ pub struct Volume<'a> {
     samples: Samples<'a>,
     axis: Axis,
     beats: Option<BeatCounts>,
+    corrections: Corrections,
     study: Option<&'a str>,
+}
+
+/// The effects that a reconstructed image is corrected for, for headers that record them (DICOM).
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Corrections {
+    /// Radioactive decay to the start of the acquisition.
+    pub decay: bool,
+    /// Attenuation.
+    pub attenuation: bool,
+    /// Scatter.
+    pub scatter: bool,
+    /// Motion of the heart or respiration.
+    pub motion: bool,
 }
 
 /// The axis of the samples besides z, y, x.
@@ -79,6 +93,7 @@ impl<'a> Volume<'a> {
             samples,
             axis: Axis::Single,
             beats: None,
+            corrections: Corrections::default(),
             study: None,
         })
     }
@@ -153,6 +168,17 @@ impl<'a> Volume<'a> {
     pub fn with_beats(mut self, beats: Option<BeatCounts>) -> Self {
         self.beats = beats;
         self
+    }
+
+    /// Sets the corrections of a reconstructed image; none by default.
+    pub fn with_corrections(mut self, corrections: Corrections) -> Self {
+        self.corrections = corrections;
+        self
+    }
+
+    /// Returns the corrections of the image.
+    pub fn corrections(&self) -> Corrections {
+        self.corrections
     }
 
     /// Returns the R-R intervals of the acquisition.

@@ -156,7 +156,7 @@ impl Phantom {
         widths.sort_by(f64::total_cmp);
         Ok(Artefacts {
             streaks_outside: measures.background_rms,
-            wall_unevenness: (measures.wall_std.zip(measures.wall_mean))
+            wall_unevenness: (measures.wall_std.zip(measures.eroded_wall_mean))
                 .map(|(std, mean)| std / mean),
             wall_mean: weighted_mean(volume, wall),
             wall_mean_truth: weighted_mean(truth, wall),

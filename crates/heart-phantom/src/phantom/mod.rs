@@ -44,6 +44,8 @@ pub(crate) use products::Needs;
 pub use products::PlannedFile;
 #[cfg(feature = "scene")]
 pub(crate) use products::{Content, Index};
+#[cfg(feature = "scene")]
+pub(crate) use views::to_counts;
 pub use warning::{Edge, TruncatedObject, Warning};
 use work::Work;
 pub use work::WorkReport;

@@ -3,7 +3,7 @@
 use super::Phantom;
 use crate::error::{PhantomError, check_count};
 use crate::scan::Scan;
-use crate::{Observer, Sinograms, ViewTime, no_observer};
+use crate::{Observer, ProjectionValues, Sinograms, ViewTime, no_observer};
 use radon::ParallelGeometry;
 use std::borrow::Cow;
 use std::ops::Range;
@@ -161,6 +161,27 @@ impl Phantom {
         Ok(known.map(|known| vec![known; self.parts.camera.n_views()]))
     }
 
+    /// Returns views `[view][row][bin]` of a gate, from view `first` on, in the quantity of `output.values`: as given, or as the counts of
+    /// the noise, which are integers.
+    ///
+    /// # Errors
+    /// As [`Phantom::counts_per_unit`].
+    pub fn in_values_of_output<'v>(
+        &self,
+        gate: usize,
+        first: usize,
+        views: &'v [f32],
+    ) -> Result<Cow<'v, [f32]>, PhantomError> {
+        match self.scene().output.values {
+            ProjectionValues::Normalised => Ok(views.into()),
+            ProjectionValues::Counts => {
+                let counts = self.counts_per_unit(gate)?.unwrap_or_default();
+                let counts = counts.get(first..).unwrap_or_default();
+                Ok(to_counts(views, counts, self.parts.camera.view_len()).into())
+            }
+        }
+    }
+
     /// Computes the expected samples, without noise.
     pub(crate) fn means(
         &self,
@@ -190,4 +211,16 @@ impl Phantom {
         self.work.rays(taken.rays);
         Ok(taken)
     }
+}
+
+/// Returns the counts before the division by the noise model, from views of `view_len` samples and the counts per unit of each; rounding
+/// removes the error of that division.
+pub(crate) fn to_counts(views: &[f32], per_unit: &[f64], view_len: usize) -> Vec<f32> {
+    let views = views.chunks(view_len).zip(per_unit);
+    views
+        .flat_map(|(view, per_unit)| {
+            let per_unit = *per_unit as f32;
+            view.iter().map(move |sample| (sample * per_unit).round())
+        })
+        .collect()
 }

@@ -2,9 +2,9 @@
 
 use super::run::Run;
 use crate::error::PhantomError;
-use crate::files::{self, AcquisitionInfo, Projections, Radius, Volume};
-use crate::phantom::{Content, Index};
-use crate::{Orbit, Product, ProjectionValues, ScenePhase};
+use crate::files::{self, AcquisitionInfo, Corrections, Projections, Radius, Volume};
+use crate::phantom::{Content, Index, to_counts};
+use crate::{Method, Orbit, Product, ProjectionValues, ScenePhase};
 use std::path::PathBuf;
 
 impl Run<'_> {
@@ -75,14 +75,7 @@ impl Run<'_> {
         let samples = match raw {
             false => samples,
             true => {
-                // The samples before the division by the noise model: integers up to rounding.
-                let views = samples.chunks(camera.view_len()).zip(&counts);
-                counted = views
-                    .flat_map(|(view, per_unit)| {
-                        let per_unit = *per_unit as f32;
-                        view.iter().map(move |sample| (sample * per_unit).round())
-                    })
-                    .collect::<Vec<f32>>();
+                counted = to_counts(samples, &counts, camera.view_len());
                 &counted
             }
         };
@@ -95,12 +88,7 @@ impl Run<'_> {
         }
         projections = projections.with_acquisition(AcquisitionInfo {
             heads: camera.heads().count(),
-            decay_corrected: !raw
-                && self
-                    .phantom
-                    .scene()
-                    .counting
-                    .is_some_and(|own| own.decay.half_life().is_some()),
+            decay_corrected: !raw && self.decays(),
             counts: raw,
             beats: index.eq(&Index::All).then(|| self.phantom.beat_counts()),
         })?;
@@ -146,6 +134,10 @@ impl Run<'_> {
             Some(seconds) => Volume::of_gates(grid, samples, seconds)?
                 .with_beats(Some(self.phantom.beat_counts())),
         };
+        let volume = match product {
+            Product::Reconstruction => volume.with_corrections(self.corrections()),
+            _ => volume,
+        };
         let names = self.phantom.names_of(product, 0, index);
         self.write_volume(names, volume)
     }
@@ -163,6 +155,25 @@ impl Run<'_> {
         files::write(&self.out.join(&names[0]), &volume, format)?;
         self.files.extend(names);
         Ok(())
+    }
+
+    /// Returns whether the activity decays; normalised samples are corrected for it.
+    fn decays(&self) -> bool {
+        (self.phantom.scene().counting).is_some_and(|own| own.decay.half_life().is_some())
+    }
+
+    /// Returns the corrections of the reconstructions, which are of normalised samples.
+    fn corrections(&self) -> Corrections {
+        let osem = match self.phantom.scene().reconstruction.method {
+            Method::Fbp => None,
+            Method::Osem(osem) => Some(osem),
+        };
+        Corrections {
+            decay: self.decays(),
+            attenuation: osem.is_some_and(|osem| osem.attenuation),
+            scatter: osem.is_some_and(|osem| osem.scatter.is_some()),
+            motion: self.phantom.is_compensated(),
+        }
     }
 
     /// Returns the time between gates if all gates share a file.

@@ -105,9 +105,10 @@ pub(crate) fn swept(
 pub struct ImageQuality {
     /// Root mean square difference from the ground truth within the disc, all slices.
     pub rmse_truth: Option<f64>,
-    /// Average over the voxels of the wall.
-    pub wall_mean: Option<f64>,
-    /// Standard deviation over the voxels of the wall.
+    /// Average over the voxels of the wall region ([`Regions::wall`]): unweighted, voxels near the surfaces excluded, in contrast to
+    /// [`Artefacts::wall_mean`](crate::Artefacts::wall_mean).
+    pub eroded_wall_mean: Option<f64>,
+    /// Standard deviation over the same voxels.
     pub wall_std: Option<f64>,
     /// Root mean square over the background.
     pub background_rms: Option<f64>,
@@ -139,7 +140,7 @@ impl ImageQuality {
                 Some(truth) => rmse_within(volume, truth, &regions.disc)?,
                 None => None,
             },
-            wall_mean: wall.map(|stats| stats.mean),
+            eroded_wall_mean: wall.map(|stats| stats.mean),
             wall_std: wall.map(|stats| stats.std),
             background_rms: within(regions.background.as_slice())?.map(|stats| stats.rms),
             cavity_mean: within(regions.cavity.as_slice())?.map(|stats| stats.mean),

@@ -157,7 +157,7 @@ fn ground_truth_contains_the_wall_volume_and_has_no_error_against_itself() {
         assert_eq!(measures.background_rms, Some(0.0));
         assert_eq!(measures.cavity_mean, Some(0.0));
         // Voxels in the wall at all phases have the value 1, up to rounding of the weights in f32.
-        assert!((measures.wall_mean.unwrap() - 1.0).abs() < 1e-6);
+        assert!((measures.eroded_wall_mean.unwrap() - 1.0).abs() < 1e-6);
         assert!(measures.wall_std.unwrap() < 1e-6);
         // Coverages are accurate to 1e-4 each, with errors of either sign.
         let total = measures.total_activity.unwrap();

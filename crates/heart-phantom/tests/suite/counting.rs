@@ -1,7 +1,7 @@
 //! Expected counts from the sensitivity of the camera: activity in MBq, acquisition time, decay.
 
 use heart_phantom::scene::{
-    Counting, Counts, Decay, DiscretisationSettings, Mode, Noise, Product, Scene,
+    Counting, Counts, Decay, DiscretisationSettings, Mode, Noise, Product, ProjectionValues, Scene,
 };
 use heart_phantom::{Phantom, PhantomError, Rotation, Uptake, no_observer, run};
 use std::f64::consts::LN_2;
@@ -246,6 +246,68 @@ fn the_report_and_the_headers_contain_the_counts_per_unit() {
     assert_eq!(told.len(), 5);
     for (told, factor) in told.iter().zip(&factors) {
         assert!((told.as_f64().unwrap() / factor - 1.0).abs() < 1e-15);
+    }
+}
+
+/// With `values = "counts"` every format contains the counts, as integers without a factor.
+#[test]
+fn counts_are_unscaled_in_every_format() {
+    use heart_phantom::files::Format;
+    let folder = tempfile::tempdir().unwrap();
+    let mut scene = scene(Mode::Static { phase: 0.3 }, Decay::HalfLifeHours(0.01)).with_size(24);
+    scene.noise = Some(Noise {
+        counts: Counts::Expected,
+        seed: 3,
+    });
+    scene.activity.wall = Uptake::Concentration(0.1);
+    scene.output.values = ProjectionValues::Counts;
+    let phantom = Phantom::new(scene.clone()).unwrap();
+    let factors = phantom.counts_per_unit(0).unwrap().unwrap();
+    let samples = phantom.sinograms(0, &|_| ()).unwrap().samples;
+    // In any order: the formats differ in that of rows and bins.
+    let sorted = |mut counts: Vec<f32>| {
+        counts.sort_by(f32::total_cmp);
+        counts
+    };
+    let views = samples.chunks(24 * 24).zip(&factors);
+    let expected = views.flat_map(|(view, factor)| {
+        view.iter()
+            .map(move |sample| (f64::from(*sample) * factor).round() as f32)
+    });
+    let expected = sorted(expected.collect());
+    assert!(factors[4] < 0.5 * factors[0] && expected[samples.len() - 1] > 10.0);
+    for format in Format::ALL {
+        let Some(extensions) = format.info().projections else {
+            continue;
+        };
+        if format == Format::Dicom && !cfg!(feature = "dicom") {
+            continue;
+        }
+        scene.output.projections = format;
+        let out = folder.path().join(extensions.header);
+        run(&Phantom::new(scene.clone()).unwrap(), &out, &|_| ()).unwrap();
+        let extension = extensions.data.unwrap_or(extensions.header);
+        let bytes = std::fs::read(out.join(format!("projections.{extension}"))).unwrap();
+        let find = |what: &[u8]| bytes.windows(what.len()).position(|part| part == what);
+        let each = format.info().sample_bytes as usize;
+        let from = match format {
+            // Of the archive the array of this name; its header has 128 bytes.
+            Format::Npz => {
+                let array = find(b"samples.npy").unwrap();
+                let magic = bytes[array..]
+                    .windows(6)
+                    .position(|part| part == b"\x93NUMPY");
+                array + magic.unwrap() + 128
+            }
+            // The samples are the end of the file.
+            _ => bytes.len() - each * samples.len(),
+        };
+        let found = bytes[from..].chunks_exact(each).take(samples.len());
+        let found = found.map(|sample| match *sample {
+            [a, b] => f32::from(u16::from_le_bytes([a, b])),
+            _ => f32::from_le_bytes(sample.try_into().unwrap()),
+        });
+        assert!(sorted(found.collect()) == expected, "{format:?}");
     }
 }
 

@@ -242,7 +242,7 @@ fn displacements_by_whole_voxels_preserve_the_wall_average_and_by_half_voxels_ov
         )
         .unwrap();
         let inner = ImageQuality::of(&volume, Some(&truth), &still.regions_of(0).unwrap(), camera);
-        inner.unwrap().wall_mean.unwrap()
+        inner.unwrap().eroded_wall_mean.unwrap()
     };
     let [at_rest, by_one, by_half] = [0.0, 1.0, 0.5].map(wall_mean);
     println!("wall: static {at_rest}, displaced by a voxel {by_one}, by half a voxel {by_half}");

@@ -313,8 +313,9 @@ pub(super) fn one_view(scene: &Path, [gate, view_idx]: [usize; 2], out: &Path) -
     let camera = phantom.camera();
     phantom.check_memory(&[Product::Projections], 1)?;
     let view = phantom.view(gate, view_idx)?;
+    let view = phantom.in_values_of_output(gate, view_idx, &view)?;
     if ends_in("npy") {
-        files::write_npy(out, &[camera.n_rows(), camera.n_bins()], &view)?;
+        files::write_npy(out, &[camera.n_rows(), camera.n_bins()], &*view)?;
     } else {
         let [bin, row] = camera.detector().pitch();
         let grid = VoxelGrid::centred(
@@ -325,7 +326,7 @@ pub(super) fn one_view(scene: &Path, [gate, view_idx]: [usize; 2], out: &Path) -
         .map_err(PhantomError::from)?;
         let most = view.iter().copied().fold(0.0f32, f32::max);
         let grey = [0.0, if most > 0.0 { f64::from(most) } else { 1.0 }];
-        let picture = Volume::new(grid, view.as_slice())?;
+        let picture = Volume::new(grid, &*view)?;
         files::write_png(out, &picture, Section::Coronal(0), grey)?;
     }
     let found = json!({

@@ -15,7 +15,8 @@
 //! | 15 to 17, reconstructions | [`slice()`], [`slices`], [`isosurface()`] |
 //! | 18, the circle | [`circle()`] |
 //!
-//! For any study: [`sections()`] through a volume with orientation marks, [`curves()`] as SVG, [`map()`] of any samples.
+//! For any study: [`sections()`] through a volume with orientation marks, [`curves()`] and
+//! [`polar_maps()`] as SVG, [`map()`] of any samples.
 //!
 //! [`Page`] writes `index.html`. Lengths are in cm, angles in radians; the inner membrane is vermilion and the outer one blue
 //! (palette of Okabe and Ito). Results are bitwise independent of the number of threads; the functions may run concurrently.
@@ -40,6 +41,7 @@ mod isosurface;
 mod marks;
 mod page;
 mod picture;
+mod polar;
 mod raster;
 mod render;
 mod sections;
@@ -59,6 +61,7 @@ pub use images::{Plane, Projection, Volume, projections, slice, slices};
 pub use isosurface::{IsoView, isosurface};
 pub use page::{Illustration, Page, Section, Table};
 pub use picture::Picture;
+pub use polar::polar_maps;
 pub use render::View;
 pub use sections::{Cut, map, sections};
 pub use shapes::{Shape, shapes};

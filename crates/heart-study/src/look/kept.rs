@@ -78,6 +78,34 @@ impl<'a> Kept<'a> {
         sections(&shown.cuts[gate], window, self.unit(), &heading)
     }
 
+    /// Returns the sections of the reconstruction of a gate minus the exact activity, and the value of white; black is its negative.
+    /// `None` without both.
+    pub(super) fn difference(&self, gate: usize) -> Result<Option<(Picture, f64)>, StudyError> {
+        let [image, truth] = &self.shown[..] else {
+            return Ok(None);
+        };
+        let minus = |(a, b): (&Cut, &Cut)| Cut {
+            values: (a.values.iter().zip(&b.values))
+                .map(|(a, b)| a - b)
+                .collect(),
+            ..a.clone()
+        };
+        let all = (image.cuts.iter().zip(&truth.cuts))
+            .map(|(image, truth)| image.iter().zip(truth).map(minus).collect())
+            .collect::<Vec<Vec<Cut>>>();
+        let values = all.iter().flatten().flat_map(|cut| &cut.values);
+        let most = values.fold(0.0f32, |most, value| most.max(value.abs()));
+        let white = if most > 0.0 { f64::from(most) } else { 1.0 };
+        let heading = format!(
+            "{} minus {}, {}",
+            image.what(),
+            truth.what(),
+            self.when(gate)
+        );
+        let picture = sections(&all[gate], [-white, white], self.unit(), &heading)?;
+        Ok(Some((picture, white)))
+    }
+
     /// Returns the label of samples.
     pub(super) fn unit(&self) -> &'static str {
         match self.phantom.scene().counting {
@@ -90,8 +118,10 @@ impl<'a> Kept<'a> {
         match self.phantom.scene().acquisition.mode {
             Mode::Static { phase } => format!("phase {phase}"),
             Mode::Gated { gates } => {
-                let phase = (gate as f64 + 0.5) / gates as f64;
-                format!("gate {gate} (of {gates}), phase {phase:.3}")
+                // Respiratory gates have all cardiac gates each.
+                let phase = ((gate % gates) as f64 + 0.5) / gates as f64;
+                let all = self.phantom.n_gates();
+                format!("gate {gate} (of {all}), phase {phase:.3}")
             }
             Mode::Instants => "an instant a view".into(),
             Mode::Exposure { seconds } => format!("{seconds} s a view"),
@@ -115,5 +145,22 @@ impl Shown {
         let [low, high] = self.range.map(f64::from);
         let high = if high > 0.0 { high } else { 1.0 };
         [if low < -0.1 * high { low } else { 0.0 }, high]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use heart_phantom::Scene;
+
+    /// Gate 4 is cardiac gate 1 of 3 in the second respiratory gate.
+    #[test]
+    fn gates_are_named_by_their_index_and_cardiac_phase() {
+        let scene = "[camera]\nseconds_per_view = 30.0\n[acquisition]\nmode = { gated = { gates = 3 } }\n[breathing]\ngates = { phase = 2 }\n";
+        let scene = Scene::from_toml(scene).unwrap().with_size(8);
+        let phantom = Phantom::new(scene).unwrap();
+        let kept = Kept::new(&phantom);
+        assert_eq!(kept.when(1), "gate 1 (of 6), phase 0.500");
+        assert_eq!(kept.when(4), "gate 4 (of 6), phase 0.500");
     }
 }

@@ -1,5 +1,7 @@
 //! Curves over the cycle and over the views, and the projections.
 
+use super::kept::Kept;
+use super::planes::SHORT_AXIS;
 use crate::StudyError;
 use crate::figures::{Curve, Cut, curves as drawn};
 use heart_phantom::revolve_voxel::nalgebra::Point3;
@@ -17,12 +19,9 @@ pub(super) struct Plot {
     pub(super) caption: String,
 }
 
-/// Volume and pressures over the cycle, and projection sums.
-pub(super) fn curves(
-    phantom: &Phantom,
-    report: &RunReport,
-    sums: &[Vec<f64>],
-) -> Result<Vec<Plot>, StudyError> {
+/// Volume and pressures over the cycle, profiles and projection sums.
+pub(super) fn curves(look: &Kept<'_>, report: &RunReport) -> Result<Vec<Plot>, StudyError> {
+    let (phantom, sums) = (look.phantom, &look.sums);
     let (cycle, numbers) = (phantom.cycle(), &report.numbers);
     let [low, high] = cycle.gains();
     let volume = |phase: f64| {
@@ -75,10 +74,50 @@ pub(super) fn curves(
         svg: drawn("phase", &format!("pressure ({unit})"), &both)?,
         caption: caption.into(),
     });
+    plots.extend(profiles(look)?);
     if sums.iter().all(|sum| sum.len() > 1) && !sums.is_empty() {
         plots.push(sums_of_views(sums)?);
     }
     Ok(plots)
+}
+
+/// The row through the middle of the short-axis section of the first gate, in each kind of volume; `None` without volumes.
+fn profiles(look: &Kept<'_>) -> Result<Option<Plot>, StudyError> {
+    let Some(first) = look.shown.first() else {
+        return Ok(None);
+    };
+    let of = |cut: &Cut| -> Vec<[f64; 2]> {
+        let [columns, rows] = cut.size;
+        let [from, to] = cut.extent[0];
+        let centre = |k: usize| from + (k as f64 + 0.5) * (to - from) / columns as f64;
+        let row = &cut.values[rows / 2 * columns..][..columns];
+        let points = row.iter().enumerate();
+        points
+            .map(|(k, &value)| [centre(k), value.into()])
+            .collect()
+    };
+    let lines: Vec<_> = (look.shown.iter())
+        .map(|shown| {
+            let label = match shown.name {
+                "reconstruction" => "reconstruction",
+                _ => "exact activity",
+            };
+            (label, of(&shown.cuts[0][SHORT_AXIS]))
+        })
+        .collect();
+    let lines: Vec<Curve<'_>> = (lines.iter())
+        .map(|(label, points)| Curve { label, points })
+        .collect();
+    let [left, right, ..] = &first.cuts[0][SHORT_AXIS].marks;
+    let along = format!("distance from the long axis (cm), {left} to {right}");
+    Ok(Some(Plot {
+        svg: drawn(&along, look.unit(), &lines)?,
+        caption: format!(
+            "Profile through the wall in the short-axis section, {}: the row through the long axis, from {left} to {right} (left, right, \
+             anterior, posterior, superior, inferior).",
+            look.when(0)
+        ),
+    }))
 }
 
 /// Sum of each projection, by gate.

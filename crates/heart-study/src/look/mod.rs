@@ -5,6 +5,7 @@ mod kept;
 mod measured;
 mod page;
 mod planes;
+mod tables;
 
 use crate::StudyError;
 use beat::Beat;
@@ -136,7 +137,7 @@ impl<'a> Look<'a> {
         if !self.page && !self.pictures() {
             return Ok(());
         }
-        let curves = measured::curves(self.kept.phantom, report, &self.kept.sums)?;
+        let curves = measured::curves(&self.kept, report)?;
         if self.pictures() {
             for shown in &self.kept.shown {
                 for gate in 0..shown.cuts.len() {

@@ -2,13 +2,14 @@
 
 use super::kept::{Kept, Shown};
 use super::measured::Plot;
+use super::tables::tables;
 
 use crate::StudyError;
-use crate::figures::{Table, map, sections};
+use crate::figures::{map, polar_maps, sections};
 use crate::html::{document, figure, section};
 use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
-use heart_phantom::{RunReport, Thickness};
+use heart_phantom::{Mode, RunReport, VolumeCurve};
 use maud::{Markup, PreEscaped, Render, html};
 
 /// niivue 0.69.0, <https://www.npmjs.com/package/@niivue/niivue>, its `dist/niivue.umd.js` compressed by gzip.
@@ -34,10 +35,11 @@ pub(super) fn html(
             @if !look.shown.is_empty() {
                 (section("The beating heart", &viewer(look)?))
                 (section("Sections", &slices(look)?))
+                (section("Polar maps", &html! { div.plots { @for plot in &maps(look, report)? { (plot) } } }))
             }
             @if look.sinogram.is_some() { (section("Projections", &projections(look)?)) }
-            (section("Curves", &html! { div.plots { @for plot in plots { (plot) } } }))
-            (section("Numbers", &html! { @for table in numbers(report) { (table) } }))
+            (section("Curves", &html! { p { (phases(look)) } div.plots { @for plot in plots { (plot) } } }))
+            (section("Numbers", &html! { @for table in tables(report) { (table) } }))
             @if let Some(scene) = &report.scene {
                 (section("Scene", &html! {
                     details { summary { "scene file" } pre { (scene.to_toml()) } }
@@ -69,67 +71,6 @@ fn projections(look: &Kept<'_>) -> Result<Markup, StudyError> {
         (figure(&row, "Sinogram of the first gate, the row through the middle of the heart; s is the position within the row.")?)
         (figure(&three, "Three projections of the first gate in the direction of the rays, superior on top.")?)
     })
-}
-
-fn numbers(report: &RunReport) -> Vec<Table> {
-    let numbers = &report.numbers;
-    let measures = [
-        ("end-diastolic volume (mL)", numbers.edv, 3),
-        ("end-systolic volume (mL)", numbers.esv, 3),
-        ("stroke volume (mL)", numbers.stroke_volume, 3),
-        ("ejection fraction", numbers.ejection_fraction, 5),
-        ("cardiac output (L/min)", numbers.cardiac_output, 3),
-        ("volume of the wall (mL)", numbers.wall_volume, 3),
-    ];
-    let row =
-        |(name, value, digits): (&str, f64, usize)| vec![name.into(), format!("{value:.digits$}")];
-    let rows = measures.map(row).to_vec();
-    let mut tables = vec![Table::new("The heart", &["measure", "value"], rows)];
-    let header = [
-        "phase of",
-        "phase",
-        "cavity (mL)",
-        "wall at the side (mm)",
-        "at the apex (mm)",
-    ];
-    let rows = report.phases.iter().map(|phase| {
-        let Thickness { side, apex, .. } = phase.thickness;
-        vec![
-            phase.of.clone(),
-            format!("{:.4}", phase.phase),
-            format!("{:.3}", phase.cavity_ml),
-            format!("{:.2}", 10.0 * side),
-            format!("{:.2}", 10.0 * apex),
-        ]
-    });
-    let caption = "The heart at the phases that represent the projections. The phase is the fraction of the R-R interval since \
-        the start of the cycle";
-    tables.push(Table::new(caption, &header, rows.collect()));
-    let judged: Vec<_> = (report.gates.iter().enumerate())
-        .filter_map(|(gate, of)| Some((gate, of.artefacts.as_ref()?)))
-        .collect();
-    if !judged.is_empty() {
-        let told = |value: Option<f64>| value.map_or("-".into(), |value| format!("{value:.4}"));
-        let header = [
-            "gate",
-            "mean of the wall",
-            "unevenness",
-            "edge of the wall (mm)",
-            "rms difference from the ground truth",
-        ];
-        let rows = judged.into_iter().map(|(gate, found)| {
-            vec![
-                (gate + 1).to_string(),
-                told(found.wall_mean),
-                told(found.wall_unevenness),
-                told(found.wall_blur_mm),
-                told(found.rmse),
-            ]
-        });
-        let caption = "Comparison of the reconstruction with the exact activity";
-        tables.push(Table::new(caption, &header, rows.collect()));
-    }
-    tables
 }
 
 /// The 4-D viewer with its volumes. It is hidden until it has started; without JavaScript or WebGL2 a sentence replaces it.
@@ -178,17 +119,8 @@ fn viewer(look: &Kept<'_>) -> Result<Markup, StudyError> {
     })
 }
 
-/// Sections of each kind of volume; of several gates those with the largest and smallest cavity.
+/// Sections of each kind of volume and their difference in the gates of [`extremes`].
 fn slices(look: &Kept<'_>) -> Result<Markup, StudyError> {
-    let n_gates = look.phantom.n_gates();
-    let mut gates = vec![0];
-    if n_gates > 1 {
-        let [systole, diastole] = look.phantom.extreme_phases();
-        let gate =
-            |phase: f64| ((phase.rem_euclid(1.0) * n_gates as f64) as usize).min(n_gates - 1);
-        gates = vec![gate(diastole), gate(systole)];
-        gates.dedup();
-    }
     let of = |shown: &Shown, gate: usize| {
         let [black, white] = shown.window();
         let caption = format!(
@@ -200,7 +132,84 @@ fn slices(look: &Kept<'_>) -> Result<Markup, StudyError> {
         );
         figure(&look.picture(shown, gate)?, &caption)
     };
+    let difference = |gate: usize| {
+        let Some((picture, white)) = look.difference(gate)? else {
+            return Ok(Markup::default());
+        };
+        let caption = format!(
+            "Reconstruction minus exact activity, {}: grey is 0, black -{white:.4}, white {white:.4} {}, the largest magnitude in \
+             all gates.",
+            look.when(gate),
+            look.unit()
+        );
+        figure(&picture, &caption)
+    };
     Ok(html! {
-        @for shown in &look.shown { @for &gate in &gates { (of(shown, gate)?) } }
+        @for gate in extremes(look) {
+            @for shown in &look.shown { (of(shown, gate)?) }
+            (difference(gate)?)
+        }
     })
+}
+
+/// Of several gates those with the largest and smallest cavity, in the first respiratory gate.
+fn extremes(look: &Kept<'_>) -> Vec<usize> {
+    let Mode::Gated { gates: n_gates } = look.phantom.scene().acquisition.mode else {
+        return vec![0];
+    };
+    let [systole, diastole] = look.phantom.extreme_phases();
+    let gate = |phase: f64| ((phase.rem_euclid(1.0) * n_gates as f64) as usize).min(n_gates - 1);
+    let mut gates = vec![gate(diastole), gate(systole)];
+    gates.dedup();
+    gates
+}
+
+/// Polar maps of reconstruction and exact activity in the gates of [`extremes`], with one colour scale.
+fn maps(look: &Kept<'_>, report: &RunReport) -> Result<Vec<Plot>, StudyError> {
+    let of_gate = |gate: usize| {
+        let of = &report.gates[gate];
+        let maps = [
+            ("reconstruction", of.polar_map),
+            ("exact activity", of.polar_map_truth),
+        ];
+        let maps = maps.into_iter();
+        maps.filter_map(|(title, map)| Some((title, map?.segments)))
+            .collect::<Vec<_>>()
+    };
+    let gates: Vec<_> = (extremes(look).into_iter())
+        .map(|gate| (gate, of_gate(gate)))
+        .filter(|(_, maps)| !maps.is_empty())
+        .collect();
+    let values = gates.iter().flat_map(|(_, maps)| maps);
+    let values = values.flat_map(|(_, segments)| segments);
+    let largest = values.copied().fold(0.0, f64::max);
+    let largest = if largest > 0.0 { largest } else { 1.0 };
+    let drawn = |(gate, maps): &(usize, Vec<_>)| {
+        Ok(Plot {
+            svg: polar_maps(maps, largest, look.unit())?,
+            caption: format!(
+                "Mean of the largest samples across the wall in the 17 segments of the American Heart Association, {}, in percent of \
+                 {largest:.4} {}, the largest segment of the maps on this page.",
+                look.when(*gate),
+                look.unit()
+            ),
+        })
+    };
+    gates.iter().map(drawn).collect()
+}
+
+/// The definition of phase, and the phases of end-diastole and end-systole.
+fn phases(look: &Kept<'_>) -> String {
+    let zero = match look.phantom.scene().cycle.curve {
+        VolumeCurve::Sinusoid => "end-systole (sinusoidal volume curve)",
+        VolumeCurve::Physiological => {
+            "the onset of the QRS complex (R wave; physiological volume curve)"
+        }
+        _ => "the first sample of the volume curve",
+    };
+    let [systole, diastole] = look.phantom.extreme_phases();
+    format!(
+        "Phase is the fraction of the cardiac cycle; phase 0 is {zero}. End-diastole is at phase {diastole:.3}, end-systole at phase \
+         {systole:.3}. Gates and projections are numbered from 0."
+    )
 }

@@ -5,6 +5,9 @@ use heart_phantom::Phantom;
 use heart_phantom::revolve_voxel::VoxelGrid;
 use heart_phantom::revolve_voxel::nalgebra::{Point3, Vector3};
 
+/// Index of the short-axis section.
+pub(super) const SHORT_AXIS: usize = 3;
+
 /// A plane: the directions to the right and up in the lab, and the positions of its samples along both, from its centre, cm.
 #[derive(Debug)]
 struct Plane {

@@ -174,7 +174,7 @@ pub fn summary(report: &Report) -> String {
         text += &format!(
             "{name:<10} {}    {}   {}   {}   {}\n",
             cell(a.rmse_truth),
-            cell(a.wall_mean),
+            cell(a.eroded_wall_mean),
             cell(a.wall_std),
             cell(a.background_rms),
             cell(a.cavity_mean)

@@ -378,7 +378,7 @@ pub(super) fn measures(gallery: &mut Gallery<'_>, report: &Report) {
         vec![
             name.into(),
             cell(a.rmse_truth),
-            cell(a.wall_mean),
+            cell(a.eroded_wall_mean),
             cell(a.wall_std),
             cell(a.background_rms),
             cell(a.cavity_mean),

@@ -205,7 +205,7 @@ pub struct Acquisition {
     pub rmse_truth: Option<f64>,
     /// Mean over the voxels of the wall (in the wall at all phases, eroded by two voxels).
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub wall_mean: Option<f64>,
+    pub eroded_wall_mean: Option<f64>,
     /// Standard deviation over the same voxels.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub wall_std: Option<f64>,

@@ -119,7 +119,7 @@ fn summarise(
         rays_skipped: sinograms.rays.skipped,
         truth: Some(phantom.truth_of()),
         rmse_truth: measures.rmse_truth,
-        wall_mean: measures.wall_mean,
+        eroded_wall_mean: measures.eroded_wall_mean,
         wall_std: measures.wall_std,
         background_rms: measures.background_rms,
         cavity_mean: measures.cavity_mean,

@@ -55,7 +55,7 @@ fn a_page_is_self_contained() {
     }
     let edv = report["numbers"]["edv"].as_f64().unwrap();
     assert!(page.contains(&format!("<td>{edv:.3}</td>")));
-    assert_eq!(page.matches("<svg").count(), 3); // volume, pressures, views
+    assert_eq!(page.matches("<svg").count(), 6); // polar maps of two gates, volume, pressures, profiles, views
     // Images come before curves, and these before tables; all have labels, and the viewer is hidden until it works.
     let places = ["id=\"beat\"", "<img", "<svg", "<table"].map(|part| page.find(part).unwrap());
     assert!(places.is_sorted(), "{places:?}");
@@ -105,6 +105,74 @@ fn a_page_is_self_contained() {
     // A page of the same scene has the same bytes, also from one thread.
     run(folder.path(), "", &["--threads", "1"]);
     assert!(page == fs::read_to_string(folder.path().join("out/index.html")).unwrap());
+}
+
+/// Polar maps, difference and tables of the page against the report; gates are numbered from 0.
+#[test]
+fn a_page_compares_image_and_truth() {
+    let folder = tempfile::tempdir().unwrap();
+    let noise = "[noise]\ncounts = { total = 1e5 }\nseed = 1\n";
+    let report = run(folder.path(), noise, &[]);
+    let page = fs::read_to_string(folder.path().join("out/index.html")).unwrap();
+    // End-diastole is at phase 1/2, in the second of three gates; end-systole at phase 0.
+    let mut segments = Vec::new();
+    for gate in [1, 0] {
+        for map in ["polar_map", "polar_map_truth"] {
+            let of = report["gates"][gate][map]["segments"].as_array().unwrap();
+            segments.extend(of.iter().map(|value| value.as_f64().unwrap()));
+        }
+    }
+    let largest = segments.iter().copied().fold(0.0, f64::max);
+    let expected: Vec<String> = (segments.iter())
+        .map(|value| format!("{:.0}", 100.0 * value / largest))
+        .collect();
+    let drawn: Vec<&str> = (page.split("<text ").skip(1))
+        .filter_map(|text| {
+            let (attributes, text) = text.split_once('>')?;
+            let is_value = attributes.ends_with("\"#000\"") || attributes.ends_with("\"#fff\"");
+            is_value.then(|| text.split('<').next().unwrap())
+        })
+        .collect();
+    assert_eq!(drawn, expected);
+    assert!(page.contains("Reconstruction minus exact activity, gate 1 (of 3)"));
+    assert!(page.contains("Profile through the wall in the short-axis section, gate 0 (of 3)"));
+    assert!(page.contains(
+        "phase 0 is end-systole (sinusoidal volume curve). End-diastole is at phase 0.500, end-systole at phase 0.000."
+    ));
+    let number = |value: &serde_json::Value, digits: usize| {
+        format!("<td>{:.digits$}</td>", value.as_f64().unwrap())
+    };
+    let measured = &report["measured"];
+    for (name, value) in [
+        ("ejection fraction", &report["numbers"]["ejection_fraction"]),
+        (
+            "ejection fraction measured in the reconstructions",
+            &measured["ejection_fraction"],
+        ),
+        (
+            "ejection fraction measured in the exact activity",
+            &measured["ejection_fraction_truth"],
+        ),
+    ] {
+        let row = format!("<th scope=\"row\">{name}</th>{}", number(value, 5));
+        assert!(page.contains(&row), "{row}");
+    }
+    for (k, gate) in report["gates"].as_array().unwrap().iter().enumerate() {
+        let row = format!(
+            "<tr><th scope=\"row\">{k}</th>{}{}</tr>",
+            number(&gate["counts"], 0),
+            number(&gate["counts_per_unit"], 5)
+        );
+        assert!(page.contains(&row), "{row}");
+        let artefacts = &gate["artefacts"];
+        let row = format!(
+            "<tr><th scope=\"row\">{k}</th>{}{}{}",
+            number(&artefacts["wall_mean"], 4),
+            number(&artefacts["wall_unevenness"], 4),
+            number(&artefacts["wall_erosion"], 0)
+        );
+        assert!(page.contains(&row), "{row}");
+    }
 }
 
 #[test]

@@ -267,6 +267,32 @@ fn truth_and_view_compute_their_part_only() {
 }
 
 #[test]
+fn view_writes_the_quantity_of_the_output() {
+    let folder = tempfile::tempdir().unwrap();
+    let view = |values: &str| {
+        let rest = format!(
+            "[noise]\ncounts = {{ per_unit = 50.0 }}\nseed = 1\n[acquisition]\nmode = {{ static = {{ phase = 0.0 }} }}\n\
+             [output]\nvalues = '{values}'\n"
+        );
+        let (scene, file) = (small(folder.path(), &rest), folder.path().join("view.npy"));
+        let (scene, out) = (scene.to_str().unwrap(), file.to_str().unwrap());
+        let output = heart_phantom(&["view", scene, "--view", "3", "--out", out]);
+        assert!(output.status.success(), "{output:?}");
+        let samples = std::fs::read(&file).unwrap()[128..].to_vec();
+        let samples = samples.chunks_exact(4);
+        samples
+            .map(|sample| f32::from_le_bytes(sample.try_into().unwrap()))
+            .collect::<Vec<f32>>()
+    };
+    let (samples, counts) = (view("normalised"), view("counts"));
+    for (sample, count) in samples.iter().zip(&counts) {
+        // Rounding of f32 of counts below 1000.
+        assert!(count.fract() == 0.0 && (50.0 * sample - count).abs() < 1e-3);
+    }
+    assert!(counts.iter().any(|count| *count > 100.0));
+}
+
+#[test]
 fn an_invalid_scene_is_reported_with_its_line_and_exit_code_2() {
     let folder = tempfile::tempdir().unwrap();
     let scene = small(folder.path(), "arc = 'half'\n");

@@ -3,10 +3,12 @@
 use super::identity::series;
 use super::item::{Item, decimal};
 use super::pixels::Pixels;
-use crate::error::{PhantomError, check_count};
+use crate::error::{PhantomError, check, check_count};
 use crate::files::names::millimetres;
 use crate::files::turn::{Direction, Turn};
-use crate::files::{BeatCounts, PROGRAM, Projections, Volume, write_atomically};
+use crate::files::{
+    BeatCounts, Corrections, PROGRAM, Projections, Samples, Volume, write_atomically,
+};
 use crate::text::short;
 use dicom_core::{Tag, VR};
 use dicom_dictionary_std::{tags, uids};
@@ -94,9 +96,12 @@ pub(in crate::files) fn write_projections(
     pointers.extend(frames.pointers());
     pointers.push(tags::ANGULAR_VIEW_VECTOR);
     let heads = (1..=frames.heads).flat_map(|head| vec![head; n / info.heads]);
-    let corrected = if info.decay_corrected { "DECY" } else { "" };
+    let corrections = Corrections {
+        decay: info.decay_corrected,
+        ..Corrections::default()
+    };
     let item = frames
-        .put(common(kind, corrected))
+        .put(common(kind, corrections))
         .pointers(tags::FRAME_INCREMENT_POINTER, pointers)
         .shorts(tags::ENERGY_WINDOW_VECTOR, vec![1; n])
         .shorts(tags::DETECTOR_VECTOR, heads.collect())
@@ -107,6 +112,9 @@ pub(in crate::files) fn write_projections(
             tags::DETECTOR_INFORMATION_SEQUENCE,
             turns.iter().enumerate().map(detector).collect(),
         );
+    if info.counts {
+        check_counts(projections.samples())?;
+    }
     // Seen from the detector.
     let shape = [projections.n_gates(), info.heads, each];
     let seen = projections.samples().backwards_by_head(shape, rows * bins);
@@ -148,7 +156,7 @@ pub(in crate::files) fn write_volume(path: &Path, volume: &Volume) -> Result<(),
     let mut pointers = frames.pointers();
     pointers.push(tags::SLICE_VECTOR);
     let item = frames
-        .put(common(kind, ""))
+        .put(common(kind, volume.corrections()))
         .pointers(tags::FRAME_INCREMENT_POINTER, pointers)
         .shorts(tags::SLICE_VECTOR, frames.within())
         .shorts(tags::NUMBER_OF_SLICES, vec![frames.each])
@@ -167,6 +175,15 @@ fn write(path: &Path, item: Item, study: Option<&str>) -> Result<(), PhantomErro
         }
         Ok(())
     })
+}
+
+/// Rejects counts that exceed a pixel of 16 bits.
+fn check_counts(samples: Samples) -> Result<(), PhantomError> {
+    let Samples::F32(counts) = samples else {
+        return Ok(());
+    };
+    let most = counts.iter().copied().fold(0.0, f32::max);
+    check("largest count", most.into(), [0.0, u16::MAX.into()]).map(drop)
 }
 
 /// Counts of a sample of 1, if known and equal in all views of all gates.
@@ -208,7 +225,7 @@ impl Frames {
         let frames = gates.saturating_mul(heads).saturating_mul(each);
         let bytes = 2.0 * frames as f64 * rows as f64 * columns as f64;
         // The length of a value has 32 bits.
-        crate::error::check("bytes of the frames", bytes, [0.0, 4e9])?;
+        check("bytes of the frames", bytes, [0.0, 4e9])?;
         Ok(Self {
             gates,
             heads: number("detectors", heads)?,
@@ -287,7 +304,17 @@ impl Frames {
 }
 
 /// Attributes of every nuclear medicine image.
-fn common(kind: &str, corrected: &str) -> Item {
+fn common(kind: &str, corrections: Corrections) -> Item {
+    // The defined terms of C.8.4.9.
+    let corrected: Vec<&str> = [
+        (corrections.decay, "DECY"),
+        (corrections.attenuation, "ATTN"),
+        (corrections.scatter, "SCAT"),
+        (corrections.motion, "MOTN"),
+    ]
+    .into_iter()
+    .filter_map(|(is_corrected, term)| is_corrected.then_some(term))
+    .collect();
     let supine = Item::new().code(
         tags::PATIENT_ORIENTATION_MODIFIER_CODE_SEQUENCE,
         ["40199007", "supine"],
@@ -302,7 +329,7 @@ fn common(kind: &str, corrected: &str) -> Item {
             (tags::ACQUISITION_TIME, VR::TM),
             (tags::COUNTS_ACCUMULATED, VR::IS),
         ])
-        .text(tags::CORRECTED_IMAGE, VR::CS, corrected)
+        .text(tags::CORRECTED_IMAGE, VR::CS, &corrected.join("\\"))
         .sequence(tags::ENERGY_WINDOW_INFORMATION_SEQUENCE, vec![window])
         .sequence(tags::RADIOPHARMACEUTICAL_INFORMATION_SEQUENCE, Vec::new())
         .code(

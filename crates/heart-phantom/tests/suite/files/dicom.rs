@@ -408,3 +408,70 @@ fn raw_counts_are_whole_numbers_with_a_slope_of_one() {
         .unwrap();
     assert_eq!(acquired, 130);
 }
+
+/// `Corrected Image` of reconstructions: decay of the samples, attenuation and scatter of the model, known motion. The ground truth has none.
+#[test]
+fn volumes_name_their_corrections() {
+    let scene = "[heart]\ndiscretisation = { differences = { nodes = 41 } }\n\
+        [camera]\nviews = 8\nbins = 12\nrows = 10\npitch = [1.4, 1.6]\n\
+        [attenuation]\ncoefficient = 0.15\nmedium = { torso = { centre = [0.0, 0.0], semi_axes = [12.0, 9.0] } }\n\
+        [scatter]\ntolerance = 1.0\n\
+        [acquisition]\nmode = { static = { phase = 0.0 } }\n\
+        [output]\nwrite = ['reconstruction', 'truth']\nvolumes = 'dicom'\n";
+    let osem = "method = { osem = { subsets = 2, iterations = 1, attenuation = true } }";
+    let scatter = "method = { osem = { subsets = 2, iterations = 1, attenuation = true, scatter = 'known' } }";
+    let moves =
+        "method = { osem = { subsets = 2, iterations = 1 } }\ncompensation = 'known-motion'";
+    let decay = "[counting]\nsensitivity = 80.0\ndecay = 'tc-99m'\n";
+    for (counting, method, expected) in [
+        ("", "method = 'fbp'", ""),
+        (decay, "method = 'fbp'", "DECY"),
+        ("", osem, "ATTN"),
+        (decay, scatter, "DECY\\ATTN\\SCAT"),
+        ("", moves, "MOTN"),
+    ] {
+        let text_of = format!("{scene}{counting}[reconstruction]\n{method}\n");
+        let phantom = Phantom::new(Scene::from_toml(&text_of).unwrap()).unwrap();
+        let folder = tempfile::tempdir().unwrap();
+        let report = run(&phantom, folder.path(), &|_| ()).unwrap();
+        for (stem, expected) in [("reconstruction", expected), ("truth", "")] {
+            let of_stem = |file: &&std::path::PathBuf| file.to_string_lossy().starts_with(stem);
+            let name = report.files.iter().find(of_stem).unwrap();
+            validate(&folder.path().join(name));
+            let file = open_file(folder.path().join(name)).unwrap();
+            let found = text(&file, tags::CORRECTED_IMAGE);
+            assert_eq!(found.trim(), expected, "{method} {stem}");
+        }
+    }
+}
+
+/// Counts beyond 16 bits have no pixel: an error with the largest count and the limit, and no file.
+#[test]
+fn counts_above_16_bits_are_rejected() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.dcm");
+    let angles: Vec<f64> = (0..6).map(f64::from).collect();
+    let (detector, mut samples) = stack(&angles, [0.0; 2]);
+    samples.fill(3.0);
+    let mut write_counts = |largest: f32| {
+        samples[7] = largest;
+        let projections = Projections::new(detector, &angles, RADIUS, samples.as_slice()).unwrap();
+        let info = AcquisitionInfo {
+            counts: true,
+            ..AcquisitionInfo::default()
+        };
+        let projections = projections.with_acquisition(info).unwrap();
+        write(&path, &projections, Format::Dicom)
+    };
+    let message = write_counts(65_536.0).unwrap_err().to_string();
+    assert_eq!(
+        message,
+        "largest count is 65536, must be between 0 and 65535"
+    );
+    assert_eq!(entries(folder.path()), 0);
+    write_counts(65_535.0).unwrap();
+    let file = open_file(&path).unwrap();
+    assert_eq!(decimals(&file, tags::RESCALE_SLOPE), [1.0]);
+    let pixels = shorts(&file, tags::PIXEL_DATA);
+    assert_eq!(pixels.iter().max(), Some(&u16::MAX));
+}

@@ -50,7 +50,10 @@ fn amplitudes_of_a_short_arc_agree_with_the_guide() {
         let regions = phantom.regions_of(0).unwrap();
         let inner = ImageQuality::of(&volume, Some(&truth), &regions, phantom.camera()).unwrap();
         // To the last printed digit.
-        assert!((inner.wall_mean.unwrap() - mean).abs() < 0.006, "{inner:?}");
+        assert!(
+            (inner.eroded_wall_mean.unwrap() - mean).abs() < 0.006,
+            "{inner:?}"
+        );
         let uneven = found.wall_unevenness.unwrap();
         assert!((0.325..0.435).contains(&uneven), "{found:?}");
     }

@@ -54,6 +54,17 @@ fn bad_input_is_rejected_with_its_values() {
         Err(NotFinite { index: 0, .. })
     ));
 
+    let nan_segment: [f64; 17] = std::array::from_fn(|k| if k == 5 { f64::NAN } else { 1.0 });
+    assert!(matches!(polar_maps(&[], 1.0, ""), Err(TooFew { .. })));
+    assert!(matches!(
+        polar_maps(&[("", nan_segment)], 1.0, ""),
+        Err(NotFinite { index: 5, .. })
+    ));
+    assert!(matches!(
+        polar_maps(&[("", [1.0; 17])], 0.0, ""),
+        Err(NotPositive { .. })
+    ));
+
     let history = |norms| History { label: "", norms };
     assert!(matches!(histories("", None, &[]), Err(TooFew { .. })));
     assert!(matches!(

@@ -2,6 +2,7 @@
 
 mod bad_inputs;
 mod pictures;
+mod polar;
 
 use std::f64::consts::PI;
 

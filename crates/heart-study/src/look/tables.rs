@@ -1,0 +1,118 @@
+//! Tables of a page.
+
+use crate::figures::Table;
+use heart_phantom::{GateReport, RunReport, Thickness};
+
+/// Tables of the heart, its phases, the counts and the image quality.
+pub(super) fn tables(report: &RunReport) -> Vec<Table> {
+    [Some(heart(report)), Some(phases(report))]
+        .into_iter()
+        .chain([counts(report), quality(report)])
+        .flatten()
+        .collect()
+}
+
+fn heart(report: &RunReport) -> Table {
+    let numbers = &report.numbers;
+    let measured = report.measured.as_ref();
+    let of_images = measured.and_then(|measured| measured.ejection_fraction);
+    let of_truth = measured.and_then(|measured| measured.ejection_fraction_truth);
+    let measures = [
+        ("end-diastolic volume (mL)", Some(numbers.edv), 3),
+        ("end-systolic volume (mL)", Some(numbers.esv), 3),
+        ("stroke volume (mL)", Some(numbers.stroke_volume), 3),
+        ("ejection fraction", Some(numbers.ejection_fraction), 5),
+        (
+            "ejection fraction measured in the reconstructions",
+            of_images,
+            5,
+        ),
+        (
+            "ejection fraction measured in the exact activity",
+            of_truth,
+            5,
+        ),
+        ("cardiac output (L/min)", Some(numbers.cardiac_output), 3),
+        ("volume of the wall (mL)", Some(numbers.wall_volume), 3),
+    ];
+    let rows = measures.into_iter().filter_map(|(name, value, digits)| {
+        value.map(|value| vec![name.into(), format!("{value:.digits$}")])
+    });
+    Table::new("The heart", &["measure", "value"], rows.collect())
+}
+
+fn phases(report: &RunReport) -> Table {
+    let header = [
+        "phase of",
+        "phase",
+        "cavity (mL)",
+        "wall at the side (mm)",
+        "at the apex (mm)",
+    ];
+    let rows = report.phases.iter().map(|phase| {
+        let Thickness { side, apex, .. } = phase.thickness;
+        vec![
+            phase.of.clone(),
+            format!("{:.4}", phase.phase),
+            format!("{:.3}", phase.cavity_ml),
+            format!("{:.2}", 10.0 * side),
+            format!("{:.2}", 10.0 * apex),
+        ]
+    });
+    let caption = "The heart at the phases that represent the projections. The phase is the fraction of the R-R interval since \
+        the start of the cycle";
+    Table::new(caption, &header, rows.collect())
+}
+
+/// `None` if the counts are unknown.
+fn counts(report: &RunReport) -> Option<Table> {
+    // One value, or the smallest and the largest of the projections.
+    let per_unit = |gate: &GateReport| match (gate.counts_per_unit, &gate.views.counts_per_unit) {
+        (Some(one), _) => format!("{one:.5}"),
+        (None, each) => {
+            let least = each.iter().copied().fold(f64::INFINITY, f64::min);
+            let most = each.iter().copied().fold(0.0, f64::max);
+            format!("{least:.5} to {most:.5}")
+        }
+    };
+    let rows: Vec<_> = (report.gates.iter().enumerate())
+        .filter_map(|(gate, of)| {
+            let counts = format!("{:.0}", of.counts?);
+            Some(vec![gate.to_string(), counts, per_unit(of)])
+        })
+        .collect();
+    let header = [
+        "gate",
+        "counts in all projections",
+        "counts per unit sample",
+    ];
+    (!rows.is_empty()).then(|| Table::new("Counts", &header, rows))
+}
+
+/// `None` without both reconstruction and exact activity.
+fn quality(report: &RunReport) -> Option<Table> {
+    let told = |value: Option<f64>| value.map_or("-".into(), |value| format!("{value:.4}"));
+    let header = [
+        "gate",
+        "mean of the wall",
+        "unevenness",
+        "erosions of its voxels",
+        "edge of the wall (mm)",
+        "rms difference from the ground truth",
+    ];
+    let rows: Vec<_> = (report.gates.iter().enumerate())
+        .filter_map(|(gate, of)| {
+            let found = of.artefacts.as_ref()?;
+            Some(vec![
+                gate.to_string(),
+                told(found.wall_mean),
+                told(found.wall_unevenness),
+                found.wall_erosion.to_string(),
+                told(found.wall_blur_mm),
+                told(found.rmse),
+            ])
+        })
+        .collect();
+    let caption = "Comparison of the reconstruction with the exact activity";
+    (!rows.is_empty()).then(|| Table::new(caption, &header, rows))
+}
