@@ -2,8 +2,10 @@
 //! `cargo xtask stress --kind accuracy [--scenes N] [--rows PREFIX]`: N problems (1000) for each row of `docs/accuracy.md` whose name
 //! begins with the prefix (all); writes the table.
 //!
-//! The problems are in `tests/tests/stress/` and `tests/tests/accuracy/`; this task builds them with optimisation and passes amount and
-//! first seed.
+//! `cargo xtask stress --kind fuzzed --scenes N`: N random files for the program `heart-phantom`, with limits of memory and time.
+//!
+//! The problems are in `tests/tests/stress/`, `tests/tests/accuracy/` and `crates/heart-study/tests/suite/fuzzed.rs`; this task builds them
+//! with optimisation and passes amount and first seed.
 
 use std::process::Command;
 use std::time::{SystemTime, UNIX_EPOCH};
@@ -47,17 +49,15 @@ pub(crate) fn task(arguments: &[String]) -> Result<(), String> {
     let now = || SystemTime::now().duration_since(UNIX_EPOCH);
     let seed = seed.unwrap_or_else(|| now().map_or(1, |time| time.as_secs() << 32));
     println!("{variable}={amount} from seed {seed}");
+    // Files for the program, which has overflow checks without `--release`.
+    let problems = match kind.is_some_and(|kind| kind == "fuzzed") {
+        true => ["--package=heart-study", "--test=suite"].as_slice(),
+        false => &["--release", "--package=tests", "--test=stress"],
+    };
     let status = Command::new(env!("CARGO"))
-        .args([
-            "test",
-            "--release",
-            "--package",
-            "tests",
-            "--test",
-            "stress",
-            "--",
-            "--nocapture",
-        ])
+        .arg("test")
+        .args(problems)
+        .args(["--", "--nocapture"])
         // names of tests begin with the kind
         .args(kind)
         .env(variable, amount)

@@ -88,16 +88,11 @@ pub enum CohortError {
         /// All faults.
         faults: Vec<FileFault>,
     },
-    /// A directory without shards, or with shards of different numbers of shards.
-    #[error(
-        "{} contains shards of {cuts} different cohorts or shard counts",
-        escape_path(folder)
-    )]
-    Cuts {
+    /// A directory without shards.
+    #[error("{} contains no shard", escape_path(folder))]
+    NoShards {
         /// The directory.
         folder: PathBuf,
-        /// Their number.
-        cuts: usize,
     },
     /// An option of a Slurm script outside its range.
     #[error("{option} is {}; {wanted}", escape(given))]

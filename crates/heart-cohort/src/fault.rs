@@ -25,7 +25,7 @@ pub enum Fault {
         // tidy: allow string: the words of the operating system
         reason: String,
     },
-    /// A name that resembles that of a shard, such as `shard-0-of-0.json`.
+    /// A name that resembles that of a shard, such as `shard-0-of-0.json`, or that has another number of shards than most files.
     #[error("is not the name of a shard of this cohort")]
     Name,
     /// A record that does not match its checksum.

@@ -3,18 +3,19 @@
 use crate::cut::Shard;
 use crate::error::CohortError;
 use crate::fault::{Fault, FileFault};
-use std::collections::BTreeSet;
+use std::cmp::Reverse;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::Path;
 
 /// The shard files of a directory.
 #[derive(Debug)]
 pub(crate) struct Listing {
-    /// Expected number of shards.
+    /// Expected number of shards: that of the most shards found, the smallest of several.
     pub(crate) of: u64,
     /// Shards with a record or an archive.
     pub(crate) shards: BTreeSet<u64>,
-    /// Names that resemble those of shards, and missing shards.
+    /// Names that resemble those of shards or have another number of shards, and missing shards.
     pub(crate) faults: Vec<FileFault>,
 }
 
@@ -22,37 +23,37 @@ impl Listing {
     /// Lists a directory.
     ///
     /// # Errors
-    /// [`CohortError::Read`]; [`CohortError::Cuts`] if there are no shards, or different numbers of shards.
+    /// [`CohortError::Read`]; [`CohortError::NoShards`].
     pub(crate) fn of(folder: &Path) -> Result<Self, CohortError> {
         let unread = |source| CohortError::Read {
             path: folder.to_path_buf(),
             source,
         };
-        let (mut found, mut faults) = (BTreeSet::new(), Vec::new());
+        let mut found: BTreeMap<u64, BTreeSet<u64>> = BTreeMap::new();
+        let (mut names, mut faults) = (Vec::new(), Vec::new());
         for entry in fs::read_dir(folder).map_err(unread)? {
             let name = entry.map_err(unread)?.file_name();
-            let name = name.to_string_lossy();
+            let name = name.to_string_lossy().into_owned();
             if !name.starts_with("shard-") || name.ends_with(".tmp") {
                 continue;
             }
             match Shard::of_file_name(&name) {
-                Some(shard) => drop(found.insert((shard.of, shard.shard))),
+                Some(shard) => {
+                    found.entry(shard.of).or_default().insert(shard.shard);
+                    names.push((name, shard.of));
+                }
                 None => faults.push(FileFault::new(name, Fault::Name)),
             }
         }
-        let cuts: BTreeSet<u64> = found.iter().map(|(of, _)| *of).collect();
-        let (Some(&of), 1) = (cuts.first(), cuts.len()) else {
-            return Err(CohortError::Cuts {
-                folder: folder.to_path_buf(),
-                cuts: cuts.len(),
-            });
+        let most = (found.into_iter()).max_by_key(|(of, shards)| (shards.len(), Reverse(*of)));
+        let Some((of, shards)) = most else {
+            let folder = folder.to_path_buf();
+            return Err(CohortError::NoShards { folder });
         };
+        let others = names.into_iter().filter(|(_, other)| *other != of);
+        faults.extend(others.map(|(name, _)| FileFault::new(name, Fault::Name)));
         faults.sort_by(|a, b| a.file.cmp(&b.file));
-        let mut listing = Self {
-            of,
-            shards: found.into_iter().map(|(_, shard)| shard).collect(),
-            faults,
-        };
+        let mut listing = Self { of, shards, faults };
         listing.add_missing();
         Ok(listing)
     }

@@ -40,8 +40,8 @@ const FIRST: [&str; 12] = [
 /// evaluate. Temporary files of killed processes are removed. One record at a time is in memory.
 ///
 /// # Errors
-/// [`CohortError::Cuts`]; [`CohortError::Faults`] for missing shards, records that do not match their checksum, archives of another
-/// length (their bytes are not read) and shards of several cohorts; errors of writing.
+/// [`CohortError::NoShards`]; [`CohortError::Faults`] for missing shards, names of another number of shards, records that do not match
+/// their checksum, archives of another length (their bytes are not read) and shards of several cohorts; errors of writing.
 pub fn merge(folder: &Path) -> Result<ManifestReport, CohortError> {
     let listing = Listing::of(folder)?;
     let (mut drawn, mut numbers) = (BTreeSet::new(), BTreeSet::new());

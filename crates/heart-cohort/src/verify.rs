@@ -37,8 +37,8 @@ pub struct VerifyReport {
 /// kept in memory; the cost is `count` times that of a member. `count` may be 0.
 ///
 /// # Errors
-/// [`CohortError::Cuts`] if the directory has no shards or different numbers of shards, [`CohortError::Read`] if it cannot be
-/// listed, [`CohortError::Threads`]. A fault is not an error.
+/// [`CohortError::NoShards`], [`CohortError::Read`] if the directory cannot be listed, [`CohortError::Threads`]. A fault is not an
+/// error.
 pub fn verify(
     cohort: &Cohort,
     folder: &Path,

@@ -15,8 +15,6 @@ pub(crate) const PIECES: [usize; 2] = [0, 1000];
 pub(crate) const DEFECT_ACTIVITY: [f64; 2] = [0.0, 1e6];
 /// Number of reported material points.
 pub(crate) const POINTS: [usize; 2] = [0, 10_000];
-/// Atrioventricular-plane displacement in cm.
-pub(crate) const DESCENT: [f64; 2] = [0.0, 10.0];
 /// Transmural position from the inner to the outer membrane, and s from base to apex.
 pub(crate) const LAYER: [f64; 2] = [0.0, 1.0];
 pub(crate) const S: [f64; 2] = [0.0, 0.5];

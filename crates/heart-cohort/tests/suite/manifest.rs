@@ -65,7 +65,7 @@ fn a_directory_without_all_shards_has_no_manifest() {
     let folder = tempfile::tempdir().unwrap();
     assert!(matches!(
         merge(folder.path()),
-        Err(CohortError::Cuts { cuts: 0, .. })
+        Err(CohortError::NoShards { .. })
     ));
     let cohort = with_rejected(6);
     let reports = all(&cohort, folder.path(), 3, 1);
@@ -89,11 +89,22 @@ fn a_directory_without_all_shards_has_no_manifest() {
         fs::write(&reports[1].path, &archive).unwrap();
     }
     assert!(!folder.path().join("manifest.csv").exists());
+    // Each file of a second division is a fault.
     all(&cohort, folder.path(), 2, 1);
-    assert!(matches!(
-        merge(folder.path()),
-        Err(CohortError::Cuts { cuts: 2, .. })
-    ));
+    let error = merge(folder.path()).unwrap_err();
+    let CohortError::Faults { faults, .. } = error else {
+        panic!("{error}")
+    };
+    let found: Vec<_> = (faults.iter())
+        .map(|found| (&*found.file, &found.fault))
+        .collect();
+    let expected = [
+        "shard-00001-of-00002.json",
+        "shard-00001-of-00002.tar",
+        "shard-00002-of-00002.json",
+        "shard-00002-of-00002.tar",
+    ];
+    assert_eq!(found, expected.map(|name| (name, &Fault::Name)));
 }
 
 /// Names of cases and drawn names come from the user; a spreadsheet must not evaluate them.

@@ -170,6 +170,9 @@ fn invalid_shard_names_are_detected() {
         "shard-00001-of-00003 (copy).tar",
         "shard-00001-of-00003.tar.gz",
         "shard-x.json",
+        // valid names of other numbers of shards
+        "shard-00001-of-00001.json",
+        "shard-00004-of-00040.tar",
     ] {
         let path = folder.path().join(name);
         fs::copy(&paths[0], &path).unwrap();
@@ -195,7 +198,7 @@ fn invalid_shard_names_are_detected() {
     let options = RunOptions::new(1);
     assert!(matches!(
         verify(&cohort, alone.path(), 9, 1, &options),
-        Err(CohortError::Cuts { cuts: 0, .. })
+        Err(CohortError::NoShards { .. })
     ));
     fs::remove_file(alone.path().join("shard-0-of-0.json")).unwrap();
     empty("shard-00001-of-67108864.json");
@@ -211,6 +214,23 @@ fn invalid_shard_names_are_detected() {
         alone.path(),
         &[(second, missing), (first, Fault::Checksum)],
     );
+}
+
+/// A name of another number of shards hides no other fault.
+#[test]
+fn a_stray_name_is_listed_with_all_other_faults() {
+    let (cohort, folder, paths) = six();
+    fs::write(folder.path().join("shard-00001-of-00006.tar"), "").unwrap();
+    fs::write(&paths[0], "").unwrap();
+    fs::remove_file(&paths[2]).unwrap();
+    let faults = [
+        ("shard-00001-of-00006.tar", Fault::Name),
+        ("shard-00001-of-00003.tar", Fault::Archive { member: None }),
+        ("shard-00003-of-00003.tar", Fault::Missing { following: 0 }),
+    ];
+    finds(&cohort, folder.path(), &faults);
+    let report = verified(&cohort, folder.path(), 9);
+    assert_eq!((report.complete, report.recomputed), (1, vec![2, 3]));
 }
 
 /// Opening a pipe would block.

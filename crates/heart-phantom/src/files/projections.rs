@@ -165,7 +165,7 @@ impl<'a> Projections<'a> {
         })
     }
 
-    /// Sets the acquisition time of each view in seconds; 0 if unknown.
+    /// Sets the acquisition time of each view in seconds, of all gates together; 0 if unknown.
     ///
     /// # Errors
     /// [`PhantomError::OutOfRange`] if they are negative or not finite.

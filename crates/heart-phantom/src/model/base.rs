@@ -2,7 +2,7 @@
 
 use super::material::APEX;
 use crate::error::{PhantomError, check};
-use crate::ranges::{DESCENT, GAIN};
+use crate::ranges::GAIN;
 use membrane_newton::membrane_forces::Material;
 use membrane_newton::{
     Control, Discretisation, Equilibrium, Membrane, NewtonOptions, Pair, PairEquilibrium,
@@ -25,9 +25,14 @@ pub(super) struct Descent {
 }
 
 impl Descent {
-    /// A displacement of `whole` cm from the gain at end-diastole to that at end-systole; `None` for zero or a constant volume.
-    pub(super) fn new(whole: f64, [low, high]: [f64; 2]) -> Result<Option<Self>, PhantomError> {
-        check("av_plane_displacement", whole, DESCENT)?;
+    /// A displacement of `whole` cm, at most `length`, from the gain at end-diastole to that at end-systole; `None` for zero or a constant
+    /// volume.
+    pub(super) fn new(
+        whole: f64,
+        [low, high]: [f64; 2],
+        length: f64,
+    ) -> Result<Option<Self>, PhantomError> {
+        check("av_plane_displacement", whole, [0.0, length])?;
         check("largest gain", high, GAIN)?;
         check("smallest gain", low, [0.0, high])?;
         let gains = [low, high];

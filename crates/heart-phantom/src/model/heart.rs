@@ -241,14 +241,14 @@ impl Heart {
     /// ```
     ///
     /// # Errors
-    /// [`PhantomError::OutOfRange`] for a displacement below 0 or above 10 cm, and invalid gains.
+    /// [`PhantomError::OutOfRange`] for a displacement below 0 or above [`Heart::length`], and invalid gains.
     #[doc(alias("AVPD", "MAPSE"))]
     pub fn with_av_plane_displacement(
         mut self,
         cm: f64,
         gains: [f64; 2],
     ) -> Result<Self, PhantomError> {
-        let descent = Descent::new(cm, gains)?;
+        let descent = Descent::new(cm, gains, self.length)?;
         if descent != self.descent {
             // Earlier shapes belong to another heart.
             (self.descent, self.kept) = (descent, Arc::default());

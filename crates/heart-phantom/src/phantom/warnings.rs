@@ -12,8 +12,8 @@ use std::f64::consts::PI;
 
 /// Number of directions over half a turn in which a gap is searched; the widest one is found with a relative error of 1 - cos(pi / 128) = 3e-4.
 const DIRECTIONS: usize = 64;
-/// Largest overlap of heart and bone, mL, that the sampling does not resolve.
-const MOST_OVERLAP: f64 = 0.5;
+/// Largest overlap of heart and bone, as a fraction of the volume of the heart, that the sampling does not resolve.
+const MOST_OVERLAP: f64 = 2e-3;
 
 impl Phantom {
     /// Returns the warnings of the scene: allowed values that are probably not intended. Solves one or two shapes. Casts the rays of one view only
@@ -223,7 +223,8 @@ impl Phantom {
             }
             for body in bodies {
                 let volume = overlap(body, bone)?;
-                if volume > worst.map_or(MOST_OVERLAP, |(_, most)| most) {
+                let least = MOST_OVERLAP * body.layers()[0].mass_properties().volume;
+                if volume > worst.map_or(least, |(_, most)| most) {
                     worst = Some((organ, volume));
                 }
             }

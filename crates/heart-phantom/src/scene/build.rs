@@ -102,12 +102,14 @@ fn heart_of(scene: &Scene) -> Result<Heart, PhantomError> {
     )
 }
 
-/// The reference volume of gains.
+/// Reference volume and length of the heart.
 #[derive(Debug)]
 pub(crate) struct Rest {
     /// Reference volume of the inner membrane: discretised for a range in mL, so that solved volumes equal given ones; else exact.
     /// the exact balloon.
     pub(crate) volume: f64,
+    /// Reference length from the base to the outer apex, cm.
+    pub(crate) length: f64,
     /// The heart, if one was built for this volume.
     pub(crate) heart: Option<Heart>,
 }
@@ -116,6 +118,7 @@ impl Default for Rest {
     fn default() -> Self {
         Self {
             volume: f64::NAN,
+            length: f64::INFINITY,
             heart: None,
         }
     }
@@ -133,7 +136,12 @@ impl Rest {
             Some(heart) => solved(heart),
             None => balloon_measures(scene.heart.inner.length, scene.heart.inner.radius)?.volume,
         };
-        Ok(Self { volume, heart })
+        let outer = scene.heart.outer;
+        Ok(Self {
+            volume,
+            length: own.map_or(outer.length + outer.radius, Heart::length),
+            heart,
+        })
     }
 }
 

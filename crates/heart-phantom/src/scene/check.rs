@@ -49,7 +49,9 @@ fn scene(scene: &Scene, own: Option<&Heart>) -> Result<Rest, SceneError> {
         true => Rest::of(scene, own).unwrap_or_default(),
         false => Rest::default(),
     };
-    c.at("cycle", |c| scene.cycle.check(rest.volume, c));
+    c.at("cycle", |c| {
+        scene.cycle.check([rest.volume, rest.length], c)
+    });
     if let (Some(beats), true) = (&scene.beats, c.is_clean(&["cycle"]))
         && let Ok(cycle) = regular_cycle_of(scene, rest.volume)
     {
@@ -201,8 +203,8 @@ impl HeartSettings {
 }
 
 impl CycleSettings {
-    /// `rest` is the reference volume of the inner membrane, NaN if unknown.
-    fn check(&self, rest: f64, c: &mut Check) {
+    /// `rest` is the reference volume of the inner membrane, NaN if unknown, `length` that of the outer one.
+    fn check(&self, [rest, length]: [f64; 2], c: &mut Check) {
         c.within("beats_per_minute", self.beats_per_minute, [1.0, 1000.0]);
         if let (true, Err(error)) = (
             c.is_clean(&["cycle"]),
@@ -218,7 +220,7 @@ impl CycleSettings {
         c.within(
             "av_plane_displacement",
             self.av_plane_displacement,
-            ranges::DESCENT,
+            [0.0, length],
         );
         c.at("volume", |c| match self.volume {
             VolumeRange::Gain(gain) => c.within("gain", gain, ranges::GAIN),

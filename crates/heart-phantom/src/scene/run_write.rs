@@ -93,7 +93,11 @@ impl Run<'_> {
             beats: index.eq(&Index::All).then(|| self.phantom.beat_counts()),
         })?;
         let times = self.phantom.view_times(gate)?;
-        let seen = times.iter().map(|time| time.window).sum::<f64>() / times.len() as f64;
+        // Of all gates the time per angular position, also that of rejected beats.
+        let seen = match seconds {
+            Some(_) => camera.interval(),
+            None => times.iter().map(|time| time.window).sum::<f64>() / times.len() as f64,
+        };
         projections = projections.with_seconds(seen)?;
         if let Some(study) = &self.study {
             projections = projections.with_study(study);

@@ -1,7 +1,7 @@
 //! Inputs at the ends of their ranges: results scale, or an error occurs before any work.
 
 use heart_phantom::scene::{ArcPolicy, Mode, Product, Scene};
-use heart_phantom::{Phantom, PhantomError, no_observer, run};
+use heart_phantom::{Phantom, PhantomError, Warning, no_observer, run};
 
 /// A twisted heart with a defect, all lengths times `scale`.
 fn twisted(scale: f64) -> Scene {
@@ -35,12 +35,133 @@ fn a_twisted_defect_scales_with_the_heart() {
     };
     let expected = views(1.0);
     let most = expected.iter().copied().fold(0.0f32, f32::max);
-    for scale in [0.1, 1000.0] {
+    for scale in [0.05, 0.1, 1000.0] {
         for (found, expected) in views(scale).iter().zip(&expected) {
             let found = f64::from(*found) / scale;
             // The solver's tolerance and the polygons of the defect's layers, 1e-5 of the heart's length.
             let off = (found - f64::from(*expected)).abs();
             assert!(off < 1e-4 * f64::from(most), "{scale} {found} {expected}");
+        }
+    }
+}
+
+/// Sections of a study with all lengths times `cm`; attenuation coefficients scale inversely. Presets of collimators and `[chest]` have the
+/// physical lengths of a device and of an adult, which do not scale: their numbers are fields here.
+fn sections(case: &str, cm: f64) -> String {
+    let collimator = format!(
+        "[collimator]\nintrinsic_fwhm = {}\nholes = {{ parallel = {{ diameter = {}, length = {}, attenuation = {}, response = 'anger' }} }}\n",
+        0.38 * cm,
+        0.15 * cm,
+        3.5 * cm,
+        26.9 / cm,
+    );
+    let trunk = format!(
+        "{{ cylinder = {{ centre = [0.0, {}], semi_axes = [{}, {}] }} }}",
+        cm,
+        15.0 * cm,
+        12.0 * cm
+    );
+    let spine = format!(
+        "{{ ellipsoid = {{ centre = [{}, {}, 0.0], semi_axes = [{}, {}, {}] }} }}",
+        2.0 * cm,
+        3.0 * cm,
+        2.0 * cm,
+        2.5 * cm,
+        20.0 * cm
+    );
+    let organs = format!(
+        "[attenuation]\ncoefficient = {}\nmedium = 'heart'\n\
+         [[organs]]\nshape = {trunk}\nactivity = 0.1\nattenuation = {}\n\
+         [[organs]]\nshape = {spine}\nactivity = 0.05\nattenuation = {}\n",
+        0.15 / cm,
+        0.15 / cm,
+        0.2 / cm,
+    );
+    match case {
+        "collimator" => collimator,
+        "organs" => organs,
+        "breathing" => format!(
+            "[breathing]\nshift = [{}, 0.0, {}]\nrotation_degrees = [5.0, 0.0, 0.0]\n",
+            0.5 * cm,
+            -1.5 * cm
+        ),
+        "descent" => format!("[cycle]\nav_plane_displacement = {}\n", 1.6 * cm),
+        "osem" => format!(
+            "{collimator}{organs}[reconstruction]\n\
+             method = {{ osem = {{ subsets = 3, iterations = 2, attenuation = true, resolution = true }} }}\n"
+        ),
+        _ => String::new(),
+    }
+}
+
+/// A phantom of such a study.
+fn study(case: &str, cm: f64) -> Phantom {
+    let discretisation = match case {
+        "spectral" => format!(
+            "spectral = {{ degree = 10, per_piece = 1, tolerance = {} }}",
+            1e-3 * cm
+        ),
+        _ => "differences = { nodes = 61 }".to_owned(),
+    };
+    let text = format!(
+        "[heart]\ndiscretisation = {{ {discretisation} }}\n\
+         inner = {{ length = {}, radius = {} }}\nouter = {{ length = {}, radius = {} }}\n\
+         [camera]\nviews = 6\nbins = 14\nrows = 10\npitch = [{}, {}]\nradius = {}\n\
+         [acquisition]\naccuracy = {{ steps = 4 }}\n{}",
+        5.5 * cm,
+        1.6 * cm,
+        5.2 * cm,
+        2.9 * cm,
+        1.2 * cm,
+        1.6 * cm,
+        20.0 * cm,
+        sections(case, cm)
+    );
+    let phantom = Phantom::new(Scene::from_toml(&text).unwrap()).unwrap();
+    phantom.prepare().unwrap();
+    phantom
+}
+
+/// Projections scale with the lengths, reconstructed activity concentrations do not depend on them, overlaps scale with the volume.
+#[test]
+fn studies_scale_with_their_lengths() {
+    for case in [
+        "spectral",
+        "collimator",
+        "organs",
+        "breathing",
+        "descent",
+        "osem",
+    ] {
+        let of = |cm: f64| {
+            let phantom = study(case, cm);
+            let views = phantom.sinograms(0, &|_| ()).unwrap().samples;
+            let found = phantom.warnings().unwrap();
+            let overlap = found.iter().find_map(|warning| match warning {
+                Warning::InBone { volume, .. } => Some(*volume),
+                _ => None,
+            });
+            (views, phantom.volume(0).unwrap(), overlap)
+        };
+        let (views, volume, overlap) = of(1.0);
+        assert_eq!(overlap.is_some(), ["organs", "osem"].contains(&case));
+        for cm in [0.05, 1000.0] {
+            let (scaled_views, scaled_volume, scaled_overlap) = of(cm);
+            for (scaled, expected, unit) in
+                [(scaled_views, &views, cm), (scaled_volume, &volume, 1.0)]
+            {
+                let most = expected.iter().copied().fold(0.0f32, f32::max);
+                let off = (scaled.iter().zip(expected))
+                    .map(|(a, b)| (f64::from(*a) / unit - f64::from(*b)).abs())
+                    .fold(0.0, f64::max);
+                // The solver's tolerance; samples are f32.
+                assert!(off < 1e-5 * f64::from(most), "{case} {cm}: {off} {most}");
+            }
+            let ratio = scaled_overlap
+                .zip(overlap)
+                .map(|(a, b)| a / (b * cm.powi(3)));
+            assert!(ratio.is_none_or(|ratio| (ratio - 1.0).abs() < 1e-6));
+            assert_eq!(scaled_overlap.is_some(), overlap.is_some());
         }
     }
 }

@@ -11,3 +11,5 @@ mod cli_page;
 mod cli_scene;
 mod figures;
 mod observer;
+#[cfg(target_os = "linux")]
+mod fuzzed;

@@ -2,7 +2,7 @@
 
 use super::*;
 use dicom_dictionary_std::tags;
-use dicom_object::{DefaultDicomObject, Tag, open_file};
+use dicom_object::{DefaultDicomObject, InMemDicomObject, Tag, open_file};
 use heart_phantom::files::{AcquisitionInfo, BeatCounts, write_ct};
 use heart_phantom::{Phantom, Scene, no_observer, run};
 
@@ -14,6 +14,10 @@ fn shorts(file: &DefaultDicomObject, tag: Tag) -> Vec<u16> {
 
 fn text(file: &DefaultDicomObject, tag: Tag) -> String {
     file.element(tag).unwrap().to_str().unwrap().into_owned()
+}
+
+fn items(file: &DefaultDicomObject, tag: Tag) -> Vec<InMemDicomObject> {
+    file.element(tag).unwrap().items().unwrap().to_vec()
 }
 
 fn decimals(file: &DefaultDicomObject, tag: Tag) -> Vec<f64> {
@@ -474,4 +478,86 @@ fn counts_above_16_bits_are_rejected() {
     assert_eq!(decimals(&file, tags::RESCALE_SLOPE), [1.0]);
     let pixels = shorts(&file, tags::PIXEL_DATA);
     assert_eq!(pixels.iter().max(), Some(&u16::MAX));
+}
+
+/// Two heads, gates and rejected beats: intervals, times and detectors of all files equal those of the scene and of `report.json`.
+#[test]
+fn files_of_a_gated_study_with_rejected_beats_equal_its_report() {
+    const LIST: [f64; 5] = [0.9, 1.0, 1.5, 0.8, 0.6];
+    let scene = format!(
+        "[heart]\ndiscretisation = {{ differences = {{ nodes = 41 }} }}\n\
+         [beats]\nintervals = {{ list = {LIST:?} }}\naccepted = [0.7, 1.2]\n\
+         [camera]\nviews = 4\nbins = 12\nrows = 10\npitch = [1.4, 1.6]\nseconds_per_view = 5.0\nstart = 30.0\narc = 180.0\n\
+         heads = {{ two = {{ angle = 90.0 }} }}\nradius = {{ ellipse = {{ semi_axes = [25.0, 20.0] }} }}\n\
+         [acquisition]\nmode = {{ gated = {{ gates = 2 }} }}\naccuracy = {{ steps = 4 }}\n\
+         [output]\nprojections = 'dicom'\nvolumes = 'dicom'\ngates = 'one-file'\n"
+    );
+    let phantom = Phantom::new(Scene::from_toml(&scene).unwrap()).unwrap();
+    let folder = tempfile::tempdir().unwrap();
+    run(&phantom, folder.path(), &|_| ()).unwrap();
+    let report = fs::read_to_string(folder.path().join("report.json")).unwrap();
+    let report: serde_json::Value = serde_json::from_str(&report).unwrap();
+    // The beats that begin in four views of 5 s.
+    let mut beats: Vec<f64> = Vec::new();
+    while beats.iter().sum::<f64>() < 20.0 {
+        beats.push(LIST[beats.len() % LIST.len()]);
+    }
+    let accepted: Vec<f64> = (beats.iter().copied())
+        .filter(|interval| (0.7..=1.2).contains(interval))
+        .collect();
+    let [n, rejected] = [accepted.len(), beats.len() - accepted.len()];
+    assert_eq!(report["beats"]["beats"], n + rejected);
+    assert_eq!(report["beats"]["rejected"], rejected);
+    let mean = accepted.iter().sum::<f64>() / n as f64;
+    for name in ["projections.dcm", "reconstruction.dcm", "truth.dcm"] {
+        let path = folder.path().join(name);
+        validate(&path);
+        let file = open_file(&path).unwrap();
+        assert_eq!(text(&file, tags::BEAT_REJECTION_FLAG).trim(), "Y");
+        let gated = &items(&file, tags::GATED_INFORMATION_SEQUENCE)[0];
+        let times = gated.element(tags::DATA_INFORMATION_SEQUENCE).unwrap();
+        let times = &times.items().unwrap()[0];
+        for (tag, expected) in [
+            (tags::INTERVALS_ACQUIRED, n as f64),
+            (tags::INTERVALS_REJECTED, rejected as f64),
+            (tags::LOW_RR_VALUE, 700.0),
+            (tags::HIGH_RR_VALUE, 1200.0),
+            (tags::NOMINAL_INTERVAL, (1e3 * mean).round()),
+        ] {
+            let found = times.element(tag).unwrap().to_float64().unwrap();
+            assert_eq!(found, expected, "{name} {tag}");
+        }
+    }
+    assert_times_and_detectors(folder.path(), &report, 20.0 - accepted.iter().sum::<f64>());
+}
+
+/// Four views on each of two heads, two gates; `lost` is the time of rejected beats, to a beat at the end.
+fn assert_times_and_detectors(folder: &Path, report: &serde_json::Value, lost: f64) {
+    let file = open_file(folder.join("projections.dcm")).unwrap();
+    let turn = &items(&file, tags::ROTATION_INFORMATION_SEQUENCE)[0];
+    let number = |tag| turn.element(tag).unwrap().to_float64().unwrap();
+    let seconds = report["scene"]["camera"]["seconds_per_view"].as_f64();
+    assert_eq!(Some(1e-3 * number(tags::ACTUAL_FRAME_DURATION)), seconds);
+    assert_eq!(number(tags::NUMBER_OF_FRAMES_IN_ROTATION), 4.0);
+    assert_eq!(text(&file, tags::NUMBER_OF_FRAMES).trim(), "16");
+    // The times of the gates, without rejected beats, are within it.
+    let window = |gate: usize, view: usize| {
+        let seconds = &report["gates"][gate]["views"]["window_s"][view];
+        seconds.as_f64().unwrap()
+    };
+    let used: f64 = (0..4).map(|view| window(0, view) + window(1, view)).sum();
+    assert!((20.0 - used - lost).abs() < 1.5, "{used} {lost}");
+    let views = &report["gates"][0]["views"];
+    let detectors = items(&file, tags::DETECTOR_INFORMATION_SEQUENCE);
+    assert_eq!(detectors.len(), 2);
+    for (head, item) in detectors.iter().enumerate() {
+        let start = item.element(tags::START_ANGLE).unwrap();
+        let angle = views["angle_deg"][4 * head].as_f64().unwrap();
+        assert!((start.to_float64().unwrap() + angle - 360.0).abs() < 1e-6);
+        let radii = item.element(tags::RADIAL_POSITION).unwrap();
+        for (k, mm) in radii.to_multi_float64().unwrap().into_iter().enumerate() {
+            let cm = views["radius_cm"][4 * head + k].as_f64().unwrap();
+            assert!((mm - 10.0 * cm).abs() < 1e-6 * mm);
+        }
+    }
 }

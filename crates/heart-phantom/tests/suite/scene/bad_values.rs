@@ -515,7 +515,7 @@ const BAD: &[(&str, &str, &str)] = &[
     (
         "[cycle]\nav_plane_displacement = -1.0",
         "cycle.av_plane_displacement",
-        "between 0 and 10",
+        "between 0 and 11.25",
     ),
     (
         "[twist]\ninner_degrees = [0.0, 400.0]\nouter_degrees = [0.0, 1.0]",
