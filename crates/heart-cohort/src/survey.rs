@@ -3,7 +3,7 @@
 use crate::cohort::Cohort;
 use crate::compute::{Spare, compute};
 use crate::error::CohortError;
-use crate::shard::RunOptions;
+use crate::options::RunOptions;
 use crate::value::FieldValue;
 use crate::workers;
 use serde::Serialize;

@@ -171,12 +171,14 @@ impl<'a> Volume<'a> {
     }
 
     /// Sets the corrections of a reconstructed image; none by default.
+    #[must_use]
     pub fn with_corrections(mut self, corrections: Corrections) -> Self {
         self.corrections = corrections;
         self
     }
 
     /// Returns the corrections of the image.
+    #[must_use]
     pub fn corrections(&self) -> Corrections {
         self.corrections
     }

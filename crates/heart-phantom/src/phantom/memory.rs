@@ -18,24 +18,6 @@ use std::path::Path;
 /// with the spare capacity of lists.
 const POINT_BYTES: u64 = 120;
 
-/// The part of the memory that belongs to a run.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Share {
-    /// Number of concurrent runs with equal parts.
-    pub(super) runs: u64,
-    /// Bytes of the caller.
-    pub(super) further: u64,
-}
-
-impl Default for Share {
-    fn default() -> Self {
-        Self {
-            runs: 1,
-            further: 0,
-        }
-    }
-}
-
 /// Returns the memory in bytes that Linux can give this process: the least of physical memory with swap, the limits of its control groups and
 /// the rest of the address space. `None` if unknown.
 fn memory_limit() -> Option<u64> {

@@ -22,6 +22,7 @@ mod reach;
 mod resolution;
 mod scatter;
 mod scatter_model;
+mod share;
 mod steps;
 mod views;
 mod volumes;
@@ -44,6 +45,7 @@ pub(crate) use products::Needs;
 pub use products::PlannedFile;
 #[cfg(feature = "scene")]
 pub(crate) use products::{Content, Index};
+use share::Share;
 #[cfg(feature = "scene")]
 pub(crate) use views::to_counts;
 pub use warning::{Edge, TruncatedObject, Warning};
@@ -100,7 +102,7 @@ pub struct Phantom {
     organ_map: OnceLock<Vec<f32>>,
     /// The plan used last, with its gate.
     plan: Mutex<Option<(usize, Arc<FbpPlan<f32>>)>>,
-    share: memory::Share,
+    share: Share,
     /// The OSEM model of a gate, if all have the same geometry.
     model: OnceLock<gate_model::Model>,
     pub(crate) work: Work,
@@ -200,7 +202,7 @@ impl Phantom {
             regions: OnceLock::new(),
             organ_map: OnceLock::new(),
             plan: Mutex::new(None),
-            share: memory::Share::default(),
+            share: Share::default(),
             model: OnceLock::new(),
             work: Work::default(),
             #[cfg(feature = "scene")]
@@ -241,9 +243,10 @@ impl Phantom {
     }
 
     /// Limits the memory to that of one of `runs` equal concurrent runs; each needs `further` bytes for arrays of the caller.
+    #[must_use]
     pub fn with_memory_share(mut self, runs: usize, further: u64) -> Self {
         let runs = runs.max(1) as u64;
-        self.share = memory::Share { runs, further };
+        self.share = Share { runs, further };
         self
     }
 

@@ -276,6 +276,7 @@ fn samples_equal_averages_of_finer_bins() {
     let clinical = |text: &str, views: usize| {
         let mut scene = Scene::from_toml(text).unwrap();
         scene.noise = None;
+        scene.output.write = vec![Product::Projections];
         scene.acquisition.mode = Mode::Static { phase: 0.0 };
         // Rows through the middle of the heart take an eighth of the time.
         (scene.camera.views, scene.camera.rows) = (views, 8);

@@ -263,7 +263,7 @@ fn counts_are_unscaled_in_every_format() {
     scene.output.values = ProjectionValues::Counts;
     let phantom = Phantom::new(scene.clone()).unwrap();
     let factors = phantom.counts_per_unit(0).unwrap().unwrap();
-    let samples = phantom.sinograms(0, &|_| ()).unwrap().samples;
+    let samples = phantom.sinograms(0, &no_observer).unwrap().samples;
     // In any order: the formats differ in that of rows and bins.
     let sorted = |mut counts: Vec<f32>| {
         counts.sort_by(f32::total_cmp);
@@ -285,7 +285,7 @@ fn counts_are_unscaled_in_every_format() {
         }
         scene.output.projections = format;
         let out = folder.path().join(extensions.header);
-        run(&Phantom::new(scene.clone()).unwrap(), &out, &|_| ()).unwrap();
+        run(&Phantom::new(scene.clone()).unwrap(), &out, &no_observer).unwrap();
         let extension = extensions.data.unwrap_or(extensions.header);
         let bytes = std::fs::read(out.join(format!("projections.{extension}"))).unwrap();
         let find = |what: &[u8]| bytes.windows(what.len()).position(|part| part == what);

@@ -159,7 +159,7 @@ pub(super) fn run_scene(arguments: &Arguments, scene: &Path, out: &Path, page: b
     let phantom = load(arguments, scene, page)?;
     let bar = bar(arguments);
     let report = run_to_look_at(arguments, &phantom, (out, page), &|progress| {
-        show(&bar, progress);
+        show(&bar, progress)
     });
     bar.finish_and_clear();
     let report = report?;
@@ -315,7 +315,7 @@ pub(super) fn one_view(scene: &Path, [gate, view_idx]: [usize; 2], out: &Path) -
     let view = phantom.view(gate, view_idx)?;
     let view = phantom.in_values_of_output(gate, view_idx, &view)?;
     if ends_in("npy") {
-        files::write_npy(out, &[camera.n_rows(), camera.n_bins()], &*view)?;
+        files::write_npy(out, &[camera.n_rows(), camera.n_bins()], &view)?;
     } else {
         let [bin, row] = camera.detector().pitch();
         let grid = VoxelGrid::centred(

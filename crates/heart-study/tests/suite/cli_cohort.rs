@@ -49,8 +49,10 @@ fn a_cohort_is_processed_from_its_text_to_its_manifest() {
         !cohort(folder, &["init", "template.toml"]).status.success(),
         "it exists"
     );
-    let clinical = cohort(folder, &["init", "--clinical"]);
-    assert_eq!(clinical.stdout, Cohort::CLINICAL.as_bytes());
+    let clinical = ["init", "--clinical", "clinical.toml"];
+    assert!(cohort(folder, &clinical).status.success());
+    let clinical = fs::read_to_string(folder.join("clinical.toml")).unwrap();
+    assert_eq!(clinical, Cohort::CLINICAL);
     fs::write(folder.join("cohort.toml"), COHORT).unwrap();
     let found = answer(folder, &["check", "cohort.toml", "--members", "3"]);
     assert_eq!((&found["members"], &found["tried"]), (&6.into(), &3.into()));

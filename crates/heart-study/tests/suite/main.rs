@@ -10,6 +10,6 @@ mod cli_output;
 mod cli_page;
 mod cli_scene;
 mod figures;
-mod observer;
 #[cfg(target_os = "linux")]
 mod fuzzed;
+mod observer;

@@ -44,13 +44,11 @@ fn arrays(out: &Path) -> Vec<(String, Vec<u8>)> {
 #[test]
 fn a_stopped_study_leaves_no_report() {
     let (folder, complete) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
-    let options = StudyOptions {
-        size: 12,
-        views: 6,
-        nodes: 51,
-        figures: false,
-        ..StudyOptions::default()
-    };
+    let options = StudyOptions::default()
+        .with_size(12)
+        .with_views(6)
+        .with_nodes(51)
+        .with_figures(false);
     run(&options, complete.path(), &no_observer).unwrap();
     // The first stage, a stage of the first acquisition, and one of the second, after arrays were written.
     for last in [0, 8, 13] {

@@ -107,6 +107,7 @@ impl<'a> View<'a> {
     }
 
     /// Returns the bytes of the weights that a view tabulates.
+    #[must_use]
     pub fn weight_bytes(
         detector: &ParallelDetector,
         value: BinValue,

@@ -3,9 +3,9 @@
 use super::{ODD, SIZES, back, pairs};
 use radon::{
     ArcPolicy, BinSampling, CglsOptions, Collimator, CountScale, DepthBlur, EdgePolicy, EmOptions,
-    FbpOptions, FbpPlan, ImageGrid, Kernel, MaskedStats, ParallelGeometry, Phantom2, Phantom3,
-    Projector, Shape2, Shape3, SirtOptions, SliceAxis, StackOrder, Stopping, Window, cgls, mlem,
-    poisson_counts, ramp_sample, rmse_within, sirt,
+    FbpOptions, FbpPlan, FourierProjector, ImageGrid, Kernel, MaskedStats, ParallelGeometry,
+    Phantom2, Phantom3, Projector, Shape2, Shape3, SirtOptions, SliceAxis, StackOrder, Stopping,
+    Window, cgls, mlem, poisson_counts, ramp_sample, rmse_within, sirt,
 };
 
 #[test]

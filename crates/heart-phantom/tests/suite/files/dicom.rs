@@ -437,7 +437,7 @@ fn volumes_name_their_corrections() {
         let text_of = format!("{scene}{counting}[reconstruction]\n{method}\n");
         let phantom = Phantom::new(Scene::from_toml(&text_of).unwrap()).unwrap();
         let folder = tempfile::tempdir().unwrap();
-        let report = run(&phantom, folder.path(), &|_| ()).unwrap();
+        let report = run(&phantom, folder.path(), &no_observer).unwrap();
         for (stem, expected) in [("reconstruction", expected), ("truth", "")] {
             let of_stem = |file: &&std::path::PathBuf| file.to_string_lossy().starts_with(stem);
             let name = report.files.iter().find(of_stem).unwrap();
@@ -494,7 +494,7 @@ fn files_of_a_gated_study_with_rejected_beats_equal_its_report() {
     );
     let phantom = Phantom::new(Scene::from_toml(&scene).unwrap()).unwrap();
     let folder = tempfile::tempdir().unwrap();
-    run(&phantom, folder.path(), &|_| ()).unwrap();
+    run(&phantom, folder.path(), &no_observer).unwrap();
     let report = fs::read_to_string(folder.path().join("report.json")).unwrap();
     let report: serde_json::Value = serde_json::from_str(&report).unwrap();
     // The beats that begin in four views of 5 s.
@@ -509,7 +509,11 @@ fn files_of_a_gated_study_with_rejected_beats_equal_its_report() {
     assert_eq!(report["beats"]["beats"], n + rejected);
     assert_eq!(report["beats"]["rejected"], rejected);
     let mean = accepted.iter().sum::<f64>() / n as f64;
-    for name in ["projections.dcm", "reconstruction.dcm", "truth.dcm"] {
+    let files = report["files"].as_array().unwrap();
+    let names = files.iter().filter_map(|name| name.as_str());
+    let names: Vec<&str> = names.filter(|name| name.ends_with(".dcm")).collect();
+    assert_eq!(names.len(), 3, "projections, volume, ground truth");
+    for name in names {
         let path = folder.path().join(name);
         validate(&path);
         let file = open_file(&path).unwrap();

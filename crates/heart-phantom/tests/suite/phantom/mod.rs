@@ -58,7 +58,7 @@ fn the_sum_of_a_reconstruction_is_that_of_the_circle_of_all_views() {
         let mut scene = small(Mode::Static { phase: 0.3 });
         scene.reconstruction.region = region;
         let phantom = Phantom::new(scene).unwrap();
-        let views = phantom.sinograms(0, &|_| ()).unwrap().samples;
+        let views = phantom.sinograms(0, &no_observer).unwrap().samples;
         let found = phantom.reconstruct(0, &views).unwrap();
         let camera = phantom.camera();
         let options = radon::FbpOptions::default();

@@ -1,0 +1,35 @@
+//! Options of the computation of members.
+
+use heart_phantom::Heart;
+
+/// Options of the computation of a shard. Results do not depend on them, except that a member whose memory exceeds its part is rejected.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
+pub struct RunOptions {
+    /// Number of members computed concurrently, each on one thread.
+    pub threads: usize,
+    /// Bytes for shapes of the heart on all threads ([`Heart::with_memory`]).
+    pub memory: usize,
+}
+
+impl RunOptions {
+    /// Options for a number of concurrent members.
+    #[must_use]
+    pub fn new(threads: usize) -> Self {
+        Self {
+            threads,
+            memory: Heart::DEFAULT_MEMORY,
+        }
+    }
+
+    /// Sets the bytes for shapes of the heart.
+    #[must_use]
+    pub fn with_memory(mut self, bytes: usize) -> Self {
+        self.memory = bytes;
+        self
+    }
+
+    pub(crate) fn memory_of_each(&self) -> usize {
+        self.memory / self.threads.max(1)
+    }
+}
