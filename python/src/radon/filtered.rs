@@ -6,7 +6,8 @@ use crate::errors::Failure;
 use crate::values::{Whole, choice, named};
 use crate::work::work;
 use heart_phantom::radon::{
-    EdgePolicy, FbpOptions, FbpPlan, ImageGrid, Interpolation, FbpMethod, ParallelGeometry, StackOrder,
+    EdgePolicy, FbpMethod, FbpOptions, FbpPlan, ImageGrid, Interpolation, ParallelGeometry,
+    StackOrder,
 };
 use pyo3::prelude::*;
 use pyo3::types::PyDict;

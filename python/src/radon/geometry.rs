@@ -6,6 +6,7 @@ use crate::values::Whole;
 use heart_phantom::radon::{ImageGrid, ParallelGeometry};
 use numpy::PyArrayDyn;
 use pyo3::prelude::*;
+use pyo3::types::PyDict;
 use pyo3::types::PyTuple;
 
 type Doubles<'py> = Result<Bound<'py, PyArrayDyn<f64>>, Failure>;
