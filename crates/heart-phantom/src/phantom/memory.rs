@@ -10,7 +10,7 @@ use crate::scan::MOST_NODES;
 use crate::scan::{Accuracy, STEPS};
 use crate::scene::WORK_BYTES;
 use crate::truth::{MASK_PHASES, MOST_IN_PASS, finder_bytes, in_pass};
-use crate::{Defect, Phantom};
+use crate::{Defect, Mode, Phantom};
 use std::collections::BTreeSet;
 use std::path::Path;
 
@@ -254,13 +254,18 @@ impl Phantom {
     /// of the finest steps if these are unknown.
     fn distinct_shapes(&self) -> usize {
         let steps = match self.scene().acquisition.accuracy {
-            Accuracy::Steps(steps) => steps,
-            Accuracy::Tolerance(_) => self.steps_known().unwrap_or(STEPS[1]),
+            Accuracy::Steps(steps) => Some(steps),
+            Accuracy::Tolerance(_) => self.steps_known(),
         };
         let most = self.heart().most_shapes().max(MOST_IN_PASS);
+        let is_static = matches!(self.scene().acquisition.mode, Mode::Static { .. });
+        // Cells of the finest volumes and respiratory positions take minutes.
+        if steps.is_none() && !is_static && self.cycle().breathing().is_some() {
+            return most.min(STEPS[1] + 1);
+        }
         let mut gains = BTreeSet::new();
         for gate in 0..self.n_gates() {
-            let acquisition = self.acquisition_of(gate, steps);
+            let acquisition = self.acquisition_of(gate, steps.unwrap_or(STEPS[1]));
             // Views, and volumes.
             for acquisition in [acquisition, acquisition.linear()] {
                 let scan = self.scan(self.camera(), gate, acquisition);
