@@ -251,7 +251,7 @@ impl Phantom {
     }
 
     /// Counts the shapes that the projections of all gates need, at most the number that is stored; for a tolerance those of its steps, or
-    /// of the finest steps if these are unknown.
+    /// of the finest steps if these are unknown. With respiration these are not counted: their number is that of the steps.
     fn distinct_shapes(&self) -> usize {
         let steps = match self.scene().acquisition.accuracy {
             Accuracy::Steps(steps) => Some(steps),
@@ -259,7 +259,7 @@ impl Phantom {
         };
         let most = self.heart().most_shapes().max(MOST_IN_PASS);
         let is_static = matches!(self.scene().acquisition.mode, Mode::Static { .. });
-        // Cells of the finest volumes and respiratory positions take minutes.
+        // The cells of the finest volumes and respiratory positions would take minutes.
         if steps.is_none() && !is_static && self.cycle().breathing().is_some() {
             return most.min(STEPS[1] + 1);
         }

@@ -16,8 +16,9 @@ const MOST_SHAPES: usize = 2049;
 /// Computes the activity of some slices, averaged over the voxel and over the time of all views; index order `[z][y][x]`. Bitwise equal to
 /// the slices of the whole volume.
 ///
-/// Coverages are accurate to `tolerance`. `around` contains the activity of organs in these slices. More than 2049 shapes are merged into groups of neighbouring volume; for a surface that crosses a
-/// voxel once in each direction this changes the coverage by at most 1/1000.
+/// Coverages are accurate to `tolerance`. `around` contains the activity of the organs in these slices. More than 2049 shapes are merged
+/// into groups of neighbouring volume; for a surface that crosses a voxel once in each direction this changes the coverage by at most
+/// 1/1000.
 pub(crate) fn truth_of_slices(
     scan: &Scan<'_>,
     tolerance: f64,
