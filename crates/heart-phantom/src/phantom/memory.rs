@@ -191,6 +191,9 @@ impl Phantom {
                 + voxels
                     * (4 * u64::from(reconstructs)
                         + 4 * u64::from(judges)
+                        + 4 * u64::from(
+                            parts.organs.is_some() && (judges || wants(Product::Truth)),
+                        )
                         + (output.write.iter())
                             .map(|product| product.info().voxel_bytes)
                             .sum::<u64>()),

@@ -100,6 +100,8 @@ pub struct Phantom {
     regions: OnceLock<Regions>,
     /// Activity of the organs in all voxels, `[z][y][x]`.
     organ_map: OnceLock<Vec<f32>>,
+    /// Attenuation of the organs in the voxels of the OSEM model.
+    attenuating_organs: OnceLock<Vec<f32>>,
     /// The plan used last, with its gate.
     plan: Mutex<Option<(usize, Arc<FbpPlan<f32>>)>>,
     share: Share,
@@ -201,6 +203,7 @@ impl Phantom {
             steps: OnceLock::new(),
             regions: OnceLock::new(),
             organ_map: OnceLock::new(),
+            attenuating_organs: OnceLock::new(),
             plan: Mutex::new(None),
             share: Share::default(),
             model: OnceLock::new(),

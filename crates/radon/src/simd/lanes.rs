@@ -17,11 +17,14 @@ impl<T: Scalar> Lanes<T> {
         Self([x; ROWS])
     }
 
-    /// Adds `factor` times `other`.
+    /// Adds `factor` times `other`, with one rounding if `FUSED`: for instruction sets with a fused multiply-add.
     #[inline(always)]
-    pub(crate) fn add(&mut self, factor: T, other: &Self) {
+    pub(crate) fn add<const FUSED: bool>(&mut self, factor: T, other: &Self) {
         for (x, &y) in self.0.iter_mut().zip(&other.0) {
-            *x += factor * y;
+            *x = match FUSED {
+                true => y.fused(factor, *x),
+                false => *x + factor * y,
+            };
         }
     }
 

@@ -44,13 +44,20 @@ impl<T: Sample> Escape<T> {
     /// Returns the fraction of a cell's emission that leaves it and passes everything in front, and multiplies `passed` by the transmission
     /// of the cell.
     #[inline(always)]
-    pub(super) fn step(&self, thickness: &Lanes<T>, passed: &mut Lanes<T>) -> Lanes<T> {
+    pub(super) fn step<const FUSED: bool>(
+        &self,
+        thickness: &Lanes<T>,
+        passed: &mut Lanes<T>,
+    ) -> Lanes<T> {
         let mut x = thickness.0;
         x.iter_mut().for_each(|x| *x *= self.scale);
         let mut mean = [T::ZERO; ROWS];
         for &c in &self.series {
             for (mean, &x) in mean.iter_mut().zip(&x) {
-                *mean = *mean * x + c;
+                *mean = match FUSED {
+                    true => mean.fused(x, c),
+                    false => *mean * x + c,
+                };
             }
         }
         for _ in 0..self.doublings {
@@ -82,7 +89,7 @@ mod tests {
                 let x = part * thickest;
                 let mean = if x > 0.0 { -(-x).exp_m1() / x } else { 1.0 };
                 let mut passed = Lanes::splat(0.5);
-                let out = escape.step(&Lanes::splat(x), &mut passed).0[0];
+                let out = escape.step::<false>(&Lanes::splat(x), &mut passed).0[0];
                 assert!((out - 0.5 * mean).abs() < 1e-15, "{x}: {out}");
                 assert!((passed.0[0] - 0.5 * (-x).exp()).abs() < 1e-14, "{x}");
             }

@@ -178,11 +178,12 @@ impl<T: Sample> Blur<T> {
     }
 }
 
-/// Blurs the rows of the sums of all blocks, `[block][distance][bin]`, into a view `[row][bin]`.
+/// Blurs the rows of the sums of all blocks, `[distance][bin]` at a distance of `stride` from block to block, into a view `[row][bin]`.
 pub(super) struct ToDetector<'a, T> {
     pub(super) blur: &'a Blur<T>,
     pub(super) rows: Rows,
     pub(super) sums: &'a [Lanes<T>],
+    pub(super) stride: usize,
     pub(super) view: &'a mut [T],
     pub(super) work: &'a mut Work<T>,
 }
@@ -200,9 +201,7 @@ impl<T: Sample> simd_set::Work for ToDetector<'_, T> {
             column.clear();
             column.resize(n_rows, T::ZERO);
             for k in 0..distances {
-                let own = self.sums[k * padded + bin..]
-                    .iter()
-                    .step_by(padded * distances);
+                let own = self.sums[k * padded + bin..].iter().step_by(self.stride);
                 for (to, from) in line[blocks..].chunks_exact_mut(ROWS).zip(own) {
                     to.copy_from_slice(&from.0);
                 }
@@ -215,7 +214,7 @@ impl<T: Sample> simd_set::Work for ToDetector<'_, T> {
     }
 }
 
-/// The adjoint of [`ToDetector`].
+/// The adjoint of [`ToDetector`]; sums are `[block][distance][bin]`.
 pub(super) struct FromDetector<'a, T> {
     pub(super) blur: &'a Blur<T>,
     pub(super) rows: Rows,

@@ -6,8 +6,9 @@
 //! ```
 //!
 //! Rows are processed in blocks. Some views at a time: the steps that blur bins and, forward, those from voxels to nodes are jobs of one view
-//! and block; those that blur rows are jobs of one view; the adjoint adds all of these views to the voxels of a block in one job. One job
-//! computes each number, in an order that does not depend on the threads.
+//! and block; those that blur rows are jobs of one view; the adjoint adds all of these views to the voxels of a block in one job. The voxels
+//! of a block stay in the second-level cache for all of these views. One job computes each number, in an order that does not depend on the
+//! threads.
 
 use rayon::prelude::*;
 
@@ -15,16 +16,19 @@ use super::blur::{FromDetector, ToDetector, Work};
 use super::plan::Plan;
 use super::turned::View;
 use super::walk::{Gather, Scatter, Visit, Walk};
-use crate::Sample;
 use crate::error::{RadonError, zeros};
 use crate::pool::Pool;
 use crate::simd::{Lanes, sized};
+use crate::{InstructionSet, Sample};
+
+/// Views per thread that are computed at a time: many for each reading of a block's voxels.
+const EACH: usize = 8;
 
 /// Work arrays, which grow as needed and are kept.
 #[derive(Debug, Default)]
 pub(crate) struct Scratch<T> {
     blocks: Vec<Lanes<T>>,
-    /// Sums over nodes, `[view][block][distance][bin]`.
+    /// Sums over nodes, forward `[block][view][distance][bin]`, adjoint `[view][block][distance][bin]`.
     sums: Vec<Lanes<T>>,
     /// Nodes of the adjoint, `[view][block][node][bin]`.
     nodes: Vec<Lanes<T>>,
@@ -65,9 +69,10 @@ impl<T: Sample> Plan<T> {
         let (view_len, block_len) = (self.frame.geometry.view_len(), self.frame.axial.block_len);
         let (len, n_blocks) = (self.frame.blur.sums_len(), self.frame.axial.rows.n_blocks);
         for (views, out) in views.chunks(n).zip(out.chunks_mut(n * view_len)) {
-            let each = sums.par_chunks_mut(len).take(views.len() * n_blocks);
+            let n_views = views.len();
+            let each = sums.par_chunks_mut(len).take(n_views * n_blocks);
             each.enumerate().with_max_len(1).for_each(|(k, sums)| {
-                let (view, block) = (&self.views[views[k / n_blocks]], k % n_blocks);
+                let (view, block) = (&self.views[views[k % n_views]], k / n_views);
                 jobs.with(Job::default, |job| {
                     let nodes = sized(&mut job.nodes, view.used.len() * self.frame.blur.wide());
                     nodes.fill(Lanes::default());
@@ -83,16 +88,14 @@ impl<T: Sample> Plan<T> {
                     );
                 });
             });
-            let each = sums
-                .par_chunks(len * n_blocks)
-                .zip(out.par_chunks_mut(view_len));
-            each.with_max_len(1).for_each(|(sums, view)| {
+            let each = out.par_chunks_mut(view_len).enumerate().with_max_len(1);
+            each.for_each(|(k, view)| {
                 jobs.with(Job::default, |Job { work, .. }| {
-                    let (blur, rows) = (&self.frame.blur, self.frame.axial.rows);
                     self.frame.instructions.run(ToDetector {
-                        blur,
-                        rows,
-                        sums,
+                        blur: &self.frame.blur,
+                        rows: self.frame.axial.rows,
+                        sums: &sums[k * len..],
+                        stride: n_views * len,
                         view,
                         work,
                     });
@@ -176,8 +179,9 @@ impl<T: Sample> Plan<T> {
     /// Prepares work arrays; returns the number of views that are processed at a time.
     fn reserve(&self, views: &[usize], scratch: &mut Scratch<T>) -> Result<usize, RadonError> {
         let (n_blocks, len) = (self.frame.axial.rows.n_blocks, self.frame.blur.sums_len());
-        // Two views per thread, so that neither waits for the other.
-        let n = (2 * rayon::current_num_threads()).min(views.len()).max(1);
+        let n = (EACH * rayon::current_num_threads())
+            .min(views.len())
+            .max(1);
         if scratch.blocks.is_empty() {
             scratch.blocks = zeros("blocks of voxels", self.frame.axial.block_len, n_blocks)?;
         }
@@ -201,9 +205,26 @@ impl<T: Sample> Plan<T> {
         passed: &mut Vec<Lanes<T>>,
         visit: V,
     ) {
+        match self.frame.instructions {
+            InstructionSet::Avx512 | InstructionSet::Avx2 | InstructionSet::Neon => {
+                self.walk_rounded::<V, true>(view, block, passed, visit);
+            }
+            InstructionSet::Baseline => {
+                self.walk_rounded::<V, false>(view, block, passed, visit);
+            }
+        }
+    }
+
+    fn walk_rounded<V: Visit<T>, const FUSED: bool>(
+        &self,
+        view: &View<T>,
+        block: usize,
+        passed: &mut Vec<Lanes<T>>,
+        visit: V,
+    ) {
         let map = self.attenuation.as_ref();
         let n = self.frame.axial.block_len;
-        self.frame.instructions.run(Walk {
+        self.frame.instructions.run(Walk::<_, _, FUSED> {
             view,
             attenuation: map.map(|a| (&a.map[block * n..][..n], &a.escape)),
             passed: sized(passed, self.frame.blur.wide()),

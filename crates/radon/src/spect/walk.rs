@@ -5,8 +5,8 @@ use super::turned::{Run, View};
 use crate::Sample;
 use crate::simd::Lanes;
 
-/// A walk through the cells of a view for the rows of a block, nearest cells first.
-pub(super) struct Walk<'a, T, V> {
+/// A walk through the cells of a view for the rows of a block, nearest cells first; multiply-adds are fused if `FUSED`.
+pub(super) struct Walk<'a, T, V, const FUSED: bool> {
     pub(super) view: &'a View<T>,
     /// The attenuation map of the block.
     pub(super) attenuation: Option<(&'a [Lanes<T>], &'a Escape<T>)>,
@@ -18,7 +18,7 @@ pub(super) struct Walk<'a, T, V> {
 /// The operation of a walk.
 pub(super) trait Visit<T> {
     /// Processes a cell with its pixels and the fraction of its emission that reaches the camera.
-    fn cell(&mut self, place: Place<T>, pixels: &[(u32, T)], seen: &Lanes<T>);
+    fn cell<const FUSED: bool>(&mut self, place: Place<T>, pixels: &[(u32, T)], seen: &Lanes<T>);
 }
 
 /// Position of a cell among the nodes: index of the bin's node in front, of the node behind, and the fraction of the latter.
@@ -29,7 +29,7 @@ pub(super) struct Place<T> {
     behind: T,
 }
 
-impl<T: Sample, V: Visit<T>> simd_set::Work for Walk<'_, T, V> {
+impl<T: Sample, V: Visit<T>, const FUSED: bool> simd_set::Work for Walk<'_, T, V, FUSED> {
     type Out = ();
 
     #[inline(always)]
@@ -55,7 +55,7 @@ impl<T: Sample, V: Visit<T>> simd_set::Work for Walk<'_, T, V> {
     }
 }
 
-impl<T: Sample, V: Visit<T>> Walk<'_, T, V> {
+impl<T: Sample, V: Visit<T>, const FUSED: bool> Walk<'_, T, V, FUSED> {
     /// Visits the cells of a run, each of which has `n` pixels.
     #[inline(always)]
     fn cells(&mut self, run: &Run, bins: &[u32], pixels: &[(u32, T)], n: usize) {
@@ -67,11 +67,11 @@ impl<T: Sample, V: Visit<T>> Walk<'_, T, V> {
         for (&bin, pixels) in bins.iter().zip(pixels.chunks_exact(n)) {
             let passed = &mut self.passed[bin as usize];
             let seen = match attenuation {
-                Some((map, escape)) => escape.step(&sum(map, pixels), passed),
+                Some((map, escape)) => escape.step::<FUSED>(&sum::<_, FUSED>(map, pixels), passed),
                 None => *passed,
             };
             let near = node * n_bins + bin as usize;
-            self.visit.cell(
+            self.visit.cell::<FUSED>(
                 Place {
                     near,
                     far: near + next,
@@ -86,10 +86,10 @@ impl<T: Sample, V: Visit<T>> Walk<'_, T, V> {
 
 /// Returns the weighted sum of some pixels.
 #[inline(always)]
-fn sum<T: Sample>(pixels: &[Lanes<T>], entries: &[(u32, T)]) -> Lanes<T> {
+fn sum<T: Sample, const FUSED: bool>(pixels: &[Lanes<T>], entries: &[(u32, T)]) -> Lanes<T> {
     let mut sum = Lanes::default();
     for &(pixel, length) in entries {
-        sum.add(length, &pixels[pixel as usize]);
+        sum.add::<FUSED>(length, &pixels[pixel as usize]);
     }
     sum
 }
@@ -102,11 +102,11 @@ pub(super) struct Gather<'a, T> {
 
 impl<T: Sample> Visit<T> for Gather<'_, T> {
     #[inline(always)]
-    fn cell(&mut self, place: Place<T>, pixels: &[(u32, T)], seen: &Lanes<T>) {
+    fn cell<const FUSED: bool>(&mut self, place: Place<T>, pixels: &[(u32, T)], seen: &Lanes<T>) {
         let Place { near, far, behind } = place;
-        let emitted = sum(self.pixels, pixels).times(seen);
-        self.nodes[near].add(T::ONE - behind, &emitted);
-        self.nodes[far].add(behind, &emitted);
+        let emitted = sum::<_, FUSED>(self.pixels, pixels).times(seen);
+        self.nodes[near].add::<FUSED>(T::ONE - behind, &emitted);
+        self.nodes[far].add::<FUSED>(behind, &emitted);
     }
 }
 
@@ -118,14 +118,14 @@ pub(super) struct Scatter<'a, T> {
 
 impl<T: Sample> Visit<T> for Scatter<'_, T> {
     #[inline(always)]
-    fn cell(&mut self, place: Place<T>, pixels: &[(u32, T)], seen: &Lanes<T>) {
+    fn cell<const FUSED: bool>(&mut self, place: Place<T>, pixels: &[(u32, T)], seen: &Lanes<T>) {
         let Place { near, far, behind } = place;
         let mut arriving = Lanes::default();
-        arriving.add(T::ONE - behind, &self.nodes[near]);
-        arriving.add(behind, &self.nodes[far]);
+        arriving.add::<FUSED>(T::ONE - behind, &self.nodes[near]);
+        arriving.add::<FUSED>(behind, &self.nodes[far]);
         let arriving = arriving.times(seen);
         for &(pixel, length) in pixels {
-            self.pixels[pixel as usize].add(length, &arriving);
+            self.pixels[pixel as usize].add::<FUSED>(length, &arriving);
         }
     }
 }
