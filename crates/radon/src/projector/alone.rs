@@ -185,6 +185,7 @@ impl Projector {
                     let row = sinograms.row(projections, view, slice).iter();
                     values.clear();
                     values.extend(row.map(|x| x.f64() as f32));
+                    values.resize(values.len().next_multiple_of(RUN), 0.0);
                     spread_strips(self.instructions, &strips, values, steps.clone(), pixels);
                 }
             });

@@ -40,11 +40,6 @@ impl StripRay {
         }
     }
 
-    /// Half of the trapezoid's base.
-    fn foot(&self) -> f64 {
-        0.5 * (self.wide + self.narrow)
-    }
-
     /// Whether the lengths are computed in the arithmetic of the samples, also for slices alone: rounding errors are relative to the
     /// length of the step, of which a pixel has little if bins are wide.
     pub(crate) fn is_narrow(&self) -> bool {
@@ -68,18 +63,21 @@ struct Trapezoid<W> {
     length: W,
     density: W,
     n_taps: usize,
+    /// Half of the base.
+    reach: f64,
 }
 
 impl<W: Scalar> Trapezoid<W> {
     fn new(ray: &StripRay) -> Self {
         Self {
-            foot: W::of(ray.foot()),
+            foot: W::of(0.5 * (ray.wide + ray.narrow)),
             flat: W::of(0.5 * (ray.wide - ray.narrow)),
             narrow: W::of(ray.narrow),
             per_narrow: W::of(0.5 / ray.narrow.max(1e-30)),
             length: W::of(ray.length),
             density: W::of(ray.length / ray.wide),
             n_taps: ray.n_taps,
+            reach: 0.5 * (ray.wide + ray.narrow),
         }
     }
 
@@ -103,29 +101,63 @@ impl<W: Scalar> Trapezoid<W> {
         }
     }
 
-    /// Computes the lengths within pixels `taps` of steps, counted from the first of each, from the distances of their centres from the
-    /// first edge and the lengths before the first of `taps`, which become those before the next one.
+    /// Returns the first pixels of a run of steps at the given positions, limited to a range, and the lengths within `N` pixels, of which
+    /// the first has number `start` in each step: 0 unless `N` is `MOST_TAPS`.
+    ///
+    /// The loops have no branch or call, so that the compiler vectorises them.
     #[inline(always)]
     fn lengths<const N: usize>(
         &self,
-        taps: Range<usize>,
-        centre: &[W],
-        before: &mut [W],
-        lengths: &mut [[W; N]],
-    ) {
-        for (tap, lengths) in taps.zip(lengths) {
-            let edge = W::whole(tap as i32 + 1);
-            let is_last = tap + 1 == self.n_taps;
-            for ((length, before), &centre) in lengths.iter_mut().zip(&mut *before).zip(centre) {
-                let end = match is_last {
-                    true => self.length,
-                    false => self.before(edge - centre),
-                };
-                *length = end - *before;
-                *before = end;
-            }
+        start: usize,
+        [low, high]: [f64; 2],
+        position: &[f64; RUN],
+    ) -> ([i32; RUN], [[W; RUN]; N]) {
+        let (start, n_taps) = match N < MOST_TAPS {
+            true => (0, N),
+            false => (start, self.n_taps),
+        };
+        let (mut first, mut centre) = ([0; RUN], [W::ZERO; RUN]);
+        for i in 0..RUN {
+            let t = position[i];
+            let t = if t > low { t } else { low };
+            let t = if t < high { t } else { high };
+            let whole = t.floor();
+            // SAFETY: callers pass limits within the range of `i32`; NaN has become the lower one.
+            first[i] = unsafe { whole.to_int_unchecked() };
+            centre[i] = W::of(t - whole + self.reach);
         }
+        let mut lengths = [[W::ZERO; RUN]; N];
+        let mut before = [W::ZERO; RUN];
+        if start > 0 {
+            before = centre.map(|centre| self.before(W::whole(start as i32) - centre));
+        }
+        for (tap, lengths) in lengths.iter_mut().enumerate() {
+            let edge = start + tap + 1;
+            let mut end = [self.length; RUN];
+            if edge < n_taps {
+                for i in 0..RUN {
+                    end[i] = self.before(W::whole(edge as i32) - centre[i]);
+                }
+            }
+            for i in 0..RUN {
+                lengths[i] = end[i] - before[i];
+            }
+            before = end;
+        }
+        (first, lengths)
     }
+}
+
+/// Calls a function with the number of pixels of a step as its last constant: at most `MOST_TAPS`, which also is that of wide strips.
+macro_rules! per_taps {
+    ($n_taps:expr, $function:ident<$($constant:ty),*>($($argument:expr),*)) => {
+        match $n_taps {
+            2 => $function::<$($constant,)* 2>($($argument),*),
+            3 => $function::<$($constant,)* 3>($($argument),*),
+            4 => $function::<$($constant,)* 4>($($argument),*),
+            _ => $function::<$($constant,)* MOST_TAPS>($($argument),*),
+        }
+    };
 }
 
 /// Divides positions, limited to a range, into first pixels, counted from `-zero`, and the distances of centres from their first edges.
@@ -147,9 +179,6 @@ fn divide<W: Scalar>(
     }
 }
 
-/// Steps of a strip whose lengths are kept before they become pairs.
-const STEPS: usize = 32;
-
 /// Appends `n` steps of a strip from step `m` to a list of pairs, those of narrow strips in the order of the steps. `pixels` are the
 /// positions of first pixels of the pairs that meet the window; the others are omitted. The numbers do not depend on the set.
 pub(super) fn extend_strip<T: Registers>(
@@ -161,10 +190,10 @@ pub(super) fn extend_strip<T: Registers>(
     place: Place,
     pixels: [i32; 2],
 ) {
-    for start in (0..n).step_by(STEPS) {
+    for start in (0..n).step_by(RUN) {
         let along = (start as u32).wrapping_mul(place.along);
         let zero = place.zero.wrapping_add(along);
-        let (m, n, place) = (m + start, STEPS.min(n - start), Place { zero, ..place });
+        let (m, n, place) = (m + start, RUN.min(n - start), Place { zero, ..place });
         // SAFETY: a projector holds a set only after `is_available`.
         unsafe { fill_strip_by(set, pairs, ray, m, n, place, pixels) };
     }
@@ -186,14 +215,14 @@ unsafe fn fill_strip<T: Scalar, V: Vector<T>>(
     pixels: [i32; 2],
 ) {
     match ray.is_narrow() {
-        true => fill::<T, T>(pairs, ray, m, n, place, pixels),
-        false => fill::<T, f64>(pairs, ray, m, n, place, pixels),
+        true => per_taps!(ray.n_taps, fill<T, T>(pairs, ray, m, n, place, pixels)),
+        false => fill::<T, f64, MOST_TAPS>(pairs, ray, m, n, place, pixels),
     }
 }
 
-/// Computes lengths in the arithmetic of `W`. Its inner loops but the last have no branch or call, so that the compiler vectorises them.
+/// Computes at most `RUN` steps in the arithmetic of `W`.
 #[inline(always)]
-fn fill<T: Scalar, W: Scalar>(
+fn fill<T: Scalar, W: Scalar, const N: usize>(
     pairs: &mut Pairs<T>,
     ray: &StripRay,
     m: usize,
@@ -203,44 +232,31 @@ fn fill<T: Scalar, W: Scalar>(
 ) {
     const ALL: [f64; 2] = [-2_147_483_647.0, 2_147_483_647.0];
     let trapezoid = Trapezoid::<W>::new(ray);
-    let (mut first, mut centre, mut before) = ([0; STEPS], [W::ZERO; STEPS], [W::ZERO; STEPS]);
-    let (first, centre, before) = (&mut first[..n], &mut centre[..n], &mut before[..n]);
-    let positions = (0..n).map(|i| ray.offset + (m as f64 + f64::from(i as i32)) * ray.per_step);
-    divide(positions, ALL, (0, ray.foot()), first, centre);
+    let at = |i: usize| ray.offset + (m as f64 + f64::from(i as i32)) * ray.per_step;
     // Pixels beyond the window at all steps are omitted.
-    let (least, most) = (first[0].min(first[n - 1]), first[0].max(first[n - 1]));
-    let start = (i64::from(low) - i64::from(most)).max(0) as usize & !1;
-    let end = ((i64::from(high) - i64::from(least) + 1).max(0) as usize).min(ray.n_taps);
-    for (before, &centre) in before.iter_mut().zip(&*centre) {
-        *before = trapezoid.before(W::whole(start as i32) - centre);
-    }
+    let ends = [at(0), at(n - 1)];
+    let position = std::array::from_fn(at);
+    let start = (f64::from(low) - ends[0].max(ends[1])) as usize & !1;
+    let end = ray.n_taps.min((f64::from(high) - ends[0].min(ends[1]) + 2.0) as usize);
     let mut at = pairs.len();
-    for start in (start..end).step_by(MOST_TAPS) {
-        let n_taps = MOST_TAPS.min((end - start).next_multiple_of(2));
-        let mut lengths = [[W::ZERO; STEPS]; MOST_TAPS];
-        let lengths = &mut lengths[..n_taps];
-        trapezoid.lengths(start..ray.n_taps, centre, before, lengths);
-        let most = at + n * n_taps / 2;
+    for start in (start..end).step_by(N) {
+        let (first, lengths) = trapezoid.lengths::<N>(start, ALL, &position);
+        let most = at + n * N.div_ceil(2);
         pairs.pixel.resize(most, 0);
         pairs.near.resize(most, T::ZERO);
         pairs.far.resize(most, T::ZERO);
-        for (i, &first) in first.iter().enumerate() {
-            let zero = place
-                .zero
-                .wrapping_add((i as u32).wrapping_mul(place.along));
-            for (pair, lengths) in lengths.as_chunks::<2>().0.iter().enumerate() {
-                let [near, far] = [0, 1].map(|tap| T::of(lengths[tap][i].f64()));
-                let position = first + (start + 2 * pair) as i32;
+        for (i, &first) in first.iter().take(n).enumerate() {
+            let along = (i as u32).wrapping_mul(place.along);
+            let zero = place.zero.wrapping_add(along);
+            for tap in (0..N).step_by(2) {
+                let near = T::of(lengths[tap][i].f64());
+                let far = lengths.get(tap + 1).map_or(T::ZERO, |far| T::of(far[i].f64()));
+                let position = first + (start + tap) as i32;
                 let inside = (position >= low) & (position < high);
-                let across = (position as u32).wrapping_mul(place.across);
-                let pixel = zero.wrapping_add(across);
+                let pixel = zero.wrapping_add((position as u32).wrapping_mul(place.across));
                 (pairs.pixel[at], pairs.near[at], pairs.far[at]) = (pixel, near, far);
                 let kept = inside & ((near > T::ZERO) | (far > T::ZERO));
-                pairs.most = if kept {
-                    pairs.most.max(pixel)
-                } else {
-                    pairs.most
-                };
+                pairs.most = pairs.most.max(if kept { pixel } else { 0 });
                 at += usize::from(kept);
             }
         }
@@ -264,44 +280,43 @@ pub(crate) struct Strips {
 }
 
 /// Bins whose lengths are computed together.
-const CHUNK: usize = 64;
+const CHUNK: usize = 128;
 
 impl Strips {
-    /// Calls `add` at every step at which some of at most `CHUNK` bins may meet the image: with the step, a range of those bins that begins
-    /// with a multiple of `RUN`, their first pixels in the row and the lengths within each pixel.
+    /// Calls `add` at every step at which some of at most `CHUNK` bins may meet the image: with the step, a range of those bins that consists
+    /// of runs, the first pixels of all bins in the row and the lengths within each pixel.
     #[inline(always)]
-    fn each_step(
+    fn each_step<const N: usize>(
         &self,
         bins: Range<usize>,
         steps: Range<usize>,
-        mut add: impl FnMut(usize, Range<usize>, &[i32], &[[f32; CHUNK]]),
+        mut add: impl FnMut(usize, Range<usize>, &[i32; CHUNK], &[[f32; CHUNK]; N]),
     ) {
         let ray = &self.ray;
-        let zero = (MARGIN / 2 - 1) as i32;
         let trapezoid = Trapezoid::<f32>::new(ray);
         let limits = [1.0 - ray.n_taps as f64, (self.n + 1) as f64];
         let per_pixel = 1.0 / self.per_bin;
-        let (mut offset, mut first, mut centre) = ([0.0; CHUNK], [0; CHUNK], [0.0; CHUNK]);
-        for (l, offset) in offset.iter_mut().enumerate() {
-            *offset = ray.offset + (bins.start + l) as f64 * self.per_bin;
-        }
-        let mut lengths = [[0.0; CHUNK]; MOST_TAPS];
-        let lengths = &mut lengths[..ray.n_taps];
+        let offset: [f64; CHUNK] =
+            std::array::from_fn(|l| ray.offset + (bins.start + l) as f64 * self.per_bin);
+        let (mut first, mut lengths) = ([0; CHUNK], [[0.0; CHUNK]; N]);
         for m in steps {
             let shift = m as f64 * ray.per_step;
             let [a, b] = limits.map(|limit| (limit - shift - offset[0]) * per_pixel);
             // One more on either side for rounding.
             let start = (a.min(b) - 1.0) as usize / RUN * RUN;
-            let end = ((a.max(b) + 2.0) as usize).min(CHUNK).next_multiple_of(RUN);
-            let end = end.min(bins.len());
-            if start >= end {
-                continue;
+            let end = ((a.max(b) + 2.0) as usize).min(bins.len()).next_multiple_of(RUN);
+            for run in (start..end).step_by(RUN) {
+                let position = std::array::from_fn(|l| offset[run + l] + shift);
+                let (pixels, parts) = trapezoid.lengths::<N>(0, limits, &position);
+                let pixels = pixels.map(|first| first + (MARGIN / 2 - 1) as i32);
+                first[run..run + RUN].copy_from_slice(&pixels);
+                for (lengths, part) in lengths.iter_mut().zip(&parts) {
+                    lengths[run..run + RUN].copy_from_slice(part);
+                }
             }
-            let positions = offset[start..end].iter().map(|offset| offset + shift);
-            let (first, centre) = (&mut first[..end - start], &mut centre[..end - start]);
-            divide(positions, limits, (zero, ray.foot()), first, centre);
-            trapezoid.lengths(0..ray.n_taps, centre, &mut [0.0; CHUNK], lengths);
-            add(m, start..end, first, lengths);
+            if start < end {
+                add(m, start..end, &first, &lengths);
+            }
         }
     }
 
@@ -323,7 +338,6 @@ pub(crate) fn add_strips(
 ) {
     // A window after the pixels of the last row is read.
     strips.check(n_steps, image.len() - WINDOW);
-    assert!(sums.len().is_multiple_of(RUN));
     for (chunk, sums) in sums.chunks_mut(CHUNK).enumerate() {
         for start in (0..n_steps).step_by(n_band) {
             let steps = start..(start + n_band).min(n_steps);
@@ -333,7 +347,7 @@ pub(crate) fn add_strips(
     }
 }
 
-/// Adds the values of bins 0, 1, ... to the pixels of `steps`: in the order of the bins, as [`scatter`](super::pairs::scatter).
+/// Adds the values of bins 0, 1, ..., a multiple of `RUN`, to the pixels of `steps`: in the order of the bins, as [`scatter`](super::pairs::scatter).
 pub(crate) fn spread_strips(
     set: InstructionSet,
     strips: &Strips,
@@ -361,28 +375,43 @@ unsafe fn add_bins<V: Vector<f32>>(
     bin: usize,
     sums: &mut [f32],
 ) {
+    // SAFETY: the caller's promise.
+    unsafe { per_taps!(strips.ray.n_taps, add_taps<V>(strips, image, steps, bin, sums)) }
+}
+
+/// # Safety
+/// As for `add_bins`.
+#[inline(always)]
+unsafe fn add_taps<V: Vector<f32>, const N: usize>(
+    strips: &Strips,
+    image: &[f32],
+    steps: Range<usize>,
+    bin: usize,
+    sums: &mut [f32],
+) {
     // First and second pixels of pairs.
     let mut parts = [[0.0; CHUNK]; 2];
     let is_close = strips.per_bin.abs() <= 2.0;
-    strips.each_step(bin..bin + sums.len(), steps, |m, bins, first, lengths| {
+    let bins = bin..bin + sums.len();
+    strips.each_step::<N>(bins, steps, |m, bins, first, lengths| {
         let row = &image[m * strips.stride..];
-        for run in (0..bins.len()).step_by(V::WIDTH) {
+        for run in bins.step_by(V::WIDTH) {
             let index = &first[run..run + V::WIDTH];
-            for (parity, sums) in parts.iter_mut().enumerate() {
-                // SAFETY: bins are whole runs; all pixels, also those of a window after them, are within the rows and their margins.
-                unsafe {
-                    let sums = sums.as_mut_ptr().add(bins.start + run);
-                    let mut sum = V::load(sums);
-                    for tap in (parity..lengths.len()).step_by(2) {
-                        let pixels = row.as_ptr().add(tap);
-                        let pixels = match is_close {
-                            true => V::gather_close(pixels, index),
-                            false => V::gather(pixels, index),
-                        };
-                        sum = V::load(lengths[tap].as_ptr().add(run)).multiply_add(pixels, sum);
-                    }
-                    sum.store(sums);
+            let at = parts.each_mut().map(|part| part[run..][..V::WIDTH].as_mut_ptr());
+            // SAFETY: `parts` have room for the run; all pixels, also those of a window after them, are within the rows and their margins.
+            unsafe {
+                let mut sums = at.map(|at| V::load(at));
+                for tap in 0..N {
+                    let pixels = row.as_ptr().add(tap);
+                    let pixels = match is_close {
+                        true => V::gather_close(pixels, index),
+                        false => V::gather(pixels, index),
+                    };
+                    let lengths = V::load(lengths[tap].as_ptr().add(run));
+                    sums[tap % 2] = lengths.multiply_add(pixels, sums[tap % 2]);
                 }
+                sums[0].store(at[0]);
+                sums[1].store(at[1]);
             }
         }
     });
@@ -401,13 +430,34 @@ unsafe fn spread_bins<V: Vector<f32>>(
     bin: usize,
     pixels: &mut [f32],
 ) {
+    per_taps!(
+        strips.ray.n_taps,
+        spread_taps<V>(strips, values, steps, bin, pixels)
+    );
+}
+
+#[inline(always)]
+fn spread_taps<V: Vector<f32>, const N: usize>(
+    strips: &Strips,
+    values: &[f32],
+    steps: Range<usize>,
+    bin: usize,
+    pixels: &mut [f32],
+) {
     let start = steps.start;
-    strips.each_step(bin..bin + values.len(), steps, |m, bins, first, lengths| {
-        let row = &mut pixels[(m - start) * strips.stride..];
-        for (l, (&first, value)) in first.iter().zip(&values[bins]).enumerate() {
-            let pixels = &mut row[first as usize..][..lengths.len()];
-            for (pixel, lengths) in pixels.iter_mut().zip(lengths) {
-                *pixel = V::multiply_add_one(lengths[l], *value, *pixel);
+    let bins = bin..bin + values.len();
+    let is_rising = strips.per_bin > 0.0;
+    strips.each_step::<N>(bins, steps, |m, bins, first, lengths| {
+        let row = &mut pixels[(m - start) * strips.stride..][..strips.stride];
+        let (first, values) = (&first[bins.clone()], &values[bins.clone()]);
+        for i in 0..N {
+            // A pixel takes its bins in their order.
+            let tap = if is_rising { N - 1 - i } else { i };
+            let row = &mut row[tap..];
+            let lengths = &lengths[tap][bins.clone()];
+            for ((&first, &value), &length) in first.iter().zip(values).zip(lengths) {
+                let pixel = &mut row[first as usize];
+                *pixel = V::multiply_add_one(length, value, *pixel);
             }
         }
     });
