@@ -2,13 +2,13 @@
 
 use rayon::prelude::*;
 
+use super::rays::View;
 use super::run::STEPS;
 use super::{Projector, ProjectorScratch};
 use crate::Sample;
-use super::rays::View;
 use crate::simd::{
-    Bins, FixedPositions, Kernels, MARGIN, RUN, SortedBins, Strips, add_bins, add_sorted, add_strips,
-    spread_strips,
+    Bins, FixedPositions, Kernels, MARGIN, RUN, SortedBins, Strips, add_bins, add_sorted,
+    add_strips, spread_strips,
 };
 use crate::stack::{Stack, aligned};
 
@@ -23,8 +23,7 @@ impl Projector {
             };
             let [first, per_bin] = [view.offset(0), view.per_bin()];
             let fits = |ray| Bins::fit(&ray, first, per_bin, n, [n_steps, STEPS]);
-            let is_alone =
-                view.narrow_strip().is_some() || view.box_ray::<f32>().is_some_and(fits);
+            let is_alone = view.narrow_strip().is_some() || view.box_ray::<f32>().is_some_and(fits);
             is_alone && size_of::<T>() == size_of::<f32>()
         })
     }
@@ -101,7 +100,14 @@ impl Projector {
     ) -> bool {
         let order = self.views_by_axis();
         if self.views.iter().all(|view| view.narrow_strip().is_some()) {
-            self.spread_alone(&order, sinograms, projections, slice, rows, &mut scratch.slice);
+            self.spread_alone(
+                &order,
+                sinograms,
+                projections,
+                slice,
+                rows,
+                &mut scratch.slice,
+            );
             return true;
         }
         let sorted = &mut scratch.sorted;

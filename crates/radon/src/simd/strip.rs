@@ -1,7 +1,6 @@
 //! Lengths of the steps of a ray that is a strip, in any number of pixels.
 //!
-//! They are differences of one function at the edges of pixels, which neighbouring pixels share (as in the branchless distance-driven
-//! projector, Basu and De Man 2006, doi:10.1117/12.659893, whose shadows of edges are sharp).
+//! They are differences of one function at the edges of pixels, which neighbouring pixels share. It has no branch.
 
 use std::ops::Range;
 
@@ -179,6 +178,9 @@ fn divide<W: Scalar>(
     }
 }
 
+/// Steps for which the pixels of a strip are limited to those of the window.
+const STEPS: usize = 32;
+
 /// Appends `n` steps of a strip from step `m` to a list of pairs, those of narrow strips in the order of the steps. `pixels` are the
 /// positions of first pixels of the pairs that meet the window; the others are omitted. The numbers do not depend on the set.
 pub(super) fn extend_strip<T: Registers>(
@@ -190,10 +192,10 @@ pub(super) fn extend_strip<T: Registers>(
     place: Place,
     pixels: [i32; 2],
 ) {
-    for start in (0..n).step_by(RUN) {
+    for start in (0..n).step_by(STEPS) {
         let along = (start as u32).wrapping_mul(place.along);
         let zero = place.zero.wrapping_add(along);
-        let (m, n, place) = (m + start, RUN.min(n - start), Place { zero, ..place });
+        let (m, n, place) = (m + start, STEPS.min(n - start), Place { zero, ..place });
         // SAFETY: a projector holds a set only after `is_available`.
         unsafe { fill_strip_by(set, pairs, ray, m, n, place, pixels) };
     }
@@ -215,12 +217,12 @@ unsafe fn fill_strip<T: Scalar, V: Vector<T>>(
     pixels: [i32; 2],
 ) {
     match ray.is_narrow() {
-        true => per_taps!(ray.n_taps, fill<T, T>(pairs, ray, m, n, place, pixels)),
+        true => per_taps!(ray.n_taps, fill < T, T > (pairs, ray, m, n, place, pixels)),
         false => fill::<T, f64, MOST_TAPS>(pairs, ray, m, n, place, pixels),
     }
 }
 
-/// Computes at most `RUN` steps in the arithmetic of `W`.
+/// Computes at most `STEPS` steps in the arithmetic of `W`.
 #[inline(always)]
 fn fill<T: Scalar, W: Scalar, const N: usize>(
     pairs: &mut Pairs<T>,
@@ -235,35 +237,45 @@ fn fill<T: Scalar, W: Scalar, const N: usize>(
     let at = |i: usize| ray.offset + (m as f64 + f64::from(i as i32)) * ray.per_step;
     // Pixels beyond the window at all steps are omitted.
     let ends = [at(0), at(n - 1)];
-    let position = std::array::from_fn(at);
     let start = (f64::from(low) - ends[0].max(ends[1])) as usize & !1;
-    let end = ray.n_taps.min((f64::from(high) - ends[0].min(ends[1]) + 2.0) as usize);
-    let mut at = pairs.len();
-    for start in (start..end).step_by(N) {
-        let (first, lengths) = trapezoid.lengths::<N>(start, ALL, &position);
-        let most = at + n * N.div_ceil(2);
-        pairs.pixel.resize(most, 0);
-        pairs.near.resize(most, T::ZERO);
-        pairs.far.resize(most, T::ZERO);
-        for (i, &first) in first.iter().take(n).enumerate() {
-            let along = (i as u32).wrapping_mul(place.along);
-            let zero = place.zero.wrapping_add(along);
-            for tap in (0..N).step_by(2) {
-                let near = T::of(lengths[tap][i].f64());
-                let far = lengths.get(tap + 1).map_or(T::ZERO, |far| T::of(far[i].f64()));
-                let position = first + (start + tap) as i32;
-                let inside = (position >= low) & (position < high);
-                let pixel = zero.wrapping_add((position as u32).wrapping_mul(place.across));
-                (pairs.pixel[at], pairs.near[at], pairs.far[at]) = (pixel, near, far);
-                let kept = inside & ((near > T::ZERO) | (far > T::ZERO));
-                pairs.most = pairs.most.max(if kept { pixel } else { 0 });
-                at += usize::from(kept);
+    let end = (f64::from(high) - ends[0].min(ends[1]) + 2.0) as usize;
+    let taps = match N < MOST_TAPS {
+        true => 0..N,
+        false => start..end.min(ray.n_taps),
+    };
+    let most = pairs.len() + n * taps.len().div_ceil(N) * N.div_ceil(2);
+    let mut kept = pairs.len();
+    pairs.pixel.resize(most, 0);
+    pairs.near.resize(most, T::ZERO);
+    pairs.far.resize(most, T::ZERO);
+    let (pixels, nears, fars) = (&mut *pairs.pixel, &mut *pairs.near, &mut *pairs.far);
+    let mut last = 0;
+    for run in (0..n).step_by(RUN) {
+        let position = std::array::from_fn(|i| at(run + i));
+        for start in taps.clone().step_by(N) {
+            let (first, lengths) = trapezoid.lengths::<N>(start, ALL, &position);
+            for (i, &first) in first.iter().take(n - run).enumerate() {
+                let along = ((run + i) as u32).wrapping_mul(place.along);
+                let zero = place.zero.wrapping_add(along);
+                for tap in (0..N).step_by(2) {
+                    let near = T::of(lengths[tap][i].f64());
+                    let far = lengths
+                        .get(tap + 1)
+                        .map_or(T::ZERO, |far| T::of(far[i].f64()));
+                    let position = first + (start + tap) as i32;
+                    let pixel = zero.wrapping_add((position as u32).wrapping_mul(place.across));
+                    (pixels[kept], nears[kept], fars[kept]) = (pixel, near, far);
+                    let inside = (position >= low) & (position < high) & (near + far > T::ZERO);
+                    last = last.max(if inside { pixel } else { 0 });
+                    kept += usize::from(inside);
+                }
             }
         }
     }
-    pairs.pixel.truncate(at);
-    pairs.near.truncate(at);
-    pairs.far.truncate(at);
+    pairs.most = pairs.most.max(last);
+    pairs.pixel.truncate(kept);
+    pairs.near.truncate(kept);
+    pairs.far.truncate(kept);
 }
 
 /// The strips of a view through one image.
@@ -304,7 +316,9 @@ impl Strips {
             let [a, b] = limits.map(|limit| (limit - shift - offset[0]) * per_pixel);
             // One more on either side for rounding.
             let start = (a.min(b) - 1.0) as usize / RUN * RUN;
-            let end = ((a.max(b) + 2.0) as usize).min(bins.len()).next_multiple_of(RUN);
+            let end = ((a.max(b) + 2.0) as usize)
+                .min(bins.len())
+                .next_multiple_of(RUN);
             for run in (start..end).step_by(RUN) {
                 let position = std::array::from_fn(|l| offset[run + l] + shift);
                 let (pixels, parts) = trapezoid.lengths::<N>(0, limits, &position);
@@ -397,7 +411,9 @@ unsafe fn add_taps<V: Vector<f32>, const N: usize>(
         let row = &image[m * strips.stride..];
         for run in bins.step_by(V::WIDTH) {
             let index = &first[run..run + V::WIDTH];
-            let at = parts.each_mut().map(|part| part[run..][..V::WIDTH].as_mut_ptr());
+            let at = parts
+                .each_mut()
+                .map(|part| part[run..][..V::WIDTH].as_mut_ptr());
             // SAFETY: `parts` have room for the run; all pixels, also those of a window after them, are within the rows and their margins.
             unsafe {
                 let mut sums = at.map(|at| V::load(at));
@@ -449,15 +465,19 @@ fn spread_taps<V: Vector<f32>, const N: usize>(
     let is_rising = strips.per_bin > 0.0;
     strips.each_step::<N>(bins, steps, |m, bins, first, lengths| {
         let row = &mut pixels[(m - start) * strips.stride..][..strips.stride];
-        let (first, values) = (&first[bins.clone()], &values[bins.clone()]);
+        let first = first[bins.clone()].as_chunks::<RUN>().0;
+        let values = values[bins.clone()].as_chunks::<RUN>().0;
         for i in 0..N {
             // A pixel takes its bins in their order.
             let tap = if is_rising { N - 1 - i } else { i };
             let row = &mut row[tap..];
-            let lengths = &lengths[tap][bins.clone()];
-            for ((&first, &value), &length) in first.iter().zip(values).zip(lengths) {
-                let pixel = &mut row[first as usize];
-                *pixel = V::multiply_add_one(length, value, *pixel);
+            let lengths = lengths[tap][bins.clone()].as_chunks::<RUN>().0;
+            for ((first, values), lengths) in first.iter().zip(values).zip(lengths) {
+                for l in 0..RUN {
+                    // SAFETY: first pixels are limited to those of the row and its margins, after which there are `MOST_TAPS`.
+                    let pixel = unsafe { row.get_unchecked_mut(first[l] as usize) };
+                    *pixel = V::multiply_add_one(lengths[l], values[l], *pixel);
+                }
             }
         }
     });
