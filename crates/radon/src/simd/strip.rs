@@ -159,25 +159,6 @@ macro_rules! per_taps {
     };
 }
 
-/// Divides positions, limited to a range, into first pixels, counted from `-zero`, and the distances of centres from their first edges.
-#[inline(always)]
-fn divide<W: Scalar>(
-    positions: impl Iterator<Item = f64>,
-    [low, high]: [f64; 2],
-    (zero, foot): (i32, f64),
-    first: &mut [i32],
-    centre: &mut [W],
-) {
-    for ((t, first), centre) in positions.zip(first).zip(centre) {
-        let t = if t > low { t } else { low };
-        let t = if t < high { t } else { high };
-        let whole = t.floor();
-        // SAFETY: callers pass limits within the range of `i32`; NaN has become the lower one.
-        *first = zero + unsafe { whole.to_int_unchecked::<i32>() };
-        *centre = W::of(t - whole + foot);
-    }
-}
-
 /// Steps for which the pixels of a strip are limited to those of the window.
 const STEPS: usize = 32;
 
