@@ -2,14 +2,18 @@
 
 use rayon::prelude::*;
 
+use super::rays::View;
 use super::run::STEPS;
 use super::{Projector, ProjectorScratch};
 use crate::Sample;
-use crate::simd::{Bins, FixedPositions, Kernels, MARGIN, RUN, SortedBins, add_bins, add_sorted};
+use crate::simd::{
+    Bins, FixedPositions, Kernels, MARGIN, RUN, SortedBins, Strips, add_bins, add_sorted,
+    add_strips, spread_strips,
+};
 use crate::stack::{Stack, aligned};
 
 impl Projector {
-    /// Whether single slices have a kernel: for `f32` and kernels of two pixels per step, unless bins are twice as wide as pixels.
+    /// Whether single slices have a kernel: for `f32` and narrow strips, or two pixels per step unless bins are twice as wide as pixels.
     pub(super) fn projects_alone<T: Sample>(&self) -> bool {
         let n = self.geometry.n_bins().next_multiple_of(RUN);
         self.views.iter().all(|view| {
@@ -19,7 +23,8 @@ impl Projector {
             };
             let [first, per_bin] = [view.offset(0), view.per_bin()];
             let fits = |ray| Bins::fit(&ray, first, per_bin, n, [n_steps, STEPS]);
-            size_of::<T>() == size_of::<f32>() && view.box_ray::<f32>().is_some_and(fits)
+            let is_alone = view.narrow_strip().is_some() || view.box_ray::<f32>().is_some_and(fits);
+            is_alone && size_of::<T>() == size_of::<f32>()
         })
     }
 
@@ -58,21 +63,24 @@ impl Projector {
             || (vec![0.0; padded], FixedPositions::default()),
             |(sums, fixed), (row, view)| {
                 simd_set::checkpoint();
-                let Some(ray) = view.box_ray() else { return };
                 let (image, stride, n, n_steps) = match view.steps_are_rows() {
                     true => (by_rows, x_stride, nx, ny),
                     false => (by_columns, y_stride, ny, nx),
                 };
-                let bins = Bins {
-                    image,
-                    stride,
-                    n,
-                    first: view.offset(0),
-                    ray,
-                    per_bin: view.per_bin(),
-                };
                 sums.fill(0.0);
-                add_bins(set, &bins, n_steps, STEPS, fixed, sums);
+                if let Some(strips) = strips(view, n, stride) {
+                    add_strips(set, &strips, &image[MARGIN / 2..], [n_steps, STEPS], sums);
+                } else if let Some(ray) = view.box_ray() {
+                    let bins = Bins {
+                        image,
+                        stride,
+                        n,
+                        first: view.offset(0),
+                        ray,
+                        per_bin: view.per_bin(),
+                    };
+                    add_bins(set, &bins, n_steps, STEPS, fixed, sums);
+                }
                 for (to, from) in row[slice].iter_mut().zip(&*sums) {
                     *to = T::of(f64::from(*from));
                 }
@@ -91,6 +99,17 @@ impl Projector {
         scratch: &mut ProjectorScratch<T>,
     ) -> bool {
         let order = self.views_by_axis();
+        if self.views.iter().all(|view| view.narrow_strip().is_some()) {
+            self.spread_alone(
+                &order,
+                sinograms,
+                projections,
+                slice,
+                rows,
+                &mut scratch.slice,
+            );
+            return true;
+        }
         let sorted = &mut scratch.sorted;
         sorted.resize_with(sorted.len().max(order.len()), SortedBins::default);
         let sorted = &mut sorted[..order.len()];
@@ -143,4 +162,64 @@ impl Projector {
         });
         true
     }
+
+    /// As [`adjoint_alone`](Self::adjoint_alone), for narrow strips: bands of steps of all views.
+    fn spread_alone<T: Sample>(
+        &self,
+        order: &[usize],
+        sinograms: &Stack,
+        projections: &[T],
+        slice: usize,
+        rows: &mut [Vec<&mut [T]>],
+        memory: &mut Vec<f32>,
+    ) {
+        const BAND: usize = 16;
+        let (nx, ny) = (self.grid.nx(), self.grid.ny());
+        let [x_stride, y_stride] = [nx, ny].map(|n| (n + MARGIN) | 1);
+        let memory = aligned(memory, ny * x_stride + nx * y_stride);
+        memory.fill(0.0);
+        let (by_rows, by_columns) = memory.split_at_mut(ny * x_stride);
+        let spread = |views: &[usize], n: usize, stride: usize, pixels: &mut [f32]| {
+            let bands = pixels.par_chunks_mut(BAND * stride).enumerate();
+            bands.for_each_init(Vec::new, |values, (band, pixels)| {
+                let steps = band * BAND..band * BAND + pixels.len() / stride;
+                for &view in views {
+                    simd_set::checkpoint();
+                    let Some(strips) = strips(&self.views[view], n, stride) else {
+                        return;
+                    };
+                    let row = sinograms.row(projections, view, slice).iter();
+                    values.clear();
+                    values.extend(row.map(|x| x.f64() as f32));
+                    values.resize(values.len().next_multiple_of(RUN), 0.0);
+                    spread_strips(self.instructions, &strips, values, steps.clone(), pixels);
+                }
+            });
+        };
+        let by_axis = order.partition_point(|&view| self.views[view].steps_are_rows());
+        spread(&order[..by_axis], nx, x_stride, by_rows);
+        let left = MARGIN / 2;
+        for (x, column) in by_columns.chunks_exact_mut(y_stride).enumerate() {
+            for (y, pixel) in column[left..][..ny].iter_mut().enumerate() {
+                *pixel = by_rows[y * x_stride + left + x];
+            }
+        }
+        spread(&order[by_axis..], ny, y_stride, by_columns);
+        rows.par_iter_mut().enumerate().for_each(|(y, row)| {
+            for (x, pixel) in row[slice].iter_mut().enumerate() {
+                *pixel = T::of(f64::from(by_columns[x * y_stride + left + y]));
+            }
+        });
+    }
+}
+
+/// Returns the strips of a view through an image with rows of `n` pixels, if they are narrow.
+fn strips(view: &View, n: usize, stride: usize) -> Option<Strips> {
+    let per_bin = view.per_bin();
+    view.narrow_strip().map(|ray| Strips {
+        ray,
+        per_bin,
+        n,
+        stride,
+    })
 }

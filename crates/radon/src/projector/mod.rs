@@ -30,7 +30,7 @@ use rays::{Rays, View};
 ///
 /// Angles, offset, pitch, spacing, centre and sizes are arbitrary; pixels need not be square. Results are bitwise identical for any number of
 /// threads and for a slice alone or among others. A slice of `f32` alone costs little more than its part of a stack unless bins are wider than
-/// 1.9 pixels (forward) or finer than 0.7 pixels (adjoint); a slice of `f64` alone costs as much as several in a stack.
+/// 1.9 pixels (forward) or finer than 0.7 pixels (adjoint), for strips wider than 5; a slice of `f64` alone costs as much as several in a stack.
 ///
 /// ```
 /// use radon::{ImageGrid, Kernel, ParallelGeometry, Projector};

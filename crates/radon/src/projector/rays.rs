@@ -197,6 +197,17 @@ impl View {
         }
     }
 
+    /// Returns the strip of bin 0, with pixel 0 at position 1, if it is narrow.
+    pub(super) fn narrow_strip(&self) -> Option<StripRay> {
+        match self.spread {
+            Spread::Strip(mut ray) => {
+                ray.offset = self.offset(0);
+                ray.is_narrow().then_some(ray)
+            }
+            Spread::Box(_) => None,
+        }
+    }
+
     /// Returns the rounding of positions: a ray of `f32` samples may move by 2^-28 of a pixel.
     fn snap<T: Sample>(&self) -> Snap {
         match self.spread {

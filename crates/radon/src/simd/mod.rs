@@ -66,7 +66,7 @@ pub(crate) use lanes::{Lanes, ROWS, sized};
 pub(crate) use pairs::{BoxRay, Pairs, Place, Snap, prefetch};
 pub(crate) use pixels::{SortedBins, add_sorted};
 pub(crate) use spread::{DIGITS, LANES, RayPath, Taps};
-pub(crate) use strip::StripRay;
+pub(crate) use strip::{StripRay, Strips, add_strips, spread_strips};
 pub(crate) use tile::{ALONE, Tile, ViewStep};
 pub(crate) use vector::{RUN, WINDOW};
 

@@ -82,6 +82,16 @@ pub(crate) trait Vector<T>: Copy {
         unsafe { Self::load(samples.as_ptr()) }
     }
 
+    /// As [`gather`](Self::gather), of indices that rise or fall by at most two, to rounding; `WINDOW` samples from the least are valid.
+    #[inline(always)]
+    unsafe fn gather_close(row: *const T, index: &[i32]) -> Self
+    where
+        T: Scalar,
+    {
+        // SAFETY: the caller's promise.
+        unsafe { Self::gather(row, index) }
+    }
+
     /// Adds one view to the pixels of a run; `row` is the run's base sample. The `WINDOW` samples from there must be valid to read, which
     /// contain those of a `narrow` run, and all samples up to the one after `most`.
     #[inline(always)]

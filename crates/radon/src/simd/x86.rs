@@ -75,6 +75,18 @@ vector!(
         }
 
         #[inline(always)]
+        unsafe fn gather_close(row: *const f32, index: &[i32]) -> Self {
+            // SAFETY: the machine has the set and the window is valid to read, as the caller promised.
+            unsafe {
+                let least = index[0].min(index[7]);
+                let row = row.add(least as usize);
+                let (a, b) = (_mm256_loadu_ps(row), _mm256_loadu_ps(row.add(8)));
+                let j = _mm256_loadu_si256(index[..8].as_ptr().cast());
+                Self(pick(a, b, _mm256_sub_epi32(j, _mm256_set1_epi32(least))))
+            }
+        }
+
+        #[inline(always)]
         unsafe fn add_run(
             sums: &mut [f32; RUN],
             row: *const f32,
@@ -160,6 +172,19 @@ vector!(
                     Self(_mm512_permutex2var_ps(self.0, low, other.0)),
                     Self(_mm512_permutex2var_ps(self.0, high, other.0)),
                 )
+            }
+        }
+
+        #[inline(always)]
+        unsafe fn gather_close(row: *const f32, index: &[i32]) -> Self {
+            // SAFETY: the machine has the set and the window is valid to read, as the caller promised.
+            unsafe {
+                let least = index[0].min(index[15]);
+                let row = row.add(least as usize);
+                let (a, b) = (_mm512_loadu_ps(row), _mm512_loadu_ps(row.add(16)));
+                let j = _mm512_loadu_si512(index[..16].as_ptr().cast());
+                let j = _mm512_sub_epi32(j, _mm512_set1_epi32(least));
+                Self(_mm512_permutex2var_ps(a, j, b))
             }
         }
 
