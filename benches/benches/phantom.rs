@@ -344,7 +344,7 @@ fn papers(effort: Effort) {
                 size,
                 threads,
                 seconds,
-                error: report.static_.rmse_truth.expect("a truth"),
+                error: report.static_.quality.rmse_truth.expect("a truth"),
                 error_kind: "rms of the static one",
             }
             .print();

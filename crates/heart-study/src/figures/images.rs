@@ -4,6 +4,7 @@ use super::canvas::{Axis, LABELS_BELOW, LABELS_LEFT, Rect, axes, number, paint};
 use super::raster::{BAR_ROOM, bar_labels, check_window, fill, fill_bar, fit};
 use super::{Picture, check};
 use crate::StudyError;
+use crate::error::count;
 
 /// One projection image.
 #[derive(Clone, Copy, Debug)]
@@ -196,7 +197,7 @@ pub fn slice(
 /// Draws several slices of one orientation, three in a row, with one window and one colour bar.
 ///
 /// # Errors
-/// As [`slice()`], and [`StudyError::Mismatch`] if the planes' images differ in size.
+/// As [`slice()`], and [`StudyError::Phantom`] if the planes' images differ in size.
 pub fn slices(
     volume: &Volume<'_>,
     planes: &[Plane],
@@ -220,13 +221,7 @@ fn draw_slices(
     let mut titles = Vec::with_capacity(planes.len());
     for plane in planes {
         let (across, index, len, sides) = plane.layout(volume.size);
-        if index >= len {
-            return Err(StudyError::OutOfRange {
-                what: across,
-                given: index,
-                len,
-            });
-        }
+        count(across, index, [0, len - 1])?;
         check::same_len("columns of a slice", sides[0].1, n_columns)?;
         check::same_len("rows of a slice", sides[1].1, n_rows)?;
         let at = (index as f64 - 0.5 * (len as f64 - 1.0)) * volume.spacing;
