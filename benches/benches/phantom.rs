@@ -6,14 +6,14 @@
 use std::hint::black_box;
 use std::time::Instant;
 
-use benches::{Effort, Row, Time, on_threads, timed};
+use benches::{Effort, Row, Time, gaussian_blur, on_threads, timed};
 use criterion::Criterion;
 use heart_phantom::scene::{Accuracy, DiscretisationSettings, Mode};
 use heart_phantom::{BinSample, Phantom, no_observer, scene};
 use heart_study::StudyOptions;
 use radon::{
-    DepthBlur, Kernel, LinearOperator, Projector, SliceAxis, SpectGeometry, SpectOperator,
-    SpectOptions, StackOrder,
+    Kernel, LinearOperator, Projector, SliceAxis, SpectGeometry, SpectOperator, SpectOptions,
+    StackOrder,
 };
 use rayon::prelude::*;
 
@@ -218,11 +218,9 @@ fn every_plane_by_itself(phantom: &Phantom) -> Vec<f32> {
                 .copied()
                 .collect();
             let distance = radii[view_idx] - 0.5 * (plane(k) + plane(k + 1));
-            let (variance, pitch) = (response.variance(distance), camera.detector().pitch());
-            let blur = DepthBlur::new(&[variance], pitch, 1e-4).expect("a width");
-            let mut blurred = vec![0.0; image.len()];
-            blur.apply(&image, n_bins, 0, &mut blurred)
-                .expect("an image");
+            let pitch = camera.detector().pitch();
+            let variance = pitch.map(|pitch| response.variance(distance) / (pitch * pitch));
+            let blurred = gaussian_blur(&image, n_bins, variance);
             seen.iter_mut().zip(blurred).for_each(|(sum, v)| *sum += v);
         }
         seen
@@ -346,7 +344,7 @@ fn papers(effort: Effort) {
                 size,
                 threads,
                 seconds,
-                error: report.static_.rmse_truth.expect("a truth"),
+                error: report.static_.quality.rmse_truth.expect("a truth"),
                 error_kind: "rms of the static one",
             }
             .print();

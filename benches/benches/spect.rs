@@ -10,11 +10,11 @@ use std::cell::LazyCell;
 use std::f64::consts::PI;
 use std::hint::black_box;
 
-use benches::{Effort, Row, Time, on_threads, timed};
+use benches::{Effort, Row, Time, gaussian_blur, on_threads, timed};
 use criterion::Criterion;
 use radon::{
-    Collimator, DepthBlur, ImageGrid, LinearOperator, ParallelGeometry, ParallelHoles, Phantom3,
-    Shape2, Shape3, SliceAxis, SpectGeometry, SpectOperator, SpectOptions,
+    Collimator, ImageGrid, LinearOperator, ParallelGeometry, ParallelHoles, Phantom3, Shape2,
+    Shape3, SliceAxis, SpectGeometry, SpectOperator, SpectOptions,
 };
 use rayon::prelude::*;
 
@@ -136,9 +136,8 @@ impl Scene {
         let (n, pitch) = (self.n, FIELD / self.n as f64);
         let middle = (n as f64 - 1.0) / 2.0;
         let distance = |plane: usize| RADIUS - (middle - plane as f64) * pitch;
-        let blurs: Vec<DepthBlur> = (0..n)
-            .map(|plane| self.collimator.variance(distance(plane)))
-            .map(|variance| DepthBlur::new(&[variance], [pitch; 2], 1e-4).unwrap())
+        let variances: Vec<f64> = (0..n)
+            .map(|plane| self.collimator.variance(distance(plane)) / (pitch * pitch))
             .collect();
         let mut out = vec![0.0f32; VIEWS * n * n];
         let views = out
@@ -146,8 +145,8 @@ impl Scene {
             .zip(self.geometry.views().angles());
         views.for_each(|(view, theta)| {
             let (sin, cos) = theta.sin_cos();
-            let (mut path, mut blurred) = (vec![0.0f32; n * n], vec![0.0f32; n * n]);
-            for (plane, blur) in blurs.iter().enumerate() {
+            let mut path = vec![0.0f32; n * n];
+            for (plane, variance) in variances.iter().enumerate() {
                 let (mut emitted, mut weakened) = (vec![0.0f32; n * n], vec![0.0f32; n * n]);
                 for bin in 0..n {
                     let (s, t) = (bin as f64 - middle, middle - plane as f64);
@@ -169,7 +168,7 @@ impl Scene {
                     *e *= (-(*path + 0.5 * w)).exp();
                     *path += w;
                 }
-                blur.apply(&emitted, n, 0, &mut blurred).unwrap();
+                let blurred = gaussian_blur(&emitted, n, [*variance; 2]);
                 view.iter_mut().zip(&blurred).for_each(|(v, e)| *v += e);
             }
         });

@@ -4,6 +4,7 @@ use crate::errors::Failure;
 use crate::scene::PyScene;
 use crate::values::{Whole, to_python};
 use heart_cohort::{Cohort, CohortError};
+use heart_phantom::PhantomError;
 use pyo3::exceptions::PyIndexError;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
@@ -198,11 +199,7 @@ impl From<CohortError> for Failure {
     fn from(error: CohortError) -> Self {
         match error {
             CohortError::Phantom(error) => error.into(),
-            CohortError::Read { source, path } => std::io::Error::new(
-                source.kind(),
-                format!("cannot read {}: {source}", path.display()),
-            )
-            .into(),
+            CohortError::Text(error) => PhantomError::Scene(error).into(),
             CohortError::NoMember { .. } => PyIndexError::new_err(error.to_string()).into(),
             error => Self::Cohort(error),
         }

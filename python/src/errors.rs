@@ -1,10 +1,10 @@
 //! Conversion of errors of the crates to the Python exceptions of `heart_phantom/errors.py`.
 
 use heart_cohort::CohortError;
-use heart_phantom::PhantomError;
 use heart_phantom::membrane_newton::{MembraneError, NewtonError};
 use heart_phantom::radon::RadonError;
 use heart_phantom::revolve_voxel::RevolveError;
+use heart_phantom::{PhantomError, chain};
 use pyo3::exceptions::{PyFileExistsError, PyOSError, PyRuntimeError};
 use pyo3::prelude::*;
 use std::error::Error;
@@ -46,15 +46,6 @@ impl From<Failure> for PyErr {
     fn from(failure: Failure) -> Self {
         Python::attach(|py| match failure {
             Failure::Phantom(error) => of_phantom(py, error),
-            Failure::Cohort(CohortError::Text(error)) => {
-                let place = (error.file.as_deref(), error.place);
-                scene_error(
-                    py,
-                    &error.to_string(),
-                    place,
-                    [&error.field, "", &error.what],
-                )
-            }
             Failure::Cohort(error) => exception(py, "HeartPhantomError", &error),
             Failure::Radon(error) => match of_operator(&error) {
                 Some(raised) => raised.clone_ref(py),
@@ -138,15 +129,4 @@ fn scene_error(
         Ok(PyErr::from_value(error))
     };
     with_places().unwrap_or_else(|error| error)
-}
-
-/// Joins the messages of an error and of all its sources.
-fn chain(error: &dyn Error) -> String {
-    let mut text = error.to_string();
-    let mut source = error.source();
-    while let Some(error) = source {
-        text = format!("{text}: {error}");
-        source = error.source();
-    }
-    text
 }

@@ -2,16 +2,16 @@
 
 use crate::cohort::{Case, Cohort, MOST_MEMBERS, Sampling};
 use crate::correlation::{Copula, Correlation};
-use crate::error::TextError;
 use crate::expression::Constraint;
 use crate::read::Reader;
 use heart_phantom::escape;
+use heart_phantom::scene::SceneError;
 
 /// Longest name of a case.
 const MOST_NAME: usize = 100;
 
 impl Reader<'_> {
-    pub(crate) fn check_numbers(&self, cohort: &Cohort) -> Result<(), TextError> {
+    pub(crate) fn check_numbers(&self, cohort: &Cohort) -> Result<(), SceneError> {
         let wrong = |field, given: u64, most| {
             Err(self.wrong(field, format!("is {given}; must be between 1 and {most}")))
         };
@@ -38,7 +38,7 @@ impl Reader<'_> {
         &self,
         given: &[Correlation],
         cohort: &Cohort,
-    ) -> Result<Copula, TextError> {
+    ) -> Result<Copula, SceneError> {
         let mut pairs: Vec<([usize; 2], f64)> = Vec::new();
         for (k, given) in given.iter().enumerate() {
             let (fields, coefficient) = (&given.fields, given.coefficient);
@@ -70,7 +70,7 @@ impl Reader<'_> {
         })
     }
 
-    pub(crate) fn check_cases(&self, cases: &[Case], are_named: bool) -> Result<(), TextError> {
+    pub(crate) fn check_cases(&self, cases: &[Case], are_named: bool) -> Result<(), SceneError> {
         let mut all = 0.0;
         for (k, Case { name, weight, .. }) in cases.iter().enumerate() {
             all += weight;
@@ -98,7 +98,7 @@ impl Reader<'_> {
         &self,
         given: &[String],
         cohort: &Cohort,
-    ) -> Result<Vec<Constraint>, TextError> {
+    ) -> Result<Vec<Constraint>, SceneError> {
         let mut constraints = Vec::new();
         for (k, text) in given.iter().enumerate() {
             let at = format!("constraints.{}", k + 1);

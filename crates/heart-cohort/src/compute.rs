@@ -8,10 +8,9 @@ use crate::options::RunOptions;
 use crate::piece::Piece;
 use flate2::write::GzEncoder;
 use heart_phantom::files::{Samples, put_npy};
-use heart_phantom::{Numbers, Phantom, PhantomError, Product, ProjectionValues};
+use heart_phantom::{Numbers, Phantom, PhantomError, Product, ProjectionValues, chain};
 use serde_json::json;
 use std::collections::BTreeMap;
-use std::error::Error;
 use std::io::Write;
 use std::sync::{Mutex, PoisonError};
 
@@ -68,7 +67,7 @@ pub(crate) fn compute(
     spare: &Spare,
 ) -> Result<Computed, String> {
     let scene = member.scene().map_err(|error| error.to_string())?;
-    let phantom = Phantom::new(scene).map_err(|error| reason(&error))?;
+    let phantom = Phantom::new(scene).map_err(|error| chain(&error))?;
     let form = (cohort.compression, cohort.precision);
     let further = bytes_of_arrays(&phantom, form);
     let phantom = phantom
@@ -77,7 +76,7 @@ pub(crate) fn compute(
     let mut samples = taken(&spare.samples);
     let made = of_phantom(member, &phantom, form, spare, &mut samples);
     given(&spare.samples, samples);
-    made.map_err(|error| reason(&error))
+    made.map_err(|error| chain(&error))
 }
 
 /// Returns an upper estimate of the bytes of the arrays of a member besides those of its phantom: projections or ground truth of all gates,
@@ -305,20 +304,6 @@ fn npy_of_halves(shape: &[usize], values: &[f32]) -> Result<Vec<u8>, PhantomErro
     let at = npy.windows(3).position(|word| word == b"<u2");
     at.into_iter().for_each(|at| npy[at + 1] = b'f');
     Ok(npy)
-}
-
-/// The error and its causes.
-pub(crate) fn reason(error: &dyn Error) -> String {
-    let mut text = error.to_string();
-    let mut cause = error.source();
-    while let Some(error) = cause {
-        let said = error.to_string();
-        if !text.ends_with(&said) {
-            text = format!("{text}: {said}");
-        }
-        cause = error.source();
-    }
-    text
 }
 
 #[cfg(test)]

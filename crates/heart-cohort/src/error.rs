@@ -1,28 +1,20 @@
 //! Errors of cohorts.
 
 use crate::fault::FileFault;
+use heart_phantom::scene::SceneError;
 use heart_phantom::{PhantomError, escape};
-use std::fmt;
 use std::path::{Path, PathBuf};
 
 /// An error of a cohort or a shard.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum CohortError {
-    /// A file could not be written, or the base scene could not be read or is invalid.
+    /// A file could not be read or written, a thread could not be started, or the base scene is invalid.
     #[error(transparent)]
     Phantom(#[from] PhantomError),
-    /// A file could not be read.
-    #[error("cannot read {}", escape_path(path))]
-    Read {
-        /// The file.
-        path: PathBuf,
-        /// The error of the operating system.
-        source: std::io::Error,
-    },
     /// The text of the cohort is invalid.
     #[error(transparent)]
-    Text(Box<TextError>),
+    Text(Box<SceneError>),
     /// No draw of a member met all constraints.
     #[error(
         "member {member}: none of {attempts} draws meets all constraints; `{}` fails in {failed} of them",
@@ -105,52 +97,10 @@ pub enum CohortError {
         /// The allowed values.
         wanted: &'static str,
     },
-    /// Threads could not be started.
-    #[error("cannot start a thread")]
-    Threads {
-        /// The cause, such as the error of the operating system.
-        source: Box<dyn std::error::Error + Send + Sync>,
-    },
 }
 
-/// An error in the text of a cohort, with its position.
-#[derive(Debug, Clone, PartialEq)]
-#[non_exhaustive]
-pub struct TextError {
-    /// The file, if it came from one.
-    pub file: Option<PathBuf>,
-    /// Line and column, from 1.
-    pub place: Option<[usize; 2]>,
-    /// The field, such as `vary.heart.inner.radius`; empty if the text is not TOML.
-    // tidy: allow string: the path of a field in the file
-    pub field: String,
-    /// The error.
-    // tidy: allow string: the parser's words, or those of a scene's error
-    pub what: String,
-}
-
-impl fmt::Display for TextError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        if let Some(file) = &self.file {
-            write!(f, "{}:", escape_path(file))?;
-        }
-        match (&self.file, self.place) {
-            (Some(_), Some([line, column])) => write!(f, "{line}:{column}: ")?,
-            (Some(_), None) => f.write_str(" ")?,
-            (None, Some([line, column])) => write!(f, "line {line}, column {column}: ")?,
-            (None, None) => {}
-        }
-        if !self.field.is_empty() {
-            write!(f, "{}: ", escape(&self.field))?;
-        }
-        f.write_str(&escape(&self.what))
-    }
-}
-
-impl std::error::Error for TextError {}
-
-impl From<TextError> for CohortError {
-    fn from(error: TextError) -> Self {
+impl From<SceneError> for CohortError {
+    fn from(error: SceneError) -> Self {
         Self::Text(Box::new(error))
     }
 }

@@ -3,6 +3,7 @@
 use crate::cut::Shard;
 use crate::error::CohortError;
 use crate::fault::{Fault, FileFault};
+use heart_phantom::PhantomError;
 use std::cmp::Reverse;
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
@@ -23,9 +24,9 @@ impl Listing {
     /// Lists a directory.
     ///
     /// # Errors
-    /// [`CohortError::Read`]; [`CohortError::NoShards`].
+    /// [`PhantomError::Read`]; [`CohortError::NoShards`].
     pub(crate) fn of(folder: &Path) -> Result<Self, CohortError> {
-        let unread = |source| CohortError::Read {
+        let unread = |source| PhantomError::Read {
             path: folder.to_path_buf(),
             source,
         };

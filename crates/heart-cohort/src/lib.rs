@@ -47,7 +47,7 @@ pub use cohort::{Cohort, Compression, Precision, Sampling};
 pub use cut::Shard;
 pub use distribution::Distribution;
 pub use draw::Member;
-pub use error::{CohortError, TextError};
+pub use error::CohortError;
 pub use export::export;
 pub use fault::{Fault, FileFault};
 pub use manifest::{ManifestReport, merge};

@@ -3,21 +3,17 @@
 use crate::cohort::{Case, Cohort, Compression, Precision, Sampling};
 use crate::correlation::{Copula, Correlation};
 use crate::distribution::Distribution;
-use crate::error::{CohortError, TextError};
+use crate::error::CohortError;
 use crate::split::Split;
 use crate::value::FieldValue;
 use crate::{field, sobol};
-use heart_phantom::scene::{line_and_column, locate};
+use heart_phantom::scene::{Finding, SceneError, line_and_column, locate, read_text};
 use heart_phantom::{PhantomError, Product, Scene, files::Format};
 use serde::Deserialize;
 use serde_json::{Map, Value};
 use std::collections::{BTreeMap, BTreeSet};
-use std::fs::File;
-use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 
-/// Largest size of a cohort text in bytes.
-const MOST_BYTES: u64 = 1 << 24;
 /// The file as parsed.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -78,20 +74,13 @@ impl Cohort {
     /// Reads a cohort from a file; the path of a base scene is relative to it.
     ///
     /// # Errors
-    /// [`CohortError::Read`] if the file cannot be read; [`CohortError::Text`] with line and field for invalid text;
-    /// [`CohortError::Phantom`] for a base scene that cannot be read.
+    /// [`PhantomError::Read`] if the file or that of the base scene cannot be read; [`PhantomError::Scene`] unless it is UTF-8;
+    /// [`CohortError::Text`] with line and field for invalid text.
     pub fn load(path: &Path) -> Result<Self, CohortError> {
-        let unread = |source| CohortError::Read {
-            path: path.to_path_buf(),
-            source,
-        };
-        let text = read(path).map_err(unread)?;
+        let text = read_text(path)?;
         let folder = path.parent().unwrap_or(Path::new("."));
         Self::of_text(&text, folder).map_err(|error| match error {
-            CohortError::Text(mut error) => {
-                error.file = Some(path.to_path_buf());
-                CohortError::Text(error)
-            }
+            CohortError::Text(error) => error.with_file(path).into(),
             error => error,
         })
     }
@@ -105,11 +94,9 @@ impl Cohort {
     }
 
     fn of_text(text: &str, folder: &Path) -> Result<Self, CohortError> {
-        let given: Text = toml::from_str(text).map_err(|error| TextError {
-            file: None,
-            place: error.span().map(|span| line_and_column(text, span.start)),
-            field: String::new(),
-            what: error.message().trim().to_owned(),
+        let given: Text = toml::from_str(text).map_err(|error| {
+            let place = error.span().map(|span| line_and_column(text, span.start));
+            SceneError::from(Finding::new(place, "", error.message().trim()))
         })?;
         let reader = Reader { text };
         let base = match &given.base {
@@ -179,17 +166,13 @@ pub(crate) struct Reader<'a> {
 }
 
 impl Reader<'_> {
-    pub(crate) fn wrong(&self, field: &str, what: impl Into<String>) -> TextError {
-        TextError {
-            file: None,
-            place: locate(self.text, field).map(|(place, _)| place),
-            field: field.to_owned(),
-            what: what.into(),
-        }
+    pub(crate) fn wrong(&self, field: &str, what: impl Into<String>) -> SceneError {
+        let place = locate(self.text, field).map(|(place, _)| place);
+        Finding::new(place, field, what).into()
     }
 
     /// A table of the text as JSON; rejects NaN and infinity.
-    fn json(&self, table: Fields, section: &str) -> Result<Map<String, Value>, TextError> {
+    fn json(&self, table: Fields, section: &str) -> Result<Map<String, Value>, SceneError> {
         let mut json = Map::new();
         for (name, value) in table {
             if let Some(path) = value.not_finite() {
@@ -208,7 +191,7 @@ impl Reader<'_> {
         base: &Value,
         above: &Map<String, Value>,
         section: &str,
-    ) -> Result<Value, TextError> {
+    ) -> Result<Value, SceneError> {
         let mut scene = base.clone();
         field::lay_over(&mut scene, &Value::Object(above.clone()));
         let scene: Scene = match serde_json::from_value(scene) {
@@ -246,7 +229,7 @@ impl Reader<'_> {
     }
 
     /// Shards contain arrays as npy.
-    fn check_output(&self, scene: &Scene, section: &str) -> Result<(), TextError> {
+    fn check_output(&self, scene: &Scene, section: &str) -> Result<(), SceneError> {
         let output = &scene.output;
         for product in &output.write {
             match product {
@@ -274,7 +257,7 @@ impl Reader<'_> {
         &self,
         table: &Map<String, Value>,
         section: &str,
-    ) -> Result<BTreeMap<String, Distribution>, TextError> {
+    ) -> Result<BTreeMap<String, Distribution>, SceneError> {
         let mut found = BTreeMap::new();
         for (name, value) in table {
             let at = format!("{section}.{name}");
@@ -312,7 +295,7 @@ impl Reader<'_> {
         path: String,
         distribution: Distribution,
         section: &str,
-    ) -> Result<(), TextError> {
+    ) -> Result<(), SceneError> {
         let at = format!("{section}.{path}");
         match found.insert(path, distribution) {
             None => Ok(()),
@@ -327,7 +310,7 @@ impl Reader<'_> {
         k: usize,
         base: &Value,
         vary: &BTreeMap<String, Distribution>,
-    ) -> Result<Case, TextError> {
+    ) -> Result<Case, SceneError> {
         let section = format!("cases.{}", k + 1);
         let [at_scene, at_vary] = ["scene", "vary"].map(|name| format!("{section}.{name}"));
         let (own, own_vary) = (
@@ -365,7 +348,7 @@ impl Reader<'_> {
     }
 
     /// Tries each varied field separately: finds integer fields, and names that are not fields of the scene.
-    fn whole_fields(&self, case: &Case, section: &str) -> Result<Vec<String>, TextError> {
+    fn whole_fields(&self, case: &Case, section: &str) -> Result<Vec<String>, SceneError> {
         let mut whole = Vec::new();
         for (path, distribution) in &case.vary {
             let tried = |value: Value| -> Result<(), String> {
@@ -416,16 +399,6 @@ fn there_is(scene: &Value, path: &str) -> String {
         }
     }
     String::new()
-}
-
-fn read(path: &Path) -> io::Result<String> {
-    let mut text = String::new();
-    let file = File::open(path)?;
-    file.take(MOST_BYTES + 1).read_to_string(&mut text)?;
-    if text.len() as u64 > MOST_BYTES {
-        return Err(io::ErrorKind::FileTooLarge.into());
-    }
-    Ok(text)
 }
 
 /// A scene as JSON with defaults. Its numbers are finite, and JSON has all its names.

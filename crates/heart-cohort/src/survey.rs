@@ -54,7 +54,7 @@ pub struct FieldRange {
 /// Draws at most 20 000 members and computes some of them. Writes nothing.
 ///
 /// # Errors
-/// [`CohortError::Unmet`] for constraints that cannot be met; [`CohortError::Threads`].
+/// [`CohortError::Unmet`] for constraints that cannot be met; [`PhantomError::Threads`](heart_phantom::PhantomError::Threads).
 pub fn survey(cohort: &Cohort, tried: u64, options: &RunOptions) -> Result<Survey, CohortError> {
     let (members, tried) = (cohort.members(), tried.min(cohort.members()));
     let drawn = members.min(MOST_DRAWN);

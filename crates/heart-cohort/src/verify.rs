@@ -37,7 +37,7 @@ pub struct VerifyReport {
 /// kept in memory; the cost is `count` times that of a member. `count` may be 0.
 ///
 /// # Errors
-/// [`CohortError::NoShards`], [`CohortError::Read`] if the directory cannot be listed, [`CohortError::Threads`]. A fault is not an
+/// [`CohortError::NoShards`], [`CohortError::Phantom`] if the directory cannot be listed or a thread cannot be started. A fault is not an
 /// error.
 pub fn verify(
     cohort: &Cohort,

@@ -1,16 +1,17 @@
 //! Computes members concurrently, each on one thread, and passes them on in order.
 
-use crate::error::CohortError;
+use heart_phantom::PhantomError;
 use rayon::{ThreadPool, ThreadPoolBuilder};
 use std::ops::Range;
 use std::sync::mpsc::sync_channel;
 
 /// One thread pool per concurrent member.
-pub(crate) fn pools(threads: usize) -> Result<Vec<ThreadPool>, CohortError> {
+pub(crate) fn pools(threads: usize) -> Result<Vec<ThreadPool>, PhantomError> {
     let pool = |_| ThreadPoolBuilder::new().num_threads(1).build();
     let pools: Result<Vec<_>, _> = (0..threads.max(1)).map(pool).collect();
-    pools.map_err(|error| CohortError::Threads {
-        source: error.into(),
+    pools.map_err(|error| {
+        let source = error.into();
+        PhantomError::Threads { given: 1, source }
     })
 }
 

@@ -4,7 +4,7 @@ use crate::scene::{SceneError, place_in};
 use crate::text::{Number, brief, enough, escape, escape_path, range};
 use std::path::PathBuf;
 
-/// The errors of this crate. A message does not repeat its cause, the [`source`](std::error::Error::source): print the whole chain.
+/// The errors of this crate. A message does not repeat its cause, the [`source`](std::error::Error::source): print the whole [`chain`](crate::chain).
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum PhantomError {
@@ -354,28 +354,5 @@ pub(crate) fn check_count(
             least,
             most,
         })
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_error_contains_the_number_of_threads() {
-        // A second global pool is an error on every machine.
-        let refused = || {
-            let build = || rayon::ThreadPoolBuilder::new().build_global();
-            build().and_then(|()| build()).unwrap_err()
-        };
-        for (given, says) in [
-            (0, "cannot start a thread for each core"),
-            (1, "cannot start a thread"),
-            (4096, "cannot start 4096 threads"),
-        ] {
-            let source = refused().into();
-            let error = PhantomError::Threads { given, source };
-            assert_eq!(error.to_string(), says);
-        }
     }
 }

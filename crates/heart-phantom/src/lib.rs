@@ -71,8 +71,8 @@ pub use phantom::{
 #[cfg_attr(docsrs, doc(cfg(feature = "scene")))]
 pub use scan::ViewReport;
 pub use scan::{
-    Accuracy, BinSample, Camera, CameraGeometry, Counting, Counts, Decay, Heads, Mode, Noise,
-    Orbit, RayGeometry, Resolution, Rotation, Sinograms, TruthOf, ViewError, ViewTime,
+    Accuracy, BinSample, Camera, Counting, Counts, Decay, Mode, Noise, Orbit, RayGeometry,
+    Resolution, Rotation, Sinograms, TruthOf, ViewError, ViewTime,
 };
 pub use scene::Scene;
 #[cfg(feature = "scene")]
@@ -81,5 +81,5 @@ pub use scene::{
     CompensatedReport, GateReport, GateResults, MeasuredEjection, PictureReport, Progress, Run,
     RunReport, SliceOrders, run,
 };
-pub use text::escape;
+pub use text::{chain, escape};
 pub use truth::{ImageQuality, Regions};

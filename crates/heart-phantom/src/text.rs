@@ -1,5 +1,6 @@
 //! Foreign text and numbers in messages: escaped and shortened.
 
+use std::error::Error;
 use std::fmt;
 use std::path::Path;
 
@@ -32,6 +33,22 @@ pub fn escape(text: &str) -> String {
         }
     }
     shown
+}
+
+/// Returns the message of an error and those of its causes, each once.
+#[must_use]
+pub fn chain(error: &dyn Error) -> String {
+    let mut text = error.to_string();
+    let mut cause = error.source();
+    while let Some(error) = cause {
+        let said = error.to_string();
+        // Some messages of other crates, such as rayon, repeat that of their cause.
+        if !text.ends_with(&said) {
+            text = format!("{text}: {said}");
+        }
+        cause = error.source();
+    }
+    text
 }
 
 /// Escapes a path with [`escape`]; bytes that are not UTF-8 become U+FFFD.
@@ -99,19 +116,6 @@ pub(crate) fn enough(value: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn control_characters_are_escaped_and_other_text_is_unchanged() {
-        let kept = "Herz \u{e9} e\u{301} \u{5fc3} \u{1f493} \"'\\`";
-        assert_eq!(escape(kept), kept);
-        let moves = "\u{1b}[31m\r\n\u{7}\u{9b}2J\u{7f}\u{202e}\u{2066}\u{200b}\u{feff}\u{e0041}";
-        let escaped = escape(moves);
-        assert_eq!(
-            escaped,
-            "\\u{1b}[31m\\r\\n\\u{7}\\u{9b}2J\\u{7f}\\u{202e}\\u{2066}\\u{200b}\\u{feff}\\u{e0041}"
-        );
-        assert_eq!(escape(&escaped), escaped);
-    }
 
     #[test]
     fn long_texts_are_cut_between_characters() {

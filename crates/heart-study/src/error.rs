@@ -7,7 +7,7 @@ use heart_phantom::revolve_voxel::RevolveError;
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum StudyError {
-    /// An option, the phantom, or a file that cannot be written; an older file of that name is unchanged.
+    /// An option, a number or a length of an input, the phantom, or a file that cannot be written; an older file of that name is unchanged.
     #[error(transparent)]
     Phantom(#[from] PhantomError),
     /// An input with too few entries.
@@ -28,34 +28,6 @@ pub enum StudyError {
         /// Position of the first such entry.
         index: usize,
     },
-    /// Two inputs that belong together differ in length.
-    #[error("{what}: {given} entries, {expected} expected")]
-    Mismatch {
-        /// Name of the input.
-        what: &'static str,
-        /// Number of entries given.
-        given: usize,
-        /// Number of entries expected.
-        expected: usize,
-    },
-    /// A size, spacing, radius or error that is not positive.
-    #[error("{what}: {given:?}, must be positive")]
-    NotPositive {
-        /// Name of the input.
-        what: &'static str,
-        /// The value given.
-        given: f64,
-    },
-    /// A slice index outside the volume.
-    #[error("{what}: index {given}, must be below {len}")]
-    OutOfRange {
-        /// Name of the input.
-        what: &'static str,
-        /// The index given.
-        given: usize,
-        /// Number of slices.
-        len: usize,
-    },
     /// An interval of grey values or coordinates that is empty, reversed or not finite.
     #[error("{what}: from {low:?} to {high:?} is not an interval")]
     Interval {
@@ -72,4 +44,38 @@ pub enum StudyError {
     /// An error of the plotting library, which draws in memory.
     #[error("drawing failed")]
     Drawing(#[source] Box<dyn std::error::Error + Send + Sync>),
+}
+
+/// A number in a range; rejects NaN.
+pub(crate) fn within(
+    what: &'static str,
+    given: f64,
+    [least, most]: [f64; 2],
+) -> Result<(), PhantomError> {
+    match given >= least && given <= most {
+        true => Ok(()),
+        false => Err(PhantomError::OutOfRange {
+            what,
+            given,
+            least,
+            most,
+        }),
+    }
+}
+
+/// A count in a range.
+pub(crate) fn count(
+    what: &'static str,
+    given: usize,
+    [least, most]: [usize; 2],
+) -> Result<(), PhantomError> {
+    match (least..=most).contains(&given) {
+        true => Ok(()),
+        false => Err(PhantomError::Count {
+            what,
+            given,
+            least,
+            most,
+        }),
+    }
 }

@@ -49,7 +49,6 @@
 #![cfg_attr(docsrs, feature(doc_cfg))]
 #[macro_use]
 mod setters;
-mod depth_blur;
 mod error;
 mod fbp;
 mod fft;
@@ -73,7 +72,6 @@ mod slices;
 mod spect;
 mod stack;
 
-pub use depth_blur::DepthBlur;
 pub use error::{RadonError, UserError};
 pub use fbp::{
     EdgePolicy, FbpMethod, FbpOptions, FbpPlan, FbpReport, FbpScratch, Interpolation, Skip,

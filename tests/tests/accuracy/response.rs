@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 
 use crate::Row;
 use radon::{
-    Collimator, DepthBlur, ImageGrid, LinearOperator, ParallelGeometry, SliceAxis, SpectGeometry,
+    Collimator, ImageGrid, LinearOperator, ParallelGeometry, SliceAxis, SpectGeometry,
     SpectOperator, SpectOptions,
 };
 use revolve_voxel::DepthResponse;
@@ -18,14 +18,6 @@ pub(crate) const ROWS: &[Row] = &[
         norm: "maximum, relative to the peak",
         quick: 20,
         problem: voxel_of_the_operator,
-    },
-    Row {
-        name: "radon::DepthBlur::error",
-        what: "image of a point in a slab",
-        reference: "Gaussian sampled on the bins; its parameter is found by bisection, so that its variance is that of the slab",
-        norm: "maximum, relative to the peak",
-        quick: 200,
-        problem: point_of_a_slab,
     },
     Row {
         name: "revolve_voxel::DepthResponse::error",
@@ -74,19 +66,6 @@ fn voxel_of_the_operator(random: &mut Random) -> Option<f64> {
     camera.forward_into(&volume, &mut view).ok()?;
     let variance = collimator.variance(distance) + (collimator.slope() * depth).powi(2) / 12.0;
     Some(off(&view, variance, pitch) / tolerance)
-}
-
-fn point_of_a_slab(random: &mut Random) -> Option<f64> {
-    let (collimator, pitch, tolerance) = camera(random);
-    let mut variance = || collimator.variance(random.uniform(0.0, 35.0));
-    let variances = [variance(), variance(), variance()];
-    let blur = DepthBlur::new(&variances, pitch, tolerance).ok()?;
-    let mut slabs = vec![0.0; N * 3 * N];
-    slabs[(N / 2 * 3 + 1) * N + N / 2] = 1.0;
-    let mut image = vec![0.0; N * N];
-    blur.apply(&slabs, N, 0, &mut image).ok()?;
-    // 1e-15 for rounding, where the variances are equal.
-    Some(off(&image, variances[1], pitch) / (blur.error().ok()? + 1e-15))
 }
 
 /// The largest deviation of the image of a point in the middle from two lattice Gaussians, relative to their peak.

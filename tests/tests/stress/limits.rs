@@ -6,7 +6,7 @@ use heart_phantom::{MaterialPoint, PhantomError, Wall};
 use membrane_forces::{Membrane, MembraneError, ReferenceShape, Stiffness};
 use membrane_newton::{Control, Discretisation, NewtonError, NewtonOptions, Pair, Solver};
 use nalgebra::{Point3, Vector3};
-use radon::{CountScale, DepthBlur, ImageGrid, ParallelGeometry, RadonError, poisson_counts};
+use radon::{CountScale, ImageGrid, ParallelGeometry, RadonError, poisson_counts};
 use revolve_voxel::{
     Assembly, Body, Curve, EllipticCylinder, Meridian, Organs, ParallelDetector, ParallelRays,
     Piece, Pose, Ray, RevolveError, Sampling, Sector, Shell, VoxelGrid,
@@ -315,25 +315,6 @@ fn nan_and_infinity_are_rejected_everywhere() {
                     .is_some_and(slices),
             ),
             ("pixel", ImageGrid::square(4, bad).err().is_some_and(slices)),
-            (
-                "variance of a slab",
-                DepthBlur::new(&[bad], [1.0; 2], 1e-3)
-                    .err()
-                    .is_some_and(slices),
-            ),
-            (
-                "blur pitch",
-                DepthBlur::new(&[1.0], [bad, 1.0], 1e-3)
-                    .err()
-                    .is_some_and(slices),
-            ),
-            (
-                "blurred sample",
-                DepthBlur::new(&[1.0], [1.0; 2], 1e-3)
-                    .and_then(|b| b.apply(&[1.0, 1.0, bad, 1.0], 2, 0, &mut [0.0; 4]))
-                    .err()
-                    .is_some_and(slices),
-            ),
             (
                 "mean counts",
                 poisson_counts(&[1.0, bad], CountScale::PerUnit(1.0), 0)

@@ -206,12 +206,21 @@ fn files_that_cannot_be_read_are_named() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("cohort.toml");
     let load = || Cohort::load(&path).unwrap_err();
-    assert!(matches!(load(), CohortError::Read { .. }));
+    assert!(matches!(
+        load(),
+        CohortError::Phantom(PhantomError::Read { .. })
+    ));
     fs::create_dir(&path).unwrap();
-    assert!(matches!(load(), CohortError::Read { .. }));
+    assert!(matches!(
+        load(),
+        CohortError::Phantom(PhantomError::Read { .. })
+    ));
     fs::remove_dir(&path).unwrap();
     fs::write(&path, b"members = \xff").unwrap();
-    assert!(matches!(load(), CohortError::Read { .. }));
+    assert!(matches!(
+        load(),
+        CohortError::Phantom(PhantomError::Scene(_))
+    ));
     fs::write(&path, "members = 3\nbase = \"scene.toml\"\n").unwrap();
     assert!(load().to_string().contains("scene.toml"));
     let scene = folder.path().join("scene.toml");
@@ -297,7 +306,10 @@ fn a_read_only_directory_is_reported_before_any_work() {
         &progress,
     );
     assert!(matches!(run, Err(CohortError::Phantom(_))) && !begun.into_inner());
-    assert!(matches!(merge(&file), Err(CohortError::Read { .. })));
+    assert!(matches!(
+        merge(&file),
+        Err(CohortError::Phantom(PhantomError::Read { .. }))
+    ));
 }
 
 /// Neither archive nor record nor temporary file, whichever member is the last; the next run is bitwise identical to one without a stop.

@@ -2,11 +2,14 @@
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
 mod bytes;
+mod constraints;
+mod distributions;
 mod draws;
 mod failures;
 mod folder;
 mod learning;
 mod manifest;
+mod slurm;
 mod verified;
 
 use heart_cohort::heart_phantom::no_observer;

@@ -232,12 +232,6 @@ impl Cycle {
         self.height.extreme_phases()
     }
 
-    /// Returns the largest gain of the cycle.
-    #[must_use]
-    pub fn peak_gain(&self) -> f64 {
-        self.gains[1]
-    }
-
     /// Returns the gains at end-systole and end-diastole.
     #[must_use]
     pub fn gains(&self) -> [f64; 2] {
@@ -249,55 +243,4 @@ impl Cycle {
 fn wrap(phase: f64) -> f64 {
     let p = (phase.rem_euclid(1.0) * PHASE_GRID).round() / PHASE_GRID;
     if p >= 1.0 { 0.0 } else { p }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn one_view_per_second_at_65_bpm_has_twelve_phases() {
-        let cycle = Cycle::new(65.0, 0.6).unwrap();
-        let mut phases: Vec<f64> = (0..90).map(|k| cycle.phase(k as f64)).collect();
-        phases.sort_by(f64::total_cmp);
-        phases.dedup();
-        assert_eq!(phases.len(), 12);
-        for (j, p) in phases.iter().enumerate() {
-            assert!((p - j as f64 / 12.0).abs() < 1.0 / PHASE_GRID);
-        }
-    }
-
-    #[test]
-    fn gain_is_periodic_even_and_bounded() {
-        let cycle = Cycle::new(72.0, 0.6).unwrap();
-        for j in 0..64 {
-            let p = j as f64 / 64.0;
-            assert_eq!(cycle.gain(p), cycle.gain(p + 3.0));
-            assert_eq!(cycle.gain(p), cycle.gain(1.0 - p));
-            assert!((0.0..=0.6).contains(&cycle.gain(p)));
-        }
-    }
-
-    #[test]
-    fn invalid_arguments_are_rejected() {
-        for bad in [0.0, -1.0, f64::NAN, f64::INFINITY, 1001.0] {
-            assert!(matches!(
-                Cycle::new(bad, 0.6),
-                Err(PhantomError::OutOfRange { .. })
-            ));
-        }
-        for bad in [-0.1, f64::NAN, 21.0] {
-            assert!(matches!(
-                Cycle::new(65.0, bad),
-                Err(PhantomError::OutOfRange { .. })
-            ));
-        }
-        for curve in [VolumeCurve::Sinusoid, VolumeCurve::Physiological] {
-            let cycle = Cycle::with_curve(65.0, &curve, [0.1, 0.6]).unwrap();
-            for bad in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
-                assert!(cycle.gain(bad).is_nan());
-                assert!(cycle.gain(cycle.phase(bad)).is_nan());
-            }
-        }
-    }
 }

@@ -318,14 +318,6 @@ impl Phantom {
         self.shape_at_gain(self.parts.cycle.gain(phase))
     }
 
-    /// Returns the activity per mL of cavity and wall at a phase.
-    ///
-    /// # Errors
-    /// As [`Phantom::shape`].
-    pub fn concentrations(&self, phase: f64) -> Result<[f64; 2], PhantomError> {
-        Ok(self.scene().activity.of(&*self.shape(phase)?))
-    }
-
     /// Returns a phase of end-systole and one of end-diastole.
     #[must_use]
     pub fn extreme_phases(&self) -> [f64; 2] {

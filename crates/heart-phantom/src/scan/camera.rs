@@ -1,7 +1,9 @@
 //! The camera: angles and times of the views, detector, and voxel grid.
 
 use super::ray_geometry::RayGeometry;
+use super::settings::Rotation;
 use crate::error::{PhantomError, check, check_count};
+use crate::scene::{CameraSettings, HeadsSettings};
 use revolve_voxel::{ParallelDetector, ParallelRays, VoxelGrid};
 use std::f64::consts::PI;
 use std::sync::Arc;
@@ -12,76 +14,15 @@ pub(crate) const MOST_SAMPLES: f64 = 2_147_483_648.0;
 /// Name of the limited quantity in errors.
 pub(crate) const VOXELS: &str = "voxels";
 
-/// Camera motion between views.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[cfg_attr(feature = "scene", derive(serde::Serialize, serde::Deserialize))]
-#[cfg_attr(feature = "scene", serde(rename_all = "kebab-case"))]
-#[non_exhaustive]
-pub enum Rotation {
-    /// Step and shoot: the camera is stationary during a view and moves instantaneously.
-    StepAndShoot,
-    /// Continuous rotation; the camera passes the angle of a view at the middle of its interval ([`ViewTime`](crate::ViewTime)).
-    Continuous,
-}
-
-/// Camera heads, each a detector with a collimator.
+/// The voxels of a camera.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Heads {
-    /// One head.
-    One,
-    /// Two heads at a fixed angle; view `k` of both is acquired at the same time.
-    Two {
-        /// Angle from the first to the second head, radians.
-        angle: f64,
-    },
-}
-
-impl Heads {
-    /// Returns the number of heads.
-    #[must_use]
-    pub fn count(self) -> usize {
-        match self {
-            Self::One => 1,
-            Self::Two { .. } => 2,
-        }
-    }
-
-    /// Returns the angle from the first to the last head.
-    fn angle(self) -> f64 {
-        match self {
-            Self::One => 0.0,
-            Self::Two { angle } => angle,
-        }
-    }
-}
-
-/// Views, detector and voxels, for [`Camera::with_geometry`].
-#[derive(Debug, Clone, PartialEq)]
-pub struct CameraGeometry {
-    /// Number of views of a head.
-    pub views: usize,
-    /// Arc of a head in radians, counter-clockwise seen from +z if positive.
-    pub arc: f64,
-    /// Angle of the first view, radians.
-    pub start: f64,
-    /// The heads.
-    pub heads: Heads,
-    /// Bins per row.
-    pub bins: usize,
-    /// Rows of the detector and slices of the volume.
-    pub rows: usize,
-    /// Pitch of bins and rows, cm.
-    pub pitch: [f64; 2],
-    /// Motion between views.
-    pub rotation: Rotation,
-    /// Time between the starts of consecutive views, seconds.
-    pub interval: f64,
-    /// Number of voxels along x and y.
-    pub pixels: [usize; 2],
-    /// Voxel size in x and y, cm; along z it is the pitch of the rows.
-    pub pixel: f64,
+pub(crate) struct Voxels {
+    /// Number along x and y; along z it is that of the rows.
+    pub(crate) pixels: [usize; 2],
+    /// Size in x and y, cm; along z it is the pitch of the rows.
+    pub(crate) pixel: f64,
     /// Centre of the slice, cm.
-    pub centre: [f64; 2],
+    pub(crate) centre: [f64; 2],
 }
 
 /// A rotating parallel-hole camera with the axis z of the lab, and the voxel grid of its reconstructions.
@@ -91,7 +32,8 @@ pub struct CameraGeometry {
 /// volume has the height of row `j`. The views of a second head follow those of the first; view `n + k` is simultaneous with view `k`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Camera {
-    from: CameraGeometry,
+    from: CameraSettings,
+    voxels: Voxels,
     geometry: radon::ParallelGeometry,
     step: f64,
     detector: ParallelDetector,
@@ -105,65 +47,44 @@ pub struct Camera {
 pub(crate) const LEAST_DIRECTIONS: usize = 3;
 
 impl Camera {
-    /// Returns a camera with `n_views` views over 180 degrees, `size` bins and rows in a field of view of `field` cm, and as many voxels.
-    ///
-    /// # Errors
-    /// [`PhantomError::Radon`] or [`PhantomError::Solid`] if a count is zero or `field` is not
-    /// finite and positive.
-    pub fn new(n_views: usize, size: usize, field: f64) -> Result<Self, PhantomError> {
-        let pitch = field / size as f64;
-        Self::with_geometry(&CameraGeometry {
-            views: n_views,
-            arc: PI,
-            start: 0.0,
-            heads: Heads::One,
-            bins: size,
-            rows: size,
-            pitch: [pitch; 2],
-            rotation: Rotation::StepAndShoot,
-            interval: 1.0,
-            pixels: [size; 2],
-            pixel: pitch,
-            centre: [0.0; 2],
-        })
-    }
-
-    /// Returns a camera with any geometry.
+    /// Returns the camera of a scene with some voxels.
     ///
     /// # Errors
     /// [`PhantomError::Radon`] or [`PhantomError::Solid`] if a count is zero or a pitch is not finite and positive;
     /// [`PhantomError::OutOfRange`] for angles beyond 1000 radians, an arc of zero, an interval that is not positive, and more than 2^31
     /// samples of all views or voxels.
-    pub fn with_geometry(from: &CameraGeometry) -> Result<Self, PhantomError> {
-        check("arc", from.arc.abs(), [f64::MIN_POSITIVE, 1e3])?;
-        check("start", from.start, [-1e3, 1e3])?;
-        check("angle between the heads", from.heads.angle(), [-1e3, 1e3])?;
-        check("interval", from.interval, [f64::MIN_POSITIVE, 1e9])?;
+    pub(crate) fn new(from: &CameraSettings, voxels: Voxels) -> Result<Self, PhantomError> {
+        let [arc, start, apart] = [from.arc, from.start, from.heads.angle()].map(f64::to_radians);
+        check("arc", arc.abs(), [f64::MIN_POSITIVE, 1e3])?;
+        check("start", start, [-1e3, 1e3])?;
+        check("angle between the heads", apart, [-1e3, 1e3])?;
+        check("interval", from.seconds_per_view, [f64::MIN_POSITIVE, 1e9])?;
         let n = from.views as f64;
         // Zero counts as one: the checks below report it.
         let product = |counts: [usize; 3]| counts.iter().map(|&n| n.max(1) as f64).product();
         let n_views = from.views.saturating_mul(from.heads.count());
         let samples = product([n_views, from.bins, from.rows]);
         check("views x bins x rows", samples, [0.0, MOST_SAMPLES])?;
-        let voxels = product([from.pixels[0], from.pixels[1], from.rows]);
-        check(VOXELS, voxels, [0.0, MOST_SAMPLES])?;
+        let ([nx, ny], [x, y]) = (voxels.pixels, voxels.centre);
+        check(VOXELS, product([nx, ny, from.rows]), [0.0, MOST_SAMPLES])?;
         let angle = |view_idx: usize| {
             let (head, k) = (view_idx / from.views, view_idx % from.views);
-            from.start + head as f64 * from.heads.angle() + k as f64 * from.arc / n
+            start + head as f64 * apart + k as f64 * arc / n
         };
         let angles: Vec<f64> = (0..n_views).map(angle).collect();
-        let ([bin, row], [nx, ny], [x, y]) = (from.pitch, from.pixels, from.centre);
+        let [bin, row] = from.pitch;
         Ok(Self {
             from: from.clone(),
+            voxels,
             geometry: radon::ParallelGeometry::from_radians(angles, from.bins, bin)?,
-            step: from.arc / n,
+            step: arc / n,
             detector: ParallelDetector::new(from.bins, from.rows, from.pitch)?,
             grid: VoxelGrid::centred(
                 [nx, ny, from.rows],
-                [from.pixel, from.pixel, row],
+                [voxels.pixel, voxels.pixel, row],
                 [x, y, 0.0],
             )?,
-            image: radon::ImageGrid::new(nx, ny, from.pixel)?.with_centre(from.centre)?,
+            image: radon::ImageGrid::new(nx, ny, voxels.pixel)?.with_centre(voxels.centre)?,
             rays: None,
         })
     }
@@ -173,15 +94,16 @@ impl Camera {
         let detector = rays.detector();
         let angles = (0..rays.n_views()).map(|view_idx| rays.angle(view_idx));
         let angles = angles.collect::<Result<Vec<_>, _>>()?;
-        let made = Self::with_geometry(&CameraGeometry {
+        let from = CameraSettings {
             views: rays.n_views(),
-            heads: Heads::One,
+            heads: HeadsSettings::One,
             bins: detector.n_bins(),
             rows: detector.n_rows(),
             pitch: detector.pitch(),
             rotation: Rotation::StepAndShoot,
             ..self.from.clone()
-        })?;
+        };
+        let made = Self::new(&from, self.voxels)?;
         Ok(Self {
             geometry: radon::ParallelGeometry::from_radians(angles, made.n_bins(), made.pitch())?,
             rays: Some(Arc::new(rays)),
@@ -206,7 +128,7 @@ impl Camera {
             // A list has no other raster.
             Some(rays) if !rays.has_bins() => Ok(self.clone()),
             Some(_) => self.with_raster([bins, rows], coarse.pitch),
-            None => Self::with_geometry(&coarse),
+            None => Self::new(&coarse, self.voxels),
         }
     }
 
@@ -220,7 +142,7 @@ impl Camera {
         Ok(Self {
             geometry: radon::ParallelGeometry::from_radians(angles, bins, pitch[0])?,
             detector: ParallelDetector::new(bins, rows, pitch)?,
-            from: CameraGeometry {
+            from: CameraSettings {
                 bins,
                 rows,
                 pitch,
@@ -237,9 +159,9 @@ impl Camera {
         reach: [[f64; 2]; 2],
         layers: f64,
     ) -> Result<([usize; 3], Self), PhantomError> {
-        let mut wide = self.from.clone();
+        let (mut from, mut wide) = (self.from.clone(), self.voxels);
         let mut first = [0, 0, layers as usize];
-        wide.rows += 2 * first[2];
+        from.rows += 2 * first[2];
         for (axis, [low, high]) in reach.into_iter().enumerate() {
             let (pixel, centre) = (wide.pixel, wide.centre[axis]);
             let half = 0.5 * wide.pixels[axis] as f64 * pixel;
@@ -250,7 +172,7 @@ impl Camera {
             wide.pixels[axis] += (before + behind) as usize;
             wide.centre[axis] += 0.5 * (behind - before) * pixel;
         }
-        Ok((first, Self::with_geometry(&wide)?))
+        Ok((first, Self::new(&from, wide)?))
     }
 
     /// Returns nominal angles and bins. With continuous rotation the camera is at these angles at the middle of each interval; a view that uses a
@@ -288,7 +210,7 @@ impl Camera {
     /// Returns the time `T` between the starts of consecutive views, seconds.
     #[must_use]
     pub fn interval(&self) -> f64 {
-        self.from.interval
+        self.from.seconds_per_view
     }
 
     /// Returns the start of a view in seconds after the first view; simultaneous views of both heads have the same start.
@@ -297,13 +219,12 @@ impl Camera {
         if let Some(times) = self.ray_geometry().and_then(RayGeometry::times) {
             return times[view_idx];
         }
-        (view_idx % self.from.views) as f64 * self.from.interval
+        (view_idx % self.from.views) as f64 * self.from.seconds_per_view
     }
 
-    /// Returns the heads.
-    #[must_use]
-    pub fn heads(&self) -> Heads {
-        self.from.heads
+    /// Returns the number of heads.
+    pub(crate) fn n_heads(&self) -> usize {
+        self.from.heads.count()
     }
 
     /// Whether all angle steps between consecutive views are equal; those of two heads may differ.
@@ -312,15 +233,6 @@ impl Camera {
         let step = |pair: &[f64]| pair[1] - pair[0];
         (angles.windows(2))
             .all(|pair| (step(pair) - step(angles)).abs() <= 1e-9 * step(angles).abs())
-    }
-
-    /// Replaces the interval between views.
-    ///
-    /// # Errors
-    /// [`PhantomError::OutOfRange`] unless it is positive and at most 1e9 s.
-    pub fn with_interval(mut self, seconds: f64) -> Result<Self, PhantomError> {
-        self.from.interval = check("interval", seconds, [f64::MIN_POSITIVE, 1e9])?;
-        Ok(self)
     }
 
     /// Returns the number of views of all heads.

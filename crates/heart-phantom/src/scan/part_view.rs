@@ -1,8 +1,8 @@
 //! Images of parts of a scan: the change by the heart, its surroundings, and the samples that no shape of the heart changes.
 
-use super::camera::Rotation;
 use super::imaging::{Fixed, Imaging, ImagingOptions};
 use super::project::Placement;
+use super::settings::Rotation;
 use super::whole::Scan;
 use crate::error::PhantomError;
 use revolve_voxel::{Image, Shown, View};

@@ -1,5 +1,17 @@
 //! Acquisition settings: plain data of a scene.
 
+/// Camera motion between views.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "scene", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "scene", serde(rename_all = "kebab-case"))]
+#[non_exhaustive]
+pub enum Rotation {
+    /// Step and shoot: the camera is stationary during a view and moves instantaneously.
+    StepAndShoot,
+    /// Continuous rotation; the camera passes the angle of a view at the middle of its interval ([`ViewTime`](crate::ViewTime)).
+    Continuous,
+}
+
 /// The acquisition time of a view.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "scene", derive(serde::Serialize, serde::Deserialize))]

@@ -18,10 +18,10 @@
 //! the points, which gives the error estimate.
 
 use super::acquisition::Acquisition;
-use super::camera::Rotation;
 use super::levels::{Interpolation, Levels, Scale, Stretch};
 use super::nodes::Nodes;
 use super::settings::Mode;
+use super::settings::Rotation;
 use super::spans::{self, Span};
 use crate::{Camera, Cycle};
 

@@ -1,8 +1,8 @@
 //! Validation of acquisitions and estimates of their work.
 
 use super::acquisition::{Acquisition, TruthOf};
-use super::camera::Rotation;
 use super::settings::Mode;
+use super::settings::Rotation;
 use crate::error::{PhantomError, check, check_count};
 use crate::ranges;
 use crate::{Camera, Cycle};

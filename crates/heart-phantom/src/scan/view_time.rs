@@ -1,8 +1,8 @@
 //! Times and angles of views.
 
 use super::acquisition::Acquisition;
-use super::camera::Rotation;
 use super::settings::Mode;
+use super::settings::Rotation;
 use super::spans;
 #[cfg(feature = "scene")]
 use crate::text::short;

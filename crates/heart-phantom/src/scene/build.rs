@@ -2,14 +2,14 @@
 
 use crate::error::PhantomError;
 use crate::model::Surroundings;
-use crate::scan::CameraGeometry;
+use crate::scan::Voxels;
 use crate::scene::Parts;
 use crate::scene::beam::rays_of;
 use crate::scene::{
-    CollimatorSettings, DiscretisationSettings, HeadsSettings, HolesSettings, MaterialSettings,
-    OrganSettings, OrganShapeSettings, ReconstructionSettings, Scene,
+    CollimatorSettings, DiscretisationSettings, HolesSettings, MaterialSettings, OrganSettings,
+    OrganShapeSettings, ReconstructionSettings, Scene,
 };
-use crate::{Balloon, Camera, Cycle, Heads, Heart, VolumeRange};
+use crate::{Balloon, Camera, Cycle, Heart, VolumeRange};
 use membrane_newton::membrane_forces::balloon_measures;
 use membrane_newton::{Discretisation, Membrane};
 use radon::{Collimator, FbpOptions, ParallelHoles};
@@ -36,7 +36,7 @@ pub(super) fn parts(scene: Scene, heart: Option<Heart>, rest: Rest) -> Result<Pa
             .with_av_plane_displacement(scene.cycle.av_plane_displacement, cycle.gains())?,
         cycle,
         camera: {
-            let camera = Camera::with_geometry(&geometry_of(&scene))?;
+            let camera = camera_of(&scene)?;
             match rays_of(&scene.camera, camera.geometry().angles())? {
                 Some(rays) => camera.along(rays)?,
                 None => camera,
@@ -230,34 +230,18 @@ fn fbp_of(settings: &ReconstructionSettings) -> FbpOptions {
         .with_arc(settings.arc)
 }
 
-pub(crate) fn heads_of(heads: HeadsSettings) -> Heads {
-    match heads {
-        HeadsSettings::One => Heads::One,
-        HeadsSettings::Two { angle } => Heads::Two {
-            angle: angle.to_radians(),
-        },
-    }
-}
-
-pub(crate) fn geometry_of(scene: &Scene) -> CameraGeometry {
+/// Builds the camera with parallel rays.
+pub(crate) fn camera_of(scene: &Scene) -> Result<Camera, PhantomError> {
     let (camera, volume) = (&scene.camera, &scene.reconstruction);
     let pixels = volume.pixels.unwrap_or(camera.bins);
     let pixel = volume.pixel.unwrap_or(camera.pitch[0]);
     let part = volume
         .region
         .map_or([[0, pixels]; 2], |region| [region.x, region.y]);
-    CameraGeometry {
-        views: camera.views,
-        arc: camera.arc.to_radians(),
-        start: camera.start.to_radians(),
-        heads: heads_of(camera.heads),
-        bins: camera.bins,
-        rows: camera.rows,
-        pitch: camera.pitch,
-        rotation: camera.rotation,
-        interval: camera.seconds_per_view,
+    let voxels = Voxels {
         pixels: part.map(|[from, to]| to - from),
         pixel,
         centre: part.map(|[from, to]| 0.5 * ((from + to) as f64 - pixels as f64) * pixel),
-    }
+    };
+    Camera::new(camera, voxels)
 }

@@ -5,8 +5,8 @@ use super::finding::{Check, spelled};
 use super::{BeamSettings, HeadsSettings, Scene};
 use crate::error::PhantomError;
 use crate::files::Format;
-use crate::scene::build::geometry_of;
-use crate::{Camera, Product, RayGeometry, Rotation};
+use crate::scene::build::camera_of;
+use crate::{Product, RayGeometry, Rotation};
 
 /// Validates the rays of a scene whose other values of `[camera]` are valid.
 pub(super) fn check(scene: &Scene, c: &mut Check) {
@@ -29,7 +29,7 @@ pub(super) fn check(scene: &Scene, c: &mut Check) {
 }
 
 fn made(scene: &Scene) -> Result<Option<RayGeometry>, PhantomError> {
-    let camera = Camera::with_geometry(&geometry_of(scene))?;
+    let camera = camera_of(scene)?;
     rays_of(&scene.camera, camera.geometry().angles())
 }
 

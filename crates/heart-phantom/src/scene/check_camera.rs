@@ -2,11 +2,10 @@
 
 use super::finding::{Check, array_of};
 use super::*;
-use crate::Camera;
 use crate::error::PhantomError;
 use crate::ranges;
 use crate::scan::MOST_SAMPLES;
-use crate::scene::build::{geometry_of, heads_of};
+use crate::scene::build::camera_of;
 use crate::text::Number;
 
 /// Allowed arcs in degrees.
@@ -32,7 +31,7 @@ impl CameraSettings {
         if !c.is_clean(&["camera.views", "camera.bins", "camera.rows"]) {
             return;
         }
-        let views = heads_of(self.heads).count() * self.views;
+        let views = self.heads.count() * self.views;
         orbit(&self.radius, views, c);
         let samples = views as f64 * self.bins as f64 * self.rows as f64;
         if samples > MOST_SAMPLES {
@@ -68,6 +67,6 @@ fn orbit(orbit: &Orbit, n_views: usize, c: &mut Check) {
 impl Scene {
     /// Whether all angle steps between views are equal, as Interfile requires.
     pub(super) fn has_even_steps(&self) -> bool {
-        Camera::with_geometry(&geometry_of(self)).is_ok_and(|camera| camera.has_even_steps())
+        camera_of(self).is_ok_and(|camera| camera.has_even_steps())
     }
 }

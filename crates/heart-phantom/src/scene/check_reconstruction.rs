@@ -2,13 +2,12 @@
 
 use super::finding::Check;
 use super::*;
-use crate::Camera;
 use crate::Uptake;
 use crate::files::Format;
 use crate::phantom::Needs;
 use crate::ranges;
 use crate::scan::{LEAST_DIRECTIONS, MOST_SAMPLES};
-use crate::scene::build::{geometry_of, heads_of};
+use crate::scene::build::camera_of;
 use crate::text::{Number, enough};
 use radon::RadonError;
 
@@ -94,7 +93,7 @@ fn directions(scene: &Scene, c: &mut Check) {
         return;
     }
     let (views, arc) = (scene.camera.views, scene.camera.arc);
-    let Ok(camera) = Camera::with_geometry(&geometry_of(scene)) else {
+    let Ok(camera) = camera_of(scene) else {
         return;
     };
     let n = camera.n_directions();
@@ -148,7 +147,7 @@ fn compensation(scene: &Scene, c: &mut Check) {
 }
 
 fn check_osem(osem: &Osem, scene: &Scene, c: &mut Check) {
-    let views = scene.camera.views * heads_of(scene.camera.heads).count();
+    let views = scene.camera.views * scene.camera.heads.count();
     if c.is_clean(&["camera.views"]) {
         c.count("subsets", osem.subsets, [1, views]);
     }

@@ -4,8 +4,8 @@ use super::Scene;
 use super::finding::Check;
 use crate::error::PhantomError;
 use crate::ranges;
-use crate::scan::{Accuracy, Acquisition, Camera, Mode, Rotation};
-use crate::scene::build::{cycle_of, geometry_of, heads_of};
+use crate::scan::{Accuracy, Acquisition, Mode, Rotation};
+use crate::scene::build::{camera_of, cycle_of};
 use crate::text::enough;
 
 /// Largest number of samples of all gated projection sets or volumes: 1 TiB of `f32`.
@@ -46,10 +46,7 @@ pub(super) fn acquisition(scene: &Scene, c: &mut Check) {
 
 /// Validates that every gate occurs during every view. The number of steps of a tolerance is unknown here.
 pub(super) fn in_real_time(scene: &Scene, rest: f64, c: &mut Check) {
-    let (Ok(cycle), Ok(camera)) = (
-        cycle_of(scene, rest),
-        Camera::with_geometry(&geometry_of(scene)),
-    ) else {
+    let (Ok(cycle), Ok(camera)) = (cycle_of(scene, rest), camera_of(scene)) else {
         return;
     };
     if camera.rotation() == Rotation::StepAndShoot && !cycle.in_real_time() {
@@ -96,7 +93,7 @@ fn all_gates(scene: &Scene, c: &mut Check) {
     let gates = scene.acquisition.mode.n_gates() * respiratory;
     let camera = &scene.camera;
     let pixels = scene.reconstruction.pixels.unwrap_or(camera.bins) as f64;
-    let views = camera.views as f64 * heads_of(camera.heads).count() as f64;
+    let views = camera.views as f64 * camera.heads.count() as f64;
     let each = (views * camera.bins as f64).max(pixels * pixels) * camera.rows as f64;
     let samples = gates as f64 * each;
     if gates > 1 && samples > MOST_SAMPLES_OF_ALL {

@@ -14,7 +14,7 @@ pub(crate) fn place_in(file: Option<&Path>, place: Option<[usize; 2]>) -> String
     }
 }
 
-/// A field of a scene whose value is not allowed, alone or in combination.
+/// A field of a scene or a cohort whose value is not allowed, alone or in combination.
 ///
 /// [`Display`] writes one line, escapes control characters and truncates long values.
 #[derive(Debug, Clone, PartialEq)]
@@ -33,6 +33,24 @@ pub struct Finding {
     pub wanted: String,
 }
 
+impl Finding {
+    /// Creates a finding without a value.
+    #[must_use]
+    pub fn new(
+        place: Option<[usize; 2]>,
+        field: impl Into<String>,
+        wanted: impl Into<String>,
+    ) -> Self {
+        let (field, given, wanted) = (field.into(), String::new(), wanted.into());
+        Self {
+            place,
+            field,
+            given,
+            wanted,
+        }
+    }
+}
+
 impl Display for Finding {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let [field, given, wanted] =
@@ -46,20 +64,27 @@ impl Display for Finding {
     }
 }
 
-/// All findings of a scene, one per line, in the order of the sections.
+/// All findings of a scene or a cohort, one per line, in the order of the sections.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SceneError {
-    /// The file, if the scene was read from one.
+    /// The file, if the text was read from one.
     pub(super) file: Option<PathBuf>,
     /// Never empty.
     pub(super) findings: Vec<Finding>,
 }
 
 impl SceneError {
-    /// Returns the file, if the scene was read from one.
+    /// Returns the file, if the text was read from one.
     #[must_use]
     pub fn file(&self) -> Option<&Path> {
         self.file.as_deref()
+    }
+
+    /// Sets the file.
+    #[must_use]
+    pub fn with_file(mut self, file: &Path) -> Self {
+        self.file = Some(file.to_path_buf());
+        self
     }
 
     /// Returns the findings, at least one.

@@ -2,6 +2,7 @@
 
 mod beam;
 mod build;
+mod camera;
 pub(crate) mod check;
 mod check_beam;
 mod check_camera;
@@ -39,6 +40,7 @@ pub use crate::{
     RespiratoryGates, Rotation, RrIntervals,
 };
 pub(crate) use build::WORK_BYTES;
+pub use camera::{BeamSettings, CameraSettings, HeadsSettings};
 pub(crate) use check_beam::needs_parallel;
 #[cfg(feature = "scene")]
 pub(crate) use file::exactly;
@@ -52,6 +54,8 @@ pub(crate) use parts::Parts;
 pub use place::{line_and_column, locate};
 pub use radon::{ArcPolicy, Window};
 #[cfg(feature = "scene")]
+pub use read::read_text;
+#[cfg(feature = "scene")]
 pub use run::{GateResults, Run, run};
 #[cfg(feature = "scene")]
 pub use run_report::{
@@ -59,9 +63,8 @@ pub use run_report::{
     SliceOrders,
 };
 pub use sections::{
-    AcquisitionSettings, BeamSettings, BlurSettings, CameraSettings, CollimatorSettings,
-    CycleSettings, DiscretisationSettings, HeadsSettings, HeartSettings, HolesSettings,
-    OrganSettings, OrganShapeSettings, PixelRange, PoseSettings, ReconstructionSettings,
-    ScatterSettings, TruthSettings,
+    AcquisitionSettings, BlurSettings, CollimatorSettings, CycleSettings, DiscretisationSettings,
+    HeartSettings, HolesSettings, OrganSettings, OrganShapeSettings, PixelRange, PoseSettings,
+    ReconstructionSettings, ScatterSettings, TruthSettings,
 };
 pub use study::Scene;

@@ -50,12 +50,12 @@ pub(super) fn syntax(text: &str, error: &toml::de::Error) -> Finding {
 /// Returns the finding for a file that is not UTF-8, at its first invalid byte.
 pub(super) fn not_text(bytes: &[u8], error: Utf8Error) -> Finding {
     let before = String::from_utf8_lossy(&bytes[..error.valid_up_to()]);
-    Finding {
-        place: Some(line_and_column(&before, before.len())),
-        field: String::new(),
-        given: String::new(),
-        wanted: "is not UTF-8; save the file in that encoding".to_owned(),
-    }
+    let place = line_and_column(&before, before.len());
+    Finding::new(
+        Some(place),
+        "",
+        "is not UTF-8; save the file in that encoding",
+    )
 }
 
 /// Returns the parser's message with the user's text cut to [`MOST`] characters.
@@ -219,29 +219,4 @@ pub fn line_and_column(text: &str, at: usize) -> [usize; 2] {
     let before = text.get(..at).unwrap_or(text);
     let line = before.rsplit('\n').next().unwrap_or_default();
     [before.matches('\n').count() + 1, line.chars().count() + 1]
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn fields_are_located_in_any_notation() {
-        let text = "members = 3\n[vary]\na.b = 1\n\"c.d\" = 2\n[[cases]]\nname = \"x\"\n[[cases]]\n name = \"y\"\n[vary.e]\nf = 3\n";
-        for (field, line, is_there) in [
-            ("members", 1, true),
-            ("vary.a.b", 3, true),
-            ("vary.c.d", 4, true),
-            ("cases.1.name", 6, true),
-            ("cases.2.name", 8, true),
-            ("vary.e.f", 10, true),
-            ("vary.e.g", 9, false),
-        ] {
-            let found = locate(text, field).map(|([line, _], is_there)| (line, is_there));
-            assert_eq!(found, Some((line, is_there)), "{field}");
-        }
-        assert_eq!(locate(text, "nothing"), None);
-        assert_eq!(locate("= no", "members"), None);
-        assert_eq!(line_and_column("\u{e9}\n\u{e9}x", 5), [2, 2]);
-    }
 }

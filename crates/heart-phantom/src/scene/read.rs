@@ -11,13 +11,37 @@ use std::path::Path;
 /// Largest size of a scene file; an endless device is not read to its end.
 const MOST_BYTES: u64 = 1 << 24;
 
+/// Reads the text of a scene or a cohort.
+///
+/// # Errors
+/// [`PhantomError::Read`] if the file cannot be read or exceeds 16 MiB; [`PhantomError::Scene`] unless it is UTF-8.
+pub fn read_text(path: &Path) -> Result<String, PhantomError> {
+    let read = |path| {
+        let mut bytes = Vec::new();
+        let file = File::open(path)?;
+        file.take(MOST_BYTES + 1).read_to_end(&mut bytes)?;
+        if bytes.len() as u64 > MOST_BYTES {
+            return Err(io::ErrorKind::FileTooLarge.into());
+        }
+        Ok(bytes)
+    };
+    let bytes = read(path).map_err(|source| PhantomError::Read {
+        path: path.to_path_buf(),
+        source,
+    })?;
+    String::from_utf8(bytes).map_err(|error| {
+        let finding = place::not_text(error.as_bytes(), error.utf8_error());
+        SceneError::from(finding).with_file(path).into()
+    })
+}
+
 impl Scene {
     /// Reads and validates a scene; absent fields take their defaults.
     ///
     /// # Errors
     /// [`PhantomError::Scene`] with line, column, field, value and allowed values.
     pub fn from_toml(text: &str) -> Result<Self, PhantomError> {
-        Self::parse(text, Path::new("")).map_err(|error| PhantomError::Scene(Box::new(error)))
+        Ok(Self::parse(text, Path::new(""))?)
     }
 
     /// Reads and validates a scene file.
@@ -30,29 +54,11 @@ impl Scene {
 
     /// Reads a scene and its text.
     pub(crate) fn read(path: &Path) -> Result<(Self, String), PhantomError> {
-        let read = |path| {
-            let mut bytes = Vec::new();
-            let file = File::open(path)?;
-            file.take(MOST_BYTES + 1).read_to_end(&mut bytes)?;
-            if bytes.len() as u64 > MOST_BYTES {
-                return Err(io::ErrorKind::FileTooLarge.into());
-            }
-            Ok(bytes)
-        };
-        let bytes = read(path).map_err(|source| PhantomError::Read {
-            path: path.to_path_buf(),
-            source,
-        })?;
-        let parsed = match String::from_utf8(bytes) {
-            Ok(text) => {
-                Self::parse(&text, path.parent().unwrap_or(path)).map(|scene| (scene, text))
-            }
-            Err(error) => Err(place::not_text(error.as_bytes(), error.utf8_error()).into()),
-        };
-        parsed.map_err(|mut error| {
-            error.file = Some(path.to_path_buf());
-            PhantomError::Scene(Box::new(error))
-        })
+        let text = read_text(path)?;
+        match Self::parse(&text, path.parent().unwrap_or(path)) {
+            Ok(scene) => Ok((scene, text)),
+            Err(error) => Err(error.with_file(path).into()),
+        }
     }
 
     /// Writes the scene as TOML with a comment on each field; [`Scene::from_toml`] restores the same scene.

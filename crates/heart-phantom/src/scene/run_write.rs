@@ -87,7 +87,7 @@ impl Run<'_> {
             projections = projections.with_counts_per_unit(&counts)?;
         }
         projections = projections.with_acquisition(AcquisitionInfo {
-            heads: camera.heads().count(),
+            heads: camera.n_heads(),
             decay_corrected: !raw && self.decays(),
             counts: raw,
             beats: index.eq(&Index::All).then(|| self.phantom.beat_counts()),

@@ -1,10 +1,10 @@
 //! The scene.
 
+use super::camera::CameraSettings;
 use super::motion::{PointSettings, TwistSettings};
 use super::sections::{
-    AcquisitionSettings, BlurSettings, CameraSettings, CollimatorSettings, CycleSettings,
-    HeartSettings, OrganSettings, PoseSettings, ReconstructionSettings, ScatterSettings,
-    TruthSettings,
+    AcquisitionSettings, BlurSettings, CollimatorSettings, CycleSettings, HeartSettings,
+    OrganSettings, PoseSettings, ReconstructionSettings, ScatterSettings, TruthSettings,
 };
 use crate::{
     Activity, Attenuation, Background, Beats, Breathing, Chest, Counting, Defect, Medium, Mode,

@@ -1,8 +1,9 @@
 //! Messages of errors and their causes: each level contains its own part, once.
 
+use heart_phantom::membrane_newton::MembraneError;
 use heart_phantom::revolve_voxel::Pose;
 use heart_phantom::scene::{Background, Scene};
-use heart_phantom::{Balloon, Heart, Phantom, PhantomError};
+use heart_phantom::{Balloon, Heart, Phantom, PhantomError, escape};
 use std::error::Error;
 use std::io;
 use std::path::Path;
@@ -17,7 +18,7 @@ fn chain(error: &PhantomError) -> Vec<String> {
     said
 }
 
-/// An error of each variant that has a cause; that of threads is tested in its module.
+/// An error of each variant that has a cause; that of threads has a test of its own.
 fn with_causes() -> Vec<PhantomError> {
     let gain = 0.6;
     let io = || io::Error::new(io::ErrorKind::NotFound, "it is gone");
@@ -108,4 +109,43 @@ fn invalid_pairs_of_balloons_have_distinct_errors() {
     let crossed = heart(long, Balloon::OUTER, 51).unwrap();
     let error = crossed.shapes(&[0.0]).unwrap_err();
     assert!(matches!(error, PhantomError::Crossed { .. }), "{error:?}");
+}
+
+#[test]
+fn the_error_contains_the_number_of_threads() {
+    for (given, says) in [
+        (0, "cannot start a thread for each core"),
+        (1, "cannot start a thread"),
+        (4096, "cannot start 4096 threads"),
+    ] {
+        let source = Box::new(io::Error::from(io::ErrorKind::OutOfMemory));
+        let error = PhantomError::Threads { given, source };
+        assert_eq!(error.to_string(), says);
+    }
+}
+
+#[test]
+fn control_characters_are_escaped_and_other_text_is_unchanged() {
+    let kept = "Herz \u{e9} e\u{301} \u{5fc3} \u{1f493} \"'\\`";
+    assert_eq!(escape(kept), kept);
+    let moves = "\u{1b}[31m\r\n\u{7}\u{9b}2J\u{7f}\u{202e}\u{2066}\u{200b}\u{feff}\u{e0041}";
+    let escaped = escape(moves);
+    assert_eq!(
+        escaped,
+        "\\u{1b}[31m\\r\\n\\u{7}\\u{9b}2J\\u{7f}\\u{202e}\\u{2066}\\u{200b}\\u{feff}\\u{e0041}"
+    );
+    assert_eq!(escape(&escaped), escaped);
+}
+
+#[test]
+fn a_chain_of_messages_contains_each_cause_once() {
+    let (what, given) = ("radius", f64::NAN);
+    let error = PhantomError::Membrane(MembraneError::NotFinite { what, given }.into());
+    let said = "the membrane cannot be solved for: radius must be finite, got NaN";
+    assert_eq!(heart_phantom::chain(&error), said);
+    let path = "a.toml".into();
+    let source = io::Error::from(io::ErrorKind::NotFound);
+    let error = PhantomError::Read { path, source };
+    let said = "cannot read a.toml: entity not found";
+    assert_eq!(heart_phantom::chain(&error), said);
 }

@@ -3,6 +3,7 @@
 use super::arguments::{Arguments, Paper};
 use super::output::{Answer, Failure, complain};
 use crate::ejection::ejection;
+use crate::error::within;
 use crate::{Look, StudyError, StudyOptions};
 use clap::CommandFactory;
 use clap::error::ErrorKind;
@@ -230,14 +231,7 @@ fn warn(arguments: &Arguments, phantom: &Phantom) -> Result<(), PhantomError> {
 }
 
 pub(super) fn truth(scene: &Path, phase: f64, out: Option<&Path>) -> Done {
-    if !(0.0..=1.0).contains(&phase) {
-        return Err(Failure::Phantom(PhantomError::OutOfRange {
-            what: "phase",
-            given: phase,
-            least: 0.0,
-            most: 1.0,
-        }));
-    }
+    within("phase", phase, [0.0, 1.0])?;
     let phase = phase + 0.0; // -0 is 0
     let phantom = Phantom::load(scene)?;
     let format = phantom.scene().output.volumes;

@@ -3,7 +3,7 @@
 use crate::StudyError;
 use clap::error::ErrorKind;
 use heart_cohort::CohortError;
-use heart_phantom::{PhantomError, escape};
+use heart_phantom::{PhantomError, chain, escape};
 use serde_json::{Value, json};
 use std::io::{self, Write};
 use std::path::Path;
@@ -39,6 +39,7 @@ impl From<CohortError> for Failure {
     fn from(error: CohortError) -> Self {
         match error {
             CohortError::Phantom(error) => Self::Phantom(error),
+            CohortError::Text(error) => Self::Phantom(PhantomError::Scene(error)),
             error => Self::Cohort(error),
         }
     }
@@ -92,20 +93,16 @@ impl Output {
         match ended {
             Ok(()) => 0,
             Err(Failure::Phantom(error)) => {
-                self.refuse(&told(&error), as_json(&error));
+                self.refuse(&chain(&error), as_json(&error));
                 code(&error)
             }
             Err(Failure::Cohort(error)) => {
-                let (text, code) = (told(&error), code_of_cohort(&error));
-                let mut json = json!({ "error": text, "code": code });
-                if let CohortError::Text(error) = &error {
-                    locate(&mut json, error.file.as_deref(), &error.field, error.place);
-                }
-                self.refuse(&text, json);
+                let (text, code) = (chain(&error), code_of_cohort(&error));
+                self.refuse(&text, json!({ "error": text, "code": code }));
                 code
             }
             Err(Failure::Study(error)) => {
-                let text = told(&error);
+                let text = chain(&error);
                 self.refuse(&text, json!({ "error": text, "code": 1 }));
                 1
             }
@@ -195,21 +192,6 @@ pub(crate) fn complain(what: &str) {
     }
 }
 
-/// The error and its causes, each message once.
-fn told(error: &dyn std::error::Error) -> String {
-    let mut text = error.to_string();
-    let mut cause = error.source();
-    while let Some(error) = cause {
-        let said = error.to_string();
-        // Some messages of other crates, such as rayon, repeat that of their cause.
-        if !text.ends_with(&said) {
-            text = format!("{text}: {said}");
-        }
-        cause = error.source();
-    }
-    text
-}
-
 /// Returns 2 for errors in the command or the scene, 1 for failures during work.
 fn code(error: &PhantomError) -> u8 {
     match error {
@@ -237,9 +219,7 @@ fn code(error: &PhantomError) -> u8 {
 /// As [`code`], for cohorts.
 fn code_of_cohort(error: &CohortError) -> u8 {
     match error {
-        CohortError::Text(_)
-        | CohortError::Read { .. }
-        | CohortError::Unmet { .. }
+        CohortError::Unmet { .. }
         | CohortError::NoMember { .. }
         | CohortError::NoScene { .. }
         | CohortError::Slurm { .. }
@@ -250,7 +230,7 @@ fn code_of_cohort(error: &CohortError) -> u8 {
 }
 
 fn as_json(error: &PhantomError) -> Value {
-    let mut json = json!({ "error": told(error), "code": code(error) });
+    let mut json = json!({ "error": chain(error), "code": code(error) });
     let at = match error {
         PhantomError::Scene(scene) => {
             let first = scene.first();
@@ -273,25 +253,4 @@ fn locate(json: &mut Value, file: Option<&Path>, field: &str, place: Option<[usi
     json["field"] = json!(field);
     json["line"] = json!(place.map(|[line, _]| line));
     json["column"] = json!(place.map(|[_, column]| column));
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use heart_phantom::membrane_newton::{MembraneError, NewtonError};
-
-    #[test]
-    fn a_cause_is_printed_once() {
-        let given = f64::NAN;
-        let what = "radius";
-        let cause = MembraneError::NotFinite { what, given };
-        let error = PhantomError::Membrane(NewtonError::from(cause));
-        let said = "the membrane cannot be solved for: radius must be finite, got NaN";
-        assert_eq!(told(&error), said);
-        assert_eq!(as_json(&error)["error"], said);
-        let path = "a.toml".into();
-        let source = io::Error::from(io::ErrorKind::NotFound);
-        let error = PhantomError::Read { path, source };
-        assert_eq!(told(&error), "cannot read a.toml: entity not found");
-    }
 }

@@ -3,8 +3,8 @@
 use super::arguments::{Arguments, Command};
 use super::cohort;
 use super::commands::{Done, check, ef, init, man, one_view, paper, run_scene, text, truth};
+use crate::study::pool;
 use clap::CommandFactory;
-use heart_phantom::PhantomError;
 use heart_phantom::scene::Scene;
 
 pub(crate) fn run(arguments: &Arguments) -> Done {
@@ -39,13 +39,5 @@ pub(crate) fn run(arguments: &Arguments) -> Done {
 }
 
 fn in_pool(arguments: &Arguments, work: impl FnOnce() -> Done + Send) -> Done {
-    let given = arguments.threads.unwrap_or(0);
-    rayon::ThreadPoolBuilder::new()
-        .num_threads(given)
-        .build()
-        .map_err(|error| PhantomError::Threads {
-            given,
-            source: error.into(),
-        })?
-        .install(work)
+    pool(arguments.threads)?.install(work)
 }

@@ -1,6 +1,8 @@
 //! Input checks shared by the figures; each names the input in its error.
 
 use crate::StudyError;
+use crate::error::within;
+use heart_phantom::PhantomError;
 use rayon::prelude::*;
 
 /// Samples that a thread checks at a time.
@@ -21,11 +23,12 @@ pub(super) fn same_len(
     expected: usize,
 ) -> Result<(), StudyError> {
     if given != expected {
-        return Err(StudyError::Mismatch {
+        let error = PhantomError::WrongLength {
             what,
             given,
             expected,
-        });
+        };
+        return Err(error.into());
     }
     Ok(())
 }
@@ -70,10 +73,7 @@ pub(super) fn points(
 
 /// A finite number above zero.
 pub(super) fn positive(what: &'static str, given: f64) -> Result<(), StudyError> {
-    if given.is_finite() && given > 0.0 {
-        return Ok(());
-    }
-    Err(StudyError::NotPositive { what, given })
+    Ok(within(what, given, [f64::MIN_POSITIVE, f64::MAX])?)
 }
 
 /// An interval of positive, finite length.

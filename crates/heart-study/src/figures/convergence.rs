@@ -8,6 +8,7 @@ use super::marks::{dashed, dashes, marker, stroke, swatch};
 use super::style::{GREY, SERIES, SMALL};
 use super::{Picture, check};
 use crate::StudyError;
+use crate::error::within;
 
 /// Distance of markers in pixels.
 const APART: i32 = 24;
@@ -25,13 +26,8 @@ impl History<'_> {
     fn check(&self) -> Result<(), StudyError> {
         check::at_least("norms", self.norms.len(), 1)?;
         check::finite("norms", self.norms)?;
-        match self.norms.iter().find(|&&v| v < 0.0) {
-            Some(&given) => Err(StudyError::NotPositive {
-                what: "norm",
-                given,
-            }),
-            None => Ok(()),
-        }
+        let least = self.norms.iter().copied().fold(0.0, f64::min);
+        Ok(within("norm", least, [0.0, f64::MAX])?)
     }
 }
 

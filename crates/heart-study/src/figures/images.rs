@@ -1,9 +1,11 @@
 //! Projection images (Fig. 14 of the paper) and slices of reconstructions (Fig. 15 to 17, a and b).
 
-use super::canvas::{Axis, LABELS_BELOW, LABELS_LEFT, Rect, axes, number, paint};
-use super::raster::{BAR_ROOM, bar_labels, check_window, fill, fill_bar, fit};
+use super::canvas::number;
+use super::raster::{check_window, fit};
+use super::sections::{Cut, Layout, draw};
 use super::{Picture, check};
 use crate::StudyError;
+use crate::error::count;
 
 /// One projection image.
 #[derive(Clone, Copy, Debug)]
@@ -74,64 +76,34 @@ impl Plane {
     }
 }
 
-/// Common properties and positions of the panels of a figure.
-struct Panels {
-    titles: Vec<String>,
-    labels: [&'static str; 2],
-    /// Whether the second axis runs downwards.
-    down: bool,
-    samples: (usize, usize),
-    pitch: f64,
-    target: usize,
-    per_row: usize,
-    window: [f64; 2],
-    bar_label: String,
+const LAYOUT: Layout = Layout {
+    gaps: [60, 70],
+    ticks: |[width, height]| [(width.min(height) / 45).clamp(2, 9) as usize; 2],
+};
+
+/// Samples of a `[columns, rows]` centred raster; the second axis may run downwards.
+fn panel(title: String, labels: [&str; 2], down: bool, size: [usize; 2], pitch: f64) -> Cut {
+    let [x, y] = size.map(|n| 0.5 * n as f64 * pitch);
+    Cut {
+        title,
+        labels: labels.map(Into::into),
+        marks: Default::default(),
+        size,
+        values: Vec::new(),
+        extent: [[-x, x], if down { [y, -y] } else { [-y, y] }],
+    }
 }
 
-impl Panels {
-    fn draw(&self, sample: impl Fn(usize, usize, usize) -> f32) -> Result<Picture, StudyError> {
-        let (width, height) = fit(self.samples.0, self.samples.1, self.target);
-        let half = |n: usize| 0.5 * n as f64 * self.pitch;
-        let n_ticks = (width.min(height) / 45).clamp(2, 9) as usize;
-        let (a, b) = (half(self.samples.0), half(self.samples.1));
-        let x = Axis::linear(-a, a, n_ticks, self.labels[0]);
-        let y = match Axis::linear(-b, b, n_ticks, self.labels[1]) {
-            y if self.down => y.downwards(),
-            y => y,
-        };
-        let n_columns = self.titles.len().min(self.per_row);
-        let n_rows = self.titles.len().div_ceil(n_columns);
-        let step = (width + LABELS_LEFT + 24, height + LABELS_BELOW + 70);
-        let rects: Vec<Rect> = (0..self.titles.len())
-            .map(|i| ((i % n_columns) as i32, (i / n_columns) as i32))
-            .map(|(column, row)| Rect {
-                left: LABELS_LEFT + 8 + step.0 * column,
-                top: 60 + step.1 * row,
-                width,
-                height,
-            })
-            .collect();
-        // The colour bar is beside the last panel of the first row.
-        let beside = rects[n_columns - 1];
-        let size = (step.0 * n_columns as i32 + BAR_ROOM, step.1 * n_rows as i32);
-        let mut picture = paint(size.0 as u32, size.1 as u32, |area| {
-            for (rect, title) in rects.iter().zip(&self.titles) {
-                axes(area, *rect, title, &x, &y)?;
-            }
-            bar_labels(area, beside, self.window, &self.bar_label)
-        })?;
-        for (i, rect) in rects.iter().enumerate() {
-            fill(
-                &mut picture,
-                *rect,
-                self.samples,
-                self.window,
-                |column, row| sample(i, column, row),
-            );
-        }
-        fill_bar(&mut picture, beside, self.window);
-        Ok(picture)
-    }
+/// Draws panels of one size with about `target` pixels along the longer side, three in a row.
+fn draw_panels(
+    panels: &[Cut],
+    target: usize,
+    window: [f64; 2],
+    bar_label: &str,
+) -> Result<Picture, StudyError> {
+    let [columns, rows] = panels[0].size;
+    let sides = vec![fit(columns, rows, target).into(); panels.len()];
+    draw(panels, &sides, window, (bar_label, ""), &LAYOUT)
 }
 
 /// Draws projection images side by side, s to the right, z up, grey from 0 to the largest value of all.
@@ -162,21 +134,16 @@ pub fn projections(
         .fold(0.0f32, |m, &v| m.max(v));
     // An empty scene is drawn black, on a bar of one centimetre.
     let high = if most > 0.0 { f64::from(most) } else { 1.0 };
-    let panels = Panels {
-        titles: images
-            .iter()
-            .map(|i| format!("θ = {}°", number(i.angle.to_degrees(), 1.0)))
-            .collect(),
-        labels: ["s (cm)", "z (cm)"],
-        down: false,
-        samples: (n_bins, n_rows),
-        pitch,
-        target: 384,
-        per_row: 3,
-        window: [0.0, high],
-        bar_label: "chord (cm)".into(),
-    };
-    panels.draw(|i, bin, row| images[i].values[row * n_bins + bin])
+    let panels: Vec<Cut> = (images.iter())
+        .map(|image| {
+            let title = format!("θ = {}°", number(image.angle.to_degrees(), 1.0));
+            Cut {
+                values: image.values.to_vec(),
+                ..panel(title, ["s (cm)", "z (cm)"], false, [n_bins, n_rows], pitch)
+            }
+        })
+        .collect();
+    draw_panels(&panels, 384, [0.0, high], "chord (cm)")
 }
 
 /// Draws one slice with axes in cm and a colour bar; `window` is [black, white].
@@ -196,7 +163,7 @@ pub fn slice(
 /// Draws several slices of one orientation, three in a row, with one window and one colour bar.
 ///
 /// # Errors
-/// As [`slice()`], and [`StudyError::Mismatch`] if the planes' images differ in size.
+/// As [`slice()`], and [`StudyError::Phantom`] if the planes' images differ in size.
 pub fn slices(
     volume: &Volume<'_>,
     planes: &[Plane],
@@ -217,31 +184,26 @@ fn draw_slices(
     check_window(window)?;
     check::at_least("planes", planes.len(), 1)?;
     let [(right, n_columns), (up, n_rows)] = planes[0].layout(volume.size).3;
-    let mut titles = Vec::with_capacity(planes.len());
+    let mut panels = Vec::with_capacity(planes.len());
     for plane in planes {
         let (across, index, len, sides) = plane.layout(volume.size);
-        if index >= len {
-            return Err(StudyError::OutOfRange {
-                what: across,
-                given: index,
-                len,
-            });
-        }
+        count(across, index, [0, len - 1])?;
         check::same_len("columns of a slice", sides[0].1, n_columns)?;
         check::same_len("rows of a slice", sides[1].1, n_rows)?;
         let at = (index as f64 - 0.5 * (len as f64 - 1.0)) * volume.spacing;
-        titles.push(format!("{across} = {} cm", number(at, 0.01)));
+        let title = format!("{across} = {} cm", number(at, 0.01));
+        let down = matches!(planes[0], Plane::Z(_));
+        let row = |row| (0..n_columns).map(move |column| plane.sample(volume, column, row));
+        panels.push(Cut {
+            values: (0..n_rows).flat_map(row).collect(),
+            ..panel(
+                title,
+                [right, up],
+                down,
+                [n_columns, n_rows],
+                volume.spacing,
+            )
+        });
     }
-    let panels = Panels {
-        titles,
-        labels: [right, up],
-        down: matches!(planes[0], Plane::Z(_)),
-        samples: (n_columns, n_rows),
-        pitch: volume.spacing,
-        target,
-        per_row: 3,
-        window,
-        bar_label: bar_label.into(),
-    };
-    panels.draw(|i, column, row| planes[i].sample(volume, column, row))
+    draw_panels(&panels, target, window, bar_label)
 }

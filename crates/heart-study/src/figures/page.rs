@@ -58,7 +58,7 @@ impl Page {
     /// Returns the page as one HTML document; all text is escaped.
     ///
     /// # Errors
-    /// [`StudyError::Mismatch`] if a table's row has another number of cells than its header.
+    /// [`StudyError::Phantom`] if a table's row has another number of cells than its header.
     pub fn to_html(&self) -> Result<String, StudyError> {
         for table in self.sections.iter().flat_map(|section| &section.tables) {
             for row in &table.rows {

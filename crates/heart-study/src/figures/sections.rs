@@ -15,6 +15,19 @@ const PER_ROW: usize = 3;
 /// Space of the heading.
 const HEADING: i32 = 56;
 
+/// Positions and ticks of the panels of a figure.
+pub(super) struct Layout {
+    /// Pixels above the first row, and of titles and labels between rows.
+    pub(super) gaps: [i32; 2],
+    /// Numbers of ticks along the sides of a panel of some pixels.
+    pub(super) ticks: fn([i32; 2]) -> [usize; 2],
+}
+
+const LAYOUT: Layout = Layout {
+    gaps: [56, 60],
+    ticks: |sides| sides.map(|pixels| (pixels / 55).clamp(2, 9) as usize),
+};
+
 /// Samples of a plane.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Cut {
@@ -71,7 +84,7 @@ pub fn sections(
                 .map(|cm| (LONGEST * cm / longest).round().max(8.0) as i32)
         })
         .collect();
-    draw(cuts, &sides, window, bar_label, heading)
+    draw(cuts, &sides, window, (bar_label, heading), &LAYOUT)
 }
 
 /// Draws samples over any two variables, such as a sinogram, `width` by `height` pixels.
@@ -87,21 +100,25 @@ pub fn map(
     cut.check()?;
     let side = |pixels: u32| pixels.clamp(8, 4096) as i32;
     let cuts = std::slice::from_ref(cut);
-    draw(cuts, &[[side(width), side(height)]], window, bar_label, "")
+    let sides = [[side(width), side(height)]];
+    draw(cuts, &sides, window, (bar_label, ""), &LAYOUT)
 }
 
-fn draw(
+/// Draws sections of some pixels with the label of the colour bar and a heading.
+pub(super) fn draw(
     cuts: &[Cut],
     sides: &[[i32; 2]],
     window: [f64; 2],
-    bar_label: &str,
-    heading: &str,
+    (bar_label, heading): (&str, &str),
+    layout: &Layout,
 ) -> Result<Picture, StudyError> {
     check_window(window)?;
+    let [above, between] = layout.gaps;
     let most = |a: usize| sides.iter().map(|side| side[a]).max().unwrap_or(0);
-    let step = (most(0) + LABELS_LEFT + 24, most(1) + LABELS_BELOW + 60);
+    let step = (most(0) + LABELS_LEFT + 24, most(1) + LABELS_BELOW + between);
     let columns = cuts.len().min(PER_ROW);
-    let top = if heading.is_empty() { 56 } else { 56 + HEADING };
+    let headed = if heading.is_empty() { 0 } else { HEADING };
+    let top = above + headed;
     let place = |k: usize| {
         let (column, row) = ((k % columns) as i32, (k / columns) as i32);
         let [width, height] = sides[k];
@@ -119,20 +136,20 @@ fn draw(
         height: most(1),
     };
     let rows = cuts.len().div_ceil(columns) as i32;
-    let size = (step.0 * columns as i32 + BAR_ROOM, top - 56 + step.1 * rows);
+    let size = (step.0 * columns as i32 + BAR_ROOM, headed + step.1 * rows);
     let mut picture = paint(size.0 as u32, size.1 as u32, |area| {
         if !heading.is_empty() {
             title(area, heading, (size.0 / 2, HEADING / 2))?;
         }
         for (k, cut) in cuts.iter().enumerate() {
             let rect = place(k);
-            let axis = |a: usize, pixels: i32| {
+            let ticks = (layout.ticks)([rect.width, rect.height]);
+            let axis = |a: usize| {
                 let [from, to] = cut.extent[a];
-                let ticks = (pixels / 55).clamp(2, 9) as usize;
-                let axis = Axis::linear(from.min(to), from.max(to), ticks, &cut.labels[a]);
+                let axis = Axis::linear(from.min(to), from.max(to), ticks[a], &cut.labels[a]);
                 if to < from { axis.downwards() } else { axis }
             };
-            let (x, y) = (axis(0, rect.width), axis(1, rect.height));
+            let (x, y) = (axis(0), axis(1));
             axes(area, rect, &cut.title, &x, &y)?;
         }
         bar_labels(area, bar, window, bar_label)

@@ -40,15 +40,17 @@ pub fn run(
     options.validate()?;
     let folder = files::Folder::lock(out)?;
     folder.clear(&[])?;
-    let given = options.threads.unwrap_or(0);
-    let threads = rayon::ThreadPoolBuilder::new()
-        .num_threads(given)
-        .build()
-        .map_err(|error| PhantomError::Threads {
-            given,
-            source: error.into(),
-        })?;
-    threads.install(|| run_in_pool(options, out, progress))
+    pool(options.threads)?.install(|| run_in_pool(options, out, progress))
+}
+
+/// Starts threads; `None` for one per core.
+pub(crate) fn pool(threads: Option<usize>) -> Result<rayon::ThreadPool, PhantomError> {
+    let given = threads.unwrap_or(0);
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(given).build();
+    pool.map_err(|error| PhantomError::Threads {
+        given,
+        source: error.into(),
+    })
 }
 
 fn run_in_pool(
@@ -173,11 +175,11 @@ pub fn summary(report: &Report) -> String {
     ] {
         text += &format!(
             "{name:<10} {}    {}   {}   {}   {}\n",
-            cell(a.rmse_truth),
-            cell(a.eroded_wall_mean),
-            cell(a.wall_std),
-            cell(a.background_rms),
-            cell(a.cavity_mean)
+            cell(a.quality.rmse_truth),
+            cell(a.quality.eroded_wall_mean),
+            cell(a.quality.wall_std),
+            cell(a.quality.background_rms),
+            cell(a.quality.cavity_mean)
         );
     }
     text += "* relative to the exact volume; for the short scan, whose views acquire different shapes, to their average\n";

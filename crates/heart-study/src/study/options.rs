@@ -1,5 +1,6 @@
 //! Options of the study.
 
+use crate::error::{count, within};
 use heart_phantom::scene::DiscretisationSettings;
 use heart_phantom::{PhantomError, Scene, VolumeRange};
 
@@ -84,42 +85,14 @@ impl StudyOptions {
 
     /// Limits: memory (a volume of 1024^3 samples is 4 GiB) and valid ranges.
     pub(super) fn validate(&self) -> Result<(), PhantomError> {
-        check_count("size", self.size, 8, 1024)?;
-        check_count("views", self.views, 1, 10_000)?;
-        check("gain", self.gain, 0.0, 2.0)?;
-        check("bpm", self.beats_per_minute, 1.0, 1000.0)?;
-        check_count("nodes", self.nodes, 11, 100_001)?;
+        count("size", self.size, [8, 1024])?;
+        count("views", self.views, [1, 10_000])?;
+        within("gain", self.gain, [0.0, 2.0])?;
+        within("bpm", self.beats_per_minute, [1.0, 1000.0])?;
+        count("nodes", self.nodes, [11, 100_001])?;
         if let Some(threads) = self.threads {
-            check_count("threads", threads, 1, 4096)?;
+            count("threads", threads, [1, 4096])?;
         }
         Ok(())
     }
-}
-
-fn check(what: &'static str, given: f64, least: f64, most: f64) -> Result<(), PhantomError> {
-    let refused = PhantomError::OutOfRange {
-        what,
-        given,
-        least,
-        most,
-    };
-    // A NaN fails both comparisons.
-    (given >= least && given <= most)
-        .then_some(())
-        .ok_or(refused)
-}
-
-fn check_count(
-    what: &'static str,
-    given: usize,
-    least: usize,
-    most: usize,
-) -> Result<(), PhantomError> {
-    let refused = PhantomError::Count {
-        what,
-        given,
-        least,
-        most,
-    };
-    (least..=most).contains(&given).then_some(()).ok_or(refused)
 }

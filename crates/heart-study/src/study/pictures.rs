@@ -377,12 +377,14 @@ pub(super) fn measures(gallery: &mut Gallery<'_>, report: &Report) {
     let row = |name: &str, a: &report::Acquisition| {
         vec![
             name.into(),
-            cell(a.rmse_truth),
-            cell(a.eroded_wall_mean),
-            cell(a.wall_std),
-            cell(a.background_rms),
-            cell(a.cavity_mean),
-            a.total_activity.map_or("–".into(), |v| format!("{v:.3}")),
+            cell(a.quality.rmse_truth),
+            cell(a.quality.eroded_wall_mean),
+            cell(a.quality.wall_std),
+            cell(a.quality.background_rms),
+            cell(a.quality.cavity_mean),
+            a.quality
+                .total_activity
+                .map_or("–".into(), |v| format!("{v:.3}")),
         ]
     };
     gallery.table(

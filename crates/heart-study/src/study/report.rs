@@ -3,7 +3,7 @@
 //! Lengths in cm, areas in cm^2, volumes in cm^3, times in seconds, activities per cm^3 relative to the wall. A quantity over an empty set of voxels
 //! (tiny volumes) is omitted.
 
-use heart_phantom::TruthOf;
+use heart_phantom::{ImageQuality, TruthOf};
 use serde::Serialize;
 use std::path::PathBuf;
 
@@ -200,24 +200,9 @@ pub struct Acquisition {
     /// The kind of average of the ground truth: for instants, over all views.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub truth: Option<TruthOf>,
-    /// Root mean square difference from the ground truth within the inscribed circle.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub rmse_truth: Option<f64>,
-    /// Mean over the voxels of the wall (in the wall at all phases, eroded by two voxels).
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub eroded_wall_mean: Option<f64>,
-    /// Standard deviation over the same voxels.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub wall_std: Option<f64>,
-    /// Root mean square over the background (more than three voxels from the body at all phases).
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub background_rms: Option<f64>,
-    /// Mean over the cavity (in the cavity at all phases, eroded by two voxels).
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub cavity_mean: Option<f64>,
-    /// Sum over the inscribed cylinder times the volume of a voxel.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub total_activity: Option<f64>,
+    /// Image quality; the wall and the cavity are eroded by two voxels, the background is more than three voxels from the body at all phases.
+    #[serde(flatten)]
+    pub quality: ImageQuality,
 }
 
 /// The three acquisitions with the Hann window.

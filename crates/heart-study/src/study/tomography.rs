@@ -80,8 +80,8 @@ pub(super) fn reconstruct(
         || measure(ram_lak),
     )?;
     let steps = phantom.steps()?;
-    let figures = |measures| summarise(&phantom, steps, &sinograms, solved, measures);
-    let (ram_lak, hann) = (figures(&of_ram_lak), figures(&of_hann));
+    let figures = |quality| summarise(&phantom, steps, &sinograms, solved, quality);
+    let (ram_lak, hann) = (figures(of_ram_lak), figures(of_hann));
     run.time.reconstruct += first + second;
     run.time.truth_and_files += clock.seconds() - first - second;
     Ok(Reconstructed {
@@ -106,7 +106,7 @@ fn summarise(
     steps: usize,
     sinograms: &Sinograms,
     solved_before: usize,
-    measures: &ImageQuality,
+    quality: ImageQuality,
 ) -> report::Acquisition {
     let mode = phantom.scene().acquisition.mode;
     let averaged = matches!(mode, Mode::WholeCycle);
@@ -118,11 +118,6 @@ fn summarise(
         rays_cast: sinograms.rays.cast,
         rays_skipped: sinograms.rays.skipped,
         truth: Some(phantom.truth_of()),
-        rmse_truth: measures.rmse_truth,
-        eroded_wall_mean: measures.eroded_wall_mean,
-        wall_std: measures.wall_std,
-        background_rms: measures.background_rms,
-        cavity_mean: measures.cavity_mean,
-        total_activity: measures.total_activity,
+        quality,
     }
 }

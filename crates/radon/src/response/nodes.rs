@@ -11,7 +11,7 @@
 //!    themselves give the largest D.
 //! 2. *Truncation.* Weights below [`CUT`] times tau of the central one are dropped.
 
-use super::kernel::{complete, lattice_gaussian, peak};
+use super::kernel::{lattice_gaussian, peak};
 use crate::RadonError;
 use crate::error::within;
 
@@ -23,8 +23,6 @@ const MOST_WEIGHTS: f64 = 1e8;
 const TRUNCATED: f64 = 0.1;
 /// Weights below this part of the tolerance are dropped: two axes change a peak by at most 0.08 of the tolerance.
 const CUT: f64 = 0.015;
-/// Points between two nodes at which the error is computed.
-const BETWEEN: usize = 16;
 
 /// Kernels of a node: weights of neighbours 0, 1, ... along bins and rows.
 type Kernels = [Vec<f64>; 2];
@@ -37,15 +35,6 @@ pub(crate) struct Nodes {
     /// Kernel of each node.
     pub(crate) kernels: Vec<Kernels>,
     pitch: [f64; 2],
-}
-
-/// Upper bounds on the deviation of the blur from the reference, without the rounding of samples.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub(crate) struct Deviation {
-    /// Deviation of the image of a point, relative to its peak.
-    pub(crate) peak: f64,
-    /// The sum of the absolute deviations of all samples of the image of a point of sum 1.
-    pub(crate) sum: f64,
 }
 
 impl Nodes {
@@ -92,37 +81,6 @@ impl Nodes {
         }
     }
 
-    /// The largest deviations over all variances from the first node to the last one.
-    ///
-    /// The kernels of all nodes are compared with K at 16 variances from each node to the next. In between the deviation is a parabola; a
-    /// step underestimates it by at most 1 / 16^2. Cost: 16 products of kernels per node.
-    ///
-    /// # Errors
-    /// [`RadonError::TooLarge`].
-    pub(crate) fn deviation(&self) -> Result<Deviation, RadonError> {
-        let (mut worst, mut before) = (Deviation::default(), None::<(f64, &Kernels)>);
-        for (j, own) in self.kernels.iter().enumerate() {
-            let (w, first) = match before {
-                Some((w, _)) => (w, 1),
-                None => (self.variances[j], BETWEEN),
-            };
-            for k in first..=BETWEEN {
-                let t = k as f64 / BETWEEN as f64;
-                let below = before.map_or(own, |(_, below)| below);
-                let exact = self.exact(w + t * (self.variances[j] - w))?;
-                let found = off([(1.0 - t, below), (t, own)], &exact);
-                worst.peak = worst.peak.max(found.peak);
-                worst.sum = worst.sum.max(found.sum);
-            }
-            before = Some((self.variances[j], own));
-        }
-        let missed = 1.0 + (BETWEEN as f64).powi(-2);
-        Ok(Deviation {
-            peak: missed * worst.peak,
-            sum: missed * worst.sum,
-        })
-    }
-
     /// Appends a node.
     fn push(&mut self, variance: f64, tolerance: f64) -> Result<(), RadonError> {
         let [bins, rows] = self
@@ -131,11 +89,6 @@ impl Nodes {
         self.kernels.push([bins?, rows?]);
         self.variances.push(variance);
         Ok(())
-    }
-
-    fn exact(&self, variance: f64) -> Result<Kernels, RadonError> {
-        let [bins, rows] = self.pitch.map(|pitch| complete(variance / pitch / pitch));
-        Ok([bins?, rows?])
     }
 }
 
@@ -181,58 +134,4 @@ fn step(w: f64, most: f64, pitch: [f64; 2], excess: f64) -> Result<f64, RadonErr
 /// Returns the distance from a wide Gaussian of variance `w` to the next for this relative excess of a peak.
 fn wide_step(w: f64, excess: f64) -> f64 {
     2.0 * w * (excess + (excess + excess * excess).sqrt())
-}
-
-/// Returns the deviation of a mixture of separable kernels from another kernel, relative to its peak.
-fn off(mixture: [(f64, &Kernels); 2], exact: &Kernels) -> Deviation {
-    let at = |kernel: &[f64], k: usize| kernel.get(k).copied().unwrap_or(0.0);
-    let len = |axis: usize| {
-        let longest = mixture.iter().map(|(_, kernels)| kernels[axis].len()).max();
-        exact[axis].len().max(longest.unwrap_or(0))
-    };
-    let mut found = Deviation::default();
-    for row in 0..len(1) {
-        let across = mixture.map(|(part, kernels)| part * at(&kernels[1], row));
-        let own = at(&exact[1], row);
-        for bin in 0..len(0) {
-            let mixed =
-                across[0] * at(&mixture[0].1[0], bin) + across[1] * at(&mixture[1].1[0], bin);
-            let off = (mixed - own * at(&exact[0], bin)).abs();
-            found.peak = found.peak.max(off);
-            // Each sample represents its mirror images.
-            let images = [bin, row].map(|k| if k == 0 { 1.0 } else { 2.0 });
-            found.sum += images[0] * images[1] * off;
-        }
-    }
-    found.peak /= exact[0][0] * exact[1][0];
-    found
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// GE LEHR holes before a crystal of 3.8 mm.
-    fn variance(d: f64) -> f64 {
-        (0.15 / 3.4257 * (3.4257 + d)).hypot(0.38).powi(2) / (8.0 * 2f64.ln())
-    }
-
-    #[test]
-    fn the_deviation_is_within_the_tolerance() {
-        for pitch in [[0.2, 0.2], [0.3, 0.3], [0.4, 0.4], [0.5, 0.7], [0.64, 0.64]] {
-            for tolerance in [1e-1, 1e-2, 1e-3, 1e-4, 1e-5] {
-                for depths in [[1.0, 10.0], [1.0, 31.0], [10.0, 31.0], [0.0, 0.1]] {
-                    let nodes = Nodes::new(depths.map(variance), pitch, tolerance).unwrap();
-                    let found = nodes.deviation().unwrap();
-                    println!(
-                        "{pitch:?} {tolerance:e} {depths:?}: {} nodes, {:.3} {:.3} of the tolerance",
-                        nodes.variances.len(),
-                        found.peak / tolerance,
-                        found.sum / tolerance
-                    );
-                    assert!(found.peak <= tolerance);
-                }
-            }
-        }
-    }
 }

@@ -6,7 +6,7 @@
 mod common;
 
 mod anisotropic;
-mod blur;
+mod cells;
 mod clones;
 mod fbp_adjoint;
 mod fbp_bad_inputs;

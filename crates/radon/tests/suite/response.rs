@@ -1,9 +1,8 @@
 //! Blur by depth against its definition: the content of each depth convolved with the lattice Gaussian of its own variance.
 
-use crate::common::noise;
 use crate::common::spect::gaussian;
 use radon::{
-    Collimator, DepthBlur, ImageGrid, LinearOperator, ParallelGeometry, ParallelHoles, SliceAxis,
+    Collimator, ImageGrid, LinearOperator, ParallelGeometry, ParallelHoles, SliceAxis,
     SpectGeometry, SpectOperator, SpectOptions,
 };
 
@@ -75,61 +74,4 @@ fn points_of_the_operator_are_within_the_tolerance() {
 fn points_of_the_operator_at_the_finest_tolerance() {
     let worst = worst_point([0.4, 0.4], 1e-6);
     assert!(worst <= 1e-6, "{worst:e}");
-}
-
-/// The same for slabs, whose largest deviation is reported.
-#[test]
-fn points_of_slabs_are_within_the_reported_error() {
-    const N: usize = 41;
-    for pitch in PITCHES {
-        for tolerance in [1e-1, 1e-2, 1e-3, 1e-4] {
-            let distances = (0..=30).map(|k| 1.0 + f64::from(k));
-            let variances: Vec<f64> = distances.map(|d| collimator().variance(d)).collect();
-            let blur = DepthBlur::new(&variances, pitch, tolerance).unwrap();
-            let n = variances.len();
-            let mut worst = 0.0f64;
-            for (slab, &variance) in variances.iter().enumerate() {
-                let mut slabs = vec![0.0; N * n * N];
-                slabs[(N / 2 * n + slab) * N + N / 2] = 1.0;
-                let mut image = vec![0.0; N * N];
-                blur.apply(&slabs, N, 0, &mut image).unwrap();
-                worst = worst.max(off(&image, N, variance, pitch));
-            }
-            let error = blur.error().unwrap();
-            println!("{pitch:?}, {tolerance:e}: {worst:.2e} of {error:.2e}");
-            // 31 distances do not contain the worst one between each pair of nodes.
-            assert!(worst <= error && error <= tolerance, "{worst:e} {error:e}");
-            assert!(worst > 0.5 * error, "{pitch:?}: {worst:e} {error:e}");
-        }
-    }
-}
-
-/// Rows of random slabs, from the middle of the given ones, against the sum of the definition.
-#[test]
-fn slabs_are_added_as_defined() {
-    let (n_bins, n_rows, above, given) = (17, 5, 3, 11);
-    let (pitch, variances) = ([0.3, 0.4], [0.02, 0.3, 0.11, 0.04]);
-    let blur = DepthBlur::new(&variances, pitch, 1e-4).unwrap();
-    let slabs = noise(given * 4 * n_bins, 3);
-    let slabs: Vec<f64> = slabs.into_iter().map(f64::abs).collect();
-    let mut out = vec![0.0; n_rows * n_bins];
-    blur.apply(&slabs, n_bins, above, &mut out).unwrap();
-    for (k, value) in out.iter().enumerate() {
-        let (bin, row) = (k % n_bins, above + k / n_bins);
-        let (mut exact, mut peaks) = (0.0, 0.0);
-        for (slab, variance) in variances.iter().enumerate() {
-            let [bins, rows] = pitch.map(|p| gaussian(variance / p / p));
-            for (j, v) in slabs.iter().enumerate() {
-                let (from, own, line) = (j % n_bins, j / n_bins % 4, j / n_bins / 4);
-                if own == slab {
-                    exact += v * at(&bins, bin.abs_diff(from)) * at(&rows, row.abs_diff(line));
-                    peaks += v * bins[0] * rows[0];
-                }
-            }
-        }
-        // The error of each sample of a slab may be the tolerance of its peak.
-        assert!((value - exact).abs() < 1e-4 * peaks, "{k}: {value} {exact}");
-        // The absolute deviations of all samples of a point's image add up to 3 tolerances at most.
-        assert!((value - exact).abs() < 3e-4 * exact, "{k}: {value} {exact}");
-    }
 }

@@ -252,18 +252,6 @@ mod tests {
     }
 
     #[test]
-    fn the_remainder_falls_exponentially() {
-        let of = |tolerance| DepthResponse::new(sigma, [-12.0, 18.0], tolerance).unwrap();
-        let [coarse, fine] = [of(1e-2), of(1e-5)];
-        assert!(coarse.error() <= 1e-2 && fine.error() <= 1e-5);
-        assert!(
-            coarse.n_nodes() >= 4 && fine.n_nodes() <= 16,
-            "{}",
-            fine.n_nodes()
-        );
-    }
-
-    #[test]
     fn integrals_agree_with_a_dense_rule() {
         let response = DepthResponse::new(sigma, [-12.0, 18.0], 1e-6).unwrap();
         let n = response.n_nodes();

@@ -2,8 +2,7 @@
 
 use nalgebra::Point3;
 
-use crate::error::finite;
-use crate::{Body, Ray, RevolveError};
+use crate::{Body, Ray};
 
 /// A cylinder with a hemisphere at each end.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -52,21 +51,6 @@ impl Capsule {
             .fold(radius, |most, end| most.max(end.coords.amax()));
         let radius = radius + 1e-12 * size;
         Some(Self { ends, radius })
-    }
-
-    /// Returns the capsule with a radius larger by `margin` (cm).
-    ///
-    /// # Errors
-    /// [`RevolveError::NotFinite`]; [`RevolveError::Negative`].
-    pub fn with_margin(self, margin: f64) -> Result<Self, RevolveError> {
-        if finite("margin of a capsule", margin)? < 0.0 {
-            return Err(RevolveError::Negative {
-                what: "margin of a capsule",
-                given: margin,
-            });
-        }
-        let radius = self.radius + margin;
-        Ok(Self { radius, ..self })
     }
 
     /// Returns whether a ray intersects the capsule.

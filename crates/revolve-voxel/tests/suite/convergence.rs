@@ -3,7 +3,7 @@
 use crate::support;
 
 use nalgebra::{Point3, Vector3};
-use revolve_voxel::{Body, Meridian, Pose, Ray, Sampling, VoxelGrid};
+use revolve_voxel::{Body, DepthResponse, Meridian, Pose, Ray, Sampling, VoxelGrid};
 use support::*;
 
 /// Area of the part of a disc of radius a about the origin with x' < x and y' < y, by its definition as an integral of
@@ -214,4 +214,21 @@ fn a_step_of_denormal_width_is_a_step() {
         let sum: f64 = voxels.iter().sum::<f64>() * grid.voxel_volume();
         assert!((sum / volume - 1.0).abs() < 4.0 * tolerance, "{sum}");
     }
+}
+
+#[test]
+fn the_remainder_of_a_response_falls_exponentially() {
+    // GE LEHR holes in front of a crystal of 3.8 mm, at R = 20 cm.
+    let sigma = |t: f64| {
+        let fwhm = (0.15 / 3.4257 * (3.4257 + 20.0 - t)).hypot(0.38);
+        fwhm / (8.0 * 2f64.ln()).sqrt()
+    };
+    let of = |tolerance| DepthResponse::new(sigma, [-12.0, 18.0], tolerance).unwrap();
+    let [coarse, fine] = [of(1e-2), of(1e-5)];
+    assert!(coarse.error() <= 1e-2 && fine.error() <= 1e-5);
+    assert!(
+        coarse.n_nodes() >= 4 && fine.n_nodes() <= 16,
+        "{}",
+        fine.n_nodes()
+    );
 }

@@ -1,6 +1,7 @@
 //! Figures of invalid data.
 
 use super::{ODD, SIZES, back, pairs};
+use heart_phantom::PhantomError;
 use heart_study::StudyError;
 use heart_study::figures::{
     CircleStudy, ForceFrame, History, IsoView, Plane, Projection, Shape, View, Volume, circle,
@@ -24,7 +25,8 @@ fn figures_accept_any_input() {
         let refused = slice(&odd, Plane::Z(0), [0.0, 1.0], "");
         assert!(match refused {
             Err(StudyError::TooFew { given, .. }) => given == n,
-            Err(StudyError::Mismatch { given, .. }) => n >= 2 && given == 8,
+            Err(StudyError::Phantom(PhantomError::WrongLength { given, .. })) =>
+                n >= 2 && given == 8,
             _ => false,
         });
         for plane in [Plane::X(n), Plane::Y(n), Plane::Z(n)] {

@@ -3,9 +3,8 @@
 use super::{ODD, SIZES, back, pairs};
 use heart_phantom::files::{self, Format, Projections, Volume, write_npy};
 use heart_phantom::{
-    Accuracy, Activity, Balloon, Camera, Cycle, Heart, ImageQuality as Quality, MaterialPoint,
-    Mode, Phantom, PhantomError, Regions, Scene, VolumeCurve, VolumeRange, Wall, WallRegion,
-    no_observer,
+    Accuracy, Activity, Balloon, Cycle, Heart, ImageQuality as Quality, MaterialPoint, Mode,
+    Phantom, PhantomError, Regions, Scene, VolumeCurve, VolumeRange, Wall, WallRegion, no_observer,
 };
 use membrane_newton::{MembraneError, NewtonError};
 use nalgebra::Point3;
@@ -16,7 +15,10 @@ use std::path::Path;
 #[test]
 fn heart_phantom_accepts_any_input() {
     let heart = Heart::study(21).expect("nodes enough");
-    let camera = Camera::new(2, 6, 16.0).expect("a camera");
+    let mut small = Scene::default().with_size(6);
+    small.camera.views = 4;
+    let phantom = Phantom::with_heart(small, heart.clone()).expect("a phantom");
+    let camera = phantom.camera();
     let mut cycles = vec![Cycle::new(65.0, 0.1).expect("a cycle")];
     for [a, b] in pairs() {
         cycles.extend(back(Cycle::new(a, b)));
@@ -27,8 +29,10 @@ fn heart_phantom_accepts_any_input() {
         )));
         let sampled = VolumeCurve::Sampled(vec![a, b, 1.0, 2.0]);
         cycles.extend(back(Cycle::with_curve(60.0, &sampled, [0.0, 0.1])));
-        back(Camera::new(2, 3, a));
-        back(camera.clone().with_interval(a));
+        let mut scene = Scene::default().with_size(3);
+        scene.camera.pitch = [a, b];
+        scene.camera.seconds_per_view = a;
+        back(scene.check());
         let range = VolumeRange::Gain(a);
         back(range.gains(b));
         back(range.ejection_fraction(b));
@@ -73,25 +77,26 @@ fn heart_phantom_accepts_any_input() {
     }
     for n in SIZES {
         if n > 3 {
-            for refused in [Camera::new(n, 3, 16.0), Camera::new(2, n, 16.0)] {
-                assert!(matches!(refused, Err(PhantomError::OutOfRange { .. })));
-            }
             let refused = Heart::study(n);
             assert!(matches!(
                 refused,
                 Err(PhantomError::Membrane(NewtonError::Membrane(MembraneError::TooMany { given, .. }))) if given == n
             ));
         }
-        back(Camera::new(n, 3, 16.0));
-        back(Camera::new(2, n, 16.0));
-        assert_eq!(camera.rays(n).is_ok(), n < 2);
+        for size in [[n, 3], [2, n]] {
+            let mut scene = Scene::default();
+            [scene.camera.views, scene.camera.bins] = size;
+            scene.camera.rows = size[1];
+            back(scene.check());
+        }
+        assert_eq!(camera.rays(n).is_ok(), n < 4);
     }
-    let regions = Regions::new(&heart, &camera, &cycles[0]).expect("regions");
+    let regions = Regions::new(&heart, camera, &cycles[0]).expect("regions");
     for n in [0, 1, 6 * 6 * 6 - 1, 2 * 6 * 6 * 6] {
         let volume = vec![f32::NAN; n];
         for refused in [
-            Quality::of(&volume, None, &regions, &camera),
-            Quality::of(&[0.0; 216], Some(&volume), &regions, &camera),
+            Quality::of(&volume, None, &regions, camera),
+            Quality::of(&[0.0; 216], Some(&volume), &regions, camera),
         ] {
             assert!(
                 matches!(refused, Err(PhantomError::WrongLength { given, expected: 216, .. }) if given == n)
@@ -160,7 +165,6 @@ fn phantoms() {
     }
     for phase in ODD {
         back(phantom.shape(phase));
-        back(phantom.concentrations(phase));
         back(phantom.activity(phase));
         back(phantom.labels(phase));
         back(phantom.attenuation(phase));

@@ -7,6 +7,7 @@ use super::{FRONT, ball, half_ellipse, iso};
 
 #[test]
 fn bad_input_is_rejected_with_its_values() {
+    use heart_phantom::PhantomError::{Count, OutOfRange, WrongLength};
     use heart_study::StudyError::*;
     let good = half_ellipse(8.0, 2.0);
     let mut nan = good.clone();
@@ -62,7 +63,7 @@ fn bad_input_is_rejected_with_its_values() {
     ));
     assert!(matches!(
         polar_maps(&[("", [1.0; 17])], 0.0, ""),
-        Err(NotPositive { .. })
+        Err(Phantom(OutOfRange { .. }))
     ));
 
     let history = |norms| History { label: "", norms };
@@ -77,11 +78,11 @@ fn bad_input_is_rejected_with_its_values() {
     ));
     assert!(matches!(
         histories("", None, &[history(&[1.0, -2.0])]),
-        Err(NotPositive { given: -2.0, .. })
+        Err(Phantom(OutOfRange { given: -2.0, .. }))
     ));
     assert!(matches!(
         histories("", Some(0.0), &[history(&[1.0])]),
-        Err(NotPositive { .. })
+        Err(Phantom(OutOfRange { .. }))
     ));
     // Zeros and a single value are drawn.
     assert!(histories("", None, &[history(&[0.0])]).is_ok());
@@ -95,11 +96,11 @@ fn bad_input_is_rejected_with_its_values() {
     assert!(matches!(force_frames(&[]), Err(TooFew { .. })));
     assert!(matches!(
         force_frames(&[frame(&good[1..])]),
-        Err(Mismatch {
+        Err(Phantom(WrongLength {
             given: 100,
             expected: 101,
             ..
-        })
+        }))
     ));
     assert!(matches!(
         force_frames(&[frame(&nan)]),
@@ -122,7 +123,7 @@ fn bad_input_is_rejected_with_its_values() {
     assert!(matches!(wall_meshes(&[], 5, 50), Err(TooFew { .. })));
     assert!(matches!(
         wall_meshes(&[state(&good[1..])], 5, 50),
-        Err(Mismatch { .. })
+        Err(Phantom(WrongLength { .. }))
     ));
     assert!(matches!(
         wall_meshes(&[state(&good)], 0, 50),
@@ -149,7 +150,7 @@ fn bad_input_is_rejected_with_its_values() {
     assert!(matches!(projections(&[], 4, 1.0), Err(TooFew { .. })));
     assert!(matches!(
         projections(&[image(&[0.0; 15])], 4, 1.0),
-        Err(Mismatch { .. })
+        Err(Phantom(WrongLength { .. }))
     ));
     assert!(matches!(
         projections(&[image(&[0.0; 16])], 0, 1.0),
@@ -157,7 +158,7 @@ fn bad_input_is_rejected_with_its_values() {
     ));
     assert!(matches!(
         projections(&[image(&[0.0; 16])], 4, 0.0),
-        Err(NotPositive { .. })
+        Err(Phantom(OutOfRange { .. }))
     ));
     assert!(matches!(
         projections(&[image(&[f32::NAN; 16])], 4, 1.0),
@@ -175,11 +176,11 @@ fn bad_input_is_rejected_with_its_values() {
     let window = [0.0, 1.0];
     assert!(matches!(
         slice(&volume, Plane::Z(8), window, ""),
-        Err(OutOfRange {
+        Err(Phantom(Count {
             given: 8,
-            len: 8,
+            most: 7,
             ..
-        })
+        }))
     ));
     assert!(matches!(
         slice(&volume, z, [1.0, 1.0], ""),
@@ -199,24 +200,27 @@ fn bad_input_is_rejected_with_its_values() {
     };
     assert!(matches!(
         slice(&short, z, window, ""),
-        Err(Mismatch {
+        Err(Phantom(WrongLength {
             given: 512,
             expected: 576,
             ..
-        })
+        }))
     ));
     let huge = Volume {
         size: [usize::MAX; 3],
         ..volume
     };
-    assert!(matches!(isosurface(&huge, &iso(0.5)), Err(Mismatch { .. })));
+    assert!(matches!(
+        isosurface(&huge, &iso(0.5)),
+        Err(Phantom(WrongLength { .. }))
+    ));
     let unscaled = Volume {
         spacing: -1.0,
         ..volume
     };
     assert!(matches!(
         isosurface(&unscaled, &iso(0.5)),
-        Err(NotPositive { .. })
+        Err(Phantom(OutOfRange { .. }))
     ));
     let mut broken = values.clone();
     broken[100] = f32::INFINITY;
@@ -230,13 +234,16 @@ fn bad_input_is_rejected_with_its_values() {
     ));
     assert!(matches!(
         isosurface(&volume, &iso(0.0)),
-        Err(NotPositive { .. })
+        Err(Phantom(OutOfRange { .. }))
     ));
     let cut = IsoView {
         cut: Some(([0.0; 3], 1.0)),
         ..iso(0.5)
     };
-    assert!(matches!(isosurface(&volume, &cut), Err(NotPositive { .. })));
+    assert!(matches!(
+        isosurface(&volume, &cut),
+        Err(Phantom(OutOfRange { .. }))
+    ));
 
     let study = CircleStudy {
         initial: &good,
@@ -253,20 +260,20 @@ fn bad_input_is_rejected_with_its_values() {
             n_nodes: &[10],
             ..study
         }),
-        Err(Mismatch { .. })
+        Err(Phantom(WrongLength { .. }))
     ));
     assert!(matches!(
         circle(&CircleStudy {
             errors: &[1.0, 0.0],
             ..study
         }),
-        Err(NotPositive { .. })
+        Err(Phantom(OutOfRange { .. }))
     ));
     assert!(matches!(
         circle(&CircleStudy {
             radius: f64::NAN,
             ..study
         }),
-        Err(NotPositive { .. })
+        Err(Phantom(OutOfRange { .. }))
     ));
 }

@@ -339,11 +339,11 @@ fn the_page_is_one_file_with_all_parts_in_order() {
         .push(vec!["only one".into()]);
     assert!(matches!(
         page.to_html(),
-        Err(StudyError::Mismatch {
+        Err(StudyError::Phantom(PhantomError::WrongLength {
             given: 1,
             expected: 2,
             ..
-        })
+        }))
     ));
 }
 

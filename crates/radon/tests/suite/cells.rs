@@ -1,0 +1,122 @@
+//! Averages of discs, balls and Gaussians over bins, rectangles and boxes against closed forms.
+
+use radon::{Shape2, Shape3};
+use std::f64::consts::PI;
+
+const UPRIGHT: [[f64; 3]; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+
+/// Perpendicular unit vectors, none along an axis of the grid: its cells are sheared in the frame of a shape with unequal axes.
+fn tilted() -> [[f64; 3]; 3] {
+    let h = 0.5f64.sqrt();
+    [[h, 0.0, -h], [0.5, h, 0.5], [0.5, -h, 0.5]]
+}
+
+fn disc() -> Shape2 {
+    Shape2::ellipse([0.0; 2], [1.0; 2], 0.0).unwrap()
+}
+
+fn ball() -> Shape3 {
+    Shape3::ellipsoid([0.0; 3], [1.0; 3], UPRIGHT).unwrap()
+}
+
+/// The part of a shape in a rectangle or box, and of its line integrals in a bin.
+fn in_rectangle(shape: &Shape2, centre: [f64; 2], sides: [f64; 2]) -> f64 {
+    shape.rectangle_mean(centre, sides) * sides[0] * sides[1]
+}
+
+fn in_box(shape: &Shape3, centre: [f64; 3], sides: [f64; 3]) -> f64 {
+    shape.box_mean(centre, sides) * sides[0] * sides[1] * sides[2]
+}
+
+fn in_bin(shape: &Shape3, theta: f64, centre: [f64; 2], size: [f64; 2]) -> f64 {
+    shape.bin_mean(theta, centre, size) * size[0] * size[1]
+}
+
+#[test]
+fn cells_around_disc_and_ball_contain_all_of_them() {
+    let area = in_rectangle(&disc(), [0.3, 0.2], [6.0, 5.0]);
+    assert!((area - PI).abs() < 1e-14, "{area}");
+    for theta in [0.0, 0.7] {
+        let volume = in_bin(&ball(), theta, [0.3, -0.2], [6.0, 5.0]);
+        assert!((volume - 4.0 * PI / 3.0).abs() < 2e-14, "{volume}");
+    }
+    let sheared = Shape3::ellipsoid([0.1, -0.2, 0.15], [0.5, 0.7, 0.9], tilted()).unwrap();
+    let volume = in_box(&sheared, [0.0; 3], [2.5, 2.4, 2.2]);
+    let whole = 4.0 * PI / 3.0 * 0.5 * 0.7 * 0.9;
+    assert!((volume - whole).abs() < 1e-13, "{volume}");
+}
+
+#[test]
+fn cells_that_end_at_the_centre_contain_a_half_or_an_octant() {
+    let half = in_rectangle(&disc(), [1.0, 0.0], [2.0, 4.0]);
+    assert!((half - PI / 2.0).abs() < 1e-14, "{half}");
+    let half = in_bin(&ball(), 0.0, [1.0, 0.0], [2.0, 4.0]);
+    assert!((half - 2.0 * PI / 3.0).abs() < 2e-14, "{half}");
+    let octant = in_box(&ball(), [1.0; 3], [2.0; 3]);
+    assert!((octant - PI / 6.0).abs() < 1e-14, "{octant}");
+}
+
+#[test]
+fn a_spherical_cap_has_its_known_volume() {
+    // Slab 0.3 <= x <= 5: cap of height 0.7, volume π h² (3 - h) / 3.
+    let cap = in_box(&ball(), [2.65, 0.0, 0.0], [4.7, 6.0, 6.0]);
+    // Relative rounding of the average over a box of 169 units of volume.
+    assert!((cap - PI * 0.49 * 2.3 / 3.0).abs() < 1e-13, "{cap}");
+}
+
+#[test]
+fn small_cells_tile_a_tilted_ellipsoid() {
+    let semi_axes = [0.8, 1.1, 0.9];
+    let ellipsoid = Shape3::ellipsoid([0.013, -0.007, 0.003], semi_axes, tilted()).unwrap();
+    let (sides, n) = ([0.22, 0.2, 0.24], 7);
+    let mut total = 0.0;
+    for i in -n..=n {
+        for j in -n..=n {
+            for k in -n..=n {
+                let at = [i, j, k].map(f64::from);
+                total += in_box(&ellipsoid, [0, 1, 2].map(|a| at[a] * sides[a]), sides);
+            }
+        }
+    }
+    let whole = 4.0 * PI / 3.0 * semi_axes.iter().product::<f64>();
+    assert!((total - whole).abs() < 1e-11, "{total}");
+}
+
+/// Cells from a fraction of the width of the hill to a hundred million times its size contain the whole integral, in a time that does not
+/// grow with their size.
+#[test]
+fn a_cell_of_any_size_about_the_hill_contains_its_integral() {
+    let flat = Shape2::gaussian([0.0; 2], [0.4, 0.9], 0.6).unwrap();
+    let solid = Shape3::gaussian([0.0; 3], [0.7, 0.5, 0.9], tilted()).unwrap();
+    for size in [20.0, 1e3, 1e8] {
+        // Rounding of places, in standard deviations.
+        let off = 1e-12 + 5e-15 * size;
+        let area = in_rectangle(&flat, [0.3 * size, -0.2 * size], [2.0 * size, 2.4 * size]);
+        let whole = area / (2.0 * PI * 0.4 * 0.9);
+        assert!((whole - 1.0).abs() < off, "{size:e}: {whole}");
+        let centre = [0.3, -0.2, 0.1].map(|x| x * size);
+        let volume = in_box(&solid, centre, [2.0 * size, 2.2 * size, 1.8 * size]);
+        let whole = volume / ((2.0 * PI).powf(1.5) * 0.7 * 0.5 * 0.9);
+        assert!((whole - 1.0).abs() < off, "{size:e}: {whole}");
+    }
+}
+
+/// Bins of any width have an error of 1e-15 of the peak, on either side of the width where the formula changes: against bounds of the
+/// derivatives.
+#[test]
+fn a_narrow_bin_has_the_value_at_its_centre() {
+    let hill = Shape2::gaussian([0.0; 2], [1.0; 2], 0.0).unwrap();
+    for k in 0..60 {
+        let middle = 0.15 * f64::from(k) - 3.0;
+        let value = (-0.5 * middle * middle).exp();
+        let curvature = (middle * middle - 1.0) * value;
+        for half in [1e-300, 1e-20, 1e-9, 1e-5, 1e-4, 9.9e-3, 1.01e-2] {
+            let expected = value + curvature * half * half / 6.0;
+            // The fourth derivative is at most 3; error functions have an error of 1e-14 near 0.01. The integral along the line adds rounding.
+            let rounding = if half > 1e-2 { 1e-14 } else { 2e-15 };
+            let bound = 3.0 * half.powi(4) / 120.0 + rounding;
+            let mean = hill.bin_mean(0.0, middle, 2.0 * half) / (2.0 * PI).sqrt();
+            assert!((mean - expected).abs() < bound, "{middle} {half}");
+        }
+    }
+}
