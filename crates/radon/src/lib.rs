@@ -83,7 +83,7 @@ pub use fourier::FourierProjector;
 pub use geometry::{ArcPolicy, ImageGrid, ParallelGeometry, StackOrder};
 pub use iterative::{
     CglsOptions, EmOptions, Iteration, IterativeReport, LinearOperator, SirtOptions, StopReason,
-    Stopping, Subset, cgls, mlem, no_observer, osem, sirt,
+    Stopping, Subset, adjoint_mismatch, cgls, mlem, no_observer, osem, sirt,
 };
 pub use measure::{MaskedStats, disc_mask, rmse_within};
 pub use motion::{Displacements, MotionState, MovingOperator, Warp, Warps};
