@@ -23,6 +23,8 @@ use crate::error::{RadonError, at_least, finite, length, within, zeros};
 /// assert_eq!(options.stopping.max_iterations, 20);
 /// ```
 #[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(default, deny_unknown_fields))]
 #[non_exhaustive]
 pub struct EmOptions<T> {
     /// Stopping rules; an iteration of OSEM processes all subsets.
