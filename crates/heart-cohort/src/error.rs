@@ -149,6 +149,14 @@ impl fmt::Display for TextError {
 
 impl std::error::Error for TextError {}
 
+impl CohortError {
+    /// The error of one faulty file.
+    pub(crate) fn fault(folder: &Path, fault: FileFault) -> Self {
+        let (folder, faults) = (folder.to_path_buf(), vec![fault]);
+        Self::Faults { folder, faults }
+    }
+}
+
 impl From<TextError> for CohortError {
     fn from(error: TextError) -> Self {
         Self::Text(Box::new(error))
