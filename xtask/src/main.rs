@@ -2,7 +2,9 @@
 
 mod accuracy;
 mod consume;
+mod counts;
 mod dependencies;
+mod examples;
 mod features;
 mod report;
 mod semver;
@@ -38,6 +40,18 @@ const TASKS: &[Task] = &[
         arguments: "",
         what: "each published crate compiles with each feature alone, with none and with all",
         run: features::task,
+    },
+    Task {
+        name: "examples",
+        arguments: "",
+        what: "runs the examples of the published crates, each of which has one",
+        run: examples::task,
+    },
+    Task {
+        name: "counts",
+        arguments: "[--update]",
+        what: "instructions of ten kernels by valgrind against benches/counts/counts.txt; a change above 2 % fails",
+        run: counts::task,
     },
     Task {
         name: "consume",

@@ -99,6 +99,14 @@ pub enum CohortError {
     },
 }
 
+impl CohortError {
+    /// The error of one faulty file.
+    pub(crate) fn fault(folder: &Path, fault: FileFault) -> Self {
+        let (folder, faults) = (folder.to_path_buf(), vec![fault]);
+        Self::Faults { folder, faults }
+    }
+}
+
 impl From<SceneError> for CohortError {
     fn from(error: SceneError) -> Self {
         Self::Text(Box::new(error))

@@ -3,7 +3,7 @@
 #![doc = include_str!("../README.md")]
 //!
 //! [`Cohort`] is a validated cohort description (TOML). [`Cohort::member`] draws a member. [`run_shard`] computes consecutive members
-//! and writes them as one archive. [`merge`] writes one manifest of all shards. [`verify`] checks all checksums and recomputes some
+//! and writes them as one archive, which [`read_shard`] reads. [`merge`] writes one manifest of all shards. [`verify`] checks all checksums and recomputes some
 //! members. [`survey`] estimates ranges, size and time. [`sbatch`] returns a script for Slurm.
 //!
 //! # Reproducibility
@@ -36,6 +36,7 @@ mod shard;
 mod slurm;
 mod sobol;
 mod split;
+mod stored;
 mod survey;
 mod value;
 mod verify;
@@ -56,6 +57,7 @@ pub use record::Row;
 pub use shard::{ShardReport, run_shard};
 pub use slurm::{SlurmOptions, sbatch};
 pub use split::Subset;
+pub use stored::{StoredMember, read_shard};
 pub use survey::{FieldRange, Survey, survey};
 pub use value::FieldValue;
 pub use verify::{VerifyReport, verify};

@@ -242,13 +242,13 @@ fn regular(path: &Path) -> Result<File, Fault> {
     }
 }
 
-fn unreadable(error: &io::Error) -> Fault {
+pub(crate) fn unreadable(error: &io::Error) -> Fault {
     Fault::Unreadable {
         reason: error.to_string(),
     }
 }
 
-fn checksum(from: &mut impl Read) -> io::Result<blake3::Hash> {
+pub(crate) fn checksum(from: &mut impl Read) -> io::Result<blake3::Hash> {
     let mut sum = blake3::Hasher::new();
     sum.update_reader(from)?;
     Ok(sum.finalize())

@@ -165,15 +165,11 @@ fn report(path: PathBuf, skipped: bool, record: Record) -> ShardReport {
 /// # Errors
 /// [`CohortError::OtherCohort`]; [`CohortError::Faults`] if a name is not a regular file.
 fn whole(cohort: &Cohort, folder: &Path, shard: Shard) -> Result<Option<Record>, CohortError> {
-    let in_the_way = |file, fault| {
-        let folder = folder.to_path_buf();
-        let faults = vec![FileFault::new(file, fault)];
-        Err(CohortError::Faults { folder, faults })
-    };
     let record = match Record::read(folder, shard) {
         Ok(record) => record,
         Err(fault @ (Fault::NotAFile | Fault::Unreadable { .. })) => {
-            return in_the_way(shard.record_name(), fault);
+            let found = FileFault::new(shard.record_name(), fault);
+            return Err(CohortError::fault(folder, found));
         }
         Err(_) => return Ok(None),
     };
@@ -183,7 +179,7 @@ fn whole(cohort: &Cohort, folder: &Path, shard: Shard) -> Result<Option<Record>,
     }
     match record.check(cohort, folder) {
         Ok(()) => Ok(Some(record)),
-        Err(found) if found.fault == Fault::NotAFile => in_the_way(found.file, found.fault),
+        Err(found) if found.fault == Fault::NotAFile => Err(CohortError::fault(folder, found)),
         Err(_) => Ok(None),
     }
 }

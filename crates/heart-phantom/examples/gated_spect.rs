@@ -1,14 +1,15 @@
-//! Gated SPECT: 16 gates, 64 views over 180 degrees, 128^3 voxels, each gate reconstructed and compared with its ground truth.
+//! Gated SPECT: 16 gates, 64 views over 180 degrees, 128^3 voxels by default, each gate reconstructed and compared with its ground truth.
 //!
-//! `cargo run --release -p heart-phantom --example gated_spect`
+//! `cargo run --release -p heart-phantom --example gated_spect -- [VOXELS]`
 
 use heart_phantom::scene::{Accuracy, Mode, Scene, Window};
-use heart_phantom::{Phantom, PhantomError, VolumeCurve, VolumeRange};
+use heart_phantom::{Phantom, VolumeCurve, VolumeRange};
 use std::time::Instant;
 
-fn main() -> Result<(), PhantomError> {
+fn main() -> Result<(), Box<dyn std::error::Error>> {
+    let n = std::env::args().nth(1).map_or(Ok(128), |n| n.parse())?;
     let mut scene = Scene::default()
-        .with_size(128)
+        .with_size(n)
         .with_mode(Mode::Gated { gates: 16 });
     scene.cycle.curve = VolumeCurve::Physiological;
     scene.cycle.volume = VolumeRange::EjectionFraction(0.45);

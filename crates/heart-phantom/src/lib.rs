@@ -15,7 +15,8 @@
 //! Centimetres, seconds; radians, but degrees in `Scene` and in fields named `..._degrees`; 1 cm^3 is 1 mL. Body frame: x along the axis of revolution from the base to the apex. Lab frame: the camera
 //! rotates about z; view `theta` has its bins along `(cos theta, sin theta, 0)` and its rays along `(-sin theta, cos theta, 0)`. Item `k` of
 //! `n` bins, rows or voxels is centred at `(k - (n - 1) / 2) * pitch`. Projections are `[view][row][bin]`, volumes `[z][y][x]`; the last
-//! index is the fastest.
+//! index is the fastest. Arrays are `Vec`s, which `ndarray` takes without a copy: `Array3::from_shape_vec((nz, ny, nx), volume)`, views as
+//! `(n_views, n_rows, n_bins)`.
 //!
 //! # Limits
 //! No anatomy except the two membranes and the organs around them, no blood flow. The numerical kernels are in the crates

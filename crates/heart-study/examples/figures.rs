@@ -23,13 +23,15 @@ fn balloon(radius: f64, g: f64, n: usize) -> Vec<[f64; 2]> {
                 [h + radius * a.sin(), radius * a.cos()]
             };
             let swell = g * (PI * i as f64 / (n - 1) as f64).sin().powf(0.8);
+            // The apex is on the axis.
+            let y = if 2 * i + 1 == n { 0.0 } else { y };
             [x + 0.35 * x / h * swell, y * (1.0 + 0.4 * swell)]
         })
         .collect()
 }
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
-    let out = PathBuf::from(std::env::args().nth(1).ok_or("usage: figures DIR")?);
+    let out = PathBuf::from(std::env::args().nth(1).unwrap_or_else(|| "figures".into()));
     std::fs::create_dir_all(&out)?;
     let start = std::time::Instant::now();
     let save = |name: &str, picture: Picture| -> Result<(), StudyError> {

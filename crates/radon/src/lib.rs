@@ -36,6 +36,23 @@
 //! Direct back-projection takes N³ updates, a Fourier method N² log N operations. [`FbpPlan`] selects the method by size ([`FbpMethod`]). For
 //! forward projection [`FourierProjector`] is the alternative to [`Projector`]; it is a different operator with different weights.
 //!
+//! # Arrays
+//!
+//! Images, volumes and projections are slices and `Vec`s, which `ndarray` takes without a copy; the last index is the fastest.
+//!
+//! ```
+//! use ndarray::Array3;
+//! use radon::{FbpOptions, FbpPlan, ImageGrid, ParallelGeometry, StackOrder};
+//! let (n_slices, geometry) = (3, ParallelGeometry::half_turn(8, 16, 1.0)?);
+//! let plan = FbpPlan::<f32>::new(&geometry, &ImageGrid::square(12, 1.0)?, &FbpOptions::default())?;
+//! let projections = Array3::<f32>::zeros((8, n_slices, 16)); // [view][slice][bin]
+//! let samples = projections.as_slice().ok_or("not contiguous")?;
+//! let volume = plan.reconstruct_stack(samples, n_slices, StackOrder::ViewSliceBin)?;
+//! let volume = Array3::from_shape_vec((n_slices, 12, 12), volume)?; // [slice][y][x]
+//! assert_eq!(volume[[2, 11, 0]], 0.0);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
 //! # Limits
 //!
 //! Not included: fan and cone beams, scatter, files, voxelisation of objects other than the analytic ones. Only [`SpectOperator`] models
@@ -71,6 +88,8 @@ mod simd;
 mod slices;
 mod spect;
 mod stack;
+#[cfg(feature = "serde")]
+mod stored;
 
 pub use error::{RadonError, UserError};
 pub use fbp::{
@@ -78,10 +97,10 @@ pub use fbp::{
 };
 pub use filter::{Window, padded_len, ramp_response, ramp_sample};
 pub use fourier::FourierProjector;
-pub use geometry::{ArcPolicy, ImageGrid, ParallelGeometry, StackOrder};
+pub use geometry::{ArcPolicy, ImageGrid, ParallelGeometry};
 pub use iterative::{
     CglsOptions, EmOptions, Iteration, IterativeReport, LinearOperator, SirtOptions, StopReason,
-    Stopping, Subset, cgls, mlem, no_observer, osem, sirt,
+    Stopping, Subset, adjoint_mismatch, cgls, mlem, no_observer, osem, sirt,
 };
 pub use measure::{MaskedStats, disc_mask, rmse_within};
 pub use motion::{Displacements, MotionState, MovingOperator, Warp, Warps};
@@ -101,3 +120,4 @@ pub use spect::{
 #[cfg(feature = "sprs")]
 #[cfg_attr(docsrs, doc(cfg(feature = "sprs")))]
 pub use sprs;
+pub use stack::StackOrder;

@@ -4,9 +4,54 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 
+use crate::Sample;
 use crate::error::{RadonError, length, product};
 use crate::sample::finite_and_signal;
-use crate::{Sample, StackOrder};
+
+/// Index order of the sinograms of many slices.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(rename_all = "kebab-case"))]
+pub enum StackOrder {
+    /// `[view][slice][bin]`, bin fastest: one detector image per view, as acquired by a camera.
+    #[default]
+    ViewSliceBin,
+    /// `[slice][view][bin]`, bin fastest: one sinogram per slice.
+    SliceViewBin,
+}
+
+impl StackOrder {
+    /// Returns the index of the first bin of `view_idx`, `slice_idx` in a stack of `n_views` views and `n_slices` slices; `None` if there
+    /// is no such row, or the stack exceeds the address space.
+    #[must_use]
+    pub fn row_start(
+        self,
+        view_idx: usize,
+        slice_idx: usize,
+        n_views: usize,
+        n_slices: usize,
+        n_bins: usize,
+    ) -> Option<usize> {
+        n_views.checked_mul(n_slices)?.checked_mul(n_bins)?;
+        let there = view_idx < n_views && slice_idx < n_slices;
+        there.then(|| self.start_of(view_idx, slice_idx, n_views, n_slices, n_bins))
+    }
+
+    /// [`Self::row_start`] of an existing row.
+    pub(crate) fn start_of(
+        self,
+        view_idx: usize,
+        slice_idx: usize,
+        n_views: usize,
+        n_slices: usize,
+        n_bins: usize,
+    ) -> usize {
+        match self {
+            StackOrder::ViewSliceBin => (view_idx * n_slices + slice_idx) * n_bins,
+            StackOrder::SliceViewBin => (slice_idx * n_views + view_idx) * n_bins,
+        }
+    }
+}
 
 /// A stack of slices, each of `n_rows` rows (image rows or views) of `row_len` samples.
 #[derive(Clone, Copy, Debug)]

@@ -35,6 +35,16 @@ pub enum RevolveError {
         /// Its radius.
         r: f64,
     },
+    /// A NaN or infinite value of a function.
+    #[error("the curve at s = {s:?} is ({x:?}, {r:?}); it must be finite")]
+    NotFiniteAt {
+        /// The parameter.
+        s: f64,
+        /// The axial coordinate.
+        x: f64,
+        /// The radius.
+        r: f64,
+    },
     /// A radius below zero.
     #[error("point {index} has a negative radius {r:?}")]
     NegativeRadius {

@@ -1,6 +1,6 @@
 //! `cargo xtask report`: measures run time against error and writes docs/performance.md.
 //!
-//! The benches of package `benches` print rows when called with `--rows`; this runs them on an idle machine and writes
+//! The benches of `benches` and `benches-heart` print rows when called with `--rows`; this runs them on an idle machine and writes
 //! docs/performance.json, the page, and its plots under docs/img. It prints the ratios to the earlier rows of docs/performance.json, or to
 //! those of another such file. `--render` writes the page from docs/performance.json without a measurement; `--quick` measures a few
 //! rows, prints the ratios and writes nothing.
@@ -23,15 +23,15 @@ use machine::Machine;
 use rows::{Measured, Row, parse};
 
 /// Benches that print rows, in the order of their studies on the page.
-const BENCHES: &[&str] = &[
-    "membrane",
-    "motion",
-    "revolve",
-    "radon",
-    "slices",
-    "projector",
-    "spect",
-    "phantom",
+const BENCHES: &[(&str, &str)] = &[
+    ("benches-heart", "membrane"),
+    ("benches-heart", "motion"),
+    ("benches-heart", "revolve"),
+    ("benches", "radon"),
+    ("benches", "slices"),
+    ("benches-heart", "projector"),
+    ("benches", "spect"),
+    ("benches-heart", "phantom"),
 ];
 
 /// The task.
@@ -59,9 +59,9 @@ pub(crate) fn task(arguments: &[String]) -> Result<(), String> {
         machine.check_idle()?;
     }
     let mut rows = Vec::new();
-    for bench in BENCHES {
+    for (package, bench) in BENCHES {
         println!("{bench}");
-        rows.extend(run_bench(&root, bench, quick)?);
+        rows.extend(run_bench(&root, package, bench, quick)?);
     }
     if peers {
         println!("peers");
@@ -126,10 +126,10 @@ impl Given {
     }
 }
 
-fn run_bench(root: &Path, bench: &str, quick: bool) -> Result<Vec<Row>, String> {
+fn run_bench(root: &Path, package: &str, bench: &str, quick: bool) -> Result<Vec<Row>, String> {
     let mut command = Command::new(env!("CARGO"));
     command
-        .args(["bench", "--quiet", "--package", "benches", "--bench", bench])
+        .args(["bench", "--quiet", "--package", package, "--bench", bench])
         .args(["--", "--rows"])
         .args(quick.then_some("--quick"))
         .current_dir(root);

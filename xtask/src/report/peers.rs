@@ -30,7 +30,7 @@ pub(super) fn rows(root: &Path, quick: bool) -> Result<Vec<Row>, String> {
     let mut build = Command::new(env!("CARGO"));
     output(
         build
-            .args(["build", "--quiet", "--release", "--package", "radon-fbp"])
+            .args(["build", "--quiet", "--release", "--package", "benches"])
             .args(["--example", "fbp_raw"])
             .current_dir(root),
     )?;

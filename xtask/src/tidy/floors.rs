@@ -26,6 +26,23 @@ const FLOORS: &[(&str, &[&str])] = &[
     ),
     ("tests", ALL),
     ("benches", ALL),
+    (
+        "benches/counts",
+        &["membrane-newton", "revolve-voxel", "radon"],
+    ),
+    (
+        "benches/heart",
+        &[
+            "benches",
+            "membrane-forces",
+            "membrane-newton",
+            "membrane-implicit",
+            "revolve-voxel",
+            "radon",
+            "heart-phantom",
+            "heart-study",
+        ],
+    ),
     ("xtask", &[]),
 ];
 /// Everything below `heart-phantom`.

@@ -1,8 +1,11 @@
 //! Data for networks: geometry, smaller files, subsets, correlated fields, other layouts.
 
 use crate::{all, shard, text, with_rejected};
-use heart_cohort::heart_phantom::{Phantom, Product};
-use heart_cohort::{Cohort, CohortError, Row, ShardReport, Subset, export, merge};
+use heart_cohort::heart_phantom::{Phantom, PhantomError, Product};
+use heart_cohort::{
+    Cohort, CohortError, Fault, Row, Shard, ShardReport, StoredMember, Subset, export, merge,
+    read_shard,
+};
 use std::collections::BTreeMap;
 use std::fs;
 use std::io::Read;
@@ -29,6 +32,69 @@ fn unpacked(bytes: &[u8]) -> Vec<u8> {
     let mut reader = flate2::read::GzDecoder::new(bytes);
     reader.read_to_end(&mut unpacked).unwrap();
     unpacked
+}
+
+/// The reader against the archive as `tar` unpacks it, and NumPy arrays against their bytes.
+#[test]
+fn a_shard_is_read_as_it_was_written() {
+    for head in [
+        "seed = 5",
+        "compression = \"gzip\"\nprecision = \"float16\"",
+    ] {
+        let vary = "heart.outer.radius = { choice = [2.6, 2.8, 1.7] }";
+        let cohort = Cohort::from_toml(&text(6, head, vary)).unwrap();
+        let folder = tempfile::tempdir().unwrap();
+        let report = shard(&cohort, folder.path(), [1, 1], 1);
+        let (mut files, place) = (files(&report), Shard { shard: 1, of: 1 });
+        let read = || read_shard(folder.path(), place).unwrap();
+        let members: Vec<StoredMember> = read().map(Result::unwrap).collect();
+        let rows: Vec<&Row> = members.iter().map(StoredMember::row).collect();
+        let kept = report.rows.iter().filter(|row| row.rejected.is_none());
+        assert_eq!(rows, kept.collect::<Vec<_>>());
+        assert!(rows.len() < 6);
+        for member in &members {
+            for name in member.names() {
+                let written = files.remove(&format!("{}.{name}", member.row().key));
+                assert_eq!(member.file(name), written.as_deref());
+            }
+            let scene: heart_cohort::heart_phantom::scene::Scene =
+                member.json("scene.json").unwrap();
+            assert_eq!(
+                scene,
+                cohort.member(member.row().member).unwrap().scene().unwrap()
+            );
+            let truth = member.array("truth.npy").unwrap();
+            assert_eq!(truth.shape, [2, 8, 8, 8]);
+            // Half precision rounds to 2^-11.
+            let exact = Phantom::new(scene).unwrap().truth(0).unwrap();
+            for (found, exact) in truth.samples.into_f32().iter().zip(exact) {
+                assert!(
+                    (found - exact).abs() <= 5e-4 * exact + 1e-7,
+                    "{found} {exact}"
+                );
+            }
+            let missing = member.array("labels").unwrap_err();
+            assert!(matches!(
+                missing,
+                CohortError::Phantom(PhantomError::Read { .. })
+            ));
+            assert!(member.array("cls").is_err() && member.json::<f64>("scene.json").is_err());
+        }
+        assert!(files.is_empty(), "{:?}", files.keys());
+        // A changed byte of the last member; the members before it are read.
+        let mut bytes = fs::read(&report.path).unwrap();
+        let last = members.last().unwrap().row();
+        bytes[last.offset as usize + 700] ^= 1;
+        fs::write(&report.path, bytes).unwrap();
+        let found: Vec<_> = read().collect();
+        assert!(found[..found.len() - 1].iter().all(Result::is_ok));
+        let Some(Err(CohortError::Faults { faults, .. })) = found.last() else {
+            panic!("{found:?}")
+        };
+        let member = Some(last.member);
+        assert_eq!(faults[0].fault, Fault::Archive { member });
+        assert!(read_shard(folder.path(), Shard { shard: 1, of: 2 }).is_err());
+    }
 }
 
 fn kept(report: &ShardReport) -> &Row {

@@ -86,7 +86,7 @@ pub(crate) use interfile::ORBIT_EXTENSION;
 pub(crate) use mesh::stl_bytes;
 pub use mesh::{write_ply, write_stl};
 pub use nifti::nifti_bytes;
-pub use npy::{put_npy, write_npy};
+pub use npy::{NpyArray, get_npy, put_npy, read_npy, write_npy};
 #[cfg(feature = "files")]
 #[cfg_attr(docsrs, doc(cfg(feature = "files")))]
 pub use picture::{Section, png_bytes, write_gif, write_png};
@@ -95,5 +95,5 @@ pub use picture::{Section, png_bytes, write_gif, write_png};
 pub use previous::check_unlisted;
 pub use projections::{AcquisitionInfo, BeatCounts, Projections, Radius};
 pub use rays::{write_astra, write_rtk};
-pub use samples::Samples;
+pub use samples::{OwnSamples, Samples};
 pub use volume::{Corrections, FieldOf, Volume};

@@ -1,8 +1,9 @@
 //! NumPy: single arrays.
 
 use crate::error::{PhantomError, check_count, check_length};
-use crate::files::{Projections, Samples, Volume, write_atomically};
-use std::io::{self, Write};
+use crate::files::{OwnSamples, Projections, Samples, Volume, write_atomically};
+use std::fs::File;
+use std::io::{self, BufReader, Read, Write};
 use std::path::Path;
 
 /// Largest number of axes of NumPy arrays.
@@ -41,6 +42,126 @@ pub fn put_npy(out: &mut dyn Write, shape: &[usize], samples: Samples) -> io::Re
         return Err(io::ErrorKind::InvalidInput.into());
     }
     put_samples(out, shape, samples)
+}
+
+/// An array of a NumPy file.
+#[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
+pub struct NpyArray {
+    /// Lengths of the axes, from slowest to fastest.
+    pub shape: Vec<usize>,
+    /// The samples in C order; their number is the product of `shape`.
+    pub samples: OwnSamples,
+}
+
+/// Reads a NumPy `.npy` file: little-endian `f32`, `u8`, `u16` or half precision, in C order.
+///
+/// ```
+/// use heart_phantom::files::{read_npy, write_npy};
+/// use ndarray::ArrayD;
+/// let folder = tempfile::tempdir()?; // or any other
+/// let path = folder.path().join("volume.npy");
+/// write_npy(&path, &[2, 1, 3], &[0.0, 1.0, 2.0, 3.0, 4.0, 5.0])?; // [z][y][x]
+/// let array = read_npy(&path)?;
+/// let volume = ArrayD::from_shape_vec(array.shape, array.samples.into_f32())?; // without a copy
+/// assert_eq!(volume[[1, 0, 2]], 5.0);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+///
+/// # Errors
+/// [`PhantomError::Read`], with the errors of [`get_npy`].
+pub fn read_npy(path: &Path) -> Result<NpyArray, PhantomError> {
+    let read = |file| get_npy(BufReader::new(file));
+    File::open(path)
+        .and_then(read)
+        .map_err(|source| PhantomError::Read {
+            path: path.to_path_buf(),
+            source,
+        })
+}
+
+/// Reads an array as [`read_npy`] from any reader, which is then at the end of the array. Memory: twice the array.
+///
+/// # Errors
+/// Errors of `from`; [`io::ErrorKind::InvalidData`] for bytes that are not an array in C order of one of these types,
+/// [`io::ErrorKind::UnexpectedEof`] for missing bytes.
+pub fn get_npy(mut from: impl Read) -> io::Result<NpyArray> {
+    let wrong = |what: &str| io::Error::new(io::ErrorKind::InvalidData, what);
+    let mut start = [0; 8];
+    from.read_exact(&mut start)?;
+    // Version 1 has two bytes for the length of the header, later ones four.
+    let mut length = [0; 4];
+    let bytes = match start {
+        [0x93, b'N', b'U', b'M', b'P', b'Y', 1, _] => 2,
+        [0x93, b'N', b'U', b'M', b'P', b'Y', 2 | 3, _] => 4,
+        _ => return Err(wrong("not a NumPy array of version 1, 2 or 3")),
+    };
+    from.read_exact(&mut length[..bytes])?;
+    let header = taken(&mut from, u32::from_le_bytes(length).into())?;
+    let header = String::from_utf8_lossy(&header);
+    let entry = |name: &str| header.split_once(name).map(|(_, rest)| rest.trim_start());
+    if !entry("'fortran_order':").is_some_and(|order| order.starts_with("False")) {
+        return Err(wrong("the array is not in C order"));
+    }
+    let axes = entry("'shape':").and_then(|rest| rest.strip_prefix('(')?.split_once(')'));
+    let axes = axes.map_or("?", |(axes, _)| axes).split(',').map(str::trim);
+    let shape: Result<Vec<usize>, _> = axes
+        .filter(|axis| !axis.is_empty())
+        .map(str::parse)
+        .collect();
+    let shape = shape.map_err(|_| wrong("the shape is not a list of lengths"))?;
+    let kind = entry("'descr':").map_or("", |rest| rest.get(..5).unwrap_or(rest));
+    let each = match kind {
+        "'|u1'" => 1,
+        "'<u2'" | "'<f2'" => 2,
+        "'<f4'" => 4,
+        _ => return Err(wrong("the type is not |u1, <u2, <f2 or <f4")),
+    };
+    let length = shape
+        .iter()
+        .try_fold(each, |n: u64, &k| n.checked_mul(k as u64));
+    let length = length.ok_or_else(|| wrong("the array is larger than any memory"))?;
+    let bytes = taken(&mut from, length)?;
+    let pairs = || {
+        bytes
+            .as_chunks()
+            .0
+            .iter()
+            .map(|pair| u16::from_le_bytes(*pair))
+    };
+    let samples = match kind {
+        "'<f4'" => OwnSamples::F32(
+            (bytes.as_chunks().0.iter())
+                .map(|x| f32::from_le_bytes(*x))
+                .collect(),
+        ),
+        "'<f2'" => OwnSamples::F32(pairs().map(single).collect()),
+        "'<u2'" => OwnSamples::U16(pairs().collect()),
+        _ => OwnSamples::U8(bytes),
+    };
+    Ok(NpyArray { shape, samples })
+}
+
+/// Returns the next `length` bytes; a wrong length does not allocate more than there are bytes.
+fn taken(from: &mut impl Read, length: u64) -> io::Result<Vec<u8>> {
+    let mut bytes = Vec::new();
+    match from.take(length).read_to_end(&mut bytes)? as u64 == length {
+        true => Ok(bytes),
+        false => Err(io::ErrorKind::UnexpectedEof.into()),
+    }
+}
+
+/// Returns the number with these bits in half precision (IEEE 754 binary16).
+fn single(bits: u16) -> f32 {
+    let (sign, size) = (u32::from(bits & 0x8000) << 16, u32::from(bits & 0x7fff));
+    let magnitude = match size {
+        // Multiples of 2^-24.
+        ..0x400 => size as f32 / 16_777_216.0,
+        // The exponents have the offsets 15 and 127.
+        0x400..0x7c00 => f32::from_bits((size << 13) + (112 << 23)),
+        _ => f32::from_bits((size << 13) | 0x7f80_0000),
+    };
+    f32::from_bits(magnitude.to_bits() | sign)
 }
 
 pub(super) fn write_volume(path: &Path, volume: &Volume) -> Result<(), PhantomError> {
@@ -90,4 +211,138 @@ pub(super) fn put_header(out: &mut dyn Write, kind: &str, shape: &[usize]) -> io
     // At most 64 axes of 20 digits: below 2^16.
     out.write_all(&(length as u16).to_le_bytes())?;
     writeln!(out, "{array:<width$}", width = length - 1)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// An array as NumPy 2 stores it.
+    fn npy(version: u8, header: &str, samples: &[u8]) -> Vec<u8> {
+        let mut bytes = vec![0x93, b'N', b'U', b'M', b'P', b'Y', version, 0];
+        let length = (header.len() as u32).to_le_bytes();
+        bytes.extend(&length[..if version == 1 { 2 } else { 4 }]);
+        bytes.extend(header.as_bytes());
+        bytes.extend(samples);
+        bytes
+    }
+
+    #[test]
+    fn arrays_are_read_as_they_were_written() {
+        let (floats, labels, counts) = (
+            [0.5_f32, -1e30, f32::MIN_POSITIVE],
+            [1_u8, 255, 0],
+            [256_u16, 65535, 7],
+        );
+        let all: [Samples; 3] = [
+            (&floats[..]).into(),
+            (&labels[..]).into(),
+            (&counts[..]).into(),
+        ];
+        for samples in all {
+            for shape in [&[3][..], &[1, 3, 1], &[3, 1]] {
+                let mut bytes = Vec::new();
+                put_npy(&mut bytes, shape, samples).unwrap();
+                let found = get_npy(&bytes[..]).unwrap();
+                assert_eq!(
+                    (&found.shape[..], found.samples.as_samples()),
+                    (shape, samples)
+                );
+                for length in 0..bytes.len() {
+                    let error = get_npy(&bytes[..length]).unwrap_err();
+                    assert_eq!(error.kind(), io::ErrorKind::UnexpectedEof);
+                }
+            }
+        }
+        let mut empty = Vec::new();
+        put_npy(&mut empty, &[0, 4], Samples::U8(&[])).unwrap();
+        assert_eq!(get_npy(&empty[..]).unwrap().shape, [0, 4]);
+        let scalar = npy(
+            3,
+            "{'descr': '|u1', 'fortran_order': False, 'shape': (), }\n",
+            &[9],
+        );
+        let scalar = get_npy(&scalar[..]).unwrap();
+        assert_eq!(
+            (scalar.shape, scalar.samples.into_f32()),
+            (vec![], vec![9.0])
+        );
+    }
+
+    /// Numbers of the definition: sign, power of two and fraction.
+    #[test]
+    fn half_precision_is_exact() {
+        let samples: Vec<u8> = (0..=u16::MAX).flat_map(u16::to_le_bytes).collect();
+        let bytes = npy(
+            1,
+            "{'descr': '<f2', 'fortran_order': False, 'shape': (65536,), }",
+            &samples,
+        );
+        let found = get_npy(&bytes[..]).unwrap().samples.into_f32();
+        for (bits, found) in found.into_iter().enumerate() {
+            let (exponent, fraction) = (bits >> 10 & 31, (bits & 1023) as f64 / 1024.0);
+            let size = match exponent {
+                0 => fraction * 2_f64.powi(-14),
+                31 if fraction == 0.0 => f64::INFINITY,
+                31 => f64::NAN,
+                _ => (1.0 + fraction) * 2_f64.powi(exponent as i32 - 15),
+            };
+            let expected = if bits < 0x8000 { size } else { -size };
+            assert!(
+                f64::from(found) == expected || (found.is_nan() && expected.is_nan()),
+                "{bits:x}"
+            );
+            assert!(found.is_nan() || found.is_sign_negative() == (bits >= 0x8000));
+        }
+    }
+
+    #[test]
+    fn other_files_are_rejected() {
+        for (header, what) in [
+            (
+                "{'descr': '<f8', 'fortran_order': False, 'shape': (1,), }",
+                "type",
+            ),
+            (
+                "{'descr': '>f4', 'fortran_order': False, 'shape': (1,), }",
+                "type",
+            ),
+            ("{'fortran_order': False, 'shape': (1,), }", "type"),
+            (
+                "{'descr': '<f4', 'fortran_order': True, 'shape': (1, 1), }",
+                "C order",
+            ),
+            (
+                "{'descr': '<f4', 'fortran_order': False, 'shape': (-1,), }",
+                "shape",
+            ),
+            (
+                "{'descr': '<f4', 'fortran_order': False, 'shape': 1, }",
+                "shape",
+            ),
+            (
+                "{'descr': '<f4', 'fortran_order': False, 'shape': (4294967296, 4294967296), }",
+                "memory",
+            ),
+            ("", "C order"),
+        ] {
+            let error = get_npy(&npy(1, header, &[0; 4])[..]).unwrap_err();
+            assert_eq!(error.kind(), io::ErrorKind::InvalidData, "{header}");
+            assert!(error.to_string().contains(what), "{header}: {error}");
+        }
+        // A length that no memory has.
+        let large = npy(
+            1,
+            "{'descr': '|u1', 'fortran_order': False, 'shape': (9223372036854775807,), }",
+            &[0; 4],
+        );
+        assert_eq!(
+            get_npy(&large[..]).unwrap_err().kind(),
+            io::ErrorKind::UnexpectedEof
+        );
+        let error = get_npy(&b"PK\x03\x04 an archive"[..]).unwrap_err();
+        assert!(error.to_string().contains("NumPy"));
+        let error = read_npy(Path::new("no such file.npy")).unwrap_err();
+        assert!(matches!(error, PhantomError::Read { .. }));
+    }
 }

@@ -7,10 +7,10 @@ use rayon::prelude::*;
 
 use crate::error::{RadonError, available, length, product, zeros};
 use crate::fourier::{Gridding, GriddingScratch};
-use crate::geometry::{ImageGrid, ParallelGeometry, StackOrder};
+use crate::geometry::{ImageGrid, ParallelGeometry};
 use crate::sample::Sample;
 use crate::simd::{InstructionSet, first_block, lanes_for};
-use crate::stack::{Stack, aligned};
+use crate::stack::{Stack, StackOrder, aligned};
 
 mod adjoint;
 mod backproject;

@@ -22,6 +22,8 @@ use crate::simd::InstructionSet;
 /// # Ok::<(), radon::RadonError>(())
 /// ```
 #[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(default, deny_unknown_fields))]
 #[non_exhaustive]
 pub struct FbpOptions {
     /// Whether rows are filtered. Without, window, cutoff and edge are not used and rows are back-projected as they are:
@@ -44,7 +46,8 @@ pub struct FbpOptions {
     pub method: FbpMethod,
     /// Whether rows and slices without signal are skipped. Results are bitwise identical.
     pub skip: Skip,
-    /// Instruction set of the kernels; `None` for the widest available one.
+    /// Instruction set of the kernels; `None` for the widest available one. Not stored by `serde`.
+    #[cfg_attr(feature = "serde", serde(skip))]
     pub instructions: Option<InstructionSet>,
     /// Memory limit of the work arrays of a run, and of the slabs of [`FbpPlan::stream`](crate::FbpPlan::stream), in bytes. A smaller
     /// budget costs time or is an error; it does not affect results.
@@ -127,6 +130,8 @@ impl FbpOptions {
 /// | `Direct` | N^2 V updates | some rows, [`FbpOptions::memory`] |
 /// | `Fourier` | V rows of N log N, 1.25 N V samples spread, (2 N)^2 log N | 10 N V + 16 N^2 bytes (`f32`), about twice the data |
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(rename_all = "kebab-case"))]
 #[non_exhaustive]
 pub enum FbpMethod {
     /// The sum over views, pixel by pixel: for small images and parts of images, and for stacks of small slices.
@@ -158,6 +163,8 @@ impl FbpMethod {
 
 /// Interpolation of filtered rows between bin centres.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(rename_all = "kebab-case"))]
 #[non_exhaustive]
 pub enum Interpolation {
     /// Linear interpolation between bins: robust, with a slight low-pass effect.
@@ -208,6 +215,8 @@ impl Interpolation {
 /// ```
 #[doc(alias = "truncation correction")]
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(rename_all = "kebab-case"))]
 #[non_exhaustive]
 pub enum EdgePolicy {
     /// Zeros: exact if the object is within the field of view.
@@ -225,6 +234,8 @@ pub enum EdgePolicy {
 
 /// Whether work on empty data is skipped.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(rename_all = "kebab-case"))]
 pub enum Skip {
     /// Filter and back-project only rows and slices with signal.
     #[default]

@@ -18,6 +18,8 @@ use crate::error::{RadonError, finite, zeros};
 /// assert_eq!((few.stopping.max_iterations, exact.gradient), (8, Some(1e-10)));
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(default, deny_unknown_fields))]
 #[non_exhaustive]
 pub struct CglsOptions {
     /// Stopping rules.

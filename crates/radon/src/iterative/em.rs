@@ -11,7 +11,7 @@ use super::vectors::{
     check_not_negative, check_samples, norm, relative, relative_change, sum2, update,
 };
 use crate::Sample;
-use crate::error::{RadonError, finite, length, zeros};
+use crate::error::{RadonError, at_least, finite, length, within, zeros};
 
 /// Options of [`mlem`] and [`osem`].
 ///
@@ -23,6 +23,8 @@ use crate::error::{RadonError, finite, length, zeros};
 /// assert_eq!(options.stopping.max_iterations, 20);
 /// ```
 #[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(default, deny_unknown_fields))]
 #[non_exhaustive]
 pub struct EmOptions<T> {
     /// Stopping rules; an iteration of OSEM processes all subsets.
@@ -50,7 +52,8 @@ impl<T> EmOptions<T> {
     }
 }
 
-/// A subset of the data and its projection operator.
+/// A subset of the data and its projection operator: rows of A. [`StackOperator::subset`](crate::StackOperator::subset) and
+/// [`SpectOperator::subset`](crate::SpectOperator::subset) return those of some views.
 #[derive(Debug, Clone)]
 pub struct Subset<O, T> {
     operator: O,
@@ -102,6 +105,33 @@ impl<O: LinearOperator<T>, T: Sample> Subset<O, T> {
                 Ok(self.sensitivity.get_or_init(|| sums))
             }
         }
+    }
+}
+
+/// Returns the views k, k + n, k + 2 n ... of each of n subsets.
+///
+/// # Errors
+/// [`RadonError::TooFew`] for no subset, [`RadonError::OutOfRange`] for more subsets than views.
+pub(crate) fn interleaved(
+    n_subsets: usize,
+    n_views: usize,
+) -> Result<impl Iterator<Item = Vec<usize>>, RadonError> {
+    at_least("n_subsets", n_subsets, 1)?;
+    within("n_subsets", n_subsets as f64, 1.0, n_views as f64)?;
+    Ok((0..n_subsets).map(move |first| (first..n_views).step_by(n_subsets).collect()))
+}
+
+/// `Ok` if a subset has a view and all its views exist.
+pub(crate) fn check_views(views: &[usize], n_views: usize) -> Result<(), RadonError> {
+    at_least("views of a subset", views.len(), 1)?;
+    match views.iter().find(|view| **view >= n_views) {
+        None => Ok(()),
+        Some(&view) => Err(RadonError::BadRange {
+            what: "views of a subset",
+            start: view,
+            end: view.saturating_add(1),
+            len: n_views,
+        }),
     }
 }
 
@@ -187,7 +217,7 @@ pub fn osem<T: Sample, O: LinearOperator<T>>(
     options: &EmOptions<T>,
     mut watch: impl FnMut(&IterativeReport, &[T]) -> ControlFlow<()>,
 ) -> Result<IterativeReport, RadonError> {
-    crate::error::at_least("subsets", subsets.len(), 1)?;
+    at_least("subsets", subsets.len(), 1)?;
     check_samples("data", data)?;
     check_samples("image", image)?;
     for subset in subsets {

@@ -10,7 +10,8 @@ mod vectors;
 
 pub use cgls::{CglsOptions, cgls};
 pub use em::{EmOptions, Subset, mlem, osem};
-pub use operator::LinearOperator;
+pub(crate) use em::{check_views, interleaved};
+pub use operator::{LinearOperator, adjoint_mismatch};
 pub use report::{Iteration, IterativeReport, StopReason};
 pub use sirt::{SirtOptions, sirt};
 pub use stopping::{Stopping, no_observer};

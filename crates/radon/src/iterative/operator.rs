@@ -2,13 +2,13 @@
 
 use std::sync::Arc;
 
-use super::vectors::check_samples;
+use super::vectors::{check_samples, norm, relative, sum2};
 use crate::Sample;
-use crate::error::{RadonError, length};
+use crate::error::{RadonError, length, zeros};
 
 /// A linear map A from images to data, with its adjoint; implement it for your own to use the solvers.
 ///
-/// The solvers need <A x, y> = <x, Aᵀ y> to rounding. Lengths are checked before the first call. References, boxes and shared
+/// The solvers need <A x, y> = <x, Aᵀ y> to rounding, which [`adjoint_mismatch`] tests. Lengths are checked before the first call. References, boxes and shared
 /// pointers to an operator are operators too, including `dyn`. [`RadonError::user`] wraps errors of your own operator, for example of
 /// reading a file.
 ///
@@ -68,6 +68,48 @@ macro_rules! pointers {
     )*};
 }
 pointers!(&A, Box<A>, Arc<A>);
+
+/// Returns |<A x, y> - <x, Aᵀ y>| / max(|A x| |y|, |x| |Aᵀ y|) for pseudo-random x and y, whose entries are uniform in [-1, 1) and depend on
+/// `seed` only.
+///
+/// With an exact adjoint it is a rounding error: about 1e-16 for `f64` and 1e-7 for `f32`. The inner products are sums in `f64`. If the
+/// denominator is zero, the numerator is returned. Cost: one forward, one adjoint.
+///
+/// ```
+/// use radon::{ImageGrid, Kernel, ParallelGeometry, Projector, adjoint_mismatch};
+/// let geometry = ParallelGeometry::half_turn(30, 16, 1.0)?;
+/// let projector = Projector::new(&geometry, &ImageGrid::square(11, 1.0)?, Kernel::Strip)?;
+/// assert!(adjoint_mismatch::<f64, _>(&projector, 1)? < 1e-14);
+/// # Ok::<(), radon::RadonError>(())
+/// ```
+///
+/// # Errors
+/// Errors of the operator; [`RadonError::BadSample`] for a result that is not finite; [`RadonError::TooLarge`].
+#[doc(alias("adjointness", "dot product test"))]
+pub fn adjoint_mismatch<T: Sample, O: LinearOperator<T> + ?Sized>(
+    operator: &O,
+    seed: u64,
+) -> Result<f64, RadonError> {
+    let operator = Checked(&operator);
+    let (image_len, data_len) = (operator.0.image_len(), operator.0.data_len());
+    // A linear congruential generator with the constants of Knuth's MMIX.
+    let mut state = seed.wrapping_mul(2).wrapping_add(1);
+    let mut fill = |samples: &mut [T]| {
+        for x in samples {
+            state = (state.wrapping_mul(6364136223846793005)).wrapping_add(1442695040888963407);
+            *x = T::of((state >> 11) as f64 / (1_u64 << 52) as f64 - 1.0);
+        }
+    };
+    let (mut x, mut y) = (zeros("image", image_len, 1)?, zeros("data", data_len, 1)?);
+    fill(&mut x);
+    fill(&mut y);
+    let (mut ax, mut aty) = (zeros("data", data_len, 1)?, zeros("image", image_len, 1)?);
+    operator.forward_into(&x, &mut ax)?;
+    operator.adjoint_into(&y, &mut aty)?;
+    let inner = |a: &[T], b: &[T]| sum2(a, b, |a, b| a * b);
+    let scale = (norm(&ax) * norm(&y)).max(norm(&x) * norm(&aty));
+    Ok(relative((inner(&ax, &y) - inner(&x, &aty)).abs(), scale))
+}
 
 /// An operator whose results are checked to be finite.
 pub(super) struct Checked<'a, T>(pub(super) &'a dyn LinearOperator<T>);

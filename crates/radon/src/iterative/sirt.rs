@@ -21,6 +21,8 @@ use crate::error::{RadonError, finite, within, zeros};
 /// assert_eq!((options.lower, options.upper), (Some(0.0), Some(1.0)));
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(default, deny_unknown_fields))]
 #[non_exhaustive]
 pub struct SirtOptions {
     /// Stopping rules.

@@ -48,6 +48,8 @@ pub fn no_observer<T>(_: &IterativeReport, _: &[T]) -> ControlFlow<()> {
 /// assert_eq!((stopping.max_iterations, stopping.residual, stopping.change), (200, Some(0.02), None));
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(default, deny_unknown_fields))]
 #[non_exhaustive]
 pub struct Stopping {
     /// Maximum number of iterations.

@@ -1,7 +1,8 @@
 //! Projectors as operators for the iterative solvers.
 
 use super::{Projector, ProjectorScratch};
-use crate::error::{RadonError, at_least, product, room, within};
+use crate::error::{RadonError, product, room};
+use crate::iterative::{check_views, interleaved};
 use crate::pool::Pool;
 use crate::{LinearOperator, ParallelGeometry, Sample, StackOrder, Subset};
 
@@ -86,40 +87,59 @@ impl<T: Sample> StackOperator<T> {
     /// indices of the samples exceed the memory.
     pub fn subsets(&self, n_subsets: usize) -> Result<Vec<Subset<Self, T>>, RadonError> {
         let geometry = &self.projector.geometry;
-        let (n_views, n_bins) = (geometry.n_views(), geometry.n_bins());
-        at_least("n_subsets", n_subsets, 1)?;
-        within("n_subsets", n_subsets as f64, 1.0, n_views as f64)?;
+        let subsets = interleaved(n_subsets, geometry.n_views())?;
         // Validated for all subsets before the first.
-        let samples = self.n_slices * n_views;
-        drop(room::<usize>("indices of subsets", samples, n_bins)?);
-        let subset = |first: usize| {
-            let views: Vec<usize> = (first..n_views).step_by(n_subsets).collect();
-            let angles: Vec<f64> = views.iter().map(|&v| geometry.angles()[v]).collect();
-            let part = ParallelGeometry::from_radians(angles, n_bins, geometry.pitch())?
-                .with_offset(geometry.offset())?;
-            let row = |view: usize, slice: usize| {
-                let start = self
-                    .order
-                    .start_of(view, slice, n_views, self.n_slices, n_bins);
-                start..start + n_bins
-            };
-            let slices = 0..self.n_slices;
-            let mut data = room("indices of a subset", views.len() * self.n_slices, n_bins)?;
-            match self.order {
-                StackOrder::ViewSliceBin => data.extend(
-                    (views.iter()).flat_map(|&v| slices.clone().flat_map(move |s| row(v, s))),
-                ),
-                StackOrder::SliceViewBin => {
-                    data.extend(slices.flat_map(|s| views.iter().flat_map(move |&v| row(v, s))));
-                }
-            }
-            let Projector { grid, kernel, .. } = &self.projector;
-            let projector = Projector::new(&part, grid, *kernel)?
-                .with_instructions(self.projector.instructions)?;
-            let operator = projector.stack_operator(self.n_slices, self.order)?;
-            Ok(Subset::new(operator, data))
+        let samples = self.n_slices * geometry.n_views();
+        drop(room::<usize>(
+            "indices of subsets",
+            samples,
+            geometry.n_bins(),
+        )?);
+        subsets.map(|views| self.subset(&views)).collect()
+    }
+
+    /// Returns the operator of some views, in this order, with the indices of their samples in the data of all views.
+    ///
+    /// ```
+    /// use radon::{ImageGrid, Kernel, LinearOperator, ParallelGeometry, Projector, StackOrder};
+    /// let geometry = ParallelGeometry::half_turn(8, 16, 1.0)?;
+    /// let projector = Projector::new(&geometry, &ImageGrid::square(11, 1.0)?, Kernel::Strip)?;
+    /// let operator = projector.stack_operator::<f32>(1, StackOrder::ViewSliceBin)?;
+    /// let two = operator.subset(&[6, 1])?;
+    /// assert_eq!(two.operator().data_len(), 2 * 16);
+    /// assert_eq!((two.data()[0], two.data()[16]), (6 * 16, 16));
+    /// # Ok::<(), radon::RadonError>(())
+    /// ```
+    ///
+    /// # Errors
+    /// [`RadonError::TooFew`] without a view, [`RadonError::BadRange`] for a view that does not exist, [`RadonError::TooLarge`].
+    pub fn subset(&self, views: &[usize]) -> Result<Subset<Self, T>, RadonError> {
+        let geometry = &self.projector.geometry;
+        let (n_views, n_bins) = (geometry.n_views(), geometry.n_bins());
+        check_views(views, n_views)?;
+        let angles: Vec<f64> = views.iter().map(|&v| geometry.angles()[v]).collect();
+        let part = ParallelGeometry::from_radians(angles, n_bins, geometry.pitch())?
+            .with_offset(geometry.offset())?;
+        let row = |view: usize, slice: usize| {
+            let start = self
+                .order
+                .start_of(view, slice, n_views, self.n_slices, n_bins);
+            start..start + n_bins
         };
-        (0..n_subsets).map(subset).collect()
+        let slices = 0..self.n_slices;
+        let mut data = room("indices of a subset", views.len() * self.n_slices, n_bins)?;
+        match self.order {
+            StackOrder::ViewSliceBin => data
+                .extend((views.iter()).flat_map(|&v| slices.clone().flat_map(move |s| row(v, s)))),
+            StackOrder::SliceViewBin => {
+                data.extend(slices.flat_map(|s| views.iter().flat_map(move |&v| row(v, s))));
+            }
+        }
+        let Projector { grid, kernel, .. } = &self.projector;
+        let projector =
+            Projector::new(&part, grid, *kernel)?.with_instructions(self.projector.instructions)?;
+        let operator = projector.stack_operator(self.n_slices, self.order)?;
+        Ok(Subset::new(operator, data))
     }
 }
 

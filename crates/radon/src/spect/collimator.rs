@@ -110,6 +110,8 @@ impl Collimator {
 ///
 /// The presets are low-energy collimators of lead with hexagonal holes, for 140 keV; their response is that of Anger's formula.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
 pub struct ParallelHoles {
     /// Diameter (cm); for hexagonal holes the distance between opposite sides.
     pub diameter: f64,

@@ -3,8 +3,8 @@
 use std::sync::Arc;
 
 use super::{Plan, Scratch, SpectGeometry, SpectOptions};
-use crate::error::{RadonError, at_least, length, room, within};
-use crate::iterative::check_samples;
+use crate::error::{RadonError, length, room};
+use crate::iterative::{check_samples, check_views, interleaved};
 use crate::pool::Pool;
 use crate::{ImageGrid, LinearOperator, Sample, SliceAxis, Subset};
 
@@ -137,24 +137,32 @@ impl<T: Sample> SpectOperator<T> {
     /// [`RadonError::TooFew`] for no subset, [`RadonError::OutOfRange`] for more subsets than views, [`RadonError::TooLarge`] if the
     /// indices of the samples exceed the memory.
     pub fn subsets(&self, n_subsets: usize) -> Result<Vec<Subset<Self, T>>, RadonError> {
-        at_least("n_subsets", n_subsets, 1)?;
-        within("n_subsets", n_subsets as f64, 1.0, self.views.len() as f64)?;
+        let subsets = interleaved(n_subsets, self.views.len())?;
+        // Validated for all subsets before the first.
         let view_len = self.geometry().view_len();
         drop(room::<usize>(
             "indices of subsets",
             self.views.len(),
             view_len,
         )?);
-        let subset = |first: usize| {
-            let places = (first..self.views.len()).step_by(n_subsets);
-            let samples = |place: usize| place * view_len..(place + 1) * view_len;
-            let operator = Self {
-                shared: Arc::clone(&self.shared),
-                views: places.clone().map(|place| self.views[place]).collect(),
-            };
-            Subset::new(operator, places.flat_map(samples).collect())
+        subsets.map(|views| self.subset(&views)).collect()
+    }
+
+    /// Returns the operator of some views, in this order, with the indices of their samples in the data of this operator. `views` are
+    /// positions in [`views`](Self::views). The plan is shared.
+    ///
+    /// # Errors
+    /// [`RadonError::TooFew`] without a view, [`RadonError::BadRange`] for a view that does not exist, [`RadonError::TooLarge`].
+    pub fn subset(&self, views: &[usize]) -> Result<Subset<Self, T>, RadonError> {
+        check_views(views, self.views.len())?;
+        let view_len = self.geometry().view_len();
+        let mut data = room("indices of a subset", views.len(), view_len)?;
+        data.extend((views.iter()).flat_map(|view| view * view_len..(view + 1) * view_len));
+        let operator = Self {
+            shared: Arc::clone(&self.shared),
+            views: views.iter().map(|&view| self.views[view]).collect(),
         };
-        Ok((0..n_subsets).map(subset).collect())
+        Ok(Subset::new(operator, data))
     }
 
     fn check(&self, volume: &[T], data: &[T]) -> Result<(), RadonError> {

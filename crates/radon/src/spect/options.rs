@@ -13,6 +13,8 @@ use super::Collimator;
 /// # Ok::<(), radon::RadonError>(())
 /// ```
 #[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(default, deny_unknown_fields))]
 #[non_exhaustive]
 pub struct SpectOptions<T> {
     /// The depth-dependent resolution.

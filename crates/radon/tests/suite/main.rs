@@ -31,3 +31,5 @@ mod projector_alone;
 mod response;
 mod spect;
 mod spect_physics;
+#[cfg(feature = "serde")]
+mod stored;

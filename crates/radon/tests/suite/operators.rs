@@ -13,7 +13,7 @@ use radon::{
     FourierProjector, ImageGrid, InstructionSet, Interpolation, IterativeReport, Kernel,
     LinearOperator, ParallelGeometry, Projector, RadonError, SirtOptions, Skip, SliceAxis,
     SpectGeometry, SpectOperator, SpectOptions, StackOrder, StopReason, Stopping, Subset, Window,
-    cgls, mlem, osem, sirt,
+    adjoint_mismatch, cgls, mlem, osem, sirt,
 };
 
 /// Data with counts, and their operator in two halves.
@@ -319,6 +319,80 @@ fn a_plan_returns_its_arguments() {
         assert_eq!((within.grid(), within.kernel()), (&grid, Kernel::Siddon));
         assert!(within.geometry().n_views() < 5 && within.geometry().offset() == 0.1);
     }
+}
+
+/// The operator of some views, in any order, projects as the whole; its adjoint is that of data without the other views.
+#[test]
+fn the_operator_of_some_views_is_a_part_of_the_whole() {
+    let geometry = ParallelGeometry::half_turn(5, 9, 0.7).unwrap();
+    let geometry = geometry.with_offset(0.1).unwrap();
+    let grid = ImageGrid::new(6, 7, 0.8).unwrap();
+    let projector = Projector::new(&geometry, &grid, Kernel::Joseph).unwrap();
+    for order in [StackOrder::ViewSliceBin, StackOrder::SliceViewBin] {
+        let whole = projector.stack_operator::<f64>(3, order).unwrap();
+        let part = whole.subset(&[4, 1]).unwrap();
+        assert_eq!(part.data().len(), 2 * 3 * 9);
+        let (x, y): (Vec<f64>, Vec<f64>) = (noise(whole.image_len(), 1), noise(2 * 3 * 9, 2));
+        let (mut all, mut some) = (vec![0.0; 5 * 3 * 9], vec![0.0; 2 * 3 * 9]);
+        whole.forward_into(&x, &mut all).unwrap();
+        part.operator().forward_into(&x, &mut some).unwrap();
+        let expected: Vec<f64> = part.data().iter().map(|&index| all[index]).collect();
+        assert_eq!(some, expected);
+        all.fill(0.0);
+        part.data()
+            .iter()
+            .zip(&y)
+            .for_each(|(&index, y)| all[index] = *y);
+        let (mut expected, mut back) = (vec![0.0; x.len()], vec![0.0; x.len()]);
+        whole.adjoint_into(&all, &mut expected).unwrap();
+        part.operator().adjoint_into(&y, &mut back).unwrap();
+        // The order of the views changes the order of the sums.
+        assert!((expected.iter().zip(&back)).all(|(a, b)| (a - b).abs() < 1e-14));
+        assert!(matches!(whole.subset(&[]), Err(RadonError::TooFew { .. })));
+        let missing = whole.subset(&[usize::MAX]).unwrap_err();
+        assert!(matches!(missing, RadonError::BadRange { len: 5, .. }));
+    }
+}
+
+/// A wrong adjoint has the mismatch of its definition; the vectors depend on the seed only.
+#[test]
+fn the_mismatch_of_a_wrong_adjoint_is_that_of_its_definition() {
+    /// Multiplies by 1, and its adjoint by another factor.
+    struct Wrong(f64);
+    impl LinearOperator<f64> for Wrong {
+        fn image_len(&self) -> usize {
+            1
+        }
+        fn data_len(&self) -> usize {
+            1
+        }
+        fn forward_into(&self, x: &[f64], y: &mut [f64]) -> Result<(), RadonError> {
+            y[0] = x[0];
+            Ok(())
+        }
+        fn adjoint_into(&self, y: &[f64], x: &mut [f64]) -> Result<(), RadonError> {
+            x[0] = self.0 * y[0];
+            Ok(())
+        }
+    }
+    // |x y - f x y| / max(|x y|, |f x y|)
+    for (factor, expected) in [
+        (1.0, 0.0),
+        (0.75, 0.25),
+        (4.0, 0.75),
+        (0.0, 1.0),
+        (-1.0, 2.0),
+    ] {
+        for seed in 0..9 {
+            let found = adjoint_mismatch(&Wrong(factor), seed).unwrap();
+            assert!((found - expected).abs() < 1e-15, "{factor}: {found}");
+        }
+    }
+    let infinite = adjoint_mismatch(&Wrong(f64::INFINITY), 1).unwrap_err();
+    assert!(matches!(infinite, RadonError::BadSample { index: 0, .. }));
+    let dense = not_negative(12, 5, 3);
+    assert_eq!(adjoint_mismatch(&dense, 1), adjoint_mismatch(&dense, 1));
+    assert!(adjoint_mismatch(&dense, 1).unwrap() < 1e-15);
 }
 
 /// Each builder sets its field only.

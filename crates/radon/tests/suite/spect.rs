@@ -2,13 +2,12 @@
 
 use crate::common;
 
-use common::dense::dot;
 use common::noise;
 use common::spect::PlainCamera;
 use radon::{
     Collimator, HoleResponse, ImageGrid, Kernel, LinearOperator, ParallelGeometry, ParallelHoles,
     Projector, RadonError, Sample, SliceAxis, SpectGeometry, SpectOperator, SpectOptions,
-    StackOrder,
+    StackOrder, adjoint_mismatch,
 };
 
 /// A small camera whose pitches, sizes and offsets are all different, with views over a full turn, one of them at a multiple of 45 degrees.
@@ -164,18 +163,6 @@ fn without_blur_and_attenuation_the_operator_equals_the_projector_of_strips() {
     }
 }
 
-fn adjointness<T: Sample>(operator: &SpectOperator<T>) -> f64 {
-    let x: Vec<T> = noise(operator.image_len(), 3);
-    let y: Vec<T> = noise(operator.data_len(), 4);
-    let mut back = vec![T::ONE; x.len()];
-    operator.adjoint_into(&y, &mut back).unwrap();
-    let of = |v: &[T]| v.iter().map(|x| x.f64()).collect::<Vec<f64>>();
-    let (ax, x, y, back) = (of(&forward(operator, &x)), of(&x), of(&y), of(&back));
-    // For zero norms the difference itself.
-    let scale = (dot(&ax, &ax) * dot(&y, &y)).sqrt();
-    (dot(&ax, &y) - dot(&x, &back)).abs() / if scale > 0.0 { scale } else { 1.0 }
-}
-
 #[test]
 fn the_adjoint_is_the_transpose() {
     let small = small();
@@ -183,14 +170,15 @@ fn the_adjoint_is_the_transpose() {
         for attenuated in [false, true] {
             let map = |on: bool| if on { small.map() } else { vec![] };
             let operator = small.operator(&options(collimator, map(attenuated)));
-            let off = adjointness::<f64>(&operator);
+            let off = adjoint_mismatch::<f64, _>(&operator, 3).unwrap();
             assert!(off < 1e-14, "{off}");
             for part in operator.subsets(4).unwrap() {
-                let off = adjointness::<f64>(part.operator());
+                let off = adjoint_mismatch::<f64, _>(part.operator(), 3).unwrap();
                 assert!(off < 1e-14, "{off}");
             }
             let map = if attenuated { small.map() } else { vec![] };
-            let off = adjointness::<f32>(&small.operator(&options(collimator, map)));
+            let off =
+                adjoint_mismatch::<f32, _>(&small.operator(&options(collimator, map)), 3).unwrap();
             // Rounding errors of f32 in sums of a few hundred terms with either sign.
             assert!(off < 1e-6, "{off}");
         }
@@ -263,6 +251,17 @@ fn subsets_are_parts_of_the_whole() {
         }
     }
     assert!(seen.iter().all(|&n| n == 1));
+    // In any order of the views.
+    let some = operator.subset(&[4, 0, 4]).unwrap();
+    assert_eq!(some.operator().views(), [4, 0, 4]);
+    let expected: Vec<f64> = some.data().iter().map(|&index| whole[index]).collect();
+    assert_eq!(forward(some.operator(), &x), expected);
+    assert!(matches!(
+        operator.subset(&[]),
+        Err(RadonError::TooFew { .. })
+    ));
+    let missing = operator.subset(&[0, 6]).unwrap_err();
+    assert!(matches!(missing, RadonError::BadRange { start: 6, .. }));
     // A subset of a subset: views 1 and 5 one by one.
     let nested = subsets[1].operator().subsets(2).unwrap();
     assert_eq!(nested[1].operator().views(), [5]);
@@ -494,7 +493,7 @@ fn extreme_shapes_of_volume_and_detector() {
             let operator =
                 SpectOperator::new(&geometry, &grid, &layers, &options(wide(), map)).unwrap();
             let volume = vec![1.0; operator.image_len()];
-            assert!(adjointness::<f64>(&operator) < 1e-14);
+            assert!(adjoint_mismatch::<f64, _>(&operator, 3).unwrap() < 1e-14);
             forward(&operator, &volume).iter().sum::<f64>()
         };
     let axis = |n: usize, spacing: f64| SliceAxis::new(n, spacing).unwrap();

@@ -44,7 +44,7 @@ impl Piece {
         for k in 0..degree {
             let ends = [at(k), at(k + 1)];
             let places = ends.map(|fraction| self.at(fraction));
-            flatten(&|f| self.at(f), ends, places, tolerance, points)?;
+            flatten(&|f| Ok(self.at(f)), ends, places, tolerance, points)?;
         }
         Ok(())
     }
@@ -100,6 +100,60 @@ impl Meridian {
             piece.draw(tolerance, &mut rest)?;
             points.extend(rest.into_iter().map(|(_, point)| point));
         }
+        Self::within(points, tolerance)
+    }
+
+    /// Creates a meridian from a function of a parameter s from 0 (base) to 1 (apex), with values (x, r).
+    ///
+    /// `breakpoints` are the s inside (0, 1) at which the curve has a corner or a jump; a jump is connected by a straight segment. As for
+    /// [`smooth`](Self::smooth), the curve is replaced by a polyline with vertices on it. The curve is sampled at least 256 times between
+    /// breakpoints; oscillations between these samples remain undetected.
+    ///
+    /// ```
+    /// use revolve_voxel::Meridian;
+    /// use std::f64::consts::PI;
+    /// // A prolate spheroid with the half axes 3 and 2.
+    /// let spheroid = Meridian::from_function(|s| [3.0 * -(PI * s).cos(), 2.0 * (PI * s).sin()], &[], 1e-8)?;
+    /// assert!((spheroid.mass_properties().volume - 16.0 * PI).abs() < 1e-5);
+    /// # Ok::<(), revolve_voxel::RevolveError>(())
+    /// ```
+    ///
+    /// # Errors
+    /// [`RevolveError::NotPositive`] for the tolerance and for breakpoints that are not strictly ascending inside (0, 1),
+    /// [`RevolveError::NotFinite`] for either, [`RevolveError::NotFiniteAt`] for a value of the function, [`RevolveError::TooFine`] above ten million segments, and errors of
+    /// [`Meridian::new`].
+    #[doc(alias("parametric", "generatrix"))]
+    pub fn from_function(
+        curve: impl Fn(f64) -> [f64; 2],
+        breakpoints: &[f64],
+        tolerance: f64,
+    ) -> Result<Self, RevolveError> {
+        positive("tolerance", tolerance)?;
+        let at = |s: f64| match curve(s) {
+            [x, r] if x.is_finite() && r.is_finite() => Ok([x, r]),
+            [x, r] => Err(RevolveError::NotFiniteAt { s, x, r }),
+        };
+        let mut points = vec![(0.0, at(0.0)?)];
+        for pair in [&[0.0], breakpoints, &[1.0]].concat().windows(2) {
+            let step = positive("interval between breakpoints", pair[1] - pair[0])? / 64.0;
+            for k in 1..=64 {
+                let (from, start) = points[points.len() - 1];
+                let to = if k < 64 {
+                    pair[0] + f64::from(k) * step
+                } else {
+                    pair[1]
+                };
+                flatten(&at, [from, to], [start, at(to)?], tolerance, &mut points)?;
+            }
+        }
+        Self::within(
+            points.into_iter().map(|(_, point)| point).collect(),
+            tolerance,
+        )
+    }
+
+    /// Creates a meridian from points with an error of at most `tolerance`.
+    fn within(mut points: Vec<[f64; 2]>, tolerance: f64) -> Result<Self, RevolveError> {
         for p in &mut points {
             if p[1].abs() <= tolerance {
                 p[1] = p[1].max(0.0);
@@ -127,7 +181,7 @@ pub(crate) type Drawn = (f64, [f64; 2]);
 
 /// Appends points after the first so that the curve stays within `tolerance` of the chords.
 pub(crate) fn flatten(
-    curve: &impl Fn(f64) -> [f64; 2],
+    curve: &impl Fn(f64) -> Result<[f64; 2], RevolveError>,
     u: [f64; 2],
     ends: [[f64; 2]; 2],
     tolerance: f64,
@@ -144,9 +198,9 @@ pub(crate) fn flatten(
         }
     };
     let at = |f: f64| curve(u[0] + f * (u[1] - u[0]));
-    let middle = at(0.5);
+    let [before, middle, after] = [at(0.25)?, at(0.5)?, at(0.75)?];
     // 0.9: the largest deviation need not be at one of the three points.
-    let flat = [at(0.25), middle, at(0.75)]
+    let flat = [before, middle, after]
         .into_iter()
         .all(|p| off(p) <= 0.9 * tolerance);
     if flat || u[1] - u[0] < 1e-12 {

@@ -224,14 +224,14 @@ impl Shell {
         stops.extend(self.knots.iter().filter(inside));
         stops.push(s[1]);
         let mut points = vec![(s[0], self.point(layer, s[0]))];
-        let at = |s: f64| self.point(layer, s);
+        let at = |s: f64| Ok(self.point(layer, s));
         for pair in stops.windows(2) {
             // Intervals short enough that no oscillation remains undetected.
             let (inner, outer) = self.curves();
             let n = inner.degree().max(outer.degree()).max(1);
             for k in 0..n {
                 let s = |k: usize| pair[0] + (pair[1] - pair[0]) * k as f64 / n as f64;
-                let ends = [points[points.len() - 1].1, at(s(k + 1))];
+                let ends = [points[points.len() - 1].1, at(s(k + 1))?];
                 crate::solid::pieces::flatten(&at, [s(k), s(k + 1)], ends, tolerance, &mut points)?;
             }
         }

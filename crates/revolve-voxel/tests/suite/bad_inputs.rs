@@ -172,6 +172,39 @@ fn smooth_pieces() {
 }
 
 #[test]
+fn functions() {
+    let cone = |s: f64| [s, 1.0 - s];
+    for breakpoints in [&[0.5, 0.5][..], &[0.6, 0.4], &[0.0], &[1.0], &[-0.1]] {
+        let made = Meridian::from_function(cone, breakpoints, 1e-3);
+        assert!(matches!(made, Err(RevolveError::NotPositive { .. })));
+    }
+    for (breakpoints, tolerance) in [(&[f64::NAN][..], 1e-3), (&[], f64::INFINITY)] {
+        let made = Meridian::from_function(cone, breakpoints, tolerance);
+        assert!(matches!(made, Err(RevolveError::NotFinite { .. })));
+    }
+    assert!(matches!(
+        Meridian::from_function(cone, &[], 0.0),
+        Err(RevolveError::NotPositive { .. })
+    ));
+    // Not finite at an end, inside, everywhere; the error contains the parameter.
+    for at in [0.0, 0.25, 1.0] {
+        let curve = |s: f64| [s, if s == at { f64::NAN } else { 1.0 }];
+        assert!(matches!(
+            Meridian::from_function(curve, &[], 1e-3),
+            Err(RevolveError::NotFiniteAt { s, x, .. }) if s == at && x == at
+        ));
+    }
+    assert!(matches!(
+        Meridian::from_function(|s| [s, 0.5 - s], &[], 1e-3),
+        Err(RevolveError::NegativeRadius { .. })
+    ));
+    assert!(matches!(
+        Meridian::from_function(|s| [s, (1000.0 * s).sin().abs()], &[], 1e-18),
+        Err(RevolveError::TooFine { .. })
+    ));
+}
+
+#[test]
 fn poses_rays_grids_detectors() {
     let nan = f64::NAN;
     let not_finite = |error: Option<RevolveError>| {

@@ -439,3 +439,28 @@ fn the_axis_beyond_the_common_point_of_two_cones_is_outside() {
         }
     }
 }
+
+#[test]
+fn a_function_with_a_corner_and_a_jump_has_the_volume_of_its_closed_form() {
+    // A hemisphere of radius 1 on a cylinder of length 2 and radius 1, which jumps to the radius 1.5 at its middle.
+    let curve = |s: f64| match s {
+        ..0.25 => [4.0 * s, 1.5],
+        ..0.5 => [4.0 * s, 1.0],
+        _ => {
+            let angle = PI * (s - 0.5);
+            [2.0 + angle.sin(), angle.cos()]
+        }
+    };
+    let volume = PI * (1.5 * 1.5 + 1.0 + 2.0 / 3.0);
+    for breakpoints in [&[][..], &[0.25, 0.5], &[0.1, 0.3, 0.6]] {
+        let tolerance = 1e-7;
+        let m = Meridian::from_function(curve, breakpoints, tolerance).unwrap();
+        // The polyline lies within the tolerance of the curve: the error is at most surface times tolerance.
+        let error = m.mass_properties().volume - volume;
+        assert!(
+            error.abs() <= 30.0 * tolerance,
+            "{breakpoints:?}: {error:e}"
+        );
+        assert_eq!(m.x_range()[0], 0.0);
+    }
+}

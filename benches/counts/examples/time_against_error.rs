@@ -1,6 +1,6 @@
 //! Prints time, work and error of every sampling of the voxels of a dilated two-membrane body, tab-separated.
 //!
-//! `cargo run --release -p revolve-voxel --example time_against_error [voxels a side, 96 by default]`. Two slices through
+//! `cargo run --release -p counts --example time_against_error [voxels a side, 96 by default]`. Two slices through
 //! the middle; the reference is coverage to 1e-9; times are those of one run with all threads.
 
 use revolve_voxel::{Body, Meridian, Pose, Sampling, VoxelGrid};

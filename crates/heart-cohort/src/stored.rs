@@ -1,0 +1,140 @@
+//! Reads the members of a shard.
+
+use crate::cut::Shard;
+use crate::error::CohortError;
+use crate::fault::{Fault, FileFault};
+use crate::record::{Record, Row, checksum, unreadable};
+use flate2::read::GzDecoder;
+use heart_phantom::PhantomError;
+use heart_phantom::files::{NpyArray, get_npy};
+use serde::de::DeserializeOwned;
+use std::collections::BTreeMap;
+use std::io::{self, BufReader, Read};
+use std::path::Path;
+
+/// A member of a shard: its row and its files.
+#[derive(Debug, Clone, PartialEq)]
+pub struct StoredMember {
+    row: Row,
+    files: BTreeMap<String, Vec<u8>>,
+}
+
+impl StoredMember {
+    /// Returns the row of the record: drawn values, volumes, warnings.
+    #[must_use]
+    pub fn row(&self) -> &Row {
+        &self.row
+    }
+
+    /// Returns the names of the files without key and compression, sorted: `cls`, `geometry.json`, `projections.npy`, ...
+    pub fn names(&self) -> impl Iterator<Item = &str> {
+        self.files.keys().map(String::as_str)
+    }
+
+    /// Returns the bytes of a file, decompressed; `None` if the member has no file of this name.
+    #[must_use]
+    pub fn file(&self, name: &str) -> Option<&[u8]> {
+        self.files.get(name).map(Vec::as_slice)
+    }
+
+    /// Parses a JSON file: `scene.json` as a [`Scene`](heart_phantom::Scene), others for instance as `serde_json::Value`.
+    ///
+    /// # Errors
+    /// [`PhantomError::Read`] if there is no such file, or if it does not have this type.
+    pub fn json<T: DeserializeOwned>(&self, name: &str) -> Result<T, CohortError> {
+        self.parse(name, |bytes| Ok(serde_json::from_slice(bytes)?))
+    }
+
+    /// Reads an array: projections `[gate][view][row][bin]`, ground truth and reconstruction `[gate][z][y][x]`, labels and attenuation
+    /// `[phase][z][y][x]`. Half precision is returned as `f32`.
+    ///
+    /// # Errors
+    /// [`PhantomError::Read`] if there is no such file, or if it is not an array.
+    pub fn array(&self, name: &str) -> Result<NpyArray, CohortError> {
+        self.parse(name, |bytes| get_npy(bytes))
+    }
+
+    fn parse<T>(
+        &self,
+        name: &str,
+        of: impl FnOnce(&[u8]) -> io::Result<T>,
+    ) -> Result<T, CohortError> {
+        let bytes = self.file(name).ok_or(io::ErrorKind::NotFound.into());
+        let path = format!("{}.{name}", self.row.key).into();
+        Ok(bytes
+            .and_then(of)
+            .map_err(|source| PhantomError::Read { path, source })?)
+    }
+
+    fn new(row: Row, piece: &[u8]) -> io::Result<Self> {
+        let mut files = BTreeMap::new();
+        for entry in tar::Archive::new(piece).entries()? {
+            let mut entry = entry?;
+            let path = entry.path()?.to_string_lossy().into_owned();
+            let name = path.split_once('.').map_or("", |(_, name)| name);
+            let mut bytes = Vec::new();
+            let name = match name.strip_suffix(".gz") {
+                Some(name) => GzDecoder::new(entry)
+                    .read_to_end(&mut bytes)
+                    .map(|_| name)?,
+                None => entry.read_to_end(&mut bytes).map(|_| name)?,
+            };
+            files.insert(name.to_owned(), bytes);
+        }
+        Ok(Self { row, files })
+    }
+}
+
+/// Reads the members of a shard in order, without rejected ones. Each member is compared with its checksum. One member is in memory.
+///
+/// ```
+/// use heart_cohort::{Cohort, RunOptions, Shard, heart_phantom::no_observer, read_shard, run_shard};
+/// let cohort = Cohort::from_toml(r#"
+/// members = 2
+/// [scene]
+/// heart.discretisation = { differences = { nodes = 51 } }
+/// camera = { views = 4, bins = 8, rows = 8, pitch = [2.0, 2.0] }
+/// output.write = ["projections"]
+/// [vary]
+/// cycle.volume.gain = { uniform = [0.3, 0.6] }
+/// "#)?;
+/// let (folder, shard) = (tempfile::tempdir()?, Shard { shard: 1, of: 1 });
+/// run_shard(&cohort, folder.path(), shard, &RunOptions::new(1), &no_observer)?;
+/// for member in read_shard(folder.path(), shard)? {
+///     let member = member?;
+///     let views = member.array("projections.npy")?;
+///     assert_eq!(views.shape, [1, 4, 8, 8]); // [gate][view][row][bin]
+///     let ejection_fraction = member.row().numbers["ejection_fraction"];
+///     assert!(ejection_fraction > 0.2 && views.samples.into_f32().iter().any(|x| *x > 0.0));
+/// }
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+///
+/// # Errors
+/// [`CohortError::Faults`] for a record that is missing or does not match its checksum, for an archive of another length, and, by the
+/// iterator, for a member that does not match its checksum.
+pub fn read_shard(
+    folder: &Path,
+    shard: Shard,
+) -> Result<impl Iterator<Item = Result<StoredMember, CohortError>>, CohortError> {
+    let in_file =
+        move |file: String, fault| CohortError::fault(folder, FileFault::new(file, fault));
+    let in_archive = move |fault| in_file(shard.file_name(), fault);
+    let record =
+        Record::read(folder, shard).map_err(|fault| in_file(shard.record_name(), fault))?;
+    let mut file = BufReader::new(record.check_length(folder).map_err(in_archive)?);
+    let rows = record.rows.into_iter();
+    Ok(rows.filter(|row| row.rejected.is_none()).map(move |row| {
+        let unread = |error: io::Error| in_archive(unreadable(&error));
+        let mut piece = Vec::new();
+        (&mut file)
+            .take(row.bytes)
+            .read_to_end(&mut piece)
+            .map_err(unread)?;
+        if checksum(&mut &piece[..]).map_err(unread)?.to_string() != row.blake3 {
+            let member = Some(row.member);
+            return Err(in_archive(Fault::Archive { member }));
+        }
+        StoredMember::new(row, &piece).map_err(unread)
+    }))
+}
