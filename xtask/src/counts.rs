@@ -125,7 +125,7 @@ fn changed(found: &BTreeMap<String, u64>, stored: &BTreeMap<String, u64>) -> Vec
             None => lines.push(format!("{name} is not in benches/counts/counts.txt")),
             Some(&before) => {
                 let change = count as f64 / before as f64 - 1.0;
-                if change.abs() > MOST {
+                if count.abs_diff(before) as f64 > MOST * before as f64 {
                     lines.push(format!(
                         "{name}: {before} -> {count}, {:+.1} %",
                         100.0 * change
