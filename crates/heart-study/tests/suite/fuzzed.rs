@@ -135,7 +135,7 @@ fn outcome(seed: u64) -> Result<&'static str, String> {
     std::fs::write(folder.path().join("a.toml"), &text).unwrap();
     let ended = match is_cohort {
         true => cohort(folder.path()),
-        false => scene(folder.path(), seed % 8 == 0),
+        false => scene(folder.path(), seed.is_multiple_of(8)),
     };
     ended.map_err(|what| format!("{what}\n{text}"))
 }

@@ -106,10 +106,8 @@ fn zero_means_give_zero_counts_and_a_total_is_met() {
     assert!((scale.per_unit(&means).unwrap() - 1e6 / 4500.0).abs() < 1e-10);
     let total: f64 = poisson_counts(&means, scale, 9).unwrap().iter().sum();
     assert!((total - 1e6).abs() < 5.0 * 1e3);
-    assert_eq!(
-        poisson_counts::<f32>(&[], CountScale::PerUnit(1.0), 0).unwrap(),
-        []
-    );
+    let none = poisson_counts::<f32>(&[], CountScale::PerUnit(1.0), 0);
+    assert!(none.unwrap().is_empty());
 }
 
 #[test]
