@@ -23,8 +23,6 @@ fn balloon(radius: f64, g: f64, n: usize) -> Vec<[f64; 2]> {
                 [h + radius * a.sin(), radius * a.cos()]
             };
             let swell = g * (PI * i as f64 / (n - 1) as f64).sin().powf(0.8);
-            // The apex is on the axis.
-            let y = if 2 * i + 1 == n { 0.0 } else { y };
             [x + 0.35 * x / h * swell, y * (1.0 + 0.4 * swell)]
         })
         .collect()

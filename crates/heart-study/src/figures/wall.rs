@@ -145,10 +145,12 @@ impl Wall {
 /// The nodes of a full meridian `[x, y]` before y changes sign and the point there on the axis, with their material
 /// coordinates: equal steps from the base (0) to the axis (1).
 fn upper_half(full: &[[f64; 2]]) -> (Vec<f64>, Vec<[f64; 2]>) {
-    let mut nodes: Vec<[f64; 2]> = full.iter().copied().take_while(|p| p[1] > 0.0).collect();
+    // A node on the axis to rounding is the point there.
+    let axis = 1e-12 * full.iter().fold(0.0, |most: f64, p| most.max(p[1]));
+    let mut nodes: Vec<[f64; 2]> = full.iter().copied().take_while(|p| p[1] > axis).collect();
     let mut knots: Vec<f64> = (0..nodes.len()).map(|k| k as f64).collect();
     if let (Some(a), Some(b)) = (nodes.last().copied(), full.get(nodes.len())) {
-        let t = a[1] / (a[1] - b[1]);
+        let t = a[1] / (a[1] - b[1].min(0.0));
         nodes.push([a[0] + t * (b[0] - a[0]), 0.0]);
         knots.push(knots.len() as f64 - 1.0 + t);
     }
@@ -194,6 +196,23 @@ mod tests {
             outer: &outer,
         };
         Wall::new(&state, Pose::identity(), azimuths).unwrap()
+    }
+
+    #[test]
+    fn an_apex_on_the_axis_to_rounding_is_one_node() {
+        for apex in [1e-16, 0.0, -1e-16] {
+            let full = [
+                [0.0, 3.0],
+                [6.0, 2.0],
+                [10.0, apex],
+                [6.0, -2.0],
+                [0.0, -3.0],
+            ];
+            let (knots, nodes) = upper_half(&full);
+            assert_eq!(nodes.len(), 3);
+            assert!((nodes[2][0] - 10.0).abs() < 1e-12 && nodes[2][1] == 0.0);
+            assert!((knots[1] - 0.5).abs() < 1e-12 && knots[2] == 1.0);
+        }
     }
 
     #[test]
