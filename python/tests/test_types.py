@@ -33,5 +33,8 @@ def test_typed_use_is_accepted_and_misuse_is_not(tmp_path):
 
 
 def test_the_stubs_agree_with_the_package(tmp_path):
-    code, said = run("mypy.stubtest", "heart_phantom", cwd=tmp_path)
+    # torch is optional.
+    config = tmp_path / "mypy.ini"
+    config.write_text("[mypy]\n[mypy-torch.*]\nignore_missing_imports = True\n")
+    code, said = run("mypy.stubtest", "heart_phantom", "--mypy-config-file", str(config), cwd=tmp_path)
     assert code == 0, said

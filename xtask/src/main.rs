@@ -6,6 +6,7 @@ mod counts;
 mod dependencies;
 mod examples;
 mod features;
+mod fuzz;
 mod report;
 mod semver;
 mod stress;
@@ -58,6 +59,12 @@ const TASKS: &[Task] = &[
         arguments: "",
         what: "packs the published crates and runs a project outside the workspace on the packages",
         run: consume::task,
+    },
+    Task {
+        name: "fuzz",
+        arguments: "[--minutes N] [TARGET]",
+        what: "runs the targets of fuzz/ by cargo-fuzz, ten minutes each unless N is given",
+        run: fuzz::task,
     },
     Task {
         name: "semver",
