@@ -19,8 +19,10 @@ use radon::{
 use revolve_voxel::Organ;
 use std::ops::ControlFlow;
 
-/// Work memory of the depth-dependent blur: eight views per thread.
+/// Work memory of the model that does not depend on the threads.
 const WORK_BYTES: u64 = 64 << 20;
+/// Work memory of the depth-dependent blur per sample of a view and thread: eight views of thirty images.
+const BLUR_BYTES: usize = 8 * 30 * 4;
 /// Tolerance of the volume fraction of the heart in a voxel of the attenuation map. Between soft tissue and lungs, with voxels of 6.4 mm,
 /// this is an optical thickness of 7e-4.
 const MAP_TOLERANCE: f64 = 1e-2;
@@ -170,7 +172,8 @@ impl Phantom {
             false => one,
             true => self.n_gates() as u64 * one + self.bytes_of_warps(voxels.camera.grid()),
         };
-        (models + WORK_BYTES, cells as u64)
+        let blur = BLUR_BYTES * self.camera().view_len();
+        (models + WORK_BYTES, (cells + blur) as u64)
     }
 
     /// Validates the model of a gate by building it without attenuation.
