@@ -6,6 +6,7 @@ use crate::geometry::geometry;
 use crate::half::half;
 use crate::options::RunOptions;
 use crate::piece::Piece;
+use crate::read::json_of;
 use flate2::write::GzEncoder;
 use heart_phantom::files::{Samples, put_npy};
 use heart_phantom::{Numbers, Phantom, PhantomError, Product, ProjectionValues, chain};
@@ -132,7 +133,7 @@ fn of_phantom(
         path: member.key.clone().into(),
         source,
     };
-    (piece.add_json("scene.json", &json!(phantom.scene()))).map_err(failed)?;
+    (piece.add_json("scene.json", &json_of(phantom.scene()))).map_err(failed)?;
     let values: BTreeMap<_, _> = member
         .values
         .iter()

@@ -2,6 +2,7 @@
 
 use crate::cohort::{Case, Cohort, Sampling};
 use crate::error::CohortError;
+use crate::read::parsed;
 use crate::split::Subset;
 use crate::value::FieldValue;
 use crate::{field, sobol};
@@ -52,9 +53,9 @@ impl Member {
     /// # Errors
     /// [`CohortError::NoScene`] for drawn values that are not a valid scene: a rejected member.
     pub fn scene(&self) -> Result<Scene, CohortError> {
-        serde_json::from_value(self.scene.clone()).map_err(|error| CohortError::NoScene {
+        parsed(&self.scene).map_err(|error| CohortError::NoScene {
             member: self.index,
-            what: error.to_string(),
+            what: error.first().wanted.clone(),
         })
     }
 

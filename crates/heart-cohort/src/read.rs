@@ -194,23 +194,23 @@ impl Reader<'_> {
     ) -> Result<Value, SceneError> {
         let mut scene = base.clone();
         field::lay_over(&mut scene, &Value::Object(above.clone()));
-        let scene: Scene = match serde_json::from_value(scene) {
+        let scene = match parsed(&scene) {
             Ok(scene) => scene,
             Err(error) => {
+                let wanted = &error.first().wanted;
                 // The error belongs to the first field that alone causes it.
                 let blamed = field::leaves(above, "").into_iter().find(|path| {
                     let (mut scene, mut alone) = (base.clone(), Value::Null);
                     let value = field::get_in(above, path).cloned().unwrap_or_default();
                     field::set(&mut alone, path, value);
                     field::lay_over(&mut scene, &alone);
-                    let alone = serde_json::from_value::<Scene>(scene);
-                    alone.is_err_and(|alone| alone.to_string() == error.to_string())
+                    parsed(&scene).is_err_and(|alone| alone.first().wanted == *wanted)
                 });
                 let field = match blamed {
                     Some(path) => format!("{section}.{path}"),
                     None => section.to_owned(),
                 };
-                return Err(self.wrong(&field, error.to_string()));
+                return Err(self.wrong(&field, wanted.clone()));
             }
         };
         scene.check().map_err(|error| match error {
@@ -356,8 +356,8 @@ impl Reader<'_> {
                 if !field::set(&mut scene, path, value) {
                     return Err("is not a field of the scene".into());
                 }
-                let scene = serde_json::from_value::<Scene>(scene);
-                scene.map(drop).map_err(|error| error.to_string())
+                let scene = parsed(&scene).map(drop);
+                scene.map_err(|error| error.first().wanted.clone())
             };
             let outcome = match distribution {
                 Distribution::Choice(values) => {
@@ -403,5 +403,10 @@ fn there_is(scene: &Value, path: &str) -> String {
 
 /// A scene as JSON with defaults. Its numbers are finite, and JSON has all its names.
 pub(crate) fn json_of(scene: &Scene) -> Value {
-    serde_json::to_value(scene).unwrap_or_default()
+    serde_json::from_str(&scene.to_json()).unwrap_or_default()
+}
+
+/// The scene of its JSON, not validated; the deserialiser is compiled in `heart-phantom`.
+pub(crate) fn parsed(json: &Value) -> Result<Scene, SceneError> {
+    Scene::from_json(&json.to_string())
 }

@@ -1,9 +1,10 @@
 //! Reading, validating and writing scenes.
 
-use super::finding::SceneError;
+use super::finding::{Finding, SceneError};
 use super::study::Scene;
 use super::{check, place, template};
 use crate::error::PhantomError;
+use serde::Serialize;
 use std::fs::File;
 use std::io::{self, Read};
 use std::path::Path;
@@ -67,6 +68,25 @@ impl Scene {
         template::write(self)
     }
 
+    /// Reads the JSON of [`Scene::to_json`], in which fields may be left out, without validation ([`Scene::check`]).
+    ///
+    /// # Errors
+    /// [`SceneError`] with line and column for other text, names and types.
+    pub fn from_json(text: &str) -> Result<Self, SceneError> {
+        serde_json::from_str(text).map_err(|error| {
+            let (message, place) = (error.to_string(), [error.line(), error.column()]);
+            let suffix = format!(" at line {} column {}", place[0], place[1]);
+            let what = message.strip_suffix(&suffix).unwrap_or(&message);
+            Finding::new(Some(place), "", what).into()
+        })
+    }
+
+    /// Writes all fields as JSON, as in the report of a run.
+    #[must_use]
+    pub fn to_json(&self) -> String {
+        json_text(self)
+    }
+
     fn parse(text: &str, directory: &Path) -> Result<Self, SceneError> {
         let mut scene: Self = toml::from_str(text).map_err(|error| place::syntax(text, &error))?;
         scene.camera.relative_to(directory);
@@ -80,4 +100,9 @@ impl Scene {
             }
         }
     }
+}
+
+/// Indented JSON; numbers that are not finite are null. One serialiser for scenes and reports: their code is large.
+pub(super) fn json_text(value: &impl Serialize) -> String {
+    serde_json::to_string_pretty(value).unwrap_or_default()
 }

@@ -191,8 +191,7 @@ impl<'a> Run<'a> {
         report.files.append(&mut self.beside);
         report.files.push(files::REPORT.into());
         files::write_atomically(&self.out.join(files::REPORT), |file| {
-            serde_json::to_writer_pretty(&mut *file, &report)?;
-            file.write_all(b"\n")
+            writeln!(file, "{}", report.to_json())
         })?;
         Ok(report)
     }

@@ -1,5 +1,6 @@
 //! Progress and report of a run.
 
+use super::read::json_text;
 use super::study::Scene;
 use crate::files::SliceOrder;
 use crate::{
@@ -123,6 +124,14 @@ pub struct MeasuredEjection {
     /// Value of the ground truth, which is averaged over each gate.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub ejection_fraction_truth: Option<f64>,
+}
+
+impl RunReport {
+    /// Writes the text of `report.json`.
+    #[must_use]
+    pub fn to_json(&self) -> String {
+        json_text(self)
+    }
 }
 
 impl MeasuredEjection {

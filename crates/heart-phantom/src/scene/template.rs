@@ -16,7 +16,7 @@ static TEMPLATE: LazyLock<String> = LazyLock::new(|| {
 
 /// Returns the text of the file.
 pub(super) fn write(scene: &Scene) -> String {
-    let values = toml_of(&serde_json::to_value(scene).unwrap_or_default());
+    let values = toml_of(&serde_json::from_str(&scene.to_json()).unwrap_or_default());
     let mut text = String::new();
     for block in TEMPLATE.split_inclusive("\n\n") {
         match header(block) {
