@@ -8,9 +8,9 @@ use heart_phantom::{Phantom, PhantomError, Rotation, VolumeCurve, no_observer};
 fn scene() -> Scene {
     let mut scene = Scene::default()
         .with_size(12)
-        .with_mode(Mode::Gated { gates: 6 });
+        .with_mode(Mode::Gated { gates: 4 });
     scene.camera.views = 4;
-    scene.acquisition.accuracy = Accuracy::Steps(24);
+    scene.acquisition.accuracy = Accuracy::Steps(16);
     scene
 }
 
@@ -105,11 +105,11 @@ fn a_shape_that_gates_share_is_projected_once() {
         phantom.work()
     };
     let (together, alone) = (work(true), work(false));
-    // 24 steps per beat are 13 shapes of a sinusoid; six separate gates need five each.
-    assert_eq!((together.shapes_solved, alone.shapes_solved), (13, 13));
+    // 16 steps per beat are 9 shapes of a sinusoid; four separate gates need five each.
+    assert_eq!((together.shapes_solved, alone.shapes_solved), (9, 9));
     let rays = |work: heart_phantom::WorkReport| work.rays_cast + work.rays_skipped;
-    assert_eq!(rays(together), 13 * 4 * 12 * 12);
-    assert_eq!(rays(alone), 30 * 4 * 12 * 12);
+    assert_eq!(rays(together), 9 * 4 * 12 * 12);
+    assert_eq!(rays(alone), 20 * 4 * 12 * 12);
     assert!(together.voxels_cut < alone.voxels_cut);
 }
 

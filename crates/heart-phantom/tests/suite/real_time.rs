@@ -156,14 +156,14 @@ fn check(scene: &Scene, cardiac: usize, respiratory: usize) {
         let (mut square, mut norm) = (0.0, 0.0);
         for view_idx in 0..4 {
             let gates = [gate % cardiac, cardiac, gate / cardiac];
-            let (exact, seconds) = brute(scene, view_idx, gates, 6000);
+            let (exact, seconds) = brute(scene, view_idx, gates, 3000);
             let len = exact.len();
             let view = &taken.samples[view_idx * len..][..len];
             square +=
                 (distance(view, &exact) * exact.iter().map(|b| b * b).sum::<f64>().sqrt()).powi(2);
             norm += exact.iter().map(|b| b * b).sum::<f64>();
             // Each end of a gate is accurate to a step.
-            let steps = 60.0 * scene.camera.seconds_per_view / 6000.0;
+            let steps = 60.0 * scene.camera.seconds_per_view / 3000.0;
             assert!(
                 (times[view_idx].window - seconds).abs() < steps,
                 "{:?} {seconds}",
@@ -172,7 +172,7 @@ fn check(scene: &Scene, cardiac: usize, respiratory: usize) {
         }
         let error = (square / norm).sqrt();
         println!("gate {gate}: {error:.2e}, stated {stated:.2e}");
-        // Error of the reference: 6000 instants, 1000 volumes and positions.
+        // Error of the reference: 3000 instants, 1000 volumes and positions.
         assert!(
             error < stated + 3e-4,
             "gate {gate}: {error} stated {stated}"

@@ -166,7 +166,7 @@ fn levels_of_volume_are_more_accurate_than_time_steps_for_other_curves() {
             }
             sum
         };
-        let exact = by_time(4096);
+        let exact = by_time(1024);
         // As many shapes as there are levels, 17.
         let steps = by_time(by_volume.distinct_shapes);
         let steps: Vec<f32> = steps.into_iter().map(|v| v as f32).collect();

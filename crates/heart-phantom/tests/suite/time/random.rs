@@ -135,7 +135,7 @@ fn the_stated_error_bounds_the_true_one() {
         };
         let len = phantom.camera().view_len();
         let exact: Vec<f64> = (0..3)
-            .flat_map(|k| brute::view(&phantom, gate, k, 6_000))
+            .flat_map(|k| brute::view(&phantom, gate, k, 2_000))
             .collect();
         assert_eq!(exact.len(), 3 * len);
         let (error, stated) = (brute::worst(&taken.samples, &exact), taken.view_error.time);
