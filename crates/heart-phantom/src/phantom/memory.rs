@@ -253,22 +253,25 @@ impl Phantom {
         collected + copied
     }
 
-    /// Counts the shapes that the projections of all gates need, at most the number that is stored; for a tolerance those of its steps, or
-    /// of the finest steps if these are unknown. With respiration these are not counted: their number is that of the steps.
+    /// Counts the shapes that the projections of all gates need, at most the number that is stored. For a tolerance whose steps are unknown this
+    /// is the number of the finest levels of a cycle: to find the nodes of all views with so many levels would take minutes.
     fn distinct_shapes(&self) -> usize {
-        let steps = match self.scene().acquisition.accuracy {
-            Accuracy::Steps(steps) => Some(steps),
-            Accuracy::Tolerance(_) => self.steps_known(),
-        };
         let most = self.heart().most_shapes().max(MOST_IN_PASS);
-        let is_static = matches!(self.scene().acquisition.mode, Mode::Static { .. });
-        // The cells of the finest volumes and respiratory positions would take minutes.
-        if steps.is_none() && !is_static && self.cycle().breathing().is_some() {
-            return most.min(STEPS[1] + 1);
-        }
+        let steps = match (
+            self.scene().acquisition.accuracy,
+            self.scene().acquisition.mode,
+        ) {
+            (_, Mode::Static { .. }) => return 1,
+            (Accuracy::Steps(steps), _) => steps,
+            (Accuracy::Tolerance(_), Mode::Instants) => STEPS[0],
+            (Accuracy::Tolerance(_), _) => match self.steps_known() {
+                Some(steps) => steps,
+                None => return most.min(STEPS[1] + 1),
+            },
+        };
         let mut gains = BTreeSet::new();
         for gate in 0..self.n_gates() {
-            let acquisition = self.acquisition_of(gate, steps.unwrap_or(STEPS[1]));
+            let acquisition = self.acquisition_of(gate, steps);
             // Views, and volumes.
             for acquisition in [acquisition, acquisition.linear()] {
                 let scan = self.scan(self.camera(), gate, acquisition);
