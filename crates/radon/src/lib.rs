@@ -77,6 +77,7 @@ mod measure;
 mod motion;
 #[cfg(feature = "noise")]
 mod noise;
+mod parallel;
 mod phantom;
 mod pool;
 mod projector;

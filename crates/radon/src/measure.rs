@@ -1,8 +1,7 @@
 //! Statistics of an image within a mask, and its distance from the ground truth.
 
 use crate::error::{RadonError, finite, length, zeros};
-use crate::{ImageGrid, Sample};
-use rayon::prelude::*;
+use crate::{ImageGrid, Sample, parallel};
 use std::iter;
 use std::ops::Range;
 
@@ -170,10 +169,8 @@ fn check_period(values: usize, mask: usize) -> Result<(), RadonError> {
 
 /// Returns `part` of each block of the samples, in order.
 fn blocks<P: Send>(len: usize, part: impl Fn(Range<usize>) -> P + Sync) -> Vec<P> {
-    (0..len.div_ceil(BLOCK))
-        .into_par_iter()
-        .map(|block| part(block * BLOCK..len.min((block + 1) * BLOCK)))
-        .collect()
+    let of = |block: usize| part(block * BLOCK..len.min((block + 1) * BLOCK));
+    parallel::collect(len.div_ceil(BLOCK), &of)
 }
 
 /// Divides the samples of a block at the end of the mask; returns each piece with its piece of the mask.

@@ -6,10 +6,9 @@
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 use rand_distr::{Distribution, Poisson};
-use rayon::prelude::*;
 
 use crate::error::{length, positive, within, zeros};
-use crate::{RadonError, Sample};
+use crate::{RadonError, Sample, parallel};
 
 /// Largest mean: counts near it are exact integers in `f64`.
 const MOST_COUNTS: f64 = 1e15;
@@ -95,22 +94,19 @@ pub fn poisson_counts_into<T: Sample>(
         within("sample", s.f64(), 0.0, MOST_COUNTS / counts_per_unit)?;
     }
     let generator = ChaCha8Rng::seed_from_u64(seed);
-    out.par_chunks_mut(CHUNK)
-        .zip(samples.par_chunks(CHUNK))
-        .enumerate()
-        .for_each(|(chunk, (out, samples))| {
-            for (k, (out, sample)) in out.iter_mut().zip(samples).enumerate() {
-                let place = first.wrapping_add((chunk * CHUNK + k) as u64);
-                // A mean of zero, or one that underflows, gives no counts.
-                *out = match Poisson::new(sample.f64() * counts_per_unit) {
-                    Err(_) => T::ZERO,
-                    Ok(poisson) => {
-                        let mut stream = generator.clone();
-                        stream.set_stream(place);
-                        T::of(poisson.sample(&mut stream))
-                    }
-                };
-            }
-        });
+    parallel::chunks(out, CHUNK, &|chunk, out| {
+        for (k, out) in (chunk * CHUNK..).zip(out) {
+            let (place, sample) = (first.wrapping_add(k as u64), samples[k]);
+            // A mean of zero, or one that underflows, gives no counts.
+            *out = match Poisson::new(sample.f64() * counts_per_unit) {
+                Err(_) => T::ZERO,
+                Ok(poisson) => {
+                    let mut stream = generator.clone();
+                    stream.set_stream(place);
+                    T::of(poisson.sample(&mut stream))
+                }
+            };
+        }
+    });
     Ok(())
 }

@@ -2,11 +2,9 @@
 
 use std::ops::Range;
 
-use rayon::prelude::*;
-
-use crate::Sample;
 use crate::error::{RadonError, length, product};
 use crate::sample::finite_and_signal;
+use crate::{Sample, parallel};
 
 /// Index order of the sinograms of many slices.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -101,7 +99,8 @@ impl Stack {
         data: &[T],
         slices: Range<usize>,
     ) -> Result<Vec<bool>, RadonError> {
-        let scan = |slice: usize| {
+        let slices = parallel::collect(slices.len(), &|k| {
+            let slice = slices.start + k;
             let mut signal = false;
             let mut bad = None;
             for row in 0..self.n_rows {
@@ -115,8 +114,7 @@ impl Stack {
                 signal |= any_signal;
             }
             (signal, bad)
-        };
-        let slices: Vec<_> = slices.into_par_iter().map(scan).collect();
+        });
         match slices.iter().filter_map(|&(_, bad)| bad).min() {
             Some(index) => Err(RadonError::BadSample {
                 what: self.what,

@@ -1,11 +1,9 @@
 //! The transpose of filtered back-projection.
 
-use rayon::prelude::*;
-
 use super::{EdgePolicy, FbpPlan};
-use crate::Sample;
 use crate::error::{RadonError, length, zeros};
 use crate::fourier::GriddingScratch;
+use crate::{Sample, parallel};
 
 impl<T: Sample> FbpPlan<T> {
     /// Applies the transpose of [`reconstruct`](Self::reconstruct) to an image `[y][x]`: the gradient of a function of the image with respect
@@ -43,41 +41,36 @@ impl<T: Sample> FbpPlan<T> {
         if let Some(gridding) = &self.gridding {
             gridding.project(image, &mut rows, &mut GriddingScratch::default());
         }
-        let views = rows.par_chunks_mut(n_bins).zip(self.geometry.angles());
-        views.zip(&self.scales).for_each_init(
-            || self.filter.scratch(),
-            |scratch, ((row, theta), &scale)| {
-                simd_set::checkpoint();
-                let (sin, cos) = theta.sin_cos();
-                let pixels = image.chunks_exact(x.len()).zip(y.clone());
-                let pixels = pixels.take(if self.gridding.is_some() { 0 } else { y.len() });
-                for (pixels, iy) in pixels {
-                    for (&pixel, ix) in pixels.iter().zip(x.clone()) {
-                        let [x, y] = self.grid.pixel_centre(ix, iy);
-                        let bin = self.geometry.bin_at(x * cos + y * sin) + 1.0;
-                        if bin < 0.0 || bin >= (n_bins + 1) as f64 {
-                            continue;
-                        }
-                        // Bin 0 has the index 1; beyond the ends a filtered row is zero.
-                        let before = bin as usize;
-                        let weight = T::of(bin - before as f64);
-                        if before > 0 {
-                            row[before - 1] += pixel * (T::of(1.0) - weight);
-                        }
-                        if before < n_bins {
-                            row[before] += pixel * weight;
-                        }
+        let new = || self.filter.scratch();
+        parallel::chunks_with(&mut rows, n_bins, &new, &|scratch, view, row| {
+            simd_set::checkpoint();
+            let (sin, cos) = self.geometry.angles()[view].sin_cos();
+            let pixels = image.chunks_exact(x.len()).zip(y.clone());
+            let pixels = pixels.take(if self.gridding.is_some() { 0 } else { y.len() });
+            for (pixels, iy) in pixels {
+                for (&pixel, ix) in pixels.iter().zip(x.clone()) {
+                    let [x, y] = self.grid.pixel_centre(ix, iy);
+                    let bin = self.geometry.bin_at(x * cos + y * sin) + 1.0;
+                    if bin < 0.0 || bin >= (n_bins + 1) as f64 {
+                        continue;
+                    }
+                    // Bin 0 has the index 1; beyond the ends a filtered row is zero.
+                    let before = bin as usize;
+                    let weight = T::of(bin - before as f64);
+                    if before > 0 {
+                        row[before - 1] += pixel * (T::of(1.0) - weight);
+                    }
+                    if before < n_bins {
+                        row[before] += pixel * weight;
                     }
                 }
-                let given = row.to_vec();
-                let filtered =
-                    self.filter
-                        .filter(std::iter::once(Some(&given[..])), scale, scratch);
-                for filtered in filtered {
-                    row.copy_from_slice(filtered);
-                }
-            },
-        );
+            }
+            let given = row.to_vec();
+            let given = std::iter::once(Some(&given[..]));
+            for filtered in self.filter.filter(given, self.scales[view], scratch) {
+                row.copy_from_slice(filtered);
+            }
+        });
         Ok(rows)
     }
 }

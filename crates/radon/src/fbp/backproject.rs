@@ -2,10 +2,9 @@
 
 use std::ops::Range;
 
-use rayon::prelude::*;
-
 use crate::error::{RadonError, room};
 use crate::geometry::{ImageGrid, ParallelGeometry};
+use crate::parallel;
 use crate::sample::Sample;
 use crate::simd::{ALONE, InstructionSet, RUN, Tile, ViewStep, WINDOW};
 use crate::stack::aligned;
@@ -103,49 +102,48 @@ pub(crate) fn run<T: Sample>(
         bands.push((iy, band));
         iy = end;
     }
-    bands
-        .into_par_iter()
-        .for_each_init(Vec::new, |sums, (iy, mut band)| {
-            let sums = aligned(sums, runs * RUN * rows * lanes);
-            let n_rows = band[0].len() / width;
-            let mut ix = steps.x.start / RUN * RUN;
-            while ix < steps.x.end {
-                let runs = runs.min((steps.x.end - ix).div_ceil(RUN));
-                let sums = &mut sums[..n_rows * runs * RUN * lanes];
-                let end = (ix + runs * RUN).min(steps.x.end);
-                let start = ix.max(steps.x.start);
-                let pixels = start - steps.x.start..end - steps.x.start;
-                sums.fill(T::ZERO);
-                if !first {
-                    for r in 0..n_rows {
-                        let rows: Vec<&[T]> = band
-                            .iter()
-                            .map(|image| &image[r * width..][pixels.clone()])
-                            .collect();
-                        let sums = &mut sums[(r * runs * RUN + start - ix) * lanes..];
-                        T::interleave(instructions, &rows, lanes, sums);
-                    }
-                }
-                let tile = Tile {
-                    views: &steps.views[views.clone()],
-                    filtered,
-                    row_len: steps.row_len(),
-                    n: steps.n,
-                    ix,
-                    iy,
-                    runs,
-                };
-                simd_set::checkpoint();
-                T::add_views(instructions, lanes, &tile, sums);
+    parallel::chunks_with(&mut bands, 1, &Vec::new, &|sums, _, bands| {
+        let (iy, band) = &mut bands[0];
+        let sums = aligned(sums, runs * RUN * rows * lanes);
+        let n_rows = band[0].len() / width;
+        let mut ix = steps.x.start / RUN * RUN;
+        while ix < steps.x.end {
+            let runs = runs.min((steps.x.end - ix).div_ceil(RUN));
+            let sums = &mut sums[..n_rows * runs * RUN * lanes];
+            let end = (ix + runs * RUN).min(steps.x.end);
+            let start = ix.max(steps.x.start);
+            let pixels = start - steps.x.start..end - steps.x.start;
+            sums.fill(T::ZERO);
+            if !first {
                 for r in 0..n_rows {
-                    let mut rows: Vec<&mut [T]> = band
-                        .iter_mut()
-                        .map(|image| &mut image[r * width..][pixels.clone()])
+                    let rows: Vec<&[T]> = band
+                        .iter()
+                        .map(|image| &image[r * width..][pixels.clone()])
                         .collect();
-                    let sums = &sums[(r * runs * RUN + start - ix) * lanes..];
-                    T::separate(instructions, sums, lanes, &mut rows);
+                    let sums = &mut sums[(r * runs * RUN + start - ix) * lanes..];
+                    T::interleave(instructions, &rows, lanes, sums);
                 }
-                ix = end;
             }
-        });
+            let tile = Tile {
+                views: &steps.views[views.clone()],
+                filtered,
+                row_len: steps.row_len(),
+                n: steps.n,
+                ix,
+                iy: *iy,
+                runs,
+            };
+            simd_set::checkpoint();
+            T::add_views(instructions, lanes, &tile, sums);
+            for r in 0..n_rows {
+                let mut rows: Vec<&mut [T]> = band
+                    .iter_mut()
+                    .map(|image| &mut image[r * width..][pixels.clone()])
+                    .collect();
+                let sums = &sums[(r * runs * RUN + start - ix) * lanes..];
+                T::separate(instructions, sums, lanes, &mut rows);
+            }
+            ix = end;
+        }
+    });
 }

@@ -70,7 +70,7 @@ impl<T: Sample> FbpPlan<T> {
                 );
                 true
             };
-            gridding.back_project(fill, &[x.clone(), y.clone()], image, &mut scratch.gridding);
+            gridding.back_project(&fill, &[x.clone(), y.clone()], image, &mut scratch.gridding);
         }
         let rows_filtered = filtered.into_inner();
         FbpReport {

@@ -2,12 +2,12 @@
 
 use std::ops::Range;
 use std::sync::Arc;
-
-use rayon::prelude::*;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 use crate::error::{RadonError, available, length, product, zeros};
 use crate::fourier::{Gridding, GriddingScratch};
 use crate::geometry::{ImageGrid, ParallelGeometry};
+use crate::parallel;
 use crate::sample::Sample;
 use crate::simd::{InstructionSet, first_block, lanes_for};
 use crate::stack::{Stack, StackOrder, aligned};
@@ -331,19 +331,17 @@ impl<T: Sample> FbpPlan<T> {
             for start in (0..self.geometry.n_views()).step_by(views_at_once) {
                 let views = start..(start + views_at_once).min(self.geometry.n_views());
                 let filtered = aligned(&mut scratch.filtered, views.len() * row_len);
-                let n_filtered: usize = filtered
-                    .par_chunks_exact_mut(row_len)
-                    .zip(views.clone())
-                    .map_init(
-                        || self.filter.scratch(),
-                        |rows, (out, view)| {
-                            simd_set::checkpoint();
-                            let of_view = |&slice: &usize| stack.row(projections, view, slice);
-                            let from: Vec<&[T]> = slices.iter().map(of_view).collect();
-                            self.filter_view(&from, self.scales[view], lanes, out, rows)
-                        },
-                    )
-                    .sum();
+                let n_filtered = AtomicUsize::new(0);
+                let new = || self.filter.scratch();
+                parallel::chunks_with(filtered, row_len, &new, &|rows, k, out| {
+                    simd_set::checkpoint();
+                    let view = start + k;
+                    let of_view = |&slice: &usize| stack.row(projections, view, slice);
+                    let from: Vec<&[T]> = slices.iter().map(of_view).collect();
+                    let n = self.filter_view(&from, self.scales[view], lanes, out, rows);
+                    n_filtered.fetch_add(n, Ordering::Relaxed);
+                });
+                let n_filtered = n_filtered.into_inner();
                 report.rows_filtered += n_filtered;
                 report.rows_skipped += slices.len() * views.len() - n_filtered;
                 backproject::run(

@@ -17,7 +17,6 @@
 use std::f64::consts::PI;
 use std::ops::Range;
 
-use rayon::prelude::*;
 use rustfft::num_complex::Complex;
 
 use crate::error::{RadonError, within};
@@ -25,7 +24,7 @@ use crate::fft::{ComplexPair, RealPair};
 use crate::filter::padded_len;
 use crate::pool::Pool;
 use crate::simd::{DIGITS, InstructionSet, LANES, RayPath, Taps};
-use crate::{ImageGrid, ParallelGeometry, Sample};
+use crate::{ImageGrid, ParallelGeometry, Sample, parallel};
 
 mod polar;
 mod project;
@@ -258,7 +257,7 @@ impl<T: Sample> Gridding<T> {
     /// Computes the image, `[y][x]`, of rows that `fill(view, row)` writes (`false` for a row of zeros), limited to `region` (x and y).
     pub(crate) fn back_project(
         &self,
-        fill: impl Fn(usize, &mut [T]) -> bool + Sync,
+        fill: &(dyn Fn(usize, &mut [T]) -> bool + Sync),
         region: &[Range<usize>; 2],
         image: &mut [T],
         scratch: &mut GriddingScratch<T>,
@@ -270,32 +269,23 @@ impl<T: Sample> Gridding<T> {
         } = scratch;
         let spectra = grown(spectra, self.spectra_len());
         let bands = grown(bands, self.bands_len());
-        spectra
-            .par_chunks_exact_mut(self.polar.half_len())
-            .zip(&self.polar.views)
-            .for_each(|(half, view)| {
-                works.with(Work::default, |work| {
-                    self.transform_row(&fill, view, half, work)
-                });
+        parallel::chunks(spectra, self.polar.half_len(), &|place, half| {
+            works.with(Work::default, |work| {
+                self.transform_row(fill, &self.polar.views[place], half, work)
             });
+        });
         let spectra = &*spectra;
-        bands
-            .par_chunks_exact_mut(BAND * self.n[1])
-            .enumerate()
-            .for_each(|(band, columns)| {
-                works.with(Work::default, |work| {
-                    self.spread_band(spectra, band, columns, work)
-                });
+        parallel::chunks(bands, BAND * self.n[1], &|band, columns| {
+            works.with(Work::default, |work| {
+                self.spread_band(spectra, band, columns, work)
             });
+        });
         let bands = &*bands;
-        image
-            .par_chunks_exact_mut(region[0].len())
-            .zip(region[1].clone())
-            .for_each(|(row, y)| {
-                works.with(Work::default, |work| {
-                    self.image_row(bands, y, &region[0], row, work)
-                });
+        parallel::chunks(image, region[0].len(), &|y, row| {
+            works.with(Work::default, |work| {
+                self.image_row(bands, region[1].start + y, &region[0], row, work)
             });
+        });
     }
 
     /// Computes the image, `[y][x]`, of rows `[view][bin]`: the transpose of [`Self::project`].
@@ -309,13 +299,13 @@ impl<T: Sample> Gridding<T> {
             row.copy_from_slice(&rows[view * self.n_bins..][..self.n_bins]);
             true
         };
-        self.back_project(fill, &self.n.map(|n| 0..n), image, scratch);
+        self.back_project(&fill, &self.n.map(|n| 0..n), image, scratch);
     }
 
     /// Half the spectrum of a row, about the image's reference pixel.
     fn transform_row(
         &self,
-        fill: &(impl Fn(usize, &mut [T]) -> bool + Sync),
+        fill: &(dyn Fn(usize, &mut [T]) -> bool + Sync),
         view: &PolarView,
         half: &mut [Complex<T>],
         work: &mut Work<T>,

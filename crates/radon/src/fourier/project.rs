@@ -2,13 +2,12 @@
 
 use std::ops::Range;
 
-use rayon::prelude::*;
 use rustfft::num_complex::Complex;
 
 use super::polar::{Columns, PolarView, turns};
 use super::{BAND, Gridding, GriddingScratch, Work, grown, real_ends};
-use crate::Sample;
 use crate::simd::{DIGITS, LANES};
+use crate::{Sample, parallel};
 
 /// The part of the rows' spectra in a band of columns: by segment in the order of the views, with the start of each view.
 struct Found<T> {
@@ -29,28 +28,22 @@ impl<T: Sample> Gridding<T> {
     pub(crate) fn project(&self, image: &[T], rows: &mut [T], scratch: &mut GriddingScratch<T>) {
         let GriddingScratch { bands, works, .. } = scratch;
         let spectrum = &mut grown(bands, self.bands_len())[..self.n[1] * self.n_columns()];
-        spectrum
-            .par_chunks_exact_mut(self.n_columns())
-            .zip(image.par_chunks_exact(self.n[0]))
-            .enumerate()
-            .for_each(|(y, (spectrum, pixels))| {
-                works.with(Work::default, |work| {
-                    self.transform_pixels(y, pixels, spectrum, work)
-                });
+        parallel::chunks(spectrum, self.n_columns(), &|y, spectrum| {
+            let pixels = &image[y * self.n[0]..][..self.n[0]];
+            works.with(Work::default, |work| {
+                self.transform_pixels(y, pixels, spectrum, work)
             });
+        });
         let spectrum = &*spectrum;
-        let found: Vec<Found<T>> = (0..self.n_columns().div_ceil(BAND))
-            .into_par_iter()
-            .map(|band| works.with(Work::default, |work| self.read_band(spectrum, band, work)))
-            .collect();
-        rows.par_chunks_exact_mut(self.n_bins)
-            .enumerate()
-            .for_each(|(view, row)| {
-                let place = self.polar.places[view];
-                works.with(Work::default, |work| {
-                    self.assemble(&found, place, row, work)
-                });
+        let found = parallel::collect(self.n_columns().div_ceil(BAND), &|band| {
+            works.with(Work::default, |work| self.read_band(spectrum, band, work))
+        });
+        parallel::chunks(rows, self.n_bins, &|view, row| {
+            let place = self.polar.places[view];
+            works.with(Work::default, |work| {
+                self.assemble(&found, place, row, work)
             });
+        });
     }
 
     /// Divides a row of pixels by the factor of interpolation between cells and transforms it along x.

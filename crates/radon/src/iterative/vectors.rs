@@ -1,21 +1,19 @@
 //! Sums and element-wise operations on long vectors: parallel, in f64, bitwise identical for any number of threads.
 
-use rayon::prelude::*;
-
-use crate::Sample;
 use crate::error::RadonError;
 use crate::sample::finite_and_signal;
+use crate::{Sample, parallel};
 
 /// Sums are computed over pieces of this length, then over the pieces in order.
 const PIECE: usize = 1 << 14;
 
 /// Sum of `of(a, b)` over two arrays.
 pub(crate) fn sum2<T: Sample>(a: &[T], b: &[T], of: impl Fn(f64, f64) -> f64 + Sync) -> f64 {
-    let pieces: Vec<f64> = a
-        .par_chunks(PIECE)
-        .zip(b.par_chunks(PIECE))
-        .map(|(a, b)| a.iter().zip(b).map(|(a, b)| of(a.f64(), b.f64())).sum())
-        .collect();
+    let pieces: Vec<f64> = parallel::collect(a.len().div_ceil(PIECE), &|k| {
+        let piece = k * PIECE..a.len().min((k + 1) * PIECE);
+        let pairs = a[piece.clone()].iter().zip(&b[piece]);
+        pairs.map(|(a, b)| of(a.f64(), b.f64())).sum()
+    });
     pieces.iter().sum()
 }
 
@@ -25,13 +23,11 @@ pub(crate) fn norm<T: Sample>(a: &[T]) -> f64 {
 
 /// Replaces each element of `a` by `of(a, b)`.
 pub(super) fn update<T: Sample>(a: &mut [T], b: &[T], of: impl Fn(T, T) -> T + Sync) {
-    a.par_chunks_mut(PIECE)
-        .zip(b.par_chunks(PIECE))
-        .for_each(|(a, b)| {
-            for (a, &b) in a.iter_mut().zip(b) {
-                *a = of(*a, b);
-            }
-        });
+    parallel::chunks(a, PIECE, &|k, a| {
+        for (a, &b) in a.iter_mut().zip(&b[k * PIECE..]) {
+            *a = of(*a, b);
+        }
+    });
 }
 
 /// Returns `part / whole`, or `part` if the whole is zero.

@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 use rayon::prelude::*;
 
 use crate::error::{RadonError, finite, length, positive, within};
-use crate::{LinearOperator, Sample};
+use crate::{LinearOperator, Sample, parallel};
 
 /// Largest number of voxels along a volume: positions of 24 bits resolve voxels up to it.
 const MOST_ALONG: f64 = 1048576.0;
@@ -298,9 +298,8 @@ impl<T: Sample> LinearOperator<T> for Warp {
         length("volume", image.len(), self.len())?;
         length("moved volume", data.len(), self.len())?;
         let slice = self.slice_len();
-        let slices = data.par_chunks_mut(slice).zip(image.par_chunks(slice));
-        slices.enumerate().for_each(|(z, (moved, still))| {
-            moved.copy_from_slice(still);
+        parallel::chunks(data, slice, &|z, moved| {
+            moved.copy_from_slice(&image[z * slice..][..slice]);
             for voxel in &self.displaced[z] {
                 moved[*voxel as usize] = T::ZERO;
             }
@@ -322,9 +321,8 @@ impl<T: Sample> LinearOperator<T> for Warp {
         length("moved volume", data.len(), self.len())?;
         length("volume", image.len(), self.len())?;
         let slice = self.slice_len();
-        let slices = image.par_chunks_mut(slice).zip(data.par_chunks(slice));
-        slices.enumerate().for_each(|(z, (still, moved))| {
-            still.copy_from_slice(moved);
+        parallel::chunks(image, slice, &|z, still| {
+            still.copy_from_slice(&data[z * slice..][..slice]);
             for voxel in &self.displaced[z] {
                 still[*voxel as usize] = T::ZERO;
             }

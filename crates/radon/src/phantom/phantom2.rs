@@ -1,10 +1,8 @@
 //! Sums of plane shapes.
 
-use rayon::prelude::*;
-
 use super::{BinSampling, Phantom, Shape2};
 use crate::error::{RadonError, zeros};
-use crate::{ImageGrid, ParallelGeometry, Sample};
+use crate::{ImageGrid, ParallelGeometry, Sample, parallel};
 
 /// A sum of plane shapes, each times a value: its images, line integrals and sinograms are exact.
 ///
@@ -55,16 +53,13 @@ impl Phantom<Shape2> {
     /// [`RadonError::TooLarge`].
     pub fn image<T: Sample>(&self, grid: &ImageGrid) -> Result<Vec<T>, RadonError> {
         let mut image = zeros("image", grid.nx(), grid.ny())?;
-        image
-            .par_chunks_mut(grid.nx())
-            .enumerate()
-            .for_each(|(iy, row)| {
-                for (ix, pixel) in row.iter_mut().enumerate() {
-                    let centre = grid.pixel_centre(ix, iy);
-                    let sides = grid.spacing();
-                    *pixel = T::of(self.sum(|shape| shape.rectangle_mean(centre, sides)));
-                }
-            });
+        parallel::chunks(&mut image, grid.nx(), &|iy, row| {
+            for (ix, pixel) in row.iter_mut().enumerate() {
+                let centre = grid.pixel_centre(ix, iy);
+                let sides = grid.spacing();
+                *pixel = T::of(self.sum(|shape| shape.rectangle_mean(centre, sides)));
+            }
+        });
         Ok(image)
     }
 
@@ -80,18 +75,16 @@ impl Phantom<Shape2> {
         sampling: BinSampling,
     ) -> Result<Vec<T>, RadonError> {
         let mut sinogram = zeros("sinogram", geometry.n_views(), geometry.n_bins())?;
-        sinogram
-            .par_chunks_mut(geometry.n_bins())
-            .zip(geometry.angles())
-            .for_each(|(row, &theta)| {
-                for (bin_idx, bin) in row.iter_mut().enumerate() {
-                    let s = geometry.bin_centre(bin_idx);
-                    *bin = T::of(match sampling {
-                        BinSampling::Centre => self.line_integral(theta, s),
-                        BinSampling::Mean => self.bin_mean(theta, s, geometry.pitch()),
-                    });
-                }
-            });
+        parallel::chunks(&mut sinogram, geometry.n_bins(), &|view, row| {
+            let theta = geometry.angles()[view];
+            for (bin_idx, bin) in row.iter_mut().enumerate() {
+                let s = geometry.bin_centre(bin_idx);
+                *bin = T::of(match sampling {
+                    BinSampling::Centre => self.line_integral(theta, s),
+                    BinSampling::Mean => self.bin_mean(theta, s, geometry.pitch()),
+                });
+            }
+        });
         Ok(sinogram)
     }
 }

@@ -1,10 +1,8 @@
 //! Sums of solid shapes.
 
-use rayon::prelude::*;
-
 use super::{BinSampling, Phantom, Shape3};
 use crate::error::{RadonError, zeros};
-use crate::{ImageGrid, ParallelGeometry, Sample, SliceAxis, StackOrder};
+use crate::{ImageGrid, ParallelGeometry, Sample, SliceAxis, StackOrder, parallel};
 
 /// A sum of solid shapes, each times a value: its volumes, line integrals and sinograms are exact.
 ///
@@ -54,30 +52,27 @@ impl Phantom<Shape3> {
         let [dx, dy] = grid.spacing();
         let sides = [dx, dy, slices.spacing()];
         let half_diagonal = 0.5 * sides.iter().map(|s| s * s).sum::<f64>().sqrt();
-        volume
-            .par_chunks_mut(grid.nx())
-            .enumerate()
-            .for_each(|(row_idx, row)| {
-                let (slice_idx, iy) = (row_idx / grid.ny(), row_idx % grid.ny());
-                let z = slices.slice_centre(slice_idx);
-                let y = grid.pixel_centre(0, iy)[1];
-                let near: Vec<_> = self
-                    .objects()
+        parallel::chunks(&mut volume, grid.nx(), &|row_idx, row| {
+            let (slice_idx, iy) = (row_idx / grid.ny(), row_idx % grid.ny());
+            let z = slices.slice_centre(slice_idx);
+            let y = grid.pixel_centre(0, iy)[1];
+            let near: Vec<_> = self
+                .objects()
+                .iter()
+                .filter(|(_, shape)| {
+                    let (c, reach) = shape.bounding_ball();
+                    (y - c[1]).hypot(z - c[2]) <= reach + half_diagonal
+                })
+                .collect();
+            for (ix, voxel) in row.iter_mut().enumerate() {
+                let x = grid.pixel_centre(ix, iy)[0];
+                let sum: f64 = near
                     .iter()
-                    .filter(|(_, shape)| {
-                        let (c, reach) = shape.bounding_ball();
-                        (y - c[1]).hypot(z - c[2]) <= reach + half_diagonal
-                    })
-                    .collect();
-                for (ix, voxel) in row.iter_mut().enumerate() {
-                    let x = grid.pixel_centre(ix, iy)[0];
-                    let sum: f64 = near
-                        .iter()
-                        .map(|(value, shape)| value * shape.box_mean([x, y, z], sides))
-                        .sum();
-                    *voxel = T::of(sum);
-                }
-            });
+                    .map(|(value, shape)| value * shape.box_mean([x, y, z], sides))
+                    .sum();
+                *voxel = T::of(sum);
+            }
+        });
         Ok(volume)
     }
 
@@ -99,39 +94,36 @@ impl Phantom<Shape3> {
             BinSampling::Centre => [0.0; 2],
             BinSampling::Mean => [geometry.pitch(), slices.spacing()],
         };
-        sinogram
-            .par_chunks_mut(geometry.n_bins())
-            .enumerate()
-            .for_each(|(row_idx, row)| {
-                let (view_idx, slice_idx) = match order {
-                    StackOrder::ViewSliceBin => {
-                        (row_idx / slices.n_slices(), row_idx % slices.n_slices())
-                    }
-                    StackOrder::SliceViewBin => {
-                        (row_idx % geometry.n_views(), row_idx / geometry.n_views())
-                    }
-                };
-                let theta = geometry.angles()[view_idx];
-                let z = slices.slice_centre(slice_idx);
-                for (value, shape) in self.objects() {
-                    let (c, reach) = shape.bounding_ball();
-                    if (z - c[2]).abs() > reach + 0.5 * size[1] {
+        parallel::chunks(&mut sinogram, geometry.n_bins(), &|row_idx, row| {
+            let (view_idx, slice_idx) = match order {
+                StackOrder::ViewSliceBin => {
+                    (row_idx / slices.n_slices(), row_idx % slices.n_slices())
+                }
+                StackOrder::SliceViewBin => {
+                    (row_idx % geometry.n_views(), row_idx / geometry.n_views())
+                }
+            };
+            let theta = geometry.angles()[view_idx];
+            let z = slices.slice_centre(slice_idx);
+            for (value, shape) in self.objects() {
+                let (c, reach) = shape.bounding_ball();
+                if (z - c[2]).abs() > reach + 0.5 * size[1] {
+                    continue;
+                }
+                let middle = c[0] * theta.cos() + c[1] * theta.sin();
+                for (bin_idx, bin) in row.iter_mut().enumerate() {
+                    let s = geometry.bin_centre(bin_idx);
+                    if (s - middle).abs() > reach + 0.5 * size[0] {
                         continue;
                     }
-                    let middle = c[0] * theta.cos() + c[1] * theta.sin();
-                    for (bin_idx, bin) in row.iter_mut().enumerate() {
-                        let s = geometry.bin_centre(bin_idx);
-                        if (s - middle).abs() > reach + 0.5 * size[0] {
-                            continue;
-                        }
-                        let integral = match sampling {
-                            BinSampling::Centre => shape.line_integral(theta, s, z),
-                            BinSampling::Mean => shape.bin_mean(theta, [s, z], size),
-                        };
-                        *bin += T::of(value * integral);
-                    }
+                    let integral = match sampling {
+                        BinSampling::Centre => shape.line_integral(theta, s, z),
+                        BinSampling::Mean => shape.bin_mean(theta, [s, z], size),
+                    };
+                    *bin += T::of(value * integral);
                 }
-            });
+            }
+        });
         Ok(sinogram)
     }
 }

@@ -1,16 +1,16 @@
 //! Runs over one slice: the same sums as in a stack, with neighbouring bins or pixels side by side.
 
-use rayon::prelude::*;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use super::rays::View;
 use super::run::STEPS;
 use super::{Projector, ProjectorScratch};
-use crate::Sample;
 use crate::simd::{
     Bins, FixedPositions, Kernels, MARGIN, RUN, SortedBins, Strips, add_bins, add_sorted,
     add_strips, spread_strips,
 };
 use crate::stack::{Stack, aligned};
+use crate::{Sample, parallel};
 
 impl Projector {
     /// Whether single slices have a kernel: for `f32` and narrow strips, or two pixels per step unless bins are twice as wide as pixels.
@@ -59,33 +59,32 @@ impl Projector {
         let by_columns = &*by_columns;
 
         let padded = n_bins.next_multiple_of(RUN);
-        rows.par_iter_mut().zip(&self.views).for_each_init(
-            || (vec![0.0; padded], FixedPositions::default()),
-            |(sums, fixed), (row, view)| {
-                simd_set::checkpoint();
-                let (image, stride, n, n_steps) = match view.steps_are_rows() {
-                    true => (by_rows, x_stride, nx, ny),
-                    false => (by_columns, y_stride, ny, nx),
+        let new = || (vec![0.0; padded], FixedPositions::default());
+        parallel::chunks_with(rows, 1, &new, &|(sums, fixed), view, row| {
+            simd_set::checkpoint();
+            let view = &self.views[view];
+            let (image, stride, n, n_steps) = match view.steps_are_rows() {
+                true => (by_rows, x_stride, nx, ny),
+                false => (by_columns, y_stride, ny, nx),
+            };
+            sums.fill(0.0);
+            if let Some(strips) = strips(view, n, stride) {
+                add_strips(set, &strips, &image[MARGIN / 2..], [n_steps, STEPS], sums);
+            } else if let Some(ray) = view.box_ray() {
+                let bins = Bins {
+                    image,
+                    stride,
+                    n,
+                    first: view.offset(0),
+                    ray,
+                    per_bin: view.per_bin(),
                 };
-                sums.fill(0.0);
-                if let Some(strips) = strips(view, n, stride) {
-                    add_strips(set, &strips, &image[MARGIN / 2..], [n_steps, STEPS], sums);
-                } else if let Some(ray) = view.box_ray() {
-                    let bins = Bins {
-                        image,
-                        stride,
-                        n,
-                        first: view.offset(0),
-                        ray,
-                        per_bin: view.per_bin(),
-                    };
-                    add_bins(set, &bins, n_steps, STEPS, fixed, sums);
-                }
-                for (to, from) in row[slice].iter_mut().zip(&*sums) {
-                    *to = T::of(f64::from(*from));
-                }
-            },
-        );
+                add_bins(set, &bins, n_steps, STEPS, fixed, sums);
+            }
+            for (to, from) in row[0][slice].iter_mut().zip(&*sums) {
+                *to = T::of(f64::from(*from));
+            }
+        });
     }
 
     /// Computes the adjoint of one `f32` slice into its rows of the volume, if possible: not for a kernel of more than two pixels per step,
@@ -114,16 +113,22 @@ impl Projector {
         sorted.resize_with(sorted.len().max(order.len()), SortedBins::default);
         let sorted = &mut sorted[..order.len()];
         let (nx, ny) = (self.grid.nx(), self.grid.ny());
-        let fill = |(sorted, &view): (&mut SortedBins, &usize)| {
+        let all_fit = AtomicBool::new(true);
+        parallel::each(sorted, &|k, sorted| {
+            if !all_fit.load(Ordering::Relaxed) {
+                return;
+            }
+            let view = order[k];
             let values = sinograms.row(projections, view, slice).iter();
             let values = values.map(|x| x.f64() as f32);
             let view = &self.views[view];
             let n_steps = if view.steps_are_rows() { ny } else { nx };
-            view.box_ray().is_some_and(|ray| {
+            let fits = view.box_ray().is_some_and(|ray| {
                 sorted.fill(ray, view.offset(0), view.per_bin(), n_steps, values)
-            })
-        };
-        if !sorted.par_iter_mut().zip(&order).all(fill) {
+            });
+            all_fit.fetch_and(fits, Ordering::Relaxed);
+        });
+        if !all_fit.into_inner() {
             return false;
         }
         let steps_are_rows = |&&view: &&usize| self.views[view].steps_are_rows();
@@ -138,14 +143,12 @@ impl Projector {
         memory.fill(0.0);
         let (sums, turned) = memory.split_at_mut(by_rows_len);
         let (sums, turned) = (sums.as_chunks_mut().0, turned.as_chunks_mut::<RUN>().0);
-        let runs = sums.par_chunks_mut(ny).enumerate();
-        runs.for_each(|(run, sums)| {
+        parallel::chunks(sums, ny, &|run, sums| {
             simd_set::checkpoint();
             add_sorted(set, by_rows, run * RUN, sums);
         });
         let sums = &*sums;
-        let runs = turned.par_chunks_mut(nx).enumerate();
-        runs.for_each(|(run, turned)| {
+        parallel::chunks(turned, nx, &|run, turned| {
             simd_set::checkpoint();
             for (x, turned) in turned.iter_mut().enumerate() {
                 let ys = run * RUN..ny.min((run + 1) * RUN);
@@ -155,7 +158,7 @@ impl Projector {
             }
             add_sorted(set, by_columns, run * RUN, turned);
         });
-        rows.par_iter_mut().enumerate().for_each(|(y, row)| {
+        parallel::each(rows, &|y, row| {
             for (x, pixel) in row[slice].iter_mut().enumerate() {
                 *pixel = T::of(f64::from(turned[y / RUN * nx + x][y % RUN]));
             }
@@ -180,8 +183,7 @@ impl Projector {
         memory.fill(0.0);
         let (by_rows, by_columns) = memory.split_at_mut(ny * x_stride);
         let spread = |views: &[usize], n: usize, stride: usize, pixels: &mut [f32]| {
-            let bands = pixels.par_chunks_mut(BAND * stride).enumerate();
-            bands.for_each_init(Vec::new, |values, (band, pixels)| {
+            parallel::chunks_with(pixels, BAND * stride, &Vec::new, &|values, band, pixels| {
                 let steps = band * BAND..band * BAND + pixels.len() / stride;
                 for &view in views {
                     simd_set::checkpoint();
@@ -205,7 +207,7 @@ impl Projector {
             }
         }
         spread(&order[by_axis..], ny, y_stride, by_columns);
-        rows.par_iter_mut().enumerate().for_each(|(y, row)| {
+        parallel::each(rows, &|y, row| {
             for (x, pixel) in row[slice].iter_mut().enumerate() {
                 *pixel = T::of(f64::from(by_columns[x * y_stride + left + y]));
             }

@@ -6,15 +6,13 @@
 
 use std::ops::Range;
 
-use rayon::prelude::*;
-
 use super::blocks::{Block, Group, Slices, groups};
 use super::rays::{Rays, View, Window, in_turn};
 use super::{Projector, ProjectorReport, ProjectorScratch, row_stride};
 use crate::error::RadonError;
 use crate::simd::prefetch;
 use crate::stack::{Stack, aligned};
-use crate::{Sample, StackOrder};
+use crate::{Sample, StackOrder, parallel};
 
 /// Steps of a band, whose part of a ray sum is accumulated in registers. This number affects rounding.
 pub(super) const STEPS: usize = 32;
@@ -72,8 +70,7 @@ impl Projector {
         ) {
             let view_len = n_bins * group.lanes;
             let rays = aligned(&mut scratch.rays, views.len() * view_len);
-            rays.par_chunks_mut(view_len)
-                .for_each(|sums| sums.fill(T::ZERO));
+            parallel::chunks(rays, view_len, &|_, sums| sums.fill(T::ZERO));
             let (by_rows, by_columns) = rays.split_at_mut(n_by_rows * view_len);
             for (views, rays) in [
                 (&views[..n_by_rows], by_rows),
@@ -104,9 +101,9 @@ impl Projector {
             for (&view, sums) in order.iter().zip(rays.chunks_exact(view_len)) {
                 sums_of[view] = sums;
             }
-            rows.par_iter_mut().zip(sums_of).for_each(|(row, sums)| {
+            parallel::each(&mut rows, &|view, row| {
                 for block in &group.blocks {
-                    let sums = &sums[n_bins * block.before..][..n_bins * block.lanes];
+                    let sums = &sums_of[view][n_bins * block.before..][..n_bins * block.lanes];
                     let mut bins = block.pick(row, 0..n_bins);
                     T::separate(self.instructions, sums, block.lanes, &mut bins);
                 }
@@ -167,27 +164,26 @@ impl Projector {
         }
         // Memory for pairs is kept for each job: no allocation while threads run.
         found.resize_with(found.len().max(jobs.len()), Vec::new);
-        jobs.par_iter_mut()
-            .zip(&mut *found)
-            .for_each(|(jobs, found)| {
-                found.resize_with(found.len().max(jobs.len()), Rays::default);
-                let found = &mut found[..jobs.len()];
-                for (job, found) in jobs.iter().zip(&mut *found) {
-                    job.view
-                        .traverse(self.instructions, band, job.bins.clone(), found);
+        let mut jobs: Vec<_> = jobs.into_iter().zip(found).collect();
+        parallel::each(&mut jobs, &|_, (jobs, found)| {
+            found.resize_with(found.len().max(jobs.len()), Rays::default);
+            let found = &mut found[..jobs.len()];
+            for (job, found) in jobs.iter().zip(&mut *found) {
+                job.view
+                    .traverse(self.instructions, band, job.bins.clone(), found);
+            }
+            for (i, (block, pixels)) in group.blocks.iter().zip(pixels).enumerate() {
+                simd_set::checkpoint();
+                for (view, bin, pairs, range) in in_turn(found) {
+                    let job = &mut jobs[view];
+                    let at = (bin - job.bins.start) * block.lanes;
+                    let (sums, next) = job.sums[i][at..].split_at_mut(block.lanes);
+                    // Sums are far apart in memory: prefetch those of the next bin but one.
+                    prefetch(next.get(block.lanes..2 * block.lanes).unwrap_or(&[]));
+                    T::gather(self.instructions, pixels, pairs, range, 1, sums);
                 }
-                for (i, (block, pixels)) in group.blocks.iter().zip(pixels).enumerate() {
-                    simd_set::checkpoint();
-                    for (view, bin, pairs, range) in in_turn(found) {
-                        let job = &mut jobs[view];
-                        let at = (bin - job.bins.start) * block.lanes;
-                        let (sums, next) = job.sums[i][at..].split_at_mut(block.lanes);
-                        // Sums are far apart in memory: prefetch those of the next bin but one.
-                        prefetch(next.get(block.lanes..2 * block.lanes).unwrap_or(&[]));
-                        T::gather(self.instructions, pixels, pairs, range, 1, sums);
-                    }
-                }
-            });
+            }
+        });
     }
 
     /// As [`adjoint_stack`](Self::adjoint_stack), into a buffer of the caller.
@@ -228,31 +224,27 @@ impl Projector {
         ) {
             let view_len = n_bins * group.lanes;
             let rays = aligned(&mut scratch.rays, self.views.len() * view_len);
-            rays.par_chunks_exact_mut(view_len)
-                .zip(&order)
-                .for_each(|(rays, &view)| {
-                    for block in &group.blocks {
-                        let rays = &mut rays[n_bins * block.before..][..n_bins * block.lanes];
-                        block.clear_unused(rays);
-                        let rows = sinograms.rows(projections, view, block.slices);
-                        T::interleave(self.instructions, &rows, block.lanes, rays);
-                    }
-                });
+            parallel::chunks(rays, view_len, &|k, rays| {
+                for block in &group.blocks {
+                    let rays = &mut rays[n_bins * block.before..][..n_bins * block.lanes];
+                    block.clear_unused(rays);
+                    let rows = sinograms.rows(projections, order[k], block.slices);
+                    T::interleave(self.instructions, &rows, block.lanes, rays);
+                }
+            });
             let rays: Vec<(&View, &[T])> = order
                 .iter()
                 .map(|&view| &self.views[view])
                 .zip(rays.chunks_exact(view_len))
                 .collect();
-            rows.par_chunks_mut(TILE).enumerate().for_each_init(
-                || (Vec::new(), Vec::new()),
-                |(found, memory), (band, rows)| {
-                    for x0 in (0..self.grid.nx()).step_by(TILE) {
-                        let x = x0..(x0 + TILE).min(self.grid.nx());
-                        let y = band * TILE..band * TILE + rows.len();
-                        self.fill_tile(&group, &rays, [x, y], found, memory, rows);
-                    }
-                },
-            );
+            let new = || (Vec::new(), Vec::new());
+            parallel::chunks_with(&mut rows, TILE, &new, &|(found, memory), band, rows| {
+                for x0 in (0..self.grid.nx()).step_by(TILE) {
+                    let x = x0..(x0 + TILE).min(self.grid.nx());
+                    let y = band * TILE..band * TILE + rows.len();
+                    self.fill_tile(&group, &rays, [x, y], found, memory, rows);
+                }
+            });
         }
         Ok(slices.report())
     }
@@ -360,7 +352,7 @@ impl Projector {
     ) -> Vec<&'a [T]> {
         let stride = row_stride(band.across.end);
         let mut parts = group.parts(aligned(memory, band.along.len() * stride * group.lanes));
-        let jobs: Vec<(&Block<'_>, usize, &mut [T])> = parts
+        let mut jobs: Vec<(&Block<'_>, usize, &mut [T])> = parts
             .iter_mut()
             .flat_map(|(block, part)| {
                 let rows = part.chunks_exact_mut(stride * block.lanes);
@@ -368,11 +360,11 @@ impl Projector {
                 rows.map(|(row, y)| (*block, y, row))
             })
             .collect();
-        jobs.into_par_iter().for_each(|(block, y, row)| {
+        parallel::each(&mut jobs, &|_, (block, y, row)| {
             let (pixels, right) = row[block.lanes..].split_at_mut(band.across.end * block.lanes);
             right.fill(T::ZERO);
             block.clear_unused(pixels);
-            let rows = images.rows(volume, y, block.slices);
+            let rows = images.rows(volume, *y, block.slices);
             T::interleave(self.instructions, &rows, block.lanes, pixels);
             row[..block.lanes].fill(T::ZERO);
         });
@@ -397,7 +389,7 @@ impl Projector {
         const TOGETHER: usize = 16;
         let stride = row_stride(band.across.end);
         let mut parts = group.parts(aligned(memory, band.along.len() * stride * group.lanes));
-        let jobs: Vec<(&Block<'_>, Range<usize>, &mut [T])> = parts
+        let mut jobs: Vec<(&Block<'_>, Range<usize>, &mut [T])> = parts
             .iter_mut()
             .flat_map(|(block, part)| {
                 let columns = part.chunks_mut(n_columns * stride * block.lanes);
@@ -408,7 +400,7 @@ impl Projector {
                 })
             })
             .collect();
-        jobs.into_par_iter().for_each(|(block, x, columns)| {
+        parallel::each(&mut jobs, &|_, (block, x, columns)| {
             let lanes = block.lanes;
             block.clear_unused(columns);
             for column in columns.chunks_exact_mut(stride * lanes) {

@@ -1,12 +1,10 @@
 //! Conversion between a volume `[layer][y][x]` and blocks of rows of the detector `[block][pixel]`.
 
-use rayon::prelude::*;
-
 use super::blur::Rows;
 use super::overlap::segment;
 use crate::error::{RadonError, room};
 use crate::simd::{Lanes, ROWS};
-use crate::{ImageGrid, InstructionSet, Sample, SliceAxis};
+use crate::{ImageGrid, InstructionSet, Sample, SliceAxis, parallel};
 
 /// Parts of a row below this are rounding errors of coincident edges.
 const LEAST: f64 = 1e-12;
@@ -80,9 +78,8 @@ impl<T: Sample> Axial<T> {
     /// Computes the blocks of a volume.
     pub(super) fn read(&self, set: InstructionSet, volume: &[T], blocks: &mut [Lanes<T>]) {
         let (nx, n_pixels) = (self.nx, self.n_pixels());
-        let jobs = blocks.par_chunks_mut(self.block_len);
-        let jobs = jobs.zip(self.of_rows.par_chunks(ROWS));
-        jobs.for_each(|(block, rows)| {
+        parallel::chunks(blocks, self.block_len, &|k, block| {
+            let rows = &self.of_rows[k * ROWS..][..ROWS];
             let mut lines = vec![T::ZERO; ROWS * nx];
             for (iy, pixels) in block.chunks_exact_mut(self.stride).enumerate() {
                 for (line, parts) in lines.chunks_exact_mut(nx).zip(rows) {
@@ -105,9 +102,8 @@ impl<T: Sample> Axial<T> {
     ) {
         let (nx, n_pixels) = (self.nx, self.n_pixels());
         rows.resize(self.of_rows.len() * n_pixels, T::ZERO);
-        let jobs = blocks.par_chunks(self.block_len);
-        let jobs = jobs.zip(rows.par_chunks_mut(ROWS * n_pixels));
-        jobs.for_each(|(block, rows)| {
+        parallel::chunks(rows, ROWS * n_pixels, &|k, rows| {
+            let block = &blocks[k * self.block_len..][..self.block_len];
             let mut rows: Vec<_> = rows.chunks_exact_mut(n_pixels).collect();
             for (iy, pixels) in block.chunks_exact(self.stride).enumerate() {
                 let lines = rows.iter_mut().map(|row| &mut row[iy * nx..][..nx]);
@@ -119,11 +115,9 @@ impl<T: Sample> Axial<T> {
                 );
             }
         });
-        let jobs = volume.par_chunks_mut(n_pixels).zip(&self.of_layers);
-        jobs.for_each(|(layer, parts)| {
-            add_parts(layer, parts, |row: usize| {
-                &rows[row * n_pixels..][..n_pixels]
-            });
+        parallel::chunks(volume, n_pixels, &|k, layer| {
+            let from = |row: usize| &rows[row * n_pixels..][..n_pixels];
+            add_parts(layer, &self.of_layers[k], from);
         });
     }
 

@@ -194,7 +194,7 @@ impl<T: Sample> simd_set::Work for ToDetector<'_, T> {
     #[inline(always)]
     fn run(self) {
         let [n_bins, padded, distances] = self.blur.sums_shape();
-        let n_rows = self.rows.n_rows;
+        let (n_rows, n_blocks) = (self.rows.n_rows, self.rows.n_blocks);
         let Work { line, column, .. } = self.work;
         let [blocks, detector] = self.rows.place(distances, line);
         for bin in 0..n_bins {
@@ -202,7 +202,8 @@ impl<T: Sample> simd_set::Work for ToDetector<'_, T> {
             column.resize(n_rows, T::ZERO);
             for k in 0..distances {
                 let own = self.sums[k * padded + bin..].iter().step_by(self.stride);
-                for (to, from) in line[blocks..].chunks_exact_mut(ROWS).zip(own) {
+                let parts = line[blocks..].chunks_exact_mut(ROWS).take(n_blocks);
+                for (to, from) in parts.zip(own) {
                     to.copy_from_slice(&from.0);
                 }
                 add_at_distance(column, line, detector, k);

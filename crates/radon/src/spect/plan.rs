@@ -2,8 +2,6 @@
 
 use std::sync::Arc;
 
-use rayon::prelude::*;
-
 use super::attenuation::Escape;
 use super::axial::Axial;
 use super::blur::Blur;
@@ -12,7 +10,7 @@ use super::{Collimator, SpectGeometry, SpectOptions};
 use crate::error::{RadonError, length, product, within, zeros};
 use crate::iterative::{check_not_negative, check_samples};
 use crate::simd::Lanes;
-use crate::{ImageGrid, InstructionSet, Sample, SliceAxis};
+use crate::{ImageGrid, InstructionSet, Sample, SliceAxis, parallel};
 
 /// Largest standard deviation of a response, in bins or rows.
 const WIDEST: f64 = 2500.0;
@@ -124,12 +122,11 @@ impl<T: Sample> Plan<T> {
             None => {
                 let turned = turned.with_margin(frame.blur.margin()[0])?;
                 let responses = (&frame.collimator, &frame.blur);
-                let of_view = |view| {
+                let views = parallel::collect(frame.geometry.views().n_views(), &|view| {
                     simd_set::checkpoint();
                     turned.view(view, axial, responses, &attenuates)
-                };
-                let views = (0..frame.geometry.views().n_views()).into_par_iter();
-                Arc::new(views.map(of_view).collect::<Result<_, _>>()?)
+                });
+                Arc::new(views.into_iter().collect::<Result<_, _>>()?)
             }
         };
         Ok(Self {

@@ -10,8 +10,6 @@
 //! of a block stay in the second-level cache for all of these views. One job computes each number, in an order that does not depend on the
 //! threads.
 
-use rayon::prelude::*;
-
 use super::blur::{FromDetector, ToDetector, Work};
 use super::plan::Plan;
 use super::turned::View;
@@ -19,7 +17,7 @@ use super::walk::{Gather, Scatter, Visit, Walk};
 use crate::error::{RadonError, zeros};
 use crate::pool::Pool;
 use crate::simd::{Lanes, sized};
-use crate::{InstructionSet, Sample};
+use crate::{InstructionSet, Sample, parallel};
 
 /// Views per thread that are computed at a time: many for each reading of a block's voxels.
 const EACH: usize = 8;
@@ -70,8 +68,8 @@ impl<T: Sample> Plan<T> {
         let (len, n_blocks) = (self.frame.blur.sums_len(), self.frame.axial.rows.n_blocks);
         for (views, out) in views.chunks(n).zip(out.chunks_mut(n * view_len)) {
             let n_views = views.len();
-            let each = sums.par_chunks_mut(len).take(n_views * n_blocks);
-            each.enumerate().with_max_len(1).for_each(|(k, sums)| {
+            let sums = &mut sums[..n_views * n_blocks * len];
+            parallel::tasks(sums, len, &|k, sums| {
                 let (view, block) = (&self.views[views[k % n_views]], k / n_views);
                 jobs.with(Job::default, |job| {
                     let nodes = sized(&mut job.nodes, view.used.len() * self.frame.blur.wide());
@@ -88,8 +86,7 @@ impl<T: Sample> Plan<T> {
                     );
                 });
             });
-            let each = out.par_chunks_mut(view_len).enumerate().with_max_len(1);
-            each.for_each(|(k, view)| {
+            parallel::tasks(out, view_len, &|k, view| {
                 jobs.with(Job::default, |Job { work, .. }| {
                     self.frame.instructions.run(ToDetector {
                         blur: &self.frame.blur,
@@ -133,10 +130,9 @@ impl<T: Sample> Plan<T> {
             *nodes = zeros("nodes of the views", n * n_blocks, most)?;
         }
         for (views, data) in views.chunks(n).zip(data.chunks(n * view_len)) {
-            let each = sums
-                .par_chunks_mut(len * n_blocks)
-                .zip(data.par_chunks(view_len));
-            each.with_max_len(1).for_each(|(sums, view)| {
+            let sums = &mut sums[..views.len() * n_blocks * len];
+            parallel::tasks(sums, n_blocks * len, &|k, sums| {
+                let view = &data[k * view_len..][..view_len];
                 jobs.with(Job::default, |Job { work, .. }| {
                     let (blur, rows) = (&self.frame.blur, self.frame.axial.rows);
                     self.frame.instructions.run(FromDetector {
@@ -148,9 +144,9 @@ impl<T: Sample> Plan<T> {
                     });
                 });
             });
-            let each = sums.par_chunks(len).zip(nodes.par_chunks_mut(most));
-            let each = each.take(views.len() * n_blocks).enumerate();
-            each.with_max_len(1).for_each(|(k, (sums, nodes))| {
+            let all = &mut nodes[..views.len() * n_blocks * most];
+            parallel::tasks(all, most, &|k, nodes| {
+                let sums = &sums[k * len..][..len];
                 let used = &self.views[views[k / n_blocks]].used;
                 let nodes = &mut nodes[..used.len() * self.frame.blur.wide()];
                 jobs.with(Job::default, |Job { work, .. }| {
@@ -159,8 +155,7 @@ impl<T: Sample> Plan<T> {
                         .fill_nodes(self.frame.instructions, used, sums, nodes, work);
                 });
             });
-            let each = blocks.par_chunks_mut(block_len).enumerate().with_max_len(1);
-            each.for_each(|(block, pixels)| {
+            parallel::tasks(blocks, block_len, &|block, pixels| {
                 jobs.with(Job::default, |job| {
                     for (k, &view) in views.iter().enumerate() {
                         let nodes = &nodes[(k * n_blocks + block) * most..];

@@ -206,6 +206,26 @@ fn results_are_bitwise_independent_of_threads() {
     assert!([2, 3, 5].into_iter().all(|threads| run(threads) == one));
 }
 
+/// Eight views are computed at a time on one thread. The rows of the detector extend beyond those of the volume by more than a block, which
+/// sums of earlier views must not fill.
+#[test]
+fn views_are_bitwise_independent_of_those_projected_before() {
+    let small = small();
+    let angles: Vec<f64> = (0..11).map(|k| 0.3 * f64::from(k)).collect();
+    let views = ParallelGeometry::new(angles, 17, 0.55).unwrap();
+    let rows = SliceAxis::new(60, 0.7).unwrap();
+    let geometry = SpectGeometry::circular(&views, &rows, 9.0).unwrap();
+    let options = options::<f32>(wide(), small.map());
+    let new = || SpectOperator::new(&geometry, &small.grid, &small.layers, &options).unwrap();
+    let x = noise(small.n_voxels(), 6);
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(1);
+    let all = pool.build().unwrap().install(|| forward(&new(), &x));
+    for (view, samples) in all.chunks(geometry.view_len()).enumerate() {
+        let (alone, _) = new().subset(&[view]).unwrap().into_parts();
+        assert_eq!(forward(&alone, &x), samples, "{view}");
+    }
+}
+
 /// Another map, with the same or other attenuating pixels, or none: bitwise identical to an operator with this map, also for subsets.
 #[test]
 fn replacing_the_map_is_bitwise_identical_to_a_new_operator() {
