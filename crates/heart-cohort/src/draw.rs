@@ -2,7 +2,7 @@
 
 use crate::cohort::{Case, Cohort, Sampling};
 use crate::error::CohortError;
-use crate::read::parsed;
+use crate::read::scene_from;
 use crate::split::Subset;
 use crate::value::FieldValue;
 use crate::{field, sobol};
@@ -53,7 +53,7 @@ impl Member {
     /// # Errors
     /// [`CohortError::NoScene`] for drawn values that are not a valid scene: a rejected member.
     pub fn scene(&self) -> Result<Scene, CohortError> {
-        parsed(&self.scene).map_err(|error| CohortError::NoScene {
+        scene_from(&self.scene).map_err(|error| CohortError::NoScene {
             member: self.index,
             what: error.first().wanted.clone(),
         })

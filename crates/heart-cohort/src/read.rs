@@ -14,7 +14,7 @@ use serde_json::{Map, Value};
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
-/// The file as parsed.
+/// The file as scene_from.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Text {
@@ -194,7 +194,7 @@ impl Reader<'_> {
     ) -> Result<Value, SceneError> {
         let mut scene = base.clone();
         field::lay_over(&mut scene, &Value::Object(above.clone()));
-        let scene = match parsed(&scene) {
+        let scene = match scene_from(&scene) {
             Ok(scene) => scene,
             Err(error) => {
                 let wanted = &error.first().wanted;
@@ -204,7 +204,7 @@ impl Reader<'_> {
                     let value = field::get_in(above, path).cloned().unwrap_or_default();
                     field::set(&mut alone, path, value);
                     field::lay_over(&mut scene, &alone);
-                    parsed(&scene).is_err_and(|alone| alone.first().wanted == *wanted)
+                    scene_from(&scene).is_err_and(|alone| alone.first().wanted == *wanted)
                 });
                 let field = match blamed {
                     Some(path) => format!("{section}.{path}"),
@@ -356,7 +356,7 @@ impl Reader<'_> {
                 if !field::set(&mut scene, path, value) {
                     return Err("is not a field of the scene".into());
                 }
-                let scene = parsed(&scene).map(drop);
+                let scene = scene_from(&scene).map(drop);
                 scene.map_err(|error| error.first().wanted.clone())
             };
             let outcome = match distribution {
@@ -406,7 +406,7 @@ pub(crate) fn json_of(scene: &Scene) -> Value {
     serde_json::from_str(&scene.to_json()).unwrap_or_default()
 }
 
-/// The scene of its JSON, not validated; the deserialiser is compiled in `heart-phantom`.
-pub(crate) fn parsed(json: &Value) -> Result<Scene, SceneError> {
+/// Reads a scene from JSON without validation, by the deserialiser that is compiled with `heart-phantom`.
+pub(crate) fn scene_from(json: &Value) -> Result<Scene, SceneError> {
     Scene::from_json(&json.to_string())
 }

@@ -68,10 +68,19 @@ impl Scene {
         template::write(self)
     }
 
-    /// Reads the JSON of [`Scene::to_json`], in which fields may be left out, without validation ([`Scene::check`]).
+    /// Reads the JSON of [`Scene::to_json`]; omitted fields have their defaults. Values are not validated: [`Scene::check`] does that. Relative paths
+    /// are relative to the working directory.
+    ///
+    /// ```
+    /// use heart_phantom::scene::Scene;
+    /// let scene = Scene::from_json(r#"{"camera": {"views": 30}}"#)?;
+    /// assert_eq!(scene.camera.views, 30);
+    /// assert_eq!(Scene::from_json(&scene.to_json())?, scene);
+    /// # Ok::<(), heart_phantom::scene::SceneError>(())
+    /// ```
     ///
     /// # Errors
-    /// [`SceneError`] with line and column for other text, names and types.
+    /// [`SceneError`] with line and column if the text is not JSON, or contains an unknown name or a value of another type.
     pub fn from_json(text: &str) -> Result<Self, SceneError> {
         serde_json::from_str(text).map_err(|error| {
             let (message, place) = (error.to_string(), [error.line(), error.column()]);
@@ -81,10 +90,10 @@ impl Scene {
         })
     }
 
-    /// Writes all fields as JSON, as in the report of a run.
+    /// Writes all fields as JSON, as in the report of a run; [`Scene::from_json`] restores the same scene.
     #[must_use]
     pub fn to_json(&self) -> String {
-        json_text(self)
+        json_text(self).unwrap_or_default() // text and numbers only
     }
 
     fn parse(text: &str, directory: &Path) -> Result<Self, SceneError> {
@@ -102,7 +111,8 @@ impl Scene {
     }
 }
 
-/// Indented JSON; numbers that are not finite are null. One serialiser for scenes and reports: their code is large.
-pub(super) fn json_text(value: &impl Serialize) -> String {
-    serde_json::to_string_pretty(value).unwrap_or_default()
+/// Indented JSON; numbers that are not finite are null. Scenes and reports share one serialiser, because its code is large. An error for a path
+/// that is not Unicode.
+pub(super) fn json_text(value: &impl Serialize) -> serde_json::Result<String> {
+    serde_json::to_string_pretty(value)
 }

@@ -1,5 +1,6 @@
 //! A run: computes the products of a scene and writes them to a directory.
 
+use super::read::json_text;
 use super::run_report::{
     GateReport, MeasuredEjection, PictureReport, Progress, RunReport, SliceOrders,
 };
@@ -191,7 +192,7 @@ impl<'a> Run<'a> {
         report.files.append(&mut self.beside);
         report.files.push(files::REPORT.into());
         files::write_atomically(&self.out.join(files::REPORT), |file| {
-            writeln!(file, "{}", report.to_json())
+            writeln!(file, "{}", json_text(&report)?)
         })?;
         Ok(report)
     }

@@ -127,10 +127,10 @@ pub struct MeasuredEjection {
 }
 
 impl RunReport {
-    /// Writes the text of `report.json`.
+    /// Returns the text of `report.json`. It is empty if a name in `files` is not Unicode; a run with such a name fails.
     #[must_use]
     pub fn to_json(&self) -> String {
-        json_text(self)
+        json_text(self).unwrap_or_default()
     }
 }
 

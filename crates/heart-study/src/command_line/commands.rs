@@ -95,7 +95,7 @@ pub(super) fn check(arguments: &Arguments, path: &Path) -> Done {
     let samples = phantom.n_gates() * camera.n_views() * camera.view_len();
     let bytes: u64 = files.iter().map(|file| file.bytes).sum();
     let found = json!({
-        "scene": parsed(&phantom.scene().to_json()), "gates": phantom.n_gates(), "samples": samples,
+        "scene": value_of(&phantom.scene().to_json()), "gates": phantom.n_gates(), "samples": samples,
         "voxels": camera.grid().len(), "voxel_cm": camera.grid().spacing(), "numbers": numbers,
         "files": files, "bytes": bytes, "memory": phantom.memory(), "warnings": phantom.warnings()?,
     });
@@ -177,11 +177,11 @@ pub(super) fn run_scene(arguments: &Arguments, scene: &Path, out: &Path, page: b
         ),
         format!("{} files written to {}", report.files.len(), out.display()),
     ]);
-    Ok(Answer::Report(parsed(&report.to_json()), lines))
+    Ok(Answer::Report(value_of(&report.to_json()), lines))
 }
 
-/// JSON written by the library; its serialisers are compiled there.
-fn parsed(json: &str) -> Value {
+/// Parses JSON of `heart-phantom`, whose serialiser is compiled with that crate.
+fn value_of(json: &str) -> Value {
     serde_json::from_str(json).unwrap_or_default()
 }
 
