@@ -4,7 +4,8 @@ use super::{Phantom, once};
 use crate::error::PhantomError;
 use crate::no_observer;
 use crate::scan::{
-    Acquisition, BinSample, Facing, Imaging, ImagingOptions, Projected, Resolution, Rotation, Scan,
+    Acquisition, BinSample, Facing, Imaging, ImagingOptions, Mode, Projected, Resolution, Rotation,
+    Scan,
 };
 use radon::Collimator;
 use revolve_voxel::BinValue;
@@ -275,6 +276,11 @@ impl Phantom {
         let on = |value| self.imaging_on(value, [resolution(index); 2], 0.0);
         let imaging = value.map(on).transpose()?;
         let rows = 0..self.camera().n_rows();
+        let mut cycle = self.cycle_of(0).clone();
+        // An instant is no average over respiration, and may lie outside a respiratory gate.
+        if self.scene().acquisition.mode == Mode::Instants {
+            cycle = cycle.without_breathing();
+        }
         let mut images = Vec::new();
         let mut phases = self.outermost_phases();
         if projected == Projected::Surroundings {
@@ -284,6 +290,7 @@ impl Phantom {
             let scan = Scan {
                 imaging: imaging.as_ref(),
                 projected,
+                cycle: &cycle,
                 ..self.scan(self.camera(), 0, Acquisition::still(phase))
             };
             let mut samples = Vec::new();

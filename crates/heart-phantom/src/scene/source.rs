@@ -28,7 +28,6 @@ impl Phantom {
             PhantomError::OutOfRange { what, .. } if what.contains("collimator's blur") => {
                 "collimator".to_owned()
             }
-            PhantomError::EmptyView { .. } => "camera.seconds_per_view".to_owned(),
             PhantomError::Scatter(_) => "scatter".to_owned(),
             PhantomError::Memory { .. } => "camera".to_owned(),
             PhantomError::DetectorInside { .. } => "camera.radius".to_owned(),

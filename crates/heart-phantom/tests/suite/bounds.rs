@@ -332,3 +332,18 @@ fn memory_is_estimated_before_the_time_steps_are_known() {
         assert!(phantom.memory().shapes <= before.shapes, "{slow}");
     }
 }
+
+/// The resolution of bin averages is found at instants, as the views are: no view needs to contain the respiratory gate.
+#[test]
+fn instants_do_not_need_a_respiratory_gate_in_each_view() {
+    let scene = Scene::from_toml(
+        "[heart]\ndiscretisation = { differences = { nodes = 41 } }\n\
+         [breathing]\nshift = [0.0, 0.0, -1.0]\ngates = { phase = 2 }\n\
+         [camera]\nviews = 4\nbins = 9\nrows = 8\npitch = [2.0, 2.2]\nsamples = 'averages'\nrotation = 'continuous'\n\
+         [acquisition]\nmode = 'instants'\naccuracy = { steps = 4 }\n[reconstruction]\narc = 'extend'\n",
+    );
+    let phantom = Phantom::new(scene.unwrap()).unwrap();
+    phantom.prepare().unwrap();
+    let views = phantom.sinograms(0, &no_observer).unwrap();
+    assert!(views.samples.iter().any(|sample| *sample > 0.0));
+}
