@@ -2,7 +2,7 @@
 
 use heart_phantom::scene::{Accuracy, DiscretisationSettings, Mode};
 use heart_phantom::{
-    Compensation, Method, Osem, Phantom, PhantomError, Product, Scene, no_observer, run,
+    Compensation, Method, Osem, Phantom, PhantomError, Product, Run, Scene, no_observer, run,
 };
 use std::collections::BTreeMap;
 use std::fmt::Debug;
@@ -155,4 +155,24 @@ fn is_product(name: &str) -> bool {
     ["npy", "png", "gif"]
         .iter()
         .any(|extension| name.ends_with(&format!(".{extension}")))
+}
+
+/// The report lists all files by their names, which JSON has only in Unicode.
+#[cfg(unix)]
+#[test]
+fn a_report_with_a_name_that_is_not_unicode_is_an_error_and_not_an_empty_file() {
+    use std::os::unix::ffi::OsStrExt;
+    let mut scene = small(Method::Fbp).with_mode(Mode::Static { phase: 0.0 });
+    scene.output.write = vec![Product::Projections];
+    let phantom = Phantom::new(scene).unwrap();
+    let folder = tempfile::tempdir().unwrap();
+    let name = Path::new(std::ffi::OsStr::from_bytes(b"notes\xff.txt"));
+    let mut run = Run::begin(&phantom, folder.path(), &[name.into()]).unwrap();
+    run.gate(0, &no_observer).unwrap();
+    let report = run.finish(&no_observer, |_| Ok::<(), PhantomError>(()));
+    assert!(
+        matches!(report, Err(PhantomError::File { .. })),
+        "{report:?}"
+    );
+    assert!(!folder.path().join("report.json").exists());
 }
