@@ -229,6 +229,18 @@ pub enum PhantomError {
         /// The Cargo feature.
         feature: &'static str,
     },
+    /// The response of the collimator varies too much over the depth of the objects.
+    #[error(
+        "the standard deviation of the collimator's response is {} to {} cm over the depth of the objects: the ratio is too large",
+        Number(brief(*narrowest)),
+        Number(brief(*widest))
+    )]
+    Uneven {
+        /// Smallest standard deviation in cm.
+        narrowest: f64,
+        /// Largest standard deviation in cm.
+        widest: f64,
+    },
     /// No resolution meets the tolerance of the samples.
     #[error(
         "{term}: the error is {} at the finest resolution; the tolerance is {}",

@@ -194,9 +194,11 @@ impl Placed {
                 let twist = twist(shape.gain());
                 let mut sectors = Vec::new();
                 for (owner, region) in &pieces {
+                    let [from, to] = region.azimuths;
+                    // A twist maps a ring onto itself.
                     let cells = match &twist {
-                        None => vec![*region],
-                        Some(twist) => cells(region, twist),
+                        Some(twist) if to - from < TAU - NO_ANGLE => cells(region, twist),
+                        _ => vec![*region],
                     };
                     for cell in cells {
                         let sector = wall.sector(&cell, tolerance);

@@ -10,6 +10,9 @@ use std::sync::OnceLock;
 /// integral.
 const TAILS: f64 = 1.2e-6;
 
+/// Largest error of the interpolation of a response in depth at any resolution.
+const MOST_IN_DEPTH: f64 = 0.1;
+
 /// The resolution of the quadrature of an image.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "scene", derive(serde::Serialize))]
@@ -86,6 +89,10 @@ impl Imaging {
                     [of(view, range, heart)?, of(view, view.seen, around)?]
                 }
             };
+            if let Some(own) = made.iter().find(|own| own.error() > MOST_IN_DEPTH) {
+                let [narrowest, widest] = own.extremes();
+                return Err(PhantomError::Uneven { narrowest, widest });
+            }
             responses.push(made);
         }
         Ok(Self {
@@ -103,13 +110,22 @@ impl Imaging {
         }
     }
 
+    /// Returns about the largest number of rays of a view.
+    pub(crate) fn most_rays(&self, camera: &Camera) -> f64 {
+        let densities = self.options.resolutions.map(|own| own.density);
+        let of = |own: &DepthResponse, density: f64| {
+            let [along, across] = View::most_nodes(camera.detector(), own, density);
+            along * across
+        };
+        let parts = self.responses.iter();
+        let rays = parts.flat_map(|both| both.iter().zip(densities).map(|(own, d)| of(own, d)));
+        rays.fold(0.0, f64::max)
+    }
+
     /// Bytes of an unfinished image: its rows (nodes along the rows, nodes in depth, bins) and the tabulated weights.
     pub(crate) fn view_bytes(&self, camera: &Camera) -> usize {
         let of = |part: usize| {
-            let (density, [_, pitch]) = (
-                self.options.resolutions[part].density,
-                camera.detector().pitch(),
-            );
+            let density = self.options.resolutions[part].density;
             let responses = self.responses.iter().map(|both| &both[part]);
             let n_nodes = responses
                 .clone()
@@ -119,11 +135,8 @@ impl Imaging {
             let (detector, value) = (camera.detector(), self.options.value);
             let weights = responses.clone();
             let weights = weights.map(|own| View::weight_bytes(detector, value, own));
-            let narrowest = responses
-                .map(|own| own.extremes()[0])
-                .fold(f64::INFINITY, f64::min);
-            let height = camera.n_rows() as f64 * pitch;
-            let rows = density * (40.0 + height / narrowest.max(0.1 * pitch));
+            let rows = responses.map(|own| View::most_nodes(detector, own, density)[1]);
+            let rows = 40.0 * density + rows.fold(0.0, f64::max);
             8.0 * rows * (n_nodes * camera.n_bins()) as f64 + weights.max().unwrap_or(0) as f64
         };
         of(0).max(of(1)) as usize

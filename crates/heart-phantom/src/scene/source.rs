@@ -30,6 +30,7 @@ impl Phantom {
             }
             PhantomError::Scatter(_) => "scatter".to_owned(),
             PhantomError::Memory { .. } => "camera".to_owned(),
+            PhantomError::Uneven { .. } => "collimator".to_owned(),
             PhantomError::DetectorInside { .. } => "camera.radius".to_owned(),
             PhantomError::NoCounts => "noise.counts.total".to_owned(),
             PhantomError::SourceInside { .. } => "camera.geometry".to_owned(),

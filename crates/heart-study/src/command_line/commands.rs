@@ -98,6 +98,7 @@ pub(super) fn check(arguments: &Arguments, path: &Path) -> Done {
         "scene": value_of(&phantom.scene().to_json()), "gates": phantom.n_gates(), "samples": samples,
         "voxels": camera.grid().len(), "voxel_cm": camera.grid().spacing(), "numbers": numbers,
         "files": files, "bytes": bytes, "memory": phantom.memory(), "warnings": phantom.warnings()?,
+        "work": phantom.work(),
     });
     let ([nx, ny, nz], [x, y, z]) = (camera.grid().shape(), camera.grid().spacing());
     let [low, high] = phantom.cycle().gains();

@@ -208,6 +208,7 @@ fn code(error: &PhantomError) -> u8 {
         | PhantomError::NoDefect { .. }
         | PhantomError::Uncovered { .. }
         | PhantomError::Tolerance { .. }
+        | PhantomError::Uneven { .. }
         | PhantomError::OutOfRange { .. }
         | PhantomError::Count { .. }
         | PhantomError::Extension { .. }

@@ -169,6 +169,7 @@ fn is_small(found: &Value) -> bool {
     number(&found["samples"]) * steps < 3e4
         && number(&found["voxels"]) * iterations < 2e4
         && number(&found["bytes"]) < 2e7
+        && number(&found["work"]["rays_cast"]) < 1e6
         && memory < 3e8
 }
 

@@ -33,6 +33,9 @@ const ORGANS: [f64; 2] = [4.0, 6.0];
 /// Nodes of a panel at a density of 1, in addition to its size in standard deviations; two more at twice the density, and one less for each
 /// power of ten by which the panel is smaller than a standard deviation.
 const LEAST: f64 = 3.0;
+/// In bins without such a response, exponent of the size of a panel, in pitches, in its number of nodes: the contributions of large and small
+/// panels to the error are balanced.
+const SMALL_PANEL: f64 = 0.25;
 /// Corners of a meridian divide panels if the sine of the turning angle exceeds the first number, or the second divided by the density of nodes.
 /// Quadrature across a corner has an error of the turning angle over the square of the density, so that panels between the small corners of a
 /// polyline of few vertices would need additional nodes at low densities.
@@ -106,6 +109,21 @@ impl<'a> View<'a> {
         })
     }
 
+    /// Returns about the numbers of nodes along u and v of an image of objects larger than the detector and the reach of the response; the
+    /// number of rays is their product.
+    #[must_use]
+    pub fn most_nodes(
+        detector: &ParallelDetector,
+        response: &DepthResponse,
+        density: f64,
+    ) -> [f64; 2] {
+        let [narrowest, widest] = response.extremes();
+        Axis::both(detector, BinValue::Average).map(|Axis { n, pitch, .. }| {
+            let length = n as f64 * pitch + 2.0 * REACH * widest;
+            density * length / narrowest.max(NARROW * pitch)
+        })
+    }
+
     /// Returns the bytes of the weights that a view tabulates.
     #[must_use]
     pub fn weight_bytes(
@@ -129,12 +147,13 @@ impl<'a> View<'a> {
             true => SHARP_CORNER,
             false => CORNER[0].min(CORNER[1] / self.density),
         };
-        let path_of = |body, layer| Path::new(body, layer, corner);
         let layers = (body.iter()).flat_map(|body| {
             let layers = body.layers().iter();
-            layers.map(move |layer| path_of(body, layer))
+            layers.map(move |layer| Path::new(body, layer, corner))
         });
-        let paths: Vec<Path<'_>> = layers.collect();
+        let rings = (body.iter()).flat_map(|_| assembly.rings());
+        let rings = rings.map(|ring| Path::new(ring, &ring.layers()[0], 1.0));
+        let paths: Vec<Path<'_>> = layers.chain(rings).collect();
         let panels = self.heights(assembly, shown, &paths);
         let heights: Vec<[f64; 2]> = (panels.iter().flat_map(Panel::nodes))
             .filter(|[v, _]| self.reaches(*v, &rows))
@@ -215,11 +234,14 @@ impl<'a> View<'a> {
         };
         // Two densities that differ by the root of two have different numbers of nodes in any panel except very short ones. Steps of the weights, and
         // corners of an outline at the edge of a bin, are of low order: then the numbers differ by the same factor.
-        let least = match is_narrow {
-            true => 4.0 * self.density,
-            false => LEAST + 2.0 * self.density.log2(),
+        let least = |size: f64| match is_narrow {
+            true => 4.0 * self.density * size.min(1.0).powf(SMALL_PANEL),
+            // Each further node reduces the error of a panel by about a factor of ten.
+            false => {
+                let least = (LEAST + 2.0 * self.density.log2()).round();
+                least - (-size.log10()).floor().clamp(0.0, (least - 1.0).max(0.0))
+            }
         };
-        let least = least.round().max(1.0) - 1.0;
         for pair in breaks.windows(2) {
             let [from, to] = [pair[0], pair[1]];
             // In the middle of a bin the weights are constant.
@@ -229,12 +251,7 @@ impl<'a> View<'a> {
                 false => narrowest,
             };
             let size = (to - from) / scale;
-            // Each further node reduces the error of a panel by about a factor of ten.
-            let spared = match is_narrow {
-                true => 0.0,
-                false => (-size.log10()).floor().clamp(0.0, least),
-            };
-            let fine = least - spared + (self.density * size).ceil().max(1.0);
+            let fine = least(size).round().max(1.0) + (self.density * size).ceil().max(1.0) - 1.0;
             panels.push(Panel::new([from, to], kind, fine.min(1e7) as usize, own));
         }
     }

@@ -5,6 +5,7 @@ use rayon::prelude::*;
 use crate::error::{finite, length};
 use crate::rays::raster::Rays;
 use crate::rays::single::Search;
+use crate::wall::sector::AxialLine;
 use crate::{
     Body, Capsule, Organ, OrganShape, Organs, Ray, RayCounters, RevolveError, Sample, Sector, Span,
 };
@@ -129,6 +130,12 @@ impl<'a> Assembly<'a> {
     #[must_use]
     pub fn body(&self) -> Option<&'a Body> {
         self.body.as_ref().map(|own| own.body)
+    }
+
+    /// Returns the sectors of a full turn.
+    pub(crate) fn rings(&self) -> impl Iterator<Item = &Body> {
+        let sectors = self.body.iter().flat_map(|own| &own.sectors);
+        sectors.filter_map(|(sector, _)| sector.ring())
     }
 
     /// Returns the organs, then the media.
@@ -276,7 +283,14 @@ impl Finder {
             });
         }
         if !self.own.is_empty() {
+            let mut line = AxialLine::new(own.body.pose(), ray);
             for (sector, activity) in &own.sectors {
+                if !line.fits(sector) {
+                    line = AxialLine::new(sector.pose(), ray);
+                }
+                if line.misses(sector) {
+                    continue;
+                }
                 let parts = &mut self.own;
                 sector.for_spans(ray, |span| parts.push((span, Part::Activity(*activity))));
             }

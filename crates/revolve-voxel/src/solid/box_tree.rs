@@ -42,6 +42,11 @@ impl BoxTree {
         Self { boxes, first_leaf }
     }
 
+    /// Returns the box of all segments.
+    pub(crate) fn whole(&self) -> [f64; 4] {
+        self.boxes[1]
+    }
+
     /// Calls `visit` with the segments (of n) in leaves whose boxes meet the given one.
     pub(crate) fn overlapping(&self, with: [f64; 4], n: usize, mut visit: impl FnMut(usize)) {
         let mut stack = vec![1];

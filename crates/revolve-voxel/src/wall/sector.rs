@@ -17,6 +17,59 @@ use crate::{
     VoxelCounters, VoxelGrid,
 };
 
+/// Margin of the bounding box of a ring, relative to the distance and size of the ring; more than rounding of a square root near zero.
+const MARGIN: f64 = 1e-7;
+
+/// A line relative to the axis of a pose, by which most sectors that it misses are found without intersections.
+pub(crate) struct AxialLine<'a> {
+    pose: &'a Pose,
+    /// The line is at x at these parameters: `(x - from) per_x`.
+    from: f64,
+    per_x: f64,
+    /// Distance of its origin from the origin of the body, and of its closest point to the axis.
+    distance: f64,
+    closest: f64,
+    /// The squared radius is `a + 2 b t + c t^2`.
+    square: [f64; 3],
+}
+
+impl<'a> AxialLine<'a> {
+    pub(crate) fn new(pose: &'a Pose, ray: &Ray) -> Self {
+        let (axis, direction) = (pose.axis(), ray.direction());
+        let origin = ray.origin().coords - pose.isometry().translation.vector;
+        let (from, slope) = (origin.dot(&axis), direction.dot(&axis));
+        let norm_squared = origin.norm_squared();
+        let [b, c] = [origin.dot(&direction) - from * slope, 1.0 - slope * slope];
+        Self {
+            pose,
+            from,
+            per_x: 1.0 / slope,
+            distance: norm_squared.sqrt(),
+            closest: -b / c,
+            square: [norm_squared - from * from, b, c],
+        }
+    }
+
+    /// Returns whether a line in this pose has radii outside those of a sector wherever it is within its range of x. The margin is larger
+    /// than the square root of rounding.
+    pub(crate) fn misses(&self, sector: &Sector) -> bool {
+        let [x0, x1, least, most] = sector.ring.layers()[0].boxes().whole();
+        let near = MARGIN * (self.distance + most + x0.abs().max(x1.abs()));
+        let ends = [x0 - near, x1 + near].map(|x| (x - self.from) * self.per_x);
+        let [low, high] = [ends[0].min(ends[1]), ends[0].max(ends[1])];
+        let [a, b, c] = self.square;
+        let square = |t: f64| a + t * (2.0 * b + t * c);
+        let (inner, outer) = ((least - near).max(0.0), most + near);
+        square(self.closest.max(low).min(high)) > outer * outer
+            || square(low).max(square(high)) < inner * inner
+    }
+
+    /// Returns whether it is a line relative to the pose of a sector.
+    pub(crate) fn fits(&self, sector: &Sector) -> bool {
+        self.pose == sector.pose()
+    }
+}
+
 /// The part of a solid of revolution between two half-planes that start at its axis, in the lab.
 ///
 /// Azimuth is the angle from body y to body z. The plane between two adjacent sectors belongs to the one that it begins, for points
@@ -66,6 +119,11 @@ impl Sector {
     #[must_use]
     pub fn pose(&self) -> &Pose {
         self.ring.pose()
+    }
+
+    /// Returns the solid of a full turn, as the only layer; `None` if the sector is less.
+    pub(crate) fn ring(&self) -> Option<&Body> {
+        (self.wedge == Wedge::Whole).then_some(&self.ring)
     }
 
     /// Returns the volume in cm^3.

@@ -435,6 +435,31 @@ proptest! {
 }
 
 proptest! {
+    /// An assembly skips sectors by their bounding boxes; a chord is computed without them. Lines close to the axis and perpendicular to it included.
+    #[test]
+    fn an_assembly_skips_no_sector_that_a_line_crosses(
+        from in -4.0..4.0f64, opening in 0.05..TAU, d in support::direction(), p in prop::array::uniform3(-2.0..2.0f64), kind in 0..4,
+        distance in 0.0..1e3f64, [x, r] in prop::array::uniform2(0.0..2.0f64), [long, thick] in prop::array::uniform2(1e-3..1.0f64),
+    ) {
+        let profile = [[x, r], [x, r + thick], [x + long, r + 1.5 * thick], [x + long, r + 0.5 * thick]];
+        let sector = Sector::new(Meridian::ring(&profile).unwrap(), [from, from + opening], pose()).unwrap();
+        let axis = pose().axis();
+        let direction = match kind {
+            0 => axis,
+            1 => d.cross(&axis).normalize(),
+            _ => d,
+        };
+        let through = Point3::from(p) - distance * direction;
+        let ray = Ray::new(through, direction).unwrap();
+        let all = Meridian::new(&[[-5.0, 6.0], [5.0, 6.0]]).unwrap();
+        let body = Body::new(vec![all], pose()).unwrap();
+        let nothing = Organs::new(Vec::new()).unwrap();
+        let assembly = Assembly::new(&nothing).with_body(&body, &[0.0], None).unwrap();
+        let assembly = assembly.with_sectors(vec![(sector.clone(), 1.0)]).unwrap();
+        let crossed: f64 = assembly.parts(&ray).iter().map(|part| part.activity * part.span.length()).sum();
+        prop_assert!((crossed - sector.chord(&ray)).abs() < 1e-9, "{crossed} {}", sector.chord(&ray));
+    }
+
     /// Against points: the path to the hit is outside the sector, the path beyond is inside, and the normal points out.
     #[test]
     fn hits_agree_with_point_tests(from in 0.0..TAU, opening in 0.1..TAU, d in support::direction(), p in prop::array::uniform3(-2.0..2.0f64)) {
