@@ -5,7 +5,7 @@ use rayon::prelude::*;
 use crate::error::{finite, length};
 use crate::rays::raster::Rays;
 use crate::rays::single::Search;
-use crate::wall::sector::AxialLine;
+use crate::wall::sectors::Sectors;
 use crate::{
     Body, Capsule, Organ, OrganShape, Organs, Ray, RayCounters, RevolveError, Sample, Sector, Span,
 };
@@ -29,7 +29,7 @@ struct Replacing<'a> {
     /// Weight of each layer's indicator.
     weights: Vec<f64>,
     attenuation: Option<f64>,
-    sectors: Vec<(Sector, f64)>,
+    sectors: Sectors,
 }
 
 impl<'a> Assembly<'a> {
@@ -72,7 +72,7 @@ impl<'a> Assembly<'a> {
             body,
             weights,
             attenuation,
-            sectors: Vec::new(),
+            sectors: Sectors::default(),
         });
         Ok(Self { body, ..self })
     }
@@ -86,7 +86,7 @@ impl<'a> Assembly<'a> {
             finite("activity", *activity)?;
         }
         if let Some(body) = &mut self.body {
-            body.sectors = sectors;
+            body.sectors = Sectors::new(sectors);
         }
         Ok(self)
     }
@@ -134,8 +134,7 @@ impl<'a> Assembly<'a> {
 
     /// Returns the sectors of a full turn.
     pub(crate) fn rings(&self) -> impl Iterator<Item = &Body> {
-        let sectors = self.body.iter().flat_map(|own| &own.sectors);
-        sectors.filter_map(|(sector, _)| sector.ring())
+        self.body.iter().flat_map(|own| own.sectors.rings())
     }
 
     /// Returns the organs, then the media.
@@ -283,17 +282,10 @@ impl Finder {
             });
         }
         if !self.own.is_empty() {
-            let mut line = AxialLine::new(own.body.pose(), ray);
-            for (sector, activity) in &own.sectors {
-                if !line.fits(sector) {
-                    line = AxialLine::new(sector.pose(), ray);
-                }
-                if line.misses(sector) {
-                    continue;
-                }
-                let parts = &mut self.own;
-                sector.for_spans(ray, |span| parts.push((span, Part::Activity(*activity))));
-            }
+            let parts = &mut self.own;
+            (own.sectors).for_spans(ray, |span, activity| {
+                parts.push((span, Part::Activity(activity)));
+            });
         }
     }
 

@@ -6,6 +6,7 @@ pub(crate) mod locate;
 pub(crate) mod nearest;
 pub(crate) mod root;
 pub(crate) mod sector;
+pub(crate) mod sectors;
 pub(crate) mod shares;
 pub(crate) mod shell;
 pub(crate) mod thickness;

@@ -12,63 +12,11 @@ use crate::solid::wedge::{Place, Wedge};
 use crate::voxels::patch::Cuboid;
 use crate::voxels::runs::Runs;
 use crate::voxels::sections::Sections;
+use crate::wall::sectors::BodyLine;
 use crate::{
     Body, Hit, Meridian, Pose, Ray, RayCounters, Rays, RevolveError, Sample, Sampling, Span,
     VoxelCounters, VoxelGrid,
 };
-
-/// Margin of the bounding box of a ring, relative to the distance and size of the ring; more than rounding of a square root near zero.
-const MARGIN: f64 = 1e-7;
-
-/// A line relative to the axis of a pose, by which most sectors that it misses are found without intersections.
-pub(crate) struct AxialLine<'a> {
-    pose: &'a Pose,
-    /// The line is at x at these parameters: `(x - from) per_x`.
-    from: f64,
-    per_x: f64,
-    /// Distance of its origin from the origin of the body, and of its closest point to the axis.
-    distance: f64,
-    closest: f64,
-    /// The squared radius is `a + 2 b t + c t^2`.
-    square: [f64; 3],
-}
-
-impl<'a> AxialLine<'a> {
-    pub(crate) fn new(pose: &'a Pose, ray: &Ray) -> Self {
-        let (axis, direction) = (pose.axis(), ray.direction());
-        let origin = ray.origin().coords - pose.isometry().translation.vector;
-        let (from, slope) = (origin.dot(&axis), direction.dot(&axis));
-        let norm_squared = origin.norm_squared();
-        let [b, c] = [origin.dot(&direction) - from * slope, 1.0 - slope * slope];
-        Self {
-            pose,
-            from,
-            per_x: 1.0 / slope,
-            distance: norm_squared.sqrt(),
-            closest: -b / c,
-            square: [norm_squared - from * from, b, c],
-        }
-    }
-
-    /// Returns whether a line in this pose has radii outside those of a sector wherever it is within its range of x. The margin is larger
-    /// than the square root of rounding.
-    pub(crate) fn misses(&self, sector: &Sector) -> bool {
-        let [x0, x1, least, most] = sector.ring.layers()[0].boxes().whole();
-        let near = MARGIN * (self.distance + most + x0.abs().max(x1.abs()));
-        let ends = [x0 - near, x1 + near].map(|x| (x - self.from) * self.per_x);
-        let [low, high] = [ends[0].min(ends[1]), ends[0].max(ends[1])];
-        let [a, b, c] = self.square;
-        let square = |t: f64| a + t * (2.0 * b + t * c);
-        let (inner, outer) = ((least - near).max(0.0), most + near);
-        square(self.closest.max(low).min(high)) > outer * outer
-            || square(low).max(square(high)) < inner * inner
-    }
-
-    /// Returns whether it is a line relative to the pose of a sector.
-    pub(crate) fn fits(&self, sector: &Sector) -> bool {
-        self.pose == sector.pose()
-    }
-}
 
 /// The part of a solid of revolution between two half-planes that start at its axis, in the lab.
 ///
@@ -151,15 +99,22 @@ impl Sector {
             .sum()
     }
 
-    /// Calls `each` with the disjoint intervals of a line inside the sector.
-    pub(crate) fn for_spans(&self, ray: &Ray, mut each: impl FnMut(Span)) {
-        let spans = self.ring.spans_in(&self.ring.layers()[0], ray);
-        if spans.is_empty() {
+    /// Returns the range of x and r of the ring.
+    pub(crate) fn bounds(&self) -> [f64; 4] {
+        self.ring.layers()[0].boxes().whole()
+    }
+
+    /// Calls `each` with the disjoint intervals of a line inside the sector. `line` is the ray in its pose.
+    pub(crate) fn for_spans(&self, ray: &Ray, line: &BodyLine, mut each: impl FnMut(Span)) {
+        let Some([low, high]) = line.within(self.bounds()) else {
+            return;
+        };
+        let (origin, along, near) = &line.parts;
+        let held = self.wedge.stretches(origin, along, *near);
+        if !(held.iter().flatten()).any(|[from, to]| *from < high && low < *to) {
             return;
         }
-        let (origin, along, near) = self.in_body(ray);
-        let held = self.wedge.stretches(&origin, &along, near);
-        for span in &spans {
+        for span in &self.ring.spans_in(&self.ring.layers()[0], ray) {
             for &[from, to] in held.iter().flatten() {
                 let (enter, exit) = (from.max(span.enter), to.min(span.exit));
                 if enter < exit {
@@ -356,12 +311,8 @@ impl Sector {
     }
 
     /// Returns origin and direction of a ray in the body frame, with the rounding error of the origin.
+    /// Returns origin and direction of a ray in the body frame, and the rounding of the origin.
     fn in_body(&self, ray: &Ray) -> (Point3<f64>, Vector3<f64>, f64) {
-        let (pose, origin) = (self.ring.pose(), ray.origin());
-        (
-            pose.to_body(&origin),
-            pose.vector_to_body(&ray.direction()),
-            pose.rounding(&origin),
-        )
+        BodyLine::new(self.ring.pose(), ray).parts
     }
 }
