@@ -5,8 +5,8 @@ use crate::error::{PhantomError, check_count};
 use crate::no_observer;
 use crate::ranges::RAYS_OF_VIEW;
 use crate::scan::{
-    Acquisition, BinSample, Facing, Imaging, ImagingOptions, Mode, Projected, Resolution, Rotation,
-    Scan,
+    Acquisition, BinSample, Camera, Facing, Imaging, ImagingOptions, Mode, Projected, Resolution,
+    Rotation, Scan,
 };
 use radon::Collimator;
 use revolve_voxel::BinValue;
@@ -28,7 +28,7 @@ const LADDER: [[f64; 2]; 10] = [
     [16.0, 2e-8],
 ];
 /// Index of the resolution at which the effect of sampling at bin centres is computed.
-const PROBE: usize = 1;
+const PROBE: usize = 2;
 /// Views in which resolutions are compared, besides the one nearest to its collimator.
 const VIEWS_TRIED: usize = 7;
 /// Assumed ratio of the error of a resolution to that of the next coarser one, whose density is smaller by the root of two. It is 0.5 for the
@@ -75,10 +75,12 @@ impl Phantom {
         };
         let target = self.parts.tolerance_of_bins();
         let views = self.views_tried()?;
+        // An average over the rotation during a view has smaller errors.
+        let camera = self.camera().stopped();
         let find = |images: (Projected, Vec<Vec<f32>>), largest, target| {
-            self.find_resolution((value, &views), images, largest, target)
+            self.find_resolution((&camera, value, &views), images, largest, target)
         };
-        let coarsest = |projected| self.images(Some(value), &views, 0, projected);
+        let coarsest = |projected| self.images((&camera, Some(value)), &views, 0, projected);
         let (resolutions, error) = match self.has_fixed_surroundings() {
             true => {
                 let [of_heart, of_others] = [Projected::Heart, Projected::Surroundings];
@@ -172,7 +174,7 @@ impl Phantom {
             return Ok(None);
         }
         let first = BTreeSet::from([0]);
-        let images = |value| self.images(value, &first, PROBE, Projected::All);
+        let images = |value| self.images((self.camera(), value), &first, PROBE, Projected::All);
         let centres = images(self.bin_value()?)?;
         let averages = images(Some(BinValue::Average))?;
         let largest = largest_of(&averages);
@@ -187,7 +189,7 @@ impl Phantom {
     /// Returns the resolution with its error.
     fn find_resolution(
         &self,
-        (value, views): (BinValue, &BTreeSet<usize>),
+        (camera, value, views): (&Camera, BinValue, &BTreeSet<usize>),
         (projected, mut before): (Projected, Vec<Vec<f32>>),
         largest: f64,
         target: f64,
@@ -195,7 +197,7 @@ impl Phantom {
         let is_blurred = self.response()?.variance(f64::MAX) > 0.0;
         let others = OTHER_VIEWS[usize::from(!is_blurred)];
         for index in 1..LADDER.len() {
-            let after = self.images(Some(value), views, index, projected)?;
+            let after = self.images((camera, Some(value)), views, index, projected)?;
             let off = match largest > 0.0 {
                 true => difference(&before, &after) / largest,
                 false => 0.0,
@@ -271,7 +273,7 @@ impl Phantom {
     /// Projects these views of the heart at end-systole and end-diastole, or at the phase of a static scene; line integrals without `value`.
     fn images(
         &self,
-        value: Option<BinValue>,
+        (camera, value): (&Camera, Option<BinValue>),
         views: &BTreeSet<usize>,
         index: usize,
         projected: Projected,
@@ -294,7 +296,7 @@ impl Phantom {
                 imaging: imaging.as_ref(),
                 projected,
                 cycle: &cycle,
-                ..self.scan(self.camera(), 0, Acquisition::still(phase))
+                ..self.scan(camera, 0, Acquisition::still(phase))
             };
             let mut samples = Vec::new();
             for &view_idx in views {

@@ -152,6 +152,13 @@ impl Camera {
         })
     }
 
+    /// Returns the camera without rotation during a view.
+    pub(crate) fn stopped(&self) -> Self {
+        let mut camera = self.clone();
+        camera.from.rotation = Rotation::StepAndShoot;
+        camera
+    }
+
     /// Extends the voxels to `low` and `high` in cm along x and y, and by `layers` below and above. Returns the index of the first original
     /// voxel.
     pub(crate) fn with_voxels_around(

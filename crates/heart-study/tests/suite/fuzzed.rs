@@ -163,13 +163,18 @@ fn is_small(found: &Value) -> bool {
     let steps = number(&scene["acquisition"]["accuracy"]["steps"]).max(16.0);
     let method = &scene["reconstruction"]["method"]["osem"];
     let iterations = number(&method["iterations"]).max(1.0);
+    // A view of a turning camera is an average over angles.
+    let rotation = match scene["camera"]["rotation"] == "continuous" {
+        true => 16.0,
+        false => 1.0,
+    };
     let memory: f64 = (found["memory"].as_object().into_iter().flatten())
         .map(|(_, bytes)| number(bytes))
         .sum();
     number(&found["samples"]) * steps < 3e4
         && number(&found["voxels"]) * iterations < 2e4
         && number(&found["bytes"]) < 2e7
-        && number(&found["work"]["rays_cast"]) < 1e6
+        && number(&found["work"]["rays_cast"]) * rotation < 1e6
         && memory < 3e8
 }
 
