@@ -317,7 +317,10 @@ fn changed(dice: &mut Dice, text: String) -> String {
                 let value: Result<f64, _> = text[place.clone()].parse();
                 let number = match (value, dice.below(3)) {
                     (Ok(value), 0) => format!("{:?}", value * 10f64.powi(dice.below(7) as i32 - 3)),
-                    (Ok(value), 1) => format!("{}", value as i64 + dice.below(5) as i64 - 2),
+                    (Ok(value), 1) => format!(
+                        "{}",
+                        (value as i64).saturating_add(dice.below(5) as i64 - 2)
+                    ),
                     _ => dice.pick(&NUMBERS).to_owned(),
                 };
                 return [&text[..place.start], &number, &text[place.end..]].concat();
