@@ -3,7 +3,7 @@
 use heart_phantom::scene::{
     Accuracy, ArcPolicy, Attenuation, BinSample, BlurSettings, CollimatorSettings,
     DiscretisationSettings, HolesSettings, Medium, Mode, Orbit, OrganSettings, OrganShapeSettings,
-    Product, Scene,
+    Product, Rotation, Scene,
 };
 use heart_phantom::{Phantom, PhantomError, Uptake, no_observer, run};
 use std::f64::consts::{LN_2, PI};
@@ -373,4 +373,18 @@ fn a_tolerance_that_no_resolution_meets_is_an_error() {
     };
     assert_eq!(field, "acquisition.accuracy.tolerance");
     assert!(matches!(*source, PhantomError::Tolerance { reached, .. } if reached > 1e-6));
+}
+
+/// A resolution is found in views of a camera that does not turn, and holds for averages over the rotation.
+#[test]
+fn rotation_during_a_view_does_not_change_the_resolution() {
+    let found = |rotation| {
+        let mut scene = scene();
+        scene.camera.rotation = rotation;
+        let phantom = with_tolerance(scene, 0.02);
+        let resolution = phantom.resolution().unwrap().unwrap();
+        (resolution, phantom.work().rays_cast)
+    };
+    let [turning, stopped] = [Rotation::Continuous, Rotation::StepAndShoot].map(found);
+    assert_eq!(turning, stopped);
 }

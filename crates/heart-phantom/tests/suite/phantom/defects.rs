@@ -144,3 +144,43 @@ fn a_defect_moves_with_the_wall_and_preserves_its_volume() {
     let none = Phantom::new(scene).unwrap();
     assert!(none.view(0, 4).unwrap() == all);
 }
+
+/// Averages over bins have outlines of complete rings as panel ends; a twist maps such a ring onto itself.
+#[test]
+fn a_ring_does_not_depend_on_the_twist() {
+    let mut scene = small(Mode::Static { phase: 0.4 });
+    scene.camera.views = 2;
+    scene.reconstruction.arc = ArcPolicy::Extend;
+    (scene.camera.bins, scene.camera.rows) = (10, 10);
+    scene.camera.pitch = [1.6; 2];
+    scene.camera.samples = Some(BinSample::Averages);
+    scene.acquisition.accuracy = Accuracy::Tolerance(0.02);
+    scene.defects = vec![Defect {
+        azimuths_degrees: [-90.0, 270.0],
+        ..infarct()
+    }];
+    let still = Phantom::new(scene.clone()).unwrap();
+    scene.twist = Some(TwistSettings {
+        inner_degrees: vec![-3.0, 10.0],
+        outer_degrees: vec![-3.0, 8.0],
+    });
+    let twisted = Phantom::new(scene.clone()).unwrap();
+    let view = twisted.view(0, 1).unwrap();
+    assert!(view == still.view(0, 1).unwrap());
+    assert_eq!(
+        twisted.work().rays_cast,
+        still.work().rays_cast,
+        "one ring, not cells"
+    );
+    // The same ring in two halves, as cells, whose outlines do not divide panels.
+    let half = |azimuths_degrees: [f64; 2]| Defect {
+        azimuths_degrees,
+        ..infarct()
+    };
+    scene.defects = vec![half([-90.0, 80.0]), half([80.0, 270.0])];
+    let halves = Phantom::new(scene).unwrap().view(0, 1).unwrap();
+    let most = view.iter().copied().fold(0.0, f32::max);
+    let off = view.iter().zip(&halves).map(|(a, b)| (a - b).abs());
+    // Twice the part of the tolerance for bins.
+    assert!(off.fold(0.0, f32::max) < 0.02 * most);
+}
