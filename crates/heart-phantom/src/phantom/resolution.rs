@@ -37,6 +37,8 @@ const VIEWS_TRIED: usize = 7;
 const RATIO: f64 = 0.5;
 /// Errors of untested views relative to those of tested ones, with a response and without.
 const OTHER_VIEWS: [f64; 2] = [1.2, 1.8];
+/// Rotation during a view in radians above which the largest sample is that of averages over the rotation, because it may be much smaller.
+const WIDE_TURN: f64 = 0.12;
 /// Smallest fraction of the tolerance reserved for the surroundings of the heart, where these have a separate resolution.
 const SURROUNDINGS: f64 = 0.3;
 
@@ -75,7 +77,7 @@ impl Phantom {
         };
         let target = self.parts.tolerance_of_bins();
         let views = self.views_tried()?;
-        // An average over the rotation during a view has smaller errors.
+        // Averages over the rotation during a view have smaller absolute errors.
         let camera = self.camera().stopped();
         let find = |images: (Projected, Vec<Vec<f32>>), largest, target| {
             self.find_resolution((&camera, value, &views), images, largest, target)
@@ -95,7 +97,12 @@ impl Phantom {
             }
             false => {
                 let images = coarsest(Projected::All)?;
-                let largest = least_maximum(&images);
+                let mut largest = least_maximum(&images);
+                if self.camera().turn() > WIDE_TURN {
+                    let turning = (self.camera(), Some(value));
+                    let averages = self.images(turning, &views, 0, Projected::All)?;
+                    largest = largest.min(least_maximum(&averages));
+                }
                 let (all, error) = find((Projected::All, images), largest, target)?;
                 ([all; 2], error)
             }

@@ -152,6 +152,14 @@ impl Camera {
         })
     }
 
+    /// Returns the angle of rotation during a view in radians.
+    pub(crate) fn turn(&self) -> f64 {
+        match self.rotation() {
+            Rotation::StepAndShoot => 0.0,
+            Rotation::Continuous => self.step.abs(),
+        }
+    }
+
     /// Returns the camera without rotation during a view.
     pub(crate) fn stopped(&self) -> Self {
         let mut camera = self.clone();

@@ -375,16 +375,25 @@ fn a_tolerance_that_no_resolution_meets_is_an_error() {
     assert!(matches!(*source, PhantomError::Tolerance { reached, .. } if reached > 1e-6));
 }
 
-/// A resolution is found in views of a camera that does not turn, and holds for averages over the rotation.
+/// A resolution is found in views of a camera that does not turn; the largest sample that of averages over the rotation, if it turns far.
 #[test]
 fn rotation_during_a_view_does_not_change_the_resolution() {
-    let found = |rotation| {
+    let found = |rotation, arc| {
         let mut scene = scene();
-        scene.camera.rotation = rotation;
+        (scene.camera.rotation, scene.camera.arc) = (rotation, arc);
         let phantom = with_tolerance(scene, 0.02);
         let resolution = phantom.resolution().unwrap().unwrap();
         (resolution, phantom.work().rays_cast)
     };
-    let [turning, stopped] = [Rotation::Continuous, Rotation::StepAndShoot].map(found);
-    assert_eq!(turning, stopped);
+    for arc in [20.0, 360.0] {
+        let [turning, stopped] =
+            [Rotation::Continuous, Rotation::StepAndShoot].map(|rotation| found(rotation, arc));
+        assert_eq!(turning.0, stopped.0);
+        // 5 and 90 degrees a view.
+        assert_eq!(
+            turning.1 == stopped.1,
+            arc == 20.0,
+            "{turning:?} {stopped:?}"
+        );
+    }
 }

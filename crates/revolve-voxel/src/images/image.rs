@@ -7,7 +7,7 @@
 //! with k the Gaussian, averaged over the bin. Heights v are quadrature nodes between the extreme heights of all solids; positions u of a row are
 //! those of a [`Panel`] between the positions where an outline crosses the row. Along a ray the integral is exact for the polynomials of
 //! [`DepthResponse`]. In each panel the integrand of smooth solids is smooth at the scale of the response, so the error falls exponentially with
-//! the density of nodes. Sides of sectors do not divide panels (order 5/2 of the density). Behind a response, small corners of a meridian do not
+//! the density of nodes. Outlines of sectors do not divide panels, except those of a full turn (order 5/2 of the density). Behind a response, small corners of a meridian do not
 //! divide them either (order 2, and 3 from a density of 2 on). The number of rays does not depend on the number of bins. Organs are smooth at
 //! their own scale, so that few rays suffice in a large panel: their integrals are interpolated to the nodes that the response needs.
 
