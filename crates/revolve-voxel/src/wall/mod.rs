@@ -1,5 +1,6 @@
 //! The wall between two curves: material coordinates, thickness, and sectors.
 
+pub(crate) mod body_line;
 pub(crate) mod cells;
 pub(crate) mod isoline;
 pub(crate) mod locate;

@@ -12,7 +12,7 @@ use crate::solid::wedge::{Place, Wedge};
 use crate::voxels::patch::Cuboid;
 use crate::voxels::runs::Runs;
 use crate::voxels::sections::Sections;
-use crate::wall::sectors::BodyLine;
+use crate::wall::body_line::BodyLine;
 use crate::{
     Body, Hit, Meridian, Pose, Ray, RayCounters, Rays, RevolveError, Sample, Sampling, Span,
     VoxelCounters, VoxelGrid,
