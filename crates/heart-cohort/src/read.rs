@@ -14,7 +14,7 @@ use serde_json::{Map, Value};
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
-/// The file as scene_from.
+/// The file as parsed.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Text {

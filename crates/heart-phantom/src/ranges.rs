@@ -32,8 +32,6 @@ pub(crate) const ATTENUATION: [f64; 2] = [0.0, 1e6];
 pub(crate) const COUNTS: [f64; 2] = [1e-12, 1e12];
 /// Steps per cycle.
 pub(crate) const STEPS: [usize; 2] = [2, 4096];
-/// Rays of a view behind a response: a minute of one thread.
-pub(crate) const RAYS_OF_VIEW: [usize; 2] = [0, 20_000_000];
 pub(crate) const VIEW_TOLERANCE: [f64; 2] = [1e-6, 1.0];
 pub(crate) const GATES: [usize; 2] = [1, 1000];
 pub(crate) const TRUTH_TOLERANCE: [f64; 2] = [1e-7, 0.5];

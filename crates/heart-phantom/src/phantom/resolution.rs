@@ -1,9 +1,8 @@
 //! The resolution at which images are computed, refined until the tolerance is met.
 
 use super::{Phantom, once};
-use crate::error::{PhantomError, check_count};
+use crate::error::PhantomError;
 use crate::no_observer;
-use crate::ranges::RAYS_OF_VIEW;
 use crate::scan::{
     Acquisition, BinSample, Camera, Facing, Imaging, ImagingOptions, Mode, Projected, Resolution,
     Rotation, Scan,
@@ -160,8 +159,6 @@ impl Phantom {
             None => vec![Facing::default(); self.camera().n_views()],
         };
         let imaging = Imaging::new(options, &views, self.parts.surroundings.changes_behind())?;
-        let rays = imaging.most_rays(self.camera()) as usize;
-        check_count("rays of a view behind the response", rays, RAYS_OF_VIEW)?;
         let threads = rayon::current_num_threads() as u64;
         let images = 2 * threads * imaging.view_bytes(self.camera()) as u64;
         self.check_available(self.share.further.saturating_add(images))?;

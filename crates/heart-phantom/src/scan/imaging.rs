@@ -110,18 +110,6 @@ impl Imaging {
         }
     }
 
-    /// Returns about the largest number of rays of a view.
-    pub(crate) fn most_rays(&self, camera: &Camera) -> f64 {
-        let densities = self.options.resolutions.map(|own| own.density);
-        let of = |own: &DepthResponse, density: f64| {
-            let [along, across] = View::most_nodes(camera.detector(), own, density);
-            along * across
-        };
-        let parts = self.responses.iter();
-        let rays = parts.flat_map(|both| both.iter().zip(densities).map(|(own, d)| of(own, d)));
-        rays.fold(0.0, f64::max)
-    }
-
     /// Bytes of an unfinished image: its rows (nodes along the rows, nodes in depth, bins) and the tabulated weights.
     pub(crate) fn view_bytes(&self, camera: &Camera) -> usize {
         let of = |part: usize| {
@@ -135,7 +123,7 @@ impl Imaging {
             let (detector, value) = (camera.detector(), self.options.value);
             let weights = responses.clone();
             let weights = weights.map(|own| View::weight_bytes(detector, value, own));
-            let rows = responses.map(|own| View::most_nodes(detector, own, density)[1]);
+            let rows = responses.map(|own| View::most_heights(detector, own, density));
             let rows = 40.0 * density + rows.fold(0.0, f64::max);
             8.0 * rows * (n_nodes * camera.n_bins()) as f64 + weights.max().unwrap_or(0) as f64
         };

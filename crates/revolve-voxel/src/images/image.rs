@@ -109,19 +109,16 @@ impl<'a> View<'a> {
         })
     }
 
-    /// Returns about the numbers of nodes along u and v of an image of objects larger than the detector and the reach of the response; the
-    /// number of rays is their product.
+    /// Returns about the number of rows of rays of an image of objects higher than the detector and the reach of the response.
     #[must_use]
-    pub fn most_nodes(
+    pub fn most_heights(
         detector: &ParallelDetector,
         response: &DepthResponse,
         density: f64,
-    ) -> [f64; 2] {
+    ) -> f64 {
         let [narrowest, widest] = response.extremes();
-        Axis::both(detector, BinValue::Average).map(|Axis { n, pitch, .. }| {
-            let length = n as f64 * pitch + 2.0 * REACH * widest;
-            density * length / narrowest.max(NARROW * pitch)
-        })
+        let [_, Axis { n, pitch, .. }] = Axis::both(detector, BinValue::Average);
+        density * (n as f64 * pitch + 2.0 * REACH * widest) / narrowest.max(NARROW * pitch)
     }
 
     /// Returns the bytes of the weights that a view tabulates.

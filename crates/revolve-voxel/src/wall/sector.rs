@@ -69,7 +69,7 @@ impl Sector {
         self.ring.pose()
     }
 
-    /// Returns the solid of a full turn, as the only layer; `None` if the sector is less.
+    /// Returns the ring, as the only layer, if the sector is a full turn.
     pub(crate) fn ring(&self) -> Option<&Body> {
         (self.wedge == Wedge::Whole).then_some(&self.ring)
     }
@@ -311,7 +311,6 @@ impl Sector {
     }
 
     /// Returns origin and direction of a ray in the body frame, with the rounding error of the origin.
-    /// Returns origin and direction of a ray in the body frame, and the rounding of the origin.
     fn in_body(&self, ray: &Ray) -> (Point3<f64>, Vector3<f64>, f64) {
         BodyLine::new(self.ring.pose(), ray).parts
     }

@@ -34,7 +34,7 @@ impl Sectors {
         Self { all, groups }
     }
 
-    /// Returns the sectors of a full turn, without the turn.
+    /// Returns the rings of the sectors of a full turn.
     pub(crate) fn rings(&self) -> impl Iterator<Item = &Body> {
         self.all.iter().filter_map(|(sector, _)| sector.ring())
     }
