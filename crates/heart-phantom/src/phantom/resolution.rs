@@ -38,6 +38,14 @@ const RATIO: f64 = 0.5;
 const OTHER_VIEWS: [f64; 2] = [1.2, 1.8];
 /// Rotation during a view in radians above which the largest sample is that of averages over the rotation, because it may be much smaller.
 const WIDE_TURN: f64 = 0.12;
+/// Images at the phases in which resolutions are compared.
+struct Images {
+    /// For each phase the samples of the views.
+    samples: Vec<Vec<f32>>,
+    /// Bound on the errors of omitted weights and of rounding, absolute.
+    truncation: f64,
+}
+
 /// Smallest fraction of the tolerance reserved for the surroundings of the heart, where these have a separate resolution.
 const SURROUNDINGS: f64 = 0.3;
 
@@ -78,17 +86,35 @@ impl Phantom {
         let views = self.views_tried()?;
         // Averages over the rotation during a view have smaller absolute errors.
         let camera = self.camera().stopped();
-        let find = |images: (Projected, Vec<Vec<f32>>), largest, target| {
+        let find = |images: (Projected, Images), largest, target| {
             self.find_resolution((&camera, value, &views), images, largest, target)
+        };
+        // The other half of the tolerance.
+        let check = |truncation: f64, largest: f64| {
+            let reached = if largest > 0.0 {
+                truncation / largest
+            } else {
+                0.0
+            };
+            match reached > target && self.parts.is_tolerance_given() {
+                true => Err(PhantomError::Tolerance {
+                    term: "omitted weights and rounding",
+                    reached,
+                    tolerance: target,
+                }),
+                false => Ok(()),
+            }
         };
         let coarsest = |projected| self.images((&camera, Some(value)), &views, 0, projected);
         let (resolutions, error) = match self.has_fixed_surroundings() {
             true => {
                 let [of_heart, of_others] = [Projected::Heart, Projected::Surroundings];
                 let [hearts, others] = [coarsest(of_heart)?, coarsest(of_others)?];
-                let whole = (hearts.iter())
-                    .map(|heart| heart.iter().zip(&others[0]).map(|(a, b)| a + b).collect());
+                let around = &others.samples[0];
+                let whole = (hearts.samples.iter())
+                    .map(|heart| heart.iter().zip(around).map(|(a, b)| a + b).collect());
                 let largest = least_maximum(&whole.collect::<Vec<_>>());
+                check(hearts.truncation + others.truncation, largest)?;
                 let (heart, error) =
                     find((of_heart, hearts), largest, (1.0 - SURROUNDINGS) * target)?;
                 let (around, of_around) = find((of_others, others), largest, target - error)?;
@@ -96,12 +122,13 @@ impl Phantom {
             }
             false => {
                 let images = coarsest(Projected::All)?;
-                let mut largest = least_maximum(&images);
+                let mut largest = least_maximum(&images.samples);
                 if self.camera().turn() > WIDE_TURN {
                     let turning = (self.camera(), Some(value));
                     let averages = self.images(turning, &views, 0, Projected::All)?;
-                    largest = largest.min(least_maximum(&averages));
+                    largest = largest.min(least_maximum(&averages.samples));
                 }
+                check(images.truncation, largest)?;
                 let (all, error) = find((Projected::All, images), largest, target)?;
                 ([all; 2], error)
             }
@@ -179,8 +206,8 @@ impl Phantom {
         }
         let first = BTreeSet::from([0]);
         let images = |value| self.images((self.camera(), value), &first, PROBE, Projected::All);
-        let centres = images(self.bin_value()?)?;
-        let averages = images(Some(BinValue::Average))?;
+        let centres = images(self.bin_value()?)?.samples;
+        let averages = images(Some(BinValue::Average))?.samples;
         let largest = largest_of(&averages);
         Ok(Some([
             side,
@@ -194,14 +221,16 @@ impl Phantom {
     fn find_resolution(
         &self,
         (camera, value, views): (&Camera, BinValue, &BTreeSet<usize>),
-        (projected, mut before): (Projected, Vec<Vec<f32>>),
+        (projected, coarsest): (Projected, Images),
         largest: f64,
         target: f64,
     ) -> Result<(Resolution, f64), PhantomError> {
         let is_blurred = self.response()?.variance(f64::MAX) > 0.0;
         let others = OTHER_VIEWS[usize::from(!is_blurred)];
+        let mut before = coarsest.samples;
         for index in 1..LADDER.len() {
-            let after = self.images((camera, Some(value)), views, index, projected)?;
+            let images = self.images((camera, Some(value)), views, index, projected)?;
+            let after = images.samples;
             let off = match largest > 0.0 {
                 true => difference(&before, &after) / largest,
                 false => 0.0,
@@ -281,7 +310,7 @@ impl Phantom {
         views: &BTreeSet<usize>,
         index: usize,
         projected: Projected,
-    ) -> Result<Vec<Vec<f32>>, PhantomError> {
+    ) -> Result<Images, PhantomError> {
         let on = |value| self.imaging_on(value, [resolution(index); 2], 0.0);
         let imaging = value.map(on).transpose()?;
         let rows = 0..self.camera().n_rows();
@@ -290,7 +319,10 @@ impl Phantom {
         if self.scene().acquisition.mode == Mode::Instants {
             cycle = cycle.without_breathing();
         }
-        let mut images = Vec::new();
+        let mut images = Images {
+            samples: Vec::new(),
+            truncation: 0.0,
+        };
         let mut phases = self.outermost_phases();
         if projected == Projected::Surroundings {
             phases.truncate(1);
@@ -306,9 +338,12 @@ impl Phantom {
             for &view_idx in views {
                 let taken = scan.rows(view_idx..view_idx + 1, rows.clone(), &no_observer)?;
                 self.work.rays(taken.rays);
+                let largest = taken.samples.iter().fold(0.0f32, |m, v| m.max(v.abs()));
+                let truncation = taken.view_error.truncation * f64::from(largest);
+                images.truncation = images.truncation.max(truncation);
                 samples.extend(taken.samples);
             }
-            images.push(samples);
+            images.samples.push(samples);
         }
         Ok(images)
     }

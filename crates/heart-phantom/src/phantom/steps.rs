@@ -88,9 +88,13 @@ impl Phantom {
                 return Ok(*self.steps.get_or_init(|| steps));
             }
             // More steps do not reduce the other terms.
+            let (term, reached) = match least > tolerance {
+                true => ("averages over bins with omitted weights", least),
+                false => ("average over time", reached),
+            };
             if steps >= STEPS[1] || least > tolerance {
                 return Err(PhantomError::Tolerance {
-                    term: "average over time",
+                    term,
                     reached,
                     tolerance,
                 });

@@ -375,6 +375,23 @@ fn a_tolerance_that_no_resolution_meets_is_an_error() {
     assert!(matches!(*source, PhantomError::Tolerance { reached, .. } if reached > 1e-6));
 }
 
+/// Weights of a response are omitted beyond a fixed distance: a tolerance below their sum is rejected at the coarsest resolution.
+#[test]
+fn a_tolerance_below_the_omitted_weights_costs_little() {
+    let mut scene = scene();
+    scene.blur = Some(BlurSettings { fwhm: 1.0 });
+    let rays = |tolerance| {
+        let phantom = with_tolerance(scene.clone(), tolerance);
+        let found = phantom.resolution();
+        (phantom.work().rays_cast, found)
+    };
+    let (few, rejected) = rays(1e-6);
+    let error = rejected.unwrap_err();
+    assert!(error.to_string().starts_with("omitted weights"), "{error}");
+    let (many, found) = rays(0.02);
+    assert!(found.is_ok() && 2 * few < many, "{few} {many}");
+}
+
 /// A resolution is found in views of a camera that does not turn; the largest sample that of averages over the rotation, if it turns far.
 #[test]
 fn rotation_during_a_view_does_not_change_the_resolution() {
