@@ -6,6 +6,9 @@
 pub struct ScatterOptions {
     /// Largest standard error of any bin in any view and window, in the unit of the samples (activity times cm).
     pub tolerance: f64,
+    /// Tolerance relative to the largest scatter of any bin, which applies where it is larger than [`tolerance`](Self::tolerance). The largest
+    /// scatter is reduced by three of its standard errors.
+    pub relative: f64,
     /// Pitch of the nodes on which scatter is collected and from which cubics interpolate, in cm: details smaller than twice the pitch are
     /// smoothed. The number of histories for a tolerance is about proportional to its power -2.
     pub pitch: f64,
@@ -23,11 +26,12 @@ pub struct ScatterOptions {
 }
 
 impl ScatterOptions {
-    /// A tolerance in the unit of the samples; nodes 0.75 cm and 12 degrees apart, 32 orders, blocks of 512 histories, at most 10^9 histories, seed 0.
+    /// A tolerance in the unit of the samples, none relative to the scatter; nodes 0.75 cm and 12 degrees apart, 32 orders, blocks of 512 histories, at most 10^9 histories, seed 0.
     #[must_use]
     pub fn new(tolerance: f64) -> Self {
         Self {
             tolerance,
+            relative: 0.0,
             pitch: 0.75,
             spacing: 12f64.to_radians(),
             orders: 32,
@@ -35,6 +39,13 @@ impl ScatterOptions {
             most_histories: 1_000_000_000,
             seed: 0,
         }
+    }
+
+    /// Sets the tolerance relative to the largest scatter.
+    #[must_use]
+    pub fn with_relative(mut self, tolerance: f64) -> Self {
+        self.relative = tolerance;
+        self
     }
 
     /// Sets the pitch of the nodes.

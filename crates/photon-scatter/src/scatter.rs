@@ -47,10 +47,10 @@ impl ScatterOptions {
 }
 
 impl Scatter {
-    /// Follows photon histories until no bin has a standard error above the tolerance. Bitwise independent of the number of threads.
+    /// Follows photon histories until no bin has a standard error above both tolerances. Bitwise independent of the number of threads.
     ///
     /// # Errors
-    /// [`ScatterError::OutOfRange`] for a tolerance that is not positive, a pitch outside 0.01 to 100 cm, a spacing outside 0 to 1 rad, blocks outside 16 to 10^7 histories,
+    /// [`ScatterError::OutOfRange`] for a tolerance that is not positive, a relative one outside 0 to 1, a pitch outside 0.01 to 100 cm, a spacing outside 0 to 1 rad, blocks outside 16 to 10^7 histories,
     /// more than 2^27 nodes, and for numbers of `source` or `medium` that are not finite or negative; [`ScatterError::Tolerance`] if
     /// `most_histories` do not suffice.
     pub fn new(
@@ -65,6 +65,7 @@ impl Scatter {
             options.tolerance,
             [f64::MIN_POSITIVE, f64::MAX],
         )?;
+        within("relative tolerance", options.relative, [0.0, 1.0])?;
         within("histories of a block", options.block as f64, [16.0, 1e7])?;
         let all = options.grid(camera, spectrum)?;
         let angles = Angles::new(camera.views(), options.spacing);
@@ -94,7 +95,10 @@ impl Scatter {
             let (images, errors) = sums.estimate(&all);
             let largest_error = largest(&all, &errors);
             let histories = report.histories + sums.report.histories;
-            if largest_error <= options.tolerance {
+            let least = images.iter().zip(&errors);
+            let least: Vec<f64> = least.map(|(own, error)| own - 3.0 * error).collect();
+            let tolerance = (options.tolerance).max(options.relative * largest(&all, &least));
+            if largest_error <= tolerance {
                 report.add(&sums.report);
                 let view_len = all.n_nodes() / all.n_views();
                 return Ok(Self {
@@ -109,12 +113,12 @@ impl Scatter {
             if histories >= options.most_histories {
                 report.add(&sums.report);
                 return Err(ScatterError::Tolerance {
-                    asked: options.tolerance,
+                    asked: tolerance,
                     reached: largest_error,
                     report,
                 });
             }
-            let growth = RESERVE * (largest_error / options.tolerance).powi(2);
+            let growth = RESERVE * (largest_error / tolerance).powi(2);
             if growth < MOST_GROWTH {
                 // The standard error from the contribution of one photon is inversely proportional to the number of histories.
                 wanted = (sums.blocks as f64 * growth.min(2.0)).ceil() as usize;
@@ -301,11 +305,11 @@ fn smoothing(grid: &Grid, images: &[f64]) -> f64 {
     SMOOTHING * most
 }
 
-/// The largest standard error of the nodes from which bins are interpolated.
-fn largest(grid: &Grid, errors: &[f64]) -> f64 {
+/// The largest value, or 0, of the nodes from which bins are interpolated.
+fn largest(grid: &Grid, values: &[f64]) -> f64 {
     let [rows, columns] = grid.used();
-    let used = errors.chunks(grid.size[0]).enumerate();
+    let used = values.chunks(grid.size[0]).enumerate();
     used.filter(|(row, _)| rows.contains(&(row % grid.size[1])))
         .flat_map(|(_, line)| &line[columns.clone()])
-        .fold(0.0, |most: f64, error| most.max(*error))
+        .fold(0.0, |most: f64, value| most.max(*value))
 }

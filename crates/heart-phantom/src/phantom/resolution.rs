@@ -42,10 +42,14 @@ const WIDE_TURN: f64 = 0.12;
 struct Images {
     /// For each phase the samples of the views.
     samples: Vec<Vec<f32>>,
+    rays: u64,
     /// Bound on the errors of omitted weights and of rounding, absolute.
     truncation: f64,
 }
 
+/// Rays per sample from which images are not refined unless a tolerance is given. At 1e-3 few samples need that many: those of rows that
+/// are much wider than the wall.
+const MOST_RAYS: u64 = 1000;
 /// Smallest fraction of the tolerance reserved for the surroundings of the heart, where these have a separate resolution.
 const SURROUNDINGS: f64 = 0.3;
 
@@ -59,7 +63,8 @@ fn resolution(index: usize) -> Resolution {
 
 impl Phantom {
     /// Returns the resolution of images of the heart; `None` for line integrals. The first call compares resolutions in up to eight views of
-    /// the heart at end-systole and end-diastole.
+    /// the heart at end-systole and end-diastole. Without a tolerance the target is 1e-3 of the largest sample, unless that takes more than a
+    /// thousand rays a sample; [`ViewError::bins`](crate::ViewError::bins) is the error reached.
     ///
     /// # Errors
     /// [`PhantomError::Tolerance`] if no resolution meets the tolerance of the scene; errors of the solver.
@@ -231,20 +236,21 @@ impl Phantom {
         for index in 1..LADDER.len() {
             let images = self.images((camera, Some(value)), views, index, projected)?;
             let after = images.samples;
+            let n_samples = after.iter().map(Vec::len).sum::<usize>() as u64;
             let off = match largest > 0.0 {
                 true => difference(&before, &after) / largest,
                 false => 0.0,
             };
             let coarse = others / (1.0 - RATIO) * off;
             let is_finest = index + 1 == LADDER.len();
-            for (error, index, last) in [
-                (coarse, index - 1, false),
-                (RATIO * coarse, index, is_finest),
-            ] {
-                if error <= target || (last && !self.parts.is_tolerance_given()) {
+            let is_given = self.parts.is_tolerance_given();
+            let suffices = !is_given && (is_finest || images.rays > MOST_RAYS * n_samples);
+            for (error, index, last) in [(coarse, index - 1, false), (RATIO * coarse, index, true)]
+            {
+                if error <= target || (last && suffices) {
                     return Ok((resolution(index), error));
                 }
-                if last {
+                if last && is_finest {
                     return Err(PhantomError::Tolerance {
                         term: "averages over bins",
                         reached: error,
@@ -321,6 +327,7 @@ impl Phantom {
         }
         let mut images = Images {
             samples: Vec::new(),
+            rays: 0,
             truncation: 0.0,
         };
         let mut phases = self.outermost_phases();
@@ -338,6 +345,7 @@ impl Phantom {
             for &view_idx in views {
                 let taken = scan.rows(view_idx..view_idx + 1, rows.clone(), &no_observer)?;
                 self.work.rays(taken.rays);
+                images.rays += taken.rays.cast;
                 let largest = taken.samples.iter().fold(0.0f32, |m, v| m.max(v.abs()));
                 let truncation = taken.view_error.truncation * f64::from(largest);
                 images.truncation = images.truncation.max(truncation);

@@ -22,7 +22,8 @@ const WIDE: f64 = 0.01;
 impl ScatterSettings {
     /// Options for an absolute tolerance.
     fn options(&self, tolerance: f64) -> ScatterOptions {
-        let options = ScatterOptions::new(tolerance).with_seed(self.seed);
+        let options = ScatterOptions::new(tolerance).with_relative(self.tolerance);
+        let options = options.with_seed(self.seed);
         options.with_spacing(options.spacing * (self.tolerance / WIDE).min(1.0))
     }
 

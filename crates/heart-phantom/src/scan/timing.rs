@@ -4,11 +4,14 @@ use super::acquisition::{Acquisition, TruthOf};
 use super::settings::Mode;
 use super::settings::Rotation;
 use crate::error::{PhantomError, check, check_count};
+use crate::model::RespiratoryMotion;
 use crate::ranges;
 use crate::{Camera, Cycle};
 
 /// Largest number of points of all views: each is a projection of the heart.
 const MAX_POINTS_OF_ALL: usize = 1 << 24;
+/// Largest number of heartbeats and breaths of all views: each is divided into intervals. It is the number in a day.
+const MOST_CYCLES: usize = 120_000;
 /// Fewest and most steps per cycle for a tolerance.
 pub(crate) const STEPS: [usize; 2] = [8, ranges::STEPS[1]];
 /// Smallest number of arcs of a whole view in continuous rotation.
@@ -73,6 +76,13 @@ impl Acquisition {
         {
             let what = "interval of a turning camera";
             check(what, camera.interval(), [cycle.period(), 1e9])?;
+        }
+        if self.in_real_time(cycle) {
+            let views = camera.n_views() as f64 * self.lasts(camera);
+            let breaths = |motion: &RespiratoryMotion| views / motion.breathing().period;
+            let cycles = views / cycle.period() + cycle.breathing().map_or(0.0, breaths);
+            let what = "heartbeats and breaths during all views";
+            check_count(what, cycles as usize, [0, MOST_CYCLES])?;
         }
         if let Some(view_idx) = self.unseen(cycle, camera) {
             let gate = self.gate;

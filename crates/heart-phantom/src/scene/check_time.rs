@@ -75,9 +75,11 @@ pub(super) fn in_real_time(scene: &Scene, rest: f64, c: &mut Check) {
             Err(PhantomError::EmptyView { gate, view_idx }) => format!(
                 "gate {gate} of {gates} does not occur during view {view_idx}; one cardiac cycle, {beat} s, is always sufficient"
             ),
-            Err(PhantomError::Count { given, most, .. }) => format!(
-                "a view in real time needs {given:e} quadrature points; the limit is {most:e}"
-            ),
+            Err(PhantomError::Count {
+                what, given, most, ..
+            }) => {
+                format!("in real time there are {given:e} {what}; the limit is {most:e}")
+            }
             Err(other) => other.to_string(),
         };
         return c.fault("camera.seconds_per_view", interval, wanted);

@@ -229,7 +229,7 @@ pub enum HolesSettings {
 #[cfg_attr(feature = "scene", derive(Serialize, Deserialize))]
 #[cfg_attr(feature = "scene", serde(deny_unknown_fields, default))]
 pub struct ScatterSettings {
-    /// Largest standard error of any sample in any window, relative to the largest unscattered sample of the gate.
+    /// Largest standard error of any sample in any window, relative to the largest unscattered or scattered sample of the gate.
     pub tolerance: f64,
     /// Energy of the photons emitted, keV.
     pub energy: f64,

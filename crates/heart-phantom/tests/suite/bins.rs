@@ -1,7 +1,7 @@
 //! Bin averages against closed forms, quadrature by the definition and finer bins; stated errors.
 
 use heart_phantom::scene::{
-    Accuracy, ArcPolicy, Attenuation, BinSample, BlurSettings, CollimatorSettings,
+    Accuracy, ArcPolicy, Attenuation, BinSample, BlurSettings, CollimatorSettings, Defect,
     DiscretisationSettings, HolesSettings, Medium, Mode, Orbit, OrganSettings, OrganShapeSettings,
     Product, Rotation, Scene,
 };
@@ -413,4 +413,26 @@ fn rotation_during_a_view_does_not_change_the_resolution() {
             "{turning:?} {stopped:?}"
         );
     }
+}
+
+/// Rows wider than the wall need thousands of rays a sample for an error of 1e-3: without a given tolerance, refinement ends before.
+#[test]
+fn without_a_tolerance_the_rays_of_a_sample_are_limited() {
+    let mut scene = scene();
+    (scene.camera.bins, scene.camera.rows) = (9, 7);
+    scene.camera.pitch = [0.002, 2.2];
+    scene.defects.push(Defect {
+        layers: [0.0, 0.6],
+        s: [0.0, 0.5],
+        azimuths_degrees: [-90.0, 270.0],
+        activity: 0.2,
+    });
+    scene.acquisition.accuracy = Accuracy::Steps(8);
+    let phantom = Phantom::new(scene.clone()).unwrap();
+    let density = phantom.resolution().unwrap().unwrap().density;
+    let samples = phantom.work().rays_cast / (9 * 7 * 4);
+    assert!((1000..4000).contains(&samples), "{samples}");
+    // A tolerance is met with more.
+    let finer = with_tolerance(scene, 4e-3).resolution().unwrap().unwrap();
+    assert!(finer.density > density, "{finer:?} {density}");
 }

@@ -36,6 +36,27 @@ fn the_true_error_is_within_two_standard_errors() {
     assert!(inside * 100 >= all * 95, "{inside} of {all}");
 }
 
+/// A tolerance relative to the scatter applies where it is larger than the absolute one.
+#[test]
+fn the_larger_tolerance_applies() {
+    let run =
+        |absolute, relative| chest(&ScatterOptions::new(absolute).with_relative(relative)).unwrap();
+    let relative = run(1e-6, 0.1);
+    let most = (0..2).flat_map(|view| relative.view(0, view));
+    let most = most.fold(0.0, f64::max);
+    let error = relative.largest_error();
+    assert!(error <= 0.1 * most && error > 0.02 * most, "{error} {most}");
+    let absolute = run(0.1, 1e-3);
+    assert_eq!(absolute.largest_error(), run(0.1, 0.0).largest_error());
+    for wrong in [-0.1, f64::NAN, 1.5] {
+        let options = ScatterOptions::new(1.0).with_relative(wrong);
+        assert!(matches!(
+            chest(&options),
+            Err(ScatterError::OutOfRange { .. })
+        ));
+    }
+}
+
 /// Against nodes and views that are closer, a source whose outline is sharp; with coarse ones the interpolation is the larger error.
 #[test]
 fn interpolation_errors_bound_the_difference_from_finer_nodes_and_views() {

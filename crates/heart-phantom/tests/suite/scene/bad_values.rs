@@ -336,6 +336,11 @@ const BAD: &[(&str, &str, &str)] = &[
         "the limit is 1.6777216e7",
     ),
     (
+        "[camera]\nseconds_per_view = 1e6\n[breathing]\nshift = [0.0, 0.0, 1.0]",
+        "camera.seconds_per_view",
+        "heartbeats and breaths during all views; the limit is 1.2e5",
+    ),
+    (
         "[camera]\nrotation = 'continuous'\nseconds_per_view = 0.8\n[acquisition]\nmode = { gated = { gates = 8 } }",
         "camera.seconds_per_view",
         "gate 0 of 8 does not occur during view 14; one cardiac cycle, 0.923",
