@@ -64,7 +64,7 @@ fn gates_computed_together_equal_separate_gates() {
     let mut with_all = scene();
     with_all.background = Some(around);
     with_all.defects.push(defect);
-    let mut blurred = with_all.clone();
+    let mut blurred = with_all.clone().with_size(6);
     blurred.blur = Some(BlurSettings { fwhm: 1.5 });
     for scene in [scene(), physiological, with_defect, with_all, blurred] {
         // A sum of about six terms, each rounded to 24 bits, in either order.

@@ -143,7 +143,7 @@ fn a_scene_in_millimetres_gives_the_same_heart() {
 
 #[test]
 fn all_sections_scale_with_the_unit_of_length() {
-    let mut scene = small(Mode::Gated { gates: 2 }).with_size(32);
+    let mut scene = small(Mode::Gated { gates: 2 }).with_size(20);
     scene.heart.discretisation = DiscretisationSettings::Spectral {
         degree: 12,
         per_piece: 1,
@@ -173,11 +173,11 @@ fn all_sections_scale_with_the_unit_of_length() {
     scene.camera.rotation = Rotation::Continuous;
     scene.camera.seconds_per_view = 2.0;
     scene.acquisition.accuracy = Accuracy::Tolerance(0.05);
-    scene.reconstruction.pixels = Some(30);
-    scene.reconstruction.pixel = Some(0.52);
+    scene.reconstruction.pixels = Some(18);
+    scene.reconstruction.pixel = Some(0.85);
     scene.reconstruction.region = Some(PixelRange {
-        x: [1, 29],
-        y: [2, 30],
+        x: [1, 17],
+        y: [2, 18],
     });
     agree(&scene);
 }
