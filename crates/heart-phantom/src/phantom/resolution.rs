@@ -38,20 +38,21 @@ const RATIO: f64 = 0.5;
 const OTHER_VIEWS: [f64; 2] = [1.2, 1.8];
 /// Rotation during a view in radians above which the largest sample is that of averages over the rotation, because it may be much smaller.
 const WIDE_TURN: f64 = 0.12;
+/// Rays per sample above which images are not refined further unless a tolerance is given: it limits the time of views whose rows are much
+/// higher than the wall is thick.
+const MOST_RAYS: u64 = 1000;
+/// Smallest fraction of the tolerance reserved for the surroundings of the heart, where these have a separate resolution.
+const SURROUNDINGS: f64 = 0.3;
+
 /// Images at the phases in which resolutions are compared.
 struct Images {
     /// For each phase the samples of the views.
     samples: Vec<Vec<f32>>,
+    /// Number of rays cast.
     rays: u64,
     /// Bound on the errors of omitted weights and of rounding, absolute.
     truncation: f64,
 }
-
-/// Rays per sample from which images are not refined unless a tolerance is given. At 1e-3 few samples need that many: those of rows that
-/// are much wider than the wall.
-const MOST_RAYS: u64 = 1000;
-/// Smallest fraction of the tolerance reserved for the surroundings of the heart, where these have a separate resolution.
-const SURROUNDINGS: f64 = 0.3;
 
 fn resolution(index: usize) -> Resolution {
     let [density, depth_tolerance] = LADDER[index];
@@ -94,7 +95,7 @@ impl Phantom {
         let find = |images: (Projected, Images), largest, target| {
             self.find_resolution((&camera, value, &views), images, largest, target)
         };
-        // The other half of the tolerance.
+        // Omitted weights and rounding may use the other half of the tolerance.
         let check = |truncation: f64, largest: f64| {
             let reached = if largest > 0.0 {
                 truncation / largest
