@@ -89,10 +89,11 @@ fn each_command_checks_the_memory_first() {
     let folder = tempfile::tempdir().unwrap();
     let many = "acquisition.mode = { static = { phase = 0.3 } }\n\
         camera = { views = 3, bins = 800, rows = 800, pitch = [0.05, 0.05] }\n";
-    // The samples of a view take 268 MB.
+    // The samples of a view take 268 MB; this exceeds the whole address space.
     let large = "acquisition.mode = { static = { phase = 0.3 } }\n\
         camera = { views = 3, bins = 8192, rows = 8192, pitch = [0.001, 0.001] }\n\
         reconstruction.pixels = 4\n";
+    let kilobytes = 240_000;
     for (scene, words) in [
         (many, "check scene.toml"),
         (many, "run scene.toml --out out"),
@@ -105,7 +106,7 @@ fn each_command_checks_the_memory_first() {
             .current_dir(&folder)
             .args([
                 "-c",
-                &format!("ulimit -v 400000; exec {program} --threads 1 {words}"),
+                &format!("ulimit -v {kilobytes}; exec {program} --threads 1 {words}"),
             ])
             .output()
             .unwrap();
