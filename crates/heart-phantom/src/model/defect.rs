@@ -9,11 +9,15 @@ use rayon::prelude::*;
 use revolve_voxel::{Pose, Sector};
 use std::collections::BTreeMap;
 use std::f64::consts::TAU;
+use std::ops::Range;
 use std::sync::Arc;
 
 /// Largest distance of the boundaries of a defect in a twisted wall from their position, along and across the wall, as a fraction
-/// of the radius of the heart: 0.05 mm for a radius of 3.5 cm.
+/// of the radius of the heart: 0.05 mm for a radius of 3.5 cm. Samples behind the response of a clinical collimator change by up to 1e-4 of the
+/// largest, which is of second order.
 const STEP: f64 = 1.0 / 700.0;
+/// Cells along and across the wall that follow each other.
+const BLOCK: usize = 4;
 /// Angles that differ by less are equal up to rounding of a full turn.
 const NO_ANGLE: f64 = 1e-12;
 
@@ -155,8 +159,8 @@ fn cells(region: &WallRegion, twist: &Twist) -> Vec<WallRegion> {
             false => from + (to - from) * k as f64 / n as f64,
         })
     };
-    let cell = |k: usize| {
-        let (layers, s) = (part(region.layers, k / n, m), part(region.s, k % n, n));
+    let cell = |[layer, s]: [usize; 2]| {
+        let (layers, s) = (part(region.layers, layer, m), part(region.s, s, n));
         let [layer, middle] = [layers, s].map(|[a, b]| 0.5 * (a + b));
         let turn = twist.angle(layer, middle);
         WallRegion {
@@ -165,7 +169,13 @@ fn cells(region: &WallRegion, twist: &Twist) -> Vec<WallRegion> {
             azimuths: region.azimuths.map(|azimuth| azimuth + turn),
         }
     };
-    (0..n * m).map(cell).collect()
+    // In blocks of adjacent cells, which rays that miss them skip together.
+    let blocks = |n: usize| (0..n).step_by(BLOCK).map(move |k| k..(k + BLOCK).min(n));
+    let blocks = blocks(m).flat_map(|layers| blocks(n).map(move |s| (layers.clone(), s)));
+    let of = |(layers, s): (Range<usize>, Range<usize>)| {
+        layers.flat_map(move |layer| s.clone().map(move |s| [layer, s]))
+    };
+    blocks.flat_map(of).map(cell).collect()
 }
 
 impl Placed {

@@ -38,9 +38,9 @@ const RATIO: f64 = 0.5;
 const OTHER_VIEWS: [f64; 2] = [1.2, 1.8];
 /// Rotation during a view in radians above which the largest sample is that of averages over the rotation, because it may be much smaller.
 const WIDE_TURN: f64 = 0.12;
-/// Rays per sample above which images are not refined further unless a tolerance is given: it limits the time of views whose rows are much
-/// higher than the wall is thick.
-const MOST_RAYS: u64 = 1000;
+/// Evaluations of the response per sample, rays times nodes in depth, above which images are not refined further unless a tolerance is given:
+/// it limits the time of views whose rows are much higher than the wall is thick, and of objects much deeper than the response is wide.
+const MOST_EVALUATIONS: u64 = 2000;
 /// Smallest fraction of the tolerance reserved for the surroundings of the heart, where these have a separate resolution.
 const SURROUNDINGS: f64 = 0.3;
 
@@ -48,8 +48,8 @@ const SURROUNDINGS: f64 = 0.3;
 struct Images {
     /// For each phase the samples of the views.
     samples: Vec<Vec<f32>>,
-    /// Number of rays cast.
-    rays: u64,
+    /// Evaluations of the response.
+    evaluations: u64,
     /// Bound on the errors of omitted weights and of rounding, absolute.
     truncation: f64,
 }
@@ -64,8 +64,8 @@ fn resolution(index: usize) -> Resolution {
 
 impl Phantom {
     /// Returns the resolution of images of the heart; `None` for line integrals. The first call compares resolutions in up to eight views of
-    /// the heart at end-systole and end-diastole. Without a tolerance the target is 1e-3 of the largest sample, unless that takes more than a
-    /// thousand rays a sample; [`ViewError::bins`](crate::ViewError::bins) is the error reached.
+    /// the heart at end-systole and end-diastole. Without a tolerance the target is 1e-3 of the largest sample, unless that takes more than
+    /// 2000 evaluations of the response a sample; [`ViewError::bins`](crate::ViewError::bins) is the error reached.
     ///
     /// # Errors
     /// [`PhantomError::Tolerance`] if no resolution meets the tolerance of the scene; errors of the solver.
@@ -245,10 +245,11 @@ impl Phantom {
             let coarse = others / (1.0 - RATIO) * off;
             let is_finest = index + 1 == LADDER.len();
             let is_given = self.parts.is_tolerance_given();
-            let suffices = !is_given && (is_finest || images.rays > MOST_RAYS * n_samples);
+            let is_costly = !is_given && images.evaluations > MOST_EVALUATIONS * n_samples;
             for (error, index, last) in [(coarse, index - 1, false), (RATIO * coarse, index, true)]
             {
-                if error <= target || (last && suffices) {
+                let suffices = is_costly || (last && is_finest && !is_given);
+                if error <= target || suffices {
                     return Ok((resolution(index), error));
                 }
                 if last && is_finest {
@@ -310,6 +311,35 @@ impl Phantom {
         Ok(views)
     }
 
+    /// Returns two of these views: the one with the largest change between end-systole and end-diastole, and the one with the largest sample
+    /// of the heart.
+    pub(super) fn most_changed(
+        &self,
+        camera: &Camera,
+        views: &BTreeSet<usize>,
+    ) -> Result<[usize; 2], PhantomError> {
+        let from = (camera, self.bin_value()?);
+        let images = self.images(from, views, 0, Projected::Heart)?.samples;
+        let [first, last] = [&images[0], &images[images.len() - 1]];
+        let len = first.len() / views.len();
+        let most = |[a, b]: [&[f32]; 2]| {
+            a.iter()
+                .zip(b)
+                .fold(0.0f32, |m, (a, b)| m.max((a - b).abs()))
+        };
+        let zeros = vec![0.0; len];
+        let mut found = [(0.0f32, 0); 2];
+        for ((a, b), &view_idx) in first.chunks(len).zip(last.chunks(len)).zip(views) {
+            let values = [most([a, b]), most([a, &zeros]).max(most([b, &zeros]))];
+            for (best, value) in found.iter_mut().zip(values) {
+                if value > best.0 {
+                    *best = (value, view_idx);
+                }
+            }
+        }
+        Ok(found.map(|(_, view_idx)| view_idx))
+    }
+
     /// Projects these views of the heart at end-systole and end-diastole, or at the phase of a static scene; line integrals without `value`.
     fn images(
         &self,
@@ -320,7 +350,7 @@ impl Phantom {
     ) -> Result<Images, PhantomError> {
         let on = |value| self.imaging_on(value, [resolution(index); 2], 0.0);
         let imaging = value.map(on).transpose()?;
-        let rows = 0..self.camera().n_rows();
+        let rows = 0..camera.n_rows();
         let mut cycle = self.cycle_of(0).clone();
         // An instant is no average over respiration, and may lie outside a respiratory gate.
         if self.scene().acquisition.mode == Mode::Instants {
@@ -328,7 +358,7 @@ impl Phantom {
         }
         let mut images = Images {
             samples: Vec::new(),
-            rays: 0,
+            evaluations: 0,
             truncation: 0.0,
         };
         let mut phases = self.outermost_phases();
@@ -346,7 +376,8 @@ impl Phantom {
             for &view_idx in views {
                 let taken = scan.rows(view_idx..view_idx + 1, rows.clone(), &no_observer)?;
                 self.work.rays(taken.rays);
-                images.rays += taken.rays.cast;
+                let counted = |own: &Imaging| own.evaluations(view_idx, taken.rays);
+                images.evaluations += imaging.as_ref().map_or(0, counted);
                 let largest = taken.samples.iter().fold(0.0f32, |m, v| m.max(v.abs()));
                 let truncation = taken.view_error.truncation * f64::from(largest);
                 images.truncation = images.truncation.max(truncation);

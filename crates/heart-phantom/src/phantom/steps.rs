@@ -2,7 +2,7 @@
 
 use crate::error::PhantomError;
 use crate::scan::STEPS;
-use crate::scan::{Accuracy, Acquisition, Interpolation, Mode, Projected, Scan};
+use crate::scan::{Accuracy, Acquisition, Camera, Interpolation, Mode, Scan, ViewError};
 use crate::{Phantom, Rotation, no_observer};
 use std::collections::BTreeSet;
 
@@ -13,6 +13,10 @@ const VIEWS_TRIED: usize = 8;
 const LEAST: usize = 2;
 /// The same for polynomials in volume, whose errors differ little between views.
 const ALIKE: usize = 4;
+/// Errors over time in untested views relative to those in tested ones.
+const OTHER_VIEWS: f64 = 1.5;
+/// Evenly spaced views among which those with the largest change of the heart are found and tested besides.
+const CANDIDATES: usize = 16;
 
 /// The number of steps to try after another: a power of two, or that and a half for a polynomial, whose error falls faster.
 fn next(steps: usize, interpolation: Interpolation) -> usize {
@@ -48,40 +52,26 @@ impl Phantom {
         if let Some(steps) = self.steps_known() {
             return Ok(steps);
         }
-        // With a response and step-and-shoot rotation, the surroundings have no time-quadrature error.
-        let projected = match self.camera().rotation() {
-            Rotation::StepAndShoot => Projected::Heart,
-            Rotation::Continuous => Projected::All,
-        };
         let imaging = self.imaging()?;
         let camera = match imaging {
             Some(_) => self.camera().clone(),
             None => self.camera().coarse(PROBE)?,
         };
-        let (rows, n_bins) = (0..camera.n_rows(), camera.n_bins());
+        let changed = self.changed_views(&camera)?;
         let mut steps = STEPS[0];
         loop {
-            let [mut reached, mut least] = [0.0f64; 2];
             let sets: Vec<Scan<'_>> = (0..self.n_gates())
                 .map(|gate| Scan {
                     imaging,
-                    projected,
                     ..self.scan(&camera, gate, self.acquisition_of(gate, steps))
                 })
                 .collect();
-            for (sets, views) in self.views_of_sets(&sets) {
-                for view_idx in views {
-                    let view = view_idx..view_idx + 1;
-                    let each = rows.len() * n_bins;
-                    let mut samples = vec![0.0; sets.len() * each];
-                    for set in
-                        Scan::sets_into(sets, (view, rows.clone()), &mut samples, &no_observer)?
-                    {
-                        self.work.rays(set.rays);
-                        let error = set.view_error;
-                        reached = reached.max(error.total());
-                        least = least.max(error.total() - error.time);
-                    }
+            let [mut reached, mut least] = [0.0f64; 2];
+            for (sets, mut views) in self.views_of_sets(&sets) {
+                views.extend(&changed);
+                for error in self.errors_in_views(sets, &views)? {
+                    reached = reached.max(error.total());
+                    least = least.max(error.total() - error.time);
                 }
             }
             if reached <= tolerance {
@@ -101,6 +91,58 @@ impl Phantom {
             }
             steps = next(steps, sets[0].acquisition.interpolation);
         }
+    }
+
+    /// Views in which the heart changes most, among some evenly spaced ones; none for a static heart, of which all views are tested.
+    fn changed_views(&self, camera: &Camera) -> Result<Vec<usize>, PhantomError> {
+        if matches!(self.scene().acquisition.mode, Mode::Static { .. }) {
+            return Ok(Vec::new());
+        }
+        let n_views = camera.n_views();
+        let n = n_views.min(CANDIDATES);
+        let evenly = (0..n).map(|k| k * n_views / n).collect();
+        Ok(self.most_changed(camera, &evenly)?.to_vec())
+    }
+
+    /// Largest errors of projection sets in some views, relative to the largest sample of each set in these.
+    fn errors_in_views(
+        &self,
+        sets: &[Scan<'_>],
+        views: &BTreeSet<usize>,
+    ) -> Result<Vec<ViewError>, PhantomError> {
+        let camera = sets[0].camera;
+        let rows = 0..camera.n_rows();
+        let len = rows.len() * camera.n_bins();
+        let mut samples = vec![0.0; sets.len() * len];
+        let mut all = vec![(0.0f64, ViewError::default()); sets.len()];
+        for &view_idx in views {
+            let view = (view_idx..view_idx + 1, rows.clone());
+            let taken = Scan::sets_into(sets, view, &mut samples, &no_observer)?;
+            for ((set, samples), (most, sum)) in taken.iter().zip(samples.chunks(len)).zip(&mut all)
+            {
+                self.work.rays(set.rays);
+                let largest = f64::from(samples.iter().fold(0.0f32, |m, sample| m.max(*sample)));
+                *most = most.max(largest);
+                let error = set.view_error;
+                sum.time = sum.time.max(error.time * largest);
+                sum.truncation = sum.truncation.max(error.truncation * largest);
+                sum.bins = error.bins;
+            }
+        }
+        let others = if views.len() < camera.n_views() {
+            OTHER_VIEWS
+        } else {
+            1.0
+        };
+        let relative = |(most, mut sum): (f64, ViewError)| {
+            sum.time *= others;
+            if most > 0.0 {
+                sum.time /= most;
+                sum.truncation /= most;
+            }
+            sum
+        };
+        Ok(all.into_iter().map(relative).collect())
     }
 
     /// Projection sets that are computed together, with their tested views.

@@ -3,7 +3,7 @@
 use super::camera::Camera;
 use crate::error::PhantomError;
 use radon::Collimator;
-use revolve_voxel::{BinValue, DepthResponse, View};
+use revolve_voxel::{BinValue, DepthResponse, RayCounters, View};
 use std::sync::OnceLock;
 
 /// Bound on the weights beyond the reach of the response, and on the interpolation between tabulated weights, relative to the largest line
@@ -43,6 +43,7 @@ pub(crate) struct Fixed {
     pub(crate) samples: Vec<f32>,
     /// Largest line integral.
     pub(crate) largest_line: f64,
+    pub(crate) rays: RayCounters,
 }
 
 /// The response of the detector, the definition of a sample, and the resolutions of heart and surroundings with the error that remains.
@@ -108,6 +109,16 @@ impl Imaging {
             true => TAILS,
             false => 0.0,
         }
+    }
+
+    /// Evaluations of the response in a view of which so many rays of the heart were cast: rays times nodes in depth, with those of fixed
+    /// surroundings.
+    pub(crate) fn evaluations(&self, view_idx: usize, of_heart: RayCounters) -> u64 {
+        let [heart, around] = &self.responses[view_idx];
+        let fixed = self.fixed[view_idx]
+            .get()
+            .map_or(0, |fixed| fixed.rays.cast);
+        of_heart.cast * heart.n_nodes() as u64 + fixed * around.n_nodes() as u64
     }
 
     /// Bytes of an unfinished image: its rows (nodes along the rows, nodes in depth, bins) and the tabulated weights.

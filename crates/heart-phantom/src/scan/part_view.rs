@@ -69,6 +69,7 @@ impl Scan<'_> {
         Ok(kept.get_or_init(|| Fixed {
             samples,
             largest_line: image.largest_line,
+            rays: image.rays,
         }))
     }
 }

@@ -2,6 +2,7 @@
 
 use nalgebra::{Point3, Vector3};
 
+use crate::solid::wedge::Wedge;
 use crate::{Pose, Ray};
 
 /// Margin of a bounding box, relative to the distance and size of the ring; more than rounding of a square root near zero.
@@ -49,5 +50,15 @@ impl BodyLine {
         let misses = square(self.closest.max(low).min(high)) > outer * outer
             || square(low).max(square(high)) < inner * inner;
         (!misses).then_some([low, high])
+    }
+
+    /// Returns the intervals inside a wedge; `None` if none overlaps the range of parameters of [`within`](Self::within).
+    #[inline]
+    pub(crate) fn inside(&self, ring: [f64; 4], wedge: &Wedge) -> Option<[Option<[f64; 2]>; 2]> {
+        let [low, high] = self.within(ring)?;
+        let (origin, along, near) = &self.parts;
+        let held = wedge.stretches(origin, along, *near);
+        let overlaps = |[from, to]: &[f64; 2]| *from < high && low < *to;
+        held.iter().flatten().any(overlaps).then_some(held)
     }
 }

@@ -37,7 +37,7 @@ pub struct Sector {
     /// The complete ring, as the only layer.
     ring: Body,
     wedge: Wedge,
-    opening: f64,
+    azimuths: [f64; 2],
 }
 
 impl Sector {
@@ -50,7 +50,7 @@ impl Sector {
         Ok(Self {
             wedge: Wedge::new(azimuths)?,
             ring: Body::new(vec![ring], pose)?,
-            opening: azimuths[1] - azimuths[0],
+            azimuths,
         })
     }
 
@@ -77,7 +77,8 @@ impl Sector {
     /// Returns the volume in cm^3.
     #[must_use]
     pub fn volume(&self) -> f64 {
-        self.ring.layers()[0].mass_properties().volume * self.opening / std::f64::consts::TAU
+        let [from, to] = self.azimuths;
+        self.ring.layers()[0].mass_properties().volume * (to - from) / std::f64::consts::TAU
     }
 
     /// Returns whether the sector contains a lab point.
@@ -99,22 +100,18 @@ impl Sector {
             .sum()
     }
 
-    /// Returns the range of x and r of the ring.
-    pub(crate) fn bounds(&self) -> [f64; 4] {
-        self.ring.layers()[0].boxes().whole()
+    /// Returns the range of x and r of the ring, and the azimuths.
+    pub(crate) fn bounds(&self) -> ([f64; 4], [f64; 2]) {
+        (self.ring.layers()[0].boxes().whole(), self.azimuths)
     }
 
     /// Calls `each` with the disjoint intervals of a line inside the sector. `line` is the ray in its pose.
     pub(crate) fn for_spans(&self, ray: &Ray, line: &BodyLine, mut each: impl FnMut(Span)) {
-        let Some([low, high]) = line.within(self.bounds()) else {
+        let ring = &self.ring.layers()[0];
+        let Some(held) = line.inside(ring.boxes().whole(), &self.wedge) else {
             return;
         };
-        let (origin, along, near) = &line.parts;
-        let held = self.wedge.stretches(origin, along, *near);
-        if !(held.iter().flatten()).any(|[from, to]| *from < high && low < *to) {
-            return;
-        }
-        for span in &self.ring.spans_in(&self.ring.layers()[0], ray) {
+        for span in &self.ring.spans_in(ring, ray) {
             for &[from, to] in held.iter().flatten() {
                 let (enter, exit) = (from.max(span.enter), to.min(span.exit));
                 if enter < exit {

@@ -1,36 +1,25 @@
 //! Many sectors that rays cross: those that a ray misses are skipped, alone and in groups.
 
+use crate::solid::wedge::Wedge;
 use crate::wall::body_line::BodyLine;
 use crate::{Body, Ray, Sector, Span};
 
 /// Consecutive sectors with a common bounding box.
 const GROUP: usize = 16;
+/// Margin of the azimuths of a group, radians: more than rounding of sines and cosines.
+const MARGIN: f64 = 1e-9;
 
 /// Sectors with an activity each.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Sectors {
     all: Vec<(Sector, f64)>,
-    /// Bounds of each [`GROUP`] in x and r.
-    groups: Vec<[f64; 4]>,
+    /// Bounds of each [`GROUP`] in x and r and in azimuth; `None` for sectors in several poses.
+    groups: Vec<Option<([f64; 4], Wedge)>>,
 }
 
 impl Sectors {
     pub(crate) fn new(all: Vec<(Sector, f64)>) -> Self {
-        let groups = all.chunks(GROUP).map(|group| {
-            let same = |(sector, _): &(Sector, f64)| sector.pose() == group[0].0.pose();
-            if !group.iter().all(same) {
-                let all = f64::INFINITY;
-                return [-all, all, 0.0, all];
-            }
-            let bounds = group.iter().map(|(sector, _)| sector.bounds());
-            let join = |a: [f64; 4], b: [f64; 4]| {
-                let [from, least] = [0, 2].map(|k| a[k].min(b[k]));
-                let [to, most] = [1, 3].map(|k| a[k].max(b[k]));
-                [from, to, least, most]
-            };
-            bounds.reduce(join).unwrap_or_default()
-        });
-        let groups = groups.collect();
+        let groups = all.chunks(GROUP).map(bounds).collect();
         Self { all, groups }
     }
 
@@ -47,7 +36,10 @@ impl Sectors {
         let mut pose = first.pose();
         let mut line = BodyLine::new(pose, ray);
         for (group, bounds) in self.all.chunks(GROUP).zip(&self.groups) {
-            if group[0].0.pose() == pose && line.within(*bounds).is_none() {
+            if let Some((range, wedge)) = bounds
+                && group[0].0.pose() == pose
+                && line.inside(*range, wedge).is_none()
+            {
                 continue;
             }
             for (sector, activity) in group {
@@ -59,4 +51,22 @@ impl Sectors {
             }
         }
     }
+}
+
+/// Returns a range of x and r and a wedge that contain all sectors of a group.
+fn bounds(group: &[(Sector, f64)]) -> Option<([f64; 4], Wedge)> {
+    let pose = group[0].0.pose();
+    if !group.iter().all(|(sector, _)| sector.pose() == pose) {
+        return None;
+    }
+    let join = |(a, [from, to]): ([f64; 4], [f64; 2]), (b, [start, end]): ([f64; 4], [f64; 2])| {
+        let [low, least] = [0, 2].map(|k| a[k].min(b[k]));
+        let [high, most] = [1, 3].map(|k| a[k].max(b[k]));
+        ([low, high, least, most], [from.min(start), to.max(end)])
+    };
+    let bounds = group.iter().map(|(sector, _)| sector.bounds());
+    let (range, [from, to]) = bounds.reduce(join)?;
+    let azimuths = [from - MARGIN, to + MARGIN];
+    // More than a full turn is not a wedge.
+    Some((range, Wedge::new(azimuths).unwrap_or(Wedge::Whole)))
 }

@@ -156,3 +156,62 @@ fn the_stated_error_bounds_the_true_one() {
     println!("{seen} scenes, worst {worst}");
     assert!(worst <= 1.0);
 }
+
+/// A heart in a chest of any activity, seen through a collimator by one or two heads.
+fn chest(random: &mut Random, lungs: f64, tolerance: f64) -> Scene {
+    let mut log = |low: f64, high: f64| random.uniform(low.ln(), high.ln()).exp();
+    let [trunk, liver, cavity] = [(0.01, 1.0), (0.1, 50.0), (0.01, 1.0)].map(|(a, b)| log(a, b));
+    let views = [8, 12][random.below(2)];
+    let heads = ["\"one\"", "{ two = { angle = 90.0 } }"][random.below(2)];
+    let arc = [180.0, 360.0][random.below(2)];
+    let start = random.uniform(-180.0, 180.0);
+    let mode = ["\"whole-cycle\"", "{ gated = { gates = 3 } }"][random.below(2)];
+    let [x, y] = [0, 1].map(|_| random.uniform(0.0, 360.0));
+    let text = format!(
+        "heart.discretisation = {{ differences = {{ nodes = 41 }} }}\n\
+        pose = {{ rotate_x = {x}, rotate_y = {y} }}\n\
+        activity.cavity = {{ concentration = {cavity} }}\n\
+        chest = {{ trunk = {trunk}, lungs = {lungs}, liver = {liver} }}\n\
+        collimator = {{ holes = \"ge-lehr\", intrinsic_fwhm = 0.38 }}\n\
+        reconstruction.arc = \"extend\"\n\
+        acquisition = {{ mode = {mode}, accuracy = {{ tolerance = {tolerance} }} }}\n\
+        [camera]\nviews = {views}\nheads = {heads}\narc = {arc}\nstart = {start}\n\
+        bins = 14\nrows = 10\npitch = [1.2, 0.9]\nseconds_per_view = 20.0\n\
+        radius = {{ contour = {{ gap = 1.0 }} }}\n"
+    );
+    Scene::from_toml(&text).unwrap()
+}
+
+/// The views that determine the time steps represent all views.
+#[test]
+fn the_error_of_all_views_meets_the_tolerance() {
+    let from = |name: &str, otherwise: u64| {
+        std::env::var(name).map_or(otherwise, |text| text.parse().expect("a number"))
+    };
+    let (first, n) = (from("TIME_SEED", 7), from("TIME_SCENES", 1));
+    for seed in first..first + n {
+        let mut random = Random(seed);
+        let [lungs, tolerance] = [(0.01f64, 100.0), (2e-4, 2e-3)]
+            .map(|(low, high): (f64, f64)| random.uniform(low.ln(), high.ln()).exp());
+        let phantom = Phantom::new(chest(&mut random, lungs, tolerance)).unwrap();
+        let steps = match phantom.steps() {
+            Ok(steps) => steps,
+            Err(error) => {
+                println!("{seed}: {error}"); // no resolution meets the tolerance
+                continue;
+            }
+        };
+        for gate in 0..phantom.n_gates() {
+            let error = phantom.sinograms(gate, &no_observer).unwrap().view_error;
+            println!("{seed}: {steps} steps, {tolerance:.1e}: {error:?}");
+            assert!(error.total() <= tolerance, "{seed}, gate {gate}");
+        }
+    }
+}
+
+/// The error over time is relative to the samples, not to the image of the heart alone: next to hot lungs few steps suffice.
+#[test]
+fn a_hot_chest_needs_few_steps() {
+    let phantom = Phantom::new(chest(&mut Random(1), 1000.0, 0.02)).unwrap();
+    assert_eq!(phantom.steps().unwrap(), 8);
+}
