@@ -1,5 +1,6 @@
 //! The error type of the crate.
 
+use crate::ranges::UNEVEN;
 use crate::scene::{SceneError, place_in};
 use crate::text::{Number, brief, enough, escape, escape_path, range};
 use std::path::PathBuf;
@@ -231,9 +232,10 @@ pub enum PhantomError {
     },
     /// The response of the collimator varies too much over the depth of the objects.
     #[error(
-        "the standard deviation of the collimator's response is {} to {} cm over the depth of the objects: the ratio is too large",
+        "the standard deviation of the collimator's response is {} to {} cm over the depth of the objects: the ratio must be at most {}",
         Number(brief(*narrowest)),
-        Number(brief(*widest))
+        Number(brief(*widest)),
+        UNEVEN
     )]
     Uneven {
         /// Smallest standard deviation in cm.
@@ -243,7 +245,7 @@ pub enum PhantomError {
     },
     /// No resolution meets the tolerance of the samples.
     #[error(
-        "{term}: the error is {} at the finest resolution; the tolerance is {}",
+        "{term}: the error is {} at best; the tolerance is {}",
         Number(brief(*reached)),
         Number(*tolerance)
     )]

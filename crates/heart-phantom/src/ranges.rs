@@ -11,6 +11,8 @@ pub(crate) const ACTIVITY: [f64; 2] = [0.0, 1e12];
 pub(crate) const DEFECTS: [usize; 2] = [0, 252];
 /// Number of disjoint pieces of all defects together.
 pub(crate) const PIECES: [usize; 2] = [0, 1000];
+/// Largest ratio of the standard deviations of a response: rays are as dense as the narrowest needs, over the reach of the widest.
+pub(crate) const UNEVEN: f64 = 100.0;
 /// Activity of defects, relative to the wall.
 pub(crate) const DEFECT_ACTIVITY: [f64; 2] = [0.0, 1e6];
 /// Number of reported material points.

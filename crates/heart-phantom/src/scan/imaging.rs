@@ -2,6 +2,7 @@
 
 use super::camera::Camera;
 use crate::error::PhantomError;
+use crate::ranges::UNEVEN;
 use radon::Collimator;
 use revolve_voxel::{BinValue, DepthResponse, RayCounters, View};
 use std::sync::OnceLock;
@@ -90,8 +91,11 @@ impl Imaging {
                     [of(view, range, heart)?, of(view, view.seen, around)?]
                 }
             };
-            if let Some(own) = made.iter().find(|own| own.error() > MOST_IN_DEPTH) {
+            for own in &made {
                 let [narrowest, widest] = own.extremes();
+                if own.error() <= MOST_IN_DEPTH && widest <= UNEVEN * narrowest {
+                    continue;
+                }
                 return Err(PhantomError::Uneven { narrowest, widest });
             }
             responses.push(made);
