@@ -245,7 +245,7 @@ pub enum PhantomError {
     },
     /// No resolution meets the tolerance of the samples.
     #[error(
-        "{term}: the error is {} at best; the tolerance is {}",
+        "{term}: the smallest error reached is {}; the tolerance is {}",
         Number(brief(*reached)),
         Number(*tolerance)
     )]

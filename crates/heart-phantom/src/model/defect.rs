@@ -13,8 +13,7 @@ use std::ops::Range;
 use std::sync::Arc;
 
 /// Largest distance of the boundaries of a defect in a twisted wall from their position, along and across the wall, as a fraction
-/// of the radius of the heart: 0.05 mm for a radius of 3.5 cm. Its effect on samples behind the response of a clinical collimator is of
-/// second order and below 1e-4 of the largest sample.
+/// of the radius of the heart: 0.05 mm for a radius of 3.5 cm ([`ViewError`](crate::ViewError) states the effect on samples).
 const STEP: f64 = 1.0 / 700.0;
 /// Cells along and across the wall that follow each other.
 const BLOCK: usize = 4;

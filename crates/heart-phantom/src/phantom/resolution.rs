@@ -30,6 +30,8 @@ const LADDER: [[f64; 2]; 10] = [
 const PROBE: usize = 2;
 /// Views in which resolutions are compared, besides the one nearest to its collimator.
 const VIEWS_TRIED: usize = 7;
+/// Evenly spaced views among which those with the largest change of the heart are found.
+const CANDIDATES: usize = 16;
 /// Assumed ratio of the error of a resolution to that of the next coarser one, whose density is smaller by the root of two. It is 0.5 for the
 /// order 2 of small corners of a meridian at low densities, 0.42 for the order 5/2 of sides of defects and of outlines that cross the edges of bins without a
 /// response, and smaller where the quadrature converges exponentially.
@@ -38,8 +40,9 @@ const RATIO: f64 = 0.5;
 const OTHER_VIEWS: [f64; 2] = [1.2, 1.8];
 /// Rotation during a view in radians above which the largest sample is that of averages over the rotation, because it may be much smaller.
 const WIDE_TURN: f64 = 0.12;
-/// Evaluations of the response per sample, rays times nodes in depth, above which images are not refined further unless a tolerance is given:
-/// it limits the time of views whose rows are much higher than the wall is thick, and of objects much deeper than the response is wide.
+/// Largest number of evaluations of the response per sample, rays times nodes in depth, unless a tolerance is given or the coarsest resolution
+/// needs more. It limits the time of views whose rows are much higher than the wall is thick, and of objects much deeper than the response is
+/// wide.
 const MOST_EVALUATIONS: u64 = 2000;
 /// Smallest fraction of the tolerance reserved for the surroundings of the heart, where these have a separate resolution.
 const SURROUNDINGS: f64 = 0.3;
@@ -214,11 +217,11 @@ impl Phantom {
         let images = |value| self.images((self.camera(), value), &first, PROBE, Projected::All);
         let centres = images(self.bin_value()?)?.samples;
         let averages = images(Some(BinValue::Average))?.samples;
-        let largest = largest_of(&averages);
+        let largest = largest_of(averages.iter().flatten());
         Ok(Some([
             side,
             fwhm,
-            difference(&centres, &averages) / largest,
+            difference(centres.iter().flatten(), averages.iter().flatten()) / largest,
         ]))
     }
 
@@ -239,7 +242,7 @@ impl Phantom {
             let after = images.samples;
             let n_samples = after.iter().map(Vec::len).sum::<usize>() as u64;
             let off = match largest > 0.0 {
-                true => difference(&before, &after) / largest,
+                true => difference(before.iter().flatten(), after.iter().flatten()) / largest,
                 false => 0.0,
             };
             let coarse = others / (1.0 - RATIO) * off;
@@ -298,10 +301,7 @@ impl Phantom {
 
     /// Returns evenly spaced views, and the view with the narrowest response.
     fn views_tried(&self) -> Result<BTreeSet<usize>, PhantomError> {
-        let n = self.camera().n_views();
-        let mut views: BTreeSet<usize> = (0..VIEWS_TRIED.min(n))
-            .map(|k| k * n / VIEWS_TRIED.min(n))
-            .collect();
+        let mut views: BTreeSet<usize> = evenly(VIEWS_TRIED, self.camera().n_views()).collect();
         if self.parts.collimator.is_some() {
             let distance = |view: &Facing| view.radius - view.seen[1];
             let nearest = (self.facing()?.iter().enumerate())
@@ -311,26 +311,18 @@ impl Phantom {
         Ok(views)
     }
 
-    /// Returns two of these views: the one with the largest change between end-systole and end-diastole, and the one with the largest sample
-    /// of the heart.
-    pub(super) fn most_changed(
-        &self,
-        camera: &Camera,
-        views: &BTreeSet<usize>,
-    ) -> Result<[usize; 2], PhantomError> {
+    /// Returns two of some evenly spaced views: the one with the largest change between end-systole and end-diastole, and the one with the
+    /// largest sample of the heart.
+    pub(super) fn changed_views(&self, camera: &Camera) -> Result<[usize; 2], PhantomError> {
+        let views = evenly(CANDIDATES, camera.n_views()).collect();
         let from = (camera, self.bin_value()?);
-        let images = self.images(from, views, 0, Projected::Heart)?.samples;
-        let [first, last] = [&images[0], &images[images.len() - 1]];
-        let len = first.len() / views.len();
-        let most = |[a, b]: [&[f32]; 2]| {
-            a.iter()
-                .zip(b)
-                .fold(0.0f32, |m, (a, b)| m.max((a - b).abs()))
-        };
-        let zeros = vec![0.0; len];
-        let mut found = [(0.0f32, 0); 2];
-        for ((a, b), &view_idx) in first.chunks(len).zip(last.chunks(len)).zip(views) {
-            let values = [most([a, b]), most([a, &zeros]).max(most([b, &zeros]))];
+        let images = self.images(from, &views, 0, Projected::Heart)?.samples;
+        let phases = [&images[0], &images[images.len() - 1]];
+        let len = phases[0].len() / views.len();
+        let mut found = [(0.0, 0); 2];
+        for (k, &view_idx) in views.iter().enumerate() {
+            let [a, b] = phases.map(|samples| &samples[k * len..][..len]);
+            let values = [difference(a, b), largest_of(a.iter().chain(b))];
             for (best, value) in found.iter_mut().zip(values) {
                 if value > best.0 {
                     *best = (value, view_idx);
@@ -378,8 +370,7 @@ impl Phantom {
                 self.work.rays(taken.rays);
                 let counted = |own: &Imaging| own.evaluations(view_idx, taken.rays);
                 images.evaluations += imaging.as_ref().map_or(0, counted);
-                let largest = taken.samples.iter().fold(0.0f32, |m, v| m.max(v.abs()));
-                let truncation = taken.view_error.truncation * f64::from(largest);
+                let truncation = taken.view_error.truncation * largest_of(&taken.samples);
                 images.truncation = images.truncation.max(truncation);
                 samples.extend(taken.samples);
             }
@@ -389,24 +380,28 @@ impl Phantom {
     }
 }
 
+/// At most so many evenly spaced views of all.
+pub(super) fn evenly(most: usize, n_views: usize) -> impl Iterator<Item = usize> {
+    let n = most.min(n_views);
+    (0..n).map(move |k| k * n_views / n)
+}
+
 /// The least of the maxima of some images.
 fn least_maximum(images: &[Vec<f32>]) -> f64 {
-    (images.iter())
-        .map(|image| largest_of(std::slice::from_ref(image)))
-        .fold(f64::INFINITY, f64::min)
+    images.iter().map(largest_of).fold(f64::INFINITY, f64::min)
 }
 
-fn largest_of(images: &[Vec<f32>]) -> f64 {
-    f64::from(
-        images
-            .iter()
-            .flatten()
-            .fold(0.0, |most: f32, v| most.max(*v)),
-    )
+/// Returns the largest absolute value of some samples.
+pub(super) fn largest_of<'a>(samples: impl IntoIterator<Item = &'a f32>) -> f64 {
+    let samples = samples.into_iter();
+    f64::from(samples.fold(0.0f32, |most, sample| most.max(sample.abs())))
 }
 
-/// Returns the largest difference of two sets of images.
-fn difference(coarse: &[Vec<f32>], fine: &[Vec<f32>]) -> f64 {
-    let pairs = coarse.iter().flatten().zip(fine.iter().flatten());
+/// Returns the largest difference of two sets of samples.
+fn difference<'a>(
+    coarse: impl IntoIterator<Item = &'a f32>,
+    fine: impl IntoIterator<Item = &'a f32>,
+) -> f64 {
+    let pairs = coarse.into_iter().zip(fine);
     f64::from(pairs.fold(0.0f32, |most, (a, b)| most.max((a - b).abs())))
 }

@@ -1,22 +1,22 @@
 //! The number of time steps that meets the tolerance.
 
+use super::resolution::{evenly, largest_of};
 use crate::error::PhantomError;
 use crate::scan::STEPS;
-use crate::scan::{Accuracy, Acquisition, Camera, Interpolation, Mode, Scan, ViewError};
+use crate::scan::{Accuracy, Interpolation, Mode, Scan, ViewError};
 use crate::{Phantom, Rotation, no_observer};
 use std::collections::BTreeSet;
 
 /// Bins and rows of the projections that determine the time steps, for line integrals.
 const PROBE: usize = 64;
-/// Smallest number of tested views of all gates; each gate has at least [`LEAST`], and its most demanding view.
+/// Smallest number of evenly spaced tested views of all gates; each gate has at least [`LEAST`]. Besides, its most demanding view and those in
+/// which the heart changes most are tested.
 const VIEWS_TRIED: usize = 8;
 const LEAST: usize = 2;
-/// The same for polynomials in volume, whose errors differ little between views.
+/// The same for polynomials in volume, of which all gates are sums over the same images.
 const ALIKE: usize = 4;
-/// Errors over time in untested views relative to those in tested ones.
+/// Largest errors over time in untested views relative to those in tested ones: without this factor a random chest exceeded its tolerance.
 const OTHER_VIEWS: f64 = 1.5;
-/// Evenly spaced views among which those with the largest change of the heart are found and tested besides.
-const CANDIDATES: usize = 16;
 
 /// The number of steps to try after another: a power of two, or that and a half for a polynomial, whose error falls faster.
 fn next(steps: usize, interpolation: Interpolation) -> usize {
@@ -28,8 +28,8 @@ fn next(steps: usize, interpolation: Interpolation) -> usize {
 }
 
 impl Phantom {
-    /// Returns the time steps per cycle: given, or increased until the estimated error in the tested views meets the tolerance. Each gate tests
-    /// other views.
+    /// Returns the time steps per cycle: given, or increased until the estimated error in the tested views meets the tolerance. The
+    /// error is relative to the largest sample, heart and surroundings together.
     ///
     /// # Errors
     /// [`PhantomError::Tolerance`] if no number of steps suffices; errors of projecting.
@@ -57,7 +57,13 @@ impl Phantom {
             Some(_) => self.camera().clone(),
             None => self.camera().coarse(PROBE)?,
         };
-        let changed = self.changed_views(&camera)?;
+        let always = match self.scene().acquisition.mode {
+            // The error depends on the angle; it is largest where the rays are parallel to the base.
+            Mode::Static { .. } => (0..camera.n_views()).collect(),
+            Mode::Instants | Mode::Exposure { .. } | Mode::WholeCycle | Mode::Gated { .. } => {
+                self.changed_views(&camera)?.into()
+            }
+        };
         let mut steps = STEPS[0];
         loop {
             let sets: Vec<Scan<'_>> = (0..self.n_gates())
@@ -67,8 +73,7 @@ impl Phantom {
                 })
                 .collect();
             let [mut reached, mut least] = [0.0f64; 2];
-            for (sets, mut views) in self.views_of_sets(&sets) {
-                views.extend(&changed);
+            for (sets, views) in self.views_of_sets(&sets, &always) {
                 for error in self.errors_in_views(sets, &views)? {
                     reached = reached.max(error.total());
                     least = least.max(error.total() - error.time);
@@ -93,17 +98,6 @@ impl Phantom {
         }
     }
 
-    /// Views in which the heart changes most, among some evenly spaced ones; none for a static heart, of which all views are tested.
-    fn changed_views(&self, camera: &Camera) -> Result<Vec<usize>, PhantomError> {
-        if matches!(self.scene().acquisition.mode, Mode::Static { .. }) {
-            return Ok(Vec::new());
-        }
-        let n_views = camera.n_views();
-        let n = n_views.min(CANDIDATES);
-        let evenly = (0..n).map(|k| k * n_views / n).collect();
-        Ok(self.most_changed(camera, &evenly)?.to_vec())
-    }
-
     /// Largest errors of projection sets in some views, relative to the largest sample of each set in these.
     fn errors_in_views(
         &self,
@@ -121,7 +115,7 @@ impl Phantom {
             for ((set, samples), (most, sum)) in taken.iter().zip(samples.chunks(len)).zip(&mut all)
             {
                 self.work.rays(set.rays);
-                let largest = f64::from(samples.iter().fold(0.0f32, |m, sample| m.max(*sample)));
+                let largest = largest_of(samples);
                 *most = most.max(largest);
                 let error = set.view_error;
                 sum.time = sum.time.max(error.time * largest);
@@ -129,54 +123,42 @@ impl Phantom {
                 sum.bins = error.bins;
             }
         }
-        let others = if views.len() < camera.n_views() {
-            OTHER_VIEWS
-        } else {
-            1.0
+        let others = match views.len() < camera.n_views() {
+            true => OTHER_VIEWS,
+            false => 1.0,
         };
-        let relative = |(most, mut sum): (f64, ViewError)| {
-            sum.time *= others;
-            if most > 0.0 {
-                sum.time /= most;
-                sum.truncation /= most;
-            }
-            sum
-        };
-        Ok(all.into_iter().map(relative).collect())
+        // Without activity all errors are zero.
+        for (most, sum) in all.iter_mut().filter(|(most, _)| *most > 0.0) {
+            sum.time *= others / *most;
+            sum.truncation /= *most;
+        }
+        Ok(all.into_iter().map(|(_, sum)| sum).collect())
     }
 
-    /// Projection sets that are computed together, with their tested views.
+    /// Projection sets that are computed together, with their tested views, among which are those of `always`.
     fn views_of_sets<'a, 'b>(
         &self,
         sets: &'a [Scan<'b>],
+        always: &BTreeSet<usize>,
     ) -> Vec<(&'a [Scan<'b>], BTreeSet<usize>)> {
         let n_views = self.camera().n_views();
-        let hardest = |sets: &[Scan<'_>]| sets.iter().map(Scan::hardest_view).collect::<Vec<_>>();
-        match sets[0].acquisition {
-            // For a static heart the error depends on the angle; it is largest where the rays are parallel to the base.
-            Acquisition {
-                mode: Mode::Static { .. },
-                ..
-            } => vec![(sets, (0..n_views).collect())],
-            // All gates are sums over the same images.
-            Acquisition {
-                interpolation: Interpolation::Polynomial,
-                ..
-            } => {
-                let evenly = (0..ALIKE).map(|k| k * n_views / ALIKE);
-                vec![(sets, evenly.chain(hardest(sets)).collect())]
-            }
-            Acquisition {
-                interpolation: Interpolation::Linear,
-                ..
-            } => {
+        let with = |sets: &'a [Scan<'b>], views: &mut dyn Iterator<Item = usize>| {
+            let demanding = sets.iter().map(Scan::hardest_view);
+            (
+                sets,
+                views
+                    .chain(demanding)
+                    .chain(always.iter().copied())
+                    .collect(),
+            )
+        };
+        match sets[0].acquisition.interpolation {
+            Interpolation::Polynomial => vec![with(sets, &mut evenly(ALIKE, n_views))],
+            Interpolation::Linear => {
                 let (gates, n) = (sets.len(), LEAST.max(VIEWS_TRIED.div_ceil(sets.len())));
                 let each = |gate: usize, k: usize| (k * gates + gate) * n_views / (n * gates);
                 (sets.chunks(1).enumerate())
-                    .map(|(gate, set)| {
-                        let views = (0..n).map(|k| each(gate, k));
-                        (set, views.chain(hardest(set)).collect())
-                    })
+                    .map(|(gate, set)| with(set, &mut (0..n).map(|k| each(gate, k))))
                     .collect()
             }
         }

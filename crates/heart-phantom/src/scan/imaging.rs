@@ -11,9 +11,6 @@ use std::sync::OnceLock;
 /// integral.
 const TAILS: f64 = 1.2e-6;
 
-/// Largest error of the interpolation of a response in depth at any resolution.
-const MOST_IN_DEPTH: f64 = 0.1;
-
 /// The resolution of the quadrature of an image.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "scene", derive(serde::Serialize))]
@@ -91,11 +88,9 @@ impl Imaging {
                     [of(view, range, heart)?, of(view, view.seen, around)?]
                 }
             };
-            for own in &made {
-                let [narrowest, widest] = own.extremes();
-                if own.error() <= MOST_IN_DEPTH && widest <= UNEVEN * narrowest {
-                    continue;
-                }
+            let extremes = made.each_ref().map(DepthResponse::extremes);
+            if let Some([narrowest, widest]) = (extremes.into_iter()).find(|[a, b]| *b > UNEVEN * a)
+            {
                 return Err(PhantomError::Uneven { narrowest, widest });
             }
             responses.push(made);
@@ -115,14 +110,14 @@ impl Imaging {
         }
     }
 
-    /// Evaluations of the response in a view of which so many rays of the heart were cast: rays times nodes in depth, with those of fixed
-    /// surroundings.
+    /// Evaluations of the response in a view, rays times nodes in depth: those of the heart, and those of fixed surroundings.
     pub(crate) fn evaluations(&self, view_idx: usize, of_heart: RayCounters) -> u64 {
-        let [heart, around] = &self.responses[view_idx];
-        let fixed = self.fixed[view_idx]
-            .get()
-            .map_or(0, |fixed| fixed.rays.cast);
-        of_heart.cast * heart.n_nodes() as u64 + fixed * around.n_nodes() as u64
+        let fixed = self.fixed[view_idx].get().map(|fixed| fixed.rays);
+        let rays = [of_heart, fixed.unwrap_or_default()].map(|rays| rays.cast);
+        let nodes = self.responses[view_idx]
+            .each_ref()
+            .map(DepthResponse::n_nodes);
+        rays[0] * nodes[0] as u64 + rays[1] * nodes[1] as u64
     }
 
     /// Bytes of an unfinished image: its rows (nodes along the rows, nodes in depth, bins) and the tabulated weights.
