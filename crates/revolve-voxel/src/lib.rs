@@ -83,3 +83,4 @@ pub use wall::nearest::NearestMaterial;
 pub use wall::sector::Sector;
 pub use wall::shell::Shell;
 pub use wall::thickness::Thickness;
+pub use wall::twist::WallTwist;

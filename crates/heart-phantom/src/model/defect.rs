@@ -9,14 +9,8 @@ use rayon::prelude::*;
 use revolve_voxel::{Pose, Sector};
 use std::collections::BTreeMap;
 use std::f64::consts::TAU;
-use std::ops::Range;
 use std::sync::Arc;
 
-/// Largest distance of the boundaries of a defect in a twisted wall from their position, along and across the wall, as a fraction
-/// of the radius of the heart: 0.05 mm for a radius of 3.5 cm ([`ViewError`](crate::ViewError) states the effect on samples).
-const STEP: f64 = 1.0 / 700.0;
-/// Cells along and across the wall that follow each other.
-const BLOCK: usize = 4;
 /// Angles that differ by less are equal up to rounding of a full turn.
 const NO_ANGLE: f64 = 1e-12;
 
@@ -132,51 +126,6 @@ pub(crate) struct Placed {
     shapes: BTreeMap<u64, Vec<(usize, Sector, f64)>>,
 }
 
-/// Divides a region of a twisted wall into cells along u and s, each rotated by the twist of its centre.
-///
-/// Rotation preserves volume, so the volume is exact for any number of cells. Their number keeps the boundaries within twice
-/// [`STEP`] of their position.
-fn cells(region: &WallRegion, twist: &Twist) -> Vec<WallRegion> {
-    // Where the twist is linear between its samples, the largest change is between corners of the cell.
-    let change = |n: usize, at: &dyn Fn(f64) -> [f64; 2]| -> f64 {
-        let angle = |k: usize| {
-            let [layer, s] = at(k as f64 / n as f64);
-            twist.angle(layer, s)
-        };
-        (0..n).map(|k| (angle(k + 1) - angle(k)).abs()).sum()
-    };
-    let ([from, to], [inner, outer]) = (region.s, region.layers);
-    let along = [inner, outer].map(|u| change(64, &|t| [u, from + t * (to - from)]));
-    let across = (0..=16).map(|k| from + f64::from(k) / 16.0 * (to - from));
-    let across = across.map(|s| change(1, &|t| [inner + t * (outer - inner), s]));
-    let count = |turned: f64| (turned / (2.0 * STEP)).ceil().max(1.0) as usize;
-    let n = count(along[0].max(along[1]));
-    let m = count(across.fold(0.0, f64::max));
-    let part = |[from, to]: [f64; 2], k: usize, n: usize| {
-        [k, k + 1].map(|k| match k == n {
-            true => to,
-            false => from + (to - from) * k as f64 / n as f64,
-        })
-    };
-    let cell = |[layer, s]: [usize; 2]| {
-        let (layers, s) = (part(region.layers, layer, m), part(region.s, s, n));
-        let [layer, middle] = [layers, s].map(|[a, b]| 0.5 * (a + b));
-        let turn = twist.angle(layer, middle);
-        WallRegion {
-            layers,
-            s,
-            azimuths: region.azimuths.map(|azimuth| azimuth + turn),
-        }
-    };
-    // In blocks of adjacent cells, which rays that miss them skip together.
-    let blocks = |n: usize| (0..n).step_by(BLOCK).map(move |k| k..(k + BLOCK).min(n));
-    let blocks = blocks(m).flat_map(|layers| blocks(n).map(move |s| (layers.clone(), s)));
-    let of = |(layers, s): (Range<usize>, Range<usize>)| {
-        layers.flat_map(move |layer| s.clone().map(move |s| [layer, s]))
-    };
-    blocks.flat_map(of).map(cell).collect()
-}
-
 impl Placed {
     /// Returns the defects of several distinct shapes to `tolerance` cm. Solves the reference shape if there are defects.
     pub(crate) fn new(
@@ -199,26 +148,27 @@ impl Placed {
         let placed: Vec<Result<_, PhantomError>> = shapes
             .par_iter()
             .map(|shape| {
-                let wall = wall(shape)?.sliding_from(&rest);
-                let twist = twist(shape.gain());
-                let mut sectors = Vec::new();
-                for (owner, region) in &pieces {
-                    let [from, to] = region.azimuths;
-                    // A twist maps a ring onto itself.
-                    let cells = match &twist {
-                        Some(twist) if to - from < TAU - NO_ANGLE => cells(region, twist),
-                        _ => vec![*region],
-                    };
-                    for cell in cells {
-                        let sector = wall.sector(&cell, tolerance);
-                        let sector = sector.map_err(|source| PhantomError::NoDefect {
-                            defect: *owner,
-                            gain: shape.gain(),
-                            source: Box::new(source),
-                        })?;
-                        sectors.push((*owner, sector, defects[*owner].activity - 1.0));
-                    }
+                let mut wall = wall(shape)?.sliding_from(&rest);
+                if let Some(twist) = twist(shape.gain()) {
+                    wall = wall.twisted(twist);
                 }
+                let failed = |defect: usize| {
+                    move |source| PhantomError::NoDefect {
+                        defect,
+                        gain: shape.gain(),
+                        source: Box::new(source),
+                    }
+                };
+                let twist = wall.wall_twist().map_err(failed(0))?;
+                let sector = |(owner, region): &(usize, WallRegion)| {
+                    let sector = wall.sector_in(region, twist.clone(), tolerance);
+                    let sector = sector.map_err(failed(*owner))?;
+                    Ok((*owner, sector, defects[*owner].activity - 1.0))
+                };
+                let sectors = pieces
+                    .iter()
+                    .map(sector)
+                    .collect::<Result<_, PhantomError>>()?;
                 Ok((shape.gain().to_bits(), sectors))
             })
             .collect();
@@ -264,54 +214,6 @@ mod tests {
         (region.layers[0]..region.layers[1]).contains(&layer)
             && (region.s[0]..region.s[1]).contains(&s)
             && turn < region.azimuths[1] - region.azimuths[0]
-    }
-
-    #[test]
-    fn a_twist_displaces_a_defect_and_preserves_its_volume() {
-        let heart = Heart::study(101).unwrap();
-        let shapes = heart.shapes(&[0.3]).unwrap();
-        let defects = [Defect {
-            layers: [0.1, 0.8],
-            s: [0.1, 0.4],
-            azimuths_degrees: [11.0, 80.0],
-            activity: 0.0,
-        }];
-        let region = defects[0].region();
-        let twist = Twist::linear([-3.0, 10.0], [-3.0, 6.0]).unwrap();
-        let placed = |twist: Option<Twist>| {
-            let of = (&defects[..], |_| twist.clone());
-            Placed::new(&heart, of, 1e-5, &shapes).unwrap()
-        };
-        let volume = |placed: &Placed| -> f64 {
-            let sectors = placed.of(&shapes[0]).iter();
-            sectors.map(|(_, sector, _)| sector.volume()).sum()
-        };
-        let [still, twisted] = [placed(None), placed(Some(twist.clone()))];
-        assert!(twisted.of(&shapes[0]).len() > 10);
-        // Layers are polygons accurate to 1e-5 cm with their own volumes; complete layers have no such error.
-        let apart = (volume(&twisted) / volume(&still) - 1.0).abs();
-        assert!(apart < 1e-4, "{apart}");
-        let whole = WallRegion {
-            layers: [0.0, 1.0],
-            ..region
-        };
-        let wall = Wall::new(&shapes[0]).unwrap();
-        let exact = |region: &WallRegion| wall.sector(region, 1e-7).unwrap().volume();
-        let cells = cells(&whole, &twist);
-        let sum: f64 = cells.iter().map(exact).sum();
-        assert!((sum / exact(&whole) - 1.0).abs() < 1e-10, "{sum}");
-        // No boundary is farther from its position than the tolerance.
-        for cell in &cells {
-            let middle = [cell.layers, cell.s].map(|[a, b]| 0.5 * (a + b));
-            let turned = cell.azimuths[0] - whole.azimuths[0];
-            assert!((turned - twist.angle(middle[0], middle[1])).abs() < 1e-12);
-            for layer in cell.layers {
-                for s in cell.s {
-                    let off = (turned - twist.angle(layer, s)).abs();
-                    assert!(off <= 2.0 * STEP, "{off}");
-                }
-            }
-        }
     }
 
     proptest! {

@@ -17,7 +17,7 @@ use super::twist::Twist;
 use crate::error::{PhantomError, check};
 use membrane_newton::{Equilibrium, PairEquilibrium};
 use nalgebra::{Point3, Vector3};
-use revolve_voxel::{Curve, Meridian, Piece, Pose, Sector, Shell, Thickness, VoxelGrid};
+use revolve_voxel::{Curve, Meridian, Piece, Pose, Sector, Shell, Thickness, VoxelGrid, WallTwist};
 use std::f64::consts::{PI, TAU};
 use std::ops::Range;
 use std::sync::Arc;
@@ -305,8 +305,7 @@ impl Wall {
     /// Returns a region of the wall at this phase as a solid in the lab, with layers accurate to `tolerance` in cm, for exact line
     /// integrals and coverage.
     ///
-    /// The twist is not applied, because its sides are not half planes; [`Phantom`](crate::Phantom) represents twisted defects by
-    /// fine cells.
+    /// In a twisted wall the sides of the region are rotated with the material.
     ///
     /// Add the difference of the activities of region and wall to the projections of the wall. Differences of overlapping regions
     /// add.
@@ -327,8 +326,34 @@ impl Wall {
     /// # Errors
     /// As [`Wall::region`]; [`PhantomError::Solid`] for an empty range of azimuths.
     pub fn sector(&self, region: &WallRegion, tolerance: f64) -> Result<Sector, PhantomError> {
+        self.sector_in(region, self.wall_twist()?, tolerance)
+    }
+
+    /// As [`sector`](Self::sector), with the twist of [`wall_twist`](Self::wall_twist), which regions share.
+    pub(super) fn sector_in(
+        &self,
+        region: &WallRegion,
+        twist: Option<Arc<WallTwist>>,
+        tolerance: f64,
+    ) -> Result<Sector, PhantomError> {
         let ring = self.region(region.layers, region.s, tolerance)?;
-        Ok(Sector::new(ring, region.azimuths, self.pose)?)
+        let sector = Sector::new(ring, region.azimuths, self.pose)?;
+        Ok(match twist {
+            None => sector,
+            Some(twist) => sector.with_twist(twist),
+        })
+    }
+
+    /// Returns the twist as a function of the layer and s of this phase; `None` without one.
+    pub(super) fn wall_twist(&self) -> Result<Option<Arc<WallTwist>>, PhantomError> {
+        let Some(twist) = self.twist.as_deref().filter(|twist| !twist.is_zero()) else {
+            return Ok(None);
+        };
+        let angles = |at: f64| {
+            let s = self.shell.corresponding(at, self.reference());
+            [0.0, 1.0].map(|layer| twist.angle(layer, s))
+        };
+        Ok(Some(Arc::new(WallTwist::new(self.shell.clone(), angles)?)))
     }
 
     /// Returns the thickness of the wall in cm at the inner membrane point `s`, clamped to 0 to 1/2: the distance to the outer

@@ -18,9 +18,6 @@ const ROUNDING: f64 = 5e-7;
 /// Each term bounds `max |sample - exact sample| / max |sample|`, both maxima over all samples of the views that it is given for, before noise. The exact
 /// sample is the average over time and over the bin (with [`BinSample::Centres`](crate::BinSample::Centres), the value at its centre) of the
 /// blurred, attenuated image.
-///
-/// Not included is the division of a defect in a twisted wall into cells. Behind the response of a clinical collimator its effect is of second
-/// order in the size of the cells; for a twist by 16 degrees it was about 7e-5 of the largest sample.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[non_exhaustive]
 pub struct ViewError {

@@ -35,3 +35,4 @@ mod scene;
 mod scenes;
 mod time;
 mod truth_of_motion;
+mod twisted;

@@ -71,38 +71,12 @@ impl Wedge {
         })
     }
 
-    /// Returns the measure of the part of a segment [low, high] of a line inside the wedge (in the body frame, origin known to
-    /// within `near`).
-    pub(crate) fn clip(
-        &self,
-        origin: &Point3<f64>,
-        direction: &Vector3<f64>,
-        near: f64,
-    ) -> impl Fn(f64, f64, &dyn Fn(f64, f64) -> f64) -> f64 + use<> {
-        let (sides, inverted) = self.sides();
-        let held = sides.map(|sides| sides.interval(origin, direction, near));
-        move |low, high, measure| {
-            let Some(held) = held else {
-                return measure(low, high);
-            };
-            let part = held.map_or(0.0, |[a, b]| {
-                let (a, b) = (low.max(a), high.min(b));
-                if b > a { measure(a, b) } else { 0.0 }
-            });
-            if inverted {
-                measure(low, high) - part
-            } else {
-                part
-            }
-        }
-    }
-
     /// Returns the parts of the path from p to q (y, z) inside it, as fractions.
     pub(crate) fn parts(&self, p: [f64; 2], q: [f64; 2]) -> [Option<[f64; 2]>; 2] {
         self.of([0.0, 1.0], |sides| sides.held(p, q))
     }
 
-    /// Returns the parameter intervals of a line inside it (as [`Wedge::clip`]), in order.
+    /// Returns the parameter intervals of a line inside it, in order (in the body frame, origin known to within `near`).
     pub(crate) fn stretches(
         &self,
         origin: &Point3<f64>,
@@ -167,6 +141,17 @@ impl Wedge {
     /// Unit vectors (y, z) along its sides, from the axis outward.
     pub(crate) fn directions(&self) -> impl Iterator<Item = [f64; 2]> + use<> {
         self.sides().0.map(Sides::directions).into_iter().flatten()
+    }
+
+    /// Returns the depths of a point (y, z) below both sides of the convex wedge.
+    pub(crate) fn depths(&self, [y, z]: [f64; 2]) -> [f64; 2] {
+        let sides = self.sides().0;
+        sides.map_or([1.0; 2], |sides| sides.depth(&Point3::new(0.0, y, z)))
+    }
+
+    /// Returns whether a point with these depths is inside.
+    pub(crate) fn holds(&self, depths: [f64; 2]) -> bool {
+        depths.iter().all(|depth| *depth > 0.0) != self.sides().1
     }
 
     /// The convex wedge, and whether this one is its complement.

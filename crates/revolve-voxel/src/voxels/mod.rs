@@ -15,6 +15,7 @@ pub(crate) mod profile;
 pub(crate) mod regions;
 pub(crate) mod runs;
 pub(crate) mod sections;
+pub(crate) mod square;
 pub(crate) mod sweep;
 pub(crate) mod wedge_cut;
 pub(crate) mod weighted_body;

@@ -1,24 +1,21 @@
 //! Sectors: solids of revolution between two azimuths, such as a defect of a wall.
 
-use std::ops::Range;
+use std::sync::Arc;
 
 use nalgebra::{Point3, Vector3};
-use rayon::prelude::*;
 
-use crate::error::{finite, positive, zeros};
-use crate::rays::cylinder::check_slices;
 use crate::rays::single::SurfacePoint;
-use crate::solid::wedge::{Place, Wedge};
-use crate::voxels::patch::Cuboid;
-use crate::voxels::runs::Runs;
-use crate::voxels::sections::Sections;
+use crate::solid::wedge::Wedge;
 use crate::wall::body_line::BodyLine;
 use crate::{
-    Body, Hit, Meridian, Pose, Ray, RayCounters, Rays, RevolveError, Sample, Sampling, Span,
-    VoxelCounters, VoxelGrid,
+    Body, Hit, Meridian, Pose, Ray, RayCounters, Rays, RevolveError, Sample, Span, WallTwist,
 };
 
-/// The part of a solid of revolution between two half-planes that start at its axis, in the lab.
+/// Margin of azimuths of a twisted sector, radians: more than rounding of sines and cosines.
+const MARGIN: f64 = 1e-9;
+
+/// The part of a solid of revolution between two half-planes that start at its axis, in the lab. The sides may be twisted
+/// ([`with_twist`](Self::with_twist)).
 ///
 /// Azimuth is the angle from body y to body z. The plane between two adjacent sectors belongs to the one that it begins, for points
 /// and for rays in that plane; the axis belongs to the sector with azimuth 0.
@@ -35,9 +32,20 @@ use crate::{
 #[derive(Debug, Clone, PartialEq)]
 pub struct Sector {
     /// The complete ring, as the only layer.
-    ring: Body,
-    wedge: Wedge,
+    pub(super) ring: Body,
+    pub(super) wedge: Wedge,
     azimuths: [f64; 2],
+    pub(super) twisted: Option<Twisted>,
+}
+
+/// The sides of a sector in a twisted wall.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Twisted {
+    twist: Arc<WallTwist>,
+    /// Contains the sector at all angles of the twist.
+    pub(super) reach: Wedge,
+    /// Inside the sector at all angles of the twist.
+    pub(super) core: Option<Wedge>,
 }
 
 impl Sector {
@@ -51,7 +59,45 @@ impl Sector {
             wedge: Wedge::new(azimuths)?,
             ring: Body::new(vec![ring], pose)?,
             azimuths,
+            twisted: None,
         })
+    }
+
+    /// Returns the sector with its material rotated by the twist of a wall that contains the ring, in the same body frame. Its volume does not
+    /// change.
+    ///
+    /// Intervals of lines end where the sides are, to about 1e-6 of the size of the wall; of a line that touches a side, to the square root of
+    /// that. Cost: about ten times [`Shell::locate`](crate::Shell::locate) for each crossing of a side.
+    ///
+    /// ```
+    /// use revolve_voxel::{Curve, Meridian, Pose, Ray, Sector, Shell, WallTwist};
+    /// use revolve_voxel::nalgebra::{Point3, Vector3};
+    /// // A quarter of a tube, rotated by 0 to 1.2 radians from one end to the other.
+    /// let line = |r: f64| Curve::polyline(&[0.0, 1.0], &[[0.0, r], [3.0, r]]);
+    /// let wall = Shell::new(line(1.0)?, line(2.0)?, [0.0, 1.0])?;
+    /// let twist = WallTwist::new(wall.into(), |s| [1.2 * s; 2])?;
+    /// let ring = Meridian::ring(&[[0.0, 1.0], [0.0, 2.0], [3.0, 2.0], [3.0, 1.0]])?;
+    /// let quarter = Sector::new(ring, [0.0, std::f64::consts::FRAC_PI_2], Pose::identity())?;
+    /// let twisted = quarter.with_twist(twist.into());
+    /// // Along the axis at azimuth 0.6: inside until the wall is rotated by more than that.
+    /// let ray = Ray::new(Point3::new(0.0, 1.5 * 0.6_f64.cos(), 1.5 * 0.6_f64.sin()), Vector3::x())?;
+    /// assert!((twisted.chord(&ray) - 1.5).abs() < 1e-9);
+    /// # Ok::<(), revolve_voxel::RevolveError>(())
+    /// ```
+    #[must_use]
+    pub fn with_twist(mut self, twist: Arc<WallTwist>) -> Self {
+        let ([from, to], [least, most]) = (self.azimuths, twist.range());
+        // A twist maps a ring onto itself.
+        if self.wedge != Wedge::Whole {
+            // More than a full turn is not a wedge.
+            let reach = [from + least - MARGIN, to + most + MARGIN];
+            self.twisted = Some(Twisted {
+                twist,
+                reach: Wedge::new(reach).unwrap_or(Wedge::Whole),
+                core: Wedge::new([from + most + MARGIN, to + least - MARGIN]).ok(),
+            });
+        }
+        self
     }
 
     /// Returns the sector in another pose; the ring is shared.
@@ -86,39 +132,80 @@ impl Sector {
     pub fn contains(&self, p: &Point3<f64>) -> bool {
         let pose = self.ring.pose();
         let place = pose.to_body(p);
-        self.ring.layers()[0].contains(&place) && self.wedge.contains(&place, pose.rounding(p))
+        let before = match &self.twisted {
+            None => Some(place),
+            Some(twisted) => twisted.twist.before(&place),
+        };
+        let near = pose.rounding(p);
+        self.ring.layers()[0].contains(&place)
+            && before.is_some_and(|before| self.wedge.contains(&before, near))
     }
 
     /// Returns the length of a line inside the sector.
     #[must_use]
     pub fn chord(&self, ray: &Ray) -> f64 {
-        let spans = self.ring.spans_in(&self.ring.layers()[0], ray);
-        let clip = self.clip(ray);
-        spans
-            .iter()
-            .map(|span| clip(span.enter, span.exit, &|low, high| high - low))
-            .sum()
-    }
-
-    /// Returns the range of x and r of the ring, and the azimuths.
-    pub(crate) fn bounds(&self) -> ([f64; 4], [f64; 2]) {
-        (self.ring.layers()[0].boxes().whole(), self.azimuths)
+        let mut sum = 0.0;
+        let line = BodyLine::new(self.ring.pose(), ray);
+        self.for_spans(ray, &line, |span| sum += span.exit - span.enter);
+        sum
     }
 
     /// Calls `each` with the disjoint intervals of a line inside the sector. `line` is the ray in its pose.
     pub(crate) fn for_spans(&self, ray: &Ray, line: &BodyLine, mut each: impl FnMut(Span)) {
         let ring = &self.ring.layers()[0];
-        let Some(held) = line.inside(ring.boxes().whole(), &self.wedge) else {
+        let Some(held) = line.inside(ring.boxes().whole(), self.reach()) else {
             return;
         };
         for span in &self.ring.spans_in(ring, ray) {
-            for &[from, to] in held.iter().flatten() {
-                let (enter, exit) = (from.max(span.enter), to.min(span.exit));
-                if enter < exit {
-                    each(Span { enter, exit });
+            self.for_parts(line, held, [span.enter, span.exit], |[enter, exit]| {
+                each(Span { enter, exit });
+            });
+        }
+    }
+
+    /// Calls `each` with the disjoint intervals of a line between the sides. The line is in the ring from `enter` to `exit`, and in the wedge
+    /// that contains the sector in the intervals `held`.
+    fn for_parts(
+        &self,
+        line: &BodyLine,
+        held: [Option<[f64; 2]>; 2],
+        [enter, exit]: [f64; 2],
+        mut each: impl FnMut([f64; 2]),
+    ) {
+        let within = |[from, to]: [f64; 2]| {
+            let part = [from.max(enter), to.min(exit)];
+            (part[0] < part[1]).then_some(part)
+        };
+        let parts = held.into_iter().flatten().filter_map(within);
+        let Some(Twisted { twist, core, .. }) = &self.twisted else {
+            parts.for_each(each);
+            return;
+        };
+        let (origin, along, near) = &line.parts;
+        let core = (core.as_ref()).map_or([None; 2], |core| core.stretches(origin, along, *near));
+        let mut last: Option<[f64; 2]> = None;
+        // Parts that meet are one.
+        let mut add = |part: [f64; 2]| match &mut last {
+            Some(last) if part[0] <= last[1] => last[1] = part[1],
+            _ => last.replace(part).into_iter().for_each(&mut each),
+        };
+        for [from, to] in parts {
+            let mut at = from;
+            for [start, end] in core.into_iter().flatten() {
+                let [start, end] = [start.max(from), end.min(to)];
+                if start < end {
+                    if at < start {
+                        twist.trace(&self.wedge, line, [at, start], &mut add);
+                    }
+                    add([start, end]);
+                    at = end;
                 }
             }
+            if at < to {
+                twist.trace(&self.wedge, line, [at, to], &mut add);
+            }
         }
+        last.into_iter().for_each(each);
     }
 
     /// Returns the first point with `t >= 0` where the ray enters the sector, with the outward normal; `None` if there is none.
@@ -135,21 +222,24 @@ impl Sector {
     /// ```
     #[must_use]
     pub fn first_hit(&self, ray: &Ray) -> Option<Hit> {
-        let (origin, along, near) = self.in_body(ray);
-        let held = self.wedge.stretches(&origin, &along, near);
-        let spans = self.ring.surface_spans(&self.ring.layers()[0], ray);
+        let line = BodyLine::new(self.ring.pose(), ray);
+        let ring = &self.ring.layers()[0];
+        let held = line.inside(ring.boxes().whole(), self.reach())?;
         // Entry into both ring and wedge, and whether it is on the surface of the ring.
-        let entries = spans.iter().flat_map(|[enter, exit]| {
-            held.iter().flatten().filter_map(move |&[from, to]| {
-                let t = from.max(enter.t);
-                (t >= 0.0 && t < to.min(exit.t)).then_some((t, (t == enter.t).then_some(enter)))
-            })
-        });
-        let (t, surface) = entries.into_iter().next()?;
+        let mut found = None;
+        for [enter, exit] in self.ring.surface_spans(ring, ray) {
+            self.for_parts(&line, held, [enter.t, exit.t], |[t, _]| {
+                if t >= 0.0 && found.is_none() {
+                    found = Some((t, (t == enter.t).then_some(enter)));
+                }
+            });
+        }
+        let (t, surface) = found?;
+        let along = line.parts.1;
         let (point, pose) = (ray.at(t), self.ring.pose());
         let body = pose.to_body(&point);
         let normal = match surface {
-            None => self.wedge.normal_at(&body)?,
+            None => self.side_normal(&body)?,
             // A disc that the ray enters from outside faces the ray.
             Some(SurfacePoint { normal: None, .. }) => Vector3::x() * -along.x.signum(),
             Some(SurfacePoint {
@@ -161,7 +251,7 @@ impl Sector {
                 if most > 0.0 {
                     let [y, z] = [body.y / most, body.z / most];
                     let r = y.hypot(z);
-                    Vector3::new(*nx, nr * y / r, nr * z / r)
+                    Vector3::new(nx, nr * y / r, nr * z / r)
                 } else {
                     Vector3::x() * nx.signum()
                 }
@@ -186,129 +276,38 @@ impl Sector {
     ) -> Result<RayCounters, RevolveError> {
         self.ring
             .project_measured(rays, &[activity], 1.0, out, |[bin, row]| {
-                let clip = self.clip(&rays.line(bin, row));
+                let line = BodyLine::new(self.ring.pose(), &rays.line(bin, row));
+                let held = self
+                    .reach()
+                    .stretches(&line.parts.0, &line.parts.1, line.parts.2);
                 move |low: f64, high: f64, origin: f64| {
-                    clip(low - origin, high - origin, &|low, high| high - low)
+                    let mut sum = 0.0;
+                    let span = [low - origin, high - origin];
+                    self.for_parts(&line, held, span, |[from, to]| sum += to - from);
+                    sum
                 }
             })
     }
 
-    /// Adds `activity` times the covered fraction of every voxel in some slices to `out` (`[z][y][x]`, those slices only).
-    ///
-    /// A voxel cut by a side of the wedge is always computed by coverage, to the tolerance of the sampling or 1e-2. Other voxels
-    /// have the value of the ring.
-    ///
-    /// # Errors
-    /// As [`Body::voxelize_add`].
-    pub fn voxelize_add<T: Sample>(
-        &self,
-        grid: &VoxelGrid,
-        slices: Range<usize>,
-        sampling: Sampling,
-        activity: f64,
-        out: &mut [T],
-    ) -> Result<VoxelCounters, RevolveError> {
-        finite("activity", activity)?;
-        check_slices(grid, &slices, out.len())?;
-        let tolerance = match sampling {
-            Sampling::Coverage { tolerance } => positive("tolerance", tolerance)?,
-            _ => 1e-2,
+    /// A wedge that contains the sector.
+    fn reach(&self) -> &Wedge {
+        (self.twisted.as_ref()).map_or(&self.wedge, |twisted| &twisted.reach)
+    }
+
+    /// Returns the outward normal (body) of the side at a body point in it.
+    fn side_normal(&self, p: &Point3<f64>) -> Option<Vector3<f64>> {
+        let Some(twisted) = &self.twisted else {
+            return self.wedge.normal_at(p);
         };
-        // The ring alone, on the part of the grid that contains it, independent of the requested slices.
-        let [low, high] = self.ring.bounding_box(0)?;
-        let (origin, h) = (grid.origin(), grid.spacing());
-        let part: [Range<usize>; 3] = [0, 1, 2].map(|a| {
-            let n = grid.shape()[a] as f64;
-            let index = |x: f64| ((x - origin[a]) / h[a]).clamp(-1.0, n);
-            let first = (index(low[a]) - 1.0).max(0.0) as usize;
-            first..((index(high[a]) + 2.0).min(n) as usize).max(first)
-        });
-        let z = part[2].start.max(slices.start)..part[2].end.min(slices.end);
-        let [nx, ny] = [part[0].len(), part[1].len()];
-        if nx * ny == 0 || z.is_empty() {
-            return Ok(VoxelCounters::default());
-        }
-        let corner = grid.centre(part[0].start, part[1].start, part[2].start);
-        let small = VoxelGrid::new(part.clone().map(|p| p.len()), h, corner.coords.into())?;
-        let own = z.start - part[2].start..z.end - part[2].start;
-        let mut ring = zeros("voxels", nx * ny * z.len())?;
-        let mut counters =
-            self.ring
-                .voxelize_add(&small, own.clone(), sampling, &[1.0], 1.0, &mut ring)?;
-        counters = counters + self.cut(&small, own.start, sampling, tolerance, &mut ring);
-        for (slice, own) in z.zip(ring.chunks(nx * ny)) {
-            for (y, row) in own.chunks(nx).enumerate() {
-                let start = (slice - slices.start) * grid.slice_len()
-                    + (part[1].start + y) * grid.shape()[0]
-                    + part[0].start;
-                for (v, share) in out[start..start + nx].iter_mut().zip(row) {
-                    if *share != 0.0 {
-                        *v += T::from_f64(activity * share);
-                    }
-                }
-            }
-        }
-        Ok(counters)
-    }
-
-    /// Converts the coverage of the ring, from `first_slice`, to that of the sector.
-    fn cut(
-        &self,
-        grid: &VoxelGrid,
-        first_slice: usize,
-        sampling: Sampling,
-        tolerance: f64,
-        ring: &mut [f64],
-    ) -> VoxelCounters {
-        if self.wedge == Wedge::Whole {
-            return VoxelCounters::default();
-        }
-        let pose = self.ring.pose();
-        let steps = [Vector3::x(), Vector3::y(), Vector3::z()].map(|e| pose.vector_to_body(&e));
-        let half = grid.spacing().map(|h| 0.5 * h);
-        let radius = Vector3::from(half).norm();
-        let meridian = &self.ring.layers()[0];
-        let runs = Runs::each(meridian);
-        let by_coverage = matches!(sampling, Sampling::Coverage { .. });
-        let [nx, ny, _] = grid.shape();
-        ring.par_iter_mut()
-            .enumerate()
-            .map(|(k, share)| {
-                let mut counters = VoxelCounters::default();
-                if *share == 0.0 && by_coverage {
-                    return counters;
-                }
-                let (x, y, z) = (k % nx, k / nx % ny, first_slice + k / (nx * ny));
-                let centre = pose.to_body(&grid.centre(x, y, z));
-                match self.wedge.place(&centre, half, &steps) {
-                    Place::Inside => {}
-                    Place::Outside => *share = 0.0,
-                    Place::Cut => {
-                        let cuboid = Cuboid {
-                            centre: &centre,
-                            axes: &steps,
-                            half,
-                            radius,
-                        };
-                        let mut sections =
-                            Sections::new(meridian, &runs, &cuboid, tolerance).within(&self.wedge);
-                        *share = sections.fraction();
-                        counters.cut = 1;
-                        counters.evaluations = sections.evaluations;
-                    }
-                }
-                counters
-            })
-            .reduce(VoxelCounters::default, |a, b| a + b)
-    }
-
-    fn clip(&self, ray: &Ray) -> impl Fn(f64, f64, &dyn Fn(f64, f64) -> f64) -> f64 + use<> {
-        let (origin, along, near) = self.in_body(ray);
-        self.wedge.clip(&origin, &along, near)
-    }
-
-    /// Returns origin and direction of a ray in the body frame, with the rounding error of the origin.
-    fn in_body(&self, ray: &Ray) -> (Point3<f64>, Vector3<f64>, f64) {
-        BodyLine::new(self.ring.pose(), ray).parts
+        let before = twisted.twist.before(p)?;
+        let [y, z] = [before.y, before.z];
+        let flat = self.wedge.normal_at(&before)?;
+        let outward = (flat.z * y - flat.y * z).signum();
+        // The side is where azimuth minus angle is constant.
+        let r = p.y.hypot(p.z);
+        let [by_x, by_r] = twisted.twist.slopes([p.x, r]);
+        let [cos, sin] = [p.y / r, p.z / r];
+        let gradient = Vector3::new(-by_x, -by_r * cos - sin / r, -by_r * sin + cos / r);
+        Some(gradient.normalize() * outward)
     }
 }

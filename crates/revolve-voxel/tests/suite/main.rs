@@ -25,3 +25,4 @@ mod shell;
 mod sweep;
 mod threads;
 mod torso;
+mod twist;

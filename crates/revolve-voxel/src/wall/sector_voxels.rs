@@ -1,0 +1,206 @@
+//! Coverage of voxels by sectors.
+
+use std::ops::Range;
+
+use nalgebra::{Point3, Vector3};
+use rayon::prelude::*;
+
+use crate::error::{finite, positive, zeros};
+use crate::rays::cylinder::check_slices;
+use crate::solid::wedge::{Place, Wedge};
+use crate::voxels::patch::Cuboid;
+use crate::voxels::runs::Runs;
+use crate::voxels::sections::Sections;
+use crate::voxels::square;
+use crate::wall::body_line::BodyLine;
+use crate::wall::sector::{Sector, Twisted};
+use crate::{Ray, RevolveError, Sample, Sampling, VoxelCounters, VoxelGrid};
+
+impl Sector {
+    /// Adds `activity` times the covered fraction of every voxel in some slices to `out` (`[z][y][x]`, those slices only).
+    ///
+    /// A voxel cut by a side of the wedge is always computed by coverage, to the tolerance of the sampling or 1e-2. Other voxels
+    /// have the value of the ring. Voxels that a twisted side may cut are computed from the lengths of lines.
+    ///
+    /// # Errors
+    /// As [`Body::voxelize_add`].
+    pub fn voxelize_add<T: Sample>(
+        &self,
+        grid: &VoxelGrid,
+        slices: Range<usize>,
+        sampling: Sampling,
+        activity: f64,
+        out: &mut [T],
+    ) -> Result<VoxelCounters, RevolveError> {
+        finite("activity", activity)?;
+        check_slices(grid, &slices, out.len())?;
+        let tolerance = match sampling {
+            Sampling::Coverage { tolerance } => positive("tolerance", tolerance)?,
+            _ => 1e-2,
+        };
+        // The ring alone, on the part of the grid that contains it, independent of the requested slices.
+        let [low, high] = self.ring.bounding_box(0)?;
+        let (origin, h) = (grid.origin(), grid.spacing());
+        let part: [Range<usize>; 3] = [0, 1, 2].map(|a| {
+            let n = grid.shape()[a] as f64;
+            let index = |x: f64| ((x - origin[a]) / h[a]).clamp(-1.0, n);
+            let first = (index(low[a]) - 1.0).max(0.0) as usize;
+            first..((index(high[a]) + 2.0).min(n) as usize).max(first)
+        });
+        let z = part[2].start.max(slices.start)..part[2].end.min(slices.end);
+        let [nx, ny] = [part[0].len(), part[1].len()];
+        if nx * ny == 0 || z.is_empty() {
+            return Ok(VoxelCounters::default());
+        }
+        let corner = grid.centre(part[0].start, part[1].start, part[2].start);
+        let small = VoxelGrid::new(part.clone().map(|p| p.len()), h, corner.coords.into())?;
+        let own = z.start - part[2].start..z.end - part[2].start;
+        let mut ring = zeros("voxels", nx * ny * z.len())?;
+        let mut counters =
+            self.ring
+                .voxelize_add(&small, own.clone(), sampling, &[1.0], 1.0, &mut ring)?;
+        counters = counters + self.cut(&small, own.start, sampling, tolerance, &mut ring);
+        for (slice, own) in z.zip(ring.chunks(nx * ny)) {
+            for (y, row) in own.chunks(nx).enumerate() {
+                let start = (slice - slices.start) * grid.slice_len()
+                    + (part[1].start + y) * grid.shape()[0]
+                    + part[0].start;
+                for (v, share) in out[start..start + nx].iter_mut().zip(row) {
+                    if *share != 0.0 {
+                        *v += T::from_f64(activity * share);
+                    }
+                }
+            }
+        }
+        Ok(counters)
+    }
+
+    /// Converts the coverage of the ring, from `first_slice`, to that of the sector.
+    fn cut(
+        &self,
+        grid: &VoxelGrid,
+        first_slice: usize,
+        sampling: Sampling,
+        tolerance: f64,
+        ring: &mut [f64],
+    ) -> VoxelCounters {
+        if self.wedge == Wedge::Whole {
+            return VoxelCounters::default();
+        }
+        if let Some(twisted) = &self.twisted {
+            return self.cut_twisted(twisted, (grid, first_slice), sampling, tolerance, ring);
+        }
+        let pose = self.ring.pose();
+        let steps = [Vector3::x(), Vector3::y(), Vector3::z()].map(|e| pose.vector_to_body(&e));
+        let half = grid.spacing().map(|h| 0.5 * h);
+        let radius = Vector3::from(half).norm();
+        let meridian = &self.ring.layers()[0];
+        let runs = Runs::each(meridian);
+        let by_coverage = matches!(sampling, Sampling::Coverage { .. });
+        let [nx, ny, _] = grid.shape();
+        ring.par_iter_mut()
+            .enumerate()
+            .map(|(k, share)| {
+                let mut counters = VoxelCounters::default();
+                if *share == 0.0 && by_coverage {
+                    return counters;
+                }
+                let (x, y, z) = (k % nx, k / nx % ny, first_slice + k / (nx * ny));
+                let centre = pose.to_body(&grid.centre(x, y, z));
+                match self.wedge.place(&centre, half, &steps) {
+                    Place::Inside => {}
+                    Place::Outside => *share = 0.0,
+                    Place::Cut => {
+                        let cuboid = Cuboid {
+                            centre: &centre,
+                            axes: &steps,
+                            half,
+                            radius,
+                        };
+                        let mut sections =
+                            Sections::new(meridian, &runs, &cuboid, tolerance).within(&self.wedge);
+                        *share = sections.fraction();
+                        counters.cut = 1;
+                        counters.evaluations = sections.evaluations;
+                    }
+                }
+                counters
+            })
+            .reduce(VoxelCounters::default, |a, b| a + b)
+    }
+
+    /// As [`cut`](Self::cut) for twisted sides: the length of lines inside the sector is integrated over the cross-section of a voxel.
+    fn cut_twisted(
+        &self,
+        twisted: &Twisted,
+        (grid, first_slice): (&VoxelGrid, usize),
+        sampling: Sampling,
+        tolerance: f64,
+        ring: &mut [f64],
+    ) -> VoxelCounters {
+        let pose = self.ring.pose();
+        let steps = [Vector3::x(), Vector3::y(), Vector3::z()].map(|e| pose.vector_to_body(&e));
+        let half = grid.spacing().map(|h| 0.5 * h);
+        let by_coverage = matches!(sampling, Sampling::Coverage { .. });
+        let [nx, ny, _] = grid.shape();
+        let cut = |(k, share): (usize, &mut f64)| {
+            let mut counters = VoxelCounters::default();
+            if *share == 0.0 && by_coverage {
+                return counters;
+            }
+            let at = grid.centre(k % nx, k / nx % ny, first_slice + k / (nx * ny));
+            let centre = pose.to_body(&at);
+            let in_core = |core: &Wedge| core.place(&centre, half, &steps) == Place::Inside;
+            if twisted.reach.place(&centre, half, &steps) == Place::Outside {
+                *share = 0.0;
+            } else if !twisted.core.as_ref().is_some_and(in_core) {
+                (*share, counters.evaluations) = self.share(&at, half, &steps, tolerance);
+                counters.cut = 1;
+            }
+            counters
+        };
+        (ring.par_iter_mut().enumerate().map(cut)).reduce(VoxelCounters::default, |a, b| a + b)
+    }
+
+    /// Returns the fraction of a voxel with half edges along `steps` (body) inside a twisted sector, and the number of lines.
+    fn share(
+        &self,
+        centre: &Point3<f64>,
+        half: [f64; 3],
+        steps: &[Vector3<f64>; 3],
+        tolerance: f64,
+    ) -> (f64, u64) {
+        // Along the edge most oblique to sides and surfaces, so that the length changes continuously across both.
+        let pose = self.ring.pose();
+        let body = pose.to_body(centre);
+        let oblique = |k: usize| {
+            let e = steps[k];
+            ((e.y * body.y + e.z * body.z) * (e.z * body.y - e.y * body.z)).abs()
+        };
+        let axis = (1..3).fold(
+            0,
+            |best, k| if oblique(k) > oblique(best) { k } else { best },
+        );
+        let others = [(axis + 1) % 3, (axis + 2) % 3];
+        let mut along = Vector3::zeros();
+        along[axis] = 1.0;
+        let length = |at: [f64; 2]| {
+            let mut start = *centre;
+            for (axis, at) in others.into_iter().zip(at) {
+                start[axis] += at * half[axis];
+            }
+            let Ok(ray) = Ray::new(start, along) else {
+                return 0.0;
+            };
+            let mut sum = 0.0;
+            let line = BodyLine::new(pose, &ray);
+            let reach = half[axis];
+            self.for_spans(&ray, &line, |span| {
+                sum += (span.exit.min(reach) - span.enter.max(-reach)).max(0.0);
+            });
+            0.5 * sum / reach
+        };
+        let (share, evaluations) = square::mean(tolerance, length);
+        (share.clamp(0.0, 1.0), evaluations)
+    }
+}
