@@ -23,7 +23,7 @@ impl Sector {
     /// have the value of the ring. Voxels that a twisted side may cut are computed from the lengths of lines.
     ///
     /// # Errors
-    /// As [`Body::voxelize_add`].
+    /// As [`Body::voxelize_add`](crate::Body::voxelize_add).
     pub fn voxelize_add<T: Sample>(
         &self,
         grid: &VoxelGrid,
