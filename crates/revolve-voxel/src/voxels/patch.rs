@@ -193,8 +193,8 @@ fn patch_with(lines: &[Line], reflex: bool, cuboid: &Cuboid<'_>) -> Patch {
     }
 }
 
-/// Returns the largest height of the lines over a point (times `s`), its line, and the adjacent lines with segments in a box of
-/// that radius.
+/// Returns the largest height of the lines over a point (times `s`), its line, and the lines from the first to the last with a segment in
+/// a box of that radius.
 #[inline(always)]
 fn in_box(lines: &[Line], s: f64, [x, r]: [f64; 2], radius: f64) -> (f64, &Line, &[Line]) {
     let (mut height, mut nearest) = (f64::NEG_INFINITY, 0);
@@ -208,12 +208,12 @@ fn in_box(lines: &[Line], s: f64, [x, r]: [f64; 2], radius: f64) -> (f64, &Line,
         let (dx, dr) = (l.start[0] - x, l.start[1] - r);
         dx * dx + dr * dr < radius * radius
     };
+    // Not from the nearest outward: of segments on one line each is as near, and a crease may be at the end of another.
     let (mut first, mut last) = (nearest, nearest);
-    while first > 0 && within(&lines[first]) {
-        first -= 1;
-    }
-    while last + 1 < lines.len() && within(&lines[last + 1]) {
-        last += 1;
+    for k in 1..lines.len() {
+        if within(&lines[k]) {
+            (first, last) = (first.min(k - 1), last.max(k));
+        }
     }
     (height, &lines[nearest], &lines[first..=last])
 }

@@ -127,45 +127,35 @@ impl WallTwist {
         [from, to]: [f64; 2],
         mut each: impl FnMut([f64; 2]),
     ) {
-        let n = ((to - from) / self.step).ceil().clamp(1.0, 1.0 / STEPS[0]);
-        let half = 0.5 * (to - from) / n;
-        let mut start = self.depths(wedge, line, from, from + half);
-        let mut k = 0.0;
-        while k < n {
-            let middle = from + (2.0 * k + 1.0) * half;
-            start = self.step(wedge, line, (middle, half, DEEPEST), start, &mut each);
-            k += 1.0;
+        let n = ((to - from) / self.step).ceil().clamp(1.0, 1.0 / STEPS[0]) as u32;
+        let at = |k: u32| match k == n {
+            true => to,
+            false => from + (to - from) * f64::from(k) / f64::from(n),
+        };
+        let mut depths = self.depths(wedge, line, from, 0.5 * (from + at(1)));
+        for k in 0..n {
+            let ends = ([at(k), at(k + 1)], DEEPEST);
+            depths = self.trace_step(wedge, line, ends, depths, &mut each);
         }
     }
 
-    /// As [`trace`](Self::trace) in a step with a middle and half a length, from the depths at its start; returns those at its end.
-    fn step(
+    /// As [`trace`](Self::trace) in one step, from the depths at its start; returns those at its end.
+    fn trace_step(
         &self,
         wedge: &Wedge,
         line: &BodyLine,
-        (middle, half, deepest): (f64, f64, u32),
+        ([from, to], deepest): ([f64; 2], u32),
         start: [f64; 2],
         each: &mut impl FnMut([f64; 2]),
     ) -> [f64; 2] {
+        let (middle, half) = (0.5 * (from + to), 0.5 * (to - from));
         let centre = self.depths(wedge, line, middle, middle);
-        let end = self.depths(wedge, line, middle + half, middle);
+        let end = self.depths(wedge, line, to, middle);
         let sides = [0, 1].map(|side| Quadratic::through([start, centre, end].map(|d| d[side])));
         if deepest > 0 && sides.iter().any(|side| side.touches(GRAZING * half)) {
-            let quarter = 0.5 * half;
-            let known = self.step(
-                wedge,
-                line,
-                (middle - quarter, quarter, deepest - 1),
-                start,
-                each,
-            );
-            return self.step(
-                wedge,
-                line,
-                (middle + quarter, quarter, deepest - 1),
-                known,
-                each,
-            );
+            let [left, right] = [[from, middle], [middle, to]].map(|ends| (ends, deepest - 1));
+            let known = self.trace_step(wedge, line, left, start, each);
+            return self.trace_step(wedge, line, right, known, each);
         }
         let mut ends = vec![-1.0, 1.0];
         for (side, depth) in sides.iter().enumerate() {
@@ -176,12 +166,16 @@ impl WallTwist {
             }
         }
         ends.sort_by(f64::total_cmp);
+        // The ends of the step are exact, so that parts of adjacent steps meet.
+        let at = |u: f64| match u.abs() == 1.0 {
+            true if u < 0.0 => from,
+            true => to,
+            false => middle + half * u,
+        };
         for pair in ends.windows(2) {
-            let depths = sides
-                .each_ref()
-                .map(|side| side.at(0.5 * (pair[0] + pair[1])));
-            if pair[0] < pair[1] && wedge.holds(depths) {
-                each([pair[0], pair[1]].map(|u| middle + half * u));
+            let between = 0.5 * (pair[0] + pair[1]);
+            if pair[0] < pair[1] && wedge.holds(sides.each_ref().map(|side| side.at(between))) {
+                each([at(pair[0]), at(pair[1])]);
             }
         }
         end

@@ -4,7 +4,7 @@ use crate::support;
 
 use nalgebra::Point3;
 use proptest::prelude::*;
-use revolve_voxel::{Body, Sampling, VoxelGrid};
+use revolve_voxel::{Body, Meridian, Pose, Sampling, VoxelGrid};
 use support::*;
 
 /// Side of the grid of the finest voxels.
@@ -115,5 +115,23 @@ proptest! {
         let body = Body::new(vec![meridian], at).unwrap();
         let missed = missed(&body, log.exp2(), &cubes, corner.coords.into());
         prop_assert!(missed.is_empty(), "{missed:?}");
+    }
+}
+
+/// Of several segments on one line each is the nearest to a voxel at its end; the next segment is not.
+#[test]
+fn a_crease_behind_segments_on_one_line_meets_the_tolerance() {
+    let path = [
+        [0.338, 0.0],
+        [0.401, 1.0],
+        [0.464, 1.0],
+        [0.527, 1.0],
+        [0.59, 1.0],
+        [1.0, 0.914],
+    ];
+    let body = Body::new(vec![Meridian::new(&path).unwrap()], Pose::identity()).unwrap();
+    for h in [0.038, 0.0407, 0.043] {
+        let found = missed(&body, h, &[[1; 3], [2, 1, 1]], [0.275, 0.0, 0.0]);
+        assert!(found.is_empty(), "{found:?}");
     }
 }

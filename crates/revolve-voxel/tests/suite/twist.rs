@@ -85,7 +85,10 @@ proptest! {
         sector.voxelize_add(&grid, 0..n, Sampling::Coverage { tolerance }, 1.0, &mut voxels).unwrap();
         prop_assert!(voxels.iter().all(|v| (0.0..=1.0 + 1e-12).contains(v)));
         let volume = voxels.iter().sum::<f64>() * h.powi(3);
-        prop_assert!((volume / sector.volume() - 1.0).abs() < tolerance, "{volume}");
+        // Voxels that a surface cuts have the tolerance.
+        let cut = voxels.iter().filter(|v| **v > 0.0 && **v < 1.0).count();
+        let most = tolerance * h.powi(3) * cut as f64;
+        prop_assert!((volume - sector.volume()).abs() < most, "{volume}");
         let points = 60;
         for (x, y) in [(5, 5), (4, 7), (6, 3)] {
             let column: f64 = (0..n).map(|z| voxels[(z * n + y) * n + x] * h).sum();
