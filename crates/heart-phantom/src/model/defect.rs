@@ -152,17 +152,14 @@ impl Placed {
                 if let Some(twist) = twist(shape.gain()) {
                     wall = wall.twisted(twist);
                 }
-                let failed = |defect: usize| {
-                    move |source| PhantomError::NoDefect {
-                        defect,
-                        gain: shape.gain(),
-                        source: Box::new(source),
-                    }
-                };
-                let twist = wall.wall_twist().map_err(failed(0))?;
+                let twist = wall.wall_twist()?;
                 let sector = |(owner, region): &(usize, WallRegion)| {
                     let sector = wall.sector_in(region, twist.clone(), tolerance);
-                    let sector = sector.map_err(failed(*owner))?;
+                    let sector = sector.map_err(|source| PhantomError::NoDefect {
+                        defect: *owner,
+                        gain: shape.gain(),
+                        source: Box::new(source),
+                    })?;
                     Ok((*owner, sector, defects[*owner].activity - 1.0))
                 };
                 let sectors = pieces

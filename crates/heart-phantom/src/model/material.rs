@@ -346,7 +346,7 @@ impl Wall {
 
     /// Returns the twist as a function of the layer and s of this phase; `None` without one.
     pub(super) fn wall_twist(&self) -> Result<Option<Arc<WallTwist>>, PhantomError> {
-        let Some(twist) = self.twist.as_deref().filter(|twist| !twist.is_zero()) else {
+        let Some(twist) = self.twist.as_deref() else {
             return Ok(None);
         };
         let angles = |at: f64| {

@@ -73,11 +73,6 @@ impl Twist {
         (1.0 - layer) * inner + layer * outer
     }
 
-    /// Whether no material is rotated.
-    pub(super) fn is_zero(&self) -> bool {
-        self.samples.iter().flatten().all(|angle| *angle == 0.0)
-    }
-
     /// Returns the derivatives of the angle with respect to layer and s.
     pub(super) fn rates(&self, layer: f64, s: f64) -> [f64; 2] {
         let [inner, outer] = self.samples.each_ref().map(|s_k| along(s_k, s));

@@ -143,10 +143,9 @@ impl Wedge {
         self.sides().0.map(Sides::directions).into_iter().flatten()
     }
 
-    /// Returns the depths of a point (y, z) below both sides of the convex wedge.
-    pub(crate) fn depths(&self, [y, z]: [f64; 2]) -> [f64; 2] {
-        let sides = self.sides().0;
-        sides.map_or([1.0; 2], |sides| sides.depth(&Point3::new(0.0, y, z)))
+    /// Returns the depths of a point below both sides of the convex wedge.
+    pub(crate) fn depths(&self, p: &Point3<f64>) -> [f64; 2] {
+        self.sides().0.map_or([1.0; 2], |sides| sides.depth(p))
     }
 
     /// Returns whether a point with these depths is inside.

@@ -10,7 +10,7 @@ type Values = [[f64; 3]; 3];
 ///
 /// A square is divided into four until its mean by the trapezoidal rule with nine points differs from that with four, and from the
 /// value at its centre, by less than the tolerance over its side relative to the whole: a line on which the function is not smooth
-/// crosses as many squares as fit along it.
+/// crosses as many squares as fit along it. The result is extrapolated from both rules.
 pub(crate) fn mean(tolerance: f64, f: impl FnMut([f64; 2]) -> f64) -> (f64, u64) {
     let mut squares = Squares {
         f,

@@ -66,8 +66,8 @@ impl Sector {
     /// Returns the sector with its material rotated by the twist of a wall that contains the ring, in the same body frame. Its volume does not
     /// change.
     ///
-    /// Intervals of lines end where the sides are, to about 1e-6 of the size of the wall; of a line that touches a side, to the square root of
-    /// that. Cost: about ten times [`Shell::locate`](crate::Shell::locate) for each crossing of a side.
+    /// Intervals of lines end where the sides are, to about 1e-6 of the size of the wall; those of a line that nearly touches a side, to the
+    /// square root of that. Cost: two calls of [`Shell::locate`](crate::Shell::locate) for each step near a side, and one for each end.
     ///
     /// ```
     /// use revolve_voxel::{Curve, Meridian, Pose, Ray, Sector, Shell, WallTwist};
@@ -87,8 +87,8 @@ impl Sector {
     #[must_use]
     pub fn with_twist(mut self, twist: Arc<WallTwist>) -> Self {
         let ([from, to], [least, most]) = (self.azimuths, twist.range());
-        // A twist maps a ring onto itself.
-        if self.wedge != Wedge::Whole {
+        // A twist maps a ring onto itself; without rotation the sides are flat.
+        if self.wedge != Wedge::Whole && [least, most] != [0.0; 2] {
             // More than a full turn is not a wedge.
             let reach = [from + least - MARGIN, to + most + MARGIN];
             self.twisted = Some(Twisted {

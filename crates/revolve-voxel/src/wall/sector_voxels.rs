@@ -87,9 +87,6 @@ impl Sector {
         if self.wedge == Wedge::Whole {
             return VoxelCounters::default();
         }
-        if let Some(twisted) = &self.twisted {
-            return self.cut_twisted(twisted, (grid, first_slice), sampling, tolerance, ring);
-        }
         let pose = self.ring.pose();
         let steps = [Vector3::x(), Vector3::y(), Vector3::z()].map(|e| pose.vector_to_body(&e));
         let half = grid.spacing().map(|h| 0.5 * h);
@@ -106,10 +103,15 @@ impl Sector {
                     return counters;
                 }
                 let (x, y, z) = (k % nx, k / nx % ny, first_slice + k / (nx * ny));
-                let centre = pose.to_body(&grid.centre(x, y, z));
-                match self.wedge.place(&centre, half, &steps) {
+                let at = grid.centre(x, y, z);
+                let centre = pose.to_body(&at);
+                match self.place(&centre, half, &steps) {
                     Place::Inside => {}
                     Place::Outside => *share = 0.0,
+                    Place::Cut if self.twisted.is_some() => {
+                        (*share, counters.evaluations) = self.share(&at, half, &steps, tolerance);
+                        counters.cut = 1;
+                    }
                     Place::Cut => {
                         let cuboid = Cuboid {
                             centre: &centre,
@@ -129,40 +131,23 @@ impl Sector {
             .reduce(VoxelCounters::default, |a, b| a + b)
     }
 
-    /// As [`cut`](Self::cut) for twisted sides: the length of lines inside the sector is integrated over the cross-section of a voxel.
-    fn cut_twisted(
-        &self,
-        twisted: &Twisted,
-        (grid, first_slice): (&VoxelGrid, usize),
-        sampling: Sampling,
-        tolerance: f64,
-        ring: &mut [f64],
-    ) -> VoxelCounters {
-        let pose = self.ring.pose();
-        let steps = [Vector3::x(), Vector3::y(), Vector3::z()].map(|e| pose.vector_to_body(&e));
-        let half = grid.spacing().map(|h| 0.5 * h);
-        let by_coverage = matches!(sampling, Sampling::Coverage { .. });
-        let [nx, ny, _] = grid.shape();
-        let cut = |(k, share): (usize, &mut f64)| {
-            let mut counters = VoxelCounters::default();
-            if *share == 0.0 && by_coverage {
-                return counters;
-            }
-            let at = grid.centre(k % nx, k / nx % ny, first_slice + k / (nx * ny));
-            let centre = pose.to_body(&at);
-            let in_core = |core: &Wedge| core.place(&centre, half, &steps) == Place::Inside;
-            if twisted.reach.place(&centre, half, &steps) == Place::Outside {
-                *share = 0.0;
-            } else if !twisted.core.as_ref().is_some_and(in_core) {
-                (*share, counters.evaluations) = self.share(&at, half, &steps, tolerance);
-                counters.cut = 1;
-            }
-            counters
+    /// Returns the position of a box relative to the sides; `Cut` also if a twisted side may cut it.
+    fn place(&self, centre: &Point3<f64>, half: [f64; 3], steps: &[Vector3<f64>; 3]) -> Place {
+        let Some(Twisted { reach, core, .. }) = &self.twisted else {
+            return self.wedge.place(centre, half, steps);
         };
-        (ring.par_iter_mut().enumerate().map(cut)).reduce(VoxelCounters::default, |a, b| a + b)
+        let in_core = |core: &Wedge| core.place(centre, half, steps) == Place::Inside;
+        if reach.place(centre, half, steps) == Place::Outside {
+            Place::Outside
+        } else if core.as_ref().is_some_and(in_core) {
+            Place::Inside
+        } else {
+            Place::Cut
+        }
     }
 
-    /// Returns the fraction of a voxel with half edges along `steps` (body) inside a twisted sector, and the number of lines.
+    /// Returns the fraction of a voxel with half edges along `steps` (body) inside a twisted sector, and the number of lines: the
+    /// length of lines inside the sector is integrated over the cross-section of the voxel.
     fn share(
         &self,
         centre: &Point3<f64>,

@@ -15,8 +15,8 @@ const INTERVALS: usize = 512;
 const STEPS: [f64; 2] = [1.0 / 256.0, 1.0 / 16.0];
 /// Largest change of the angle in a step, radians.
 const MOST_CHANGE: f64 = 0.05;
-/// A step is halved where the depth below a side is smaller than this fraction of its length without a change of sign or twice zero, and at
-/// most so often.
+/// A step is halved if the depth below a side has an extremum in it that is smaller than this fraction of half its length, at most so
+/// often: there the line nearly touches the side.
 const GRAZING: f64 = 0.1;
 const DEEPEST: u32 = 6;
 /// A point on the surface of the wall may be outside it by rounding: the angle is then that of a point displaced by these fractions of
@@ -39,7 +39,7 @@ pub struct WallTwist {
 impl WallTwist {
     /// The angles in radians on the inner and the outer meridian at s; between 513 equally spaced values they are interpolated.
     ///
-    /// Lines are followed in steps in which the angle changes by at most 0.05, but not shorter than 1/256 of the size of the wall.
+    /// Example: [`Sector::with_twist`](crate::Sector::with_twist). Lines are followed in steps in which the angle changes by at most 0.05, but not shorter than 1/256 of the size of the wall.
     ///
     /// # Errors
     /// [`RevolveError::NotFinite`] for an angle.
@@ -95,12 +95,7 @@ impl WallTwist {
 
     /// Returns the position before the twist of a body point; `None` outside the wall.
     pub(crate) fn before(&self, p: &Point3<f64>) -> Option<Point3<f64>> {
-        let (sin, cos) = self.angle([p.x, p.y.hypot(p.z)])?.sin_cos();
-        Some(Point3::new(
-            p.x,
-            cos * p.y + sin * p.z,
-            cos * p.z - sin * p.y,
-        ))
+        Some(rotated_back(p, self.angle([p.x, p.y.hypot(p.z)])?))
     }
 
     /// Returns the derivatives of the angle with respect to x and r at a point of the wall, by differences.
@@ -191,10 +186,15 @@ impl WallTwist {
         };
         let angle = (NUDGES.iter().find_map(|nudge| at(*nudge)))
             .unwrap_or(0.5 * (self.range[0] + self.range[1]));
-        let (sin, cos) = angle.sin_cos();
-        let before = [cos * point.y + sin * point.z, cos * point.z - sin * point.y];
-        wedge.depths(before)
+        let before = rotated_back(&point, angle);
+        wedge.depths(&before)
     }
+}
+
+/// Returns a body point rotated about the axis from body z to body y.
+fn rotated_back(p: &Point3<f64>, angle: f64) -> Point3<f64> {
+    let (sin, cos) = angle.sin_cos();
+    Point3::new(p.x, cos * p.y + sin * p.z, cos * p.z - sin * p.y)
 }
 
 /// `a u^2 + b u + c` for u from -1 to 1.
@@ -216,7 +216,7 @@ impl Quadratic {
         2.0 * a * u + b
     }
 
-    /// Whether it has an extremum between -1 and 1, of at most this value or between two roots.
+    /// Whether it has an extremum between -1 and 1 with at most this absolute value.
     fn touches(&self, near: f64) -> bool {
         let [a, b, _] = self.0;
         let extremum = -b / (2.0 * a);

@@ -8,7 +8,7 @@ use std::sync::Arc;
 
 const LENGTH: f64 = 3.0;
 
-/// A tube of radii 1 and 2 along x from 0, rotated by an angle from 0 to `turn` inside and to `outer` outside.
+/// A tube of radii 1 and 2 along x from 0, rotated by angles from 0 at x = 0 to `turn` at its other end, on the inner and the outer surface.
 fn tube(turn: [f64; 2], azimuths: [f64; 2], pose: Pose) -> Sector {
     let line = |r: f64| Curve::polyline(&[0.0, 1.0], &[[0.0, r], [LENGTH, r]]).unwrap();
     let shell = Arc::new(Shell::new(line(1.0), line(2.0), [0.0, 1.0]).unwrap());
