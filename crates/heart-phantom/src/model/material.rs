@@ -345,7 +345,7 @@ impl Wall {
     }
 
     /// Returns the twist as a function of the layer and s of this phase; `None` without one.
-    pub(super) fn wall_twist(&self) -> Result<Option<Arc<WallTwist>>, PhantomError> {
+    pub(crate) fn wall_twist(&self) -> Result<Option<Arc<WallTwist>>, PhantomError> {
         let Some(twist) = self.twist.as_deref() else {
             return Ok(None);
         };

@@ -219,7 +219,10 @@ impl Phantom {
         let alive = kept.max(passed).max(judged).max(2) as u64;
         let shape = heart.shape_bytes() as u64;
         let regions = self.scene().defects.iter().map(Defect::region);
-        let defects = without_overlap(regions).map_or(0, |pieces| pieces.len()) as u64 * shape;
+        let pieces = without_overlap(regions).map_or(0, |pieces| pieces.len() as u64);
+        // A twist adds the material coordinates of the wall, which its regions share.
+        let is_twisted = pieces > 0 && self.parts().twist.is_some();
+        let defects = (pieces + u64::from(is_twisted)) * shape;
         let fields = (passed.max(judged) * finder_bytes(&scan)) as u64;
         alive * (shape + defects) + fields
     }

@@ -11,7 +11,8 @@ use std::fmt;
 ///
 /// `report.json` contains an object with `message` and the fields `what`, `edge`, `needed_cm`, `available_cm`, `angle_degrees` of a
 /// truncation; `edge`, `nearest_cm` and `reach_cm` of a heart outside the views; `times` of a heart outside the torso; `view`, `radius_cm` and
-/// `needed_cm` of a detector inside the body; `pitch_cm`, `fwhm_cm` and `error` of aliased samples; `off_degrees` of uneven angles.
+/// `needed_cm` of a detector inside the body; `pitch_cm`, `fwhm_cm` and `error` of aliased samples; `off_degrees` of uneven angles. A steep
+/// twist has none.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub enum Warning {
@@ -80,6 +81,9 @@ pub enum Warning {
         /// Largest difference between the angle of a view and that in its file, radians.
         off: f64,
     },
+    /// The twist of a wall with defects changes by more than 0.05 radians within 1/256 of the size of the heart. Boundaries of the
+    /// defects are less accurate there than the tolerances state.
+    SteepTwist,
 }
 
 /// An object that views may truncate.
@@ -214,6 +218,9 @@ impl fmt::Display for Warning {
                  report.json and other formats contain each angle",
                 off.to_degrees()
             ),
+            Self::SteepTwist => f.write_str(
+                "the twist changes by more than 3 degrees within 1/256 of the size of the heart: there the boundaries of defects are less accurate than the tolerances state",
+            ),
         }
     }
 }
@@ -288,6 +295,7 @@ impl Serialize for Warning {
                 map.serialize_entry("what", "angles")?;
                 map.serialize_entry("off_degrees", &degrees(off))?;
             }
+            Self::SteepTwist => map.serialize_entry("what", "steep-twist")?,
         }
         map.serialize_entry("message", &self.to_string())?;
         map.end()

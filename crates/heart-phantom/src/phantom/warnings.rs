@@ -93,6 +93,7 @@ impl Phantom {
             found.extend(self.few_directions());
         }
         found.extend(self.bone_in_the_heart(&bodies)?);
+        found.extend(self.steep_twist()?);
         Ok(found)
     }
 
@@ -230,6 +231,20 @@ impl Phantom {
             }
         }
         Ok(worst.map(|(organ, volume)| Warning::InBone { organ, volume }))
+    }
+
+    /// Returns a warning if a twist, at its largest, is too steep for the boundaries of defects.
+    fn steep_twist(&self) -> Result<Option<Warning>, PhantomError> {
+        if self.parts().twist.is_none() || self.scene().defects.is_empty() {
+            return Ok(None);
+        }
+        for phase in self.outermost_phases() {
+            let twist = self.wall(phase)?.wall_twist()?;
+            if twist.is_some_and(|twist| twist.is_steep()) {
+                return Ok(Some(Warning::SteepTwist));
+            }
+        }
+        Ok(None)
     }
 
     fn uneven_angles(&self) -> Result<Option<Warning>, PhantomError> {

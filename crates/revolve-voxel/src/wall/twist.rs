@@ -34,12 +34,15 @@ pub struct WallTwist {
     range: [f64; 2],
     /// Length of a step along a line.
     step: f64,
+    /// Largest change of the angle in a step.
+    change: f64,
 }
 
 impl WallTwist {
     /// The angles in radians on the inner and the outer meridian at s; between 513 equally spaced values they are interpolated.
     ///
-    /// Example: [`Sector::with_twist`](crate::Sector::with_twist). Lines are followed in steps in which the angle changes by at most 0.05, but not shorter than 1/256 of the size of the wall.
+    /// Example: [`Sector::with_twist`](crate::Sector::with_twist). Lines are followed in steps in which the angle changes by at most
+    /// 0.05, but not shorter than 1/256 of the size of the wall ([`is_steep`](Self::is_steep)).
     ///
     /// # Errors
     /// [`RevolveError::NotFinite`] for an angle.
@@ -68,12 +71,21 @@ impl WallTwist {
             }
         }
         let [least, most] = STEPS.map(|step| step * size);
+        let step = (MOST_CHANGE / steepest).clamp(least, most);
         Ok(Self {
-            step: (MOST_CHANGE / steepest).clamp(least, most),
+            step,
+            change: step * steepest,
             shell,
             angles,
             range,
         })
+    }
+
+    /// Whether the angle changes by more than 0.05 radians within 1/256 of the size of the wall. Sectors are then less accurate where
+    /// it does.
+    #[must_use]
+    pub fn is_steep(&self) -> bool {
+        self.change > (1.0 + 1e-9) * MOST_CHANGE
     }
 
     /// Returns the angle in radians at a point (x, r); `None` outside the wall.

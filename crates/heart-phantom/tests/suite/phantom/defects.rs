@@ -170,9 +170,9 @@ fn a_ring_does_not_depend_on_the_twist() {
     assert_eq!(
         twisted.work().rays_cast,
         still.work().rays_cast,
-        "one ring, not cells"
+        "a ring without sides"
     );
-    // The same ring in two halves, as cells, whose outlines do not divide panels.
+    // The same ring in two halves, whose sides rotate.
     let half = |azimuths_degrees: [f64; 2]| Defect {
         azimuths_degrees,
         ..infarct()

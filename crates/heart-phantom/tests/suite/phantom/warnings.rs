@@ -1,8 +1,9 @@
 //! Truncation warnings against projections by a larger camera.
 
+use super::defects::infarct;
 use super::small;
 use heart_phantom::scene::{
-    ArcPolicy, Attenuation, Background, Chest, Medium, Mode, Rotation, Scene,
+    ArcPolicy, Attenuation, Background, Chest, Medium, Mode, Rotation, Scene, TwistSettings,
 };
 use heart_phantom::{Edge, Phantom, TruncatedObject, Uptake, Warning, no_observer};
 use revolve_voxel::{Organs, VoxelGrid};
@@ -291,6 +292,24 @@ fn repeated_directions_are_counted_once() {
     assert_eq!(few(&scene), []);
     (scene.camera.views, scene.camera.arc) = (1, 180.0);
     assert_eq!(few(&scene).len(), 1);
+}
+
+/// A healthy twist is followed to the tolerances, one that jumps between two of many samples is not.
+#[test]
+fn a_steep_twist_of_a_defect_is_a_warning() {
+    let mut scene = small(Mode::Static { phase: 0.4 });
+    let warns = |scene: &Scene| warnings(scene).contains(&Warning::SteepTwist);
+    let jump: Vec<f64> = (0..200).map(|k| if k < 100 { 0.0 } else { 90.0 }).collect();
+    for (degrees, is_steep) in [(vec![-3.0, 10.0], false), (jump, true)] {
+        scene.twist = Some(TwistSettings {
+            inner_degrees: degrees.clone(),
+            outer_degrees: degrees,
+        });
+        scene.defects = vec![infarct()];
+        assert_eq!(warns(&scene), is_steep);
+        scene.defects.clear();
+        assert!(!warns(&scene), "no boundaries");
+    }
 }
 
 /// The study's heart upright, with its wall in the spine of the chest.
