@@ -2,7 +2,7 @@
 
 use super::small;
 use heart_phantom::scene::{
-    Background, BlurSettings, Counts, DiscretisationSettings, Mode, Noise, Scene,
+    Background, BinSample, BlurSettings, Counts, DiscretisationSettings, Mode, Noise, Scene,
 };
 use heart_phantom::{Artefacts, Phantom, no_observer};
 
@@ -18,12 +18,13 @@ fn of_reconstruction(scene: Scene) -> Artefacts {
 #[test]
 fn the_blur_of_the_wall_equals_that_of_the_detector() {
     let blurred = |fwhm: f64| {
-        let mut scene = small(Mode::Static { phase: 0.0 }).with_size(96);
+        let mut scene = small(Mode::Static { phase: 0.0 }).with_size(64);
         scene.camera.views = 120;
         scene.camera.pitch = [0.2; 2];
         (scene.heart.inner.radius, scene.heart.inner.length) = (1.0, 6.0);
         (scene.heart.outer.radius, scene.heart.outer.length) = (5.0, 6.0);
         scene.blur = Some(BlurSettings { fwhm });
+        scene.camera.samples = Some(BinSample::Centres);
         of_reconstruction(scene)
     };
     let widths = |a: &Artefacts| [a.wall_blur_mm.unwrap(), a.apex_blur_mm.unwrap()];
