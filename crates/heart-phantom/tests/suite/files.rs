@@ -323,20 +323,13 @@ fn meshes_are_in_millimetres() {
 }
 
 #[cfg(feature = "dicom")]
-#[path = "files/dicom.rs"]
 mod dicom;
-#[path = "files/failures.rs"]
 mod failures;
-#[path = "files/gates.rs"]
 mod gates;
-#[path = "files/minimal.rs"]
 mod minimal;
-#[path = "files/npy.rs"]
 mod npy;
 #[cfg(feature = "files")]
-#[path = "files/pictures.rs"]
 mod pictures;
-#[path = "files/readers.rs"]
 mod readers;
 
 /// Ninety views of two degrees are 180 degrees, and 0.7 cm are 7 mm.

@@ -1,0 +1,94 @@
+//! Rejected curves: closed ones, smooth pieces and functions.
+
+use super::*;
+
+#[test]
+fn the_upper_half_of_a_full_curve() {
+    // With and without a node at the apex, which is then interpolated.
+    let with = Meridian::from_full_curve(&[[0.0, 1.0], [2.0, 0.0], [0.0, -1.0]]).unwrap();
+    let without =
+        Meridian::from_full_curve(&[[0.0, 1.0], [2.0, 0.5], [2.0, -0.5], [0.0, -1.0]]).unwrap();
+    assert_eq!(with, Meridian::new(&[[0.0, 1.0], [2.0, 0.0]]).unwrap());
+    assert_eq!(
+        without,
+        Meridian::new(&[[0.0, 1.0], [2.0, 0.5], [2.0, 0.0]]).unwrap()
+    );
+}
+
+#[test]
+fn smooth_pieces() {
+    let line = |x0: f64, x1: f64| Piece::Power {
+        x: vec![x0, x1 - x0],
+        r: vec![1.0],
+    };
+    assert!(matches!(
+        Meridian::smooth(&[], 1e-3),
+        Err(RevolveError::TooFewPoints { .. })
+    ));
+    assert!(matches!(
+        Meridian::smooth(&[line(0.0, 1.0)], 0.0),
+        Err(RevolveError::NotPositive { .. })
+    ));
+    assert!(matches!(
+        Meridian::smooth(&[line(0.0, f64::NAN)], 1e-3),
+        Err(RevolveError::NotFinite { .. })
+    ));
+    let gap = Meridian::smooth(&[line(0.0, 1.0), line(1.5, 2.0)], 1e-3);
+    assert!(
+        matches!(gap, Err(RevolveError::Gap { piece: 1, gap, .. }) if (gap - 0.5).abs() < 1e-12)
+    );
+    let dips = Piece::Power {
+        x: vec![0.0, 1.0],
+        r: vec![0.5, -2.0, 2.0],
+    };
+    assert!(Meridian::smooth(&[dips], 1e-3).is_ok());
+    let below = Piece::Power {
+        x: vec![0.0, 1.0],
+        r: vec![0.3, -2.0, 2.0],
+    };
+    assert!(matches!(
+        Meridian::smooth(&[below], 1e-3),
+        Err(RevolveError::NegativeRadius { .. })
+    ));
+    let round = Piece::Chebyshev {
+        x: vec![0.0, 1.0],
+        r: vec![0.5, 0.0, -0.5],
+    };
+    assert!(matches!(
+        Meridian::smooth(&[round], 1e-18),
+        Err(RevolveError::TooFine { .. })
+    ));
+}
+
+#[test]
+fn functions() {
+    let cone = |s: f64| [s, 1.0 - s];
+    for breakpoints in [&[0.5, 0.5][..], &[0.6, 0.4], &[0.0], &[1.0], &[-0.1]] {
+        let made = Meridian::from_function(cone, breakpoints, 1e-3);
+        assert!(matches!(made, Err(RevolveError::NotPositive { .. })));
+    }
+    for (breakpoints, tolerance) in [(&[f64::NAN][..], 1e-3), (&[], f64::INFINITY)] {
+        let made = Meridian::from_function(cone, breakpoints, tolerance);
+        assert!(matches!(made, Err(RevolveError::NotFinite { .. })));
+    }
+    assert!(matches!(
+        Meridian::from_function(cone, &[], 0.0),
+        Err(RevolveError::NotPositive { .. })
+    ));
+    // Not finite at an end, inside, everywhere; the error contains the parameter.
+    for at in [0.0, 0.25, 1.0] {
+        let curve = |s: f64| [s, if s == at { f64::NAN } else { 1.0 }];
+        assert!(matches!(
+            Meridian::from_function(curve, &[], 1e-3),
+            Err(RevolveError::NotFiniteAt { s, x, .. }) if s == at && x == at
+        ));
+    }
+    assert!(matches!(
+        Meridian::from_function(|s| [s, 0.5 - s], &[], 1e-3),
+        Err(RevolveError::NegativeRadius { .. })
+    ));
+    assert!(matches!(
+        Meridian::from_function(|s| [s, (1000.0 * s).sin().abs()], &[], 1e-18),
+        Err(RevolveError::TooFine { .. })
+    ));
+}
