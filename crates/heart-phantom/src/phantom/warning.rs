@@ -219,7 +219,7 @@ impl fmt::Display for Warning {
                 off.to_degrees()
             ),
             Self::SteepTwist => f.write_str(
-                "the twist changes by more than 3 degrees within 1/256 of the size of the heart: there the boundaries of defects are less accurate than the tolerances state",
+                "the twist changes by more than 2.9 degrees within 1/256 of the size of the heart: there the boundaries of defects are less accurate than the tolerances state",
             ),
         }
     }

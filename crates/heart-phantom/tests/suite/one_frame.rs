@@ -17,7 +17,7 @@ fn scene(mode: Mode) -> Scene {
     scene.camera.pitch = [0.35; 2];
     (scene.camera.views, scene.camera.arc) = (32, 360.0);
     scene.camera.seconds_per_view = 4.0;
-    scene.acquisition.accuracy = Accuracy::Tolerance(5e-3);
+    scene.acquisition.accuracy = Accuracy::Steps(32);
     scene.reconstruction.method = Method::Osem(Osem::new(4, 10));
     scene
 }

@@ -169,7 +169,7 @@ fn all_sections_scale_with_the_unit_of_length() {
         medium: Medium::Torso { centre, semi_axes },
     });
     scene.defects = vec![infarct()];
-    scene.blur = Some(BlurSettings { fwhm: 1.5 });
+    scene.blur = Some(BlurSettings { fwhm: 0.6 });
     scene.camera.rotation = Rotation::Continuous;
     scene.camera.seconds_per_view = 2.0;
     scene.acquisition.accuracy = Accuracy::Tolerance(0.05);
