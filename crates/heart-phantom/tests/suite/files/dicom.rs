@@ -22,6 +22,13 @@ fn items(file: &DefaultDicomObject, tag: Tag) -> Vec<InMemDicomObject> {
     file.element(tag).unwrap().items().unwrap().to_vec()
 }
 
+/// Returns the intervals between beats of the first time slot.
+fn beat_times(file: &DefaultDicomObject) -> InMemDicomObject {
+    let gated = items(file, tags::GATED_INFORMATION_SEQUENCE);
+    let times = gated[0].element(tags::DATA_INFORMATION_SEQUENCE).unwrap();
+    times.items().unwrap()[0].clone()
+}
+
 fn decimals(file: &DefaultDicomObject, tag: Tag) -> Vec<f64> {
     file.element(tag).unwrap().to_multi_float64().unwrap()
 }
@@ -298,17 +305,8 @@ fn raw_counts_are_whole_numbers_with_a_slope_of_one() {
         "{told} {pixels}"
     );
     // 65 beats a minute for four views of 30 s.
-    let gated = file
-        .element(tags::GATED_INFORMATION_SEQUENCE)
-        .unwrap()
-        .items()
-        .unwrap();
-    let times = gated[0]
-        .element(tags::DATA_INFORMATION_SEQUENCE)
-        .unwrap()
-        .items()
-        .unwrap();
-    let acquired = times[0]
+    let times = beat_times(&file);
+    let acquired = times
         .element(tags::INTERVALS_ACQUIRED)
         .unwrap()
         .to_int::<i32>()

@@ -41,16 +41,7 @@ fn two_heads_are_two_detectors_with_counted_beats() {
     assert_eq!(shorts(&file, tags::NUMBER_OF_DETECTORS), [2]);
     assert_eq!(text(&file, tags::CORRECTED_IMAGE).trim(), "DECY");
     assert_eq!(text(&file, tags::BEAT_REJECTION_FLAG).trim(), "Y");
-    let gated = file
-        .element(tags::GATED_INFORMATION_SEQUENCE)
-        .unwrap()
-        .items()
-        .unwrap();
-    let times = gated[0]
-        .element(tags::DATA_INFORMATION_SEQUENCE)
-        .unwrap()
-        .items()
-        .unwrap();
+    let times = beat_times(&file);
     for (tag, expected) in [
         (tags::INTERVALS_ACQUIRED, 61),
         (tags::INTERVALS_REJECTED, 7),
@@ -59,7 +50,7 @@ fn two_heads_are_two_detectors_with_counted_beats() {
         (tags::NOMINAL_INTERVAL, 900),
     ] {
         assert_eq!(
-            times[0].element(tag).unwrap().to_int::<i32>().unwrap(),
+            times.element(tag).unwrap().to_int::<i32>().unwrap(),
             expected
         );
     }
