@@ -69,7 +69,7 @@ fn a_process_killed_while_it_writes_leaves_a_complete_file() {
         let mut child = Command::new(std::env::current_exe().expect("this program"))
             .args([
                 "--exact",
-                "limits::a_process_killed_while_it_writes_leaves_a_complete_file",
+                "limits::processes::a_process_killed_while_it_writes_leaves_a_complete_file",
             ])
             .env(FILE, &file)
             .stdout(std::process::Stdio::null())
