@@ -36,6 +36,9 @@ const CANDIDATES: usize = 16;
 /// order 2 of small corners of a meridian at low densities, 0.42 for the order 5/2 of sides of defects and of outlines that cross the edges of bins without a
 /// response, and smaller where the quadrature converges exponentially.
 const RATIO: f64 = 0.5;
+/// Without a response, smallest assumed ratio of two successive differences: outlines cross few bins of a small heart, and one difference may be
+/// small by chance. It is the ratio of the errors of three steps.
+const LEAST_RATIO: f64 = RATIO * RATIO * RATIO;
 /// Errors of untested views relative to those of tested ones, with a response and without.
 const OTHER_VIEWS: [f64; 2] = [1.2, 1.8];
 /// Rotation during a view in radians above which the largest sample is that of averages over the rotation, because it may be much smaller.
@@ -237,6 +240,7 @@ impl Phantom {
         let is_blurred = self.response()?.variance(f64::MAX) > 0.0;
         let others = OTHER_VIEWS[usize::from(!is_blurred)];
         let mut before = coarsest.samples;
+        let mut least_off = 0.0;
         for index in 1..LADDER.len() {
             let images = self.images((camera, Some(value)), views, index, projected)?;
             let after = images.samples;
@@ -245,6 +249,8 @@ impl Phantom {
                 true => difference(before.iter().flatten(), after.iter().flatten()) / largest,
                 false => 0.0,
             };
+            let off = off.max(least_off);
+            least_off = if is_blurred { 0.0 } else { LEAST_RATIO * off };
             let coarse = others / (1.0 - RATIO) * off;
             let is_finest = index + 1 == LADDER.len();
             let is_given = self.parts.is_tolerance_given();
