@@ -54,7 +54,7 @@ pub use work::WorkReport;
 
 use crate::error::{PhantomError, check_count};
 use crate::scan::{
-    Acquisition, Facing, Imaging, Interpolation, Projected, Readout, Rotation, STEPS, Scan,
+    Acquisition, Facing, Imaging, Interpolation, Projected, Readout, STEPS, Scan,
 };
 use crate::scene::{Parts, Scene, check};
 use crate::{Camera, Cycle, Heart, HeartShape, Regions, TruthOf};
@@ -327,9 +327,9 @@ impl Phantom {
     pub(crate) fn acquisition_of(&self, gate: usize, points: usize) -> Acquisition {
         let mode = self.scene().acquisition.mode;
         let is_blurred = self.parts.collimator.is_some() || self.scene().blur.is_some();
-        let interpolation = match (is_blurred, self.camera().rotation()) {
-            (true, Rotation::StepAndShoot) => Interpolation::Polynomial,
-            _ => Interpolation::Linear,
+        let interpolation = match is_blurred {
+            true => Interpolation::Polynomial,
+            false => Interpolation::Linear,
         };
         Acquisition {
             interpolation,

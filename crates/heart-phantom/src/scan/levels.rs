@@ -76,6 +76,16 @@ pub(super) struct Levels {
 }
 
 impl Levels {
+    /// The only level of a constant height.
+    pub(super) fn constant(height: f64) -> Self {
+        Self {
+            scale: Scale::Height,
+            interpolation: Interpolation::Linear,
+            graded: Vec::new(),
+            still: vec![height],
+        }
+    }
+
     /// The levels of some stretches, for as many steps per cycle: half of them from 0 to 1.
     pub(super) fn new(
         stretches: &[Stretch],

@@ -18,9 +18,9 @@ pub(crate) struct Node {
 }
 
 impl Node {
-    /// Equal for nodes of the same image.
+    /// Equal for nodes of the same image; nodes of one angle are adjacent in its order.
     pub(super) fn key(&self) -> [u64; 3] {
-        [self.gain, self.breath, self.share].map(f64::to_bits)
+        [self.share, self.gain, self.breath].map(f64::to_bits)
     }
 }
 

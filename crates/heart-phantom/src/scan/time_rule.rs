@@ -9,13 +9,15 @@
 //! ```
 //!
 //! over the time of the view, from one crossing of a level to the next. Only the interpolation has an error, however short or frequent
-//! the features of a curve are. In continuous rotation the time is divided into arcs, in each of which a pair of levels is projected from
-//! its mean angle.
+//! the features of a curve are.
 //!
 //! Rays that touch the surface have a square root of time, so that the linear rule is of order 3/2: the error falls by 2.8 when the points
-//! double. Behind a response samples are analytic functions of the volume: the polynomial through Chebyshev points converges exponentially, and all
-//! gates have the levels of the whole cycle, so that each level is projected once. Every second level of every pair of arcs is the rule with half
-//! the points, which gives the error estimate.
+//! double. In continuous rotation it divides the time into arcs, in each of which a pair of levels is projected from its mean angle.
+//!
+//! Behind a response samples are analytic functions of volume, respiratory fraction and angle: the polynomial through Chebyshev points converges
+//! exponentially, the elapsed fraction of the view is a third coordinate, and all gates have the levels of the whole cycle and the angles of the whole view,
+//! so that each combination is projected once. Every second level, of every pair of arcs, is the rule with half the points, which gives the error
+//! estimate.
 
 use super::acquisition::Acquisition;
 use super::levels::{Interpolation, Levels, Scale, Stretch};
@@ -24,6 +26,7 @@ use super::settings::Mode;
 use super::settings::Rotation;
 use super::spans::{self, Span};
 use crate::{Camera, Cycle};
+use std::collections::BTreeMap;
 
 /// Smallest number of arcs of any part of a view: a base parallel to the rays appears only briefly.
 const FEWEST_ARCS: f64 = 8.0;
@@ -31,6 +34,8 @@ const FEWEST_ARCS: f64 = 8.0;
 const SHORTEST_PART: f64 = 1e-3;
 /// Smaller fractions of a view are rounding.
 const NO_TIME: f64 = 1e-18;
+/// Most repetitions of a beat over which the weights of angles are averaged; more are represented by as many evenly spaced ones.
+const MOST_REPEATS: f64 = 256.0;
 /// Weights of one half, relative to the other, below this are rounding.
 const NO_WEIGHT: f64 = 1e-12;
 /// Points and weights of Gauss and Legendre on [-1, 1].
@@ -49,6 +54,8 @@ pub(crate) struct TimeRule<'a> {
     camera: &'a Camera,
     /// Levels of volume and respiratory position common to all views, if each view covers the whole cycle.
     shared: [Option<Levels>; 2],
+    /// Elapsed fractions of a view at whose angles it is projected; 0 alone for a stationary camera and for arcs.
+    shares: Levels,
 }
 
 impl<'a> TimeRule<'a> {
@@ -61,7 +68,16 @@ impl<'a> TimeRule<'a> {
             cycle,
             camera,
             shared: [None, None],
+            shares: Levels::constant(0.0),
         };
+        if camera.rotation() == Rotation::Continuous && !rule.has_arcs() {
+            let turn = Stretch {
+                heights: [0.0, lasts / camera.interval()],
+                seconds: lasts,
+            };
+            let degree = (acquisition.points, acquisition.interpolation);
+            rule.shares = Levels::new(&[turn], degree, Scale::Height);
+        }
         let alike = acquisition.same_for_all_views(cycle, camera);
         let mut covers = [Some(beat), breath].map(|of| !alike && of.is_some_and(|of| lasts >= of));
         let mut shared = acquisition;
@@ -85,18 +101,26 @@ impl<'a> TimeRule<'a> {
         rule
     }
 
-    /// Returns the height of the volume (axis 0) or the respiratory fraction (axis 1) at a time of a span.
-    fn height(&self, axis: usize, span: &Span, t: f64) -> f64 {
+    /// Whether the camera rotates during a view, which is divided into arcs.
+    fn has_arcs(&self) -> bool {
+        self.camera.rotation() == Rotation::Continuous
+            && self.acquisition.interpolation == Interpolation::Linear
+    }
+
+    /// Returns the height of the volume (axis 0), the respiratory fraction (axis 1) or the fraction of the view after its `start` (axis 2) at a time of
+    /// a span.
+    fn height(&self, axis: usize, (span, start): (&Span, f64), t: f64) -> f64 {
         match (axis, self.cycle.breathing()) {
             (0, _) => self.cycle.height().at(span.phase_at(t)),
-            (_, Some(breathing)) => breathing.at_phase(span.breath_at(t)),
-            (_, None) => 0.0,
+            (1, Some(breathing)) => breathing.at_phase(span.breath_at(t)),
+            (1, None) => 0.0,
+            (_, _) => (t - start) / self.camera.interval(),
         }
     }
 
     fn levels(&self, spans: &[Span], axis: usize) -> Levels {
         let stretch = |span: &Span| Stretch {
-            heights: span.time.map(|t| self.height(axis, span, t)),
+            heights: span.time.map(|t| self.height(axis, (span, 0.0), t)),
             seconds: span.copies * span.seconds(),
         };
         let stretches: Vec<Stretch> = spans.iter().map(stretch).collect();
@@ -121,12 +145,13 @@ impl<'a> TimeRule<'a> {
         if seconds == 0.0 {
             return self.moment(self.camera.view_start(view_idx));
         }
-        let levels = [0, 1].map(|axis| match &self.shared[axis] {
+        let [volumes, breaths] = [0, 1].map(|axis| match &self.shared[axis] {
             Some(shared) => shared.clone(),
             None => self.levels(&spans, axis),
         });
+        let levels = [volumes, breaths, self.shares.clone()];
         let fine: Vec<Cells> = (self.in_arcs(spans, seconds).iter())
-            .map(|spans| self.cells(spans, &levels))
+            .map(|spans| self.cells(spans, window[0], &levels))
             .collect();
         let coarse: Vec<Cells> = (fine.chunks(2))
             .map(|pair| {
@@ -143,15 +168,16 @@ impl<'a> TimeRule<'a> {
                 if time.abs() <= NO_TIME * seconds {
                     continue;
                 }
-                let [i, j] = [k / levels[1].len(), k % levels[1].len()];
-                let gain = self.cycle.gain_at_height(levels[0].height(i));
-                let share = match self.camera.rotation() {
-                    Rotation::StepAndShoot => 0.0,
-                    Rotation::Continuous => (moment / time - window[0]) / interval,
+                let [volume_at, breath, share] =
+                    [0, 1, 2].map(|axis| levels[axis].height(index_of(k, axis, &levels)));
+                let gain = self.cycle.gain_at_height(volume_at);
+                let share = match self.has_arcs() {
+                    true => (moment / time - window[0]) / interval,
+                    false => share,
                 };
                 let weight = time / seconds;
                 volume += (halves[0] + halves[1]) * weight * (1.0 + gain);
-                let at = [gain, levels[1].height(j)];
+                let at = [gain, breath];
                 made.add(at, share, halves.map(|half| half * weight));
             }
         };
@@ -178,11 +204,9 @@ impl<'a> TimeRule<'a> {
         made
     }
 
-    /// Divides the spans into arcs of equal time; one arc for a stationary camera.
+    /// Divides the spans into arcs of equal time, if the rule has arcs.
     fn in_arcs(&self, spans: Vec<Span>, seconds: f64) -> Vec<Vec<Span>> {
-        let (Rotation::Continuous, Some(first), Some(last)) =
-            (self.camera.rotation(), spans.first(), spans.last())
-        else {
+        let (true, Some(first), Some(last)) = (self.has_arcs(), spans.first(), spans.last()) else {
             return vec![spans];
         };
         let (from, to) = (first.time[0], last.time[1] + 2.0 * last.delay);
@@ -196,15 +220,17 @@ impl<'a> TimeRule<'a> {
             .collect()
     }
 
-    /// Returns the time of the spans near each pair of levels.
-    fn cells(&self, spans: &[Span], levels: &[Levels; 2]) -> Cells {
-        let mut cells = Cells(vec![[0.0; 2]; levels[0].len() * levels[1].len()], 0.0);
+    /// Returns the time of the spans of a view near each combination of levels.
+    fn cells(&self, spans: &[Span], start: f64, levels: &[Levels; 3]) -> Cells {
+        let n = levels.iter().map(Levels::len).product();
+        let mut cells = Cells(vec![[0.0; 2]; n], 0.0);
         for span in spans {
-            let heights = [0, 1].map(|axis| span.time.map(|t| self.height(axis, span, t)));
-            let stays = [0, 1].map(|axis| levels[axis].of_stay(heights[axis]));
+            let height = |axis: usize, t: f64| self.height(axis, (span, start), t);
+            let heights = [0, 1, 2].map(|axis| span.time.map(|t| height(axis, t)));
+            let stays = [0, 1, 2].map(|axis| levels[axis].of_stay(heights[axis]));
             let mut cuts = span.time.to_vec();
-            for axis in (0..2).filter(|axis| stays[*axis].is_none()) {
-                let at = |t: f64| (levels[axis].scale).coordinate(self.height(axis, span, t));
+            for axis in (0..3).filter(|axis| stays[*axis].is_none()) {
+                let at = |t: f64| (levels[axis].scale).coordinate(height(axis, t));
                 let crossed = levels[axis].between(heights[axis]).iter();
                 cuts.extend(crossed.map(|level| spans::root(span.time, at, *level)));
             }
@@ -214,26 +240,23 @@ impl<'a> TimeRule<'a> {
                 if half <= 0.0 {
                     continue;
                 }
-                let height = |axis: usize, t: f64| self.height(axis, span, t);
-                let in_cell = [0, 1].map(|axis| match stays[axis] {
+                let in_cell = [0, 1, 2].map(|axis| match stays[axis] {
                     Some(_) => 0,
                     None => levels[axis].cell(height(axis, middle)),
                 });
                 for [x, weight] in GAUSS {
                     let t = middle + half * x;
                     let seconds = span.copies * half * weight;
-                    let weights = [0, 1].map(|axis| match stays[axis] {
-                        Some(k) => vec![(k, 1.0)],
-                        None => levels[axis].weights(in_cell[axis], height(axis, t)),
+                    let weights = [0, 1, 2].map(|axis| match (stays[axis], axis) {
+                        (Some(k), _) => vec![(k, 1.0)],
+                        (None, 2) => repeated(span, |delay| {
+                            levels[2].weights(in_cell[2], height(2, t + delay))
+                        }),
+                        (None, _) => levels[axis].weights(in_cell[axis], height(axis, t)),
                     });
                     cells.1 += seconds * height(0, t);
-                    for (i, of_volume) in &weights[0] {
-                        for (j, of_breath) in &weights[1] {
-                            let time = seconds * of_volume * of_breath;
-                            let sum = &mut cells.0[i * levels[1].len() + *j];
-                            *sum = [sum[0] + time, sum[1] + time * (t + span.delay)];
-                        }
-                    }
+                    let at = [seconds, t + span.delay];
+                    cells.add_product(&weights, at, [levels[0].len(), levels[1].len()]);
                 }
             }
         }
@@ -241,7 +264,36 @@ impl<'a> TimeRule<'a> {
     }
 }
 
-/// Time and its first moment near each pair of levels, respiration fastest; and the integral of the volume's height.
+/// Returns the average of weights over the repetitions of a span, as a function of their delay.
+fn repeated(span: &Span, weights: impl Fn(f64) -> Vec<(usize, f64)>) -> Vec<(usize, f64)> {
+    if span.copies <= 1.0 {
+        return weights(0.0);
+    }
+    let (n, beat) = (
+        span.copies.min(MOST_REPEATS),
+        2.0 * span.delay / (span.copies - 1.0),
+    );
+    let mut sums = BTreeMap::new();
+    for k in 0..n as usize {
+        let repeat = (k as f64 + 0.5) * span.copies / n - 0.5;
+        for (level, weight) in weights(repeat * beat) {
+            *sums.entry(level).or_insert(0.0) += weight / n;
+        }
+    }
+    sums.into_iter().collect()
+}
+
+/// Returns the index along an axis of a combination of levels: shares slowest, respiration fastest.
+fn index_of(k: usize, axis: usize, levels: &[Levels; 3]) -> usize {
+    let [n, m] = [levels[0].len(), levels[1].len()];
+    match axis {
+        0 => k / m % n,
+        1 => k % m,
+        _ => k / (n * m),
+    }
+}
+
+/// Time and its first moment near each combination of levels ([`index_of`]); and the integral of the volume's height.
 #[derive(Debug, Clone)]
 struct Cells(Vec<[f64; 2]>, f64);
 
@@ -252,13 +304,31 @@ impl Cells {
         }
     }
 
+    /// Adds an instant with its weights of the levels of each axis.
+    fn add_product(
+        &mut self,
+        weights: &[Vec<(usize, f64)>; 3],
+        [seconds, t]: [f64; 2],
+        [n, m]: [usize; 2],
+    ) {
+        for (k, of_share) in &weights[2] {
+            for (i, of_volume) in &weights[0] {
+                for (j, of_breath) in &weights[1] {
+                    let time = seconds * of_share * of_volume * of_breath;
+                    let sum = &mut self.0[(k * n + i) * m + j];
+                    *sum = [sum[0] + time, sum[1] + time * t];
+                }
+            }
+        }
+    }
+
     /// Returns the same for every second level; the time of omitted levels goes to their neighbours.
-    fn coarsened(mut self, levels: &[Levels; 2]) -> Self {
+    fn coarsened(mut self, levels: &[Levels; 3]) -> Self {
         let [n, m] = [levels[0].len(), levels[1].len()];
-        for (axis, stride, others) in [
-            (0, m, (0..m).collect::<Vec<_>>()),
-            (1, 1, (0..n).map(|i| i * m).collect()),
-        ] {
+        for (axis, stride) in [(0, m), (1, 1), (2, n * m)] {
+            let others: Vec<usize> = (0..self.0.len())
+                .filter(|k| index_of(*k, axis, levels) == 0)
+                .collect();
             for (k, weights) in levels[axis].left_out() {
                 for other in &others {
                     let at = |k: usize| other + k * stride;

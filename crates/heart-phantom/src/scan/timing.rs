@@ -1,6 +1,7 @@
 //! Validation of acquisitions and estimates of their work.
 
 use super::acquisition::{Acquisition, TruthOf};
+use super::levels::Interpolation;
 use super::settings::Mode;
 use super::settings::Rotation;
 use crate::error::{PhantomError, check, check_count};
@@ -128,6 +129,16 @@ impl Acquisition {
             (Mode::Instants, _) => 0.0,
             (Mode::Static { .. }, Rotation::StepAndShoot) if cycle.breathing().is_none() => 0.0,
             (_, Rotation::StepAndShoot) => crossed.min(all),
+            // Each level from each angle.
+            (mode, Rotation::Continuous) if self.interpolation == Interpolation::Polynomial => {
+                let is_static = matches!(mode, Mode::Static { .. });
+                let states = match cycle.breathing() {
+                    Some(_) => all,
+                    None if is_static => 1.0,
+                    None => levels,
+                };
+                levels * states
+            }
             (Mode::Static { .. }, Rotation::Continuous) if cycle.breathing().is_none() => {
                 2.0 * points
             }
