@@ -53,9 +53,7 @@ use work::Work;
 pub use work::WorkReport;
 
 use crate::error::{PhantomError, check_count};
-use crate::scan::{
-    Acquisition, Facing, Imaging, Interpolation, Projected, Readout, STEPS, Scan,
-};
+use crate::scan::{Acquisition, Facing, Imaging, Interpolation, Projected, Readout, STEPS, Scan};
 use crate::scene::{Parts, Scene, check};
 use crate::{Camera, Cycle, Heart, HeartShape, Regions, TruthOf};
 use photon_scatter::Scatter;
