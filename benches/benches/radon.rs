@@ -194,7 +194,7 @@ fn growth_rows(effort: Effort) {
         for &size in sizes {
             let or = |n: usize| if n == 0 { size } else { n };
             let case = case(or(side), or(views));
-            for threads in [1, 2] {
+            for &threads in benches::threads() {
                 let row = |method: &str, seconds: Time, error: f64, error_kind: &str| {
                     Row {
                         study: "growth",
@@ -323,7 +323,7 @@ fn fbp_rows(effort: Effort) {
                 );
                 let (mut volume, mut scratch) = (vec![0.0; SLICES * n * n], plan.scratch());
                 let order = StackOrder::SliceViewBin;
-                for threads in [1, 2] {
+                for &threads in benches::threads() {
                     let seconds = on_threads(threads, || {
                         timed(effort, || {
                             plan.reconstruct_stack_into(
@@ -376,7 +376,7 @@ fn projector_rows(effort: Effort) {
             let projector = Projector::new(&case.geometry, &case.grid, kernel).unwrap();
             let mut scratch = projector.scratch();
             let order = StackOrder::SliceViewBin;
-            for threads in [1, 2] {
+            for &threads in benches::threads() {
                 let seconds = on_threads(threads, || {
                     timed(effort, || {
                         projector

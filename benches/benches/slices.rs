@@ -69,7 +69,7 @@ fn large_rows(effort: Effort) {
                 .with_interpolation(interpolation);
             let plan = case.plan(options);
             let (mut image, mut scratch) = (vec![0.0; n * n], plan.scratch());
-            for threads in [1, 2] {
+            for &threads in benches::threads() {
                 let run = || plan.reconstruct_into(&case.sinogram, &mut image, &mut scratch);
                 let (seconds, done) = on_threads(threads, || timed(effort, run));
                 done.expect("room");
@@ -92,7 +92,7 @@ fn large_rows(effort: Effort) {
         let operators: [(&str, &(dyn LinearOperator<f32> + Sync)); 2] =
             [("Joseph", &joseph), ("Fourier, 1e-4", &fourier)];
         for (name, operator) in operators {
-            for threads in [1, 2] {
+            for &threads in benches::threads() {
                 let run = || operator.forward_into(&case.image, &mut rays);
                 let (seconds, done) = on_threads(threads, || timed(effort, run));
                 done.expect("room");

@@ -38,9 +38,27 @@ fn given(flag: &str) -> bool {
     std::env::args().any(|argument| argument == flag)
 }
 
+/// Whether each bench runs once, to see that it works.
+#[must_use]
+pub fn in_test() -> bool {
+    given("--test")
+}
+
+/// Returns the size of a bench, or a smaller one with `--test`.
+#[must_use]
+pub fn size(full: usize, test: usize) -> usize {
+    if in_test() { test } else { full }
+}
+
+/// Numbers of threads of the rows.
+#[must_use]
+pub fn threads() -> &'static [usize] {
+    if in_test() { &[2] } else { &[1, 2] }
+}
+
 /// Runs what the command line requests: the rows, or the criterion groups and their summary; with `--test`, some rows and each group once.
 pub fn run(rows: fn(Effort), groups: &[fn(&mut Criterion)]) {
-    if given("--rows") || given("--test") {
+    if given("--rows") || in_test() {
         let all = given("--rows") && !given("--quick");
         rows(if all { Effort::Full } else { Effort::Quick });
     }
@@ -176,7 +194,7 @@ impl Mul<usize> for Time {
 pub fn timed<T>(effort: Effort, mut run: impl FnMut() -> T) -> (Time, T) {
     let (start, mut answer) = (Instant::now(), run());
     let mut runs = Vec::new();
-    if given("--test") {
+    if in_test() {
         return (Time::of(vec![start.elapsed().as_secs_f64()]), answer);
     }
     let more = |runs: &[f64]| match effort {

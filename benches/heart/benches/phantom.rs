@@ -135,7 +135,7 @@ fn rows(effort: Effort) {
         // The reference for the exact chords of 801 nodes has four times as many nodes.
         let truth = Scene::new(24, size, 3201).exact(STILL, 8);
         let projector = scene.projector();
-        for threads in [1, 2] {
+        for &threads in benches::threads() {
             let (seconds, _) = on_threads(threads, || timed(effort, || scene.exact(STILL, 8)));
             let run = (seconds, distance(&exact, &truth));
             row("exact chords", case, size, threads, run);
@@ -152,7 +152,7 @@ fn rows(effort: Effort) {
     let scene = Scene::new(6, 64, 801);
     let truth = scene.exact(Mode::WholeCycle, 512);
     for &points in points {
-        for threads in [1, 2] {
+        for &threads in benches::threads() {
             let (seconds, mean) = on_threads(threads, || {
                 timed(effort, || scene.exact(Mode::WholeCycle, points))
             });
@@ -255,7 +255,7 @@ fn operators(effort: Effort) {
         let operator = SpectOperator::<f32>::new(&geometry, camera.image(), &axis, &options);
         let operator = operator.expect("a geometry");
         let mut made = vec![0.0f32; exact.len()];
-        for threads in [1, 2] {
+        for &threads in benches::threads() {
             let forward = || {
                 operator
                     .forward_into(&volume, &mut made)
@@ -305,7 +305,7 @@ fn collimated(effort: Effort) {
             ),
         ] {
             let truth = views(&through_a_collimator(size, chest, 5e-5));
-            for threads in [1, 2] {
+            for &threads in benches::threads() {
                 for (tolerance, method) in [(5e-4, "tolerance 5e-4"), (5e-3, "tolerance 5e-3")] {
                     let made = || views(&through_a_collimator(size, chest, tolerance));
                     let (seconds, made) = on_threads(threads, || timed(effort, made));
@@ -330,7 +330,7 @@ fn papers(effort: Effort) {
     };
     let folder = std::env::temp_dir().join(format!("benches-paper-{}", std::process::id()));
     for &size in sizes {
-        for threads in [1, 2] {
+        for &threads in benches::threads() {
             let options = StudyOptions::default()
                 .with_size(size)
                 .with_threads(Some(threads))
@@ -371,7 +371,7 @@ fn gated_studies(effort: Effort) {
                 .collect();
             (phantom, volumes.expect("reachable gains"))
         };
-        for threads in [1, 2] {
+        for &threads in benches::threads() {
             let (seconds, (phantom, made)) = on_threads(threads, || timed(effort, volumes));
             let truth = phantom.truth(0).expect("a gate");
             let found = phantom

@@ -156,7 +156,7 @@ fn lines(c: &mut Criterion, rays: &ParallelRays) {
     let mut group = c.benchmark_group("revolve/lines/256x256");
     group.sample_size(20);
     group.throughput(Throughput::Elements(256 * 256));
-    for threads in [1, 2] {
+    for &threads in benches::threads() {
         let pool = pool(threads).unwrap();
         let mut bench = |name: &str, project: &(dyn Fn(&mut [f32]) + Sync)| {
             group.bench_function(format!("{name}/{threads} threads"), |b| {
@@ -290,7 +290,7 @@ fn chord_rows(effort: Effort) {
     };
     for &n in sizes {
         let outer = body(&[2.75], n);
-        for threads in [1, 2] {
+        for &threads in benches::threads() {
             let run = on_threads(threads, || timed(effort, || view(&outer)));
             row("chains of frusta", n, threads, run);
         }
@@ -331,7 +331,7 @@ fn voxel_rows(effort: Effort) {
             ("coverage to 1e-5", Sampling::Coverage { tolerance: 1e-5 }),
             ("coverage to 1e-6", Sampling::Coverage { tolerance: 1e-6 }),
         ] {
-            for threads in [1, 2] {
+            for &threads in benches::threads() {
                 let (seconds, volume) = on_threads(threads, || timed(effort, || voxels(sampling)));
                 let errors = volume.iter().zip(&truth).map(|(a, b)| (a - b).abs());
                 Row {
