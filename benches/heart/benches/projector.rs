@@ -38,6 +38,7 @@ struct Scene {
 }
 
 fn scene() -> Scene {
+    let n = side();
     let h = 0.5f64.sqrt();
     let axes = [[h, 0.0, -h], [0.5, h, 0.5], [0.5, -h, 0.5]];
     let ellipsoid = |semi_axes| Shape3::ellipsoid([3.3, -2.1, 1.7], semi_axes, axes).unwrap();
@@ -46,9 +47,9 @@ fn scene() -> Scene {
         (-1.0, ellipsoid([18.0, 18.0, 80.0])),
     ])
     .unwrap();
-    let geometry = ParallelGeometry::half_turn(VIEWS, side(), pitch()).unwrap();
-    let grid = ImageGrid::square(side(), pitch()).unwrap();
-    let slices = SliceAxis::new(side(), pitch()).unwrap();
+    let geometry = ParallelGeometry::half_turn(VIEWS, n, pitch()).unwrap();
+    let grid = ImageGrid::square(n, pitch()).unwrap();
+    let slices = SliceAxis::new(n, pitch()).unwrap();
     let exact = |sampling| shell.sinogram(&geometry, &slices, sampling, ORDER).unwrap();
     Scene {
         volume: shell.volume(&grid, &slices).unwrap(),
@@ -62,42 +63,40 @@ fn scene() -> Scene {
 /// The shell's voxels as in the harness of the published comparison: a voxel within 0.9 of an outline (in units of the least
 /// half axis) is the mean of 8 x 8 samples in the slice and 4 along z, any other is its centre.
 fn sampled_voxels() -> Vec<f32> {
+    let n = side();
     let h = 0.5f64.sqrt();
     let axes = [[h, 0.0, -h], [0.5, h, 0.5], [0.5, -h, 0.5]];
     let pitch = pitch();
     let at = |i: usize, n: usize| ((i as f64 + 0.5) / n as f64 - 0.5) * pitch;
-    let place = |k: usize| (k as f64 - (side() as f64 - 1.0) / 2.0) * pitch;
-    let mut volume = vec![0.0f32; side() * side() * side()];
-    volume
-        .par_chunks_mut(side())
-        .enumerate()
-        .for_each(|(row, out)| {
-            let (y, z) = (place(row % side()), place(row / side()));
-            for (value, semi_axes) in [(1.0, [28.0, 28.0, 90.0]), (-1.0, [18.0, 18.0, 80.0])] {
-                let level = |x: f64, y: f64, z: f64| -> f64 {
-                    let d = [x - 3.3, y + 2.1, z - 1.7];
-                    let along = |k: usize| {
-                        let axis: [f64; 3] = axes[k];
-                        (axis[0] * d[0] + axis[1] * d[1] + axis[2] * d[2]) / semi_axes[k]
-                    };
-                    along(0).hypot(along(1)).hypot(along(2))
+    let place = |k: usize| (k as f64 - (n as f64 - 1.0) / 2.0) * pitch;
+    let mut volume = vec![0.0f32; n * n * n];
+    volume.par_chunks_mut(n).enumerate().for_each(|(row, out)| {
+        let (y, z) = (place(row % n), place(row / n));
+        for (value, semi_axes) in [(1.0, [28.0, 28.0, 90.0]), (-1.0, [18.0, 18.0, 80.0])] {
+            let level = |x: f64, y: f64, z: f64| -> f64 {
+                let d = [x - 3.3, y + 2.1, z - 1.7];
+                let along = |k: usize| {
+                    let axis: [f64; 3] = axes[k];
+                    (axis[0] * d[0] + axis[1] * d[1] + axis[2] * d[2]) / semi_axes[k]
                 };
-                for (ix, out) in out.iter_mut().enumerate() {
-                    let x = place(ix);
-                    let centre = level(x, y, z);
-                    let inside = if (centre - 1.0).abs() < 0.9 * pitch / semi_axes[0] {
-                        let hits = (0..256).filter(|i| {
-                            let (dx, dy, dz) = (at(i % 8, 8), at(i / 8 % 8, 8), at(i / 64, 4));
-                            level(x + dx, y + dy, z + dz) <= 1.0
-                        });
-                        hits.count() as f32 / 256.0
-                    } else {
-                        f32::from(centre <= 1.0)
-                    };
-                    *out += value * inside;
-                }
+                along(0).hypot(along(1)).hypot(along(2))
+            };
+            for (ix, out) in out.iter_mut().enumerate() {
+                let x = place(ix);
+                let centre = level(x, y, z);
+                let inside = if (centre - 1.0).abs() < 0.9 * pitch / semi_axes[0] {
+                    let hits = (0..256).filter(|i| {
+                        let (dx, dy, dz) = (at(i % 8, 8), at(i / 8 % 8, 8), at(i / 64, 4));
+                        level(x + dx, y + dy, z + dz) <= 1.0
+                    });
+                    hits.count() as f32 / 256.0
+                } else {
+                    f32::from(centre <= 1.0)
+                };
+                *out += value * inside;
             }
-        });
+        }
+    });
     volume
 }
 
@@ -115,56 +114,55 @@ fn error(got: &[f32], exact: &[f32]) -> f64 {
 
 /// Joseph's method ray by ray and slice by slice, according to the definition.
 fn naive(volume: &[f32], geometry: &ParallelGeometry) -> Vec<f32> {
-    let middle = (side() as f64 - 1.0) / 2.0;
-    let mut out = vec![0.0f32; VIEWS * side() * side()];
-    out.par_chunks_mut(side())
-        .enumerate()
-        .for_each(|(row, bins)| {
-            let (view, slice) = (row / side(), row % side());
-            let image = &volume[slice * side() * side()..][..side() * side()];
-            let (sin, cos) = geometry.angles()[view].sin_cos();
-            let rows = sin.abs() <= cos.abs();
-            let (a, b) = if rows { (cos, sin) } else { (sin, cos) };
-            for (bin, out) in bins.iter_mut().enumerate() {
-                let mut sum = 0.0;
-                for m in 0..side() {
-                    let f = (bin as f64 - middle - (m as f64 - middle) * b) / a + middle;
-                    let near = f.floor();
-                    for (i, w) in [(near, 1.0 - (f - near)), (near + 1.0, f - near)] {
-                        if (0.0..side() as f64).contains(&i) {
-                            let i = i as usize;
-                            let at = if rows { m * side() + i } else { i * side() + m };
-                            sum += w * f64::from(image[at]);
-                        }
+    let n = side();
+    let middle = (n as f64 - 1.0) / 2.0;
+    let mut out = vec![0.0f32; VIEWS * n * n];
+    out.par_chunks_mut(n).enumerate().for_each(|(row, bins)| {
+        let (view, slice) = (row / n, row % n);
+        let image = &volume[slice * n * n..][..n * n];
+        let (sin, cos) = geometry.angles()[view].sin_cos();
+        let rows = sin.abs() <= cos.abs();
+        let (a, b) = if rows { (cos, sin) } else { (sin, cos) };
+        for (bin, out) in bins.iter_mut().enumerate() {
+            let mut sum = 0.0;
+            for m in 0..n {
+                let f = (bin as f64 - middle - (m as f64 - middle) * b) / a + middle;
+                let near = f.floor();
+                for (i, w) in [(near, 1.0 - (f - near)), (near + 1.0, f - near)] {
+                    if (0.0..n as f64).contains(&i) {
+                        let i = i as usize;
+                        let at = if rows { m * n + i } else { i * n + m };
+                        sum += w * f64::from(image[at]);
                     }
                 }
-                *out = (sum / a.abs()) as f32;
             }
-        });
+            *out = (sum / a.abs()) as f32;
+        }
+    });
     out
 }
 
 /// The sparse matrix of one slice times all slices, side by side in memory: `[pixel][slice]` to `[ray][slice]`.
 fn by_matrix(matrix: &radon::sprs::CsMat<f32>, pixels: &[f32], rays: &mut [f32]) {
-    rays.par_chunks_mut(side())
-        .enumerate()
-        .for_each(|(ray, sums)| {
-            sums.fill(0.0);
-            let Some(row) = matrix.outer_view(ray) else {
-                return;
-            };
-            for (pixel, &weight) in row.iter() {
-                for (sum, &x) in sums.iter_mut().zip(&pixels[pixel * side()..][..side()]) {
-                    *sum += weight * x;
-                }
+    let n = side();
+    rays.par_chunks_mut(n).enumerate().for_each(|(ray, sums)| {
+        sums.fill(0.0);
+        let Some(row) = matrix.outer_view(ray) else {
+            return;
+        };
+        for (pixel, &weight) in row.iter() {
+            for (sum, &x) in sums.iter_mut().zip(&pixels[pixel * n..][..n]) {
+                *sum += weight * x;
             }
-        });
+        }
+    });
 }
 
 /// Benches omitted by a filter cost nothing: the scene, the other methods and their checks are computed at first use.
 fn forward(c: &mut Criterion) {
+    let n = side();
     let scene = LazyCell::new(scene);
-    let mut group = c.benchmark_group(format!("projector/forward/{0}x{0}x{0}x90", side()));
+    let mut group = c.benchmark_group(format!("projector/forward/{n}x{n}x{n}x90"));
     group.sample_size(10);
     let check = |name: &str, got: &[f32], most: [f64; 2]| {
         let errors = [error(got, &scene.centre), error(got, &scene.mean)];
@@ -187,7 +185,7 @@ fn forward(c: &mut Criterion) {
         LazyCell::new(|| Projector::new(&scene.geometry, &scene.grid, Kernel::Joseph).unwrap());
 
     let checked = LazyCell::new(|| {
-        let harness = projector.forward_stack(&sampled_voxels(), side(), ORDER);
+        let harness = projector.forward_stack(&sampled_voxels(), n, ORDER);
         check(
             "Joseph, voxels sampled as by the harness",
             &harness.unwrap(),
@@ -202,23 +200,21 @@ fn forward(c: &mut Criterion) {
 
     let sparse = LazyCell::new(|| {
         let matrix = projector.matrix::<f32>().expect("room");
-        let mut pixels = vec![0.0; side() * side() * side()];
-        for (slice, image) in scene.volume.chunks_exact(side() * side()).enumerate() {
+        let mut pixels = vec![0.0; n * n * n];
+        for (slice, image) in scene.volume.chunks_exact(n * n).enumerate() {
             for (pixel, &x) in image.iter().enumerate() {
-                pixels[pixel * side() + slice] = x;
+                pixels[pixel * n + slice] = x;
             }
         }
-        let mut rays = vec![0.0; VIEWS * side() * side()];
+        let mut rays = vec![0.0; VIEWS * n * n];
         by_matrix(&matrix, &pixels, &mut rays);
-        let ordered: Vec<f32> = (0..VIEWS * side() * side())
-            .map(|i| {
-                rays[(i / (side() * side()) * side() + i % side()) * side() + i / side() % side()]
-            })
+        let ordered: Vec<f32> = (0..VIEWS * n * n)
+            .map(|i| rays[(i / (n * n) * n + i % n) * n + i / n % n])
             .collect();
         check("sprs matrix, no layout change", &ordered, joseph);
         (matrix, pixels)
     });
-    let mut rays = vec![0.0; VIEWS * side() * side()];
+    let mut rays = vec![0.0; VIEWS * n * n];
     group.bench_function("sprs matrix, no layout change", |b| {
         let (matrix, pixels) = &*sparse;
         b.iter(|| by_matrix(matrix, black_box(pixels), black_box(&mut rays)));
@@ -245,17 +241,17 @@ fn forward(c: &mut Criterion) {
             let plan = LazyCell::new(|| {
                 let plan = Projector::new(&scene.geometry, &scene.grid, kernel).unwrap();
                 let plan = plan.with_instructions(set).unwrap();
-                let got = plan.forward_stack(&scene.volume, side(), ORDER).unwrap();
+                let got = plan.forward_stack(&scene.volume, n, ORDER).unwrap();
                 check(&name, &got, most);
                 plan
             });
-            let mut projections = vec![0.0f32; VIEWS * side() * side()];
+            let mut projections = vec![0.0f32; VIEWS * n * n];
             group.bench_function(&name, |b| {
                 let mut scratch = plan.scratch();
                 b.iter(|| {
                     plan.forward_stack_into(
                         black_box(full.as_slice()),
-                        side(),
+                        n,
                         ORDER,
                         black_box(&mut projections),
                         &mut scratch,
@@ -266,14 +262,12 @@ fn forward(c: &mut Criterion) {
     }
     group.finish();
 
-    let mut group = c.benchmark_group(format!("projector/adjoint/{0}x{0}x{0}x90", side()));
+    let mut group = c.benchmark_group(format!("projector/adjoint/{n}x{n}x{n}x90"));
     group.sample_size(10);
     // The adjoint identity for this work: sums of 1e9 terms in f32.
     let checked = LazyCell::new(|| {
-        let volume = projector.adjoint_stack(&scene.mean, side(), ORDER).unwrap();
-        let projections = projector
-            .forward_stack(&scene.volume, side(), ORDER)
-            .unwrap();
+        let volume = projector.adjoint_stack(&scene.mean, n, ORDER).unwrap();
+        let projections = projector.forward_stack(&scene.volume, n, ORDER).unwrap();
         let (left, right) = (dot(&projections, &scene.mean), dot(&scene.volume, &volume));
         println!(
             "adjoint: <A x, y> and <x, A' y> differ by {:.1e}",
@@ -281,14 +275,14 @@ fn forward(c: &mut Criterion) {
         );
         assert!((left / right - 1.0).abs() < 1e-5);
     });
-    let mut volume = vec![0.0f32; side() * side() * side()];
+    let mut volume = vec![0.0f32; n * n * n];
     group.bench_function("Joseph", |b| {
         *checked;
         let mut scratch = projector.scratch();
         b.iter(|| {
             projector.adjoint_stack_into(
                 black_box(&scene.mean),
-                side(),
+                n,
                 ORDER,
                 black_box(&mut volume),
                 &mut scratch,
@@ -300,16 +294,17 @@ fn forward(c: &mut Criterion) {
 
 /// Ten iterations of each solver on one slice, with the residual reached.
 fn iterative(c: &mut Criterion) {
-    let geometry = ParallelGeometry::half_turn(VIEWS, side(), pitch()).unwrap();
-    let grid = ImageGrid::square(side(), pitch()).unwrap();
+    let n = side();
+    let geometry = ParallelGeometry::half_turn(VIEWS, n, pitch()).unwrap();
+    let grid = ImageGrid::square(n, pitch()).unwrap();
     let head = radon::Phantom2::shepp_logan(128.0).unwrap();
     let data: Vec<f32> = head.sinogram(&geometry, BinSampling::Mean).expect("room");
     let projector = Projector::new(&geometry, &grid, Kernel::Joseph).unwrap();
     let ten = Stopping::default().with_max_iterations(10);
-    let mut group = c.benchmark_group(format!("iterative/{0}x{0}x90/10 iterations", side()));
+    let mut group = c.benchmark_group(format!("iterative/{n}x{n}x90/10 iterations"));
     group.sample_size(10);
     let run = |name: &str| {
-        let mut x = vec![if name == "mlem" { 1.0f32 } else { 0.0 }; side() * side()];
+        let mut x = vec![if name == "mlem" { 1.0f32 } else { 0.0 }; n * n];
         let report = match name {
             "sirt" => sirt(
                 &projector,
@@ -346,6 +341,7 @@ fn iterative(c: &mut Criterion) {
 
 /// All 256 slices, layout and checks of the input included; the adjoint's error is that of its identity.
 fn rows(effort: Effort) {
+    let n = side();
     let scene = scene();
     // The voxels of the other tools.
     let volume = sampled_voxels();
@@ -357,10 +353,7 @@ fn rows(effort: Effort) {
             Row {
                 study: "projectors",
                 method,
-                case: &format!(
-                    "shell, {0} x {0} x {0} from {VIEWS} views, against {name}",
-                    side()
-                ),
+                case: &format!("shell, {n} x {n} x {n} from {VIEWS} views, against {name}"),
                 size: VIEWS,
                 threads,
                 seconds,
@@ -374,21 +367,21 @@ fn rows(effort: Effort) {
         Effort::Quick => &[Kernel::Joseph],
         Effort::Full => &[Kernel::Joseph, Kernel::Siddon, Kernel::Strip],
     };
-    let mut rays = vec![0.0f32; VIEWS * side() * side()];
-    let mut back = vec![0.0f32; side() * side() * side()];
+    let mut rays = vec![0.0f32; VIEWS * n * n];
+    let mut back = vec![0.0f32; n * n * n];
     for &threads in benches::threads() {
         for &kernel in kernels {
             let plan = Projector::new(&scene.geometry, &scene.grid, kernel).unwrap();
             let mut scratch = plan.scratch();
             let forward = || {
-                plan.forward_stack_into(&volume, side(), ORDER, &mut rays, &mut scratch)
+                plan.forward_stack_into(&volume, n, ORDER, &mut rays, &mut scratch)
                     .unwrap();
             };
             let (seconds, ()) = on_threads(threads, || timed(effort, forward));
             row(&format!("{kernel:?}"), threads, seconds, &rays);
 
             let adjoint = || {
-                plan.adjoint_stack_into(&scene.mean, side(), ORDER, &mut back, &mut scratch)
+                plan.adjoint_stack_into(&scene.mean, n, ORDER, &mut back, &mut scratch)
                     .unwrap();
             };
             let (seconds, ()) = on_threads(threads, || timed(effort, adjoint));
@@ -396,7 +389,7 @@ fn rows(effort: Effort) {
             Row {
                 study: "projectors",
                 method: &format!("{kernel:?}, adjoint"),
-                case: &format!("{0} x {0} x {0} from {VIEWS} views, back", side()),
+                case: &format!("{n} x {n} x {n} from {VIEWS} views, back"),
                 size: VIEWS,
                 threads,
                 seconds,
@@ -415,14 +408,15 @@ fn rows(effort: Effort) {
 
 /// The middle slice alone and a volume without an empty slice, forward and adjoint: cost of a slice among others and alone.
 fn stacks(effort: Effort, scene: &Scene) {
+    let n = side();
     let plan = Projector::new(&scene.geometry, &scene.grid, Kernel::Joseph).unwrap();
     let mut scratch = plan.scratch();
     let volume: Vec<f32> = scene.volume.iter().map(|x| x + 1e-3).collect();
-    for (threads, n_slices) in [(1, 1), (1, side()), (2, 1), (2, side())] {
-        let first = (side() - n_slices) / 2;
-        let volume = &volume[first * side() * side()..][..n_slices * side() * side()];
-        let mut rays = vec![0.0f32; n_slices * VIEWS * side()];
-        let mut back = vec![0.0f32; n_slices * side() * side()];
+    for (threads, n_slices) in [(1, 1), (1, n), (2, 1), (2, n)] {
+        let first = (n - n_slices) / 2;
+        let volume = &volume[first * n * n..][..n_slices * n * n];
+        let mut rays = vec![0.0f32; n_slices * VIEWS * n];
+        let mut back = vec![0.0f32; n_slices * n * n];
         let (forward, ()) = on_threads(threads, || {
             timed(effort, || {
                 plan.forward_stack_into(volume, n_slices, ORDER, &mut rays, &mut scratch)
@@ -441,8 +435,7 @@ fn stacks(effort: Effort, scene: &Scene) {
                 study: "growth",
                 method,
                 case: &format!(
-                    "one slice and {0} that are not empty, of {0} x {0} from {VIEWS} views",
-                    side()
+                    "one slice and {n} that are not empty, of {n} x {n} from {VIEWS} views"
                 ),
                 size: n_slices,
                 threads,
