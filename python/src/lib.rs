@@ -12,6 +12,7 @@ mod mesh;
 mod motion;
 mod phantom;
 mod pose;
+mod product;
 mod radon;
 mod rays;
 mod recipe;
@@ -38,9 +39,9 @@ mod _native {
     #[pymodule_export]
     use crate::motion::PyMotion;
     #[pymodule_export]
-    use crate::phantom::PyPhantom;
-    #[pymodule_export]
     use crate::pose::PyPose;
+    #[pymodule_export]
+    use crate::product::PyPhantom;
     #[pymodule_export]
     use crate::radon::{
         PyFbpPlan, PyGeometry, PyGrid, PyProjector, PySolution, PySpectOperator, cgls, fbp, mlem,

@@ -216,7 +216,7 @@ impl PyMembrane {
         set_discretisation(&options, tolerance, degree, nodes)?;
         let recipe = Recipe::new(py, &slf.getattr("solve")?, ())?.with_options(&options)?;
         let membrane = slf.get().membrane.clone();
-        let solved = work(py, move |_| {
+        let solved = work(py, None, move |_| {
             Solver::new(&membrane, by)?.solve(control, &NewtonOptions::default())
         })?;
         Ok(PyEquilibrium::with_recipe(solved, recipe))
@@ -361,7 +361,7 @@ pub(crate) fn solve_pair(
     let own = py.import("heart_phantom.membrane")?.getattr("solve_pair")?;
     let recipe = Recipe::new(py, &own, (inner, outer, volume_gain))?.with_options(&options)?;
     let (inner, outer) = (inner.get().membrane.clone(), outer.get().membrane.clone());
-    let solved = work(py, move |_| {
+    let solved = work(py, None, move |_| {
         let pair = Pair::new(Solver::new(&inner, by)?, Solver::new(&outer, by)?)?;
         pair.solve_gain(volume_gain, &NewtonOptions::default())
     })?;

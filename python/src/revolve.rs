@@ -6,7 +6,7 @@ use crate::mesh::PyMesh;
 use crate::pose::PyPose;
 use crate::recipe::{Recipe, Reduced};
 use crate::values::{Whole, choice};
-use crate::work::{Watch, work};
+use crate::work::{Progress, work};
 use heart_phantom::revolve_voxel::nalgebra::{Point3, Vector3};
 use heart_phantom::revolve_voxel::{
     Body, MassProperties, Meridian, ParallelDetector, Pose, Ray, RevolveError, Sample, Sampling,
@@ -98,7 +98,8 @@ fn measures<'py>(py: Python<'py>, of: &MassProperties) -> PyResult<Bound<'py, Py
 /// Nested solids of revolution about one axis, innermost first, in a pose.
 ///
 /// `layers` are meridians, or arrays of their points. Region 0 is the inside of layer 0, region k is layer k without layer k - 1;
-/// activities have one value per region. Centimetres; chords and measures are exact for the given polylines.
+/// activities have one value per region. Centimetres; chords and measures are exact for the given polylines. `progress` receives the
+/// completed fraction of a call: a function of it, a tqdm bar, or `True`.
 ///
 /// >>> import numpy as np
 /// >>> from heart_phantom.revolve import Body
@@ -121,10 +122,8 @@ impl PyBody {
     }
 }
 
-/// Least number of rays or points of a job: jobs of few rays would cost more to abandon than to compute.
+/// Rays or points of a unit of work: fewer would cost more to count than to compute.
 const RAYS: usize = 1024;
-/// Slices of a volume between two checks for signals.
-const SLICES: usize = 8;
 
 /// One number for all axes, or one for each: z, y, x.
 #[derive(Debug, Clone, Copy, FromPyObject)]
@@ -194,29 +193,32 @@ impl PyBody {
     }
 
     /// Chord lengths within a layer, `float64[n]`, of lines through `origins` (`[n][3]`) along `directions` (`[n][3]`, or one).
-    #[pyo3(signature = (origins, directions, layer = Whole(0)), text_signature = "($self, origins, directions, layer=0)")]
+    #[pyo3(signature = (origins, directions, layer = Whole(0), *, progress = None), text_signature = "($self, origins, directions, layer=0, *, progress=None)")]
     fn chords<'py>(
         &self,
         py: Python<'py>,
         origins: &Bound<'py, PyAny>,
         directions: &Bound<'py, PyAny>,
         layer: Whole,
+        progress: Option<&Bound<'py, PyAny>>,
     ) -> Result<Bound<'py, PyArrayDyn<f64>>, Failure> {
-        self.along(py, origins, directions, move |body, ray| {
+        self.along(py, progress, origins, directions, move |body, ray| {
             body.chord(layer.0, ray)
         })
     }
 
     /// Line integrals of the activity along lines, `float64[n]`.
+    #[pyo3(signature = (origins, directions, activity, *, progress = None))]
     fn line_integrals<'py>(
         &self,
         py: Python<'py>,
         origins: &Bound<'py, PyAny>,
         directions: &Bound<'py, PyAny>,
         activity: &Bound<'py, PyAny>,
+        progress: Option<&Bound<'py, PyAny>>,
     ) -> Result<Bound<'py, PyArrayDyn<f64>>, Failure> {
         let activity = numbers("activity", activity)?;
-        self.along(py, origins, directions, move |body, ray| {
+        self.along(py, progress, origins, directions, move |body, ray| {
             body.line_integral(ray, &activity)
         })
     }
@@ -225,7 +227,7 @@ impl PyBody {
     ///
     /// The camera rotates about z: bins of view `theta` (radians) lie along (cos theta, sin theta, 0), rows along z, rays along (-sin
     /// theta, cos theta, 0). `pitch` and `offset` are (bin, row). `dtype`: `"float32"` or `"float64"`.
-    #[pyo3(signature = (angles, n_bins, n_rows, pitch, activity, *, offset = [0.0, 0.0], dtype = "float32"), text_signature = "($self, angles, n_bins, n_rows, pitch, activity, *, offset=(0.0, 0.0), dtype='float32')")]
+    #[pyo3(signature = (angles, n_bins, n_rows, pitch, activity, *, offset = [0.0, 0.0], dtype = "float32", progress = None), text_signature = "($self, angles, n_bins, n_rows, pitch, activity, *, offset=(0.0, 0.0), dtype='float32', progress=None)")]
     #[expect(clippy::too_many_arguments, reason = "a camera")]
     fn views<'py>(
         &self,
@@ -237,6 +239,7 @@ impl PyBody {
         activity: &Bound<'py, PyAny>,
         offset: [f64; 2],
         dtype: &str,
+        progress: Option<&Bound<'py, PyAny>>,
     ) -> Result<Bound<'py, PyAny>, Failure> {
         let scan = Scan {
             body: self.body.clone(),
@@ -246,8 +249,8 @@ impl PyBody {
         };
         let shape = [scan.angles.len(), n_rows.0, n_bins.0];
         Ok(match choice("dtype", dtype, &PRECISIONS)? {
-            Precision::Single => scan.taken::<f32>(py, &shape)?.into_any(),
-            Precision::Double => scan.taken::<f64>(py, &shape)?.into_any(),
+            Precision::Single => scan.taken::<f32>(py, progress, &shape)?.into_any(),
+            Precision::Double => scan.taken::<f64>(py, progress, &shape)?.into_any(),
         })
     }
 
@@ -255,7 +258,8 @@ impl PyBody {
     /// nothing, 1 + k region k.
     ///
     /// `shape` is (z, y, x), `spacing` a number or (z, y, x), `centre` that of the grid, (z, y, x). Coverages are accurate to `tolerance`.
-    #[pyo3(signature = (shape, spacing, *, centre = [0.0, 0.0, 0.0], tolerance = 1e-3, dtype = "float32"), text_signature = "($self, shape, spacing, *, centre=(0.0, 0.0, 0.0), tolerance=1e-3, dtype='float32')")]
+    #[pyo3(signature = (shape, spacing, *, centre = [0.0, 0.0, 0.0], tolerance = 1e-3, dtype = "float32", progress = None), text_signature = "($self, shape, spacing, *, centre=(0.0, 0.0, 0.0), tolerance=1e-3, dtype='float32', progress=None)")]
+    #[expect(clippy::too_many_arguments, reason = "a grid")]
     fn coverage<'py>(
         &self,
         py: Python<'py>,
@@ -264,11 +268,12 @@ impl PyBody {
         centre: [f64; 3],
         tolerance: f64,
         dtype: &str,
+        progress: Option<&Bound<'py, PyAny>>,
     ) -> Result<(Bound<'py, PyAny>, Bound<'py, PyArrayDyn<u8>>), Failure> {
         let grid = grid(shape, spacing, centre)?;
         let (coverage, labels) = match choice("dtype", dtype, &PRECISIONS)? {
-            Precision::Single => self.covered::<f32>(py, grid, tolerance)?,
-            Precision::Double => self.covered::<f64>(py, grid, tolerance)?,
+            Precision::Single => self.covered::<f32>(py, progress, grid, tolerance)?,
+            Precision::Double => self.covered::<f64>(py, progress, grid, tolerance)?,
         };
         Ok((coverage, array(py, labels, &shape.map(|n| n.0))?))
     }
@@ -277,27 +282,31 @@ impl PyBody {
     #[pyo3(signature = (layer = Whole(0), *, tolerance = 0.01), text_signature = "($self, layer=0, *, tolerance=0.01)")]
     fn mesh(&self, py: Python<'_>, layer: Whole, tolerance: f64) -> Result<PyMesh, Failure> {
         let body = self.body.clone();
-        let mesh = work(py, move |_| body.mesh(layer.0, tolerance))?;
+        let mesh = work(py, None, move |_| body.mesh(layer.0, tolerance))?;
         Ok(mesh.into())
     }
 
     /// Signed distance of points `[n][3]` from the surface of a layer, negative inside: `float64[n]`.
-    #[pyo3(signature = (places, layer = Whole(0)), text_signature = "($self, places, layer=0)")]
+    #[pyo3(signature = (places, layer = Whole(0), *, progress = None), text_signature = "($self, places, layer=0, *, progress=None)")]
     fn signed_distances<'py>(
         &self,
         py: Python<'py>,
         places: &Bound<'py, PyAny>,
         layer: Whole,
+        progress: Option<&Bound<'py, PyAny>>,
     ) -> Result<Bound<'py, PyArrayDyn<f64>>, Failure> {
         let (body, places) = (self.body.clone(), points::<3>("places", places)?);
         let n = places.len();
-        let made: Vec<f64> = work(py, move |_| {
-            let place = |p: [f64; 3]| {
-                simd_set::checkpoint();
+        let made: Vec<f64> = work(py, progress, move |_| {
+            let place = |(k, p): (usize, [f64; 3])| {
+                count(k, n);
                 body.signed_distance(layer.0, &Point3::from(p))
             };
-            let places = places.into_par_iter().with_min_len(RAYS);
-            places.map(place).collect::<Result<_, _>>()
+            let places = places.into_par_iter().enumerate();
+            places
+                .with_min_len(RAYS)
+                .map(place)
+                .collect::<Result<_, _>>()
         })?;
         array(py, made, &[n])
     }
@@ -328,6 +337,7 @@ impl PyBody {
     fn along<'py>(
         &self,
         py: Python<'py>,
+        progress: Progress<'_, 'py>,
         origins: &Bound<'py, PyAny>,
         directions: &Bound<'py, PyAny>,
         of: impl Fn(&Body, &Ray) -> Result<f64, RevolveError> + Send + Sync + 'static,
@@ -346,10 +356,11 @@ impl PyBody {
             return Err(PyValueError::new_err(text).into());
         }
         let body = self.body.clone();
-        let made: Vec<f64> = work(py, move |_| {
-            (origins.into_par_iter().zip(directions).with_min_len(RAYS))
-                .map(|(from, along)| {
-                    simd_set::checkpoint();
+        let made: Vec<f64> = work(py, progress, move |_| {
+            let rays = origins.into_par_iter().zip(directions).enumerate();
+            rays.with_min_len(RAYS)
+                .map(|(k, (from, along))| {
+                    count(k, n);
                     of(&body, &Ray::new(Point3::from(from), Vector3::from(along))?)
                 })
                 .collect::<Result<_, _>>()
@@ -360,27 +371,24 @@ impl PyBody {
     fn covered<'py, T: Sample + Element + 'static>(
         &self,
         py: Python<'py>,
+        progress: Progress<'_, 'py>,
         grid: VoxelGrid,
         tolerance: f64,
     ) -> Result<(Bound<'py, PyAny>, Vec<u8>), Failure> {
         let (body, [nx, ny, nz]) = (self.body.clone(), grid.shape());
         let n = body.layers().len();
-        let (coverage, labels) = work(py, move |watch| {
-            let sampling = Sampling::Coverage { tolerance };
-            let (mut coverage, mut labels) = (vec![Vec::new(); n], Vec::new());
-            for z in (0..nz).step_by(SLICES) {
-                let made = body.regions::<T>(&grid, z..(z + SLICES).min(nz), sampling)?;
-                for (all, slices) in coverage.iter_mut().zip(made.coverage) {
-                    all.extend(slices);
-                }
-                labels.extend(made.labels);
-                if watch.tell(z as f64 / nz as f64).is_break() {
-                    break;
-                }
-            }
-            Ok::<_, RevolveError>((coverage.concat(), labels))
+        let made = work(py, progress, move |_| {
+            body.regions::<T>(&grid, 0..nz, Sampling::Coverage { tolerance })
         })?;
-        Ok((array(py, coverage, &[n, nz, ny, nx])?.into_any(), labels))
+        let coverage = array(py, made.coverage.concat(), &[n, nz, ny, nx])?;
+        Ok((coverage.into_any(), made.labels))
+    }
+}
+
+/// Counts the first of each `RAYS` of n rays as a unit of work.
+fn count(k: usize, n: usize) {
+    if k.is_multiple_of(RAYS) {
+        simd_set::unit(n.div_ceil(RAYS));
     }
 }
 
@@ -396,23 +404,21 @@ impl Scan {
     fn taken<'py, T: Sample + Element + 'static>(
         self,
         py: Python<'py>,
+        progress: Progress<'_, 'py>,
         shape: &[usize],
     ) -> Result<Bound<'py, PyArrayDyn<T>>, Failure> {
-        array(py, work(py, move |watch| self.samples(watch))?, shape)
+        array(py, work(py, progress, move |_| self.samples())?, shape)
     }
 
-    fn samples<T: Sample>(&self, watch: &Watch) -> Result<Vec<T>, RevolveError> {
+    fn samples<T: Sample>(&self) -> Result<Vec<T>, RevolveError> {
         let mut all = Vec::new();
-        for (k, &angle) in self.angles.iter().enumerate() {
+        for (_part, (k, &angle)) in simd_set::parts(self.angles.iter().enumerate()) {
             let rays = self.detector.rays(angle)?;
             let (view, _) = self.body.project::<T>(&rays, &self.activity)?;
             if k == 0 {
                 all.reserve_exact(view.len() * self.angles.len());
             }
             all.extend(view);
-            if watch.tell(k as f64 / self.angles.len() as f64).is_break() {
-                break;
-            }
         }
         Ok(all)
     }

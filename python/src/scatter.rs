@@ -2,7 +2,7 @@
 
 use crate::arrays::array;
 use crate::errors::Failure;
-use crate::work::work;
+use crate::work::{Progress, work};
 use heart_phantom::{Phantom, PhantomError};
 use numpy::PyArrayDyn;
 use pyo3::exceptions::PyValueError;
@@ -14,9 +14,9 @@ pub(crate) type Scattered<'py> = Result<Option<[Bound<'py, PyArrayDyn<f64>>; 2]>
 /// Samples and standard errors of a gate in an energy window, `[view][row][bin]`.
 pub(crate) fn arrays<'py>(
     py: Python<'py>,
+    progress: Progress<'_, 'py>,
     phantom: &Arc<Phantom>,
-    gate: usize,
-    window: usize,
+    [gate, window]: [usize; 2],
 ) -> Scattered<'py> {
     let settings = phantom.scene().scatter.as_ref();
     let n_windows = settings.map_or(1, |settings| settings.windows.len());
@@ -27,7 +27,7 @@ pub(crate) fn arrays<'py>(
     let camera = phantom.camera();
     let shape = [camera.n_views(), camera.n_rows(), camera.n_bins()];
     let phantom = phantom.clone();
-    let made = work(py, move |_| {
+    let made = work(py, progress, move |_| {
         let scatter = phantom.scatter(gate)?;
         Ok::<_, PhantomError>(scatter.map(|scatter| {
             let samples = (0..shape[0]).flat_map(|view| scatter.view(window, view));

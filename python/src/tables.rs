@@ -2,7 +2,6 @@
 
 use crate::arrays::array;
 use crate::errors::Failure;
-use crate::work::Watch;
 use heart_phantom::{Phantom, PhantomError, ViewTime};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -27,17 +26,6 @@ pub(crate) fn view_times<'py>(
         made.set_item(name, array(py, column, &[times.len()])?)?;
     }
     Ok(made)
-}
-
-/// Projects all views of a gate.
-pub(crate) fn views(
-    phantom: &Phantom,
-    gate: usize,
-    watch: &Watch,
-) -> Result<Vec<f32>, PhantomError> {
-    let all = phantom.camera().n_views() as f64;
-    let told = |done: usize| watch.tell(done as f64 / all);
-    Ok(phantom.sinograms(gate, &told)?.samples)
 }
 
 /// Volumes of the cavity at phases.

@@ -3,7 +3,7 @@
 use crate::errors::Failure;
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
-use pyo3::types::{PyBool, PyDict, PyFloat, PyInt, PyList, PyMapping, PyString, PyTuple};
+use pyo3::types::{PyBool, PyFloat, PyInt, PyList, PyMapping, PyString, PyTuple};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 use toml::{Table, Value};
@@ -106,31 +106,6 @@ pub(crate) fn to_python<'py>(
     py: Python<'py>,
     value: &impl Serialize,
 ) -> Result<Bound<'py, PyAny>, Failure> {
-    let value = serde_json::to_value(value).map_err(|error| Failure::internal(&error))?;
-    Ok(json_to_python(py, &value)?)
-}
-
-fn json_to_python<'py>(py: Python<'py>, value: &serde_json::Value) -> PyResult<Bound<'py, PyAny>> {
-    use serde_json::Value;
-    Ok(match value {
-        Value::Null => py.None().into_bound(py),
-        Value::Bool(value) => PyBool::new(py, *value).to_owned().into_any(),
-        Value::String(text) => PyString::new(py, text).into_any(),
-        Value::Number(number) => match (number.as_u64(), number.as_i64()) {
-            (Some(whole), _) => whole.into_pyobject(py)?.into_any(),
-            (None, Some(whole)) => whole.into_pyobject(py)?.into_any(),
-            (None, None) => number.as_f64().into_pyobject(py)?.into_any(),
-        },
-        Value::Array(items) => {
-            let items = items.iter().map(|item| json_to_python(py, item));
-            PyList::new(py, items.collect::<PyResult<Vec<_>>>()?)?.into_any()
-        }
-        Value::Object(entries) => {
-            let made = PyDict::new(py);
-            for (key, value) in entries {
-                made.set_item(key, json_to_python(py, value)?)?;
-            }
-            made.into_any()
-        }
-    })
+    let text = serde_json::to_string(value).map_err(|error| Failure::internal(&error))?;
+    Ok(py.import("json")?.call_method1("loads", (text,))?)
 }

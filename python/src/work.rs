@@ -1,8 +1,9 @@
 //! Computation without the interpreter's lock: other Python threads run meanwhile, and Ctrl-C interrupts.
 //!
 //! A thread pool computes on its own data. The calling thread waits without the lock, checks for signals every 40 ms, and returns at the
-//! first one. The threads of the computation then end at their next unit of work (`simd_set::checkpoint`). Simultaneous calls use
-//! different pools, so that one of them can be interrupted, and a Python operator can call this package while a solver waits for it.
+//! first one. The threads of the computation then end at their next unit of work (`simd_set::checkpoint`). They count these units, which are
+//! the progress of the call unless the task reports it. Simultaneous calls use different pools, so that one of them can be interrupted,
+//! and a Python operator can call this package while a solver waits for it.
 
 use crate::errors::Failure;
 use pyo3::exceptions::PyValueError;
@@ -19,27 +20,39 @@ use std::time::Duration;
 /// Interval between checks for signals.
 const POLL: Duration = Duration::from_millis(40);
 
+/// An argument `progress`.
+pub(crate) type Progress<'a, 'py> = Option<&'a Bound<'py, PyAny>>;
+
 /// The link between the computation and the waiting thread.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub(crate) struct Watch {
     stopped: AtomicBool,
-    /// Bits of the completed fraction.
+    /// Bits of the completed fraction; NaN if the units of work count it.
     share: AtomicU64,
+}
+
+impl Default for Watch {
+    fn default() -> Self {
+        Self {
+            stopped: AtomicBool::new(false),
+            share: AtomicU64::new(f64::NAN.to_bits()),
+        }
+    }
 }
 
 impl Watch {
     /// Reports the completed fraction. Breaks if the task is abandoned: its result is not used.
     pub(crate) fn tell(&self, share: f64) -> ControlFlow<()> {
         self.share.store(share.to_bits(), Ordering::Relaxed);
-        match self.is_stopped() {
+        self.poll()
+    }
+
+    /// Breaks if the task is abandoned; the units of work count the completed fraction.
+    pub(crate) fn poll(&self) -> ControlFlow<()> {
+        match self.stopped.load(Ordering::Relaxed) {
             true => ControlFlow::Break(()),
             false => ControlFlow::Continue(()),
         }
-    }
-
-    /// Whether the task is abandoned.
-    pub(crate) fn is_stopped(&self) -> bool {
-        self.stopped.load(Ordering::Relaxed)
     }
 }
 
@@ -52,22 +65,23 @@ pub(crate) enum AtSignal {
     Wait,
 }
 
-/// Runs a task in the pool.
+/// Runs a task in the pool; `progress` receives the completed fraction.
 pub(crate) fn work<T, E>(
     py: Python<'_>,
+    progress: Progress<'_, '_>,
     task: impl FnOnce(&Watch) -> Result<T, E> + Send + 'static,
 ) -> Result<T, Failure>
 where
     T: Send + 'static,
     E: Into<Failure> + Send + 'static,
 {
-    work_told(py, None, AtSignal::Leave, task)
+    work_at(py, progress, AtSignal::Leave, task)
 }
 
-/// Runs a task with a `progress` callback for the completed fraction; an exception of the callback ends the task.
-pub(crate) fn work_told<T, E>(
+/// As [`work`], with the treatment at a signal. An exception of the callback ends the task.
+pub(crate) fn work_at<T, E>(
     py: Python<'_>,
-    progress: Option<&Bound<'_, PyAny>>,
+    progress: Progress<'_, '_>,
     at_signal: AtSignal,
     task: impl FnOnce(&Watch) -> Result<T, E> + Send + 'static,
 ) -> Result<T, Failure>
@@ -81,6 +95,8 @@ where
     let (sender, mut receiver) = channel();
     let of_task = watch.clone();
     let crew = Threads::held().take()?;
+    crew.watch.restart();
+    let mut last = 0.0f64;
     crew.pool.spawn(move || {
         // Partial results are dropped with it; counters and caches are behind locks.
         let done = catch_unwind(AssertUnwindSafe(|| task(&of_task)));
@@ -104,11 +120,13 @@ where
             Err(RecvTimeoutError::Disconnected) => return Err(Failure::internal(&"no answer")),
             Err(RecvTimeoutError::Timeout) => {}
         }
-        let share = f64::from_bits(watch.share.load(Ordering::Relaxed));
-        if let Err(error) = py.check_signals().and_then(|()| tell(progress, share)) {
+        let told = f64::from_bits(watch.share.load(Ordering::Relaxed));
+        let counted = || crew.watch.fraction();
+        last = last.max(if told.is_nan() { counted() } else { told });
+        if let Err(error) = py.check_signals().and_then(|()| tell(progress, last)) {
             // Ends the task at its next progress report, and its threads at the next unit of work. Unfinished files are removed on the way.
             watch.stopped.store(true, Ordering::Relaxed);
-            crew.stop.store(true, Ordering::Relaxed);
+            crew.watch.stop();
             if at_signal == AtSignal::Wait {
                 wait(py, receiver);
             }
@@ -140,10 +158,10 @@ fn message(panic: &(dyn Any + Send)) -> String {
         .unwrap_or_default()
 }
 
-/// A thread pool and the flag that ends the computation of its threads. One call uses a pool at a time.
+/// A thread pool and the watch of its threads. One call uses a pool at a time.
 struct Crew {
     pool: ThreadPool,
-    stop: Arc<AtomicBool>,
+    watch: Arc<simd_set::Watch>,
     /// Number of `set_threads` calls before it was started.
     generation: u64,
 }
@@ -185,11 +203,11 @@ impl Threads {
         if let Some(crew) = self.idle.pop() {
             return Ok(crew);
         }
-        let stop = Arc::new(AtomicBool::new(false));
-        let flag = stop.clone();
+        let watch = Arc::new(simd_set::Watch::default());
+        let of_threads = watch.clone();
         let built = (ThreadPoolBuilder::new().num_threads(self.asked))
             .thread_name(|k| format!("heart-phantom-{k}"))
-            .start_handler(move |_| simd_set::stop_when(flag.clone()));
+            .start_handler(move |_| simd_set::watch_with(of_threads.clone()));
         let given = self.asked;
         let failed = |error: ThreadPoolBuildError| heart_phantom::PhantomError::Threads {
             given,
@@ -197,7 +215,7 @@ impl Threads {
         };
         Ok(Crew {
             pool: built.build().map_err(failed)?,
-            stop,
+            watch,
             generation: self.generation,
         })
     }

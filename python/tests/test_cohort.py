@@ -78,6 +78,7 @@ def test_errors_have_their_place():
         CohortDataset(TEXT, split="all")
 
 
+@pytest.mark.filterwarnings("ignore::heart_phantom.SceneWarning")  # wide bins
 def test_a_dataset_has_the_arrays_of_its_phantoms():
     dataset = CohortDataset(TEXT, ["projections", "truth", "reconstruction", "ejection_fraction"])
     assert len(dataset) == 6
@@ -103,6 +104,7 @@ def test_workers_compute_the_same_samples(method):
         assert list(workers.map(dataset.__getitem__, range(6), timeout=120)) == expected
 
 
+@pytest.mark.filterwarnings("ignore::heart_phantom.SceneWarning")  # wide bins
 def test_shards_of_the_program_are_the_same_dataset(tmp_path):
     (tmp_path / "cohort.toml").write_text(TEXT)
     program = [sys.executable, "-m", "heart_phantom"]

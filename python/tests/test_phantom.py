@@ -1,12 +1,13 @@
 """The phantom's arrays against closed forms, conservation, and each other."""
 
 import pickle
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 import heart_phantom
-from heart_phantom import HeartPhantomError, MembraneError, Phantom, RadonError, Scene
+from heart_phantom import HeartPhantomError, MembraneError, Phantom, RadonError, Scene, SceneWarning
 
 STATIC = {"mode": {"static": {"phase": 0.3}}}
 
@@ -168,6 +169,15 @@ def test_reports_are_dictionaries_of_numbers():
     assert 0 < artefacts["rmse"] < 3 * np.sqrt(np.mean(difference**2))
     assert phantom.work()["shapes_solved"] > 0
     assert phantom.warnings() == [str(w) for w in phantom.warnings()]
+
+
+def test_warnings_of_a_scene_are_issued_once():
+    phantom = Phantom(small(acquisition=STATIC, pose={"shift": [4.5, 0.0, 0.0]}))
+    with pytest.warns(SceneWarning, match="the heart needs a detector") as caught:
+        phantom.view(0)
+    assert [str(warning.message) for warning in caught] == phantom.warnings()
+    assert Path(caught[0].filename) == Path(__file__)
+    phantom.view(1)  # warnings are errors in these tests
 
 
 def test_a_phantom_is_passed_to_another_process():

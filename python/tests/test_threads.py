@@ -10,7 +10,7 @@ import threading
 import numpy as np
 import pytest
 
-from heart_phantom import Phantom, Scene, radon
+from heart_phantom import Phantom, Scene, radon, revolve
 
 SMALL = Scene().with_size(32).replace({"camera.views": 12})
 
@@ -144,6 +144,51 @@ def test_ctrl_c_ends_a_long_call(what, tmp_path):
     if what == "run":
         assert not (tmp_path / "out" / "report.json").exists()
         assert not list((tmp_path / "out").glob("*.tmp"))
+
+
+G, S = radon.Geometry.full_turn(12, 20), radon.Grid.square(16)
+P, PLAN, BALL = radon.Projector(G, S), radon.FbpPlan(G, S), revolve.Body([[[0.0, 1.0], [3.0, 0.0]]])
+SPECT = radon.SpectOperator(G, S, 4, 1.0, 20.0)
+HEART = Phantom(SMALL.replace({"acquisition.mode": {"gated": {"gates": 2}}}, attenuation={"coefficient": 0.15, "medium": "heart"}))
+REPORTS = {
+    "views": lambda tell: HEART.views(progress=tell),
+    "view": lambda tell: HEART.view(1, progress=tell),
+    "scatter": lambda tell: HEART.scatter(progress=tell),
+    "views_of_gates": lambda tell: HEART.views_of_gates(progress=tell),
+    "volume": lambda tell: HEART.volume(progress=tell),
+    "reconstruct": lambda tell: HEART.reconstruct(np.ones((12, 32, 32)), progress=tell),
+    "slice": lambda tell: HEART.slice(3, progress=tell),
+    "truth": lambda tell: HEART.truth(progress=tell),
+    "truth_slice": lambda tell: HEART.truth_slice(3, progress=tell),
+    "truth_of_gates": lambda tell: HEART.truth_of_gates(progress=tell),
+    "activity": lambda tell: HEART.activity(0.3, progress=tell),
+    "attenuation": lambda tell: HEART.attenuation(0.3, progress=tell),
+    "labels": lambda tell: HEART.labels(0.3, progress=tell),
+    "motion": lambda tell: HEART.motion(0.3, progress=tell),
+    "forward": lambda tell: P.forward(np.ones((3, 16, 16)), progress=tell),
+    "adjoint": lambda tell: P.adjoint(np.ones((12, 20)), progress=tell),
+    "fbp": lambda tell: radon.fbp(np.ones((12, 20)), G.angles, progress=tell),
+    "plan": lambda tell: PLAN.reconstruct(np.ones((12, 3, 20)), progress=tell),
+    "plan.adjoint": lambda tell: PLAN.adjoint(np.ones((3, 16, 16)), progress=tell),
+    "SpectOperator": lambda tell: radon.SpectOperator(G, S, 4, 1.0, 20.0, progress=tell),
+    "spect.forward": lambda tell: SPECT.forward(np.ones(SPECT.image_shape), progress=tell),
+    "spect.adjoint": lambda tell: SPECT.adjoint(np.ones(SPECT.data_shape), progress=tell),
+    "osem": lambda tell: radon.osem(P, np.ones((12, 20)), 3, iterations=2, progress=tell),
+    "cgls": lambda tell: radon.cgls(SPECT, np.ones(SPECT.data_shape), iterations=2, progress=tell),
+    "chords": lambda tell: BALL.chords(np.ones((3000, 3)), [0.0, 1.0, 0.0], progress=tell),
+    "line_integrals": lambda tell: BALL.line_integrals(np.ones((3000, 3)), [0.0, 1.0, 0.0], [1.0], progress=tell),
+    "signed_distances": lambda tell: BALL.signed_distances(np.ones((3000, 3)), progress=tell),
+    "body.views": lambda tell: BALL.views([0.0, 1.0], 9, 9, (0.5, 0.5), [1.0], progress=tell),
+    "coverage": lambda tell: BALL.coverage((20, 20, 20), 0.2, progress=tell),
+}
+
+
+@pytest.mark.parametrize("what", REPORTS)
+def test_calls_report_their_progress(what):
+    told = []
+    REPORTS[what](told.append)
+    assert told == sorted(told)
+    assert 0 <= told[0] and told[-1] == 1.0
 
 
 def test_an_exception_of_a_progress_callback_ends_the_call():

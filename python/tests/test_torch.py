@@ -32,6 +32,7 @@ def example(operator, lead=()):
 
 
 @pytest.mark.parametrize("name", OPERATORS)
+@pytest.mark.filterwarnings("ignore::FutureWarning")  # of PyTorch, about its own functions
 def test_gradients_agree_with_differences(name):
     operator = OPERATORS[name]
     x = example(operator, (2,))

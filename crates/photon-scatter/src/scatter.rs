@@ -233,6 +233,7 @@ impl Sums {
         let blocks: Vec<_> = (from..from + BLOCKS_AT_ONCE)
             .into_par_iter()
             .map_init(Tally::default, |tally, block| {
+                simd_set::checkpoint();
                 problem.block(block as u64, histories, tally)?;
                 let each = 1.0 / histories as f32;
                 let images = problem.grid.images(&tally.deposits, each);

@@ -4,7 +4,7 @@
 
 mod stop;
 
-pub use stop::{Stopped, checkpoint, stop_when};
+pub use stop::{Part, Stopped, Watch, checkpoint, part, parts, unit, watch_with};
 
 /// An instruction set.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

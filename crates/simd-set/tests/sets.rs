@@ -30,3 +30,23 @@ fn every_set_is_bitwise_identical_and_a_missing_one_is_the_baseline() {
     }
     assert!(Set::Baseline.is_available() && Set::detect().is_available());
 }
+
+#[test]
+fn units_and_parts_count_the_completed_fraction() {
+    let watch = std::sync::Arc::new(simd_set::Watch::default());
+    simd_set::watch_with(watch.clone());
+    for _ in 0..2 {
+        watch.restart();
+        assert_eq!(watch.fraction(), 0.0);
+        for k in 0..2 {
+            let _part = simd_set::part(k..k + 1, 4);
+            simd_set::unit(2);
+            assert_eq!(watch.fraction(), 0.25 * k as f64 + 0.125);
+            let _inner = simd_set::part(1..2, 2);
+            assert_eq!(watch.fraction(), 0.25 * k as f64 + 0.125);
+        }
+        assert_eq!(watch.fraction(), 0.5);
+        simd_set::unit(2);
+        assert_eq!(watch.fraction(), 1.0);
+    }
+}

@@ -15,7 +15,7 @@ from collections.abc import Mapping as _Mapping
 
 from heart_phantom import membrane, radon, revolve
 from heart_phantom._native import Cohort, Motion, Phantom, RayGeometry, Scene, __version__, set_threads, threads
-from heart_phantom.errors import HeartPhantomError, MembraneError, RadonError, RevolveError, SceneError
+from heart_phantom.errors import HeartPhantomError, MembraneError, RadonError, RevolveError, SceneError, SceneWarning
 
 __all__ = [
     "Cohort",
@@ -28,6 +28,7 @@ __all__ = [
     "RevolveError",
     "Scene",
     "SceneError",
+    "SceneWarning",
     "__version__",
     "membrane",
     "radon",

@@ -2,7 +2,7 @@
 
 import sys
 from importlib import import_module
-from typing import Any, Callable
+from typing import Any, Callable, Optional
 
 
 def reporter(progress: Any) -> Callable[[float], object]:
@@ -23,6 +23,18 @@ def reporter(progress: Any) -> Callable[[float], object]:
     if not callable(progress):
         raise TypeError(f"progress is a {type(progress).__name__}; it must be a callable, a bar of tqdm, or True")
     return progress  # type: ignore[no-any-return]
+
+
+def parts(progress: Any, n: int) -> list[Optional[Callable[[float], object]]]:
+    """Returns the functions of the completed fraction of n calls that share `progress`."""
+    if progress is None:
+        return [None] * n
+    report = reporter(progress)
+
+    def part(k: int) -> Callable[[float], object]:
+        return lambda fraction: report((k + fraction) / n)
+
+    return [part(k) for k in range(n)]
 
 
 def _bar(bar: Any, close: bool) -> Callable[[float], object]:

@@ -2,11 +2,12 @@
 
 from collections.abc import Sequence
 from importlib import import_module
-from typing import Any
+from typing import Any, Optional
 
 import numpy as np
 
 from heart_phantom._native import Phantom
+from heart_phantom._progress import parts
 
 _DIMENSIONS = {
     "projections": ("gate", "view", "row", "bin"),
@@ -15,7 +16,7 @@ _DIMENSIONS = {
 }
 
 
-def dataset(phantom: Phantom, products: Sequence[str]) -> Any:
+def dataset(phantom: Phantom, products: Sequence[str], progress: Optional[Any]) -> Any:
     """Returns the products of all gates with the coordinates of their axes."""
     xarray = import_module("xarray")
     for product in products:
@@ -24,9 +25,11 @@ def dataset(phantom: Phantom, products: Sequence[str]) -> Any:
     scene, times, geometry = phantom.scene, phantom.view_times(), phantom.geometry()
     n_rows, pitch = scene["camera.rows"], scene["camera.pitch"][1]
     made = {
-        "projections": phantom.views_of_gates,
-        "truth": phantom.truth_of_gates,
-        "reconstruction": lambda: np.stack([phantom.volume(gate) for gate in range(phantom.n_gates)]),
+        "projections": lambda part: phantom.views_of_gates(progress=part),
+        "truth": lambda part: phantom.truth_of_gates(progress=part),
+        "reconstruction": lambda part: np.stack(
+            [phantom.volume(gate, progress=own) for gate, own in enumerate(parts(part, phantom.n_gates))]
+        ),
     }
     axes = {
         name: (name, origin + spacing * np.arange(n), {"units": "cm"})
@@ -34,7 +37,7 @@ def dataset(phantom: Phantom, products: Sequence[str]) -> Any:
     }
     rows = (np.arange(n_rows) - (n_rows - 1) / 2) * pitch
     return xarray.Dataset(
-        {name: (_DIMENSIONS[name], made[name]()) for name in products},
+        {name: (_DIMENSIONS[name], made[name](part)) for name, part in zip(products, parts(progress, len(products)))},
         coords={
             "angle": ("view", times["angle"], {"units": "rad"}),
             "start": ("view", times["start"], {"units": "s"}),

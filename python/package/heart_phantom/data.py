@@ -11,6 +11,7 @@ import io
 import json
 import os
 import tarfile
+import warnings
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, Optional, Union
@@ -18,6 +19,7 @@ from typing import Any, Optional, Union
 import numpy as np
 
 from heart_phantom._native import Cohort, Phantom, set_threads
+from heart_phantom.errors import SceneWarning
 
 __all__ = ["CohortDataset", "ShardDataset"]
 
@@ -96,14 +98,16 @@ class CohortDataset:
         return len(self.members)
 
     def __getitem__(self, index: int) -> Any:
-        """The sample of a member. A member that cannot be computed raises `HeartPhantomError`."""
+        """The sample of a member. A member that cannot be computed raises `HeartPhantomError`; `Phantom.warnings` lists its warnings."""
         if self._process != os.getpid():
             set_threads(self.threads)
             self._process = os.getpid()
         phantom = Phantom(self.cohort.member(self.members[index]))
-        if self.item is not None:
-            return self.item(phantom)
-        return {product: _PRODUCTS[product](phantom) for product in self.products}
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", SceneWarning)
+            if self.item is not None:
+                return self.item(phantom)
+            return {product: _PRODUCTS[product](phantom) for product in self.products}
 
     def __getstate__(self) -> dict[str, Any]:
         return {**self.__dict__, "_process": None}

@@ -1,4 +1,4 @@
-"""Exceptions. Messages contain the given values and the allowed ones."""
+"""Exceptions and warnings. Messages contain the given values and the allowed ones."""
 
 from typing import Optional
 
@@ -22,6 +22,10 @@ class SceneError(HeartPhantomError):
     given: str = ""
     #: The allowed values.
     wanted: str = ""
+
+
+class SceneWarning(UserWarning):
+    """A value of a scene that is allowed, but probably not intended."""
 
 
 class RadonError(HeartPhantomError):

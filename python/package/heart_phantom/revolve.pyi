@@ -1,6 +1,6 @@
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from os import PathLike
-from typing import Any, Literal, Optional, TypedDict, Union, final
+from typing import Any, Literal, Optional, Protocol, TypedDict, Union, final
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -11,6 +11,12 @@ __all__ = ["Body", "Meridian", "Mesh", "Pose", "RevolveError"]
 
 _Doubles = NDArray[np.float64]
 _Precision = Literal["float32", "float64"]
+
+class _Bar(Protocol):
+    total: Any
+    def update(self, n: float, /) -> object: ...
+
+_Progress = Union[Callable[[float], object], _Bar, Literal[True]]
 
 class _Measures(TypedDict):
     volume: float
@@ -53,8 +59,12 @@ class Body:
     def n_layers(self) -> int: ...
     def with_pose(self, pose: Pose) -> Body: ...
     def measures(self, region: int) -> _Measures: ...
-    def chords(self, origins: ArrayLike, directions: ArrayLike, layer: int = 0) -> _Doubles: ...
-    def line_integrals(self, origins: ArrayLike, directions: ArrayLike, activity: ArrayLike) -> _Doubles: ...
+    def chords(
+        self, origins: ArrayLike, directions: ArrayLike, layer: int = 0, *, progress: Optional[_Progress] = None
+    ) -> _Doubles: ...
+    def line_integrals(
+        self, origins: ArrayLike, directions: ArrayLike, activity: ArrayLike, *, progress: Optional[_Progress] = None
+    ) -> _Doubles: ...
     def views(
         self,
         angles: ArrayLike,
@@ -65,6 +75,7 @@ class Body:
         *,
         offset: Sequence[float] = (0.0, 0.0),
         dtype: _Precision = "float32",
+        progress: Optional[_Progress] = None,
     ) -> NDArray[Any]: ...
     def coverage(
         self,
@@ -74,9 +85,10 @@ class Body:
         centre: Sequence[float] = (0.0, 0.0, 0.0),
         tolerance: float = 1e-3,
         dtype: _Precision = "float32",
+        progress: Optional[_Progress] = None,
     ) -> tuple[NDArray[Any], NDArray[np.uint8]]: ...
     def mesh(self, layer: int = 0, *, tolerance: float = 0.01) -> Mesh: ...
-    def signed_distances(self, places: ArrayLike, layer: int = 0) -> _Doubles: ...
+    def signed_distances(self, places: ArrayLike, layer: int = 0, *, progress: Optional[_Progress] = None) -> _Doubles: ...
     def bounding_box(self, layer: int = 0) -> tuple[list[float], list[float]]: ...
 
 @final

@@ -114,7 +114,7 @@ impl Plans {
     fn adjoint<T: Planned>(&self, images: &[T]) -> Result<Vec<T>, Failure> {
         let plan = self.plan::<T>()?;
         let images = images.chunks(plan.image_len());
-        let sinograms = images.map(|image| plan.adjoint(image));
+        let sinograms = simd_set::parts(images).map(|(_part, image)| plan.adjoint(image));
         Ok(sinograms.collect::<Result<Vec<_>, _>>()?.concat())
     }
 }
@@ -134,7 +134,7 @@ impl PyFbpPlan {
             single: OnceLock::new(),
             double: OnceLock::new(),
         };
-        let plans = work(py, move |_| {
+        let plans = work(py, None, move |_| {
             plans.plan::<f32>()?;
             Ok::<_, Failure>(plans)
         })?;
@@ -208,13 +208,14 @@ impl PyFbpPlan {
 
     /// Reconstructs the image `[y][x]` of a sinogram `[view][bin]`, or images `[slice][y][x]` of a stack in the given order:
     /// `"view-slice-bin"` (detector images, as `Phantom.views` returns them) or `"slice-view-bin"`. `float32` data give a `float32` image,
-    /// all other numbers `float64`.
-    #[pyo3(signature = (sinogram, *, order = "view-slice-bin"))]
+    /// all other numbers `float64`. `progress` receives the completed fraction.
+    #[pyo3(signature = (sinogram, *, order = "view-slice-bin", progress = None))]
     fn reconstruct<'py>(
         &self,
         py: Python<'py>,
         sinogram: &Bound<'py, PyAny>,
         order: &str,
+        progress: Option<&Bound<'py, PyAny>>,
     ) -> Result<Bound<'py, PyAny>, Failure> {
         let plans = self.plans.clone();
         let given = samples("sinogram", sinogram)?;
@@ -224,11 +225,15 @@ impl PyFbpPlan {
         let order = order.to_owned();
         Ok(match given.samples {
             Samples::Single(data) => {
-                let made = work(py, move |_| plans.reconstruct(&data, stack, &order))?;
+                let made = work(py, progress, move |_| {
+                    plans.reconstruct(&data, stack, &order)
+                })?;
                 array(py, made, &shape)?.into_any()
             }
             Samples::Double(data) => {
-                let made = work(py, move |_| plans.reconstruct(&data, stack, &order))?;
+                let made = work(py, progress, move |_| {
+                    plans.reconstruct(&data, stack, &order)
+                })?;
                 array(py, made, &shape)?.into_any()
             }
         })
@@ -240,6 +245,8 @@ impl PyFbpPlan {
     /// ----------
     /// image : array_like
     ///     `float32` gives `float32`, all other numbers `float64`.
+    /// progress : callable, tqdm bar or True, optional
+    ///     Receives the completed fraction.
     ///
     /// Returns
     /// -------
@@ -250,22 +257,30 @@ impl PyFbpPlan {
     /// ------
     /// RadonError
     ///     If the plan has an `edge` other than `"zero"`, or band-limited interpolation.
+    #[pyo3(signature = (image, *, progress = None))]
     fn adjoint<'py>(
         &self,
         py: Python<'py>,
         image: &Bound<'py, PyAny>,
+        progress: Option<&Bound<'py, PyAny>>,
     ) -> Result<Bound<'py, PyAny>, Failure> {
         let plans = self.plans.clone();
         let given = samples("image", image)?;
         let stack = Stack::of_images("image", &given.shape, self.image())?;
         let shape = stack.data_shape(self.geometry().sizes(), StackOrder::SliceViewBin);
         Ok(match given.samples {
-            Samples::Single(images) => {
-                array(py, work(py, move |_| plans.adjoint(&images))?, &shape)?.into_any()
-            }
-            Samples::Double(images) => {
-                array(py, work(py, move |_| plans.adjoint(&images))?, &shape)?.into_any()
-            }
+            Samples::Single(images) => array(
+                py,
+                work(py, progress, move |_| plans.adjoint(&images))?,
+                &shape,
+            )?
+            .into_any(),
+            Samples::Double(images) => array(
+                py,
+                work(py, progress, move |_| plans.adjoint(&images))?,
+                &shape,
+            )?
+            .into_any(),
         })
     }
 
@@ -358,6 +373,8 @@ fn method_of(name: &str) -> PyResult<FbpMethod> {
 ///     Pixels per side, of the size of the pitch; by default the number of bins.
 /// window, cutoff
 ///     As in `FbpPlan`.
+/// progress : callable, tqdm bar or True, optional
+///     Receives the completed fraction.
 ///
 /// Returns
 /// -------
@@ -374,7 +391,7 @@ fn method_of(name: &str) -> PyResult<FbpMethod> {
 /// >>> bool(abs(image[32, 40] - 1) < 0.01)
 /// True
 #[pyfunction]
-#[pyo3(signature = (sinogram, angles, *, pitch = 1.0, offset = 0.0, n = None, window = None, cutoff = 1.0))]
+#[pyo3(signature = (sinogram, angles, *, pitch = 1.0, offset = 0.0, n = None, window = None, cutoff = 1.0, progress = None))]
 #[expect(clippy::too_many_arguments, reason = "each by its name")]
 pub(crate) fn fbp<'py>(
     py: Python<'py>,
@@ -385,6 +402,7 @@ pub(crate) fn fbp<'py>(
     n: Option<Whole>,
     window: Option<&Bound<'py, PyAny>>,
     cutoff: f64,
+    progress: Option<&Bound<'py, PyAny>>,
 ) -> Result<Bound<'py, PyAny>, Failure> {
     let Given { shape, .. } = samples("sinogram", sinogram)?;
     let [_, bins] = shape[..] else {
@@ -402,5 +420,6 @@ pub(crate) fn fbp<'py>(
         py,
         sinogram,
         "view-slice-bin",
+        progress,
     )
 }

@@ -6,7 +6,7 @@ use super::spect::SpectSample;
 use crate::arrays::{self, Samples, array, check_shape, samples};
 use crate::errors::Failure;
 use crate::values::Whole;
-use crate::work::{AtSignal, Watch, work_told};
+use crate::work::{Progress, Watch, work};
 use heart_phantom::radon::{
     self, CglsOptions, EmOptions, Iteration, IterativeReport, RadonError, SirtOptions, StackOrder,
     StopReason, Stopping,
@@ -94,6 +94,8 @@ impl<T: SpectSample> Problem<T> {
     ) -> Result<(Vec<T>, IterativeReport), RadonError> {
         let all = self.stopping.max_iterations.max(1) as f64;
         let told = |report: &IterativeReport, _: &[T]| watch.tell(report.iterations as f64 / all);
+        // The units of work count each projection, not the iterations.
+        let _ = watch.tell(0.0);
         let (data, image, stopping) = (&self.data, &mut self.image, self.stopping);
         let a = self.operator;
         let em = || {
@@ -136,7 +138,7 @@ struct Call<'a, 'py> {
     data: &'a Bound<'py, PyAny>,
     start: Option<&'a Bound<'py, PyAny>>,
     background: Option<&'a Bound<'py, PyAny>>,
-    progress: Option<&'a Bound<'py, PyAny>>,
+    progress: Progress<'a, 'py>,
     plan: Plan,
     method: Method,
 }
@@ -193,9 +195,7 @@ impl Call<'_, '_> {
             background,
         };
         let method = self.method;
-        let (image, report) = work_told(py, self.progress, AtSignal::Leave, move |watch| {
-            problem.solve(method, watch)
-        })?;
+        let (image, report) = work(py, self.progress, move |watch| problem.solve(method, watch))?;
         Ok(PySolution {
             image: array(py, image, &image_shape)?.into_any().unbind(),
             iterations: report.iterations,

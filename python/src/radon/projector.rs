@@ -4,7 +4,7 @@ use super::{PyGeometry, PyGrid, Stack, order_of};
 use crate::arrays::{Given, Samples, array, samples};
 use crate::errors::Failure;
 use crate::values::choice;
-use crate::work::work;
+use crate::work::{Progress, work};
 use heart_phantom::radon::{Kernel, Projector, RadonError, StackOrder};
 use pyo3::prelude::*;
 use std::sync::Arc;
@@ -51,41 +51,45 @@ impl PyProjector {
     ) -> Result<Self, Failure> {
         let kernel = choice("kernel", kernel, &KERNELS)?;
         let (geometry, grid) = (geometry.get().0.clone(), grid.get().0);
-        let made = work(py, move |_| Projector::new(&geometry, &grid, kernel))?;
+        let made = work(py, None, move |_| Projector::new(&geometry, &grid, kernel))?;
         Ok(Self(Arc::new(made)))
     }
 
     /// A x: the sinogram `[view][bin]` of an image `[y][x]`, or of images `[slice][y][x]` in the given order, `"view-slice-bin"` or
-    /// `"slice-view-bin"`; value times length. `float32` gives `float32`, all other numbers `float64`.
-    #[pyo3(signature = (image, *, order = "view-slice-bin"))]
+    /// `"slice-view-bin"`; value times length. `float32` gives `float32`, all other numbers `float64`. `progress` receives the completed
+    /// fraction.
+    #[pyo3(signature = (image, *, order = "view-slice-bin", progress = None))]
     fn forward<'py>(
         &self,
         py: Python<'py>,
         image: &Bound<'py, PyAny>,
         order: &str,
+        progress: Option<&Bound<'py, PyAny>>,
     ) -> Result<Bound<'py, PyAny>, Failure> {
         let given = samples("image", image)?;
         let stack = Stack::of_images("image", &given.shape, self.grid().sizes())?;
         let order = order_of(order)?;
         let shape = stack.data_shape(self.geometry().sizes(), order);
-        self.apply(py, given, &shape, move |projector, x| {
+        self.apply(py, progress, given, &shape, move |projector, x| {
             x.forward(projector, stack.n(), order)
         })
     }
 
-    /// The adjoint of A, applied to a sinogram `[view][bin]` or to a stack in the given order; not the back-projection of FBP.
-    #[pyo3(signature = (sinogram, *, order = "view-slice-bin"))]
+    /// The adjoint of A, applied to a sinogram `[view][bin]` or to a stack in the given order; not the back-projection of FBP. `progress` as
+    /// in `forward`.
+    #[pyo3(signature = (sinogram, *, order = "view-slice-bin", progress = None))]
     fn adjoint<'py>(
         &self,
         py: Python<'py>,
         sinogram: &Bound<'py, PyAny>,
         order: &str,
+        progress: Option<&Bound<'py, PyAny>>,
     ) -> Result<Bound<'py, PyAny>, Failure> {
         let given = samples("sinogram", sinogram)?;
         let order = order_of(order)?;
         let stack = Stack::of_data(&given.shape, self.geometry().sizes(), order)?;
         let shape = stack.image_shape(self.grid().sizes());
-        self.apply(py, given, &shape, move |projector, y| {
+        self.apply(py, progress, given, &shape, move |projector, y| {
             y.adjoint(projector, stack.n(), order)
         })
     }
@@ -134,12 +138,14 @@ impl PyProjector {
     fn apply<'py>(
         &self,
         py: Python<'py>,
+        progress: Progress<'_, 'py>,
         given: Given<Samples>,
         shape: &[usize],
         make: impl FnOnce(&Projector, Samples) -> Result<Samples, RadonError> + Send + 'static,
     ) -> Result<Bound<'py, PyAny>, Failure> {
         let projector = self.0.clone();
-        Ok(match work(py, move |_| make(&projector, given.samples))? {
+        let made = work(py, progress, move |_| make(&projector, given.samples))?;
+        Ok(match made {
             Samples::Single(made) => array(py, made, shape)?.into_any(),
             Samples::Double(made) => array(py, made, shape)?.into_any(),
         })

@@ -4,7 +4,7 @@ use super::{Precision, PyGeometry, PyGrid};
 use crate::arrays::{Given, Samples, array, check_shape, numbers, of, samples};
 use crate::errors::Failure;
 use crate::values::{Whole, named};
-use crate::work::work;
+use crate::work::{Progress, work};
 use heart_phantom::radon::{
     Collimator, LinearOperator, RadonError, SliceAxis, SpectGeometry, SpectOperator, SpectOptions,
     Subset,
@@ -40,6 +40,8 @@ use std::sync::{Arc, OnceLock};
 ///     Attenuation coefficients `[layer][y][x]` in 1/cm.
 /// tolerance : float
 ///     Largest deviation of the image of a point from the lattice Gaussian of its plane, relative to the peak; 1e-6 to 0.1.
+/// progress : callable, tqdm bar or True, optional
+///     Receives the completed fraction of the preparation.
 ///
 /// Raises
 /// ------
@@ -141,6 +143,7 @@ impl PySpectOperator {
     fn apply<'py>(
         &self,
         py: Python<'py>,
+        progress: Progress<'_, 'py>,
         given: Given<Samples>,
         adjoint: bool,
     ) -> Result<Bound<'py, PyAny>, Failure> {
@@ -151,11 +154,11 @@ impl PySpectOperator {
         };
         Ok(match given.samples {
             Samples::Single(x) => {
-                let made = work(py, move |_| spect.apply(&x, adjoint))?;
+                let made = work(py, progress, move |_| spect.apply(&x, adjoint))?;
                 array(py, made, &shape)?.into_any()
             }
             Samples::Double(x) => {
-                let made = work(py, move |_| spect.apply(&x, adjoint))?;
+                let made = work(py, progress, move |_| spect.apply(&x, adjoint))?;
                 array(py, made, &shape)?.into_any()
             }
         })
@@ -173,7 +176,7 @@ fn one_or_each(what: &str, given: &Bound<'_, PyAny>, n: usize) -> PyResult<Vec<f
 #[pymethods]
 impl PySpectOperator {
     #[new]
-    #[pyo3(signature = (geometry, grid, n_layers, layer_spacing, radius, *, n_rows = None, row_pitch = None, collimator = None, attenuation = None, tolerance = 1e-3))]
+    #[pyo3(signature = (geometry, grid, n_layers, layer_spacing, radius, *, n_rows = None, row_pitch = None, collimator = None, attenuation = None, tolerance = 1e-3, progress = None))]
     #[expect(clippy::too_many_arguments, reason = "each by its name")]
     fn new(
         py: Python<'_>,
@@ -187,6 +190,7 @@ impl PySpectOperator {
         collimator: Option<&Bound<'_, PyAny>>,
         attenuation: Option<&Bound<'_, PyAny>>,
         tolerance: f64,
+        progress: Option<&Bound<'_, PyAny>>,
     ) -> Result<Self, Failure> {
         let views = &geometry.get().0;
         let layers = SliceAxis::new(n_layers.0, layer_spacing)?;
@@ -219,7 +223,7 @@ impl PySpectOperator {
             options = options.with_attenuation(map.samples);
         }
         spect.options = options;
-        let spect = work(py, move |_| {
+        let spect = work(py, progress, move |_| {
             spect.operator::<f32>()?;
             Ok::<_, RadonError>(spect)
         })?;
@@ -232,19 +236,23 @@ impl PySpectOperator {
     /// ----------
     /// image : array_like
     ///     The volume. `float32` gives `float32`, all other numbers `float64`.
+    /// progress : callable, tqdm bar or True, optional
+    ///     Receives the completed fraction.
     ///
     /// Returns
     /// -------
     /// ndarray
     ///     Views, value times cm.
+    #[pyo3(signature = (image, *, progress = None))]
     fn forward<'py>(
         &self,
         py: Python<'py>,
         image: &Bound<'py, PyAny>,
+        progress: Option<&Bound<'py, PyAny>>,
     ) -> Result<Bound<'py, PyAny>, Failure> {
         let given = samples("image", image)?;
         check_shape("image", &given.shape, &self.0.image_shape())?;
-        self.apply(py, given, false)
+        self.apply(py, progress, given, false)
     }
 
     /// The adjoint of A, applied to views `[view][row][bin]`.
@@ -253,19 +261,23 @@ impl PySpectOperator {
     /// ----------
     /// data : array_like
     ///     The views. `float32` gives `float32`, all other numbers `float64`.
+    /// progress : callable, tqdm bar or True, optional
+    ///     Receives the completed fraction.
     ///
     /// Returns
     /// -------
     /// ndarray
     ///     A volume `[layer][y][x]`.
+    #[pyo3(signature = (data, *, progress = None))]
     fn adjoint<'py>(
         &self,
         py: Python<'py>,
         data: &Bound<'py, PyAny>,
+        progress: Option<&Bound<'py, PyAny>>,
     ) -> Result<Bound<'py, PyAny>, Failure> {
         let given = samples("data", data)?;
         check_shape("data", &given.shape, &self.0.data_shape())?;
-        self.apply(py, given, true)
+        self.apply(py, progress, given, true)
     }
 
     /// Shape of a volume, `(layers, ny, nx)`.

@@ -9,7 +9,7 @@ use crate::workspace::TextFile;
 const FLOORS: &[(&str, &[&str])] = &[
     ("crates/membrane-forces", &[]),
     ("crates/simd-set", &[]),
-    ("crates/photon-scatter", &[]),
+    ("crates/photon-scatter", &["simd-set"]),
     ("crates/revolve-voxel", &["simd-set"]),
     ("crates/radon", &["simd-set"]),
     ("crates/membrane-newton", &["membrane-forces"]),
@@ -53,6 +53,7 @@ const BELOW: &[&str] = &[
     "photon-scatter",
     "revolve-voxel",
     "radon",
+    "simd-set",
 ];
 const ALL: &[&str] = &[
     "membrane-forces",

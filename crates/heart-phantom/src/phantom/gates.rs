@@ -149,7 +149,7 @@ fn one_by_one(
     each: usize,
     of: impl Fn(usize) -> Result<Vec<f32>, PhantomError>,
 ) -> Result<(), PhantomError> {
-    for (gate, own) in all.chunks_mut(each).enumerate() {
+    for (_part, (gate, own)) in simd_set::parts(all.chunks_mut(each).enumerate()) {
         own.copy_from_slice(&of(gate)?);
     }
     Ok(())

@@ -131,8 +131,13 @@ impl Phantom {
     fn field(&self, walls: &Walls) -> Result<MotionField, PhantomError> {
         let (grid, slices) = (self.camera().grid(), 0..self.camera().n_rows());
         let from = &walls.from;
+        let part = simd_set::part(0..1, 3);
         let displacement = from.displacements(&walls.to, grid, slices.clone())?;
+        drop(part);
+        let part = simd_set::part(1..2, 3);
         let strain = from.strains(&walls.to, grid, slices.clone())?;
+        drop(part);
+        let _part = simd_set::part(2..3, 3);
         let around = walls.around.each_ref();
         let velocity = from.velocities(around, walls.seconds, grid, slices)?;
         Ok(MotionField {

@@ -128,8 +128,12 @@ impl Phantom {
             let (views, rows) = (0..self.camera().n_views(), 0..self.camera().n_rows());
             let largest = match known {
                 Some(known) => known,
-                None => largest(&self.primary(gate, views, rows, &no_observer)?.samples),
+                None => {
+                    let _views = simd_set::part(0..1, 2);
+                    largest(&self.primary(gate, views, rows, &no_observer)?.samples)
+                }
             };
+            let _photons = simd_set::part(1..2, 2);
             match largest > 0.0 {
                 true => self.follow(gate, settings, settings.tolerance * largest),
                 false => Ok(None),

@@ -194,7 +194,9 @@ impl Phantom {
         let at = at.into();
         let (shape, pose) = (self.shape(at.phase)?, self.pose(at.breath)?);
         let body = shape.body().with_pose(pose);
+        let part = simd_set::part(0..1, self.scene().defects.len() + 1);
         let mut regions = body.regions::<f32>(grid, slices.clone(), sampling)?;
+        drop(part);
         let placed = self.at_motion_phase(at, |scan| scan.placed(std::slice::from_ref(&shape)))?;
         let defects = placed.by_defect(&shape, self.scene().defects.len(), pose);
         let defects: Vec<Vec<&Sector>> = defects.iter().map(|d| d.iter().collect()).collect();

@@ -87,7 +87,10 @@ impl<'a> Scan<'a> {
             .map(|set| set.chunks_mut(len.max(1)))
             .collect();
         let done = AtomicUsize::new(0);
-        let taken = || progress(1 + done.fetch_add(1, Ordering::Relaxed));
+        let taken = || {
+            simd_set::unit(views.len());
+            progress(1 + done.fetch_add(1, Ordering::Relaxed))
+        };
         for_groups(sets, views.clone(), &mut totals, |group, totals| {
             let mut under_way: Vec<View> = (group.views.clone().enumerate())
                 .map(|(k, view_idx)| View {

@@ -34,13 +34,17 @@ pub(crate) fn truth_of_slices(
         (background.torso()?).voxelize_add(grid, slices.clone(), concentration, &mut volume)?;
     }
     let mut counters = VoxelCounters::default();
-    for part in times.chunks(in_pass(scan)) {
-        counters = counters + add_shapes(scan, part, tolerance, slices.clone(), &mut volume)?;
+    let passes = times.chunks(in_pass(scan));
+    let part = simd_set::part(0..1, 1 + usize::from(around.is_some()));
+    for (_part, pass) in simd_set::parts(passes.clone()) {
+        counters = counters + add_shapes(scan, pass, tolerance, slices.clone(), &mut volume)?;
     }
+    drop(part);
     if let Some(around) = around {
         let mut heart = vec![0.0f32; volume.len()];
-        for part in times.chunks(in_pass(scan)) {
-            let (bodies, weights) = (bodies(scan, part, &shapes_of(scan, part)?)?, shares(part));
+        let _part = simd_set::part(1..2, 2);
+        for (_part, pass) in simd_set::parts(passes) {
+            let (bodies, weights) = (bodies(scan, pass, &shapes_of(scan, pass)?)?, shares(pass));
             let all = vec![[1.0; 2]; bodies.len()];
             let of = (&bodies[..], &all[..], &weights[..]);
             counters = counters + add_bodies(of, grid, tolerance, slices.clone(), &mut heart)?;
@@ -72,7 +76,7 @@ pub(crate) fn truth_of_gates_into(
         volume.copy_from_slice(&one);
     }
     let mut counters = VoxelCounters::default();
-    for (&gain, uses) in shared.gains.iter().zip(&shared.uses) {
+    for (_part, (&gain, uses)) in simd_set::parts(shared.gains.iter().zip(&shared.uses)) {
         one.fill(0.0);
         let whole = [Lasting {
             gain,
@@ -127,10 +131,16 @@ fn add_shapes(
         .map(|shape| scan.activity.of(shape).map(|held| held - around))
         .collect();
     let of = (&bodies[..], &held[..], &weights[..]);
+    let n_sectors: usize = shapes.iter().map(|shape| placed.of(shape).len()).sum();
+    let part = simd_set::part(0..1, 1 + n_sectors);
     let mut counters = add_bodies(of, grid, tolerance, slices.clone(), volume)?;
+    drop(part);
+    let mut sectors = 1..1 + n_sectors;
     for ((shape, body), weight) in shapes.iter().zip(&bodies).zip(&weights) {
         let [_, wall] = scan.activity.of(shape);
         for (_, sector, factor) in placed.of(shape) {
+            let k = sectors.next().unwrap_or(n_sectors);
+            let _part = simd_set::part(k..k + 1, 1 + n_sectors);
             let sector = sector.with_pose(*body.pose());
             let difference = weight * factor * wall;
             let done = sector.voxelize_add(grid, slices.clone(), sampling, difference, volume)?;

@@ -2,12 +2,17 @@
 
 use heart_phantom::scene::{Accuracy, DiscretisationSettings, Mode};
 use heart_phantom::{
-    Compensation, Method, Osem, Phantom, PhantomError, Product, Run, Scene, no_observer, run,
+    Compensation, Defect, Method, Osem, Phantom, PhantomError, Product, Run, Scene, no_observer,
+    run,
+};
+use radon::{
+    FbpMethod, FbpOptions, FbpPlan, ImageGrid, Kernel, ParallelGeometry, Projector, StackOrder,
 };
 use std::collections::BTreeMap;
 use std::fmt::Debug;
 use std::ops::ControlFlow;
 use std::path::Path;
+use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 fn osem() -> Method {
@@ -50,6 +55,89 @@ fn stops<R: Debug>(compute: impl Fn(usize) -> Result<R, PhantomError>) -> usize 
             Err(error) => panic!("call {last}: {error}"),
         })
         .unwrap()
+}
+
+/// The fraction that the units of work count does not decrease, and ends at 1.
+#[test]
+fn units_of_work_count_the_completed_fraction() {
+    let watch = Arc::new(simd_set::Watch::default());
+    let of_threads = watch.clone();
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(2);
+    let pool = pool.start_handler(move |_| simd_set::watch_with(of_threads.clone()));
+    let pool = pool.build().unwrap();
+    let counts = |what: &str, compute: &(dyn Fn() + Sync)| {
+        watch.restart();
+        std::thread::scope(|scope| {
+            let work = scope.spawn(|| pool.install(compute));
+            let mut last = 0.0;
+            while !work.is_finished() {
+                let now = watch.fraction();
+                assert!(now >= last, "{what}: {now} after {last}");
+                last = now;
+            }
+        });
+        // Fixed point with 62 bits, divided by numbers of units.
+        assert!(
+            watch.fraction() > 1.0 - 1e-9,
+            "{what}: {}",
+            watch.fraction()
+        );
+    };
+    let mut scene = small(Method::Fbp);
+    scene.defects = vec![Defect {
+        layers: [0.2, 0.8],
+        s: [0.1, 0.4],
+        azimuths_degrees: [0.0, 90.0],
+        activity: 0.5,
+    }];
+    let phantom = Phantom::new(scene).unwrap();
+    let views = phantom.sinograms(0, &no_observer).unwrap().samples;
+    counts("views", &|| {
+        drop(phantom.sinograms(0, &no_observer).unwrap())
+    });
+    counts("gates", &|| drop(phantom.sinograms_of_gates().unwrap()));
+    counts("volume", &|| drop(phantom.reconstruct(0, &views).unwrap()));
+    counts("truth", &|| drop(phantom.truth(0).unwrap()));
+    counts("truths", &|| drop(phantom.truth_of_gates().unwrap()));
+    counts("labels", &|| drop(phantom.labels(0.3).unwrap()));
+    counts("motion", &|| drop(phantom.motion(0.3).unwrap()));
+    let geometry = ParallelGeometry::half_turn(40, 50, 1.0).unwrap();
+    let grid = ImageGrid::new(70, 30, 1.0).unwrap();
+    let direct = FbpOptions::default().with_method(FbpMethod::Direct);
+    let fourier = FbpMethod::Fourier { tolerance: 1e-3 };
+    let fourier = FbpOptions::default().with_method(fourier);
+    // The first within a memory that divides the views into several parts.
+    for options in [direct.clone().with_memory(1 << 19), direct, fourier] {
+        let plan = FbpPlan::<f32>::new(&geometry, &grid, &options).unwrap();
+        for n in [1, 5, 40] {
+            let data = vec![1.0; n * 2000];
+            let order = StackOrder::SliceViewBin;
+            counts("FBP", &|| {
+                drop(plan.reconstruct_stack(&data, n, order).unwrap())
+            });
+        }
+        counts("transpose", &|| drop(plan.adjoint(&[1.0; 2100]).unwrap()));
+    }
+    for kernel in [Kernel::Joseph, Kernel::Siddon, Kernel::Strip] {
+        let projector = Projector::new(&geometry, &grid, kernel).unwrap();
+        for n in [1, 5, 40, 300] {
+            let (x, y, order) = (
+                vec![1.0f32; n * 2100],
+                vec![1.0f32; n * 2000],
+                StackOrder::SliceViewBin,
+            );
+            counts("forward", &|| {
+                drop(projector.forward_stack(&x, n, order).unwrap())
+            });
+            counts("adjoint", &|| {
+                drop(projector.adjoint_stack(&y, n, order).unwrap())
+            });
+            let x: Vec<f64> = x.iter().map(|x| f64::from(*x)).collect();
+            counts("double", &|| {
+                drop(projector.forward_stack(&x, n, order).unwrap())
+            });
+        }
+    }
 }
 
 #[test]

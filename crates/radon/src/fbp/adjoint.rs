@@ -43,7 +43,7 @@ impl<T: Sample> FbpPlan<T> {
         }
         let new = || self.filter.scratch();
         parallel::chunks_with(&mut rows, n_bins, &new, &|scratch, view, row| {
-            simd_set::checkpoint();
+            simd_set::unit(self.geometry.n_views());
             let (sin, cos) = self.geometry.angles()[view].sin_cos();
             let pixels = image.chunks_exact(x.len()).zip(y.clone());
             let pixels = pixels.take(if self.gridding.is_some() { 0 } else { y.len() });

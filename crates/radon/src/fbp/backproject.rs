@@ -102,6 +102,7 @@ pub(crate) fn run<T: Sample>(
         bands.push((iy, band));
         iy = end;
     }
+    let n_tiles = bands.len() * (steps.x.end - steps.x.start / RUN * RUN).div_ceil(runs * RUN);
     parallel::chunks_with(&mut bands, 1, &Vec::new, &|sums, _, bands| {
         let (iy, band) = &mut bands[0];
         let sums = aligned(sums, runs * RUN * rows * lanes);
@@ -133,7 +134,7 @@ pub(crate) fn run<T: Sample>(
                 iy: *iy,
                 runs,
             };
-            simd_set::checkpoint();
+            simd_set::unit(n_tiles);
             T::add_views(instructions, lanes, &tile, sums);
             for r in 0..n_rows {
                 let mut rows: Vec<&mut [T]> = band

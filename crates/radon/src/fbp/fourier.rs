@@ -52,7 +52,7 @@ impl<T: Sample> FbpPlan<T> {
         let filtered = AtomicUsize::new(0);
         let pool = Pool::default();
         let (x, y) = self.region();
-        for (slice, image) in images.iter_mut() {
+        for (_part, (slice, image)) in simd_set::parts(images.iter_mut()) {
             let fill = |view: usize, out: &mut [T]| {
                 let row = stack.row(projections, view, *slice);
                 if self.options.skip == Skip::Empty && row.iter().all(|&p| p == T::ZERO) {

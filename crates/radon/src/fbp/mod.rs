@@ -319,6 +319,7 @@ impl<T: Sample> FbpPlan<T> {
             return Ok(report);
         }
         let (most_lanes, views_at_once) = self.block(images.len(), memory)?;
+        let (n_images, n_views) = (images.len(), self.geometry.n_views());
         let mut rest = &mut images[..];
         while !rest.is_empty() {
             let lanes = first_block::<T>(self.instructions, rest.len()).min(most_lanes);
@@ -328,8 +329,11 @@ impl<T: Sample> FbpPlan<T> {
             let slices: Vec<usize> = block.iter().map(|(slice, _)| *slice).collect();
             let mut images: Vec<&mut [T]> =
                 block.iter_mut().map(|(_, image)| &mut **image).collect();
-            for start in (0..self.geometry.n_views()).step_by(views_at_once) {
-                let views = start..(start + views_at_once).min(self.geometry.n_views());
+            let done = (n_images - rest.len() - images.len()) * n_views;
+            for start in (0..n_views).step_by(views_at_once) {
+                let views = start..(start + views_at_once).min(n_views);
+                let [from, to] = [views.start, views.end].map(|view| done + view * images.len());
+                let _part = simd_set::part(from..to, n_images * n_views);
                 let filtered = aligned(&mut scratch.filtered, views.len() * row_len);
                 let n_filtered = AtomicUsize::new(0);
                 let new = || self.filter.scratch();

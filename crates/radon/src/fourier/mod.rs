@@ -310,7 +310,7 @@ impl<T: Sample> Gridding<T> {
         half: &mut [Complex<T>],
         work: &mut Work<T>,
     ) {
-        simd_set::checkpoint();
+        simd_set::unit(self.polar.views.len() + self.n_columns().div_ceil(BAND));
         let row = grown(&mut work.row, self.polar.row_len);
         if !fill(view.view, &mut row[..self.n_bins]) {
             half.fill(Complex::default());
@@ -360,7 +360,7 @@ impl<T: Sample> Gridding<T> {
         columns: &mut [Complex<T>],
         work: &mut Work<T>,
     ) {
-        simd_set::checkpoint();
+        simd_set::unit(self.polar.views.len() + self.n_columns().div_ceil(BAND));
         let cells = grown(&mut work.cells, self.cells_len());
         cells.fill(Complex::default());
         let [first, end] = [band, band + 1].map(|b| (b * BAND) as i64);

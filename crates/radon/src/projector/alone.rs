@@ -61,7 +61,7 @@ impl Projector {
         let padded = n_bins.next_multiple_of(RUN);
         let new = || (vec![0.0; padded], FixedPositions::default());
         parallel::chunks_with(rows, 1, &new, &|(sums, fixed), view, row| {
-            simd_set::checkpoint();
+            simd_set::unit(self.views.len());
             let view = &self.views[view];
             let (image, stride, n, n_steps) = match view.steps_are_rows() {
                 true => (by_rows, x_stride, nx, ny),
@@ -134,7 +134,7 @@ impl Projector {
         let steps_are_rows = |&&view: &&usize| self.views[view].steps_are_rows();
         let n_by_rows = order.iter().take_while(steps_are_rows).count();
         let (by_rows, by_columns) = sorted.split_at(n_by_rows);
-        let set = self.instructions;
+        let (set, n_runs) = (self.instructions, nx.div_ceil(RUN) + ny.div_ceil(RUN));
 
         // `[run][step][lane]` of runs of pixels across the steps.
         let [by_rows_len, by_columns_len] =
@@ -144,12 +144,12 @@ impl Projector {
         let (sums, turned) = memory.split_at_mut(by_rows_len);
         let (sums, turned) = (sums.as_chunks_mut().0, turned.as_chunks_mut::<RUN>().0);
         parallel::chunks(sums, ny, &|run, sums| {
-            simd_set::checkpoint();
+            simd_set::unit(n_runs);
             add_sorted(set, by_rows, run * RUN, sums);
         });
         let sums = &*sums;
         parallel::chunks(turned, nx, &|run, turned| {
-            simd_set::checkpoint();
+            simd_set::unit(n_runs);
             for (x, turned) in turned.iter_mut().enumerate() {
                 let ys = run * RUN..ny.min((run + 1) * RUN);
                 for (turned, y) in turned.iter_mut().zip(ys) {
@@ -183,7 +183,9 @@ impl Projector {
         memory.fill(0.0);
         let (by_rows, by_columns) = memory.split_at_mut(ny * x_stride);
         let spread = |views: &[usize], n: usize, stride: usize, pixels: &mut [f32]| {
+            let n_bands = (pixels.len() / stride).div_ceil(BAND);
             parallel::chunks_with(pixels, BAND * stride, &Vec::new, &|values, band, pixels| {
+                simd_set::unit(n_bands);
                 let steps = band * BAND..band * BAND + pixels.len() / stride;
                 for &view in views {
                     simd_set::checkpoint();
@@ -199,13 +201,16 @@ impl Projector {
             });
         };
         let by_axis = order.partition_point(|&view| self.views[view].steps_are_rows());
+        let part = simd_set::part(0..by_axis, order.len());
         spread(&order[..by_axis], nx, x_stride, by_rows);
+        drop(part);
         let left = MARGIN / 2;
         for (x, column) in by_columns.chunks_exact_mut(y_stride).enumerate() {
             for (y, pixel) in column[left..][..ny].iter_mut().enumerate() {
                 *pixel = by_rows[y * x_stride + left + x];
             }
         }
+        let _part = simd_set::part(by_axis..order.len(), order.len());
         spread(&order[by_axis..], ny, y_stride, by_columns);
         parallel::each(rows, &|y, row| {
             for (x, pixel) in row[slice].iter_mut().enumerate() {

@@ -59,15 +59,18 @@ impl Projector {
             true => slices.blocks_and_alone::<T>(self.instructions),
             false => (slices.active(), &[][..]),
         };
-        for &slice in alone {
+        let sinogram_len = self.geometry.sinogram_len();
+        let groups = groups::<T>(in_blocks, self.instructions, sinogram_len, true);
+        let n_pixels = self.grid.nx() + self.grid.ny();
+        // Slices alone take about as long as a group.
+        let before = usize::from(!alone.is_empty());
+        let part = simd_set::part(0..before, groups.len() + before);
+        for (_part, &slice) in simd_set::parts(alone.iter()) {
             self.project_alone(&images, volume, slice, &mut rows, &mut scratch.slice);
         }
-        for group in groups::<T>(
-            in_blocks,
-            self.instructions,
-            self.geometry.sinogram_len(),
-            true,
-        ) {
+        drop(part);
+        let _part = simd_set::part(before..groups.len() + before, groups.len() + before);
+        for (_part, group) in simd_set::parts(groups.into_iter()) {
             let view_len = n_bins * group.lanes;
             let rays = aligned(&mut scratch.rays, views.len() * view_len);
             parallel::chunks(rays, view_len, &|_, sums| sums.fill(T::ZERO));
@@ -77,9 +80,9 @@ impl Projector {
                 (&views[n_by_rows..], by_columns),
             ] {
                 let Some(first) = views.first() else { continue };
-                let (n_along, n_across) = match first.steps_are_rows() {
-                    true => (self.grid.ny(), self.grid.nx()),
-                    false => (self.grid.nx(), self.grid.ny()),
+                let (n_along, n_across, done) = match first.steps_are_rows() {
+                    true => (self.grid.ny(), self.grid.nx(), 0),
+                    false => (self.grid.nx(), self.grid.ny(), self.grid.ny()),
                 };
                 for start in (0..n_along).step_by(STEPS) {
                     let band = Window {
@@ -88,6 +91,8 @@ impl Projector {
                         strides: [1, row_stride(n_across)],
                         origin: 1,
                     };
+                    let steps = done + band.along.start..done + band.along.end;
+                    let _band = simd_set::part(steps, n_pixels);
                     let memory = &mut scratch.pixels;
                     let pixels = match first.steps_are_rows() {
                         true => self.pack_rows(&images, volume, &group, &band, memory),
@@ -208,20 +213,21 @@ impl Projector {
         let mut rows = images.rows_mut(volume);
         slices.clear_empty(&mut rows);
 
-        let mut alone =
-            |&slice: &usize| self.adjoint_alone(&sinograms, projections, slice, &mut rows, scratch);
+        let n_active = slices.active().len();
+        let mut alone = |(k, &slice): (usize, &usize)| {
+            let _slice = simd_set::part(k..k + 1, n_active);
+            self.adjoint_alone(&sinograms, projections, slice, &mut rows, scratch)
+        };
         let in_blocks = match slices.few_for_adjoint::<T>(self.instructions) {
-            Some(few) if few.iter().all(&mut alone) => &[][..],
+            Some(few) if few.iter().enumerate().all(&mut alone) => &[][..],
             _ => slices.active(),
         };
         let n_bins = self.geometry.n_bins();
         let order = self.views_by_axis();
-        for group in groups::<T>(
-            in_blocks,
-            self.instructions,
-            self.geometry.sinogram_len(),
-            false,
-        ) {
+        let sinogram_len = self.geometry.sinogram_len();
+        let groups = groups::<T>(in_blocks, self.instructions, sinogram_len, false);
+        let n_tiles = self.grid.nx().div_ceil(TILE) * self.grid.ny().div_ceil(TILE);
+        for (_part, group) in simd_set::parts(groups.into_iter()) {
             let view_len = n_bins * group.lanes;
             let rays = aligned(&mut scratch.rays, self.views.len() * view_len);
             parallel::chunks(rays, view_len, &|k, rays| {
@@ -240,6 +246,7 @@ impl Projector {
             let new = || (Vec::new(), Vec::new());
             parallel::chunks_with(&mut rows, TILE, &new, &|(found, memory), band, rows| {
                 for x0 in (0..self.grid.nx()).step_by(TILE) {
+                    simd_set::unit(n_tiles);
                     let x = x0..(x0 + TILE).min(self.grid.nx());
                     let y = band * TILE..band * TILE + rows.len();
                     self.fill_tile(&group, &rays, [x, y], found, memory, rows);

@@ -122,8 +122,9 @@ impl<T: Sample> Plan<T> {
             None => {
                 let turned = turned.with_margin(frame.blur.margin()[0])?;
                 let responses = (&frame.collimator, &frame.blur);
-                let views = parallel::collect(frame.geometry.views().n_views(), &|view| {
-                    simd_set::checkpoint();
+                let n_views = frame.geometry.views().n_views();
+                let views = parallel::collect(n_views, &|view| {
+                    simd_set::unit(n_views);
                     turned.view(view, axial, responses, &attenuates)
                 });
                 Arc::new(views.into_iter().collect::<Result<_, _>>()?)

@@ -66,7 +66,8 @@ impl<T: Sample> Plan<T> {
             .read(self.frame.instructions, volume, blocks);
         let (view_len, block_len) = (self.frame.geometry.view_len(), self.frame.axial.block_len);
         let (len, n_blocks) = (self.frame.blur.sums_len(), self.frame.axial.rows.n_blocks);
-        for (views, out) in views.chunks(n).zip(out.chunks_mut(n * view_len)) {
+        let parts = views.chunks(n).zip(out.chunks_mut(n * view_len));
+        for (_part, (views, out)) in simd_set::parts(parts) {
             let n_views = views.len();
             let sums = &mut sums[..n_views * n_blocks * len];
             parallel::tasks(sums, len, &|k, sums| {
@@ -129,7 +130,8 @@ impl<T: Sample> Plan<T> {
         if nodes.len() < n * n_blocks * most {
             *nodes = zeros("nodes of the views", n * n_blocks, most)?;
         }
-        for (views, data) in views.chunks(n).zip(data.chunks(n * view_len)) {
+        let parts = views.chunks(n).zip(data.chunks(n * view_len));
+        for (_part, (views, data)) in simd_set::parts(parts) {
             let sums = &mut sums[..views.len() * n_blocks * len];
             parallel::tasks(sums, n_blocks * len, &|k, sums| {
                 let view = &data[k * view_len..][..view_len];

@@ -52,6 +52,7 @@ impl Body {
             .zip(labels.par_chunks_mut(slab))
             .enumerate()
             .map(|(index, (mut layers, labels))| {
+                simd_set::unit(slices.len().div_ceil(BLOCK));
                 let start = slices.start + index * BLOCK;
                 let z = start..(start + BLOCK).min(slices.end);
                 let mut counters = VoxelCounters::default();
@@ -105,6 +106,7 @@ impl<T: Sample> RegionVolumes<T> {
         let mut all: Vec<T> = zeros("voxels", len)?;
         let mut most: Vec<(T, u8)> = zeros("voxels", len)?;
         for (k, piece) in pieces.iter().enumerate() {
+            let _piece = simd_set::part(k + 1..k + 2, pieces.len() + 1);
             let mut own: Vec<T> = zeros("voxels", len)?;
             for part in piece {
                 let done = part.voxelize_add(grid, slices.clone(), sampling, 1.0, &mut own)?;

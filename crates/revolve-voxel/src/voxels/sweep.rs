@@ -79,6 +79,7 @@ impl Sweep {
             .into_par_iter()
             .enumerate()
             .map(|(index, mut sets)| {
+                simd_set::unit(nz.div_ceil(BLOCK));
                 let z = index * BLOCK..nz.min((index + 1) * BLOCK);
                 let mut counters = VoxelCounters::default();
                 for y in (0..ny).step_by(BLOCK) {

@@ -156,11 +156,14 @@ impl Work<'_> {
             slabs.push((z, slab));
             rest = after;
         }
+        // Images in a mirror, if there is one, are half of the units.
+        let n_units = (slabs.len() * nx * ny) << u32::from(self.mirror.is_some());
         (slabs.into_par_iter())
             .map_init(Block::default, |scratch, (z, out)| {
                 let mut counters = VoxelCounters::default();
                 let first_slice = self.voxels([0, 0, z])[2].start;
                 for at in (0..nx * ny).map(|k| [k % nx, k / nx, z]) {
+                    simd_set::unit(n_units);
                     let mirror = self.mirror.as_ref().filter(|mirror| mirror.is_image(&at));
                     // The current block and its voxels.
                     let (seen, voxels) = match mirror {
@@ -199,6 +202,7 @@ impl Work<'_> {
         (0..nx * ny * nz)
             .into_par_iter()
             .map(|k| {
+                simd_set::unit(2 * nx * ny * nz);
                 let at = [k % nx, k / nx % ny, k / (nx * ny)];
                 let image = mirror.image(&at);
                 let voxels = self.voxels(at);

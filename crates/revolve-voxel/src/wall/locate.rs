@@ -78,7 +78,7 @@ impl Shell {
         Ok((first..slices.end * ny)
             .into_par_iter()
             .flat_map_iter(|row| {
-                simd_set::checkpoint();
+                simd_set::unit(slices.len() * ny);
                 let (y, z) = (row % ny, row / ny);
                 within(grid, pose, reach, y, z).filter_map(move |x| {
                     let p = pose.to_body(&grid.centre(x, y, z));

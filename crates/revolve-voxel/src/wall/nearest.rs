@@ -173,7 +173,7 @@ impl Shell {
         Ok((first..slices.end * ny)
             .into_par_iter()
             .flat_map_iter(|row| {
-                simd_set::checkpoint();
+                simd_set::unit(slices.len() * ny);
                 let (y, z) = (row % ny, row / ny);
                 let mut chords = [0; 2];
                 within(grid, pose, cylinder, y, z).filter_map(move |x| {

@@ -1,7 +1,8 @@
 //! The bytes of NumPy: `numpy.save` of NumPy 2.4.6 writes the same arrays identically.
 
 use super::*;
-use heart_phantom::files::write_npy;
+use heart_phantom::files::{Samples, get_npy, put_npy, write_npy};
+use std::io;
 
 /// A file of `numpy.save`: its header has 128 bytes and ends with a line feed.
 fn saved(array: &str, values: &[u8]) -> Vec<u8> {
@@ -99,4 +100,133 @@ fn values_begin_at_a_multiple_of_64_bytes_and_a_65th_axis_is_rejected() {
         "{bad}"
     );
     assert!(!path.exists());
+}
+
+/// An array as NumPy 2 stores it.
+fn npy(version: u8, header: &str, samples: &[u8]) -> Vec<u8> {
+    let mut bytes = vec![0x93, b'N', b'U', b'M', b'P', b'Y', version, 0];
+    let length = (header.len() as u32).to_le_bytes();
+    bytes.extend(&length[..if version == 1 { 2 } else { 4 }]);
+    bytes.extend(header.as_bytes());
+    bytes.extend(samples);
+    bytes
+}
+
+#[test]
+fn arrays_are_read_as_they_were_written() {
+    let (floats, labels, counts) = (
+        [0.5_f32, -1e30, f32::MIN_POSITIVE],
+        [1_u8, 255, 0],
+        [256_u16, 65535, 7],
+    );
+    let all: [Samples; 3] = [
+        (&floats[..]).into(),
+        (&labels[..]).into(),
+        (&counts[..]).into(),
+    ];
+    for samples in all {
+        for shape in [&[3][..], &[1, 3, 1], &[3, 1]] {
+            let mut bytes = Vec::new();
+            put_npy(&mut bytes, shape, samples).unwrap();
+            let found = get_npy(&bytes[..]).unwrap();
+            assert_eq!(
+                (&found.shape[..], found.samples.as_samples()),
+                (shape, samples)
+            );
+            for length in 0..bytes.len() {
+                let error = get_npy(&bytes[..length]).unwrap_err();
+                assert_eq!(error.kind(), io::ErrorKind::UnexpectedEof);
+            }
+        }
+    }
+    let mut empty = Vec::new();
+    put_npy(&mut empty, &[0, 4], Samples::U8(&[])).unwrap();
+    assert_eq!(get_npy(&empty[..]).unwrap().shape, [0, 4]);
+    let scalar = npy(
+        3,
+        "{'descr': '|u1', 'fortran_order': False, 'shape': (), }\n",
+        &[9],
+    );
+    let scalar = get_npy(&scalar[..]).unwrap();
+    assert_eq!(
+        (scalar.shape, scalar.samples.into_f32()),
+        (vec![], vec![9.0])
+    );
+}
+
+/// Numbers of the definition: sign, power of two and fraction.
+#[test]
+fn half_precision_is_exact() {
+    let samples: Vec<u8> = (0..=u16::MAX).flat_map(u16::to_le_bytes).collect();
+    let bytes = npy(
+        1,
+        "{'descr': '<f2', 'fortran_order': False, 'shape': (65536,), }",
+        &samples,
+    );
+    let found = get_npy(&bytes[..]).unwrap().samples.into_f32();
+    for (bits, found) in found.into_iter().enumerate() {
+        let (exponent, fraction) = (bits >> 10 & 31, (bits & 1023) as f64 / 1024.0);
+        let size = match exponent {
+            0 => fraction * 2_f64.powi(-14),
+            31 if fraction == 0.0 => f64::INFINITY,
+            31 => f64::NAN,
+            _ => (1.0 + fraction) * 2_f64.powi(exponent as i32 - 15),
+        };
+        let expected = if bits < 0x8000 { size } else { -size };
+        assert!(
+            f64::from(found) == expected || (found.is_nan() && expected.is_nan()),
+            "{bits:x}"
+        );
+        assert!(found.is_nan() || found.is_sign_negative() == (bits >= 0x8000));
+    }
+}
+
+#[test]
+fn other_files_are_rejected() {
+    for (header, what) in [
+        (
+            "{'descr': '<f8', 'fortran_order': False, 'shape': (1,), }",
+            "type",
+        ),
+        (
+            "{'descr': '>f4', 'fortran_order': False, 'shape': (1,), }",
+            "type",
+        ),
+        ("{'fortran_order': False, 'shape': (1,), }", "type"),
+        (
+            "{'descr': '<f4', 'fortran_order': True, 'shape': (1, 1), }",
+            "C order",
+        ),
+        (
+            "{'descr': '<f4', 'fortran_order': False, 'shape': (-1,), }",
+            "shape",
+        ),
+        (
+            "{'descr': '<f4', 'fortran_order': False, 'shape': 1, }",
+            "shape",
+        ),
+        (
+            "{'descr': '<f4', 'fortran_order': False, 'shape': (4294967296, 4294967296), }",
+            "memory",
+        ),
+        ("", "C order"),
+    ] {
+        let error = get_npy(&npy(1, header, &[0; 4])[..]).unwrap_err();
+        assert_eq!(error.kind(), io::ErrorKind::InvalidData, "{header}");
+        assert!(error.to_string().contains(what), "{header}: {error}");
+    }
+    // A length that no memory has.
+    let large = npy(
+        1,
+        "{'descr': '|u1', 'fortran_order': False, 'shape': (9223372036854775807,), }",
+        &[0; 4],
+    );
+    assert_eq!(
+        get_npy(&large[..]).unwrap_err().kind(),
+        io::ErrorKind::UnexpectedEof
+    );
+    let error = get_npy(&b"PK\x03\x04 an archive"[..]).unwrap_err();
+    assert!(error.to_string().contains("NumPy"));
+    let error = heart_phantom::files::read_npy(Path::new("no such file.npy")).unwrap_err();
+    assert!(matches!(error, PhantomError::Read { .. }));
 }
