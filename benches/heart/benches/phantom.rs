@@ -6,7 +6,7 @@
 use std::hint::black_box;
 use std::time::Instant;
 
-use benches::{Effort, Row, Time, gaussian_blur, on_threads, timed};
+use benches::{Effort, Row, Time, gaussian_blur, in_test, on_threads, timed};
 use criterion::Criterion;
 use heart_phantom::scene::{Accuracy, DiscretisationSettings, Mode};
 use heart_phantom::{BinSample, Phantom, no_observer, scene};
@@ -234,6 +234,7 @@ fn every_plane_by_itself(phantom: &Phantom) -> Vec<f32> {
 /// The exact views, and those of the voxel operator of exact voxels, both as bin averages: the order of the operator.
 fn operators(effort: Effort) {
     let sizes: &[usize] = match effort {
+        _ if in_test() => &[16],
         Effort::Quick => &[32, 64],
         Effort::Full => &[64, 128, 256],
     };
@@ -280,6 +281,7 @@ fn operators(effort: Effort) {
 fn collimated(effort: Effort) {
     operators(effort);
     let sizes: &[usize] = match effort {
+        _ if in_test() => &[16],
         Effort::Quick => &[64],
         Effort::Full => &[64, 128],
     };
