@@ -64,6 +64,10 @@ use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, OnceLock};
 
+/// Largest rotation during a view in radians for which views behind a response are polynomials in the angle; with more, these need more angles than the
+/// linear rule has arcs (measured at 30 to 180 degrees).
+const MOST_TURN: f64 = 0.7;
+
 /// A phantom: the products of a scene, computed on demand.
 ///
 /// [`Phantom::new`] computes nothing. A part (a view, a slice, a phase) costs only its own work and is bitwise identical to the same part of the
@@ -325,7 +329,7 @@ impl Phantom {
     pub(crate) fn acquisition_of(&self, gate: usize, points: usize) -> Acquisition {
         let mode = self.scene().acquisition.mode;
         let is_blurred = self.parts.collimator.is_some() || self.scene().blur.is_some();
-        let interpolation = match is_blurred {
+        let interpolation = match is_blurred && self.camera().turn() <= MOST_TURN {
             true => Interpolation::Polynomial,
             false => Interpolation::Linear,
         };
