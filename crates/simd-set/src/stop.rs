@@ -37,7 +37,7 @@ impl Watch {
         self.begin([0, WHOLE], 0);
     }
 
-    /// Returns the completed fraction, from 0 to 1, that [`unit`] and [`part`] have counted.
+    /// Returns the completed fraction, from 0 to 1, that [`unit()`] and [`part`] have counted.
     #[must_use]
     pub fn fraction(&self) -> f64 {
         (self.done.load(Relaxed) as f64 / WHOLE as f64).min(1.0)
