@@ -183,7 +183,7 @@ fn time_of_projection(effort: Effort, case: &Case, n_slices: usize) -> (Time, Ve
 /// Cost against size: the time of an update (slice, view and pixel) should not rise.
 fn growth_rows(effort: Effort) {
     let sizes: &[usize] = match effort {
-        Effort::Quick => &[128, 256],
+        Effort::Test | Effort::Quick => &[128, 256],
         Effort::Full => &[128, 256, 512, 1024],
     };
     for (what, [slices, views, side]) in [
@@ -271,7 +271,7 @@ const SLICES: usize = 16;
 /// FBP of Shepp and Logan's phantom from exact bin means: views, windows, interpolations, sizes.
 fn fbp_rows(effort: Effort) {
     let cases: &[(usize, usize)] = match effort {
-        Effort::Quick => &[(256, 90), (256, 360)],
+        Effort::Test | Effort::Quick => &[(256, 90), (256, 360)],
         Effort::Full => &[
             (256, 30),
             (256, 45),
@@ -313,7 +313,7 @@ fn fbp_rows(effort: Effort) {
             Window::Hamming,
             Window::Hann,
         ];
-        let every = if effort == Effort::Quick { 4 } else { 1 };
+        let every = if effort != Effort::Full { 4 } else { 1 };
         for window in windows.into_iter().step_by(every) {
             for interpolation in [Interpolation::Linear, Interpolation::BandLimited] {
                 let plan = case.plan(
@@ -352,7 +352,7 @@ fn fbp_rows(effort: Effort) {
 /// Projections of the phantom's pixel averages compared with its exact bin averages.
 fn projector_rows(effort: Effort) {
     let sizes: &[usize] = match effort {
-        Effort::Quick => &[128],
+        Effort::Test | Effort::Quick => &[128],
         Effort::Full => &[64, 128, 256, 512],
     };
     for &n in sizes {

@@ -17,7 +17,7 @@ use radon::{
 /// One slice by either method: scaling with its side, n x n pixels from 45/32 n views.
 fn large_rows(effort: Effort) {
     let sizes: &[usize] = match effort {
-        Effort::Quick => &[256],
+        Effort::Test | Effort::Quick => &[256],
         Effort::Full => &[256, 512, 1024, 2048, 4096],
     };
     for &n in sizes {

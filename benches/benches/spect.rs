@@ -10,7 +10,7 @@ use std::cell::LazyCell;
 use std::f64::consts::PI;
 use std::hint::black_box;
 
-use benches::{Effort, Row, Time, gaussian_blur, in_test, on_threads, size, timed};
+use benches::{Effort, Row, Time, gaussian_blur, on_threads, size, timed};
 use criterion::Criterion;
 use radon::{
     Collimator, ImageGrid, LinearOperator, ParallelGeometry, ParallelHoles, Phantom3, Shape2,
@@ -217,7 +217,7 @@ fn spect(c: &mut Criterion) {
 /// Time and error against size and tolerance.
 fn rows(effort: Effort) {
     let sizes: &[usize] = match effort {
-        _ if in_test() => &[32],
+        Effort::Test => &[32],
         Effort::Quick => &[64],
         Effort::Full => &[64, 128, 256],
     };

@@ -27,6 +27,8 @@ use criterion::Criterion;
 /// The extent of a study: everything, or about twenty seconds of work.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Effort {
+    /// Each row once, of the smallest size.
+    Test,
     /// A few small cases, few repeats.
     Quick,
     /// All cases.
@@ -59,8 +61,11 @@ pub fn threads() -> &'static [usize] {
 /// Runs what the command line requests: the rows, or the criterion groups and their summary; with `--test`, some rows and each group once.
 pub fn run(rows: fn(Effort), groups: &[fn(&mut Criterion)]) {
     if given("--rows") || in_test() {
-        let all = given("--rows") && !given("--quick");
-        rows(if all { Effort::Full } else { Effort::Quick });
+        rows(match (in_test(), given("--quick")) {
+            (true, _) => Effort::Test,
+            (false, true) => Effort::Quick,
+            (false, false) => Effort::Full,
+        });
     }
     if !given("--rows") {
         let mut criterion = Criterion::default().configure_from_args();
@@ -190,14 +195,15 @@ impl Mul<usize> for Time {
 }
 
 /// Returns the wall time of runs after a warm-up run, and the last result: nine runs, or more until they take a tenth of a second
-/// together, but at most 99; three by [`Effort::Quick`]. With `--test` the first run is the only one.
+/// together, but at most 99; three by [`Effort::Quick`]. The first run is the only one of [`Effort::Test`].
 pub fn timed<T>(effort: Effort, mut run: impl FnMut() -> T) -> (Time, T) {
     let (start, mut answer) = (Instant::now(), run());
     let mut runs = Vec::new();
-    if in_test() {
-        return (Time::of(vec![start.elapsed().as_secs_f64()]), answer);
+    if effort == Effort::Test {
+        runs.push(start.elapsed().as_secs_f64());
     }
     let more = |runs: &[f64]| match effort {
+        Effort::Test => false,
         Effort::Quick => runs.len() < 3,
         Effort::Full => runs.len() < 9 || runs.len() < 99 && runs.iter().sum::<f64>() < 0.1,
     };

@@ -70,7 +70,7 @@ fn faer_newton(differences: &FiniteDifferences) -> f64 {
 fn rows(effort: Effort) {
     let options = NewtonOptions::default();
     let (nodes, degrees): (&[usize], &[usize]) = match effort {
-        Effort::Quick => (&[51, 201, 801], &[4, 8, 12]),
+        Effort::Test | Effort::Quick => (&[51, 201, 801], &[4, 8, 12]),
         Effort::Full => (
             &[51, 101, 201, 401, 801, 1601, 3201, 6401],
             &[4, 6, 8, 10, 12, 14, 16, 18, 20, 22, 24],
@@ -130,7 +130,7 @@ fn rubber(radius: f64, discretisation: Discretisation) -> Solver {
 fn rubber_rows(effort: Effort) {
     let options = NewtonOptions::default();
     let (nodes, degrees): (&[usize], &[usize]) = match effort {
-        Effort::Quick => (&[201], &[12, 24]),
+        Effort::Test | Effort::Quick => (&[201], &[12, 24]),
         Effort::Full => (&[101, 201, 401, 801], &[8, 12, 16, 20, 24, 28]),
     };
     let differences = nodes.iter().map(|&nodes| {

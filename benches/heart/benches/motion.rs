@@ -5,7 +5,7 @@
 use std::hint::black_box;
 use std::time::Duration;
 
-use benches::{Effort, Row, Time, in_test};
+use benches::{Effort, Row, Time};
 use cpu_time::ThreadTime;
 use criterion::measurement::WallTime;
 use criterion::{BenchmarkGroup, BenchmarkId, Criterion};
@@ -223,12 +223,12 @@ fn rows(effort: Effort) {
 /// Time against the error at t = 5, one row per setting; then the ratios at equal error.
 fn rows_of(n_nodes: usize, effort: Effort) {
     // Independent of our steps: an explicit scheme of order 5 at the tightest tolerance.
-    let tightest = if in_test() { 1e-6 } else { 1e-13 };
+    let tightest = if effort == Effort::Test { 1e-6 } else { 1e-13 };
     let truth = rival(n_nodes, Rival::Tsit45, tightest).0;
     let row = |method: &str, run: &mut dyn FnMut() -> (Vec<[f64; 2]>, usize, f64)| {
         let (points, steps, first) = run();
         let seconds = match effort {
-            _ if in_test() => vec![first],
+            Effort::Test => vec![first],
             Effort::Quick => (0..3).map(|_| run().2).collect(),
             Effort::Full => (0..9).map(|_| run().2).collect(),
         };
@@ -248,7 +248,7 @@ fn rows_of(n_nodes: usize, effort: Effort) {
         (error, seconds.median)
     };
     let tolerances: &[f64] = match effort {
-        _ if in_test() => &[1e-2],
+        Effort::Test => &[1e-2],
         Effort::Quick => &[1e-2, 1e-4, 1e-6],
         Effort::Full => &[1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8],
     };
@@ -280,7 +280,7 @@ fn rows_of(n_nodes: usize, effort: Effort) {
                 (points, steps, clock.elapsed().as_secs_f64())
             }));
         };
-        let every = if effort == Effort::Quick { 2 } else { 1 };
+        let every = if effort != Effort::Full { 2 } else { 1 };
         // explicit steps scale with the spacing
         let finer = match scheme {
             Scheme::Splitting2 | Scheme::Splitting6 => (n_nodes - 1) / 100,

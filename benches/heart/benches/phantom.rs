@@ -6,7 +6,7 @@
 use std::hint::black_box;
 use std::time::Instant;
 
-use benches::{Effort, Row, Time, gaussian_blur, in_test, on_threads, timed};
+use benches::{Effort, Row, Time, gaussian_blur, on_threads, timed};
 use criterion::Criterion;
 use heart_phantom::scene::{Accuracy, DiscretisationSettings, Mode};
 use heart_phantom::{BinSample, Phantom, no_observer, scene};
@@ -125,7 +125,7 @@ fn rows(effort: Effort) {
         .print();
     };
     let sizes: &[usize] = match effort {
-        Effort::Quick => &[64],
+        Effort::Test | Effort::Quick => &[64],
         Effort::Full => &[32, 64, 128],
     };
     for &size in sizes {
@@ -146,7 +146,7 @@ fn rows(effort: Effort) {
         }
     }
     let points: &[usize] = match effort {
-        Effort::Quick => &[8, 16, 32],
+        Effort::Test | Effort::Quick => &[8, 16, 32],
         Effort::Full => &[4, 8, 16, 32, 64, 128],
     };
     let scene = Scene::new(6, 64, 801);
@@ -234,7 +234,7 @@ fn every_plane_by_itself(phantom: &Phantom) -> Vec<f32> {
 /// The exact views, and those of the voxel operator of exact voxels, both as bin averages: the order of the operator.
 fn operators(effort: Effort) {
     let sizes: &[usize] = match effort {
-        _ if in_test() => &[16],
+        Effort::Test => &[16],
         Effort::Quick => &[32, 64],
         Effort::Full => &[64, 128, 256],
     };
@@ -281,7 +281,7 @@ fn operators(effort: Effort) {
 fn collimated(effort: Effort) {
     operators(effort);
     let sizes: &[usize] = match effort {
-        _ if in_test() => &[16],
+        Effort::Test => &[16],
         Effort::Quick => &[64],
         Effort::Full => &[64, 128],
     };
@@ -327,7 +327,7 @@ fn collimated(effort: Effort) {
 /// `cargo paper --no-figures` from start to end, including files; the error is that of its static reconstruction.
 fn papers(effort: Effort) {
     let sizes: &[usize] = match effort {
-        Effort::Quick => &[64],
+        Effort::Test | Effort::Quick => &[64],
         Effort::Full => &[64, 128, 256],
     };
     let folder = std::env::temp_dir().join(format!("benches-paper-{}", std::process::id()));
@@ -358,7 +358,7 @@ fn papers(effort: Effort) {
 /// 16 gates of 64 views, each reconstructed; the error is that of the first gate's volume, against the mean over the gate.
 fn gated_studies(effort: Effort) {
     let sizes: &[usize] = match effort {
-        Effort::Quick => &[32],
+        Effort::Test | Effort::Quick => &[32],
         Effort::Full => &[32, 64, 128],
     };
     for &size in sizes {

@@ -364,7 +364,7 @@ fn rows(effort: Effort) {
         }
     };
     let kernels: &[Kernel] = match effort {
-        Effort::Quick => &[Kernel::Joseph],
+        Effort::Test | Effort::Quick => &[Kernel::Joseph],
         Effort::Full => &[Kernel::Joseph, Kernel::Siddon, Kernel::Strip],
     };
     let mut rays = vec![0.0f32; VIEWS * n * n];

@@ -285,7 +285,7 @@ fn chord_rows(effort: Effort) {
         .print();
     };
     let sizes: &[usize] = match effort {
-        Effort::Quick => &[50, 400, 3200],
+        Effort::Test | Effort::Quick => &[50, 400, 3200],
         Effort::Full => &[25, 50, 100, 200, 400, 800, 1600, 3200],
     };
     for &n in sizes {
@@ -310,7 +310,7 @@ fn chord_rows(effort: Effort) {
 fn voxel_rows(effort: Effort) {
     let both = body(&[1.75, 2.75], 200);
     let sides: &[usize] = match effort {
-        Effort::Quick => &[64],
+        Effort::Test | Effort::Quick => &[64],
         Effort::Full => &[64, 128, 256],
     };
     for &n in sides {
