@@ -239,7 +239,8 @@ pub(crate) fn camera_of(scene: &Scene) -> Result<Camera, PhantomError> {
         .region
         .map_or([[0, pixels]; 2], |region| [region.x, region.y]);
     let voxels = Voxels {
-        pixels: part.map(|[from, to]| to - from),
+        // An empty range counts as one pixel: the validation of `[reconstruction]` reports it.
+        pixels: part.map(|[from, to]| to.saturating_sub(from).max(1)),
         pixel,
         centre: part.map(|[from, to]| 0.5 * ((from + to) as f64 - pixels as f64) * pixel),
     };

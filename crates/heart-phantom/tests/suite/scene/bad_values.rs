@@ -495,6 +495,11 @@ const BAD: &[(&str, &str, &str)] = &[
         "from < to",
     ),
     (
+        "[reconstruction]\nregion = { x = [1000, 6], y = [0, 9] }",
+        "reconstruction.region.x",
+        "from < to",
+    ),
+    (
         "[reconstruction]\nregion = { x = [5, 6], y = [0, 257] }",
         "reconstruction.region.y",
         "256",
