@@ -281,7 +281,7 @@ fn operators(effort: Effort) {
 fn collimated(effort: Effort) {
     operators(effort);
     let sizes: &[usize] = match effort {
-        Effort::Test => &[16],
+        Effort::Test => &[32],
         Effort::Quick => &[64],
         Effort::Full => &[64, 128],
     };
@@ -306,7 +306,11 @@ fn collimated(effort: Effort) {
                 "64 exact views of a heart in a chest through a collimator",
             ),
         ] {
-            let truth = views(&through_a_collimator(size, chest, 5e-5));
+            let finest = match effort {
+                Effort::Test => 5e-4,
+                Effort::Quick | Effort::Full => 5e-5,
+            };
+            let truth = views(&through_a_collimator(size, chest, finest));
             for &threads in benches::threads() {
                 for (tolerance, method) in [(5e-4, "tolerance 5e-4"), (5e-3, "tolerance 5e-3")] {
                     let made = || views(&through_a_collimator(size, chest, tolerance));
