@@ -370,8 +370,7 @@ fn outside_of(shape: &HeartShape) -> Result<Body, PhantomError> {
 
 /// Rotates a body into the frame of a camera at an angle: x along the bins.
 pub(super) fn turned(body: &Body, theta: f64) -> Result<Body, PhantomError> {
-    let pose = body.pose().rotated_z(-theta)?;
-    Ok(Body::new(body.layers().to_vec(), pose)?)
+    Ok(body.with_pose(body.pose().rotated_z(-theta)?))
 }
 
 /// Returns the joint extent of bodies along an axis.

@@ -47,7 +47,7 @@ impl SharedShapes {
 }
 
 /// Number of samples that are tested together for the presence of a shape.
-const PIECE: usize = 64;
+pub(super) const PIECE: usize = 64;
 
 /// Adds a weighted copy to each of these gates; skips pieces where the shape is zero.
 pub(crate) fn add_to_gates(one: &[f32], uses: &[(usize, f64)], gates: &mut [&mut [f32]]) {

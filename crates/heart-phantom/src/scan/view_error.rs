@@ -1,5 +1,6 @@
 //! Bounds on the errors of samples.
 
+use super::gates::PIECE;
 use super::levels::Interpolation;
 use super::nodes::Nodes;
 use revolve_voxel::RayCounters;
@@ -74,15 +75,30 @@ pub(super) struct Errors {
 }
 
 impl Errors {
-    pub(super) fn add_sample(&mut self, sample: f32) {
-        self.largest = self.largest.max(f64::from(sample.abs()));
+    /// Adds the sums of both halves of the rule to `even`, and their differences to the errors.
+    pub(super) fn add_halves(&mut self, even: &mut [f32], odd: &[f32]) {
+        for (even, odd) in even.chunks_mut(PIECE).zip(odd.chunks(PIECE)) {
+            // Far from the heart both are zero.
+            if odd.iter().chain(&*even).all(|sample| *sample == 0.0) {
+                continue;
+            }
+            for (even, odd) in even.iter_mut().zip(odd) {
+                let difference = f64::from(odd - *even);
+                let square = difference * difference;
+                self.time = self.time.max(difference.abs());
+                self.second += square;
+                self.fourth += square * square;
+                *even += odd;
+            }
+        }
     }
 
-    pub(super) fn add_difference(&mut self, difference: f64) {
-        let square = difference * difference;
-        self.time = self.time.max(difference.abs());
-        self.second += square;
-        self.fourth += square * square;
+    /// Adds complete samples.
+    pub(super) fn add_samples(&mut self, samples: &[f32]) {
+        // The bits of finite magnitudes are ordered like these, and their maximum is found several at a time.
+        let bits = samples.iter().map(|sample| sample.abs().to_bits());
+        let largest = f32::from_bits(bits.max().unwrap_or(0));
+        self.largest = self.largest.max(f64::from(largest));
     }
 
     fn join(self, other: &Self) -> Self {

@@ -256,17 +256,14 @@ impl<'a> Scan<'a> {
             _ => None,
         };
         for Sums { even, odd, errors } in &mut view.sets {
-            for (even, odd) in even.iter_mut().zip(std::mem::take(odd)) {
-                errors.add_difference(f64::from(odd - *even));
-                *even += odd;
-            }
+            errors.add_halves(even, &std::mem::take(odd));
             if let Some(fixed) = fixed {
                 let own = &fixed.samples[rows.start * self.camera.n_bins()..];
                 (even.iter_mut().zip(own)).for_each(|(sample, fixed)| *sample += fixed);
                 errors.line += fixed.largest_line;
             }
             self.no_negatives(even);
-            even.iter().for_each(|sample| errors.add_sample(*sample));
+            errors.add_samples(even);
         }
         Ok(())
     }
