@@ -1,6 +1,7 @@
 //! Projections of all gates together: a shape that several gates contain is projected once.
 
 use super::nodes::Node;
+use super::view_error::PIECE;
 use super::whole::Scan;
 use crate::error::PhantomError;
 use std::collections::BTreeMap;
@@ -45,9 +46,6 @@ impl SharedShapes {
         }))
     }
 }
-
-/// Number of samples that are tested together for the presence of a shape.
-pub(super) const PIECE: usize = 64;
 
 /// Adds a weighted copy to each of these gates; skips pieces where the shape is zero.
 pub(crate) fn add_to_gates(one: &[f32], uses: &[(usize, f64)], gates: &mut [&mut [f32]]) {

@@ -1,11 +1,12 @@
 //! Bounds on the errors of samples.
 
-use super::gates::PIECE;
 use super::levels::Interpolation;
 use super::nodes::Nodes;
 use revolve_voxel::RayCounters;
 use std::collections::BTreeSet;
 
+/// Number of samples that are skipped together if a shape is absent from them.
+pub(super) const PIECE: usize = 64;
 /// If the difference between two time rules consists of this many samples, it determines the error of the finer rule to a factor of two.
 const FEW: f64 = 5.0;
 /// The error of interpolation by a polynomial through all levels of volume, relative to the difference from that through every second one. Behind a
