@@ -14,10 +14,10 @@
 //! Rays that touch the surface have a square root of time, so that the linear rule is of order 3/2: the error falls by 2.8 when the points
 //! double. In continuous rotation it divides the time into arcs, in each of which a pair of levels is projected from its mean angle.
 //!
-//! Behind a response, and if the camera rotates little during a view, samples are analytic functions of volume, respiratory fraction and angle: the polynomial through Chebyshev points converges
-//! exponentially, the elapsed fraction of the view is a third coordinate, and all gates have the levels of the whole cycle and the angles of the whole view,
-//! so that each combination is projected once. Every second level, of every pair of arcs, is the rule with half the points, which gives the error
-//! estimate.
+//! Behind a response, and if the camera rotates little during a view, samples are analytic functions of volume, respiratory fraction and
+//! angle: the polynomial through Chebyshev points converges exponentially. The elapsed fraction of the view is a third coordinate. All gates
+//! have the levels of the whole cycle and the angles of the whole view, so that each combination is projected once. Every second level, or
+//! every pair of arcs, is the rule with half the points, which gives the error estimate.
 
 use super::acquisition::Acquisition;
 use super::levels::{Interpolation, Levels, Scale, Stretch};

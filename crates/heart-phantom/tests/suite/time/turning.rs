@@ -287,6 +287,27 @@ fn averages_behind_a_response_agree_with_instants() {
     }
 }
 
+/// Of 600 beats only 256 are represented; the average is that of 200 beats, all represented, over the same angles: the angle hardly changes during a beat.
+#[test]
+fn a_view_of_many_beats_behind_a_response_is_that_of_fewer() {
+    let taken = |beats: f64| {
+        let mut scene = small(Mode::Gated { gates: 4 });
+        scene.blur = Some(BlurSettings { fwhm: 0.9 });
+        scene.cycle.beats_per_minute = 60.0;
+        let camera = &mut scene.camera;
+        (camera.views, camera.arc, camera.seconds_per_view) = (2, 40.0, beats);
+        (camera.bins, camera.rows, camera.pitch) = (24, 12, [0.8, 1.2]);
+        scene.acquisition.accuracy = Accuracy::Tolerance(1e-2);
+        let phantom = Phantom::new(scene).unwrap();
+        phantom.sinograms(1, &no_observer).unwrap().samples
+    };
+    let [few, many] = [200.0, 600.0].map(taken);
+    let few: Vec<f64> = few.into_iter().map(f64::from).collect();
+    // A beat is 1/200 of the view, or 0.1 degrees: positions at 3 cm from the axis move by 0.005 cm, 1/80 of the standard deviation of the blur.
+    // The gate is in the middle of the second quarter of a beat, so that its mean angle differs by a sixth of that.
+    assert!(brute::worst(&many, &few) < 2e-3);
+}
+
 /// Each view against the average of 400 views at the middles of as many parts of its arc.
 #[test]
 fn a_static_heart_meets_the_tolerance_in_continuous_rotation() {
