@@ -16,8 +16,10 @@
 //!
 //! Behind a response, and if the camera rotates little during a view, samples are analytic functions of volume, respiratory fraction and
 //! angle: the polynomial through Chebyshev points converges exponentially. The elapsed fraction of the view is a third coordinate. All gates
-//! have the levels of the whole cycle and the angles of the whole view, so that each combination is projected once. Every second level, or
-//! every pair of arcs, is the rule with half the points, which gives the error estimate.
+//! have the levels of the whole cycle and the angles of the whole view, so that each combination is projected once.
+//!
+//! The rule with half the points has every second level along each axis, and one arc for each pair of arcs; the difference of the two rules
+//! gives the error estimate.
 
 use super::acquisition::Acquisition;
 use super::levels::{Interpolation, Levels, Scale, Stretch};
