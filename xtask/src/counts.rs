@@ -6,10 +6,10 @@
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::Command;
 
-use crate::workspace::{root, run};
+use crate::workspace::{root, run, target_folder};
 
 /// Largest relative change.
 const MOST: f64 = 0.02;
@@ -31,8 +31,7 @@ pub(crate) fn task(arguments: &[String]) -> Result<(), String> {
         .args(["build", "--quiet", "--release"])
         .args(["--package", "counts"])
         .current_dir(root()))?;
-    let target = std::env::var_os("CARGO_TARGET_DIR").map_or("target".into(), PathBuf::from);
-    let program = root().join(target).join("release/counts");
+    let program = target_folder().join("release/counts");
     let (listed, _) = output(Command::new("valgrind").arg("--tool=none").arg(&program))?;
     let (set, names) = listed.split_once('\n').unwrap_or_default();
     if set != SET {

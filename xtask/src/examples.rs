@@ -1,11 +1,11 @@
 //! `cargo xtask examples`: runs the examples of the published crates in a temporary directory and requires the exit code 0.
 
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::{Command, Stdio};
 use std::time::Instant;
 
-use crate::workspace::{PUBLISHED, root, run};
+use crate::workspace::{PUBLISHED, root, run, target_folder};
 
 /// Arguments of examples that take minutes without them.
 const SMALL: &[(&str, &str)] = &[("gated_spect", "24")];
@@ -21,8 +21,7 @@ pub(crate) fn task(arguments: &[String]) -> Result<(), String> {
     run(Command::new(env!("CARGO"))
         .args(["build", "--quiet", "--workspace", "--examples"])
         .current_dir(root()))?;
-    let target = std::env::var_os("CARGO_TARGET_DIR").map_or("target".into(), PathBuf::from);
-    let programs = root().join(target).join("debug/examples");
+    let programs = target_folder().join("debug/examples");
     let out = std::env::temp_dir().join(format!("examples-{}", std::process::id()));
     for krate in PUBLISHED {
         let names = names(&root().join("crates").join(krate).join("examples"))?;

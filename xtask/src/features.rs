@@ -1,11 +1,12 @@
 //! `cargo xtask features`: each published crate compiles without a warning with each of its features alone and with none, and its unit tests with
-//! none. `cargo clippy --all-features` compiles them with all.
+//! none. `cargo clippy --all-features` compiles them with all. It uses one core and a target folder of its own (`features` in the target folder),
+//! so that it can run beside other commands.
 
 use std::process::Command;
 
 use toml::{Table, Value};
 
-use crate::workspace::{PUBLISHED, package_name, root};
+use crate::workspace::{PUBLISHED, package_name, root, target_folder};
 
 /// The task.
 pub(crate) fn task(arguments: &[String]) -> Result<(), String> {
@@ -46,6 +47,8 @@ fn check(krate: &str, features: &str, target: [&str; 2]) -> Result<(), String> {
         .args(["check", "--quiet", "--package", package])
         .args(target)
         .args(["--no-default-features", "--features", features])
+        .arg("--target-dir")
+        .arg(target_folder().join("features"))
         .current_dir(root())
         .output()
         .map_err(|error| format!("cargo check: {error}"))?;

@@ -33,6 +33,12 @@ pub(crate) fn root() -> PathBuf {
     xtask.parent().unwrap_or(xtask).to_path_buf()
 }
 
+/// Returns the folder of cargo's output.
+pub(crate) fn target_folder() -> PathBuf {
+    let target = std::env::var_os("CARGO_TARGET_DIR");
+    root().join(target.map_or("target".into(), PathBuf::from))
+}
+
 /// A text file, by its path from the root (with `/` on every system).
 pub(crate) struct TextFile {
     pub(crate) path: String,
