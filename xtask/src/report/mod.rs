@@ -130,6 +130,7 @@ fn run_bench(root: &Path, package: &str, bench: &str, quick: bool) -> Result<Vec
     let mut command = Command::new(env!("CARGO"));
     command
         .args(["bench", "--quiet", "--package", package, "--bench", bench])
+        .args((package == "benches-heart").then_some("--features=rivals"))
         .args(["--", "--rows"])
         .args(quick.then_some("--quick"))
         .current_dir(root);

@@ -1,5 +1,5 @@
 //! Static membranes: both discretisations of this workspace compared with a general sparse LU on the same finite-difference system; each time is
-//! printed with its error. SciPy's `solve_bvp` solves the same problem in peers/solve_bvp.py.
+//! printed with its error (the sparse LU with the feature `rivals`). SciPy's `solve_bvp` solves the same problem in peers/solve_bvp.py.
 
 #![allow(clippy::expect_used, clippy::panic, clippy::unwrap_used)]
 
@@ -7,12 +7,13 @@ use std::hint::black_box;
 
 use benches::{Effort, Row, Time, timed};
 use criterion::Criterion;
-use faer::prelude::Solve;
-use faer::sparse::{SparseColMat, Triplet};
-use membrane_forces::{DiscreteMembrane, FiniteDifferences, Measure, Membrane, ReferenceShape};
+use membrane_forces::{Membrane, ReferenceShape};
 use membrane_newton::{
     Control, Discretisation, NewtonOptions, Pair, Rubber, Solver, StrainEnergy, Thickness,
 };
+
+#[cfg(feature = "rivals")]
+mod sparse_lu;
 
 /// f for a gain of 0.6 and the corresponding volume (h = 8.5, R = 1.75, lambda = 1).
 const GAIN: f64 = 0.6;
@@ -24,46 +25,6 @@ fn balloon(radius: f64) -> Membrane {
 
 fn solver(radius: f64, discretisation: Discretisation) -> Solver {
     Solver::new(&balloon(radius), discretisation).expect("valid discretisation")
-}
-
-/// Newton at f = 17.5 with the same forces and a general sparse LU; returns the volume.
-fn faer_newton(differences: &FiniteDifferences) -> f64 {
-    let mut x = differences.start().to_vec();
-    let n = x.len();
-    let (mut elastic, mut residual) = (vec![0.0; n], vec![0.0; n]);
-    for _ in 0..10 {
-        differences.elastic_force_into(&x, &mut elastic);
-        differences
-            .pressure_force_into(&x, 17.5, &mut residual)
-            .expect("regular curve");
-        let mut tangent = differences.tangent();
-        differences
-            .tangent_into(&x, 17.5, &mut tangent)
-            .expect("regular curve");
-        let mut entries = Vec::with_capacity(5 * n);
-        for i in 0..n {
-            for j in i.saturating_sub(3)..(i + 4).min(n) {
-                let value = tangent.band.get(i, j).expect("in the matrix");
-                if value != 0.0 {
-                    entries.push(Triplet::new(i, j, value));
-                }
-            }
-        }
-        let matrix =
-            SparseColMat::<usize, f64>::try_new_from_triplets(n, n, &entries).expect("in range");
-        let lu = matrix.sp_lu().expect("regular tangent");
-        let rhs = faer::Mat::from_fn(n, 1, |i, _| elastic[i] + residual[i]);
-        let step = lu.solve(&rhs);
-        let mut size = 0.0f64;
-        for i in 0..n {
-            x[i] -= step[(i, 0)];
-            size = size.max(step[(i, 0)].abs());
-        }
-        if size < 1e-7 {
-            break;
-        }
-    }
-    Measure::Volume.of(x.as_chunks().0)
 }
 
 /// Time and volume error from the reference configuration, one row per resolution.
@@ -97,13 +58,17 @@ fn rows(effort: Effort) {
         let ours = solver(1.75, Discretisation::FiniteDifferences { nodes });
         let own = timed(effort, || volume(&ours));
         row("finite differences", nodes, own);
-        let differences = FiniteDifferences::new(&balloon(1.75), nodes).expect("enough nodes");
-        let theirs = timed(effort, || faer_newton(&differences));
-        assert!(
-            (theirs.1 / own.1 - 1.0).abs() < 1e-9,
-            "the same system has the same solution"
-        );
-        row("finite differences, faer sparse LU", nodes, theirs);
+        #[cfg(feature = "rivals")]
+        {
+            let differences = membrane_forces::FiniteDifferences::new(&balloon(1.75), nodes);
+            let differences = differences.expect("enough nodes");
+            let theirs = timed(effort, || sparse_lu::newton(&differences));
+            assert!(
+                (theirs.1 / own.1 - 1.0).abs() < 1e-9,
+                "the same system has the same solution"
+            );
+            row("finite differences, faer sparse LU", nodes, theirs);
+        }
     }
     for &degree in degrees {
         let ours = solver(
