@@ -88,7 +88,11 @@ impl PyCohort {
         })
     }
 
-    /// A cohort text with a comment on every field.
+    /// Returns a cohort text with a comment on every field.
+    ///
+    /// Returns
+    /// -------
+    /// str
     #[staticmethod]
     fn template() -> &'static str {
         Cohort::TEMPLATE
@@ -206,7 +210,17 @@ impl From<CohortError> for Failure {
     }
 }
 
-/// Runs the program `heart-phantom` with its arguments; returns the exit code. Signals end the process.
+/// Runs the program `heart-phantom`. Signals end the process.
+///
+/// Parameters
+/// ----------
+/// arguments : sequence of str
+///     The name of the program and its arguments.
+///
+/// Returns
+/// -------
+/// int
+///     The exit code.
 #[pyfunction]
 pub(crate) fn command_line(py: Python<'_>, arguments: Vec<OsString>) -> u8 {
     py.detach(|| heart_study::command_line(arguments))

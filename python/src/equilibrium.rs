@@ -86,7 +86,22 @@ impl PyEquilibrium {
         array(py, positions, &[n])
     }
 
-    /// The curve [x, y] at material coordinates from 0 to 1, `float64[n][2]`, with the accuracy of the solve.
+    /// Evaluates the curve with the accuracy of the solve.
+    ///
+    /// Parameters
+    /// ----------
+    /// s : array_like
+    ///     Material coordinates, 0 to 1.
+    ///
+    /// Returns
+    /// -------
+    /// ndarray
+    ///     Points [x, y], `float64[n][2]`, cm.
+    ///
+    /// Raises
+    /// ------
+    /// MembraneError
+    ///     If a coordinate is not finite.
     fn at<'py>(&self, py: Python<'py>, s: &Bound<'py, PyAny>) -> Doubles<'py> {
         let s = finite(numbers("s", s)?)?;
         let flat = s
@@ -96,8 +111,23 @@ impl PyEquilibrium {
         array(py, flat, &[s.len(), 2])
     }
 
-    /// State of rubber at material coordinates from 0 to 1: a dictionary of `stretches` `float64[n][3]` (meridional, hoop, thickness), and
-    /// `tensions` `float64[n][2]` (kPa cm) and `stresses` `float64[n][2]` (kPa), meridional and hoop.
+    /// Evaluates the state of rubber.
+    ///
+    /// Parameters
+    /// ----------
+    /// s : array_like
+    ///     Material coordinates, 0 to 1.
+    ///
+    /// Returns
+    /// -------
+    /// dict
+    ///     `stretches` `float64[n][3]`: meridional, hoop, thickness; `tensions` `float64[n][2]` in kPa cm and `stresses` `float64[n][2]` in kPa:
+    ///     meridional, hoop.
+    ///
+    /// Raises
+    /// ------
+    /// MembraneError
+    ///     If a coordinate is not finite, or the membrane is not of rubber.
     fn rubber_state<'py>(
         &self,
         py: Python<'py>,
@@ -117,7 +147,12 @@ impl PyEquilibrium {
         Ok(made)
     }
 
-    /// Report of the solve: a dictionary of counts, the scaled residual, and its `history`.
+    /// Returns the report of the solve.
+    ///
+    /// Returns
+    /// -------
+    /// dict
+    ///     Counts, the scaled residual, and its `history`.
     fn report<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         report(py, &self.equilibrium.report)
     }

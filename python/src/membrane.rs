@@ -15,13 +15,10 @@ use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
 
-/// An elastic membrane: reference configuration, material, pressure law.
+/// An elastic membrane of springs or rubber: reference configuration, material, pressure law.
 ///
-/// Springs have a `stiffness`, a number or samples from one end to the other, and a `law`: `"per-material-length"`, `"total-force"` or
-/// `"per-current-length"`. `rubber` is `{"neo_hookean": {"mu": 400.0}}`, `{"mooney_rivlin": {"c1": 1.0, "c2": 0.1}}`,
-/// `{"ogden": {"terms": [[mu, alpha], ...]}}` or `{"gent": {"mu": 1.0, "jm": 30.0}}`, moduli in kPa, with the reference `thickness` in cm;
-/// its load is a pressure.
-///
+/// Examples
+/// --------
 /// >>> from heart_phantom.membrane import Membrane
 /// >>> balloon = Membrane.balloon(8.5, 1.75)
 /// >>> round(balloon.solve(volume_gain=0.6).intensity, 9)
@@ -106,7 +103,32 @@ fn profile<Q: Quantity>(
 
 #[pymethods]
 impl PyMembrane {
-    /// A cylinder of `radius` closed by a hemisphere, of total length `h`: the paper's balloon.
+    /// Returns the paper's balloon: a cylinder closed by a hemisphere.
+    ///
+    /// Parameters
+    /// ----------
+    /// h : float
+    ///     Total length in cm.
+    /// radius : float
+    ///     Radius in cm.
+    /// stiffness : float or array_like, optional
+    ///     Of springs: a number, or samples from one end to the other; by default 1.
+    /// law : {"per-material-length", "total-force", "per-current-length"}, optional
+    ///     The load of springs.
+    /// rubber : dict, optional
+    ///     `{"neo_hookean": {"mu": 400.0}}`, `{"mooney_rivlin": {"c1": 1.0, "c2": 0.1}}`, `{"ogden": {"terms": [[mu, alpha], ...]}}` or
+    ///     `{"gent": {"mu": 1.0, "jm": 30.0}}`, moduli in kPa; by default springs. The load of rubber is a pressure.
+    /// thickness : float or array_like, optional
+    ///     Thickness of rubber in the reference configuration in cm, as `stiffness`.
+    ///
+    /// Returns
+    /// -------
+    /// Membrane
+    ///
+    /// Raises
+    /// ------
+    /// MembraneError
+    ///     If a value is outside its range.
     #[staticmethod]
     #[pyo3(signature = (h, radius, *, stiffness = None, law = None, rubber = None, thickness = None))]
     fn balloon(
@@ -132,7 +154,23 @@ impl PyMembrane {
         )
     }
 
-    /// A flat disc, fixed at its edge.
+    /// Returns a flat disc, fixed at its edge.
+    ///
+    /// Parameters
+    /// ----------
+    /// radius : float
+    ///     Radius in cm.
+    /// stiffness, law, rubber, thickness
+    ///     As in `balloon`.
+    ///
+    /// Returns
+    /// -------
+    /// Membrane
+    ///
+    /// Raises
+    /// ------
+    /// MembraneError
+    ///     If a value is outside its range.
     #[staticmethod]
     #[pyo3(signature = (radius, *, stiffness = None, law = None, rubber = None, thickness = None))]
     fn disc(
@@ -152,7 +190,23 @@ impl PyMembrane {
         material.of(py, ReferenceShape::disc(radius)?, "disc", (radius,))
     }
 
-    /// Points [x, y] from one fixed end over the apex to the other, `[n][2]`.
+    /// Returns a membrane through given points.
+    ///
+    /// Parameters
+    /// ----------
+    /// curve : array_like
+    ///     Points [x, y] from one fixed end over the apex to the other, `[n][2]`, in cm.
+    /// stiffness, law, rubber, thickness
+    ///     As in `balloon`.
+    ///
+    /// Returns
+    /// -------
+    /// Membrane
+    ///
+    /// Raises
+    /// ------
+    /// MembraneError
+    ///     If a value is outside its range.
     #[staticmethod]
     #[pyo3(signature = (curve, *, stiffness = None, law = None, rubber = None, thickness = None))]
     fn polyline(
@@ -174,10 +228,39 @@ impl PyMembrane {
         material.of(py, ReferenceShape::polyline(&points)?, "polyline", (given,))
     }
 
-    /// The equilibrium at one prescribed quantity: `load` of the law, force `intensity`, `total_force`, `volume` (cm^3), `volume_gain`, (V
-    /// - V0) / V0, or `area` (cm^2).
+    /// Solves the equilibrium at one prescribed quantity.
     ///
-    /// Uses spectral elements to `tolerance` or of a fixed polynomial `degree`, or finite differences with a number of `nodes`.
+    /// Parameters
+    /// ----------
+    /// load : float, optional
+    ///     Load of the pressure law.
+    /// intensity : float, optional
+    ///     Force per length of the curve.
+    /// total_force : float, optional
+    ///     Total force.
+    /// volume : float, optional
+    ///     Volume in cm^3.
+    /// volume_gain : float, optional
+    ///     (V - V0) / V0.
+    /// area : float, optional
+    ///     Area within the curve in cm^2.
+    /// tolerance : float
+    ///     Accuracy of spectral elements.
+    /// degree : int, optional
+    ///     Fixed polynomial degree of spectral elements.
+    /// nodes : int, optional
+    ///     Number of nodes of finite differences, instead of spectral elements.
+    ///
+    /// Returns
+    /// -------
+    /// Equilibrium
+    ///
+    /// Raises
+    /// ------
+    /// ValueError
+    ///     Unless exactly one quantity is given.
+    /// MembraneError
+    ///     If there is no equilibrium at the quantity.
     #[pyo3(signature = (*, load = None, intensity = None, total_force = None, volume = None, volume_gain = None, area = None, tolerance = 1e-12, degree = None, nodes = None))]
     #[expect(clippy::too_many_arguments, reason = "one of them is given")]
     fn solve(
@@ -323,7 +406,11 @@ impl PyPairEquilibrium {
         self.pair.wall_volume_error
     }
 
-    /// Report of the solve of both membranes: a dictionary.
+    /// Returns the report of the solve of both membranes, as `Equilibrium.report`.
+    ///
+    /// Returns
+    /// -------
+    /// dict
     fn report<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         report(py, &self.pair.report)
     }
@@ -338,8 +425,32 @@ impl PyPairEquilibrium {
     }
 }
 
-/// An inner and an outer membrane with a wall of constant volume between them, at a volume gain of the inner one.
+/// Solves two membranes with a wall of constant volume between them.
 ///
+/// Parameters
+/// ----------
+/// inner, outer : Membrane
+///     The membranes.
+/// volume_gain : float
+///     (V - V0) / V0 of the inner membrane.
+/// tolerance : float
+///     Accuracy of spectral elements.
+/// degree : int, optional
+///     Fixed polynomial degree of spectral elements.
+/// nodes : int, optional
+///     Number of nodes of finite differences, instead of spectral elements.
+///
+/// Returns
+/// -------
+/// PairEquilibrium
+///
+/// Raises
+/// ------
+/// MembraneError
+///     If there is no equilibrium at the gain.
+///
+/// Examples
+/// --------
 /// >>> from heart_phantom.membrane import Membrane, solve_pair
 /// >>> pair = solve_pair(Membrane.balloon(8.5, 1.75), Membrane.balloon(9.5, 2.75), 0.6)
 /// >>> abs(pair.wall_volume_error) < 1e-12

@@ -59,7 +59,19 @@ impl PyMesh {
         self.0.volume()
     }
 
-    /// Writes the mesh in mm to a file with the suffix `.stl` or `.ply`.
+    /// Writes the mesh in mm.
+    ///
+    /// Parameters
+    /// ----------
+    /// path : path_like
+    ///     A file with the suffix `.stl` or `.ply`.
+    ///
+    /// Raises
+    /// ------
+    /// ValueError
+    ///     If it has another suffix.
+    /// OSError
+    ///     If it cannot be written.
     fn write(&self, path: PathBuf) -> Result<(), Failure> {
         let extension = path.extension().unwrap_or_default().to_string_lossy();
         let format = choice(

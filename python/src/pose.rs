@@ -10,6 +10,8 @@ use pyo3::prelude::*;
 
 /// Position and orientation of a body in the lab; initially the identity, with the body's axis along x. Angles in radians.
 ///
+/// Examples
+/// --------
 /// >>> import math
 /// >>> from heart_phantom.revolve import Pose
 /// >>> pose = Pose.axis_along_z(2.0).rotated_x(math.pi / 2).shifted([0, 0, 1])
@@ -42,7 +44,21 @@ impl PyPose {
         Ok(Self::with_recipe(Pose::identity(), recipe))
     }
 
-    /// The pose with the body's axis along z and its point `axial_point` (cm along the axis) at the lab's origin.
+    /// Returns the pose with the body's axis along z.
+    ///
+    /// Parameters
+    /// ----------
+    /// axial_point : float
+    ///     The point on the axis, in cm, that is at the lab's origin.
+    ///
+    /// Returns
+    /// -------
+    /// Pose
+    ///
+    /// Raises
+    /// ------
+    /// RevolveError
+    ///     If a number is not finite.
     #[staticmethod]
     fn axis_along_z(py: Python<'_>, axial_point: f64) -> Result<Self, Failure> {
         let pose = Pose::axis_along_z(axial_point)?;
@@ -53,28 +69,84 @@ impl PyPose {
         ))
     }
 
-    /// The pose rotated about the lab's x axis.
+    /// Returns the pose rotated about the lab's x axis.
+    ///
+    /// Parameters
+    /// ----------
+    /// angle : float
+    ///     Radians.
+    ///
+    /// Returns
+    /// -------
+    /// Pose
+    ///
+    /// Raises
+    /// ------
+    /// RevolveError
+    ///     If a number is not finite.
     fn rotated_x(slf: &Bound<'_, Self>, angle: f64) -> Result<Self, Failure> {
         let pose = slf.get().pose.rotated_x(angle)?;
         let recipe = Recipe::new(slf.py(), &slf.getattr("rotated_x")?, (angle,))?;
         Ok(Self::with_recipe(pose, recipe))
     }
 
-    /// The pose rotated about the lab's y axis.
+    /// Returns the pose rotated about the lab's y axis.
+    ///
+    /// Parameters
+    /// ----------
+    /// angle : float
+    ///     Radians.
+    ///
+    /// Returns
+    /// -------
+    /// Pose
+    ///
+    /// Raises
+    /// ------
+    /// RevolveError
+    ///     If a number is not finite.
     fn rotated_y(slf: &Bound<'_, Self>, angle: f64) -> Result<Self, Failure> {
         let pose = slf.get().pose.rotated_y(angle)?;
         let recipe = Recipe::new(slf.py(), &slf.getattr("rotated_y")?, (angle,))?;
         Ok(Self::with_recipe(pose, recipe))
     }
 
-    /// The pose rotated about the lab's z axis.
+    /// Returns the pose rotated about the lab's z axis.
+    ///
+    /// Parameters
+    /// ----------
+    /// angle : float
+    ///     Radians.
+    ///
+    /// Returns
+    /// -------
+    /// Pose
+    ///
+    /// Raises
+    /// ------
+    /// RevolveError
+    ///     If a number is not finite.
     fn rotated_z(slf: &Bound<'_, Self>, angle: f64) -> Result<Self, Failure> {
         let pose = slf.get().pose.rotated_z(angle)?;
         let recipe = Recipe::new(slf.py(), &slf.getattr("rotated_z")?, (angle,))?;
         Ok(Self::with_recipe(pose, recipe))
     }
 
-    /// The pose shifted by (x, y, z).
+    /// Returns the shifted pose.
+    ///
+    /// Parameters
+    /// ----------
+    /// by : (float, float, float)
+    ///     Displacement (x, y, z) in cm.
+    ///
+    /// Returns
+    /// -------
+    /// Pose
+    ///
+    /// Raises
+    /// ------
+    /// RevolveError
+    ///     If a number is not finite.
     fn shifted(slf: &Bound<'_, Self>, by: [f64; 3]) -> Result<Self, Failure> {
         let pose = slf.get().pose.shifted(Vector3::from(by))?;
         let recipe = Recipe::new(slf.py(), &slf.getattr("shifted")?, (by,))?;
@@ -87,7 +159,17 @@ impl PyPose {
         self.pose.axis().into()
     }
 
-    /// Transforms points of the body, `[n][3]`, to the lab: `float64[n][3]`.
+    /// Transforms points of the body to the lab.
+    ///
+    /// Parameters
+    /// ----------
+    /// places : array_like
+    ///     `[n][3]`.
+    ///
+    /// Returns
+    /// -------
+    /// ndarray
+    ///     `float64[n][3]`.
     fn to_lab<'py>(
         &self,
         py: Python<'py>,
@@ -96,7 +178,17 @@ impl PyPose {
         moved(py, places, |p| self.pose.to_lab(p))
     }
 
-    /// Transforms points of the lab, `[n][3]`, to the body's frame: `float64[n][3]`.
+    /// Transforms points of the lab to the body's frame.
+    ///
+    /// Parameters
+    /// ----------
+    /// places : array_like
+    ///     `[n][3]`.
+    ///
+    /// Returns
+    /// -------
+    /// ndarray
+    ///     `float64[n][3]`.
     fn to_body<'py>(
         &self,
         py: Python<'py>,

@@ -16,14 +16,24 @@ pub(crate) type Floats<'py> = Result<Bound<'py, PyArrayDyn<f32>>, Failure>;
 
 /// A beating-heart phantom with its camera. Products are computed on demand and shapes are stored.
 ///
-/// `scene` is a `Scene`, a dictionary, or omitted for the study of Rohmer et al. 2006. The constructor validates it and computes nothing.
-/// `memory` limits the memory of solved shapes in bytes; results are bitwise identical.
-///
 /// Arrays are C-contiguous `float32` unless stated otherwise: views `[view][row][bin]`, volumes `[z][y][x]`; row j of a view and slice j of
-/// a volume have the same height. Lengths in cm, angles in radians, activities in 1/mL, views in activity times cm, cardiac phase and
-/// respiratory position (`breath`) from 0 to 1. Results are bitwise identical for any number of threads. `progress` receives the completed
-/// fraction of a call: a function of it, a tqdm bar, or `True`.
+/// a volume have the same height. Lengths in cm, angles in radians, activities in 1/mL, views in activity times cm. Results are bitwise
+/// identical for any number of threads.
 ///
+/// Parameters
+/// ----------
+/// scene : Scene or dict, optional
+///     By default the study of Rohmer et al. 2006. It is validated; nothing is computed.
+/// memory : int, optional
+///     Limit of the memory of solved shapes in bytes; results are bitwise identical.
+///
+/// Raises
+/// ------
+/// SceneError
+///     If the scene is invalid.
+///
+/// Examples
+/// --------
 /// >>> from heart_phantom import Phantom, Scene
 /// >>> phantom = Phantom(Scene().with_size(32).replace(acquisition={"mode": {"static": {"phase": 0.5}}}))
 /// >>> round(phantom.numbers()["ejection_fraction"], 6)

@@ -12,6 +12,8 @@ use pyo3::prelude::*;
 ///
 /// A sample is the integral along the whole line, also behind the source.
 ///
+/// Examples
+/// --------
 /// >>> import numpy as np
 /// >>> from heart_phantom import Phantom, RayGeometry, Scene
 /// >>> angles = np.arange(60) * np.radians(6)
@@ -44,11 +46,32 @@ fn detector(bins: Whole, rows: Whole, pitch: [f64; 2]) -> Result<ParallelDetecto
 
 #[pymethods]
 impl PyRayGeometry {
-    /// Cone beams: at angle theta the source is at `-source_to_isocentre (-sin theta, cos theta, 0)`, the flat detector perpendicular to the
-    /// central ray at `source_to_detector` from it, with bins along (cos theta, sin theta, 0) and rows along z.
+    /// Returns cone beams onto a flat detector.
     ///
-    /// `distances` are `source_to_isocentre` and `source_to_detector`; `pitch` is that of bins and rows on the detector; `times` are the
-    /// start times of the views in seconds, by default those of the scene's camera.
+    /// At angle theta the source is at `-distances[0] (-sin theta, cos theta, 0)`. The detector is perpendicular to the central ray, with bins
+    /// along (cos theta, sin theta, 0) and rows along z.
+    ///
+    /// Parameters
+    /// ----------
+    /// distances : (float, float)
+    ///     From the source to the axis of rotation, and to the detector, in cm.
+    /// angles : array_like
+    ///     Angles of the views in radians.
+    /// n_bins, n_rows : int
+    ///     Size of the detector.
+    /// pitch : (float, float)
+    ///     Distance of bins and of rows on the detector in cm.
+    /// times : array_like, optional
+    ///     Start times of the views in seconds; by default those of the scene's camera.
+    ///
+    /// Returns
+    /// -------
+    /// RayGeometry
+    ///
+    /// Raises
+    /// ------
+    /// HeartPhantomError
+    ///     If a value is outside its range.
     #[staticmethod]
     #[pyo3(signature = (distances, angles, *, n_bins, n_rows, pitch, times = None))]
     fn cone(
@@ -64,7 +87,21 @@ impl PyRayGeometry {
         Self::at(rays, times)
     }
 
-    /// Fan beams: as `cone` with a focal line along z in the place of the source.
+    /// Returns fan beams: as `cone`, with a focal line along z in the place of the source.
+    ///
+    /// Parameters
+    /// ----------
+    /// distances, angles, n_bins, n_rows, pitch, times
+    ///     As in `cone`.
+    ///
+    /// Returns
+    /// -------
+    /// RayGeometry
+    ///
+    /// Raises
+    /// ------
+    /// HeartPhantomError
+    ///     If a value is outside its range.
     #[staticmethod]
     #[pyo3(signature = (distances, angles, *, n_bins, n_rows, pitch, times = None))]
     fn fan(
@@ -80,8 +117,25 @@ impl PyRayGeometry {
         Self::at(rays, times)
     }
 
-    /// Projection matrices `float64[view][3][4]`: `P (x, y, z, 1) = w (bin, row, 1)` for a point in cm; the centre of the first bin and
-    /// row is (0, 0).
+    /// Returns the rays of projection matrices P: `P (x, y, z, 1) = w (bin, row, 1)` for a point in cm.
+    ///
+    /// The centre of the first bin and row is (0, 0).
+    ///
+    /// Parameters
+    /// ----------
+    /// matrices : array_like
+    ///     `[view][3][4]`.
+    /// n_bins, n_rows, pitch, times
+    ///     As in `cone`.
+    ///
+    /// Returns
+    /// -------
+    /// RayGeometry
+    ///
+    /// Raises
+    /// ------
+    /// HeartPhantomError
+    ///     If a value is outside its range.
     #[staticmethod]
     #[pyo3(signature = (matrices, *, n_bins, n_rows, pitch, times = None))]
     fn from_matrices(
@@ -101,7 +155,23 @@ impl PyRayGeometry {
         Self::at(RayGeometry::from_matrices(matrices, detector)?, times)
     }
 
-    /// Lines through pairs of points, `float64[view][row][bin][2][3]`; with attenuation the detector is at the end of the second point.
+    /// Returns lines through pairs of points.
+    ///
+    /// Parameters
+    /// ----------
+    /// points : array_like
+    ///     `[view][row][bin][2][3]` in cm; with attenuation the detector is at the end of the second point.
+    /// times : array_like, optional
+    ///     As in `cone`.
+    ///
+    /// Returns
+    /// -------
+    /// RayGeometry
+    ///
+    /// Raises
+    /// ------
+    /// HeartPhantomError
+    ///     If a value is outside its range.
     #[staticmethod]
     #[pyo3(signature = (points, *, times = None))]
     fn from_lines(

@@ -15,6 +15,20 @@ use toml::{Table, Value};
 /// Lengths are in cm, times in seconds, angles in degrees (radians everywhere else), volumes in mL. A scene is immutable; `replace` returns
 /// a changed copy. `Scene.template()` has a comment on every field.
 ///
+/// Parameters
+/// ----------
+/// changes : dict, optional
+///     Sections, or fields by their dotted names.
+/// **sections : dict
+///     Sections by their names.
+///
+/// Raises
+/// ------
+/// SceneError
+///     If a field is unknown or a value is invalid.
+///
+/// Examples
+/// --------
 /// >>> from heart_phantom import Scene
 /// >>> scene = Scene(camera={"views": 60, "bins": 64, "rows": 64, "pitch": [0.25, 0.25]})
 /// >>> scene["camera.views"]
@@ -43,8 +57,22 @@ impl PyScene {
 
     /// Reads a scene from TOML text.
     ///
-    /// Raises `SceneError` with line, column and field.
+    /// Parameters
+    /// ----------
+    /// text : str
+    ///     The content of a scene file.
     ///
+    /// Returns
+    /// -------
+    /// Scene
+    ///
+    /// Raises
+    /// ------
+    /// SceneError
+    ///     If the text is invalid, with line, column and field.
+    ///
+    /// Examples
+    /// --------
     /// >>> Scene.from_toml("[camera]\nviews = 60\n")["camera.views"]
     /// 60
     /// >>> try:
@@ -59,14 +87,34 @@ impl PyScene {
 
     /// Reads a scene file.
     ///
-    /// Raises `OSError` if the file cannot be read, `SceneError` with file, line, column and field.
+    /// Parameters
+    /// ----------
+    /// path : path_like
+    ///     The file.
+    ///
+    /// Returns
+    /// -------
+    /// Scene
+    ///
+    /// Raises
+    /// ------
+    /// OSError
+    ///     If the file cannot be read.
+    /// SceneError
+    ///     If its text is invalid, with file, line, column and field.
     #[staticmethod]
     fn load(path: PathBuf) -> Result<Self, Failure> {
         Ok(Self(Scene::load(&path)?))
     }
 
-    /// A scene file with a comment on every field, as `heart-phantom init` writes it.
+    /// Returns a scene file with a comment on every field, as `heart-phantom init` writes it.
     ///
+    /// Returns
+    /// -------
+    /// str
+    ///
+    /// Examples
+    /// --------
     /// >>> Scene.from_toml(Scene.template()) == Scene()
     /// True
     #[staticmethod]
@@ -74,21 +122,46 @@ impl PyScene {
         Scene::default().to_toml()
     }
 
-    /// The scene as TOML text with a comment on every field; `from_toml` restores the same scene.
+    /// Returns the scene as TOML text with a comment on every field.
+    ///
+    /// Returns
+    /// -------
+    /// str
+    ///     `from_toml` of it is the same scene.
     fn to_toml(&self) -> String {
         self.0.to_toml()
     }
 
-    /// The scene as dictionaries, lists, strings and numbers, with defaults; `Scene(...)` of them is the same scene.
+    /// Returns the scene as dictionaries, lists, strings and numbers, with defaults.
+    ///
+    /// Returns
+    /// -------
+    /// dict
+    ///     `Scene(...)` of it is the same scene.
     fn to_dict<'py>(&self, py: Python<'py>) -> Result<Bound<'py, PyAny>, Failure> {
         to_python(py, &self.0)
     }
 
     /// Returns a scene with changed fields.
     ///
-    /// Named fields of a section are replaced as a whole. A dotted name addresses nested fields; `None` resets a section or field to its
-    /// default.
+    /// Parameters
+    /// ----------
+    /// changes : dict, optional
+    ///     Values by section or by dotted name, which addresses nested fields; `None` resets a section or field to its default.
+    /// **sections : dict
+    ///     Fields of sections. The named fields are replaced as a whole.
     ///
+    /// Returns
+    /// -------
+    /// Scene
+    ///
+    /// Raises
+    /// ------
+    /// SceneError
+    ///     If a field is unknown or a value is invalid.
+    ///
+    /// Examples
+    /// --------
     /// >>> scene = Scene().replace(heart={"inner": {"radius": 1.6}}, blur={"fwhm": 0.8})
     /// >>> scene.replace({"heart.inner.radius": 1.7, "blur": None})["heart.inner"]["radius"]
     /// 1.7
@@ -108,8 +181,24 @@ impl PyScene {
         Ok(Self(Scene::from_toml(&text).map_err(without_place)?))
     }
 
-    /// The scene with `n` bins, rows and pixels per side in the same field of view.
+    /// Returns the scene at another resolution in the same field of view.
     ///
+    /// Parameters
+    /// ----------
+    /// n : int
+    ///     Number of bins, rows and pixels per side.
+    ///
+    /// Returns
+    /// -------
+    /// Scene
+    ///
+    /// Raises
+    /// ------
+    /// ValueError
+    ///     If the size is 0, or too large.
+    ///
+    /// Examples
+    /// --------
     /// >>> Scene().with_size(32)["camera.pitch"]
     /// [0.5, 0.5]
     fn with_size(&self, n: Whole) -> Result<Self, Failure> {
@@ -138,22 +227,46 @@ impl PyScene {
         Ok(found)
     }
 
-    /// Names of the sections.
+    /// Returns the names of the sections.
+    ///
+    /// Returns
+    /// -------
+    /// dict_keys
     fn keys<'py>(&self, py: Python<'py>) -> Result<Bound<'py, PyAny>, Failure> {
         Ok(self.to_dict(py)?.call_method0("keys")?)
     }
 
-    /// The sections.
+    /// Returns the sections.
+    ///
+    /// Returns
+    /// -------
+    /// dict_values
     fn values<'py>(&self, py: Python<'py>) -> Result<Bound<'py, PyAny>, Failure> {
         Ok(self.to_dict(py)?.call_method0("values")?)
     }
 
-    /// Pairs of the name of a section and the section.
+    /// Returns pairs of the name of a section and the section.
+    ///
+    /// Returns
+    /// -------
+    /// dict_items
     fn items<'py>(&self, py: Python<'py>) -> Result<Bound<'py, PyAny>, Failure> {
         Ok(self.to_dict(py)?.call_method0("items")?)
     }
 
-    /// Returns a section or field by its dotted name, or `default` if there is none.
+    /// Returns a section or field.
+    ///
+    /// Parameters
+    /// ----------
+    /// name : str
+    ///     Dotted name.
+    /// default : optional
+    ///     The value if there is no such field.
+    ///
+    /// Returns
+    /// -------
+    /// dict, list, str, float, int or bool
+    ///     The section or field, or `default`.
     #[pyo3(signature = (name, default = None))]
     fn get<'py>(
         &self,

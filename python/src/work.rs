@@ -228,8 +228,22 @@ impl Threads {
     }
 }
 
-/// Sets the number of threads; 0 for one per core. Results are bitwise identical for any number.
+/// Sets the number of threads. Results are bitwise identical for any number.
 ///
+/// Parameters
+/// ----------
+/// n : int
+///     Number of threads; 0 for one per core.
+///
+/// Raises
+/// ------
+/// ValueError
+///     If it is above 4096.
+/// OSError
+///     If the threads cannot be started.
+///
+/// Examples
+/// --------
 /// >>> import heart_phantom
 /// >>> heart_phantom.set_threads(1)
 /// >>> heart_phantom.threads()
@@ -253,6 +267,10 @@ pub(crate) fn set_threads(n: crate::values::Whole) -> Result<(), Failure> {
 }
 
 /// Returns the number of threads.
+///
+/// Returns
+/// -------
+/// int
 #[pyfunction]
 pub(crate) fn threads() -> Result<usize, Failure> {
     let mut threads = Threads::held();

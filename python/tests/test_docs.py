@@ -46,6 +46,39 @@ def test_docstrings_exist_and_their_examples_run(name, thing):
     assert doctest.DocTestRunner(optionflags=FLAGS).run(test).failed == 0
 
 
+def arguments(thing):
+    """Names of the arguments, as sections list them."""
+    marks = {inspect.Parameter.VAR_POSITIONAL: "*", inspect.Parameter.VAR_KEYWORD: "**"}
+    parameters = inspect.signature(thing).parameters.values()
+    return sorted(marks.get(one.kind, "") + one.name for one in parameters if one.name != "self")
+
+
+def callables():
+    """Everything public that is called: functions, methods, and classes with a constructor."""
+    for name, thing in described():
+        if isinstance(thing, staticmethod):
+            thing = thing.__func__
+        if inspect.isclass(thing):
+            native = thing.__module__ != data.__name__
+            if issubclass(thing, Exception) or native and not thing.__text_signature__:
+                continue
+        if callable(thing):
+            yield name, thing
+
+
+RETURN_NOTHING = {"heart_phantom.set_threads", "heart_phantom.revolve.Mesh.write"}
+
+
+@pytest.mark.parametrize(("name", "thing"), list(callables()), ids=lambda x: x if isinstance(x, str) else "")
+def test_sections_name_the_arguments_and_the_result(name, thing):
+    docscrape = pytest.importorskip("numpydoc.docscrape")
+    sections = docscrape.NumpyDocString(inspect.getdoc(thing))
+    listed = [one for parameter in sections["Parameters"] for one in parameter.name.split(", ")]
+    assert sorted(listed) == arguments(thing), name
+    returns = not inspect.isclass(thing) and name not in RETURN_NOTHING
+    assert bool(sections["Returns"]) == returns, name
+
+
 @pytest.mark.parametrize("page", ["README.md"])
 def test_the_examples_of_the_readme_run(page, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)

@@ -206,9 +206,26 @@ impl PyFbpPlan {
         Self::make(py, geometry.get().0.clone(), grid.get().0, options, given)
     }
 
-    /// Reconstructs the image `[y][x]` of a sinogram `[view][bin]`, or images `[slice][y][x]` of a stack in the given order:
-    /// `"view-slice-bin"` (detector images, as `Phantom.views` returns them) or `"slice-view-bin"`. `float32` data give a `float32` image,
-    /// all other numbers `float64`. `progress` receives the completed fraction.
+    /// Reconstructs the image of a sinogram, or the images of a stack.
+    ///
+    /// Parameters
+    /// ----------
+    /// sinogram : array_like
+    ///     `[view][bin]`, or a stack in the given order. `float32` gives `float32`, all other numbers `float64`.
+    /// order : {"view-slice-bin", "slice-view-bin"}
+    ///     Index order of a stack of sinograms; the first is that of detector images, as `Phantom.views` returns them.
+    /// progress : callable, tqdm bar or True, optional
+    ///     Receives the completed fraction.
+    ///
+    /// Returns
+    /// -------
+    /// ndarray
+    ///     `[y][x]`, or `[slice][y][x]`.
+    ///
+    /// Raises
+    /// ------
+    /// ValueError
+    ///     If the sinogram has another shape.
     #[pyo3(signature = (sinogram, *, order = "view-slice-bin", progress = None))]
     fn reconstruct<'py>(
         &self,

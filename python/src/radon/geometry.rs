@@ -11,12 +11,30 @@ use pyo3::types::PyTuple;
 
 type Doubles<'py> = Result<Bound<'py, PyArrayDyn<f64>>, Failure>;
 
-/// Parallel-beam geometry: views at `angles` in radians, which span at most two turns, and a row of `n_bins` bins `pitch` apart.
+/// A parallel-beam geometry: angles of the views, and a row of bins.
 ///
-/// View `theta` has its bins along (cos theta, sin theta) and its rays along (-sin theta, cos theta). Bin k of n is centred at
+/// View theta has its bins along (cos theta, sin theta) and its rays along (-sin theta, cos theta). Bin k of n is centred at
 /// `(k - (n - 1) / 2) * pitch + offset`, measured from the axis of rotation, the origin of the image plane. A sinogram is
 /// `[view][bin]`.
 ///
+/// Parameters
+/// ----------
+/// angles : array_like
+///     Angles of the views in radians, which span at most two turns.
+/// n_bins : int
+///     Number of bins.
+/// pitch : float
+///     Distance of the bins.
+/// offset : float
+///     Position of the middle of the row, from the axis of rotation.
+///
+/// Raises
+/// ------
+/// RadonError
+///     If a value is outside its range.
+///
+/// Examples
+/// --------
 /// >>> from heart_phantom.radon import Geometry
 /// >>> Geometry.half_turn(90, 64, 0.5).shape
 /// (90, 64)
@@ -46,7 +64,23 @@ impl PyGeometry {
         Ok(Self(made.with_offset(offset)?))
     }
 
-    /// The geometry with angles in radians over any number of turns, such as those of a golden-angle acquisition.
+    /// Returns a geometry over any number of turns, such as that of a golden-angle acquisition.
+    ///
+    /// Parameters
+    /// ----------
+    /// angles : array_like
+    ///     Angles of the views in radians.
+    /// n_bins, pitch, offset
+    ///     As in `Geometry`.
+    ///
+    /// Returns
+    /// -------
+    /// Geometry
+    ///
+    /// Raises
+    /// ------
+    /// RadonError
+    ///     If a value is outside its range.
     #[staticmethod]
     #[pyo3(signature = (angles, n_bins, pitch = 1.0, *, offset = 0.0))]
     fn from_radians(
@@ -60,7 +94,23 @@ impl PyGeometry {
         Ok(Self(made.with_offset(offset)?))
     }
 
-    /// The geometry with angles in degrees.
+    /// Returns a geometry with angles in degrees.
+    ///
+    /// Parameters
+    /// ----------
+    /// angles : array_like
+    ///     Angles of the views in degrees.
+    /// n_bins, pitch, offset
+    ///     As in `Geometry`.
+    ///
+    /// Returns
+    /// -------
+    /// Geometry
+    ///
+    /// Raises
+    /// ------
+    /// RadonError
+    ///     If a value is outside its range.
     #[staticmethod]
     #[pyo3(signature = (angles, n_bins, pitch = 1.0, *, offset = 0.0))]
     fn from_degrees(
@@ -74,7 +124,23 @@ impl PyGeometry {
         Ok(Self(made.with_offset(offset)?))
     }
 
-    /// View k of n at k pi / n: every line once.
+    /// Returns a geometry over half a turn: view k of n at k pi / n, every line once.
+    ///
+    /// Parameters
+    /// ----------
+    /// n_views : int
+    ///     Number of views.
+    /// n_bins, pitch
+    ///     As in `Geometry`.
+    ///
+    /// Returns
+    /// -------
+    /// Geometry
+    ///
+    /// Raises
+    /// ------
+    /// RadonError
+    ///     If a value is outside its range.
     #[staticmethod]
     #[pyo3(signature = (n_views, n_bins, pitch = 1.0))]
     fn half_turn(n_views: Whole, n_bins: Whole, pitch: f64) -> Result<Self, Failure> {
@@ -82,7 +148,23 @@ impl PyGeometry {
         Ok(Self(made))
     }
 
-    /// View k of n at 2 k pi / n: every line from both sides.
+    /// Returns a geometry over a full turn: view k of n at 2 k pi / n, every line from both sides.
+    ///
+    /// Parameters
+    /// ----------
+    /// n_views : int
+    ///     Number of views.
+    /// n_bins, pitch
+    ///     As in `Geometry`.
+    ///
+    /// Returns
+    /// -------
+    /// Geometry
+    ///
+    /// Raises
+    /// ------
+    /// RadonError
+    ///     If a value is outside its range.
     #[staticmethod]
     #[pyo3(signature = (n_views, n_bins, pitch = 1.0))]
     fn full_turn(n_views: Whole, n_bins: Whole, pitch: f64) -> Result<Self, Failure> {
@@ -90,7 +172,21 @@ impl PyGeometry {
         Ok(Self(made))
     }
 
-    /// The geometry with the axis of rotation at the (fractional) bin index `bin`.
+    /// Returns the geometry with the axis of rotation at a given bin.
+    ///
+    /// Parameters
+    /// ----------
+    /// bin : float
+    ///     Index, which may be fractional.
+    ///
+    /// Returns
+    /// -------
+    /// Geometry
+    ///
+    /// Raises
+    /// ------
+    /// RadonError
+    ///     If a value is outside its range.
     fn with_rotation_bin(&self, bin: f64) -> Result<Self, Failure> {
         Ok(Self(self.0.clone().with_rotation_bin(bin)?))
     }
@@ -155,10 +251,26 @@ impl PyGeometry {
     }
 }
 
-/// A rectangular grid of `nx` times `ny` pixels: images `[y][x]`.
+/// A rectangular grid of pixels: images `[y][x]`.
 ///
-/// `spacing` is a number, or (dx, dy). Pixel (ix, iy) is centred at `centre + (dx * (ix - (nx - 1) / 2), dy * (iy - (ny - 1) / 2))`.
+/// Pixel (ix, iy) is centred at `centre + (dx * (ix - (nx - 1) / 2), dy * (iy - (ny - 1) / 2))`.
 ///
+/// Parameters
+/// ----------
+/// nx, ny : int
+///     Number of columns and rows.
+/// spacing : float or (float, float)
+///     Distance of the pixels, (dx, dy).
+/// centre : (float, float)
+///     Centre of the grid, (x, y).
+///
+/// Raises
+/// ------
+/// RadonError
+///     If a value is outside its range.
+///
+/// Examples
+/// --------
 /// >>> from heart_phantom.radon import Grid
 /// >>> Grid(4, 3, 0.5, centre=(1.0, 0.0)).x.tolist()
 /// [0.25, 0.75, 1.25, 1.75]
@@ -193,7 +305,23 @@ impl PyGrid {
         Ok(Self(made.with_centre(centre)?))
     }
 
-    /// A grid of `n` times `n` square pixels about the origin.
+    /// Returns a grid of square pixels about the origin.
+    ///
+    /// Parameters
+    /// ----------
+    /// n : int
+    ///     Pixels per side.
+    /// spacing : float
+    ///     Distance of the pixels.
+    ///
+    /// Returns
+    /// -------
+    /// Grid
+    ///
+    /// Raises
+    /// ------
+    /// RadonError
+    ///     If a value is outside its range.
     #[staticmethod]
     #[pyo3(signature = (n, spacing = 1.0))]
     pub(crate) fn square(n: Whole, spacing: f64) -> Result<Self, Failure> {

@@ -307,10 +307,31 @@ pub(crate) fn mlem(
     .solve()
 }
 
-/// OSEM: MLEM on `subsets` interleaved subsets of the views in turn; an iteration processes all of them.
+/// OSEM: MLEM on interleaved subsets of the views in turn; an iteration processes all of them.
 ///
-/// An operator of your own also needs `subset(k, n)`, the operator of the views `k, k + n, k + 2 n ...`, the first axis of the data.
-/// Hudson and Larkin 1994, doi:10.1109/42.363108. Other arguments as in `mlem`.
+/// Hudson and Larkin 1994, doi:10.1109/42.363108.
+///
+/// Parameters
+/// ----------
+/// operator : Projector, SpectOperator or any operator
+///     A, as in `mlem`. An object of your own also needs `subset(k, n)`, the operator of the views `k, k + n, k + 2 n ...`, the first axis of
+///     the data.
+/// data, start, background, iterations, residual, change, order, progress
+///     As in `mlem`.
+/// subsets : int
+///     Number of subsets, at most the number of views.
+///
+/// Returns
+/// -------
+/// Solution
+///     The image with the history of the iterations.
+///
+/// Raises
+/// ------
+/// RadonError
+///     As `mlem`.
+/// ValueError
+///     If an array has another shape, or there are more subsets than views.
 #[pyfunction]
 #[pyo3(signature = (operator, data, subsets, *, start = None, background = None, iterations = Whole(50), residual = None, change = None, order = "view-slice-bin", progress = None), text_signature = "(operator, data, subsets, *, start=None, background=None, iterations=50, residual=None, change=None, order='view-slice-bin', progress=None)")]
 #[expect(clippy::too_many_arguments, reason = "each by its name")]

@@ -55,9 +55,26 @@ impl PyProjector {
         Ok(Self(Arc::new(made)))
     }
 
-    /// A x: the sinogram `[view][bin]` of an image `[y][x]`, or of images `[slice][y][x]` in the given order, `"view-slice-bin"` or
-    /// `"slice-view-bin"`; value times length. `float32` gives `float32`, all other numbers `float64`. `progress` receives the completed
-    /// fraction.
+    /// A x: the sinogram of an image, or of a stack of images.
+    ///
+    /// Parameters
+    /// ----------
+    /// image : array_like
+    ///     `[y][x]`, or `[slice][y][x]`. `float32` gives `float32`, all other numbers `float64`.
+    /// order : {"view-slice-bin", "slice-view-bin"}
+    ///     Index order of a stack of sinograms; the first is that of detector images, as `Phantom.views` returns them.
+    /// progress : callable, tqdm bar or True, optional
+    ///     Receives the completed fraction.
+    ///
+    /// Returns
+    /// -------
+    /// ndarray
+    ///     `[view][bin]`, or a stack in the given order; value times length.
+    ///
+    /// Raises
+    /// ------
+    /// ValueError
+    ///     If the image has another shape.
     #[pyo3(signature = (image, *, order = "view-slice-bin", progress = None))]
     fn forward<'py>(
         &self,
@@ -75,8 +92,26 @@ impl PyProjector {
         })
     }
 
-    /// The adjoint of A, applied to a sinogram `[view][bin]` or to a stack in the given order; not the back-projection of FBP. `progress` as
-    /// in `forward`.
+    /// The adjoint of A, applied to a sinogram or to a stack. It is not the back-projection of FBP.
+    ///
+    /// Parameters
+    /// ----------
+    /// sinogram : array_like
+    ///     `[view][bin]`, or a stack in the given order. `float32` gives `float32`, all other numbers `float64`.
+    /// order : {"view-slice-bin", "slice-view-bin"}
+    ///     Index order of a stack of sinograms; the first is that of detector images, as `Phantom.views` returns them.
+    /// progress : callable, tqdm bar or True, optional
+    ///     Receives the completed fraction.
+    ///
+    /// Returns
+    /// -------
+    /// ndarray
+    ///     `[y][x]`, or `[slice][y][x]`.
+    ///
+    /// Raises
+    /// ------
+    /// ValueError
+    ///     If the sinogram has another shape.
     #[pyo3(signature = (sinogram, *, order = "view-slice-bin", progress = None))]
     fn adjoint<'py>(
         &self,
