@@ -19,6 +19,7 @@ before the shape of an image or of data; `float32` and `float64` are computed in
 from __future__ import annotations
 
 import functools
+import inspect
 import math
 from importlib import import_module
 from typing import TYPE_CHECKING, Any, Callable
@@ -134,7 +135,8 @@ def _maps(operator: Any) -> tuple[_Map, _Map]:
 
 def _each(one: _Map) -> _Map:
     """Applies a map to each entry of a batch."""
-    return lambda batch: np.stack([one(entry) for entry in batch])
+    # A copy of one entry is avoided.
+    return lambda batch: one(batch[0])[None] if len(batch) == 1 else np.stack([one(entry) for entry in batch])
 
 
 def _batched(stack: _Map, before: tuple[int, ...], after: tuple[int, ...]) -> _Map:
@@ -176,4 +178,6 @@ def _linear() -> Any:
         def jvp(ctx: Any, tangent: torch.Tensor, *_: Any) -> Any:
             return Linear.apply(tangent, ctx.ahead, ctx.back)
 
+    # `apply` asks for it with each call, and would compute it each time.
+    Linear.forward.__signature__ = inspect.signature(Linear.forward)  # type: ignore[attr-defined]
     return Linear
