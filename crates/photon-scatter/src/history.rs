@@ -117,6 +117,7 @@ impl Problem<'_> {
         let mut random = Random::new(self.seed, block);
         let mut distributed = 0;
         for _ in 0..histories {
+            simd_set::checkpoint();
             self.history(&mut random, tally)?;
             if tally.report.paths - distributed >= DETECTIONS {
                 distributed = tally.report.paths;

@@ -17,6 +17,9 @@ const RESERVE: f64 = 1.03;
 /// Larger blocks replace the current ones if the required histories grow at least by the first factor; the second limits the size of blocks.
 const MOST_GROWTH: f64 = 4.0;
 const MOST_BLOCK_GROWTH: f64 = 32.0;
+/// Progress in thousandths that the first blocks count, and the fraction of the remaining progress that the last expected blocks count.
+const FIRST_ROUND: usize = 50;
+const LAST_ROUND: f64 = 0.9;
 
 /// Smoothing in fourth differences of the nodes: 1/90 by the distribution to nodes and its inverse to second order, 3/128 by cubics.
 const SMOOTHING: f64 = 1.0 / 90.0 + 3.0 / 128.0;
@@ -88,10 +91,16 @@ impl Scatter {
         let mut sums = Sums::new(all.n_nodes(), 0);
         let (mut size, mut wanted) = (options.block, LEAST_BLOCKS);
         let mut report = ScatterReport::default();
+        // Progress in thousandths, estimated: the number of histories is not known in advance.
+        let (mut done, mut round) = (0, FIRST_ROUND);
         loop {
+            let part = simd_set::part(done..done + round, 1000);
+            let missing = (wanted - sums.blocks).next_multiple_of(BLOCKS_AT_ONCE);
             while sums.blocks < wanted {
-                sums.add(&problem, &angles, size)?;
+                sums.add(&problem, &angles, size, missing)?;
             }
+            drop(part);
+            done += round;
             let (images, errors) = sums.estimate(&all);
             let largest_error = largest(&all, &errors);
             let histories = report.histories + sums.report.histories;
@@ -119,16 +128,19 @@ impl Scatter {
                 });
             }
             let growth = RESERVE * (largest_error / tolerance).powi(2);
-            if growth < MOST_GROWTH {
+            let expected = if growth < MOST_GROWTH {
                 // The standard error from the contribution of one photon is inversely proportional to the number of histories.
                 wanted = (sums.blocks as f64 * growth.min(2.0)).ceil() as usize;
+                (growth.min(2.0) - 1.0) / (growth - 1.0)
             } else {
                 // Earlier blocks are discarded, because all blocks have one size.
                 size = (size as f64 * (0.5 * growth).min(MOST_BLOCK_GROWTH)) as usize;
                 wanted = LEAST_BLOCKS;
                 report.add(&sums.report);
                 sums = Sums::new(all.n_nodes(), sums.first_block + sums.blocks);
-            }
+                (0.5 * growth).min(MOST_BLOCK_GROWTH) / growth
+            };
+            round = (LAST_ROUND * expected * (1000 - done) as f64) as usize;
         }
     }
 
@@ -221,12 +233,13 @@ impl Sums {
         }
     }
 
-    /// Adds some blocks.
+    /// Adds some blocks, among `of` that count as progress.
     fn add(
         &mut self,
         problem: &Problem<'_>,
         angles: &Angles,
         histories: usize,
+        of: usize,
     ) -> Result<(), ScatterError> {
         let view_len = problem.grid.n_nodes() / problem.grid.n_views();
         let from = self.first_block + self.blocks;
@@ -235,6 +248,7 @@ impl Sums {
             .map_init(Tally::default, |tally, block| {
                 simd_set::checkpoint();
                 problem.block(block as u64, histories, tally)?;
+                simd_set::unit(of);
                 let each = 1.0 / histories as f32;
                 let images = problem.grid.images(&tally.deposits, each);
                 Ok((angles.expand(&images, view_len), tally.report))

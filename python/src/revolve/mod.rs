@@ -31,7 +31,7 @@ use std::sync::Arc;
 /// Raises
 /// ------
 /// RevolveError
-///     If the layers are not nested.
+///     If there is no layer, or the points of a layer are not a meridian.
 ///
 /// Examples
 /// --------

@@ -148,6 +148,7 @@ impl Placed {
         let placed: Vec<Result<_, PhantomError>> = shapes
             .par_iter()
             .map(|shape| {
+                simd_set::checkpoint();
                 let mut wall = wall(shape)?.sliding_from(&rest);
                 if let Some(twist) = twist(shape.gain()) {
                     wall = wall.twisted(twist);

@@ -199,7 +199,10 @@ impl Heart {
         let (mut there, missing) = self.kept.take(gains, self.most_shapes());
         let new: Vec<Result<_, _>> = missing
             .par_iter()
-            .map(|&gain| self.solve(gain).map(Arc::new))
+            .map(|&gain| {
+                simd_set::checkpoint();
+                self.solve(gain).map(Arc::new)
+            })
             .collect();
         // The first of several errors, independent of the order of threads.
         let new: Vec<Arc<HeartShape>> = new.into_iter().collect::<Result<_, _>>()?;

@@ -103,7 +103,10 @@ impl Phantom {
         truth: &[f32],
     ) -> Result<Artefacts, PhantomError> {
         let breath = self.mean_breath(gate)?;
+        let part = simd_set::part(0..1, 2);
         let wall = self.wall_of_gate(gate, truth)?;
+        drop(part);
+        let _part = simd_set::part(1..2, 2);
         self.judged(&self.regions_of(gate)?, breath, volume, [truth, &wall])
     }
 

@@ -241,10 +241,11 @@ impl Phantom {
         let at = at.into();
         let (shape, pose) = (self.shape(at.phase)?, self.pose(at.breath)?);
         let tolerance = self.scene().output.mesh_tolerance;
-        Ok([
-            shape.mesh_with_pose(pose, 0, tolerance)?,
-            shape.mesh_with_pose(pose, 1, tolerance)?,
-        ])
+        let part = simd_set::part(0..1, 2);
+        let inner = shape.mesh_with_pose(pose, 0, tolerance)?;
+        drop(part);
+        let _part = simd_set::part(1..2, 2);
+        Ok([inner, shape.mesh_with_pose(pose, 1, tolerance)?])
     }
 
     /// Returns the regions of interest, computed once from 24 phases.

@@ -80,17 +80,17 @@ impl<'a> Scan<'a> {
         }
         let one = &sets[0];
         one.activity.validate()?;
-        samples.fill(0.0);
         let (each, len) = (one.len(&views, &rows), one.len(&(0..1), &rows));
+        for view in samples.chunks_mut(len.max(1)) {
+            simd_set::checkpoint();
+            view.fill(0.0);
+        }
         let mut totals: Vec<Total> = sets.iter().map(|_| Total::default()).collect();
         let mut images: Vec<_> = (samples.chunks_mut(each.max(1)))
             .map(|set| set.chunks_mut(len.max(1)))
             .collect();
         let done = AtomicUsize::new(0);
-        let taken = || {
-            simd_set::unit(views.len());
-            progress(1 + done.fetch_add(1, Ordering::Relaxed))
-        };
+        let taken = || progress(1 + done.fetch_add(1, Ordering::Relaxed));
         for_groups(sets, views.clone(), &mut totals, |group, totals| {
             let mut under_way: Vec<View> = (group.views.clone().enumerate())
                 .map(|(k, view_idx)| View {
@@ -105,7 +105,8 @@ impl<'a> Scan<'a> {
             let batches = group.batches(one.heart.most_shapes());
             for (k, batch) in batches.iter().enumerate() {
                 let last = k + 1 == batches.len();
-                one.take_batch(&group, batch, &mut under_way, (&rows, last), &taken)?;
+                let units = views.len() * batches.len();
+                one.take_batch(&group, batch, &mut under_way, (&rows, last, units), &taken)?;
             }
             // Summed in the order of the views, independent of threads.
             for view in &under_way {
@@ -131,13 +132,13 @@ impl<'a> Scan<'a> {
             .collect())
     }
 
-    /// Adds a batch of nodes to some views, and ends them with the last.
+    /// Adds a batch of nodes to some views, each one of the `units` of work, and ends the views with the last.
     fn take_batch(
         &self,
         group: &Group,
         batch: &Range<usize>,
         views: &mut [View<'_>],
-        (rows, last): (&Range<usize>, bool),
+        (rows, last, units): (&Range<usize>, bool, usize),
         done: &(impl Fn() -> ControlFlow<()> + Sync),
     ) -> Result<(), PhantomError> {
         let nodes = |plan: usize| {
@@ -154,12 +155,18 @@ impl<'a> Scan<'a> {
             placed: self.placed(&solved)?,
         };
         views.par_iter_mut().try_for_each(|view| {
+            simd_set::checkpoint();
             if self.projected != Projected::Surroundings {
                 // Images from one angle share their plan.
                 let mut known = None;
-                for nodes in nodes(view.plan).chunk_by(|a, b| a.key() == b.key()) {
+                let states = || nodes(view.plan).chunk_by(|a, b| a.key() == b.key());
+                let units = units * states().count();
+                for nodes in states() {
                     self.add_heart(view, nodes, &shapes, rows, &mut known)?;
+                    simd_set::unit(units);
                 }
+            } else {
+                simd_set::unit(units);
             }
             if last {
                 self.add_surroundings(view, &group.plans[view.plan], rows)?;

@@ -157,6 +157,7 @@ impl<'a> View<'a> {
             .collect();
         let lines: Vec<Line> = (heights.into_par_iter())
             .map_init(Work::default, |work, height| {
+                simd_set::checkpoint();
                 self.line((assembly, shown), &paths, height, work)
             })
             .collect();

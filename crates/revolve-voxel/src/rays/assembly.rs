@@ -375,6 +375,7 @@ impl Assembly<'_> {
         let counters = (out.par_chunks_mut(row_len).enumerate()).map_init(
             || (Finder::default(), vec![0.0; rays.planes().len() + 1]),
             |(finder, slabs), (row, image)| {
+                simd_set::checkpoint();
                 let mut counters = RayCounters::default();
                 for bin in 0..n_bins {
                     let ray = rays.line(bin, row);

@@ -55,6 +55,7 @@ impl Body {
             let first = mesh.vertices.len() as u32;
             let mut rings: Vec<Ring> = Vec::new();
             for (p, normal) in outline.points.iter().zip(&outline.normals) {
+                simd_set::unit(n_rings);
                 let start = mesh.vertices.len() as u32;
                 let on_axis = p[1] == 0.0;
                 for k in 0..if on_axis { 1 } else { n } {
@@ -67,6 +68,7 @@ impl Body {
                 rings.push(Ring { start, on_axis });
             }
             for pair in rings.windows(2) {
+                simd_set::checkpoint();
                 mesh.join(pair[0], pair[1], n as u32);
             }
             if outline.closed {

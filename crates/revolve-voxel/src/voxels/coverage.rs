@@ -266,6 +266,7 @@ impl<'a> Painter<'a> {
             }
         }
         counters.cut += 1;
+        simd_set::checkpoint();
         let mut sections = Sections::new(self.field.meridian(), &self.runs, cuboid, tolerance);
         let fraction = sections.fraction();
         counters.evaluations += sections.evaluations;

@@ -90,6 +90,7 @@ impl<'a> Field<'a> {
             .into_par_iter()
             .with_min_len(256)
             .map_init(Vec::new, |list, k| {
+                simd_set::checkpoint();
                 let (i, j) = (k % shape[0], k / shape[0]);
                 let (x, r) = (x0 + (i as f64 + 0.5) * size, (j as f64 + 0.5) * size);
                 let distance = meridian.distance_at(x, r);

@@ -112,6 +112,7 @@ impl Organs {
         out.par_chunks_mut(nx)
             .enumerate()
             .for_each(|(row, voxels)| {
+                simd_set::checkpoint();
                 let (y, z) = (row % ny, slices.start + row / ny);
                 for (x, voxel) in voxels.iter_mut().enumerate() {
                     let centre = grid.centre(x, y, z).coords.into();

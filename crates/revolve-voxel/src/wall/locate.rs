@@ -77,6 +77,7 @@ impl Shell {
         let (first, f) = (slices.start * ny, &f);
         Ok((first..slices.end * ny)
             .into_par_iter()
+            .with_min_len(16)
             .flat_map_iter(|row| {
                 simd_set::unit(slices.len() * ny);
                 let (y, z) = (row % ny, row / ny);

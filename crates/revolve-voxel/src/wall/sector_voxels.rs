@@ -102,6 +102,7 @@ impl Sector {
                 if *share == 0.0 && by_coverage {
                     return counters;
                 }
+                simd_set::checkpoint();
                 let (x, y, z) = (k % nx, k / nx % ny, first_slice + k / (nx * ny));
                 let at = grid.centre(x, y, z);
                 let centre = pose.to_body(&at);
