@@ -30,8 +30,9 @@ def main():
     options = parser.parse_args()
     with tempfile.TemporaryDirectory() as scratch:
         environment = options.environment or Path(scratch) / "environment"
-        venv.create(environment, with_pip=True)
         python = environment / ("Scripts/python.exe" if os.name == "nt" else "bin/python")
+        if not python.exists():
+            venv.create(environment, with_pip=True)
         wheels = Path(scratch) / "wheels"
         run(python, "-m", "pip", "wheel", "--quiet", "--no-deps", "--wheel-dir", wheels, HERE)
         [wheel] = wheels.glob("*.whl")
