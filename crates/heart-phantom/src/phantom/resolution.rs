@@ -82,7 +82,12 @@ impl Phantom {
 
     /// Returns the computation of images; `None` if samples are line integrals.
     pub(super) fn imaging(&self) -> Result<Option<&Imaging>, PhantomError> {
-        Ok(once(&self.imaging, || self.make_imaging())?.as_ref())
+        let make = || {
+            // The views that are tried do not count as progress.
+            let _none = simd_set::part(0..0, 1);
+            self.make_imaging()
+        };
+        Ok(once(&self.imaging, make)?.as_ref())
     }
 
     /// Returns the computation of images if it is known.
