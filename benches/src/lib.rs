@@ -4,7 +4,7 @@
 //! of time and error of each method instead and does not run criterion:
 //!
 //! ```text
-//! cargo bench -p benches --bench membrane -- --rows --quick
+//! cargo bench -p benches-heart --features rivals --bench membrane -- --rows --quick
 //! row {"case":"balloon","error":2.1e-4,"error_kind":"relative volume",...}
 //! ```
 //!
