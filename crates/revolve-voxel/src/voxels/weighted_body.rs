@@ -199,10 +199,10 @@ impl Work<'_> {
             return Vec::new();
         };
         let [nx, ny, nz] = self.blocks();
-        // Jobs of several blocks: after a stop each job unwinds its thread.
+        // About a thousand jobs at most: after a stop each unwinds its thread.
         (0..nx * ny * nz)
             .into_par_iter()
-            .with_min_len(64)
+            .with_min_len(nx * ny * nz / 1024)
             .map(|k| {
                 simd_set::unit(2 * nx * ny * nz);
                 let at = [k % nx, k / nx % ny, k / (nx * ny)];

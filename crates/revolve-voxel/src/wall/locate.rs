@@ -77,7 +77,7 @@ impl Shell {
         let (first, f) = (slices.start * ny, &f);
         Ok((first..slices.end * ny)
             .into_par_iter()
-            .with_min_len(16)
+            .with_min_len(slices.len() * ny / 1024) // about a thousand jobs at most: after a stop each unwinds its thread
             .flat_map_iter(|row| {
                 simd_set::unit(slices.len() * ny);
                 let (y, z) = (row % ny, row / ny);
