@@ -2,7 +2,7 @@
 //!
 //! Users download packages, not the checkout: only here does a missing file, a path out of the crate or a dependency without a version
 //! become visible. The packages are unpacked as members of a new workspace, which patches the registry with itself, because the crates need
-//! each other's current version. The outside project contains the examples of the packed readmes, as tests.
+//! each other's current version. The outside project contains the examples of the packed readmes, as tests, which `--run` runs.
 
 use std::fs;
 use std::path::Path;
@@ -10,15 +10,18 @@ use std::process::Command;
 
 use toml::{Table, Value};
 
-use crate::workspace::{PUBLISHED, package_name, root, run};
+use crate::workspace::{PUBLISHED, package_name, root, run, target_folder};
 
 /// The task.
 pub(crate) fn task(arguments: &[String]) -> Result<(), String> {
-    if !arguments.is_empty() {
-        return Err("usage: cargo xtask consume".into());
-    }
-    let version = workspace_version()?;
-    let folder = root().join("target/consume");
+    let runs = match arguments {
+        [] => false,
+        [flag] if flag == "--run" => true,
+        _ => return Err("usage: cargo xtask consume [--run]".into()),
+    };
+    let manifest = manifest()?;
+    let version = version(&manifest)?;
+    let folder = target_folder().join("consume");
     let outside = folder.join("outside");
     let packages = folder.join("packages");
     if packages.exists() {
@@ -57,10 +60,13 @@ pub(crate) fn task(arguments: &[String]) -> Result<(), String> {
         unpacked.push((package_name(krate), name));
     }
 
-    write(&folder.join("Cargo.toml"), &workspace_manifest(&unpacked))?;
+    write(
+        &folder.join("Cargo.toml"),
+        &workspace_manifest(&unpacked, &manifest),
+    )?;
     write(
         &outside.join("Cargo.toml"),
-        &outside_manifest(&unpacked, &version),
+        &outside_manifest(&unpacked, version),
     )?;
     write(&outside.join("src/lib.rs"), &outside_library(&unpacked))?;
     fs::copy(root().join("Cargo.lock"), folder.join("Cargo.lock"))
@@ -71,25 +77,29 @@ pub(crate) fn task(arguments: &[String]) -> Result<(), String> {
             .args(arguments)
             .current_dir(&folder))
     };
-    cargo(&["build", "--quiet", "--workspace", "--all-features"])?;
-    cargo(&["test", "--package", "outside", "--doc"])
+    // The target folder of `cargo xtask features`, which has compiled most dependencies.
+    let target = target_folder().join("features");
+    let target = target.to_str().ok_or("the target folder is not UTF-8")?;
+    let shared = ["--workspace", "--all-features", "--target-dir", target];
+    cargo(&[&["check", "--quiet"], &shared[..]].concat())?;
+    match runs {
+        true => cargo(&["test", "--package", "outside", "--doc"]),
+        false => Ok(()),
+    }
+}
+
+/// The workspace's manifest.
+fn manifest() -> Result<Table, String> {
+    let text = fs::read_to_string(root().join("Cargo.toml"))
+        .map_err(|error| format!("Cargo.toml: {error}"))?;
+    text.parse().map_err(|error| format!("Cargo.toml: {error}"))
 }
 
 /// The version that all published crates share.
-fn workspace_version() -> Result<String, String> {
-    let text = fs::read_to_string(root().join("Cargo.toml"))
-        .map_err(|error| format!("Cargo.toml: {error}"))?;
-    let manifest = text
-        .parse::<Table>()
-        .map_err(|error| format!("Cargo.toml: {error}"))?;
-    let package = manifest
-        .get("workspace")
-        .and_then(|workspace| workspace.get("package"));
-    let version = package
-        .and_then(|package| package.get("version"))
-        .and_then(Value::as_str);
-    version
-        .map(str::to_owned)
+fn version(manifest: &Table) -> Result<&str, String> {
+    let package = (manifest.get("workspace")).and_then(|workspace| workspace.get("package"));
+    let version = package.and_then(|package| package.get("version"));
+    (version.and_then(Value::as_str))
         .ok_or_else(|| "Cargo.toml has no workspace.package.version".into())
 }
 
@@ -109,15 +119,19 @@ fn complete(package: &Path) -> Result<(), String> {
     Ok(())
 }
 
-fn workspace_manifest(unpacked: &[(&str, String)]) -> String {
+/// The manifest of the outside workspace. Profiles are those of ours, so that compiled dependencies are shared.
+fn workspace_manifest(unpacked: &[(&str, String)], manifest: &Table) -> String {
     let mut text = String::from(
         "[workspace]\nresolver = \"3\"\nmembers = [\"outside\", \"packages/*\"]\n\n[patch.crates-io]\n",
     );
     for (package, folder) in unpacked {
         text += &format!("{package} = {{ path = \"packages/{folder}\" }}\n");
     }
-    // As the workspace's own tests: without optimisation they take minutes.
-    text + "\n[profile.dev]\nopt-level = 2\n"
+    let profiles = manifest.iter().filter(|(key, _)| *key == "profile");
+    let profiles: Table = profiles
+        .map(|(key, value)| (key.clone(), value.clone()))
+        .collect();
+    text + "\n" + &profiles.to_string()
 }
 
 fn outside_manifest(unpacked: &[(&str, String)], version: &str) -> String {

@@ -1,5 +1,5 @@
 //! `cargo xtask features`: each published crate compiles without a warning with each of its features alone and with none, and its unit tests with
-//! none. `cargo clippy --all-features` compiles them with all. It uses one core and a target folder of its own (`features` in the target folder),
+//! none. The tests of the workspace compile them with all. It uses one core and a target folder of its own (`features` in the target folder),
 //! so that it can run beside other commands.
 
 use std::process::Command;

@@ -7,6 +7,7 @@ mod dependencies;
 mod examples;
 mod features;
 mod fuzz;
+mod mutants;
 mod report;
 mod semver;
 mod stress;
@@ -56,8 +57,8 @@ const TASKS: &[Task] = &[
     },
     Task {
         name: "consume",
-        arguments: "",
-        what: "packs the published crates and runs a project outside the workspace on the packages",
+        arguments: "[--run]",
+        what: "packs the published crates and compiles a project outside the workspace on the packages; --run runs its examples",
         run: consume::task,
     },
     Task {
@@ -65,6 +66,12 @@ const TASKS: &[Task] = &[
         arguments: "[--minutes N] [TARGET]",
         what: "runs the targets of fuzz/ by cargo-fuzz, ten minutes each unless N is given",
         run: fuzz::task,
+    },
+    Task {
+        name: "mutants",
+        arguments: "[--sample N] [--seed S] [CRATE]",
+        what: "share of small changes of the code that tests notice, by cargo-mutants, in about 300 changes of each crate",
+        run: mutants::task,
     },
     Task {
         name: "semver",

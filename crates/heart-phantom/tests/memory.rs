@@ -75,10 +75,7 @@ fn runs_take_what_was_said() {
     lines.reconstruction.method = Method::Osem(Osem::new(4, 1));
     let mut dicom = scene(Mode::Gated { gates: 8 }, 64);
     dicom.output.gates = GateFiles::OneFile;
-    // Without the feature the arrays are written as they are.
-    if cfg!(feature = "dicom") {
-        (dicom.output.projections, dicom.output.volumes) = (Format::Dicom, Format::Dicom);
-    }
+    (dicom.output.projections, dicom.output.volumes) = (Format::Dicom, Format::Dicom);
     for (name, scene, bound) in [
         ("one file", dicom, usize::MAX),
         ("OSEM", modelled, usize::MAX),

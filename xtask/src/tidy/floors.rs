@@ -24,6 +24,7 @@ const FLOORS: &[(&str, &[&str])] = &[
         "python",
         &["heart-phantom", "heart-cohort", "heart-study", "simd-set"],
     ),
+    ("crates/heart-phantom/tests", ALL),
     ("tests", ALL),
     ("benches", ALL),
     (
@@ -62,6 +63,7 @@ const ALL: &[&str] = &[
     "photon-scatter",
     "revolve-voxel",
     "radon",
+    "simd-set",
     "heart-phantom",
     "heart-cohort",
     "heart-study",

@@ -98,7 +98,8 @@ fn package_fields(path: &str, manifest: &Table) -> Vec<Finding> {
     ];
     let folder = path
         .strip_prefix("crates/")
-        .and_then(|rest| rest.strip_suffix("/Cargo.toml"));
+        .and_then(|rest| rest.strip_suffix("/Cargo.toml"))
+        .filter(|folder| !folder.contains('/')); // a package of tests in a published one
     if folder.is_some() {
         needed.extend([
             "package.keywords",
@@ -129,7 +130,7 @@ fn package_fields(path: &str, manifest: &Table) -> Vec<Finding> {
         findings.push(Finding::new(
             path,
             0,
-            "packages under crates/ are published, all others say `publish = false`",
+            "packages in crates/ are published, all others say `publish = false`",
         ));
     }
     if let Some(folder) = folder {

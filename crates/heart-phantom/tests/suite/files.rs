@@ -322,13 +322,11 @@ fn meshes_are_in_millimetres() {
     assert!((least - low).abs() < 2e-6 && (most - high).abs() < 2e-6);
 }
 
-#[cfg(feature = "dicom")]
 mod dicom;
 mod failures;
 mod gates;
 mod minimal;
 mod npy;
-#[cfg(feature = "files")]
 mod pictures;
 mod readers;
 

@@ -213,12 +213,10 @@ fn any_output() -> impl Strategy<Value = Output> {
         Product::Pictures,
     ];
     let n = all.len();
-    let built = |format: &Format| cfg!(feature = "dicom") || *format != Format::Dicom;
-    let volumes: Vec<Format> = Format::ALL.into_iter().filter(built).collect();
-    let projections: Vec<Format> = (volumes.iter().copied())
+    let projections: Vec<Format> = (Format::ALL.into_iter())
         .filter(|format| format.info().projections.is_some())
         .collect();
-    let volumes = prop::sample::select(volumes);
+    let volumes = prop::sample::select(Vec::from(Format::ALL));
     (
         prop::sample::subsequence(all, 0..=n),
         volumes,

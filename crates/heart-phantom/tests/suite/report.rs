@@ -1,5 +1,4 @@
 //! The entries of a run's report against its files.
-#![cfg(feature = "files")]
 
 use heart_phantom::scene::{
     Accuracy, Attenuation, Counts, DiscretisationSettings, Medium, Mode, Noise, PressureLaw,

@@ -1,5 +1,4 @@
 //! A heart of rubber from a scene: input, results, errors.
-#![cfg(feature = "scene")]
 
 use heart_phantom::membrane_forces::StrainEnergy;
 use heart_phantom::membrane_newton::{

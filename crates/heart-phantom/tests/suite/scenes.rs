@@ -1,12 +1,11 @@
 //! The scenes of the crate: each runs, and agrees with its description.
-#![cfg(feature = "files")]
 
 use heart_phantom::scene::{Accuracy, Scene};
 use heart_phantom::{Phantom, no_observer, run};
 use std::path::{Path, PathBuf};
 
 fn folder() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes")
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenes")
 }
 
 fn load(name: &str) -> Scene {
@@ -51,7 +50,7 @@ fn every_scene_runs_without_a_warning() {
 /// The example of the guide is the file, so that both run.
 #[test]
 fn the_guide_shows_the_gated_study() {
-    let guide = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/guide-physicists.md");
+    let guide = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../docs/guide-physicists.md");
     // Absent from the package of this crate.
     let Ok(guide) = std::fs::read_to_string(guide) else {
         return;

@@ -364,11 +364,11 @@ fn a_static_heart_meets_the_tolerance_in_continuous_rotation() {
 #[test]
 fn gates_of_continuous_rotation_are_written_to_files_of_even_steps_with_a_warning() {
     use heart_phantom::files::Format;
-    let mut formats = vec![Format::InterfileStir, Format::InterfileSimind];
-    if cfg!(feature = "dicom") {
-        formats.push(Format::Dicom);
-    }
-    for format in formats {
+    for format in [
+        Format::InterfileStir,
+        Format::InterfileSimind,
+        Format::Dicom,
+    ] {
         let mut scene = crate::phantom::small(Mode::Gated { gates: 2 }).with_size(8);
         scene.camera.rotation = Rotation::Continuous;
         scene.camera.seconds_per_view = 1.3;
