@@ -336,6 +336,13 @@ pub(crate) fn check(
     }
 }
 
+/// Rejects samples that are not finite.
+pub(crate) fn check_finite(what: &'static str, samples: &[f32]) -> Result<(), PhantomError> {
+    let wrong = samples.iter().find(|sample| !sample.is_finite());
+    let wrong = wrong.map_or(0.0, |sample| f64::from(*sample));
+    check(what, wrong, [f32::MIN, f32::MAX].map(f64::from)).map(|_| ())
+}
+
 /// Rejects a wrong number of values.
 pub(crate) fn check_length(
     what: &'static str,

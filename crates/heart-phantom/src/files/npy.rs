@@ -72,8 +72,12 @@ pub struct NpyArray {
 /// [`PhantomError::Read`], with the errors of [`get_npy`].
 pub fn read_npy(path: &Path) -> Result<NpyArray, PhantomError> {
     let read = |file| get_npy(BufReader::new(file));
-    File::open(path)
-        .and_then(read)
+    let named = |error: io::Error| match error.kind() {
+        io::ErrorKind::UnexpectedEof => io::Error::new(error.kind(), "the file ends too early"),
+        _ => error,
+    };
+    (File::open(path).and_then(read))
+        .map_err(named)
         .map_err(|source| PhantomError::Read {
             path: path.to_path_buf(),
             source,

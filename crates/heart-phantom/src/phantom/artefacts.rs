@@ -1,7 +1,7 @@
 //! Effects of motion, few views, noise and blur on a reconstruction.
 
 use crate::error::PhantomError;
-use crate::scan::{Lasting, Mode};
+use crate::scan::{Acquisition, Lasting, Mode};
 use crate::truth::{BREATHS, MOST_IN_PASS, swept};
 use crate::{Camera, ImageQuality, Phantom, Regions};
 use revolve_voxel::Mask;
@@ -81,13 +81,22 @@ impl Phantom {
     /// [`PhantomError::Count`] if there is no such gate.
     pub fn mean_breath(&self, gate: usize) -> Result<f64, PhantomError> {
         let acquisition = self.acquisition(gate)?;
-        if self.cycle().breathing().is_none() {
-            return Ok(0.0);
+        match self.cycle().breathing() {
+            None => Ok(0.0),
+            Some(_) => self.mean_over(gate, acquisition, |lasting| lasting.breath),
         }
+    }
+
+    /// Returns a quantity averaged over the time of the projections of a gate, with the steps of `acquisition`.
+    pub(super) fn mean_over(
+        &self,
+        gate: usize,
+        acquisition: Acquisition,
+        quantity: impl Fn(&Lasting) -> f64,
+    ) -> Result<f64, PhantomError> {
         let times = self.scan(self.camera(), gate, acquisition).times()?;
-        Ok(times
-            .iter()
-            .map(|lasting| lasting.share * lasting.breath)
+        Ok((times.iter())
+            .map(|lasting| lasting.share * quantity(lasting))
             .sum())
     }
 

@@ -6,7 +6,8 @@
 #[cfg_attr(feature = "scene", serde(rename_all = "kebab-case"))]
 #[non_exhaustive]
 pub enum Method {
-    /// Filtered back-projection of each slice; it treats projections as line integrals. Voxels whose centres are farther from the axis of rotation
+    /// Filtered back-projection of each slice; it treats projections as line integrals, so that attenuation is not corrected: behind 10 cm of
+    /// water activities are a fifth of the true ones at 140 keV. Voxels whose centres are farther from the axis of rotation
     /// than half a row of bins are zero.
     #[default]
     Fbp,

@@ -315,8 +315,9 @@ impl Phantom {
     /// Returns the shape of the heart at a phase.
     ///
     /// # Errors
-    /// Errors of the solver.
+    /// [`PhantomError::OutOfRange`] for a phase that is not finite; errors of the solver.
     pub fn shape(&self, phase: f64) -> Result<Arc<HeartShape>, PhantomError> {
+        let phase = crate::error::check("phase", phase, [f64::MIN, f64::MAX])?;
         self.shape_at_gain(self.parts.cycle.gain(phase))
     }
 

@@ -11,8 +11,8 @@ use std::fmt;
 ///
 /// `report.json` contains an object with `message` and the fields `what`, `edge`, `needed_cm`, `available_cm`, `angle_degrees` of a
 /// truncation; `edge`, `nearest_cm` and `reach_cm` of a heart outside the views; `times` of a heart outside the torso; `view`, `radius_cm` and
-/// `needed_cm` of a detector inside the body; `pitch_cm`, `fwhm_cm` and `error` of aliased samples; `off_degrees` of uneven angles. A steep
-/// twist has none.
+/// `needed_cm` of a detector inside the body; `pitch_cm`, `fwhm_cm` and `error` of aliased samples; `gap_degrees` of a short arc; `off_degrees` of uneven
+/// angles. A steep twist has none.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub enum Warning {
@@ -58,6 +58,11 @@ pub enum Warning {
         directions: usize,
         /// Projections.
         views: usize,
+    },
+    /// OSEM of parallel projections that leave directions unmeasured, as of an arc below 180 degrees: the volume is distorted along them.
+    ShortArc {
+        /// The largest gap between neighbouring directions modulo half a turn, radians.
+        gap: f64,
     },
     /// The heart overlaps an organ that attenuates more, such as the spine, and replaces it there.
     InBone {
@@ -192,6 +197,11 @@ impl fmt::Display for Warning {
                 f,
                 "the {views} projections have only {directions} distinct directions; a reconstruction needs more"
             ),
+            Self::ShortArc { gap } => write!(
+                f,
+                "the views leave a gap of {} degrees between neighbouring directions: osem distorts the volume along them; camera.arc is in degrees",
+                brief(gap.to_degrees())
+            ),
             Self::InBone { organ, volume } => write!(
                 f,
                 "the heart overlaps organ {}, which attenuates more, by {} mL and replaces it there (organ 5 of [chest] is the spine); change [pose]",
@@ -279,6 +289,10 @@ impl Serialize for Warning {
                 map.serialize_entry("what", "directions")?;
                 map.serialize_entry("directions", &directions)?;
                 map.serialize_entry("views", &views)?;
+            }
+            Self::ShortArc { gap } => {
+                map.serialize_entry("what", "arc")?;
+                map.serialize_entry("gap_degrees", &degrees(gap))?;
             }
             Self::InBone { organ, volume } => {
                 map.serialize_entry("what", "heart-in-bone")?;

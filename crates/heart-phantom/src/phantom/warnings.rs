@@ -6,7 +6,8 @@ use super::products::Needs;
 use super::warning::{Edge, TruncatedObject, Warning};
 use crate::error::PhantomError;
 use crate::scan::LEAST_DIRECTIONS;
-use crate::{HeartShape, Mode, RayGeometry, Rotation};
+use crate::{HeartShape, Method, Mode, RayGeometry, Rotation};
+use radon::{ArcPolicy, RadonError};
 use revolve_voxel::{Body, EllipticCylinder, Organ, Organs, VoxelGrid};
 use std::f64::consts::PI;
 
@@ -17,7 +18,7 @@ const MOST_OVERLAP: f64 = 2e-3;
 
 impl Phantom {
     /// Returns the warnings of the scene: allowed values that are probably not intended. Solves one or two shapes. Casts the rays of one view only
-    /// if line integrals may alias.
+    /// if line integrals may alias. Whether all views and products can be computed is checked by [`Phantom::prepare`] only.
     ///
     /// Views that do not cover the heart or the background are truncated: filtered back-projection takes missing samples as zero, which causes
     /// streaks. An attenuating torso attenuates completely whatever its size, but attenuation maps end at the field of view, and the part of a
@@ -90,7 +91,7 @@ impl Phantom {
             found.extend(self.uneven_angles()?);
         }
         if parts.scene.output.needs(Needs::Reconstruction) {
-            found.extend(self.few_directions());
+            found.extend(self.few_directions().or_else(|| self.short_arc()));
         }
         found.extend(self.bone_in_the_heart(&bodies)?);
         found.extend(self.steep_twist()?);
@@ -209,6 +210,18 @@ impl Phantom {
         let (directions, views) = (self.camera().n_directions(), self.camera().n_views());
         let are_few = directions < LEAST_DIRECTIONS || 2 * directions < views;
         are_few.then_some(Warning::FewDirections { directions, views })
+    }
+
+    /// Returns a warning if OSEM reconstructs parallel projections with a gap; filtered back-projection asks for a policy then.
+    fn short_arc(&self) -> Option<Warning> {
+        let weights = || self.camera().geometry().view_weights(ArcPolicy::Complete);
+        match self.scene().reconstruction.method {
+            Method::Osem(_) if self.camera().ray_geometry().is_none() => match weights() {
+                Err(RadonError::ShortArc { gap, .. }) => Some(Warning::ShortArc { gap }),
+                Ok(_) | Err(_) => None,
+            },
+            Method::Osem(_) | Method::Fbp => None,
+        }
     }
 
     /// Returns the organ of stronger attenuation than the heart, such as the spine, with the largest overlap.

@@ -99,8 +99,8 @@ pub struct GateReport {
     /// Iterations of OSEM, if OSEM reconstructed.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub osem: Option<OsemReport>,
-    /// Time average that the voxelised ground truth represents, if written. Its file is `truth` or `truth-mean-of-views`; `rmse` below
-    /// compares with it.
+    /// Time average that the voxelised ground truth represents, if written. Its file is `truth` or `truth-mean-of-views`;
+    /// [`Artefacts::rmse`] compares with it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub truth: Option<TruthOf>,
     /// Comparison of reconstruction and ground truth, if both exist.

@@ -1,6 +1,6 @@
 //! Regions of interest and the image quality measured in them.
 
-use crate::error::{PhantomError, check_length};
+use crate::error::{PhantomError, check_finite, check_length};
 use crate::{Camera, Cycle, Heart, HeartShape};
 use radon::{MaskedStats, disc_mask, rmse_within};
 use revolve_voxel::{Mask, Meridian, Pose, Sweep};
@@ -126,11 +126,12 @@ pub struct ImageQuality {
 }
 
 impl ImageQuality {
-    /// Computes the figures of `volume`, with `truth` as the reference if given; both `[z][y][x]`.
+    /// Computes the figures of `volume`, with `truth` as the reference if given; both `[z][y][x]`. Regions of one gate are
+    /// [`Phantom::regions_of`](crate::Phantom::regions_of).
     ///
     /// # Errors
-    /// [`PhantomError::WrongLength`] if a volume does not have the camera's number of voxels, [`PhantomError::Radon`] if the regions belong
-    /// to another camera.
+    /// [`PhantomError::WrongLength`] if a volume does not have the camera's number of voxels, [`PhantomError::OutOfRange`] for a voxel of
+    /// `volume` that is not finite, [`PhantomError::Radon`] if the regions belong to another camera.
     pub fn of(
         volume: &[f32],
         truth: Option<&[f32]>,
@@ -140,6 +141,7 @@ impl ImageQuality {
         let expected = camera.grid().len();
         check_length("volume", volume.len(), expected)?;
         check_length("truth", truth.map_or(expected, <[f32]>::len), expected)?;
+        check_finite("a voxel", volume)?;
         let within = |mask: &[bool]| MaskedStats::of(volume, mask);
         let wall = within(regions.wall.as_slice())?;
         Ok(Self {

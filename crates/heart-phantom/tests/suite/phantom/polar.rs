@@ -4,8 +4,8 @@ use super::small;
 use heart_phantom::membrane_newton::{Discretisation, Membrane, ReferenceShape};
 use heart_phantom::revolve_voxel::Pose;
 use heart_phantom::scene::{ArcPolicy, Defect, Mode, Scene};
-use heart_phantom::{Heart, Phantom};
-use std::f64::consts::PI;
+use heart_phantom::{Heart, Phantom, PhantomError};
+use std::f64::consts::{PI, TAU};
 
 fn fine(mode: Mode) -> Scene {
     let mut scene = small(mode).with_size(96);
@@ -85,6 +85,47 @@ fn the_ejection_fraction_of_exact_gates_is_accurate() {
     let exact = phantom.numbers().unwrap().ejection_fraction;
     // Averages over an eighth of a sinusoid lose 2 %; volumes on voxels of 2 mm are accurate to 3 %, a twentieth of the fraction each.
     assert!((found / exact - 1.0).abs() < 0.12, "{found} {exact}");
+}
+
+/// The default curve is a sinusoid, whose mean over a gate has a closed form; 512 steps per cycle have an error of 6e-6 of the stroke volume.
+#[test]
+fn the_mean_volume_of_a_gate_is_that_of_a_sinusoid() {
+    let phantom = Phantom::new(small(Mode::Gated { gates: 8 })).unwrap();
+    let reports = phantom.phase_reports().unwrap();
+    let ends: Vec<f64> = reports[8..].iter().map(|end| end.cavity_ml).collect();
+    let least = ends.iter().copied().fold(f64::INFINITY, f64::min);
+    let stroke = ends.iter().copied().fold(0.0, f64::max) - least;
+    assert!(reports[8..].iter().all(|end| end.mean_cavity_ml.is_none()));
+    for (gate, report) in reports[..8].iter().enumerate() {
+        let sin = |k: usize| (TAU * k as f64 / 8.0).sin();
+        let share = 0.5 - 8.0 * (sin(gate + 1) - sin(gate)) / (2.0 * TAU);
+        let found = report.mean_cavity_ml.unwrap();
+        assert!(
+            (found - least - stroke * share).abs() < 1e-5 * stroke,
+            "{found}"
+        );
+    }
+}
+
+#[test]
+fn images_with_voxels_that_are_not_finite_are_rejected() {
+    let phantom = Phantom::new(small(Mode::Static { phase: 0.5 })).unwrap();
+    let truth = phantom.truth(0).unwrap();
+    for bad in [f32::NAN, f32::INFINITY] {
+        let mut image = truth.clone();
+        image[7] = bad;
+        let is_it = |error| {
+            matches!(
+                error,
+                PhantomError::OutOfRange {
+                    what: "a voxel",
+                    ..
+                }
+            )
+        };
+        assert!(is_it(phantom.polar_map(0, &image).unwrap_err()));
+        assert!(is_it(phantom.artefacts(0, &image, &truth).unwrap_err()));
+    }
 }
 
 /// A spherical shell with radii 2.5 and 3.5 cm, blurred by a Gaussian of 0.45 cm (FWHM 10.6 mm): its value at the distance r from the centre,

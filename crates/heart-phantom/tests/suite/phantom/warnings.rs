@@ -5,7 +5,7 @@ use super::small;
 use heart_phantom::scene::{
     ArcPolicy, Attenuation, Background, Chest, Medium, Mode, Rotation, Scene, TwistSettings,
 };
-use heart_phantom::{Edge, Phantom, TruncatedObject, Uptake, Warning, no_observer};
+use heart_phantom::{Edge, Method, Osem, Phantom, TruncatedObject, Uptake, Warning, no_observer};
 use revolve_voxel::{Organs, VoxelGrid};
 
 /// Bins and rows of the camera that contains everything, and their pitch in cm.
@@ -292,6 +292,22 @@ fn repeated_directions_are_counted_once() {
     assert_eq!(few(&scene), []);
     (scene.camera.views, scene.camera.arc) = (1, 180.0);
     assert_eq!(few(&scene).len(), 1);
+}
+
+/// An arc of pi "degrees" is reconstructed by OSEM, with a warning; half a turn has none.
+#[test]
+fn osem_of_a_short_arc_is_a_warning() {
+    let mut scene = small(Mode::Static { phase: 0.3 });
+    scene.reconstruction.method = Method::Osem(Osem::new(2, 1));
+    assert_eq!(warnings(&scene), []);
+    scene.camera.arc = std::f64::consts::PI;
+    // Twelve views a twelfth of the arc apart, as their directions.
+    let gap = (180.0 - 11.0 / 12.0 * scene.camera.arc).to_radians();
+    let found = warnings(&scene);
+    assert!(
+        matches!(found[..], [Warning::ShortArc { gap: g }] if (g - gap).abs() < 1e-9),
+        "{found:?}"
+    );
 }
 
 /// A healthy twist is followed to the tolerances, one that jumps between two of many samples is not.
