@@ -27,7 +27,7 @@ pub struct LoadState {
 /// ```
 ///
 /// The ends are fixed. The mass of a node of rubber is the density rho times half of the volume v of its elements. Moduli in kPa and
-/// lengths in cm imply a density in kPa s^2/cm^2 (1 g/cm^3 is 1e-4) and energies in kPa cm^3 = mJ.
+/// lengths in cm imply a density in kPa s^2/cm^2 and energies in kPa cm^3 = mJ. 1 g/cm^3 is [`Body::G_PER_CM3`] = 1e-4 kPa s^2/cm^2.
 ///
 /// ```
 /// use membrane_implicit::{Body, Membrane, ReferenceShape};
@@ -55,12 +55,15 @@ pub struct Body {
 }
 
 impl Body {
+    /// 1 g/cm^3 in kPa s^2/cm^2, the unit of density for moduli in kPa: multiply densities in g/cm^3 by it.
+    pub const G_PER_CM3: f64 = 1e-4;
+
     /// Discretises a `membrane` of springs with `n_nodes` nodes; mass 1 per unit s, no damping.
     ///
     /// # Errors
     /// Fewer than three nodes, a stiffness that is not positive, coinciding nodes, positions beyond 1e100 cm; a membrane of rubber.
     pub fn springs(membrane: &Membrane, n_nodes: usize) -> Result<Self> {
-        let discrete = FiniteDifferences::new(membrane, n_nodes).map_err(rejected)?;
+        let discrete = FiniteDifferences::new(membrane, n_nodes)?;
         match membrane.material() {
             Material::Springs { .. } => {
                 let volumes = vec![1.0; discrete.start().len()];
@@ -69,20 +72,26 @@ impl Body {
             }
             Material::Rubber(_) => {
                 let what = "mass per unit s";
-                Err(rejected(MembraneError::OtherMaterial { what }))
+                Err(MembraneError::OtherMaterial { what }.into())
             }
         }
     }
 
     /// Discretises a `membrane` of rubber of this density with `n_nodes` nodes, of which those up to the axis move; no damping.
     ///
+    /// The density is in kPa s^2/cm^2 for moduli in kPa: 1.06e-4 for tissue of 1.06 g/cm^3 (1.06 times [`Body::G_PER_CM3`]). A density of 1.06
+    /// would be ten thousand times as heavy and is not an error.
+    ///
+    /// Undamped rubber under a sudden load does not converge at steps that leave its fast modes unresolved: raise the load over some periods
+    /// or use [`Body::with_damping`], and repeat the run with half the step ([`TimeStep::Fixed`](crate::TimeStep::Fixed)).
+    ///
     /// # Errors
     /// As [`Body::springs`]; a density that is not positive; a membrane of springs.
     pub fn rubber(membrane: &Membrane, n_nodes: usize, density: f64) -> Result<Self> {
         positive("density", density)?;
-        let discrete = FiniteDifferences::half(membrane, n_nodes).map_err(rejected)?;
+        let discrete = FiniteDifferences::half(membrane, n_nodes)?;
         let mut mass = discrete.tangent();
-        discrete.add_mass_into(1.0, &mut mass).map_err(rejected)?;
+        discrete.add_mass_into(1.0, &mut mass)?;
         let diagonal = (0..mass.band.len()).map(|i| mass.band.get(i, i).unwrap_or(0.0));
         Self::of(discrete, density, diagonal.collect(), 1.0)
     }
@@ -93,8 +102,7 @@ impl Body {
             within("reference position", *value, -FARTHEST, FARTHEST)?;
         }
         let mut tangent = discrete.tangent();
-        let elastic = discrete.tangent_into(start, 0.0, &mut tangent);
-        elastic.map_err(rejected)?;
+        discrete.tangent_into(start, 0.0, &mut tangent)?;
         let stiffness = tangent.band;
         // Upper bound of the spectrum by Gershgorin's circles; for springs in a row it is accurate to O(1/N^2), because the highest mode
         // alternates from node to node.
@@ -104,7 +112,7 @@ impl Body {
             .map(|(_, (row, volume))| row.iter().map(|v| v.abs()).sum::<f64>() / volume)
             .fold(0.0, f64::max);
         Ok(Self {
-            length: discrete.measure(Measure::Length, start).map_err(rejected)?,
+            length: discrete.measure(Measure::Length, start)?,
             largest_frequency: largest.sqrt(),
             discrete,
             mass,
@@ -166,7 +174,8 @@ impl Body {
     /// Returns the largest stable time step of explicit schemes,
     /// 2 sqrt(m) / omega (leapfrog's bound; omega^2 the largest eigenvalue of -dF_e/dc).
     ///
-    /// With constant stiffness and no second neighbours it is ds sqrt(m / lambda) up to O(1/N^2). For rubber it applies at the start.
+    /// With constant stiffness and no second neighbours it is ds sqrt(m / lambda) up to O(1/N^2). For rubber it applies at the start. Damping,
+    /// which allows longer steps, is not counted.
     #[must_use]
     pub fn largest_explicit_step(&self) -> f64 {
         2.0 * self.mass.sqrt() / self.largest_frequency
@@ -233,7 +242,7 @@ impl Body {
     ) -> Result<()> {
         let d = &self.discrete;
         d.pressure_force_into(nodes, intensity, out)
-            .map_err(|error| ImplicitError::Membrane { time, error })
+            .map_err(|error| ImplicitError::Forces { time, error })
     }
 
     /// `out` = (m + h mu) - h^2 d(F_e + F_p)/dc at fixed intensity.
@@ -255,8 +264,4 @@ impl Body {
         let mut volumes = self.volumes.iter().enumerate();
         volumes.try_for_each(|(i, volume)| out.band.add(i, i, diagonal * volume))
     }
-}
-
-fn rejected(error: MembraneError) -> ImplicitError {
-    ImplicitError::Membrane { time: 0.0, error }
 }

@@ -86,7 +86,8 @@ pub struct Energy {
 }
 
 impl Energy {
-    /// The rounding error of the balance, kinetic + elastic + losses - initial - work.
+    /// The rounding error of the balance, kinetic + elastic + losses - initial - work. It is no estimate of the error of the motion, whose
+    /// own share in the balance is `numerical_loss`, and zero for the midpoint rule.
     #[must_use]
     pub fn imbalance(&self) -> f64 {
         self.kinetic + self.elastic + self.damping_loss + self.numerical_loss

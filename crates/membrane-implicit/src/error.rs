@@ -11,9 +11,12 @@ pub(crate) type Result<T, E = ImplicitError> = std::result::Result<T, E>;
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum ImplicitError {
-    /// The membrane could not be discretised, or neighbouring nodes coincide.
+    /// The membrane cannot be discretised, or its material is not that of the call.
+    #[error(transparent)]
+    Membrane(#[from] MembraneError),
+    /// The forces are not defined in a state of the motion, for instance because neighbouring nodes coincide.
     #[error("no forces at t = {time:?}")]
-    Membrane {
+    Forces {
         /// Time of the error.
         time: f64,
         /// Error of the forces.
@@ -136,6 +139,7 @@ fn allowed(least: f64, most: f64) -> String {
     match (least, most) {
         (f64::MIN, f64::MAX) => "be finite".into(),
         (f64::MIN_POSITIVE, f64::MAX) => "be positive and finite".into(),
+        (f64::MIN_POSITIVE, most) => format!("be positive and at most {most:?}"),
         (least, f64::MAX) => format!("be at least {least:?} and finite"),
         (least, most) => format!("lie in [{least:?}, {most:?}]"),
     }

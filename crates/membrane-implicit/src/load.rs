@@ -1,4 +1,4 @@
-//! Loads of a moving membrane: pressure, total force or volume as a function of time, or a pressure as a function of the state.
+//! Loads of a moving membrane: force intensity, total force or volume as a function of time, or an intensity as a function of the state.
 
 use std::fmt;
 use std::sync::Arc;
@@ -10,15 +10,16 @@ use crate::load_kind::LoadKind;
 /// A prescribed quantity; the force intensity f (or p) that belongs to it is part of the solution of each step.
 ///
 /// ```
-/// use membrane_implicit::{Body, Load, LoadKind, LoadState, Membrane, ReferenceShape};
-/// let body = Body::springs(&Membrane::new(ReferenceShape::balloon(8.5, 1.75)?), 101)?;
-/// let pressure = Load::intensity(|t| 17.5 * (1.0 - (-t).exp()));
+/// use membrane_implicit::{Body, Load, LoadKind, LoadState, Membrane, PressureLaw, ReferenceShape};
+/// let membrane = Membrane::new(ReferenceShape::balloon(8.5, 1.75)?);
+/// let body = Body::springs(&membrane.with_law(PressureLaw::PerCurrentLength), 101)?;
+/// let pressure = Load::intensity(|t| 0.7 * (1.0 - (-t).exp()));
 /// let pump = Load::volume_gain(&body, |t| 0.3 * (1.0 - (6.8 * t).cos()));
 /// assert_eq!((pressure.kind(), pump.kind()), (LoadKind::Intensity, LoadKind::Volume));
-/// // Outflow through a tube of resistance 0.02 into a vessel at 10
-/// let outlet = Load::feedback(|now: &LoadState| 10.0 - 0.02 * now.volume_rate);
+/// // Outflow through a tube of resistance 0.002 into a vessel at the pressure 0.4
+/// let outlet = Load::feedback(|now: &LoadState| 0.4 - 0.002 * now.volume_rate);
 /// let now = LoadState { time: 0.0, volume: 93.0, volume_rate: -50.0 };
-/// assert_eq!(outlet.at(&now)?, 11.0);
+/// assert_eq!(outlet.at(&now)?, 0.5);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone)]
@@ -35,7 +36,10 @@ enum Source {
     State(Box<dyn Model>),
 }
 
-/// A pressure that depends on the state: an afterload, a valve or a vessel.
+/// A force intensity that depends on the state: an afterload, a valve or a vessel.
+///
+/// It is a pressure under [`PressureLaw::PerCurrentLength`](crate::PressureLaw::PerCurrentLength) and for rubber. Under the other laws,
+/// also the default one, it is a force per unit s: the average pressure times the current length of the curve.
 ///
 /// Every closure from a [`LoadState`] to a number is a feedback. A model with memory stores it in `self` and updates it in
 /// [`Feedback::accepted`], once per step; the memory is constant within a step, which may be tried several times.
@@ -125,8 +129,11 @@ impl Load {
         Self::volume(move |t| start + inflow(t))
     }
 
-    /// Force intensity as a function of volume and flow. An implicit scheme solves for both together, at its full order; splittings do not
-    /// support it.
+    /// Force intensity as a function of volume and flow. An implicit scheme solves for both together; splittings do not support it.
+    ///
+    /// The scheme keeps its order if the intensity is a smooth function of the [`LoadState`]. A model that integrates an equation of its own
+    /// between [`Feedback::accepted`] and the current state limits the order to that of its rule: backward Euler to 1, the trapezoidal rule
+    /// (example `windkessel`) to 2.
     #[must_use]
     pub fn feedback(model: impl Feedback + Clone + Send + Sync + 'static) -> Self {
         Self {

@@ -4,7 +4,7 @@ mod adaptive;
 mod run;
 
 use membrane_newton::membrane_forces::Material;
-use membrane_newton::{DiscreteMembrane, Measure, MembraneError, Stiffness};
+use membrane_newton::{DiscreteMembrane, Measure, MembraneError, PressureLaw, Stiffness};
 
 use crate::body::{Body, FARTHEST, LoadState};
 use crate::constraint::Constraint;
@@ -59,8 +59,11 @@ pub struct State<'a> {
     pub points: &'a [[f64; 2]],
     /// Velocity of each node.
     pub velocities: &'a [[f64; 2]],
-    /// Force intensity f or p; for a volume prescribed under [`Scheme::Midpoint`] its average over the last step.
+    /// Force intensity f or p of the membrane's [`PressureLaw`]; for a volume prescribed under [`Scheme::Midpoint`] its average over the
+    /// last step. Only under [`PressureLaw::PerCurrentLength`] and for rubber it is a pressure; f is a force per unit s. See
+    /// [`State::pressure`].
     pub intensity: f64,
+    law: PressureLaw,
     /// Number of times that the curve through the points covers the body.
     copies: f64,
 }
@@ -77,6 +80,15 @@ impl State<'_> {
     pub fn volume_rate(&self) -> f64 {
         let rate = Measure::Volume.rate(self.points, self.velocities);
         self.copies * rate.unwrap_or(f64::NAN)
+    }
+
+    /// Pressure across the membrane (inside minus outside), force per current area, in the unit of the stiffness, for rubber of the modulus
+    /// (kPa). Under the law per current length it is the intensity; the other laws distribute the force evenly over the material, and the
+    /// pressure is the average over the curve, intensity over current length ([`PressureLaw::mean_pressure`]).
+    #[must_use]
+    pub fn pressure(&self) -> f64 {
+        let length = Measure::Length.of(self.points);
+        self.law.mean_pressure(self.intensity, length)
     }
 }
 
@@ -184,9 +196,7 @@ impl Motion {
         let body = &self.inner.body;
         let membrane = body.discrete.setting().membrane();
         if let Material::Rubber(_) = membrane.material() {
-            let (time, what) = (self.time(), "stiffness");
-            let error = MembraneError::OtherMaterial { what };
-            return Err(ImplicitError::Membrane { time, error });
+            return Err(MembraneError::OtherMaterial { what: "stiffness" }.into());
         }
         let membrane = membrane.clone().with_stiffness(stiffness);
         let body = Body::springs(&membrane, body.n_nodes())?
@@ -349,9 +359,10 @@ impl Motion {
     /// Makes one step of length `dt`.
     ///
     /// # Errors
-    /// A step that is not positive, the load's value, equations that cannot be solved, numbers that overflow. The state is then unchanged.
+    /// A step that is not positive or that exceeds the stability limit of an explicit scheme ([`Scheme`]), the load's value, equations that
+    /// cannot be solved, numbers that overflow. The state is then unchanged.
     pub fn step(&mut self, dt: f64) -> Result<()> {
-        positive("time step", dt)?;
+        self.check_fixed(dt)?;
         self.attempt(dt)?;
         self.accept(None);
         Ok(())
@@ -395,6 +406,24 @@ impl Motion {
             Some(outer) => outer.at_into(time, points, velocities),
             None => Ok(()),
         }
+    }
+
+    /// Rejects a fixed step that is not positive or with which an explicit scheme is unstable.
+    fn check_fixed(&self, dt: f64) -> Result<()> {
+        match self.inner.longest_step() {
+            f64::INFINITY => positive("time step", dt)?,
+            limit => {
+                // not because of rounding: the limit is often the spacing of the nodes
+                let limit = limit * (1.0 + 1e-12);
+                within(
+                    "time step of an explicit scheme",
+                    dt,
+                    f64::MIN_POSITIVE,
+                    limit,
+                )?
+            }
+        };
+        Ok(())
     }
 
     fn movers(&self) -> impl Iterator<Item = &Mover> {
@@ -461,6 +490,7 @@ fn view<'a>(body: &Body, now: &'a Kinematics) -> State<'a> {
         points: now.nodes.as_chunks::<2>().0,
         velocities: now.velocity.as_chunks::<2>().0,
         intensity: now.intensity,
+        law: body.discrete.law(),
         copies: body.copies(),
     }
 }

@@ -354,13 +354,9 @@ impl Mover {
         }
     }
 
-    /// Returns an upper limit of adaptive steps: the stability limit of [`Scheme::Splitting2`]. Only error estimates limit the steps of the
-    /// other schemes.
+    /// Returns the stability limit of explicit steps, infinite for other schemes.
     pub(crate) fn longest_step(&self) -> f64 {
-        match self.scheme == Scheme::Splitting2 {
-            true => self.body.largest_explicit_step(),
-            false => f64::INFINITY,
-        }
+        self.scheme.stability_limit() * self.body.largest_explicit_step()
     }
 
     pub(crate) fn error_exponent(&self) -> f64 {

@@ -38,11 +38,12 @@ pub enum Scheme {
     /// oscillations. Preserves equilibria.
     ImplicitSplitting2,
     /// Explicit, order 2, by splitting into kicks of the force and drifts with exact damping (Stormer, Verlet): one force per step. Stable
-    /// up to [`Body::largest_explicit_step`](crate::Body::largest_explicit_step).
+    /// up to [`Body::largest_explicit_step`](crate::Body::largest_explicit_step); a longer fixed step is an error.
     Splitting2,
     /// Explicit, order 6, by splitting into kicks of the force and drifts with exact damping (SRKN_11^b of Blanes and Moan, J. Comput.
     /// Appl. Math. 142 (2002) 313-330): eleven forces per step, the fastest scheme for small errors of resolved waves. Stable up to 1.57
-    /// times [`Body::largest_explicit_step`](crate::Body::largest_explicit_step), fixed steps only.
+    /// times [`Body::largest_explicit_step`](crate::Body::largest_explicit_step), fixed steps only;
+    /// a longer one is an error.
     Splitting6,
 }
 
@@ -74,6 +75,17 @@ impl Scheme {
         match self {
             Self::SemiImplicitEuler | Self::TrBdf2 | Self::Midpoint => false,
             Self::ImplicitSplitting2 | Self::Splitting2 | Self::Splitting6 => true,
+        }
+    }
+
+    /// Returns the largest stable step without damping, in units of [`Body::largest_explicit_step`](crate::Body::largest_explicit_step).
+    pub(crate) fn stability_limit(self) -> f64 {
+        match self {
+            Self::Splitting2 => 1.0,
+            Self::Splitting6 => 1.57,
+            Self::SemiImplicitEuler | Self::TrBdf2 | Self::Midpoint | Self::ImplicitSplitting2 => {
+                f64::INFINITY
+            }
         }
     }
 

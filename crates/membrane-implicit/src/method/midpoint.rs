@@ -26,7 +26,7 @@ impl Implicit {
         let (body, (now, new), dt, work) = step.ends();
         let last = constraints.last().unwrap_or(&constraint);
         let (time, h) = (now.time, 0.5 * dt);
-        let at = |error| ImplicitError::Membrane { time, error };
+        let at = |error| ImplicitError::Forces { time, error };
         let secant = match body.material() {
             Material::Springs { .. } => None,
             Material::Rubber(_) => {

@@ -97,7 +97,7 @@ impl Equation<'_> {
     fn error(&self, error: NewtonError) -> ImplicitError {
         let Self { time, dt, .. } = *self;
         match error {
-            NewtonError::Membrane(error) => ImplicitError::Membrane { time, error },
+            NewtonError::Membrane(error) => ImplicitError::Forces { time, error },
             error => {
                 // that of the load, as it was
                 let of_load = error.source().and_then(|error| error.downcast_ref());

@@ -74,7 +74,7 @@ impl Motion {
                 Ok(error) => error,
                 Err(
                     ImplicitError::Unstable { .. }
-                    | ImplicitError::Membrane { .. }
+                    | ImplicitError::Forces { .. }
                     | ImplicitError::Step { .. },
                 ) => f64::INFINITY,
                 Err(error) => return Err(error),

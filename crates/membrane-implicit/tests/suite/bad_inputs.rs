@@ -17,7 +17,7 @@ fn is_range<T: std::fmt::Debug>(result: Result<T, ImplicitError>) -> bool {
 fn bodies() {
     assert!(matches!(
         Body::springs(&balloon(), 2),
-        Err(ImplicitError::Membrane { .. })
+        Err(ImplicitError::Membrane(_))
     ));
     for bad in BAD.into_iter().chain([0.0]) {
         assert!(is_range(reference_body().with_mass(bad)), "{bad}");
@@ -35,6 +35,11 @@ fn messages_are_short() {
         said(-1e300),
         "time step is -1e300; it must be positive and finite"
     );
+    let (longest, unstable) = (reference_body().largest_explicit_step(), 1.0);
+    let said = (inflate(Scheme::Splitting2).step(unstable)).unwrap_err();
+    let said = said.to_string();
+    let expected = "time step of an explicit scheme is 1.0; it must be positive and at most 0.0";
+    assert!(said.starts_with(expected) && longest < 0.011, "{said}");
     let damped = reference_body().with_damping(-0.5).unwrap_err();
     let expected = "damping is -0.5; it must be at least 0.0 and finite";
     assert_eq!(damped.to_string(), expected);
@@ -195,7 +200,7 @@ fn pairs_and_states() {
     assert_eq!(state.err(), Some(ImplicitError::StateOfPair));
     // all nodes at one position: no normal
     let state = inflate(Scheme::TrBdf2).with_state(0.0, &zero, &zero);
-    assert!(matches!(state, Err(ImplicitError::Membrane { .. })));
+    assert!(matches!(state, Err(ImplicitError::Forces { .. })));
 }
 
 #[test]

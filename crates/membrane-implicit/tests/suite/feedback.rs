@@ -10,7 +10,8 @@ use membrane_implicit::membrane_newton::membrane_forces::FiniteDifferences;
 use membrane_implicit::membrane_newton::{Control, Discretisation, NewtonOptions, Solver};
 use membrane_implicit::{
     Body, EvolvingOptions, Feedback, ImplicitError, Load, LoadState, Measure, Membrane, Motion,
-    ReferenceShape, Scheme, Stiffness, Stop, TimeStep, Tolerance, evolve, evolve_observed,
+    PressureLaw, ReferenceShape, Scheme, Stiffness, Stop, TimeStep, Tolerance, evolve,
+    evolve_observed,
 };
 
 const IMPLICIT: [Scheme; 3] = [Scheme::SemiImplicitEuler, Scheme::Midpoint, Scheme::TrBdf2];
@@ -151,6 +152,77 @@ fn a_feedback_may_ignore_the_state() {
         // both are solved to the rounding of 20 cm
         assert!(apart.fold(0.0, f64::max) < 1e-12, "{scheme:?}");
     }
+}
+
+/// The vessel C p' = -V' - p / R, integrated over the steps with the weight `theta` of their ends.
+#[derive(Clone)]
+struct Vessel {
+    theta: f64,
+    pressure: f64,
+    last: Option<LoadState>,
+}
+
+impl Feedback for Vessel {
+    fn intensity(&self, now: &LoadState) -> f64 {
+        let Some(last) = self.last else {
+            return self.pressure;
+        };
+        let (c, leak) = (100.0, 100.0 * (now.time - last.time));
+        let kept = c - (1.0 - self.theta) * leak;
+        (kept * self.pressure + last.volume - now.volume) / (c + self.theta * leak)
+    }
+
+    fn accepted(&mut self, now: &LoadState) {
+        self.pressure = self.intensity(now);
+        self.last = Some(*now);
+    }
+}
+
+/// The rule of a model with memory limits the order: 2 by the trapezoidal rule (as in the example `windkessel`), 1 by backward Euler.
+#[test]
+fn a_model_with_memory_limits_the_order() {
+    let membrane = balloon().with_law(PressureLaw::PerCurrentLength);
+    for scheme in [Scheme::TrBdf2, Scheme::Midpoint] {
+        for (theta, expected) in [(0.5, 2.0), (1.0, 1.0)] {
+            let volume = |steps: u32| {
+                let (pressure, last) = (0.4, None);
+                let load = Load::feedback(Vessel {
+                    theta,
+                    pressure,
+                    last,
+                });
+                let body = Body::springs(&membrane, 21).unwrap();
+                let body = body.with_damping(1.0).unwrap();
+                let mut motion = Motion::new(body, load, scheme).unwrap();
+                let dt = TimeStep::Fixed(1.0 / f64::from(steps));
+                motion.run(dt, &[Stop::Time(1.0)]).unwrap();
+                // in this law the intensity is the pressure
+                assert_eq!(motion.state().pressure(), motion.state().intensity);
+                motion.state().volume()
+            };
+            let [a, b, c] = [200, 400, 800].map(volume);
+            let order = ((a - b) / (b - c)).abs().log2();
+            println!("{scheme:?}, {theta}: {a} {b} {c}, order {order}");
+            // that of backward Euler decreases to 1 as the second-order part vanishes
+            assert!((order - expected).abs() < 0.4, "{scheme:?}: {order}");
+        }
+    }
+}
+
+/// Under a law of force per unit s the pressure is the intensity over the length of the curve; at rest it equals that of Newton's method.
+#[test]
+fn a_state_returns_its_pressure() {
+    let mut motion = common::inflate(Scheme::TrBdf2);
+    let (force, speed) = (1e-9, 1e-9);
+    let settled = Stop::Equilibrium { force, speed };
+    let stops = [settled, Stop::Steps(500)];
+    motion.run(TimeStep::Fixed(1.0), &stops).unwrap();
+    let nodes = 101;
+    let solver = Solver::new(&balloon(), Discretisation::FiniteDifferences { nodes }).unwrap();
+    let solved = solver.solve(Control::Load(17.5), &NewtonOptions::default());
+    let expected = solved.unwrap().pressure();
+    let pressure = motion.state().pressure();
+    assert!((pressure / expected - 1.0).abs() < 1e-8 && pressure < 1.0);
 }
 
 /// A valve: the slope of the pressure jumps where the flow changes sign.

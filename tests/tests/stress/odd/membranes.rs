@@ -347,10 +347,9 @@ fn membrane_implicit_accepts_any_input() {
         let refused = Body::springs(&balloon(), n);
         assert!(matches!(
             refused,
-            Err(ImplicitError::Membrane {
-                error: MembraneError::TooFew { .. } | MembraneError::TooMany { .. },
-                ..
-            })
+            Err(ImplicitError::Membrane(
+                MembraneError::TooFew { .. } | MembraneError::TooMany { .. }
+            ))
         ));
     }
     let schemes = [
