@@ -183,7 +183,7 @@ impl Feedback for Vessel {
 fn a_model_with_memory_limits_the_order() {
     let membrane = balloon().with_law(PressureLaw::PerCurrentLength);
     for scheme in [Scheme::TrBdf2, Scheme::Midpoint] {
-        for (theta, expected) in [(0.5, 2.0), (1.0, 1.0)] {
+        for (theta, range) in [(0.5, 1.8..2.2), (1.0, 0.9..1.6)] {
             let volume = |steps: u32| {
                 let (pressure, last) = (0.4, None);
                 let load = Load::feedback(Vessel {
@@ -204,7 +204,7 @@ fn a_model_with_memory_limits_the_order() {
             let order = ((a - b) / (b - c)).abs().log2();
             println!("{scheme:?}, {theta}: {a} {b} {c}, order {order}");
             // that of backward Euler decreases to 1 as the second-order part vanishes
-            assert!((order - expected).abs() < 0.4, "{scheme:?}: {order}");
+            assert!(range.contains(&order), "{scheme:?}: {order}");
         }
     }
 }
