@@ -5,7 +5,7 @@ use std::fmt::Debug;
 use std::sync::Arc;
 
 use crate::curve::CurvePiece;
-use crate::error::{MembraneError, Result, length};
+use crate::error::{MembraneError, Result, finite, length};
 use crate::law::PressureLaw;
 use crate::material::Material;
 use crate::measures::{Measure, Measures};
@@ -23,6 +23,9 @@ use crate::tangent::{Layout, Tangent};
 ///
 /// The `intensity` that pressure functions take is f or p: the load itself, or under the total-force law the load over the
 /// surface, F / S(c), with S from [`DiscreteMembrane::measure`].
+///
+/// NaN in a state or in `s` gives NaN in measures, points and curves; forces of such states are NaN or
+/// [`MembraneError::CoincidentPoints`].
 ///
 /// # Errors
 /// [`MembraneError::WrongLength`] from every method that returns a `Result`: a state or slice whose length differs from that of
@@ -89,18 +92,20 @@ pub trait DiscreteMembrane: Debug + Send + Sync {
     /// jump of the tension.
     ///
     /// # Errors
-    /// [`MembraneError::CoincidentPoints`]: the curve has no direction at a node, so its normal is undefined.
+    /// [`MembraneError::CoincidentPoints`]: the curve has no direction at a node, so its normal is undefined;
+    /// [`MembraneError::NotFinite`]: an intensity that is not finite.
     fn pressure_force_into(&self, nodes: &[f64], intensity: f64, out: &mut [f64]) -> Result<()> {
         let setting = self.setting();
         setting.check_state(nodes)?;
+        finite("force intensity", intensity)?;
         length("forces", out.len(), nodes.len())?;
         setting.elastic.push_into(nodes, intensity, out)?;
         setting.hold(out);
         Ok(())
     }
 
-    /// Computes F_e + F_p at force intensity `intensity`, with `elastic` as scratch. Returns the volume if it is a by-product, as for
-    /// spectral elements of rubber.
+    /// Computes F_e + F_p at force intensity `intensity`, with `scratch` of the same length, whose content is then undefined. Returns the
+    /// volume if it is a by-product, as for spectral elements of rubber.
     ///
     /// # Errors
     /// As [`DiscreteMembrane::pressure_force_into`].
@@ -108,14 +113,15 @@ pub trait DiscreteMembrane: Debug + Send + Sync {
         &self,
         nodes: &[f64],
         intensity: f64,
-        elastic: &mut [f64],
+        scratch: &mut [f64],
         out: &mut [f64],
     ) -> Result<Option<f64>> {
         let setting = self.setting();
         setting.check_state(nodes)?;
+        finite("force intensity", intensity)?;
         length("forces", out.len(), nodes.len())?;
-        length("scratch of forces", elastic.len(), nodes.len())?;
-        let volume = (setting.elastic).forces_into(nodes, intensity, elastic, out)?;
+        length("scratch of forces", scratch.len(), nodes.len())?;
+        let volume = (setting.elastic).forces_into(nodes, intensity, scratch, out)?;
         setting.hold(out);
         Ok(volume)
     }
@@ -150,6 +156,7 @@ pub trait DiscreteMembrane: Debug + Send + Sync {
     ) -> Result<()> {
         let setting = self.setting();
         setting.check_state(nodes)?;
+        finite("force intensity", intensity)?;
         out.check(setting.elastic.layout())?;
         (setting.elastic).tangent_into(nodes, (intensity, least), out)?;
         out.hold(&setting.fixed);
@@ -198,7 +205,8 @@ pub trait DiscreteMembrane: Debug + Send + Sync {
     /// Computes the gradient of [`DiscreteMembrane::measure`] by the state.
     fn measure_gradient_into(&self, measure: Measure, nodes: &[f64], out: &mut [f64]);
 
-    /// Returns the material coordinate of every node of the whole curve, s from 0 to 1.
+    /// Returns the material coordinate of every node of the whole curve, s from 0 to 1. Node n of a state has the n-th one, also if the state
+    /// ends at the axis and therefore has fewer nodes.
     fn positions(&self) -> Vec<f64>;
 
     /// Returns all nodes of the whole curve.

@@ -88,8 +88,10 @@ pub enum MembraneError {
         /// The value there.
         given: f64,
     },
-    /// Two neighbouring points of the curve coincide, so it has no direction there.
-    #[error("the curve has no direction at point {index}: its neighbours coincide")]
+    /// Two neighbouring points of the curve coincide or are NaN, so it has no direction there.
+    #[error(
+        "the curve has no direction at point {index}: its neighbours coincide or are NaN"
+    )]
     CoincidentPoints {
         /// Index of the point.
         index: usize,
@@ -107,6 +109,26 @@ pub enum MembraneError {
         given: [f64; 2],
         /// Central difference of the positions or first derivatives.
         found: [f64; 2],
+    },
+    /// The first derivative of a reference configuration jumps where no breakpoint is given.
+    #[error(
+        "the first derivative of the reference configuration jumps from {before:?} to {after:?} at s = {s:?}; a breakpoint is needed there"
+    )]
+    Kink {
+        /// Material coordinate.
+        s: f64,
+        /// The derivative before.
+        before: [f64; 2],
+        /// The derivative after.
+        after: [f64; 2],
+    },
+    /// The curve encloses a negative volume: it runs counter-clockwise, or its ends are exchanged.
+    #[error(
+        "the curve encloses {volume:?} cm^3; it must run from (0, +R) over the apex at x > 0 to (0, -R)"
+    )]
+    InsideOut {
+        /// The volume, cm^3.
+        volume: f64,
     },
     /// The reference configuration crosses itself.
     #[error("the reference configuration crosses itself: segment {first} meets segment {second}")]

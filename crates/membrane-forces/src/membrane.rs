@@ -4,7 +4,7 @@ use crate::error::{MembraneError, Result, finite};
 use crate::law::PressureLaw;
 use crate::material::{Material, Rubber};
 use crate::profile::Stiffness;
-use crate::reference::{CurvePoint, ReferenceShape};
+use crate::reference::{CurvePoint, ReferenceShape, outwards};
 use crate::strain_energy::RubberState;
 
 /// An elastic membrane in the plane of its axis of revolution.
@@ -41,7 +41,7 @@ impl Membrane {
         }
     }
 
-    /// Sets the stiffness lambda(s) of springs between neighbours.
+    /// Sets the stiffness lambda(s) of springs between neighbours. Rubber set before ([`Membrane::with_rubber`]) is replaced by springs.
     #[must_use]
     pub fn with_stiffness(mut self, stiffness: Stiffness) -> Self {
         let second = match self.material {
@@ -55,7 +55,7 @@ impl Membrane {
     /// Sets the stiffness lambda_2(s) of springs between second neighbours (3.2.3).
     ///
     /// Both springs pull with (stiffness / ds^2) times the difference of displacements, so in
-    /// the limit of fine meshes the membrane has stiffness lambda + 4 lambda_2.
+    /// the limit of fine meshes the membrane has stiffness lambda + 4 lambda_2. Rubber set before is replaced by springs of stiffness 1.
     #[must_use]
     pub fn with_second_neighbours(mut self, stiffness: Stiffness) -> Self {
         let second = Some(stiffness);
@@ -68,6 +68,9 @@ impl Membrane {
     }
 
     /// Replaces springs by rubber under a pressure: [`PressureLaw::PerCurrentLength`], for a body of revolution the force per current area.
+    ///
+    /// A membrane has one material, the one set last: a later [`Membrane::with_stiffness`] or [`Membrane::with_second_neighbours`] replaces
+    /// the rubber by springs, under the same law.
     ///
     /// ```
     /// use membrane_forces::{Material, Membrane, ReferenceShape, Rubber, StrainEnergy, Thickness};
@@ -96,12 +99,17 @@ impl Membrane {
     /// s: the equilibrium without load if lambda is constant.
     ///
     /// # Errors
-    /// A coordinate that is not finite.
+    /// A coordinate that is not finite; [`MembraneError::InsideOut`] for ends, such as exchanged ones, with which the start encloses a
+    /// negative volume.
     pub fn with_ends(mut self, ends: [[f64; 2]; 2]) -> Result<Self> {
         for value in ends.as_flattened() {
             finite("fixed end", *value)?;
         }
         self.ends = ends;
+        let mut start = self.rest.sampled();
+        self.hold_ends(start.iter_mut().map(|(s, point)| (*s, point)));
+        let start: Vec<_> = start.into_iter().map(|(_, point)| point).collect();
+        outwards(&start)?;
         Ok(self)
     }
 

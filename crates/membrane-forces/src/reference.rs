@@ -5,6 +5,7 @@ use std::fmt;
 use std::sync::Arc;
 
 use crate::error::{MembraneError, Result, at_least, finite, positive, rising};
+use crate::measures::Measure;
 
 /// A point of a curve with its first two derivatives with respect to s.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -30,6 +31,17 @@ pub struct ReferenceShape {
 
 /// Samples per piece of a function.
 const SAMPLES: usize = 64;
+/// Halvings of the distance between two samples until only a jump is left.
+const HALVINGS: usize = 24;
+
+/// Rejects a curve through `points` that encloses a negative volume, beyond rounding.
+pub(crate) fn outwards(points: &[[f64; 2]]) -> Result<()> {
+    let [volume, length] = [Measure::Volume, Measure::Length].map(|measure| measure.of(points));
+    if volume < -1e-9 * length.powi(3) {
+        return Err(MembraneError::InsideOut { volume });
+    }
+    Ok(())
+}
 
 type CurveFunction = dyn Fn(f64) -> CurvePoint + Send + Sync;
 
@@ -167,13 +179,15 @@ impl ReferenceShape {
         })
     }
 
-    /// Any curve: `curve(s)` gives position, first and second derivative with respect to s;
-    /// `breakpoints` are the s inside (0, 1) at which the second derivative jumps.
+    /// A curve from (0, +R) over the apex at x > 0 to (0, -R), clockwise, so that the enclosed volume is positive: `curve(s)` gives
+    /// position, first and second derivative with respect to s. `breakpoints` are the s inside (0, 1) at which the first or second derivative
+    /// jumps.
     ///
     /// # Errors
     /// Breakpoints that are not strictly ascending inside (0, 1), values that are not finite, a vanishing first derivative, derivatives
-    /// that differ from central differences by more than a thousandth ([`MembraneError::WrongDerivative`]), or a curve that crosses itself
-    /// (as sampled at 64 points per piece).
+    /// that differ from central differences by more than a thousandth ([`MembraneError::WrongDerivative`]), a first derivative that jumps by
+    /// more than a thousandth between breakpoints ([`MembraneError::Kink`]), a curve that crosses itself or encloses a negative volume
+    /// ([`MembraneError::InsideOut`]; all as sampled at 64 points per piece).
     pub fn from_function(
         curve: impl Fn(f64) -> CurvePoint + Send + Sync + 'static,
         breakpoints: &[f64],
@@ -184,8 +198,63 @@ impl ReferenceShape {
         let pieces = vec![Piece::Function(curve); breaks.len() - 1];
         let shape = Self { breaks, pieces };
         shape.check_sampled()?;
-        (0..shape.pieces.len()).try_for_each(|piece| shape.check_derivatives(piece))?;
+        for piece in 0..shape.pieces.len() {
+            shape.check_derivatives(piece)?;
+            shape.check_smooth(piece)?;
+        }
         Ok(shape)
+    }
+
+    /// Rejects a first derivative that jumps inside a piece: between samples where its change differs from the integral of the second
+    /// derivative, the interval is halved around the larger change, which vanishes unless it is a jump.
+    fn check_smooth(&self, piece: usize) -> Result<()> {
+        let (a, b) = (self.breaks[piece], self.breaks[piece + 1]);
+        // not at the ends, where a function has the derivative of the next piece
+        let inside = (0..SAMPLES).map(|k| (k as f64 + 0.5) / SAMPLES as f64);
+        let places = [1e-6].into_iter().chain(inside).chain([1.0 - 1e-6]);
+        let samples: Vec<(f64, CurvePoint)> = places
+            .map(|t| a + (b - a) * t)
+            .map(|s| (s, self.at_in(piece, s)))
+            .collect();
+        let size = |v: [f64; 2]| v[0].hypot(v[1]);
+        let change =
+            |from: &CurvePoint, to: &CurvePoint| [0, 1].map(|k| to.first[k] - from.first[k]);
+        for pair in samples.windows(2) {
+            let [(mut from, mut before), (mut to, mut after)] = [pair[0], pair[1]];
+            let smallest = 1e-3 * size(before.first).max(size(after.first));
+            let turned = change(&before, &after);
+            let bend = |k: usize| 0.5 * (to - from) * (before.second[k] + after.second[k]);
+            if size([turned[0] - bend(0), turned[1] - bend(1)]) <= smallest {
+                continue;
+            }
+            for _ in 0..HALVINGS {
+                let s = 0.5 * (from + to);
+                let middle = self.at_in(piece, s);
+                if size(change(&before, &middle)) > size(change(&middle, &after)) {
+                    (to, after) = (s, middle);
+                } else {
+                    (from, before) = (s, middle);
+                }
+            }
+            if size(change(&before, &after)) > smallest {
+                let (s, before, after) = (to, before.first, after.first);
+                return Err(MembraneError::Kink { s, before, after });
+            }
+        }
+        Ok(())
+    }
+
+    /// Returns s and position of 64 samples per piece and of the end.
+    pub(crate) fn sampled(&self) -> Vec<(f64, [f64; 2])> {
+        let mut out = Vec::with_capacity(SAMPLES * self.pieces.len() + 1);
+        for (piece, ends) in self.breaks.windows(2).enumerate() {
+            for k in 0..SAMPLES {
+                let s = ends[0] + (ends[1] - ends[0]) * k as f64 / SAMPLES as f64;
+                out.push((s, self.at_in(piece, s).position));
+            }
+        }
+        out.push((1.0, self.at(1.0).position));
+        out
     }
 
     /// Compares derivatives with central differences at the middles of the samples. Over 1e-5 of the piece they are accurate to 1e-10 of a
@@ -248,10 +317,11 @@ impl ReferenceShape {
         let last = self.at(1.0).position;
         finite("reference curve", last[0] + last[1])?;
         points.push(last);
-        crate::crossing::check(&points)
+        crate::crossing::check(&points)?;
+        outwards(&points)
     }
 
-    /// 0, the positions at which the second derivative jumps, 1.
+    /// 0, the positions at which the first or second derivative jumps, 1.
     #[must_use]
     pub fn breakpoints(&self) -> &[f64] {
         &self.breaks

@@ -300,9 +300,9 @@ fn derivatives_are_compared_along_the_whole_reference_configuration() {
                 [1.0, factor]
             };
             CurvePoint {
-                position: [s * s, 1.0 - 2.0 * s],
-                first: [2.0 * s, -2.0].map(|v| factors[0] * v),
-                second: [2.0, 0.0].map(|v| factors[1] * v),
+                position: [2.0 * s - s * s, 1.0 - 2.0 * s],
+                first: [2.0 - 2.0 * s, -2.0].map(|v| factors[0] * v),
+                second: [-2.0, 0.0].map(|v| factors[1] * v),
             }
         };
         ReferenceShape::from_function(curve, &[0.5])
@@ -316,6 +316,86 @@ fn derivatives_are_compared_along_the_whole_reference_configuration() {
                 matches!(refused, Err(MembraneError::WrongDerivative { s, .. }) if (from..from + 0.125).contains(&s)),
                 "{from}, {order}: {refused:?}"
             );
+        }
+    }
+}
+
+/// An ellipse that runs to the other side, or whose ends are exchanged, would enclose a negative volume: -4 pi a b^2 / 6.
+#[test]
+fn curves_that_are_inside_out_are_rejected() {
+    use std::f64::consts::PI;
+    let ellipse = |a: f64, b: f64| {
+        let curve = move |s: f64| {
+            let (sin, cos) = (PI * s).sin_cos();
+            CurvePoint {
+                position: [a * sin, b * cos],
+                first: [a * PI * cos, -b * PI * sin],
+                second: [-a * PI * PI * sin, -b * PI * PI * cos],
+            }
+        };
+        ReferenceShape::from_function(curve, &[])
+    };
+    for (a, b) in [(3.0, -2.0), (-3.0, 2.0)] {
+        let refused = ellipse(a, b).unwrap_err();
+        let MembraneError::InsideOut { volume } = refused else {
+            panic!("{refused:?}")
+        };
+        // 64 samples
+        assert!((volume / (-8.0 * PI) - 1.0).abs() < 1e-2, "{refused}");
+    }
+    let membrane = Membrane::new(ellipse(3.0, 2.0).unwrap());
+    let swapped = membrane.clone().with_ends([[0.0, -2.0], [0.0, 2.0]]);
+    assert!(matches!(swapped, Err(MembraneError::InsideOut { .. })));
+    assert!(membrane.with_ends([[0.0, 2.2], [0.0, -2.2]]).is_ok());
+}
+
+/// A jump of the first derivative needs a breakpoint, wherever it is between two samples; a smooth bend of a thousandth of the curve does not.
+#[test]
+fn jumps_of_the_first_derivative_need_a_breakpoint() {
+    for (at, jump) in [(0.5, 12.0), (0.37, 12.0), (0.3701, 0.1), (0.999, 1.0)] {
+        let kinked = move |s: f64| CurvePoint {
+            position: [6.0 * s - jump * (s - at).max(0.0), 2.0 - 4.0 * s],
+            first: [if s < at { 6.0 } else { 6.0 - jump }, -4.0],
+            second: [0.0; 2],
+        };
+        let refused = ReferenceShape::from_function(kinked, &[]);
+        assert!(
+            matches!(refused, Err(MembraneError::Kink { s, before, after })
+                if (s - at).abs() < 1e-6 && (before[0] - after[0] - jump).abs() < 1e-9),
+            "{at}: {refused:?}"
+        );
+        assert!(ReferenceShape::from_function(kinked, &[at]).is_ok());
+    }
+    let bent = |s: f64| {
+        let width = 1e-3;
+        let t = ((s - 0.4) / width).tanh();
+        CurvePoint {
+            position: [
+                2.0 * s - width * ((s - 0.4) / width).cosh().ln(),
+                1.0 - 2.0 * s,
+            ],
+            first: [2.0 - t, -2.0],
+            second: [-(1.0 - t * t) / width, 0.0],
+        }
+    };
+    assert!(ReferenceShape::from_function(bent, &[]).is_ok());
+}
+
+#[test]
+fn intensities_that_are_not_finite_are_rejected() {
+    let membrane = Membrane::new(ReferenceShape::balloon(8.5, 1.75).unwrap());
+    let forces = FiniteDifferences::new(&membrane, 11).unwrap();
+    let (mut scratch, mut out) = (vec![0.0; 22], vec![0.0; 22]);
+    let mut tangent = forces.tangent();
+    for bad in [f64::NAN, f64::INFINITY] {
+        for refused in [
+            forces
+                .forces_into(forces.start(), bad, &mut scratch, &mut out)
+                .map(drop),
+            forces.pressure_force_into(forces.start(), bad, &mut out),
+            forces.tangent_into(forces.start(), bad, &mut tangent),
+        ] {
+            assert!(matches!(refused, Err(MembraneError::NotFinite { .. })));
         }
     }
 }
