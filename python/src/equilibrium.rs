@@ -182,7 +182,7 @@ pub(crate) fn report<'py>(py: Python<'py>, of: &NewtonReport) -> PyResult<Bound<
     made.set_item("load_steps", of.load_steps)?;
     made.set_item("residual", of.residual)?;
     made.set_item("step", of.step)?;
-    made.set_item("error", of.error)?;
+    made.set_item("iteration_error", of.iteration_error)?;
     made.set_item("history", &of.history)?;
     Ok(made)
 }

@@ -40,6 +40,18 @@ pub(crate) struct Constraint {
 impl Quantity {
     pub(crate) const VOLUME: Self = Self::Measure(Measure::Volume);
 
+    /// Returns the name of the quantity, with its unit.
+    pub(crate) fn name(self) -> &'static str {
+        match self {
+            Self::Intensity => "force intensity (in the unit of the pressure law)",
+            Self::TotalForce => "total force (unit of the stiffness times cm^3)",
+            Self::Measure(Measure::Length) => "length (cm)",
+            Self::Measure(Measure::Area) => "area (cm^2)",
+            Self::Measure(Measure::Surface) => "surface (cm^2)",
+            Self::Measure(Measure::Volume) => "volume (cm^3)",
+        }
+    }
+
     /// Returns the quantity in state `x`, nodes and intensity.
     pub(crate) fn of(self, discrete: &dyn DiscreteMembrane, x: &[f64]) -> f64 {
         let (f, nodes) = (x[x.len() - 1], &x[..x.len() - 1]);

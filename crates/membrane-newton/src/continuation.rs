@@ -107,6 +107,7 @@ impl<'a, 's> Search<'a, 's> {
                 Err(EarlyEnd::AtStart) => (),
                 Err(EarlyEnd::At(reached)) => {
                     return Err(NewtonError::LimitPoint {
+                        quantity: self.system.innermost().constraint.quantity.name(),
                         reached,
                         wanted: to,
                         report: Box::default(),
@@ -133,6 +134,7 @@ impl<'a, 's> Search<'a, 's> {
             report.factorisations += 1;
             report.residual_calls += 2;
             report.stepped(size, system.residual_norm(&step), size);
+            report.floor(system.step_norm(state));
         }
         Ok(())
     }

@@ -45,7 +45,8 @@ impl Equilibrium {
     /// length it is p; the other laws distribute the force evenly over the material, and the pressure is the average over the curve,
     /// intensity over current length.
     ///
-    /// With the stiffness in kPa it is in kPa; `docs/theory.md` lists all other units.
+    /// With the stiffness lambda (for rubber the modulus) in kPa it is in kPa. f is then in kPa cm and F = f S in kPa cm^3, S the lateral
+    /// surface; the average is f / L with the current length L.
     ///
     /// ```
     /// use membrane_newton::{Control, Discretisation, Membrane, NewtonOptions, PressureLaw, ReferenceShape, Solver};

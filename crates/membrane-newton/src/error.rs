@@ -15,7 +15,7 @@ pub(crate) type Result<T, E = NewtonError> = std::result::Result<T, E>;
 #[non_exhaustive]
 pub enum NewtonError {
     /// Forces are not defined for the membrane or its state.
-    #[error("the membrane cannot be solved for")]
+    #[error(transparent)]
     Membrane(#[from] MembraneError),
     /// An error of the caller's own [`ResidualSystem`](crate::ResidualSystem): [`NewtonError::user`].
     #[error(transparent)]
@@ -51,6 +51,24 @@ pub enum NewtonError {
         /// Volume of the outer membrane, cm^3.
         outer: f64,
     },
+    /// A fixed end of the inner membrane of a pair is farther from the axis than that of the outer one in the same plane.
+    #[error(
+        "the inner membrane is fixed {inner:?} cm from the axis, the outer one {outer:?} in the same plane: the membranes cross"
+    )]
+    EndsCross {
+        /// Distance of the end of the inner membrane from the axis, cm.
+        inner: f64,
+        /// Distance of the end of the outer membrane from the axis, cm.
+        outer: f64,
+    },
+    /// The force intensities of the two membranes of a pair have different units.
+    #[error("the inner membrane is of {inner}, the outer one of {outer}; both must be of one kind")]
+    MixedPair {
+        /// Material and kind of load of the inner membrane.
+        inner: &'static str,
+        /// Material and kind of load of the outer membrane.
+        outer: &'static str,
+    },
     /// A vector or a matrix has a wrong size.
     #[error("{what}: {given} given, {expected} needed")]
     WrongLength {
@@ -64,8 +82,10 @@ pub enum NewtonError {
     /// The control was raised from the start but did not reach `wanted`: past `reached` (within about 1e-4 of it) this branch of equilibria
     /// turns back, or the load steps ran out. Another control, often area or volume, may continue. For a pressure beyond the limit of
     /// rubber, `reached` is its largest pressure, to rounding.
-    #[error("no equilibrium found past control value {reached:?}, {wanted:?} wanted, {} load steps", report.load_steps)]
+    #[error("no equilibrium found past {quantity} {reached:?}, {wanted:?} wanted, {} load steps", report.load_steps)]
     LimitPoint {
+        /// The quantity of the control with its unit; a volume for a volume gain.
+        quantity: &'static str,
         /// Last solved value of the control, in the unit of the control; a volume for a volume gain.
         reached: f64,
         /// The requested value, in the same unit.
@@ -109,8 +129,9 @@ pub enum NewtonError {
         /// The last estimate.
         eigenvalue: f64,
     },
-    /// Newton stopped before residual or step met their tolerances.
-    #[error("not converged after {} iterations: scaled residual {:e}, scaled step {:e}", report.iterations, report.residual, report.step)]
+    /// Newton stopped before residual or step met their tolerances. The number of iterations is that of all attempts, each with at most
+    /// [`NewtonOptions::max_iterations`](crate::NewtonOptions::max_iterations).
+    #[error("not converged after {} iterations in all attempts: scaled residual {:e}, scaled step {:e}", report.iterations, report.residual, report.step)]
     NotConverged {
         /// Report of the attempts.
         report: Box<NewtonReport>,

@@ -163,6 +163,7 @@ impl Nested {
         };
         let report = Box::default();
         Err(NewtonError::LimitPoint {
+            quantity: Quantity::Intensity.name(),
             reached,
             wanted,
             report,

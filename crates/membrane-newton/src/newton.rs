@@ -42,7 +42,8 @@ pub trait ResidualSystem {
     /// Dimensionless norm of a residual: of order one if the equations are not met at all.
     fn residual_norm(&self, residual: &[f64]) -> f64;
 
-    /// Dimensionless norm of a change of the unknowns, relative to the scale of the unknowns.
+    /// Dimensionless norm of a change of the unknowns, relative to the scale of the unknowns. Zero for a nonzero step is an error of the
+    /// solve ([`NewtonError::OutOfRange`]).
     fn step_norm(&self, step: &[f64]) -> f64;
 }
 
@@ -95,6 +96,8 @@ pub struct NewtonScratch {
     rejected: Option<NewtonError>,
     /// Whether the last step was within rounding.
     rounding: bool,
+    /// Contraction of the last step, infinite before the first.
+    contraction: f64,
     /// Estimated error after the last step if both of its corrections contracted; the report's estimate has a margin for other directions.
     left: f64,
     /// Whether the system has a reusable factorisation.
@@ -174,8 +177,9 @@ pub fn newton_observed<B>(
     options.check()?;
     scratch.begin(n, options.max_iterations);
     let outcome = iterate(system, x, options, scratch, &mut observe);
-    if outcome.is_err() {
-        scratch.forget_factorisation();
+    match outcome {
+        Ok(_) => scratch.report.floor(system.step_norm(x)),
+        Err(_) => scratch.forget_factorisation(),
     }
     outcome
 }
@@ -204,10 +208,19 @@ fn iterate<B>(
         scratch.step.copy_from_slice(&scratch.residual);
         system.solve_in_place(&mut scratch.step)?;
         let full = system.step_norm(&scratch.step);
+        // squares of smaller steps underflow
+        let moves = |step: &f64| step.abs() > f64::MIN_POSITIVE.sqrt();
+        if full == 0.0 && scratch.step.iter().any(moves) {
+            return Err(NewtonError::OutOfRange {
+                what: "norm of a nonzero step",
+                given: full,
+                above: 0.0,
+            });
+        }
         if full <= options.step_tolerance {
             scratch.report.step = full;
             // not applied: the error is the step, up to the error of its tangent
-            scratch.report.error = 1.5 * full;
+            scratch.report.iteration_error = 1.5 * full;
             return Ok(scratch.end(StopReason::Step));
         }
         let taken = match options.line_search {
@@ -218,7 +231,10 @@ fn iterate<B>(
             }
         };
         let contraction = match taken {
-            Ok(contraction) => contraction,
+            Ok(contraction) => {
+                scratch.contraction = contraction;
+                contraction
+            }
             // the old tangent failed; retry with a new one from the same x
             Err(NewtonError::NotConverged { .. }) if !fresh => {
                 scratch.forget_factorisation();
@@ -283,6 +299,7 @@ impl NewtonScratch {
         }
         self.rejected = None;
         self.rounding = false;
+        self.contraction = f64::INFINITY;
         self.left = f64::INFINITY;
         self.report.restart(max_iterations);
     }
@@ -290,6 +307,12 @@ impl NewtonScratch {
     fn end<B>(&mut self, ended: StopReason) -> ControlFlow<B> {
         self.report.stopped_by = Some(ended);
         ControlFlow::Continue(())
+    }
+
+    /// Whether a step of size `full` with this contraction is within rounding: it does not shrink, or shrinks much less than the step before.
+    /// With an approximate tangent all steps shrink slowly.
+    fn is_rounding(&self, full: f64, contraction: f64) -> bool {
+        full <= ROUNDING && contraction > if self.contraction <= 0.25 { 0.25 } else { 1.0 }
     }
 
     fn not_converged(&mut self) -> NewtonError {
@@ -312,7 +335,7 @@ impl NewtonScratch {
         // the first step has no predecessor to compare with
         if self.report.iterations > 0 {
             self.left = left_after(full, contraction) * contraction;
-            self.rounding = full <= ROUNDING && contraction > 0.25;
+            self.rounding = self.is_rounding(full, contraction);
         }
         x.iter_mut()
             .zip(&self.step)
@@ -360,12 +383,12 @@ impl NewtonScratch {
             length *= 0.5;
         }
         let contraction = next / full;
-        if full <= ROUNDING && contraction > 0.25 {
+        if self.is_rounding(full, contraction) {
             self.rounding = true;
             if self.report.iterations == 0 {
                 // already at rounding
                 self.report.step = full;
-                self.report.error = full;
+                self.report.iteration_error = full;
             } else {
                 // equations with less rounding, such as a volume's, profit from the last step
                 x.copy_from_slice(&self.trial);

@@ -4,7 +4,7 @@ use crate::constraint::check;
 use crate::error::{BELOW_ZERO, Result};
 
 /// Options of Newton's iteration.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(default, deny_unknown_fields))]
 #[non_exhaustive]
@@ -14,7 +14,8 @@ pub struct NewtonOptions {
     /// Tolerance on the step and on the scaled error of the unknowns, which is estimated from the last two corrections. Either tolerance
     /// suffices for convergence.
     pub step_tolerance: f64,
-    /// Maximum number of iterations.
+    /// Maximum number of iterations of one Newton solve. A [`Solver`](crate::Solver) may try several: directly, in continuation steps, and
+    /// with finer polynomials; the report and [`NotConverged`](crate::NewtonError::NotConverged) count the iterations of all.
     pub max_iterations: usize,
     /// Rule for the length of a step.
     pub line_search: LineSearch,
@@ -51,7 +52,7 @@ pub enum Refactor {
     EachIteration,
     /// When a step fails, or contracts less than by this factor. Otherwise the last factorisation is reused, also by later solves with the
     /// same scratch ([`NewtonScratch`](crate::NewtonScratch)): for equations that change little, such as those of time steps. A value of
-    /// 0.05 needs about two more solves for each saved factorisation.
+    /// 0.05 needs about two more solves for each saved factorisation. A solve rejects a factor that is negative or not finite.
     WhenContractionAbove(f64),
 }
 
@@ -78,7 +79,7 @@ impl NewtonOptions {
         self
     }
 
-    /// Rejects tolerances that are negative or not finite.
+    /// Rejects tolerances and a factor of [`Refactor`] that are negative or not finite.
     pub(crate) fn check(&self) -> Result<()> {
         for (what, value) in [
             ("residual tolerance", self.residual_tolerance),
@@ -86,10 +87,13 @@ impl NewtonOptions {
         ] {
             check(what, value, BELOW_ZERO)?;
         }
+        if let Refactor::WhenContractionAbove(most) = self.refactor {
+            check("contraction of Refactor", most, BELOW_ZERO)?;
+        }
         Ok(())
     }
 
-    /// Sets the largest number of iterations.
+    /// Sets the largest number of iterations of one Newton solve.
     #[must_use]
     pub fn with_max_iterations(mut self, max_iterations: usize) -> Self {
         self.max_iterations = max_iterations;

@@ -1,5 +1,7 @@
 //! Two membranes with incompressible wall between them, solved together.
 
+use membrane_forces::{Material, Membrane, PressureLaw};
+
 use crate::constraint::{Control, check};
 use crate::equilibrium::Equilibrium;
 use crate::error::{NewtonError, Result};
@@ -33,12 +35,29 @@ pub struct PairEquilibrium {
 }
 
 impl Pair {
-    /// Joins two discretised membranes.
+    /// Joins two discretised membranes. Both are of one material and have intensities of one unit.
+    ///
+    /// Their curves must not cross between their ends, neither here nor in a result, which is not checked: `Body::check_nested` of the crate
+    /// `revolve-voxel` measures how far they do.
     ///
     /// # Errors
+    /// [`NewtonError::MixedPair`]; [`NewtonError::EndsCross`]: a fixed end of the inner one is outside that of the outer one;
     /// [`NewtonError::NotEnclosed`]: the outer one does not enclose more volume than the inner one.
     pub fn new(inner: Solver, outer: Solver) -> Result<Self> {
+        let [within, around] =
+            [&inner, &outer].map(|solver| solver.resolution.discrete.setting().membrane());
+        let kinds = [within, around].map(kind);
+        if kinds[0] != kinds[1] {
+            let [inner, outer] = kinds;
+            return Err(NewtonError::MixedPair { inner, outer });
+        }
         enclosed([&inner, &outer].map(|solver| solver.start_measures().volume))?;
+        for ([x, inner], [x_outer, outer]) in within.ends().into_iter().zip(around.ends()) {
+            let (inner, outer) = (inner.abs(), outer.abs());
+            if x == x_outer && inner > outer {
+                return Err(NewtonError::EndsCross { inner, outer });
+            }
+        }
         Ok(Self { inner, outer })
     }
 
@@ -94,6 +113,17 @@ impl Pair {
         let (outside, state) = self.outer.resolution.state_near(near[1]);
         start.extend(state);
         solve_both(Nested(vec![inside, outside]), start, &near, inner, options)
+    }
+}
+
+/// Names the material and the kind of load, which define the unit of the intensity.
+fn kind(membrane: &Membrane) -> &'static str {
+    match (membrane.material(), membrane.law()) {
+        (Material::Rubber(_), _) => "rubber under a pressure",
+        (Material::Springs { .. }, PressureLaw::PerCurrentLength) => "springs under a pressure",
+        (Material::Springs { .. }, PressureLaw::PerMaterialLength | PressureLaw::TotalForce) => {
+            "springs under a force per material length"
+        }
     }
 }
 

@@ -18,10 +18,11 @@ pub struct NewtonReport {
     pub residual: f64,
     /// Scaled size of the last step, infinite if none was computed.
     pub step: f64,
-    /// Estimated scaled error of the unknowns, in the norm of [`ResidualSystem::step_norm`](crate::ResidualSystem::step_norm): the error of
-    /// Newton's iteration, without that of the discretisation. Infinite if no contraction is known: after no step, and after a single one
-    /// of [`LineSearch::FullStep`](crate::LineSearch::FullStep).
-    pub error: f64,
+    /// Estimated error of Newton's iteration, which does not include that of the discretisation: measure the latter by a solve with more
+    /// nodes or a higher degree. Scaled, in the norm of [`ResidualSystem::step_norm`](crate::ResidualSystem::step_norm), and at least
+    /// rounding: epsilon times the norm of the unknowns. Infinite if no contraction is known: after no step, and after a single one of
+    /// [`LineSearch::FullStep`](crate::LineSearch::FullStep).
+    pub iteration_error: f64,
     /// The test that ended the last iteration; `None` if Newton failed or was not needed.
     pub stopped_by: Option<StopReason>,
     /// Scaled residual before the first iteration and after each.
@@ -37,7 +38,8 @@ pub enum StopReason {
     Residual,
     /// The step, or the estimated error, is within the tolerance of steps.
     Step,
-    /// Steps no longer shrink because of rounding; smaller tolerances cannot be met.
+    /// Steps no longer shrink because of rounding; smaller tolerances cannot be met. Steps that shrink slowly, with an approximate
+    /// tangent, are continued.
     Rounding,
     /// The caller ended the solve: [`newton_observed`](crate::newton_observed).
     Observer,
@@ -52,7 +54,7 @@ impl NewtonReport {
         history.reserve(max_iterations.min(1000) + 1);
         *self = Self {
             step: f64::INFINITY,
-            error: f64::INFINITY,
+            iteration_error: f64::INFINITY,
             history,
             ..Self::default()
         };
@@ -67,9 +69,14 @@ impl NewtonReport {
     pub(crate) fn stepped(&mut self, step: f64, residual: f64, error: f64) {
         self.iterations += 1;
         self.step = step;
-        self.error = error;
+        self.iteration_error = error;
         self.residual = residual;
         self.history.push(residual);
+    }
+
+    /// Raises the estimated error to the rounding of unknowns of this norm.
+    pub(crate) fn floor(&mut self, norm: f64) {
+        self.iteration_error = self.iteration_error.max(f64::EPSILON * norm);
     }
 
     /// Adds the report of an earlier solve.

@@ -15,7 +15,8 @@ use crate::resolution::Resolution;
 /// The discretisation of the curve.
 ///
 /// The errors of spectral elements reach rounding where reference configuration and stiffness are smooth between their breakpoints: degree
-/// 14 for a balloon, adaptive elements for other membranes. Finite differences are those of the paper, of second order; they need no
+/// 14 for a balloon of springs with constant stiffness. Rubber needs more: for neo-Hookean rubber at 1.2 times the volume, degree 14 has an
+/// error of 5e-8 and degree 16 of 6e-9; degree 20 with two elements per piece reaches rounding. Use adaptive elements for other membranes. Finite differences are those of the paper, of second order; they need no
 /// breakpoints.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]

@@ -19,6 +19,7 @@ class _Report(TypedDict):
     load_steps: int
     residual: float
     step: float
+    iteration_error: float
     history: list[float]
 
 class _RubberState(TypedDict):

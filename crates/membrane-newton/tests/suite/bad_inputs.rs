@@ -2,7 +2,8 @@
 
 use membrane_newton::{
     BandMatrix, BandedLu, Control, Discretisation, Membrane, MembraneError, NewtonError,
-    NewtonOptions, Pair, PressureLaw, ReferenceShape, ResidualSystem, Solver, Stiffness, newton,
+    NewtonOptions, Pair, PressureLaw, ReferenceShape, ResidualSystem, Rubber, Solver, Stiffness,
+    StrainEnergy, Thickness, newton,
 };
 
 fn solver(law: PressureLaw, radius: f64) -> Solver {
@@ -114,6 +115,39 @@ fn bad_discretisations_and_pairs() {
         message.contains("the outer one must enclose the inner one"),
         "{message}"
     );
+}
+
+/// A long thin membrane has the larger volume, but not the larger radius; springs and rubber, and forces and pressures, do not mix.
+#[test]
+fn membranes_that_cannot_be_a_pair_are_rejected() {
+    let spectral = Discretisation::Spectral {
+        degree: 12,
+        per_piece: 1,
+    };
+    let solver = |membrane: &Membrane| Solver::new(membrane, spectral).unwrap();
+    let balloon = |h, radius| Membrane::new(ReferenceShape::balloon(h, radius).unwrap());
+    let thin = Pair::new(solver(&balloon(8.5, 1.75)), solver(&balloon(40.0, 1.2)));
+    let (inner, outer) = (1.75, 1.2);
+    assert_eq!(thin.unwrap_err(), NewtonError::EndsCross { inner, outer });
+    let energy = StrainEnergy::NeoHookean { mu: 400.0 };
+    let rubber = Rubber::new(energy, Thickness::constant(0.05).unwrap()).unwrap();
+    let outside = balloon(8.5, 2.75);
+    for (outside, expected) in [
+        (
+            outside.clone().with_rubber(rubber),
+            "rubber under a pressure",
+        ),
+        (
+            outside.with_law(PressureLaw::PerCurrentLength),
+            "springs under a pressure",
+        ),
+    ] {
+        let mixed = Pair::new(solver(&balloon(8.5, 1.75)), solver(&outside)).unwrap_err();
+        assert!(
+            matches!(mixed, NewtonError::MixedPair { outer, .. } if outer == expected),
+            "{mixed}"
+        );
+    }
 }
 
 /// If sums of squares of the shape overflow, a result would have another volume.

@@ -155,11 +155,15 @@ fn curves_with_loops_past_the_limit_point_are_not_results() {
             .solver(discretisation)
             .solve(Control::Intensity(asked), &NewtonOptions::default());
         let Err(NewtonError::LimitPoint {
-            reached, wanted, ..
+            quantity,
+            reached,
+            wanted,
+            ..
         }) = outcome
         else {
             panic!("{discretisation:?}: {outcome:?}");
         };
+        assert!(quantity.starts_with("force intensity"), "{quantity}");
         assert_eq!(wanted, asked);
         assert!(
             (reached / low - 1.0).abs() < tolerance,

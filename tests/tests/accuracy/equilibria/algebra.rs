@@ -116,7 +116,7 @@ fn solved(
 pub(super) fn estimate(random: &mut Random) -> Option<f64> {
     let tolerances = [random.decades(-14.0, -1.0), random.decades(-14.0, -1.0)];
     let (equations, x, report) = solved(random, tolerances)?;
-    Some(equations.off(&x).amax() / (report.error + ROUNDING))
+    Some(equations.off(&x).amax() / (report.iteration_error + ROUNDING))
 }
 
 pub(super) fn step(random: &mut Random) -> Option<f64> {
