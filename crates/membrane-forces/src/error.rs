@@ -89,9 +89,7 @@ pub enum MembraneError {
         given: f64,
     },
     /// Two neighbouring points of the curve coincide or are NaN, so it has no direction there.
-    #[error(
-        "the curve has no direction at point {index}: its neighbours coincide or are NaN"
-    )]
+    #[error("the curve has no direction at point {index}: its neighbours coincide or are NaN")]
     CoincidentPoints {
         /// Index of the point.
         index: usize,
@@ -122,9 +120,19 @@ pub enum MembraneError {
         /// The derivative after.
         after: [f64; 2],
     },
-    /// The curve encloses a negative volume: it runs counter-clockwise, or its ends are exchanged.
+    /// The fixed ends are exchanged.
     #[error(
-        "the curve encloses {volume:?} cm^3; it must run from (0, +R) over the apex at x > 0 to (0, -R)"
+        "the ends are fixed at {ends:?} and exchanged: those of the reference configuration are at {rest:?}"
+    )]
+    EndsExchanged {
+        /// The given positions [x, y] of s = 0 and s = 1.
+        ends: [[f64; 2]; 2],
+        /// Those of the reference configuration.
+        rest: [[f64; 2]; 2],
+    },
+    /// The reference configuration encloses a negative volume: it runs counter-clockwise.
+    #[error(
+        "the reference configuration encloses {volume:?} cm^3; it must run from (0, +R) over the apex at x > 0 to (0, -R)"
     )]
     InsideOut {
         /// The volume, cm^3.

@@ -4,7 +4,7 @@ use crate::error::{MembraneError, Result, finite};
 use crate::law::PressureLaw;
 use crate::material::{Material, Rubber};
 use crate::profile::Stiffness;
-use crate::reference::{CurvePoint, ReferenceShape, outwards};
+use crate::reference::{CurvePoint, ReferenceShape};
 use crate::strain_energy::RubberState;
 
 /// An elastic membrane in the plane of its axis of revolution.
@@ -99,17 +99,17 @@ impl Membrane {
     /// s: the equilibrium without load if lambda is constant.
     ///
     /// # Errors
-    /// A coordinate that is not finite; [`MembraneError::InsideOut`] for ends, such as exchanged ones, with which the start encloses a
-    /// negative volume.
+    /// A coordinate that is not finite; [`MembraneError::EndsExchanged`] if the order of the two y is not that of the reference configuration.
     pub fn with_ends(mut self, ends: [[f64; 2]; 2]) -> Result<Self> {
         for value in ends.as_flattened() {
             finite("fixed end", *value)?;
         }
         self.ends = ends;
-        let mut start = self.rest.sampled();
-        self.hold_ends(start.iter_mut().map(|(s, point)| (*s, point)));
-        let start: Vec<_> = start.into_iter().map(|(_, point)| point).collect();
-        outwards(&start)?;
+        let height = |[a, b]: [[f64; 2]; 2]| a[1] - b[1];
+        let rest = [0.0, 1.0].map(|s| self.rest.at(s).position);
+        if height(ends) * height(rest) < 0.0 {
+            return Err(MembraneError::EndsExchanged { ends, rest });
+        }
         Ok(self)
     }
 

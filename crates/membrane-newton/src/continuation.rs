@@ -152,7 +152,6 @@ impl<'a, 's> Search<'a, 's> {
         options: &NewtonOptions,
     ) -> Result<(), EarlyEnd> {
         let careful = options
-            .clone()
             .with_max_iterations(options.max_iterations.min(6))
             .with_line_search(LineSearch::Natural { max_halvings: 0 });
         // The start need not be an exact equilibrium, nor an equilibrium at all if its ends are displaced.

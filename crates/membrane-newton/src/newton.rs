@@ -96,7 +96,7 @@ pub struct NewtonScratch {
     rejected: Option<NewtonError>,
     /// Whether the last step was within rounding.
     rounding: bool,
-    /// Contraction of the last step, infinite before the first.
+    /// Contraction of the last step, infinite if not known.
     contraction: f64,
     /// Estimated error after the last step if both of its corrections contracted; the report's estimate has a margin for other directions.
     left: f64,
@@ -231,10 +231,7 @@ fn iterate<B>(
             }
         };
         let contraction = match taken {
-            Ok(contraction) => {
-                scratch.contraction = contraction;
-                contraction
-            }
+            Ok(contraction) => contraction,
             // the old tangent failed; retry with a new one from the same x
             Err(NewtonError::NotConverged { .. }) if !fresh => {
                 scratch.forget_factorisation();
@@ -311,8 +308,9 @@ impl NewtonScratch {
 
     /// Whether a step of size `full` with this contraction is within rounding: it does not shrink, or shrinks much less than the step before.
     /// With an approximate tangent all steps shrink slowly.
-    fn is_rounding(&self, full: f64, contraction: f64) -> bool {
-        full <= ROUNDING && contraction > if self.contraction <= 0.25 { 0.25 } else { 1.0 }
+    fn is_rounding(&mut self, full: f64, contraction: f64) -> bool {
+        let before = std::mem::replace(&mut self.contraction, contraction);
+        full <= ROUNDING && contraction > if before <= 0.25 { 0.25 } else { 1.0 }
     }
 
     fn not_converged(&mut self) -> NewtonError {

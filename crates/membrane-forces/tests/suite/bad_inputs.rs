@@ -320,7 +320,7 @@ fn derivatives_are_compared_along_the_whole_reference_configuration() {
     }
 }
 
-/// An ellipse that runs to the other side, or whose ends are exchanged, would enclose a negative volume: -4 pi a b^2 / 6.
+/// An ellipse that runs to the other side encloses a negative volume, -4 pi a b^2 / 6; exchanged ends are rejected, too.
 #[test]
 fn curves_that_are_inside_out_are_rejected() {
     use std::f64::consts::PI;
@@ -345,7 +345,7 @@ fn curves_that_are_inside_out_are_rejected() {
     }
     let membrane = Membrane::new(ellipse(3.0, 2.0).unwrap());
     let swapped = membrane.clone().with_ends([[0.0, -2.0], [0.0, 2.0]]);
-    assert!(matches!(swapped, Err(MembraneError::InsideOut { .. })));
+    assert!(matches!(swapped, Err(MembraneError::EndsExchanged { .. })));
     assert!(membrane.with_ends([[0.0, 2.2], [0.0, -2.2]]).is_ok());
 }
 

@@ -501,13 +501,13 @@ fn an_error_in_the_line_search_is_the_source() {
 #[test]
 fn reports_count_every_residual_and_contain_the_stopping_test() {
     let natural = NewtonOptions::default();
-    let full = natural.clone().with_line_search(LineSearch::FullStep);
+    let full = natural.with_line_search(LineSearch::FullStep);
     for options in [&natural, &full] {
         for (tolerances, ended) in [
             ((1e-6, 0.0), StopReason::Residual),
             ((0.0, 1e-6), StopReason::Step),
         ] {
-            let options = options.clone().with_tolerances(tolerances.0, tolerances.1);
+            let options = options.with_tolerances(tolerances.0, tolerances.1);
             let mut system = Logarithm::of(1.0);
             let mut x = [1.4];
             let report = newton(&mut system, &mut x, &options).unwrap();
@@ -557,6 +557,6 @@ fn a_factorisation_may_be_reused_for_many_solves() {
         system.factorisations
     };
     let kept = count(&options);
-    let each = count(&options.clone().with_refactor(Refactor::EachIteration));
+    let each = count(&options.with_refactor(Refactor::EachIteration));
     assert!(kept < 40 && each > 100, "{kept} {each}");
 }

@@ -298,10 +298,7 @@ fn membrane_newton_accepts_any_input() {
         let odd = NewtonOptions::default().with_tolerances(value, value);
         back(solvers[0].solve(Control::VolumeGain(0.1), &odd.with_max_iterations(4)));
     }
-    let never = options
-        .clone()
-        .with_max_iterations(0)
-        .with_max_load_steps(0);
+    let never = options.with_max_iterations(0).with_max_load_steps(0);
     back(solvers[0].solve(Control::VolumeGain(0.1), &never));
     // Membranes in any order; a pair with exchanged parts and of different discretisations.
     for inner in &solvers {
