@@ -51,6 +51,7 @@ fn main() -> Result<(), ScatterError> {
         let largest = samples.iter().fold(0.0, |a: f64, b| a.max(*b));
         println!("{degrees:3} degrees: largest sample {largest:.3} cm, sum {sum:.2} cm^3");
     }
-    println!("{:?}", scatter.report());
+    println!("largest error {:.4} cm", scatter.largest_error());
+    println!("{:#?}", scatter.report());
     Ok(())
 }

@@ -1,6 +1,7 @@
 //! Interpolation in angle: photons are detected in some of the views; every other view is a combination of four of these.
 
 use crate::View;
+use crate::scatter::roughness;
 use std::f64::consts::TAU;
 
 /// Angles in radians closer than this are equal.
@@ -20,8 +21,10 @@ pub(crate) struct Angles {
     pub(crate) nodes: Vec<usize>,
     /// For every view: indices into `nodes`, and weights.
     taps: Vec<[(usize, f64); 4]>,
-    /// For nodes with two nodes on either side: views and weights that estimate the error of the interpolation.
+    /// For nodes with two nodes on either side: views and weights of the difference from the interpolation between these.
     errors: Vec<[(usize, f64); 5]>,
+    /// Error of the interpolation over that difference where images are smooth.
+    smooth: f64,
 }
 
 impl Angles {
@@ -41,6 +44,7 @@ impl Angles {
                 .map(|view| [(view, 1.0), (view, 0.0), (view, 0.0), (view, 0.0)])
                 .collect(),
             errors: Vec::new(),
+            smooth: 0.0,
         })
     }
 
@@ -97,7 +101,7 @@ impl Angles {
                 std::array::from_fn(|j| (four[j].rem_euclid(m as isize) as usize, weights[j]));
         }
         let view = |node: isize| order[chosen[node.rem_euclid(m as isize) as usize]];
-        let (within, constant) = match turn {
+        let (within, smooth) = match turn {
             true => (0..m as isize, TURN),
             false => (2..m as isize - 2, ARC),
         };
@@ -105,8 +109,8 @@ impl Angles {
             let four = [-2, -1, 1, 2].map(|step| node + step);
             let weights = lagrange(place(node), four.map(place));
             std::array::from_fn(|j| match j {
-                4 => (view(node), -constant),
-                _ => (view(four[j]), constant * weights[j]),
+                4 => (view(node), -1.0),
+                _ => (view(four[j]), weights[j]),
             })
         });
         let errors = errors.collect();
@@ -114,14 +118,16 @@ impl Angles {
             nodes: chosen.into_iter().map(|k| order[k]).collect(),
             taps,
             errors,
+            smooth,
         })
     }
 
     /// Estimates the largest error of the interpolation: each node is compared with its interpolation from the two on either side.
-    pub(crate) fn error(&self, images: &[f64], len: usize) -> f64 {
+    pub(crate) fn error(&self, images: &[f64], errors: &[f64], len: usize) -> f64 {
         let off = |five: &[(usize, f64); 5], k: usize| {
             let terms = five.map(|(view, weight)| weight * images[view * len + k]);
-            terms.iter().sum::<f64>().abs()
+            let (off, at) = (terms.iter().sum::<f64>().abs(), five[4].0 * len + k);
+            off * roughness(off, images[at], errors[at]).max(self.smooth)
         };
         let all = self
             .errors

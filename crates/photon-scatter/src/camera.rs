@@ -18,7 +18,7 @@ const MOST_NODES: f64 = 134_217_728.0;
 /// Bins lie along `(cos angle, sin angle, 0)`, rows along z; the detector faces the body from `radius (-sin angle, cos angle, 0)`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct View {
-    /// Angle in radians.
+    /// Angle in radians: `90f64.to_radians()` for a quarter turn.
     pub angle: f64,
     /// Distance of the face from the axis of rotation in cm.
     pub radius: f64,
@@ -56,7 +56,7 @@ impl Camera {
     ///
     /// # Errors
     /// [`ScatterError::OutOfRange`] for no view or more than 100 000, no bin or row or more than 16 384, a pitch outside 1e-4 to 1e3 cm, an
-    /// angle beyond 1000 rad, a radius outside 0 to 1e3 cm, and widths outside 0 to 100 cm.
+    /// angle beyond 1000 rad, a radius that is not positive or above 1e3 cm, and widths outside 0 to 100 cm.
     pub fn new(
         size: [usize; 2],
         pitch: [f64; 2],
@@ -70,7 +70,11 @@ impl Camera {
         }
         for view in views {
             within("angle of a view", view.angle, [-1e3, 1e3])?;
-            within("radius of a view in cm", view.radius, [0.0, 1e3])?;
+            within(
+                "radius of a view in cm",
+                view.radius,
+                [f64::MIN_POSITIVE, 1e3],
+            )?;
         }
         within("slope of the response", response.slope, [0.0, 1.0])?;
         within("width at the face in cm", response.at_face, [0.0, 100.0])?;
@@ -156,6 +160,18 @@ impl Grid {
 
     pub(crate) fn n_views(&self) -> usize {
         self.axes.len()
+    }
+
+    /// Number of rows and bins of a view.
+    pub(crate) fn view_shape(&self) -> [usize; 2] {
+        let [bins, rows] = self.camera.size;
+        [rows, bins]
+    }
+
+    /// Error over the value at a node next to a point source, whose projected fluence is inversely proportional to the distance: up to the widths
+    /// of the nodes and of the narrowest response, a Gaussian.
+    pub(crate) fn growth(&self) -> f64 {
+        (std::f64::consts::TAU * self.variances[0]).sqrt().recip() - 1.0
     }
 
     /// Direction towards the detector of each view.

@@ -7,7 +7,7 @@ use crate::ScatterReport;
 #[non_exhaustive]
 pub enum ScatterError {
     /// A number or a count is not finite or out of range.
-    #[error("{what} is {given:?}; it must be from {least:?} to {most:?}")]
+    #[error("{what} is {}; it must be {}", number(*given), range(*given, [*least, *most]))]
     OutOfRange {
         /// The quantity.
         what: &'static str,
@@ -28,6 +28,28 @@ pub enum ScatterError {
         /// The work done.
         report: ScatterReport,
     },
+}
+
+/// A number without a fraction of zero or a long row of digits.
+fn number(x: f64) -> String {
+    match x == 0.0 || (1e-5..1e16).contains(&x.abs()) {
+        true => format!("{x}"),
+        false => format!("{x:?}"),
+    }
+}
+
+/// A range; a bound that only excludes numbers that are not finite is omitted.
+fn range(given: f64, [least, most]: [f64; 2]) -> String {
+    let lower = match least == f64::MIN_POSITIVE {
+        true => "greater than 0".to_owned(),
+        false => format!("at least {}", number(least)),
+    };
+    let finite = if given.is_finite() { "" } else { " and finite" };
+    match most == f64::MAX {
+        true => format!("{lower}{finite}"),
+        false if least == f64::MIN_POSITIVE => format!("{lower} and at most {}", number(most)),
+        false => format!("from {} to {}", number(least), number(most)),
+    }
 }
 
 /// Returns a number that is in its range.

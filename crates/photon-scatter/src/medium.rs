@@ -1,7 +1,7 @@
 //! Sources and attenuating media: traits that a user implements.
 
 use crate::Random;
-use crate::error::{ScatterError, valid};
+use crate::error::{ScatterError, valid, within};
 
 /// A point of emission, drawn from an activity.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -24,15 +24,22 @@ pub trait Source: Sync {
 pub struct Piece {
     /// Its start, t in cm.
     pub enter: f64,
-    /// Its end.
+    /// Its end, at least [`enter`](Self::enter).
     pub exit: f64,
-    /// Density in g/cm^3 of water that attenuates as the medium does.
+    /// Density in g/cm^3, 0 to 30, of water that attenuates as the medium does: 1 for water. It is the attenuation coefficient of the medium
+    /// over [`water_attenuation`](crate::water_attenuation), not the coefficient itself.
     pub density: f64,
 }
 
+/// Largest density in g/cm^3: above that of any element.
+const DENSEST: f64 = 30.0;
+/// Rounding errors of the ends of pieces in cm.
+const OVERLAP: f64 = 1e-6;
+
 /// A scattering medium: water of a density that is constant along stretches of any ray.
 pub trait Medium: Sync {
-    /// Appends the stretches of a ray in their order. They do not overlap; those at t < 0 are ignored. `direction` is a unit vector.
+    /// Appends the stretches of a ray in their order. They do not overlap by more than 1e-6 cm; those at t < 0 are ignored. `direction` is a
+    /// unit vector. [`Scatter::new`](crate::Scatter::new) checks the pieces of every ray that it traces.
     fn pieces(&self, position: [f64; 3], direction: [f64; 3], pieces: &mut Vec<Piece>);
 }
 
@@ -50,10 +57,26 @@ impl Path {
     ) -> Result<f64, ScatterError> {
         self.0.clear();
         medium.pieces(position, direction, &mut self.0);
-        let column = (self.0.iter())
-            .map(|piece| piece.density * (piece.exit - piece.enter.max(0.0)).max(0.0))
-            .sum();
+        let (mut column, mut last) = (0.0, f64::MIN);
+        for piece in &self.0 {
+            let Piece {
+                enter,
+                exit,
+                density,
+            } = *piece;
+            within("start of a piece in cm", enter, [last - OVERLAP, f64::MAX])?;
+            within("end of a piece in cm", exit, [enter, f64::MAX])?;
+            within("density of a piece in g/cm^3", density, [0.0, DENSEST])?;
+            column += density * (exit - enter.max(0.0)).max(0.0);
+            last = exit;
+        }
         valid("column density of a path", column)
+    }
+
+    /// Returns the distance at which the medium ends.
+    pub(crate) fn end(&self) -> f64 {
+        let pieces = self.0.iter().filter(|piece| piece.density > 0.0);
+        pieces.fold(0.0, |end: f64, piece| end.max(piece.exit))
     }
 
     /// Returns the distance at which a column density is reached.

@@ -4,29 +4,33 @@
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub struct ScatterOptions {
-    /// Largest standard error of any bin in any view and window, in the unit of the samples (activity times cm).
+    /// Largest standard error of any bin in any view and window, in the unit of the samples (activity times cm); 0 if only
+    /// [`relative`](Self::relative) applies. The error of interpolation between nodes and views is not part of it and may be larger:
+    /// [`ScatterReport::interpolation_error`]. A smaller tolerance does not reduce that error, a smaller [`pitch`](Self::pitch) and
+    /// [`spacing`](Self::spacing) do.
     pub tolerance: f64,
     /// Tolerance relative to the largest scatter of any bin, which applies where it is larger than [`tolerance`](Self::tolerance). The largest
     /// scatter is reduced by three of its standard errors.
     pub relative: f64,
     /// Pitch of the nodes on which scatter is collected and from which cubics interpolate, in cm: details smaller than twice the pitch are
-    /// smoothed. The number of histories for a tolerance is about proportional to its power -2.
+    /// smoothed, such as the scatter around a point source. The number of histories for a tolerance is about proportional to its power -2.
     pub pitch: f64,
     /// Largest angle in radians between the views from which cubics interpolate the views between them; 0 for no interpolation.
     /// Views of an orbit with more than one larger gap, or whose radius changes abruptly, are not interpolated.
     pub spacing: f64,
-    /// Number of orders of scattering.
+    /// Number of orders of scattering, at least 1.
     pub orders: usize,
     /// Histories in each of the first 128 blocks; later blocks are larger if the tolerance requires it.
     pub block: usize,
-    /// Largest number of histories.
+    /// Largest number of histories, at least 1; compared after the first 128 blocks and then whenever the standard errors are computed.
     pub most_histories: u64,
     /// Seed of the random numbers; block k has stream k.
     pub seed: u64,
 }
 
 impl ScatterOptions {
-    /// A tolerance in the unit of the samples, none relative to the scatter; nodes 0.75 cm and 12 degrees apart, 32 orders, blocks of 512 histories, at most 10^9 histories, seed 0.
+    /// A tolerance in the unit of the samples, none relative to the scatter; nodes 0.75 cm and 12 degrees apart, 32 orders, blocks of 512
+    /// histories, at most 10^9 histories, seed 0. `new(0.0).with_relative(0.02)` has only a tolerance relative to the largest scatter.
     #[must_use]
     pub fn new(tolerance: f64) -> Self {
         Self {
@@ -91,18 +95,24 @@ impl ScatterOptions {
     }
 }
 
-/// The work done.
+/// The errors and the work done.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[non_exhaustive]
 pub struct ScatterReport {
+    /// The largest standard error of any bin in any view and window: of the photon histories, without interpolation.
+    pub largest_standard_error: f64,
+    /// Estimate of the largest error in any sample of the interpolation between nodes and between views. Samples are compared with their
+    /// interpolation from twice the distance; the difference counts by the fourth order of cubics where it is small, and more where images
+    /// are not resolved, as next to a point source.
+    pub interpolation_error: f64,
     /// Photons emitted.
     pub histories: u64,
     /// Interactions of all photons.
     pub interactions: u64,
     /// Paths from interactions to detectors.
     pub paths: u64,
-    /// Sum over all views of the scatter in the first window, per emission, by order: once scattered, twice, and so on; the last also
-    /// contains all higher orders.
+    /// Projection sums (samples times the area of a bin) of the first window, added over all views, by order: once scattered, twice, and so
+    /// on; the last also contains all higher orders. They include scatter beside the detector, up to four standard deviations of the response.
     pub by_order: [f64; Self::ORDERS],
 }
 
@@ -110,6 +120,7 @@ impl ScatterReport {
     /// Number of orders that are counted separately.
     pub const ORDERS: usize = 8;
 
+    /// Adds the work of other histories, without errors; [`by_order`](Self::by_order) is a sum over the histories.
     pub(crate) fn add(&mut self, other: &Self) {
         self.histories += other.histories;
         self.interactions += other.interactions;

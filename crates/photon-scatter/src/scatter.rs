@@ -4,6 +4,7 @@ use crate::angles::Angles;
 use crate::camera::Grid;
 use crate::error::{ScatterError, within};
 use crate::history::{CELLS, DETECTIONS, Detection, Problem, Tally, Transmission};
+use crate::medium::Path;
 use crate::spectrum::ATTENUATION;
 use crate::{Camera, Medium, ScatterOptions, ScatterReport, Source, Spectrum};
 use rayon::prelude::*;
@@ -21,8 +22,11 @@ const MOST_BLOCK_GROWTH: f64 = 32.0;
 const FIRST_ROUND: usize = 50;
 const LAST_ROUND: f64 = 0.9;
 
-/// Smoothing in fourth differences of the nodes: 1/90 by the distribution to nodes and its inverse to second order, 3/128 by cubics.
-const SMOOTHING: f64 = 1.0 / 90.0 + 3.0 / 128.0;
+/// Error of a smooth image over the difference from the cubic through four neighbours, which is 1/6 of the fourth difference: 1/90 of that by the
+/// distribution to nodes and its inverse to second order, 3/128 by cubics.
+const SMOOTHING: f64 = 6.0 * (1.0 / 90.0 + 3.0 / 128.0);
+/// Standard errors of a node below which its difference from an interpolation is noise.
+const NOISE: f64 = 6.0;
 
 /// Scatter in every bin, view and energy window of a camera, with its standard error.
 ///
@@ -36,12 +40,25 @@ pub struct Scatter {
     /// Averages over blocks and their standard errors, `[view][window][row][column]` of nodes.
     images: Vec<f64>,
     errors: Vec<f64>,
-    largest_error: f64,
-    interpolation_error: f64,
     report: ScatterReport,
 }
 
 impl ScatterOptions {
+    fn check(&self) -> Result<(), ScatterError> {
+        let least = if self.relative > 0.0 {
+            0.0
+        } else {
+            f64::MIN_POSITIVE
+        };
+        within("tolerance", self.tolerance, [least, f64::MAX])?;
+        within("relative tolerance", self.relative, [0.0, 1.0])?;
+        within("orders of scattering", self.orders as f64, [1.0, f64::MAX])?;
+        within("histories of a block", self.block as f64, [16.0, 1e7])?;
+        let most = self.most_histories as f64;
+        within("largest number of histories", most, [1.0, f64::MAX])?;
+        Ok(())
+    }
+
     fn grid(&self, camera: &Camera, spectrum: &Spectrum) -> Result<Grid, ScatterError> {
         within("pitch of the nodes in cm", self.pitch, [0.01, 100.0])?;
         within("angle between views in radians", self.spacing, [0.0, 1.0])?;
@@ -53,9 +70,11 @@ impl Scatter {
     /// Follows photon histories until no bin has a standard error above both tolerances. Bitwise independent of the number of threads.
     ///
     /// # Errors
-    /// [`ScatterError::OutOfRange`] for a tolerance that is not positive, a relative one outside 0 to 1, a pitch outside 0.01 to 100 cm, a spacing outside 0 to 1 rad, blocks outside 16 to 10^7 histories,
-    /// more than 2^27 nodes, and for numbers of `source` or `medium` that are not finite or negative; [`ScatterError::Tolerance`] if
-    /// `most_histories` do not suffice.
+    /// [`ScatterError::OutOfRange`] for a tolerance that is not positive (0 is allowed with a relative one), a relative one outside 0 to 1, a
+    /// pitch outside 0.01 to 100 cm, a spacing outside 0 to 1 rad, no order, no history, blocks outside 16 to 10^7 histories, more than 2^27
+    /// nodes, a view whose face is in the medium or in front of it on the line through the axis, numbers of `source` that are not finite or
+    /// negative, and a [`Piece`](crate::Piece) of `medium` that is reversed, out of order, not finite or denser than 30 g/cm^3;
+    /// [`ScatterError::Tolerance`] if `most_histories` do not suffice.
     pub fn new(
         source: &dyn Source,
         medium: &dyn Medium,
@@ -63,14 +82,9 @@ impl Scatter {
         spectrum: &Spectrum,
         options: &ScatterOptions,
     ) -> Result<Self, ScatterError> {
-        within(
-            "tolerance",
-            options.tolerance,
-            [f64::MIN_POSITIVE, f64::MAX],
-        )?;
-        within("relative tolerance", options.relative, [0.0, 1.0])?;
-        within("histories of a block", options.block as f64, [16.0, 1e7])?;
+        options.check()?;
         let all = options.grid(camera, spectrum)?;
+        in_front(medium, camera, &all)?;
         let angles = Angles::new(camera.views(), options.spacing);
         let grid = all.of_views(&angles.nodes);
         let directions: Vec<_> = grid.directions().collect();
@@ -107,25 +121,26 @@ impl Scatter {
             let least = images.iter().zip(&errors);
             let least: Vec<f64> = least.map(|(own, error)| own - 3.0 * error).collect();
             let tolerance = (options.tolerance).max(options.relative * largest(&all, &least));
-            if largest_error <= tolerance {
+            let met = largest_error <= tolerance;
+            if met || histories >= options.most_histories {
                 report.add(&sums.report);
-                let view_len = all.n_nodes() / all.n_views();
-                return Ok(Self {
-                    interpolation_error: smoothing(&all, &images) + angles.error(&images, view_len),
-                    grid: all,
-                    images,
-                    errors,
-                    largest_error,
-                    report,
-                });
-            }
-            if histories >= options.most_histories {
-                report.add(&sums.report);
-                return Err(ScatterError::Tolerance {
-                    asked: tolerance,
-                    reached: largest_error,
-                    report,
-                });
+                report.by_order = report.by_order.map(|sum| sum / histories as f64);
+                report.largest_standard_error = largest_error;
+                report.interpolation_error = smoothing(&all, &images, &errors)
+                    + angles.error(&images, &errors, all.n_nodes() / all.n_views());
+                return match met {
+                    true => Ok(Self {
+                        grid: all,
+                        images,
+                        errors,
+                        report,
+                    }),
+                    false => Err(ScatterError::Tolerance {
+                        asked: tolerance,
+                        reached: largest_error,
+                        report,
+                    }),
+                };
             }
             let growth = RESERVE * (largest_error / tolerance).powi(2);
             let expected = if growth < MOST_GROWTH {
@@ -164,6 +179,13 @@ impl Scatter {
         Ok([nodes + cells, each].map(|bytes| bytes as u64))
     }
 
+    /// Numbers of windows, views, rows and bins.
+    #[must_use]
+    pub fn shape(&self) -> [usize; 4] {
+        let [rows, bins] = self.grid.view_shape();
+        [self.grid.windows, self.grid.n_views(), rows, bins]
+    }
+
     /// Scatter in the bins of a view, `[row][bin]`.
     ///
     /// # Panics
@@ -176,7 +198,8 @@ impl Scatter {
     }
 
     /// Standard error of [`view`](Self::view), bin by bin. At each node its variance is the
-    /// average over the node and its eight neighbours, and it is at least the contribution of one photon, since it is itself an estimate.
+    /// average over the node and its eight neighbours, and it is at least the contribution of one photon, since it is itself an estimate. It
+    /// does not contain the error of interpolation between nodes and views: [`ScatterReport::interpolation_error`].
     ///
     /// # Panics
     /// If there is no such view or window.
@@ -186,19 +209,14 @@ impl Scatter {
             .to_bins(self.nodes(&self.errors, window, view), false)
     }
 
-    /// The largest standard error of any bin in any view and window.
+    /// Estimate of the largest error of any sample: the largest standard error plus the error of interpolation,
+    /// [`ScatterReport::largest_standard_error`] and [`ScatterReport::interpolation_error`].
     #[must_use]
     pub fn largest_error(&self) -> f64 {
-        self.largest_error
+        self.report.largest_standard_error + self.report.interpolation_error
     }
 
-    /// Estimate of the largest error in any sample of the interpolation between nodes and between views; not part of the standard errors.
-    #[must_use]
-    pub fn interpolation_error(&self) -> f64 {
-        self.interpolation_error
-    }
-
-    /// The work done.
+    /// The errors and the work done.
     #[must_use]
     pub fn report(&self) -> &ScatterReport {
         &self.report
@@ -207,9 +225,23 @@ impl Scatter {
     fn nodes<'a>(&self, all: &'a [f64], window: usize, view: usize) -> &'a [f64] {
         let len = self.grid.size[0] * self.grid.size[1];
         assert!(window < self.grid.windows, "no such window");
+        assert!(view < self.grid.n_views(), "no such view");
         let first = (view * self.grid.windows + window) * len;
         &all[first..first + len]
     }
+}
+
+/// `Ok` if the medium ends in front of the face of every view, on the line through the axis of rotation.
+fn in_front(medium: &dyn Medium, camera: &Camera, grid: &Grid) -> Result<(), ScatterError> {
+    let mut path = Path::default();
+    for (view, direction) in camera.views().iter().zip(grid.directions()) {
+        path.follow(medium, [0.0; 3], direction)?;
+        // Less by rounding errors.
+        let end = (1.0 - 1e-9) * path.end();
+        let what = "radius of a view in cm, which is beyond the medium,";
+        within(what, view.radius, [end, f64::MAX])?;
+    }
+    Ok(())
 }
 
 /// Sums over blocks of their images and of the squares of these.
@@ -301,23 +333,33 @@ impl Sums {
     }
 }
 
-/// Error of the distribution to nodes and of cubic interpolation between them, along both axes: their leading terms.
-fn smoothing(grid: &Grid, images: &[f64]) -> f64 {
+/// Error of the distribution to nodes and of cubic interpolation between them, along both axes: the leading terms for images that are smooth over
+/// the pitch, else the error next to a point source.
+fn smoothing(grid: &Grid, images: &[f64], errors: &[f64]) -> f64 {
     let [rows, columns] = grid.used();
     let [nx, nz] = grid.size;
     let mut most = 0.0f64;
-    for image in images.chunks(nx * nz) {
-        let fourth = |at: usize, step: usize| {
+    for (image, errors) in images.chunks(nx * nz).zip(errors.chunks(nx * nz)) {
+        // Difference from the cubic through four neighbours.
+        let off = |at: usize, step: usize| {
             let [a, b, c, d, e] = [0, 1, 2, 3, 4].map(|k| image[at + k * step - 2 * step]);
-            (a - 4.0 * b + 6.0 * c - 4.0 * d + e).abs()
+            (c - (4.0 * (b + d) - (a + e)) / 6.0).abs()
         };
         for row in rows.clone() {
             for at in columns.clone().map(|column| row * nx + column) {
-                most = most.max(fourth(at, 1) + fourth(at, nx));
+                let off = off(at, 1) + off(at, nx);
+                let rough = grid.growth() * roughness(off, image[at], errors[at]);
+                most = most.max(off * rough.max(SMOOTHING));
             }
         }
     }
-    SMOOTHING * most
+    most
+}
+
+/// Difference of a value from its interpolation, noise subtracted, relative to the value: small where an image is smooth, at most 1.
+pub(crate) fn roughness(off: f64, value: f64, error: f64) -> f64 {
+    let certain = (off - NOISE * error).max(0.0);
+    certain / certain.max(value).max(f64::MIN_POSITIVE)
 }
 
 /// The largest value, or 0, of the nodes from which bins are interpolated.

@@ -51,7 +51,7 @@ impl Phantom {
     /// let (view, window) = (1, 0);
     /// let scatter = phantom.scatter(0)?.unwrap();
     /// assert_eq!(scatter.view(window, view).len(), 8 * 8);
-    /// assert!(scatter.standard_error(window, view).iter().all(|error| *error <= scatter.largest_error()));
+    /// assert!(scatter.standard_error(window, view).iter().all(|error| *error <= scatter.report().largest_standard_error));
     /// # Ok::<(), heart_phantom::PhantomError>(())
     /// ```
     ///
@@ -111,8 +111,9 @@ impl Phantom {
         }
         let largest = largest(&taken.samples);
         if largest > 0.0 {
-            let random = STANDARD_ERRORS * scatter.largest_error();
-            taken.view_error.scatter = (random + scatter.interpolation_error()) / largest;
+            let report = scatter.report();
+            let random = STANDARD_ERRORS * report.largest_standard_error;
+            taken.view_error.scatter = (random + report.interpolation_error) / largest;
         }
         Ok(())
     }

@@ -68,9 +68,11 @@ fn scatter_is_added_to_the_primary_photons_with_its_error() {
     }
     let largest = |samples: &[f32]| samples.iter().fold(0.0f32, |a, b| a.max(*b));
     let made = phantom.scatter(0).unwrap().unwrap();
-    assert!(made.largest_error() <= 0.03 * f64::from(largest(&without.samples)) * 1.000_001);
+    let report = made.report();
+    let most = 0.03 * f64::from(largest(&without.samples));
+    assert!(report.largest_standard_error <= most * 1.000_001);
     let stated = with.view_error.scatter * f64::from(largest(&with.samples));
-    let expected = 4.0 * made.largest_error() + made.interpolation_error();
+    let expected = 4.0 * report.largest_standard_error + report.interpolation_error;
     assert!((stated / expected - 1.0).abs() < 1e-12);
     assert!(with.view_error.total() > with.view_error.scatter && without.view_error.scatter == 0.0);
     // Near 0.3 to 0.7 in the middle of 32 x 22 cm of water.

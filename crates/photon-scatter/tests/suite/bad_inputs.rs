@@ -55,7 +55,7 @@ fn cameras_are_checked() {
         make([0, 8], 1.0, view, LEHR).is_err() && make([8, usize::MAX], 1.0, view, LEHR).is_err()
     );
     assert!(Camera::new([8; 2], [1.0; 2], &[], LEHR).is_err());
-    for bad in [f64::NAN, f64::INFINITY, -1.0] {
+    for bad in [f64::NAN, f64::INFINITY, -1.0, 0.0] {
         assert!(make([8; 2], bad, view, LEHR).is_err());
         assert!(
             make(
@@ -70,7 +70,7 @@ fn cameras_are_checked() {
             .is_err()
         );
         let slope = Response { slope: bad, ..LEHR };
-        assert!(make([8; 2], 1.0, view, slope).is_err());
+        assert!(bad == 0.0 || make([8; 2], 1.0, view, slope).is_err());
     }
     assert!(
         make(
@@ -108,6 +108,21 @@ fn options_are_checked() {
     for tolerance in [f64::NAN, 0.0, -1.0, f64::INFINITY] {
         assert!(run(&point, &BALL, &ScatterOptions::new(tolerance)).is_err());
     }
+    assert!(run(&point, &BALL, &ScatterOptions::new(0.0).with_relative(0.5)).is_ok());
+    for empty in [least.with_orders(0), least.with_most_histories(0)] {
+        let error = run(&point, &BALL, &empty).unwrap_err().to_string();
+        assert!(error.ends_with("is 0; it must be at least 1"), "{error}");
+    }
+    let error = run(&point, &BALL, &ScatterOptions::new(0.0)).unwrap_err();
+    assert_eq!(
+        error.to_string(),
+        "tolerance is 0; it must be greater than 0"
+    );
+    let error = run(&point, &BALL, &least.with_block(15)).unwrap_err();
+    assert_eq!(
+        error.to_string(),
+        "histories of a block is 15; it must be from 16 to 10000000"
+    );
     for pitch in [f64::NAN, 0.0, 1e9] {
         assert!(run(&point, &BALL, &least.with_pitch(pitch)).is_err());
     }
@@ -171,6 +186,85 @@ fn sources_and_media_are_checked() {
     ] {
         let scatter = result.unwrap();
         assert!(scatter.view(0, 0).iter().all(|value| *value == 0.0));
-        assert_eq!(scatter.largest_error(), 0.0);
+        assert_eq!(scatter.report().largest_standard_error, 0.0);
     }
+}
+
+/// Pieces of fixed ends and densities for every ray.
+struct Fixed(&'static [[f64; 3]]);
+
+impl Medium for Fixed {
+    fn pieces(&self, _: [f64; 3], _: [f64; 3], pieces: &mut Vec<Piece>) {
+        let piece = |&[enter, exit, density]: &[f64; 3]| Piece {
+            enter,
+            exit,
+            density,
+        };
+        pieces.extend(self.0.iter().map(piece));
+    }
+}
+
+#[test]
+fn pieces_are_checked() {
+    let options = ScatterOptions::new(1e3).with_block(16);
+    let point = Point([0.0; 3], 1.0);
+    let good: [&[[f64; 3]]; 4] = [
+        &[],
+        &[[-1.0, 1.0, 1.0]],
+        &[[-3.0, -2.0, 30.0], [0.0, 1.0, 0.5], [1.0, 2.0, 1.0]],
+        // Rounding.
+        &[[0.0, 1.0, 1.0], [1.0 - 1e-9, 2.0, 1.0]],
+    ];
+    for pieces in good {
+        assert!(run(&point, &Fixed(pieces), &options).is_ok(), "{pieces:?}");
+    }
+    let bad: [(&[[f64; 3]], &str); 7] = [
+        (&[[1.0, -1.0, 1.0]], "end of a piece in cm"),
+        (
+            &[[0.0, 1.0, 1.0], [0.0, 1.0, 1.0]],
+            "start of a piece in cm",
+        ),
+        (
+            &[[1.0, 2.0, 1.0], [0.0, 1.0, 1.0]],
+            "start of a piece in cm",
+        ),
+        (&[[0.0, 1.0, 1000.0]], "density of a piece in g/cm^3"),
+        (&[[0.0, 1.0, f64::NAN]], "density of a piece in g/cm^3"),
+        (&[[f64::NEG_INFINITY, 1.0, 1.0]], "start of a piece in cm"),
+        (&[[0.0, f64::INFINITY, 0.0]], "end of a piece in cm"),
+    ];
+    for (pieces, expected) in bad {
+        let error = run(&point, &Fixed(pieces), &options).unwrap_err();
+        assert!(
+            matches!(error, ScatterError::OutOfRange { what, .. } if what == expected),
+            "{pieces:?}: {error}"
+        );
+    }
+}
+
+#[test]
+fn faces_are_outside_the_medium() {
+    let run = |radius, y| {
+        let view = View { angle: 0.5, radius };
+        let camera = Camera::new([4; 2], [1.0; 2], &[view], LEHR).unwrap();
+        let point = Point([0.0, y, 0.0], 1.0);
+        let options = ScatterOptions::new(1e3).with_block(16);
+        Scatter::new(&point, &BALL, &camera, &photopeak(), &options)
+    };
+    assert!(run(2.0, 0.0).is_ok());
+    let inside = run(1.9, 0.0).unwrap_err().to_string();
+    assert!(inside.starts_with("radius of a view"), "{inside}");
+}
+
+#[test]
+fn shapes_are_those_of_the_views() {
+    let scatter = run(
+        &Point([0.0; 3], 1.0),
+        &BALL,
+        &ScatterOptions::new(1e3).with_block(16),
+    )
+    .unwrap();
+    let [windows, views, rows, bins] = scatter.shape();
+    assert_eq!([windows, views, rows, bins], [1, 1, 4, 4]);
+    assert_eq!(scatter.view(0, 0).len(), rows * bins);
 }

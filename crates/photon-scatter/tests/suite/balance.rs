@@ -1,6 +1,6 @@
 //! Conservation of photons: emitted ones escape or are absorbed.
 
-use crate::support::{Ball, Point, camera};
+use crate::support::{Ball, Point, camera, photopeak};
 use photon_scatter::{Compton, Random, Scatter, ScatterOptions, Spectrum, water_attenuation};
 
 /// Probability of absorption above 20 keV, by photons that are tracked from emission in the middle of a ball to their end, and the fraction that escapes
@@ -69,4 +69,23 @@ fn emitted_photons_escape_or_are_absorbed() {
     let first = orders[0] / orders.iter().sum::<f64>();
     let expected = once / (once + more);
     assert!((first - expected).abs() < 0.004, "{first} {expected}");
+}
+
+/// The orders of scattering are parts of the projection sums of a detector that records all of them.
+#[test]
+fn orders_add_up_to_the_projection_sums() {
+    let ball = Ball {
+        centre: [0.0; 3],
+        radius: 5.0,
+        density: 1.0,
+    };
+    let point = Point([0.0; 3], 3.0);
+    let camera = camera(40, 0.5, &[0.0, 120.0, 240.0]);
+    for histories in [64, 512] {
+        let options = ScatterOptions::new(0.02).with_block(histories);
+        let scatter = Scatter::new(&point, &ball, &camera, &photopeak(), &options).unwrap();
+        let sum: f64 = (0..3).flat_map(|view| scatter.view(0, view)).sum();
+        let orders: f64 = scatter.report().by_order.iter().sum();
+        assert!((orders / (0.25 * sum) - 1.0).abs() < 0.02, "{orders} {sum}");
+    }
 }

@@ -1,7 +1,7 @@
 //! The stated standard error against the true error.
 
-use crate::support::{BallSource, CHEST, camera, photopeak};
-use photon_scatter::{Scatter, ScatterError, ScatterOptions};
+use crate::support::{Ball, BallSource, CHEST, LEHR, Point, camera, photopeak};
+use photon_scatter::{Camera, Scatter, ScatterError, ScatterOptions, View};
 
 fn chest(options: &ScatterOptions) -> Result<Scatter, ScatterError> {
     let source = BallSource([5.0, 5.0, 0.0], 3.0, 1.0);
@@ -21,7 +21,7 @@ fn the_true_error_is_within_two_standard_errors() {
     let (mut inside, mut all) = (0, 0);
     for seed in 0..8 {
         let scatter = chest(&ScatterOptions::new(0.04).with_block(64).with_seed(seed)).unwrap();
-        assert!(scatter.largest_error() <= 0.04);
+        assert!(scatter.report().largest_standard_error <= 0.04);
         let ratio = reference.report().histories / scatter.report().histories;
         assert!(ratio >= 100, "{ratio}");
         for view in 0..2 {
@@ -44,10 +44,17 @@ fn the_larger_tolerance_applies() {
     let relative = run(1e-6, 0.1);
     let most = (0..2).flat_map(|view| relative.view(0, view));
     let most = most.fold(0.0, f64::max);
-    let error = relative.largest_error();
+    let error = relative.report().largest_standard_error;
     assert!(error <= 0.1 * most && error > 0.02 * most, "{error} {most}");
+    assert_eq!(
+        run(0.0, 0.1).report().largest_standard_error,
+        relative.report().largest_standard_error
+    );
     let absolute = run(0.1, 1e-3);
-    assert_eq!(absolute.largest_error(), run(0.1, 0.0).largest_error());
+    assert_eq!(
+        absolute.report().largest_standard_error,
+        run(0.1, 0.0).report().largest_standard_error
+    );
     for wrong in [-0.1, f64::NAN, 1.5] {
         let options = ScatterOptions::new(1.0).with_relative(wrong);
         assert!(matches!(
@@ -80,12 +87,16 @@ fn interpolation_errors_bound_the_difference_from_finer_nodes_and_views() {
         });
         let off = views.fold(0.0, f64::max);
         // With a probability of 94 % none of 8640 normal errors exceeds 4.5 standard errors; most bins have smaller ones.
-        let random = 4.5 * found.largest_error().hypot(exact.largest_error());
+        let random = 4.5
+            * found
+                .report()
+                .largest_standard_error
+                .hypot(exact.report().largest_standard_error);
         println!(
             "{pitch} {spacing}: {off}, {random} + {}",
-            found.interpolation_error()
+            found.report().interpolation_error
         );
-        assert!(off <= random + found.interpolation_error());
+        assert!(off <= random + found.report().interpolation_error);
         assert!(!coarse || off > random);
     }
 }
@@ -104,4 +115,73 @@ fn too_few_histories_are_an_error_with_the_work_done() {
         panic!("no error");
     };
     assert!(asked == 1e-6 && reached > 1e-3 && report.histories >= 1024);
+}
+
+/// A point 2 cm below the surface of a ball of water: the peak of its scatter is narrower than the nodes.
+#[test]
+fn interpolation_errors_cover_scatter_that_the_nodes_do_not_resolve() {
+    let ball = Ball {
+        centre: [0.0; 3],
+        radius: 10.0,
+        density: 1.0,
+    };
+    let view = View {
+        angle: 0.0,
+        radius: 12.0,
+    };
+    let camera = Camera::new([41; 2], [0.5; 2], &[view], LEHR).unwrap();
+    let point = Point([0.0, 8.0, 0.0], 1.0);
+    let run = |pitch, tolerance| {
+        let options = ScatterOptions::new(tolerance)
+            .with_pitch(pitch)
+            .with_seed(3);
+        Scatter::new(&point, &ball, &camera, &photopeak(), &options).unwrap()
+    };
+    let exact = run(0.2, 2e-4);
+    for pitch in [0.4, 0.75, 1.5, 3.0] {
+        let found = run(pitch, 1e-4);
+        let pairs = found.view(0, 0).into_iter().zip(exact.view(0, 0));
+        let off = pairs.map(|(found, exact)| (found - exact).abs());
+        let off = off.fold(0.0, f64::max);
+        let (stated, report) = (found.largest_error(), found.report());
+        assert!(off < stated, "{pitch}: {off} > {stated}");
+        // Not larger without limit: the finest nodes resolve the peak.
+        assert!(stated < 10.0 * off, "{pitch}: {off} {stated}");
+        let parts = report.largest_standard_error + report.interpolation_error;
+        assert_eq!(stated, parts);
+        assert!(off > 20.0 * report.largest_standard_error);
+    }
+}
+
+/// A point far from the axis, whose peak moves by more than its width from one of the detected views to the next.
+#[test]
+fn interpolation_errors_cover_peaks_that_move_between_views() {
+    let ball = Ball {
+        centre: [0.0; 3],
+        radius: 10.0,
+        density: 1.0,
+    };
+    let angles = (0..60).map(|k| (6.0 * f64::from(k)).to_radians());
+    let views: Vec<View> = angles
+        .map(|angle| View {
+            angle,
+            radius: 12.0,
+        })
+        .collect();
+    let camera = Camera::new([21; 2], [1.0; 2], &views, LEHR).unwrap();
+    let point = Point([0.0, 8.0, 0.0], 1.0);
+    let run = |spacing: f64| {
+        let options = ScatterOptions::new(1e-3).with_spacing(spacing.to_radians());
+        Scatter::new(&point, &ball, &camera, &photopeak(), &options).unwrap()
+    };
+    let (found, exact) = (run(12.0), run(0.0));
+    let samples = |scatter: &Scatter| -> Vec<f64> {
+        (0..60).flat_map(|view| scatter.view(0, view)).collect()
+    };
+    let (a, b) = (samples(&found), samples(&exact));
+    let off = a.iter().zip(&b).map(|(a, b)| (a - b).abs());
+    let off = off.fold(0.0, f64::max);
+    let stated = found.largest_error();
+    println!("{off} {stated} {}", exact.largest_error());
+    assert!(off < stated && stated < 10.0 * off, "{off} {stated}");
 }

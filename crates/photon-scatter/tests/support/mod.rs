@@ -66,10 +66,12 @@ impl Medium for Cylinder {
         let middle = -(px * vx + py * vy) / vv;
         let square = (1.0 - (px * vy - py * vx).powi(2) / vv) / vv;
         let ends = [-1.0, 1.0].map(|side| (side * self.half_height - o[2]) / d[2]);
-        if square > 0.0 {
+        let enter = (middle - square.sqrt()).max(ends[0].min(ends[1]));
+        let exit = (middle + square.sqrt()).min(ends[0].max(ends[1]));
+        if square > 0.0 && enter < exit {
             pieces.push(Piece {
-                enter: (middle - square.sqrt()).max(ends[0].min(ends[1])),
-                exit: (middle + square.sqrt()).min(ends[0].max(ends[1])),
+                enter,
+                exit,
                 density: 1.0,
             });
         }
