@@ -35,7 +35,7 @@ pub enum RadonError {
         least: usize,
     },
     /// A number lies outside its interval.
-    #[error("{what} must lie in [{least:?}, {most:?}], got {given:?}")]
+    #[error("{what} must lie in {}, got {given:?}", interval(*least, *most))]
     OutOfRange {
         /// Name of the parameter.
         what: &'static str,
@@ -113,9 +113,9 @@ pub enum RadonError {
         /// Largest allowed number of turns.
         most: f64,
     },
-    /// A list of angles has more turns than allowed: most likely it is in degrees.
+    /// A list of angles has more turns than allowed, or more than half a turn of whole numbers: most likely it is in degrees.
     #[error(
-        "{n_views} angles span {arc:?} rad (at most {:?} turns allowed); if they are in degrees, use `from_degrees`, otherwise `from_radians`",
+        "{n_views} angles span {arc:?} rad (at most {:?} turns allowed, half a turn if all are whole numbers); if they are in degrees, use `from_degrees`, otherwise `from_radians`",
         crate::ParallelGeometry::MOST_TURNS
     )]
     LikeDegrees {
@@ -220,11 +220,34 @@ impl Error for UserError {
     }
 }
 
-/// The hint for angles of several turns that leave a gap.
+/// The hint for angles of several turns, or of a turn divided by 57, that leave a gap.
 fn hint(furthest: f64) -> String {
-    match furthest > 2.0 * std::f64::consts::TAU {
-        true => format!("; angles are in radians and go up to {furthest:?}: are they degrees?"),
-        false => String::new(),
+    use std::f64::consts::TAU;
+    match furthest {
+        far if far > 2.0 * TAU => {
+            format!("; angles are in radians and go up to {far:?}: are they degrees?")
+        }
+        near if near > 0.0 && near.to_degrees() <= TAU => format!(
+            "; angles go up to {near:?} rad: if radians were given as degrees, use `arc_radians` or `from_radians`"
+        ),
+        _ => String::new(),
+    }
+}
+
+/// The largest number below 1.
+pub(crate) const BELOW_ONE: f64 = 1.0_f64.next_down();
+
+/// An interval, open where a bound only excludes 0, 1 or infinity.
+fn interval(least: f64, most: f64) -> String {
+    let low = match least {
+        f64::MIN_POSITIVE => "(0.0".to_owned(),
+        f64::MIN => "(-inf".to_owned(),
+        _ => format!("[{least:?}"),
+    };
+    match most {
+        BELOW_ONE => low + ", 1.0)",
+        f64::MAX => low + ", inf)",
+        _ => format!("{low}, {most:?}]"),
     }
 }
 

@@ -128,7 +128,7 @@ pub fn ramp_response(window: &Window, cutoff: f64, len: usize) -> Result<Vec<f64
         return Err(RadonError::OutOfRange {
             what: "cutoff",
             given: cutoff,
-            least: 0.0,
+            least: f64::MIN_POSITIVE,
             most: 1.0,
         });
     }

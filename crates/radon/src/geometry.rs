@@ -37,17 +37,20 @@ pub struct ParallelGeometry {
 
 impl ParallelGeometry {
     /// Views at `angles` in radians (in any order, repeated or not), `n_bins` bins `pitch` apart, centred on the axis. They span at most
-    /// [`MOST_TURNS`](Self::MOST_TURNS), so that most lists in degrees are rejected; [`from_radians`](Self::from_radians) has no limit.
+    /// [`MOST_TURNS`](Self::MOST_TURNS), and at most half a turn if there are three or more and all are whole numbers, so that most lists in
+    /// degrees are rejected; [`from_radians`](Self::from_radians) has no limit.
     ///
     /// # Errors
-    /// As [`from_radians`](Self::from_radians); [`RadonError::LikeDegrees`] beyond [`MOST_TURNS`](Self::MOST_TURNS).
+    /// As [`from_radians`](Self::from_radians); [`RadonError::LikeDegrees`] beyond these limits.
     pub fn new(angles: impl Into<Vec<f64>>, n_bins: usize, pitch: f64) -> Result<Self, RadonError> {
         let geometry = Self::from_radians(angles, n_bins, pitch)?;
         let ends = [f64::INFINITY, f64::NEG_INFINITY];
-        let (n_views, angles) = (geometry.n_views(), geometry.angles.iter());
-        let [first, last] = angles.fold(ends, |[low, high], &a| [low.min(a), high.max(a)]);
+        let (n_views, mut angles) = (geometry.n_views(), geometry.angles.iter());
+        let [first, last] =
+            (angles.clone()).fold(ends, |[low, high], &a| [low.min(a), high.max(a)]);
         let arc = last - first; // has the rounding errors of angles, hence 1e-9
-        if arc > Self::MOST_TURNS * 2.0 * PI * (1.0 + 1e-9) {
+        let whole = n_views > 2 && arc > PI && angles.all(|a| a.fract() == 0.0);
+        if whole || arc > Self::MOST_TURNS * 2.0 * PI * (1.0 + 1e-9) {
             return Err(RadonError::LikeDegrees { n_views, arc });
         }
         Ok(geometry)

@@ -59,6 +59,12 @@ impl CountScale {
 /// let mean = counts.iter().sum::<f32>() / 10_000.0;
 /// assert!((mean - 20.0).abs() < 5.0 * (20.0_f32 / 10_000.0).sqrt());
 /// assert_eq!(counts, poisson_counts(&means, CountScale::PerUnit(40.0), 7)?);
+/// // Back to the unit of the samples: the expected counts of a unit sample, of all samples before noise.
+/// let scale = CountScale::Total(1e6);
+/// let counts = poisson_counts(&means, scale, 7)?;
+/// let per_unit = scale.per_unit(&means)? as f32;
+/// let noisy: Vec<f32> = counts.iter().map(|count| count / per_unit).collect();
+/// assert!((noisy.iter().sum::<f32>() / 10_000.0 - 0.5).abs() < 0.003);
 /// # Ok::<(), radon::RadonError>(())
 /// ```
 ///

@@ -11,7 +11,7 @@ use super::vectors::{
     check_not_negative, check_samples, norm, relative, relative_change, sum2, update,
 };
 use crate::Sample;
-use crate::error::{RadonError, at_least, finite, length, within, zeros};
+use crate::error::{RadonError, at_least, finite, length, positive, within, zeros};
 
 /// Options of [`mlem`] and [`osem`].
 ///
@@ -165,8 +165,8 @@ fn column_sums<T: Sample>(operator: &Checked<'_, T>) -> Result<Vec<T>, RadonErro
 /// ```
 ///
 /// # Errors
-/// As [`cgls`](crate::cgls); [`RadonError::NegativeSample`] for data, image, background or a column sum. `image` always contains the last
-/// finite iterate.
+/// As [`cgls`](crate::cgls); [`RadonError::NegativeSample`] for data, image, background or a column sum; [`RadonError::NotPositive`] for an
+/// image that is zero everywhere. `image` always contains the last finite iterate.
 #[doc(alias("ML-EM", "Lucy-Richardson"))]
 pub fn mlem<T: Sample, O: LinearOperator<T> + ?Sized>(
     operator: &O,
@@ -208,7 +208,8 @@ pub fn mlem<T: Sample, O: LinearOperator<T> + ?Sized>(
 /// ```
 ///
 /// # Errors
-/// As [`mlem`]; [`RadonError::TooFew`] without a subset, [`RadonError::BadRange`] for an index beyond the data.
+/// As [`mlem`]; [`RadonError::TooFew`] without a subset, [`RadonError::BadRange`] for an index beyond the data, [`RadonError::WrongLength`] if
+/// some data are in no subset.
 #[doc(alias("OS-EM", "ordered subsets"))]
 pub fn osem<T: Sample, O: LinearOperator<T>>(
     subsets: &[Subset<O, T>],
@@ -220,6 +221,7 @@ pub fn osem<T: Sample, O: LinearOperator<T>>(
     at_least("subsets", subsets.len(), 1)?;
     check_samples("data", data)?;
     check_samples("image", image)?;
+    let mut used = vec![false; data.len()];
     for subset in subsets {
         length("subset", subset.data.len(), subset.operator.data_len())?;
         length("image", image.len(), subset.operator.image_len())?;
@@ -231,7 +233,10 @@ pub fn osem<T: Sample, O: LinearOperator<T>>(
                 len: data.len(),
             });
         }
+        subset.data.iter().for_each(|&i| used[i] = true);
     }
+    let used = used.into_iter().filter(|used| *used).count();
+    length("subsets together", used, data.len())?;
     let monitor = Monitor::new(options.stopping, None, &mut watch)?;
     check(data, image, options)?;
     let mut parts = Vec::with_capacity(subsets.len());
@@ -253,6 +258,9 @@ pub fn osem<T: Sample, O: LinearOperator<T>>(
 fn check<T: Sample>(data: &[T], image: &[T], options: &EmOptions<T>) -> Result<(), RadonError> {
     check_not_negative("data", data)?;
     check_not_negative("image", image)?;
+    if image.iter().all(|x| *x == T::ZERO) {
+        positive("largest pixel of the first image", 0.0)?;
+    }
     let background = &options.background;
     if !background.is_empty() {
         length("background", background.len(), data.len())?;

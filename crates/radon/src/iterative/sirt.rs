@@ -27,7 +27,7 @@ use crate::error::{RadonError, finite, within, zeros};
 pub struct SirtOptions {
     /// Stopping rules.
     pub stopping: Stopping,
-    /// Factor λ of each step, between 0 and 2.
+    /// Factor λ of each step, between 0 and 2; 1 by default.
     pub relaxation: f64,
     /// Smallest value a pixel may take, if any.
     pub lower: Option<f64>,

@@ -4,7 +4,7 @@ use std::ops::ControlFlow;
 
 use super::report::{Iteration, IterativeReport, StopReason};
 use crate::Sample;
-use crate::error::{RadonError, within};
+use crate::error::{BELOW_ONE, RadonError, within};
 
 /// A callback after each step.
 pub(super) type Observer<'a, T> = &'a mut dyn FnMut(&IterativeReport, &[T]) -> ControlFlow<()>;
@@ -52,11 +52,11 @@ pub fn no_observer<T>(_: &IterativeReport, _: &[T]) -> ControlFlow<()> {
 #[cfg_attr(feature = "serde", serde(default, deny_unknown_fields))]
 #[non_exhaustive]
 pub struct Stopping {
-    /// Maximum number of iterations.
+    /// Maximum number of iterations; 50 by default.
     pub max_iterations: usize,
-    /// Stop at ‖A x - b‖ <= this times ‖b‖: the discrepancy principle, when it is the relative size of the noise.
+    /// Stop at ‖A x - b‖ <= this times ‖b‖, in [0, 1): the discrepancy principle, when it is the relative size of the noise. None by default.
     pub residual: Option<f64>,
-    /// Stop after a step with ‖Δx‖ <= this times ‖x‖.
+    /// Stop after a step with ‖Δx‖ <= this times ‖x‖. None by default.
     pub change: Option<f64>,
 }
 
@@ -98,13 +98,13 @@ impl<'a, T: Sample> Monitor<'a, T> {
         gradient: Option<f64>,
         observe: Observer<'a, T>,
     ) -> Result<Self, RadonError> {
-        for (what, rule) in [
-            ("residual rule", stopping.residual),
-            ("change rule", stopping.change),
-            ("gradient rule", gradient),
+        for (what, rule, most) in [
+            ("residual rule", stopping.residual, BELOW_ONE),
+            ("change rule", stopping.change, f64::MAX),
+            ("gradient rule", gradient, f64::MAX),
         ] {
             if let Some(rule) = rule {
-                within(what, rule, 0.0, f64::MAX)?;
+                within(what, rule, 0.0, most)?;
             }
         }
         Ok(Self {

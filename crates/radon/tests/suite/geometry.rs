@@ -124,7 +124,9 @@ fn degrees_given_as_radians_are_rejected_with_the_reason() {
         (0..60).map(jittered).collect(),
         vec![0.0, 180.0],
         vec![270.0, 0.0, 90.0, 180.0],
-        vec![0.0, 12.6], // just above two turns
+        vec![0.0, 12.6],                  // just above two turns
+        (0..12).map(f64::from).collect(), // 1.75 turns
+        (0..4).map(|k| f64::from(2 * k)).collect(),
     ];
     for angles in &lists {
         let error = ParallelGeometry::new(angles.clone(), 4, 1.0).unwrap_err();
@@ -147,6 +149,17 @@ fn degrees_given_as_radians_are_rejected_with_the_reason() {
         assert_eq!(geometry.angles(), angles);
     }
     ParallelGeometry::new([180.0], 4, 1.0).unwrap();
+    // Few views, some of them whole numbers; golden angles.
+    ParallelGeometry::new([0.0, 4.0], 4, 1.0).unwrap();
+    ParallelGeometry::new([0.0, 1.0, 2.0, 3.0], 4, 1.0).unwrap();
+    ParallelGeometry::new([0.0, 1.5, 3.0, 6.0], 4, 1.0).unwrap();
+    let golden: Vec<f64> = (0..6).map(|k| 1.941_611 * f64::from(k)).collect();
+    ParallelGeometry::new(golden, 4, 1.0).unwrap();
+
+    // An arc in radians as degrees leaves a gap.
+    let tiny = ParallelGeometry::arc_degrees(90, PI, 64, 0.1).unwrap();
+    let refused = tiny.view_weights(ArcPolicy::Complete).unwrap_err();
+    assert!(refused.to_string().contains("`arc_radians`"), "{refused}");
 
     // The error of a gap also states that angles are in radians, if they are large enough to suggest degrees.
     let message = |angles: &[f64]| {

@@ -106,6 +106,38 @@ fn bad_input_is_rejected_with_its_values() {
             ..
         })
     ));
+    assert_eq!(
+        em(&b, &[0.0; 3], vec![]).to_string(),
+        "largest pixel of the first image must be greater than zero, got 0.0"
+    );
+    let some = [Subset::new(Dense(vec![vec![1.0, 2.0, 3.0]; 2]), vec![0, 2])];
+    let refused = osem(
+        &some,
+        &b,
+        &mut x.clone(),
+        &EmOptions::default(),
+        radon::no_observer,
+    );
+    assert!(matches!(
+        refused,
+        Err(RadonError::WrongLength {
+            what: "subsets together",
+            given: 2,
+            expected: 4
+        })
+    ));
+    let whole = SirtOptions::default().with_stopping(Stopping::default().with_residual(1.0));
+    let refused = sirt(&a, &b, &mut x.clone(), &whole, radon::no_observer).unwrap_err();
+    assert_eq!(
+        refused.to_string(),
+        "residual rule must lie in [0.0, 1.0), got 1.0"
+    );
+    let options = SirtOptions::default().with_relaxation(0.0);
+    let refused = sirt(&a, &b, &mut x.clone(), &options, radon::no_observer).unwrap_err();
+    assert_eq!(
+        refused.to_string(),
+        "relaxation must lie in (0.0, 2.0], got 0.0"
+    );
     let rule = Stopping::default().with_residual(f64::NAN);
     for options in [
         CglsOptions::default().with_stopping(rule),
