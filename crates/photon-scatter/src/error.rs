@@ -26,7 +26,7 @@ pub enum ScatterError {
         /// The largest standard error of any bin.
         reached: f64,
         /// The work done.
-        report: ScatterReport,
+        report: Box<ScatterReport>,
     },
 }
 

@@ -138,7 +138,7 @@ impl Scatter {
                     false => Err(ScatterError::Tolerance {
                         asked: tolerance,
                         reached: largest_error,
-                        report,
+                        report: Box::new(report),
                     }),
                 };
             }
