@@ -166,7 +166,7 @@ fn column_sums<T: Sample>(operator: &Checked<'_, T>) -> Result<Vec<T>, RadonErro
 ///
 /// # Errors
 /// As [`cgls`](crate::cgls); [`RadonError::NegativeSample`] for data, image, background or a column sum; [`RadonError::NotPositive`] for an
-/// image that is zero everywhere. `image` always contains the last finite iterate.
+/// image that is zero everywhere although the data are not. `image` always contains the last finite iterate.
 #[doc(alias("ML-EM", "Lucy-Richardson"))]
 pub fn mlem<T: Sample, O: LinearOperator<T> + ?Sized>(
     operator: &O,
@@ -258,7 +258,8 @@ pub fn osem<T: Sample, O: LinearOperator<T>>(
 fn check<T: Sample>(data: &[T], image: &[T], options: &EmOptions<T>) -> Result<(), RadonError> {
     check_not_negative("data", data)?;
     check_not_negative("image", image)?;
-    if image.iter().all(|x| *x == T::ZERO) {
+    let positive_in = |values: &[T]| values.iter().any(|x| *x > T::ZERO);
+    if positive_in(data) && !positive_in(image) {
         positive("largest pixel of the first image", 0.0)?;
     }
     let background = &options.background;

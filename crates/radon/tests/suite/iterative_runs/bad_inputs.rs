@@ -110,6 +110,15 @@ fn bad_input_is_rejected_with_its_values() {
         em(&b, &[0.0; 3], vec![]).to_string(),
         "largest pixel of the first image must be greater than zero, got 0.0"
     );
+    let mut dark = [0.0; 3];
+    let report = mlem(
+        &a,
+        &[0.0; 4],
+        &mut dark,
+        &EmOptions::default(),
+        radon::no_observer,
+    );
+    assert!(report.is_ok() && dark == [0.0; 3]);
     let some = [Subset::new(Dense(vec![vec![1.0, 2.0, 3.0]; 2]), vec![0, 2])];
     let refused = osem(
         &some,
