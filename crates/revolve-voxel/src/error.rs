@@ -109,6 +109,16 @@ pub enum RevolveError {
         /// The value given.
         given: f64,
     },
+    /// A tolerance as large as the body.
+    #[error(
+        "tolerance is {given:?}; it must be less than {most:?}, the radius of the innermost layer"
+    )]
+    TooCoarse {
+        /// The tolerance given.
+        given: f64,
+        /// Radius of the innermost layer.
+        most: f64,
+    },
     /// A wedge of more than a full turn.
     #[error("a wedge opens {given:?} radians, at most {most:?}")]
     TooWide {
@@ -132,6 +142,18 @@ pub enum RevolveError {
         given: usize,
         /// Number of layers.
         layers: usize,
+    },
+    /// A range of indices is descending or leaves its axis.
+    #[error("{what} {start}..{end} must be ascending and within 0..{len}")]
+    BadRange {
+        /// Which range.
+        what: &'static str,
+        /// Its first index.
+        start: usize,
+        /// One past its last index.
+        end: usize,
+        /// Length of the axis.
+        len: usize,
     },
     /// A list has the wrong length.
     #[error("{what}: expected length {expected}, got {given}")]
@@ -184,6 +206,24 @@ pub(crate) fn positive(what: &'static str, given: f64) -> Result<f64, RevolveErr
         Ok(given)
     } else {
         Err(RevolveError::NotPositive { what, given })
+    }
+}
+
+/// `Ok` if the range of indices is ascending and ends within `len`.
+pub(crate) fn check_range(
+    what: &'static str,
+    range: &std::ops::Range<usize>,
+    len: usize,
+) -> Result<(), RevolveError> {
+    let std::ops::Range { start, end } = *range;
+    match start <= end && end <= len {
+        true => Ok(()),
+        false => Err(RevolveError::BadRange {
+            what,
+            start,
+            end,
+            len,
+        }),
     }
 }
 

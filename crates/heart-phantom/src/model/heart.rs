@@ -358,19 +358,18 @@ impl Heart {
             .into_iter()
             .map(|(membrane, curve)| self.meridian(membrane, curve))
             .collect::<Result<_, _>>()?;
-        let body = Body::new(layers, self.pose)?;
         let length = curves[1].iter().fold(0.0, |most: f64, [x, _]| most.max(*x));
-        match body.check_nested(self.tolerance + ROUNDING * length) {
+        match Body::nested(layers, self.pose, self.tolerance + ROUNDING * length) {
             Err(revolve_voxel::RevolveError::NotNested { depth, x, r, .. }) => {
                 Err(PhantomError::Crossed { gain, depth, x, r })
             }
-            checked => Ok(checked.map(|()| HeartShape {
+            body => Ok(HeartShape {
                 gain,
                 solution,
                 curves,
-                body,
+                body: body?,
                 _life: self.kept.alive.life(),
-            })?),
+            }),
         }
     }
 

@@ -109,7 +109,8 @@ impl EllipticCylinder {
     /// as an attenuation map.
     ///
     /// # Errors
-    /// [`RevolveError::WrongLength`] for slices or a buffer of the wrong size, [`RevolveError::NotFinite`] for the value.
+    /// [`RevolveError::WrongLength`] for a buffer of the wrong size, [`RevolveError::BadRange`] for slices outside the grid,
+    /// [`RevolveError::NotFinite`] for the value.
     pub fn voxelize_add<T: Sample>(
         &self,
         grid: &VoxelGrid,

@@ -94,15 +94,41 @@ impl Body {
         &self.pose
     }
 
-    /// Returns the measures of one region in the body frame: those of its layer minus those of the next inner layer.
+    /// Returns the measures of one region in the body frame: those of its layer minus those of the next inner layer. `surface` is the area of
+    /// the boundary of the region: both faces of a wall, and its flat ends without the faces that both layers have in common.
+    ///
+    /// ```
+    /// use revolve_voxel::{Body, Meridian, Pose};
+    /// let cylinder = |r: f64| Meridian::new(&[[0.0, r], [3.0, r]]);
+    /// let tube = Body::nested(vec![cylinder(1.0)?, cylinder(2.0)?], Pose::identity(), 0.0)?;
+    /// let pi = std::f64::consts::PI;
+    /// let exact = 6.0 * pi + 12.0 * pi + 2.0 * (4.0 - 1.0) * pi; // inside, outside, two rings
+    /// assert!((tube.region_measures(1)?.surface / exact - 1.0).abs() < 1e-14);
+    /// # Ok::<(), revolve_voxel::RevolveError>(())
+    /// ```
     ///
     /// # Errors
-    /// [`RevolveError::NoSuchLayer`].
+    /// [`RevolveError::NoSuchLayer`]; [`RevolveError::NotNested`] for a region of negative volume, as with the outer layer first.
     pub fn region_measures(&self, region: usize) -> Result<MassProperties, RevolveError> {
         let layer = self.layer(region)?;
         Ok(match region.checked_sub(1) {
             None => layer.mass_properties(),
-            Some(within) => layer.mass_properties() - self.layers[within].mass_properties(),
+            Some(within) => {
+                let within = &self.layers[within];
+                let (outer, inner) = (layer.mass_properties(), within.mass_properties());
+                // Less by rounding errors.
+                if outer.volume < inner.volume * (1.0 - 1e-9) {
+                    self.check_nested(0.0)?;
+                }
+                // Planes closer than rounding errors coincide.
+                let reach = 1e-12 * layer.size();
+                let common =
+                    MassProperties::common_faces(layer.segments(), within.segments(), reach);
+                MassProperties {
+                    surface: outer.surface + inner.surface - 2.0 * common,
+                    ..outer - inner
+                }
+            }
         })
     }
 
@@ -148,9 +174,17 @@ impl Body {
     /// Other functions do not require it; the formula above gives the activity outside.
     ///
     /// # Errors
-    /// [`RevolveError::NotNested`] with the worst position; [`RevolveError::NotFinite`].
+    /// [`RevolveError::NotNested`] with the worst position; [`RevolveError::NotFinite`], [`RevolveError::Negative`], or
+    /// [`RevolveError::TooCoarse`] for a tolerance from the radius of the innermost layer on.
     pub fn check_nested(&self, tolerance: f64) -> Result<(), RevolveError> {
-        finite("tolerance", tolerance)?;
+        let (given, most) = (finite("tolerance", tolerance)?, self.layers[0].r_max());
+        if given < 0.0 {
+            let what = "tolerance";
+            return Err(RevolveError::Negative { what, given });
+        }
+        if given >= most {
+            return Err(RevolveError::TooCoarse { given, most });
+        }
         for (layer, pair) in self.layers.windows(2).enumerate() {
             let (inner, outer) = (&pair[0], &pair[1]);
             // If they cross, a vertex of the inner one is outside or a corner of the outer one is inside.

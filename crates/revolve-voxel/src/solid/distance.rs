@@ -58,7 +58,7 @@ impl Nearest {
 }
 
 impl Meridian {
-    /// Returns the signed distance of a body point from the surface: negative inside.
+    /// Returns the signed distance of a body point from the surface: negative inside, NaN for a coordinate that is NaN.
     ///
     /// Cost: about the logarithm of the number of segments.
     ///
@@ -71,7 +71,10 @@ impl Meridian {
     /// ```
     #[must_use]
     pub fn signed_distance(&self, p: &Point3<f64>) -> f64 {
-        self.distance_at(p.x, p.y.hypot(p.z))
+        match p.coords.iter().any(|x| x.is_nan()) {
+            true => f64::NAN,
+            false => self.distance_at(p.x, p.y.hypot(p.z)),
+        }
     }
 
     /// Returns whether the body point is inside the solid.

@@ -7,7 +7,7 @@ use crate::solid::segment::Segment;
 
 /// Exact integrals over a solid of revolution of density 1, in its body frame.
 ///
-/// The difference of an outer and an inner solid gives a shell (except `surface`).
+/// The difference of an outer and an inner solid gives a shell, except for `surface`: see [`Body::region_measures`](crate::Body::region_measures).
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub struct MassProperties {
@@ -45,6 +45,22 @@ impl MassProperties {
             sum += (x1 - x0) * (r0 * r0 + r0 * r1 + r1 * r1);
         }
         PI / 3.0 * sum
+    }
+
+    /// Area of the flat faces that two solids have in common, with both on the same side.
+    pub(crate) fn common_faces(a: &[Segment], b: &[Segment], reach: f64) -> f64 {
+        let flat = |s: &&Segment| s.x0 == s.x1;
+        let mut sum = 0.0;
+        for a in a.iter().filter(flat) {
+            let near =
+                |b: &&Segment| (a.x0 - b.x0).abs() <= reach && (a.r1 > a.r0) == (b.r1 > b.r0);
+            for b in b.iter().filter(flat).filter(near) {
+                let ([_, _, a0, a1], [_, _, b0, b1]) = (a.bounds(), b.bounds());
+                let (low, high) = (a0.max(b0), a1.min(b1));
+                sum += PI * (high * high - low * low) * f64::from(u8::from(high > low));
+            }
+        }
+        sum
     }
 
     pub(crate) fn of(segments: &[Segment]) -> Self {

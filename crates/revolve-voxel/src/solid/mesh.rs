@@ -13,7 +13,7 @@ use crate::{Body, RevolveError};
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub struct Mesh {
-    /// Vertices.
+    /// Vertices; those of [`Body::mesh`] are in the lab frame.
     pub vertices: Vec<Point3<f64>>,
     /// Outward unit normal at each vertex (the average of both sides on a crease).
     pub normals: Vec<Vector3<f64>>,
@@ -22,8 +22,9 @@ pub struct Mesh {
 }
 
 impl Body {
-    /// Returns a mesh of the surface of one layer, with vertices on it and distances of at most `tolerance`. The number of
-    /// triangles scales as 1 / `tolerance`.
+    /// Returns a mesh of the surface of one layer in the lab frame, with vertices on it and distances of at most `tolerance`. The number of
+    /// triangles scales as 1 / `tolerance`. A mesh encloses a volume for any tolerance: it has at least three facets around the axis, and
+    /// every part of the meridian at least one point off its chord.
     ///
     /// # Errors
     /// [`RevolveError::NotPositive`] for the tolerance; [`RevolveError::NoSuchLayer`]; [`RevolveError::TooFine`] above 2^31
@@ -115,12 +116,16 @@ fn outlines(meridian: &Meridian, tolerance: f64) -> Vec<Outline> {
         let mut points: Vec<[f64; 2]> = run.iter().map(|s| s.start()).collect();
         points.push(run[run.len() - 1].end());
         let closed = points[0] == points[points.len() - 1] && points[0][1] > 0.0;
+        let middle = points.len() / 2;
+        let end = if closed { middle } else { points.len() - 1 };
+        // A coarser tolerance would keep nothing but a chord.
+        let height = (0..points.len()).map(|k| off_chord(&points, 0, end, k));
+        let tolerance = tolerance.min(0.5 * height.fold(0.0, f64::max));
         let mut kept = vec![0];
         if closed {
             // Simplified in two halves, because a closed curve has no chord from end to end.
-            let half = points.len() / 2;
-            thin(&points, 0, half, tolerance, &mut kept);
-            thin(&points, half, points.len() - 1, tolerance, &mut kept);
+            thin(&points, 0, middle, tolerance, &mut kept);
+            thin(&points, middle, points.len() - 1, tolerance, &mut kept);
             kept.pop();
         } else {
             thin(&points, 0, points.len() - 1, tolerance, &mut kept);
@@ -141,17 +146,22 @@ fn outlines(meridian: &Meridian, tolerance: f64) -> Vec<Outline> {
     outlines
 }
 
+/// Distance of point k from the chord between a and b.
+fn off_chord(points: &[[f64; 2]], a: usize, b: usize, k: usize) -> f64 {
+    let (dx, dr) = (points[b][0] - points[a][0], points[b][1] - points[a][1]);
+    let length = dx.hypot(dr);
+    let (px, pr) = (points[k][0] - points[a][0], points[k][1] - points[a][1]);
+    let along = ((px * dx + pr * dr) / (length * length)).clamp(0.0, 1.0);
+    (px - along * dx).hypot(pr - along * dr)
+}
+
 /// Keeps points farther than the tolerance from the chords (Ramer, Douglas & Peucker), including the end.
 fn thin(points: &[[f64; 2]], a: usize, b: usize, tolerance: f64, kept: &mut Vec<usize>) {
     let mut stack = vec![(a, b)];
     while let Some((a, b)) = stack.pop() {
-        let (dx, dr) = (points[b][0] - points[a][0], points[b][1] - points[a][1]);
-        let length = dx.hypot(dr);
         let mut worst = (0.0, a);
         for k in a + 1..b {
-            let (px, pr) = (points[k][0] - points[a][0], points[k][1] - points[a][1]);
-            let along = ((px * dx + pr * dr) / (length * length)).clamp(0.0, 1.0);
-            let off = (px - along * dx).hypot(pr - along * dr);
+            let off = off_chord(points, a, b, k);
             // The first of equal distances, independent of rounding: an arc has two.
             if off > worst.0 * (1.0 + 1e-9) {
                 worst = (off, k);

@@ -76,7 +76,7 @@ impl Pose {
         })
     }
 
-    /// Rotates about the x axis of the lab (right-handed, radians), after the previous motions.
+    /// Rotates about the x axis of the lab (right-handed; radians, see [`rotated_z`](Self::rotated_z)), after the previous motions.
     ///
     /// # Errors
     /// [`RevolveError::NotFinite`].
@@ -84,7 +84,7 @@ impl Pose {
         self.turned(Vector3::x(), angle)
     }
 
-    /// Rotates about the y axis of the lab (right-handed, radians), after the previous motions.
+    /// Rotates about the y axis of the lab (right-handed; radians, see [`rotated_z`](Self::rotated_z)), after the previous motions.
     ///
     /// # Errors
     /// [`RevolveError::NotFinite`].
@@ -93,6 +93,13 @@ impl Pose {
     }
 
     /// Rotates about the z axis of the lab (right-handed, radians), after the previous motions.
+    ///
+    /// ```
+    /// use revolve_voxel::{Pose, nalgebra::Point3};
+    /// let quarter = Pose::identity().rotated_z(90f64.to_radians())?; // not 90.0
+    /// assert!((quarter.to_lab(&Point3::new(1.0, 0.0, 0.0)) - Point3::new(0.0, 1.0, 0.0)).norm() < 1e-15);
+    /// # Ok::<(), revolve_voxel::RevolveError>(())
+    /// ```
     ///
     /// # Errors
     /// [`RevolveError::NotFinite`].

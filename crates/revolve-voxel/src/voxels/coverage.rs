@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use nalgebra::{Point3, Vector3};
 
-use crate::error::{at_least, countable, positive};
+use crate::error::{at_least, check_range as in_axis, countable, positive};
 use crate::voxels::block::{BLOCK, Block, Placed, eighths};
 use crate::voxels::field::{Answer, Field};
 use crate::voxels::patch::{Cuboid, Patch, patch};
@@ -59,21 +59,7 @@ fn halvings(layer: &Meridian, grid: &VoxelGrid) -> [u32; 3] {
 
 /// Checks that the slices are in the grid and in order.
 pub(crate) fn check_range(grid: &VoxelGrid, slices: &Range<usize>) -> Result<(), RevolveError> {
-    if slices.end > grid.shape()[2] {
-        return Err(RevolveError::WrongLength {
-            what: "slices (at most)",
-            expected: grid.shape()[2],
-            given: slices.end,
-        });
-    }
-    if slices.start > slices.end {
-        return Err(RevolveError::WrongLength {
-            what: "first slice (at most)",
-            expected: slices.end,
-            given: slices.start,
-        });
-    }
-    Ok(())
+    in_axis("slices", slices, grid.shape()[2])
 }
 
 /// Checks that the slices are in the grid and the numbers of the sampling positive.

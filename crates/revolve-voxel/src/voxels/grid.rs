@@ -7,7 +7,18 @@ use crate::error::{countable, finite, positive};
 
 /// A regular grid of voxels; volumes on it are indexed `[z][y][x]`, x fastest.
 ///
-/// The centre of voxel k along axis a is at `origin[a] + k * spacing[a]`, a = x, y, z.
+/// The centre of voxel k along axis a is at `origin[a] + k * spacing[a]`, a = x, y, z. Numbers of voxels are `[nx, ny, nz]`; the shape of an
+/// array is the reverse.
+///
+/// ```
+/// use ndarray::Array3;
+/// use revolve_voxel::VoxelGrid;
+/// let grid = VoxelGrid::new([4, 3, 2], [0.1; 3], [0.0; 3])?;
+/// let [nx, ny, nz] = grid.shape();
+/// let volume = Array3::from_shape_vec((nz, ny, nx), vec![0.0_f32; nx * ny * nz])?;
+/// assert_eq!(volume[[1, 2, 3]], 0.0); // [z][y][x]
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct VoxelGrid {
     shape: [usize; 3],

@@ -87,7 +87,7 @@ impl Organs {
     /// ```
     ///
     /// # Errors
-    /// [`RevolveError::WrongLength`] for slices outside the grid; [`RevolveError::NotFinite`] for a result of `of`;
+    /// [`RevolveError::BadRange`] for slices outside the grid; [`RevolveError::NotFinite`] for a result of `of`;
     /// [`RevolveError::NotPositive`] for voxels whose area or volume underflows; [`RevolveError::TooLarge`].
     pub fn voxelize<T: Sample>(
         &self,

@@ -45,7 +45,8 @@ impl Body {
     /// Slabs of a volume are bitwise identical to those of the whole.
     ///
     /// # Errors
-    /// [`RevolveError::WrongLength`] for a wrong buffer, slices or number of activities; [`RevolveError::NotFinite`];
+    /// [`RevolveError::WrongLength`] for a wrong buffer or number of activities; [`RevolveError::BadRange`] for slices outside the
+    /// grid; [`RevolveError::NotFinite`];
     /// [`RevolveError::TooFew`], [`RevolveError::NotPositive`].
     pub fn voxelize_add<T: Sample>(
         &self,
@@ -94,7 +95,8 @@ impl WeightedBody<'_> {
     /// ```
     ///
     /// # Errors
-    /// [`RevolveError::WrongLength`] for a wrong buffer, slices or number of activities; [`RevolveError::NotFinite`];
+    /// [`RevolveError::WrongLength`] for a wrong buffer or number of activities; [`RevolveError::BadRange`] for slices outside the
+    /// grid; [`RevolveError::NotFinite`];
     /// [`RevolveError::TooFew`], [`RevolveError::NotPositive`].
     pub fn voxelize_add<T: Sample>(
         bodies: &[WeightedBody<'_>],

@@ -62,7 +62,7 @@ impl Shell {
     /// current rayon pool; results are bitwise independent of their number.
     ///
     /// # Errors
-    /// [`RevolveError::WrongLength`] for slices outside the grid.
+    /// [`RevolveError::BadRange`] for slices outside the grid.
     pub fn map_voxels<T: Send>(
         &self,
         pose: &Pose,

@@ -150,7 +150,7 @@ impl Shell {
     /// the body frame and the nearest point of the wall.
     ///
     /// # Errors
-    /// [`RevolveError::WrongLength`] for slices outside the grid; [`RevolveError::Negative`] or [`RevolveError::NotFinite`] for the
+    /// [`RevolveError::BadRange`] for slices outside the grid; [`RevolveError::Negative`] or [`RevolveError::NotFinite`] for the
     /// reach.
     pub fn map_voxels_around<T: Send>(
         &self,

@@ -223,7 +223,7 @@ fn bodies_and_batches() {
     };
     assert!(matches!(
         voxels(0..3, Sampling::Centre, 12),
-        Err(RevolveError::WrongLength { .. })
+        Err(RevolveError::BadRange { .. })
     ));
     assert!(matches!(
         voxels(0..2, Sampling::Centre, 7),
@@ -288,8 +288,25 @@ fn nested_layers_begin_with_the_innermost() {
             "{radii:?}: {found:?}"
         );
     }
-    assert!(nested(&[1.1, 1.0], 0.2).is_ok());
+    // To within the tolerance: the inner layer is longer.
+    let long = Meridian::new(&[[-0.1, 0.9], [2.0, 0.9]]).unwrap();
+    let layers = || vec![long.clone(), cylinder(1.0)];
+    assert!(Body::nested(layers(), Pose::identity(), 0.2).is_ok());
+    assert!(Body::nested(layers(), Pose::identity(), 0.05).is_err());
     assert!(matches!(nested(&[], 0.0), Err(RevolveError::TooFew { .. })));
+    let negative = nested(&[1.0, 2.0], -1.0).unwrap_err().to_string();
+    assert_eq!(negative, "tolerance must not be negative, got -1.0");
+    for coarse in [1.0, 1e6] {
+        let error = nested(&[1.0, 2.0], coarse).unwrap_err();
+        let given = coarse;
+        assert_eq!(error, RevolveError::TooCoarse { given, most: 1.0 });
+    }
+    // The measures of a region of negative volume are an error.
+    let outer_first = Body::new(vec![cylinder(2.0), cylinder(1.0)], Pose::identity()).unwrap();
+    assert!(matches!(
+        outer_first.region_measures(1),
+        Err(RevolveError::NotNested { layer: 0, .. })
+    ));
     let nan = nested(&[1.0, 2.0], f64::NAN);
     assert!(matches!(nan, Err(RevolveError::NotFinite { .. })));
 }
@@ -434,4 +451,30 @@ fn faces_closer_than_rounding_are_rejected() {
         [2.0, 0.5],
     ];
     assert!(Meridian::new(&many).is_ok());
+}
+
+#[test]
+fn ranges_of_slices_are_checked() {
+    let cone = Meridian::new(&[[0.0, 1.0], [3.0, 0.0]]).unwrap();
+    let body = Body::new(vec![cone], Pose::identity()).unwrap();
+    let grid = VoxelGrid::cube(4, 1.0).unwrap();
+    #[allow(clippy::reversed_empty_ranges)]
+    for (range, text) in [
+        (3..2, "slices 3..2 must be ascending and within 0..4"),
+        (2..5, "slices 2..5 must be ascending and within 0..4"),
+    ] {
+        let mut out = vec![0.0_f64; 64];
+        let refused = body.voxelize_add(&grid, range, Sampling::Centre, &[1.0], 1.0, &mut out);
+        assert_eq!(refused.unwrap_err().to_string(), text);
+    }
+}
+
+#[test]
+fn distances_of_nan_are_nan() {
+    let cone = Meridian::new(&[[0.0, 1.0], [3.0, 0.0]]).unwrap();
+    for axis in 0..3 {
+        let mut p = Point3::new(1.0, 0.1, 0.1);
+        p[axis] = f64::NAN;
+        assert!(cone.signed_distance(&p).is_nan() && !cone.contains(&p));
+    }
 }

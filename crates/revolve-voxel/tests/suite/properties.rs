@@ -4,8 +4,9 @@ use crate::support;
 
 use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion, Vector3};
 use proptest::prelude::*;
-use revolve_voxel::{Body, ParallelRays, Pose, Ray, Sampling, VoxelGrid};
+use revolve_voxel::{Body, Meridian, ParallelRays, Pose, Ray, Sampling, VoxelGrid};
 use std::collections::HashMap;
+use std::f64::consts::PI;
 use support::*;
 
 proptest! {
@@ -208,4 +209,48 @@ fn a_pose_is_rigid() {
     let pose = Pose::new(isometry).unwrap();
     let p = Point3::new(0.3, -0.4, 0.5);
     assert!((pose.to_body(&pose.to_lab(&p)) - p).norm() < 1e-15);
+}
+
+#[test]
+fn walls_have_the_area_of_both_faces_and_of_their_ends() {
+    let cylinder = |x: [f64; 2], r: f64| Meridian::new(&[[x[0], r], [x[1], r]]).unwrap();
+    // Inner and outer cylinders of length 3: flush at both ends, at one, at none.
+    for (inner, common) in [([0.0, 3.0], 2.0), ([0.0, 2.0], 1.0), ([0.5, 2.0], 0.0)] {
+        let layers = vec![cylinder(inner, 1.0), cylinder([0.0, 3.0], 2.0)];
+        let body = Body::nested(layers, Pose::identity(), 0.0).unwrap();
+        let outside = 2.0 * PI * 2.0 * 3.0 + 2.0 * PI * 4.0;
+        let inside = 2.0 * PI * (inner[1] - inner[0]) + 2.0 * PI;
+        let surface = body.region_measures(1).unwrap().surface;
+        let exact = outside + inside - 2.0 * common * PI;
+        assert!((surface / exact - 1.0).abs() < 1e-14, "{surface} {exact}");
+    }
+}
+
+/// However coarse: solids on the axis, several parts, a ring.
+#[test]
+fn coarse_meshes_enclose_a_volume() {
+    let cylinder = vec![[0.0, 1.0], [3.0, 1.0]];
+    let two = vec![[0.0, 0.0], [1.0, 3.0], [2.0, 0.0], [2.1, 0.1], [2.2, 0.0]];
+    let ring = vec![[0.0, 1.0], [0.0, 2.0], [1.0, 2.0], [1.0, 1.0], [0.0, 1.0]];
+    for points in [cylinder, two, ring] {
+        let meridian = Meridian::new(&points).unwrap();
+        let exact = meridian.mass_properties().volume;
+        let body = Body::new(vec![meridian], Pose::identity()).unwrap();
+        for tolerance in [0.5, 2.0, 1e9] {
+            let mesh = body.mesh(0, tolerance).unwrap();
+            let volume = mesh.volume();
+            assert!(
+                volume > 0.1 * exact && volume < 1.1 * exact,
+                "{points:?} {tolerance}: {volume} of {exact}"
+            );
+            // Every edge belongs to two triangles.
+            let mut edges = HashMap::<[u32; 2], i32>::new();
+            for [a, b, c] in &mesh.triangles {
+                for [p, q] in [[a, b], [b, c], [c, a]] {
+                    *edges.entry([*p.min(q), *p.max(q)]).or_default() += if p < q { 1 } else { -1 };
+                }
+            }
+            assert!(edges.values().all(|sum| *sum == 0));
+        }
+    }
 }

@@ -35,7 +35,7 @@ fn slices_out_of_order_and_samples_of_nan() {
     for (start, end) in [(3, 1), (usize::MAX, 2), (1 << 62, 4)] {
         let slices = start..end;
         let refused = |outcome: Option<RevolveError>| {
-            let Some(RevolveError::WrongLength { given, .. }) = outcome else {
+            let Some(RevolveError::BadRange { start: given, .. }) = outcome else {
                 return false;
             };
             given == start
