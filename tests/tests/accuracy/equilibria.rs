@@ -16,7 +16,7 @@ use tests::Random;
 
 pub(crate) const ROWS: &[Row] = &[
     Row {
-        name: "membrane_newton::NewtonReport::error",
+        name: "membrane_newton::NewtonReport::iteration_error",
         what: "error of the unknowns at the end of Newton's method",
         reference: "root known by construction",
         norm: "maximum over the unknowns, relative to their scale",
