@@ -1,7 +1,6 @@
 //! Interpolation in angle: photons are detected in some of the views; every other view is a combination of four of these.
 
 use crate::View;
-use crate::scatter::roughness;
 use std::f64::consts::TAU;
 
 /// Angles in radians closer than this are equal.
@@ -13,6 +12,8 @@ const SAME_RADIUS: f64 = 0.5;
 /// larger at the end of an arc, where the first of four nodes is the neighbour (15/384).
 const TURN: f64 = 9.0 / 64.0;
 const ARC: f64 = 15.0 / 64.0;
+/// Standard errors of a node below which its difference from an interpolation is noise.
+const NOISE: f64 = 6.0;
 
 /// The views in which photons are detected, and the weights of four of them in every view.
 #[derive(Debug, Clone, PartialEq)]
@@ -158,6 +159,12 @@ impl Angles {
         }
         all
     }
+}
+
+/// Difference of a value from its interpolation, noise subtracted, relative to the value: small where an image is smooth, at most 1.
+pub(crate) fn roughness(off: f64, value: f64, error: f64) -> f64 {
+    let certain = (off - NOISE * error).max(0.0);
+    certain / certain.max(value).max(f64::MIN_POSITIVE)
 }
 
 /// Weights of values at four places in the cubic through them.

@@ -1,6 +1,6 @@
 //! Histories in blocks until the tolerance is met, and the images with their standard errors.
 
-use crate::angles::Angles;
+use crate::angles::{Angles, roughness};
 use crate::camera::Grid;
 use crate::error::{ScatterError, within};
 use crate::history::{CELLS, DETECTIONS, Detection, Problem, Tally, Transmission};
@@ -25,8 +25,6 @@ const LAST_ROUND: f64 = 0.9;
 /// Error of a smooth image over the difference from the cubic through four neighbours, which is 1/6 of the fourth difference: 1/90 of that by the
 /// distribution to nodes and its inverse to second order, 3/128 by cubics.
 const SMOOTHING: f64 = 6.0 * (1.0 / 90.0 + 3.0 / 128.0);
-/// Standard errors of a node below which its difference from an interpolation is noise.
-const NOISE: f64 = 6.0;
 
 /// Scatter in every bin, view and energy window of a camera, with its standard error.
 ///
@@ -354,12 +352,6 @@ fn smoothing(grid: &Grid, images: &[f64], errors: &[f64]) -> f64 {
         }
     }
     most
-}
-
-/// Difference of a value from its interpolation, noise subtracted, relative to the value: small where an image is smooth, at most 1.
-pub(crate) fn roughness(off: f64, value: f64, error: f64) -> f64 {
-    let certain = (off - NOISE * error).max(0.0);
-    certain / certain.max(value).max(f64::MIN_POSITIVE)
 }
 
 /// The largest value, or 0, of the nodes from which bins are interpolated.

@@ -402,7 +402,10 @@ fn invalid_input_is_rejected() {
     };
     for (slices, n) in [(0..3, 12), (0..2, 7)] {
         let refused = add(slices, Sampling::Centre, 1.0, n);
-        assert!(matches!(refused, Err(RevolveError::WrongLength { .. })));
+        assert!(matches!(
+            refused,
+            Err(RevolveError::WrongLength { .. } | RevolveError::BadRange { .. })
+        ));
     }
     assert!(matches!(
         add(0..2, Sampling::Centre, f64::NAN, 8),

@@ -277,7 +277,7 @@ fn voxels_of_the_wall_have_their_centres_in_it() {
         );
     }
     let refused = shell.map_voxels(&Pose::identity(), &grid, 20..27, |_, _| ());
-    assert!(matches!(refused, Err(RevolveError::WrongLength { .. })));
+    assert!(matches!(refused, Err(RevolveError::BadRange { .. })));
 }
 
 #[test]
