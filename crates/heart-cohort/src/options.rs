@@ -1,19 +1,23 @@
 //! Options of the computation of members.
 
-use heart_phantom::Heart;
+use heart_phantom::{Heart, PhantomError};
+
+/// Largest number of threads.
+const MOST_THREADS: usize = 4096;
 
 /// Options of the computation of a shard. Results do not depend on them, except that a member whose memory exceeds its part is rejected.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct RunOptions {
-    /// Number of members computed concurrently, each on one thread.
+    /// Number of members computed concurrently, each on one thread: 1 to 4096.
     pub threads: usize,
     /// Bytes for shapes of the heart on all threads ([`Heart::with_memory`]).
     pub memory: usize,
 }
 
 impl RunOptions {
-    /// Options for a number of concurrent members.
+    /// Options for a number of concurrent members, 1 to 4096; the functions that compute members reject others with
+    /// [`PhantomError::Count`] before any work.
     #[must_use]
     pub fn new(threads: usize) -> Self {
         Self {
@@ -31,5 +35,18 @@ impl RunOptions {
 
     pub(crate) fn memory_of_each(&self) -> usize {
         self.memory / self.threads.max(1)
+    }
+
+    /// Tests the number of threads.
+    pub(crate) fn check(&self) -> Result<(), PhantomError> {
+        match (1..=MOST_THREADS).contains(&self.threads) {
+            true => Ok(()),
+            false => Err(PhantomError::Count {
+                what: "threads",
+                given: self.threads,
+                least: 1,
+                most: MOST_THREADS,
+            }),
+        }
     }
 }

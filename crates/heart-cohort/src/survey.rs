@@ -54,8 +54,10 @@ pub struct FieldRange {
 /// Draws at most 20 000 members and computes some of them. Writes nothing.
 ///
 /// # Errors
-/// [`CohortError::Unmet`] for constraints that cannot be met; [`PhantomError::Threads`](heart_phantom::PhantomError::Threads).
+/// [`PhantomError::Count`](heart_phantom::PhantomError::Count) for the number of threads; [`CohortError::Unmet`] for constraints that cannot be
+/// met; [`PhantomError::Threads`](heart_phantom::PhantomError::Threads).
 pub fn survey(cohort: &Cohort, tried: u64, options: &RunOptions) -> Result<Survey, CohortError> {
+    options.check()?;
     let (members, tried) = (cohort.members(), tried.min(cohort.members()));
     let drawn = members.min(MOST_DRAWN);
     let (mut draws, mut cases) = (0, BTreeMap::new());

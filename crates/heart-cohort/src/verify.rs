@@ -37,8 +37,8 @@ pub struct VerifyReport {
 /// kept in memory; the cost is `count` times that of a member. `count` may be 0.
 ///
 /// # Errors
-/// [`CohortError::NoShards`], [`CohortError::Phantom`] if the directory cannot be listed or a thread cannot be started. A fault is not an
-/// error.
+/// [`CohortError::NoShards`], [`CohortError::Phantom`] for the number of threads, if the directory cannot be listed or if a thread cannot be
+/// started. A fault is not an error.
 pub fn verify(
     cohort: &Cohort,
     folder: &Path,
@@ -46,6 +46,7 @@ pub fn verify(
     seed: u64,
     options: &RunOptions,
 ) -> Result<VerifyReport, CohortError> {
+    options.check()?;
     let listing = Listing::of(folder)?;
     let chosen = chosen(cohort.members(), count, seed);
     let (mut rows, mut complete): (Vec<(Row, String)>, u64) = (Vec::new(), 0);

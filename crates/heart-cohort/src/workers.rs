@@ -8,7 +8,7 @@ use std::sync::mpsc::sync_channel;
 /// One thread pool per concurrent member.
 pub(crate) fn pools(threads: usize) -> Result<Vec<ThreadPool>, PhantomError> {
     let pool = |_| ThreadPoolBuilder::new().num_threads(1).build();
-    let pools: Result<Vec<_>, _> = (0..threads.max(1)).map(pool).collect();
+    let pools: Result<Vec<_>, _> = (0..threads).map(pool).collect();
     pools.map_err(|error| {
         let source = error.into();
         PhantomError::Threads { given: 1, source }

@@ -23,7 +23,8 @@ acquisition.mode = {{ gated = {{ gates = 2 }} }}\noutput.write = [\"projections\
     let (shard, options) = (Shard { shard: 1, of: 1 }, RunOptions::new(2));
     HEAP.reset_peak_usage();
     let before = HEAP.current_usage();
-    run_shard(&cohort, folder.path(), shard, &options, &no_observer).unwrap();
+    let report = run_shard(&cohort, folder.path(), shard, &options, &no_observer);
+    report.map(drop).unwrap();
     HEAP.peak_usage() - before
 }
 
