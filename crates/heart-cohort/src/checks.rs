@@ -3,7 +3,8 @@
 use crate::cohort::{Case, Cohort, MOST_MEMBERS, Sampling};
 use crate::correlation::{Copula, Correlation};
 use crate::expression::Constraint;
-use crate::read::Reader;
+use crate::field::overlap;
+use crate::read::{Reader, section_of};
 use heart_phantom::escape;
 use heart_phantom::scene::SceneError;
 
@@ -90,6 +91,33 @@ impl Reader<'_> {
                 continue;
             };
             return Err(self.wrong(&format!("cases.{}.name", k + 1), what));
+        }
+        Ok(())
+    }
+
+    /// Rejects a case without valid scenes, for instance with a distribution outside the range of its field.
+    pub(crate) fn check_scenes(&self, cohort: &Cohort, has_cases: bool) -> Result<(), SceneError> {
+        for (k, case) in cohort.cases.iter().enumerate() {
+            let Some(error) = cohort.invalid(case) else {
+                continue;
+            };
+            let first = error.first();
+            let mut varied = case.vary.keys();
+            let at = match varied.find(|path| overlap(path, &first.field)) {
+                Some(path) => self.varied_at(&section_of(k, has_cases), path),
+                None => "vary".to_owned(),
+            };
+            let is = match first.given.as_str() {
+                "" => String::new(),
+                given => format!(" is {given};"),
+            };
+            let what = format!(
+                "none of {} drawn scenes is valid; in the first, {}{is} {}",
+                Cohort::SCENES,
+                first.field,
+                first.wanted
+            );
+            return Err(self.wrong(&at, what));
         }
         Ok(())
     }

@@ -6,7 +6,8 @@ use crate::read::scene_from;
 use crate::split::Subset;
 use crate::value::FieldValue;
 use crate::{field, sobol};
-use heart_phantom::Scene;
+use heart_phantom::scene::{Finding, SceneError};
+use heart_phantom::{PhantomError, Scene};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 use serde_json::Value;
@@ -65,6 +66,9 @@ impl Member {
 }
 
 impl Cohort {
+    /// Number of scenes of a case that are drawn to find a valid one.
+    pub(crate) const SCENES: usize = 64;
+
     /// Draws a member. The result is a function of the text and the index.
     ///
     /// The first 53 bits of its ChaCha8 stream (seed of the cohort, stream = index) are the seed of its noise, if its scene has
@@ -87,19 +91,13 @@ impl Cohort {
         for attempt in 0..self.attempts {
             let point = self.point(index, attempt, &mut stream);
             let (case_index, case) = self.case_at(point[0]);
-            let values: Vec<(String, FieldValue)> = (self.varied.iter().zip(&point[1..]))
-                .filter_map(|(path, &u)| {
-                    let value = case.vary.get(path)?.value(u, self.whole.contains(path));
-                    Some((path.clone(), value))
-                })
-                .collect();
-            let number = |path: &str| number_of(case, &values, path);
-            let broken = (self.constraints.iter())
-                .position(|constraint| constraint.holds(&number) != Ok(true));
-            if let Some(broken) = broken {
-                failed[broken] += 1;
-                continue;
-            }
+            let values = match self.values(case, &point[1..]) {
+                Ok(values) => values,
+                Err(broken) => {
+                    failed[broken] += 1;
+                    continue;
+                }
+            };
             return Ok(Member {
                 index,
                 key: Member::key_of(index),
@@ -119,6 +117,48 @@ impl Cohort {
             constraint: self.constraints[worst].text().to_owned(),
             failed: most,
         })
+    }
+
+    /// The values of the varied fields of a case at their coordinates.
+    ///
+    /// # Errors
+    /// The index of the first constraint that they violate.
+    fn values(&self, case: &Case, point: &[f64]) -> Result<Vec<(String, FieldValue)>, usize> {
+        let values: Vec<(String, FieldValue)> = (self.varied.iter().zip(point))
+            .filter_map(|(path, &u)| {
+                let value = case.vary.get(path)?.value(u, self.whole.contains(path));
+                Some((path.clone(), value))
+            })
+            .collect();
+        let number = |path: &str| number_of(case, &values, path);
+        let broken =
+            (self.constraints.iter()).position(|constraint| constraint.holds(&number) != Ok(true));
+        broken.map_or(Ok(values), Err)
+    }
+
+    /// Draws scenes of a case that meet the constraints until one of them is valid; returns the error of the first if none of
+    /// [`SCENES`](Self::SCENES) is. Draws at most 1000 times.
+    pub(crate) fn invalid(&self, case: &Case) -> Option<SceneError> {
+        let mut stream = self.stream(0);
+        let drawn = (0..1000).filter_map(|_| {
+            let point = self.point(0, 1, &mut stream);
+            let values = self.values(case, &point[1..]).ok()?;
+            let checked = scene_from(&scene_of(case, &values, 0)).and_then(|scene| {
+                scene.check().map_err(|error| match error {
+                    PhantomError::Scene(error) => *error,
+                    error => Finding::new(None, "", error.to_string()).into(),
+                })
+            });
+            Some(checked)
+        });
+        let errors: Result<Vec<SceneError>, ()> = (drawn.take(Self::SCENES))
+            .map(|checked| checked.err().ok_or(()))
+            .collect();
+        errors
+            .ok()
+            .filter(|errors| errors.len() == Self::SCENES)?
+            .into_iter()
+            .next()
     }
 
     fn stream(&self, stream: u64) -> ChaCha8Rng {

@@ -39,13 +39,13 @@ pub enum CohortError {
         /// Number of members.
         members: u64,
     },
-    /// The drawn values of a member are not a valid scene: a rejected member.
-    #[error("the scene of member {member} is invalid: {}", escape(what))]
+    /// A rejected member: its drawn values are not a valid scene, or a shard contains no files of it.
+    #[error("member {member} is rejected: {}", escape(what))]
     NoScene {
         /// Index of the member.
         member: u64,
-        /// The field and the error.
-        // tidy: allow string: the parser's words
+        /// The reason.
+        // tidy: allow string: the parser's words, the reason of the row
         what: String,
     },
     /// A shard that does not exist.

@@ -71,6 +71,15 @@ pub(crate) fn leaves(table: &Map<String, Value>, prefix: &str) -> Vec<String> {
         .collect()
 }
 
+/// Whether two paths are equal or one is within the other.
+pub(crate) fn overlap(path: &str, other: &str) -> bool {
+    let is_within = |path: &str, other: &str| {
+        path.strip_prefix(other)
+            .is_some_and(|rest| rest.is_empty() || rest.starts_with('.'))
+    };
+    is_within(path, other) || is_within(other, path)
+}
+
 fn index(name: &str) -> Option<usize> {
     name.parse::<usize>().ok()?.checked_sub(1)
 }

@@ -3,8 +3,8 @@
 #![doc = include_str!("../README.md")]
 //!
 //! [`Cohort`] is a validated cohort description (TOML). [`Cohort::member`] draws a member. [`run_shard`] computes consecutive members
-//! and writes them as one archive, which [`read_shard`] reads. [`merge`] writes one manifest of all shards. [`verify`] checks all checksums and recomputes some
-//! members. [`survey`] estimates ranges, size and time. [`sbatch`] returns a script for Slurm.
+//! and writes them as one archive, which [`read_shard`] reads, and [`read_member`] in any order. [`merge`] writes one manifest of all shards.
+//! [`verify`] checks all checksums and recomputes some members. [`survey`] estimates ranges, size and time. [`sbatch`] returns a script for Slurm.
 //!
 //! # Reproducibility
 //! On one platform the bytes of a member depend only on the cohort description, the index of the member and the version of the
@@ -57,7 +57,7 @@ pub use record::Row;
 pub use shard::{ShardReport, run_shard};
 pub use slurm::{SlurmOptions, sbatch};
 pub use split::Subset;
-pub use stored::{StoredMember, read_shard};
+pub use stored::{StoredMember, read_member, read_rows, read_shard};
 pub use survey::{FieldRange, Survey, survey};
 pub use value::FieldValue;
 pub use verify::{VerifyReport, verify};

@@ -34,7 +34,8 @@ const FIRST: [&str; 12] = [
     "attempts", "warnings",
 ];
 
-/// Writes `manifest.csv` from the records of a directory that contains all shards of a cohort. One row per member, in order: `key`,
+/// Writes `manifest.csv` from the records of a directory that contains all shards of a cohort. It does not read the archives, only
+/// their lengths: [`verify`](crate::verify()) finds damaged members. One row per member, in order: `key`,
 /// `shard` with `offset` and `bytes` of the member in it, `status` (`ok` or `rejected`) with its `reason`, drawn fields by their
 /// paths, volumes and ejection fraction. An apostrophe precedes a text that begins with one of `= + - @`, which a spreadsheet would
 /// evaluate. Temporary files of killed processes are removed. One record at a time is in memory.

@@ -135,12 +135,9 @@ impl Cohort {
         };
         for (k, case) in cases.into_iter().enumerate() {
             let case = reader.case(case, k, &base, &vary)?;
-            let section = if has_cases {
-                format!("cases.{}", k + 1)
-            } else {
-                String::new()
-            };
-            cohort.whole.extend(reader.whole_fields(&case, &section)?);
+            cohort
+                .whole
+                .extend(reader.whole_fields(&case, &section_of(k, has_cases))?);
             cohort.varied.extend(case.vary.keys().cloned());
             cohort.cases.push(case);
         }
@@ -156,6 +153,7 @@ impl Cohort {
         cohort.constraints = reader.constraints(&given.constraints, &cohort)?;
         cohort.copula = reader.copula(&given.correlations, &cohort)?;
         cohort.correlations = given.correlations;
+        reader.check_scenes(&cohort, has_cases)?;
         Ok(cohort.with_digest())
     }
 }
@@ -322,18 +320,10 @@ impl Reader<'_> {
             false => self.laid_over(base, &own, &at_scene)?,
         };
         let fixed = field::leaves(&own, "");
-        let is_within = |path: &str, other: &str| {
-            path.strip_prefix(other)
-                .is_some_and(|rest| rest.is_empty() || rest.starts_with('.'))
-        };
         // A case may use another variant of a choice, which lacks the field.
         let is_gone =
             |path: &str| field::get(base, path).is_some() && field::get(&scene, path).is_none();
-        let is_fixed = |path: &str| {
-            fixed
-                .iter()
-                .any(|other| is_within(path, other) || is_within(other, path))
-        };
+        let is_fixed = |path: &str| fixed.iter().any(|other| field::overlap(path, other));
         let mut varied: BTreeMap<String, Distribution> = (vary.iter())
             .filter(|(path, _)| !is_fixed(path) && !is_gone(path))
             .map(|(path, distribution)| (path.clone(), distribution.clone()))
@@ -345,6 +335,14 @@ impl Reader<'_> {
             scene,
             vary: varied,
         })
+    }
+
+    /// The path of a varied field in the text: of its case, or of all cases.
+    pub(crate) fn varied_at(&self, section: &str, path: &str) -> String {
+        let own = format!("{section}.vary.{path}");
+        let is_there = locate(self.text, &own).is_some_and(|(_, is_there)| is_there);
+        let is_own = !section.is_empty() && is_there;
+        if is_own { own } else { format!("vary.{path}") }
     }
 
     /// Tries each varied field separately: finds integer fields, and names that are not fields of the scene.
@@ -373,14 +371,19 @@ impl Reader<'_> {
                 }),
             };
             outcome.map_err(|what| {
-                let own = format!("{section}.vary.{path}");
-                let is_there = locate(self.text, &own).is_some_and(|(_, is_there)| is_there);
-                let is_own = !section.is_empty() && is_there;
-                let field = if is_own { own } else { format!("vary.{path}") };
+                let field = self.varied_at(section, path);
                 self.wrong(&field, format!("{what}{}", there_is(&case.scene, path)))
             })?;
         }
         Ok(whole)
+    }
+}
+
+/// The section of a case; empty if the text has no cases.
+pub(crate) fn section_of(k: usize, has_cases: bool) -> String {
+    match has_cases {
+        true => format!("cases.{}", k + 1),
+        false => String::new(),
     }
 }
 

@@ -43,7 +43,9 @@ pub struct Row {
     pub blake3: String,
     /// Drawn values by the dotted paths of the fields.
     pub values: BTreeMap<String, FieldValue>,
-    /// Volumes in mL, ejection fraction, wall ([`Numbers`]), by name; empty for a rejected member.
+    /// The fields of [`Numbers`] by name: `edv`, `esv`, `stroke_volume`, `ejection_fraction`, `gain`, `cardiac_output`,
+    /// `av_plane_displacement`, `av_plane_fraction`, `longitudinal_shortening`, `wall_volume`, `diastolic_thickness.side`,
+    /// `diastolic_thickness.apex`, `systolic_thickness.side`, `systolic_thickness.apex`; empty for a rejected member.
     pub numbers: BTreeMap<String, f64>,
     /// Warnings of the phantom.
     pub warnings: Vec<String>,
@@ -228,7 +230,7 @@ fn seal(sum: blake3::Hash) -> String {
 }
 
 /// Opens a regular file; opening a pipe would block.
-fn regular(path: &Path) -> Result<File, Fault> {
+pub(crate) fn regular(path: &Path) -> Result<File, Fault> {
     let found = fs::metadata(path).and_then(|found| match found.is_file() {
         true => File::open(path).map(Some),
         false => Ok(None),

@@ -17,6 +17,7 @@ use std::path::{Path, PathBuf};
 
 /// The result of a shard.
 #[derive(Debug, Clone, PartialEq)]
+#[must_use = "members may be rejected"]
 #[non_exhaustive]
 pub struct ShardReport {
     /// The archive.
@@ -41,7 +42,11 @@ impl ShardReport {
 }
 
 /// Computes a shard of a cohort in a directory unless it is complete. The archive and its record appear under their names when they
-/// are complete, the record last. Partial files of killed processes are removed.
+/// are complete, the record last. Partial files of killed processes are removed. A member that cannot be computed is a row with its
+/// reason, not an error ([`ShardReport::rejected`]).
+///
+/// An interrupted shard is computed again from its first member. Choose the number of shards so that one takes minutes rather than hours;
+/// [`survey`](crate::survey()) measures members per second.
 ///
 /// The bytes are a function of the cohort, the version of the program and the shard. Two processes may compute the same shard in
 /// the same directory. `progress` receives the number of completed members.
@@ -66,7 +71,7 @@ impl ShardReport {
 /// ```
 ///
 /// # Errors
-/// Before any work: [`CohortError::NoShard`], [`CohortError::Unmet`] for constraints that a member of the shard cannot meet,
+/// Before any work: [`PhantomError::Count`] for the number of threads, [`CohortError::NoShard`], [`CohortError::Unmet`] for constraints that a member of the shard cannot meet,
 /// [`CohortError::OtherCohort`] for a shard of another cohort, [`CohortError::Faults`] for a pipe or a directory of that name,
 /// [`CohortError::Phantom`] for a directory that is not writable. Later: [`CohortError::Phantom`] for a full disk and, if
 /// `progress` stops the shard, with [`PhantomError::Stopped`].
@@ -77,6 +82,7 @@ pub fn run_shard(
     options: &RunOptions,
     progress: Observer<'_, u64>,
 ) -> Result<ShardReport, CohortError> {
+    options.check()?;
     let range = shard.members(cohort)?;
     // Draws all members first: it takes microseconds and detects unmet constraints before writing.
     range

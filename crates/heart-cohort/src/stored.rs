@@ -1,15 +1,15 @@
-//! Reads the members of a shard.
+//! Reads the members of a shard, in order or one of them.
 
 use crate::cut::Shard;
 use crate::error::CohortError;
 use crate::fault::{Fault, FileFault};
-use crate::record::{Record, Row, checksum, unreadable};
+use crate::record::{Record, Row, checksum, regular, unreadable};
 use flate2::read::GzDecoder;
 use heart_phantom::PhantomError;
 use heart_phantom::files::{NpyArray, get_npy};
 use serde::de::DeserializeOwned;
 use std::collections::BTreeMap;
-use std::io::{self, BufReader, Read};
+use std::io::{self, Read, Seek, SeekFrom};
 use std::path::Path;
 
 /// A member of a shard: its row and its files.
@@ -40,7 +40,7 @@ impl StoredMember {
     /// Parses a JSON file: `scene.json` as a [`Scene`](heart_phantom::Scene), others for instance as `serde_json::Value`.
     ///
     /// # Errors
-    /// [`PhantomError::Read`] if there is no such file, or if it does not have this type.
+    /// [`PhantomError::Read`], whose source lists the files of the member, if there is no such file; if it does not have this type.
     pub fn json<T: DeserializeOwned>(&self, name: &str) -> Result<T, CohortError> {
         self.parse(name, |bytes| Ok(serde_json::from_slice(bytes)?))
     }
@@ -49,7 +49,7 @@ impl StoredMember {
     /// `[phase][z][y][x]`. Half precision is returned as `f32`.
     ///
     /// # Errors
-    /// [`PhantomError::Read`] if there is no such file, or if it is not an array.
+    /// [`PhantomError::Read`], whose source lists the files of the member, if there is no such file; if it is not an array.
     pub fn array(&self, name: &str) -> Result<NpyArray, CohortError> {
         self.parse(name, |bytes| get_npy(bytes))
     }
@@ -59,7 +59,11 @@ impl StoredMember {
         name: &str,
         of: impl FnOnce(&[u8]) -> io::Result<T>,
     ) -> Result<T, CohortError> {
-        let bytes = self.file(name).ok_or(io::ErrorKind::NotFound.into());
+        let bytes = self.file(name).ok_or_else(|| {
+            let names: Vec<&str> = self.names().collect();
+            let what = format!("the member has the files {}", names.join(", "));
+            io::Error::new(io::ErrorKind::NotFound, what)
+        });
         let path = format!("{}.{name}", self.row.key).into();
         Ok(bytes
             .and_then(of)
@@ -99,7 +103,8 @@ impl StoredMember {
 /// cycle.volume.gain = { uniform = [0.3, 0.6] }
 /// "#)?;
 /// let (folder, shard) = (tempfile::tempdir()?, Shard { shard: 1, of: 1 });
-/// run_shard(&cohort, folder.path(), shard, &RunOptions::new(1), &no_observer)?;
+/// let report = run_shard(&cohort, folder.path(), shard, &RunOptions::new(1), &no_observer)?;
+/// assert_eq!(report.rejected(), 0);
 /// for member in read_shard(folder.path(), shard)? {
 ///     let member = member?;
 ///     let views = member.array("projections.npy")?;
@@ -117,24 +122,74 @@ pub fn read_shard(
     folder: &Path,
     shard: Shard,
 ) -> Result<impl Iterator<Item = Result<StoredMember, CohortError>>, CohortError> {
-    let in_file =
-        move |file: String, fault| CohortError::fault(folder, FileFault::new(file, fault));
-    let in_archive = move |fault| in_file(shard.file_name(), fault);
+    let rows = read_rows(folder, shard)?.into_iter();
+    Ok(rows
+        .filter(|row| row.rejected.is_none())
+        .map(move |row| read_member(folder, shard, &row)))
+}
+
+/// Reads the rows of all members of a shard, with rejected ones, for [`read_member`]. No array is read.
+///
+/// # Errors
+/// [`CohortError::Faults`] for a record that is missing or does not match its checksum, and for an archive of another length.
+pub fn read_rows(folder: &Path, shard: Shard) -> Result<Vec<Row>, CohortError> {
+    let in_file = |file, fault| CohortError::fault(folder, FileFault::new(file, fault));
     let record =
         Record::read(folder, shard).map_err(|fault| in_file(shard.record_name(), fault))?;
-    let mut file = BufReader::new(record.check_length(folder).map_err(in_archive)?);
-    let rows = record.rows.into_iter();
-    Ok(rows.filter(|row| row.rejected.is_none()).map(move |row| {
-        let unread = |error: io::Error| in_archive(unreadable(&error));
-        let mut piece = Vec::new();
-        (&mut file)
-            .take(row.bytes)
-            .read_to_end(&mut piece)
-            .map_err(unread)?;
-        if checksum(&mut &piece[..]).map_err(unread)?.to_string() != row.blake3 {
-            let member = Some(row.member);
-            return Err(in_archive(Fault::Archive { member }));
-        }
-        StoredMember::new(row, &piece).map_err(unread)
-    }))
+    (record.check_length(folder)).map_err(|fault| in_file(shard.file_name(), fault))?;
+    Ok(record.rows)
+}
+
+/// Reads one member of a shard at the position of its row, in any order, and compares it with its checksum. Threads may read
+/// different members at the same time; no other member is read.
+///
+/// ```
+/// use heart_cohort::{Cohort, RunOptions, Shard, heart_phantom::no_observer, read_member, read_rows, run_shard};
+/// let cohort = Cohort::from_toml(r#"
+/// members = 5
+/// [scene]
+/// heart.discretisation = { differences = { nodes = 51 } }
+/// camera = { views = 4, bins = 8, rows = 8, pitch = [2.0, 2.0] }
+/// output.write = ["projections"]
+/// [vary]
+/// cycle.volume.gain = { uniform = [0.3, 0.6] }
+/// "#)?;
+/// let folder = tempfile::tempdir()?;
+/// let mut rows = Vec::new();
+/// for shard in [1, 2].map(|shard| Shard { shard, of: 2 }) {
+///     let report = run_shard(&cohort, folder.path(), shard, &RunOptions::new(1), &no_observer)?;
+///     assert_eq!(report.rejected(), 0);
+///     rows.extend(read_rows(folder.path(), shard)?.into_iter().map(|row| (shard, row)));
+/// }
+/// for epoch in 0..2u64 {
+///     rows.sort_by_key(|(_, row)| (row.member + 3 * epoch) * 7 % 5); // or any other shuffle
+///     for (shard, row) in &rows {
+///         let member = read_member(folder.path(), *shard, row)?;
+///         assert_eq!(member.array("projections.npy")?.shape, [1, 4, 8, 8]);
+///     }
+/// }
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+///
+/// # Errors
+/// [`CohortError::NoScene`] for the row of a rejected member; [`CohortError::Faults`] for a missing archive and for a member that does not
+/// match its checksum.
+pub fn read_member(folder: &Path, shard: Shard, row: &Row) -> Result<StoredMember, CohortError> {
+    let in_archive = |fault| CohortError::fault(folder, FileFault::new(shard.file_name(), fault));
+    let unread = |error: io::Error| in_archive(unreadable(&error));
+    if let Some(reason) = &row.rejected {
+        return Err(CohortError::NoScene {
+            member: row.member,
+            what: reason.clone(),
+        });
+    }
+    let mut file = regular(&folder.join(shard.file_name())).map_err(in_archive)?;
+    file.seek(SeekFrom::Start(row.offset)).map_err(unread)?;
+    let mut piece = Vec::new();
+    (file.take(row.bytes).read_to_end(&mut piece)).map_err(unread)?;
+    if checksum(&mut &piece[..]).map_err(unread)?.to_string() != row.blake3 {
+        let member = Some(row.member);
+        return Err(in_archive(Fault::Archive { member }));
+    }
+    StoredMember::new(row.clone(), &piece).map_err(unread)
 }

@@ -2,7 +2,9 @@
 
 use crate::{SCENE, names, shard, text, with_rejected};
 use heart_cohort::heart_phantom::{PhantomError, no_observer};
-use heart_cohort::{Cohort, CohortError, Fault, RunOptions, Shard, merge, run_shard, verify};
+use heart_cohort::{
+    Cohort, CohortError, Fault, RunOptions, Shard, merge, run_shard, survey, verify,
+};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 use std::fs;
@@ -267,9 +269,75 @@ fn missing_shards_are_rejected() {
 }
 
 #[test]
+fn numbers_of_threads_outside_the_range_are_rejected_before_any_work() {
+    let (cohort, folder) = (with_rejected(3), tempfile::tempdir().unwrap());
+    let out = folder.path().join("out");
+    for threads in [0, 4097, usize::MAX] {
+        let options = RunOptions::new(threads);
+        let one = Shard { shard: 1, of: 1 };
+        let errors = [
+            run_shard(&cohort, &out, one, &options, &no_observer).map(drop),
+            survey(&cohort, 1, &options).map(drop),
+            verify(&cohort, &out, 1, 1, &options).map(drop),
+        ];
+        for error in errors.map(Result::unwrap_err) {
+            let CohortError::Phantom(PhantomError::Count { given, most, .. }) = error else {
+                panic!("{error:?}")
+            };
+            assert_eq!((given, most), (threads, 4096));
+        }
+        assert!(!out.exists());
+    }
+}
+
+/// The range of the field, at the distribution, also if only the members of one case are outside; a part of a distribution may be outside.
+#[test]
+fn a_distribution_outside_the_range_of_its_field_is_rejected() {
+    for (vary, words) in [
+        (
+            "cycle.volume.gain = { uniform = [30.0, 60.0] }",
+            [
+                "line 12, ",
+                "vary.cycle.volume.gain: ",
+                "cycle.volume.gain is ",
+            ],
+        ),
+        (
+            "cycle.volume.gain = { normal = { mean = -3.0, sd = 0.01 } }",
+            ["line 12, ", "vary.cycle.volume.gain: ", "must be between"],
+        ),
+        (
+            "pose.shift.1 = { uniform = [1e7, 2e7] }",
+            ["line 12, ", "vary.pose.shift.1: ", "pose.shift is "],
+        ),
+        (
+            "camera.views = { choice = [0, 100000000] }",
+            ["line 12, ", "vary.camera.views: ", "camera.views is "],
+        ),
+        (
+            "[[cases]]\n[[cases]]\nvary.cycle.volume.gain = { uniform = [30.0, 60.0] }",
+            [
+                "line 14, ",
+                "cases.2.vary.cycle.volume.gain: ",
+                "none of 64",
+            ],
+        ),
+    ] {
+        says(&text(3, "seed = 1", vary), &words);
+    }
+    for vary in [
+        "cycle.volume.gain = { uniform = [-1.0, 60.0] }",
+        // Each alone is outside what the base allows.
+        "heart.outer.radius = { uniform = [1.4, 1.5] }\nheart.inner.radius = { uniform = [0.8, 0.9] }",
+    ] {
+        Cohort::from_toml(&text(3, "seed = 1", vary)).unwrap();
+    }
+}
+
+#[test]
 fn a_shard_of_another_cohort_is_not_replaced() {
     let folder = tempfile::tempdir().unwrap();
-    shard(&with_rejected(3), folder.path(), [1, 1], 1);
+    assert!(!shard(&with_rejected(3), folder.path(), [1, 1], 1).skipped);
     let before = fs::read(folder.path().join("shard-00001-of-00001.tar")).unwrap();
     let other = Cohort::from_toml(&text(3, "seed = 6", "")).unwrap();
     let run = run_shard(

@@ -4,9 +4,9 @@ use crate::{all, shard, text, with_rejected};
 use heart_cohort::heart_phantom::{Phantom, PhantomError, Product};
 use heart_cohort::{
     Cohort, CohortError, Fault, Row, Shard, ShardReport, StoredMember, Subset, export, merge,
-    read_shard,
+    read_member, read_rows, read_shard,
 };
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::io::Read;
 use std::path::Path;
@@ -74,13 +74,39 @@ fn a_shard_is_read_as_it_was_written() {
                 );
             }
             let missing = member.array("labels").unwrap_err();
-            assert!(matches!(
-                missing,
-                CohortError::Phantom(PhantomError::Read { .. })
-            ));
+            let CohortError::Phantom(PhantomError::Read { path, source }) = missing else {
+                panic!("{missing:?}")
+            };
+            assert_eq!(path, Path::new(&format!("{}.labels", member.row().key)));
+            let names = source.to_string();
+            assert!(
+                names.contains("cls, geometry.json, labels.npy, "),
+                "{names}"
+            );
             assert!(member.array("cls").is_err() && member.json::<f64>("scene.json").is_err());
         }
         assert!(files.is_empty(), "{:?}", files.keys());
+        // Single members in any order, and the reason of a rejected one.
+        let rows = read_rows(folder.path(), place).unwrap();
+        assert_eq!(rows, report.rows);
+        let single = |row| read_member(folder.path(), place, row);
+        let expected = "edv esv stroke_volume ejection_fraction gain cardiac_output av_plane_displacement av_plane_fraction \
+            longitudinal_shortening wall_volume diastolic_thickness.side diastolic_thickness.apex systolic_thickness.side \
+            systolic_thickness.apex";
+        for row in rows.iter().rev() {
+            match &row.rejected {
+                None => {
+                    let member = members.iter().find(|member| member.row() == row);
+                    assert!(single(row).unwrap() == *member.unwrap());
+                    let names: BTreeSet<&str> = row.numbers.keys().map(String::as_str).collect();
+                    assert_eq!(names, expected.split(' ').collect());
+                }
+                Some(reason) => {
+                    let error = single(row).unwrap_err().to_string();
+                    assert!(error.contains(reason), "{error}");
+                }
+            }
+        }
         // A changed byte of the last member; the members before it are read.
         let mut bytes = fs::read(&report.path).unwrap();
         let last = members.last().unwrap().row();
@@ -93,6 +119,7 @@ fn a_shard_is_read_as_it_was_written() {
         };
         let member = Some(last.member);
         assert_eq!(faults[0].fault, Fault::Archive { member });
+        assert!(single(last).is_err());
         assert!(read_shard(folder.path(), Shard { shard: 1, of: 2 }).is_err());
     }
 }
