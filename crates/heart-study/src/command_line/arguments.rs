@@ -9,8 +9,8 @@ use std::path::PathBuf;
 
 /// The text after the help.
 const AFTER: &str = "\
-Exit codes: 0 success; 1 failure during work (disk full, directory locked by another run); 2 invalid command or scene; 128 + n ended by
-signal n (130 after Ctrl-C). Files appear under their names only when they are complete, report.json last. Errors of a scene contain file,
+Exit codes: 0 success; 1 failure during work (disk full, directory locked by another run); 2 invalid command or scene, or all members of a cohort run
+rejected; 128 + n ended by signal n (130 after Ctrl-C). Files appear under their names only when they are complete, report.json last. Errors of a scene contain file,
 line, column, field and the allowed values.";
 
 /// Beating-heart phantom with exact projections and ground truth.
@@ -39,7 +39,7 @@ pub(crate) enum Command {
     Paper(Paper),
     /// Measure ejection fractions in images of gated SPECT, with each cause of error switched off in turn.
     Ef {
-        /// Output directory; created if necessary.
+        /// Output directory; created if necessary. Files that the report.json of an earlier run there lists are removed.
         #[arg(long, value_name = "DIR")]
         out: PathBuf,
         /// Test the program with one heart and few views.
@@ -60,7 +60,7 @@ pub(crate) enum Command {
     Run {
         /// Scene file.
         scene: PathBuf,
-        /// Output directory; created if necessary.
+        /// Output directory; created if necessary. Files that the report.json of an earlier run there lists are removed.
         #[arg(long, value_name = "DIR")]
         out: PathBuf,
         /// Omit index.html.
@@ -128,7 +128,7 @@ pub(crate) enum Cohort {
         #[arg(long, default_value_t = 10, value_name = "N", value_parser = RangedU64ValueParser::<u64>::new().range(1..))]
         members: u64,
     },
-    /// Compute shards that are not complete: an archive (WebDataset) and a record each.
+    /// Compute shards that are not complete: an archive (WebDataset) and a record each. The exit code is 2 if all members are rejected.
     Run {
         /// Cohort file.
         cohort: PathBuf,
@@ -232,7 +232,7 @@ fn threads() -> RangedU64ValueParser<usize> {
 
 #[derive(Debug, Args)]
 pub(crate) struct Paper {
-    /// Output directory; created if necessary.
+    /// Output directory; created if necessary. Files that the report.json of an earlier run there lists are removed.
     #[arg(long, value_name = "DIR")]
     pub(crate) out: PathBuf,
     /// Voxels along an edge of the volume; bins and rows of the camera.

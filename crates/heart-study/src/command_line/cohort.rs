@@ -4,7 +4,7 @@ use super::arguments::{Arguments, Cohort as Command, Shards};
 use super::commands::{Done, bar, init, size};
 use super::output::{Answer, Failure};
 use heart_cohort::{
-    Cohort, RunOptions, Shard, SlurmOptions, Survey, VerifyReport, export, merge, run_shard,
+    Cohort, Row, RunOptions, Shard, SlurmOptions, Survey, VerifyReport, export, merge, run_shard,
     sbatch, survey, verify,
 };
 use serde_json::json;
@@ -85,7 +85,7 @@ pub(crate) fn run(arguments: &Arguments, command: &Command) -> Done {
 
 /// Reports a verification; faults are a failure.
 fn verified(report: &VerifyReport) -> Done {
-    let found = json!({
+    let mut found = json!({
         "shards": report.shards, "complete": report.complete, "members": report.recomputed, "rejected": report.rejected,
         "faults": report.faults,
     });
@@ -99,7 +99,11 @@ fn verified(report: &VerifyReport) -> Done {
     let lines = [line].into_iter().chain(faults).collect();
     match report.faults.is_empty() {
         true => Ok(Answer::Report(found, lines)),
-        false => Err(Failure::Faults(found, lines)),
+        false => {
+            found["error"] = json!(format!("{} files have faults", report.faults.len()));
+            found["code"] = json!(1);
+            Err(Failure::Report(found, lines))
+        }
     }
 }
 
@@ -141,6 +145,7 @@ fn shards(arguments: &Arguments, cohort: &Path, out: &Path, shards: Shards) -> D
     let of = shards.of;
     let which = shards.which;
     let (mut made, mut skipped, mut members, mut rejected, mut bytes) = (0, 0, 0, 0, 0);
+    let mut first = None;
     let bar = bar(arguments);
     let total: u64 = (which.clone())
         .map(|shard| Shard { shard, of }.members(&cohort))
@@ -165,9 +170,14 @@ fn shards(arguments: &Arguments, cohort: &Path, out: &Path, shards: Shards) -> D
         rejected += report.rejected() as u64;
         members += report.rows.len() as u64;
         bytes += report.bytes;
+        let reason = |row: Row| {
+            row.rejected
+                .map(|reason| format!("{} rejected: {reason}", row.key))
+        };
+        first = first.or_else(|| report.rows.into_iter().find_map(reason));
     }
     bar.finish_and_clear();
-    let found = json!({
+    let mut found = json!({
         "shards_made": made, "shards_skipped": skipped, "members": members, "rejected": rejected, "bytes": bytes,
     });
     let line = format!(
@@ -175,7 +185,17 @@ fn shards(arguments: &Arguments, cohort: &Path, out: &Path, shards: Shards) -> D
         size(bytes),
         out.display()
     );
-    Ok(Answer::Report(found, vec![line]))
+    let mut lines = vec![line];
+    if let Some(first) = first {
+        found["first_rejected"] = json!(first);
+        lines.push(format!("  {first}"));
+    }
+    if rejected < members {
+        return Ok(Answer::Report(found, lines));
+    }
+    found["error"] = json!(format!("all {members} members are rejected"));
+    found["code"] = json!(2);
+    Err(Failure::Report(found, lines))
 }
 
 fn lines(found: &Survey) -> Vec<String> {

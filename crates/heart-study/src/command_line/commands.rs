@@ -2,18 +2,17 @@
 
 use super::arguments::{Arguments, Paper};
 use super::output::{Answer, Failure, complain};
-use crate::ejection::ejection;
+use crate::ejection::{QUICK, ejection};
 use crate::error::within;
 use crate::{Look, StudyError, StudyOptions};
 use clap::CommandFactory;
 use clap::error::ErrorKind;
 use heart_phantom::files::{self, Section, Volume};
 use heart_phantom::revolve_voxel::VoxelGrid;
-use heart_phantom::{
-    Observer, Phantom, PhantomError, PlannedFile, Product, Progress, Run, RunReport,
-};
+use heart_phantom::{Observer, Phantom, PhantomError, Product, Progress, Run, RunReport};
 use indicatif::{ProgressBar, ProgressStyle};
 use serde_json::{Value, json};
+use std::fs;
 use std::io;
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
@@ -31,8 +30,10 @@ pub(super) fn paper(arguments: &Arguments, paper: &Paper) -> Done {
         figures: !paper.no_figures,
     };
     let bar = bar(arguments);
+    let before = files_in(&paper.out);
     let report = crate::run(&options, &paper.out, &|progress| show(&bar, progress));
     bar.finish_and_clear();
+    let removed = removed(arguments, &before);
     let report = report?;
     let shown = if options.figures {
         "index.html"
@@ -45,17 +46,51 @@ pub(super) fn paper(arguments: &Arguments, paper: &Paper) -> Done {
         vec![format!("written to {}", paper.out.join(shown).display())],
     ]
     .concat();
-    Ok(Answer::Report(json!(report), lines))
+    Ok(Answer::Report(with_removed(json!(report), removed), lines))
 }
 
 pub(super) fn ef(arguments: &Arguments, out: &Path, quick: bool) -> Done {
     let bar = bar(arguments);
+    let before = files_in(out);
     let report = ejection(quick, out, &|progress| show(&bar, progress));
     bar.finish_and_clear();
+    let removed = removed(arguments, &before);
     let report = report?;
-    let mut lines = report.summary();
+    let (mut found, mut lines) = (with_removed(json!(report), removed), report.summary());
+    if quick {
+        found["warnings"] = json!([{ "message": QUICK }]);
+        lines.push(QUICK.to_owned());
+    }
     lines.push(format!("written to {}", out.join("index.html").display()));
-    Ok(Answer::Report(json!(report), lines))
+    Ok(Answer::Report(found, lines))
+}
+
+/// The regular files in a directory, without hidden and temporary ones.
+fn files_in(folder: &Path) -> Vec<PathBuf> {
+    let entries = fs::read_dir(folder).into_iter().flatten().flatten();
+    let paths = entries.map(|entry| entry.path()).filter(|path| {
+        let name = path
+            .file_name()
+            .map_or("".into(), |name| name.to_string_lossy());
+        path.is_file() && !name.starts_with('.') && !name.ends_with(".tmp")
+    });
+    paths.collect()
+}
+
+/// Counts the files of an earlier run that a command has removed and not written again; prints the number, which JSON output contains.
+fn removed(arguments: &Arguments, before: &[PathBuf]) -> usize {
+    let removed = before.iter().filter(|path| !path.exists()).count();
+    if removed > 0 && !arguments.json {
+        complain(&format!("removed {removed} files of an earlier run"));
+    }
+    removed
+}
+
+fn with_removed(mut report: Value, removed: usize) -> Value {
+    if removed > 0 {
+        report["removed"] = json!(removed);
+    }
+    report
 }
 
 /// Writes a template to a new file.
@@ -91,13 +126,22 @@ pub(super) fn check(arguments: &Arguments, path: &Path) -> Done {
     let phantom = load(arguments, path, true)?;
     phantom.prepare()?;
     warn(arguments, &phantom)?;
-    let (camera, numbers, files) = (phantom.camera(), phantom.numbers()?, phantom.files()?);
+    let (camera, numbers) = (phantom.camera(), phantom.numbers()?);
+    let files = phantom.files()?.into_iter();
+    let mut files: Vec<(PathBuf, u64)> = files.map(|file| (file.name, file.bytes)).collect();
+    // Images and page, before the report, which is written last.
+    let last = files.len().saturating_sub(1);
+    let beside = Look::new(&phantom, true).files().into_iter();
+    files.splice(last..last, beside.map(|name| (name, 0)));
     let samples = phantom.n_gates() * camera.n_views() * camera.view_len();
-    let bytes: u64 = files.iter().map(|file| file.bytes).sum();
+    let bytes: u64 = files.iter().map(|(_, bytes)| bytes).sum();
+    let named = files
+        .iter()
+        .map(|(name, bytes)| json!({ "name": name, "bytes": bytes }));
     let found = json!({
         "scene": value_of(&phantom.scene().to_json()), "gates": phantom.n_gates(), "samples": samples,
         "voxels": camera.grid().len(), "voxel_cm": camera.grid().spacing(), "numbers": numbers,
-        "files": files, "bytes": bytes, "memory": phantom.memory(), "warnings": phantom.warnings()?,
+        "files": named.collect::<Vec<_>>(), "bytes": bytes, "memory": phantom.memory(), "warnings": phantom.warnings()?,
         "work": phantom.work(),
     });
     let ([nx, ny, nz], [x, y, z]) = (camera.grid().shape(), camera.grid().spacing());
@@ -120,9 +164,10 @@ pub(super) fn check(arguments: &Arguments, path: &Path) -> Done {
             numbers.edv, numbers.esv, numbers.ejection_fraction
         ),
         format!(
-            "  {} of memory at most, {} of files:",
+            "  {} of memory at most, {} of data in {} files:",
             size(phantom.memory().total()),
-            size(bytes)
+            size(bytes),
+            files.len()
         ),
     ];
     lines.extend(listed(&files));
@@ -141,12 +186,12 @@ pub(crate) fn size(bytes: u64) -> String {
     format!("{amount:.digits$} {unit}")
 }
 
-/// Lists files with sizes; of many files the first and the last.
-fn listed(files: &[PlannedFile]) -> Vec<String> {
+/// Lists files with sizes if these are known; of many files the first and the last.
+fn listed(files: &[(PathBuf, u64)]) -> Vec<String> {
     const MOST: usize = 20;
-    let line = |file: &PlannedFile| match file.bytes {
-        0 => format!("    {}", file.name.display()),
-        bytes => format!("    {} {}", file.name.display(), size(bytes)),
+    let line = |(name, bytes): &(PathBuf, u64)| match *bytes {
+        0 => format!("    {}", name.display()),
+        bytes => format!("    {} {}", name.display(), size(bytes)),
     };
     if files.len() <= MOST {
         return files.iter().map(line).collect();
@@ -159,11 +204,12 @@ fn listed(files: &[PlannedFile]) -> Vec<String> {
 
 pub(super) fn run_scene(arguments: &Arguments, scene: &Path, out: &Path, page: bool) -> Done {
     let phantom = load(arguments, scene, page)?;
-    let bar = bar(arguments);
+    let (bar, before) = (bar(arguments), files_in(out));
     let report = run_to_look_at(arguments, &phantom, (out, page), &|progress| {
         show(&bar, progress)
     });
     bar.finish_and_clear();
+    let removed = removed(arguments, &before);
     let report = report?;
     let numbers = &report.numbers;
     let mut lines = vec![format!(
@@ -178,7 +224,8 @@ pub(super) fn run_scene(arguments: &Arguments, scene: &Path, out: &Path, page: b
         ),
         format!("{} files written to {}", report.files.len(), out.display()),
     ]);
-    Ok(Answer::Report(value_of(&report.to_json()), lines))
+    let found = with_removed(value_of(&report.to_json()), removed);
+    Ok(Answer::Report(found, lines))
 }
 
 /// Parses JSON of `heart-phantom`, whose serialiser is compiled with that crate.

@@ -23,8 +23,8 @@ pub(crate) enum Failure {
     Cohort(CohortError),
     /// An error of a figure.
     Study(StudyError),
-    /// Faults of a verification, as JSON and as text lines.
-    Faults(Value, Vec<String>),
+    /// A report of a failure, as JSON with the fields `error` and `code`, and as text lines.
+    Report(Value, Vec<String>),
     /// An invalid command line, or a request for help.
     Usage(clap::Error),
 }
@@ -106,12 +106,10 @@ impl Output {
                 self.refuse(&text, json!({ "error": text, "code": 1 }));
                 1
             }
-            Err(Failure::Faults(mut json, lines)) => {
-                let text = lines.join("\n");
-                json["error"] = json!(format!("{} files have faults", lines.len() - 1));
-                json["code"] = json!(1);
-                self.refuse(&text, json);
-                1
+            Err(Failure::Report(json, lines)) => {
+                let code = json["code"].as_u64().unwrap_or(1) as u8;
+                self.refuse(&lines.join("\n"), json);
+                code
             }
             Err(Failure::Usage(error)) => self.usage(&error),
         }

@@ -10,12 +10,15 @@ use crate::study::gallery::Gallery;
 pub use cases::Case;
 use heart_phantom::{Observer, PhantomError, Progress, files};
 pub use measure::{CaseResult, Measured, Volumes};
+pub(crate) use page::QUICK;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 /// Heading of the page.
 const TITLE: &str = "Bias of ejection fractions in gated SPECT";
+/// Heading of the summary.
+const SUMMARY: &str = "edge at half maximum / at the steepest gradient (true value); volumes in mL";
 
 /// The results, written to `report.json`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -77,7 +80,7 @@ pub fn ejection(
 }
 
 impl EjectionReport {
-    /// Returns a summary, one line per case.
+    /// Returns a summary: a heading, and a line per case.
     #[must_use]
     pub fn summary(&self) -> Vec<String> {
         let line = |result: &CaseResult| {
@@ -89,10 +92,13 @@ impl EjectionReport {
                 let [half, steep] = [0, 1].map(|rule| result.rules[rule].expected.values()[part]);
                 let digits = if part == 2 { 3 } else { 1 };
                 let truth = result.truth.values()[part];
-                format!("  {name} {half:5.digits$} {steep:5.digits$} of {truth:5.digits$}")
+                format!("  {name} {half:5.digits$} / {steep:5.digits$} ({truth:5.digits$})")
             });
             columns.fold(case, |line, column| line + &column)
         };
-        self.cases.iter().map(line).collect()
+        [SUMMARY.to_owned()]
+            .into_iter()
+            .chain(self.cases.iter().map(line))
+            .collect()
     }
 }

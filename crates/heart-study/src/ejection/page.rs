@@ -16,7 +16,7 @@ const CAUSES: [(&str, &str); 4] = [
     ("the filter window", NO_WINDOW),
     ("attenuation", NO_ATTENUATION),
 ];
-const QUICK: &str = "A run with --quick tests the program: its numbers have no meaning.";
+pub(crate) const QUICK: &str = "A run with --quick tests the program: its numbers have no meaning.";
 const INTRODUCTION: &str = "Gated perfusion SPECT of hearts of known volumes in a chest, without scatter and respiration. The \
     endocardium is measured along rays from the axis of the left ventricle; f(t) is the image and f(p) its maximum on the ray. At half \
     maximum it is the largest t < p with f(t) = f(p) / 2, at the steepest gradient the t < p with the largest f(t + h/2) - f(t - h/2), \

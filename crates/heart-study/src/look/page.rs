@@ -125,7 +125,8 @@ fn slices(look: &Kept<'_>) -> Result<Markup, StudyError> {
         let [black, white] = shown.window();
         let caption = format!(
             "{}, {}: black is {black:.4}, white {white:.4} {}, the largest sample of these sections in all gates. Letters: left and \
-             right, anterior and posterior, superior and inferior; axes of the heart as seen from the apex.",
+             right, anterior and posterior, superior and inferior. The short axis is viewed from the apex with the anterior wall on top \
+             and the lateral wall to the right, as are the polar maps.",
             shown.what(),
             look.when(gate),
             look.unit()
@@ -188,8 +189,8 @@ fn maps(look: &Kept<'_>, report: &RunReport) -> Result<Vec<Plot>, StudyError> {
         Ok(Plot {
             svg: polar_maps(maps, largest, look.unit())?,
             caption: format!(
-                "Mean of the largest samples across the wall in the 17 segments of the American Heart Association, {}, in percent of \
-                 {largest:.4} {}, the largest segment of the maps on this page.",
+                "Viewed from the apex, the anterior wall on top: mean of the largest samples across the wall in the 17 segments of the \
+                 American Heart Association, {}, in percent of {largest:.4} {}, the largest segment of the maps on this page.",
                 look.when(*gate),
                 look.unit()
             ),

@@ -2,8 +2,9 @@
 
 use crate::figures::Cut;
 use heart_phantom::Phantom;
-use heart_phantom::revolve_voxel::VoxelGrid;
 use heart_phantom::revolve_voxel::nalgebra::{Point3, Vector3};
+use heart_phantom::revolve_voxel::{Pose, VoxelGrid};
+use std::f64::consts::FRAC_1_SQRT_2;
 
 /// Index of the short-axis section.
 pub(super) const SHORT_AXIS: usize = 3;
@@ -37,9 +38,14 @@ impl Planes {
         let (grid, heart) = (*phantom.camera().grid(), phantom.heart());
         let pose = heart.pose();
         let middle = pose.to_lab(&Point3::new(0.5 * heart.length(), 0.0, 0.0));
-        let axis = pose.axis();
+        let (axis, up) = (pose.axis(), anterior(pose));
         let mut planes = of_the_body(&grid, &middle);
-        planes.extend(of_the_heart(&grid, &middle, axis, 0.8 * heart.length()));
+        planes.extend(of_the_heart(
+            &grid,
+            &middle,
+            [axis, up],
+            0.8 * heart.length(),
+        ));
         Self { grid, planes }
     }
 
@@ -122,20 +128,27 @@ fn of_the_body(grid: &VoxelGrid, middle: &Point3<f64>) -> Vec<Plane> {
     ]
 }
 
-/// Short axis, horizontal and vertical long axis in cardiological orientation: seen from the apex, with the upper side of the body
-/// on top, and with the apex on top or to the right.
+/// The direction of the anterior wall: perpendicular to the long axis, farthest towards the patient's front and head, as in
+/// [`PolarMap`](heart_phantom::PolarMap). The y axis of the body frame if the long axis has that direction.
+fn anterior(pose: &Pose) -> Vector3<f64> {
+    let (axis, up) = (
+        pose.axis(),
+        Vector3::new(0.0, -FRAC_1_SQRT_2, FRAC_1_SQRT_2),
+    );
+    let across = (up - axis * axis.dot(&up)).try_normalize(1e-9);
+    across.unwrap_or_else(|| {
+        pose.to_lab(&Point3::new(0.0, 1.0, 0.0)) - pose.to_lab(&Point3::origin())
+    })
+}
+
+/// Short axis, horizontal and vertical long axis in cardiological orientation: viewed from the apex with the anterior wall on top and the
+/// lateral wall to the right, as in polar maps, and with the apex on top or to the right.
 fn of_the_heart(
     grid: &VoxelGrid,
     middle: &Point3<f64>,
-    axis: Vector3<f64>,
+    [axis, up]: [Vector3<f64>; 2],
     half: f64,
 ) -> Vec<Plane> {
-    // For a vertical axis, towards the front.
-    let up = match axis.z.abs() < 0.95 {
-        true => Vector3::z(),
-        false => -Vector3::y(),
-    };
-    let up = (up - axis * axis.dot(&up)).normalize();
     let right = up.cross(&axis);
     let step = grid.spacing().into_iter().fold(f64::INFINITY, f64::min);
     // Limited by the resolution of the image.
@@ -203,6 +216,50 @@ fn interpolated(grid: &VoxelGrid, volume: &[f32], place: &Point3<f64>) -> f32 {
 mod tests {
     use super::*;
     use heart_phantom::Scene;
+
+    /// A volume that increases along a direction of the short-axis section has its largest segment on that side of the polar map, and equal
+    /// segments on both sides of it.
+    #[test]
+    fn short_axis_sections_and_polar_maps_have_one_orientation() {
+        for pose in [
+            "",
+            "rotate_x = 39.2, rotate_y = 128.0",
+            "rotate_x = 0.0, rotate_y = 0.0",
+            // The long axis points to front and head, so that no side of the wall is the farthest.
+            "rotate_x = 45.0, rotate_y = 0.0",
+        ] {
+            let mut scene = Scene::from_toml(&format!("pose = {{ {pose} }}\n"))
+                .unwrap()
+                .with_size(24);
+            scene.acquisition.mode = heart_phantom::Mode::Static { phase: 0.0 };
+            let phantom = Phantom::new(scene).unwrap();
+            let (grid, planes) = (*phantom.camera().grid(), Planes::new(&phantom));
+            let plane = &planes.planes[SHORT_AXIS];
+            let segments = |way: Vector3<f64>| {
+                let [nx, ny, nz] = grid.shape();
+                let places = (0..nz)
+                    .flat_map(|z| (0..ny).flat_map(move |y| (0..nx).map(move |x| [x, y, z])));
+                let value = |[x, y, z]: [usize; 3]| {
+                    (20.0 + way.dot(&(grid.centre(x, y, z) - plane.middle))) as f32
+                };
+                phantom
+                    .polar_map(0, &places.map(value).collect::<Vec<f32>>())
+                    .unwrap()
+                    .segments
+            };
+            // Mid-ventricle, from the anterior wall over the septum: 7 to 12.
+            let up = segments(plane.up);
+            assert!((7..12).all(|k| up[6] > up[k] + 0.3), "{pose}: {up:?}");
+            let right = segments(plane.right);
+            for (k, l) in [(7, 8), (10, 11)] {
+                assert!(
+                    (right[k] - right[l]).abs() < 0.02 && (up[k] - up[18 - k]).abs() < 0.02,
+                    "{pose}: {up:?} {right:?}"
+                );
+            }
+            assert!(right[10] > right[7] + 0.3, "{pose}: {right:?}");
+        }
+    }
 
     /// A volume that is linear in position is reproduced at the positions of the axes, with its marks on the correct sides.
     #[test]

@@ -183,6 +183,13 @@ pub fn summary(report: &Report) -> String {
         );
     }
     text += "* relative to the exact volume; for the short scan, whose views acquire different shapes, to their average\n";
+    let rows = [&report.static_, &report.short, &report.long];
+    if rows
+        .iter()
+        .any(|a| a.quality.eroded_wall_mean.is_none() || a.quality.wall_std.is_none())
+    {
+        text += "- no voxel remains in the eroded wall; choose a larger size\n";
+    }
     let t = &report.time;
     text += &format!(
         "solve {:.2} s  project {:.2} s  reconstruct {:.2} s  truth and files {:.2} s  total {:.2} s  memory {} MiB",

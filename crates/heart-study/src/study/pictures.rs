@@ -343,7 +343,8 @@ pub(super) fn reconstruction(
         &slice(&volume, Plane::Z(n / 2), WINDOW, "activity")?,
         format!("Fig. {number}a: the middle slice of the {name} acquisition, Ram-Lak."),
     )?;
-    let planes: Vec<Plane> = (1..=6).map(|k| Plane::Z(n * (k + 1) / 9)).collect();
+    // From -4.5 cm to 3.5 cm; the heart of the study extends from -5.2 to 4.2 cm at rest.
+    let planes: Vec<Plane> = (0..6).map(|k| Plane::Z(n * (11 + 5 * k) / 50)).collect();
     gallery.picture(
         &of("slices"),
         &slices(&volume, &planes, WINDOW, "activity")?,
@@ -371,7 +372,8 @@ pub(super) fn measures(gallery: &mut Gallery<'_>, report: &Report) {
         "Effects of motion",
         "The wall's activity is 1, everything else 0. Wall and background are the same voxels \
              for the three acquisitions. The RMSE is relative to the exact volume. The views of the short scan \
-             acquire different shapes of the heart, so its reference is the average over all views.",
+             acquire different shapes of the heart, so its reference is the average over all views. A dash is a quantity \
+             without voxels: the eroded wall of a small volume has none.",
     );
     let cell = |v: Option<f64>| v.map_or("–".into(), |v| format!("{v:.5}"));
     let row = |name: &str, a: &report::Acquisition| {

@@ -209,6 +209,15 @@ fn the_study_of_ejection_fractions_writes_its_report_and_page() {
     let out = folder.path().to_str().unwrap();
     let output = heart_phantom(&["ef", "--quick", "--out", out]);
     assert!(output.status.success(), "{output:?}");
+    // The meaning of the numbers, and that those of a quick run have none.
+    let said = String::from_utf8(output.stdout).unwrap();
+    for part in [
+        "half maximum / at the steepest gradient (true value)",
+        "(127.0)",
+        "numbers have no meaning",
+    ] {
+        assert!(said.contains(part), "{part}: {said}");
+    }
     let read = |file: &str| std::fs::read_to_string(folder.path().join(file)).unwrap();
     let report: serde_json::Value = serde_json::from_str(&read("report.json")).unwrap();
     let cases = report["cases"].as_array().unwrap();

@@ -122,6 +122,38 @@ fn a_cohort_is_processed_from_its_text_to_its_manifest() {
     assert!(script.contains("#SBATCH --array=1-3\n") && script.contains("cohort.toml' '/"));
 }
 
+/// The torso is smaller than the heart, which is known only after the membranes are solved.
+#[test]
+fn a_run_without_a_computed_member_fails_with_the_first_reason() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    let torso = "background = { concentration = 0.1, centre = [0.0, 0.0], semi_axes = [30.0, 30.0] }\n[vary]\nbackground.semi_axes.1 = { choice = [AXIS] }\n";
+    for (axis, code) in [("3.0", 2), ("3.0, 30.0", 0)] {
+        let torso = torso.replace("AXIS", axis);
+        let text = COHORT
+            .replace("[vary]\n", &torso)
+            .replace("members = 6", "members = 6\nsampling = \"sobol\"");
+        fs::write(folder.join("cohort.toml"), text.replace(", 1.7]", "]")).unwrap();
+        let out = format!("out-{code}");
+        for _ in 0..2 {
+            let output = cohort(folder, &["run", "cohort.toml", "--out", &out]);
+            assert_eq!(output.status.code(), Some(code), "{output:?}");
+            let told = if code == 0 {
+                &output.stdout
+            } else {
+                &output.stderr
+            };
+            let found: serde_json::Value = serde_json::from_slice(told).unwrap();
+            let first = found["first_rejected"].as_str().unwrap();
+            assert!(
+                first.contains(" rejected: ") && first.contains("background"),
+                "{first}"
+            );
+            assert_eq!(found["error"].is_null(), code == 0);
+        }
+    }
+}
+
 #[test]
 fn invalid_input_is_rejected_with_its_place() {
     let folder = tempfile::tempdir().unwrap();

@@ -74,10 +74,22 @@ fn a_study_or_a_run_removes_the_files_of_an_earlier_one() {
     done(folder.path(), &[&paper[..], &["--no-figures"]].concat());
     let found = holds_what_is_listed(&out, &["main.c"]);
     assert!(!found.contains("index.html") && found.contains("short-ram-lak.npy"));
-    done(folder.path(), &["run", "scene.toml", "--out", "out"]);
+    let before = fs::read_dir(&out).unwrap().count();
+    let run = ["run", "scene.toml", "--out", "out"];
+    let output = heart_phantom(folder.path(), &run);
     let found = holds_what_is_listed(&out, &["main.c"]);
     assert!(!found.contains("short-ram-lak.npy") && found.contains("truth.npy"));
-    done(folder.path(), &paper);
+    // All except main.c and report.json; the second run replaces files and removes none.
+    let said = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(
+        said,
+        format!("removed {} files of an earlier run\n", before - 2)
+    );
+    assert_eq!(heart_phantom(folder.path(), &run).stderr, b"");
+    let output = heart_phantom(folder.path(), &[&paper[..], &["--json"]].concat());
+    let report: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    // All except main.c, and report.json and index.html, which both have.
+    assert_eq!(report["removed"], found.len() - 3);
     assert!(!holds_what_is_listed(&out, &["main.c"]).contains("truth.npy"));
 }
 

@@ -215,7 +215,7 @@ fn check_reports_the_size_of_the_output() {
         .sum();
     assert_eq!(told, written);
     let (shown, _) = said(&heart_phantom(&["check", scene]));
-    assert!(shown.contains(" of files:"), "{shown}");
+    assert!(shown.contains(" of data in 12 files:"), "{shown}");
 }
 
 #[test]
