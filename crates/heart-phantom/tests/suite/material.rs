@@ -242,9 +242,10 @@ fn displacements_equal_those_of_the_points_and_do_not_exist_outside() {
     let beyond = TIED[0].displacements(&TIED[2], &grid, 20..25);
     assert!(matches!(
         beyond,
-        Err(PhantomError::Solid(RevolveError::WrongLength {
-            given: 25,
-            expected: 24,
+        Err(PhantomError::Solid(RevolveError::BadRange {
+            start: 20,
+            end: 25,
+            len: 24,
             ..
         }))
     ));
