@@ -99,15 +99,17 @@ impl Membrane {
     /// s: the equilibrium without load if lambda is constant.
     ///
     /// # Errors
-    /// A coordinate that is not finite; [`MembraneError::EndsExchanged`] if the order of the two y is not that of the reference configuration.
+    /// A coordinate that is not finite; [`MembraneError::EndsExchanged`] if each is near the other end of the reference configuration:
+    /// together closer than a tenth of the distance between the two.
     pub fn with_ends(mut self, ends: [[f64; 2]; 2]) -> Result<Self> {
         for value in ends.as_flattened() {
             finite("fixed end", *value)?;
         }
         self.ends = ends;
-        let height = |[a, b]: [[f64; 2]; 2]| a[1] - b[1];
         let rest = [0.0, 1.0].map(|s| self.rest.at(s).position);
-        if height(ends) * height(rest) < 0.0 {
+        let distance = |a: [f64; 2], b: [f64; 2]| (a[0] - b[0]).hypot(a[1] - b[1]);
+        let off = distance(ends[0], rest[1]) + distance(ends[1], rest[0]);
+        if off < 0.1 * distance(rest[0], rest[1]) {
             return Err(MembraneError::EndsExchanged { ends, rest });
         }
         Ok(self)

@@ -94,7 +94,7 @@ impl Case {
         10f64.powf(self.units.1)
     }
 
-    /// None if the polyline crosses itself.
+    /// None if the polyline crosses itself, or if its ends are exchanged.
     fn membrane(&self) -> Option<Membrane> {
         let (unit, lambda, (at, factor)) = (self.length(), self.stiffness(), self.jump);
         let rest = match &self.rest {
@@ -130,7 +130,7 @@ impl Case {
             for (end, by) in ends.iter_mut().zip(moved) {
                 *end = [end[0] + by[0] * unit, end[1] + by[1] * unit];
             }
-            membrane = membrane.with_ends(ends).unwrap();
+            membrane = membrane.with_ends(ends).ok()?; // exchanged by chance
         }
         Some(membrane)
     }
