@@ -71,7 +71,8 @@ impl ShardReport {
 /// ```
 ///
 /// # Errors
-/// Before any work: [`PhantomError::Count`] for the number of threads, [`CohortError::NoShard`], [`CohortError::Unmet`] for constraints that a member of the shard cannot meet,
+/// Before any work: [`PhantomError::Count`] for the number of threads, [`CohortError::NoShard`], [`CohortError::Unmet`] for constraints that
+/// a member of the shard cannot meet,
 /// [`CohortError::OtherCohort`] for a shard of another cohort, [`CohortError::Faults`] for a pipe or a directory of that name,
 /// [`CohortError::Phantom`] for a directory that is not writable. Later: [`CohortError::Phantom`] for a full disk and, if
 /// `progress` stops the shard, with [`PhantomError::Stopped`].

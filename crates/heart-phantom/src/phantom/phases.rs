@@ -5,7 +5,7 @@ use crate::scan::Mode;
 use crate::{HeartShape, Phantom, RespiratoryGates, Thickness};
 use std::fmt;
 
-/// Steps per cycle of a mean volume: the midpoint rule has an error of some (2 pi / 512)^2 / 24 = 6e-6 of the stroke volume.
+/// Steps per cycle of a mean volume: for a sinusoid the midpoint rule has an error of some (2 pi / 512)^2 / 24 = 6e-6 of the stroke volume.
 const VOLUME_STEPS: usize = 512;
 
 /// A phase and the projections that it represents.
