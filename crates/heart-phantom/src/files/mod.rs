@@ -27,6 +27,9 @@
 //! [`Projections::of_gates`]): the slowest axis of arrays, the fourth of NIfTI and NRRD, the channels of MetaImage, the time slots of
 //! Interfile and DICOM. [`Volume::of_field`] has several components per voxel.
 //!
+//! Arrays of projections are `[view][row][bin]` with rows from feet to head and bins along s (`Npy`). `InterfileStir` stores the rows from
+//! head to feet, `InterfileSimind` and `Dicom` the bins backwards too. [`Projections::with_seconds`] has no key in `InterfileStir`.
+//!
 //! Samples are little-endian. Input that a format cannot store is an error ([`PhantomError`]) before anything is written; `Npy` stores
 //! the samples only.
 //!

@@ -4,6 +4,7 @@ use crate::error::PhantomError;
 use crate::scan::{Acquisition, Lasting, Mode};
 use crate::truth::{BREATHS, MOST_IN_PASS, swept};
 use crate::{Camera, ImageQuality, Phantom, Regions};
+use radon::rmse_within;
 use revolve_voxel::Mask;
 use revolve_voxel::nalgebra::{Point3, Vector3};
 use std::collections::BTreeSet;
@@ -19,7 +20,8 @@ const AZIMUTHS: usize = 16;
 #[cfg_attr(feature = "scene", derive(serde::Serialize))]
 #[non_exhaustive]
 pub struct Artefacts {
-    /// Root mean square more than three voxels outside the heart at all phases, where the activity is zero.
+    /// Root mean square difference from the ground truth more than three voxels outside the heart at all phases, where only background and
+    /// organs are active.
     pub streaks_outside: Option<f64>,
     /// Coefficient of variation of the voxels that are in the wall at all phases of the projections, defects included, voxels near the
     /// surfaces excluded.
@@ -167,7 +169,7 @@ impl Phantom {
         }
         widths.sort_by(f64::total_cmp);
         Ok(Artefacts {
-            streaks_outside: measures.background_rms,
+            streaks_outside: rmse_within(volume, truth, regions.background.as_slice())?,
             wall_unevenness: (measures.wall_std.zip(measures.eroded_wall_mean))
                 .map(|(std, mean)| std / mean),
             wall_mean: weighted_mean(volume, wall),

@@ -3,7 +3,7 @@
 use super::Phantom;
 use super::phases::{MotionPhase, ScenePhase};
 use crate::Wall;
-use crate::error::PhantomError;
+use crate::error::{PhantomError, check};
 
 /// Time step of the velocity's difference quotient, as a fraction of a cycle.
 const STEP: f64 = 1e-3;
@@ -90,7 +90,8 @@ impl Phantom {
     /// As [`Phantom::shape`]; [`PhantomError::NoMaterial`] if the wall has no material coordinates.
     pub fn wall(&self, at: impl Into<MotionPhase>) -> Result<Wall, PhantomError> {
         let at = at.into();
-        self.wall_at(self.cycle().gain(at.phase), at.breath)
+        let phase = check("phase", at.phase, [f64::MIN, f64::MAX])?;
+        self.wall_at(self.cycle().gain(phase), at.breath)
     }
 
     /// Returns the wall at a volume gain and a respiratory position.

@@ -64,6 +64,22 @@ pub enum Warning {
         /// The largest gap between neighbouring directions modulo half a turn, radians.
         gap: f64,
     },
+    /// The scene attenuates, but the reconstruction does not model it: activities inside the body are too small.
+    Uncorrected {
+        /// The largest attenuation coefficient, 1/cm.
+        coefficient: f64,
+    },
+    /// A value is legal, but outside the range of patients, as if it had another unit.
+    Unusual {
+        /// The key in the scene.
+        key: &'static str,
+        /// The value given.
+        value: f64,
+        /// The usual range.
+        usual: [f64; 2],
+        /// The unit of both.
+        unit: &'static str,
+    },
     /// The heart overlaps an organ that attenuates more, such as the spine, and replaces it there.
     InBone {
         /// Index of the organ, from 0.
@@ -202,6 +218,22 @@ impl fmt::Display for Warning {
                 "the views leave a gap of {} degrees between neighbouring directions: osem distorts the volume along them; camera.arc is in degrees",
                 brief(gap.to_degrees())
             ),
+            Self::Uncorrected { coefficient } => write!(
+                f,
+                "the scene attenuates (up to {} /cm), but the reconstruction does not model it: activities inside the body are too small; \
+                 osem with attenuation = true models it",
+                brief(coefficient)
+            ),
+            Self::Unusual {
+                key,
+                value,
+                usual: [low, high],
+                unit,
+            } => write!(
+                f,
+                "{key} is {}, usually it is between {low} and {high} {unit}",
+                brief(value)
+            ),
             Self::InBone { organ, volume } => write!(
                 f,
                 "the heart overlaps organ {}, which attenuates more, by {} mL and replaces it there (organ 5 of [chest] is the spine); change [pose]",
@@ -293,6 +325,18 @@ impl Serialize for Warning {
             Self::ShortArc { gap } => {
                 map.serialize_entry("what", "arc")?;
                 map.serialize_entry("gap_degrees", &degrees(gap))?;
+            }
+            Self::Uncorrected { coefficient } => {
+                map.serialize_entry("what", "attenuation")?;
+                map.serialize_entry("coefficient_per_cm", &short(coefficient))?;
+            }
+            Self::Unusual {
+                key, value, usual, ..
+            } => {
+                map.serialize_entry("what", "unusual")?;
+                map.serialize_entry("key", key)?;
+                map.serialize_entry("value", &short(value))?;
+                map.serialize_entry("usual", &usual)?;
             }
             Self::InBone { organ, volume } => {
                 map.serialize_entry("what", "heart-in-bone")?;

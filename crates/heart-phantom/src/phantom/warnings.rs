@@ -92,7 +92,9 @@ impl Phantom {
         }
         if parts.scene.output.needs(Needs::Reconstruction) {
             found.extend(self.few_directions().or_else(|| self.short_arc()));
+            found.extend(self.uncorrected());
         }
+        found.extend(self.unusual());
         found.extend(self.bone_in_the_heart(&bodies)?);
         found.extend(self.steep_twist()?);
         Ok(found)
@@ -222,6 +224,51 @@ impl Phantom {
             },
             Method::Osem(_) | Method::Fbp => None,
         }
+    }
+
+    /// Largest attenuation coefficient of medium and organs, 1/cm; 0 without any.
+    fn largest_attenuation(&self) -> f64 {
+        let medium = self
+            .parts()
+            .attenuation
+            .iter()
+            .map(|medium| medium.coefficient);
+        let organs = self.parts().organs.iter().flat_map(Organs::as_slice);
+        medium
+            .chain(organs.map(|organ| organ.attenuation))
+            .fold(0.0, f64::max)
+    }
+
+    fn uncorrected(&self) -> Option<Warning> {
+        let models = match self.scene().reconstruction.method {
+            Method::Osem(osem) => osem.attenuation,
+            Method::Fbp => false,
+        };
+        let coefficient = self.largest_attenuation();
+        (!models && coefficient > 0.0).then_some(Warning::Uncorrected { coefficient })
+    }
+
+    /// Values outside the range of patients. Lead excluded, nothing attenuates more than bone at 30 keV, 2.5 /cm.
+    fn unusual(&self) -> Vec<Warning> {
+        let rate = self.cycle().beats_per_minute();
+        let values = [
+            ("beats_per_minute", rate, [20.0, 300.0], "1/min"),
+            (
+                "attenuation",
+                self.largest_attenuation(),
+                [0.0, 2.5],
+                "1/cm",
+            ),
+        ];
+        (values.into_iter())
+            .filter(|(_, value, [low, high], _)| !(low..=high).contains(&value))
+            .map(|(key, value, usual, unit)| Warning::Unusual {
+                key,
+                value,
+                usual,
+                unit,
+            })
+            .collect()
     }
 
     /// Returns the organ of stronger attenuation than the heart, such as the spine, with the largest overlap.

@@ -1,7 +1,8 @@
 //! All gates together against each gate separately.
 
 use heart_phantom::scene::{
-    Accuracy, Background, BlurSettings, CollimatorSettings, Defect, HolesSettings, Mode, Scene,
+    Accuracy, Background, BlurSettings, CollimatorSettings, Counts, Defect, HolesSettings, Mode,
+    Noise, Scene,
 };
 use heart_phantom::{Phantom, PhantomError, Rotation, VolumeCurve, no_observer};
 
@@ -41,6 +42,28 @@ fn differences(scene: &Scene) -> [f32; 2] {
             / most;
     }
     found
+}
+
+/// Counts do not depend on what was computed before: the scale of a given total is the same from gates together and from each.
+#[test]
+fn noise_of_all_gates_is_independent_of_earlier_calls() {
+    for seed in 0..20 {
+        let mut scene = scene();
+        scene.noise = Some(Noise {
+            counts: Counts::Total(3e5 + seed as f64),
+            seed,
+        });
+        let fresh = Phantom::new(scene.clone()).unwrap();
+        let used = Phantom::new(scene).unwrap();
+        for gate in 0..used.n_gates() {
+            used.sinograms(gate, &no_observer).unwrap();
+        }
+        assert_eq!(
+            fresh.sinograms_of_gates().unwrap(),
+            used.sinograms_of_gates().unwrap(),
+            "{seed}"
+        );
+    }
 }
 
 #[test]

@@ -42,6 +42,21 @@ fn the_blur_of_the_wall_equals_that_of_the_detector() {
     }
 }
 
+/// Active organs are no streaks.
+#[test]
+fn the_ground_truth_of_a_chest_has_no_streaks() {
+    let mut scene = small(Mode::Static { phase: 0.25 });
+    scene.background = Some(Background {
+        concentration: 0.3,
+        centre: [0.0; 2],
+        semi_axes: [14.0, 12.0],
+    });
+    let phantom = Phantom::new(scene).unwrap();
+    let truth = phantom.truth(0).unwrap();
+    let found = phantom.artefacts(0, &truth, &truth).unwrap();
+    assert_eq!(found.streaks_outside, Some(0.0));
+}
+
 #[test]
 fn ground_truth_is_uniform_and_added_artefacts_are_measured() {
     let phantom = Phantom::new(small(Mode::Static { phase: 0.25 }).with_size(64)).unwrap();

@@ -142,6 +142,7 @@ fn a_background_and_a_torso_wider_than_the_rows_are_warnings() {
         Warning::Truncated {
             what, needed: same, ..
         },
+        Warning::Uncorrected { .. },
     ] = warnings(&other)[..]
     else {
         panic!()
@@ -252,7 +253,7 @@ fn a_heart_outside_the_torso_is_a_warning_with_its_extent() {
     let radius = (shape.curves()[1].iter()).fold(0.0, |most: f64, [_, y]| most.max(*y));
     for share in [0.5, 0.9, 0.999] {
         let warnings = warnings(&torso([share * radius, 7.0]));
-        let [Warning::OutOfTorso { times }] = warnings[..] else {
+        let [Warning::OutOfTorso { times }, Warning::Uncorrected { .. }] = warnings[..] else {
             panic!("{warnings:?}")
         };
         // 256 vertices of a circle: at most 7.5e-5 too far.
@@ -261,7 +262,10 @@ fn a_heart_outside_the_torso_is_a_warning_with_its_extent() {
             "{times} {share}"
         );
     }
-    assert_eq!(warnings(&torso([1.001 * radius, 7.0])), vec![]);
+    assert_eq!(
+        warnings(&torso([1.001 * radius, 7.0])),
+        [Warning::Uncorrected { coefficient: 0.15 }]
+    );
     // A medium without attenuation has no effect.
     let mut none = torso([3.0; 2]);
     if let Some(attenuation) = &mut none.attenuation {
@@ -308,6 +312,36 @@ fn osem_of_a_short_arc_is_a_warning() {
         matches!(found[..], [Warning::ShortArc { gap: g }] if (g - gap).abs() < 1e-9),
         "{found:?}"
     );
+}
+
+/// Attenuation that the reconstruction does not model, and values as of another unit.
+#[test]
+fn uncorrected_attenuation_and_unusual_values_are_warnings() {
+    let mut scene = small(Mode::Static { phase: 0.3 });
+    let medium = |coefficient| {
+        Some(Attenuation {
+            coefficient,
+            medium: Medium::Heart,
+        })
+    };
+    scene.attenuation = medium(0.15);
+    let uncorrected = Warning::Uncorrected { coefficient: 0.15 };
+    assert_eq!(warnings(&scene), [uncorrected]);
+    let mut osem = Osem::new(2, 1);
+    scene.reconstruction.method = Method::Osem(osem);
+    assert_eq!(warnings(&scene), [uncorrected]);
+    osem.attenuation = true;
+    scene.reconstruction.method = Method::Osem(osem);
+    assert_eq!(warnings(&scene), []);
+    // 1/m and 1/s.
+    scene.attenuation = medium(15.0);
+    scene.cycle.beats_per_minute = 1.1;
+    let found = warnings(&scene);
+    let keys = found.iter().map(|warning| match warning {
+        Warning::Unusual { key, .. } => key,
+        other => panic!("{other}"),
+    });
+    assert!(keys.eq(&["beats_per_minute", "attenuation"]));
 }
 
 /// A healthy twist is followed to the tolerances, one that jumps between two of many samples is not.
