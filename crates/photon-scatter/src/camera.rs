@@ -8,6 +8,8 @@ const LEVELS: usize = 8;
 const SPREAD: f64 = 1.0 / 6.0;
 /// Smallest variance of a Gaussian, likewise.
 const LEAST: f64 = 1e-3;
+/// Largest angle of a view in radians: two turns and their rounding errors; angles in degrees are larger.
+const MOST_ANGLE: f64 = 2.0 * std::f64::consts::TAU + 1e-6;
 /// Margin of the grid around the detector, in standard deviations of the widest Gaussian.
 const TAILS: f64 = 4.0;
 /// Largest number of nodes of all views, windows and widths: 512 MB per thread.
@@ -56,7 +58,7 @@ impl Camera {
     ///
     /// # Errors
     /// [`ScatterError::OutOfRange`] for no view or more than 100 000, no bin or row or more than 16 384, a pitch outside 1e-4 to 1e3 cm, an
-    /// angle beyond 1000 rad, a radius that is not positive or above 1e3 cm, and widths outside 0 to 100 cm.
+    /// angle beyond 4 pi (degrees as radians), a radius that is not positive or above 1e3 cm, and widths outside 0 to 100 cm.
     pub fn new(
         size: [usize; 2],
         pitch: [f64; 2],
@@ -69,7 +71,11 @@ impl Camera {
             within("pitch in cm", pitch[axis], [1e-4, 1e3])?;
         }
         for view in views {
-            within("angle of a view", view.angle, [-1e3, 1e3])?;
+            within(
+                "angle of a view in radians",
+                view.angle,
+                [-MOST_ANGLE, MOST_ANGLE],
+            )?;
             within(
                 "radius of a view in cm",
                 view.radius,

@@ -19,7 +19,7 @@ const RADIUS_SQUARED: f64 = 7.940_787_6e-26;
 /// ```
 /// use photon_scatter::Compton;
 /// let compton = Compton::new(140.5)?;
-/// assert!((compton.energy_at(0.0) - 110.2).abs() < 0.05); // keV, at 90 degrees
+/// assert!((compton.energy_at(0.0)? - 110.2).abs() < 0.05); // keV, at 90 degrees
 /// assert!((compton.cross_section() / 4.52e-25 - 1.0).abs() < 0.01); // cm^2 per electron
 /// # Ok::<(), photon_scatter::ScatterError>(())
 /// ```
@@ -35,9 +35,9 @@ impl Compton {
     /// Photons of this energy in keV.
     ///
     /// # Errors
-    /// [`ScatterError::OutOfRange`] below 1 eV and above 100 MeV.
+    /// [`ScatterError::OutOfRange`] below 1 keV (energies in MeV) and above 100 MeV.
     pub fn new(energy: f64) -> Result<Self, ScatterError> {
-        Ok(Self::of(within("energy in keV", energy, [1e-3, 1e5])?))
+        Ok(Self::of(within("energy in keV", energy, [1.0, 1e5])?))
     }
 
     pub(crate) fn of(energy: f64) -> Self {
@@ -56,17 +56,19 @@ impl Compton {
     }
 
     /// Energy in keV after scattering by the angle of this cosine.
-    #[inline]
-    #[must_use]
-    pub fn energy_at(&self, cosine: f64) -> f64 {
-        self.towards(cosine).0
+    ///
+    /// # Errors
+    /// [`ScatterError::OutOfRange`] for a cosine outside -1 to 1 by more than rounding, such as an angle.
+    pub fn energy_at(&self, cosine: f64) -> Result<f64, ScatterError> {
+        Ok(self.towards(checked(cosine)?).0)
     }
 
     /// Probability of scattering into a direction, per solid angle, relative to isotropic scattering: `4 pi / sigma d sigma / d Omega`.
-    #[inline]
-    #[must_use]
-    pub fn relative_density(&self, cosine: f64) -> f64 {
-        self.towards(cosine).1
+    ///
+    /// # Errors
+    /// As [`energy_at`](Self::energy_at).
+    pub fn relative_density(&self, cosine: f64) -> Result<f64, ScatterError> {
+        Ok(self.towards(checked(cosine)?).1)
     }
 
     /// Returns [`energy_at`](Self::energy_at) and [`relative_density`](Self::relative_density).
@@ -88,6 +90,15 @@ impl Compton {
     }
 }
 
+/// Returns a cosine without its rounding error.
+fn checked(cosine: f64) -> Result<f64, ScatterError> {
+    let near = cosine.clamp(-1.0, 1.0);
+    match (cosine - near).abs() < 1e-9 {
+        true => Ok(near),
+        false => within("cosine of the scattering angle", cosine, [-1.0, 1.0]),
+    }
+}
+
 /// Energy after scattering over that before, and g.
 #[inline]
 fn kernel(alpha: f64, cosine: f64) -> (f64, f64) {
@@ -97,11 +108,8 @@ fn kernel(alpha: f64, cosine: f64) -> (f64, f64) {
     (ratio, (x + ratio - sine_squared) * ratio * ratio)
 }
 
-/// Integral of g over all cosines. Below 0.5 keV a series: the closed form cancels.
+/// Integral of g over all cosines.
 fn integral(alpha: f64) -> f64 {
-    if alpha < 1e-3 {
-        return 8.0 / 3.0 * (1.0 - 2.0 * alpha + 5.2 * alpha * alpha);
-    }
     let (end, log) = (1.0 + 2.0 * alpha, (2.0 * alpha).ln_1p());
     let forward = (1.0 + alpha) / (alpha * alpha) * (2.0 * (1.0 + alpha) / end - log / alpha);
     2.0 * (forward + log / (2.0 * alpha) - (1.0 + 3.0 * alpha) / (end * end))

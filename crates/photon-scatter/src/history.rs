@@ -170,8 +170,9 @@ impl Problem<'_> {
                 scale *= std::mem::replace(&mut photon.weight, 1.0);
             }
             self.detect(&photon, scale, random, tally)?;
-            let cosine = Compton::of(photon.energy).sample(random);
-            photon.energy = Compton::of(photon.energy).energy_at(cosine);
+            let compton = Compton::of(photon.energy);
+            let cosine = compton.sample(random);
+            photon.energy = compton.towards(cosine).0;
             photon.direction = turned(photon.direction, cosine, random);
             // Russian roulette: the number of followed photons is proportional to the expected number of recorded ones.
             let Some(at) = self.spectrum.at(photon.energy) else {

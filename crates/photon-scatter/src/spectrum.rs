@@ -33,7 +33,15 @@ const LEAST_PHOTOPEAK: f64 = 1e-3;
 const FWHM: f64 = 2.354_820_045_030_949_3;
 
 /// Attenuation of water in cm^2/g without coherent scattering: free electrons (Klein and Nishina) and photoelectric absorption (NIST XCOM,
-/// log-log interpolation). 0.1513 at 140.5 keV; XCOM, with bound electrons, has 0.8 % less, and 1.6 % more with coherent scattering.
+/// log-log interpolation). 0.1520 at 140.5 keV; XCOM, with bound electrons, has 0.7 % less, and 1.1 % more with coherent scattering.
+///
+/// ```
+/// let water = photon_scatter::water_attenuation(140.5)?;
+/// assert!((water - 0.1520).abs() < 5e-5);
+/// assert!((0.1509 / water - 1.0 + 0.007).abs() < 5e-4); // XCOM without coherent scattering
+/// assert!((0.1537 / water - 1.0 - 0.011).abs() < 6e-4); // and with it
+/// # Ok::<(), photon_scatter::ScatterError>(())
+/// ```
 ///
 /// # Errors
 /// [`ScatterError::OutOfRange`] for an energy outside 20 to 600 keV.
@@ -97,7 +105,8 @@ impl Spectrum {
     ///
     /// # Errors
     /// [`ScatterError::OutOfRange`] for an energy outside 21 to 600 keV, a resolution outside 0.005 to 1, no window or more than 64, one that
-    /// is empty or ends outside 1 keV to 10 MeV, and a first window that records less than 0.1 % of the unscattered photons.
+    /// is empty or ends outside 1 keV to 10 MeV, and a first window that does not contain `energy` or records less than 0.1 % of the unscattered
+    /// photons.
     pub fn new(energy: f64, resolution: f64, windows: &[[f64; 2]]) -> Result<Self, ScatterError> {
         within("energy in keV", energy, [21.0, ENERGIES[1]])?;
         within("energy resolution", resolution, [0.005, 1.0])?;
@@ -111,6 +120,8 @@ impl Spectrum {
             within("upper edge of a window in keV", *high, [*low, 1e4])?;
             within("width of a window in keV", high - low, [1e-3, 1e4])?;
         }
+        let what = "energy in keV, which the first (photopeak) window contains,";
+        within(what, energy, windows[0])?;
         let mut spectrum = Self {
             energy,
             resolution,
@@ -199,8 +210,9 @@ fn importance(energy: f64, efficiency: &impl Fn(f64) -> f64) -> f64 {
     let compton = Compton::of(energy);
     let n = 64;
     let cosine = |k: usize| 1.0 - 2.0 * k as f64 / n as f64;
-    let at = |c: f64| compton.relative_density(c) * efficiency(compton.energy_at(c));
-    (0..=n).map(|k| at(cosine(k))).fold(0.0, f64::max)
+    let at = (0..=n).map(|k| compton.towards(cosine(k)));
+    at.map(|(energy, density)| density * efficiency(energy))
+        .fold(0.0, f64::max)
 }
 
 /// Two neighbouring rows of the table, and the place between them.

@@ -10,6 +10,7 @@ use photon_scatter::{
 };
 use revolve_voxel::{Organ, OrganShape, Organs};
 use std::collections::BTreeMap;
+use std::f64::consts::TAU;
 use std::ops::Range;
 
 /// Cells of volume and of respiratory phase in each of which the heart is averaged: 2 mm of motion, less than scatter resolves.
@@ -171,7 +172,8 @@ impl Phantom {
         let (detector, response) = (self.camera().detector(), self.response()?);
         let views: Vec<View> = (self.view_times(gate)?.iter().zip(radii))
             .map(|(time, &radius)| View {
-                angle: time.angle,
+                // Exact, and the angle itself within a turn.
+                angle: time.angle % TAU,
                 radius,
             })
             .collect();

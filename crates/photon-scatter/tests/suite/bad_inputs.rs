@@ -21,6 +21,14 @@ fn spectra_are_checked() {
     for energy in [f64::NAN, 0.0, -1.0, f64::INFINITY] {
         assert!(water_attenuation(energy).is_err() && Compton::new(energy).is_err());
     }
+    // MeV; an angle where a cosine belongs; a cosine with a rounding error.
+    assert!(Compton::new(0.1405).is_err() && Compton::new(1.0).is_ok());
+    let compton = Compton::new(140.5).unwrap();
+    for bad in [40.0, -1.1, f64::NAN] {
+        assert!(compton.energy_at(bad).is_err() && compton.relative_density(bad).is_err());
+    }
+    let rounded = [1.0, 1.0 + f64::EPSILON].map(|cosine| compton.energy_at(cosine).unwrap());
+    assert_eq!(rounded, [140.5; 2]);
     for resolution in [f64::NAN, 0.0, 1.5] {
         assert!(Spectrum::new(140.5, resolution, &[window]).is_err());
     }
@@ -37,6 +45,12 @@ fn spectra_are_checked() {
     assert!(matches!(none, Err(ScatterError::OutOfRange { .. })));
     let far = Spectrum::new(140.5, 0.1, &[[60.0, 80.0]]);
     assert!(matches!(far, Err(ScatterError::OutOfRange { .. })));
+    // The lower window first.
+    let error = Spectrum::new(140.5, 0.1, &[[108.0, 126.45], window]).unwrap_err();
+    assert_eq!(
+        error.to_string(),
+        "energy in keV, which the first (photopeak) window contains, is 140.5; it must be from 108 to 126.45"
+    );
     // The ends of all ranges work.
     for (energy, resolution) in [(21.0, 0.005), (600.0, 1.0)] {
         let window = [[0.9 * energy, 1.1 * energy]];
@@ -72,18 +86,15 @@ fn cameras_are_checked() {
         let slope = Response { slope: bad, ..LEHR };
         assert!(bad == 0.0 || make([8; 2], 1.0, view, slope).is_err());
     }
-    assert!(
-        make(
-            [8; 2],
-            1.0,
-            View {
-                angle: f64::NAN,
-                ..view
-            },
-            LEHR
-        )
-        .is_err()
-    );
+    for (angle, valid) in [
+        (f64::NAN, false),
+        (90.0, false),
+        (-12.5, true),
+        (12.5, true),
+    ] {
+        let made = make([8; 2], 1.0, View { angle, ..view }, LEHR);
+        assert_eq!(made.is_ok(), valid, "{angle}");
+    }
 }
 
 fn run(

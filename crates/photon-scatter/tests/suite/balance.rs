@@ -25,7 +25,7 @@ fn tracked(radius: f64, photons: u32) -> (f64, [f64; 3]) {
                 break;
             }
             let cosine = compton.sample(&mut random);
-            energy = compton.energy_at(cosine);
+            energy = compton.energy_at(cosine).unwrap();
             if energy < 21.0 {
                 absorbed += 1.0;
                 break;

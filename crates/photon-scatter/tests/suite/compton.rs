@@ -27,7 +27,7 @@ fn moment(energy: f64, of: impl Fn(f64) -> f64) -> f64 {
 
 #[test]
 fn the_total_cross_section_is_the_integral_of_the_differential_one() {
-    for energy in [0.01, 0.4, 0.6, 5.0, 60.0, 140.5, 364.5, 511.0] {
+    for energy in [1.0, 5.0, 60.0, 140.5, 364.5, 511.0] {
         let total = Compton::new(energy).unwrap().cross_section();
         let exact = moment(energy, |_| 1.0) * 7.940_787_6e-26;
         assert!(
@@ -47,7 +47,7 @@ fn the_density_is_normalised_and_samples_have_its_moments() {
         let total = moment(energy, |_| 1.0);
         for cosine in [-1.0, -0.3, 0.0, 0.5, 1.0] {
             let exact = 4.0 * PI * differential(energy, cosine) / total;
-            assert!((compton.relative_density(cosine) / exact - 1.0).abs() < 1e-9);
+            assert!((compton.relative_density(cosine).unwrap() / exact - 1.0).abs() < 1e-9);
         }
         let mut random = Random::new(7, 0);
         let n = 400_000;
@@ -56,7 +56,7 @@ fn the_density_is_normalised_and_samples_have_its_moments() {
             let cosine = compton.sample(&mut random);
             cosines += cosine;
             squares += cosine * cosine;
-            energies += compton.energy_at(cosine);
+            energies += compton.energy_at(cosine).unwrap();
         }
         let scattered = |c: f64| energy / (1.0 + energy / ELECTRON_KEV * (1.0 - c));
         for (sum, exact, spread) in [
