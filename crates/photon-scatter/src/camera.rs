@@ -110,6 +110,8 @@ pub(crate) struct Grid {
     pub(crate) size: [usize; 2],
     /// Variances of the Gaussians, in squares of the pitch; [`SPREAD`], the variance of the points, may be larger.
     variances: Vec<f64>,
+    /// Weights of columns and rows in the sum over the bins times their area.
+    totals: [Vec<f64>; 2],
 }
 
 impl Grid {
@@ -131,19 +133,25 @@ impl Grid {
         });
         let images = (camera.views.len() * windows * levels) as f64;
         let nodes = size[0] as f64 * size[1] as f64 * images;
-        within(
-            "number of nodes of all views, windows and widths",
-            nodes,
-            [1.0, MOST_NODES],
-        )?;
-        Ok(Self {
+        if nodes > MOST_NODES {
+            return Err(ScatterError::Nodes {
+                nodes,
+                most: MOST_NODES,
+                size,
+                pitch,
+            });
+        }
+        let mut grid = Self {
             axes: axes.collect(),
             camera: camera.clone(),
             windows,
             pitch,
             size,
             variances: (0..levels).map(level).collect(),
-        })
+            totals: [Vec::new(), Vec::new()],
+        };
+        grid.totals = grid.bin_totals();
+        Ok(grid)
     }
 
     /// The same nodes for some of the views.
@@ -272,19 +280,46 @@ impl Grid {
         images
     }
 
+    /// First of four nodes and their weights for each bin or row.
+    fn taps(&self, axis: usize, cubic: bool) -> Vec<(usize, [f64; 4])> {
+        let n = self.camera.size[axis];
+        let tap = |k: usize| {
+            let at = (k as f64 - 0.5 * (n - 1) as f64) * self.camera.pitch[axis];
+            let node = at / self.pitch + 0.5 * (self.size[axis] - 1) as f64;
+            (node as usize - 1, weights(node - node.floor(), cubic))
+        };
+        (0..n).map(tap).collect()
+    }
+
+    /// Weights of the columns and rows of nodes in the sum over the bins times their area.
+    fn bin_totals(&self) -> [Vec<f64>; 2] {
+        [0, 1].map(|axis| {
+            let mut totals = vec![0.0; self.size[axis]];
+            for (first, weights) in self.taps(axis, true) {
+                for (k, weight) in weights.into_iter().enumerate() {
+                    totals[first + k] += weight * self.camera.pitch[axis];
+                }
+            }
+            totals
+        })
+    }
+
+    /// Sum over the bins of an image on the nodes, times their area.
+    pub(crate) fn sum(&self, image: &[f32]) -> f64 {
+        let lines = image.chunks(self.size[0]).zip(&self.totals[1]);
+        let lines = lines.filter(|(_, weight)| **weight != 0.0);
+        let line = |values: &[f32]| -> f64 {
+            let pairs = values.iter().zip(&self.totals[0]);
+            pairs
+                .map(|(value, weight)| f64::from(*value) * weight)
+                .sum()
+        };
+        lines.map(|(values, weight)| weight * line(values)).sum()
+    }
+
     /// Interpolates a view of images on the nodes to the bins, `[row][bin]`: cubic, or linear.
     pub(crate) fn to_bins(&self, image: &[f64], cubic: bool) -> Vec<f64> {
-        let taps = [0, 1].map(|axis| {
-            let n = self.camera.size[axis];
-            (0..n)
-                .map(|k| {
-                    let at = (k as f64 - 0.5 * (n - 1) as f64) * self.camera.pitch[axis];
-                    let node = at / self.pitch + 0.5 * (self.size[axis] - 1) as f64;
-                    let t = node - node.floor();
-                    (node as usize - 1, weights(t, cubic))
-                })
-                .collect::<Vec<_>>()
-        });
+        let taps = [0, 1].map(|axis| self.taps(axis, cubic));
         let mut out = Vec::with_capacity(taps[0].len() * taps[1].len());
         for (row, down) in &taps[1] {
             for (column, across) in &taps[0] {

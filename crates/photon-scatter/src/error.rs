@@ -18,6 +18,21 @@ pub enum ScatterError {
         /// The largest value allowed.
         most: f64,
     },
+    /// The nodes do not fit into memory.
+    #[error(
+        "{nodes} nodes of all views, windows and widths of the response are more than {most}: {} x {} of each at a pitch of {pitch} cm; increase `ScatterOptions::pitch` or reduce the detector",
+        size[0], size[1]
+    )]
+    Nodes {
+        /// Number of nodes.
+        nodes: f64,
+        /// The largest number allowed.
+        most: f64,
+        /// Columns and rows of them in a view, which extend beyond the detector by the width of the response.
+        size: [usize; 2],
+        /// [`ScatterOptions::pitch`](crate::ScatterOptions::pitch), their distance in cm.
+        pitch: f64,
+    },
     /// The largest number of histories did not suffice.
     #[error("the largest standard error is {reached:?} after {} histories, the tolerance is {asked:?}", report.histories)]
     Tolerance {

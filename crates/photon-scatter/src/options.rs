@@ -113,7 +113,10 @@ pub struct ScatterReport {
     pub paths: u64,
     /// Projection sums (samples times the area of a bin) of the first window, added over all views, by order: once scattered, twice, and so
     /// on; the last also contains all higher orders. They include scatter beside the detector, up to four standard deviations of the response.
+    /// Images are not separated: [`ScatterOptions::orders`] `= 1` gives an image of first-order scatter, two runs a difference.
     pub by_order: [f64; Self::ORDERS],
+    /// Standard errors of [`by_order`](Self::by_order).
+    pub by_order_error: [f64; Self::ORDERS],
 }
 
 impl ScatterReport {

@@ -38,6 +38,8 @@ pub struct Scatter {
     /// Averages over blocks and their standard errors, `[view][window][row][column]` of nodes.
     images: Vec<f64>,
     errors: Vec<f64>,
+    /// Projection sums and their standard errors, `[view][window]`.
+    sums: Vec<[f64; 2]>,
     report: ScatterReport,
 }
 
@@ -69,10 +71,9 @@ impl Scatter {
     ///
     /// # Errors
     /// [`ScatterError::OutOfRange`] for a tolerance that is not positive (0 is allowed with a relative one), a relative one outside 0 to 1, a
-    /// pitch outside 0.01 to 100 cm, a spacing outside 0 to 1 rad, no order, no history, blocks outside 16 to 10^7 histories, more than 2^27
-    /// nodes, a view whose face is in the medium or in front of it on the line through the axis, numbers of `source` that are not finite or
+    /// pitch outside 0.01 to 100 cm, a spacing outside 0 to 1 rad, no order, no history, blocks outside 16 to 10^7 histories, a view whose face is in the medium or in front of it on the line through the axis, numbers of `source` that are not finite or
     /// negative, and a [`Piece`](crate::Piece) of `medium` that is reversed, out of order, not finite or denser than 30 g/cm^3;
-    /// [`ScatterError::Tolerance`] if `most_histories` do not suffice.
+    /// [`ScatterError::Nodes`] for more than 2^27 nodes; [`ScatterError::Tolerance`] if `most_histories` do not suffice.
     pub fn new(
         source: &dyn Source,
         medium: &dyn Medium,
@@ -100,7 +101,7 @@ impl Scatter {
             orders: options.orders,
             seed: options.seed,
         };
-        let mut sums = Sums::new(all.n_nodes(), 0);
+        let mut sums = Sums::new(&all, 0);
         let (mut size, mut wanted) = (options.block, LEAST_BLOCKS);
         let mut report = ScatterReport::default();
         // Progress in thousandths, estimated: the number of histories is not known in advance.
@@ -109,7 +110,7 @@ impl Scatter {
             let part = simd_set::part(done..done + round, 1000);
             let missing = (wanted - sums.blocks).next_multiple_of(BLOCKS_AT_ONCE);
             while sums.blocks < wanted {
-                sums.add(&problem, &angles, size, missing)?;
+                sums.add(&problem, &all, &angles, size, missing)?;
             }
             drop(part);
             done += round;
@@ -122,7 +123,9 @@ impl Scatter {
             let met = largest_error <= tolerance;
             if met || histories >= options.most_histories {
                 report.add(&sums.report);
-                report.by_order = report.by_order.map(|sum| sum / histories as f64);
+                let orders = sums.orders.map(|order| order.average(sums.blocks));
+                report.by_order = orders.map(|[average, _]| average);
+                report.by_order_error = orders.map(|[_, error]| error);
                 report.largest_standard_error = largest_error;
                 report.interpolation_error = smoothing(&all, &images, &errors)
                     + angles.error(&images, &errors, all.n_nodes() / all.n_views());
@@ -131,6 +134,9 @@ impl Scatter {
                         grid: all,
                         images,
                         errors,
+                        sums: (sums.views.iter())
+                            .map(|view| view.average(sums.blocks))
+                            .collect(),
                         report,
                     }),
                     false => Err(ScatterError::Tolerance {
@@ -150,7 +156,7 @@ impl Scatter {
                 size = (size as f64 * (0.5 * growth).min(MOST_BLOCK_GROWTH)) as usize;
                 wanted = LEAST_BLOCKS;
                 report.add(&sums.report);
-                sums = Sums::new(all.n_nodes(), sums.first_block + sums.blocks);
+                sums = Sums::new(&all, sums.first_block + sums.blocks);
                 (0.5 * growth).min(MOST_BLOCK_GROWTH) / growth
             };
             round = (LAST_ROUND * expected * (1000 - done) as f64) as usize;
@@ -160,7 +166,7 @@ impl Scatter {
     /// Estimates the memory of [`new`](Self::new) in bytes: in all, and in addition per thread.
     ///
     /// # Errors
-    /// [`ScatterError::OutOfRange`] for a pitch outside 0.01 to 100 cm, a spacing outside 0 to 1 rad and more than 2^27 nodes.
+    /// [`ScatterError::OutOfRange`] for a pitch outside 0.01 to 100 cm and a spacing outside 0 to 1 rad; [`ScatterError::Nodes`].
     pub fn bytes(
         camera: &Camera,
         spectrum: &Spectrum,
@@ -207,6 +213,19 @@ impl Scatter {
             .to_bins(self.nodes(&self.errors, window, view), false)
     }
 
+    /// Projection sum of a view, its samples times the area of a bin, and the standard error of that sum from independent blocks of histories.
+    ///
+    /// As for samples, the error does not contain the error of interpolation. All views and windows share the histories, so that errors of
+    /// different sums are correlated: that of a sum over views is at most the sum of the errors.
+    ///
+    /// # Panics
+    /// If there is no such view or window.
+    #[must_use]
+    pub fn sum(&self, window: usize, view: usize) -> [f64; 2] {
+        assert!(window < self.grid.windows, "no such window");
+        self.sums[view * self.grid.windows + window]
+    }
+
     /// Estimate of the largest error of any sample: the largest standard error plus the error of interpolation,
     /// [`ScatterReport::largest_standard_error`] and [`ScatterReport::interpolation_error`].
     #[must_use]
@@ -249,16 +268,22 @@ struct Sums {
     blocks: usize,
     first: Vec<f64>,
     second: Vec<f64>,
+    /// Projection sums, `[view][window]`, and those of all views by order.
+    views: Vec<Moments>,
+    orders: [Moments; ScatterReport::ORDERS],
     report: ScatterReport,
 }
 
 impl Sums {
-    fn new(len: usize, first_block: usize) -> Self {
+    fn new(grid: &Grid, first_block: usize) -> Self {
+        let len = grid.n_nodes();
         Self {
             first_block,
             blocks: 0,
             first: vec![0.0; len],
             second: vec![0.0; len],
+            views: vec![Moments::default(); grid.n_views() * grid.windows],
+            orders: Default::default(),
             report: ScatterReport::default(),
         }
     }
@@ -267,6 +292,7 @@ impl Sums {
     fn add(
         &mut self,
         problem: &Problem<'_>,
+        all: &Grid,
         angles: &Angles,
         histories: usize,
         of: usize,
@@ -287,6 +313,16 @@ impl Sums {
         self.blocks += blocks.len();
         for (images, report) in &blocks {
             self.report.add(report);
+            for (order, sum) in self.orders.iter_mut().zip(report.by_order) {
+                order.add(sum / histories as f64);
+            }
+            for (view, image) in self
+                .views
+                .iter_mut()
+                .zip(images.chunks(view_len / all.windows))
+            {
+                view.add(all.sum(image));
+            }
             let sums = self.first.iter_mut().zip(&mut self.second);
             for ((first, second), value) in sums.zip(images) {
                 let value = f64::from(*value);
@@ -328,6 +364,25 @@ impl Sums {
             }
         }
         (images, errors)
+    }
+}
+
+/// Sums over blocks of a value and its square.
+#[derive(Debug, Clone, Copy, Default)]
+struct Moments([f64; 2]);
+
+impl Moments {
+    fn add(&mut self, value: f64) {
+        self.0[0] += value;
+        self.0[1] += value * value;
+    }
+
+    /// The average over n blocks and its standard error.
+    fn average(self, n: usize) -> [f64; 2] {
+        let n = n as f64;
+        let [first, second] = self.0.map(|sum| sum / n);
+        let variance = (second - first * first).max(0.0) / (n - 1.0);
+        [first, variance.sqrt()]
     }
 }
 

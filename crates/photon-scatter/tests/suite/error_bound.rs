@@ -36,6 +36,35 @@ fn the_true_error_is_within_two_standard_errors() {
     assert!(inside * 100 >= all * 95, "{inside} of {all}");
 }
 
+/// Sums over a view and over all views by order: their spread over seeds is the standard error, and errors of repeated runs average out.
+#[test]
+fn standard_errors_of_sums_are_their_spread() {
+    let seeds = 40;
+    let runs: Vec<Scatter> = (0..seeds)
+        .map(|seed| chest(&ScatterOptions::new(0.15).with_block(16).with_seed(seed)).unwrap())
+        .collect();
+    let samples: f64 = runs[0].view(0, 1).iter().sum::<f64>() * 4.0;
+    assert!((runs[0].sum(0, 1)[0] / samples - 1.0).abs() < 0.02);
+    let values: [&dyn Fn(&Scatter) -> [f64; 2]; 4] = [
+        &|run| run.sum(0, 0),
+        &|run| run.sum(0, 1),
+        &|run| [run.report().by_order[0], run.report().by_order_error[0]],
+        &|run| [run.report().by_order[1], run.report().by_order_error[1]],
+    ];
+    for value in values {
+        let all: Vec<[f64; 2]> = runs.iter().map(value).collect();
+        let n = seeds as f64;
+        let mean = all.iter().map(|[sum, _]| sum).sum::<f64>() / n;
+        let spread = all.iter().map(|[sum, _]| (sum - mean).powi(2)).sum::<f64>() / (n - 1.0);
+        let stated = all.iter().map(|[_, error]| error * error).sum::<f64>() / n;
+        // The relative standard deviation of a variance of 40 values is sqrt(2 / 39), 0.23.
+        let ratio = spread / stated;
+        println!("{mean} {} {ratio}", stated.sqrt());
+        assert!((0.4..1.8).contains(&ratio), "{mean}: {ratio}");
+        assert!(stated.sqrt() < 0.1 * mean);
+    }
+}
+
 /// A tolerance relative to the scatter applies where it is larger than the absolute one.
 #[test]
 fn the_larger_tolerance_applies() {
