@@ -1,4 +1,4 @@
-//! Compton scatter in emission tomography: photon histories with forced detection.
+//! Compton scatter in SPECT (parallel-hole cameras): photon histories with forced detection.
 //!
 #![doc = include_str!("../README.md")]
 
@@ -12,6 +12,7 @@ mod options;
 mod random;
 mod scatter;
 mod spectrum;
+mod voxels;
 
 pub use camera::{Camera, Response, View};
 pub use compton::{Compton, ELECTRON_KEV};
@@ -21,3 +22,4 @@ pub use options::{ScatterOptions, ScatterReport};
 pub use random::Random;
 pub use scatter::Scatter;
 pub use spectrum::{Spectrum, water_attenuation};
+pub use voxels::{PointSource, VoxelMedium, VoxelSource};

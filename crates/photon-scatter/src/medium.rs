@@ -1,4 +1,4 @@
-//! Sources and attenuating media: traits that a user implements.
+//! Sources and attenuating media: traits that a user implements, ready ones in `voxels`.
 
 use crate::Random;
 use crate::error::{ScatterError, valid, within};
@@ -13,7 +13,8 @@ pub struct Emission {
     pub weight: f64,
 }
 
-/// A distribution of activity.
+/// A distribution of activity: [`PointSource`](crate::PointSource), [`VoxelSource`](crate::VoxelSource) or another. A source without activity
+/// has no scatter, which is not an error.
 pub trait Source: Sync {
     /// Draws a point of emission.
     fn emit(&self, random: &mut Random) -> Emission;
@@ -26,17 +27,18 @@ pub struct Piece {
     pub enter: f64,
     /// Its end, at least [`enter`](Self::enter).
     pub exit: f64,
-    /// Density in g/cm^3, 0 to 30, of water that attenuates as the medium does: 1 for water. It is the attenuation coefficient of the medium
-    /// over [`water_attenuation`](crate::water_attenuation), not the coefficient itself.
+    /// Density in g/cm^3, 0 to 30, of water that attenuates as the medium does: 1 for water. It is not the attenuation coefficient `mu` in 1/cm
+    /// but `mu / water_attenuation(energy)?`, with [`water_attenuation`](crate::water_attenuation) at the energy in keV of `mu`.
     pub density: f64,
 }
 
 /// Largest density in g/cm^3: above that of any element.
-const DENSEST: f64 = 30.0;
+pub(crate) const DENSEST: f64 = 30.0;
 /// Rounding errors of the ends of pieces in cm.
 const OVERLAP: f64 = 1e-6;
 
-/// A scattering medium: water of a density that is constant along stretches of any ray.
+/// A scattering medium: water of a density that is constant along stretches of any ray; [`VoxelMedium`](crate::VoxelMedium) or another. An empty
+/// one has no scatter, which is not an error.
 pub trait Medium: Sync {
     /// Appends the stretches of a ray in their order. They do not overlap by more than 1e-6 cm; those at t < 0 are ignored. `direction` is a
     /// unit vector. [`Scatter::new`](crate::Scatter::new) checks the pieces of every ray that it traces.

@@ -11,3 +11,4 @@ mod compton;
 mod error_bound;
 mod quadrature;
 mod threads;
+mod voxels;
