@@ -27,7 +27,7 @@ pub struct SpectGeometry {
 }
 
 impl SpectGeometry {
-    /// Returns a geometry with the collimator face at `radii` (cm), one per view.
+    /// Returns a geometry with the collimator face at `radii` (cm), one per view, outside the body: counts from behind a face are lost.
     ///
     /// # Errors
     /// [`RadonError::WrongLength`] if the numbers of radii and views differ, [`RadonError::NotFinite`], [`RadonError::NotPositive`],

@@ -33,7 +33,8 @@ use crate::{ImageGrid, LinearOperator, Sample, SliceAxis, Subset};
 ///
 /// # Limitations
 ///
-/// Planes whose middle is behind the collimator face of a view are omitted: the orbit may cut corners of the grid, but not the body.
+/// Planes whose middle is behind the collimator face of a view are omitted: the orbit may cut corners of the grid, but not the body. A
+/// map with attenuation behind a face is an error. Activity behind a face is not: it is missing in that view, so the radii must clear it.
 /// Scatter and septal penetration are not modelled: see [`EmOptions::background`](crate::EmOptions::background).
 ///
 /// # Cost
@@ -88,8 +89,9 @@ impl<T: Sample> SpectOperator<T> {
     ///
     /// # Errors
     /// [`RadonError::OutOfRange`] for a tolerance outside [1e-6, 0.1], a pitch that is not between 1e-2 and 1e2 voxels, a response four
-    /// standard deviations of which are more than 10 000 bins, a grid or detector a million pixels or 1e9 bins away from the axis, or a
-    /// voxel 1e6 mean free paths thick; [`RadonError::WrongLength`],
+    /// standard deviations of which are more than 10 000 bins, a grid or detector a million pixels or 1e9 bins away from the axis, a
+    /// voxel more than 100 mean free paths thick, or a radius with voxels of the map behind the face (coefficients above 5 % of the largest one,
+    /// by more than the diagonal of a pixel); [`RadonError::WrongLength`],
     /// [`RadonError::BadSample`], [`RadonError::NegativeSample`] for the attenuation map; [`RadonError::TooLarge`].
     pub fn new(
         geometry: &SpectGeometry,

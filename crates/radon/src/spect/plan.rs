@@ -12,6 +12,10 @@ use crate::iterative::{check_not_negative, check_samples};
 use crate::simd::Lanes;
 use crate::{ImageGrid, InstructionSet, Sample, SliceAxis, parallel};
 
+/// Largest optical thickness of a voxel: nothing passes thicker ones.
+const THICKEST: f64 = 100.0;
+/// Fraction of the largest attenuation coefficient that voxels of the body exceed; noise in the air of a measured map does not.
+const BODY: f64 = 0.05;
 /// Largest standard deviation of a response, in bins or rows.
 const WIDEST: f64 = 2500.0;
 
@@ -109,6 +113,7 @@ impl<T: Sample> Plan<T> {
                 length("attenuation map", map.len(), frame.n_voxels)?;
                 check_samples("attenuation map", map)?;
                 check_not_negative("attenuation map", map)?;
+                in_front(&frame.geometry, grid, map)?;
                 Some(Attenuation::new(map, axial, turned.depth)?)
             }
         };
@@ -139,10 +144,40 @@ impl<T: Sample> Plan<T> {
     }
 }
 
+/// `Ok` if no attenuating voxel is behind the face of a view by more than the diagonal of a pixel.
+fn in_front<T: Sample>(
+    geometry: &SpectGeometry,
+    grid: &ImageGrid,
+    map: &[T],
+) -> Result<(), RadonError> {
+    let most = map.iter().fold(T::ZERO, |m, &x| if x > m { x } else { m });
+    let (n_pixels, [dx, dy]) = (grid.image_len(), grid.spacing());
+    let mut body = vec![false; n_pixels];
+    for (k, &x) in map.iter().enumerate() {
+        body[k % n_pixels] |= x > T::of(BODY) * most;
+    }
+    let places = (0..n_pixels).filter(|&k| body[k]);
+    let places: Vec<_> = places
+        .map(|k| grid.pixel_centre(k % grid.nx(), k / grid.nx()))
+        .collect();
+    for (theta, &radius) in geometry.views().angles().iter().zip(geometry.radii()) {
+        let (sin, cos) = theta.sin_cos();
+        let farthest = places.iter().map(|[x, y]| y * cos - x * sin);
+        let least = farthest.fold(f64::MIN, f64::max) - dx.hypot(dy);
+        within(
+            "radius of the orbit outside the attenuating voxels",
+            radius,
+            least,
+            f64::MAX,
+        )?;
+    }
+    Ok(())
+}
+
 impl<T: Sample> Attenuation<T> {
     fn new(map: &[T], axial: &Axial<T>, depth: f64) -> Result<Self, RadonError> {
         let most = map.iter().fold(0.0, |m: f64, x| m.max(x.f64()));
-        within("optical thickness of a voxel", most * depth, 0.0, 1e6)?;
+        within("optical thickness of a voxel", most * depth, 0.0, THICKEST)?;
         let mut blocks = zeros("attenuation map", axial.block_len, axial.rows.n_blocks)?;
         axial.read(InstructionSet::detect(), map, &mut blocks);
         Ok(Self {

@@ -4,7 +4,8 @@ use std::f64::consts::PI;
 
 use radon::{
     Collimator, EmOptions, ImageGrid, LinearOperator, ParallelGeometry, ParallelHoles, Phantom3,
-    Shape2, Shape3, SliceAxis, SpectGeometry, SpectOperator, SpectOptions, Stopping, osem,
+    RadonError, Shape2, Shape3, SliceAxis, SpectGeometry, SpectOperator, SpectOptions, Stopping,
+    osem,
 };
 
 fn forward(operator: &SpectOperator<f64>, volume: &[f64]) -> Vec<f64> {
@@ -199,15 +200,26 @@ fn activity_behind_the_face_is_omitted() {
     let axis = SliceAxis::new(1, 1.0).unwrap();
     let grid = ImageGrid::square(8, 1.0).unwrap();
     let geometry = SpectGeometry::circular(&views, &axis, 1.0).unwrap();
-    // The camera is at y = 1: rows y = 1.5 and above are behind its face.
-    let map = (0..64).map(|i| if i / 8 > 4 { 3.0 } else { 0.0 }).collect();
-    let options = SpectOptions::default().with_attenuation(map);
+    // The camera is at y = 1: rows y = 1.5 and above are behind its face. That is an error for attenuation (more than a diagonal behind).
+    let options = SpectOptions::default();
+    for (row, valid) in [(5, true), (6, false)] {
+        let map = (0..64).map(|i| if i / 8 == row { 3.0 } else { 0.01 });
+        let options = options.clone().with_attenuation(map.collect());
+        let made = SpectOperator::new(&geometry, &grid, &axis, &options);
+        assert_eq!(made.is_ok(), valid, "{row}");
+        let what = "radius of the orbit outside the attenuating voxels";
+        assert!(
+            valid
+                || matches!(made, Err(RadonError::OutOfRange { what: w, given: 1.0, .. }) if w == what)
+        );
+        let plain = SpectOperator::new(&geometry, &grid, &axis, &SpectOptions::default()).unwrap();
+        assert_eq!(plain.with_attenuation(&options.attenuation).is_ok(), valid);
+    }
     let operator = SpectOperator::new(&geometry, &grid, &axis, &options).unwrap();
     let found = forward(&operator, &[1.0; 64]);
     assert!(found.iter().all(|&x| (x - 5.0).abs() < 1e-14), "{found:?}");
     // The whole activity, for a grid behind the face.
     let grid = grid.with_centre([0.0, 9.0]).unwrap();
-    let options = SpectOptions::default();
     let operator = SpectOperator::new(&geometry, &grid, &axis, &options).unwrap();
     assert_eq!(forward(&operator, &[1.0; 64]), [0.0; 8]);
 }
