@@ -88,8 +88,8 @@ pub enum RadonError {
     },
     /// The views leave a wedge of directions unmeasured and the policy was [`ArcPolicy::Complete`](crate::ArcPolicy::Complete).
     #[error(
-        "views leave a gap of {gap:?} rad between neighbouring directions, {ratio:?} times the mean of the others (at most {most:?} allowed){}",
-        hint(*furthest)
+        "views leave a gap of {} rad between neighbouring directions, {} times the mean of the others (at most {most:?} allowed){}",
+        three(*gap), three(*ratio), hint(*furthest)
     )]
     ShortArc {
         /// The largest gap between neighbouring directions modulo pi, in radians.
@@ -103,7 +103,8 @@ pub enum RadonError {
     },
     /// An arc has more turns than allowed: most likely it is in degrees.
     #[error(
-        "an arc of {arc:?} rad is {turns:?} turns (at most {most:?} allowed); if it is in degrees, use `arc_degrees`"
+        "an arc of {} rad is {} turns (at most {most:?} allowed); if it is in degrees, use `arc_degrees`",
+        three(*arc), three(*turns)
     )]
     LongArc {
         /// The arc given, in radians.
@@ -115,8 +116,8 @@ pub enum RadonError {
     },
     /// A list of angles has more turns than allowed, or more than half a turn of whole numbers: most likely it is in degrees.
     #[error(
-        "{n_views} angles span {arc:?} rad (at most {:?} turns allowed, half a turn if all are whole numbers); if they are in degrees, use `from_degrees`, otherwise `from_radians`",
-        crate::ParallelGeometry::MOST_TURNS
+        "{n_views} angles span {} rad (at most {:?} turns allowed, half a turn if all are whole numbers); if they are in degrees, use `from_degrees`, otherwise `from_radians`",
+        three(*arc), crate::ParallelGeometry::MOST_TURNS
     )]
     LikeDegrees {
         /// Number of angles.
@@ -225,13 +226,21 @@ fn hint(furthest: f64) -> String {
     use std::f64::consts::TAU;
     match furthest {
         far if far > 2.0 * TAU => {
-            format!("; angles are in radians and go up to {far:?}: are they degrees?")
+            let far = three(far);
+            format!("; angles are in radians and go up to {far}: are they degrees?")
         }
         near if near > 0.0 && near.to_degrees() <= TAU => format!(
-            "; angles go up to {near:?} rad: if radians were given as degrees, use `arc_radians` or `from_radians`"
+            "; angles go up to {} rad: if radians were given as degrees, use `arc_radians` or `from_radians`",
+            three(near)
         ),
         _ => String::new(),
     }
+}
+
+/// A number to at least three digits.
+fn three(x: f64) -> String {
+    let decimals = (2.0 - x.abs().log10().floor()).clamp(0.0, 12.0) as usize;
+    format!("{x:.decimals$}")
 }
 
 /// The largest number below 1.

@@ -102,7 +102,8 @@ impl ParallelGeometry {
         Self::from_radians(radians, n_bins, pitch)
     }
 
-    /// View `k` of `n_views` at `k * pi / n_views`: every line once.
+    /// View `k` of `n_views` at `k * pi / n_views`: every line once. The number of views precedes that of bins, as in the sinogram
+    /// `[view][bin]`; exchanged numbers have the same product and are not detected.
     ///
     /// # Errors
     /// As [`new`](Self::new).

@@ -53,11 +53,6 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! # Limits
-//!
-//! Not included: fan and cone beams, scatter, files, voxelisation of objects other than the analytic ones. Only [`SpectOperator`] models
-//! attenuation and depth-dependent resolution.
-//!
 //! # References
 //!
 //! Kak & Slaney, Principles of Computerized Tomographic Imaging (1988), ch. 3. Joseph 1982, doi:10.1109/TMI.1982.4307572. Siddon

@@ -2,7 +2,6 @@
 
 use crate::error::{RadonError, finite, length, zeros};
 use crate::{ImageGrid, Sample, parallel};
-use std::iter;
 use std::ops::Range;
 
 /// Sums are computed over blocks of this many samples and added in order, so that the result is bitwise identical for any number of
@@ -57,22 +56,20 @@ pub struct MaskedStats {
 impl MaskedStats {
     /// Computes statistics of `values` where `mask` is set; `None` if it is set nowhere.
     ///
-    /// A mask shorter than the values is repeated: the mask of a slice serves a stack
-    /// `[slice][y][x]`. Sums are `f64`; the spread combines the spreads about the means of blocks of samples and the spread of these means
+    /// A stack `[slice][y][x]` takes the mask of a slice repeated: `mask.repeat(n_slices)`. Sums are `f64`; the spread combines the spreads about the means of blocks of samples and the spread of these means
     /// (Chan, Golub, LeVeque 1983, <https://doi.org/10.1080/00031305.1983.10483115>), so that a small spread about a large mean is
     /// accurate. Values are read once. Bitwise identical for any number of threads.
     ///
     /// # Errors
-    /// [`RadonError::WrongLength`] if the mask is empty or its length does not divide that of the
-    /// values.
+    /// [`RadonError::WrongLength`] if values and mask differ in length.
     ///
     /// ```
-    /// let stats = radon::MaskedStats::of(&[1.0f32, 9.0, 3.0, 9.0], &[true, false])?.unwrap();
+    /// let stats = radon::MaskedStats::of(&[1.0f32, 9.0, 3.0, 9.0], &[true, false, true, false])?.unwrap();
     /// assert_eq!((stats.count, stats.mean, stats.std), (2, 2.0, 1.0));
     /// # Ok::<(), radon::RadonError>(())
     /// ```
     pub fn of<T: Sample>(values: &[T], mask: &[bool]) -> Result<Option<Self>, RadonError> {
-        check_period(values.len(), mask.len())?;
+        length("mask", mask.len(), values.len())?;
         let parts = blocks(values.len(), |block| {
             let count = count_in(block.clone(), mask);
             if count == 0 {
@@ -129,18 +126,17 @@ impl Part {
     }
 }
 
-/// Returns the root mean square of `values - truth` where `mask` is set; `None` if it is set nowhere. The mask is repeated as in
-/// [`MaskedStats::of`].
+/// Returns the root mean square of `values - truth` where `mask` is set; `None` if it is set nowhere.
 ///
 /// # Errors
-/// [`RadonError::WrongLength`] if the arrays differ in length or the mask's does not divide it.
+/// [`RadonError::WrongLength`] if the arrays differ in length.
 pub fn rmse_within<T: Sample>(
     values: &[T],
     truth: &[T],
     mask: &[bool],
 ) -> Result<Option<f64>, RadonError> {
     length("truth", truth.len(), values.len())?;
-    check_period(values.len(), mask.len())?;
+    length("mask", mask.len(), values.len())?;
     let parts = blocks(values.len(), |block| {
         let count = count_in(block.clone(), mask);
         let square = |[v, t]: [f64; 2]| [(v - t) * (v - t)];
@@ -154,40 +150,14 @@ pub fn rmse_within<T: Sample>(
     Ok((count > 0).then(|| (sum / count as f64).sqrt()))
 }
 
-/// Checks that the length of the mask divides that of the values.
-fn check_period(values: usize, mask: usize) -> Result<(), RadonError> {
-    if mask > 0 && values.is_multiple_of(mask) {
-        Ok(())
-    } else {
-        Err(RadonError::WrongLength {
-            what: "mask",
-            given: mask,
-            expected: values,
-        })
-    }
-}
-
 /// Returns `part` of each block of the samples, in order.
 fn blocks<P: Send>(len: usize, part: impl Fn(Range<usize>) -> P + Sync) -> Vec<P> {
     let of = |block: usize| part(block * BLOCK..len.min((block + 1) * BLOCK));
     parallel::collect(len.div_ceil(BLOCK), &of)
 }
 
-/// Divides the samples of a block at the end of the mask; returns each piece with its piece of the mask.
-fn pieces(block: Range<usize>, mask: &[bool]) -> impl Iterator<Item = (Range<usize>, &[bool])> {
-    let mut at = block.start;
-    iter::from_fn(move || {
-        let from = at % mask.len(); // blocks imply a mask
-        let end = block.end.min(at - from + mask.len());
-        let piece = at..end;
-        at = end;
-        (!piece.is_empty()).then(|| (piece.clone(), &mask[from..from + piece.len()]))
-    })
-}
-
 fn count_in(block: Range<usize>, mask: &[bool]) -> usize {
-    pieces(block, mask)
-        .flat_map(|(_, piece)| piece.chunks(usize::from(u8::MAX)))
+    (mask[block].chunks(usize::from(u8::MAX)))
         // Summed in bytes, sixteen at once.
         .map(|few| usize::from(few.iter().map(|&set| u8::from(set)).sum::<u8>()))
         .sum()
@@ -206,25 +176,23 @@ fn sums_where<T: Sample, const K: usize, const N: usize>(
             sums[lane] += term;
         }
     };
-    for (piece, mask) in pieces(block, mask) {
-        let arrays = arrays.map(|a| &a[piece.clone()]);
-        let groups = arrays.map(|a| a.as_chunks::<LANES>().0);
-        let (masks, rest) = mask.as_chunks::<LANES>();
-        for (g, set) in masks.iter().enumerate() {
-            let group = groups.map(|a| &a[g]);
-            let at = |lane: usize| terms(group.map(|a| a[lane].f64()));
-            // Masks consist of long runs.
-            if *set == [true; LANES] {
-                (0..LANES).for_each(|lane| add(lane, at(lane)));
-            } else if *set != [false; LANES] {
-                let in_it = (0..LANES).filter(|&lane| set[lane]);
-                in_it.for_each(|lane| add(lane, at(lane)));
-            }
+    let (arrays, mask) = (arrays.map(|a| &a[block.clone()]), &mask[block]);
+    let groups = arrays.map(|a| a.as_chunks::<LANES>().0);
+    let (masks, rest) = mask.as_chunks::<LANES>();
+    for (g, set) in masks.iter().enumerate() {
+        let group = groups.map(|a| &a[g]);
+        let at = |lane: usize| terms(group.map(|a| a[lane].f64()));
+        // Masks consist of long runs.
+        if *set == [true; LANES] {
+            (0..LANES).for_each(|lane| add(lane, at(lane)));
+        } else if *set != [false; LANES] {
+            let in_it = (0..LANES).filter(|&lane| set[lane]);
+            in_it.for_each(|lane| add(lane, at(lane)));
         }
-        let done = mask.len() - rest.len();
-        for (l, _) in rest.iter().enumerate().filter(|(_, set)| **set) {
-            add(l, terms(arrays.map(|a| a[done + l].f64())));
-        }
+    }
+    let done = mask.len() - rest.len();
+    for (l, _) in rest.iter().enumerate().filter(|(_, set)| **set) {
+        add(l, terms(arrays.map(|a| a[done + l].f64())));
     }
     lanes.map(|sums| sums.iter().sum())
 }

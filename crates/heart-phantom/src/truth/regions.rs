@@ -142,19 +142,19 @@ impl ImageQuality {
         check_length("volume", volume.len(), expected)?;
         check_length("truth", truth.map_or(expected, <[f32]>::len), expected)?;
         check_finite("a voxel", volume)?;
+        let disc = (regions.disc).repeat(expected / regions.disc.len().max(1));
         let within = |mask: &[bool]| MaskedStats::of(volume, mask);
         let wall = within(regions.wall.as_slice())?;
         Ok(Self {
             rmse_truth: match truth {
-                Some(truth) => rmse_within(volume, truth, &regions.disc)?,
+                Some(truth) => rmse_within(volume, truth, &disc)?,
                 None => None,
             },
             eroded_wall_mean: wall.map(|stats| stats.mean),
             wall_std: wall.map(|stats| stats.std),
             background_rms: within(regions.background.as_slice())?.map(|stats| stats.rms),
             cavity_mean: within(regions.cavity.as_slice())?.map(|stats| stats.mean),
-            total_activity: within(&regions.disc)?
-                .map(|stats| stats.sum * camera.grid().voxel_volume()),
+            total_activity: within(&disc)?.map(|stats| stats.sum * camera.grid().voxel_volume()),
         })
     }
 }

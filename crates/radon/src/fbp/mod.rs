@@ -193,6 +193,9 @@ impl<T: Sample> FbpPlan<T> {
 
     /// Reconstructs one slice from its sinogram `[view][bin]`; the image is `[y][x]`.
     ///
+    /// Rows that do not contain the whole object (truncation) raise the image, by default by 8 % to a factor of two: [`EdgePolicy`]. A
+    /// transposed sinogram, or a geometry with exchanged numbers of views and bins, has the same length and is not detected.
+    ///
     /// # Errors
     /// A wrong length, a sample that is NaN or infinite, [`RadonError::BudgetTooSmall`].
     pub fn reconstruct(&self, sinogram: &[T]) -> Result<Vec<T>, RadonError> {
@@ -291,11 +294,8 @@ impl<T: Sample> FbpPlan<T> {
     ) -> Result<FbpReport, RadonError> {
         stack.check_length(projections.len())?;
         stack.check_slices(&slices)?;
-        length(
-            "volume",
-            slab.len(),
-            product("volume", slices.len(), self.image_len())?,
-        )?;
+        let expected = product("volume", slices.len(), self.image_len())?;
+        length("volume", slab.len(), expected)?;
         let holds_signal = stack.with_signal(projections, slices.clone())?;
 
         let mut report = FbpReport::default();

@@ -209,7 +209,7 @@ pub fn mlem<T: Sample, O: LinearOperator<T> + ?Sized>(
 ///
 /// # Errors
 /// As [`mlem`]; [`RadonError::TooFew`] without a subset, [`RadonError::BadRange`] for an index beyond the data, [`RadonError::WrongLength`] if
-/// some data are in no subset.
+/// some data are in no subset or in more than one.
 #[doc(alias("OS-EM", "ordered subsets"))]
 pub fn osem<T: Sample, O: LinearOperator<T>>(
     subsets: &[Subset<O, T>],
@@ -237,6 +237,12 @@ pub fn osem<T: Sample, O: LinearOperator<T>>(
     }
     let used = used.into_iter().filter(|used| *used).count();
     length("subsets together", used, data.len())?;
+    let all = subsets.iter().map(|subset| subset.data.len()).sum();
+    length(
+        "all subsets, with data in several of them,",
+        all,
+        data.len(),
+    )?;
     let monitor = Monitor::new(options.stopping, None, &mut watch)?;
     check(data, image, options)?;
     let mut parts = Vec::with_capacity(subsets.len());

@@ -3,8 +3,8 @@
 use super::round::{Vec2, Vec3};
 use super::{gaussian, polygon, round};
 use super::{place, size};
-use crate::error::RadonError;
-use std::f64::consts::PI;
+use crate::error::{RadonError, within};
+use std::f64::consts::{PI, TAU};
 
 /// A plane shape of height 1: a filled ellipse, rectangle or polygon, or a Gaussian hill.
 ///
@@ -39,7 +39,8 @@ impl Shape2 {
     /// The ellipse with semi-axis `semi_axes[0]` rotated by `angle` from x, and `semi_axes[1]` perpendicular to it.
     ///
     /// # Errors
-    /// [`RadonError::NotFinite`], [`RadonError::NotPositive`] for a semi-axis, [`RadonError::OutOfRange`] beyond 1e-50 and 1e50.
+    /// [`RadonError::NotFinite`], [`RadonError::NotPositive`] for a semi-axis, [`RadonError::OutOfRange`] beyond 1e-50 and 1e50
+    /// and for an angle beyond 2 pi, such as most in degrees.
     pub fn ellipse(centre: [f64; 2], semi_axes: [f64; 2], angle: f64) -> Result<Self, RadonError> {
         let rows = frame(centre, semi_axes, angle, "ellipse semi-axis")?;
         Ok(Self {
@@ -299,9 +300,10 @@ fn frame(
     angle: f64,
     what: &'static str,
 ) -> Result<[Vec2; 2], RadonError> {
-    for x in [centre[0], centre[1], angle] {
-        place("shape position or angle", x)?;
+    for x in centre {
+        place("shape position", x)?;
     }
+    within("shape angle in radians", angle, -TAU, TAU)?;
     for l in lengths {
         size(what, l)?;
     }

@@ -198,6 +198,11 @@ fn options() {
 fn short_arcs_are_rejected_without_a_policy() {
     let geometry = ParallelGeometry::arc_radians(60, 2.0, 16, 1.0).unwrap();
     let grid = ImageGrid::square(16, 1.0).unwrap();
+    let error = geometry
+        .view_weights(radon::ArcPolicy::Complete)
+        .unwrap_err();
+    let expected = "views leave a gap of 1.17 rad between neighbouring directions, 35.2 times the mean of the others (at most 4.0 allowed)";
+    assert_eq!(error.to_string(), expected);
     match FbpPlan::<f64>::new(&geometry, &grid, &FbpOptions::default()) {
         Err(RadonError::ShortArc {
             gap,

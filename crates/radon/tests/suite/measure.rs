@@ -6,10 +6,11 @@ use radon::{MaskedStats, RadonError, rmse_within};
 fn agrees_with_the_plain_sums() {
     let values: Vec<f64> = (0..50_000).map(|i| (i as f64 * 0.37).sin() + 1e6).collect();
     let mask: Vec<bool> = (0..500).map(|i| i % 3 != 0).collect();
+    let mask = mask.repeat(100);
     let picked: Vec<f64> = values
         .iter()
         .enumerate()
-        .filter(|(i, _)| mask[i % 500])
+        .filter(|(i, _)| mask[*i])
         .map(|(_, &v)| v)
         .collect();
     let n = picked.len() as f64;
@@ -36,9 +37,10 @@ fn pieces_blocks_and_lanes_cover_all_samples() {
         (12_289, 1),
     ] {
         let mask: Vec<bool> = (0..mask_len).map(|i| (i / 11 + i * i) % 3 != 1).collect();
+        let mask = mask.repeat(times);
         let values: Vec<f32> = (0..mask_len * times).map(|i| (i % 1000) as f32).collect();
         let picked: Vec<f64> = (0..values.len())
-            .filter(|i| mask[i % mask_len])
+            .filter(|i| mask[*i])
             .map(|i| f64::from(values[i]))
             .collect();
         let stats = MaskedStats::of(&values, &mask).unwrap().unwrap();
@@ -58,12 +60,14 @@ fn pieces_blocks_and_lanes_cover_all_samples() {
 
 #[test]
 fn wrong_masks_are_errors_and_empty_ones_none() {
-    assert_eq!(MaskedStats::of(&[1.0f32; 6], &[false; 3]).unwrap(), None);
-    assert_eq!(rmse_within(&[1.0f32; 2], &[1.0; 2], &[false]), Ok(None));
+    assert_eq!(MaskedStats::of(&[1.0f32; 6], &[false; 6]).unwrap(), None);
+    assert_eq!(rmse_within(&[1.0f32; 2], &[1.0; 2], &[false; 2]), Ok(None));
     for refused in [
         MaskedStats::of(&[1.0f32; 6], &[true; 4]).err(),
         MaskedStats::of(&[1.0f32; 6], &[]).err(),
-        rmse_within(&[1.0f32; 2], &[1.0; 3], &[true]).err(),
+        MaskedStats::of(&[1.0f32; 6], &[true; 3]).err(),
+        rmse_within(&[1.0f32; 2], &[1.0; 3], &[true; 2]).err(),
+        rmse_within(&[1.0f32; 1024], &[1.0; 1024], &[true; 2]).err(),
     ] {
         assert!(
             matches!(refused, Some(RadonError::WrongLength { .. })),

@@ -339,6 +339,14 @@ fn bad_shapes_are_rejected_with_their_values() {
         Shape2::ellipse([0.0, f64::NAN], [1.0, 1.0], 0.0),
         Err(RadonError::NotFinite { .. })
     ));
+    assert!(matches!(
+        Shape2::ellipse([0.0; 2], [2.0, 1.0], 90.0),
+        Err(RadonError::OutOfRange {
+            what: "shape angle in radians",
+            given: 90.0,
+            ..
+        })
+    ));
     assert_eq!(
         Shape2::ellipse([0.0; 2], [1.0, -2.0], 0.0).unwrap_err(),
         RadonError::NotPositive {

@@ -34,7 +34,7 @@ fn radon_accepts_any_input() {
         back(poisson_counts(&[a, 1.0], CountScale::Total(b), 7));
         let _ = Window::Hann.gain(a);
         let _ = Window::Butterworth { order: u32::MAX }.gain(a);
-        back(MaskedStats::of(&[a, b], &[true]));
+        back(MaskedStats::of(&[a, b], &[true; 2]));
         back(rmse_within(&[a], &[b], &[true]));
     }
     for n in SIZES {

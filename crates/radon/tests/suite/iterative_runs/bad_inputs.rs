@@ -135,6 +135,17 @@ fn bad_input_is_rejected_with_its_values() {
             expected: 4
         })
     ));
+    let twice = [0, 1].map(|_| Subset::new(Dense(vec![vec![1.0, 2.0, 3.0]; 4]), vec![0, 1, 2, 3]));
+    let (mut image, options) = (x.clone(), EmOptions::default());
+    let refused = osem(&twice, &b, &mut image, &options, radon::no_observer);
+    assert!(matches!(
+        refused,
+        Err(RadonError::WrongLength {
+            given: 8,
+            expected: 4,
+            ..
+        })
+    ));
     let whole = SirtOptions::default().with_stopping(Stopping::default().with_residual(1.0));
     let refused = sirt(&a, &b, &mut x.clone(), &whole, radon::no_observer).unwrap_err();
     assert_eq!(
