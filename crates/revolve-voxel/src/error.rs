@@ -79,8 +79,10 @@ pub enum RevolveError {
         /// Most pieces allowed.
         most: usize,
     },
-    /// The meridian encloses no volume.
-    #[error("the meridian encloses no volume ({volume:?})")]
+    /// The meridian encloses no volume, or crosses itself and the volumes of its parts cancel.
+    #[error(
+        "the meridian encloses no volume ({volume:?}): it is a line, or crosses itself and the volumes of its parts cancel"
+    )]
     NoVolume {
         /// The volume found.
         volume: f64,

@@ -15,7 +15,7 @@ use crate::rays::slabs::for_slabs;
 use crate::{Body, ParallelRays, Ray, RayCounters, RevolveError, Sample};
 
 impl Body {
-    /// Returns the line integrals of the activity along the rays, `[row][bin]`.
+    /// Returns the line integrals of the activity along the rays, `[row][bin]`. Parts of the body beside the rays are omitted without an error.
     ///
     /// Rows are distributed over the threads of the current rayon pool; the result does not depend on their number.
     ///

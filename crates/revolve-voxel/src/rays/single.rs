@@ -5,7 +5,8 @@ use crate::rays::direction::Direction;
 use crate::{Body, Meridian, Ray, RevolveError, Span};
 
 impl Body {
-    /// Returns the length of the line inside one layer.
+    /// Returns the length of the line inside one layer, the filled solid. In a wall it is [`line_integral`](Self::line_integral) with the
+    /// activity 1 there and 0 elsewhere.
     ///
     /// It is a continuous function of the line, except for lines along the surface, which are limits from one side
     /// ([conventions](crate#conventions)).
@@ -36,7 +37,8 @@ impl Body {
         Ok(weights.iter().zip(chords).map(|(w, chord)| w * chord).sum())
     }
 
-    /// Returns the sorted, disjoint intervals of the line inside one layer.
+    /// Returns the sorted, disjoint intervals of the line inside one layer, the filled solid. Those in a wall are the intervals of its layer less
+    /// those of the next inner one.
     ///
     /// # Errors
     /// [`RevolveError::NoSuchLayer`].

@@ -15,7 +15,10 @@ use crate::{MassProperties, Pose, RevolveError};
 /// nested layers this is the activity of each region. It is linear in the layers, so line integrals and totals are exact
 /// differences of those of the layers.
 ///
-/// Layers need not be nested. Where layer k extends outside layer k+1 the formula adds `a_k - a_(k+1)`, which is negative for a
+/// A layer is the whole solid inside its meridian, a region the part between it and the layer within. The same index counts both: functions with a
+/// `layer` treat the filled solid, those with an activity or a `region` the regions.
+///
+/// Layers need not be nested, but their volumes do not decrease. Where layer k extends outside layer k+1 the formula adds `a_k - a_(k+1)`, which is negative for a
 /// cold cavity that extends beyond a warm wall. The coverage of region k+1 is negative there too, so sums over regions remain
 /// exact. [`Body::nested`] and [`Body::check_nested`] test for nesting.
 #[derive(Debug, Clone, PartialEq)]
@@ -29,11 +32,19 @@ impl Body {
     /// Creates a body from its layers, innermost first. They need not be nested: [`Body::nested`] checks that they are.
     ///
     /// # Errors
-    /// [`RevolveError::TooFew`] without a layer.
+    /// [`RevolveError::TooFew`] without a layer; [`RevolveError::NotNested`] for a layer of a larger volume than the next, as with the outer
+    /// layer first.
     pub fn new(layers: Vec<Meridian>, pose: Pose) -> Result<Self, RevolveError> {
         at_least("layers of a body", layers.len(), 1)?;
         let layers = layers.into();
-        Ok(Self { layers, pose })
+        let body = Self { layers, pose };
+        let volume = |layer: &Meridian| layer.mass_properties().volume;
+        // Less by rounding errors.
+        let shrinks = |pair: &[Meridian]| volume(&pair[1]) < volume(&pair[0]) * (1.0 - 1e-9);
+        if body.layers.windows(2).any(shrinks) {
+            body.check_nested(0.0)?;
+        }
+        Ok(body)
     }
 
     /// Creates a body from nested layers, innermost first, each inside the next to within `tolerance`: a cavity, then its wall.
@@ -108,7 +119,7 @@ impl Body {
     /// ```
     ///
     /// # Errors
-    /// [`RevolveError::NoSuchLayer`]; [`RevolveError::NotNested`] for a region of negative volume, as with the outer layer first.
+    /// [`RevolveError::NoSuchLayer`].
     pub fn region_measures(&self, region: usize) -> Result<MassProperties, RevolveError> {
         let layer = self.layer(region)?;
         Ok(match region.checked_sub(1) {
@@ -116,10 +127,6 @@ impl Body {
             Some(within) => {
                 let within = &self.layers[within];
                 let (outer, inner) = (layer.mass_properties(), within.mass_properties());
-                // Less by rounding errors.
-                if outer.volume < inner.volume * (1.0 - 1e-9) {
-                    self.check_nested(0.0)?;
-                }
                 // Planes closer than rounding errors coincide.
                 let reach = 1e-12 * layer.size();
                 let common =

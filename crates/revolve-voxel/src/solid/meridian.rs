@@ -35,7 +35,8 @@ pub struct Meridian {
 }
 
 impl Meridian {
-    /// Creates a meridian from points (x, r), base to apex (the reverse order is inverted).
+    /// Creates a meridian from points (x, r), base to apex (the reverse order is inverted). The position on the axis precedes the radius; points
+    /// (r, x) are usually a valid meridian of another solid.
     ///
     /// Repeated points are merged. An end with r > 0 is closed by a disc.
     ///

@@ -26,6 +26,20 @@ impl Body {
     /// triangles scales as 1 / `tolerance`. A mesh encloses a volume for any tolerance: it has at least three facets around the axis, and
     /// every part of the meridian at least one point off its chord.
     ///
+    /// A layer is the filled solid; a wall has the meshes of its layer and of the next inner one. The volume of the mesh is less than that of
+    /// the solid: by the fraction `2/3 tolerance / r_max` from the n facets around the axis (exactly `1 - sin(2 pi / n) / (2 pi / n)`), and
+    /// by at most half the tolerance times the area from the chords of convex meridians (concave ones add as much).
+    ///
+    /// ```
+    /// use revolve_voxel::{Body, Meridian, Pose};
+    /// let rod = Meridian::new(&[[0.0, 2.0], [3.0, 2.0]])?;
+    /// let volume = rod.mass_properties().volume;
+    /// let mesh = Body::new(vec![rod], Pose::identity())?.mesh(0, 0.01)?;
+    /// let (error, expected) = (mesh.volume() / volume - 1.0, -2.0 / 3.0 * 0.01 / 2.0);
+    /// assert!((error / expected - 1.0).abs() < 0.1);
+    /// # Ok::<(), revolve_voxel::RevolveError>(())
+    /// ```
+    ///
     /// # Errors
     /// [`RevolveError::NotPositive`] for the tolerance; [`RevolveError::NoSuchLayer`]; [`RevolveError::TooFine`] above 2^31
     /// vertices; [`RevolveError::TooLarge`] if memory cannot be allocated.

@@ -103,7 +103,7 @@ impl Meridian {
         Self::within(points, tolerance)
     }
 
-    /// Creates a meridian from a function of a parameter s from 0 (base) to 1 (apex), with values (x, r).
+    /// Creates a meridian from a function of a parameter s from 0 (base) to 1 (apex), with values (x, r). Points on a straight line are merged.
     ///
     /// `breakpoints` are the s inside (0, 1) at which the curve has a corner or a jump; a jump is connected by a straight segment. As for
     /// [`smooth`](Self::smooth), the curve is replaced by a polyline with vertices on it. The curve is sampled at least 256 times between
@@ -146,10 +146,18 @@ impl Meridian {
                 flatten(&at, [from, to], [start, at(to)?], tolerance, &mut points)?;
             }
         }
-        Self::within(
-            points.into_iter().map(|(_, point)| point).collect(),
-            tolerance,
-        )
+        let size = points.iter().flat_map(|(_, p)| p);
+        let near = 8.0 * f64::EPSILON * size.fold(0.0, |m: f64, v| m.max(v.abs()));
+        let mut path: Vec<[f64; 2]> = Vec::new();
+        for (_, p) in points {
+            if let [.., a, b] = path[..]
+                && between(a, b, p, near)
+            {
+                path.pop();
+            }
+            path.push(p);
+        }
+        Self::within(path, tolerance)
     }
 
     /// Creates a meridian from points with an error of at most `tolerance`.
@@ -171,6 +179,12 @@ impl Meridian {
         }
         Meridian::new(&points)
     }
+}
+
+/// Whether b is on the straight line from a to c.
+fn between(a: [f64; 2], b: [f64; 2], c: [f64; 2], near: f64) -> bool {
+    let [[x, r], [u, v]] = [b, c].map(|p| [p[0] - a[0], p[1] - a[1]]);
+    (x * v - r * u).abs() <= near * u.hypot(v) && x * (u - x) + r * (v - r) > 0.0
 }
 
 /// Limit of memory.

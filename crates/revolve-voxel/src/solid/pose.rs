@@ -76,7 +76,8 @@ impl Pose {
         })
     }
 
-    /// Rotates about the x axis of the lab (right-handed; radians, see [`rotated_z`](Self::rotated_z)), after the previous motions.
+    /// Rotates about the x axis of the lab (right-handed), after the previous motions. The angle is in radians: 90.0 is not a quarter turn,
+    /// `90f64.to_radians()` is.
     ///
     /// # Errors
     /// [`RevolveError::NotFinite`].
@@ -84,7 +85,8 @@ impl Pose {
         self.turned(Vector3::x(), angle)
     }
 
-    /// Rotates about the y axis of the lab (right-handed; radians, see [`rotated_z`](Self::rotated_z)), after the previous motions.
+    /// Rotates about the y axis of the lab (right-handed), after the previous motions. The angle is in radians: 90.0 is not a quarter turn,
+    /// `90f64.to_radians()` is.
     ///
     /// # Errors
     /// [`RevolveError::NotFinite`].
@@ -92,7 +94,8 @@ impl Pose {
         self.turned(Vector3::y(), angle)
     }
 
-    /// Rotates about the z axis of the lab (right-handed, radians), after the previous motions.
+    /// Rotates about the z axis of the lab (right-handed), after the previous motions. The angle is in radians: 90.0 is not a quarter turn,
+    /// `90f64.to_radians()` is.
     ///
     /// ```
     /// use revolve_voxel::{Pose, nalgebra::Point3};

@@ -23,7 +23,8 @@ pub struct WeightedBody<'a> {
 }
 
 impl Body {
-    /// Returns the activity of every voxel, `[z][y][x]`, x fastest.
+    /// Returns the activity of every voxel, `[z][y][x]`, x fastest. Parts of the body outside the grid are omitted without an error:
+    /// [`bounding_box`](Self::bounding_box) has the extent of a layer.
     ///
     /// # Errors
     /// [`RevolveError::WrongLength`], [`RevolveError::NotFinite`] for the activities, [`RevolveError::TooFew`] or

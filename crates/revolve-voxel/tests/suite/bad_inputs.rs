@@ -46,6 +46,12 @@ fn meridians() {
         Meridian::new(&[[0.0, 1.0], [0.0, 2.0]]),
         Err(RevolveError::NoVolume { .. })
     ));
+    // Two parts whose volumes cancel.
+    let crossing = Meridian::new(&[[0.0, 1.0], [2.0, 2.0], [2.0, 1.0], [0.0, 2.0]]).unwrap_err();
+    assert!(
+        crossing.to_string().contains("crosses itself"),
+        "{crossing}"
+    );
     // A loop in the path; a path through its own closing disc; one that retraces itself.
     let knot = [
         [0.0, 0.0],
@@ -253,9 +259,17 @@ fn layers_that_are_not_nested_are_reported() {
     let cylinder = |r: f64| Meridian::new(&[[0.0, r], [2.0, r]]).unwrap();
     let body = |a, b| Body::new(vec![cylinder(a), cylinder(b)], Pose::identity()).unwrap();
     assert!(body(1.0, 2.0).check_nested(0.0).is_ok());
-    let found = body(2.0, 1.5).check_nested(1e-9);
+    // The outer layer first.
+    let found = Body::new(vec![cylinder(2.0), cylinder(1.5)], Pose::identity());
     assert!(
         matches!(found, Err(RevolveError::NotNested { layer: 0, depth, .. }) if (depth - 0.5).abs() < 1e-12)
+    );
+    // In the right order, and not nested.
+    let long = Meridian::new(&[[0.0, 1.0], [3.0, 1.0]]).unwrap();
+    let body = Body::new(vec![long, cylinder(1.5)], Pose::identity()).unwrap();
+    let found = body.check_nested(1e-9);
+    assert!(
+        matches!(found, Err(RevolveError::NotNested { layer: 0, depth, .. }) if (depth - 1.0).abs() < 1e-12)
     );
 }
 
@@ -301,12 +315,6 @@ fn nested_layers_begin_with_the_innermost() {
         let given = coarse;
         assert_eq!(error, RevolveError::TooCoarse { given, most: 1.0 });
     }
-    // The measures of a region of negative volume are an error.
-    let outer_first = Body::new(vec![cylinder(2.0), cylinder(1.0)], Pose::identity()).unwrap();
-    assert!(matches!(
-        outer_first.region_measures(1),
-        Err(RevolveError::NotNested { layer: 0, .. })
-    ));
     let nan = nested(&[1.0, 2.0], f64::NAN);
     assert!(matches!(nan, Err(RevolveError::NotFinite { .. })));
 }

@@ -1,6 +1,6 @@
 //! Lines in any direction: against closed forms, brute force, parallel rays and themselves in other frames.
 
-use super::coincidence::{camera, cases, check, eighths, pose, quarters, solid, through};
+use super::coincidence::{camera, cases, check, eighths, ordered, pose, quarters, solid, through};
 use super::threads::with_threads;
 use crate::support::{self, heart};
 
@@ -127,10 +127,11 @@ proptest! {
     /// Sources and detectors on the grid of the vertices: lines in planes of vertices and faces, along the axis, along generators, tangents.
     #[test]
     fn lines_on_the_grid(
-        (path, inner, a) in solid(), (_, outer, b) in solid(), pose in pose(), pick in 0..100usize, place in 0..6usize,
+        one in solid(), other in solid(), pose in pose(), pick in 0..100usize, place in 0..6usize,
         at in prop::array::uniform3(quarters(-6..=6)), corner in prop::array::uniform3(quarters(-8..=8)),
         steps in prop::array::uniform2(prop::array::uniform3(quarters(-2..=2))), along in any::<bool>(), from in -9..9i32, opening in 1..9i32,
     ) {
+        let [(path, inner, a), (_, outer, b)] = ordered(one, other);
         let lab = |v: [f64; 3]| pose.isometry().rotation * Vector3::from(v);
         let [bin_step, row_step] = steps.map(lab);
         let detector = PointRaster { first: pose.to_lab(&Point3::from(corner)), bin_step, row_step };
@@ -160,8 +161,9 @@ proptest! {
 
     /// Parallel rays as lines, where bins and rows fall on surfaces.
     #[test]
-    fn parallel_rays_as_lines((_, inner, a) in solid(), (_, outer, b) in solid(), pose in pose(), camera in camera(), theta in eighths()) {
+    fn parallel_rays_as_lines(one in solid(), other in solid(), pose in pose(), camera in camera(), theta in eighths()) {
         let rays = camera.rays(theta).unwrap();
+        let [(_, inner, a), (_, outer, b)] = ordered(one, other);
         let body = Body::new(vec![inner, outer], pose).unwrap();
         let [a, b] = [a, b].map(|s| s.at(pose.isometry()));
         let scene = Scene { active: vec![(1.0, a), (0.5, b)], medium: None };

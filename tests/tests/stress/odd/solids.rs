@@ -105,7 +105,10 @@ fn revolve_voxel_accepts_any_input() {
     for (k, meridian) in meridians().into_iter().enumerate() {
         let any = |k: usize| &poses[k % poses.len()];
         let inner = Meridian::new(&[[0.0, 0.2], [0.5, 0.0]]).expect("a cone");
-        let body = Body::new(vec![inner, meridian.clone()], *any(k)).expect("layers");
+        let layers = vec![inner.clone(), meridian.clone()];
+        let body = Body::new(layers, *any(k))
+            .or_else(|_| Body::new(vec![meridian.clone(), inner], *any(k)))
+            .expect("layers");
         let _ = meridian.mass_properties();
         let _ = meridian.r_max();
         let _ = meridian.x_range();

@@ -60,6 +60,24 @@ fn smooth_pieces() {
     ));
 }
 
+/// Straight lines are one segment; the end of a cylinder is closed by another one on either side.
+#[test]
+fn straight_lines_of_functions_are_one_segment() {
+    let made = |curve: fn(f64) -> [f64; 2], breakpoints: &[f64]| {
+        Meridian::from_function(curve, breakpoints, 1e-6).unwrap()
+    };
+    let cylinder = made(|s| [6.0 * s, 2.0], &[0.3]);
+    assert_eq!(cylinder, Meridian::new(&[[0.0, 2.0], [6.0, 2.0]]).unwrap());
+    let pencil = |s: f64| match s < 0.5 {
+        true => [6.0 * s, 2.0],
+        false => [3.0 + 8.0 * (s - 0.5), 4.0 * (1.0 - s)],
+    };
+    assert_eq!(made(pencil, &[0.5]).n_segments(), 3);
+    // Forward and back along a line is not merged, but rejected.
+    let back = Meridian::from_function(|s| [1.0 - (s - 0.5).abs(), 2.0], &[0.5], 1e-6);
+    assert!(back.is_err());
+}
+
 #[test]
 fn functions() {
     let cone = |s: f64| [s, 1.0 - s];
