@@ -45,11 +45,11 @@ fn standard_errors_of_sums_are_their_spread() {
         .collect();
     let samples: f64 = runs[0].view(0, 1).iter().sum::<f64>() * 4.0;
     assert!((runs[0].sum(0, 1)[0] / samples - 1.0).abs() < 0.02);
-    let values: [&dyn Fn(&Scatter) -> [f64; 2]; 4] = [
-        &|run| run.sum(0, 0),
-        &|run| run.sum(0, 1),
-        &|run| [run.report().by_order[0], run.report().by_order_error[0]],
-        &|run| [run.report().by_order[1], run.report().by_order_error[1]],
+    let values: [fn(&Scatter) -> [f64; 2]; 4] = [
+        |run| run.sum(0, 0),
+        |run| run.sum(0, 1),
+        |run| [run.report().by_order[0], run.report().by_order_error[0]],
+        |run| [run.report().by_order[1], run.report().by_order_error[1]],
     ];
     for value in values {
         let all: Vec<[f64; 2]> = runs.iter().map(value).collect();

@@ -101,7 +101,7 @@ fn pieces_have_the_densities_of_their_voxels() {
 fn voxels_emit_in_proportion_to_their_activity() {
     let source = VoxelSource::new([2, 1, 3], [1.0, 2.0, 3.0], &[0.0, 1.0, 2.0, 3.0, 0.0, 4.0]);
     let source = source.unwrap();
-    let (mut random, mut counts) = (Random::new(3, 0), [0; 6]);
+    let (mut random, mut counts) = (Random::new(3, 0), [0_i32; 6]);
     for _ in 0..10_000 {
         let emission = source.emit(&mut random);
         assert_eq!(emission.weight, 60.0);
@@ -111,7 +111,7 @@ fn voxels_emit_in_proportion_to_their_activity() {
     }
     assert_eq!([counts[0], counts[4]], [0, 0]);
     for (voxel, expected) in [(1, 1000), (2, 2000), (3, 3000), (5, 4000)] {
-        assert!((counts[voxel] - expected as i32).abs() < 200, "{counts:?}");
+        assert!((counts[voxel] - expected).abs() < 200, "{counts:?}");
     }
 }
 
