@@ -49,16 +49,9 @@ pub enum ImplicitError {
     /// A run without stops has no end.
     #[error("no stops are given; a run needs at least one")]
     NoStops,
-    /// The outer membrane of a pair does not enclose more than the inner one.
-    #[error(
-        "the outer membrane encloses {outer:?} cm^3, the inner one {inner:?}: the outer one must enclose the inner one"
-    )]
-    NotEnclosed {
-        /// Volume of the inner membrane, cm^3.
-        inner: f64,
-        /// Volume of the outer membrane, cm^3.
-        outer: f64,
-    },
+    /// Two membranes cannot be a pair: [`Pair::check`](membrane_newton::Pair::check).
+    #[error(transparent)]
+    Pair(NewtonError),
     /// The length of a list differs from the number of nodes.
     #[error("{what}: {given} nodes given, {expected} expected")]
     WrongLength {

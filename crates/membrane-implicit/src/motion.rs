@@ -4,7 +4,9 @@ mod adaptive;
 mod run;
 
 use membrane_newton::membrane_forces::Material;
-use membrane_newton::{DiscreteMembrane, Measure, MembraneError, PressureLaw, Stiffness};
+use membrane_newton::{
+    DiscreteMembrane, Measure, MembraneError, Pair, PressureLaw, Stiffness,
+};
 
 use crate::body::{Body, FARTHEST, LoadState};
 use crate::constraint::Constraint;
@@ -117,15 +119,11 @@ impl Motion {
     /// which is constant (incompressible wall). The corresponding load on the outer membrane is an unknown of each step.
     ///
     /// # Errors
-    /// As [`Motion::new`]; a splitting; an outer membrane that encloses at most the volume of the inner one.
+    /// As [`Motion::new`]; a splitting; [`ImplicitError::Pair`]: membranes that [`Pair::check`] rejects.
     pub fn pair(inner: Body, outer: Body, load: Load, scheme: Scheme) -> Result<Self> {
         check_support(scheme, LoadKind::Volume, &outer)?;
-        let volumes = [inner.start_volume(), outer.start_volume()];
-        let wall_volume = volumes[1] - volumes[0];
-        if !(wall_volume.is_finite() && wall_volume > 0.0) {
-            let [inner, outer] = volumes;
-            return Err(ImplicitError::NotEnclosed { inner, outer });
-        }
+        let wall_volume =
+            Pair::check(&inner.discrete, &outer.discrete).map_err(ImplicitError::Pair)?;
         let mut motion = Self::new(inner, load, scheme)?;
         motion.outer = Some(Mover::new(outer, scheme, LoadKind::Volume));
         motion.wall_volume = wall_volume;

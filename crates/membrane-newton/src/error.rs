@@ -61,6 +61,16 @@ pub enum NewtonError {
         /// Distance of the end of the outer membrane from the axis, cm.
         outer: f64,
     },
+    /// The outer membrane of a pair is shorter than the inner one.
+    #[error(
+        "the apex of the inner membrane is at x = {inner:?} cm, that of the outer one at x = {outer:?}: the membranes cross"
+    )]
+    ApexesCross {
+        /// Largest x of the inner membrane at its start, cm.
+        inner: f64,
+        /// Largest x of the outer membrane at its start, cm.
+        outer: f64,
+    },
     /// The force intensities of the two membranes of a pair have different units.
     #[error("the inner membrane is of {inner}, the outer one of {outer}; both must be of one kind")]
     MixedPair {

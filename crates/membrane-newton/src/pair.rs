@@ -1,10 +1,10 @@
 //! Two membranes with incompressible wall between them, solved together.
 
-use membrane_forces::{Material, Membrane, PressureLaw};
+use membrane_forces::{DiscreteMembrane, Material, Measure, Membrane, PressureLaw};
 
 use crate::constraint::{Control, check};
 use crate::equilibrium::Equilibrium;
-use crate::error::{NewtonError, Result};
+use crate::error::{NewtonError, Result, own};
 use crate::nested::Nested;
 use crate::options::NewtonOptions;
 use crate::report::NewtonReport;
@@ -35,30 +35,52 @@ pub struct PairEquilibrium {
 }
 
 impl Pair {
-    /// Joins two discretised membranes. Both are of one material and have intensities of one unit.
-    ///
-    /// Their curves must not cross between their ends, neither here nor in a result, which is not checked: `Body::check_nested` of the crate
-    /// `revolve-voxel` measures how far they do.
+    /// Joins two discretised membranes.
     ///
     /// # Errors
-    /// [`NewtonError::MixedPair`]; [`NewtonError::EndsCross`]: a fixed end of the inner one is outside that of the outer one;
-    /// [`NewtonError::NotEnclosed`]: the outer one does not enclose more volume than the inner one.
+    /// As [`Pair::check`].
     pub fn new(inner: Solver, outer: Solver) -> Result<Self> {
-        let [within, around] =
-            [&inner, &outer].map(|solver| solver.resolution.discrete.setting().membrane());
-        let kinds = [within, around].map(kind);
+        let [within, around] = [&inner, &outer].map(|solver| &*solver.resolution.discrete);
+        Self::check(within, around)?;
+        Ok(Self { inner, outer })
+    }
+
+    /// Returns the volume between two membranes at their starts, cm^3, if they can be a pair. Both are of one material and have intensities
+    /// of one unit.
+    ///
+    /// Their curves must not cross. This is checked at the ends and at the apexes of the starts only, not between them nor in a result:
+    /// `Body::check_nested` of the crate `revolve-voxel` measures how far they do.
+    ///
+    /// # Errors
+    /// [`NewtonError::MixedPair`]; [`NewtonError::NotEnclosed`]: the outer one does not enclose more volume than the inner one;
+    /// [`NewtonError::EndsCross`]: a fixed end of the inner one is outside that of the outer one; [`NewtonError::ApexesCross`]: the outer
+    /// one is shorter than the inner one.
+    pub fn check(inner: &dyn DiscreteMembrane, outer: &dyn DiscreteMembrane) -> Result<f64> {
+        let both = [inner, outer];
+        let membranes = both.map(|discrete| discrete.setting().membrane());
+        let kinds = membranes.map(kind);
         if kinds[0] != kinds[1] {
             let [inner, outer] = kinds;
             return Err(NewtonError::MixedPair { inner, outer });
         }
-        enclosed([&inner, &outer].map(|solver| solver.start_measures().volume))?;
-        for ([x, inner], [x_outer, outer]) in within.ends().into_iter().zip(around.ends()) {
+        let volume = |of: &dyn DiscreteMembrane| own(of.measure(Measure::Volume, of.start()));
+        let wall_volume = enclosed(both.map(volume))?;
+        let [within, around] = membranes.map(Membrane::ends);
+        for ([x, inner], [x_outer, outer]) in within.into_iter().zip(around) {
             let (inner, outer) = (inner.abs(), outer.abs());
             if x == x_outer && inner > outer {
                 return Err(NewtonError::EndsCross { inner, outer });
             }
         }
-        Ok(Self { inner, outer })
+        let [inner, outer] = both.map(|of| {
+            let nodes = own(of.points(of.start())).into_iter();
+            let middle = own(of.at(of.start(), 0.5)).position[0];
+            nodes.fold(middle, |most, node| most.max(node[0]))
+        });
+        if inner > outer {
+            return Err(NewtonError::ApexesCross { inner, outer });
+        }
+        Ok(wall_volume)
     }
 
     /// The inner membrane.

@@ -132,8 +132,8 @@ impl Heart {
     /// elements give bodies that follow the polynomials to `tolerance` cm.
     ///
     /// # Errors
-    /// [`PhantomError::Membrane`] for an invalid discretisation, or if the outer membrane does not enclose more volume than the
-    /// inner one. Crossing membranes are detected when shapes are solved: [`PhantomError::Crossed`] of [`Heart::shapes`].
+    /// [`PhantomError::Membrane`] for an invalid discretisation, or if the outer membrane encloses at most the volume of the inner one or
+    /// crosses it at an end or apex. Other crossings are detected when shapes are solved: [`PhantomError::Crossed`] of [`Heart::shapes`].
     pub fn of_membranes(
         [inner, outer]: [&Membrane; 2],
         discretisation: Discretisation,

@@ -93,21 +93,23 @@ fn invalid_pairs_of_balloons_have_distinct_errors() {
     };
     let error = heart(none, Balloon::OUTER, 51).unwrap_err();
     assert!(matches!(error, PhantomError::Balloon(_)), "{error:?}");
-    // Coinciding nodes, and an outer membrane with a smaller volume.
+    let long = |length: f64, balloon: Balloon| Balloon { length, ..balloon };
+    // Coinciding nodes, an outer membrane with a smaller volume, and one with a larger volume that is shorter.
     for (inner, outer, nodes) in [
         (Balloon::INNER, Balloon::OUTER, 1),
         (Balloon::OUTER, Balloon::INNER, 51),
+        (long(12.0, Balloon::INNER), Balloon::OUTER, 51),
     ] {
         let error = heart(inner, outer, nodes).unwrap_err();
         assert!(matches!(error, PhantomError::Membrane(_)), "{error:?}");
     }
-    // A larger volume outside, but crossing membranes: detected in the shape.
-    let long = Balloon {
-        length: 12.0,
-        ..Balloon::INNER
+    // Membranes that cross when inflated: detected in the shape.
+    let thin = Balloon {
+        radius: 1.77,
+        ..long(14.0, Balloon::OUTER)
     };
-    let crossed = heart(long, Balloon::OUTER, 51).unwrap();
-    let error = crossed.shapes(&[0.0]).unwrap_err();
+    let crossed = heart(Balloon::INNER, thin, 101).unwrap();
+    let error = crossed.shapes(&[0.6]).unwrap_err();
     assert!(matches!(error, PhantomError::Crossed { .. }), "{error:?}");
 }
 

@@ -3,8 +3,10 @@
 use crate::common;
 
 use common::{balloon, inflate, reference_body};
+use membrane_implicit::membrane_newton::{NewtonError, Rubber, StrainEnergy, Thickness};
 use membrane_implicit::{
-    Body, EvolvingOptions, ImplicitError, Load, Motion, Scheme, Stop, TimeStep, Tolerance, evolve,
+    Body, EvolvingOptions, ImplicitError, Load, Membrane, Motion, PressureLaw, ReferenceShape,
+    Scheme, Stop, TimeStep, Tolerance, evolve,
 };
 
 const BAD: [f64; 4] = [f64::NAN, f64::INFINITY, f64::NEG_INFINITY, -1.0];
@@ -171,11 +173,33 @@ fn pairs_and_states() {
         Scheme::TrBdf2,
     );
     let volume = inflate(Scheme::TrBdf2).state().volume();
-    let refused = ImplicitError::NotEnclosed {
+    let refused = NewtonError::NotEnclosed {
         inner: volume,
         outer: volume,
     };
-    assert_eq!(pair.err(), Some(refused));
+    assert_eq!(pair.err(), Some(ImplicitError::Pair(refused)));
+    let balloon = |h: f64, radius: f64| Membrane::new(ReferenceShape::balloon(h, radius).unwrap());
+    let springs = |membrane: &Membrane| Body::springs(membrane, 31).unwrap();
+    let rejected = |inner: Body, outer: Body| {
+        let pair = Motion::pair(inner, outer, Load::intensity(|_| 0.0), Scheme::Midpoint);
+        match pair.err() {
+            Some(ImplicitError::Pair(error)) => error,
+            other => panic!("{other:?}"),
+        }
+    };
+    let latex = Rubber::new(StrainEnergy::NeoHookean { mu: 400.0 }, Thickness::UNIT).unwrap();
+    let latex = Body::rubber(&balloon(8.5, 2.75).with_rubber(latex), 31, 1e-4).unwrap();
+    let by_length = balloon(8.5, 2.75).with_law(PressureLaw::PerCurrentLength);
+    for outer in [latex, springs(&by_length)] {
+        let error = rejected(springs(&balloon(8.5, 1.75)), outer);
+        assert!(matches!(error, NewtonError::MixedPair { .. }), "{error}");
+    }
+    let error = rejected(springs(&balloon(3.0, 2.9)), springs(&balloon(10.0, 2.75)));
+    let (inner, outer) = (2.9, 2.75);
+    assert_eq!(error, NewtonError::EndsCross { inner, outer });
+    let error = rejected(springs(&balloon(8.5, 1.75)), springs(&balloon(6.0, 2.75)));
+    let said = "the apex of the inner membrane is at x = 10.25 cm, that of the outer one at x = 8.75: the membranes cross";
+    assert_eq!(error.to_string(), said);
     let points = vec![[0.0; 2]; 100];
     let state = inflate(Scheme::TrBdf2).with_state(0.0, &points, &points);
     let expected = ImplicitError::WrongLength {

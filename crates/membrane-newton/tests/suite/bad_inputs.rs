@@ -129,6 +129,10 @@ fn membranes_that_cannot_be_a_pair_are_rejected() {
     let thin = Pair::new(solver(&balloon(8.5, 1.75)), solver(&balloon(40.0, 1.2)));
     let (inner, outer) = (1.75, 1.2);
     assert_eq!(thin.unwrap_err(), NewtonError::EndsCross { inner, outer });
+    let short = Pair::new(solver(&balloon(8.5, 1.75)), solver(&balloon(6.0, 2.75)));
+    let (inner, outer) = (10.25, 8.75);
+    let expected = NewtonError::ApexesCross { inner, outer };
+    assert_eq!(short.unwrap_err(), expected);
     let energy = StrainEnergy::NeoHookean { mu: 400.0 };
     let rubber = Rubber::new(energy, Thickness::constant(0.05).unwrap()).unwrap();
     let outside = balloon(8.5, 2.75);
