@@ -14,8 +14,8 @@ pub enum ImplicitError {
     /// The membrane cannot be discretised, or its material is not that of the call.
     #[error(transparent)]
     Membrane(#[from] MembraneError),
-    /// The forces are not defined in a state of the motion, for instance because neighbouring nodes coincide.
-    #[error("no forces at t = {time:?}")]
+    /// The forces are not defined in a state of the motion: neighbouring nodes coincide, or rubber is stretched beyond its limit.
+    #[error("no forces at t = {time:?}: nodes coincide, or rubber is stretched beyond its limit")]
     Forces {
         /// Time of the error.
         time: f64,
@@ -61,6 +61,25 @@ pub enum ImplicitError {
         given: usize,
         /// Nodes of the membrane.
         expected: usize,
+    },
+    /// A given state moves a fixed node.
+    #[error("node {node} is at {given:?}; it is fixed at {fixed:?}")]
+    FixedNode {
+        /// Index of the node.
+        node: usize,
+        /// The given position [x, y], cm.
+        given: [f64; 2],
+        /// The position at which it is fixed; a node on the axis only in y.
+        fixed: [f64; 2],
+    },
+    /// Opposite walls intersect under a prescribed volume: the curve crosses the axis more often than at the start and encloses no body. The
+    /// state is that before the step. Under other loads a curve may cross the axis on its way.
+    #[error("collapsed at t = {time:?}: opposite walls of the membrane meet near s = {s:?}")]
+    Collapsed {
+        /// Time at the end of the step.
+        time: f64,
+        /// Material coordinate of the node before which the curve first crosses the axis.
+        s: f64,
     },
     /// The load gave a value that is not finite, or a negative volume.
     #[error("the load gives {given:?} at t = {time:?}")]

@@ -4,9 +4,7 @@ mod adaptive;
 mod run;
 
 use membrane_newton::membrane_forces::Material;
-use membrane_newton::{
-    DiscreteMembrane, Measure, MembraneError, Pair, PressureLaw, Stiffness,
-};
+use membrane_newton::{DiscreteMembrane, Measure, MembraneError, Pair, PressureLaw, Stiffness};
 
 use crate::body::{Body, FARTHEST, LoadState};
 use crate::constraint::Constraint;
@@ -208,10 +206,10 @@ impl Motion {
         Ok(())
     }
 
-    /// Sets time, shape and velocity of a single membrane. The end nodes stay fixed.
+    /// Sets time, shape and velocity of a single membrane. The velocities of fixed nodes are set to zero.
     ///
     /// # Errors
-    /// A pair; lists whose length differs from the membrane's nodes, numbers that are not finite or beyond 1e100, and as [`Motion::new`].
+    /// A pair; [`ImplicitError::FixedNode`]: fixed nodes more than 1e-9 of the length of the curve from their places; lists whose length differs from the membrane's nodes, numbers that are not finite or beyond 1e100, and as [`Motion::new`].
     pub fn with_state(
         mut self,
         time: f64,
@@ -230,7 +228,7 @@ impl Motion {
             }
         }
         self.inner
-            .set(time, points.as_flattened(), velocities.as_flattened());
+            .set(time, points.as_flattened(), velocities.as_flattened())?;
         self.start()?;
         Ok(self)
     }
@@ -358,12 +356,12 @@ impl Motion {
     ///
     /// # Errors
     /// A step that is not positive or that exceeds the stability limit of an explicit scheme ([`Scheme`]), the load's value, equations that
-    /// cannot be solved, numbers that overflow. The state is then unchanged.
+    /// cannot be solved, numbers that overflow, walls that intersect under a prescribed volume
+    /// ([`ImplicitError::Collapsed`]). The state is then unchanged.
     pub fn step(&mut self, dt: f64) -> Result<()> {
         self.check_fixed(dt)?;
         self.attempt(dt)?;
-        self.accept(None);
-        Ok(())
+        self.accept(None)
     }
 
     /// Makes one step, as long as `tolerance` allows but at most `most`; returns its length.
@@ -372,7 +370,7 @@ impl Motion {
     /// As [`Motion::step`]; [`ImplicitError::StepTooSmall`].
     pub fn step_adaptive(&mut self, tolerance: &Tolerance, most: f64) -> Result<f64> {
         let dt = self.attempt_adaptive(tolerance, most)?;
-        self.accept(None);
+        self.accept(None)?;
         Ok(dt)
     }
 
@@ -457,13 +455,15 @@ impl Motion {
         Ok(())
     }
 
-    /// Accepts the attempted step; its end is set to `time` if given.
-    fn accept(&mut self, time: Option<f64>) {
+    /// Accepts the attempted step, unless walls intersect at its end, which is set to `time` if given.
+    fn accept(&mut self, time: Option<f64>) -> Result<()> {
+        self.movers().try_for_each(Mover::check_walls)?;
         self.movers_mut().for_each(Mover::accept);
         if let Some(time) = time {
             self.inner.set_time(time);
         }
         self.report_state();
+        Ok(())
     }
 
     /// Passes the accepted state to the load.

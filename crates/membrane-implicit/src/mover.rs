@@ -1,7 +1,7 @@
 //! The motion of one membrane by the steps of a scheme. A step allocates nothing.
 
 use membrane_newton::membrane_forces::Material;
-use membrane_newton::{DiscreteMembrane, dot_in_eight as dot};
+use membrane_newton::{DiscreteMembrane, collapse, dot_in_eight as dot};
 
 use crate::body::{Body, FARTHEST};
 use crate::constraint::Constraint;
@@ -131,14 +131,23 @@ impl Mover {
     }
 
     /// Sets position and velocity; the intensity and acceleration follow in [`Mover::begin`].
-    pub(crate) fn set(&mut self, time: f64, nodes: &[f64], velocity: &[f64]) {
-        let now = &mut self.stages[0];
+    pub(crate) fn set(&mut self, time: f64, nodes: &[f64], velocity: &[f64]) -> Result<()> {
+        let (now, start) = (&mut self.stages[0], self.body.discrete.start());
         now.time = time;
         now.nodes.copy_from_slice(nodes);
         now.velocity.copy_from_slice(velocity);
         self.body.hold(&mut now.velocity);
+        for &held in self.body.discrete.fixed() {
+            if (nodes[held] - start[held]).abs() > 1e-9 * self.body.length {
+                let node = held / 2;
+                let [given, fixed] = [nodes, start].map(|of| [of[2 * node], of[2 * node + 1]]);
+                return Err(ImplicitError::FixedNode { node, given, fixed });
+            }
+            now.nodes[held] = start[held];
+        }
         self.old.clone_from(now);
         self.ledger = Ledger::default();
+        Ok(())
     }
 
     /// Computes intensity and acceleration at the current state. `constraint` is the current value of the load, for a volume its second
@@ -238,6 +247,18 @@ impl Mover {
             node: k / 2,
             value,
         })
+    }
+
+    /// Rejects the attempted step if walls intersect at its end under a prescribed volume, which then is not that of a body.
+    pub(crate) fn check_walls(&self) -> Result<()> {
+        let (end, discrete) = (self.end(), &self.body.discrete);
+        let node = match self.load {
+            LoadKind::Volume => collapse(discrete.start().as_chunks().0, end.nodes.as_chunks().0),
+            LoadKind::Intensity | LoadKind::TotalForce | LoadKind::Feedback => None,
+        };
+        let Some(node) = node else { return Ok(()) };
+        let (time, s) = (end.time, discrete.positions()[node]);
+        Err(ImplicitError::Collapsed { time, s })
     }
 
     /// Whether there is a last step.

@@ -152,9 +152,8 @@ impl Resolution {
             return Err(NewtonError::Slack { tension });
         }
         let start = own(self.discrete.points(self.discrete.start()));
-        if axis_crossings(&solved.points()).count() > axis_crossings(&start).count() {
-            let first = axis_crossings(&solved.points()).next();
-            let s = first.map_or(0.0, |n| solved.positions()[n]);
+        if let Some(node) = collapse(&start, &solved.points()) {
+            let s = solved.positions()[node];
             return Err(NewtonError::Collapsed { s });
         }
         if !solved.load.is_finite() {
@@ -185,6 +184,14 @@ impl Resolution {
             state,
         }
     }
+}
+
+/// Returns the first node before which a curve crosses the axis, if it does so more often than its `start`: opposite walls then intersect, and
+/// the curve encloses no body.
+#[must_use]
+pub fn collapse(start: &[[f64; 2]], points: &[[f64; 2]]) -> Option<usize> {
+    let more = axis_crossings(points).count() > axis_crossings(start).count();
+    more.then(|| axis_crossings(points).next()).flatten()
 }
 
 /// Lists the nodes before which a curve crosses the axis.

@@ -60,7 +60,7 @@ pub use banded::{BandedFactorisation, BandedLu};
 pub use border::{Border, BorderElimination, dot_in_eight};
 pub use branch::BranchPoint;
 pub use constraint::Control;
-pub use equilibrium::Equilibrium;
+pub use equilibrium::{Equilibrium, collapse};
 pub use error::{NewtonError, UserError};
 pub use membrane_forces::{
     self, BandMatrix, CurvePiece, CurvePoint, DiscreteMembrane, Measure, Measures, Membrane,

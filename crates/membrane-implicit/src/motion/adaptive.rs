@@ -1,7 +1,9 @@
 //! Steps of variable length: by the local error, or to reach a volume.
 
 use super::{Motion, view};
+use crate::body::LoadState;
 use crate::error::{ImplicitError, Result, positive};
+use crate::load_kind::LoadKind;
 use crate::scheme::Scheme;
 use crate::work::Work;
 
@@ -9,6 +11,9 @@ use crate::work::Work;
 ///
 /// The scheme estimates the error. A first step, in which the load may begin to rise, is also compared with two steps of half the length
 /// and with Simpson's rule. The tolerance does not bound the error of a run: errors of successive steps add up.
+///
+/// A load that is a function of time is sampled at 64 times within each step; a step is halved if the samples vary by more than four times
+/// the values that the scheme uses. A pulse shorter than 1/64 of a step may be missed: set `longest` to its duration.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Tolerance {
     /// Tolerance on a position, cm.
@@ -19,6 +24,9 @@ pub struct Tolerance {
     pub longest: f64,
 }
 
+/// Intervals between samples of the load within a step.
+const SAMPLES: u32 = 64;
+
 impl Tolerance {
     pub(super) fn check(&self) -> Result<()> {
         positive("position tolerance", self.position)?;
@@ -27,7 +35,8 @@ impl Tolerance {
         Ok(())
     }
 
-    /// Uses the same number for positions and velocities, without a limit on the step.
+    /// Uses the same number for positions and velocities, without a limit on the step: steps become long where nothing moves. With
+    /// loads that contain short pulses set `longest` ([`Tolerance`]).
     #[must_use]
     pub fn uniform(tolerance: f64) -> Self {
         Self {
@@ -69,6 +78,11 @@ impl Motion {
             if cut <= 4.0 * f64::EPSILON * time.abs() || cut < f64::MIN_POSITIVE {
                 return Err(ImplicitError::StepTooSmall { time, dt: cut });
             }
+            if !self.resolves_load(cut) {
+                self.inner.work.rejected += 1;
+                (grow, dt) = (1.0, 0.5 * cut);
+                continue;
+            }
             let attempted = self.attempt(cut);
             let error = match attempted.and_then(|()| self.local_error(cut, bounds)) {
                 Ok(error) => error,
@@ -100,6 +114,31 @@ impl Motion {
         }
     }
 
+    /// Whether the values that the scheme uses in a step of length `dt` represent a load that is a function of time: samples within the step
+    /// vary by at most four times as much, or within rounding.
+    fn resolves_load(&self, dt: f64) -> bool {
+        match self.load.kind() {
+            LoadKind::Intensity | LoadKind::TotalForce | LoadKind::Volume => (),
+            LoadKind::Feedback => return true,
+        }
+        let (volume, volume_rate) = (f64::NAN, f64::NAN);
+        let range = |times: &mut dyn Iterator<Item = f64>| {
+            times.fold((f64::MAX, f64::MIN), |(least, most), part| {
+                let time = self.time() + part * dt;
+                let value = self.load.value(&LoadState {
+                    time,
+                    volume,
+                    volume_rate,
+                });
+                (least.min(value), most.max(value))
+            })
+        };
+        let used = range(&mut [0.0].iter().chain(&self.inner.load_times).copied());
+        let all = range(&mut (0..=SAMPLES).map(|k| f64::from(k) / f64::from(SAMPLES)));
+        let rounding = 1e-9 * all.0.abs().max(all.1.abs());
+        all.1 - all.0 <= 4.0 * (used.1 - used.0) + rounding
+    }
+
     /// Returns the scaled local error of the attempted step of length `dt`, the larger one of a pair: the scheme's own estimate; for a
     /// first step, during which a load may begin to rise, also that of step doubling in a copy.
     fn local_error(&mut self, dt: f64, bounds: (f64, f64)) -> Result<f64> {
@@ -110,7 +149,7 @@ impl Motion {
         }
         let mut halves = self.clone();
         halves.attempt(0.5 * dt)?;
-        halves.accept(None);
+        halves.accept(None)?;
         halves.attempt(0.5 * dt)?;
         for (stepper, halves) in self.movers_mut().zip(halves.movers_mut()) {
             error = error.max(stepper.error_by_doubling(halves, bounds));

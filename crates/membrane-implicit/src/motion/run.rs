@@ -10,7 +10,8 @@ use crate::error::{ImplicitError, Result, positive, within};
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub enum TimeStep {
-    /// Constant, except for a last step shortened to end at a [`Stop::Time`] or a [`Stop::Volume`].
+    /// Constant, except for a last step shortened to end at a [`Stop::Time`] or a [`Stop::Volume`]. A step longer than the run is shortened to
+    /// the run, which then consists of one step.
     ///
     /// The error of the steps is not estimated, and [`Energy::imbalance`](crate::Energy::imbalance) is only the rounding error of the
     /// balance: tiny also for steps that resolve nothing. Repeat the run with half the step; the results differ by (1 - 2^-p) times the
@@ -35,7 +36,8 @@ pub enum Stop {
     /// the volumes and flows at the ends of the step.
     Volume(f64),
     /// When the norms over s of the total force F_p + F_e and of the velocity are at most this, for both membranes of a pair, after the
-    /// first or a later step of the run: under a load that begins at zero both norms are initially zero.
+    /// first or a later step of the run: under a load that begins at zero both norms are initially zero. A load that is still zero after the
+    /// first step ends the run there: run to the time at which it rises first ([`Stop::Time`]).
     Equilibrium {
         /// Bound on (integral of |F_p + F_e|^2 ds)^(1/2).
         force: f64,
@@ -137,7 +139,7 @@ impl Motion {
                 }
             }
             let reached = self.inner.end().time;
-            self.accept(((end - reached).abs() <= 1e-9 * dt).then_some(end));
+            self.accept(((end - reached).abs() <= 1e-9 * dt).then_some(end))?;
             if let ControlFlow::Break(value) = observe(self) {
                 return Ok(ControlFlow::Break(value));
             }

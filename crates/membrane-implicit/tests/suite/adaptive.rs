@@ -45,6 +45,32 @@ fn the_first_step_meets_the_tolerance() {
     }
 }
 
+/// A pulse of the load long after the start, when steps without load are long, is not stepped over.
+#[test]
+fn a_late_pulse_is_found() {
+    let pulse = |scheme| {
+        let load = Load::intensity(|t| if (5.0..5.2).contains(&t) { 17.5 } else { 0.0 });
+        Motion::new(reference_body(), load, scheme).unwrap()
+    };
+    let mut fixed = pulse(Scheme::TrBdf2);
+    let end = [Stop::Time(5.3)];
+    fixed.run(TimeStep::Fixed(5e-4), &end).unwrap();
+    let expected = fixed.energy().pressure_work;
+    for scheme in [
+        Scheme::TrBdf2,
+        Scheme::SemiImplicitEuler,
+        Scheme::Midpoint,
+        Scheme::ImplicitSplitting2,
+    ] {
+        let mut motion = pulse(scheme);
+        let steps = TimeStep::Adaptive(Tolerance::uniform(1e-4));
+        motion.run(steps, &end).unwrap();
+        let work = motion.energy().pressure_work;
+        println!("{scheme:?}: {work} of {expected}, {:?}", motion.work());
+        assert!((work / expected - 1.0).abs() < 0.01, "{scheme:?}: {work}");
+    }
+}
+
 /// The volume passes the value and returns within one step of the run, for any position of the steps about the maximum.
 #[test]
 fn a_volume_passed_within_a_step_stops_the_run() {

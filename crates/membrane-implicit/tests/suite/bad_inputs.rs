@@ -141,7 +141,7 @@ fn loads() {
     let body = reference_body();
     let empty = Load::volume_gain(&body, |t| -2.0 * t);
     let mut motion = Motion::new(body, empty, Scheme::TrBdf2).unwrap();
-    let run = motion.run(TimeStep::Fixed(0.1), &[Stop::Time(1.0)]);
+    let run = motion.run(TimeStep::Fixed(0.6), &[Stop::Time(1.0)]);
     assert!(
         matches!(run, Err(ImplicitError::BadLoad { given, .. }) if given < 0.0),
         "a volume that runs out: {run:?}"
@@ -222,9 +222,36 @@ fn pairs_and_states() {
     let pair = Motion::pair(reference_body(), outer, load, Scheme::TrBdf2).unwrap();
     let state = pair.with_state(0.0, &zero, &zero);
     assert_eq!(state.err(), Some(ImplicitError::StateOfPair));
-    // all nodes at one position: no normal
     let state = inflate(Scheme::TrBdf2).with_state(0.0, &zero, &zero);
+    let expected = ImplicitError::FixedNode {
+        node: 0,
+        given: [0.0; 2],
+        fixed: [0.0, 1.75],
+    };
+    assert_eq!(state.err(), Some(expected));
+    // all others at one position: no normal
+    let mut folded = zero.clone();
+    (folded[0], folded[100]) = ([0.0, 1.75], [0.0, -1.75]);
+    let state = inflate(Scheme::TrBdf2).with_state(0.0, &folded, &zero);
     assert!(matches!(state, Err(ImplicitError::Forces { .. })));
+}
+
+/// A pump that empties a membrane of springs pulls its walls through each other; membrane-newton rejects this equilibrium, too.
+#[test]
+fn intersecting_walls_are_an_error() {
+    for scheme in [Scheme::TrBdf2, Scheme::SemiImplicitEuler, Scheme::Midpoint] {
+        let load = Load::volume_gain(&reference_body(), |t| -0.9999 * t * t);
+        let mut motion = Motion::new(reference_body(), load, scheme).unwrap();
+        let run = motion.run(TimeStep::Fixed(0.01), &[Stop::Time(1.0)]);
+        let error = run.unwrap_err();
+        let found = match error {
+            ImplicitError::Collapsed { time, s } => (0.5..1.0).contains(&time) && s < 0.5,
+            _ => false,
+        };
+        assert!(found, "{error}");
+        let mut upper = motion.state().points[..50].iter();
+        assert!(upper.all(|point| point[1] > 0.0));
+    }
 }
 
 #[test]

@@ -261,9 +261,12 @@ fn causes_are_reachable_and_reported_once() {
     assert_eq!(few.to_string(), "nodes: 2 given, at least 3 needed");
     let motion = common::inflate(Scheme::TrBdf2);
     let velocities = vec![[0.0; 2]; 101];
-    let folded = motion.with_state(0.5, &velocities, &velocities);
+    let mut points = velocities.clone();
+    (points[0], points[100]) = ([0.0, 1.75], [0.0, -1.75]);
+    let folded = motion.with_state(0.5, &points, &velocities);
     let folded = folded.unwrap_err();
-    assert_eq!(folded.to_string(), "no forces at t = 0.5");
+    let said = "no forces at t = 0.5: nodes coincide, or rubber is stretched beyond its limit";
+    assert_eq!(folded.to_string(), said);
     let source = folded.source().and_then(|source| source.downcast_ref());
     assert!(matches!(
         source,
