@@ -165,9 +165,6 @@ pub trait DiscreteMembrane: Debug + Send + Sync {
 
     /// Elastic energy. For rubber: the integral of 2 pi r0 h W over the meridian, zero in the reference configuration. For springs: that of
     /// the whole curve above that of the start, force per s times cm.
-    ///
-    /// # Errors
-    /// [`MembraneError::OtherMaterial`] for springs of spectral elements.
     fn elastic_energy(&self, nodes: &[f64]) -> Result<f64> {
         let setting = self.setting();
         setting.check_state(nodes)?;
@@ -273,7 +270,8 @@ pub(crate) trait Elastic: Debug + Send + Sync {
 
     /// [`DiscreteMembrane::add_mass_into`] with these `fixed` numbers.
     fn add_mass_into(&self, _scale: f64, _fixed: &[usize], _out: &mut Tangent) -> Result<()> {
-        Err(MembraneError::OtherMaterial { what: "mass" })
+        let (what, needs) = ("mass matrix", "rubber");
+        Err(MembraneError::OtherMaterial { what, needs })
     }
 }
 

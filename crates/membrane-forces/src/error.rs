@@ -171,10 +171,12 @@ pub enum MembraneError {
     #[error("the pressure law of a membrane of rubber must be that per current length")]
     LawOfRubber,
     /// The quantity is defined for the other material only.
-    #[error("{what} is not defined for this material")]
+    #[error("{what}: defined for a membrane of {needs} only")]
     OtherMaterial {
         /// The requested quantity.
         what: &'static str,
+        /// The material that it needs, springs or rubber.
+        needs: &'static str,
     },
 }
 

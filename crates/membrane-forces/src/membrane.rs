@@ -156,6 +156,7 @@ impl Membrane {
             }
             Material::Rubber(_) => Err(MembraneError::OtherMaterial {
                 what: "effective stiffness",
+                needs: "springs",
             }),
         }
     }
@@ -167,7 +168,8 @@ impl Membrane {
     /// [`MembraneError::OtherMaterial`] for springs; [`MembraneError::PastStretch`].
     pub fn rubber_state(&self, s: f64, here: &CurvePoint) -> Result<RubberState> {
         let Material::Rubber(rubber) = &self.material else {
-            return Err(MembraneError::OtherMaterial { what: "stretches" });
+            let (what, needs) = ("stretches", "rubber");
+            return Err(MembraneError::OtherMaterial { what, needs });
         };
         let rest = self.rest.at(s.clamp(0.0, 1.0));
         let speed = |point: &CurvePoint| point.first[0].hypot(point.first[1]);

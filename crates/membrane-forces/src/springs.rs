@@ -10,7 +10,7 @@ use std::sync::Arc;
 
 use crate::chebyshev::{Reference, gauss_legendre};
 use crate::discrete::Elastic;
-use crate::error::{MembraneError, Result};
+use crate::error::Result;
 use crate::law::PressureLaw;
 use crate::membrane::Membrane;
 use crate::nodes::Nodes;
@@ -255,6 +255,8 @@ struct SpringElement {
     rest: Vec<[f64; 2]>,
     /// Row i of d/ds lambda d/ds; first row lambda d/ds, last row -lambda d/ds at the end points.
     matrix: Vec<f64>,
+    /// Stiffness times weight at each Gauss point.
+    gauss: Vec<f64>,
 }
 
 impl ElementSprings {
@@ -298,10 +300,13 @@ impl ElementSprings {
             matrix[j] = stiffness[0] * d[j] / length;
             matrix[(n - 1) * n + j] = -stiffness[n - 1] * d[(n - 1) * n + j] / length;
         }
+        let gauss = self.reference.gauss.iter();
+        let gauss = gauss.map(|(t, weight)| Ok(weight * at(from + length * t)?));
         self.elements.push(SpringElement {
             length,
             rest,
             matrix,
+            gauss: gauss.collect::<Result<_>>()?,
         });
         Ok(())
     }
@@ -410,9 +415,28 @@ impl Elastic for ElementSprings {
         Ok(())
     }
 
-    fn energy(&self, _: &[f64], _: &[f64]) -> Result<f64> {
-        let what = "energy of springs of spectral elements";
-        Err(MembraneError::OtherMaterial { what })
+    fn energy(&self, nodes: &[f64], start: &[f64]) -> Result<f64> {
+        let energy = |e: usize, state: &[f64]| {
+            let SpringElement {
+                length,
+                rest,
+                gauss,
+                ..
+            } = &self.elements[e];
+            let local = state[self.reference.window(e)].as_chunks::<2>().0;
+            let rows = self.reference.derivative_to_gauss.chunks_exact(rest.len());
+            let terms = rows.zip(gauss).map(|(row, weight)| {
+                let mut d = [0.0; 2];
+                for ((a, c), c0) in row.iter().zip(local).zip(rest) {
+                    d[0] += a * (c[0] - c0[0]);
+                    d[1] += a * (c[1] - c0[1]);
+                }
+                0.5 * weight * (d[0] * d[0] + d[1] * d[1])
+            });
+            terms.sum::<f64>() / length
+        };
+        let changes = (0..self.elements.len()).map(|e| energy(e, nodes) - energy(e, start));
+        Ok(self.copies * changes.sum::<f64>())
     }
 }
 

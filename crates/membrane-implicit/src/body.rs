@@ -71,8 +71,8 @@ impl Body {
                 Self::of(discrete, 1.0, volumes, weight)
             }
             Material::Rubber(_) => {
-                let what = "mass per unit s";
-                Err(MembraneError::OtherMaterial { what }.into())
+                let (what, needs) = ("mass per unit s (Body::springs, evolve)", "springs");
+                Err(MembraneError::OtherMaterial { what, needs }.into())
             }
         }
     }

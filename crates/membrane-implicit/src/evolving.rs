@@ -18,20 +18,20 @@ use crate::scheme::{Jacobian, Scheme};
 #[cfg_attr(feature = "serde", serde(default, deny_unknown_fields))]
 #[non_exhaustive]
 pub struct EvolvingOptions {
-    /// Time step. From about 2 (mass 1, stiffness 1) the norm of the forces falls at every step; below about 0.5 it oscillates like a wave.
+    /// Time step; default 2. From about 2 (mass 1, stiffness 1) the norm of the forces falls at every step; below about 0.5 it oscillates like a wave.
     pub dt: f64,
-    /// Mass per unit s.
+    /// Mass per unit s; default 1.
     pub mass: f64,
-    /// Damping mu per unit s.
+    /// Damping mu per unit s; default 1.
     pub damping: f64,
-    /// Stop when the norm of F_p + F_e over s, (integral of |F_p + F_e|^2 ds)^(1/2), is at most this. The norm does not grow with the
-    /// number of nodes.
+    /// Stop when the norm of F_p + F_e over s, (integral of |F_p + F_e|^2 ds)^(1/2), is at most this; default 1e-4. The norm does not
+    /// grow with the number of nodes.
     pub tolerance: f64,
-    /// Largest number of steps.
+    /// Largest number of steps; default 10 000.
     pub max_steps: usize,
-    /// Which derivative of the pressure force the linearised step uses.
+    /// Which derivative of the pressure force the linearised step uses; default [`Jacobian::Band`].
     pub jacobian: Jacobian,
-    /// Store a frame every this many steps (and the first and the last); 0 stores none.
+    /// Store a frame every this many steps (and the first and the last); 0 stores none. Default 1.
     pub frame_every: usize,
 }
 

@@ -192,7 +192,8 @@ impl Motion {
         let body = &self.inner.body;
         let membrane = body.discrete.setting().membrane();
         if let Material::Rubber(_) = membrane.material() {
-            return Err(MembraneError::OtherMaterial { what: "stiffness" }.into());
+            let (what, needs) = ("stiffness", "springs");
+            return Err(MembraneError::OtherMaterial { what, needs }.into());
         }
         let membrane = membrane.clone().with_stiffness(stiffness);
         let body = Body::springs(&membrane, body.n_nodes())?

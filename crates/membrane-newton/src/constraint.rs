@@ -16,7 +16,8 @@ pub enum Control {
     TotalForce(f64),
     /// Enclosed volume of revolution, cm^3.
     Volume(f64),
-    /// Volume relative to that of the start (reference configuration with its ends fixed), minus one: 0.6 is 60 % more.
+    /// Volume relative to that of the start (reference configuration with its ends fixed), minus one: 0.6 is 60 % more. It is a fraction,
+    /// not a percentage: 60.0 is 61 times the volume, and solved.
     VolumeGain(f64),
     /// Signed area of the 2-D curve, cm^2.
     Area(f64),
@@ -43,12 +44,12 @@ impl Quantity {
     /// Returns the name of the quantity, with its unit.
     pub(crate) fn name(self) -> &'static str {
         match self {
-            Self::Intensity => "force intensity (in the unit of the pressure law)",
-            Self::TotalForce => "total force (unit of the stiffness times cm^3)",
-            Self::Measure(Measure::Length) => "length (cm)",
-            Self::Measure(Measure::Area) => "area (cm^2)",
-            Self::Measure(Measure::Surface) => "surface (cm^2)",
-            Self::Measure(Measure::Volume) => "volume (cm^3)",
+            Self::Intensity => "force intensity in the unit of the pressure law",
+            Self::TotalForce => "total force in the unit of the stiffness times cm^3",
+            Self::Measure(Measure::Length) => "length in cm",
+            Self::Measure(Measure::Area) => "area in cm^2",
+            Self::Measure(Measure::Surface) => "surface in cm^2",
+            Self::Measure(Measure::Volume) => "volume in cm^3",
         }
     }
 

@@ -66,6 +66,34 @@ impl Equilibrium {
         law.mean_pressure(self.intensity, self.measures.length)
     }
 
+    /// Elastic energy above that of the start: of rubber in the unit of the modulus times cm^3, of springs (2-D) in that of the stiffness times
+    /// cm^2; to the accuracy of the discretisation.
+    ///
+    /// Rubber and springs under [`PressureLaw::PerCurrentLength`](crate::PressureLaw) do the work p dV and p dA on the way between two
+    /// equilibria, with the area A of [`Measures`].
+    #[must_use]
+    pub fn elastic_energy(&self) -> f64 {
+        let energy = self.resolution.discrete.elastic_energy(self.nodes());
+        energy.unwrap_or(f64::NAN)
+    }
+
+    /// Estimated relative error of polynomials, of shape and intensity: the spectral tail, which is twice the degree p times the last two
+    /// Chebyshev coefficients of the curve over its length (the largest of any element), or, if larger, the rounding of the derivative
+    /// matrices, epsilon p^3 times the number of elements of the whole curve. `None` for finite differences: compare with a solve with
+    /// twice the nodes, whose error is a quarter.
+    ///
+    /// [`Discretisation::SpectralAdaptive`](crate::Discretisation) refines until the tail is within the tolerance. The rounding grows with
+    /// the degree, so that a higher one than necessary is less accurate.
+    #[must_use]
+    pub fn discretisation_error(&self) -> Option<f64> {
+        let pieces = self.pieces();
+        let cubes = pieces
+            .iter()
+            .map(|piece| (piece.x.len() as f64 - 1.0).powi(3));
+        let rounding = f64::EPSILON * cubes.sum::<f64>();
+        Some(self.resolution.tail(self.nodes())?.max(rounding))
+    }
+
     /// Stretches, tensions and stresses of rubber at material coordinate `s`, clamped to [0, 1].
     ///
     /// ```

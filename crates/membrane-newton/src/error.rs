@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use membrane_forces::MembraneError;
 
-use crate::report::NewtonReport;
+use crate::report::{NewtonReport, StopReason};
 
 pub(crate) type Result<T, E = NewtonError> = std::result::Result<T, E>;
 
@@ -92,7 +92,7 @@ pub enum NewtonError {
     /// The control was raised from the start but did not reach `wanted`: past `reached` (within about 1e-4 of it) this branch of equilibria
     /// turns back, or the load steps ran out. Another control, often area or volume, may continue. For a pressure beyond the limit of
     /// rubber, `reached` is its largest pressure, to rounding.
-    #[error("no equilibrium found past {quantity} {reached:?}, {wanted:?} wanted, {} load steps", report.load_steps)]
+    #[error("no equilibrium found beyond {reached:?}, {wanted:?} wanted; {quantity}, {} load steps", report.load_steps)]
     LimitPoint {
         /// The quantity of the control with its unit; a volume for a volume gain.
         quantity: &'static str,
@@ -141,9 +141,10 @@ pub enum NewtonError {
     },
     /// Newton stopped before residual or step met their tolerances. The number of iterations is that of all attempts, each with at most
     /// [`NewtonOptions::max_iterations`](crate::NewtonOptions::max_iterations).
-    #[error("not converged after {} iterations in all attempts: scaled residual {:e}, scaled step {:e}", report.iterations, report.residual, report.step)]
+    #[error("not converged after {} iterations in all attempts: {}; scaled residual {:e}, scaled step {:e}", report.iterations, failure(report.stopped_by), report.residual, report.step)]
     NotConverged {
-        /// Report of the attempts.
+        /// Report of the attempts. [`NewtonReport::stopped_by`] is the cause of the failure; `None` if the tolerances are met at another value
+        /// of the control.
         report: Box<NewtonReport>,
         /// The last error of the residual that shortened a step of the line search, if any.
         source: Option<Box<NewtonError>>,
@@ -170,6 +171,21 @@ impl fmt::Display for UserError {
 impl Error for UserError {
     fn source(&self) -> Option<&(dyn Error + 'static)> {
         Some(&*self.0)
+    }
+}
+
+/// Describes why a solve failed.
+fn failure(stopped_by: Option<StopReason>) -> &'static str {
+    match stopped_by {
+        Some(StopReason::Iterations) => "the iterations are used up",
+        Some(StopReason::LineSearch) => {
+            "no step of the line search reduces the correction, check the tangent (Jacobian)"
+        }
+        Some(StopReason::NotFinite) => "the residual or the step is not finite",
+        Some(
+            StopReason::Residual | StopReason::Step | StopReason::Rounding | StopReason::Observer,
+        )
+        | None => "the tolerances are met, but not the control; smaller tolerances are needed",
     }
 }
 
@@ -220,7 +236,9 @@ impl NewtonError {
         | Self::OtherBranch { report }
         | Self::NotConverged { report, .. } = &mut self
         {
+            let stopped_by = report.stopped_by;
             **report = attempts;
+            report.stopped_by = stopped_by;
         }
         self
     }

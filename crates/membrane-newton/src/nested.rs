@@ -111,13 +111,20 @@ impl Nested {
         let inflates = routes.any(|route| route == Route::Inflate);
         let mut search = Search::new(&mut system, report);
         let outcome = match (inflates, from_rest) {
-            (false, _) => return search.solve(state, start, values, options),
+            (false, _) => search.solve(state, start, values, options),
             (true, true) => search.inflate(state, start, constraint, options),
             (true, false) => {
                 search.system.set_least_tension(0.0);
                 search.solve(state, start, values, options)
             }
         };
+        if outcome.is_ok() {
+            // without a factorisation the start is the result
+            let _ = search.add_rounding(state);
+        }
+        if !inflates {
+            return outcome;
+        }
         let stopped = match outcome {
             Err(NewtonError::LimitPoint { .. }) => true,
             // without load steps there is no solved state to report

@@ -197,7 +197,7 @@ fn iterate<B>(
     while scratch.report.residual > options.residual_tolerance {
         let made = scratch.report.iterations;
         if made == options.max_iterations {
-            return Err(scratch.not_converged());
+            return Err(scratch.not_converged(StopReason::Iterations));
         }
         let fresh = !scratch.factored || options.refactor == Refactor::EachIteration;
         if fresh {
@@ -224,7 +224,7 @@ fn iterate<B>(
             return Ok(scratch.end(StopReason::Step));
         }
         let taken = match options.line_search {
-            _ if !full.is_finite() => Err(scratch.not_converged()),
+            _ if !full.is_finite() => Err(scratch.not_converged(StopReason::NotFinite)),
             LineSearch::FullStep => scratch.full_step(system, x, full, options.step_tolerance),
             LineSearch::Natural { max_halvings } => {
                 scratch.natural_step(system, x, full, max_halvings)
@@ -260,7 +260,7 @@ fn iterate<B>(
         }
     }
     if scratch.report.residual.is_nan() {
-        return Err(scratch.not_converged());
+        return Err(scratch.not_converged(StopReason::NotFinite));
     }
     Ok(scratch.end(StopReason::Residual))
 }
@@ -313,7 +313,8 @@ impl NewtonScratch {
         full <= ROUNDING && contraction > if before <= 0.25 { 0.25 } else { 1.0 }
     }
 
-    fn not_converged(&mut self) -> NewtonError {
+    fn not_converged(&mut self, why: StopReason) -> NewtonError {
+        self.report.stopped_by = Some(why);
         NewtonError::NotConverged {
             report: Box::new(self.report.clone()),
             source: self.rejected.take().map(Box::new),
@@ -376,7 +377,7 @@ impl NewtonScratch {
                 Err(error) => self.rejected = Some(error),
             }
             if halvings == max_halvings {
-                return Err(self.not_converged());
+                return Err(self.not_converged(StopReason::LineSearch));
             }
             length *= 0.5;
         }

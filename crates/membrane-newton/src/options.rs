@@ -9,20 +9,20 @@ use crate::error::{BELOW_ZERO, Result};
 #[cfg_attr(feature = "serde", serde(default, deny_unknown_fields))]
 #[non_exhaustive]
 pub struct NewtonOptions {
-    /// Tolerance on the scaled residual.
+    /// Tolerance on the scaled residual; default 1e-15.
     pub residual_tolerance: f64,
-    /// Tolerance on the step and on the scaled error of the unknowns, which is estimated from the last two corrections. Either tolerance
-    /// suffices for convergence.
+    /// Tolerance on the step and on the scaled error of the unknowns, which is estimated from the last two corrections; default 1e-14. Either
+    /// tolerance suffices for convergence.
     pub step_tolerance: f64,
     /// Maximum number of iterations of one Newton solve. A [`Solver`](crate::Solver) may try several: directly, in continuation steps, and
-    /// with finer polynomials; the report and [`NotConverged`](crate::NewtonError::NotConverged) count the iterations of all.
+    /// with finer polynomials; the report and [`NotConverged`](crate::NewtonError::NotConverged) count the iterations of all. Default 30.
     pub max_iterations: usize,
-    /// Rule for the length of a step.
+    /// Rule for the length of a step; default natural monotonicity with 10 halvings.
     pub line_search: LineSearch,
-    /// Rule for new factorisations of the tangent.
+    /// Rule for new factorisations of the tangent; default each iteration.
     pub refactor: Refactor,
     /// Maximum number of continuation steps; 0 disables continuation. The solver raises the control in steps if Newton fails from the start
-    /// or converges to another branch. These are full steps under the natural monotonicity test, whatever `line_search` is.
+    /// or converges to another branch. These are full steps under the natural monotonicity test, whatever `line_search` is. Default 100.
     pub max_load_steps: usize,
 }
 

@@ -19,6 +19,10 @@ pub struct Pair {
 }
 
 /// Both membranes in equilibrium at the same wall volume as at the start.
+///
+/// [`Equilibrium::pressure`] of each membrane is the pressure across it: cavity minus wall for the inner one, wall minus outside for the
+/// outer one. The control applies to the inner membrane alone, and the outer one follows its volume: a prescribed load is the pressure across
+/// the inner membrane, not that of the cavity ([`PairEquilibrium::cavity_pressure`]).
 #[derive(Debug, Clone)]
 #[non_exhaustive]
 pub struct PairEquilibrium {
@@ -199,6 +203,13 @@ impl PairEquilibrium {
             outer,
             report: NewtonReport::default(),
         })
+    }
+
+    /// Pressure of the cavity above that outside the outer membrane: the sum of both [`Equilibrium::pressure`]s. It assumes a uniform pressure
+    /// in the wall, that of an incompressible fluid at rest, such as the water between two balloons.
+    #[must_use]
+    pub fn cavity_pressure(&self) -> f64 {
+        self.inner.pressure() + self.outer.pressure()
     }
 
     /// Derivatives of the inner and of the outer membrane by the value of the inner one's `control` at constant wall volume; see

@@ -18,12 +18,14 @@ pub struct NewtonReport {
     pub residual: f64,
     /// Scaled size of the last step, infinite if none was computed.
     pub step: f64,
-    /// Estimated error of Newton's iteration, which does not include that of the discretisation: measure the latter by a solve with more
-    /// nodes or a higher degree. Scaled, in the norm of [`ResidualSystem::step_norm`](crate::ResidualSystem::step_norm), and at least
+    /// Estimated error of Newton's iteration. It does not include that of the discretisation
+    /// ([`Equilibrium::discretisation_error`](crate::Equilibrium::discretisation_error)). For membranes it includes the rounding of the
+    /// equations, estimated with the last factorisation; [`newton`](crate::newton) of other systems does not estimate this part. Scaled, in
+    /// the norm of [`ResidualSystem::step_norm`](crate::ResidualSystem::step_norm), and at least
     /// rounding: epsilon times the norm of the unknowns. Infinite if no contraction is known: after no step, and after a single one of
     /// [`LineSearch::FullStep`](crate::LineSearch::FullStep).
     pub iteration_error: f64,
-    /// The test that ended the last iteration; `None` if Newton failed or was not needed.
+    /// The test that ended the last iteration, also of a failed solve; `None` if Newton was not needed.
     pub stopped_by: Option<StopReason>,
     /// Scaled residual before the first iteration and after each.
     pub history: Vec<f64>,
@@ -43,6 +45,12 @@ pub enum StopReason {
     Rounding,
     /// The caller ended the solve: [`newton_observed`](crate::newton_observed).
     Observer,
+    /// Failure: the largest number of iterations is reached.
+    Iterations,
+    /// Failure: no step of the line search reduces the correction, for instance because the tangent is not the derivative of the residual.
+    LineSearch,
+    /// Failure: the residual or the step is NaN or infinite.
+    NotFinite,
 }
 
 impl NewtonReport {

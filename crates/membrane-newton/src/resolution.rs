@@ -98,26 +98,30 @@ impl Resolution {
         self.adaptive.as_ref()?.finer.get()?.clone().ok()
     }
 
-    /// Whether the polynomials of `state` have converged: twice their degree times their last two
-    /// coefficients, over the length of the curve, against the tolerance.
-    pub(crate) fn check_resolved(&self, state: &[f64]) -> Result<()> {
-        let Some(&Adaptive { tolerance, .. }) = self.adaptive.as_ref() else {
-            return Ok(());
-        };
-        let nodes = &state[..state.len() - 1];
+    /// Returns twice the degree of the polynomials times their last two coefficients, over the length of the curve; the largest of any
+    /// element. `None` without polynomials.
+    pub(crate) fn tail(&self, nodes: &[f64]) -> Option<f64> {
+        let pieces = own(self.discrete.pieces(nodes));
         let scale = own(self.discrete.measure(Measure::Length, nodes));
         // The collocation error is about the tail of the derivative.
         let last_two =
             |c: &[f64]| 2.0 * c.len() as f64 * c.iter().rev().take(2).map(|c| c.abs()).sum::<f64>();
-        let pieces = own(self.discrete.pieces(nodes));
         let tails = pieces
             .iter()
-            .map(|piece| last_two(&piece.x).max(last_two(&piece.y)));
-        let tail = tails.fold(0.0, f64::max) / scale;
-        if tail <= tolerance {
-            Ok(())
-        } else {
-            Err(NewtonError::Unresolved { tail, tolerance })
+            .map(|piece| last_two(&piece.x).max(last_two(&piece.y)) / scale);
+        tails.reduce(f64::max)
+    }
+
+    /// Whether the polynomials of `state` have converged: their tail against the tolerance.
+    pub(crate) fn check_resolved(&self, state: &[f64]) -> Result<()> {
+        let Some(&Adaptive { tolerance, .. }) = self.adaptive.as_ref() else {
+            return Ok(());
+        };
+        match self.tail(&state[..state.len() - 1]) {
+            Some(tail) if tail > tolerance || tail.is_nan() => {
+                Err(NewtonError::Unresolved { tail, tolerance })
+            }
+            Some(_) | None => Ok(()),
         }
     }
 

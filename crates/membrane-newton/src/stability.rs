@@ -112,8 +112,8 @@ impl<'a> Pencil<'a> {
         let modulus = match equilibrium.membrane().material() {
             Material::Rubber(rubber) => rubber.energy().shear_modulus(),
             Material::Springs { .. } => {
-                let what = "stability";
-                return Err(MembraneError::OtherMaterial { what }.into());
+                let (what, needs) = ("stability", "rubber");
+                return Err(MembraneError::OtherMaterial { what, needs }.into());
             }
         };
         let (nodes, pressure) = (equilibrium.nodes(), equilibrium.intensity);

@@ -560,3 +560,84 @@ fn a_factorisation_may_be_reused_for_many_solves() {
     let each = count(&options.with_refactor(Refactor::EachIteration));
     assert!(kept < 40 && each > 100, "{kept} {each}");
 }
+
+struct Square {
+    slope: f64,
+    sign: f64,
+}
+
+impl ResidualSystem for Square {
+    fn len(&self) -> usize {
+        1
+    }
+
+    fn residual_into(&mut self, x: &[f64], out: &mut [f64]) -> Result<(), NewtonError> {
+        out[0] = x[0] * x[0] - 2.0;
+        Ok(())
+    }
+
+    fn factor(&mut self, x: &[f64]) -> Result<(), NewtonError> {
+        self.slope = self.sign * 2.0 * x[0];
+        Ok(())
+    }
+
+    fn solve_in_place(&mut self, rhs: &mut [f64]) -> Result<(), NewtonError> {
+        rhs[0] /= self.slope;
+        Ok(())
+    }
+
+    fn residual_norm(&self, residual: &[f64]) -> f64 {
+        residual[0].abs()
+    }
+
+    fn step_norm(&self, step: &[f64]) -> f64 {
+        step[0].abs()
+    }
+}
+
+/// The message of a solve that fails contains the cause: a wrong tangent, too few iterations, a number that is not finite, or tolerances that
+/// are met at another value of the control.
+#[test]
+fn messages_contain_the_cause_of_a_failure() {
+    let options = NewtonOptions::default();
+    for (sign, x, options, cause, said) in [
+        (
+            -1.0,
+            1.0,
+            options,
+            StopReason::LineSearch,
+            "check the tangent",
+        ),
+        (
+            1.0,
+            1e9,
+            options.with_max_iterations(2),
+            StopReason::Iterations,
+            "iterations are used up",
+        ),
+        (f64::NAN, 1.0, options, StopReason::NotFinite, "not finite"),
+    ] {
+        let slope = 0.0;
+        let failed = newton(&mut Square { slope, sign }, &mut [x], &options).unwrap_err();
+        assert!(failed.to_string().contains(said), "{failed}");
+        let NewtonError::NotConverged { report, .. } = failed else {
+            panic!("{failed:?}")
+        };
+        assert_eq!(report.stopped_by, Some(cause));
+    }
+    let membrane = Membrane::new(ReferenceShape::balloon(8.5, 1.75).unwrap());
+    let spectral = Discretisation::Spectral {
+        degree: 12,
+        per_piece: 1,
+    };
+    let loose = options.with_tolerances(1.0, 1.0);
+    let solver = Solver::new(&membrane, spectral).unwrap();
+    let missed = solver.solve(Control::VolumeGain(0.6), &loose).unwrap_err();
+    assert!(
+        missed.to_string().contains("smaller tolerances are needed"),
+        "{missed}"
+    );
+    let of_springs = solver.branch(&[100.0], &options).unwrap_err();
+    let said = "stability: defined for a membrane of rubber only";
+    assert_eq!(of_springs.to_string(), said);
+}

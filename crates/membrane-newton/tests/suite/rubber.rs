@@ -364,7 +364,8 @@ fn unsupported_uses_of_rubber_are_typed_errors() {
     }
     let springs = Membrane::new(ReferenceShape::balloon(8.5, 1.75).unwrap());
     let solved = solve(&spectral(&springs, 8, 1), Control::Load(1.0));
-    let other = Err(MembraneError::OtherMaterial { what: "stretches" }.into());
+    let (what, needs) = ("stretches", "rubber");
+    let other = Err(MembraneError::OtherMaterial { what, needs }.into());
     assert_eq!(solved.rubber_state(0.1), other);
     assert!(solved.stability().is_err());
 }

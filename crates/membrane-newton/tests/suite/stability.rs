@@ -282,7 +282,10 @@ fn stability_is_not_defined_for_springs() {
         let solved = solver
             .solve(Control::Load(1.0), &NewtonOptions::default())
             .unwrap();
-        let other = MembraneError::OtherMaterial { what: "stability" };
+        let other = MembraneError::OtherMaterial {
+            what: "stability",
+            needs: "rubber",
+        };
         assert_eq!(solved.stability(), Err(NewtonError::Membrane(other)));
     }
 }
