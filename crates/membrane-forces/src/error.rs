@@ -130,6 +130,16 @@ pub enum MembraneError {
         /// Those of the reference configuration.
         rest: [[f64; 2]; 2],
     },
+    /// The reference configuration ends on the side of the axis on which it begins, or on the axis: a part of a curve.
+    #[error(
+        "the reference configuration runs from {from:?} to {to:?}; it must begin at y > 0 and end at y < 0, with both halves of the curve"
+    )]
+    EndsOnOneSide {
+        /// Position [x, y] at s = 0.
+        from: [f64; 2],
+        /// Position [x, y] at s = 1.
+        to: [f64; 2],
+    },
     /// The reference configuration encloses a negative volume: it runs counter-clockwise.
     #[error(
         "the reference configuration encloses {volume:?} cm^3; it must run from (0, +R) over the apex at x > 0 to (0, -R)"

@@ -137,10 +137,12 @@ impl ReferenceShape {
         })
     }
 
-    /// Straight segments through `points`, s proportional to arc length.
+    /// Straight segments through `points` from (0, +R) over the apex at x > 0 to (0, -R), s proportional to arc length. Both halves belong to
+    /// the curve, and the positions are [x, y] with x along the axis.
     ///
     /// # Errors
-    /// Fewer than two points, a coordinate that is not finite, neighbours that coincide, or segments that cross.
+    /// Fewer than two points, a coordinate that is not finite, neighbours that coincide, segments that cross;
+    /// [`MembraneError::EndsOnOneSide`], also of half a curve, and [`MembraneError::InsideOut`] of a curve that runs the other way.
     pub fn polyline(points: &[[f64; 2]]) -> Result<Self> {
         at_least("polyline points", points.len(), 2)?;
         let mut lengths = vec![0.0];
@@ -156,7 +158,7 @@ impl ReferenceShape {
             }
             lengths.push(so_far);
         }
-        crate::crossing::check(points)?;
+        check_body(points)?;
         let total = lengths[points.len() - 1];
         Ok(Self {
             breaks: lengths.iter().map(|l| l / total).collect(),
@@ -177,8 +179,9 @@ impl ReferenceShape {
     /// # Errors
     /// Breakpoints that are not strictly ascending inside (0, 1), values that are not finite, a vanishing first derivative, derivatives
     /// that differ from central differences by more than a thousandth ([`MembraneError::WrongDerivative`]), a first derivative that jumps by
-    /// more than a thousandth between breakpoints ([`MembraneError::Kink`]), a curve that crosses itself or encloses a negative volume
-    /// ([`MembraneError::InsideOut`]; all as sampled at 64 points per piece).
+    /// more than a thousandth between breakpoints ([`MembraneError::Kink`]), a curve that crosses itself, whose ends are on one side of the
+    /// axis ([`MembraneError::EndsOnOneSide`]), or that encloses a negative volume ([`MembraneError::InsideOut`]; all as sampled at 64 points
+    /// per piece).
     pub fn from_function(
         curve: impl Fn(f64) -> CurvePoint + Send + Sync + 'static,
         breakpoints: &[f64],
@@ -295,13 +298,7 @@ impl ReferenceShape {
         let last = self.at(1.0).position;
         finite("reference curve", last[0] + last[1])?;
         points.push(last);
-        crate::crossing::check(&points)?;
-        let [volume, length] = [Measure::Volume, Measure::Length].map(|m| m.of(&points));
-        // flat curves have a volume of rounding
-        if volume < -1e-9 * length.powi(3) {
-            return Err(MembraneError::InsideOut { volume });
-        }
-        Ok(())
+        check_body(&points)
     }
 
     /// 0, the positions at which the first or second derivative jumps, 1.
@@ -360,4 +357,20 @@ impl ReferenceShape {
             Piece::Function(curve) => curve(s),
         }
     }
+}
+
+/// Rejects a curve that crosses itself, that ends on the side of the axis on which it begins, or that is inside out.
+fn check_body(points: &[[f64; 2]]) -> Result<()> {
+    crate::crossing::check(points)?;
+    let [volume, length] = [Measure::Volume, Measure::Length].map(|m| m.of(points));
+    // flat curves have a volume of rounding
+    if volume < -1e-9 * length.powi(3) {
+        return Err(MembraneError::InsideOut { volume });
+    }
+    if let [from, .., to] = *points
+        && !(from[1].min(to[1]) < 0.0 && from[1].max(to[1]) > 0.0)
+    {
+        return Err(MembraneError::EndsOnOneSide { from, to });
+    }
+    Ok(())
 }

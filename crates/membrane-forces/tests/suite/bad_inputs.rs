@@ -437,3 +437,36 @@ fn derivatives_of_a_reference_configuration_must_match_its_positions() {
         }
     }
 }
+
+/// Polylines and functions that run the other way, with exchanged coordinates, or over a part of the curve are errors.
+#[test]
+fn reference_curves_that_are_no_body_are_rejected() {
+    let polyline = |points: &[[f64; 2]]| ReferenceShape::polyline(points);
+    assert!(polyline(&[[0.0, 2.0], [3.0, 0.0], [0.0, -2.0]]).is_ok());
+    for inside_out in [
+        [[0.0, -2.0], [3.0, 0.0], [0.0, 2.0]],
+        [[2.0, 0.0], [0.0, 3.0], [-2.0, 0.0]],
+    ] {
+        let refused = polyline(&inside_out).unwrap_err();
+        assert!(
+            matches!(refused, MembraneError::InsideOut { volume } if volume < 0.0),
+            "{refused}"
+        );
+    }
+    let ([from, middle], to) = ([[0.0, 2.0], [2.0, 1.5]], [3.0, 0.0]);
+    let expected = MembraneError::EndsOnOneSide { from, to };
+    assert_eq!(polyline(&[from, middle, to]).unwrap_err(), expected);
+    let part = |s: f64| {
+        let (sin, cos) = s.sin_cos();
+        CurvePoint {
+            position: [3.0 * sin, 2.0 * cos],
+            first: [3.0 * cos, -2.0 * sin],
+            second: [-3.0 * sin, -2.0 * cos],
+        }
+    };
+    let refused = ReferenceShape::from_function(part, &[]).unwrap_err();
+    assert!(
+        matches!(refused, MembraneError::EndsOnOneSide { .. }),
+        "{refused}"
+    );
+}

@@ -94,14 +94,17 @@ impl Case {
         10f64.powf(self.units.1)
     }
 
-    /// None if the polyline crosses itself, or if its ends are exchanged.
+    /// None if the polyline crosses itself or encloses a negative volume, or if its ends are exchanged.
     fn membrane(&self) -> Option<Membrane> {
         let (unit, lambda, (at, factor)) = (self.length(), self.stiffness(), self.jump);
         let rest = match &self.rest {
             Rest::Disc => ReferenceShape::disc(unit),
             Rest::Balloon(ratio) => ReferenceShape::balloon(ratio * unit, unit),
             Rest::Polyline(points) => {
-                let points: Vec<_> = points.iter().map(|p| p.map(|x| x * unit)).collect();
+                let mut points: Vec<_> = points.iter().map(|p| p.map(|x| x * unit)).collect();
+                let last = points.len() - 1;
+                points[0][1] = points[0][1].abs();
+                points[last][1] = -points[last][1].abs();
                 ReferenceShape::polyline(&points)
             }
             &Rest::Wavy(a) => ReferenceShape::from_function(
