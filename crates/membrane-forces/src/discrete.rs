@@ -21,6 +21,18 @@ use crate::tangent::{Layout, Tangent};
 /// for the whole curve still apply to the whole curve. A membrane of rubber is always such a half, and its forces are minus the derivatives
 /// of its energy by its nodes, not per unit s.
 ///
+/// Forces are F = -(1/w) d(E - p M)/dx at moving nodes, with the elastic energy E ([`DiscreteMembrane::elastic_energy`]), the intensity p and
+/// a measure M of the whole curve:
+///
+/// | material | w | M |
+/// | --- | --- | --- |
+/// | springs, finite differences, whole curve | ds: forces are per unit s | 2-D area, under the law per current length |
+/// | springs under the other laws | ds | none: the pressure force is not a gradient |
+/// | springs, spectral elements | none: strong form, equal to the gradient per unit s in the limit | |
+/// | rubber | 1: forces at the nodes | volume |
+///
+/// On half a curve of springs a moving node off the axis counts with its image: w = 2 ds.
+///
 /// The `intensity` that pressure functions take is f or p: the load itself, or under the total-force law the load over the
 /// surface, F / S(c), with S from [`DiscreteMembrane::measure`].
 ///
@@ -77,7 +89,11 @@ pub trait DiscreteMembrane: Debug + Send + Sync {
         }
     }
 
-    /// Computes the elastic force F_e, zero where the membrane is fixed. All numbers are NaN if rubber is stretched beyond its limit.
+    /// Computes the elastic force F_e, zero where the membrane is fixed: per unit s for springs, at the nodes for rubber. All numbers are NaN
+    /// if rubber is stretched beyond its limit.
+    ///
+    /// # Panics
+    /// `nodes` or `out` has another length than [`DiscreteMembrane::start`].
     fn elastic_force_into(&self, nodes: &[f64], out: &mut [f64]) {
         let setting = self.setting();
         setting.assert_lengths([nodes.len(), out.len()]);
@@ -200,6 +216,9 @@ pub trait DiscreteMembrane: Debug + Send + Sync {
     }
 
     /// Computes the gradient of [`DiscreteMembrane::measure`] by the state.
+    ///
+    /// # Panics
+    /// `nodes` or `out` has another length than [`DiscreteMembrane::start`].
     fn measure_gradient_into(&self, measure: Measure, nodes: &[f64], out: &mut [f64]);
 
     /// Returns the material coordinate of every node of the whole curve, s from 0 to 1. Node n of a state has the n-th one, also if the state

@@ -47,9 +47,15 @@ impl PressureLaw {
         }
     }
 
-    /// Force per current area from the intensity, averaged over a curve of this length.
+    /// Force per current area from the `intensity` (f or p), averaged over a curve of this `length`; NaN unless the length is positive.
+    ///
+    /// Under the total-force law the intensity is F / S, not the load F: a total force passed as `intensity` gives a result that is too large
+    /// by the factor S.
     #[must_use]
     pub fn mean_pressure(self, intensity: f64, length: f64) -> f64 {
+        if length.is_nan() || length <= 0.0 {
+            return f64::NAN;
+        }
         match self {
             Self::PerMaterialLength | Self::TotalForce => intensity / length,
             Self::PerCurrentLength => intensity,

@@ -470,3 +470,13 @@ fn reference_curves_that_are_no_body_are_rejected() {
         "{refused}"
     );
 }
+
+#[test]
+fn a_mean_pressure_needs_a_length() {
+    use membrane_forces::PressureLaw::{PerCurrentLength, PerMaterialLength};
+    for length in [0.0, -1.0, f64::NAN] {
+        assert!(PerMaterialLength.mean_pressure(17.5, length).is_nan());
+        assert!(PerCurrentLength.mean_pressure(17.5, length).is_nan());
+    }
+    assert_eq!(PerMaterialLength.mean_pressure(17.5, 25.0), 0.7);
+}
