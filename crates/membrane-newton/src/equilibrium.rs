@@ -73,8 +73,7 @@ impl Equilibrium {
     /// equilibria, with the area A of [`Measures`].
     #[must_use]
     pub fn elastic_energy(&self) -> f64 {
-        let energy = self.resolution.discrete.elastic_energy(self.nodes());
-        energy.unwrap_or(f64::NAN)
+        own(self.resolution.discrete.elastic_energy(self.nodes()))
     }
 
     /// Estimated relative error of polynomials, of shape and intensity: the spectral tail, which is twice the degree p times the last two

@@ -174,3 +174,16 @@ fn mirrored_jumps_of_the_stiffness_allow_half_a_curve() {
         assert_eq!(differences.is_half(), left == right);
     }
 }
+
+/// The nodes of a half curve are those of the first half, and their mirror images.
+#[test]
+fn positions_of_a_half_curve_are_symmetric() {
+    let membrane = membrane(PressureLaw::PerMaterialLength, false);
+    let half = SpectralElements::new(&membrane, 6, 2).unwrap();
+    assert!(half.is_half());
+    let s = half.positions();
+    assert!(s.is_sorted_by(|a, b| a < b) && s[0] == 0.0, "{s:?}");
+    for (a, b) in s.iter().zip(s.iter().rev()) {
+        assert!((a + b - 1.0).abs() < 1e-15, "{s:?}");
+    }
+}

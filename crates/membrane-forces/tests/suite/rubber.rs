@@ -480,3 +480,42 @@ fn on_the_axis_the_hoop_stretch_equals_the_meridional_one() {
     let [l1, l2, _] = membrane.rubber_state(0.5, &here).unwrap().stretches;
     assert!((l1 - 1.3).abs() < 1e-14 && l1 == l2, "{l1} {l2}");
 }
+
+/// The least tension is relative to modulus and reference: the tangent of a balloon of twice the size and thickness is twice as stiff.
+#[test]
+fn the_tangent_of_slack_rubber_scales_with_the_length() {
+    let of_size = |size: f64| {
+        let rest = ReferenceShape::balloon(8.5 * size, 1.75 * size).unwrap();
+        let rubber = Rubber::new(
+            StrainEnergy::NeoHookean { mu: 1.0 },
+            Thickness::constant(0.1 * size).unwrap(),
+        )
+        .unwrap();
+        SpectralElements::new(&Membrane::new(rest).with_rubber(rubber), 12, 2).unwrap()
+    };
+    let [small, large] = [1.0, 2.0].map(of_size);
+    // shorter by a tenth, and slack
+    let slack = |of: &SpectralElements| of.start().iter().map(|x| 0.9 * x).collect::<Vec<_>>();
+    let products = |of: &SpectralElements, least: f64| {
+        let mut tangent = of.tangent();
+        of.taut_tangent_into(&slack(of), 0.0, least, &mut tangent)
+            .unwrap();
+        let x: Vec<f64> = (0..of.start().len()).map(|k| (k as f64).sin()).collect();
+        let mut product = vec![0.0; x.len()];
+        tangent.mul_into(&x, &mut product);
+        product
+    };
+    let [a, b] = [&small, &large].map(|of| products(of, 0.3));
+    let most = a.iter().fold(0.0f64, |most, x| most.max(x.abs()));
+    for (a, b) in a.iter().zip(&b) {
+        // rounding of second derivatives of degree 12
+        assert!((2.0 * a - b).abs() < 1e-9 * most, "{a} {b}");
+    }
+    // The bound is in effect.
+    let free = products(&small, f64::NEG_INFINITY);
+    assert!(
+        a.iter()
+            .zip(&free)
+            .any(|(a, b)| (a - b).abs() > 1e-3 * most)
+    );
+}
