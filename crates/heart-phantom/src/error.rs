@@ -283,6 +283,19 @@ pub enum PhantomError {
         /// The existing file.
         path: PathBuf,
     },
+    /// A directory contains files under names that a run writes and that no earlier run has listed in its report.
+    #[error(
+        "{} contains {}, which the report.json of no earlier run lists; choose another directory or move {}",
+        escape_path(folder),
+        escape(&list(names)),
+        if names.len() == 1 { "the file" } else { "the files" }
+    )]
+    Unlisted {
+        /// The directory.
+        folder: PathBuf,
+        /// Names of the existing files.
+        names: Vec<PathBuf>,
+    },
     /// A file belongs to a run whose report is in the same directory.
     #[error(
         "{} is a file of the run of the report.json beside it; choose another directory",
@@ -305,6 +318,17 @@ pub enum PhantomError {
 impl From<SceneError> for PhantomError {
     fn from(error: SceneError) -> Self {
         Self::Scene(Box::new(error))
+    }
+}
+
+/// The first names of a list.
+fn list(names: &[PathBuf]) -> String {
+    const MOST: usize = 5;
+    let first = names.iter().take(MOST).map(|name| name.to_string_lossy());
+    let first = first.collect::<Vec<_>>().join(", ");
+    match names.len().saturating_sub(MOST) {
+        0 => first,
+        others => format!("{first} and {others} more"),
     }
 }
 

@@ -1,4 +1,4 @@
-//! Files that remain after the program is interrupted while it writes: complete ones only. A process to be interrupted waits for input that
+//! Files that remain after the program is interrupted while it writes: all or none. A process to be interrupted waits for input that
 //! never comes, so that no test depends on timing. Every wait ends after [`program::PATIENCE`]. Signals that are ignored here, as under
 //! `nohup` or in the background of a script, are omitted.
 
@@ -121,27 +121,32 @@ mod program {
         );
     }
 
-    /// Every file is bitwise identical to that of the complete run; headers have their data; a report has all files.
-    fn only_whole_files(out: &Path, whole: &Path) {
-        if !out.exists() {
-            return;
-        }
-        let found = names(out);
+    /// No file, or all files and each bitwise identical to that of the complete run.
+    fn all_or_none(out: &Path, whole: &Path) {
+        let found = match out.exists() {
+            true => names(out),
+            false => Vec::new(),
+        };
+        assert!(found.is_empty() || found == names(whole), "{found:?}");
         for name in &found {
-            let expected = fs::read(whole.join(name)).unwrap_or_else(|_| panic!("litter: {name}"));
-            assert!(fs::read(out.join(name)).unwrap() == expected, "{name}");
-            if let Some(stem) = name.strip_suffix(".hs") {
-                assert!(found.contains(&format!("{stem}.s")), "{name} without data");
-            }
-            if let Some(stem) = name.strip_suffix(".s") {
-                assert!(
-                    found.contains(&format!("{stem}.hs")),
-                    "{name} without header"
-                );
-            }
+            let same = fs::read(out.join(name)).unwrap() == fs::read(whole.join(name)).unwrap();
+            assert!(same, "{name}");
         }
-        if found.contains(&"report.json".to_owned()) {
-            assert_eq!(found, names(whole));
+    }
+
+    /// Sends a signal once `out` has `seen` files, unless the program is faster.
+    fn interrupted(mut child: Child, out: &Path, seen: usize, signal: &str) -> ExitStatus {
+        let end = Instant::now() + PATIENCE;
+        loop {
+            if let Some(status) = child.try_wait().unwrap() {
+                return status;
+            }
+            if seen == 0 || out.is_dir() && names(out).len() >= seen {
+                send(signal, &child); // one that has just ended stays there until it is waited for
+                return ended(child);
+            }
+            assert!(Instant::now() < end, "the program writes its files");
+            thread::yield_now();
         }
     }
 
@@ -225,7 +230,7 @@ mod program {
 
     /// The position of the program at the signal depends on the machine; the assertions do not.
     #[test]
-    fn an_interrupt_at_any_moment_leaves_complete_files() {
+    fn an_interrupt_at_any_moment_leaves_all_files_or_none() {
         let folder = tempfile::tempdir().unwrap();
         let (scene, whole) = (scene(folder.path()), folder.path().join("whole"));
         assert!(output(run(&scene, &whole)).status.success());
@@ -233,23 +238,40 @@ mod program {
         for (k, seen) in (0..names(&whole).len()).step_by(5).enumerate() {
             let (name, number) = ENDING[k % ENDING.len()];
             let out = folder.path().join(format!("{name}-{seen}"));
-            let mut child = run(&scene, &out).spawn().unwrap();
-            let end = Instant::now() + PATIENCE;
-            let status = loop {
-                if let Some(status) = child.try_wait().unwrap() {
-                    break status;
-                }
-                if seen == 0 || out.is_dir() && names(&out).len() >= seen {
-                    send(name, &child); // one that has just ended stays there until it is waited for
-                    break ended(child);
-                }
-                assert!(Instant::now() < end, "the program writes its files");
-                thread::yield_now();
-            };
+            let child = run(&scene, &out).spawn().unwrap();
+            let status = interrupted(child, &out, seen, name);
             assert!(status.success() || ended_by(status, number), "{status}");
             assert!(!status.success() || out.join("report.json").exists());
-            only_whole_files(&out, &whole);
+            all_or_none(&out, &whole);
         }
+    }
+
+    /// The study of the paper, which may be complete at the signal; the next one finds no foreign file.
+    #[test]
+    fn an_interrupted_study_can_be_repeated() {
+        let folder = tempfile::tempdir().unwrap();
+        let study = || {
+            let mut command = Command::new(PROGRAM);
+            command.args(["paper", "--size", "24", "--views", "6", "--nodes", "51"]);
+            command.args(["--quiet", "--out", "out"]);
+            command.current_dir(folder.path()).stderr(Stdio::piped());
+            command
+        };
+        let out = folder.path().join("out");
+        for (name, number) in delivered() {
+            let status = interrupted(study().spawn().unwrap(), &out, 4, name);
+            assert!(status.success() || ended_by(status, number), "{status}");
+            let found = names(&out);
+            let is_complete = found.contains(&"report.json".to_owned());
+            assert!(
+                is_complete || !status.success() && found.is_empty(),
+                "{found:?}"
+            );
+            if is_complete {
+                fs::remove_dir_all(&out).unwrap();
+            }
+        }
+        assert!(output(study()).status.success());
     }
 
     /// As under `nohup`, or in the background of a script.

@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
-/// Temporary files and locks of this process. Locked while one of them is created, removed or renamed.
+/// Temporary files, announced files and locks of this process. Locked while one of them is created, removed or renamed.
 static UNFINISHED: Mutex<BTreeSet<PathBuf>> = Mutex::new(BTreeSet::new());
 /// Names tried for a temporary file.
 const MOST_NAMES: usize = 1000;
@@ -56,14 +56,25 @@ pub(super) fn write_with_header(
 /// # Errors
 /// [`PhantomError::File`] with the path and the cause.
 pub fn create_writable_folder(path: &Path) -> Result<(), PhantomError> {
-    fs::create_dir_all(path)
+    create_folder(path)
         .and_then(|()| Pending::begin(&path.join("probe")).map(drop))
         .map_err(|source| failed(path, source))
 }
 
-/// Removes the temporary files and the directory locks of this process, for a program that is about to end. Until the returned value is
-/// dropped every write waits before it begins or ends; a write that was cut short then fails with [`PhantomError::File`], and the file
-/// that it was to replace is unchanged.
+/// Creates the directory `path` with its parents.
+pub(super) fn create_folder(path: &Path) -> io::Result<()> {
+    match fs::create_dir_all(path) {
+        Err(error) if error.kind() == io::ErrorKind::AlreadyExists => Err(io::Error::new(
+            io::ErrorKind::NotADirectory,
+            "it exists and must be a directory",
+        )),
+        created => created,
+    }
+}
+
+/// Removes the temporary files, the announced files ([`Folder`](super::Folder)) and the directory locks of this process, for a program
+/// that is about to end. Until the returned value is dropped every write waits before it begins or ends; a write that was cut short
+/// then fails with [`PhantomError::File`], and the file that it was to replace is unchanged unless it was announced.
 ///
 /// The library installs no signal handler. A program calls this function in a thread of its own: it waits for a lock, which a signal
 /// handler must not do. That thread must not write.

@@ -1,6 +1,8 @@
 //! Output directories: one writer at a time, and removal of the files of the previous run.
 
-use super::atomic::{failed, unfinished};
+use super::REPORT;
+use super::atomic::{create_folder, failed, unfinished};
+use super::format::is_output;
 use crate::error::PhantomError;
 use crate::text::{MOST, cut};
 use std::fs::{self, File, TryLockError};
@@ -11,14 +13,20 @@ use std::path::{Path, PathBuf};
 const NAME: &str = ".heart-phantom.lock";
 /// Longest name of a holder that is read, in bytes.
 const MOST_READ: u64 = 512;
+/// Longest list of files that is read, in bytes.
+const MOST_LISTED: u64 = 1 << 30;
 /// Attempts while other processes take and release the lock at the same time.
 const MOST_TRIES: usize = 100;
 
 /// Exclusive access to an output directory, until it is dropped.
 ///
+/// A run announces its files and ends with [`Folder::finish`]. A folder that is dropped between the two, and
+/// [`remove_unfinished`](super::remove_unfinished), remove the announced files, so that no file remains that no report lists.
+///
 /// The lock is a file in the directory that the operating system keeps locked ([`File::try_lock`]) and that names process and computer.
 /// It is removed on drop and by [`remove_unfinished`](super::remove_unfinished). A killed process leaves the file but not the lock: the
-/// next process takes it over. On a file system without locks nothing is excluded.
+/// next process takes it over, and removes the files that the killed process announced there. On a file system without locks nothing
+/// is excluded.
 ///
 /// ```
 /// use heart_phantom::files::Folder;
@@ -36,7 +44,9 @@ const MOST_TRIES: usize = 100;
 pub struct Folder {
     path: PathBuf,
     /// Locked while it is open.
-    _lock: File,
+    lock: File,
+    /// Paths of the announced files.
+    announced: Vec<PathBuf>,
 }
 
 impl Folder {
@@ -46,7 +56,7 @@ impl Folder {
     /// [`PhantomError::Busy`] with the holder of the lock; [`PhantomError::File`] if the directory cannot be written to.
     pub fn lock(path: &Path) -> Result<Self, PhantomError> {
         let create = || -> io::Result<Result<File, String>> {
-            fs::create_dir_all(path)?;
+            create_folder(path)?;
             for _ in 0..MOST_TRIES {
                 if let Some(locked) = try_lock(&path.join(NAME))? {
                     return Ok(locked);
@@ -56,7 +66,11 @@ impl Folder {
         };
         let path = path.to_path_buf();
         match create().map_err(|source| failed(&path, source))? {
-            Ok(_lock) => Ok(Self { path, _lock }),
+            Ok(lock) => Ok(Self {
+                path,
+                lock,
+                announced: Vec::new(),
+            }),
             Err(holder) => Err(PhantomError::Busy { path, holder }),
         }
     }
@@ -66,14 +80,41 @@ impl Folder {
     pub fn path(&self) -> &Path {
         &self.path
     }
+
+    /// Announces files of the directory that will be written: they are removed unless [`Folder::finish`] keeps them. The lock contains
+    /// their names for the next process, in case this one is killed.
+    ///
+    /// # Errors
+    /// [`PhantomError::File`] if the lock cannot be written.
+    pub fn announce(&mut self, names: &[PathBuf]) -> Result<(), PhantomError> {
+        for name in names.iter().filter_map(|name| name.to_str()) {
+            writeln!(&self.lock, "{name}").map_err(|source| failed(&self.path, source))?;
+        }
+        let paths = names.iter().map(|name| self.path.join(name));
+        self.announced.extend(paths);
+        unfinished().extend(self.announced.iter().cloned());
+        Ok(())
+    }
+
+    /// Keeps the announced files, and unlocks the directory. The caller has written the report that lists them.
+    pub fn finish(mut self) {
+        let mut unfinished = unfinished();
+        for file in self.announced.drain(..) {
+            unfinished.remove(&file);
+        }
+    }
 }
 
 impl Drop for Folder {
     fn drop(&mut self) {
+        let mut unfinished = unfinished();
+        // The lock last: until then no other process writes here.
         let lock = self.path.join(NAME);
-        // Removed already if the process is about to end.
-        if unfinished().remove(&lock) {
-            let _ = fs::remove_file(lock);
+        for file in self.announced.drain(..).chain([lock]) {
+            // Removed already if the process is about to end.
+            if unfinished.remove(&file) {
+                let _ = fs::remove_file(file);
+            }
         }
     }
 }
@@ -110,6 +151,20 @@ fn try_lock(path: &Path) -> io::Result<Option<Result<File, String>>> {
     }
     if !is_new {
         // Left by a process that has ended. An existing file is never written to.
+        let mut text = String::new();
+        // A list that cannot be read has no files.
+        let _ = (&file).take(MOST_LISTED).read_to_string(&mut text);
+        // If there is a report, the files that it lists are complete.
+        let has_report = path.with_file_name(REPORT).exists();
+        for name in text.lines().skip(1).map(Path::new) {
+            let file = path.with_file_name(name);
+            if !has_report
+                && is_output(name)
+                && fs::symlink_metadata(&file).is_ok_and(|found| found.is_file())
+            {
+                fs::remove_file(file)?;
+            }
+        }
         fs::remove_file(path)?;
         return Ok(None);
     }
@@ -136,7 +191,7 @@ fn is_at(_file: &File, path: &Path) -> bool {
 }
 
 fn holder(text: &str) -> String {
-    match text.trim() {
+    match text.lines().next().unwrap_or_default().trim() {
         "" => "another process".to_owned(),
         holder => cut(holder, MOST),
     }

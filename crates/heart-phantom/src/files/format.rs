@@ -4,10 +4,13 @@ use super::names::check_extension;
 use crate::error::PhantomError;
 #[cfg(feature = "dicom")]
 use crate::files::dicom;
-use crate::files::{Projections, Volume, interfile, metaimage, nifti, npy, nrrd};
+use crate::files::{ORBIT_EXTENSION, Projections, Volume, interfile, metaimage, nifti, npy, nrrd};
 #[cfg(feature = "files")]
 use crate::files::{npz, raw_json};
-use std::path::Path;
+use std::path::{Component, Path};
+
+/// Extensions of surfaces, images, pages and orbits, which are not formats of volumes.
+const OTHER_EXTENSIONS: [&str; 6] = ["stl", "png", "gif", "svg", "html", ORBIT_EXTENSION];
 
 /// A file format; the [module's page](crate::files) describes the coordinates of each.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -355,4 +358,23 @@ pub fn write<'a>(
                 .map_or_else(|| info.check_built(), |write| write(path, projections))
         }
     }
+}
+
+/// Whether this is a plain name with an extension of a format, a surface, an image or a page.
+pub(super) fn is_output(name: &Path) -> bool {
+    let mut parts = name.components();
+    let (Some(Component::Normal(only)), None) = (parts.next(), parts.next()) else {
+        return false;
+    };
+    let Some((_, extension)) = only.to_str().and_then(|name| name.split_once('.')) else {
+        return false;
+    };
+    let of_a_format = |format: Format| {
+        let info = format.info();
+        [Some(info.volume), info.projections]
+            .into_iter()
+            .flatten()
+            .any(|known| known.header == extension || known.data == Some(extension))
+    };
+    OTHER_EXTENSIONS.contains(&extension) || Format::ALL.into_iter().any(of_a_format)
 }

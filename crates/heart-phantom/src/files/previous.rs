@@ -1,17 +1,16 @@
 //! The previous run of an output directory: its report and the files that the report lists.
 
 use super::atomic::{failed, remove_if_there};
-use super::{Folder, Format, ORBIT_EXTENSION, PROGRAM, REPORT};
+use super::format::is_output;
+use super::{Folder, PROGRAM, REPORT};
 use crate::error::PhantomError;
 use serde::Deserialize;
 use std::fs::{self, File};
 use std::io::{self, BufReader, Read};
-use std::path::{Component, Path, PathBuf};
+use std::path::{Path, PathBuf};
 
 /// Longest report that is read, in bytes.
 const MOST_BYTES: u64 = 1 << 30;
-/// Extensions of surfaces, images, pages and orbits, which are not formats of volumes.
-const OTHER_EXTENSIONS: [&str; 6] = ["stl", "png", "gif", "svg", "html", ORBIT_EXTENSION];
 
 /// The part of a report that is read.
 #[derive(Deserialize)]
@@ -21,17 +20,18 @@ struct Listed {
 }
 
 impl Folder {
-    /// Removes the report of the previous run, and then the files that it lists and that are not among `names`, the files to be
-    /// written.
+    /// Announces the files `names` ([`Folder::announce`]). Removes the report of the previous run, and then the files that it lists and
+    /// that are not among `names`.
     ///
     /// Whatever the report lists, only regular files in the directory itself with an extension of the formats are removed: no
     /// directory, no link, no lock, nothing elsewhere.
     ///
     /// # Errors
     /// [`PhantomError::File`] for a directory of the name of a file to be written, [`PhantomError::Foreign`] for a `report.json` of
-    /// another program, both with nothing removed (a link of that name is removed, not followed); [`PhantomError::File`] for a file
-    /// that cannot be removed.
-    pub fn clear(&self, names: &[PathBuf]) -> Result<(), PhantomError> {
+    /// another program, [`PhantomError::Unlisted`] for files to be written that exist and that the report of the previous run does not
+    /// list, all with nothing removed (a link of that name is replaced, not followed); [`PhantomError::File`] for a file that cannot be
+    /// removed.
+    pub fn clear(&mut self, names: &[PathBuf]) -> Result<(), PhantomError> {
         for name in names {
             let path = self.path().join(name);
             if fs::symlink_metadata(&path).is_ok_and(|found| found.is_dir()) {
@@ -39,16 +39,25 @@ impl Folder {
             }
         }
         let report = self.path().join(REPORT);
-        let Some(files) = listed(&report)? else {
-            return Ok(());
+        let files = listed(&report)?.unwrap_or_default();
+        let folder = self.path().to_path_buf();
+        let is_file = |name: &Path| {
+            let found = fs::symlink_metadata(folder.join(name));
+            found.is_ok_and(|found| found.is_file())
         };
+        let is_unlisted = |name: &&PathBuf| name.as_path() != REPORT && !files.contains(name);
+        let unlisted = names.iter().filter(is_unlisted);
+        let unlisted: Vec<PathBuf> = unlisted.filter(|name| is_file(name)).cloned().collect();
+        if !unlisted.is_empty() {
+            let names = unlisted;
+            return Err(PhantomError::Unlisted { folder, names });
+        }
+        self.announce(names)?;
         // First: a directory with a report has all files that it lists.
         remove_if_there(&report)?;
         for name in files.iter().filter(|name| !names.contains(name)) {
-            let path = self.path().join(name);
-            let is_file = fs::symlink_metadata(&path).is_ok_and(|found| found.is_file());
-            if is_file && is_output(name) {
-                remove_if_there(&path)?;
+            if is_file(name) && is_output(name) {
+                remove_if_there(&folder.join(name))?;
             }
         }
         Ok(())
@@ -70,25 +79,6 @@ pub fn check_unlisted(folder: &Path, names: &[PathBuf]) -> Result<(), PhantomErr
             path: folder.join(name),
         }),
     }
-}
-
-/// Whether this is a plain name with an extension of a format, a surface, an image or a page.
-fn is_output(name: &Path) -> bool {
-    let mut parts = name.components();
-    let (Some(Component::Normal(only)), None) = (parts.next(), parts.next()) else {
-        return false;
-    };
-    let Some((_, extension)) = only.to_str().and_then(|name| name.split_once('.')) else {
-        return false;
-    };
-    let of_a_format = |format: Format| {
-        let info = format.info();
-        [Some(info.volume), info.projections]
-            .into_iter()
-            .flatten()
-            .any(|known| known.header == extension || known.data == Some(extension))
-    };
-    OTHER_EXTENSIONS.contains(&extension) || Format::ALL.into_iter().any(of_a_format)
 }
 
 /// The files that a report lists; `None` if there is no report.

@@ -51,7 +51,7 @@ pub struct Run<'a> {
     pub(super) seen: Vec<f32>,
     /// Gates so far of arrays that are written to one file.
     pub(super) joined: BTreeMap<(Product, usize), Vec<f32>>,
-    _folder: Folder,
+    folder: Folder,
 }
 
 /// The results of a gate that the scene requests.
@@ -68,12 +68,13 @@ pub struct GateResults {
 
 /// Computes and writes the products of `[output]`, and `report.json`. Every file is written atomically, `report.json` last. A run first
 /// removes the `report.json` of an earlier run, then the files that it lists and that are not written again. If `report.json` exists, the
-/// output of the run is complete.
+/// output of the run is complete; a run that ends without it removes its files.
 ///
 /// # Errors
 /// Before the first view: [`PhantomError::File`] if the directory is not writable, [`PhantomError::Busy`] if another run writes to it,
-/// [`PhantomError::Foreign`] if it contains a `report.json` of another program, [`PhantomError::Rejected`] for errors of
-/// [`Phantom::prepare`]. Later: [`PhantomError::File`], [`PhantomError::Stopped`], and errors of shapes that were not solved before.
+/// [`PhantomError::Foreign`] if it contains a `report.json` of another program, [`PhantomError::Unlisted`] if it contains files under names
+/// that the run writes and that no `report.json` of an earlier run lists, [`PhantomError::Rejected`] for errors of [`Phantom::prepare`].
+/// Later: [`PhantomError::File`], [`PhantomError::Stopped`], and errors of shapes that were not solved before.
 pub fn run(
     phantom: &Phantom,
     out: &Path,
@@ -97,12 +98,12 @@ impl<'a> Run<'a> {
         out: &'a Path,
         beside: &[PathBuf],
     ) -> Result<Self, PhantomError> {
-        let folder = Folder::lock(out)?;
+        let mut folder = Folder::lock(out)?;
         phantom.prepare()?;
-        let planned = [&phantom.file_names()?, beside].concat();
-        folder.clear(&planned)?;
         // Solves the two extreme shapes: if one does not exist, the error comes before the first view.
         phantom.numbers()?;
+        let planned = [&phantom.file_names()?, beside].concat();
+        folder.clear(&planned)?;
         Ok(Self {
             phantom,
             out,
@@ -114,7 +115,7 @@ impl<'a> Run<'a> {
             ahead: Vec::new(),
             seen: Vec::new(),
             joined: BTreeMap::new(),
-            _folder: folder,
+            folder,
         })
     }
 
@@ -194,6 +195,7 @@ impl<'a> Run<'a> {
         files::write_atomically(&self.out.join(files::REPORT), |file| {
             writeln!(file, "{}", json_text(&report)?)
         })?;
+        self.folder.finish();
         Ok(report)
     }
 }

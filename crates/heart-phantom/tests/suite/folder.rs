@@ -65,7 +65,7 @@ fn a_manipulated_report_removes_no_other_files() {
         "report.json",
     ]);
     write_report(&folder, &files);
-    let held = Folder::lock(&folder).unwrap();
+    let mut held = Folder::lock(&folder).unwrap();
     held.clear(&["slice.png".into()]).unwrap();
     for name in others {
         assert!(folder.join(name).exists(), "{name}");
@@ -145,6 +145,39 @@ fn a_pipe_does_not_block() {
     // Far longer than reading a file takes, so that the test ends even if the call blocks.
     let answer = receive.recv_timeout(std::time::Duration::from_secs(60));
     assert!(matches!(answer, Ok(Err(PhantomError::Foreign { .. }))));
+}
+
+/// Files that no report lists, and files of a report that are replaced by an incomplete run.
+#[test]
+fn only_files_of_a_report_are_replaced_and_removed() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name);
+    let planned = ["truth.npy", "index.html", REPORT].map(PathBuf::from);
+    for name in ["truth.npy", "index.html", "notes.txt"] {
+        fs::write(path(name), "mine").unwrap();
+    }
+    let error = (Folder::lock(folder.path()).unwrap().clear(&planned)).unwrap_err();
+    let told = error.to_string();
+    assert!(
+        told.contains("contains truth.npy, index.html, which"),
+        "{told}"
+    );
+    assert!(matches!(error, PhantomError::Unlisted { names, .. } if names == planned[..2]));
+    assert_eq!(fs::read_to_string(path("truth.npy")).unwrap(), "mine");
+    // A run that finishes keeps its files, an incomplete one removes them.
+    let listed = json!(["truth.npy", "index.html", REPORT]);
+    write_report(folder.path(), &listed);
+    let mut complete = Folder::lock(folder.path()).unwrap();
+    complete.clear(&planned).unwrap();
+    write_report(folder.path(), &listed);
+    complete.finish();
+    assert!(planned.iter().all(|name| folder.path().join(name).exists()));
+    clear_and_drop(folder.path(), &planned);
+    assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1);
+}
+
+fn clear_and_drop(folder: &Path, planned: &[PathBuf]) {
+    Folder::lock(folder).unwrap().clear(planned).unwrap();
 }
 
 #[test]

@@ -106,12 +106,15 @@ fn concurrent_processes_lock_in_turn() {
     assert_eq!(names(folder.path()), Vec::<String>::new());
 }
 
-/// A killed process leaves the lock file with its name, but nobody is locked out.
+/// A killed process leaves the lock file with its name and a file, but nobody is locked out, and the next run has no foreign file.
 #[test]
 fn the_lock_of_a_killed_process_is_taken_over() {
     const HELD: &str = "HEART_PHANTOM_TEST_HELD_FOLDER";
     if let Some(folder) = std::env::var_os(HELD) {
-        let _held = Folder::lock(Path::new(&folder)).unwrap();
+        let mut held = Folder::lock(Path::new(&folder)).unwrap();
+        held.clear(&["labels.npy".into(), "truth.npy".into()])
+            .unwrap();
+        fs::write(held.path().join("labels.npy"), "").unwrap();
         println!("held");
         let input = std::io::stdin().read(&mut [0]);
         panic!("{input:?}");
@@ -133,7 +136,8 @@ fn the_lock_of_a_killed_process_is_taken_over() {
     child.kill().unwrap();
     bounded(move || child.wait().unwrap());
     let left = fs::read_to_string(folder.path().join(LOCK)).unwrap();
-    assert!(left.starts_with(&other), "{left}");
+    assert!(left.starts_with(&other) && left.ends_with("\nlabels.npy\ntruth.npy\n"));
+    assert!(folder.path().join("labels.npy").exists());
     let report = run(&phantom(), folder.path(), &no_observer).unwrap();
     assert_eq!(names(folder.path()).len(), report.files.len());
 }

@@ -10,8 +10,8 @@ use std::path::PathBuf;
 /// The text after the help.
 const AFTER: &str = "\
 Exit codes: 0 success; 1 failure during work (disk full, directory locked by another run); 2 invalid command or scene, or all members of a cohort run
-rejected; 128 + n ended by signal n (130 after Ctrl-C). Files appear under their names only when they are complete, report.json last. Errors of a scene contain file,
-line, column, field and the allowed values.";
+rejected; 128 + n ended by signal n (130 after Ctrl-C). Files appear under their names only when they are complete, report.json last; a command that
+fails or is interrupted removes its files. Errors of a scene contain file, line, column, field and the allowed values.";
 
 /// Beating-heart phantom with exact projections and ground truth.
 #[derive(Debug, Parser)]
@@ -39,7 +39,7 @@ pub(crate) enum Command {
     Paper(Paper),
     /// Measure ejection fractions in images of gated SPECT, with each cause of error switched off in turn.
     Ef {
-        /// Output directory; created if necessary. Files that the report.json of an earlier run there lists are removed.
+        /// Output directory; created if necessary. Files that the report.json of an earlier run there lists are removed, others are never replaced.
         #[arg(long, value_name = "DIR")]
         out: PathBuf,
         /// Test the program with one heart and few views.
@@ -60,7 +60,7 @@ pub(crate) enum Command {
     Run {
         /// Scene file.
         scene: PathBuf,
-        /// Output directory; created if necessary. Files that the report.json of an earlier run there lists are removed.
+        /// Output directory; created if necessary. Files that the report.json of an earlier run there lists are removed, others are never replaced.
         #[arg(long, value_name = "DIR")]
         out: PathBuf,
         /// Omit index.html.
@@ -232,14 +232,14 @@ fn threads() -> RangedU64ValueParser<usize> {
 
 #[derive(Debug, Args)]
 pub(crate) struct Paper {
-    /// Output directory; created if necessary. Files that the report.json of an earlier run there lists are removed.
+    /// Output directory; created if necessary. Files that the report.json of an earlier run there lists are removed, others are never replaced.
     #[arg(long, value_name = "DIR")]
     pub(crate) out: PathBuf,
     /// Voxels along an edge of the volume; bins and rows of the camera.
-    #[arg(long, default_value_t = StudyOptions::default().size)]
+    #[arg(long, default_value_t = StudyOptions::default().size, allow_negative_numbers = true)]
     pub(crate) size: usize,
     /// Number of views over 180 degrees.
-    #[arg(long, default_value_t = StudyOptions::default().views)]
+    #[arg(long, default_value_t = StudyOptions::default().views, allow_negative_numbers = true)]
     pub(crate) views: usize,
     /// Largest volume gain of the cavity (0.6 is an ejection fraction of 0.375).
     #[arg(long, default_value_t = StudyOptions::default().gain, allow_hyphen_values = true)]
@@ -248,7 +248,7 @@ pub(crate) struct Paper {
     #[arg(long, default_value_t = StudyOptions::default().beats_per_minute, allow_hyphen_values = true)]
     pub(crate) bpm: f64,
     /// Nodes per membrane.
-    #[arg(long, default_value_t = StudyOptions::default().nodes)]
+    #[arg(long, default_value_t = StudyOptions::default().nodes, allow_negative_numbers = true)]
     pub(crate) nodes: usize,
     /// Omit the figures (numbers, sinograms and volumes are written).
     #[arg(long)]

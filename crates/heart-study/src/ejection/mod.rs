@@ -6,7 +6,7 @@ mod measure;
 mod page;
 
 use crate::StudyError;
-use crate::study::gallery::Gallery;
+use crate::study::gallery::{Gallery, PAGE};
 pub use cases::Case;
 use heart_phantom::{Observer, PhantomError, Progress, files};
 pub use measure::{CaseResult, Measured, Volumes};
@@ -37,18 +37,19 @@ pub struct EjectionReport {
 }
 
 /// Runs the study and writes page, plots and `report.json` to the directory `out`. The report of an earlier run and the files that it lists
-/// are removed first. A quick run has one heart and few views; it tests the program.
+/// are removed first. A study that fails removes its files. A quick run has one heart and few views; it tests the program.
 ///
 /// # Errors
-/// A directory that is not writable is reported before any work; see [`StudyError`]. [`PhantomError::Stopped`] if `progress`, called before each
-/// case, stops the study.
+/// A directory that is not writable or other files under names of the study are reported before any work; see [`StudyError`].
+/// [`PhantomError::Stopped`] if `progress`, called before each case, stops the study.
 pub fn ejection(
     quick: bool,
     out: &Path,
     progress: Observer<'_, Progress>,
 ) -> Result<EjectionReport, StudyError> {
-    let folder = files::Folder::lock(out)?;
-    folder.clear(&[])?;
+    let mut folder = files::Folder::lock(out)?;
+    let planned = page::PLOTS.iter().chain(&[PAGE, files::REPORT]);
+    folder.clear(&planned.map(PathBuf::from).collect::<Vec<_>>())?;
     let (clock, cases) = (Instant::now(), cases::all(quick)?);
     let (mut shared, mut results) = (None, Vec::new());
     for case in &cases {
@@ -76,6 +77,7 @@ pub fn ejection(
         serde_json::to_writer_pretty(&mut *file, &report)?;
         file.write_all(b"\n")
     })?;
+    folder.finish();
     Ok(report)
 }
 

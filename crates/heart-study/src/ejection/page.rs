@@ -16,6 +16,8 @@ const CAUSES: [(&str, &str); 4] = [
     ("the filter window", NO_WINDOW),
     ("attenuation", NO_ATTENUATION),
 ];
+/// Files of the plots.
+pub(super) const PLOTS: [&str; 3] = ["causes.svg", "sizes.svg", "volumes.svg"];
 pub(crate) const QUICK: &str = "A run with --quick tests the program: its numbers have no meaning.";
 const INTRODUCTION: &str = "Gated perfusion SPECT of hearts of known volumes in a chest, without scatter and respiration. The \
     endocardium is measured along rays from the axis of the left ventricle; f(t) is the image and f(p) its maximum on the ray. At half \
@@ -166,13 +168,13 @@ fn plots(gallery: &mut Gallery<'_>, results: &[CaseResult]) -> Result<(), StudyE
     ];
     let lines = shown.map(|(label, name)| (label.into(), points(results, "medium", name, 0)));
     let caption = "Bias of the ejection fraction of the medium heart with each cause switched off; edge at half maximum.";
-    draw("causes.svg", axes, lines.into(), caption)?;
+    draw(PLOTS[0], axes, lines.into(), caption)?;
     let rules = [(0, "half"), (1, "gradient")];
     let lines = ["small", "medium", "large"].map(|size| {
         rules.map(|(rule, name)| (format!("{size}, {name}"), points(results, size, BASE, rule)))
     });
     let caption = "Bias of the ejection fraction of small, medium and large hearts by both edge rules; base case.";
-    draw("sizes.svg", axes, lines.concat(), caption)?;
+    draw(PLOTS[1], axes, lines.concat(), caption)?;
     let of_gates = |r: &CaseResult| {
         rules.map(|(rule, name)| {
             let (gates, n) = (&r.rules[rule].gates, r.rules[rule].gates.len() as f64);
@@ -187,10 +189,5 @@ fn plots(gallery: &mut Gallery<'_>, results: &[CaseResult]) -> Result<(), StudyE
         |r: &&CaseResult| r.case.is_of_reference() && [BASE, SIXTEEN].contains(&r.case.name);
     let lines = results.iter().filter(wanted).flat_map(of_gates).collect();
     let caption = "Measured volume of each gate at its middle; true EDV 127 mL, ESV 57.2 mL.";
-    draw(
-        "volumes.svg",
-        ["phase", "cavity volume (mL)"],
-        lines,
-        caption,
-    )
+    draw(PLOTS[2], ["phase", "cavity volume (mL)"], lines, caption)
 }

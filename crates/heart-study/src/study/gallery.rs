@@ -6,7 +6,7 @@ use heart_phantom::files::write_atomically;
 use std::path::{Path, PathBuf};
 
 /// The name of the page.
-const PAGE: &str = "index.html";
+pub(crate) const PAGE: &str = "index.html";
 
 /// Images written so far, and their page.
 pub(crate) struct Gallery<'a> {

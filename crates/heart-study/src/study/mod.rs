@@ -18,7 +18,7 @@ use heart_phantom::{Observer, PhantomError, Progress, Regions, files};
 pub use options::StudyOptions;
 use report::{Report, Settings};
 use run::Run;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// Heading of the page.
 const TITLE: &str = "A beating heart from two balloons";
@@ -27,10 +27,10 @@ const INTRODUCTION: &str = "The study of Rohmer, Sitek and Gullberg (2006), Simu
     Beating Heart Based on Physically Modeling a Deformable Balloon (hal-03929238), reproduced: \
     solved shapes, sinograms from exact chords, filtered back-projection slice by slice.";
 /// Runs the study and writes its files to the directory `out`, `report.json` last. The report of an earlier run and the files that
-/// it lists are removed first.
+/// it lists are removed first. A study that fails removes its files.
 ///
 /// # Errors
-/// An option out of range or a directory that is not writable is reported before any work; see [`StudyError`].
+/// An option out of range, a directory that is not writable or other files under names of the study are reported before any work; see [`StudyError`].
 /// [`PhantomError::Stopped`] if `progress`, called before each stage, stops the study.
 pub fn run(
     options: &StudyOptions,
@@ -38,9 +38,34 @@ pub fn run(
     progress: Observer<'_, Progress>,
 ) -> Result<Report, StudyError> {
     options.validate()?;
-    let folder = files::Folder::lock(out)?;
-    folder.clear(&[])?;
-    pool(options.threads)?.install(|| run_in_pool(options, out, progress))
+    let mut folder = files::Folder::lock(out)?;
+    folder.clear(&planned(options.figures))?;
+    let report = pool(options.threads)?.install(|| run_in_pool(options, out, progress))?;
+    folder.finish();
+    Ok(report)
+}
+
+/// Names of all files of the study.
+fn planned(figures: bool) -> Vec<PathBuf> {
+    let mut names = vec![files::REPORT.into()];
+    if figures {
+        names.extend(
+            pictures::FILES
+                .iter()
+                .chain(&[gallery::PAGE])
+                .map(PathBuf::from),
+        );
+    }
+    for (k, (name, _)) in tomography::ACQUISITIONS.into_iter().enumerate() {
+        names.extend(tomography::ARRAYS.map(|what| format!("{name}-{what}.npy").into()));
+        if figures {
+            let number = 15 + k;
+            names.extend(
+                pictures::VOLUMES.map(|what| format!("fig{number}-{name}-{what}.png").into()),
+            );
+        }
+    }
+    names
 }
 
 /// Starts threads; `None` for one per core.

@@ -17,6 +17,23 @@ use heart_phantom::revolve_voxel::nalgebra::Vector3;
 use heart_phantom::{Balloon, HeartShape, PhantomError};
 use std::sync::Arc;
 
+/// Files of the figures, without those of [`VOLUMES`].
+pub(super) const FILES: [&str; 12] = [
+    "fig08-shapes.png",
+    "newton-jacobian.png",
+    "fig09-forces.png",
+    "fig10-norm.png",
+    "fig11-wall.png",
+    "fig12-bodies.png",
+    "rubber-wall.png",
+    "rubber-pressure.svg",
+    "rubber-view.svg",
+    "fig13-pose.png",
+    "fig14-projections.png",
+    "fig18-circle.png",
+];
+/// Figures of each reconstruction.
+pub(super) const VOLUMES: [&str; 3] = ["slice", "slices", "volume"];
 /// Grey window of the three reconstructions, for comparison of streaks.
 const WINDOW: [f64; 2] = [-0.25, 1.25];
 /// Direction of view of solids.

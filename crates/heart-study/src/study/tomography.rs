@@ -13,6 +13,15 @@ pub(super) const ACQUISITIONS: [(&str, Mode); 3] = [
     ("long", Mode::WholeCycle),
 ];
 
+/// Arrays of each acquisition, of which it has one ground truth.
+pub(super) const ARRAYS: [&str; 5] = [
+    "sinogram",
+    "truth",
+    "truth-mean-of-views",
+    "hann",
+    "ram-lak",
+];
+
 /// One acquisition with its results.
 pub(super) struct Reconstructed {
     /// Line integrals `[view][row][bin]`.

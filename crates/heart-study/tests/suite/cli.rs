@@ -168,6 +168,7 @@ fn bad_input_is_rejected_before_anything_is_written() {
         (["--size", "0"], "size"),
         (["--size", "1000000"], "size"),
         (["--size", "many"], "--size"),
+        (["--size", "-3"], "invalid value '-3' for '--size"),
         (["--views", "0"], "views"),
         (["--gain", "-0.5"], "gain"),
         (["--gain", "NaN"], "gain"),
@@ -195,6 +196,12 @@ fn a_directory_that_cannot_be_created_is_named() {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("file");
     std::fs::write(&file, "in the way").unwrap();
+    let output = paper(&file, &SMALL);
+    let error = String::from_utf8(output.stderr).unwrap();
+    assert!(
+        error.contains("it exists and must be a directory"),
+        "{error}"
+    );
     let output = paper(&file.join("out"), &SMALL);
     let error = String::from_utf8(output.stderr).unwrap();
     assert_eq!(output.status.code(), Some(1));

@@ -121,6 +121,28 @@ fn files_of_other_programs_are_unchanged() {
     }
 }
 
+/// Files under every name that a study writes.
+#[test]
+fn files_that_no_report_lists_are_not_replaced() {
+    let folder = tempfile::tempdir().unwrap();
+    let paper = [&["paper", "--out", "paper"], &PAPER[..]].concat();
+    for command in [
+        &["run", "scene.toml", "--out", "run"][..],
+        &paper,
+        &["ef", "--quick", "--out", "ef"],
+    ] {
+        done(folder.path(), command);
+        let out = folder.path().join(command[0]);
+        let written = fs::read_dir(&out).unwrap().count();
+        fs::remove_file(out.join("report.json")).unwrap();
+        let before = contents(&out);
+        let said = refused(folder.path(), command);
+        assert!(said.contains("index.html") || said.contains(&format!("{} more", written - 6)));
+        assert!(said.contains("no earlier run lists"), "{said}");
+        assert_eq!(contents(&out), before);
+    }
+}
+
 /// If a report exists, all files that it lists are unchanged.
 #[test]
 fn single_results_do_not_change_a_run() {
