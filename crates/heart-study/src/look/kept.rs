@@ -10,7 +10,7 @@ use heart_phantom::{Mode, Phantom};
 #[derive(Debug)]
 pub(super) struct Kept<'a> {
     pub(super) phantom: &'a Phantom,
-    planes: Option<Planes>,
+    pub(super) planes: Option<Planes>,
     pub(super) shown: Vec<Shown>,
     /// Sum of the samples of each view, by gate.
     pub(super) sums: Vec<Vec<f64>>,

@@ -2,6 +2,7 @@
 
 use super::kept::{Kept, Shown};
 use super::measured::Plot;
+use super::planes::Planes;
 use super::tables::tables;
 
 use crate::StudyError;
@@ -121,12 +122,18 @@ fn viewer(look: &Kept<'_>) -> Result<Markup, StudyError> {
 
 /// Sections of each kind of volume and their difference in the gates of [`extremes`].
 fn slices(look: &Kept<'_>) -> Result<Markup, StudyError> {
+    let is_anatomical = look.planes.as_ref().is_some_and(Planes::is_anatomical);
+    let walls = match is_anatomical {
+        true => {
+            " with the anterior wall on top and the lateral wall to the right, as are the polar maps"
+        }
+        false => "",
+    };
     let of = |shown: &Shown, gate: usize| {
         let [black, white] = shown.window();
         let caption = format!(
             "{}, {}: black is {black:.4}, white {white:.4} {}, the largest sample of these sections in all gates. Letters: left and \
-             right, anterior and posterior, superior and inferior. The short axis is viewed from the apex with the anterior wall on top \
-             and the lateral wall to the right, as are the polar maps.",
+             right, anterior and posterior, superior and inferior. The short axis is viewed from the apex{walls}.",
             shown.what(),
             look.when(gate),
             look.unit()

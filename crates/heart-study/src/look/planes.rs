@@ -49,6 +49,14 @@ impl Planes {
         Self { grid, planes }
     }
 
+    /// Returns whether the heart has an anatomical pose: in the short-axis section the anterior wall is anterior or superior, the lateral
+    /// wall on the left of the patient.
+    pub(super) fn is_anatomical(&self) -> bool {
+        self.planes.get(SHORT_AXIS).is_some_and(|plane| {
+            letters(&plane.up).contains(['A', 'S']) && letters(&plane.right).contains('L')
+        })
+    }
+
     /// Returns the number of samples of all sections of a volume.
     pub(super) fn len(&self) -> usize {
         let sizes = self.planes.iter().map(|plane| plane.size);
