@@ -186,20 +186,12 @@ pub(crate) fn size(bytes: u64) -> String {
     format!("{amount:.digits$} {unit}")
 }
 
-/// Lists files with sizes if these are known; of many files the first and the last.
-fn listed(files: &[(PathBuf, u64)]) -> Vec<String> {
-    const MOST: usize = 20;
-    let line = |(name, bytes): &(PathBuf, u64)| match *bytes {
+/// Lists files with sizes if these are known.
+fn listed(files: &[(PathBuf, u64)]) -> impl Iterator<Item = String> {
+    files.iter().map(|(name, bytes)| match *bytes {
         0 => format!("    {}", name.display()),
         bytes => format!("    {} {}", name.display(), size(bytes)),
-    };
-    if files.len() <= MOST {
-        return files.iter().map(line).collect();
-    }
-    let (first, last) = (&files[..MOST / 2], &files[files.len() - MOST / 2..]);
-    let between = format!("    ... ({} files)", files.len() - MOST);
-    let first = first.iter().map(line).chain([between]);
-    first.chain(last.iter().map(line)).collect()
+    })
 }
 
 pub(super) fn run_scene(arguments: &Arguments, scene: &Path, out: &Path, page: bool) -> Done {
