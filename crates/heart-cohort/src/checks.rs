@@ -75,10 +75,14 @@ impl Reader<'_> {
         let mut all = 0.0;
         for (k, Case { name, weight, .. }) in cases.iter().enumerate() {
             all += weight;
-            if !(*weight > 0.0 && all.is_finite()) {
-                let what = format!(
-                    "is {weight:?}; it must be positive, and the sum of all weights finite"
-                );
+            // Also rejects NaN.
+            let is_positive = *weight > 0.0;
+            if !is_positive || !all.is_finite() {
+                let wanted = match is_positive {
+                    false => "it must be positive",
+                    true => "the sum of all weights must be finite",
+                };
+                let what = format!("is {weight:?}; {wanted}");
                 return Err(self.wrong(&format!("cases.{}.weight", k + 1), what));
             }
             let what = if cases[..k].iter().any(|other| other.name == *name) {

@@ -14,6 +14,24 @@ pub(crate) const MOST_MEMBERS: u64 = 1 << 26;
 
 /// A set of studies: a scene and distributions of its fields. Member `i` is a function of the text and `i`.
 ///
+/// Keys of the text, which [`Cohort::TEMPLATE`] shows in use:
+///
+/// | key | default | meaning |
+/// | --- | --- | --- |
+/// | `members` | | number of members, 1 to 2^26 |
+/// | `seed` | 1 | seed of the random numbers |
+/// | `sampling` | `"plain"` | `"plain"` or `"sobol"`: [`Sampling`] |
+/// | `attempts` | 1000 | largest number of draws per member to meet the constraints, 1 to 10^6 |
+/// | `compression` | `"none"` | `"none"` or `"gzip"`, of each array: [`Compression`] |
+/// | `precision` | `"float32"` | `"float32"` or `"float16"`, of the samples: [`Precision`] |
+/// | `split` | none | fractions of the members: `{ train = 0.8, validation = 0.1, test = 0.1 }` |
+/// | `base` | [`Scene::default`](heart_phantom::Scene) | file of the base scene, relative to that of the cohort |
+/// | `constraints` | none | comparisons that each draw must meet: `["heart.outer.radius > heart.inner.radius + 0.8"]` |
+/// | `correlations` | none | coefficients of the normal scores of two fields: `[{ fields = ["pose.shift.1", "pose.shift.2"], coefficient = 0.4 }]` |
+/// | `[scene]` | empty | fields of all members that differ from the base scene |
+/// | `[vary]` | empty | distributions of fields by their paths: [`Distribution`] |
+/// | `[[cases]]` | one case | classes: `name`, `weight` (default 1, relative to the sum), `scene` and `vary` (replace those of all members) |
+///
 /// ```
 /// use heart_cohort::Cohort;
 /// let cohort = Cohort::from_toml(r#"
@@ -100,7 +118,11 @@ pub(crate) struct Case {
 }
 
 impl Cohort {
-    /// A cohort text with a comment on every line.
+    /// A cohort text with a comment on every line:
+    ///
+    /// ```toml
+    #[doc = include_str!("template.toml")]
+    /// ```
     pub const TEMPLATE: &str = include_str!("template.toml");
 
     /// A cohort text of clinical studies: chest, collimator, 16 gates, averages over bins, noise, hearts with and without a defect.

@@ -49,7 +49,9 @@ pub enum CohortError {
         what: String,
     },
     /// A shard that does not exist.
-    #[error("shard is {shard} of {of}; must be between 1 of 1 and {most} of {most}")]
+    #[error(
+        "shard is {shard} of {of}; it must be between 1 and the number of shards, and that between 1 and {most}, the number of members"
+    )]
     NoShard {
         /// The shard given.
         shard: u64,
@@ -57,6 +59,19 @@ pub enum CohortError {
         of: u64,
         /// Largest number of shards: the number of members.
         most: u64,
+    },
+    /// The directory contains a shard of another number of shards.
+    #[error(
+        "{} is one of {found} shards, not of {given}; choose another directory or compute shards of {found}",
+        escape_path(path)
+    )]
+    OtherDivision {
+        /// The existing file.
+        path: PathBuf,
+        /// Its number of shards.
+        found: u64,
+        /// The number of shards given.
+        given: u64,
     },
     /// A shard of that name belongs to another cohort or another version of the program.
     #[error(

@@ -372,6 +372,11 @@ impl Reader<'_> {
             };
             outcome.map_err(|what| {
                 let field = self.varied_at(section, path);
+                // The parser's words for two alternatives of one choice.
+                let what = match what.starts_with("expected value") {
+                    true => "is not a field of the scene".to_owned(),
+                    false => what,
+                };
                 self.wrong(&field, format!("{what}{}", there_is(&case.scene, path)))
             })?;
         }

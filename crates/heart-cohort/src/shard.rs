@@ -73,7 +73,8 @@ impl ShardReport {
 /// # Errors
 /// Before any work: [`PhantomError::Count`] for the number of threads, [`CohortError::NoShard`], [`CohortError::Unmet`] for constraints that
 /// a member of the shard cannot meet,
-/// [`CohortError::OtherCohort`] for a shard of another cohort, [`CohortError::Faults`] for a pipe or a directory of that name,
+/// [`CohortError::OtherDivision`] for a directory with shards of another number, [`CohortError::OtherCohort`] for a shard of another cohort,
+/// [`CohortError::Faults`] for a pipe or a directory of that name,
 /// [`CohortError::Phantom`] for a directory that is not writable. Later: [`CohortError::Phantom`] for a full disk and, if
 /// `progress` stops the shard, with [`PhantomError::Stopped`].
 pub fn run_shard(
@@ -91,6 +92,7 @@ pub fn run_shard(
         .try_for_each(|index| cohort.member(index).map(drop))?;
     let pools = workers::pools(options.threads)?;
     files::create_writable_folder(folder)?;
+    check_division(folder, shard)?;
     let path = folder.join(shard.file_name());
     let left = shard.file_name();
     let left = left.trim_end_matches("tar");
@@ -110,6 +112,22 @@ pub fn run_shard(
             None => Err(error),
         },
     }
+}
+
+/// Rejects a directory of another number of shards, which could not be merged.
+fn check_division(folder: &Path, shard: Shard) -> Result<(), CohortError> {
+    for entry in fs::read_dir(folder).into_iter().flatten().flatten() {
+        let name = entry.file_name();
+        let found = name.to_str().and_then(Shard::of_file_name);
+        if let Some(found) = found.filter(|found| found.of != shard.of) {
+            return Err(CohortError::OtherDivision {
+                path: entry.path(),
+                found: found.of,
+                given: shard.of,
+            });
+        }
+    }
+    Ok(())
 }
 
 /// Computes and writes the archive, then its record.

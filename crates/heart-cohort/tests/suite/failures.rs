@@ -125,14 +125,21 @@ fn a_missing_field_is_reported_with_its_line() {
     );
     says(
         "members = 3\n[[cases]]\nweight = 0\n",
-        &["line 3", "must be positive"],
+        &["line 3", "weight: is 0.0; it must be positive"],
+    );
+    says(
+        "members = 3\n[scene]\ncycle.volume = { ejection_fraction = 0.5 }\n[vary]\ncycle.volume.gain = { uniform = [0.2, 0.4] }\n",
+        &[
+            "line 5",
+            "gain: is not a field of the scene; cycle.volume of the scene has ejection_fraction",
+        ],
     );
     says(
         "members = 3\n[[cases]]\nweight = 1e308\n[[cases]]\nweight = 1e308\n",
         &[
             "line 5",
             "cases.2.weight: is 1e308",
-            "the sum of all weights finite",
+            "the sum of all weights must be finite",
         ],
     );
     for name in ["", "a\\nb", "a\\u202Eb"] {
@@ -162,6 +169,45 @@ fn a_missing_field_is_reported_with_its_line() {
         .map(|k| format!("heart.inner.radius{k} = {{ choice = [1] }}\n"))
         .collect();
     says(&text(3, "sampling = \"sobol\"", &many), &["unknown field"]);
+}
+
+#[test]
+fn shards_of_another_number_are_rejected() {
+    let cohort = with_rejected(6);
+    let folder = tempfile::tempdir().unwrap();
+    let run = |shard, of| {
+        let options = RunOptions::new(1);
+        run_shard(
+            &cohort,
+            folder.path(),
+            Shard { shard, of },
+            &options,
+            &no_observer,
+        )
+    };
+    for shard in [1, 2] {
+        assert_eq!(run(shard, 2).unwrap().rows.len(), 3);
+    }
+    let before = names(folder.path());
+    let error = run(1, 3).unwrap_err();
+    assert!(
+        matches!(
+            error,
+            CohortError::OtherDivision {
+                found: 2,
+                given: 3,
+                ..
+            }
+        ),
+        "{error}"
+    );
+    assert_eq!(names(folder.path()), before);
+    assert!(merge(folder.path()).is_ok());
+    let told = run(3, 2).unwrap_err().to_string();
+    assert!(
+        told.contains("shard is 3 of 2; it must be between 1 and the number of shards"),
+        "{told}"
+    );
 }
 
 #[test]

@@ -96,15 +96,13 @@ fn verified(report: &VerifyReport) -> Done {
         report.recomputed.len()
     );
     let faults = report.faults.iter().map(ToString::to_string);
-    let lines = [line].into_iter().chain(faults).collect();
-    match report.faults.is_empty() {
-        true => Ok(Answer::Report(found, lines)),
-        false => {
-            found["error"] = json!(format!("{} files have faults", report.faults.len()));
-            found["code"] = json!(1);
-            Err(Failure::Report(found, lines))
-        }
+    let lines: Vec<String> = faults.chain([line]).collect();
+    if report.faults.is_empty() {
+        return Ok(Answer::Report(found, lines));
     }
+    found["error"] = json!(lines[0]);
+    found["code"] = json!(1);
+    Err(Failure::Report(found, lines))
 }
 
 /// Writes one manifest of all shards of a directory.
@@ -198,6 +196,16 @@ fn shards(arguments: &Arguments, cohort: &Path, out: &Path, shards: Shards) -> D
     Err(Failure::Report(found, lines))
 }
 
+/// Formats seconds in a unit in which the number is not small.
+fn duration(seconds: f64) -> String {
+    let (amount, unit) = match seconds {
+        _ if seconds < 100.0 => (seconds, "seconds"),
+        _ if seconds < 6000.0 => (seconds / 60.0, "minutes"),
+        _ => (seconds / 3600.0, "hours"),
+    };
+    format!("{amount:.1} {unit}")
+}
+
 fn lines(found: &Survey) -> Vec<String> {
     let mut lines = vec![format!(
         "{} members; {} draws for the first {}",
@@ -222,12 +230,12 @@ fn lines(found: &Survey) -> Vec<String> {
     }
     let seconds = found.members as f64 / found.members_per_second;
     lines.push(format!(
-        "{} in total; {:.2} members per second on {} threads ({} computed): {:.2} hours for all",
+        "{} in total; {:.2} members per second on {} threads ({} computed): {} for all",
         size(found.bytes),
         found.members_per_second,
         found.threads,
         found.tried,
-        seconds / 3600.0
+        duration(seconds)
     ));
     lines
 }

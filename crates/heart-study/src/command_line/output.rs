@@ -223,6 +223,7 @@ fn code_of_cohort(error: &CohortError) -> u8 {
         | CohortError::NoScene { .. }
         | CohortError::Slurm { .. }
         | CohortError::NoShard { .. }
+        | CohortError::OtherDivision { .. }
         | CohortError::OtherCohort { .. } => 2,
         _ => 1,
     }

@@ -57,6 +57,13 @@ fn a_cohort_is_processed_from_its_text_to_its_manifest() {
     let found = answer(folder, &["check", "cohort.toml", "--members", "3"]);
     assert_eq!((&found["members"], &found["tried"]), (&6.into(), &3.into()));
     assert_eq!(found["fields"][0]["path"], "cycle.volume.gain");
+    let said = Command::new(env!("CARGO_BIN_EXE_heart-phantom"))
+        .args(["cohort", "check", "cohort.toml", "--members", "3"])
+        .current_dir(folder)
+        .output()
+        .unwrap();
+    let said = String::from_utf8(said.stdout).unwrap();
+    assert!(said.trim_end().ends_with(" seconds for all"), "{said}");
     let run = ["run", "cohort.toml", "--out", "out", "--shard"];
     let one = answer(folder, &[&run[..], &["2/3"]].concat());
     assert_eq!(
@@ -92,6 +99,11 @@ fn a_cohort_is_processed_from_its_text_to_its_manifest() {
     assert_eq!(found["members"], serde_json::json!([0, 1, 4, 5]));
     let fault = serde_json::json!([{ "file": "shard-00002-of-00003.json", "fault": "checksum" }]);
     assert_eq!((&found["faults"], &found["complete"]), (&fault, &2.into()));
+    let error = found["error"].as_str().unwrap();
+    assert!(
+        error.starts_with("shard-00002-of-00003.json does not"),
+        "{error}"
+    );
     fs::write(&record, kept).unwrap();
     let exported = answer(
         folder,
