@@ -1,7 +1,7 @@
 //! The scenes of the crate: each runs, and agrees with its description.
 
 use heart_phantom::scene::{Accuracy, Scene};
-use heart_phantom::{Phantom, no_observer, run};
+use heart_phantom::{Phantom, Warning, no_observer, run};
 use std::path::{Path, PathBuf};
 
 fn folder() -> PathBuf {
@@ -22,6 +22,7 @@ fn rough(scene: Scene) -> Scene {
     scene
 }
 
+/// But for the attenuation that filtered back-projection does not model.
 #[test]
 fn every_scene_runs_without_a_warning() {
     let mut n = 0;
@@ -31,7 +32,9 @@ fn every_scene_runs_without_a_warning() {
         let mut whole = scene.clone();
         whole.acquisition.accuracy = Accuracy::Tolerance(0.02); // no warning depends on it
         let whole = Phantom::new(whole).unwrap();
-        assert_eq!(whole.warnings().unwrap(), [], "{}", path.display());
+        let mut found = whole.warnings().unwrap();
+        found.retain(|warning| !matches!(warning, Warning::Uncorrected { .. }));
+        assert_eq!(found, [], "{}", path.display());
         let out = tempfile::tempdir().unwrap();
         let report = run(
             &Phantom::new(rough(scene)).unwrap(),

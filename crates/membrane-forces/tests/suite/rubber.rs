@@ -507,7 +507,10 @@ fn the_tangent_of_slack_rubber_scales_with_the_length() {
     };
     let [a, b] = [&small, &large].map(|of| products(of, 0.3));
     let most = a.iter().fold(0.0f64, |most, x| most.max(x.abs()));
-    for (a, b) in a.iter().zip(&b) {
+    for (k, (a, b)) in a.iter().zip(&b).enumerate() {
+        if small.fixed().contains(&k) {
+            continue;
+        }
         // rounding of second derivatives of degree 12
         assert!((2.0 * a - b).abs() < 1e-9 * most, "{a} {b}");
     }

@@ -561,40 +561,6 @@ fn a_factorisation_may_be_reused_for_many_solves() {
     assert!(kept < 40 && each > 100, "{kept} {each}");
 }
 
-struct Square {
-    slope: f64,
-    sign: f64,
-}
-
-impl ResidualSystem for Square {
-    fn len(&self) -> usize {
-        1
-    }
-
-    fn residual_into(&mut self, x: &[f64], out: &mut [f64]) -> Result<(), NewtonError> {
-        out[0] = x[0] * x[0] - 2.0;
-        Ok(())
-    }
-
-    fn factor(&mut self, x: &[f64]) -> Result<(), NewtonError> {
-        self.slope = self.sign * 2.0 * x[0];
-        Ok(())
-    }
-
-    fn solve_in_place(&mut self, rhs: &mut [f64]) -> Result<(), NewtonError> {
-        rhs[0] /= self.slope;
-        Ok(())
-    }
-
-    fn residual_norm(&self, residual: &[f64]) -> f64 {
-        residual[0].abs()
-    }
-
-    fn step_norm(&self, step: &[f64]) -> f64 {
-        step[0].abs()
-    }
-}
-
 /// The message of a solve that fails contains the cause: a wrong tangent, too few iterations, a number that is not finite, or tolerances that
 /// are met at another value of the control.
 #[test]
@@ -617,8 +583,12 @@ fn messages_contain_the_cause_of_a_failure() {
         ),
         (f64::NAN, 1.0, options, StopReason::NotFinite, "not finite"),
     ] {
-        let slope = 0.0;
-        let failed = newton(&mut Square { slope, sign }, &mut [x], &options).unwrap_err();
+        let mut root = Root {
+            wrong: sign,
+            norm: 1.0,
+            slope: 0.0,
+        };
+        let failed = newton(&mut root, &mut [x], &options).unwrap_err();
         assert!(failed.to_string().contains(said), "{failed}");
         let NewtonError::NotConverged { report, .. } = failed else {
             panic!("{failed:?}")
