@@ -210,7 +210,8 @@ impl Motion {
     /// Sets time, shape and velocity of a single membrane. The velocities of fixed nodes are set to zero.
     ///
     /// # Errors
-    /// A pair; [`ImplicitError::FixedNode`]: fixed nodes more than 1e-9 of the length of the curve from their places; lists whose length differs from the membrane's nodes, numbers that are not finite or beyond 1e100, and as [`Motion::new`].
+    /// A pair; [`ImplicitError::FixedNode`]: fixed nodes more than 1e-9 of the length of the curve from their places; lists whose length differs from
+    /// the membrane's nodes, numbers that are not finite or beyond 1e100, and as [`Motion::new`].
     pub fn with_state(
         mut self,
         time: f64,

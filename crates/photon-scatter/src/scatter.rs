@@ -70,10 +70,11 @@ impl Scatter {
     /// Follows photon histories until no bin has a standard error above both tolerances. Bitwise independent of the number of threads.
     ///
     /// # Errors
-    /// [`ScatterError::OutOfRange`] for a tolerance that is not positive (0 is allowed with a relative one), a relative one outside 0 to 1, a
-    /// pitch outside 0.01 to 100 cm, a spacing outside 0 to 1 rad, no order, no history, blocks outside 16 to 10^7 histories, a view whose face is in the medium or in front of it on the line through the axis, numbers of `source` that are not finite or
-    /// negative, and a [`Piece`](crate::Piece) of `medium` that is reversed, out of order, not finite or denser than 30 g/cm^3;
-    /// [`ScatterError::Nodes`] for more than 2^27 nodes; [`ScatterError::Tolerance`] if `most_histories` do not suffice.
+    /// [`ScatterError::OutOfRange`] for a tolerance that is not positive (0 is allowed with a relative one), a relative one outside 0 to 1, a pitch
+    /// outside 0.01 to 100 cm, a spacing outside 0 to 1 rad, no order, no history, blocks outside 16 to 10^7 histories, a view whose face is in the
+    /// medium or in front of it on the line through the axis, numbers of `source` that are not finite or negative, and a [`Piece`](crate::Piece) of
+    /// `medium` that is reversed, out of order, not finite or denser than 30 g/cm^3; [`ScatterError::Nodes`] for more than 2^27 nodes;
+    /// [`ScatterError::Tolerance`] if `most_histories` do not suffice.
     pub fn new(
         source: &dyn Source,
         medium: &dyn Medium,

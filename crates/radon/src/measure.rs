@@ -56,9 +56,9 @@ pub struct MaskedStats {
 impl MaskedStats {
     /// Computes statistics of `values` where `mask` is set; `None` if it is set nowhere.
     ///
-    /// A stack `[slice][y][x]` takes the mask of a slice repeated: `mask.repeat(n_slices)`. Sums are `f64`; the spread combines the spreads about the means of blocks of samples and the spread of these means
-    /// (Chan, Golub, LeVeque 1983, <https://doi.org/10.1080/00031305.1983.10483115>), so that a small spread about a large mean is
-    /// accurate. Values are read once. Bitwise identical for any number of threads.
+    /// A stack `[slice][y][x]` takes the mask of a slice repeated: `mask.repeat(n_slices)`. Sums are `f64`; the spread combines the spreads about the
+    /// means of blocks of samples and the spread of these means (Chan, Golub, LeVeque 1983, <https://doi.org/10.1080/00031305.1983.10483115>), so
+    /// that a small spread about a large mean is accurate. Values are read once. Bitwise identical for any number of threads.
     ///
     /// # Errors
     /// [`RadonError::WrongLength`] if values and mask differ in length.

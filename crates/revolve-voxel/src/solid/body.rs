@@ -18,9 +18,9 @@ use crate::{MassProperties, Pose, RevolveError};
 /// A layer is the whole solid inside its meridian, a region the part between it and the layer within. The same index counts both: functions with a
 /// `layer` treat the filled solid, those with an activity or a `region` the regions.
 ///
-/// Layers need not be nested, but their volumes do not decrease. Where layer k extends outside layer k+1 the formula adds `a_k - a_(k+1)`, which is negative for a
-/// cold cavity that extends beyond a warm wall. The coverage of region k+1 is negative there too, so sums over regions remain
-/// exact. [`Body::nested`] and [`Body::check_nested`] test for nesting.
+/// Layers need not be nested, but their volumes do not decrease. Where layer k extends outside layer k+1 the formula adds `a_k - a_(k+1)`, which is
+/// negative for a cold cavity that extends beyond a warm wall. The coverage of region k+1 is negative there too, so sums over regions remain exact.
+/// [`Body::nested`] and [`Body::check_nested`] test for nesting.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Body {
     /// Shared by copies in other poses.
