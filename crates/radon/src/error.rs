@@ -237,8 +237,11 @@ fn hint(furthest: f64) -> String {
     }
 }
 
-/// A number to at least three digits.
+/// A number to at least three digits, of any size.
 fn three(x: f64) -> String {
+    if !(1e-3..1e6).contains(&x.abs()) {
+        return format!("{x:?}");
+    }
     let decimals = (2.0 - x.abs().log10().floor()).clamp(0.0, 12.0) as usize;
     format!("{x:.decimals$}")
 }
