@@ -103,8 +103,8 @@ impl Phantom {
 
     /// Computes the voxelised ground truth of a gate, `[z][y][x]`: averages over each voxel and over the acquisition time
     /// ([`Phantom::truth_of`]). The error of the average over each voxel is `truth.tolerance`; that over time falls with the steps of
-    /// `acquisition.accuracy`: with four steps in a gate, the default for 8 gates, the blood volume differs from the mean of the gate
-    /// (`PhaseReport::mean_cavity_ml`) by up to 0.2 %.
+    /// `acquisition.accuracy`: with four steps in a gate, the default for 8 gates, the blood volume of the default heart differs from the mean
+    /// of the gate (`PhaseReport::mean_cavity_ml`) by up to 0.1 %.
     ///
     /// # Errors
     /// As [`Phantom::view`].

@@ -12,7 +12,8 @@ use std::fmt;
 /// `report.json` contains an object with `message` and the fields `what`, `edge`, `needed_cm`, `available_cm`, `angle_degrees` of a
 /// truncation; `edge`, `nearest_cm` and `reach_cm` of a heart outside the views; `times` of a heart outside the torso; `view`, `radius_cm` and
 /// `needed_cm` of a detector inside the body; `pitch_cm`, `fwhm_cm` and `error` of aliased samples; `gap_degrees` of a short arc;
-/// `off_degrees` of uneven angles. A steep twist has none.
+/// `off_degrees` of uneven angles; `coefficient_per_cm` of uncorrected attenuation; `key`, `value` and `usual` of an unusual value. A steep
+/// twist has none.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub enum Warning {
@@ -71,7 +72,7 @@ pub enum Warning {
     },
     /// A value is legal, but outside the range of patients, as if it had another unit.
     Unusual {
-        /// The key in the scene.
+        /// The key in the scene; that of attenuation also for the coefficients of organs.
         key: &'static str,
         /// The value given.
         value: f64,

@@ -248,15 +248,15 @@ impl Phantom {
         (!models && coefficient > 0.0).then_some(Warning::Uncorrected { coefficient })
     }
 
-    /// Values outside the range of patients. Lead excluded, nothing attenuates more than bone at 30 keV, 2.5 /cm.
+    /// Values outside the range of patients. Water has 0.096 /cm at 511 keV and more below: 9.6 and more in 1/m.
     fn unusual(&self) -> Vec<Warning> {
         let rate = self.cycle().beats_per_minute();
         let values = [
-            ("beats_per_minute", rate, [20.0, 300.0], "1/min"),
+            ("cycle.beats_per_minute", rate, [20.0, 300.0], "1/min"),
             (
-                "attenuation",
+                "attenuation.coefficient",
                 self.largest_attenuation(),
-                [0.0, 2.5],
+                [0.0, 5.0],
                 "1/cm",
             ),
         ];

@@ -84,7 +84,7 @@ pub struct Noise {
 pub enum Counts {
     /// Counts per unit sample (activity times cm).
     PerUnit(f64),
-    /// Counts in all views of a gate; any part of a gate needs all of its views once.
+    /// Counts in all views of a gate, met to a relative error of 8e-6; any part of a gate needs all of its views once.
     Total(f64),
     /// Counts from the sensitivity of the camera ([`Counting`](crate::Counting)), which must be given.
     Expected,

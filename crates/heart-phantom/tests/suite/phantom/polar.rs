@@ -4,7 +4,7 @@ use super::small;
 use heart_phantom::membrane_newton::{Discretisation, Membrane, ReferenceShape};
 use heart_phantom::revolve_voxel::Pose;
 use heart_phantom::scene::{ArcPolicy, Defect, Mode, Scene};
-use heart_phantom::{Heart, Phantom, PhantomError};
+use heart_phantom::{Heart, Phantom, PhantomError, Uptake};
 use std::f64::consts::{PI, TAU};
 
 fn fine(mode: Mode) -> Scene {
@@ -104,6 +104,25 @@ fn the_mean_volume_of_a_gate_is_that_of_a_sinusoid() {
             (found - least - stroke * share).abs() < 1e-5 * stroke,
             "{found}"
         );
+    }
+}
+
+/// The mean over the time of a gate has few steps, which the page of `Phantom::truth` states for the default scene.
+#[test]
+fn the_blood_volume_of_the_truth_of_a_gate_is_accurate() {
+    let mut scene = Scene::default()
+        .with_size(32)
+        .with_mode(Mode::Gated { gates: 8 });
+    scene.activity.cavity = Uptake::Concentration(1.0);
+    scene.activity.wall = Uptake::Concentration(0.0);
+    let phantom = Phantom::new(scene).unwrap();
+    let reports = phantom.phase_reports().unwrap();
+    let voxel = phantom.camera().grid().voxel_volume();
+    for (gate, report) in reports[..8].iter().enumerate() {
+        let truth = phantom.truth(gate).unwrap();
+        let found = voxel * truth.iter().map(|&v| f64::from(v)).sum::<f64>();
+        let error = found / report.mean_cavity_ml.unwrap() - 1.0;
+        assert!(error.abs() < 1e-3, "{gate}: {error:e}");
     }
 }
 

@@ -341,7 +341,7 @@ fn uncorrected_attenuation_and_unusual_values_are_warnings() {
         Warning::Unusual { key, .. } => key,
         other => panic!("{other}"),
     });
-    assert!(keys.eq(&["beats_per_minute", "attenuation"]));
+    assert!(keys.eq(&["cycle.beats_per_minute", "attenuation.coefficient"]));
 }
 
 /// A healthy twist is followed to the tolerances, one that jumps between two of many samples is not.
