@@ -14,6 +14,9 @@ use crate::rays::silhouette::Silhouette;
 use crate::rays::slabs::for_slabs;
 use crate::{Body, ParallelRays, Ray, RayCounters, RevolveError, Sample};
 
+/// Rays that a task projects at least: about 0.1 ms.
+const TASK: usize = 1024;
+
 impl Body {
     /// Returns the line integrals of the activity along the rays, `[row][bin]`. Parts of the body beside the rays are omitted without an error.
     ///
@@ -203,6 +206,7 @@ impl Raster for ParallelRays {
             .collect();
         let set = simd_set::Set::detect();
         out.par_chunks_mut(self.n_slabs() * self.n_bins)
+            .with_min_len(TASK / self.n_bins.max(1))
             .enumerate()
             .map_init(Scratch::default, |scratch, (row, image)| {
                 let at = (self.first_row + row) as f64;

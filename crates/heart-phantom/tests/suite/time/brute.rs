@@ -3,6 +3,7 @@
 
 use heart_phantom::Phantom;
 use heart_phantom::scene::{Mode, Rotation};
+use rayon::prelude::*;
 use std::collections::BTreeMap;
 
 /// Shapes are solved at this number of volumes, and interpolated linearly: the error of the sharpest change, that of a ray that touches the
@@ -63,24 +64,40 @@ pub(crate) fn view(phantom: &Phantom, gate: usize, view_idx: usize, n: usize) ->
             }
         }
     }
+    let moments: Vec<((u64, u64), f64)> = moments.into_iter().collect();
+    let parts: Vec<Vec<f64>> = moments
+        .par_chunks(64)
+        .map(|part| weighted(phantom, part))
+        .collect();
+    let mut sum = vec![0.0f64; phantom.camera().view_len()];
+    for part in parts {
+        for (sum, value) in sum.iter_mut().zip(part) {
+            *sum += value;
+        }
+    }
+    sum
+}
+
+/// The sum of the images of instants, each of a gain and an angle, times their weights.
+fn weighted(phantom: &Phantom, moments: &[((u64, u64), f64)]) -> Vec<f64> {
+    let activity = phantom.scene().activity;
     let mut sum = vec![0.0f64; phantom.camera().view_len()];
     let mut one = vec![0.0f32; sum.len()];
     for ((gain, angle), weight) in moments {
         let shape = phantom
             .heart()
-            .shapes(&[f64::from_bits(gain)])
+            .shapes(&[f64::from_bits(*gain)])
             .unwrap()
             .remove(0);
         let rays = phantom
             .camera()
             .detector()
-            .rays(f64::from_bits(angle))
+            .rays(f64::from_bits(*angle))
             .unwrap();
-        let activity = [scene.activity.cavity, scene.activity.wall];
         let [inner, outer] = shape.volumes();
         let held = [
-            activity[0].concentration(inner),
-            activity[1].concentration(outer - inner),
+            activity.cavity.concentration(inner),
+            activity.wall.concentration(outer - inner),
         ];
         one.fill(0.0);
         shape
