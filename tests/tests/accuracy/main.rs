@@ -15,6 +15,7 @@ mod motion;
 mod response;
 mod tomography;
 
+use rayon::prelude::*;
 use std::fmt::Write;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use tests::Random;
@@ -63,13 +64,17 @@ struct Distribution {
 
 impl Distribution {
     fn of(row: &Row, problems: u64, first_seed: u64) -> Self {
+        let seeds = first_seed..first_seed + problems;
+        let outcomes: Vec<_> = (seeds.clone().into_par_iter())
+            .map(|seed| catch_unwind(AssertUnwindSafe(|| (row.problem)(&mut Random::new(seed)))))
+            .collect();
         let mut found = Self {
             ratios: Vec::new(),
             rejected: 0,
             failed: Vec::new(),
         };
-        for seed in first_seed..first_seed + problems {
-            match catch_unwind(AssertUnwindSafe(|| (row.problem)(&mut Random::new(seed)))) {
+        for (seed, outcome) in seeds.zip(outcomes) {
+            match outcome {
                 Ok(None) => found.rejected += 1,
                 Ok(Some(ratio)) => {
                     if ratio.is_nan() || ratio > WORST {

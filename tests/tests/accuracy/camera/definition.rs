@@ -7,6 +7,7 @@ use heart_phantom::revolve_voxel::{
 use heart_phantom::scene::{self, Mode, Scene};
 use heart_phantom::{Chest, HeartShape, Phantom};
 use radon::Collimator;
+use rayon::prelude::*;
 use std::f64::consts::LN_2;
 
 /// Thickness of the slabs of depth in cm; each has the mean variance of both ends.
@@ -137,7 +138,7 @@ impl View {
         bounds: [[f64; 2]; 2],
         depth: [f64; 2],
         least: f64,
-        project: impl Fn(&ParallelRays, &mut [f32]),
+        project: impl Fn(&ParallelRays, &mut [f32]) + Sync,
     ) {
         let n = match self.is_deep {
             true => ((depth[1] - depth[0]) / SLAB).ceil(),
@@ -185,8 +186,16 @@ impl View {
                 .map(|k| depth[0] + k as f64 * thickness)
                 .collect(),
         };
-        for shift in 0..SHIFTS[1] {
-            raster.add(&raster.set(shift), samples, &project);
+        let parts: Vec<Vec<f64>> = (0..SHIFTS[1])
+            .into_par_iter()
+            .map_init(Vec::new, |slabs, shift| {
+                raster.samples(&raster.set(shift), &project, slabs)
+            })
+            .collect();
+        for part in parts {
+            for (sum, value) in samples.iter_mut().zip(part) {
+                *sum += value;
+            }
         }
     }
 }
@@ -318,11 +327,18 @@ impl Raster {
         }
     }
 
-    /// Adds the result of `project` for the slabs of some rays to the samples.
-    fn add(&self, set: &Set, samples: &mut [f64], project: impl Fn(&ParallelRays, &mut [f32])) {
+    /// The samples of the result of `project` for the slabs of some rays, written to `slabs`.
+    fn samples(
+        &self,
+        set: &Set,
+        project: impl Fn(&ParallelRays, &mut [f32]),
+        slabs: &mut Vec<f32>,
+    ) -> Vec<f64> {
+        let mut samples = vec![0.0; self.size[0] * self.size[1]];
         let (n_bins, n_slabs) = (set.rays.n_bins(), self.sigmas.len());
-        let mut slabs = vec![0.0f32; set.heights.len() * n_slabs * n_bins];
-        project(&set.rays, &mut slabs);
+        slabs.clear();
+        slabs.resize(set.heights.len() * n_slabs * n_bins, 0.0);
+        project(&set.rays, slabs);
         let area = 1.0 / (self.fine[0] * self.fine[1]);
         for (row, slabs) in slabs.chunks(n_slabs * n_bins).enumerate() {
             for (slab, line) in slabs.chunks(n_bins).enumerate() {
@@ -347,5 +363,6 @@ impl Raster {
                 }
             }
         }
+        samples
     }
 }
