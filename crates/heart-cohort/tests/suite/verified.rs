@@ -82,21 +82,37 @@ fn every_change_of_a_byte_is_detected() {
         .flat_map(|report| [report.path.clone(), report.path.with_extension("json")])
         .map(|path| (path.clone(), fs::read(path).unwrap()))
         .collect();
-    let mut random = ChaCha8Rng::seed_from_u64(30);
-    for k in 0..10_000 {
+    // Two copies of the folder, each with half of the changes.
+    std::thread::scope(|threads| {
+        for seed in [30, 31] {
+            let (cohort, files) = (&cohort, &files);
+            threads.spawn(move || changed_bytes_are_detected(cohort, files, seed));
+        }
+    });
+}
+
+/// Changes one byte of a copy of the files, 5000 times.
+fn changed_bytes_are_detected(cohort: &Cohort, files: &[(PathBuf, Vec<u8>)], seed: u64) {
+    let folder = tempfile::tempdir().unwrap();
+    let own = |path: &PathBuf| folder.path().join(path.file_name().unwrap());
+    for (path, bytes) in files {
+        fs::write(own(path), bytes).unwrap();
+    }
+    let mut random = ChaCha8Rng::seed_from_u64(seed);
+    for k in 0..5_000 {
         let (path, bytes) = &files[k % files.len()];
         let mut changed = bytes.clone();
         let at = (random.next_u64() % bytes.len() as u64) as usize;
         changed[at] ^= (1 + random.next_u64() % 255) as u8;
-        fs::write(path, &changed).unwrap();
-        let report = verified(&cohort, folder.path(), 0);
+        fs::write(own(path), &changed).unwrap();
+        let report = verified(cohort, folder.path(), 0);
         assert!(
             (report.faults.len(), report.complete) == (1, 1),
             "byte {at} of {path:?}: {report:?}"
         );
-        fs::write(path, bytes).unwrap();
+        fs::write(own(path), bytes).unwrap();
     }
-    finds(&cohort, folder.path(), &[]);
+    finds(cohort, folder.path(), &[]);
 }
 
 #[test]
