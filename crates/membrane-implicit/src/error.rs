@@ -131,7 +131,7 @@ pub enum ImplicitError {
         value: f64,
     },
     /// The norm of the forces exceeds the tolerance after the largest number of steps.
-    #[error("norm of the forces is {:e} after {} steps", evolution.residual(), evolution.steps)]
+    #[error("norm of the forces is {:e}, {:e} at the start, after {} steps", evolution.residual(), evolution.norms.first().copied().unwrap_or(f64::NAN), evolution.steps)]
     NotSettled {
         /// The evolution up to the last step.
         evolution: Box<Evolution>,

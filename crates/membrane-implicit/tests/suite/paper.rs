@@ -133,9 +133,12 @@ fn steps_equal_the_block_system_of_eq_28() {
                     membrane =
                         membrane.with_second_neighbours(Stiffness::constant(lambda_2).unwrap());
                 }
+                // mass 1 and damping 0.7, relative to the stiffness
+                let stiffness = 1.0 + 4.0 * lambda_2;
                 let options = EvolvingOptions::default()
                     .with_max_steps(4)
-                    .with_damping(0.7)
+                    .with_mass(1.0 / stiffness)
+                    .with_damping(0.7 / stiffness)
                     .with_dt(dt)
                     .with_jacobian(jacobian);
                 // four steps do not converge: the error contains the evolution
@@ -214,7 +217,7 @@ fn small_steps_oscillate() {
 #[test]
 fn rank_one_part_makes_large_steps_quadratic() {
     let options = EvolvingOptions::default()
-        .with_tolerance(1e-9)
+        .with_tolerance(1e-10)
         .with_dt(1e5)
         .with_jacobian(Jacobian::Exact);
     let run = evolve(&balloon(), 201, TOTAL_FORCE, &options).unwrap();
@@ -249,6 +252,27 @@ fn evolution_converges_to_the_equilibrium_of_newton() {
         let distance = run.distance_to(&direct.points()).unwrap();
         println!("dt {dt}: {distance:e} cm from Newton's solution");
         assert!(distance < 1e-4, "dt {dt}: {distance:e}");
+    }
+}
+
+/// Springs of 1e-6 to 1e6 times the stiffness, and a membrane of another size, move in the same way under as many times the force.
+#[test]
+fn evolution_does_not_depend_on_the_units_of_force_and_length() {
+    let options = EvolvingOptions::default();
+    let one = evolve(&balloon(), 101, TOTAL_FORCE, &options).unwrap();
+    for exponent in [-6, -4, -2, 0, 2, 4, 6] {
+        for size in [1.0, 1e-3, 1e3] {
+            let k = 10f64.powi(exponent);
+            let rest = ReferenceShape::balloon(8.5 * size, 1.75 * size).unwrap();
+            let membrane = Membrane::new(rest).with_stiffness(Stiffness::constant(k).unwrap());
+            let force = TOTAL_FORCE * k * size.powi(3);
+            let run = evolve(&membrane, 101, force, &options).unwrap();
+            assert_eq!(run.steps, one.steps, "k {k} size {size}");
+            let scaled: Vec<_> = one.points.iter().map(|p| p.map(|x| x * size)).collect();
+            // rounding of k times the forces only
+            let distance = run.distance_to(&scaled).unwrap() / size;
+            assert!(distance < 1e-11, "k {k} size {size}: {distance:e}");
+        }
     }
 }
 
