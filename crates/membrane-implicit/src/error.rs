@@ -3,6 +3,7 @@
 use membrane_newton::{MembraneError, NewtonError};
 
 use crate::evolution::Evolution;
+use crate::load_kind::LoadKind;
 use crate::scheme::Scheme;
 
 pub(crate) type Result<T, E = ImplicitError> = std::result::Result<T, E>;
@@ -101,6 +102,19 @@ pub enum ImplicitError {
         /// Volume of the initial shape.
         actual: f64,
     },
+    /// The rate of the prescribed volume differs from that of the initial state. [`Scheme::Midpoint`] does not damp the impulse of the first
+    /// step: begin with a flow of zero, such as 1 - cos(6 t), or use [`Scheme::TrBdf2`].
+    #[error(
+        "at t = {time:?} the prescribed volume changes by {prescribed:?} cm^3/s, that of the membrane by {actual:?}; Scheme::Midpoint needs equal rates"
+    )]
+    VolumeRateMismatch {
+        /// Time of the start.
+        time: f64,
+        /// V' prescribed, cm^3/s.
+        prescribed: f64,
+        /// V' of the initial state, cm^3/s.
+        actual: f64,
+    },
     /// The scheme does not support the load, the material or adaptive steps ([`Scheme`]).
     #[error("Scheme::{scheme:?} does not support {what}")]
     Unsupported {
@@ -108,6 +122,14 @@ pub enum ImplicitError {
         scheme: Scheme,
         /// The load, the material or the kind of steps.
         what: &'static str,
+    },
+    /// The load is a force intensity, but that of the membrane's law is the total force F: a value of F would act as an intensity.
+    #[error(
+        "a load by {load:?} acts on a membrane under PressureLaw::TotalForce, whose load is F; it must be Load::total_force or a volume"
+    )]
+    OtherLoad {
+        /// The given kind of load.
+        load: LoadKind,
     },
     /// The state of a pair consists of two membranes; one of them cannot be set.
     #[error("the state of a pair cannot be set from that of one membrane")]

@@ -38,8 +38,8 @@ enum Source {
 
 /// A force intensity that depends on the state: an afterload, a valve or a vessel.
 ///
-/// It is a pressure under [`PressureLaw::PerCurrentLength`](crate::PressureLaw::PerCurrentLength) and for rubber. Under the other laws,
-/// also the default one, it is a force per unit s: the average pressure times the current length of the curve.
+/// It is a pressure under [`PressureLaw::PerCurrentLength`](crate::PressureLaw::PerCurrentLength) and for rubber. Under the default law it
+/// is a force per unit s: the average pressure times the current length of the curve. The total-force law is rejected.
 ///
 /// Every closure from a [`LoadState`] to a number is a feedback. A model with memory stores it in `self` and updates it in
 /// [`Feedback::accepted`], once per step; the memory is constant within a step, which may be tried several times.
@@ -94,13 +94,14 @@ impl Load {
         Self { kind, source }
     }
 
-    /// Force intensity f(t), or p(t) under the law per current length and for rubber.
+    /// Force intensity f(t), or p(t) under the law per current length and for rubber. Rejected under the total-force law, whose load is F
+    /// ([`Load::total_force`]).
     #[must_use]
     pub fn intensity(signal: impl Fn(f64) -> f64 + Send + Sync + 'static) -> Self {
         Self::signal(LoadKind::Intensity, signal)
     }
 
-    /// Total force F(t).
+    /// Total force F(t), intensity times the lateral surface of revolution, under any law of springs.
     #[must_use]
     pub fn total_force(signal: impl Fn(f64) -> f64 + Send + Sync + 'static) -> Self {
         Self::signal(LoadKind::TotalForce, signal)
@@ -108,11 +109,11 @@ impl Load {
 
     /// Enclosed volume V(t) in cm^3: a pump. The pressure becomes an unknown of each step.
     ///
-    /// V at the start must be that of the initial shape. V' should be that of the initial velocity, zero at rest: otherwise the first step
-    /// corrects the difference by an impulse, a large intensity that grows as 1/dt. [`Scheme::SemiImplicitEuler`](crate::Scheme) and
-    /// [`Scheme::TrBdf2`](crate::Scheme) damp it within a few steps. Under [`Scheme::Midpoint`](crate::Scheme) it never decays: for a gain of
-    /// 0.5 sin(6 t) of a balloon of springs, whose pump needs about 4, the intensity alternates between 500 and -500 at dt = 0.01 and between
-    /// 1000 and -1000 at dt = 0.005. Begin with a flow of zero, such as 1 - cos(6 t).
+    /// V at the start must be that of the initial shape, and V' that of the initial velocity, zero at rest: begin with a flow of zero, such as
+    /// 1 - cos(6 t). Otherwise the first step corrects the difference by an impulse, a large intensity that grows as 1/dt.
+    /// [`Scheme::SemiImplicitEuler`](crate::Scheme) and [`Scheme::TrBdf2`](crate::Scheme) damp it within a few steps. Under
+    /// [`Scheme::Midpoint`](crate::Scheme) it never decays without damping, so that a motion does not start with another V'
+    /// ([`ImplicitError::VolumeRateMismatch`], by differences of V).
     #[must_use]
     pub fn volume(signal: impl Fn(f64) -> f64 + Send + Sync + 'static) -> Self {
         Self::signal(LoadKind::Volume, signal)

@@ -3,10 +3,12 @@
 use crate::common;
 
 use common::{balloon, inflate, reference_body};
-use membrane_implicit::membrane_newton::{NewtonError, Rubber, StrainEnergy, Thickness};
+use membrane_implicit::membrane_newton::{
+    Control, Discretisation, NewtonError, NewtonOptions, Rubber, Solver, StrainEnergy, Thickness,
+};
 use membrane_implicit::{
-    Body, EvolvingOptions, ImplicitError, Load, Membrane, Motion, PressureLaw, ReferenceShape,
-    Scheme, Stop, TimeStep, Tolerance, evolve,
+    Body, EvolvingOptions, ImplicitError, Load, LoadState, Membrane, Motion, PressureLaw,
+    ReferenceShape, Scheme, Stop, TimeStep, Tolerance, evolve,
 };
 
 const BAD: [f64; 4] = [f64::NAN, f64::INFINITY, f64::NEG_INFINITY, -1.0];
@@ -251,6 +253,81 @@ fn intersecting_walls_are_an_error() {
         assert!(found, "{error}");
         let mut upper = motion.state().points[..50].iter();
         assert!(upper.all(|point| point[1] > 0.0));
+    }
+}
+
+/// Under the total-force law a load is F, as for `Control::Load`; an intensity of this value would be too large by the surface.
+#[test]
+fn an_intensity_under_the_total_force_law_is_rejected() {
+    let membrane = balloon().with_law(PressureLaw::TotalForce);
+    let body = || Body::springs(&membrane, 21).unwrap();
+    let motion = |load| Motion::new(body(), load, Scheme::TrBdf2);
+    for load in [
+        Load::intensity(|_| 1500.0),
+        Load::feedback(|_: &LoadState| 1.0),
+    ] {
+        let kind = load.kind();
+        let error = motion(load.clone()).unwrap_err();
+        assert_eq!(error, ImplicitError::OtherLoad { load: kind });
+        let mut moving = motion(Load::total_force(|_| 1500.0)).unwrap();
+        assert_eq!(moving.set_load(load).unwrap_err(), error);
+    }
+    let mut total = motion(Load::total_force(|_| 1500.0)).unwrap();
+    let settled = Stop::Equilibrium {
+        force: 1e-8,
+        speed: 1e-8,
+    };
+    let stops = [settled, Stop::Steps(1000)];
+    assert_eq!(total.run(TimeStep::Fixed(1e3), &stops).unwrap(), 0);
+    let solver = Solver::new(&membrane, Discretisation::FiniteDifferences { nodes: 21 }).unwrap();
+    let options = NewtonOptions::default();
+    let direct = solver.solve(Control::Load(1500.0), &options).unwrap();
+    assert!((total.state().volume() / direct.measures.volume - 1.0).abs() < 1e-8);
+    assert!(motion(Load::volume_gain(&body(), |t| t * t)).is_ok());
+}
+
+#[test]
+fn a_pump_with_an_initial_flow_is_rejected_by_the_midpoint_rule() {
+    for nodes in [5, 51, 401] {
+        let body = Body::springs(&balloon(), nodes).unwrap();
+        let motion = |gain: fn(f64) -> f64, scheme| {
+            Motion::new(body.clone(), Load::volume_gain(&body, gain), scheme)
+        };
+        let volume = body.start_volume();
+        let flow: [(fn(f64) -> f64, f64); 3] = [
+            (|t| 0.3 * (6.0 * t).sin(), 1.8),
+            (|t| 1e-3 * t, 1e-3),
+            (
+                |t| 0.3 * (1.0 - (6.8 * t + 0.1).cos() - 4.995_834_721_974_179e-3),
+                0.3 * 6.8 * 0.1f64.sin(),
+            ),
+        ];
+        for (gain, rate) in flow {
+            let error = motion(gain, Scheme::Midpoint).unwrap_err();
+            let ImplicitError::VolumeRateMismatch {
+                prescribed,
+                actual,
+                time,
+            } = error
+            else {
+                panic!("{error}")
+            };
+            assert!(
+                (prescribed / (rate * volume) - 1.0).abs() < 1e-5,
+                "{prescribed} {rate}"
+            );
+            assert_eq!((time, actual), (0.0, 0.0));
+            assert!(motion(gain, Scheme::TrBdf2).is_ok());
+        }
+        let smooth: [fn(f64) -> f64; 4] = [
+            |t| 0.3 * (1.0 - (6.8 * t).cos()),
+            |t| 0.3 * (1.0 - (50.0 * t).cos()),
+            |t| 10.0 * t * t * t,
+            |_| 0.0,
+        ];
+        for gain in smooth {
+            assert!(motion(gain, Scheme::Midpoint).is_ok(), "{nodes}");
+        }
     }
 }
 

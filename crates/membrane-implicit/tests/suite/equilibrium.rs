@@ -111,8 +111,10 @@ fn check(p: &Problem) -> Result<(), TestCaseError> {
         gain * x * x * (3.0 - 2.0 * x)
     });
     let (control, load) = match p.control {
-        0 | 4 => (Control::Intensity(f), Load::intensity(move |_| f)),
-        1 => (
+        0 | 4 if p.law != PressureLaw::TotalForce => {
+            (Control::Intensity(f), Load::intensity(move |_| f))
+        }
+        0 | 1 | 4 => (
             Control::TotalForce(total),
             Load::total_force(move |_| total),
         ),
