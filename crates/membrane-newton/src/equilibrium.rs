@@ -76,21 +76,27 @@ impl Equilibrium {
         own(self.resolution.discrete.elastic_energy(self.nodes()))
     }
 
-    /// Estimated relative error of polynomials, of shape and intensity: the spectral tail, which is twice the degree p times the last two
-    /// Chebyshev coefficients of the curve over its length (the largest of any element), or, if larger, the rounding of the derivative
-    /// matrices, epsilon p^3 times the number of elements of the whole curve. `None` for finite differences: compare with a solve with
-    /// twice the nodes, whose error is a quarter.
+    /// Estimated relative error of the discretisation, of shape and intensity at this volume.
     ///
-    /// [`Discretisation::SpectralAdaptive`](crate::Discretisation) refines until the tail is within the tolerance. The rounding grows with
-    /// the degree, so that a higher one than necessary is less accurate.
+    /// For polynomials it is the spectral tail, which is twice the degree p times the last two Chebyshev coefficients of the curve over its
+    /// length (the largest of any element), or, if larger, the rounding of the derivative matrices, epsilon p^3 times the number of elements
+    /// of the whole curve. [`Discretisation::SpectralAdaptive`](crate::Discretisation) refines until the tail is within the tolerance. The
+    /// rounding grows with the degree, so that a higher one than necessary is less accurate.
+    ///
+    /// For finite differences it is a third of the Newton step to the equilibrium with half of the nodes (Richardson), at the cost of one
+    /// factorisation: 0.9 to 1.1 times the error from 50 nodes, no bound with fewer; infinite below five nodes. `None` where that step is not
+    /// defined.
     #[must_use]
     pub fn discretisation_error(&self) -> Option<f64> {
+        let Some(tail) = self.resolution.tail(self.nodes()) else {
+            let volume = self.measures.volume;
+            return self.resolution.error_of_differences(&self.state, volume);
+        };
         let pieces = self.pieces();
         let cubes = pieces
             .iter()
             .map(|piece| (piece.x.len() as f64 - 1.0).powi(3));
-        let rounding = f64::EPSILON * cubes.sum::<f64>();
-        Some(self.resolution.tail(self.nodes())?.max(rounding))
+        Some(tail.max(f64::EPSILON * cubes.sum::<f64>()))
     }
 
     /// Stretches, tensions and stresses of rubber at material coordinate `s`, clamped to [0, 1].

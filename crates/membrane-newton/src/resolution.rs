@@ -4,7 +4,8 @@ use std::f64::consts::PI;
 use std::sync::{Arc, OnceLock};
 
 use membrane_forces::{
-    DiscreteMembrane, Measure, Measures, Membrane, MembraneError, SpectralElements,
+    DiscreteMembrane, FiniteDifferences, Measure, Measures, Membrane, MembraneError,
+    SpectralElements,
 };
 
 use crate::block::Block;
@@ -110,6 +111,32 @@ impl Resolution {
             .iter()
             .map(|piece| last_two(&piece.x).max(last_two(&piece.y)) / scale);
         tails.reduce(f64::max)
+    }
+
+    /// Estimates the relative error of finite differences of order 2 by Richardson's extrapolation: the Newton step from the curve towards
+    /// the equilibrium with half of the nodes at the same volume. Infinite below five nodes; `None` where that step is not defined.
+    pub(crate) fn error_of_differences(&self, state: &[f64], volume: f64) -> Option<f64> {
+        let nodes = self.discrete.positions().len();
+        let half = nodes.div_ceil(2);
+        if half < 3 {
+            return Some(f64::INFINITY);
+        }
+        let membrane = self.discrete.setting().membrane();
+        let coarse = Self::new(FiniteDifferences::half(membrane, half).ok()?, None).ok()?;
+        let carried = coarse.carry(self, state);
+        let mut system = coarse.system(Constraint::volume(volume));
+        let mut step = vec![0.0; carried.len()];
+        system.residual_into(&carried, &mut step).ok()?;
+        system.factor(&carried).ok()?;
+        system.solve_in_place(&mut step).ok()?;
+        let ratio = (nodes - 1) as f64 / (half - 1) as f64;
+        let [.., intensity] = state else { return None };
+        let relative = match *intensity {
+            0.0 => system.step_norm(&step),
+            f => (system.shape_norm(&step)).max((step[step.len() - 1] / f).abs()),
+        };
+        let error = relative / (ratio * ratio - 1.0);
+        error.is_finite().then_some(error)
     }
 
     /// Whether the polynomials of `state` have converged: their tail against the tolerance.
