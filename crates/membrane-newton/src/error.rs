@@ -71,6 +71,18 @@ pub enum NewtonError {
         /// Largest x of the outer membrane at its start, cm.
         outer: f64,
     },
+    /// The membranes of a solved pair cross. Crossings shorter than a hundredth of the curve may not be found.
+    #[error(
+        "the inner membrane is {depth:?} cm outside the outer one at x = {x:?} cm, r = {r:?} cm: the membranes cross"
+    )]
+    Crossed {
+        /// Largest distance of the inner membrane outside the outer one, cm.
+        depth: f64,
+        /// Position there along the axis, cm.
+        x: f64,
+        /// Distance from the axis there, cm.
+        r: f64,
+    },
     /// The force intensities of the two membranes of a pair have different units.
     #[error("the inner membrane is of {inner}, the outer one of {outer}; both must be of one kind")]
     MixedPair {

@@ -52,8 +52,8 @@ impl Pair {
     /// Returns the volume between two membranes at their starts, cm^3, if they can be a pair. Both are of one material and have intensities
     /// of one unit.
     ///
-    /// Their curves must not cross. This is checked at the ends and at the apexes of the starts only, not between them nor in a result:
-    /// `Body::check_nested` of the crate `revolve-voxel` measures how far they do.
+    /// Their curves must not cross. This is checked at the ends and at the apexes of the starts only; results of a pair are also checked
+    /// between them ([`NewtonError::Crossed`]).
     ///
     /// # Errors
     /// [`NewtonError::MixedPair`]; [`NewtonError::NotEnclosed`]: the outer one does not enclose more volume than the inner one;
@@ -116,7 +116,7 @@ impl Pair {
     /// Both shapes under a control of the inner membrane, from the start.
     ///
     /// # Errors
-    /// As [`Solver::solve`].
+    /// As [`Solver::solve`]; [`NewtonError::Crossed`].
     pub fn solve(&self, inner: Control, options: &NewtonOptions) -> Result<PairEquilibrium> {
         let nested = [&self.inner, &self.outer].map(|solver| solver.resolution.clone());
         let nested = Nested(nested.into());
@@ -175,6 +175,7 @@ fn solve_both(
     // The report belongs to the pair.
     let inner = nested.0[0].answer(inner.to_vec(), NewtonReport::default())?;
     let outer = nested.0[1].answer(outer.to_vec(), NewtonReport::default())?;
+    check_crossing(&inner, &outer)?;
     let wall_volume = outer.measures.volume - inner.measures.volume;
     Ok(PairEquilibrium {
         wall_volume,
@@ -185,17 +186,55 @@ fn solve_both(
     })
 }
 
+/// Number of steps from base to apex between the points at which membranes are compared.
+const STEPS: u32 = 128;
+
+/// Rejects an inner membrane of which a point is outside the outer one, beyond the sagitta of the chords between points of the latter: at a
+/// corner of the curve within a chord the distance from its middle is at least half of the largest.
+fn check_crossing(inner: &Equilibrium, outer: &Equilibrium) -> Result<()> {
+    let [within, around] = [inner, outer].map(|of| of.resolution.places(of.nodes()));
+    let s = |k: f64| 0.5 * k / f64::from(STEPS);
+    let corners: Vec<[f64; 2]> = (0..=STEPS).map(|k| around(s(k.into()))).collect();
+    let (mut depth, mut at) = (1e-9 * outer.measures.length, None);
+    for [x, r] in (0..=STEPS).map(|k| within(s(k.into()))) {
+        // distance from the nearest chord, positive on its outer side
+        let (mut nearest, mut outside, mut chord) = (f64::INFINITY, false, 0);
+        for (k, ends) in corners.windows(2).enumerate() {
+            let d = [ends[1][0] - ends[0][0], ends[1][1] - ends[0][1]];
+            let p = [x - ends[0][0], r - ends[0][1]];
+            let t = ((p[0] * d[0] + p[1] * d[1]) / (d[0] * d[0] + d[1] * d[1])).clamp(0.0, 1.0);
+            let distance = (p[0] - t * d[0]).hypot(p[1] - t * d[1]);
+            if distance < nearest {
+                (nearest, outside, chord) = (distance, p[1] * d[0] > p[0] * d[1], k);
+            }
+        }
+        if outside && nearest > depth {
+            let [[x0, r0], [x1, r1]] = [corners[chord], corners[chord + 1]];
+            let middle = around(s(chord as f64 + 0.5));
+            let sagitta = (middle[0] - 0.5 * (x0 + x1)).hypot(middle[1] - 0.5 * (r0 + r1));
+            if nearest > 2.0 * sagitta {
+                (depth, at) = (nearest, Some([x, r]));
+            }
+        }
+    }
+    match at {
+        Some([x, r]) => Err(NewtonError::Crossed { depth, x, r }),
+        None => Ok(()),
+    }
+}
+
 impl PairEquilibrium {
     /// Combines two membranes that were solved separately to a pair with the wall volume `wall_volume` in cm^3; the report of the pair is
     /// empty, those of the membranes are kept.
     ///
     /// # Errors
-    /// [`NewtonError::NotEnclosed`]: the outer one encloses at most the volume of the inner one; [`NewtonError::OutOfRange`]: `wall_volume`
-    /// is not positive.
+    /// [`NewtonError::NotEnclosed`]: the outer one encloses at most the volume of the inner one; [`NewtonError::Crossed`];
+    /// [`NewtonError::OutOfRange`]: `wall_volume` is not positive.
     pub fn of(inner: Equilibrium, outer: Equilibrium, wall_volume: f64) -> Result<Self> {
         check("wall volume", wall_volume, 0.0)?;
         let volumes = [&inner, &outer].map(|membrane| membrane.measures.volume);
         let between = enclosed(volumes)?;
+        check_crossing(&inner, &outer)?;
         Ok(Self {
             wall_volume: between,
             wall_volume_error: between / wall_volume - 1.0,

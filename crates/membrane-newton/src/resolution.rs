@@ -171,18 +171,23 @@ impl Resolution {
         state
     }
 
-    /// Returns the state with the curve of `state`, a state of `from`. Fixed numbers are kept.
-    pub(crate) fn carry(&self, from: &Self, state: &[f64]) -> Vec<f64> {
-        let (nodes, intensity) = state.split_at(state.len() - 1);
-        let pieces = own(from.discrete.pieces(nodes));
-        let place = |s: f64| {
+    /// Returns the position at a material coordinate; cost O(degree), or O(1) for finite differences.
+    pub(crate) fn places<'a>(&'a self, nodes: &'a [f64]) -> impl Fn(f64) -> [f64; 2] + 'a {
+        let pieces = own(self.discrete.pieces(nodes));
+        move |s| {
             let piece = pieces.partition_point(|piece| piece.to < s);
             let at = match pieces.get(piece).or(pieces.last()) {
                 Some(piece) => piece.at(s),
-                None => own(from.discrete.at(nodes, s)),
+                None => own(self.discrete.at(nodes, s)),
             };
             at.position
-        };
+        }
+    }
+
+    /// Returns the state with the curve of `state`, a state of `from`. Fixed numbers are kept.
+    pub(crate) fn carry(&self, from: &Self, state: &[f64]) -> Vec<f64> {
+        let (nodes, intensity) = state.split_at(state.len() - 1);
+        let place = from.places(nodes);
         let start = self.discrete.start();
         let positions = self.discrete.positions().into_iter();
         let mut carried: Vec<f64> = positions.take(start.len() / 2).flat_map(place).collect();

@@ -5,8 +5,8 @@ use super::shape::HeartShape;
 use super::shape_cache::ShapeCache;
 use crate::error::PhantomError;
 use membrane_newton::{
-    Discretisation, Equilibrium, Membrane, NewtonOptions, Pair, ReferenceShape, Rubber, Solver,
-    Stiffness, StrainEnergy,
+    Discretisation, Equilibrium, Membrane, NewtonError, NewtonOptions, Pair, ReferenceShape,
+    Rubber, Solver, Stiffness, StrainEnergy,
 };
 use rayon::prelude::*;
 use revolve_voxel::{Body, Meridian, Piece, Pose};
@@ -346,13 +346,19 @@ impl Heart {
     }
 
     fn solve(&self, gain: f64) -> Result<HeartShape, PhantomError> {
-        let solution = match &self.descent {
+        let pair = match &self.descent {
             Some(descent) if descent.at(gain) > 0.0 => {
                 let [inner, outer] = &self.membranes;
-                descent.solve([inner, outer], self.discretisation, &self.pair, gain)?
+                descent.solve([inner, outer], self.discretisation, &self.pair, gain)
             }
-            _ => self.pair.solve_gain(gain, &NewtonOptions::default())?,
+            _ => (self.pair.solve_gain(gain, &NewtonOptions::default())).map_err(Into::into),
         };
+        let solution = pair.map_err(|error| match error {
+            PhantomError::Membrane(NewtonError::Crossed { depth, x, r }) => {
+                PhantomError::Crossed { gain, depth, x, r }
+            }
+            error => error,
+        })?;
         let curves = [solution.inner.points(), solution.outer.points()];
         let layers = [(&solution.inner, &curves[0]), (&solution.outer, &curves[1])]
             .into_iter()

@@ -2,8 +2,8 @@
 
 use membrane_newton::{
     BandMatrix, BandedLu, Control, Discretisation, Membrane, MembraneError, NewtonError,
-    NewtonOptions, Pair, PressureLaw, ReferenceShape, ResidualSystem, Rubber, Solver, Stiffness,
-    StrainEnergy, Thickness, newton,
+    NewtonOptions, Pair, PairEquilibrium, PressureLaw, ReferenceShape, ResidualSystem, Rubber,
+    Solver, Stiffness, StrainEnergy, Thickness, newton,
 };
 
 fn solver(law: PressureLaw, radius: f64) -> Solver {
@@ -151,6 +151,51 @@ fn membranes_that_cannot_be_a_pair_are_rejected() {
             matches!(mixed, NewtonError::MixedPair { outer, .. } if outer == expected),
             "{mixed}"
         );
+    }
+}
+
+/// Between ends and apexes that do not cross, the inner membrane bulges through the outer one.
+#[test]
+fn membranes_that_cross_in_the_result_are_rejected() {
+    let inner = [[0.0, 1.0], [1.0, 3.0], [2.0, 0.0], [1.0, -3.0], [0.0, -1.0]];
+    let outer = [[0.0, 2.0], [8.0, 2.0], [9.0, 0.0], [8.0, -2.0], [0.0, -2.0]];
+    let options = NewtonOptions::default();
+    for how in [
+        Discretisation::FiniteDifferences { nodes: 101 },
+        Discretisation::FiniteDifferences { nodes: 2001 },
+        Discretisation::Spectral {
+            degree: 16,
+            per_piece: 1,
+        },
+    ] {
+        let [inside, outside] = [&inner, &outer].map(|points| {
+            let membrane = Membrane::new(ReferenceShape::polyline(points).unwrap());
+            Solver::new(&membrane, how).unwrap()
+        });
+        let [alone, around] = [&inside, &outside].map(|solver| solver.start());
+        let pair = Pair::new(inside, outside).unwrap();
+        let wall = pair.wall_volume();
+        let found = PairEquilibrium::of(alone, around, wall).unwrap_err();
+        // at the start the tip is 1 cm outside the cylinder
+        let NewtonError::Crossed { depth, x, r } = found else {
+            panic!("{found}")
+        };
+        assert!((depth - 1.0).abs() < 0.05 && (x - 1.0).abs() < 0.05 && (r - 3.0).abs() < 0.05);
+        let solved = pair.solve_gain(0.1, &options).unwrap_err();
+        assert!(matches!(solved, NewtonError::Crossed { .. }), "{solved}");
+    }
+    // walls of a thousandth of the radius and less
+    for nodes in [3, 11, 101, 1001] {
+        for thickness in [0.1, 1e-3, 1e-6] {
+            let how = Discretisation::FiniteDifferences { nodes };
+            let solver = |radius| {
+                let rest = ReferenceShape::balloon(8.5, radius).unwrap();
+                Solver::new(&Membrane::new(rest), how).unwrap()
+            };
+            let pair = Pair::new(solver(1.75), solver(1.75 * (1.0 + thickness))).unwrap();
+            let [inner, outer] = [pair.inner().start(), pair.outer().start()];
+            assert!(PairEquilibrium::of(inner, outer, pair.wall_volume()).is_ok());
+        }
     }
 }
 
