@@ -8,22 +8,22 @@ use membrane_forces::{
 };
 
 fn main() -> Result<(), MembraneError> {
-    // a cylinder of 8.5 cm with a hemisphere of 1.75 cm; stiffness 1 per cm, pressure per current length
+    // a cylinder of 8.5 cm with a hemisphere of 1.75 cm; stiffness and pressure per current length in kPa
+    let (stiffness, pressure) = (2.5, 3.0);
     let membrane = Membrane::new(ReferenceShape::balloon(8.5, 1.75)?)
-        .with_stiffness(Stiffness::constant(1.0)?)
+        .with_stiffness(Stiffness::constant(stiffness)?)
         .with_law(PressureLaw::PerCurrentLength);
-    let pressure = 1.2;
 
     // of constant stiffness this law has a closed form
-    let exact = LinearEquilibrium::balloon(8.5, 1.75, pressure)?;
+    let exact = LinearEquilibrium::balloon(8.5, 1.75, pressure, stiffness)?;
     println!(
         "reference volume {:8.3} cm^3",
-        LinearEquilibrium::balloon(8.5, 1.75, 0.0)?
+        LinearEquilibrium::balloon(8.5, 1.75, 0.0, stiffness)?
             .measures()
             .volume
     );
     println!(
-        "volume           {:8.3} cm^3 under {pressure}",
+        "volume           {:8.3} cm^3 under {pressure} kPa",
         exact.measures().volume
     );
 

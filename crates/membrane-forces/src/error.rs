@@ -24,6 +24,14 @@ pub enum MembraneError {
         /// The given value.
         given: f64,
     },
+    /// A number that must be positive or zero is not.
+    #[error("{what} must not be negative, got {given:?}")]
+    Negative {
+        /// The argument's name.
+        what: &'static str,
+        /// The given value.
+        given: f64,
+    },
     /// The stiffness of springs, or the thickness of rubber, is zero, negative, NaN or infinite somewhere.
     #[error("{what} is {given:?} at s = {s:?}; it must be positive and finite")]
     BadProfile {

@@ -32,41 +32,42 @@ pub struct LinearEquilibrium {
 }
 
 impl LinearEquilibrium {
-    /// The balloon of [`ReferenceShape::balloon`](crate::ReferenceShape::balloon) under p / lambda = `kappa`.
+    /// The balloon of [`ReferenceShape::balloon`](crate::ReferenceShape::balloon) under a pressure p at constant stiffness lambda, in one unit.
     ///
     /// ```
-    /// let balloon = membrane_forces::LinearEquilibrium::balloon(8.5, 1.75, 1.0)?;
+    /// let balloon = membrane_forces::LinearEquilibrium::balloon(8.5, 1.75, 3.0, 3.0)?;
     /// assert!((balloon.measures().volume - 180.00034338).abs() < 1e-8);
     /// # Ok::<(), membrane_forces::MembraneError>(())
     /// ```
     ///
     /// # Errors
-    /// A size that is not finite or not positive, sizes whose ratio or measures overflow, |`kappa`| >= 2 pi.
-    pub fn balloon(h: f64, radius: f64, kappa: f64) -> Result<Self> {
+    /// A size or stiffness that is not finite or not positive, sizes whose ratio or measures overflow;
+    /// [`MembraneError::PastBlowUp`]: |p| >= 2 pi lambda.
+    pub fn balloon(h: f64, radius: f64, pressure: f64, stiffness: f64) -> Result<Self> {
         positive("cylinder length", h)?;
         positive("radius", radius)?;
         let length = 2.0 * h + PI * radius;
         let omega = length / radius;
-        Self::new(kappa, radius, h / length, radius * omega * omega, omega)
+        let cap = [h / length, radius * omega * omega, omega];
+        Self::new([pressure, stiffness], radius, cap)
     }
 
-    /// The disc of [`ReferenceShape::disc`](crate::ReferenceShape::disc) under p / lambda = `kappa`: an arc of a circle.
+    /// The disc of [`ReferenceShape::disc`](crate::ReferenceShape::disc) under a pressure p at constant stiffness lambda, in one unit: an arc
+    /// of a circle.
     ///
     /// # Errors
-    /// A radius that is not finite, not positive or whose measures overflow, |`kappa`| >= 2 pi.
-    pub fn disc(radius: f64, kappa: f64) -> Result<Self> {
+    /// As [`LinearEquilibrium::balloon`].
+    pub fn disc(radius: f64, pressure: f64, stiffness: f64) -> Result<Self> {
         positive("radius", radius)?;
-        Self::new(kappa, radius, 0.5, 0.0, 0.0)
+        Self::new([pressure, stiffness], radius, [0.5, 0.0, 0.0])
     }
 
-    fn new(kappa: f64, radius: f64, cap: f64, source: f64, omega: f64) -> Result<Self> {
-        let limit = 2.0 * PI;
-        if finite("pressure over stiffness", kappa)?.abs() >= limit {
-            return Err(MembraneError::PastBlowUp {
-                pressure: kappa,
-                limit,
-            });
+    fn new([p, lambda]: [f64; 2], radius: f64, [cap, source, omega]: [f64; 3]) -> Result<Self> {
+        let limit = 2.0 * PI * positive("stiffness", lambda)?;
+        if finite("pressure", p)?.abs() >= limit {
+            return Err(MembraneError::PastBlowUp { pressure: p, limit });
         }
+        let kappa = p / lambda;
         let mut this = Self {
             kappa,
             radius,

@@ -94,7 +94,7 @@ impl StrainEnergy {
             Self::MooneyRivlin { c1, c2 } => {
                 positive("c1", *c1)?;
                 match finite("c2", *c2)? {
-                    given if given < 0.0 => Err(MembraneError::NotPositive { what: "c2", given }),
+                    given if given < 0.0 => Err(MembraneError::Negative { what: "c2", given }),
                     _ => Ok(()),
                 }
             }

@@ -74,6 +74,9 @@ pub(super) fn check(
             Err(MembraneError::NotPositive { what, given }) if CONSTANTS.contains(&what) => {
                 c.fault(what, Number(given), "must be positive");
             }
+            Err(MembraneError::Negative { what, given }) => {
+                c.fault(what, Number(given), "must not be negative");
+            }
             Err(error) => c.fault("", "", error.to_string()),
             Ok(()) if !(least..=most).contains(&modulus) => {
                 let [modulus, least, most] = [modulus, least, most].map(Number);

@@ -5,7 +5,7 @@ mod lengths;
 use membrane_forces::{
     BandMatrix, CircleEquilibrium, CurvePiece, CurvePoint, DiscreteMembrane, FiniteDifferences,
     LinearEquilibrium, Measure, Measures, Membrane, MembraneError, PressureLaw, ReferenceShape,
-    SpectralElements, Stiffness, Thickness, balloon_measures,
+    SpectralElements, Stiffness, StrainEnergy, Thickness, balloon_measures,
 };
 
 #[test]
@@ -17,7 +17,7 @@ fn sizes_must_be_positive_and_finite() {
             ReferenceShape::disc(bad).err(),
             Stiffness::constant(bad).err(),
             CircleEquilibrium::new(bad, 1.0).err(),
-            LinearEquilibrium::disc(bad, 1.0).err(),
+            LinearEquilibrium::disc(bad, 1.0, 1.0).err(),
         ] {
             let given = match refused {
                 Some(MembraneError::NotFinite { given, .. }) if !bad.is_finite() => given,
@@ -122,9 +122,26 @@ fn too_few_nodes_and_too_much_pressure() {
         Err(MembraneError::TooFew { given: 1, .. })
     ));
     assert!(matches!(
-        LinearEquilibrium::disc(1.0, std::f64::consts::TAU),
+        LinearEquilibrium::disc(1.0, std::f64::consts::TAU, 1.0),
         Err(MembraneError::PastBlowUp { .. })
     ));
+    let negative = StrainEnergy::MooneyRivlin { c1: 1.0, c2: -1.0 }.check();
+    let message = negative.unwrap_err().to_string();
+    assert_eq!(message, "c2 must not be negative, got -1.0");
+    assert!(
+        StrainEnergy::MooneyRivlin { c1: 1.0, c2: 0.0 }
+            .check()
+            .is_ok()
+    );
+    // the limit is proportional to the stiffness
+    let limit = std::f64::consts::TAU * 400.0;
+    let error = LinearEquilibrium::balloon(8.5, 1.75, 2600.0, 400.0).unwrap_err();
+    let pressure = 2600.0;
+    assert_eq!(error, MembraneError::PastBlowUp { pressure, limit });
+    assert!(LinearEquilibrium::balloon(8.5, 1.75, 2500.0, 400.0).is_ok());
+    for bad in [0.0, -1.0, f64::NAN] {
+        assert!(LinearEquilibrium::disc(1.0, 0.0, bad).is_err());
+    }
     assert!(matches!(
         membrane.with_ends([[0.0, 1.0], [f64::NAN, 0.0]]),
         Err(MembraneError::NotFinite {
@@ -251,8 +268,8 @@ fn closed_forms_are_finite_or_rejected() {
                 }
             }
             for kappa in [0.0, 1e-9, 1.0, 6.2] {
-                let balloon = LinearEquilibrium::balloon(a, b, kappa);
-                for linear in [balloon, LinearEquilibrium::disc(a, kappa)] {
+                let balloon = LinearEquilibrium::balloon(a, b, kappa, 1.0);
+                for linear in [balloon, LinearEquilibrium::disc(a, kappa, 1.0)] {
                     let Ok(linear) = linear else { continue };
                     assert!(is_number(linear.measures()), "{a} {b} {kappa}");
                     let places = places.map(|s| linear.at(s).position);
@@ -264,21 +281,21 @@ fn closed_forms_are_finite_or_rejected() {
     for refused in [
         balloon_measures(1.0, 1e103).err(),
         CircleEquilibrium::new(1e300, 1e3).err(),
-        LinearEquilibrium::disc(1e300, 1.0).err(),
+        LinearEquilibrium::disc(1e300, 1.0, 1.0).err(),
     ] {
         assert!(
             matches!(refused, Some(MembraneError::NotFinite { .. })),
             "{refused:?}"
         );
     }
-    assert!(LinearEquilibrium::disc(1e100, 1.0).is_ok());
+    assert!(LinearEquilibrium::disc(1e100, 1.0, 1.0).is_ok());
 }
 
 /// The cap bends by its length squared divided by its radius, which may overflow.
 #[test]
 fn arguments_that_overflow_are_rejected() {
     assert!(matches!(
-        LinearEquilibrium::balloon(1e300, 1e291, 1.0),
+        LinearEquilibrium::balloon(1e300, 1e291, 1.0, 1.0),
         Err(MembraneError::NotFinite { .. })
     ));
     let samples = Stiffness::samples(&[1.0, 2.0]).unwrap();

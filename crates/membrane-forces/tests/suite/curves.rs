@@ -13,7 +13,7 @@ fn disc(skew: f64) -> (Membrane, LinearEquilibrium) {
     let membrane = Membrane::new(ReferenceShape::disc(1.3).unwrap())
         .with_stiffness(stiffness)
         .with_law(PressureLaw::PerCurrentLength);
-    (membrane, LinearEquilibrium::disc(1.3, KAPPA).unwrap())
+    (membrane, LinearEquilibrium::disc(1.3, KAPPA, 1.0).unwrap())
 }
 
 /// The exact curve at the nodes of a state.

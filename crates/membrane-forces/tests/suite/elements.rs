@@ -26,8 +26,8 @@ fn largest(values: &[f64]) -> f64 {
 #[test]
 fn forces_vanish_at_closed_forms() {
     let (kappa, ratio) = (1.7, 6.0);
-    let balloon = LinearEquilibrium::balloon(8.5, 1.75, kappa).unwrap();
-    let disc = LinearEquilibrium::disc(1.3, kappa).unwrap();
+    let balloon = LinearEquilibrium::balloon(8.5, 1.75, kappa, 1.0).unwrap();
+    let disc = LinearEquilibrium::disc(1.3, kappa, 1.0).unwrap();
     let circle = CircleEquilibrium::new(1.3, ratio).unwrap();
     type Shape<'a> = Box<dyn Fn(f64) -> [f64; 2] + 'a>;
     let cases: [(ReferenceShape, PressureLaw, f64, Shape<'_>); 3] = [

@@ -199,7 +199,7 @@ fn linear_equilibria_agree_with_the_reference_and_solve_their_equation() {
         (1.0, 180.00034338, 50.244070193, 25.4308996664),
         (4.0, 2759.41056007, 264.37919694, 55.439401175),
     ] {
-        let exact = LinearEquilibrium::balloon(8.5, 1.75, kappa).unwrap();
+        let exact = LinearEquilibrium::balloon(8.5, 1.75, kappa, 1.0).unwrap();
         let m = exact.measures();
         // the reference prints 11 to 12 digits
         assert!((m.volume / volume - 1.0).abs() < 5e-11, "{}", m.volume);
@@ -223,7 +223,7 @@ fn linear_equilibria_agree_with_the_reference_and_solve_their_equation() {
 fn disc_under_either_law_is_an_arc() {
     let circle = CircleEquilibrium::new(1.5, 4.0).unwrap();
     // the same arc under pressure per current length: kappa is the angle it turns through
-    let linear = LinearEquilibrium::disc(1.5, circle.angle).unwrap();
+    let linear = LinearEquilibrium::disc(1.5, circle.angle, 1.0).unwrap();
     for s in [0.0, 0.2, 0.5, 0.9, 1.0] {
         let (a, b) = (circle.at(s), linear.at(s).position);
         assert!((a[0] - b[0]).hypot(a[1] - b[1]) < 1e-14);
@@ -261,7 +261,7 @@ fn a_disc_under_a_tiny_load_is_a_parabola() {
     // At the transition between both formulas, against the same arc by quadrature.
     for ratio in [1e-6, 0.1, 1.0, 1.48, 1.49, 1.5, 2.0] {
         let circle = CircleEquilibrium::new(1.5, ratio).unwrap();
-        let linear = LinearEquilibrium::disc(1.5, circle.angle).unwrap();
+        let linear = LinearEquilibrium::disc(1.5, circle.angle, 1.0).unwrap();
         let (a, b) = (circle.measures(), linear.measures());
         for (a, b) in [
             (a.length, b.length),

@@ -17,7 +17,7 @@ fn balloon(scale: f64) -> Membrane {
 /// Relative volume error at kappa = 4 under the linear law, whose solution is known exactly.
 fn volume_error(discretisation: Discretisation) -> f64 {
     let membrane = balloon(1.0).with_law(PressureLaw::PerCurrentLength);
-    let exact = LinearEquilibrium::balloon(8.5, 1.75, 4.0)
+    let exact = LinearEquilibrium::balloon(8.5, 1.75, 4.0, 1.0)
         .unwrap()
         .measures()
         .volume;
@@ -219,7 +219,7 @@ fn pressures_are_within_their_stated_errors() {
         let (pressure, h, radius) = (between(0.2, 5.0), between(0.5, 20.0), between(0.5, 3.0));
         let degree = between(5.0, if case % 8 == 0 { 100.0 } else { 40.0 }) as usize;
         let per_piece = between(1.0, 5.0) as usize;
-        let exact = LinearEquilibrium::balloon(h, radius, pressure).unwrap();
+        let exact = LinearEquilibrium::balloon(h, radius, pressure, 1.0).unwrap();
         let volume = Control::Volume(exact.measures().volume);
         let membrane = Membrane::new(ReferenceShape::balloon(h, radius).unwrap())
             .with_law(PressureLaw::PerCurrentLength);

@@ -221,7 +221,7 @@ fn suction_agrees_with_the_closed_form() {
     let differences =
         Solver::new(&membrane, Discretisation::FiniteDifferences { nodes: 1601 }).unwrap();
     for kappa in [-0.3, -1.0, -1.5, -3.0, -4.0, -6.0] {
-        let exact = LinearEquilibrium::balloon(8.5, 1.75, kappa).unwrap();
+        let exact = LinearEquilibrium::balloon(8.5, 1.75, kappa, 1.0).unwrap();
         // intersecting walls are not a result
         let mut upper = (1..500).map(|k| exact.at(0.001 * f64::from(k)).position[1]);
         let collapsed = upper.any(|y| y < 0.0);

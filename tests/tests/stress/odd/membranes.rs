@@ -59,12 +59,12 @@ fn membrane_forces_accepts_any_input() {
             }
         }
         for c in [0.5, a, b] {
-            if let Some(linear) = back(LinearEquilibrium::balloon(a, b, c)) {
+            if let Some(linear) = back(LinearEquilibrium::balloon(a, b, c, 1.0)) {
                 let _ = linear.measures();
                 let _ = linear.at(a);
             }
         }
-        back(LinearEquilibrium::disc(a, b));
+        back(LinearEquilibrium::disc(a, b, 1.0));
         back(balloon().with_ends([[a, b], [0.0, -1.0]]));
         let piece = CurvePiece {
             from: a,
