@@ -47,7 +47,7 @@ pub struct FiniteDifferences {
 const MOST_NODES: usize = 10_000_000;
 
 impl FiniteDifferences {
-    /// Samples `membrane` at `n_nodes` points. Cost O(N).
+    /// Samples `membrane` at `n_nodes` points of the whole curve; a state of rubber contains those up to the axis. Cost O(N).
     ///
     /// # Errors
     /// Fewer than three nodes or more than ten million, a stiffness that is not positive at a sample, or coinciding neighbours in the

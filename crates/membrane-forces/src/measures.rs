@@ -9,6 +9,9 @@ use crate::error::{Result, finite, length};
 /// A curve is given by its nodes [x, y], from (0, +R) over the apex to (0, -R), joined by straight segments; fewer than two make a curve of
 /// length, area, surface and volume zero. Surface and volume revolve the curve about the x axis; the full curve covers the body twice, so
 /// they are half the sum over its segments, and a segment that crosses the axis is split there.
+///
+/// Nodes up to the axis only, as in states of rubber ([`DiscreteMembrane::is_half`](crate::DiscreteMembrane::is_half)), have half of the length,
+/// surface and volume. Use [`DiscreteMembrane::measures`](crate::DiscreteMembrane::measures), or `points` of that trait for the whole curve.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Measure {
     /// Length of the curve (Eq. 30), cm.
@@ -46,7 +49,7 @@ impl Measures {
         })
     }
 
-    /// The measures of the polyline through `nodes`. Cost O(n).
+    /// The measures of the polyline through `nodes`, of the whole curve ([`Measure`]). Cost O(n).
     #[must_use]
     pub fn of(nodes: &[[f64; 2]]) -> Self {
         Measure::ALL.map(|measure| measure.of(nodes)).into()

@@ -3,8 +3,8 @@
 use std::f64::consts::TAU;
 
 use membrane_forces::{
-    DiscreteMembrane, FiniteDifferences, Measure, Membrane, PressureLaw, ReferenceShape,
-    SpectralElements, Stiffness, Tangent,
+    DiscreteMembrane, FiniteDifferences, Measure, Measures, Membrane, PressureLaw, ReferenceShape,
+    Rubber, SpectralElements, Stiffness, StrainEnergy, Tangent, Thickness,
 };
 
 const LAWS: [PressureLaw; 3] = [
@@ -186,4 +186,24 @@ fn positions_of_a_half_curve_are_symmetric() {
     for (a, b) in s.iter().zip(s.iter().rev()) {
         assert!((a + b - 1.0).abs() < 1e-15, "{s:?}");
     }
+}
+
+/// As documented, `Measures::of` of the nodes up to the axis is half; the measures of the discretisation are of the whole curve.
+#[test]
+fn measures_of_half_a_state_are_half() {
+    let rubber = Rubber::new(StrainEnergy::NeoHookean { mu: 1.0 }, Thickness::UNIT).unwrap();
+    let membrane = Membrane::new(ReferenceShape::balloon(8.5, 1.75).unwrap()).with_rubber(rubber);
+    let d = FiniteDifferences::new(&membrane, 51).unwrap();
+    assert!(d.is_half());
+    let whole = d.measures(d.start()).unwrap();
+    let half = Measures::of(d.start().as_chunks().0);
+    for (half, whole) in [
+        (half.length, whole.length),
+        (half.surface, whole.surface),
+        (half.volume, whole.volume),
+    ] {
+        assert!((2.0 * half / whole - 1.0).abs() < 1e-14, "{half} {whole}");
+    }
+    let points = Measures::of(&d.points(d.start()).unwrap());
+    assert!((points.volume / whole.volume - 1.0).abs() < 1e-14);
 }
