@@ -1,4 +1,4 @@
-//! A rubber balloon: its pressure and volume up to the largest pressure, the stretch at its apex and its stability.
+//! A rubber balloon: the first maximum of its pressure, its branch of equilibria, the stretch at its apex and its stability.
 //!
 //! `cargo run -p membrane-newton --example balloon`
 
@@ -21,12 +21,12 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let solver = Solver::new(&balloon, spectral)?;
     let options = NewtonOptions::default();
 
-    // the largest pressure
+    // the first maximum of the pressure; for this energy it is the largest one
     match solver.solve(Control::Load(1e3), &options) {
         Err(NewtonError::LimitPoint { reached, .. }) => {
-            println!("largest pressure {reached:.4} kPa")
+            println!("limit pressure {reached:.4} kPa")
         }
-        other => println!("no largest pressure: {other:?}"),
+        other => println!("no limit pressure: {other:?}"),
     }
 
     // along the branch of equilibria, also past it

@@ -5,7 +5,7 @@ use crate::error::{NewtonError, Result};
 use crate::nested_system::NestedSystem;
 use crate::newton::{NewtonScratch, ROUNDING, ResidualSystem, newton_with};
 use crate::options::{LineSearch, NewtonOptions};
-use crate::report::NewtonReport;
+use crate::report::{NewtonReport, StopReason};
 use crate::resolution::swept_by_mean_radius;
 use crate::route::Route;
 use crate::turning::Reach;
@@ -18,6 +18,9 @@ const MISSED: f64 = 1e-9;
 /// Largest ratio of the rates of change at the ends of a step. Towards a limit point they grow as the inverse root of the distance, so that
 /// at least a sixteenth of it remains.
 const UNEVEN: f64 = 4.0;
+
+/// Largest number of iterations of a step of continuation.
+const WALKING: usize = 6;
 
 /// Factor on the larger of two samples of the error by rounding.
 const ROUNDINGS: f64 = 4.0;
@@ -133,10 +136,13 @@ impl<'a, 's> Search<'a, 's> {
         if beyond {
             outcome = Err(NewtonError::other_branch());
         }
+        let used_up = self.report.stopped_by == Some(StopReason::Iterations);
         if outcome.is_err() && options.max_load_steps > 0 {
             match self.walk(state, start, (from, to), options) {
                 Ok(()) => return Ok(()),
                 Err(EarlyEnd::AtStart) => (),
+                // the branch did not end there
+                Err(EarlyEnd::At(_)) if options.max_iterations < WALKING && used_up => (),
                 Err(EarlyEnd::At(reached)) => {
                     return Err(NewtonError::LimitPoint {
                         quantity: self.system.innermost().constraint.quantity.name(),
@@ -184,7 +190,7 @@ impl<'a, 's> Search<'a, 's> {
         options: &NewtonOptions,
     ) -> Result<(), EarlyEnd> {
         let careful = options
-            .with_max_iterations(options.max_iterations.min(6))
+            .with_max_iterations(options.max_iterations.min(WALKING))
             .with_line_search(LineSearch::Natural { max_halvings: 0 });
         // The start need not be an exact equilibrium, nor an equilibrium at all if its ends are displaced.
         state.copy_from_slice(start);

@@ -85,7 +85,7 @@ impl Equilibrium {
     ///
     /// For finite differences it is a third of the Newton step to the equilibrium with half of the nodes (Richardson), at the cost of one
     /// factorisation: 0.9 to 1.1 times the error from 50 nodes, no bound with fewer; infinite below five nodes. `None` where that step is not
-    /// defined.
+    /// defined, or without load.
     #[must_use]
     pub fn discretisation_error(&self) -> Option<f64> {
         let Some(tail) = self.resolution.tail(self.nodes()) else {

@@ -1,4 +1,4 @@
-//! The largest pressure of rubber as the solution of a system of equations.
+//! A maximum of the pressure of rubber along its branch as the solution of a system of equations.
 
 use crate::border::dot;
 use crate::constraint::Constraint;

@@ -18,22 +18,12 @@ use crate::route::Route;
 /// Finer resolutions, with a state and its start transferred to them.
 type Refined = (Nested, Vec<f64>, Vec<f64>);
 
-/// Parameters of the walk to a pressure by steps of the volume.
-struct Walk {
-    /// Relative distance from the end of a walk to the limit that ended it.
-    at_limit: f64,
-    /// Least and first step relative to the volume, and largest number of steps.
-    least: f64,
-    first: f64,
-    most_steps: usize,
-}
-
-const WALK: Walk = Walk {
-    at_limit: 1e-3,
-    least: 1e-5,
-    first: 0.02,
-    most_steps: 400,
-};
+/// Relative distance from the end of a walk to the limit that ended it.
+const AT_LIMIT: f64 = 1e-3;
+/// Least and first step of a walk to a pressure relative to the volume, and largest number of steps.
+const LEAST_STEP: f64 = 1e-5;
+const FIRST_STEP: f64 = 0.02;
+const MOST_STEPS: usize = 400;
 
 /// Resolutions, the state that solves them, and the report.
 pub(crate) type Solved = (Nested, Vec<f64>, NewtonReport);
@@ -147,7 +137,7 @@ impl Nested {
     /// Continues from `state`, at which steps in the pressure ended, to the pressure `wanted`.
     ///
     /// # Errors
-    /// [`NewtonError::LimitPoint`] with the largest pressure.
+    /// [`NewtonError::LimitPoint`] with the maximum of the pressure.
     fn pass_limit(
         &self,
         state: &mut [f64],
@@ -158,7 +148,7 @@ impl Nested {
         let pressure = self.0[0].discrete.start().len();
         let limit = |state: &[f64]| {
             let most = limit::pressure(&self.0[0], state)?;
-            let near = (most / state[pressure] - 1.0).abs() < WALK.at_limit;
+            let near = (most / state[pressure] - 1.0).abs() < AT_LIMIT;
             (most <= wanted && near).then_some(most)
         };
         let reached = match limit(state) {
@@ -199,8 +189,8 @@ impl Nested {
             let mut search = Search::new(&mut system, report);
             search.solve(state, &start, values, options).ok()
         };
-        let mut share = WALK.first;
-        for _ in 0..WALK.most_steps {
+        let mut share = FIRST_STEP;
+        for _ in 0..MOST_STEPS {
             let volume = Quantity::VOLUME.of(&*self.0[0].discrete, &state[..=pressure]);
             let mut next = state.to_vec();
             let further = Control::Volume(volume * (1.0 + share));
@@ -209,7 +199,7 @@ impl Nested {
             let slope = self.rate(&next, further).ok()?[pressure];
             if slope <= 0.0 || next[pressure] <= state[pressure].max(0.0) {
                 share *= 0.25;
-                if share < WALK.least {
+                if share < LEAST_STEP {
                     return None;
                 }
                 continue;

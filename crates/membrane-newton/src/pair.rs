@@ -186,39 +186,31 @@ fn solve_both(
     })
 }
 
-/// Number of steps from base to apex between the points at which membranes are compared.
-const STEPS: u32 = 128;
+/// Number of chords from base to apex by which membranes are compared.
+const CHORDS: u32 = 128;
 
-/// Rejects an inner membrane of which a point is outside the outer one, beyond the sagitta of the chords between points of the latter: at a
-/// corner of the curve within a chord the distance from its middle is at least half of the largest.
+/// Rejects an inner membrane of which a point is outside the outer one, beyond the sagitta of the chords of the latter: at a corner of the
+/// curve within a chord the distance from its middle is at least half of the largest.
 fn check_crossing(inner: &Equilibrium, outer: &Equilibrium) -> Result<()> {
     let [within, around] = [inner, outer].map(|of| of.resolution.places(of.nodes()));
-    let s = |k: f64| 0.5 * k / f64::from(STEPS);
-    let corners: Vec<[f64; 2]> = (0..=STEPS).map(|k| around(s(k.into()))).collect();
-    let (mut depth, mut at) = (1e-9 * outer.measures.length, None);
-    for [x, r] in (0..=STEPS).map(|k| within(s(k.into()))) {
-        // distance from the nearest chord, positive on its outer side
-        let (mut nearest, mut outside, mut chord) = (f64::INFINITY, false, 0);
-        for (k, ends) in corners.windows(2).enumerate() {
-            let d = [ends[1][0] - ends[0][0], ends[1][1] - ends[0][1]];
-            let p = [x - ends[0][0], r - ends[0][1]];
+    let s = |k: f64| 0.5 * k / f64::from(CHORDS);
+    let corners: Vec<_> = (0..=CHORDS).map(|k| around(s(k.into()))).collect();
+    let least = 1e-9 * outer.measures.length;
+    let depth = |[x, r]: [f64; 2]| {
+        let chords = corners.windows(2).enumerate().map(|(k, ends)| {
+            let [d, p] = [ends[1], [x, r]].map(|to| [to[0] - ends[0][0], to[1] - ends[0][1]]);
             let t = ((p[0] * d[0] + p[1] * d[1]) / (d[0] * d[0] + d[1] * d[1])).clamp(0.0, 1.0);
             let distance = (p[0] - t * d[0]).hypot(p[1] - t * d[1]);
-            if distance < nearest {
-                (nearest, outside, chord) = (distance, p[1] * d[0] > p[0] * d[1], k);
-            }
-        }
-        if outside && nearest > depth {
-            let [[x0, r0], [x1, r1]] = [corners[chord], corners[chord + 1]];
-            let middle = around(s(chord as f64 + 0.5));
-            let sagitta = (middle[0] - 0.5 * (x0 + x1)).hypot(middle[1] - 0.5 * (r0 + r1));
-            if nearest > 2.0 * sagitta {
-                (depth, at) = (nearest, Some([x, r]));
-            }
-        }
-    }
-    match at {
-        Some([x, r]) => Err(NewtonError::Crossed { depth, x, r }),
+            (distance, p[1] * d[0] > p[0] * d[1], k)
+        });
+        let (distance, outside, k) = chords.min_by(|a, b| a.0.total_cmp(&b.0))?;
+        let (a, b, middle) = (corners[k], corners[k + 1], around(s(k as f64 + 0.5)));
+        let sagitta = (middle[0] - 0.5 * (a[0] + b[0])).hypot(middle[1] - 0.5 * (a[1] + b[1]));
+        (outside && distance > least.max(2.0 * sagitta)).then_some((distance, x, r))
+    };
+    let outside = (0..=CHORDS).filter_map(|k| depth(within(s(k.into()))));
+    match outside.max_by(|a, b| a.0.total_cmp(&b.0)) {
+        Some((depth, x, r)) => Err(NewtonError::Crossed { depth, x, r }),
         None => Ok(()),
     }
 }

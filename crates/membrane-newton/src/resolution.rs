@@ -116,26 +116,24 @@ impl Resolution {
     /// Estimates the relative error of finite differences of order 2 by Richardson's extrapolation: the Newton step from the curve towards
     /// the equilibrium with half of the nodes at the same volume. Infinite below five nodes; `None` where that step is not defined.
     pub(crate) fn error_of_differences(&self, state: &[f64], volume: f64) -> Option<f64> {
-        let nodes = self.discrete.positions().len();
+        let (nodes, membrane) = (
+            self.discrete.positions().len(),
+            self.discrete.setting().membrane(),
+        );
         let half = nodes.div_ceil(2);
-        if half < 3 {
+        let Ok(coarse) = FiniteDifferences::half(membrane, half) else {
             return Some(f64::INFINITY);
-        }
-        let membrane = self.discrete.setting().membrane();
-        let coarse = Self::new(FiniteDifferences::half(membrane, half).ok()?, None).ok()?;
+        };
+        let coarse = Self::new(coarse, None).ok()?;
         let carried = coarse.carry(self, state);
         let mut system = coarse.system(Constraint::volume(volume));
         let mut step = vec![0.0; carried.len()];
         system.residual_into(&carried, &mut step).ok()?;
         system.factor(&carried).ok()?;
         system.solve_in_place(&mut step).ok()?;
+        let intensity = (step.last()? / state.last()?).abs();
         let ratio = (nodes - 1) as f64 / (half - 1) as f64;
-        let [.., intensity] = state else { return None };
-        let relative = match *intensity {
-            0.0 => system.step_norm(&step),
-            f => (system.shape_norm(&step)).max((step[step.len() - 1] / f).abs()),
-        };
-        let error = relative / (ratio * ratio - 1.0);
+        let error = system.shape_norm(&step).max(intensity) / (ratio * ratio - 1.0);
         error.is_finite().then_some(error)
     }
 

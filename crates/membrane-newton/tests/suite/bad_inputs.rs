@@ -3,7 +3,7 @@
 use membrane_newton::{
     BandMatrix, BandedLu, Control, Discretisation, Membrane, MembraneError, NewtonError,
     NewtonOptions, Pair, PairEquilibrium, PressureLaw, ReferenceShape, ResidualSystem, Rubber,
-    Solver, Stiffness, StrainEnergy, Thickness, newton,
+    Solver, Stiffness, StopReason, StrainEnergy, Thickness, newton,
 };
 
 fn solver(law: PressureLaw, radius: f64) -> Solver {
@@ -197,6 +197,22 @@ fn membranes_that_cross_in_the_result_are_rejected() {
             assert!(PairEquilibrium::of(inner, outer, pair.wall_volume()).is_ok());
         }
     }
+}
+
+/// With fewer iterations than Newton needs, no step of the control succeeds after the first ones: the error names the cause.
+#[test]
+fn too_few_iterations_are_not_a_limit_point() {
+    let solver = solver(PressureLaw::PerMaterialLength, 1.75);
+    let options = NewtonOptions::default().with_max_iterations(1);
+    let error = solver
+        .solve(Control::VolumeGain(0.6), &options)
+        .unwrap_err();
+    let NewtonError::NotConverged { report, .. } = &error else {
+        panic!("{error}")
+    };
+    assert_eq!(report.stopped_by, Some(StopReason::Iterations));
+    let message = error.to_string();
+    assert!(message.contains("the iterations are used up"), "{message}");
 }
 
 /// If sums of squares of the shape overflow, a result would have another volume.
