@@ -97,29 +97,19 @@ impl Answer {
     }
 }
 
-/// Rejects a load or a material that the scheme does not support, and an intensity under the total-force law.
+/// Rejects a load, law or material that the scheme does not support.
 pub(crate) fn check_support(scheme: Scheme, load: LoadKind, body: &Body) -> Result<()> {
-    let is_intensity = match load {
-        LoadKind::Intensity | LoadKind::Feedback => true,
-        LoadKind::TotalForce | LoadKind::Volume => false,
-    };
-    match scheme.unsupported(load, body.material()) {
-        Some(what) => Err(ImplicitError::Unsupported { scheme, what }),
-        None if is_intensity && body.discrete.law().is_total_force() => {
-            Err(ImplicitError::OtherLoad { load })
-        }
+    match scheme.unsupported(load, body.discrete.setting().membrane()) {
         None => Ok(()),
+        Some(what) => Err(ImplicitError::Unsupported { scheme, what }),
     }
 }
 
 /// Returns the value of `load` in the state `now`, its first derivative and its second derivative by time, by differences over `e`.
 pub(crate) fn derivatives(load: &Load, now: LoadState, e: f64) -> Result<[f64; 3]> {
-    let mut v = [0.0; 4];
-    for (k, v) in v.iter_mut().enumerate() {
-        let time = now.time + k as f64 * e;
-        *v = load.at(&LoadState { time, ..now })?;
-    }
-    let rate = (18.0 * v[1] - 9.0 * v[2] + 2.0 * v[3] - 11.0 * v[0]) / (6.0 * e);
-    let second = (2.0 * v[0] - 5.0 * v[1] + 4.0 * v[2] - v[3]) / (e * e);
-    Ok([v[0], rate, second])
+    let at = |time: f64| load.at(&LoadState { time, ..now });
+    let [v0, v1, v2] = [at(now.time)?, at(now.time + e)?, at(now.time + 2.0 * e)?];
+    let v3 = at(now.time + 3.0 * e)?;
+    let rate = (18.0 * v1 - 9.0 * v2 + 2.0 * v3 - 11.0 * v0) / (6.0 * e);
+    Ok([v0, rate, (2.0 * v0 - 5.0 * v1 + 4.0 * v2 - v3) / (e * e)])
 }

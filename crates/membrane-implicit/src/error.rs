@@ -3,7 +3,6 @@
 use membrane_newton::{MembraneError, NewtonError};
 
 use crate::evolution::Evolution;
-use crate::load_kind::LoadKind;
 use crate::scheme::Scheme;
 
 pub(crate) type Result<T, E = ImplicitError> = std::result::Result<T, E>;
@@ -115,21 +114,13 @@ pub enum ImplicitError {
         /// V' of the initial state, cm^3/s.
         actual: f64,
     },
-    /// The scheme does not support the load, the material or adaptive steps ([`Scheme`]).
+    /// The scheme does not support the load, the law, the material or adaptive steps ([`Scheme`]).
     #[error("Scheme::{scheme:?} does not support {what}")]
     Unsupported {
         /// The scheme.
         scheme: Scheme,
-        /// The load, the material or the kind of steps.
+        /// The load, the law, the material or the kind of steps.
         what: &'static str,
-    },
-    /// The load is a force intensity, but that of the membrane's law is the total force F: a value of F would act as an intensity.
-    #[error(
-        "a load by {load:?} acts on a membrane under PressureLaw::TotalForce, whose load is F; it must be Load::total_force or a volume"
-    )]
-    OtherLoad {
-        /// The given kind of load.
-        load: LoadKind,
     },
     /// The state of a pair consists of two membranes; one of them cannot be set.
     #[error("the state of a pair cannot be set from that of one membrane")]

@@ -22,8 +22,7 @@ pub struct EvolvingOptions {
     pub dt: f64,
     /// Mass per unit s, over the largest stiffness lambda + 4 lambda_2; default 1.
     pub mass: f64,
-    /// Damping mu per unit s, over the largest stiffness; default 1. With mass and damping relative to the stiffness, the steps do not depend
-    /// on the unit of force.
+    /// Damping mu per unit s, over the largest stiffness, so that steps do not depend on the unit of force; default 1.
     pub damping: f64,
     /// Stop when the norm of F_p + F_e over s, (integral of |F_p + F_e|^2 ds)^(1/2), is at most this fraction of the norm before the first
     /// step, which is that of F_p in the reference configuration; default 4e-6. The norm does not grow with the number of nodes.

@@ -48,7 +48,7 @@ pub use load::{Feedback, Load};
 pub use load_kind::LoadKind;
 pub use membrane_newton::{
     self, DiscreteMembrane, Measure, Measures, Membrane, MembraneError, PressureLaw,
-    ReferenceShape, Stiffness,
+    ReferenceShape, Rubber, Stiffness, StrainEnergy, Thickness,
 };
 pub use motion::{Motion, State, Stop, TimeStep, Tolerance};
 pub use scheme::{Jacobian, Scheme};

@@ -55,7 +55,7 @@ const MAX_CONSTRAINTS: usize = 11;
 pub struct State<'a> {
     /// Time.
     pub time: f64,
-    /// Nodes [x, y] from s = 0 to s = 1, for rubber to the axis, cm.
+    /// Nodes [x, y] from s = 0 to s = 1, cm; for rubber those up to the axis, of which `Measures::of` is half (see [`Measure`]).
     pub points: &'a [[f64; 2]],
     /// Velocity of each node.
     pub velocities: &'a [[f64; 2]],
@@ -98,7 +98,7 @@ impl Motion {
     /// # Errors
     /// The load has no finite value at t = 0, or prescribes a volume other than that of the membrane;
     /// [`ImplicitError::VolumeRateMismatch`]: under [`Scheme::Midpoint`] it prescribes a flow at t = 0; the scheme does not support the load or
-    /// the material ([`Scheme`]); [`ImplicitError::OtherLoad`]: an intensity or a feedback under [`PressureLaw::TotalForce`].
+    /// the material ([`Scheme`]), and no scheme an intensity or a feedback under [`PressureLaw::TotalForce`].
     pub fn new(body: Body, load: Load, scheme: Scheme) -> Result<Self> {
         check_support(scheme, load.kind(), &body)?;
         let inner = Mover::new(body, scheme, load.kind());
@@ -245,8 +245,7 @@ impl Motion {
         let Mover { body, scheme, .. } = &self.inner;
         if self.load.kind() == LoadKind::Volume && *scheme == Scheme::Midpoint {
             let now = self.inner.now().load_state(body);
-            // the time that a wave takes along the membrane
-            let wave = body.largest_explicit_step() * body.n_nodes() as f64;
+            let wave = body.largest_explicit_step() * body.n_nodes() as f64; // the time of a wave along the curve
             let [_, prescribed, _] = derivatives(&self.load, now, 1e-4 * wave)?;
             let (time, actual) = (now.time, now.volume_rate);
             // differences have a rounding error of about 1e-11, and an error of 1e-5 for 100 rad per wave

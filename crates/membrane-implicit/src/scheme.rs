@@ -1,5 +1,6 @@
 //! Time schemes, with the loads and materials that each supports.
 
+use membrane_newton::Membrane;
 use membrane_newton::membrane_forces::Material;
 
 use crate::load_kind::LoadKind;
@@ -89,9 +90,9 @@ impl Scheme {
         }
     }
 
-    /// Returns the part of a problem with this load and material that the scheme does not support.
-    pub(crate) fn unsupported(self, load: LoadKind, material: &Material) -> Option<&'static str> {
-        match (material, load) {
+    /// Returns the part of a problem with this load and membrane that the scheme does not support.
+    pub(crate) fn unsupported(self, load: LoadKind, of: &Membrane) -> Option<&'static str> {
+        match (of.material(), load) {
             (Material::Rubber(_), _) if self != Self::Midpoint => Some("rubber"),
             (Material::Rubber(_), LoadKind::TotalForce) => Some("a total force on rubber"),
             (Material::Springs { .. }, LoadKind::Volume) if self.is_splitting() => {
@@ -99,6 +100,11 @@ impl Scheme {
             }
             (Material::Springs { .. }, LoadKind::Feedback) if self.is_splitting() => {
                 Some("a load that depends on the state")
+            }
+            (Material::Springs { .. }, LoadKind::Intensity | LoadKind::Feedback)
+                if of.law().is_total_force() =>
+            {
+                Some("an intensity under PressureLaw::TotalForce, whose load is Load::total_force")
             }
             (Material::Springs { .. } | Material::Rubber(_), _) => None,
         }

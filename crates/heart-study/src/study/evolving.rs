@@ -14,8 +14,6 @@ const NODES: usize = 201;
 /// Time steps: one with a monotone norm of the forces, one without, and one for the run with the rank-one term, for which large
 /// steps approach Newton's method.
 const STEPS: [f64; 3] = [2.0, 0.5, 1000.0];
-/// Stop when the norm of pressure and elastic forces is at most this fraction of the norm at the start, about 1e-4 in the unit of the report.
-const TOLERANCE: f64 = 4e-6;
 /// Stiffness of the springs to the second neighbours in the run with second neighbours.
 const SECOND_NEIGHBOURS: f64 = 0.1;
 /// Panels of Fig. 9.
@@ -43,9 +41,7 @@ pub(super) fn evolving(run: &Run<'_>) -> Result<EvolvingStudy, PhantomError> {
     )?;
     let force = direct.intensity * direct.measures.surface;
 
-    let options = EvolvingOptions::default()
-        .with_tolerance(TOLERANCE)
-        .with_jacobian(Jacobian::Band);
+    let options = EvolvingOptions::default().with_jacobian(Jacobian::Band);
     let inflate = |membrane: &Membrane, options: &EvolvingOptions| -> Result<_, PhantomError> {
         Ok(evolve(membrane, NODES, force, options)?)
     };

@@ -1,8 +1,8 @@
 //! Steps of variable length: by the local error, or to reach a volume.
 
 use super::{Motion, view};
-use crate::body::LoadState;
-use crate::error::{ImplicitError, Result, positive};
+use crate::body::{Body, LoadState};
+use crate::error::{ImplicitError, Result, positive, within};
 use crate::load_kind::LoadKind;
 use crate::scheme::Scheme;
 use crate::work::Work;
@@ -16,9 +16,9 @@ use crate::work::Work;
 /// the values that the scheme uses. A pulse shorter than 1/64 of a step may be missed: set `longest` to its duration.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Tolerance {
-    /// Tolerance on a position, cm.
+    /// Tolerance on a position, cm; at least rounding, 2.2e-16 of the length of the curve.
     pub position: f64,
-    /// Tolerance on a velocity, cm/s.
+    /// Tolerance on a velocity, cm/s; at least rounding, 2.2e-16 of that length per time of a wave along it.
     pub velocity: f64,
     /// Longest allowed step.
     pub longest: f64,
@@ -28,9 +28,12 @@ pub struct Tolerance {
 const SAMPLES: u32 = 64;
 
 impl Tolerance {
-    pub(super) fn check(&self) -> Result<()> {
-        positive("position tolerance", self.position)?;
-        positive("velocity tolerance", self.velocity)?;
+    /// Rejects tolerances below the rounding of positions, and of velocities of waves that move a node by the length of the curve.
+    pub(super) fn check(&self, body: &Body) -> Result<()> {
+        let least = f64::EPSILON * body.length;
+        let wave = body.largest_explicit_step() * body.n_nodes() as f64;
+        within("position tolerance", self.position, least, f64::MAX)?;
+        within("velocity tolerance", self.velocity, least / wave, f64::MAX)?;
         longest(self.longest)?;
         Ok(())
     }
@@ -50,7 +53,7 @@ impl Tolerance {
 impl Motion {
     /// Attempts steps until one passes the error test, without accepting it.
     pub(super) fn attempt_adaptive(&mut self, tolerance: &Tolerance, most: f64) -> Result<f64> {
-        tolerance.check()?;
+        tolerance.check(&self.inner.body)?;
         let scheme = self.inner.scheme;
         if scheme == Scheme::Splitting6 {
             let what = "adaptive steps";

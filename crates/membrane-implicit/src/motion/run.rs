@@ -28,7 +28,7 @@ pub enum TimeStep {
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub enum Stop {
-    /// Exactly at this time.
+    /// Exactly at this time; a run that starts within 1e-12 of it, by rounding of earlier steps, makes no step.
     Time(f64),
     /// When the (inner) volume passes this value, cm^3: the last step ends there, to 1e-10 of the volume. A run to a volume that the motion
     /// never reaches has no end; add a [`Stop::Time`], [`Stop::Steps`] or [`Stop::Equilibrium`] to bound it. A passage and return
@@ -47,6 +47,9 @@ pub enum Stop {
     /// After this number of steps.
     Steps(usize),
 }
+
+/// Relative rounding of a time after many steps.
+const ROUNDING: f64 = 1e-12;
 
 impl Motion {
     /// Makes steps until the first of `stops` is met; returns its index. Include a [`Stop::Time`] or [`Stop::Steps`]: the others may never be
@@ -104,13 +107,16 @@ impl Motion {
         }
         match steps {
             TimeStep::Fixed(dt) => self.check_fixed(dt)?,
-            TimeStep::Adaptive(tolerance) => tolerance.check()?,
+            TimeStep::Adaptive(tolerance) => tolerance.check(&self.inner.body)?,
         }
         let first = self.work().steps;
         let mut end = f64::INFINITY;
         for stop in stops {
             match *stop {
-                Stop::Time(time) => end = end.min(within("end time", time, self.time(), f64::MAX)?),
+                Stop::Time(time) => {
+                    let least = self.time() - ROUNDING * self.time().abs();
+                    end = end.min(within("end time", time, least, f64::MAX)?);
+                }
                 Stop::Volume(volume) => drop(positive("volume", volume)?),
                 Stop::Equilibrium { force, speed } => {
                     within("force at equilibrium", force, 0.0, f64::MAX)?;
@@ -139,7 +145,8 @@ impl Motion {
                 }
             }
             let reached = self.inner.end().time;
-            self.accept(((end - reached).abs() <= 1e-9 * dt).then_some(end))?;
+            let rounding = (1e-9 * dt).max(ROUNDING * reached.abs());
+            self.accept(((end - reached).abs() <= rounding).then_some(end))?;
             if let ControlFlow::Break(value) = observe(self) {
                 return Ok(ControlFlow::Break(value));
             }
@@ -151,7 +158,7 @@ impl Motion {
         let taken = self.work().steps - first;
         for (index, stop) in stops.iter().enumerate() {
             let reached = match *stop {
-                Stop::Time(time) => self.time() >= time,
+                Stop::Time(time) => self.time() >= time - ROUNDING * time.abs(),
                 Stop::Volume(volume) => (self.state().volume() / volume - 1.0).abs() <= 1e-10,
                 Stop::Steps(steps) => taken >= steps,
                 Stop::Equilibrium { .. } if taken == 0 => false,

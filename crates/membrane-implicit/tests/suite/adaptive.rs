@@ -3,7 +3,7 @@
 use crate::common;
 
 use common::{RunWith, apart, inflate, reference_body};
-use membrane_implicit::{Load, Motion, Scheme, Stop, TimeStep, Tolerance};
+use membrane_implicit::{ImplicitError, Load, Motion, Scheme, Stop, TimeStep, Tolerance};
 
 /// A load that rises within a tenth of the first step that the initial state suggests: the error of that step is controlled, too, also by
 /// schemes whose estimate needs a previous step.
@@ -118,5 +118,50 @@ fn the_first_volume_of_a_step_stops_the_run() {
         let index = motion.run(steps, &stops.map(Stop::Volume)).unwrap();
         assert_eq!(stops[index], 120.0);
         assert!((motion.state().volume() / 120.0 - 1.0).abs() < 1e-10);
+    }
+}
+
+/// Steps cannot resolve less than rounding; twenty thousand of them would end at 1e-15 s.
+#[test]
+fn tolerances_below_rounding_are_rejected() {
+    for (position, velocity, what) in [
+        (1e-30, 1e-3, "position tolerance"),
+        (1e-3, 1e-30, "velocity tolerance"),
+    ] {
+        let tolerance = Tolerance {
+            position,
+            velocity,
+            longest: f64::INFINITY,
+        };
+        let mut motion = inflate(Scheme::TrBdf2);
+        for error in [
+            motion.step_adaptive(&tolerance, 1.0).unwrap_err(),
+            (motion.run(TimeStep::Adaptive(tolerance), &[Stop::Steps(1)])).unwrap_err(),
+        ] {
+            let ImplicitError::OutOfRange {
+                what: of, given, ..
+            } = error
+            else {
+                panic!("{error}")
+            };
+            assert_eq!((of, given), (what, 1e-30));
+        }
+    }
+    let mut motion = inflate(Scheme::TrBdf2);
+    let fine = Tolerance::uniform(1e-13);
+    assert!(motion.step_adaptive(&fine, 1.0).is_ok());
+}
+
+/// Ten steps of 0.1 end at 1 - 1e-16, three at 0.3 + 6e-17: both are the end of a run.
+#[test]
+fn a_run_to_a_time_reached_to_rounding_makes_no_step() {
+    for (steps, end) in [(10, 1.0), (3, 0.3)] {
+        let mut motion = inflate(Scheme::TrBdf2);
+        let dt = TimeStep::Fixed(0.1);
+        motion.run(dt, &[Stop::Steps(2)]).unwrap();
+        motion.run(dt, &[Stop::Steps(steps - 2)]).unwrap();
+        assert!(motion.time() != end && (motion.time() / end - 1.0).abs() < 1e-15);
+        assert_eq!(motion.run(dt, &[Stop::Time(end)]), Ok(0));
+        assert_eq!(motion.work().steps, steps);
     }
 }
