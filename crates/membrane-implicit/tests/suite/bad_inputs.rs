@@ -295,13 +295,13 @@ fn an_intensity_under_the_total_force_law_is_rejected() {
 
 #[test]
 fn a_pump_with_an_initial_flow_is_rejected_by_the_midpoint_rule() {
+    type Gain = fn(f64) -> f64;
     for nodes in [5, 51, 401] {
         let body = Body::springs(&balloon(), nodes).unwrap();
-        let motion = |gain: fn(f64) -> f64, scheme| {
-            Motion::new(body.clone(), Load::volume_gain(&body, gain), scheme)
-        };
+        let motion =
+            |gain: Gain, scheme| Motion::new(body.clone(), Load::volume_gain(&body, gain), scheme);
         let volume = body.start_volume();
-        let flow: [(fn(f64) -> f64, f64); 3] = [
+        let flow: [(Gain, f64); 3] = [
             (|t| 0.3 * (6.0 * t).sin(), 1.8),
             (|t| 1e-3 * t, 1e-3),
             (
@@ -326,7 +326,7 @@ fn a_pump_with_an_initial_flow_is_rejected_by_the_midpoint_rule() {
             assert_eq!((time, actual), (0.0, 0.0));
             assert!(motion(gain, Scheme::TrBdf2).is_ok());
         }
-        let smooth: [fn(f64) -> f64; 4] = [
+        let smooth: [Gain; 4] = [
             |t| 0.3 * (1.0 - (6.8 * t).cos()),
             |t| 0.3 * (1.0 - (50.0 * t).cos()),
             |t| 10.0 * t * t * t,
