@@ -208,8 +208,8 @@ pub fn mlem<T: Sample, O: LinearOperator<T> + ?Sized>(
 /// ```
 ///
 /// # Errors
-/// As [`mlem`]; [`RadonError::TooFew`] without a subset, [`RadonError::BadRange`] for an index beyond the data, [`RadonError::WrongLength`] if
-/// some data are in no subset or in more than one.
+/// As [`mlem`]; [`RadonError::TooFew`] without a subset, [`RadonError::WrongLength`] for an index beyond the data, or if some data are in no
+/// subset or in more than one.
 #[doc(alias("OS-EM", "ordered subsets"))]
 pub fn osem<T: Sample, O: LinearOperator<T>>(
     subsets: &[Subset<O, T>],
@@ -225,14 +225,11 @@ pub fn osem<T: Sample, O: LinearOperator<T>>(
     for subset in subsets {
         length("subset", subset.data.len(), subset.operator.data_len())?;
         length("image", image.len(), subset.operator.image_len())?;
-        if let Some(&index) = subset.data.iter().find(|&&i| i >= data.len()) {
-            return Err(RadonError::BadRange {
-                what: "subset",
-                start: index,
-                end: index.saturating_add(1),
-                len: data.len(),
-            });
-        }
+        let needed = subset
+            .data
+            .iter()
+            .fold(0, |n, &i| i.saturating_add(1).max(n));
+        length("data", data.len(), needed.max(data.len()))?;
         subset.data.iter().for_each(|&i| used[i] = true);
     }
     let used = used.into_iter().filter(|used| *used).count();

@@ -210,8 +210,8 @@ fn subsets_beyond_the_data() {
     );
     assert!(matches!(
         refused,
-        Err(RadonError::BadRange {
-            start: usize::MAX,
+        Err(RadonError::WrongLength {
+            expected: usize::MAX,
             ..
         })
     ));

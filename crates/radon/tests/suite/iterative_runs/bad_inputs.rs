@@ -219,10 +219,10 @@ fn bad_input_is_rejected_with_its_values() {
             &EmOptions::default(),
             radon::no_observer
         ),
-        Err(RadonError::BadRange {
-            start: 4,
-            len: 4,
-            ..
+        Err(RadonError::WrongLength {
+            what: "data",
+            given: 4,
+            expected: 5
         })
     ));
     assert!(matches!(
