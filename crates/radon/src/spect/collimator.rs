@@ -62,10 +62,16 @@ impl Collimator {
     ///
     /// # Errors
     /// [`RadonError::NotFinite`], [`RadonError::NotPositive`] for a diameter, a length, an attenuation, or an effective length of zero or
-    /// less, [`RadonError::OutOfRange`] for an intrinsic width below zero.
+    /// less, [`RadonError::OutOfRange`] for a hole wider than long or an intrinsic width below zero.
     pub fn parallel_holes(holes: &ParallelHoles, intrinsic_fwhm: f64) -> Result<Self, RadonError> {
         positive("hole diameter", holes.diameter)?;
         let length = holes.effective_length()?;
+        within(
+            "hole diameter (at most the length)",
+            holes.diameter,
+            0.0,
+            holes.length,
+        )?;
         within("intrinsic FWHM", intrinsic_fwhm, 0.0, f64::MAX)?;
         let at_face = holes.diameter * holes.response.sigma();
         Self::new(
