@@ -10,7 +10,8 @@ pub struct RayCounters {
     pub cast: u64,
     /// Rays outside it, which were skipped.
     pub skipped: u64,
-    /// Rays with a chord of positive length.
+    /// Chords of positive length. [`Body::project`](crate::Body::project) counts one for each layer of non-zero weight and each slab, so up to
+    /// that many for a ray; an [`Assembly`](crate::Assembly) and a [`View`](crate::View) count rays that meet any content.
     pub hit: u64,
 }
 
