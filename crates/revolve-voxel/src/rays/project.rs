@@ -20,6 +20,11 @@ const TASK: usize = 1024;
 impl Body {
     /// Returns the line integrals of the activity along the rays, `[row][bin]`. Parts of the body beside the rays are omitted without an error.
     ///
+    /// A ray of a [`ParallelDetector`](crate::ParallelDetector) passes through the centre of a bin; a sample is not the mean over the bin. The
+    /// sum of samples times the area of a bin therefore differs from the integral of the activity: for a wall of 0.5 cm around a spheroid of
+    /// 3 x 2 cm, on a detector of 10 cm, by 1.2 % with 25 x 25 bins, 0.3 % with 50 x 50 and 0.01 % with 100 x 100.
+    /// [`BinValue::Average`](crate::BinValue::Average) in a [`View`](crate::View) gives means over bins, as does the mean over finer bins.
+    ///
     /// Rows are distributed over the threads of the current rayon pool; the result does not depend on their number.
     ///
     /// # Errors

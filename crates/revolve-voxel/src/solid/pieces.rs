@@ -63,6 +63,11 @@ impl Meridian {
     /// as `tolerance`^(-1/2); chords and distances cost its logarithm. Gaps between pieces and negative radii up to `tolerance` are
     /// closed. Chords, measures, voxels and meshes are those of this polyline and agree with each other to rounding.
     ///
+    /// Their errors against the smooth curve are larger than the tolerance e. The volume differs by at most e times the area (less where the
+    /// curve is convex). A ray that meets the surface at the angle alpha to its normal has a chord wrong by up to 2 e / cos alpha. A chord at the
+    /// distance d inside a silhouette of the radius of curvature R (along the ray) is 2 sqrt(2 R d), so rays within e of it have errors of
+    /// up to 2 sqrt(2 R e): 0.13 cm for R = 2 cm and e = 1e-3 cm, 0.013 cm for 1e-5 cm. An error c of every chord needs e = c^2 / (8 R).
+    ///
     /// ```
     /// use revolve_voxel::{Meridian, Piece};
     /// // x = 1 + u, r = 1 - u^2: a spindle, volume 16 pi / 15.
@@ -107,7 +112,8 @@ impl Meridian {
     ///
     /// `breakpoints` are the s inside (0, 1) at which the curve has a corner or a jump; a jump is connected by a straight segment. As for
     /// [`smooth`](Self::smooth), the curve is replaced by a polyline with vertices on it. The curve is sampled at least 256 times between
-    /// breakpoints; oscillations between these samples remain undetected.
+    /// breakpoints; oscillations between these samples remain undetected. The errors of chords near a silhouette, up to 2 sqrt(2 R tolerance), and
+    /// of volumes are those of [`smooth`](Self::smooth).
     ///
     /// ```
     /// use revolve_voxel::Meridian;

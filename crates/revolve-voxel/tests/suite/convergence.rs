@@ -3,7 +3,10 @@
 use crate::support;
 
 use nalgebra::{Point3, Vector3};
-use revolve_voxel::{Body, DepthResponse, Meridian, Pose, Ray, Sampling, VoxelGrid};
+use revolve_voxel::{
+    Assembly, BinValue, Body, DepthResponse, Meridian, Organs, ParallelDetector, Pose, Ray,
+    RayPlane, Sampling, Shown, View, VoxelGrid,
+};
 use support::*;
 
 /// Area of the part of a disc of radius a about the origin with x' < x and y' < y, by its definition as an integral of
@@ -231,4 +234,82 @@ fn the_remainder_of_a_response_falls_exponentially() {
         "{}",
         fine.n_nodes()
     );
+}
+
+/// A prolate spheroid of these half axes, to a tolerance.
+fn spheroid(a: f64, b: f64, tolerance: f64) -> Meridian {
+    let curve = |s: f64| {
+        let (sin, cos) = (std::f64::consts::PI * s).sin_cos();
+        [-a * cos, b * sin]
+    };
+    Meridian::from_function(curve, &[], tolerance).unwrap()
+}
+
+/// Across the axis at the height z, the spheroid is a circle of radius R = b sqrt(1 - z^2 / a^2), and the body one of a radius less by up to the
+/// tolerance over the cosine of the slope.
+#[test]
+fn errors_of_chords_near_a_silhouette_are_the_root_of_the_tolerance() {
+    let (a, b) = (3.0, 2.0);
+    for tolerance in [1e-3, 1e-5, 1e-7] {
+        let meridian = spheroid(a, b, tolerance);
+        let measures = meridian.mass_properties();
+        let lost = 16.0 * std::f64::consts::PI - measures.volume;
+        assert!(
+            lost > 0.0 && lost < tolerance * measures.surface,
+            "{lost:e}"
+        );
+        let body = Body::new(vec![meridian], Pose::axis_along_z(0.0).unwrap()).unwrap();
+        let (mut grazing, mut inside) = (0.0_f64, 0.0_f64);
+        for k in 0..200 {
+            let z = -1.0 + 0.01 * f64::from(k) + 1e-3;
+            let radius = b * (1.0 - (z / a).powi(2)).sqrt();
+            let error = |x: f64| {
+                let ray = Ray::new(Point3::new(x, 0.0, z), Vector3::y()).unwrap();
+                let exact = 2.0 * (radius * radius - x * x).sqrt();
+                (exact - body.chord(0, &ray).unwrap()).abs()
+            };
+            for j in 0..100 {
+                let x = radius * f64::from(j) / 100.0;
+                inside = inside.max(error(x) * (1.0 - (x / radius).powi(2)).sqrt());
+                grazing = grazing.max(error(radius - tolerance * f64::from(j) / 50.0));
+            }
+        }
+        let most = 2.0 * (2.0 * b * tolerance).sqrt();
+        println!(
+            "tolerance {tolerance:e}: grazing {grazing:.2e} of {most:.2e}, inside {inside:.2e}"
+        );
+        assert!(grazing < 1.02 * most && grazing > 0.4 * most);
+        assert!(inside < 2.1 * tolerance);
+    }
+}
+
+/// Sums of samples at the centres of bins and of means over bins, against the volume.
+#[test]
+fn samples_at_the_centres_of_bins_do_not_sum_to_the_activity() {
+    let pose = Pose::axis_along_z(0.0).unwrap().rotated_x(0.5).unwrap();
+    let layers = vec![spheroid(3.0, 2.0, 1e-6), spheroid(3.6, 2.5, 1e-6)];
+    let body = Body::new(layers, pose).unwrap();
+    let exact = body.region_measures(1).unwrap().volume;
+    for (n, least, most) in [(25, 0.01, 0.014), (50, 0.002, 0.004), (100, 0.0, 2e-4)] {
+        let h = 10.0 / f64::from(n);
+        let detector = ParallelDetector::new(n as usize, n as usize, [h, h]).unwrap();
+        let rays = detector.rays(0.7).unwrap();
+        let (samples, _) = body.project::<f64>(&rays, &[0.0, 1.0]).unwrap();
+        let error = (samples.iter().sum::<f64>() * h * h / exact - 1.0).abs();
+        println!("{n} bins: {error:.2e}");
+        assert!(error >= least && error < most, "{error}");
+    }
+    let detector = ParallelDetector::new(25, 25, [0.4, 0.4]).unwrap();
+    let (none, sharp) = (
+        Organs::new(Vec::new()).unwrap(),
+        DepthResponse::constant(0.0).unwrap(),
+    );
+    let wall = Assembly::new(&none)
+        .with_body(&body, &[0.0, 1.0], None)
+        .unwrap();
+    let plane = RayPlane::parallel(0.7).unwrap();
+    let view = View::new(plane, &detector, BinValue::Average, &sharp, 4.0).unwrap();
+    let image = view.image(&wall, Shown::Change, 0..25);
+    let error = image.samples.iter().sum::<f64>() * 0.16 / exact - 1.0;
+    assert!(error.abs() < 1e-4, "{error}");
 }
