@@ -121,12 +121,16 @@ pub enum RevolveError {
         /// Radius of the innermost layer.
         most: f64,
     },
-    /// A wedge of more than a full turn.
-    #[error("a wedge opens {given:?} radians, at most {most:?}")]
-    TooWide {
-        /// The opening given.
+    /// A number is outside its range.
+    #[error("{what} must be from {least:?} to {most:?}, got {given:?}")]
+    OutOfRange {
+        /// The quantity.
+        what: &'static str,
+        /// The value given.
         given: f64,
-        /// A full turn.
+        /// The smallest value allowed.
+        least: f64,
+        /// The largest value allowed.
         most: f64,
     },
     /// More samples than can be addressed or allocated.
@@ -209,6 +213,33 @@ pub(crate) fn positive(what: &'static str, given: f64) -> Result<f64, RevolveErr
     } else {
         Err(RevolveError::NotPositive { what, given })
     }
+}
+
+/// `Ok` if the number is finite and in its range.
+pub(crate) fn within(
+    what: &'static str,
+    given: f64,
+    [least, most]: [f64; 2],
+) -> Result<f64, RevolveError> {
+    if (least..=most).contains(&finite(what, given)?) {
+        return Ok(given);
+    }
+    Err(RevolveError::OutOfRange {
+        what,
+        given,
+        least,
+        most,
+    })
+}
+
+/// Checks the tolerance of a fraction.
+pub(crate) fn share(tolerance: f64) -> Result<f64, RevolveError> {
+    within("tolerance", positive("tolerance", tolerance)?, [0.0, 1.0])
+}
+
+/// Checks the angle of a view: twelve turns, as of long helical orbits, allow 75.4 radians; most angles in degrees are larger.
+pub(crate) fn view_angle(theta: f64) -> Result<f64, RevolveError> {
+    within("view angle (radians)", theta, [-76.0, 76.0])
 }
 
 /// `Ok` if the range of indices is ascending and ends within `len`.

@@ -9,7 +9,7 @@ use crate::scan::LEAST_DIRECTIONS;
 use crate::{HeartShape, Method, Mode, RayGeometry, Rotation};
 use radon::{ArcPolicy, RadonError};
 use revolve_voxel::{Body, EllipticCylinder, Organ, Organs, VoxelGrid};
-use std::f64::consts::PI;
+use std::f64::consts::{PI, TAU};
 
 /// Number of directions over half a turn in which a gap is searched; the widest one is found with a relative error of 1 - cos(pi / 128) = 3e-4.
 const DIRECTIONS: usize = 64;
@@ -430,7 +430,7 @@ fn outside_of(shape: &HeartShape) -> Result<Body, PhantomError> {
 
 /// Rotates a body into the frame of a camera at an angle: x along the bins.
 pub(super) fn turned(body: &Body, theta: f64) -> Result<Body, PhantomError> {
-    Ok(body.with_pose(body.pose().rotated_z(-theta)?))
+    Ok(body.with_pose(body.pose().rotated_z(-theta % TAU)?))
 }
 
 /// Returns the joint extent of bodies along an axis.

@@ -2,7 +2,7 @@
 
 use nalgebra::{Point3, Vector3};
 
-use crate::error::finite;
+use crate::error::{finite, view_angle};
 use crate::{Ellipsoid, EllipticCylinder, PointRaster, Pose, Ray, RevolveError};
 
 /// The rays through all positions (u, v) of a detector, u along the bins and v along the rows in cm from its centre: parallel rays, or rays
@@ -19,9 +19,9 @@ impl RayPlane {
     /// (-sin theta, cos theta, 0). The parameter of a ray is zero in the plane through the axis z.
     ///
     /// # Errors
-    /// [`RevolveError::NotFinite`].
+    /// As [`ParallelDetector::rays`](crate::ParallelDetector::rays).
     pub fn parallel(theta: f64) -> Result<Self, RevolveError> {
-        let (sin, cos) = finite("view angle", theta)?.sin_cos();
+        let (sin, cos) = view_angle(theta)?.sin_cos();
         let still = Vector3::zeros();
         Ok(Self {
             origin: [still, Vector3::new(cos, sin, 0.0), Vector3::z()],

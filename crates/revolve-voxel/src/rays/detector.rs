@@ -5,14 +5,15 @@ use std::sync::Arc;
 
 use nalgebra::{Point3, Vector3};
 
-use crate::error::{at_least, countable, finite, positive};
+use crate::error::{at_least, countable, finite, positive, view_angle};
 use crate::{Ray, RevolveError};
 
 /// A flat parallel-beam detector that rotates about the z axis of the lab.
 ///
 /// At view angle theta (radians) bins run along (cos theta, sin theta, 0), rows along z, rays along
 /// (-sin theta, cos theta, 0). The centre of bin k of n is at `(k - (n-1)/2) * pitch + offset`; rows follow the same rule.
-/// Images are indexed `[row][bin]`, bin fastest.
+/// Images are indexed `[row][bin]`, bin fastest. [`Body::project`](crate::Body::project) samples at the centres of bins, a
+/// [`View`](crate::View) also gives means over bins.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ParallelDetector {
     n_bins: usize,
@@ -74,13 +75,12 @@ impl ParallelDetector {
         self.n_rows
     }
 
-    /// Returns the rays of one view.
+    /// Returns the rays of one view, through the centres of the bins; `theta` is in radians.
     ///
     /// # Errors
-    /// [`RevolveError::NotFinite`].
+    /// [`RevolveError::NotFinite`]; [`RevolveError::OutOfRange`] beyond 76 radians (twelve turns), as most angles in degrees.
     pub fn rays(&self, theta: f64) -> Result<ParallelRays, RevolveError> {
-        finite("view angle", theta)?;
-        let (sin, cos) = theta.sin_cos();
+        let (sin, cos) = view_angle(theta)?.sin_cos();
         let bins = Vector3::new(cos, sin, 0.0);
         let at = |a: usize, n: usize| self.offset[a] - 0.5 * (n as f64 - 1.0) * self.pitch[a];
         ParallelRays::new(

@@ -1,6 +1,7 @@
 //! Meridians: curves whose rotation about the axis bounds a solid.
 
 use crate::RevolveError;
+use crate::error::within;
 use crate::solid::box_tree::BoxTree;
 use crate::solid::chains::{Chain, Node, chains, tree};
 use crate::solid::mass_properties::MassProperties;
@@ -8,6 +9,9 @@ use crate::solid::segment::{ROUNDING, Segment};
 
 /// Number of boxes for a silhouette accurate to a few per cent of the size of the body.
 const N_BLOCKS: usize = 64;
+
+/// Sizes whose volume is a number.
+const SIZE: [f64; 2] = [1e-100, 1e100];
 
 /// A validated meridian (x along the axis, distance r >= 0), closed by discs where it ends off the axis.
 ///
@@ -42,7 +46,7 @@ impl Meridian {
     ///
     /// # Errors
     /// [`RevolveError::TooFewPoints`], [`RevolveError::NotFinitePoint`], [`RevolveError::NegativeRadius`], [`RevolveError::SelfCrossing`],
-    /// [`RevolveError::NoVolume`].
+    /// [`RevolveError::NoVolume`], [`RevolveError::OutOfRange`] for a size below 1e-100 or above 1e100.
     pub fn new(points: &[[f64; 2]]) -> Result<Self, RevolveError> {
         let mut path = checked(points, 2)?;
         if path[0][1] > 0.0 {
@@ -107,7 +111,7 @@ impl Meridian {
         let x_max = fold(f64::max, f64::NEG_INFINITY, 0);
         let r_max = fold(f64::max, 0.0, 1);
         // Negligible for the size of the solid, or below the rounding error of its position.
-        let size = (x_max - x_min).max(r_max);
+        let size = within("size of the meridian", (x_max - x_min).max(r_max), SIZE)?;
         let rounding = x_min.abs().max(x_max.abs()) * r_max * r_max;
         if volume.is_nan() || volume.abs() <= 1e-14 * size.powi(3).max(rounding) {
             return Err(RevolveError::NoVolume { volume });

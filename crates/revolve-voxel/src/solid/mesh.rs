@@ -5,7 +5,7 @@ use std::io::{self, Write};
 
 use nalgebra::{Point3, Vector3};
 
-use crate::error::{positive, room};
+use crate::error::{positive, room, within};
 use crate::solid::meridian::Meridian;
 use crate::{Body, RevolveError};
 
@@ -23,7 +23,7 @@ pub struct Mesh {
 
 impl Body {
     /// Returns a mesh of the surface of one layer in the lab frame, with vertices on it and distances of at most `tolerance`. The number of
-    /// triangles scales as 1 / `tolerance`. A mesh encloses a volume for any tolerance: it has at least three facets around the axis, and
+    /// triangles scales as 1 / `tolerance`. A mesh encloses a volume for any valid tolerance: it has at least three facets around the axis, and
     /// every part of the meridian at least one point off its chord.
     ///
     /// A layer is the filled solid; a wall has the meshes of its layer and of the next inner one. The volume of the mesh is less than that of
@@ -41,11 +41,12 @@ impl Body {
     /// ```
     ///
     /// # Errors
-    /// [`RevolveError::NotPositive`] for the tolerance; [`RevolveError::NoSuchLayer`]; [`RevolveError::TooFine`] above 2^31
+    /// [`RevolveError::NotPositive`] for the tolerance, [`RevolveError::OutOfRange`] above the largest radius; [`RevolveError::NoSuchLayer`]; [`RevolveError::TooFine`] above 2^31
     /// vertices; [`RevolveError::TooLarge`] if memory cannot be allocated.
     pub fn mesh(&self, layer: usize, tolerance: f64) -> Result<Mesh, RevolveError> {
         positive("tolerance", tolerance)?;
         let meridian = self.layer(layer)?;
+        within("tolerance", tolerance, [0.0, meridian.r_max()])?;
         // Half the tolerance along the meridian, half around it: r (1 - cos(pi / n)) <= tolerance / 2.
         let bend = (1.0 - 0.5 * tolerance / meridian.r_max())
             .clamp(-1.0, 1.0)

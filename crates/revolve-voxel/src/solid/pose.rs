@@ -1,10 +1,13 @@
 //! The pose of a body in the lab.
 
-use nalgebra::{Isometry3, Point3, Rotation3, Translation3, Unit, UnitQuaternion, Vector3};
+use nalgebra::{Isometry3, Point3, Rotation3, Translation3, UnitQuaternion, Vector3};
 
 use crate::RevolveError;
-use crate::error::finite;
+use crate::error::{finite, within};
 use crate::solid::segment::ROUNDING;
+
+/// Largest angle of a rotation: two turns and their rounding errors; most angles in degrees are larger.
+const MOST_ANGLE: f64 = 12.6;
 
 /// A rigid motion from the body frame (x = axis of revolution, base to apex) to the lab frame.
 ///
@@ -80,7 +83,7 @@ impl Pose {
     /// `90f64.to_radians()` is.
     ///
     /// # Errors
-    /// [`RevolveError::NotFinite`].
+    /// [`RevolveError::NotFinite`], [`RevolveError::OutOfRange`] beyond two turns.
     pub fn rotated_x(self, angle: f64) -> Result<Self, RevolveError> {
         self.turned(Vector3::x(), angle)
     }
@@ -89,7 +92,7 @@ impl Pose {
     /// `90f64.to_radians()` is.
     ///
     /// # Errors
-    /// [`RevolveError::NotFinite`].
+    /// [`RevolveError::NotFinite`], [`RevolveError::OutOfRange`] beyond two turns.
     pub fn rotated_y(self, angle: f64) -> Result<Self, RevolveError> {
         self.turned(Vector3::y(), angle)
     }
@@ -105,21 +108,15 @@ impl Pose {
     /// ```
     ///
     /// # Errors
-    /// [`RevolveError::NotFinite`].
+    /// [`RevolveError::NotFinite`], [`RevolveError::OutOfRange`] beyond two turns.
     pub fn rotated_z(self, angle: f64) -> Result<Self, RevolveError> {
         self.turned(Vector3::z(), angle)
     }
 
     fn turned(self, axis: Vector3<f64>, angle: f64) -> Result<Self, RevolveError> {
-        finite("angle", angle)?;
-        // The squared length of a vector overflows long before an angle does.
-        let rotation = if angle.abs() < 1e100 {
-            UnitQuaternion::from_scaled_axis(axis * angle)
-        } else {
-            UnitQuaternion::from_axis_angle(&Unit::new_unchecked(axis), angle)
-        };
+        within("angle (radians)", angle, [-MOST_ANGLE, MOST_ANGLE])?;
         Ok(Self {
-            isometry: rotation * self.isometry,
+            isometry: UnitQuaternion::from_scaled_axis(axis * angle) * self.isometry,
         })
     }
 

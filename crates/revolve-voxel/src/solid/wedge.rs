@@ -41,8 +41,10 @@ impl Wedge {
         let opening = positive("opening of the wedge", to - from)?;
         // A full turn given as a sum of angles may differ by rounding.
         if opening > TAU * (1.0 + 1e-12) {
-            return Err(RevolveError::TooWide {
+            return Err(RevolveError::OutOfRange {
+                what: "opening of a wedge (radians)",
                 given: opening,
+                least: 0.0,
                 most: TAU,
             });
         }

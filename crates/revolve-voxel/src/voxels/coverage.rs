@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use nalgebra::{Point3, Vector3};
 
-use crate::error::{at_least, check_range as in_axis, countable, positive};
+use crate::error::{at_least, check_range as in_axis, countable, share};
 use crate::voxels::block::{BLOCK, Block, Placed, eighths};
 use crate::voxels::field::{Answer, Field};
 use crate::voxels::patch::{Cuboid, Patch, patch};
@@ -22,7 +22,7 @@ pub enum Sampling {
     Supersampled(usize),
     /// The average over the voxel, with the covered fraction of each layer to within `tolerance`, for any voxel shape.
     Coverage {
-        /// Largest error of a covered fraction.
+        /// Largest error of a covered fraction, above 0 and at most 1.
         tolerance: f64,
     },
 }
@@ -76,7 +76,7 @@ pub(crate) fn check(
             countable("samples of a voxel", &[n; 3])?;
         }
         Sampling::Coverage { tolerance } => {
-            positive("tolerance", tolerance)?;
+            share(tolerance)?;
         }
     }
     Ok(())

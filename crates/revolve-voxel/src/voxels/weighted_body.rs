@@ -28,7 +28,7 @@ impl Body {
     ///
     /// # Errors
     /// [`RevolveError::WrongLength`], [`RevolveError::NotFinite`] for the activities, [`RevolveError::TooFew`] or
-    /// [`RevolveError::NotPositive`] for the sampling, [`RevolveError::TooLarge`].
+    /// [`RevolveError::NotPositive`] or [`RevolveError::OutOfRange`] for the sampling, [`RevolveError::TooLarge`].
     pub fn voxelize<T: Sample>(
         &self,
         grid: &VoxelGrid,
@@ -48,7 +48,7 @@ impl Body {
     /// # Errors
     /// [`RevolveError::WrongLength`] for a wrong buffer or number of activities; [`RevolveError::BadRange`] for slices outside the
     /// grid; [`RevolveError::NotFinite`];
-    /// [`RevolveError::TooFew`], [`RevolveError::NotPositive`].
+    /// [`RevolveError::TooFew`], [`RevolveError::NotPositive`], [`RevolveError::OutOfRange`].
     pub fn voxelize_add<T: Sample>(
         &self,
         grid: &VoxelGrid,
@@ -98,7 +98,7 @@ impl WeightedBody<'_> {
     /// # Errors
     /// [`RevolveError::WrongLength`] for a wrong buffer or number of activities; [`RevolveError::BadRange`] for slices outside the
     /// grid; [`RevolveError::NotFinite`];
-    /// [`RevolveError::TooFew`], [`RevolveError::NotPositive`].
+    /// [`RevolveError::TooFew`], [`RevolveError::NotPositive`], [`RevolveError::OutOfRange`].
     pub fn voxelize_add<T: Sample>(
         bodies: &[WeightedBody<'_>],
         grid: &VoxelGrid,

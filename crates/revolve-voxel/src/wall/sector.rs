@@ -52,7 +52,7 @@ impl Sector {
     /// Creates the part of `ring` from the first azimuth to the last, in radians.
     ///
     /// # Errors
-    /// [`RevolveError::NotFinite`], [`RevolveError::NotPositive`] unless the last azimuth is larger, [`RevolveError::TooWide`] for
+    /// [`RevolveError::NotFinite`], [`RevolveError::NotPositive`] unless the last azimuth is larger, [`RevolveError::OutOfRange`] for
     /// more than a full turn.
     pub fn new(ring: Meridian, azimuths: [f64; 2], pose: Pose) -> Result<Self, RevolveError> {
         Ok(Self {

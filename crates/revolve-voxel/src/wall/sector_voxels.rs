@@ -5,7 +5,7 @@ use std::ops::Range;
 use nalgebra::{Point3, Vector3};
 use rayon::prelude::*;
 
-use crate::error::{finite, positive, zeros};
+use crate::error::{finite, share, zeros};
 use crate::rays::cylinder::check_slices;
 use crate::solid::wedge::{Place, Wedge};
 use crate::voxels::patch::Cuboid;
@@ -35,7 +35,7 @@ impl Sector {
         finite("activity", activity)?;
         check_slices(grid, &slices, out.len())?;
         let tolerance = match sampling {
-            Sampling::Coverage { tolerance } => positive("tolerance", tolerance)?,
+            Sampling::Coverage { tolerance } => share(tolerance)?,
             _ => 1e-2,
         };
         // The ring alone, on the part of the grid that contains it, independent of the requested slices.

@@ -8,7 +8,7 @@ use crate::support;
 use nalgebra::{Isometry3, Point3, UnitQuaternion, Vector3};
 use revolve_voxel::{
     Body, Curve, EllipticCylinder, Mask, Meridian, Mesh, ParallelDetector, ParallelRays, Piece,
-    Pose, Ray, RevolveError, Sampling, Shell, VoxelGrid,
+    Pose, Ray, RayPlane, RevolveError, Sampling, Shell, VoxelGrid,
 };
 use support::*;
 
@@ -117,6 +117,20 @@ fn meridians() {
         Meridian::from_full_curve(&[[0.0, 1.0], [1.0, f64::NAN]]),
         Err(RevolveError::NotFinitePoint { .. })
     ));
+    // Sizes whose volume is not a number.
+    for size in [1e-200, 1e-101, 1e101, 1e200] {
+        match Meridian::new(&[[0.0, size], [size, size]]) {
+            Err(RevolveError::OutOfRange {
+                given, least, most, ..
+            }) => {
+                assert_eq!((given, least, most), (size, 1e-100, 1e100));
+            }
+            other => panic!("{other:?}"),
+        }
+    }
+    for size in [1e-99, 1e99] {
+        assert!(Meridian::new(&[[0.0, size], [size, size]]).is_ok());
+    }
     // The order from apex to base is inverted.
     let a = Meridian::new(&[[3.0, 0.0], [0.0, 1.0]]).unwrap();
     assert_eq!(a, Meridian::new(&[[0.0, 1.0], [3.0, 0.0]]).unwrap());
@@ -163,6 +177,39 @@ fn poses_rays_grids_detectors() {
     let detector = ParallelDetector::new(4, 4, [1.0; 2]).unwrap();
     not_finite(detector.with_offset([nan, 0.0]).err());
     not_finite(detector.rays(nan).err());
+    // Degrees; twelve turns of a view and two of a pose are valid.
+    let quarter = "must be from -76.0 to 76.0, got 90.0";
+    assert_says(
+        detector.rays(90.0),
+        &format!("view angle (radians) {quarter}"),
+    );
+    let out_of_range = |error: Option<RevolveError>| {
+        assert!(
+            matches!(error, Some(RevolveError::OutOfRange { .. })),
+            "{error:?}"
+        );
+    };
+    out_of_range(detector.rays(-1e300).err());
+    out_of_range(RayPlane::parallel(180.0).err());
+    let turn = std::f64::consts::TAU;
+    for turns in [-12.0, 12.0] {
+        assert!(detector.rays(turns * turn).is_ok() && RayPlane::parallel(turns * turn).is_ok());
+    }
+    type Rotation = fn(Pose, f64) -> Result<Pose, RevolveError>;
+    for rotated in [
+        Pose::rotated_x as Rotation,
+        Pose::rotated_y,
+        Pose::rotated_z,
+    ] {
+        for angle in [45.0, 90.0, -13.0, 1e300] {
+            out_of_range(rotated(Pose::identity(), angle).err());
+        }
+        assert!(
+            [-2.0, 2.0]
+                .iter()
+                .all(|turns| rotated(Pose::identity(), turns * turn).is_ok())
+        );
+    }
     let x = Vector3::x();
     let no_bins = ParallelRays::new([0, 1], Point3::origin(), x, x, x);
     assert!(matches!(
@@ -243,6 +290,17 @@ fn bodies_and_batches() {
         voxels(0..2, Sampling::Coverage { tolerance: 0.0 }, 8),
         Err(RevolveError::NotPositive { .. })
     ));
+    assert_says(
+        voxels(0..2, Sampling::Coverage { tolerance: 5.0 }, 8),
+        "tolerance must be from 0.0 to 1.0, got 5.0",
+    );
+    let widest = body.layers()[0].r_max();
+    assert!(body.mesh(0, widest).is_ok());
+    let coarse = body.mesh(0, 1.01 * widest);
+    assert!(
+        matches!(coarse, Err(RevolveError::OutOfRange { most, .. }) if most == widest),
+        "{coarse:?}"
+    );
     assert!(voxels(2..2, Sampling::Centre, 0).is_ok());
     assert!(matches!(
         body.mesh(0, -1.0),

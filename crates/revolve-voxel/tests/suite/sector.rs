@@ -382,7 +382,7 @@ fn invalid_input_is_rejected() {
     ] {
         let error = Sector::new(ring(), azimuths, pose()).unwrap_err();
         assert_eq!(
-            matches!(error, RevolveError::TooWide { .. }),
+            matches!(error, RevolveError::OutOfRange { .. }),
             wide,
             "{error}"
         );
