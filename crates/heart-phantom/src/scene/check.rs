@@ -378,7 +378,7 @@ impl CollimatorSettings {
         }
         c.within("intrinsic_fwhm", self.intrinsic_fwhm, [0.0, 1e3]);
         if let (true, Err(error)) = (c.is_clean(&["collimator"]), self.response()) {
-            // The only error left: septal penetration leaves no effective length.
+            // The only errors left: septal penetration leaves no effective length, or holes are wider than long.
             c.fault("holes", "parallel", error.to_string());
         }
     }

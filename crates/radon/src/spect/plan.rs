@@ -12,8 +12,8 @@ use crate::iterative::{check_not_negative, check_samples};
 use crate::simd::Lanes;
 use crate::{ImageGrid, InstructionSet, Sample, SliceAxis, parallel};
 
-/// Largest optical thickness of a voxel: nothing passes thicker ones.
-const THICKEST: f64 = 100.0;
+/// Largest optical thickness of a voxel: 0.7 % of the photons pass, and the map is probably in another unit.
+const THICKEST: f64 = 5.0;
 /// Fraction of the largest attenuation coefficient that voxels of the body exceed; noise in the air of a measured map does not.
 const BODY: f64 = 0.05;
 /// Largest standard deviation of a response, in bins or rows.

@@ -54,6 +54,10 @@ fn invalid_input_is_rejected() {
             "{wrong}"
         );
     }
+    assert_eq!(
+        holes(3.5, 0.15, 27.0).to_string(),
+        "hole diameter (at most the length) must lie in [0.0, 0.15], got 3.5"
+    );
     let wrong = Collimator::parallel_holes(&ParallelHoles::GE_LEHR, -0.1).unwrap_err();
     assert!(
         matches!(wrong, RadonError::OutOfRange { given: -0.1, .. }),
@@ -82,9 +86,15 @@ fn invalid_input_is_rejected() {
         matches!(wrong, RadonError::NegativeSample { index: 3, .. }),
         "{wrong}"
     );
-    map[3] = 1000.0;
+    // A voxel is 0.5 cm deep; water in 1/m is 15.
+    map[3] = 9.9;
+    small.operator(&SpectOptions::default().with_attenuation(map.clone()));
+    map[3] = 15.0;
     let wrong = mapped(map);
-    assert!(matches!(wrong, RadonError::OutOfRange { .. }), "{wrong}");
+    assert!(
+        matches!(wrong, RadonError::OutOfRange { given, most: 5.0, .. } if (given - 7.5).abs() < 1e-12),
+        "{wrong}"
+    );
     for tolerance in [0.0, 0.2] {
         let wrong = plan(&SpectOptions::default().with_tolerance(tolerance));
         assert!(
