@@ -114,9 +114,10 @@ pub enum RadonError {
         /// Largest allowed number of turns.
         most: f64,
     },
-    /// A list of angles has more turns than allowed, or more than half a turn of whole numbers: most likely it is in degrees.
+    /// A list of angles has more turns than allowed, more than half a turn of whole numbers or a turn of multiples of 1/32: most likely it is
+    /// in degrees.
     #[error(
-        "{n_views} angles span {} rad (at most {:?} turns allowed, half a turn if all are whole numbers); if they are in degrees, use `from_degrees`, otherwise `from_radians`",
+        "{n_views} angles span {} rad (at most {:?} turns allowed, half a turn of whole numbers, one turn of multiples of 1/32); if they are in degrees, use `from_degrees`, otherwise `from_radians`",
         three(*arc), crate::ParallelGeometry::MOST_TURNS
     )]
     LikeDegrees {

@@ -37,8 +37,8 @@ pub struct ParallelGeometry {
 
 impl ParallelGeometry {
     /// Views at `angles` in radians (in any order, repeated or not), `n_bins` bins `pitch` apart, centred on the axis. They span at most
-    /// [`MOST_TURNS`](Self::MOST_TURNS), and at most half a turn if there are three or more and all are whole numbers, so that most lists in
-    /// degrees are rejected; [`from_radians`](Self::from_radians) has no limit.
+    /// [`MOST_TURNS`](Self::MOST_TURNS); three or more whole numbers at most half a turn, multiples of 1/32 (2.5, 5.625) at most one turn, so
+    /// that most lists in degrees are rejected; [`from_radians`](Self::from_radians) has no limit.
     ///
     /// # Errors
     /// As [`from_radians`](Self::from_radians); [`RadonError::LikeDegrees`] beyond these limits.
@@ -49,7 +49,8 @@ impl ParallelGeometry {
         let [first, last] =
             (angles.clone()).fold(ends, |[low, high], &a| [low.min(a), high.max(a)]);
         let arc = last - first; // has the rounding errors of angles, hence 1e-9
-        let whole = n_views > 2 && arc > PI && angles.all(|a| a.fract() == 0.0);
+        let parts = if arc > 2.0 * PI { 32.0 } else { 1.0 };
+        let whole = n_views > 2 && arc > PI && angles.all(|a| (a * parts).fract() == 0.0);
         if whole || arc > Self::MOST_TURNS * 2.0 * PI * (1.0 + 1e-9) {
             return Err(RadonError::LikeDegrees { n_views, arc });
         }

@@ -127,6 +127,9 @@ fn degrees_given_as_radians_are_rejected_with_the_reason() {
         vec![0.0, 12.6],                  // just above two turns
         (0..12).map(f64::from).collect(), // 1.75 turns
         (0..4).map(|k| f64::from(2 * k)).collect(),
+        vec![0.0, 2.5, 5.0, 7.5, 10.0],
+        (0..3).map(|k| 5.625 * f64::from(k)).collect(), // 64 views of a turn
+        (0..4).map(|k| 90.0 + 2.8125 * f64::from(k)).collect(),
     ];
     for angles in &lists {
         let error = ParallelGeometry::new(angles.clone(), 4, 1.0).unwrap_err();
@@ -155,6 +158,15 @@ fn degrees_given_as_radians_are_rejected_with_the_reason() {
     ParallelGeometry::new([0.0, 1.5, 3.0, 6.0], 4, 1.0).unwrap();
     let golden: Vec<f64> = (0..6).map(|k| 1.941_611 * f64::from(k)).collect();
     ParallelGeometry::new(golden, 4, 1.0).unwrap();
+    // Up to a turn in steps of 1/2; two turns in steps of pi / n.
+    let halves: Vec<f64> = (0..13).map(|k| 0.5 * f64::from(k)).collect();
+    ParallelGeometry::new(halves, 4, 1.0).unwrap();
+    for n in 1..=720 {
+        let angles: Vec<f64> = (0..4 * n)
+            .map(|k| f64::from(k) * PI / f64::from(n))
+            .collect();
+        ParallelGeometry::new(angles, 4, 1.0).unwrap();
+    }
 
     // An arc in radians as degrees leaves a gap.
     let tiny = ParallelGeometry::arc_degrees(90, PI, 64, 0.1).unwrap();
