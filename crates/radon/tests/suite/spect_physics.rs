@@ -76,6 +76,49 @@ fn a_voxel_has_the_variance_of_the_response_at_its_distance() {
     }
 }
 
+/// A Gaussian of 0.8 cm behind a collimator: the variance of a view exceeds that of the projection by h^2/12 for the bins, and where the grid is
+/// oblique to the view by h^2/6 for the voxels.
+#[test]
+fn voxels_widen_oblique_views_by_a_sixth_of_their_area() {
+    let (centre, s) = ([0.4, 0.7, 0.1], 0.8);
+    let axes = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+    let hill = Shape3::gaussian(centre, [s; 3], axes).unwrap();
+    let hill = Phantom3::new([(1.0, hill)]).unwrap();
+    let collimator = Collimator::parallel_holes(&ParallelHoles::GE_LEHR, 0.38).unwrap();
+    let angles = [
+        0.0, 90.0, 180.0, 1.0, 5.0, 10.0, 22.5, 45.0, 67.5, 80.0, 100.0, 250.0,
+    ];
+    for (n, h) in [(28, 0.5), (56, 0.25)] {
+        let views = ParallelGeometry::from_degrees(&angles, n, h).unwrap();
+        let axis = SliceAxis::new(n, h).unwrap();
+        let grid = ImageGrid::square(n, h).unwrap();
+        let geometry = SpectGeometry::circular(&views, &axis, 12.0).unwrap();
+        let options = SpectOptions::default().with_collimator(collimator);
+        let operator = SpectOperator::new(&geometry, &grid, &axis, &options).unwrap();
+        let found = forward(&operator, &hill.volume(&grid, &axis).unwrap());
+        for (view, theta) in views.angles().iter().enumerate() {
+            let part = view * geometry.view_len()..(view + 1) * geometry.view_len();
+            let (_, _, wide) = moments(&found[part], &geometry);
+            let distance = 12.0 + centre[0] * theta.sin() - centre[1] * theta.cos();
+            let expected = s * s + collimator.variance(distance) + (collimator.slope() * s).powi(2);
+            let excess = wide.map(|wide| (wide - expected) / (h * h));
+            println!("h {h}, {} degrees: {excess:.4?} h^2", angles[view]);
+            // At 1 degree many rows of voxels share a position in their bins.
+            let voxels = match view {
+                0..3 => 0.0..=0.0,
+                3 => 0.0..=1.0 / 6.0,
+                _ => 1.0 / 6.0..=1.0 / 6.0,
+            };
+            let own = excess[0] - 1.0 / 12.0;
+            assert!(
+                own > voxels.start() - 0.01 && own < voxels.end() + 0.01,
+                "{excess:?}"
+            );
+            assert!((excess[1] - 1.0 / 12.0).abs() < 0.01, "{excess:?}");
+        }
+    }
+}
+
 /// Presets: the formula at 10 cm, by hand.
 #[test]
 fn the_response_of_a_collimator_follows_from_its_holes() {
