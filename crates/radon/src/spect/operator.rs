@@ -28,7 +28,7 @@ use crate::{ImageGrid, LinearOperator, Sample, SliceAxis, Subset};
 ///
 /// Voxels and bins add to the variance of a view of a smooth object, by an amount that depends on the angle. With pixels of side h and bins of
 /// pitch p it exceeds that of the projection along the bins by p^2/12 in views along the grid whose bins coincide with pixels, and by up to
-/// p^2/12 + h^2/6 in oblique views, reached from about 5 degrees on: h^2/12 because voxels contain means, h^2/12 because the rotation spreads
+/// p^2/12 + h^2/6 in oblique views, reached from about 15 degrees on: h^2/12 because voxels contain means, h^2/12 because the rotation spreads
 /// each voxel over its square. With h = p = 0.5 cm this is 0.021 and 0.0625 cm^2, with 0.25 cm a quarter. Along the rows it is p^2/12.
 /// In a body of water 0.28 h^2 in all was measured in oblique views.
 ///
