@@ -128,7 +128,9 @@ impl Angles {
         let off = |five: &[(usize, f64); 5], k: usize| {
             let terms = five.map(|(view, weight)| weight * images[view * len + k]);
             let (off, at) = (terms.iter().sum::<f64>().abs(), five[4].0 * len + k);
-            off * roughness(off, images[at], errors[at]).max(self.smooth)
+            let certain = (off - NOISE * errors[at]).max(0.0);
+            let rough = certain / certain.max(images[at]).max(f64::MIN_POSITIVE);
+            off.min(2.0 * certain) * rough.max(self.smooth)
         };
         let all = self
             .errors
@@ -159,12 +161,6 @@ impl Angles {
         }
         all
     }
-}
-
-/// Difference of a value from its interpolation, noise subtracted, relative to the value: small where an image is smooth, at most 1.
-pub(crate) fn roughness(off: f64, value: f64, error: f64) -> f64 {
-    let certain = (off - NOISE * error).max(0.0);
-    certain / certain.max(value).max(f64::MIN_POSITIVE)
 }
 
 /// Weights of values at four places in the cubic through them.

@@ -126,7 +126,7 @@ impl Grid {
         let [near, far] = ends.map(|variance| variance.max(LEAST));
         let levels = if far > near { LEVELS } else { 1 };
         let level = |k: usize| near * (far / near).powf(k as f64 / (levels - 1).max(1) as f64);
-        let margin = TAILS * camera.response.variance(2.0 * widest).sqrt() + 3.0 * pitch;
+        let margin = TAILS * camera.response.variance(2.0 * widest).sqrt() + 4.0 * pitch;
         let size = [0, 1].map(|axis| {
             let half = 0.5 * camera.size[axis] as f64 * camera.pitch[axis] + margin;
             2 * (half / pitch).ceil() as usize + 1
@@ -182,10 +182,17 @@ impl Grid {
         [rows, bins]
     }
 
-    /// Error over the value at a node next to a point source, whose projected fluence is inversely proportional to the distance: up to the widths
-    /// of the nodes and of the narrowest response, a Gaussian.
-    pub(crate) fn growth(&self) -> f64 {
-        (std::f64::consts::TAU * self.variances[0]).sqrt().recip() - 1.0
+    /// Standard deviation of the response at a distance from the face, in pitches.
+    pub(crate) fn width(&self, distance: f64) -> f64 {
+        let variance = self.camera.response.variance(distance) / self.pitch.powi(2);
+        variance.max(LEAST).sqrt()
+    }
+
+    /// Distance of a point from the nearest face.
+    pub(crate) fn nearest(&self, [x, y, _]: [f64; 3]) -> f64 {
+        let views = self.camera.views.iter().zip(&self.axes);
+        let distances = views.map(|(view, [_, [dx, dy]])| view.radius - (x * dx + y * dy));
+        distances.fold(f64::INFINITY, f64::min)
     }
 
     /// Direction towards the detector of each view.
@@ -370,10 +377,10 @@ fn weights(t: f64, cubic: bool) -> [f64; 4] {
 }
 
 /// Blurs an image in place by a kernel of exact variance (squares of the pitch) along both axes: repeated three-point averages, which sharpen
-/// if the variance is negative (at least -1/6).
+/// if the variance is negative (at least -1/6). Averages of variance 1/3 have the fourth cumulant of a Gaussian, 0.
 fn blur(image: &mut [f32], nx: usize, variance: f64, scratch: &mut [f32]) {
-    let passes = (2.0 * variance.abs()).ceil() as usize;
-    let side = (0.5 * variance / passes.max(1) as f64) as f32;
+    let passes = (3.0 * variance.abs()).round().max(1.0) as usize;
+    let side = (0.5 * variance / passes as f64) as f32;
     for _ in 0..passes {
         for line in image.chunks_mut(nx) {
             scratch.copy_from_slice(line);

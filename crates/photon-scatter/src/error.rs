@@ -33,15 +33,31 @@ pub enum ScatterError {
         /// [`ScatterOptions::pitch`](crate::ScatterOptions::pitch), their distance in cm.
         pitch: f64,
     },
-    /// The largest number of histories did not suffice.
-    #[error("the largest standard error is {reached:?} after {} histories, the tolerance is {asked:?}", report.histories)]
+    /// The largest number of histories does not suffice.
+    #[error(
+        "the largest standard error is {reached:?} after {} histories, the tolerance is {asked:?}; about {expected:.1e} histories reach it, more than `ScatterOptions::most_histories`; `with_relative(0.02)` is a tolerance of 2 % of the largest scatter", report.histories
+    )]
     Tolerance {
         /// The tolerance given.
         asked: f64,
         /// The largest standard error of any bin.
         reached: f64,
+        /// Number of histories for the tolerance, estimated: the standard error is proportional to its power -1/2.
+        expected: f64,
         /// The work done.
         report: Box<ScatterReport>,
+    },
+    /// The error of interpolation exceeds the tolerance, and a smaller distance of the nodes is not allowed or does not fit into memory.
+    #[error(
+        "the error of interpolation is {reached:?} at a pitch of {pitch} cm of the nodes, the tolerance is {asked:?}; increase the tolerance, or accept this error with `ScatterOptions::with_pitch`"
+    )]
+    Interpolation {
+        /// The tolerance given.
+        asked: f64,
+        /// [`ScatterReport::interpolation_error`].
+        reached: f64,
+        /// Distance of the nodes in cm.
+        pitch: f64,
     },
 }
 

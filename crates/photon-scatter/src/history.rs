@@ -1,10 +1,11 @@
 //! One photon history: emission, forced interactions, and its detection in every view after each of them.
 
+use crate::angles::Angles;
 use crate::camera::{Grid, Place};
 use crate::error::{ScatterError, valid};
 use crate::medium::Path;
 use crate::spectrum::{ATTENUATION, HIGHEST, IMPORTANCE, SCATTERED, WINDOWS};
-use crate::{Compton, Medium, Random, ScatterReport, Source, Spectrum};
+use crate::{Compton, Medium, Random, ScatterOptions, ScatterReport, Source, Spectrum};
 
 /// Threshold of the detection probability, in units of that of isotropic scattering into the photopeak window without attenuation. Paths above it are
 /// always followed, others with proportional probability (systematic sampling over the views), so that most have one weight.
@@ -38,6 +39,8 @@ pub(crate) struct Tally {
     /// Detections of each view that are not yet in the deposits.
     detections: Vec<Vec<Detection>>,
     pub(crate) report: ScatterReport,
+    /// Smallest distance of an emission from a face.
+    pub(crate) nearest: f64,
     path: Path,
 }
 
@@ -101,7 +104,32 @@ struct Photon {
     order: usize,
 }
 
-impl Problem<'_> {
+impl<'a> Problem<'a> {
+    /// Histories of a source in a medium, for all nodes and the views among them in which photons are detected.
+    pub(crate) fn new(
+        (source, medium): (&'a dyn Source, &'a dyn Medium),
+        spectrum: &'a Spectrum,
+        all: &Grid,
+        angles: &Angles,
+        options: &ScatterOptions,
+    ) -> Result<Self, ScatterError> {
+        let grid = all.of_views(&angles.nodes);
+        let directions: Vec<_> = grid.directions().collect();
+        let water = spectrum.at(spectrum.energy());
+        let water = water.map_or(0.0, |at| at.get(ATTENUATION));
+        Ok(Self {
+            source,
+            medium,
+            spectrum,
+            transmission: Transmission::new(grid.half_widths(), &directions, medium, water)?,
+            totals: angles.totals(),
+            directions,
+            grid,
+            orders: options.orders,
+            seed: options.seed,
+        })
+    }
+
     /// Follows the histories of a block.
     pub(crate) fn block(
         &self,
@@ -114,6 +142,7 @@ impl Problem<'_> {
         let n_views = self.directions.len();
         tally.detections.resize_with(n_views, Vec::new);
         tally.report = ScatterReport::default();
+        tally.nearest = f64::INFINITY;
         let mut random = Random::new(self.seed, block);
         let mut distributed = 0;
         for _ in 0..histories {
@@ -154,6 +183,7 @@ impl Problem<'_> {
         if scale == 0.0 {
             return Ok(());
         }
+        tally.nearest = tally.nearest.min(self.grid.nearest(emission.position));
         let mut photon = Photon {
             position: emission.position,
             direction: random.direction(),

@@ -11,6 +11,7 @@ mod medium;
 mod options;
 mod random;
 mod scatter;
+mod smoothing;
 mod spectrum;
 mod voxels;
 

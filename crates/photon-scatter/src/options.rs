@@ -5,19 +5,19 @@
 #[non_exhaustive]
 pub struct ScatterOptions {
     /// Largest standard error of any bin in any view and window, in the unit of the samples (activity times cm); 0 if only
-    /// [`relative`](Self::relative) applies. The error of interpolation between nodes and views is not part of it and may be larger:
-    /// [`ScatterReport::interpolation_error`]. A smaller tolerance does not reduce that error, a smaller [`pitch`](Self::pitch) and
-    /// [`spacing`](Self::spacing) do.
+    /// [`relative`](Self::relative) applies. It is also the largest error of interpolation between nodes and views whose distance is automatic.
     pub tolerance: f64,
     /// Tolerance relative to the largest scatter of any bin, which applies where it is larger than [`tolerance`](Self::tolerance). The largest
-    /// scatter is reduced by three of its standard errors.
+    /// scatter is reduced by three of its standard errors. It does not depend on the unit of the activity.
     pub relative: f64,
-    /// Pitch of the nodes on which scatter is collected and from which cubics interpolate, in cm: details smaller than twice the pitch are
-    /// smoothed, such as the scatter around a point source. The number of histories for a tolerance is about proportional to its power -2.
-    pub pitch: f64,
-    /// Largest angle in radians between the views from which cubics interpolate the views between them; 0 for no interpolation.
-    /// Views of an orbit with more than one larger gap, or whose radius changes abruptly, are not interpolated.
-    pub spacing: f64,
+    /// Distance in cm of the nodes on which scatter is collected and from which cubics interpolate; `None` for 0.75 cm, reduced until the error of
+    /// interpolation is within the tolerance. A prescribed one has the error [`ScatterReport::interpolation_error`]: details smaller than twice the
+    /// distance are smoothed, such as the scatter around a point source. The number of histories for a tolerance is about proportional to its power
+    /// -2, down to the width of the response.
+    pub pitch: Option<f64>,
+    /// Largest angle in radians between the views from which cubics interpolate the views between them; 0 for no interpolation, `None` for 12
+    /// degrees, reduced as the pitch is. Views of an orbit with more than one larger gap, or whose radius changes abruptly, are not interpolated.
+    pub spacing: Option<f64>,
     /// Number of orders of scattering, at least 1.
     pub orders: usize,
     /// Histories in each of the first 128 blocks; later blocks are larger if the tolerance requires it.
@@ -29,15 +29,16 @@ pub struct ScatterOptions {
 }
 
 impl ScatterOptions {
-    /// A tolerance in the unit of the samples, none relative to the scatter; nodes 0.75 cm and 12 degrees apart, 32 orders, blocks of 512
-    /// histories, at most 10^9 histories, seed 0. `new(0.0).with_relative(0.02)` has only a tolerance relative to the largest scatter.
+    /// A tolerance in the unit of the samples, none relative to the scatter; automatic distances of nodes and views, 32 orders, blocks of 512
+    /// histories, at most 10^9 histories, seed 0. `new(0.0).with_relative(0.02)` has only a tolerance relative to the largest scatter: prefer it
+    /// unless the size of the samples, which is proportional to the activity, is known.
     #[must_use]
     pub fn new(tolerance: f64) -> Self {
         Self {
             tolerance,
             relative: 0.0,
-            pitch: 0.75,
-            spacing: 12f64.to_radians(),
+            pitch: None,
+            spacing: None,
             orders: 32,
             block: 512,
             most_histories: 1_000_000_000,
@@ -52,17 +53,17 @@ impl ScatterOptions {
         self
     }
 
-    /// Sets the pitch of the nodes.
+    /// Prescribes the pitch of the nodes.
     #[must_use]
     pub fn with_pitch(mut self, pitch: f64) -> Self {
-        self.pitch = pitch;
+        self.pitch = Some(pitch);
         self
     }
 
-    /// Sets the largest angle in radians between the views from which others are interpolated; 0 for no interpolation.
+    /// Prescribes the largest angle in radians between the views from which others are interpolated; 0 for no interpolation.
     #[must_use]
     pub fn with_spacing(mut self, spacing: f64) -> Self {
-        self.spacing = spacing;
+        self.spacing = Some(spacing);
         self
     }
 
@@ -101,9 +102,10 @@ impl ScatterOptions {
 pub struct ScatterReport {
     /// The largest standard error of any bin in any view and window: of the photon histories, without interpolation.
     pub largest_standard_error: f64,
-    /// Estimate of the largest error in any sample of the interpolation between nodes and between views. Samples are compared with their
-    /// interpolation from twice the distance; the difference counts by the fourth order of cubics where it is small, and more where images
-    /// are not resolved, as next to a point source.
+    /// Upper bound on the error in any sample of the interpolation between nodes and between views. Nodes are compared with the cubics through their
+    /// neighbours: the error is at most 0.1 to 0.25 of the sum of these differences at four nodes where images are smooth. Where the differences
+    /// over one pitch are not small relative to those over two, the images may contain point sources narrower than the nodes, whose error is larger
+    /// by the ratio of the pitch to the width of the response. Differences within the standard error are omitted.
     pub interpolation_error: f64,
     /// Photons emitted.
     pub histories: u64,

@@ -1,11 +1,11 @@
 //! Histories in blocks until the tolerance is met, and the images with their standard errors.
 
-use crate::angles::{Angles, roughness};
+use crate::angles::Angles;
 use crate::camera::Grid;
 use crate::error::{ScatterError, within};
-use crate::history::{CELLS, DETECTIONS, Detection, Problem, Tally, Transmission};
+use crate::history::{CELLS, DETECTIONS, Detection, Problem, Tally};
 use crate::medium::Path;
-use crate::spectrum::ATTENUATION;
+use crate::smoothing::smoothing;
 use crate::{Camera, Medium, ScatterOptions, ScatterReport, Source, Spectrum};
 use rayon::prelude::*;
 
@@ -21,10 +21,13 @@ const MOST_BLOCK_GROWTH: f64 = 32.0;
 /// Progress in thousandths that the first blocks count, and the fraction of the remaining progress that the last expected blocks count.
 const FIRST_ROUND: usize = 50;
 const LAST_ROUND: f64 = 0.9;
-
-/// Error of a smooth image over the difference from the cubic through four neighbours, which is 1/6 of the fourth difference: 1/90 of that by the
-/// distribution to nodes and its inverse to second order, 3/128 by cubics.
-const SMOOTHING: f64 = 6.0 * (1.0 / 90.0 + 3.0 / 128.0);
+/// Ratio of the number of histories that are expected, from the current standard error, to the limit, beyond which it cannot be met.
+const UNCERTAIN: f64 = 2.0;
+/// Bound on a random error in standard errors.
+const STANDARD_ERRORS: f64 = 4.0;
+/// First distances of nodes in cm and of views in radians where the options do not prescribe them.
+const PITCH: f64 = 0.75;
+const SPACING: f64 = 12.0 * std::f64::consts::PI / 180.0;
 
 /// Scatter in every bin, view and energy window of a camera, with its standard error.
 ///
@@ -60,21 +63,23 @@ impl ScatterOptions {
     }
 
     fn grid(&self, camera: &Camera, spectrum: &Spectrum) -> Result<Grid, ScatterError> {
-        within("pitch of the nodes in cm", self.pitch, [0.01, 100.0])?;
-        within("angle between views in radians", self.spacing, [0.0, 1.0])?;
-        Grid::new(camera, spectrum.windows().len(), self.pitch)
+        let (pitch, spacing) = (self.pitch.unwrap_or(PITCH), self.spacing.unwrap_or(SPACING));
+        within("pitch of the nodes in cm", pitch, [0.01, 100.0])?;
+        within("angle between views in radians", spacing, [0.0, 1.0])?;
+        Grid::new(camera, spectrum.windows().len(), pitch)
     }
 }
 
 impl Scatter {
-    /// Follows photon histories until no bin has a standard error above both tolerances. Bitwise independent of the number of threads.
+    /// Follows photon histories until no bin has a standard error above both tolerances, with nodes and views so close that the error of interpolation
+    /// is not above them either, unless `options` prescribe their distance. Bitwise independent of the number of threads.
     ///
     /// # Errors
     /// [`ScatterError::OutOfRange`] for a tolerance that is not positive (0 is allowed with a relative one), a relative one outside 0 to 1, a pitch
     /// outside 0.01 to 100 cm, a spacing outside 0 to 1 rad, no order, no history, blocks outside 16 to 10^7 histories, a view whose face is in the
     /// medium or in front of it on the line through the axis, numbers of `source` that are not finite or negative, and a [`Piece`](crate::Piece) of
     /// `medium` that is reversed, out of order, not finite or denser than 30 g/cm^3; [`ScatterError::Nodes`] for more than 2^27 nodes;
-    /// [`ScatterError::Tolerance`] if `most_histories` do not suffice.
+    /// [`ScatterError::Tolerance`] if `most_histories` do not suffice; [`ScatterError::Interpolation`] if no allowed distance of the nodes suffices.
     pub fn new(
         source: &dyn Source,
         medium: &dyn Medium,
@@ -83,84 +88,25 @@ impl Scatter {
         options: &ScatterOptions,
     ) -> Result<Self, ScatterError> {
         options.check()?;
-        let all = options.grid(camera, spectrum)?;
-        in_front(medium, camera, &all)?;
-        let angles = Angles::new(camera.views(), options.spacing);
-        let grid = all.of_views(&angles.nodes);
-        let directions: Vec<_> = grid.directions().collect();
-        let water = spectrum
-            .at(spectrum.energy())
-            .map_or(0.0, |at| at.get(ATTENUATION));
-        let problem = Problem {
-            source,
-            medium,
-            spectrum,
-            transmission: Transmission::new(grid.half_widths(), &directions, medium, water)?,
-            totals: angles.totals(),
-            directions,
-            grid,
-            orders: options.orders,
-            seed: options.seed,
+        let mut attempt = Attempt {
+            pitch: options.pitch.unwrap_or(PITCH),
+            spacing: options.spacing.unwrap_or(SPACING),
+            size: options.block,
+            first_block: 0,
+            report: ScatterReport::default(),
+            done: 0,
         };
-        let mut sums = Sums::new(&all, 0);
-        let (mut size, mut wanted) = (options.block, LEAST_BLOCKS);
-        let mut report = ScatterReport::default();
-        // Progress in thousandths, estimated: the number of histories is not known in advance.
-        let (mut done, mut round) = (0, FIRST_ROUND);
+        let mut all = options.grid(camera, spectrum)?;
+        in_front(medium, camera, &all)?;
         loop {
-            let part = simd_set::part(done..done + round, 1000);
-            let missing = (wanted - sums.blocks).next_multiple_of(BLOCKS_AT_ONCE);
-            while sums.blocks < wanted {
-                sums.add(&problem, &all, &angles, size, missing)?;
-            }
-            drop(part);
-            done += round;
-            let (images, errors) = sums.estimate(&all);
-            let largest_error = largest(&all, &errors);
-            let histories = report.histories + sums.report.histories;
-            let least = images.iter().zip(&errors);
-            let least: Vec<f64> = least.map(|(own, error)| own - 3.0 * error).collect();
-            let tolerance = (options.tolerance).max(options.relative * largest(&all, &least));
-            let met = largest_error <= tolerance;
-            if met || histories >= options.most_histories {
-                report.add(&sums.report);
-                let orders = sums.orders.map(|order| order.average(sums.blocks));
-                report.by_order = orders.map(|[average, _]| average);
-                report.by_order_error = orders.map(|[_, error]| error);
-                report.largest_standard_error = largest_error;
-                report.interpolation_error = smoothing(&all, &images, &errors)
-                    + angles.error(&images, &errors, all.n_nodes() / all.n_views());
-                return match met {
-                    true => Ok(Self {
-                        grid: all,
-                        images,
-                        errors,
-                        sums: (sums.views.iter())
-                            .map(|view| view.average(sums.blocks))
-                            .collect(),
-                        report,
-                    }),
-                    false => Err(ScatterError::Tolerance {
-                        asked: tolerance,
-                        reached: largest_error,
-                        report: Box::new(report),
-                    }),
-                };
-            }
-            let growth = RESERVE * (largest_error / tolerance).powi(2);
-            let expected = if growth < MOST_GROWTH {
-                // The standard error from the contribution of one photon is inversely proportional to the number of histories.
-                wanted = (sums.blocks as f64 * growth.min(2.0)).ceil() as usize;
-                (growth.min(2.0) - 1.0) / (growth - 1.0)
-            } else {
-                // Earlier blocks are discarded, because all blocks have one size.
-                size = (size as f64 * (0.5 * growth).min(MOST_BLOCK_GROWTH)) as usize;
-                wanted = LEAST_BLOCKS;
-                report.add(&sums.report);
-                sums = Sums::new(&all, sums.first_block + sums.blocks);
-                (0.5 * growth).min(MOST_BLOCK_GROWTH) / growth
+            let angles = Angles::new(camera.views(), attempt.spacing);
+            let problem = Problem::new((source, medium), spectrum, &all, &angles, options)?;
+            let error = match attempt.run(&problem, &all, &angles, options) {
+                Err(error @ ScatterError::Interpolation { .. }) => error,
+                end => return end,
             };
-            round = (LAST_ROUND * expected * (1000 - done) as f64) as usize;
+            let finer = options.with_pitch(attempt.pitch);
+            all = finer.grid(camera, spectrum).map_err(|_| error)?;
         }
     }
 
@@ -177,7 +123,8 @@ impl Scatter {
         // Sums and estimates; images of the blocks that are not summed yet; the table of transmissions. Per thread: deposits, images of the views
         // in which photons are detected, and detections in vectors with up to twice the necessary capacity.
         let nodes = (40 + 4 * BLOCKS_AT_ONCE) * grid.n_nodes();
-        let own = grid.of_views(&Angles::new(camera.views(), options.spacing).nodes);
+        let spacing = options.spacing.unwrap_or(SPACING);
+        let own = grid.of_views(&Angles::new(camera.views(), spacing).nodes);
         let cells = size_of::<f64>() * CELLS.pow(3) * own.n_views();
         let detections = 2 * DETECTIONS as usize * size_of::<Detection>();
         let each = 4 * (own.n_deposits() + own.n_nodes()) + detections;
@@ -227,11 +174,11 @@ impl Scatter {
         self.sums[view * self.grid.windows + window]
     }
 
-    /// Estimate of the largest error of any sample: the largest standard error plus the error of interpolation,
-    /// [`ScatterReport::largest_standard_error`] and [`ScatterReport::interpolation_error`].
+    /// Bound on the error of all samples: four times [`ScatterReport::largest_standard_error`], which a fraction of 6e-5 of normally distributed
+    /// errors exceeds, plus [`ScatterReport::interpolation_error`].
     #[must_use]
     pub fn largest_error(&self) -> f64 {
-        self.report.largest_standard_error + self.report.interpolation_error
+        STANDARD_ERRORS * self.report.largest_standard_error + self.report.interpolation_error
     }
 
     /// The errors and the work done.
@@ -246,6 +193,129 @@ impl Scatter {
         assert!(view < self.grid.n_views(), "no such view");
         let first = (view * self.grid.windows + window) * len;
         &all[first..first + len]
+    }
+}
+
+/// A computation with one distance of the nodes and of the views.
+struct Attempt {
+    pitch: f64,
+    spacing: f64,
+    /// Histories of a block, and the first block.
+    size: usize,
+    first_block: usize,
+    /// Work that was discarded.
+    report: ScatterReport,
+    /// Progress in thousandths, estimated: the number of histories is not known in advance.
+    done: usize,
+}
+
+impl Attempt {
+    /// Follows histories until the tolerance is met. If the error of interpolation is above it, it is returned, and the distances are reduced.
+    fn run(
+        &mut self,
+        problem: &Problem<'_>,
+        all: &Grid,
+        angles: &Angles,
+        options: &ScatterOptions,
+    ) -> Result<Scatter, ScatterError> {
+        let mut sums = Sums::new(all, self.first_block);
+        let (mut wanted, mut round) = (LEAST_BLOCKS, FIRST_ROUND * (1000 - self.done) / 1000);
+        loop {
+            let part = simd_set::part(self.done..self.done + round, 1000);
+            let missing = (wanted - sums.blocks).next_multiple_of(BLOCKS_AT_ONCE);
+            while sums.blocks < wanted {
+                sums.add(problem, all, angles, self.size, missing)?;
+            }
+            drop(part);
+            self.done += round;
+            let (images, errors) = sums.estimate(all);
+            let reached = largest(all, &errors);
+            let least = images.iter().zip(&errors);
+            let least: Vec<f64> = least.map(|(own, error)| own - 3.0 * error).collect();
+            let tolerance = (options.tolerance).max(options.relative * largest(all, &least));
+            let interpolation = [
+                smoothing(all, sums.nearest, &images, &errors),
+                angles.error(&images, &errors, all.n_nodes() / all.n_views()),
+            ];
+            let growth = RESERVE * (reached / tolerance).powi(2);
+            let pitch = self.pitch;
+            if self.refine(options, interpolation, tolerance, growth) {
+                self.discard(&sums);
+                return Err(ScatterError::Interpolation {
+                    asked: tolerance,
+                    reached: interpolation.iter().sum(),
+                    pitch,
+                });
+            }
+            let report = sums.finish(self.report, reached, interpolation.iter().sum());
+            if reached <= tolerance {
+                let views = sums.views.iter();
+                return Ok(Scatter {
+                    grid: all.clone(),
+                    sums: views.map(|view| view.average(sums.blocks)).collect(),
+                    images,
+                    errors,
+                    report,
+                });
+            }
+            // The largest scatter itself, not reduced: a lower bound on the histories.
+            let most = (options.tolerance).max(options.relative * largest(all, &images));
+            let own = sums.report.histories as f64 * (reached / most).powi(2);
+            let expected = self.report.histories as f64 + own;
+            let limit = options.most_histories;
+            if report.histories >= limit || expected > UNCERTAIN * limit as f64 {
+                return Err(ScatterError::Tolerance {
+                    asked: tolerance,
+                    reached,
+                    expected,
+                    report: Box::new(report),
+                });
+            }
+            let expected = if growth < MOST_GROWTH {
+                // The standard error from the contribution of one photon is inversely proportional to the number of histories.
+                wanted = (sums.blocks as f64 * growth.min(2.0)).ceil() as usize;
+                (growth.min(2.0) - 1.0) / (growth - 1.0)
+            } else {
+                // Earlier blocks are discarded, because all blocks have one size.
+                let larger = (0.5 * growth).min(MOST_BLOCK_GROWTH);
+                self.size = (self.size as f64 * larger) as usize;
+                wanted = LEAST_BLOCKS;
+                self.discard(&sums);
+                sums = Sums::new(all, self.first_block);
+                larger / growth
+            };
+            round = (LAST_ROUND * expected * (1000 - self.done) as f64) as usize;
+        }
+    }
+
+    fn discard(&mut self, sums: &Sums) {
+        self.report.add(&sums.report);
+        self.first_block += sums.blocks;
+    }
+
+    /// Reduces the distance of nodes or of views, where options do not prescribe it, if their errors of interpolation exceed the tolerance.
+    fn refine(
+        &mut self,
+        options: &ScatterOptions,
+        errors: [f64; 2],
+        tolerance: f64,
+        growth: f64,
+    ) -> bool {
+        let free = [options.pitch.is_none(), options.spacing.is_none()];
+        let [nodes, views] = [0, 1].map(|k| if free[k] { errors[k] } else { 0.0 });
+        if nodes + views <= tolerance {
+            return false;
+        }
+        let mut more = 0.5 * growth;
+        if nodes >= views {
+            let factor = (tolerance / nodes).sqrt().clamp(0.4, 0.8);
+            self.pitch *= factor;
+            more /= factor * factor;
+        } else {
+            self.spacing *= 0.5;
+        }
+        self.size = (self.size as f64 * more.clamp(1.0, MOST_BLOCK_GROWTH)) as usize;
+        true
     }
 }
 
@@ -273,6 +343,8 @@ struct Sums {
     views: Vec<Moments>,
     orders: [Moments; ScatterReport::ORDERS],
     report: ScatterReport,
+    /// Smallest distance of an emission from a face.
+    nearest: f64,
 }
 
 impl Sums {
@@ -286,6 +358,7 @@ impl Sums {
             views: vec![Moments::default(); grid.n_views() * grid.windows],
             orders: Default::default(),
             report: ScatterReport::default(),
+            nearest: f64::INFINITY,
         }
     }
 
@@ -308,12 +381,17 @@ impl Sums {
                 simd_set::unit(of);
                 let each = 1.0 / histories as f32;
                 let images = problem.grid.images(&tally.deposits, each);
-                Ok((angles.expand(&images, view_len), tally.report))
+                Ok((
+                    angles.expand(&images, view_len),
+                    tally.report,
+                    tally.nearest,
+                ))
             })
             .collect::<Result<_, ScatterError>>()?;
         self.blocks += blocks.len();
-        for (images, report) in &blocks {
+        for (images, report, nearest) in &blocks {
             self.report.add(report);
+            self.nearest = self.nearest.min(*nearest);
             for (order, sum) in self.orders.iter_mut().zip(report.by_order) {
                 order.add(sum / histories as f64);
             }
@@ -332,6 +410,18 @@ impl Sums {
             }
         }
         Ok(())
+    }
+
+    /// The report of these and of discarded histories.
+    fn finish(&self, discarded: ScatterReport, standard: f64, interpolation: f64) -> ScatterReport {
+        let mut report = discarded;
+        report.add(&self.report);
+        let orders = self.orders.map(|order| order.average(self.blocks));
+        report.by_order = orders.map(|[average, _]| average);
+        report.by_order_error = orders.map(|[_, error]| error);
+        report.largest_standard_error = standard;
+        report.interpolation_error = interpolation;
+        report
     }
 
     /// Averages over the blocks and their standard errors.
@@ -385,29 +475,6 @@ impl Moments {
         let variance = (second - first * first).max(0.0) / (n - 1.0);
         [first, variance.sqrt()]
     }
-}
-
-/// Error of the distribution to nodes and of cubic interpolation between them, along both axes: the leading terms for images that are smooth over
-/// the pitch, else the error next to a point source.
-fn smoothing(grid: &Grid, images: &[f64], errors: &[f64]) -> f64 {
-    let [rows, columns] = grid.used();
-    let [nx, nz] = grid.size;
-    let mut most = 0.0f64;
-    for (image, errors) in images.chunks(nx * nz).zip(errors.chunks(nx * nz)) {
-        // Difference from the cubic through four neighbours.
-        let off = |at: usize, step: usize| {
-            let [a, b, c, d, e] = [0, 1, 2, 3, 4].map(|k| image[at + k * step - 2 * step]);
-            (c - (4.0 * (b + d) - (a + e)) / 6.0).abs()
-        };
-        for row in rows.clone() {
-            for at in columns.clone().map(|column| row * nx + column) {
-                let off = off(at, 1) + off(at, nx);
-                let rough = grid.growth() * roughness(off, image[at], errors[at]);
-                most = most.max(off * rough.max(SMOOTHING));
-            }
-        }
-    }
-    most
 }
 
 /// The largest value, or 0, of the nodes from which bins are interpolated.

@@ -15,17 +15,20 @@ use std::ops::Range;
 
 /// Cells of volume and of respiratory phase in each of which the heart is averaged: 2 mm of motion, less than scatter resolves.
 const CELLS: f64 = 8.0;
-/// Stated error of scatter in units of its largest standard error: a fraction of 6e-5 of normally distributed errors exceeds it.
-const STANDARD_ERRORS: f64 = 4.0;
-/// Tolerance from which views are interpolated over the full angle of the options; smaller ones have proportionally smaller angles.
+/// Distance of the nodes in cm: the heart is wider.
+const PITCH: f64 = 0.75;
+/// Largest angle in degrees between views that are not interpolated, and the tolerance from which it applies; smaller ones have proportionally
+/// smaller angles.
+const SPACING: f64 = 12.0;
 const WIDE: f64 = 0.01;
 
 impl ScatterSettings {
     /// Options for an absolute tolerance.
     fn options(&self, tolerance: f64) -> ScatterOptions {
         let options = ScatterOptions::new(tolerance).with_relative(self.tolerance);
-        let options = options.with_seed(self.seed);
-        options.with_spacing(options.spacing * (self.tolerance / WIDE).min(1.0))
+        let spacing = SPACING.to_radians() * (self.tolerance / WIDE).min(1.0);
+        let options = options.with_pitch(PITCH).with_spacing(spacing);
+        options.with_seed(self.seed)
     }
 
     /// Energies and windows.
@@ -112,9 +115,7 @@ impl Phantom {
         }
         let largest = largest(&taken.samples);
         if largest > 0.0 {
-            let report = scatter.report();
-            let random = STANDARD_ERRORS * report.largest_standard_error;
-            taken.view_error.scatter = (random + report.interpolation_error) / largest;
+            taken.view_error.scatter = scatter.largest_error() / largest;
         }
         Ok(())
     }

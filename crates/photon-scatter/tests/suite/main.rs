@@ -7,6 +7,7 @@ mod support;
 
 mod bad_inputs;
 mod balance;
+mod bound;
 mod compton;
 mod error_bound;
 mod quadrature;
