@@ -1,6 +1,7 @@
 //! The parallel-hole camera, and the coarse grid on which its scatter images are collected.
 
 use crate::error::{ScatterError, within};
+use std::f64::consts::PI;
 
 /// Number of variances of Gaussians between which a point is distributed, by its depth.
 const LEVELS: usize = 8;
@@ -9,7 +10,7 @@ const SPREAD: f64 = 1.0 / 6.0;
 /// Smallest variance of a Gaussian, likewise.
 const LEAST: f64 = 1e-3;
 /// Largest angle of a view in radians: two turns and their rounding errors; angles in degrees are larger.
-const MOST_ANGLE: f64 = 2.0 * std::f64::consts::TAU + 1e-6;
+const MOST_ANGLE: f64 = 4.0 * PI + 1e-6;
 /// Margin of the grid around the detector, in standard deviations of the widest Gaussian.
 const TAILS: f64 = 4.0;
 /// Largest number of nodes of all views, windows and widths: 512 MB per thread.
@@ -58,7 +59,7 @@ impl Camera {
     ///
     /// # Errors
     /// [`ScatterError::OutOfRange`] for no view or more than 100 000, no bin or row or more than 16 384, a pitch outside 1e-4 to 1e3 cm, an
-    /// angle beyond 4 pi (degrees as radians), a radius that is not positive or above 1e3 cm, and widths outside 0 to 100 cm.
+    /// angle beyond 4 pi, or beyond pi if all angles are whole numbers (degrees as radians), a radius that is not positive or above 1e3 cm, and widths outside 0 to 100 cm.
     pub fn new(
         size: [usize; 2],
         pitch: [f64; 2],
@@ -70,12 +71,15 @@ impl Camera {
             within("number of bins or rows", size[axis] as f64, [1.0, 16_384.0])?;
             within("pitch in cm", pitch[axis], [1e-4, 1e3])?;
         }
+        let (what, most) = match views.iter().all(|view| view.angle.fract() == 0.0) {
+            true => (
+                "angle of a view in radians, a whole number as degrees are,",
+                PI,
+            ),
+            false => ("angle of a view in radians", MOST_ANGLE),
+        };
         for view in views {
-            within(
-                "angle of a view in radians",
-                view.angle,
-                [-MOST_ANGLE, MOST_ANGLE],
-            )?;
+            within(what, view.angle, [-most, most])?;
             within(
                 "radius of a view in cm",
                 view.radius,

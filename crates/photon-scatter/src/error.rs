@@ -77,6 +77,7 @@ fn range(given: f64, [least, most]: [f64; 2]) -> String {
     };
     let finite = if given.is_finite() { "" } else { " and finite" };
     match most == f64::MAX {
+        false if least == most => number(least),
         true => format!("{lower}{finite}"),
         false if least == f64::MIN_POSITIVE => format!("{lower} and at most {}", number(most)),
         false => format!("from {} to {}", number(least), number(most)),

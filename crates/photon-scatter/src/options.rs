@@ -22,7 +22,9 @@ pub struct ScatterOptions {
     pub orders: usize,
     /// Histories in each of the first 128 blocks; later blocks are larger if the tolerance requires it.
     pub block: usize,
-    /// Largest number of histories, at least 1; compared after the first 128 blocks and then whenever the standard errors are computed.
+    /// Largest number of histories, at least 1. Whenever standard errors are computed, first after 128 blocks, the necessary number is estimated; if it
+    /// is more than twice this one, the result is [`ScatterError::Tolerance`](crate::ScatterError::Tolerance) at once. A source far from the medium
+    /// requires more histories: in inverse proportion to the solid angle of the medium.
     pub most_histories: u64,
     /// Seed of the random numbers; block k has stream k.
     pub seed: u64,
@@ -30,7 +32,7 @@ pub struct ScatterOptions {
 
 impl ScatterOptions {
     /// A tolerance in the unit of the samples, none relative to the scatter; automatic distances of nodes and views, 32 orders, blocks of 512
-    /// histories, at most 10^9 histories, seed 0. `new(0.0).with_relative(0.02)` has only a tolerance relative to the largest scatter: prefer it
+    /// histories, at most 10^8 histories, seed 0. `new(0.0).with_relative(0.02)` has only a tolerance relative to the largest scatter: prefer it
     /// unless the size of the samples, which is proportional to the activity, is known.
     #[must_use]
     pub fn new(tolerance: f64) -> Self {
@@ -41,7 +43,7 @@ impl ScatterOptions {
             spacing: None,
             orders: 32,
             block: 512,
-            most_histories: 1_000_000_000,
+            most_histories: 100_000_000,
             seed: 0,
         }
     }

@@ -2,7 +2,7 @@
 
 use crate::error::{ScatterError, within};
 use crate::medium::DENSEST;
-use crate::{Emission, Medium, Piece, Random, Source};
+use crate::{Emission, Medium, Piece, Random, Source, water_attenuation};
 
 /// A point of activity.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -31,7 +31,7 @@ pub struct VoxelSource {
 }
 
 impl VoxelSource {
-    /// A grid of `[nx, ny, nz]` voxels with a spacing in cm, centred at the origin: centre k of n at `(k - (n - 1) / 2) spacing`. `activity`
+    /// A grid of `[nx, ny, nz]` voxels with a spacing in cm, centred at the origin unless [`with_centre`](Self::with_centre) moves it: centre k of n at `(k - (n - 1) / 2) spacing`. `activity`
     /// per cm^3 is `[z][y][x]`, x fastest.
     ///
     /// # Errors
@@ -50,6 +50,15 @@ impl VoxelSource {
             cumulative.push(sum);
         }
         Ok(Self { grid, cumulative })
+    }
+
+    /// Moves the centre of the grid, in cm.
+    ///
+    /// # Errors
+    /// [`ScatterError::OutOfRange`] for a coordinate that is not finite or beyond 1e5 cm.
+    pub fn with_centre(mut self, centre: [f64; 3]) -> Result<Self, ScatterError> {
+        self.grid.move_to(centre)?;
+        Ok(self)
     }
 }
 
@@ -73,8 +82,8 @@ pub struct VoxelMedium {
 }
 
 impl VoxelMedium {
-    /// A grid as that of [`VoxelSource::new`], with densities in g/cm^3 as those of [`Piece::density`]: the voxels of a map of attenuation
-    /// coefficients in 1/cm, divided by [`water_attenuation`](crate::water_attenuation) at the energy of the map.
+    /// A grid as that of [`VoxelSource::new`], with densities in g/cm^3 as those of [`Piece::density`], 1 for water. Attenuation coefficients in 1/cm are not
+    /// densities: [`from_attenuation`](Self::from_attenuation).
     ///
     /// # Errors
     /// As [`VoxelSource::new`]; densities above 30 g/cm^3.
@@ -84,12 +93,37 @@ impl VoxelMedium {
         let density = density.to_vec();
         Ok(Self { grid, density })
     }
+
+    /// The medium of a map of attenuation coefficients in 1/cm at an energy in keV, without coherent scattering: density is
+    /// `attenuation / water_attenuation(energy)?`.
+    ///
+    /// # Errors
+    /// As [`new`](Self::new) and [`water_attenuation`].
+    pub fn from_attenuation(
+        size: [usize; 3],
+        spacing: [f64; 3],
+        attenuation: &[f32],
+        energy: f64,
+    ) -> Result<Self, ScatterError> {
+        let water = water_attenuation(energy)?;
+        let density = attenuation.iter().map(|mu| (f64::from(*mu) / water) as f32);
+        Self::new(size, spacing, &density.collect::<Vec<_>>())
+    }
+
+    /// Moves the centre of the grid, in cm.
+    ///
+    /// # Errors
+    /// As [`VoxelSource::with_centre`].
+    pub fn with_centre(mut self, centre: [f64; 3]) -> Result<Self, ScatterError> {
+        self.grid.move_to(centre)?;
+        Ok(self)
+    }
 }
 
 impl Medium for VoxelMedium {
     /// Stretches between the planes of the voxels; equal neighbours are one.
     fn pieces(&self, position: [f64; 3], direction: [f64; 3], pieces: &mut Vec<Piece>) {
-        let Voxels { size, spacing } = self.grid;
+        let Voxels { size, spacing, .. } = self.grid;
         // Components along the axes from the position to a plane.
         let plane = |k: usize, n: usize| self.grid.plane(k, n as f64) - position[k];
         let (mut enter, mut end) = (0.0_f64, f64::MAX);
@@ -132,11 +166,12 @@ impl Medium for VoxelMedium {
     }
 }
 
-/// A grid centred at the origin.
+/// A grid about its centre.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Voxels {
     size: [usize; 3],
     spacing: [f64; 3],
+    centre: [f64; 3],
 }
 
 impl Voxels {
@@ -156,11 +191,24 @@ impl Voxels {
         for value in values {
             within(what, f64::from(*value), [0.0, most])?;
         }
-        Ok(Self { size, spacing })
+        let centre = [0.0; 3];
+        Ok(Self {
+            size,
+            spacing,
+            centre,
+        })
+    }
+
+    fn move_to(&mut self, centre: [f64; 3]) -> Result<(), ScatterError> {
+        for x in centre {
+            within("centre of the voxels in cm", x, [-1e5, 1e5])?;
+        }
+        self.centre = centre;
+        Ok(())
     }
 
     /// Position at a number of voxels from the first face of the grid.
     fn plane(&self, axis: usize, voxels: f64) -> f64 {
-        (voxels - 0.5 * self.size[axis] as f64) * self.spacing[axis]
+        self.centre[axis] + (voxels - 0.5 * self.size[axis] as f64) * self.spacing[axis]
     }
 }

@@ -21,6 +21,7 @@ const PITCH: f64 = 0.75;
 /// smaller angles.
 const SPACING: f64 = 12.0;
 const WIDE: f64 = 0.01;
+const MOST_HISTORIES: u64 = 1_000_000_000;
 
 impl ScatterSettings {
     /// Options for an absolute tolerance.
@@ -28,7 +29,9 @@ impl ScatterSettings {
         let options = ScatterOptions::new(tolerance).with_relative(self.tolerance);
         let spacing = SPACING.to_radians() * (self.tolerance / WIDE).min(1.0);
         let options = options.with_pitch(PITCH).with_spacing(spacing);
-        options.with_seed(self.seed)
+        options
+            .with_seed(self.seed)
+            .with_most_histories(MOST_HISTORIES)
     }
 
     /// Energies and windows.

@@ -49,7 +49,7 @@ fn spectra_are_checked() {
     let error = Spectrum::new(140.5, 0.1, &[[108.0, 126.45], window]).unwrap_err();
     assert_eq!(
         error.to_string(),
-        "energy in keV, which the first (photopeak) window contains, is 140.5; it must be from 108 to 126.45"
+        "upper edge of the first (photopeak) window in keV is 126.45; it must be from 140.5 to 10000"
     );
     // The ends of all ranges work.
     for (energy, resolution) in [(21.0, 0.005), (600.0, 1.0)] {
@@ -89,6 +89,8 @@ fn cameras_are_checked() {
     for (angle, valid) in [
         (f64::NAN, false),
         (90.0, false),
+        (10.0, false),
+        (3.0, true),
         (-12.5, true),
         (12.5, true),
     ] {

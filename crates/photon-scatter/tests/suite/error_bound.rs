@@ -1,7 +1,7 @@
 //! The stated standard error against the true error.
 
 use crate::support::{Ball, BallSource, CHEST, LEHR, Point, camera, photopeak};
-use photon_scatter::{Camera, Scatter, ScatterError, ScatterOptions, View};
+use photon_scatter::{Camera, Response, Scatter, ScatterError, ScatterOptions, View};
 
 fn chest(options: &ScatterOptions) -> Result<Scatter, ScatterError> {
     let source = BallSource([5.0, 5.0, 0.0], 3.0, 1.0);
@@ -216,4 +216,60 @@ fn interpolation_errors_cover_peaks_that_move_between_views() {
     let stated = found.largest_error();
     println!("{off} {stated} {}", exact.largest_error());
     assert!(off < stated && stated < 10.0 * off, "{off} {stated}");
+}
+
+/// Absolute tolerances that the activity makes too small, and sources from which few photons meet the medium, fail after the first blocks.
+#[test]
+fn limits_of_histories_that_cannot_be_met_are_found_at_once() {
+    let ball = Ball {
+        centre: [0.0; 3],
+        radius: 8.0,
+        density: 1.0,
+    };
+    let relative = ScatterOptions::new(0.0).with_relative(0.02);
+    for (x, activity, options) in [
+        (0.0, 1e6, ScatterOptions::new(0.01)),
+        (100.0, 1.0, relative),
+    ] {
+        let camera = camera(8, 4.0, &[0.0]);
+        let point = Point([x, 0.0, 0.0], activity);
+        let found = Scatter::new(&point, &ball, &camera, &photopeak(), &options);
+        let Err(ScatterError::Tolerance {
+            expected, report, ..
+        }) = found
+        else {
+            panic!("{found:?}");
+        };
+        assert!(
+            expected > 2e8 && report.histories < 10_000_000,
+            "{expected}"
+        );
+    }
+}
+
+/// The peak of an ideal response is unbounded: no pitch resolves it.
+#[test]
+fn peaks_that_no_pitch_resolves_are_errors() {
+    let ball = Ball {
+        centre: [0.0; 3],
+        radius: 2.0,
+        density: 1.0,
+    };
+    let view = View {
+        angle: 0.0,
+        radius: 3.0,
+    };
+    let camera = Camera::new([2; 2], [0.5; 2], &[view], Response::default()).unwrap();
+    let options = ScatterOptions::new(0.0).with_relative(0.1);
+    let point = Point([0.0; 3], 1.0);
+    let found = Scatter::new(&point, &ball, &camera, &photopeak(), &options);
+    let Err(ScatterError::Interpolation {
+        asked,
+        reached,
+        pitch,
+    }) = found
+    else {
+        panic!("{found:?}");
+    };
+    assert!(reached > asked && pitch < 0.1, "{reached} {asked} {pitch}");
 }

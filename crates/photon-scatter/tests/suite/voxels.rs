@@ -168,3 +168,50 @@ fn voxels_are_checked() {
     );
     assert_eq!(scatter.unwrap().sum(0, 0), [0.0; 2]);
 }
+
+/// A grid moved by some voxels is a larger grid with empty voxels.
+#[test]
+fn grids_have_centres() {
+    let mut values = vec![0.0; 8 * 4 * 6];
+    for k in 0..2 * 2 * 2 {
+        let [x, y, z] = [k % 2 + 5, k / 2 % 2 + 1, k / 4 + 3];
+        values[(z * 4 + y) * 8 + x] = 1.0;
+    }
+    let large = VoxelMedium::new([8, 4, 6], [0.5; 3], &values).unwrap();
+    let centre = [1.0, 0.0, 0.5];
+    let small = VoxelMedium::from_attenuation([2; 3], [0.5; 3], &[0.151_95; 8], 140.5).unwrap();
+    let small = small.with_centre(centre).unwrap();
+    let direction = [0.6, -0.48, 0.64];
+    let column = |medium: &VoxelMedium, x: f64| {
+        let mut pieces = Vec::new();
+        medium.pieces([x - 3.0, 2.4, -2.7], direction, &mut pieces);
+        let lengths = pieces
+            .iter()
+            .map(|piece| piece.density * (piece.exit - piece.enter));
+        lengths.sum::<f64>()
+    };
+    let mut most = 0.0f64;
+    for k in 0..20 {
+        let x = 0.1 * f64::from(k);
+        let (a, b) = (column(&large, x), column(&small, x));
+        // The attenuation of water, rounded to five digits.
+        assert!((a - b).abs() < 1e-4, "{x}: {a} {b}");
+        most = most.max(a);
+    }
+    assert!(most > 0.5);
+    let source = VoxelSource::new([2; 3], [0.5; 3], &[1.0; 8]).unwrap();
+    let source = source.with_centre(centre).unwrap();
+    let mut random = Random::new(1, 0);
+    for _ in 0..100 {
+        let at = source.emit(&mut random).position;
+        assert!((0..3).all(|k| (at[k] - centre[k]).abs() <= 0.5));
+    }
+    assert!(source.with_centre([0.0, f64::NAN, 0.0]).is_err());
+    assert!(VoxelMedium::from_attenuation([1; 3], [1.0; 3], &[0.15], 1e3).is_err());
+    assert_eq!(
+        VoxelSource::new([4; 3], [1.0; 3], &[0.0; 63])
+            .unwrap_err()
+            .to_string(),
+        "number of values of the voxels is 63; it must be 64"
+    );
+}
