@@ -237,6 +237,21 @@ impl Attempt {
                 smoothing(all, sums.nearest, &images, &errors),
                 angles.error(&images, &errors, all.n_nodes() / all.n_views()),
             ];
+            let report = sums.finish(self.report, reached, interpolation.iter().sum());
+            // The largest scatter itself, not reduced: a lower bound on the histories.
+            let most = (options.tolerance).max(options.relative * largest(all, &images));
+            let own = sums.report.histories as f64 * (reached / most).powi(2);
+            let expected = self.report.histories as f64 + own;
+            let limit = options.most_histories;
+            let exhausted = report.histories >= limit || expected > UNCERTAIN * limit as f64;
+            if reached > tolerance && exhausted {
+                return Err(ScatterError::Tolerance {
+                    asked: tolerance,
+                    reached,
+                    expected,
+                    report: Box::new(report),
+                });
+            }
             let growth = RESERVE * (reached / tolerance).powi(2);
             let pitch = self.pitch;
             if self.refine(options, interpolation, tolerance, growth) {
@@ -247,7 +262,6 @@ impl Attempt {
                     pitch,
                 });
             }
-            let report = sums.finish(self.report, reached, interpolation.iter().sum());
             if reached <= tolerance {
                 let views = sums.views.iter();
                 return Ok(Scatter {
@@ -256,19 +270,6 @@ impl Attempt {
                     images,
                     errors,
                     report,
-                });
-            }
-            // The largest scatter itself, not reduced: a lower bound on the histories.
-            let most = (options.tolerance).max(options.relative * largest(all, &images));
-            let own = sums.report.histories as f64 * (reached / most).powi(2);
-            let expected = self.report.histories as f64 + own;
-            let limit = options.most_histories;
-            if report.histories >= limit || expected > UNCERTAIN * limit as f64 {
-                return Err(ScatterError::Tolerance {
-                    asked: tolerance,
-                    reached,
-                    expected,
-                    report: Box::new(report),
                 });
             }
             let expected = if growth < MOST_GROWTH {
