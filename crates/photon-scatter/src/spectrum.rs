@@ -120,14 +120,17 @@ impl Spectrum {
             within("upper edge of a window in keV", *high, [*low, 1e4])?;
             within("width of a window in keV", high - low, [1e-3, 1e4])?;
         }
-        // The energy is in the first window.
         let [low, high] = windows[0];
-        let [lower, upper] = [
-            "lower edge of the first (photopeak) window in keV",
-            "upper edge of the first (photopeak) window in keV",
-        ];
-        within(lower, low, [1.0, energy])?;
-        within(upper, high, [energy, 1e4])?;
+        within(
+            "lower edge of the photopeak window in keV",
+            low,
+            [1.0, energy],
+        )?;
+        within(
+            "upper edge of the photopeak window in keV",
+            high,
+            [energy, 1e4],
+        )?;
         let mut spectrum = Self {
             energy,
             resolution,

@@ -2,7 +2,7 @@
 
 use crate::error::{ScatterError, within};
 use crate::medium::DENSEST;
-use crate::{Emission, Medium, Piece, Random, Source, water_attenuation};
+use crate::{Emission, Medium, Piece, Random, Source};
 
 /// A point of activity.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -57,7 +57,7 @@ impl VoxelSource {
     /// # Errors
     /// [`ScatterError::OutOfRange`] for a coordinate that is not finite or beyond 1e5 cm.
     pub fn with_centre(mut self, centre: [f64; 3]) -> Result<Self, ScatterError> {
-        self.grid.move_to(centre)?;
+        self.grid.centre = checked(centre)?;
         Ok(self)
     }
 }
@@ -83,7 +83,7 @@ pub struct VoxelMedium {
 
 impl VoxelMedium {
     /// A grid as that of [`VoxelSource::new`], with densities in g/cm^3 as those of [`Piece::density`], 1 for water. Attenuation coefficients in 1/cm are not
-    /// densities: [`from_attenuation`](Self::from_attenuation).
+    /// densities: divide them by [`water_attenuation`](crate::water_attenuation) at their energy, 0.152 at 140.5 keV.
     ///
     /// # Errors
     /// As [`VoxelSource::new`]; densities above 30 g/cm^3.
@@ -94,28 +94,12 @@ impl VoxelMedium {
         Ok(Self { grid, density })
     }
 
-    /// The medium of a map of attenuation coefficients in 1/cm at an energy in keV, without coherent scattering: density is
-    /// `attenuation / water_attenuation(energy)?`.
-    ///
-    /// # Errors
-    /// As [`new`](Self::new) and [`water_attenuation`].
-    pub fn from_attenuation(
-        size: [usize; 3],
-        spacing: [f64; 3],
-        attenuation: &[f32],
-        energy: f64,
-    ) -> Result<Self, ScatterError> {
-        let water = water_attenuation(energy)?;
-        let density = attenuation.iter().map(|mu| (f64::from(*mu) / water) as f32);
-        Self::new(size, spacing, &density.collect::<Vec<_>>())
-    }
-
     /// Moves the centre of the grid, in cm.
     ///
     /// # Errors
     /// As [`VoxelSource::with_centre`].
     pub fn with_centre(mut self, centre: [f64; 3]) -> Result<Self, ScatterError> {
-        self.grid.move_to(centre)?;
+        self.grid.centre = checked(centre)?;
         Ok(self)
     }
 }
@@ -199,16 +183,15 @@ impl Voxels {
         })
     }
 
-    fn move_to(&mut self, centre: [f64; 3]) -> Result<(), ScatterError> {
-        for x in centre {
-            within("centre of the voxels in cm", x, [-1e5, 1e5])?;
-        }
-        self.centre = centre;
-        Ok(())
-    }
-
     /// Position at a number of voxels from the first face of the grid.
     fn plane(&self, axis: usize, voxels: f64) -> f64 {
         self.centre[axis] + (voxels - 0.5 * self.size[axis] as f64) * self.spacing[axis]
     }
+}
+
+fn checked(centre: [f64; 3]) -> Result<[f64; 3], ScatterError> {
+    for x in centre {
+        within("centre of the voxels in cm", x, [-1e5, 1e5])?;
+    }
+    Ok(centre)
 }
