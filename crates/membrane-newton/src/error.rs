@@ -71,7 +71,7 @@ pub enum NewtonError {
         /// Largest x of the outer membrane at its start, cm.
         outer: f64,
     },
-    /// The membranes of a solved pair cross. Crossings shorter than a hundredth of the curve may not be found.
+    /// The membranes of a solved pair cross. Crossings between two nodes of the inner one may not be found.
     #[error(
         "the inner membrane is {depth:?} cm outside the outer one at x = {x:?} cm, r = {r:?} cm: the membranes cross"
     )]

@@ -1,5 +1,7 @@
 //! Two membranes with incompressible wall between them, solved together.
 
+use std::ops::Range;
+
 use membrane_forces::{DiscreteMembrane, Material, Measure, Membrane, PressureLaw};
 
 use crate::constraint::{Control, check};
@@ -186,31 +188,53 @@ fn solve_both(
     })
 }
 
-/// Number of chords from base to apex by which membranes are compared.
-const CHORDS: u32 = 128;
+/// Number of chords of the outer membrane from base to apex.
+const CHORDS: usize = 64;
 
-/// Rejects an inner membrane of which a point is outside the outer one, beyond the sagitta of the chords of the latter: at a corner of the
-/// curve within a chord the distance from its middle is at least half of the largest.
+/// Rejects an inner membrane of which a node is outside the outer one, beyond the sagitta of the chords of the latter: at a corner of the
+/// curve within a chord the distance from its middle is at least half of the largest. The nearest chord of a node is near that of the node
+/// before; all chords are compared only for nodes that appear to be outside. O(nodes + `CHORDS`) if there are none.
 fn check_crossing(inner: &Equilibrium, outer: &Equilibrium) -> Result<()> {
-    let [within, around] = [inner, outer].map(|of| of.resolution.places(of.nodes()));
-    let s = |k: f64| 0.5 * k / f64::from(CHORDS);
-    let corners: Vec<_> = (0..=CHORDS).map(|k| around(s(k.into()))).collect();
-    let least = 1e-9 * outer.measures.length;
-    let depth = |[x, r]: [f64; 2]| {
-        let chords = corners.windows(2).enumerate().map(|(k, ends)| {
-            let [d, p] = [ends[1], [x, r]].map(|to| [to[0] - ends[0][0], to[1] - ends[0][1]]);
-            let t = ((p[0] * d[0] + p[1] * d[1]) / (d[0] * d[0] + d[1] * d[1])).clamp(0.0, 1.0);
-            let distance = (p[0] - t * d[0]).hypot(p[1] - t * d[1]);
-            (distance, p[1] * d[0] > p[0] * d[1], k)
-        });
-        let (distance, outside, k) = chords.min_by(|a, b| a.0.total_cmp(&b.0))?;
-        let (a, b, middle) = (corners[k], corners[k + 1], around(s(k as f64 + 0.5)));
-        let sagitta = (middle[0] - 0.5 * (a[0] + b[0])).hypot(middle[1] - 0.5 * (a[1] + b[1]));
-        (outside && distance > least.max(2.0 * sagitta)).then_some((distance, x, r))
+    let around = outer.resolution.places(outer.nodes());
+    let s = |k: usize| 0.5 * k as f64 / CHORDS as f64;
+    let corners: Vec<_> = (0..=CHORDS).map(|k| around(s(k))).collect();
+    // Squared distance from a chord, and whether the point is outside of it.
+    let from = |k: usize, [x, r]: [f64; 2]| {
+        let ends = &corners[k..k + 2];
+        let [d, p] = [ends[1], [x, r]].map(|to| [to[0] - ends[0][0], to[1] - ends[0][1]]);
+        let t = ((p[0] * d[0] + p[1] * d[1]) / (d[0] * d[0] + d[1] * d[1])).clamp(0.0, 1.0);
+        let square = (p[0] - t * d[0]).powi(2) + (p[1] - t * d[1]).powi(2);
+        (square, p[1] * d[0] > p[0] * d[1])
     };
-    let outside = (0..=CHORDS).filter_map(|k| depth(within(s(k.into()))));
-    match outside.max_by(|a, b| a.0.total_cmp(&b.0)) {
-        Some((depth, x, r)) => Err(NewtonError::Crossed { depth, x, r }),
+    let nearest = |chords: Range<usize>, point| {
+        let near = chords.map(|k| (from(k, point), k));
+        near.min_by(|a, b| a.0.0.total_cmp(&b.0.0))
+            .unwrap_or(((f64::INFINITY, false), 0))
+    };
+    let least = 1e-9 * outer.measures.length;
+    let mut worst: Option<(f64, [f64; 2])> = None;
+    let mut chord = 0;
+    for point in inner.points().into_iter().filter(|[_, r]| *r >= 0.0) {
+        let next = |chord: usize| nearest(chord.saturating_sub(2)..(chord + 3).min(CHORDS), point);
+        let mut found = next(chord);
+        while found.1 != chord {
+            chord = found.1;
+            found = next(chord);
+        }
+        if !found.0.1 {
+            continue;
+        }
+        let ((square, outside), k) = nearest(0..CHORDS, point);
+        let (a, b, middle) = (corners[k], corners[k + 1], around(0.5 * (s(k) + s(k + 1))));
+        let sagitta = (middle[0] - 0.5 * (a[0] + b[0])).hypot(middle[1] - 0.5 * (a[1] + b[1]));
+        let depth = square.sqrt();
+        let is_deepest = worst.is_none_or(|(most, _)| depth > most);
+        if outside && depth > least.max(2.0 * sagitta) && is_deepest {
+            worst = Some((depth, point));
+        }
+    }
+    match worst {
+        Some((depth, [x, r])) => Err(NewtonError::Crossed { depth, x, r }),
         None => Ok(()),
     }
 }
