@@ -13,6 +13,9 @@ use crate::constraint::{Constraint, Control};
 use crate::error::{NewtonError, Result, own};
 use crate::route::Route;
 
+/// Factor on Richardson's estimate; errors were 0.75 to 1.9 times the estimate from 8 nodes on.
+const SAFETY: f64 = 2.0;
+
 #[derive(Debug)]
 pub(crate) struct Resolution {
     pub(crate) discrete: Box<dyn DiscreteMembrane>,
@@ -113,7 +116,7 @@ impl Resolution {
         tails.reduce(f64::max)
     }
 
-    /// Estimates the relative error of finite differences of order 2 by Richardson's extrapolation: the Newton step from the curve towards
+    /// Bounds the relative error of finite differences of order 2 by twice that of Richardson's extrapolation: the Newton step from the curve towards
     /// the equilibrium with half of the nodes at the same volume. Infinite below five nodes; `None` where that step is not defined.
     pub(crate) fn error_of_differences(&self, state: &[f64], volume: f64) -> Option<f64> {
         let (nodes, membrane) = (
@@ -133,7 +136,7 @@ impl Resolution {
         system.solve_in_place(&mut step).ok()?;
         let intensity = (step.last()? / state.last()?).abs();
         let ratio = (nodes - 1) as f64 / (half - 1) as f64;
-        let error = system.shape_norm(&step).max(intensity) / (ratio * ratio - 1.0);
+        let error = SAFETY * system.shape_norm(&step).max(intensity) / (ratio * ratio - 1.0);
         error.is_finite().then_some(error)
     }
 
