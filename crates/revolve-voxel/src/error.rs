@@ -215,6 +215,9 @@ pub(crate) fn positive(what: &'static str, given: f64) -> Result<f64, RevolveErr
     }
 }
 
+/// Sizes whose volume is a number.
+pub(crate) const SIZES: [f64; 2] = [1e-100, 1e100];
+
 /// `Ok` if the number is finite and in its range.
 pub(crate) fn within(
     what: &'static str,

@@ -58,7 +58,7 @@ fn geometry(random: &mut Random) -> (ParallelGeometry, ImageGrid) {
     let angles: Vec<f64> = (0..n_views).map(|_| random.uniform(-4.0, 4.0)).collect();
     let (n_bins, pitch) = (random.integer(3, 40), random.uniform(0.2, 1.0));
     let off = 0.15 * n_bins as f64 * pitch;
-    let geometry = ParallelGeometry::new(angles, n_bins, pitch)
+    let geometry = ParallelGeometry::from_radians(angles, n_bins, pitch)
         .expect("a pitch above zero")
         .with_offset(random.uniform(-off, off))
         .expect("a finite offset");

@@ -1,7 +1,7 @@
 //! Meridians: curves whose rotation about the axis bounds a solid.
 
 use crate::RevolveError;
-use crate::error::within;
+use crate::error::{SIZES, within};
 use crate::solid::box_tree::BoxTree;
 use crate::solid::chains::{Chain, Node, chains, tree};
 use crate::solid::mass_properties::MassProperties;
@@ -9,9 +9,6 @@ use crate::solid::segment::{ROUNDING, Segment};
 
 /// Number of boxes for a silhouette accurate to a few per cent of the size of the body.
 const N_BLOCKS: usize = 64;
-
-/// Sizes whose volume is a number.
-const SIZE: [f64; 2] = [1e-100, 1e100];
 
 /// A validated meridian (x along the axis, distance r >= 0), closed by discs where it ends off the axis.
 ///
@@ -111,7 +108,7 @@ impl Meridian {
         let x_max = fold(f64::max, f64::NEG_INFINITY, 0);
         let r_max = fold(f64::max, 0.0, 1);
         // Negligible for the size of the solid, or below the rounding error of its position.
-        let size = within("size of the meridian", (x_max - x_min).max(r_max), SIZE)?;
+        let size = within("size of the meridian", (x_max - x_min).max(r_max), SIZES)?;
         let rounding = x_min.abs().max(x_max.abs()) * r_max * r_max;
         if volume.is_nan() || volume.abs() <= 1e-14 * size.powi(3).max(rounding) {
             return Err(RevolveError::NoVolume { volume });

@@ -42,6 +42,9 @@ impl Body {
 /// Smallest size of parts of long voxels relative to the layer; below it cross-sections are more efficient.
 const LEAST_PIECE: f64 = 1.0 / 128.0;
 
+/// Most bisections of a voxel edge: a layer that is smaller than the part covers less than 1e-12 of the voxel.
+const MOST_HALVINGS: u32 = 40;
+
 /// Returns the number of bisections of each voxel edge, so that parts are nearly cubic.
 fn halvings(layer: &Meridian, grid: &VoxelGrid) -> [u32; 3] {
     let spacing = grid.spacing();
@@ -49,7 +52,7 @@ fn halvings(layer: &Meridian, grid: &VoxelGrid) -> [u32; 3] {
     let longest = (2.0 * least).max(2.0 * LEAST_PIECE * layer.size());
     spacing.map(|mut side| {
         let mut halvings = 0;
-        while side > longest {
+        while side > longest && halvings < MOST_HALVINGS {
             side *= 0.5;
             halvings += 1;
         }

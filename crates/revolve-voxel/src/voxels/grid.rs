@@ -3,7 +3,7 @@
 use nalgebra::Point3;
 
 use crate::RevolveError;
-use crate::error::{countable, finite, positive};
+use crate::error::{SIZES, countable, finite, positive, within};
 
 /// A regular grid of voxels; volumes on it are indexed `[z][y][x]`, x fastest.
 ///
@@ -31,7 +31,7 @@ impl VoxelGrid {
     ///
     /// # Errors
     /// [`RevolveError::TooFew`] without a voxel, [`RevolveError::NotPositive`] for a spacing, [`RevolveError::NotFinite`],
-    /// [`RevolveError::TooLarge`] for more voxels than can be addressed.
+    /// [`RevolveError::OutOfRange`] for a spacing below 1e-100 or above 1e100, [`RevolveError::TooLarge`] for more voxels than can be addressed.
     pub fn new(
         shape: [usize; 3],
         spacing: [f64; 3],
@@ -39,7 +39,11 @@ impl VoxelGrid {
     ) -> Result<Self, RevolveError> {
         countable("voxels", &shape)?;
         for a in 0..3 {
-            positive("voxel spacing", spacing[a])?;
+            within(
+                "voxel spacing",
+                positive("voxel spacing", spacing[a])?,
+                SIZES,
+            )?;
             finite("grid origin", origin[a])?;
         }
         Ok(Self {

@@ -104,6 +104,24 @@ fn cubes() -> impl Strategy<Value = [usize; 3]> {
     prop::array::uniform3((0..=6u32).prop_map(|log| 1 << log))
 }
 
+/// Voxels that are larger than the heart by any factor contain it once, and the time does not grow with them.
+#[test]
+fn voxels_of_any_size_have_a_covered_fraction() {
+    let body = heart(100);
+    let volume = body.layers()[1].mass_properties().volume;
+    for side in [20.0, 1e6, 1e15, 1e40, 1e100] {
+        let grid = VoxelGrid::centred([2, 1, 1], [side, side, 50.0], [0.3, 0.2, 0.1]).unwrap();
+        let sampling = Sampling::Coverage { tolerance: 1e-4 };
+        let mut fractions = vec![0.0f64; 2];
+        body.voxelize_add(&grid, 0..1, sampling, &[1.0, 1.0], 1.0, &mut fractions)
+            .unwrap();
+        let off = fractions[0] + fractions[1] - volume / side / side / 50.0;
+        // Two layers and two voxels, each within the tolerance.
+        assert!(off.abs() <= 4e-4, "{side}: {fractions:?}");
+    }
+    assert!(VoxelGrid::centred([1; 3], [1e101; 3], [0.0; 3]).is_err());
+}
+
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(32))]
 
