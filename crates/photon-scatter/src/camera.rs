@@ -59,7 +59,8 @@ impl Camera {
     ///
     /// # Errors
     /// [`ScatterError::OutOfRange`] for no view or more than 100 000, no bin or row or more than 16 384, a pitch outside 1e-4 to 1e3 cm, an
-    /// angle beyond 4 pi, or beyond pi if all angles are whole numbers (degrees as radians), a radius that is not positive or above 1e3 cm, and widths outside 0 to 100 cm.
+    /// angle beyond 4 pi, or beyond pi if all angles are whole numbers (degrees as radians), a radius that is not positive or above 1e3 cm, and
+    /// widths outside 0 to 100 cm.
     pub fn new(
         size: [usize; 2],
         pitch: [f64; 2],

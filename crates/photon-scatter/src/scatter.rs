@@ -110,7 +110,8 @@ impl Scatter {
         }
     }
 
-    /// Estimates the memory of [`new`](Self::new) in bytes: in all, and in addition per thread.
+    /// Estimates the memory of [`new`](Self::new) in bytes: in all, and in addition per thread. Automatic distances of nodes and views count with
+    /// their first values; each halving of the pitch takes four times the memory.
     ///
     /// # Errors
     /// [`ScatterError::OutOfRange`] for a pitch outside 0.01 to 100 cm and a spacing outside 0 to 1 rad; [`ScatterError::Nodes`].

@@ -31,8 +31,8 @@ pub struct VoxelSource {
 }
 
 impl VoxelSource {
-    /// A grid of `[nx, ny, nz]` voxels with a spacing in cm, centred at the origin unless [`with_centre`](Self::with_centre) moves it: centre k of n at `(k - (n - 1) / 2) spacing`. `activity`
-    /// per cm^3 is `[z][y][x]`, x fastest.
+    /// A grid of `[nx, ny, nz]` voxels with a spacing in cm: centre k of n at `(k - (n - 1) / 2) spacing`, relative to the origin or to
+    /// [`with_centre`](Self::with_centre). `activity` per cm^3 is `[z][y][x]`, x fastest.
     ///
     /// # Errors
     /// [`ScatterError::OutOfRange`] for no voxel, another number of values, a spacing outside 1e-4 to 1e3 cm, and values that are negative or
@@ -82,8 +82,8 @@ pub struct VoxelMedium {
 }
 
 impl VoxelMedium {
-    /// A grid as that of [`VoxelSource::new`], with densities in g/cm^3 as those of [`Piece::density`], 1 for water. Attenuation coefficients in 1/cm are not
-    /// densities: divide them by [`water_attenuation`](crate::water_attenuation) at their energy, 0.152 at 140.5 keV.
+    /// A grid as that of [`VoxelSource::new`], with densities in g/cm^3 as those of [`Piece::density`], 1 for water. Attenuation coefficients
+    /// in 1/cm are not densities: divide them by [`water_attenuation`](crate::water_attenuation) at their energy, 0.152 at 140.5 keV.
     ///
     /// # Errors
     /// As [`VoxelSource::new`]; densities above 30 g/cm^3.

@@ -29,7 +29,8 @@
 //! Chords, distances, volumes and areas of a polyline are accurate to rounding error (1e-12 for well-conditioned chords; a grazing chord is
 //! the square root of a difference and has half the digits). A smooth meridian is approximated by a polyline to the given tolerance; the
 //! chords of the polyline then differ from those of the curve, near the silhouette by the square root of the tolerance
-//! ([`Meridian::smooth`]). The coverage of a voxel is the fraction of its volume inside the solid. If one nearly flat part of the surface crosses a voxel, its coverage
+//! ([`Meridian::smooth`]).
+//! The coverage of a voxel is the fraction of its volume inside the solid. If one nearly flat part of the surface crosses a voxel, its coverage
 //! is computed from a plane and a correction, with an error estimate. In other voxels, and in all voxels at a fine
 //! tolerance, exact areas of cross-sections are integrated over the intervals on which they are smooth; three more digits cost about five times as much. Voxels may have any
 //! aspect ratio. Voxels with an aspect ratio above 2 are bisected near the surface; the cost is that of cubes with the shortest voxel edge.

@@ -21,6 +21,7 @@ const PITCH: f64 = 0.75;
 /// smaller angles.
 const SPACING: f64 = 12.0;
 const WIDE: f64 = 0.01;
+/// Largest number of histories of a gate.
 const MOST_HISTORIES: u64 = 1_000_000_000;
 
 impl ScatterSettings {

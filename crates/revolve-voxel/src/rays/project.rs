@@ -14,7 +14,7 @@ use crate::rays::silhouette::Silhouette;
 use crate::rays::slabs::for_slabs;
 use crate::{Body, ParallelRays, Ray, RayCounters, RevolveError, Sample};
 
-/// Rays that a task projects at least: about 0.1 ms.
+/// Rays that a task projects at least; a smaller image is one task, because waking another thread would take a part of its time.
 const TASK: usize = 1024;
 
 impl Body {
