@@ -52,7 +52,7 @@ pub(crate) fn task(arguments: &[String]) -> Result<(), String> {
         let name = format!("{}-{}", package_name(krate), version);
         let archive = folder.join("package").join(format!("{name}.crate"));
         run(Command::new("tar")
-            .arg("-xzf")
+            .arg("-xmzf") // times of now: packed ones are all equal, and cargo would take older builds for current
             .arg(&archive)
             .arg("-C")
             .arg(&packages))?;
