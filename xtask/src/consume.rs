@@ -77,8 +77,8 @@ pub(crate) fn task(arguments: &[String]) -> Result<(), String> {
             .args(arguments)
             .current_dir(&folder))
     };
-    // The target folder of `cargo xtask features`, which has compiled most dependencies.
-    let target = target_folder().join("features");
+    // The target folder of `cargo xtask features`, where most dependencies have been checked.
+    let target = target_folder().join("checks");
     let target = target.to_str().ok_or("the target folder is not UTF-8")?;
     let shared = ["--workspace", "--all-features", "--target-dir", target];
     cargo(&[&["check", "--quiet"], &shared[..]].concat())?;

@@ -1,6 +1,6 @@
 //! `cargo xtask features`: each published crate compiles without a warning with each of its features alone and with none, and the unit tests of
-//! crates that have features with none. The tests of the workspace compile them with all. It uses one core and a target folder of its own (`features` in the target folder),
-//! so that it can run beside other commands.
+//! crates that have features with none. The tests of the workspace compile them with all. It uses one core and a target folder of its own
+//! (`checks` in the target folder), so that it can run beside the compilation of the tests.
 
 use std::process::Command;
 
@@ -50,7 +50,7 @@ fn check(krate: &str, features: &str, target: [&str; 2]) -> Result<(), String> {
         .args(target)
         .args(["--no-default-features", "--features", features])
         .arg("--target-dir")
-        .arg(target_folder().join("features"))
+        .arg(target_folder().join("checks"))
         .current_dir(root())
         .output()
         .map_err(|error| format!("cargo check: {error}"))?;
