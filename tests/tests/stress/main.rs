@@ -32,7 +32,7 @@ pub(crate) enum Outcome {
 }
 
 /// Scenes of each kind in an ordinary run.
-const SCENES: u64 = 100;
+const SCENES: u64 = 50;
 
 fn variable<T: std::str::FromStr>(name: &str) -> Option<T> {
     std::env::var(name).ok()?.parse().ok()

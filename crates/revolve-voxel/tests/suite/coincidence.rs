@@ -165,7 +165,7 @@ pub(super) fn ordered<P>(
 }
 
 proptest! {
-    #![proptest_config(cases(150))]
+    #![proptest_config(cases(75))]
 
     #[test]
     fn rows_of_detectors(one in solid(), other in solid(), pose in pose(), camera in camera(), theta in eighths(), mu in prop::sample::select(vec![0.0, 0.5])) {

@@ -280,7 +280,7 @@ fn the_error_falls_exponentially_with_the_density() {
 #[test]
 fn organs_are_replaced_and_attenuate() {
     let (body, organs, theta) = (heart(), chest(), 2.4);
-    let detector = ParallelDetector::new(18, 16, [0.6, 0.6]).unwrap();
+    let detector = ParallelDetector::new(12, 11, [0.9, 0.9]).unwrap();
     let plane = RayPlane::parallel(theta).unwrap();
     let (sin, cos) = f64::sin_cos(theta);
     let rays = |u: f64, v: f64| {
@@ -296,7 +296,7 @@ fn organs_are_replaced_and_attenuate() {
         .with_body(&body, &[0.2, 1.0], Some(0.16))
         .unwrap();
     let [around, change] = [Shown::Organs, Shown::Change]
-        .map(|shown| whole(&view.image(&assembly, shown, 0..16), &detector));
+        .map(|shown| whole(&view.image(&assembly, shown, 0..11), &detector));
     let both: Vec<f64> = around.iter().zip(&change).map(|(a, b)| a + b).collect();
     for (with_body, image) in [(false, &around), (true, &both)] {
         let on_ray = |ray: &Ray| {
@@ -348,7 +348,7 @@ fn sectors_add_their_activity() {
     let ring = Meridian::ring(&[[0.2, 0.85], [0.2, 1.3], [1.2, 1.15], [1.2, 0.75]]).unwrap();
     let sector = (Sector::new(ring, [0.5, 2.0], *body.pose()).unwrap(), -0.8);
     let organs = none();
-    let detector = ParallelDetector::new(13, 12, [0.6, 0.5]).unwrap();
+    let detector = ParallelDetector::new(9, 8, [0.8, 0.7]).unwrap();
     let rays = |u: f64, v: f64| Ray::new(Point3::new(u, 0.0, v), Vector3::y()).unwrap();
     let response = DepthResponse::constant(0.3).unwrap();
     let plane = RayPlane::parallel(0.0).unwrap();
@@ -357,7 +357,7 @@ fn sectors_add_their_activity() {
         .with_body(&body, &[0.2, 1.0], None)
         .unwrap();
     let assembly = assembly.with_sectors(vec![sector.clone()]).unwrap();
-    let image = whole(&view.image(&assembly, Shown::Change, 0..12), &detector);
+    let image = whole(&view.image(&assembly, Shown::Change, 0..8), &detector);
     let exact = Definition {
         ray: &rays,
         on_ray: &|ray| body_on_ray(&body, [0.2, 1.0], 0.0, Some(&sector), ray),

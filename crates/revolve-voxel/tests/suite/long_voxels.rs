@@ -123,7 +123,7 @@ fn voxels_of_any_size_have_a_covered_fraction() {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(32))]
+    #![proptest_config(ProptestConfig::with_cases(16))]
 
     #[test]
     fn voxels_of_any_shape_meet_the_tolerance((path, meridian) in meridian(), at in pose(), cubes in prop::collection::vec(cubes(), 4), log in -9.0..-3.6f64, pick in 0..100usize, azimuth in 0.0..7.0f64) {
