@@ -213,7 +213,7 @@ fn a_tolerance_is_met_in_continuous_rotation() {
     let phantom = Phantom::new(scene.clone()).unwrap();
     let taken = phantom.sinograms(0, &no_observer).unwrap();
     let mut fine = scene;
-    fine.acquisition.accuracy = Accuracy::Steps(2048);
+    fine.acquisition.accuracy = Accuracy::Steps(1024);
     let exact = Phantom::new(fine)
         .unwrap()
         .sinograms(0, &no_observer)
