@@ -73,7 +73,7 @@ pub enum CohortError {
         /// The number of shards given.
         given: u64,
     },
-    /// A shard of that name belongs to another cohort or another version of the program.
+    /// The directory contains a shard of another cohort or another version of the program.
     #[error(
         "{} belongs to another cohort or another version of the program; choose another directory",
         escape_path(path)

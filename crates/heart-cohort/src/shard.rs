@@ -73,8 +73,8 @@ impl ShardReport {
 /// # Errors
 /// Before any work: [`PhantomError::Count`] for the number of threads, [`CohortError::NoShard`], [`CohortError::Unmet`] for constraints that
 /// a member of the shard cannot meet,
-/// [`CohortError::OtherDivision`] for a directory with shards of another number, [`CohortError::OtherCohort`] for a shard of another cohort,
-/// [`CohortError::Faults`] for a pipe or a directory of that name,
+/// [`CohortError::OtherDivision`] for a directory with shards of another number, [`CohortError::OtherCohort`] for one with shards of another
+/// cohort, [`CohortError::Faults`] for a pipe or a directory of that name,
 /// [`CohortError::Phantom`] for a directory that is not writable. Later: [`CohortError::Phantom`] for a full disk and, if
 /// `progress` stops the shard, with [`PhantomError::Stopped`].
 pub fn run_shard(
@@ -92,7 +92,7 @@ pub fn run_shard(
         .try_for_each(|index| cohort.member(index).map(drop))?;
     let pools = workers::pools(options.threads)?;
     files::create_writable_folder(folder)?;
-    check_division(folder, shard)?;
+    check_others(cohort, folder, shard)?;
     let path = folder.join(shard.file_name());
     let left = shard.file_name();
     let left = left.trim_end_matches("tar");
@@ -114,20 +114,32 @@ pub fn run_shard(
     }
 }
 
-/// Rejects a directory of another number of shards, which could not be merged.
-fn check_division(folder: &Path, shard: Shard) -> Result<(), CohortError> {
+/// Rejects a directory of another number of shards or with the shards of another cohort, which could not be merged: compares all names and
+/// the first record that matches its checksum.
+fn check_others(cohort: &Cohort, folder: &Path, shard: Shard) -> Result<(), CohortError> {
+    let mut known = None;
     for entry in fs::read_dir(folder).into_iter().flatten().flatten() {
         let name = entry.file_name();
-        let found = name.to_str().and_then(Shard::of_file_name);
-        if let Some(found) = found.filter(|found| found.of != shard.of) {
+        let Some(found) = name.to_str().and_then(Shard::of_file_name) else {
+            continue;
+        };
+        if found.of != shard.of {
             return Err(CohortError::OtherDivision {
                 path: entry.path(),
                 found: found.of,
                 given: shard.of,
             });
         }
+        if known.is_none() && name == *found.record_name() {
+            known = Record::read(folder, found).ok();
+        }
     }
-    Ok(())
+    match known.filter(|record| !record.is_of(cohort)) {
+        None => Ok(()),
+        Some(record) => Err(CohortError::OtherCohort {
+            path: folder.join(record.shard.record_name()),
+        }),
+    }
 }
 
 /// Computes and writes the archive, then its record.

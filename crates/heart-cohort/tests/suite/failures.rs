@@ -394,6 +394,14 @@ fn a_shard_of_another_cohort_is_not_replaced() {
         &no_observer,
     );
     assert!(matches!(run, Err(CohortError::OtherCohort { .. })));
+    // Nor is another shard added beside it.
+    let two = tempfile::tempdir().unwrap();
+    assert!(!shard(&with_rejected(3), two.path(), [1, 2], 1).skipped);
+    let (before_two, options) = (names(two.path()), RunOptions::new(1));
+    let second = Shard { shard: 2, of: 2 };
+    let run = run_shard(&other, two.path(), second, &options, &no_observer);
+    assert!(matches!(run, Err(CohortError::OtherCohort { .. })));
+    assert_eq!(names(two.path()), before_two);
     let found = verify(&other, folder.path(), 1, 1, &RunOptions::new(1)).unwrap();
     assert_eq!(
         (found.complete, found.recomputed, &found.faults[0].fault),
