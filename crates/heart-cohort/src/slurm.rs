@@ -17,6 +17,8 @@ pub struct SlurmOptions {
     pub threads: usize,
     /// Memory per task in MiB.
     pub memory_mib: u64,
+    /// Memory for shapes of the heart in MiB, an option `--memory` of the program; `None` for its default.
+    pub shapes_mib: Option<u64>,
     /// Time limit per shard in minutes.
     pub minutes: u64,
     /// Largest number of concurrent tasks; `None` for the limit of the site.
@@ -33,6 +35,7 @@ impl SlurmOptions {
             shards,
             threads: 2,
             memory_mib: 4096,
+            shapes_mib: None,
             minutes: 60,
             at_once: None,
             partition: None,
@@ -50,6 +53,13 @@ impl SlurmOptions {
     #[must_use]
     pub fn with_memory_mib(mut self, memory_mib: u64) -> Self {
         self.memory_mib = memory_mib;
+        self
+    }
+
+    /// Sets the memory for shapes of the heart in MiB, at most that per task; `None` for the default of the program.
+    #[must_use]
+    pub fn with_shapes_mib(mut self, shapes_mib: Option<u64>) -> Self {
+        self.shapes_mib = shapes_mib;
         self
     }
 
@@ -94,6 +104,11 @@ impl SlurmOptions {
                 return wrong(option, given.to_string(), "it must be between 1 and 2^40");
             }
         }
+        let shapes = self.shapes_mib.unwrap_or(1);
+        if !(1..=self.memory_mib).contains(&shapes) {
+            let wanted = "it must be between 1 and the memory per task";
+            return wrong("memory for shapes", shapes.to_string(), wanted);
+        }
         let is_name = |c: char| c.is_ascii_alphanumeric() || "_-.,".contains(c);
         match &self.partition {
             Some(name) if name.is_empty() || !name.chars().all(is_name) => wrong(
@@ -107,11 +122,15 @@ impl SlurmOptions {
 }
 
 /// Returns a script for `sbatch` that computes the shards of a cohort in a directory with this program. It is an array of at most
-/// 1000 tasks; with more shards each task computes several in sequence and its time limit is multiplied. A task that is cancelled
-/// half a minute before its limit or requeued leaves no partial files. A resubmitted script computes the missing shards.
+/// 1000 tasks; with more shards each task computes several in sequence and its time limit is multiplied. A resubmitted script computes
+/// the missing shards.
+///
+/// Half a minute before its limit a task receives `TERM` and leaves no partial files. The program takes the place of the batch shell by
+/// `exec`; `--signal=B:TERM@30` addresses that shell, without `B:` Slurm signals the job steps only
+/// ([sbatch](https://slurm.schedmd.com/sbatch.html)).
 ///
 /// # Errors
-/// [`CohortError::Slurm`] for zero, an invalid partition name, and paths that are not UTF-8.
+/// [`CohortError::Slurm`] for zero, an invalid partition name, and paths that are empty, begin with `-` or are not UTF-8.
 pub fn sbatch(
     program: &Path,
     cohort: &Path,
@@ -125,10 +144,12 @@ pub fn sbatch(
     let partition = (options.partition.as_ref()).map_or(String::new(), |name| {
         format!("#SBATCH --partition={name}\n")
     });
+    let run_memory = (options.shapes_mib).map_or(String::new(), |mib| format!(" --memory {mib}"));
     let mut script = include_str!("slurm.sh").to_owned();
     for (name, value) in [
         ("{TASKS}", shards.div_ceil(each).to_string() + &at_once),
         ("{MEMORY}", options.memory_mib.to_string()),
+        ("{RUN_MEMORY}", run_memory),
         ("{MINUTES}", (options.minutes * each).to_string()),
         ("{PARTITION}", partition),
         ("{THREADS}", options.threads.to_string()),
@@ -148,6 +169,11 @@ pub fn sbatch(
 /// Paths as words of a shell.
 fn words(paths: &[&Path]) -> Result<String, CohortError> {
     let word = |path: &&Path| match path.to_str() {
+        Some(path) if path.is_empty() || path.starts_with('-') => Err(CohortError::Slurm {
+            option: "path",
+            given: path.to_owned(),
+            wanted: "it must not be empty or begin with -",
+        }),
         Some(path) => Ok(format!("'{}'", path.replace('\'', "'\\''"))),
         None => Err(CohortError::Slurm {
             option: "path",

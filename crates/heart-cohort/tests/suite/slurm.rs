@@ -14,6 +14,7 @@ fn a_script_is_valid_shell_and_contains_all_options() {
     let options = SlurmOptions::new(40)
         .with_threads(3)
         .with_memory_mib(2048)
+        .with_shapes_mib(Some(1500))
         .with_minutes(90)
         .with_partition(Some("short".into()))
         .with_at_once(Some(8));
@@ -25,6 +26,8 @@ fn a_script_is_valid_shell_and_contains_all_options() {
         "#SBATCH --time=90\n",
         "=2048M\n",
         "--cpus-per-task=3\n",
+        "--signal=B:TERM@30\n",
+        "\"$1\" --quiet --memory 1500 --threads",
         "'heart-phantom' 'it'\\''s.toml' 'out $HOME {EACH}'\n",
     ] {
         assert!(text.contains(line), "{text}");
@@ -79,6 +82,10 @@ fn invalid_options_are_errors() {
             "memory is",
         ),
         (
+            changed(&|options| options.shapes_mib = Some(5000)),
+            "memory for shapes is 5000; it must be between 1 and",
+        ),
+        (
             changed(&|options| options.at_once = Some(0)),
             "at-once is 0",
         ),
@@ -92,5 +99,14 @@ fn invalid_options_are_errors() {
         ),
     ] {
         assert!(error.contains(words), "{error}");
+    }
+    let [program, cohort] = ["heart-phantom", "cohort.toml"].map(Path::new);
+    for folder in ["", "-out"] {
+        let error = sbatch(program, cohort, Path::new(folder), &SlurmOptions::new(1));
+        let error = error.unwrap_err().to_string();
+        assert!(
+            error.contains("must not be empty or begin with -"),
+            "{error}"
+        );
     }
 }
