@@ -39,6 +39,13 @@ impl ShardReport {
             .filter(|row| row.rejected.is_some())
             .count()
     }
+
+    /// Returns the number of members with warnings.
+    #[must_use]
+    pub fn warned(&self) -> usize {
+        let warned = self.rows.iter().filter(|row| !row.warnings.is_empty());
+        warned.count()
+    }
 }
 
 /// Computes a shard of a cohort in a directory unless it is complete. The archive and its record appear under their names when they

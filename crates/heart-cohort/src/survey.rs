@@ -31,6 +31,8 @@ pub struct Survey {
     pub tried: u64,
     /// Keys of rejected members with the reasons.
     pub rejected: Vec<(String, String)>,
+    /// Distinct warnings of the computed members, with the number of members of each.
+    pub warnings: BTreeMap<String, u64>,
     /// Estimated bytes of all shards, from the mean of the computed members.
     pub bytes: u64,
     /// Members per second on these threads of this machine.
@@ -73,6 +75,7 @@ pub fn survey(cohort: &Cohort, tried: u64, options: &RunOptions) -> Result<Surve
     let pools = workers::pools(options.threads)?;
     let start = Instant::now();
     let (mut rejected, mut bytes) = (Vec::new(), 0);
+    let mut warnings = BTreeMap::new();
     let spare = Spare::default();
     let work = |k: u64| -> Result<_, CohortError> {
         let member = cohort.member(k * members / tried)?;
@@ -83,6 +86,9 @@ pub fn survey(cohort: &Cohort, tried: u64, options: &RunOptions) -> Result<Surve
         let (key, made) = done?;
         match made {
             Ok(made) => {
+                for warning in &made.warnings {
+                    *warnings.entry(warning.clone()).or_insert(0) += 1;
+                }
                 bytes += made.bytes.len() as u64;
                 spare.give_back(made);
             }
@@ -101,6 +107,7 @@ pub fn survey(cohort: &Cohort, tried: u64, options: &RunOptions) -> Result<Surve
             .collect(),
         tried,
         rejected,
+        warnings,
         bytes: (bytes as f64 / tried.max(1) as f64 * members as f64) as u64,
         members_per_second: tried as f64 / seconds,
         threads: pools.len(),

@@ -15,6 +15,7 @@ use std::path::Path;
 
 /// The result of a verification. Without faults the directory contains the cohort.
 #[derive(Debug, Clone, PartialEq, Eq)]
+#[must_use = "faults are not errors"]
 #[non_exhaustive]
 pub struct VerifyReport {
     /// Number of shards that match the cohort and their checksums.
@@ -27,6 +28,8 @@ pub struct VerifyReport {
     pub recomputed: Vec<u64>,
     /// Number of these that were rejected again for the same reason.
     pub rejected: u64,
+    /// Number of members of complete shards with warnings.
+    pub warned: u64,
 }
 
 /// Verifies a directory.
@@ -50,7 +53,7 @@ pub fn verify(
     let listing = Listing::of(folder)?;
     let chosen = chosen(cohort.members(), count, seed);
     let (mut rows, mut complete): (Vec<(Row, String)>, u64) = (Vec::new(), 0);
-    let mut faults = Vec::new();
+    let (mut faults, mut warned) = (Vec::new(), 0);
     for shard in listing.shards() {
         let name = shard.record_name();
         let checked = Record::read(folder, shard)
@@ -59,6 +62,8 @@ pub fn verify(
         match checked {
             Ok(record) => {
                 complete += 1;
+                let with_warnings = record.rows.iter().filter(|row| !row.warnings.is_empty());
+                warned += with_warnings.count() as u64;
                 let wanted = (record.rows.into_iter()).filter(|row| chosen.contains(&row.member));
                 rows.extend(wanted.map(|row| (row, name.clone())));
             }
@@ -95,6 +100,7 @@ pub fn verify(
         faults,
         recomputed,
         rejected,
+        warned,
     })
 }
 
