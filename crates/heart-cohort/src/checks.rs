@@ -29,7 +29,15 @@ impl Reader<'_> {
             Sampling::Sobol => blocks.min(1_000_000),
         };
         if !(1..=most).contains(&u64::from(cohort.attempts)) {
-            return wrong("attempts", cohort.attempts.into(), most);
+            let of_sobol = match most < 1_000_000 {
+                true => format!(
+                    " with sobol and {} members, rounded up to a power of two: their product is at most 2^32",
+                    cohort.members
+                ),
+                false => String::new(),
+            };
+            let what = format!("is {}; must be between 1 and {most}", cohort.attempts);
+            return Err(self.wrong("attempts", what + &of_sobol));
         }
         Ok(())
     }

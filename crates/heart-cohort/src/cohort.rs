@@ -21,15 +21,15 @@ pub(crate) const MOST_MEMBERS: u64 = 1 << 26;
 /// | `members` | | number of members, 1 to 2^26 |
 /// | `seed` | 1 | seed of the random numbers |
 /// | `sampling` | `"plain"` | `"plain"` or `"sobol"`: [`Sampling`] |
-/// | `attempts` | 1000 | largest number of draws per member to meet the constraints, 1 to 10^6 |
+/// | `attempts` | 1000 | largest number of draws per member to meet the constraints, 1 to 10^6; with `"sobol"` at most 2^32 / `members` (rounded up to a power of two): 64 for 2^26 members |
 /// | `compression` | `"none"` | `"none"` or `"gzip"`, of each array: [`Compression`] |
 /// | `precision` | `"float32"` | `"float32"` or `"float16"`, of the samples: [`Precision`] |
 /// | `split` | none | fractions of the members: `{ train = 0.8, validation = 0.1, test = 0.1 }` |
 /// | `base` | [`Scene::default`](heart_phantom::Scene) | file of the base scene, relative to that of the cohort |
-/// | `constraints` | none | comparisons that each draw must meet: `["heart.outer.radius > heart.inner.radius + 0.8"]` |
+/// | `constraints` | none | comparisons that each draw must meet (a quotient by zero meets none): `["heart.outer.radius > heart.inner.radius + 0.8"]` |
 /// | `correlations` | none | coefficients of the normal scores of two fields: `[{ fields = ["pose.shift.1", "pose.shift.2"], coefficient = 0.4 }]` |
-/// | `[scene]` | empty | fields of all members that differ from the base scene |
-/// | `[vary]` | empty | distributions of fields by their paths: [`Distribution`] |
+/// | `[scene]` | empty | fields of all members that differ from the base scene; with `output.write = []` members have no arrays |
+/// | `[vary]` | empty | distributions of fields by their paths: [`Distribution`]; without them members differ only in the seed of the noise |
 /// | `[[cases]]` | one case | classes: `name`, `weight` (default 1, relative to the sum), `scene` and `vary` (replace those of all members) |
 ///
 /// ```

@@ -157,6 +157,9 @@ impl Distribution {
 }
 
 fn bad_bounds([low, high]: [f64; 2], standard: impl Fn(f64) -> f64) -> Option<String> {
+    if low >= high {
+        return Some(format!("bounds = [{low}, {high}]: must be ascending"));
+    }
     let ends = [low, high].map(standard);
     let share = match ends[0] > 0.0 {
         true => normal_share(-ends[0]) - normal_share(-ends[1]),
@@ -164,7 +167,7 @@ fn bad_bounds([low, high]: [f64; 2], standard: impl Fn(f64) -> f64) -> Option<St
     };
     // Also rejects NaN.
     let is_good = low.is_finite() && high.is_finite() && share > LEAST_SHARE;
-    (!is_good).then(|| format!("bounds = [{low}, {high}] contain none of the distribution"))
+    (!is_good).then(|| format!("bounds = [{low}, {high}]: must contain a part of the distribution"))
 }
 
 /// Returns a quantile of the truncated standard normal distribution. The upper half is computed by symmetry, which avoids

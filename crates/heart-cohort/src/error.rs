@@ -60,6 +60,13 @@ pub enum CohortError {
         /// Largest number of shards: the number of members.
         most: u64,
     },
+    /// A text that is not a shard.
+    #[error("shard is {}; it must be K/N with 1 <= K <= N", escape(given))]
+    ShardText {
+        /// The text given.
+        // tidy: allow string: the user's own text
+        given: String,
+    },
     /// The directory contains a shard of another number of shards.
     #[error(
         "{} is one of {found} shards, not of {given}; choose another directory or compute shards of {found}",
@@ -84,9 +91,9 @@ pub enum CohortError {
     },
     /// Missing shards, or files that do not match their shards.
     #[error(
-        "{} has {} faults, the first: {}",
+        "{} has {}: {}",
         escape_path(folder),
-        faults.len(),
+        if faults.len() == 1 { "one fault".to_owned() } else { format!("{} faults, the first", faults.len()) },
         faults.first().map_or(String::new(), ToString::to_string)
     )]
     Faults {

@@ -2,6 +2,7 @@
 
 use crate::cohort::Cohort;
 use crate::error::CohortError;
+use crate::options::RunOptions;
 use crate::split::Subset;
 use flate2::Compression;
 use flate2::write::GzEncoder;
@@ -12,15 +13,21 @@ use std::fs;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
-/// Writes the gates of a member to a directory, one case per gate. The image `imagesTr/heart_KEY_GG_0000.nii.gz` is the
+/// The list of cases and its name.
+const DATASET: &str = "dataset.json";
+const NAME: &str = "heart-phantom";
+
+/// Computes a member, without reading its shard, and writes its gates to a directory, one case per gate. The image `imagesTr/heart_KEY_GG_0000.nii.gz` is the
 /// reconstruction, or the exact activity if the scene has no reconstruction; the labels `labelsTr/heart_KEY_GG.nii.gz` are those in
 /// the middle of the gate. Members of the test subset are written to `imagesTs` and `labelsTs`. `dataset.json` lists all cases of
 /// the directory: `channel_names`, `labels`, `numTraining` and `file_ending` follow nnU-Net version 2, `training` and `test` the
 /// Medical Segmentation Decathlon (MONAI). Returns the files, relative to the directory.
 ///
+/// `memory` is the number of bytes for shapes of the heart, as in [`RunOptions`]. Threads are those of the current pool.
+///
 /// # Errors
-/// [`CohortError::NoMember`], [`CohortError::NoScene`]; [`CohortError::Phantom`] for a rejected member and for files that cannot be
-/// written.
+/// [`PhantomError::Count`] for no memory; [`PhantomError::Foreign`] for a `dataset.json` of another program; [`CohortError::NoMember`],
+/// [`CohortError::NoScene`]; [`CohortError::Phantom`] for a rejected member and for files that cannot be written.
 pub fn export(
     cohort: &Cohort,
     member: u64,
@@ -29,6 +36,8 @@ pub fn export(
 ) -> Result<Vec<PathBuf>, CohortError> {
     /// Bytes per voxel of the image and its labels, and of an image as NIfTI.
     const BYTES_EACH: u64 = 4 + 1 + 4;
+    RunOptions::new(1).with_memory(memory).check()?;
+    check_own(folder)?;
     let member = cohort.member(member)?;
     let phantom = Phantom::new(member.scene()?)?.with_memory(memory);
     let bytes = BYTES_EACH * phantom.camera().grid().len() as u64;
@@ -77,11 +86,25 @@ pub fn export(
         "activity"
     };
     let dataset = dataset(folder, &phantom, channel)?;
-    write_atomically(&folder.join("dataset.json"), |out| {
-        writeln!(out, "{dataset:#}")
-    })?;
-    files.push("dataset.json".into());
+    write_atomically(&folder.join(DATASET), |out| writeln!(out, "{dataset:#}"))?;
+    files.push(DATASET.into());
     Ok(files)
+}
+
+/// Rejects a directory with a `dataset.json` of another program.
+fn check_own(folder: &Path) -> Result<(), PhantomError> {
+    let path = folder.join(DATASET);
+    let known = match fs::read(&path) {
+        Ok(bytes) => {
+            serde_json::from_slice::<Value>(&bytes).is_ok_and(|found| found["name"] == NAME)
+        }
+        Err(error) if error.kind() == std::io::ErrorKind::NotFound => true,
+        Err(source) => return Err(PhantomError::Read { path, source }),
+    };
+    match known {
+        true => Ok(()),
+        false => Err(PhantomError::Foreign { path }),
+    }
 }
 
 /// The content of `dataset.json` for the cases of the directory.
@@ -117,7 +140,7 @@ fn dataset(folder: &Path, phantom: &Phantom, channel: &str) -> Result<Value, Pha
         .map(|(label, name)| (name, label.into()))
         .collect();
     Ok(json!({
-        "name": "heart-phantom", "channel_names": { "0": channel }, "labels": labels, "file_ending": ".nii.gz",
+        "name": NAME, "channel_names": { "0": channel }, "labels": labels, "file_ending": ".nii.gz",
         "numTraining": training.len(), "training": training, "test": test,
     }))
 }

@@ -107,6 +107,8 @@ impl Sum {
                     '+' => left + right,
                     '-' => left - right,
                     '*' => left * right,
+                    // A quotient by zero meets no comparison.
+                    _ if right == 0.0 => f64::NAN,
                     _ => left / right,
                 }
             }

@@ -10,7 +10,7 @@ use std::fmt;
 #[non_exhaustive]
 pub enum Fault {
     /// The file does not exist, nor do those of following shards.
-    #[error("is missing; {following} missing shards follow it")]
+    #[error("is missing{}", if *following > 0 { format!(", and the next {following}") } else { String::new() })]
     Missing {
         /// Number of following shards that are missing too.
         following: u64,

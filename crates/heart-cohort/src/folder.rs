@@ -9,6 +9,16 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::Path;
 
+/// Returns the shards of a directory that have a record, in order. Neither records nor archives are read: see [`verify`](crate::verify()).
+///
+/// # Errors
+/// [`PhantomError::Read`] if the directory cannot be listed; [`CohortError::NoShards`] without names of shards.
+pub fn list_shards(folder: &Path) -> Result<Vec<Shard>, CohortError> {
+    let listing = Listing::of(folder)?;
+    let has_record = |shard: &Shard| folder.join(shard.record_name()).is_file();
+    Ok(listing.shards().filter(has_record).collect())
+}
+
 /// The shard files of a directory.
 #[derive(Debug)]
 pub(crate) struct Listing {

@@ -51,6 +51,7 @@ pub use draw::Member;
 pub use error::CohortError;
 pub use export::export;
 pub use fault::{Fault, FileFault};
+pub use folder::list_shards;
 pub use manifest::{ManifestReport, merge};
 pub use options::RunOptions;
 pub use record::Row;

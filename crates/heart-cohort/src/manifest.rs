@@ -7,9 +7,10 @@ use crate::record::{Record, Row};
 use crate::shard::remove_left;
 use crate::split::Subset;
 use crate::value::FieldValue;
-use heart_phantom::files;
+use heart_phantom::{PhantomError, files};
 use std::collections::BTreeSet;
-use std::io;
+use std::fs::File;
+use std::io::{self, BufRead, BufReader, Read};
 use std::path::{Path, PathBuf};
 
 /// The content of a manifest.
@@ -20,6 +21,8 @@ pub struct ManifestReport {
     pub members: u64,
     /// Number of rejected members.
     pub rejected: u64,
+    /// Number of members with warnings.
+    pub warned: u64,
     /// Number of shards.
     pub shards: u64,
     /// Length of all archives in bytes.
@@ -41,14 +44,17 @@ const FIRST: [&str; 12] = [
 /// evaluate. Temporary files of killed processes are removed. One record at a time is in memory.
 ///
 /// # Errors
-/// [`CohortError::NoShards`]; [`CohortError::Faults`] for missing shards, names of another number of shards, records that do not match
+/// [`PhantomError::Foreign`] for a `manifest.csv` of another program; [`CohortError::NoShards`]; [`CohortError::Faults`] for missing shards, names of another number of shards, records that do not match
 /// their checksum, archives of another length (their bytes are not read) and shards of several cohorts; errors of writing.
 pub fn merge(folder: &Path) -> Result<ManifestReport, CohortError> {
+    let path = folder.join("manifest.csv");
+    check_own(&path)?;
     let listing = Listing::of(folder)?;
     let (mut drawn, mut numbers) = (BTreeSet::new(), BTreeSet::new());
     let mut report = ManifestReport {
         members: 0,
         rejected: 0,
+        warned: 0,
         shards: listing.of,
         bytes: 0,
         files: Vec::new(),
@@ -72,6 +78,7 @@ pub fn merge(folder: &Path) -> Result<ManifestReport, CohortError> {
                 for row in record.rows {
                     report.members += 1;
                     report.rejected += u64::from(row.rejected.is_some());
+                    report.warned += u64::from(!row.warnings.is_empty());
                     drawn.extend(row.values.into_keys());
                     numbers.extend(row.numbers.into_keys());
                 }
@@ -84,7 +91,6 @@ pub fn merge(folder: &Path) -> Result<ManifestReport, CohortError> {
         let folder = folder.to_path_buf();
         return Err(CohortError::Faults { folder, faults });
     }
-    let path = folder.join("manifest.csv");
     files::write_atomically(&path, |out| {
         let mut csv = csv::Writer::from_writer(out);
         let names = FIRST.into_iter().map(str::to_owned);
@@ -107,6 +113,30 @@ pub fn merge(folder: &Path) -> Result<ManifestReport, CohortError> {
     report.files.push(path);
     remove_left(folder, "shard-");
     Ok(report)
+}
+
+/// Rejects a manifest without the columns of [`FIRST`].
+fn check_own(path: &Path) -> Result<(), PhantomError> {
+    let unread = |source| PhantomError::Read {
+        path: path.to_path_buf(),
+        source,
+    };
+    let columns = FIRST.join(",");
+    let file = match File::open(path) {
+        Ok(file) => file,
+        Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(()),
+        Err(error) => return Err(unread(error)),
+    };
+    let mut start = Vec::new();
+    (BufReader::new(file).take(columns.len() as u64))
+        .read_until(b'\n', &mut start)
+        .map_err(unread)?;
+    match start == columns.as_bytes() {
+        true => Ok(()),
+        false => Err(PhantomError::Foreign {
+            path: path.to_path_buf(),
+        }),
+    }
 }
 
 /// The cells of [`FIRST`].

@@ -11,13 +11,13 @@ const MOST_THREADS: usize = 4096;
 pub struct RunOptions {
     /// Number of members computed concurrently, each on one thread: 1 to 4096.
     pub threads: usize,
-    /// Bytes for shapes of the heart on all threads ([`Heart::with_memory`]).
+    /// Bytes for shapes of the heart on all threads, at least 1 ([`Heart::with_memory`]); default 512 MiB.
     pub memory: usize,
 }
 
 impl RunOptions {
-    /// Options for a number of concurrent members, 1 to 4096; the functions that compute members reject others with
-    /// [`PhantomError::Count`] before any work.
+    /// Options for a number of concurrent members, 1 to 4096, and 512 MiB; the functions that compute members reject others, and 0 bytes,
+    /// with [`PhantomError::Count`] before any work.
     #[must_use]
     pub fn new(threads: usize) -> Self {
         Self {
@@ -37,16 +37,21 @@ impl RunOptions {
         self.memory / self.threads.max(1)
     }
 
-    /// Tests the number of threads.
+    /// Tests the numbers of threads and bytes.
     pub(crate) fn check(&self) -> Result<(), PhantomError> {
-        match (1..=MOST_THREADS).contains(&self.threads) {
-            true => Ok(()),
-            false => Err(PhantomError::Count {
-                what: "threads",
-                given: self.threads,
-                least: 1,
-                most: MOST_THREADS,
-            }),
+        for (what, given, most) in [
+            ("threads", self.threads, MOST_THREADS),
+            ("memory", self.memory, usize::MAX),
+        ] {
+            if !(1..=most).contains(&given) {
+                return Err(PhantomError::Count {
+                    what,
+                    given,
+                    least: 1,
+                    most,
+                });
+            }
         }
+        Ok(())
     }
 }

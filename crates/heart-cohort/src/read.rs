@@ -260,9 +260,10 @@ impl Reader<'_> {
         for (name, value) in table {
             let at = format!("{section}.{name}");
             let is_one = |inner: &Map<String, Value>| {
-                inner
-                    .keys()
-                    .any(|key| Distribution::NAMES.contains(&key.as_str()))
+                // Also by another spelling, for the error of the parser.
+                let plain = |name: &str| name.replace(['-', '_'], "").to_lowercase();
+                let mut names = Distribution::NAMES.iter();
+                names.any(|name| inner.keys().any(|key| plain(key) == plain(name)))
             };
             match value {
                 Value::Object(inner) if !is_one(inner) && !inner.is_empty() => {
@@ -401,12 +402,23 @@ fn there_is(scene: &Value, path: &str) -> String {
             None => {}
             Some(Value::Object(table)) => {
                 let names: Vec<&str> = table.keys().map(String::as_str).collect();
-                return format!("; {parent} of the scene has {}", names.join(", "));
+                let names = names.join(", ");
+                let hint = other_choice(scene, parent, path).unwrap_or_default();
+                return format!("; {parent} of the scene has {names}{hint}");
             }
             Some(value) => return format!("; {parent} of the scene is {value}"),
         }
     }
     String::new()
+}
+
+/// A hint for a field of a choice of which the scene has another variant, such as `cycle.volume.ejection_fraction`.
+fn other_choice(scene: &Value, parent: &str, path: &str) -> Option<String> {
+    let name = path.strip_prefix(parent)?.strip_prefix('.')?;
+    let mut scene = scene.clone();
+    field::set(&mut scene, parent, serde_json::json!({ name: 0.5 }));
+    let hint = format!("; set {parent} = {{ {name} = ... }} in [scene]");
+    scene_from(&scene).is_ok().then_some(hint)
 }
 
 /// A scene as JSON with defaults. Its numbers are finite, and JSON has all its names.

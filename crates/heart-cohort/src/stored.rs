@@ -39,6 +39,19 @@ impl StoredMember {
 
     /// Parses a JSON file: `scene.json` as a [`Scene`](heart_phantom::Scene), others for instance as `serde_json::Value`.
     ///
+    /// | key of `geometry.json` | value |
+    /// | --- | --- |
+    /// | `shape_zyx`, `voxel_mm` | numbers of voxels `[nz, ny, nx]`; edges of a voxel along x, y, z in mm |
+    /// | `affine` | 4 x 4, from voxel indices (x, y, z, 1) to the centre in mm: right, anterior, superior, as in NIfTI |
+    /// | `label_names` | names of the labels, from 0 |
+    /// | `phases` | of each map of labels and attenuation: `of`, `phase` (fraction of the cycle), `seconds`, `breath` (respiratory position) |
+    /// | `cycle_seconds` | length of the cardiac cycle |
+    /// | `gates` | of each gate, lists over its projections: `angle_degrees`, `start_seconds`, `window_seconds` |
+    /// | `radius_mm`, `bin_mm`, `row_mm` | distance of the collimator face of each projection, if there is an orbit; pitch of bins and rows |
+    /// | `projection_values` | `normalised` or `counts`: `output.values` of the scene |
+    /// | `counts_per_unit` | `[gate][view]`, counts per unit of a normalised sample; null without projections or without counts |
+    /// | `edv_ml`, `esv_ml`, `ejection_fraction` | volumes and ejection fraction |
+    ///
     /// # Errors
     /// [`PhantomError::Read`], whose source lists the files of the member, if there is no such file; if it does not have this type.
     pub fn json<T: DeserializeOwned>(&self, name: &str) -> Result<T, CohortError> {
@@ -47,6 +60,11 @@ impl StoredMember {
 
     /// Reads an array: projections `[gate][view][row][bin]`, ground truth and reconstruction `[gate][z][y][x]`, labels and attenuation
     /// `[phase][z][y][x]`. Half precision is returned as `f32`.
+    ///
+    /// Projections are activity concentration times length in cm (MBq/mL cm with `[counting]`, else relative to the activity of the
+    /// scene). With `noise.counts` they are counts divided by `counts_per_unit` of `geometry.json`, not integers, unless the scene has
+    /// `output.values = "counts"`. Ground truth and reconstruction are activity concentrations, attenuation is in 1/cm, labels are
+    /// indices of `label_names`.
     ///
     /// # Errors
     /// [`PhantomError::Read`], whose source lists the files of the member, if there is no such file; if it is not an array.

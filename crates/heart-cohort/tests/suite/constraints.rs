@@ -33,7 +33,7 @@ fn sums_follow_the_usual_precedence() {
         assert!(holds(text), "{text}");
     }
     assert!(!holds("pose.shift.1 > 2"));
-    assert!(!holds("0 / 0 <= 1"));
+    assert!(!holds("0 / 0 <= 1") && !holds("pose.shift.1 / 0 > 1"));
 }
 
 #[test]

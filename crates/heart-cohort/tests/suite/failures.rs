@@ -11,7 +11,7 @@ use std::fs;
 use std::ops::ControlFlow;
 
 #[track_caller]
-fn says(text: &str, words: &[&str]) {
+pub(crate) fn says(text: &str, words: &[&str]) {
     let error = Cohort::from_toml(text).unwrap_err().to_string();
     for word in words {
         assert!(error.contains(word), "{error}");

@@ -9,6 +9,7 @@ mod failures;
 mod folder;
 mod learning;
 mod manifest;
+mod messages;
 mod slurm;
 mod verified;
 

@@ -1,0 +1,56 @@
+//! Messages that name the cause and the remedy.
+
+use crate::failures::says;
+use crate::{text, with_rejected};
+use heart_cohort::{RunOptions, export, survey};
+
+#[test]
+fn messages_name_the_remedy() {
+    says(
+        &text(
+            3,
+            "seed = 1",
+            "cycle.volume.ejection_fraction = { uniform = [0.4, 0.6] }",
+        ),
+        &["has gain; set cycle.volume = { ejection_fraction = ... } in [scene]"],
+    );
+    for (vary, words) in [
+        (
+            "log_normal = { median = 65.0, factor = 1.2 }",
+            "unknown variant `log_normal`",
+        ),
+        (
+            "normal = { mean = 65.0, sd = 2.0, bounds = [70, 60] }",
+            "[70, 60]: must be ascending",
+        ),
+        (
+            "normal = { mean = 65.0, sd = 1.0, bounds = [90, 99] }",
+            "[90, 99]: must contain a part",
+        ),
+    ] {
+        let vary = format!("cycle.beats_per_minute = {{ {vary} }}");
+        says(
+            &text(3, "seed = 1", &vary),
+            &["line 12", "vary.cycle.beats_per_minute: ", words],
+        );
+    }
+    says(
+        "members = 67108864\nsampling = \"sobol\"\n",
+        &["attempts: is 1000; must be between 1 and 64 with sobol and 67108864 members"],
+    );
+}
+
+#[test]
+fn no_memory_is_rejected_before_any_work() {
+    let (cohort, folder) = (with_rejected(3), tempfile::tempdir().unwrap());
+    let out = folder.path().join("out");
+    let options = RunOptions::new(1).with_memory(0);
+    let errors = [
+        survey(&cohort, 1, &options).map(drop),
+        export(&cohort, 0, &out, 0).map(drop),
+    ];
+    for error in errors.map(|result| result.unwrap_err().to_string()) {
+        assert!(error.starts_with("memory is 0"), "{error}");
+    }
+    assert!(!out.exists());
+}
