@@ -156,7 +156,7 @@ mod program {
 
     /// A write that has printed a message and waits for input that never comes.
     fn write_that_waits(path: &Path) {
-        signals::watch().unwrap();
+        signals::watch(None).unwrap();
         let end = write_atomically(path, |out| {
             out.write_all(b"half")?;
             println!("begun");
@@ -225,6 +225,20 @@ mod program {
             drop(waits);
             assert!(ended_by(status, number), "{name}: {status}");
             assert!(!out.exists());
+            // A cohort has a note on its unfinished shard.
+            let mut cohort = Command::new(PROGRAM);
+            cohort.args(["cohort", "run"]).arg(&scene).arg("--out");
+            let cohort = cohort.arg(&out).stderr(Stdio::piped()).spawn().unwrap();
+            let waits = opened(&scene);
+            send(name, &cohort);
+            let output = bounded(move || cohort.wait_with_output().unwrap());
+            drop(waits);
+            assert!(ended_by(output.status, number), "{output:?}");
+            let said = String::from_utf8(output.stderr).unwrap();
+            assert!(
+                said.starts_with("interrupted: complete shards are kept"),
+                "{said}"
+            );
         }
     }
 

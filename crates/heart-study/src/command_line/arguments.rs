@@ -4,6 +4,7 @@ use crate::StudyOptions;
 use clap::builder::RangedU64ValueParser;
 use clap::{Args, Parser, Subcommand};
 use clap_complete::Shell;
+use heart_cohort::Shard;
 use std::ops::RangeInclusive;
 use std::path::PathBuf;
 
@@ -22,7 +23,7 @@ pub(crate) struct Arguments {
     /// Number of threads [default: all cores]. Results do not depend on it.
     #[arg(long, global = true, value_name = "N", value_parser = threads())]
     pub(crate) threads: Option<usize>,
-    /// Memory for shapes of the heart in MiB [default: 512]. Results do not depend on it.
+    /// Memory for shapes of the heart in MiB [default: 512]. Results do not depend on it; a run or a member that needs more is rejected.
     #[arg(long, global = true, value_name = "MIB", value_parser = memory())]
     pub(crate) memory: Option<usize>,
     /// Omit progress bar and summary.
@@ -35,9 +36,9 @@ pub(crate) struct Arguments {
 
 #[derive(Debug, Subcommand)]
 pub(crate) enum Command {
-    /// Run the study of Rohmer, Sitek and Gullberg (2006) and write its figures and numbers.
+    /// Run the study of Rohmer, Sitek and Gullberg (2006) and write its figures and numbers: 20 s on two cores, 350 MB of memory by default.
     Paper(Paper),
-    /// Measure ejection fractions in images of gated SPECT, with each cause of error switched off in turn.
+    /// Measure ejection fractions in images of gated SPECT, with each cause of error switched off in turn: ten minutes on two cores, 100 MB of memory.
     Ef {
         /// Output directory; created if necessary. Files that the report.json of an earlier run there lists are removed, others are never replaced.
         #[arg(long, value_name = "DIR")]
@@ -120,7 +121,7 @@ pub(crate) enum Cohort {
         /// New file.
         file: Option<PathBuf>,
     },
-    /// Draw all members and compute some; print ranges of the fields and the expected size and time.
+    /// Draw up to 20000 members and compute some; print ranges of the fields and the expected size and time.
     Check {
         /// Cohort file.
         cohort: PathBuf,
@@ -129,6 +130,9 @@ pub(crate) enum Cohort {
         members: u64,
     },
     /// Compute shards that are not complete: an archive (WebDataset) and a record each. The exit code is 2 if all members are rejected.
+    ///
+    /// An interrupted shard is computed again from its first member, complete shards are kept: of a large cohort compute many shards, such as
+    /// --shard all/40.
     Run {
         /// Cohort file.
         cohort: PathBuf,
@@ -182,7 +186,7 @@ pub(crate) enum Cohort {
         /// Time limit per shard in minutes.
         #[arg(long, default_value_t = 60, value_name = "N")]
         minutes: u64,
-        /// Memory per task in MiB.
+        /// Memory per task in MiB; --memory, that of shapes, is passed to the program.
         #[arg(long, default_value_t = 4096, value_name = "MIB")]
         task_memory: u64,
         /// Largest number of concurrent tasks.
@@ -202,22 +206,17 @@ pub(crate) struct Shards {
 }
 
 fn shards(text: &str) -> Result<Shards, String> {
-    let numbers = text.split_once('/').and_then(|(which, of)| {
-        let of = of.parse().ok()?;
-        let which = match which.split_once('-') {
-            Some((from, to)) => from.parse().ok()?..=to.parse().ok()?,
-            None if which == "all" => 1..=of,
-            None => {
-                let shard = which.parse().ok()?;
-                shard..=shard
-            }
+    let shards = text.split_once('/').and_then(|(which, of)| {
+        let (from, to) = match which {
+            "all" => ("1", of),
+            which => which.split_once('-').unwrap_or((which, which)),
         };
+        let [from, to] = [from, to].map(|k| format!("{k}/{of}").parse::<Shard>());
+        let (from, to) = (from.ok()?.shard, to.ok()?);
+        let (which, of) = (from..=to.shard, to.of);
         Some(Shards { which, of })
     });
-    let inside = |shards: &Shards| {
-        !shards.which.is_empty() && *shards.which.start() > 0 && *shards.which.end() <= shards.of
-    };
-    (numbers.filter(inside))
+    (shards.filter(|shards| !shards.which.is_empty()))
         .ok_or_else(|| "must be K/N or K-L/N with 1 <= K <= L <= N, or all/N".to_owned())
 }
 
@@ -235,19 +234,19 @@ pub(crate) struct Paper {
     /// Output directory; created if necessary. Files that the report.json of an earlier run there lists are removed, others are never replaced.
     #[arg(long, value_name = "DIR")]
     pub(crate) out: PathBuf,
-    /// Voxels along an edge of the volume; bins and rows of the camera.
+    /// Voxels along an edge of the volume; bins and rows of the camera: 8 to 1024.
     #[arg(long, default_value_t = StudyOptions::default().size, allow_negative_numbers = true)]
     pub(crate) size: usize,
-    /// Number of views over 180 degrees.
+    /// Number of views over 180 degrees: 3 to 10000.
     #[arg(long, default_value_t = StudyOptions::default().views, allow_negative_numbers = true)]
     pub(crate) views: usize,
-    /// Largest volume gain of the cavity (0.6 is an ejection fraction of 0.375).
+    /// Largest volume gain of the cavity, 0 to 2 (0.6 is an ejection fraction of 0.375).
     #[arg(long, default_value_t = StudyOptions::default().gain, allow_hyphen_values = true)]
     pub(crate) gain: f64,
-    /// Heart rate in beats per minute.
+    /// Heart rate in beats per minute: 1 to 1000.
     #[arg(long, default_value_t = StudyOptions::default().beats_per_minute, allow_hyphen_values = true)]
     pub(crate) bpm: f64,
-    /// Nodes per membrane.
+    /// Nodes per membrane: 11 to 100001.
     #[arg(long, default_value_t = StudyOptions::default().nodes, allow_negative_numbers = true)]
     pub(crate) nodes: usize,
     /// Omit the figures (numbers, sinograms and volumes are written).

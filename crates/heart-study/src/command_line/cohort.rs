@@ -73,6 +73,7 @@ pub(crate) fn run(arguments: &Arguments, command: &Command) -> Done {
                 .with_threads(arguments.threads.unwrap_or(2))
                 .with_minutes(*minutes)
                 .with_memory_mib(*task_memory)
+                .with_shapes_mib(arguments.memory.map(|mib| mib as u64))
                 .with_at_once(*at_once)
                 .with_partition(partition.clone());
             let absolute = |path: &Path| std::path::absolute(path).unwrap_or(path.to_path_buf());
@@ -87,12 +88,13 @@ pub(crate) fn run(arguments: &Arguments, command: &Command) -> Done {
 fn verified(report: &VerifyReport) -> Done {
     let mut found = json!({
         "shards": report.shards, "complete": report.complete, "members": report.recomputed, "rejected": report.rejected,
-        "faults": report.faults,
+        "warned": report.warned, "faults": report.faults,
     });
     let line = format!(
-        "{} of {} shards are complete; {} members were recomputed and are bitwise identical",
+        "{} of {} shards are complete{}; {} members were recomputed and are bitwise identical",
         report.complete,
         report.shards,
+        warned(report.warned),
         report.recomputed.len()
     );
     let faults = report.faults.iter().map(ToString::to_string);
@@ -110,15 +112,16 @@ fn merged(dir: &Path) -> Done {
     let report = merge(dir)?;
     let files = report.files.iter().map(|file| file.to_string_lossy());
     let found = json!({
-        "members": report.members, "rejected": report.rejected, "shards": report.shards, "bytes": report.bytes,
+        "members": report.members, "rejected": report.rejected, "warned": report.warned, "shards": report.shards, "bytes": report.bytes,
         "files": files.collect::<Vec<_>>(),
     });
     let line = format!(
-        "{} members in {} shards ({}), {} rejected",
+        "{} members in {} shards ({}), {} rejected{}",
         report.members,
         report.shards,
         size(report.bytes),
-        report.rejected
+        report.rejected,
+        warned(report.warned)
     );
     let written = report
         .files
@@ -128,6 +131,14 @@ fn merged(dir: &Path) -> Done {
         found,
         [line].into_iter().chain(written).collect(),
     ))
+}
+
+/// The number of members with warnings, which the manifest lists; empty for none.
+fn warned(count: u64) -> String {
+    match count {
+        0 => String::new(),
+        count => format!(", {count} with warnings"),
+    }
 }
 
 fn options(arguments: &Arguments) -> RunOptions {
@@ -143,7 +154,7 @@ fn shards(arguments: &Arguments, cohort: &Path, out: &Path, shards: Shards) -> D
     let of = shards.of;
     let which = shards.which;
     let (mut made, mut skipped, mut members, mut rejected, mut bytes) = (0, 0, 0, 0, 0);
-    let mut first = None;
+    let (mut with_warnings, mut first, mut first_warning) = (0, None, None);
     let bar = bar(arguments);
     let total: u64 = (which.clone())
         .map(|shard| Shard { shard, of }.members(&cohort))
@@ -166,27 +177,34 @@ fn shards(arguments: &Arguments, cohort: &Path, out: &Path, shards: Shards) -> D
         skipped += u64::from(report.skipped);
         made += u64::from(!report.skipped);
         rejected += report.rejected() as u64;
+        with_warnings += report.warned() as u64;
         members += report.rows.len() as u64;
         bytes += report.bytes;
         let reason = |row: Row| {
             row.rejected
                 .map(|reason| format!("{} rejected: {reason}", row.key))
         };
+        let warning = |row: &Row| Some(format!("{} warning: {}", row.key, row.warnings.first()?));
+        first_warning = first_warning.or_else(|| report.rows.iter().find_map(warning));
         first = first.or_else(|| report.rows.into_iter().find_map(reason));
     }
     bar.finish_and_clear();
     let mut found = json!({
-        "shards_made": made, "shards_skipped": skipped, "members": members, "rejected": rejected, "bytes": bytes,
+        "shards_made": made, "shards_skipped": skipped, "members": members, "rejected": rejected, "warned": with_warnings,
+        "bytes": bytes,
     });
     let line = format!(
-        "{made} shards computed, {skipped} already complete; {members} members ({}), {rejected} rejected, in {}",
+        "{made} shards computed, {skipped} already complete; {members} members ({}), {rejected} rejected{}, in {}",
         size(bytes),
+        warned(with_warnings),
         out.display()
     );
     let mut lines = vec![line];
-    if let Some(first) = first {
-        found["first_rejected"] = json!(first);
-        lines.push(format!("  {first}"));
+    for (key, first) in [("first_rejected", first), ("first_warning", first_warning)] {
+        if let Some(first) = first {
+            found[key] = json!(first);
+            lines.push(format!("  {first}"));
+        }
     }
     if rejected < members {
         return Ok(Answer::Report(found, lines));
@@ -227,6 +245,9 @@ fn lines(found: &Survey) -> Vec<String> {
     }
     for (key, reason) in &found.rejected {
         lines.push(format!("  {key} rejected: {reason}"));
+    }
+    for (warning, count) in &found.warnings {
+        lines.push(format!("  warning of {count} members: {warning}"));
     }
     let seconds = found.members as f64 / found.members_per_second;
     lines.push(format!(

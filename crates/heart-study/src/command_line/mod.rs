@@ -32,7 +32,7 @@ pub fn command_line(arguments: impl IntoIterator<Item = impl Into<OsString>>) ->
     };
     let mut output = Output::new(arguments.json, arguments.quiet);
     #[cfg(unix)]
-    if let Err(error) = signals::watch() {
+    if let Err(error) = signals::watch(output.note(&arguments.command)) {
         output.warn(format!(
             "an interrupt may leave a file that ends in .tmp: {error}"
         ));

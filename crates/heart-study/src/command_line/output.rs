@@ -1,7 +1,9 @@
 //! Output of the program: text, or JSON only.
 
+#[cfg(unix)]
+use super::arguments::{Cohort, Command};
 use crate::StudyError;
-use clap::error::ErrorKind;
+use clap::error::{ContextKind, ErrorKind};
 use heart_cohort::CohortError;
 use heart_phantom::{PhantomError, chain, escape};
 use serde_json::{Value, json};
@@ -78,6 +80,20 @@ impl Output {
         }
     }
 
+    /// Returns the message of an interrupted command.
+    #[cfg(unix)]
+    pub(crate) fn note(&self, command: &Command) -> Option<&'static str> {
+        const NOTE: &str = "interrupted: complete shards are kept, the unfinished one will be computed again from its first member; \
+            more shards (--shard all/N) lose less";
+        let is_run = matches!(
+            command,
+            Command::Cohort {
+                command: Cohort::Run { .. }
+            }
+        );
+        (is_run && !self.quiet && !self.json).then_some(NOTE)
+    }
+
     /// Prints a warning.
     pub(crate) fn warn(&mut self, warning: String) {
         if self.json {
@@ -111,7 +127,13 @@ impl Output {
                 self.refuse(&lines.join("\n"), json);
                 code
             }
-            Err(Failure::Usage(error)) => self.usage(&error),
+            Err(Failure::Usage(mut error)) => {
+                // A hint to take an unknown option for a file name.
+                if error.kind() == ErrorKind::UnknownArgument {
+                    error.remove(ContextKind::Suggested);
+                }
+                self.usage(&error)
+            }
         }
     }
 

@@ -4,6 +4,7 @@ use heart_phantom::files;
 use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM, SIGXCPU, SIGXFSZ};
 use signal_hook::iterator::Signals;
 use signal_hook::{flag, low_level};
+use std::io::Write;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use std::{fs, io, thread};
@@ -11,8 +12,8 @@ use std::{fs, io, thread};
 /// Closed terminal, Ctrl-C, `kill`, and the processor time limit of batch systems.
 const ENDING: [i32; 4] = [SIGHUP, SIGINT, SIGTERM, SIGXCPU];
 
-/// Starts the thread that waits for signals.
-pub(crate) fn watch() -> io::Result<()> {
+/// Starts the thread that waits for signals and then prints a note.
+pub(crate) fn watch(note: Option<&'static str>) -> io::Result<()> {
     // A file beyond the size limit of the system is then a write error, like a full disk. The flag is unused.
     flag::register(SIGXFSZ, Arc::new(AtomicBool::new(false)))?;
     let mut signals = Signals::new(ENDING.into_iter().filter(|&signal| !is_ignored(signal)))?;
@@ -21,6 +22,9 @@ pub(crate) fn watch() -> io::Result<()> {
         .spawn(move || {
             for signal in signals.forever() {
                 let _held = files::remove_unfinished();
+                if let Some(note) = note {
+                    let _ = writeln!(io::stderr(), "{note}");
+                }
                 // The process ends by the signal itself, so that shells and batch systems detect it.
                 if low_level::emulate_default_handler(signal).is_err() {
                     low_level::exit(128 + signal);

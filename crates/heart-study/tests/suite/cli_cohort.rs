@@ -8,7 +8,7 @@ use std::process::{Command, Output};
 const COHORT: &str = "members = 6
 [scene]
 heart.discretisation = { differences = { nodes = 51 } }
-camera = { views = 3, bins = 16, rows = 16, pitch = [0.8, 0.8] }
+camera = { views = 3, bins = 16, rows = 16, pitch = [0.5, 0.8] }
 output.write = [\"projections\", \"truth\"]
 [vary]
 heart.outer.radius = { choice = [2.6, 2.8, 1.7] }
@@ -57,6 +57,11 @@ fn a_cohort_is_processed_from_its_text_to_its_manifest() {
     let found = answer(folder, &["check", "cohort.toml", "--members", "3"]);
     assert_eq!((&found["members"], &found["tried"]), (&6.into(), &3.into()));
     assert_eq!(found["fields"][0]["path"], "cycle.volume.gain");
+    assert!(
+        found["warnings"]
+            .as_object()
+            .is_some_and(|all| !all.is_empty())
+    );
     let said = Command::new(env!("CARGO_BIN_EXE_heart-phantom"))
         .args(["cohort", "check", "cohort.toml", "--members", "3"])
         .current_dir(folder)
@@ -132,6 +137,25 @@ fn a_cohort_is_processed_from_its_text_to_its_manifest() {
     );
     let script = script["text"].as_str().unwrap();
     assert!(script.contains("#SBATCH --array=1-3\n") && script.contains("cohort.toml' '/"));
+    let slurm = ["slurm", "cohort.toml", "--out", "out", "--shards", "3"];
+    let script = answer(folder, &[&slurm[..], &["--memory", "3000"]].concat());
+    let script = script["text"].as_str().unwrap();
+    assert!(
+        script.contains("--quiet --memory 3000 --threads"),
+        "{script}"
+    );
+    // The views of each computed member are truncated. An unknown option is no file name.
+    let accepted = merged["members"].as_u64().unwrap() - merged["rejected"].as_u64().unwrap();
+    assert_eq!(
+        [&merged["warned"], &all["warned"], &verified["warned"]],
+        [&accepted; 3]
+    );
+    let output = cohort(folder, &["run", "cohort.toml", "--ot", "out"]);
+    let said = String::from_utf8(output.stderr).unwrap();
+    assert!(
+        said.contains("unexpected argument '--ot'") && !said.contains("tip"),
+        "{said}"
+    );
 }
 
 /// The torso is smaller than the heart, which is known only after the membranes are solved.
