@@ -5,12 +5,13 @@ use super::raster::{check_window, fit};
 use super::sections::{Cut, Layout, draw};
 use super::{Picture, check};
 use crate::StudyError;
-use crate::error::count;
+use crate::error::{count, within};
+use std::f64::consts::TAU;
 
 /// One projection image.
 #[derive(Clone, Copy, Debug)]
 pub struct Projection<'a> {
-    /// View angle θ, radians.
+    /// View angle θ in radians, at most two turns.
     pub angle: f64,
     /// Samples `[row][bin]`: row along z from low to high, bin along s = x cos θ + y sin θ.
     pub values: &'a [f32],
@@ -112,7 +113,7 @@ fn draw_panels(
 ///
 /// # Errors
 /// [`StudyError`] if there is no image, a length is not a multiple of `n_bins` or differs between images, a
-/// number is not finite, or the pitch is not positive.
+/// sample is not finite, an angle exceeds two turns, or the pitch is not positive.
 pub fn projections(
     images: &[Projection<'_>],
     n_bins: usize,
@@ -126,7 +127,7 @@ pub fn projections(
     for image in images {
         check::same_len("projection", image.values.len(), n_bins * n_rows)?;
         check::finite_samples("projection", image.values)?;
-        check::finite("angle", &[image.angle])?;
+        within("angle in radians", image.angle, [-2.0 * TAU, 2.0 * TAU])?;
     }
     let most = images
         .iter()

@@ -35,6 +35,7 @@ fn unit_cut((n, d): ([f64; 3], f64)) -> Result<(Vector3<f64>, f64), StudyError> 
 /// Draws the surface where the volume reaches a level, seen along parallel rays.
 ///
 /// The volume is trilinear between samples, normals are its gradients. The image spans 0.85 of the longest side of the volume.
+/// A level above all samples gives an image of the axes only.
 ///
 /// # Errors
 /// [`StudyError`] if the volume's length and size disagree, a sample, the view or the cut is not finite,

@@ -206,6 +206,15 @@ fn bad_input_is_rejected_with_its_values() {
             ..
         }))
     ));
+    // An angle in degrees.
+    let image = Projection {
+        angle: 90.0,
+        values: &values[..64],
+    };
+    assert!(matches!(
+        projections(&[image], 8, 0.1),
+        Err(Phantom(OutOfRange { .. }))
+    ));
     let huge = Volume {
         size: [usize::MAX; 3],
         ..volume
