@@ -2,6 +2,8 @@
 
 use heart_phantom::PhantomError;
 use heart_phantom::revolve_voxel::RevolveError;
+use std::io;
+use std::path::Path;
 
 /// An error of the study, of a figure or of a page.
 #[derive(Debug, thiserror::Error)]
@@ -76,6 +78,17 @@ pub(crate) fn count(
             given,
             least,
             most,
+        }),
+    }
+}
+
+/// Rejects an empty path, which would be the working directory.
+pub(crate) fn check_folder(path: &Path) -> Result<(), PhantomError> {
+    match path.as_os_str().is_empty() {
+        false => Ok(()),
+        true => Err(PhantomError::File {
+            path: path.to_path_buf(),
+            source: io::Error::new(io::ErrorKind::InvalidInput, "the path is empty"),
         }),
     }
 }

@@ -2,7 +2,7 @@
 
 use super::arguments::{Arguments, Paper};
 use super::output::{Answer, Failure, complain};
-use crate::ejection::{QUICK, ejection};
+use crate::ejection::{Extent, QUICK, ejection};
 use crate::error::within;
 use crate::{Look, StudyError, StudyOptions};
 use clap::CommandFactory;
@@ -52,14 +52,14 @@ pub(super) fn paper(arguments: &Arguments, paper: &Paper) -> Done {
 pub(super) fn ef(arguments: &Arguments, out: &Path, quick: bool) -> Done {
     let bar = bar(arguments);
     let before = files_in(out);
-    let report = ejection(quick, out, &|progress| show(&bar, progress));
+    let extent = if quick { Extent::Quick } else { Extent::Full };
+    let report = ejection(extent, out, &|progress| show(&bar, progress));
     bar.finish_and_clear();
     let removed = removed(arguments, &before);
     let report = report?;
     let (mut found, mut lines) = (with_removed(json!(report), removed), report.summary());
     if quick {
         found["warnings"] = json!([{ "message": QUICK }]);
-        lines.push(QUICK.to_owned());
     }
     lines.push(format!("written to {}", out.join("index.html").display()));
     Ok(Answer::Report(found, lines))

@@ -13,6 +13,7 @@ mod run;
 mod tomography;
 
 use crate::StudyError;
+use crate::error::check_folder;
 use gallery::Gallery;
 use heart_phantom::{Observer, PhantomError, Progress, Regions, files};
 pub use options::StudyOptions;
@@ -38,6 +39,7 @@ pub fn run(
     progress: Observer<'_, Progress>,
 ) -> Result<Report, StudyError> {
     options.validate()?;
+    check_folder(out)?;
     let mut folder = files::Folder::lock(out)?;
     folder.clear(&planned(options.figures))?;
     let report = pool(options.threads)?.install(|| run_in_pool(options, out, progress))?;
@@ -188,8 +190,13 @@ fn solve(
 #[must_use]
 pub fn summary(report: &Report) -> String {
     let mut text = format!(
-        "f_inner {:.8}  f_outer {:.8}  wall volume error {:.1e}\n",
-        report.direct.f_inner, report.direct.f_outer, report.direct.wall_volume_error
+        "f_inner {:.8}  f_outer {:.8}  wall volume error {:.1e}\n\
+         in the limit of fine meshes: f_inner {:.8}  f_outer {:.8} (stiffness x cm)\n",
+        report.direct.f_inner,
+        report.direct.f_outer,
+        report.direct.wall_volume_error,
+        report.direct.limit.f_inner,
+        report.direct.limit.f_outer
     );
     let cell = |v: Option<f64>| v.map_or("      -".into(), |v| format!("{v:.5}"));
     text += "            rmse*    wall mean  wall std  background  cavity\n";

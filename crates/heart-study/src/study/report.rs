@@ -92,27 +92,27 @@ pub struct ReferenceShape {
 #[derive(Debug, Clone, Default, Serialize)]
 #[non_exhaustive]
 pub struct Direct {
-    /// Pressure of the inner membrane (law 1, lambda = 1).
+    /// Force intensity of the inner membrane, stiffness x cm (law 1, lambda = 1), on the mesh of the settings.
     pub f_inner: f64,
-    /// Pressure of the outer membrane, from the constant wall volume.
+    /// Force intensity of the outer membrane, from the constant wall volume.
     pub f_outer: f64,
     /// Newton steps from the reference configuration.
     pub newton_iterations: usize,
-    /// Norm of the forces at the solution.
+    /// Scaled residual of the pair at the solution: the largest force at a node relative to stiffness x reference length, or the largest
+    /// relative error of a volume ([`NewtonReport::residual`](heart_phantom::membrane_newton::NewtonReport::residual)).
     pub residual: f64,
     /// Volume within the inner membrane.
-    #[serde(rename = "V_inner")]
     pub v_inner: f64,
     /// Volume within the outer membrane.
-    #[serde(rename = "V_outer")]
     pub v_outer: f64,
     /// Relative change of the wall volume.
     pub wall_volume_error: f64,
-    /// Pressures in the limit of fine meshes, from spectral elements.
+    /// The same in the limit of fine meshes, from spectral elements.
     pub limit: Limit,
-    /// Norm of the forces after 60 Newton steps with the printed Jacobian.
+    /// The last norm of such a run of 60 Newton steps with the printed Jacobian.
     pub printed_jacobian_residual_after_60: f64,
-    /// Norms with the correct Jacobian, step by step.
+    /// Largest component of the force at a node (stiffness x cm) of the inner membrane alone, 201 nodes at the intensity 17.5, before the
+    /// first Newton step and after each, with the correct Jacobian; ends below 1e-8.
     pub newton_history: Vec<f64>,
 }
 
@@ -120,9 +120,9 @@ pub struct Direct {
 #[derive(Debug, Clone, Default, Serialize)]
 #[non_exhaustive]
 pub struct Limit {
-    /// Pressure of the inner membrane.
+    /// Force intensity of the inner membrane, stiffness x cm.
     pub f_inner: f64,
-    /// Pressure of the outer membrane.
+    /// Force intensity of the outer membrane, stiffness x cm.
     pub f_outer: f64,
     /// Relative change of the wall volume.
     pub wall_volume_error: f64,

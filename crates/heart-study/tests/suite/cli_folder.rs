@@ -133,6 +133,10 @@ fn files_that_no_report_lists_are_not_replaced() {
     ] {
         done(folder.path(), command);
         let out = folder.path().join(command[0]);
+        if command[0] == "ef" {
+            let report = fs::read_to_string(out.join("report.json")).unwrap();
+            assert!(report.contains("\"quick\": true"));
+        }
         let written = fs::read_dir(&out).unwrap().count();
         fs::remove_file(out.join("report.json")).unwrap();
         let before = contents(&out);

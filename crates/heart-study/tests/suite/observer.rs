@@ -60,9 +60,25 @@ fn a_stopped_study_leaves_no_report() {
 }
 
 #[test]
+fn an_empty_path_is_rejected() {
+    let empty = Path::new("");
+    let errors = [
+        run(&StudyOptions::default(), empty, &stop_at(0)).map(drop),
+        ejection::ejection(ejection::Extent::Quick, empty, &stop_at(0)).map(drop),
+    ];
+    for error in errors {
+        let error = error.unwrap_err();
+        assert!(
+            matches!(error, StudyError::Phantom(PhantomError::File { .. })),
+            "{error}"
+        );
+    }
+}
+
+#[test]
 fn a_stopped_study_of_ejection_fractions_leaves_no_report() {
     let folder = tempfile::tempdir().unwrap();
-    let stopped = ejection::ejection(true, folder.path(), &stop_at(0));
+    let stopped = ejection::ejection(ejection::Extent::Quick, folder.path(), &stop_at(0));
     check_stopped(stopped, folder.path());
     assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0);
 }
