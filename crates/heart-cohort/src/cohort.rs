@@ -29,7 +29,7 @@ pub(crate) const MOST_MEMBERS: u64 = 1 << 26;
 /// | `constraints` | none | comparisons that each draw must meet (a quotient by zero meets none): `["heart.outer.radius > heart.inner.radius + 0.8"]` |
 /// | `correlations` | none | coefficients of the normal scores of two fields: `[{ fields = ["pose.shift.1", "pose.shift.2"], coefficient = 0.4 }]` |
 /// | `[scene]` | empty | fields of all members that differ from the base scene; with `output.write = []` members have no arrays |
-/// | `[vary]` | empty | distributions of fields by their paths: [`Distribution`]; without them members differ only in the seed of the noise |
+/// | `[vary]` | empty | distributions of fields by their paths: [`Distribution`]; without them members of a case differ only in the seed of the noise |
 /// | `[[cases]]` | one case | classes: `name`, `weight` (default 1, relative to the sum), `scene` and `vary` (replace those of all members) |
 ///
 /// ```

@@ -109,7 +109,7 @@ pub struct Direct {
     pub wall_volume_error: f64,
     /// The same in the limit of fine meshes, from spectral elements.
     pub limit: Limit,
-    /// The last norm of such a run of 60 Newton steps with the printed Jacobian.
+    /// As the last of `newton_history`, after 60 Newton steps with the printed Jacobian.
     pub printed_jacobian_residual_after_60: f64,
     /// Largest component of the force at a node (stiffness x cm) of the inner membrane alone, 201 nodes at the intensity 17.5, before the
     /// first Newton step and after each, with the correct Jacobian; ends below 1e-8.
