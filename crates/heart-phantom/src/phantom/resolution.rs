@@ -210,7 +210,7 @@ impl Phantom {
     }
 
     /// Returns the difference between values at bin centres and averages over bins in the first view, if bins are wider than half the response or
-    /// than the cavity: larger pitch and FWHM of the response in cm, and the difference relative to the largest sample.
+    /// than the smallest part of the heart: larger pitch and FWHM of the response in cm, and the difference relative to the largest sample.
     pub(super) fn aliasing(&self) -> Result<Option<[f64; 3]>, PhantomError> {
         let pitch = self.camera().detector().pitch();
         let side = pitch[0].max(pitch[1]);
@@ -289,7 +289,7 @@ impl Phantom {
         Ok(response.sigma(distances.fold(f64::INFINITY, f64::min)))
     }
 
-    /// Returns the smallest part of the heart: the cavity or a defect.
+    /// Returns the smallest part of the heart: the cavity, the wall or a defect.
     fn smallest_part(&self) -> Result<f64, PhantomError> {
         let [small, _] = self.extreme_phases();
         let shape = self.shape(small)?;
@@ -298,6 +298,10 @@ impl Phantom {
         for layer in layers {
             let [from, to] = layer.x_range();
             least = least.min(layer.r_max()).min(0.5 * (to - from));
+        }
+        for phase in self.outermost_phases() {
+            let wall = self.thickness(phase)?;
+            least = least.min(wall.side).min(wall.apex);
         }
         let outer = &layers[layers.len() - 1];
         let [from, to] = outer.x_range();
