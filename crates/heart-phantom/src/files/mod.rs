@@ -11,24 +11,23 @@
 //! the left and to the front. Formats with another world frame store the same positions: a point of the heart has one position in
 //! every viewer.
 //!
-//! | [`Format`] | files | world | volume | projections |
-//! | --- | --- | --- | --- | --- |
-//! | `Npy` | `.npy` | none: the bare array | yes | yes |
-//! | `Npz` | `.npz` | lab, cm; arrays `samples`, `spacing_cm`, ... | yes | yes, with angles |
-//! | `Nifti`, `NiftiGz` | `.nii`, `.nii.gz` | RAS, mm: (-x, -y, z) in both sform and qform | yes | no |
-//! | `MetaImage`, `MetaImageSingle` | `.mhd` + `.raw`, `.mha` | LPS, mm: (x, y, z) | yes | no |
-//! | `Nrrd` | `.nrrd` | LPS, mm: (x, y, z) | yes | yes, with angles |
-//! | `InterfileStir` | `.hv` + `.v`, `.hs` + `.s` | STIR, mm: (x, y, -z), head first | yes | even steps, centred |
-//! | `InterfileSimind` | `.h00` + `.a00`, and `.cor` for an orbit that is not circular | centred, mm, head first, bins as seen from in front | centred | even steps, centred |
-//! | `RawJson` | `.json` + `.bin` | lab, cm | yes | yes, with angles |
-//! | `Dicom` | `.dcm` | LPS, mm: (x, y, z); integers with a scale factor | yes | even steps, centred |
+//! | [`Format`] | files | world | volume | projections | gates in one file |
+//! | --- | --- | --- | --- | --- | --- |
+//! | `Npy` | `.npy` | none: the bare array | yes | yes | slowest axis |
+//! | `Npz` | `.npz` | lab, cm; arrays `samples`, `spacing_cm`, ... | yes | yes, with angles | slowest axis |
+//! | `Nifti`, `NiftiGz` | `.nii`, `.nii.gz` | RAS, mm: (-x, -y, z) in both sform and qform | yes | no | fourth axis |
+//! | `MetaImage`, `MetaImageSingle` | `.mhd` + `.raw`, `.mha` | LPS, mm: (x, y, z) | yes | no | channels |
+//! | `Nrrd` | `.nrrd` | LPS, mm: (x, y, z) | yes | yes, with angles | fourth axis |
+//! | `InterfileStir` | `.hv` + `.v`, `.hs` + `.s` | STIR, mm: (x, y, -z), head first | yes | even steps, centred | no |
+//! | `InterfileSimind` | `.h00` + `.a00`, and `.cor` for an orbit that is not circular | centred, mm, head first, bins as seen from in front | centred | even steps, centred | time slots |
+//! | `RawJson` | `.json` + `.bin` | lab, cm | yes | yes, with angles | slowest axis |
+//! | `Dicom` | `.dcm` | LPS, mm: (x, y, z); integers with a scale factor | yes | even steps, centred | time slots |
 //!
-//! [`Format::info`] has the properties of a format. All gates of a beat can be written to one file ([`Volume::of_gates`],
-//! [`Projections::of_gates`]): the slowest axis of arrays, the fourth of NIfTI and NRRD, the channels of MetaImage, the time slots of
-//! Interfile and DICOM. [`Volume::of_field`] has several components per voxel.
+//! [`Format::info`] has the properties of a format. [`Volume::of_gates`] and [`Projections::of_gates`] contain all gates of a beat for one
+//! file. [`Volume::of_field`] has several components per voxel.
 //!
 //! Arrays of projections are `[view][row][bin]` with rows from feet to head and bins along s (`Npy`). `InterfileStir` stores the rows from
-//! head to feet, `InterfileSimind` and `Dicom` the bins backwards too. [`Projections::with_seconds`] has no key in `InterfileStir`.
+//! head to feet, `InterfileSimind` and `Dicom` the bins backwards too. [`Projections::with_seconds`] is written by `Dicom` only.
 //!
 //! Samples are little-endian. Input that a format cannot store is an error ([`PhantomError`]) before anything is written; `Npy` stores
 //! the samples only.
@@ -96,6 +95,7 @@ pub use picture::{Section, png_bytes, write_gif, write_png};
 #[cfg(feature = "scene")]
 #[cfg_attr(docsrs, doc(cfg(feature = "scene")))]
 pub use previous::check_unlisted;
+pub(crate) use projections::are_equal;
 pub use projections::{AcquisitionInfo, BeatCounts, Projections, Radius};
 pub use rays::{write_astra, write_rtk};
 pub use samples::{OwnSamples, Samples};

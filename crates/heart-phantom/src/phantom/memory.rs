@@ -67,8 +67,8 @@ fn number(text: &str) -> Option<u64> {
     text.split_whitespace().find_map(|word| word.parse().ok())
 }
 
-/// An upper estimate of the memory of `run` in bytes: usually tens of per cent too high, more if the number of shapes of a tolerance
-/// is unknown.
+/// An upper estimate of the memory of `run` in bytes: usually tens of per cent too high, up to three times for OSEM with a collimator, whose
+/// work memory is a fixed amount here, and more if the number of shapes of a tolerance is unknown.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "scene", derive(serde::Serialize))]
 #[non_exhaustive]

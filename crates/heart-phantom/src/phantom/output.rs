@@ -58,7 +58,7 @@ pub enum GateFiles {
     /// One file per gate: `truth-gate-03`.
     #[default]
     Each,
-    /// One four-dimensional file: `truth`. Surfaces and images always have one file per gate.
+    /// One four-dimensional file: `truth`. Surfaces, images and fields of motion always have one file per gate.
     OneFile,
 }
 

@@ -88,7 +88,8 @@ pub enum Warning {
         /// Largest common volume, mL.
         volume: f64,
     },
-    /// Samples are values at the centres of bins that are wide compared with the response or the heart, so they differ from averages over bins.
+    /// Samples are values at the centres of bins that are wider than half the response, or than cavity, wall or a defect, so they differ from
+    /// averages over bins.
     Aliased {
         /// Pitch of the bins, or of the rows if that is larger, in cm.
         pitch: f64,
@@ -164,7 +165,7 @@ impl fmt::Display for Warning {
                 };
                 let then = match (what, edge) {
                     (TruncatedObject::Torso, _) => {
-                        "it attenuates completely, but an attenuation map of this size contains a part"
+                        "projections, and osem with attenuation = true, include all of it; attenuation maps that are written end at the field of view"
                     }
                     (_, Edge::Bins) => "projections are truncated and reconstructions have streaks",
                     (_, Edge::Rows) => "slices contain only a part of it",

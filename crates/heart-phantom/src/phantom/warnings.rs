@@ -21,7 +21,7 @@ impl Phantom {
     /// if line integrals may alias. Whether all views and products can be computed is checked by [`Phantom::prepare`] only.
     ///
     /// Views that do not cover the heart or the background are truncated: filtered back-projection takes missing samples as zero, which causes
-    /// streaks. An attenuating torso attenuates completely whatever its size, but attenuation maps end at the field of view, and the part of a
+    /// streaks. Projections and the model of OSEM include all of an attenuating torso, but attenuation maps end at the field of view; the part of a
     /// heart outside the torso does not attenuate.
     ///
     /// ```

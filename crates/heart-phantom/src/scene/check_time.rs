@@ -6,7 +6,7 @@ use crate::error::PhantomError;
 use crate::ranges;
 use crate::scan::{Accuracy, Acquisition, Mode, Rotation};
 use crate::scene::build::{camera_of, cycle_of};
-use crate::text::enough;
+use crate::text::{Number, enough};
 
 /// Largest number of samples of all gated projection sets or volumes: 1 TiB of `f32`.
 const MOST_SAMPLES_OF_ALL: f64 = 274_877_906_944.0;
@@ -16,7 +16,11 @@ pub(super) fn acquisition(scene: &Scene, c: &mut Check) {
         Mode::Static { phase } => c.within("static.phase", phase, [0.0, 1.0]),
         Mode::Exposure { seconds } => {
             let interval = scene.camera.seconds_per_view;
-            c.within("exposure.seconds", seconds, [0.0, interval]);
+            if !(0.0..=interval).contains(&seconds) {
+                let most = Number(interval);
+                let wanted = format!("must be between 0 and camera.seconds_per_view, {most}");
+                c.fault("exposure.seconds", Number(seconds), wanted);
+            }
         }
         Mode::Gated { gates } => c.count("gated.gates", gates, ranges::GATES),
         Mode::Instants | Mode::WholeCycle => {}

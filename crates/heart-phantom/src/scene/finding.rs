@@ -64,7 +64,8 @@ impl Display for Finding {
     }
 }
 
-/// All findings of a scene or a cohort, one per line, in the order of the sections.
+/// All findings of a scene or a cohort, one per line, in the order of the sections. A syntax error, an unknown key and a value of another type
+/// end the reading of a text; only the first one is reported, alone.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SceneError {
     /// The file, if the text was read from one.

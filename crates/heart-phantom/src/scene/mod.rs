@@ -1,4 +1,15 @@
 //! Scenes: the settings of a study, their TOML file, validation and the run.
+//!
+//! # Scene files
+//! In TOML, fields and variants with data are keys in snake case (`beats_per_minute`, `{ per_unit = 10.0 }`); variants without data are
+//! strings in kebab case, such as `"ge-lehr"` for [`HolesSettings::GeLehr`] or `"meta-image"` for
+//! [`Format::MetaImage`](crate::files::Format). The following file contains every field. Values are the defaults, except in the sections and
+//! fields that it calls optional or absent by default, whose values are examples ([`Scene::to_toml`] comments them out). `{volumes}`,
+//! `{projections}` and `{gates}` stand for the names of the [formats](crate::files) that can store these.
+//!
+//! ```toml
+#![doc = include_str!("template.toml")]
+//! ```
 
 mod beam;
 mod build;

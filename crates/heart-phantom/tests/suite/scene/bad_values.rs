@@ -400,7 +400,7 @@ const BAD: &[(&str, &str, &str)] = &[
     (
         "[acquisition]\nmode = { exposure = { seconds = 2.0 } }",
         "acquisition.mode.exposure.seconds",
-        "between",
+        "camera.seconds_per_view, 1",
     ),
     (
         "[acquisition]\nmode = { gated = { gates = 0 } }",
