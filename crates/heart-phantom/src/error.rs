@@ -30,7 +30,7 @@ pub enum PhantomError {
         most: f64,
     },
     /// A count is out of range.
-    #[error("{what} is {given}, must be between {least} and {most}")]
+    #[error("{what} is {given}, must be {}", if least == most { least.to_string() } else { format!("between {least} and {most}") })]
     Count {
         /// The quantity.
         what: &'static str,
@@ -245,16 +245,18 @@ pub enum PhantomError {
     },
     /// No resolution meets the tolerance of the samples.
     #[error(
-        "{term}: the smallest error reached is {}; the tolerance is {}",
+        "{term}: the smallest error reached is {}; {}",
         Number(brief(*reached)),
-        Number(*tolerance)
+        of_tolerance(*allowed, *tolerance)
     )]
     Tolerance {
         /// The term of [`ViewError`](crate::ViewError).
         term: &'static str,
         /// Estimated error, relative to the largest sample.
         reached: f64,
-        /// The tolerance.
+        /// The part of the tolerance that this term may use.
+        allowed: f64,
+        /// The tolerance of the scene.
         tolerance: f64,
     },
     /// A file could not be read.
@@ -305,6 +307,15 @@ pub enum PhantomError {
         /// The file.
         path: PathBuf,
     },
+    /// A name of a file that a run writes is not usable.
+    #[error(
+        "{}: a file of a run must have a name of its own, without directories and control characters",
+        escape_path(path)
+    )]
+    Name {
+        /// The path given.
+        path: PathBuf,
+    },
     /// A file or folder could not be written.
     #[error("cannot write {}", escape_path(path))]
     File {
@@ -330,6 +341,15 @@ fn list(names: &[PathBuf]) -> String {
         0 => first,
         others => format!("{first} and {others} more"),
     }
+}
+
+/// The end of [`PhantomError::Tolerance`].
+fn of_tolerance(allowed: f64, tolerance: f64) -> String {
+    let part = match allowed < tolerance {
+        true => format!(", of which {} is for this term", Number(brief(allowed))),
+        false => String::new(),
+    };
+    format!("the tolerance is {}{part}", Number(tolerance))
 }
 
 /// Starts the threads of [`PhantomError::Threads`].
@@ -365,6 +385,21 @@ pub(crate) fn check_finite(what: &'static str, samples: &[f32]) -> Result<(), Ph
     let wrong = samples.iter().find(|sample| !sample.is_finite());
     let wrong = wrong.map_or(0.0, |sample| f64::from(*sample));
     check(what, wrong, [f32::MIN, f32::MAX].map(f64::from)).map(|_| ())
+}
+
+/// Returns zeros, or an error where `vec!` would abort the process for lack of memory.
+pub(crate) fn zeros<T: Copy + Default>(
+    what: &'static str,
+    len: usize,
+) -> Result<Vec<T>, PhantomError> {
+    // Reserves first; `vec!` alone does not touch the memory.
+    let mut room: Vec<T> = Vec::new();
+    if room.try_reserve_exact(len).is_err() {
+        let samples = len as f64;
+        return Err(revolve_voxel::RevolveError::TooLarge { what, samples }.into());
+    }
+    drop(room);
+    Ok(vec![T::default(); len])
 }
 
 /// Rejects a wrong number of values.

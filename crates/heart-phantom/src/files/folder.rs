@@ -5,6 +5,8 @@ use super::atomic::{create_folder, failed, unfinished};
 use super::format::is_output;
 use crate::error::PhantomError;
 use crate::text::{MOST, cut};
+use std::collections::BTreeSet;
+use std::ffi::OsStr;
 use std::fs::{self, File, TryLockError};
 use std::io::{self, Read, Write};
 use std::path::{Path, PathBuf};
@@ -85,8 +87,9 @@ impl Folder {
     /// their names for the next process, in case this one is killed.
     ///
     /// # Errors
-    /// [`PhantomError::File`] if the lock cannot be written.
+    /// [`PhantomError::Name`] for a path that is not the name of a file of its own; [`PhantomError::File`] if the lock cannot be written.
     pub fn announce(&mut self, names: &[PathBuf]) -> Result<(), PhantomError> {
+        check_names(names)?;
         for name in names.iter().filter_map(|name| name.to_str()) {
             writeln!(&self.lock, "{name}").map_err(|source| failed(&self.path, source))?;
         }
@@ -117,6 +120,21 @@ impl Drop for Folder {
             }
         }
     }
+}
+
+/// Checks that each path is the name of a file of its own: one component of printable text, not that of the lock.
+pub(super) fn check_names(names: &[PathBuf]) -> Result<(), PhantomError> {
+    let mut known = BTreeSet::from([NAME]);
+    for path in names {
+        let name = path.file_name().filter(|name| *name == path.as_os_str());
+        let name = name
+            .and_then(OsStr::to_str)
+            .filter(|name| !name.contains(char::is_control));
+        if !name.is_some_and(|name| known.insert(name)) {
+            return Err(PhantomError::Name { path: path.clone() });
+        }
+    }
+    Ok(())
 }
 
 /// The locked file, or its holder; `None` if another process changed it at the same time.

@@ -1,6 +1,7 @@
 //! The previous run of an output directory: its report and the files that the report lists.
 
 use super::atomic::{failed, remove_if_there};
+use super::folder::check_names;
 use super::format::is_output;
 use super::{Folder, PROGRAM, REPORT};
 use crate::error::PhantomError;
@@ -27,11 +28,12 @@ impl Folder {
     /// directory, no link, no lock, nothing elsewhere.
     ///
     /// # Errors
-    /// [`PhantomError::File`] for a directory of the name of a file to be written, [`PhantomError::Foreign`] for a `report.json` of
+    /// [`PhantomError::Name`] as [`Folder::announce`]; [`PhantomError::File`] for a directory of the name of a file to be written, [`PhantomError::Foreign`] for a `report.json` of
     /// another program, [`PhantomError::Unlisted`] for files to be written that exist and that the report of the previous run does not
     /// list, all with nothing removed (a link of that name is replaced, not followed); [`PhantomError::File`] for a file that cannot be
     /// removed.
     pub fn clear(&mut self, names: &[PathBuf]) -> Result<(), PhantomError> {
+        check_names(names)?;
         for name in names {
             let path = self.path().join(name);
             if fs::symlink_metadata(&path).is_ok_and(|found| found.is_dir()) {

@@ -37,6 +37,14 @@ impl Radius<'_> {
     }
 }
 
+/// Whether the radii of an orbit are equal, up to rounding.
+pub(crate) fn are_equal(radii: &[f64]) -> bool {
+    let first = radii.first().copied().unwrap_or_default();
+    radii
+        .iter()
+        .all(|radius| (radius - first).abs() <= 1e-12 * first)
+}
+
 /// How projections were acquired, for headers that record it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct AcquisitionInfo {
@@ -96,7 +104,7 @@ impl<'a> Projections<'a> {
     /// axis of rotation: one number, or one per view.
     ///
     /// Line integrals of a parallel beam do not depend on the distance; Interfile requires it, because the resolution of a
-    /// collimator does.
+    /// collimator does. Radii that are equal in all views describe a circular orbit.
     ///
     /// # Errors
     /// [`PhantomError::Count`] if there are no views; [`PhantomError::WrongLength`] unless there is one sample per view, row and
@@ -127,6 +135,10 @@ impl<'a> Projections<'a> {
             check("detector pitch", detector.pitch()[a], [least, most])?;
             check("detector offset", detector.offset()[a], [-most, most])?;
         }
+        let radius = match radius {
+            Radius::PerView(radii) if are_equal(radii) => Radius::Circular(radii[0]),
+            Radius::Circular(_) | Radius::PerView(_) => radius,
+        };
         Ok(Self {
             detector,
             angles,
@@ -165,7 +177,7 @@ impl<'a> Projections<'a> {
         })
     }
 
-    /// Sets the acquisition time of each view in seconds, of all gates together; 0 if unknown.
+    /// Sets the acquisition time of each view in seconds, of all gates together; 0 if unknown. Only DICOM stores it.
     ///
     /// # Errors
     /// [`PhantomError::OutOfRange`] if they are negative or not finite.

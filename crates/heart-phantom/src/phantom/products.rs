@@ -3,8 +3,8 @@
 use super::output::{Output, Product};
 use super::phases::PhaseOf;
 use crate::error::PhantomError;
-use crate::files::{self, Extensions, FieldOf, Format, ORBIT_EXTENSION, REPORT};
-use crate::{Compensation, Mode, MotionPhase, Orbit, Phantom};
+use crate::files::{self, Extensions, FieldOf, Format, ORBIT_EXTENSION, REPORT, are_equal};
+use crate::{Compensation, Mode, MotionPhase, Phantom};
 use std::collections::HashMap;
 use std::collections::hash_map::Entry;
 use std::path::PathBuf;
@@ -384,7 +384,7 @@ impl Phantom {
         };
         let orbit = (content == Content::Views
             && output.projections == Format::InterfileSimind
-            && !matches!(self.scene().camera.radius, Orbit::Circle(_)))
+            && !self.radii().is_ok_and(|radii| are_equal(&radii)))
         .then_some(ORBIT_EXTENSION);
         let extensions = extensions.map(|known| [Some(known.header), orbit, known.data]);
         (extensions.into_iter().flatten().flatten())

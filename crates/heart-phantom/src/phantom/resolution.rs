@@ -113,13 +113,14 @@ impl Phantom {
             } else {
                 0.0
             };
-            match reached > target && self.parts.is_tolerance_given() {
-                true => Err(PhantomError::Tolerance {
+            match self.parts.tolerance().filter(|_| reached > target) {
+                Some(tolerance) => Err(PhantomError::Tolerance {
                     term: "omitted weights and rounding",
                     reached,
-                    tolerance: target,
+                    allowed: target,
+                    tolerance,
                 }),
-                false => Ok(()),
+                None => Ok(()),
             }
         };
         let coarsest = |projected| self.images((&camera, Some(value)), &views, 0, projected);
@@ -258,20 +259,23 @@ impl Phantom {
             least_off = if is_blurred { 0.0 } else { LEAST_RATIO * off };
             let coarse = others / (1.0 - RATIO) * off;
             let is_finest = index + 1 == LADDER.len();
-            let is_given = self.parts.is_tolerance_given();
-            let is_costly = !is_given && images.evaluations > MOST_EVALUATIONS * n_samples;
+            let given = self.parts.tolerance();
+            let is_costly = given.is_none() && images.evaluations > MOST_EVALUATIONS * n_samples;
             for (error, index, last) in [(coarse, index - 1, false), (RATIO * coarse, index, true)]
             {
-                let suffices = is_costly || (last && is_finest && !is_given);
-                if error <= target || suffices {
+                if error <= target || is_costly {
                     return Ok((resolution(index), error));
                 }
                 if last && is_finest {
-                    return Err(PhantomError::Tolerance {
-                        term: "averages over bins",
-                        reached: error,
-                        tolerance: target,
-                    });
+                    return match given {
+                        None => Ok((resolution(index), error)),
+                        Some(tolerance) => Err(PhantomError::Tolerance {
+                            term: "averages over bins",
+                            reached: error,
+                            allowed: target,
+                            tolerance,
+                        }),
+                    };
                 }
             }
             before = after;

@@ -91,6 +91,7 @@ impl Phantom {
                 return Err(PhantomError::Tolerance {
                     term,
                     reached,
+                    allowed: tolerance,
                     tolerance,
                 });
             }

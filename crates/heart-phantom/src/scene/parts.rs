@@ -45,17 +45,17 @@ impl Parts {
         })
     }
 
-    /// Whether the accuracy is a tolerance.
-    pub(crate) fn is_tolerance_given(&self) -> bool {
-        matches!(self.scene.acquisition.accuracy, Accuracy::Tolerance(_))
+    /// Returns the tolerance of the scene, if it is given.
+    pub(crate) fn tolerance(&self) -> Option<f64> {
+        match self.scene.acquisition.accuracy {
+            Accuracy::Tolerance(tolerance) => Some(tolerance),
+            Accuracy::Steps(_) => None,
+        }
     }
 
     /// Returns the part of the tolerance for averages over bins; time averages have the remainder.
     pub(crate) fn tolerance_of_bins(&self) -> f64 {
-        match self.scene.acquisition.accuracy {
-            Accuracy::Steps(_) => DEFAULT_TOLERANCE,
-            Accuracy::Tolerance(tolerance) => 0.5 * tolerance,
-        }
+        self.tolerance().map_or(DEFAULT_TOLERANCE, |all| 0.5 * all)
     }
 
     /// The number of gated projection sets: cardiac gates times respiratory gates.

@@ -89,10 +89,11 @@ pub fn run(
 
 impl<'a> Run<'a> {
     /// Locks the directory, validates the scene, and removes the files of an earlier run. `beside` names the files that the caller writes
-    /// there.
+    /// there; they are removed, too, if the run ends without a report.
     ///
     /// # Errors
-    /// Errors of [`run`] before the first view.
+    /// Errors of [`run`] before the first view; [`PhantomError::Name`] for a path in `beside` that is not a plain name, is given twice or is
+    /// the name of a file of the run.
     pub fn begin(
         phantom: &'a Phantom,
         out: &'a Path,
@@ -129,8 +130,8 @@ impl<'a> Run<'a> {
         progress: Observer<'_, Progress>,
     ) -> Result<GateResults, PhantomError> {
         let next = self.gates.len();
-        check_count("gate", gate, [next, next])?;
         check_count("gate", gate, [0, self.phantom.n_gates() - 1])?;
+        check_count("gate", gate, [next, next])?;
         let all = self.phantom.n_gates() as f64 + 0.5;
         let told = |stage, share| {
             progress(Progress {
@@ -143,7 +144,8 @@ impl<'a> Run<'a> {
         Ok(results)
     }
 
-    /// Writes the products of single phases, images, the files of the caller (by `write`), and `report.json`.
+    /// Writes the products of single phases, images, the files of the caller (by `write`), and `report.json`, which lists those files of the
+    /// caller that exist.
     ///
     /// # Errors
     /// [`PhantomError::Count`] if a gate is missing; errors of `write`; errors of [`run`].
@@ -190,6 +192,7 @@ impl<'a> Run<'a> {
             files: std::mem::take(&mut self.files),
         };
         write(&report)?;
+        self.beside.retain(|name| self.out.join(name).is_file());
         report.files.append(&mut self.beside);
         report.files.push(files::REPORT.into());
         files::write_atomically(&self.out.join(files::REPORT), |file| {

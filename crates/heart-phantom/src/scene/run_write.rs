@@ -4,7 +4,7 @@ use super::run::Run;
 use crate::error::PhantomError;
 use crate::files::{self, AcquisitionInfo, Corrections, Projections, Radius, Volume};
 use crate::phantom::{Content, Index, to_counts};
-use crate::{Method, Orbit, Product, ProjectionValues, ScenePhase};
+use crate::{Method, Product, ProjectionValues, ScenePhase};
 use std::path::PathBuf;
 
 impl Run<'_> {
@@ -54,12 +54,7 @@ impl Run<'_> {
         let detector = *camera.detector();
         let angles = self.phantom.written_angles(gate)?;
         let radii = self.phantom.radii()?;
-        let radius = match scene.camera.radius {
-            Orbit::Circle(radius) => Radius::Circular(radius),
-            Orbit::PerView(_) | Orbit::Ellipse { .. } | Orbit::Contour { .. } => {
-                Radius::PerView(&radii)
-            }
-        };
+        let radius = Radius::PerView(&radii);
         let seconds = self.seconds_per_gate(index);
         let gates = match seconds {
             None => gate..gate + 1,

@@ -420,6 +420,9 @@ fn a_tolerance_that_no_resolution_meets_is_an_error() {
     };
     assert_eq!(field, "acquisition.accuracy.tolerance");
     assert!(matches!(*source, PhantomError::Tolerance { reached, .. } if reached > 1e-6));
+    let said = source.to_string();
+    let end = "the tolerance is 0.000001, of which 5e-7 is for this term";
+    assert!(said.ends_with(end), "{said}");
 }
 
 /// Weights of a response are omitted beyond a fixed distance: a tolerance below their sum is rejected at the coarsest resolution.

@@ -2,8 +2,8 @@
 
 use heart_phantom::scene::{Accuracy, DiscretisationSettings, Mode};
 use heart_phantom::{
-    Compensation, Defect, Method, Osem, Phantom, PhantomError, Product, Run, Scene, no_observer,
-    run,
+    Compensation, Defect, Method, Osem, Phantom, PhantomError, Product, Run, RunReport, Scene,
+    no_observer, run,
 };
 use radon::{
     FbpMethod, FbpOptions, FbpPlan, ImageGrid, Kernel, ParallelGeometry, Projector, StackOrder,
@@ -11,7 +11,7 @@ use radon::{
 use std::collections::BTreeMap;
 use std::fmt::Debug;
 use std::ops::ControlFlow;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
@@ -245,22 +245,55 @@ fn is_product(name: &str) -> bool {
         .any(|extension| name.ends_with(&format!(".{extension}")))
 }
 
-/// The report lists all files by their names, which JSON has only in Unicode.
-#[cfg(unix)]
+/// A run removes and lists files by their names: they are in its directory, and each has a name of its own.
 #[test]
-fn a_report_with_a_name_that_is_not_unicode_is_an_error_and_not_an_empty_file() {
-    use std::os::unix::ffi::OsStrExt;
+fn names_of_files_beside_a_run_are_plain_and_unique() {
     let mut scene = small(Method::Fbp).with_mode(Mode::Static { phase: 0.0 });
     scene.output.write = vec![Product::Projections];
     let phantom = Phantom::new(scene).unwrap();
-    let folder = tempfile::tempdir().unwrap();
-    let name = Path::new(std::ffi::OsStr::from_bytes(b"notes\xff.txt"));
-    let mut run = Run::begin(&phantom, folder.path(), &[name.into()]).unwrap();
+    let outside = tempfile::tempdir().unwrap();
+    let (out, other) = (outside.path().join("out"), outside.path().join("e.txt"));
+    std::fs::write(&other, "kept").unwrap();
+    let rejected = |names: &[&Path]| {
+        let names: Vec<PathBuf> = names.iter().map(|name| name.to_path_buf()).collect();
+        let begun = Run::begin(&phantom, &out, &names);
+        assert!(
+            matches!(&begun, Err(PhantomError::Name { path }) if path == names.last().unwrap()),
+            "{begun:?}"
+        );
+    };
+    for name in [
+        "",
+        ".",
+        "..",
+        "../e.txt",
+        "e.txt/",
+        "./e.txt",
+        "sub/e.txt",
+        "e\n.txt",
+        "report.json",
+        "projections.npy",
+        ".heart-phantom.lock",
+    ] {
+        rejected(&[Path::new(name)]);
+    }
+    rejected(&[&other]);
+    rejected(&[Path::new("e.txt"), Path::new("e.txt")]);
+    #[cfg(unix)]
+    {
+        use std::os::unix::ffi::OsStrExt;
+        rejected(&[Path::new(std::ffi::OsStr::from_bytes(b"notes\xff.txt"))]);
+    }
+    assert_eq!(std::fs::read_to_string(&other).unwrap(), "kept");
+    // A file that the caller does not write is not listed.
+    let names = ["a.txt", "b.txt"].map(PathBuf::from);
+    let mut run = Run::begin(&phantom, &out, &names).unwrap();
+    let beyond = run.gate(1, &no_observer).unwrap_err();
+    assert_eq!(beyond.to_string(), "gate is 1, must be 0");
     run.gate(0, &no_observer).unwrap();
-    let report = run.finish(&no_observer, |_| Ok::<(), PhantomError>(()));
-    assert!(
-        matches!(report, Err(PhantomError::File { .. })),
-        "{report:?}"
-    );
-    assert!(!folder.path().join("report.json").exists());
+    let write =
+        |_: &RunReport| std::fs::write(out.join("b.txt"), "b").map_err(|_| PhantomError::Stopped);
+    let report = run.finish(&no_observer, write).unwrap();
+    let listed = ["projections.npy", "b.txt", "report.json"].map(PathBuf::from);
+    assert_eq!(report.files, listed);
 }

@@ -331,6 +331,30 @@ fn headers_contain_the_radius_of_each_view() {
     let json: serde_json::Value =
         serde_json::from_str(&text("raw-json", "projections.json")).unwrap();
     assert_eq!(json["radius_cm"], serde_json::json!(radii));
+    // Equal radii are a circle, also those of an ellipse.
+    for orbit in [
+        Orbit::PerView(vec![14.0; 4]),
+        Orbit::Ellipse {
+            semi_axes: [14.0; 2],
+        },
+    ] {
+        let mut given = scene(4, orbit);
+        given.output.write = vec![Product::Projections];
+        given.output.projections = heart_phantom::files::Format::InterfileSimind;
+        let folder = tempfile::tempdir().unwrap();
+        let phantom = Phantom::new(given).unwrap();
+        let report = run(&phantom, folder.path(), &no_observer).unwrap();
+        let planned = phantom.files().unwrap().into_iter().map(|file| file.name);
+        assert!(planned.eq(report.files.iter().cloned()));
+        let names = ["projections.h00", "projections.a00", "report.json"];
+        assert_eq!(report.files, names.map(std::path::PathBuf::from));
+        let header = std::fs::read(folder.path().join(names[0])).unwrap();
+        let header = String::from_utf8_lossy(&header).into_owned();
+        assert!(
+            header.contains("orbit := circular\nRadius := 140\n"),
+            "{header}"
+        );
+    }
     // Interfile cannot store two heads without even steps.
     let mut uneven = scene(4, Orbit::Circle(14.0));
     uneven.camera.heads = HeadsSettings::Two { angle: 90.0 };
