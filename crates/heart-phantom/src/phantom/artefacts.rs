@@ -2,7 +2,7 @@
 
 use crate::error::PhantomError;
 use crate::scan::{Acquisition, Lasting, Mode};
-use crate::truth::{BREATHS, MOST_IN_PASS, swept};
+use crate::truth::{BREATHS, MOST_IN_PASS, check_volumes, swept};
 use crate::{Camera, ImageQuality, Phantom, Regions};
 use radon::rmse_within;
 use revolve_voxel::Mask;
@@ -106,13 +106,15 @@ impl Phantom {
     /// [`Camera::grid`], like [`Phantom::volume`] and [`Phantom::truth`].
     ///
     /// # Errors
-    /// As [`Phantom::regions_of`]; [`PhantomError::WrongLength`] for volumes of another size.
+    /// As [`Phantom::regions_of`]; [`PhantomError::WrongLength`] for volumes of another size; [`PhantomError::OutOfRange`] for a voxel of
+    /// `volume` or `truth` that is not finite.
     pub fn artefacts(
         &self,
         gate: usize,
         volume: &[f32],
         truth: &[f32],
     ) -> Result<Artefacts, PhantomError> {
+        check_volumes(volume, Some(truth), self.camera())?;
         let breath = self.mean_breath(gate)?;
         let part = simd_set::part(0..1, 2);
         let wall = self.wall_of_gate(gate, truth)?;

@@ -1,7 +1,7 @@
 //! Projections of a phantom, with blur and noise.
 
 use super::Phantom;
-use crate::error::{PhantomError, check_count};
+use crate::error::{PhantomError, check_count, check_length};
 use crate::scan::Scan;
 use crate::{Observer, ProjectionValues, Sinograms, ViewTime, no_observer};
 use radon::ParallelGeometry;
@@ -165,19 +165,25 @@ impl Phantom {
     /// the noise, which are integers.
     ///
     /// # Errors
-    /// As [`Phantom::counts_per_unit`].
+    /// [`PhantomError::Count`] if there is no such gate or view; [`PhantomError::WrongLength`] unless `views` are whole views, at most those from
+    /// `first` on; as [`Phantom::counts_per_unit`].
     pub fn in_values_of_output<'v>(
         &self,
         gate: usize,
         first: usize,
         views: &'v [f32],
     ) -> Result<Cow<'v, [f32]>, PhantomError> {
+        let (n_views, view_len) = (self.camera().n_views(), self.camera().view_len());
+        check_count("gate", gate, [0, self.n_gates() - 1])?;
+        check_count("view", first, [0, n_views - 1])?;
+        let whole = (views.len() / view_len).min(n_views - first);
+        check_length("views", views.len(), whole * view_len)?;
         match self.scene().output.values {
             ProjectionValues::Normalised => Ok(views.into()),
             ProjectionValues::Counts => {
                 let counts = self.counts_per_unit(gate)?.unwrap_or_default();
                 let counts = counts.get(first..).unwrap_or_default();
-                Ok(to_counts(views, counts, self.parts.camera.view_len()).into())
+                Ok(to_counts(views, counts, view_len).into())
             }
         }
     }

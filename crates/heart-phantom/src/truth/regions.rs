@@ -1,9 +1,9 @@
 //! Regions of interest and the image quality measured in them.
 
-use crate::error::{PhantomError, check_finite, check_length};
+use crate::error::{PhantomError, check, check_count, check_finite, check_length};
 use crate::{Camera, Cycle, Heart, HeartShape};
 use radon::{MaskedStats, disc_mask, rmse_within};
-use revolve_voxel::{Mask, Meridian, Pose, Sweep};
+use revolve_voxel::{Mask, Meridian, Pose, Sweep, VoxelGrid};
 use std::sync::Arc;
 
 /// Most shapes over which intersection and union of the motion are computed.
@@ -14,6 +14,8 @@ pub(crate) const BREATHS: [f64; 5] = [0.0, 1.0, 0.5, 0.25, 0.75];
 /// Regions of interest: sets of voxels that do not depend on the acquisition, so that reconstructions are comparable.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Regions {
+    /// The voxels.
+    pub grid: VoxelGrid,
     /// Pixels of a slice within [`Camera::field_radius`] of the axis, `[y][x]`.
     pub disc: Vec<bool>,
     /// Voxels within the wall at all phases, eroded.
@@ -52,12 +54,37 @@ impl Regions {
         let mut background = ever.farther_than(3.0);
         background.intersect_slices(&disc)?;
         Ok(Self {
+            grid: *camera.grid(),
             disc,
             wall,
             wall_erosion: 2,
             cavity,
             background,
         })
+    }
+
+    /// Checks that these are the voxels of a camera.
+    fn check_camera(&self, camera: &Camera) -> Result<(), PhantomError> {
+        let (own, given) = (&self.grid, camera.grid());
+        for a in 0..3 {
+            let (n, spacing, first) = (given.shape()[a], given.spacing()[a], given.origin()[a]);
+            check_count(
+                "voxels of the regions along an axis",
+                own.shape()[a],
+                [n; 2],
+            )?;
+            check(
+                "voxel spacing of the regions (cm)",
+                own.spacing()[a],
+                [spacing; 2],
+            )?;
+            check(
+                "first voxel of the regions (cm)",
+                own.origin()[a],
+                [first; 2],
+            )?;
+        }
+        Ok(())
     }
 
     /// Returns the distinct volume gains of these phases in ascending order.
@@ -99,6 +126,19 @@ pub(crate) fn swept(
     })
 }
 
+/// Checks length and values of a volume and its ground truth.
+pub(crate) fn check_volumes(
+    volume: &[f32],
+    truth: Option<&[f32]>,
+    camera: &Camera,
+) -> Result<(), PhantomError> {
+    let expected = camera.grid().len();
+    check_length("volume", volume.len(), expected)?;
+    check_length("truth", truth.map_or(expected, <[f32]>::len), expected)?;
+    check_finite("a voxel", volume)?;
+    check_finite("a voxel of the ground truth", truth.unwrap_or_default())
+}
+
 /// Image quality of a reconstruction. A figure whose region is empty is `None`.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[cfg_attr(feature = "scene", derive(serde::Serialize))]
@@ -131,18 +171,17 @@ impl ImageQuality {
     ///
     /// # Errors
     /// [`PhantomError::WrongLength`] if a volume does not have the camera's number of voxels, [`PhantomError::OutOfRange`] for a voxel of
-    /// `volume` that is not finite, [`PhantomError::Radon`] if the regions belong to another camera.
+    /// `volume` or `truth` that is not finite, [`PhantomError::Count`] or [`PhantomError::OutOfRange`] if the regions have other voxels than
+    /// the camera.
     pub fn of(
         volume: &[f32],
         truth: Option<&[f32]>,
         regions: &Regions,
         camera: &Camera,
     ) -> Result<Self, PhantomError> {
-        let expected = camera.grid().len();
-        check_length("volume", volume.len(), expected)?;
-        check_length("truth", truth.map_or(expected, <[f32]>::len), expected)?;
-        check_finite("a voxel", volume)?;
-        let disc = (regions.disc).repeat(expected / regions.disc.len().max(1));
+        check_volumes(volume, truth, camera)?;
+        regions.check_camera(camera)?;
+        let disc = (regions.disc).repeat(camera.n_rows());
         let within = |mask: &[bool]| MaskedStats::of(volume, mask);
         let wall = within(regions.wall.as_slice())?;
         Ok(Self {

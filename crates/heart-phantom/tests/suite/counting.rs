@@ -193,6 +193,60 @@ fn noise_of_a_part_is_identical_to_that_of_the_whole() {
 }
 
 #[test]
+fn views_of_other_gates_and_lengths_are_not_converted() {
+    let counted = scene(Mode::Static { phase: 0.3 }, Decay::None).with_size(8);
+    let n_views = counted.camera.views;
+    let all = vec![1.0; n_views * 64];
+    for values in [ProjectionValues::Normalised, ProjectionValues::Counts] {
+        let mut scene = counted.clone();
+        let (counts, seed) = (Counts::Expected, 1);
+        scene.noise = Some(Noise { counts, seed });
+        scene.output.values = values;
+        let phantom = Phantom::new(scene).unwrap();
+        let convert = |gate, first, samples| {
+            let views = &all[..samples];
+            (phantom.in_values_of_output(gate, first, views)).map(|views| views.len())
+        };
+        assert_eq!(convert(0, 0, all.len()).unwrap(), all.len());
+        assert_eq!(convert(0, n_views - 1, 64).unwrap(), 64);
+        for (gate, first) in [(1000, 0), (0, n_views)] {
+            let rejected = convert(gate, first, 64);
+            assert!(
+                matches!(rejected, Err(PhantomError::Count { .. })),
+                "{rejected:?}"
+            );
+        }
+        for (first, samples) in [(1, all.len()), (0, 63), (0, 65)] {
+            let rejected = convert(0, first, samples);
+            assert!(
+                matches!(rejected, Err(PhantomError::WrongLength { given, .. }) if given == samples),
+                "{rejected:?}"
+            );
+        }
+    }
+}
+
+/// A number of 16 significant bits is at least 2^15 units of its last bit, of which rounding changes half a unit.
+#[test]
+fn a_total_of_counts_is_met_to_its_stated_error() {
+    let mut scene = scene(Mode::Static { phase: 0.3 }, Decay::None).with_size(8);
+    scene.counting = None;
+    let means = Phantom::new(scene.clone()).unwrap();
+    let means = means.sinograms(0, &no_observer).unwrap().samples;
+    let sum: f64 = means.iter().map(|sample| f64::from(*sample)).sum();
+    let error = |k: i32| {
+        let total = 1e5 * 1.013f64.powi(k);
+        let mut scene = scene.clone();
+        let counts = Counts::Total(total);
+        scene.noise = Some(Noise { counts, seed: 1 });
+        let per_unit = Phantom::new(scene).unwrap().counts_per_unit(0).unwrap();
+        (per_unit.unwrap()[0] * sum / total - 1.0).abs()
+    };
+    let worst = (0..60).map(error).fold(0.0, f64::max);
+    assert!((8e-6..1.6e-5).contains(&worst), "{worst}");
+}
+
+#[test]
 fn the_report_and_the_headers_contain_the_counts_per_unit() {
     use heart_phantom::files::Format;
     let folder = tempfile::tempdir().unwrap();

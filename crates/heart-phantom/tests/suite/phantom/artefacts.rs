@@ -4,7 +4,7 @@ use super::small;
 use heart_phantom::scene::{
     Background, BinSample, BlurSettings, Counts, DiscretisationSettings, Mode, Noise, Scene,
 };
-use heart_phantom::{Artefacts, Phantom, no_observer};
+use heart_phantom::{Artefacts, ImageQuality, Phantom, PhantomError, no_observer};
 
 fn of_reconstruction(scene: Scene) -> Artefacts {
     let phantom = Phantom::new(scene).unwrap();
@@ -203,4 +203,36 @@ fn views_with_a_given_total_of_counts_are_projected_once() {
     let work = phantom.work();
     assert_eq!(work.rays_cast + work.rays_skipped, 60 * 16 * 16);
     assert!(phantom.view(0, 7).unwrap()[..] == views[7 * 256..8 * 256]);
+}
+
+#[test]
+fn figures_of_other_voxels_and_of_values_that_are_not_finite_are_rejected() {
+    let scene = small(Mode::Static { phase: 0.0 }).with_size(16);
+    let phantom = Phantom::new(scene.clone()).unwrap();
+    let (camera, regions) = (phantom.camera(), phantom.regions().unwrap());
+    let volume = phantom.truth(0).unwrap();
+    let mut wrong = volume.clone();
+    wrong[7] = f32::NAN;
+    for [volume, truth] in [[&volume, &wrong], [&wrong, &volume]] {
+        for rejected in [
+            phantom.artefacts(0, volume, truth).map(drop),
+            phantom.compensated_artefacts(0, volume, truth).map(drop),
+            ImageQuality::of(volume, Some(truth), regions, camera).map(drop),
+        ] {
+            assert!(
+                matches!(rejected, Err(PhantomError::OutOfRange { .. })),
+                "{rejected:?}"
+            );
+        }
+    }
+    // As many voxels of another size.
+    let mut other = scene;
+    other.camera.pitch = other.camera.pitch.map(|pitch| 1.5 * pitch);
+    let other = Phantom::new(other).unwrap();
+    let rejected = ImageQuality::of(&volume, None, other.regions().unwrap(), camera).unwrap_err();
+    assert!(
+        rejected.to_string().starts_with("voxel spacing"),
+        "{rejected}"
+    );
+    assert!(ImageQuality::of(&volume, Some(&volume), regions, camera).is_ok());
 }
