@@ -5,6 +5,8 @@
 #![cfg(unix)] // requires a system that can remove open files
 
 use heart_phantom::files::{self, write_atomically};
+use heart_phantom::scene::{Attenuation, Medium, Mode, Product, Scene};
+use heart_phantom::{Phantom, PhantomError};
 use std::fs;
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -71,6 +73,44 @@ fn interrupted_write() {
     });
     assert_eq!(names(folder.path()), ["a.txt", "b.txt"]);
     assert_eq!(fs::read_to_string(&path).unwrap(), "old");
+}
+
+/// The name of this test, which runs itself under a limit of the address space.
+const LIMITED: &str = "volumes_that_do_not_fit_into_memory_are_an_error";
+
+#[test]
+fn volumes_that_do_not_fit_into_memory_are_an_error() {
+    if std::env::var_os("HEART_PHANTOM_LIMITED").is_none() {
+        let program = std::env::current_exe().unwrap();
+        let script = "ulimit -v 1500000 && exec \"$0\" --exact \"$1\"";
+        let mut limited = std::process::Command::new("sh");
+        limited.args(["-c", script]).arg(program).arg(LIMITED);
+        let done = limited.env("HEART_PHANTOM_LIMITED", "1").output().unwrap();
+        assert!(done.status.success(), "{done:?}");
+        return;
+    }
+    let mut scene = Scene::default().with_size(1290);
+    scene.acquisition.mode = Mode::Static { phase: 0.0 };
+    scene.attenuation = Some(Attenuation {
+        coefficient: 0.15,
+        medium: Medium::Heart,
+    });
+    let phantom = Phantom::new(scene).unwrap();
+    for rejected in [
+        phantom.truth(0).map(drop),
+        phantom.truth_of_gates().map(drop),
+        phantom.activity(0.0).map(drop),
+        phantom.labels(0.0).map(drop),
+        phantom.attenuation(0.0).map(drop),
+    ] {
+        let said = rejected.unwrap_err().to_string();
+        assert!(said.ends_with("do not fit into memory"), "{said}");
+    }
+    let rejected = phantom.check_memory(&[Product::Truth], 1);
+    assert!(
+        matches!(rejected, Err(PhantomError::Memory { .. })),
+        "{rejected:?}"
+    );
 }
 
 fn names(folder: &Path) -> Vec<String> {

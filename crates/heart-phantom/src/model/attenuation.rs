@@ -1,6 +1,6 @@
 //! Attenuation between the heart and the detector.
 
-use crate::error::PhantomError;
+use crate::error::{PhantomError, zeros};
 #[cfg(feature = "scene")]
 use crate::scene::exactly;
 use revolve_voxel::{Body, EllipticCylinder, Organs, VoxelGrid};
@@ -55,7 +55,7 @@ impl Attenuation {
         grid: &VoxelGrid,
         tolerance: f64,
     ) -> Result<Vec<f32>, PhantomError> {
-        let mut out = vec![0.0f32; grid.len()];
+        let mut out: Vec<f32> = zeros("voxels of the attenuation map", grid.len())?;
         let slices = 0..grid.shape()[2];
         let around: Option<Vec<f32>> = organs
             .map(|organs| organs.voxelize(grid, slices.clone(), |organ| organ.attenuation))

@@ -2,8 +2,9 @@
 
 use super::Phantom;
 use super::method::{Compensation, Method, OsemReport};
-use crate::error::{PhantomError, check_count, check_length};
+use crate::error::{PhantomError, check_count, check_length, zeros};
 use crate::observer::check_stop;
+use crate::truth::check_volumes;
 use crate::{Artefacts, Observer, no_observer};
 use radon::add_shifted;
 use revolve_voxel::nalgebra::Vector3;
@@ -111,6 +112,7 @@ impl Phantom {
         volume: &[f32],
         truth: &[f32],
     ) -> Result<Artefacts, PhantomError> {
+        check_volumes(volume, Some(truth), self.camera())?;
         let (gains, wall) = match self.scene().reconstruction.method {
             Method::Fbp => {
                 let scan = self.scan(self.camera(), number, self.acquisition(number)?);
@@ -189,7 +191,10 @@ impl Phantom {
                 *sum += time.window;
             }
         }
-        let mut all = vec![0.0f32; camera.n_views() * camera.view_len()];
+        let mut all: Vec<f32> = zeros(
+            "samples of the projections",
+            camera.n_views() * camera.view_len(),
+        )?;
         for set in sets {
             let views = seen(set)?;
             let breaths = (self.scan(camera, set, self.acquisition(set)?)).breaths_of_views();

@@ -1,7 +1,7 @@
 //! Projections and ground truth of all gates: shapes that gates share are computed once.
 
 use super::Phantom;
-use crate::error::{PhantomError, check_length};
+use crate::error::{PhantomError, check_length, zeros};
 use crate::scan::{Interpolation, STEPS, Scan, SharedShapes};
 use crate::scene::WORK_BYTES;
 use crate::truth::truth_of_gates_into;
@@ -30,7 +30,7 @@ impl Phantom {
     /// As [`Phantom::view`].
     pub fn sinograms_of_gates(&self) -> Result<Vec<f32>, PhantomError> {
         let views = self.camera().n_views() * self.camera().view_len();
-        let mut samples = vec![0.0f32; self.n_gates() * views];
+        let mut samples = zeros("samples of the projections", self.n_gates() * views)?;
         self.sinograms_of_gates_into(&mut samples)?;
         Ok(samples)
     }
@@ -70,7 +70,7 @@ impl Phantom {
         progress: Observer<'_, usize>,
     ) -> Result<Vec<Sinograms>, PhantomError> {
         let each = self.camera().n_views() * self.camera().view_len();
-        let mut samples = vec![0.0f32; self.n_gates() * each];
+        let mut samples = zeros("samples of the projections", self.n_gates() * each)?;
         let mut made = self.primary_of_gates_into(&mut samples, progress)?;
         for (one, own) in made.iter_mut().zip(samples.chunks(each)) {
             one.samples = own.to_vec();
@@ -106,7 +106,10 @@ impl Phantom {
     /// # Errors
     /// As [`Phantom::view`].
     pub fn truth_of_gates(&self) -> Result<Vec<f32>, PhantomError> {
-        let mut volumes = vec![0.0f32; self.n_gates() * self.camera().grid().len()];
+        let mut volumes = zeros(
+            "voxels of the ground truth",
+            self.n_gates() * self.camera().grid().len(),
+        )?;
         self.truth_of_gates_into(&mut volumes)?;
         Ok(volumes)
     }

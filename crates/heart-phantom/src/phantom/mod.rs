@@ -389,8 +389,9 @@ impl Phantom {
     /// Returns the pose at a respiratory position: 0 at end-expiration, 1 at end-inspiration.
     ///
     /// # Errors
-    /// [`PhantomError::Solid`] for a number that is not finite.
+    /// [`PhantomError::OutOfRange`] for a number that is not finite, [`PhantomError::Solid`] for one that is too large.
     pub fn pose(&self, breath: f64) -> Result<Pose, PhantomError> {
+        let breath = crate::error::check("respiratory position", breath, [f64::MIN, f64::MAX])?;
         self.parts.cycle.moved(self.parts.heart.pose(), breath)
     }
 

@@ -1,7 +1,7 @@
 //! Voxels and response of the OSEM model.
 
 use super::method::Osem;
-use crate::error::PhantomError;
+use crate::error::{PhantomError, zeros};
 use crate::scan::BinSample;
 use crate::scene::Parts;
 use crate::{Camera, Medium};
@@ -81,14 +81,15 @@ pub(crate) fn farthest(radii: &[f64]) -> f64 {
 
 impl ModelVoxels {
     /// Extracts the voxels of a camera from a volume of the model, both `[z][y][x]`.
-    pub(super) fn cut(&self, volume: &[f32], camera: &Camera) -> Vec<f32> {
+    pub(super) fn cut(&self, volume: &[f32], camera: &Camera) -> Result<Vec<f32>, PhantomError> {
         let ([nx, ny, _], [own, rows, slices]) =
             (self.camera.grid().shape(), camera.grid().shape());
         let [x, y, z] = self.first;
         let row = |k: usize| ((z + k / rows) * ny + y + k % rows) * nx + x;
-        (0..slices * rows)
-            .flat_map(|k| &volume[row(k)..row(k) + own])
-            .copied()
-            .collect()
+        let mut out = zeros("voxels of the reconstruction", slices * rows * own)?;
+        for (k, pixels) in out.chunks_mut(own).enumerate() {
+            pixels.copy_from_slice(&volume[row(k)..][..own]);
+        }
+        Ok(out)
     }
 }

@@ -3,7 +3,7 @@
 use super::Phantom;
 use super::phases::{MotionPhase, ScenePhase};
 use crate::Wall;
-use crate::error::{PhantomError, check};
+use crate::error::{PhantomError, check, zeros};
 
 /// Time step of the velocity's difference quotient, as a fraction of a cycle.
 const STEP: f64 = 1e-3;
@@ -143,9 +143,9 @@ impl Phantom {
         let velocity = from.velocities(around, walls.seconds, grid, slices)?;
         Ok(MotionField {
             voxels: displacement.iter().map(|(voxel, _)| *voxel).collect(),
-            displacement: spread(&displacement, grid.len()),
-            velocity: spread(&velocity, grid.len()),
-            strain: spread(&strain, grid.len()),
+            displacement: spread(&displacement, grid.len())?,
+            velocity: spread(&velocity, grid.len())?,
+            strain: spread(&strain, grid.len())?,
         })
     }
 
@@ -213,10 +213,13 @@ impl Phantom {
 }
 
 /// Distributes the components of some voxels to all voxels; the others are zero.
-fn spread<const N: usize>(of: &[(usize, [f32; N])], voxels: usize) -> Vec<f32> {
-    let mut all = vec![0.0; N * voxels];
+fn spread<const N: usize>(
+    of: &[(usize, [f32; N])],
+    voxels: usize,
+) -> Result<Vec<f32>, PhantomError> {
+    let mut all: Vec<f32> = zeros("components of the motion", N * voxels)?;
     for (voxel, components) in of {
         all[N * voxel..][..N].copy_from_slice(components);
     }
-    all
+    Ok(all)
 }

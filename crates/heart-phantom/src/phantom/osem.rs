@@ -7,7 +7,7 @@ use super::gate_model::Model;
 use super::method::{Compensation, KnownScatter, Osem, OsemReport};
 use super::model_voxels::{ModelVoxels, farthest};
 use super::{Phantom, once};
-use crate::error::{PhantomError, check_length};
+use crate::error::{PhantomError, check_count, check_length, zeros};
 use crate::observer::check_stop;
 use crate::scan::Scan;
 use crate::truth::truth_of_slices;
@@ -44,6 +44,7 @@ impl Phantom {
         views: &[f32],
         progress: Observer<'_, usize>,
     ) -> Result<(Vec<f32>, OsemReport), PhantomError> {
+        check_count("gate", gate, [0, self.n_gates() - 1])?;
         check_length(
             "views",
             views.len(),
@@ -69,7 +70,7 @@ impl Phantom {
         };
         let data = (counted(views), self.background(osem, gate)?);
         let (volume, report) = self.passes(osem, &model.subsets, data, progress)?;
-        Ok((voxels.cut(&volume, self.camera()), report))
+        Ok((voxels.cut(&volume, self.camera())?, report))
     }
 
     /// Whether all gates have the same geometry and attenuation map.
@@ -114,10 +115,12 @@ impl Phantom {
         (views, background): (Vec<f32>, Vec<f32>),
         progress: Observer<'_, usize>,
     ) -> Result<(Vec<f32>, OsemReport), PhantomError> {
-        let mut volume = Vec::new();
+        let mut volume: Vec<f32> = Vec::new();
         for subset in subsets {
             let seen = subset.sensitivity()?;
-            volume.resize(seen.len(), 0.0f32);
+            if volume.is_empty() {
+                volume = zeros("voxels of the reconstruction", seen.len())?;
+            }
             volume.iter_mut().zip(seen).for_each(|(sum, x)| *sum += x);
         }
         let sum = |samples: &[f32]| samples.iter().map(|&x| f64::from(x)).sum::<f64>();

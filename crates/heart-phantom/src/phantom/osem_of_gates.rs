@@ -57,7 +57,7 @@ impl Phantom {
             .map(subset)
             .collect::<Result<Vec<_>, PhantomError>>()?;
         let (volume, report) = self.passes(osem, &subsets, (views, background), progress)?;
-        Ok((voxels.cut(&volume, self.camera()), report))
+        Ok((voxels.cut(&volume, self.camera())?, report))
     }
 
     /// Weights of the views of each gate: expected counts where they are known, else acquisition times; normalised to a mean of 1.

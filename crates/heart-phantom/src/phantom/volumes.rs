@@ -1,7 +1,7 @@
 //! Volumes of a phantom: reconstruction and voxelised ground truth.
 
 use super::{Phantom, once};
-use crate::error::{PhantomError, check_count, check_length};
+use crate::error::{PhantomError, check_count, check_length, zeros};
 use crate::observer::check_stop;
 use crate::scan::Scan;
 use crate::truth::truth_of_slices;
@@ -18,34 +18,40 @@ use std::sync::{Arc, PoisonError};
 const WALL: usize = 1;
 
 impl Phantom {
-    /// Reconstructs a slice of a gate, `[y][x]`, from one row of each view and the rows within the blur. [`Method::Osem`] reconstructs the whole
-    /// volume.
+    /// Computes slice `z` of [`Phantom::volume`], `[y][x]`, from one row of each view and the rows within the blur. [`Method::Osem`] and
+    /// [`Compensation::KnownMotion`](crate::Compensation::KnownMotion) reconstruct the whole volume.
     ///
     /// # Errors
-    /// [`PhantomError::Count`] if there is no such gate or slice; [`PhantomError::Radon`] if the arc is too short for [`Method::Fbp`].
-    pub fn slice(&self, gate: usize, z: usize) -> Result<Vec<f32>, PhantomError> {
+    /// As [`Phantom::volume`]; [`PhantomError::Count`] if there is no such slice.
+    pub fn slice(&self, number: usize, z: usize) -> Result<Vec<f32>, PhantomError> {
         check_count("slice", z, [0, self.parts.camera.n_rows() - 1])?;
         match self.scene().reconstruction.method {
-            Method::Fbp => {
+            Method::Fbp if !self.is_compensated() => {
                 let views = 0..self.parts.camera.n_views();
-                let sinogram = self.take(gate, views, z..z + 1, &no_observer)?;
+                let sinogram = self.take(number, views, z..z + 1, &no_observer)?;
                 let mut slice = vec![0.0f32; self.parts.camera.grid().slice_len()];
-                self.back_project(gate, &sinogram.samples, 1, &mut slice)?;
+                self.back_project(number, &sinogram.samples, 1, &mut slice)?;
                 Ok(slice)
             }
-            Method::Osem(_) => {
+            Method::Fbp | Method::Osem(_) => {
                 let len = self.parts.camera.grid().slice_len();
-                Ok(self.volume(gate)?[z * len..][..len].to_vec())
+                Ok(self.volume(number)?[z * len..][..len].to_vec())
             }
         }
     }
 
-    /// Reconstructs a gate, `[z][y][x]`, on the voxels of [`Camera::grid`](crate::Camera::grid), limited to the region if one is given.
+    /// Projects and reconstructs volume `number` of [`Phantom::n_volumes`], `[z][y][x]`, on the voxels of
+    /// [`Camera::grid`](crate::Camera::grid), limited to the region if one is given: a gate, or with [`Compensation::KnownMotion`](crate::Compensation::KnownMotion) the
+    /// volume of [`Phantom::compensated`].
     ///
     /// # Errors
-    /// As [`Phantom::slice`].
-    pub fn volume(&self, gate: usize) -> Result<Vec<f32>, PhantomError> {
-        self.reconstruct(gate, &self.sinograms(gate, &no_observer)?.samples)
+    /// [`PhantomError::Count`] if there is no such volume; as [`Phantom::reconstruct`] and [`Phantom::compensated`].
+    pub fn volume(&self, number: usize) -> Result<Vec<f32>, PhantomError> {
+        check_count("volume", number, [0, self.n_volumes() - 1])?;
+        match self.is_compensated() {
+            true => Ok((self.compensated(number, &self.sinograms_of_gates()?, &no_observer)?).0),
+            false => self.reconstruct(number, &self.sinograms(number, &no_observer)?.samples),
+        }
     }
 
     /// Reconstructs views `[view][row][bin]` of this camera, `[z][y][x]`: those of [`Phantom::sinograms`], or modified ones. The angles are
@@ -90,7 +96,10 @@ impl Phantom {
         check_stop(progress(0))?;
         match &self.scene().reconstruction.method {
             Method::Fbp => {
-                let mut volume = vec![0.0f32; self.parts.camera.grid().len()];
+                let mut volume = zeros(
+                    "voxels of the reconstruction",
+                    self.parts.camera.grid().len(),
+                )?;
                 self.reconstruct_into(gate, views, &mut volume)?;
                 Ok((volume, None))
             }
@@ -104,10 +113,11 @@ impl Phantom {
     /// Computes the voxelised ground truth of a gate, `[z][y][x]`: averages over each voxel and over the acquisition time
     /// ([`Phantom::truth_of`]). The error of the average over each voxel is `truth.tolerance`; that over time falls with the steps of
     /// `acquisition.accuracy`: with four steps in a gate, the default for 8 gates, the blood volume of the default heart differs from the mean
-    /// of the gate (`PhaseReport::mean_cavity_ml`) by up to 0.1 %.
+    /// of the gate (`PhaseReport::mean_cavity_ml`) by up to 0.1 %. [`Phantom::check_memory`] checks before any work that the volume fits into
+    /// memory.
     ///
     /// # Errors
-    /// As [`Phantom::view`].
+    /// As [`Phantom::view`]; [`PhantomError::Solid`] if the volume cannot be allocated.
     pub fn truth(&self, gate: usize) -> Result<Vec<f32>, PhantomError> {
         let scan = self.scan(&self.parts.camera, gate, self.acquisition(gate)?);
         self.truth_slices(&scan, 0..self.parts.camera.n_rows())
@@ -164,7 +174,7 @@ impl Phantom {
     /// Computes a slice of the ground truth of a gate, `[y][x]`.
     ///
     /// # Errors
-    /// As [`Phantom::slice`].
+    /// As [`Phantom::truth`]; [`PhantomError::Count`] if there is no such slice.
     pub fn truth_slice(&self, gate: usize, z: usize) -> Result<Vec<f32>, PhantomError> {
         check_count("slice", z, [0, self.parts.camera.n_rows() - 1])?;
         let scan = self.scan(&self.parts.camera, gate, self.acquisition(gate)?);
@@ -262,6 +272,7 @@ impl Phantom {
 
     /// Returns the reconstruction plan of a slice of a gate; the last one is stored. With step and shoot all gates share it.
     pub(crate) fn plan(&self, gate: usize) -> Result<Arc<FbpPlan<f32>>, PhantomError> {
+        check_count("gate", gate, [0, self.n_gates() - 1])?;
         let of = match self.parts.camera.rotation() {
             Rotation::StepAndShoot => 0,
             Rotation::Continuous => gate,

@@ -1,7 +1,7 @@
 //! The motion of the heart as linear maps of volumes: from end-diastole at end-expiration to the state of each gate.
 
 use super::Phantom;
-use crate::error::{PhantomError, check_count};
+use crate::error::{PhantomError, check_count, zeros};
 use crate::model::Reach;
 use crate::scan::Lasting;
 use radon::{Displacements, Warp, Warps};
@@ -143,7 +143,7 @@ impl Phantom {
         let reach = self.reach(ways.iter().fold(0.0, |most, way| most.max(*way)), apart);
         // The wall is displaced by one; voxels towards it are displaced by their fraction.
         let one = still.clone().with_pose(still.pose().shifted(Vector3::x())?);
-        let mut fractions = vec![0.0; grid.len()];
+        let mut fractions: Vec<f32> = zeros("components of the motion", grid.len())?;
         for (voxel, [x, _, _]) in still.displacements_around(&one, grid, reach)? {
             fractions[voxel] = x;
         }

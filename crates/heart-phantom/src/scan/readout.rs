@@ -1,7 +1,7 @@
 //! Counting noise of the detector.
 
 use super::settings::{Counts, Noise};
-use crate::error::PhantomError;
+use crate::error::{PhantomError, zeros};
 use radon::{CountScale, poisson_counts_into};
 use std::borrow::Cow;
 use std::ops::Range;
@@ -46,7 +46,7 @@ impl Readout {
             return Ok(());
         };
         let [bins, n_rows] = self.size;
-        let mut counts = vec![0.0f32; samples.len()];
+        let mut counts: Vec<f32> = zeros("samples of the projections", samples.len())?;
         let len = (rows.len() * bins).max(1);
         let views = samples.chunks(len).zip(counts.chunks_mut(len));
         for (k, ((view_samples, view_counts), &per_unit)) in views.zip(per_unit).enumerate() {

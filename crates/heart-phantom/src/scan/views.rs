@@ -12,7 +12,7 @@ use super::part_view::{self, PartView};
 use super::project::Aim;
 use super::view_error::{Errors, Total};
 use super::whole::{Lasting, Projected, Scan};
-use crate::error::PhantomError;
+use crate::error::{PhantomError, zeros};
 use crate::model::Placed;
 use crate::observer::check_stop;
 use crate::{HeartShape, Observer};
@@ -54,7 +54,7 @@ impl<'a> Scan<'a> {
         rows: Range<usize>,
         progress: Observer<'_, usize>,
     ) -> Result<Sinograms, PhantomError> {
-        let mut samples = vec![0.0f32; self.len(&views, &rows)];
+        let mut samples = zeros("samples of the projections", self.len(&views, &rows))?;
         let sets = std::slice::from_ref(self);
         let mut made = Self::sets_into(sets, (views, rows), &mut samples, progress)?;
         let mut made = made.swap_remove(0);

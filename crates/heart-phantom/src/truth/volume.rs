@@ -1,7 +1,7 @@
 //! Voxelised ground truth.
 
 use crate::HeartShape;
-use crate::error::PhantomError;
+use crate::error::{PhantomError, zeros};
 use crate::scan::{Lasting, Scan, SharedShapes, add_to_gates};
 use revolve_voxel::{Body, Sampling, VoxelCounters, VoxelGrid, WeightedBody};
 use std::ops::Range;
@@ -28,7 +28,10 @@ pub(crate) fn truth_of_slices(
     scan.activity.validate()?;
     let times = thinned(scan.times()?);
     let grid = scan.camera.grid();
-    let mut volume = vec![0.0f32; grid.slice_len() * slices.len()];
+    let mut volume = zeros(
+        "voxels of the ground truth",
+        grid.slice_len() * slices.len(),
+    )?;
     if let Some(background) = &scan.background {
         let concentration = background.concentration;
         (background.torso()?).voxelize_add(grid, slices.clone(), concentration, &mut volume)?;
@@ -41,7 +44,7 @@ pub(crate) fn truth_of_slices(
     }
     drop(part);
     if let Some(around) = around {
-        let mut heart = vec![0.0f32; volume.len()];
+        let mut heart: Vec<f32> = zeros("voxels of the ground truth", volume.len())?;
         let _part = simd_set::part(1..2, 2);
         for (_part, pass) in simd_set::parts(passes) {
             let (bodies, weights) = (bodies(scan, pass, &shapes_of(scan, pass)?)?, shares(pass));
@@ -66,7 +69,7 @@ pub(crate) fn truth_of_gates_into(
 ) -> Result<VoxelCounters, PhantomError> {
     scan.activity.validate()?;
     let (grid, slices) = (scan.camera.grid(), 0..scan.camera.n_rows());
-    let mut one = vec![0.0f32; grid.len()];
+    let mut one: Vec<f32> = zeros("voxels of the ground truth", grid.len())?;
     if let Some(background) = &scan.background {
         let concentration = background.concentration;
         (background.torso()?).voxelize_add(grid, slices.clone(), concentration, &mut one)?;

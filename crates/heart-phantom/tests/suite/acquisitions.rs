@@ -4,7 +4,8 @@ use heart_phantom::scene::{
     Accuracy, Activity, ArcPolicy, CameraSettings, DiscretisationSettings, Mode, Rotation, Scene,
 };
 use heart_phantom::{
-    Heart, ImageQuality, Phantom, PhantomError, Sinograms, Uptake, VolumeRange, no_observer,
+    Heart, ImageQuality, MotionPhase, Phantom, PhantomError, Sinograms, Uptake, VolumeRange,
+    no_observer,
 };
 use membrane_newton::{MembraneError, NewtonError};
 
@@ -174,6 +175,12 @@ fn bad_input_is_rejected_with_its_values() {
         let refused = phantom(Mode::WholeCycle, 8).activity(phase);
         assert!(matches!(refused, Err(PhantomError::OutOfRange { .. })));
     }
+    let (phase, breath) = (0.0, f64::NAN);
+    let refused = phantom(Mode::WholeCycle, 8).activity(MotionPhase { phase, breath });
+    assert_eq!(
+        refused.unwrap_err().to_string(),
+        "respiratory position is NaN, must be finite"
+    );
     // An unreasonable number of points.
     for mode in [
         Mode::WholeCycle,

@@ -284,12 +284,33 @@ fn fbp_shifts_the_views_of_each_cardiac_gate() {
             .reconstruct(gate, &phantom.compensated_views(gate).unwrap())
             .unwrap();
         assert!(volume == expected && report.is_none());
+        let alone = Phantom::new(moving.clone()).unwrap();
+        assert!(distance(&alone.volume(gate).unwrap(), &volume) < 1e-6);
+        let (slice, len) = (alone.slice(gate, 20).unwrap(), 46 * 46);
+        assert!(distance(&slice, &volume[20 * len..][..len]) < 1e-6);
         // The reference is a heart during a breath-hold.
         let mut held = moving.clone();
         held.breathing = None;
         let held = Phantom::new(held).unwrap().truth(gate).unwrap();
         assert!(distance(&phantom.compensated_truth(gate).unwrap(), &held) < 2e-3);
     }
+}
+
+#[test]
+fn the_only_compensated_volume_is_volume_0() {
+    let mut moving = compensated(Mode::Gated { gates: 2 });
+    (moving.camera.bins, moving.camera.rows, moving.camera.pitch) = (12, 12, [1.3; 2]);
+    (moving.camera.views, moving.reconstruction.method) = (6, Method::Osem(Osem::new(2, 2)));
+    let (phantom, volume) = in_one_frame(&moving);
+    let found = phantom.volume(0).unwrap();
+    assert!(distance(&found, &volume) < 1e-5);
+    let first_gate = phantom.reconstruct(0, &phantom.sinograms(0, &no_observer).unwrap().samples);
+    assert!(distance(&found, &first_gate.unwrap()) > 0.1);
+    let beyond = phantom.volume(1);
+    assert!(
+        matches!(beyond, Err(PhantomError::Count { given: 1, .. })),
+        "{beyond:?}"
+    );
 }
 
 #[test]

@@ -13,7 +13,7 @@ mod warnings;
 
 use heart_phantom::scene::{
     Accuracy, Activity, Attenuation, Background, BlurSettings, Counts, CycleSettings,
-    DiscretisationSettings, Medium, Mode, Noise, PixelRange, Scene,
+    DiscretisationSettings, Medium, Method, Mode, Noise, Osem, PixelRange, Scene,
 };
 use heart_phantom::{Phantom, PhantomError, Uptake, VolumeCurve, VolumeRange, no_observer};
 use radon::Skip;
@@ -438,4 +438,31 @@ fn a_total_of_counts_needs_activity_in_the_views() {
     scene.noise = Some(Noise { counts, seed });
     let view = Phantom::new(scene).unwrap().view(0, 0).unwrap();
     assert!(view.iter().all(|&count| count == 0.0));
+}
+
+/// A computed plan or model of another gate does not make a gate exist.
+#[test]
+fn gates_that_do_not_exist_are_rejected_before_and_after_a_reconstruction() {
+    for method in [Method::Fbp, Method::Osem(Osem::new(2, 1))] {
+        let mut scene = small(Mode::Gated { gates: 2 }).with_size(12);
+        scene.reconstruction.method = method;
+        let phantom = Phantom::new(scene).unwrap();
+        let views = phantom.sinograms(0, &no_observer).unwrap().samples;
+        let mut volume = vec![0.0; 12 * 12 * 12];
+        for _ in 0..2 {
+            for rejected in [
+                phantom.reconstruct(1000, &views).map(drop),
+                phantom.reconstruct_into(1000, &views, &mut volume),
+                (phantom.reconstruct_observed(1000, &views, &no_observer)).map(drop),
+                phantom.slice(1000, 0).map(drop),
+                phantom.volume(1000).map(drop),
+            ] {
+                assert!(
+                    matches!(rejected, Err(PhantomError::Count { given: 1000, .. })),
+                    "{rejected:?}"
+                );
+            }
+            phantom.reconstruct(0, &views).unwrap();
+        }
+    }
 }
