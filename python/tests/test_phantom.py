@@ -212,7 +212,7 @@ def test_a_run_writes_the_arrays(tmp_path):
 @pytest.mark.parametrize(
     ("make", "kind", "words"),
     [
-        (lambda p: p.views(1), HeartPhantomError, "gate is 1, must be between 0 and 0"),
+        (lambda p: p.views(1), HeartPhantomError, "gate is 1, must be 0"),
         (lambda p: p.views(-1), ValueError, "-1"),
         (lambda p: p.views("a"), TypeError, "expected an integer"),
         (lambda p: p.view(20), HeartPhantomError, "view is 20"),
