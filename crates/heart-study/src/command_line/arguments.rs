@@ -36,9 +36,9 @@ pub(crate) struct Arguments {
 
 #[derive(Debug, Subcommand)]
 pub(crate) enum Command {
-    /// Run the study of Rohmer, Sitek and Gullberg (2006) and write its figures and numbers: 20 s on two cores, 350 MB of memory by default.
+    /// Run the study of Rohmer, Sitek and Gullberg (2006) and write its figures and numbers: some seconds on two cores, 350 MB of memory by default.
     Paper(Paper),
-    /// Measure ejection fractions in images of gated SPECT, with each cause of error switched off in turn: ten minutes on two cores, 100 MB of memory.
+    /// Measure ejection fractions in images of gated SPECT, with each cause of error switched off in turn: some minutes on two cores.
     Ef {
         /// Output directory; created if necessary. Files that the report.json of an earlier run there lists are removed, others are never replaced.
         #[arg(long, value_name = "DIR")]

@@ -49,8 +49,8 @@ pub struct EjectionReport {
 }
 
 /// Runs the study and writes page, plots and `report.json` to the directory `out`. The report of an earlier run and the files that it lists
-/// are removed first. A study that fails removes its files. The full study takes about
-/// ten minutes on two cores and 100 MB of memory.
+/// are removed first. A study that fails removes its files. The full study takes some
+/// minutes on two cores.
 ///
 /// # Errors
 /// A directory that is not writable or other files under names of the study are reported before any work; see [`StudyError`].

@@ -4,7 +4,7 @@ use crate::error::{count, within};
 use heart_phantom::scene::DiscretisationSettings;
 use heart_phantom::{PhantomError, Scene, VolumeRange};
 
-/// Options of the study. The default study takes 22 s on two cores and 350 MB of memory.
+/// Options of the study. The default study takes some seconds on two cores and 350 MB of memory.
 ///
 /// ```
 /// let small = heart_study::StudyOptions::default().with_size(16).with_views(8);
