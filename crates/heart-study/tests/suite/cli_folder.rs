@@ -7,7 +7,7 @@ use std::process::{Command, Output};
 
 /// A fast scene; labels and surfaces have the names of those of `truth`.
 const SCENE: &str = "[heart]\ndiscretisation = { differences = { nodes = 51 } }\n\
-    [camera]\nviews = 4\nbins = 12\nrows = 10\npitch = [1.4, 1.6]\n\
+    [camera]\nviews = 4\nbins = 12\nrows = 10\npitch = [1.4, 1.6]\nsamples = 'averages'\n\
     [acquisition]\nmode = { static = { phase = 0.0 } }\n";
 const PAPER: [&str; 6] = ["--size", "16", "--views", "4", "--nodes", "51"];
 

@@ -26,7 +26,7 @@ fn small(folder: &Path, rest: &str) -> PathBuf {
     let path = folder.join("scene.toml");
     let text = format!(
         "[heart]\ndiscretisation = {{ differences = {{ nodes = 51 }} }}\n\
-         [camera]\nviews = 8\nbins = 24\nrows = 20\npitch = [0.7, 0.8]\n{rest}"
+         [camera]\nviews = 8\nbins = 24\nrows = 20\npitch = [0.7, 0.75]\n{rest}"
     );
     std::fs::write(&path, text).unwrap();
     path
