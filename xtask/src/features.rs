@@ -1,6 +1,6 @@
 //! `cargo xtask features`: each published crate compiles without a warning with each of its features alone and with none, and the unit tests of
-//! crates that have features with none. The tests of the workspace compile them with all. It uses one core and a target folder of its own
-//! (`checks` in the target folder), so that it can run beside the compilation of the tests.
+//! crates that have features with none. The tests of the workspace compile them with all. Its target folder is `checks` in that of
+//! the workspace, so that it can run beside the compilation of the tests.
 
 use std::process::Command;
 

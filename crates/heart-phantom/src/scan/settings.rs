@@ -63,9 +63,9 @@ pub enum Accuracy {
     Steps(usize),
     /// Bound on the error of every sample relative to the largest one; determines the time steps and the resolution of
     /// images. With `Steps`, images are those of 1e-3. Half of it is for averages over bins, the remainder for averages over time and
-    /// omitted weights of the response. A tolerance that the finest time steps (4096 per cycle) or the finest resolution do not meet is
-    /// an error with the error reached: for averages over bins without a response
-    /// it is 5e-6 to 3e-5 with static hearts whose walls are 0.3 to 1 cm thick, in bins of 1 and 2 cm.
+    /// omitted weights of the response. If the finest time steps (4096 per cycle) or the finest resolution do not meet it, the result is
+    /// [`PhantomError::Tolerance`](crate::PhantomError::Tolerance) with the smallest error reached. Averages over bins without a response
+    /// reached 5e-6 to 3e-5 for static hearts with walls of 0.3 to 1 cm, in bins of 1 and 2 cm.
     Tolerance(f64),
 }
 
