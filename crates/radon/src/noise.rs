@@ -1,10 +1,10 @@
 //! Poisson noise of given expected counts.
 //!
-//! Sample i becomes a Poisson number with mean `counts_per_unit * sample[i]`, drawn from its own stream of random numbers (ChaCha with 8
-//! rounds, stream i of the seed). So its noise depends only on seed, index and mean, not on threads or on the other samples that are drawn.
+//! Sample i becomes a Poisson number with mean `counts_per_unit * sample[i]`, drawn from its own random numbers (ChaCha with 8 rounds, a
+//! function of seed and i). So its noise depends only on seed, index and mean, not on threads or on the other samples that are drawn.
 
 use rand_chacha::ChaCha8Rng;
-use rand_chacha::rand_core::SeedableRng;
+use rand_chacha::rand_core::{Rng, SeedableRng};
 use rand_distr::{Distribution, Poisson};
 
 use crate::error::{length, positive, within, zeros};
@@ -12,6 +12,12 @@ use crate::{RadonError, Sample, parallel};
 
 /// Largest mean: counts near it are exact integers in `f64`.
 const MOST_COUNTS: f64 = 1e15;
+
+/// Largest mean of counts drawn by inversion, which takes a step per count; for larger ones rejection is faster.
+const MOST_INVERTED: f64 = 25.0;
+
+/// Probability below which the tail of the distribution is omitted, less than the rounding of its sum.
+const LEAST_PROBABILITY: f64 = 1e-18;
 
 /// Samples per task.
 const CHUNK: usize = 4096;
@@ -83,7 +89,7 @@ pub fn poisson_counts<T: Sample>(
 
 /// Draws counts for a part of the samples that starts at index `first`; `counts_per_unit` is [`CountScale::per_unit`] of all samples.
 ///
-/// Counts above 2^24 are rounded in `f32`. Cost: about 0.2 us per nonzero sample.
+/// Counts above 2^24 are rounded in `f32`. Cost: 10 ns per sample and 3 ns per count up to a mean of 25, about 0.2 us above it.
 ///
 /// # Errors
 /// As [`poisson_counts`]; [`RadonError::WrongLength`] for `out`.
@@ -101,18 +107,37 @@ pub fn poisson_counts_into<T: Sample>(
     }
     let generator = ChaCha8Rng::seed_from_u64(seed);
     parallel::chunks(out, CHUNK, &|chunk, out| {
-        for (k, out) in (chunk * CHUNK..).zip(out) {
-            let (place, sample) = (first.wrapping_add(k as u64), samples[k]);
-            // A mean of zero, or one that underflows, gives no counts.
-            *out = match Poisson::new(sample.f64() * counts_per_unit) {
-                Err(_) => T::ZERO,
-                Ok(poisson) => {
+        let start = chunk * CHUNK;
+        let place = |k: usize| first.wrapping_add((start + k) as u64);
+        // Stream 0 has a number of 64 bits, two words, for each place.
+        let mut uniforms = generator.clone();
+        uniforms.set_word_pos(2 * u128::from(place(0)));
+        for (k, (out, sample)) in out.iter_mut().zip(&samples[start..]).enumerate() {
+            let uniform = (uniforms.next_u64() >> 11) as f64 * 0.5f64.powi(53);
+            let mean = sample.f64() * counts_per_unit;
+            let count = match mean <= MOST_INVERTED {
+                true => inverted(mean, uniform),
+                false => {
                     let mut stream = generator.clone();
-                    stream.set_stream(place);
-                    T::of(poisson.sample(&mut stream))
+                    stream.set_stream(place(k).wrapping_add(1));
+                    // Means up to 1e15 are valid.
+                    Poisson::new(mean).map_or(mean, |poisson| poisson.sample(&mut stream))
                 }
             };
+            *out = T::of(count);
         }
     });
     Ok(())
+}
+
+/// Returns the Poisson quantile of a number in [0, 1): the smallest count whose cumulative probability exceeds it.
+fn inverted(mean: f64, uniform: f64) -> f64 {
+    let (mut count, mut probability) = (0.0, (-mean).exp());
+    let mut cumulative = probability;
+    while cumulative <= uniform && probability > LEAST_PROBABILITY {
+        count += 1.0;
+        probability *= mean / count;
+        cumulative += probability;
+    }
+    count
 }
