@@ -331,10 +331,10 @@ impl Phantom {
     }
 
     /// Returns two of some evenly spaced views: the one with the largest change between end-systole and end-diastole, and the one with the
-    /// largest sample of the heart.
+    /// largest sample of the heart, both of line integrals.
     pub(super) fn changed_views(&self, camera: &Camera) -> Result<[usize; 2], PhantomError> {
         let views = evenly(CANDIDATES, camera.n_views()).collect();
-        let from = (camera, self.bin_value()?);
+        let from = (camera, None);
         let images = self.images(from, &views, 0, Projected::Heart)?.samples;
         let phases = [&images[0], &images[images.len() - 1]];
         let len = phases[0].len() / views.len();
