@@ -351,7 +351,7 @@ pub fn write<'a>(
                 return Err(info.cannot_hold("the angles of projections"));
             };
             check_extension(path, extensions.header)?;
-            if projections.seconds_per_gate().is_some() && !info.gates {
+            if projections.seconds_per_gate.is_some() && !info.gates {
                 return Err(info.cannot_hold("gates in one file"));
             }
             (info.write_projections)

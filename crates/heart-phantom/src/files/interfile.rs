@@ -29,7 +29,7 @@ use super::names::{data_beside, millimetres};
 use super::turn::{Direction, Turn, check_centred};
 use crate::error::PhantomError;
 use crate::files::atomic::write_with_header;
-use crate::files::{Projections, Radius, Samples, Volume, write_atomically};
+use crate::files::{Projections, Samples, Volume, write_atomically};
 use crate::text::short;
 use std::path::Path;
 
@@ -38,11 +38,11 @@ pub(crate) const ORBIT_EXTENSION: &str = "cor";
 
 pub(super) fn write_volume_stir(path: &Path, volume: &Volume) -> Result<(), PhantomError> {
     let (data, name) = data_beside(path, "v");
-    let [nx, ny, nz] = volume.grid().shape();
+    let [nx, ny, nz] = volume.grid.shape();
     let [dx, dy, dz] = volume.spacing_mm();
     let [x, y, z] = volume.origin_mm();
     let first_z = -(z + (nz as f64 - 1.0) * dz);
-    let number = number_format(volume.samples(), "float");
+    let number = number_format(volume.samples, "float");
     let header = format!(
         "!INTERFILE :=\n\
          !imaging modality := nucmed\n\
@@ -74,26 +74,26 @@ pub(super) fn write_volume_stir(path: &Path, volume: &Volume) -> Result<(), Phan
          !END OF INTERFILE :=\n"
     );
     write_with_header(path, header.as_bytes(), &data, |out| {
-        volume.samples().write_reversed(nx * ny, nz, out)
+        volume.samples.write_reversed(nx * ny, nz, out)
     })
 }
 
 /// Interfile 3.3 has no key for a position: readers centre the array, so the grid must be centred.
 pub(super) fn write_volume_simind(path: &Path, volume: &Volume) -> Result<(), PhantomError> {
     let (data, name) = data_beside(path, "a00");
-    let shape = volume.grid().shape();
+    let shape = volume.grid.shape();
     let [nx, ny, nz] = shape;
     let [dx, dy, dz] = volume.spacing_mm();
     for a in 0..3 {
-        let spacing = volume.grid().spacing()[a];
-        let centre = volume.grid().origin()[a] + 0.5 * (shape[a] as f64 - 1.0) * spacing;
+        let spacing = volume.grid.spacing()[a];
+        let centre = volume.grid.origin()[a] + 0.5 * (shape[a] as f64 - 1.0) * spacing;
         check_centred("centre of the grid in voxels", centre / spacing, shape[a])?;
     }
     let gates = Gates::new(volume.n_gates(), volume.seconds_per_gate());
     let images = volume.n_gates() * nz;
     let head = simind_head(&name, images, &gates);
     let study = &gates.study;
-    let number = number_format(volume.samples(), "short float");
+    let number = number_format(volume.samples, "short float");
     let thickness = dz / dx;
     let header = format!(
         "{head}\
@@ -116,7 +116,7 @@ pub(super) fn write_volume_simind(path: &Path, volume: &Volume) -> Result<(), Ph
          !END OF INTERFILE :=\n"
     );
     write_with_header(path, header.as_bytes(), &data, |out| {
-        volume.samples().write_reversed(nx * ny, nz, out)
+        volume.samples.write_reversed(nx * ny, nz, out)
     })
 }
 
@@ -126,10 +126,10 @@ pub(super) fn write_projections_stir(
 ) -> Result<(), PhantomError> {
     let (data, name) = data_beside(path, "s");
     let turn = Turn::new(projections)?;
-    let number = number_format(projections.samples(), "float");
-    let orbit = match projections.radius() {
-        Radius::Circular(radius) => circular(radius),
-        Radius::PerView(radii) => {
+    let number = number_format(projections.samples, "float");
+    let orbit = match projections.radii {
+        [radius] => circular(*radius),
+        radii => {
             let radii: Vec<_> = radii.iter().map(|r| millimetres(*r).to_string()).collect();
             format!("orbit := non-circular\nRadii := {{{}}}\n", radii.join(", "))
         }
@@ -158,7 +158,7 @@ pub(super) fn write_projections_stir(
     // Rows from head to feet, like the slices.
     let [_, rows, bins] = projections.shape();
     write_with_header(path, header.as_bytes(), &data, |out| {
-        projections.samples().write_reversed(bins, rows, out)
+        projections.samples.write_reversed(bins, rows, out)
     })
 }
 
@@ -168,11 +168,11 @@ pub(super) fn write_projections_simind(
 ) -> Result<(), PhantomError> {
     let (data, name) = data_beside(path, "a00");
     let turn = Turn::new(projections)?;
-    let gates = Gates::new(projections.n_gates(), projections.seconds_per_gate());
-    let images = projections.n_gates() * projections.angles().len();
+    let gates = Gates::new(projections.n_gates(), projections.seconds_per_gate);
+    let images = projections.n_gates() * projections.angles.len();
     let head = simind_head(&name, images, &gates);
     let study = &gates.study;
-    let number = number_format(projections.samples(), "short float");
+    let number = number_format(projections.samples, "short float");
     let (start, direction) = match turn.direction {
         Direction::Ccw => (180.0 - turn.start, Direction::Cw),
         Direction::Cw => (turn.start - 180.0, Direction::Ccw),
@@ -182,9 +182,9 @@ pub(super) fn write_projections_simind(
         direction,
         ..turn
     };
-    let orbit = match projections.radius() {
-        Radius::Circular(radius) => circular(radius),
-        Radius::PerView(radii) => {
+    let orbit = match projections.radii {
+        [radius] => circular(*radius),
+        radii => {
             let (beside, name) = data_beside(path, ORBIT_EXTENSION);
             write_atomically(&beside, |out| {
                 (radii.iter()).try_for_each(|radius| writeln!(out, "{}", short(*radius)))
@@ -205,7 +205,7 @@ pub(super) fn write_projections_simind(
     // Rows from head to feet, bins from s = +.
     let [_, rows, bins] = projections.shape();
     write_with_header(path, header.as_bytes(), &data, |out| {
-        projections.samples().write_backwards(rows * bins, out)
+        projections.samples.write_backwards(rows * bins, out)
     })
 }
 
@@ -264,8 +264,8 @@ fn simind_head(data: &str, images: usize, gates: &Gates) -> String {
 /// The keys of projections of both kinds, from the number of views to the end.
 fn acquired(projections: &Projections, turn: &Turn, orbit: &str) -> String {
     let [views, rows, bins] = projections.shape();
-    let [pitch_bin, pitch_row] = projections.detector().pitch().map(millimetres);
-    let counts = counts(projections.counts_per_unit());
+    let [pitch_bin, pitch_row] = projections.detector.pitch().map(millimetres);
+    let counts = counts(projections.counts);
     let Turn { start, extent, .. } = turn;
     let direction = match turn.direction {
         Direction::Cw => "CW",

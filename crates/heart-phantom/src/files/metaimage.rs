@@ -28,24 +28,24 @@ pub(super) fn write_mha(path: &Path, volume: &Volume) -> Result<(), PhantomError
 }
 
 fn put(out: &mut dyn Write, volume: &Volume) -> io::Result<()> {
-    let samples = volume.samples();
-    match volume.axis() {
+    let samples = volume.samples;
+    match volume.axis {
         Axis::Single => samples.write(out),
-        Axis::Gates(_) => samples.write_interleaved(volume.grid().len(), out),
+        Axis::Gates(_) => samples.write_interleaved(volume.grid.len(), out),
         Axis::Field(_) => Samples::F32(&volume.in_world([1.0; 3])).write(out),
     }
 }
 
 fn header(volume: &Volume, data: &str) -> String {
-    let [nx, ny, nz] = volume.grid().shape();
+    let [nx, ny, nz] = volume.grid.shape();
     let [dx, dy, dz] = volume.spacing_mm();
     let [x, y, z] = volume.origin_mm();
-    let kind = match volume.samples() {
+    let kind = match volume.samples {
         Samples::F32(_) => "MET_FLOAT",
         Samples::U8(_) => "MET_UCHAR",
         Samples::U16(_) => "MET_USHORT",
     };
-    let channels = match volume.axis() {
+    let channels = match volume.axis {
         Axis::Single => String::new(),
         Axis::Gates(seconds) => {
             let n = volume.n_gates();

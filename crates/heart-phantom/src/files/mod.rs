@@ -27,7 +27,7 @@
 //! file. [`Volume::of_field`] has several components per voxel.
 //!
 //! Arrays of projections are `[view][row][bin]` with rows from feet to head and bins along s (`Npy`). `InterfileStir` stores the rows from
-//! head to feet, `InterfileSimind` and `Dicom` the bins backwards too. [`Projections::with_seconds`] is written by `Dicom` only.
+//! head to feet, `InterfileSimind` and `Dicom` the bins backwards too. [`AcquisitionInfo::seconds_per_view`] is written by `Dicom` only.
 //!
 //! Samples are little-endian. Input that a format cannot store is an error ([`PhantomError`]) before anything is written; `Npy` stores
 //! the samples only.
@@ -96,7 +96,7 @@ pub use picture::{Section, png_bytes, write_gif, write_png};
 #[cfg_attr(docsrs, doc(cfg(feature = "scene")))]
 pub use previous::check_unlisted;
 pub(crate) use projections::are_equal;
-pub use projections::{AcquisitionInfo, BeatCounts, Projections, Radius};
+pub use projections::{AcquisitionInfo, BeatCounts, Projections};
 pub use rays::{write_astra, write_rtk};
 pub use samples::{OwnSamples, Samples};
 pub use volume::{Corrections, FieldOf, Volume};

@@ -22,7 +22,7 @@ pub fn nifti_bytes(volume: &Volume, factor: f64) -> Result<Vec<u8>, PhantomError
     let factor = check("factor of samples", factor, [least, f64::from(f32::MAX)])?;
     let mut header = header(volume)?;
     header[112..116].copy_from_slice(&(factor as f32).to_le_bytes()); // scl_slope
-    let samples = volume.samples();
+    let samples = volume.samples;
     let mut bytes = Vec::with_capacity(header.len() + samples.len() * samples.bytes_each());
     // Writing to a vector does not fail.
     let _ = put(&mut bytes, &header, volume);
@@ -49,7 +49,7 @@ pub(super) fn write_gz(path: &Path, volume: &Volume) -> Result<(), PhantomError>
 fn put(out: &mut dyn Write, header: &Header, volume: &Volume) -> io::Result<()> {
     out.write_all(header)?;
     match volume.field() {
-        None => volume.samples().write(out),
+        None => volume.samples.write(out),
         // Components slowest.
         Some(of) => Samples::F32(&volume.in_world([-1.0, -1.0, 1.0]))
             .write_interleaved(of.components(), out),
@@ -65,11 +65,11 @@ fn header(volume: &Volume) -> Result<Header, PhantomError> {
     put(0, &348_i32.to_le_bytes()); // sizeof_hdr
     put(38, b"r"); // regular
     let mut dim = [3_i16, 1, 1, 1, 1, 1, 1, 1];
-    for (to, n) in dim[1..].iter_mut().zip(volume.grid().shape()) {
+    for (to, n) in dim[1..].iter_mut().zip(volume.grid.shape()) {
         *to = check_count("voxels along a side", n, [1, i16::MAX as usize])? as i16;
     }
     let most = [1, i16::MAX as usize];
-    match volume.axis() {
+    match volume.axis {
         Axis::Single => {}
         Axis::Gates(seconds) => {
             dim[0] = 4;
@@ -91,16 +91,13 @@ fn header(volume: &Volume) -> Result<Header, PhantomError> {
     for (k, n) in dim.iter().enumerate() {
         put(40 + 2 * k, &n.to_le_bytes());
     }
-    let datatype: i16 = match volume.samples() {
+    let datatype: i16 = match volume.samples {
         Samples::U8(_) => 2,
         Samples::F32(_) => 16,
         Samples::U16(_) => 512,
     };
     put(70, &datatype.to_le_bytes());
-    put(
-        72,
-        &(8 * volume.samples().bytes_each() as i16).to_le_bytes(),
-    ); // bitpix
+    put(72, &(8 * volume.samples.bytes_each() as i16).to_le_bytes()); // bitpix
     let spacing = volume.spacing_mm();
     put(76, &1_f32.to_le_bytes()); // qfac
     for (a, mm) in spacing.iter().enumerate() {

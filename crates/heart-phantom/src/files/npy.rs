@@ -20,7 +20,7 @@ pub fn write_npy(path: &Path, shape: &[usize], values: &[f32]) -> Result<(), Pha
     check_count("axes of an npy array", shape.len(), [0, MOST_AXES])?;
     let expected = shape.iter().fold(1, |n: usize, &k| n.saturating_mul(k));
     check_length("npy values", values.len(), expected)?;
-    write_samples(path, shape, values.into())
+    write_atomically(path, |out| put_npy(out, shape, values.into()))
 }
 
 /// Writes an array as a NumPy `.npy` file to any writer, for example an archive: little-endian, C order. `shape` lists the axes
@@ -41,7 +41,13 @@ pub fn put_npy(out: &mut dyn Write, shape: &[usize], samples: Samples) -> io::Re
     if shape.len() > MOST_AXES || samples.len() != expected {
         return Err(io::ErrorKind::InvalidInput.into());
     }
-    put_samples(out, shape, samples)
+    let kind = match samples {
+        Samples::F32(_) => "<f4",
+        Samples::U8(_) => "|u1",
+        Samples::U16(_) => "<u2",
+    };
+    put_header(out, kind, shape)?;
+    samples.write(out)
 }
 
 /// An array of a NumPy file.
@@ -169,32 +175,16 @@ fn single(bits: u16) -> f32 {
 }
 
 pub(super) fn write_volume(path: &Path, volume: &Volume) -> Result<(), PhantomError> {
-    write_samples(path, &volume.axes(), volume.samples())
+    write_atomically(path, |out| put_npy(out, &volume.axes(), volume.samples))
 }
 
 pub(super) fn write_projections(
     path: &Path,
     projections: &Projections,
 ) -> Result<(), PhantomError> {
-    write_samples(path, &projections.axes(), projections.samples())
-}
-
-fn write_samples(path: &Path, shape: &[usize], samples: Samples) -> Result<(), PhantomError> {
-    write_atomically(path, |out| put_samples(out, shape, samples))
-}
-
-pub(super) fn put_samples(
-    out: &mut dyn Write,
-    shape: &[usize],
-    samples: Samples,
-) -> io::Result<()> {
-    let kind = match samples {
-        Samples::F32(_) => "<f4",
-        Samples::U8(_) => "|u1",
-        Samples::U16(_) => "<u2",
-    };
-    put_header(out, kind, shape)?;
-    samples.write(out)
+    write_atomically(path, |out| {
+        put_npy(out, &projections.axes(), projections.samples)
+    })
 }
 
 /// Returns the header of an array in C order, version 1.0 of the NumPy format

@@ -12,9 +12,9 @@ use zip::{CompressionMethod, ZipWriter};
 /// Arrays `samples` [z][y][x], `spacing_cm` and `origin_cm` (x, y, z); of gates `samples` [gate][z][y][x] and `seconds_per_gate`,
 /// of fields `samples` [z][y][x][component].
 pub(super) fn write_volume(path: &Path, volume: &Volume) -> Result<(), PhantomError> {
-    write_npz(path, &volume.axes(), volume.samples(), |archive| {
-        archive.array("spacing_cm", &volume.grid().spacing())?;
-        archive.array("origin_cm", &volume.grid().origin())?;
+    write_npz(path, &volume.axes(), volume.samples, |archive| {
+        archive.array("spacing_cm", &volume.grid.spacing())?;
+        archive.array("origin_cm", &volume.grid.origin())?;
         archive.some("seconds_per_gate", volume.seconds_per_gate())
     })
 }
@@ -25,20 +25,14 @@ pub(super) fn write_projections(
     path: &Path,
     projections: &Projections,
 ) -> Result<(), PhantomError> {
-    write_npz(
-        path,
-        &projections.axes(),
-        projections.samples(),
-        |archive| {
-            archive.array("angles_rad", projections.angles())?;
-            archive.array("pitch_cm", &projections.detector().pitch())?;
-            archive.array("first_cm", &projections.first())?;
-            archive.array("radius_cm", projections.radius().as_slice())?;
-            archive.some("seconds_per_gate", projections.seconds_per_gate())?;
-            (projections.counts_per_unit())
-                .map_or(Ok(()), |counts| archive.array("counts_per_unit", counts))
-        },
-    )
+    write_npz(path, &projections.axes(), projections.samples, |archive| {
+        archive.array("angles_rad", projections.angles)?;
+        archive.array("pitch_cm", &projections.detector.pitch())?;
+        archive.array("first_cm", &projections.first())?;
+        archive.array("radius_cm", projections.radii)?;
+        archive.some("seconds_per_gate", projections.seconds_per_gate)?;
+        (projections.counts).map_or(Ok(()), |counts| archive.array("counts_per_unit", counts))
+    })
 }
 
 struct Archive<'a>(ZipWriter<&'a mut BufWriter<File>>);
@@ -73,7 +67,7 @@ fn write_npz(
     write_file(path, |out| {
         let mut archive = Archive(ZipWriter::new(out));
         archive.begin("samples")?;
-        npy::put_samples(&mut archive.0, shape, samples)?;
+        npy::put_npy(&mut archive.0, shape, samples)?;
         rest(&mut archive)?;
         archive.0.finish()?;
         Ok(())

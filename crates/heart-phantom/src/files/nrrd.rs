@@ -8,13 +8,13 @@ use std::fmt::Write as _;
 use std::path::Path;
 
 pub(super) fn write_volume(path: &Path, volume: &Volume) -> Result<(), PhantomError> {
-    let [nx, ny, nz] = volume.grid().shape();
+    let [nx, ny, nz] = volume.grid.shape();
     let [dx, dy, dz] = volume.spacing_mm();
     let [x, y, z] = volume.origin_mm();
     let sides = format!("{nx} {ny} {nz}");
     let directions = format!("({dx},0,0) (0,{dy},0) (0,0,{dz})");
     let kinds = "domain domain domain";
-    let (sizes, directions, kinds, more) = match volume.axis() {
+    let (sizes, directions, kinds, more) = match volume.axis {
         Axis::Single => (sides, directions, kinds.to_owned(), String::new()),
         Axis::Gates(seconds) => (
             format!("{sides} {}", volume.n_gates()),
@@ -47,7 +47,7 @@ pub(super) fn write_volume(path: &Path, volume: &Volume) -> Result<(), PhantomEr
     let axes = volume.axes().len();
     match volume.field() {
         Some(_) => write(path, axes, &fields, (&*volume.in_world([1.0; 3])).into()),
-        None => write(path, axes, &fields, volume.samples()),
+        None => write(path, axes, &fields, volume.samples),
     }
 }
 
@@ -58,11 +58,10 @@ pub(super) fn write_projections(
     projections: &Projections,
 ) -> Result<(), PhantomError> {
     let [views, rows, bins] = projections.shape();
-    let [pitch_bin, pitch_row] = projections.detector().pitch().map(millimetres);
+    let [pitch_bin, pitch_row] = projections.detector.pitch().map(millimetres);
     let [bin, row] = projections.first().map(millimetres);
-    let radii = projections.radius();
-    let radii: Vec<f64> = radii.as_slice().iter().map(|r| millimetres(*r)).collect();
-    let (size, spacing, kind, label, unit, time) = match projections.seconds_per_gate() {
+    let radii: Vec<f64> = projections.radii.iter().map(|r| millimetres(*r)).collect();
+    let (size, spacing, kind, label, unit, time) = match projections.seconds_per_gate {
         None => Default::default(),
         Some(seconds) => (
             format!(" {}", projections.n_gates()),
@@ -86,18 +85,13 @@ pub(super) fn write_projections(
          angles_rad:=",
         spaced(&radii)
     );
-    fields += &spaced(projections.angles());
+    fields += &spaced(projections.angles);
     fields.push('\n');
-    if let Some(counts) = projections.counts_per_unit() {
+    if let Some(counts) = projections.counts {
         // Writing into a String does not fail.
         let _ = writeln!(fields, "counts_per_unit:={}", spaced(counts));
     }
-    write(
-        path,
-        projections.axes().len(),
-        &fields,
-        projections.samples(),
-    )
+    write(path, projections.axes().len(), &fields, projections.samples)
 }
 
 fn spaced(numbers: &[f64]) -> String {

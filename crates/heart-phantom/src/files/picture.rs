@@ -132,7 +132,7 @@ struct Picture {
 
 impl Picture {
     fn new(volume: &Volume, section: Section, grey: [f64; 2]) -> Result<Self, PhantomError> {
-        let [nx, ny, nz] = volume.grid().shape();
+        let [nx, ny, nz] = volume.grid.shape();
         check("black", grey[0], [f64::MIN, f64::MAX])?;
         check("white", grey[1], [grey[0].next_up(), f64::MAX])?;
         let (index, n, width, height) = match section {
@@ -149,7 +149,7 @@ impl Picture {
             Section::Coronal(y) => ((nz - 1 - row) * ny + y) * nx + column,
             Section::Sagittal(x) => ((nz - 1 - row) * ny + column) * nx + x,
         };
-        let value = |k: usize| match volume.samples() {
+        let value = |k: usize| match volume.samples {
             Samples::F32(values) => f64::from(values[k]),
             Samples::U8(values) => f64::from(values[k]),
             Samples::U16(values) => f64::from(values[k]),

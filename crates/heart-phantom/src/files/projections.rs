@@ -5,38 +5,6 @@ use crate::files::Samples;
 use crate::files::samples::gates_of;
 use revolve_voxel::ParallelDetector;
 
-/// Distance of the detector face from the axis of rotation, in cm.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Radius<'a> {
-    /// The same in all views.
-    Circular(f64),
-    /// One per view.
-    PerView(&'a [f64]),
-}
-
-impl From<f64> for Radius<'_> {
-    fn from(radius: f64) -> Self {
-        Self::Circular(radius)
-    }
-}
-
-impl<'a> From<&'a [f64]> for Radius<'a> {
-    fn from(radii: &'a [f64]) -> Self {
-        Self::PerView(radii)
-    }
-}
-
-impl Radius<'_> {
-    /// Returns one number, or one per view.
-    #[must_use]
-    pub fn as_slice(&self) -> &[f64] {
-        match self {
-            Self::Circular(radius) => std::slice::from_ref(radius),
-            Self::PerView(radii) => radii,
-        }
-    }
-}
-
 /// Whether the radii of an orbit are equal, up to rounding.
 pub(crate) fn are_equal(radii: &[f64]) -> bool {
     let first = radii.first().copied().unwrap_or_default();
@@ -50,6 +18,8 @@ pub(crate) fn are_equal(radii: &[f64]) -> bool {
 pub struct AcquisitionInfo {
     /// Detector heads: the views of head k are block k of as many blocks of equal length.
     pub heads: usize,
+    /// Acquisition time of each view in seconds, of all gates together; 0 if unknown.
+    pub seconds_per_view: f64,
     /// Whether samples are corrected for decay to the start of the acquisition.
     pub decay_corrected: bool,
     /// Whether samples are counts.
@@ -62,6 +32,7 @@ impl Default for AcquisitionInfo {
     fn default() -> Self {
         Self {
             heads: 1,
+            seconds_per_view: 0.0,
             decay_corrected: false,
             counts: false,
             beats: None,
@@ -88,15 +59,18 @@ pub struct BeatCounts {
 /// `[gate][view][row][bin]`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Projections<'a> {
-    detector: ParallelDetector,
-    angles: &'a [f64],
-    radius: Radius<'a>,
-    samples: Samples<'a>,
-    counts: Option<&'a [f64]>,
-    seconds: f64,
-    seconds_per_gate: Option<f64>,
-    info: AcquisitionInfo,
-    study: Option<&'a str>,
+    pub(super) detector: ParallelDetector,
+    /// The angle of each view in radians.
+    pub(super) angles: &'a [f64],
+    /// Distance of the detector face from the axis of rotation in cm: one number, or one per view.
+    pub(super) radii: &'a [f64],
+    pub(super) samples: Samples<'a>,
+    /// The expected counts of a sample of 1 in each view, if known.
+    pub(super) counts: Option<&'a [f64]>,
+    pub(super) seconds_per_gate: Option<f64>,
+    pub(super) info: AcquisitionInfo,
+    /// The name of the study, see [`Volume::study`](crate::files::Volume::study).
+    pub study: Option<&'a str>,
 }
 
 impl<'a> Projections<'a> {
@@ -113,10 +87,10 @@ impl<'a> Projections<'a> {
     pub fn new(
         detector: ParallelDetector,
         angles: &'a [f64],
-        radius: impl Into<Radius<'a>>,
+        radii: &'a [f64],
         samples: impl Into<Samples<'a>>,
     ) -> Result<Self, PhantomError> {
-        let (radius, samples) = (radius.into(), samples.into());
+        let samples = samples.into();
         check_count("views", angles.len(), [1, usize::MAX])?;
         let shape = [angles.len(), detector.n_rows(), detector.n_bins()];
         samples.check("samples of projections", &shape)?;
@@ -125,27 +99,22 @@ impl<'a> Projections<'a> {
             check("view angle", angle, [-1e6, 1e6])?;
         }
         let (least, most) = (f64::from(f32::MIN_POSITIVE), f64::from(f32::MAX) / 10.0);
-        if let Radius::PerView(radii) = radius {
+        if radii.len() != 1 {
             check_length("radii of the camera", radii.len(), angles.len())?;
         }
-        for &radius in radius.as_slice() {
+        for &radius in radii {
             check("camera radius", radius, [least, most])?;
         }
         for a in 0..2 {
             check("detector pitch", detector.pitch()[a], [least, most])?;
             check("detector offset", detector.offset()[a], [-most, most])?;
         }
-        let radius = match radius {
-            Radius::PerView(radii) if are_equal(radii) => Radius::Circular(radii[0]),
-            Radius::Circular(_) | Radius::PerView(_) => radius,
-        };
         Ok(Self {
             detector,
             angles,
-            radius,
+            radii: if are_equal(radii) { &radii[..1] } else { radii },
             samples,
             counts: None,
-            seconds: 0.0,
             seconds_per_gate: None,
             info: AcquisitionInfo::default(),
             study: None,
@@ -161,14 +130,14 @@ impl<'a> Projections<'a> {
     pub fn of_gates(
         detector: ParallelDetector,
         angles: &'a [f64],
-        radius: impl Into<Radius<'a>>,
+        radii: &'a [f64],
         samples: impl Into<Samples<'a>>,
         seconds: f64,
     ) -> Result<Self, PhantomError> {
         let samples = samples.into();
         let view_len = detector.n_rows().saturating_mul(detector.n_bins());
         let first = gates_of(samples, angles.len().saturating_mul(view_len), seconds)?;
-        let projections = Self::new(detector, angles, radius, first)?;
+        let projections = Self::new(detector, angles, radii, first)?;
         samples.check("samples of projections", &[samples.len()])?;
         Ok(Self {
             samples,
@@ -177,38 +146,18 @@ impl<'a> Projections<'a> {
         })
     }
 
-    /// Sets the acquisition time of each view in seconds, of all gates together; 0 if unknown. Only DICOM stores it.
-    ///
-    /// # Errors
-    /// [`PhantomError::OutOfRange`] if they are negative or not finite.
-    pub fn with_seconds(mut self, seconds: f64) -> Result<Self, PhantomError> {
-        self.seconds = check("seconds of a view", seconds, [0.0, 1e9])?;
-        Ok(self)
-    }
-
     /// Sets the acquisition.
     ///
     /// # Errors
-    /// [`PhantomError::Count`] without a head; [`PhantomError::WrongLength`] unless all heads have the same number of views.
+    /// [`PhantomError::Count`] without a head; [`PhantomError::WrongLength`] unless all heads have the same number of views;
+    /// [`PhantomError::OutOfRange`] if the seconds are negative or not finite.
     pub fn with_acquisition(mut self, info: AcquisitionInfo) -> Result<Self, PhantomError> {
         check_count("heads", info.heads, [1, self.angles.len()])?;
         let whole = self.angles.len().next_multiple_of(info.heads);
         check_length("views of all heads", self.angles.len(), whole)?;
+        check("seconds of a view", info.seconds_per_view, [0.0, 1e9])?;
         self.info = info;
         Ok(self)
-    }
-
-    /// Returns the acquisition.
-    #[must_use]
-    pub fn acquisition(&self) -> &AcquisitionInfo {
-        &self.info
-    }
-
-    /// Sets the name of the study, see [`Volume::with_study`](crate::files::Volume::with_study).
-    #[must_use]
-    pub fn with_study(mut self, name: &'a str) -> Self {
-        self.study = Some(name);
-        self
     }
 
     /// Sets the expected counts of a sample of 1 in each view, `[view]` or `[gate][view]`, for headers.
@@ -226,58 +175,10 @@ impl<'a> Projections<'a> {
         Ok(self)
     }
 
-    /// Returns the expected counts of a sample of 1 in each view, if known.
-    #[must_use]
-    pub fn counts_per_unit(&self) -> Option<&'a [f64]> {
-        self.counts
-    }
-
-    /// Returns the detector.
-    #[must_use]
-    pub fn detector(&self) -> &ParallelDetector {
-        &self.detector
-    }
-
-    /// Returns the angle of each view in radians.
-    #[must_use]
-    pub fn angles(&self) -> &'a [f64] {
-        self.angles
-    }
-
-    /// Returns the distance of the detector face from the axis of rotation in cm.
-    #[must_use]
-    pub fn radius(&self) -> Radius<'a> {
-        self.radius
-    }
-
-    /// Returns the acquisition time of each view in seconds; 0 if unknown.
-    #[must_use]
-    pub fn seconds(&self) -> f64 {
-        self.seconds
-    }
-
-    /// Returns the seconds from one gate to the next, for gated projections.
-    #[must_use]
-    pub fn seconds_per_gate(&self) -> Option<f64> {
-        self.seconds_per_gate
-    }
-
     /// Returns the number of gates, or 1.
     #[must_use]
     pub fn n_gates(&self) -> usize {
         self.samples.len() / self.shape().iter().product::<usize>().max(1)
-    }
-
-    /// Returns the name of the study.
-    #[must_use]
-    pub fn study(&self) -> Option<&'a str> {
-        self.study
-    }
-
-    /// Returns the samples, `[view][row][bin]` or `[gate][view][row][bin]`.
-    #[must_use]
-    pub fn samples(&self) -> Samples<'a> {
-        self.samples
     }
 
     /// Returns the lengths of the axes from slowest to fastest.

@@ -3,7 +3,7 @@
 use super::names::data_beside;
 use crate::error::PhantomError;
 use crate::files::atomic::write_with_header;
-use crate::files::{Projections, Radius, Samples, Volume};
+use crate::files::{Projections, Samples, Volume};
 use serde_json::{Value, json};
 use std::path::Path;
 
@@ -11,15 +11,15 @@ pub(super) fn write_volume(path: &Path, volume: &Volume) -> Result<(), PhantomEr
     let mut header = json!({
         "order": ["z", "y", "x"],
         "shape": volume.axes(),
-        "spacing_cm": volume.grid().spacing(),
-        "origin_cm": volume.grid().origin(),
+        "spacing_cm": volume.grid.spacing(),
+        "origin_cm": volume.grid.origin(),
         "axes": {"x": "left", "y": "posterior", "z": "superior"},
     });
     if volume.field().is_some() {
         header["order"] = json!(["z", "y", "x", "component"]);
     }
     of_gates(&mut header, volume.seconds_per_gate());
-    write(path, header, volume.samples())
+    write(path, header, volume.samples)
 }
 
 pub(super) fn write_projections(
@@ -29,19 +29,19 @@ pub(super) fn write_projections(
     let mut header = json!({
         "order": ["view", "row", "bin"],
         "shape": projections.axes(),
-        "pitch_cm": projections.detector().pitch(),
+        "pitch_cm": projections.detector.pitch(),
         "first_cm": projections.first(),
-        "angles_rad": projections.angles(),
-        "radius_cm": match projections.radius() {
-            Radius::Circular(radius) => json!(radius),
-            Radius::PerView(radii) => json!(radii),
+        "angles_rad": projections.angles,
+        "radius_cm": match projections.radii {
+            [radius] => json!(radius),
+            radii => json!(radii),
         },
     });
-    if let Some(counts) = projections.counts_per_unit() {
+    if let Some(counts) = projections.counts {
         header["counts_per_unit"] = counts.into();
     }
-    of_gates(&mut header, projections.seconds_per_gate());
-    write(path, header, projections.samples())
+    of_gates(&mut header, projections.seconds_per_gate);
+    write(path, header, projections.samples)
 }
 
 /// Fields of gates: another axis, and the time along it.

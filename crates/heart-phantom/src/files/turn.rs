@@ -24,13 +24,13 @@ impl Turn {
     /// # Errors
     /// [`PhantomError::OutOfRange`] if the views are not evenly spaced or the detector is not centred, for which there are no keys.
     pub(super) fn new(projections: &Projections) -> Result<Self, PhantomError> {
-        Self::of(projections, projections.angles())
+        Self::of(projections, projections.angles)
     }
 
     /// As [`Turn::new`], for some of the views.
     pub(super) fn of(projections: &Projections, angles: &[f64]) -> Result<Self, PhantomError> {
         let [_, rows, bins] = projections.shape();
-        let detector = projections.detector();
+        let detector = projections.detector;
         for (a, n) in [bins, rows].into_iter().enumerate() {
             let offset = detector.offset()[a] / detector.pitch()[a];
             check_centred("detector offset in bins", offset, n)?;

@@ -11,12 +11,16 @@ use std::borrow::Cow;
 /// `[gate][z][y][x]`, components of a field `[z][y][x][component]`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Volume<'a> {
-    grid: VoxelGrid,
-    samples: Samples<'a>,
-    axis: Axis,
-    beats: Option<BeatCounts>,
-    corrections: Corrections,
-    study: Option<&'a str>,
+    pub(super) grid: VoxelGrid,
+    /// `[z][y][x]`, `[gate][z][y][x]` or `[z][y][x][component]`.
+    pub(super) samples: Samples<'a>,
+    pub(super) axis: Axis,
+    /// The R-R intervals of the acquisition, for headers of gates that record them (DICOM).
+    pub beats: Option<BeatCounts>,
+    /// The corrections of a reconstructed image; none by default.
+    pub corrections: Corrections,
+    /// The name of the study, any text: files of one study belong together where the format has studies (DICOM).
+    pub study: Option<&'a str>,
 }
 
 /// The effects that a reconstructed image is corrected for, for headers that record them (DICOM).
@@ -156,39 +160,6 @@ impl<'a> Volume<'a> {
         })
     }
 
-    /// Sets the name of the study, any text: files of one study belong together where the format has studies (DICOM).
-    #[must_use]
-    pub fn with_study(mut self, name: &'a str) -> Self {
-        self.study = Some(name);
-        self
-    }
-
-    /// Sets the R-R intervals of the acquisition, for headers of gates that record them (DICOM).
-    #[must_use]
-    pub fn with_beats(mut self, beats: Option<BeatCounts>) -> Self {
-        self.beats = beats;
-        self
-    }
-
-    /// Sets the corrections of a reconstructed image; none by default.
-    #[must_use]
-    pub fn with_corrections(mut self, corrections: Corrections) -> Self {
-        self.corrections = corrections;
-        self
-    }
-
-    /// Returns the corrections of the image.
-    #[must_use]
-    pub fn corrections(&self) -> Corrections {
-        self.corrections
-    }
-
-    /// Returns the R-R intervals of the acquisition.
-    #[must_use]
-    pub fn beats(&self) -> Option<BeatCounts> {
-        self.beats
-    }
-
     /// Returns the seconds from one gate to the next, for gated volumes.
     #[must_use]
     pub fn seconds_per_gate(&self) -> Option<f64> {
@@ -214,28 +185,6 @@ impl<'a> Volume<'a> {
             Axis::Gates(_) => self.samples.len() / self.grid.len().max(1),
             Axis::Single | Axis::Field(_) => 1,
         }
-    }
-
-    /// Returns the name of the study.
-    #[must_use]
-    pub fn study(&self) -> Option<&'a str> {
-        self.study
-    }
-
-    /// Returns the grid.
-    #[must_use]
-    pub fn grid(&self) -> &VoxelGrid {
-        &self.grid
-    }
-
-    /// Returns the samples, `[z][y][x]`, `[gate][z][y][x]` or `[z][y][x][component]`.
-    #[must_use]
-    pub fn samples(&self) -> Samples<'a> {
-        self.samples
-    }
-
-    pub(super) fn axis(&self) -> Axis {
-        self.axis
     }
 
     /// Returns the lengths of the axes from slowest to fastest.

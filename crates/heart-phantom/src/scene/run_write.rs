@@ -2,7 +2,7 @@
 
 use super::run::Run;
 use crate::error::PhantomError;
-use crate::files::{self, AcquisitionInfo, Corrections, Projections, Radius, Volume};
+use crate::files::{self, AcquisitionInfo, Corrections, Projections, Volume};
 use crate::phantom::{Content, Index, to_counts};
 use crate::{Method, Product, ProjectionValues, ScenePhase};
 use std::path::PathBuf;
@@ -54,7 +54,6 @@ impl Run<'_> {
         let detector = *camera.detector();
         let angles = self.phantom.written_angles(gate)?;
         let radii = self.phantom.radii()?;
-        let radius = Radius::PerView(&radii);
         let seconds = self.seconds_per_gate(index);
         let gates = match seconds {
             None => gate..gate + 1,
@@ -75,28 +74,26 @@ impl Run<'_> {
             }
         };
         let mut projections = match seconds {
-            None => Projections::new(detector, &angles, radius, samples)?,
-            Some(seconds) => Projections::of_gates(detector, &angles, radius, samples, seconds)?,
+            None => Projections::new(detector, &angles, &radii, samples)?,
+            Some(seconds) => Projections::of_gates(detector, &angles, &radii, samples, seconds)?,
         };
         if !counts.is_empty() {
             projections = projections.with_counts_per_unit(&counts)?;
         }
-        projections = projections.with_acquisition(AcquisitionInfo {
-            heads: camera.n_heads(),
-            decay_corrected: !raw && self.decays(),
-            counts: raw,
-            beats: index.eq(&Index::All).then(|| self.phantom.beat_counts()),
-        })?;
         let times = self.phantom.view_times(gate)?;
         // Of all gates the time per angular position, also that of rejected beats.
         let seen = match seconds {
             Some(_) => camera.interval(),
             None => times.iter().map(|time| time.window).sum::<f64>() / times.len() as f64,
         };
-        projections = projections.with_seconds(seen)?;
-        if let Some(study) = &self.study {
-            projections = projections.with_study(study);
-        }
+        projections = projections.with_acquisition(AcquisitionInfo {
+            heads: camera.n_heads(),
+            seconds_per_view: seen,
+            decay_corrected: !raw && self.decays(),
+            counts: raw,
+            beats: index.eq(&Index::All).then(|| self.phantom.beat_counts()),
+        })?;
+        projections.study = self.study.as_deref();
         let names = self.phantom.names_of(product, window, index);
         let format = scene.output.projections;
         files::write(&self.out.join(&names[0]), &projections, format)?;
@@ -128,15 +125,16 @@ impl Run<'_> {
         samples: impl Into<files::Samples<'s>>,
     ) -> Result<(), PhantomError> {
         let grid = *self.phantom.camera().grid();
-        let volume = match self.seconds_per_gate(index) {
+        let mut volume = match self.seconds_per_gate(index) {
             None => Volume::new(grid, samples)?,
-            Some(seconds) => Volume::of_gates(grid, samples, seconds)?
-                .with_beats(Some(self.phantom.beat_counts())),
+            Some(seconds) => Volume::of_gates(grid, samples, seconds)?,
         };
-        let volume = match product {
-            Product::Reconstruction => volume.with_corrections(self.corrections()),
-            _ => volume,
-        };
+        if index == Index::All {
+            volume.beats = Some(self.phantom.beat_counts());
+        }
+        if product == Product::Reconstruction {
+            volume.corrections = self.corrections();
+        }
         let names = self.phantom.names_of(product, 0, index);
         self.write_volume(names, volume)
     }
@@ -146,10 +144,8 @@ impl Run<'_> {
         names: Vec<PathBuf>,
         volume: Volume<'_>,
     ) -> Result<(), PhantomError> {
-        let volume = match &self.study {
-            Some(study) => volume.with_study(study),
-            None => volume,
-        };
+        let mut volume = volume;
+        volume.study = self.study.as_deref();
         let format = self.phantom.scene().output.volumes;
         files::write(&self.out.join(&names[0]), &volume, format)?;
         self.files.extend(names);

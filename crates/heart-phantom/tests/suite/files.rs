@@ -244,7 +244,7 @@ fn projections_keep_their_angles_bins_and_rows() {
     ];
     for (format, angles, offset) in cases {
         let (detector, samples) = stack(angles, offset);
-        let projections = Projections::new(detector, angles, RADIUS, samples.as_slice()).unwrap();
+        let projections = Projections::new(detector, angles, &[RADIUS], samples.as_slice()).unwrap();
         let extension = format.info().projections.unwrap().header;
         let path = folder.path().join(format!("{format:?}.{extension}"));
         write(&path, &projections, format).unwrap();
@@ -266,7 +266,7 @@ fn projections_keep_their_angles_bins_and_rows() {
     }
     // The bare array contains only the samples.
     let (detector, samples) = stack(&uneven, [0.5, 0.0]);
-    let projections = Projections::new(detector, &uneven, RADIUS, samples.as_slice()).unwrap();
+    let projections = Projections::new(detector, &uneven, &[RADIUS], samples.as_slice()).unwrap();
     let path = folder.path().join("bare.npy");
     write(&path, &projections, Format::Npy).unwrap();
     let (shape, found) = read_npy(&fs::read(&path).unwrap());
@@ -339,7 +339,7 @@ fn headers_contain_no_rounding_digits() {
         .collect();
     let detector = ParallelDetector::new(3, 1, [0.7, 1.1]).unwrap();
     let samples = vec![0.0f32; 3 * 90];
-    let projections = Projections::new(detector, &angles, 14.1, samples.as_slice()).unwrap();
+    let projections = Projections::new(detector, &angles, &[14.1], samples.as_slice()).unwrap();
     let path = folder.path().join("a.hs");
     write(&path, &projections, Format::InterfileStir).unwrap();
     let (header, _) = read_interfile(&path);

@@ -211,7 +211,7 @@ fn phantoms() {
         back(Projections::new(
             detector,
             &[0.0, radius],
-            radius,
+            &[radius],
             [0.0_f32; 8].as_slice(),
         ));
     }

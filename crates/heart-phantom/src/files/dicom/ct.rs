@@ -38,13 +38,13 @@ pub fn write_ct(
     water: f64,
 ) -> Result<Vec<PathBuf>, PhantomError> {
     check("attenuation of water", water, [1e-6, 1e6])?;
-    let Samples::F32(samples) = volume.samples() else {
+    let Samples::F32(samples) = volume.samples else {
         return Err(PhantomError::Unsupported {
             format: "a CT",
             what: "labels",
         });
     };
-    let [nx, ny, nz] = volume.grid().shape();
+    let [nx, ny, nz] = volume.grid.shape();
     let side = |what, n| check_count(what, n, [1, u16::MAX.into()]).map(|n| n as u16);
     let sides = [side("rows", ny)?, side("columns", nx)?];
     let unit = |mu: f32| 1000.0 * (f64::from(mu) / water - 1.0);
@@ -87,7 +87,7 @@ pub fn write_ct(
     let slices: Vec<Item> = (samples.chunks_exact(nx * ny).enumerate())
         .map(slice)
         .collect();
-    let made = series(slices, uids::CT_IMAGE_STORAGE, volume.study());
+    let made = series(slices, uids::CT_IMAGE_STORAGE, volume.study);
     let files = made.map_err(|source| PhantomError::File {
         path: folder.join(stem),
         source,

@@ -23,10 +23,10 @@ pub(in crate::files) fn write_projections(
     path: &Path,
     projections: &Projections,
 ) -> Result<(), PhantomError> {
-    let info = projections.acquisition();
+    let info = projections.info;
     let [views, rows, bins] = projections.shape();
     let each = views / info.heads;
-    let turns = (projections.angles().chunks(each))
+    let turns = (projections.angles.chunks(each))
         .map(|angles| Turn::of(projections, angles))
         .collect::<Result<Vec<_>, _>>()?;
     let turn = &turns[0];
@@ -37,14 +37,13 @@ pub(in crate::files) fn write_projections(
             projections.n_gates(),
             info.heads,
             [each, rows, bins],
-            projections.seconds_per_gate(),
+            projections.seconds_per_gate,
         )?
     };
     let Frames { frames: n, .. } = frames;
-    let [across, down] = projections.detector().pitch().map(millimetres);
+    let [across, down] = projections.detector.pitch().map(millimetres);
     // One value, or one per view of a head.
-    let radii = projections.radius();
-    let radii: Vec<f64> = radii.as_slice().iter().map(|r| millimetres(*r)).collect();
+    let radii: Vec<f64> = projections.radii.iter().map(|r| millimetres(*r)).collect();
     let radii_of = |head: usize| match radii.len() {
         1 => &radii[..],
         _ => &radii[head * each..(head + 1) * each],
@@ -64,7 +63,10 @@ pub(in crate::files) fn write_projections(
         .text(
             tags::ACTUAL_FRAME_DURATION,
             VR::IS,
-            &(1e3 * projections.seconds()).round().min(2e9).to_string(),
+            &(1e3 * projections.info.seconds_per_view)
+                .round()
+                .min(2e9)
+                .to_string(),
         )
         .decimals(tags::RADIAL_POSITION, radii_of(0))
         .shorts(tags::NUMBER_OF_FRAMES_IN_ROTATION, vec![frames.each]);
@@ -113,22 +115,22 @@ pub(in crate::files) fn write_projections(
             turns.iter().enumerate().map(detector).collect(),
         );
     if info.counts {
-        check_counts(projections.samples())?;
+        check_counts(projections.samples)?;
     }
     // Seen from the detector.
     let shape = [projections.n_gates(), info.heads, each];
-    let seen = projections.samples().backwards_by_head(shape, rows * bins);
+    let seen = projections.samples.backwards_by_head(shape, rows * bins);
     let pixels = Pixels::new(seen.as_samples(), counts_of(projections));
     let item = pixels.put(item, frames.sides, [down, across]);
-    write(path, item, projections.study())
+    write(path, item, projections.study)
 }
 
 /// A volume, of one or all gates.
 pub(in crate::files) fn write_volume(path: &Path, volume: &Volume) -> Result<(), PhantomError> {
-    let [nx, ny, nz] = volume.grid().shape();
+    let [nx, ny, nz] = volume.grid.shape();
     let seconds = volume.seconds_per_gate();
     let frames = Frames {
-        beats: volume.beats(),
+        beats: volume.beats,
         ..Frames::new(volume.n_gates(), 1, [nz, ny, nx], seconds)?
     };
     let [dx, dy, dz] = volume.spacing_mm();
@@ -156,7 +158,7 @@ pub(in crate::files) fn write_volume(path: &Path, volume: &Volume) -> Result<(),
     let mut pointers = frames.pointers();
     pointers.push(tags::SLICE_VECTOR);
     let item = frames
-        .put(common(kind, volume.corrections()))
+        .put(common(kind, volume.corrections))
         .pointers(tags::FRAME_INCREMENT_POINTER, pointers)
         .shorts(tags::SLICE_VECTOR, frames.within())
         .shorts(tags::NUMBER_OF_SLICES, vec![frames.each])
@@ -164,8 +166,8 @@ pub(in crate::files) fn write_volume(path: &Path, volume: &Volume) -> Result<(),
         .decimals(tags::SPACING_BETWEEN_SLICES, &[dz])
         .sequence(tags::ROTATION_INFORMATION_SEQUENCE, vec![rotation])
         .sequence(tags::DETECTOR_INFORMATION_SEQUENCE, vec![detector]);
-    let item = Pixels::new(volume.samples(), None).put(item, frames.sides, [dy, dx]);
-    write(path, item, volume.study())
+    let item = Pixels::new(volume.samples, None).put(item, frames.sides, [dy, dx]);
+    write(path, item, volume.study)
 }
 
 fn write(path: &Path, item: Item, study: Option<&str>) -> Result<(), PhantomError> {
@@ -188,10 +190,10 @@ fn check_counts(samples: Samples) -> Result<(), PhantomError> {
 
 /// Counts of a sample of 1, if known and equal in all views of all gates.
 fn counts_of(projections: &Projections) -> Option<f64> {
-    if projections.acquisition().counts {
+    if projections.info.counts {
         return Some(1.0);
     }
-    let counts = projections.counts_per_unit()?;
+    let counts = projections.counts?;
     let first = *counts.first()?;
     counts.iter().all(|&count| count == first).then_some(first)
 }

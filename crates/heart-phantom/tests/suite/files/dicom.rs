@@ -66,8 +66,8 @@ fn views_have_the_detector_position_of_the_header() {
                 .flat_map(|gate| one.iter().map(move |v| v + 10.0 * gate as f32))
                 .collect();
             let projections = match gates {
-                1 => Projections::new(detector, angles, RADIUS, samples.as_slice()),
-                _ => Projections::of_gates(detector, angles, RADIUS, samples.as_slice(), 0.5),
+                1 => Projections::new(detector, angles, &[RADIUS], samples.as_slice()),
+                _ => Projections::of_gates(detector, angles, &[RADIUS], samples.as_slice(), 0.5),
             };
             let path = folder.path().join("a.dcm");
             write(&path, &projections.unwrap(), Format::Dicom).unwrap();
@@ -183,7 +183,7 @@ fn counts_are_stored_exactly() {
         .map(|&n| (f64::from(n) / per_unit) as f32)
         .collect();
     let known = vec![per_unit; 6];
-    let projections = Projections::new(detector, &angles, RADIUS, samples.as_slice()).unwrap();
+    let projections = Projections::new(detector, &angles, &[RADIUS], samples.as_slice()).unwrap();
     let projections = projections.with_counts_per_unit(&known).unwrap();
     write(&path, &projections, Format::Dicom).unwrap();
     let file = open_file(&path).unwrap();
@@ -204,8 +204,8 @@ fn identifiers_are_functions_of_the_content() {
     let other: Vec<f32> = samples.iter().map(|v| v + 1.0).collect();
     let ids = |samples: &[f32], study: Option<&str>| {
         let path = folder.path().join("a.dcm");
-        let volume = Volume::new(grid, samples).unwrap();
-        let volume = study.map_or(volume, |study| volume.with_study(study));
+        let mut volume = Volume::new(grid, samples).unwrap();
+        volume.study = study;
         write(&path, &volume, Format::Dicom).unwrap();
         let bytes = fs::read(&path).unwrap();
         let file = open_file(&path).unwrap();
@@ -360,7 +360,7 @@ fn counts_above_16_bits_are_rejected() {
     samples.fill(3.0);
     let mut write_counts = |largest: f32| {
         samples[7] = largest;
-        let projections = Projections::new(detector, &angles, RADIUS, samples.as_slice()).unwrap();
+        let projections = Projections::new(detector, &angles, &[RADIUS], samples.as_slice()).unwrap();
         let info = AcquisitionInfo {
             counts: true,
             ..AcquisitionInfo::default()

@@ -104,7 +104,7 @@ fn unsupported_data_of_a_format_are_rejected() {
     ];
     for (angles, offset) in cases {
         let (detector, samples) = stack(angles, offset);
-        let projections = Projections::new(detector, angles, RADIUS, samples.as_slice()).unwrap();
+        let projections = Projections::new(detector, angles, &[RADIUS], samples.as_slice()).unwrap();
         for (name, format) in [
             ("a.hs", Format::InterfileStir),
             ("a.h00", Format::InterfileSimind),
@@ -115,7 +115,7 @@ fn unsupported_data_of_a_format_are_rejected() {
         }
     }
     let (detector, samples) = stack(&even, [0.0; 2]);
-    let projections = Projections::new(detector, &even, RADIUS, samples.as_slice()).unwrap();
+    let projections = Projections::new(detector, &even, &[RADIUS], samples.as_slice()).unwrap();
     for format in plain() {
         if format.info().projections.is_none() {
             let result = write(&path_of(folder.path(), format), &projections, format);
@@ -142,7 +142,7 @@ fn an_array_must_match_its_shape() {
 fn invalid_projections_are_rejected() {
     let (detector, samples) = stack(&[0.0, 1.0], [0.0; 2]);
     let new = |angles: &[f64], radius, samples: &[f32]| {
-        Projections::new(detector, angles, radius, samples).map(|_| ())
+        Projections::new(detector, angles, &[radius], samples).map(|_| ())
     };
     assert!(matches!(
         new(&[], RADIUS, &samples),

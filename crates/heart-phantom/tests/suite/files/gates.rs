@@ -143,7 +143,7 @@ fn views_of_all_gates_go_into_one_file() {
     let samples: Vec<f32> = (0..GATES)
         .flat_map(|gate| one.iter().map(move |v| v + 500.0 * gate as f32))
         .collect();
-    let views = |samples| Projections::of_gates(detector, &angles, RADIUS, samples, SECONDS);
+    let views = |samples| Projections::of_gates(detector, &angles, &[RADIUS], samples, SECONDS);
     let projections = views(samples.as_slice()).unwrap();
     let shape = [GATES, angles.len(), ROWS, BINS];
     let path = folder.path().join("a.npy");

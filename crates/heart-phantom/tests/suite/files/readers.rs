@@ -1,7 +1,6 @@
 //! The files read by other packages, if Python has them.
 
 use super::*;
-use heart_phantom::files::Radius;
 
 #[test]
 fn independent_readers_agree() {
@@ -38,8 +37,8 @@ fn independent_readers_agree() {
         let (detector, samples) = stack(angles, [0.0; 2]);
         let radii: Vec<f64> = (0..6).map(|k| 11.0 + 0.5 * f64::from(k * k)).collect();
         for (orbit, radius) in [
-            ("circle", Radius::Circular(RADIUS)),
-            ("radii", Radius::PerView(&radii)),
+            ("circle", &[RADIUS][..]),
+            ("radii", &radii),
         ] {
             let projections = Projections::new(detector, angles, radius, samples.as_slice());
             for format in plain() {
@@ -160,8 +159,8 @@ fn dicom(folder: &Path, ways: &[Vec<f64>]) -> Vec<serde_json::Value> {
         let all = by_gates(&one);
         for gated in [false, true] {
             let projections = match gated {
-                false => Projections::new(detector, angles, RADIUS, one.as_slice()),
-                true => Projections::of_gates(detector, angles, RADIUS, all.as_slice(), SECONDS),
+                false => Projections::new(detector, angles, &[RADIUS], one.as_slice()),
+                true => Projections::of_gates(detector, angles, &[RADIUS], all.as_slice(), SECONDS),
             };
             let name = format!("views-{way}-{gated}.dcm");
             write(&folder.join(&name), &projections.unwrap(), Format::Dicom).unwrap();

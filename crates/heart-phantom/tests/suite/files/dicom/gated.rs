@@ -27,7 +27,7 @@ fn two_heads_are_two_detectors_with_counted_beats() {
         ..AcquisitionInfo::default()
     };
     let projections =
-        Projections::of_gates(detector, &angles, RADIUS, samples.as_slice(), 0.45).unwrap();
+        Projections::of_gates(detector, &angles, &[RADIUS], samples.as_slice(), 0.45).unwrap();
     // As one head the angles are uneven.
     assert!(write(&path, &projections, Format::Dicom).is_err());
     write(
