@@ -86,22 +86,14 @@ pub(super) fn create_folder(path: &Path) -> io::Result<()> {
 /// // std::process::exit(130);
 /// # drop(held);
 /// ```
-pub fn remove_unfinished() -> WriteLock {
+#[must_use = "writes continue as soon as the value is dropped"]
+pub fn remove_unfinished() -> impl Sized {
     let mut unfinished = unfinished();
     for file in std::mem::take(&mut *unfinished) {
         // A file that cannot be removed is no reason to keep the others.
         let _ = fs::remove_file(file);
     }
-    WriteLock {
-        _unfinished: unfinished,
-    }
-}
-
-/// Blocks all writes until it is dropped; see [`remove_unfinished`].
-#[must_use = "writes continue as soon as it is dropped"]
-#[derive(Debug)]
-pub struct WriteLock {
-    _unfinished: MutexGuard<'static, BTreeSet<PathBuf>>,
+    unfinished
 }
 
 /// Removes a file; no error if there is none.

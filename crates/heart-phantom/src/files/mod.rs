@@ -78,7 +78,7 @@ pub const REPORT: &str = "report.json";
 /// The program and its version, as recorded in the report.
 pub const PROGRAM: &str = concat!("heart-phantom ", env!("CARGO_PKG_VERSION"));
 
-pub use atomic::{WriteLock, create_writable_folder, remove_unfinished, write_atomically};
+pub use atomic::{create_writable_folder, remove_unfinished, write_atomically};
 #[cfg(feature = "dicom")]
 #[cfg_attr(docsrs, doc(cfg(feature = "dicom")))]
 pub use dicom::write_ct;

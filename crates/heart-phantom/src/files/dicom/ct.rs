@@ -1,8 +1,9 @@
 //! CT Image Storage: an attenuation map as the slices of a CT.
 
 use super::identity::series;
-use super::item::{Item, decimal};
+use super::item::Item;
 use super::nuclear::of_a_phantom;
+use super::pixels::Pixels;
 use crate::error::{PhantomError, check, check_count};
 use crate::files::{Samples, Volume, write_atomically};
 use dicom_core::VR;
@@ -58,7 +59,7 @@ pub fn write_ct(
     let ([dx, dy, dz], [x, y, z]) = (volume.spacing_mm(), volume.origin_mm());
     let slice = |(k, slice): (usize, &[f32])| {
         let pixels = slice.iter().map(|&mu| unit(mu).round() as i16);
-        of_a_phantom("CT")
+        let item = of_a_phantom("CT")
             .text(tags::IMAGE_TYPE, VR::CS, "DERIVED\\SECONDARY\\AXIAL")
             .text(tags::BODY_PART_EXAMINED, VR::CS, "CHEST")
             .text(tags::PATIENT_POSITION, VR::CS, "HFS")
@@ -70,19 +71,8 @@ pub fn write_ct(
                 &[1.0, 0.0, 0.0, 0.0, 1.0, 0.0],
             )
             .decimals(tags::SLICE_THICKNESS, &[dz])
-            .shorts(tags::SAMPLES_PER_PIXEL, vec![1])
-            .text(tags::PHOTOMETRIC_INTERPRETATION, VR::CS, "MONOCHROME2")
-            .shorts(tags::ROWS, vec![sides[0]])
-            .shorts(tags::COLUMNS, vec![sides[1]])
-            .decimals(tags::PIXEL_SPACING, &[dy, dx])
-            .shorts(tags::BITS_ALLOCATED, vec![16])
-            .shorts(tags::BITS_STORED, vec![16])
-            .shorts(tags::HIGH_BIT, vec![15])
-            .shorts(tags::PIXEL_REPRESENTATION, vec![1])
-            .text(tags::RESCALE_INTERCEPT, VR::DS, "0")
-            .text(tags::RESCALE_SLOPE, VR::DS, &decimal(1.0))
-            .text(tags::RESCALE_TYPE, VR::LO, "HU")
-            .pixels(pixels.flat_map(i16::to_le_bytes).collect(), 16)
+            .text(tags::RESCALE_TYPE, VR::LO, "HU");
+        Pixels::signed(pixels.flat_map(i16::to_le_bytes).collect()).put(item, sides, [dy, dx])
     };
     let slices: Vec<Item> = (samples.chunks_exact(nx * ny).enumerate())
         .map(slice)

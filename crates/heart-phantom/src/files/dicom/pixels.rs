@@ -36,6 +36,14 @@ impl Pixels {
         }
     }
 
+    /// Stored values are the samples.
+    pub(super) fn signed(bytes: Vec<u8>) -> Self {
+        Self {
+            signed: true,
+            ..Self::labels(bytes, 16)
+        }
+    }
+
     fn labels(bytes: Vec<u8>, bits: u16) -> Self {
         Self {
             bytes,
