@@ -58,7 +58,7 @@ pub use error::PhantomError;
 pub use model::{
     Activity, Attenuation, Background, Balloon, Beats, Breathing, BreathingCurve, Chest, Cycle,
     Defect, Deformation, GatedBy, GreenStrain, Heart, HeartShape, MMHG_PER_KPA, MaterialPoint,
-    Medium, RespiratoryGates, RespiratoryMotion, RrIntervals, Stretch, Twist, Uptake, VolumeCurve,
+    Medium, RespiratoryGates, RespiratoryMotion, RrIntervals, Twist, Uptake, VolumeCurve,
     VolumeRange, Wall, WallRegion,
 };
 pub use observer::{Observer, no_observer};

@@ -1,8 +1,7 @@
 //! Activity of cavity, wall and background: a concentration, or a conserved total.
 
 use crate::HeartShape;
-use crate::error::{PhantomError, check};
-use crate::ranges;
+use crate::error::PhantomError;
 #[cfg(feature = "scene")]
 use crate::scene::exactly;
 use revolve_voxel::{EllipticCylinder, Pose};
@@ -30,11 +29,6 @@ impl Uptake {
             Self::Total(total) if volume > 0.0 => total / volume,
             Self::Total(_) => 0.0,
         }
-    }
-
-    fn amount(&self) -> f64 {
-        let (Self::Concentration(amount) | Self::Total(amount)) = *self;
-        amount
     }
 }
 
@@ -108,16 +102,6 @@ impl Activity {
             self.cavity.concentration(inner),
             self.wall.concentration(outer - inner),
         ]
-    }
-
-    pub(crate) fn validate(&self) -> Result<(), PhantomError> {
-        for (what, uptake) in [
-            ("activity of the cavity", self.cavity),
-            ("activity of the wall", self.wall),
-        ] {
-            check(what, uptake.amount(), ranges::ACTIVITY)?;
-        }
-        Ok(())
     }
 }
 

@@ -1,9 +1,8 @@
 //! Attenuation between the heart and the detector.
 
-use crate::error::{PhantomError, zeros};
 #[cfg(feature = "scene")]
 use crate::scene::exactly;
-use revolve_voxel::{Body, EllipticCylinder, Organs, VoxelGrid};
+use revolve_voxel::EllipticCylinder;
 
 /// `[attenuation]`: a uniform medium.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -45,34 +44,5 @@ impl Attenuation {
             Medium::Heart => None,
             Medium::Torso { centre, semi_axes } => EllipticCylinder::new(centre, semi_axes).ok(),
         }
-    }
-
-    /// Returns the average attenuation of each voxel, `[z][y][x]`.
-    pub(crate) fn map(
-        &self,
-        heart: &Body,
-        organs: Option<&Organs>,
-        grid: &VoxelGrid,
-        tolerance: f64,
-    ) -> Result<Vec<f32>, PhantomError> {
-        let mut out: Vec<f32> = zeros("voxels of the attenuation map", grid.len())?;
-        let slices = 0..grid.shape()[2];
-        let around: Option<Vec<f32>> = organs
-            .map(|organs| organs.voxelize(grid, slices.clone(), |organ| organ.attenuation))
-            .transpose()?;
-        match self.torso() {
-            Some(torso) => torso.voxelize_add(grid, slices, self.coefficient, &mut out)?,
-            None => {
-                // With organs: the volume fraction of the heart.
-                let own = around.as_ref().map_or(self.coefficient, |_| 1.0);
-                let everywhere = vec![own; heart.layers().len()];
-                let sampling = revolve_voxel::Sampling::Coverage { tolerance };
-                heart.voxelize_add(grid, slices, sampling, &everywhere, 1.0, &mut out)?;
-            }
-        }
-        for (voxel, under) in out.iter_mut().zip(around.into_iter().flatten()) {
-            *voxel = under + *voxel * (self.coefficient as f32 - under);
-        }
-        Ok(out)
     }
 }

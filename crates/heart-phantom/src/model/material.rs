@@ -47,9 +47,9 @@ pub struct MaterialPoint {
 /// let point = MaterialPoint { layer: 0.5, s: 0.2, azimuth: 1.0 };
 /// let [from, to] = [rest.position(&point)?, dilated.position(&point)?];
 /// assert!((to - from).norm() > 0.1); // cm
-/// let stretch = rest.stretch(&dilated, &point)?;
-/// assert!(stretch.hoop > 1.0 && stretch.radial < 1.0);
-/// assert!((stretch.volume() - 1.0).abs() < 1e-10); // the wall is incompressible
+/// let deformation = rest.deformation(&dilated, &point)?;
+/// assert!(deformation.strain().circumferential > 0.0 && deformation.strain().radial < 0.0);
+/// assert!((deformation.volume() - 1.0).abs() < 1e-10); // the wall is incompressible
 /// # Ok::<(), heart_phantom::PhantomError>(())
 /// ```
 #[derive(Debug, Clone)]
@@ -70,26 +70,6 @@ pub struct WallRegion {
     pub s: [f64; 2],
     /// Azimuths in radians, the second larger by at most a full turn.
     pub azimuths: [f64; 2],
-}
-
-/// Stretches of a material element from one phase to another: deformed length over initial length.
-#[derive(Debug, Clone, Copy, PartialEq)]
-#[non_exhaustive]
-pub struct Stretch {
-    /// Longitudinal, along the layer.
-    pub meridional: f64,
-    /// Circumferential.
-    pub hoop: f64,
-    /// Radial, across the layers.
-    pub radial: f64,
-}
-
-impl Stretch {
-    /// Returns the ratio of the volumes of the element: the product of the three.
-    #[must_use]
-    pub fn volume(&self) -> f64 {
-        self.meridional * self.hoop * self.radial
-    }
 }
 
 impl Wall {
@@ -265,22 +245,6 @@ impl Wall {
         there - self.pose.to_lab(p)
     }
 
-    /// Returns the stretches of the material at a point from this phase to another. At the apex they are those at a distance of
-    /// 5e-7 in s.
-    ///
-    /// # Errors
-    /// As [`Wall::position`].
-    pub fn stretch(&self, to: &Wall, point: &MaterialPoint) -> Result<Stretch, PhantomError> {
-        let point = point.checked()?;
-        let [here, there] = [self, to].map(|wall| wall.element(&point));
-        let [meridional, hoop, radial] = [0, 1, 2].map(|k| there[k] / here[k]);
-        Ok(Stretch {
-            meridional,
-            hoop,
-            radial,
-        })
-    }
-
     /// Returns the profile of the solid of revolution between two layers and two s, with layers accurate to `tolerance` in cm.
     ///
     /// # Errors
@@ -409,14 +373,6 @@ impl Wall {
     /// The wall that defines the material coordinate.
     fn reference(&self) -> &Shell {
         self.rest.as_deref().unwrap_or(&self.shell)
-    }
-
-    /// Sides of a material element: along the layer per unit of s, circumferential, across layers per unit of u.
-    fn element(&self, point: &MaterialPoint) -> [f64; 3] {
-        let [across, along, [_, _, r]] = self.tangents(point);
-        let length = along[0].hypot(along[1]);
-        let area = along[0] * across[1] - along[1] * across[0];
-        [length, r, area / length]
     }
 
     /// Derivatives of the position of a material point with respect to layer, s and azimuth in its cylindrical frame: axial,

@@ -28,7 +28,7 @@ pub use cycle::Cycle;
 pub use defect::Defect;
 pub(crate) use defect::{Placed, without_overlap};
 pub use heart::{Balloon, Heart};
-pub use material::{MaterialPoint, Stretch, Wall, WallRegion};
+pub use material::{MaterialPoint, Wall, WallRegion};
 pub(crate) use rhythm::Rhythm;
 pub use rhythm::{Beats, GatedBy, RrIntervals};
 pub use shape::{HeartShape, MMHG_PER_KPA};

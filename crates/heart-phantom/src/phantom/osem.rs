@@ -9,14 +9,11 @@ use super::model_voxels::{ModelVoxels, farthest};
 use super::{Phantom, once};
 use crate::error::{PhantomError, check_count, check_length, zeros};
 use crate::observer::check_stop;
-use crate::scan::Scan;
-use crate::truth::truth_of_slices;
-use crate::{Activity, Camera, Observer, Rotation};
+use crate::{Camera, Observer, Rotation};
 use radon::{
     EmOptions, IterativeReport, LinearOperator, SliceAxis, SpectGeometry, SpectOperator,
     SpectOptions, Stopping, Subset,
 };
-use revolve_voxel::Organ;
 use std::ops::ControlFlow;
 
 /// Work memory of the model that does not depend on the threads.
@@ -218,48 +215,10 @@ impl Phantom {
         Ok(operator)
     }
 
-    /// The attenuation map of the model, averaged over the acquisition time of a gate; a torso does not move.
-    pub(super) fn mean_attenuation(
-        &self,
-        gate: usize,
-        wide: &Camera,
-    ) -> Result<Vec<f32>, PhantomError> {
-        let parts = self.parts();
-        let Some(attenuation) = &parts.attenuation else {
-            let what = "attenuation";
-            return Err(PhantomError::Absent { what });
-        };
-        let acquisition = self.acquisition(gate)?;
-        match attenuation.torso() {
-            Some(_) => {
-                let shape = self.shape_at_gain(self.cycle().gains()[0])?;
-                attenuation.map(shape.body(), None, wide.grid(), parts.scene.truth.tolerance)
-            }
-            None => {
-                // Attenuation is voxelised as if it were activity: with organs the volume fraction of the heart, else its coefficient.
-                let own = (parts.organs.as_ref()).map_or(attenuation.coefficient, |_| 1.0);
-                let scan = Scan {
-                    activity: Activity::from([own; 2]),
-                    attenuation: None,
-                    defects: &[],
-                    background: None,
-                    organs: None,
-                    ..self.scan(wide, gate, acquisition)
-                };
-                let tolerance = parts.scene.truth.tolerance.max(MAP_TOLERANCE);
-                let slices = 0..wide.n_rows();
-                let (mut map, counters) = truth_of_slices(&scan, tolerance, slices.clone(), None)?;
-                if let Some(organs) = &parts.organs {
-                    let of = |organ: &Organ| organ.attenuation;
-                    let voxels = || Ok(organs.voxelize(wide.grid(), slices, of)?);
-                    let around = once(&self.attenuating_organs, voxels)?;
-                    for (voxel, under) in map.iter_mut().zip(around) {
-                        *voxel = under + *voxel * (attenuation.coefficient as f32 - under);
-                    }
-                }
-                self.work.voxels(counters);
-                Ok(map)
-            }
-        }
+    /// The attenuation map of the model, averaged over the acquisition time of a gate.
+    fn mean_attenuation(&self, gate: usize, wide: &Camera) -> Result<Vec<f32>, PhantomError> {
+        let scan = self.scan(wide, gate, self.acquisition(gate)?);
+        let tolerance = self.scene().truth.tolerance.max(MAP_TOLERANCE);
+        self.attenuation_of(&scan, tolerance, &self.attenuating_organs)
     }
 }

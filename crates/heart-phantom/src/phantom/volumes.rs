@@ -1,7 +1,7 @@
 //! Volumes of a phantom: reconstruction and voxelised ground truth.
 
 use super::{Phantom, once};
-use crate::error::{PhantomError, check_count, check_length, zeros};
+use crate::error::{PhantomError, check, check_count, check_length, zeros};
 use crate::observer::check_stop;
 use crate::scan::Scan;
 use crate::truth::truth_of_slices;
@@ -9,10 +9,10 @@ use crate::{
     Activity, Method, MotionPhase, Observer, OsemReport, Regions, Rotation, Uptake, no_observer,
 };
 use radon::{FbpPlan, StackOrder};
-use revolve_voxel::{Mesh, Organs, Sampling, Sector};
+use revolve_voxel::{Mesh, Organ, Organs, Sampling, Sector};
 use std::borrow::Cow;
 use std::ops::Range;
-use std::sync::{Arc, PoisonError};
+use std::sync::{Arc, OnceLock, PoisonError};
 
 /// Index of the body's region that contains the defects.
 const WALL: usize = 1;
@@ -230,18 +230,51 @@ impl Phantom {
     /// # Errors
     /// [`PhantomError::Absent`] if nothing attenuates; as [`Phantom::shape`].
     pub fn attenuation(&self, at: impl Into<MotionPhase>) -> Result<Vec<f32>, PhantomError> {
-        let Some(attenuation) = &self.parts.attenuation else {
-            return Err(PhantomError::Absent {
-                what: "attenuation",
-            });
-        };
         let (at, tolerance) = (at.into(), self.scene().truth.tolerance);
-        attenuation.map(
-            &(self.shape(at.phase)?.body()).with_pose(self.pose(at.breath)?),
-            self.parts.organs.as_ref(),
-            self.parts.camera.grid(),
-            tolerance,
-        )
+        check("phase", at.phase, [f64::MIN, f64::MAX])?;
+        self.at_motion_phase(at, |scan| {
+            self.attenuation_of(scan, tolerance, &OnceLock::new())
+        })
+    }
+
+    /// The linear attenuation coefficient during a scan in 1/cm, averaged over its voxels and its time, `[z][y][x]`. `organs` stores that of the
+    /// organs, which do not move.
+    pub(super) fn attenuation_of(
+        &self,
+        scan: &Scan<'_>,
+        tolerance: f64,
+        organs: &OnceLock<Vec<f32>>,
+    ) -> Result<Vec<f32>, PhantomError> {
+        let Some(attenuation) = scan.attenuation else {
+            let what = "attenuation";
+            return Err(PhantomError::Absent { what });
+        };
+        let (grid, slices) = (scan.camera.grid(), 0..scan.camera.n_rows());
+        if let Some(torso) = attenuation.torso() {
+            let mut map = zeros("voxels of the attenuation map", grid.len())?;
+            torso.voxelize_add(grid, slices, attenuation.coefficient, &mut map)?;
+            return Ok(map);
+        }
+        // Voxelised as if it were activity: with organs the volume fraction of the heart, else its coefficient.
+        let own = (scan.organs).map_or(attenuation.coefficient, |_| 1.0);
+        let heart = Scan {
+            activity: Activity::from([own; 2]),
+            attenuation: None,
+            defects: &[],
+            background: None,
+            organs: None,
+            ..scan.clone()
+        };
+        let (mut map, counters) = truth_of_slices(&heart, tolerance, slices.clone(), None)?;
+        if let Some(around) = scan.organs {
+            let of = |organ: &Organ| organ.attenuation;
+            let around = once(organs, || Ok(around.voxelize(grid, slices, of)?))?;
+            for (voxel, under) in map.iter_mut().zip(around) {
+                *voxel = under + *voxel * (attenuation.coefficient as f32 - under);
+            }
+        }
+        self.work.voxels(counters);
+        Ok(map)
     }
 
     /// Computes the inner and the outer surface at a phase, in the lab, cm. The relative error of the enclosed volume is at most

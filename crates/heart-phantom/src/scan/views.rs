@@ -79,7 +79,6 @@ impl<'a> Scan<'a> {
             set.acquisition.validate(set.cycle, set.camera)?;
         }
         let one = &sets[0];
-        one.activity.validate()?;
         let (each, len) = (one.len(&views, &rows), one.len(&(0..1), &rows));
         for view in samples.chunks_mut(len.max(1)) {
             simd_set::checkpoint();

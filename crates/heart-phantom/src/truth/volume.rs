@@ -25,7 +25,6 @@ pub(crate) fn truth_of_slices(
     slices: Range<usize>,
     around: Option<&[f32]>,
 ) -> Result<(Vec<f32>, VoxelCounters), PhantomError> {
-    scan.activity.validate()?;
     let times = thinned(scan.times()?);
     let grid = scan.camera.grid();
     let mut volume = zeros(
@@ -67,7 +66,6 @@ pub(crate) fn truth_of_gates_into(
     tolerance: f64,
     volumes: &mut [f32],
 ) -> Result<VoxelCounters, PhantomError> {
-    scan.activity.validate()?;
     let (grid, slices) = (scan.camera.grid(), 0..scan.camera.n_rows());
     let mut one: Vec<f32> = zeros("voxels of the ground truth", grid.len())?;
     if let Some(background) = &scan.background {

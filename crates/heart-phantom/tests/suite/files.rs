@@ -244,7 +244,8 @@ fn projections_keep_their_angles_bins_and_rows() {
     ];
     for (format, angles, offset) in cases {
         let (detector, samples) = stack(angles, offset);
-        let projections = Projections::new(detector, angles, &[RADIUS], samples.as_slice()).unwrap();
+        let projections =
+            Projections::new(detector, angles, &[RADIUS], samples.as_slice()).unwrap();
         let extension = format.info().projections.unwrap().header;
         let path = folder.path().join(format!("{format:?}.{extension}"));
         write(&path, &projections, format).unwrap();

@@ -119,7 +119,7 @@ fn walls(heart: &Heart) {
             azimuth: 0.0,
         };
         back(wall.position(&point));
-        back(wall.stretch(&other, &point));
+        back(wall.deformation(&other, &point));
         let _ = wall.locate(&Point3::new(a, b, 0.0));
         let _ = wall.displacement(&other, &Point3::new(a, b, 0.0));
         let _ = wall.thickness(a);

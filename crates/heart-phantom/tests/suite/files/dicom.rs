@@ -360,7 +360,8 @@ fn counts_above_16_bits_are_rejected() {
     samples.fill(3.0);
     let mut write_counts = |largest: f32| {
         samples[7] = largest;
-        let projections = Projections::new(detector, &angles, &[RADIUS], samples.as_slice()).unwrap();
+        let projections =
+            Projections::new(detector, &angles, &[RADIUS], samples.as_slice()).unwrap();
         let info = AcquisitionInfo {
             counts: true,
             ..AcquisitionInfo::default()

@@ -104,7 +104,8 @@ fn unsupported_data_of_a_format_are_rejected() {
     ];
     for (angles, offset) in cases {
         let (detector, samples) = stack(angles, offset);
-        let projections = Projections::new(detector, angles, &[RADIUS], samples.as_slice()).unwrap();
+        let projections =
+            Projections::new(detector, angles, &[RADIUS], samples.as_slice()).unwrap();
         for (name, format) in [
             ("a.hs", Format::InterfileStir),
             ("a.h00", Format::InterfileSimind),

@@ -36,10 +36,7 @@ fn independent_readers_agree() {
     for (way, angles) in [("growing", &growing), ("falling", &falling)] {
         let (detector, samples) = stack(angles, [0.0; 2]);
         let radii: Vec<f64> = (0..6).map(|k| 11.0 + 0.5 * f64::from(k * k)).collect();
-        for (orbit, radius) in [
-            ("circle", &[RADIUS][..]),
-            ("radii", &radii),
-        ] {
+        for (orbit, radius) in [("circle", &[RADIUS][..]), ("radii", &radii)] {
             let projections = Projections::new(detector, angles, radius, samples.as_slice());
             for format in plain() {
                 let Some(extensions) = format.info().projections else {
