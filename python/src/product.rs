@@ -113,7 +113,7 @@ impl PyPhantom {
 
     /// Cardiac phase and respiratory position; the latter requires respiration.
     pub(crate) fn moment(&self, phase: f64, breath: f64) -> Result<MotionPhase, Failure> {
-        if breath != 0.0 && self.phantom.cycle().breathing().is_none() {
+        if breath != 0.0 && self.phantom.scene().breathing.is_none() {
             let text = format!("breath is {breath}, and this scene has no respiration");
             return Err(PyValueError::new_err(text).into());
         }

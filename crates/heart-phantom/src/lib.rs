@@ -58,8 +58,8 @@ pub use error::PhantomError;
 pub use model::{
     Activity, Attenuation, Background, Balloon, Beats, Breathing, BreathingCurve, Chest, Cycle,
     Defect, Deformation, GatedBy, GreenStrain, Heart, HeartShape, MMHG_PER_KPA, MaterialPoint,
-    Medium, RespiratoryGates, RespiratoryMotion, RrIntervals, Twist, Uptake, VolumeCurve,
-    VolumeRange, Wall, WallRegion,
+    Medium, RespiratoryGates, RrIntervals, Twist, Uptake, VolumeCurve, VolumeRange, Wall,
+    WallRegion,
 };
 pub use observer::{Observer, no_observer};
 pub use phantom::{

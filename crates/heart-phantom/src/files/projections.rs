@@ -176,8 +176,7 @@ impl<'a> Projections<'a> {
     }
 
     /// Returns the number of gates, or 1.
-    #[must_use]
-    pub fn n_gates(&self) -> usize {
+    pub(super) fn n_gates(&self) -> usize {
         self.samples.len() / self.shape().iter().product::<usize>().max(1)
     }
 

@@ -60,8 +60,7 @@ pub enum FieldOf {
 
 impl FieldOf {
     /// Number of components.
-    #[must_use]
-    pub fn components(self) -> usize {
+    pub(crate) fn components(self) -> usize {
         match self {
             Self::Displacement | Self::Velocity => 3,
             Self::Components(n) => n,
@@ -161,8 +160,7 @@ impl<'a> Volume<'a> {
     }
 
     /// Returns the seconds from one gate to the next, for gated volumes.
-    #[must_use]
-    pub fn seconds_per_gate(&self) -> Option<f64> {
+    pub(super) fn seconds_per_gate(&self) -> Option<f64> {
         match self.axis {
             Axis::Gates(seconds) => Some(seconds),
             Axis::Single | Axis::Field(_) => None,
@@ -170,8 +168,7 @@ impl<'a> Volume<'a> {
     }
 
     /// Returns the quantity of the components of a field.
-    #[must_use]
-    pub fn field(&self) -> Option<FieldOf> {
+    pub(super) fn field(&self) -> Option<FieldOf> {
         match self.axis {
             Axis::Field(of) => Some(of),
             Axis::Single | Axis::Gates(_) => None,
@@ -179,8 +176,7 @@ impl<'a> Volume<'a> {
     }
 
     /// Returns the number of gates, or 1.
-    #[must_use]
-    pub fn n_gates(&self) -> usize {
+    pub(super) fn n_gates(&self) -> usize {
         match self.axis {
             Axis::Gates(_) => self.samples.len() / self.grid.len().max(1),
             Axis::Single | Axis::Field(_) => 1,

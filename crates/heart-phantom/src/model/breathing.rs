@@ -46,8 +46,7 @@ pub enum RespiratoryGates {
 
 impl RespiratoryGates {
     /// Returns their number.
-    #[must_use]
-    pub fn count(self) -> usize {
+    pub(crate) fn count(self) -> usize {
         let (Self::Phase(n) | Self::Amplitude(n)) = self;
         n
     }
@@ -128,22 +127,8 @@ impl BreathingCurve {
 }
 
 /// Respiratory motion with its curve prepared for evaluation.
-///
-/// ```
-/// use heart_phantom::{Breathing, BreathingCurve, Phantom, Scene};
-/// // 2 cm towards -z in 4 seconds and back, long at end-expiration.
-/// let curve = BreathingCurve::Lujan { n: 3 };
-/// let breathing = Breathing { shift: [0.0, 0.3, -2.0], curve, ..Breathing::default() };
-/// let scene = Scene { breathing: Some(breathing), ..Scene::default().with_size(16) };
-/// let phantom = Phantom::new(scene)?;
-/// let breathing = phantom.cycle().breathing().unwrap();
-/// assert_eq!(breathing.fraction(0.0), 0.0);
-/// assert!((breathing.fraction(2.0) - 1.0).abs() < 1e-15);
-/// assert!((breathing.fraction(1.0) - 0.125).abs() < 1e-15);
-/// # Ok::<(), heart_phantom::PhantomError>(())
-/// ```
 #[derive(Debug, Clone, PartialEq)]
-pub struct RespiratoryMotion {
+pub(crate) struct RespiratoryMotion {
     of: Breathing,
     curve: Height,
 }
@@ -158,22 +143,17 @@ impl RespiratoryMotion {
     }
 
     /// Returns its parameters.
-    #[must_use]
-    pub fn breathing(&self) -> &Breathing {
+    pub(crate) fn breathing(&self) -> &Breathing {
         &self.of
     }
 
     /// Returns the respiratory position at a time in seconds: 0 at end-expiration, 1 at end-inspiration.
-    #[must_use]
-    pub fn fraction(&self, seconds: f64) -> f64 {
+    pub(crate) fn fraction(&self, seconds: f64) -> f64 {
         self.at_phase(self.breaths(seconds).rem_euclid(1.0))
     }
 
     /// Returns the pose at a respiratory position of a body with the given pose at end-expiration.
-    ///
-    /// # Errors
-    /// [`RevolveError::NotFinite`] for a fraction that is not finite.
-    pub fn moved(&self, pose: &Pose, fraction: f64) -> Result<Pose, RevolveError> {
+    pub(crate) fn moved(&self, pose: &Pose, fraction: f64) -> Result<Pose, RevolveError> {
         if fraction == 0.0 {
             return Ok(*pose);
         }

@@ -129,8 +129,7 @@ impl Cycle {
     }
 
     /// Returns the respiratory motion.
-    #[must_use]
-    pub fn breathing(&self) -> Option<&RespiratoryMotion> {
+    pub(crate) fn breathing(&self) -> Option<&RespiratoryMotion> {
         self.breathing.as_deref()
     }
 
@@ -215,8 +214,7 @@ impl Cycle {
     }
 
     /// Returns the heart rate.
-    #[must_use]
-    pub fn beats_per_minute(&self) -> f64 {
+    pub(crate) fn beats_per_minute(&self) -> f64 {
         self.beats_per_minute
     }
 

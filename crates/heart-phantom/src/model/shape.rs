@@ -96,16 +96,14 @@ impl HeartShape {
     }
 
     /// Returns the largest distance of the outer membrane from the axis, cm.
-    #[must_use]
-    pub fn radius(&self) -> f64 {
+    pub(crate) fn radius(&self) -> f64 {
         self.curves[1]
             .iter()
             .fold(0.0, |most: f64, [_, y]| most.max(y.abs()))
     }
 
     /// Returns the length of the cavity from the base to the inner apex, cm.
-    #[must_use]
-    pub fn cavity_length(&self) -> f64 {
+    pub(crate) fn cavity_length(&self) -> f64 {
         let [apex, base] = [0.5, 0.0].map(|s| self.solution.inner.at(s).position[0]);
         apex - base
     }
@@ -116,17 +114,8 @@ impl HeartShape {
         self.solution.wall_volume_error
     }
 
-    /// Returns a mesh of the inner (0) or outer membrane (1) in the lab, cm. Its volume has the relative error `tolerance`.
-    ///
-    /// # Errors
-    /// [`PhantomError::Solid`] for another layer, a tolerance that is not positive, or too many triangles;
-    /// [`PhantomError::NotMeshed`] if rounding prevents the tolerance.
-    pub fn mesh(&self, layer: usize, tolerance: f64) -> Result<Mesh, PhantomError> {
-        self.mesh_with_pose(*self.body.pose(), layer, tolerance)
-    }
-
-    /// As [`HeartShape::mesh`], in another pose.
-    pub(crate) fn mesh_with_pose(
+    /// Returns a mesh of the inner (0) or outer membrane (1) in a pose, cm. Its volume has the relative error `tolerance`.
+    pub(crate) fn mesh(
         &self,
         pose: Pose,
         layer: usize,

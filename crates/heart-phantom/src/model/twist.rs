@@ -59,8 +59,7 @@ impl Twist {
     }
 
     /// Returns the twist with all angles multiplied by a factor.
-    #[must_use]
-    pub fn scaled(&self, factor: f64) -> Self {
+    pub(crate) fn scaled(&self, factor: f64) -> Self {
         let samples = (self.samples.each_ref()).map(|s| s.iter().map(|a| a * factor).collect());
         Self { samples }
     }
@@ -83,8 +82,7 @@ impl Twist {
     }
 
     /// Returns the rotation of the apex relative to the base in degrees, averaged over both membranes.
-    #[must_use]
-    pub fn base_to_apex(&self) -> f64 {
+    pub(crate) fn base_to_apex(&self) -> f64 {
         (self.angle(0.5, APEX) - self.angle(0.5, 0.0)).to_degrees()
     }
 }

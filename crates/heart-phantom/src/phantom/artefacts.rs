@@ -78,10 +78,7 @@ impl Phantom {
     }
 
     /// Returns the respiratory position averaged over the projections of a gate; 0 without respiration.
-    ///
-    /// # Errors
-    /// [`PhantomError::Count`] if there is no such gate.
-    pub fn mean_breath(&self, gate: usize) -> Result<f64, PhantomError> {
+    fn mean_breath(&self, gate: usize) -> Result<f64, PhantomError> {
         let acquisition = self.acquisition(gate)?;
         match self.cycle().breathing() {
             None => Ok(0.0),

@@ -287,10 +287,10 @@ impl Phantom {
         let (shape, pose) = (self.shape(at.phase)?, self.pose(at.breath)?);
         let tolerance = self.scene().output.mesh_tolerance;
         let part = simd_set::part(0..1, 2);
-        let inner = shape.mesh_with_pose(pose, 0, tolerance)?;
+        let inner = shape.mesh(pose, 0, tolerance)?;
         drop(part);
         let _part = simd_set::part(1..2, 2);
-        Ok([inner, shape.mesh_with_pose(pose, 1, tolerance)?])
+        Ok([inner, shape.mesh(pose, 1, tolerance)?])
     }
 
     /// Returns the regions of interest, computed once from 24 phases.

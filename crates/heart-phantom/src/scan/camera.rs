@@ -112,8 +112,7 @@ impl Camera {
     }
 
     /// Returns the rays of the views; `None` if they are parallel.
-    #[must_use]
-    pub fn ray_geometry(&self) -> Option<&RayGeometry> {
+    pub(crate) fn ray_geometry(&self) -> Option<&RayGeometry> {
         self.rays.as_deref()
     }
 
@@ -229,8 +228,7 @@ impl Camera {
     }
 
     /// Returns the start of a view in seconds after the first view; simultaneous views of both heads have the same start.
-    #[must_use]
-    pub fn view_start(&self, view_idx: usize) -> f64 {
+    pub(crate) fn view_start(&self, view_idx: usize) -> f64 {
         if let Some(times) = self.ray_geometry().and_then(RayGeometry::times) {
             return times[view_idx];
         }
@@ -295,8 +293,7 @@ impl Camera {
     }
 
     /// Returns the radius of the disc within all views, less one bin: `(n / 2 - 1) * pitch`.
-    #[must_use]
-    pub fn field_radius(&self) -> f64 {
+    pub(crate) fn field_radius(&self) -> f64 {
         (self.n_bins() as f64 / 2.0 - 1.0) * self.pitch()
     }
 

@@ -47,13 +47,7 @@ impl Decay {
     pub(crate) const HALF_LIVES: [f64; 2] = [1e-6, 1e12];
 
     /// Returns the half-life in seconds; `None` without decay.
-    ///
-    /// ```
-    /// use heart_phantom::Decay;
-    /// assert_eq!(Decay::Tc99m.half_life(), Some(6.0072 * 3600.0));
-    /// ```
-    #[must_use]
-    pub fn half_life(&self) -> Option<f64> {
+    pub(crate) fn half_life(&self) -> Option<f64> {
         match *self {
             Self::None => None,
             Self::Tc99m => Some(6.0072 * HOUR),

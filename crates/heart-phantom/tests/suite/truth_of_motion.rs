@@ -270,7 +270,7 @@ fn velocities_are_differences_in_real_time() {
     breathing.gates = Some(RespiratoryGates::Phase(3));
     breathing.curve = BreathingCurve::Lujan { n: 2 };
     let phantom = Phantom::new(scene.clone()).unwrap();
-    let (cycle, breathing) = (phantom.cycle(), phantom.cycle().breathing().unwrap());
+    let (cycle, period) = (phantom.cycle(), scene.breathing.as_ref().unwrap().period);
     let grid = *phantom.camera().grid();
     let from = phantom.wall(phantom.reference()).unwrap();
     let mut fastest = [0.0f64; 3];
@@ -281,7 +281,7 @@ fn velocities_are_differences_in_real_time() {
         let [before, after] = [-h, h].map(|dt| {
             let moment = MotionPhase {
                 phase: at.phase + dt / cycle.period(),
-                breath: breathing.fraction(phase * breathing.breathing().period + dt),
+                breath: cycle.breath(phase * period + dt),
             };
             phantom.wall(moment).unwrap()
         });
