@@ -73,7 +73,7 @@ fn of_phantom(py: Python<'_>, error: PhantomError) -> PyErr {
             scene_error(
                 py,
                 &text,
-                (error.file(), first.place),
+                (error.file.as_deref(), first.place),
                 [&first.field, &first.given, &first.wanted],
             )
         }

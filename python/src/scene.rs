@@ -359,11 +359,13 @@ fn put(table: &mut Table, name: &str, value: &Bound<'_, PyAny>) -> PyResult<()> 
 }
 
 /// Removes line numbers of a text that the user has not written.
-fn without_place(error: PhantomError) -> PhantomError {
-    match error {
-        PhantomError::Scene(error) => PhantomError::Scene(Box::new(error.without_places())),
-        error => error,
+fn without_place(mut error: PhantomError) -> PhantomError {
+    if let PhantomError::Scene(error) = &mut error {
+        for finding in &mut error.findings {
+            finding.place = None;
+        }
     }
+    error
 }
 
 /// A mode on one line: `whole-cycle`, `gated (gates 16)`.

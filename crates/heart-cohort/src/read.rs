@@ -80,7 +80,10 @@ impl Cohort {
         let text = read_text(path)?;
         let folder = path.parent().unwrap_or(Path::new("."));
         Self::of_text(&text, folder).map_err(|error| match error {
-            CohortError::Text(error) => error.with_file(path).into(),
+            CohortError::Text(mut error) => {
+                error.file = Some(path.to_path_buf());
+                CohortError::Text(error)
+            }
             error => error,
         })
     }

@@ -69,44 +69,16 @@ impl Display for Finding {
 #[derive(Debug, Clone, PartialEq)]
 pub struct SceneError {
     /// The file, if the text was read from one.
-    pub(super) file: Option<PathBuf>,
-    /// Never empty.
-    pub(super) findings: Vec<Finding>,
+    pub file: Option<PathBuf>,
+    /// At least one.
+    pub findings: Vec<Finding>,
 }
 
 impl SceneError {
-    /// Returns the file, if the text was read from one.
-    #[must_use]
-    pub fn file(&self) -> Option<&Path> {
-        self.file.as_deref()
-    }
-
-    /// Sets the file.
-    #[must_use]
-    pub fn with_file(mut self, file: &Path) -> Self {
-        self.file = Some(file.to_path_buf());
-        self
-    }
-
-    /// Returns the findings, at least one.
-    #[must_use]
-    pub fn findings(&self) -> &[Finding] {
-        &self.findings
-    }
-
     /// Returns the first finding.
     #[must_use]
     pub fn first(&self) -> &Finding {
         &self.findings[0]
-    }
-
-    /// Removes the places, for a text that the user did not write.
-    #[must_use]
-    pub fn without_places(mut self) -> Self {
-        self.findings
-            .iter_mut()
-            .for_each(|finding| finding.place = None);
-        self
     }
 }
 
@@ -114,7 +86,7 @@ impl Display for SceneError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         for (k, finding) in self.findings.iter().enumerate() {
             let end = if k == 0 { "" } else { "\n" };
-            let place = place_in(self.file(), finding.place);
+            let place = place_in(self.file.as_deref(), finding.place);
             write!(f, "{end}{place}{finding}")?;
         }
         Ok(())

@@ -32,7 +32,7 @@ pub fn read_text(path: &Path) -> Result<String, PhantomError> {
     })?;
     String::from_utf8(bytes).map_err(|error| {
         let finding = place::not_text(error.as_bytes(), error.utf8_error());
-        SceneError::from(finding).with_file(path).into()
+        in_file(path, finding.into()).into()
     })
 }
 
@@ -58,7 +58,7 @@ impl Scene {
         let text = read_text(path)?;
         match Self::parse(&text, path.parent().unwrap_or(path)) {
             Ok(scene) => Ok((scene, text)),
-            Err(error) => Err(error.with_file(path).into()),
+            Err(error) => Err(in_file(path, error).into()),
         }
     }
 
@@ -108,6 +108,13 @@ impl Scene {
                 Err(error)
             }
         }
+    }
+}
+
+fn in_file(path: &Path, error: SceneError) -> SceneError {
+    SceneError {
+        file: Some(path.to_path_buf()),
+        ..error
     }
 }
 

@@ -377,7 +377,7 @@ fn ranges_of_the_template_agree_with_validation() {
                 let text = format!("{header}\n{name} = {given}\n{others}");
                 let path = format!("{section}{element}.{name}");
                 match Scene::from_toml(&text) {
-                    Err(PhantomError::Scene(error)) => (error.findings().iter())
+                    Err(PhantomError::Scene(error)) => (error.findings.iter())
                         .any(|found| found.field == path && found.wanted.contains("between")),
                     _ => false,
                 }

@@ -256,7 +256,7 @@ fn as_json(error: &PhantomError) -> Value {
     let at = match error {
         PhantomError::Scene(scene) => {
             let first = scene.first();
-            Some((scene.file(), &first.field, first.place))
+            Some((scene.file.as_deref(), &first.field, first.place))
         }
         PhantomError::Rejected {
             file, field, place, ..

@@ -715,7 +715,7 @@ fn every_field_rejects_a_bad_value_with_its_place() {
     for (text, field, advice) in BAD {
         let error = error_of(text);
         let said = error.to_string();
-        if error.findings().len() > 1 {
+        if error.findings.len() > 1 {
             several.push(format!("{text}\n{said}"));
         }
         assert_eq!(error.first().field, *field, "{text}\n{said}");
@@ -740,7 +740,7 @@ fn a_scene_reports_all_of_its_findings() {
     let text = "[heart.inner]\nlength = -1.0\n[pose]\nrotate_x = 400.0\n[[defects]]\nlayers = [0.5, 0.5]\ns = [0.1, 0.6]\n\
         azimuths_degrees = [0.0, 90.0]\nactivity = 0.1\n[camera]\nviews = 0\nbins = 1\n[output]\nprojections = 'nifti'\n";
     let error = error_of(text);
-    let found: Vec<_> = (error.findings().iter())
+    let found: Vec<_> = (error.findings.iter())
         .map(|finding| (finding.field.as_str(), finding.place.unwrap()[0]))
         .collect();
     let expected = [
