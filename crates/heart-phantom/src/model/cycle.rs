@@ -15,18 +15,18 @@ const PHASE_GRID: f64 = (1u64 << 40) as f64;
 /// A periodic cardiac cycle: a heart rate and a volume curve.
 ///
 /// The volume gain of the cavity (Rohmer et al. 2006, Eq. 35: `(V - V_ref) / V_ref`) at phase `p` is `g_low + (g_high - g_low)
-/// h(p)` with the [`VolumeCurve`] `h`. [`Cycle::new`] is that of the study: the sinusoid from the reference volume at phase 0 to
-/// `peak_gain` at phase 1/2.
+/// h(p)` with the [`VolumeCurve`] `h`. That of the study is the sinusoid from the reference volume at phase 0 to the
+/// peak gain at phase 1/2.
 ///
 /// ```
 /// use heart_phantom::{Cycle, VolumeCurve};
-/// let cycle = Cycle::new(65.0, 0.6)?;
+/// let cycle = Cycle::new(65.0, &VolumeCurve::Sinusoid, [0.0, 0.6])?;
 /// assert_eq!(cycle.gain(0.0), 0.0);
 /// assert!((cycle.gain(0.5) - 0.6).abs() < 1e-15);
 /// // Views one second apart have twelve phases only: 65 beats per minute are 13/12 beats per second.
 /// assert_eq!(cycle.phase(0.0), cycle.phase(12.0));
 /// // A ventricle instead: its volume is largest at phase 0 and smallest at aortic closure.
-/// let cycle = Cycle::with_curve(65.0, &VolumeCurve::Physiological, [0.0, 0.6])?;
+/// let cycle = Cycle::new(65.0, &VolumeCurve::Physiological, [0.0, 0.6])?;
 /// assert_eq!((cycle.gain(0.0), cycle.gain(0.46)), (0.6, 0.0));
 /// # Ok::<(), heart_phantom::PhantomError>(())
 /// ```
@@ -44,22 +44,13 @@ pub struct Cycle {
 }
 
 impl Cycle {
-    /// A sinusoidal cycle with the volume gain `peak_gain` at phase 1/2.
-    ///
-    /// # Errors
-    /// [`PhantomError::OutOfRange`] unless `0 < beats_per_minute <= 1000` and `0 <= peak_gain <= 20`.
-    pub fn new(beats_per_minute: f64, peak_gain: f64) -> Result<Self, PhantomError> {
-        check("peak_gain", peak_gain, GAIN)?;
-        Self::with_curve(beats_per_minute, &VolumeCurve::Sinusoid, [0.0, peak_gain])
-    }
-
     /// A cycle with any volume curve and the volume gains at end-systole and end-diastole (see
     /// [`VolumeRange::gains`](crate::VolumeRange::gains)).
     ///
     /// # Errors
     /// [`PhantomError::OutOfRange`] unless `0 < beats_per_minute <= 1000` and gains are within 0 to 20 and ascending, or for an
     /// invalid [`VolumeCurve`].
-    pub fn with_curve(
+    pub fn new(
         beats_per_minute: f64,
         curve: &VolumeCurve,
         gains: [f64; 2],
@@ -88,8 +79,9 @@ impl Cycle {
     /// Projections are then acquired in real time; the time of rejected beats is not used.
     ///
     /// ```
-    /// use heart_phantom::{Beats, Cycle, RrIntervals};
-    /// let cycle = Cycle::new(60.0, 0.6)?.with_beats(&Beats::new(RrIntervals::List(vec![1.0, 1.2])))?;
+    /// use heart_phantom::{Beats, Cycle, RrIntervals, VolumeCurve};
+    /// let beats = Beats::new(RrIntervals::List(vec![1.0, 1.2]));
+    /// let cycle = Cycle::new(60.0, &VolumeCurve::Sinusoid, [0.0, 0.6])?.with_beats(&beats)?;
     /// // Filled after 0.6 s of the 1.2 s of the second beat: diastole of the sinusoid is its filling and absorbs the variation.
     /// assert!((cycle.phase(1.0 + 0.7) - 0.5).abs() < 1e-12);
     /// # Ok::<(), heart_phantom::PhantomError>(())

@@ -109,25 +109,6 @@ impl Heart {
     /// Default memory for shapes in bytes.
     pub const DEFAULT_MEMORY: usize = 512 << 20;
 
-    /// Two membranes under the pressure law of Eq. 3 with `nodes` nodes each, in `pose` (body frame: x from the base to the apex).
-    ///
-    /// # Errors
-    /// [`PhantomError::Balloon`] for a dimension or stiffness that is not finite and positive; else as [`Heart::of_membranes`].
-    pub fn new(
-        inner: Balloon,
-        outer: Balloon,
-        nodes: usize,
-        pose: Pose,
-    ) -> Result<Self, PhantomError> {
-        let differences = Discretisation::FiniteDifferences { nodes };
-        Self::of_membranes(
-            [&inner.membrane()?, &outer.membrane()?],
-            differences,
-            0.0,
-            pose,
-        )
-    }
-
     /// Any two membranes, inner and outer. Finite differences give bodies bounded by the polygons through their nodes; spectral
     /// elements give bodies that follow the polynomials to `tolerance` cm.
     ///
@@ -185,7 +166,9 @@ impl Heart {
         let pose = Pose::axis_along_z(middle)?
             .rotated_x(FRAC_PI_4)?
             .rotated_y(FRAC_PI_4)?;
-        Self::new(Balloon::INNER, Balloon::OUTER, nodes, pose)
+        let [inner, outer] = [Balloon::INNER.membrane()?, Balloon::OUTER.membrane()?];
+        let differences = Discretisation::FiniteDifferences { nodes };
+        Self::of_membranes([&inner, &outer], differences, 0.0, pose)
     }
 
     /// Returns the shapes at the given volume gains, in their order. Equal gains are solved once, also across calls. Each shape is

@@ -20,7 +20,7 @@ const MOST_SAMPLES: usize = 1000;
 ///
 /// ```
 /// use heart_phantom::Twist;
-/// let systole = Twist::linear([-3.0, 10.0], [-3.0, 8.0])?; // degrees: base and apex, inner and outer
+/// let systole = Twist::sampled(&[-3.0, 10.0], &[-3.0, 8.0])?; // degrees: base and apex, inner and outer
 /// assert!((systole.angle(0.0, 0.25).to_degrees() - 3.5).abs() < 1e-12);
 /// assert!((systole.angle(1.0, 0.5).to_degrees() - 8.0).abs() < 1e-12);
 /// # Ok::<(), heart_phantom::PhantomError>(())
@@ -33,16 +33,8 @@ pub struct Twist {
 }
 
 impl Twist {
-    /// A linear twist: angles in degrees at the base and the apex for the inner and the outer membrane.
-    ///
-    /// # Errors
-    /// As [`Twist::sampled`].
-    pub fn linear(inner: [f64; 2], outer: [f64; 2]) -> Result<Self, PhantomError> {
-        Self::sampled(&inner, &outer)
-    }
-
     /// A sampled twist: angles in degrees at equally spaced s from base to apex, both included, for the inner and the outer
-    /// membrane.
+    /// membrane. Two angles each give a linear twist.
     ///
     /// # Errors
     /// [`PhantomError::Count`] for fewer than two or more than 1000 samples; [`PhantomError::OutOfRange`] for an angle beyond a

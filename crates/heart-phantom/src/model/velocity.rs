@@ -10,10 +10,7 @@ impl Wall {
     /// Returns the velocities of the material at the centres of the voxels of some slices: lab vectors in cm/s, from its positions
     /// at two other times `seconds` apart. Only voxels in the wall are returned, with their indices among these slices
     /// (`[z][y][x]`), ascending.
-    ///
-    /// # Errors
-    /// As [`Wall::displacements`].
-    pub fn velocities(
+    pub(crate) fn velocities(
         &self,
         between: [&Wall; 2],
         seconds: f64,
@@ -29,10 +26,7 @@ impl Wall {
     }
 
     /// Returns the velocity of a material point in cm/s, from its positions in two walls `seconds` apart.
-    ///
-    /// # Errors
-    /// As [`Wall::position`].
-    pub fn velocity(
+    pub(crate) fn velocity(
         between: [&Wall; 2],
         seconds: f64,
         point: &MaterialPoint,

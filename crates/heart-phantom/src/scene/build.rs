@@ -159,7 +159,7 @@ pub(crate) fn cycle_of(scene: &Scene, rest: f64) -> Result<Cycle, PhantomError> 
 /// Builds the cycle without variable R-R intervals and without respiration.
 pub(crate) fn regular_cycle_of(scene: &Scene, rest: f64) -> Result<Cycle, PhantomError> {
     let (cycle, gains) = (&scene.cycle, scene.cycle.volume.gains(rest)?);
-    Cycle::with_curve(cycle.beats_per_minute, &cycle.curve, gains)
+    Cycle::new(cycle.beats_per_minute, &cycle.curve, gains)
 }
 
 fn organs_of(scene: &Scene) -> Result<Option<Organs>, PhantomError> {

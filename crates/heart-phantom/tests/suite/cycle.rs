@@ -2,9 +2,13 @@
 
 use heart_phantom::{Cycle, PhantomError, VolumeCurve, VolumeRange};
 
+fn sinusoid(beats_per_minute: f64, gain: f64) -> Result<Cycle, PhantomError> {
+    Cycle::new(beats_per_minute, &VolumeCurve::Sinusoid, [0.0, gain])
+}
+
 /// A cycle whose gain is the normalised volume.
 fn normalised(curve: &VolumeCurve, beats_per_minute: f64) -> Result<Cycle, PhantomError> {
-    Cycle::with_curve(beats_per_minute, curve, [0.0, 1.0])
+    Cycle::new(beats_per_minute, curve, [0.0, 1.0])
 }
 
 #[test]
@@ -121,13 +125,13 @@ fn samples_are_interpolated_without_overshoot() {
 
 #[test]
 fn many_samples_of_the_sinusoid_reproduce_it() {
-    let sinusoid = Cycle::new(60.0, 1.0).unwrap();
+    let exact = sinusoid(60.0, 1.0).unwrap();
     let error = |n: usize| {
-        let volumes = (0..n).map(|j| sinusoid.gain(j as f64 / n as f64)).collect();
+        let volumes = (0..n).map(|j| exact.gain(j as f64 / n as f64)).collect();
         let height = normalised(&VolumeCurve::Sampled(volumes), 60.0).unwrap();
         (0..1000)
             .map(|j| f64::from(j) / 1000.0)
-            .map(|p| (height.gain(p) - sinusoid.gain(p)).abs())
+            .map(|p| (height.gain(p) - exact.gain(p)).abs())
             .fold(0.0, f64::max)
     };
     // Third order except at extrema, where a monotone cubic is of second order: a factor of at least 4.
@@ -159,7 +163,7 @@ fn invalid_samples_are_rejected() {
 
 #[test]
 fn one_view_per_second_at_65_bpm_has_twelve_phases() {
-    let cycle = Cycle::new(65.0, 0.6).unwrap();
+    let cycle = sinusoid(65.0, 0.6).unwrap();
     let mut phases: Vec<f64> = (0..90).map(|k| cycle.phase(k as f64)).collect();
     phases.sort_by(f64::total_cmp);
     phases.dedup();
@@ -171,7 +175,7 @@ fn one_view_per_second_at_65_bpm_has_twelve_phases() {
 
 #[test]
 fn gain_is_periodic_even_and_bounded() {
-    let cycle = Cycle::new(72.0, 0.6).unwrap();
+    let cycle = sinusoid(72.0, 0.6).unwrap();
     for j in 0..64 {
         let p = j as f64 / 64.0;
         assert_eq!(cycle.gain(p), cycle.gain(p + 3.0));
@@ -184,18 +188,18 @@ fn gain_is_periodic_even_and_bounded() {
 fn invalid_arguments_are_rejected() {
     for bad in [0.0, -1.0, f64::NAN, f64::INFINITY, 1001.0] {
         assert!(matches!(
-            Cycle::new(bad, 0.6),
+            sinusoid(bad, 0.6),
             Err(PhantomError::OutOfRange { .. })
         ));
     }
     for bad in [-0.1, f64::NAN, 21.0] {
         assert!(matches!(
-            Cycle::new(65.0, bad),
+            sinusoid(65.0, bad),
             Err(PhantomError::OutOfRange { .. })
         ));
     }
     for curve in [VolumeCurve::Sinusoid, VolumeCurve::Physiological] {
-        let cycle = Cycle::with_curve(65.0, &curve, [0.1, 0.6]).unwrap();
+        let cycle = Cycle::new(65.0, &curve, [0.1, 0.6]).unwrap();
         for bad in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
             assert!(cycle.gain(bad).is_nan());
             assert!(cycle.gain(cycle.phase(bad)).is_nan());

@@ -1,6 +1,6 @@
 //! Messages of errors and their causes: each level contains its own part, once.
 
-use heart_phantom::membrane_newton::MembraneError;
+use heart_phantom::membrane_newton::{Discretisation, MembraneError};
 use heart_phantom::revolve_voxel::Pose;
 use heart_phantom::scene::{Background, Scene};
 use heart_phantom::{Balloon, Heart, Phantom, PhantomError, escape};
@@ -83,9 +83,11 @@ fn an_error_chain_contains_failure_and_cause() {
 
 #[test]
 fn invalid_pairs_of_balloons_have_distinct_errors() {
-    let heart = |inner, outer, nodes| {
+    let heart = |inner: Balloon, outer: Balloon, nodes| {
         let pose = Pose::axis_along_z(5.0).unwrap();
-        Heart::new(inner, outer, nodes, pose)
+        let differences = Discretisation::FiniteDifferences { nodes };
+        let membranes = [&inner.membrane()?, &outer.membrane()?];
+        Heart::of_membranes(membranes, differences, 0.0, pose)
     };
     let none = Balloon {
         radius: -1.0,

@@ -121,7 +121,7 @@ fn a_twisted_cylinder_has_the_shear_of_torsion() {
     let degrees = 10.0;
     let twisted = rest
         .clone()
-        .twisted(Twist::linear([0.0, degrees], [0.0, degrees]).unwrap());
+        .twisted(Twist::sampled(&[0.0, degrees], &[0.0, degrees]).unwrap());
     let point = at(0.5, 0.1, 2.0);
     let (h, e) = (1e-3, rest.deformation(&twisted, &point).unwrap().strain());
     let place = |s| rest.position(&at(0.5, s, 2.0)).unwrap();
@@ -147,7 +147,7 @@ fn a_twisted_cylinder_has_the_shear_of_torsion() {
 #[test]
 fn a_zero_twist_is_bitwise_identical_to_none() {
     let [from, to] = WALLS.clone();
-    let none = Twist::linear([0.0; 2], [0.0; 2]).unwrap();
+    let none = Twist::sampled(&[0.0; 2], &[0.0; 2]).unwrap();
     let still = [from.clone(), to.clone()].map(|wall| wall.twisted(none.clone()));
     let grid = VoxelGrid::cube(20, 0.7).unwrap();
     let moved = from.displacements(&to, &grid, 0..20).unwrap();
@@ -210,7 +210,7 @@ fn invalid_twists_are_rejected() {
         }
     ));
     for bad in [f64::NAN, f64::INFINITY, 400.0] {
-        let refused = Twist::linear([0.0, bad], [0.0; 2]).unwrap_err();
+        let refused = Twist::sampled(&[0.0, bad], &[0.0; 2]).unwrap_err();
         assert!(matches!(
             refused,
             PhantomError::OutOfRange { what: "twist", .. }

@@ -15,6 +15,12 @@ use std::f64::consts::{FRAC_PI_4, PI};
 #[allow(dead_code)] // its `main` is called, as a test
 mod example;
 
+fn heart_of([inner, outer]: [Balloon; 2], nodes: usize, pose: Pose) -> Heart {
+    let membranes = [inner.membrane().unwrap(), outer.membrane().unwrap()];
+    let differences = Discretisation::FiniteDifferences { nodes };
+    Heart::of_membranes([&membranes[0], &membranes[1]], differences, 0.0, pose).unwrap()
+}
+
 #[test]
 fn the_example_runs() {
     example::main().unwrap();
@@ -33,7 +39,7 @@ fn a_given_heart_is_bitwise_identical_to_that_of_the_sections() {
     let pose = Pose::axis_along_z((Balloon::OUTER.length + Balloon::OUTER.radius) / 2.0)
         .and_then(|pose| pose.rotated_x(FRAC_PI_4)?.rotated_y(FRAC_PI_4))
         .unwrap();
-    let heart = Heart::new(Balloon::INNER, Balloon::OUTER, 60, pose).unwrap();
+    let heart = heart_of([Balloon::INNER, Balloon::OUTER], 60, pose);
     let given = Phantom::with_heart(scene.clone(), heart).unwrap();
     // Neither of the two sections is used or validated.
     let mut other = scene.clone();
@@ -57,7 +63,7 @@ proptest! {
     fn the_length_of_a_balloon_is_exact(h in 0.1..50.0f64, r in 0.1..20.0f64, nodes in 11..60usize) {
         let outer = Balloon { length: h, radius: r, stiffness: 1.0 };
         let inner = Balloon { length: 0.9 * h, radius: 0.8 * r, stiffness: 1.0 };
-        let heart = Heart::new(inner, outer, nodes, Pose::identity()).unwrap();
+        let heart = heart_of([inner, outer], nodes, Pose::identity());
         prop_assert_eq!(heart.length(), h + r);
     }
 }

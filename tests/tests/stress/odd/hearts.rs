@@ -19,16 +19,12 @@ fn heart_phantom_accepts_any_input() {
     small.camera.views = 4;
     let phantom = Phantom::with_heart(small, heart.clone()).expect("a phantom");
     let camera = phantom.camera();
-    let mut cycles = vec![Cycle::new(65.0, 0.1).expect("a cycle")];
+    let mut cycles = vec![Cycle::new(65.0, &VolumeCurve::Sinusoid, [0.0, 0.1]).expect("a cycle")];
     for [a, b] in pairs() {
-        cycles.extend(back(Cycle::new(a, b)));
-        cycles.extend(back(Cycle::with_curve(
-            60.0,
-            &VolumeCurve::Physiological,
-            [a, b],
-        )));
+        cycles.extend(back(Cycle::new(a, &VolumeCurve::Sinusoid, [0.0, b])));
+        cycles.extend(back(Cycle::new(60.0, &VolumeCurve::Physiological, [a, b])));
         let sampled = VolumeCurve::Sampled(vec![a, b, 1.0, 2.0]);
-        cycles.extend(back(Cycle::with_curve(60.0, &sampled, [0.0, 0.1])));
+        cycles.extend(back(Cycle::new(60.0, &sampled, [0.0, 0.1])));
         let mut scene = Scene::default().with_size(3);
         scene.camera.pitch = [a, b];
         scene.camera.seconds_per_view = a;
@@ -62,11 +58,7 @@ fn heart_phantom_accepts_any_input() {
             }
         }
     }
-    back(Cycle::with_curve(
-        60.0,
-        &VolumeCurve::Sampled(vec![]),
-        [0.0, 0.1],
-    ));
+    back(Cycle::new(60.0, &VolumeCurve::Sampled(vec![]), [0.0, 0.1]));
     for cycle in &cycles {
         for phase in ODD {
             let _ = cycle.gain(phase);
