@@ -1,8 +1,5 @@
 //! Orbits: the distance of the collimator face from the axis of rotation in each view.
 
-use crate::error::{PhantomError, check, check_length};
-use crate::ranges;
-
 /// The orbit of a camera head. At the angle theta the face is at `R (-sin theta, cos theta)`, perpendicular to the rays. `R` is constant
 /// during a view.
 ///
@@ -42,24 +39,6 @@ impl Orbit {
                 Some(1.0 / (sin / a).hypot(cos / b))
             }
             Self::Contour { .. } => None,
-        }
-    }
-
-    /// Validates the ranges, and the number of radii.
-    pub(crate) fn check(&self, n_views: usize) -> Result<(), PhantomError> {
-        const RADIUS: &str = "radius of the camera";
-        match self {
-            Self::Circle(radius) => check(RADIUS, *radius, ranges::SIZE).map(drop),
-            Self::PerView(radii) => {
-                check_length("radii of the orbit", radii.len(), n_views)?;
-                (radii.iter()).try_for_each(|radius| check(RADIUS, *radius, ranges::SIZE).map(drop))
-            }
-            Self::Ellipse { semi_axes } => (semi_axes.iter()).try_for_each(|half| {
-                check("half-width of the orbit", *half, ranges::SIZE).map(drop)
-            }),
-            Self::Contour { gap } => {
-                check("gap between body and camera", *gap, [0.0, ranges::SIZE[1]]).map(drop)
-            }
         }
     }
 }

@@ -2,10 +2,8 @@
 
 use super::finding::{Check, array_of};
 use super::*;
-use crate::error::PhantomError;
 use crate::ranges;
 use crate::scan::MOST_SAMPLES;
-use crate::scene::build::camera_of;
 use crate::text::Number;
 
 /// Allowed arcs in degrees.
@@ -44,29 +42,25 @@ impl CameraSettings {
 }
 
 fn orbit(orbit: &Orbit, n_views: usize, c: &mut Check) {
-    let wanted = match orbit.check(n_views) {
-        Ok(()) => return,
-        Err(PhantomError::WrongLength { .. }) => format!("must have {n_views}, one for each view"),
-        Err(PhantomError::OutOfRange { least, most, .. }) => {
-            format!("must be between {} and {}", Number(least), Number(most))
+    let mut within = |name, given, lengths: &[f64]| {
+        let [least, most] = ranges::SIZE;
+        if !lengths.iter().all(|x| (least..=most).contains(x)) {
+            let [least, most] = [least, most].map(Number);
+            let wanted = format!("must be between {least} and {most}");
+            c.fault(name, given, wanted);
         }
-        Err(other) => other.to_string(),
     };
-    let (name, given) = match orbit {
-        Orbit::Circle(radius) => ("radius", Number(*radius).to_string()),
-        Orbit::PerView(radii) => ("radius.per_view", array_of(radii.len())),
-        Orbit::Ellipse { semi_axes } => (
-            "radius.ellipse.semi_axes",
-            format!("[{}, {}]", Number(semi_axes[0]), Number(semi_axes[1])),
-        ),
-        Orbit::Contour { gap } => ("radius.contour.gap", Number(*gap).to_string()),
-    };
-    c.fault(name, given, wanted);
-}
-
-impl Scene {
-    /// Whether all angle steps between views are equal, as Interfile requires.
-    pub(super) fn has_even_steps(&self) -> bool {
-        camera_of(self).is_ok_and(|camera| camera.has_even_steps())
+    match orbit {
+        Orbit::Circle(radius) => c.within("radius", *radius, ranges::SIZE),
+        Orbit::PerView(radii) if radii.len() != n_views => {
+            let wanted = format!("must have {n_views}, one for each view");
+            c.fault("radius.per_view", array_of(radii.len()), wanted);
+        }
+        Orbit::PerView(radii) => within("radius.per_view", array_of(radii.len()), radii),
+        Orbit::Ellipse { semi_axes } => {
+            let [a, b] = semi_axes.map(Number);
+            within("radius.ellipse.semi_axes", format!("[{a}, {b}]"), semi_axes);
+        }
+        Orbit::Contour { gap } => c.within("radius.contour.gap", *gap, [0.0, ranges::SIZE[1]]),
     }
 }

@@ -4,6 +4,7 @@ use super::finding::{Check, spelled};
 use super::*;
 use crate::files::{Format, FormatInfo};
 use crate::ranges;
+use crate::scene::build::camera_of;
 
 pub(super) fn output(scene: &Scene, c: &mut Check) {
     let (output, mode) = (&scene.output, scene.acquisition.mode);
@@ -41,7 +42,7 @@ pub(super) fn output(scene: &Scene, c: &mut Check) {
     } else if c.is_clean(&["camera"])
         && projections.even_steps
         && !projections.detectors
-        && !scene.has_even_steps()
+        && !camera_of(scene).is_ok_and(|camera| camera.has_even_steps())
     {
         let wanted =
             "needs equal angle steps over both heads: an arc equal to the angle between them";
