@@ -37,10 +37,9 @@ impl Phantom {
         let parts = &mut phantom.parts;
         parts.camera = parts.camera.along(rays)?;
         let camera = &parts.camera;
-        phantom.readout.size = [camera.n_bins(), camera.n_rows()];
         let settings = &mut parts.scene.camera;
         settings.views = camera.n_views();
-        [settings.bins, settings.rows] = phantom.readout.size;
+        (settings.bins, settings.rows) = (camera.n_bins(), camera.n_rows());
         settings.pitch = camera.detector().pitch();
         Ok(phantom)
     }

@@ -138,9 +138,7 @@ impl Phantom {
         let reconstructs = output.needs(Needs::Reconstruction);
         let sees = output.needs(Needs::Views);
         // `prepare` reports an orbit that is not yet known and an excessive number of nodes.
-        let known = (self.facing.get()).map(|views| views.iter().map(|view| view.radius).collect());
-        let radii: Option<Vec<f64>> = parts.nominal_radii().or(known);
-        let scatter = radii.and_then(|radii| self.bytes_of_scatter(&radii).ok());
+        let scatter = (self.known_radii()).and_then(|radii| self.bytes_of_scatter(&radii).ok());
         let scatter = scatter.unwrap_or_default();
         let judges = reconstructs && wants(Product::Truth);
 

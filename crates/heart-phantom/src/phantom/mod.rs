@@ -22,7 +22,6 @@ mod reach;
 mod resolution;
 mod scatter;
 mod scatter_model;
-mod share;
 mod steps;
 mod views;
 mod volumes;
@@ -45,7 +44,6 @@ pub(crate) use products::Needs;
 pub use products::PlannedFile;
 #[cfg(feature = "scene")]
 pub(crate) use products::{Content, Index};
-use share::Share;
 #[cfg(feature = "scene")]
 pub(crate) use views::to_counts;
 pub use warning::{Edge, TruncatedObject, Warning};
@@ -53,11 +51,11 @@ use work::Work;
 pub use work::WorkReport;
 
 use crate::error::{PhantomError, check_count};
-use crate::scan::{Acquisition, Facing, Imaging, Interpolation, Projected, Readout, STEPS, Scan};
+use crate::scan::{Acquisition, Facing, Imaging, Interpolation, Projected, STEPS, Scan};
 use crate::scene::{Parts, Scene, check};
 use crate::{Camera, Cycle, Heart, HeartShape, Regions, TruthOf};
 use photon_scatter::Scatter;
-use radon::{FbpPlan, Skip};
+use radon::FbpPlan;
 use revolve_voxel::Pose;
 use std::collections::BTreeSet;
 #[cfg(feature = "scene")]
@@ -89,9 +87,6 @@ const MOST_TURN: f64 = 0.7;
 #[derive(Debug)]
 pub struct Phantom {
     parts: Parts,
-    /// The cycle of each respiratory gate.
-    cycles: Vec<Cycle>,
-    pub(crate) readout: Readout,
     facing: OnceLock<Vec<Facing>>,
     imaging: OnceLock<Option<Imaging>>,
     /// Expected counts per unit sample, by gate.
@@ -113,6 +108,15 @@ pub struct Phantom {
     /// File and text of the scene, for errors after reading.
     #[cfg(feature = "scene")]
     pub(crate) file: Option<(PathBuf, String)>,
+}
+
+/// The part of the memory that a run may use.
+#[derive(Debug, Clone, Copy)]
+struct Share {
+    /// Number of concurrent runs with equal parts.
+    runs: u64,
+    /// Bytes of the caller.
+    further: u64,
 }
 
 impl Phantom {
@@ -190,24 +194,20 @@ impl Phantom {
 
     fn of(scene: Scene, heart: Option<Heart>) -> Result<Self, PhantomError> {
         let parts = check::parts(scene, heart)?;
-        let camera = &parts.camera;
-        let size = [camera.n_bins(), camera.n_rows()];
         Ok(Self {
-            readout: Readout {
-                noise: parts.scene.noise,
-                size,
-            },
             facing: OnceLock::new(),
             imaging: OnceLock::new(),
             counts: vec![OnceLock::new(); parts.n_gates()],
             scattered: vec![OnceLock::new(); parts.n_gates()],
-            cycles: parts.cycles(),
             steps: OnceLock::new(),
             regions: OnceLock::new(),
             organ_map: OnceLock::new(),
             attenuating_organs: OnceLock::new(),
             plan: Mutex::new(None),
-            share: Share::default(),
+            share: Share {
+                runs: 1,
+                further: 0,
+            },
             model: OnceLock::new(),
             work: Work::default(),
             #[cfg(feature = "scene")]
@@ -230,14 +230,6 @@ impl Phantom {
     #[cfg(feature = "scene")]
     pub(crate) fn whole_scene(&self) -> Option<&Scene> {
         (!self.parts.own_heart && !self.has_own_rays()).then_some(&self.parts.scene)
-    }
-
-    /// Sets whether work on empty slices is skipped; results are bitwise identical.
-    #[must_use]
-    pub fn with_skip(mut self, skip: Skip) -> Self {
-        self.parts.reconstruction = self.parts.reconstruction.with_skip(skip);
-        self.plan = Mutex::new(None);
-        self
     }
 
     /// Limits the memory of the heart's shapes in bytes ([`Heart::with_memory`]); results are bitwise identical.
@@ -342,7 +334,7 @@ impl Phantom {
 
     /// Returns the cycle, with the respiratory gate of a gated projection set.
     pub(crate) fn cycle_of(&self, gate: usize) -> &Cycle {
-        &self.cycles[gate / self.scene().acquisition.mode.n_gates()]
+        &self.parts.cycles[gate / self.scene().acquisition.mode.n_gates()]
     }
 
     /// Returns the scan of a gate, or with another acquisition.

@@ -153,8 +153,7 @@ impl Phantom {
     /// Estimates the memory in bytes: in all, and in addition per thread.
     pub(super) fn bytes_of_osem(&self, osem: &Osem) -> (u64, u64) {
         let (parts, views) = (self.parts(), self.camera().n_views());
-        let known = (self.facing.get()).map(|views| views.iter().map(|view| view.radius).collect());
-        let radii = parts.nominal_radii().or(known).unwrap_or_default();
+        let radii = self.known_radii().unwrap_or_default();
         let Ok(voxels) = parts.model_voxels(osem, farthest(&radii)) else {
             return (0, 0);
         };

@@ -40,10 +40,16 @@ impl Phantom {
     /// # Errors
     /// For [`Orbit::Contour`], errors of the solver.
     pub fn radii(&self) -> Result<Vec<f64>, PhantomError> {
-        match self.parts.nominal_radii() {
-            Some(radii) => Ok(radii),
-            None => Ok(self.facing()?.iter().map(|view| view.radius).collect()),
+        if self.parts.nominal_radii().is_none() {
+            self.facing()?;
         }
+        Ok(self.known_radii().unwrap_or_default())
+    }
+
+    /// Returns these distances, if they are known without a shape of the heart.
+    pub(super) fn known_radii(&self) -> Option<Vec<f64>> {
+        let known = || Some(self.facing.get()?.iter().map(|view| view.radius).collect());
+        self.parts.nominal_radii().or_else(known)
     }
 
     /// Returns the collimator face and the objects in front of it, for each view.

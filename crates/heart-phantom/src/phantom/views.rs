@@ -124,8 +124,11 @@ impl Phantom {
             self.counts_per_unit(gate)?
         };
         let first = (window * self.n_gates() + gate) * camera.n_views() + views.start;
-        let per_unit = (per_unit.as_deref()).map(|per_unit| &per_unit[views.clone()]);
-        self.readout.count(samples, per_unit, first, rows)
+        let (Some(noise), Some(per_unit)) = (self.scene().noise, per_unit) else {
+            return Ok(());
+        };
+        let part = (rows, [camera.n_bins(), camera.n_rows()]);
+        noise.count(samples, &per_unit[views.clone()], first, part)
     }
 
     /// Returns the expected counts per unit sample in each view of a gate, from the sensitivity of the camera ([`Counting`](crate::Counting)) or
@@ -155,7 +158,8 @@ impl Phantom {
         }
         let known = match self.counts[gate].get() {
             Some(&known) => Some(known),
-            None => (self.readout.counts_per_unit(all)?)
+            None => (self.scene().noise)
+                .map_or(Ok(None), |noise| noise.counts_per_unit(all))?
                 .map(|made| *self.counts[gate].get_or_init(|| made)),
         };
         Ok(known.map(|known| vec![known; self.parts.camera.n_views()]))

@@ -385,7 +385,6 @@ mod tests {
     use super::*;
     use crate::Mode;
     use crate::scene::{DiscretisationSettings, Scene};
-    use radon::Skip;
 
     fn gated(rotation: Rotation) -> Phantom {
         let mut scene = Scene::default().with_mode(Mode::Gated { gates: 2 });
@@ -403,9 +402,6 @@ mod tests {
         let first = phantom.plan(0).unwrap();
         assert!(Arc::ptr_eq(&first, &phantom.plan(0).unwrap()));
         assert!(Arc::ptr_eq(&first, &phantom.plan(1).unwrap()));
-        // A different option needs a new plan.
-        let skipping = phantom.with_skip(Skip::Nothing);
-        assert!(!Arc::ptr_eq(&first, &skipping.plan(0).unwrap()));
         // With continuous rotation the gates have different angles.
         let phantom = gated(Rotation::Continuous);
         let first = phantom.plan(0).unwrap();

@@ -1,7 +1,6 @@
 //! Projections of a beating heart, averaged over the acquisition time of each view.
 
 mod acquisition;
-mod bin_sample;
 mod camera;
 mod counting;
 mod gates;
@@ -25,7 +24,6 @@ mod whole;
 
 pub(crate) use acquisition::Acquisition;
 pub use acquisition::{Sinograms, TruthOf};
-pub use bin_sample::BinSample;
 pub use camera::Camera;
 pub(crate) use camera::{LEAST_DIRECTIONS, MOST_SAMPLES, VOXELS, Voxels};
 pub use counting::{Counting, Decay};
@@ -36,8 +34,7 @@ pub(crate) use imaging::{Facing, Imaging, ImagingOptions};
 pub(crate) use levels::Interpolation;
 pub use orbit::Orbit;
 pub use ray_geometry::RayGeometry;
-pub(crate) use readout::Readout;
-pub use settings::{Accuracy, Counts, Mode, Noise, Rotation};
+pub use settings::{Accuracy, BinSample, Counts, Mode, Noise, Rotation};
 pub(crate) use timing::STEPS;
 pub use view_error::ViewError;
 #[cfg(feature = "scene")]

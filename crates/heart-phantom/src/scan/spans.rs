@@ -3,7 +3,7 @@
 use super::acquisition::Acquisition;
 use super::settings::Mode;
 use crate::model::{Height, RespiratoryMotion, Rhythm};
-use crate::{Camera, Cycle, RespiratoryGates};
+use crate::{Cycle, RespiratoryGates};
 use std::borrow::Cow;
 
 /// Times below this are rounding.
@@ -61,18 +61,7 @@ impl Span {
     }
 }
 
-/// Returns the spans of a view in order.
-pub(super) fn of_view(
-    acquisition: Acquisition,
-    cycle: &Cycle,
-    camera: &Camera,
-    view_idx: usize,
-) -> Vec<Span> {
-    let window = acquisition.window(cycle, camera, view_idx);
-    between(acquisition, cycle, window)
-}
-
-/// Returns the spans of a time window.
+/// Returns the spans of a time window in order.
 pub(super) fn between(acquisition: Acquisition, cycle: &Cycle, window: [f64; 2]) -> Vec<Span> {
     let beating = match acquisition.mode {
         Mode::Static { phase } => vec![Span {

@@ -96,7 +96,8 @@ impl<'a> TimeRule<'a> {
                 false => 1,
             };
             let spans: Vec<Span> = (0..n_views)
-                .flat_map(|view_idx| spans::of_view(shared, cycle, camera, view_idx))
+                .map(|view_idx| shared.window(cycle, camera, view_idx))
+                .flat_map(|window| spans::between(shared, cycle, window))
                 .collect();
             rule.shared = [0, 1].map(|axis| covers[axis].then(|| rule.levels(&spans, axis)));
         }

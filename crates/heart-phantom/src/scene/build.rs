@@ -34,6 +34,9 @@ pub(super) fn parts(scene: Scene, heart: Option<Heart>, rest: Rest) -> Result<Pa
         own_heart,
         heart: (heart.map_or_else(balloons, Ok)?)
             .with_av_plane_displacement(scene.cycle.av_plane_displacement, cycle.gains())?,
+        cycles: (0..cycle.breath_gates())
+            .map(|gate| cycle.clone().in_breath_gate(gate))
+            .collect(),
         cycle,
         camera: {
             let camera = camera_of(&scene)?;

@@ -18,6 +18,8 @@ pub(crate) struct Parts {
     pub(crate) own_heart: bool,
     pub(crate) heart: Heart,
     pub(crate) cycle: Cycle,
+    /// The cycle of each respiratory gate.
+    pub(crate) cycles: Vec<Cycle>,
     pub(crate) camera: Camera,
     pub(crate) organs: Option<Organs>,
     pub(crate) surroundings: Surroundings,
@@ -60,23 +62,16 @@ impl Parts {
 
     /// The number of gated projection sets: cardiac gates times respiratory gates.
     pub(crate) fn n_gates(&self) -> usize {
-        self.mode().n_gates() * self.cycle.breath_gates()
-    }
-
-    /// Returns the cycle of each respiratory gate.
-    pub(crate) fn cycles(&self) -> Vec<Cycle> {
-        (0..self.cycle.breath_gates())
-            .map(|gate| self.cycle.clone().in_breath_gate(gate))
-            .collect()
+        self.mode().n_gates() * self.cycles.len()
     }
 
     /// Returns times and angles of the views of a gate.
     pub(crate) fn view_times(&self, gate: usize) -> Vec<ViewTime> {
         let gates = self.mode().n_gates();
         let acquisition = Acquisition::new(self.mode(), gate % gates, STEPS[0]);
-        let cycle = self.cycle.clone().in_breath_gate(gate / gates);
+        let cycle = &self.cycles[gate / gates];
         (0..self.camera.n_views())
-            .map(|view_idx| acquisition.view_time(&cycle, &self.camera, view_idx))
+            .map(|view_idx| acquisition.view_time(cycle, &self.camera, view_idx))
             .collect()
     }
 
