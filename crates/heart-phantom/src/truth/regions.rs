@@ -16,7 +16,7 @@ pub(crate) const BREATHS: [f64; 5] = [0.0, 1.0, 0.5, 0.25, 0.75];
 pub struct Regions {
     /// The voxels.
     pub grid: VoxelGrid,
-    /// Pixels of a slice within [`Camera::field_radius`] of the axis, `[y][x]`.
+    /// Pixels of a slice within `(bins / 2 - 1) * pitch` of the axis: the disc within all views, less one bin; `[y][x]`.
     pub disc: Vec<bool>,
     /// Voxels within the wall at all phases, eroded.
     pub wall: Mask,
