@@ -11,7 +11,10 @@ use std::hint::black_box;
 use benches::{Effort, Row, Time, on_threads, timed};
 use case::{Case, case};
 use criterion::{BenchmarkId, Criterion, Throughput};
-use radon::{FbpOptions, InstructionSet, Interpolation, Kernel, Projector, StackOrder, Window};
+use radon::{
+    FbpOptions, InstructionSet, Interpolation, Kernel, LinearOperator, Projector, StackOrder,
+    Window,
+};
 
 impl Case {
     /// FBP as in a textbook: each row convolved with the ramp, each pixel visited for each view.
@@ -74,8 +77,11 @@ fn one_slice(c: &mut Criterion) {
             let (mut image, mut scratch) = (vec![0.0; 256 * 256], plan.scratch());
             group.bench_function(format!("{set:?}"), |b| {
                 b.iter(|| {
-                    plan.reconstruct_into(
+                    plan.reconstruct_slab_into(
                         black_box(&case.sinogram),
+                        1,
+                        StackOrder::SliceViewBin,
+                        0..1,
                         black_box(&mut image),
                         &mut scratch,
                     )
@@ -98,16 +104,24 @@ fn many_slices(c: &mut Criterion) {
         let projections = case.stack(n_slices);
         let (mut volume, mut scratch) = (vec![0.0; n_slices * 256 * 256], plan.scratch());
         let order = StackOrder::SliceViewBin;
-        plan.reconstruct_stack_into(&projections, n_slices, order, &mut volume, &mut scratch)
-            .unwrap();
+        plan.reconstruct_slab_into(
+            &projections,
+            n_slices,
+            order,
+            0..n_slices,
+            &mut volume,
+            &mut scratch,
+        )
+        .unwrap();
         assert!(volume.chunks_exact(256 * 256).all(|slice| slice == alone));
         group.throughput(Throughput::Elements((n_slices * 256 * 256 * 90) as u64));
         group.bench_function(BenchmarkId::from_parameter(n_slices), |b| {
             b.iter(|| {
-                plan.reconstruct_stack_into(
+                plan.reconstruct_slab_into(
                     black_box(&projections),
                     n_slices,
                     order,
+                    0..n_slices,
                     &mut volume,
                     &mut scratch,
                 )
@@ -133,10 +147,11 @@ fn back_projection(c: &mut Criterion) {
     group.bench_function("one thread", |b| {
         b.iter(|| {
             one_thread.install(|| {
-                plan.reconstruct_stack_into(
+                plan.reconstruct_slab_into(
                     black_box(&projections),
                     256,
                     StackOrder::SliceViewBin,
+                    0..256,
                     &mut volume,
                     &mut scratch,
                 )
@@ -155,8 +170,15 @@ fn time_of_fbp(effort: Effort, case: &Case, n_slices: usize) -> (Time, Vec<f32>)
     let (mut scratch, order) = (plan.scratch(), StackOrder::SliceViewBin);
     let run = || {
         let projections = black_box(&projections);
-        plan.reconstruct_stack_into(projections, n_slices, order, &mut volume, &mut scratch)
-            .unwrap();
+        plan.reconstruct_slab_into(
+            projections,
+            n_slices,
+            order,
+            0..n_slices,
+            &mut volume,
+            &mut scratch,
+        )
+        .unwrap();
     };
     let (seconds, ()) = timed(effort, run);
     volume.truncate(case.n * case.n);
@@ -168,12 +190,11 @@ fn time_of_projection(effort: Effort, case: &Case, n_slices: usize) -> (Time, Ve
     let projector = Projector::new(&case.geometry, &case.grid, Kernel::Joseph).unwrap();
     let volume = case.image.repeat(n_slices);
     let mut projections = vec![0.0; n_slices * case.sinogram.len()];
-    let (mut scratch, order) = (projector.scratch(), StackOrder::SliceViewBin);
+    let operator = projector.stack_operator(n_slices, StackOrder::SliceViewBin);
+    let operator = operator.unwrap();
     let run = || {
         let volume = black_box(&volume);
-        projector
-            .forward_stack_into(volume, n_slices, order, &mut projections, &mut scratch)
-            .unwrap();
+        operator.forward_into(volume, &mut projections).unwrap();
     };
     let (seconds, ()) = timed(effort, run);
     projections.truncate(case.sinogram.len());
@@ -238,27 +259,21 @@ fn projectors(c: &mut Criterion) {
         let error = case.distance(&projector.forward(&case.image).unwrap());
         println!("{kernel:?}: relative error against bin means {error:.5}");
         assert!(error < 0.03);
-        let order = StackOrder::SliceViewBin;
+        let operator = projector.stack_operator(16, StackOrder::SliceViewBin);
+        let operator = operator.unwrap();
         let mut projections = vec![0.0; 16 * case.sinogram.len()];
-        let mut scratch = projector.scratch();
         group.bench_function(format!("{kernel:?}/forward"), |b| {
             b.iter(|| {
-                projector
-                    .forward_stack_into(
-                        black_box(&volume),
-                        16,
-                        order,
-                        &mut projections,
-                        &mut scratch,
-                    )
+                operator
+                    .forward_into(black_box(&volume), &mut projections)
                     .unwrap()
             })
         });
         let mut back = vec![0.0; volume.len()];
         group.bench_function(format!("{kernel:?}/adjoint"), |b| {
             b.iter(|| {
-                projector
-                    .adjoint_stack_into(black_box(&projections), 16, order, &mut back, &mut scratch)
+                operator
+                    .adjoint_into(black_box(&projections), &mut back)
                     .unwrap()
             })
         });
@@ -326,10 +341,11 @@ fn fbp_rows(effort: Effort) {
                 for &threads in benches::threads() {
                     let seconds = on_threads(threads, || {
                         timed(effort, || {
-                            plan.reconstruct_stack_into(
+                            plan.reconstruct_slab_into(
                                 &projections,
                                 SLICES,
                                 order,
+                                0..SLICES,
                                 &mut volume,
                                 &mut scratch,
                             )
@@ -374,20 +390,12 @@ fn projector_rows(effort: Effort) {
         };
         for kernel in [Kernel::Joseph, Kernel::Siddon, Kernel::Strip] {
             let projector = Projector::new(&case.geometry, &case.grid, kernel).unwrap();
-            let mut scratch = projector.scratch();
-            let order = StackOrder::SliceViewBin;
+            let operator = projector.stack_operator(SLICES, StackOrder::SliceViewBin);
+            let operator = operator.unwrap();
             for &threads in benches::threads() {
                 let seconds = on_threads(threads, || {
                     timed(effort, || {
-                        projector
-                            .forward_stack_into(
-                                &volume,
-                                SLICES,
-                                order,
-                                &mut projections,
-                                &mut scratch,
-                            )
-                            .unwrap();
+                        operator.forward_into(&volume, &mut projections).unwrap();
                     })
                     .0
                 });

@@ -12,6 +12,7 @@ use case::case;
 use criterion::{Criterion, Throughput};
 use radon::{
     FbpMethod, FbpOptions, FourierProjector, Interpolation, Kernel, LinearOperator, Projector,
+    StackOrder,
 };
 
 /// One slice by either method: scaling with its side, n x n pixels from 45/32 n views.
@@ -70,7 +71,16 @@ fn large_rows(effort: Effort) {
             let plan = case.plan(options);
             let (mut image, mut scratch) = (vec![0.0; n * n], plan.scratch());
             for &threads in benches::threads() {
-                let run = || plan.reconstruct_into(&case.sinogram, &mut image, &mut scratch);
+                let run = || {
+                    plan.reconstruct_slab_into(
+                        &case.sinogram,
+                        1,
+                        StackOrder::SliceViewBin,
+                        0..1,
+                        &mut image,
+                        &mut scratch,
+                    )
+                };
                 let (seconds, done) = on_threads(threads, || timed(effort, run));
                 done.expect("room");
                 row(
@@ -129,8 +139,11 @@ fn one_large_slice(c: &mut Criterion) {
         let (mut image, mut scratch) = (vec![0.0; 512 * 512], plan.scratch());
         group.bench_function(name, |b| {
             b.iter(|| {
-                plan.reconstruct_into(
+                plan.reconstruct_slab_into(
                     black_box(&case.sinogram),
+                    1,
+                    StackOrder::SliceViewBin,
+                    0..1,
                     black_box(&mut image),
                     &mut scratch,
                 )

@@ -75,7 +75,14 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mut seconds = Vec::new();
     for _ in 0..=repeats.parse::<usize>()? {
         let start = Instant::now();
-        plan.reconstruct_stack_into(&projections, n_slices, order, &mut volume, &mut scratch)?;
+        plan.reconstruct_slab_into(
+            &projections,
+            n_slices,
+            order,
+            0..n_slices,
+            &mut volume,
+            &mut scratch,
+        )?;
         seconds.push(start.elapsed().as_secs_f64());
     }
     let seconds: Vec<String> = seconds[1..].iter().map(|s| format!("{s:.6}")).collect();

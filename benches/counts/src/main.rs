@@ -92,8 +92,15 @@ fn fbp(n: usize, n_slices: usize, method: FbpMethod) {
     let mut volume = vec![0.0; n_slices * plan.image_len()];
     let (order, mut scratch) = (StackOrder::ViewSliceBin, plan.scratch());
     collected(&mut || {
-        plan.reconstruct_stack_into(&data, n_slices, order, &mut volume, &mut scratch)
-            .unwrap();
+        plan.reconstruct_slab_into(
+            &data,
+            n_slices,
+            order,
+            0..n_slices,
+            &mut volume,
+            &mut scratch,
+        )
+        .unwrap();
     });
     black_box(volume);
 }

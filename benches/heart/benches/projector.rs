@@ -11,8 +11,9 @@ use std::hint::black_box;
 use benches::{Effort, Row, Time, on_threads, timed};
 use criterion::Criterion;
 use radon::{
-    BinSampling, CglsOptions, EmOptions, ImageGrid, InstructionSet, Kernel, ParallelGeometry,
-    Phantom3, Projector, Shape3, SirtOptions, SliceAxis, StackOrder, Stopping, cgls, mlem, sirt,
+    BinSampling, CglsOptions, EmOptions, ImageGrid, InstructionSet, Kernel, LinearOperator,
+    ParallelGeometry, Phantom3, Projector, Shape3, SirtOptions, SliceAxis, StackOrder, Stopping,
+    cgls, mlem, sirt,
 };
 use rayon::prelude::*;
 
@@ -247,15 +248,9 @@ fn forward(c: &mut Criterion) {
             });
             let mut projections = vec![0.0f32; VIEWS * n * n];
             group.bench_function(&name, |b| {
-                let mut scratch = plan.scratch();
+                let operator = plan.stack_operator(n, ORDER).unwrap();
                 b.iter(|| {
-                    plan.forward_stack_into(
-                        black_box(full.as_slice()),
-                        n,
-                        ORDER,
-                        black_box(&mut projections),
-                        &mut scratch,
-                    )
+                    operator.forward_into(black_box(full.as_slice()), black_box(&mut projections))
                 });
             });
         }
@@ -278,16 +273,8 @@ fn forward(c: &mut Criterion) {
     let mut volume = vec![0.0f32; n * n * n];
     group.bench_function("Joseph", |b| {
         *checked;
-        let mut scratch = projector.scratch();
-        b.iter(|| {
-            projector.adjoint_stack_into(
-                black_box(&scene.mean),
-                n,
-                ORDER,
-                black_box(&mut volume),
-                &mut scratch,
-            )
-        });
+        let operator = projector.stack_operator(n, ORDER).unwrap();
+        b.iter(|| operator.adjoint_into(black_box(&scene.mean), black_box(&mut volume)));
     });
     group.finish();
 }
@@ -372,17 +359,15 @@ fn rows(effort: Effort) {
     for &threads in benches::threads() {
         for &kernel in kernels {
             let plan = Projector::new(&scene.geometry, &scene.grid, kernel).unwrap();
-            let mut scratch = plan.scratch();
+            let operator = plan.stack_operator(n, ORDER).unwrap();
             let forward = || {
-                plan.forward_stack_into(&volume, n, ORDER, &mut rays, &mut scratch)
-                    .unwrap();
+                operator.forward_into(&volume, &mut rays).unwrap();
             };
             let (seconds, ()) = on_threads(threads, || timed(effort, forward));
             row(&format!("{kernel:?}"), threads, seconds, &rays);
 
             let adjoint = || {
-                plan.adjoint_stack_into(&scene.mean, n, ORDER, &mut back, &mut scratch)
-                    .unwrap();
+                operator.adjoint_into(&scene.mean, &mut back).unwrap();
             };
             let (seconds, ()) = on_threads(threads, || timed(effort, adjoint));
             let (left, right) = (dot(&rays, &scene.mean), dot(&volume, &back));
@@ -410,23 +395,21 @@ fn rows(effort: Effort) {
 fn stacks(effort: Effort, scene: &Scene) {
     let n = side();
     let plan = Projector::new(&scene.geometry, &scene.grid, Kernel::Joseph).unwrap();
-    let mut scratch = plan.scratch();
     let volume: Vec<f32> = scene.volume.iter().map(|x| x + 1e-3).collect();
     for (threads, n_slices) in [(1, 1), (1, n), (2, 1), (2, n)] {
         let first = (n - n_slices) / 2;
         let volume = &volume[first * n * n..][..n_slices * n * n];
+        let operator = plan.stack_operator(n_slices, ORDER).unwrap();
         let mut rays = vec![0.0f32; n_slices * VIEWS * n];
         let mut back = vec![0.0f32; n_slices * n * n];
         let (forward, ()) = on_threads(threads, || {
             timed(effort, || {
-                plan.forward_stack_into(volume, n_slices, ORDER, &mut rays, &mut scratch)
-                    .unwrap();
+                operator.forward_into(volume, &mut rays).unwrap();
             })
         });
         let (adjoint, ()) = on_threads(threads, || {
             timed(effort, || {
-                plan.adjoint_stack_into(&rays, n_slices, ORDER, &mut back, &mut scratch)
-                    .unwrap();
+                operator.adjoint_into(&rays, &mut back).unwrap();
             })
         });
         let (left, right) = (dot(&rays, &rays), dot(volume, &back));

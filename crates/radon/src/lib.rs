@@ -104,7 +104,7 @@ pub use motion::{Displacements, MotionState, MovingOperator, Warp, Warps};
 #[cfg_attr(docsrs, doc(cfg(feature = "noise")))]
 pub use noise::{CountScale, poisson_counts, poisson_counts_into};
 pub use phantom::{BinSampling, Phantom, Phantom2, Phantom3, Shape2, Shape3};
-pub use projector::{Kernel, Projector, ProjectorReport, ProjectorScratch, StackOperator};
+pub use projector::{Kernel, Projector, StackOperator};
 pub use sample::Sample;
 pub use scalar::Scalar;
 pub use shift::add_shifted;

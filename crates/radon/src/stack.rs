@@ -19,23 +19,7 @@ pub enum StackOrder {
 }
 
 impl StackOrder {
-    /// Returns the index of the first bin of `view_idx`, `slice_idx` in a stack of `n_views` views and `n_slices` slices; `None` if there
-    /// is no such row, or the stack exceeds the address space.
-    #[must_use]
-    pub fn row_start(
-        self,
-        view_idx: usize,
-        slice_idx: usize,
-        n_views: usize,
-        n_slices: usize,
-        n_bins: usize,
-    ) -> Option<usize> {
-        n_views.checked_mul(n_slices)?.checked_mul(n_bins)?;
-        let there = view_idx < n_views && slice_idx < n_slices;
-        there.then(|| self.start_of(view_idx, slice_idx, n_views, n_slices, n_bins))
-    }
-
-    /// [`Self::row_start`] of an existing row.
+    /// Returns the index of the first bin of a row.
     pub(crate) fn start_of(
         self,
         view_idx: usize,

@@ -53,10 +53,11 @@ fn a_run_uses_the_predicted_memory_and_a_stream_its_budget() {
                 let mut scratch = plan.scratch();
                 let mut run = || {
                     pool.install(|| {
-                        plan.reconstruct_stack_into(
+                        plan.reconstruct_slab_into(
                             &projections,
                             n_slices,
                             order,
+                            0..n_slices,
                             &mut volume,
                             &mut scratch,
                         )

@@ -333,8 +333,14 @@ impl Phantom {
     ) -> Result<(), PhantomError> {
         let plan = self.plan(gate)?;
         let order = StackOrder::ViewSliceBin;
-        let report =
-            plan.reconstruct_stack_into(views, n_slices, order, volume, &mut plan.scratch())?;
+        let report = plan.reconstruct_slab_into(
+            views,
+            n_slices,
+            order,
+            0..n_slices,
+            volume,
+            &mut plan.scratch(),
+        )?;
         self.work.reconstruction(report);
         self.clear_outside(volume);
         Ok(())

@@ -77,10 +77,11 @@ fn shifts_by_whole_bins_and_rows_are_compensated_to_rounding() {
             let plan = FbpPlan::<f64>::new(&geometry, &image, &FbpOptions::default()).unwrap();
             let volume = |views: &[f64]| {
                 let mut volume = vec![0.0; n * n * n];
-                plan.reconstruct_stack_into(
+                plan.reconstruct_slab_into(
                     views,
                     n,
                     StackOrder::ViewSliceBin,
+                    0..n,
                     &mut volume,
                     &mut plan.scratch(),
                 )

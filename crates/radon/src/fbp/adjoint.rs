@@ -20,7 +20,7 @@ impl<T: Sample> FbpPlan<T> {
     /// than [`EdgePolicy::Zero`], or a region with the Fourier method.
     pub fn adjoint(&self, image: &[T]) -> Result<Vec<T>, RadonError> {
         length("image", image.len(), self.image_len())?;
-        let (n_bins, (x, y)) = (self.geometry.n_bins(), self.region());
+        let (n_bins, (x, y)) = (self.geometry.n_bins(), self.steps.region());
         let part = self.image_len() != self.grid.image_len();
         for (missing, what) in [
             (self.filter.out_len() != n_bins, "linear interpolation"),

@@ -51,7 +51,7 @@ impl<T: Sample> FbpPlan<T> {
     ) -> FbpReport {
         let filtered = AtomicUsize::new(0);
         let pool = Pool::default();
-        let (x, y) = self.region();
+        let (x, y) = self.steps.region();
         for (_part, (slice, image)) in simd_set::parts(images.iter_mut()) {
             let fill = |view: usize, out: &mut [T]| {
                 let row = stack.row(projections, view, *slice);

@@ -74,7 +74,7 @@ impl<T: Sample> std::fmt::Debug for FbpPlan<T> {
     }
 }
 
-/// Work arrays of [`FbpPlan::reconstruct_stack_into`], made by [`FbpPlan::scratch`] and reusable by any plan of the same sample type.
+/// Work arrays of [`FbpPlan::reconstruct_slab_into`], made by [`FbpPlan::scratch`] and reusable by any plan of the same sample type.
 #[derive(Debug, Default)]
 pub struct FbpScratch<T> {
     filtered: Vec<T>,
@@ -158,30 +158,6 @@ impl<T: Sample> FbpPlan<T> {
         self.geometry.sinogram_len()
     }
 
-    /// The acquisition.
-    #[must_use]
-    pub fn geometry(&self) -> &ParallelGeometry {
-        &self.geometry
-    }
-
-    /// Returns the whole grid of the plan.
-    #[must_use]
-    pub fn grid(&self) -> &ImageGrid {
-        &self.grid
-    }
-
-    /// Returns the pixels of a reconstructed image, index ranges of the grid along x and y: all pixels without [`FbpOptions::region`].
-    #[must_use]
-    pub fn region(&self) -> (Range<usize>, Range<usize>) {
-        self.steps.region()
-    }
-
-    /// The options the plan was made with.
-    #[must_use]
-    pub fn options(&self) -> &FbpOptions {
-        &self.options
-    }
-
     /// Returns empty work arrays, which grow as needed and are reusable.
     #[must_use]
     pub fn scratch(&self) -> FbpScratch<T> {
@@ -202,19 +178,6 @@ impl<T: Sample> FbpPlan<T> {
         self.reconstruct_stack(sinogram, 1, StackOrder::SliceViewBin)
     }
 
-    /// As [`reconstruct`](Self::reconstruct), into a buffer of the caller.
-    ///
-    /// # Errors
-    /// A wrong length, a sample that is NaN or infinite, [`RadonError::BudgetTooSmall`].
-    pub fn reconstruct_into(
-        &self,
-        sinogram: &[T],
-        image: &mut [T],
-        scratch: &mut FbpScratch<T>,
-    ) -> Result<FbpReport, RadonError> {
-        self.reconstruct_stack_into(sinogram, 1, StackOrder::SliceViewBin, image, scratch)
-    }
-
     /// Reconstructs `n_slices` slices from their sinograms in the given order; the volume is `[slice][y][x]`.
     ///
     /// # Errors
@@ -229,35 +192,23 @@ impl<T: Sample> FbpPlan<T> {
         let expected = product("projections", self.sinogram_len(), n_slices)?;
         length("projections", projections.len(), expected)?;
         let mut volume = zeros("volume", n_slices, self.image_len())?;
-        self.reconstruct_stack_into(
+        let (slices, mut scratch) = (0..n_slices, self.scratch());
+        self.reconstruct_slab_into(
             projections,
             n_slices,
             order,
+            slices,
             &mut volume,
-            &mut self.scratch(),
+            &mut scratch,
         )?;
         Ok(volume)
     }
 
-    /// As [`reconstruct_stack`](Self::reconstruct_stack), into a buffer of the caller.
+    /// As [`reconstruct_stack`](Self::reconstruct_stack), of `slices` of the `n_slices` in the projections into an array of the caller,
+    /// `[slice - slices.start][y][x]`.
     ///
     /// # Errors
-    /// A wrong length, a sample that is NaN or infinite, [`RadonError::BudgetTooSmall`].
-    pub fn reconstruct_stack_into(
-        &self,
-        projections: &[T],
-        n_slices: usize,
-        order: StackOrder,
-        volume: &mut [T],
-        scratch: &mut FbpScratch<T>,
-    ) -> Result<FbpReport, RadonError> {
-        self.reconstruct_slab_into(projections, n_slices, order, 0..n_slices, volume, scratch)
-    }
-
-    /// Reconstructs only `slices` of the `n_slices` in the projections; `slab` is `[slice - slices.start][y][x]`.
-    ///
-    /// # Errors
-    /// A wrong length, a range that leaves the stack, a sample of these slices that is NaN or infinite.
+    /// A wrong length, a range that leaves the stack, a sample of these slices that is NaN or infinite, [`RadonError::BudgetTooSmall`].
     pub fn reconstruct_slab_into(
         &self,
         projections: &[T],

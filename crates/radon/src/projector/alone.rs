@@ -4,7 +4,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use super::rays::View;
 use super::run::STEPS;
-use super::{Projector, ProjectorScratch};
+use super::{Projector, Scratch};
 use crate::simd::{
     Bins, FixedPositions, Kernels, MARGIN, RUN, SortedBins, Strips, add_bins, add_sorted,
     add_strips, spread_strips,
@@ -95,7 +95,7 @@ impl Projector {
         projections: &[T],
         slice: usize,
         rows: &mut [Vec<&mut [T]>],
-        scratch: &mut ProjectorScratch<T>,
+        scratch: &mut Scratch<T>,
     ) -> bool {
         let order = self.views_by_axis();
         if self.views.iter().all(|view| view.narrow_strip().is_some()) {

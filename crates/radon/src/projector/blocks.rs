@@ -2,7 +2,6 @@
 
 use std::ops::Range;
 
-use super::ProjectorReport;
 use crate::Sample;
 use crate::simd::{InstructionSet, first_block, lanes_for};
 
@@ -70,7 +69,6 @@ const GROUP_BYTES: usize = 48 << 20;
 #[derive(Debug)]
 pub(super) struct Slices {
     active: Vec<usize>,
-    n_slices: usize,
 }
 
 impl Slices {
@@ -79,7 +77,6 @@ impl Slices {
             active: (0..with_signal.len())
                 .filter(|&slice| with_signal[slice])
                 .collect(),
-            n_slices: with_signal.len(),
         }
     }
 
@@ -126,13 +123,6 @@ impl Slices {
     /// The slices with signal.
     pub(super) fn active(&self) -> &[usize] {
         &self.active
-    }
-
-    pub(super) fn report(&self) -> ProjectorReport {
-        ProjectorReport {
-            slices_projected: self.active.len(),
-            slices_skipped: self.n_slices - self.active.len(),
-        }
     }
 }
 

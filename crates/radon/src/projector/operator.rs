@@ -1,6 +1,6 @@
 //! Projectors as operators for the iterative solvers.
 
-use super::{Projector, ProjectorScratch};
+use super::{Projector, Scratch};
 use crate::error::{RadonError, product, room};
 use crate::iterative::{check_views, interleaved};
 use crate::pool::Pool;
@@ -18,14 +18,12 @@ impl<T: Sample> LinearOperator<T> for Projector {
 
     fn forward_into(&self, image: &[T], data: &mut [T]) -> Result<(), RadonError> {
         let order = StackOrder::SliceViewBin;
-        self.forward_stack_into(image, 1, order, data, &mut self.scratch())?;
-        Ok(())
+        self.run_forward(image, 1, order, data, &mut Scratch::default())
     }
 
     fn adjoint_into(&self, data: &[T], image: &mut [T]) -> Result<(), RadonError> {
         let order = StackOrder::SliceViewBin;
-        self.adjoint_stack_into(data, 1, order, image, &mut self.scratch())?;
-        Ok(())
+        self.run_adjoint(data, 1, order, image, &mut Scratch::default())
     }
 }
 
@@ -37,7 +35,7 @@ pub struct StackOperator<T> {
     projector: Projector,
     n_slices: usize,
     order: StackOrder,
-    scratch: Pool<ProjectorScratch<T>>,
+    scratch: Pool<Scratch<T>>,
 }
 
 impl Projector {
@@ -62,24 +60,6 @@ impl Projector {
 }
 
 impl<T: Sample> StackOperator<T> {
-    /// The projector of one slice.
-    #[must_use]
-    pub fn projector(&self) -> &Projector {
-        &self.projector
-    }
-
-    /// Number of slices.
-    #[must_use]
-    pub fn n_slices(&self) -> usize {
-        self.n_slices
-    }
-
-    /// Index order of the data.
-    #[must_use]
-    pub fn order(&self) -> StackOrder {
-        self.order
-    }
-
     /// Returns `n_subsets` parts of the views for OSEM: part k contains the views k, k + `n_subsets`, k + 2 `n_subsets` ...
     ///
     /// # Errors
@@ -154,19 +134,15 @@ impl<T: Sample> LinearOperator<T> for StackOperator<T> {
 
     fn forward_into(&self, image: &[T], data: &mut [T]) -> Result<(), RadonError> {
         let (n, order) = (self.n_slices, self.order);
-        let run = |scratch: &mut _| {
-            self.projector
-                .forward_stack_into(image, n, order, data, scratch)
-        };
-        self.scratch.with(Default::default, run).map(drop)
+        self.scratch.with(Default::default, |scratch| {
+            (self.projector).run_forward(image, n, order, data, scratch)
+        })
     }
 
     fn adjoint_into(&self, data: &[T], image: &mut [T]) -> Result<(), RadonError> {
         let (n, order) = (self.n_slices, self.order);
-        let run = |scratch: &mut _| {
-            self.projector
-                .adjoint_stack_into(data, n, order, image, scratch)
-        };
-        self.scratch.with(Default::default, run).map(drop)
+        self.scratch.with(Default::default, |scratch| {
+            (self.projector).run_adjoint(data, n, order, image, scratch)
+        })
     }
 }

@@ -8,7 +8,7 @@ use std::ops::Range;
 
 use super::blocks::{Block, Group, Slices, groups};
 use super::rays::{Rays, View, Window, in_turn};
-use super::{Projector, ProjectorReport, ProjectorScratch, row_stride};
+use super::{Projector, Scratch, row_stride};
 use crate::error::RadonError;
 use crate::simd::prefetch;
 use crate::stack::{Stack, aligned};
@@ -29,21 +29,15 @@ struct Job<'a, T> {
 }
 
 impl Projector {
-    /// As [`forward_stack`](Self::forward_stack), into a buffer of the caller.
-    ///
-    /// Cost: two multiply-adds for each slice, view and pixel (Joseph, Siddon). Work arrays: a copy of the projections of at
-    /// most 256 slices and of a band of their images.
-    ///
-    /// # Errors
-    /// A wrong length, a sample that is NaN or infinite.
-    pub fn forward_stack_into<T: Sample>(
+    /// Computes [`forward_stack`](Self::forward_stack).
+    pub(super) fn run_forward<T: Sample>(
         &self,
         volume: &[T],
         n_slices: usize,
         order: StackOrder,
         projections: &mut [T],
-        scratch: &mut ProjectorScratch<T>,
-    ) -> Result<ProjectorReport, RadonError> {
+        scratch: &mut Scratch<T>,
+    ) -> Result<(), RadonError> {
         let (images, sinograms) = self.stacks(n_slices, order);
         images.check_length(volume.len())?;
         sinograms.check_length(projections.len())?;
@@ -114,7 +108,7 @@ impl Projector {
                 }
             });
         }
-        Ok(slices.report())
+        Ok(())
     }
 
     /// Adds the contributions of a band to the sums of the rays of views of one axis, `[view][block][bin][lane]`.
@@ -191,21 +185,15 @@ impl Projector {
         });
     }
 
-    /// As [`adjoint_stack`](Self::adjoint_stack), into a buffer of the caller.
-    ///
-    /// Cost: as forward, with a store for each multiply-add. Work arrays: a copy of the projections of at most 256 slices. A few slices are
-    /// processed one by one: a copy of one sinogram, and 20 bytes for each of its views and bins or rows of pixels.
-    ///
-    /// # Errors
-    /// A wrong length, a sample that is NaN or infinite.
-    pub fn adjoint_stack_into<T: Sample>(
+    /// Computes [`adjoint_stack`](Self::adjoint_stack).
+    pub(super) fn run_adjoint<T: Sample>(
         &self,
         projections: &[T],
         n_slices: usize,
         order: StackOrder,
         volume: &mut [T],
-        scratch: &mut ProjectorScratch<T>,
-    ) -> Result<ProjectorReport, RadonError> {
+        scratch: &mut Scratch<T>,
+    ) -> Result<(), RadonError> {
         let (images, sinograms) = self.stacks(n_slices, order);
         sinograms.check_length(projections.len())?;
         images.check_length(volume.len())?;
@@ -253,7 +241,7 @@ impl Projector {
                 }
             });
         }
-        Ok(slices.report())
+        Ok(())
     }
 
     /// Computes a tile of the adjoint from the rays of a group's views, `[block][bin][lane]` each, and writes it to the rows of the tile. A

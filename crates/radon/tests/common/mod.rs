@@ -4,7 +4,19 @@
 pub(crate) mod dense;
 pub(crate) mod spect;
 
-use radon::{ImageGrid, ParallelGeometry, Sample};
+use radon::{ImageGrid, ParallelGeometry, Sample, StackOrder};
+
+/// Index of the first bin of a view of a slice, as documented.
+pub(crate) fn row_start(
+    order: StackOrder,
+    [view, slice]: [usize; 2],
+    [n_views, n_slices, n_bins]: [usize; 3],
+) -> usize {
+    match order {
+        StackOrder::ViewSliceBin => (view * n_slices + slice) * n_bins,
+        StackOrder::SliceViewBin => (slice * n_views + view) * n_bins,
+    }
+}
 
 /// An ellipse of value 1: half axes `a`, `b`, the first turned by `phi`.
 #[derive(Clone, Copy)]

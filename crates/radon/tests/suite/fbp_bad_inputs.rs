@@ -248,7 +248,8 @@ fn data() {
     }
     let order = StackOrder::ViewSliceBin;
     let mut scratch = plan.scratch();
-    let wrong = plan.reconstruct_stack_into(&[0.0; 320], 2, order, &mut [0.0; 511], &mut scratch);
+    let wrong =
+        plan.reconstruct_slab_into(&[0.0; 320], 2, order, 0..2, &mut [0.0; 511], &mut scratch);
     assert!(matches!(
         wrong,
         Err(WrongLength {

@@ -125,7 +125,14 @@ fn skipping_is_counted_and_leaves_results_bitwise_identical() {
         let mut volume = vec![f32::NAN; 20 * grid.image_len()];
         let order = StackOrder::SliceViewBin;
         let report = plan
-            .reconstruct_stack_into(&projections, 20, order, &mut volume, &mut plan.scratch())
+            .reconstruct_slab_into(
+                &projections,
+                20,
+                order,
+                0..20,
+                &mut volume,
+                &mut plan.scratch(),
+            )
             .unwrap();
         (bits(&volume), report)
     };
@@ -302,7 +309,14 @@ fn slabs_streamed_within_a_budget_are_bitwise_identical() {
     let mut whole = vec![0.0; 70 * n_image];
     let order = StackOrder::SliceViewBin;
     let at_once = plan
-        .reconstruct_stack_into(&projections, 70, order, &mut whole, &mut plan.scratch())
+        .reconstruct_slab_into(
+            &projections,
+            70,
+            order,
+            0..70,
+            &mut whole,
+            &mut plan.scratch(),
+        )
         .unwrap();
     assert_eq!(bits(&whole), bits(&streamed));
     assert_eq!(report, at_once);
@@ -324,17 +338,18 @@ fn a_reused_and_oversized_scratch_leaves_results_bitwise_identical() {
     let mut scratch = plan(&large).scratch();
     let order = StackOrder::SliceViewBin;
     plan(&large)
-        .reconstruct_stack_into(
+        .reconstruct_slab_into(
             &stack(&large, 20),
             20,
             order,
+            0..20,
             &mut vec![0.0; 20 * 400],
             &mut scratch,
         )
         .unwrap();
     let (mut used, projections) = (vec![f32::NAN; 5 * 400], stack(&small, 5));
     plan(&small)
-        .reconstruct_stack_into(&projections, 5, order, &mut used, &mut scratch)
+        .reconstruct_slab_into(&projections, 5, order, 0..5, &mut used, &mut scratch)
         .unwrap();
     assert_eq!(
         bits(&used),

@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 use radon::{
     ArcPolicy, BinSampling, EdgePolicy, FbpMethod, FbpOptions, FbpPlan, FourierProjector,
     ImageGrid, InstructionSet, Interpolation, LinearOperator, ParallelGeometry, Phantom2,
-    RadonError, Window, disc_mask, rmse_within,
+    RadonError, StackOrder, Window, disc_mask, rmse_within,
 };
 
 const SETS: [InstructionSet; 4] = [
@@ -270,10 +270,24 @@ fn a_fourier_image_is_bitwise_reproducible() {
     let mut scratch = plan.scratch();
     let mut out = vec![0.0; cut.len()];
     let _ = plan
-        .reconstruct_into(&rows, &mut [0.0; 540], &mut scratch)
+        .reconstruct_slab_into(
+            &rows,
+            1,
+            StackOrder::SliceViewBin,
+            0..1,
+            &mut [0.0; 540],
+            &mut scratch,
+        )
         .unwrap();
-    part.reconstruct_into(&rows, &mut out, &mut scratch)
-        .unwrap();
+    part.reconstruct_slab_into(
+        &rows,
+        1,
+        StackOrder::SliceViewBin,
+        0..1,
+        &mut out,
+        &mut scratch,
+    )
+    .unwrap();
     assert_eq!(out, cut);
     let stack: Vec<f32> = [vec![0.0; rows.len()], rows.clone(), vec![1.0; rows.len()]].concat();
     let volume = plan

@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use radon::{ArcPolicy, ImageGrid, ParallelGeometry, RadonError, StackOrder};
+use radon::{ArcPolicy, ImageGrid, ParallelGeometry, RadonError};
 
 fn weights(angles: &[f64], policy: ArcPolicy) -> Vec<f64> {
     ParallelGeometry::from_radians(angles, 4, 1.0)
@@ -239,17 +239,4 @@ fn a_golden_angle_series_counts_as_complete() {
         let angles: Vec<f64> = (0..n).map(|k| k as f64 * golden).collect();
         assert!((weights(&angles, ArcPolicy::Complete).iter().sum::<f64>() - PI).abs() < 1e-11);
     }
-}
-
-#[test]
-fn stack_orders_have_the_documented_indices() {
-    // 3 views, 5 slices, 7 bins.
-    assert_eq!(
-        StackOrder::ViewSliceBin.row_start(2, 4, 3, 5, 7),
-        Some((2 * 5 + 4) * 7)
-    );
-    assert_eq!(
-        StackOrder::SliceViewBin.row_start(2, 4, 3, 5, 7),
-        Some((4 * 3 + 2) * 7)
-    );
 }

@@ -139,18 +139,6 @@ fn numbers_of_slices_without_data_are_rejected() {
 }
 
 #[test]
-fn rows_that_a_stack_does_not_have() {
-    for order in [StackOrder::ViewSliceBin, StackOrder::SliceViewBin] {
-        assert_eq!(order.row_start(0, 0, 3, 5, 7), Some(0));
-        for (view, slice) in [(3, 0), (0, 5), (usize::MAX, 0), (0, usize::MAX)] {
-            assert_eq!(order.row_start(view, slice, 3, 5, 7), None);
-        }
-        assert_eq!(order.row_start(0, 0, usize::MAX, 2, 1), None);
-        assert_eq!(order.row_start(0, 0, 0, 0, 0), None);
-    }
-}
-
-#[test]
 fn filters_of_any_length_and_windows_of_no_gains() {
     for gains in [vec![], vec![1.0]] {
         let window = Window::Custom(gains);

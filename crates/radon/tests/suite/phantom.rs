@@ -1,5 +1,6 @@
 //! Analytic objects against independent references: brute-force sampling, quadrature, conservation.
 
+use crate::common::row_start;
 use proptest::prelude::*;
 use radon::{
     BinSampling, ImageGrid, ParallelGeometry, Phantom2, Phantom3, RadonError, Shape2, Shape3,
@@ -197,7 +198,7 @@ fn every_view_and_every_image_conserve_the_integral() {
             .unwrap();
         for view_idx in 0..2 {
             let rows =
-                (0..57).map(|slice_idx| order.row_start(view_idx, slice_idx, 2, 57, 70).unwrap());
+                (0..57).map(|slice_idx| row_start(order, [view_idx, slice_idx], [2, 57, 70]));
             let total = rows
                 .map(|r| sinogram[r..r + 70].iter().sum::<f64>())
                 .sum::<f64>()
@@ -318,7 +319,7 @@ fn sinograms_are_bitwise_independent_of_order_and_threads() {
     for v in 0..3 {
         for s in 0..6 {
             for k in 0..33 {
-                let at = |order: StackOrder| order.row_start(v, s, 3, 6, 33).unwrap() + k;
+                let at = |order: StackOrder| row_start(order, [v, s], [3, 6, 33]) + k;
                 let got = by_view[at(StackOrder::ViewSliceBin)];
                 let (bin, z) = (geometry.bin_centre(k), slices.slice_centre(s));
                 let expected = head.line_integral(geometry.angles()[v], bin, z);

@@ -2,11 +2,11 @@
 
 use crate::common;
 
-use common::noise;
+use common::{noise, row_start};
 use proptest::prelude::*;
 use radon::{
-    BinSampling, ImageGrid, InstructionSet, Kernel, ParallelGeometry, Phantom3, Projector,
-    RadonError, Sample, Shape2, Shape3, SliceAxis, StackOrder, adjoint_mismatch,
+    BinSampling, ImageGrid, InstructionSet, Kernel, LinearOperator, ParallelGeometry, Phantom3,
+    Projector, RadonError, Sample, Shape2, Shape3, SliceAxis, StackOrder, adjoint_mismatch,
 };
 use std::f64::consts::PI;
 
@@ -207,44 +207,23 @@ fn check_stack<T: Sample>(n_slices: usize, threads: usize) {
         for slice in (0..n_slices).filter(|&s| empty(s)) {
             volume[slice * image_len..][..image_len].fill(T::ZERO);
         }
-        // Uninitialised scratch and output must not affect the result.
-        let mut scratch = projector.scratch();
-        let _ = projector.forward_stack_into(
-            &noise::<T>(image_len, 9),
-            1,
-            StackOrder::SliceViewBin,
-            &mut vec![T::ONE; sinogram_len],
-            &mut scratch,
-        );
         for order in [StackOrder::ViewSliceBin, StackOrder::SliceViewBin] {
+            let operator = projector.stack_operator::<T>(n_slices, order).unwrap();
+            // Used work arrays and earlier results must not affect the result.
             let mut projections = vec![T::ONE; n_slices * sinogram_len];
-            let report = pool
-                .install(|| {
-                    projector.forward_stack_into(
-                        &volume,
-                        n_slices,
-                        order,
-                        &mut projections,
-                        &mut scratch,
-                    )
-                })
+            let other = noise::<T>(n_slices * image_len, 9);
+            operator.forward_into(&other, &mut projections).unwrap();
+            pool.install(|| operator.forward_into(&volume, &mut projections))
                 .unwrap();
-            assert_eq!(
-                report.slices_skipped,
-                (0..n_slices).filter(|&s| empty(s)).count()
-            );
-            assert_eq!(report.slices_projected + report.slices_skipped, n_slices);
             let mut back = vec![T::ONE; n_slices * image_len];
-            pool.install(|| {
-                projector.adjoint_stack_into(&projections, n_slices, order, &mut back, &mut scratch)
-            })
-            .unwrap();
+            pool.install(|| operator.adjoint_into(&projections, &mut back))
+                .unwrap();
             for slice in 0..n_slices {
                 let alone = projector
                     .forward(&volume[slice * image_len..][..image_len])
                     .unwrap();
                 for view in 0..4 {
-                    let start = order.row_start(view, slice, 4, n_slices, 37).unwrap();
+                    let start = row_start(order, [view, slice], [4, n_slices, 37]);
                     assert_eq!(
                         alone[view * 37..][..37],
                         projections[start..][..37],
