@@ -6,9 +6,7 @@
 use heart_phantom::RayGeometry;
 use heart_phantom::files::write_rtk;
 use heart_phantom::revolve_voxel::nalgebra::{Matrix3, Rotation3, Vector3};
-use heart_phantom::revolve_voxel::{
-    Body, Ellipsoid, EllipticCylinder, Meridian, ParallelDetector, Pose, Ray, Span,
-};
+use heart_phantom::revolve_voxel::{Body, Meridian, OrganShape, ParallelDetector, Pose, Ray, Span};
 use std::error::Error;
 use std::path::PathBuf;
 
@@ -63,8 +61,8 @@ fn main() -> Result<(), Box<dyn Error>> {
         .shifted(Vector3::new(0.5, -1.0, 0.8))?;
     let cylinder = Body::new(vec![Meridian::new(&[[-3.0, 2.0], [4.0, 2.0]])?], pose)?;
     let cone = Body::new(vec![Meridian::new(&[[-3.0, 2.5], [4.0, 0.0]])?], pose)?;
-    let ellipsoid = Ellipsoid::new([1.0, -2.0, 0.5], [3.0, 5.0, 4.0])?;
-    let trunk = EllipticCylinder::new([-1.0, 0.5], [19.0, 11.0])?;
+    let ellipsoid = OrganShape::ellipsoid([1.0, -2.0, 0.5], [3.0, 5.0, 4.0])?;
+    let trunk = OrganShape::cylinder([-1.0, 0.5], [19.0, 11.0])?;
     let length = |span: Option<Span>| span.map_or(0.0, |span| span.length());
     let shapes: [(&str, Chord); 4] = [
         ("cylinder", &|ray| {

@@ -10,8 +10,8 @@ use membrane_newton::{Control, Discretisation, NewtonError, NewtonOptions, Pair,
 use nalgebra::{Point3, Vector3};
 use radon::{CountScale, ImageGrid, ParallelGeometry, RadonError, poisson_counts};
 use revolve_voxel::{
-    Assembly, Body, Curve, EllipticCylinder, Meridian, Organs, ParallelDetector, ParallelRays,
-    Piece, Pose, Ray, RevolveError, Sampling, Sector, Shell, VoxelGrid,
+    Assembly, Body, Curve, Meridian, OrganShape, Organs, ParallelDetector, ParallelRays, Piece,
+    Pose, Ray, RevolveError, Sampling, Sector, Shell, VoxelGrid,
 };
 use std::path::Path;
 use std::process::Command;
@@ -283,10 +283,10 @@ fn nan_and_infinity_are_rejected_everywhere() {
             ),
             (
                 "torso",
-                EllipticCylinder::new([0.0, bad], [1.0; 2])
+                OrganShape::cylinder([0.0, bad], [1.0; 2])
                     .err()
                     .is_some_and(solid)
-                    && EllipticCylinder::new([0.0; 2], [bad, 1.0])
+                    && OrganShape::cylinder([0.0; 2], [bad, 1.0])
                         .err()
                         .is_some_and(solid),
             ),

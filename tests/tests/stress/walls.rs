@@ -9,8 +9,8 @@ use membrane_newton::{
 use radon::{CountScale, poisson_counts};
 use revolve_voxel::nalgebra::{Point3, Vector3};
 use revolve_voxel::{
-    Assembly, Body, EllipticCylinder, Organ, OrganShape, Organs, ParallelDetector, Pose, Sampling,
-    Sector, Shown, VoxelGrid,
+    Assembly, Body, Organ, OrganShape, Organs, ParallelDetector, Pose, Sampling, Sector, Shown,
+    VoxelGrid,
 };
 use std::f64::consts::{PI, TAU};
 use tests::Random;
@@ -168,10 +168,10 @@ fn check_image(random: &mut Random, wall: &Wall, region: WallRegion, unit: f64) 
         .rays(random.angle(-7.0, 7.0))
         .ok()?;
     let axes = [random.uniform(1.0, 20.0), random.uniform(1.0, 20.0)].map(|a| a * unit);
-    let torso = EllipticCylinder::new([0.0, random.spoiled(unit)], axes).ok()?;
+    let torso = OrganShape::cylinder([0.0, random.spoiled(unit)], axes).ok()?;
     let mu = random.spoiled(random_mu(unit));
     let torso = Organ {
-        shape: OrganShape::Cylinder(torso),
+        shape: torso,
         activity: 0.0,
         attenuation: mu,
     };

@@ -4,7 +4,7 @@ use crate::HeartShape;
 use crate::error::PhantomError;
 #[cfg(feature = "scene")]
 use crate::scene::exactly;
-use revolve_voxel::{EllipticCylinder, Pose};
+use revolve_voxel::{OrganShape, Pose};
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
@@ -48,8 +48,8 @@ pub struct Background {
 }
 
 impl Background {
-    pub(crate) fn torso(&self) -> Result<EllipticCylinder, PhantomError> {
-        Ok(EllipticCylinder::new(self.centre, self.semi_axes)?)
+    pub(crate) fn torso(&self) -> Result<OrganShape, PhantomError> {
+        Ok(OrganShape::cylinder(self.centre, self.semi_axes)?)
     }
 
     /// Returns whether the background contains all shapes in a pose.

@@ -2,7 +2,7 @@
 
 #[cfg(feature = "scene")]
 use crate::scene::exactly;
-use revolve_voxel::EllipticCylinder;
+use revolve_voxel::OrganShape;
 
 /// `[attenuation]`: a uniform medium.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -39,10 +39,10 @@ pub enum Medium {
 
 impl Attenuation {
     /// Returns the torso of a validated scene; `None` if the heart attenuates.
-    pub(crate) fn torso(&self) -> Option<EllipticCylinder> {
+    pub(crate) fn torso(&self) -> Option<OrganShape> {
         match self.medium {
             Medium::Heart => None,
-            Medium::Torso { centre, semi_axes } => EllipticCylinder::new(centre, semi_axes).ok(),
+            Medium::Torso { centre, semi_axes } => OrganShape::cylinder(centre, semi_axes).ok(),
         }
     }
 }

@@ -2,7 +2,7 @@
 
 use crate::error::{PhantomError, check};
 use crate::ranges;
-use revolve_voxel::{Ellipsoid, EllipticCylinder, Organ, OrganShape, Organs};
+use revolve_voxel::{Organ, OrganShape, Organs};
 
 /// Activities of the trunk, both lungs, the liver and the spine of an adult, per mL. The defaults have no published source.
 ///
@@ -63,12 +63,8 @@ impl Chest {
     /// # Errors
     /// [`PhantomError::OutOfRange`] for an activity that is not between 0 and 1e12.
     pub fn organs(&self) -> Result<Organs, PhantomError> {
-        let cylinder = |centre, half| {
-            Ok::<_, PhantomError>(OrganShape::Cylinder(EllipticCylinder::new(centre, half)?))
-        };
-        let ellipsoid = |centre, half| {
-            Ok::<_, PhantomError>(OrganShape::Ellipsoid(Ellipsoid::new(centre, half)?))
-        };
+        let cylinder = |centre, half| Ok::<_, PhantomError>(OrganShape::cylinder(centre, half)?);
+        let ellipsoid = |centre, half| Ok::<_, PhantomError>(OrganShape::ellipsoid(centre, half)?);
         let lung = |x: f64| ellipsoid([x, 0.0, 4.5], [5.0, 7.5, 12.0]);
         let shapes = [
             (

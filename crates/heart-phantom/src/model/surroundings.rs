@@ -2,7 +2,7 @@
 
 use super::{Attenuation, Background};
 use crate::error::PhantomError;
-use revolve_voxel::{Assembly, Body, Organ, OrganShape, Organs, Sector};
+use revolve_voxel::{Assembly, Body, Organ, Organs, Sector};
 
 /// Active and attenuating objects around the heart.
 #[derive(Debug, Clone, Default)]
@@ -25,7 +25,7 @@ impl Surroundings {
         let mut sources = Vec::new();
         if let Some(around) = background {
             sources.push(Organ {
-                shape: OrganShape::Cylinder(around.torso()?),
+                shape: around.torso()?,
                 activity: around.concentration,
                 attenuation: 0.0,
             });
@@ -38,7 +38,7 @@ impl Surroundings {
             Some(own) => match own.torso() {
                 Some(torso) => {
                     let medium = Organ {
-                        shape: OrganShape::Cylinder(torso),
+                        shape: torso,
                         activity: 0.0,
                         attenuation: own.coefficient,
                     };

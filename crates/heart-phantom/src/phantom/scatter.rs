@@ -8,7 +8,7 @@ use crate::{Sinograms, no_observer};
 use photon_scatter::{
     Camera, Response, Scatter, ScatterError, ScatterOptions, Spectrum, View, water_attenuation,
 };
-use revolve_voxel::{Organ, OrganShape, Organs};
+use revolve_voxel::{Organ, Organs};
 use std::collections::BTreeMap;
 use std::f64::consts::TAU;
 use std::ops::Range;
@@ -251,7 +251,7 @@ impl Phantom {
         let mut organs: Vec<Organ> = Vec::new();
         if let Some(background) = &self.scene().background {
             organs.push(Organ {
-                shape: OrganShape::Cylinder(background.torso()?),
+                shape: background.torso()?,
                 activity: background.concentration,
                 attenuation: 0.0,
             });

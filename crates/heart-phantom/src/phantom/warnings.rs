@@ -8,7 +8,7 @@ use crate::error::PhantomError;
 use crate::scan::LEAST_DIRECTIONS;
 use crate::{HeartShape, Method, Mode, RayGeometry, Rotation};
 use radon::{ArcPolicy, RadonError};
-use revolve_voxel::{Body, EllipticCylinder, Organ, Organs, VoxelGrid};
+use revolve_voxel::{Body, Organ, OrganShape, Organs, VoxelGrid};
 use std::f64::consts::{PI, TAU};
 
 /// Number of directions over half a turn in which a gap is searched; the widest one is found with a relative error of 1 - cos(pi / 128) = 3e-4.
@@ -140,9 +140,8 @@ impl Phantom {
         ] {
             let (mut widest, mut highest) = (None, 0.0f64);
             for organ in organs {
-                let ([x, y, z], [a, b, c]) = organ.shape.bounds();
-                let section = EllipticCylinder::new([x, y], [a, b])?;
-                if let Some((half, theta)) = self.widest_ellipse(&section) {
+                let ([.., z], [.., c]) = organ.shape.bounds();
+                if let Some((half, theta)) = self.widest_ellipse(&organ.shape) {
                     wider(&mut widest, half, theta);
                 }
                 // An infinite cylinder extends beyond any rows, as a background does.
@@ -343,9 +342,9 @@ impl Phantom {
             .collect()
     }
 
-    /// Returns the largest distance of an elliptic cylinder from the axis across the rays, and the angle of that view.
-    fn widest_ellipse(&self, torso: &EllipticCylinder) -> Option<(f64, f64)> {
-        let ([x, y], [a, b]) = (torso.centre(), torso.semi_axes());
+    /// Returns the largest distance of an organ from the axis across the rays, and the angle of that view.
+    fn widest_ellipse(&self, torso: &OrganShape) -> Option<(f64, f64)> {
+        let ([x, y, _], [a, b, _]) = torso.bounds();
         let mut widest = None;
         for theta in self.view_angles() {
             let (sin, cos) = theta.sin_cos();

@@ -14,7 +14,7 @@ use membrane_newton::membrane_forces::balloon_measures;
 use membrane_newton::{Discretisation, Membrane};
 use radon::{Collimator, FbpOptions, ParallelHoles};
 use revolve_voxel::nalgebra::Vector3;
-use revolve_voxel::{Ellipsoid, EllipticCylinder, Organ, OrganShape, Organs, Pose};
+use revolve_voxel::{Organ, OrganShape, Organs, Pose};
 use std::f64::consts::{LN_2, PI};
 
 /// Memory limit of the work arrays of a reconstruction in bytes: the most that [`FbpMethod::Auto`](radon::FbpMethod::Auto) needs, plus as much
@@ -169,10 +169,10 @@ fn organs_of(scene: &Scene) -> Result<Option<Organs>, PhantomError> {
     let organ = |settings: &OrganSettings| -> Result<Organ, PhantomError> {
         let shape = match settings.shape {
             OrganShapeSettings::Cylinder { centre, semi_axes } => {
-                OrganShape::Cylinder(EllipticCylinder::new(centre, semi_axes)?)
+                OrganShape::cylinder(centre, semi_axes)?
             }
             OrganShapeSettings::Ellipsoid { centre, semi_axes } => {
-                OrganShape::Ellipsoid(Ellipsoid::new(centre, semi_axes)?)
+                OrganShape::ellipsoid(centre, semi_axes)?
             }
         };
         Ok(Organ {

@@ -7,7 +7,7 @@
 use nalgebra::Vector3;
 
 use crate::images::plane::{Quotient, RayPlane, RayRow};
-use crate::{Body, Meridian, Organ, OrganShape};
+use crate::{Body, Meridian, Organ};
 
 /// Parts of a smooth meridian between which extrema are searched.
 const PARTS: usize = 40;
@@ -234,19 +234,16 @@ fn extreme(value: impl Fn(f64) -> f64, [mut low, mut high]: [f64; 2], largest: b
 /// Appends the positions of the outline of an organ in a row.
 pub(super) fn add_organ_positions(organ: &Organ, row: &RayRow, breaks: &mut Vec<f64>) {
     let (position, plane) = (row.position(), row.plane());
-    breaks.extend(
-        match &organ.shape {
-            OrganShape::Ellipsoid(ellipsoid) => position.on_cut(ellipsoid, plane),
-            OrganShape::Cylinder(cylinder) => position.on_cylinder(cylinder, plane),
-        }
-        .into_iter()
-        .flatten(),
-    );
+    let ends = match organ.shape.is_cylinder() {
+        false => position.on_cut(&organ.shape, plane),
+        true => position.on_cylinder(&organ.shape, plane),
+    };
+    breaks.extend(ends.into_iter().flatten());
 }
 
 /// Appends the heights of the rows that touch an organ; none for a cylinder along z.
 pub(super) fn add_organ_heights(organ: &Organ, plane: &RayPlane, breaks: &mut Vec<f64>) {
-    if let OrganShape::Ellipsoid(ellipsoid) = &organ.shape {
-        breaks.extend(plane.height().on_ellipsoid(ellipsoid));
+    if !organ.shape.is_cylinder() {
+        breaks.extend(plane.height().on_ellipsoid(&organ.shape));
     }
 }

@@ -3,7 +3,7 @@
 use nalgebra::{Point3, Vector3};
 
 use crate::error::{finite, view_angle};
-use crate::{Ellipsoid, EllipticCylinder, PointRaster, Pose, Ray, RevolveError};
+use crate::{OrganShape, PointRaster, Pose, Ray, RevolveError};
 
 /// The rays through all positions (u, v) of a detector, u along the bins and v along the rows in cm from its centre: parallel rays, or rays
 /// from a point (cone beam), or rays from a line along the rows' direction (fan beam). All rays of one v lie in one plane.
@@ -187,8 +187,8 @@ impl Quotient {
     }
 
     /// Returns its smallest and largest value on an ellipsoid.
-    pub(super) fn on_ellipsoid(&self, ellipsoid: &Ellipsoid) -> [f64; 2] {
-        let [centre, axes] = [ellipsoid.centre(), ellipsoid.semi_axes()].map(Vector3::from);
+    pub(super) fn on_ellipsoid(&self, ellipsoid: &OrganShape) -> [f64; 2] {
+        let [centre, axes] = <[_; 2]>::from(ellipsoid.bounds()).map(Vector3::from);
         let middle = [0, 1].map(|k| self.slopes[k].dot(&centre) - self.offsets[k]);
         self.extremes(middle, self.slopes.map(|slope| slope.component_mul(&axes)))
     }
@@ -196,10 +196,10 @@ impl Quotient {
     /// Returns its smallest and largest value where a plane `normal . p = distance` cuts an ellipsoid; `None` if it does not.
     pub(super) fn on_cut(
         &self,
-        ellipsoid: &Ellipsoid,
+        ellipsoid: &OrganShape,
         (normal, distance): (Vector3<f64>, f64),
     ) -> Option<[f64; 2]> {
-        let [centre, axes] = [ellipsoid.centre(), ellipsoid.semi_axes()].map(Vector3::from);
+        let [centre, axes] = <[_; 2]>::from(ellipsoid.bounds()).map(Vector3::from);
         // In coordinates in which it is the unit ball.
         let scaled = normal.component_mul(&axes);
         let size = scaled.norm();
@@ -216,10 +216,10 @@ impl Quotient {
     /// Returns its smallest and largest value where a plane cuts a cylinder along z; `None` if the plane contains z.
     pub(super) fn on_cylinder(
         &self,
-        cylinder: &EllipticCylinder,
+        cylinder: &OrganShape,
         (normal, distance): (Vector3<f64>, f64),
     ) -> Option<[f64; 2]> {
-        let ([x, y], [a, b]) = (cylinder.centre(), cylinder.semi_axes());
+        let ([x, y, _], [a, b, _]) = cylinder.bounds();
         // As functions of x and y on the plane.
         let slopes = self
             .slopes

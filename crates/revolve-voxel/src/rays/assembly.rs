@@ -6,9 +6,7 @@ use crate::error::{finite, length};
 use crate::rays::raster::Rays;
 use crate::rays::single::Search;
 use crate::wall::sectors::Sectors;
-use crate::{
-    Body, Capsule, Organ, OrganShape, Organs, Ray, RayCounters, RevolveError, Sample, Sector, Span,
-};
+use crate::{Body, Capsule, Organ, Organs, Ray, RayCounters, RevolveError, Sample, Sector, Span};
 
 /// Activity and attenuation in space: organs, attenuating media, and a body that replaces them.
 ///
@@ -95,9 +93,9 @@ impl<'a> Assembly<'a> {
     ///
     /// ```
     /// use revolve_voxel::nalgebra::{Point3, Vector3};
-    /// use revolve_voxel::{Assembly, Ellipsoid, EllipticCylinder, Organ, OrganShape, Organs, Ray};
-    /// let torso = OrganShape::Cylinder(EllipticCylinder::new([0.0; 2], [16.0, 11.0])?);
-    /// let lung = OrganShape::Ellipsoid(Ellipsoid::new([7.0, 0.0, 0.0], [5.0, 7.0, 10.0])?);
+    /// use revolve_voxel::{Assembly, Organ, OrganShape, Organs, Ray};
+    /// let torso = OrganShape::cylinder([0.0; 2], [16.0, 11.0])?;
+    /// let lung = OrganShape::ellipsoid([7.0, 0.0, 0.0], [5.0, 7.0, 10.0])?;
     /// let organs = Organs::new(vec![
     ///     Organ { shape: torso, activity: 0.1, attenuation: 0.15 },
     ///     Organ { shape: lung, activity: 0.02, attenuation: 0.045 },
@@ -336,10 +334,10 @@ impl Assembly<'_> {
     /// their number.
     ///
     /// ```
-    /// use revolve_voxel::{Assembly, Body, EllipticCylinder, Meridian, Organ, OrganShape, Organs, ParallelDetector, Pose, Shown};
+    /// use revolve_voxel::{Assembly, Body, Meridian, Organ, OrganShape, Organs, ParallelDetector, Pose, Shown};
     /// let rod = Meridian::new(&[[-1.0, 0.5], [1.0, 0.5]])?;
     /// let body = Body::new(vec![rod], Pose::axis_along_z(0.0)?)?;
-    /// let shape = OrganShape::Cylinder(EllipticCylinder::new([0.0, 0.0], [10.0, 8.0])?);
+    /// let shape = OrganShape::cylinder([0.0, 0.0], [10.0, 8.0])?;
     /// let torso = Organs::new(vec![Organ { shape, activity: 0.0, attenuation: 0.15 }])?;
     /// let assembly = Assembly::new(&torso).with_body(&body, &[1.0], None)?;
     /// let rays = ParallelDetector::new(1, 1, [1.0, 1.0])?.rays(0.0)?; // along +y
@@ -362,7 +360,7 @@ impl Assembly<'_> {
     ) -> Result<RayCounters, RevolveError> {
         finite("weight", weight)?;
         length("image", rays.image_len(), out.len())?;
-        let is_endless = |organ: &Organ| matches!(organ.shape, OrganShape::Cylinder(_));
+        let is_endless = |organ: &Organ| organ.shape.is_cylinder();
         if self.surroundings().any(is_endless) {
             rays.check_across()?;
         }

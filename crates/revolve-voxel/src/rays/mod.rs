@@ -5,7 +5,6 @@ pub(crate) mod capsule;
 mod cast;
 pub(crate) mod chord;
 pub(crate) mod cone;
-pub(crate) mod cylinder;
 pub(crate) mod detector;
 pub(crate) mod direction;
 pub(crate) mod lines;

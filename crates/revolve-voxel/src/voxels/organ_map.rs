@@ -4,8 +4,7 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 
-use crate::error::{finite, zeros};
-use crate::rays::cylinder::disc_in_box;
+use crate::error::{finite, length, zeros};
 use crate::voxels::coverage::check_range;
 use crate::{Organ, OrganShape, Organs, RevolveError, Sample, VoxelGrid};
 
@@ -63,6 +62,39 @@ impl OrganShape {
             .sum();
         mean * (high - low) / (z[1] - z[0])
     }
+
+    /// Adds `value` times the covered fraction of every voxel in some slices to `out` (`[z][y][x]`, these slices only), such as an
+    /// attenuation map. Fractions of a cylinder are exact, those of an ellipsoid the average of eight exact cross-sections.
+    ///
+    /// # Errors
+    /// [`RevolveError::WrongLength`] for a buffer of the wrong size, [`RevolveError::BadRange`] for slices outside the grid,
+    /// [`RevolveError::NotFinite`] for the value.
+    pub fn voxelize_add<T: Sample>(
+        &self,
+        grid: &VoxelGrid,
+        slices: Range<usize>,
+        value: f64,
+        out: &mut [T],
+    ) -> Result<(), RevolveError> {
+        finite("value", value)?;
+        check_slices(grid, &slices, out.len())?;
+        let [nx, ny, _] = grid.shape();
+        let section = |z: usize| -> Vec<T> {
+            let of = |k: usize| {
+                let centre = grid.centre(k % nx, k / nx, z).coords.into();
+                T::from_f64(value * self.fraction(centre, grid.spacing()))
+            };
+            (0..nx * ny).into_par_iter().map(of).collect()
+        };
+        // All slices of a cylinder are equal.
+        let same = (self.is_cylinder() && !out.is_empty()).then(|| section(0));
+        (out.par_chunks_mut(nx * ny).enumerate()).for_each(|(k, slice)| {
+            let own = same.is_none().then(|| section(slices.start + k));
+            let sums = own.iter().chain(&same).flatten();
+            slice.iter_mut().zip(sums).for_each(|(v, add)| *v += *add);
+        });
+        Ok(())
+    }
 }
 
 impl Organs {
@@ -72,8 +104,8 @@ impl Organs {
     /// surfaces cross one voxel, they are treated as independent: `(1 - f) v + f w`.
     ///
     /// ```
-    /// use revolve_voxel::{Ellipsoid, Organ, OrganShape, Organs, VoxelGrid};
-    /// let ball = OrganShape::Ellipsoid(Ellipsoid::new([0.0; 3], [2.0; 3])?);
+    /// use revolve_voxel::{Organ, OrganShape, Organs, VoxelGrid};
+    /// let ball = OrganShape::ellipsoid([0.0; 3], [2.0; 3])?;
     /// let organs = Organs::new(vec![Organ { shape: ball, activity: 3.0, attenuation: 0.1 }])?;
     /// let grid = VoxelGrid::centred([20, 20, 20], [0.25; 3], [0.0; 3])?;
     /// let map: Vec<f64> = organs.voxelize(&grid, 0..20, |organ| organ.activity)?;
@@ -113,4 +145,42 @@ impl Organs {
             });
         Ok(out)
     }
+}
+
+/// Slices of the grid, and a buffer of their size.
+pub(crate) fn check_slices(
+    grid: &VoxelGrid,
+    slices: &Range<usize>,
+    given: usize,
+) -> Result<(), RevolveError> {
+    check_range(grid, slices)?;
+    length("volume", grid.slice_len() * slices.len(), given)
+}
+
+/// Area of the unit disc within a rectangle.
+fn disc_in_box(x: [f64; 2], y: [f64; 2]) -> f64 {
+    // The area below y and left of x: differences over the four corners give the rectangle.
+    let corner = |x: f64, y: f64| quadrant(x.clamp(-1.0, 1.0), y.clamp(-1.0, 1.0));
+    let far = x[0].max(-x[1]).max(0.0).hypot(y[0].max(-y[1]).max(0.0));
+    if far >= 1.0 {
+        return 0.0;
+    }
+    if x[0].abs().max(x[1].abs()).hypot(y[0].abs().max(y[1].abs())) <= 1.0 {
+        return (x[1] - x[0]) * (y[1] - y[0]);
+    }
+    corner(x[1], y[1]) - corner(x[0], y[1]) - corner(x[1], y[0]) + corner(x[0], y[0])
+}
+
+/// Signed area of the unit disc within the rectangle from the origin to (x, y), both in [-1, 1]: odd in x and in y.
+fn quadrant(x: f64, y: f64) -> f64 {
+    let (a, b) = (x.abs(), y.abs());
+    let area = if a.hypot(b) <= 1.0 {
+        a * b
+    } else {
+        // The area under the arc between heights b and a.
+        let from = ((1.0 - b) * (1.0 + b)).sqrt();
+        let under = |t: f64| 0.5 * (t * ((1.0 - t) * (1.0 + t)).sqrt() + t.asin());
+        b * from + under(a) - under(from)
+    };
+    area * x.signum() * y.signum()
 }

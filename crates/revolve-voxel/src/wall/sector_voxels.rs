@@ -6,8 +6,8 @@ use nalgebra::{Point3, Vector3};
 use rayon::prelude::*;
 
 use crate::error::{finite, share, zeros};
-use crate::rays::cylinder::check_slices;
 use crate::solid::wedge::{Place, Wedge};
+use crate::voxels::organ_map::check_slices;
 use crate::voxels::patch::Cuboid;
 use crate::voxels::runs::Runs;
 use crate::voxels::sections::Sections;

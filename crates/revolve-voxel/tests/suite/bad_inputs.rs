@@ -7,8 +7,8 @@ use crate::support;
 
 use nalgebra::{Isometry3, Point3, UnitQuaternion, Vector3};
 use revolve_voxel::{
-    Body, Curve, EllipticCylinder, Mask, Meridian, Mesh, ParallelDetector, ParallelRays, Piece,
-    Pose, Ray, RayPlane, RevolveError, Sampling, Shell, VoxelGrid,
+    Body, Curve, Mask, Meridian, Mesh, OrganShape, ParallelDetector, ParallelRays, Piece, Pose,
+    Ray, RayPlane, RevolveError, Sampling, Shell, VoxelGrid,
 };
 use support::*;
 

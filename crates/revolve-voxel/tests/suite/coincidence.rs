@@ -9,8 +9,8 @@ use crate::support;
 use nalgebra::{Point3, Vector3};
 use proptest::prelude::*;
 use revolve_voxel::{
-    Assembly, Body, EllipticCylinder, Meridian, Organ, OrganShape, Organs, ParallelDetector, Pose,
-    Ray, Sampling, Sector, Shown, VoxelGrid,
+    Assembly, Body, Meridian, Organ, OrganShape, Organs, ParallelDetector, Pose, Ray, Sampling,
+    Sector, Shown, VoxelGrid,
 };
 use std::f64::consts::{FRAC_PI_4, TAU};
 use support::brute::{Scene, Solid};
@@ -176,8 +176,8 @@ proptest! {
         // Weights 1.0 and 0.5.
         let activity = [1.5, 0.5];
         let (plain, _) = body.project::<f64>(&rays, &activity).unwrap();
-        let torso = EllipticCylinder::new([0.25, 0.0], [1.0, 1.0]).unwrap();
-        let torso = Organ { shape: OrganShape::Cylinder(torso), activity: 0.0, attenuation: mu };
+        let torso = OrganShape::cylinder([0.25, 0.0], [1.0, 1.0]).unwrap();
+        let torso = Organ { shape: torso, activity: 0.0, attenuation: mu };
         let (none, torso) = (Organs::default(), Organs::new(vec![torso]).unwrap());
         let round = Solid::under(&[[-20.0, 1.0], [20.0, 1.0]]).at(Pose::axis_along_z(0.0).unwrap().shifted(Vector3::x() * 0.25).unwrap().isometry());
         let mut seen = vec![(plain, None)];

@@ -3,8 +3,8 @@
 use nalgebra::{Point3, Vector3};
 use proptest::prelude::*;
 use revolve_voxel::{
-    Assembly, Body, Capsule, Ellipsoid, EllipticCylinder, Meridian, Organ, OrganShape, Organs,
-    ParallelDetector, ParallelRays, Pose, Ray, RevolveError, Sector, Shown, VoxelGrid,
+    Assembly, Body, Capsule, Meridian, Organ, OrganShape, Organs, ParallelDetector, ParallelRays,
+    Pose, Ray, RevolveError, Sector, Shown, VoxelGrid,
 };
 
 const HEART_MU: f64 = 0.15;
@@ -30,9 +30,8 @@ fn larger(size: f64) -> Body {
 
 /// A torso with a lung that contains a part of the heart, a spine, and a second lung that overlaps the first.
 fn organs() -> Organs {
-    let cylinder =
-        |centre, axes| OrganShape::Cylinder(EllipticCylinder::new(centre, axes).unwrap());
-    let ellipsoid = |centre, axes| OrganShape::Ellipsoid(Ellipsoid::new(centre, axes).unwrap());
+    let cylinder = |centre, axes| OrganShape::cylinder(centre, axes).unwrap();
+    let ellipsoid = |centre, axes| OrganShape::ellipsoid(centre, axes).unwrap();
     let organ = |shape, activity, attenuation| Organ {
         shape,
         activity,
@@ -62,16 +61,10 @@ fn held(heart: &Body, organs: &Organs, p: &Point3<f64>) -> [f64; 2] {
     if let Some(region) = region {
         return [ACTIVITY[region], HEART_MU];
     }
-    let holds = |shape: &OrganShape| match shape {
-        OrganShape::Cylinder(c) => {
-            let share = [0, 1].map(|k| (p[k] - c.centre()[k]) / c.semi_axes()[k]);
-            share[0].hypot(share[1]) < 1.0
-        }
-        OrganShape::Ellipsoid(e) => {
-            let share = |k: usize| ((p[k] - e.centre()[k]) / e.semi_axes()[k]).powi(2);
-            share(0) + share(1) + share(2) < 1.0
-        }
-        _ => panic!("there are two shapes"),
+    let holds = |shape: &OrganShape| {
+        let (centre, semi_axes) = shape.bounds();
+        let share = |k: usize| ((p[k] - centre[k]) / semi_axes[k]).powi(2);
+        share(0) + share(1) + share(2) < 1.0
     };
     let organ = organs.as_slice().iter().rev().find(|o| holds(&o.shape));
     organ.map_or([0.0; 2], |o| [o.activity, o.attenuation])
@@ -155,9 +148,9 @@ fn organs_and_slabs_agree_with_integration_along_each_ray() {
 #[test]
 fn slabs_add_up_to_the_whole_and_one_slab_is_bitwise_identical_to_it() {
     let (heart, rays) = (heart(), rays(1.1));
-    let cylinder = EllipticCylinder::new([0.0; 2], [8.0, 6.0]).unwrap();
+    let cylinder = OrganShape::cylinder([0.0; 2], [8.0, 6.0]).unwrap();
     let torso = Organ {
-        shape: OrganShape::Cylinder(cylinder),
+        shape: cylinder,
         activity: 0.1,
         attenuation: 0.2,
     };
@@ -253,14 +246,14 @@ fn bad_planes_and_organs_are_rejected() {
         RevolveError::NotPositive { given: -0.5, .. }
     ));
     assert!(matches!(
-        Ellipsoid::new([0.0; 3], [1.0, 0.0, 1.0]),
+        OrganShape::ellipsoid([0.0; 3], [1.0, 0.0, 1.0]),
         Err(RevolveError::NotPositive { .. })
     ));
     assert!(matches!(
-        Ellipsoid::new([f64::NAN; 3], [1.0; 3]),
+        OrganShape::ellipsoid([f64::NAN; 3], [1.0; 3]),
         Err(RevolveError::NotFinite { .. })
     ));
-    let shape = OrganShape::Ellipsoid(Ellipsoid::new([0.0; 3], [1.0; 3]).unwrap());
+    let shape = OrganShape::ellipsoid([0.0; 3], [1.0; 3]).unwrap();
     for (activity, attenuation) in [(-1.0, 0.1), (1.0, -0.1)] {
         let organ = Organ {
             shape,
@@ -301,7 +294,7 @@ fn bad_planes_and_organs_are_rejected() {
 #[test]
 fn an_ellipsoid_may_have_any_representable_size() {
     for size in [1e-160, 1e160] {
-        let ball = Ellipsoid::new([0.0; 3], [size, 2.0 * size, size]).unwrap();
+        let ball = OrganShape::ellipsoid([0.0; 3], [size, 2.0 * size, size]).unwrap();
         let ray = Ray::new(Point3::origin(), Vector3::y()).unwrap();
         let span = ball.span(&ray).unwrap();
         assert!((span.exit / size - 2.0).abs() < 1e-15 && span.enter == -span.exit);
@@ -338,7 +331,7 @@ proptest! {
         direction in prop::array::uniform3(-1.0..1.0),
     ) {
         prop_assume!(direction.iter().any(|d: &f64| d.abs() > 0.1));
-        let ellipsoid = Ellipsoid::new(centre, semi_axes).unwrap();
+        let ellipsoid = OrganShape::ellipsoid(centre, semi_axes).unwrap();
         let ray = Ray::new(Point3::from(origin), Vector3::from(direction)).unwrap();
         let far = |t: f64| {
             let p = ray.at(t);

@@ -4,9 +4,8 @@ mod divergent;
 
 use nalgebra::{Point3, Vector3};
 use revolve_voxel::{
-    Assembly, BinValue, Body, DepthResponse, Ellipsoid, EllipticCylinder, Image, Meridian, Organ,
-    OrganShape, Organs, ParallelDetector, PointRaster, Pose, Ray, RayPlane, Sector, Shown, View,
-    nalgebra,
+    Assembly, BinValue, Body, DepthResponse, Image, Meridian, Organ, OrganShape, Organs,
+    ParallelDetector, PointRaster, Pose, Ray, RayPlane, Sector, Shown, View, nalgebra,
 };
 
 /// A bulged solid with a flat base, of 300 segments.
@@ -31,13 +30,13 @@ fn chest() -> Organs {
         activity,
         attenuation,
     };
-    let cylinder = EllipticCylinder::new([0.0, 0.2], [4.5, 3.6]).unwrap();
-    let lung = Ellipsoid::new([1.8, 0.5, 0.3], [2.0, 2.4, 3.0]).unwrap();
-    let liver = Ellipsoid::new([-1.5, 0.3, -1.8], [2.0, 1.6, 1.5]).unwrap();
+    let cylinder = OrganShape::cylinder([0.0, 0.2], [4.5, 3.6]).unwrap();
+    let lung = OrganShape::ellipsoid([1.8, 0.5, 0.3], [2.0, 2.4, 3.0]).unwrap();
+    let liver = OrganShape::ellipsoid([-1.5, 0.3, -1.8], [2.0, 1.6, 1.5]).unwrap();
     Organs::new(vec![
-        organ(OrganShape::Cylinder(cylinder), 0.1, 0.16),
-        organ(OrganShape::Ellipsoid(lung), 0.03, 0.05),
-        organ(OrganShape::Ellipsoid(liver), 0.3, 0.16),
+        organ(cylinder, 0.1, 0.16),
+        organ(lung, 0.03, 0.05),
+        organ(liver, 0.3, 0.16),
     ])
     .unwrap()
 }

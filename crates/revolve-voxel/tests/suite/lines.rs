@@ -7,8 +7,8 @@ use crate::support::{self, heart};
 use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion, Vector3};
 use proptest::prelude::*;
 use revolve_voxel::{
-    Assembly, Body, Ellipsoid, EllipticCylinder, Lines, Meridian, Organ, OrganShape, Organs,
-    ParallelDetector, PointRaster, Pose, Ray, Rays, RevolveError, Sector, Shown,
+    Assembly, Body, Lines, Meridian, Organ, OrganShape, Organs, ParallelDetector, PointRaster,
+    Pose, Ray, Rays, RevolveError, Sector, Shown,
 };
 use support::brute::Scene;
 
@@ -62,8 +62,8 @@ proptest! {
         let body = Body::new(vec![rod], pose).unwrap();
         let (image, counters) = body.project::<f64>(&lines, &[1.0]).unwrap();
         prop_assert_eq!(counters.cast + counters.skipped, 13 * 9);
-        let shape = Ellipsoid::new(at, [r, h, 0.7]).unwrap();
-        let organ = Organ { shape: OrganShape::Ellipsoid(shape), activity: 1.0, attenuation: 0.0 };
+        let shape = OrganShape::ellipsoid(at, [r, h, 0.7]).unwrap();
+        let organ = Organ { shape: shape, activity: 1.0, attenuation: 0.0 };
         let mut of_organ = vec![0.0f64; 13 * 9];
         let organs = Organs::new(vec![organ]).unwrap();
         Assembly::new(&organs).project_add(&lines, Shown::Organs, 1.0, &mut of_organ).unwrap();
@@ -181,9 +181,9 @@ proptest! {
 #[test]
 fn parallel_views_of_the_heart_as_lines() {
     let body = heart(200);
-    let torso = EllipticCylinder::new([0.2, 0.1], [12.0, 9.0]).unwrap();
+    let torso = OrganShape::cylinder([0.2, 0.1], [12.0, 9.0]).unwrap();
     let torso = Organ {
-        shape: OrganShape::Cylinder(torso),
+        shape: torso,
         activity: 0.1,
         attenuation: 0.15,
     };
@@ -286,9 +286,9 @@ fn bad_lines_are_rejected() {
     ));
     // Along the axis of a torso a line has no end.
     let lines = Lines::each([1, 2], vec![Ray::new(source, Vector3::x()).unwrap(), ray]).unwrap();
-    let torso = EllipticCylinder::new([0.0; 2], [2.0; 2]).unwrap();
+    let torso = OrganShape::cylinder([0.0; 2], [2.0; 2]).unwrap();
     let torso = Organ {
-        shape: OrganShape::Cylinder(torso),
+        shape: torso,
         activity: 1.0,
         attenuation: 0.0,
     };

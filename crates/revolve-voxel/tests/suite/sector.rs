@@ -5,8 +5,8 @@ use crate::support;
 use nalgebra::{Point3, Vector3};
 use proptest::prelude::*;
 use revolve_voxel::{
-    Assembly, Body, EllipticCylinder, Meridian, Organ, OrganShape, Organs, ParallelDetector,
-    ParallelRays, Pose, Ray, RevolveError, Sampling, Sector, Shown, VoxelGrid,
+    Assembly, Body, Meridian, Organ, OrganShape, Organs, ParallelDetector, ParallelRays, Pose, Ray,
+    RevolveError, Sampling, Sector, Shown, VoxelGrid,
 };
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
@@ -91,9 +91,9 @@ fn a_full_turn_equals_the_ring() {
 
 #[test]
 fn adjacent_wedges_add_up_to_the_ring() {
-    let torso = EllipticCylinder::new([0.0; 2], [6.0, 5.0]).unwrap();
+    let torso = OrganShape::cylinder([0.0; 2], [6.0, 5.0]).unwrap();
     let torso = Organ {
-        shape: OrganShape::Cylinder(torso),
+        shape: torso,
         activity: 0.0,
         attenuation: 0.2,
     };

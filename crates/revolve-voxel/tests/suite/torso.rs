@@ -2,7 +2,7 @@
 
 use nalgebra::{Point3, Vector3};
 use proptest::prelude::*;
-use revolve_voxel::{Body, EllipticCylinder, Meridian, Pose, Ray};
+use revolve_voxel::{Body, Meridian, OrganShape, Pose, Ray};
 use std::f64::consts::TAU;
 
 proptest! {
@@ -23,7 +23,7 @@ proptest! {
         let pose = pose.rotated_x(turns[0]).unwrap().rotated_y(turns[1]).unwrap();
         let pose = pose.shifted(Vector3::from(shift)).unwrap();
         let body = Body::new(vec![Meridian::new(&points).unwrap()], pose).unwrap();
-        let torso = EllipticCylinder::new(centre, semi_axes).unwrap();
+        let torso = OrganShape::cylinder(centre, semi_axes).unwrap();
         let growth = torso.scale_to_contain(&body);
 
         const N: usize = 4000;
@@ -40,7 +40,7 @@ proptest! {
         prop_assert!(growth >= most && growth < most * (1.0 + 1e-4 + 1e-5), "{growth} {most}");
 
         // Scaled by this factor, the torso contains every chord of the body.
-        let grown = EllipticCylinder::new(centre, semi_axes.map(|a| a * growth)).unwrap();
+        let grown = OrganShape::cylinder(centre, semi_axes.map(|a| a * growth)).unwrap();
         for k in 0..200 {
             let (sin, cos) = (0.1 + TAU * f64::from(k) / 37.0).sin_cos();
             let aside = f64::from(k % 13) - 6.0;

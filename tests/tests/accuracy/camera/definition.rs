@@ -2,7 +2,7 @@
 //! Gaussian of that depth, and averaged over phases.
 
 use heart_phantom::revolve_voxel::{
-    Assembly, EllipticCylinder, Organ, OrganShape, Organs, ParallelDetector, ParallelRays, Shown,
+    Assembly, Organ, OrganShape, Organs, ParallelDetector, ParallelRays, Shown,
 };
 use heart_phantom::scene::{self, Mode, Scene};
 use heart_phantom::{Chest, HeartShape, Phantom};
@@ -217,9 +217,9 @@ impl Around {
             });
         }
         let cylinder = |centre, semi_axes, activity, attenuation| {
-            let shape = EllipticCylinder::new(centre, semi_axes).ok()?;
+            let shape = OrganShape::cylinder(centre, semi_axes).ok()?;
             let organ = Organ {
-                shape: OrganShape::Cylinder(shape),
+                shape: shape,
                 activity,
                 attenuation,
             };

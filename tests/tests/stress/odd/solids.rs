@@ -3,9 +3,8 @@
 use super::{ODD, SIZES, back, pairs};
 use nalgebra::{Isometry3, Point3, Quaternion, Translation3, Unit, Vector3};
 use revolve_voxel::{
-    Assembly, Body, Curve, Ellipsoid, EllipticCylinder, Mask, Meridian, Organ, OrganShape, Organs,
-    ParallelDetector, ParallelRays, Piece, Pose, Ray, RevolveError, Sampling, Sector, Shell, Shown,
-    Sweep, VoxelGrid,
+    Assembly, Body, Curve, Mask, Meridian, Organ, OrganShape, Organs, ParallelDetector,
+    ParallelRays, Piece, Pose, Ray, RevolveError, Sampling, Sector, Shell, Shown, Sweep, VoxelGrid,
 };
 
 fn meridians() -> Vec<Meridian> {
@@ -185,11 +184,11 @@ fn revolve_voxel_accepts_any_input() {
         ));
     }
     for [a, b] in pairs() {
-        if let Some(torso) = back(EllipticCylinder::new([a, 0.0], [1.0, b])) {
+        if let Some(torso) = back(OrganShape::cylinder([a, 0.0], [1.0, b])) {
             let raster = &rasters[0];
             let mut image = vec![0.0; raster.n_bins() * raster.n_rows()];
             let organ = Organ {
-                shape: OrganShape::Cylinder(torso),
+                shape: torso,
                 activity: a,
                 attenuation: b,
             };
@@ -200,8 +199,8 @@ fn revolve_voxel_accepts_any_input() {
             back(torso.voxelize_add(&grids[0], 0..1, b, &mut [0.0; 6]));
             let _ = torso.span(&rays[0]);
         }
-        if let Some(ball) = back(Ellipsoid::new([a, 0.0, b], [1.0, b, a])) {
-            let shape = OrganShape::Ellipsoid(ball);
+        if let Some(ball) = back(OrganShape::ellipsoid([a, 0.0, b], [1.0, b, a])) {
+            let shape = ball;
             let organ = Organ {
                 shape,
                 activity: b,

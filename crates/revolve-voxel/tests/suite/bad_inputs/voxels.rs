@@ -28,7 +28,7 @@ fn rays_beyond_a_raster() {
 #[test]
 fn slices_out_of_order_and_samples_of_nan() {
     let (body, grid) = (cylinder(), VoxelGrid::cube(4, 1.0).unwrap());
-    let torso = EllipticCylinder::new([0.0; 2], [1.0; 2]).unwrap();
+    let torso = OrganShape::cylinder([0.0; 2], [1.0; 2]).unwrap();
     let curve = |r| Curve::polyline(&[0.0, 1.0], &[[0.0, r], [1.0, r]]).unwrap();
     let shell = Shell::new(curve(1.0), curve(2.0), [0.0, 1.0]).unwrap();
     let pose = Pose::identity();
