@@ -172,8 +172,7 @@ impl Spectrum {
     }
 
     /// Energy of the photons emitted (keV).
-    #[must_use]
-    pub fn energy(&self) -> f64 {
+    pub(crate) fn energy(&self) -> f64 {
         self.energy
     }
 

@@ -118,7 +118,7 @@ pub enum RadonError {
     /// in degrees.
     #[error(
         "{n_views} angles span {} rad (at most {:?} turns allowed, half a turn of whole numbers, one turn of multiples of 1/32); if they are in degrees, use `from_degrees`, otherwise `from_radians`",
-        three(*arc), crate::ParallelGeometry::MOST_TURNS
+        three(*arc), crate::geometry::MOST_TURNS
     )]
     LikeDegrees {
         /// Number of angles.

@@ -4,6 +4,9 @@ use std::f64::consts::PI;
 
 use crate::error::{RadonError, at_least, finite, positive, product, room, zeros};
 
+/// Largest number of turns of an arc, and of the angles of [`ParallelGeometry::new`]. More are probably in the wrong unit.
+pub(crate) const MOST_TURNS: f64 = 2.0;
+
 /// Parallel-beam acquisition: a list of view angles and a row of detector bins.
 ///
 /// The rays of view `v` at angle `theta` run along `(-sin theta, cos theta)`; its bins lie along `(cos theta, sin theta)`. The
@@ -37,7 +40,7 @@ pub struct ParallelGeometry {
 
 impl ParallelGeometry {
     /// Views at `angles` in radians (in any order, repeated or not), `n_bins` bins `pitch` apart, centred on the axis. They span at most
-    /// [`MOST_TURNS`](Self::MOST_TURNS); three or more whole numbers at most half a turn, multiples of 1/32 (2.5, 5.625) at most one turn, so
+    /// two turns; three or more whole numbers at most half a turn, multiples of 1/32 (2.5, 5.625) at most one turn, so
     /// that most lists in degrees are rejected; [`from_radians`](Self::from_radians) has no limit.
     ///
     /// # Errors
@@ -51,7 +54,7 @@ impl ParallelGeometry {
         let arc = last - first; // has the rounding errors of angles, hence 1e-9
         let parts = if arc > 2.0 * PI { 32.0 } else { 1.0 };
         let whole = n_views > 2 && arc > PI && angles.all(|a| (a * parts).fract() == 0.0);
-        if whole || arc > Self::MOST_TURNS * 2.0 * PI * (1.0 + 1e-9) {
+        if whole || arc > MOST_TURNS * 2.0 * PI * (1.0 + 1e-9) {
             return Err(RadonError::LikeDegrees { n_views, arc });
         }
         Ok(geometry)
@@ -136,8 +139,8 @@ impl ParallelGeometry {
     /// View `k` of `n_views` at `k * arc / n_views`, `arc` in radians.
     ///
     /// # Errors
-    /// As [`from_radians`](Self::from_radians); an `arc` that is not finite and greater than zero; [`RadonError::LongArc`] beyond
-    /// [`MOST_TURNS`](Self::MOST_TURNS).
+    /// As [`from_radians`](Self::from_radians); an `arc` that is not finite and greater than zero; [`RadonError::LongArc`] beyond two
+    /// turns.
     pub fn arc_radians(
         n_views: usize,
         arc: f64,
@@ -145,8 +148,8 @@ impl ParallelGeometry {
         pitch: f64,
     ) -> Result<Self, RadonError> {
         let turns = positive("arc", arc)? / (2.0 * PI);
-        if turns > Self::MOST_TURNS * (1.0 + f64::EPSILON) {
-            let most = Self::MOST_TURNS;
+        if turns > MOST_TURNS * (1.0 + f64::EPSILON) {
+            let most = MOST_TURNS;
             return Err(RadonError::LongArc { arc, turns, most });
         }
         product("sinogram", n_views, n_bins)?;
@@ -156,10 +159,6 @@ impl ParallelGeometry {
         }
         Self::from_radians(angles, n_bins, pitch)
     }
-
-    /// Largest number of turns of an arc, and of the angles of [`new`](Self::new). More are probably in the wrong unit;
-    /// [`from_radians`](Self::from_radians) and [`from_degrees`](Self::from_degrees) accept angles over any number of turns.
-    pub const MOST_TURNS: f64 = 2.0;
 
     /// The same views with every bin centre moved by `offset` (a length, towards larger bins).
     ///
@@ -293,12 +292,12 @@ impl ParallelGeometry {
             match policy {
                 ArcPolicy::Complete => {
                     let ratio = gap[widest] / (measured / (n - 1) as f64);
-                    if ratio > ArcPolicy::COMPLETE_RATIO {
+                    if ratio > COMPLETE_RATIO {
                         let furthest = self.angles.iter().fold(0.0, |m: f64, a| m.max(a.abs()));
                         return Err(RadonError::ShortArc {
                             gap: gap[widest],
                             ratio,
-                            most: ArcPolicy::COMPLETE_RATIO,
+                            most: COMPLETE_RATIO,
                             furthest,
                         });
                     }
@@ -333,8 +332,8 @@ impl ParallelGeometry {
 #[cfg_attr(feature = "serde", serde(rename_all = "kebab-case"))]
 #[non_exhaustive]
 pub enum ArcPolicy {
-    /// Return an error if the largest gap between neighbouring directions exceeds [`COMPLETE_RATIO`](Self::COMPLETE_RATIO) times the
-    /// average of the others.
+    /// Return an error if the largest gap between neighbouring directions exceeds four times the average of the others. A golden-angle
+    /// series has at most 2.7 times the average, a uniform one 1.
     #[default]
     Complete,
     /// Extend the views on either side of a gap over all of it: weights sum to pi.
@@ -345,11 +344,8 @@ pub enum ArcPolicy {
     Rescale,
 }
 
-impl ArcPolicy {
-    /// Largest gap that [`ArcPolicy::Complete`] accepts, relative to the average of the other gaps. A golden-angle series has at most 2.7,
-    /// a uniform one 1.
-    pub const COMPLETE_RATIO: f64 = 4.0;
-}
+/// Largest gap that [`ArcPolicy::Complete`] accepts, relative to the average of the other gaps.
+const COMPLETE_RATIO: f64 = 4.0;
 
 /// A rectangular grid of pixels in the image plane.
 ///

@@ -146,13 +146,6 @@ impl Polar {
         self.row_len / 2 + 1
     }
 
-    /// Returns the number of samples of all views and replicas.
-    pub(super) fn n_used(&self) -> usize {
-        let replicas = 0..self.replicas.len();
-        let of = |view| replicas.clone().map(move |r| self.used(view, r).len());
-        self.views.iter().flat_map(of).sum()
-    }
-
     /// Returns the frequency of the first sample of a replica.
     pub(super) fn first(&self, replica: usize) -> i64 {
         self.replicas[replica] * self.row_len as i64

@@ -16,14 +16,6 @@ struct Found<T> {
 }
 
 impl<T: Sample> Gridding<T> {
-    /// Bytes of the work arrays of a projection on `n_threads` threads.
-    pub(crate) fn project_bytes(&self, n_threads: usize) -> usize {
-        let n_bands = self.n_columns().div_ceil(BAND);
-        self.work_bytes(n_threads)
-            + self.polar.n_used() * size_of::<Complex<T>>()
-            + n_bands * (self.polar.views.len() + 1) * size_of::<usize>()
-    }
-
     /// Computes the rows `[view][bin]` of an image `[y][x]`: the transpose of back-projection.
     pub(crate) fn project(&self, image: &[T], rows: &mut [T], scratch: &mut GriddingScratch<T>) {
         let GriddingScratch { bands, works, .. } = scratch;

@@ -122,24 +122,6 @@ impl<T: Sample> FourierProjector<T> {
         })
     }
 
-    /// The acquisition.
-    #[must_use]
-    pub fn geometry(&self) -> &ParallelGeometry {
-        &self.geometry
-    }
-
-    /// The image grid.
-    #[must_use]
-    pub fn grid(&self) -> &ImageGrid {
-        &self.grid
-    }
-
-    /// The tolerance of gridding.
-    #[must_use]
-    pub fn tolerance(&self) -> f64 {
-        self.tolerance
-    }
-
     /// Period P of the kernel in bins: at least half a row and the distance of the farthest pixel centre from the axis.
     #[must_use]
     pub fn period(&self) -> usize {
@@ -170,12 +152,6 @@ impl<T: Sample> FourierProjector<T> {
         let longer = Self::planned(geometry, grid, self.tolerance, instructions, PERIODS)?;
         let difference = sum2(&own, &longer.forward(image)?, |a, b| (a - b).powi(2));
         Ok(FACTOR * relative(difference.sqrt(), norm(&own)) + self.tolerance)
-    }
-
-    /// Bytes of work arrays of a call, in addition to the caller's arrays. Those of the last call are kept for the next.
-    #[must_use]
-    pub fn work_bytes(&self) -> usize {
-        self.gridding.project_bytes(rayon::current_num_threads())
     }
 
     /// A x: the sinogram `[view][bin]` of the image `[y][x]`.

@@ -80,12 +80,6 @@ impl<O> MovingOperator<O> {
         }
         Ok(Self { states })
     }
-
-    /// Returns the states, in the order of their data.
-    #[must_use]
-    pub fn states(&self) -> &[MotionState<O>] {
-        &self.states
-    }
 }
 
 impl<O> MotionState<O> {

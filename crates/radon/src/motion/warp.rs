@@ -148,19 +148,14 @@ impl Warp {
         })
     }
 
-    /// Voxels along x, y and z.
-    #[must_use]
-    pub fn shape(&self) -> [usize; 3] {
-        self.shape
-    }
-
     /// Number of displacements.
     #[must_use]
     pub fn n_displacements(&self) -> usize {
         self.n_displacements
     }
 
-    fn len(&self) -> usize {
+    /// Number of voxels.
+    pub(super) fn len(&self) -> usize {
         self.shape.iter().product()
     }
 

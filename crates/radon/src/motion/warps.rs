@@ -43,9 +43,8 @@ impl Warps {
     /// [`RadonError::TooFew`] without a factor; [`RadonError::WrongLength`] for volumes of different lengths.
     pub fn new(factors: Vec<Arc<Warp>>) -> Result<Self, RadonError> {
         at_least("factors of a product of warps", factors.len(), 1)?;
-        let len = |warp: &Warp| warp.shape().iter().product::<usize>();
         for warp in &factors {
-            length("volume of a warp", len(warp), len(&factors[0]))?;
+            length("volume of a warp", warp.len(), factors[0].len())?;
         }
         Ok(Self { factors })
     }
@@ -80,11 +79,11 @@ impl Warps {
 
 impl<T: Sample> LinearOperator<T> for Warps {
     fn image_len(&self) -> usize {
-        LinearOperator::<T>::image_len(&*self.factors[0])
+        self.factors[0].len()
     }
 
     fn data_len(&self) -> usize {
-        LinearOperator::<T>::data_len(&*self.factors[0])
+        self.factors[0].len()
     }
 
     fn forward_into(&self, image: &[T], data: &mut [T]) -> Result<(), RadonError> {

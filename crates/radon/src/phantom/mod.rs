@@ -46,12 +46,6 @@ impl<S> Phantom<S> {
         Ok(Self { objects })
     }
 
-    /// The shapes with their values.
-    #[must_use]
-    pub fn objects(&self) -> &[(f64, S)] {
-        &self.objects
-    }
-
     fn sum(&self, of: impl Fn(&S) -> f64) -> f64 {
         let values = self.objects.iter();
         values.map(|(value, shape)| value * of(shape)).sum()

@@ -39,12 +39,6 @@ impl Phantom<Shape2> {
         self.sum(|shape| shape.line_integral(theta, s))
     }
 
-    /// Mean of the line integrals over the bin of width `width` about `s`.
-    #[must_use]
-    pub fn bin_mean(&self, theta: f64, s: f64, width: f64) -> f64 {
-        self.sum(|shape| shape.bin_mean(theta, s, width))
-    }
-
     /// The image `[y][x]` of pixel means: exact for ellipses, rectangles and polygons; Gaussians to 1e-15 of their peak.
     ///
     /// Cost: pixels times shapes, with more work only where an outline cuts a pixel. Bitwise identical for any number of threads.
@@ -81,7 +75,9 @@ impl Phantom<Shape2> {
                 let s = geometry.bin_centre(bin_idx);
                 *bin = T::of(match sampling {
                     BinSampling::Centre => self.line_integral(theta, s),
-                    BinSampling::Mean => self.bin_mean(theta, s, geometry.pitch()),
+                    BinSampling::Mean => {
+                        self.sum(|shape| shape.bin_mean(theta, s, geometry.pitch()))
+                    }
                 });
             }
         });

@@ -57,7 +57,7 @@ impl Phantom<Shape3> {
             let z = slices.slice_centre(slice_idx);
             let y = grid.pixel_centre(0, iy)[1];
             let near: Vec<_> = self
-                .objects()
+                .objects
                 .iter()
                 .filter(|(_, shape)| {
                     let (c, reach) = shape.bounding_ball();
@@ -105,7 +105,7 @@ impl Phantom<Shape3> {
             };
             let theta = geometry.angles()[view_idx];
             let z = slices.slice_centre(slice_idx);
-            for (value, shape) in self.objects() {
+            for (value, shape) in &self.objects {
                 let (c, reach) = shape.bounding_ball();
                 if (z - c[2]).abs() > reach + 0.5 * size[1] {
                     continue;

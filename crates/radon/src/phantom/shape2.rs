@@ -261,8 +261,7 @@ impl Shape2 {
     }
 
     /// Centre and radius of a circle outside which the shape is zero (below 1e-17 for a Gaussian).
-    #[must_use]
-    pub fn bounding_circle(&self) -> ([f64; 2], f64) {
+    pub(super) fn bounding_circle(&self) -> ([f64; 2], f64) {
         (self.centre, self.reach)
     }
 

@@ -127,10 +127,8 @@ impl<T: Sample> SpectOperator<T> {
         })
     }
 
-    /// The views of the whole orbit, of which this operator may be a subset.
-    #[must_use]
-    pub fn geometry(&self) -> &SpectGeometry {
-        &self.shared.plan.frame.geometry
+    fn view_len(&self) -> usize {
+        self.shared.plan.frame.geometry.view_len()
     }
 
     /// Returns the indices of these views in the orbit.
@@ -147,7 +145,7 @@ impl<T: Sample> SpectOperator<T> {
     pub fn subsets(&self, n_subsets: usize) -> Result<Vec<Subset<Self, T>>, RadonError> {
         let subsets = interleaved(n_subsets, self.views.len())?;
         // Validated for all subsets before the first.
-        let view_len = self.geometry().view_len();
+        let view_len = self.view_len();
         drop(room::<usize>(
             "indices of subsets",
             self.views.len(),
@@ -163,7 +161,7 @@ impl<T: Sample> SpectOperator<T> {
     /// [`RadonError::TooFew`] without a view, [`RadonError::BadRange`] for a view that does not exist, [`RadonError::TooLarge`].
     pub fn subset(&self, views: &[usize]) -> Result<Subset<Self, T>, RadonError> {
         check_views(views, self.views.len())?;
-        let view_len = self.geometry().view_len();
+        let view_len = self.view_len();
         let mut data = room("indices of a subset", views.len(), view_len)?;
         data.extend((views.iter()).flat_map(|view| view * view_len..(view + 1) * view_len));
         let operator = Self {
@@ -185,7 +183,7 @@ impl<T: Sample> LinearOperator<T> for SpectOperator<T> {
     }
 
     fn data_len(&self) -> usize {
-        self.views.len() * self.geometry().view_len()
+        self.views.len() * self.view_len()
     }
 
     /// As the trait's; rejects a wrong length, NaN and infinity.

@@ -125,8 +125,7 @@ impl<'a> Assembly<'a> {
     }
 
     /// Returns the body.
-    #[must_use]
-    pub fn body(&self) -> Option<&'a Body> {
+    pub(crate) fn body(&self) -> Option<&'a Body> {
         self.body.as_ref().map(|own| own.body)
     }
 

@@ -180,8 +180,7 @@ impl ParallelRays {
     }
 
     /// Returns the number of slabs; 1 without planes.
-    #[must_use]
-    pub fn n_slabs(&self) -> usize {
+    pub(crate) fn n_slabs(&self) -> usize {
         self.planes.len() + 1
     }
 

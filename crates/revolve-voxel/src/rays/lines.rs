@@ -36,8 +36,7 @@ impl From<Point3<f64>> for PointRaster {
 impl PointRaster {
     /// Returns a point.
     #[inline(always)]
-    #[must_use]
-    pub fn at(&self, bin: usize, row: usize) -> Point3<f64> {
+    pub(crate) fn at(&self, bin: usize, row: usize) -> Point3<f64> {
         self.first + self.bin_step * bin as f64 + self.row_step * row as f64
     }
 

@@ -110,8 +110,7 @@ impl Sector {
     }
 
     /// Returns the pose.
-    #[must_use]
-    pub fn pose(&self) -> &Pose {
+    pub(crate) fn pose(&self) -> &Pose {
         self.ring.pose()
     }
 

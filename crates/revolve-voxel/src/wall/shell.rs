@@ -110,8 +110,7 @@ impl Shell {
     }
 
     /// Returns the first and the last parameter.
-    #[must_use]
-    pub fn range(&self) -> [f64; 2] {
+    pub(crate) fn range(&self) -> [f64; 2] {
         self.isolines.range
     }
 

@@ -89,8 +89,7 @@ impl WallTwist {
     }
 
     /// Returns the angle in radians at a point (x, r); `None` outside the wall.
-    #[must_use]
-    pub fn angle(&self, p: [f64; 2]) -> Option<f64> {
+    fn angle(&self, p: [f64; 2]) -> Option<f64> {
         let [layer, s] = self.shell.locate(p)?;
         let [first, last] = self.shell.range();
         let at = ((s - first) / (last - first)).clamp(0.0, 1.0) * INTERVALS as f64;
