@@ -289,6 +289,11 @@ pub(crate) fn at_least(what: &'static str, given: usize, least: usize) -> Result
     }
 }
 
+/// `Ok` if the number is at most the largest one.
+pub(crate) fn at_most(what: &'static str, given: usize, most: usize) -> Result<(), RevolveError> {
+    length(what, most, given.max(most))
+}
+
 /// Returns the product of positive counts if that many samples with scratch memory can be addressed.
 pub(crate) fn countable(what: &'static str, counts: &[usize]) -> Result<(), RevolveError> {
     let mut samples = 1.0;

@@ -11,7 +11,7 @@ use super::vectors::{
     check_not_negative, check_samples, norm, relative, relative_change, sum2, update,
 };
 use crate::Sample;
-use crate::error::{RadonError, at_least, finite, length, positive, within, zeros};
+use crate::error::{RadonError, at_least, finite, length, positive, room, within, zeros};
 
 /// Options of [`mlem`] and [`osem`].
 ///
@@ -108,17 +108,22 @@ impl<O: LinearOperator<T>, T: Sample> Subset<O, T> {
     }
 }
 
-/// Returns the views k, k + n, k + 2 n ... of each of n subsets.
+/// Returns `subset` of the views k, k + n, k + 2 n ... for each of n subsets.
 ///
 /// # Errors
-/// [`RadonError::TooFew`] for no subset, [`RadonError::OutOfRange`] for more subsets than views.
-pub(crate) fn interleaved(
+/// [`RadonError::TooFew`] for no subset, [`RadonError::OutOfRange`] for more subsets than views, [`RadonError::TooLarge`] if the indices of
+/// all samples, `view_len` of each view, exceed the memory.
+pub(crate) fn interleaved<S>(
     n_subsets: usize,
     n_views: usize,
-) -> Result<impl Iterator<Item = Vec<usize>>, RadonError> {
+    view_len: usize,
+    subset: impl Fn(&[usize]) -> Result<S, RadonError>,
+) -> Result<Vec<S>, RadonError> {
     at_least("n_subsets", n_subsets, 1)?;
     within("n_subsets", n_subsets as f64, 1.0, n_views as f64)?;
-    Ok((0..n_subsets).map(move |first| (first..n_views).step_by(n_subsets).collect()))
+    drop(room::<usize>("indices of subsets", n_views, view_len)?);
+    let views = |first: usize| -> Vec<usize> { (first..n_views).step_by(n_subsets).collect() };
+    (0..n_subsets).map(|first| subset(&views(first))).collect()
 }
 
 /// `Ok` if a subset has a view and all its views exist.

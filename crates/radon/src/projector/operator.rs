@@ -67,15 +67,10 @@ impl<T: Sample> StackOperator<T> {
     /// indices of the samples exceed the memory.
     pub fn subsets(&self, n_subsets: usize) -> Result<Vec<Subset<Self, T>>, RadonError> {
         let geometry = &self.projector.geometry;
-        let subsets = interleaved(n_subsets, geometry.n_views())?;
-        // Validated for all subsets before the first.
-        let samples = self.n_slices * geometry.n_views();
-        drop(room::<usize>(
-            "indices of subsets",
-            samples,
-            geometry.n_bins(),
-        )?);
-        subsets.map(|views| self.subset(&views)).collect()
+        let view_len = self.n_slices * geometry.n_bins();
+        interleaved(n_subsets, geometry.n_views(), view_len, |views| {
+            self.subset(views)
+        })
     }
 
     /// Returns the operator of some views, in this order, with the indices of their samples in the data of all views.

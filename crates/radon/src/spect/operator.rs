@@ -143,15 +143,10 @@ impl<T: Sample> SpectOperator<T> {
     /// [`RadonError::TooFew`] for no subset, [`RadonError::OutOfRange`] for more subsets than views, [`RadonError::TooLarge`] if the
     /// indices of the samples exceed the memory.
     pub fn subsets(&self, n_subsets: usize) -> Result<Vec<Subset<Self, T>>, RadonError> {
-        let subsets = interleaved(n_subsets, self.views.len())?;
-        // Validated for all subsets before the first.
-        let view_len = self.view_len();
-        drop(room::<usize>(
-            "indices of subsets",
-            self.views.len(),
-            view_len,
-        )?);
-        subsets.map(|views| self.subset(&views)).collect()
+        let n_views = self.views.len();
+        interleaved(n_subsets, n_views, self.view_len(), |views| {
+            self.subset(views)
+        })
     }
 
     /// Returns the operator of some views, in this order, with the indices of their samples in the data of this operator. `views` are

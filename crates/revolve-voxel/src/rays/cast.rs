@@ -53,13 +53,8 @@ impl Raster for Lines {
         let layers: Vec<(&Meridian, f64)> = (body.layers().iter().zip(weights.iter().copied()))
             .filter(|(_, weight)| *weight != 0.0)
             .collect();
-        let in_body = |raster: &PointRaster| PointRaster {
-            first: pose.to_body(&raster.first),
-            bin_step: pose.vector_to_body(&raster.bin_step),
-            row_step: pose.vector_to_body(&raster.row_step),
-        };
         let ends = match &self.kind {
-            Kind::Between(ends) => Some([&ends[0], &ends[1]].map(in_body)),
+            Kind::Between(ends) => Some(ends.map(|raster| raster.in_body(pose))),
             Kind::Each(_) => None,
         };
         let farthest = pose.farthest(self.farthest);

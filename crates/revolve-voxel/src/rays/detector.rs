@@ -5,8 +5,8 @@ use std::sync::Arc;
 
 use nalgebra::{Point3, Vector3};
 
-use crate::error::{at_least, countable, finite, positive, view_angle};
-use crate::{Ray, RevolveError};
+use crate::error::{at_least, at_most, countable, finite, positive, view_angle};
+use crate::{PointRaster, Ray, RevolveError};
 
 /// A flat parallel-beam detector that rotates about the z axis of the lab.
 ///
@@ -105,9 +105,7 @@ pub struct ParallelRays {
     pub(super) first_row: usize,
     /// Bound of all coordinates, including omitted rows.
     pub(super) farthest: f64,
-    pub(super) first: Point3<f64>,
-    pub(super) bin_step: Vector3<f64>,
-    pub(super) row_step: Vector3<f64>,
+    pub(super) raster: PointRaster,
     pub(super) direction: Vector3<f64>,
     planes: Arc<[f64]>,
 }
@@ -130,20 +128,17 @@ impl ParallelRays {
             finite("step between rays", *v)?;
         }
         let direction = Ray::new(first, direction)?.direction();
-        let mut farthest = 0.0f64;
-        for k in 0..3 {
-            let (bins, rows) = (bin_step[k].abs(), row_step[k].abs());
-            let reach = first[k].abs() + bins * n_bins as f64 + rows * n_rows as f64;
-            farthest = farthest.max(finite("place of the farthest ray", reach)?);
-        }
+        let raster = PointRaster {
+            first,
+            bin_step,
+            row_step,
+        };
         Ok(Self {
             n_bins,
             n_rows,
             first_row: 0,
-            farthest,
-            first,
-            bin_step,
-            row_step,
+            farthest: raster.farthest([n_bins, n_rows])?,
+            raster,
             direction,
             planes: Arc::default(),
         })
@@ -212,13 +207,7 @@ impl ParallelRays {
     /// [`RevolveError::TooFew`] without a row; [`RevolveError::WrongLength`] for rows beyond the raster.
     pub fn rows(&self, rows: Range<usize>) -> Result<Self, RevolveError> {
         at_least("rows", rows.len(), 1)?;
-        if rows.end > self.n_rows {
-            return Err(RevolveError::WrongLength {
-                what: "rows (at most)",
-                expected: self.n_rows,
-                given: rows.end,
-            });
-        }
+        at_most("rows (at most)", rows.end, self.n_rows)?;
         Ok(Self {
             first_row: self.first_row + rows.start,
             n_rows: rows.len(),
@@ -235,8 +224,7 @@ impl ParallelRays {
     /// Returns the line of a ray of the raster.
     #[expect(clippy::expect_used, reason = "validated when the raster was made")]
     pub(crate) fn line(&self, bin: usize, row: usize) -> Ray {
-        let row = (self.first_row + row) as f64;
-        let origin = self.first + self.bin_step * bin as f64 + self.row_step * row;
+        let origin = self.raster.at(bin, self.first_row + row);
         Ray::new(origin, self.direction).expect("finite raster")
     }
 }

@@ -5,8 +5,8 @@ use std::sync::Arc;
 
 use nalgebra::{Point3, Vector3};
 
-use crate::error::{at_least, countable, finite, length};
-use crate::{ParallelRays, Ray, RevolveError};
+use crate::error::{at_least, at_most, countable, finite, length};
+use crate::{ParallelRays, Pose, Ray, RevolveError};
 
 /// Points of two rasters closer than this, relative to the largest coordinate, coincide.
 const COINCIDENT: f64 = 1e-9;
@@ -40,8 +40,17 @@ impl PointRaster {
         self.first + self.bin_step * bin as f64 + self.row_step * row as f64
     }
 
+    /// Returns the raster in the frame of a body.
+    pub(super) fn in_body(&self, pose: &Pose) -> Self {
+        Self {
+            first: pose.to_body(&self.first),
+            bin_step: pose.vector_to_body(&self.bin_step),
+            row_step: pose.vector_to_body(&self.row_step),
+        }
+    }
+
     /// Returns a bound on all coordinates of a raster of a size.
-    fn farthest(&self, [n_bins, n_rows]: [usize; 2]) -> Result<f64, RevolveError> {
+    pub(super) fn farthest(&self, [n_bins, n_rows]: [usize; 2]) -> Result<f64, RevolveError> {
         (0..3).try_fold(0.0, |most: f64, k| {
             let (bins, rows) = (self.bin_step[k].abs(), self.row_step[k].abs());
             let reach = self.first[k].abs() + bins * n_bins as f64 + rows * n_rows as f64;
@@ -154,13 +163,7 @@ impl Lines {
     pub fn rows(&self, rows: Range<usize>) -> Result<Self, RevolveError> {
         at_least("rows", rows.len(), 1)?;
         let [n_bins, n_rows] = self.size;
-        if rows.end > n_rows {
-            return Err(RevolveError::WrongLength {
-                what: "rows (at most)",
-                expected: n_rows,
-                given: rows.end,
-            });
-        }
+        at_most("rows (at most)", rows.end, n_rows)?;
         Ok(Self {
             size: [n_bins, rows.len()],
             first_row: self.first_row + rows.start,

@@ -185,14 +185,10 @@ impl Raster for ParallelRays {
         measure: impl Fn([usize; 2]) -> M + Sync,
     ) -> RayCounters {
         let pose = body.pose();
-        let (first, d) = (
-            pose.to_body(&self.first),
+        let (raster, d) = (
+            self.raster.in_body(pose),
             pose.vector_to_body(&self.direction),
         );
-        let steps = [
-            pose.vector_to_body(&self.bin_step),
-            pose.vector_to_body(&self.row_step),
-        ];
         let farthest = pose.farthest(self.farthest);
         let views: Vec<LayerView> = (0..body.layers().len())
             .filter(|&k| weights[k] != 0.0)
@@ -202,9 +198,9 @@ impl Raster for ParallelRays {
                     silhouette: Silhouette::new(&body.layers()[k], &direction),
                     layer: k,
                     weight: weights[k],
-                    first: direction.coordinates(&first),
-                    bin: direction.slopes(&steps[0]),
-                    row: direction.slopes(&steps[1]),
+                    first: direction.coordinates(&raster.first),
+                    bin: direction.slopes(&raster.bin_step),
+                    row: direction.slopes(&raster.row_step),
                     direction,
                 }
             })

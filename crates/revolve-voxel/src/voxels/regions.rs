@@ -4,11 +4,14 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 
-use crate::error::zeros;
+use crate::error::{at_most, length, zeros};
 use crate::voxels::block::{BLOCK, slabs};
 use crate::voxels::coverage::{Painter, check};
 use crate::voxels::field::Field;
 use crate::{Body, RevolveError, Sample, Sampling, Sector, VoxelCounters, VoxelGrid};
+
+/// Labels are bytes.
+const MOST_LABELS: usize = 254;
 
 /// Coverage of each region and labels, `[z][y][x]` over the requested slices.
 #[derive(Debug, Clone, PartialEq)]
@@ -35,7 +38,7 @@ impl Body {
         sampling: Sampling,
     ) -> Result<RegionVolumes<T>, RevolveError> {
         let n = self.layers().len();
-        numbered("layers (at most)", n)?;
+        at_most("layers (at most)", n, MOST_LABELS)?;
         check(grid, &slices, sampling)?;
         let len = grid.slice_len() * slices.len();
         let fields: Vec<Field> = (0..n).map(|k| self.field(k, grid)).collect();
@@ -93,14 +96,12 @@ impl<T: Sample> RegionVolumes<T> {
         sampling: Sampling,
     ) -> Result<(), RevolveError> {
         let n = self.coverage.len();
-        if region >= n {
-            return Err(RevolveError::WrongLength {
-                what: "regions (at least)",
-                expected: region.saturating_add(1),
-                given: n,
-            });
-        }
-        numbered("regions and pieces (at most)", n + pieces.len())?;
+        length("regions (at least)", region.saturating_add(1).max(n), n)?;
+        at_most(
+            "regions and pieces (at most)",
+            n + pieces.len(),
+            MOST_LABELS,
+        )?;
         let len = self.labels.len();
         // Coverage of each voxel by all pieces, and the piece with the largest coverage.
         let mut all: Vec<T> = zeros("voxels", len)?;
@@ -131,19 +132,6 @@ impl<T: Sample> RegionVolumes<T> {
         );
         Ok(())
     }
-}
-
-/// Labels are bytes.
-fn numbered(what: &'static str, given: usize) -> Result<(), RevolveError> {
-    let expected = 254;
-    if given > expected {
-        return Err(RevolveError::WrongLength {
-            what,
-            expected,
-            given,
-        });
-    }
-    Ok(())
 }
 
 /// Converts the coverage of a voxel by layers to that by regions; returns the label.
