@@ -59,7 +59,6 @@ pub use images::kernel::BinValue;
 pub use images::plane::RayPlane;
 pub use nalgebra;
 pub use rays::assembly::{Assembly, RayPart, Shown};
-pub use rays::capsule::Capsule;
 pub use rays::detector::{ParallelDetector, ParallelRays};
 pub use rays::lines::{Lines, PointRaster};
 pub use rays::organ::{Organ, OrganShape, Organs};

@@ -3,10 +3,11 @@
 use rayon::prelude::*;
 
 use crate::error::{finite, length};
+use crate::rays::capsule::Capsule;
 use crate::rays::raster::Rays;
 use crate::rays::single::Search;
 use crate::wall::sectors::Sectors;
-use crate::{Body, Capsule, Organ, Organs, Ray, RayCounters, RevolveError, Sample, Sector, Span};
+use crate::{Body, Organ, Organs, Ray, RayCounters, RevolveError, Sample, Sector, Span};
 
 /// Activity and attenuation in space: organs, attenuating media, and a body that replaces them.
 ///
@@ -366,7 +367,7 @@ impl Assembly<'_> {
         let n_bins = rays.row_len();
         let capsule = match shown {
             Shown::Organs => None,
-            Shown::Change => Capsule::around(self.body()),
+            Shown::Change => self.body().map(Capsule::around),
         };
         let row_len = (rays.planes().len() + 1) * n_bins;
         let counters = (out.par_chunks_mut(row_len).enumerate()).map_init(

@@ -1,7 +1,7 @@
 //! Rays through solids: chords, detectors and attenuation.
 
 pub(crate) mod assembly;
-pub(crate) mod capsule;
+mod capsule;
 mod cast;
 pub(crate) mod chord;
 pub(crate) mod cone;
