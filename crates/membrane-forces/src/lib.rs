@@ -48,6 +48,7 @@ mod profile;
 mod reference;
 mod rubber_energy;
 mod rubber_nodes;
+mod shared;
 mod spectral;
 mod spectral_measures;
 mod springs;

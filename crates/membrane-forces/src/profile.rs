@@ -1,10 +1,10 @@
 //! Positive quantities along the material coordinate: stiffness of springs, thickness of rubber.
 
-use std::fmt;
 use std::marker::PhantomData;
 use std::sync::Arc;
 
 use crate::error::{MembraneError, Result, at_least, positive, rising};
+use crate::shared::Shared;
 
 /// Spring stiffness lambda(s): force per unit s and cm.
 pub type Stiffness = Profile<OfStiffness>;
@@ -52,44 +52,14 @@ pub struct Profile<Q> {
 
 type Function = dyn Fn(f64) -> f64 + Send + Sync;
 
-#[derive(Clone)]
+#[derive(Debug, Clone, PartialEq)]
 enum Values {
     Constant(f64),
     Samples(Vec<f64>),
     Function {
         breaks: Vec<f64>,
-        value: Arc<Function>,
+        value: Shared<Function>,
     },
-}
-
-impl PartialEq for Values {
-    fn eq(&self, other: &Self) -> bool {
-        match (self, other) {
-            (Values::Constant(a), Values::Constant(b)) => a == b,
-            (Values::Samples(a), Values::Samples(b)) => a == b,
-            (
-                Values::Function {
-                    breaks: a,
-                    value: f,
-                },
-                Values::Function {
-                    breaks: b,
-                    value: g,
-                },
-            ) => a == b && Arc::ptr_eq(f, g),
-            (Values::Constant(_) | Values::Samples(_) | Values::Function { .. }, _) => false,
-        }
-    }
-}
-
-impl fmt::Debug for Values {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Values::Constant(value) => f.debug_tuple("Constant").field(value).finish(),
-            Values::Samples(values) => f.debug_tuple("Samples").field(values).finish(),
-            Values::Function { breaks, .. } => f.debug_tuple("Function").field(breaks).finish(),
-        }
-    }
 }
 
 impl<Q> Profile<Q> {
@@ -152,7 +122,7 @@ impl<Q: Quantity> Profile<Q> {
         rising(breakpoints)?;
         Ok(Self::of(Values::Function {
             breaks: breakpoints.to_vec(),
-            value: Arc::new(value),
+            value: Shared(Arc::new(value)),
         }))
     }
 
@@ -170,7 +140,7 @@ impl<Q: Quantity> Profile<Q> {
                 let t = position - k as f64;
                 Self::check(s, values[k] * (1.0 - t) + values[k + 1] * t)
             }
-            Values::Function { value, .. } => Self::check(s, value(s)),
+            Values::Function { value, .. } => Self::check(s, (value.0)(s)),
         }
     }
 

@@ -1,11 +1,11 @@
 //! Reference configurations: the unloaded curve c0(s), from which springs are displaced.
 
 use std::f64::consts::PI;
-use std::fmt;
 use std::sync::Arc;
 
 use crate::error::{MembraneError, Result, at_least, finite, positive, rising};
 use crate::measures::Measure;
+use crate::shared::Shared;
 
 /// A point of a curve with its first two derivatives with respect to s.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -22,7 +22,7 @@ pub struct CurvePoint {
 ///
 /// The built-in shapes run with constant speed (s proportional to arc length) from (0, +R)
 /// over the apex to (0, -R); x is the axis of revolution. Shapes of a function are equal if they share it, as clones do.
-#[derive(Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct ReferenceShape {
     /// 0 = first, ..., 1 = last: piece k covers `[breaks[k], breaks[k + 1]]`.
     breaks: Vec<f64>,
@@ -36,7 +36,7 @@ const HALVINGS: usize = 24;
 
 type CurveFunction = dyn Fn(f64) -> CurvePoint + Send + Sync;
 
-#[derive(Clone)]
+#[derive(Debug, Clone, PartialEq)]
 enum Piece {
     Line {
         from: [f64; 2],
@@ -48,39 +48,7 @@ enum Piece {
         start: f64,
         sweep: f64,
     },
-    Function(Arc<CurveFunction>),
-}
-
-impl PartialEq for Piece {
-    fn eq(&self, other: &Self) -> bool {
-        match (self, other) {
-            (Piece::Line { from: a, to: b }, Piece::Line { from, to }) => a == from && b == to,
-            (
-                Piece::Arc {
-                    centre: a,
-                    radius: b,
-                    start: c,
-                    sweep: d,
-                },
-                Piece::Arc {
-                    centre,
-                    radius,
-                    start,
-                    sweep,
-                },
-            ) => (a, b, c, d) == (centre, radius, start, sweep),
-            (Piece::Function(a), Piece::Function(b)) => Arc::ptr_eq(a, b),
-            (Piece::Line { .. } | Piece::Arc { .. } | Piece::Function(_), _) => false,
-        }
-    }
-}
-
-impl fmt::Debug for ReferenceShape {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_struct("ReferenceShape")
-            .field("breaks", &self.breaks)
-            .finish_non_exhaustive()
-    }
+    Function(Shared<CurveFunction>),
 }
 
 impl ReferenceShape {
@@ -188,7 +156,7 @@ impl ReferenceShape {
     ) -> Result<Self> {
         rising(breakpoints)?;
         let breaks = [&[0.0], breakpoints, &[1.0]].concat();
-        let curve: Arc<CurveFunction> = Arc::new(curve);
+        let curve: Shared<CurveFunction> = Shared(Arc::new(curve));
         let pieces = vec![Piece::Function(curve); breaks.len() - 1];
         let shape = Self { breaks, pieces };
         shape.check_sampled()?;
@@ -354,7 +322,7 @@ impl ReferenceShape {
                     second: [-radius * omega * omega * cos, -radius * omega * omega * sin],
                 }
             }
-            Piece::Function(curve) => curve(s),
+            Piece::Function(Shared(curve)) => curve(s),
         }
     }
 }
