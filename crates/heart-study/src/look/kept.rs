@@ -6,10 +6,27 @@ use crate::StudyError;
 use crate::figures::{Cut, Picture, sections};
 use heart_phantom::{Mode, Phantom};
 
-/// Collected data.
+/// Images and page of a run: collects the results of each gate and writes files at the end.
+///
+/// ```
+/// use heart_phantom::{Phantom, Run, Scene, no_observer};
+/// use heart_study::Look;
+/// let phantom = Phantom::new(Scene::default().with_size(16))?;
+/// let folder = tempfile::tempdir()?; // or any other
+/// let mut look = Look::new(&phantom, true);
+/// let mut run = Run::begin(&phantom, folder.path(), &look.files())?;
+/// for gate in 0..phantom.n_gates() {
+///     look.see(gate, &run.gate(gate, &no_observer)?)?;
+/// }
+/// run.finish(&no_observer, |report| look.write(report, folder.path()))?;
+/// assert!(folder.path().join("index.html").exists());
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Debug)]
-pub(super) struct Kept<'a> {
+pub struct Look<'a> {
     pub(super) phantom: &'a Phantom,
+    /// Whether a page is written.
+    pub(super) page: bool,
     pub(super) planes: Option<Planes>,
     pub(super) shown: Vec<Shown>,
     /// Sum of the samples of each view, by gate.
@@ -30,19 +47,9 @@ pub(super) struct Shown {
     pub(super) beat: Beat,
 }
 
-impl<'a> Kept<'a> {
-    pub(super) fn new(phantom: &'a Phantom) -> Self {
-        Self {
-            phantom,
-            planes: None,
-            shown: Vec::new(),
-            sums: Vec::new(),
-            sinogram: None,
-        }
-    }
-
-    /// Adds the volume of the next gate; `moves` keeps it for the viewer too.
-    pub(super) fn keep(&mut self, name: &'static str, volume: &[f32], moves: bool) {
+impl Look<'_> {
+    /// Adds the volume of the next gate, for a page also to the viewer.
+    pub(super) fn keep(&mut self, name: &'static str, volume: &[f32]) {
         let phantom = self.phantom;
         let planes = self.planes.get_or_insert_with(|| Planes::new(phantom));
         let cuts = planes.cut(volume);
@@ -61,7 +68,7 @@ impl<'a> Kept<'a> {
             shown.range = [shown.range[0].min(value), shown.range[1].max(value)];
         }
         shown.cuts.push(cuts);
-        if moves {
+        if self.page {
             shown.beat.push(volume);
         }
     }
@@ -159,8 +166,8 @@ mod tests {
         let scene = "[camera]\nseconds_per_view = 30.0\n[acquisition]\nmode = { gated = { gates = 3 } }\n[breathing]\ngates = { phase = 2 }\n";
         let scene = Scene::from_toml(scene).unwrap().with_size(8);
         let phantom = Phantom::new(scene).unwrap();
-        let kept = Kept::new(&phantom);
-        assert_eq!(kept.when(1), "gate 1 (of 6), phase 0.500");
-        assert_eq!(kept.when(4), "gate 4 (of 6), phase 0.500");
+        let look = Look::new(&phantom, false);
+        assert_eq!(look.when(1), "gate 1 (of 6), phase 0.500");
+        assert_eq!(look.when(4), "gate 4 (of 6), phase 0.500");
     }
 }

@@ -1,6 +1,6 @@
 //! Curves over the cycle and over the views, and the projections.
 
-use super::kept::Kept;
+use super::kept::Look;
 use super::planes::SHORT_AXIS;
 use crate::StudyError;
 use crate::figures::{Curve, Cut, curves as drawn};
@@ -20,7 +20,7 @@ pub(super) struct Plot {
 }
 
 /// Volume and pressures over the cycle, profiles and projection sums.
-pub(super) fn curves(look: &Kept<'_>, report: &RunReport) -> Result<Vec<Plot>, StudyError> {
+pub(super) fn curves(look: &Look<'_>, report: &RunReport) -> Result<Vec<Plot>, StudyError> {
     let (phantom, sums) = (look.phantom, &look.sums);
     let (cycle, numbers) = (phantom.cycle(), &report.numbers);
     let [low, high] = cycle.gains();
@@ -82,7 +82,7 @@ pub(super) fn curves(look: &Kept<'_>, report: &RunReport) -> Result<Vec<Plot>, S
 }
 
 /// The row through the middle of the short-axis section of the first gate, in each kind of volume; `None` without volumes.
-fn profiles(look: &Kept<'_>) -> Result<Option<Plot>, StudyError> {
+fn profiles(look: &Look<'_>) -> Result<Option<Plot>, StudyError> {
     let Some(first) = look.shown.first() else {
         return Ok(None);
     };

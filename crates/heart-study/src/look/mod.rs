@@ -11,7 +11,7 @@ use crate::StudyError;
 use beat::Beat;
 use heart_phantom::files::write_atomically;
 use heart_phantom::{Compensation, GateResults, Phantom, PhaseOf, Product, RunReport};
-use kept::Kept;
+pub use kept::Look;
 use planes::Planes;
 use std::path::{Path, PathBuf};
 
@@ -20,35 +20,18 @@ const PAGE: &str = "index.html";
 /// The file of curves.
 const CURVES: &str = "curves.svg";
 
-/// Images and page of a run: collects the results of each gate and writes files at the end.
-///
-/// ```
-/// use heart_phantom::{Phantom, Run, Scene, no_observer};
-/// use heart_study::Look;
-/// let phantom = Phantom::new(Scene::default().with_size(16))?;
-/// let folder = tempfile::tempdir()?; // or any other
-/// let mut look = Look::new(&phantom, true);
-/// let mut run = Run::begin(&phantom, folder.path(), &look.files())?;
-/// for gate in 0..phantom.n_gates() {
-///     look.see(gate, &run.gate(gate, &no_observer)?)?;
-/// }
-/// run.finish(&no_observer, |report| look.write(report, folder.path()))?;
-/// assert!(folder.path().join("index.html").exists());
-/// # Ok::<(), Box<dyn std::error::Error>>(())
-/// ```
-#[derive(Debug)]
-pub struct Look<'a> {
-    kept: Kept<'a>,
-    /// Whether a page is written.
-    page: bool,
-}
-
 impl<'a> Look<'a> {
     /// Prepares images if the output contains them, and the page if `page`. With neither it stores nothing.
     #[must_use]
     pub fn new(phantom: &'a Phantom, page: bool) -> Self {
-        let kept = Kept::new(phantom);
-        Self { kept, page }
+        Self {
+            phantom,
+            page,
+            planes: None,
+            shown: Vec::new(),
+            sums: Vec::new(),
+            sinogram: None,
+        }
     }
 
     /// Returns an upper estimate of the memory of the page in bytes: volumes and sections of all gates, images and the viewer.
@@ -59,29 +42,22 @@ impl<'a> Look<'a> {
         (volumes + VIEWER) as u64
     }
 
-    fn pictures(&self) -> bool {
-        self.kept
-            .phantom
-            .scene()
-            .output
-            .write
-            .contains(&Product::Pictures)
+    fn wants(&self, product: Product) -> bool {
+        self.phantom.scene().output.write.contains(&product)
     }
 
     /// Returns the names of the files that it writes.
     #[must_use]
     pub fn files(&self) -> Vec<PathBuf> {
         let mut files = Vec::new();
-        if self.pictures() {
-            let wants = |product| self.kept.phantom.scene().output.write.contains(&product);
-            let truth = self.kept.phantom.truth_of().file_name();
+        if self.wants(Product::Pictures) {
+            let truth = self.phantom.truth_of().file_name();
             // Images show the reconstructions of gates, even if these are not written.
-            let of_gates =
-                self.kept.phantom.scene().reconstruction.compensation == Compensation::None;
+            let of_gates = self.phantom.scene().reconstruction.compensation == Compensation::None;
             let reconstruction = of_gates.then_some("reconstruction");
-            let truth = wants(Product::Truth).then_some(truth);
+            let truth = self.wants(Product::Truth).then_some(truth);
             for name in [reconstruction, truth].into_iter().flatten() {
-                let gates = 0..self.kept.phantom.n_gates();
+                let gates = 0..self.phantom.n_gates();
                 files.extend(gates.map(|gate| self.picture_name(name, gate)));
             }
             files.push(CURVES.into());
@@ -93,7 +69,7 @@ impl<'a> Look<'a> {
     }
 
     fn picture_name(&self, name: &str, gate: usize) -> PathBuf {
-        match self.kept.phantom.n_gates() {
+        match self.phantom.n_gates() {
             1 => format!("{name}.png").into(),
             gates => format!("{name}-{}.png", PhaseOf::Gate { gate, gates }).into(),
         }
@@ -104,26 +80,26 @@ impl<'a> Look<'a> {
     /// # Errors
     /// Errors of solving the shapes of the heart.
     pub fn see(&mut self, gate: usize, results: &GateResults) -> Result<(), StudyError> {
-        if !self.page && !self.pictures() {
+        if !self.page && !self.wants(Product::Pictures) {
             return Ok(());
         }
         if let Some(views) = &results.projections {
-            let camera = self.kept.phantom.camera();
+            let camera = self.phantom.camera();
             let [bin, row] = camera.detector().pitch();
             let sum = |view: &[f32]| view.iter().map(|&v| f64::from(v)).sum::<f64>() * bin * row;
             let views_of = views.chunks_exact(camera.view_len());
-            self.kept.sums.push(views_of.map(sum).collect());
+            self.sums.push(views_of.map(sum).collect());
             if gate == 0 && self.page {
-                self.kept.sinogram = Some(measured::cuts(self.kept.phantom, views)?);
+                self.sinogram = Some(measured::cuts(self.phantom, views)?);
             }
         }
-        let truth = self.kept.phantom.truth_of().file_name();
+        let truth = self.phantom.truth_of().file_name();
         for (name, volume) in [
             ("reconstruction", &results.reconstruction),
             (truth, &results.truth),
         ] {
             if let Some(volume) = volume {
-                self.kept.keep(name, volume, self.page);
+                self.keep(name, volume);
             }
         }
         Ok(())
@@ -134,14 +110,14 @@ impl<'a> Look<'a> {
     /// # Errors
     /// [`StudyError`] if a file cannot be written, or a shape cannot be solved.
     pub fn write(&self, report: &RunReport, folder: &Path) -> Result<(), StudyError> {
-        if !self.page && !self.pictures() {
+        if !self.page && !self.wants(Product::Pictures) {
             return Ok(());
         }
-        let curves = measured::curves(&self.kept, report)?;
-        if self.pictures() {
-            for shown in &self.kept.shown {
+        let curves = measured::curves(self, report)?;
+        if self.wants(Product::Pictures) {
+            for shown in &self.shown {
                 for gate in 0..shown.cuts.len() {
-                    let picture = self.kept.picture(shown, gate)?;
+                    let picture = self.picture(shown, gate)?;
                     picture.write_png(folder.join(self.picture_name(shown.name, gate)))?;
                 }
             }
@@ -150,7 +126,7 @@ impl<'a> Look<'a> {
             write_atomically(&folder.join(CURVES), |out| out.write_all(text.as_bytes()))?;
         }
         if self.page {
-            let html = page::html(&self.kept, report, &curves)?;
+            let html = page::html(self, report, &curves)?;
             write_atomically(&folder.join(PAGE), |out| out.write_all(html.as_bytes()))?;
         }
         Ok(())

@@ -1,6 +1,6 @@
 //! `index.html` of a run: one self-contained file.
 
-use super::kept::{Kept, Shown};
+use super::kept::{Look, Shown};
 use super::measured::Plot;
 use super::planes::Planes;
 use super::tables::tables;
@@ -21,7 +21,7 @@ const STYLE: &str = include_str!("../../assets/run.css");
 
 /// Images first, then curves, then tables.
 pub(super) fn html(
-    look: &Kept<'_>,
+    look: &Look<'_>,
     report: &RunReport,
     plots: &[Plot],
 ) -> Result<String, StudyError> {
@@ -58,7 +58,7 @@ impl Render for Plot {
 }
 
 /// The sinogram of a row and three projections of the first gate.
-fn projections(look: &Kept<'_>) -> Result<Markup, StudyError> {
+fn projections(look: &Look<'_>) -> Result<Markup, StudyError> {
     let Some((sinogram, images)) = &look.sinogram else {
         return Ok(Markup::default());
     };
@@ -75,7 +75,7 @@ fn projections(look: &Kept<'_>) -> Result<Markup, StudyError> {
 }
 
 /// The 4-D viewer with its volumes. It is hidden until it has started; without JavaScript or WebGL2 a sentence replaces it.
-fn viewer(look: &Kept<'_>) -> Result<Markup, StudyError> {
+fn viewer(look: &Look<'_>) -> Result<Markup, StudyError> {
     let coarser = match look.shown[0].beat.factor() {
         1 => String::new(),
         n => format!(" Voxels of this page are averages over {n} x {n} x {n}."),
@@ -121,7 +121,7 @@ fn viewer(look: &Kept<'_>) -> Result<Markup, StudyError> {
 }
 
 /// Sections of each kind of volume and their difference in the gates of [`extremes`].
-fn slices(look: &Kept<'_>) -> Result<Markup, StudyError> {
+fn slices(look: &Look<'_>) -> Result<Markup, StudyError> {
     let is_anatomical = look.planes.as_ref().is_some_and(Planes::is_anatomical);
     let walls = match is_anatomical {
         true => {
@@ -161,7 +161,7 @@ fn slices(look: &Kept<'_>) -> Result<Markup, StudyError> {
 }
 
 /// Of several gates those with the largest and smallest cavity, in the first respiratory gate.
-fn extremes(look: &Kept<'_>) -> Vec<usize> {
+fn extremes(look: &Look<'_>) -> Vec<usize> {
     let Mode::Gated { gates: n_gates } = look.phantom.scene().acquisition.mode else {
         return vec![0];
     };
@@ -173,7 +173,7 @@ fn extremes(look: &Kept<'_>) -> Vec<usize> {
 }
 
 /// Polar maps of reconstruction and exact activity in the gates of [`extremes`], with one colour scale.
-fn maps(look: &Kept<'_>, report: &RunReport) -> Result<Vec<Plot>, StudyError> {
+fn maps(look: &Look<'_>, report: &RunReport) -> Result<Vec<Plot>, StudyError> {
     let of_gate = |gate: usize| {
         let of = &report.gates[gate];
         let maps = [
@@ -207,7 +207,7 @@ fn maps(look: &Kept<'_>, report: &RunReport) -> Result<Vec<Plot>, StudyError> {
 }
 
 /// The definition of phase, and the phases of end-diastole and end-systole.
-fn phases(look: &Kept<'_>) -> String {
+fn phases(look: &Look<'_>) -> String {
     let zero = match look.phantom.scene().cycle.curve {
         VolumeCurve::Sinusoid => "end-systole (sinusoidal volume curve)",
         VolumeCurve::Physiological => {
