@@ -99,10 +99,9 @@ pub(crate) fn init(file: Option<&Path>, text: String) -> Done {
         return Ok(Answer::Text(text));
     };
     if path.exists() {
-        return Err(Failure::Phantom(PhantomError::File {
-            path: path.to_path_buf(),
-            source: io::Error::new(io::ErrorKind::AlreadyExists, "the file exists"),
-        }));
+        let source = io::Error::new(io::ErrorKind::AlreadyExists, "the file exists");
+        let path = path.to_path_buf();
+        return Err(PhantomError::File { path, source }.into());
     }
     files::write_atomically(path, |out| out.write_all(text.as_bytes()))?;
     Ok(Answer::Report(
@@ -336,10 +335,8 @@ pub(super) fn one_view(scene: &Path, [gate, view_idx]: [usize; 2], out: &Path) -
     // The extension is validated before any work,
     let ends_in = |wanted: &str| out.extension().is_some_and(|extension| extension == wanted);
     if !ends_in("png") && !ends_in("npy") {
-        return Err(Failure::Phantom(PhantomError::Extension {
-            path: out.to_path_buf(),
-            expected: "npy or .png",
-        }));
+        let (path, expected) = (out.to_path_buf(), "npy or .png");
+        return Err(PhantomError::Extension { path, expected }.into());
     }
     let phantom = Phantom::load(scene)?;
     // and so is the directory; `x.npy` has none.

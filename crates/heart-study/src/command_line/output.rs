@@ -7,6 +7,7 @@ use clap::error::{ContextKind, ErrorKind};
 use heart_cohort::CohortError;
 use heart_phantom::{PhantomError, chain, escape};
 use serde_json::{Value, json};
+use std::error::Error;
 use std::io::{self, Write};
 use std::path::Path;
 
@@ -20,29 +21,31 @@ pub(crate) enum Answer {
 
 /// The failure of a command.
 pub(crate) enum Failure {
-    Phantom(PhantomError),
-    /// An error of a cohort or a shard.
-    Cohort(CohortError),
-    /// An error of a figure.
-    Study(StudyError),
     /// A report of a failure, as JSON with the fields `error` and `code`, and as text lines.
     Report(Value, Vec<String>),
     /// An invalid command line, or a request for help.
     Usage(clap::Error),
 }
 
+impl Failure {
+    fn new(error: &(dyn Error + 'static), code: u8) -> Self {
+        let text = chain(error);
+        Self::Report(json!({ "error": text, "code": code }), vec![text])
+    }
+}
+
 impl From<PhantomError> for Failure {
     fn from(error: PhantomError) -> Self {
-        Self::Phantom(error)
+        Self::Report(as_json(&error), vec![chain(&error)])
     }
 }
 
 impl From<CohortError> for Failure {
     fn from(error: CohortError) -> Self {
         match error {
-            CohortError::Phantom(error) => Self::Phantom(error),
-            CohortError::Text(error) => Self::Phantom(PhantomError::Scene(error)),
-            error => Self::Cohort(error),
+            CohortError::Phantom(error) => error.into(),
+            CohortError::Text(error) => PhantomError::Scene(error).into(),
+            error => Self::new(&error, code_of_cohort(&error)),
         }
     }
 }
@@ -50,8 +53,8 @@ impl From<CohortError> for Failure {
 impl From<StudyError> for Failure {
     fn from(error: StudyError) -> Self {
         match error {
-            StudyError::Phantom(error) => Self::Phantom(error),
-            error => Self::Study(error),
+            StudyError::Phantom(error) => error.into(),
+            error => Self::new(&error, 1),
         }
     }
 }
@@ -105,23 +108,9 @@ impl Output {
 
     /// Prints the result or the failure; returns the exit code.
     pub(crate) fn end(&self, outcome: Result<Answer, Failure>) -> u8 {
-        let ended = outcome.and_then(|answer| self.tell(answer).map_err(Failure::Phantom));
+        let ended = outcome.and_then(|answer| Ok(self.tell(answer)?));
         match ended {
             Ok(()) => 0,
-            Err(Failure::Phantom(error)) => {
-                self.refuse(&chain(&error), as_json(&error));
-                code(&error)
-            }
-            Err(Failure::Cohort(error)) => {
-                let (text, code) = (chain(&error), code_of_cohort(&error));
-                self.refuse(&text, json!({ "error": text, "code": code }));
-                code
-            }
-            Err(Failure::Study(error)) => {
-                let text = chain(&error);
-                self.refuse(&text, json!({ "error": text, "code": 1 }));
-                1
-            }
             Err(Failure::Report(json, lines)) => {
                 let code = json["code"].as_u64().unwrap_or(1) as u8;
                 self.refuse(&lines.join("\n"), json);
