@@ -6,7 +6,7 @@ use crate::curve::CurvePiece;
 use crate::discrete::{DiscreteMembrane, Elastic, Setting};
 use crate::error::{MembraneError, Result, at_least, at_most, finite};
 use crate::material::Material;
-use crate::measures::Measure;
+use crate::measures::{Measure, Measures};
 use crate::membrane::Membrane;
 use crate::nodes::{Nodes, is_mirrored};
 use crate::reference::CurvePoint;
@@ -39,8 +39,6 @@ use crate::springs::NodeSprings;
 #[derive(Debug, Clone)]
 pub struct FiniteDifferences {
     setting: Setting,
-    /// Reference positions of the nodes of the state.
-    rest: Vec<f64>,
 }
 
 /// Ten thousand times the number that resolves any balloon; some gigabytes with the solver's arrays.
@@ -109,9 +107,8 @@ impl FiniteDifferences {
             }
             Material::Rubber(_) => return Err(MembraneError::NotMirrored),
         };
-        nodes.cut(&mut rest);
         let setting = Setting::new(membrane, nodes, start, elastic);
-        Ok(Self { setting, rest })
+        Ok(Self { setting })
     }
 
     /// Number of nodes N of the whole curve, fixed ends included.
@@ -125,20 +122,6 @@ impl FiniteDifferences {
     pub fn ds(&self) -> f64 {
         1.0 / (self.n_nodes() - 1) as f64
     }
-
-    /// Returns the reference configuration at the nodes, flat.
-    #[must_use]
-    pub fn reference(&self) -> &[f64] {
-        &self.rest
-    }
-
-    /// Returns node `n` of the whole curve in state `nodes`; `None` if n >= N or the state has a length other than
-    /// [`DiscreteMembrane::start`].
-    #[must_use]
-    pub fn point(&self, nodes: &[f64], n: usize) -> Option<[f64; 2]> {
-        let there = nodes.len() == self.start().len() && n < self.n_nodes();
-        there.then(|| self.setting.nodes.node(nodes, n))
-    }
 }
 
 impl DiscreteMembrane for FiniteDifferences {
@@ -150,6 +133,12 @@ impl DiscreteMembrane for FiniteDifferences {
     fn measure(&self, measure: Measure, nodes: &[f64]) -> Result<f64> {
         self.setting.check_state(nodes)?;
         Ok(measure.value(nodes.as_chunks().0, self.is_half()))
+    }
+
+    fn measures(&self, nodes: &[f64]) -> Result<Measures> {
+        self.setting.check_state(nodes)?;
+        let points = nodes.as_chunks().0;
+        Ok(Measure::ALL.map(|m| m.value(points, self.is_half())).into())
     }
 
     fn measure_gradient_into(&self, measure: Measure, nodes: &[f64], out: &mut [f64]) {

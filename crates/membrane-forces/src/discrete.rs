@@ -211,9 +211,7 @@ pub trait DiscreteMembrane: Debug + Send + Sync {
     fn measure(&self, measure: Measure, nodes: &[f64]) -> Result<f64>;
 
     /// Computes all four measures of the whole curve.
-    fn measures(&self, nodes: &[f64]) -> Result<Measures> {
-        Measures::each(|measure| self.measure(measure, nodes))
-    }
+    fn measures(&self, nodes: &[f64]) -> Result<Measures>;
 
     /// Computes the gradient of [`DiscreteMembrane::measure`] by the state.
     ///

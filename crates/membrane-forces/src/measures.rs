@@ -39,16 +39,6 @@ pub struct Measures {
 }
 
 impl Measures {
-    /// Collects the result of `of` for each measure.
-    pub(crate) fn each(mut of: impl FnMut(Measure) -> Result<f64>) -> Result<Self> {
-        Ok(Self {
-            length: of(Measure::Length)?,
-            area: of(Measure::Area)?,
-            surface: of(Measure::Surface)?,
-            volume: of(Measure::Volume)?,
-        })
-    }
-
     /// The measures of the polyline through `nodes`, of the whole curve ([`Measure`]). Cost O(n).
     #[must_use]
     pub fn of(nodes: &[[f64; 2]]) -> Self {

@@ -114,7 +114,7 @@ fn consistent_mass(
 
 /// Half of the volume of the two elements at each node.
 fn lumped_mass(discrete: &FiniteDifferences, thickness: &Thickness) -> DMatrix<f64> {
-    let points = discrete.reference().as_chunks::<2>().0;
+    let points = discrete.start().as_chunks::<2>().0; // fixed in the reference configuration
     let weight = |n: usize| PI * points[n][1] * thickness.at(n as f64 * discrete.ds()).unwrap();
     let mut mass = DMatrix::zeros(points.len(), points.len());
     for n in 0..points.len() - 1 {

@@ -182,13 +182,7 @@ fn forces_of_differences(d: &FiniteDifferences) {
         assert!(d.measures(&state).err().is_some_and(wrong));
         assert!(d.points(&state).err().is_some_and(wrong));
         assert!(d.measure(Measure::Area, &state).err().is_some_and(wrong));
-        assert!(d.point(&state, 0).is_none());
     }
-    assert!(
-        SIZES
-            .iter()
-            .all(|&k| d.point(d.start(), k).is_some() == (k < d.n_nodes()))
-    );
 }
 
 fn forces_of_elements(s: &SpectralElements) {
