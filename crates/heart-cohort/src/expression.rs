@@ -67,12 +67,10 @@ impl Constraint {
         }
     }
 
-    /// The text of the constraint.
     pub(crate) fn text(&self) -> &str {
         &self.text
     }
 
-    /// The fields in the constraint.
     pub(crate) fn fields(&self) -> Vec<&str> {
         let mut fields = Vec::new();
         self.left.add_fields(&mut fields);

@@ -69,7 +69,6 @@ impl Listing {
         Ok(listing)
     }
 
-    /// The existing shards.
     pub(crate) fn shards(&self) -> impl Iterator<Item = Shard> {
         let of = self.of;
         self.shards.iter().map(move |&shard| Shard { shard, of })

@@ -2,7 +2,6 @@
 
 use heart_phantom::{Heart, PhantomError};
 
-/// Largest number of threads.
 const MOST_THREADS: usize = 4096;
 
 /// Options of the computation of a shard. Results do not depend on them, except that a member whose memory exceeds its part is rejected.

@@ -103,7 +103,6 @@ const SEAL_BYTES: usize = SEAL[0].len() + 64 + SEAL[1].len();
 const UNSEALED: &str = "\n}";
 
 impl Record {
-    /// The record of a shard.
     pub(crate) fn new(cohort: &Cohort, shard: Shard, bytes: u64, rows: Vec<Row>) -> Self {
         Self {
             program: PROGRAM.to_owned(),

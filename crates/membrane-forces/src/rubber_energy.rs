@@ -214,7 +214,6 @@ impl RubberEnergy {
         Ok(Here { d, y, speed, w })
     }
 
-    /// Calls `visit` for all points.
     fn each(&self, nodes: &[f64], mut visit: impl FnMut(&Point, &Here)) -> Result<()> {
         for (e, points) in self.elements.iter().enumerate() {
             let nodes = nodes[self.reference.window(e)].as_chunks::<2>().0;

@@ -51,7 +51,6 @@ impl SpectralElements {
         sums
     }
 
-    /// Adds the gradient of one measure to `out`.
     pub(crate) fn add_gradient(&self, measure: Measure, nodes: &[f64], out: &mut [f64]) {
         for e in 0..self.n_elements() {
             let window = self.reference.window(e);

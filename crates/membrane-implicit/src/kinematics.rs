@@ -95,7 +95,6 @@ impl Kinematics {
     }
 }
 
-/// Gradient of the enclosed volume.
 pub(crate) fn volume_gradient(body: &Body, nodes: &[f64]) -> Vec<f64> {
     let mut gradient = vec![0.0; nodes.len()];
     body.discrete
@@ -103,7 +102,6 @@ pub(crate) fn volume_gradient(body: &Body, nodes: &[f64]) -> Vec<f64> {
     gradient
 }
 
-/// `out` = (`to` - `from`) / h.
 pub(crate) fn slope(to: &[f64], from: &[f64], h: f64, out: &mut [f64]) {
     let inverse = 1.0 / h;
     for (out, (to, from)) in out.iter_mut().zip(to.iter().zip(from)) {

@@ -41,12 +41,10 @@ impl<'a> NestedSystem<'a> {
         }
     }
 
-    /// The innermost membrane.
     pub(crate) fn innermost(&mut self) -> &mut Block<'a> {
         &mut self.membranes[0]
     }
 
-    /// Volume of the innermost membrane.
     pub(crate) fn volume(&self, x: &[f64]) -> f64 {
         self.membranes[0].volume(&x[self.places[0].clone()])
     }
@@ -66,7 +64,6 @@ impl<'a> NestedSystem<'a> {
         self.membranes[0].route
     }
 
-    /// Prescribes `value`.
     pub(crate) fn set_control(&mut self, value: f64) {
         self.membranes[0].set_control(value);
     }

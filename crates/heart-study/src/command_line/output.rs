@@ -19,7 +19,6 @@ pub(crate) enum Answer {
     Text(String),
 }
 
-/// The failure of a command.
 pub(crate) enum Failure {
     /// A report of a failure, as JSON with the fields `error` and `code`, and as text lines.
     Report(Value, Vec<String>),
@@ -65,7 +64,6 @@ impl From<clap::Error> for Failure {
     }
 }
 
-/// The output streams.
 pub(crate) struct Output {
     pub(crate) json: bool,
     pub(crate) quiet: bool,
@@ -97,7 +95,6 @@ impl Output {
         (is_run && !self.quiet && !self.json).then_some(NOTE)
     }
 
-    /// Prints a warning.
     pub(crate) fn warn(&mut self, warning: String) {
         if self.json {
             self.warnings.push(warning);

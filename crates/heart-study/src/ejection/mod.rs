@@ -16,9 +16,7 @@ use serde::Serialize;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-/// Heading of the page.
 const TITLE: &str = "Bias of ejection fractions in gated SPECT";
-/// Heading of the summary.
 const SUMMARY: &str = "edge at half maximum / at the steepest gradient (true value); volumes in mL";
 
 /// The extent of the study.

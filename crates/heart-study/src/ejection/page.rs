@@ -16,7 +16,6 @@ const CAUSES: [(&str, &str); 4] = [
     ("the filter window", NO_WINDOW),
     ("attenuation", NO_ATTENUATION),
 ];
-/// Files of the plots.
 pub(super) const PLOTS: [&str; 3] = ["causes.svg", "sizes.svg", "volumes.svg"];
 pub(crate) const QUICK: &str = "A run with --quick tests the program: its numbers have no meaning.";
 const INTRODUCTION: &str = "Gated perfusion SPECT of hearts of known volumes in a chest, without scatter and respiration. The \

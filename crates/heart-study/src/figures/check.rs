@@ -41,7 +41,6 @@ pub(super) fn finite(what: &'static str, values: &[f64]) -> Result<(), StudyErro
     }
 }
 
-/// Finite samples only.
 pub(super) fn finite_samples(what: &'static str, values: &[f32]) -> Result<(), StudyError> {
     // Volumes are large: whole chunks first, the place only when there is one.
     let bad = |chunk: &[f32]| !chunk.iter().fold(true, |good, v| good & v.is_finite());

@@ -15,9 +15,7 @@ pub use kept::Look;
 use planes::Planes;
 use std::path::{Path, PathBuf};
 
-/// The page.
 const PAGE: &str = "index.html";
-/// The file of curves.
 const CURVES: &str = "curves.svg";
 
 impl<'a> Look<'a> {

@@ -5,7 +5,6 @@ use crate::figures::{CURVES_SIZE, Illustration, Page, Picture, Section, Table};
 use heart_phantom::files::write_atomically;
 use std::path::{Path, PathBuf};
 
-/// The name of the page.
 pub(crate) const PAGE: &str = "index.html";
 
 /// Images written so far, and their page.

@@ -18,7 +18,6 @@ const SPECTRAL: Discretisation = Discretisation::Spectral {
     per_piece: 1,
 };
 
-/// The results for rubber.
 pub(super) struct RubberStudy {
     pub(super) figures: report::Rubber,
     /// Dilated: springs, rubber.

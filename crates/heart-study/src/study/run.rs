@@ -11,7 +11,6 @@ use std::time::Instant;
 /// Number of calls of [`Run::stage`] in a complete run, for the progress bar.
 const STAGES: f64 = 25.0;
 
-/// A running study.
 pub(super) struct Run<'a> {
     pub(super) options: &'a StudyOptions,
     pub(super) out: &'a Path,
@@ -54,7 +53,6 @@ impl<'a> Run<'a> {
         }
     }
 
-    /// Starts a clock.
     pub(super) fn clock(&self) -> Clock {
         Clock(Instant::now())
     }
