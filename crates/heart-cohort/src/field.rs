@@ -12,14 +12,6 @@ pub(crate) fn get<'a>(scene: &'a Value, path: &str) -> Option<&'a Value> {
     })
 }
 
-/// Returns the value at a path of a table.
-pub(crate) fn get_in<'a>(table: &'a Map<String, Value>, path: &str) -> Option<&'a Value> {
-    match path.split_once('.') {
-        None => table.get(path),
-        Some((first, rest)) => get(table.get(first)?, rest),
-    }
-}
-
 /// Sets a value at a path and creates its tables; returns false if the path crosses another value.
 pub(crate) fn set(scene: &mut Value, path: &str, value: Value) -> bool {
     let mut at = scene;
@@ -57,17 +49,17 @@ pub(crate) fn lay_over(below: &mut Value, above: &Value) {
     }
 }
 
-/// Returns the paths of all values of a table that are not tables.
-pub(crate) fn leaves(table: &Map<String, Value>, prefix: &str) -> Vec<String> {
-    let path = |name: &str| match prefix {
-        "" => name.to_owned(),
-        prefix => format!("{prefix}.{name}"),
+/// Returns the paths of all values in a table, which is at `path`, that are not tables.
+pub(crate) fn leaves(value: &Value, path: &str) -> Vec<String> {
+    let Value::Object(table) = value else {
+        return vec![path.to_owned()];
     };
-    (table.iter())
-        .flat_map(|(name, value)| match value {
-            Value::Object(table) => leaves(table, &path(name)),
-            _ => vec![path(name)],
-        })
+    let below = |name: &String| match path {
+        "" => name.clone(),
+        path => format!("{path}.{name}"),
+    };
+    let all = table.iter();
+    all.flat_map(|(name, value)| leaves(value, &below(name)))
         .collect()
 }
 

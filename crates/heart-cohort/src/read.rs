@@ -173,7 +173,7 @@ impl Reader<'_> {
     }
 
     /// A table of the text as JSON; rejects NaN and infinity.
-    fn json(&self, table: Fields, section: &str) -> Result<Map<String, Value>, SceneError> {
+    fn json(&self, table: Fields, section: &str) -> Result<Value, SceneError> {
         let mut json = Map::new();
         for (name, value) in table {
             if let Some(path) = value.not_finite() {
@@ -183,18 +183,13 @@ impl Reader<'_> {
             }
             json.insert(name, value.json());
         }
-        Ok(json)
+        Ok(Value::Object(json))
     }
 
     /// Merges a section of the text into a scene; validates it and adds defaults.
-    fn laid_over(
-        &self,
-        base: &Value,
-        above: &Map<String, Value>,
-        section: &str,
-    ) -> Result<Value, SceneError> {
+    fn laid_over(&self, base: &Value, above: &Value, section: &str) -> Result<Value, SceneError> {
         let mut scene = base.clone();
-        field::lay_over(&mut scene, &Value::Object(above.clone()));
+        field::lay_over(&mut scene, above);
         let scene = match scene_from(&scene) {
             Ok(scene) => scene,
             Err(error) => {
@@ -202,7 +197,7 @@ impl Reader<'_> {
                 // The error belongs to the first field that alone causes it.
                 let blamed = field::leaves(above, "").into_iter().find(|path| {
                     let (mut scene, mut alone) = (base.clone(), Value::Null);
-                    let value = field::get_in(above, path).cloned().unwrap_or_default();
+                    let value = field::get(above, path).cloned().unwrap_or_default();
                     field::set(&mut alone, path, value);
                     field::lay_over(&mut scene, &alone);
                     scene_from(&scene).is_err_and(|alone| alone.first().wanted == *wanted)
@@ -256,11 +251,11 @@ impl Reader<'_> {
     /// The varied fields by their paths.
     fn distributions(
         &self,
-        table: &Map<String, Value>,
+        table: &Value,
         section: &str,
     ) -> Result<BTreeMap<String, Distribution>, SceneError> {
         let mut found = BTreeMap::new();
-        for (name, value) in table {
+        for (name, value) in table.as_object().into_iter().flatten() {
             let at = format!("{section}.{name}");
             let is_one = |inner: &Map<String, Value>| {
                 // Also by another spelling, for the error of the parser.
@@ -270,7 +265,7 @@ impl Reader<'_> {
             };
             match value {
                 Value::Object(inner) if !is_one(inner) && !inner.is_empty() => {
-                    for (path, distribution) in self.distributions(inner, &at)? {
+                    for (path, distribution) in self.distributions(value, &at)? {
                         self.add(&mut found, format!("{name}.{path}"), distribution, section)?;
                     }
                 }
@@ -319,11 +314,11 @@ impl Reader<'_> {
             self.json(given.scene, &at_scene)?,
             self.json(given.vary, &at_vary)?,
         );
-        let scene = match own.is_empty() {
+        let fixed = field::leaves(&own, "");
+        let scene = match own.as_object().is_some_and(Map::is_empty) {
             true => base.clone(),
             false => self.laid_over(base, &own, &at_scene)?,
         };
-        let fixed = field::leaves(&own, "");
         // A case may use another variant of a choice, which lacks the field.
         let is_gone =
             |path: &str| field::get(base, path).is_some() && field::get(&scene, path).is_none();

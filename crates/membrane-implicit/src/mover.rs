@@ -380,10 +380,6 @@ impl Mover {
         self.scheme.stability_limit() * self.body.largest_explicit_step()
     }
 
-    pub(crate) fn error_exponent(&self) -> f64 {
-        1.0 / (self.scheme.order() as f64 + 1.0)
-    }
-
     /// Makes the end of the attempted step the current state.
     pub(crate) fn accept(&mut self) {
         let last = self.stages.len() - 1;

@@ -93,7 +93,8 @@ pub fn curves(x_label: &str, y_label: &str, curves: &[Curve<'_>]) -> Result<Stri
         legend(&beside, curves).map_err(|error| refused(Box::new(error)))?;
         area.present().map_err(|error| refused(Box::new(error)))?;
     }
-    let what = attribute(&format!("{y_label} over {x_label}"));
+    // Escaped as the value of an attribute.
+    let what = maud::html! { (y_label) " over " (x_label) }.into_string();
     Ok(svg.replacen(
         "<svg ",
         &format!("<svg role=\"img\" aria-label=\"{what}\" "),
@@ -126,11 +127,6 @@ fn colour(k: usize, curves: usize) -> RGBColor {
         0..=6 => SERIES[k],
         n => ramp(k as f64 / (n - 1) as f64),
     }
-}
-
-/// A text as the value of an attribute.
-fn attribute(text: &str) -> String {
-    maud::html! { (text) }.into_string()
 }
 
 /// Margin above and below.

@@ -25,16 +25,6 @@ pub struct ForceFrame<'a> {
     pub pressure: &'a [[f64; 2]],
 }
 
-impl ForceFrame<'_> {
-    fn check(&self) -> Result<(), StudyError> {
-        check::points("frame nodes", self.nodes, 3)?;
-        check::same_len("elastic", self.elastic.len(), self.nodes.len())?;
-        check::same_len("pressure", self.pressure.len(), self.nodes.len())?;
-        check::points("elastic", self.elastic, 3)?;
-        check::points("pressure", self.pressure, 3)
-    }
-}
-
 /// Draws the frames side by side, two in a row: nodes red, elastic forces magenta, pressure forces black.
 ///
 /// About 45 nodes per frame have arrows. All arrows have one scale, the longest is an eighth of the figure's
@@ -44,7 +34,13 @@ impl ForceFrame<'_> {
 /// [`StudyError`] if there is no frame, a frame has fewer than 3 nodes, lengths differ or a number is not finite.
 pub fn force_frames(frames: &[ForceFrame<'_>]) -> Result<Picture, StudyError> {
     check::at_least("frames", frames.len(), 1)?;
-    frames.iter().try_for_each(ForceFrame::check)?;
+    for frame in frames {
+        check::points("frame nodes", frame.nodes, 3)?;
+        for (what, forces) in [("elastic", frame.elastic), ("pressure", frame.pressure)] {
+            check::same_len(what, forces.len(), frame.nodes.len())?;
+            check::points(what, forces, 3)?;
+        }
+    }
     let around = bounds(frames.iter().flat_map(|f| f.nodes));
     let side = (around[1] - around[0]).max(around[3] - around[2]);
     check::positive("extent of the nodes", side)?;

@@ -61,7 +61,7 @@ impl Motion {
         }
         longest(most)?;
         let bounds = (tolerance.position, tolerance.velocity);
-        let exponent = self.inner.error_exponent();
+        let exponent = 1.0 / (scheme.order() as f64 + 1.0);
         let longest_step = tolerance.longest.min(self.inner.longest_step());
         let mut dt = self
             .next_dt
