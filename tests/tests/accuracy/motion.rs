@@ -333,7 +333,7 @@ fn evolved(random: &mut Random) -> Option<f64> {
     let force = random.uniform(100.0, 3000.0);
     let run = evolve(&membrane, nodes, force, &options).ok()?;
     let rest = Body::springs(&membrane, nodes).expect("a body");
-    let rest = rest.differences().reference().as_chunks::<2>().0.to_vec();
+    let rest = rest.differences().start().as_chunks::<2>().0.to_vec();
     let relative = norm_of_forces(&run.points, &rest, force) / norm_of_forces(&rest, &rest, force);
     Some(relative / tolerance)
 }

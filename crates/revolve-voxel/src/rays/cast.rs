@@ -3,11 +3,12 @@
 use nalgebra::{Point3, Vector3};
 use rayon::prelude::*;
 
+use crate::PointRaster;
 use crate::error::positive;
 use crate::rays::chord::Hint;
 use crate::rays::cone::{Batch, LANES};
 use crate::rays::direction::Direction;
-use crate::rays::lines::{Kind, Lines, PointRaster};
+use crate::rays::lines::{Kind, Lines};
 use crate::rays::organ::across;
 use crate::rays::raster::{Raster, Rays};
 use crate::solid::segment::ROUNDING;

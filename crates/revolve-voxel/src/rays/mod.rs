@@ -9,6 +9,7 @@ pub(crate) mod detector;
 pub(crate) mod direction;
 pub(crate) mod lines;
 pub(crate) mod organ;
+pub(crate) mod points;
 mod project;
 pub(crate) mod raster;
 pub(crate) mod ray;

@@ -63,7 +63,7 @@ proptest! {
         let (image, counters) = body.project::<f64>(&lines, &[1.0]).unwrap();
         prop_assert_eq!(counters.cast + counters.skipped, 13 * 9);
         let shape = OrganShape::ellipsoid(at, [r, h, 0.7]).unwrap();
-        let organ = Organ { shape: shape, activity: 1.0, attenuation: 0.0 };
+        let organ = Organ { shape, activity: 1.0, attenuation: 0.0 };
         let mut of_organ = vec![0.0f64; 13 * 9];
         let organs = Organs::new(vec![organ]).unwrap();
         Assembly::new(&organs).project_add(&lines, Shown::Organs, 1.0, &mut of_organ).unwrap();

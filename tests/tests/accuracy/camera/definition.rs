@@ -219,7 +219,7 @@ impl Around {
         let cylinder = |centre, semi_axes, activity, attenuation| {
             let shape = OrganShape::cylinder(centre, semi_axes).ok()?;
             let organ = Organ {
-                shape: shape,
+                shape,
                 activity,
                 attenuation,
             };
