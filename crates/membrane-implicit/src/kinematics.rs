@@ -102,6 +102,7 @@ pub(crate) fn volume_gradient(body: &Body, nodes: &[f64]) -> Vec<f64> {
     gradient
 }
 
+/// `out` = (`to` - `from`) / h.
 pub(crate) fn slope(to: &[f64], from: &[f64], h: f64, out: &mut [f64]) {
     let inverse = 1.0 / h;
     for (out, (to, from)) in out.iter_mut().zip(to.iter().zip(from)) {

@@ -45,6 +45,7 @@ impl<'a> NestedSystem<'a> {
         &mut self.membranes[0]
     }
 
+    /// Volume of the innermost membrane.
     pub(crate) fn volume(&self, x: &[f64]) -> f64 {
         self.membranes[0].volume(&x[self.places[0].clone()])
     }

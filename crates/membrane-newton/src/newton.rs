@@ -424,6 +424,7 @@ fn left_after(step: f64, contraction: f64) -> f64 {
     }
 }
 
+/// `out` = x - length step
 fn subtract(x: &[f64], length: f64, step: &[f64], out: &mut [f64]) {
     for ((out, x), step) in out.iter_mut().zip(x).zip(step) {
         *out = x - length * step;

@@ -458,6 +458,7 @@ pub(crate) fn predict(
     add_into(&mut new.nodes, positions, h, &new.velocity);
 }
 
+/// `out` = `start` + h w.
 fn add_into(out: &mut [f64], start: &[f64], h: f64, w: &[f64]) {
     for (out, (start, w)) in out.iter_mut().zip(start.iter().zip(w)) {
         *out = start + h * w;
