@@ -113,7 +113,13 @@ fn many_slices(c: &mut Criterion) {
             &mut scratch,
         )
         .unwrap();
-        assert!(volume.chunks_exact(256 * 256).all(|slice| slice == alone));
+        assert!(
+            volume
+                .as_chunks::<{ 256 * 256 }>()
+                .0
+                .iter()
+                .all(|slice| slice[..] == alone[..])
+        );
         group.throughput(Throughput::Elements((n_slices * 256 * 256 * 90) as u64));
         group.bench_function(BenchmarkId::from_parameter(n_slices), |b| {
             b.iter(|| {

@@ -58,7 +58,9 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let (n_views, n_slices, n_bins): (usize, usize, usize) =
         (n_views.parse()?, n_slices.parse()?, n_bins.parse()?);
     let projections: Vec<f32> = std::fs::read(input)?
-        .chunks_exact(4)
+        .as_chunks::<4>()
+        .0
+        .iter()
         .map(|b| f32::from_le_bytes([b[0], b[1], b[2], b[3]]))
         .collect();
 

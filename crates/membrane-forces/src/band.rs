@@ -114,7 +114,7 @@ impl BandMatrix {
     }
 
     /// The rows as stored, from the first to the last: columns i - lower ..= i + upper of row i.
-    #[must_use]
+    #[must_use = "iterators are lazy"]
     pub fn rows(&self) -> impl ExactSizeIterator<Item = &[f64]> {
         self.data.chunks_exact(self.lower + self.upper + 1)
     }

@@ -89,7 +89,8 @@ impl Factors {
         }
         // From one end node to the next.
         let stride = inner + 2;
-        for (end, x) in self.end_values.chunks_exact_mut(2).zip(rhs.chunks(stride)) {
+        let ends = self.end_values.as_chunks_mut::<2>().0;
+        for (end, x) in ends.iter_mut().zip(rhs.chunks(stride)) {
             end.copy_from_slice(&x[..2]);
         }
         for (e, block) in blocks.iter().enumerate() {
@@ -115,7 +116,8 @@ impl Factors {
             }
             inside.copy_from_slice(&full[..inner]);
         }
-        for (end, x) in self.end_values.chunks_exact(2).zip(rhs.chunks_mut(stride)) {
+        let ends = self.end_values.as_chunks::<2>().0;
+        for (end, x) in ends.iter().zip(rhs.chunks_mut(stride)) {
             x[..2].copy_from_slice(end);
         }
         Ok(())

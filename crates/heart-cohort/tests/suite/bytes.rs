@@ -127,8 +127,8 @@ fn npy(bytes: &[u8], shape: &str) -> Vec<f32> {
         header.contains("'<f4'") && header.contains(shape),
         "{header}"
     );
-    (bytes[length..].chunks_exact(4))
-        .map(|four| f32::from_le_bytes(four.try_into().unwrap()))
+    (bytes[length..].as_chunks::<4>().0.iter())
+        .map(|four| f32::from_le_bytes(*four))
         .collect()
 }
 

@@ -182,8 +182,8 @@ fn geometry_contains_positions_and_units_of_arrays() {
     let per_unit = json["counts_per_unit"][1][2].as_f64().unwrap();
     assert_eq!(per_unit, 100.0);
     let mut all = 0.0;
-    for sample in npy[npy.len() - 4 * 2 * 3 * 64..].chunks_exact(4) {
-        let counts = f64::from(f32::from_le_bytes(sample.try_into().unwrap())) * per_unit;
+    for sample in npy[npy.len() - 4 * 2 * 3 * 64..].as_chunks::<4>().0.iter() {
+        let counts = f64::from(f32::from_le_bytes(*sample)) * per_unit;
         // Half a rounding of f32 of counts below 10 000.
         assert!((counts - counts.round()).abs() < 1e-3, "{counts}");
         all += counts;
@@ -207,9 +207,9 @@ fn projections_are_counts_on_request() {
         assert_eq!(json["projection_values"], values);
         assert_eq!(json["counts_per_unit"][1][2], 10_000.0);
         let npy = &files[&format!("{key}.projections.npy")];
-        let samples = npy[npy.len() - 4 * 2 * 3 * 64..].chunks_exact(4);
+        let samples = npy[npy.len() - 4 * 2 * 3 * 64..].as_chunks::<4>().0.iter();
         samples
-            .map(|sample| f32::from_le_bytes(sample.try_into().unwrap()))
+            .map(|sample| f32::from_le_bytes(*sample))
             .collect::<Vec<f32>>()
     };
     let normalised = of("", "normalised");
@@ -256,9 +256,14 @@ fn compressed_arrays_are_restored_exactly() {
         assert!(text.contains("'<f2'"), "{text}");
         let (single, half) = (&single[header(&single)..], &found[header(found)..]);
         assert_eq!(2 * half.len(), single.len(), "{name}");
-        for (single, half) in single.chunks_exact(4).zip(half.chunks_exact(2)) {
-            let single = f64::from(f32::from_le_bytes(single.try_into().unwrap()));
-            let half = of_half(u16::from_le_bytes(half.try_into().unwrap()));
+        for (single, half) in single
+            .as_chunks::<4>()
+            .0
+            .iter()
+            .zip(half.as_chunks::<2>().0.iter())
+        {
+            let single = f64::from(f32::from_le_bytes(*single));
+            let half = of_half(u16::from_le_bytes(*half));
             assert!((half - single).abs() <= single.abs() / 2048.0 + 2f64.powi(-25));
         }
     }
@@ -459,8 +464,10 @@ fn a_member_is_exported_in_the_layout_of_nnunet() {
     let image = nifti("imagesTr/heart_00000002_01_0000.nii.gz");
     let expected = phantom.volume(1).unwrap();
     let found = image[352..]
-        .chunks_exact(4)
-        .map(|v| f32::from_le_bytes(v.try_into().unwrap()));
+        .as_chunks::<4>()
+        .0
+        .iter()
+        .map(|v| f32::from_le_bytes(*v));
     assert!(found.eq(expected));
     // The same grid: sides, voxels and both forms of the position.
     assert!(image[40..56] == labels[40..56] && image[76..108] == labels[76..108]);

@@ -201,8 +201,8 @@ fn write_bytes<T: Copy, const N: usize>(
     let mut buffer = [0; PIECE];
     for piece in values.chunks(PIECE / N) {
         let used = &mut buffer[..piece.len() * N];
-        for (to, &value) in used.chunks_exact_mut(N).zip(piece) {
-            to.copy_from_slice(&bytes(value));
+        for (to, &value) in used.as_chunks_mut::<N>().0.iter_mut().zip(piece) {
+            *to = bytes(value);
         }
         out.write_all(used)?;
     }

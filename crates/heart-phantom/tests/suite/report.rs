@@ -41,8 +41,10 @@ fn images_have_the_grey_window_of_their_slices() {
         let name = |what: &str, ending: &str| format!("{what}-gate-0{gate}.{ending}");
         let bytes = std::fs::read(folder.path().join(name("reconstruction", "npy"))).unwrap();
         let samples: Vec<f32> = bytes[bytes.len() - 4 * 32 * 32 * 32..]
-            .chunks_exact(4)
-            .map(|b| f32::from_le_bytes(b.try_into().unwrap()))
+            .as_chunks::<4>()
+            .0
+            .iter()
+            .map(|b| f32::from_le_bytes(*b))
             .collect();
         let slice = &samples[16 * 32 * 32..17 * 32 * 32];
         let file = std::fs::File::open(folder.path().join(name("slice", "png"))).unwrap();
@@ -70,7 +72,7 @@ fn npy(path: &Path) -> Vec<u8> {
 /// Enclosed volume of a binary STL file in mL: sums of tetrahedra from the origin.
 fn stl_volume(path: &Path) -> (usize, f64) {
     let bytes = std::fs::read(path).unwrap();
-    let triangles = bytes[84..].chunks_exact(50).map(|facet| {
+    let triangles = bytes[84..].as_chunks::<50>().0.iter().map(|facet| {
         let at = |k: usize| {
             let b = facet[12 + 4 * k..16 + 4 * k].try_into().unwrap();
             f64::from(f32::from_le_bytes(b)) / 10.0
@@ -127,8 +129,10 @@ fn labels_maps_and_surfaces_agree_with_the_mode() {
             let wall = report.numbers.wall_volume;
             let bytes = std::fs::read(file("attenuation", "npy")).unwrap();
             let sum: f64 = bytes[bytes.len() - 4 * labels.len()..]
-                .chunks_exact(4)
-                .map(|b| f64::from(f32::from_le_bytes(b.try_into().unwrap())))
+                .as_chunks::<4>()
+                .0
+                .iter()
+                .map(|b| f64::from(f32::from_le_bytes(*b)))
                 .sum();
             let held = 0.125 * sum / 0.5;
             assert!(

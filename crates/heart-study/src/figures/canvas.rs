@@ -43,7 +43,9 @@ pub(super) fn paint_over(
     let mut canvas = Vec::with_capacity(picture.rgb().len() * fine * fine);
     for row in picture.rgb().chunks_exact(3 * width as usize) {
         let wide: Vec<u8> = row
-            .chunks_exact(3)
+            .as_chunks::<3>()
+            .0
+            .iter()
             .flat_map(|pixel| pixel.repeat(fine))
             .collect();
         (0..fine).for_each(|_| canvas.extend_from_slice(&wide));
@@ -84,8 +86,9 @@ fn average(canvas: &[u8], width: usize, height: usize) -> Vec<u8> {
         }
         sums.fill(0);
         for row in rows.chunks_exact(stride) {
-            for (sum, block) in sums.chunks_exact_mut(3).zip(row.chunks_exact(3 * fine)) {
-                for pixel in block.chunks_exact(3) {
+            let pixels = sums.as_chunks_mut::<3>().0.iter_mut();
+            for (sum, block) in pixels.zip(row.chunks_exact(3 * fine)) {
+                for pixel in block.as_chunks::<3>().0 {
                     for k in 0..3 {
                         sum[k] += u32::from(pixel[k]);
                     }

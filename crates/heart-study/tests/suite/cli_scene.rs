@@ -279,9 +279,9 @@ fn view_writes_the_quantity_of_the_output() {
         let output = heart_phantom(&["view", scene, "--view", "3", "--out", out]);
         assert!(output.status.success(), "{output:?}");
         let samples = std::fs::read(&file).unwrap()[128..].to_vec();
-        let samples = samples.chunks_exact(4);
+        let samples = samples.as_chunks::<4>().0.iter();
         samples
-            .map(|sample| f32::from_le_bytes(sample.try_into().unwrap()))
+            .map(|sample| f32::from_le_bytes(*sample))
             .collect::<Vec<f32>>()
     };
     let (samples, counts) = (view("normalised"), view("counts"));

@@ -34,7 +34,14 @@ fn membrane(law: PressureLaw, second: bool) -> Membrane {
 /// Adds a mirror-symmetric displacement to `start`, the first nodes of `n`.
 fn displaced(start: &[f64], n: usize, amplitude: f64) -> Vec<f64> {
     let mut nodes = start.to_vec();
-    for (k, node) in nodes.chunks_exact_mut(2).enumerate().skip(1).take(n - 2) {
+    for (k, node) in nodes
+        .as_chunks_mut::<2>()
+        .0
+        .iter_mut()
+        .enumerate()
+        .skip(1)
+        .take(n - 2)
+    {
         let s = (k as f64 / (n - 1) as f64 - 0.5) * TAU;
         node[0] += amplitude * (1.0 + s.cos()) * (1.0 + 0.4 * (3.0 * s).cos());
         node[1] -= amplitude * (s.sin() + 0.3 * (2.0 * s).sin());

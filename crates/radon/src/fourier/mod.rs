@@ -398,7 +398,7 @@ impl<T: Sample> Gridding<T> {
             }
             self.along_y.1.process_with_scratch(column, fft);
         }
-        for (y, columns) in columns.chunks_exact_mut(BAND).enumerate() {
+        for (y, columns) in columns.as_chunks_mut::<BAND>().0.iter_mut().enumerate() {
             let y = self.place(1, y);
             for (value, column) in columns.iter_mut().zip(cells.chunks_exact(stride)) {
                 *value = column[y];

@@ -202,9 +202,13 @@ impl<T: Sample> simd_set::Work for ToDetector<'_, T> {
             column.resize(n_rows, T::ZERO);
             for k in 0..distances {
                 let own = self.sums[k * padded + bin..].iter().step_by(self.stride);
-                let parts = line[blocks..].chunks_exact_mut(ROWS).take(n_blocks);
+                let parts = line[blocks..]
+                    .as_chunks_mut::<ROWS>()
+                    .0
+                    .iter_mut()
+                    .take(n_blocks);
                 for (to, from) in parts.zip(own) {
-                    to.copy_from_slice(&from.0);
+                    *to = from.0;
                 }
                 add_at_distance(column, line, detector, k);
             }
@@ -244,8 +248,8 @@ impl<T: Sample> simd_set::Work for FromDetector<'_, T> {
                 let own = self.sums[k * padded + bin..]
                     .iter_mut()
                     .step_by(padded * distances);
-                for (to, from) in own.zip(column.chunks_exact(ROWS)) {
-                    to.0.copy_from_slice(from);
+                for (to, from) in own.zip(column.as_chunks::<ROWS>().0) {
+                    to.0 = *from;
                 }
             }
         }

@@ -275,7 +275,7 @@ fn turn(from: &Line, to: &Line) -> f64 {
 #[inline(always)]
 fn fold(values: &[f64; COLUMNS], with: impl Fn(f64, f64) -> f64) -> f64 {
     let mut lanes = [values[0], values[1], values[2], values[3]];
-    for four in values[4..].chunks_exact(4) {
+    for four in values[4..].as_chunks::<4>().0 {
         for i in 0..4 {
             lanes[i] = with(lanes[i], four[i]);
         }

@@ -48,7 +48,7 @@ fn a_process_killed_while_it_writes_leaves_a_complete_file() {
     const FILE: &str = "STRESS_INTERRUPTED_FILE";
     const LENGTH: usize = 1 << 18;
     if let Some(file) = std::env::var_os(FILE) {
-        for k in 0_u16.. {
+        for k in 0..=u16::MAX {
             let samples = vec![f32::from(k); LENGTH];
             write_npy(Path::new(&file), &[LENGTH], &samples).expect("room for a megabyte");
         }

@@ -46,7 +46,7 @@ fn samples_of(file: &DefaultDicomObject) -> (Vec<f64>, f64) {
     let bytes = file.element(tags::PIXEL_DATA).unwrap().to_bytes().unwrap();
     let factor = decimals(file, tags::RESCALE_SLOPE)[0];
     let signed = shorts(file, tags::PIXEL_REPRESENTATION) == [1];
-    let words = bytes.chunks_exact(2).map(|pair| match signed {
+    let words = bytes.as_chunks::<2>().0.iter().map(|pair| match signed {
         true => f64::from(i16::from_le_bytes([pair[0], pair[1]])),
         false => f64::from(u16::from_le_bytes([pair[0], pair[1]])),
     });

@@ -22,17 +22,23 @@ impl Found {
 pub(super) fn numbers(bytes: &[u8], kind: &str) -> Vec<f64> {
     match kind {
         "f32" => bytes
-            .chunks_exact(4)
-            .map(|b| f64::from(f32::from_le_bytes(b.try_into().unwrap())))
+            .as_chunks::<4>()
+            .0
+            .iter()
+            .map(|b| f64::from(f32::from_le_bytes(*b)))
             .collect(),
         "f64" => bytes
-            .chunks_exact(8)
-            .map(|b| f64::from_le_bytes(b.try_into().unwrap()))
+            .as_chunks::<8>()
+            .0
+            .iter()
+            .map(|b| f64::from_le_bytes(*b))
             .collect(),
         "u8" => bytes.iter().map(|&b| f64::from(b)).collect(),
         "u16" => bytes
-            .chunks_exact(2)
-            .map(|b| f64::from(u16::from_le_bytes(b.try_into().unwrap())))
+            .as_chunks::<2>()
+            .0
+            .iter()
+            .map(|b| f64::from(u16::from_le_bytes(*b)))
             .collect(),
         kind => panic!("unknown kind {kind}"),
     }

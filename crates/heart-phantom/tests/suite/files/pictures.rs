@@ -66,9 +66,9 @@ fn a_gif_shows_each_frame_with_its_exact_greys() {
     let mut count = 0;
     while let Some(frame) = decoder.read_next_frame().unwrap() {
         assert_eq!((frame.width, frame.height, frame.delay), (5, 4, 25));
-        for (k, pixel) in frame.buffer.chunks_exact(4).enumerate() {
+        for (k, pixel) in frame.buffer.as_chunks::<4>().0.iter().enumerate() {
             let shade = if k == (3 - count) * 5 + count { 200 } else { 0 };
-            assert_eq!(pixel, [shade, shade, shade, 255]);
+            assert_eq!(*pixel, [shade, shade, shade, 255]);
         }
         count += 1;
     }
