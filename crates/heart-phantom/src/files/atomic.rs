@@ -2,6 +2,7 @@
 
 use crate::error::PhantomError;
 use crate::files::samples::PIECE;
+use crate::files::sparse::SparseFile;
 use std::collections::BTreeSet;
 use std::fs::{self, File};
 use std::io::{self, BufWriter, Write};
@@ -18,6 +19,9 @@ const MOST_NAMES: usize = 1000;
 /// failure (no such directory, no permission, disk full) the temporary file is removed and an older file at `path` is unchanged. A link
 /// at `path` is replaced, not followed.
 ///
+/// Pages of zeros are not written: the file is sparse, as most of the voxels and bins around a heart are zero. Its bytes and its length are
+/// those that `fill` wrote; the disk stores fewer.
+///
 /// A process that is interrupted removes its temporary files by [`remove_unfinished`]; a process that is killed may leave files that
 /// end in `.tmp`. Data are not flushed to the disk: after a loss of power files of the last seconds may be short or empty.
 ///
@@ -27,10 +31,10 @@ pub fn write_atomically(
     path: &Path,
     fill: impl FnOnce(&mut dyn Write) -> io::Result<()>,
 ) -> Result<(), PhantomError> {
-    write_file(path, |out| fill(out))
+    commit(&[Pending::sparse(path, fill)?])
 }
 
-/// As [`write_atomically`], for a writer that seeks.
+/// As [`write_atomically`], for a writer that seeks; zeros are written.
 pub(super) fn write_file(
     path: &Path,
     fill: impl FnOnce(&mut BufWriter<File>) -> io::Result<()>,
@@ -46,8 +50,8 @@ pub(super) fn write_with_header(
     data: &Path,
     fill: impl FnOnce(&mut dyn Write) -> io::Result<()>,
 ) -> Result<(), PhantomError> {
-    let data = Pending::write(data, |out| fill(out))?;
-    let header = Pending::write(header, |out| out.write_all(header_text))?;
+    let data = Pending::sparse(data, fill)?;
+    let header = Pending::sparse(header, |out| out.write_all(header_text))?;
     commit(&[data, header])
 }
 
@@ -140,6 +144,19 @@ impl Pending {
         let mut out = BufWriter::with_capacity(PIECE, file);
         fill(&mut out)
             .and_then(|()| out.flush())
+            .map_err(|source| failed(path, source))?;
+        Ok(pending)
+    }
+
+    fn sparse(
+        path: &Path,
+        fill: impl FnOnce(&mut dyn Write) -> io::Result<()>,
+    ) -> Result<Self, PhantomError> {
+        let (pending, file) = Self::begin(path).map_err(|source| failed(path, source))?;
+        let mut out = BufWriter::with_capacity(PIECE, SparseFile::new(file));
+        fill(&mut out)
+            .and_then(|()| out.into_inner().map_err(io::Error::from))
+            .and_then(SparseFile::finish)
             .map_err(|source| failed(path, source))?;
         Ok(pending)
     }

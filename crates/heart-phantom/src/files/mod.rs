@@ -70,6 +70,7 @@ mod projections;
 mod raw_json;
 mod rays;
 mod samples;
+mod sparse;
 mod turn;
 mod volume;
 
