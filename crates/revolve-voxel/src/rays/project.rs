@@ -190,12 +190,13 @@ impl Raster for ParallelRays {
             pose.vector_to_body(&self.direction),
         );
         let farthest = pose.farthest(self.farthest);
+        let spacing = raster.bin_step.norm().min(raster.row_step.norm());
         let views: Vec<LayerView> = (0..body.layers().len())
             .filter(|&k| weights[k] != 0.0)
             .map(|k| {
                 let direction = Direction::new(&body.layers()[k], farthest, &d);
                 LayerView {
-                    silhouette: Silhouette::new(&body.layers()[k], &direction),
+                    silhouette: Silhouette::new(&body.layers()[k], &direction, spacing),
                     layer: k,
                     weight: weights[k],
                     first: direction.coordinates(&raster.first),

@@ -5,8 +5,10 @@ use std::ops::Range;
 use crate::rays::direction::Direction;
 use crate::solid::meridian::Meridian;
 
-/// Bands of |q|; the bounds of a band are those at its inner edge, where the silhouette is widest.
-const N_BANDS: usize = 64;
+/// Most bands of |q|; the bounds of a band are those at its inner edge, where the silhouette is widest.
+const MOST_BANDS: usize = 64;
+/// Bands per spacing of the rays: narrower bands exclude few further rays, and wider ones take less time to bound.
+const BANDS: f64 = 4.0;
 
 /// Bounds of w over bands of |q|.
 #[derive(Debug, Clone)]
@@ -22,8 +24,8 @@ struct Bounds<'a> {
     direction: [f64; 2],
     margin: f64,
     /// Inner edges of the bands, signed, and their squares with that sign.
-    edges: [f64; N_BANDS + 1],
-    squares: [f64; N_BANDS + 1],
+    edges: &'a [f64],
+    squares: &'a [f64],
 }
 
 impl simd_set::Work for Bounds<'_> {
@@ -32,11 +34,11 @@ impl simd_set::Work for Bounds<'_> {
     #[inline(always)]
     fn run(self) -> Self::Out {
         let [s, c] = self.direction;
-        let mut least = [f64::INFINITY; N_BANDS + 1];
-        let mut most = [f64::NEG_INFINITY; N_BANDS + 1];
+        let mut least = [f64::INFINITY; MOST_BANDS + 1];
+        let mut most = [f64::NEG_INFINITY; MOST_BANDS + 1];
         for &[x0, x1, r] in self.blocks {
             let n = self.edges.partition_point(|q| *q <= r);
-            let bands = least.iter_mut().zip(&mut most).zip(&self.squares);
+            let bands = least.iter_mut().zip(&mut most).zip(self.squares);
             for ((least, most), square) in bands.take(n) {
                 let y = c * (r * r - square).max(0.0).sqrt();
                 // None is NaN: comparisons take half the time of `min` and `max`.
@@ -45,26 +47,31 @@ impl simd_set::Work for Bounds<'_> {
                 *most = if high > *most { high } else { *most };
             }
         }
-        least.into_iter().zip(most).map(<[f64; 2]>::from).collect()
+        let bands = least.into_iter().zip(most).take(self.edges.len());
+        bands.map(<[f64; 2]>::from).collect()
     }
 }
 
 impl Silhouette {
-    pub(crate) fn new(meridian: &Meridian, direction: &Direction) -> Self {
+    /// `spacing` is the least distance of parallel rays from each other.
+    pub(crate) fn new(meridian: &Meridian, direction: &Direction, spacing: f64) -> Self {
         let r_max = meridian.r_max();
+        let n_bands = (BANDS * r_max / spacing).clamp(1.0, MOST_BANDS as f64) as usize;
         // Outward by more than the rounding of w.
         let [low, high] = meridian.x_range();
-        let edges = std::array::from_fn(|k| (k as f64 - 1e-6) * r_max / N_BANDS as f64);
+        let edge = |k: usize| (k as f64 - 1e-6) * r_max / n_bands as f64;
+        let edges: [f64; MOST_BANDS + 1] = std::array::from_fn(edge);
+        let squares = edges.map(|q| q * q.abs());
         let bands = simd_set::Set::detect().run(Bounds {
             blocks: meridian.blocks(),
             direction: [direction.s, direction.c.abs()],
             margin: 1e-12 * (high - low + r_max) + direction.near,
-            edges,
-            squares: edges.map(|q| q * q.abs()),
+            edges: &edges[..=n_bands],
+            squares: &squares[..=n_bands],
         });
         Self {
             bands,
-            per_q: N_BANDS as f64 / r_max,
+            per_q: n_bands as f64 / r_max,
             r_max,
         }
     }
