@@ -63,12 +63,13 @@ impl ReferenceShape {
     /// ```
     ///
     /// # Errors
-    /// `h` or `radius` not finite or not positive.
+    /// `h` or `radius` not finite or not positive, or a ratio at which a piece of the curve vanishes by rounding (about 1e16).
     pub fn balloon(h: f64, radius: f64) -> Result<Self> {
         positive("cylinder length", h)?;
         positive("radius", radius)?;
         let length = 2.0 * h + PI * radius;
         let line = h / length;
+        rising(&[line, 1.0 - line])?;
         Ok(Self {
             breaks: vec![0.0, line, 1.0 - line, 1.0],
             pieces: vec![

@@ -66,11 +66,8 @@ impl SpectralElements {
         let size = per_piece
             .saturating_mul(breaks.len() - 1)
             .saturating_mul(degree.saturating_add(3).saturating_pow(2));
-        let what = "degree, or (degree + 3)^2 times the elements";
-        if degree > MOST_DEGREE {
-            at_most(what, degree.max(size), MOST_DEGREE)?;
-        }
-        at_most(what, degree.max(size), MOST_SIZE)?;
+        at_most("degree", degree, MOST_DEGREE)?;
+        at_most("(degree + 3)^2 times the elements", size, MOST_SIZE)?;
         membrane.check_law()?;
         let reference = Arc::new(Reference::new(degree));
         let whole = Self::on(membrane, &reference, per_piece, false)?;

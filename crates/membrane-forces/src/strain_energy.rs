@@ -201,15 +201,23 @@ impl EnergyDerivatives {
     }
 }
 
-/// I1 - 3, without the cancellation of its terms at small strains.
+/// a + b + (c - 1) for c = 1 / ((1 + a) (1 + b)), without the cancellation of its terms at small a and b.
+#[inline]
+fn sum_of_three(a: f64, b: f64, c: f64) -> f64 {
+    match c < 0.25 {
+        // nothing cancels, and products may overflow
+        true => a + b + (c - 1.0),
+        false => c * ((a + b) * (a + b + a * b) - a * b),
+    }
+}
+
+/// I1 - 3.
 #[inline]
 fn first_invariant(a: f64, b: f64) -> EnergyDerivatives {
     let (over_a, over_b) = (1.0 / a, 1.0 / b);
     let third = over_a * over_b * over_a * over_b;
-    let (e, f, g) = (a - 1.0, b - 1.0, third - 1.0);
-    // l^2 - 1 = (l - 1) (l + 1), and l3^2 - 1 as it is
     EnergyDerivatives {
-        energy: e * (a + 1.0) + f * (b + 1.0) + g,
+        energy: sum_of_three((a - 1.0) * (a + 1.0), (b - 1.0) * (b + 1.0), third),
         by: [2.0 * (a - third * over_a), 2.0 * (b - third * over_b)],
         second: [
             2.0 + 6.0 * third * over_a * over_a,
@@ -226,13 +234,27 @@ fn second_invariant(a: f64, b: f64) -> EnergyDerivatives {
     let (p, q) = (over_a * over_a, over_b * over_b);
     let (aa, bb) = (a * a, b * b);
     EnergyDerivatives {
-        energy: (p - 1.0) + (q - 1.0) + (aa * bb - 1.0),
+        energy: sum_of_three(
+            (1.0 - a) * (1.0 + a) * p,
+            (1.0 - b) * (1.0 + b) * q,
+            aa * bb,
+        ),
         by: [2.0 * (a * bb - p * over_a), 2.0 * (b * aa - q * over_b)],
         second: [
             2.0 * (bb + 3.0 * p * p),
             4.0 * a * b,
             2.0 * (aa + 3.0 * q * q),
         ],
+    }
+}
+
+/// l^alpha - 1 without cancellation near l = 1; `power` is l^alpha.
+#[inline]
+fn less_one(l: f64, alpha: f64, power: f64) -> f64 {
+    let strain = l - 1.0;
+    match strain.abs() < 0.1 {
+        true => (alpha * strain.ln_1p()).exp_m1(),
+        false => power - 1.0,
     }
 }
 
@@ -248,7 +270,7 @@ fn powers(a: f64, b: f64, alpha: f64) -> EnergyDerivatives {
         alpha * ((alpha - 1.0) * power + (alpha + 1.0) * third) * over * over
     };
     EnergyDerivatives {
-        energy: (p - 1.0) + (q - 1.0) + (third - 1.0),
+        energy: sum_of_three(less_one(a, alpha, p), less_one(b, alpha, q), third),
         by: [alpha * (p - third) * over_a, alpha * (q - third) * over_b],
         second: [
             bend(p, over_a),

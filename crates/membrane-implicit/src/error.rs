@@ -72,8 +72,8 @@ pub enum ImplicitError {
         /// The position at which it is fixed; a node on the axis only in y.
         fixed: [f64; 2],
     },
-    /// Opposite walls intersect under a prescribed volume: the curve crosses the axis more often than at the start and encloses no body. The
-    /// state is that before the step. Under other loads a curve may cross the axis on its way.
+    /// Opposite walls intersect under a prescribed volume, or in an equilibrium: the curve crosses the axis more often than at the start and
+    /// encloses no body. The state is that before the step. Under other loads a curve may cross the axis on its way.
     #[error("collapsed at t = {time:?}: opposite walls of the membrane meet near s = {s:?}")]
     Collapsed {
         /// Time at the end of the step.

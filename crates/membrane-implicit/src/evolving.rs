@@ -3,7 +3,7 @@
 use std::convert::Infallible;
 use std::ops::ControlFlow;
 
-use membrane_newton::{DiscreteMembrane, Measure, Membrane};
+use membrane_newton::{DiscreteMembrane, Measure, Membrane, collapse};
 
 use crate::body::Body;
 use crate::error::{ImplicitError, Result, length, positive, within};
@@ -113,8 +113,8 @@ impl Evolution {
 /// ```
 ///
 /// # Errors
-/// [`ImplicitError::NotSettled`], with the evolution, if the norm is above the tolerance after `max_steps`. Options out of range, a
-/// membrane that cannot be discretised, a step that cannot be made; [`ImplicitError::OutOfRange`] for forces whose norm is not finite.
+/// [`ImplicitError::NotSettled`], with the evolution, if the norm is above the tolerance after `max_steps`;
+/// [`ImplicitError::Collapsed`] if walls intersect in the equilibrium, which then encloses no body. Options out of range, a membrane that cannot be discretised, a step that cannot be made; [`ImplicitError::OutOfRange`] for forces whose norm is not finite.
 pub fn evolve(
     membrane: &Membrane,
     n_nodes: usize,
@@ -186,6 +186,11 @@ pub fn evolve_observed<B>(
         work: motion.work(),
     };
     if converged {
+        let (now, discrete) = (motion.state(), &motion.body().discrete);
+        if let Some(node) = collapse(discrete.start().as_chunks().0, now.points) {
+            let s = discrete.positions()[node];
+            return Err(ImplicitError::Collapsed { time: now.time, s });
+        }
         Ok(ControlFlow::Continue(evolution))
     } else {
         let evolution = Box::new(evolution);

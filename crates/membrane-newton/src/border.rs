@@ -51,6 +51,9 @@ pub struct BorderElimination<'a> {
 
 impl Border {
     /// Creates a border of zeros for `n` unknowns.
+    ///
+    /// # Panics
+    /// If more than `isize::MAX` bytes are needed; the process aborts if memory does not suffice.
     #[must_use]
     pub fn new(n: usize) -> Self {
         Self {

@@ -192,7 +192,7 @@ fn iterate<B>(
     observe: &mut impl FnMut(&NewtonReport, &[f64]) -> ControlFlow<B>,
 ) -> Result<ControlFlow<B>> {
     system.residual_into(x, &mut scratch.residual)?;
-    let norm = system.residual_norm(&scratch.residual);
+    let norm = residual_norm(system, &scratch.residual);
     scratch.report.evaluated(norm);
     while scratch.report.residual > options.residual_tolerance {
         let made = scratch.report.iterations;
@@ -207,7 +207,7 @@ fn iterate<B>(
         }
         scratch.step.copy_from_slice(&scratch.residual);
         system.solve_in_place(&mut scratch.step)?;
-        let full = system.step_norm(&scratch.step);
+        let full = step_norm(system, &scratch.step);
         // squares of smaller steps underflow
         let moves = |step: &f64| step.abs() > f64::MIN_POSITIVE.sqrt();
         if full == 0.0 && scratch.step.iter().any(moves) {
@@ -342,7 +342,7 @@ impl NewtonScratch {
         if self.left > tolerance && !self.rounding {
             system.residual_into(x, &mut self.residual)?;
             self.report.residual_calls += 1;
-            self.report.residual = system.residual_norm(&self.residual);
+            self.report.residual = residual_norm(system, &self.residual);
         }
         let residual = self.report.residual;
         self.report.stepped(full, residual, self.left);
@@ -368,7 +368,7 @@ impl NewtonScratch {
                 Ok(()) => {
                     self.correction.copy_from_slice(&self.residual);
                     system.solve_in_place(&mut self.correction)?;
-                    next = system.step_norm(&self.correction);
+                    next = step_norm(system, &self.correction);
                     if next <= (1.0 - 0.25 * length) * full || (length == 1.0 && full <= ROUNDING) {
                         break;
                     }
@@ -391,8 +391,8 @@ impl NewtonScratch {
             } else {
                 // equations with less rounding, such as a volume's, profit from the last step
                 x.copy_from_slice(&self.trial);
-                self.report
-                    .stepped(full, system.residual_norm(&self.residual), next.max(full));
+                let norm = residual_norm(system, &self.residual);
+                self.report.stepped(full, norm, next.max(full));
             }
             return Ok(contraction);
         }
@@ -409,9 +409,26 @@ impl NewtonScratch {
             x.copy_from_slice(&self.trial);
             left_after(next, contraction)
         };
-        self.report
-            .stepped(length * full, system.residual_norm(&self.residual), error);
+        let norm = residual_norm(system, &self.residual);
+        self.report.stepped(length * full, norm, error);
         Ok(contraction)
+    }
+}
+
+/// The norm of the residual; NaN if an entry is not finite, whatever the system's norm makes of it.
+fn residual_norm(system: &(impl ResidualSystem + ?Sized), residual: &[f64]) -> f64 {
+    if_finite(residual, system.residual_norm(residual))
+}
+
+/// As [`residual_norm`], of a step.
+fn step_norm(system: &(impl ResidualSystem + ?Sized), step: &[f64]) -> f64 {
+    if_finite(step, system.step_norm(step))
+}
+
+fn if_finite(values: &[f64], norm: f64) -> f64 {
+    match values.iter().all(|value| value.is_finite()) {
+        true => norm,
+        false => f64::NAN,
     }
 }
 

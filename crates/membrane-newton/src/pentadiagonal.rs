@@ -29,6 +29,9 @@ pub struct PentadiagonalLdl {
 
 impl PentadiagonalLdl {
     /// Storage for matrices of `n` rows.
+    ///
+    /// # Panics
+    /// If more than `isize::MAX` bytes are needed; the process aborts if memory does not suffice.
     #[must_use]
     pub fn new(n: usize) -> Self {
         Self {

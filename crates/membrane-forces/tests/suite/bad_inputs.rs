@@ -497,3 +497,16 @@ fn a_mean_pressure_needs_a_length() {
     }
     assert_eq!(PerMaterialLength.mean_pressure(17.5, 25.0), 0.7);
 }
+
+#[test]
+fn balloons_whose_pieces_vanish_by_rounding_are_rejected() {
+    for (h, radius) in [(1e-17, 1.0), (1e308, 1.0), (1.0, 1e17), (1.0, 1e-17)] {
+        let error = ReferenceShape::balloon(h, radius).unwrap_err();
+        assert!(
+            matches!(error, MembraneError::BadBreakpoint { .. }),
+            "{h:e}, {radius:e}: {error}"
+        );
+    }
+    assert!(ReferenceShape::balloon(1e-12, 1.0).is_ok());
+    assert!(ReferenceShape::balloon(1.0, 1e-12).is_ok());
+}

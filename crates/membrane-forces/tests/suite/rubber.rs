@@ -74,6 +74,34 @@ fn strain_energies_have_their_stated_derivatives() {
 }
 
 /// The pressure of the sphere by the derivatives of W in all three stretches, by `principal`.
+/// The energy of small strains is 2 mu (e1^2 + e1 e2 + e2^2), up to terms of third order.
+#[test]
+fn energies_of_small_strains_do_not_cancel() {
+    for energy in energies() {
+        let mu = energy.shear_modulus();
+        for size in [1e-2, 1e-5, 1e-8, 1e-11] {
+            for [a, b] in [
+                [1.0, 1.0],
+                [1.0, 0.0],
+                [1.0, -1.0],
+                [-0.3, 0.8],
+                [0.5, -1.0],
+            ] {
+                let [l1, l2] = [1.0 + size * a, 1.0 + size * b];
+                let (e1, e2) = (l1 - 1.0, l2 - 1.0);
+                let expected = 2.0 * mu * (e1 * e1 + e1 * e2 + e2 * e2);
+                let given = energy.at(l1, l2).unwrap().energy;
+                // terms of third order have factors of the order of the exponents
+                let tolerance = 30.0 * size + 1e-14;
+                assert!(
+                    (given / expected - 1.0).abs() < tolerance,
+                    "{energy:?} at {size:e} [{a}, {b}]: {given:e}, expected {expected:e}"
+                );
+            }
+        }
+    }
+}
+
 #[test]
 fn spheres_and_tubes_have_their_closed_forms() {
     for energy in energies() {

@@ -317,3 +317,18 @@ fn a_run_without_convergence_is_an_error() {
     assert!(error.to_string().ends_with(" after 3 steps"), "{error}");
     assert_eq!((run.steps, run.norms.len()), (3, 4));
 }
+
+/// Newton's method has no equilibrium below -97.6 either: walls that have passed through each other are no body.
+#[test]
+fn an_equilibrium_with_crossed_walls_is_an_error() {
+    let membrane = balloon().with_law(PressureLaw::PerCurrentLength);
+    let options = EvolvingOptions::default().with_jacobian(Jacobian::Exact);
+    for total_force in [-100.0, -150.0, -300.0] {
+        let error = evolve(&membrane, 51, total_force, &options).unwrap_err();
+        assert!(
+            matches!(error, ImplicitError::Collapsed { .. }),
+            "{total_force}: {error}"
+        );
+    }
+    assert!(evolve(&membrane, 51, -50.0, &options).is_ok());
+}

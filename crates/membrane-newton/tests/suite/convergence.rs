@@ -318,6 +318,47 @@ fn the_errors_of_finite_differences_are_estimated() {
     }
 }
 
+/// Finite differences of curves with kinks: the stated error bounds that of shape and intensity, wherever the nodes are.
+#[test]
+fn the_errors_of_finite_differences_are_bounded_at_kinks() {
+    let options = NewtonOptions::default();
+    let corners = [[0.0, 2.0], [5.0, 2.0], [6.0, 0.0], [5.0, -2.0], [0.0, -2.0]];
+    let corners = Membrane::new(ReferenceShape::polyline(&corners).unwrap());
+    let steps = |s: f64| if (0.3..0.7).contains(&s) { 2.0 } else { 1.0 };
+    let steps = Stiffness::function(steps, &[0.3, 0.7]).unwrap();
+    let balloon = Membrane::new(ReferenceShape::balloon(8.5, 1.75).unwrap());
+    let stiffer = balloon.clone().with_stiffness(steps);
+    for (membrane, gains) in [(corners, [0.1, 0.6, 1.5]), (stiffer, [0.1, 0.6, 3.0])] {
+        for gain in gains {
+            let fine = Discretisation::Spectral {
+                degree: 24,
+                per_piece: 2,
+            };
+            let fine = Solver::new(&membrane, fine).unwrap();
+            let fine = fine.solve(Control::VolumeGain(gain), &options).unwrap();
+            let volume = Control::Volume(fine.measures.volume);
+            for nodes in (21..80).chain([101, 150, 201, 301, 401]) {
+                let solver = Solver::new(&membrane, Discretisation::FiniteDifferences { nodes });
+                let solved = solver.unwrap().solve(volume, &options).unwrap();
+                let stated = solved.discretisation_error().unwrap();
+                let places = solved.points().into_iter().zip(solved.positions());
+                let distance = places.map(|(point, s)| {
+                    let exact = fine.at(s).position;
+                    (point[0] - exact[0]).abs().max((point[1] - exact[1]).abs())
+                });
+                let shape = distance.fold(0.0, f64::max) / fine.measures.length;
+                let intensity = (solved.intensity / fine.intensity - 1.0).abs();
+                let ratio = stated / intensity.max(shape);
+                println!("gain {gain}, {nodes}: {shape:.1e} {intensity:.1e}, {ratio:.2}");
+                assert!(
+                    (1.0..9.0).contains(&ratio),
+                    "gain {gain}, {nodes} nodes: {ratio}"
+                );
+            }
+        }
+    }
+}
+
 /// dE = p dA for springs under a pressure, p dV for rubber, in both discretisations.
 #[test]
 fn energies_change_by_the_work_of_the_pressure() {

@@ -611,3 +611,58 @@ fn messages_contain_the_cause_of_a_failure() {
     let said = "stability: defined for a membrane of rubber only";
     assert_eq!(of_springs.to_string(), said);
 }
+
+/// `r_0 = sqrt(x_0) - 2`, `r_1 = x_1 - 1`, with norms that ignore NaN, as `f64::max` does.
+struct RootAndLine;
+
+impl ResidualSystem for RootAndLine {
+    fn len(&self) -> usize {
+        2
+    }
+
+    fn residual_into(&mut self, x: &[f64], out: &mut [f64]) -> Result<(), NewtonError> {
+        (out[0], out[1]) = (x[0].sqrt() - 2.0, x[1] - 1.0);
+        Ok(())
+    }
+
+    fn factor(&mut self, _: &[f64]) -> Result<(), NewtonError> {
+        Ok(())
+    }
+
+    fn solve_in_place(&mut self, rhs: &mut [f64]) -> Result<(), NewtonError> {
+        rhs[0] *= 4.0;
+        Ok(())
+    }
+
+    fn residual_norm(&self, residual: &[f64]) -> f64 {
+        residual.iter().fold(0.0, |most: f64, r| most.max(r.abs()))
+    }
+
+    fn step_norm(&self, step: &[f64]) -> f64 {
+        self.residual_norm(step)
+    }
+}
+
+#[test]
+fn a_residual_that_is_not_finite_is_no_solution_whatever_its_norm() {
+    for line_search in [
+        LineSearch::FullStep,
+        LineSearch::Natural { max_halvings: 20 },
+    ] {
+        let options = NewtonOptions::default().with_line_search(line_search);
+        for start in [[-4.0, 1.0], [-4.0, 3.0], [f64::NAN, 1.0], [f64::NAN, 3.0]] {
+            let mut x = start;
+            let error = newton(&mut RootAndLine, &mut x, &options).unwrap_err();
+            let NewtonError::NotConverged { report, .. } = &error else {
+                panic!("{start:?}: {error}")
+            };
+            assert_eq!(report.stopped_by, Some(StopReason::NotFinite), "{start:?}");
+        }
+        let mut x = [3.0, 3.0];
+        newton(&mut RootAndLine, &mut x, &options).unwrap();
+        assert!(
+            (x[0] - 4.0).abs() < 1e-9 && (x[1] - 1.0).abs() < 1e-12,
+            "{x:?}"
+        );
+    }
+}
