@@ -36,13 +36,16 @@ impl Scan<'_> {
         heart: Placement<'_>,
         rows: &Range<usize>,
     ) -> Result<Image, PhantomError> {
-        Ok(view.0.image(&self.assembly(heart)?, view.1, rows.clone()))
+        Ok((view.0).image(&self.assembly(heart)?, view.1, rows.clone())?)
     }
 
     /// The image of the surroundings of the heart.
-    pub(super) fn image_of_surroundings(&self, view: &PartView<'_>, rows: &Range<usize>) -> Image {
-        view.0
-            .image(&self.surroundings.alone(), view.1, rows.clone())
+    pub(super) fn image_of_surroundings(
+        &self,
+        view: &PartView<'_>,
+        rows: &Range<usize>,
+    ) -> Result<Image, PhantomError> {
+        Ok((view.0).image(&self.surroundings.alone(), view.1, rows.clone())?)
     }
 
     /// Whether the surroundings of a view are the same at all times and stored.
@@ -62,7 +65,7 @@ impl Scan<'_> {
         }
         let at = (view_idx, self.camera.angle(view_idx, 0.0));
         let view = self.part_view(imaging, at, Shown::Organs)?;
-        let image = self.image_of_surroundings(&view, &(0..self.camera.n_rows()));
+        let image = self.image_of_surroundings(&view, &(0..self.camera.n_rows()))?;
         let mut samples = vec![0.0f32; self.camera.view_len()];
         add(&image, 1.0, (&mut samples, 0, self.camera.n_bins()));
         // Another thread may have stored the same value first.

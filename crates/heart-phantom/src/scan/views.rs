@@ -245,7 +245,7 @@ impl<'a> Scan<'a> {
                 }
                 Some(imaging) => {
                     let plan = self.part_view(imaging, (view.view_idx, theta), Shown::Organs)?;
-                    let image = self.image_of_surroundings(&plan, rows);
+                    let image = self.image_of_surroundings(&plan, rows)?;
                     view.add_image(&image, &weights, rows.start, self.camera.n_bins());
                 }
             }

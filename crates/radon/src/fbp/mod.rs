@@ -35,7 +35,7 @@ use rows::RowFilter;
 ///
 /// The data limit the accuracy of the mean of an image: chords through the bin centres of a disc miss its area by a few 1e-5 (square-root
 /// singularities), and a disc with a radius of 77 bins is 6e-5 too high. Bin averages, which detectors measure, preserve the area; then its
-/// mean and that of its surroundings are accurate to 2e-5 for any window.
+/// mean and that of its surroundings are accurate to 4e-5 for any window (a disc with a radius of 30 bins in rows of 128).
 ///
 /// ```
 /// use radon::{FbpOptions, FbpPlan, ImageGrid, ParallelGeometry};
@@ -169,8 +169,10 @@ impl<T: Sample> FbpPlan<T> {
 
     /// Reconstructs one slice from its sinogram `[view][bin]`; the image is `[y][x]`.
     ///
-    /// Rows that do not contain the whole object (truncation) raise the image, by default by 8 % to a factor of two: [`EdgePolicy`]. A
-    /// transposed sinogram, or a geometry with exchanged numbers of views and bins, has the same length and is not detected.
+    /// Rows that do not contain the whole object (truncation) raise the image, by default by 8 % to a factor of two: [`EdgePolicy`]. Pixels
+    /// outside the circle that the rows inscribe are not seen from all angles: a sum over a square image includes their artefacts, a few per cent
+    /// ([`disc_mask`](crate::disc_mask)). A transposed sinogram, or a geometry with exchanged numbers of views and bins, has the
+    /// same length and is not detected. Samples within a factor of 100 of the largest number of `T` may overflow to NaN in the image.
     ///
     /// # Errors
     /// A wrong length, a sample that is NaN or infinite, [`RadonError::BudgetTooSmall`].

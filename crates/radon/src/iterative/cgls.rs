@@ -7,7 +7,7 @@ use super::report::{Iteration, IterativeReport, StopReason};
 use super::stopping::{Monitor, Observer, Stopping};
 use super::vectors::{check_samples, norm, relative, update};
 use crate::Sample;
-use crate::error::{RadonError, finite, zeros};
+use crate::error::{RadonError, finite, within, zeros};
 
 /// Options of [`cgls`].
 ///
@@ -28,6 +28,9 @@ pub struct CglsOptions {
     pub gradient: Option<f64>,
 }
 
+/// A norm whose square does not underflow, also after a reduction to rounding.
+const LEAST_NORM: f64 = 1e-140;
+
 impl CglsOptions {
     setters! {
         /// Sets the stopping rules.
@@ -45,7 +48,8 @@ impl CglsOptions {
 ///
 /// # Errors
 /// A wrong length, an option out of its range, NaN or infinity in the arguments, an error of the operator; [`RadonError::BadSample`] if the
-/// operator returns NaN or infinity or the next image overflows, [`RadonError::NotFinite`] if a norm does; [`RadonError::NotConverged`].
+/// operator returns NaN or infinity or the next image overflows, [`RadonError::NotFinite`] if a norm does, [`RadonError::OutOfRange`] for a
+/// gradient at the start whose square underflows (below 1e-140): scale the data; [`RadonError::NotConverged`].
 /// `image` always contains the last finite iterate.
 #[doc(alias("conjugate gradient", "LSQR"))]
 pub fn cgls<T: Sample, O: LinearOperator<T> + ?Sized>(
@@ -87,6 +91,10 @@ fn run<T: Sample>(
     loop {
         operator.adjoint_into(&residual, &mut gradient)?;
         let gradient_norm = norm(&gradient);
+        if previous_sq.is_none() && gradient.iter().any(|g| *g != T::ZERO) {
+            let what = "norm of the gradient at the start";
+            within(what, gradient_norm, LEAST_NORM, f64::MAX)?;
+        }
         let gradient_sq = finite("squared norm of the gradient", gradient_norm.powi(2))?;
         let residual_norm = finite("norm of the residual", norm(&residual))?;
         let mut entry = Iteration::at(relative(residual_norm, data_norm));

@@ -246,3 +246,20 @@ fn overflow_of_a_step_or_a_norm_is_an_error() {
         );
     }
 }
+
+/// Squares below f64 would end CGLS at once, with the start as the solution.
+#[test]
+fn underflow_of_the_gradient_is_an_error() {
+    for data in [1e-160, 1e-170] {
+        let mut x = [0.0_f64];
+        let options = CglsOptions::default();
+        let error = cgls(&Times(1.0), &[data], &mut x, &options, radon::no_observer).unwrap_err();
+        assert!(matches!(error, RadonError::OutOfRange { .. }), "{error}");
+    }
+    for data in [0.0, 1e-130] {
+        let mut x = [0.0_f64];
+        let options = CglsOptions::default();
+        cgls(&Times(1.0), &[data], &mut x, &options, radon::no_observer).unwrap();
+        assert!((x[0] - data).abs() <= 1e-15 * data, "{x:?}");
+    }
+}

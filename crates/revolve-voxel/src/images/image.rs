@@ -15,7 +15,7 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 
-use crate::error::positive;
+use crate::error::{check_range, positive, within};
 use crate::images::depth::DepthResponse;
 use crate::images::kernel::{Axis, BinValue, REACH, Weights};
 use crate::images::outline::{Path, add_organ_heights, add_organ_positions};
@@ -42,6 +42,9 @@ const SMALL_PANEL: f64 = 0.25;
 const CORNER: [f64; 2] = [0.4, 0.8];
 /// The first number without a response, and with one that is narrow against the bins.
 const SHARP_CORNER: f64 = 0.1;
+/// Nodes per standard deviation; errors are at rounding from about 8.
+const DENSITY: &str = "density of nodes";
+const MOST_DENSITY: f64 = 1000.0;
 /// Breaks closer than this, relative to the largest coordinate, are one.
 const SAME: f64 = 1e-9;
 
@@ -83,11 +86,12 @@ struct Line {
 
 impl<'a> View<'a> {
     /// A view on a detector, which is centred at (u, v) = (0, 0), with `density` nodes per standard deviation of the narrowest response (per
-    /// bin where that is narrower than an eighth of a bin). The error is not estimated: compare two densities. A response that depends on depth
-    /// needs parallel rays.
+    /// bin where that is narrower than an eighth of a bin), at most 1000. The error is not estimated: compare two densities. A response that
+    /// depends on depth needs parallel rays.
     ///
     /// # Errors
-    /// [`RevolveError::NotPositive`], [`RevolveError::NotFinite`] for the density, and for a response of width zero at the centre of bins.
+    /// [`RevolveError::NotPositive`], [`RevolveError::NotFinite`], [`RevolveError::OutOfRange`] for the density;
+    /// [`RevolveError::NotPositive`] for a response of width zero at the centre of bins.
     pub fn new(
         plane: RayPlane,
         detector: &ParallelDetector,
@@ -105,7 +109,7 @@ impl<'a> View<'a> {
             axes,
             response,
             weights: response.sigmas.iter().map(weights).collect(),
-            density: positive("density of nodes", density)?,
+            density: within(DENSITY, positive(DENSITY, density)?, [0.0, MOST_DENSITY])?,
         })
     }
 
@@ -137,8 +141,16 @@ impl<'a> View<'a> {
     }
 
     /// Returns the image of some rows. Its samples are bitwise identical to those of all rows, for any number of threads.
-    #[must_use]
-    pub fn image(&self, assembly: &Assembly<'_>, shown: Shown, rows: Range<usize>) -> Image {
+    ///
+    /// # Errors
+    /// [`RevolveError::BadRange`] for rows beyond the detector.
+    pub fn image(
+        &self,
+        assembly: &Assembly<'_>,
+        shown: Shown,
+        rows: Range<usize>,
+    ) -> Result<Image, RevolveError> {
+        check_range("rows", &rows, self.axes[1].n)?;
         let body = assembly.body().filter(|_| shown == Shown::Change);
         let corner = match self.is_narrow(0) || self.is_narrow(1) {
             true => SHARP_CORNER,
@@ -161,7 +173,7 @@ impl<'a> View<'a> {
                 self.line((assembly, shown), &paths, height, work)
             })
             .collect();
-        self.sum(&lines, rows)
+        Ok(self.sum(&lines, rows))
     }
 
     /// Whether the response is narrow against the bins or rows.

@@ -107,6 +107,8 @@ impl<'a> Assembly<'a> {
     /// assert_eq!((parts[1].span.length(), parts[1].activity), (14.0, 0.02));
     /// # Ok::<(), revolve_voxel::RevolveError>(())
     /// ```
+    ///
+    /// A ray that is parallel to the axis of a cylinder has no finite part in it, and none is returned; projections reject such rays.
     #[must_use]
     pub fn parts(&self, ray: &Ray) -> Vec<RayPart> {
         let mut finder = Finder::default();

@@ -236,9 +236,7 @@ impl Mesh {
     #[must_use]
     pub fn volume(&self) -> f64 {
         // Relative to one of its vertices, which avoids cancellation far from the origin.
-        let Some(&about) = self.vertices.first() else {
-            return 0.0;
-        };
+        let about = self.vertices.first().copied().unwrap_or_default();
         self.triangles
             .iter()
             .map(|t| {
@@ -253,8 +251,12 @@ impl Mesh {
     /// vertices, are its header, which readers ignore. It must not begin with `solid`, the header of a text file.
     ///
     /// # Errors
-    /// Errors of the writer; `InvalidInput` for an invalid index.
+    /// Errors of the writer; `InvalidInput` for an invalid index and for such a comment.
     pub fn write_stl(&self, comment: &str, mut to: impl Write) -> io::Result<()> {
+        if comment.starts_with("solid") {
+            let what = "the header of a binary STL file must not begin with `solid`";
+            return Err(io::Error::new(io::ErrorKind::InvalidInput, what));
+        }
         let mut header = [0; 80];
         (header.iter_mut().zip(comment.bytes())).for_each(|(to, byte)| *to = byte);
         to.write_all(&header)?;

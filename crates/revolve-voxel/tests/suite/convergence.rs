@@ -309,7 +309,7 @@ fn samples_at_the_centres_of_bins_do_not_sum_to_the_activity() {
         .unwrap();
     let plane = RayPlane::parallel(0.7).unwrap();
     let view = View::new(plane, &detector, BinValue::Average, &sharp, 4.0).unwrap();
-    let image = view.image(&wall, Shown::Change, 0..25);
+    let image = view.image(&wall, Shown::Change, 0..25).unwrap();
     let error = image.samples.iter().sum::<f64>() * 0.16 / exact - 1.0;
     assert!(error.abs() < 1e-4, "{error}");
 }

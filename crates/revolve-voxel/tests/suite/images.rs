@@ -5,7 +5,8 @@ mod divergent;
 use nalgebra::{Point3, Vector3};
 use revolve_voxel::{
     Assembly, BinValue, Body, DepthResponse, Image, Meridian, Organ, OrganShape, Organs,
-    ParallelDetector, PointRaster, Pose, Ray, RayPlane, Sector, Shown, View, nalgebra,
+    ParallelDetector, PointRaster, Pose, Ray, RayPlane, RevolveError, Sector, Shown, View,
+    nalgebra,
 };
 
 /// A bulged solid with a flat base, of 300 segments.
@@ -235,7 +236,10 @@ fn a_body_behind_a_collimator_agrees_with_the_definition() {
         let assembly = Assembly::new(&organs)
             .with_body(&body, &[0.2, 1.0], Some(0.15))
             .unwrap();
-        let image = whole(&view.image(&assembly, Shown::Change, 0..12), &detector);
+        let image = whole(
+            &view.image(&assembly, Shown::Change, 0..12).unwrap(),
+            &detector,
+        );
         let exact = Definition {
             ray: &rays,
             on_ray: &|ray| body_on_ray(&body, [0.2, 1.0], 0.15, None, ray),
@@ -262,7 +266,7 @@ fn the_error_falls_exponentially_with_the_density() {
             let image = |density: f64| {
                 let view =
                     View::new(plane, &detector, BinValue::Average, &response, density).unwrap();
-                whole(&view.image(&assembly, shown, 0..16), &detector)
+                whole(&view.image(&assembly, shown, 0..16).unwrap(), &detector)
             };
             let exact = image(4.0);
             let errors = [0.7, 1.0, 1.4, 2.0].map(|density| apart(&image(density), &exact));
@@ -295,7 +299,7 @@ fn organs_are_replaced_and_attenuate() {
         .with_body(&body, &[0.2, 1.0], Some(0.16))
         .unwrap();
     let [around, change] = [Shown::Organs, Shown::Change]
-        .map(|shown| whole(&view.image(&assembly, shown, 0..11), &detector));
+        .map(|shown| whole(&view.image(&assembly, shown, 0..11).unwrap(), &detector));
     let both: Vec<f64> = around.iter().zip(&change).map(|(a, b)| a + b).collect();
     for (with_body, image) in [(false, &around), (true, &both)] {
         let on_ray = |ray: &Ray| {
@@ -356,7 +360,10 @@ fn sectors_add_their_activity() {
         .with_body(&body, &[0.2, 1.0], None)
         .unwrap();
     let assembly = assembly.with_sectors(vec![sector.clone()]).unwrap();
-    let image = whole(&view.image(&assembly, Shown::Change, 0..8), &detector);
+    let image = whole(
+        &view.image(&assembly, Shown::Change, 0..8).unwrap(),
+        &detector,
+    );
     let exact = Definition {
         ray: &rays,
         on_ray: &|ray| body_on_ray(&body, [0.2, 1.0], 0.0, Some(&sector), ray),
@@ -383,7 +390,7 @@ fn parts_are_bitwise_those_of_the_whole_for_any_number_of_threads() {
             .num_threads(threads)
             .build()
             .unwrap();
-        pool.install(|| view.image(&assembly, Shown::Change, rows))
+        pool.install(|| view.image(&assembly, Shown::Change, rows).unwrap())
     };
     let all = whole(&on(1, 0..16), &detector);
     assert_eq!(whole(&on(3, 0..16), &detector), all);
@@ -403,7 +410,18 @@ fn invalid_values_are_rejected() {
     assert!(DepthResponse::new(|_| 1.0, [0.0, 1.0], 0.0).is_err());
     let sharp = DepthResponse::constant(0.0).unwrap();
     assert!(View::new(plane, &detector, BinValue::Centre, &sharp, 1.0).is_err());
-    assert!(View::new(plane, &detector, BinValue::Average, &sharp, 0.0).is_err());
+    for density in [0.0, -1.0, 1001.0, 1e300, f64::NAN] {
+        let view = View::new(plane, &detector, BinValue::Average, &sharp, density);
+        assert!(view.is_err(), "{density}");
+    }
+    let view = View::new(plane, &detector, BinValue::Average, &sharp, 1.0).unwrap();
+    for rows in [3..5, 4..2, 0..usize::MAX, 0..1_000_000_000] {
+        let image = view.image(&Assembly::new(&none()), Shown::Change, rows.clone());
+        assert!(
+            matches!(image, Err(RevolveError::BadRange { .. })),
+            "{rows:?}"
+        );
+    }
     let moving = PointRaster {
         first: Point3::origin(),
         bin_step: Vector3::x(),

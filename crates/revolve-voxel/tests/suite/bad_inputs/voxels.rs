@@ -115,11 +115,13 @@ fn meshes_with_invalid_lists() {
     let whole = mesh([0, 1, 2], 3);
     assert_eq!(whole.volume(), 0.0);
     assert!(whole.write_stl("", Vec::new()).is_ok() && whole.write_ply(Vec::new()).is_ok());
-    for broken in [mesh([0, 1, 3], 3), mesh([u32::MAX, 0, 0], 3)] {
+    let empty = Mesh::new(Vec::new(), Vec::new(), vec![[0, 1, 2]]);
+    for broken in [mesh([0, 1, 3], 3), mesh([u32::MAX, 0, 0], 3), empty] {
         assert!(broken.volume().is_nan());
         for written in [
             broken.write_stl("", Vec::new()),
             broken.write_ply(Vec::new()),
+            whole.write_stl("solid of revolution", Vec::new()),
             mesh([0, 1, 2], 2).write_ply(Vec::new()),
         ] {
             assert_eq!(

@@ -33,7 +33,10 @@ fn fans_and_cones_are_averaged_over_bins() {
             let assembly = Assembly::new(&organs)
                 .with_body(&body, &[0.2, 1.0], None)
                 .unwrap();
-            let image = whole(&view.image(&assembly, Shown::Change, 0..12), &detector);
+            let image = whole(
+                &view.image(&assembly, Shown::Change, 0..12).unwrap(),
+                &detector,
+            );
             let on_ray = |ray: &Ray| {
                 // Activity of the organs inside the body is removed; the attenuation is that of the organs.
                 let own = body_on_ray(&body, [0.2, 1.0], 1.0, None, ray);
@@ -90,7 +93,10 @@ fn narrow_responses_and_none_agree_in_the_limit() {
     let image = |sigma: f64| {
         let response = DepthResponse::constant(sigma).unwrap();
         let view = View::new(plane, &detector, BinValue::Average, &response, 3.0).unwrap();
-        whole(&view.image(&assembly, Shown::Change, 0..20), &detector)
+        whole(
+            &view.image(&assembly, Shown::Change, 0..20).unwrap(),
+            &detector,
+        )
     };
     let sharp = image(0.0);
     for sigma in [1e-6, 1e-4, 2e-3, 0.02, 0.04] {
