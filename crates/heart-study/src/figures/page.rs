@@ -1,8 +1,8 @@
 //! `index.html`: the figures in order with captions, and tables of numbers, in one file without scripts.
 
-use super::check;
 use crate::StudyError;
 use crate::html::document;
+use heart_phantom::check_length;
 use heart_phantom::files::write_atomically;
 use maud::{Markup, Render, html};
 use std::fmt::Write as _;
@@ -62,7 +62,7 @@ impl Page {
     pub fn to_html(&self) -> Result<String, StudyError> {
         for table in self.sections.iter().flat_map(|section| &section.tables) {
             for row in &table.rows {
-                check::same_len("cells of a row", row.len(), table.header.len())?;
+                check_length("cells of a row", row.len(), table.header.len())?;
             }
         }
         let body = html! {
