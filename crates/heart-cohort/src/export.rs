@@ -58,7 +58,7 @@ pub fn export(
             false => phantom.truth(gate)?,
         };
         let phase = phases.get(gate).or(phases.first());
-        let map = phantom.labels(phase.map_or(0.0.into(), |at| at.motion_phase()))?;
+        let map = phantom.labels(phase.map_or(0.0.into(), |phase| phase.at))?;
         let case = format!("heart_{}_{gate:02}", member.key);
         let grid = *phantom.camera().grid();
         for (name, volume) in [

@@ -313,12 +313,6 @@ impl Phantom {
         self.shape_at_gain(self.parts.cycle.gain(phase))
     }
 
-    /// Returns a phase of end-systole and one of end-diastole.
-    #[must_use]
-    pub fn extreme_phases(&self) -> [f64; 2] {
-        self.parts.cycle.extreme_phases()
-    }
-
     pub(crate) fn acquisition_of(&self, gate: usize, points: usize) -> Acquisition {
         let mode = self.scene().acquisition.mode;
         let is_blurred = self.parts.collimator.is_some() || self.scene().blur.is_some();

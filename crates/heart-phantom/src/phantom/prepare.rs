@@ -66,7 +66,7 @@ impl Phantom {
         if wants(Product::Meshes) {
             let phases = self.phases();
             for scene_phase in phases.iter().take(MOST_TRIED) {
-                self.meshes(scene_phase.motion_phase())?;
+                self.meshes(scene_phase.at)?;
             }
         }
         let counts = self.scene().noise.map(|noise| noise.counts);
@@ -108,7 +108,7 @@ impl Phantom {
 
     /// Returns the gains of the phases that represent the projections, and those of end-diastole and end-systole.
     fn gains_of_phases(&self) -> BTreeSet<u64> {
-        let phases = self.phases().into_iter().map(|phase| phase.phase);
+        let phases = self.phases().into_iter().map(|phase| phase.at.phase);
         let gains = phases.map(|phase| self.cycle().gain(phase));
         gains
             .chain(self.cycle().gains())

@@ -105,7 +105,7 @@ impl Phantom {
         match self.scene().acquisition.mode {
             Mode::Static { phase } => vec![phase],
             Mode::Instants | Mode::Exposure { .. } | Mode::WholeCycle | Mode::Gated { .. } => {
-                self.extreme_phases().to_vec()
+                self.cycle().extreme_phases().to_vec()
             }
         }
     }
