@@ -2,7 +2,6 @@
 
 use super::finding::{Check, SceneError, array_of};
 use super::*;
-use crate::error::PhantomError;
 use crate::model::Height;
 use crate::model::without_overlap;
 use crate::phantom::farthest;
@@ -29,11 +28,9 @@ impl Scene {
     /// Validates a scene that was built in Rust.
     ///
     /// # Errors
-    /// [`PhantomError::Scene`] with the field, the value and the allowed range.
-    pub fn check(&self) -> Result<(), PhantomError> {
-        parts(self.clone(), None)
-            .map(drop)
-            .map_err(PhantomError::from)
+    /// [`SceneError`] with the field, the value and the allowed range.
+    pub fn check(&self) -> Result<(), SceneError> {
+        parts(self.clone(), None).map(drop)
     }
 }
 
