@@ -43,7 +43,7 @@ const FIRST: [&str; 12] = [
 /// evaluate. Temporary files of killed processes are removed. One record at a time is in memory.
 ///
 /// # Errors
-/// [`PhantomError::Foreign`](heart_phantom::PhantomError::Foreign) for a `manifest.csv` of another program; [`CohortError::NoShards`]; [`CohortError::Faults`] for missing shards, names of another number of shards, records that do not match
+/// [`heart_phantom::PhantomError::Foreign`] for a `manifest.csv` of another program; [`CohortError::NoShards`]; [`CohortError::Faults`] for missing shards, names of another number of shards, records that do not match
 /// their checksum, archives of another length (their bytes are not read) and shards of several cohorts; errors of writing.
 pub fn merge(folder: &Path) -> Result<ManifestReport, CohortError> {
     let path = folder.join("manifest.csv");

@@ -74,8 +74,8 @@ impl Cohort {
     /// Reads a cohort from a file; the path of a base scene is relative to it.
     ///
     /// # Errors
-    /// [`PhantomError::Read`](heart_phantom::PhantomError::Read) if the file or that of the base scene cannot be read; [`PhantomError::Scene`](heart_phantom::PhantomError::Scene) unless it is UTF-8;
-    /// [`CohortError::Text`] with line and field for invalid text.
+    /// [`heart_phantom::PhantomError::Read`] if the file or that of the base scene cannot be read;
+    /// [`heart_phantom::PhantomError::Scene`] unless it is UTF-8; [`CohortError::Text`] with line and field for invalid text.
     pub fn load(path: &Path) -> Result<Self, CohortError> {
         let text = read_text(path)?;
         let folder = path.parent().unwrap_or(Path::new("."));
