@@ -93,7 +93,7 @@ impl Phantom {
     /// Collects the gains of all projections; if there are too many, a subset from the smallest to the largest.
     fn add_gains_of_views(&self, gains: &mut BTreeSet<u64>) -> Result<(), PhantomError> {
         for gate in 0..self.n_gates() {
-            let scan = self.scan(self.camera(), gate, self.acquisition(gate)?);
+            let scan = self.scan_of(gate)?;
             scan.collect_gains(gains, MOST_TRIED + 1);
         }
         if gains.len() > MOST_TRIED {
@@ -130,7 +130,7 @@ impl Phantom {
         for gate in 0..self.n_gates() {
             let seen = |view_idx| -> Result<bool, PhantomError> {
                 let rows = 0..self.camera().n_rows();
-                let scan = self.scan(self.camera(), gate, self.acquisition(gate)?);
+                let scan = self.scan_of(gate)?;
                 let view = scan.rows(view_idx..view_idx + 1, rows, &no_observer)?;
                 Ok(view.samples.iter().any(|sample| *sample > 0.0))
             };

@@ -209,7 +209,7 @@ impl Phantom {
 
     /// Returns the states of the heart whose average the projections of a gate are: averages over cells of volume and respiratory phase.
     fn hearts(&self, gate: usize) -> Result<Vec<State>, PhantomError> {
-        let scan = self.scan(self.camera(), gate, self.acquisition(gate)?);
+        let scan = self.scan_of(gate)?;
         let times = scan.times()?;
         let mut low = [f64::INFINITY; 2];
         let mut high = [f64::NEG_INFINITY; 2];
