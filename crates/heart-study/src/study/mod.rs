@@ -123,12 +123,8 @@ fn run_in_pool(
             pictures::reconstruction(gallery, &run, (15 + k, name), &volumes[0])?;
         }
         run.time.truth_and_files += clock.seconds();
-        let (ram_lak, hann) = match k {
-            0 => (&mut report.static_, &mut report.hann.static_),
-            1 => (&mut report.short, &mut report.hann.short),
-            _ => (&mut report.long, &mut report.hann.long),
-        };
-        (*ram_lak, *hann) = (result.ram_lak, result.hann);
+        *report.ram_lak.each_mut()[k] = result.ram_lak;
+        *report.hann.each_mut()[k] = result.hann;
     }
 
     if let Some(mut gallery) = gallery {
@@ -200,11 +196,7 @@ pub fn summary(report: &Report) -> String {
     );
     let cell = |v: Option<f64>| v.map_or("      -".into(), |v| format!("{v:.5}"));
     text += "            rmse*    wall mean  wall std  background  cavity\n";
-    for (name, a) in [
-        ("static", &report.static_),
-        ("short", &report.short),
-        ("long", &report.long),
-    ] {
+    for (name, a) in report.ram_lak.named() {
         text += &format!(
             "{name:<10} {}    {}   {}   {}   {}\n",
             cell(a.quality.rmse_truth),
@@ -215,10 +207,8 @@ pub fn summary(report: &Report) -> String {
         );
     }
     text += "* relative to the exact volume; for the short scan, whose views acquire different shapes, to their average\n";
-    let rows = [&report.static_, &report.short, &report.long];
-    if rows
-        .iter()
-        .any(|a| a.quality.eroded_wall_mean.is_none() || a.quality.wall_std.is_none())
+    if (report.ram_lak.named().iter())
+        .any(|(_, a)| a.quality.eroded_wall_mean.is_none() || a.quality.wall_std.is_none())
     {
         text += "- no voxel remains in the eroded wall; choose a larger size\n";
     }
