@@ -354,15 +354,10 @@ impl CollimatorSettings {
     fn check(&self, c: &mut Check) {
         let positive = [1e-6, 1e3];
         match self.holes {
-            HolesSettings::Parallel {
-                diameter,
-                length,
-                attenuation,
-                response: _,
-            } => c.at("holes.parallel", |c| {
-                c.within("diameter", diameter, positive);
-                c.within("length", length, positive);
-                c.within("attenuation", attenuation, [1e-6, 1e6]);
+            HolesSettings::Parallel(holes) => c.at("holes.parallel", |c| {
+                c.within("diameter", holes.diameter, positive);
+                c.within("length", holes.length, positive);
+                c.within("attenuation", holes.attenuation, [1e-6, 1e6]);
             }),
             HolesSettings::Widths { slope, at_face } => c.at("holes.widths", |c| {
                 c.within("slope", slope, [0.0, 10.0]);
