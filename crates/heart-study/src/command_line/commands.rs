@@ -170,7 +170,10 @@ pub(super) fn check(arguments: &Arguments, path: &Path) -> Done {
             files.len()
         ),
     ];
-    lines.extend(listed(&files));
+    lines.extend(files.iter().map(|(name, bytes)| match *bytes {
+        0 => format!("    {}", name.display()),
+        bytes => format!("    {} {}", name.display(), size(bytes)),
+    }));
     Ok(Answer::Report(found, lines))
 }
 
@@ -184,14 +187,6 @@ pub(crate) fn size(bytes: u64) -> String {
     }
     let digits = if unit == "bytes" { 0 } else { 1 };
     format!("{amount:.digits$} {unit}")
-}
-
-/// Lists files with sizes if these are known.
-fn listed(files: &[(PathBuf, u64)]) -> impl Iterator<Item = String> {
-    files.iter().map(|(name, bytes)| match *bytes {
-        0 => format!("    {}", name.display()),
-        bytes => format!("    {} {}", name.display(), size(bytes)),
-    })
 }
 
 pub(super) fn run_scene(arguments: &Arguments, scene: &Path, out: &Path, page: bool) -> Done {
