@@ -249,7 +249,11 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         "fig15a-slice.png",
     ];
     let introduction = "Two balloons, solved & drawn; the <numbers> stand below.";
-    let mut page = Page::new(&out, "A beating heart: the study", vec![introduction.into()]);
+    let mut page = Page::new(
+        &out,
+        "A beating heart: the study",
+        vec![introduction.into()],
+    );
     for (k, file) in figures.iter().enumerate() {
         let text = "What is shown, and how it was computed, in a sentence or two.";
         page.section(&format!("Part {}", k + 1), text);
