@@ -117,7 +117,7 @@ impl PyPhantom {
             let text = format!("breath is {breath}, and this scene has no respiration");
             return Err(PyValueError::new_err(text).into());
         }
-        Ok(MotionPhase { phase, breath })
+        Ok(MotionPhase { phase, breath, ..MotionPhase::default() })
     }
 
     pub(crate) fn of(py: Python<'_>, scene: Scene, memory: Option<Whole>) -> Result<Self, Failure> {

@@ -206,7 +206,7 @@ impl PyScene {
             return Err(PyValueError::new_err("the size is 0, must be at least 1").into());
         }
         let scene = self.0.clone().with_size(n.0);
-        scene.check()?;
+        scene.check().map_err(PhantomError::from)?;
         Ok(Self(scene))
     }
 

@@ -350,7 +350,7 @@ fn papers(effort: Effort) {
                 size,
                 threads,
                 seconds,
-                error: report.static_.quality.rmse_truth.expect("a truth"),
+                error: report.ram_lak.static_.quality.rmse_truth.expect("a truth"),
                 error_kind: "rms of the static one",
             }
             .print();

@@ -192,7 +192,11 @@ fn add(
     let camera = phantom.camera();
     let [nx, ny, nz] = camera.grid().shape();
     let n_gates = phantom.n_gates();
-    let phases: Vec<f64> = phantom.phases().iter().map(|phase| phase.phase).collect();
+    let phases: Vec<f64> = phantom
+        .phases()
+        .iter()
+        .map(|phase| phase.at.phase)
+        .collect();
     let gates_shape = [n_gates, nz, ny, nx];
     let phases_shape = [phases.len(), nz, ny, nx];
     match product {

@@ -6,8 +6,8 @@ use crate::read::scene_from;
 use crate::split::Subset;
 use crate::value::FieldValue;
 use crate::{field, sobol};
-use heart_phantom::scene::{Finding, SceneError};
-use heart_phantom::{PhantomError, Scene};
+use heart_phantom::Scene;
+use heart_phantom::scene::SceneError;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 use serde_json::Value;
@@ -143,13 +143,7 @@ impl Cohort {
         let drawn = (0..1000).filter_map(|_| {
             let point = self.point(0, 1, &mut stream);
             let values = self.values(case, &point[1..]).ok()?;
-            let checked = scene_from(&scene_of(case, &values, 0)).and_then(|scene| {
-                scene.check().map_err(|error| match error {
-                    PhantomError::Scene(error) => *error,
-                    error => Finding::new(None, "", error.to_string()).into(),
-                })
-            });
-            Some(checked)
+            Some(scene_from(&scene_of(case, &values, 0)).and_then(|scene| scene.check()))
         });
         let errors: Result<Vec<SceneError>, ()> = (drawn.take(Self::SCENES))
             .map(|checked| checked.err().ok_or(()))

@@ -2,6 +2,7 @@
 
 use crate::cohort::Cohort;
 use crate::error::CohortError;
+use crate::folder::check_own;
 use crate::options::RunOptions;
 use crate::split::Subset;
 use flate2::Compression;
@@ -37,7 +38,9 @@ pub fn export(
     /// Bytes per voxel of the image and its labels, and of an image as NIfTI.
     const BYTES_EACH: u64 = 4 + 1 + 4;
     RunOptions::new(1).with_memory(memory).check()?;
-    check_own(folder)?;
+    check_own(&folder.join(DATASET), u64::MAX, |bytes| {
+        serde_json::from_slice::<Value>(bytes).is_ok_and(|found| found["name"] == NAME)
+    })?;
     let member = cohort.member(member)?;
     let phantom = Phantom::new(member.scene()?)?.with_memory(memory);
     let bytes = BYTES_EACH * phantom.camera().grid().len() as u64;
@@ -58,7 +61,7 @@ pub fn export(
             false => phantom.truth(gate)?,
         };
         let phase = phases.get(gate).or(phases.first());
-        let map = phantom.labels(phase.map_or(0.0.into(), |at| at.motion_phase()))?;
+        let map = phantom.labels(phase.map_or(0.0.into(), |phase| phase.at))?;
         let case = format!("heart_{}_{gate:02}", member.key);
         let grid = *phantom.camera().grid();
         for (name, volume) in [
@@ -89,22 +92,6 @@ pub fn export(
     write_atomically(&folder.join(DATASET), |out| writeln!(out, "{dataset:#}"))?;
     files.push(DATASET.into());
     Ok(files)
-}
-
-/// Rejects a directory with a `dataset.json` of another program.
-fn check_own(folder: &Path) -> Result<(), PhantomError> {
-    let path = folder.join(DATASET);
-    let known = match fs::read(&path) {
-        Ok(bytes) => {
-            serde_json::from_slice::<Value>(&bytes).is_ok_and(|found| found["name"] == NAME)
-        }
-        Err(error) if error.kind() == std::io::ErrorKind::NotFound => true,
-        Err(source) => return Err(PhantomError::Read { path, source }),
-    };
-    match known {
-        true => Ok(()),
-        false => Err(PhantomError::Foreign { path }),
-    }
 }
 
 /// The content of `dataset.json` for the cases of the directory.

@@ -6,7 +6,8 @@ use crate::fault::{Fault, FileFault};
 use heart_phantom::PhantomError;
 use std::cmp::Reverse;
 use std::collections::{BTreeMap, BTreeSet};
-use std::fs;
+use std::fs::{self, File};
+use std::io::{self, Read};
 use std::path::Path;
 
 /// Returns the shards of a directory that have a record, in order. Neither records nor archives are read: see [`verify`](crate::verify()).
@@ -86,5 +87,24 @@ impl Listing {
             }
             next = present + 1;
         }
+    }
+}
+
+/// Rejects a file of another program: one whose first `most` bytes are not those of this program.
+pub(crate) fn check_own(
+    path: &Path,
+    most: u64,
+    is_own: impl FnOnce(&[u8]) -> bool,
+) -> Result<(), PhantomError> {
+    let mut bytes = Vec::new();
+    let path_buf = || path.to_path_buf();
+    match File::open(path).and_then(|file| file.take(most).read_to_end(&mut bytes)) {
+        Ok(_) if is_own(&bytes) => Ok(()),
+        Ok(_) => Err(PhantomError::Foreign { path: path_buf() }),
+        Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(()),
+        Err(source) => Err(PhantomError::Read {
+            path: path_buf(),
+            source,
+        }),
     }
 }

@@ -1,6 +1,6 @@
 //! `geometry.json` of a member: positions, times and units of its arrays.
 
-use heart_phantom::{Phantom, PhantomError};
+use heart_phantom::{Phantom, PhantomError, ScenePhase};
 use serde_json::{Value, json};
 
 /// Millimetres of image files per centimetre of the lab.
@@ -29,8 +29,8 @@ pub(crate) fn geometry(phantom: &Phantom, has_views: bool) -> Result<Value, Phan
         affine[a][3] = signs[a] * origin[a];
     }
     affine[3][3] = 1.0;
-    let phases = phantom.phases().into_iter().map(|at| {
-        json!({ "of": at.of.to_string(), "phase": at.phase, "seconds": at.phase * period, "breath": at.breath })
+    let phases = phantom.phases().into_iter().map(|ScenePhase { of, at, .. }| {
+        json!({ "of": of.to_string(), "phase": at.phase, "seconds": at.phase * period, "breath": at.breath })
     });
     let (mut gates, mut counts) = (Vec::new(), Vec::new());
     for gate in 0..phantom.n_gates() {

@@ -2,15 +2,14 @@
 
 use crate::error::CohortError;
 use crate::fault::{Fault, FileFault};
-use crate::folder::Listing;
+use crate::folder::{Listing, check_own};
 use crate::record::{Record, Row};
 use crate::shard::remove_left;
 use crate::split::Subset;
 use crate::value::FieldValue;
-use heart_phantom::{PhantomError, files};
+use heart_phantom::files;
 use std::collections::BTreeSet;
-use std::fs::File;
-use std::io::{self, BufRead, BufReader, Read};
+use std::io;
 use std::path::{Path, PathBuf};
 
 /// The content of a manifest.
@@ -44,11 +43,14 @@ const FIRST: [&str; 12] = [
 /// evaluate. Temporary files of killed processes are removed. One record at a time is in memory.
 ///
 /// # Errors
-/// [`PhantomError::Foreign`] for a `manifest.csv` of another program; [`CohortError::NoShards`]; [`CohortError::Faults`] for missing shards, names of another number of shards, records that do not match
+/// [`heart_phantom::PhantomError::Foreign`] for a `manifest.csv` of another program; [`CohortError::NoShards`]; [`CohortError::Faults`] for missing shards, names of another number of shards, records that do not match
 /// their checksum, archives of another length (their bytes are not read) and shards of several cohorts; errors of writing.
 pub fn merge(folder: &Path) -> Result<ManifestReport, CohortError> {
     let path = folder.join("manifest.csv");
-    check_own(&path)?;
+    let columns = FIRST.join(",");
+    check_own(&path, columns.len() as u64, |start| {
+        start == columns.as_bytes()
+    })?;
     let listing = Listing::of(folder)?;
     let (mut drawn, mut numbers) = (BTreeSet::new(), BTreeSet::new());
     let mut report = ManifestReport {
@@ -113,30 +115,6 @@ pub fn merge(folder: &Path) -> Result<ManifestReport, CohortError> {
     report.files.push(path);
     remove_left(folder, "shard-");
     Ok(report)
-}
-
-/// Rejects a manifest without the columns of [`FIRST`].
-fn check_own(path: &Path) -> Result<(), PhantomError> {
-    let unread = |source| PhantomError::Read {
-        path: path.to_path_buf(),
-        source,
-    };
-    let columns = FIRST.join(",");
-    let file = match File::open(path) {
-        Ok(file) => file,
-        Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(()),
-        Err(error) => return Err(unread(error)),
-    };
-    let mut start = Vec::new();
-    (BufReader::new(file).take(columns.len() as u64))
-        .read_until(b'\n', &mut start)
-        .map_err(unread)?;
-    match start == columns.as_bytes() {
-        true => Ok(()),
-        false => Err(PhantomError::Foreign {
-            path: path.to_path_buf(),
-        }),
-    }
 }
 
 /// The cells of [`FIRST`].

@@ -1,6 +1,6 @@
 //! Options of the computation of members.
 
-use heart_phantom::{Heart, PhantomError};
+use heart_phantom::{Heart, PhantomError, check_count};
 
 const MOST_THREADS: usize = 4096;
 
@@ -38,19 +38,7 @@ impl RunOptions {
 
     /// Tests the numbers of threads and bytes.
     pub(crate) fn check(&self) -> Result<(), PhantomError> {
-        for (what, given, most) in [
-            ("threads", self.threads, MOST_THREADS),
-            ("memory", self.memory, usize::MAX),
-        ] {
-            if !(1..=most).contains(&given) {
-                return Err(PhantomError::Count {
-                    what,
-                    given,
-                    least: 1,
-                    most,
-                });
-            }
-        }
-        Ok(())
+        check_count("threads", self.threads, [1, MOST_THREADS])?;
+        check_count("memory", self.memory, [1, usize::MAX]).map(drop)
     }
 }

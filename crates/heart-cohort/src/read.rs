@@ -8,7 +8,7 @@ use crate::split::Split;
 use crate::value::FieldValue;
 use crate::{field, sobol};
 use heart_phantom::scene::{Finding, SceneError, line_and_column, locate, read_text};
-use heart_phantom::{PhantomError, Product, Scene, files::Format};
+use heart_phantom::{Product, Scene, files::Format};
 use serde::Deserialize;
 use serde_json::{Map, Value};
 use std::collections::{BTreeMap, BTreeSet};
@@ -74,8 +74,8 @@ impl Cohort {
     /// Reads a cohort from a file; the path of a base scene is relative to it.
     ///
     /// # Errors
-    /// [`PhantomError::Read`] if the file or that of the base scene cannot be read; [`PhantomError::Scene`] unless it is UTF-8;
-    /// [`CohortError::Text`] with line and field for invalid text.
+    /// [`heart_phantom::PhantomError::Read`] if the file or that of the base scene cannot be read;
+    /// [`heart_phantom::PhantomError::Scene`] unless it is UTF-8; [`CohortError::Text`] with line and field for invalid text.
     pub fn load(path: &Path) -> Result<Self, CohortError> {
         let text = read_text(path)?;
         let folder = path.parent().unwrap_or(Path::new("."));
@@ -209,16 +209,13 @@ impl Reader<'_> {
                 return Err(self.wrong(&field, wanted.clone()));
             }
         };
-        scene.check().map_err(|error| match error {
-            PhantomError::Scene(error) => {
-                let first = error.first();
-                let field = format!("{section}.{}", first.field);
-                match first.given.as_str() {
-                    "" => self.wrong(&field, first.wanted.clone()),
-                    given => self.wrong(&field, format!("is {given}; {}", first.wanted)),
-                }
+        scene.check().map_err(|error| {
+            let first = error.first();
+            let field = format!("{section}.{}", first.field);
+            match first.given.as_str() {
+                "" => self.wrong(&field, first.wanted.clone()),
+                given => self.wrong(&field, format!("is {given}; {}", first.wanted)),
             }
-            error => self.wrong(section, error.to_string()),
         })?;
         self.check_output(&scene, section)?;
         Ok(json_of(&scene))

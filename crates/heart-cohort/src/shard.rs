@@ -92,11 +92,8 @@ pub fn run_shard(
     progress: Observer<'_, u64>,
 ) -> Result<ShardReport, CohortError> {
     options.check()?;
-    let range = shard.members(cohort)?;
     // Draws all members first: it takes microseconds and detects unmet constraints before writing.
-    range
-        .clone()
-        .try_for_each(|index| cohort.member(index).map(drop))?;
+    (shard.members(cohort)?).try_for_each(|index| cohort.member(index).map(drop))?;
     let pools = workers::pools(options.threads)?;
     files::create_writable_folder(folder)?;
     check_others(cohort, folder, shard)?;

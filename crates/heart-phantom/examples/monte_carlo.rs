@@ -13,7 +13,7 @@ fn main() -> Result<(), PhantomError> {
     heart_phantom::files::create_writable_folder(&out)?;
 
     let phantom = Phantom::new(Scene::default().with_size(128))?;
-    let [_, diastole] = phantom.extreme_phases();
+    let [_, diastole] = phantom.cycle().extreme_phases();
     let labels = phantom.labels(diastole)?; // 0 outside, 1 blood, 2 wall
     let activity = phantom.activity(diastole)?; // per mL, averaged over each voxel
     let grid = *phantom.camera().grid();

@@ -362,11 +362,10 @@ fn threads(given: usize) -> String {
 }
 
 /// Returns `given` if it is finite and within `least..=most`.
-pub(crate) fn check(
-    what: &'static str,
-    given: f64,
-    [least, most]: [f64; 2],
-) -> Result<f64, PhantomError> {
+///
+/// # Errors
+/// [`PhantomError::OutOfRange`].
+pub fn check(what: &'static str, given: f64, [least, most]: [f64; 2]) -> Result<f64, PhantomError> {
     // NaN fails both comparisons.
     if given >= least && given <= most {
         Ok(given)
@@ -403,11 +402,10 @@ pub(crate) fn zeros<T: Copy + Default>(
 }
 
 /// Rejects a wrong number of values.
-pub(crate) fn check_length(
-    what: &'static str,
-    given: usize,
-    expected: usize,
-) -> Result<(), PhantomError> {
+///
+/// # Errors
+/// [`PhantomError::WrongLength`].
+pub fn check_length(what: &'static str, given: usize, expected: usize) -> Result<(), PhantomError> {
     if given == expected {
         Ok(())
     } else {
@@ -420,7 +418,10 @@ pub(crate) fn check_length(
 }
 
 /// Returns `given` if it is within `least..=most`.
-pub(crate) fn check_count(
+///
+/// # Errors
+/// [`PhantomError::Count`].
+pub fn check_count(
     what: &'static str,
     given: usize,
     [least, most]: [usize; 2],

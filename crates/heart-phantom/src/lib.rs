@@ -54,7 +54,7 @@ pub use photon_scatter;
 pub use radon;
 pub use revolve_voxel;
 
-pub use error::PhantomError;
+pub use error::{PhantomError, check as check_value, check_count, check_length};
 pub use model::{
     Activity, Attenuation, Background, Balloon, Beats, Breathing, BreathingCurve, Chest, Cycle,
     Defect, Deformation, GatedBy, GreenStrain, Heart, HeartShape, MMHG_PER_KPA, MaterialPoint,

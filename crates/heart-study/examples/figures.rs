@@ -248,34 +248,27 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         "fig14-projections.png",
         "fig15a-slice.png",
     ];
-    let page = Page {
-        title: "A beating heart: the study".into(),
-        introduction: vec!["Two balloons, solved & drawn; the <numbers> stand below.".into()],
-        sections: figures
-            .iter()
-            .enumerate()
-            .map(|(k, file)| Section {
-                title: format!("Part {}", k + 1),
-                text: vec!["What is shown, and how it was computed, in a sentence or two.".into()],
-                figures: vec![Illustration {
-                    file: (*file).into(),
-                    caption: format!("Figure {}. A caption that describes the figure.", k + 1),
-                    size: [1366, 553],
-                }],
-                tables: vec![Table {
-                    caption: "Closed forms and discrete values.".into(),
-                    header: ["", "length (cm)", "area (cm²)", "volume (cm³)"]
-                        .map(String::from)
-                        .to_vec(),
-                    rows: vec![
-                        ["inner", "22.498", "34.561", "93.011"]
-                            .map(String::from)
-                            .to_vec(),
-                    ],
-                }],
-            })
-            .collect(),
-    };
-    page.write_html(out.join("index.html"))?;
+    let introduction = "Two balloons, solved & drawn; the <numbers> stand below.";
+    let mut page = Page::new(
+        &out,
+        "A beating heart: the study",
+        vec![introduction.into()],
+    );
+    for (k, file) in figures.iter().enumerate() {
+        let text = "What is shown, and how it was computed, in a sentence or two.";
+        page.section(&format!("Part {}", k + 1), text);
+        let caption = format!("Figure {}. A caption that describes the figure.", k + 1);
+        page.figure(file, [1366, 553], caption);
+        page.table(
+            "Closed forms and discrete values.",
+            &["", "length (cm)", "area (cm²)", "volume (cm³)"],
+            vec![
+                ["inner", "22.498", "34.561", "93.011"]
+                    .map(String::from)
+                    .to_vec(),
+            ],
+        );
+    }
+    page.write()?;
     Ok(())
 }

@@ -48,40 +48,6 @@ pub enum StudyError {
     Drawing(#[source] Box<dyn std::error::Error + Send + Sync>),
 }
 
-/// A number in a range; rejects NaN.
-pub(crate) fn within(
-    what: &'static str,
-    given: f64,
-    [least, most]: [f64; 2],
-) -> Result<(), PhantomError> {
-    match given >= least && given <= most {
-        true => Ok(()),
-        false => Err(PhantomError::OutOfRange {
-            what,
-            given,
-            least,
-            most,
-        }),
-    }
-}
-
-/// A count in a range.
-pub(crate) fn count(
-    what: &'static str,
-    given: usize,
-    [least, most]: [usize; 2],
-) -> Result<(), PhantomError> {
-    match (least..=most).contains(&given) {
-        true => Ok(()),
-        false => Err(PhantomError::Count {
-            what,
-            given,
-            least,
-            most,
-        }),
-    }
-}
-
 /// Rejects an empty path, which would be the working directory.
 pub(crate) fn check_folder(path: &Path) -> Result<(), PhantomError> {
     match path.as_os_str().is_empty() {

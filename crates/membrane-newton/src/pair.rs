@@ -177,15 +177,8 @@ fn solve_both(
     // The report belongs to the pair.
     let inner = nested.0[0].answer(inner.to_vec(), NewtonReport::default())?;
     let outer = nested.0[1].answer(outer.to_vec(), NewtonReport::default())?;
-    check_crossing(&inner, &outer)?;
-    let wall_volume = outer.measures.volume - inner.measures.volume;
-    Ok(PairEquilibrium {
-        wall_volume,
-        wall_volume_error: wall_volume / nested.wall_volumes()[0] - 1.0,
-        inner,
-        outer,
-        report,
-    })
+    let pair = PairEquilibrium::of(inner, outer, nested.wall_volumes()[0])?;
+    Ok(PairEquilibrium { report, ..pair })
 }
 
 /// Number of chords of the outer membrane from base to apex.

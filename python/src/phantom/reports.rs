@@ -15,7 +15,7 @@ impl PyPhantom {
     /// A phase of end-systole and one of end-diastole.
     #[getter]
     fn extreme_phases(&self) -> (f64, f64) {
-        self.phantom.extreme_phases().into()
+        self.phantom.cycle().extreme_phases().into()
     }
 
     /// Returns volumes in mL, ejection fraction, cardiac output and wall thickness, as in `report.json`.

@@ -243,19 +243,11 @@ fn spread_of_gaussian_models_in_exact_views() {
     ] {
         let views = |response| {
             let mut scene = heart(64, 0.64, has_chest);
-            let ParallelHoles {
-                diameter,
-                length,
-                attenuation,
-                ..
-            } = ParallelHoles::GE_LEHR;
             scene.collimator = Some(CollimatorSettings {
-                holes: HolesSettings::Parallel {
-                    diameter,
-                    length,
-                    attenuation,
+                holes: HolesSettings::Parallel(ParallelHoles {
                     response,
-                },
+                    ..ParallelHoles::GE_LEHR
+                }),
                 intrinsic_fwhm: 0.38,
             });
             let phantom = Phantom::new(scene).unwrap();

@@ -112,7 +112,7 @@ fn a_shard_contains_the_data_of_its_members() {
         let phases = phantom.phases();
         let labels: Vec<u8> = phases
             .iter()
-            .flat_map(|at| phantom.labels(at.phase).unwrap())
+            .flat_map(|phase| phantom.labels(phase.at.phase).unwrap())
             .collect();
         assert!(files[7].1.ends_with(&labels) && labels.len() == 2 * 512);
     }

@@ -459,7 +459,7 @@ fn a_member_is_exported_in_the_layout_of_nnunet() {
     );
     let nifti = |name: &str| unpacked(&fs::read(folder.path().join(name)).unwrap());
     let labels = nifti("labelsTr/heart_00000002_01.nii.gz");
-    let expected = phantom.labels(phantom.phases()[1].motion_phase()).unwrap();
+    let expected = phantom.labels(phantom.phases()[1].at).unwrap();
     assert!(labels.len() == 352 + 512 && labels.ends_with(&expected));
     let image = nifti("imagesTr/heart_00000002_01_0000.nii.gz");
     let expected = phantom.volume(1).unwrap();

@@ -1,6 +1,6 @@
 //! Samples of volumes and projections, and their bytes.
 
-use crate::error::{PhantomError, check, check_length};
+use crate::error::{PhantomError, check, check_finite, check_length};
 use std::io::{self, Write};
 use std::ops::Range;
 
@@ -59,17 +59,10 @@ impl<'a> Samples<'a> {
         // A product that overflows cannot be a length.
         let expected = shape.iter().fold(1, |n: usize, &k| n.saturating_mul(k));
         check_length(what, self.len(), expected)?;
-        if let Self::F32(values) = self
-            && let Some(&given) = values.iter().find(|v| !v.is_finite())
-        {
-            return Err(PhantomError::OutOfRange {
-                what,
-                given: f64::from(given),
-                least: f64::from(f32::MIN),
-                most: f64::from(f32::MAX),
-            });
+        match self {
+            Self::F32(values) => check_finite(what, values),
+            Self::U8(_) | Self::U16(_) => Ok(()),
         }
-        Ok(())
     }
 
     /// Writes all samples, little-endian.

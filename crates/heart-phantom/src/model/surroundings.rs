@@ -56,6 +56,11 @@ impl Surroundings {
         })
     }
 
+    /// Returns the background, if there is one, and the organs.
+    pub(crate) fn sources(&self) -> &[Organ] {
+        self.organs.as_slice()
+    }
+
     /// Whether the surroundings of the heart contain activity.
     pub(crate) fn is_active(&self) -> bool {
         self.organs.is_active()

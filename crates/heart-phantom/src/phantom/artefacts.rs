@@ -114,7 +114,7 @@ impl Phantom {
         check_volumes(volume, Some(truth), self.camera())?;
         let breath = self.mean_breath(gate)?;
         let part = simd_set::part(0..1, 2);
-        let wall = self.wall_of_gate(gate, truth)?;
+        let wall = self.wall_alone(&self.scan_of(gate)?, truth)?;
         drop(part);
         let _part = simd_set::part(1..2, 2);
         self.judged(&self.regions_of(gate)?, breath, volume, [truth, &wall])

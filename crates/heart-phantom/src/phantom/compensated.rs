@@ -1,9 +1,10 @@
 //! Reconstructions that are motion-compensated to a reference phase by the exact motion.
 
 use super::Phantom;
-use super::method::{Compensation, Method, OsemReport};
+use super::method::{Method, OsemReport};
 use crate::error::{PhantomError, check_count, check_length, zeros};
 use crate::observer::check_stop;
+use crate::scan::Scan;
 use crate::truth::check_volumes;
 use crate::{Artefacts, Observer, no_observer};
 use radon::add_shifted;
@@ -11,17 +12,20 @@ use revolve_voxel::nalgebra::Vector3;
 use std::borrow::Cow;
 
 impl Phantom {
-    /// Number of volumes that are reconstructed from the projections of all gates: one per gate; with [`Compensation::KnownMotion`] one
-    /// per cardiac gate by [`Method::Fbp`], and a single one by [`Method::Osem`].
+    /// Number of volumes that are reconstructed from the projections of all gates: one per gate; with
+    /// [`Compensation::KnownMotion`](crate::Compensation::KnownMotion) one per cardiac gate by [`Method::Fbp`], and a single one by [`Method::Osem`].
     #[must_use]
     pub fn n_volumes(&self) -> usize {
-        match (
-            self.scene().reconstruction.compensation,
-            self.scene().reconstruction.method,
-        ) {
-            (Compensation::None, _) => self.n_gates(),
-            (Compensation::KnownMotion, Method::Fbp) => self.scene().acquisition.mode.n_gates(),
-            (Compensation::KnownMotion, Method::Osem(_)) => 1,
+        match self.is_compensated() {
+            true => self.n_compensated(),
+            false => self.n_gates(),
+        }
+    }
+
+    fn n_compensated(&self) -> usize {
+        match self.scene().reconstruction.method {
+            Method::Fbp => self.scene().acquisition.mode.n_gates(),
+            Method::Osem(_) => 1,
         }
     }
 
@@ -72,7 +76,7 @@ impl Phantom {
                 Ok((self.reconstruct(number, &all)?, None))
             }
             Method::Osem(osem) => {
-                check_count("volume", number, [0, 0])?;
+                check_count("volume", number, [0, self.n_compensated() - 1])?;
                 let (volume, report) = self.osem_of_gates(&osem, views, progress)?;
                 Ok((volume, Some(report)))
             }
@@ -85,20 +89,23 @@ impl Phantom {
     /// # Errors
     /// [`PhantomError::Count`] if there is no such volume; as [`Phantom::truth`].
     pub fn compensated_truth(&self, number: usize) -> Result<Vec<f32>, PhantomError> {
+        let slices = 0..self.camera().n_rows();
+        self.at_time_of(number, |scan| self.truth_slices(scan, slices))
+    }
+
+    /// Calls `of` with the scan at the time that a motion-compensated volume represents.
+    fn at_time_of<T>(
+        &self,
+        number: usize,
+        of: impl FnOnce(&Scan<'_>) -> Result<T, PhantomError>,
+    ) -> Result<T, PhantomError> {
+        check_count("volume", number, [0, self.n_compensated() - 1])?;
         match self.scene().reconstruction.method {
-            Method::Fbp => {
-                check_count(
-                    "gate",
-                    number,
-                    [0, self.scene().acquisition.mode.n_gates() - 1],
-                )?;
-                let slices = 0..self.camera().n_rows();
-                self.at_end_expiration(number, |scan| self.truth_slices(scan, slices))
-            }
-            Method::Osem(_) => {
-                check_count("volume", number, [0, 0])?;
-                self.activity(self.reference())
-            }
+            Method::Fbp => of(&Scan {
+                cycle: &self.cycle().clone().without_breathing(),
+                ..self.scan_of(number)?
+            }),
+            Method::Osem(_) => self.at_motion_phase(self.reference(), of),
         }
     }
 
@@ -113,22 +120,13 @@ impl Phantom {
         truth: &[f32],
     ) -> Result<Artefacts, PhantomError> {
         check_volumes(volume, Some(truth), self.camera())?;
-        let (gains, wall) = match self.scene().reconstruction.method {
+        let wall = self.at_time_of(number, |scan| self.wall_alone(scan, truth))?;
+        let gains: Vec<f64> = match self.scene().reconstruction.method {
             Method::Fbp => {
-                let scan = self.scan(self.camera(), number, self.acquisition(number)?);
-                let gains = scan.times()?.iter().map(|state| state.gain).collect();
-                (
-                    gains,
-                    self.at_end_expiration(number, |scan| self.wall_alone(scan, truth))?,
-                )
+                let times = self.scan_of(number)?.times()?;
+                times.iter().map(|state| state.gain).collect()
             }
-            Method::Osem(_) => {
-                let at = self.reference();
-                (
-                    vec![self.cycle().gain(at.phase)],
-                    self.at_motion_phase(at, |scan| self.wall_alone(scan, truth))?,
-                )
-            }
+            Method::Osem(_) => vec![self.cycle().gain(self.reference().phase)],
         };
         let regions = self.regions_at(&gains, &[0.0])?;
         self.judged(&regions, 0.0, volume, [truth, &wall])
@@ -197,7 +195,7 @@ impl Phantom {
         )?;
         for set in sets {
             let views = seen(set)?;
-            let breaths = (self.scan(camera, set, self.acquisition(set)?)).breaths_of_views();
+            let breaths = self.scan_of(set)?.breaths_of_views();
             let times = self.view_times(set)?;
             let pairs = views
                 .chunks(camera.view_len())

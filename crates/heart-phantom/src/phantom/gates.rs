@@ -87,10 +87,9 @@ impl Phantom {
         let imaging = self.imaging()?;
         let sets = (0..self.n_gates())
             .map(|gate| {
-                let acquisition = self.acquisition(gate)?;
                 Ok(Scan {
                     imaging,
-                    ..self.scan(self.camera(), gate, acquisition)
+                    ..self.scan_of(gate)?
                 })
             })
             .collect::<Result<Vec<_>, PhantomError>>()?;
@@ -128,7 +127,7 @@ impl Phantom {
         let Some(shared) = shared else {
             return one_by_one(volumes, each, |gate| self.truth(gate));
         };
-        let scan = self.scan(self.camera(), 0, self.acquisition(0)?);
+        let scan = self.scan_of(0)?;
         let tolerance = self.scene().truth.tolerance;
         let counters = truth_of_gates_into(&scan, &shared, tolerance, volumes)?;
         self.work.voxels(counters);
@@ -140,7 +139,7 @@ impl Phantom {
             return Ok(None);
         }
         let scans = (0..self.n_gates())
-            .map(|gate| Ok(self.scan(self.camera(), gate, self.acquisition(gate)?)))
+            .map(|gate| self.scan_of(gate))
             .collect::<Result<Vec<_>, PhantomError>>()?;
         SharedShapes::of(&scans)
     }

@@ -285,8 +285,7 @@ impl Phantom {
     /// As [`Phantom::view`].
     pub fn solve(&self, gate: usize) -> Result<(), PhantomError> {
         let (mut gains, most) = (BTreeSet::new(), self.heart().most_shapes());
-        self.scan(self.camera(), gate, self.acquisition(gate)?)
-            .collect_gains(&mut gains, most);
+        self.scan_of(gate)?.collect_gains(&mut gains, most);
         let kept: Vec<f64> = gains.into_iter().map(f64::from_bits).take(most).collect();
         self.heart().shapes(&kept).map(drop)
     }
@@ -313,12 +312,6 @@ impl Phantom {
         self.shape_at_gain(self.parts.cycle.gain(phase))
     }
 
-    /// Returns a phase of end-systole and one of end-diastole.
-    #[must_use]
-    pub fn extreme_phases(&self) -> [f64; 2] {
-        self.parts.cycle.extreme_phases()
-    }
-
     pub(crate) fn acquisition_of(&self, gate: usize, points: usize) -> Acquisition {
         let mode = self.scene().acquisition.mode;
         let is_blurred = self.parts.collimator.is_some() || self.scene().blur.is_some();
@@ -337,7 +330,12 @@ impl Phantom {
         &self.parts.cycles[gate / self.scene().acquisition.mode.n_gates()]
     }
 
-    /// Returns the scan of a gate, or with another acquisition.
+    /// Returns the scan of a gate.
+    pub(crate) fn scan_of(&self, gate: usize) -> Result<Scan<'_>, PhantomError> {
+        Ok(self.scan(self.camera(), gate, self.acquisition(gate)?))
+    }
+
+    /// Returns the scan of a gate with another camera or acquisition.
     pub(crate) fn scan<'a>(
         &'a self,
         camera: &'a Camera,

@@ -15,8 +15,7 @@ const STEP: f64 = 1e-3;
 pub struct MotionField {
     /// Displacement of the material at the voxel's centre along x, y, z of the lab, cm.
     pub displacement: Vec<f32>,
-    /// Velocity along x, y, z, cm/s: a difference quotient over a thousandth of a cycle. [`Phantom::motion`] includes the beat only,
-    /// [`Phantom::motion_of`] beat and respiration.
+    /// Velocity along x, y, z, cm/s: a difference quotient over a thousandth of a cycle.
     pub velocity: Vec<f32>,
     /// Green's strain in the directions of the wall at end-diastole: radial, circumferential, longitudinal, and the shears rc, rl, cl
     /// ([`GreenStrain::NAMES`](crate::GreenStrain::NAMES)).
@@ -34,7 +33,7 @@ pub struct PointMotion {
     pub position_cm: [f64; 3],
     /// Displacement from end-diastole at end-expiration.
     pub displacement_cm: [f64; 3],
-    /// Velocity of beat and respiration, as in [`Phantom::motion_of`].
+    /// Velocity of beat and respiration, as in [`Phantom::motion`].
     pub velocity_cm_per_s: [f64; 3],
     /// Green's strain since end-diastole: rr, cc, ll, rc, rl, cl.
     pub strain: [f64; 6],
@@ -70,7 +69,7 @@ impl Phantom {
     /// Returns the reference of motion: end-diastole at end-expiration.
     #[must_use]
     pub fn reference(&self) -> MotionPhase {
-        let [_, diastole] = self.extreme_phases();
+        let [_, diastole] = self.cycle().extreme_phases();
         diastole.into()
     }
 
@@ -112,24 +111,14 @@ impl Phantom {
         })
     }
 
-    /// Returns the motion from end-diastole at end-expiration to a motion phase, on the camera's voxels. Velocities exclude respiration.
+    /// Returns the motion from end-diastole at end-expiration to a motion phase, on the camera's voxels. Velocities are the sum of cardiac and
+    /// respiratory velocities at a [`MotionPhase::breath_phase`], as in the middle of a respiratory gate by phase. Otherwise they are cardiac
+    /// only; in a gate by amplitude, inspiration and expiration cancel in the average.
     ///
     /// # Errors
     /// As [`Phantom::wall`].
     pub fn motion(&self, to: impl Into<MotionPhase>) -> Result<MotionField, PhantomError> {
-        self.field(&self.walls(to.into(), None)?)
-    }
-
-    /// Returns the motion to one of [`Phantom::phases`]. In a respiratory gate by phase, velocities are the sum of cardiac and respiratory velocities
-    /// at its middle. In a gate by amplitude, inspiration and expiration cancel in the average, so that velocities are cardiac only.
-    ///
-    /// # Errors
-    /// As [`Phantom::wall`].
-    pub fn motion_of(&self, to: &ScenePhase) -> Result<MotionField, PhantomError> {
-        self.field(&self.walls(to.motion_phase(), to.breath_phase)?)
-    }
-
-    fn field(&self, walls: &Walls) -> Result<MotionField, PhantomError> {
+        let walls = self.walls(to.into())?;
         let (grid, slices) = (self.camera().grid(), 0..self.camera().n_rows());
         let from = &walls.from;
         let part = simd_set::part(0..1, 3);
@@ -158,8 +147,11 @@ impl Phantom {
         phases.iter().map(|at| self.motion_report(at)).collect()
     }
 
-    fn motion_report(&self, at: &ScenePhase) -> Result<MotionReport, PhantomError> {
-        let walls = self.walls(at.motion_phase(), at.breath_phase)?;
+    fn motion_report(
+        &self,
+        ScenePhase { of, at }: &ScenePhase,
+    ) -> Result<MotionReport, PhantomError> {
+        let walls = self.walls(*at)?;
         let points = self.parts().points.iter().map(|point| {
             let (here, there) = (walls.from.position(point)?, walls.to.position(point)?);
             Ok(PointMotion {
@@ -172,7 +164,7 @@ impl Phantom {
             })
         });
         let points = points.collect::<Result<_, PhantomError>>()?;
-        let [length, now] = [self.reference(), at.motion_phase()]
+        let [length, now] = [self.reference(), *at]
             .map(|at| Ok::<_, PhantomError>(self.shape(at.phase)?.cavity_length()));
         let (length, now) = (length?, now?);
         let twist = |gain: f64| {
@@ -182,7 +174,7 @@ impl Phantom {
             })
         };
         Ok(MotionReport {
-            of: at.of.to_string(),
+            of: of.to_string(),
             torsion_degrees_per_cm: twist(self.cycle().gain(at.phase)) / length,
             longitudinal_shortening: 1.0 - now / length,
             points,
@@ -190,10 +182,10 @@ impl Phantom {
     }
 
     /// Returns the wall in the reference phase, at `to`, and half a step before and after it. Respiration is constant without `breath_phase`.
-    fn walls(&self, to: MotionPhase, breath_phase: Option<f64>) -> Result<Walls, PhantomError> {
+    fn walls(&self, to: MotionPhase) -> Result<Walls, PhantomError> {
         let seconds = STEP * self.cycle().period();
         let near = |by: f64| {
-            let breathing = self.cycle().breathing().zip(breath_phase);
+            let breathing = self.cycle().breathing().zip(to.breath_phase);
             self.wall(MotionPhase {
                 phase: to.phase + by * STEP,
                 breath: breathing.map_or(to.breath, |(breathing, phase)| {
@@ -201,6 +193,7 @@ impl Phantom {
                         (phase + by * seconds / breathing.breathing().period).rem_euclid(1.0),
                     )
                 }),
+                ..to
             })
         };
         Ok(Walls {

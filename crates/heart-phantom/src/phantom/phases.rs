@@ -14,47 +14,28 @@ const VOLUME_STEPS: usize = 512;
 pub struct ScenePhase {
     /// The represented projections.
     pub of: PhaseOf,
+    /// The phase; for a respiratory gate its middle.
+    pub at: MotionPhase,
+}
+
+/// A cardiac phase and a respiratory position. A phase alone is at end-expiration.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct MotionPhase {
     /// Cardiac phase.
     pub phase: f64,
     /// Respiratory position: 0 at end-expiration or without respiration, 1 at end-inspiration.
     pub breath: f64,
-    /// Respiratory phase at the middle of a respiratory gate by phase, 0 to 1 from end-expiration. `None` during a breath-hold, and for a gate by
-    /// amplitude, which contains inspiration and expiration.
+    /// Respiratory phase, 0 to 1 from end-expiration, of which `breath` is the position; [`Phantom::motion`] adds the velocity of respiration
+    /// there. `None` during a breath-hold, and for a gate by amplitude, which contains inspiration and expiration.
     pub breath_phase: Option<f64>,
-}
-
-impl ScenePhase {
-    fn at_end_expiration(of: PhaseOf, phase: f64) -> Self {
-        Self {
-            of,
-            phase,
-            breath: 0.0,
-            breath_phase: None,
-        }
-    }
-
-    /// Returns cardiac phase and respiratory position.
-    #[must_use]
-    pub fn motion_phase(&self) -> MotionPhase {
-        MotionPhase {
-            phase: self.phase,
-            breath: self.breath,
-        }
-    }
-}
-
-/// A cardiac phase and a respiratory position. A phase alone is at end-expiration.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct MotionPhase {
-    /// Cardiac phase.
-    pub phase: f64,
-    /// Respiratory position, from 0 at end-expiration to 1 at end-inspiration.
-    pub breath: f64,
 }
 
 impl From<f64> for MotionPhase {
     fn from(phase: f64) -> Self {
-        Self { phase, breath: 0.0 }
+        Self {
+            phase,
+            ..Self::default()
+        }
     }
 }
 
@@ -132,14 +113,17 @@ impl Phantom {
             let (breath, breath_phase) = self.middle_breath(gate);
             ScenePhase {
                 of: PhaseOf::Gate { gate, gates },
-                phase,
-                breath,
-                breath_phase,
+                at: MotionPhase {
+                    phase,
+                    breath,
+                    breath_phase,
+                },
             }
         };
         match self.scene().acquisition.mode {
             Mode::Static { phase } if gates == 1 => {
-                vec![ScenePhase::at_end_expiration(PhaseOf::Static, phase)]
+                let (of, at) = (PhaseOf::Static, phase.into());
+                vec![ScenePhase { of, at }]
             }
             Mode::Static { phase } => (0..gates).map(|gate| middle(gate, phase)).collect(),
             Mode::Gated { gates: cardiac } => (0..gates)
@@ -155,7 +139,7 @@ impl Phantom {
             Mode::Instants | Mode::Exposure { .. } | Mode::WholeCycle => {
                 let [diastole, _] = self.ends();
                 (0..gates)
-                    .map(|gate| middle(gate, diastole.phase))
+                    .map(|gate| middle(gate, diastole.at.phase))
                     .collect()
             }
         }
@@ -189,13 +173,16 @@ impl Phantom {
                 phases.push(end);
             }
         }
-        let gains: Vec<f64> = phases.iter().map(|p| self.cycle().gain(p.phase)).collect();
+        let gains: Vec<f64> = phases
+            .iter()
+            .map(|p| self.cycle().gain(p.at.phase))
+            .collect();
         // Solved together, in parallel.
         let shapes = self.heart().shapes(&gains)?;
-        let report = |at: &ScenePhase, shape: &HeartShape| {
+        let report = |ScenePhase { of, at }: &ScenePhase, shape: &HeartShape| {
             let cavity_ml = shape.volumes()[0];
             // Volumes are proportional to 1 + gain.
-            let mean_cavity_ml = match at.of {
+            let mean_cavity_ml = match *of {
                 PhaseOf::Gate { gate, .. } => {
                     let acquisition = self.acquisition_of(gate, VOLUME_STEPS);
                     let gain = self.mean_over(gate, acquisition, |lasting| lasting.gain)?;
@@ -204,7 +191,7 @@ impl Phantom {
                 PhaseOf::Static | PhaseOf::EndDiastole | PhaseOf::EndSystole => None,
             };
             Ok(PhaseReport {
-                of: at.of.to_string(),
+                of: of.to_string(),
                 phase: at.phase,
                 breath: self.cycle().breathing().map(|_| at.breath),
                 cavity_ml,
@@ -222,11 +209,14 @@ impl Phantom {
     }
 
     fn ends(&self) -> [ScenePhase; 2] {
-        let [systole, diastole] = self.extreme_phases();
+        let [systole, diastole] = self.cycle().extreme_phases();
         [
             (PhaseOf::EndDiastole, diastole),
             (PhaseOf::EndSystole, systole),
         ]
-        .map(|(of, phase)| ScenePhase::at_end_expiration(of, phase))
+        .map(|(of, phase)| ScenePhase {
+            of,
+            at: phase.into(),
+        })
     }
 }

@@ -57,11 +57,8 @@ impl Phantom {
         check_length("image", image.len(), grid.len())?;
         check_finite("a voxel", image)?;
         let phases = self.phases();
-        let at = &phases[if phases.len() == self.n_gates() {
-            gate
-        } else {
-            0
-        }];
+        let of_gates = phases.len() == self.n_gates();
+        let at = phases[if of_gates { gate } else { 0 }].at;
         let shape = self.shape(at.phase)?;
         let body = shape.body().with_pose(self.pose(at.breath)?);
         let pose = body.pose();

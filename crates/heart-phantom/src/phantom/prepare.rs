@@ -66,7 +66,7 @@ impl Phantom {
         if wants(Product::Meshes) {
             let phases = self.phases();
             for scene_phase in phases.iter().take(MOST_TRIED) {
-                self.meshes(scene_phase.motion_phase())?;
+                self.meshes(scene_phase.at)?;
             }
         }
         let counts = self.scene().noise.map(|noise| noise.counts);
@@ -93,7 +93,7 @@ impl Phantom {
     /// Collects the gains of all projections; if there are too many, a subset from the smallest to the largest.
     fn add_gains_of_views(&self, gains: &mut BTreeSet<u64>) -> Result<(), PhantomError> {
         for gate in 0..self.n_gates() {
-            let scan = self.scan(self.camera(), gate, self.acquisition(gate)?);
+            let scan = self.scan_of(gate)?;
             scan.collect_gains(gains, MOST_TRIED + 1);
         }
         if gains.len() > MOST_TRIED {
@@ -108,7 +108,7 @@ impl Phantom {
 
     /// Returns the gains of the phases that represent the projections, and those of end-diastole and end-systole.
     fn gains_of_phases(&self) -> BTreeSet<u64> {
-        let phases = self.phases().into_iter().map(|phase| phase.phase);
+        let phases = self.phases().into_iter().map(|phase| phase.at.phase);
         let gains = phases.map(|phase| self.cycle().gain(phase));
         gains
             .chain(self.cycle().gains())
@@ -130,7 +130,7 @@ impl Phantom {
         for gate in 0..self.n_gates() {
             let seen = |view_idx| -> Result<bool, PhantomError> {
                 let rows = 0..self.camera().n_rows();
-                let scan = self.scan(self.camera(), gate, self.acquisition(gate)?);
+                let scan = self.scan_of(gate)?;
                 let view = scan.rows(view_idx..view_idx + 1, rows, &no_observer)?;
                 Ok(view.samples.iter().any(|sample| *sample > 0.0))
             };

@@ -250,12 +250,12 @@ impl Phantom {
         // Shapes of equal gain, during filling and emptying, have the same surface.
         let mut known = HashMap::new();
         let mut surface = |of, array: usize| -> Result<u64, PhantomError> {
-            let Some(at) = self.phases().into_iter().find(|phase| phase.of == of) else {
+            let Some(phase) = self.phases().into_iter().find(|phase| phase.of == of) else {
                 return Ok(0);
             };
-            let bytes = match known.entry(self.cycle().gain(at.phase).to_bits()) {
+            let bytes = match known.entry(self.cycle().gain(phase.at.phase).to_bits()) {
                 Entry::Occupied(bytes) => *bytes.get(),
-                Entry::Vacant(place) => *place.insert(surfaces(at.motion_phase())?),
+                Entry::Vacant(place) => *place.insert(surfaces(phase.at)?),
             };
             Ok(bytes[array])
         };

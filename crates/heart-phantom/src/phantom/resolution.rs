@@ -295,7 +295,7 @@ impl Phantom {
 
     /// Returns the smallest part of the heart: the cavity, the wall or a defect.
     fn smallest_part(&self) -> Result<f64, PhantomError> {
-        let [small, _] = self.extreme_phases();
+        let [small, _] = self.cycle().extreme_phases();
         let shape = self.shape(small)?;
         let layers = shape.body().layers();
         let mut least = f64::INFINITY;

@@ -8,7 +8,6 @@ use crate::{Sinograms, no_observer};
 use photon_scatter::{
     Camera, Response, Scatter, ScatterError, ScatterOptions, Spectrum, View, water_attenuation,
 };
-use revolve_voxel::{Organ, Organs};
 use std::collections::BTreeMap;
 use std::f64::consts::TAU;
 use std::ops::Range;
@@ -159,7 +158,9 @@ impl Phantom {
         let Some(attenuation) = self.parts().attenuation else {
             return Ok(None);
         };
-        let source = self.emitters(self.hearts(gate)?)?;
+        let around = self.parts().surroundings.sources().to_vec();
+        let height = self.camera().n_rows() as f64 * self.camera().detector().pitch()[1];
+        let source = Emitters::new(self.hearts(gate)?, around, height);
         let body = &source.states[source.states.len() / 2].body;
         let water = water_attenuation(settings.energy)?;
         let medium = Tissue::new(&attenuation, body, self.parts().organs.as_ref(), water)?;
@@ -209,7 +210,7 @@ impl Phantom {
 
     /// Returns the states of the heart whose average the projections of a gate are: averages over cells of volume and respiratory phase.
     fn hearts(&self, gate: usize) -> Result<Vec<State>, PhantomError> {
-        let scan = self.scan(self.camera(), gate, self.acquisition(gate)?);
+        let scan = self.scan_of(gate)?;
         let times = scan.times()?;
         let mut low = [f64::INFINITY; 2];
         let mut high = [f64::NEG_INFINITY; 2];
@@ -244,21 +245,6 @@ impl Phantom {
                 Ok(State::new(*share, body, activity, defects))
             })
             .collect()
-    }
-
-    /// Returns the heart, organs and background as emitters.
-    fn emitters(&self, states: Vec<State>) -> Result<Emitters, PhantomError> {
-        let mut organs: Vec<Organ> = Vec::new();
-        if let Some(background) = &self.scene().background {
-            organs.push(Organ {
-                shape: background.torso()?,
-                activity: background.concentration,
-                attenuation: 0.0,
-            });
-        }
-        organs.extend(self.parts().organs.iter().flat_map(Organs::as_slice));
-        let height = self.camera().n_rows() as f64 * self.camera().detector().pitch()[1];
-        Ok(Emitters::new(states, organs, height))
     }
 }
 

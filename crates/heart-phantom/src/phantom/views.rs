@@ -215,7 +215,7 @@ impl Phantom {
     ) -> Result<Sinograms, PhantomError> {
         let scan = Scan {
             imaging: self.imaging()?,
-            ..self.scan(self.camera(), gate, self.acquisition(gate)?)
+            ..self.scan_of(gate)?
         };
         let taken = scan.rows(views, rows, progress)?;
         self.work.rays(taken.rays);

@@ -119,34 +119,11 @@ impl Phantom {
     /// # Errors
     /// As [`Phantom::view`]; [`PhantomError::Solid`] if the volume cannot be allocated.
     pub fn truth(&self, gate: usize) -> Result<Vec<f32>, PhantomError> {
-        let scan = self.scan(&self.parts.camera, gate, self.acquisition(gate)?);
-        self.truth_slices(&scan, 0..self.parts.camera.n_rows())
+        self.truth_slices(&self.scan_of(gate)?, 0..self.parts.camera.n_rows())
     }
 
-    /// Calls `of` with the scan of a gate at end-expiration.
-    pub(super) fn at_end_expiration<T>(
-        &self,
-        gate: usize,
-        of: impl FnOnce(&Scan<'_>) -> Result<T, PhantomError>,
-    ) -> Result<T, PhantomError> {
-        let cycle = self.parts.cycle.clone().without_breathing();
-        of(&Scan {
-            cycle: &cycle,
-            ..self.scan(&self.parts.camera, gate, self.acquisition(gate)?)
-        })
-    }
-
-    /// Returns the ground truth of the wall of a gate without cavity, background and organs; `truth` if there is nothing else.
-    pub(super) fn wall_of_gate<'a>(
-        &self,
-        gate: usize,
-        truth: &'a [f32],
-    ) -> Result<Cow<'a, [f32]>, PhantomError> {
-        let scan = self.scan(&self.parts.camera, gate, self.acquisition(gate)?);
-        self.wall_alone(&scan, truth)
-    }
-
-    /// As [`Phantom::wall_of_gate`], for the time of a scan whose ground truth is `truth`.
+    /// Returns the ground truth of the wall during a scan without cavity, background and organs; `truth`, that of everything, if there is
+    /// nothing else.
     pub(super) fn wall_alone<'a>(
         &self,
         scan: &Scan<'_>,
@@ -177,8 +154,7 @@ impl Phantom {
     /// As [`Phantom::truth`]; [`PhantomError::Count`] if there is no such slice.
     pub fn truth_slice(&self, gate: usize, z: usize) -> Result<Vec<f32>, PhantomError> {
         check_count("slice", z, [0, self.parts.camera.n_rows() - 1])?;
-        let scan = self.scan(&self.parts.camera, gate, self.acquisition(gate)?);
-        self.truth_slices(&scan, z..z + 1)
+        self.truth_slices(&self.scan_of(gate)?, z..z + 1)
     }
 
     /// Computes the activity at a phase, `[z][y][x]`, averaged over each voxel.

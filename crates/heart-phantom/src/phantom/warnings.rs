@@ -53,7 +53,7 @@ impl Phantom {
             let widest = self.widest_ellipse(&around.torso()?);
             found.extend(self.beyond_bins(TruncatedObject::Background, widest));
         }
-        found.extend(self.truncated_organs()?);
+        found.extend(self.truncated_organs());
         let medium = parts.attenuation.filter(|medium| medium.coefficient > 0.0);
         if let Some(torso) = medium.and_then(|medium| medium.torso()) {
             let widest = self.widest_ellipse(&torso);
@@ -105,7 +105,7 @@ impl Phantom {
         match self.scene().acquisition.mode {
             Mode::Static { phase } => vec![phase],
             Mode::Instants | Mode::Exposure { .. } | Mode::WholeCycle | Mode::Gated { .. } => {
-                self.extreme_phases().to_vec()
+                self.cycle().extreme_phases().to_vec()
             }
         }
     }
@@ -127,7 +127,7 @@ impl Phantom {
     }
 
     /// Returns warnings for active organs, and for organs that only attenuate, that extend farthest beyond the bins or the rows.
-    fn truncated_organs(&self) -> Result<Vec<Warning>, PhantomError> {
+    fn truncated_organs(&self) -> Vec<Warning> {
         let organs = self.parts().organs.iter().flat_map(Organs::as_slice);
         let (active, others): (Vec<&Organ>, Vec<&Organ>) =
             organs.partition(|organ| organ.activity > 0.0);
@@ -153,7 +153,7 @@ impl Phantom {
             let rows = truncated(what, Edge::Rows, 2.0 * highest, self.height(), None);
             found.extend(rows);
         }
-        Ok(found)
+        found
     }
 
     fn truncated_heart(&self, bodies: &[Body]) -> Result<Vec<Warning>, PhantomError> {

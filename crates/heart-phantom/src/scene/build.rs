@@ -207,17 +207,7 @@ impl CollimatorSettings {
             HolesSettings::GeLegp => of(&ParallelHoles::GE_LEGP),
             HolesSettings::GeVentriLehr => of(&ParallelHoles::GE_VENTRI_LEHR),
             HolesSettings::SiemensLehr => of(&ParallelHoles::SIEMENS_LEHR),
-            HolesSettings::Parallel {
-                diameter,
-                length,
-                attenuation,
-                response,
-            } => of(&ParallelHoles {
-                diameter,
-                length,
-                attenuation,
-                response,
-            }),
+            HolesSettings::Parallel(holes) => of(&holes),
             HolesSettings::Widths { slope, at_face } => {
                 Collimator::new(slope, at_face, intrinsic / (8.0 * LN_2).sqrt())
             }

@@ -2,7 +2,6 @@
 
 use super::finding::{Check, SceneError, array_of};
 use super::*;
-use crate::error::PhantomError;
 use crate::model::Height;
 use crate::model::without_overlap;
 use crate::phantom::farthest;
@@ -29,11 +28,9 @@ impl Scene {
     /// Validates a scene that was built in Rust.
     ///
     /// # Errors
-    /// [`PhantomError::Scene`] with the field, the value and the allowed range.
-    pub fn check(&self) -> Result<(), PhantomError> {
-        parts(self.clone(), None)
-            .map(drop)
-            .map_err(PhantomError::from)
+    /// [`SceneError`] with the field, the value and the allowed range.
+    pub fn check(&self) -> Result<(), SceneError> {
+        parts(self.clone(), None).map(drop)
     }
 }
 
@@ -357,15 +354,10 @@ impl CollimatorSettings {
     fn check(&self, c: &mut Check) {
         let positive = [1e-6, 1e3];
         match self.holes {
-            HolesSettings::Parallel {
-                diameter,
-                length,
-                attenuation,
-                response: _,
-            } => c.at("holes.parallel", |c| {
-                c.within("diameter", diameter, positive);
-                c.within("length", length, positive);
-                c.within("attenuation", attenuation, [1e-6, 1e6]);
+            HolesSettings::Parallel(holes) => c.at("holes.parallel", |c| {
+                c.within("diameter", holes.diameter, positive);
+                c.within("length", holes.length, positive);
+                c.within("attenuation", holes.attenuation, [1e-6, 1e6]);
             }),
             HolesSettings::Widths { slope, at_face } => c.at("holes.widths", |c| {
                 c.within("slope", slope, [0.0, 10.0]);

@@ -331,7 +331,7 @@ impl Run<'_> {
                 stage: "phases",
                 fraction: (n_gates + 0.4 + 0.1 * k as f64 / phases.len() as f64) / (n_gates + 0.5),
             }))?;
-            let (index, at) = (Index::Phase(scene_phase.of), scene_phase.motion_phase());
+            let (index, at) = (Index::Phase(scene_phase.of), scene_phase.at);
             if self.wants(Product::Labels) {
                 let mut labels = phantom.labels(at)?;
                 if phantom.joins(Product::Labels) {

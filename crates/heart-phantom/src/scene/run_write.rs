@@ -103,7 +103,7 @@ impl Run<'_> {
 
     /// Writes displacements, velocities and strains at a phase.
     pub(super) fn write_motion(&mut self, to: &ScenePhase) -> Result<(), PhantomError> {
-        let motion = self.phantom.motion_of(to)?;
+        let motion = self.phantom.motion(to.at)?;
         let grid = *self.phantom.camera().grid();
         let fields = [&motion.displacement, &motion.velocity, &motion.strain];
         let arrays = Product::Motion.info().arrays;

@@ -4,7 +4,7 @@ use super::material::MaterialSettings;
 use crate::scan::{Accuracy, Mode};
 use crate::{Balloon, Compensation, Method, VolumeCurve, VolumeRange};
 use membrane_forces::PressureLaw;
-use radon::{ArcPolicy, HoleResponse, Window};
+use radon::{ArcPolicy, ParallelHoles, Window};
 #[cfg(feature = "scene")]
 use {
     super::file::exactly,
@@ -195,26 +195,16 @@ pub struct CollimatorSettings {
 )]
 #[non_exhaustive]
 pub enum HolesSettings {
-    /// [`ParallelHoles::GE_LEHR`](radon::ParallelHoles::GE_LEHR).
+    /// [`ParallelHoles::GE_LEHR`].
     GeLehr,
-    /// [`ParallelHoles::GE_LEGP`](radon::ParallelHoles::GE_LEGP).
+    /// [`ParallelHoles::GE_LEGP`].
     GeLegp,
-    /// [`ParallelHoles::GE_VENTRI_LEHR`](radon::ParallelHoles::GE_VENTRI_LEHR).
+    /// [`ParallelHoles::GE_VENTRI_LEHR`].
     GeVentriLehr,
-    /// [`ParallelHoles::SIEMENS_LEHR`](radon::ParallelHoles::SIEMENS_LEHR).
+    /// [`ParallelHoles::SIEMENS_LEHR`].
     SiemensLehr,
-    /// Holes of given dimensions.
-    Parallel {
-        /// Diameter in cm.
-        diameter: f64,
-        /// Length in cm.
-        length: f64,
-        /// Linear attenuation coefficient of the septa, 1/cm.
-        attenuation: f64,
-        /// The width of the Gaussian for this diameter; by default that of Anger's formula.
-        #[cfg_attr(feature = "scene", serde(default))]
-        response: HoleResponse,
-    },
+    /// Holes of given dimensions; the width of the response is by default that of Anger's formula.
+    Parallel(ParallelHoles),
     /// A geometric response with the standard deviation `slope d + at_face` at the distance d.
     Widths {
         /// Increase of the standard deviation per cm of distance.

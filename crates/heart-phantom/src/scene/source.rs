@@ -9,34 +9,36 @@ use crate::scan::VOXELS;
 impl Phantom {
     /// Attributes an error to a field of the scene, if possible.
     pub(crate) fn refused(&self, error: PhantomError) -> PhantomError {
-        let field = match &error {
-            PhantomError::Uncovered { .. } => "background.semi_axes".to_owned(),
-            PhantomError::NoMaterial { .. } if self.scene().defects.is_empty() => {
-                "heart".to_owned()
-            }
-            PhantomError::NoMaterial { .. } => "defects".to_owned(),
-            PhantomError::NoDefect { defect, .. } => format!("defects.{}", defect + 1),
-            PhantomError::Crossed { .. } | PhantomError::Balloon(_) => "heart".to_owned(),
-            PhantomError::Membrane(_) => "cycle.volume".to_owned(),
-            PhantomError::Tolerance { .. } => "acquisition.accuracy.tolerance".to_owned(),
-            PhantomError::Radon(radon::RadonError::ShortArc { .. }) => "camera.arc".to_owned(),
-            PhantomError::Radon(_) => "reconstruction".to_owned(),
+        let has_defects = !self.scene().defects.is_empty();
+        let section = match &error {
+            PhantomError::Uncovered { .. } => "background.semi_axes",
+            PhantomError::NoMaterial { .. } if has_defects => "defects",
+            PhantomError::NoDefect { .. } => "defects",
+            PhantomError::NoMaterial { .. }
+            | PhantomError::Crossed { .. }
+            | PhantomError::Balloon(_)
+            | PhantomError::Solid(_) => "heart",
+            PhantomError::Membrane(_) => "cycle.volume",
+            PhantomError::Tolerance { .. } => "acquisition.accuracy.tolerance",
+            PhantomError::Radon(radon::RadonError::ShortArc { .. }) => "camera.arc",
+            PhantomError::Radon(_) => "reconstruction",
             // The reconstruction model of a contour orbit.
-            PhantomError::OutOfRange { what, .. } if *what == VOXELS => {
-                "reconstruction.method".to_owned()
-            }
+            PhantomError::OutOfRange { what, .. } if *what == VOXELS => "reconstruction.method",
             PhantomError::OutOfRange { what, .. } if what.contains("collimator's blur") => {
-                "collimator".to_owned()
+                "collimator"
             }
-            PhantomError::Scatter(_) => "scatter".to_owned(),
-            PhantomError::Memory { .. } => "camera".to_owned(),
-            PhantomError::Uneven { .. } => "collimator".to_owned(),
-            PhantomError::DetectorInside { .. } => "camera.radius".to_owned(),
-            PhantomError::NoCounts => "noise.counts.total".to_owned(),
-            PhantomError::SourceInside { .. } => "camera.geometry".to_owned(),
-            PhantomError::NotMeshed { .. } => "output.mesh_tolerance".to_owned(),
-            PhantomError::Solid(_) => "heart".to_owned(),
+            PhantomError::Uneven { .. } => "collimator",
+            PhantomError::Scatter(_) => "scatter",
+            PhantomError::Memory { .. } => "camera",
+            PhantomError::DetectorInside { .. } => "camera.radius",
+            PhantomError::NoCounts => "noise.counts.total",
+            PhantomError::SourceInside { .. } => "camera.geometry",
+            PhantomError::NotMeshed { .. } => "output.mesh_tolerance",
             _ => return error,
+        };
+        let field = match &error {
+            PhantomError::NoDefect { defect, .. } => format!("{section}.{}", defect + 1),
+            _ => section.to_owned(),
         };
         #[cfg(feature = "scene")]
         let (file, place) = match &self.file {

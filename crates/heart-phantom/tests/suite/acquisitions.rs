@@ -176,7 +176,11 @@ fn bad_input_is_rejected_with_its_values() {
         assert!(matches!(refused, Err(PhantomError::OutOfRange { .. })));
     }
     let (phase, breath) = (0.0, f64::NAN);
-    let refused = phantom(Mode::WholeCycle, 8).activity(MotionPhase { phase, breath });
+    let refused = phantom(Mode::WholeCycle, 8).activity(MotionPhase {
+        phase,
+        breath,
+        ..MotionPhase::default()
+    });
     assert_eq!(
         refused.unwrap_err().to_string(),
         "respiratory position is NaN, must be finite"

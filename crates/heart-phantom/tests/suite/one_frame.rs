@@ -86,6 +86,7 @@ fn voxels_of_the_wall_take_the_value_of_their_material() {
     let at = MotionPhase {
         phase: 0.1,
         breath: 0.0,
+        ..MotionPhase::default()
     };
     let walls = [phantom.reference(), at].map(|at| phantom.wall(at).unwrap());
     let mut seen = 0;

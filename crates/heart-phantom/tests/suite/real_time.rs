@@ -319,6 +319,7 @@ fn instants_are_in_real_time() {
         let at = MotionPhase {
             phase,
             breath: breath_at(&scene, t).1,
+            ..MotionPhase::default()
         };
         let shape = phantom.shape(phase).unwrap();
         let body = shape.body().with_pose(phantom.pose(at.breath).unwrap());

@@ -282,6 +282,7 @@ fn everything_works_with_rubber() {
     }
     // The base is displaced, the apex is fixed.
     let [systole, diastole] = phantom
+        .cycle()
         .extreme_phases()
         .map(|at| phantom.shape(at).unwrap());
     let place =

@@ -3,13 +3,14 @@
 use super::arguments::{Arguments, Paper};
 use super::output::{Answer, Failure, complain};
 use crate::ejection::{Extent, QUICK, ejection};
-use crate::error::within;
 use crate::{Look, StudyError, StudyOptions};
 use clap::CommandFactory;
 use clap::error::ErrorKind;
 use heart_phantom::files::{self, Section, Volume};
 use heart_phantom::revolve_voxel::VoxelGrid;
-use heart_phantom::{Observer, Phantom, PhantomError, Product, Progress, Run, RunReport};
+use heart_phantom::{
+    Observer, Phantom, PhantomError, Product, Progress, Run, RunReport, check_value,
+};
 use indicatif::{ProgressBar, ProgressStyle};
 use serde_json::{Value, json};
 use std::fs;
@@ -169,7 +170,10 @@ pub(super) fn check(arguments: &Arguments, path: &Path) -> Done {
             files.len()
         ),
     ];
-    lines.extend(listed(&files));
+    lines.extend(files.iter().map(|(name, bytes)| match *bytes {
+        0 => format!("    {}", name.display()),
+        bytes => format!("    {} {}", name.display(), size(bytes)),
+    }));
     Ok(Answer::Report(found, lines))
 }
 
@@ -183,14 +187,6 @@ pub(crate) fn size(bytes: u64) -> String {
     }
     let digits = if unit == "bytes" { 0 } else { 1 };
     format!("{amount:.digits$} {unit}")
-}
-
-/// Lists files with sizes if these are known.
-fn listed(files: &[(PathBuf, u64)]) -> impl Iterator<Item = String> {
-    files.iter().map(|(name, bytes)| match *bytes {
-        0 => format!("    {}", name.display()),
-        bytes => format!("    {} {}", name.display(), size(bytes)),
-    })
 }
 
 pub(super) fn run_scene(arguments: &Arguments, scene: &Path, out: &Path, page: bool) -> Done {
@@ -275,7 +271,7 @@ fn warn(arguments: &Arguments, phantom: &Phantom) -> Result<(), PhantomError> {
 }
 
 pub(super) fn truth(scene: &Path, phase: f64, out: Option<&Path>) -> Done {
-    within("phase", phase, [0.0, 1.0])?;
+    check_value("phase", phase, [0.0, 1.0])?;
     let phase = phase + 0.0; // -0 is 0
     let phantom = Phantom::load(scene)?;
     let format = phantom.scene().output.volumes;

@@ -9,7 +9,6 @@ use heart_phantom::{PhantomError, chain, escape};
 use serde_json::{Value, json};
 use std::error::Error;
 use std::io::{self, Write};
-use std::path::Path;
 
 /// The result of a command.
 pub(crate) enum Answer {
@@ -250,15 +249,10 @@ fn as_json(error: &PhantomError) -> Value {
         _ => None,
     };
     if let Some((file, field, place)) = at {
-        locate(&mut json, file, field, place);
+        json["file"] = json!(file.map(|file| file.to_string_lossy()));
+        json["field"] = json!(field);
+        json["line"] = json!(place.map(|[line, _]| line));
+        json["column"] = json!(place.map(|[_, column]| column));
     }
     json
-}
-
-/// The position in a file.
-fn locate(json: &mut Value, file: Option<&Path>, field: &str, place: Option<[usize; 2]>) {
-    json["file"] = json!(file.map(|file| file.to_string_lossy()));
-    json["field"] = json!(field);
-    json["line"] = json!(place.map(|[line, _]| line));
-    json["column"] = json!(place.map(|[_, column]| column));
 }

@@ -1,6 +1,6 @@
 //! The cases of the study: a base case of each heart, and one change at a time.
 
-use heart_phantom::radon::{HoleResponse, Window};
+use heart_phantom::radon::{HoleResponse, ParallelHoles, Window};
 use heart_phantom::scene::{CollimatorSettings, HolesSettings, Mode};
 use heart_phantom::{Accuracy, Balloon, Method, Osem, PhantomError, Scene, VolumeRange};
 use serde::Serialize;
@@ -152,12 +152,12 @@ fn sharpen(scene: &mut Scene) {
     let camera = &mut scene.camera;
     (camera.bins, camera.rows, camera.pitch) = (104, 52, [0.4; 2]);
     scene.collimator = Some(CollimatorSettings {
-        holes: HolesSettings::Parallel {
+        holes: HolesSettings::Parallel(ParallelHoles {
             diameter: 0.1,
             length: 3.5,
-            attenuation: 26.9,
+            attenuation: ParallelHoles::LEAD_140_KEV,
             response: HoleResponse::Hexagonal,
-        },
+        }),
         intrinsic_fwhm: 0.25,
     });
 }

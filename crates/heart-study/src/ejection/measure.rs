@@ -88,7 +88,7 @@ pub(super) fn measure(case: &Case, shared: &mut Shared) -> Result<CaseResult, Ph
     // One phantom with all gates, or one at end-diastole and one at end-systole.
     let (phantoms, projected) = match mode {
         Mode::Static { .. } => {
-            let [systole, diastole] = build(mode)?.extreme_phases();
+            let [systole, diastole] = build(mode)?.cycle().extreme_phases();
             let at_rest = |phase| build(Mode::Static { phase });
             (vec![at_rest(diastole)?, at_rest(systole)?], mode)
         }

@@ -7,7 +7,7 @@ mod page;
 
 use crate::StudyError;
 use crate::error::check_folder;
-use crate::study::gallery::{Gallery, PAGE};
+use crate::figures::Page;
 pub use cases::Case;
 use heart_phantom::{Observer, PhantomError, Progress, files};
 pub use measure::{CaseResult, Measured, Volumes};
@@ -60,7 +60,7 @@ pub fn ejection(
 ) -> Result<EjectionReport, StudyError> {
     check_folder(out)?;
     let mut folder = files::Folder::lock(out)?;
-    let planned = page::PLOTS.iter().chain(&[PAGE, files::REPORT]);
+    let planned = page::PLOTS.iter().chain(&[Page::FILE, files::REPORT]);
     folder.clear(&planned.map(PathBuf::from).collect::<Vec<_>>())?;
     let (clock, cases) = (Instant::now(), cases::all(extent == Extent::Quick)?);
     let (mut shared, mut results) = (None, Vec::new());
@@ -74,9 +74,9 @@ pub fn ejection(
         }
         results.push(measure::measure(case, &mut shared)?);
     }
-    let mut gallery = Gallery::new(out);
-    page::write(&mut gallery, &results)?;
-    let mut files = gallery.finish(TITLE, page::introduction(extent == Extent::Quick))?;
+    let mut page = Page::new(out, TITLE, page::introduction(extent == Extent::Quick));
+    page::write(&mut page, &results)?;
+    let mut files = page.write()?;
     files.push(files::REPORT.into());
     let report = EjectionReport {
         program: files::PROGRAM.into(),

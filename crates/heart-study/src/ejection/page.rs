@@ -3,8 +3,7 @@
 use super::cases::{BASE, NO_ATTENUATION, NO_GATES, NO_RESPONSE, NO_WINDOW, NOTHING, SIXTEEN};
 use super::measure::CaseResult;
 use crate::StudyError;
-use crate::figures::{Curve, curves};
-use crate::study::gallery::Gallery;
+use crate::figures::{Curve, Page, curves};
 
 const RULES: [&str; 2] = ["half maximum", "steepest gradient"];
 /// Bias of EDV and ESV in percent, of the ejection fraction in units of 0.01.
@@ -62,7 +61,7 @@ fn cell([value, deviation]: [f64; 2]) -> String {
 
 /// A table by both rules; a row has names and a case.
 fn table<'a>(
-    gallery: &mut Gallery<'_>,
+    page: &mut Page,
     caption: &str,
     (first, of): (&[&str], Value),
     rows: impl Iterator<Item = (Vec<String>, &'a CaseResult)>,
@@ -75,22 +74,22 @@ fn table<'a>(
         let cells = columns.map(|(rule, part)| cell(of(result, rule, part)));
         name.into_iter().chain(cells).collect()
     };
-    gallery.table(caption, &header, rows.map(row).collect());
+    page.table(caption, &header, rows.map(row).collect());
 }
 
-pub(super) fn write(gallery: &mut Gallery<'_>, results: &[CaseResult]) -> Result<(), StudyError> {
+pub(super) fn write(page: &mut Page, results: &[CaseResult]) -> Result<(), StudyError> {
     let reference: Vec<_> = (results.iter())
         .filter(|r| r.case.is_of_reference())
         .collect();
-    gallery.section("Causes of the bias", paragraph(&reference));
+    page.section("Causes of the bias", paragraph(&reference));
     let rows = || (reference.iter()).map(|r| (vec![r.case.name.into()], *r));
     let caption = "Bias for EDV 127 mL and an ejection fraction of 0.55; one change at a time";
-    table(gallery, caption, (&["case"], bias), rows());
+    table(page, caption, (&["case"], bias), rows());
     let caption = "Bias by noise: mean of the realisations minus the value of expected counts, ± its standard error";
-    table(gallery, caption, (&["case"], noise), rows());
-    plots(gallery, results)?;
+    table(page, caption, (&["case"], noise), rows());
+    plots(page, results)?;
     let text = "LEHR and FBP. Wall and cavity scale together: the reference volume of a heart is 0.29 EDV.";
-    gallery.section("Size and ejection fraction", text);
+    page.section("Size and ejection fraction", text);
     let grid = (results.iter()).filter(|r| [BASE, SIXTEEN].contains(&r.case.name));
     let rows = grid.map(|r| {
         let gates = r.rules[0].gates.len().to_string();
@@ -101,7 +100,7 @@ pub(super) fn write(gallery: &mut Gallery<'_>, results: &[CaseResult]) -> Result
         )
     });
     table(
-        gallery,
+        page,
         "Bias of each heart",
         (&["heart, EDV, EF", "gates"], bias),
         rows,
@@ -145,7 +144,7 @@ fn points(results: &[CaseResult], size: &str, name: &str, rule: usize) -> Vec<[f
         .collect()
 }
 
-fn plots(gallery: &mut Gallery<'_>, results: &[CaseResult]) -> Result<(), StudyError> {
+fn plots(page: &mut Page, results: &[CaseResult]) -> Result<(), StudyError> {
     type Line = (String, Vec<[f64; 2]>);
     let mut draw = |file: &str, [x, y]: [&str; 2], lines: Vec<Line>, caption: &str| {
         let full = lines.iter().filter(|(_, points)| points.len() > 1);
@@ -154,7 +153,7 @@ fn plots(gallery: &mut Gallery<'_>, results: &[CaseResult]) -> Result<(), StudyE
             .collect();
         match lines.is_empty() {
             true => Ok(()),
-            false => gallery.drawing(file, &curves(x, y, &lines)?, caption),
+            false => page.drawing(file, &curves(x, y, &lines)?, caption),
         }
     };
     let axes = ["true ejection fraction", "bias of EF (0.01)"];

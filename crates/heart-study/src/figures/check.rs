@@ -1,8 +1,7 @@
 //! Input checks shared by the figures; each names the input in its error.
 
 use crate::StudyError;
-use crate::error::within;
-use heart_phantom::PhantomError;
+use heart_phantom::check_value;
 use rayon::prelude::*;
 
 /// Samples that a thread checks at a time.
@@ -12,23 +11,6 @@ const CHUNK: usize = 1 << 16;
 pub(super) fn at_least(what: &'static str, given: usize, least: usize) -> Result<(), StudyError> {
     if given < least {
         return Err(StudyError::TooFew { what, given, least });
-    }
-    Ok(())
-}
-
-/// Exactly `expected` entries.
-pub(super) fn same_len(
-    what: &'static str,
-    given: usize,
-    expected: usize,
-) -> Result<(), StudyError> {
-    if given != expected {
-        let error = PhantomError::WrongLength {
-            what,
-            given,
-            expected,
-        };
-        return Err(error.into());
     }
     Ok(())
 }
@@ -72,7 +54,8 @@ pub(super) fn points(
 
 /// A finite number above zero.
 pub(super) fn positive(what: &'static str, given: f64) -> Result<(), StudyError> {
-    Ok(within(what, given, [f64::MIN_POSITIVE, f64::MAX])?)
+    check_value(what, given, [f64::MIN_POSITIVE, f64::MAX])?;
+    Ok(())
 }
 
 /// An interval of positive, finite length.

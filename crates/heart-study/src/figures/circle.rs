@@ -8,6 +8,7 @@ use super::marks::{dashed, dashes, marker, stroke, swatch};
 use super::style::{BLUE, GREY, VERMILION};
 use super::{Picture, check};
 use crate::StudyError;
+use heart_phantom::check_length;
 
 /// The data of the circle figure.
 #[derive(Clone, Copy, Debug)]
@@ -35,7 +36,7 @@ impl CircleStudy<'_> {
         check::finite("centre", &self.centre)?;
         check::positive("radius", self.radius)?;
         check::at_least("errors", self.errors.len(), 2)?;
-        check::same_len("n_nodes", self.n_nodes.len(), self.errors.len())?;
+        check_length("n_nodes", self.n_nodes.len(), self.errors.len())?;
         self.errors
             .iter()
             .try_for_each(|&e| check::positive("error", e))?;

@@ -8,7 +8,7 @@ use super::marks::{dashed, dashes, marker, stroke, swatch};
 use super::style::{GREY, SERIES, SMALL};
 use super::{Picture, check};
 use crate::StudyError;
-use crate::error::within;
+use heart_phantom::check_value;
 
 /// Distance of markers in pixels.
 const APART: i32 = 24;
@@ -27,7 +27,8 @@ impl History<'_> {
         check::at_least("norms", self.norms.len(), 1)?;
         check::finite("norms", self.norms)?;
         let least = self.norms.iter().copied().fold(0.0, f64::min);
-        Ok(within("norm", least, [0.0, f64::MAX])?)
+        check_value("norm", least, [0.0, f64::MAX])?;
+        Ok(())
     }
 }
 

@@ -8,6 +8,7 @@ use super::marks::{arrow, marker, stroke};
 use super::style::{BLACK, FAINT, GREY, MAGENTA, RED};
 use super::{Picture, check};
 use crate::StudyError;
+use heart_phantom::check_length;
 
 /// Width of the legend in pixels.
 const LEGEND: i32 = 1060;
@@ -37,7 +38,7 @@ pub fn force_frames(frames: &[ForceFrame<'_>]) -> Result<Picture, StudyError> {
     for frame in frames {
         check::points("frame nodes", frame.nodes, 3)?;
         for (what, forces) in [("elastic", frame.elastic), ("pressure", frame.pressure)] {
-            check::same_len(what, forces.len(), frame.nodes.len())?;
+            check_length(what, forces.len(), frame.nodes.len())?;
             check::points(what, forces, 3)?;
         }
     }

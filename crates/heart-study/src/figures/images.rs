@@ -5,7 +5,7 @@ use super::raster::{check_window, fit};
 use super::sections::{Cut, Layout, draw};
 use super::{Picture, check};
 use crate::StudyError;
-use crate::error::{count, within};
+use heart_phantom::{check_count, check_length, check_value};
 use std::f64::consts::TAU;
 
 /// One projection image.
@@ -36,7 +36,7 @@ impl Volume<'_> {
             .iter()
             .try_for_each(|&n| check::at_least("volume size", n, 2))?;
         let expected = nz.saturating_mul(ny).saturating_mul(nx);
-        check::same_len("volume", self.values.len(), expected)?;
+        check_length("volume", self.values.len(), expected)?;
         check::finite_samples("volume", self.values)
     }
 }
@@ -125,9 +125,9 @@ pub fn projections(
     let n_rows = images[0].values.len() / n_bins;
     check::at_least("projection rows", n_rows, 2)?;
     for image in images {
-        check::same_len("projection", image.values.len(), n_bins * n_rows)?;
+        check_length("projection", image.values.len(), n_bins * n_rows)?;
         check::finite_samples("projection", image.values)?;
-        within("angle in radians", image.angle, [-2.0 * TAU, 2.0 * TAU])?;
+        check_value("angle in radians", image.angle, [-2.0 * TAU, 2.0 * TAU])?;
     }
     let most = images
         .iter()
@@ -188,9 +188,9 @@ fn draw_slices(
     let mut panels = Vec::with_capacity(planes.len());
     for plane in planes {
         let (across, index, len, sides) = plane.layout(volume.size);
-        count(across, index, [0, len - 1])?;
-        check::same_len("columns of a slice", sides[0].1, n_columns)?;
-        check::same_len("rows of a slice", sides[1].1, n_rows)?;
+        check_count(across, index, [0, len - 1])?;
+        check_length("columns of a slice", sides[0].1, n_columns)?;
+        check_length("rows of a slice", sides[1].1, n_rows)?;
         let at = (index as f64 - 0.5 * (len as f64 - 1.0)) * volume.spacing;
         let title = format!("{across} = {} cm", number(at, 0.01));
         let down = matches!(planes[0], Plane::Z(_));

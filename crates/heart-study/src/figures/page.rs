@@ -1,60 +1,138 @@
 //! `index.html`: the figures in order with captions, and tables of numbers, in one file without scripts.
 
-use super::check;
+use super::{CURVES_SIZE, Picture};
 use crate::StudyError;
 use crate::html::document;
+use heart_phantom::check_length;
 use heart_phantom::files::write_atomically;
 use maud::{Markup, Render, html};
 use std::fmt::Write as _;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
-/// A page of figures and tables.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
+/// A page of figures and tables in a folder. It writes the images that are added to it.
+///
+/// ```
+/// use heart_study::figures::Page;
+/// let folder = tempfile::tempdir()?; // or any other
+/// let mut page = Page::new(folder.path(), "A study", vec!["What was done.".into()]);
+/// page.section("Results", "In numbers.");
+/// page.table("Volumes", &["phase", "mL"], vec![vec!["end-diastole".into(), "149".into()]]);
+/// page.write()?;
+/// assert!(folder.path().join(Page::FILE).exists());
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Page {
-    /// Heading of the page.
-    pub title: String,
-    /// Paragraphs below it.
-    pub introduction: Vec<String>,
-    /// Parts of the page, in order.
-    pub sections: Vec<Section>,
+    folder: PathBuf,
+    title: String,
+    introduction: Vec<String>,
+    sections: Vec<Section>,
 }
 
 /// A part of a page: text, then figures, then tables.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct Section {
-    /// Heading.
-    pub title: String,
-    /// Paragraphs.
-    pub text: Vec<String>,
-    /// Figures, in order.
-    pub figures: Vec<Illustration>,
-    /// Tables, in order.
-    pub tables: Vec<Table>,
+struct Section {
+    title: String,
+    text: String,
+    figures: Vec<Illustration>,
+    tables: Vec<Table>,
 }
 
-/// An image file with its caption.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct Illustration {
-    /// File name, relative to the page.
-    pub file: String,
-    /// Caption, also the alternative text.
-    pub caption: String,
+/// An image file with its caption, which is also the alternative text.
+#[derive(Clone, Debug, PartialEq, Eq)]
+struct Illustration {
+    /// Relative to the page.
+    file: String,
+    caption: String,
     /// Width and height in pixels, so that the page does not jump while it loads.
-    pub size: [u32; 2],
+    size: [u32; 2],
 }
 
-/// A table of formatted numbers.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct Table {
-    /// Caption.
-    pub caption: String,
-    /// Headings of the columns.
-    pub header: Vec<String>,
-    /// Rows of as many cells; the first names the row.
-    pub rows: Vec<Vec<String>>,
+/// A table of formatted numbers; the first cell of a row names it.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct Table {
+    caption: String,
+    header: Vec<String>,
+    rows: Vec<Vec<String>>,
 }
 
 impl Page {
+    /// The name of the page in its folder.
+    pub const FILE: &str = "index.html";
+
+    /// A page with a heading and paragraphs below it.
+    #[must_use]
+    pub fn new(folder: &Path, title: &str, introduction: Vec<String>) -> Self {
+        Self {
+            folder: folder.into(),
+            title: title.into(),
+            introduction,
+            sections: Vec::new(),
+        }
+    }
+
+    /// Starts a part of the page with a paragraph.
+    pub fn section(&mut self, title: &str, text: impl Into<String>) {
+        self.sections.push(Section {
+            title: title.into(),
+            text: text.into(),
+            ..Section::default()
+        });
+    }
+
+    /// Writes an image and adds it to the current part.
+    ///
+    /// # Errors
+    /// As [`Picture::write_png`].
+    pub fn picture(
+        &mut self,
+        file: &str,
+        picture: &Picture,
+        caption: impl Into<String>,
+    ) -> Result<(), StudyError> {
+        picture.write_png(self.folder.join(file))?;
+        self.figure(file, [picture.width(), picture.height()], caption);
+        Ok(())
+    }
+
+    /// Writes an SVG of [`curves`](super::curves()) and adds it to the current part.
+    ///
+    /// # Errors
+    /// [`StudyError::Phantom`] if the file cannot be written.
+    pub fn drawing(
+        &mut self,
+        file: &str,
+        svg: &str,
+        caption: impl Into<String>,
+    ) -> Result<(), StudyError> {
+        write_atomically(&self.folder.join(file), |out| out.write_all(svg.as_bytes()))?;
+        self.figure(file, CURVES_SIZE.into(), caption);
+        Ok(())
+    }
+
+    /// Adds an image file of the folder, of some pixels, to the current part.
+    pub fn figure(&mut self, file: &str, size: [u32; 2], caption: impl Into<String>) {
+        self.current().figures.push(Illustration {
+            file: file.into(),
+            caption: caption.into(),
+            size,
+        });
+    }
+
+    /// Adds a table to the current part; the first cell of a row names it.
+    pub fn table(&mut self, caption: &str, header: &[&str], rows: Vec<Vec<String>>) {
+        let table = Table::new(caption, header, rows);
+        self.current().tables.push(table);
+    }
+
+    fn current(&mut self) -> &mut Section {
+        if self.sections.is_empty() {
+            self.sections.push(Section::default());
+        }
+        let last = self.sections.len() - 1;
+        &mut self.sections[last]
+    }
+
     /// Returns the page as one HTML document; all text is escaped.
     ///
     /// # Errors
@@ -62,7 +140,7 @@ impl Page {
     pub fn to_html(&self) -> Result<String, StudyError> {
         for table in self.sections.iter().flat_map(|section| &section.tables) {
             for row in &table.rows {
-                check::same_len("cells of a row", row.len(), table.header.len())?;
+                check_length("cells of a row", row.len(), table.header.len())?;
             }
         }
         let body = html! {
@@ -78,7 +156,7 @@ impl Page {
                 @for (i, section) in self.sections.iter().enumerate() {
                     section id={ "part" (i + 1) } {
                         h2 { (section.title) }
-                        @for text in &section.text { p { (text) } }
+                        @if !section.text.is_empty() { p { (section.text) } }
                         @for figure in &section.figures { (figure) }
                         @for table in &section.tables { (table) }
                     }
@@ -88,14 +166,18 @@ impl Page {
         Ok(document(&self.title, "", &body))
     }
 
-    /// Writes the page atomically.
+    /// Writes the page; returns the names of its images and its own.
     ///
     /// # Errors
     /// As [`Page::to_html`], and [`StudyError::Phantom`] if the file cannot be written.
-    pub fn write_html(&self, path: impl AsRef<Path>) -> Result<(), StudyError> {
+    pub fn write(&self) -> Result<Vec<PathBuf>, StudyError> {
         let html = self.to_html()?;
-        write_atomically(path.as_ref(), |out| out.write_all(html.as_bytes()))?;
-        Ok(())
+        write_atomically(&self.folder.join(Self::FILE), |out| {
+            out.write_all(html.as_bytes())
+        })?;
+        let figures = self.sections.iter().flat_map(|section| &section.figures);
+        let files = figures.map(|figure| figure.file.as_str());
+        Ok(files.chain([Self::FILE]).map(PathBuf::from).collect())
     }
 }
 

@@ -7,6 +7,7 @@ use super::raster::{BAR_ROOM, bar_labels, check_window, fill, fill_bar};
 use super::style::{ORANGE, SMALL};
 use super::{Picture, check};
 use crate::StudyError;
+use heart_phantom::check_length;
 
 /// Pixels of the longest side of a section.
 const LONGEST: f64 = 330.0;
@@ -51,7 +52,7 @@ impl Cut {
             check::at_least("samples along a side", n, 1)?;
         }
         let expected = self.size[0].saturating_mul(self.size[1]);
-        check::same_len("samples of a section", self.values.len(), expected)?;
+        check_length("samples of a section", self.values.len(), expected)?;
         check::finite_samples("samples of a section", &self.values)?;
         for [low, high] in self.extent {
             check::interval("extent of a section", low.min(high), low.max(high))?;

@@ -5,6 +5,7 @@ use super::marks::{stroke, swatch};
 use super::style::{GREY, INNER, OUTER};
 use super::{Picture, check};
 use crate::StudyError;
+use heart_phantom::check_length;
 
 /// Both membranes at one pressure.
 #[derive(Clone, Copy, Debug)]
@@ -21,7 +22,8 @@ impl WallState<'_> {
     pub(super) fn check(&self) -> Result<(), StudyError> {
         check::points("inner", self.inner, 3)?;
         check::points("outer", self.outer, 3)?;
-        check::same_len("outer", self.outer.len(), self.inner.len())
+        check_length("outer", self.outer.len(), self.inner.len())?;
+        Ok(())
     }
 }
 

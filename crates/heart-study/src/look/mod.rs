@@ -8,6 +8,7 @@ mod planes;
 mod tables;
 
 use crate::StudyError;
+use crate::figures::Page;
 use beat::Beat;
 use heart_phantom::files::write_atomically;
 use heart_phantom::{Compensation, GateResults, Phantom, PhaseOf, Product, RunReport};
@@ -15,7 +16,6 @@ pub use kept::Look;
 use planes::Planes;
 use std::path::{Path, PathBuf};
 
-const PAGE: &str = "index.html";
 const CURVES: &str = "curves.svg";
 
 impl<'a> Look<'a> {
@@ -61,7 +61,7 @@ impl<'a> Look<'a> {
             files.push(CURVES.into());
         }
         if self.page {
-            files.push(PAGE.into());
+            files.push(Page::FILE.into());
         }
         files
     }
@@ -125,7 +125,9 @@ impl<'a> Look<'a> {
         }
         if self.page {
             let html = page::html(self, report, &curves)?;
-            write_atomically(&folder.join(PAGE), |out| out.write_all(html.as_bytes()))?;
+            write_atomically(&folder.join(Page::FILE), |out| {
+                out.write_all(html.as_bytes())
+            })?;
         }
         Ok(())
     }

@@ -165,7 +165,7 @@ fn extremes(look: &Look<'_>) -> Vec<usize> {
     let Mode::Gated { gates: n_gates } = look.phantom.scene().acquisition.mode else {
         return vec![0];
     };
-    let [systole, diastole] = look.phantom.extreme_phases();
+    let [systole, diastole] = look.phantom.cycle().extreme_phases();
     let gate = |phase: f64| ((phase.rem_euclid(1.0) * n_gates as f64) as usize).min(n_gates - 1);
     let mut gates = vec![gate(diastole), gate(systole)];
     gates.dedup();
@@ -215,7 +215,7 @@ fn phases(look: &Look<'_>) -> String {
         }
         _ => "the first sample of the volume curve",
     };
-    let [systole, diastole] = look.phantom.extreme_phases();
+    let [systole, diastole] = look.phantom.cycle().extreme_phases();
     format!(
         "Phase is the fraction of the cardiac cycle; phase 0 is {zero}. End-diastole is at phase {diastole:.3}, end-systole at phase \
          {systole:.3}. Gates and projections are numbered from 0."

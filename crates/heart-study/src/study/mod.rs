@@ -2,7 +2,6 @@
 //! acquisitions, their reconstructions, every figure and every number.
 
 mod evolving;
-pub(crate) mod gallery;
 mod membranes;
 mod options;
 mod paper_newton;
@@ -14,7 +13,7 @@ mod tomography;
 
 use crate::StudyError;
 use crate::error::check_folder;
-use gallery::Gallery;
+use crate::figures::Page;
 use heart_phantom::{Observer, PhantomError, Progress, Regions, files};
 pub use options::StudyOptions;
 use report::{Report, Settings};
@@ -54,7 +53,7 @@ fn planned(figures: bool) -> Vec<PathBuf> {
         names.extend(
             pictures::FILES
                 .iter()
-                .chain(&[gallery::PAGE])
+                .chain(&[Page::FILE])
                 .map(PathBuf::from),
         );
     }
@@ -87,7 +86,9 @@ fn run_in_pool(
 ) -> Result<Report, StudyError> {
     let mut run = Run::new(options, out, progress)?;
     let total = run.clock();
-    let mut gallery = options.figures.then(|| Gallery::new(out));
+    let mut page = options
+        .figures
+        .then(|| Page::new(out, TITLE, vec![INTRODUCTION.into()]));
     let mut report = Report {
         program: files::PROGRAM.into(),
         settings: Settings {
@@ -100,7 +101,7 @@ fn run_in_pool(
         },
         ..Report::default()
     };
-    let circle = solve(&mut run, &mut report, gallery.as_mut())?;
+    let circle = solve(&mut run, &mut report, page.as_mut())?;
 
     run.stage("voxels")?;
     let clock = run.clock();
@@ -114,27 +115,23 @@ fn run_in_pool(
     for (k, (name, mode)) in tomography::ACQUISITIONS.into_iter().enumerate() {
         let result = tomography::reconstruct(&mut run, (name, mode), &regions, &mut volumes)?;
         let clock = run.clock();
-        if let Some(gallery) = &mut gallery {
+        if let Some(page) = &mut page {
             run.stage("drawing")?;
             if k == 0 {
-                pictures::pose(gallery, &run)?;
-                pictures::projection_images(gallery, &run, &result.sinograms.samples)?;
+                pictures::pose(page, &run)?;
+                pictures::projection_images(page, &run, &result.sinograms.samples)?;
             }
-            pictures::reconstruction(gallery, &run, (15 + k, name), &volumes[0])?;
+            pictures::reconstruction(page, &run, (15 + k, name), &volumes[0])?;
         }
         run.time.truth_and_files += clock.seconds();
-        let (ram_lak, hann) = match k {
-            0 => (&mut report.static_, &mut report.hann.static_),
-            1 => (&mut report.short, &mut report.hann.short),
-            _ => (&mut report.long, &mut report.hann.long),
-        };
-        (*ram_lak, *hann) = (result.ram_lak, result.hann);
+        *report.ram_lak.each_mut()[k] = result.ram_lak;
+        *report.hann.each_mut()[k] = result.hann;
     }
 
-    if let Some(mut gallery) = gallery {
-        pictures::measures(&mut gallery, &report);
-        pictures::circle(&mut gallery, &circle)?;
-        report.files = gallery.finish(TITLE, vec![INTRODUCTION.into()])?;
+    if let Some(mut page) = page {
+        pictures::measures(&mut page, &report);
+        pictures::circle(&mut page, &circle)?;
+        report.files = page.write()?;
     }
     report.files.append(&mut run.files());
     report.files.push(files::REPORT.into());
@@ -152,7 +149,7 @@ fn run_in_pool(
 fn solve(
     run: &mut Run<'_>,
     report: &mut Report,
-    mut gallery: Option<&mut Gallery<'_>>,
+    mut page: Option<&mut Page>,
 ) -> Result<membranes::CircleStudy, StudyError> {
     let clock = run.clock();
     run.stage("reference configurations")?;
@@ -170,13 +167,13 @@ fn solve(
     run.time.solve += clock.seconds();
 
     let clock = run.clock();
-    if let Some(gallery) = &mut gallery {
+    if let Some(page) = &mut page {
         run.stage("drawing")?;
-        pictures::reference(gallery, &report.reference);
-        pictures::direct(gallery, &direct)?;
-        pictures::evolving(gallery, &evolving)?;
-        pictures::pair(gallery, &states)?;
-        pictures::rubber(gallery, &rubber)?;
+        pictures::reference(page, &report.reference);
+        pictures::direct(page, &direct)?;
+        pictures::evolving(page, &evolving)?;
+        pictures::pair(page, &states)?;
+        pictures::rubber(page, &rubber)?;
     }
     run.time.truth_and_files += clock.seconds();
     report.direct = direct.figures;
@@ -200,11 +197,7 @@ pub fn summary(report: &Report) -> String {
     );
     let cell = |v: Option<f64>| v.map_or("      -".into(), |v| format!("{v:.5}"));
     text += "            rmse*    wall mean  wall std  background  cavity\n";
-    for (name, a) in [
-        ("static", &report.static_),
-        ("short", &report.short),
-        ("long", &report.long),
-    ] {
+    for (name, a) in report.ram_lak.named() {
         text += &format!(
             "{name:<10} {}    {}   {}   {}   {}\n",
             cell(a.quality.rmse_truth),
@@ -215,10 +208,8 @@ pub fn summary(report: &Report) -> String {
         );
     }
     text += "* relative to the exact volume; for the short scan, whose views acquire different shapes, to their average\n";
-    let rows = [&report.static_, &report.short, &report.long];
-    if rows
-        .iter()
-        .any(|a| a.quality.eroded_wall_mean.is_none() || a.quality.wall_std.is_none())
+    if (report.ram_lak.named().iter())
+        .any(|(_, a)| a.quality.eroded_wall_mean.is_none() || a.quality.wall_std.is_none())
     {
         text += "- no voxel remains in the eroded wall; choose a larger size\n";
     }

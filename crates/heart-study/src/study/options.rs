@@ -1,8 +1,7 @@
 //! Options of the study.
 
-use crate::error::{count, within};
 use heart_phantom::scene::DiscretisationSettings;
-use heart_phantom::{PhantomError, Scene, VolumeRange};
+use heart_phantom::{PhantomError, Scene, VolumeRange, check_count, check_value};
 
 /// Options of the study. The default study takes some seconds on two cores and 350 MB of memory.
 ///
@@ -85,13 +84,13 @@ impl StudyOptions {
 
     /// Limits: memory (a volume of 1024^3 samples is 4 GiB) and valid ranges.
     pub(super) fn validate(&self) -> Result<(), PhantomError> {
-        count("size", self.size, [8, 1024])?;
-        count("views", self.views, [3, 10_000])?;
-        within("gain", self.gain, [0.0, 2.0])?;
-        within("bpm", self.beats_per_minute, [1.0, 1000.0])?;
-        count("nodes", self.nodes, [11, 100_001])?;
+        check_count("size", self.size, [8, 1024])?;
+        check_count("views", self.views, [3, 10_000])?;
+        check_value("gain", self.gain, [0.0, 2.0])?;
+        check_value("bpm", self.beats_per_minute, [1.0, 1000.0])?;
+        check_count("nodes", self.nodes, [11, 100_001])?;
         if let Some(threads) = self.threads {
-            count("threads", threads, [1, 4096])?;
+            check_count("threads", threads, [1, 4096])?;
         }
         Ok(())
     }

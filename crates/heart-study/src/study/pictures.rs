@@ -1,16 +1,15 @@
 //! The figures of the study.
 
 use super::evolving::EvolvingStudy;
-use super::gallery::Gallery;
 use super::membranes::{CircleStudy, DirectStudy};
 use super::report::{self, Report};
 use super::rubber::{RUBBER, RubberStudy};
 use super::run::Run;
 use crate::StudyError;
 use crate::figures::{
-    self, Curve, ForceFrame, History, IsoView, Plane, Projection, Shape, View, Volume, WallState,
-    bodies, curves, force_frames, histories, isosurface, poses, projections, shapes, slice, slices,
-    wall_meshes,
+    self, Curve, ForceFrame, History, IsoView, Page, Plane, Projection, Shape, View, Volume,
+    WallState, bodies, curves, force_frames, histories, isosurface, poses, projections, shapes,
+    slice, slices, wall_meshes,
 };
 use heart_phantom::revolve_voxel::Pose;
 use heart_phantom::revolve_voxel::nalgebra::Vector3;
@@ -45,8 +44,8 @@ const VIEW: View = View {
 const WALL_MESH: (usize, usize) = (5, 60);
 
 /// Reference configurations: Table 1.
-pub(super) fn reference(gallery: &mut Gallery<'_>, reference: &report::Reference) {
-    gallery.section(
+pub(super) fn reference(page: &mut Page, reference: &report::Reference) {
+    page.section(
         "Reference configurations",
         "Two balloons, each a cylinder of 8.5 cm closed by a hemisphere (Table 1). The table compares the \
              polygon through the nodes (section 3.3) with the closed forms.",
@@ -69,7 +68,7 @@ pub(super) fn reference(gallery: &mut Gallery<'_>, reference: &report::Reference
             ]
         })
         .collect();
-    gallery.table(
+    page.table(
         "Reference configurations",
         &["quantity", "polygon", "closed form", "relative difference"],
         rows,
@@ -77,9 +76,9 @@ pub(super) fn reference(gallery: &mut Gallery<'_>, reference: &report::Reference
 }
 
 /// The direct method: Fig. 8, Newton's residuals.
-pub(super) fn direct(gallery: &mut Gallery<'_>, study: &DirectStudy) -> Result<(), StudyError> {
+pub(super) fn direct(page: &mut Page, study: &DirectStudy) -> Result<(), StudyError> {
     let figures = &study.figures;
-    gallery.section(
+    page.section(
         "Direct method",
         format!(
             "Newton's method on the discrete equilibrium (section 3.1.2, Eq. 14 with corrected \
@@ -104,13 +103,13 @@ pub(super) fn direct(gallery: &mut Gallery<'_>, study: &DirectStudy) -> Result<(
             volume: shape.measures.volume,
         })
         .collect();
-    gallery.picture(
+    page.picture(
         "fig08-shapes.png",
         &shapes(&family)?,
         "Fig. 8: the inner balloon under a family of pressures, by the direct method.",
     )?;
     let [printed, right] = &study.histories;
-    gallery.picture(
+    page.picture(
         "newton-jacobian.png",
         &histories(
             "norm of the forces",
@@ -136,9 +135,9 @@ pub(super) fn direct(gallery: &mut Gallery<'_>, study: &DirectStudy) -> Result<(
 }
 
 /// The evolving method: Fig. 9 and 10.
-pub(super) fn evolving(gallery: &mut Gallery<'_>, study: &EvolvingStudy) -> Result<(), StudyError> {
+pub(super) fn evolving(page: &mut Page, study: &EvolvingStudy) -> Result<(), StudyError> {
     let figures = &study.figures;
-    gallery.section(
+    page.section(
         "Evolving method",
         format!(
             "Implicit Euler in time (section 3.2), elastic forces implicit, the pressure of Eq. 4 \
@@ -157,7 +156,7 @@ pub(super) fn evolving(gallery: &mut Gallery<'_>, study: &EvolvingStudy) -> Resu
             pressure: &frame.pressure,
         })
         .collect();
-    gallery.picture(
+    page.picture(
         "fig09-forces.png",
         &force_frames(&frames)?,
         "Fig. 9: nodes (red), elastic forces (magenta) and pressure forces (black) on the way to \
@@ -168,7 +167,7 @@ pub(super) fn evolving(gallery: &mut Gallery<'_>, study: &EvolvingStudy) -> Resu
         .iter()
         .map(|(label, norms)| History { label, norms })
         .collect();
-    gallery.picture(
+    page.picture(
         "fig10-norm.png",
         &histories("norm of pressure and elastic forces", Some(1e-4), &series)?,
         "Fig. 10: the norm of the forces by iteration. It decreases monotonically for large steps \
@@ -177,11 +176,8 @@ pub(super) fn evolving(gallery: &mut Gallery<'_>, study: &EvolvingStudy) -> Resu
 }
 
 /// The pair of membranes: Fig. 11 and 12.
-pub(super) fn pair(
-    gallery: &mut Gallery<'_>,
-    states: &[Arc<HeartShape>],
-) -> Result<(), StudyError> {
-    gallery.section(
+pub(super) fn pair(page: &mut Page, states: &[Arc<HeartShape>]) -> Result<(), StudyError> {
+    page.section(
         "Two membranes",
         "The outer pressure is solved for together with both shapes, so that the volume of the wall \
              is constant without trial and error.",
@@ -200,13 +196,13 @@ pub(super) fn pair(
     let walls: Vec<WallState<'_>> = (titles.iter().zip(states))
         .map(|(title, state)| wall_state(title, state))
         .collect();
-    gallery.picture(
+    page.picture(
         "fig11-wall.png",
         &wall_meshes(&walls, WALL_MESH.0, WALL_MESH.1)?,
         "Fig. 11: both membranes and the mesh between them at three pressures, f over the stiffness of the inner \
          and of the outer one.",
     )?;
-    gallery.picture(
+    page.picture(
         "fig12-bodies.png",
         &bodies(&[walls[0], walls[walls.len() - 1]])?,
         "Fig. 12: the heart in the reference configuration and dilated, rendered from the exact body with the \
@@ -224,10 +220,10 @@ fn wall_state<'a>(title: &'a str, shape: &'a HeartShape) -> WallState<'a> {
 }
 
 /// The same balloons as rubber, which the paper does not have.
-pub(super) fn rubber(gallery: &mut Gallery<'_>, study: &RubberStudy) -> Result<(), StudyError> {
+pub(super) fn rubber(page: &mut Page, study: &RubberStudy) -> Result<(), StudyError> {
     let figures = &study.figures;
     let (mu, thickness) = RUBBER;
-    gallery.section(
+    page.section(
         "The same balloons as rubber",
         format!(
             "Springs pull along the meridian only. Rubber is incompressible and has tension around the axis too, so that its \
@@ -242,7 +238,7 @@ pub(super) fn rubber(gallery: &mut Gallery<'_>, study: &RubberStudy) -> Result<(
     );
     let titles = ["springs", "rubber"];
     let walls = [0, 1].map(|k| wall_state(titles[k], &study.dilated[k]));
-    gallery.picture(
+    page.picture(
         "rubber-wall.png",
         &wall_meshes(&walls, WALL_MESH.0, WALL_MESH.1)?,
         "Both membranes and the mesh between them, of springs and of rubber, at the same volumes.",
@@ -250,7 +246,7 @@ pub(super) fn rubber(gallery: &mut Gallery<'_>, study: &RubberStudy) -> Result<(
     let drawn: Vec<Curve<'_>> = (study.pressures.iter())
         .map(|(label, points)| Curve { label, points })
         .collect();
-    gallery.drawing(
+    page.drawing(
         "rubber-pressure.svg",
         &curves("volume gain", "pressure (mmHg)", &drawn)?,
         format!(
@@ -262,7 +258,7 @@ pub(super) fn rubber(gallery: &mut Gallery<'_>, study: &RubberStudy) -> Result<(
     let drawn: Vec<Curve<'_>> = (titles.iter().zip(&study.profiles))
         .map(|(label, points)| Curve { label, points })
         .collect();
-    gallery.drawing(
+    page.drawing(
         "rubber-view.svg",
         &curves("s (cm)", "wall on the ray (cm)", &drawn)?,
         format!(
@@ -277,7 +273,7 @@ pub(super) fn rubber(gallery: &mut Gallery<'_>, study: &RubberStudy) -> Result<(
             format!("{:.3}", 10.0 * rubber),
         ]
     };
-    gallery.table(
+    page.table(
         "Thickness of the wall when dilated",
         &["place", "springs (mm)", "rubber (mm)"],
         vec![row("side", figures.side), row("apex", figures.apex)],
@@ -286,8 +282,8 @@ pub(super) fn rubber(gallery: &mut Gallery<'_>, study: &RubberStudy) -> Result<(
 }
 
 /// The pose of the heart: Fig. 13.
-pub(super) fn pose(gallery: &mut Gallery<'_>, run: &Run<'_>) -> Result<(), StudyError> {
-    gallery.section(
+pub(super) fn pose(page: &mut Page, run: &Run<'_>) -> Result<(), StudyError> {
+    page.section(
         "Tomography",
         format!(
             "The camera rotates about z by 180 degrees in {} views while the heart beats {} times per \
@@ -302,7 +298,7 @@ pub(super) fn pose(gallery: &mut Gallery<'_>, run: &Run<'_>) -> Result<(), Study
     let rest = run.phantom.heart().reference_shape()?;
     let middle = (Balloon::OUTER.length + Balloon::OUTER.radius) / 2.0;
     let upright = Pose::axis_along_z(middle).map_err(PhantomError::from)?;
-    gallery.picture(
+    page.picture(
         "fig13-pose.png",
         &poses(
             &wall_state("", &rest),
@@ -321,7 +317,7 @@ pub(super) fn pose(gallery: &mut Gallery<'_>, run: &Run<'_>) -> Result<(), Study
 
 /// Projections of the reference configuration: Fig. 14.
 pub(super) fn projection_images(
-    gallery: &mut Gallery<'_>,
+    page: &mut Page,
     run: &Run<'_>,
     samples: &[f32],
 ) -> Result<(), StudyError> {
@@ -334,7 +330,7 @@ pub(super) fn projection_images(
             values: &samples[view_idx * n * n..(view_idx + 1) * n * n],
         })
         .collect();
-    gallery.picture(
+    page.picture(
         "fig14-projections.png",
         &projections(&images, n, run.phantom.camera().pitch())?,
         "Fig. 14: projections of the reference configuration at three angles; exact chord lengths, no voxels.",
@@ -343,7 +339,7 @@ pub(super) fn projection_images(
 
 /// One reconstruction: Fig. 15, 16 or 17.
 pub(super) fn reconstruction(
-    gallery: &mut Gallery<'_>,
+    page: &mut Page,
     run: &Run<'_>,
     (number, name): (usize, &str),
     volume: &[f32],
@@ -355,14 +351,14 @@ pub(super) fn reconstruction(
         spacing: run.phantom.camera().pitch(),
     };
     let of = |what: &str| format!("fig{number}-{name}-{what}.png");
-    gallery.picture(
+    page.picture(
         &of("slice"),
         &slice(&volume, Plane::Z(n / 2), WINDOW, "activity")?,
         format!("Fig. {number}a: the middle slice of the {name} acquisition, Ram-Lak."),
     )?;
     // From -4.5 cm to 3.5 cm; the heart of the study extends from -5.2 to 4.2 cm at rest.
     let planes: Vec<Plane> = (0..6).map(|k| Plane::Z(n * (11 + 5 * k) / 50)).collect();
-    gallery.picture(
+    page.picture(
         &of("slices"),
         &slices(&volume, &planes, WINDOW, "activity")?,
         format!("Fig. {number}b: slices of the same."),
@@ -376,7 +372,7 @@ pub(super) fn reconstruction(
         view: VIEW,
         cut: Some((normal.into(), 0.0)),
     };
-    gallery.picture(
+    page.picture(
         &of("volume"),
         &isosurface(&volume, &view)?,
         format!("Fig. {number}c: the surface of half the wall's activity, cut open."),
@@ -384,8 +380,8 @@ pub(super) fn reconstruction(
 }
 
 /// The table of image quality.
-pub(super) fn measures(gallery: &mut Gallery<'_>, report: &Report) {
-    gallery.section(
+pub(super) fn measures(page: &mut Page, report: &Report) {
+    page.section(
         "Effects of motion",
         "The wall's activity is 1, everything else 0. Wall and background are the same voxels \
              for the three acquisitions. The RMSE is relative to the exact volume. The views of the short scan \
@@ -406,7 +402,11 @@ pub(super) fn measures(gallery: &mut Gallery<'_>, report: &Report) {
                 .map_or("–".into(), |v| format!("{v:.3}")),
         ]
     };
-    gallery.table(
+    let windows = [("Ram-Lak", &report.ram_lak), ("Hann", &report.hann)];
+    let rows = windows.into_iter().flat_map(|(window, acquisitions)| {
+        (acquisitions.named()).map(|(name, a)| row(&format!("{name}, {window}"), a))
+    });
+    page.table(
         "Reconstructions against the ground truth",
         &[
             "acquisition",
@@ -417,27 +417,20 @@ pub(super) fn measures(gallery: &mut Gallery<'_>, report: &Report) {
             "cavity mean",
             "total (cm³)",
         ],
-        vec![
-            row("static, Ram-Lak", &report.static_),
-            row("short, Ram-Lak", &report.short),
-            row("long, Ram-Lak", &report.long),
-            row("static, Hann", &report.hann.static_),
-            row("short, Hann", &report.hann.short),
-            row("long, Hann", &report.hann.long),
-        ],
+        rows.collect(),
     );
 }
 
 /// The circle of the appendix: Fig. 18.
-pub(super) fn circle(gallery: &mut Gallery<'_>, study: &CircleStudy) -> Result<(), StudyError> {
-    gallery.section(
+pub(super) fn circle(page: &mut Page, study: &CircleStudy) -> Result<(), StudyError> {
+    page.section(
         "Appendix: the circle",
         "A membrane whose reference configuration is a straight line inflates to an arc of a circle; with the \
              corrected constant C the discrete solution converges to it.",
     );
     let radius = study.exact.arc_radius();
     let apex = study.exact.at(0.5);
-    gallery.picture(
+    page.picture(
         "fig18-circle.png",
         &figures::circle(&figures::CircleStudy {
             initial: &study.initial,

@@ -25,15 +25,11 @@ pub struct Report {
     pub circle: Circle,
     /// The same balloons as rubber, at the volume gain of the study.
     pub rubber: Rubber,
-    /// Static acquisition of the reference configuration, ramp filter.
-    #[serde(rename = "static")]
-    pub static_: Acquisition,
-    /// One instant per view.
-    pub short: Acquisition,
-    /// One cycle per view.
-    pub long: Acquisition,
+    /// The three acquisitions, ramp filter; their fields are those of the report itself.
+    #[serde(flatten)]
+    pub ram_lak: Acquisitions,
     /// The same three with the Hann window.
-    pub hann: Hann,
+    pub hann: Acquisitions,
     /// Run times.
     pub time: Time,
     /// Largest resident memory of the process so far; 0 if the system does not report it.
@@ -205,11 +201,11 @@ pub struct Acquisition {
     pub quality: ImageQuality,
 }
 
-/// The three acquisitions with the Hann window.
+/// The three acquisitions with one window.
 #[derive(Debug, Clone, Default, Serialize)]
 #[non_exhaustive]
-pub struct Hann {
-    /// Reference configuration.
+pub struct Acquisitions {
+    /// Static acquisition of the reference configuration.
     #[serde(rename = "static")]
     pub static_: Acquisition,
     /// One instant per view.
@@ -232,4 +228,20 @@ pub struct Time {
     pub truth_and_files: f64,
     /// Total.
     pub total: f64,
+}
+
+impl Acquisitions {
+    /// Returns the acquisitions with their names, in order.
+    #[must_use]
+    pub fn named(&self) -> [(&'static str, &Acquisition); 3] {
+        [
+            ("static", &self.static_),
+            ("short", &self.short),
+            ("long", &self.long),
+        ]
+    }
+
+    pub(super) fn each_mut(&mut self) -> [&mut Acquisition; 3] {
+        [&mut self.static_, &mut self.short, &mut self.long]
+    }
 }

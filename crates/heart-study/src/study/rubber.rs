@@ -49,7 +49,7 @@ pub(super) fn rubber(run: &Run<'_>) -> Result<RubberStudy, PhantomError> {
         run.phantom.camera().n_views() / 3,
     );
     let views = [springs.view(0, view)?, of_rubber.view(0, view)?];
-    let [_, diastole] = springs.extreme_phases();
+    let [_, diastole] = springs.cycle().extreme_phases();
     let dilated = [springs.shape(diastole)?, of_rubber.shape(diastole)?];
     let side = |phantom: &Phantom| phantom.thickness(diastole);
     let [of_springs, of_rubber] = [side(springs)?, side(of_rubber)?];

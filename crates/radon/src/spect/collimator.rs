@@ -126,6 +126,7 @@ pub struct ParallelHoles {
     /// Linear attenuation coefficient of the septa (1/cm); infinite for opaque septa.
     pub attenuation: f64,
     /// The width of the Gaussian for this diameter.
+    #[cfg_attr(feature = "serde", serde(default))]
     pub response: HoleResponse,
 }
 

@@ -164,7 +164,7 @@ fn nearest_voxels(scene: &Scene) -> [f64; 2] {
     large.activity.cavity = Uptake::Concentration(1.0);
     let phantom = Phantom::new(large).unwrap();
     let mut nearest = [f64::INFINITY; 2];
-    for phase in phantom.extreme_phases() {
+    for phase in phantom.cycle().extreme_phases() {
         let volume = phantom.activity(phase).unwrap();
         for (k, _) in volume.iter().enumerate().filter(|(_, v)| **v > 0.0) {
             let place = |index: usize| (index as f64 - 0.5 * (n as f64 - 1.0)) * pitch;

@@ -3,6 +3,7 @@
 mod panels;
 
 use std::f64::consts::PI;
+use std::path::PathBuf;
 
 use heart_phantom::revolve_voxel::{Pose, VoxelGrid};
 use heart_phantom::{PhantomError, files};
@@ -43,9 +44,9 @@ fn files_are_written_completely_and_restored_exactly() {
         picture.write_png(&nowhere),
         Err(StudyError::Phantom(PhantomError::File { .. }))
     ));
-    let page = Page::default();
+    let page = Page::new(&nowhere, "", Vec::new());
     assert!(matches!(
-        page.write_html(&nowhere),
+        page.write(),
         Err(StudyError::Phantom(PhantomError::File { .. }))
     ));
 }
@@ -293,32 +294,19 @@ fn figures_are_bitwise_reproducible_for_any_number_of_threads() {
 
 #[test]
 fn the_page_is_one_file_with_all_parts_in_order() {
-    let figure = |k: usize| Illustration {
-        file: format!("fig {k}.png"),
-        caption: format!("Figure {k}: f < 3 & \"quoted\""),
-        size: [640, 480],
+    let folder = tempfile::tempdir().unwrap();
+    let mut page = Page::new(folder.path(), "<Study>", vec!["It's <b>plain</b>.".into()]);
+    let figure = |page: &mut Page, k: usize| {
+        let caption = format!("Figure {k}: f < 3 & \"quoted\"");
+        page.figure(&format!("fig {k}.png"), [640, 480], caption);
     };
-    let mut page = Page {
-        title: "<Study>".into(),
-        introduction: vec!["It's <b>plain</b>.".into()],
-        sections: vec![
-            Section {
-                title: "One".into(),
-                text: vec!["text".into()],
-                figures: vec![figure(1), figure(2)],
-                tables: vec![Table {
-                    caption: "Numbers".into(),
-                    header: vec!["name".into(), "value".into()],
-                    rows: vec![vec!["a".into(), "1.5".into()]],
-                }],
-            },
-            Section {
-                title: "Two".into(),
-                figures: vec![figure(3)],
-                ..Section::default()
-            },
-        ],
-    };
+    page.section("One", "text");
+    figure(&mut page, 1);
+    figure(&mut page, 2);
+    let rows = vec![vec!["a".into(), "1.5".into()]];
+    page.table("Numbers", &["name", "value"], rows);
+    page.section("Two", "");
+    figure(&mut page, 3);
     let html = page.to_html().unwrap();
     assert!(html.starts_with("<!DOCTYPE html>") && html.ends_with("</html>\n"));
     assert!(html.contains("<h1>&lt;Study&gt;</h1>") && html.contains("It's &lt;b&gt;plain"));
@@ -336,9 +324,9 @@ fn the_page_is_one_file_with_all_parts_in_order() {
     for foreign in ["<script", "http:", "https:", "<link", "@import", "url("] {
         assert!(!html.contains(foreign), "{foreign}");
     }
-    page.sections[0].tables[0]
-        .rows
-        .push(vec!["only one".into()]);
+    let files = ["fig 1.png", "fig 2.png", "fig 3.png", Page::FILE];
+    assert_eq!(page.write().unwrap(), files.map(PathBuf::from));
+    page.table("Numbers", &["name", "value"], vec![vec!["only one".into()]]);
     assert!(matches!(
         page.to_html(),
         Err(StudyError::Phantom(PhantomError::WrongLength {
