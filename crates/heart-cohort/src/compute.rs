@@ -9,7 +9,9 @@ use crate::piece::Piece;
 use crate::read::json_of;
 use flate2::write::GzEncoder;
 use heart_phantom::files::{Samples, put_npy};
-use heart_phantom::{Numbers, Phantom, PhantomError, Product, ProjectionValues, chain};
+use heart_phantom::{
+    MotionPhase, Numbers, Phantom, PhantomError, Product, ProjectionValues, chain,
+};
 use serde_json::json;
 use std::collections::BTreeMap;
 use std::io::Write;
@@ -192,11 +194,7 @@ fn add(
     let camera = phantom.camera();
     let [nx, ny, nz] = camera.grid().shape();
     let n_gates = phantom.n_gates();
-    let phases: Vec<f64> = phantom
-        .phases()
-        .iter()
-        .map(|phase| phase.at.phase)
-        .collect();
+    let phases: Vec<MotionPhase> = phantom.phases().iter().map(|phase| phase.at).collect();
     let gates_shape = [n_gates, nz, ny, nx];
     let phases_shape = [phases.len(), nz, ny, nx];
     match product {

@@ -112,10 +112,41 @@ fn a_shard_contains_the_data_of_its_members() {
         let phases = phantom.phases();
         let labels: Vec<u8> = phases
             .iter()
-            .flat_map(|phase| phantom.labels(phase.at.phase).unwrap())
+            .flat_map(|phase| phantom.labels(phase.at).unwrap())
             .collect();
         assert!(files[7].1.ends_with(&labels) && labels.len() == 2 * 512);
     }
+}
+
+/// Labels of respiratory gates are at their respiratory positions, which `geometry.json` lists.
+#[test]
+fn labels_follow_respiration() {
+    let cohort = Cohort::from_toml(
+        r#"
+members = 1
+[scene]
+heart.discretisation = { differences = { nodes = 51 } }
+camera = { views = 3, bins = 8, rows = 8, pitch = [1.5, 1.5] }
+acquisition.mode = { gated = { gates = 2 } }
+breathing = { shift = [0.0, 0.0, -4.0], gates = { amplitude = 2 } }
+output.write = ["labels"]
+"#,
+    );
+    let (cohort, folder) = (cohort.unwrap(), tempfile::tempdir().unwrap());
+    let report = shard(&cohort, folder.path(), [1, 1], 1);
+    let archive = fs::read(&report.path).unwrap();
+    let phantom = Phantom::new(cohort.member(0).unwrap().scene().unwrap()).unwrap();
+    let phases = phantom.phases();
+    let breaths: Vec<f64> = phases.iter().map(|phase| phase.at.breath).collect();
+    assert!(breaths[0] < breaths[breaths.len() - 1], "{breaths:?}");
+    let labels: Vec<u8> = (phases.iter())
+        .flat_map(|phase| phantom.labels(phase.at).unwrap())
+        .collect();
+    let still: Vec<u8> = (phases.iter())
+        .flat_map(|phase| phantom.labels(phase.at.phase).unwrap())
+        .collect();
+    assert!(labels != still);
+    assert!(archive.windows(labels.len()).any(|bytes| bytes == labels));
 }
 
 /// Samples of a file of NumPy, read by hand.
