@@ -2,7 +2,7 @@
 
 use crate::angles::Angles;
 use crate::camera::{Grid, Place};
-use crate::error::{ScatterError, valid};
+use crate::error::{ScatterError, valid, within};
 use crate::medium::Path;
 use crate::spectrum::{ATTENUATION, HIGHEST, IMPORTANCE, SCATTERED, WINDOWS};
 use crate::{Compton, Medium, Random, ScatterOptions, ScatterReport, Source, Spectrum};
@@ -17,6 +17,10 @@ const LEAST_TRANSMISSION: f64 = 0.02;
 
 /// Number of detections after which these are distributed to the nodes: 4 MB.
 pub(crate) const DETECTIONS: u64 = 65_536;
+/// Number of emissions of which [`Problem::unit`] is the mean weight, its range, and the largest weight in this unit.
+const TRIAL_EMISSIONS: usize = 1024;
+const MEAN_WEIGHTS: [f64; 2] = [1e-100, 1e100];
+const LARGEST_WEIGHT: f64 = 1e20;
 
 /// The arguments of all histories.
 pub(crate) struct Problem<'a> {
@@ -30,6 +34,8 @@ pub(crate) struct Problem<'a> {
     pub(crate) transmission: Transmission,
     pub(crate) orders: usize,
     pub(crate) seed: u64,
+    /// Unit of the deposits, which are in single precision: the mean weight of an emission, rounded to a power of 2; 1 without activity.
+    pub(crate) unit: f64,
 }
 
 /// Sums over the histories of a block, and work arrays.
@@ -127,6 +133,7 @@ impl<'a> Problem<'a> {
             grid,
             orders: options.orders,
             seed: options.seed,
+            unit: unit(source, options.seed)?,
         })
     }
 
@@ -175,7 +182,9 @@ impl<'a> Problem<'a> {
 
     fn history(&self, random: &mut Random, tally: &mut Tally) -> Result<(), ScatterError> {
         let emission = self.source.emit(random);
-        let mut scale = valid("weight of an emission", emission.weight)?;
+        let most = LARGEST_WEIGHT * self.unit;
+        let weight = within("weight of an emission", emission.weight, [0.0, most])?;
+        let mut scale = weight / self.unit;
         valid(
             "distance of an emission",
             emission.position.iter().map(|x| x.abs()).sum(),
@@ -291,6 +300,20 @@ impl<'a> Problem<'a> {
         }
         Ok(())
     }
+}
+
+/// Estimates the mean weight of the emissions of a source, and rounds it to a power of 2.
+fn unit(source: &dyn Source, seed: u64) -> Result<f64, ScatterError> {
+    let (mut random, mut sum) = (Random::new(seed, u64::MAX), 0.0);
+    for _ in 0..TRIAL_EMISSIONS {
+        sum += valid("weight of an emission", source.emit(&mut random).weight)?;
+    }
+    if sum == 0.0 {
+        return Ok(1.0);
+    }
+    let mean = sum / TRIAL_EMISSIONS as f64;
+    let mean = within("mean weight of an emission", mean, MEAN_WEIGHTS)?;
+    Ok(mean.log2().round().exp2())
 }
 
 /// A unit vector at the angle of this cosine from another one, its azimuth uniform.

@@ -77,8 +77,9 @@ impl Scatter {
     /// # Errors
     /// [`ScatterError::OutOfRange`] for a tolerance that is not positive (0 is allowed with a relative one), a relative one outside 0 to 1, a pitch
     /// outside 0.01 to 100 cm, a spacing outside 0 to 1 rad, no order, no history, blocks outside 16 to 10^7 histories, a view whose face is in the
-    /// medium or in front of it on the line through the axis, numbers of `source` that are not finite or negative, and a [`Piece`](crate::Piece) of
-    /// `medium` that is reversed, out of order, not finite or denser than 30 g/cm^3; [`ScatterError::Nodes`] for more than 2^27 nodes;
+    /// medium or in front of it on the line through the axis, numbers of `source` that are not finite or negative, a mean weight of 1024 emissions
+    /// outside 1e-100 to 1e100 (0 is allowed) and a weight above 1e20 times this mean, and a [`Piece`](crate::Piece) of `medium` that is reversed, out
+    /// of order, not finite or denser than 30 g/cm^3; [`ScatterError::Nodes`] for more than 2^27 nodes;
     /// [`ScatterError::Tolerance`] if `most_histories` do not suffice; [`ScatterError::Interpolation`] if no allowed distance of the nodes suffices.
     pub fn new(
         source: &dyn Source,
@@ -395,18 +396,18 @@ impl Sums {
             self.report.add(report);
             self.nearest = self.nearest.min(*nearest);
             for (order, sum) in self.orders.iter_mut().zip(report.by_order) {
-                order.add(sum / histories as f64);
+                order.add(problem.unit * sum / histories as f64);
             }
             for (view, image) in self
                 .views
                 .iter_mut()
                 .zip(images.chunks(view_len / all.windows))
             {
-                view.add(all.sum(image));
+                view.add(problem.unit * all.sum(image));
             }
             let sums = self.first.iter_mut().zip(&mut self.second);
             for ((first, second), value) in sums.zip(images) {
-                let value = f64::from(*value);
+                let value = problem.unit * f64::from(*value);
                 *first += value;
                 *second += value * value;
             }

@@ -1,0 +1,57 @@
+//! Rare scatter, the limit of histories, the range of activities, bins and pitches.
+
+use crate::support::{Ball, LEHR, photopeak};
+use photon_scatter::{Camera, PointSource, Scatter, ScatterError, ScatterOptions, View};
+
+/// Scatter of a point in or beside a ball of water about the origin.
+fn scatter(
+    radius: f64,
+    (position, activity): ([f64; 3], f64),
+    (bins, pitch): (usize, f64),
+    options: ScatterOptions,
+) -> Result<Scatter, ScatterError> {
+    let ball = Ball {
+        centre: [0.0; 3],
+        radius,
+        density: 1.0,
+    };
+    let view = View {
+        angle: 0.0,
+        radius: 13.0,
+    };
+    let camera = Camera::new([bins; 2], [pitch; 2], &[view], LEHR).unwrap();
+    let source = PointSource { position, activity };
+    Scatter::new(&source, &ball, &camera, &photopeak(), &options)
+}
+
+fn relative(tolerance: f64) -> ScatterOptions {
+    ScatterOptions::new(0.0).with_relative(tolerance)
+}
+
+/// Deposits are single-precision numbers.
+#[test]
+fn scatter_is_proportional_to_the_activity() {
+    let run = |activity| {
+        let options = relative(0.1).with_pitch(0.75);
+        scatter(10.0, ([0.0; 3], activity), (40, 0.9), options)
+    };
+    let one = run(1.0).unwrap();
+    for activity in [1e-90, 1e-45, 1e-20, 1e36, 1e90] {
+        let found = run(activity).unwrap();
+        for (a, b) in found.sum(0, 0).into_iter().zip(one.sum(0, 0)) {
+            assert!(
+                (a / (b * activity) - 1.0).abs() < 1e-5,
+                "{activity:e}: {a:e}"
+            );
+        }
+        let (a, b) = (found.report(), one.report());
+        assert!((a.by_order[1] / (b.by_order[1] * activity) - 1.0).abs() < 1e-5);
+        assert!((found.largest_error() / (one.largest_error() * activity) - 1.0).abs() < 1e-5);
+    }
+    for activity in [1e-110, 1e110] {
+        assert!(matches!(
+            run(activity),
+            Err(ScatterError::OutOfRange { .. })
+        ));
+    }
+}
