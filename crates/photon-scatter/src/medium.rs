@@ -1,7 +1,8 @@
 //! Sources and attenuating media: traits that a user implements, ready ones in `voxels`.
 
-use crate::Random;
+use crate::camera::Grid;
 use crate::error::{ScatterError, valid, within};
+use crate::{Camera, Random};
 
 /// A point of emission, drawn from an activity.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -99,4 +100,21 @@ impl Path {
         // The distance exceeds the end of the path by rounding.
         last
     }
+}
+
+/// `Ok` if the medium ends in front of the face of every view, on the line through the axis of rotation.
+pub(crate) fn in_front(
+    medium: &dyn Medium,
+    camera: &Camera,
+    grid: &Grid,
+) -> Result<(), ScatterError> {
+    let mut path = Path::default();
+    for (view, direction) in camera.views().iter().zip(grid.directions()) {
+        path.follow(medium, [0.0; 3], direction)?;
+        // Less by rounding errors.
+        let end = (1.0 - 1e-9) * path.end();
+        let what = "radius of a view in cm, which is beyond the medium,";
+        within(what, view.radius, [end, f64::MAX])?;
+    }
+    Ok(())
 }

@@ -20,9 +20,10 @@ pub struct ScatterOptions {
     pub spacing: Option<f64>,
     /// Number of orders of scattering, at least 1.
     pub orders: usize,
-    /// Histories in each of the first 128 blocks; later blocks are larger if the tolerance requires it.
+    /// Histories in each of the first 128 blocks, at most a 128th of [`most_histories`](Self::most_histories); later blocks are larger if the
+    /// tolerance requires it.
     pub block: usize,
-    /// Largest number of histories, at least 1. Whenever standard errors are computed, first after 128 blocks, the necessary number is estimated; if it
+    /// Largest number of histories, discarded ones included, at least 2048. Whenever standard errors are computed, first after 128 blocks, the necessary number is estimated; if it
     /// is more than twice this one, the result is [`ScatterError::Tolerance`](crate::ScatterError::Tolerance) at once. A source far from the medium
     /// requires more histories: in inverse proportion to the solid angle of the medium.
     pub most_histories: u64,

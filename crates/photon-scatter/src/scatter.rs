@@ -1,13 +1,13 @@
-//! Histories in blocks until the tolerance is met, and the images with their standard errors.
+//! Histories in blocks until the tolerance is met, and the images of scatter.
 
 use crate::angles::Angles;
 use crate::camera::Grid;
 use crate::error::{ScatterError, within};
-use crate::history::{CELLS, DETECTIONS, Detection, Problem, Tally};
-use crate::medium::Path;
+use crate::history::{CELLS, DETECTIONS, Detection, Problem};
+use crate::medium::in_front;
 use crate::smoothing::smoothing;
+use crate::sums::Sums;
 use crate::{Camera, Medium, ScatterOptions, ScatterReport, Source, Spectrum};
-use rayon::prelude::*;
 
 /// Smallest number of blocks: their variation gives the standard error to a relative accuracy of 1 / sqrt(2 n), 6 %.
 const LEAST_BLOCKS: usize = 128;
@@ -15,9 +15,10 @@ const LEAST_BLOCKS: usize = 128;
 const BLOCKS_AT_ONCE: usize = 16;
 /// Ratio of the number of histories to that required by the current standard error.
 const RESERVE: f64 = 1.03;
-/// Larger blocks replace the current ones if the required histories grow at least by the first factor; the second limits the size of blocks.
-const MOST_GROWTH: f64 = 4.0;
-const MOST_BLOCK_GROWTH: f64 = 32.0;
+/// Smallest number of histories of a block.
+const LEAST_BLOCK: usize = 16;
+/// Range of the growth of blocks: larger ones replace the current ones if these factors, half that of the required histories, allow it.
+const BLOCK_GROWTH: [f64; 2] = [2.0, 32.0];
 /// Progress in thousandths that the first blocks count, and the fraction of the remaining progress that the last expected blocks count.
 const FIRST_ROUND: usize = 50;
 const LAST_ROUND: f64 = 0.9;
@@ -56,9 +57,10 @@ impl ScatterOptions {
         within("tolerance", self.tolerance, [least, f64::MAX])?;
         within("relative tolerance", self.relative, [0.0, 1.0])?;
         within("orders of scattering", self.orders as f64, [1.0, f64::MAX])?;
-        within("histories of a block", self.block as f64, [16.0, 1e7])?;
-        let most = self.most_histories as f64;
-        within("largest number of histories", most, [1.0, f64::MAX])?;
+        let (block, most) = (self.block as f64, self.most_histories as f64);
+        within("histories of a block", block, [LEAST_BLOCK as f64, 1e7])?;
+        let least = (LEAST_BLOCKS * LEAST_BLOCK) as f64;
+        within("largest number of histories", most, [least, f64::MAX])?;
         Ok(())
     }
 
@@ -76,11 +78,12 @@ impl Scatter {
     ///
     /// # Errors
     /// [`ScatterError::OutOfRange`] for a tolerance that is not positive (0 is allowed with a relative one), a relative one outside 0 to 1, a pitch
-    /// outside 0.01 to 100 cm, a spacing outside 0 to 1 rad, no order, no history, blocks outside 16 to 10^7 histories, a view whose face is in the
+    /// outside 0.01 to 100 cm, a spacing outside 0 to 1 rad, no order, fewer than 2048 histories, blocks outside 16 to 10^7 histories, a view whose face is in the
     /// medium or in front of it on the line through the axis, numbers of `source` that are not finite or negative, a mean weight of 1024 emissions
     /// outside 1e-100 to 1e100 (0 is allowed) and a weight above 1e20 times this mean, and a [`Piece`](crate::Piece) of `medium` that is reversed, out
     /// of order, not finite or denser than 30 g/cm^3; [`ScatterError::Nodes`] for more than 2^27 nodes;
-    /// [`ScatterError::Tolerance`] if `most_histories` do not suffice; [`ScatterError::Interpolation`] if no allowed distance of the nodes suffices.
+    /// [`ScatterError::Tolerance`] if `most_histories` do not suffice; [`ScatterError::Interpolation`] if no allowed distance of the nodes suffices, or
+    /// none for which histories are left.
     pub fn new(
         source: &dyn Source,
         medium: &dyn Medium,
@@ -106,6 +109,9 @@ impl Scatter {
                 Err(error @ ScatterError::Interpolation { .. }) => error,
                 end => return end,
             };
+            if attempt.most_block(options) < LEAST_BLOCK {
+                return Err(error);
+            }
             let finer = options.with_pitch(attempt.pitch);
             all = finer.grid(camera, spectrum).map_err(|_| error)?;
         }
@@ -220,13 +226,15 @@ impl Attempt {
         angles: &Angles,
         options: &ScatterOptions,
     ) -> Result<Scatter, ScatterError> {
+        self.size = self.size.min(self.most_block(options));
         let mut sums = Sums::new(all, self.first_block);
         let (mut wanted, mut round) = (LEAST_BLOCKS, FIRST_ROUND * (1000 - self.done) / 1000);
         loop {
             let part = simd_set::part(self.done..self.done + round, 1000);
-            let missing = (wanted - sums.blocks).next_multiple_of(BLOCKS_AT_ONCE);
+            let missing = wanted - sums.blocks;
             while sums.blocks < wanted {
-                sums.add(problem, all, angles, self.size, missing)?;
+                let blocks = (wanted - sums.blocks).min(BLOCKS_AT_ONCE);
+                sums.add(problem, (all, angles), blocks, self.size, missing)?;
             }
             drop(part);
             self.done += round;
@@ -245,7 +253,8 @@ impl Attempt {
             let own = sums.report.histories as f64 * (reached / most).powi(2);
             let expected = self.report.histories as f64 + own;
             let limit = options.most_histories;
-            let exhausted = report.histories >= limit || expected > UNCERTAIN * limit as f64;
+            let left = limit - report.histories;
+            let exhausted = left < self.size as u64 || expected > UNCERTAIN * limit as f64;
             if reached > tolerance && exhausted {
                 return Err(ScatterError::Tolerance {
                     asked: tolerance,
@@ -274,21 +283,36 @@ impl Attempt {
                     report,
                 });
             }
-            let expected = if growth < MOST_GROWTH {
-                // The standard error from the contribution of one photon is inversely proportional to the number of histories.
-                wanted = (sums.blocks as f64 * growth.min(2.0)).ceil() as usize;
-                (growth.min(2.0) - 1.0) / (growth - 1.0)
-            } else {
-                // Earlier blocks are discarded, because all blocks have one size.
-                let larger = (0.5 * growth).min(MOST_BLOCK_GROWTH);
-                self.size = (self.size as f64 * larger) as usize;
-                wanted = LEAST_BLOCKS;
-                self.discard(&sums);
-                sums = Sums::new(all, self.first_block);
-                larger / growth
-            };
+            let expected;
+            (wanted, expected) = self.grow(&mut sums, all, growth, left);
             round = (LAST_ROUND * expected * (1000 - self.done) as f64) as usize;
         }
+    }
+
+    /// Adds blocks, or replaces them by larger ones, within the histories left. Returns the number of blocks and the expected fraction of the
+    /// remaining work.
+    fn grow(&mut self, sums: &mut Sums, all: &Grid, growth: f64, left: u64) -> (usize, f64) {
+        let most = left as f64 / (LEAST_BLOCKS * self.size) as f64;
+        let larger = (0.5 * growth).min(BLOCK_GROWTH[1]).min(most);
+        if larger < BLOCK_GROWTH[0] {
+            // The standard error from the contribution of one photon is inversely proportional to the number of histories.
+            let more = growth.min(2.0);
+            let wanted = (sums.blocks as f64 * more).ceil() as usize;
+            let most = sums.blocks + (left / self.size as u64) as usize;
+            let wanted = wanted.next_multiple_of(BLOCKS_AT_ONCE).min(most);
+            return (wanted, (more - 1.0) / (growth - 1.0));
+        }
+        // Earlier blocks are discarded, because all blocks have one size.
+        self.size = (self.size as f64 * larger) as usize;
+        self.discard(sums);
+        *sums = Sums::new(all, self.first_block);
+        (LEAST_BLOCKS, larger / growth)
+    }
+
+    /// Returns the largest number of histories of the first blocks of an attempt.
+    fn most_block(&self, options: &ScatterOptions) -> usize {
+        let left = options.most_histories - self.report.histories;
+        (left / LEAST_BLOCKS as u64) as usize
     }
 
     fn discard(&mut self, sums: &Sums) {
@@ -317,166 +341,8 @@ impl Attempt {
         } else {
             self.spacing *= 0.5;
         }
-        self.size = (self.size as f64 * more.clamp(1.0, MOST_BLOCK_GROWTH)) as usize;
+        self.size = (self.size as f64 * more.clamp(1.0, BLOCK_GROWTH[1])) as usize;
         true
-    }
-}
-
-/// `Ok` if the medium ends in front of the face of every view, on the line through the axis of rotation.
-fn in_front(medium: &dyn Medium, camera: &Camera, grid: &Grid) -> Result<(), ScatterError> {
-    let mut path = Path::default();
-    for (view, direction) in camera.views().iter().zip(grid.directions()) {
-        path.follow(medium, [0.0; 3], direction)?;
-        // Less by rounding errors.
-        let end = (1.0 - 1e-9) * path.end();
-        let what = "radius of a view in cm, which is beyond the medium,";
-        within(what, view.radius, [end, f64::MAX])?;
-    }
-    Ok(())
-}
-
-/// Sums over blocks of their images and of the squares of these.
-struct Sums {
-    /// Index of the first block.
-    first_block: usize,
-    blocks: usize,
-    first: Vec<f64>,
-    second: Vec<f64>,
-    /// Projection sums, `[view][window]`, and those of all views by order.
-    views: Vec<Moments>,
-    orders: [Moments; ScatterReport::ORDERS],
-    report: ScatterReport,
-    /// Smallest distance of an emission from a face.
-    nearest: f64,
-}
-
-impl Sums {
-    fn new(grid: &Grid, first_block: usize) -> Self {
-        let len = grid.n_nodes();
-        Self {
-            first_block,
-            blocks: 0,
-            first: vec![0.0; len],
-            second: vec![0.0; len],
-            views: vec![Moments::default(); grid.n_views() * grid.windows],
-            orders: Default::default(),
-            report: ScatterReport::default(),
-            nearest: f64::INFINITY,
-        }
-    }
-
-    /// Adds some blocks, among `of` that count as progress.
-    fn add(
-        &mut self,
-        problem: &Problem<'_>,
-        all: &Grid,
-        angles: &Angles,
-        histories: usize,
-        of: usize,
-    ) -> Result<(), ScatterError> {
-        let view_len = problem.grid.n_nodes() / problem.grid.n_views();
-        let from = self.first_block + self.blocks;
-        let blocks: Vec<_> = (from..from + BLOCKS_AT_ONCE)
-            .into_par_iter()
-            .map_init(Tally::default, |tally, block| {
-                simd_set::checkpoint();
-                problem.block(block as u64, histories, tally)?;
-                simd_set::unit(of);
-                let each = 1.0 / histories as f32;
-                let images = problem.grid.images(&tally.deposits, each);
-                Ok((
-                    angles.expand(&images, view_len),
-                    tally.report,
-                    tally.nearest,
-                ))
-            })
-            .collect::<Result<_, ScatterError>>()?;
-        self.blocks += blocks.len();
-        for (images, report, nearest) in &blocks {
-            self.report.add(report);
-            self.nearest = self.nearest.min(*nearest);
-            for (order, sum) in self.orders.iter_mut().zip(report.by_order) {
-                order.add(problem.unit * sum / histories as f64);
-            }
-            for (view, image) in self
-                .views
-                .iter_mut()
-                .zip(images.chunks(view_len / all.windows))
-            {
-                view.add(problem.unit * all.sum(image));
-            }
-            let sums = self.first.iter_mut().zip(&mut self.second);
-            for ((first, second), value) in sums.zip(images) {
-                let value = problem.unit * f64::from(*value);
-                *first += value;
-                *second += value * value;
-            }
-        }
-        Ok(())
-    }
-
-    /// The report of these and of discarded histories.
-    fn finish(&self, discarded: ScatterReport, standard: f64, interpolation: f64) -> ScatterReport {
-        let mut report = discarded;
-        report.add(&self.report);
-        let orders = self.orders.map(|order| order.average(self.blocks));
-        report.by_order = orders.map(|[average, _]| average);
-        report.by_order_error = orders.map(|[_, error]| error);
-        report.largest_standard_error = standard;
-        report.interpolation_error = interpolation;
-        report
-    }
-
-    /// Averages over the blocks and their standard errors.
-    fn estimate(&self, grid: &Grid) -> (Vec<f64>, Vec<f64>) {
-        let n = self.blocks as f64;
-        let images: Vec<f64> = self.first.iter().map(|sum| sum / n).collect();
-        let variances: Vec<f64> = (images.iter().zip(&self.second))
-            .map(|(mean, sum)| (sum / n - mean * mean).max(0.0) / (n - 1.0))
-            .collect();
-        let mut errors: Vec<f64> = variances.iter().map(|variance| variance.sqrt()).collect();
-        let [nx, nz] = grid.size;
-        for window in 0..grid.windows {
-            let views = (0..variances.len() / (nx * nz)).filter(|k| k % grid.windows == window);
-            let nodes = views.clone().flat_map(|k| k * nx * nz..(k + 1) * nx * nz);
-            let most = nodes
-                .max_by(|a, b| variances[*a].total_cmp(&variances[*b]))
-                .unwrap_or(0);
-            // Of n equal contributions each is the variance over the mean.
-            let one = match variances[most] > 0.0 {
-                true => variances[most] / images[most],
-                false => 0.0,
-            };
-            for view in views {
-                let from = view * nx * nz;
-                let (errors, variances) = (&mut errors[from..], &variances[from..]);
-                for at in (1..nz - 1).flat_map(|row| row * nx + 1..(row + 1) * nx - 1) {
-                    let lines = [at - nx, at, at + nx].map(|at| &variances[at - 1..at + 2]);
-                    let sum: f64 = lines.into_iter().flatten().sum();
-                    errors[at] = (sum / 9.0).sqrt().max(one);
-                }
-            }
-        }
-        (images, errors)
-    }
-}
-
-/// Sums over blocks of a value and its square.
-#[derive(Debug, Clone, Copy, Default)]
-struct Moments([f64; 2]);
-
-impl Moments {
-    fn add(&mut self, value: f64) {
-        self.0[0] += value;
-        self.0[1] += value * value;
-    }
-
-    /// The average over n blocks and its standard error.
-    fn average(self, n: usize) -> [f64; 2] {
-        let n = n as f64;
-        let [first, second] = self.0.map(|sum| sum / n);
-        let variance = (second - first * first).max(0.0) / (n - 1.0);
-        [first, variance.sqrt()]
     }
 }
 

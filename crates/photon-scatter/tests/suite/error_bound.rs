@@ -134,7 +134,7 @@ fn interpolation_errors_bound_the_difference_from_finer_nodes_and_views() {
 fn too_few_histories_are_an_error_with_the_work_done() {
     let options = ScatterOptions::new(1e-6)
         .with_block(16)
-        .with_most_histories(2000);
+        .with_most_histories(3000);
     let Err(ScatterError::Tolerance {
         asked,
         reached,
@@ -144,7 +144,7 @@ fn too_few_histories_are_an_error_with_the_work_done() {
     else {
         panic!("no error");
     };
-    assert!(asked == 1e-6 && reached > 1e-3 && report.histories >= 1024);
+    assert!(asked == 1e-6 && reached > 1e-3 && (2048..=3000).contains(&report.histories));
 }
 
 /// A point 2 cm below the surface of a ball of water: the peak of its scatter is narrower than the nodes.

@@ -55,3 +55,32 @@ fn scatter_is_proportional_to_the_activity() {
         ));
     }
 }
+
+/// Of the first blocks, of larger ones and of finer nodes.
+#[test]
+fn the_limit_of_histories_is_not_exceeded() {
+    let bins = (40, 0.9);
+    for (position, options, limit) in [
+        ([0.0; 3], relative(0.02), 2048),
+        ([0.0; 3], relative(0.1), 100_000),
+        ([0.0; 3], relative(0.1), 150_000),
+        ([3.0, 1.0, 0.3], relative(0.05), 1_000_000),
+        ([0.0, -300.0, 0.0], relative(0.3), 4_000_000),
+    ] {
+        let options = options.with_most_histories(limit);
+        let found = scatter(10.0, (position, 1.0), bins, options);
+        let done = match &found {
+            Ok(found) => found.report().histories,
+            Err(ScatterError::Tolerance { report, .. }) => report.histories,
+            Err(ScatterError::Interpolation { .. }) => limit,
+            Err(error) => panic!("{error}"),
+        };
+        assert!(done <= limit, "{done} > {limit}");
+    }
+    let least = relative(0.1).with_most_histories(2047);
+    let error = scatter(10.0, ([0.0; 3], 1.0), bins, least).unwrap_err();
+    assert_eq!(
+        error.to_string(),
+        "largest number of histories is 2047; it must be at least 2048"
+    );
+}

@@ -1,0 +1,158 @@
+//! Sums over blocks of histories: images, projection sums, and their standard errors.
+
+use crate::ScatterReport;
+use crate::angles::Angles;
+use crate::camera::Grid;
+use crate::error::ScatterError;
+use crate::history::{Problem, Tally};
+use rayon::prelude::*;
+
+/// Sums over blocks of their images and of the squares of these.
+pub(crate) struct Sums {
+    /// Index of the first block.
+    first_block: usize,
+    pub(crate) blocks: usize,
+    first: Vec<f64>,
+    second: Vec<f64>,
+    /// Projection sums, `[view][window]`, and those of all views by order.
+    pub(crate) views: Vec<Moments>,
+    orders: [Moments; ScatterReport::ORDERS],
+    pub(crate) report: ScatterReport,
+    /// Smallest distance of an emission from a face.
+    pub(crate) nearest: f64,
+}
+
+impl Sums {
+    pub(crate) fn new(grid: &Grid, first_block: usize) -> Self {
+        let len = grid.n_nodes();
+        Self {
+            first_block,
+            blocks: 0,
+            first: vec![0.0; len],
+            second: vec![0.0; len],
+            views: vec![Moments::default(); grid.n_views() * grid.windows],
+            orders: Default::default(),
+            report: ScatterReport::default(),
+            nearest: f64::INFINITY,
+        }
+    }
+
+    /// Adds some blocks, among `of` that count as progress.
+    pub(crate) fn add(
+        &mut self,
+        problem: &Problem<'_>,
+        (all, angles): (&Grid, &Angles),
+        blocks: usize,
+        histories: usize,
+        of: usize,
+    ) -> Result<(), ScatterError> {
+        let view_len = problem.grid.n_nodes() / problem.grid.n_views();
+        let from = self.first_block + self.blocks;
+        let blocks: Vec<_> = (from..from + blocks)
+            .into_par_iter()
+            .map_init(Tally::default, |tally, block| {
+                simd_set::checkpoint();
+                problem.block(block as u64, histories, tally)?;
+                simd_set::unit(of);
+                let each = 1.0 / histories as f32;
+                let images = problem.grid.images(&tally.deposits, each);
+                Ok((
+                    angles.expand(&images, view_len),
+                    tally.report,
+                    tally.nearest,
+                ))
+            })
+            .collect::<Result<_, ScatterError>>()?;
+        self.blocks += blocks.len();
+        for (images, report, nearest) in &blocks {
+            self.report.add(report);
+            self.nearest = self.nearest.min(*nearest);
+            for (order, sum) in self.orders.iter_mut().zip(report.by_order) {
+                order.add(problem.unit * sum / histories as f64);
+            }
+            for (view, image) in self
+                .views
+                .iter_mut()
+                .zip(images.chunks(view_len / all.windows))
+            {
+                view.add(problem.unit * all.sum(image));
+            }
+            let sums = self.first.iter_mut().zip(&mut self.second);
+            for ((first, second), value) in sums.zip(images) {
+                let value = problem.unit * f64::from(*value);
+                *first += value;
+                *second += value * value;
+            }
+        }
+        Ok(())
+    }
+
+    /// The report of these and of discarded histories.
+    pub(crate) fn finish(
+        &self,
+        discarded: ScatterReport,
+        standard: f64,
+        interpolation: f64,
+    ) -> ScatterReport {
+        let mut report = discarded;
+        report.add(&self.report);
+        let orders = self.orders.map(|order| order.average(self.blocks));
+        report.by_order = orders.map(|[average, _]| average);
+        report.by_order_error = orders.map(|[_, error]| error);
+        report.largest_standard_error = standard;
+        report.interpolation_error = interpolation;
+        report
+    }
+
+    /// Averages over the blocks and their standard errors.
+    pub(crate) fn estimate(&self, grid: &Grid) -> (Vec<f64>, Vec<f64>) {
+        let n = self.blocks as f64;
+        let images: Vec<f64> = self.first.iter().map(|sum| sum / n).collect();
+        let variances: Vec<f64> = (images.iter().zip(&self.second))
+            .map(|(mean, sum)| (sum / n - mean * mean).max(0.0) / (n - 1.0))
+            .collect();
+        let mut errors: Vec<f64> = variances.iter().map(|variance| variance.sqrt()).collect();
+        let [nx, nz] = grid.size;
+        for window in 0..grid.windows {
+            let views = (0..variances.len() / (nx * nz)).filter(|k| k % grid.windows == window);
+            let nodes = views.clone().flat_map(|k| k * nx * nz..(k + 1) * nx * nz);
+            let most = nodes
+                .max_by(|a, b| variances[*a].total_cmp(&variances[*b]))
+                .unwrap_or(0);
+            // Of n equal contributions each is the variance over the mean.
+            let one = match variances[most] > 0.0 {
+                true => variances[most] / images[most],
+                false => 0.0,
+            };
+            for view in views {
+                let from = view * nx * nz;
+                let (errors, variances) = (&mut errors[from..], &variances[from..]);
+                for at in (1..nz - 1).flat_map(|row| row * nx + 1..(row + 1) * nx - 1) {
+                    let lines = [at - nx, at, at + nx].map(|at| &variances[at - 1..at + 2]);
+                    let sum: f64 = lines.into_iter().flatten().sum();
+                    errors[at] = (sum / 9.0).sqrt().max(one);
+                }
+            }
+        }
+        (images, errors)
+    }
+}
+
+/// Sums over blocks of a value and its square.
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct Moments([f64; 2]);
+
+impl Moments {
+    fn add(&mut self, value: f64) {
+        self.0[0] += value;
+        self.0[1] += value * value;
+    }
+
+    /// The average over n blocks and its standard error.
+    pub(crate) fn average(self, n: usize) -> [f64; 2] {
+        let n = n as f64;
+        let [first, second] = self.0.map(|sum| sum / n);
+        let variance = (second - first * first).max(0.0) / (n - 1.0);
+        [first, variance.sqrt()]
+    }
+}
