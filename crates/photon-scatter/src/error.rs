@@ -42,7 +42,8 @@ pub enum ScatterError {
         asked: f64,
         /// The largest standard error of any bin.
         reached: f64,
-        /// Number of histories for the tolerance, estimated: the standard error is proportional to its power -1/2.
+        /// Number of histories for the tolerance, estimated: the standard error is proportional to its power -1/2. Infinite if no photon was
+        /// recorded.
         expected: f64,
         /// The work done.
         report: Box<ScatterReport>,

@@ -9,7 +9,7 @@ use crate::{Compton, Medium, Random, ScatterOptions, ScatterReport, Source, Spec
 
 /// Threshold of the detection probability, in units of that of isotropic scattering into the photopeak window without attenuation. Paths above it are
 /// always followed, others with proportional probability (systematic sampling over the views), so that most have one weight.
-const FULL_DETECTION: f64 = 0.25;
+pub(crate) const FULL_DETECTION: f64 = 0.25;
 /// Cells of [`Transmission`] along each axis.
 pub(crate) const CELLS: usize = 12;
 /// Smallest transmission for the choice of paths: bounds the weights where the transmission exceeds that of the middle of the cell.

@@ -39,7 +39,10 @@ pub(crate) const DENSEST: f64 = 30.0;
 const OVERLAP: f64 = 1e-6;
 
 /// A scattering medium: water of a density that is constant along stretches of any ray; [`VoxelMedium`](crate::VoxelMedium) or another. An empty
-/// one has no scatter, which is not an error.
+/// one has no scatter, which is not an error: one that no history meets, and no line of sight of a detector, [`ScatterOptions::pitch`] apart.
+/// Other media require histories until photons are recorded.
+///
+/// [`ScatterOptions::pitch`]: crate::ScatterOptions::pitch
 pub trait Medium: Sync {
     /// Appends the stretches of a ray in their order. They do not overlap by more than 1e-6 cm; those at t < 0 are ignored. `direction` is a
     /// unit vector. [`Scatter::new`](crate::Scatter::new) checks the pieces of every ray that it traces.
@@ -117,4 +120,17 @@ pub(crate) fn in_front(
         within(what, view.radius, [end, f64::MAX])?;
     }
     Ok(())
+}
+
+/// Whether a line through any node, along the direction of its view, meets the medium.
+pub(crate) fn meets(medium: &dyn Medium, grid: &Grid) -> Result<bool, ScatterError> {
+    let mut path = Path::default();
+    for [position, direction] in grid.lines() {
+        for direction in [direction, direction.map(|x| -x)] {
+            if path.follow(medium, position, direction)? > 0.0 {
+                return Ok(true);
+            }
+        }
+    }
+    Ok(false)
 }

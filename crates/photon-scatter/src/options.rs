@@ -25,7 +25,7 @@ pub struct ScatterOptions {
     pub block: usize,
     /// Largest number of histories, discarded ones included, at least 2048. Whenever standard errors are computed, first after 128 blocks, the necessary number is estimated; if it
     /// is more than twice this one, the result is [`ScatterError::Tolerance`](crate::ScatterError::Tolerance) at once. A source far from the medium
-    /// requires more histories: in inverse proportion to the solid angle of the medium.
+    /// requires more histories: in inverse proportion to the solid angle of the medium. Nothing is estimated before a photon is recorded.
     pub most_histories: u64,
     /// Seed of the random numbers; block k has stream k.
     pub seed: u64,

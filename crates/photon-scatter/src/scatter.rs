@@ -6,7 +6,7 @@ use crate::error::{ScatterError, within};
 use crate::history::{CELLS, DETECTIONS, Detection, Problem};
 use crate::medium::in_front;
 use crate::smoothing::smoothing;
-use crate::sums::Sums;
+use crate::sums::{Moments, Sums};
 use crate::{Camera, Medium, ScatterOptions, ScatterReport, Source, Spectrum};
 
 /// Smallest number of blocks: their variation gives the standard error to a relative accuracy of 1 / sqrt(2 n), 6 %.
@@ -158,8 +158,8 @@ impl Scatter {
     }
 
     /// Standard error of [`view`](Self::view), bin by bin. At each node its variance is the
-    /// average over the node and its eight neighbours, and it is at least the contribution of one photon, since it is itself an estimate. It
-    /// does not contain the error of interpolation between nodes and views: [`ScatterReport::interpolation_error`].
+    /// average over the node and its eight neighbours, and it is at least the contribution of one photon, since it is itself an estimate. If no photon
+    /// is recorded, that contribution is estimated from the activity; the error is 0 only without activity or without a medium. It does not contain the error of interpolation between nodes and views: [`ScatterReport::interpolation_error`].
     ///
     /// # Panics
     /// If there is no such view or window.
@@ -238,7 +238,8 @@ impl Attempt {
             }
             drop(part);
             self.done += round;
-            let (images, errors) = sums.estimate(all);
+            let unseen = sums.unseen(problem)?;
+            let (images, errors) = sums.estimate(all, unseen);
             let reached = largest(all, &errors);
             let least = images.iter().zip(&errors);
             let least: Vec<f64> = least.map(|(own, error)| own - 3.0 * error).collect();
@@ -254,7 +255,9 @@ impl Attempt {
             let expected = self.report.histories as f64 + own;
             let limit = options.most_histories;
             let left = limit - report.histories;
-            let exhausted = left < self.size as u64 || expected > UNCERTAIN * limit as f64;
+            // Without a recorded photon the expected number is infinite: unknown.
+            let beyond = expected.is_finite() && expected > UNCERTAIN * limit as f64;
+            let exhausted = beyond || left < self.size as u64;
             if reached > tolerance && exhausted {
                 return Err(ScatterError::Tolerance {
                     asked: tolerance,
@@ -274,10 +277,13 @@ impl Attempt {
                 });
             }
             if reached <= tolerance {
-                let views = sums.views.iter();
+                let sum = |view: &Moments| {
+                    let [sum, error] = view.average(sums.blocks);
+                    [sum, error.max(unseen)]
+                };
                 return Ok(Scatter {
                     grid: all.clone(),
-                    sums: views.map(|view| view.average(sums.blocks)).collect(),
+                    sums: sums.views.iter().map(sum).collect(),
                     images,
                     errors,
                     report,

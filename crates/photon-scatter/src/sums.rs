@@ -4,7 +4,8 @@ use crate::ScatterReport;
 use crate::angles::Angles;
 use crate::camera::Grid;
 use crate::error::ScatterError;
-use crate::history::{Problem, Tally};
+use crate::history::{FULL_DETECTION, Problem, Tally};
+use crate::medium::meets;
 use rayon::prelude::*;
 
 /// Sums over blocks of their images and of the squares of these.
@@ -104,8 +105,23 @@ impl Sums {
         report
     }
 
-    /// Averages over the blocks and their standard errors.
-    pub(crate) fn estimate(&self, grid: &Grid) -> (Vec<f64>, Vec<f64>) {
+    /// Estimates the contribution of one photon to a projection sum if none is recorded. It is 0 if one is, without activity, and if neither a
+    /// history nor a line through a node meets the medium.
+    pub(crate) fn unseen(&self, problem: &Problem<'_>) -> Result<f64, ScatterError> {
+        let active = self.nearest.is_finite();
+        let none = active && self.first.iter().all(|sum| *sum == 0.0);
+        let possible = |interactions| match interactions {
+            0 => meets(problem.medium, &problem.grid),
+            _ => Ok(true),
+        };
+        Ok(match none && possible(self.report.interactions)? {
+            true => FULL_DETECTION * problem.unit / self.report.histories as f64,
+            false => 0.0,
+        })
+    }
+
+    /// Averages over the blocks and their standard errors, which are at least the contribution of one photon: estimated, or `unseen`.
+    pub(crate) fn estimate(&self, grid: &Grid, unseen: f64) -> (Vec<f64>, Vec<f64>) {
         let n = self.blocks as f64;
         let images: Vec<f64> = self.first.iter().map(|sum| sum / n).collect();
         let variances: Vec<f64> = (images.iter().zip(&self.second))
@@ -133,6 +149,9 @@ impl Sums {
                     errors[at] = (sum / 9.0).sqrt().max(one);
                 }
             }
+        }
+        if unseen > 0.0 {
+            errors.fill(unseen / grid.area());
         }
         (images, errors)
     }

@@ -84,3 +84,34 @@ fn the_limit_of_histories_is_not_exceeded() {
         "largest number of histories is 2047; it must be at least 2048"
     );
 }
+
+/// A ball from which few photons scatter towards the detector. Without a recorded photon the error is unknown, not 0.
+#[test]
+fn rare_scatter_is_not_zero() {
+    let run = |x, radius, options: ScatterOptions| {
+        let options = options.with_pitch(0.75);
+        scatter(radius, ([x, 0.0, 0.0], 1.0), (40, 0.9), options)
+    };
+    let [exact, _] = run(8.0, 1.0, relative(0.05)).unwrap().sum(0, 0);
+    for seed in 0..3 {
+        let found = run(8.0, 1.0, relative(0.3).with_seed(seed)).unwrap();
+        let [sum, error] = found.sum(0, 0);
+        println!("{sum:e} +- {error:e} {}", found.report().histories);
+        assert!((sum - exact).abs() < 4.0 * error + 0.1 * exact && error > 0.0);
+        assert!(found.largest_error() > 0.0);
+    }
+    for (x, radius) in [(30.0, 1.0), (300.0, 10.0), (1e6, 10.0)] {
+        let options = relative(0.3).with_most_histories(1_000_000);
+        let found = run(x, radius, options);
+        let Err(ScatterError::Tolerance {
+            reached, report, ..
+        }) = found
+        else {
+            panic!("{x} {radius}: {found:?}");
+        };
+        assert!(
+            reached > 0.0 && report.histories > 500_000,
+            "{reached} {report:?}"
+        );
+    }
+}
