@@ -32,7 +32,7 @@ const SPACING: f64 = 12.0 * std::f64::consts::PI / 180.0;
 
 /// Scatter in every bin, view and energy window of a camera, with its standard error.
 ///
-/// A sample has the unit of a line integral of the activity, as the attenuated line integrals of the primary photons have: activity
+/// A sample is the average over its bin. It has the unit of a line integral of the activity, as the attenuated line integrals of the primary photons have: activity
 /// per cm^3 times cm. The sum over a view times the area of a bin is the activity that emits as many photons, unattenuated, towards the
 /// photopeak window of the camera as are scattered into the window.
 #[doc(alias("Monte Carlo", "ESSE"))]
@@ -146,7 +146,7 @@ impl Scatter {
         [self.grid.windows, self.grid.n_views(), rows, bins]
     }
 
-    /// Scatter in the bins of a view, `[row][bin]`.
+    /// Averages of scatter over the bins of a view, `[row][bin]`.
     ///
     /// # Panics
     /// If there is no such view or window.
@@ -157,8 +157,7 @@ impl Scatter {
         bins.into_iter().map(|value| value.max(0.0)).collect()
     }
 
-    /// Standard error of [`view`](Self::view), bin by bin. At each node its variance is the
-    /// average over the node and its eight neighbours, and it is at least the contribution of one photon, since it is itself an estimate. If no photon
+    /// Standard error of [`view`](Self::view), bin by bin: the average over the bin. At each node its variance is the average over the node and its eight neighbours, and it is at least the contribution of one photon, since it is itself an estimate. If no photon
     /// is recorded, that contribution is estimated from the activity; the error is 0 only without activity or without a medium. It does not contain the error of interpolation between nodes and views: [`ScatterReport::interpolation_error`].
     ///
     /// # Panics

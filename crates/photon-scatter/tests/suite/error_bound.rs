@@ -160,7 +160,7 @@ fn interpolation_errors_cover_scatter_that_the_nodes_do_not_resolve() {
         radius: 12.0,
     };
     let camera = Camera::new([41; 2], [0.5; 2], &[view], LEHR).unwrap();
-    let point = Point([0.0, 8.0, 0.0], 1.0);
+    let point = Point([0.2, 8.0, 0.2], 1.0);
     let run = |pitch, tolerance| {
         let options = ScatterOptions::new(tolerance)
             .with_pitch(pitch)
@@ -175,7 +175,8 @@ fn interpolation_errors_cover_scatter_that_the_nodes_do_not_resolve() {
         let off = off.fold(0.0, f64::max);
         let (stated, report) = (found.largest_error(), found.report());
         assert!(off < stated, "{pitch}: {off} > {stated}");
-        // Not larger without limit: at a pitch of 0.4 cm the point is at a node, where its error is smallest.
+        println!("{pitch}: {off} of {stated}");
+        // Not larger without limit.
         assert!(stated < 20.0 * off, "{pitch}: {off} {stated}");
         let parts = 4.0 * report.largest_standard_error + report.interpolation_error;
         assert_eq!(stated, parts);

@@ -115,3 +115,23 @@ fn rare_scatter_is_not_zero() {
         );
     }
 }
+
+/// Samples are averages over bins: their sum does not depend on the width of the bins.
+#[test]
+fn projection_sums_agree_for_all_widths_of_bins() {
+    let run = |bins, options| scatter(10.0, ([0.0; 3], 1.0), bins, options).unwrap();
+    // Quadrature of single scatter.
+    let exact = 0.101_44;
+    for (bins, pitch) in [
+        ((9, 4.0), 0.3),
+        ((18, 2.0), 0.3),
+        ((19, 2.0), 0.3),
+        ((40, 0.9), 0.75),
+        ((120, 0.3), 0.3),
+    ] {
+        let options = relative(0.02).with_pitch(pitch).with_orders(1);
+        let [sum, error] = run(bins, options).sum(0, 0);
+        println!("{bins:?} {pitch}: {sum} +- {error}");
+        assert!((sum - exact).abs() < 3.5 * error && error < 0.01 * exact);
+    }
+}
