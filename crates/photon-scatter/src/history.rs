@@ -47,6 +47,8 @@ pub(crate) struct Tally {
     pub(crate) report: ScatterReport,
     /// Smallest distance of an emission from a face.
     pub(crate) nearest: f64,
+    /// Sum over the interactions of their distances from the emission or the previous interaction, in cm.
+    pub(crate) distance: f64,
     path: Path,
 }
 
@@ -150,6 +152,7 @@ impl<'a> Problem<'a> {
         tally.detections.resize_with(n_views, Vec::new);
         tally.report = ScatterReport::default();
         tally.nearest = f64::INFINITY;
+        tally.distance = 0.0;
         let mut random = Random::new(self.seed, block);
         let mut distributed = 0;
         for _ in 0..histories {
@@ -246,6 +249,7 @@ impl<'a> Problem<'a> {
             return Ok(false);
         }
         let distance = path.distance(-(-interacts * random.uniform()).ln_1p() / mu);
+        tally.distance += distance;
         for axis in 0..3 {
             photon.position[axis] += distance * photon.direction[axis];
         }

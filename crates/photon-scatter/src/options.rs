@@ -12,7 +12,9 @@ pub struct ScatterOptions {
     pub relative: f64,
     /// Distance in cm of the nodes on which scatter is collected and from which cubics interpolate; `None` for 0.75 cm, reduced until the error of
     /// interpolation is within the tolerance. A prescribed one has the error [`ScatterReport::interpolation_error`]: details smaller than twice the
-    /// distance are smoothed, such as the scatter around a point source. The number of histories for a tolerance is about proportional to its power
+    /// distance are smoothed, such as the scatter around a point source. It is 0.01 to 10 cm, and not larger than both the mean distance of photons
+    /// between emission and interactions and the standard deviation of the response at the nearest emission: the bound on its error does not hold for
+    /// coarser nodes (a point source near the surface of a ball of water: from 1.2 times the mean distance on). The number of histories for a tolerance is about proportional to its power
     /// -2, down to the width of the response.
     pub pitch: Option<f64>,
     /// Largest angle in radians between the views from which cubics interpolate the views between them; 0 for no interpolation, `None` for 12

@@ -6,7 +6,7 @@ use crate::error::{ScatterError, within};
 use crate::history::{CELLS, DETECTIONS, Detection, Problem};
 use crate::medium::in_front;
 use crate::smoothing::smoothing;
-use crate::sums::{Moments, Sums};
+use crate::sums::Sums;
 use crate::{Camera, Medium, ScatterOptions, ScatterReport, Source, Spectrum};
 
 /// Smallest number of blocks: their variation gives the standard error to a relative accuracy of 1 / sqrt(2 n), 6 %.
@@ -28,6 +28,9 @@ const UNCERTAIN: f64 = 2.0;
 const STANDARD_ERRORS: f64 = 4.0;
 /// First distances of nodes in cm and of views in radians where the options do not prescribe them.
 const PITCH: f64 = 0.75;
+/// Allowed distances of nodes in cm: at most about the mean free path in water at 600 keV.
+const PITCHES: [f64; 2] = [0.01, 10.0];
+const PITCH_OF_NODES: &str = "pitch of the nodes in cm";
 const SPACING: f64 = 12.0 * std::f64::consts::PI / 180.0;
 
 /// Scatter in every bin, view and energy window of a camera, with its standard error.
@@ -66,7 +69,7 @@ impl ScatterOptions {
 
     fn grid(&self, camera: &Camera, spectrum: &Spectrum) -> Result<Grid, ScatterError> {
         let (pitch, spacing) = (self.pitch.unwrap_or(PITCH), self.spacing.unwrap_or(SPACING));
-        within("pitch of the nodes in cm", pitch, [0.01, 100.0])?;
+        within(PITCH_OF_NODES, pitch, PITCHES)?;
         within("angle between views in radians", spacing, [0.0, 1.0])?;
         Grid::new(camera, spectrum.windows().len(), pitch)
     }
@@ -78,7 +81,7 @@ impl Scatter {
     ///
     /// # Errors
     /// [`ScatterError::OutOfRange`] for a tolerance that is not positive (0 is allowed with a relative one), a relative one outside 0 to 1, a pitch
-    /// outside 0.01 to 100 cm, a spacing outside 0 to 1 rad, no order, fewer than 2048 histories, blocks outside 16 to 10^7 histories, a view whose face is in the
+    /// outside 0.01 to 10 cm or too large for the medium ([`ScatterOptions::pitch`]), a spacing outside 0 to 1 rad, no order, fewer than 2048 histories, blocks outside 16 to 10^7 histories, a view whose face is in the
     /// medium or in front of it on the line through the axis, numbers of `source` that are not finite or negative, a mean weight of 1024 emissions
     /// outside 1e-100 to 1e100 (0 is allowed) and a weight above 1e20 times this mean, and a [`Piece`](crate::Piece) of `medium` that is reversed, out
     /// of order, not finite or denser than 30 g/cm^3; [`ScatterError::Nodes`] for more than 2^27 nodes;
@@ -121,7 +124,7 @@ impl Scatter {
     /// their first values; each halving of the pitch takes four times the memory.
     ///
     /// # Errors
-    /// [`ScatterError::OutOfRange`] for a pitch outside 0.01 to 100 cm and a spacing outside 0 to 1 rad; [`ScatterError::Nodes`].
+    /// [`ScatterError::OutOfRange`] for a pitch outside 0.01 to 10 cm and a spacing outside 0 to 1 rad; [`ScatterError::Nodes`].
     pub fn bytes(
         camera: &Camera,
         spectrum: &Spectrum,
@@ -170,7 +173,8 @@ impl Scatter {
 
     /// Projection sum of a view, its samples times the area of a bin, and the standard error of that sum from independent blocks of histories.
     ///
-    /// As for samples, the error does not contain the error of interpolation. All views and windows share the histories, so that errors of
+    /// As for samples, the error does not contain the error of interpolation, which is at most [`ScatterReport::interpolation_error`] times the area of
+    /// the detector. All views and windows share the histories, so that errors of
     /// different sums are correlated: that of a sum over views is at most the sum of the errors.
     ///
     /// # Panics
@@ -244,7 +248,7 @@ impl Attempt {
             let least: Vec<f64> = least.map(|(own, error)| own - 3.0 * error).collect();
             let tolerance = (options.tolerance).max(options.relative * largest(all, &least));
             let interpolation = [
-                smoothing(all, sums.nearest, &images, &errors),
+                self.error_of_nodes(&sums, all, [&images, &errors], options)?,
                 angles.error(&images, &errors, all.n_nodes() / all.n_views()),
             ];
             let report = sums.finish(self.report, reached, interpolation.iter().sum());
@@ -276,13 +280,9 @@ impl Attempt {
                 });
             }
             if reached <= tolerance {
-                let sum = |view: &Moments| {
-                    let [sum, error] = view.average(sums.blocks);
-                    [sum, error.max(unseen)]
-                };
                 return Ok(Scatter {
                     grid: all.clone(),
-                    sums: sums.views.iter().map(sum).collect(),
+                    sums: sums.of_views(unseen),
                     images,
                     errors,
                     report,
@@ -312,6 +312,26 @@ impl Attempt {
         self.discard(sums);
         *sums = Sums::new(all, self.first_block);
         (LEAST_BLOCKS, larger / growth)
+    }
+
+    /// Estimates the error of the nodes. If they are too far apart for the bound on it, it is infinite, or [`ScatterError::OutOfRange`] if their
+    /// distance is prescribed.
+    fn error_of_nodes(
+        &self,
+        sums: &Sums,
+        all: &Grid,
+        [images, errors]: [&[f64]; 2],
+        options: &ScatterOptions,
+    ) -> Result<f64, ScatterError> {
+        let response = all.width(sums.nearest) * self.pitch;
+        let coarsest = sums.mean_distance().max(response).max(PITCHES[0]);
+        if self.pitch <= coarsest {
+            return Ok(smoothing(all, sums.nearest, images, errors));
+        }
+        let range = [PITCHES[0], coarsest];
+        (options.pitch).map_or(Ok(f64::INFINITY), |pitch| {
+            within(PITCH_OF_NODES, pitch, range)
+        })
     }
 
     /// Returns the largest number of histories of the first blocks of an attempt.

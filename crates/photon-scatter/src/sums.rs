@@ -16,11 +16,13 @@ pub(crate) struct Sums {
     first: Vec<f64>,
     second: Vec<f64>,
     /// Projection sums, `[view][window]`, and those of all views by order.
-    pub(crate) views: Vec<Moments>,
+    views: Vec<Moments>,
     orders: [Moments; ScatterReport::ORDERS],
     pub(crate) report: ScatterReport,
     /// Smallest distance of an emission from a face.
     pub(crate) nearest: f64,
+    /// Sum of the distances in [`mean_distance`](Self::mean_distance).
+    distance: f64,
 }
 
 impl Sums {
@@ -35,6 +37,7 @@ impl Sums {
             orders: Default::default(),
             report: ScatterReport::default(),
             nearest: f64::INFINITY,
+            distance: 0.0,
         }
     }
 
@@ -60,14 +63,15 @@ impl Sums {
                 Ok((
                     angles.expand(&images, view_len),
                     tally.report,
-                    tally.nearest,
+                    [tally.nearest, tally.distance],
                 ))
             })
             .collect::<Result<_, ScatterError>>()?;
         self.blocks += blocks.len();
-        for (images, report, nearest) in &blocks {
+        for (images, report, [nearest, distance]) in &blocks {
             self.report.add(report);
             self.nearest = self.nearest.min(*nearest);
+            self.distance += distance;
             for (order, sum) in self.orders.iter_mut().zip(report.by_order) {
                 order.add(problem.unit * sum / histories as f64);
             }
@@ -88,6 +92,14 @@ impl Sums {
         Ok(())
     }
 
+    /// Projection sums and their standard errors, at least `unseen`.
+    pub(crate) fn of_views(&self, unseen: f64) -> Vec<[f64; 2]> {
+        let averages = self.views.iter().map(|view| view.average(self.blocks));
+        averages
+            .map(|[sum, error]| [sum, error.max(unseen)])
+            .collect()
+    }
+
     /// The report of these and of discarded histories.
     pub(crate) fn finish(
         &self,
@@ -103,6 +115,14 @@ impl Sums {
         report.largest_standard_error = standard;
         report.interpolation_error = interpolation;
         report
+    }
+
+    /// Returns the mean distance of interactions from the emission or the previous interaction in cm; infinite without interactions.
+    pub(crate) fn mean_distance(&self) -> f64 {
+        match self.report.interactions {
+            0 => f64::INFINITY,
+            n => self.distance / n as f64,
+        }
     }
 
     /// Estimates the contribution of one photon to a projection sum if none is recorded. It is 0 if one is, without activity, and if neither a
@@ -159,7 +179,7 @@ impl Sums {
 
 /// Sums over blocks of a value and its square.
 #[derive(Debug, Clone, Copy, Default)]
-pub(crate) struct Moments([f64; 2]);
+struct Moments([f64; 2]);
 
 impl Moments {
     fn add(&mut self, value: f64) {
@@ -168,7 +188,7 @@ impl Moments {
     }
 
     /// The average over n blocks and its standard error.
-    pub(crate) fn average(self, n: usize) -> [f64; 2] {
+    fn average(self, n: usize) -> [f64; 2] {
         let n = n as f64;
         let [first, second] = self.0.map(|sum| sum / n);
         let variance = (second - first * first).max(0.0) / (n - 1.0);

@@ -1,7 +1,8 @@
 //! Rare scatter, the limit of histories, the range of activities, bins and pitches.
 
 use crate::support::{Ball, LEHR, photopeak};
-use photon_scatter::{Camera, PointSource, Scatter, ScatterError, ScatterOptions, View};
+use photon_scatter::ScatterError as Error;
+use photon_scatter::{Camera, PointSource, Scatter, ScatterOptions, View};
 
 /// Scatter of a point in or beside a ball of water about the origin.
 fn scatter(
@@ -9,7 +10,7 @@ fn scatter(
     (position, activity): ([f64; 3], f64),
     (bins, pitch): (usize, f64),
     options: ScatterOptions,
-) -> Result<Scatter, ScatterError> {
+) -> Result<Scatter, Error> {
     let ball = Ball {
         centre: [0.0; 3],
         radius,
@@ -49,10 +50,7 @@ fn scatter_is_proportional_to_the_activity() {
         assert!((found.largest_error() / (one.largest_error() * activity) - 1.0).abs() < 1e-5);
     }
     for activity in [1e-110, 1e110] {
-        assert!(matches!(
-            run(activity),
-            Err(ScatterError::OutOfRange { .. })
-        ));
+        assert!(matches!(run(activity), Err(Error::OutOfRange { .. })));
     }
 }
 
@@ -71,8 +69,8 @@ fn the_limit_of_histories_is_not_exceeded() {
         let found = scatter(10.0, (position, 1.0), bins, options);
         let done = match &found {
             Ok(found) => found.report().histories,
-            Err(ScatterError::Tolerance { report, .. }) => report.histories,
-            Err(ScatterError::Interpolation { .. }) => limit,
+            Err(Error::Tolerance { report, .. }) => report.histories,
+            Err(Error::Interpolation { .. }) => limit,
             Err(error) => panic!("{error}"),
         };
         assert!(done <= limit, "{done} > {limit}");
@@ -103,7 +101,7 @@ fn rare_scatter_is_not_zero() {
     for (x, radius) in [(30.0, 1.0), (300.0, 10.0), (1e6, 10.0)] {
         let options = relative(0.3).with_most_histories(1_000_000);
         let found = run(x, radius, options);
-        let Err(ScatterError::Tolerance {
+        let Err(Error::Tolerance {
             reached, report, ..
         }) = found
         else {
@@ -134,4 +132,41 @@ fn projection_sums_agree_for_all_widths_of_bins() {
         println!("{bins:?} {pitch}: {sum} +- {error}");
         assert!((sum - exact).abs() < 3.5 * error && error < 0.01 * exact);
     }
+}
+
+/// Points at the centre and near the surface, at a node and between nodes; the pitch is at most the mean distance to an interaction.
+#[test]
+fn stated_errors_hold_up_to_the_coarsest_pitch() {
+    let run = |position, pitch| {
+        let options = relative(0.03).with_orders(1).with_pitch(pitch);
+        scatter(10.0, (position, 1.0), (40, 0.9), options)
+    };
+    for (y, pitch) in [(0.0, 3.5), (7.0, 2.5), (9.0, 2.0)] {
+        for shift in [0.0, 0.5 * pitch] {
+            let position = [shift, y, shift];
+            let (exact, found) = (run(position, 0.3).unwrap(), run(position, pitch).unwrap());
+            let pairs = exact.view(0, 0).into_iter().zip(found.view(0, 0));
+            let off = pairs.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+            let (stated, own) = (found.largest_error(), exact.largest_error());
+            let [a, b] = [&exact, &found].map(|scatter| scatter.sum(0, 0)[0]);
+            println!("{y} {shift}: {off} of {stated} + {own}, sums {a} {b}");
+            assert!(off <= stated + own && (b / a - 1.0).abs() < 0.03);
+        }
+        for coarse in [3.0 * pitch, 20.0] {
+            let error = run([0.0, y, 0.0], coarse).unwrap_err();
+            let Error::OutOfRange { what, most, .. } = error else {
+                panic!("{error}");
+            };
+            assert!(what == "pitch of the nodes in cm" && most > pitch && most < coarse);
+        }
+    }
+    // The response is wider than the medium, and the nodes may be as far apart as it is wide.
+    let tiny = |options| scatter(0.1, ([0.0; 3], 1.0), (20, 0.2), options);
+    let sum = |options| tiny(options).map(|found| found.sum(0, 0));
+    let ([a, first], [b, second]) = (
+        sum(relative(0.1)).unwrap(),
+        sum(relative(0.1).with_pitch(0.3)).unwrap(),
+    );
+    assert!((a - b).abs() < 4.0 * first.hypot(second), "{a} {b}");
+    assert!(sum(relative(0.1).with_pitch(0.75)).is_err());
 }
