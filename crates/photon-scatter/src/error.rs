@@ -48,8 +48,8 @@ pub enum ScatterError {
         /// The work done.
         report: Box<ScatterReport>,
     },
-    /// The error of interpolation exceeds the tolerance, and a smaller distance of the nodes is not allowed, does not fit into memory or
-    /// would require more than [`ScatterOptions::most_histories`](crate::ScatterOptions::most_histories).
+    /// The error of interpolation exceeds the tolerance, and a smaller distance of the nodes is not allowed, does not fit into memory
+    /// or would require more than [`ScatterOptions::most_histories`](crate::ScatterOptions::most_histories).
     #[error(
         "the error of interpolation is {reached:?} at a pitch of {pitch} cm of the nodes, the tolerance is {asked:?}; increase the tolerance, or accept this error with `ScatterOptions::with_pitch`"
     )]

@@ -10,7 +10,7 @@ pub struct Emission {
     /// Position in cm.
     pub position: [f64; 3],
     /// Weight: activity per cm^3 over the probability per cm^3 of this position. Constant and equal to the total activity where positions are
-    /// distributed as the activity is.
+    /// distributed as the activity is. The mean is 0 or from 1e-100 to 1e100.
     pub weight: f64,
 }
 
@@ -39,10 +39,8 @@ pub(crate) const DENSEST: f64 = 30.0;
 const OVERLAP: f64 = 1e-6;
 
 /// A scattering medium: water of a density that is constant along stretches of any ray; [`VoxelMedium`](crate::VoxelMedium) or another. An empty
-/// one has no scatter, which is not an error: one that no history meets, and no line of sight of a detector, [`ScatterOptions::pitch`] apart.
-/// Other media require histories until photons are recorded.
-///
-/// [`ScatterOptions::pitch`]: crate::ScatterOptions::pitch
+/// medium has no scatter, which is not an error. A medium counts as empty if no history and no line through a node, in the direction of its view,
+/// meets it.
 pub trait Medium: Sync {
     /// Appends the stretches of a ray in their order. They do not overlap by more than 1e-6 cm; those at t < 0 are ignored. `direction` is a
     /// unit vector. [`Scatter::new`](crate::Scatter::new) checks the pieces of every ray that it traces.

@@ -17,7 +17,7 @@ const BLOCKS_AT_ONCE: usize = 16;
 const RESERVE: f64 = 1.03;
 /// Smallest number of histories of a block.
 const LEAST_BLOCK: usize = 16;
-/// Range of the growth of blocks: larger ones replace the current ones if these factors, half that of the required histories, allow it.
+/// Range of the factor by which blocks grow, half that of the required histories: below it blocks are added, not replaced by larger ones.
 const BLOCK_GROWTH: [f64; 2] = [2.0, 32.0];
 /// Progress in thousandths that the first blocks count, and the fraction of the remaining progress that the last expected blocks count.
 const FIRST_ROUND: usize = 50;
@@ -28,16 +28,16 @@ const UNCERTAIN: f64 = 2.0;
 const STANDARD_ERRORS: f64 = 4.0;
 /// First distances of nodes in cm and of views in radians where the options do not prescribe them.
 const PITCH: f64 = 0.75;
-/// Allowed distances of nodes in cm: at most about the mean free path in water at 600 keV.
+/// Allowed distances of nodes in cm: at most about the mean free path in water at 600 keV, 11 cm.
 const PITCHES: [f64; 2] = [0.01, 10.0];
 const PITCH_OF_NODES: &str = "pitch of the nodes in cm";
 const SPACING: f64 = 12.0 * std::f64::consts::PI / 180.0;
 
 /// Scatter in every bin, view and energy window of a camera, with its standard error.
 ///
-/// A sample is the average over its bin. It has the unit of a line integral of the activity, as the attenuated line integrals of the primary photons have: activity
-/// per cm^3 times cm. The sum over a view times the area of a bin is the activity that emits as many photons, unattenuated, towards the
-/// photopeak window of the camera as are scattered into the window.
+/// A sample is the average over its bin. It has the unit of a line integral of the activity, as the attenuated line integrals of the primary photons
+/// have: activity per cm^3 times cm. The sum over a view times the area of a bin is the activity that emits as many photons, unattenuated, towards
+/// the photopeak window of the camera as are scattered into the window.
 #[doc(alias("Monte Carlo", "ESSE"))]
 #[derive(Debug, Clone)]
 pub struct Scatter {
@@ -81,12 +81,12 @@ impl Scatter {
     ///
     /// # Errors
     /// [`ScatterError::OutOfRange`] for a tolerance that is not positive (0 is allowed with a relative one), a relative one outside 0 to 1, a pitch
-    /// outside 0.01 to 10 cm or too large for the medium ([`ScatterOptions::pitch`]), a spacing outside 0 to 1 rad, no order, fewer than 2048 histories, blocks outside 16 to 10^7 histories, a view whose face is in the
-    /// medium or in front of it on the line through the axis, numbers of `source` that are not finite or negative, a mean weight of 1024 emissions
-    /// outside 1e-100 to 1e100 (0 is allowed) and a weight above 1e20 times this mean, and a [`Piece`](crate::Piece) of `medium` that is reversed, out
-    /// of order, not finite or denser than 30 g/cm^3; [`ScatterError::Nodes`] for more than 2^27 nodes;
-    /// [`ScatterError::Tolerance`] if `most_histories` do not suffice; [`ScatterError::Interpolation`] if no allowed distance of the nodes suffices, or
-    /// none for which histories are left.
+    /// outside 0.01 to 10 cm or above the limit of [`ScatterOptions::pitch`], a spacing outside 0 to 1 rad, no order, fewer than 2048 histories,
+    /// blocks outside 16 to 10^7 histories, a view whose face is in the medium or in front of it on the line through the axis, numbers of `source`
+    /// that are not finite or negative, a mean weight of 1024 emissions outside 1e-100 to 1e100 (0 is allowed), a weight above 1e20 times this mean,
+    /// and a [`Piece`](crate::Piece) of `medium` that is reversed, out of order, not finite or denser than 30 g/cm^3; [`ScatterError::Nodes`] for
+    /// more than 2^27 nodes; [`ScatterError::Tolerance`] if `most_histories` do not suffice; [`ScatterError::Interpolation`] if no allowed distance
+    /// of the nodes suffices or no histories are left for a smaller one.
     pub fn new(
         source: &dyn Source,
         medium: &dyn Medium,
@@ -160,8 +160,10 @@ impl Scatter {
         bins.into_iter().map(|value| value.max(0.0)).collect()
     }
 
-    /// Standard error of [`view`](Self::view), bin by bin: the average over the bin. At each node its variance is the average over the node and its eight neighbours, and it is at least the contribution of one photon, since it is itself an estimate. If no photon
-    /// is recorded, that contribution is estimated from the activity; the error is 0 only without activity or without a medium. It does not contain the error of interpolation between nodes and views: [`ScatterReport::interpolation_error`].
+    /// Standard error of [`view`](Self::view), averaged over each bin. At each node its variance is the average over the node and its eight
+    /// neighbours, and it is at least the contribution of one photon, since it is itself an estimate. If no photon is recorded, that contribution is
+    /// estimated from the activity; the error is 0 only without activity or without a medium. It does not contain the error of interpolation between
+    /// nodes and views: [`ScatterReport::interpolation_error`].
     ///
     /// # Panics
     /// If there is no such view or window.
@@ -173,9 +175,9 @@ impl Scatter {
 
     /// Projection sum of a view, its samples times the area of a bin, and the standard error of that sum from independent blocks of histories.
     ///
-    /// As for samples, the error does not contain the error of interpolation, which is at most [`ScatterReport::interpolation_error`] times the area of
-    /// the detector. All views and windows share the histories, so that errors of
-    /// different sums are correlated: that of a sum over views is at most the sum of the errors.
+    /// As for samples, the error does not contain the error of interpolation, which is at most [`ScatterReport::interpolation_error`] times the area
+    /// of the detector. All views and windows share the histories, so that errors of different sums are correlated: that of a sum over views is at
+    /// most the sum of the errors.
     ///
     /// # Panics
     /// If there is no such view or window.
@@ -243,17 +245,17 @@ impl Attempt {
             self.done += round;
             let unseen = sums.unseen(problem)?;
             let (images, errors) = sums.estimate(all, unseen);
-            let reached = largest(all, &errors);
+            let reached = largest(all, &errors, false);
             let least = images.iter().zip(&errors);
             let least: Vec<f64> = least.map(|(own, error)| own - 3.0 * error).collect();
-            let tolerance = (options.tolerance).max(options.relative * largest(all, &least));
+            let tolerance = (options.tolerance).max(options.relative * largest(all, &least, true));
             let interpolation = [
                 self.error_of_nodes(&sums, all, [&images, &errors], options)?,
                 angles.error(&images, &errors, all.n_nodes() / all.n_views()),
             ];
             let report = sums.finish(self.report, reached, interpolation.iter().sum());
             // The largest scatter itself, not reduced: a lower bound on the histories.
-            let most = (options.tolerance).max(options.relative * largest(all, &images));
+            let most = (options.tolerance).max(options.relative * largest(all, &images, true));
             let own = sums.report.histories as f64 * (reached / most).powi(2);
             let expected = self.report.histories as f64 + own;
             let limit = options.most_histories;
@@ -371,11 +373,9 @@ impl Attempt {
     }
 }
 
-/// The largest value, or 0, of the nodes from which bins are interpolated.
-fn largest(grid: &Grid, values: &[f64]) -> f64 {
-    let [rows, columns] = grid.used();
-    let used = values.chunks(grid.size[0]).enumerate();
-    used.filter(|(row, _)| rows.contains(&(row % grid.size[1])))
-        .flat_map(|(_, line)| &line[columns.clone()])
-        .fold(0.0, |most: f64, value| most.max(*value))
+/// Returns the largest average over a bin, or 0, of cubics or lines between the nodes.
+fn largest(grid: &Grid, values: &[f64], cubic: bool) -> f64 {
+    let images = values.chunks(grid.size[0] * grid.size[1]);
+    let bins = images.flat_map(|image| grid.to_bins(image, cubic));
+    bins.fold(0.0, f64::max)
 }

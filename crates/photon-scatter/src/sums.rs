@@ -125,8 +125,8 @@ impl Sums {
         }
     }
 
-    /// Estimates the contribution of one photon to a projection sum if none is recorded. It is 0 if one is, without activity, and if neither a
-    /// history nor a line through a node meets the medium.
+    /// Estimates the contribution of one photon to a projection sum if none is recorded. It is 0 if one is recorded, without
+    /// activity, and if neither a history nor a line through a node meets the medium.
     pub(crate) fn unseen(&self, problem: &Problem<'_>) -> Result<f64, ScatterError> {
         let active = self.nearest.is_finite();
         let none = active && self.first.iter().all(|sum| *sum == 0.0);
@@ -140,7 +140,7 @@ impl Sums {
         })
     }
 
-    /// Averages over the blocks and their standard errors, which are at least the contribution of one photon: estimated, or `unseen`.
+    /// Averages over the blocks and their standard errors, which are at least the contribution of one photon; `unseen` is not 0 if none is recorded.
     pub(crate) fn estimate(&self, grid: &Grid, unseen: f64) -> (Vec<f64>, Vec<f64>) {
         let n = self.blocks as f64;
         let images: Vec<f64> = self.first.iter().map(|sum| sum / n).collect();

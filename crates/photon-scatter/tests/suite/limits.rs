@@ -170,3 +170,16 @@ fn stated_errors_hold_up_to_the_coarsest_pitch() {
     assert!((a - b).abs() < 4.0 * first.hypot(second), "{a} {b}");
     assert!(sum(relative(0.1).with_pitch(0.75)).is_err());
 }
+
+/// The largest sample and the largest standard error are those of bins, whatever their width.
+#[test]
+fn relative_tolerances_are_relative_to_the_largest_sample() {
+    for bins in [(9, 4.0), (21, 0.5)] {
+        let options = relative(0.05).with_pitch(0.5);
+        let found = scatter(10.0, ([0.0; 3], 1.0), bins, options).unwrap();
+        let largest = |values: Vec<f64>| values.into_iter().fold(0.0, f64::max);
+        let [most, error] = [found.view(0, 0), found.standard_error(0, 0)].map(largest);
+        assert_eq!(error, found.report().largest_standard_error);
+        assert!(error <= 0.05 * most, "{error} {most}");
+    }
+}
