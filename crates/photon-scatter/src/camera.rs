@@ -205,6 +205,23 @@ impl Grid {
         self.axes.iter().map(|[_, [x, y]]| [*x, *y, 0.0])
     }
 
+    /// A point and the direction of the line through every node.
+    pub(crate) fn lines(&self) -> impl Iterator<Item = [[f64; 3]; 2]> {
+        let [nx, nz] = self.size;
+        let place = |k: usize, n: usize| (k as f64 - 0.5 * (n - 1) as f64) * self.pitch;
+        self.axes.iter().flat_map(move |[[bx, by], [dx, dy]]| {
+            (0..nx * nz).map(move |k| {
+                let (across, z) = (place(k % nx, nx), place(k / nx, nz));
+                [[across * bx, across * by, z], [*dx, *dy, 0.0]]
+            })
+        })
+    }
+
+    /// Area of a node in cm^2.
+    pub(crate) fn area(&self) -> f64 {
+        self.pitch * self.pitch
+    }
+
     /// Half-widths of the nodes along x, y and z in cm, from any direction.
     pub(crate) fn half_widths(&self) -> [f64; 3] {
         let [across, along] = self.size.map(|n| 0.5 * (n - 1) as f64 * self.pitch);
@@ -247,7 +264,7 @@ impl Grid {
             None => 0.0,
         };
         let upper = upper.clamp(0.0, 1.0);
-        let area = self.pitch * self.pitch;
+        let area = self.area();
         for (dz, row) in [1.0 - place.share[1], place.share[1]]
             .into_iter()
             .enumerate()
@@ -292,13 +309,29 @@ impl Grid {
         images
     }
 
-    /// First of four nodes and their weights for each bin or row.
-    fn taps(&self, axis: usize, cubic: bool) -> Vec<(usize, [f64; 4])> {
+    /// First node and the weights of nodes in the average over each bin or row of the cubics, or lines, between the nodes.
+    fn taps(&self, axis: usize, cubic: bool) -> Vec<(usize, Vec<f64>)> {
         let n = self.camera.size[axis];
+        let edge = |k: usize| {
+            let at = (k as f64 - 0.5 * n as f64) * self.camera.pitch[axis];
+            at / self.pitch + 0.5 * (self.size[axis] - 1) as f64
+        };
         let tap = |k: usize| {
-            let at = (k as f64 - 0.5 * (n - 1) as f64) * self.camera.pitch[axis];
-            let node = at / self.pitch + 0.5 * (self.size[axis] - 1) as f64;
-            (node as usize - 1, weights(node - node.floor(), cubic))
+            let (from, to) = (edge(k), edge(k + 1));
+            let first = from as usize;
+            let mut averages = vec![0.0; to.ceil() as usize - first + 3];
+            for cell in first..to.ceil() as usize {
+                let start = cell as f64;
+                let (low, high) = (from.max(start), to.min(start + 1.0));
+                // Two Gaussian points integrate cubics exactly.
+                for side in [-1.0, 1.0] {
+                    let t = 0.5 * (low + high + side * (high - low) / 3f64.sqrt()) - start;
+                    let part = 0.5 * (high - low) / (to - from);
+                    let own = averages[cell - first..].iter_mut();
+                    own.zip(weights(t, cubic)).for_each(|(a, b)| *a += part * b);
+                }
+            }
+            (first - 1, averages)
         };
         (0..n).map(tap).collect()
     }
@@ -329,18 +362,18 @@ impl Grid {
         lines.map(|(values, weight)| weight * line(values)).sum()
     }
 
-    /// Interpolates a view of images on the nodes to the bins, `[row][bin]`: cubic, or linear.
+    /// Averages a view of images on the nodes over the bins, `[row][bin]`: of cubics, or linear.
     pub(crate) fn to_bins(&self, image: &[f64], cubic: bool) -> Vec<f64> {
         let taps = [0, 1].map(|axis| self.taps(axis, cubic));
         let mut out = Vec::with_capacity(taps[0].len() * taps[1].len());
         for (row, down) in &taps[1] {
             for (column, across) in &taps[0] {
-                let line = |k: usize| {
-                    let from = (row + k) * self.size[0] + column;
-                    let nodes = &image[from..from + 4];
-                    nodes.iter().zip(across).map(|(a, b)| a * b).sum::<f64>()
+                let lines = image[row * self.size[0] + column..].chunks(self.size[0]);
+                let line = |(nodes, weight): (&[f64], &f64)| {
+                    let products = nodes.iter().zip(across).map(|(a, b)| a * b);
+                    weight * products.sum::<f64>()
                 };
-                out.push((0..4).map(|k| down[k] * line(k)).sum());
+                out.push(lines.zip(down).map(line).sum());
             }
         }
         out

@@ -42,12 +42,14 @@ pub enum ScatterError {
         asked: f64,
         /// The largest standard error of any bin.
         reached: f64,
-        /// Number of histories for the tolerance, estimated: the standard error is proportional to its power -1/2.
+        /// Number of histories for the tolerance, estimated: the standard error is proportional to its power -1/2. Infinite if no photon was
+        /// recorded.
         expected: f64,
         /// The work done.
         report: Box<ScatterReport>,
     },
-    /// The error of interpolation exceeds the tolerance, and a smaller distance of the nodes is not allowed or does not fit into memory.
+    /// The error of interpolation exceeds the tolerance, and a smaller distance of the nodes is not allowed, does not fit into memory
+    /// or would require more than [`ScatterOptions::most_histories`](crate::ScatterOptions::most_histories).
     #[error(
         "the error of interpolation is {reached:?} at a pitch of {pitch} cm of the nodes, the tolerance is {asked:?}; increase the tolerance, or accept this error with `ScatterOptions::with_pitch`"
     )]

@@ -2,14 +2,14 @@
 
 use crate::angles::Angles;
 use crate::camera::{Grid, Place};
-use crate::error::{ScatterError, valid};
+use crate::error::{ScatterError, valid, within};
 use crate::medium::Path;
 use crate::spectrum::{ATTENUATION, HIGHEST, IMPORTANCE, SCATTERED, WINDOWS};
 use crate::{Compton, Medium, Random, ScatterOptions, ScatterReport, Source, Spectrum};
 
 /// Threshold of the detection probability, in units of that of isotropic scattering into the photopeak window without attenuation. Paths above it are
 /// always followed, others with proportional probability (systematic sampling over the views), so that most have one weight.
-const FULL_DETECTION: f64 = 0.25;
+pub(crate) const FULL_DETECTION: f64 = 0.25;
 /// Cells of [`Transmission`] along each axis.
 pub(crate) const CELLS: usize = 12;
 /// Smallest transmission for the choice of paths: bounds the weights where the transmission exceeds that of the middle of the cell.
@@ -17,6 +17,10 @@ const LEAST_TRANSMISSION: f64 = 0.02;
 
 /// Number of detections after which these are distributed to the nodes: 4 MB.
 pub(crate) const DETECTIONS: u64 = 65_536;
+/// Number of emissions of which [`Problem::unit`] is the mean weight, its range, and the largest weight in this unit.
+const TRIAL_EMISSIONS: usize = 1024;
+const MEAN_WEIGHTS: [f64; 2] = [1e-100, 1e100];
+const LARGEST_WEIGHT: f64 = 1e20;
 
 /// The arguments of all histories.
 pub(crate) struct Problem<'a> {
@@ -30,6 +34,8 @@ pub(crate) struct Problem<'a> {
     pub(crate) transmission: Transmission,
     pub(crate) orders: usize,
     pub(crate) seed: u64,
+    /// Unit of the deposits, which are in single precision: the mean weight of an emission, rounded to a power of 2; 1 without activity.
+    pub(crate) unit: f64,
 }
 
 /// Sums over the histories of a block, and work arrays.
@@ -41,6 +47,8 @@ pub(crate) struct Tally {
     pub(crate) report: ScatterReport,
     /// Smallest distance of an emission from a face.
     pub(crate) nearest: f64,
+    /// Sum over the interactions of their distances from the emission or the previous interaction, in cm.
+    pub(crate) distance: f64,
     path: Path,
 }
 
@@ -127,6 +135,7 @@ impl<'a> Problem<'a> {
             grid,
             orders: options.orders,
             seed: options.seed,
+            unit: unit(source, options.seed)?,
         })
     }
 
@@ -143,6 +152,7 @@ impl<'a> Problem<'a> {
         tally.detections.resize_with(n_views, Vec::new);
         tally.report = ScatterReport::default();
         tally.nearest = f64::INFINITY;
+        tally.distance = 0.0;
         let mut random = Random::new(self.seed, block);
         let mut distributed = 0;
         for _ in 0..histories {
@@ -175,7 +185,9 @@ impl<'a> Problem<'a> {
 
     fn history(&self, random: &mut Random, tally: &mut Tally) -> Result<(), ScatterError> {
         let emission = self.source.emit(random);
-        let mut scale = valid("weight of an emission", emission.weight)?;
+        let most = LARGEST_WEIGHT * self.unit;
+        let weight = within("weight of an emission", emission.weight, [0.0, most])?;
+        let mut scale = weight / self.unit;
         valid(
             "distance of an emission",
             emission.position.iter().map(|x| x.abs()).sum(),
@@ -237,6 +249,7 @@ impl<'a> Problem<'a> {
             return Ok(false);
         }
         let distance = path.distance(-(-interacts * random.uniform()).ln_1p() / mu);
+        tally.distance += distance;
         for axis in 0..3 {
             photon.position[axis] += distance * photon.direction[axis];
         }
@@ -291,6 +304,20 @@ impl<'a> Problem<'a> {
         }
         Ok(())
     }
+}
+
+/// Estimates the mean weight of the emissions of a source, and rounds it to a power of 2.
+fn unit(source: &dyn Source, seed: u64) -> Result<f64, ScatterError> {
+    let (mut random, mut sum) = (Random::new(seed, u64::MAX), 0.0);
+    for _ in 0..TRIAL_EMISSIONS {
+        sum += valid("weight of an emission", source.emit(&mut random).weight)?;
+    }
+    if sum == 0.0 {
+        return Ok(1.0);
+    }
+    let mean = sum / TRIAL_EMISSIONS as f64;
+    let mean = within("mean weight of an emission", mean, MEAN_WEIGHTS)?;
+    Ok(mean.log2().round().exp2())
 }
 
 /// A unit vector at the angle of this cosine from another one, its azimuth uniform.

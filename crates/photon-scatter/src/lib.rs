@@ -13,6 +13,7 @@ mod random;
 mod scatter;
 mod smoothing;
 mod spectrum;
+mod sums;
 mod voxels;
 
 pub use camera::{Camera, Response, View};

@@ -1,7 +1,8 @@
 //! Sources and attenuating media: traits that a user implements, ready ones in `voxels`.
 
-use crate::Random;
+use crate::camera::Grid;
 use crate::error::{ScatterError, valid, within};
+use crate::{Camera, Random};
 
 /// A point of emission, drawn from an activity.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -9,7 +10,7 @@ pub struct Emission {
     /// Position in cm.
     pub position: [f64; 3],
     /// Weight: activity per cm^3 over the probability per cm^3 of this position. Constant and equal to the total activity where positions are
-    /// distributed as the activity is.
+    /// distributed as the activity is. The mean is 0 or from 1e-100 to 1e100.
     pub weight: f64,
 }
 
@@ -38,7 +39,8 @@ pub(crate) const DENSEST: f64 = 30.0;
 const OVERLAP: f64 = 1e-6;
 
 /// A scattering medium: water of a density that is constant along stretches of any ray; [`VoxelMedium`](crate::VoxelMedium) or another. An empty
-/// one has no scatter, which is not an error.
+/// medium has no scatter, which is not an error. A medium counts as empty if no history and no line through a node, in the direction of its view,
+/// meets it.
 pub trait Medium: Sync {
     /// Appends the stretches of a ray in their order. They do not overlap by more than 1e-6 cm; those at t < 0 are ignored. `direction` is a
     /// unit vector. [`Scatter::new`](crate::Scatter::new) checks the pieces of every ray that it traces.
@@ -99,4 +101,34 @@ impl Path {
         // The distance exceeds the end of the path by rounding.
         last
     }
+}
+
+/// `Ok` if the medium ends in front of the face of every view, on the line through the axis of rotation.
+pub(crate) fn in_front(
+    medium: &dyn Medium,
+    camera: &Camera,
+    grid: &Grid,
+) -> Result<(), ScatterError> {
+    let mut path = Path::default();
+    for (view, direction) in camera.views().iter().zip(grid.directions()) {
+        path.follow(medium, [0.0; 3], direction)?;
+        // Less by rounding errors.
+        let end = (1.0 - 1e-9) * path.end();
+        let what = "radius of a view in cm, which is beyond the medium,";
+        within(what, view.radius, [end, f64::MAX])?;
+    }
+    Ok(())
+}
+
+/// Whether a line through any node, along the direction of its view, meets the medium.
+pub(crate) fn meets(medium: &dyn Medium, grid: &Grid) -> Result<bool, ScatterError> {
+    let mut path = Path::default();
+    for [position, direction] in grid.lines() {
+        for direction in [direction, direction.map(|x| -x)] {
+            if path.follow(medium, position, direction)? > 0.0 {
+                return Ok(true);
+            }
+        }
+    }
+    Ok(false)
 }

@@ -12,19 +12,23 @@ pub struct ScatterOptions {
     pub relative: f64,
     /// Distance in cm of the nodes on which scatter is collected and from which cubics interpolate; `None` for 0.75 cm, reduced until the error of
     /// interpolation is within the tolerance. A prescribed one has the error [`ScatterReport::interpolation_error`]: details smaller than twice the
-    /// distance are smoothed, such as the scatter around a point source. The number of histories for a tolerance is about proportional to its power
-    /// -2, down to the width of the response.
+    /// distance are smoothed, such as the scatter around a point source. It is 0.01 to 10 cm and at most the larger of the mean distance of photons
+    /// between emission and interactions and of the standard deviation of the response at the nearest emission. Beyond this limit, known after the
+    /// first blocks, the bound on the error may not hold: for point sources near the surface of a ball of water it holds up to about 1.2 times the
+    /// mean distance. The number of histories for a tolerance is about proportional to its power -2, down to the width of the response.
     pub pitch: Option<f64>,
     /// Largest angle in radians between the views from which cubics interpolate the views between them; 0 for no interpolation, `None` for 12
     /// degrees, reduced as the pitch is. Views of an orbit with more than one larger gap, or whose radius changes abruptly, are not interpolated.
     pub spacing: Option<f64>,
     /// Number of orders of scattering, at least 1.
     pub orders: usize,
-    /// Histories in each of the first 128 blocks; later blocks are larger if the tolerance requires it.
+    /// Histories in each of the first 128 blocks, at most a 128th of [`most_histories`](Self::most_histories); later blocks are larger if the
+    /// tolerance requires it.
     pub block: usize,
-    /// Largest number of histories, at least 1. Whenever standard errors are computed, first after 128 blocks, the necessary number is estimated; if it
-    /// is more than twice this one, the result is [`ScatterError::Tolerance`](crate::ScatterError::Tolerance) at once. A source far from the medium
-    /// requires more histories: in inverse proportion to the solid angle of the medium.
+    /// Largest number of histories, including discarded ones; at least 2048. Whenever standard errors are computed, first after 128 blocks, the
+    /// necessary number is estimated; if it is more than twice this one, the result is [`ScatterError::Tolerance`](crate::ScatterError::Tolerance) at
+    /// once. Before a photon is recorded, there is no such estimate. A source far from the medium requires more histories: in inverse proportion to
+    /// the solid angle of the medium.
     pub most_histories: u64,
     /// Seed of the random numbers; block k has stream k.
     pub seed: u64,

@@ -1,13 +1,13 @@
-//! Histories in blocks until the tolerance is met, and the images with their standard errors.
+//! Histories in blocks until the tolerance is met, and the images of scatter.
 
 use crate::angles::Angles;
 use crate::camera::Grid;
 use crate::error::{ScatterError, within};
-use crate::history::{CELLS, DETECTIONS, Detection, Problem, Tally};
-use crate::medium::Path;
+use crate::history::{CELLS, DETECTIONS, Detection, Problem};
+use crate::medium::in_front;
 use crate::smoothing::smoothing;
+use crate::sums::Sums;
 use crate::{Camera, Medium, ScatterOptions, ScatterReport, Source, Spectrum};
-use rayon::prelude::*;
 
 /// Smallest number of blocks: their variation gives the standard error to a relative accuracy of 1 / sqrt(2 n), 6 %.
 const LEAST_BLOCKS: usize = 128;
@@ -15,9 +15,10 @@ const LEAST_BLOCKS: usize = 128;
 const BLOCKS_AT_ONCE: usize = 16;
 /// Ratio of the number of histories to that required by the current standard error.
 const RESERVE: f64 = 1.03;
-/// Larger blocks replace the current ones if the required histories grow at least by the first factor; the second limits the size of blocks.
-const MOST_GROWTH: f64 = 4.0;
-const MOST_BLOCK_GROWTH: f64 = 32.0;
+/// Smallest number of histories of a block.
+const LEAST_BLOCK: usize = 16;
+/// Range of the factor by which blocks grow, half that of the required histories: below it blocks are added, not replaced by larger ones.
+const BLOCK_GROWTH: [f64; 2] = [2.0, 32.0];
 /// Progress in thousandths that the first blocks count, and the fraction of the remaining progress that the last expected blocks count.
 const FIRST_ROUND: usize = 50;
 const LAST_ROUND: f64 = 0.9;
@@ -27,13 +28,16 @@ const UNCERTAIN: f64 = 2.0;
 const STANDARD_ERRORS: f64 = 4.0;
 /// First distances of nodes in cm and of views in radians where the options do not prescribe them.
 const PITCH: f64 = 0.75;
+/// Allowed distances of nodes in cm: at most about the mean free path in water at 600 keV, 11 cm.
+const PITCHES: [f64; 2] = [0.01, 10.0];
+const PITCH_OF_NODES: &str = "pitch of the nodes in cm";
 const SPACING: f64 = 12.0 * std::f64::consts::PI / 180.0;
 
 /// Scatter in every bin, view and energy window of a camera, with its standard error.
 ///
-/// A sample has the unit of a line integral of the activity, as the attenuated line integrals of the primary photons have: activity
-/// per cm^3 times cm. The sum over a view times the area of a bin is the activity that emits as many photons, unattenuated, towards the
-/// photopeak window of the camera as are scattered into the window.
+/// A sample is the average over its bin. It has the unit of a line integral of the activity, as the attenuated line integrals of the primary photons
+/// have: activity per cm^3 times cm. The sum over a view times the area of a bin is the activity that emits as many photons, unattenuated, towards
+/// the photopeak window of the camera as are scattered into the window.
 #[doc(alias("Monte Carlo", "ESSE"))]
 #[derive(Debug, Clone)]
 pub struct Scatter {
@@ -56,15 +60,16 @@ impl ScatterOptions {
         within("tolerance", self.tolerance, [least, f64::MAX])?;
         within("relative tolerance", self.relative, [0.0, 1.0])?;
         within("orders of scattering", self.orders as f64, [1.0, f64::MAX])?;
-        within("histories of a block", self.block as f64, [16.0, 1e7])?;
-        let most = self.most_histories as f64;
-        within("largest number of histories", most, [1.0, f64::MAX])?;
+        let (block, most) = (self.block as f64, self.most_histories as f64);
+        within("histories of a block", block, [LEAST_BLOCK as f64, 1e7])?;
+        let least = (LEAST_BLOCKS * LEAST_BLOCK) as f64;
+        within("largest number of histories", most, [least, f64::MAX])?;
         Ok(())
     }
 
     fn grid(&self, camera: &Camera, spectrum: &Spectrum) -> Result<Grid, ScatterError> {
         let (pitch, spacing) = (self.pitch.unwrap_or(PITCH), self.spacing.unwrap_or(SPACING));
-        within("pitch of the nodes in cm", pitch, [0.01, 100.0])?;
+        within(PITCH_OF_NODES, pitch, PITCHES)?;
         within("angle between views in radians", spacing, [0.0, 1.0])?;
         Grid::new(camera, spectrum.windows().len(), pitch)
     }
@@ -76,10 +81,12 @@ impl Scatter {
     ///
     /// # Errors
     /// [`ScatterError::OutOfRange`] for a tolerance that is not positive (0 is allowed with a relative one), a relative one outside 0 to 1, a pitch
-    /// outside 0.01 to 100 cm, a spacing outside 0 to 1 rad, no order, no history, blocks outside 16 to 10^7 histories, a view whose face is in the
-    /// medium or in front of it on the line through the axis, numbers of `source` that are not finite or negative, and a [`Piece`](crate::Piece) of
-    /// `medium` that is reversed, out of order, not finite or denser than 30 g/cm^3; [`ScatterError::Nodes`] for more than 2^27 nodes;
-    /// [`ScatterError::Tolerance`] if `most_histories` do not suffice; [`ScatterError::Interpolation`] if no allowed distance of the nodes suffices.
+    /// outside 0.01 to 10 cm or above the limit of [`ScatterOptions::pitch`], a spacing outside 0 to 1 rad, no order, fewer than 2048 histories,
+    /// blocks outside 16 to 10^7 histories, a view whose face is in the medium or in front of it on the line through the axis, numbers of `source`
+    /// that are not finite or negative, a mean weight of 1024 emissions outside 1e-100 to 1e100 (0 is allowed), a weight above 1e20 times this mean,
+    /// and a [`Piece`](crate::Piece) of `medium` that is reversed, out of order, not finite or denser than 30 g/cm^3; [`ScatterError::Nodes`] for
+    /// more than 2^27 nodes; [`ScatterError::Tolerance`] if `most_histories` do not suffice; [`ScatterError::Interpolation`] if no allowed distance
+    /// of the nodes suffices or no histories are left for a smaller one.
     pub fn new(
         source: &dyn Source,
         medium: &dyn Medium,
@@ -105,6 +112,9 @@ impl Scatter {
                 Err(error @ ScatterError::Interpolation { .. }) => error,
                 end => return end,
             };
+            if attempt.most_block(options) < LEAST_BLOCK {
+                return Err(error);
+            }
             let finer = options.with_pitch(attempt.pitch);
             all = finer.grid(camera, spectrum).map_err(|_| error)?;
         }
@@ -114,7 +124,7 @@ impl Scatter {
     /// their first values; each halving of the pitch takes four times the memory.
     ///
     /// # Errors
-    /// [`ScatterError::OutOfRange`] for a pitch outside 0.01 to 100 cm and a spacing outside 0 to 1 rad; [`ScatterError::Nodes`].
+    /// [`ScatterError::OutOfRange`] for a pitch outside 0.01 to 10 cm and a spacing outside 0 to 1 rad; [`ScatterError::Nodes`].
     pub fn bytes(
         camera: &Camera,
         spectrum: &Spectrum,
@@ -139,7 +149,7 @@ impl Scatter {
         [self.grid.windows, self.grid.n_views(), rows, bins]
     }
 
-    /// Scatter in the bins of a view, `[row][bin]`.
+    /// Averages of scatter over the bins of a view, `[row][bin]`.
     ///
     /// # Panics
     /// If there is no such view or window.
@@ -150,9 +160,10 @@ impl Scatter {
         bins.into_iter().map(|value| value.max(0.0)).collect()
     }
 
-    /// Standard error of [`view`](Self::view), bin by bin. At each node its variance is the
-    /// average over the node and its eight neighbours, and it is at least the contribution of one photon, since it is itself an estimate. It
-    /// does not contain the error of interpolation between nodes and views: [`ScatterReport::interpolation_error`].
+    /// Standard error of [`view`](Self::view), averaged over each bin. At each node its variance is the average over the node and its eight
+    /// neighbours, and it is at least the contribution of one photon, since it is itself an estimate. If no photon is recorded, that contribution is
+    /// estimated from the activity; the error is 0 only without activity or without a medium. It does not contain the error of interpolation between
+    /// nodes and views: [`ScatterReport::interpolation_error`].
     ///
     /// # Panics
     /// If there is no such view or window.
@@ -164,8 +175,9 @@ impl Scatter {
 
     /// Projection sum of a view, its samples times the area of a bin, and the standard error of that sum from independent blocks of histories.
     ///
-    /// As for samples, the error does not contain the error of interpolation. All views and windows share the histories, so that errors of
-    /// different sums are correlated: that of a sum over views is at most the sum of the errors.
+    /// As for samples, the error does not contain the error of interpolation, which is at most [`ScatterReport::interpolation_error`] times the area
+    /// of the detector. All views and windows share the histories, so that errors of different sums are correlated: that of a sum over views is at
+    /// most the sum of the errors.
     ///
     /// # Panics
     /// If there is no such view or window.
@@ -219,32 +231,38 @@ impl Attempt {
         angles: &Angles,
         options: &ScatterOptions,
     ) -> Result<Scatter, ScatterError> {
+        self.size = self.size.min(self.most_block(options));
         let mut sums = Sums::new(all, self.first_block);
         let (mut wanted, mut round) = (LEAST_BLOCKS, FIRST_ROUND * (1000 - self.done) / 1000);
         loop {
             let part = simd_set::part(self.done..self.done + round, 1000);
-            let missing = (wanted - sums.blocks).next_multiple_of(BLOCKS_AT_ONCE);
+            let missing = wanted - sums.blocks;
             while sums.blocks < wanted {
-                sums.add(problem, all, angles, self.size, missing)?;
+                let blocks = (wanted - sums.blocks).min(BLOCKS_AT_ONCE);
+                sums.add(problem, (all, angles), blocks, self.size, missing)?;
             }
             drop(part);
             self.done += round;
-            let (images, errors) = sums.estimate(all);
-            let reached = largest(all, &errors);
+            let unseen = sums.unseen(problem)?;
+            let (images, errors) = sums.estimate(all, unseen);
+            let reached = largest(all, &errors, false);
             let least = images.iter().zip(&errors);
             let least: Vec<f64> = least.map(|(own, error)| own - 3.0 * error).collect();
-            let tolerance = (options.tolerance).max(options.relative * largest(all, &least));
+            let tolerance = (options.tolerance).max(options.relative * largest(all, &least, true));
             let interpolation = [
-                smoothing(all, sums.nearest, &images, &errors),
+                self.error_of_nodes(&sums, all, [&images, &errors], options)?,
                 angles.error(&images, &errors, all.n_nodes() / all.n_views()),
             ];
             let report = sums.finish(self.report, reached, interpolation.iter().sum());
             // The largest scatter itself, not reduced: a lower bound on the histories.
-            let most = (options.tolerance).max(options.relative * largest(all, &images));
+            let most = (options.tolerance).max(options.relative * largest(all, &images, true));
             let own = sums.report.histories as f64 * (reached / most).powi(2);
             let expected = self.report.histories as f64 + own;
             let limit = options.most_histories;
-            let exhausted = report.histories >= limit || expected > UNCERTAIN * limit as f64;
+            let left = limit - report.histories;
+            // Without a recorded photon the expected number is infinite: unknown.
+            let beyond = expected.is_finite() && expected > UNCERTAIN * limit as f64;
+            let exhausted = beyond || left < self.size as u64;
             if reached > tolerance && exhausted {
                 return Err(ScatterError::Tolerance {
                     asked: tolerance,
@@ -264,30 +282,64 @@ impl Attempt {
                 });
             }
             if reached <= tolerance {
-                let views = sums.views.iter();
                 return Ok(Scatter {
                     grid: all.clone(),
-                    sums: views.map(|view| view.average(sums.blocks)).collect(),
+                    sums: sums.of_views(unseen),
                     images,
                     errors,
                     report,
                 });
             }
-            let expected = if growth < MOST_GROWTH {
-                // The standard error from the contribution of one photon is inversely proportional to the number of histories.
-                wanted = (sums.blocks as f64 * growth.min(2.0)).ceil() as usize;
-                (growth.min(2.0) - 1.0) / (growth - 1.0)
-            } else {
-                // Earlier blocks are discarded, because all blocks have one size.
-                let larger = (0.5 * growth).min(MOST_BLOCK_GROWTH);
-                self.size = (self.size as f64 * larger) as usize;
-                wanted = LEAST_BLOCKS;
-                self.discard(&sums);
-                sums = Sums::new(all, self.first_block);
-                larger / growth
-            };
+            let expected;
+            (wanted, expected) = self.grow(&mut sums, all, growth, left);
             round = (LAST_ROUND * expected * (1000 - self.done) as f64) as usize;
         }
+    }
+
+    /// Adds blocks, or replaces them by larger ones, within the histories left. Returns the number of blocks and the expected fraction of the
+    /// remaining work.
+    fn grow(&mut self, sums: &mut Sums, all: &Grid, growth: f64, left: u64) -> (usize, f64) {
+        let most = left as f64 / (LEAST_BLOCKS * self.size) as f64;
+        let larger = (0.5 * growth).min(BLOCK_GROWTH[1]).min(most);
+        if larger < BLOCK_GROWTH[0] {
+            // The standard error from the contribution of one photon is inversely proportional to the number of histories.
+            let more = growth.min(2.0);
+            let wanted = (sums.blocks as f64 * more).ceil() as usize;
+            let most = sums.blocks + (left / self.size as u64) as usize;
+            let wanted = wanted.next_multiple_of(BLOCKS_AT_ONCE).min(most);
+            return (wanted, (more - 1.0) / (growth - 1.0));
+        }
+        // Earlier blocks are discarded, because all blocks have one size.
+        self.size = (self.size as f64 * larger) as usize;
+        self.discard(sums);
+        *sums = Sums::new(all, self.first_block);
+        (LEAST_BLOCKS, larger / growth)
+    }
+
+    /// Estimates the error of the nodes. If they are too far apart for the bound on it, it is infinite, or [`ScatterError::OutOfRange`] if their
+    /// distance is prescribed.
+    fn error_of_nodes(
+        &self,
+        sums: &Sums,
+        all: &Grid,
+        [images, errors]: [&[f64]; 2],
+        options: &ScatterOptions,
+    ) -> Result<f64, ScatterError> {
+        let response = all.width(sums.nearest) * self.pitch;
+        let coarsest = sums.mean_distance().max(response).max(PITCHES[0]);
+        if self.pitch <= coarsest {
+            return Ok(smoothing(all, sums.nearest, images, errors));
+        }
+        let range = [PITCHES[0], coarsest];
+        (options.pitch).map_or(Ok(f64::INFINITY), |pitch| {
+            within(PITCH_OF_NODES, pitch, range)
+        })
+    }
+
+    /// Returns the largest number of histories of the first blocks of an attempt.
+    fn most_block(&self, options: &ScatterOptions) -> usize {
+        let left = options.most_histories - self.report.histories;
+        (left / LEAST_BLOCKS as u64) as usize
     }
 
     fn discard(&mut self, sums: &Sums) {
@@ -316,174 +368,14 @@ impl Attempt {
         } else {
             self.spacing *= 0.5;
         }
-        self.size = (self.size as f64 * more.clamp(1.0, MOST_BLOCK_GROWTH)) as usize;
+        self.size = (self.size as f64 * more.clamp(1.0, BLOCK_GROWTH[1])) as usize;
         true
     }
 }
 
-/// `Ok` if the medium ends in front of the face of every view, on the line through the axis of rotation.
-fn in_front(medium: &dyn Medium, camera: &Camera, grid: &Grid) -> Result<(), ScatterError> {
-    let mut path = Path::default();
-    for (view, direction) in camera.views().iter().zip(grid.directions()) {
-        path.follow(medium, [0.0; 3], direction)?;
-        // Less by rounding errors.
-        let end = (1.0 - 1e-9) * path.end();
-        let what = "radius of a view in cm, which is beyond the medium,";
-        within(what, view.radius, [end, f64::MAX])?;
-    }
-    Ok(())
-}
-
-/// Sums over blocks of their images and of the squares of these.
-struct Sums {
-    /// Index of the first block.
-    first_block: usize,
-    blocks: usize,
-    first: Vec<f64>,
-    second: Vec<f64>,
-    /// Projection sums, `[view][window]`, and those of all views by order.
-    views: Vec<Moments>,
-    orders: [Moments; ScatterReport::ORDERS],
-    report: ScatterReport,
-    /// Smallest distance of an emission from a face.
-    nearest: f64,
-}
-
-impl Sums {
-    fn new(grid: &Grid, first_block: usize) -> Self {
-        let len = grid.n_nodes();
-        Self {
-            first_block,
-            blocks: 0,
-            first: vec![0.0; len],
-            second: vec![0.0; len],
-            views: vec![Moments::default(); grid.n_views() * grid.windows],
-            orders: Default::default(),
-            report: ScatterReport::default(),
-            nearest: f64::INFINITY,
-        }
-    }
-
-    /// Adds some blocks, among `of` that count as progress.
-    fn add(
-        &mut self,
-        problem: &Problem<'_>,
-        all: &Grid,
-        angles: &Angles,
-        histories: usize,
-        of: usize,
-    ) -> Result<(), ScatterError> {
-        let view_len = problem.grid.n_nodes() / problem.grid.n_views();
-        let from = self.first_block + self.blocks;
-        let blocks: Vec<_> = (from..from + BLOCKS_AT_ONCE)
-            .into_par_iter()
-            .map_init(Tally::default, |tally, block| {
-                simd_set::checkpoint();
-                problem.block(block as u64, histories, tally)?;
-                simd_set::unit(of);
-                let each = 1.0 / histories as f32;
-                let images = problem.grid.images(&tally.deposits, each);
-                Ok((
-                    angles.expand(&images, view_len),
-                    tally.report,
-                    tally.nearest,
-                ))
-            })
-            .collect::<Result<_, ScatterError>>()?;
-        self.blocks += blocks.len();
-        for (images, report, nearest) in &blocks {
-            self.report.add(report);
-            self.nearest = self.nearest.min(*nearest);
-            for (order, sum) in self.orders.iter_mut().zip(report.by_order) {
-                order.add(sum / histories as f64);
-            }
-            for (view, image) in self
-                .views
-                .iter_mut()
-                .zip(images.chunks(view_len / all.windows))
-            {
-                view.add(all.sum(image));
-            }
-            let sums = self.first.iter_mut().zip(&mut self.second);
-            for ((first, second), value) in sums.zip(images) {
-                let value = f64::from(*value);
-                *first += value;
-                *second += value * value;
-            }
-        }
-        Ok(())
-    }
-
-    /// The report of these and of discarded histories.
-    fn finish(&self, discarded: ScatterReport, standard: f64, interpolation: f64) -> ScatterReport {
-        let mut report = discarded;
-        report.add(&self.report);
-        let orders = self.orders.map(|order| order.average(self.blocks));
-        report.by_order = orders.map(|[average, _]| average);
-        report.by_order_error = orders.map(|[_, error]| error);
-        report.largest_standard_error = standard;
-        report.interpolation_error = interpolation;
-        report
-    }
-
-    /// Averages over the blocks and their standard errors.
-    fn estimate(&self, grid: &Grid) -> (Vec<f64>, Vec<f64>) {
-        let n = self.blocks as f64;
-        let images: Vec<f64> = self.first.iter().map(|sum| sum / n).collect();
-        let variances: Vec<f64> = (images.iter().zip(&self.second))
-            .map(|(mean, sum)| (sum / n - mean * mean).max(0.0) / (n - 1.0))
-            .collect();
-        let mut errors: Vec<f64> = variances.iter().map(|variance| variance.sqrt()).collect();
-        let [nx, nz] = grid.size;
-        for window in 0..grid.windows {
-            let views = (0..variances.len() / (nx * nz)).filter(|k| k % grid.windows == window);
-            let nodes = views.clone().flat_map(|k| k * nx * nz..(k + 1) * nx * nz);
-            let most = nodes
-                .max_by(|a, b| variances[*a].total_cmp(&variances[*b]))
-                .unwrap_or(0);
-            // Of n equal contributions each is the variance over the mean.
-            let one = match variances[most] > 0.0 {
-                true => variances[most] / images[most],
-                false => 0.0,
-            };
-            for view in views {
-                let from = view * nx * nz;
-                let (errors, variances) = (&mut errors[from..], &variances[from..]);
-                for at in (1..nz - 1).flat_map(|row| row * nx + 1..(row + 1) * nx - 1) {
-                    let lines = [at - nx, at, at + nx].map(|at| &variances[at - 1..at + 2]);
-                    let sum: f64 = lines.into_iter().flatten().sum();
-                    errors[at] = (sum / 9.0).sqrt().max(one);
-                }
-            }
-        }
-        (images, errors)
-    }
-}
-
-/// Sums over blocks of a value and its square.
-#[derive(Debug, Clone, Copy, Default)]
-struct Moments([f64; 2]);
-
-impl Moments {
-    fn add(&mut self, value: f64) {
-        self.0[0] += value;
-        self.0[1] += value * value;
-    }
-
-    /// The average over n blocks and its standard error.
-    fn average(self, n: usize) -> [f64; 2] {
-        let n = n as f64;
-        let [first, second] = self.0.map(|sum| sum / n);
-        let variance = (second - first * first).max(0.0) / (n - 1.0);
-        [first, variance.sqrt()]
-    }
-}
-
-/// The largest value, or 0, of the nodes from which bins are interpolated.
-fn largest(grid: &Grid, values: &[f64]) -> f64 {
-    let [rows, columns] = grid.used();
-    let used = values.chunks(grid.size[0]).enumerate();
-    used.filter(|(row, _)| rows.contains(&(row % grid.size[1])))
-        .flat_map(|(_, line)| &line[columns.clone()])
-        .fold(0.0, |most: f64, value| most.max(*value))
+/// Returns the largest average over a bin, or 0, of cubics or lines between the nodes.
+fn largest(grid: &Grid, values: &[f64], cubic: bool) -> f64 {
+    let images = values.chunks(grid.size[0] * grid.size[1]);
+    let bins = images.flat_map(|image| grid.to_bins(image, cubic));
+    bins.fold(0.0, f64::max)
 }

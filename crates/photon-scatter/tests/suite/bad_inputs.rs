@@ -122,9 +122,13 @@ fn options_are_checked() {
         assert!(run(&point, &BALL, &ScatterOptions::new(tolerance)).is_err());
     }
     assert!(run(&point, &BALL, &ScatterOptions::new(0.0).with_relative(0.5)).is_ok());
-    for empty in [least.with_orders(0), least.with_most_histories(0)] {
+    for (empty, allowed) in [
+        (least.with_orders(0), "at least 1"),
+        (least.with_most_histories(0), "at least 2048"),
+    ] {
         let error = run(&point, &BALL, &empty).unwrap_err().to_string();
-        assert!(error.ends_with("is 0; it must be at least 1"), "{error}");
+        let expected = format!("is 0; it must be {allowed}");
+        assert!(error.ends_with(&expected), "{error}");
     }
     let error = run(&point, &BALL, &ScatterOptions::new(0.0)).unwrap_err();
     assert_eq!(

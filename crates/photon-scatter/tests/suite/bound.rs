@@ -1,6 +1,6 @@
 //! The stated error against quadrature of single scatter, for random scenes.
 
-use crate::support::{Ball, BallSource, LEHR, photopeak};
+use crate::support::{Ball, BallSource, LEHR, photopeak, share};
 use photon_scatter::{
     Camera, Emission, Medium, Piece, PointSource, Random, Response, Scatter, ScatterOptions,
     Source, View, water_attenuation,
@@ -102,7 +102,7 @@ impl Scene {
         Scatter::new(&*self.source, &*self.medium, &camera, &photopeak(), options).unwrap()
     }
 
-    /// Single scatter in the bins of a view: in spherical coordinates about points of the source, points of a low-discrepancy sequence.
+    /// Averages of single scatter over the bins of a view: in spherical coordinates about points of the source, points of a low-discrepancy sequence.
     fn once(&self, view: usize, stream: u64, samples: usize) -> Vec<f64> {
         let View { angle, radius } = self.views[view];
         let (bins, ahead) = (
@@ -169,12 +169,14 @@ impl Scene {
                 (x - width).max(0.0) as usize
                     ..((x + width).max(-1.0) + 1.0).min(self.bins as f64) as usize
             };
-            for row in range(places[1]) {
-                for bin in range(places[0]) {
-                    let off = self.pitch.powi(2)
-                        * ((bin as f64 - places[0]).powi(2) + (row as f64 - places[1]).powi(2));
-                    image[row * self.bins + bin] +=
-                        value * (-0.5 * off / variance).exp() / (TAU * variance);
+            let shares = [0, 1].map(|axis| -> Vec<f64> {
+                let off = |k: usize| self.pitch * (k as f64 - places[axis]);
+                let share = |k| share(off(k), self.pitch, variance);
+                range(places[axis]).map(share).collect()
+            });
+            for (row, along) in range(places[1]).zip(&shares[1]) {
+                for (bin, across) in range(places[0]).zip(&shares[0]) {
+                    image[row * self.bins + bin] += value * across * along;
                 }
             }
         }

@@ -134,7 +134,7 @@ fn interpolation_errors_bound_the_difference_from_finer_nodes_and_views() {
 fn too_few_histories_are_an_error_with_the_work_done() {
     let options = ScatterOptions::new(1e-6)
         .with_block(16)
-        .with_most_histories(2000);
+        .with_most_histories(3000);
     let Err(ScatterError::Tolerance {
         asked,
         reached,
@@ -144,7 +144,7 @@ fn too_few_histories_are_an_error_with_the_work_done() {
     else {
         panic!("no error");
     };
-    assert!(asked == 1e-6 && reached > 1e-3 && report.histories >= 1024);
+    assert!(asked == 1e-6 && reached > 1e-3 && (2048..=3000).contains(&report.histories));
 }
 
 /// A point 2 cm below the surface of a ball of water: the peak of its scatter is narrower than the nodes.
@@ -160,7 +160,7 @@ fn interpolation_errors_cover_scatter_that_the_nodes_do_not_resolve() {
         radius: 12.0,
     };
     let camera = Camera::new([41; 2], [0.5; 2], &[view], LEHR).unwrap();
-    let point = Point([0.0, 8.0, 0.0], 1.0);
+    let point = Point([0.2, 8.0, 0.2], 1.0);
     let run = |pitch, tolerance| {
         let options = ScatterOptions::new(tolerance)
             .with_pitch(pitch)
@@ -168,14 +168,15 @@ fn interpolation_errors_cover_scatter_that_the_nodes_do_not_resolve() {
         Scatter::new(&point, &ball, &camera, &photopeak(), &options).unwrap()
     };
     let exact = run(0.2, 2e-4);
-    for pitch in [0.4, 0.75, 1.5, 3.0] {
+    for pitch in [0.4, 0.75, 1.5, 2.5] {
         let found = run(pitch, 1e-4);
         let pairs = found.view(0, 0).into_iter().zip(exact.view(0, 0));
         let off = pairs.map(|(found, exact)| (found - exact).abs());
         let off = off.fold(0.0, f64::max);
         let (stated, report) = (found.largest_error(), found.report());
         assert!(off < stated, "{pitch}: {off} > {stated}");
-        // Not larger without limit: at a pitch of 0.4 cm the point is at a node, where its error is smallest.
+        println!("{pitch}: {off} of {stated}");
+        // Not larger without limit.
         assert!(stated < 20.0 * off, "{pitch}: {off} {stated}");
         let parts = 4.0 * report.largest_standard_error + report.interpolation_error;
         assert_eq!(stated, parts);

@@ -10,6 +10,7 @@ mod balance;
 mod bound;
 mod compton;
 mod error_bound;
+mod limits;
 mod quadrature;
 mod threads;
 mod voxels;

@@ -1,6 +1,6 @@
 //! Single scatter against deterministic quadrature, and its reciprocity.
 
-use crate::support::{Ball, BallSource, LEHR, Point, camera, photopeak};
+use crate::support::{Ball, BallSource, LEHR, Point, camera, photopeak, share};
 use photon_scatter::{Medium, Scatter, ScatterOptions, water_attenuation};
 use std::f64::consts::PI;
 
@@ -11,7 +11,10 @@ fn length_ahead(ball: &Ball, position: [f64; 3], direction: [f64; 3]) -> f64 {
     pieces.iter().map(ahead).map(|length| length.max(0.0)).sum()
 }
 
-/// Singly scattered photons of a point source outside a ball, at one point of the detector: a sum over cubes in the ball.
+/// Width of the bins in cm.
+const BIN: f64 = 1.2;
+
+/// Singly scattered photons of a point source outside a ball, averaged over the bin about a point of the detector: a sum over cubes in the ball.
 fn once_scattered(ball: &Ball, source: [f64; 3], angle: f64, [s, z]: [f64; 2]) -> f64 {
     let step = 0.15;
     let n = (ball.radius / step).ceil() as i32;
@@ -43,9 +46,9 @@ fn once_scattered(ball: &Ball, source: [f64; 3], angle: f64, [s, z]: [f64; 2]) -
         let recorded = (-left).exp() * spectrum.efficiency(0, energy);
         let depth = 25.0 - (at[0] * ahead[0] + at[1] * ahead[1]);
         let variance = (LEHR.slope * depth + LEHR.at_face).powi(2) + LEHR.intrinsic.powi(2);
-        let off = (at[0] * bins[0] + at[1] * bins[1] - s).powi(2) + (at[2] - z).powi(2);
-        let blur = (-0.5 * off / variance).exp() / (2.0 * PI * variance);
-        sum += fluence * electrons * klein_nishina * 4.0 * PI * recorded * blur;
+        let shares = [at[0] * bins[0] + at[1] * bins[1] - s, at[2] - z];
+        let [across, along] = shares.map(|off| share(off, BIN, variance));
+        sum += fluence * electrons * klein_nishina * 4.0 * PI * recorded * across * along;
     }
     sum * step.powi(3)
 }
@@ -59,7 +62,7 @@ fn single_scatter_agrees_with_the_integral_over_the_medium() {
     };
     let source = [-5.0, -2.0, 1.0];
     let degrees = [-60.0, -20.0, 70.0];
-    let camera = camera(9, 1.2, &degrees);
+    let camera = camera(9, BIN, &degrees);
     let options = ScatterOptions::new(2e-5).with_orders(1).with_pitch(0.3);
     let scatter =
         Scatter::new(&Point(source, 1.0), &ball, &camera, &photopeak(), &options).unwrap();
@@ -69,7 +72,7 @@ fn single_scatter_agrees_with_the_integral_over_the_medium() {
         let largest = samples.iter().fold(0.0, |a: f64, b| a.max(*b));
         for row in [2, 4, 5] {
             for bin in 0..9 {
-                let at = [bin, row].map(|k| 1.2 * (k as f64 - 4.0));
+                let at = [bin, row].map(|k| BIN * (k as f64 - 4.0));
                 let exact = once_scattered(&ball, source, degrees.to_radians(), at);
                 let (sample, error) = (samples[row * 9 + bin], errors[row * 9 + bin]);
                 // The edge of the ball is not resolved by the nodes to the last digit: 0.4 % of the largest sample.

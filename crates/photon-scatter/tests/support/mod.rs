@@ -103,3 +103,10 @@ pub(crate) fn camera(bins: usize, pitch: f64, degrees: &[f64]) -> Camera {
 pub(crate) fn photopeak() -> Spectrum {
     Spectrum::new(140.5, 0.1, &[[126.45, 154.55]]).unwrap()
 }
+
+/// Average of a Gaussian over a bin of some width, whose centre is at a distance from its maximum.
+pub(crate) fn share(off: f64, width: f64, variance: f64) -> f64 {
+    let [low, high] =
+        [-0.5, 0.5].map(|side| libm::erf((off + side * width) / (2.0 * variance).sqrt()));
+    0.5 * (high - low) / width
+}
