@@ -14,8 +14,9 @@ use std::ops::Range;
 
 /// Cells of volume and of respiratory phase in each of which the heart is averaged: 2 mm of motion, less than scatter resolves.
 const CELLS: f64 = 8.0;
-/// Distance of the nodes in cm: the heart is wider.
+/// Distance of the nodes in cm, and at most this fraction of a row of bins, as for small animals: the heart is wider.
 const PITCH: f64 = 0.75;
+const PART_OF_ROW: f64 = 1.0 / 30.0;
 /// Largest angle in degrees between views that are not interpolated, and the tolerance from which it applies; smaller ones have proportionally
 /// smaller angles.
 const SPACING: f64 = 12.0;
@@ -24,11 +25,13 @@ const WIDE: f64 = 0.01;
 const MOST_HISTORIES: u64 = 1_000_000_000;
 
 impl ScatterSettings {
-    /// Options for an absolute tolerance.
-    fn options(&self, tolerance: f64) -> ScatterOptions {
+    /// Options for an absolute tolerance and the rows of a camera.
+    fn options(&self, tolerance: f64, camera: &crate::Camera) -> ScatterOptions {
         let options = ScatterOptions::new(tolerance).with_relative(self.tolerance);
         let spacing = SPACING.to_radians() * (self.tolerance / WIDE).min(1.0);
-        let options = options.with_pitch(PITCH).with_spacing(spacing);
+        let row = camera.n_bins() as f64 * camera.pitch();
+        let pitch = PITCH.min(PART_OF_ROW * row);
+        let options = options.with_pitch(pitch).with_spacing(spacing);
         options
             .with_seed(self.seed)
             .with_most_histories(MOST_HISTORIES)
@@ -164,7 +167,7 @@ impl Phantom {
         let body = &source.states[source.states.len() / 2].body;
         let water = water_attenuation(settings.energy)?;
         let medium = Tissue::new(&attenuation, body, self.parts().organs.as_ref(), water)?;
-        let options = settings.options(tolerance);
+        let options = settings.options(tolerance, self.camera());
         let (camera, spectrum) = (
             self.scatter_camera(gate, &self.radii()?)?,
             settings.spectrum()?,
@@ -203,7 +206,7 @@ impl Phantom {
         let [all, each] = Scatter::bytes(
             &self.scatter_camera(0, radii)?,
             &settings.spectrum()?,
-            &settings.options(settings.tolerance),
+            &settings.options(settings.tolerance, self.camera()),
         )?;
         Ok([all * self.n_gates() as u64, each])
     }

@@ -415,7 +415,7 @@ fn invalid_values_are_rejected() {
         assert!(view.is_err(), "{density}");
     }
     let view = View::new(plane, &detector, BinValue::Average, &sharp, 1.0).unwrap();
-    for rows in [3..5, 4..2, 0..usize::MAX, 0..1_000_000_000] {
+    for rows in [3..5, 5..5, 0..usize::MAX, 0..1_000_000_000] {
         let image = view.image(&Assembly::new(&none()), Shown::Change, rows.clone());
         assert!(
             matches!(image, Err(RevolveError::BadRange { .. })),
