@@ -4,8 +4,7 @@ use std::f64::consts::PI;
 use std::sync::{Arc, OnceLock};
 
 use membrane_forces::{
-    DiscreteMembrane, FiniteDifferences, Material, Measure, Measures, Membrane, MembraneError,
-    Profile, Quantity, SpectralElements,
+    DiscreteMembrane, Measure, Measures, Membrane, MembraneError, SpectralElements,
 };
 
 use crate::block::Block;
@@ -13,10 +12,10 @@ use crate::constraint::{Constraint, Control};
 use crate::error::{NewtonError, Result, own};
 use crate::route::Route;
 
-/// Factor on Richardson's estimate; errors were 0.75 to 1.9 times the estimate from 8 nodes on.
+/// Factor on the estimated error of finite differences.
 const SAFETY: f64 = 2.0;
-/// Degree of the elements that estimate the error of differences of a curve with kinks.
-const DEGREE_AT_KINKS: usize = 12;
+/// Degree of the elements that estimate it, and elements on each smooth piece: errors of rubber of less than 1e-8.
+const ESTIMATE: (usize, usize) = (16, 2);
 
 #[derive(Debug)]
 pub(crate) struct Resolution {
@@ -118,32 +117,20 @@ impl Resolution {
         tails.reduce(f64::max)
     }
 
-    /// Bounds the relative error of finite differences by twice the estimate from a Newton step at the same volume: from the curve towards the
-    /// equilibrium with half of the nodes (Richardson's extrapolation at order 2), or, for a curve with kinks, where the order is one, towards that
-    /// of polynomials between the kinks. Infinite below five nodes; `None` where that step is not defined.
+    /// Bounds the relative error of finite differences by twice the Newton step at the same volume from the curve towards the equilibrium of
+    /// polynomials. `None` where that step is not defined.
     pub(crate) fn error_of_differences(&self, state: &[f64], volume: f64) -> Option<f64> {
-        let (nodes, membrane) = (
-            self.discrete.positions().len(),
-            self.discrete.setting().membrane(),
-        );
-        let half = nodes.div_ceil(2);
-        let Ok(coarse) = FiniteDifferences::half(membrane, half) else {
-            return Some(f64::INFINITY);
-        };
-        let ratio = (nodes - 1) as f64 / (half - 1) as f64;
-        let (other, part) = match has_kinks(membrane) {
-            false => (Self::new(coarse, None), 1.0 / (ratio * ratio - 1.0)),
-            true => (Self::spectral(membrane, DEGREE_AT_KINKS, 1), 1.0),
-        };
-        let other = other.ok()?;
-        let carried = other.carry(self, state);
-        let mut system = other.system(Constraint::volume(volume));
+        let membrane = self.discrete.setting().membrane();
+        let elements = SpectralElements::new(membrane, ESTIMATE.0, ESTIMATE.1).ok()?;
+        let exact = Self::new(elements, None).ok()?;
+        let carried = exact.carry(self, state);
+        let mut system = exact.system(Constraint::volume(volume));
         let mut step = vec![0.0; carried.len()];
         system.residual_into(&carried, &mut step).ok()?;
         system.factor(&carried).ok()?;
         system.solve_in_place(&mut step).ok()?;
         let intensity = (step.last()? / state.last()?).abs();
-        let error = SAFETY * part * system.shape_norm(&step).max(intensity);
+        let error = SAFETY * system.shape_norm(&step).max(intensity);
         error.is_finite().then_some(error)
     }
 
@@ -215,33 +202,4 @@ pub(crate) fn swept_by_radius(start: &Measures) -> f64 {
 /// Volume swept by the start if each of its points moves by its mean distance from the axis, surface over pi times length.
 pub(crate) fn swept_by_mean_radius(start: &Measures) -> f64 {
     start.surface * start.surface / (PI * start.length)
-}
-
-/// Distance of the sides of a breakpoint from it.
-const BESIDE: f64 = 1e-9;
-/// Least relative jump at a breakpoint.
-const LEAST_JUMP: f64 = 1e-6;
-
-/// Whether the tangent jumps: that of the reference curve, or that of the loaded one because a property of the material does.
-fn has_kinks(membrane: &Membrane) -> bool {
-    let shape = membrane.reference();
-    let kink = |s: &f64| {
-        let [a, b] = [s - BESIDE, s + BESIDE].map(|s| shape.at(s).first);
-        (a[0] - b[0]).hypot(a[1] - b[1]) > LEAST_JUMP * a[0].hypot(a[1])
-    };
-    shape.breakpoints().iter().any(kink)
-        || match membrane.material() {
-            Material::Springs { stiffness, second } => {
-                jumps(stiffness) || second.as_ref().is_some_and(jumps)
-            }
-            Material::Rubber(rubber) => jumps(rubber.thickness()),
-        }
-}
-
-fn jumps<Q: Quantity>(profile: &Profile<Q>) -> bool {
-    let jump = |s: f64| match [s - BESIDE, s + BESIDE].map(|s| profile.at(s)) {
-        [Ok(a), Ok(b)] => (a - b).abs() > LEAST_JUMP * a,
-        _ => false,
-    };
-    profile.breakpoints().into_iter().any(jump)
 }

@@ -316,17 +316,17 @@ fn the_errors_of_finite_differences_are_estimated() {
             let shape = distance.fold(0.0, f64::max) / fine.measures.length;
             let intensity = (solved.intensity / fine.intensity - 1.0).abs();
             println!("{nodes}: shape {shape:.2e} intensity {intensity:.2e}, stated {stated:.2e}");
-            // twice the leading term; higher ones matter at a few nodes
+            // twice the error, which one Newton step gives but for its square
             let ratio = stated / intensity.max(shape);
-            let around = if nodes < 20 { 1.0..40.0 } else { 1.6..2.2 };
+            let around = if nodes < 20 { 0.5..2.0 } else { 1.9..2.1 };
             assert!(around.contains(&ratio), "{nodes}: {ratio}");
         }
     }
     let disc = Membrane::new(ReferenceShape::disc(1.0).unwrap());
-    for (nodes, error) in [(3, f64::INFINITY), (4, f64::INFINITY), (51, 0.0)] {
+    for nodes in [3, 4, 51] {
         let solver = Solver::new(&disc, Discretisation::FiniteDifferences { nodes });
         let stated = solver.unwrap().start().discretisation_error();
-        assert_eq!(stated, Some(error));
+        assert!(stated.unwrap() < 1e-15, "{stated:?}"); // the start is exact
     }
 }
 
