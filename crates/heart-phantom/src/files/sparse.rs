@@ -62,32 +62,3 @@ impl Write for SparseFile {
         self.file.flush()
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use proptest::prelude::*;
-    use std::fs;
-
-    /// Lengths of alternating runs of data and zeros, around the pages.
-    fn runs() -> impl Strategy<Value = Vec<(usize, usize)>> {
-        let run = || prop_oneof![0..3 * PAGE, (0..5usize).prop_map(|n| n * PAGE)];
-        prop::collection::vec((run(), run()), 0..6)
-    }
-
-    proptest! {
-        #[test]
-        fn the_bytes_are_those_of_an_ordinary_file(runs in runs(), at_once in 1..4 * PAGE) {
-            let of = |(data, zeros)| [vec![7; data], vec![0; zeros]].concat();
-            let bytes: Vec<u8> = runs.into_iter().flat_map(of).collect();
-            let folder = tempfile::tempdir().unwrap();
-            let path = folder.path().join("file");
-            let mut file = SparseFile::new(File::create_new(&path).unwrap());
-            for piece in bytes.chunks(at_once) {
-                file.write_all(piece).unwrap();
-            }
-            file.finish().unwrap();
-            prop_assert!(fs::read(&path).unwrap() == bytes);
-        }
-    }
-}

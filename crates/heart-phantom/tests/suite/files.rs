@@ -330,6 +330,7 @@ mod minimal;
 mod npy;
 mod pictures;
 mod readers;
+mod sparse;
 
 /// Ninety views of two degrees are 180 degrees, and 0.7 cm are 7 mm.
 #[test]

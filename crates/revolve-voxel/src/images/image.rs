@@ -42,7 +42,7 @@ const SMALL_PANEL: f64 = 0.25;
 const CORNER: [f64; 2] = [0.4, 0.8];
 /// The first number without a response, and with one that is narrow against the bins.
 const SHARP_CORNER: f64 = 0.1;
-/// Nodes per standard deviation; errors are at rounding from about 8.
+/// The density in errors, and its largest value; the number of rays is about proportional to its square.
 const DENSITY: &str = "density of nodes";
 const MOST_DENSITY: f64 = 1000.0;
 /// Breaks closer than this, relative to the largest coordinate, are one.
