@@ -31,13 +31,13 @@ pub fn write_atomically(
     path: &Path,
     fill: impl FnOnce(&mut dyn Write) -> io::Result<()>,
 ) -> Result<(), PhantomError> {
-    commit(&[Pending::sparse(path, fill)?])
+    write_file(path, |out| fill(out))
 }
 
-/// As [`write_atomically`], for a writer that seeks; zeros are written.
+/// As [`write_atomically`], for a writer that seeks.
 pub(super) fn write_file(
     path: &Path,
-    fill: impl FnOnce(&mut BufWriter<File>) -> io::Result<()>,
+    fill: impl FnOnce(&mut BufWriter<SparseFile>) -> io::Result<()>,
 ) -> Result<(), PhantomError> {
     commit(&[Pending::write(path, fill)?])
 }
@@ -50,8 +50,8 @@ pub(super) fn write_with_header(
     data: &Path,
     fill: impl FnOnce(&mut dyn Write) -> io::Result<()>,
 ) -> Result<(), PhantomError> {
-    let data = Pending::sparse(data, fill)?;
-    let header = Pending::sparse(header, |out| out.write_all(header_text))?;
+    let data = Pending::write(data, |out| fill(out))?;
+    let header = Pending::write(header, |out| out.write_all(header_text))?;
     commit(&[data, header])
 }
 
@@ -138,19 +138,7 @@ struct Pending {
 impl Pending {
     fn write(
         path: &Path,
-        fill: impl FnOnce(&mut BufWriter<File>) -> io::Result<()>,
-    ) -> Result<Self, PhantomError> {
-        let (pending, file) = Self::begin(path).map_err(|source| failed(path, source))?;
-        let mut out = BufWriter::with_capacity(PIECE, file);
-        fill(&mut out)
-            .and_then(|()| out.flush())
-            .map_err(|source| failed(path, source))?;
-        Ok(pending)
-    }
-
-    fn sparse(
-        path: &Path,
-        fill: impl FnOnce(&mut dyn Write) -> io::Result<()>,
+        fill: impl FnOnce(&mut BufWriter<SparseFile>) -> io::Result<()>,
     ) -> Result<Self, PhantomError> {
         let (pending, file) = Self::begin(path).map_err(|source| failed(path, source))?;
         let mut out = BufWriter::with_capacity(PIECE, SparseFile::new(file));

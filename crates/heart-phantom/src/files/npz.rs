@@ -2,8 +2,8 @@
 
 use crate::error::PhantomError;
 use crate::files::atomic::write_file;
+use crate::files::sparse::SparseFile;
 use crate::files::{Projections, Samples, Volume, npy};
-use std::fs::File;
 use std::io::{self, BufWriter, Write};
 use std::path::Path;
 use zip::write::SimpleFileOptions;
@@ -35,7 +35,7 @@ pub(super) fn write_projections(
     })
 }
 
-struct Archive<'a>(ZipWriter<&'a mut BufWriter<File>>);
+struct Archive<'a>(ZipWriter<&'a mut BufWriter<SparseFile>>);
 
 impl Archive<'_> {
     fn begin(&mut self, name: &str) -> io::Result<()> {
