@@ -114,7 +114,9 @@ impl Evolution {
 ///
 /// # Errors
 /// [`ImplicitError::NotSettled`], with the evolution, if the norm is above the tolerance after `max_steps`;
-/// [`ImplicitError::Collapsed`] if walls intersect in the equilibrium, which then encloses no body. Options out of range, a membrane that cannot be discretised, a step that cannot be made; [`ImplicitError::OutOfRange`] for forces whose norm is not finite.
+/// [`ImplicitError::Collapsed`] if the equilibrium crosses the axis more often than the start, so that it encloses no body (crossings beside the
+/// axis are not detected). Options out of range, a membrane that cannot be discretised, a step that cannot be made;
+/// [`ImplicitError::OutOfRange`] for forces whose norm is not finite.
 pub fn evolve(
     membrane: &Membrane,
     n_nodes: usize,

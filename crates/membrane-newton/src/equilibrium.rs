@@ -83,9 +83,10 @@ impl Equilibrium {
     /// of the whole curve. [`Discretisation::SpectralAdaptive`](crate::Discretisation) refines until the tail is within the tolerance. The
     /// rounding grows with the degree, so that a higher one than necessary is less accurate.
     ///
-    /// For finite differences it is twice the Newton step at the same volume to the equilibrium of polynomials (degree 16, two elements on each
-    /// smooth piece), at the cost of one factorisation of these: 1.9 to 2.1 times the error from 20 nodes on, no bound with fewer than 8. Where the
-    /// stiffness jumps, that position must be a breakpoint. `None` where the step is not defined, or without load.
+    /// For finite differences it is twice the difference from the equilibrium of polynomials at the same volume (degree 16, two elements on each
+    /// smooth piece), at the cost of its Newton iterations: about twice the error, and more where that of the curve is larger between the nodes. Where
+    /// the stiffness jumps, that position must be a breakpoint. No bound for rubber whose reference configuration has corners. `None` where the
+    /// iterations do not converge, or without load.
     #[must_use]
     pub fn discretisation_error(&self) -> Option<f64> {
         let Some(tail) = self.resolution.tail(self.nodes()) else {

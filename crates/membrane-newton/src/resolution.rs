@@ -16,6 +16,10 @@ use crate::route::Route;
 const SAFETY: f64 = 2.0;
 /// Degree of the elements that estimate it, and elements on each smooth piece: errors of rubber of less than 1e-8.
 const ESTIMATE: (usize, usize) = (16, 2);
+/// Newton steps for it, and the last one: relative to the error, and at least.
+const MOST_STEPS: usize = 12;
+const LEFT: f64 = 0.01;
+const ROUNDING: f64 = 1e-12;
 
 #[derive(Debug)]
 pub(crate) struct Resolution {
@@ -117,21 +121,32 @@ impl Resolution {
         tails.reduce(f64::max)
     }
 
-    /// Bounds the relative error of finite differences by twice the Newton step at the same volume from the curve towards the equilibrium of
-    /// polynomials. `None` where that step is not defined.
+    /// Bounds the relative error of finite differences by twice the difference from the equilibrium of polynomials at the same volume. `None`
+    /// where Newton's method does not lead there from the curve.
     pub(crate) fn error_of_differences(&self, state: &[f64], volume: f64) -> Option<f64> {
         let membrane = self.discrete.setting().membrane();
         let elements = SpectralElements::new(membrane, ESTIMATE.0, ESTIMATE.1).ok()?;
         let exact = Self::new(elements, None).ok()?;
         let carried = exact.carry(self, state);
+        let mut solved = carried.clone();
         let mut system = exact.system(Constraint::volume(volume));
         let mut step = vec![0.0; carried.len()];
-        system.residual_into(&carried, &mut step).ok()?;
-        system.factor(&carried).ok()?;
-        system.solve_in_place(&mut step).ok()?;
-        let intensity = (step.last()? / state.last()?).abs();
-        let error = SAFETY * system.shape_norm(&step).max(intensity);
-        error.is_finite().then_some(error)
+        let size = |system: &Block<'_>, change: &[f64], solved: &[f64]| {
+            let intensity = (change.last()? / solved.last()?).abs();
+            Some(system.shape_norm(change).max(intensity))
+        };
+        for _ in 0..MOST_STEPS {
+            system.residual_into(&solved, &mut step).ok()?;
+            system.factor(&solved).ok()?;
+            system.solve_in_place(&mut step).ok()?;
+            (solved.iter_mut().zip(&step)).for_each(|(x, step)| *x -= step);
+            let change: Vec<f64> = solved.iter().zip(&carried).map(|(a, b)| a - b).collect();
+            let error = size(&system, &change, &solved)?;
+            if size(&system, &step, &solved)? <= (LEFT * error).max(ROUNDING) {
+                return error.is_finite().then_some(SAFETY * error);
+            }
+        }
+        None
     }
 
     /// Whether the polynomials of `state` have converged: their tail against the tolerance.

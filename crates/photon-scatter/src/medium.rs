@@ -10,7 +10,8 @@ pub struct Emission {
     /// Position in cm.
     pub position: [f64; 3],
     /// Weight: activity per cm^3 over the probability per cm^3 of this position. Constant and equal to the total activity where positions are
-    /// distributed as the activity is. The mean is 0 or from 1e-100 to 1e100.
+    /// distributed as the activity is. The mean is 0 or from 1e-100 to 1e100; a source whose first 65 536 weights are 0 counts as one without
+    /// activity.
     pub weight: f64,
 }
 

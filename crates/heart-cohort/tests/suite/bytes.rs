@@ -126,7 +126,7 @@ fn labels_follow_respiration() {
 members = 1
 [scene]
 heart.discretisation = { differences = { nodes = 51 } }
-camera = { views = 3, bins = 8, rows = 8, pitch = [1.5, 1.5] }
+camera = { views = 3, bins = 8, rows = 8, pitch = [1.5, 1.5], seconds_per_view = 40.0 }
 acquisition.mode = { gated = { gates = 2 } }
 breathing = { shift = [0.0, 0.0, -4.0], gates = { amplitude = 2 } }
 output.write = ["labels"]
