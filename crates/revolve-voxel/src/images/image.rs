@@ -42,9 +42,9 @@ const SMALL_PANEL: f64 = 0.25;
 const CORNER: [f64; 2] = [0.4, 0.8];
 /// The first number without a response, and with one that is narrow against the bins.
 const SHARP_CORNER: f64 = 0.1;
-/// The density in errors, and its largest value; the number of rays is about proportional to its square.
+/// The density in errors, and its range; the number of rays is about proportional to its square.
 const DENSITY: &str = "density of nodes";
-const MOST_DENSITY: f64 = 1000.0;
+const DENSITIES: [f64; 2] = [0.1, 1000.0];
 /// Breaks closer than this, relative to the largest coordinate, are one.
 const SAME: f64 = 1e-9;
 
@@ -86,7 +86,7 @@ struct Line {
 
 impl<'a> View<'a> {
     /// A view on a detector, which is centred at (u, v) = (0, 0), with `density` nodes per standard deviation of the narrowest response (per
-    /// bin where that is narrower than an eighth of a bin), at most 1000. The error is not estimated: compare two densities. A response that
+    /// bin where that is narrower than an eighth of a bin), 0.1 to 1000. The error is not estimated: compare two densities. A response that
     /// depends on depth needs parallel rays.
     ///
     /// # Errors
@@ -109,7 +109,7 @@ impl<'a> View<'a> {
             axes,
             response,
             weights: response.sigmas.iter().map(weights).collect(),
-            density: within(DENSITY, positive(DENSITY, density)?, [0.0, MOST_DENSITY])?,
+            density: within(DENSITY, positive(DENSITY, density)?, DENSITIES)?,
         })
     }
 
