@@ -221,7 +221,7 @@ impl Resolution {
 }
 
 /// Returns the first node before which a curve crosses the axis, if it does so more often than its `start`: opposite walls then intersect, and
-/// the curve encloses no body.
+/// the curve encloses no body. Crossings beside the axis are not detected.
 #[must_use]
 pub fn collapse(start: &[[f64; 2]], points: &[[f64; 2]]) -> Option<usize> {
     let more = axis_crossings(points).count() > axis_crossings(start).count();

@@ -177,7 +177,8 @@ impl Scatter {
     ///
     /// As for samples, the error does not contain the error of interpolation, which is at most [`ScatterReport::interpolation_error`] times the area
     /// of the detector. All views and windows share the histories, so that errors of different sums are correlated: that of a sum over views is at
-    /// most the sum of the errors.
+    /// most the sum of the errors. Where few photons reach a view through dense matter, blocks may miss rare large contributions, and the error is
+    /// too small.
     ///
     /// # Panics
     /// If there is no such view or window.
