@@ -84,7 +84,7 @@ impl Equilibrium {
     /// rounding grows with the degree, so that a higher one than necessary is less accurate.
     ///
     /// For finite differences it is twice the difference from the equilibrium of polynomials at the same volume (degree 16, two elements on each
-    /// smooth piece), at the cost of its Newton iterations: about twice the error, and more where that of the curve is larger between the nodes. Where
+    /// smooth piece), at the cost of its Newton iterations: twice the error, and more where that of the curve is larger between the nodes. Where
     /// the stiffness jumps, that position must be a breakpoint. No bound for rubber whose reference configuration has corners. `None` where the
     /// iterations do not converge, or without load.
     #[must_use]

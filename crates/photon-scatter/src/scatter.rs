@@ -162,8 +162,8 @@ impl Scatter {
 
     /// Standard error of [`view`](Self::view), averaged over each bin. At each node its variance is the average over the node and its eight
     /// neighbours, and it is at least the contribution of one photon, since it is itself an estimate. If no photon is recorded, that contribution is
-    /// estimated from the activity; the error is 0 only without activity or without a medium. It does not contain the error of interpolation between
-    /// nodes and views: [`ScatterReport::interpolation_error`].
+    /// estimated from the activity; the error is 0 only if no emission has a weight, or if the medium counts as empty ([`Medium`]). It does not
+    /// contain the error of interpolation between nodes and views: [`ScatterReport::interpolation_error`].
     ///
     /// # Panics
     /// If there is no such view or window.
