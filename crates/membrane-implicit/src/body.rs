@@ -1,7 +1,7 @@
 //! The moving membrane: nodes, mass, damping, and the forces on it.
 
 use membrane_newton::membrane_forces::{FiniteDifferences, Material, Tangent};
-use membrane_newton::{BandMatrix, DiscreteMembrane, Measure, Membrane, MembraneError};
+use membrane_newton::{BandMatrix, DiscreteMembrane, Measure, Membrane, MembraneError, collapse};
 
 use crate::error::{ImplicitError, Result, positive, within};
 
@@ -212,6 +212,16 @@ impl Body {
     /// Number of times that the curve through the nodes covers the body: 2 for half a curve.
     pub(crate) fn copies(&self) -> f64 {
         if self.discrete.is_half() { 2.0 } else { 1.0 }
+    }
+
+    /// Rejects a curve whose walls intersect, which encloses no body.
+    pub(crate) fn check_collapse(&self, nodes: &[f64], time: f64) -> Result<()> {
+        let start = self.discrete.start().as_chunks().0;
+        let node = collapse(start, nodes.as_chunks().0);
+        node.map_or(Ok(()), |node| {
+            let s = self.discrete.positions()[node];
+            Err(ImplicitError::Collapsed { time, s })
+        })
     }
 
     /// Returns the state that a load depends on.

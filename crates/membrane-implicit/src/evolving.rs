@@ -3,7 +3,7 @@
 use std::convert::Infallible;
 use std::ops::ControlFlow;
 
-use membrane_newton::{DiscreteMembrane, Measure, Membrane, collapse};
+use membrane_newton::{DiscreteMembrane, Measure, Membrane};
 
 use crate::body::Body;
 use crate::error::{ImplicitError, Result, length, positive, within};
@@ -188,11 +188,8 @@ pub fn evolve_observed<B>(
         work: motion.work(),
     };
     if converged {
-        let (now, discrete) = (motion.state(), &motion.body().discrete);
-        if let Some(node) = collapse(discrete.start().as_chunks().0, now.points) {
-            let s = discrete.positions()[node];
-            return Err(ImplicitError::Collapsed { time: now.time, s });
-        }
+        let now = motion.state();
+        (motion.body()).check_collapse(now.points.as_flattened(), now.time)?;
         Ok(ControlFlow::Continue(evolution))
     } else {
         let evolution = Box::new(evolution);

@@ -1,7 +1,7 @@
 //! The motion of one membrane by the steps of a scheme. A step allocates nothing.
 
 use membrane_newton::membrane_forces::Material;
-use membrane_newton::{DiscreteMembrane, collapse, dot_in_eight as dot};
+use membrane_newton::{DiscreteMembrane, dot_in_eight as dot};
 
 use crate::body::{Body, FARTHEST};
 use crate::constraint::Constraint;
@@ -251,14 +251,11 @@ impl Mover {
 
     /// Rejects the attempted step if walls intersect at its end under a prescribed volume, which then is not that of a body.
     pub(crate) fn check_walls(&self) -> Result<()> {
-        let (end, discrete) = (self.end(), &self.body.discrete);
-        let node = match self.load {
-            LoadKind::Volume => collapse(discrete.start().as_chunks().0, end.nodes.as_chunks().0),
-            LoadKind::Intensity | LoadKind::TotalForce | LoadKind::Feedback => None,
-        };
-        let Some(node) = node else { return Ok(()) };
-        let (time, s) = (end.time, discrete.positions()[node]);
-        Err(ImplicitError::Collapsed { time, s })
+        let end = self.end();
+        match self.load {
+            LoadKind::Volume => self.body.check_collapse(&end.nodes, end.time),
+            LoadKind::Intensity | LoadKind::TotalForce | LoadKind::Feedback => Ok(()),
+        }
     }
 
     /// Whether there is a last step.
