@@ -13,6 +13,7 @@
 use crate::RevolveError;
 use crate::error::{finite, positive};
 use crate::images::rule::gauss;
+use crate::rays::assembly::Emission;
 
 /// Most nodes.
 const MOST: usize = 40;
@@ -172,13 +173,15 @@ impl DepthResponse {
         }
     }
 
-    /// Adds the integrals over [p, q] of `activity exp(-attenuation (q - t))` times each Chebyshev polynomial.
+    /// Adds the integrals of `amount exp(-attenuation (q - t))` between the ends p and q times each Chebyshev polynomial.
     #[inline(always)]
     pub(super) fn add_integrals(
         &self,
-        [p, q]: [f64; 2],
-        activity: f64,
-        attenuation: f64,
+        &Emission {
+            ends: [p, q],
+            amount,
+            attenuation,
+        }: &Emission,
         integrals: &mut [f64],
     ) {
         let n = integrals.len();
@@ -189,7 +192,7 @@ impl DepthResponse {
             } else {
                 1.0
             };
-            integrals[0] += activity * (q - p) * mean;
+            integrals[0] += amount * (q - p) * mean;
             return;
         }
         let parts = (attenuation * (q - p) / THICK).ceil().clamp(1.0, 64.0);
@@ -197,22 +200,57 @@ impl DepthResponse {
         // A polynomial of degree n - 1 has this degree over the whole range only.
         let degree = (n as f64 * (0.5 * part / self.range[1]).min(1.0).sqrt()).ceil() as usize;
         let rule = gauss(3 + degree.div_ceil(2));
+        let half = 0.5 * part;
+        let mut add = |t: f64, weight: f64| {
+            let x = ((t - self.range[0]) / self.range[1]).clamp(-1.0, 1.0);
+            let (mut before, mut own) = (1.0, x);
+            integrals[0] += weight;
+            for sum in &mut integrals[1..] {
+                *sum += weight * own;
+                (before, own) = (own, 2.0 * x * own - before);
+            }
+        };
         for k in 0..parts as usize {
-            let right = q - k as f64 * part;
-            let (half, middle) = (0.5 * part, right - 0.5 * part);
-            for &[x, weight] in rule {
-                let t = middle + half * x;
-                let weight = activity * half * weight * (-attenuation * (q - t)).exp();
-                let x = ((t - self.range[0]) / self.range[1]).clamp(-1.0, 1.0);
-                let (mut before, mut own) = (1.0, x);
-                integrals[0] += weight;
-                for sum in &mut integrals[1..] {
-                    *sum += weight * own;
-                    (before, own) = (own, 2.0 * x * own - before);
-                }
+            let middle = q - (k as f64 + 0.5) * part;
+            let amount = amount * half * (-attenuation * (q - middle)).exp();
+            // The rule is symmetric.
+            let (left, right) = rule.split_at(rule.len() / 2);
+            for (&[_, weight], &[x, _]) in left.iter().zip(right.iter().rev()) {
+                let shift = half * x;
+                let [grows, falls] = exponentials(attenuation * shift);
+                add(middle + shift, amount * weight * grows);
+                add(middle - shift, amount * weight * falls);
+            }
+            if right.len() > left.len() {
+                add(middle, amount * right[0][1]);
             }
         }
     }
+}
+
+/// `1 / (2 k)!` and `1 / (2 k + 1)!`.
+const TAYLOR: [[f64; 2]; 8] = [
+    [1.0, 1.0],
+    [1.0 / 2.0, 1.0 / 6.0],
+    [1.0 / 24.0, 1.0 / 120.0],
+    [1.0 / 720.0, 1.0 / 5040.0],
+    [1.0 / 40_320.0, 1.0 / 362_880.0],
+    [1.0 / 3_628_800.0, 1.0 / 39_916_800.0],
+    [1.0 / 479_001_600.0, 1.0 / 6_227_020_800.0],
+    [1.0 / 87_178_291_200.0, 1.0 / 1_307_674_368_000.0],
+];
+
+/// Returns `exp(y)` and `exp(-y)`; up to y = 1 by the Taylor series of cosh and sinh, to 5e-14.
+#[inline(always)]
+fn exponentials(y: f64) -> [f64; 2] {
+    if y > 0.5 * THICK {
+        return [y.exp(), (-y).exp()];
+    }
+    let square = y * y;
+    let [even, odd] = TAYLOR.iter().rev().fold([0.0; 2], |[even, odd], [a, b]| {
+        [even * square + a, odd * square + b]
+    });
+    [even + y * odd, even - y * odd]
 }
 
 /// Chebyshev node `j` of n.
@@ -264,7 +302,12 @@ mod tests {
             ([-8.0, 4.0], 5.0),
         ] {
             let mut integrals = vec![0.0; n];
-            response.add_integrals([p, q], 2.0, mu, &mut integrals);
+            let own = Emission {
+                ends: [p, q],
+                amount: 2.0,
+                attenuation: mu,
+            };
+            response.add_integrals(&own, &mut integrals);
             let mut exact = vec![0.0; n];
             let steps = 40_000;
             for k in 0..steps {

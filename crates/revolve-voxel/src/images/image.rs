@@ -11,6 +11,7 @@
 //! divide them either (order 2, and 3 from a density of 2 on). The number of rays does not depend on the number of bins. Organs are smooth at
 //! their own scale, so that few rays suffice in a large panel: their integrals are interpolated to the nodes that the response needs.
 
+use std::collections::BTreeMap;
 use std::ops::Range;
 
 use rayon::prelude::*;
@@ -21,7 +22,7 @@ use crate::images::kernel::{Axis, BinValue, REACH, Weights};
 use crate::images::outline::{Path, add_organ_heights, add_organ_positions};
 use crate::images::plane::{RayPlane, RayRow};
 use crate::images::rule::{Ends, Panel};
-use crate::rays::assembly::{Assembly, Finder, Shown, for_contents};
+use crate::rays::assembly::{Assembly, Emission, Finder, Shown, emissions};
 use crate::{ParallelDetector, RayCounters, RevolveError};
 
 /// Below this fraction of the pitch the edges of bins divide panels, because the weights of bins are steps at the scale of the pitch.
@@ -280,6 +281,8 @@ impl<'a> View<'a> {
             panels,
             depths,
             integrals,
+            emissions,
+            matrices,
         } = work;
         let row = self.plane.row(height[0]);
         breaks.clear();
@@ -310,6 +313,8 @@ impl<'a> View<'a> {
             finder,
             integrals,
             depths,
+            emissions,
+            matrices,
             line: &mut line,
         });
         line
@@ -374,6 +379,8 @@ struct Cast<'a, 'b> {
     /// Integrals of Chebyshev polynomials along a ray, and those of the nodes of the response for the rays of a panel, `[ray][node]`.
     integrals: &'a mut Vec<f64>,
     depths: &'a mut Vec<f64>,
+    emissions: &'a mut Vec<Emission>,
+    matrices: &'a mut BTreeMap<[usize; 2], Vec<f64>>,
     line: &'a mut Line,
 }
 
@@ -398,7 +405,8 @@ impl simd_set::Work for Cast<'_, '_> {
                 }
                 continue;
             }
-            let matrix = panel.interpolation();
+            let matrix =
+                (self.matrices.entry(panel.sizes())).or_insert_with(|| panel.interpolation());
             for ([u, weight], parts) in nodes.iter().zip(matrix.chunks(positions.len())) {
                 mixed.fill(0.0);
                 for (part, depths) in parts.iter().zip(self.depths.chunks(n_nodes)) {
@@ -425,9 +433,10 @@ impl Cast<'_, '_> {
         self.line.hit += 1;
         self.integrals.clear();
         self.integrals.resize(response.n_nodes(), 0.0);
-        for_contents(stretches, |ends, amount, attenuation| {
-            response.add_integrals(ends, amount, attenuation, self.integrals);
-        });
+        emissions(stretches, self.emissions);
+        for own in self.emissions.iter() {
+            response.add_integrals(own, self.integrals);
+        }
         self.line.largest = self.line.largest.max(self.integrals[0].abs());
         response.add_nodes(
             self.integrals,
@@ -454,6 +463,9 @@ struct Work {
     panels: Vec<Panel>,
     integrals: Vec<f64>,
     depths: Vec<f64>,
+    emissions: Vec<Emission>,
+    /// Those of [`Panel::interpolation`], by the numbers of nodes.
+    matrices: BTreeMap<[usize; 2], Vec<f64>>,
 }
 
 fn union(a: Range<usize>, b: Range<usize>) -> Range<usize> {

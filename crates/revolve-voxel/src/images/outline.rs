@@ -11,9 +11,8 @@ use crate::{Body, Meridian, Organ};
 
 /// Parts of a smooth meridian between which extrema are searched.
 const PARTS: usize = 40;
-/// Steps of the search for an extremum, which is flat: its position is accurate to 1e-4 of a part and its value to 1e-8; number of bisections.
+/// Steps of the golden-section search for an extremum, which is flat: its position is accurate to 1e-4 of a part and its value to 1e-8.
 const SEARCH: usize = 20;
-const STEPS: usize = 50;
 /// The inverse of the golden ratio.
 const GOLDEN: f64 = 0.618_033_988_749_895;
 
@@ -73,37 +72,39 @@ impl<'a> Path<'a> {
             Vector3::new(0.0, normal.y, normal.z) / across,
             Vector3::new(0.0, -normal.z, normal.y) / across,
         );
-        // The signed distance rho of the plane from the axis; the position as a quotient of affine functions of x and half the width of the cut.
         let rho = [distance / across, -normal.x / across];
         let along = Vector3::x() + foot * rho[1];
         let [over, under] = position.on_plane(&(foot * rho[0]), [&along, &side]);
+        for part in self.positive_parts(rho) {
+            for sign in [-1.0, 1.0] {
+                let signed = |[a, b, c]: [f64; 3]| [a, b, sign * c];
+                let cut = Cut {
+                    path: self,
+                    rho,
+                    over: signed(over),
+                    under: signed(under),
+                };
+                let extreme = |part, largest| cut.extreme(part, largest);
+                self.add_extrema(|index| cut.position(index), extreme, part, breaks);
+            }
+        }
+    }
+
+    /// Returns the ranges of the index between whose ends a plane cuts the parallels, at the distance `rho[0] + rho[1] x` from the axis.
+    fn positive_parts(&self, rho: [f64; 2]) -> Vec<[f64; 2]> {
         let depth = |index: f64| {
             let [x, r] = self.point(index);
             let rho = rho[0] + rho[1] * x;
             (r - rho) * (r + rho)
         };
-        for part in self.positive_parts(depth) {
-            for sign in [-1.0, 1.0] {
-                let value = |index: f64| {
-                    let half = sign * depth(index).max(0.0).sqrt();
-                    let [x, _] = self.point(index);
-                    let of = |[a, b, c]: [f64; 3]| a + b * x + c * half;
-                    of(over) / of(under)
-                };
-                self.add_extrema(value, part, breaks);
-            }
-        }
-    }
-
-    /// Returns the ranges of the index between whose ends a function is positive.
-    fn positive_parts(&self, depth: impl Fn(f64) -> f64) -> Vec<[f64; 2]> {
+        let boundary = |out: f64, within: f64| self.boundary(rho, depth, [out, within]);
         let knots = self.knots.iter().map(|(k, _)| *k as f64);
         let mut samples: Vec<[f64; 2]> = knots.map(|index| [index, depth(index)]).collect();
         // A part between two knots is found at the extremum.
         let turns = samples.windows(3).filter_map(|three| {
             let [[from, a], [_, b], [to, c]] = [three[0], three[1], three[2]];
             let hides = (b <= 0.0 && a <= b && c <= b) || (b > 0.0 && a >= b && c >= b);
-            hides.then(|| extreme(&depth, [from, to], b <= 0.0))
+            hides.then(|| golden(depth, [from, to], b <= 0.0))
         });
         let turns: Vec<[f64; 2]> = turns.map(|(index, value)| [index, value]).collect();
         samples.extend(turns);
@@ -116,15 +117,38 @@ impl<'a> Path<'a> {
         for pair in samples.windows(2) {
             let [[a, before], [b, after]] = [pair[0], pair[1]];
             match (before > 0.0, after > 0.0) {
-                (false, true) => from = Some(boundary(&depth, a, b)),
-                (true, false) => {
-                    parts.extend(from.take().map(|from| [from, boundary(&depth, b, a)]))
-                }
+                (false, true) => from = Some(boundary(a, b)),
+                (true, false) => parts.extend(from.take().map(|from| [from, boundary(b, a)])),
                 _ => {}
             }
         }
         parts.extend(from.zip(samples.last()).map(|(from, last)| [from, last[0]]));
         parts
+    }
+
+    /// Returns the index between one whose parallel a plane misses and one whose parallel it cuts, at which it touches the parallel.
+    fn boundary(
+        &self,
+        rho: [f64; 2],
+        depth: impl Fn(f64) -> f64,
+        [mut out, mut within]: [f64; 2],
+    ) -> f64 {
+        loop {
+            // The vertex nearest to the middle.
+            let middle = (0.5 * (out + within)).round();
+            if middle <= out.min(within) || middle >= out.max(within) {
+                break;
+            }
+            match depth(middle) > 0.0 {
+                true => within = middle,
+                false => out = middle,
+            }
+        }
+        // Between them r and rho are linear.
+        let [from, to] = [out, within].map(|index| self.point(index));
+        let side = (rho[0] + rho[1] * from[0]).signum();
+        let [from, to] = [from, to].map(|[x, r]| r - side * (rho[0] + rho[1] * x));
+        out + (within - out) * (from / (from - to)).clamp(0.0, 1.0)
     }
 
     /// Appends the extreme positions on the circles in which a plane perpendicular to the axis cuts the layer.
@@ -144,14 +168,17 @@ impl<'a> Path<'a> {
         let all = [0.0, self.layer.segments().len() as f64];
         for end in 0..2 {
             let value = |index: f64| height.on_parallel(self.point(index))[end];
-            self.add_extrema(value, all, breaks);
+            let extreme = |part, largest| golden(value, part, largest).1;
+            self.add_extrema(value, extreme, all, breaks);
         }
     }
 
-    /// Appends the local extrema of a function between two indices, and its values at corners.
+    /// Appends the local extrema of a function between two indices, and its values at corners. `extreme` returns the largest or the smallest
+    /// value between two indices.
     fn add_extrema(
         &self,
         value: impl Fn(f64) -> f64,
+        extreme: impl Fn([f64; 2], bool) -> f64,
         [low, high]: [f64; 2],
         breaks: &mut Vec<f64>,
     ) {
@@ -177,32 +204,119 @@ impl<'a> Path<'a> {
                 && rising != up
             {
                 // The slope may change within either of two parts.
-                breaks.extend([part, other].map(|part| extreme(&value, part, !up).1));
+                breaks.extend([part, other].map(|part| extreme(part, !up)));
             }
             // At its ends a curve closes with an infinite slope.
             if k == 0 || k + 2 == knots.len() {
-                breaks.extend([false, true].map(|largest| extreme(&value, part, largest).1));
+                breaks.extend([false, true].map(|largest| extreme(part, largest)));
             }
             (before, from) = (Some((part, up)), to);
         }
     }
 }
 
-/// Returns the index between one where a function is not positive and one where it is, on the positive side.
-fn boundary(value: impl Fn(f64) -> f64, mut out: f64, mut within: f64) -> f64 {
-    for _ in 0..STEPS {
-        let middle = 0.5 * (out + within);
-        if value(middle) > 0.0 {
-            within = middle;
-        } else {
-            out = middle;
+/// One of both curves in which the plane of a row cuts a layer, h = sqrt(r^2 - rho^2) from the foot of the axis.
+struct Cut<'a> {
+    path: &'a Path<'a>,
+    /// The signed distance of the plane from the axis is `rho[0] + rho[1] x`.
+    rho: [f64; 2],
+    /// The position u is a quotient of affine functions of x and h: `[constant, of x, of h]`.
+    over: [f64; 3],
+    under: [f64; 3],
+}
+
+/// The slope of the position on a segment: that of u, times a positive function, is `of_root h + line[0] + line[1] s`, where h^2 is
+/// `square[0] + square[1] s + square[2] s^2` and s the fraction of the segment.
+struct Slope {
+    of_root: f64,
+    line: [f64; 2],
+    square: [f64; 3],
+}
+
+impl Cut<'_> {
+    /// Returns the position u at an index.
+    #[inline(always)]
+    fn position(&self, index: f64) -> f64 {
+        let [x, r] = self.path.point(index);
+        let rho = self.rho[0] + self.rho[1] * x;
+        let h = ((r - rho) * (r + rho)).max(0.0).sqrt();
+        let of = |[a, b, c]: [f64; 3]| a + b * x + c * h;
+        of(self.over) / of(self.under)
+    }
+
+    /// Returns the slope on a segment, from u' D^2 h = (N' D - N D') h for u = N / D.
+    fn slope(&self, segment: usize) -> Slope {
+        let segment = &self.path.layer.segments()[segment];
+        let ([x, r], [to_x, to_r]) = (segment.start(), segment.end());
+        let (dx, dr) = (to_x - x, to_r - r);
+        let (rho, drho) = (self.rho[0] + self.rho[1] * x, self.rho[1] * dx);
+        let ([low, high], [dlow, dhigh]) = ([r - rho, r + rho], [dr - drho, dr + drho]);
+        let square = [low * high, low * dhigh + dlow * high, dlow * dhigh];
+        let of = |[a, b, c]: [f64; 3]| [a + b * x, b * dx, c];
+        let ([a, b, c], [d, e, f]) = (of(self.over), of(self.under));
+        let (constant, linear) = (c * d - a * f, c * e - b * f);
+        let half = 0.5 * square[1];
+        Slope {
+            of_root: b * d - a * e,
+            line: [
+                constant * half - linear * square[0],
+                constant * square[2] - linear * half,
+            ],
+            square,
         }
     }
-    within
+
+    /// Returns the largest or smallest position between two indices, between which it has one extremum at most.
+    fn extreme(&self, [a, b]: [f64; 2], largest: bool) -> f64 {
+        let mut last = (b.ceil() as usize).saturating_sub(1);
+        let mut segment = (a as usize).min(last);
+        while segment < last {
+            let middle = (segment + last).div_ceil(2);
+            match self.slope(middle).rises() == largest {
+                true => segment = middle,
+                false => last = middle - 1,
+            }
+        }
+        let from = segment as f64;
+        let [s0, s1] = self.slope(segment).zeros();
+        let best = |most: f64, index: f64| {
+            let value = self.position(index.clamp(a, b));
+            if (value > most) == largest {
+                value
+            } else {
+                most
+            }
+        };
+        let start = self.position(a);
+        let within = [s0, s1].map(|s| from + s.clamp(0.0, 1.0));
+        [b, from, from + 1.0, within[0], within[1]]
+            .into_iter()
+            .fold(start, best)
+    }
+}
+
+impl Slope {
+    /// Whether the position rises at the start of the segment.
+    fn rises(&self) -> bool {
+        self.of_root * self.square[0].max(0.0).sqrt() + self.line[0] > 0.0
+    }
+
+    /// Returns the fractions of the segment at which the slope may vanish; not finite if there are none.
+    fn zeros(&self) -> [f64; 2] {
+        let ([q0, q1, q2], [l0, l1], k2) = (self.square, self.line, self.of_root * self.of_root);
+        let (a, b, c) = (
+            k2 * q2 - l1 * l1,
+            k2 * q1 - 2.0 * l0 * l1,
+            k2 * q0 - l0 * l0,
+        );
+        let root = (b * b - 4.0 * a * c).max(0.0).sqrt();
+        let t = -0.5 * (b + root.copysign(b));
+        [t / a, c / t]
+    }
 }
 
 /// Returns index and value of the largest or smallest value between two indices, by golden-section search.
-fn extreme(value: impl Fn(f64) -> f64, [mut low, mut high]: [f64; 2], largest: bool) -> (f64, f64) {
+fn golden(value: impl Fn(f64) -> f64, [mut low, mut high]: [f64; 2], largest: bool) -> (f64, f64) {
     let sign = if largest { 1.0 } else { -1.0 };
     let of = |index: f64| sign * value(index);
     let inner = |low: f64, high: f64| low + (1.0 - GOLDEN) * (high - low);
@@ -245,5 +359,78 @@ pub(super) fn add_organ_positions(organ: &Organ, row: &RayRow, breaks: &mut Vec<
 pub(super) fn add_organ_heights(organ: &Organ, plane: &RayPlane, breaks: &mut Vec<f64>) {
     if !organ.shape.is_cylinder() {
         breaks.extend(plane.height().on_ellipsoid(&organ.shape));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{PointRaster, Pose};
+    use nalgebra::Point3;
+
+    /// The last ray that hits a body, by bisection, touches it at one of the positions.
+    #[test]
+    fn rays_that_touch_are_positions() {
+        let turn = |k: usize| std::f64::consts::PI * k as f64 / 150.0;
+        let points = (0..=150).map(|k| {
+            [
+                -4.0 * turn(k).cos(),
+                2.5 * turn(k).sin() * (1.2 + 0.3 * turn(k).cos()),
+            ]
+        });
+        let layer = Meridian::new(&points.collect::<Vec<_>>()).unwrap();
+        let raster = |first: [f64; 3], bin: [f64; 3], row: [f64; 3]| PointRaster {
+            first: Point3::from(first),
+            bin_step: bin.into(),
+            row_step: row.into(),
+        };
+        let source = raster([0.0, -30.0, 0.0], [0.0; 3], [0.0; 3]);
+        let detector = raster([0.0, 20.0, 0.0], [1.0, 0.1, 0.0], [0.0, 0.0, 1.0]);
+        let planes = [
+            RayPlane::parallel(0.4).unwrap(),
+            RayPlane::diverging([source, detector], [1.0; 2], [0.0; 2]).unwrap(),
+        ];
+        let mut rows = 0;
+        for tilt in 0..24 {
+            let angle = 0.13 * f64::from(tilt);
+            let pose = Pose::axis_along_z(angle)
+                .unwrap()
+                .rotated_x(0.3 + angle)
+                .unwrap();
+            let body = Body::new(vec![layer.clone()], pose).unwrap();
+            let path = Path::new(&body, &body.layers()[0], 0.1);
+            for (plane, v) in planes
+                .iter()
+                .flat_map(|plane| (-9..=9).map(move |v| (plane, 0.47 * f64::from(v))))
+            {
+                let row = plane.row(v);
+                let mut breaks = Vec::new();
+                path.add_positions(&row, &mut breaks);
+                let hits = |u: f64| body.chord(0, &row.ray(u)).unwrap() > 0.0;
+                let Some(within) = (-400..400).map(|k| 0.02 * f64::from(k)).find(|u| hits(*u))
+                else {
+                    continue;
+                };
+                rows += 1;
+                for out in [-15.0, 15.0] {
+                    let (mut out, mut within) = (out, within);
+                    for _ in 0..60 {
+                        let middle = 0.5 * (out + within);
+                        if hits(middle) {
+                            within = middle
+                        } else {
+                            out = middle
+                        }
+                    }
+                    let nearest = breaks
+                        .iter()
+                        .map(|u| (u - within).abs())
+                        .fold(f64::MAX, f64::min);
+                    // The bisection ends within rounding, of lines that touch.
+                    assert!(nearest < 1e-9, "{tilt} {v}: {within} {nearest}");
+                }
+            }
+        }
+        assert!(rows > 400, "{rows}");
     }
 }

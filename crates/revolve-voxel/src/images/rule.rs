@@ -121,6 +121,11 @@ impl Panel {
         self.own < self.fine
     }
 
+    /// Returns the numbers of own and of fine nodes.
+    pub(super) fn sizes(&self) -> [usize; 2] {
+        [self.own, self.fine]
+    }
+
     /// Returns the positions at which the integrand is computed.
     pub(super) fn positions(&self) -> Vec<f64> {
         let nodes = match self.interpolates() {

@@ -205,6 +205,7 @@ pub(crate) struct Finder {
 
 impl Finder {
     /// Returns the stretches of a ray with activity or attenuation, in its order; none for the change by a body that the ray misses.
+    #[inline(always)]
     pub(crate) fn stretches(
         &mut self,
         assembly: &Assembly<'_>,
@@ -246,6 +247,7 @@ impl Finder {
         &self.stretches
     }
 
+    #[inline(always)]
     fn find_surroundings(&mut self, assembly: &Assembly<'_>, ray: &Ray) {
         self.parts.clear();
         for organ in assembly.organs.as_slice() {
@@ -268,6 +270,7 @@ impl Finder {
     }
 
     /// Finds the spans of a body and its sectors. The outermost layer is first, because it replaces the content there.
+    #[inline(always)]
     fn find_body(&mut self, own: &Replacing<'_>, ray: &Ray) {
         let layers = own.body.layers();
         self.layers.resize(layers.len(), Search::default());
@@ -289,6 +292,7 @@ impl Finder {
         }
     }
 
+    #[inline(always)]
     fn stretch(&self, span: Span, shown: Shown) -> Stretch {
         let [mut with, mut without] = [Content::default(); 2];
         for (own, part) in &self.parts {
@@ -373,8 +377,14 @@ impl Assembly<'_> {
         };
         let row_len = (rays.planes().len() + 1) * n_bins;
         let counters = (out.par_chunks_mut(row_len).enumerate()).map_init(
-            || (Finder::default(), vec![0.0; rays.planes().len() + 1]),
-            |(finder, slabs), (row, image)| {
+            || {
+                (
+                    Finder::default(),
+                    Vec::new(),
+                    vec![0.0; rays.planes().len() + 1],
+                )
+            },
+            |(finder, found, slabs), (row, image)| {
                 simd_set::checkpoint();
                 let mut counters = RayCounters::default();
                 for bin in 0..n_bins {
@@ -390,9 +400,8 @@ impl Assembly<'_> {
                     }
                     counters.hit += 1;
                     slabs.fill(0.0);
-                    for_contents(stretches, |ends, amount, attenuation| {
-                        add_to_slabs(rays.planes(), ends, amount, attenuation, slabs);
-                    });
+                    emissions(stretches, found);
+                    (found.iter()).for_each(|own| add_to_slabs(rays.planes(), own, slabs));
                     for (slab, sum) in slabs.iter().enumerate().filter(|(_, sum)| **sum != 0.0) {
                         image[slab * n_bins + bin] += T::from_f64(weight * sum);
                     }
@@ -404,34 +413,52 @@ impl Assembly<'_> {
     }
 }
 
-/// Calls `each` with the ends of each stretch, from the detector on, the activity times the transmission from its end to the detector, and the
-/// attenuation within it. A change by the body is passed with both signs.
+/// The contribution of a stretch to a line integral: its activity times the transmission from its end to the detector, and its attenuation.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Emission {
+    pub(crate) ends: [f64; 2],
+    pub(crate) amount: f64,
+    pub(crate) attenuation: f64,
+}
+
+/// Replaces `emissions` by those of the stretches, from the detector on. A change by the body has both signs.
 #[inline(always)]
-pub(crate) fn for_contents(stretches: &[Stretch], mut each: impl FnMut([f64; 2], f64, f64)) {
+pub(crate) fn emissions(stretches: &[Stretch], emissions: &mut Vec<Emission>) {
+    emissions.clear();
     let [mut with, mut without] = [1.0f64; 2];
+    // The attenuation of both that these transmissions do not include yet.
+    let mut common = 0.0;
     for stretch in stretches.iter().rev() {
         let Span { enter, exit } = stretch.span;
         let (own, alone) = (&stretch.with, &stretch.without);
-        let through = |content: &Content| match content.attenuation {
+        if own == alone && with == without {
+            common += own.attenuation * (exit - enter);
+            continue;
+        }
+        let through = |attenuation: f64| match attenuation {
             0.0 => 1.0,
-            attenuation => (-attenuation * (exit - enter)).exp(),
+            attenuation => (-attenuation).exp(),
         };
-        let mut add = |amount: f64, attenuation: f64| {
+        let both = through(std::mem::take(&mut common));
+        (with, without) = (with * both, without * both);
+        let parts = match own.attenuation == alone.attenuation {
+            true => [with * own.activity - without * alone.activity, 0.0],
+            false => [with * own.activity, -without * alone.activity],
+        };
+        for (amount, content) in parts.into_iter().zip([own, alone]) {
             if amount != 0.0 {
-                each([enter, exit], amount, attenuation);
+                emissions.push(Emission {
+                    ends: [enter, exit],
+                    amount,
+                    attenuation: content.attenuation,
+                });
             }
-        };
+        }
         if own.attenuation == alone.attenuation {
-            add(
-                with * own.activity - without * alone.activity,
-                own.attenuation,
-            );
-            let through = through(own);
-            (with, without) = (with * through, without * through);
+            common = own.attenuation * (exit - enter);
         } else {
-            add(with * own.activity, own.attenuation);
-            add(-without * alone.activity, alone.attenuation);
-            (with, without) = (with * through(own), without * through(alone));
+            with *= through(own.attenuation * (exit - enter));
+            without *= through(alone.attenuation * (exit - enter));
         }
     }
 }
@@ -440,9 +467,11 @@ pub(crate) fn for_contents(stretches: &[Stretch], mut each: impl FnMut([f64; 2],
 #[inline(always)]
 fn add_to_slabs(
     planes: &[f64],
-    [low, high]: [f64; 2],
-    amount: f64,
-    attenuation: f64,
+    &Emission {
+        ends: [low, high],
+        amount,
+        attenuation,
+    }: &Emission,
     slabs: &mut [f64],
 ) {
     let mut slab = planes.partition_point(|plane| *plane < high);

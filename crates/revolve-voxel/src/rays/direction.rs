@@ -33,7 +33,7 @@ impl Direction {
     /// The direction of lines through the solid of a meridian, from a unit direction in the body frame; `farthest` is the largest
     /// coordinate of rays and pose from which positions are computed.
     pub(crate) fn new(meridian: &Meridian, farthest: f64, direction: &Vector3<f64>) -> Self {
-        let across = direction.y.hypot(direction.z);
+        let across = (direction.y * direction.y + direction.z * direction.z).sqrt();
         let e1 = [direction.y / across, direction.z / across];
         Self::of_parts(meridian, farthest, [direction.x, across], e1)
     }

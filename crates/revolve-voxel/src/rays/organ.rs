@@ -17,6 +17,8 @@ pub struct OrganShape {
     centre: [f64; 3],
     /// That along z is infinite for a cylinder.
     semi_axes: [f64; 3],
+    /// Their reciprocals.
+    inverse: Vector3<f64>,
 }
 
 impl OrganShape {
@@ -29,7 +31,15 @@ impl OrganShape {
             finite("centre of an organ", centre[k])?;
             positive("semi-axis of an organ", semi_axes[k])?;
         }
-        Ok(Self { centre, semi_axes })
+        Ok(Self::about(centre, semi_axes))
+    }
+
+    fn about(centre: [f64; 3], semi_axes: [f64; 3]) -> Self {
+        Self {
+            centre,
+            semi_axes,
+            inverse: Vector3::from(semi_axes).map(f64::recip),
+        }
     }
 
     /// An infinite cylinder with its axis through `centre` (x, y) and semi-axes along x and y, in cm.
@@ -42,10 +52,7 @@ impl OrganShape {
             positive("semi-axis of the torso", semi_axes[k])?;
         }
         let ([x, y], [a, b]) = (centre, semi_axes);
-        Ok(Self {
-            centre: [x, y, 0.0],
-            semi_axes: [a, b, f64::INFINITY],
-        })
+        Ok(Self::about([x, y, 0.0], [a, b, f64::INFINITY]))
     }
 
     /// Returns centre and semi-axes along x, y and z; a cylinder is centred at z = 0 and infinite.
@@ -75,22 +82,21 @@ impl OrganShape {
 
     /// Returns the segment of a ray inside it; `None` for a ray along a cylinder, which has no ends.
     #[must_use]
+    #[inline]
     pub fn span(&self, ray: &Ray) -> Option<Span> {
         if self.is_cylinder() && across(&ray.direction()) == 0.0 {
             return None;
         }
-        // In coordinates in which it is the unit ball; there the squared length of the direction may overflow or underflow.
-        let scaled = |v: Vector3<f64>| v.component_div(&Vector3::from(self.semi_axes));
-        let (p, v) = (
-            scaled(ray.origin() - Point3::from(self.centre)),
-            scaled(ray.direction()),
-        );
+        // In coordinates in which it is the unit ball; the direction is divided by its largest component, whose square may overflow or underflow.
+        let p = (ray.origin() - Point3::from(self.centre)).component_mul(&self.inverse);
+        let v = ray.direction().component_mul(&self.inverse);
         let size = v.amax();
-        let speed = size * (v / size).norm();
-        let v = v / speed;
-        let middle = -p.dot(&v) / speed;
-        let distance = p.cross(&v).norm();
-        let half = ((1.0 - distance) * (1.0 + distance)).max(0.0).sqrt() / speed;
+        let per_size = size.recip();
+        let v = v * per_size;
+        let square = v.norm_squared();
+        let per_square = per_size / square;
+        let middle = -p.dot(&v) * per_square;
+        let half = (square - p.cross(&v).norm_squared()).max(0.0).sqrt() * per_square;
         (half > 0.0).then_some(Span {
             enter: middle - half,
             exit: middle + half,
@@ -186,6 +192,6 @@ impl Organs {
 
 /// Returns the component of a unit direction perpendicular to a torso; `None` if it is parallel up to rounding.
 pub(crate) fn across(d: &Vector3<f64>) -> f64 {
-    let across = d.x.hypot(d.y);
+    let across = (d.x * d.x + d.y * d.y).sqrt();
     if across > ROUNDING { across } else { 0.0 }
 }

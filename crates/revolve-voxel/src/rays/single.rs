@@ -53,6 +53,7 @@ impl Body {
     }
 
     /// Calls `each` with the sorted, disjoint intervals of the line inside one layer. Neighbouring lines share `search`.
+    #[inline(always)]
     pub(crate) fn for_spans(
         &self,
         layer: &Meridian,
@@ -94,6 +95,7 @@ impl Body {
         self.intervals_with(meridian, ray, &mut hints, each);
     }
 
+    #[inline(always)]
     fn intervals_with(
         &self,
         meridian: &Meridian,
