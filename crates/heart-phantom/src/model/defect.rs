@@ -9,7 +9,7 @@ use rayon::prelude::*;
 use revolve_voxel::{Pose, Sector};
 use std::collections::BTreeMap;
 use std::f64::consts::TAU;
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, PoisonError, Weak};
 
 /// Angles that differ by less are equal up to rounding of a full turn.
 const NO_ANGLE: f64 = 1e-12;
@@ -120,19 +120,32 @@ fn around([from, to]: [f64; 2], [a, b]: [f64; 2]) -> [[f64; 2]; 2] {
     [[from, a], [b, to]]
 }
 
+/// Most shapes whose defects are kept for the next call.
+const KEPT: usize = 64;
+
 /// The defects of each shape as disjoint solids, with activities relative to the wall minus 1.
-#[derive(Debug, Default)]
+#[derive(Debug, Clone, Default)]
 pub(crate) struct Placed {
-    shapes: BTreeMap<u64, Vec<(usize, Sector, f64)>>,
+    shapes: BTreeMap<u64, Arc<OfShape>>,
+}
+
+/// The defects of a shape in a wall with a twist, each with the index of its defect.
+#[derive(Debug)]
+struct OfShape {
+    shape: Weak<HeartShape>,
+    twist: Option<Twist>,
+    sectors: Vec<(usize, Sector, f64)>,
 }
 
 impl Placed {
-    /// Returns the defects of several distinct shapes to `tolerance` cm. Solves the reference shape if there are defects.
+    /// Returns the defects of several distinct shapes to `tolerance` cm. Solves the reference shape if there are defects. Those of shapes that
+    /// `last` contains are not computed again; it is replaced by the result, unless that has many shapes.
     pub(crate) fn new(
         heart: &Heart,
         (defects, twist): (&[Defect], impl Fn(f64) -> Option<Twist> + Sync),
         tolerance: f64,
         shapes: &[Arc<HeartShape>],
+        last: &Mutex<Self>,
     ) -> Result<Self, PhantomError> {
         if defects.is_empty() {
             return Ok(Self::default());
@@ -145,17 +158,27 @@ impl Placed {
             })
         };
         let rest = wall(&*heart.reference_shape()?)?;
+        let last = || last.lock().unwrap_or_else(PoisonError::into_inner);
+        let known = last().clone();
         let placed: Vec<Result<_, PhantomError>> = shapes
             .par_iter()
             .map(|shape| {
                 simd_set::checkpoint();
+                let twist = twist(shape.gain());
+                let at = shape.gain().to_bits();
+                let is_same = |own: &&Arc<OfShape>| {
+                    Weak::as_ptr(&own.shape) == Arc::as_ptr(shape) && own.twist == twist
+                };
+                if let Some(own) = known.shapes.get(&at).filter(is_same) {
+                    return Ok((at, own.clone()));
+                }
                 let mut wall = wall(shape)?.sliding_from(&rest);
-                if let Some(twist) = twist(shape.gain()) {
+                if let Some(twist) = twist.clone() {
                     wall = wall.twisted(twist);
                 }
-                let twist = wall.wall_twist()?;
+                let wall_twist = wall.wall_twist()?;
                 let sector = |(owner, region): &(usize, WallRegion)| {
-                    let sector = wall.sector_in(region, twist.clone(), tolerance);
+                    let sector = wall.sector_in(region, wall_twist.clone(), tolerance);
                     let sector = sector.map_err(|source| PhantomError::NoDefect {
                         defect: *owner,
                         gain: shape.gain(),
@@ -167,19 +190,32 @@ impl Placed {
                     .iter()
                     .map(sector)
                     .collect::<Result<_, PhantomError>>()?;
-                Ok((shape.gain().to_bits(), sectors))
+                let shape = Arc::downgrade(shape);
+                Ok((
+                    at,
+                    Arc::new(OfShape {
+                        shape,
+                        twist,
+                        sectors,
+                    }),
+                ))
             })
             .collect();
         // The first of several errors, independent of threads.
         let shapes = placed.into_iter().collect::<Result<_, PhantomError>>()?;
-        Ok(Self { shapes })
+        let placed = Self { shapes };
+        *last() = match placed.shapes.len() <= KEPT {
+            true => placed.clone(),
+            false => Self::default(),
+        };
+        Ok(placed)
     }
 
     /// Each with the index of its defect.
     pub(crate) fn of(&self, shape: &HeartShape) -> &[(usize, Sector, f64)] {
         self.shapes
             .get(&shape.gain().to_bits())
-            .map_or(&[], Vec::as_slice)
+            .map_or(&[], |own| &own.sectors)
     }
 
     /// Returns the solids of each of `n` defects of a heart in a pose.

@@ -51,6 +51,7 @@ use work::Work;
 pub use work::WorkReport;
 
 use crate::error::{PhantomError, check_count};
+use crate::model::Placed;
 use crate::scan::{Acquisition, Facing, Imaging, Interpolation, Projected, STEPS, Scan};
 use crate::scene::{Parts, Scene, check};
 use crate::{Camera, Cycle, Heart, HeartShape, Regions, TruthOf};
@@ -99,6 +100,8 @@ pub struct Phantom {
     organ_map: OnceLock<Vec<f32>>,
     /// Attenuation of the organs in the voxels of the OSEM model.
     attenuating_organs: OnceLock<Vec<f32>>,
+    /// The defects of the shapes that were placed last.
+    placed: Mutex<Placed>,
     /// The plan used last, with its gate.
     plan: Mutex<Option<(usize, Arc<FbpPlan<f32>>)>>,
     share: Share,
@@ -203,6 +206,7 @@ impl Phantom {
             regions: OnceLock::new(),
             organ_map: OnceLock::new(),
             attenuating_organs: OnceLock::new(),
+            placed: Mutex::default(),
             plan: Mutex::new(None),
             share: Share {
                 runs: 1,
@@ -350,6 +354,7 @@ impl Phantom {
             activity: self.scene().activity,
             attenuation: self.parts.attenuation,
             defects: &self.scene().defects,
+            placed: &self.placed,
             twist: self.parts.twist.as_ref(),
             background: self.scene().background,
             organs: self.parts.organs.as_ref(),

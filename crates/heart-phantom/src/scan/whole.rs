@@ -7,7 +7,7 @@ use crate::error::PhantomError;
 use crate::model::{Activity, Attenuation, Background, Defect, Placed, Surroundings};
 use crate::{Camera, Cycle, Heart, HeartShape, Twist};
 use revolve_voxel::{Organs, Pose};
-use std::sync::Arc;
+use std::sync::{Arc, Mutex};
 
 /// The projected part of an acquisition.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -29,6 +29,8 @@ pub(crate) struct Scan<'a> {
     pub(crate) activity: Activity,
     pub(crate) attenuation: Option<Attenuation>,
     pub(crate) defects: &'a [Defect],
+    /// The defects of the shapes that were placed last.
+    pub(crate) placed: &'a Mutex<Placed>,
     /// Twist of the wall at end-systole.
     pub(crate) twist: Option<&'a Twist>,
     pub(crate) background: Option<Background>,
@@ -67,7 +69,8 @@ impl Scan<'_> {
             let twist = self.twist?;
             Some(twist.scaled(self.cycle.emptied(gain)))
         };
-        Placed::new(self.heart, (self.defects, twist), self.tolerance, shapes)
+        let defects = (self.defects, twist);
+        Placed::new(self.heart, defects, self.tolerance, shapes, self.placed)
     }
 
     /// Clamps negative rounding residue to zero. Subtraction leaves such residue: of the surroundings, of the wall, or of attenuated lines
