@@ -205,21 +205,10 @@ impl Grid {
         self.axes.iter().map(|[_, [x, y]]| [*x, *y, 0.0])
     }
 
-    /// A point and the direction of the line through every node.
-    pub(crate) fn lines(&self) -> impl Iterator<Item = [[f64; 3]; 2]> {
-        let [nx, nz] = self.size;
-        let place = |k: usize, n: usize| (k as f64 - 0.5 * (n - 1) as f64) * self.pitch;
-        self.axes.iter().flat_map(move |[[bx, by], [dx, dy]]| {
-            (0..nx * nz).map(move |k| {
-                let (across, z) = (place(k % nx, nx), place(k / nx, nz));
-                [[across * bx, across * by, z], [*dx, *dy, 0.0]]
-            })
-        })
-    }
-
-    /// Area of a node in cm^2.
-    pub(crate) fn area(&self) -> f64 {
-        self.pitch * self.pitch
+    /// Smallest area in cm^2 over which a photon is averaged: of a bin, or of the response at the face.
+    pub(crate) fn least_area(&self) -> f64 {
+        let [across, along] = self.camera.pitch;
+        (across * along).max(2.0 * PI * self.camera.response.variance(0.0))
     }
 
     /// Half-widths of the nodes along x, y and z in cm, from any direction.
@@ -264,7 +253,7 @@ impl Grid {
             None => 0.0,
         };
         let upper = upper.clamp(0.0, 1.0);
-        let area = self.area();
+        let area = self.pitch * self.pitch;
         for (dz, row) in [1.0 - place.share[1], place.share[1]]
             .into_iter()
             .enumerate()

@@ -194,6 +194,13 @@ impl Spectrum {
         0.5 * (below(high) - below(low)) / self.photopeak
     }
 
+    /// Largest ratio of the efficiency of a window to the highest of all windows, at the energies that are followed.
+    pub(crate) fn fraction(&self, window: usize) -> f64 {
+        let rows = self.table.chunks(WINDOWS + self.windows.len());
+        let ratios = rows.map(|row| row[WINDOWS + window] / row[HIGHEST]);
+        ratios.fold(0.0, f64::max)
+    }
+
     /// The table at an energy; `None` below the energies that are followed.
     #[inline]
     pub(crate) fn at(&self, energy: f64) -> Option<At<'_>> {
