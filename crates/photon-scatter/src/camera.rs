@@ -81,11 +81,8 @@ impl Camera {
         };
         for view in views {
             within(what, view.angle, [-most, most])?;
-            within(
-                "radius of a view in cm",
-                view.radius,
-                [f64::MIN_POSITIVE, 1e3],
-            )?;
+            let radii = [f64::MIN_POSITIVE, 1e3];
+            within("radius of a view in cm", view.radius, radii)?;
         }
         within("slope of the response", response.slope, [0.0, 1.0])?;
         within("width at the face in cm", response.at_face, [0.0, 100.0])?;
@@ -254,14 +251,9 @@ impl Grid {
         };
         let upper = upper.clamp(0.0, 1.0);
         let area = self.pitch * self.pitch;
-        for (dz, row) in [1.0 - place.share[1], place.share[1]]
-            .into_iter()
-            .enumerate()
-        {
-            for (dx, column) in [1.0 - place.share[0], place.share[0]]
-                .into_iter()
-                .enumerate()
-            {
+        let [columns, rows] = place.share.map(|share| [1.0 - share, share]);
+        for (dz, row) in rows.into_iter().enumerate() {
+            for (dx, column) in columns.into_iter().enumerate() {
                 let node = place.first + dz * self.size[0] + dx;
                 for window in 0..self.windows {
                     let value = row * column * values(window) / area;
@@ -344,9 +336,8 @@ impl Grid {
         let lines = lines.filter(|(_, weight)| **weight != 0.0);
         let line = |values: &[f32]| -> f64 {
             let pairs = values.iter().zip(&self.totals[0]);
-            pairs
-                .map(|(value, weight)| f64::from(*value) * weight)
-                .sum()
+            let products = pairs.map(|(value, weight)| f64::from(*value) * weight);
+            products.sum()
         };
         lines.map(|(values, weight)| weight * line(values)).sum()
     }

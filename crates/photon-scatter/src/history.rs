@@ -97,13 +97,9 @@ impl Transmission {
     }
 }
 
-/// Photons of one energy that a view receives from a point.
+/// Photons that a view receives from a point: its place, their energy and number.
 #[derive(Debug)]
-pub(crate) struct Detection {
-    place: Place,
-    energy: f64,
-    value: f64,
-}
+pub(crate) struct Detection(Place, f64, f64);
 
 /// A photon, with its weight relative to that of its first interaction.
 struct Photon {
@@ -173,12 +169,8 @@ impl<'a> Problem<'a> {
 
     /// Distributes the detections to the nodes, view by view: the nodes of one view stay in the cache.
     fn distribute(&self, tally: &mut Tally) {
-        for Detection {
-            place,
-            energy,
-            value,
-        } in tally.detections.iter_mut().flat_map(|own| own.drain(..))
-        {
+        let detections = tally.detections.iter_mut();
+        for Detection(place, energy, value) in detections.flat_map(|own| own.drain(..)) {
             if let Some(at) = self.spectrum.at(energy) {
                 let values = |window| value * at.get(WINDOWS + window);
                 self.grid.add(&place, values, &mut tally.deposits);
@@ -298,11 +290,7 @@ impl<'a> Problem<'a> {
             let path = &mut tally.path;
             let column = path.follow(self.medium, photon.position, *direction)?;
             let value = scale * density / keep * (-at.get(ATTENUATION) * column).exp();
-            tally.detections[view].push(Detection {
-                place,
-                energy,
-                value,
-            });
+            tally.detections[view].push(Detection(place, energy, value));
             tally.report.paths += 1;
             let order = photon.order.min(ScatterReport::ORDERS) - 1;
             tally.report.by_order[order] += self.totals[view] * value * at.get(WINDOWS);

@@ -74,11 +74,7 @@ impl Path {
         medium.pieces(position, direction, &mut self.0);
         let (mut column, mut last) = (0.0, f64::MIN);
         for piece in &self.0 {
-            let Piece {
-                enter,
-                exit,
-                density,
-            } = *piece;
+            let (enter, exit, density) = (piece.enter, piece.exit, piece.density);
             within("start of a piece in cm", enter, [last - OVERLAP, f64::MAX])?;
             within("end of a piece in cm", exit, [enter, f64::MAX])?;
             within("density of a piece in g/cm^3", density, [0.0, DENSEST])?;

@@ -52,11 +52,7 @@ pub struct Scatter {
 
 impl ScatterOptions {
     fn check(&self) -> Result<(), ScatterError> {
-        let least = if self.relative > 0.0 {
-            0.0
-        } else {
-            f64::MIN_POSITIVE
-        };
+        let least = [f64::MIN_POSITIVE, 0.0][usize::from(self.relative > 0.0)];
         within("tolerance", self.tolerance, [least, f64::MAX])?;
         within("relative tolerance", self.relative, [0.0, 1.0])?;
         within("orders of scattering", self.orders as f64, [1.0, f64::MAX])?;
