@@ -1,12 +1,60 @@
-//! Detection of self-crossings of a polyline by a sweep along its longer side.
+//! Curves that enclose no body: self-crossings, found by a sweep along the longer side, and curves that are inside out.
 
 use crate::error::{MembraneError, Result};
+use crate::measures::Measure;
 
-/// `Err(SelfCrossing)` if two segments that are not neighbours intersect, or a segment folds back onto its neighbour.
-///
-/// Cost O(n log n) plus the pairs whose ranges overlap along the side, x or y, on which the points extend more.
+/// Negative volume over the cube of the length that is rounding, of flat curves.
+const FLAT: f64 = 1e-9;
+
+/// `Err(SelfCrossing)` if two segments that are not neighbours intersect, or a segment folds back onto its neighbour; `Err(InsideOut)` if the volume
+/// is negative.
 pub(crate) fn check(points: &[[f64; 2]]) -> Result<()> {
-    let n = points.len() - 1;
+    if let Some([first, second]) = crossing(points, &mut Vec::new()) {
+        return Err(MembraneError::SelfCrossing { first, second });
+    }
+    inside_out(points).map_or(Ok(()), |volume| Err(MembraneError::InsideOut { volume }))
+}
+
+/// Returns a node near which a curve that has moved from its `start` encloses no body: it crosses the axis more often or crosses itself, so that
+/// walls intersect, or it is inside out (its volume is negative), unless its distance from the axis decreases along the start from the end to the
+/// axis, as that of a disc or a shallow cap, which can be pushed through.
+///
+/// Crossings are those of the segments between the points. `order` is a work array, which allocates for more points than before. Cost O(n log n) plus
+/// the pairs whose ranges overlap along the side, x or y, on which the points extend more.
+pub fn collapse(start: &[[f64; 2]], points: &[[f64; 2]], order: &mut Vec<usize>) -> Option<usize> {
+    if axis_crossings(points).count() > axis_crossings(start).count() {
+        return axis_crossings(points).next();
+    }
+    if let Some([first, _]) = crossing(points, order)
+        && crossing(start, order).is_none()
+    {
+        return Some(first + 1);
+    }
+    let mut upper = start.windows(2).take_while(|pair| pair[1][1] >= 0.0);
+    let passable = upper.all(|pair| pair[1][1] < pair[0][1]);
+    (!passable && inside_out(points).is_some()).then_some(points.len() / 2)
+}
+
+/// Returns the volume if it is negative.
+fn inside_out(points: &[[f64; 2]]) -> Option<f64> {
+    let [volume, length] = [Measure::Volume, Measure::Length].map(|m| m.of(points));
+    (volume < -FLAT * length.powi(3)).then_some(volume)
+}
+
+/// Lists the nodes before which a curve crosses the axis.
+fn axis_crossings(points: &[[f64; 2]]) -> impl Iterator<Item = usize> {
+    let mut side = 0.0;
+    points.iter().enumerate().filter_map(move |(n, point)| {
+        let before = side;
+        if point[1] != 0.0 {
+            side = point[1].signum();
+        }
+        (before * side < 0.0).then_some(n)
+    })
+}
+
+/// Returns two segments that intersect.
+fn crossing(points: &[[f64; 2]], order: &mut Vec<usize>) -> Option<[usize; 2]> {
     let extent = |k: usize| {
         let along = || points.iter().map(|p| p[k]);
         along().fold(f64::MIN, f64::max) - along().fold(f64::MAX, f64::min)
@@ -16,21 +64,16 @@ pub(crate) fn check(points: &[[f64; 2]]) -> Result<()> {
         let (a, b) = (points[k][side], points[k + 1][side]);
         (a.min(b), a.max(b))
     };
-    let mut order: Vec<usize> = (0..n).collect();
-    order.sort_by(|&a, &b| range(a).0.total_cmp(&range(b).0));
-    let mut open: Vec<usize> = Vec::new();
-    for &k in &order {
-        let left = range(k).0;
-        open.retain(|&other| range(other).1 >= left);
-        for &other in &open {
-            let (first, second) = (k.min(other), k.max(other));
-            if meet(points, first, second) {
-                return Err(MembraneError::SelfCrossing { first, second });
-            }
-        }
-        open.push(k);
-    }
-    Ok(())
+    order.clear();
+    order.extend(0..points.len().saturating_sub(1));
+    order.sort_unstable_by(|&a, &b| range(a).0.total_cmp(&range(b).0));
+    let pairs = order.iter().enumerate().flat_map(|(n, &k)| {
+        let later = order[n + 1..].iter();
+        let open = later.take_while(move |&&other| range(other).0 <= range(k).1);
+        open.map(move |&other| [k.min(other), k.max(other)])
+    });
+    let mut crossing = pairs.filter(|&[first, second]| meet(points, first, second));
+    crossing.next()
 }
 
 fn meet(points: &[[f64; 2]], first: usize, second: usize) -> bool {

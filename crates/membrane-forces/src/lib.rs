@@ -57,6 +57,7 @@ mod tangent;
 
 pub use band::BandMatrix;
 pub use closed_form::{CircleEquilibrium, balloon_measures};
+pub use crossing::collapse;
 pub use curve::CurvePiece;
 pub use differences::FiniteDifferences;
 pub use discrete::{DiscreteMembrane, Setting};

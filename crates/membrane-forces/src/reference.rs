@@ -4,7 +4,6 @@ use std::f64::consts::PI;
 use std::sync::Arc;
 
 use crate::error::{MembraneError, Result, at_least, finite, positive, rising};
-use crate::measures::Measure;
 use crate::shared::Shared;
 
 /// A point of a curve with its first two derivatives with respect to s.
@@ -331,11 +330,6 @@ impl ReferenceShape {
 /// Rejects a curve that crosses itself, that ends on the side of the axis on which it begins, or that is inside out.
 fn check_body(points: &[[f64; 2]]) -> Result<()> {
     crate::crossing::check(points)?;
-    let [volume, length] = [Measure::Volume, Measure::Length].map(|m| m.of(points));
-    // flat curves have a volume of rounding
-    if volume < -1e-9 * length.powi(3) {
-        return Err(MembraneError::InsideOut { volume });
-    }
     if let [from, .., to] = *points
         && !(from[1].min(to[1]) < 0.0 && from[1].max(to[1]) > 0.0)
     {

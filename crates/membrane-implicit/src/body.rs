@@ -1,7 +1,7 @@
 //! The moving membrane: nodes, mass, damping, and the forces on it.
 
-use membrane_newton::membrane_forces::{FiniteDifferences, Material, Tangent};
-use membrane_newton::{BandMatrix, DiscreteMembrane, Measure, Membrane, MembraneError, collapse};
+use membrane_newton::membrane_forces::{FiniteDifferences, Material, Tangent, collapse};
+use membrane_newton::{BandMatrix, DiscreteMembrane, Measure, Membrane, MembraneError};
 
 use crate::error::{ImplicitError, Result, positive, within};
 
@@ -214,10 +214,15 @@ impl Body {
         if self.discrete.is_half() { 2.0 } else { 1.0 }
     }
 
-    /// Rejects a curve whose walls intersect, which encloses no body.
-    pub(crate) fn check_collapse(&self, nodes: &[f64], time: f64) -> Result<()> {
+    /// Rejects a curve that encloses no body; `order` is a work array.
+    pub(crate) fn check_walls(
+        &self,
+        nodes: &[f64],
+        time: f64,
+        order: &mut Vec<usize>,
+    ) -> Result<()> {
         let start = self.discrete.start().as_chunks().0;
-        let node = collapse(start, nodes.as_chunks().0);
+        let node = collapse(start, nodes.as_chunks().0, order);
         node.map_or(Ok(()), |node| {
             let s = self.discrete.positions()[node];
             Err(ImplicitError::Collapsed { time, s })

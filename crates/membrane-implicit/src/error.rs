@@ -72,13 +72,15 @@ pub enum ImplicitError {
         /// The position at which it is fixed; a node on the axis only in y.
         fixed: [f64; 2],
     },
-    /// Opposite walls intersect under a prescribed volume, or in an equilibrium: the curve crosses the axis more often than at the start and
-    /// encloses no body. The state is that before the step. Under other loads a curve may cross the axis on its way.
-    #[error("collapsed at t = {time:?}: opposite walls of the membrane meet near s = {s:?}")]
+    /// The curve encloses no body under a prescribed volume, or in an equilibrium: walls intersect, or it is inside out
+    /// ([`collapse`](membrane_newton::membrane_forces::collapse)). The state is that before the step. Under other loads a curve may do so on its way.
+    #[error(
+        "collapsed at t = {time:?}: walls of the membrane meet or are inside out near s = {s:?}"
+    )]
     Collapsed {
         /// Time at the end of the step.
         time: f64,
-        /// Material coordinate of the node before which the curve first crosses the axis.
+        /// Material coordinate of a node where the walls meet, or of the apex.
         s: f64,
     },
     /// The load gave a value that is not finite, or a negative volume.

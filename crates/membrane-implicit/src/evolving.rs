@@ -114,9 +114,8 @@ impl Evolution {
 ///
 /// # Errors
 /// [`ImplicitError::NotSettled`], with the evolution, if the norm is above the tolerance after `max_steps`;
-/// [`ImplicitError::Collapsed`] if the equilibrium crosses the axis more often than the start, so that it encloses no body (crossings beside the
-/// axis are not detected). Options out of range, a membrane that cannot be discretised, a step that cannot be made;
-/// [`ImplicitError::OutOfRange`] for forces whose norm is not finite.
+/// [`ImplicitError::Collapsed`] if the equilibrium encloses no body. Options out of range, a membrane that cannot be discretised, a step that cannot
+/// be made; [`ImplicitError::OutOfRange`] for forces whose norm is not finite.
 pub fn evolve(
     membrane: &Membrane,
     n_nodes: usize,
@@ -189,7 +188,7 @@ pub fn evolve_observed<B>(
     };
     if converged {
         let now = motion.state();
-        (motion.body()).check_collapse(now.points.as_flattened(), now.time)?;
+        (motion.body()).check_walls(now.points.as_flattened(), now.time, &mut Vec::new())?;
         Ok(ControlFlow::Continue(evolution))
     } else {
         let evolution = Box::new(evolution);

@@ -7,7 +7,8 @@ use crate::body::{Body, LoadState};
 use crate::error::{ImplicitError, Result};
 use crate::load_kind::LoadKind;
 
-/// A prescribed quantity; the force intensity f (or p) that belongs to it is part of the solution of each step.
+/// A prescribed quantity; the force intensity f (or p) that belongs to it is part of the solution of each step. If its function panics in a step, the
+/// motion remains in the state before that step and can continue.
 ///
 /// ```
 /// use membrane_implicit::{Body, Load, LoadKind, LoadState, Membrane, PressureLaw, ReferenceShape};
@@ -51,7 +52,7 @@ pub trait Feedback {
     /// value that is not finite is an error of the step.
     fn intensity(&self, now: &LoadState) -> f64;
 
-    /// Receives the initial state, then the state after every step.
+    /// Receives the initial state, then the state after every step, in which a panic leaves the motion.
     fn accepted(&mut self, now: &LoadState) {
         let _ = now;
     }

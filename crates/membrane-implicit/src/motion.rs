@@ -264,9 +264,7 @@ impl Motion {
 
     /// Computes intensities and accelerations at the current time.
     fn begin(&mut self) -> Result<()> {
-        let Self {
-            load, inner, outer, ..
-        } = self;
+        let (load, inner) = (&self.load, &mut self.inner);
         let time = inner.now().time;
         let mut constraint = Constraint::of(load, time)?;
         if let Constraint::Volume(_) = constraint {
@@ -284,7 +282,7 @@ impl Motion {
             constraint = Constraint::Volume(second);
         }
         inner.begin(constraint)?;
-        if let Some(outer) = outer {
+        if let Some(outer) = &mut self.outer {
             outer.begin(Constraint::Volume(inner.volume_acceleration()))?;
         }
         Ok(())
@@ -444,13 +442,7 @@ impl Motion {
     }
 
     fn attempt(&mut self, dt: f64) -> Result<()> {
-        let Self {
-            load,
-            inner,
-            outer,
-            wall_volume,
-            ..
-        } = self;
+        let (load, inner) = (&self.load, &mut self.inner);
         let time = inner.now().time;
         let n = inner.load_times.len();
         let mut constraints = [Constraint::Intensity(0.0); MAX_CONSTRAINTS];
@@ -458,10 +450,10 @@ impl Motion {
             constraints[i] = Constraint::of(load, time + dt * inner.load_times[i])?;
         }
         inner.attempt(dt, &constraints[..n])?;
-        if let Some(outer) = outer {
+        if let Some(outer) = &mut self.outer {
             let n = outer.load_times.len();
             for (i, constraint) in constraints[..n].iter_mut().enumerate() {
-                *constraint = Constraint::Volume(inner.stage_volume(i + 1) + *wall_volume);
+                *constraint = Constraint::Volume(inner.stage_volume(i + 1) + self.wall_volume);
             }
             outer.attempt(dt, &constraints[..n])?;
         }
@@ -470,7 +462,7 @@ impl Motion {
 
     /// Accepts the attempted step, unless walls intersect at its end, which is set to `time` if given.
     fn accept(&mut self, time: Option<f64>) -> Result<()> {
-        self.movers().try_for_each(Mover::check_walls)?;
+        self.movers_mut().try_for_each(Mover::check_walls)?;
         self.movers_mut().for_each(Mover::accept);
         if let Some(time) = time {
             self.inner.set_time(time);

@@ -47,6 +47,8 @@ pub(crate) struct Mover {
     /// Times, in units of the step, at which [`Mover::attempt`] needs the value of the load.
     pub(crate) load_times: Vec<f64>,
     pub(crate) work: Work,
+    /// Work array of [`Body::check_walls`].
+    order: Vec<usize>,
 }
 
 impl Mover {
@@ -73,6 +75,7 @@ impl Mover {
             ledger: Ledger::default(),
             pending: Ledger::default(),
             work: Work::default(),
+            order: Vec::new(),
             body,
         }
     }
@@ -250,10 +253,10 @@ impl Mover {
     }
 
     /// Rejects the attempted step if walls intersect at its end under a prescribed volume, which then is not that of a body.
-    pub(crate) fn check_walls(&self) -> Result<()> {
-        let end = self.end();
+    pub(crate) fn check_walls(&mut self) -> Result<()> {
+        let end = &self.stages[self.stages.len() - 1];
         match self.load {
-            LoadKind::Volume => self.body.check_collapse(&end.nodes, end.time),
+            LoadKind::Volume => (self.body).check_walls(&end.nodes, end.time, &mut self.order),
             LoadKind::Intensity | LoadKind::TotalForce | LoadKind::Feedback => Ok(()),
         }
     }

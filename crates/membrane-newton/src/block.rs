@@ -153,13 +153,8 @@ impl<'a> Block<'a> {
             self.start.length.max(max_abs(nodes)),
             self.intensity_size(x),
         );
-        let Self {
-            discrete,
-            factors,
-            border,
-            ..
-        } = self;
-        let sign = factors.factor(*discrete, nodes, (f, self.least_tension))?;
+        let (discrete, factors, border) = (self.discrete, &mut self.factors, &mut self.border);
+        let sign = factors.factor(discrete, nodes, (f, self.least_tension))?;
         discrete.pressure_force_into(nodes, 1.0, border.column_mut())?;
         let (column, row) = border.column_and_row_mut();
         let corner = match (self.constraint.quantity, self.route) {

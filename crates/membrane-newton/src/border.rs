@@ -50,10 +50,10 @@ pub struct BorderElimination<'a> {
 }
 
 impl Border {
-    /// Creates a border of zeros for `n` unknowns.
+    /// Creates a border of zeros for `n` unknowns, the length of the vectors that it corrects; 0 is allowed.
     ///
     /// # Panics
-    /// If more than `isize::MAX` bytes are needed; the process aborts if memory does not suffice.
+    /// As `vec![0.0; n]`: for more than `isize::MAX` bytes, of which no such vector exists.
     #[must_use]
     pub fn new(n: usize) -> Self {
         Self {

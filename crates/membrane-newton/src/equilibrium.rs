@@ -2,7 +2,9 @@
 
 use std::sync::Arc;
 
-use membrane_forces::{CurvePiece, CurvePoint, Measures, Membrane, MembraneError, RubberState};
+use membrane_forces::{
+    CurvePiece, CurvePoint, Measures, Membrane, MembraneError, RubberState, collapse,
+};
 
 use crate::cause::SLACK;
 use crate::error::{NewtonError, Result, own};
@@ -74,30 +76,6 @@ impl Equilibrium {
     #[must_use]
     pub fn elastic_energy(&self) -> f64 {
         own(self.resolution.discrete.elastic_energy(self.nodes()))
-    }
-
-    /// Estimated relative error of the discretisation, of shape and intensity at this volume.
-    ///
-    /// For polynomials it is the spectral tail, which is twice the degree p times the last two Chebyshev coefficients of the curve over its
-    /// length (the largest of any element), or, if larger, the rounding of the derivative matrices, epsilon p^3 times the number of elements
-    /// of the whole curve. [`Discretisation::SpectralAdaptive`](crate::Discretisation) refines until the tail is within the tolerance. The
-    /// rounding grows with the degree, so that a higher one than necessary is less accurate.
-    ///
-    /// For finite differences it is twice the difference from the equilibrium of polynomials at the same volume (degree 16, two elements on each
-    /// smooth piece), at the cost of its Newton iterations: twice the error, and more where that of the curve is larger between the nodes. Where
-    /// the stiffness jumps, that position must be a breakpoint. No bound for rubber whose reference configuration has corners. `None` where the
-    /// iterations do not converge, or without load.
-    #[must_use]
-    pub fn discretisation_error(&self) -> Option<f64> {
-        let Some(tail) = self.resolution.tail(self.nodes()) else {
-            let volume = self.measures.volume;
-            return self.resolution.error_of_differences(&self.state, volume);
-        };
-        let pieces = self.pieces();
-        let cubes = pieces
-            .iter()
-            .map(|piece| (piece.x.len() as f64 - 1.0).powi(3));
-        Some(tail.max(f64::EPSILON * cubes.sum::<f64>()))
     }
 
     /// Stretches, tensions and stresses of rubber at material coordinate `s`, clamped to [0, 1].
@@ -186,7 +164,7 @@ impl Resolution {
             return Err(NewtonError::Slack { tension });
         }
         let start = own(self.discrete.points(self.discrete.start()));
-        if let Some(node) = collapse(&start, &solved.points()) {
+        if let Some(node) = collapse(&start, &solved.points(), &mut Vec::new()) {
             let s = solved.positions()[node];
             return Err(NewtonError::Collapsed { s });
         }
@@ -218,24 +196,4 @@ impl Resolution {
             state,
         }
     }
-}
-
-/// Returns the first node before which a curve crosses the axis, if it does so more often than its `start`: opposite walls then intersect, and
-/// the curve encloses no body. Crossings beside the axis are not detected.
-#[must_use]
-pub fn collapse(start: &[[f64; 2]], points: &[[f64; 2]]) -> Option<usize> {
-    let more = axis_crossings(points).count() > axis_crossings(start).count();
-    more.then(|| axis_crossings(points).next()).flatten()
-}
-
-/// Lists the nodes before which a curve crosses the axis.
-fn axis_crossings(points: &[[f64; 2]]) -> impl Iterator<Item = usize> {
-    let mut side = 0.0;
-    points.iter().enumerate().filter_map(move |(n, point)| {
-        let before = side;
-        if point[1] != 0.0 {
-            side = point[1].signum();
-        }
-        (before * side < 0.0).then_some(n)
-    })
 }

@@ -140,10 +140,10 @@ pub enum NewtonError {
         /// Least tension, dW/dl1 over l1 and the shear modulus.
         tension: f64,
     },
-    /// Opposite walls intersect: the curve crosses the axis more often than at the start and encloses no body.
-    #[error("collapsed: opposite walls of the membrane meet near s = {s:?}")]
+    /// The curve encloses no body: walls intersect, or it is inside out ([`collapse`](membrane_forces::collapse), between the nodes by lines).
+    #[error("collapsed: walls of the membrane meet or are inside out near s = {s:?}")]
     Collapsed {
-        /// Material coordinate of the node before which the curve first crosses the axis.
+        /// Material coordinate of a node where the walls meet, or of the apex.
         s: f64,
     },
     /// An eigenvalue within rounding, or one for which inverse iteration does not converge.

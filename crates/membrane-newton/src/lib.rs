@@ -37,6 +37,7 @@ mod constraint;
 mod continuation;
 mod equilibrium;
 mod error;
+mod estimate;
 mod factors;
 mod flat;
 mod inertia;
@@ -60,7 +61,7 @@ pub use banded::{BandedFactorisation, BandedLu};
 pub use border::{Border, BorderElimination, dot_in_eight};
 pub use branch::BranchPoint;
 pub use constraint::Control;
-pub use equilibrium::{Equilibrium, collapse};
+pub use equilibrium::Equilibrium;
 pub use error::{NewtonError, UserError};
 pub use membrane_forces::{
     self, BandMatrix, CurvePiece, CurvePoint, DiscreteMembrane, Measure, Measures, Membrane,

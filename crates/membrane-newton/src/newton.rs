@@ -284,16 +284,10 @@ impl NewtonScratch {
 
     fn begin(&mut self, n: usize, max_iterations: usize) {
         self.factored &= self.step.len() == n;
-        let Self {
-            residual,
-            trial,
-            step,
-            correction,
-            ..
-        } = self;
-        for vector in [residual, trial, step, correction] {
-            vector.resize(n, 0.0);
-        }
+        self.residual.resize(n, 0.0);
+        self.trial.resize(n, 0.0);
+        self.step.resize(n, 0.0);
+        self.correction.resize(n, 0.0);
         self.rejected = None;
         self.rounding = false;
         self.contraction = f64::INFINITY;

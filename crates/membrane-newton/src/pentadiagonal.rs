@@ -28,10 +28,10 @@ pub struct PentadiagonalLdl {
 }
 
 impl PentadiagonalLdl {
-    /// Storage for matrices of `n` rows.
+    /// Storage for matrices of `n` rows; 0 is allowed.
     ///
     /// # Panics
-    /// If more than `isize::MAX` bytes are needed; the process aborts if memory does not suffice.
+    /// As `vec![[0.0; 3]; n]`: for more than `isize::MAX` bytes, which no allocation has.
     #[must_use]
     pub fn new(n: usize) -> Self {
         Self {

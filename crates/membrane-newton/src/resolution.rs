@@ -12,15 +12,6 @@ use crate::constraint::{Constraint, Control};
 use crate::error::{NewtonError, Result, own};
 use crate::route::Route;
 
-/// Factor on the estimated error of finite differences, which is known at the nodes of the polynomials only.
-const SAFETY: f64 = 2.0;
-/// Degree of the elements that estimate it, and elements on each smooth piece: errors of less than 1e-8 for a rubber balloon at 1.2 times its volume.
-const ESTIMATE: (usize, usize) = (16, 2);
-/// Newton steps for it, and the last one: relative to the error, and at least.
-const MOST_STEPS: usize = 12;
-const LEFT: f64 = 0.01;
-const ROUNDING: f64 = 1e-12;
-
 #[derive(Debug)]
 pub(crate) struct Resolution {
     pub(crate) discrete: Box<dyn DiscreteMembrane>,
@@ -119,34 +110,6 @@ impl Resolution {
             .iter()
             .map(|piece| last_two(&piece.x).max(last_two(&piece.y)) / scale);
         tails.reduce(f64::max)
-    }
-
-    /// Bounds the relative error of finite differences by twice the difference from the equilibrium of polynomials at the same volume. `None`
-    /// where Newton's method does not lead there from the curve.
-    pub(crate) fn error_of_differences(&self, state: &[f64], volume: f64) -> Option<f64> {
-        let membrane = self.discrete.setting().membrane();
-        let elements = SpectralElements::new(membrane, ESTIMATE.0, ESTIMATE.1).ok()?;
-        let exact = Self::new(elements, None).ok()?;
-        let carried = exact.carry(self, state);
-        let mut solved = carried.clone();
-        let mut system = exact.system(Constraint::volume(volume));
-        let mut step = vec![0.0; carried.len()];
-        let size = |system: &Block<'_>, change: &[f64], solved: &[f64]| {
-            let intensity = (change.last()? / solved.last()?).abs();
-            Some(system.shape_norm(change).max(intensity))
-        };
-        for _ in 0..MOST_STEPS {
-            system.residual_into(&solved, &mut step).ok()?;
-            system.factor(&solved).ok()?;
-            system.solve_in_place(&mut step).ok()?;
-            (solved.iter_mut().zip(&step)).for_each(|(x, step)| *x -= step);
-            let change: Vec<f64> = solved.iter().zip(&carried).map(|(a, b)| a - b).collect();
-            let error = size(&system, &change, &solved)?;
-            if size(&system, &step, &solved)? <= (LEFT * error).max(ROUNDING) {
-                return error.is_finite().then_some(SAFETY * error);
-            }
-        }
-        None
     }
 
     /// Whether the polynomials of `state` have converged: their tail against the tolerance.

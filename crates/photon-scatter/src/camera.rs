@@ -81,11 +81,8 @@ impl Camera {
         };
         for view in views {
             within(what, view.angle, [-most, most])?;
-            within(
-                "radius of a view in cm",
-                view.radius,
-                [f64::MIN_POSITIVE, 1e3],
-            )?;
+            let radii = [f64::MIN_POSITIVE, 1e3];
+            within("radius of a view in cm", view.radius, radii)?;
         }
         within("slope of the response", response.slope, [0.0, 1.0])?;
         within("width at the face in cm", response.at_face, [0.0, 100.0])?;
@@ -205,21 +202,10 @@ impl Grid {
         self.axes.iter().map(|[_, [x, y]]| [*x, *y, 0.0])
     }
 
-    /// A point and the direction of the line through every node.
-    pub(crate) fn lines(&self) -> impl Iterator<Item = [[f64; 3]; 2]> {
-        let [nx, nz] = self.size;
-        let place = |k: usize, n: usize| (k as f64 - 0.5 * (n - 1) as f64) * self.pitch;
-        self.axes.iter().flat_map(move |[[bx, by], [dx, dy]]| {
-            (0..nx * nz).map(move |k| {
-                let (across, z) = (place(k % nx, nx), place(k / nx, nz));
-                [[across * bx, across * by, z], [*dx, *dy, 0.0]]
-            })
-        })
-    }
-
-    /// Area of a node in cm^2.
-    pub(crate) fn area(&self) -> f64 {
-        self.pitch * self.pitch
+    /// Smallest area in cm^2 over which a photon is averaged: of a bin, or of the response at the face.
+    pub(crate) fn least_area(&self) -> f64 {
+        let [across, along] = self.camera.pitch;
+        (across * along).max(2.0 * PI * self.camera.response.variance(0.0))
     }
 
     /// Half-widths of the nodes along x, y and z in cm, from any direction.
@@ -264,15 +250,10 @@ impl Grid {
             None => 0.0,
         };
         let upper = upper.clamp(0.0, 1.0);
-        let area = self.area();
-        for (dz, row) in [1.0 - place.share[1], place.share[1]]
-            .into_iter()
-            .enumerate()
-        {
-            for (dx, column) in [1.0 - place.share[0], place.share[0]]
-                .into_iter()
-                .enumerate()
-            {
+        let area = self.pitch * self.pitch;
+        let [columns, rows] = place.share.map(|share| [1.0 - share, share]);
+        for (dz, row) in rows.into_iter().enumerate() {
+            for (dx, column) in columns.into_iter().enumerate() {
                 let node = place.first + dz * self.size[0] + dx;
                 for window in 0..self.windows {
                     let value = row * column * values(window) / area;
@@ -355,9 +336,8 @@ impl Grid {
         let lines = lines.filter(|(_, weight)| **weight != 0.0);
         let line = |values: &[f32]| -> f64 {
             let pairs = values.iter().zip(&self.totals[0]);
-            pairs
-                .map(|(value, weight)| f64::from(*value) * weight)
-                .sum()
+            let products = pairs.map(|(value, weight)| f64::from(*value) * weight);
+            products.sum()
         };
         lines.map(|(values, weight)| weight * line(values)).sum()
     }

@@ -17,8 +17,8 @@ const LEAST_TRANSMISSION: f64 = 0.02;
 
 /// Number of detections after which these are distributed to the nodes: 4 MB.
 pub(crate) const DETECTIONS: u64 = 65_536;
-/// Number of emissions of which [`Problem::unit`] is the mean weight, its range, and the largest weight in this unit.
-const TRIAL_EMISSIONS: usize = 1024;
+/// Numbers of emissions of which [`Problem::unit`] is the mean weight, the second if the first weights are 0; its range; the largest weight in it.
+const TRIAL_EMISSIONS: [usize; 2] = [1024, 65_536];
 const MEAN_WEIGHTS: [f64; 2] = [1e-100, 1e100];
 const LARGEST_WEIGHT: f64 = 1e20;
 
@@ -34,7 +34,7 @@ pub(crate) struct Problem<'a> {
     pub(crate) transmission: Transmission,
     pub(crate) orders: usize,
     pub(crate) seed: u64,
-    /// Unit of the deposits, which are in single precision: the mean weight of an emission, rounded to a power of 2; 1 without activity.
+    /// Unit of the deposits, which are in single precision: the mean weight of an emission, rounded to a power of 2; 1 for an empty source.
     pub(crate) unit: f64,
 }
 
@@ -47,8 +47,10 @@ pub(crate) struct Tally {
     pub(crate) report: ScatterReport,
     /// Smallest distance of an emission from a face.
     pub(crate) nearest: f64,
-    /// Sum over the interactions of their distances from the emission or the previous interaction, in cm.
-    pub(crate) distance: f64,
+    /// Largest weight of a history at its first interaction.
+    pub(crate) heaviest: f64,
+    /// Sums of [`Sums::depth`](crate::sums::Sums::depth).
+    pub(crate) depth: [f64; 2],
     path: Path,
 }
 
@@ -95,13 +97,9 @@ impl Transmission {
     }
 }
 
-/// Photons of one energy that a view receives from a point.
+/// Photons that a view receives from a point: its place, their energy and number.
 #[derive(Debug)]
-pub(crate) struct Detection {
-    place: Place,
-    energy: f64,
-    value: f64,
-}
+pub(crate) struct Detection(Place, f64, f64);
 
 /// A photon, with its weight relative to that of its first interaction.
 struct Photon {
@@ -152,7 +150,8 @@ impl<'a> Problem<'a> {
         tally.detections.resize_with(n_views, Vec::new);
         tally.report = ScatterReport::default();
         tally.nearest = f64::INFINITY;
-        tally.distance = 0.0;
+        tally.heaviest = 0.0;
+        tally.depth = [0.0; 2];
         let mut random = Random::new(self.seed, block);
         let mut distributed = 0;
         for _ in 0..histories {
@@ -170,12 +169,8 @@ impl<'a> Problem<'a> {
 
     /// Distributes the detections to the nodes, view by view: the nodes of one view stay in the cache.
     fn distribute(&self, tally: &mut Tally) {
-        for Detection {
-            place,
-            energy,
-            value,
-        } in tally.detections.iter_mut().flat_map(|own| own.drain(..))
-        {
+        let detections = tally.detections.iter_mut();
+        for Detection(place, energy, value) in detections.flat_map(|own| own.drain(..)) {
             if let Some(at) = self.spectrum.at(energy) {
                 let values = |window| value * at.get(WINDOWS + window);
                 self.grid.add(&place, values, &mut tally.deposits);
@@ -210,6 +205,7 @@ impl<'a> Problem<'a> {
             if photon.order == 1 {
                 // Weights are relative to the first interaction.
                 scale *= std::mem::replace(&mut photon.weight, 1.0);
+                tally.heaviest = tally.heaviest.max(scale);
             }
             self.detect(&photon, scale, random, tally)?;
             let compton = Compton::of(photon.energy);
@@ -248,8 +244,9 @@ impl<'a> Problem<'a> {
         if interacts <= 0.0 {
             return Ok(false);
         }
-        let distance = path.distance(-(-interacts * random.uniform()).ln_1p() / mu);
-        tally.distance += distance;
+        let [distance, density, depth] = path.reach(-(-interacts * random.uniform()).ln_1p() / mu);
+        tally.depth[0] += density * depth;
+        tally.depth[1] += density * density;
         for axis in 0..3 {
             photon.position[axis] += distance * photon.direction[axis];
         }
@@ -293,11 +290,7 @@ impl<'a> Problem<'a> {
             let path = &mut tally.path;
             let column = path.follow(self.medium, photon.position, *direction)?;
             let value = scale * density / keep * (-at.get(ATTENUATION) * column).exp();
-            tally.detections[view].push(Detection {
-                place,
-                energy,
-                value,
-            });
+            tally.detections[view].push(Detection(place, energy, value));
             tally.report.paths += 1;
             let order = photon.order.min(ScatterReport::ORDERS) - 1;
             tally.report.by_order[order] += self.totals[view] * value * at.get(WINDOWS);
@@ -308,15 +301,16 @@ impl<'a> Problem<'a> {
 
 /// Estimates the mean weight of the emissions of a source, and rounds it to a power of 2.
 fn unit(source: &dyn Source, seed: u64) -> Result<f64, ScatterError> {
-    let (mut random, mut sum) = (Random::new(seed, u64::MAX), 0.0);
-    for _ in 0..TRIAL_EMISSIONS {
-        sum += valid("weight of an emission", source.emit(&mut random).weight)?;
-    }
-    if sum == 0.0 {
+    if source.is_empty() {
         return Ok(1.0);
     }
-    let mean = sum / TRIAL_EMISSIONS as f64;
-    let mean = within("mean weight of an emission", mean, MEAN_WEIGHTS)?;
+    let (mut random, mut sum, mut n) = (Random::new(seed, u64::MAX), 0.0, 0);
+    while n < TRIAL_EMISSIONS[0] || (sum == 0.0 && n < TRIAL_EMISSIONS[1]) {
+        sum += valid("weight of an emission", source.emit(&mut random).weight)?;
+        n += 1;
+    }
+    let what = "mean weight of the first emissions";
+    let mean = within(what, sum / n as f64, MEAN_WEIGHTS)?;
     Ok(mean.log2().round().exp2())
 }
 

@@ -10,16 +10,20 @@ pub struct Emission {
     /// Position in cm.
     pub position: [f64; 3],
     /// Weight: activity per cm^3 over the probability per cm^3 of this position. Constant and equal to the total activity where positions are
-    /// distributed as the activity is. The mean is 0 or from 1e-100 to 1e100; a source whose first 65 536 weights are 0 counts as one without
-    /// activity.
+    /// distributed as the activity is. The mean is from 1e-100 to 1e100.
     pub weight: f64,
 }
 
-/// A distribution of activity: [`PointSource`](crate::PointSource), [`VoxelSource`](crate::VoxelSource) or another. A source without activity
-/// has no scatter, which is not an error.
+/// A distribution of activity: [`PointSource`](crate::PointSource), [`VoxelSource`](crate::VoxelSource) or another.
 pub trait Source: Sync {
     /// Draws a point of emission.
     fn emit(&self, random: &mut Random) -> Emission;
+
+    /// Whether there is no activity, so that scatter is 0 without an error; `false` unless implemented. If the first 65 536 weights of another source
+    /// are 0, [`Scatter::new`](crate::Scatter::new) returns an error.
+    fn is_empty(&self) -> bool {
+        false
+    }
 }
 
 /// A stretch of a ray, `position + t direction`, with the density of the medium there.
@@ -38,14 +42,20 @@ pub struct Piece {
 pub(crate) const DENSEST: f64 = 30.0;
 /// Rounding errors of the ends of pieces in cm.
 const OVERLAP: f64 = 1e-6;
+/// Ratio of densities at which a scatterer begins.
+const GAP: f64 = 0.125;
 
-/// A scattering medium: water of a density that is constant along stretches of any ray; [`VoxelMedium`](crate::VoxelMedium) or another. An empty
-/// medium has no scatter, which is not an error. A medium counts as empty if no history and no line through a node, in the direction of its view,
-/// meets it.
+/// A scattering medium: water of a density that is constant along stretches of any ray; [`VoxelMedium`](crate::VoxelMedium) or another.
 pub trait Medium: Sync {
     /// Appends the stretches of a ray in their order. They do not overlap by more than 1e-6 cm; those at t < 0 are ignored. `direction` is a
     /// unit vector. [`Scatter::new`](crate::Scatter::new) checks the pieces of every ray that it traces.
     fn pieces(&self, position: [f64; 3], direction: [f64; 3], pieces: &mut Vec<Piece>);
+
+    /// Whether no ray has a density, so that scatter is 0 without an error; `false` unless implemented. The standard error of another medium that no
+    /// history meets is the contribution of one photon.
+    fn is_empty(&self) -> bool {
+        false
+    }
 }
 
 /// Stretches of one ray ahead of a position.
@@ -64,11 +74,7 @@ impl Path {
         medium.pieces(position, direction, &mut self.0);
         let (mut column, mut last) = (0.0, f64::MIN);
         for piece in &self.0 {
-            let Piece {
-                enter,
-                exit,
-                density,
-            } = *piece;
+            let (enter, exit, density) = (piece.enter, piece.exit, piece.density);
             within("start of a piece in cm", enter, [last - OVERLAP, f64::MAX])?;
             within("end of a piece in cm", exit, [enter, f64::MAX])?;
             within("density of a piece in g/cm^3", density, [0.0, DENSEST])?;
@@ -84,23 +90,29 @@ impl Path {
         pieces.fold(0.0, |end: f64, piece| end.max(piece.exit))
     }
 
-    /// Returns the distance at which a column density is reached.
-    pub(crate) fn distance(&self, column: f64) -> f64 {
-        let (mut left, mut last) = (column, 0.0);
+    /// Returns the distance at which a column density is reached, the density there, and the part of the column density in that scatterer.
+    pub(crate) fn reach(&self, column: f64) -> [f64; 3] {
+        let (mut left, mut inside, mut at) = (column, 0.0, [0.0; 3]);
+        let (mut end, mut before) = (0.0, 0.0);
         for piece in &self.0 {
-            let length = piece.exit - piece.enter.max(0.0);
-            if length <= 0.0 || piece.density <= 0.0 {
+            let (start, density) = (piece.enter.max(0.0), piece.density);
+            let here = density * (piece.exit - start);
+            if here <= 0.0 {
                 continue;
             }
-            let here = piece.density * length;
-            if left <= here {
-                return piece.enter.max(0.0) + left / piece.density;
+            if start > end + OVERLAP || before < GAP * density {
+                inside = 0.0;
             }
-            left -= here;
-            last = piece.exit;
+            // The distance exceeds the end of the path by rounding.
+            let part = left.min(here);
+            inside += part;
+            at = [start + part / density, density, inside];
+            if left <= here {
+                break;
+            }
+            (left, end, before) = (left - here, piece.exit, density);
         }
-        // The distance exceeds the end of the path by rounding.
-        last
+        at
     }
 }
 
@@ -119,17 +131,4 @@ pub(crate) fn in_front(
         within(what, view.radius, [end, f64::MAX])?;
     }
     Ok(())
-}
-
-/// Whether a line through any node, along the direction of its view, meets the medium.
-pub(crate) fn meets(medium: &dyn Medium, grid: &Grid) -> Result<bool, ScatterError> {
-    let mut path = Path::default();
-    for [position, direction] in grid.lines() {
-        for direction in [direction, direction.map(|x| -x)] {
-            if path.follow(medium, position, direction)? > 0.0 {
-                return Ok(true);
-            }
-        }
-    }
-    Ok(false)
 }

@@ -12,10 +12,10 @@ pub struct ScatterOptions {
     pub relative: f64,
     /// Distance in cm of the nodes on which scatter is collected and from which cubics interpolate; `None` for 0.75 cm, reduced until the error of
     /// interpolation is within the tolerance. A prescribed one has the error [`ScatterReport::interpolation_error`]: details smaller than twice the
-    /// distance are smoothed, such as the scatter around a point source. It is 0.01 to 10 cm and at most the larger of two lengths: the mean
-    /// distance of photons between emission and interactions, empty space included, and the standard deviation of the response at the nearest
-    /// emission. Above this limit, known after the first blocks, the bound on the error may not hold: for point sources near the surface of a ball of
-    /// water it holds up to about 1.2 times the mean distance. Below it the bound may fail at 3 cm and more for small scatterers far from the source.
+    /// distance are smoothed, such as the scatter around a point source. It is 0.01 to 10 cm and at most the larger of two lengths: the mean depth of
+    /// the interactions in a scatterer, from its surface or the source, and the standard deviation of the response at the nearest emission. Above this
+    /// limit, known after the first blocks, the bound on the error may not hold: for point sources near the surface of a ball of water it holds up to
+    /// about 1.2 times the mean depth. A scatterer begins where the density rises from less than an eighth; means are weighted by squared densities.
     /// The number of histories for a tolerance is about proportional to its power -2, down to the width of the response.
     pub pitch: Option<f64>,
     /// Largest angle in radians between the views from which cubics interpolate the views between them; 0 for no interpolation, `None` for 12
@@ -124,7 +124,7 @@ pub struct ScatterReport {
     /// on; the last also contains all higher orders. They include scatter beside the detector, up to four standard deviations of the response.
     /// Images are not separated: [`ScatterOptions::orders`] `= 1` gives an image of first-order scatter, two runs a difference.
     pub by_order: [f64; Self::ORDERS],
-    /// Standard errors of [`by_order`](Self::by_order).
+    /// Standard errors of [`by_order`](Self::by_order), at least the contribution of one photon.
     pub by_order_error: [f64; Self::ORDERS],
 }
 

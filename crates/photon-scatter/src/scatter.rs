@@ -52,11 +52,7 @@ pub struct Scatter {
 
 impl ScatterOptions {
     fn check(&self) -> Result<(), ScatterError> {
-        let least = if self.relative > 0.0 {
-            0.0
-        } else {
-            f64::MIN_POSITIVE
-        };
+        let least = [f64::MIN_POSITIVE, 0.0][usize::from(self.relative > 0.0)];
         within("tolerance", self.tolerance, [least, f64::MAX])?;
         within("relative tolerance", self.relative, [0.0, 1.0])?;
         within("orders of scattering", self.orders as f64, [1.0, f64::MAX])?;
@@ -161,9 +157,9 @@ impl Scatter {
     }
 
     /// Standard error of [`view`](Self::view), averaged over each bin. At each node its variance is the average over the node and its eight
-    /// neighbours, and it is at least the contribution of one photon, since it is itself an estimate. If no photon is recorded, that contribution is
-    /// estimated from the activity; the error is 0 only if no emission has a weight, or if the medium counts as empty ([`Medium`]). It does not
-    /// contain the error of interpolation between nodes and views: [`ScatterReport::interpolation_error`].
+    /// neighbours, and it is at least the contribution of one photon, since it is itself an estimate. If no photon is recorded in a window, that
+    /// contribution is estimated from the activity; the error is 0 only if source or medium are empty ([`Source::is_empty`], [`Medium::is_empty`]), or
+    /// if the window records no photon of any energy. It does not contain the error of interpolation: [`ScatterReport::interpolation_error`].
     ///
     /// # Panics
     /// If there is no such view or window.
@@ -177,8 +173,8 @@ impl Scatter {
     ///
     /// As for samples, the error does not contain the error of interpolation, which is at most [`ScatterReport::interpolation_error`] times the area
     /// of the detector. All views and windows share the histories, so that errors of different sums are correlated: that of a sum over views is at
-    /// most the sum of the errors. Where few photons reach a view through dense matter, blocks may miss rare large contributions, and the error is
-    /// too small.
+    /// most the sum of the errors. Every error is at least the contribution of one photon, which blocks may miss where few photons reach a view through
+    /// dense matter.
     ///
     /// # Panics
     /// If there is no such view or window.
@@ -244,8 +240,8 @@ impl Attempt {
             }
             drop(part);
             self.done += round;
-            let unseen = sums.unseen(problem)?;
-            let (images, errors) = sums.estimate(all, unseen);
+            let unseen = sums.unseen(problem);
+            let (images, errors) = sums.estimate(all, &unseen);
             let reached = largest(all, &errors, false);
             let least = images.iter().zip(&errors);
             let least: Vec<f64> = least.map(|(own, error)| own - 3.0 * error).collect();
@@ -254,7 +250,7 @@ impl Attempt {
                 self.error_of_nodes(&sums, all, [&images, &errors], options)?,
                 angles.error(&images, &errors, all.n_nodes() / all.n_views()),
             ];
-            let report = sums.finish(self.report, reached, interpolation.iter().sum());
+            let report = sums.finish(self.report, problem, [reached, interpolation.iter().sum()]);
             // The largest scatter itself, not reduced: a lower bound on the histories.
             let most = (options.tolerance).max(options.relative * largest(all, &images, true));
             let own = sums.report.histories as f64 * (reached / most).powi(2);
@@ -285,7 +281,7 @@ impl Attempt {
             if reached <= tolerance {
                 return Ok(Scatter {
                     grid: all.clone(),
-                    sums: sums.of_views(unseen),
+                    sums: sums.of_views(&unseen),
                     images,
                     errors,
                     report,
@@ -327,7 +323,7 @@ impl Attempt {
         options: &ScatterOptions,
     ) -> Result<f64, ScatterError> {
         let response = all.width(sums.nearest) * self.pitch;
-        let coarsest = sums.mean_distance().max(response).max(PITCHES[0]);
+        let coarsest = sums.depth().max(response).max(PITCHES[0]);
         if self.pitch <= coarsest {
             return Ok(smoothing(all, sums.nearest, images, errors));
         }

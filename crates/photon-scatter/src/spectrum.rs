@@ -110,27 +110,18 @@ impl Spectrum {
     pub fn new(energy: f64, resolution: f64, windows: &[[f64; 2]]) -> Result<Self, ScatterError> {
         within("energy in keV", energy, [21.0, ENERGIES[1]])?;
         within("energy resolution", resolution, [0.005, 1.0])?;
-        within(
-            "number of energy windows",
-            windows.len() as f64,
-            [1.0, 64.0],
-        )?;
+        let count = windows.len() as f64;
+        within("number of energy windows", count, [1.0, 64.0])?;
         for [low, high] in windows {
             within("lower edge of a window in keV", *low, [1.0, 1e4])?;
             within("upper edge of a window in keV", *high, [*low, 1e4])?;
             within("width of a window in keV", high - low, [1e-3, 1e4])?;
         }
         let [low, high] = windows[0];
-        within(
-            "lower edge of the photopeak window in keV",
-            low,
-            [1.0, energy],
-        )?;
-        within(
-            "upper edge of the photopeak window in keV",
-            high,
-            [energy, 1e4],
-        )?;
+        let what = "lower edge of the photopeak window in keV";
+        within(what, low, [1.0, energy])?;
+        let what = "upper edge of the photopeak window in keV";
+        within(what, high, [energy, 1e4])?;
         let mut spectrum = Self {
             energy,
             resolution,
@@ -150,9 +141,8 @@ impl Spectrum {
     fn tabulate(&mut self) {
         let n = self.windows.len();
         let highest = |energy: f64| {
-            (0..n)
-                .map(|w| self.efficiency(w, energy))
-                .fold(0.0, f64::max)
+            let windows = (0..n).map(|w| self.efficiency(w, energy));
+            windows.fold(0.0, f64::max)
         };
         let step = (self.energy - ENERGIES[0]) / INTERVALS as f64;
         let all = (0..INTERVALS).map(|k| ENERGIES[0] + k as f64 * step);
@@ -192,6 +182,13 @@ impl Spectrum {
         let sigma = self.resolution * (self.energy * energy).sqrt() / FWHM;
         let below = |edge: f64| libm::erf((edge - energy) / (sigma * std::f64::consts::SQRT_2));
         0.5 * (below(high) - below(low)) / self.photopeak
+    }
+
+    /// Largest ratio of the efficiency of a window to the highest of all windows, at the energies that are followed.
+    pub(crate) fn fraction(&self, window: usize) -> f64 {
+        let rows = self.table.chunks(WINDOWS + self.windows.len());
+        let ratios = rows.map(|row| row[WINDOWS + window] / row[HIGHEST]);
+        ratios.fold(0.0, f64::max)
     }
 
     /// The table at an energy; `None` below the energies that are followed.

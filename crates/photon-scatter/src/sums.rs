@@ -5,7 +5,6 @@ use crate::angles::Angles;
 use crate::camera::Grid;
 use crate::error::ScatterError;
 use crate::history::{FULL_DETECTION, Problem, Tally};
-use crate::medium::meets;
 use rayon::prelude::*;
 
 /// Sums over blocks of their images and of the squares of these.
@@ -21,8 +20,10 @@ pub(crate) struct Sums {
     pub(crate) report: ScatterReport,
     /// Smallest distance of an emission from a face.
     pub(crate) nearest: f64,
-    /// Sum of the distances in [`mean_distance`](Self::mean_distance).
-    distance: f64,
+    /// Largest weight of a history at its first interaction.
+    heaviest: f64,
+    /// Numerator and denominator of [`depth`](Self::depth).
+    depth: [f64; 2],
 }
 
 impl Sums {
@@ -37,7 +38,8 @@ impl Sums {
             orders: Default::default(),
             report: ScatterReport::default(),
             nearest: f64::INFINITY,
-            distance: 0.0,
+            heaviest: 0.0,
+            depth: [0.0; 2],
         }
     }
 
@@ -63,15 +65,16 @@ impl Sums {
                 Ok((
                     angles.expand(&images, view_len),
                     tally.report,
-                    [tally.nearest, tally.distance],
+                    (tally.nearest, tally.heaviest, tally.depth),
                 ))
             })
             .collect::<Result<_, ScatterError>>()?;
         self.blocks += blocks.len();
-        for (images, report, [nearest, distance]) in &blocks {
+        for (images, report, (nearest, heaviest, depth)) in &blocks {
             self.report.add(report);
             self.nearest = self.nearest.min(*nearest);
-            self.distance += distance;
+            self.heaviest = self.heaviest.max(*heaviest);
+            self.depth = [0, 1].map(|k| self.depth[k] + depth[k]);
             for (order, sum) in self.orders.iter_mut().zip(report.by_order) {
                 order.add(problem.unit * sum / histories as f64);
             }
@@ -92,11 +95,11 @@ impl Sums {
         Ok(())
     }
 
-    /// Projection sums and their standard errors, at least `unseen`.
-    pub(crate) fn of_views(&self, unseen: f64) -> Vec<[f64; 2]> {
-        let averages = self.views.iter().map(|view| view.average(self.blocks));
-        averages
-            .map(|[sum, error]| [sum, error.max(unseen)])
+    /// Projection sums and their standard errors, at least those of [`unseen`](Self::unseen) photons.
+    pub(crate) fn of_views(&self, unseen: &[f64]) -> Vec<[f64; 2]> {
+        let views = self.views.iter().zip(unseen.iter().cycle());
+        views
+            .map(|(view, unseen)| view.average(self.blocks, *unseen))
             .collect()
     }
 
@@ -104,44 +107,47 @@ impl Sums {
     pub(crate) fn finish(
         &self,
         discarded: ScatterReport,
-        standard: f64,
-        interpolation: f64,
+        problem: &Problem<'_>,
+        [standard, interpolation]: [f64; 2],
     ) -> ScatterReport {
         let mut report = discarded;
         report.add(&self.report);
-        let orders = self.orders.map(|order| order.average(self.blocks));
-        report.by_order = orders.map(|[average, _]| average);
-        report.by_order_error = orders.map(|[_, error]| error);
+        let most = problem.totals.iter().fold(0.0, |most: f64, x| most.max(*x));
+        let unseen = most * self.unseen(problem)[0];
+        for (k, order) in self.orders.iter().enumerate() {
+            let least = if k < problem.orders { unseen } else { 0.0 };
+            [report.by_order[k], report.by_order_error[k]] = order.average(self.blocks, least);
+        }
         report.largest_standard_error = standard;
         report.interpolation_error = interpolation;
         report
     }
 
-    /// Returns the mean distance of interactions from the emission or the previous interaction in cm; infinite without interactions.
-    pub(crate) fn mean_distance(&self) -> f64 {
-        match self.report.interactions {
-            0 => f64::INFINITY,
-            n => self.distance / n as f64,
+    /// Returns the mean depth of interactions in cm, weighted by the squares of their densities; infinite without interactions. A depth is the column
+    /// density of the path in the scatterer, from the emission, the previous interaction or the entry, over the density at the interaction.
+    pub(crate) fn depth(&self) -> f64 {
+        match self.depth {
+            [_, 0.0] => f64::INFINITY,
+            [sum, weights] => sum / weights,
         }
     }
 
-    /// Estimates the contribution of one photon to a projection sum if none is recorded. It is 0 if one is recorded, without
-    /// activity, and if neither a history nor a line through a node meets the medium.
-    pub(crate) fn unseen(&self, problem: &Problem<'_>) -> Result<f64, ScatterError> {
-        let active = self.nearest.is_finite();
-        let none = active && self.first.iter().all(|sum| *sum == 0.0);
-        let possible = |interactions| match interactions {
-            0 => meets(problem.medium, &problem.grid),
-            _ => Ok(true),
+    /// Contribution of one photon to a projection sum in each window, of the largest weight followed. Rare photons that no history follows may contribute
+    /// as much. It is 0 if source or medium are empty, and in a window that records no photon of any energy.
+    pub(crate) fn unseen(&self, problem: &Problem<'_>) -> Vec<f64> {
+        let empty = problem.source.is_empty() || problem.medium.is_empty();
+        let weight = match self.heaviest {
+            _ if empty => 0.0,
+            0.0 => 1.0,
+            heaviest => heaviest,
         };
-        Ok(match none && possible(self.report.interactions)? {
-            true => FULL_DETECTION * problem.unit / self.report.histories as f64,
-            false => 0.0,
-        })
+        let one = FULL_DETECTION * problem.unit * weight / self.report.histories as f64;
+        let fractions = (0..problem.grid.windows).map(|window| problem.spectrum.fraction(window));
+        fractions.map(|fraction| one * fraction).collect()
     }
 
-    /// Averages over the blocks and their standard errors, which are at least the contribution of one photon; `unseen` is not 0 if none is recorded.
-    pub(crate) fn estimate(&self, grid: &Grid, unseen: f64) -> (Vec<f64>, Vec<f64>) {
+    /// Averages over the blocks and their standard errors, which are at least the contribution of one photon, in windows without any of an [`unseen`](Self::unseen) one.
+    pub(crate) fn estimate(&self, grid: &Grid, unseen: &[f64]) -> (Vec<f64>, Vec<f64>) {
         let n = self.blocks as f64;
         let images: Vec<f64> = self.first.iter().map(|sum| sum / n).collect();
         let variances: Vec<f64> = (images.iter().zip(&self.second))
@@ -158,7 +164,7 @@ impl Sums {
             // Of n equal contributions each is the variance over the mean.
             let one = match variances[most] > 0.0 {
                 true => variances[most] / images[most],
-                false => 0.0,
+                false => unseen[window] / grid.least_area(),
             };
             for view in views {
                 let from = view * nx * nz;
@@ -169,9 +175,6 @@ impl Sums {
                     errors[at] = (sum / 9.0).sqrt().max(one);
                 }
             }
-        }
-        if unseen > 0.0 {
-            errors.fill(unseen / grid.area());
         }
         (images, errors)
     }
@@ -187,11 +190,11 @@ impl Moments {
         self.0[1] += value * value;
     }
 
-    /// The average over n blocks and its standard error.
-    fn average(self, n: usize) -> [f64; 2] {
+    /// The average over n blocks and its standard error, at least another one.
+    fn average(self, n: usize, least: f64) -> [f64; 2] {
         let n = n as f64;
         let [first, second] = self.0.map(|sum| sum / n);
         let variance = (second - first * first).max(0.0) / (n - 1.0);
-        [first, variance.sqrt()]
+        [first, variance.sqrt().max(least)]
     }
 }

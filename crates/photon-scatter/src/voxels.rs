@@ -20,6 +20,10 @@ impl Source for PointSource {
             weight: self.activity,
         }
     }
+
+    fn is_empty(&self) -> bool {
+        self.activity == 0.0
+    }
 }
 
 /// Activity per cm^3 in voxels, constant in each. Without activity it has no scatter.
@@ -72,6 +76,10 @@ impl Source for VoxelSource {
         let position = [0, 1, 2].map(|k| self.grid.plane(k, index[k] as f64 + random.uniform()));
         Emission { position, weight }
     }
+
+    fn is_empty(&self) -> bool {
+        self.cumulative.last() == Some(&0.0)
+    }
 }
 
 /// Density in voxels, constant in each; nothing outside the grid.
@@ -105,6 +113,10 @@ impl VoxelMedium {
 }
 
 impl Medium for VoxelMedium {
+    fn is_empty(&self) -> bool {
+        self.density.iter().all(|density| *density == 0.0)
+    }
+
     /// Stretches between the planes of the voxels; equal neighbours are one.
     fn pieces(&self, position: [f64; 3], direction: [f64; 3], pieces: &mut Vec<Piece>) {
         let Voxels { size, spacing, .. } = self.grid;

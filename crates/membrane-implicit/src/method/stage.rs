@@ -320,23 +320,15 @@ impl Stage {
         new: &mut Kinematics,
         work: &mut Work,
     ) -> Result<()> {
-        // A feedback acts in its own direction, in which the matrix of another state contracts less than in that of the first changes.
-        let tolerance = match eq.constraint {
-            Constraint::Feedback(_) => 0.1 * SOLVE_TOLERANCE,
-            Constraint::Intensity(_)
-            | Constraint::TotalForce(_)
-            | Constraint::Volume(_)
-            | Constraint::Answer(_) => SOLVE_TOLERANCE,
-        };
-        // a relative change of an intensity that follows from the shape counts as the same displacement of the whole membrane
-        let per_intensity = match eq.constraint {
-            Constraint::TotalForce(_) => {
-                eq.body.length / new.intensity.abs().max(f64::MIN_POSITIVE)
+        let intensity = new.intensity.abs().max(f64::MIN_POSITIVE);
+        let (tolerance, per_intensity) = match eq.constraint {
+            // acts in its own direction, in which the matrix of another state contracts less than in that of the first changes
+            Constraint::Feedback(_) => (0.1 * SOLVE_TOLERANCE, 0.0),
+            // a relative change of an intensity that follows from the shape counts as the same displacement of the whole membrane
+            Constraint::TotalForce(_) => (SOLVE_TOLERANCE, eq.body.length / intensity),
+            Constraint::Intensity(_) | Constraint::Volume(_) | Constraint::Answer(_) => {
+                (SOLVE_TOLERANCE, 0.0)
             }
-            Constraint::Intensity(_)
-            | Constraint::Volume(_)
-            | Constraint::Feedback(_)
-            | Constraint::Answer(_) => 0.0,
         };
         let moved = eq.reach * dot_in_eight(&new.velocity, &new.velocity).sqrt();
         let unit = eq.unit(moved);
@@ -349,6 +341,8 @@ impl Stage {
         let mut scratch = std::mem::take(&mut self.scratch);
         let n = self.nodes.len();
         let outcome = loop {
+            // a panic of the user's feedback has taken the vector
+            x.resize(n + 1, 0.0);
             x[..n].copy_from_slice(&new.velocity);
             x[n] = new.intensity;
             let stale = self.factored == eq.h;
@@ -392,6 +386,8 @@ impl Stage {
         let mut x = std::mem::take(&mut self.unknowns);
         let mut step = std::mem::take(&mut self.step);
         let n = self.nodes.len();
+        x.resize(n + 1, 0.0);
+        step.resize(n + 1, 0.0);
         x[..n].copy_from_slice(&new.velocity);
         x[n] = new.intensity;
         let stage = &mut *self;

@@ -368,3 +368,48 @@ fn an_observer_ends_a_run() {
     let expected: Vec<_> = whole.norms[..4].iter().copied().enumerate().collect();
     assert_eq!(seen, expected);
 }
+
+/// A model whose call of some number panics.
+#[derive(Clone)]
+struct Interrupted(std::sync::Arc<std::sync::atomic::AtomicUsize>);
+
+impl Feedback for Interrupted {
+    fn intensity(&self, now: &LoadState) -> f64 {
+        let left = self.0.fetch_sub(1, std::sync::atomic::Ordering::Relaxed);
+        assert!(left != 1, "interrupted");
+        outlet(now)
+    }
+}
+
+/// After a panic of the user's model the motion is in the state before the step, and continues from it.
+#[test]
+fn a_panic_of_a_feedback_leaves_the_state_before_the_step() {
+    use std::panic::{AssertUnwindSafe, catch_unwind};
+    use std::sync::{Arc, atomic::AtomicUsize, atomic::Ordering};
+    for scheme in IMPLICIT {
+        let calls = Arc::new(AtomicUsize::new(usize::MAX));
+        let load = Load::feedback(Interrupted(calls.clone()));
+        let mut motion = Motion::new(body(), load, scheme).unwrap();
+        let mut undisturbed = outlet_motion(scheme);
+        let mut interrupted = 0;
+        for call in 1..40 {
+            let before = motion.state().points.to_vec();
+            calls.store(1 + call % 8, Ordering::Relaxed);
+            if catch_unwind(AssertUnwindSafe(|| motion.step(0.01))).is_err() {
+                interrupted += 1;
+                assert_eq!(motion.state().points, before);
+                calls.store(usize::MAX, Ordering::Relaxed);
+                motion.step(0.01).unwrap();
+            }
+            undisturbed.step(0.01).unwrap();
+        }
+        let pairs = motion.state().points.iter().zip(undisturbed.state().points);
+        let off = pairs.map(|(a, b)| (a[0] - b[0]).abs().max((a[1] - b[1]).abs()));
+        let off = off.fold(0.0, f64::max);
+        println!("{scheme:?}: {interrupted} {off:e}");
+        assert!(
+            interrupted > 5 && off < 1e-9,
+            "{scheme:?}: {interrupted} {off:e}"
+        );
+    }
+}

@@ -393,6 +393,27 @@ fn the_errors_of_finite_differences_are_bounded_at_kinks() {
     }
 }
 
+/// The polynomials do not resolve rubber with corners, and smooth rubber has an estimate.
+#[test]
+fn rubber_with_corners_has_no_estimate_of_finite_differences() {
+    let corners = [[0.0, 2.0], [5.0, 2.0], [6.0, 0.0], [5.0, -2.0], [0.0, -2.0]];
+    let smooth = ReferenceShape::balloon(5.0, 2.0).unwrap();
+    for (shape, known) in [
+        (ReferenceShape::polyline(&corners).unwrap(), false),
+        (smooth, true),
+    ] {
+        let latex = Rubber::new(StrainEnergy::NeoHookean { mu: 1.0 }, Thickness::UNIT).unwrap();
+        let membrane = Membrane::new(shape).with_rubber(latex);
+        for nodes in [51, 101, 201] {
+            let solver = Solver::new(&membrane, Discretisation::FiniteDifferences { nodes });
+            let solved = solver.unwrap();
+            let solved = solved.solve(Control::VolumeGain(0.3), &NewtonOptions::default());
+            let stated = solved.unwrap().discretisation_error();
+            assert_eq!(stated.is_some(), known, "{nodes}: {stated:?}");
+        }
+    }
+}
+
 /// dE = p dA for springs under a pressure, p dV for rubber, in both discretisations.
 #[test]
 fn energies_change_by_the_work_of_the_pressure() {

@@ -5,6 +5,7 @@
 mod bad_inputs;
 mod banded;
 mod branches;
+mod collapse;
 mod convergence;
 mod half;
 mod odd_inputs;

@@ -2,8 +2,8 @@
 
 use crate::support::{Ball, LEHR, Point, camera, photopeak};
 use photon_scatter::{
-    Camera, Compton, Emission, Medium, Piece, Random, Response, Scatter, ScatterError,
-    ScatterOptions, Source, Spectrum, View, water_attenuation,
+    Camera, Compton, Emission, Medium, Piece, PointSource, Random, Response, Scatter, ScatterError,
+    ScatterOptions, Source, Spectrum, View, VoxelMedium, water_attenuation,
 };
 
 const BALL: Ball = Ball {
@@ -197,15 +197,47 @@ fn sources_and_media_are_checked() {
             assert!(matches!(result, Err(ScatterError::OutOfRange { .. })));
         }
     }
-    // Nothing emitted, or nothing to scatter: no scatter, exactly.
+    // Nothing emitted, or nothing to scatter: no scatter, exactly, where source or medium state it.
+    let (none, air) = (
+        PointSource {
+            position: [0.0; 3],
+            activity: 0.0,
+        },
+        VoxelMedium::new([2; 3], [1.0; 3], &[0.0; 8]).unwrap(),
+    );
     for result in [
-        run(&point(0.0), &BALL, &options),
-        run(&point(1.0), &Bad(0.0), &options),
+        run(&none, &BALL, &options),
+        run(&point(1.0), &air, &options),
     ] {
         let scatter = result.unwrap();
         assert!(scatter.view(0, 0).iter().all(|value| *value == 0.0));
         assert_eq!(scatter.report().largest_standard_error, 0.0);
+        assert_eq!(scatter.sum(0, 0), [0.0; 2]);
     }
+    // Otherwise it is not known.
+    let scatter = run(&point(1.0), &Bad(0.0), &options).unwrap();
+    assert!(scatter.report().largest_standard_error > 0.0 && scatter.sum(0, 0)[1] > 0.0);
+    let error = run(&point(0.0), &BALL, &options).unwrap_err().to_string();
+    assert!(
+        error.starts_with("mean weight of the first emissions is 0;"),
+        "{error}"
+    );
+}
+
+/// A window in which no photon is recorded has the error of one that the others record; a window above the energy of the photons has none.
+#[test]
+fn windows_without_a_photon_have_an_error() {
+    let windows = [[126.45, 154.55], [85.0, 86.0], [400.0, 500.0]];
+    let spectrum = Spectrum::new(140.5, 0.02, &windows).unwrap();
+    let options = ScatterOptions::new(1e3).with_block(16).with_orders(1);
+    let point = Point([0.0; 3], 1.0);
+    let camera = camera(4, 1.0, &[0.0]);
+    let scatter = Scatter::new(&point, &BALL, &camera, &spectrum, &options).unwrap();
+    let sums = [0, 1, 2].map(|window| scatter.sum(window, 0));
+    println!("{sums:?}");
+    assert!(sums[1][0] < 1e-9 * sums[0][0] && sums[1][1] > 0.0 && sums[2] == [0.0; 2]);
+    let errors = scatter.standard_error(1, 0);
+    assert!(errors.iter().all(|error| *error > 0.0), "{errors:?}");
 }
 
 /// Pieces of fixed ends and densities for every ray.

@@ -87,7 +87,7 @@ fn the_limit_of_histories_is_not_exceeded() {
 #[test]
 fn rare_scatter_is_not_zero() {
     let run = |x, radius, options: ScatterOptions| {
-        let options = options.with_pitch(0.75);
+        let options = options.with_pitch(0.5);
         scatter(radius, ([x, 0.0, 0.0], 1.0), (40, 0.9), options)
     };
     let [exact, _] = run(8.0, 1.0, relative(0.05)).unwrap().sum(0, 0);
@@ -111,6 +111,40 @@ fn rare_scatter_is_not_zero() {
             reached > 0.0 && report.histories > 500_000,
             "{reached} {report:?}"
         );
+    }
+}
+
+/// A speck between the nodes that no history meets: its scatter is not 0, and the error covers it, whatever the pitch.
+#[test]
+fn scatter_of_a_remote_speck_is_within_its_error() {
+    let speck = Ball {
+        centre: [0.37, 0.0, 0.37],
+        radius: 0.02,
+        density: 30.0,
+    };
+    let view = View {
+        angle: 0.0,
+        radius: 13.0,
+    };
+    let camera = Camera::new([20; 2], [0.2; 2], &[view], LEHR).unwrap();
+    // Density times volume over 4 pi times the square of the distance, electrons per gram, 4 pi times the cross-section per steradian and electron
+    // at a cosine of 0.8, and the efficiency, without attenuation.
+    let ratio: f64 = 1.0 / (1.0 + 0.2 * 140.5 / 510.998_95);
+    let section = 0.5 * 7.940_787_6e-26 * ratio * ratio * (ratio + 1.0 / ratio - 0.36);
+    let amount = 30.0 * 0.02f64.powi(3) / 3.0 / 50.0f64.powi(2);
+    let recorded = photopeak().efficiency(0, 140.5 * ratio);
+    let exact = amount * 3.342_8e23 * 4.0 * std::f64::consts::PI * section * recorded;
+    let peak = exact / (2.0 * std::f64::consts::PI * 0.35f64.powi(2));
+    let source = PointSource {
+        position: [30.0, -40.0, 0.0],
+        activity: 1.0,
+    };
+    for pitch in [0.75, 5.0] {
+        let options = ScatterOptions::new(1e-3).with_pitch(pitch);
+        let found = Scatter::new(&source, &speck, &camera, &photopeak(), &options).unwrap();
+        let ([sum, error], stated) = (found.sum(0, 0), found.largest_error());
+        println!("{pitch}: {sum:e} +- {error:e} for {exact:e}, {stated:e} for {peak:e}");
+        assert!((sum - exact).abs() <= 4.0 * error && peak <= stated && stated <= 4e-3);
     }
 }
 

@@ -12,5 +12,7 @@ mod compton;
 mod error_bound;
 mod limits;
 mod quadrature;
+mod small;
+mod sums;
 mod threads;
 mod voxels;
