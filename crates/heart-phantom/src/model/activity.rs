@@ -4,7 +4,7 @@ use crate::HeartShape;
 use crate::error::PhantomError;
 #[cfg(feature = "scene")]
 use crate::scene::exactly;
-use revolve_voxel::{OrganShape, Pose};
+use revolve_voxel::{Organ, OrganShape, Pose};
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
@@ -48,8 +48,13 @@ pub struct Background {
 }
 
 impl Background {
-    pub(crate) fn torso(&self) -> Result<OrganShape, PhantomError> {
-        Ok(OrganShape::cylinder(self.centre, self.semi_axes)?)
+    /// Returns it as an organ.
+    pub(crate) fn organ(&self) -> Result<Organ, PhantomError> {
+        Ok(Organ {
+            shape: OrganShape::cylinder(self.centre, self.semi_axes)?,
+            activity: self.concentration,
+            attenuation: 0.0,
+        })
     }
 
     /// Returns whether the background contains all shapes in a pose.
@@ -61,7 +66,7 @@ impl Background {
         if self.concentration == 0.0 {
             return Ok(());
         }
-        let torso = self.torso()?;
+        let torso = self.organ()?.shape;
         let distinct: BTreeMap<u64, &Arc<HeartShape>> = (shapes.iter())
             .map(|shape| (shape.gain().to_bits(), shape))
             .collect();

@@ -2,7 +2,7 @@
 
 #[cfg(feature = "scene")]
 use crate::scene::exactly;
-use revolve_voxel::OrganShape;
+use revolve_voxel::{Organ, OrganShape};
 
 /// `[attenuation]`: a uniform medium.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -38,11 +38,15 @@ pub enum Medium {
 }
 
 impl Attenuation {
-    /// Returns the torso of a validated scene; `None` if the heart attenuates.
-    pub(crate) fn torso(&self) -> Option<OrganShape> {
+    /// Returns the torso of a validated scene as an organ; `None` if the heart attenuates.
+    pub(crate) fn torso(&self) -> Option<Organ> {
         match self.medium {
             Medium::Heart => None,
-            Medium::Torso { centre, semi_axes } => OrganShape::cylinder(centre, semi_axes).ok(),
+            Medium::Torso { centre, semi_axes } => Some(Organ {
+                shape: OrganShape::cylinder(centre, semi_axes).ok()?,
+                activity: 0.0,
+                attenuation: self.coefficient,
+            }),
         }
     }
 }

@@ -24,11 +24,7 @@ impl Surroundings {
     ) -> Result<Self, PhantomError> {
         let mut sources = Vec::new();
         if let Some(around) = background {
-            sources.push(Organ {
-                shape: around.torso()?,
-                activity: around.concentration,
-                attenuation: 0.0,
-            });
+            sources.push(around.organ()?);
         }
         sources.extend(organs.iter().flat_map(|organs| organs.as_slice()));
         let around = (sources.iter()).fold(0.0, |most: f64, organ| most.max(organ.attenuation));
@@ -36,14 +32,7 @@ impl Surroundings {
         let (media, heart) = match attenuation {
             None => (Some(Vec::new()), None),
             Some(own) => match own.torso() {
-                Some(torso) => {
-                    let medium = Organ {
-                        shape: torso,
-                        activity: 0.0,
-                        attenuation: own.coefficient,
-                    };
-                    (Some(vec![medium]), None)
-                }
+                Some(medium) => (Some(vec![medium]), None),
                 None => (None, Some(own.coefficient)),
             },
         };

@@ -1,12 +1,11 @@
 //! Voxels and response of the OSEM model.
 
 use super::method::Osem;
+use crate::Camera;
 use crate::error::{PhantomError, zeros};
 use crate::scan::BinSample;
 use crate::scene::Parts;
-use crate::{Camera, Medium};
 use radon::Collimator;
-use revolve_voxel::Organs;
 
 /// The model extends beyond the first and the last row by so many standard deviations of the widest response.
 const MARGIN: f64 = 3.0;
@@ -38,13 +37,8 @@ impl Parts {
         // A medium with coefficient 0 needs no more voxels.
         let models = osem.attenuation && self.attenuation.is_some();
         let medium = (self.attenuation).filter(|own| models && own.coefficient > 0.0);
-        if let Some(around) = self.scene.background {
-            hold(around.centre, around.semi_axes);
-        }
-        if let Some(Medium::Torso { centre, semi_axes }) = medium.map(|own| own.medium) {
-            hold(centre, semi_axes);
-        }
-        for organ in self.organs.iter().flat_map(Organs::as_slice) {
+        let torso = medium.and_then(|own| own.torso());
+        for organ in torso.iter().chain(self.surroundings.sources()) {
             if organ.activity > 0.0 || (models && organ.attenuation > 0.0) {
                 let ([x, y, _], [a, b, _]) = organ.shape.bounds();
                 hold([x, y], [a, b]);

@@ -4,24 +4,15 @@ use super::warnings::{span, turned};
 use super::{Phantom, once};
 use crate::error::PhantomError;
 use crate::scan::{Facing, Orbit};
-use crate::{Medium, Rotation, ranges};
-use revolve_voxel::{Body, Organs};
+use crate::{Rotation, ranges};
+use revolve_voxel::{Body, Organ};
 
-/// The cross-section of an organ or torso perpendicular to the axis of rotation: an ellipse.
-struct Section {
-    centre: [f64; 2],
-    semi_axes: [f64; 2],
-    active: bool,
-}
-
-impl Section {
-    /// Returns the extent along rays at `theta`.
-    fn span(&self, theta: f64) -> [f64; 2] {
-        let (sin, cos) = theta.sin_cos();
-        let ([x, y], [a, b]) = (self.centre, self.semi_axes);
-        let (middle, half) = (y * cos - x * sin, (a * sin).hypot(b * cos));
-        [middle - half, middle + half]
-    }
+/// Returns the extent of the cross-section of an organ or torso, an ellipse, along rays at `theta`.
+fn span_of(organ: &Organ, theta: f64) -> [f64; 2] {
+    let (sin, cos) = theta.sin_cos();
+    let ([x, y, _], [a, b, _]) = organ.shape.bounds();
+    let (middle, half) = (y * cos - x * sin, (a * sin).hypot(b * cos));
+    [middle - half, middle + half]
 }
 
 impl Phantom {
@@ -55,9 +46,12 @@ impl Phantom {
     /// Returns the collimator face and the objects in front of it, for each view.
     pub(super) fn facing(&self) -> Result<&[Facing], PhantomError> {
         let facing = once(&self.facing, || {
-            let (bodies, sections) = (self.outermost()?, self.sections());
+            let bodies = self.outermost()?;
+            let torso = self.parts.attenuation.and_then(|own| own.torso());
+            let sources = self.parts.surroundings.sources();
+            let around: Vec<Organ> = torso.iter().chain(sources).copied().collect();
             (0..self.camera().n_views())
-                .map(|view_idx| self.facing_of(view_idx, &bodies, &sections))
+                .map(|view_idx| self.facing_of(view_idx, &bodies, &around))
                 .collect()
         });
         Ok(facing?)
@@ -76,7 +70,7 @@ impl Phantom {
         &self,
         view_idx: usize,
         bodies: &[Body],
-        sections: &[Section],
+        around: &[Organ],
     ) -> Result<Facing, PhantomError> {
         let camera = self.camera();
         let shares: &[f64] = match camera.rotation() {
@@ -92,7 +86,9 @@ impl Phantom {
                 .collect::<Result<Vec<_>, _>>()?;
             let heart = span(&turned, 1)?;
             own = [own[0].min(heart[0]), own[1].max(heart[1])];
-            let others = sections.iter().map(|s| (s.span(theta), s.active));
+            let others = around
+                .iter()
+                .map(|organ| (span_of(organ, theta), organ.activity > 0.0));
             for ([low, high], active) in others.chain([(heart, true)]) {
                 body = body.max(high);
                 if active {
@@ -112,32 +108,5 @@ impl Phantom {
             seen,
             body,
         })
-    }
-
-    /// Returns the cross-sections of all objects around the heart.
-    fn sections(&self) -> Vec<Section> {
-        let parts = &self.parts;
-        let torso = match parts.attenuation.map(|attenuation| attenuation.medium) {
-            Some(Medium::Torso { centre, semi_axes }) => Some((centre, semi_axes, false)),
-            Some(Medium::Heart) | None => None,
-        };
-        let background = self.scene().background;
-        let background = background.map(|around| (around.centre, around.semi_axes, true));
-        let cylinders = [torso, background].into_iter().flatten();
-        let cylinders = cylinders.map(|(centre, semi_axes, active)| Section {
-            centre,
-            semi_axes,
-            active,
-        });
-        let organs = parts.organs.iter().flat_map(Organs::as_slice);
-        let organs = organs.map(|organ| {
-            let ([x, y, _], [a, b, _]) = organ.shape.bounds();
-            Section {
-                centre: [x, y],
-                semi_axes: [a, b],
-                active: organ.activity > 0.0,
-            }
-        });
-        cylinders.chain(organs).collect()
     }
 }

@@ -225,11 +225,7 @@ impl<'a> Tissue<'a> {
         water: f64,
     ) -> Result<Self, PhantomError> {
         let [low, high] = body.bounding_box(body.layers().len() - 1)?;
-        let torso = attenuation.torso().map(|torso| Organ {
-            shape: torso,
-            activity: 0.0,
-            attenuation: attenuation.coefficient,
-        });
+        let torso = attenuation.torso();
         let organs = match &torso {
             Some(torso) => std::slice::from_ref(torso),
             None => organs.map_or(&[][..], Organs::as_slice),

@@ -226,10 +226,9 @@ impl Phantom {
             return Err(PhantomError::Absent { what });
         };
         let (grid, slices) = (scan.camera.grid(), 0..scan.camera.n_rows());
+        let of = |organ: &Organ| organ.attenuation;
         if let Some(torso) = attenuation.torso() {
-            let mut map = zeros("voxels of the attenuation map", grid.len())?;
-            torso.voxelize_add(grid, slices, attenuation.coefficient, &mut map)?;
-            return Ok(map);
+            return Ok(Organs::new(vec![torso])?.voxelize(grid, slices, of)?);
         }
         // Voxelised as if it were activity: with organs the volume fraction of the heart, else its coefficient.
         let own = (scan.organs).map_or(attenuation.coefficient, |_| 1.0);
@@ -243,7 +242,6 @@ impl Phantom {
         };
         let (mut map, counters) = truth_of_slices(&heart, tolerance, slices.clone(), None)?;
         if let Some(around) = scan.organs {
-            let of = |organ: &Organ| organ.attenuation;
             let around = once(organs, || Ok(around.voxelize(grid, slices, of)?))?;
             for (voxel, under) in map.iter_mut().zip(around) {
                 *voxel = under + *voxel * (attenuation.coefficient as f32 - under);

@@ -45,17 +45,9 @@ impl Phantom {
             Some(warning) => found.push(warning),
             None => found.extend(self.truncated_heart(&bodies)?),
         }
-        let background = parts
-            .scene
-            .background
-            .filter(|around| around.concentration > 0.0);
-        if let Some(around) = background {
-            let widest = self.widest_ellipse(&around.torso()?);
-            found.extend(self.beyond_bins(TruncatedObject::Background, widest));
-        }
         found.extend(self.truncated_organs());
         let medium = parts.attenuation.filter(|medium| medium.coefficient > 0.0);
-        if let Some(torso) = medium.and_then(|medium| medium.torso()) {
+        if let Some(Organ { shape: torso, .. }) = medium.and_then(|medium| medium.torso()) {
             let widest = self.widest_ellipse(&torso);
             found.extend(self.beyond_bins(TruncatedObject::Torso, widest));
             let times = (bodies.iter()).map(|body| torso.scale_to_contain(body));
@@ -126,9 +118,9 @@ impl Phantom {
         Ok(bodies)
     }
 
-    /// Returns warnings for active organs, and for organs that only attenuate, that extend farthest beyond the bins or the rows.
+    /// Returns warnings for background and active organs, and for organs that only attenuate, that extend farthest beyond the bins or the rows.
     fn truncated_organs(&self) -> Vec<Warning> {
-        let organs = self.parts().organs.iter().flat_map(Organs::as_slice);
+        let organs = self.parts().surroundings.sources().iter();
         let (active, others): (Vec<&Organ>, Vec<&Organ>) =
             organs.partition(|organ| organ.activity > 0.0);
         let weakens = |organ: &&Organ| organ.attenuation > 0.0;
@@ -232,7 +224,7 @@ impl Phantom {
             .attenuation
             .iter()
             .map(|medium| medium.coefficient);
-        let organs = self.parts().organs.iter().flat_map(Organs::as_slice);
+        let organs = self.parts().surroundings.sources().iter();
         medium
             .chain(organs.map(|organ| organ.attenuation))
             .fold(0.0, f64::max)

@@ -3,7 +3,7 @@
 use crate::HeartShape;
 use crate::error::{PhantomError, zeros};
 use crate::scan::{Lasting, Scan, SharedShapes, add_to_gates};
-use revolve_voxel::{Body, Sampling, VoxelCounters, VoxelGrid, WeightedBody};
+use revolve_voxel::{Body, Organs, Sampling, VoxelCounters, VoxelGrid, WeightedBody};
 use std::ops::Range;
 use std::sync::Arc;
 
@@ -27,14 +27,7 @@ pub(crate) fn truth_of_slices(
 ) -> Result<(Vec<f32>, VoxelCounters), PhantomError> {
     let times = thinned(scan.times()?);
     let grid = scan.camera.grid();
-    let mut volume = zeros(
-        "voxels of the ground truth",
-        grid.slice_len() * slices.len(),
-    )?;
-    if let Some(background) = &scan.background {
-        let concentration = background.concentration;
-        (background.torso()?).voxelize_add(grid, slices.clone(), concentration, &mut volume)?;
-    }
+    let mut volume = background(scan, slices.clone())?;
     let mut counters = VoxelCounters::default();
     let passes = times.chunks(in_pass(scan));
     let part = simd_set::part(0..1, 1 + usize::from(around.is_some()));
@@ -67,11 +60,7 @@ pub(crate) fn truth_of_gates_into(
     volumes: &mut [f32],
 ) -> Result<VoxelCounters, PhantomError> {
     let (grid, slices) = (scan.camera.grid(), 0..scan.camera.n_rows());
-    let mut one: Vec<f32> = zeros("voxels of the ground truth", grid.len())?;
-    if let Some(background) = &scan.background {
-        let concentration = background.concentration;
-        (background.torso()?).voxelize_add(grid, slices.clone(), concentration, &mut one)?;
-    }
+    let mut one = background(scan, slices.clone())?;
     let mut gates: Vec<&mut [f32]> = volumes.chunks_mut(grid.len()).collect();
     for volume in &mut gates {
         volume.copy_from_slice(&one);
@@ -89,6 +78,13 @@ pub(crate) fn truth_of_gates_into(
     }
     clamp(volumes);
     Ok(counters)
+}
+
+/// Returns the activity of the background in every voxel of some slices; 0 without a background.
+fn background(scan: &Scan<'_>, slices: Range<usize>) -> Result<Vec<f32>, PhantomError> {
+    let organ = scan.background.map(|own| own.organ()).transpose()?;
+    let organs = Organs::new(organ.into_iter().collect())?;
+    Ok(organs.voxelize(scan.camera.grid(), slices, |organ| organ.activity)?)
 }
 
 /// Clamps the negative rounding residue of the wall (the difference of two bodies) to zero.

@@ -62,39 +62,6 @@ impl OrganShape {
             .sum();
         mean * (high - low) / (z[1] - z[0])
     }
-
-    /// Adds `value` times the covered fraction of every voxel in some slices to `out` (`[z][y][x]`, these slices only), such as an
-    /// attenuation map. Fractions of a cylinder are exact, those of an ellipsoid the average of eight exact cross-sections.
-    ///
-    /// # Errors
-    /// [`RevolveError::WrongLength`] for a buffer of the wrong size, [`RevolveError::BadRange`] for slices outside the grid,
-    /// [`RevolveError::NotFinite`] for the value.
-    pub fn voxelize_add<T: Sample>(
-        &self,
-        grid: &VoxelGrid,
-        slices: Range<usize>,
-        value: f64,
-        out: &mut [T],
-    ) -> Result<(), RevolveError> {
-        finite("value", value)?;
-        check_slices(grid, &slices, out.len())?;
-        let [nx, ny, _] = grid.shape();
-        let section = |z: usize| -> Vec<T> {
-            let of = |k: usize| {
-                let centre = grid.centre(k % nx, k / nx, z).coords.into();
-                T::from_f64(value * self.fraction(centre, grid.spacing()))
-            };
-            (0..nx * ny).into_par_iter().map(of).collect()
-        };
-        // All slices of a cylinder are equal.
-        let same = (self.is_cylinder() && !out.is_empty()).then(|| section(0));
-        (out.par_chunks_mut(nx * ny).enumerate()).for_each(|(k, slice)| {
-            let own = same.is_none().then(|| section(slices.start + k));
-            let sums = own.iter().chain(&same).flatten();
-            slice.iter_mut().zip(sums).for_each(|(v, add)| *v += *add);
-        });
-        Ok(())
-    }
 }
 
 impl Organs {
@@ -128,21 +95,29 @@ impl Organs {
             .map(|organ| Ok((organ.shape, finite("value of an organ", of(organ))?)))
             .collect::<Result<Vec<_>, RevolveError>>()?;
         let ([nx, ny, _], sides) = (grid.shape(), grid.spacing());
-        let mut out = zeros("voxels", nx * ny * slices.len())?;
-        out.par_chunks_mut(nx)
-            .enumerate()
-            .for_each(|(row, voxels)| {
-                simd_set::checkpoint();
-                let (y, z) = (row % ny, slices.start + row / ny);
-                for (x, voxel) in voxels.iter_mut().enumerate() {
-                    let centre = grid.centre(x, y, z).coords.into();
-                    let over = |under: f64, (shape, value): &(OrganShape, f64)| {
-                        let fraction = shape.fraction(centre, sides);
-                        under + fraction * (value - under)
-                    };
-                    *voxel = T::from_f64(values.iter().fold(0.0, over));
-                }
-            });
+        let mut out: Vec<T> = zeros("voxels", nx * ny * slices.len())?;
+        if values.is_empty() {
+            return Ok(out);
+        }
+        // All slices of cylinders are equal.
+        let is_one = values.iter().all(|(shape, _)| shape.is_cylinder()) && !out.is_empty();
+        let computed = if is_one { nx * ny } else { out.len() };
+        let (first, others) = out.split_at_mut(computed);
+        (first.par_chunks_mut(nx).enumerate()).for_each(|(row, voxels)| {
+            simd_set::checkpoint();
+            let (y, z) = (row % ny, slices.start + row / ny);
+            for (x, voxel) in voxels.iter_mut().enumerate() {
+                let centre = grid.centre(x, y, z).coords.into();
+                let over = |under: f64, (shape, value): &(OrganShape, f64)| {
+                    let fraction = shape.fraction(centre, sides);
+                    under + fraction * (value - under)
+                };
+                *voxel = T::from_f64(values.iter().fold(0.0, over));
+            }
+        });
+        for slice in others.chunks_mut(nx * ny) {
+            slice.copy_from_slice(first);
+        }
         Ok(out)
     }
 }

@@ -209,19 +209,23 @@ fn a_bent_body_attenuates_piece_by_piece() {
 #[test]
 fn the_voxels_of_a_torso_have_its_area() {
     let grid = VoxelGrid::new([40, 31, 3], [0.4, 0.43, 1.0], [-7.1, -6.7, 0.0]).unwrap();
-    let mut map = vec![0.0_f64; grid.len()];
-    torso().voxelize_add(&grid, 0..3, 0.15, &mut map).unwrap();
+    let torso = Organs::new(vec![Organ {
+        shape: torso(),
+        activity: 1.0,
+        attenuation: 0.15,
+    }])
+    .unwrap();
+    let map = torso.voxelize(&grid, 0..3, |organ| organ.attenuation);
+    let map: Vec<f64> = map.unwrap();
     let total: f64 = map.iter().sum::<f64>() * grid.voxel_volume();
     assert!((total / (0.15 * 3.0 * PI * 35.0) - 1.0).abs() < 1e-13);
     assert!(map.iter().all(|v| (0.0..=0.15).contains(v)));
-    let mut one = vec![0.0_f64; grid.slice_len()];
-    torso().voxelize_add(&grid, 1..2, 0.15, &mut one).unwrap();
+    let one: Vec<f64> = torso.voxelize(&grid, 1..2, |o| o.attenuation).unwrap();
     assert_eq!(one[..], map[..grid.slice_len()]);
     // One voxel that contains the whole torso, and one inside it.
     for (h, share) in [(20.0, PI * 35.0 / 400.0), (1.0, 1.0)] {
         let grid = VoxelGrid::centred([1; 3], [h; 3], [1.0, -0.5, 0.0]).unwrap();
-        let mut map = [0.0_f64];
-        torso().voxelize_add(&grid, 0..1, 1.0, &mut map).unwrap();
+        let map: Vec<f64> = torso.voxelize(&grid, 0..1, |o| o.activity).unwrap();
         assert!((map[0] - share).abs() < 1e-14);
     }
 }
@@ -292,15 +296,19 @@ fn invalid_input_is_rejected() {
         assembly(&[1.0, f64::NAN]),
         Err(RevolveError::NotFinite { .. })
     ));
+    let organs = Organs::new(vec![Organ {
+        shape: torso(),
+        activity: 1.0,
+        attenuation: 0.0,
+    }])
+    .unwrap();
     let grid = VoxelGrid::cube(2, 1.0).unwrap();
-    for (slices, n) in [(0..3, 12), (0..2, 7)] {
-        assert!(matches!(
-            torso().voxelize_add(&grid, slices, 1.0, &mut vec![0.0_f64; n]),
-            Err(RevolveError::WrongLength { .. } | RevolveError::BadRange { .. })
-        ));
-    }
     assert!(matches!(
-        torso().voxelize_add(&grid, 0..2, f64::NAN, &mut [0.0_f64; 8]),
+        organs.voxelize::<f64>(&grid, 0..3, |organ| organ.activity),
+        Err(RevolveError::BadRange { .. })
+    ));
+    assert!(matches!(
+        organs.voxelize::<f64>(&grid, 0..2, |_| f64::NAN),
         Err(RevolveError::NotFinite { .. })
     ));
 }

@@ -195,8 +195,8 @@ fn revolve_voxel_accepts_any_input() {
             if let Some(organs) = back(Organs::new(vec![organ])) {
                 let assembly = Assembly::new(&organs);
                 back(assembly.project_add(raster, Shown::Organs, 1.0, &mut image));
+                back(organs.voxelize::<f64>(&grids[0], 0..1, |organ| organ.attenuation));
             }
-            back(torso.voxelize_add(&grids[0], 0..1, b, &mut [0.0; 6]));
             let _ = torso.span(&rays[0]);
         }
         if let Some(ball) = back(OrganShape::ellipsoid([a, 0.0, b], [1.0, b, a])) {

@@ -1,6 +1,7 @@
 //! Rejected input of voxels, masks, meshes, regions and rasters.
 
 use super::*;
+use revolve_voxel::{Organ, Organs};
 
 #[test]
 fn rays_beyond_a_raster() {
@@ -28,7 +29,12 @@ fn rays_beyond_a_raster() {
 #[test]
 fn slices_out_of_order_and_samples_of_nan() {
     let (body, grid) = (cylinder(), VoxelGrid::cube(4, 1.0).unwrap());
-    let torso = OrganShape::cylinder([0.0; 2], [1.0; 2]).unwrap();
+    let torso = Organs::new(vec![Organ {
+        shape: OrganShape::cylinder([0.0; 2], [1.0; 2]).unwrap(),
+        activity: 1.0,
+        attenuation: 0.0,
+    }])
+    .unwrap();
     let curve = |r| Curve::polyline(&[0.0, 1.0], &[[0.0, r], [1.0, r]]).unwrap();
     let shell = Shell::new(curve(1.0), curve(2.0), [0.0, 1.0]).unwrap();
     let pose = Pose::identity();
@@ -45,7 +51,7 @@ fn slices_out_of_order_and_samples_of_nan() {
         assert!(refused(add.err()));
         let regions = body.regions::<f64>(&grid, slices.clone(), Sampling::Centre);
         assert!(refused(regions.err()));
-        let map = torso.voxelize_add(&grid, slices.clone(), 1.0, none);
+        let map = torso.voxelize::<f64>(&grid, slices.clone(), |organ| organ.activity);
         assert!(refused(map.err()));
         let voxels = shell.map_voxels(&pose, &grid, slices, |_, _| ());
         assert!(refused(voxels.err()));
@@ -59,9 +65,8 @@ fn slices_out_of_order_and_samples_of_nan() {
     }
     // An empty request for a grid of 2^56 voxels per slice needs no memory.
     let wide = VoxelGrid::new([1 << 28, 1 << 28, 1], [1.0; 3], [0.0; 3]).unwrap();
-    torso
-        .voxelize_add::<f64>(&wide, 0..0, 1.0, &mut [])
-        .unwrap();
+    let none = torso.voxelize::<f64>(&wide, 0..0, |organ| organ.activity);
+    assert!(none.unwrap().is_empty());
 }
 
 #[test]
