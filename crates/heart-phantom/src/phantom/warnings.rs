@@ -30,7 +30,7 @@ impl Phantom {
     /// assert!(Phantom::new(scene.clone())?.warnings()?.is_empty());
     /// scene.pose.shift = [3.0, 0.0, 0.0];
     /// let warnings = Phantom::new(scene)?.warnings()?;
-    /// assert!(matches!(warnings[..], [Warning::Truncated { what: TruncatedObject::Heart, edge: Edge::Bins, .. }]));
+    /// assert!(matches!(warnings[..], [Warning::Truncated { object: TruncatedObject::Heart, edge: Edge::Bins, .. }]));
     /// println!("{}", warnings[0]);
     /// # Ok::<(), heart_phantom::PhantomError>(())
     /// ```
@@ -63,8 +63,8 @@ impl Phantom {
                 self.inside()?
                     .map(|(view, facing)| Warning::DetectorInside {
                         view,
-                        radius: facing.radius,
-                        needed: facing.body,
+                        radius_cm: facing.radius,
+                        needed_cm: facing.body,
                     }),
             );
         }
@@ -73,9 +73,9 @@ impl Phantom {
             && (parts.collimator.is_none() || self.inside()?.is_none())
         {
             let aliasing = self.aliasing()?.filter(|[.., error]| *error > 0.0);
-            found.extend(aliasing.map(|[pitch, fwhm, error]| Warning::Aliased {
-                pitch,
-                fwhm,
+            found.extend(aliasing.map(|[pitch_cm, fwhm_cm, error]| Warning::Aliased {
+                pitch_cm,
+                fwhm_cm,
                 error,
             }));
         }
@@ -190,11 +190,13 @@ impl Phantom {
         }
         found.push((Edge::Bins, gap, 0.5 * self.width()));
         let outside = (found.into_iter()).find(|(_, nearest, reach)| nearest >= reach);
-        Ok(outside.map(|(edge, nearest, reach)| Warning::OutOfView {
-            edge,
-            nearest,
-            reach,
-        }))
+        Ok(
+            outside.map(|(edge, nearest_cm, reach_cm)| Warning::OutOfView {
+                edge,
+                nearest_cm,
+                reach_cm,
+            }),
+        )
     }
 
     /// Returns a warning if views share directions, for example over several turns in large steps. Opposite parallel projections have the same
@@ -210,7 +212,9 @@ impl Phantom {
         let weights = || self.camera().geometry().view_weights(ArcPolicy::Complete);
         match self.scene().reconstruction.method {
             Method::Osem(_) if self.camera().ray_geometry().is_none() => match weights() {
-                Err(RadonError::ShortArc { gap, .. }) => Some(Warning::ShortArc { gap }),
+                Err(RadonError::ShortArc { gap, .. }) => Some(Warning::ShortArc {
+                    gap_degrees: gap.to_degrees(),
+                }),
                 Ok(_) | Err(_) => None,
             },
             Method::Osem(_) | Method::Fbp => None,
@@ -235,8 +239,8 @@ impl Phantom {
             Method::Osem(osem) => osem.attenuation,
             Method::Fbp => false,
         };
-        let coefficient = self.largest_attenuation();
-        (!models && coefficient > 0.0).then_some(Warning::Uncorrected { coefficient })
+        let coefficient_per_cm = self.largest_attenuation();
+        (!models && coefficient_per_cm > 0.0).then_some(Warning::Uncorrected { coefficient_per_cm })
     }
 
     /// Values outside the range of patients. Water has 0.096 /cm at 511 keV and more below: 9.6 and more in 1/m.
@@ -281,7 +285,7 @@ impl Phantom {
                 }
             }
         }
-        Ok(worst.map(|(organ, volume)| Warning::InBone { organ, volume }))
+        Ok(worst.map(|(organ, volume_ml)| Warning::InBone { organ, volume_ml }))
     }
 
     /// Returns a warning if a twist, at its largest, is too steep for the boundaries of defects.
@@ -307,7 +311,9 @@ impl Phantom {
             }
         }
         // Below the precision of angles in headers.
-        Ok((off > 1e-9).then_some(Warning::UnevenAngles { off }))
+        Ok((off > 1e-9).then_some(Warning::UnevenAngles {
+            off_degrees: off.to_degrees(),
+        }))
     }
 
     /// Returns the angles of the views of a gate as the projection format stores them: some store even steps only.
@@ -388,19 +394,19 @@ fn overlap(body: &Body, organ: &Organ) -> Result<f64, PhantomError> {
 }
 
 fn truncated(
-    what: TruncatedObject,
+    object: TruncatedObject,
     edge: Edge,
-    needed: f64,
-    available: f64,
+    needed_cm: f64,
+    available_cm: f64,
     angle: Option<f64>,
 ) -> Option<Warning> {
     // Differences within rounding do not count.
-    (needed > available * (1.0 + 1e-9)).then_some(Warning::Truncated {
-        what,
+    (needed_cm > available_cm * (1.0 + 1e-9)).then_some(Warning::Truncated {
+        object,
         edge,
-        needed,
-        available,
-        angle,
+        needed_cm,
+        available_cm,
+        angle_degrees: angle.map(f64::to_degrees),
     })
 }
 

@@ -138,7 +138,7 @@ fn studies_scale_with_their_lengths() {
             let views = phantom.sinograms(0, &no_observer).unwrap().samples;
             let found = phantom.warnings().unwrap();
             let overlap = found.iter().find_map(|warning| match warning {
-                Warning::InBone { volume, .. } => Some(*volume),
+                Warning::InBone { volume_ml, .. } => Some(*volume_ml),
                 _ => None,
             });
             (views, phantom.volume(0).unwrap(), overlap)

@@ -226,10 +226,10 @@ fn organs_outside_the_field_are_warnings_in_the_report_too() {
             let found = told(ball(centre, activity));
             let [
                 Warning::Truncated {
-                    what: of,
+                    object: of,
                     edge: at,
-                    needed,
-                    available,
+                    needed_cm: needed,
+                    available_cm: available,
                     ..
                 },
             ] = found[..]

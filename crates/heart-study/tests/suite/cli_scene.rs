@@ -475,7 +475,7 @@ fn warnings_are_printed_by_check_and_by_run() {
         assert!(told.is_empty(), "{told}");
         let warning = &json(&found)["warnings"][0];
         assert_eq!(
-            (&warning["what"], &warning["edge"]),
+            (&warning["object"], &warning["edge"]),
             (&"heart".into(), &"bins".into())
         );
         let [needed, seen] =

@@ -34,7 +34,11 @@ fn tiny(pitch: [f64; 2]) -> Scene {
 fn aliased(scene: &Scene) -> Option<[f64; 3]> {
     let warnings = Phantom::new(scene.clone()).unwrap().warnings().unwrap();
     warnings.iter().find_map(|warning| match *warning {
-        Warning::Aliased { pitch, fwhm, error } => Some([pitch, fwhm, error]),
+        Warning::Aliased {
+            pitch_cm,
+            fwhm_cm,
+            error,
+        } => Some([pitch_cm, fwhm_cm, error]),
         _ => None,
     })
 }

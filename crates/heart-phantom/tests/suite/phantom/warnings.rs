@@ -55,11 +55,11 @@ fn a_truncated_heart_is_a_warning_with_the_required_width() {
         let [bins, rows] = farthest(&views);
         for warning in warnings(&scene) {
             let Warning::Truncated {
-                what,
+                object: what,
                 edge,
-                needed,
-                available,
-                angle,
+                needed_cm: needed,
+                available_cm: available,
+                angle_degrees: angle,
             } = warning
             else {
                 panic!("{warning}")
@@ -74,7 +74,7 @@ fn a_truncated_heart_is_a_warning_with_the_required_width() {
             assert!((0.0..=LARGE.1).contains(&spare), "{warning}: {far}");
             // The angle of the warning agrees.
             if let Some(angle) = angle {
-                let view = (angle.to_degrees() / 15.0).round() as usize;
+                let view = (angle / 15.0).round() as usize;
                 assert!(far - views[view][0] <= LARGE.1, "{warning}");
             }
             told += 1;
@@ -87,12 +87,15 @@ fn a_truncated_heart_is_a_warning_with_the_required_width() {
             assert!(!beyond || far + LARGE.1 > 8.0, "{edge:?} {far}");
         }
         // The stated width is sufficient.
-        if let Some(Warning::Truncated { needed, .. }) = warnings(&scene).first() {
+        if let Some(Warning::Truncated {
+            needed_cm: needed, ..
+        }) = warnings(&scene).first()
+        {
             let mut scene = scene.clone();
             scene.camera.pitch = [needed * (1.0 + 1e-12) / 40.0; 2];
             let again = warnings(&scene);
             let same =
-                |w: &&Warning| matches!(w, Warning::Truncated { needed: n, .. } if n == needed);
+                |w: &&Warning| matches!(w, Warning::Truncated { needed_cm: n, .. } if n == needed);
             assert_eq!(again.iter().filter(same).count(), 0, "{again:?}");
             scene.camera.pitch = [needed * (1.0 - 1e-6) / 40.0; 2];
             assert!(!warnings(&scene).is_empty());
@@ -115,9 +118,9 @@ fn a_background_and_a_torso_wider_than_the_rows_are_warnings() {
     let [far, _] = farthest(&seen_by_a_large_camera(&scene));
     let [
         Warning::Truncated {
-            what: TruncatedObject::Background,
+            object: TruncatedObject::Background,
             edge: Edge::Bins,
-            needed,
+            needed_cm: needed,
             ..
         },
     ] = warnings(&scene)[..]
@@ -140,7 +143,9 @@ fn a_background_and_a_torso_wider_than_the_rows_are_warnings() {
     other.background = None;
     let [
         Warning::Truncated {
-            what, needed: same, ..
+            object: what,
+            needed_cm: same,
+            ..
         },
         Warning::Uncorrected { .. },
     ] = warnings(&other)[..]
@@ -199,8 +204,8 @@ fn only_hearts_outside_the_views_are_warnings() {
             [
                 Warning::OutOfView {
                     edge,
-                    nearest,
-                    reach,
+                    nearest_cm: nearest,
+                    reach_cm: reach,
                 },
             ] => {
                 let (found, spare) = match edge {
@@ -264,7 +269,9 @@ fn a_heart_outside_the_torso_is_a_warning_with_its_extent() {
     }
     assert_eq!(
         warnings(&torso([1.001 * radius, 7.0])),
-        [Warning::Uncorrected { coefficient: 0.15 }]
+        [Warning::Uncorrected {
+            coefficient_per_cm: 0.15
+        }]
     );
     // A medium without attenuation has no effect.
     let mut none = torso([3.0; 2]);
@@ -309,7 +316,7 @@ fn osem_of_a_short_arc_is_a_warning() {
     let gap = (180.0 - 11.0 / 12.0 * scene.camera.arc).to_radians();
     let found = warnings(&scene);
     assert!(
-        matches!(found[..], [Warning::ShortArc { gap: g }] if (g - gap).abs() < 1e-9),
+        matches!(found[..], [Warning::ShortArc { gap_degrees: g }] if (g - gap.to_degrees()).abs() < 1e-9),
         "{found:?}"
     );
 }
@@ -325,7 +332,9 @@ fn uncorrected_attenuation_and_unusual_values_are_warnings() {
         })
     };
     scene.attenuation = medium(0.15);
-    let uncorrected = Warning::Uncorrected { coefficient: 0.15 };
+    let uncorrected = Warning::Uncorrected {
+        coefficient_per_cm: 0.15,
+    };
     assert_eq!(warnings(&scene), [uncorrected]);
     let mut osem = Osem::new(2, 1);
     scene.reconstruction.method = Method::Osem(osem);
@@ -373,7 +382,10 @@ fn a_heart_in_the_spine_is_a_warning_with_the_volume() {
     });
     let volume = |scene: &Scene| {
         warnings(scene).iter().find_map(|warning| match warning {
-            Warning::InBone { organ: 4, volume } => Some(*volume),
+            Warning::InBone {
+                organ: 4,
+                volume_ml,
+            } => Some(*volume_ml),
             _ => None,
         })
     };
