@@ -117,7 +117,11 @@ impl PyPhantom {
             let text = format!("breath is {breath}, and this scene has no respiration");
             return Err(PyValueError::new_err(text).into());
         }
-        Ok(MotionPhase { phase, breath, ..MotionPhase::default() })
+        Ok(MotionPhase {
+            phase,
+            breath,
+            ..MotionPhase::default()
+        })
     }
 
     pub(crate) fn of(py: Python<'_>, scene: Scene, memory: Option<Whole>) -> Result<Self, Failure> {
@@ -156,5 +160,7 @@ pub(crate) fn reconstructed(
         Method::Osem(osem) => told(iterations as f64 / osem.iterations as f64),
         _ => watch.poll(),
     };
-    Ok(phantom.reconstruct_observed(gate, views, &done)?.0)
+    let mut volume = vec![0.0; phantom.camera().grid().len()];
+    phantom.reconstruct_into(gate, views, &mut volume, &done)?;
+    Ok(volume)
 }

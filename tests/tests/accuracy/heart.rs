@@ -222,7 +222,9 @@ fn change(random: &mut Random) -> Option<f64> {
         osem.tolerance = tolerance;
         scene.reconstruction.method = Method::Osem(osem);
         let phantom = phantom.with_scene(scene).ok()?;
-        let (volume, report) = phantom.reconstruct_observed(0, &views, &no_observer).ok()?;
+        let mut volume = vec![0.0; phantom.camera().grid().len()];
+        let report = phantom.reconstruct_into(0, &views, &mut volume, &no_observer);
+        let report = report.ok()?;
         Some((volume, report?.iterations))
     };
     let most = 100;

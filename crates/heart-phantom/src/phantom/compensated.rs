@@ -59,7 +59,7 @@ impl Phantom {
     ///
     /// # Errors
     /// [`PhantomError::Count`] if there is no such volume; [`PhantomError::Unsupported`] for FBP if respiration rotates the heart, for
-    /// OSEM if the total activity of the cavity is constant; as [`Phantom::reconstruct_observed`] and [`Phantom::wall`].
+    /// OSEM if the total activity of the cavity is constant; as [`Phantom::reconstruct_into`] and [`Phantom::wall`].
     pub fn compensated(
         &self,
         number: usize,

@@ -61,51 +61,43 @@ impl Phantom {
     /// [`PhantomError::Count`] if there is no such gate; [`PhantomError::Radon`] or [`PhantomError::WrongLength`] for a wrong length;
     /// [`PhantomError::Radon`] for a sample that is not finite, an arc that is too short (FBP), or a negative sample (OSEM).
     pub fn reconstruct(&self, gate: usize, views: &[f32]) -> Result<Vec<f32>, PhantomError> {
-        Ok(self.reconstruct_observed(gate, views, &no_observer)?.0)
+        let mut volume = self.empty_volume()?;
+        self.reconstruct_into(gate, views, &mut volume, &no_observer)?;
+        Ok(volume)
     }
 
-    /// As [`Phantom::reconstruct`], into a buffer of the caller.
+    /// Returns a reconstruction of zeros.
+    pub(crate) fn empty_volume(&self) -> Result<Vec<f32>, PhantomError> {
+        zeros(
+            "voxels of the reconstruction",
+            self.parts.camera.grid().len(),
+        )
+    }
+
+    /// As [`Phantom::reconstruct`], into a buffer of the caller, with a callback `progress` that can stop it, and with the report of OSEM.
+    /// `progress` receives the number of completed OSEM iterations: 0 before the first, and with FBP.
     ///
     /// # Errors
-    /// As [`Phantom::reconstruct`]; [`PhantomError::WrongLength`] or [`PhantomError::Radon`] for a volume of another length.
+    /// As [`Phantom::reconstruct`]; [`PhantomError::WrongLength`] or [`PhantomError::Radon`] for a volume of another length;
+    /// [`PhantomError::Stopped`].
     pub fn reconstruct_into(
         &self,
         gate: usize,
         views: &[f32],
         volume: &mut [f32],
-    ) -> Result<(), PhantomError> {
-        if let Method::Fbp = self.scene().reconstruction.method {
-            return self.back_project(gate, views, self.parts.camera.n_rows(), volume);
-        }
-        check_length("volume", volume.len(), self.parts.camera.grid().len())?;
-        volume.copy_from_slice(&self.reconstruct(gate, views)?);
-        Ok(())
-    }
-
-    /// As [`Phantom::reconstruct`], with a callback `progress` that can stop it, and with the report of OSEM. `progress` receives the number
-    /// of completed OSEM iterations: 0 before the first, and with FBP.
-    ///
-    /// # Errors
-    /// As [`Phantom::reconstruct`]; [`PhantomError::Stopped`].
-    pub fn reconstruct_observed(
-        &self,
-        gate: usize,
-        views: &[f32],
         progress: Observer<'_, usize>,
-    ) -> Result<(Vec<f32>, Option<OsemReport>), PhantomError> {
+    ) -> Result<Option<OsemReport>, PhantomError> {
         check_stop(progress(0))?;
         match &self.scene().reconstruction.method {
             Method::Fbp => {
-                let mut volume = zeros(
-                    "voxels of the reconstruction",
-                    self.parts.camera.grid().len(),
-                )?;
-                self.reconstruct_into(gate, views, &mut volume)?;
-                Ok((volume, None))
+                self.back_project(gate, views, self.parts.camera.n_rows(), volume)?;
+                Ok(None)
             }
             Method::Osem(osem) => {
-                let (volume, report) = self.osem(osem, gate, views, progress)?;
-                Ok((volume, Some(report)))
+                check_length("volume", volume.len(), self.parts.camera.grid().len())?;
+                let (made, report) = self.osem(osem, gate, views, progress)?;
+                volume.copy_from_slice(&made);
+                Ok(Some(report))
             }
         }
     }

@@ -281,8 +281,8 @@ impl Run<'_> {
                         0.5 + 0.15 * done as f64 / iterations as f64,
                     )
                 };
-                let (made, osem) = phantom.reconstruct_observed(gate, &views.samples, &told)?;
-                report.osem = osem;
+                let mut made = phantom.empty_volume()?;
+                report.osem = phantom.reconstruct_into(gate, &views.samples, &mut made, &told)?;
                 self.reconstructed(Index::Gate(gate), &made)?;
                 report.polar_map = Some(phantom.polar_map(gate, &made)?);
                 results.reconstruction = Some(made);

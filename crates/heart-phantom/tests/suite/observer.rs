@@ -156,7 +156,12 @@ fn reconstructions_stop_after_any_iteration() {
     for (method, calls) in [(Method::Fbp, 1), (osem(), 4)] {
         let phantom = Phantom::new(small(method)).unwrap();
         let views = phantom.sinograms(0, &no_observer).unwrap().samples;
-        let stopped = |last| phantom.reconstruct_observed(0, &views, &stop_at(last));
+        let len = phantom.camera().grid().len();
+        let stopped = |last| {
+            let mut volume = vec![0.0; len];
+            let report = phantom.reconstruct_into(0, &views, &mut volume, &stop_at(last))?;
+            Ok((volume, report))
+        };
         assert_eq!(stops(stopped), calls);
         let expected = Phantom::new(small(method)).unwrap();
         let (volume, report) = stopped(calls).unwrap();
@@ -177,7 +182,9 @@ fn a_break_at_the_tolerance_is_an_error() {
     };
     let phantom = Phantom::new(small(Method::Osem(osem))).unwrap();
     let views = phantom.sinograms(0, &no_observer).unwrap().samples;
-    let calls = stops(|last| phantom.reconstruct_observed(0, &views, &stop_at(last)));
+    let len = phantom.camera().grid().len();
+    let calls =
+        stops(|last| phantom.reconstruct_into(0, &views, &mut vec![0.0; len], &stop_at(last)));
     assert_eq!(calls, 2);
 }
 

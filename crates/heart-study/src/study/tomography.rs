@@ -70,7 +70,7 @@ pub(super) fn reconstruct(
     let fbp = |phantom: &Phantom, volume: &mut Vec<f32>| {
         let clock = run.clock();
         volume.resize(phantom.camera().grid().len(), 0.0);
-        phantom.reconstruct_into(0, &sinograms.samples, volume)?;
+        phantom.reconstruct_into(0, &sinograms.samples, volume, &no_observer)?;
         Ok(clock.seconds())
     };
     let measure = |volume: &[f32]| ImageQuality::of(volume, Some(&truth), regions, camera);

@@ -448,8 +448,7 @@ fn gates_that_do_not_exist_are_rejected_before_and_after_a_reconstruction() {
         for _ in 0..2 {
             for rejected in [
                 phantom.reconstruct(1000, &views).map(drop),
-                phantom.reconstruct_into(1000, &views, &mut volume),
-                (phantom.reconstruct_observed(1000, &views, &no_observer)).map(drop),
+                (phantom.reconstruct_into(1000, &views, &mut volume, &no_observer)).map(drop),
                 phantom.slice(1000, 0).map(drop),
                 phantom.volume(1000).map(drop),
             ] {
