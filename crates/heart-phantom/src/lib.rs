@@ -26,11 +26,9 @@
 //! [`files`] writes volumes and projections atomically: npy, npz, NIfTI, MetaImage, NRRD, Interfile, raw with JSON, DICOM.
 //!
 //! # Features
-//! `scene` and `files` are on by default; without them (`default-features = false`) the dependency tree has 47 packages instead of 79.
-//! - `scene`: scenes as TOML files, `run` and its report.
+//! - `files` (on by default): formats that need a library: npz, compressed NIfTI, images of slices (PNG, GIF). Without it
+//!   (`default-features = false`) they return [`PhantomError::NotBuilt`], and the dependency tree has 60 packages instead of 79.
 //! - `dicom` (off by default): the format DICOM.
-//! - `files`: formats that need a library: npz, compressed NIfTI, raw with JSON, images of slices (PNG, GIF). Without it they return
-//!   [`PhantomError::NotBuilt`]; all other formats are available.
 //!
 //! The crate `heart-study` contains the study of the paper, its figures and the command line.
 
@@ -68,19 +66,13 @@ pub use phantom::{
     PhaseReport, PlannedFile, PointMotion, PolarMap, Product, ProjectionValues, ScenePhase,
     Thickness, TruncatedObject, Warning, WorkReport,
 };
-#[cfg(feature = "scene")]
-#[cfg_attr(docsrs, doc(cfg(feature = "scene")))]
-pub use scan::ViewReport;
 pub use scan::{
     Accuracy, BinSample, Camera, Counting, Counts, Decay, Mode, Noise, Orbit, RayGeometry,
-    Resolution, Rotation, Sinograms, TruthOf, ViewError, ViewTime,
+    Resolution, Rotation, Sinograms, TruthOf, ViewError, ViewReport, ViewTime,
 };
-pub use scene::Scene;
-#[cfg(feature = "scene")]
-#[cfg_attr(docsrs, doc(cfg(feature = "scene")))]
 pub use scene::{
     CompensatedReport, GateReport, GateResults, MeasuredEjection, PictureReport, Progress, Run,
-    RunReport, SliceOrders, run,
+    RunReport, Scene, SliceOrders, run,
 };
 pub use text::{chain, escape};
 pub use truth::{ImageQuality, Regions};

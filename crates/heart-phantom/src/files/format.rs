@@ -4,18 +4,19 @@ use super::names::check_extension;
 use crate::error::PhantomError;
 #[cfg(feature = "dicom")]
 use crate::files::dicom;
-use crate::files::{ORBIT_EXTENSION, Projections, Volume, interfile, metaimage, nifti, npy, nrrd};
 #[cfg(feature = "files")]
-use crate::files::{npz, raw_json};
+use crate::files::npz;
+use crate::files::{
+    ORBIT_EXTENSION, Projections, Volume, interfile, metaimage, nifti, npy, nrrd, raw_json,
+};
 use std::path::{Component, Path};
 
 /// Extensions of surfaces, images, pages and orbits, which are not formats of volumes.
 const OTHER_EXTENSIONS: [&str; 6] = ["stl", "png", "gif", "svg", "html", ORBIT_EXTENSION];
 
 /// A file format; the [module's page](crate::files) describes the coordinates of each.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-#[cfg_attr(feature = "scene", derive(serde::Serialize, serde::Deserialize))]
-#[cfg_attr(feature = "scene", serde(rename_all = "kebab-case"))]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, serde::Serialize, serde::Deserialize)]
+#[serde(rename_all = "kebab-case")]
 #[non_exhaustive]
 pub enum Format {
     /// NumPy array, samples only.
@@ -43,9 +44,8 @@ pub enum Format {
 }
 
 /// Order of rows of projections and of slices of volumes in a file; the patient's head is at +z.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-#[cfg_attr(feature = "scene", derive(serde::Serialize))]
-#[cfg_attr(feature = "scene", serde(rename_all = "kebab-case"))]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, serde::Serialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum SliceOrder {
     /// From -z to +z, as in memory.
     FeetToHead,
@@ -204,10 +204,7 @@ const RAW_JSON: FormatInfo = FormatInfo {
     name: "raw with JSON",
     volume: two("json", "bin"),
     projections: Some(two("json", "bin")),
-    feature: Some("files"),
-    #[cfg(feature = "files")]
     write_volume: Some(raw_json::write_volume),
-    #[cfg(feature = "files")]
     write_projections: Some(raw_json::write_projections),
     ..PLAIN
 };

@@ -63,10 +63,8 @@ mod npz;
 mod nrrd;
 #[cfg(feature = "files")]
 mod picture;
-#[cfg(feature = "scene")]
 mod previous;
 mod projections;
-#[cfg(feature = "files")]
 mod raw_json;
 mod rays;
 mod samples;
@@ -93,8 +91,6 @@ pub use npy::{NpyArray, get_npy, put_npy, read_npy, write_npy};
 #[cfg(feature = "files")]
 #[cfg_attr(docsrs, doc(cfg(feature = "files")))]
 pub use picture::{Section, png_bytes, write_gif, write_png};
-#[cfg(feature = "scene")]
-#[cfg_attr(docsrs, doc(cfg(feature = "scene")))]
 pub use previous::check_unlisted;
 pub(crate) use projections::are_equal;
 pub use projections::{AcquisitionInfo, BeatCounts, Projections};

@@ -2,16 +2,14 @@
 
 use crate::HeartShape;
 use crate::error::PhantomError;
-#[cfg(feature = "scene")]
 use crate::scene::exactly;
 use revolve_voxel::{Organ, OrganShape, Pose};
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
 /// The activity of a region.
-#[derive(Debug, Clone, Copy, PartialEq)]
-#[cfg_attr(feature = "scene", derive(serde::Serialize, serde::Deserialize))]
-#[cfg_attr(feature = "scene", serde(rename_all = "snake_case"))]
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
+#[serde(rename_all = "snake_case")]
 #[non_exhaustive]
 pub enum Uptake {
     /// Activity per cm^3, the same at every phase; the total is proportional to the volume.
@@ -33,17 +31,16 @@ impl Uptake {
 }
 
 /// `[background]`: activity around the heart, in an elliptic cylinder along z, without ends, that contains the heart at every phase.
-#[derive(Debug, Clone, Copy, PartialEq)]
-#[cfg_attr(feature = "scene", derive(serde::Serialize, serde::Deserialize))]
-#[cfg_attr(feature = "scene", serde(deny_unknown_fields))]
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Background {
     /// Activity per cm^3.
     pub concentration: f64,
     /// Axis of the cylinder, `[x, y]` in cm.
-    #[cfg_attr(feature = "scene", serde(deserialize_with = "exactly"))]
+    #[serde(deserialize_with = "exactly")]
     pub centre: [f64; 2],
     /// Semi-axes along x and y in cm.
-    #[cfg_attr(feature = "scene", serde(deserialize_with = "exactly"))]
+    #[serde(deserialize_with = "exactly")]
     pub semi_axes: [f64; 2],
 }
 
@@ -82,9 +79,8 @@ impl Background {
 }
 
 /// Activity of the cavity and of the wall; by default 1 per cm^3 in the wall only.
-#[derive(Debug, Clone, Copy, PartialEq)]
-#[cfg_attr(feature = "scene", derive(serde::Serialize, serde::Deserialize))]
-#[cfg_attr(feature = "scene", serde(deny_unknown_fields, default))]
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
+#[serde(deny_unknown_fields, default)]
 pub struct Activity {
     /// Activity of the cavity.
     pub cavity: Uptake,

@@ -1,13 +1,11 @@
 //! Attenuation between the heart and the detector.
 
-#[cfg(feature = "scene")]
 use crate::scene::exactly;
 use revolve_voxel::{Organ, OrganShape};
 
 /// `[attenuation]`: a uniform medium.
-#[derive(Debug, Clone, Copy, PartialEq)]
-#[cfg_attr(feature = "scene", derive(serde::Serialize, serde::Deserialize))]
-#[cfg_attr(feature = "scene", serde(deny_unknown_fields))]
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Attenuation {
     /// Attenuation coefficient of the medium in 1/cm.
     pub coefficient: f64,
@@ -16,12 +14,8 @@ pub struct Attenuation {
 }
 
 /// The attenuating volume.
-#[derive(Debug, Clone, Copy, PartialEq)]
-#[cfg_attr(feature = "scene", derive(serde::Serialize, serde::Deserialize))]
-#[cfg_attr(
-    feature = "scene",
-    serde(rename_all = "kebab-case", deny_unknown_fields)
-)]
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
+#[serde(rename_all = "kebab-case", deny_unknown_fields)]
 #[non_exhaustive]
 pub enum Medium {
     /// Cavity and wall; organs have their own coefficients.
@@ -29,10 +23,10 @@ pub enum Medium {
     /// A stationary, infinite elliptic cylinder along z.
     Torso {
         /// Position of the axis, `[x, y]` in cm.
-        #[cfg_attr(feature = "scene", serde(deserialize_with = "exactly"))]
+        #[serde(deserialize_with = "exactly")]
         centre: [f64; 2],
         /// Semi-axes along x and y in cm.
-        #[cfg_attr(feature = "scene", serde(deserialize_with = "exactly"))]
+        #[serde(deserialize_with = "exactly")]
         semi_axes: [f64; 2],
     },
 }

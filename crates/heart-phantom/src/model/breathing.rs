@@ -2,7 +2,6 @@
 
 use super::volume_curve::{Height, VolumeCurve};
 use crate::PhantomError;
-#[cfg(feature = "scene")]
 use crate::scene::exactly;
 use crate::scene::{Check, array_of};
 use revolve_voxel::nalgebra::Vector3;
@@ -12,9 +11,8 @@ use revolve_voxel::{Pose, RevolveError};
 const GATES: [usize; 2] = [1, 100];
 
 /// The respiratory position over phase: 0 at end-expiration, 1 at end-inspiration.
-#[derive(Debug, Clone, PartialEq)]
-#[cfg_attr(feature = "scene", derive(serde::Serialize, serde::Deserialize))]
-#[cfg_attr(feature = "scene", serde(rename_all = "kebab-case"))]
+#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
+#[serde(rename_all = "kebab-case")]
 #[non_exhaustive]
 pub enum BreathingCurve {
     /// `(1 - cos 2 pi p) / 2`.
@@ -33,9 +31,8 @@ pub enum BreathingCurve {
 }
 
 /// The definition of respiratory gates.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[cfg_attr(feature = "scene", derive(serde::Serialize, serde::Deserialize))]
-#[cfg_attr(feature = "scene", serde(rename_all = "kebab-case"))]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+#[serde(rename_all = "kebab-case")]
 #[non_exhaustive]
 pub enum RespiratoryGates {
     /// Equal intervals of the respiratory phase, from end-expiration.
@@ -58,15 +55,14 @@ impl RespiratoryGates {
 /// about its origin, then shifted by `r shift`. r follows [`BreathingCurve`] with the given period, from the phase at the start of
 /// the first view. Typically the diaphragm displaces the heart by 1 to 2 cm towards the feet.
 #[doc(alias("respiratory motion", "respiratory gating"))]
-#[derive(Debug, Clone, PartialEq)]
-#[cfg_attr(feature = "scene", derive(serde::Serialize, serde::Deserialize))]
-#[cfg_attr(feature = "scene", serde(deny_unknown_fields, default))]
+#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
+#[serde(deny_unknown_fields, default)]
 pub struct Breathing {
     /// Shift at end-inspiration, `[x, y, z]` in cm.
-    #[cfg_attr(feature = "scene", serde(deserialize_with = "exactly"))]
+    #[serde(deserialize_with = "exactly")]
     pub shift: [f64; 3],
     /// Rotation at end-inspiration about the lab's x, then y, then z, in degrees.
-    #[cfg_attr(feature = "scene", serde(deserialize_with = "exactly"))]
+    #[serde(deserialize_with = "exactly")]
     pub rotation_degrees: [f64; 3],
     /// Seconds of a respiratory cycle.
     pub period: f64,
@@ -76,7 +72,7 @@ pub struct Breathing {
     pub start: f64,
     /// Respiratory gates; `None` for none. Gated projection set `k G + g` of a scan with G cardiac gates is cardiac gate g in
     /// respiratory gate k.
-    #[cfg_attr(feature = "scene", serde(skip_serializing_if = "Option::is_none"))]
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub gates: Option<RespiratoryGates>,
 }
 

@@ -27,9 +27,8 @@ use revolve_voxel::{Organ, OrganShape, Organs};
 /// assert_eq!(organs.as_slice().len(), 5); // of two lungs
 /// # Ok::<(), heart_phantom::PhantomError>(())
 /// ```
-#[derive(Debug, Clone, Copy, PartialEq)]
-#[cfg_attr(feature = "scene", derive(serde::Serialize, serde::Deserialize))]
-#[cfg_attr(feature = "scene", serde(deny_unknown_fields, default))]
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
+#[serde(deny_unknown_fields, default)]
 pub struct Chest {
     /// Activity of the trunk without the organs in it.
     pub trunk: f64,

@@ -2,7 +2,6 @@
 
 use crate::error::{PhantomError, check_count};
 use crate::ranges::PIECES;
-#[cfg(feature = "scene")]
 use crate::scene::exactly;
 use crate::{Heart, HeartShape, Twist, Wall, WallRegion};
 use rayon::prelude::*;
@@ -18,18 +17,17 @@ const NO_ANGLE: f64 = 1e-12;
 ///
 /// A defect consists of the same material at every phase: it slides along the membranes with the wall and preserves its volume
 /// ([`Wall::sliding`]). Where defects overlap, the last one replaces earlier ones.
-#[derive(Debug, Clone, Copy, PartialEq)]
-#[cfg_attr(feature = "scene", derive(serde::Serialize, serde::Deserialize))]
-#[cfg_attr(feature = "scene", serde(deny_unknown_fields))]
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Defect {
     /// From 0, the inner membrane, to 1, the outer one: fractions of the volume of the wall.
-    #[cfg_attr(feature = "scene", serde(deserialize_with = "exactly"))]
+    #[serde(deserialize_with = "exactly")]
     pub layers: [f64; 2],
     /// From 0, the base, to 0.5, the apex: material coordinate of the membranes in the reference configuration.
-    #[cfg_attr(feature = "scene", serde(deserialize_with = "exactly"))]
+    #[serde(deserialize_with = "exactly")]
     pub s: [f64; 2],
     /// Degrees about the axis, from body y to body z; the second is larger, by at most 360.
-    #[cfg_attr(feature = "scene", serde(deserialize_with = "exactly"))]
+    #[serde(deserialize_with = "exactly")]
     pub azimuths_degrees: [f64; 2],
     /// Activity relative to the wall: 0 for a cold defect, 1 for no defect.
     pub activity: f64,

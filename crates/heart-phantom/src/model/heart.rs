@@ -14,8 +14,7 @@ use std::f64::consts::FRAC_PI_4;
 use std::sync::{Arc, OnceLock};
 
 /// Dimensions of the reference configuration of a membrane: a cylinder closed by a hemisphere (Rohmer et al. 2006, Table 1).
-#[derive(Debug, Clone, Copy, PartialEq)]
-#[cfg_attr(feature = "scene", derive(serde::Serialize))]
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
 pub struct Balloon {
     /// Length of the cylinder in cm.
     pub length: f64,

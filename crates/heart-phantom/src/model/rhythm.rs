@@ -16,9 +16,8 @@ const SHORTEST_DIASTOLE: f64 = 0.05;
 
 /// R-R intervals; the mean rate is that of the cycle.
 #[doc(alias("arrhythmia", "heart rate variability"))]
-#[derive(Debug, Clone, PartialEq)]
-#[cfg_attr(feature = "scene", derive(serde::Serialize, serde::Deserialize))]
-#[cfg_attr(feature = "scene", serde(rename_all = "kebab-case"))]
+#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
+#[serde(rename_all = "kebab-case")]
 #[non_exhaustive]
 pub enum RrIntervals {
     /// Intervals in seconds, repeated after the last.
@@ -37,9 +36,8 @@ pub enum RrIntervals {
 }
 
 /// The definition of cardiac gates.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-#[cfg_attr(feature = "scene", derive(serde::Serialize, serde::Deserialize))]
-#[cfg_attr(feature = "scene", serde(rename_all = "kebab-case"))]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize, serde::Deserialize)]
+#[serde(rename_all = "kebab-case")]
 #[non_exhaustive]
 pub enum GatedBy {
     /// Equal fractions of each interval: gate g of n from `g/n` to `(g+1)/n` of it.
@@ -62,21 +60,17 @@ pub enum GatedBy {
 /// Electromechanical systole changes by 2.1 ms per beat/min (Weissler 1968, see
 /// [`VolumeCurve::Physiological`](crate::VolumeCurve)), the interval by 14 ms between 60 and 70 beats/min: diastole absorbs 85 % of
 /// the change, here all of it. EDV and ESV do not change.
-#[derive(Debug, Clone, PartialEq)]
-#[cfg_attr(feature = "scene", derive(serde::Serialize, serde::Deserialize))]
-#[cfg_attr(feature = "scene", serde(deny_unknown_fields))]
+#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Beats {
     /// The intervals.
     pub intervals: RrIntervals,
     /// Shortest and longest accepted interval in seconds; the time of other beats is not used, except by instantaneous views.
     /// `None` accepts all.
-    #[cfg_attr(
-        feature = "scene",
-        serde(default, skip_serializing_if = "Option::is_none")
-    )]
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub accepted: Option<[f64; 2]>,
     /// The definition of cardiac gates.
-    #[cfg_attr(feature = "scene", serde(default))]
+    #[serde(default)]
     pub gated_by: GatedBy,
 }
 
@@ -211,7 +205,6 @@ impl Rhythm {
     }
 
     /// Shortest and longest accepted interval in seconds; `None` accepts all.
-    #[cfg(feature = "scene")]
     pub(crate) fn accepted(&self) -> Option<[f64; 2]> {
         self.accepted
     }

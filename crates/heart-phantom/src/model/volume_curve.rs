@@ -2,7 +2,6 @@
 
 use crate::error::{PhantomError, check, check_count};
 use crate::ranges::{EJECTION_FRACTION, GAIN};
-#[cfg(feature = "scene")]
 use crate::scene::exactly;
 use std::f64::consts::{PI, TAU};
 
@@ -19,9 +18,8 @@ const FILLED: [f64; 2] = [0.75, 0.80];
 const SAMPLES: [usize; 2] = [3, 100_000];
 
 /// The normalised cavity volume over the cardiac cycle; [`VolumeRange`] sets EDV and ESV.
-#[derive(Debug, Clone, PartialEq)]
-#[cfg_attr(feature = "scene", derive(serde::Serialize, serde::Deserialize))]
-#[cfg_attr(feature = "scene", serde(rename_all = "kebab-case"))]
+#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
+#[serde(rename_all = "kebab-case")]
 #[non_exhaustive]
 pub enum VolumeCurve {
     /// `(1 - cos 2 pi p) / 2`, that of the study: **phase 0 is end-systole**, phase 1/2 end-diastole.
@@ -56,15 +54,14 @@ pub enum VolumeCurve {
 /// assert!((volumes.ejection_fraction(93.0)? - 1.0 / 3.0).abs() < 1e-15);
 /// # Ok::<(), heart_phantom::PhantomError>(())
 /// ```
-#[derive(Debug, Clone, Copy, PartialEq)]
-#[cfg_attr(feature = "scene", derive(serde::Serialize, serde::Deserialize))]
-#[cfg_attr(feature = "scene", serde(rename_all = "snake_case"))]
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
+#[serde(rename_all = "snake_case")]
 #[non_exhaustive]
 pub enum VolumeRange {
     /// The gain of the paper, `(EDV - ESV) / ESV` with `ESV = V_ref` (Eq. 35).
     Gain(f64),
     /// The gains at end-systole and at end-diastole.
-    Gains(#[cfg_attr(feature = "scene", serde(deserialize_with = "exactly"))] [f64; 2]),
+    Gains(#[serde(deserialize_with = "exactly")] [f64; 2]),
     /// Ejection fraction `(EDV - ESV) / EDV` with `ESV = V_ref`.
     #[doc(alias = "LVEF")]
     EjectionFraction(f64),

@@ -45,7 +45,6 @@ impl Phantom {
     }
 
     /// Whether the rays were given by [`Phantom::along`], so that the scene does not describe them.
-    #[cfg(feature = "scene")]
     pub(crate) fn has_own_rays(&self) -> bool {
         let described = self.scene().camera.geometry != crate::scene::BeamSettings::Parallel;
         self.camera().ray_geometry().is_some() && !described

@@ -16,8 +16,7 @@ const FEWEST: usize = 100;
 const AZIMUTHS: usize = 16;
 
 /// Figures of the artefacts of a reconstruction. A figure that cannot be measured is `None`.
-#[derive(Debug, Clone, Copy, PartialEq)]
-#[cfg_attr(feature = "scene", derive(serde::Serialize))]
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
 #[non_exhaustive]
 pub struct Artefacts {
     /// Root mean square difference from the ground truth more than three voxels outside the heart at all phases, where only background and

@@ -1,12 +1,10 @@
 //! The R-R intervals of an acquisition.
 
 use super::Phantom;
-#[cfg(feature = "scene")]
 use crate::files::BeatCounts;
 
 /// Statistics of the beats, if R-R intervals vary or beats are rejected.
-#[derive(Debug, Clone, PartialEq)]
-#[cfg_attr(feature = "scene", derive(serde::Serialize))]
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
 #[non_exhaustive]
 pub struct BeatReport {
     /// Number of beats that begin before the last view ends.
@@ -24,7 +22,6 @@ pub struct BeatReport {
 
 impl Phantom {
     /// Counts the R-R intervals from the start of the first view to the end of the last, for headers.
-    #[cfg(feature = "scene")]
     pub(crate) fn beat_counts(&self) -> BeatCounts {
         let camera = self.camera();
         let end = camera.view_start(camera.n_views() - 1) + camera.interval();

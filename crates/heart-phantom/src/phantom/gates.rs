@@ -64,7 +64,6 @@ impl Phantom {
     }
 
     /// Expected samples of the photons of each gate that are not scattered; `progress` receives the number of views done.
-    #[cfg(feature = "scene")]
     pub(crate) fn primary_of_gates(
         &self,
         progress: Observer<'_, usize>,

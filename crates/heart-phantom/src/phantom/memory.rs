@@ -69,8 +69,7 @@ fn number(text: &str) -> Option<u64> {
 
 /// An upper estimate of the memory of `run` in bytes: usually tens of per cent too high, up to three times for OSEM with a collimator, whose
 /// work memory is a fixed amount here, and more if the number of shapes of a tolerance is unknown.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[cfg_attr(feature = "scene", derive(serde::Serialize))]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
 #[non_exhaustive]
 pub struct Memory {
     /// Shapes of the heart, with their defects and surface search.

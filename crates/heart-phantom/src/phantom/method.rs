@@ -1,9 +1,8 @@
 //! Reconstruction methods: plain data of a scene.
 
 /// A reconstruction method.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-#[cfg_attr(feature = "scene", derive(serde::Serialize, serde::Deserialize))]
-#[cfg_attr(feature = "scene", serde(rename_all = "kebab-case"))]
+#[derive(Debug, Clone, Copy, PartialEq, Default, serde::Serialize, serde::Deserialize)]
+#[serde(rename_all = "kebab-case")]
 #[non_exhaustive]
 pub enum Method {
     /// Filtered back-projection of each slice; it treats projections as line integrals, so that attenuation is not corrected: behind 10 cm of
@@ -35,31 +34,24 @@ pub enum Method {
 /// # Ok(())
 /// # }
 /// ```
-#[derive(Debug, Clone, Copy, PartialEq)]
-#[cfg_attr(feature = "scene", derive(serde::Serialize, serde::Deserialize))]
-#[cfg_attr(feature = "scene", serde(deny_unknown_fields))]
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Osem {
     /// Number of subsets, from 1 (MLEM) to the number of views.
     pub subsets: usize,
     /// Maximum number of iterations through all subsets.
     pub iterations: usize,
     /// Whether to model attenuation, with the map averaged over the acquisition time of the gate.
-    #[cfg_attr(feature = "scene", serde(default))]
+    #[serde(default)]
     pub attenuation: bool,
     /// Whether to model the collimator at `scene::CameraSettings::radius`; the tolerance is 1e-3 ([`radon::SpectOptions`]).
-    #[cfg_attr(feature = "scene", serde(default))]
+    #[serde(default)]
     pub resolution: bool,
     /// The model of scatter; `None` models unscattered photons only.
-    #[cfg_attr(
-        feature = "scene",
-        serde(default, skip_serializing_if = "Option::is_none")
-    )]
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub scatter: Option<KnownScatter>,
     /// Stops after an iteration whose relative change of the volume (root mean square) is at most this value.
-    #[cfg_attr(
-        feature = "scene",
-        serde(default, skip_serializing_if = "Option::is_none")
-    )]
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub tolerance: Option<f64>,
 }
 
@@ -84,9 +76,8 @@ impl Osem {
 }
 
 /// How OSEM models scatter.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[cfg_attr(feature = "scene", derive(serde::Serialize, serde::Deserialize))]
-#[cfg_attr(feature = "scene", serde(rename_all = "kebab-case"))]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+#[serde(rename_all = "kebab-case")]
 #[non_exhaustive]
 pub enum KnownScatter {
     /// The expected scatter of the projections ([`Phantom::scatter`](crate::Phantom::scatter)): the reference for methods that estimate scatter.
@@ -94,9 +85,8 @@ pub enum KnownScatter {
 }
 
 /// Compensation of the exactly known motion between gates.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-#[cfg_attr(feature = "scene", derive(serde::Serialize, serde::Deserialize))]
-#[cfg_attr(feature = "scene", serde(rename_all = "kebab-case"))]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize, serde::Deserialize)]
+#[serde(rename_all = "kebab-case")]
 #[non_exhaustive]
 pub enum Compensation {
     /// No compensation: one volume per gate.
@@ -108,8 +98,7 @@ pub enum Compensation {
 }
 
 /// Convergence of OSEM for a gate or a motion-compensated volume.
-#[derive(Debug, Clone, Copy, PartialEq)]
-#[cfg_attr(feature = "scene", derive(serde::Serialize))]
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
 #[non_exhaustive]
 pub struct OsemReport {
     /// Iterations through all subsets.

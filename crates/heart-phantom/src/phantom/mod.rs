@@ -42,9 +42,7 @@ pub use phases::{MotionPhase, PhaseOf, PhaseReport, ScenePhase};
 pub use polar::PolarMap;
 pub(crate) use products::Needs;
 pub use products::PlannedFile;
-#[cfg(feature = "scene")]
 pub(crate) use products::{Content, Index};
-#[cfg(feature = "scene")]
 pub(crate) use views::to_counts;
 pub use warning::{Edge, TruncatedObject, Warning};
 use work::Work;
@@ -59,7 +57,6 @@ use photon_scatter::Scatter;
 use radon::FbpPlan;
 use revolve_voxel::Pose;
 use std::collections::BTreeSet;
-#[cfg(feature = "scene")]
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, OnceLock};
 
@@ -109,7 +106,6 @@ pub struct Phantom {
     model: OnceLock<gate_model::Model>,
     pub(crate) work: Work,
     /// File and text of the scene, for errors after reading.
-    #[cfg(feature = "scene")]
     pub(crate) file: Option<(PathBuf, String)>,
 }
 
@@ -186,8 +182,6 @@ impl Phantom {
     ///
     /// # Errors
     /// As [`Scene::load`] and [`Phantom::new`].
-    #[cfg(feature = "scene")]
-    #[cfg_attr(docsrs, doc(cfg(feature = "scene")))]
     pub fn load(path: &Path) -> Result<Self, PhantomError> {
         let (scene, text) = Scene::read(path)?;
         let mut phantom = Self::new(scene)?;
@@ -214,7 +208,6 @@ impl Phantom {
             },
             model: OnceLock::new(),
             work: Work::default(),
-            #[cfg(feature = "scene")]
             file: None,
             parts,
         })
@@ -231,7 +224,6 @@ impl Phantom {
     }
 
     /// Returns the scene, unless a given heart replaces two of its sections.
-    #[cfg(feature = "scene")]
     pub(crate) fn whole_scene(&self) -> Option<&Scene> {
         (!self.parts.own_heart && !self.has_own_rays()).then_some(&self.parts.scene)
     }

@@ -25,8 +25,7 @@ pub struct MotionField {
 }
 
 /// Motion of a material point to a given time.
-#[derive(Debug, Clone, Copy, PartialEq)]
-#[cfg_attr(feature = "scene", derive(serde::Serialize))]
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
 #[non_exhaustive]
 pub struct PointMotion {
     /// Position in the lab, cm.
@@ -40,8 +39,7 @@ pub struct PointMotion {
 }
 
 /// The entry of `report.json` on the motion to a phase.
-#[derive(Debug, Clone, PartialEq)]
-#[cfg_attr(feature = "scene", derive(serde::Serialize))]
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
 #[non_exhaustive]
 pub struct MotionReport {
     /// Name of the phase, as in [`PhaseReport`](crate::PhaseReport).
@@ -52,7 +50,7 @@ pub struct MotionReport {
     /// Relative shortening of the cavity from base to inner apex since end-diastole.
     pub longitudinal_shortening: f64,
     /// The phantom's points, in order.
-    #[cfg_attr(feature = "scene", serde(skip_serializing_if = "Vec::is_empty"))]
+    #[serde(skip_serializing_if = "Vec::is_empty")]
     pub points: Vec<PointMotion>,
 }
 

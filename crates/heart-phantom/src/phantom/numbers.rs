@@ -7,8 +7,7 @@ use std::f64::consts::PI;
 
 /// Volumes, ejection fraction and wall thickness, as measured clinically.
 #[doc(alias("EDV", "ESV", "LVEF"))]
-#[derive(Debug, Clone, Copy, PartialEq)]
-#[cfg_attr(feature = "scene", derive(serde::Serialize))]
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
 #[non_exhaustive]
 pub struct Numbers {
     /// End-diastolic volume of the cavity in mL.
@@ -39,8 +38,7 @@ pub struct Numbers {
 }
 
 /// Thickness of the wall in cm: shortest distance from the inner membrane to the outer one.
-#[derive(Debug, Clone, Copy, PartialEq)]
-#[cfg_attr(feature = "scene", derive(serde::Serialize))]
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
 #[non_exhaustive]
 pub struct Thickness {
     /// At the side of the wall: the material midpoint of the inner cylinder; s = 0.2 if the heart was built from other membranes.

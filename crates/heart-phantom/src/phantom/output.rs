@@ -3,9 +3,8 @@
 use crate::files::Format;
 
 /// The output of a run, `[output]` of a scene.
-#[derive(Debug, Clone, PartialEq)]
-#[cfg_attr(feature = "scene", derive(serde::Serialize, serde::Deserialize))]
-#[cfg_attr(feature = "scene", serde(deny_unknown_fields, default))]
+#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
+#[serde(deny_unknown_fields, default)]
 pub struct Output {
     /// Products to write.
     pub write: Vec<Product>,
@@ -39,9 +38,8 @@ impl Default for Output {
 }
 
 /// Quantity of written projections.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-#[cfg_attr(feature = "scene", derive(serde::Serialize, serde::Deserialize))]
-#[cfg_attr(feature = "scene", serde(rename_all = "kebab-case"))]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize, serde::Deserialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum ProjectionValues {
     /// Line integrals of the activity at the start of the acquisition: counts divided by the counts per unit sample of each view.
     #[default]
@@ -51,9 +49,8 @@ pub enum ProjectionValues {
 }
 
 /// Distribution of gates to files.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-#[cfg_attr(feature = "scene", derive(serde::Serialize, serde::Deserialize))]
-#[cfg_attr(feature = "scene", serde(rename_all = "kebab-case"))]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize, serde::Deserialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum GateFiles {
     /// One file per gate: `truth-gate-03`.
     #[default]
@@ -63,9 +60,10 @@ pub enum GateFiles {
 }
 
 /// A product of a run. `report.json` is always written.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-#[cfg_attr(feature = "scene", derive(serde::Serialize, serde::Deserialize))]
-#[cfg_attr(feature = "scene", serde(rename_all = "kebab-case"))]
+#[derive(
+    Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, serde::Serialize, serde::Deserialize,
+)]
+#[serde(rename_all = "kebab-case")]
 #[non_exhaustive]
 pub enum Product {
     /// Projections.

@@ -73,8 +73,7 @@ impl fmt::Display for PhaseOf {
 }
 
 /// The heart at a phase.
-#[derive(Debug, Clone, PartialEq)]
-#[cfg_attr(feature = "scene", derive(serde::Serialize))]
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
 #[non_exhaustive]
 pub struct PhaseReport {
     /// Name of the phase: `static`, `gate-03`, `end-diastole`, `end-systole`.
@@ -82,12 +81,12 @@ pub struct PhaseReport {
     /// Cardiac phase.
     pub phase: f64,
     /// Respiratory position with respiration: 0 at end-expiration, 1 at end-inspiration.
-    #[cfg_attr(feature = "scene", serde(skip_serializing_if = "Option::is_none"))]
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub breath: Option<f64>,
     /// Volume of the cavity in mL, at this phase.
     pub cavity_ml: f64,
     /// Volume of the cavity averaged over the time of the projections of a gate, mL, as an image of the gate shows it.
-    #[cfg_attr(feature = "scene", serde(skip_serializing_if = "Option::is_none"))]
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub mean_cavity_ml: Option<f64>,
     /// Volume gain, `(V - V_ref) / V_ref`.
     pub gain: f64,
@@ -99,7 +98,7 @@ pub struct PhaseReport {
     /// Load f of the outer membrane.
     pub f_outer: f64,
     /// [`HeartShape::pressures_mmhg`], if the membranes are of rubber.
-    #[cfg_attr(feature = "scene", serde(skip_serializing_if = "Option::is_none"))]
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub pressures_mmhg: Option<[f64; 2]>,
 }
 

@@ -28,8 +28,7 @@ const APEX: usize = 3;
 ///
 /// and on the axis if there is none. Volumes end at the plane of the base, which is known. Resolution and voxel size bias both volumes,
 /// mostly towards small ones; the polar map of the ground truth of the same scene shows by how much.
-#[derive(Debug, Clone, Copy, PartialEq)]
-#[cfg_attr(feature = "scene", derive(serde::Serialize))]
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
 #[non_exhaustive]
 #[doc(alias("LVEF", "bullseye", "17 segments"))]
 pub struct PolarMap {

@@ -206,8 +206,7 @@ impl Output {
 }
 
 /// A file of a run.
-#[derive(Debug, Clone, PartialEq, Eq)]
-#[cfg_attr(feature = "scene", derive(serde::Serialize))]
+#[derive(Debug, Clone, PartialEq, Eq, serde::Serialize)]
 #[non_exhaustive]
 pub struct PlannedFile {
     /// Its name in the output directory.
@@ -236,7 +235,6 @@ impl Phantom {
     }
 
     /// Lists only the names; computes no surface.
-    #[cfg(feature = "scene")]
     pub(crate) fn file_names(&self) -> Result<Vec<PathBuf>, PhantomError> {
         let planned = self.planned(|_| Ok([0; 2]))?;
         Ok(planned.into_iter().map(|file| file.name).collect())

@@ -1,19 +1,14 @@
 //! Warnings: allowed values that are probably not intended.
 
 use crate::text::{brief, enough};
-#[cfg(feature = "scene")]
 use serde::{Serialize, Serializer};
 use std::fmt;
 
 /// An allowed value that is probably not intended. The text contains the consequence and the numbers.
 ///
 /// `report.json` contains an object with the name of the variant in kebab case, `what`, its fields, and the text, `message`.
-#[derive(Debug, Clone, Copy, PartialEq)]
-#[cfg_attr(feature = "scene", derive(Serialize))]
-#[cfg_attr(
-    feature = "scene",
-    serde(remote = "Self", tag = "what", rename_all = "kebab-case")
-)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[serde(remote = "Self", tag = "what", rename_all = "kebab-case")]
 #[non_exhaustive]
 pub enum Warning {
     /// Projections are truncated.
@@ -27,7 +22,7 @@ pub enum Warning {
         /// Actual length or height, cm.
         available_cm: f64,
         /// For `Bins`: the view angle of the largest truncation, degrees.
-        #[cfg_attr(feature = "scene", serde(skip_serializing_if = "Option::is_none"))]
+        #[serde(skip_serializing_if = "Option::is_none")]
         angle_degrees: Option<f64>,
     },
     /// The heart is above or below all rows, or farther from the axis of rotation than half the length of a row. Some or all views miss it.
@@ -110,9 +105,8 @@ pub enum Warning {
 }
 
 /// An object that views may truncate.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[cfg_attr(feature = "scene", derive(Serialize))]
-#[cfg_attr(feature = "scene", serde(rename_all = "kebab-case"))]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
 #[non_exhaustive]
 pub enum TruncatedObject {
     /// Cavity and wall at end-diastole and end-systole, or at the static phase.
@@ -124,9 +118,8 @@ pub enum TruncatedObject {
 }
 
 /// An edge of a view.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[cfg_attr(feature = "scene", derive(Serialize))]
-#[cfg_attr(feature = "scene", serde(rename_all = "kebab-case"))]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum Edge {
     /// The ends of its rows.
     Bins,
@@ -265,7 +258,6 @@ impl fmt::Display for Warning {
 }
 
 /// The fields with the message.
-#[cfg(feature = "scene")]
 impl Serialize for Warning {
     fn serialize<S: Serializer>(&self, to: S) -> Result<S::Ok, S::Error> {
         #[derive(Serialize)]

@@ -5,8 +5,7 @@ use revolve_voxel::{RayCounters, VoxelCounters};
 use std::sync::{Mutex, PoisonError};
 
 /// Work done for a phantom so far, independent of the number of threads.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-#[cfg_attr(feature = "scene", derive(serde::Serialize))]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, serde::Serialize)]
 #[non_exhaustive]
 pub struct WorkReport {
     /// Equilibria of the pair of membranes.

@@ -54,9 +54,8 @@ impl Acquisition {
 }
 
 /// The time average that a voxelised ground truth represents.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[cfg_attr(feature = "scene", derive(serde::Serialize))]
-#[cfg_attr(feature = "scene", serde(rename_all = "kebab-case"))]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum TruthOf {
     /// The time of every view: a phase, a whole cycle or a gate, the same for all views.
     EachView,

@@ -231,7 +231,6 @@ impl Camera {
     }
 
     /// Returns the number of heads.
-    #[cfg(feature = "scene")]
     pub(crate) fn n_heads(&self) -> usize {
         self.from.heads.count()
     }

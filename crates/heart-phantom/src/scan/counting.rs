@@ -16,9 +16,8 @@ const HOUR: f64 = 3600.0;
 /// The sensitivity of a parallel-hole collimator in air does not depend on the distance. The acquisition time is [`ViewTime::window`]; a gate has its
 /// fraction of the view's time.
 #[doc(alias("calibration", "sensitivity"))]
-#[derive(Debug, Clone, Copy, PartialEq)]
-#[cfg_attr(feature = "scene", derive(serde::Serialize, serde::Deserialize))]
-#[cfg_attr(feature = "scene", serde(deny_unknown_fields))]
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Counting {
     /// Sensitivity of a head, counts per second and MBq.
     pub sensitivity: f64,
@@ -28,15 +27,14 @@ pub struct Counting {
 
 /// Decay during the acquisition: the average of `2^(-t / half-life)` over the time of a view or exposure. Within a view the heart beats too
 /// fast for decay to differ between phases.
-#[derive(Debug, Clone, Copy, PartialEq)]
-#[cfg_attr(feature = "scene", derive(serde::Serialize, serde::Deserialize))]
-#[cfg_attr(feature = "scene", serde(rename_all = "snake_case"))]
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
+#[serde(rename_all = "snake_case")]
 #[non_exhaustive]
 pub enum Decay {
     /// No decay.
     None,
     /// Technetium-99m, 6.0072 h (E. Browne, J. K. Tuli, Nuclear Data Sheets 145 (2017) 25).
-    #[cfg_attr(feature = "scene", serde(rename = "tc-99m"))]
+    #[serde(rename = "tc-99m")]
     Tc99m,
     /// Half-life in hours.
     HalfLifeHours(f64),

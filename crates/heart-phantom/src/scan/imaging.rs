@@ -12,8 +12,7 @@ use std::sync::OnceLock;
 const TAILS: f64 = 1.2e-6;
 
 /// The resolution of the quadrature of an image.
-#[derive(Debug, Clone, Copy, PartialEq)]
-#[cfg_attr(feature = "scene", derive(serde::Serialize))]
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
 #[non_exhaustive]
 pub struct Resolution {
     /// Nodes of the quadrature per standard deviation of the narrowest response; per bin if that is narrower than an eighth of a bin

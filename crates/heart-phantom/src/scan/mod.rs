@@ -37,7 +37,5 @@ pub use ray_geometry::RayGeometry;
 pub use settings::{Accuracy, BinSample, Counts, Mode, Noise, Rotation};
 pub(crate) use timing::STEPS;
 pub use view_error::ViewError;
-#[cfg(feature = "scene")]
-pub use view_time::ViewReport;
-pub use view_time::ViewTime;
+pub use view_time::{ViewReport, ViewTime};
 pub(crate) use whole::{Lasting, Projected, Scan};

@@ -4,12 +4,8 @@
 /// during a view.
 ///
 /// In a scene a number is a circle.
-#[derive(Debug, Clone, PartialEq)]
-#[cfg_attr(feature = "scene", derive(serde::Serialize, serde::Deserialize))]
-#[cfg_attr(
-    feature = "scene",
-    serde(remote = "Self", rename_all = "snake_case", deny_unknown_fields)
-)]
+#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
+#[serde(remote = "Self", rename_all = "snake_case", deny_unknown_fields)]
 #[non_exhaustive]
 pub enum Orbit {
     /// Circular orbit; the radius in cm.
@@ -43,7 +39,6 @@ impl Orbit {
     }
 }
 
-#[cfg(feature = "scene")]
 mod file {
     use super::Orbit;
     use serde::de::value::MapAccessDeserializer;

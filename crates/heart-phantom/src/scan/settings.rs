@@ -1,9 +1,8 @@
 //! Acquisition settings: plain data of a scene.
 
 /// Camera motion between views.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[cfg_attr(feature = "scene", derive(serde::Serialize, serde::Deserialize))]
-#[cfg_attr(feature = "scene", serde(rename_all = "kebab-case"))]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+#[serde(rename_all = "kebab-case")]
 #[non_exhaustive]
 pub enum Rotation {
     /// Step and shoot: the camera is stationary during a view and moves instantaneously.
@@ -13,12 +12,8 @@ pub enum Rotation {
 }
 
 /// The acquisition time of a view.
-#[derive(Debug, Clone, Copy, PartialEq)]
-#[cfg_attr(feature = "scene", derive(serde::Serialize, serde::Deserialize))]
-#[cfg_attr(
-    feature = "scene",
-    serde(rename_all = "kebab-case", deny_unknown_fields)
-)]
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
+#[serde(rename_all = "kebab-case", deny_unknown_fields)]
 #[non_exhaustive]
 pub enum Mode {
     /// One phase in all views.
@@ -53,9 +48,8 @@ impl Mode {
 }
 
 /// Accuracy of the samples.
-#[derive(Debug, Clone, Copy, PartialEq)]
-#[cfg_attr(feature = "scene", derive(serde::Serialize, serde::Deserialize))]
-#[cfg_attr(feature = "scene", serde(rename_all = "snake_case"))]
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
+#[serde(rename_all = "snake_case")]
 #[non_exhaustive]
 pub enum Accuracy {
     /// Even number of steps per cycle, rounded up to a multiple of four: half between levels of rising volume, half of falling volume. For whole
@@ -70,9 +64,8 @@ pub enum Accuracy {
 }
 
 /// Poisson noise, `[noise]` of a scene. Projections are counts divided by counts per unit sample, so that their units remain.
-#[derive(Debug, Clone, Copy, PartialEq)]
-#[cfg_attr(feature = "scene", derive(serde::Serialize, serde::Deserialize))]
-#[cfg_attr(feature = "scene", serde(deny_unknown_fields))]
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Noise {
     /// Expected number of counts.
     pub counts: Counts,
@@ -81,9 +74,8 @@ pub struct Noise {
 }
 
 /// Expected number of counts.
-#[derive(Debug, Clone, Copy, PartialEq)]
-#[cfg_attr(feature = "scene", derive(serde::Serialize, serde::Deserialize))]
-#[cfg_attr(feature = "scene", serde(rename_all = "snake_case"))]
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
+#[serde(rename_all = "snake_case")]
 pub enum Counts {
     /// Counts per unit sample (activity times cm).
     PerUnit(f64),
@@ -97,12 +89,8 @@ pub enum Counts {
 /// The definition of a sample of a view.
 ///
 /// A detector measures averages over its bins.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[cfg_attr(feature = "scene", derive(serde::Serialize, serde::Deserialize))]
-#[cfg_attr(
-    feature = "scene",
-    serde(rename_all = "kebab-case", deny_unknown_fields)
-)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+#[serde(rename_all = "kebab-case", deny_unknown_fields)]
 #[non_exhaustive]
 pub enum BinSample {
     /// The value of the blurred image at the centre of the bin; without a response the line integral through it. It differs from the average by

@@ -44,7 +44,6 @@ impl ViewError {
     }
 }
 
-#[cfg(feature = "scene")]
 impl serde::Serialize for ViewError {
     fn serialize<S: serde::Serializer>(&self, to: S) -> Result<S::Ok, S::Error> {
         use serde::ser::SerializeMap;

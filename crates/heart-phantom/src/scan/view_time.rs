@@ -4,7 +4,6 @@ use super::acquisition::Acquisition;
 use super::settings::Mode;
 use super::settings::Rotation;
 use super::spans;
-#[cfg(feature = "scene")]
 use crate::text::short;
 use crate::{Camera, Cycle};
 
@@ -13,8 +12,7 @@ use crate::{Camera, Cycle};
 /// View `k` of a head has the interval from `k T` to `(k + 1) T`, where `T` is the time between starts. With step and shoot the camera stays at
 /// the nominal angle `theta_k`. With continuous rotation it passes `theta_k` at the middle: `theta(t) = theta_k + ((t - k T) / T - 1/2) step`.
 /// An instant at `t = k T` is half a step before `theta_k`; an exposure of `w` seconds lasts from `theta(k T)` to `theta(k T + w)`.
-#[derive(Debug, Clone, Copy, PartialEq)]
-#[cfg_attr(feature = "scene", derive(serde::Serialize))]
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
 #[non_exhaustive]
 pub struct ViewTime {
     /// Start of the view in seconds after the first view: `k T` for view `k` of a head.
@@ -30,10 +28,7 @@ pub struct ViewTime {
 }
 
 /// Times and angles of the views of a gate in `report.json`, one value per view.
-#[cfg(feature = "scene")]
-#[cfg_attr(docsrs, doc(cfg(feature = "scene")))]
-#[derive(Debug, Clone, PartialEq, Default)]
-#[cfg_attr(feature = "scene", derive(serde::Serialize))]
+#[derive(Debug, Clone, PartialEq, Default, serde::Serialize)]
 #[non_exhaustive]
 pub struct ViewReport {
     /// [`ViewTime::start`] in seconds.
@@ -51,7 +46,6 @@ pub struct ViewReport {
     pub counts_per_unit: Vec<f64>,
 }
 
-#[cfg(feature = "scene")]
 impl ViewReport {
     pub(crate) fn of(times: &[ViewTime], radii: &[f64]) -> Self {
         let column = |of: fn(&ViewTime) -> f64| times.iter().map(|time| short(of(time))).collect();

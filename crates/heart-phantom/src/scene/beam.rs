@@ -36,7 +36,6 @@ pub(super) fn rays_of(
     }))
 }
 
-#[cfg(feature = "scene")]
 fn read(path: &Path) -> Result<Vec<[[f64; 4]; 3]>, PhantomError> {
     let invalid = |error: serde_json::Error| error.into();
     let read = std::fs::read(path);
@@ -45,12 +44,4 @@ fn read(path: &Path) -> Result<Vec<[[f64; 4]; 3]>, PhantomError> {
             path: path.to_path_buf(),
             source,
         })
-}
-
-#[cfg(not(feature = "scene"))]
-fn read(_: &Path) -> Result<Vec<[[f64; 4]; 3]>, PhantomError> {
-    Err(PhantomError::NotBuilt {
-        what: "files of matrices",
-        feature: "scene",
-    })
 }

@@ -1,19 +1,12 @@
 //! The section `[camera]` of a scene.
 
+use super::file::exactly;
 use crate::scan::{BinSample, Orbit, Rotation};
-#[cfg(feature = "scene")]
-use {
-    super::file::exactly,
-    serde::{Deserialize, Serialize},
-};
+use serde::{Deserialize, Serialize};
 
 /// The heads of a camera.
-#[derive(Debug, Clone, Copy, PartialEq)]
-#[cfg_attr(feature = "scene", derive(Serialize, Deserialize))]
-#[cfg_attr(
-    feature = "scene",
-    serde(rename_all = "kebab-case", deny_unknown_fields)
-)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case", deny_unknown_fields)]
 pub enum HeadsSettings {
     /// One head.
     One,
@@ -43,12 +36,8 @@ impl HeadsSettings {
 }
 
 /// The rays of a view, `camera.geometry` of a scene.
-#[derive(Debug, Clone, PartialEq, Default)]
-#[cfg_attr(feature = "scene", derive(Serialize, Deserialize))]
-#[cfg_attr(
-    feature = "scene",
-    serde(rename_all = "kebab-case", deny_unknown_fields)
-)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case", deny_unknown_fields)]
 #[non_exhaustive]
 pub enum BeamSettings {
     /// Parallel rays.
@@ -75,9 +64,8 @@ pub enum BeamSettings {
 }
 
 /// `[camera]`: geometry and detector.
-#[derive(Debug, Clone, PartialEq)]
-#[cfg_attr(feature = "scene", derive(Serialize, Deserialize))]
-#[cfg_attr(feature = "scene", serde(deny_unknown_fields, default))]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
 pub struct CameraSettings {
     /// Number of views per head.
     pub views: usize,
@@ -92,10 +80,10 @@ pub struct CameraSettings {
     /// Rows, one per slice.
     pub rows: usize,
     /// Pitch of bins and of rows in cm.
-    #[cfg_attr(feature = "scene", serde(deserialize_with = "exactly"))]
+    #[serde(deserialize_with = "exactly")]
     pub pitch: [f64; 2],
     /// The definition of a sample; `None` gives bin averages with `[blur]` or `[collimator]`, line integrals otherwise.
-    #[cfg_attr(feature = "scene", serde(skip_serializing_if = "Option::is_none"))]
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub samples: Option<BinSample>,
     /// Parallel rays, or the distances of a fan or cone beam, or projection matrices.
     pub geometry: BeamSettings,
@@ -128,7 +116,6 @@ impl Default for CameraSettings {
 
 impl CameraSettings {
     /// Reads a relative path of matrices from the directory of the scene.
-    #[cfg(feature = "scene")]
     pub(super) fn relative_to(&mut self, directory: &std::path::Path) {
         if let BeamSettings::Matrices(file) = &mut self.geometry {
             *file = directory.join(&*file).to_string_lossy().into_owned();

@@ -3,7 +3,6 @@
 use super::finding::{Check, spelled};
 use crate::Balloon;
 use crate::text::Number;
-#[cfg(feature = "scene")]
 pub(super) use file::EXPECTED;
 use membrane_forces::{MembraneError, PressureLaw, StrainEnergy};
 
@@ -103,7 +102,6 @@ pub(super) fn check(
     }
 }
 
-#[cfg(feature = "scene")]
 mod file {
     use super::{MaterialSettings, THICKNESS};
     use membrane_forces::StrainEnergy;

@@ -20,28 +20,20 @@ mod check_camera;
 mod check_output;
 mod check_reconstruction;
 mod check_time;
-#[cfg(feature = "scene")]
 mod file;
 mod finding;
 mod material;
 mod motion;
 mod parts;
-#[cfg(feature = "scene")]
 mod place;
-#[cfg(feature = "scene")]
 mod read;
-#[cfg(feature = "scene")]
 mod run;
-#[cfg(feature = "scene")]
 mod run_compensated;
-#[cfg(feature = "scene")]
 mod run_report;
-#[cfg(feature = "scene")]
 mod run_write;
 mod sections;
 mod source;
 mod study;
-#[cfg(feature = "scene")]
 mod template;
 
 pub use crate::{
@@ -53,7 +45,6 @@ pub use crate::{
 pub(crate) use build::WORK_BYTES;
 pub use camera::{BeamSettings, CameraSettings, HeadsSettings};
 pub(crate) use check_beam::needs_parallel;
-#[cfg(feature = "scene")]
 pub(crate) use file::exactly;
 pub(crate) use finding::{Check, array_of, place_in};
 pub use finding::{Finding, SceneError};
@@ -61,14 +52,10 @@ pub use material::MaterialSettings;
 pub use membrane_forces::PressureLaw;
 pub use motion::{PointSettings, TwistSettings};
 pub(crate) use parts::Parts;
-#[cfg(feature = "scene")]
 pub use place::{line_and_column, locate};
 pub use radon::{ArcPolicy, Window};
-#[cfg(feature = "scene")]
 pub use read::read_text;
-#[cfg(feature = "scene")]
 pub use run::{GateResults, Run, run};
-#[cfg(feature = "scene")]
 pub use run_report::{
     CompensatedReport, GateReport, MeasuredEjection, PictureReport, Progress, RunReport,
     SliceOrders,

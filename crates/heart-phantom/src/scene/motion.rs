@@ -5,13 +5,11 @@ use crate::error::PhantomError;
 use crate::ranges;
 use crate::text::Number;
 use crate::{Beats, Cycle, MaterialPoint, RrIntervals, Twist};
-#[cfg(feature = "scene")]
 use serde::{Deserialize, Serialize};
 
 /// `[twist]`: rotation of the wall about its axis at end-systole, in degrees, positive from body y to body z.
-#[derive(Debug, Clone, PartialEq)]
-#[cfg_attr(feature = "scene", derive(Serialize, Deserialize))]
-#[cfg_attr(feature = "scene", serde(deny_unknown_fields))]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct TwistSettings {
     /// Rotation of the inner membrane at two or more equally spaced s from base to apex.
     pub inner_degrees: Vec<f64>,
@@ -38,9 +36,8 @@ impl TwistSettings {
 }
 
 /// One of `[[points]]`: a material point whose motion is reported.
-#[derive(Debug, Clone, Copy, PartialEq)]
-#[cfg_attr(feature = "scene", derive(Serialize, Deserialize))]
-#[cfg_attr(feature = "scene", serde(deny_unknown_fields))]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct PointSettings {
     /// Transmural position, from 0 (inner membrane) to 1 (outer membrane).
     pub layer: f64,

@@ -1,26 +1,22 @@
 //! The sections of a scene: plain data with the defaults of the paper's study.
 
+use super::file::exactly;
 use super::material::MaterialSettings;
 use crate::scan::{Accuracy, Mode};
 use crate::{Balloon, Compensation, Method, VolumeCurve, VolumeRange};
 use membrane_forces::PressureLaw;
 use radon::{ArcPolicy, ParallelHoles, Window};
-#[cfg(feature = "scene")]
-use {
-    super::file::exactly,
-    serde::{Deserialize, Serialize},
-};
+use serde::{Deserialize, Serialize};
 
 /// `[heart]`: endocardial and epicardial membrane, and the solution method of their shapes.
-#[derive(Debug, Clone, PartialEq)]
-#[cfg_attr(feature = "scene", derive(Serialize, Deserialize))]
-#[cfg_attr(feature = "scene", serde(deny_unknown_fields, default))]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
 pub struct HeartSettings {
     /// Endocardium.
-    #[cfg_attr(feature = "scene", serde(deserialize_with = "file::inner"))]
+    #[serde(deserialize_with = "file::inner")]
     pub inner: Balloon,
     /// Epicardium; it contains the endocardium.
-    #[cfg_attr(feature = "scene", serde(deserialize_with = "file::outer"))]
+    #[serde(deserialize_with = "file::outer")]
     pub outer: Balloon,
     /// The material of both membranes.
     pub material: MaterialSettings,
@@ -43,12 +39,8 @@ impl Default for HeartSettings {
 }
 
 /// Discretisation of the membranes.
-#[derive(Debug, Clone, Copy, PartialEq)]
-#[cfg_attr(feature = "scene", derive(Serialize, Deserialize))]
-#[cfg_attr(
-    feature = "scene",
-    serde(rename_all = "snake_case", deny_unknown_fields)
-)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case", deny_unknown_fields)]
 #[non_exhaustive]
 pub enum DiscretisationSettings {
     /// Second-order finite differences, as in the paper; the body is the polygon through the nodes.
@@ -68,9 +60,8 @@ pub enum DiscretisationSettings {
 }
 
 /// `[cycle]`: the cardiac cycle.
-#[derive(Debug, Clone, PartialEq)]
-#[cfg_attr(feature = "scene", derive(Serialize, Deserialize))]
-#[cfg_attr(feature = "scene", serde(deny_unknown_fields, default))]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
 pub struct CycleSettings {
     /// Heart rate.
     pub beats_per_minute: f64,
@@ -94,12 +85,11 @@ impl Default for CycleSettings {
 }
 
 /// `[pose]`: the axis along z, rotated about the lab's x, then y, then z, then shifted.
-#[derive(Debug, Clone, Copy, PartialEq)]
-#[cfg_attr(feature = "scene", derive(Serialize, Deserialize))]
-#[cfg_attr(feature = "scene", serde(deny_unknown_fields, default))]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
 pub struct PoseSettings {
     /// Distance of the centre of rotation from the base along the axis, cm; `None` for the middle of the outer membrane.
-    #[cfg_attr(feature = "scene", serde(skip_serializing_if = "Option::is_none"))]
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub centre: Option<f64>,
     /// Rotation about x in degrees.
     pub rotate_x: f64,
@@ -108,7 +98,7 @@ pub struct PoseSettings {
     /// Rotation about z in degrees.
     pub rotate_z: f64,
     /// Final position of the centre of rotation, `[x, y, z]` in cm.
-    #[cfg_attr(feature = "scene", serde(deserialize_with = "exactly"))]
+    #[serde(deserialize_with = "exactly")]
     pub shift: [f64; 3],
 }
 
@@ -125,9 +115,8 @@ impl Default for PoseSettings {
 }
 
 /// One of `[[organs]]`: replaces earlier organs where they overlap; the heart replaces all organs.
-#[derive(Debug, Clone, Copy, PartialEq)]
-#[cfg_attr(feature = "scene", derive(Serialize, Deserialize))]
-#[cfg_attr(feature = "scene", serde(deny_unknown_fields))]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct OrganSettings {
     /// The region that it fills.
     pub shape: OrganShapeSettings,
@@ -138,47 +127,41 @@ pub struct OrganSettings {
 }
 
 /// The region of an organ.
-#[derive(Debug, Clone, Copy, PartialEq)]
-#[cfg_attr(feature = "scene", derive(Serialize, Deserialize))]
-#[cfg_attr(
-    feature = "scene",
-    serde(rename_all = "kebab-case", deny_unknown_fields)
-)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case", deny_unknown_fields)]
 #[non_exhaustive]
 pub enum OrganShapeSettings {
     /// An infinite elliptic cylinder along z.
     Cylinder {
         /// Its axis, `[x, y]` in cm.
-        #[cfg_attr(feature = "scene", serde(deserialize_with = "exactly"))]
+        #[serde(deserialize_with = "exactly")]
         centre: [f64; 2],
         /// Semi-axes along x and y, cm.
-        #[cfg_attr(feature = "scene", serde(deserialize_with = "exactly"))]
+        #[serde(deserialize_with = "exactly")]
         semi_axes: [f64; 2],
     },
     /// An ellipsoid.
     Ellipsoid {
         /// Centre, `[x, y, z]` in cm.
-        #[cfg_attr(feature = "scene", serde(deserialize_with = "exactly"))]
+        #[serde(deserialize_with = "exactly")]
         centre: [f64; 3],
         /// Semi-axes along x, y and z, cm.
-        #[cfg_attr(feature = "scene", serde(deserialize_with = "exactly"))]
+        #[serde(deserialize_with = "exactly")]
         semi_axes: [f64; 3],
     },
 }
 
 /// `[blur]`: a detector with a finite resolution that does not depend on depth.
-#[derive(Debug, Clone, Copy, PartialEq)]
-#[cfg_attr(feature = "scene", derive(Serialize, Deserialize))]
-#[cfg_attr(feature = "scene", serde(deny_unknown_fields))]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct BlurSettings {
     /// Full width at half maximum of the Gaussian, cm.
     pub fwhm: f64,
 }
 
 /// `[collimator]`: parallel holes and a crystal at `camera.radius`; the resolution degrades with distance.
-#[derive(Debug, Clone, Copy, PartialEq)]
-#[cfg_attr(feature = "scene", derive(Serialize, Deserialize))]
-#[cfg_attr(feature = "scene", serde(deny_unknown_fields))]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct CollimatorSettings {
     /// The holes.
     pub holes: HolesSettings,
@@ -187,12 +170,8 @@ pub struct CollimatorSettings {
 }
 
 /// The holes of a collimator.
-#[derive(Debug, Clone, Copy, PartialEq)]
-#[cfg_attr(feature = "scene", derive(Serialize, Deserialize))]
-#[cfg_attr(
-    feature = "scene",
-    serde(rename_all = "kebab-case", deny_unknown_fields)
-)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case", deny_unknown_fields)]
 #[non_exhaustive]
 pub enum HolesSettings {
     /// [`ParallelHoles::GE_LEHR`].
@@ -215,9 +194,8 @@ pub enum HolesSettings {
 }
 
 /// `[scatter]`: photons that are scattered in the attenuating media of the scene, which are treated as water-equivalent.
-#[derive(Debug, Clone, PartialEq)]
-#[cfg_attr(feature = "scene", derive(Serialize, Deserialize))]
-#[cfg_attr(feature = "scene", serde(deny_unknown_fields, default))]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
 pub struct ScatterSettings {
     /// Largest standard error of any sample in any window, relative to the largest unscattered or scattered sample of the gate.
     pub tolerance: f64,
@@ -245,9 +223,8 @@ impl Default for ScatterSettings {
 }
 
 /// `[acquisition]`: the timing of the projections.
-#[derive(Debug, Clone, Copy, PartialEq)]
-#[cfg_attr(feature = "scene", derive(Serialize, Deserialize))]
-#[cfg_attr(feature = "scene", serde(deny_unknown_fields, default))]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
 pub struct AcquisitionSettings {
     /// The time interval of a projection.
     pub mode: Mode,
@@ -265,9 +242,8 @@ impl Default for AcquisitionSettings {
 }
 
 /// `[reconstruction]`: volumes from projections.
-#[derive(Debug, Clone, PartialEq)]
-#[cfg_attr(feature = "scene", derive(Serialize, Deserialize))]
-#[cfg_attr(feature = "scene", serde(deny_unknown_fields, default))]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
 pub struct ReconstructionSettings {
     /// The algorithm; `window`, `cutoff` and `arc` belong to filtered back-projection.
     pub method: Method,
@@ -278,13 +254,13 @@ pub struct ReconstructionSettings {
     /// Cutoff as a fraction of the Nyquist frequency of the bins.
     pub cutoff: f64,
     /// Pixels per side of a slice; `None` for the number of bins.
-    #[cfg_attr(feature = "scene", serde(skip_serializing_if = "Option::is_none"))]
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub pixels: Option<usize>,
     /// Pixel size in cm; `None` for the pitch of the bins.
-    #[cfg_attr(feature = "scene", serde(skip_serializing_if = "Option::is_none"))]
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub pixel: Option<f64>,
     /// The reconstructed part of each slice, which determines the size of the volumes. `None` for all of it.
-    #[cfg_attr(feature = "scene", serde(skip_serializing_if = "Option::is_none"))]
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub region: Option<PixelRange>,
     /// Treatment of missing directions.
     pub arc: ArcPolicy,
@@ -306,22 +282,20 @@ impl Default for ReconstructionSettings {
 }
 
 /// A range of pixels, `[from, to)` along x and along y.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[cfg_attr(feature = "scene", derive(Serialize, Deserialize))]
-#[cfg_attr(feature = "scene", serde(deny_unknown_fields))]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct PixelRange {
     /// First column and one past the last.
-    #[cfg_attr(feature = "scene", serde(deserialize_with = "exactly"))]
+    #[serde(deserialize_with = "exactly")]
     pub x: [usize; 2],
     /// First row and one past the last.
-    #[cfg_attr(feature = "scene", serde(deserialize_with = "exactly"))]
+    #[serde(deserialize_with = "exactly")]
     pub y: [usize; 2],
 }
 
 /// `[truth]`: the voxelised ground truth.
-#[derive(Debug, Clone, Copy, PartialEq)]
-#[cfg_attr(feature = "scene", derive(Serialize, Deserialize))]
-#[cfg_attr(feature = "scene", serde(deny_unknown_fields, default))]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
 pub struct TruthSettings {
     /// Largest error of a voxel's coverage.
     pub tolerance: f64,
@@ -333,7 +307,6 @@ impl Default for TruthSettings {
     }
 }
 
-#[cfg(feature = "scene")]
 mod file {
     use crate::Balloon;
     use serde::{Deserialize, Deserializer};

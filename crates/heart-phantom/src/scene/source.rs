@@ -1,6 +1,5 @@
 //! Errors after validation, attributed to a field of the scene.
 
-#[cfg(feature = "scene")]
 use super::place;
 use crate::Phantom;
 use crate::error::PhantomError;
@@ -40,13 +39,10 @@ impl Phantom {
             PhantomError::NoDefect { defect, .. } => format!("{section}.{}", defect + 1),
             _ => section.to_owned(),
         };
-        #[cfg(feature = "scene")]
         let (file, place) = match &self.file {
             Some((path, text)) => (Some(path.clone()), place::of_field(text, &field)),
             None => (None, None),
         };
-        #[cfg(not(feature = "scene"))]
-        let (file, place) = (None, None);
         PhantomError::Rejected {
             file,
             place,

@@ -10,7 +10,6 @@ use crate::{
     Activity, Attenuation, Background, Beats, Breathing, Chest, Counting, Defect, Medium, Mode,
     Noise, Output,
 };
-#[cfg(feature = "scene")]
 use serde::{Deserialize, Serialize};
 
 /// The complete description of a study. [`Default`] is that of Rohmer et al. 2006, with projections averaged over one cycle.
@@ -33,61 +32,60 @@ use serde::{Deserialize, Serialize};
 /// assert!(error.to_string().starts_with("line 2, column 9: camera.views"));
 /// # Ok::<(), heart_phantom::PhantomError>(())
 /// ```
-#[derive(Debug, Clone, PartialEq, Default)]
-#[cfg_attr(feature = "scene", derive(Serialize, Deserialize))]
-#[cfg_attr(feature = "scene", serde(deny_unknown_fields, default))]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
 pub struct Scene {
     /// The two membranes.
     pub heart: HeartSettings,
     /// Heart rate and volume curve.
     pub cycle: CycleSettings,
     /// Variable R-R intervals; `None` for regular beats.
-    #[cfg_attr(feature = "scene", serde(skip_serializing_if = "Option::is_none"))]
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub beats: Option<Beats>,
     /// Position and orientation of the heart.
     pub pose: PoseSettings,
     /// Respiratory motion of the heart; `None` for a breath-hold.
-    #[cfg_attr(feature = "scene", serde(skip_serializing_if = "Option::is_none"))]
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub breathing: Option<Breathing>,
     /// Activity of cavity and wall.
     pub activity: Activity,
     /// Torso around the heart; `None` for none.
-    #[cfg_attr(feature = "scene", serde(skip_serializing_if = "Option::is_none"))]
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub background: Option<Background>,
     /// Torso, lungs, liver and spine of an adult, before all other organs.
-    #[cfg_attr(feature = "scene", serde(skip_serializing_if = "Option::is_none"))]
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub chest: Option<Chest>,
     /// Organs around the heart, instead of a background; each replaces earlier ones.
-    #[cfg_attr(feature = "scene", serde(skip_serializing_if = "Vec::is_empty"))]
+    #[serde(skip_serializing_if = "Vec::is_empty")]
     pub organs: Vec<OrganSettings>,
     /// Parts of the wall with another activity.
-    #[cfg_attr(feature = "scene", serde(skip_serializing_if = "Vec::is_empty"))]
+    #[serde(skip_serializing_if = "Vec::is_empty")]
     pub defects: Vec<Defect>,
     /// Twist of the wall at end-systole; `None` for none.
-    #[cfg_attr(feature = "scene", serde(skip_serializing_if = "Option::is_none"))]
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub twist: Option<TwistSettings>,
     /// Material points whose motion is reported.
-    #[cfg_attr(feature = "scene", serde(skip_serializing_if = "Vec::is_empty"))]
+    #[serde(skip_serializing_if = "Vec::is_empty")]
     pub points: Vec<PointSettings>,
     /// Attenuation; `None` for none.
-    #[cfg_attr(feature = "scene", serde(skip_serializing_if = "Option::is_none"))]
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub attenuation: Option<Attenuation>,
     /// Geometry and detector.
     pub camera: CameraSettings,
     /// Depth-independent resolution of the detector; `None` for perfect resolution.
-    #[cfg_attr(feature = "scene", serde(skip_serializing_if = "Option::is_none"))]
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub blur: Option<BlurSettings>,
     /// Depth-dependent resolution; `None` for perfect resolution.
-    #[cfg_attr(feature = "scene", serde(skip_serializing_if = "Option::is_none"))]
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub collimator: Option<CollimatorSettings>,
     /// Scattered photons in the projections; `None` for none.
-    #[cfg_attr(feature = "scene", serde(skip_serializing_if = "Option::is_none"))]
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub scatter: Option<ScatterSettings>,
     /// Poisson noise; `None` gives expected values.
-    #[cfg_attr(feature = "scene", serde(skip_serializing_if = "Option::is_none"))]
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub noise: Option<Noise>,
     /// Calibration from samples to counts; `None` if unknown.
-    #[cfg_attr(feature = "scene", serde(skip_serializing_if = "Option::is_none"))]
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub counting: Option<Counting>,
     /// Timing of the projections.
     pub acquisition: AcquisitionSettings,

@@ -140,28 +140,27 @@ pub(crate) fn check_volumes(
 }
 
 /// Image quality of a reconstruction. A figure whose region is empty is `None`.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-#[cfg_attr(feature = "scene", derive(serde::Serialize))]
+#[derive(Debug, Clone, Copy, PartialEq, Default, serde::Serialize)]
 #[non_exhaustive]
 pub struct ImageQuality {
     /// Root mean square difference from the ground truth within the disc, all slices.
-    #[cfg_attr(feature = "scene", serde(skip_serializing_if = "Option::is_none"))]
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub rmse_truth: Option<f64>,
     /// Average over the voxels of the wall region ([`Regions::wall`]): unweighted, voxels near the surfaces excluded, in contrast to
     /// [`Artefacts::wall_mean`](crate::Artefacts::wall_mean).
-    #[cfg_attr(feature = "scene", serde(skip_serializing_if = "Option::is_none"))]
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub eroded_wall_mean: Option<f64>,
     /// Standard deviation over the same voxels.
-    #[cfg_attr(feature = "scene", serde(skip_serializing_if = "Option::is_none"))]
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub wall_std: Option<f64>,
     /// Root mean square over the background.
-    #[cfg_attr(feature = "scene", serde(skip_serializing_if = "Option::is_none"))]
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub background_rms: Option<f64>,
     /// Average over the voxels of the cavity.
-    #[cfg_attr(feature = "scene", serde(skip_serializing_if = "Option::is_none"))]
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub cavity_mean: Option<f64>,
     /// Sum over the disc, all slices, times the volume of a voxel.
-    #[cfg_attr(feature = "scene", serde(skip_serializing_if = "Option::is_none"))]
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub total_activity: Option<f64>,
 }
 
