@@ -1,4 +1,4 @@
-//! Curves that enclose no body: self-crossings, found by a sweep along the longer side, and curves that are inside out.
+//! Curves that enclose no body: self-crossings, found by a sweep along an axis, and curves that are inside out.
 
 use crate::error::{MembraneError, Result};
 use crate::measures::Measure;
@@ -20,7 +20,7 @@ pub(crate) fn check(points: &[[f64; 2]]) -> Result<()> {
 /// axis, as that of a disc or a shallow cap, which can be pushed through.
 ///
 /// Crossings are those of the segments between the points. `order` is a work array, which allocates for more points than before. Cost O(n log n) plus
-/// the pairs whose ranges overlap along the side, x or y, on which the points extend more.
+/// the pairs whose ranges overlap along x or y, whichever the curve turns back along less often.
 pub fn collapse(start: &[[f64; 2]], points: &[[f64; 2]], order: &mut Vec<usize>) -> Option<usize> {
     if axis_crossings(points).count() > axis_crossings(start).count() {
         return axis_crossings(points).next();
@@ -55,11 +55,18 @@ fn axis_crossings(points: &[[f64; 2]]) -> impl Iterator<Item = usize> {
 
 /// Returns two segments that intersect.
 fn crossing(points: &[[f64; 2]], order: &mut Vec<usize>) -> Option<[usize; 2]> {
-    let extent = |k: usize| {
-        let along = || points.iter().map(|p| p[k]);
-        along().fold(f64::MIN, f64::max) - along().fold(f64::MAX, f64::min)
+    // The number of times that the curve turns back along x or y.
+    let reversals = |k: usize| {
+        let turns = points.windows(3);
+        turns
+            .filter(|at| (at[1][k] - at[0][k]) * (at[2][k] - at[1][k]) <= 0.0)
+            .count()
     };
-    let side = if extent(0) >= extent(1) { 0 } else { 1 };
+    let turns = [reversals(0), reversals(1)];
+    if turns.contains(&0) {
+        return None;
+    }
+    let side = usize::from(turns[1] < turns[0]);
     let range = |k: usize| {
         let (a, b) = (points[k][side], points[k + 1][side]);
         (a.min(b), a.max(b))
