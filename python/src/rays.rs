@@ -17,10 +17,10 @@ use pyo3::prelude::*;
 /// >>> import numpy as np
 /// >>> from heart_phantom import Phantom, RayGeometry, Scene
 /// >>> angles = np.arange(60) * np.radians(6)
-/// >>> cone = RayGeometry.cone([60.0, 100.0], angles, n_bins=32, n_rows=32, pitch=[0.8, 0.8], times=0.005 * np.arange(60))
+/// >>> cone = RayGeometry.cone([60.0, 100.0], angles, n_bins=48, n_rows=48, pitch=[0.6, 0.6], times=0.005 * np.arange(60))
 /// >>> scene = Scene().replace(acquisition={"mode": "instants"})
 /// >>> Phantom(scene).along(cone).views().shape
-/// (60, 32, 32)
+/// (60, 48, 48)
 #[pyclass(
     name = "RayGeometry",
     module = "heart_phantom",

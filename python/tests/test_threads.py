@@ -204,6 +204,7 @@ REPORTS = {
 }
 
 
+@pytest.mark.filterwarnings("ignore:the scene attenuates")
 @pytest.mark.parametrize("what", REPORTS)
 def test_calls_report_their_progress(what):
     told = []
