@@ -78,7 +78,7 @@ pub enum Sampling {
     #[default]
     Plain,
     /// Sobol points (direction numbers of Joe and Kuo, 2008), shifted by the seed: for each k the first 2^k members cover the space
-    /// of the fields evenly. A draw that violates a constraint is replaced by a point of a later block.
+    /// of the fields evenly. A draw that violates a constraint is replaced by a plain draw.
     Sobol,
 }
 

@@ -1,5 +1,6 @@
 //! The rays of a scene that are not parallel.
 
+use super::read::read_bytes;
 use super::{BeamSettings, CameraSettings};
 use crate::RayGeometry;
 use crate::error::{PhantomError, check_length};
@@ -37,11 +38,9 @@ pub(super) fn rays_of(
 }
 
 fn read(path: &Path) -> Result<Vec<[[f64; 4]; 3]>, PhantomError> {
-    let invalid = |error: serde_json::Error| error.into();
-    let read = std::fs::read(path);
-    read.and_then(|bytes| serde_json::from_slice(&bytes).map_err(invalid))
-        .map_err(|source| PhantomError::Read {
-            path: path.to_path_buf(),
-            source,
-        })
+    let bytes = read_bytes(path)?;
+    serde_json::from_slice(&bytes).map_err(|error| PhantomError::Read {
+        path: path.to_path_buf(),
+        source: error.into(),
+    })
 }

@@ -9,14 +9,11 @@ use std::fs::File;
 use std::io::{self, Read};
 use std::path::Path;
 
-/// Largest size of a scene file; an endless device is not read to its end.
+/// Largest size of a file of a scene; an endless device is not read to its end.
 const MOST_BYTES: u64 = 1 << 24;
 
-/// Reads the text of a scene or a cohort.
-///
-/// # Errors
-/// [`PhantomError::Read`] if the file cannot be read or exceeds 16 MiB; [`PhantomError::Scene`] unless it is UTF-8.
-pub fn read_text(path: &Path) -> Result<String, PhantomError> {
+/// Reads a file of a scene.
+pub(super) fn read_bytes(path: &Path) -> Result<Vec<u8>, PhantomError> {
     let read = |path| {
         let mut bytes = Vec::new();
         let file = File::open(path)?;
@@ -26,10 +23,18 @@ pub fn read_text(path: &Path) -> Result<String, PhantomError> {
         }
         Ok(bytes)
     };
-    let bytes = read(path).map_err(|source| PhantomError::Read {
+    read(path).map_err(|source| PhantomError::Read {
         path: path.to_path_buf(),
         source,
-    })?;
+    })
+}
+
+/// Reads the text of a scene or a cohort.
+///
+/// # Errors
+/// [`PhantomError::Read`] if the file cannot be read or exceeds 16 MiB; [`PhantomError::Scene`] unless it is UTF-8.
+pub fn read_text(path: &Path) -> Result<String, PhantomError> {
+    let bytes = read_bytes(path)?;
     String::from_utf8(bytes).map_err(|error| {
         let finding = place::not_text(error.as_bytes(), error.utf8_error());
         in_file(path, finding.into()).into()

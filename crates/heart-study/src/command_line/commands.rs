@@ -252,9 +252,15 @@ fn error_of_samples(report: &RunReport) -> Option<String> {
             "{density} quadrature nodes per standard deviation of the response"
         ));
     }
+    // Rounded up.
+    let near = format!("{worst:.1e}");
+    let worst = match near.parse().is_ok_and(|near: f64| near >= worst) {
+        true => near,
+        false => format!("{:.1e}", 1.05 * worst),
+    };
     (!how.is_empty()).then(|| {
         format!(
-            "sample error: at most {worst:.1e} of the largest sample ({})",
+            "sample error: at most {worst} of the largest sample ({})",
             how.join(", ")
         )
     })

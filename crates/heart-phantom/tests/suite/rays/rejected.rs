@@ -133,6 +133,11 @@ fn scenes_that_need_parallel_rays_are_rejected() {
             format!("geometry = {{ matrices = \"/no/such.json\" }}\n{plain}"),
             "camera.geometry: cannot read /no/such.json",
         ),
+        // An endless device.
+        (
+            format!("geometry = {{ matrices = \"/dev/zero\" }}\n{plain}"),
+            "camera.geometry: cannot read /dev/zero",
+        ),
     ] {
         let found = finding(&text);
         assert!(found.starts_with(starts), "{found}");
