@@ -1,6 +1,6 @@
 //! The rays of a scene that are not parallel.
 
-use super::read::read_bytes;
+use super::bytes::read_bytes;
 use super::{BeamSettings, CameraSettings};
 use crate::RayGeometry;
 use crate::error::{PhantomError, check_length};

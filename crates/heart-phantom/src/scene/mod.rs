@@ -13,6 +13,7 @@
 
 mod beam;
 mod build;
+mod bytes;
 mod camera;
 pub(crate) mod check;
 mod check_beam;
