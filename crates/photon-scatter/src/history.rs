@@ -36,6 +36,8 @@ pub(crate) struct Problem<'a> {
     pub(crate) seed: u64,
     /// Unit of the deposits, which are in single precision: the mean weight of an emission, rounded to a power of 2; 1 for an empty source.
     pub(crate) unit: f64,
+    /// Largest weight of these emissions in this unit.
+    pub(crate) heaviest: f64,
 }
 
 /// Sums over the histories of a block, and work arrays.
@@ -119,6 +121,7 @@ impl<'a> Problem<'a> {
         angles: &Angles,
         options: &ScatterOptions,
     ) -> Result<Self, ScatterError> {
+        let [unit, heaviest] = unit(source, options.seed)?;
         let grid = all.of_views(&angles.nodes);
         let directions: Vec<_> = grid.directions().collect();
         let water = spectrum.at(spectrum.energy());
@@ -133,7 +136,8 @@ impl<'a> Problem<'a> {
             grid,
             orders: options.orders,
             seed: options.seed,
-            unit: unit(source, options.seed)?,
+            unit,
+            heaviest,
         })
     }
 
@@ -299,19 +303,20 @@ impl<'a> Problem<'a> {
     }
 }
 
-/// Estimates the mean weight of the emissions of a source, and rounds it to a power of 2.
-fn unit(source: &dyn Source, seed: u64) -> Result<f64, ScatterError> {
+/// Estimates the mean weight of the emissions of a source, rounds it to a power of 2, and returns the largest weight in this unit.
+fn unit(source: &dyn Source, seed: u64) -> Result<[f64; 2], ScatterError> {
     if source.is_empty() {
-        return Ok(1.0);
+        return Ok([1.0; 2]);
     }
-    let (mut random, mut sum, mut n) = (Random::new(seed, u64::MAX), 0.0, 0);
+    let (mut random, mut sum, mut most, mut n) = (Random::new(seed, u64::MAX), 0.0, 0.0f64, 0);
     while n < TRIAL_EMISSIONS[0] || (sum == 0.0 && n < TRIAL_EMISSIONS[1]) {
-        sum += valid("weight of an emission", source.emit(&mut random).weight)?;
-        n += 1;
+        let weight = valid("weight of an emission", source.emit(&mut random).weight)?;
+        (sum, most, n) = (sum + weight, most.max(weight), n + 1);
     }
     let what = "mean weight of the first emissions";
     let mean = within(what, sum / n as f64, MEAN_WEIGHTS)?;
-    Ok(mean.log2().round().exp2())
+    let unit = mean.log2().round().exp2();
+    Ok([unit, most / unit])
 }
 
 /// A unit vector at the angle of this cosine from another one, its azimuth uniform.

@@ -132,13 +132,14 @@ impl Sums {
         }
     }
 
-    /// Contribution of one photon to a projection sum in each window, of the largest weight followed. Rare photons that no history follows may contribute
-    /// as much. It is 0 if source or medium are empty, and in a window that records no photon of any energy.
+    /// Contribution of one photon to a projection sum in each window, of the largest weight followed; of the first emissions if none has a weight.
+    /// Rare photons that no history follows may contribute as much. It is 0 if source or medium are empty, and in a window that records no photon of
+    /// any energy.
     pub(crate) fn unseen(&self, problem: &Problem<'_>) -> Vec<f64> {
         let empty = problem.source.is_empty() || problem.medium.is_empty();
         let weight = match self.heaviest {
             _ if empty => 0.0,
-            0.0 => 1.0,
+            0.0 => problem.heaviest,
             heaviest => heaviest,
         };
         let one = FULL_DETECTION * problem.unit * weight / self.report.histories as f64;

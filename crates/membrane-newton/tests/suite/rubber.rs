@@ -369,3 +369,24 @@ fn unsupported_uses_of_rubber_are_typed_errors() {
     assert_eq!(solved.rubber_state(0.1), other);
     assert!(solved.stability().is_err());
 }
+
+/// An element across the axis has no quadrature point on it.
+#[test]
+fn discs_are_solved_at_every_degree() {
+    let disc = of(ReferenceShape::disc(1.0).unwrap(), NEO);
+    for degree in 10..=20 {
+        let discretisation = Discretisation::Spectral {
+            degree,
+            per_piece: 1,
+        };
+        let solver = Solver::new(&disc, discretisation).unwrap();
+        let solved = solver.solve(Control::Load(0.5), &NewtonOptions::default());
+        // All degrees agree to 1e-12.
+        let volume = solved.unwrap().measures.volume;
+        println!("{degree}: {volume:.12}");
+        assert!(
+            (volume - 0.639_799_692_1).abs() < 1e-9,
+            "{degree}: {volume}"
+        );
+    }
+}

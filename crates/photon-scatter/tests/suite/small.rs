@@ -1,9 +1,9 @@
 //! Scatterers smaller than the distance of the nodes, far from the source: the stated error against quadrature of single scatter.
 
-use crate::support::{photopeak, share};
+use crate::support::{Ball, camera, photopeak, share};
 use photon_scatter::{
-    Camera, Medium, Piece, PointSource, Random, Response, Scatter, ScatterError, ScatterOptions,
-    Spectrum, View, water_attenuation,
+    Camera, Emission, Medium, Piece, PointSource, Random, Response, Scatter, ScatterError,
+    ScatterOptions, Source, Spectrum, View, water_attenuation,
 };
 use std::f64::consts::{PI, TAU};
 
@@ -269,4 +269,40 @@ fn stated_errors_hold_for_scatterers_between_the_nodes() {
     }
     println!("{within} {rejected}");
     assert!(within >= 10 && rejected >= 20, "{within} {rejected}");
+}
+
+/// A hot sphere in a cube of drawn positions, of which 4 in 100 000 are inside.
+struct Hot;
+
+impl Source for Hot {
+    fn emit(&self, random: &mut Random) -> Emission {
+        let position = [0; 3].map(|_| 14.0 * (random.uniform() - 0.5));
+        let inside = position.iter().map(|x| x * x).sum::<f64>() < 0.09;
+        let weight = if inside { 24_254.0 } else { 0.0 };
+        Emission { position, weight }
+    }
+}
+
+/// Histories of weight 0 are no evidence: with the mean weight for that of an unseen photon, 0 +- 2e-6 was accepted.
+#[test]
+fn sparse_sources_are_not_without_scatter() {
+    let ball = Ball {
+        centre: [0.0; 3],
+        radius: 10.0,
+        density: 1.0,
+    };
+    for seed in 8..16 {
+        let options = ScatterOptions::new(2e-4).with_pitch(0.75);
+        let options = options.with_most_histories(100_000).with_seed(seed);
+        let found = Scatter::new(
+            &Hot,
+            &ball,
+            &camera(24, 0.6, &[0.0]),
+            &photopeak(),
+            &options,
+        );
+        if let Ok(scatter) = found {
+            assert!(scatter.sum(0, 0)[0] > 0.0, "{seed}");
+        }
+    }
 }
