@@ -393,16 +393,11 @@ mod tests {
         let mut rows = 0;
         for tilt in 0..24 {
             let angle = 0.13 * f64::from(tilt);
-            let pose = Pose::axis_along_z(angle)
-                .unwrap()
-                .rotated_x(0.3 + angle)
-                .unwrap();
-            let body = Body::new(vec![layer.clone()], pose).unwrap();
+            let pose = Pose::axis_along_z(angle).and_then(|pose| pose.rotated_x(0.3 + angle));
+            let body = Body::new(vec![layer.clone()], pose.unwrap()).unwrap();
             let path = Path::new(&body, &body.layers()[0], 0.1);
-            for (plane, v) in planes
-                .iter()
-                .flat_map(|plane| (-9..=9).map(move |v| (plane, 0.47 * f64::from(v))))
-            {
+            let rows_of = |plane| (-9..=9).map(move |v| (plane, 0.47 * f64::from(v)));
+            for (plane, v) in planes.iter().flat_map(rows_of) {
                 let row = plane.row(v);
                 let mut breaks = Vec::new();
                 path.add_positions(&row, &mut breaks);
@@ -416,16 +411,10 @@ mod tests {
                     let (mut out, mut within) = (out, within);
                     for _ in 0..60 {
                         let middle = 0.5 * (out + within);
-                        if hits(middle) {
-                            within = middle
-                        } else {
-                            out = middle
-                        }
+                        *(if hits(middle) { &mut within } else { &mut out }) = middle;
                     }
-                    let nearest = breaks
-                        .iter()
-                        .map(|u| (u - within).abs())
-                        .fold(f64::MAX, f64::min);
+                    let off = breaks.iter().map(|u| (u - within).abs());
+                    let nearest = off.fold(f64::MAX, f64::min);
                     // The bisection ends within rounding, of lines that touch.
                     assert!(nearest < 1e-9, "{tilt} {v}: {within} {nearest}");
                 }
