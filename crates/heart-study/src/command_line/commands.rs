@@ -256,7 +256,7 @@ fn error_of_samples(report: &RunReport) -> Option<String> {
     let near = format!("{worst:.1e}");
     let worst = match near.parse().is_ok_and(|near: f64| near >= worst) {
         true => near,
-        false => format!("{:.1e}", 1.05 * worst),
+        false => format!("{:.1e}", worst + 0.05 * 10f64.powf(worst.log10().floor())),
     };
     (!how.is_empty()).then(|| {
         format!(
