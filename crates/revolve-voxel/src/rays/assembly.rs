@@ -421,10 +421,10 @@ pub(crate) struct Emission {
     pub(crate) attenuation: f64,
 }
 
-/// Replaces `emissions` by those of the stretches, from the detector on. A change by the body has both signs.
+/// Replaces `found` by the contributions of the stretches, from the detector on. A change by the body has both signs.
 #[inline(always)]
-pub(crate) fn emissions(stretches: &[Stretch], emissions: &mut Vec<Emission>) {
-    emissions.clear();
+pub(crate) fn emissions(stretches: &[Stretch], found: &mut Vec<Emission>) {
+    found.clear();
     let [mut with, mut without] = [1.0f64; 2];
     // The attenuation of both that these transmissions do not include yet.
     let mut common = 0.0;
@@ -447,7 +447,7 @@ pub(crate) fn emissions(stretches: &[Stretch], emissions: &mut Vec<Emission>) {
         };
         for (amount, content) in parts.into_iter().zip([own, alone]) {
             if amount != 0.0 {
-                emissions.push(Emission {
+                found.push(Emission {
                     ends: [enter, exit],
                     amount,
                     attenuation: content.attenuation,
