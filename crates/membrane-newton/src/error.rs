@@ -194,7 +194,7 @@ fn failure(stopped_by: Option<StopReason>) -> &'static str {
         Some(StopReason::LineSearch) => {
             "no step of the line search reduces the correction, check the tangent (Jacobian)"
         }
-        Some(StopReason::NotFinite) => "the residual or the step is not finite",
+        Some(StopReason::NotFinite) => "the residual or the step is not finite, or a norm is negative",
         Some(
             StopReason::Residual | StopReason::Step | StopReason::Rounding | StopReason::Observer,
         )
@@ -252,6 +252,17 @@ impl NewtonError {
             let stopped_by = report.stopped_by;
             **report = attempts;
             report.stopped_by = stopped_by;
+        }
+        self
+    }
+
+    /// The error under the opposite control.
+    pub(crate) fn opposite(mut self) -> Self {
+        if let Self::LimitPoint {
+            reached, wanted, ..
+        } = &mut self
+        {
+            (*reached, *wanted) = (-*reached, -*wanted);
         }
         self
     }

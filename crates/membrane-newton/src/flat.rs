@@ -8,11 +8,12 @@
 //! ```
 //!
 //! The error of this is of the order of the strain. That of nodes in double precision is 1e-16 over the strain: 1e-8 at the volume
-//! [`SMALLEST`], where the strain is 1e-7.
+//! [`SMALLEST`], where the strain is 1e-7. Equilibria under opposite loads of any size are mirror images.
 
 use membrane_forces::Measures;
 
-use crate::constraint::{Constraint, Quantity};
+use crate::constraint::{Constraint, Control, Quantity};
+use crate::equilibrium::Equilibrium;
 use crate::resolution::{Resolution, swept_by_mean_radius};
 use crate::route::Route;
 
@@ -23,7 +24,7 @@ const SMALL_INTENSITY: f64 = 1e-7;
 
 impl Resolution {
     /// Whether this is flat rubber without tension in the reference configuration.
-    fn is_slack_sheet(&self) -> bool {
+    pub(crate) fn is_slack_sheet(&self) -> bool {
         let membrane = self.discrete.setting().membrane();
         let rest = [0.0, 1.0].map(|s| membrane.reference().at(s).position);
         let points = self.discrete.start().as_chunks::<2>().0;
@@ -33,6 +34,19 @@ impl Resolution {
                 membrane.ends() == rest && points.iter().all(|point| point[0] == points[0][0])
             }
         }
+    }
+
+    /// Returns the opposite of a negative control of a slack sheet, under which its equilibrium is the mirror image.
+    pub(crate) fn opposite(&self, control: Control) -> Option<Control> {
+        let (value, opposite): (f64, fn(f64) -> Control) = match control {
+            Control::Load(value) => (value, Control::Load),
+            Control::Intensity(value) => (value, Control::Intensity),
+            Control::TotalForce(value) => (value, Control::TotalForce),
+            Control::Area(value) => (value, Control::Area),
+            Control::Volume(_) | Control::VolumeGain(_) => return None,
+        };
+        let is_negative = value.is_finite() && value < 0.0;
+        (is_negative && self.is_slack_sheet()).then(|| opposite(-value))
     }
 
     /// Returns the volume below which the state of a slack sheet is scaled; zero for any other membrane.
@@ -119,5 +133,17 @@ impl Resolution {
             Quantity::Measure(_) => 100.0 * SMALLEST * length * length,
         };
         (smallest > 0.0 && wanted > 0.0 && wanted < most).then_some(smallest)
+    }
+}
+
+impl Equilibrium {
+    /// Returns the mirror image of a flat sheet, an equilibrium under the opposite load.
+    pub(crate) fn mirrored(&self) -> Self {
+        let mut state = self.state.clone();
+        self.resolution.stretch(&mut state, -1.0, 1.0);
+        if let Some(intensity) = state.last_mut() {
+            *intensity = -*intensity;
+        }
+        self.resolution.equilibrium(state, self.report.clone())
     }
 }

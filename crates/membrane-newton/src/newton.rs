@@ -39,11 +39,11 @@ pub trait ResidualSystem {
     /// [`NewtonError::NotFactored`], or any other error of solving.
     fn solve_in_place(&mut self, rhs: &mut [f64]) -> Result<()>;
 
-    /// Dimensionless norm of a residual: of order one if the equations are not met at all.
+    /// Dimensionless norm of a residual: of order one if the equations are not met at all. A negative norm counts as NaN.
     fn residual_norm(&self, residual: &[f64]) -> f64;
 
     /// Dimensionless norm of a change of the unknowns, relative to the scale of the unknowns. Zero for a nonzero step is an error of the
-    /// solve ([`NewtonError::OutOfRange`]).
+    /// solve ([`NewtonError::OutOfRange`]); a negative norm counts as NaN.
     fn step_norm(&self, step: &[f64]) -> f64;
 }
 
@@ -409,18 +409,18 @@ impl NewtonScratch {
     }
 }
 
-/// The norm of the residual; NaN if an entry is not finite, whatever the system's norm makes of it.
+/// The norm of the residual; NaN if an entry is not finite, whatever the system's norm makes of it, or if that is negative.
 fn residual_norm(system: &(impl ResidualSystem + ?Sized), residual: &[f64]) -> f64 {
-    if_finite(residual, system.residual_norm(residual))
+    if_valid(residual, system.residual_norm(residual))
 }
 
 /// As [`residual_norm`], of a step.
 fn step_norm(system: &(impl ResidualSystem + ?Sized), step: &[f64]) -> f64 {
-    if_finite(step, system.step_norm(step))
+    if_valid(step, system.step_norm(step))
 }
 
-fn if_finite(values: &[f64], norm: f64) -> f64 {
-    match values.iter().all(|value| value.is_finite()) {
+fn if_valid(values: &[f64], norm: f64) -> f64 {
+    match norm >= 0.0 && values.iter().all(|value| value.is_finite()) {
         true => norm,
         false => f64::NAN,
     }

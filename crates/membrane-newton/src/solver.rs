@@ -6,7 +6,7 @@ use membrane_forces::{FiniteDifferences, Measures, Membrane};
 
 use crate::constraint::{Control, check};
 use crate::equilibrium::Equilibrium;
-use crate::error::Result;
+use crate::error::{NewtonError, Result};
 use crate::nested::Nested;
 use crate::options::NewtonOptions;
 use crate::report::NewtonReport;
@@ -103,6 +103,9 @@ impl Solver {
     /// [`PastBlowUp`](membrane_forces::MembraneError::PastBlowUp), a pressure per current length with no equilibrium; `Unresolved`,
     /// polynomials that do not converge; `Slack`, `Collapsed`; `OtherBranch`, `NotConverged`.
     pub fn solve(&self, control: Control, options: &NewtonOptions) -> Result<Equilibrium> {
+        if let Some(opposite) = self.resolution.opposite(control) {
+            return mirrored(self.solve(opposite, options));
+        }
         let start = self.resolution.start_state();
         solve_one((self.resolution.clone(), start), &[], control, options)
     }
@@ -122,8 +125,24 @@ impl Solver {
             // a state without relevant strains, next to the start
             return self.solve(control, options);
         }
+        if self.resolution.is_slack_sheet() {
+            let wanted = self.resolution.constraint(control)?.value;
+            if near.measures.volume.signum() * wanted < 0.0 {
+                // the branch leads through the start
+                return self.solve(control, options);
+            }
+            if let Some(opposite) = self.resolution.opposite(control) {
+                return mirrored(self.solve_from(&near.mirrored(), opposite, options));
+            }
+        }
         solve_one(self.resolution.state_near(near), &[near], control, options)
     }
+}
+
+/// The solution of the opposite control for a flat sheet.
+fn mirrored(solved: Result<Equilibrium>) -> Result<Equilibrium> {
+    let solved = solved.map_err(NewtonError::opposite)?;
+    Ok(solved.mirrored())
 }
 
 fn solve_one(

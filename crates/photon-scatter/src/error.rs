@@ -34,11 +34,9 @@ pub enum ScatterError {
         pitch: f64,
     },
     /// The largest number of histories does not suffice.
-    #[error(
-        "the largest standard error is {reached:?} after {} histories, the tolerance is {asked:?}; about {expected:.1e} histories reach it, more than `ScatterOptions::most_histories`; `with_relative(0.02)` is a tolerance of 2 % of the largest scatter", report.histories
-    )]
+    #[error("{}; {} `ScatterOptions::most_histories`", tolerance(*asked, *reached, report.histories), more(*expected))]
     Tolerance {
-        /// The tolerance given.
+        /// The tolerance given; 0 if only a relative one is given and no scatter exceeds three of its standard errors.
         asked: f64,
         /// The largest standard error of any bin.
         reached: f64,
@@ -61,6 +59,26 @@ pub enum ScatterError {
         /// Distance of the nodes in cm.
         pitch: f64,
     },
+}
+
+/// What was reached, and the tolerance.
+fn tolerance(asked: f64, reached: f64, histories: u64) -> String {
+    match asked == 0.0 {
+        true => format!(
+            "no scatter exceeds three of its standard errors, up to {reached:.3e}, after {histories} histories, so that a relative tolerance has no scale"
+        ),
+        false => format!(
+            "the largest standard error is {reached:.3e} after {histories} histories, the tolerance is {asked:.3e}"
+        ),
+    }
+}
+
+/// The work that is missing, and what to change.
+fn more(expected: f64) -> String {
+    match expected.is_finite() {
+        true => format!("about {expected:.1e} histories reach it: increase the tolerance or"),
+        false => "no photon is recorded: prescribe `ScatterOptions::tolerance` or increase".into(),
+    }
 }
 
 /// A number without a fraction of zero or a long row of digits.

@@ -140,6 +140,11 @@ impl Emitters {
 }
 
 impl Source for Emitters {
+    fn is_empty(&self) -> bool {
+        self.amounts.iter().all(|amount| *amount == 0.0)
+            && self.states.iter().all(|state| state.most == 0.0)
+    }
+
     fn emit(&self, random: &mut Random) -> Emission {
         let mut place = random.uniform();
         let state = (self.states.iter()).find(|state| {
@@ -252,6 +257,11 @@ impl<'a> Tissue<'a> {
 }
 
 impl Medium for Tissue<'_> {
+    fn is_empty(&self) -> bool {
+        (self.body.is_none() || self.density == 0.0)
+            && self.organs.iter().all(|organ| organ.density == 0.0)
+    }
+
     fn pieces(&self, position: [f64; 3], direction: [f64; 3], pieces: &mut Vec<Piece>) {
         let (position, direction) = (Vector3::from(position), Vector3::from(direction));
         let beside = (position - self.ball.0.coords).cross(&direction);

@@ -414,6 +414,12 @@ fn slow_convergence_is_not_rounding() {
             ..
         })
     ));
+    let negative = newton(&mut root(1.0, -1.0), &mut [1.0], &natural);
+    assert!(
+        matches!(&negative, Err(NewtonError::NotConverged { report, .. })
+            if report.stopped_by == Some(StopReason::NotFinite)),
+        "{negative:?}"
+    );
     for most in [f64::NAN, f64::INFINITY, -0.1] {
         let options = natural.with_refactor(Refactor::WhenContractionAbove(most));
         let refused = newton(&mut root(1.0, 1.0), &mut [1.0], &options);

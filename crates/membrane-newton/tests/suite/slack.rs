@@ -1,7 +1,7 @@
 //! The limits of membranes: slack sheets, deflated rubber, intersecting walls, the end of extension.
 
 use membrane_newton::{
-    Control, Discretisation, Membrane, MembraneError, NewtonError, NewtonOptions, ReferenceShape,
+    Control, Discretisation, Equilibrium, Membrane, MembraneError, NewtonError, NewtonOptions, ReferenceShape,
     Rubber, Solver, StrainEnergy, Thickness,
 };
 
@@ -212,6 +212,44 @@ fn deflated_rubber_is_slack() {
                 );
             }
         }
+    }
+}
+
+/// A flat disc of rubber is not slack under suction: its equilibria are the mirror images of those under pressure, also from equilibria on
+/// either side, and so are its limits.
+#[test]
+fn a_flat_disc_under_suction_is_the_mirror_image() {
+    let options = NewtonOptions::default();
+    let is_mirror = |above: &Equilibrium, below: &Equilibrium, tolerance: f64| {
+        let points = above.points().into_iter().zip(below.points());
+        let apart = points.map(|(a, b)| (a[0] + b[0]).abs().max((a[1] - b[1]).abs()));
+        assert!(apart.fold(0.0, f64::max) <= tolerance);
+        assert!((above.load + below.load).abs() <= tolerance * above.load);
+    };
+    for solver in solvers(&neo(ReferenceShape::disc(1.0).unwrap())) {
+        let solve = |control| solver.solve(control, &options).unwrap();
+        for load in [1e-12, 1e-4, 0.01, 0.3, 0.9, 1.7] {
+            for control in [Control::Load, Control::Intensity, Control::TotalForce] {
+                is_mirror(&solve(control(load)), &solve(control(-load)), 0.0);
+            }
+        }
+        is_mirror(&solve(Control::Area(0.5)), &solve(Control::Area(-0.5)), 0.0);
+        for (near, to) in [(0.5, -1.2), (-0.5, -1.2), (-0.5, 1.2), (-1e-12, -1.2)] {
+            let there = solver.solve_from(&solve(Control::Load(near)), Control::Load(to), &options);
+            // two solves of one equilibrium
+            is_mirror(&solve(Control::Load(1.2)), &solve(Control::Load(-1.2)), 0.0);
+            let (there, direct) = (there.unwrap(), solve(Control::Load(to)));
+            assert!((there.measures.volume - direct.measures.volume).abs() < 1e-9);
+        }
+        // past the limit of the pressure, about 3.6
+        let limit = |load| match solver.solve(Control::Load(load), &options) {
+            Err(NewtonError::LimitPoint {
+                reached, wanted, ..
+            }) if wanted == load => reached,
+            other => panic!("{load}: {other:?}"),
+        };
+        assert_eq!(limit(8.0), -limit(-8.0));
+        assert!(solver.solve(Control::Load(f64::NEG_INFINITY), &options).is_err());
     }
 }
 
