@@ -10,6 +10,8 @@ use heart_phantom::scene::SceneError;
 
 /// Longest name of a case.
 const MOST_NAME: usize = 100;
+/// Longest constraint.
+const MOST_BYTES: usize = 4096;
 
 impl Reader<'_> {
     pub(crate) fn check_numbers(&self, cohort: &Cohort) -> Result<(), SceneError> {
@@ -142,6 +144,10 @@ impl Reader<'_> {
         let mut constraints = Vec::new();
         for (k, text) in given.iter().enumerate() {
             let at = format!("constraints.{}", k + 1);
+            if text.len() > MOST_BYTES {
+                let what = format!("has {} bytes; must have at most {MOST_BYTES}", text.len());
+                return Err(self.wrong(&at, what));
+            }
             let constraint = Constraint::parse(text)
                 .map_err(|what| self.wrong(&at, format!("`{text}`: {what}")))?;
             for field in constraint.fields() {

@@ -7,7 +7,7 @@ use crate::error::CohortError;
 use crate::split::Split;
 use crate::value::FieldValue;
 use crate::{field, sobol};
-use heart_phantom::scene::{Finding, SceneError, line_and_column, locate, read_text};
+use heart_phantom::scene::{Finding, SceneError, locate, read_text, read_toml};
 use heart_phantom::{Product, Scene, files::Format};
 use serde::Deserialize;
 use serde_json::{Map, Value};
@@ -97,10 +97,7 @@ impl Cohort {
     }
 
     fn of_text(text: &str, folder: &Path) -> Result<Self, CohortError> {
-        let given: Text = toml::from_str(text).map_err(|error| {
-            let place = error.span().map(|span| line_and_column(text, span.start));
-            SceneError::from(Finding::new(place, "", error.message().trim()))
-        })?;
+        let given: Text = read_toml(text).map_err(SceneError::from)?;
         let reader = Reader { text };
         let base = match &given.base {
             Some(base) => Scene::load(&folder.join(base))?,

@@ -194,7 +194,9 @@ fn failure(stopped_by: Option<StopReason>) -> &'static str {
         Some(StopReason::LineSearch) => {
             "no step of the line search reduces the correction, check the tangent (Jacobian)"
         }
-        Some(StopReason::NotFinite) => "the residual or the step is not finite, or a norm is negative",
+        Some(StopReason::NotFinite) => {
+            "the residual or the step is not finite, or a norm is negative"
+        }
         Some(
             StopReason::Residual | StopReason::Step | StopReason::Rounding | StopReason::Observer,
         )

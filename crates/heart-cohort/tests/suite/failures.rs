@@ -156,6 +156,19 @@ fn a_missing_field_is_reported_with_its_line() {
     }
     says("members = 0\n", &["line 1, column 11: members: is 0"]);
     says(
+        "members = -3\n",
+        &["line 1, column 11: members is -3", "a non-negative integer"],
+    );
+    says(
+        "members = 3\nsampling = \"foo\"\n",
+        &["line 2, column 12: sampling is \"foo\"", "`sobol`"],
+    );
+    let long = format!("constraints = [\"{} > 1\"]", "a".repeat(200_000));
+    says(
+        &text(3, &long, ""),
+        &["line 2", "constraints.1: has 200004 bytes"],
+    );
+    says(
         "members = 3\nmember = 4\n",
         &["line 2, column 1: ", "unknown field `member`"],
     );

@@ -23,7 +23,8 @@ const MOST_TRIES: usize = 100;
 /// Exclusive access to an output directory, until it is dropped.
 ///
 /// A run announces its files and ends with [`Folder::finish`]. A folder that is dropped between the two, and
-/// [`remove_unfinished`](super::remove_unfinished), remove the announced files, so that no file remains that no report lists.
+/// [`remove_unfinished`](super::remove_unfinished), remove the announced files, so that no file remains that no report lists. On drop a directory
+/// that was created and is empty is removed, too.
 ///
 /// The lock is a file in the directory that the operating system keeps locked ([`File::try_lock`]) and that names process and computer.
 /// It is removed on drop and by [`remove_unfinished`](super::remove_unfinished). A killed process leaves the file but not the lock: the
@@ -45,6 +46,8 @@ const MOST_TRIES: usize = 100;
 #[derive(Debug)]
 pub struct Folder {
     path: PathBuf,
+    /// Whether it is removed on drop if it is empty.
+    is_new: bool,
     /// Locked while it is open.
     lock: File,
     /// Paths of the announced files.
@@ -58,18 +61,23 @@ impl Folder {
     /// [`PhantomError::Busy`] with the holder of the lock; [`PhantomError::File`] if the directory cannot be written to.
     pub fn lock(path: &Path) -> Result<Self, PhantomError> {
         let create = || -> io::Result<Result<File, String>> {
-            create_folder(path)?;
             for _ in 0..MOST_TRIES {
-                if let Some(locked) = try_lock(&path.join(NAME))? {
-                    return Ok(locked);
+                create_folder(path)?;
+                match try_lock(&path.join(NAME)) {
+                    Ok(Some(locked)) => return Ok(locked),
+                    Ok(None) => {}
+                    // Another process has removed the directory that it created.
+                    Err(error) if error.kind() == io::ErrorKind::NotFound => {}
+                    Err(error) => return Err(error),
                 }
             }
             Ok(Err(holder("")))
         };
-        let path = path.to_path_buf();
+        let (path, is_new) = (path.to_path_buf(), !path.exists());
         match create().map_err(|source| failed(&path, source))? {
             Ok(lock) => Ok(Self {
                 path,
+                is_new,
                 lock,
                 announced: Vec::new(),
             }),
@@ -118,6 +126,10 @@ impl Drop for Folder {
             if unfinished.remove(&file) {
                 let _ = fs::remove_file(file);
             }
+        }
+        if self.is_new {
+            // Fails if there are files.
+            let _ = fs::remove_dir(&self.path);
         }
     }
 }

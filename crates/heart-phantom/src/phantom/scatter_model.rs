@@ -140,11 +140,6 @@ impl Emitters {
 }
 
 impl Source for Emitters {
-    fn is_empty(&self) -> bool {
-        self.amounts.iter().all(|amount| *amount == 0.0)
-            && self.states.iter().all(|state| state.most == 0.0)
-    }
-
     fn emit(&self, random: &mut Random) -> Emission {
         let mut place = random.uniform();
         let state = (self.states.iter()).find(|state| {

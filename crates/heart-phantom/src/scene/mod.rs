@@ -53,7 +53,7 @@ pub use material::MaterialSettings;
 pub use membrane_forces::PressureLaw;
 pub use motion::{PointSettings, TwistSettings};
 pub(crate) use parts::Parts;
-pub use place::{line_and_column, locate};
+pub use place::{locate, read_toml};
 pub use radon::{ArcPolicy, Window};
 pub use read::read_text;
 pub use run::{GateResults, Run, run};

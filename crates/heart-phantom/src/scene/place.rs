@@ -3,6 +3,7 @@
 use super::finding::Finding;
 use super::{material, template};
 use crate::text::{MOST, cut};
+use serde::de::DeserializeOwned;
 use std::ops::Range;
 use std::str::Utf8Error;
 use toml::Spanned;
@@ -25,8 +26,16 @@ const KINDS: [&str; 8] = [
     material::EXPECTED,
 ];
 
+/// Reads a value from TOML.
+///
+/// # Errors
+/// [`Finding`] with line, column, field, value and allowed values.
+pub fn read_toml<T: DeserializeOwned>(text: &str) -> Result<T, Finding> {
+    toml::from_str(text).map_err(|error| syntax(text, &error))
+}
+
 /// Converts an error of the parser to a finding with a field.
-pub(super) fn syntax(text: &str, error: &toml::de::Error) -> Finding {
+fn syntax(text: &str, error: &toml::de::Error) -> Finding {
     let span = error.span().map(|span| clamped(text, span));
     let place = span.clone().map(|span| line_and_column(text, span.start));
     let (field, is_value) = (span.as_ref())
@@ -214,8 +223,7 @@ fn clamped(text: &str, span: Range<usize>) -> Range<usize> {
 }
 
 /// Returns line and column (from 1) of a byte of a text.
-#[must_use]
-pub fn line_and_column(text: &str, at: usize) -> [usize; 2] {
+fn line_and_column(text: &str, at: usize) -> [usize; 2] {
     let before = text.get(..at).unwrap_or(text);
     let line = before.rsplit('\n').next().unwrap_or_default();
     [before.matches('\n').count() + 1, line.chars().count() + 1]

@@ -81,7 +81,7 @@ impl Scene {
     }
 
     fn parse(text: &str, directory: &Path) -> Result<Self, SceneError> {
-        let mut scene: Self = toml::from_str(text).map_err(|error| place::syntax(text, &error))?;
+        let mut scene: Self = place::read_toml(text)?;
         scene.camera.relative_to(directory);
         match check::parts(scene, None) {
             Ok(parts) => Ok(parts.scene),

@@ -57,9 +57,23 @@ fn a_locked_directory_has_one_writer() {
     assert!(error.to_string().contains(&me), "{error}");
     assert_eq!(names(&out), [LOCK]);
     drop(held);
-    assert_eq!(names(&out), Vec::<String>::new());
+    assert!(!out.exists());
     let report = run(&phantom(), &out, &no_observer).unwrap();
     assert_eq!(names(&out).len(), report.files.len());
+}
+
+#[test]
+fn a_created_directory_without_files_is_removed() {
+    let parent = tempfile::tempdir().unwrap();
+    let own = parent.path().join("own");
+    drop(Folder::lock(&own).unwrap());
+    assert!(!own.exists());
+    let folder = Folder::lock(&own).unwrap();
+    fs::write(own.join("of the user"), "kept").unwrap();
+    drop(folder);
+    assert_eq!(names(&own), ["of the user"]);
+    drop(Folder::lock(parent.path()).unwrap());
+    assert!(parent.path().exists());
 }
 
 /// The owner of the lock is alone, for any number of concurrent processes and any number of creations of the file.

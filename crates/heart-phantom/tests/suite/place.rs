@@ -1,6 +1,8 @@
 //! Places of fields in a text.
 
-use heart_phantom::scene::{line_and_column, locate};
+use std::collections::BTreeMap;
+
+use heart_phantom::scene::{locate, read_toml};
 
 #[test]
 fn fields_are_located_in_any_notation() {
@@ -19,5 +21,8 @@ fn fields_are_located_in_any_notation() {
     }
     assert_eq!(locate(text, "nothing"), None);
     assert_eq!(locate("= no", "members"), None);
-    assert_eq!(line_and_column("\u{e9}\n\u{e9}x", 5), [2, 2]);
+    // columns count characters, not bytes
+    let twice = read_toml::<BTreeMap<String, u64>>("a = 1\n\"\u{e9}\" = -1");
+    let finding = twice.unwrap_err();
+    assert_eq!((finding.place, &finding.given[..]), (Some([2, 7]), "-1"));
 }

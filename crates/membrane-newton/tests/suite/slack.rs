@@ -1,8 +1,8 @@
 //! The limits of membranes: slack sheets, deflated rubber, intersecting walls, the end of extension.
 
 use membrane_newton::{
-    Control, Discretisation, Equilibrium, Membrane, MembraneError, NewtonError, NewtonOptions, ReferenceShape,
-    Rubber, Solver, StrainEnergy, Thickness,
+    Control, Discretisation, Equilibrium, Membrane, MembraneError, NewtonError, NewtonOptions,
+    ReferenceShape, Rubber, Solver, StrainEnergy, Thickness,
 };
 
 fn of(rest: ReferenceShape, energy: StrainEnergy) -> Membrane {
@@ -249,7 +249,11 @@ fn a_flat_disc_under_suction_is_the_mirror_image() {
             other => panic!("{load}: {other:?}"),
         };
         assert_eq!(limit(8.0), -limit(-8.0));
-        assert!(solver.solve(Control::Load(f64::NEG_INFINITY), &options).is_err());
+        assert!(
+            solver
+                .solve(Control::Load(f64::NEG_INFINITY), &options)
+                .is_err()
+        );
     }
 }
 
