@@ -41,7 +41,7 @@ const NEARLY_FLAT: f64 = 0.25;
 pub struct CircleEquilibrium {
     /// Radius of the disc, R, cm.
     pub disc_radius: f64,
-    /// Angle through which the arc turns, mu, in (0, 2 pi).
+    /// Angle through which the arc turns, mu, in [0, 2 pi).
     pub angle: f64,
 }
 
@@ -59,10 +59,8 @@ impl CircleEquilibrium {
     pub fn new(radius: f64, ratio: f64) -> Result<Self> {
         positive("radius", radius)?;
         if finite("load over stiffness", ratio)? < 0.0 {
-            return Err(MembraneError::NotPositive {
-                what: "load over stiffness",
-                given: ratio,
-            });
+            let (what, given) = ("load over stiffness", ratio);
+            return Err(MembraneError::Negative { what, given });
         }
         if ratio == 0.0 {
             let flat = Self {

@@ -1,6 +1,8 @@
 //! The estimated error of the discretisation.
 
-use membrane_forces::{CurvePiece, Material};
+use std::f64::consts::PI;
+
+use membrane_forces::{CurvePiece, Material, Measures};
 
 use crate::constraint::Control;
 use crate::equilibrium::Equilibrium;
@@ -9,9 +11,9 @@ use crate::solver::{Discretisation, Solver};
 
 /// Factor on the estimated error of finite differences, which is known at the nodes of the polynomials only.
 const SAFETY: f64 = 2.0;
-/// Polynomials that estimate it: errors of less than 1e-8 for a rubber balloon at 1.2 times its volume.
+/// Polynomials that estimate it.
 const ESTIMATE: Discretisation = Discretisation::Spectral {
-    degree: 16,
+    degree: 20,
     per_piece: 2,
 };
 /// Sine of the angle between tangents above which they have a corner.
@@ -20,16 +22,21 @@ const CORNER: f64 = 1e-6;
 impl Equilibrium {
     /// Estimated relative error of the discretisation, of shape and intensity at this volume.
     ///
-    /// For polynomials it is the spectral tail, which is twice the degree p times the last two Chebyshev coefficients of the curve over its
-    /// length (the largest of any element), or, if larger, the rounding of the derivative matrices, epsilon p^3 times the number of elements
-    /// of the whole curve. [`Discretisation::SpectralAdaptive`](crate::Discretisation) refines until the tail is within the tolerance. The
-    /// rounding grows with the degree, so that a higher one than necessary is less accurate.
+    /// For polynomials the error of the shape is the spectral tail, which is twice the degree p times the last two Chebyshev coefficients of the
+    /// curve over its length (the largest of any element), or, if larger, the rounding of the derivative matrices, epsilon p^3 times the number of
+    /// elements of the whole curve. [`Discretisation::SpectralAdaptive`](crate::Discretisation) refines until the tail is within the tolerance.
+    /// The rounding grows with the degree, so that a higher one than necessary is less accurate. The relative error of a small intensity is larger:
+    /// the tail times d ln intensity / d volume (by [`Equilibrium::sensitivity`]) and the volume surface x length / (2 pi), about the error of the
+    /// shape over the displacement. The larger of both is returned; without load that of the shape.
     ///
-    /// For finite differences it is twice the difference from the equilibrium of polynomials at the same volume (degree 16, two elements on each
-    /// smooth piece), at the cost of [`Solver::solve_from`]: twice the error, and more where that of the curve is larger between the nodes. Where
-    /// the stiffness jumps, that position must be a breakpoint. The curve has a kink there. Beside it the error between the nodes is of first order,
-    /// and may exceed the estimate of many nodes: by up to 41 times at 4001 nodes in a disc whose stiffness jumps by a factor of 2.5. `None` where
-    /// that solve fails, for a negative volume, and for rubber whose reference configuration has corners, which the polynomials do not resolve.
+    /// For finite differences it is twice the difference from the equilibrium of polynomials at the same volume (degree 20, two elements on each
+    /// smooth piece) and the error of these, at the cost of [`Solver::solve_from`]: twice the error, and more where that of the curve is larger
+    /// between the nodes. Where the stiffness jumps, that position must be a breakpoint. The curve has a kink there. Beside it the error between
+    /// the nodes is of first order, and may exceed the estimate of many nodes: by up to 41 times at 4001 nodes in a disc whose stiffness jumps by a
+    /// factor of 2.5.
+    ///
+    /// `None` where that solve fails or the volume is at a limit, and for finite differences of a negative volume or of rubber whose reference
+    /// configuration has corners, which the polynomials do not resolve.
     #[must_use]
     pub fn discretisation_error(&self) -> Option<f64> {
         let Some(tail) = self.resolution.tail(self.nodes()) else {
@@ -39,7 +46,16 @@ impl Equilibrium {
         let cubes = pieces
             .iter()
             .map(|piece| (piece.x.len() as f64 - 1.0).powi(3));
-        Some(tail.max(f64::EPSILON * cubes.sum::<f64>()))
+        let shape = tail.max(f64::EPSILON * cubes.sum::<f64>());
+        if self.intensity == 0.0 {
+            return Some(shape);
+        }
+        let slope = self.sensitivity(Control::Volume(self.measures.volume));
+        let relative = slope.ok()?.intensity / self.intensity;
+        let Measures {
+            surface, length, ..
+        } = self.measures;
+        Some(shape * (relative.abs() * surface * length / (2.0 * PI)).max(1.0))
     }
 
     fn error_of_differences(&self) -> Option<f64> {
@@ -66,7 +82,13 @@ impl Equilibrium {
         // not a number without load
         let intensity = (change.last()? / state.last()?).abs();
         let system = resolution.system(resolution.constraint(control).ok()?);
-        let error = system.shape_norm(&change).max(intensity);
-        error.is_finite().then_some(SAFETY * error)
+        let error = SAFETY * system.shape_norm(&change).max(intensity);
+        // without load the polynomials are exact at their nodes
+        let unknown = match self.intensity {
+            0.0 => 0.0,
+            _ => exact.discretisation_error()?,
+        };
+        let error = error + unknown;
+        error.is_finite().then_some(error)
     }
 }

@@ -52,9 +52,9 @@ pub struct Scatter {
 
 impl ScatterOptions {
     fn check(&self) -> Result<(), ScatterError> {
+        within("relative tolerance", self.relative, [0.0, 1.0])?;
         let least = [f64::MIN_POSITIVE, 0.0][usize::from(self.relative > 0.0)];
         within("tolerance", self.tolerance, [least, f64::MAX])?;
-        within("relative tolerance", self.relative, [0.0, 1.0])?;
         within("orders of scattering", self.orders as f64, [1.0, f64::MAX])?;
         let (block, most) = (self.block as f64, self.most_histories as f64);
         within("histories of a block", block, [LEAST_BLOCK as f64, 1e7])?;

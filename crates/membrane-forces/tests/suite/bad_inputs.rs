@@ -42,6 +42,9 @@ fn sizes_must_be_positive_and_finite() {
             given: -2.0
         }
     );
+    let (what, given) = ("load over stiffness", -1.0);
+    let refused = CircleEquilibrium::new(1.0, given).unwrap_err();
+    assert_eq!(refused, MembraneError::Negative { what, given });
 }
 
 #[test]

@@ -7,6 +7,7 @@ mod banded;
 mod branches;
 mod collapse;
 mod convergence;
+mod estimates;
 mod half;
 mod odd_inputs;
 mod oracle;
