@@ -1,7 +1,7 @@
 //! Effects of motion, few views, noise and blur on a reconstruction.
 
 use crate::error::PhantomError;
-use crate::scan::{Acquisition, Lasting, Mode};
+use crate::scan::{Lasting, Mode};
 use crate::truth::{BREATHS, MOST_IN_PASS, check_volumes, swept};
 use crate::{Camera, ImageQuality, Phantom, Regions};
 use radon::rmse_within;
@@ -76,28 +76,6 @@ impl Phantom {
         Ok(regions)
     }
 
-    /// Returns the respiratory position averaged over the projections of a gate; 0 without respiration.
-    fn mean_breath(&self, gate: usize) -> Result<f64, PhantomError> {
-        let acquisition = self.acquisition(gate)?;
-        match self.cycle().breathing() {
-            None => Ok(0.0),
-            Some(_) => self.mean_over(gate, acquisition, |lasting| lasting.breath),
-        }
-    }
-
-    /// Returns a quantity averaged over the time of the projections of a gate, with the steps of `acquisition`.
-    pub(super) fn mean_over(
-        &self,
-        gate: usize,
-        acquisition: Acquisition,
-        quantity: impl Fn(&Lasting) -> f64,
-    ) -> Result<f64, PhantomError> {
-        let times = self.scan(self.camera(), gate, acquisition).times()?;
-        Ok((times.iter())
-            .map(|lasting| lasting.share * quantity(lasting))
-            .sum())
-    }
-
     /// Compares a volume of a gate with the ground truth: streaks outside the heart, unevenness of the wall, blur. Both have the voxels of
     /// [`Camera::grid`], like [`Phantom::volume`] and [`Phantom::truth`].
     ///
@@ -111,9 +89,10 @@ impl Phantom {
         truth: &[f32],
     ) -> Result<Artefacts, PhantomError> {
         check_volumes(volume, Some(truth), self.camera())?;
-        let breath = self.mean_breath(gate)?;
+        let scan = self.scan_of(gate)?;
+        let [_, breath] = scan.means()?;
         let part = simd_set::part(0..1, 2);
-        let wall = self.wall_alone(&self.scan_of(gate)?, truth)?;
+        let wall = self.wall_alone(&scan, truth)?;
         drop(part);
         let _part = simd_set::part(1..2, 2);
         self.judged(&self.regions_of(gate)?, breath, volume, [truth, &wall])

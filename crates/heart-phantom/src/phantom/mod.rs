@@ -50,7 +50,7 @@ pub use work::WorkReport;
 
 use crate::error::{PhantomError, check_count};
 use crate::model::Placed;
-use crate::scan::{Acquisition, Facing, Imaging, Interpolation, Projected, STEPS, Scan};
+use crate::scan::{Acquisition, Facing, Imaging, Projected, STEPS, Scan};
 use crate::scene::{Parts, Scene, check};
 use crate::{Camera, Cycle, Heart, HeartShape, Regions, TruthOf};
 use photon_scatter::Scatter;
@@ -59,10 +59,6 @@ use revolve_voxel::Pose;
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, OnceLock};
-
-/// Largest rotation during a view in radians for which views behind a response are polynomials in the angle; with more, these need more angles than the
-/// linear rule has arcs (measured at 30 to 180 degrees).
-const MOST_TURN: f64 = 0.7;
 
 /// A phantom: the products of a scene, computed on demand.
 ///
@@ -310,15 +306,8 @@ impl Phantom {
 
     pub(crate) fn acquisition_of(&self, gate: usize, points: usize) -> Acquisition {
         let mode = self.scene().acquisition.mode;
-        let is_blurred = self.parts.collimator.is_some() || self.scene().blur.is_some();
-        let interpolation = match is_blurred && self.camera().turn() <= MOST_TURN {
-            true => Interpolation::Polynomial,
-            false => Interpolation::Linear,
-        };
-        Acquisition {
-            interpolation,
-            ..Acquisition::new(mode, gate % mode.n_gates(), points)
-        }
+        let responds = self.parts.collimator.is_some() || self.scene().blur.is_some();
+        Acquisition::new(mode, gate % mode.n_gates(), points).behind(responds, self.camera())
     }
 
     /// Returns the cycle, with the respiratory gate of a gated projection set.

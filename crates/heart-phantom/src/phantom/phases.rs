@@ -1,12 +1,9 @@
 //! Phases of the cycle that represent projections: those of labels, maps and surfaces.
 
 use crate::error::PhantomError;
-use crate::scan::Mode;
+use crate::scan::{Mode, STEPS};
 use crate::{HeartShape, Phantom, RespiratoryGates, Thickness};
 use std::fmt;
-
-/// Steps per cycle of a mean volume: for a sinusoid the midpoint rule has an error of some (2 pi / 512)^2 / 24 = 6e-6 of the stroke volume.
-const VOLUME_STEPS: usize = 512;
 
 /// A phase and the projections that it represents.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -183,8 +180,8 @@ impl Phantom {
             // Volumes are proportional to 1 + gain.
             let mean_cavity_ml = match *of {
                 PhaseOf::Gate { gate, .. } => {
-                    let acquisition = self.acquisition_of(gate, VOLUME_STEPS);
-                    let gain = self.mean_over(gate, acquisition, |lasting| lasting.gain)?;
+                    let acquisition = self.acquisition_of(gate, STEPS[0]);
+                    let [gain, _] = self.scan(self.camera(), gate, acquisition).means()?;
                     Some(cavity_ml * (1.0 + gain) / (1.0 + shape.gain()))
                 }
                 PhaseOf::Static | PhaseOf::EndDiastole | PhaseOf::EndSystole => None,

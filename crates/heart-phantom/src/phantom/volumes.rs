@@ -114,8 +114,7 @@ impl Phantom {
         self.truth_slices(&self.scan_of(gate)?, 0..self.parts.camera.n_rows())
     }
 
-    /// Returns the ground truth of the wall during a scan without cavity, background and organs; `truth`, that of everything, if there is
-    /// nothing else.
+    /// Returns the ground truth of the wall during a scan: `truth`, that of everything, less that of cavity, background and organs.
     pub(super) fn wall_alone<'a>(
         &self,
         scan: &Scan<'_>,
@@ -126,18 +125,19 @@ impl Phantom {
         if scan.background.is_none() && !organs && !cavity {
             return Ok(truth.into());
         }
-        let wall = Scan {
+        let others = Scan {
             activity: Activity {
-                cavity: Uptake::Concentration(0.0),
+                wall: Uptake::Concentration(0.0),
                 ..scan.activity
             },
-            background: None,
-            organs: None,
+            defects: &[],
             ..scan.clone()
         };
-        Ok(self
-            .truth_slices(&wall, 0..self.parts.camera.n_rows())?
-            .into())
+        let mut wall = self.truth_slices(&others, 0..self.parts.camera.n_rows())?;
+        for (other, all) in wall.iter_mut().zip(truth) {
+            *other = (all - *other).max(0.0);
+        }
+        Ok(wall.into())
     }
 
     /// Computes a slice of the ground truth of a gate, `[y][x]`.

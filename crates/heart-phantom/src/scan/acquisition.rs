@@ -3,7 +3,12 @@
 use super::levels::Interpolation;
 use super::settings::Mode;
 use super::view_error::ViewError;
+use crate::Camera;
 use revolve_voxel::RayCounters;
+
+/// Largest rotation during a view in radians for which views behind a response are polynomials in the angle; with more, these need more angles than the
+/// linear rule has arcs (measured at 30 to 180 degrees).
+const MOST_TURN: f64 = 0.7;
 
 /// The averaging time of the projections of a gated set, and the resolution of the average.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -41,6 +46,18 @@ impl Acquisition {
                 interpolation: Interpolation::Linear,
                 ..self
             },
+        }
+    }
+
+    /// The same with the polynomial rule, if samples are behind a response and the camera rotates little during a view.
+    pub(crate) fn behind(self, responds: bool, camera: &Camera) -> Self {
+        let interpolation = match responds && camera.turn() <= MOST_TURN {
+            true => Interpolation::Polynomial,
+            false => self.interpolation,
+        };
+        Self {
+            interpolation,
+            ..self
         }
     }
 

@@ -18,12 +18,12 @@ impl SharedShapes {
     pub(crate) fn of(scans: &[Scan<'_>]) -> Result<Option<Self>, PhantomError> {
         let mut by_gain: BTreeMap<u64, Vec<(usize, f64)>> = BTreeMap::new();
         for (gate, scan) in scans.iter().enumerate() {
-            scan.acquisition.validate(scan.cycle, scan.camera)?;
+            (scan.acquisition).validate(scan.cycle, scan.camera, scan.camera.rotation())?;
             let alike = scan.acquisition.same_for_all_views(scan.cycle, scan.camera);
             if scan.cycle.breathing().is_some() || !alike {
                 return Ok(None);
             }
-            for node in scan.linear_quadrature().view(0).nodes {
+            for node in scan.linear().states().view(0).nodes {
                 // Exhaustive pattern: an additional field would have to be compared, too.
                 let Node {
                     gain,

@@ -40,6 +40,8 @@ const NO_TIME: f64 = 1e-18;
 const MOST_REPEATS: f64 = 256.0;
 /// Weights of one half, relative to the other, below this are rounding.
 const NO_WEIGHT: f64 = 1e-12;
+/// Panels of the integral of a height over a span: 1e-10 of the stroke volume for the narrowest curve, sin^40.
+const PANELS: usize = 16;
 /// Points and weights of Gauss and Legendre on [-1, 1].
 const GAUSS: [[f64; 2]; 5] = [
     [-0.906_179_845_938_664, 0.236_926_885_056_189_1],
@@ -54,6 +56,8 @@ pub(crate) struct TimeRule<'a> {
     acquisition: Acquisition,
     cycle: &'a Cycle,
     camera: &'a Camera,
+    /// Step and shoot also if the angles of a rotating camera do not matter.
+    rotation: Rotation,
     /// Levels of volume and respiratory position common to all views, if each view covers the whole cycle.
     shared: [Option<Levels>; 2],
     /// Elapsed fractions of a view at whose angles it is projected; 0 alone for a stationary camera and for arcs.
@@ -61,7 +65,12 @@ pub(crate) struct TimeRule<'a> {
 }
 
 impl<'a> TimeRule<'a> {
-    pub(crate) fn new(acquisition: Acquisition, cycle: &'a Cycle, camera: &'a Camera) -> Self {
+    pub(crate) fn new(
+        acquisition: Acquisition,
+        cycle: &'a Cycle,
+        camera: &'a Camera,
+        rotation: Rotation,
+    ) -> Self {
         let lasts = acquisition.lasts(camera);
         let beat = (cycle.rhythm()).map_or(cycle.period(), |rhythm| rhythm.longest());
         let breath = cycle.breathing().map(|motion| motion.breathing().period);
@@ -69,10 +78,11 @@ impl<'a> TimeRule<'a> {
             acquisition,
             cycle,
             camera,
+            rotation,
             shared: [None, None],
             shares: Levels::constant(0.0),
         };
-        if camera.rotation() == Rotation::Continuous && !rule.has_arcs() {
+        if rotation == Rotation::Continuous && !rule.has_arcs() {
             let turn = Stretch {
                 heights: [0.0, lasts / camera.interval()],
                 seconds: lasts,
@@ -106,7 +116,7 @@ impl<'a> TimeRule<'a> {
 
     /// Whether the camera rotates during a view, which is divided into arcs.
     fn has_arcs(&self) -> bool {
-        self.camera.rotation() == Rotation::Continuous
+        self.rotation == Rotation::Continuous
             && self.acquisition.interpolation == Interpolation::Linear
     }
 
@@ -153,6 +163,9 @@ impl<'a> TimeRule<'a> {
             None => self.levels(&spans, axis),
         });
         let levels = [volumes, breaths, self.shares.clone()];
+        let mean = self
+            .cycle
+            .gain_at_height(self.integrals(&spans)[0] / seconds);
         let fine: Vec<Cells> = (self.in_arcs(spans, seconds).iter())
             .map(|spans| self.cells(spans, window[0], &levels))
             .collect();
@@ -187,11 +200,40 @@ impl<'a> TimeRule<'a> {
         // The first half contains half of the coarse rule, which is subtracted from the second half.
         add(&fine, [0.0, 1.0]);
         add(&coarse, [0.5, -0.5]);
-        let height: f64 = fine.iter().map(|cells| cells.1).sum();
-        let exact = 1.0 + self.cycle.gain_at_height(height / seconds);
-        made.volume_error = (volume / exact - 1.0).abs();
+        made.volume_error = (volume / (1.0 + mean) - 1.0).abs();
         made.tidy(NO_WEIGHT);
         made
+    }
+
+    /// Returns volume gain and respiratory fraction averaged over the time of a view, independent of levels.
+    pub(crate) fn means(&self, view_idx: usize) -> [f64; 2] {
+        let window = self.acquisition.window(self.cycle, self.camera, view_idx);
+        let spans = spans::between(self.acquisition, self.cycle, window);
+        let [seconds, _] = spans::seen(&spans, window[0]);
+        if seconds == 0.0 {
+            let node = &self.moment(self.camera.view_start(view_idx)).nodes[0];
+            return [node.gain, node.breath];
+        }
+        let [height, breath] = self.integrals(&spans).map(|sum| sum / seconds);
+        [self.cycle.gain_at_height(height), breath]
+    }
+
+    /// Returns the integrals over time of the height of the volume and of the respiratory fraction.
+    fn integrals(&self, spans: &[Span]) -> [f64; 2] {
+        let mut sums = [0.0; 2];
+        for span in spans {
+            let half = 0.5 * span.seconds() / PANELS as f64;
+            for k in 0..PANELS {
+                let middle = span.time[0] + (2 * k + 1) as f64 * half;
+                for [x, weight] in GAUSS {
+                    for (axis, sum) in sums.iter_mut().enumerate() {
+                        let value = self.height(axis, (span, 0.0), middle + half * x);
+                        *sum += span.copies * half * weight * value;
+                    }
+                }
+            }
+        }
+        sums
     }
 
     /// Returns the point of an instantaneous view.
@@ -226,7 +268,7 @@ impl<'a> TimeRule<'a> {
     /// Returns the time of the spans of a view near each combination of levels.
     fn cells(&self, spans: &[Span], start: f64, levels: &[Levels; 3]) -> Cells {
         let n = levels.iter().map(Levels::len).product();
-        let mut cells = Cells(vec![[0.0; 2]; n], 0.0);
+        let mut cells = Cells(vec![[0.0; 2]; n]);
         for span in spans {
             let height = |axis: usize, t: f64| self.height(axis, (span, start), t);
             let heights = [0, 1, 2].map(|axis| span.time.map(|t| height(axis, t)));
@@ -257,7 +299,6 @@ impl<'a> TimeRule<'a> {
                         }),
                         (None, _) => levels[axis].weights(in_cell[axis], height(axis, t)),
                     });
-                    cells.1 += seconds * height(0, t);
                     let at = [seconds, t + span.delay];
                     cells.add_product(&weights, at, [levels[0].len(), levels[1].len()]);
                 }
@@ -296,9 +337,9 @@ fn index_of(k: usize, axis: usize, levels: &[Levels; 3]) -> usize {
     }
 }
 
-/// Time and its first moment near each combination of levels ([`index_of`]); and the integral of the volume's height.
+/// Time and its first moment near each combination of levels ([`index_of`]).
 #[derive(Debug, Clone)]
-struct Cells(Vec<[f64; 2]>, f64);
+struct Cells(Vec<[f64; 2]>);
 
 impl Cells {
     fn add(&mut self, other: &Self) {

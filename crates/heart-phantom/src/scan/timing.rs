@@ -67,8 +67,13 @@ impl Acquisition {
         }
     }
 
-    /// Validates the acquisition before any work.
-    pub(crate) fn validate(&self, cycle: &Cycle, camera: &Camera) -> Result<(), PhantomError> {
+    /// Validates the acquisition before any work, with step and shoot if the angles of the camera do not matter.
+    pub(crate) fn validate(
+        &self,
+        cycle: &Cycle,
+        camera: &Camera,
+        rotation: Rotation,
+    ) -> Result<(), PhantomError> {
         if let Mode::Static { phase } = self.mode {
             check("phase", phase, [-1e9, 1e9])?;
         }
@@ -89,7 +94,7 @@ impl Acquisition {
             let gate = self.gate;
             return Err(PhantomError::EmptyView { gate, view_idx });
         }
-        let points = self.points_of_all(cycle, camera);
+        let points = self.points_of_all(cycle, camera, rotation);
         let what = "quadrature points of all views";
         check_count(what, points as usize, [0, MAX_POINTS_OF_ALL]).map(drop)
     }
@@ -110,7 +115,7 @@ impl Acquisition {
     }
 
     /// Returns an upper limit on the points of all views, before equal points are merged.
-    pub(crate) fn points_of_all(&self, cycle: &Cycle, camera: &Camera) -> f64 {
+    pub(crate) fn points_of_all(&self, cycle: &Cycle, camera: &Camera, rotation: Rotation) -> f64 {
         let n_views = match self.same_for_all_views(cycle, camera) {
             true => 1,
             false => camera.n_views(),
@@ -125,7 +130,7 @@ impl Acquisition {
                 (4.0 * points * (1.0 + beats + breaths), levels * levels)
             }
         };
-        let of_view = match (self.mode, camera.rotation()) {
+        let of_view = match (self.mode, rotation) {
             (Mode::Instants, _) => 0.0,
             (Mode::Static { .. }, Rotation::StepAndShoot) if cycle.breathing().is_none() => 0.0,
             (_, Rotation::StepAndShoot) => crossed.min(all),

@@ -15,7 +15,7 @@ use super::whole::{Lasting, Projected, Scan};
 use crate::error::{PhantomError, zeros};
 use crate::model::Placed;
 use crate::observer::check_stop;
-use crate::{HeartShape, Observer};
+use crate::{HeartShape, Observer, Rotation};
 use rayon::prelude::*;
 use revolve_voxel::{Image, RayCounters, Shown};
 use std::collections::{BTreeMap, BTreeSet};
@@ -76,7 +76,7 @@ impl<'a> Scan<'a> {
         progress: Observer<'_, usize>,
     ) -> Result<Vec<Sinograms>, PhantomError> {
         for set in sets {
-            set.acquisition.validate(set.cycle, set.camera)?;
+            (set.acquisition).validate(set.cycle, set.camera, set.camera.rotation())?;
         }
         let one = &sets[0];
         let (each, len) = (one.len(&views, &rows), one.len(&(0..1), &rows));
@@ -279,7 +279,7 @@ impl<'a> Scan<'a> {
         if self.acquisition.same_for_all_views(self.cycle, self.camera) {
             return 0;
         }
-        let quadrature = self.quadrature();
+        let quadrature = self.states();
         let spread = |view_idx| quadrature.view(view_idx).spread();
         let hardness: Vec<f64> = (0..self.camera.n_views()).map(spread).collect();
         let larger = |a: &usize, b: &usize| hardness[*a].total_cmp(&hardness[*b]);
@@ -288,7 +288,7 @@ impl<'a> Scan<'a> {
 
     /// Collects the gains of all views, until there are `most`.
     pub(crate) fn collect_gains(&self, gains: &mut BTreeSet<u64>, most: usize) {
-        let quadrature = self.quadrature();
+        let quadrature = self.states();
         for view_idx in 0..self.n_plans() {
             if gains.len() >= most {
                 break;
@@ -299,14 +299,18 @@ impl<'a> Scan<'a> {
 
     /// The respiratory fraction of each view, averaged over its time.
     pub(crate) fn breaths_of_views(&self) -> Vec<f64> {
-        let quadrature = self.quadrature();
-        let mean = |view_idx| {
-            let nodes = quadrature.view(view_idx).nodes.into_iter();
-            nodes
-                .map(|node| (node.weights[0] + node.weights[1]) * node.breath)
-                .sum()
-        };
-        (0..self.camera.n_views()).map(mean).collect()
+        let states = self.states();
+        let views = 0..self.camera.n_views();
+        views.map(|view_idx| states.means(view_idx)[1]).collect()
+    }
+
+    /// Volume gain and respiratory fraction, averaged over the time of all views.
+    pub(crate) fn means(&self) -> Result<[f64; 2], PhantomError> {
+        (self.acquisition).validate(self.cycle, self.camera, Rotation::StepAndShoot)?;
+        let (states, n_views) = (self.states(), self.n_plans());
+        let sums = (0..n_views).map(|view_idx| states.means(view_idx));
+        let sums = sums.fold([0.0; 2], |[g, b], [gain, breath]| [g + gain, b + breath]);
+        Ok(sums.map(|sum| sum / n_views as f64))
     }
 
     /// Number of views with nodes of their own.
@@ -320,8 +324,9 @@ impl<'a> Scan<'a> {
 
     /// Each volume gain and respiratory fraction with its fraction of the time of all views, equal ones merged.
     pub(crate) fn times(&self) -> Result<Vec<Lasting>, PhantomError> {
-        self.acquisition.validate(self.cycle, self.camera)?;
-        let quadrature = self.linear_quadrature();
+        let linear = self.linear();
+        (linear.acquisition).validate(self.cycle, self.camera, Rotation::StepAndShoot)?;
+        let quadrature = linear.states();
         let n_views = self.n_plans();
         let mut times: Vec<Lasting> = Vec::new();
         let mut known = BTreeMap::new();

@@ -5,7 +5,7 @@ use super::imaging::Imaging;
 use super::time_rule::TimeRule;
 use crate::error::PhantomError;
 use crate::model::{Activity, Attenuation, Background, Defect, Placed, Surroundings};
-use crate::{Camera, Cycle, Heart, HeartShape, Twist};
+use crate::{Camera, Cycle, Heart, HeartShape, Rotation, Twist};
 use revolve_voxel::{Organs, Pose};
 use std::sync::{Arc, Mutex};
 
@@ -95,11 +95,22 @@ impl Scan<'_> {
 
     /// Returns the quadrature of the views.
     pub(super) fn quadrature(&self) -> TimeRule<'_> {
-        TimeRule::new(self.acquisition, self.cycle, self.camera)
+        let rotation = self.camera.rotation();
+        TimeRule::new(self.acquisition, self.cycle, self.camera, rotation)
     }
 
-    /// The quadrature for quantities that no response makes smooth: volumes, motion.
-    pub(super) fn linear_quadrature(&self) -> TimeRule<'_> {
-        TimeRule::new(self.acquisition.linear(), self.cycle, self.camera)
+    /// The same volumes and respiratory fractions, without the angles of the camera.
+    pub(super) fn states(&self) -> TimeRule<'_> {
+        let rotation = Rotation::StepAndShoot;
+        TimeRule::new(self.acquisition, self.cycle, self.camera, rotation)
+    }
+
+    /// The scan with the quadrature for quantities that no response makes smooth: volumes, motion.
+    pub(super) fn linear(&self) -> Self {
+        let acquisition = self.acquisition.linear();
+        Self {
+            acquisition,
+            ..self.clone()
+        }
     }
 }

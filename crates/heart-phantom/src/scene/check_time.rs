@@ -61,12 +61,13 @@ pub(super) fn in_real_time(scene: &Scene, rest: f64, c: &mut Check) {
         Accuracy::Steps(steps) => steps,
         Accuracy::Tolerance(_) => 2,
     };
+    let responds = scene.collimator.is_some() || scene.blur.is_some();
     let beat = enough(cycle.period());
     let (cardiac, gates) = (mode.n_gates(), mode.n_gates() * cycle.breath_gates());
     for gate in 0..gates {
         let cycle = cycle.clone().in_breath_gate(gate / cardiac);
-        let acquisition = Acquisition::new(mode, gate % cardiac, steps);
-        let wanted = match acquisition.validate(&cycle, &camera) {
+        let acquisition = Acquisition::new(mode, gate % cardiac, steps).behind(responds, &camera);
+        let wanted = match acquisition.validate(&cycle, &camera, camera.rotation()) {
             Ok(()) => continue,
             Err(PhantomError::OutOfRange { .. }) => {
                 format!(
