@@ -35,7 +35,7 @@ pub(crate) use levels::Interpolation;
 pub use orbit::Orbit;
 pub use ray_geometry::RayGeometry;
 pub use settings::{Accuracy, BinSample, Counts, Mode, Noise, Rotation};
-pub(crate) use timing::STEPS;
+pub(crate) use timing::{POINTS, STEPS};
 pub use view_error::ViewError;
 pub use view_time::{ViewReport, ViewTime};
 pub(crate) use whole::{Lasting, Projected, Scan};

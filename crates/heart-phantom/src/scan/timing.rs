@@ -10,6 +10,7 @@ use crate::ranges;
 use crate::{Camera, Cycle};
 
 /// Largest number of points of all views: each is a projection of the heart.
+pub(crate) const POINTS: &str = "quadrature points of all views";
 const MAX_POINTS_OF_ALL: usize = 1 << 24;
 /// Largest number of heartbeats and breaths of all views: each is divided into intervals. It is the number in a day.
 const MOST_CYCLES: usize = 120_000;
@@ -95,8 +96,7 @@ impl Acquisition {
             return Err(PhantomError::EmptyView { gate, view_idx });
         }
         let points = self.points_of_all(cycle, camera, rotation);
-        let what = "quadrature points of all views";
-        check_count(what, points as usize, [0, MAX_POINTS_OF_ALL]).map(drop)
+        check_count(POINTS, points as usize, [0, MAX_POINTS_OF_ALL]).map(drop)
     }
 
     /// Returns the first view during which the gate, or an accepted beat, does not occur.

@@ -3,8 +3,9 @@
 use super::Scene;
 use super::finding::Check;
 use crate::error::PhantomError;
+use crate::phantom::Needs;
 use crate::ranges;
-use crate::scan::{Accuracy, Acquisition, Mode, Rotation};
+use crate::scan::{Accuracy, Acquisition, Interpolation, Mode, POINTS, Rotation};
 use crate::scene::build::{camera_of, cycle_of};
 use crate::text::{Number, enough};
 
@@ -61,14 +62,25 @@ pub(super) fn in_real_time(scene: &Scene, rest: f64, c: &mut Check) {
         Accuracy::Steps(steps) => steps,
         Accuracy::Tolerance(_) => 2,
     };
+    // Other products do not depend on the angles of the camera.
+    let rotation = match scene.output.needs(Needs::Views) {
+        true => camera.rotation(),
+        false => Rotation::StepAndShoot,
+    };
     let responds = scene.collimator.is_some() || scene.blur.is_some();
     let beat = enough(cycle.period());
     let (cardiac, gates) = (mode.n_gates(), mode.n_gates() * cycle.breath_gates());
     for gate in 0..gates {
         let cycle = cycle.clone().in_breath_gate(gate / cardiac);
         let acquisition = Acquisition::new(mode, gate % cardiac, steps).behind(responds, &camera);
-        let wanted = match acquisition.validate(&cycle, &camera, camera.rotation()) {
+        let wanted = match acquisition.validate(&cycle, &camera, rotation) {
             Ok(()) => continue,
+            Err(PhantomError::Count { what, .. })
+                if what == POINTS && acquisition.interpolation == Interpolation::Polynomial =>
+            {
+                let wanted = "must be smaller: with so many steps, too many states of the heart are projected from too many angles";
+                return c.fault("acquisition.accuracy.steps", steps, wanted);
+            }
             Err(PhantomError::OutOfRange { .. }) => {
                 format!(
                     "must be at least one cardiac cycle, {beat} s, for whole cycles with continuous rotation"

@@ -336,6 +336,11 @@ const BAD: &[(&str, &str, &str)] = &[
         "the limit is 1.6777216e7",
     ),
     (
+        "[camera]\nrotation = 'continuous'\nseconds_per_view = 4.0\n[breathing]\nshift = [0.0, 0.0, 1.0]\n[blur]\nfwhm = 1.0\n[acquisition]\naccuracy = { steps = 256 }",
+        "acquisition.accuracy.steps",
+        "must be smaller",
+    ),
+    (
         "[camera]\nseconds_per_view = 1e6\n[breathing]\nshift = [0.0, 0.0, 1.0]",
         "camera.seconds_per_view",
         "heartbeats and breaths during all views; the limit is 1.2e5",
