@@ -1,12 +1,15 @@
 //! Projections and ground truth of all gates: shapes that gates share are computed once.
 
 use super::Phantom;
+use super::output::Product;
+use super::products::Needs;
 use crate::error::{PhantomError, check_length, zeros};
 use crate::scan::{Interpolation, STEPS, Scan, SharedShapes};
 use crate::scene::WORK_BYTES;
-use crate::truth::truth_of_gates_into;
+use crate::truth::{n_states, truth_of_gates_into};
 use crate::{Observer, Sinograms, no_observer};
 use revolve_voxel::Organs;
+use std::collections::BTreeSet;
 
 impl Phantom {
     /// The projections of all gates, `[gate][view][row][bin]`: those of [`Phantom::sinograms`] of each gate, to the rounding of the samples.
@@ -52,6 +55,28 @@ impl Phantom {
             }
         }
         Ok(())
+    }
+
+    /// Returns the number of images of the heart in the views of all gates, estimated from the first view, and that of its states in the ground
+    /// truth of all gates; most of the time of a run is proportional to them. 0 for what the scene does not need.
+    ///
+    /// # Errors
+    /// As [`Phantom::prepare`].
+    pub fn images_and_states(&self) -> Result<[usize; 2], PhantomError> {
+        let output = &self.scene().output;
+        let (mut images, mut states) = (BTreeSet::new(), 0);
+        for gate in 0..self.n_gates() {
+            let scan = self.scan_of(gate)?;
+            if output.needs(Needs::Views) {
+                // Equal images of gates that share them are one.
+                let set = if self.shares_images() { 0 } else { gate };
+                images.extend(scan.images(0).into_iter().map(|image| (set, image)));
+            }
+            if output.has(Product::Truth) {
+                states += n_states(&scan)?;
+            }
+        }
+        Ok([images.len() * self.camera().n_views(), states])
     }
 
     /// Whether the gates are sums over the same images, which fit into memory together.

@@ -274,6 +274,12 @@ impl<'a> Scan<'a> {
         Ok(())
     }
 
+    /// The keys of the images of a view.
+    pub(crate) fn images(&self, view_idx: usize) -> Vec<[u64; 3]> {
+        let nodes = self.quadrature().view(view_idx).nodes;
+        nodes.iter().map(Node::key).collect()
+    }
+
     /// The view whose samples need the most nodes.
     pub(crate) fn hardest_view(&self) -> usize {
         if self.acquisition.same_for_all_views(self.cycle, self.camera) {
@@ -333,6 +339,10 @@ impl<'a> Scan<'a> {
         for view_idx in 0..n_views {
             for node in quadrature.view(view_idx).nodes {
                 let weight = (node.weights[0] + node.weights[1]) / n_views as f64;
+                // A state of the coarse rule alone.
+                if weight == 0.0 {
+                    continue;
+                }
                 let state = [node.gain, node.breath].map(f64::to_bits);
                 let at = *known.entry(state).or_insert(times.len());
                 match times.get_mut(at) {

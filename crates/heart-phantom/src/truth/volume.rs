@@ -10,15 +10,16 @@ use std::sync::Arc;
 /// Largest number of shapes that are added in one pass over the volume, and their memory limit in bytes.
 pub(crate) const MOST_IN_PASS: usize = 256;
 const BYTES_OF_PASS: usize = 256 << 20;
-/// Largest number of shapes in a time average: that of the finest whole cycle of a scene.
+/// Largest number of shapes in a time average: that of the finest whole cycle of a scene; and about its square root.
 const MOST_SHAPES: usize = 2049;
+const SIDE: usize = 45;
 
 /// Computes the activity of some slices, averaged over the voxel and over the time of all views; index order `[z][y][x]`. Bitwise equal to
 /// the slices of the whole volume.
 ///
-/// Coverages are accurate to `tolerance`. `around` contains the activity of the organs in these slices. More than 2049 shapes are merged
-/// into groups of neighbouring volume; for a surface that crosses a voxel once in each direction this changes the coverage by at most
-/// 1/1000.
+/// Coverages are accurate to `tolerance`. `around` contains the activity of the organs in these slices. More than 2049 states are merged
+/// into groups of neighbouring respiratory position and volume; for a surface that crosses a voxel once in each direction this changes the
+/// coverage by at most 1/1000.
 pub(crate) fn truth_of_slices(
     scan: &Scan<'_>,
     tolerance: f64,
@@ -50,6 +51,11 @@ pub(crate) fn truth_of_slices(
     }
     clamp(&mut volume);
     Ok((volume, counters))
+}
+
+/// Returns the number of states of the heart in the average over time.
+pub(crate) fn n_states(scan: &Scan<'_>) -> Result<usize, PhantomError> {
+    Ok(thinned(scan.times()?).len())
 }
 
 /// Computes the volumes of all gates, `[gate][z][y][x]`, from shapes that the gates share, without organs.
@@ -190,46 +196,42 @@ fn add_bodies(
     )?)
 }
 
-/// Merges the gains into at most [`MOST_SHAPES`] groups of nearly equal weight, each represented by its average.
+/// Merges the states into at most [`SIDE`] groups of equal weight along the respiratory position, and in each as many along the gain; a group is
+/// represented by its average.
 fn thinned(mut times: Vec<Lasting>) -> Vec<Lasting> {
     if times.len() <= MOST_SHAPES {
         return times;
     }
-    let order =
-        |a: &Lasting, b: &Lasting| (a.breath.total_cmp(&b.breath)).then(a.gain.total_cmp(&b.gain));
-    times.sort_by(order);
-    let mut passed = 0.0;
-    let group = |lasting: &Lasting| {
-        let at = (passed * MOST_SHAPES as f64) as usize;
-        passed += lasting.share;
-        at.min(MOST_SHAPES - 1)
-    };
-    let groups: Vec<usize> = times.iter().map(group).collect();
-    // Per group: sums of weight x gain and weight x respiratory position, and of the weights.
-    let mut thinned: Vec<(usize, [f64; 2], f64)> = Vec::with_capacity(MOST_SHAPES);
-    for (
-        group,
-        Lasting {
-            gain,
-            breath,
-            share,
-        },
-    ) in groups.into_iter().zip(times)
-    {
-        match thinned.last_mut() {
-            Some((last, moments, sum)) if *last == group => {
-                moments[0] += share * gain;
-                moments[1] += share * breath;
-                *sum += share;
+    times.sort_by(|a, b| (a.breath.total_cmp(&b.breath)).then(a.gain.total_cmp(&b.gain)));
+    let mut merged = Vec::with_capacity(SIDE * SIDE);
+    for mut slab in in_groups(&times) {
+        slab.sort_by(|a, b| a.gain.total_cmp(&b.gain));
+        merged.extend(in_groups(&slab).iter().map(|group| {
+            let share = group.iter().map(|state| state.share).sum();
+            let mean = |of: fn(&Lasting) -> f64| {
+                let sum: f64 = group.iter().map(|state| state.share * of(state)).sum();
+                sum / share
+            };
+            Lasting {
+                gain: mean(|state| state.gain),
+                breath: mean(|state| state.breath),
+                share,
             }
-            _ => thinned.push((group, [gain, breath].map(|of| share * of), share)),
-        }
+        }));
     }
-    (thinned.into_iter())
-        .map(|(_, [gain, breath], share)| Lasting {
-            gain: gain / share,
-            breath: breath / share,
-            share,
-        })
-        .collect()
+    merged
+}
+
+/// Divides states in their order into at most [`SIDE`] groups of nearly equal weight.
+fn in_groups(states: &[Lasting]) -> Vec<Vec<Lasting>> {
+    let all: f64 = states.iter().map(|state| state.share).sum();
+    let mut groups = vec![Vec::new(); SIDE];
+    let mut passed = 0.0;
+    for state in states {
+        let at = (passed / all * SIDE as f64) as usize;
+        groups[at.min(SIDE - 1)].push(*state);
+        passed += state.share;
+    }
+    groups.retain(|group| !group.is_empty());
+    groups
 }

@@ -134,6 +134,7 @@ pub(super) fn check(arguments: &Arguments, path: &Path) -> Done {
     let beside = Look::new(&phantom, true).files().into_iter();
     files.splice(last..last, beside.map(|name| (name, 0)));
     let samples = phantom.n_gates() * camera.n_views() * camera.view_len();
+    let [images, states] = phantom.images_and_states()?;
     let bytes: u64 = files.iter().map(|(_, bytes)| bytes).sum();
     let named = files
         .iter()
@@ -142,7 +143,7 @@ pub(super) fn check(arguments: &Arguments, path: &Path) -> Done {
         "scene": value_of(&phantom.scene().to_json()), "gates": phantom.n_gates(), "samples": samples,
         "voxels": camera.grid().len(), "voxel_cm": camera.grid().spacing(), "numbers": numbers,
         "files": named.collect::<Vec<_>>(), "bytes": bytes, "memory": phantom.memory(), "warnings": phantom.warnings()?,
-        "work": phantom.work(),
+        "images_of_the_heart": images, "states_of_the_truth": states, "work": phantom.work(),
     });
     let ([nx, ny, nz], [x, y, z]) = (camera.grid().shape(), camera.grid().spacing());
     let [low, high] = phantom.cycle().gains();
@@ -163,6 +164,7 @@ pub(super) fn check(arguments: &Arguments, path: &Path) -> Done {
             "  EDV {:.2} mL, ESV {:.2} mL, ejection fraction {:.4} (volume gain {low:.4} to {high:.4})",
             numbers.edv, numbers.esv, numbers.ejection_fraction
         ),
+        format!("  {images} images of the heart, {states} states of it in the ground truth"),
         format!(
             "  {} of memory at most, {} of data in {} files:",
             size(phantom.memory().total()),

@@ -1,7 +1,7 @@
 //! Shapes obey their memory limit, and results are bitwise identical for any limit.
 
 use crate::phantom::{infarct, small};
-use heart_phantom::scene::{Accuracy, Mode, Rotation, Scene};
+use heart_phantom::scene::{Accuracy, Mode, Product, Rotation, Scene};
 use heart_phantom::{Phantom, Sinograms, no_observer};
 
 fn taken(scene: &Scene, shapes: usize) -> (Sinograms, Phantom) {
@@ -95,4 +95,28 @@ fn the_most_recently_used_shapes_are_kept() {
     assert_eq!(heart.shapes_alive(), 4);
     drop(held);
     assert_eq!(heart.shapes_alive(), 3);
+}
+
+/// With step and shoot all views have the images of the first, one for each shape; the ground truth has the same shapes.
+#[test]
+fn images_and_states_are_counted_before_a_run() {
+    for mode in [Mode::WholeCycle, Mode::Gated { gates: 4 }] {
+        let mut scene = small(mode).with_size(8);
+        scene.output.write = vec![Product::Projections, Product::Truth];
+        let phantom = Phantom::new(scene).unwrap();
+        let [images, states] = phantom.images_and_states().unwrap();
+        let gates = 0..phantom.n_gates();
+        let shapes = |gate| {
+            phantom
+                .sinograms(gate, &no_observer)
+                .unwrap()
+                .distinct_shapes
+        };
+        let shapes: usize = gates.map(shapes).sum();
+        assert_eq!([images, states], [12 * shapes, shapes], "{mode:?}");
+    }
+    let mut scene = small(Mode::Static { phase: 0.0 });
+    scene.output.write = vec![Product::Labels];
+    let none = Phantom::new(scene).unwrap();
+    assert_eq!(none.images_and_states().unwrap(), [0, 0]);
 }

@@ -1,16 +1,25 @@
 //! The time average of the ground truth, and its statement in the report.
 
 use crate::phantom::small;
-use heart_phantom::scene::{Mode, Product, Rotation, Scene};
-use heart_phantom::{Phantom, TruthOf, no_observer, run};
+use heart_phantom::scene::{Accuracy, Breathing, Mode, Product, Rotation, Scene};
+use heart_phantom::{MotionPhase, Phantom, TruthOf, no_observer, run};
+use std::f64::consts::PI;
 
-/// The average over all views of the heart at the phase of each, with voxels summed in f64.
+/// The average over all views of the heart at the phase and the respiratory position of each, with voxels summed in f64.
 fn mean_of_instants(scene: &Scene) -> Vec<f64> {
     let phantom = Phantom::new(scene.clone()).unwrap();
     let times = phantom.view_times(0).unwrap();
     let mut mean = vec![0.0; phantom.camera().grid().len()];
     for time in &times {
-        for (sum, value) in mean.iter_mut().zip(phantom.activity(time.phase).unwrap()) {
+        // a sinusoid from end-expiration
+        let breath = (scene.breathing.as_ref())
+            .map_or(0.0, |own| (PI * time.start / own.period).sin().powi(2));
+        let at = MotionPhase {
+            phase: time.phase,
+            breath,
+            breath_phase: None,
+        };
+        for (sum, value) in mean.iter_mut().zip(phantom.activity(at).unwrap()) {
             *sum += f64::from(value) / times.len() as f64;
         }
     }
@@ -109,19 +118,47 @@ fn a_common_heart_of_all_views_is_the_ground_truth() {
     }
 }
 
-/// More shapes than the limit of a volume: neighbours are merged.
+/// More states than the limit of a volume: neighbours in volume and respiratory position are merged.
 #[test]
 fn very_many_instants_are_merged() {
     let mut scene = small(Mode::Instants).with_size(6);
     scene.camera.views = 2500;
     scene.cycle.beats_per_minute = 61.73456789;
-    let mean = mean_of_instants(&scene);
-    let phantom = Phantom::new(scene).unwrap();
-    let truth = phantom.truth(0).unwrap();
-    let solved = phantom.work().shapes_solved;
-    assert!((1500..=2049).contains(&solved), "{solved}");
-    // Documented: a thousandth of a surface that passes once in each direction, and 2049 additions in f32.
-    let apart = farthest(&truth, &mean);
+    let mut breathing = scene.clone();
+    breathing.breathing = Some(Breathing {
+        shift: [0.0, 0.0, -2.0],
+        period: 4.1234567,
+        ..Breathing::default()
+    });
+    for scene in [scene, breathing] {
+        let mean = mean_of_instants(&scene);
+        let phantom = Phantom::new(scene).unwrap();
+        let truth = phantom.truth(0).unwrap();
+        let solved = phantom.work().shapes_solved;
+        assert!((1500..=2049).contains(&solved), "{solved}");
+        // Documented: a thousandth of a surface that passes once in each direction, and 2049 additions in f32.
+        let apart = farthest(&truth, &mean);
+        assert!(apart < 1e-3, "{apart}");
+    }
+}
+
+/// Levels of volume times those of respiration: finer ones are merged, and the average converges with them.
+#[test]
+fn very_many_states_of_a_breathing_heart_are_merged() {
+    let truth = |steps: usize| {
+        let mut scene = small(Mode::WholeCycle).with_size(6);
+        scene.breathing = Some(Breathing {
+            shift: [0.0, 0.0, -2.0],
+            ..Breathing::default()
+        });
+        (scene.camera.views, scene.camera.seconds_per_view) = (3, 201.7);
+        scene.acquisition.accuracy = Accuracy::Steps(steps);
+        Phantom::new(scene).unwrap().truth(0).unwrap()
+    };
+    let [coarse, merged] = [64, 128].map(truth);
+    let coarse: Vec<f64> = coarse.into_iter().map(f64::from).collect();
+    let apart = farthest(&merged, &coarse);
+    // the coarse levels, 33 x 33, are as far from the average as the merged ones, 65 x 65
     assert!(apart < 1e-3, "{apart}");
 }
 
