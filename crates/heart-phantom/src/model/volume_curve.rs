@@ -147,14 +147,14 @@ impl Height {
                 ))))
             }
             VolumeCurve::Sampled(volumes) => {
-                check_count("number of sampled volumes", volumes.len(), SAMPLES)?;
+                check_count("number of samples of the curve", volumes.len(), SAMPLES)?;
                 for &volume in volumes {
-                    check("sampled volume", volume, [-1e12, 1e12])?;
+                    check("sample of the curve", volume, [-1e12, 1e12])?;
                 }
                 let low = volumes.iter().copied().fold(f64::INFINITY, f64::min);
                 let high = volumes.iter().copied().fold(f64::NEG_INFINITY, f64::max);
                 check(
-                    "range of the sampled volumes",
+                    "range of the samples of the curve",
                     high - low,
                     [f64::MIN_POSITIVE, 1e13],
                 )?;

@@ -195,11 +195,13 @@ fn crossing(curve: &Height, span: &Span, level: f64) -> f64 {
 
 /// Returns the argument at which a monotone function reaches a level, or the nearer end.
 pub(super) fn root([mut a, mut b]: [f64; 2], at: impl Fn(f64) -> f64, level: f64) -> f64 {
-    let (mut low, mut high) = (at(a) - level, at(b) - level);
-    if low == 0.0 || (low > 0.0) == (high > 0.0) && low.abs() <= high.abs() {
-        return a;
-    } else if high == 0.0 || (low > 0.0) == (high > 0.0) {
-        return b;
+    let ends = [at(a), at(b)];
+    let [mut low, mut high] = ends.map(|end| end - level);
+    if low == 0.0 || high == 0.0 || (low > 0.0) == (high > 0.0) {
+        // The values themselves: differences from a remote level may be equal by rounding.
+        let falls = ends[0] > ends[1];
+        let first_is_nearer = low == 0.0 || high != 0.0 && (low < 0.0) == falls;
+        return if first_is_nearer { a } else { b };
     }
     // Illinois method: regula falsi that halves the value of a retained end (Dowell and Jarratt 1971, doi:10.1007/BF01934364).
     let mut last = 0;

@@ -89,7 +89,8 @@ fn directions(scene: &Scene, c: &mut Check) {
     if scene.camera.geometry != BeamSettings::Parallel {
         return;
     }
-    if settings.method != Method::Fbp || settings.arc != ArcPolicy::Complete {
+    let filters = settings.method == Method::Fbp && scene.output.needs(Needs::Reconstruction);
+    if !filters || settings.arc != ArcPolicy::Complete {
         return;
     }
     let (views, arc) = (scene.camera.views, scene.camera.arc);
@@ -97,7 +98,7 @@ fn directions(scene: &Scene, c: &mut Check) {
         return;
     };
     let n = camera.n_directions();
-    if n < LEAST_DIRECTIONS && scene.output.needs(Needs::Reconstruction) {
+    if n < LEAST_DIRECTIONS {
         let wanted = format!(
             "gives {n} distinct directions (modulo 180 degrees); fbp needs at least {LEAST_DIRECTIONS}; \
              otherwise set reconstruction.arc to extend, truncate or rescale"

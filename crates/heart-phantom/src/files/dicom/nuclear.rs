@@ -185,7 +185,8 @@ fn check_counts(samples: Samples) -> Result<(), PhantomError> {
         return Ok(());
     };
     let most = counts.iter().copied().fold(0.0, f32::max);
-    check("largest count", most.into(), [0.0, u16::MAX.into()]).map(drop)
+    let what = "largest count (DICOM has 16 bits: reduce noise.counts or choose another output.projections)";
+    check(what, most.into(), [0.0, u16::MAX.into()]).map(drop)
 }
 
 /// Counts of a sample of 1, if known and equal in all views of all gates.

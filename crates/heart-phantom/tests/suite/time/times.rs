@@ -1,6 +1,6 @@
 //! One rule for time and angle: at time t of view k the camera is at its angle at t.
 
-use heart_phantom::scene::{Mode, Rotation, Scene};
+use heart_phantom::scene::{Breathing, BreathingCurve, Mode, RespiratoryGates, Rotation, Scene};
 use heart_phantom::{Phantom, PhantomError};
 
 use crate::phantom::small;
@@ -89,6 +89,46 @@ fn the_gates_divide_the_time_of_a_view() {
             assert!((of[k].window / 3.0 - seen / f64::from(n)).abs() < off);
             let angle = (k as f64 + shares / seen - 0.5) * 15.0_f64.to_radians();
             assert!((of[k].angle - angle).abs() < 8.0 * off, "{angle}");
+        }
+    }
+}
+
+/// Respiratory gates by amplitude divide the time of a view, also where the position rests or rounds to the end of a gate.
+#[test]
+fn respiratory_gates_divide_the_time_of_a_view() {
+    let sampled = |samples: &[f64]| BreathingCurve::Sampled(samples.to_vec());
+    let curves = [
+        BreathingCurve::Sinusoid,
+        BreathingCurve::Lujan { n: 5 },
+        BreathingCurve::Lujan { n: 20 },
+        sampled(&[0.0, 0.0, 0.0, 0.3, 1.0, 0.6, 0.1, 0.0]),
+        sampled(&[0.0, 0.0, 1.0, 1.0]),
+        sampled(&[1.0, 1.0, 0.5, 0.5, 0.5, 0.0]),
+    ];
+    for (curve, gates) in curves
+        .iter()
+        .flat_map(|curve| [(curve, 1), (curve, 2), (curve, 3)])
+    {
+        let mut scene = small(Mode::WholeCycle).with_size(8);
+        scene.camera.seconds_per_view = 6.0;
+        scene.breathing = Some(Breathing {
+            shift: [0.0, 0.0, -2.0],
+            period: 3.69255,
+            start: 0.417,
+            curve: curve.clone(),
+            gates: Some(RespiratoryGates::Amplitude(gates)),
+            ..Breathing::default()
+        });
+        let phantom = Phantom::new(scene).unwrap();
+        let times: Vec<_> = (0..gates)
+            .map(|gate| phantom.view_times(gate).unwrap())
+            .collect();
+        for k in 0..phantom.camera().n_views() {
+            let seconds: f64 = times.iter().map(|of| of[k].window).sum();
+            assert!(
+                (seconds - 6.0).abs() < 1e-9,
+                "{curve:?}, {gates}: {seconds}"
+            );
         }
     }
 }
