@@ -35,7 +35,8 @@ pub enum Discretisation {
         per_piece: usize,
     },
     /// Spectral elements whose degree is raised, and which are then split, until twice the degree times the last two coefficients of the
-    /// solved curve is at most this fraction of its length.
+    /// solved curve is at most this fraction of its length: the error of the shape. That of a small intensity is larger
+    /// ([`Equilibrium::discretisation_error`]).
     SpectralAdaptive {
         /// Relative tolerance, for instance 1e-12.
         tolerance: f64,
