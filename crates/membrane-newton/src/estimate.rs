@@ -25,9 +25,9 @@ impl Equilibrium {
     /// For polynomials the error of the shape is the spectral tail, which is twice the degree p times the last two Chebyshev coefficients of the
     /// curve over its length (the largest of any element), or, if larger, the rounding of the derivative matrices, epsilon p^3 times the number of
     /// elements of the whole curve. [`Discretisation::SpectralAdaptive`](crate::Discretisation) refines until the tail is within the tolerance.
-    /// The rounding grows with the degree, so that a higher one than necessary is less accurate. The relative error of a small intensity is larger:
-    /// the tail times d ln intensity / d volume (by [`Equilibrium::sensitivity`]) and the volume surface x length / (2 pi), about the error of the
-    /// shape over the displacement. The larger of both is returned; without load that of the shape.
+    /// The rounding grows with the degree, so that a higher one than necessary is less accurate. A small intensity f has a larger relative error,
+    /// about that of the shape divided by the displacement: the tail times S L |df / dV| / (2 pi |f|), with volume V, surface S and length L
+    /// ([`Equilibrium::sensitivity`]). The larger of both is returned; without load that of the shape.
     ///
     /// For finite differences it is twice the difference from the equilibrium of polynomials at the same volume (degree 20, two elements on each
     /// smooth piece) and the error of these, at the cost of [`Solver::solve_from`]: twice the error, and more where that of the curve is larger

@@ -57,8 +57,9 @@ impl Phantom {
         Ok(())
     }
 
-    /// Returns the number of images of the heart in the views of all gates, estimated from the first view, and that of its states in the ground
-    /// truth of all gates; most of the time of a run is proportional to them. 0 for what the scene does not need.
+    /// Returns `[images, states]`: the number of images of the heart in the views of all gates, estimated from the first view of each, and the
+    /// number of states of the heart in the ground truth of all gates, which may share some. Most of the time of a run is proportional to them.
+    /// 0 for what the scene does not write.
     ///
     /// # Errors
     /// As [`Phantom::prepare`].

@@ -3,7 +3,7 @@
 use super::resolution::{evenly, largest_of};
 use crate::error::PhantomError;
 use crate::scan::STEPS;
-use crate::scan::{Accuracy, Acquisition, Interpolation, Mode, Scan, ViewError};
+use crate::scan::{Accuracy, Interpolation, Mode, Scan, ViewError};
 use crate::{Phantom, Rotation, no_observer};
 use std::collections::BTreeSet;
 
@@ -87,15 +87,10 @@ impl Phantom {
                 true => ("averages over bins with omitted weights", least),
                 false => ("average over time", reached),
             };
-            let acquisition = sets[0].acquisition;
-            let more = next(steps, acquisition.interpolation);
-            let finer = Acquisition {
-                points: more,
-                ..acquisition
-            };
-            let most = steps >= STEPS[1]
-                || (finer.validate(sets[0].cycle, &camera, camera.rotation())).is_err();
-            if most || least > tolerance {
+            let mut finer = sets[0].acquisition;
+            finer.points = next(steps, finer.interpolation);
+            let too_many = finer.validate(sets[0].cycle, &camera, camera.rotation());
+            if steps >= STEPS[1] || too_many.is_err() || least > tolerance {
                 return Err(PhantomError::Tolerance {
                     term,
                     reached,
@@ -103,7 +98,7 @@ impl Phantom {
                     tolerance,
                 });
             }
-            steps = more;
+            steps = finer.points;
         }
     }
 

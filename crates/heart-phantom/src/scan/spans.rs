@@ -197,10 +197,13 @@ fn crossing(curve: &Height, span: &Span, level: f64) -> f64 {
 pub(super) fn root([mut a, mut b]: [f64; 2], at: impl Fn(f64) -> f64, level: f64) -> f64 {
     let ends = [at(a), at(b)];
     let [mut low, mut high] = ends.map(|end| end - level);
-    if low == 0.0 || high == 0.0 || (low > 0.0) == (high > 0.0) {
-        // The values themselves: differences from a remote level may be equal by rounding.
-        let falls = ends[0] > ends[1];
-        let first_is_nearer = low == 0.0 || high != 0.0 && (low < 0.0) == falls;
+    if low == 0.0 {
+        return a;
+    } else if high == 0.0 {
+        return b;
+    } else if (low > 0.0) == (high > 0.0) {
+        // By the values: their differences from a distant level may be equal by rounding.
+        let first_is_nearer = (low < 0.0) == (ends[0] > ends[1]);
         return if first_is_nearer { a } else { b };
     }
     // Illinois method: regula falsi that halves the value of a retained end (Dowell and Jarratt 1971, doi:10.1007/BF01934364).

@@ -40,8 +40,6 @@ const NO_TIME: f64 = 1e-18;
 const MOST_REPEATS: f64 = 256.0;
 /// Weights of one half, relative to the other, below this are rounding.
 const NO_WEIGHT: f64 = 1e-12;
-/// Panels of the integral of a height over a span: 1e-10 of the stroke volume for the narrowest curve, sin^40.
-const PANELS: usize = 16;
 /// Points and weights of Gauss and Legendre on [-1, 1].
 const GAUSS: [[f64; 2]; 5] = [
     [-0.906_179_845_938_664, 0.236_926_885_056_189_1],
@@ -56,7 +54,7 @@ pub(crate) struct TimeRule<'a> {
     acquisition: Acquisition,
     cycle: &'a Cycle,
     camera: &'a Camera,
-    /// Step and shoot also if the angles of a rotating camera do not matter.
+    /// The rotation of the camera, or step and shoot if its angles do not matter.
     rotation: Rotation,
     /// Levels of volume and respiratory position common to all views, if each view covers the whole cycle.
     shared: [Option<Levels>; 2],
@@ -163,9 +161,7 @@ impl<'a> TimeRule<'a> {
             None => self.levels(&spans, axis),
         });
         let levels = [volumes, breaths, self.shares.clone()];
-        let mean = self
-            .cycle
-            .gain_at_height(self.integrals(&spans)[0] / seconds);
+        let [mean, _] = self.means_of(&spans, seconds);
         let fine: Vec<Cells> = (self.in_arcs(spans, seconds).iter())
             .map(|spans| self.cells(spans, window[0], &levels))
             .collect();
@@ -214,26 +210,23 @@ impl<'a> TimeRule<'a> {
             let node = &self.moment(self.camera.view_start(view_idx)).nodes[0];
             return [node.gain, node.breath];
         }
-        let [height, breath] = self.integrals(&spans).map(|sum| sum / seconds);
-        [self.cycle.gain_at_height(height), breath]
+        self.means_of(&spans, seconds)
     }
 
-    /// Returns the integrals over time of the height of the volume and of the respiratory fraction.
-    fn integrals(&self, spans: &[Span]) -> [f64; 2] {
+    /// The same for its spans and their duration. Knots divide a period of a sinusoid or of a power of it into 16 spans, so that five points suffice.
+    fn means_of(&self, spans: &[Span], seconds: f64) -> [f64; 2] {
         let mut sums = [0.0; 2];
         for span in spans {
-            let half = 0.5 * span.seconds() / PANELS as f64;
-            for k in 0..PANELS {
-                let middle = span.time[0] + (2 * k + 1) as f64 * half;
-                for [x, weight] in GAUSS {
-                    for (axis, sum) in sums.iter_mut().enumerate() {
-                        let value = self.height(axis, (span, 0.0), middle + half * x);
-                        *sum += span.copies * half * weight * value;
-                    }
+            let (middle, half) = (0.5 * (span.time[0] + span.time[1]), 0.5 * span.seconds());
+            for [x, weight] in GAUSS {
+                for (axis, sum) in sums.iter_mut().enumerate() {
+                    let value = self.height(axis, (span, 0.0), middle + half * x);
+                    *sum += span.copies * half * weight * value;
                 }
             }
         }
-        sums
+        let [height, breath] = sums.map(|sum| sum / seconds);
+        [self.cycle.gain_at_height(height), breath]
     }
 
     /// Returns the point of an instantaneous view.

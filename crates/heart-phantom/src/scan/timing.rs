@@ -9,8 +9,9 @@ use crate::model::RespiratoryMotion;
 use crate::ranges;
 use crate::{Camera, Cycle};
 
-/// Largest number of points of all views: each is a projection of the heart.
+/// What [`Acquisition::validate`] counts: each is a projection of the heart.
 pub(crate) const POINTS: &str = "quadrature points of all views";
+/// Largest number of points of all views.
 const MAX_POINTS_OF_ALL: usize = 1 << 24;
 /// Largest number of heartbeats and breaths of all views: each is divided into intervals. It is the number in a day.
 const MOST_CYCLES: usize = 120_000;
@@ -68,7 +69,7 @@ impl Acquisition {
         }
     }
 
-    /// Validates the acquisition before any work, with step and shoot if the angles of the camera do not matter.
+    /// Validates the acquisition before any work. `rotation` is that of the camera, or step and shoot for results that do not depend on its angles.
     pub(crate) fn validate(
         &self,
         cycle: &Cycle,

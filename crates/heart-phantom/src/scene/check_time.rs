@@ -78,7 +78,7 @@ pub(super) fn in_real_time(scene: &Scene, rest: f64, c: &mut Check) {
             Err(PhantomError::Count { what, .. })
                 if what == POINTS && acquisition.interpolation == Interpolation::Polynomial =>
             {
-                let wanted = "must be smaller: with so many steps, too many states of the heart are projected from too many angles";
+                let wanted = "must be smaller: the views would need too many images of the heart";
                 return c.fault("acquisition.accuracy.steps", steps, wanted);
             }
             Err(PhantomError::OutOfRange { .. }) => {

@@ -10,16 +10,17 @@ use std::sync::Arc;
 /// Largest number of shapes that are added in one pass over the volume, and their memory limit in bytes.
 pub(crate) const MOST_IN_PASS: usize = 256;
 const BYTES_OF_PASS: usize = 256 << 20;
-/// Largest number of shapes in a time average: that of the finest whole cycle of a scene; and about its square root.
+/// Largest number of shapes in a time average: that of the finest whole cycle of a scene.
 const MOST_SHAPES: usize = 2049;
+/// Groups of merged states along each axis, respiratory position and gain: together at most [`MOST_SHAPES`].
 const SIDE: usize = 45;
 
 /// Computes the activity of some slices, averaged over the voxel and over the time of all views; index order `[z][y][x]`. Bitwise equal to
 /// the slices of the whole volume.
 ///
 /// Coverages are accurate to `tolerance`. `around` contains the activity of the organs in these slices. More than 2049 states are merged
-/// into groups of neighbouring respiratory position and volume; for a surface that crosses a voxel once in each direction this changes the
-/// coverage by at most 1/1000.
+/// into groups of neighbouring respiratory position and volume. Without respiration this changes the coverage by a surface that crosses a
+/// voxel once in each direction by at most 1/1000; with it, 4e-4 was measured on voxels of 6.4 mm.
 pub(crate) fn truth_of_slices(
     scan: &Scan<'_>,
     tolerance: f64,

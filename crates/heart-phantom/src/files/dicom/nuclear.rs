@@ -185,7 +185,7 @@ fn check_counts(samples: Samples) -> Result<(), PhantomError> {
         return Ok(());
     };
     let most = counts.iter().copied().fold(0.0, f32::max);
-    let what = "largest count (DICOM has 16 bits: reduce noise.counts or choose another output.projections)";
+    let what = "largest count (DICOM has 16 bits: reduce the counts or choose another format)";
     check(what, most.into(), [0.0, u16::MAX.into()]).map(drop)
 }
 

@@ -372,7 +372,7 @@ fn counts_above_16_bits_are_rejected() {
     let message = write_counts(65_536.0).unwrap_err().to_string();
     assert_eq!(
         message,
-        "largest count (DICOM has 16 bits: reduce noise.counts or choose another output.projections) is 65536, must be between 0 and 65535"
+        "largest count (DICOM has 16 bits: reduce the counts or choose another format) is 65536, must be between 0 and 65535"
     );
     assert_eq!(entries(folder.path()), 0);
     write_counts(65_535.0).unwrap();
