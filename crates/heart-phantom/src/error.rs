@@ -243,16 +243,16 @@ pub enum PhantomError {
         /// Largest standard deviation in cm.
         widest: f64,
     },
-    /// No resolution meets the tolerance of the samples.
+    /// No resolution meets the tolerance of the samples or of the ground truth.
     #[error(
         "{term}: the smallest error reached is {}; {}",
         Number(brief(*reached)),
         of_tolerance(*allowed, *tolerance)
     )]
     Tolerance {
-        /// The term of [`ViewError`](crate::ViewError).
+        /// The term of [`ViewError`](crate::ViewError), or that of the ground truth.
         term: &'static str,
-        /// Estimated error, relative to the largest sample.
+        /// Estimated error, relative to the largest sample, or of the volume fraction of a voxel.
         reached: f64,
         /// The part of the tolerance that this term may use.
         allowed: f64,

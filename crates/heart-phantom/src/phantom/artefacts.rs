@@ -50,10 +50,9 @@ impl Phantom {
     /// # Errors
     /// [`PhantomError::Count`] if there is no such gate; errors of the solver.
     pub fn regions_of(&self, gate: usize) -> Result<Regions, PhantomError> {
-        let acquisition = self.acquisition(gate)?;
         let mut regions = self.regions()?.clone();
         if let Mode::Static { .. } | Mode::Gated { .. } = self.scene().acquisition.mode {
-            let times = self.scan(self.camera(), gate, acquisition).times()?;
+            let times = self.states(gate)?;
             let breaths = breaths_of(&times);
             regions = self.regions_at(&some_of(times), &breaths)?;
         }
@@ -89,7 +88,7 @@ impl Phantom {
         truth: &[f32],
     ) -> Result<Artefacts, PhantomError> {
         check_volumes(volume, Some(truth), self.camera())?;
-        let scan = self.scan_of(gate)?;
+        let scan = self.heart_scan(gate)?;
         let [_, breath] = scan.means()?;
         let part = simd_set::part(0..1, 2);
         let wall = self.wall_alone(&scan, truth)?;

@@ -103,7 +103,7 @@ impl Phantom {
         match self.scene().reconstruction.method {
             Method::Fbp => of(&Scan {
                 cycle: &self.cycle().clone().without_breathing(),
-                ..self.scan_of(number)?
+                ..self.heart_scan(number)?
             }),
             Method::Osem(_) => self.at_motion_phase(self.reference(), of),
         }
@@ -123,7 +123,7 @@ impl Phantom {
         let wall = self.at_time_of(number, |scan| self.wall_alone(scan, truth))?;
         let gains: Vec<f64> = match self.scene().reconstruction.method {
             Method::Fbp => {
-                let times = self.scan_of(number)?.times()?;
+                let times = self.states(number)?;
                 times.iter().map(|state| state.gain).collect()
             }
             Method::Osem(_) => vec![self.cycle().gain(self.reference().phase)],
@@ -195,7 +195,7 @@ impl Phantom {
         )?;
         for set in sets {
             let views = seen(set)?;
-            let breaths = self.scan_of(set)?.breaths_of_views();
+            let breaths = self.heart_scan(set)?.breaths_of_views();
             let times = self.view_times(set)?;
             let pairs = views
                 .chunks(camera.view_len())

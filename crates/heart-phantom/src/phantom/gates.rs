@@ -6,7 +6,7 @@ use super::products::Needs;
 use crate::error::{PhantomError, check_length, zeros};
 use crate::scan::{Interpolation, STEPS, Scan, SharedShapes};
 use crate::scene::WORK_BYTES;
-use crate::truth::{n_states, truth_of_gates_into};
+use crate::truth::{thinned, truth_of_gates_into};
 use crate::{Observer, Sinograms, no_observer};
 use revolve_voxel::Organs;
 use std::collections::BTreeSet;
@@ -67,14 +67,15 @@ impl Phantom {
         let output = &self.scene().output;
         let (mut images, mut states) = (BTreeSet::new(), 0);
         for gate in 0..self.n_gates() {
-            let scan = self.scan_of(gate)?;
             if output.needs(Needs::Views) {
+                let scan = self.scan_of(gate)?;
                 // Equal images of gates that share them are one.
                 let set = if self.shares_images() { 0 } else { gate };
                 images.extend(scan.images(0).into_iter().map(|image| (set, image)));
             }
             if output.has(Product::Truth) {
-                states += n_states(&scan)?;
+                let tolerance = self.scene().truth.tolerance;
+                states += thinned(self.states(gate)?, tolerance).len();
             }
         }
         Ok([images.len() * self.camera().n_views(), states])
@@ -152,7 +153,7 @@ impl Phantom {
         let Some(shared) = shared else {
             return one_by_one(volumes, each, |gate| self.truth(gate));
         };
-        let scan = self.scan_of(0)?;
+        let scan = self.heart_scan(0)?;
         let tolerance = self.scene().truth.tolerance;
         let counters = truth_of_gates_into(&scan, &shared, tolerance, volumes)?;
         self.work.voxels(counters);
@@ -164,9 +165,9 @@ impl Phantom {
             return Ok(None);
         }
         let scans = (0..self.n_gates())
-            .map(|gate| self.scan_of(gate))
+            .map(|gate| self.heart_scan(gate))
             .collect::<Result<Vec<_>, PhantomError>>()?;
-        SharedShapes::of(&scans)
+        SharedShapes::of(&scans, self.scene().truth.tolerance)
     }
 }
 

@@ -201,7 +201,7 @@ impl Phantom {
     fn bytes_of_shapes(&self, is_voxelised: bool, is_judged: bool) -> u64 {
         let heart = self.heart();
         let scan = self.scan(self.camera(), 0, self.acquisition_of(0, STEPS[0]));
-        let seen = self.distinct_shapes();
+        let seen = self.distinct_shapes(is_voxelised || is_judged);
         let kept = seen.min(heart.most_shapes());
         let passed = if is_voxelised {
             seen.min(in_pass(&scan))
@@ -253,9 +253,9 @@ impl Phantom {
         collected + copied
     }
 
-    /// Counts the shapes that the projections of all gates need, at most the number that is stored. For a tolerance whose steps are unknown this
+    /// Counts the shapes that the projections of all gates need, with those of their volumes, at most the number that is stored. For a tolerance whose steps are unknown this
     /// is the number of the finest levels of a cycle: to find the nodes of all views with so many levels would take minutes.
-    fn distinct_shapes(&self) -> usize {
+    fn distinct_shapes(&self, with_volumes: bool) -> usize {
         let most = self.heart().most_shapes().max(MOST_IN_PASS);
         let steps = match (
             self.scene().acquisition.accuracy,
@@ -272,13 +272,13 @@ impl Phantom {
         let mut gains = BTreeSet::new();
         for gate in 0..self.n_gates() {
             let acquisition = self.acquisition_of(gate, steps);
-            // Views, and volumes.
-            for acquisition in [acquisition, acquisition.linear()] {
+            (self.scan(self.camera(), gate, acquisition)).collect_gains(&mut gains, most);
+            if with_volumes && gains.len() < most {
                 let scan = self.scan(self.camera(), gate, acquisition);
-                scan.collect_gains(&mut gains, most);
+                gains.extend(scan.likely_gains(self.scene().truth.tolerance));
             }
         }
-        gains.len()
+        gains.len().min(most)
     }
 }
 

@@ -50,7 +50,7 @@ pub use work::WorkReport;
 
 use crate::error::{PhantomError, check_count};
 use crate::model::Placed;
-use crate::scan::{Acquisition, Facing, Imaging, Projected, STEPS, Scan};
+use crate::scan::{Acquisition, Facing, Imaging, Lasting, Projected, STEPS, Scan};
 use crate::scene::{Parts, Scene, check};
 use crate::{Camera, Cycle, Heart, HeartShape, Regions, TruthOf};
 use photon_scatter::Scatter;
@@ -318,6 +318,17 @@ impl Phantom {
     /// Returns the scan of a gate.
     pub(crate) fn scan_of(&self, gate: usize) -> Result<Scan<'_>, PhantomError> {
         Ok(self.scan(self.camera(), gate, self.acquisition(gate)?))
+    }
+
+    /// Returns the scan of a gate for quantities of the heart alone, which do not depend on the steps of views.
+    pub(crate) fn heart_scan(&self, gate: usize) -> Result<Scan<'_>, PhantomError> {
+        check_count("gate", gate, [0, self.n_gates() - 1])?;
+        Ok(self.scan(self.camera(), gate, self.acquisition_of(gate, STEPS[0])))
+    }
+
+    /// Returns the states of the heart whose average is the ground truth of a gate.
+    pub(crate) fn states(&self, gate: usize) -> Result<Vec<Lasting>, PhantomError> {
+        self.heart_scan(gate)?.states(self.scene().truth.tolerance)
     }
 
     /// Returns the scan of a gate with another camera or acquisition.

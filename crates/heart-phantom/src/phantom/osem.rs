@@ -9,6 +9,7 @@ use super::model_voxels::{ModelVoxels, farthest};
 use super::{Phantom, once};
 use crate::error::{PhantomError, check_count, check_length, zeros};
 use crate::observer::check_stop;
+use crate::scan::Scan;
 use crate::{Camera, Observer, Rotation};
 use radon::{
     EmOptions, IterativeReport, LinearOperator, SliceAxis, SpectGeometry, SpectOperator,
@@ -216,7 +217,10 @@ impl Phantom {
 
     /// The attenuation map of the model, averaged over the acquisition time of a gate.
     fn mean_attenuation(&self, gate: usize, wide: &Camera) -> Result<Vec<f32>, PhantomError> {
-        let scan = self.scan(wide, gate, self.acquisition(gate)?);
+        let scan = Scan {
+            camera: wide,
+            ..self.heart_scan(gate)?
+        };
         let tolerance = self.scene().truth.tolerance.max(MAP_TOLERANCE);
         self.attenuation_of(&scan, tolerance, &self.attenuating_organs)
     }

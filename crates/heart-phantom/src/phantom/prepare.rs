@@ -56,8 +56,15 @@ impl Phantom {
             let masks = Regions::gains(self.cycle());
             gains.extend(masks.into_iter().map(f64::to_bits));
         }
-        if sees || wants(Product::Truth) {
-            self.add_gains_of_views(&mut gains)?;
+        for gate in 0..self.n_gates() {
+            if sees {
+                self.scan_of(gate)?
+                    .collect_gains(&mut gains, MOST_TRIED + 1);
+            }
+            if wants(Product::Truth) {
+                let states = self.states(gate)?;
+                gains.extend(states.iter().map(|state| state.gain.to_bits()));
+            }
         }
         self.try_gains(&gains)?;
         if wants(Product::Motion) || !self.scene().points.is_empty() {
@@ -90,22 +97,6 @@ impl Phantom {
         Ok(())
     }
 
-    /// Collects the gains of all projections; if there are too many, a subset from the smallest to the largest.
-    fn add_gains_of_views(&self, gains: &mut BTreeSet<u64>) -> Result<(), PhantomError> {
-        for gate in 0..self.n_gates() {
-            let scan = self.scan_of(gate)?;
-            scan.collect_gains(gains, MOST_TRIED + 1);
-        }
-        if gains.len() > MOST_TRIED {
-            let all: Vec<u64> = std::mem::take(gains).into_iter().collect();
-            let step = (all.len() - 1) as f64 / (MOST_TRIED - 1) as f64;
-            *gains = (0..MOST_TRIED)
-                .map(|k| all[(k as f64 * step).round() as usize])
-                .collect();
-        }
-        Ok(())
-    }
-
     /// Returns the gains of the phases that represent the projections, and those of end-diastole and end-systole.
     fn gains_of_phases(&self) -> BTreeSet<u64> {
         let phases = self.phases().into_iter().map(|phase| phase.at.phase);
@@ -116,8 +107,14 @@ impl Phantom {
             .collect()
     }
 
+    /// Solves these shapes; if there are too many, a subset from the smallest to the largest.
     fn try_gains(&self, gains: &BTreeSet<u64>) -> Result<(), PhantomError> {
-        let gains: Vec<f64> = gains.iter().map(|bits| f64::from_bits(*bits)).collect();
+        let mut gains: Vec<f64> = gains.iter().map(|bits| f64::from_bits(*bits)).collect();
+        if gains.len() > MOST_TRIED {
+            let step = (gains.len() - 1) as f64 / (MOST_TRIED - 1) as f64;
+            let some = (0..MOST_TRIED).map(|k| gains[(k as f64 * step).round() as usize]);
+            gains = some.collect();
+        }
         let scan = self.scan(self.camera(), 0, Acquisition::still(0.0));
         for some in gains.chunks(self.heart().most_shapes()) {
             scan.placed(&self.heart().shapes(some)?)?;

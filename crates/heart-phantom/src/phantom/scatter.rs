@@ -213,8 +213,7 @@ impl Phantom {
 
     /// Returns the states of the heart whose average the projections of a gate are: averages over cells of volume and respiratory phase.
     fn hearts(&self, gate: usize) -> Result<Vec<State>, PhantomError> {
-        let scan = self.scan_of(gate)?;
-        let times = scan.times()?;
+        let (scan, times) = (self.heart_scan(gate)?, self.states(gate)?);
         let mut low = [f64::INFINITY; 2];
         let mut high = [f64::NEG_INFINITY; 2];
         for time in &times {

@@ -38,15 +38,9 @@ impl Phantom {
             Accuracy::Steps(steps) => return Ok(steps),
             Accuracy::Tolerance(tolerance) => tolerance,
         };
-        let averaged = match self.scene().acquisition.mode {
-            Mode::Instants => false,
-            Mode::Static { .. } => {
-                let turns = self.camera().rotation() != Rotation::StepAndShoot;
-                turns || self.cycle().breathing().is_some()
-            }
-            Mode::Exposure { .. } | Mode::WholeCycle | Mode::Gated { .. } => true,
-        };
-        if !averaged {
+        let is_static = matches!(self.scene().acquisition.mode, Mode::Static { .. });
+        let turns = is_static && self.camera().rotation() == Rotation::Continuous;
+        if !turns && !self.heart_scan(0)?.has_duration() {
             return Ok(STEPS[0]);
         }
         if let Some(steps) = self.steps_known() {
@@ -88,7 +82,7 @@ impl Phantom {
                 false => ("average over time", reached),
             };
             let mut finer = sets[0].acquisition;
-            finer.points = next(steps, finer.interpolation);
+            finer.points = [next(steps, finer.interpolation); 2];
             let too_many = finer.validate(sets[0].cycle, &camera, camera.rotation());
             if steps >= STEPS[1] || too_many.is_err() || least > tolerance {
                 return Err(PhantomError::Tolerance {
@@ -98,7 +92,7 @@ impl Phantom {
                     tolerance,
                 });
             }
-            steps = finer.points;
+            steps = finer.points[0];
         }
     }
 

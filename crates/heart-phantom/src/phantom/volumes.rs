@@ -103,15 +103,14 @@ impl Phantom {
     }
 
     /// Computes the voxelised ground truth of a gate, `[z][y][x]`: averages over each voxel and over the acquisition time
-    /// ([`Phantom::truth_of`]). The error of the average over each voxel is `truth.tolerance`; that over time falls with the steps of
-    /// `acquisition.accuracy`: with four steps in a gate, the default for 8 gates, the blood volume of the default heart differs from the mean
-    /// of the gate (`PhaseReport::mean_cavity_ml`) by up to 0.1 %. [`Phantom::check_memory`] checks before any work that the volume fits into
-    /// memory.
+    /// ([`Phantom::truth_of`]). The error of a volume fraction is at most `truth.tolerance`, both averages together (a fifth to a third of it in
+    /// random gates without breathing); it does not depend on `acquisition.accuracy`. The number of states of the heart, to which the time is
+    /// proportional, is [`Phantom::images_and_states`]. [`Phantom::check_memory`] checks before any work that the volume fits into memory.
     ///
     /// # Errors
     /// As [`Phantom::view`]; [`PhantomError::Solid`] if the volume cannot be allocated.
     pub fn truth(&self, gate: usize) -> Result<Vec<f32>, PhantomError> {
-        self.truth_slices(&self.scan_of(gate)?, 0..self.parts.camera.n_rows())
+        self.truth_slices(&self.heart_scan(gate)?, 0..self.parts.camera.n_rows())
     }
 
     /// Returns the ground truth of the wall during a scan: `truth`, that of everything, less that of cavity, background and organs.
@@ -146,7 +145,7 @@ impl Phantom {
     /// As [`Phantom::truth`]; [`PhantomError::Count`] if there is no such slice.
     pub fn truth_slice(&self, gate: usize, z: usize) -> Result<Vec<f32>, PhantomError> {
         check_count("slice", z, [0, self.parts.camera.n_rows() - 1])?;
-        self.truth_slices(&self.scan_of(gate)?, z..z + 1)
+        self.truth_slices(&self.heart_scan(gate)?, z..z + 1)
     }
 
     /// Computes the activity at a phase, `[z][y][x]`, averaged over each voxel.

@@ -172,7 +172,7 @@ impl Phantom {
             let seconds: f64 = self.view_times(gate)?.iter().map(|time| time.window).sum();
             // Instants have no duration.
             let weight = if seconds > 0.0 { seconds } else { 1.0 };
-            let times = self.scan_of(gate)?.times()?;
+            let times = self.states(gate)?;
             all.extend(times.into_iter().map(|state| Lasting {
                 share: weight * state.share,
                 ..state

@@ -16,8 +16,8 @@ pub(crate) struct Acquisition {
     pub(crate) mode: Mode,
     /// The cardiac gate, from 0; always 0 without gating.
     pub(crate) gate: usize,
-    /// Steps per cycle, even.
-    pub(crate) points: usize,
+    /// Steps per cycle and per respiratory cycle, even.
+    pub(crate) points: [usize; 2],
     pub(crate) interpolation: Interpolation,
 }
 
@@ -27,25 +27,22 @@ impl Acquisition {
         Self::new(Mode::Static { phase }, 0, 8)
     }
 
-    /// A cardiac gate with as many steps per cycle, by linear interpolation.
+    /// A cardiac gate with as many steps per cycle and per respiratory cycle, by linear interpolation.
     pub(crate) fn new(mode: Mode, gate: usize, points: usize) -> Self {
         Self {
             mode,
             gate,
-            points,
+            points: [points; 2],
             interpolation: Interpolation::Linear,
         }
     }
 
-    /// The same with linear interpolation, which has no negative weights, and four times the steps.
-    pub(crate) fn linear(self) -> Self {
-        match self.interpolation {
-            Interpolation::Linear => self,
-            Interpolation::Polynomial => Self {
-                points: 4 * self.points,
-                interpolation: Interpolation::Linear,
-                ..self
-            },
+    /// The same with linear interpolation, which has no negative weights, and other steps.
+    pub(crate) fn linear(self, points: [usize; 2]) -> Self {
+        Self {
+            points,
+            interpolation: Interpolation::Linear,
+            ..self
         }
     }
 

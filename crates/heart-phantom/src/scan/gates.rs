@@ -1,6 +1,5 @@
-//! Projections of all gates together: a shape that several gates contain is projected once.
+//! Ground truth of all gates together: a shape that several gates contain is voxelised once.
 
-use super::nodes::Node;
 use super::view_error::PIECE;
 use super::whole::Scan;
 use crate::error::PhantomError;
@@ -13,30 +12,18 @@ pub(crate) struct SharedShapes {
 }
 
 impl SharedShapes {
-    /// Collects the shapes of some scans, one per gate. Returns `None` if projections of gates differ by more than their shapes: by angle,
-    /// depth-dependent blur or respiration; also if the shapes exceed the memory of the heart.
-    pub(crate) fn of(scans: &[Scan<'_>]) -> Result<Option<Self>, PhantomError> {
+    /// Collects the shapes of some scans, one per gate ([`Scan::states`]). Returns `None` if views differ in their states or the heart
+    /// breathes; also if the shapes exceed the memory of the heart.
+    pub(crate) fn of(scans: &[Scan<'_>], tolerance: f64) -> Result<Option<Self>, PhantomError> {
         let mut by_gain: BTreeMap<u64, Vec<(usize, f64)>> = BTreeMap::new();
         for (gate, scan) in scans.iter().enumerate() {
-            (scan.acquisition).validate(scan.cycle, scan.camera, scan.camera.rotation())?;
             let alike = scan.acquisition.same_for_all_views(scan.cycle, scan.camera);
             if scan.cycle.breathing().is_some() || !alike {
                 return Ok(None);
             }
-            for node in scan.linear().states().view(0).nodes {
-                // Exhaustive pattern: an additional field would have to be compared, too.
-                let Node {
-                    gain,
-                    breath: _,
-                    share,
-                    weights: [even, odd],
-                    set: _,
-                } = node;
-                if share != 0.0 {
-                    return Ok(None);
-                }
-                let uses = by_gain.entry(gain.to_bits()).or_default();
-                uses.push((gate, even + odd));
+            for state in scan.states(tolerance)? {
+                let uses = by_gain.entry(state.gain.to_bits()).or_default();
+                uses.push((gate, state.share));
             }
         }
         let most = scans.first().map_or(0, |scan| scan.heart.most_shapes());

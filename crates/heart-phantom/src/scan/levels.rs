@@ -141,6 +141,11 @@ impl Levels {
         self.graded.len() + self.still.len()
     }
 
+    /// Returns the number of intervals between neighbouring levels.
+    pub(super) fn n_cells(&self) -> usize {
+        self.graded.len().saturating_sub(1)
+    }
+
     /// Returns the height of a level.
     pub(super) fn height(&self, k: usize) -> f64 {
         match (self.graded.get(k), self.scale) {

@@ -63,9 +63,9 @@ impl Acquisition {
     /// Returns the number of arcs of a whole view in continuous rotation.
     pub(super) fn arcs(&self) -> f64 {
         match self.mode {
-            Mode::Static { .. } => self.points as f64,
+            Mode::Static { .. } => self.points[0] as f64,
             // As many as there are levels between smallest and largest volume, for a similar spacing.
-            _ => (0.25 * self.points as f64).max(ARCS),
+            _ => (0.25 * self.points[0] as f64).max(ARCS),
         }
     }
 
@@ -121,14 +121,16 @@ impl Acquisition {
             true => 1,
             false => camera.n_views(),
         };
-        let points = self.points as f64;
-        let [levels, beats] = [0.5 * points + 1.0, self.lasts(camera) / cycle.period()];
+        let [points, of_breath] = self.points.map(|points| points as f64);
+        let [levels, rows] = [points, of_breath].map(|points| 0.5 * points + 1.0);
+        let beats = self.lasts(camera) / cycle.period();
         // Levels crossed during the view, and all levels; with respiration pairs of levels, of which a path crosses two rows.
         let (crossed, all) = match cycle.breathing() {
             None => (points * (1.0 + beats), levels),
             Some(motion) => {
                 let breaths = self.lasts(camera) / motion.breathing().period;
-                (4.0 * points * (1.0 + beats + breaths), levels * levels)
+                let crossed = 2.0 * (points + of_breath) * (1.0 + beats + breaths);
+                (crossed, levels * rows)
             }
         };
         let of_view = match (self.mode, rotation) {

@@ -11,7 +11,7 @@ use super::nodes::Node;
 use super::part_view::{self, PartView};
 use super::project::Aim;
 use super::view_error::{Errors, Total};
-use super::whole::{Lasting, Projected, Scan};
+use super::whole::{Projected, Scan};
 use crate::error::{PhantomError, zeros};
 use crate::model::Placed;
 use crate::observer::check_stop;
@@ -285,7 +285,7 @@ impl<'a> Scan<'a> {
         if self.acquisition.same_for_all_views(self.cycle, self.camera) {
             return 0;
         }
-        let quadrature = self.states();
+        let quadrature = self.rule_of_states();
         let spread = |view_idx| quadrature.view(view_idx).spread();
         let hardness: Vec<f64> = (0..self.camera.n_views()).map(spread).collect();
         let larger = |a: &usize, b: &usize| hardness[*a].total_cmp(&hardness[*b]);
@@ -294,7 +294,7 @@ impl<'a> Scan<'a> {
 
     /// Collects the gains of all views, until there are `most`.
     pub(crate) fn collect_gains(&self, gains: &mut BTreeSet<u64>, most: usize) {
-        let quadrature = self.states();
+        let quadrature = self.rule_of_states();
         for view_idx in 0..self.n_plans() {
             if gains.len() >= most {
                 break;
@@ -305,7 +305,7 @@ impl<'a> Scan<'a> {
 
     /// The respiratory fraction of each view, averaged over its time.
     pub(crate) fn breaths_of_views(&self) -> Vec<f64> {
-        let states = self.states();
+        let states = self.rule_of_states();
         let views = 0..self.camera.n_views();
         views.map(|view_idx| states.means(view_idx)[1]).collect()
     }
@@ -313,49 +313,19 @@ impl<'a> Scan<'a> {
     /// Volume gain and respiratory fraction, averaged over the time of all views.
     pub(crate) fn means(&self) -> Result<[f64; 2], PhantomError> {
         (self.acquisition).validate(self.cycle, self.camera, Rotation::StepAndShoot)?;
-        let (states, n_views) = (self.states(), self.n_plans());
+        let (states, n_views) = (self.rule_of_states(), self.n_plans());
         let sums = (0..n_views).map(|view_idx| states.means(view_idx));
         let sums = sums.fold([0.0; 2], |[g, b], [gain, breath]| [g + gain, b + breath]);
         Ok(sums.map(|sum| sum / n_views as f64))
     }
 
     /// Number of views with nodes of their own.
-    fn n_plans(&self) -> usize {
+    pub(super) fn n_plans(&self) -> usize {
         if self.acquisition.same_for_all_views(self.cycle, self.camera) {
             1
         } else {
             self.camera.n_views()
         }
-    }
-
-    /// Each volume gain and respiratory fraction with its fraction of the time of all views, equal ones merged.
-    pub(crate) fn times(&self) -> Result<Vec<Lasting>, PhantomError> {
-        let linear = self.linear();
-        (linear.acquisition).validate(self.cycle, self.camera, Rotation::StepAndShoot)?;
-        let quadrature = linear.states();
-        let n_views = self.n_plans();
-        let mut times: Vec<Lasting> = Vec::new();
-        let mut known = BTreeMap::new();
-        for view_idx in 0..n_views {
-            for node in quadrature.view(view_idx).nodes {
-                let weight = (node.weights[0] + node.weights[1]) / n_views as f64;
-                // A state of the coarse rule alone.
-                if weight == 0.0 {
-                    continue;
-                }
-                let state = [node.gain, node.breath].map(f64::to_bits);
-                let at = *known.entry(state).or_insert(times.len());
-                match times.get_mut(at) {
-                    Some(lasting) => lasting.share += weight,
-                    None => times.push(Lasting {
-                        gain: node.gain,
-                        breath: node.breath,
-                        share: weight,
-                    }),
-                }
-            }
-        }
-        Ok(times)
     }
 }
 

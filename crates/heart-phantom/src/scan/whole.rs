@@ -100,17 +100,8 @@ impl Scan<'_> {
     }
 
     /// The same volumes and respiratory fractions, without the angles of the camera.
-    pub(super) fn states(&self) -> TimeRule<'_> {
+    pub(super) fn rule_of_states(&self) -> TimeRule<'_> {
         let rotation = Rotation::StepAndShoot;
         TimeRule::new(self.acquisition, self.cycle, self.camera, rotation)
-    }
-
-    /// The scan with the quadrature for quantities that no response makes smooth: volumes, motion.
-    pub(super) fn linear(&self) -> Self {
-        let acquisition = self.acquisition.linear();
-        Self {
-            acquisition,
-            ..self.clone()
-        }
     }
 }

@@ -297,7 +297,7 @@ pub struct PixelRange {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct TruthSettings {
-    /// Largest error of a voxel's coverage.
+    /// Largest error of the volume fraction of a voxel, averaged over the time of the gate.
     pub tolerance: f64,
 }
 

@@ -3,7 +3,7 @@
 use super::place;
 use crate::Phantom;
 use crate::error::PhantomError;
-use crate::scan::VOXELS;
+use crate::scan::{GROUND_TRUTH, VOXELS};
 
 impl Phantom {
     /// Attributes an error to a field of the scene, if possible.
@@ -18,6 +18,7 @@ impl Phantom {
             | PhantomError::Balloon(_)
             | PhantomError::Solid(_) => "heart",
             PhantomError::Membrane(_) => "cycle.volume",
+            PhantomError::Tolerance { term, .. } if *term == GROUND_TRUTH => "truth.tolerance",
             PhantomError::Tolerance { .. } => "acquisition.accuracy.tolerance",
             PhantomError::Radon(radon::RadonError::ShortArc { .. }) => "camera.arc",
             PhantomError::Radon(_) => "reconstruction",

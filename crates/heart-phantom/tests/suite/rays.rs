@@ -30,7 +30,7 @@ fn views(phantom: &Phantom) -> Vec<f32> {
 }
 
 /// Numbers between -1 and 1.
-fn random(seed: &mut u64) -> f64 {
+pub(crate) fn random(seed: &mut u64) -> f64 {
     *seed = seed
         .wrapping_mul(6364136223846793005)
         .wrapping_add(1442695040888963407);

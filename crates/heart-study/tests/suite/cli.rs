@@ -65,11 +65,11 @@ fn the_study_writes_its_report_figures_and_arrays() {
     assert_eq!(get("long.quadrature_points"), 32.0);
     assert!(get("long.view_error") < 0.01);
     // Work: each ray of a view once for each of its shapes, 17 for the 32 mirrored phases of a beat; three in four are never cast. The
-    // phases of the masks contain all shapes of the first two scans, and 5 of the 17.
+    // phases of the masks contain all shapes of the first two scans, and 5 of the 17; the tolerance of the ground truth needs 8 more.
     for (name, shapes_a_view, shapes_solved) in [
         ("static", 1.0, 0.0),
         ("short", 1.0, 0.0),
-        ("long", 17.0, 12.0),
+        ("long", 17.0, 20.0),
     ] {
         let (cast, skipped) = (
             get(&format!("{name}.rays_cast")),

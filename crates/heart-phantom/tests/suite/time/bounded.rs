@@ -97,7 +97,7 @@ fn the_most_recently_used_shapes_are_kept() {
     assert_eq!(heart.shapes_alive(), 3);
 }
 
-/// With step and shoot all views have the images of the first, one for each shape; the ground truth has the same shapes.
+/// With step and shoot all views have the images of the first, one for each shape. The states of the ground truth of a gate are the shapes that it solves.
 #[test]
 fn images_and_states_are_counted_before_a_run() {
     for mode in [Mode::WholeCycle, Mode::Gated { gates: 4 }] {
@@ -106,6 +106,12 @@ fn images_and_states_are_counted_before_a_run() {
         let phantom = Phantom::new(scene).unwrap();
         let [images, states] = phantom.images_and_states().unwrap();
         let gates = 0..phantom.n_gates();
+        let solved = |gate| {
+            let alone = Phantom::new(phantom.scene().clone()).unwrap();
+            alone.truth(gate).unwrap();
+            alone.work().shapes_solved
+        };
+        let solved: usize = gates.clone().map(solved).sum();
         let shapes = |gate| {
             phantom
                 .sinograms(gate, &no_observer)
@@ -113,7 +119,9 @@ fn images_and_states_are_counted_before_a_run() {
                 .distinct_shapes
         };
         let shapes: usize = gates.map(shapes).sum();
-        assert_eq!([images, states], [12 * shapes, shapes], "{mode:?}");
+        assert_eq!(images, 12 * shapes, "{mode:?}");
+        // Gates that do not reach end-diastole or end-systole solve it for the displacement of the surfaces.
+        assert!(states <= solved && solved <= states + 2 * phantom.n_gates());
     }
     let mut scene = small(Mode::Static { phase: 0.0 });
     scene.output.write = vec![Product::Labels];
