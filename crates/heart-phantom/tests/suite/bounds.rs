@@ -304,7 +304,7 @@ fn a_part_needs_its_own_memory_only() {
 fn exact_volumes_are_not_negative() {
     let text = "[heart]\ndiscretisation = { differences = { nodes = 61 } }\n[cycle]\n\
         [camera]\nviews = 6\nbins = 16\nrows = 14\npitch = [1.0, 1.1]\n\
-        [acquisition]\naccuracy = { steps = 4 }\n[reconstruction]\narc = 'extend'\n\
+        [acquisition]\naccuracy = { steps = 4 }\n[reconstruction]\narc = 'extend'\n[truth]\ntolerance = 0.01\n\
         [breathing]\nshift = [-3, -3, -1.0]\nperiod = 2.0\ncurve = { lujan = { n = 5 } }\n";
     let phantom = Phantom::new(Scene::from_toml(text).unwrap()).unwrap();
     let truth = phantom.truth(0).unwrap();

@@ -258,6 +258,7 @@ proptest! {
         for (mode, output) in runs {
             let mut scene = small(mode);
             scene.output = output;
+            scene.truth.tolerance = 0.02;
             scene.attenuation = Some(Attenuation {
                 coefficient: 0.1,
                 medium: Medium::Heart,

@@ -17,6 +17,7 @@ fn rough(scene: Scene) -> Scene {
     let mut scene = scene.with_size(20);
     scene.camera.views = 8;
     scene.acquisition.accuracy = Accuracy::Tolerance(0.2);
+    scene.truth.tolerance = 0.02;
     scene.heart.discretisation =
         heart_phantom::scene::DiscretisationSettings::Differences { nodes: 51 };
     scene

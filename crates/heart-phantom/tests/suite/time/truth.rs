@@ -143,7 +143,7 @@ fn very_many_instants_are_merged() {
     }
 }
 
-/// A small tolerance needs more states than the limit, some without weight, a coarse one does not: both averages agree.
+/// More states than the limit, some without weight, are merged, but not for a tolerance below 1e-3: both averages agree.
 #[test]
 fn very_many_states_of_a_breathing_heart_are_merged() {
     let truth = |tolerance: f64| {
@@ -152,13 +152,18 @@ fn very_many_states_of_a_breathing_heart_are_merged() {
             shift: [0.0, 0.0, -2.0],
             ..Breathing::default()
         });
+        scene.camera.pitch = [0.05; 2];
         (scene.camera.views, scene.camera.seconds_per_view) = (3, 201.7);
         scene.truth.tolerance = tolerance;
-        Phantom::new(scene).unwrap().truth(0).unwrap()
+        let phantom = Phantom::new(scene).unwrap();
+        let [_, states] = phantom.images_and_states().unwrap();
+        println!("{states} states");
+        assert_eq!(states <= 2049, tolerance >= 1e-3);
+        phantom.truth(0).unwrap()
     };
-    let [coarse, merged] = [1e-3, 2e-5].map(truth);
-    let coarse: Vec<f64> = coarse.into_iter().map(f64::from).collect();
-    let apart = farthest(&merged, &coarse);
+    let [merged, all] = [1e-3, 9e-4].map(truth);
+    let all: Vec<f64> = all.into_iter().map(f64::from).collect();
+    let apart = farthest(&merged, &all);
     // as for instants
     assert!(apart < 1e-3, "{apart}");
 }
@@ -205,15 +210,15 @@ fn the_ground_truth_of_a_gate_is_within_its_tolerance() {
     let mut seed = 2006;
     let mut random = || 0.5 + 0.5 * random(&mut seed);
     let mut worst = 0.0f64;
-    for k in 0..10 {
-        let breathes = k % 5 == 4;
+    for k in 0..8 {
+        let breathes = k % 4 == 3;
         let mode = match breathes {
             true => Mode::WholeCycle,
             false => Mode::Gated { gates: 3 + k },
         };
-        let mut scene = small(mode).with_size(if breathes { 16 } else { 24 });
-        // Three slices at the middle of the heart, of clinical voxels or twice as large.
-        (scene.camera.rows, scene.camera.views) = (3, 4);
+        let mut scene = small(mode).with_size(16);
+        // Two slices at the middle of the heart, of clinical voxels or twice as large.
+        (scene.camera.rows, scene.camera.views) = (2, 3);
         scene.camera.pitch = [[0.64, 1.28][k % 2]; 2];
         scene.cycle.curve = [VolumeCurve::Sinusoid, VolumeCurve::Physiological][k / 2 % 2].clone();
         scene.cycle.av_plane_displacement = [0.0, 1.4][k % 2];
@@ -235,13 +240,13 @@ fn the_ground_truth_of_a_gate_is_within_its_tolerance() {
         }
         let phantom = Phantom::new(scene).unwrap();
         let gate = (random() * phantom.n_gates() as f64) as usize;
-        let mean = mean_of_many(&phantom, gate, if breathes { 150 } else { 60 });
+        let mean = mean_of_many(&phantom, gate, if breathes { 80 } else { 40 });
         let error = farthest(&phantom.truth(gate).unwrap(), &mean);
         let tolerance = phantom.scene().truth.tolerance;
         println!("{k} {error:e} of {tolerance}");
         worst = worst.max(error / tolerance);
-        // Instants have an error too: a surface that moves by two voxels has steps of 1/30, an eighth of which counts once in 60.
-        assert!(error < tolerance + 7e-5, "{k}: {error:e} of {tolerance}");
+        // Instants have an error too: a surface that moves by two voxels in a gate has steps of 1/20, an eighth of which counts once in 40.
+        assert!(error < tolerance + 1.6e-4, "{k}: {error:e} of {tolerance}");
     }
     // The test is not empty: the bound is approached.
     assert!(worst > 0.1, "{worst}");
