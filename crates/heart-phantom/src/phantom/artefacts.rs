@@ -1,13 +1,12 @@
 //! Effects of motion, few views, noise and blur on a reconstruction.
 
 use crate::error::PhantomError;
-use crate::scan::{Lasting, Mode};
+use crate::scan::Mode;
 use crate::truth::{BREATHS, MOST_IN_PASS, check_volumes, swept};
 use crate::{Camera, ImageQuality, Phantom, Regions};
 use radon::rmse_within;
 use revolve_voxel::Mask;
 use revolve_voxel::nalgebra::{Point3, Vector3};
-use std::collections::BTreeSet;
 use std::f64::consts::TAU;
 
 /// Smallest number of voxels of a wall region.
@@ -53,8 +52,10 @@ impl Phantom {
         let mut regions = self.regions()?.clone();
         if let Mode::Static { .. } | Mode::Gated { .. } = self.scene().acquisition.mode {
             let times = self.states(gate)?;
-            let breaths = breaths_of(&times);
-            regions = self.regions_at(&some_of(times), &breaths)?;
+            let gains = times.iter().map(|state| state.gain).collect();
+            let breaths = times.iter().map(|state| state.breath).collect();
+            let gains = some_of(gains, MOST_IN_PASS);
+            regions = self.regions_at(&gains, &some_of(breaths, BREATHS.len()))?;
         }
         Ok(regions)
     }
@@ -190,34 +191,17 @@ fn room(camera: &Camera, from: &Point3<f64>, along: &Vector3<f64>) -> f64 {
     room
 }
 
-/// Returns the respiratory positions; if there are more than five, five between the first and the last.
-fn breaths_of(times: &[Lasting]) -> Vec<f64> {
-    let mut breaths: Vec<f64> = times.iter().map(|lasting| lasting.breath).collect();
-    breaths.sort_by(f64::total_cmp);
-    breaths.dedup();
-    if breaths.len() > BREATHS.len() {
-        let ends = [breaths[0], breaths[breaths.len() - 1]];
-        breaths = BREATHS
-            .map(|share| ends[0] + share * (ends[1] - ends[0]))
-            .to_vec();
+/// Returns at most so many of the distinct values in ascending order, with the smallest and the largest.
+pub(super) fn some_of(mut values: Vec<f64>, most: usize) -> Vec<f64> {
+    values.sort_by(f64::total_cmp);
+    values.dedup();
+    if values.len() <= most {
+        return values;
     }
-    breaths
-}
-
-/// Returns the distinct gains; if they are too many for one pass over the volume, a subset with the smallest and the largest.
-fn some_of(times: Vec<Lasting>) -> Vec<f64> {
-    // The order is preserved, because it determines the order of evaluation.
-    let mut known = BTreeSet::new();
-    let gains = times.into_iter().map(|lasting| lasting.gain);
-    let mut gains: Vec<f64> = gains.filter(|gain| known.insert(gain.to_bits())).collect();
-    if gains.len() > MOST_IN_PASS {
-        gains.sort_by(f64::total_cmp);
-        let last = (gains.len() - 1) as f64 / (MOST_IN_PASS - 1) as f64;
-        gains = (0..MOST_IN_PASS)
-            .map(|k| gains[(k as f64 * last).round() as usize])
-            .collect();
-    }
-    gains
+    let step = (values.len() - 1) as f64 / (most - 1) as f64;
+    (0..most)
+        .map(|k| values[(k as f64 * step).round() as usize])
+        .collect()
 }
 
 /// Returns the weighted average of the samples; `None` without weights.

@@ -6,7 +6,7 @@ use super::products::Needs;
 use crate::error::{PhantomError, check_length, zeros};
 use crate::scan::{Interpolation, STEPS, Scan, SharedShapes};
 use crate::scene::WORK_BYTES;
-use crate::truth::{thinned, truth_of_gates_into};
+use crate::truth::truth_of_gates_into;
 use crate::{Observer, Sinograms, no_observer};
 use revolve_voxel::Organs;
 use std::collections::BTreeSet;
@@ -74,8 +74,7 @@ impl Phantom {
                 images.extend(scan.images(0).into_iter().map(|image| (set, image)));
             }
             if output.has(Product::Truth) {
-                let tolerance = self.scene().truth.tolerance;
-                states += thinned(self.states(gate)?, tolerance).len();
+                states += self.states(gate)?.len();
             }
         }
         Ok([images.len() * self.camera().n_views(), states])

@@ -1,5 +1,6 @@
 //! Validation of a run before its first view.
 
+use super::artefacts::some_of;
 use super::output::Product;
 use super::products::Needs;
 use crate::error::PhantomError;
@@ -109,12 +110,8 @@ impl Phantom {
 
     /// Solves these shapes; if there are too many, a subset from the smallest to the largest.
     fn try_gains(&self, gains: &BTreeSet<u64>) -> Result<(), PhantomError> {
-        let mut gains: Vec<f64> = gains.iter().map(|bits| f64::from_bits(*bits)).collect();
-        if gains.len() > MOST_TRIED {
-            let step = (gains.len() - 1) as f64 / (MOST_TRIED - 1) as f64;
-            let some = (0..MOST_TRIED).map(|k| gains[(k as f64 * step).round() as usize]);
-            gains = some.collect();
-        }
+        let gains = gains.iter().map(|bits| f64::from_bits(*bits)).collect();
+        let gains = some_of(gains, MOST_TRIED);
         let scan = self.scan(self.camera(), 0, Acquisition::still(0.0));
         for some in gains.chunks(self.heart().most_shapes()) {
             scan.placed(&self.heart().shapes(some)?)?;

@@ -4,7 +4,7 @@ use super::{Phantom, once};
 use crate::error::{PhantomError, check, check_count, check_length, zeros};
 use crate::observer::check_stop;
 use crate::scan::Scan;
-use crate::truth::truth_of_slices;
+use crate::truth::{alone, truth_of_slices};
 use crate::{
     Activity, Method, MotionPhase, Observer, OsemReport, Regions, Rotation, Uptake, no_observer,
 };
@@ -223,15 +223,8 @@ impl Phantom {
         }
         // Voxelised as if it were activity: with organs the volume fraction of the heart, else its coefficient.
         let own = (scan.organs).map_or(attenuation.coefficient, |_| 1.0);
-        let heart = Scan {
-            activity: Activity::from([own; 2]),
-            attenuation: None,
-            defects: &[],
-            background: None,
-            organs: None,
-            ..scan.clone()
-        };
-        let (mut map, counters) = truth_of_slices(&heart, tolerance, slices.clone(), None)?;
+        let (mut map, counters) =
+            truth_of_slices(&alone(scan, own), tolerance, slices.clone(), None)?;
         if let Some(around) = scan.organs {
             let around = once(organs, || Ok(around.voxelize(grid, slices, of)?))?;
             for (voxel, under) in map.iter_mut().zip(around) {
