@@ -1,11 +1,12 @@
 //! Reconstructions that are motion-compensated to a reference phase by the exact motion.
 
 use super::Phantom;
+use super::artefacts::some_of;
 use super::method::{Method, OsemReport};
 use crate::error::{PhantomError, check_count, check_length, zeros};
 use crate::observer::check_stop;
 use crate::scan::Scan;
-use crate::truth::check_volumes;
+use crate::truth::{MOST_IN_PASS, check_volumes};
 use crate::{Artefacts, Observer, no_observer};
 use radon::add_shifted;
 use revolve_voxel::nalgebra::Vector3;
@@ -123,8 +124,9 @@ impl Phantom {
         let wall = self.at_time_of(number, |scan| self.wall_alone(scan, truth))?;
         let gains: Vec<f64> = match self.scene().reconstruction.method {
             Method::Fbp => {
-                let times = self.states(number)?;
-                times.iter().map(|state| state.gain).collect()
+                let states = self.states(number)?;
+                let gains = states.iter().map(|state| state.gain).collect();
+                some_of(gains, MOST_IN_PASS)
             }
             Method::Osem(_) => vec![self.cycle().gain(self.reference().phase)],
         };

@@ -253,8 +253,9 @@ impl Phantom {
         collected + copied
     }
 
-    /// Counts the shapes that the projections of all gates need, with those of their volumes, at most the number that is stored. For a tolerance whose steps are unknown this
-    /// is the number of the finest levels of a cycle: to find the nodes of all views with so many levels would take minutes.
+    /// Counts the shapes that the projections of all gates need, with those of their volumes, at most the number that is stored. For a tolerance
+    /// whose steps are unknown this is the number of the finest levels of a cycle: to find the nodes of all views with so many levels would take
+    /// minutes.
     fn distinct_shapes(&self, with_volumes: bool) -> usize {
         let most = self.heart().most_shapes().max(MOST_IN_PASS);
         let steps = match (

@@ -36,7 +36,7 @@ pub(crate) use levels::Interpolation;
 pub use orbit::Orbit;
 pub use ray_geometry::RayGeometry;
 pub use settings::{Accuracy, BinSample, Counts, Mode, Noise, Rotation};
-pub(crate) use states::{GROUND_TRUTH, OF_TIME};
+pub(crate) use states::{GROUND_TRUTH, OF_VOXEL};
 pub(crate) use timing::{POINTS, STEPS};
 pub use view_error::ViewError;
 pub use view_time::{ViewReport, ViewTime};

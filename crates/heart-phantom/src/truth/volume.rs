@@ -2,7 +2,7 @@
 
 use crate::Activity;
 use crate::error::PhantomError;
-use crate::scan::{Lasting, OF_TIME, Scan, SharedShapes, add_to_gates};
+use crate::scan::{Lasting, OF_VOXEL, Scan, SharedShapes, add_to_gates};
 use revolve_voxel::{Body, Organs, Sampling, VoxelCounters, WeightedBody};
 use std::ops::Range;
 
@@ -13,8 +13,8 @@ const BYTES_OF_PASS: usize = 256 << 20;
 /// Computes the activity of some slices, averaged over the voxel and over states of the heart; index order `[z][y][x]`. Bitwise equal to
 /// the slices of the whole volume.
 ///
-/// Volume fractions are accurate to `tolerance`, three quarters of it for the average over time if there is one ([`Scan::states`]). `around`
-/// contains the activity of the organs in these slices.
+/// Volume fractions are accurate to `tolerance`, including the average over time if there is one ([`Scan::states`]). `around` contains the
+/// activity of the organs in these slices.
 pub(crate) fn truth_of_slices(
     scan: &Scan<'_>,
     tolerance: f64,
@@ -84,10 +84,10 @@ pub(crate) fn truth_of_gates_into(
     Ok(counters)
 }
 
-/// Returns the part of the tolerance of a voxel that is for its average over the voxel; all of it without an average over time.
+/// Returns the tolerance of the average over a voxel: all of it without an average over time.
 fn of_voxels(scan: &Scan<'_>, tolerance: f64) -> f64 {
     match scan.has_duration() {
-        true => (1.0 - OF_TIME) * tolerance,
+        true => OF_VOXEL * tolerance,
         false => tolerance,
     }
 }

@@ -113,7 +113,7 @@ fn the_mean_volume_of_a_gate_is_that_of_a_sinusoid() {
     }
 }
 
-/// The mean over the time of a gate has few steps, which the page of `Phantom::truth` states for the default scene.
+/// Voxels, averaged over the time of a gate, and the exact volume of the cavity.
 #[test]
 fn the_blood_volume_of_the_truth_of_a_gate_is_accurate() {
     let mut scene = Scene::default()
