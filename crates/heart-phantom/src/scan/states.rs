@@ -62,20 +62,22 @@ impl Scan<'_> {
                 if reached <= allowed {
                     break;
                 }
-                // The error is of second order.
-                let next = (steps[axis] as f64 * (reached / allowed).sqrt()) as usize;
-                steps[axis] = next.max(steps[axis] + 1).next_multiple_of(4);
-                scan = match self.with_steps(steps) {
-                    Ok(finer) if steps[axis] <= STEPS[1] => finer,
-                    _ => {
-                        return Err(PhantomError::Tolerance {
-                            term: GROUND_TRUTH,
-                            reached,
-                            allowed,
-                            tolerance,
-                        });
+                let finer = match steps[axis] < STEPS[1] {
+                    true => {
+                        // The error is of second order.
+                        let next = (steps[axis] as f64 * (reached / allowed).sqrt()) as usize;
+                        let next = next.clamp(steps[axis] + 1, STEPS[1]);
+                        steps[axis] = next.next_multiple_of(4);
+                        self.with_steps(steps).ok()
                     }
+                    false => None,
                 };
+                scan = finer.ok_or(PhantomError::Tolerance {
+                    term: GROUND_TRUTH,
+                    reached,
+                    allowed,
+                    tolerance,
+                })?;
             }
         }
         Ok(scan.times())

@@ -3,7 +3,7 @@
 use crate::phantom::{infarct, small};
 use crate::rays::random;
 use heart_phantom::scene::{Breathing, Mode, Product, Rotation, Scene, TwistSettings};
-use heart_phantom::{MotionPhase, Phantom, TruthOf, VolumeCurve, no_observer, run};
+use heart_phantom::{MotionPhase, Phantom, PhantomError, TruthOf, VolumeCurve, no_observer, run};
 use std::f64::consts::PI;
 
 /// The average over all views of the heart at the phase and the respiratory position of each, with voxels summed in f64.
@@ -132,6 +132,24 @@ fn the_ground_truth_of_many_breathing_instants_is_their_average() {
     let mean = mean_of_instants(&scene);
     // 300 additions in f32
     assert!(farthest(&Phantom::new(scene).unwrap().truth(0).unwrap(), &mean) < 1e-5);
+}
+
+/// The most states of a cycle do not meet every tolerance.
+#[test]
+fn a_ground_truth_that_needs_too_many_states_is_rejected() {
+    let mut scene = small(Mode::Gated { gates: 16 }).with_size(8);
+    (scene.camera.pitch, scene.truth.tolerance) = ([0.01; 2], 1e-7);
+    scene.output.write = vec![Product::Truth];
+    let error = Phantom::new(scene).unwrap().prepare().unwrap_err();
+    let PhantomError::Rejected { field, source, .. } = error else {
+        panic!("{error}")
+    };
+    assert_eq!(field, "truth.tolerance");
+    let PhantomError::Tolerance { reached, .. } = *source else {
+        panic!("{source}")
+    };
+    // A sixteenth of 4096 steps, half of them in each direction, of about 50 voxels: some 1e-5.
+    assert!((1e-6..1e-4).contains(&reached), "{reached}");
 }
 
 /// The average of the heart at many instants of a gate, evenly spaced in the time of each view: no levels, no weights.
