@@ -5,7 +5,7 @@ use crate::error::PhantomError;
 use crate::no_observer;
 use crate::scan::{
     Acquisition, BinSample, Camera, Facing, Imaging, ImagingOptions, Mode, Projected, Resolution,
-    Rotation, Scan,
+    Rotation, Scan, evenly,
 };
 use radon::Collimator;
 use revolve_voxel::BinValue;
@@ -397,12 +397,6 @@ impl Phantom {
         }
         Ok(images)
     }
-}
-
-/// At most so many evenly spaced views of all.
-pub(super) fn evenly(most: usize, n_views: usize) -> impl Iterator<Item = usize> {
-    let n = most.min(n_views);
-    (0..n).map(move |k| k * n_views / n)
 }
 
 /// The least of the maxima of some images.

@@ -1,9 +1,9 @@
 //! The number of time steps that meets the tolerance.
 
-use super::resolution::{evenly, largest_of};
+use super::resolution::largest_of;
 use crate::error::PhantomError;
 use crate::scan::STEPS;
-use crate::scan::{Accuracy, Interpolation, Mode, Scan, ViewError};
+use crate::scan::{Accuracy, Interpolation, Mode, Scan, ViewError, evenly};
 use crate::{Phantom, Rotation, no_observer};
 use std::collections::BTreeSet;
 

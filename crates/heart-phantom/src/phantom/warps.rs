@@ -3,7 +3,7 @@
 use super::Phantom;
 use crate::error::{PhantomError, check_count, zeros};
 use crate::model::Reach;
-use crate::scan::Lasting;
+use crate::scan::{Lasting, shortest_side};
 use radon::{Displacements, Warp, Warps};
 use rayon::prelude::*;
 use revolve_voxel::nalgebra::{Point3, Vector3};
@@ -186,7 +186,7 @@ impl Phantom {
     pub(super) fn bytes_of_warps(&self, grid: &VoxelGrid) -> u64 {
         let [x, r] = self.heart().reference_extent();
         let near = (2.0 * x * (4.0 * r).powi(2) / grid.voxel_volume()).min(grid.len() as f64);
-        let voxel = grid.spacing().into_iter().fold(f64::INFINITY, f64::min);
+        let voxel = shortest_side(grid);
         let cardiac = self.cardiac_gates() as f64;
         let beats = cardiac * 16.0 * SOURCE_BYTES + STATES * DISPLACEMENT_BYTES;
         let breaths = self.cycle().breathing().map_or(0.0, |breathing| {
@@ -249,7 +249,7 @@ impl Coordinate {
         let [low, high] = all.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], x| {
             [low.min(x), high.max(x)]
         });
-        let voxel = grid.spacing().into_iter().fold(f64::INFINITY, f64::min);
+        let voxel = shortest_side(grid);
         let cells = match high > low {
             true => (way([low, high])? / (APART * voxel))
                 .ceil()

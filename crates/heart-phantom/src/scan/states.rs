@@ -2,15 +2,17 @@
 
 use super::settings::Mode;
 use super::timing::STEPS;
+use super::views::evenly;
 use super::whole::{Lasting, Scan};
 use crate::Rotation;
 use crate::error::PhantomError;
 use nalgebra::Point3;
+use revolve_voxel::VoxelGrid;
 use std::collections::BTreeMap;
 use std::f64::consts::TAU;
 
 /// Largest estimated errors, as fractions of the tolerance of a voxel: of its average over time, and of that over the voxel if there is one over time.
-/// Neither estimate is reached: averages over random gates have up to two thirds of the first, voxels up to three quarters of the second.
+/// Neither estimate is reached: gates of the default heart have up to two thirds of the first, static voxels up to three quarters of the second.
 const OF_TIME: f64 = 0.75;
 pub(crate) const OF_VOXEL: f64 = 0.5;
 /// The error of an average over too few states.
@@ -20,6 +22,11 @@ const MOST_GAPS: usize = 64;
 /// Points of a surface, along and around the axis, at which displacements are computed.
 const ALONG: usize = 17;
 const AROUND: usize = 4;
+
+/// Returns the shortest side of a voxel.
+pub(crate) fn shortest_side(grid: &VoxelGrid) -> f64 {
+    grid.spacing().into_iter().fold(f64::INFINITY, f64::min)
+}
 
 impl Scan<'_> {
     /// Returns the states of the heart during all views, equal ones merged. The volume fraction of a voxel averaged over these states differs by less than
@@ -43,7 +50,7 @@ impl Scan<'_> {
         let [length, _] = self.heart.reference_extent();
         let beat = match self.acquisition.mode {
             Mode::Static { .. } | Mode::Instants => 0.0,
-            _ => length * (high - low) / self.voxel(),
+            _ => length * (high - low) / shortest_side(self.camera.grid()),
         };
         let states = self
             .states_moved([beat, 0.0], tolerance)
@@ -104,8 +111,7 @@ impl Scan<'_> {
 
     /// Returns [`TimeRule::gap`](super::time_rule::TimeRule::gap) of some views.
     fn gap(&self, axis: usize) -> f64 {
-        let n = self.n_plans().min(MOST_GAPS);
-        let views: Vec<usize> = (0..n).map(|k| k * self.n_plans() / n).collect();
+        let views: Vec<usize> = evenly(MOST_GAPS, self.n_plans()).collect();
         self.rule_of_states().gap(axis, &views)
     }
 
@@ -153,13 +159,7 @@ impl Scan<'_> {
             Some(_) => farthest(&self.places(high, 1.0)?),
             None => 0.0,
         };
-        Ok([beat, breath].map(|way| way / self.voxel()))
-    }
-
-    /// Returns the shortest side of a voxel.
-    fn voxel(&self) -> f64 {
-        let spacing = self.camera.grid().spacing();
-        spacing.into_iter().fold(f64::INFINITY, f64::min)
+        Ok([beat, breath].map(|way| way / shortest_side(self.camera.grid())))
     }
 
     /// Returns points of both membranes in the lab at a volume gain and a respiratory position.

@@ -404,3 +404,9 @@ impl View<'_> {
         }
     }
 }
+
+/// At most so many evenly spaced views of all.
+pub(crate) fn evenly(most: usize, n_views: usize) -> impl Iterator<Item = usize> {
+    let n = most.min(n_views);
+    (0..n).map(move |k| k * n_views / n)
+}

@@ -2,7 +2,7 @@
 
 use crate::Activity;
 use crate::error::PhantomError;
-use crate::scan::{Lasting, OF_VOXEL, Scan, SharedShapes, add_to_gates};
+use crate::scan::{Lasting, OF_VOXEL, Scan, SharedShapes, add_to_gates, shortest_side};
 use revolve_voxel::{Body, Organs, Sampling, VoxelCounters, WeightedBody};
 use std::ops::Range;
 
@@ -113,8 +113,7 @@ pub(crate) fn in_pass(scan: &Scan<'_>) -> usize {
 /// Estimates the memory of the surface search of a shape in bytes: for each layer cells of 24 bytes, as large as the least side of a
 /// voxel, at most 250 000.
 pub(crate) fn finder_bytes(scan: &Scan<'_>) -> usize {
-    let spacing = scan.camera.grid().spacing();
-    let size = spacing.into_iter().fold(f64::INFINITY, f64::min);
+    let size = shortest_side(scan.camera.grid());
     // Twice the reference volume, with a margin.
     let cells: f64 = (scan.heart.reference_extent().into_iter())
         .map(|side| 2f64.sqrt() * side / size + 8.0)
