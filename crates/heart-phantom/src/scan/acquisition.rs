@@ -104,7 +104,8 @@ pub struct Sinograms {
     pub distinct_shapes: usize,
     /// Bounds on the errors of the samples. The time term is `c (1 + 5 / N) max |d| / max |s_n|`, where `d = s_n - s_(n/2)` is the difference between
     /// the rules with all and with half the points, `N = (sum d^2)^2 / sum d^4` the effective number of samples, and c is 1 for line integrals, 0.35
-    /// behind a response; it is at least the relative error of the average cavity volume.
+    /// behind a response; it is at least the relative error of the average cavity volume and, for line integrals, the largest difference of the rules for
+    /// rays through a sphere of that volume.
     pub view_error: ViewError,
     /// Number of rays cast and skipped.
     pub rays: RayCounters,

@@ -2,6 +2,9 @@
 
 use std::collections::BTreeMap;
 
+/// Number of rays through a sphere at which the two rules are compared.
+const SPHERE_RAYS: usize = 64;
+
 /// A quadrature point of a view; equal points are merged.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Node {
@@ -81,5 +84,27 @@ impl Nodes {
         };
         let volume = mean(&|node| 1.0 + node.gain);
         mean(&|node| (1.0 + node.gain - volume).abs()) / volume
+    }
+
+    /// Returns the largest difference from the rule with half the points for rays through a sphere with the volume of the cavity, relative to its
+    /// diameter. Its rays have all distances from the centre, of which a few samples of a view may miss those with large differences.
+    pub(super) fn sphere_difference(&self) -> f64 {
+        if self.nodes.len() < 2 {
+            return 0.0;
+        }
+        let squares: Vec<f64> = (self.gains())
+            .map(|gain| (1.0 + gain).cbrt().powi(2))
+            .collect();
+        let [low, high] =
+            [f64::min, f64::max].map(|of| squares.iter().copied().fold(squares[0], of));
+        let difference = |k: usize| {
+            let distance = low + (high - low) * k as f64 / SPHERE_RAYS as f64;
+            let part = |(node, square): (&Node, &f64)| {
+                (node.weights[1] - node.weights[0]) * (square - distance).max(0.0).sqrt()
+            };
+            let parts = self.nodes.iter().zip(&squares).map(part);
+            parts.sum::<f64>().abs()
+        };
+        (0..SPHERE_RAYS).map(difference).fold(0.0, f64::max) / high.sqrt()
     }
 }

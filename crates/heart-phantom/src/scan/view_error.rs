@@ -23,8 +23,8 @@ const ROUNDING: f64 = 5e-7;
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[non_exhaustive]
 pub struct ViewError {
-    /// Quadrature over time: the difference from the rule with half the nodes, which at order 3/2 is 1.8 times the error; behind a response, where the
-    /// error falls exponentially, 0.35 of it.
+    /// Quadrature over time: the difference from the rule with half the nodes, which at order 3/2 is 1.8 times the error, but at least that for rays
+    /// through a sphere with the volume of the cavity; behind a response, where the error falls exponentially, 0.35 of the difference.
     pub time: f64,
     /// Response and averages over bins: from the largest difference between this resolution and a neighbouring one, over several views at
     /// end-systole and end-diastole. Zero for line integrals, which are exact.
@@ -120,6 +120,8 @@ pub(super) struct Total {
     /// Lists of points, and the sum of their squared errors of the mean volume.
     plans: usize,
     volume: f64,
+    /// [`Nodes::sphere_difference`], the largest.
+    sphere: f64,
     averaged: bool,
     pub(super) phases: BTreeSet<u64>,
     pub(super) gains: BTreeSet<u64>,
@@ -129,6 +131,7 @@ impl Total {
     pub(super) fn plan(&mut self, plan: &Nodes) {
         self.plans += 1;
         self.volume += plan.volume_error.powi(2);
+        self.sphere = self.sphere.max(plan.sphere_difference());
         self.averaged |= plan.nodes.len() > 1 || plan.nodes.iter().any(|n| n.weights[1] != 0.0);
         self.phases
             .extend(plan.phases.iter().map(|phase| phase.to_bits()));
@@ -158,7 +161,9 @@ impl Total {
         };
         ViewError {
             time: match (self.averaged, interpolation) {
-                (true, Interpolation::Linear) => ((1.0 + FEW * few) * of(errors.time)).max(volume),
+                (true, Interpolation::Linear) => ((1.0 + FEW * few) * of(errors.time))
+                    .max(volume)
+                    .max(self.sphere),
                 (true, Interpolation::Polynomial) => {
                     (POLYNOMIAL * (1.0 + FEW * few) * of(errors.time)).max(volume)
                 }
