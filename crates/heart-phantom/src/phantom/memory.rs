@@ -224,7 +224,7 @@ impl Phantom {
         alive * (shape + defects) + fields
     }
 
-    /// The arrays of all gates that are collected for one file, and the copies of the largest array while it is written; `samples` are the bytes
+    /// The arrays of all cardiac gates that are collected for one file, and the copies of the largest array while it is written; `samples` are the bytes
     /// of the projections of a gate. Labels of a gate have a byte per voxel.
     fn bytes_of_files(&self, output: &Output, samples: u64) -> u64 {
         let voxels = self.camera().grid().len() as u64;
@@ -234,7 +234,11 @@ impl Phantom {
         let (mut collected, mut copied) = (0, 0);
         for product in &output.write {
             let is_joined = output.joins(*product, self.scene().acquisition.mode);
-            let gates = if is_joined { self.n_gates() as u64 } else { 1 };
+            let gates = if is_joined {
+                self.n_cardiac_gates() as u64
+            } else {
+                1
+            };
             let (bytes, copy) = match product {
                 Product::Projections | Product::Scatter => {
                     let copy = samples * raw + samples / 4 * of_views.copy_bytes[0];

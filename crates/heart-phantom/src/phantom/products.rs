@@ -75,7 +75,9 @@ pub(crate) enum Index {
     Phase(PhaseOf),
     /// A motion-compensated volume.
     Volume(usize),
-    /// All gates together.
+    /// All cardiac gates of a respiratory gate, 0 without respiratory gates.
+    Cardiac(usize),
+    /// All volumes.
     All,
 }
 
@@ -172,12 +174,12 @@ impl Output {
         (self.write.iter()).any(|product| product.info().needs >= needs)
     }
 
-    /// Whether all gates are written to one file, if the product allows it.
+    /// Whether all cardiac gates are written to one file, if the product allows it.
     pub(crate) fn one_file(&self, mode: Mode) -> bool {
         matches!(mode, Mode::Gated { .. }) && self.gates == super::GateFiles::OneFile
     }
 
-    /// Whether all gates of a product go into one file.
+    /// Whether all cardiac gates of a product go into one file.
     pub(crate) fn joins(&self, product: Product, mode: Mode) -> bool {
         product.info().joins && self.one_file(mode)
     }
@@ -287,6 +289,11 @@ impl Phantom {
     fn indices(&self, product: Product) -> Vec<Index> {
         let gates = || (0..self.n_gates()).map(Index::Gate).collect::<Vec<_>>();
         let volumes = || (0..self.n_volumes()).map(Index::Volume).collect::<Vec<_>>();
+        let cardiac = || {
+            (0..self.n_respiratory_gates())
+                .map(Index::Cardiac)
+                .collect::<Vec<_>>()
+        };
         let all = vec![Index::All];
         let joined = self.joins(product);
         match (&product.info().per, self.is_compensated()) {
@@ -294,9 +301,9 @@ impl Phantom {
                 Product::Pictures if self.n_volumes() > 1 => [volumes(), all].concat(),
                 _ => volumes(),
             },
-            (Per::GateAndVolume, true) if joined => [all, volumes()].concat(),
+            (Per::GateAndVolume, true) if joined => [cardiac(), volumes()].concat(),
             (Per::GateAndVolume, true) => [gates(), volumes()].concat(),
-            _ if joined => all,
+            _ if joined => cardiac(),
             (Per::Phase, _) => (self.phases().iter())
                 .map(|phase| Index::Phase(phase.of))
                 .collect(),
@@ -319,9 +326,19 @@ impl Phantom {
         }
     }
 
-    /// Whether all gates of a product go into one file.
+    /// Whether all cardiac gates of a product go into one file.
     pub(crate) fn joins(&self, product: Product) -> bool {
         (self.scene().output).joins(product, self.scene().acquisition.mode)
+    }
+
+    /// Returns the number of cardiac gates.
+    pub(crate) fn n_cardiac_gates(&self) -> usize {
+        self.scene().acquisition.mode.n_gates()
+    }
+
+    /// Returns the number of respiratory gates, or 1.
+    pub(crate) fn n_respiratory_gates(&self) -> usize {
+        self.n_gates() / self.n_cardiac_gates()
     }
 
     /// Bytes of an array in its file before compression, except of surfaces.
@@ -340,8 +357,8 @@ impl Phantom {
             Content::Picture => camera.grid().slice_len() as u64,
         };
         let times = match (index, content) {
-            (Index::All, Content::Picture) => self.n_volumes(),
-            (Index::All, _) => self.n_gates(),
+            (Index::All, _) => self.n_volumes(),
+            (Index::Cardiac(_), _) => self.n_cardiac_gates(),
             (Index::Gate(_) | Index::Phase(_) | Index::Volume(_), _) => 1,
         };
         times as u64 * one
@@ -352,7 +369,7 @@ impl Phantom {
         let output = &self.scene().output;
         let (stem, content) = product.info().array(array);
         let stem = match (product, index) {
-            (Product::Truth, Index::Gate(_) | Index::All) => self.truth_of().file_name(),
+            (Product::Truth, Index::Gate(_) | Index::Cardiac(_)) => self.truth_of().file_name(),
             (Product::Pictures, Index::All) => ANIMATION,
             _ => stem,
         };
@@ -360,15 +377,18 @@ impl Phantom {
             (Content::Views, 1..) => format!("{stem}-window-{}", array + 1),
             _ => stem.to_owned(),
         };
-        let of_gate = |stem: &str, gate, gates| match gates {
+        let of_gate = |stem: &str, kind: &str, gate, gates| match gates {
             1 => stem.to_owned(),
-            _ => format!("{stem}-{}", PhaseOf::Gate { gate, gates }),
+            _ => format!("{stem}-{kind}{}", PhaseOf::Gate { gate, gates }),
         };
         let name = match index {
             Index::All | Index::Phase(PhaseOf::Static | PhaseOf::Gate { gates: 1, .. }) => stem,
             Index::Phase(of) => format!("{stem}-{of}"),
-            Index::Gate(gate) => of_gate(&stem, gate, self.n_gates()),
-            Index::Volume(k) => of_gate(&format!("{stem}-compensated"), k, self.n_volumes()),
+            Index::Cardiac(gate) => {
+                of_gate(&stem, "respiratory-", gate, self.n_respiratory_gates())
+            }
+            Index::Gate(gate) => of_gate(&stem, "", gate, self.n_gates()),
+            Index::Volume(k) => of_gate(&format!("{stem}-compensated"), "", k, self.n_volumes()),
         };
         let single = |header| Extensions { header, data: None };
         let extensions = match content {

@@ -325,7 +325,8 @@ impl Run<'_> {
     fn phases(&mut self, progress: Observer<'_, Progress>) -> Result<(), PhantomError> {
         let phantom = self.phantom;
         let (phases, n_gates) = (phantom.phases(), phantom.n_gates() as f64);
-        let mut labels_of_all = Vec::new();
+        let gates = phantom.n_cardiac_gates();
+        let mut labels = Vec::new();
         for (k, scene_phase) in phases.iter().enumerate() {
             check_stop(progress(Progress {
                 stage: "phases",
@@ -333,10 +334,14 @@ impl Run<'_> {
             }))?;
             let (index, at) = (Index::Phase(scene_phase.of), scene_phase.at);
             if self.wants(Product::Labels) {
-                let mut labels = phantom.labels(at)?;
-                if phantom.joins(Product::Labels) {
-                    labels_of_all.append(&mut labels);
-                } else {
+                labels.append(&mut phantom.labels(at)?);
+                let index = match phantom.joins(Product::Labels) {
+                    true if (k + 1) % gates > 0 => None,
+                    true => Some(Index::Cardiac(k / gates)),
+                    false => Some(index),
+                };
+                if let Some(index) = index {
+                    let labels = std::mem::take(&mut labels);
                     self.put_volume(Product::Labels, index, labels.as_slice())?;
                 }
             }
@@ -354,14 +359,11 @@ impl Run<'_> {
                 }
             }
         }
-        if !labels_of_all.is_empty() {
-            self.put_volume(Product::Labels, Index::All, labels_of_all.as_slice())?;
-        }
         Ok(())
     }
 
-    /// Writes the middle slice of each gate and, for several gates, an animation of one cycle at its true speed; the grey scale runs from 0
-    /// to the largest sample of all of them.
+    /// Writes the middle slice of each gate and, for several gates, an animation at its true speed, of one cardiac cycle after another for
+    /// each respiratory gate; the grey scale runs from 0 to the largest sample of all of them.
     #[cfg(feature = "files")]
     fn pictures(&mut self) -> Result<Option<PictureReport>, PhantomError> {
         let frames = std::mem::take(&mut self.middle);
@@ -387,7 +389,11 @@ impl Run<'_> {
             self.files.extend(names);
         }
         if volumes.len() > 1 {
-            let seconds = self.phantom.cycle().period() / volumes.len() as f64;
+            let cycle = self.phantom.cycle();
+            let seconds = match (self.phantom.n_cardiac_gates(), cycle.breathing()) {
+                (1, Some(motion)) => motion.breathing().period / volumes.len() as f64,
+                (gates, _) => cycle.period() / gates as f64,
+            };
             // GIF stores time in hundredths of a second.
             let seconds = seconds.clamp(0.02, 600.0);
             let names = (self.phantom).names_of(Product::Pictures, 0, Index::All);

@@ -4,27 +4,35 @@ use super::run::Run;
 use crate::error::PhantomError;
 use crate::files::{self, AcquisitionInfo, Corrections, Projections, Volume};
 use crate::phantom::{Content, Index, to_counts};
-use crate::{Method, Product, ProjectionValues, ScenePhase};
+use crate::{Method, PhaseOf, Product, ProjectionValues, ScenePhase};
+use std::ops::Range;
 use std::path::PathBuf;
 
 impl Run<'_> {
-    /// Writes an array of a product. Gates that share a file are written when all are present.
+    /// Writes an array of a product. Cardiac gates that share a file are written when all are present; those of a respiratory gate follow each other.
     pub(super) fn write(
         &mut self,
         array: (Product, usize),
         index: Index,
         samples: &[f32],
     ) -> Result<(), PhantomError> {
-        if !self.phantom.joins(array.0) || matches!(index, Index::Volume(_)) {
+        let gate = match index {
+            Index::Gate(gate) | Index::Phase(PhaseOf::Gate { gate, .. }) => gate,
+            Index::Phase(_) | Index::Volume(_) | Index::Cardiac(_) | Index::All => {
+                return self.put(array, index, samples);
+            }
+        };
+        if !self.phantom.joins(array.0) {
             return self.put(array, index, samples);
         }
+        let gates = self.phantom.n_cardiac_gates();
         let joined = self.joined.entry(array).or_default();
         joined.extend_from_slice(samples);
-        if joined.len() < self.phantom.n_gates() * samples.len() {
+        if joined.len() < gates * samples.len() {
             return Ok(());
         }
         let all = self.joined.remove(&array).unwrap_or_default();
-        self.put(array, Index::All, &all)
+        self.put(array, Index::Cardiac(gate / gates), &all)
     }
 
     fn put(
@@ -39,29 +47,33 @@ impl Run<'_> {
         }
     }
 
-    /// The projections of a gate, or of all of them, in an energy window, or their scatter.
+    /// The projections of a gate, or of all cardiac gates, in an energy window, or their scatter.
     fn put_projections(
         &mut self,
         (product, window): (Product, usize),
         index: Index,
         samples: &[f32],
     ) -> Result<(), PhantomError> {
-        let gate = match index {
-            Index::Gate(gate) => gate,
-            Index::Phase(_) | Index::Volume(_) | Index::All => 0,
+        let gates = match index {
+            Index::Gate(gate) => gate..gate + 1,
+            Index::Cardiac(of) => self.cardiac_gates(of),
+            Index::Phase(_) | Index::Volume(_) | Index::All => 0..1,
         };
+        let gate = gates.start;
         let (camera, scene) = (self.phantom.camera(), self.phantom.scene());
         let detector = *camera.detector();
         let angles = self.phantom.written_angles(gate)?;
         let radii = self.phantom.radii()?;
         let seconds = self.seconds_per_gate(index);
-        let gates = match seconds {
-            None => gate..gate + 1,
-            Some(_) => 0..self.phantom.n_gates(),
-        };
-        let mut counts = Vec::new();
+        let (mut counts, mut seen) = (Vec::new(), 0.0);
         for gate in gates {
             counts.extend(self.phantom.counts_per_unit(gate)?.into_iter().flatten());
+            let times = self.phantom.view_times(gate)?;
+            seen += times.iter().map(|time| time.window).sum::<f64>() / times.len() as f64;
+        }
+        // Without respiratory gates the time per angular position, also that of rejected beats.
+        if seconds.is_some() && self.phantom.n_respiratory_gates() == 1 {
+            seen = camera.interval();
         }
         let raw = product == Product::Projections
             && self.phantom.scene().output.values == ProjectionValues::Counts;
@@ -80,18 +92,12 @@ impl Run<'_> {
         if !counts.is_empty() {
             projections = projections.with_counts_per_unit(&counts)?;
         }
-        let times = self.phantom.view_times(gate)?;
-        // Of all gates the time per angular position, also that of rejected beats.
-        let seen = match seconds {
-            Some(_) => camera.interval(),
-            None => times.iter().map(|time| time.window).sum::<f64>() / times.len() as f64,
-        };
         projections = projections.with_acquisition(AcquisitionInfo {
             heads: camera.n_heads(),
             seconds_per_view: seen,
             decay_corrected: !raw && self.decays(),
             counts: raw,
-            beats: index.eq(&Index::All).then(|| self.phantom.beat_counts()),
+            beats: seconds.map(|_| self.phantom.beat_counts()),
         })?;
         projections.study = self.study.as_deref();
         let names = self.phantom.names_of(product, window, index);
@@ -125,13 +131,12 @@ impl Run<'_> {
         samples: impl Into<files::Samples<'s>>,
     ) -> Result<(), PhantomError> {
         let grid = *self.phantom.camera().grid();
-        let mut volume = match self.seconds_per_gate(index) {
+        let seconds = self.seconds_per_gate(index);
+        let mut volume = match seconds {
             None => Volume::new(grid, samples)?,
             Some(seconds) => Volume::of_gates(grid, samples, seconds)?,
         };
-        if index == Index::All {
-            volume.beats = Some(self.phantom.beat_counts());
-        }
+        volume.beats = seconds.map(|_| self.phantom.beat_counts());
         if product == Product::Reconstruction {
             volume.corrections = self.corrections();
         }
@@ -171,9 +176,15 @@ impl Run<'_> {
         }
     }
 
-    /// Returns the time between gates if all gates share a file.
+    /// Returns the time between cardiac gates if they share a file.
     fn seconds_per_gate(&self, index: Index) -> Option<f64> {
-        let n_gates = self.phantom.n_gates() as f64;
-        (index == Index::All).then(|| self.phantom.cycle().period() / n_gates)
+        let gates = self.phantom.n_cardiac_gates() as f64;
+        matches!(index, Index::Cardiac(_)).then(|| self.phantom.cycle().period() / gates)
+    }
+
+    /// Returns the gated projection sets of a respiratory gate.
+    fn cardiac_gates(&self, of: usize) -> Range<usize> {
+        let gates = self.phantom.n_cardiac_gates();
+        of * gates..(of + 1) * gates
     }
 }

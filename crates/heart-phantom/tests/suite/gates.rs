@@ -1,10 +1,15 @@
 //! All gates together against each gate separately.
 
+use heart_phantom::files::Format;
 use heart_phantom::scene::{
     Accuracy, Background, BlurSettings, CollimatorSettings, Counts, Defect, DiscretisationSettings,
-    HolesSettings, Mode, Noise, Scene,
+    GateFiles, HolesSettings, Mode, Noise, Product, Scene, run,
 };
-use heart_phantom::{Phantom, PhantomError, Rotation, VolumeCurve, VolumeRange, no_observer};
+use heart_phantom::{
+    Breathing, Phantom, PhantomError, RespiratoryGates, Rotation, VolumeCurve, VolumeRange,
+    no_observer,
+};
+use std::fs;
 
 fn scene() -> Scene {
     let mut scene = Scene::default()
@@ -42,6 +47,62 @@ fn differences(scene: &Scene) -> [f32; 2] {
             / most;
     }
     found
+}
+
+/// A file with several cardiac gates has a time axis; respiratory gates have files of their own, also without cardiac gates.
+#[test]
+fn each_respiratory_gate_has_a_file_of_its_cardiac_gates() {
+    let mut scene = Scene::default().with_size(8);
+    scene.camera.views = 4;
+    scene.camera.pitch = [2.0; 2];
+    scene.camera.seconds_per_view = 20.0;
+    scene.truth.tolerance = 0.1;
+    scene.acquisition.accuracy = Accuracy::Steps(8);
+    scene.breathing = Some(Breathing {
+        shift: [0.0, 0.0, -2.0],
+        gates: Some(RespiratoryGates::Amplitude(3)),
+        ..Breathing::default()
+    });
+    scene.output.write = vec![Product::Projections, Product::Truth, Product::Labels];
+    scene.output.gates = GateFiles::OneFile;
+    (scene.output.projections, scene.output.volumes) = (Format::Npz, Format::Nifti);
+    for (mode, cardiac) in [
+        (Mode::Gated { gates: 2 }, Some(2)),
+        (Mode::Gated { gates: 1 }, Some(1)),
+        (Mode::WholeCycle, None),
+    ] {
+        let folder = tempfile::tempdir().unwrap();
+        let phantom = Phantom::new(scene.clone().with_mode(mode)).unwrap();
+        let report = run(&phantom, folder.path(), &no_observer).unwrap();
+        let planned = phantom.files().unwrap();
+        assert_eq!(report.files.len(), planned.len());
+        for file in &planned {
+            assert!(report.files.contains(&file.name), "{}", file.name.display());
+        }
+        let stem = cardiac.map_or("gate", |_| "respiratory-gate");
+        for breath in 0..3 {
+            let end = format!("{stem}-{breath:02}.nii");
+            let name = (planned.iter())
+                .map(|file| file.name.to_str().unwrap())
+                .find(|name| name.starts_with("truth") && name.ends_with(&end))
+                .unwrap();
+            let bytes = fs::read(folder.path().join(name)).unwrap();
+            let short = |at: usize| i16::from_le_bytes([bytes[at], bytes[at + 1]]);
+            let dimension = if cardiac.is_some() { 4 } else { 3 };
+            assert_eq!((short(40), short(48)), (dimension, cardiac.unwrap_or(1)));
+            if let Some(gates) = cardiac {
+                let seconds = f32::from_le_bytes(bytes[92..96].try_into().unwrap());
+                let expected = phantom.cycle().period() as f32 / f32::from(gates);
+                assert_eq!(seconds, expected);
+                let volumes = bytes[352..].chunks(4 * 8 * 8 * 8).enumerate();
+                for (gate, volume) in volumes {
+                    let truth = phantom.truth(breath * gates as usize + gate).unwrap();
+                    let truth: Vec<u8> = truth.iter().flat_map(|v| v.to_le_bytes()).collect();
+                    assert_eq!(volume, truth);
+                }
+            }
+        }
+    }
 }
 
 /// Counts do not depend on what was computed before: the scale of a given total is the same from gates together and from each.
