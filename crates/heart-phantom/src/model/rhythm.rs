@@ -139,7 +139,8 @@ impl Rhythm {
             RrIntervals::List(lengths) => {
                 check_count("R-R intervals", lengths.len(), LIST)?;
                 for &length in lengths {
-                    check("R-R interval", length, [least, INTERVALS[1]])?;
+                    let what = "R-R interval, at least systole and 5 % of diastole,";
+                    check(what, length, [least, INTERVALS[1]])?;
                 }
                 lengths.clone()
             }
@@ -153,7 +154,7 @@ impl Rhythm {
                 if ectopic > 0.0 {
                     let premature = COUPLING * period;
                     check(
-                        "R-R interval of an ectopic beat",
+                        "R-R interval of an ectopic beat, 0.6 of the period,",
                         premature,
                         [least, INTERVALS[1]],
                     )?;

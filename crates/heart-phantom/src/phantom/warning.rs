@@ -99,6 +99,15 @@ pub enum Warning {
         /// Largest difference between the angle of a view and that in its file, degrees.
         off_degrees: f64,
     },
+    /// A setting has no effect.
+    Unused {
+        /// The key in the scene.
+        key: &'static str,
+        /// The reason.
+        reason: &'static str,
+    },
+    /// Nothing in the scene is active: all samples are zero.
+    NoActivity,
     /// The twist of a wall with defects changes by more than 0.05 radians within 1/256 of the size of the heart. Boundaries of the
     /// defects are less accurate there than the tolerances state.
     SteepTwist,
@@ -250,6 +259,8 @@ impl fmt::Display for Warning {
                 "the gates have uneven angles, up to {off_degrees:.3} degrees from the even steps that the projection format stores; \
                  report.json and other formats contain each angle"
             ),
+            Self::Unused { key, reason } => write!(f, "{key} has no effect: {reason}"),
+            Self::NoActivity => f.write_str("nothing in the scene is active: all samples are zero"),
             Self::SteepTwist => f.write_str(
                 "the twist changes by more than 2.9 degrees within 1/256 of the size of the heart: there the boundaries of defects are less accurate than the tolerances state",
             ),

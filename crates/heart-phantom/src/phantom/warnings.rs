@@ -6,6 +6,7 @@ use super::products::Needs;
 use super::warning::{Edge, TruncatedObject, Warning};
 use crate::error::PhantomError;
 use crate::scan::LEAST_DIRECTIONS;
+use crate::scene::ReconstructionSettings;
 use crate::{HeartShape, Method, Mode, RayGeometry, Rotation};
 use radon::{ArcPolicy, RadonError};
 use revolve_voxel::{Body, Organ, OrganShape, Organs, VoxelGrid};
@@ -86,10 +87,45 @@ impl Phantom {
             found.extend(self.few_directions().or_else(|| self.short_arc()));
             found.extend(self.uncorrected());
         }
+        found.extend(self.unused());
+        let activity = &parts.scene.activity;
+        let heart = [activity.cavity, activity.wall].map(|uptake| uptake.concentration(1.0));
+        if heart == [0.0; 2] && !(parts.surroundings.sources().iter()).any(|o| o.activity > 0.0) {
+            found.push(Warning::NoActivity);
+        }
         found.extend(self.unusual());
         found.extend(self.bone_in_the_heart(&bodies)?);
         found.extend(self.steep_twist()?);
         Ok(found)
+    }
+
+    /// Returns the settings without effect.
+    fn unused(&self) -> impl Iterator<Item = Warning> {
+        let own = &self.scene().reconstruction;
+        let default = ReconstructionSettings::default();
+        let fbp = "it belongs to method = \"fbp\"";
+        let osem = matches!(own.method, Method::Osem(_));
+        [
+            (
+                "reconstruction.window",
+                osem && own.window != default.window,
+                fbp,
+            ),
+            (
+                "reconstruction.cutoff",
+                osem && own.cutoff != default.cutoff,
+                fbp,
+            ),
+            ("reconstruction.arc", osem && own.arc != default.arc, fbp),
+            (
+                "reconstruction.compensation",
+                self.is_compensated() && self.n_gates() == 1,
+                "there is one gate",
+            ),
+        ]
+        .into_iter()
+        .filter(|(_, unused, _)| *unused)
+        .map(|(key, _, reason)| Warning::Unused { key, reason })
     }
 
     /// Returns end-systole and end-diastole, or the phase of a static scene.

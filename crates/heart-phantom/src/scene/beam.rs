@@ -31,7 +31,11 @@ pub(super) fn rays_of(
         }
         BeamSettings::Matrices(file) => {
             let matrices = read(Path::new(file))?;
-            check_length("projection matrices", matrices.len(), camera.views)?;
+            check_length(
+                "projection matrices, one per view",
+                matrices.len(),
+                camera.views,
+            )?;
             RayGeometry::from_matrices(&matrices, detector)?
         }
     }))

@@ -86,9 +86,13 @@ pub(super) fn in_real_time(scene: &Scene, rest: f64, c: &mut Check) {
                     "must be at least one cardiac cycle, {beat} s, for whole cycles with continuous rotation"
                 )
             }
-            Err(PhantomError::EmptyView { view_idx, .. }) if cycle.in_real_time() => format!(
-                "gate {gate} of {gates} does not occur in the accepted time of view {view_idx}"
-            ),
+            Err(PhantomError::EmptyView { view_idx, .. }) if cycle.in_real_time() => {
+                let time = match scene.beats.as_ref().and_then(|beats| beats.accepted) {
+                    Some(_) => "the time that beats.accepted leaves of",
+                    None => "the time of",
+                };
+                format!("gate {gate} of {gates} does not occur in {time} view {view_idx}")
+            }
             Err(PhantomError::EmptyView { gate, view_idx }) => format!(
                 "gate {gate} of {gates} does not occur during view {view_idx}; one cardiac cycle, {beat} s, is always sufficient"
             ),

@@ -108,6 +108,9 @@ fn plain(message: &str) -> String {
             message = format!("{rest}{name}");
         }
     }
+    if message.ends_with("an integer") || message.ends_with("a non-negative integer") {
+        message = message.replacen("invalid type: integer", "out of range: integer", 1);
+    }
     message
 }
 

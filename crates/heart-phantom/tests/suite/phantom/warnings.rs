@@ -3,7 +3,8 @@
 use super::defects::infarct;
 use super::small;
 use heart_phantom::scene::{
-    ArcPolicy, Attenuation, Background, Chest, Medium, Mode, Rotation, Scene, TwistSettings,
+    ArcPolicy, Attenuation, Background, Chest, Compensation, Medium, Mode, ReconstructionSettings,
+    Rotation, Scene, TwistSettings, Window,
 };
 use heart_phantom::{Edge, Method, Osem, Phantom, TruncatedObject, Uptake, Warning, no_observer};
 use revolve_voxel::{Organs, VoxelGrid};
@@ -114,7 +115,8 @@ fn a_background_and_a_torso_wider_than_the_rows_are_warnings() {
     let mut scene = small(Mode::Static { phase: 0.0 });
     scene.background = Some(around);
     scene.camera.rotation = Rotation::Continuous;
-    scene.activity.wall = Uptake::Concentration(0.0);
+    // A smaller heart than the ellipse.
+    scene.activity.wall = Uptake::Concentration(0.1);
     let [far, _] = farthest(&seen_by_a_large_camera(&scene));
     let [
         Warning::Truncated {
@@ -351,6 +353,37 @@ fn uncorrected_attenuation_and_unusual_values_are_warnings() {
         other => panic!("{other}"),
     });
     assert!(keys.eq(&["cycle.beats_per_minute", "attenuation.coefficient"]));
+}
+
+#[test]
+fn settings_without_effect_and_scenes_without_activity_are_warnings() {
+    let unused = |scene: &Scene| -> Vec<&str> {
+        let found = warnings(scene).into_iter();
+        found
+            .filter_map(|warning| match warning {
+                Warning::Unused { key, .. } => Some(key),
+                _ => None,
+            })
+            .collect()
+    };
+    let mut scene = small(Mode::Static { phase: 0.5 });
+    (scene.reconstruction.window, scene.reconstruction.cutoff) = (Window::Hann, 0.5);
+    assert!(unused(&scene).is_empty());
+    scene.reconstruction.method = Method::Osem(Osem::new(2, 1));
+    let expected = ["reconstruction.window", "reconstruction.cutoff"];
+    assert_eq!(unused(&scene), expected);
+    scene.reconstruction = ReconstructionSettings {
+        compensation: Compensation::KnownMotion,
+        ..ReconstructionSettings::default()
+    };
+    assert_eq!(unused(&scene), ["reconstruction.compensation"]);
+    let scene = small(Mode::Gated { gates: 2 });
+    assert!(warnings(&scene).is_empty());
+    let mut scene = small(Mode::Static { phase: 0.5 });
+    scene.activity.wall = Uptake::Total(0.0);
+    assert_eq!(warnings(&scene), [Warning::NoActivity]);
+    scene.activity.cavity = Uptake::Concentration(1.0);
+    assert!(warnings(&scene).is_empty());
 }
 
 /// A healthy twist is followed to the tolerances, one that jumps between two of many samples is not.

@@ -171,7 +171,7 @@ fn scenes_with_matrices_beside_them() {
     for (json, says) in [
         (
             serde_json::json!(matrices[..1]),
-            "projection matrices: 1 values given, 2 expected",
+            "projection matrices, one per view: 1 values given, 2 expected",
         ),
         (serde_json::json!([1, 2]), "cannot read"),
         (

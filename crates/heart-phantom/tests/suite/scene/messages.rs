@@ -60,7 +60,7 @@ fn messages_of_frequent_mistakes_are_complete() {
         ),
         (
             "[camera]\nviews = 99999999999999999999\n",
-            "line 2, column 9: camera.views is 99999999999999999999; invalid type: integer `99999999999999999999`, expected a non-negative integer",
+            "line 2, column 9: camera.views is 99999999999999999999; out of range: integer `99999999999999999999`, expected a non-negative integer",
         ),
         (
             "[camera]\narc = '180'\n",
