@@ -2,6 +2,8 @@
 
 /// Lengths in cm and times in seconds.
 pub(crate) const SIZE: [f64; 2] = [1e-6, 1e6];
+/// Full width at half maximum of a filter of volumes, cm.
+pub(crate) const FILTER: [f64; 2] = [1e-3, 100.0];
 /// Volume gains of the cavity, `(EDV - ESV) / ESV`, and the corresponding ejection fractions.
 pub(crate) const GAIN: [f64; 2] = [0.0, 20.0];
 pub(crate) const EJECTION_FRACTION: [f64; 2] = [0.0, GAIN[1] / (1.0 + GAIN[1])];

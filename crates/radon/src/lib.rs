@@ -82,6 +82,7 @@ mod scalar;
 mod shift;
 mod simd;
 mod slices;
+mod smooth;
 mod spect;
 mod stack;
 #[cfg(feature = "serde")]
@@ -110,6 +111,7 @@ pub use scalar::Scalar;
 pub use shift::add_shifted;
 pub use simd::InstructionSet;
 pub use slices::SliceAxis;
+pub use smooth::gaussian_filter;
 pub use spect::{
     Collimator, HoleResponse, ParallelHoles, SpectGeometry, SpectOperator, SpectOptions,
 };

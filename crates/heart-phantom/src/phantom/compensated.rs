@@ -78,7 +78,8 @@ impl Phantom {
             }
             Method::Osem(osem) => {
                 check_count("volume", number, [0, self.n_compensated() - 1])?;
-                let (volume, report) = self.osem_of_gates(&osem, views, progress)?;
+                let (mut volume, report) = self.osem_of_gates(&osem, views, progress)?;
+                self.filter(&mut volume)?;
                 Ok((volume, Some(report)))
             }
         }

@@ -157,6 +157,7 @@ impl Phantom {
         let copies = 1 + u64::from(parts.scene.noise.is_some()) + together;
         let copies = copies + if windows > 1 { windows } else { 0 };
         let voxels = camera.grid().len() as u64;
+        let filters = reconstructs && parts.scene.reconstruction.filter_fwhm.is_some();
         let (reconstruction, cells) = match (reconstructs, &parts.scene.reconstruction.method) {
             (false, _) => (0, 0),
             (true, Method::Fbp) => ((WORK_BYTES as u64).min(8 * voxels), 0),
@@ -186,7 +187,7 @@ impl Phantom {
                 + self.bytes_of_files(output, samples)
                 + together
                 + voxels
-                    * (4 * u64::from(reconstructs)
+                    * (4 * (u64::from(reconstructs) + u64::from(filters))
                         + 4 * u64::from(judges)
                         + 4 * u64::from(
                             parts.organs.is_some() && (judges || wants(Product::Truth)),

@@ -11,6 +11,7 @@ use crate::{
 use radon::{FbpPlan, StackOrder};
 use revolve_voxel::{Mesh, Organ, Organs, Sampling, Sector};
 use std::borrow::Cow;
+use std::f64::consts::LN_2;
 use std::ops::Range;
 use std::sync::{Arc, OnceLock, PoisonError};
 
@@ -18,15 +19,15 @@ use std::sync::{Arc, OnceLock, PoisonError};
 const WALL: usize = 1;
 
 impl Phantom {
-    /// Computes slice `z` of [`Phantom::volume`], `[y][x]`, from one row of each view and the rows within the blur. [`Method::Osem`] and
-    /// [`Compensation::KnownMotion`](crate::Compensation::KnownMotion) reconstruct the whole volume.
+    /// Computes slice `z` of [`Phantom::volume`], `[y][x]`, from one row of each view and the rows within the blur. [`Method::Osem`],
+    /// [`Compensation::KnownMotion`](crate::Compensation::KnownMotion) and a filter of the volume reconstruct all of it.
     ///
     /// # Errors
     /// As [`Phantom::volume`]; [`PhantomError::Count`] if there is no such slice.
     pub fn slice(&self, number: usize, z: usize) -> Result<Vec<f32>, PhantomError> {
         check_count("slice", z, [0, self.parts.camera.n_rows() - 1])?;
         match self.scene().reconstruction.method {
-            Method::Fbp if !self.is_compensated() => {
+            Method::Fbp if !self.is_compensated() && self.filter_sigma().is_none() => {
                 let views = 0..self.parts.camera.n_views();
                 let sinogram = self.take(number, views, z..z + 1, &no_observer)?;
                 let mut slice = vec![0.0f32; self.parts.camera.grid().slice_len()];
@@ -88,18 +89,36 @@ impl Phantom {
         progress: Observer<'_, usize>,
     ) -> Result<Option<OsemReport>, PhantomError> {
         check_stop(progress(0))?;
-        match &self.scene().reconstruction.method {
+        let report = match &self.scene().reconstruction.method {
             Method::Fbp => {
                 self.back_project(gate, views, self.parts.camera.n_rows(), volume)?;
-                Ok(None)
+                None
             }
             Method::Osem(osem) => {
                 check_length("volume", volume.len(), self.parts.camera.grid().len())?;
                 let (made, report) = self.osem(osem, gate, views, progress)?;
                 volume.copy_from_slice(&made);
-                Ok(Some(report))
+                Some(report)
             }
+        };
+        self.filter(volume)?;
+        Ok(report)
+    }
+
+    /// Returns the standard deviation of the filter of the volumes, cm.
+    fn filter_sigma(&self) -> Option<f64> {
+        let fwhm = self.scene().reconstruction.filter_fwhm;
+        fwhm.map(|fwhm| fwhm / (8.0 * LN_2).sqrt())
+    }
+
+    /// Filters a reconstruction, if the scene has a filter.
+    pub(super) fn filter(&self, volume: &mut [f32]) -> Result<(), PhantomError> {
+        if let Some(sigma) = self.filter_sigma() {
+            let grid = self.camera().grid();
+            let ([nx, ny, nz], [x, y, z]) = (grid.shape(), grid.spacing());
+            radon::gaussian_filter(volume, [nz, ny, nx], [z, y, x].map(|side| sigma / side))?;
         }
+        Ok(())
     }
 
     /// Computes the voxelised ground truth of a gate, `[z][y][x]`: averages over each voxel and over the acquisition time

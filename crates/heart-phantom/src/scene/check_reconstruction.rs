@@ -34,6 +34,14 @@ pub(super) fn reconstruction(scene: &Scene, c: &mut Check) {
         if let Some(pixel) = settings.pixel {
             c.within("pixel", pixel, ranges::SIZE);
         }
+        if let Some(fwhm) = settings.filter_fwhm {
+            c.within("filter_fwhm", fwhm, ranges::FILTER);
+            if settings.region.is_some() {
+                let wanted =
+                    "needs the voxels outside reconstruction.region; remove one of the two";
+                c.fault("filter_fwhm", fwhm, wanted);
+            }
+        }
     });
     if c.is_clean(&["breathing", "activity"]) {
         compensation(scene, c);

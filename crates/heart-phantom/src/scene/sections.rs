@@ -259,6 +259,10 @@ pub struct ReconstructionSettings {
     /// Pixel size in cm; `None` for the pitch of the bins.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub pixel: Option<f64>,
+    /// Full width at half maximum of a three-dimensional Gaussian filter of the volumes, in cm; `None` for none. Voxels outside the volume are
+    /// zero; not with a region.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub filter_fwhm: Option<f64>,
     /// The reconstructed part of each slice, which determines the size of the volumes. `None` for all of it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub region: Option<PixelRange>,
@@ -275,6 +279,7 @@ impl Default for ReconstructionSettings {
             cutoff: 1.0,
             pixels: None,
             pixel: None,
+            filter_fwhm: None,
             region: None,
             arc: ArcPolicy::Complete,
         }

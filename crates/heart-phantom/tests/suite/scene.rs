@@ -123,6 +123,10 @@ fn no_field_of_a_full_scene_is_commented_out() {
     });
     (other.background, other.blur) = (None, None);
     other.camera.samples = Some(heart_phantom::BinSample::Averages);
+    (
+        other.reconstruction.region,
+        other.reconstruction.filter_fwhm,
+    ) = (None, Some(1.0));
     other.chest = Some(Chest::default());
     if let Some(breathing) = &mut other.breathing {
         breathing.gates = Some(RespiratoryGates::Amplitude(1));

@@ -3,4 +3,5 @@
 mod kernel;
 mod nodes;
 
+pub(crate) use kernel::lattice_gaussian;
 pub(crate) use nodes::Nodes;

@@ -29,6 +29,7 @@ mod phantom;
 mod projector;
 mod projector_alone;
 mod response;
+mod smooth;
 mod spect;
 mod spect_physics;
 #[cfg(feature = "serde")]
