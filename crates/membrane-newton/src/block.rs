@@ -155,8 +155,8 @@ impl<'a> Block<'a> {
         );
         let (discrete, factors, border) = (self.discrete, &mut self.factors, &mut self.border);
         let sign = factors.factor(discrete, nodes, (f, self.least_tension))?;
-        discrete.pressure_force_into(nodes, 1.0, border.column_mut())?;
         let (column, row) = border.column_and_row_mut();
+        discrete.pressure_force_into(nodes, 1.0, column)?;
         let corner = match (self.constraint.quantity, self.route) {
             (Quantity::Intensity, _) => {
                 row.fill(0.0);

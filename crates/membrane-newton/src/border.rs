@@ -21,8 +21,9 @@ use crate::error::{NewtonError, Result, length};
 /// let lu = lu.factor(&a)?;
 /// // (A + b g') x = r with b = (1, 0), g = (0, 1): 2 x0 + x1 = 4, 4 x1 = 8
 /// let mut border = Border::new(2);
-/// border.column_mut().copy_from_slice(&[1.0, 0.0]);
-/// border.row_mut().copy_from_slice(&[0.0, 1.0]);
+/// let (b, g) = border.column_and_row_mut();
+/// b.copy_from_slice(&[1.0, 0.0]);
+/// g.copy_from_slice(&[0.0, 1.0]);
 /// let mut x = [4.0, 8.0];
 /// lu.solve_into(&mut x);
 /// border.eliminate(-1.0, |column| Ok(lu.solve_into(column)))?.correct(&mut x, 0.0)?;
@@ -64,19 +65,7 @@ impl Border {
         }
     }
 
-    /// Returns the column b for writing; requires a new [`Border::eliminate`].
-    pub fn column_mut(&mut self) -> &mut [f64] {
-        self.pivot = None;
-        &mut self.column
-    }
-
-    /// Returns the row g for writing; requires a new [`Border::eliminate`].
-    pub fn row_mut(&mut self) -> &mut [f64] {
-        self.pivot = None;
-        &mut self.row
-    }
-
-    /// Returns column and row for writing; requires a new [`Border::eliminate`].
+    /// Returns the column b and the row g for writing; requires a new [`Border::eliminate`].
     pub fn column_and_row_mut(&mut self) -> (&mut [f64], &mut [f64]) {
         self.pivot = None;
         (&mut self.column, &mut self.row)

@@ -121,8 +121,8 @@ impl<'a> Pencil<'a> {
         discrete.add_mass_into(1.0, &mut mass)?;
         discrete.tangent_into(nodes, pressure, &mut tangent)?;
         let mut border = Border::new(nodes.len());
-        discrete.pressure_force_into(nodes, 1.0, border.column_mut())?;
         let (column, row) = border.column_and_row_mut();
+        discrete.pressure_force_into(nodes, 1.0, column)?;
         row.copy_from_slice(column);
         Ok(Self {
             discrete,

@@ -65,8 +65,8 @@ impl ResidualSystem for Gas<'_> {
         let intensity = self.fill / volume;
         forces.tangent_into(x, intensity, tangent)?;
         // plus n (x) (-fill / V^2 grad V)
-        forces.pressure_force_into(x, 1.0, border.column_mut())?;
-        let row = border.row_mut();
+        let (column, row) = border.column_and_row_mut();
+        forces.pressure_force_into(x, 1.0, column)?;
         forces.measure_gradient_into(Measure::Volume, x, row);
         for &held in forces.fixed() {
             row[held] = 0.0;
@@ -168,7 +168,7 @@ fn an_unfactored_system_is_an_error() {
     };
     assert!(border.elimination().is_none());
     assert!(border.eliminate(1.0, solve).is_ok() && border.elimination().is_some());
-    border.row_mut()[0] = 1.0;
+    border.column_and_row_mut().1[0] = 1.0;
     assert!(border.elimination().is_none());
     let singular = border.eliminate(1.0, solve).map(drop);
     assert!(matches!(singular, Err(NewtonError::Singular { .. })));

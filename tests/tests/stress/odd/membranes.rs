@@ -309,7 +309,7 @@ fn membrane_newton_accepts_any_input() {
     back(solved.sensitivity(Control::VolumeGain(0.1)));
     let mut border = Border::new(3);
     for corner in ODD {
-        border.row_mut().fill(corner);
+        border.column_and_row_mut().1.fill(corner);
         assert!(border.elimination().is_none());
         let solve = |column: &mut [f64]| {
             column.fill(1.0);
