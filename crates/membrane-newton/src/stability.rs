@@ -8,8 +8,8 @@ use crate::equilibrium::Equilibrium;
 use crate::error::{NewtonError, Result};
 use crate::factors::Factors;
 use crate::inertia;
-use crate::nested::Nested;
 use crate::options::NewtonOptions;
+use crate::solver::Solver;
 
 /// Stability of an equilibrium of rubber against axisymmetric, mirror-symmetric changes of its shape.
 ///
@@ -65,12 +65,10 @@ impl Equilibrium {
         // the smallest states of a slack sheet have no strains; strains and eigenvalues scale with the square of the volume
         let (smallest, volume) = (self.resolution.smallest_volume(), self.measures.volume);
         if volume != 0.0 && volume.abs() < smallest {
-            let state = self.resolution.start_state();
-            let nested = Nested(vec![self.resolution.clone()]);
+            let resolution = self.resolution.clone();
             let larger = Control::Volume(2.0 * smallest);
-            let (found, state, report) =
-                nested.solve(state, &[], larger, &NewtonOptions::default())?;
-            let mut larger = found.0[0].answer(state, report)?.stability()?;
+            let larger = Solver { resolution }.solve(larger, &NewtonOptions::default())?;
+            let mut larger = larger.stability()?;
             for modes in [&mut larger.at_pressure, &mut larger.at_volume] {
                 modes.lowest *= (0.5 * volume / smallest).powi(2);
             }
