@@ -10,7 +10,7 @@ use crate::report::{NewtonReport, StopReason};
 /// n equations in n unknowns whose tangent can be factored.
 ///
 /// A system owns its workspace, so that no call allocates. Errors of membrane forces convert with `?`; other errors become
-/// [`NewtonError::user`]. References and boxes of a system are systems.
+/// [`NewtonError::user`]. Solves accept trait objects.
 pub trait ResidualSystem {
     /// Number of unknowns.
     fn len(&self) -> usize;
@@ -46,43 +46,6 @@ pub trait ResidualSystem {
     /// solve ([`NewtonError::OutOfRange`]); a negative norm counts as NaN.
     fn step_norm(&self, step: &[f64]) -> f64;
 }
-
-macro_rules! forward {
-    ($pointer:ty) => {
-        impl<S: ResidualSystem + ?Sized> ResidualSystem for $pointer {
-            fn len(&self) -> usize {
-                (**self).len()
-            }
-
-            fn is_empty(&self) -> bool {
-                (**self).is_empty()
-            }
-
-            fn residual_into(&mut self, x: &[f64], out: &mut [f64]) -> Result<()> {
-                (**self).residual_into(x, out)
-            }
-
-            fn factor(&mut self, x: &[f64]) -> Result<()> {
-                (**self).factor(x)
-            }
-
-            fn solve_in_place(&mut self, rhs: &mut [f64]) -> Result<()> {
-                (**self).solve_in_place(rhs)
-            }
-
-            fn residual_norm(&self, residual: &[f64]) -> f64 {
-                (**self).residual_norm(residual)
-            }
-
-            fn step_norm(&self, step: &[f64]) -> f64 {
-                (**self).step_norm(step)
-            }
-        }
-    };
-}
-
-forward!(&mut S);
-forward!(Box<S>);
 
 /// Work vectors of [`newton_with`]; reusing them avoids allocation.
 #[derive(Debug, Clone, Default)]
