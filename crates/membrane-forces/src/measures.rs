@@ -135,10 +135,7 @@ impl Measure {
         out.fill([0.0; 2]);
         let copies = copies(half);
         self.each_segment(nodes, half, |segment, a, b| {
-            for k in 0..2 {
-                out[a][k] += copies * segment.from[k];
-                out[b][k] += copies * segment.to[k];
-            }
+            segment.add_gradient(copies, [a, b], out);
         });
     }
 
@@ -159,22 +156,29 @@ impl Measure {
         for (n, pair) in nodes.windows(2).enumerate() {
             visit(self.segment(pair[0], pair[1]), n, n + 1);
         }
-        let foot = |n: usize| [nodes[n][0], 0.0];
         if half && nodes[last][1] != 0.0 {
-            let mut across = self.segment(nodes[last], foot(last));
+            let mut across = self.segment(nodes[last], [nodes[last][0], 0.0]);
             across.from[0] += across.to[0];
             across.to = [0.0; 2];
             visit(across, last, last);
         }
+        if let Some((chord, a, b)) = self.closing(nodes, half) {
+            visit(chord, a, b);
+        }
+    }
+
+    /// Returns the chord that closes an area, with the indices of its nodes; `None` for other measures.
+    pub(crate) fn closing(self, nodes: &[[f64; 2]], half: bool) -> Option<(Segment, usize, usize)> {
+        let last = nodes.len().checked_sub(1)?;
         match (self, half) {
             (Self::Area, true) => {
-                let mut close = self.segment(foot(0), nodes[0]);
-                close.to[0] += close.from[0];
-                close.from = [0.0; 2];
-                visit(close, 0, 0);
+                let mut chord = self.segment([nodes[0][0], 0.0], nodes[0]);
+                chord.to[0] += chord.from[0];
+                chord.from = [0.0; 2];
+                Some((chord, 0, 0))
             }
-            (Self::Area, false) if last > 0 => visit(self.segment(nodes[last], nodes[0]), last, 0),
-            _ => (),
+            (Self::Area, false) if last > 0 => Some((self.segment(nodes[last], nodes[0]), last, 0)),
+            _ => None,
         }
     }
 
@@ -260,14 +264,25 @@ impl Measure {
     }
 }
 
-struct Segment {
-    value: f64,
+pub(crate) struct Segment {
+    pub(crate) value: f64,
     from: [f64; 2],
     to: [f64; 2],
 }
 
+impl Segment {
+    /// Adds its gradient times `copies` to those by its nodes.
+    #[inline]
+    pub(crate) fn add_gradient(&self, copies: f64, [a, b]: [usize; 2], out: &mut [[f64; 2]]) {
+        for k in 0..2 {
+            out[a][k] += copies * self.from[k];
+            out[b][k] += copies * self.to[k];
+        }
+    }
+}
+
 /// Number of times that a half counts.
-fn copies(half: bool) -> f64 {
+pub(crate) fn copies(half: bool) -> f64 {
     if half { 2.0 } else { 1.0 }
 }
 

@@ -2,7 +2,7 @@
 
 use crate::chebyshev::{bisect, gauss_legendre};
 use crate::discrete::DiscreteMembrane;
-use crate::measures::Measure;
+use crate::measures::{Measure, copies};
 use crate::spectral::SpectralElements;
 
 /// Values and derivatives at one quadrature point, as rows over the element's nodes.
@@ -45,8 +45,10 @@ impl SpectralElements {
                 }
             });
         }
-        if let Some(k) = measures.iter().position(|&of| of == Measure::Area) {
-            sums[k] += self.close_area(nodes, None);
+        for (sum, measure) in sums.iter_mut().zip(measures) {
+            if let Some((chord, ..)) = measure.closing(nodes.as_chunks().0, self.is_half()) {
+                *sum += copies(self.is_half()) * chord.value;
+            }
         }
         sums
     }
@@ -71,8 +73,8 @@ impl SpectralElements {
                 }
             });
         }
-        if measure == Measure::Area {
-            self.close_area(nodes, Some(out));
+        if let Some((chord, a, b)) = measure.closing(nodes.as_chunks().0, self.is_half()) {
+            chord.add_gradient(copies(self.is_half()), [a, b], out.as_chunks_mut().0);
         }
     }
 
@@ -81,7 +83,7 @@ impl SpectralElements {
     fn each_sample(&self, local: &[[f64; 2]], kinked: bool, mut add: impl FnMut(Sample<'_>)) {
         let reference = &self.reference;
         let n = local.len();
-        let copies = if self.is_half() { 2.0 } else { 1.0 };
+        let copies = copies(self.is_half());
         let crossings = if kinked {
             self.axis_crossings(local)
         } else {
@@ -111,30 +113,6 @@ impl SpectralElements {
                 });
             }
         }
-    }
-
-    /// The chord that closes the area; under the mirror, its half from the axis to the first node.
-    fn close_area(&self, nodes: &[f64], gradient: Option<&mut [f64]>) -> f64 {
-        let (last, copies) = (nodes.len() - 2, if self.is_half() { 2.0 } else { 1.0 });
-        let [x0, y0] = [nodes[0], nodes[1]];
-        let [x1, y1] = if self.is_half() {
-            [x0, 0.0]
-        } else {
-            [nodes[last], nodes[last + 1]]
-        };
-        if let Some(out) = gradient {
-            // the ends are fixed; their gradient is included for completeness
-            if self.is_half() {
-                out[0] -= y0;
-                out[1] -= x0;
-            } else {
-                out[0] += 0.5 * y1;
-                out[1] -= 0.5 * x1;
-                out[last] -= 0.5 * y0;
-                out[last + 1] += 0.5 * x0;
-            }
-        }
-        copies * 0.5 * (x0 * y1 - x1 * y0)
     }
 
     /// Returns the zeros of y inside an element, as fractions of it, ascending.
