@@ -141,12 +141,6 @@ impl Body {
         Ok(self)
     }
 
-    /// Returns the number of nodes of the whole curve, fixed ends included.
-    #[must_use]
-    pub fn n_nodes(&self) -> usize {
-        self.discrete.n_nodes()
-    }
-
     /// Returns the mass per unit s, or the density of rubber.
     #[must_use]
     pub fn mass(&self) -> f64 {
@@ -179,6 +173,11 @@ impl Body {
     #[must_use]
     pub fn largest_explicit_step(&self) -> f64 {
         2.0 * self.mass.sqrt() / self.largest_frequency
+    }
+
+    /// Time of a wave along the curve.
+    pub(crate) fn wave_time(&self) -> f64 {
+        self.largest_explicit_step() * self.discrete.n_nodes() as f64
     }
 
     pub(crate) fn material(&self) -> &Material {

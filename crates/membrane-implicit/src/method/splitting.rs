@@ -92,7 +92,7 @@ pub(crate) struct ImplicitSplitting {
 impl ImplicitSplitting {
     pub(crate) fn new(body: &Body) -> Self {
         Self {
-            matrix: PentadiagonalLdl::new(body.n_nodes() - 2),
+            matrix: PentadiagonalLdl::new(body.discrete.n_nodes() - 2),
             factored: f64::NAN,
         }
     }

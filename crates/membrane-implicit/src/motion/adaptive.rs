@@ -31,9 +31,9 @@ impl Tolerance {
     /// Rejects tolerances below the rounding of positions, and of velocities of waves that move a node by the length of the curve.
     pub(super) fn check(&self, body: &Body) -> Result<()> {
         let least = f64::EPSILON * body.length;
-        let wave = body.largest_explicit_step() * body.n_nodes() as f64;
+        let slowest = least / body.wave_time();
         within("position tolerance", self.position, least, f64::MAX)?;
-        within("velocity tolerance", self.velocity, least / wave, f64::MAX)?;
+        within("velocity tolerance", self.velocity, slowest, f64::MAX)?;
         longest(self.longest)?;
         Ok(())
     }
