@@ -10,7 +10,7 @@ use crate::Random;
 use crate::error::{ScatterError, within};
 
 /// Rest energy of the electron (keV, CODATA 2018).
-pub const ELECTRON_KEV: f64 = 510.998_95;
+const ELECTRON_KEV: f64 = 510.998_95;
 /// Square of the classical electron radius (cm^2, CODATA 2018).
 const RADIUS_SQUARED: f64 = 7.940_787_6e-26;
 

@@ -17,7 +17,7 @@ mod sums;
 mod voxels;
 
 pub use camera::{Camera, Response, View};
-pub use compton::{Compton, ELECTRON_KEV};
+pub use compton::Compton;
 pub use error::ScatterError;
 pub use medium::{Emission, Medium, Piece, Source};
 pub use options::{ScatterOptions, ScatterReport};

@@ -1,7 +1,10 @@
 //! Klein-Nishina and attenuation against quadrature and published values.
 
-use photon_scatter::{Compton, ELECTRON_KEV, Random, Spectrum, water_attenuation};
+use photon_scatter::{Compton, Random, Spectrum, water_attenuation};
 use std::f64::consts::PI;
+
+/// Rest energy of the electron in keV, CODATA 2018.
+const ELECTRON_KEV: f64 = 510.998_95;
 
 /// Klein-Nishina in its other common form, per steradian in units of r^2.
 fn differential(energy: f64, cosine: f64) -> f64 {
