@@ -42,8 +42,7 @@ impl CurvePiece {
     }
 
     /// The piece mirrored in the x axis and run through backwards: s -> 1 - s, y -> -y.
-    #[must_use]
-    pub fn mirrored(&self) -> Self {
+    pub(crate) fn mirrored(&self) -> Self {
         let flip = |c: &[f64], sign: f64| -> Vec<f64> {
             c.iter()
                 .enumerate()

@@ -75,7 +75,6 @@ fn membrane_forces_accepts_any_input() {
         let here = piece.at(a);
         let _ = here.tangent();
         let _ = here.curvature();
-        let _ = piece.mirrored().at(b);
         let points = [[a, b], [b, a], [0.0, a]];
         for n in 0..=3 {
             let mut gradient = vec![[0.0; 2]; n];
