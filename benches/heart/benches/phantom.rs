@@ -49,11 +49,8 @@ impl Scene {
     fn voxels(&self, projector: &Projector) -> Vec<f32> {
         let volume = self.with(STILL, 8).truth(0).expect("reachable gains");
         projector
-            .forward_stack(
-                &volume,
-                self.phantom.camera().n_rows(),
-                StackOrder::ViewSliceBin,
-            )
+            .stack_operator(self.phantom.camera().n_rows(), StackOrder::ViewSliceBin)
+            .and_then(|a| a.forward(&volume))
             .expect("lengths fit")
     }
 

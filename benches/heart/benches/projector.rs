@@ -186,7 +186,9 @@ fn forward(c: &mut Criterion) {
         LazyCell::new(|| Projector::new(&scene.geometry, &scene.grid, Kernel::Joseph).unwrap());
 
     let checked = LazyCell::new(|| {
-        let harness = projector.forward_stack(&sampled_voxels(), n, ORDER);
+        let harness = projector
+            .stack_operator(n, ORDER)
+            .and_then(|a| a.forward(&sampled_voxels()));
         check(
             "Joseph, voxels sampled as by the harness",
             &harness.unwrap(),
@@ -242,7 +244,10 @@ fn forward(c: &mut Criterion) {
             let plan = LazyCell::new(|| {
                 let plan = Projector::new(&scene.geometry, &scene.grid, kernel).unwrap();
                 let plan = plan.with_instructions(set).unwrap();
-                let got = plan.forward_stack(&scene.volume, n, ORDER).unwrap();
+                let got = plan
+                    .stack_operator(n, ORDER)
+                    .and_then(|a| a.forward(&scene.volume))
+                    .unwrap();
                 check(&name, &got, most);
                 plan
             });
@@ -261,8 +266,9 @@ fn forward(c: &mut Criterion) {
     group.sample_size(10);
     // The adjoint identity for this work: sums of 1e9 terms in f32.
     let checked = LazyCell::new(|| {
-        let volume = projector.adjoint_stack(&scene.mean, n, ORDER).unwrap();
-        let projections = projector.forward_stack(&scene.volume, n, ORDER).unwrap();
+        let operator = projector.stack_operator(n, ORDER).unwrap();
+        let volume = operator.adjoint(&scene.mean).unwrap();
+        let projections = operator.forward(&scene.volume).unwrap();
         let (left, right) = (dot(&projections, &scene.mean), dot(&scene.volume, &volume));
         println!(
             "adjoint: <A x, y> and <x, A' y> differ by {:.1e}",

@@ -5,7 +5,7 @@ use crate::arrays::{Given, Samples, array, samples};
 use crate::errors::Failure;
 use crate::values::choice;
 use crate::work::{Progress, work};
-use heart_phantom::radon::{Kernel, Projector, RadonError, StackOrder};
+use heart_phantom::radon::{Kernel, LinearOperator, Projector, RadonError, StackOrder};
 use pyo3::prelude::*;
 use std::sync::Arc;
 
@@ -190,15 +190,23 @@ impl PyProjector {
 impl Samples {
     fn forward(self, a: &Projector, n: usize, order: StackOrder) -> Result<Self, RadonError> {
         Ok(match self {
-            Self::Single(x) => Self::Single(a.forward_stack(&x, n, order)?),
-            Self::Double(x) => Self::Double(a.forward_stack(&x, n, order)?),
+            Self::Single(x) => {
+                Self::Single(a.stack_operator(n, order).and_then(|a| a.forward(&x))?)
+            }
+            Self::Double(x) => {
+                Self::Double(a.stack_operator(n, order).and_then(|a| a.forward(&x))?)
+            }
         })
     }
 
     fn adjoint(self, a: &Projector, n: usize, order: StackOrder) -> Result<Self, RadonError> {
         Ok(match self {
-            Self::Single(y) => Self::Single(a.adjoint_stack(&y, n, order)?),
-            Self::Double(y) => Self::Double(a.adjoint_stack(&y, n, order)?),
+            Self::Single(y) => {
+                Self::Single(a.stack_operator(n, order).and_then(|a| a.adjoint(&y))?)
+            }
+            Self::Double(y) => {
+                Self::Double(a.stack_operator(n, order).and_then(|a| a.adjoint(&y))?)
+            }
         })
     }
 }

@@ -128,14 +128,10 @@ impl Spect {
 
     fn apply<T: SpectSample>(&self, given: &[T], adjoint: bool) -> Result<Vec<T>, RadonError> {
         let operator = self.operator::<T>()?;
-        if adjoint {
-            let mut image = vec![T::ZERO; operator.image_len()];
-            operator.adjoint_into(given, &mut image)?;
-            return Ok(image);
+        match adjoint {
+            true => operator.adjoint(given),
+            false => operator.forward(given),
         }
-        let mut data = vec![T::ZERO; operator.data_len()];
-        operator.forward_into(given, &mut data)?;
-        Ok(data)
     }
 }
 

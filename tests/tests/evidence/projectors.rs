@@ -1,6 +1,6 @@
 //! Joseph's method beside ASTRA and RTK on the same image (`tests/peers/joseph.py`).
 
-use radon::{ImageGrid, Kernel, ParallelGeometry, Projector};
+use radon::{ImageGrid, Kernel, LinearOperator, ParallelGeometry, Projector};
 use serde_json::Value;
 
 const SIZE: usize = 14;

@@ -2,8 +2,8 @@
 
 use crate::{Outcome, with_threads};
 use radon::{
-    ArcPolicy, EdgePolicy, FbpOptions, FbpPlan, ImageGrid, Interpolation, Kernel, ParallelGeometry,
-    Projector, Skip, StackOrder, Window,
+    ArcPolicy, EdgePolicy, FbpOptions, FbpPlan, ImageGrid, Interpolation, Kernel, LinearOperator,
+    ParallelGeometry, Projector, Skip, StackOrder, Window,
 };
 use std::f64::consts::PI;
 use tests::Random;

@@ -6,7 +6,8 @@ use heart_phantom::{
     no_observer, run,
 };
 use radon::{
-    FbpMethod, FbpOptions, FbpPlan, ImageGrid, Kernel, ParallelGeometry, Projector, StackOrder,
+    FbpMethod, FbpOptions, FbpPlan, ImageGrid, Kernel, LinearOperator, ParallelGeometry, Projector,
+    StackOrder,
 };
 use std::collections::BTreeMap;
 use std::fmt::Debug;
@@ -126,16 +127,12 @@ fn units_of_work_count_the_completed_fraction() {
                 vec![1.0f32; n * 2000],
                 StackOrder::SliceViewBin,
             );
-            counts("forward", &|| {
-                drop(projector.forward_stack(&x, n, order).unwrap())
-            });
-            counts("adjoint", &|| {
-                drop(projector.adjoint_stack(&y, n, order).unwrap())
-            });
+            let operator = projector.stack_operator(n, order).unwrap();
+            counts("forward", &|| drop(operator.forward(&x).unwrap()));
+            counts("adjoint", &|| drop(operator.adjoint(&y).unwrap()));
             let x: Vec<f64> = x.iter().map(|x| f64::from(*x)).collect();
-            counts("double", &|| {
-                drop(projector.forward_stack(&x, n, order).unwrap())
-            });
+            let double = projector.stack_operator(n, order).unwrap();
+            counts("double", &|| drop(double.forward(&x).unwrap()));
         }
     }
 }

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::{Gridding, GriddingScratch, Response, check_tolerance};
-use crate::error::{RadonError, available, length, zeros};
+use crate::error::{RadonError, available, length};
 use crate::iterative::{check_samples, norm, relative, sum2};
 use crate::pool::Pool;
 use crate::simd::InstructionSet;
@@ -36,7 +36,7 @@ use crate::{ImageGrid, LinearOperator, ParallelGeometry, Sample};
 /// Results are bitwise identical for any number of threads.
 ///
 /// ```
-/// use radon::{FourierProjector, ImageGrid, ParallelGeometry};
+/// use radon::{FourierProjector, ImageGrid, LinearOperator, ParallelGeometry};
 /// let geometry = ParallelGeometry::half_turn(12, 20, 0.5)?;
 /// let projector = FourierProjector::<f64>::new(&geometry, &ImageGrid::new(16, 14, 0.5)?, 1e-4)?;
 /// let x: Vec<f64> = (0..16 * 14).map(|i| f64::from(i % 7) - 3.0).collect();
@@ -128,7 +128,7 @@ impl<T: Sample> FourierProjector<T> {
         self.gridding.polar.row_len
     }
 
-    /// Estimates the L2 distance of [`forward`](Self::forward) from the integrals over frequency for one image, gridding included, relative
+    /// Estimates the L2 distance of [`forward`](LinearOperator::forward) from the integrals over frequency for one image, gridding included, relative
     /// to the norm of the projections. An estimate, not a bound:
     ///
     /// ```text
@@ -153,29 +153,9 @@ impl<T: Sample> FourierProjector<T> {
         let difference = sum2(&own, &longer.forward(image)?, |a, b| (a - b).powi(2));
         Ok(FACTOR * relative(difference.sqrt(), norm(&own)) + self.tolerance)
     }
-
-    /// A x: the sinogram `[view][bin]` of the image `[y][x]`.
-    ///
-    /// # Errors
-    /// A wrong length, a sample that is NaN or infinite.
-    pub fn forward(&self, image: &[T]) -> Result<Vec<T>, RadonError> {
-        let mut sinogram = zeros("projections", self.geometry.sinogram_len(), 1)?;
-        self.forward_into(image, &mut sinogram)?;
-        Ok(sinogram)
-    }
-
-    /// Aᵀ y: the image `[y][x]` of the sinogram `[view][bin]`.
-    ///
-    /// # Errors
-    /// A wrong length, a sample that is NaN or infinite.
-    pub fn adjoint(&self, sinogram: &[T]) -> Result<Vec<T>, RadonError> {
-        let mut image = zeros("volume", self.grid.image_len(), 1)?;
-        self.adjoint_into(sinogram, &mut image)?;
-        Ok(image)
-    }
 }
 
-/// Images `[y][x]`, data `[view][bin]`. Concurrent calls have separate work arrays, which are kept for later calls.
+/// Images `[y][x]`, data `[view][bin]`. Rejects a wrong length and a sample that is NaN or infinite. Concurrent calls have separate work arrays, which are kept for later calls.
 impl<T: Sample> LinearOperator<T> for FourierProjector<T> {
     fn image_len(&self) -> usize {
         self.grid.image_len()

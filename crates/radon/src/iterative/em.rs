@@ -156,7 +156,7 @@ fn column_sums<T: Sample>(operator: &Checked<'_, T>) -> Result<Vec<T>, RadonErro
 /// [`no_observer`](crate::no_observer).
 ///
 /// ```
-/// use radon::{EmOptions, ImageGrid, Kernel, ParallelGeometry, Projector, mlem};
+/// use radon::{EmOptions, ImageGrid, Kernel, LinearOperator, ParallelGeometry, Projector, mlem};
 /// let geometry = ParallelGeometry::half_turn(30, 16, 1.0)?;
 /// let projector = Projector::new(&geometry, &ImageGrid::square(11, 1.0)?, Kernel::Strip)?;
 /// let truth: Vec<f64> = (0..121).map(|i| f64::from(i % 3)).collect();
@@ -200,7 +200,7 @@ pub fn mlem<T: Sample, O: LinearOperator<T> + ?Sized>(
 /// subset the residual rule stops after the iteration that met it.
 ///
 /// ```
-/// use radon::{EmOptions, ImageGrid, Kernel, ParallelGeometry, Projector, StackOrder, Stopping, osem};
+/// use radon::{EmOptions, ImageGrid, Kernel, LinearOperator, ParallelGeometry, Projector, StackOrder, Stopping, osem};
 /// let geometry = ParallelGeometry::half_turn(60, 24, 1.0)?;
 /// let projector = Projector::new(&geometry, &ImageGrid::square(16, 1.0)?, Kernel::Strip)?;
 /// let counts = projector.forward(&(0..256).map(|i| f64::from(i % 5)).collect::<Vec<_>>())?;

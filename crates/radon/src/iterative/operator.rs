@@ -47,6 +47,26 @@ pub trait LinearOperator<T: Sample> {
     /// # Errors
     /// Errors of the operator, which stop the solver.
     fn adjoint_into(&self, data: &[T], image: &mut [T]) -> Result<(), RadonError>;
+
+    /// Returns A x.
+    ///
+    /// # Errors
+    /// As [`forward_into`](Self::forward_into); [`RadonError::TooLarge`].
+    fn forward(&self, image: &[T]) -> Result<Vec<T>, RadonError> {
+        let mut data = zeros("data", self.data_len(), 1)?;
+        self.forward_into(image, &mut data)?;
+        Ok(data)
+    }
+
+    /// Returns Aᵀ y.
+    ///
+    /// # Errors
+    /// As [`adjoint_into`](Self::adjoint_into); [`RadonError::TooLarge`].
+    fn adjoint(&self, data: &[T]) -> Result<Vec<T>, RadonError> {
+        let mut image = zeros("image", self.image_len(), 1)?;
+        self.adjoint_into(data, &mut image)?;
+        Ok(image)
+    }
 }
 
 macro_rules! pointers {

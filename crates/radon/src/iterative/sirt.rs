@@ -67,7 +67,7 @@ impl SirtOptions {
 /// step: one forward, one adjoint. `watch`: see [`no_observer`](crate::no_observer).
 ///
 /// ```
-/// use radon::{ImageGrid, Kernel, ParallelGeometry, Projector, SirtOptions, Stopping, sirt};
+/// use radon::{ImageGrid, Kernel, LinearOperator, ParallelGeometry, Projector, SirtOptions, Stopping, sirt};
 /// let geometry = ParallelGeometry::half_turn(30, 24, 1.0)?;
 /// let projector = Projector::new(&geometry, &ImageGrid::square(16, 1.0)?, Kernel::Joseph)?;
 /// let data = projector.forward(&(0..256).map(|i| f64::from(i % 5)).collect::<Vec<_>>())?;

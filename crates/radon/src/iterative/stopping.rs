@@ -16,7 +16,7 @@ pub(super) type Observer<'a, T> = &'a mut dyn FnMut(&IterativeReport, &[T]) -> C
 ///
 /// ```
 /// use std::ops::ControlFlow;
-/// use radon::{EmOptions, ImageGrid, Kernel, ParallelGeometry, Projector, StopReason, mlem};
+/// use radon::{EmOptions, ImageGrid, Kernel, LinearOperator, ParallelGeometry, Projector, StopReason, mlem};
 /// let geometry = ParallelGeometry::half_turn(30, 16, 1.0)?;
 /// let projector = Projector::new(&geometry, &ImageGrid::square(11, 1.0)?, Kernel::Strip)?;
 /// let truth: Vec<f64> = (0..121).map(|i| f64::from(i % 3)).collect();

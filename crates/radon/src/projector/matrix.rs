@@ -9,7 +9,7 @@ use crate::error::{RadonError, zeros};
 
 impl Projector {
     /// Returns the matrix A of one slice in compressed rows: row `view * n_bins + bin`, column `y * nx + x`, with the weights of
-    /// [`forward`](Self::forward). Zeros are omitted.
+    /// [`forward`](crate::LinearOperator::forward). Zeros are omitted.
     ///
     /// Cost and memory: about 2 entries (Joseph, Siddon) for each view and pixel row that a bin crosses.
     ///

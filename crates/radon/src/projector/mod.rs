@@ -1,8 +1,8 @@
 //! Projectors with exact adjoints.
 
-use crate::error::{RadonError, available, length, product, room, within, zeros};
+use crate::error::{RadonError, available, product, room, within};
 use crate::simd::{InstructionSet, SortedBins};
-use crate::{ImageGrid, ParallelGeometry, Sample, StackOrder};
+use crate::{ImageGrid, ParallelGeometry};
 
 mod alone;
 mod blocks;
@@ -33,7 +33,7 @@ use rays::{Rays, View};
 /// 1.9 pixels (forward) or finer than 0.7 pixels (adjoint), for strips wider than 5; a slice of `f64` alone costs as much as several in a stack.
 ///
 /// ```
-/// use radon::{ImageGrid, Kernel, ParallelGeometry, Projector};
+/// use radon::{ImageGrid, Kernel, LinearOperator, ParallelGeometry, Projector};
 /// let geometry = ParallelGeometry::half_turn(12, 20, 0.5)?;
 /// let projector = Projector::new(&geometry, &ImageGrid::new(16, 14, 0.5)?, Kernel::Joseph)?;
 /// let x: Vec<f64> = (0..16 * 14).map(|i| f64::from(i % 7) - 3.0).collect();
@@ -126,66 +126,6 @@ impl Projector {
     #[must_use]
     pub fn kernel(&self) -> Kernel {
         self.kernel
-    }
-
-    /// A x: the sinogram `[view][bin]` of the image `[y][x]`.
-    ///
-    /// # Errors
-    /// A wrong length, a sample that is NaN or infinite.
-    pub fn forward<T: Sample>(&self, image: &[T]) -> Result<Vec<T>, RadonError> {
-        self.forward_stack(image, 1, StackOrder::SliceViewBin)
-    }
-
-    /// Aᵀ y: the image `[y][x]` of the sinogram `[view][bin]`.
-    ///
-    /// # Errors
-    /// A wrong length, a sample that is NaN or infinite.
-    pub fn adjoint<T: Sample>(&self, sinogram: &[T]) -> Result<Vec<T>, RadonError> {
-        self.adjoint_stack(sinogram, 1, StackOrder::SliceViewBin)
-    }
-
-    /// The projections, in the given order, of the volume `[slice][y][x]`. [`stack_operator`](Self::stack_operator) projects into arrays of the
-    /// caller and keeps its work arrays.
-    ///
-    /// Cost: two multiply-adds for each slice, view and pixel (Joseph, Siddon). Work arrays: a copy of the projections of at most 256 slices and
-    /// of a band of their images.
-    ///
-    /// # Errors
-    /// A wrong length, a sample that is NaN or infinite, projections beyond the address space.
-    pub fn forward_stack<T: Sample>(
-        &self,
-        volume: &[T],
-        n_slices: usize,
-        order: StackOrder,
-    ) -> Result<Vec<T>, RadonError> {
-        // Checked first: it bounds the number of slices.
-        let expected = product("volume", n_slices, self.grid.image_len())?;
-        length("volume", volume.len(), expected)?;
-        let mut projections = zeros("projections", n_slices, self.geometry.sinogram_len())?;
-        let mut scratch = Scratch::default();
-        self.run_forward(volume, n_slices, order, &mut projections, &mut scratch)?;
-        Ok(projections)
-    }
-
-    /// The adjoint of [`forward_stack`](Self::forward_stack): the volume `[slice][y][x]` of projections in the given order.
-    ///
-    /// Cost: as forward, with a store for each multiply-add. Work arrays: a copy of the projections of at most 256 slices. A few slices are
-    /// processed one by one: a copy of one sinogram, and 20 bytes for each of its views and bins or rows of pixels.
-    ///
-    /// # Errors
-    /// A wrong length, a sample that is NaN or infinite, a volume beyond the address space.
-    pub fn adjoint_stack<T: Sample>(
-        &self,
-        projections: &[T],
-        n_slices: usize,
-        order: StackOrder,
-    ) -> Result<Vec<T>, RadonError> {
-        let expected = product("projections", n_slices, self.geometry.sinogram_len())?;
-        length("projections", projections.len(), expected)?;
-        let mut volume = zeros("volume", n_slices, self.grid.image_len())?;
-        let mut scratch = Scratch::default();
-        self.run_adjoint(projections, n_slices, order, &mut volume, &mut scratch)?;
-        Ok(volume)
     }
 }
 

@@ -29,7 +29,7 @@ struct Job<'a, T> {
 }
 
 impl Projector {
-    /// Computes [`forward_stack`](Self::forward_stack).
+    /// Computes the projections of a stack.
     pub(super) fn run_forward<T: Sample>(
         &self,
         volume: &[T],
@@ -185,7 +185,7 @@ impl Projector {
         });
     }
 
-    /// Computes [`adjoint_stack`](Self::adjoint_stack).
+    /// Computes the adjoint of [`run_forward`](Self::run_forward).
     pub(super) fn run_adjoint<T: Sample>(
         &self,
         projections: &[T],

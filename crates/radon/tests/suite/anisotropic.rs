@@ -4,8 +4,8 @@ use crate::common;
 
 use common::{Ellipse, half_turn, mean_where};
 use radon::{
-    BinSampling, FbpOptions, FbpPlan, ImageGrid, Kernel, ParallelGeometry, Phantom2, Projector,
-    Shape2, SirtOptions, Stopping, Window, sirt,
+    BinSampling, FbpOptions, FbpPlan, ImageGrid, Kernel, LinearOperator, ParallelGeometry,
+    Phantom2, Projector, Shape2, SirtOptions, Stopping, Window, sirt,
 };
 use std::f64::consts::PI;
 
@@ -33,9 +33,7 @@ fn projection_error(
     };
     let exact: Vec<f64> = phantom.sinogram(geometry, sampling).unwrap();
     let projector = Projector::new(geometry, grid, kernel).unwrap();
-    let got = projector
-        .forward::<f64>(&phantom.image(grid).unwrap())
-        .unwrap();
+    let got: Vec<f64> = projector.forward(&phantom.image(grid).unwrap()).unwrap();
     let square = |x: &mut dyn Iterator<Item = f64>| x.map(|x| x * x).sum::<f64>().sqrt();
     square(&mut got.iter().zip(&exact).map(|(a, b)| a - b)) / square(&mut exact.iter().copied())
 }
@@ -228,9 +226,7 @@ fn row_sums_are_chords_of_the_grid_and_sirt_recovers_the_image() {
         let field = [n[0] as f64 * spacing[0], n[1] as f64 * spacing[1]];
         let outline = Shape2::rectangle([0.3, -0.2], field, 0.0).unwrap();
         let projector = Projector::new(&geometry, &grid, Kernel::Strip).unwrap();
-        let sums = projector
-            .forward::<f64>(&vec![1.0; grid.image_len()])
-            .unwrap();
+        let sums: Vec<f64> = projector.forward(&vec![1.0; grid.image_len()]).unwrap();
         for (i, sum) in sums.iter().enumerate() {
             let (view, bin) = (i / 30, i % 30);
             let chord = outline.bin_mean(geometry.angles()[view], geometry.bin_centre(bin), 0.4);

@@ -5,8 +5,8 @@ use std::f64::consts::PI;
 
 use proptest::prelude::*;
 use radon::{
-    BinSampling, FourierProjector, ImageGrid, Kernel, ParallelGeometry, Phantom2, Projector,
-    RadonError, adjoint_mismatch,
+    BinSampling, FourierProjector, ImageGrid, Kernel, LinearOperator, ParallelGeometry, Phantom2,
+    Projector, RadonError, adjoint_mismatch,
 };
 
 use crate::fourier::{distance, odd_case, period, signs, waves};
@@ -120,7 +120,7 @@ fn bins_that_are_far_wider_than_pixels_are_an_error() {
     }
     // A detector of bins as wide as the image: the sum over the bins is the integral.
     let projector = of(16.0, 1.0).unwrap();
-    let row = projector.forward(&[1.0; 256]).unwrap();
+    let row: Vec<f64> = projector.forward(&[1.0; 256]).unwrap();
     let sum: f64 = row[..100].iter().sum();
     assert!((16.0 * sum / 256.0 - 1.0).abs() < 1e-3, "{sum}");
 }

@@ -109,7 +109,7 @@ fn every_weight_agrees_with_the_definition() {
                 for ix in 0..grid.nx() {
                     let mut image = vec![0.0; grid.image_len()];
                     image[iy * grid.nx() + ix] = 1.0;
-                    let sinogram = projector.forward::<f64>(&image).unwrap();
+                    let sinogram = projector.forward(&image).unwrap();
                     for (i, &got) in sinogram.iter().enumerate() {
                         let (view, bin) = (i / geometry.n_bins(), i % geometry.n_bins());
                         let of = |bin_shift| {
@@ -270,13 +270,22 @@ fn every_instruction_set_gives_the_same_sums_to_rounding() {
                 continue;
             };
             let order = StackOrder::ViewSliceBin;
-            let projections = with.forward_stack(&volume, n_slices, order).unwrap();
-            let reference = projector.forward_stack(&volume, n_slices, order).unwrap();
+            let projections = with
+                .stack_operator(n_slices, order)
+                .and_then(|a| a.forward(&volume))
+                .unwrap();
+            let reference = projector
+                .stack_operator(n_slices, order)
+                .and_then(|a| a.forward(&volume))
+                .unwrap();
             // At most 40 terms of at most 0.7 each, rounded to 6e-8.
             for (a, b) in projections.iter().zip(&reference) {
                 assert!((a - b).abs() < 3e-6, "{set:?}: {a} {b}");
             }
-            let back = with.adjoint_stack(&reference, n_slices, order).unwrap();
+            let back = with
+                .stack_operator(n_slices, order)
+                .and_then(|a| a.adjoint(&reference))
+                .unwrap();
             if set != InstructionSet::Baseline {
                 let results = [projections, back];
                 let same = &results == fused.get_or_insert_with(|| results.clone());
@@ -292,7 +301,8 @@ fn zero_slices_give_an_empty_result() {
     let projector = Projector::new(&geometry, &grid, Kernel::Joseph).unwrap();
     assert!(
         projector
-            .forward_stack::<f32>(&[], 0, StackOrder::ViewSliceBin)
+            .stack_operator::<f32>(0, StackOrder::ViewSliceBin)
+            .and_then(|a| a.forward(&[]))
             .unwrap()
             .is_empty()
     );
@@ -405,7 +415,9 @@ fn bad_input_is_rejected_with_its_values() {
         image[29] = bad;
         image[40] = bad;
         assert!(matches!(
-            projector.forward_stack(&image, 2, StackOrder::SliceViewBin),
+            projector
+                .stack_operator(2, StackOrder::SliceViewBin)
+                .and_then(|a| a.forward(&image)),
             Err(RadonError::BadSample {
                 what: "volume",
                 index: 29,
@@ -421,7 +433,9 @@ fn bad_input_is_rejected_with_its_values() {
     }
     let huge = usize::MAX / 2;
     assert!(matches!(
-        projector.forward_stack::<f32>(&[], huge, StackOrder::SliceViewBin),
+        projector
+            .stack_operator::<f32>(huge, StackOrder::SliceViewBin)
+            .and_then(|a| a.forward(&[])),
         Err(RadonError::TooLarge { .. })
     ));
     // Extreme ratios of pitch and spacing, extremely distant rays, too many pixels.

@@ -4,7 +4,9 @@ use crate::common;
 
 use common::noise;
 use proptest::prelude::*;
-use radon::{ImageGrid, InstructionSet, Kernel, ParallelGeometry, Projector, StackOrder};
+use radon::{
+    ImageGrid, InstructionSet, Kernel, LinearOperator, ParallelGeometry, Projector, StackOrder,
+};
 use std::f64::consts::PI;
 
 const SETS: [InstructionSet; 4] = [
@@ -34,7 +36,8 @@ fn check(geometry: &ParallelGeometry, grid: &ImageGrid) -> Result<(), TestCaseEr
             let Ok(projector) = projector.clone().with_instructions(set) else {
                 continue;
             };
-            let among = projector.forward_stack(&volume, STACK, order).unwrap();
+            let stack = projector.stack_operator(STACK, order).unwrap();
+            let among = stack.forward(&volume).unwrap();
             let alone = projector.forward(&volume[..image_len]).unwrap();
             prop_assert_eq!(
                 bits(&alone),
@@ -43,7 +46,7 @@ fn check(geometry: &ParallelGeometry, grid: &ImageGrid) -> Result<(), TestCaseEr
                 kernel,
                 set
             );
-            let among = projector.adjoint_stack(&sinograms, STACK, order).unwrap();
+            let among = stack.adjoint(&sinograms).unwrap();
             let alone = projector.adjoint(&sinograms[..sinogram_len]).unwrap();
             prop_assert_eq!(
                 bits(&alone),

@@ -157,7 +157,8 @@ fn without_blur_and_attenuation_the_operator_equals_the_projector_of_strips() {
     let volume: Vec<f64> = noise(small.n_voxels(), 2);
     let strips = Projector::new(geometry.views(), &small.grid, Kernel::Strip).unwrap();
     let expected = strips
-        .forward_stack(&volume, 11, StackOrder::ViewSliceBin)
+        .stack_operator(11, StackOrder::ViewSliceBin)
+        .and_then(|a| a.forward(&volume))
         .unwrap();
     for (a, b) in forward(&operator, &volume).iter().zip(&expected) {
         // Sums of some 20 voxels of size 1.
