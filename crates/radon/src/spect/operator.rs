@@ -67,8 +67,7 @@ use crate::{ImageGrid, LinearOperator, Sample, SliceAxis, Subset};
 /// // A hot rod in a warm cylinder, reconstructed from its projections.
 /// let rod = |i: usize| { let [x, y] = grid.pixel_centre(i % 20, i / 20 % 20); (x - 1.5).hypot(y) < 1.2 };
 /// let truth: Vec<f64> = (0..6 * 400).map(|i| map[i] / 0.15 + f64::from(u8::from(rod(i)))).collect();
-/// let mut counts = vec![0.0; camera.data_len()];
-/// camera.forward_into(&truth, &mut counts)?;
+/// let counts = camera.forward(&truth)?;
 /// let mut image = vec![1.0; truth.len()];
 /// let stopping = Stopping::default().with_max_iterations(20);
 /// osem(&camera.subsets(4)?, &counts, &mut image, &EmOptions::default().with_stopping(stopping), radon::no_observer)?;
@@ -80,14 +79,9 @@ use crate::{ImageGrid, LinearOperator, Sample, SliceAxis, Subset};
 #[doc(alias("system matrix", "attenuation correction"))]
 #[derive(Debug, Clone)]
 pub struct SpectOperator<T> {
-    shared: Arc<Shared<T>>,
-    views: Vec<usize>,
-}
-
-#[derive(Debug)]
-struct Shared<T> {
-    plan: Plan<T>,
+    plan: Arc<Plan<T>>,
     scratch: Arc<Pool<Scratch<T>>>,
+    views: Vec<usize>,
 }
 
 impl<T: Sample> SpectOperator<T> {
@@ -105,10 +99,9 @@ impl<T: Sample> SpectOperator<T> {
         layers: &SliceAxis,
         options: &SpectOptions<T>,
     ) -> Result<Self, RadonError> {
-        let plan = Plan::new(geometry, grid, layers, options)?;
-        let scratch = Arc::default();
         Ok(Self {
-            shared: Arc::new(Shared { plan, scratch }),
+            plan: Arc::new(Plan::new(geometry, grid, layers, options)?),
+            scratch: Arc::default(),
             views: (0..geometry.views().n_views()).collect(),
         })
     }
@@ -119,16 +112,14 @@ impl<T: Sample> SpectOperator<T> {
     /// # Errors
     /// As [`new`](Self::new) for the map.
     pub fn with_attenuation(&self, map: &[T]) -> Result<Self, RadonError> {
-        let plan = self.shared.plan.with_attenuation(map)?;
-        let scratch = Arc::clone(&self.shared.scratch);
         Ok(Self {
-            shared: Arc::new(Shared { plan, scratch }),
-            views: self.views.clone(),
+            plan: Arc::new(self.plan.with_attenuation(map)?),
+            ..self.clone()
         })
     }
 
     fn view_len(&self) -> usize {
-        self.shared.plan.frame.geometry.view_len()
+        self.plan.frame.geometry.view_len()
     }
 
     /// Returns the indices of these views in the orbit.
@@ -160,8 +151,8 @@ impl<T: Sample> SpectOperator<T> {
         let mut data = room("indices of a subset", views.len(), view_len)?;
         data.extend((views.iter()).flat_map(|view| view * view_len..(view + 1) * view_len));
         let operator = Self {
-            shared: Arc::clone(&self.shared),
             views: views.iter().map(|&view| self.views[view]).collect(),
+            ..self.clone()
         };
         Ok(Subset::new(operator, data))
     }
@@ -174,7 +165,7 @@ impl<T: Sample> SpectOperator<T> {
 
 impl<T: Sample> LinearOperator<T> for SpectOperator<T> {
     fn image_len(&self) -> usize {
-        self.shared.plan.frame.n_voxels
+        self.plan.frame.n_voxels
     }
 
     fn data_len(&self) -> usize {
@@ -185,9 +176,8 @@ impl<T: Sample> LinearOperator<T> for SpectOperator<T> {
     fn forward_into(&self, image: &[T], data: &mut [T]) -> Result<(), RadonError> {
         self.check(image, data)?;
         check_samples("volume", image)?;
-        let Shared { plan, scratch } = &*self.shared;
-        scratch.with(Scratch::default, |scratch| {
-            plan.forward(&self.views, image, data, scratch)
+        self.scratch.with(Scratch::default, |scratch| {
+            self.plan.forward(&self.views, image, data, scratch)
         })
     }
 
@@ -195,9 +185,8 @@ impl<T: Sample> LinearOperator<T> for SpectOperator<T> {
     fn adjoint_into(&self, data: &[T], image: &mut [T]) -> Result<(), RadonError> {
         self.check(image, data)?;
         check_samples("views", data)?;
-        let Shared { plan, scratch } = &*self.shared;
-        scratch.with(Scratch::default, |scratch| {
-            plan.adjoint(&self.views, data, image, scratch)
+        self.scratch.with(Scratch::default, |scratch| {
+            self.plan.adjoint(&self.views, data, image, scratch)
         })
     }
 }
