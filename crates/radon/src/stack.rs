@@ -18,23 +18,6 @@ pub enum StackOrder {
     SliceViewBin,
 }
 
-impl StackOrder {
-    /// Returns the index of the first bin of a row.
-    pub(crate) fn start_of(
-        self,
-        view_idx: usize,
-        slice_idx: usize,
-        n_views: usize,
-        n_slices: usize,
-        n_bins: usize,
-    ) -> usize {
-        match self {
-            StackOrder::ViewSliceBin => (view_idx * n_slices + slice_idx) * n_bins,
-            StackOrder::SliceViewBin => (slice_idx * n_views + view_idx) * n_bins,
-        }
-    }
-}
-
 /// A stack of slices, each of `n_rows` rows (image rows or views) of `row_len` samples.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Stack {
@@ -72,9 +55,13 @@ impl Stack {
         &data[self.row_start(row, slice)..][..self.row_len]
     }
 
-    fn row_start(&self, row: usize, slice: usize) -> usize {
-        self.order
-            .start_of(row, slice, self.n_rows, self.n_slices, self.row_len)
+    /// Index of the first sample of a row.
+    pub(crate) fn row_start(&self, row: usize, slice: usize) -> usize {
+        let row = match self.order {
+            StackOrder::ViewSliceBin => row * self.n_slices + slice,
+            StackOrder::SliceViewBin => slice * self.n_rows + row,
+        };
+        row * self.row_len
     }
 
     /// Returns the slices that contain signal; rejects NaN and infinity in them.

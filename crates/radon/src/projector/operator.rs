@@ -98,10 +98,9 @@ impl<T: Sample> StackOperator<T> {
         let angles: Vec<f64> = views.iter().map(|&v| geometry.angles()[v]).collect();
         let part = ParallelGeometry::from_radians(angles, n_bins, geometry.pitch())?
             .with_offset(geometry.offset())?;
+        let (_, sinograms) = self.projector.stacks(self.n_slices, self.order);
         let row = |view: usize, slice: usize| {
-            let start = self
-                .order
-                .start_of(view, slice, n_views, self.n_slices, n_bins);
+            let start = sinograms.row_start(view, slice);
             start..start + n_bins
         };
         let slices = 0..self.n_slices;

@@ -318,7 +318,7 @@ impl Projector {
         order
     }
 
-    fn stacks(&self, n_slices: usize, order: StackOrder) -> (Stack, Stack) {
+    pub(super) fn stacks(&self, n_slices: usize, order: StackOrder) -> (Stack, Stack) {
         let images = Stack {
             what: "volume",
             n_slices,
