@@ -5,4 +5,4 @@ pub(crate) mod image;
 pub(crate) mod kernel;
 mod outline;
 pub(crate) mod plane;
-mod rule;
+pub(crate) mod rule;

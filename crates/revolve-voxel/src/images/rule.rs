@@ -8,7 +8,7 @@ const MOST: usize = 192;
 const EVEN: usize = 12;
 
 /// Returns the Gauss-Legendre rule with `n` nodes, at most [`MOST`]: nodes and weights on [-1, 1], ascending.
-pub(super) fn gauss(n: usize) -> &'static [[f64; 2]] {
+pub(crate) fn gauss(n: usize) -> &'static [[f64; 2]] {
     static RULES: [OnceLock<Vec<[f64; 2]>>; MOST + 1] = [const { OnceLock::new() }; MOST + 1];
     RULES[n].get_or_init(|| (0..n).map(|k| node(n, k)).collect())
 }

@@ -5,20 +5,12 @@ use std::ops::Range;
 use rayon::prelude::*;
 
 use crate::error::{finite, length, zeros};
+use crate::images::rule::gauss;
 use crate::voxels::coverage::check_range;
 use crate::{Organ, OrganShape, Organs, RevolveError, Sample, VoxelGrid};
 
-/// Points and weights of Gauss and Legendre on [0, 1].
-const GAUSS: [[f64; 2]; 8] = [
-    [0.019_855_071_751_231_85, 0.050_614_268_145_188_15],
-    [0.101_666_761_293_186_65, 0.111_190_517_226_687_25],
-    [0.237_233_795_041_835_5, 0.156_853_322_938_943_65],
-    [0.408_282_678_752_175_1, 0.181_341_891_689_181],
-    [0.591_717_321_247_825, 0.181_341_891_689_181],
-    [0.762_766_204_958_164_5, 0.156_853_322_938_943_65],
-    [0.898_333_238_706_813_3, 0.111_190_517_226_687_25],
-    [0.980_144_928_248_768_2, 0.050_614_268_145_188_15],
-];
+/// Cross-sections of an ellipsoid.
+const SECTIONS: usize = 8;
 
 impl OrganShape {
     /// Returns the covered fraction of a voxel with a centre and sides: exact for a cylinder; for an ellipsoid the average of exact
@@ -56,11 +48,10 @@ impl OrganShape {
             return section(z[0]);
         }
         let [low, high] = [z[0].max(-1.0), z[1].min(1.0)];
-        let points = GAUSS.iter();
-        let mean: f64 = points
-            .map(|[t, w]| w * section(low + t * (high - low)))
-            .sum();
-        mean * (high - low) / (z[1] - z[0])
+        let (middle, half) = (0.5 * (low + high), 0.5 * (high - low));
+        let sections = gauss(SECTIONS).iter();
+        let sum: f64 = sections.map(|[t, w]| w * section(middle + t * half)).sum();
+        sum * half / (z[1] - z[0])
     }
 }
 
