@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 
-use crate::error::{finite, length, zeros};
+use crate::error::{finite, zeros};
 use crate::images::rule::gauss;
 use crate::voxels::coverage::check_range;
 use crate::{Organ, OrganShape, Organs, RevolveError, Sample, VoxelGrid};
@@ -111,16 +111,6 @@ impl Organs {
         }
         Ok(out)
     }
-}
-
-/// Slices of the grid, and a buffer of their size.
-pub(crate) fn check_slices(
-    grid: &VoxelGrid,
-    slices: &Range<usize>,
-    given: usize,
-) -> Result<(), RevolveError> {
-    check_range(grid, slices)?;
-    length("volume", grid.slice_len() * slices.len(), given)
 }
 
 /// Area of the unit disc within a rectangle.

@@ -5,9 +5,9 @@ use std::ops::Range;
 use nalgebra::{Point3, Vector3};
 use rayon::prelude::*;
 
-use crate::error::{finite, share, zeros};
+use crate::error::{finite, length, zeros};
 use crate::solid::wedge::{Place, Wedge};
-use crate::voxels::organ_map::check_slices;
+use crate::voxels::coverage::check;
 use crate::voxels::patch::Cuboid;
 use crate::voxels::runs::Runs;
 use crate::voxels::sections::Sections;
@@ -33,9 +33,10 @@ impl Sector {
         out: &mut [T],
     ) -> Result<VoxelCounters, RevolveError> {
         finite("activity", activity)?;
-        check_slices(grid, &slices, out.len())?;
+        check(grid, &slices, sampling)?;
+        length("volume", grid.slice_len() * slices.len(), out.len())?;
         let tolerance = match sampling {
-            Sampling::Coverage { tolerance } => share(tolerance)?,
+            Sampling::Coverage { tolerance } => tolerance,
             _ => 1e-2,
         };
         // The ring alone, on the part of the grid that contains it, independent of the requested slices.

@@ -407,6 +407,18 @@ fn invalid_input_is_rejected() {
             Err(RevolveError::WrongLength { .. } | RevolveError::BadRange { .. })
         ));
     }
+    // Also of a grid that the sector does not reach.
+    let away = VoxelGrid::centred([2; 3], [1.0; 3], [100.0; 3]).unwrap();
+    assert!(matches!(
+        sector.voxelize_add(
+            &away,
+            0..2,
+            Sampling::Supersampled(0),
+            1.0,
+            &mut [0.0_f64; 8]
+        ),
+        Err(RevolveError::TooFew { .. })
+    ));
     assert!(matches!(
         add(0..2, Sampling::Centre, f64::NAN, 8),
         Err(RevolveError::NotFinite { .. })
