@@ -7,14 +7,13 @@
 use nalgebra::Vector3;
 
 use crate::images::plane::{Quotient, RayPlane, RayRow};
+use crate::wall::root::golden;
 use crate::{Body, Meridian, Organ};
 
 /// Parts of a smooth meridian between which extrema are searched.
 const PARTS: usize = 40;
 /// Steps of the golden-section search for an extremum, which is flat: its position is accurate to 1e-4 of a part and its value to 1e-8.
 const SEARCH: usize = 20;
-/// The inverse of the golden ratio.
-const GOLDEN: f64 = 0.618_033_988_749_895;
 
 /// A layer of a body, with the vertices between which extrema are searched.
 #[derive(Debug)]
@@ -104,7 +103,7 @@ impl<'a> Path<'a> {
         let turns = samples.windows(3).filter_map(|three| {
             let [[from, a], [_, b], [to, c]] = [three[0], three[1], three[2]];
             let hides = (b <= 0.0 && a <= b && c <= b) || (b > 0.0 && a >= b && c >= b);
-            hides.then(|| golden(depth, [from, to], b <= 0.0))
+            hides.then(|| golden(depth, [from, to], b <= 0.0, SEARCH))
         });
         let turns: Vec<[f64; 2]> = turns.map(|(index, value)| [index, value]).collect();
         samples.extend(turns);
@@ -168,7 +167,7 @@ impl<'a> Path<'a> {
         let all = [0.0, self.layer.segments().len() as f64];
         for end in 0..2 {
             let value = |index: f64| height.on_parallel(self.point(index))[end];
-            let extreme = |part, largest| golden(value, part, largest).1;
+            let extreme = |part, largest| golden(value, part, largest, SEARCH).1;
             self.add_extrema(value, extreme, all, breaks);
         }
     }
@@ -313,36 +312,6 @@ impl Slope {
         let t = -0.5 * (b + root.copysign(b));
         [t / a, c / t]
     }
-}
-
-/// Returns index and value of the largest or smallest value between two indices, by golden-section search.
-fn golden(value: impl Fn(f64) -> f64, [mut low, mut high]: [f64; 2], largest: bool) -> (f64, f64) {
-    let sign = if largest { 1.0 } else { -1.0 };
-    let of = |index: f64| sign * value(index);
-    let inner = |low: f64, high: f64| low + (1.0 - GOLDEN) * (high - low);
-    let [mut a, mut b] = [inner(low, high), inner(high, low)];
-    let [mut at_a, mut at_b] = [of(a), of(b)];
-    let mut best = (low, of(low));
-    let mut keep = |index: f64, value: f64| {
-        if value > best.1 {
-            best = (index, value);
-        }
-    };
-    keep(high, of(high));
-    for _ in 0..SEARCH {
-        keep(a, at_a);
-        keep(b, at_b);
-        if at_a < at_b {
-            (low, a, at_a) = (a, b, at_b);
-            b = inner(high, low);
-            at_b = of(b);
-        } else {
-            (high, b, at_b) = (b, a, at_a);
-            a = inner(low, high);
-            at_a = of(a);
-        }
-    }
-    (best.0, sign * best.1)
 }
 
 /// Appends the positions of the outline of an organ in a row.

@@ -3,8 +3,11 @@
 //! The nearest point of a surface of revolution lies in the half-plane of the given point, so only the outer curve is searched. The
 //! open end of a wall does not count.
 
-use crate::wall::root::rising_root;
+use crate::wall::root::{golden, rising_root};
 use crate::{Curve, Shell};
+
+/// Steps of the search for the minimum: to half the digits of s, which gives all digits of the thickness.
+const SEARCH: usize = 40;
 
 /// Thickness of a wall, cm.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -63,28 +66,13 @@ impl Shell {
         }
         let all: Vec<f64> = places.iter().map(|&s| self.thickness(s)).collect();
         let k = (0..all.len()).fold(0, |best, k| if all[k] < all[best] { k } else { best });
-        // Golden-section search between the neighbours of the minimum.
-        let (mut low, mut high) = (
-            places[k.saturating_sub(1)],
-            places[(k + 1).min(places.len() - 1)],
-        );
-        let (mut minimum, mut thinnest_at) = (all[k], places[k]);
-        let golden = 0.5 * (5.0_f64.sqrt() - 1.0);
-        // To half the digits of s, which gives all digits of the thickness.
-        for _ in 0..40 {
-            let [a, b] = [high - golden * (high - low), low + golden * (high - low)];
-            let [at_a, at_b] = [a, b].map(|s| self.thickness(s));
-            for (s, t) in [(a, at_a), (b, at_b)] {
-                if t < minimum {
-                    (minimum, thinnest_at) = (t, s);
-                }
-            }
-            if at_a < at_b {
-                high = b;
-            } else {
-                low = a;
-            }
-        }
+        // Between the neighbours of the minimum.
+        let ends = [k.saturating_sub(1), (k + 1).min(places.len() - 1)].map(|k| places[k]);
+        let (s, least) = golden(|s| self.thickness(s), ends, false, SEARCH);
+        let (minimum, thinnest_at) = match least < all[k] {
+            true => (least, s),
+            false => (all[k], places[k]),
+        };
         Thickness {
             minimum,
             thinnest_at,
