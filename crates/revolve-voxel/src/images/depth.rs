@@ -14,6 +14,7 @@ use crate::RevolveError;
 use crate::error::{finite, positive};
 use crate::images::rule::gauss;
 use crate::rays::assembly::Emission;
+use crate::rays::slabs::mean_transmission;
 
 /// Most nodes.
 const MOST: usize = 40;
@@ -186,13 +187,7 @@ impl DepthResponse {
     ) {
         let n = integrals.len();
         if n == 1 {
-            let thick = attenuation * (q - p);
-            let mean = if thick > 0.0 {
-                -(-thick).exp_m1() / thick
-            } else {
-                1.0
-            };
-            integrals[0] += amount * (q - p) * mean;
+            integrals[0] += amount * (q - p) * mean_transmission(attenuation * (q - p));
             return;
         }
         let parts = (attenuation * (q - p) / THICK).ceil().clamp(1.0, 64.0);

@@ -6,6 +6,7 @@ use crate::error::{finite, length};
 use crate::rays::capsule::Capsule;
 use crate::rays::raster::Rays;
 use crate::rays::single::Search;
+use crate::rays::slabs::{for_slabs, mean_transmission};
 use crate::wall::sectors::Sectors;
 use crate::{Body, Organ, Organs, Ray, RayCounters, RevolveError, Sample, Sector, Span};
 
@@ -463,35 +464,14 @@ pub(crate) fn emissions(stretches: &[Stretch], found: &mut Vec<Emission>) {
     }
 }
 
-/// Adds the integrals of `amount exp(-attenuation (high - t))` from `low` to `high` over each slab, the last one first.
+/// Adds the integrals of `amount exp(-attenuation (high - t))` from `low` to `high` over each slab.
 #[inline(always)]
-fn add_to_slabs(
-    planes: &[f64],
-    &Emission {
-        ends: [low, high],
-        amount,
-        attenuation,
-    }: &Emission,
-    slabs: &mut [f64],
-) {
-    let mut slab = planes.partition_point(|plane| *plane < high);
-    let (mut right, mut through) = (high, amount);
-    loop {
-        let left = match slab.checked_sub(1) {
-            Some(below) => planes[below].max(low),
-            None => low,
+fn add_to_slabs(planes: &[f64], own: &Emission, slabs: &mut [f64]) {
+    for_slabs(planes, 0.0, own.ends, |slab, [from, to]| {
+        let through = match own.ends[1] - to {
+            0.0 => own.amount,
+            rest => own.amount * (-own.attenuation * rest).exp(),
         };
-        let thick = attenuation * (right - left);
-        let mean = if thick > 0.0 {
-            -(-thick).exp_m1() / thick
-        } else {
-            1.0
-        };
-        slabs[slab] += through * (right - left) * mean;
-        if left <= low {
-            return;
-        }
-        through *= (-thick).exp();
-        (slab, right) = (slab - 1, left);
-    }
+        slabs[slab] += through * (to - from) * mean_transmission(own.attenuation * (to - from));
+    });
 }

@@ -1,4 +1,4 @@
-//! Segments of a line cut at perpendicular planes.
+//! Segments of a line cut at perpendicular planes, and their transmission.
 
 /// Calls `each` with the part of a segment in every slab that it intersects. Planes ascend relative to `origin`.
 #[inline(always)]
@@ -21,5 +21,14 @@ pub(crate) fn for_slabs(
         if to >= high {
             return;
         }
+    }
+}
+
+/// Returns the average of exp(-t) over t from 0 to `thick`.
+#[inline(always)]
+pub(crate) fn mean_transmission(thick: f64) -> f64 {
+    match thick > 0.0 {
+        true => -(-thick).exp_m1() / thick,
+        false => 1.0,
     }
 }
