@@ -7,7 +7,7 @@ use crate::rays::capsule::Capsule;
 use crate::rays::raster::Rays;
 use crate::rays::single::Search;
 use crate::rays::slabs::{for_slabs, mean_transmission};
-use crate::wall::sectors::Sectors;
+use crate::wall::body_line::BodyLine;
 use crate::{Body, Organ, Organs, Ray, RayCounters, RevolveError, Sample, Sector, Span};
 
 /// Activity and attenuation in space: organs, attenuating media, and a body that replaces them.
@@ -29,7 +29,8 @@ struct Replacing<'a> {
     /// Weight of each layer's indicator.
     weights: Vec<f64>,
     attenuation: Option<f64>,
-    sectors: Sectors,
+    /// Sectors with an activity each.
+    sectors: Vec<(Sector, f64)>,
 }
 
 impl<'a> Assembly<'a> {
@@ -72,7 +73,7 @@ impl<'a> Assembly<'a> {
             body,
             weights,
             attenuation,
-            sectors: Sectors::default(),
+            sectors: Vec::new(),
         });
         Ok(Self { body, ..self })
     }
@@ -86,7 +87,7 @@ impl<'a> Assembly<'a> {
             finite("activity", *activity)?;
         }
         if let Some(body) = &mut self.body {
-            body.sectors = Sectors::new(sectors);
+            body.sectors = sectors;
         }
         Ok(self)
     }
@@ -135,7 +136,8 @@ impl<'a> Assembly<'a> {
 
     /// Returns the sectors of a full turn.
     pub(crate) fn rings(&self) -> impl Iterator<Item = &Body> {
-        self.body.iter().flat_map(|own| own.sectors.rings())
+        let sectors = self.body.iter().flat_map(|own| &own.sectors);
+        sectors.filter_map(|(sector, _)| sector.ring())
     }
 
     /// Returns the organs, then the media.
@@ -286,10 +288,19 @@ impl Finder {
             });
         }
         if !self.own.is_empty() {
-            let parts = &mut self.own;
-            (own.sectors).for_spans(ray, |span, activity| {
-                parts.push((span, Part::Activity(activity)));
-            });
+            self.find_sectors(&own.sectors, ray);
+        }
+    }
+
+    /// Finds the spans of sectors; those in one pose share the line in its frame.
+    fn find_sectors(&mut self, sectors: &[(Sector, f64)], ray: &Ray) {
+        for in_pose in sectors.chunk_by(|(a, _), (b, _)| a.pose() == b.pose()) {
+            let line = BodyLine::new(in_pose[0].0.pose(), ray);
+            for (sector, activity) in in_pose {
+                sector.for_spans(ray, &line, |span| {
+                    self.own.push((span, Part::Activity(*activity)));
+                });
+            }
         }
     }
 

@@ -8,7 +8,6 @@ pub(crate) mod nearest;
 pub(crate) mod root;
 pub(crate) mod sector;
 pub(crate) mod sector_voxels;
-pub(crate) mod sectors;
 pub(crate) mod shares;
 pub(crate) mod shell;
 pub(crate) mod thickness;
