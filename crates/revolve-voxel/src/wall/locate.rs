@@ -19,8 +19,8 @@ impl Shell {
     /// The wall includes its surfaces, to 1e-12 of its size. Cost: several evaluations of both curves.
     #[must_use]
     pub fn locate(&self, p: [f64; 2]) -> Option<[f64; 2]> {
-        let [first, last] = self.cells().at(p)?;
-        let (lines, isolines) = (self.lines(), self.isolines());
+        let [first, last] = self.cells.at(p)?;
+        let (lines, isolines) = (&self.lines, &self.isolines);
         let slack = ON_AXIS * isolines.size;
         let mut line = &lines[first];
         let mut before = line.before(p);
@@ -72,7 +72,7 @@ impl Shell {
     ) -> Result<Vec<(usize, T)>, RevolveError> {
         check_range(grid, &slices)?;
         let [nx, ny, _] = grid.shape();
-        let Cells { low, high, .. } = self.cells();
+        let Cells { low, high, .. } = &self.cells;
         let reach = ([low[0], high[0]], high[1]);
         let (first, f) = (slices.start * ny, &f);
         Ok((first..slices.end * ny)

@@ -44,7 +44,7 @@ struct End {
 
 impl Outline {
     fn of(shell: &Shell) -> Self {
-        let lines = shell.lines();
+        let lines = &shell.lines;
         let outer = |line: &Line| [0, 1].map(|a| line.start[a] + line.along[a]);
         let side = |place: &dyn Fn(&Line) -> [f64; 2]| {
             let points: Vec<[f64; 2]> = lines.iter().map(place).collect();
@@ -116,7 +116,7 @@ impl Shell {
         for End { points, line } in &outline.ends {
             let [along, squared] = on_chord(p, *points);
             if squared < least {
-                let isoline = self.isolines().at(outline.s[*line]);
+                let isoline = self.isolines.at(outline.s[*line]);
                 (least, material) = (squared, [isoline.share(along), outline.s[*line]]);
             }
         }
@@ -166,7 +166,7 @@ impl Shell {
             return Err(RevolveError::Negative { what, given: reach });
         }
         let [nx, ny, _] = grid.shape();
-        let Cells { low, high, .. } = self.cells();
+        let Cells { low, high, .. } = &self.cells;
         let cylinder = ([low[0] - reach, high[0] + reach], high[1] + reach);
         let outline = Outline::of(self);
         let (first, f, outline) = (slices.start * ny, &f, &outline);

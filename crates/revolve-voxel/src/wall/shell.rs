@@ -44,12 +44,13 @@ const OFF_AXIS: f64 = 1e-6;
 /// ```
 #[derive(Debug, Clone, PartialEq)]
 pub struct Shell {
-    isolines: Isolines,
+    pub(super) isolines: Isolines,
     /// Knots of both curves, and the ends of the range.
     knots: Vec<f64>,
     shares: Shares,
-    lines: Vec<Line>,
-    cells: Cells,
+    /// Lines at all knots and between them, so close that the curves are nearly straight between two.
+    pub(super) lines: Vec<Line>,
+    pub(super) cells: Cells,
 }
 
 impl Shell {
@@ -107,11 +108,6 @@ impl Shell {
             shares,
             lines,
         })
-    }
-
-    /// Returns the first and the last parameter.
-    pub(crate) fn range(&self) -> [f64; 2] {
-        self.isolines.range
     }
 
     /// Returns the volume of the wall, cm^3, exact for the polynomials of the curves.
@@ -218,7 +214,7 @@ impl Shell {
     fn arc(&self, layer: f64, s: [f64; 2], tolerance: f64) -> Result<Vec<[f64; 2]>, RevolveError> {
         let mut stops = vec![s[0]];
         // A knot that equals an end up to rounding is omitted.
-        let near = 1e-12 * (self.range()[1] - self.range()[0]);
+        let near = 1e-12 * (self.isolines.range[1] - self.isolines.range[0]);
         let inside = |k: &&f64| **k > s[0] + near && **k < s[1] - near;
         stops.extend(self.knots.iter().filter(inside));
         stops.push(s[1]);
@@ -226,7 +222,7 @@ impl Shell {
         let at = |s: f64| Ok(self.point(layer, s));
         for pair in stops.windows(2) {
             // Intervals short enough that no oscillation remains undetected.
-            let (inner, outer) = self.curves();
+            let Isolines { inner, outer, .. } = &self.isolines;
             let n = inner.degree().max(outer.degree()).max(1);
             for k in 0..n {
                 let s = |k: usize| pair[0] + (pair[1] - pair[0]) * k as f64 / n as f64;
@@ -237,37 +233,19 @@ impl Shell {
         Ok(points.into_iter().map(|(_, point)| point).collect())
     }
 
-    /// Returns the inner and the outer curve.
-    pub(crate) fn curves(&self) -> (&Curve, &Curve) {
-        (&self.isolines.inner, &self.isolines.outer)
-    }
-
-    pub(crate) fn isolines(&self) -> &Isolines {
-        &self.isolines
-    }
-
-    pub(crate) fn cells(&self) -> &Cells {
-        &self.cells
-    }
-
-    /// Returns lines at all knots and between them, so close that the curves are nearly straight between two.
-    pub(crate) fn lines(&self) -> &[Line] {
-        &self.lines
-    }
-
-    /// Their parameters.
+    /// The parameters of the lines.
     pub(crate) fn places(&self) -> Vec<f64> {
         self.lines.iter().map(|line| line.s).collect()
     }
 
     fn clamped(&self, s: f64) -> f64 {
-        let [first, last] = self.range();
+        let [first, last] = self.isolines.range;
         s.clamp(first, last)
     }
 
     /// Returns `s`, moved away from an end on the axis.
     fn off_axis(&self, s: f64) -> f64 {
-        let [first, last] = self.range();
+        let [first, last] = self.isolines.range;
         let by = OFF_AXIS * (last - first);
         let s = self.clamped(s);
         match self.isolines.on_axis {

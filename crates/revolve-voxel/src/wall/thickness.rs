@@ -3,6 +3,7 @@
 //! The nearest point of a surface of revolution lies in the half-plane of the given point, so only the outer curve is searched. The
 //! open end of a wall does not count.
 
+use crate::wall::isoline::Isolines;
 use crate::wall::root::{golden, rising_root};
 use crate::{Curve, Shell};
 
@@ -25,8 +26,8 @@ impl Shell {
     /// Returns the distance from the point of the inner curve at `s` to the outer curve, cm.
     #[must_use]
     pub fn thickness(&self, s: f64) -> f64 {
-        let [first, last] = self.range();
-        let (inner, outer) = self.curves();
+        let [first, last] = self.isolines.range;
+        let Isolines { inner, outer, .. } = &self.isolines;
         let from = inner.at(s.clamp(first, last)).position;
         let places = self.places();
         let gap = |s: f64| {
@@ -51,7 +52,7 @@ impl Shell {
     /// by two-point Gauss quadrature between them (relative error 1e-6 for a smooth wall).
     #[must_use]
     pub fn thicknesses(&self) -> Thickness {
-        let (inner, _) = self.curves();
+        let inner = &self.isolines.inner;
         let places = self.places();
         let (mut weight, mut sum) = (0.0, 0.0);
         for pair in places.windows(2) {

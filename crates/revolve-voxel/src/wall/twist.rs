@@ -47,7 +47,7 @@ impl WallTwist {
     /// # Errors
     /// [`RevolveError::NotFinite`] for an angle.
     pub fn new(shell: Arc<Shell>, angles: impl Fn(f64) -> [f64; 2]) -> Result<Self, RevolveError> {
-        let [first, last] = shell.range();
+        let [first, last] = shell.isolines.range;
         let place = |k: usize| first + (last - first) * k as f64 / INTERVALS as f64;
         let angles: Vec<[f64; 2]> = (0..=INTERVALS).map(|k| angles(place(k))).collect();
         let mut range = [f64::INFINITY, f64::NEG_INFINITY];
@@ -56,7 +56,7 @@ impl WallTwist {
             range = [range[0].min(*angle), range[1].max(*angle)];
         }
         // Changes for each unit of length, along both meridians and across the wall.
-        let size = shell.isolines().size;
+        let size = shell.isolines.size;
         let mut steepest = 0.0f64;
         let points = |k: usize| [0.0, 1.0].map(|layer| shell.point(layer, place(k)));
         let mut change = |[a, b]: [f64; 2], [p, q]: [[f64; 2]; 2]| {
@@ -91,7 +91,7 @@ impl WallTwist {
     /// Returns the angle in radians at a point (x, r); `None` outside the wall.
     fn angle(&self, p: [f64; 2]) -> Option<f64> {
         let [layer, s] = self.shell.locate(p)?;
-        let [first, last] = self.shell.range();
+        let [first, last] = self.shell.isolines.range;
         let at = ((s - first) / (last - first)).clamp(0.0, 1.0) * INTERVALS as f64;
         let k = (at as usize).min(INTERVALS - 1);
         let ends =
@@ -111,7 +111,7 @@ impl WallTwist {
 
     /// Returns the derivatives of the angle with respect to x and r at a point of the wall, by differences.
     pub(crate) fn slopes(&self, p: [f64; 2]) -> [f64; 2] {
-        let step = 1e-5 * self.shell.isolines().size;
+        let step = 1e-5 * self.shell.isolines.size;
         [[step, 0.0], [0.0, step]].map(|[x, r]| {
             let at = |way: f64| Some([way, self.angle([p[0] + way * x, p[1] + way * r])?]);
             // To one side only where the other is outside the wall.
