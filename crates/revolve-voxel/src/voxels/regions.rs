@@ -30,7 +30,7 @@ impl Body {
     /// Returns coverage of every region and labels for some slices of a grid.
     ///
     /// # Errors
-    /// As [`Body::voxelize_add`]; [`RevolveError::WrongLength`] for more than 254 layers (labels are bytes).
+    /// As [`WeightedBody::voxelize_add`](crate::WeightedBody::voxelize_add); [`RevolveError::WrongLength`] for more than 254 layers (labels are bytes).
     pub fn regions<T: Sample>(
         &self,
         grid: &VoxelGrid,

@@ -5,7 +5,7 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 
-use crate::error::{finite, length};
+use crate::error::{finite, length, zeros};
 use crate::voxels::block::{BLOCK, Block};
 use crate::voxels::coverage::{Painter, Sampling, check};
 use crate::voxels::mirror::Mirror;
@@ -35,35 +35,15 @@ impl Body {
         sampling: Sampling,
         activity: &[f64],
     ) -> Result<(Vec<T>, VoxelCounters), RevolveError> {
-        let mut out = crate::error::zeros("voxels", grid.len())?;
-        let counters =
-            self.voxelize_add(grid, 0..grid.shape()[2], sampling, activity, 1.0, &mut out)?;
-        Ok((out, counters))
-    }
-
-    /// Adds `weight` times the activity of the voxels of some slices to `out` (`[z][y][x]`, those slices only).
-    ///
-    /// Slabs of a volume are bitwise identical to those of the whole.
-    ///
-    /// # Errors
-    /// [`RevolveError::WrongLength`] for a wrong buffer or number of activities; [`RevolveError::BadRange`] for slices outside the
-    /// grid; [`RevolveError::NotFinite`];
-    /// [`RevolveError::TooFew`], [`RevolveError::NotPositive`], [`RevolveError::OutOfRange`].
-    pub fn voxelize_add<T: Sample>(
-        &self,
-        grid: &VoxelGrid,
-        slices: Range<usize>,
-        sampling: Sampling,
-        activity: &[f64],
-        weight: f64,
-        out: &mut [T],
-    ) -> Result<VoxelCounters, RevolveError> {
-        let weighted = WeightedBody {
+        let mut out = zeros("voxels", grid.len())?;
+        let body = WeightedBody {
             body: self,
             activity,
-            weight,
+            weight: 1.0,
         };
-        WeightedBody::voxelize_add(&[weighted], grid, slices, sampling, out)
+        let slices = 0..grid.shape()[2];
+        let counters = WeightedBody::voxelize_add(&[body], grid, slices, sampling, &mut out)?;
+        Ok((out, counters))
     }
 }
 

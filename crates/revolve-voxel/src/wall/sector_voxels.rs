@@ -14,7 +14,7 @@ use crate::voxels::sections::Sections;
 use crate::voxels::square;
 use crate::wall::body_line::BodyLine;
 use crate::wall::sector::{Sector, Twisted};
-use crate::{Ray, RevolveError, Sample, Sampling, VoxelCounters, VoxelGrid};
+use crate::{Ray, RevolveError, Sample, Sampling, VoxelCounters, VoxelGrid, WeightedBody};
 
 impl Sector {
     /// Adds `activity` times the covered fraction of every voxel in some slices to `out` (`[z][y][x]`, those slices only).
@@ -23,7 +23,7 @@ impl Sector {
     /// have the value of the ring. Voxels that a twisted side may cut are computed from the lengths of lines.
     ///
     /// # Errors
-    /// As [`Body::voxelize_add`](crate::Body::voxelize_add).
+    /// As [`WeightedBody::voxelize_add`].
     pub fn voxelize_add<T: Sample>(
         &self,
         grid: &VoxelGrid,
@@ -57,9 +57,13 @@ impl Sector {
         let small = VoxelGrid::new(part.clone().map(|p| p.len()), h, corner.coords.into())?;
         let own = z.start - part[2].start..z.end - part[2].start;
         let mut ring = zeros("voxels", nx * ny * z.len())?;
+        let whole = WeightedBody {
+            body: &self.ring,
+            activity: &[1.0],
+            weight: 1.0,
+        };
         let mut counters =
-            self.ring
-                .voxelize_add(&small, own.clone(), sampling, &[1.0], 1.0, &mut ring)?;
+            WeightedBody::voxelize_add(&[whole], &small, own.clone(), sampling, &mut ring)?;
         counters = counters + self.cut(&small, own.start, sampling, tolerance, &mut ring);
         for (slice, own) in z.zip(ring.chunks(nx * ny)) {
             for (y, row) in own.chunks(nx).enumerate() {

@@ -265,12 +265,12 @@ fn bodies_and_batches() {
     ));
     let grid = VoxelGrid::cube(2, 1.0).unwrap();
     let voxels = |slices, sampling, n| {
-        body.voxelize_add(
+        voxelize_add(
+            &body,
             &grid,
             slices,
             sampling,
             &[1.0; 2],
-            1.0,
             &mut vec![0.0f32; n],
         )
     };
@@ -530,7 +530,7 @@ fn ranges_of_slices_are_checked() {
         (2..5, "slices 2..5 must be ascending and within 0..4"),
     ] {
         let mut out = vec![0.0_f64; 64];
-        let refused = body.voxelize_add(&grid, range, Sampling::Centre, &[1.0], 1.0, &mut out);
+        let refused = voxelize_add(&body, &grid, range, Sampling::Centre, &[1.0], &mut out);
         assert_eq!(refused.unwrap_err().to_string(), text);
     }
 }

@@ -14,6 +14,7 @@ use revolve_voxel::{
 };
 use std::f64::consts::{FRAC_PI_4, TAU};
 use support::brute::{Scene, Solid};
+use support::voxelize_add;
 
 /// Rounding of coordinates of a few units, of poses and of roots.
 const ROUNDING: f64 = 1e-12;
@@ -228,7 +229,7 @@ proptest! {
         let sampling = Sampling::Coverage { tolerance: 1e-3 };
         let mut parts = [vec![0.0; n * n * n], vec![0.0; n * n * n]];
         let body = Body::new(vec![meridian.clone()], pose).unwrap();
-        body.voxelize_add(&grid, 0..n, sampling, &[1.0], 1.0, &mut parts[0]).unwrap();
+        voxelize_add(&body, &grid, 0..n, sampling, &[1.0], &mut parts[0]).unwrap();
         Sector::new(meridian, azimuths, pose).unwrap().voxelize_add(&grid, 0..n, sampling, 1.0, &mut parts[1]).unwrap();
         let solids = [solid.clone(), solid.between(azimuths)].map(|s| s.at(pose.isometry()));
         // Lines along x, LINES by LINES through each voxel, off the grid.

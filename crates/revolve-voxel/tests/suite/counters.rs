@@ -13,8 +13,7 @@ fn the_number_of_evaluated_voxels_scales_with_the_surface() {
         let grid = VoxelGrid::centred([n; 3], [16.0 / n as f64; 3], [0.01, 0.02, 0.0]).unwrap();
         let sampling = Sampling::Coverage { tolerance: 1e-2 };
         let mut slab = vec![0.0f32; grid.slice_len() * n];
-        body.voxelize_add(&grid, 0..n, sampling, &[0.0, 1.0], 1.0, &mut slab)
-            .unwrap()
+        voxelize_add(&body, &grid, 0..n, sampling, &[0.0, 1.0], &mut slab).unwrap()
     };
     let (a, b) = (count(64), count(128));
     // Twice the resolution: four times the surface, eight times the volume.

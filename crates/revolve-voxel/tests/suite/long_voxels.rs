@@ -18,16 +18,15 @@ fn work(spacing: [f64; 3], tolerance: f64) -> [f64; 2] {
     let first = (shape[2] - n) / 2;
     let mut slices = vec![0.0; grid.slice_len() * n];
     let sampling = Sampling::Coverage { tolerance };
-    let counters = heart(400)
-        .voxelize_add(
-            &grid,
-            first..first + n,
-            sampling,
-            &[0.0, 1.0],
-            1.0,
-            &mut slices,
-        )
-        .unwrap();
+    let counters = voxelize_add(
+        &heart(400),
+        &grid,
+        first..first + n,
+        sampling,
+        &[0.0, 1.0],
+        &mut slices,
+    )
+    .unwrap();
     [counters.evaluations as f64, counters.cut as f64]
 }
 
@@ -113,8 +112,7 @@ fn voxels_of_any_size_have_a_covered_fraction() {
         let grid = VoxelGrid::centred([2, 1, 1], [side, side, 50.0], [0.3, 0.2, 0.1]).unwrap();
         let sampling = Sampling::Coverage { tolerance: 1e-4 };
         let mut fractions = vec![0.0f64; 2];
-        body.voxelize_add(&grid, 0..1, sampling, &[1.0, 1.0], 1.0, &mut fractions)
-            .unwrap();
+        voxelize_add(&body, &grid, 0..1, sampling, &[1.0, 1.0], &mut fractions).unwrap();
         let off = fractions[0] + fractions[1] - volume / side / side / 50.0;
         // Two layers and two voxels, each within the tolerance.
         assert!(off.abs() <= 4e-4, "{side}: {fractions:?}");

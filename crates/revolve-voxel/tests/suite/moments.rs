@@ -79,16 +79,7 @@ fn weighted_bodies_equal_the_sum_of_single_bodies() {
         let (mut one_by_one, mut counters) = (vec![1.0f64; grid.len()], vec![]);
         for m in &moments {
             counters.push(
-                m.body
-                    .voxelize_add(
-                        &grid,
-                        0..40,
-                        sampling,
-                        m.activity,
-                        m.weight,
-                        &mut one_by_one,
-                    )
-                    .unwrap(),
+                WeightedBody::voxelize_add(&[*m], &grid, 0..40, sampling, &mut one_by_one).unwrap(),
             );
         }
         for (a, b) in sum.iter().zip(&one_by_one) {

@@ -41,8 +41,7 @@ fn results_are_bitwise_independent_of_threads() {
         let mut at = 0;
         for end in [5, 21, 42] {
             let mut slab = vec![0.0f32; grid.slice_len() * (end - at)];
-            body.voxelize_add(&grid, at..end, sampling, &[0.2, 1.0], 1.0, &mut slab)
-                .unwrap();
+            voxelize_add(&body, &grid, at..end, sampling, &[0.2, 1.0], &mut slab).unwrap();
             assert_eq!(slab, one.1.0[at * grid.slice_len()..end * grid.slice_len()]);
             at = end;
         }

@@ -5,8 +5,11 @@ pub(crate) mod brute;
 
 use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion, Vector3};
 use proptest::prelude::*;
-use revolve_voxel::{Body, Meridian, Pose};
+use revolve_voxel::{
+    Body, Meridian, Pose, RevolveError, Sample, Sampling, VoxelCounters, VoxelGrid, WeightedBody,
+};
 use std::f64::consts::PI;
+use std::ops::Range;
 
 /// Chord of the solid under a path from axis to axis, by the definition: the signed sum over the path's pieces of the
 /// length of line inside each frustum, divided at the roots of its quadratic and tested at the midpoints.
@@ -218,6 +221,24 @@ pub(crate) fn balloon(radius: f64, n: usize) -> Meridian {
 
 pub(crate) fn heart(n: usize) -> Body {
     Body::new(vec![balloon(1.75, n), balloon(2.75, n)], study_pose()).unwrap()
+}
+
+/// Voxels of a body in some slices, added to `out`.
+pub(crate) fn voxelize_add<T: Sample>(
+    body: &Body,
+    grid: &VoxelGrid,
+    slices: Range<usize>,
+    sampling: Sampling,
+    activity: &[f64],
+    out: &mut [T],
+) -> Result<VoxelCounters, RevolveError> {
+    let weight = 1.0;
+    let body = WeightedBody {
+        body,
+        activity,
+        weight,
+    };
+    WeightedBody::voxelize_add(&[body], grid, slices, sampling, out)
 }
 
 pub(crate) fn solid(points: &[[f64; 2]]) -> Body {

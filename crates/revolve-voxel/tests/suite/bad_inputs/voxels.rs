@@ -47,7 +47,7 @@ fn slices_out_of_order_and_samples_of_nan() {
             given == start
         };
         let none: &mut [f64] = &mut [];
-        let add = body.voxelize_add(&grid, slices.clone(), Sampling::Centre, &[1.0], 1.0, none);
+        let add = voxelize_add(&body, &grid, slices.clone(), Sampling::Centre, &[1.0], none);
         assert!(refused(add.err()));
         let regions = body.regions::<f64>(&grid, slices.clone(), Sampling::Centre);
         assert!(refused(regions.err()));
