@@ -68,6 +68,7 @@ mod filter;
 mod fourier;
 mod geometry;
 mod iterative;
+mod lattice;
 mod measure;
 mod motion;
 #[cfg(feature = "noise")]
@@ -76,7 +77,6 @@ mod parallel;
 mod phantom;
 mod pool;
 mod projector;
-mod response;
 mod sample;
 mod scalar;
 mod shift;

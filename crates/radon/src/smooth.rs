@@ -1,7 +1,7 @@
 //! Gaussian filters of volumes.
 
 use crate::error::{length, product, within, zeros};
-use crate::response::lattice_gaussian;
+use crate::lattice::lattice_gaussian;
 use crate::{RadonError, Sample, parallel};
 
 /// Smallest weight of a filter, relative to the largest.

@@ -1,6 +1,6 @@
 //! Depth-dependent blur: from the nodes of a block of rows to the detector, and back.
 //!
-//! Planes are divided among a few [nodes](crate::response::Nodes), each of which has a separable kernel. Bins are blurred node by node. Rows
+//! Planes are divided among a few [nodes](super::nodes::Nodes), each of which has a separable kernel. Bins are blurred node by node. Rows
 //! are blurred once for all nodes: with a_jk the weight of the neighbours at a distance of k rows in node j,
 //!
 //! ```text
@@ -11,7 +11,7 @@
 
 use std::ops::Range;
 
-use crate::response::Nodes;
+use super::nodes::Nodes;
 use crate::simd::{Lanes, ROWS, sized};
 use crate::{InstructionSet, RadonError, Sample};
 
@@ -21,7 +21,7 @@ const TOGETHER: usize = 4;
 /// The nodes of all views, and the place of the detector among bins and rows.
 #[derive(Debug)]
 pub(super) struct Blur<T> {
-    nodes: Nodes,
+    pub(super) nodes: Nodes,
     /// For each node the weights of neighbouring bins, from the farthest before to the farthest behind.
     along: Vec<Vec<T>>,
     /// For each node the weights of rows at distances of 0, 1, ...
@@ -84,11 +84,6 @@ impl<T: Sample> Blur<T> {
             n_bins,
             nodes,
         })
-    }
-
-    /// Returns the node of a smaller variance, and the fraction of the next one.
-    pub(super) fn fraction(&self, variance: f64) -> (usize, f64) {
-        self.nodes.fraction(variance)
     }
 
     /// Bins and rows on either side of the detector that contribute to it.

@@ -4,9 +4,8 @@ mod attenuation;
 mod axial;
 mod blur;
 mod collimator;
-
 mod geometry;
-
+mod nodes;
 mod operator;
 mod options;
 mod overlap;
@@ -19,5 +18,5 @@ pub use collimator::{Collimator, HoleResponse, ParallelHoles};
 pub use geometry::SpectGeometry;
 pub use operator::SpectOperator;
 pub use options::SpectOptions;
-pub(crate) use plan::Plan;
-pub(crate) use run::Scratch;
+use plan::Plan;
+use run::Scratch;

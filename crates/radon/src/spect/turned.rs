@@ -127,7 +127,10 @@ impl<'a> Turned<'a> {
         let planes = found.iter().map(|&(cell, ..)| cell as usize / n_bins);
         let (nearest, farthest) = planes.fold((usize::MAX, 0), |(a, b), p| (a.min(p), b.max(p)));
         let nearest = nearest.min(farthest);
-        let nodes = |plane| blur.fraction(self.variance(collimator, distance(plane)));
+        let nodes = |plane| {
+            blur.nodes
+                .fraction(self.variance(collimator, distance(plane)))
+        };
         let planes: Vec<(usize, f64)> = (nearest..=farthest).map(nodes).collect();
         let ends = planes
             .iter()

@@ -1,6 +1,6 @@
 //! Few Gaussians instead of many, with their error.
 //!
-//! The reference convolves the content of each depth with the [lattice Gaussian](super::kernel) K of its own variance V. Instead, a few
+//! The reference convolves the content of each depth with the [lattice Gaussian](crate::lattice) K of its own variance V. Instead, a few
 //! *nodes* of variances W_0 < W_1 < ... are convolved, and content of variance V = W + t D between two nodes W and W + D is divided between
 //! them in the fractions 1 - t and t. Its variance is exact. All weights are >= 0.
 //!
@@ -11,9 +11,9 @@
 //!    themselves give the largest D.
 //! 2. *Truncation.* Weights below [`CUT`] times tau of the central one are dropped.
 
-use super::kernel::{lattice_gaussian, peak};
 use crate::RadonError;
 use crate::error::within;
+use crate::lattice::{lattice_gaussian, peak};
 
 /// Largest number of nodes, each a blur of a view.
 const MOST: f64 = 1e5;
@@ -29,12 +29,11 @@ type Kernels = [Vec<f64>; 2];
 
 /// Nodes for a range of variances.
 #[derive(Debug, Clone)]
-pub(crate) struct Nodes {
+pub(super) struct Nodes {
     /// Variances (cm^2), ascending; the first is the smallest one required, the last the largest.
-    pub(crate) variances: Vec<f64>,
+    variances: Vec<f64>,
     /// Kernel of each node.
-    pub(crate) kernels: Vec<Kernels>,
-    pitch: [f64; 2],
+    pub(super) kernels: Vec<Kernels>,
 }
 
 impl Nodes {
@@ -42,7 +41,7 @@ impl Nodes {
     ///
     /// # Errors
     /// [`RadonError::OutOfRange`] for more than 1e5 nodes or 1e8 weights, [`RadonError::TooLarge`].
-    pub(crate) fn new(
+    pub(super) fn new(
         [near, far]: [f64; 2],
         pitch: [f64; 2],
         tolerance: f64,
@@ -56,39 +55,27 @@ impl Nodes {
         within("Gaussians of a blur", most, 0.0, MOST)?;
         let reach = (-2.0 * (CUT * tolerance).ln()).sqrt() * far.sqrt() / finest;
         within("weights of a blur", (1.0 + most) * reach, 0.0, MOST_WEIGHTS)?;
-        let mut nodes = Self {
-            variances: Vec::new(),
-            kernels: Vec::new(),
-            pitch,
-        };
+        let (mut variances, mut kernels) = (Vec::new(), Vec::new());
         let mut next = near;
         loop {
-            nodes.push(next, tolerance)?;
+            let kernel = |pitch: f64| lattice_gaussian(next / pitch / pitch, CUT * tolerance);
+            kernels.push([kernel(pitch[0])?, kernel(pitch[1])?]);
+            variances.push(next);
             if next >= far {
-                return Ok(nodes);
+                return Ok(Self { variances, kernels });
             }
             next += step(next, far - next, pitch, excess)?;
         }
     }
 
     /// Returns the node below a variance, and the fraction of the next one.
-    pub(crate) fn fraction(&self, variance: f64) -> (usize, f64) {
+    pub(super) fn fraction(&self, variance: f64) -> (usize, f64) {
         let nodes = &self.variances;
         let j = nodes.partition_point(|&w| w <= variance).max(1) - 1;
         match nodes.get(j + 1) {
             Some(next) => (j, ((variance - nodes[j]) / (next - nodes[j])).max(0.0)),
             None => (j, 0.0),
         }
-    }
-
-    /// Appends a node.
-    fn push(&mut self, variance: f64, tolerance: f64) -> Result<(), RadonError> {
-        let [bins, rows] = self
-            .pitch
-            .map(|pitch| lattice_gaussian(variance / pitch / pitch, CUT * tolerance));
-        self.kernels.push([bins?, rows?]);
-        self.variances.push(variance);
-        Ok(())
     }
 }
 

@@ -40,17 +40,12 @@ pub(crate) fn lattice_gaussian(variance: f64, cut: f64) -> Result<Vec<f64>, Rado
     fitted(variance, reach(rate, cut)?)
 }
 
-/// The complete lattice Gaussian, to rounding.
-pub(crate) fn complete(variance: f64) -> Result<Vec<f64>, RadonError> {
-    lattice_gaussian(variance, ALL)
-}
-
 /// The central weight of the complete lattice Gaussian.
 pub(crate) fn peak(variance: f64) -> Result<f64, RadonError> {
     if variance > WIDE {
         return Ok((std::f64::consts::TAU * variance).sqrt().recip());
     }
-    Ok(complete(variance)?[0])
+    Ok(lattice_gaussian(variance, ALL)?[0])
 }
 
 /// The last k whose weight exp(-rate k^2) is not below `cut`, at least 1.
@@ -126,7 +121,8 @@ mod tests {
                 assert!((variance(&w) / v - 1.0).abs() < 1e-12, "{v} {cut}");
                 assert!(w.iter().all(|w| *w >= 0.0));
             }
-            assert!((complete(v).unwrap()[0] / peak(v).unwrap() - 1.0).abs() < 2e-10);
+            let complete = lattice_gaussian(v, ALL).unwrap();
+            assert!((complete[0] / peak(v).unwrap() - 1.0).abs() < 2e-10);
         }
     }
 }
