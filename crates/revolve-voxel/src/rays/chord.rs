@@ -11,7 +11,7 @@
 
 use crate::rays::cone::{Cone, Face, ordered};
 use crate::rays::direction::Direction;
-use crate::solid::chains::{Chain, Kind, Vertex};
+use crate::solid::chains::{Chain, Vertex};
 use crate::solid::meridian::Meridian;
 
 /// A line of the given direction.
@@ -291,7 +291,7 @@ impl<'a> Iterator for Intervals<'a> {
                 };
                 return Some((sign, direction.along(x.map(|x| Face::plane(vertex, x)))));
             }
-            if let Kind::Leaf(k) = node.kind {
+            if let Some(k) = node.chain {
                 let chain = &self.meridian.chains()[k];
                 if let Some(faces) = direction.interval(chain, line, &mut self.hints[k]) {
                     return Some((chain.sign, direction.along(faces)));

@@ -38,22 +38,15 @@ pub(crate) struct Node {
     pub(crate) r2: [f64; 2],
     /// Axial coordinates at which the meridian enters and leaves this part.
     pub(crate) path: [f64; 2],
-    pub(crate) kind: Kind,
+    /// Index of the chain of a leaf. The left child of another node follows it, and the right one follows the subtree of the left.
+    pub(crate) chain: Option<usize>,
     /// Index of the first node outside this subtree.
     pub(crate) after: usize,
 }
 
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) enum Kind {
-    /// Index of the chain.
-    Leaf(usize),
-    /// The left child follows its parent; this is the right one's index.
-    Fork(usize),
-}
-
 /// Returns the nodes of the tree, root first; every meridian has a chain.
 pub(crate) fn tree(chains: &[Chain]) -> Vec<Node> {
-    fn build(chains: &[Chain], first: usize, nodes: &mut Vec<Node>) -> usize {
+    fn build(chains: &[Chain], first: usize, nodes: &mut Vec<Node>) {
         let at = nodes.len();
         let fold = |f: fn(f64, f64) -> f64, get: fn(&Chain) -> &[f64]| {
             let all = chains.iter().flat_map(get).copied();
@@ -74,7 +67,7 @@ pub(crate) fn tree(chains: &[Chain]) -> Vec<Node> {
             x: [fold(f64::min, |c| &c.x), fold(f64::max, |c| &c.x)],
             r2: [least, fold(f64::max, |c| &c.r2)],
             path: [ends(&chains[0])[0], ends(&chains[chains.len() - 1])[1]],
-            kind: Kind::Leaf(first),
+            chain: (chains.len() == 1).then_some(first),
             after: at + 1,
         });
         if chains.len() > 1 {
@@ -87,11 +80,9 @@ pub(crate) fn tree(chains: &[Chain]) -> Vec<Node> {
             });
             let split = split.count().clamp(1, chains.len() - 1);
             build(&chains[..split], first, nodes);
-            let right = build(&chains[split..], first + split, nodes);
-            nodes[at].kind = Kind::Fork(right);
+            build(&chains[split..], first + split, nodes);
             nodes[at].after = nodes.len();
         }
-        at
     }
     let mut nodes = Vec::with_capacity(2 * chains.len());
     if !chains.is_empty() {

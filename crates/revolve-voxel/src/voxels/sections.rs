@@ -8,7 +8,7 @@
 
 use std::f64::consts::TAU;
 
-use crate::solid::chains::{Chain, Kind};
+use crate::solid::chains::Chain;
 use crate::solid::meridian::Meridian;
 use crate::solid::wedge::Wedge;
 use crate::voxels::breaks::Breaks;
@@ -191,12 +191,15 @@ impl<'a> Sections<'a> {
         if node.r2[0] >= high * high {
             return self.below(node.path[1]) - self.below(node.path[0]);
         }
-        match node.kind {
-            Kind::Leaf(k) => {
+        match node.chain {
+            Some(k) => {
                 let chain = &meridian.chains()[k];
                 chain.sign * self.under(chain, self.runs.of(k))
             }
-            Kind::Fork(right) => self.stretch(node_idx + 1) + self.stretch(right),
+            None => {
+                let left = node_idx + 1;
+                self.stretch(left) + self.stretch(meridian.tree()[left].after)
+            }
         }
     }
 
