@@ -1,6 +1,6 @@
 //! Choice of the method by a model of its cost.
 
-use super::options::{FbpMethod, FbpOptions, Interpolation};
+use super::options::{FbpMethod, FbpOptions};
 use crate::error::RadonError;
 use crate::fourier::{Counts, Gridding, Response, check_tolerance};
 use crate::simd::InstructionSet;
@@ -18,10 +18,7 @@ pub(super) fn plan<T: Sample>(
     instructions: InstructionSet,
     n_pixels: usize,
 ) -> Result<Option<Gridding<T>>, RadonError> {
-    let response = match options.interpolation {
-        Interpolation::Linear => Response::Lines,
-        fine @ Interpolation::BandLimited => Response::FineLines(fine.upsampling() as f64),
-    };
+    let response = Response::Lines(options.interpolation.upsampling());
     let new = |tolerance| Gridding::new(geometry, grid, tolerance, instructions, response);
     match options.method {
         FbpMethod::Direct => Ok(None),

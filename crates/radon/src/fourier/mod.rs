@@ -59,7 +59,7 @@ impl Counts {
         response: Response,
     ) -> Result<Self, RadonError> {
         let periods = match response {
-            Response::Lines | Response::FineLines(_) => 1,
+            Response::Lines(_) => 1,
             Response::BinMeans { periods, .. } => periods,
         };
         let row_len = periods * row_period(geometry, grid, periods)?;
@@ -101,10 +101,8 @@ impl<T: Sample> std::fmt::Debug for Gridding<T> {
 /// The kernel K between bins, by its response at frequencies in units of 1/pitch.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Response {
-    /// Linear interpolation between bins: the first lobe of sinc^2.
-    Lines,
-    /// Linear interpolation between samples that are finer than bins by this factor: the band of the row itself.
-    FineLines(f64),
+    /// Linear interpolation between samples, this many per bin: the first lobe of sinc^2 for one, otherwise the band of the row itself.
+    Lines(usize),
     /// Bin averages of an image of these pixels; rows have this multiple of the shortest period.
     BinMeans {
         pitch: f64,
@@ -123,8 +121,7 @@ impl Response {
             }
         };
         match self {
-            Self::Lines => sinc(frequency).powi(2),
-            Self::FineLines(finer) => sinc(frequency / finer).powi(2),
+            Self::Lines(per_bin) => sinc(frequency / per_bin as f64).powi(2),
             Self::BinMeans {
                 pitch,
                 spacing: [dx, dy],
@@ -136,8 +133,8 @@ impl Response {
     /// Returns the largest frequency in a direction (cosine and sine).
     fn most(self, [cos, sin]: [f64; 2]) -> f64 {
         match self {
-            Self::Lines => 1.0,
-            Self::FineLines(_) => 0.5,
+            Self::Lines(1) => 1.0,
+            Self::Lines(_) => 0.5,
             Self::BinMeans {
                 pitch,
                 spacing: [dx, dy],
