@@ -31,3 +31,13 @@ impl<S> Pool<S> {
         result
     }
 }
+
+/// Returns the first `len` elements of a work array, which grows if needed.
+pub(crate) fn grown<S: Clone + Default>(memory: &mut Vec<S>, len: usize) -> &mut [S] {
+    if memory.len() < len {
+        // Exactly the planned size.
+        memory.reserve_exact(len - memory.len());
+        memory.resize(len, S::default());
+    }
+    &mut memory[..len]
+}

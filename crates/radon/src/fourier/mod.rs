@@ -22,7 +22,7 @@ use rustfft::num_complex::Complex;
 use crate::error::{RadonError, within};
 use crate::fft::{ComplexPair, RealPair};
 use crate::filter::padded_len;
-use crate::pool::Pool;
+use crate::pool::{Pool, grown};
 use crate::simd::{DIGITS, InstructionSet, LANES, RayPath, Taps};
 use crate::{ImageGrid, ParallelGeometry, Sample, parallel};
 
@@ -449,16 +449,6 @@ impl<T: Sample> Gridding<T> {
 /// Rejects tolerances below single precision and above a useful approximation.
 pub(crate) fn check_tolerance(tolerance: f64) -> Result<(), RadonError> {
     within("tolerance", tolerance, 1e-6, 1e-2)
-}
-
-/// Returns the first `len` samples of a buffer, which grows if needed.
-fn grown<S: Clone + Default>(memory: &mut Vec<S>, len: usize) -> &mut [S] {
-    if memory.len() < len {
-        // Exactly the planned size.
-        memory.reserve_exact(len - memory.len());
-        memory.resize(len, S::default());
-    }
-    &mut memory[..len]
 }
 
 /// Makes the ends of a real row's spectrum real.

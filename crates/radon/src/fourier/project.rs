@@ -5,7 +5,8 @@ use std::ops::Range;
 use rustfft::num_complex::Complex;
 
 use super::polar::{Columns, PolarView, turns};
-use super::{BAND, Gridding, GriddingScratch, Work, grown, real_ends};
+use super::{BAND, Gridding, GriddingScratch, Work, real_ends};
+use crate::pool::grown;
 use crate::simd::{DIGITS, LANES};
 use crate::{Sample, parallel};
 

@@ -51,11 +51,3 @@ impl<T: Scalar> Lanes<T> {
         unsafe { std::slice::from_raw_parts_mut(lanes.as_mut_ptr().cast(), ROWS * lanes.len()) }
     }
 }
-
-/// Returns the first `len` elements of a work array, which grows if needed.
-pub(crate) fn sized<T: Scalar>(work: &mut Vec<Lanes<T>>, len: usize) -> &mut [Lanes<T>] {
-    if work.len() < len {
-        work.resize(len, Lanes::default());
-    }
-    &mut work[..len]
-}

@@ -12,7 +12,8 @@
 use std::ops::Range;
 
 use super::nodes::Nodes;
-use crate::simd::{Lanes, ROWS, sized};
+use crate::pool::grown;
+use crate::simd::{Lanes, ROWS};
 use crate::{InstructionSet, RadonError, Sample};
 
 /// Bins that are summed over all nodes before the next ones, so that they stay in the first-level cache.
@@ -124,7 +125,7 @@ impl<T: Sample> Blur<T> {
         let ([margin, _], wide, padded) = (self.margin(), self.wide(), self.padded());
         // An odd distance between nodes avoids cache conflicts.
         let stride = padded + 1;
-        let blurred = sized(&mut work.blurred, stride * used.len());
+        let blurred = grown(&mut work.blurred, stride * used.len());
         let images = nodes.chunks_exact(wide).zip(&self.along[used.clone()]);
         for ((image, kernel), out) in images.zip(blurred.chunks_exact_mut(stride)) {
             let from = Lanes::flat(&image[margin - kernel.len() / 2..]);
@@ -159,7 +160,7 @@ impl<T: Sample> Blur<T> {
         work: &mut Work<T>,
     ) {
         let ([margin, _], wide, padded) = (self.margin(), self.wide(), self.padded());
-        let blurred = sized(&mut work.blurred, padded + 4 * margin);
+        let blurred = grown(&mut work.blurred, padded + 4 * margin);
         blurred.fill(Lanes::default());
         let kernels = self.along[used.clone()]
             .iter()

@@ -15,8 +15,8 @@ use super::plan::Plan;
 use super::turned::View;
 use super::walk::{Gather, Scatter, Visit, Walk};
 use crate::error::{RadonError, zeros};
-use crate::pool::Pool;
-use crate::simd::{Lanes, sized};
+use crate::pool::{Pool, grown};
+use crate::simd::Lanes;
 use crate::{InstructionSet, Sample, parallel};
 
 /// Views per thread that are computed at a time: many for each reading of a block's voxels.
@@ -73,7 +73,7 @@ impl<T: Sample> Plan<T> {
             parallel::tasks(sums, len, &|k, sums| {
                 let (view, block) = (&self.views[views[k % n_views]], k / n_views);
                 jobs.with(Job::default, |job| {
-                    let nodes = sized(&mut job.nodes, view.used.len() * self.frame.blur.wide());
+                    let nodes = grown(&mut job.nodes, view.used.len() * self.frame.blur.wide());
                     nodes.fill(Lanes::default());
                     let pixels = &blocks[block * block_len..][..block_len];
                     self.walk(view, block, &mut job.passed, Gather { pixels, nodes });
@@ -224,7 +224,7 @@ impl<T: Sample> Plan<T> {
         self.frame.instructions.run(Walk::<_, _, FUSED> {
             view,
             attenuation: map.map(|a| (&a.map[block * n..][..n], &a.escape)),
-            passed: sized(passed, self.frame.blur.wide()),
+            passed: grown(passed, self.frame.blur.wide()),
             visit,
         });
     }
