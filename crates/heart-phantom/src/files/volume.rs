@@ -19,6 +19,8 @@ pub struct Volume<'a> {
     pub beats: Option<BeatCounts>,
     /// The corrections of a reconstructed image; none by default.
     pub corrections: Corrections,
+    /// Whether the values are attenuation coefficients, for headers that record it (DICOM).
+    pub transmission: bool,
     /// The name of the study, any text: files of one study belong together where the format has studies (DICOM).
     pub study: Option<&'a str>,
 }
@@ -97,6 +99,7 @@ impl<'a> Volume<'a> {
             axis: Axis::Single,
             beats: None,
             corrections: Corrections::default(),
+            transmission: false,
             study: None,
         })
     }

@@ -69,7 +69,8 @@ pub enum Accuracy {
 pub struct Noise {
     /// Expected number of counts.
     pub counts: Counts,
-    /// Seed; equal seeds give equal noise.
+    /// Seed; equal seeds give equal noise. 0 by default.
+    #[serde(default)]
     pub seed: u64,
 }
 

@@ -140,6 +140,7 @@ impl Run<'_> {
         if product == Product::Reconstruction {
             volume.corrections = self.corrections();
         }
+        volume.transmission = product == Product::Attenuation;
         let names = self.phantom.names_of(product, 0, index);
         self.write_volume(names, volume)
     }

@@ -134,10 +134,11 @@ pub(in crate::files) fn write_volume(path: &Path, volume: &Volume) -> Result<(),
         ..Frames::new(volume.n_gates(), 1, [nz, ny, nx], seconds)?
     };
     let [dx, dy, dz] = volume.spacing_mm();
-    let kind = if frames.is_gated() {
-        "DERIVED\\PRIMARY\\RECON GATED TOMO\\EMISSION"
-    } else {
-        "DERIVED\\PRIMARY\\RECON TOMO\\EMISSION"
+    let kind = match (frames.is_gated(), volume.transmission) {
+        (true, false) => "DERIVED\\PRIMARY\\RECON GATED TOMO\\EMISSION",
+        (true, true) => "DERIVED\\PRIMARY\\RECON GATED TOMO\\TRANSMISSION",
+        (false, false) => "DERIVED\\PRIMARY\\RECON TOMO\\EMISSION",
+        (false, true) => "DERIVED\\PRIMARY\\RECON TOMO\\TRANSMISSION",
     };
     let detector = Item::new()
         .text(tags::COLLIMATOR_TYPE, VR::CS, "PARA")

@@ -322,7 +322,7 @@ fn volumes_name_their_corrections() {
         [attenuation]\ncoefficient = 0.15\nmedium = { torso = { centre = [0.0, 0.0], semi_axes = [12.0, 9.0] } }\n\
         [scatter]\ntolerance = 1.0\n\
         [acquisition]\nmode = { static = { phase = 0.0 } }\n\
-        [output]\nwrite = ['reconstruction', 'truth']\nvolumes = 'dicom'\n";
+        [output]\nwrite = ['reconstruction', 'truth', 'attenuation']\nvolumes = 'dicom'\n";
     let osem = "method = { osem = { subsets = 2, iterations = 1, attenuation = true } }";
     let scatter = "method = { osem = { subsets = 2, iterations = 1, attenuation = true, scatter = 'known' } }";
     let moves =
@@ -339,13 +339,19 @@ fn volumes_name_their_corrections() {
         let phantom = Phantom::new(Scene::from_toml(&text_of).unwrap()).unwrap();
         let folder = tempfile::tempdir().unwrap();
         let report = run(&phantom, folder.path(), &no_observer).unwrap();
-        for (stem, expected) in [("reconstruction", expected), ("truth", "")] {
+        for (stem, expected) in [
+            ("reconstruction", expected),
+            ("truth", ""),
+            ("attenuation", ""),
+        ] {
             let of_stem = |file: &&std::path::PathBuf| file.to_string_lossy().starts_with(stem);
             let name = report.files.iter().find(of_stem).unwrap();
             validate(&folder.path().join(name));
             let file = open_file(folder.path().join(name)).unwrap();
             let found = text(&file, tags::CORRECTED_IMAGE);
             assert_eq!(found.trim(), expected, "{method} {stem}");
+            let kind = text(&file, tags::IMAGE_TYPE);
+            assert_eq!(kind.trim().ends_with("TRANSMISSION"), stem == "attenuation");
         }
     }
 }
