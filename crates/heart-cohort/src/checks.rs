@@ -2,16 +2,15 @@
 
 use crate::cohort::{Case, Cohort, MOST_MEMBERS, Sampling};
 use crate::correlation::{Copula, Correlation};
-use crate::expression::Constraint;
-use crate::field::overlap;
+use crate::expression::{Constraint, MOST_BYTES};
+use crate::field::{self, is_within, overlap};
 use crate::read::{Reader, section_of};
 use heart_phantom::escape;
 use heart_phantom::scene::SceneError;
+use serde_json::Value;
 
 /// Longest name of a case.
 const MOST_NAME: usize = 100;
-/// Longest constraint.
-const MOST_BYTES: usize = 4096;
 
 impl Reader<'_> {
     pub(crate) fn check_numbers(&self, cohort: &Cohort) -> Result<(), SceneError> {
@@ -151,21 +150,13 @@ impl Reader<'_> {
             let constraint = Constraint::parse(text)
                 .map_err(|what| self.wrong(&at, format!("`{text}`: {what}")))?;
             for field in constraint.fields() {
-                let is_known = |(case, k): (&Case, usize)| {
-                    case.vary.contains_key(field) || cohort.number_of_case(k, field).is_some()
+                let is_known = |case: &Case| {
+                    case.vary.keys().any(|path| is_within(field, path))
+                        || field::get(&case.scene, field).is_some_and(Value::is_number)
                 };
-                let drawn_within = |case: &Case| {
-                    case.vary.keys().any(|path| {
-                        field
-                            .strip_prefix(path.as_str())
-                            .is_some_and(|rest| rest.starts_with('.'))
-                    })
-                };
-                for (k, case) in cohort.cases.iter().enumerate() {
-                    if !is_known((case, k)) && !drawn_within(case) {
-                        let what = format!("`{text}`: {field} is not a number of the scene");
-                        return Err(self.wrong(&at, what));
-                    }
+                if !cohort.cases.iter().all(is_known) {
+                    let what = format!("`{text}`: {field} is not a number of the scene");
+                    return Err(self.wrong(&at, what));
                 }
             }
             constraints.push(constraint);

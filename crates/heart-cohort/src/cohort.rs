@@ -3,7 +3,6 @@
 use crate::correlation::{Copula, Correlation};
 use crate::distribution::Distribution;
 use crate::expression::Constraint;
-use crate::field;
 use crate::split::Split;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
@@ -160,10 +159,5 @@ impl Cohort {
         });
         self.digest = blake3::hash(meaning.to_string().as_bytes()).to_string();
         self
-    }
-
-    /// The number of a field in the scene of a case, before variation.
-    pub(crate) fn number_of_case(&self, case: usize, path: &str) -> Option<f64> {
-        field::get(&self.cases[case].scene, path)?.as_f64()
     }
 }

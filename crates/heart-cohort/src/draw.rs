@@ -130,9 +130,8 @@ impl Cohort {
                 Some((path.clone(), value))
             })
             .collect();
-        let number = |path: &str| number_of(case, &values, path);
-        let broken =
-            (self.constraints.iter()).position(|constraint| constraint.holds(&number) != Ok(true));
+        let number = |path: &str| number_of(case, &values, path).unwrap_or(f64::NAN);
+        let broken = (self.constraints.iter()).position(|constraint| !constraint.holds(&number));
         broken.map_or(Ok(values), Err)
     }
 

@@ -34,14 +34,11 @@ enum Sum {
 
 /// Deepest nesting of brackets and signs, and longest text: the depth of a sum is its length.
 const MOST_DEEP: usize = 50;
-const MOST_BYTES: usize = 2000;
+pub(crate) const MOST_BYTES: usize = 2000;
 
 impl Constraint {
-    /// Parses a constraint; returns a message if it is invalid.
+    /// Parses a constraint of at most [`MOST_BYTES`]; returns a message if it is invalid.
     pub(crate) fn parse(text: &str) -> Result<Self, String> {
-        if text.len() > MOST_BYTES {
-            return Err(format!("is longer than {MOST_BYTES} bytes"));
-        }
         let mut reader = Reader {
             text,
             at: 0,
@@ -78,29 +75,26 @@ impl Constraint {
         fields
     }
 
-    /// Returns whether the constraint is met; NaN never meets it. The error is a field without a value.
-    pub(crate) fn holds<'a>(
-        &'a self,
-        value: &impl Fn(&str) -> Option<f64>,
-    ) -> Result<bool, &'a str> {
-        let (left, right) = (self.left.value(value)?, self.right.value(value)?);
-        Ok(match self.is {
+    /// Returns whether the constraint is met; NaN, the value of a field that is not a number, never meets it.
+    pub(crate) fn holds(&self, value: &impl Fn(&str) -> f64) -> bool {
+        let (left, right) = (self.left.value(value), self.right.value(value));
+        match self.is {
             Order::Less => left < right,
             Order::LessOrEqual => left <= right,
             Order::More => left > right,
             Order::MoreOrEqual => left >= right,
-        })
+        }
     }
 }
 
 impl Sum {
-    fn value<'a>(&'a self, of: &impl Fn(&str) -> Option<f64>) -> Result<f64, &'a str> {
-        Ok(match self {
+    fn value(&self, of: &impl Fn(&str) -> f64) -> f64 {
+        match self {
             Self::Number(number) => *number,
-            Self::Field(field) => of(field).ok_or(field.as_str())?,
-            Self::Minus(sum) => -sum.value(of)?,
+            Self::Field(field) => of(field),
+            Self::Minus(sum) => -sum.value(of),
             Self::Of(left, operation, right) => {
-                let (left, right) = (left.value(of)?, right.value(of)?);
+                let (left, right) = (left.value(of), right.value(of));
                 match operation {
                     '+' => left + right,
                     '-' => left - right,
@@ -110,7 +104,7 @@ impl Sum {
                     _ => left / right,
                 }
             }
-        })
+        }
     }
 
     fn add_fields<'a>(&'a self, fields: &mut Vec<&'a str>) {

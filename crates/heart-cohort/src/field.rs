@@ -63,12 +63,14 @@ pub(crate) fn leaves(value: &Value, path: &str) -> Vec<String> {
         .collect()
 }
 
+/// Whether a path is equal to another one or within it.
+pub(crate) fn is_within(path: &str, other: &str) -> bool {
+    path.strip_prefix(other)
+        .is_some_and(|rest| rest.is_empty() || rest.starts_with('.'))
+}
+
 /// Whether two paths are equal or one is within the other.
 pub(crate) fn overlap(path: &str, other: &str) -> bool {
-    let is_within = |path: &str, other: &str| {
-        path.strip_prefix(other)
-            .is_some_and(|rest| rest.is_empty() || rest.starts_with('.'))
-    };
     is_within(path, other) || is_within(other, path)
 }
 
