@@ -1,6 +1,7 @@
 //! Correlated draws with a Gaussian copula; the marginal distributions do not change.
 
 use crate::quantile::{normal_quantile, normal_share};
+use heart_phantom::revolve_voxel::nalgebra::{Cholesky, DMatrix};
 use serde::{Deserialize, Serialize};
 
 /// Smallest squared diagonal entry of the factor; below it the correlation matrix is singular to rounding.
@@ -21,7 +22,7 @@ pub(crate) struct Correlation {
 #[derive(Debug, Clone, PartialEq, Default)]
 pub(crate) struct Copula {
     coordinates: Vec<usize>,
-    factor: Vec<Vec<f64>>,
+    factor: DMatrix<f64>,
 }
 
 impl Copula {
@@ -30,32 +31,14 @@ impl Copula {
         let mut coordinates: Vec<usize> = pairs.iter().flat_map(|(pair, _)| *pair).collect();
         coordinates.sort_unstable();
         coordinates.dedup();
-        let n = coordinates.len();
-        let entry = |i: usize, j: usize| {
-            let of = |&&([a, b], _): &&([usize; 2], f64)| {
-                [a, b] == [coordinates[i], coordinates[j]]
-                    || [b, a] == [coordinates[i], coordinates[j]]
-            };
-            pairs
-                .iter()
-                .find(of)
-                .map_or(0.0, |(_, coefficient)| *coefficient)
-        };
-        let mut factor = vec![vec![0.0; n]; n];
-        for i in 0..n {
-            for j in 0..=i {
-                let sum: f64 = (0..j).map(|k| factor[i][k] * factor[j][k]).sum();
-                if i > j {
-                    factor[i][j] = (entry(i, j) - sum) / factor[j][j];
-                    continue;
-                }
-                if 1.0 - sum < LEAST_PIVOT {
-                    return None;
-                }
-                factor[i][i] = (1.0 - sum).sqrt();
-            }
+        let mut matrix = DMatrix::identity(coordinates.len(), coordinates.len());
+        for (pair, coefficient) in pairs {
+            let [i, j] = pair.map(|d| coordinates.partition_point(|&other| other < d));
+            (matrix[(i, j)], matrix[(j, i)]) = (*coefficient, *coefficient);
         }
-        Some(Self {
+        let factor = Cholesky::new(matrix)?.unpack();
+        let is_regular = (factor.diagonal().iter()).all(|entry| entry * entry >= LEAST_PIVOT);
+        is_regular.then_some(Self {
             coordinates,
             factor,
         })
@@ -67,7 +50,7 @@ impl Copula {
         let scores: Vec<f64> = (self.coordinates.iter())
             .map(|&d| score(point[d]))
             .collect();
-        for (&d, row) in self.coordinates.iter().zip(&self.factor) {
+        for (&d, row) in self.coordinates.iter().zip(self.factor.row_iter()) {
             point[d] = normal_share(row.iter().zip(&scores).map(|(l, z)| l * z).sum());
         }
     }
