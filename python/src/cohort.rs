@@ -4,7 +4,6 @@ use crate::errors::Failure;
 use crate::scene::PyScene;
 use crate::values::{Whole, to_python};
 use heart_cohort::{Cohort, CohortError};
-use heart_phantom::PhantomError;
 use pyo3::exceptions::PyIndexError;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
@@ -203,7 +202,6 @@ impl From<CohortError> for Failure {
     fn from(error: CohortError) -> Self {
         match error {
             CohortError::Phantom(error) => error.into(),
-            CohortError::Text(error) => PhantomError::Scene(error).into(),
             CohortError::NoMember { .. } => PyIndexError::new_err(error.to_string()).into(),
             error => Self::Cohort(error),
         }

@@ -9,12 +9,10 @@ use std::path::{Path, PathBuf};
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum CohortError {
-    /// A file could not be read or written, a thread could not be started, or the base scene is invalid.
+    /// A file could not be read or written, a thread could not be started, or the text of the cohort or its base scene is invalid
+    /// ([`PhantomError::Scene`]).
     #[error(transparent)]
     Phantom(#[from] PhantomError),
-    /// The text of the cohort is invalid.
-    #[error(transparent)]
-    Text(Box<SceneError>),
     /// No draw of a member met all constraints.
     #[error(
         "member {member}: none of {attempts} draws meets all constraints; `{}` fails in {failed} of them",
@@ -131,7 +129,7 @@ impl CohortError {
 
 impl From<SceneError> for CohortError {
     fn from(error: SceneError) -> Self {
-        Self::Text(Box::new(error))
+        Self::Phantom(error.into())
     }
 }
 

@@ -8,7 +8,7 @@ use crate::split::Split;
 use crate::value::FieldValue;
 use crate::{field, sobol};
 use heart_phantom::scene::{Finding, SceneError, locate, read_text, read_toml};
-use heart_phantom::{Product, Scene, files::Format};
+use heart_phantom::{PhantomError, Product, Scene, files::Format};
 use serde::Deserialize;
 use serde_json::{Map, Value};
 use std::collections::{BTreeMap, BTreeSet};
@@ -74,17 +74,17 @@ impl Cohort {
     /// Reads a cohort from a file; the path of a base scene is relative to it.
     ///
     /// # Errors
-    /// [`heart_phantom::PhantomError::Read`] if the file or that of the base scene cannot be read;
-    /// [`heart_phantom::PhantomError::Scene`] unless it is UTF-8; [`CohortError::Text`] with line and field for invalid text.
+    /// [`PhantomError::Read`] if the file or that of the base scene cannot be read; [`PhantomError::Scene`] with file, line and field for
+    /// invalid text.
     pub fn load(path: &Path) -> Result<Self, CohortError> {
         let text = read_text(path)?;
         let folder = path.parent().unwrap_or(Path::new("."));
-        Self::of_text(&text, folder).map_err(|error| match error {
-            CohortError::Text(mut error) => {
-                error.file = Some(path.to_path_buf());
-                CohortError::Text(error)
+        Self::of_text(&text, folder).map_err(|mut error| {
+            if let CohortError::Phantom(PhantomError::Scene(error)) = &mut error {
+                // An error of the base scene has its own file.
+                error.file.get_or_insert_with(|| path.to_path_buf());
             }
-            error => error,
+            error
         })
     }
 

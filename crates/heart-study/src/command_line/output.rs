@@ -42,7 +42,6 @@ impl From<CohortError> for Failure {
     fn from(error: CohortError) -> Self {
         match error {
             CohortError::Phantom(error) => error.into(),
-            CohortError::Text(error) => PhantomError::Scene(error).into(),
             error => Self::new(&error, code_of_cohort(&error)),
         }
     }
