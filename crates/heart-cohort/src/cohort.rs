@@ -19,17 +19,27 @@ pub(crate) const MOST_MEMBERS: u64 = 1 << 26;
 /// | --- | --- | --- |
 /// | `members` | | number of members, 1 to 2^26 |
 /// | `seed` | 1 | seed of the random numbers |
-/// | `sampling` | `"plain"` | `"plain"` or `"sobol"`: [`Sampling`] |
+/// | `sampling` | `"plain"` | `"plain"`: independent members, each from its own stream of ChaCha8; `"sobol"`: Sobol points (direction numbers of Joe and Kuo, 2008), shifted by the seed: for each k the first 2^k members cover the space of the fields evenly; a draw that violates a constraint is replaced by a plain draw |
 /// | `attempts` | 1000 | largest number of draws per member to meet the constraints, 1 to 10^6; with `"sobol"` at most 2^32 / `members` (rounded up to a power of two): 64 for 2^26 members |
-/// | `compression` | `"none"` | `"none"` or `"gzip"`, of each array: [`Compression`] |
-/// | `precision` | `"float32"` | `"float32"` or `"float16"`, of the samples: [`Precision`] |
+/// | `compression` | `"none"` | of each array: `"none"` (`KEY.truth.npy`) or `"gzip"` (`KEY.truth.npy.gz`, fastest level without a time stamp, bitwise reproducible for one version of the program) |
+/// | `precision` | `"float32"` | of the samples: `"float32"` or `"float16"` (relative error at most 2^-11 above 6.1e-5, absolute error at most 2^-25 below; a member with a sample beyond 65 504 is rejected; projections that are counts have four bytes per sample) |
 /// | `split` | none | fractions of the members: `{ train = 0.8, validation = 0.1, test = 0.1 }` |
 /// | `base` | [`Scene::default`](heart_phantom::Scene) | file of the base scene, relative to that of the cohort |
 /// | `constraints` | none | comparisons that each draw must meet (a quotient by zero meets none): `["heart.outer.radius > heart.inner.radius + 0.8"]` |
 /// | `correlations` | none | coefficients of the normal scores of two fields: `[{ fields = ["pose.shift.1", "pose.shift.2"], coefficient = 0.4 }]` |
 /// | `[scene]` | empty | fields of all members that differ from the base scene; with `output.write = []` members have no arrays |
-/// | `[vary]` | empty | distributions of fields by their paths: [`Distribution`]; without them members of a case differ only in the seed of the noise |
+/// | `[vary]` | empty | distributions of fields by their paths; without them members of a case differ only in the seed of the noise |
 /// | `[[cases]]` | one case | classes: `name`, `weight` (default 1, relative to the sum), `scene` and `vary` (replace those of all members) |
+///
+/// | distribution | value |
+/// | --- | --- |
+/// | `{ uniform = [low, high] }` | uniform; all integers of an integer field, both ends included, have the same probability |
+/// | `{ normal = { mean, sd, bounds } }` | normal with this mean and standard deviation, truncated to the optional `bounds = [low, high]` |
+/// | `{ log-normal = { median, factor, bounds } }` | log-normal, truncated; `factor` is `exp` of the standard deviation of the logarithm, above 1: two thirds of the values are between `median / factor` and `median * factor` |
+/// | `{ choice = [...] }` | one of several values with equal probability: numbers, names, or tables of a scene |
+///
+/// A value is the quantile of a coordinate of the unit cube, so evenly distributed points give evenly distributed fields. Integer
+/// fields are rounded.
 ///
 /// ```
 /// use heart_cohort::Cohort;
@@ -71,38 +81,27 @@ pub struct Cohort {
 /// The sampling of the fields.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
-#[non_exhaustive]
-pub enum Sampling {
-    /// Independent members, each from its own stream of ChaCha8.
+pub(crate) enum Sampling {
     #[default]
     Plain,
-    /// Sobol points (direction numbers of Joe and Kuo, 2008), shifted by the seed: for each k the first 2^k members cover the space
-    /// of the fields evenly. A draw that violates a constraint is replaced by a plain draw.
     Sobol,
 }
 
 /// Compression of each array in a shard.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
-#[non_exhaustive]
-pub enum Compression {
-    /// `KEY.truth.npy`.
+pub(crate) enum Compression {
     #[default]
     None,
-    /// `KEY.truth.npy.gz`: gzip at its fastest level without a time stamp, bitwise reproducible for one version of the program.
     Gzip,
 }
 
 /// Precision of the samples in a shard.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
-#[non_exhaustive]
-pub enum Precision {
-    /// Four bytes per sample.
+pub(crate) enum Precision {
     #[default]
     Float32,
-    /// Two bytes per sample: relative error at most 2^-11 above 6.1e-5, absolute error at most 2^-25 below. A member with a sample
-    /// beyond 65 504 is rejected. Projections that are counts have four bytes per sample.
     Float16,
 }
 

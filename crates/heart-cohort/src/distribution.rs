@@ -10,39 +10,23 @@ const LEAST_SHARE: f64 = 1e-9;
 /// Largest magnitude of a drawn integer; all integers up to it are exact as f64.
 const MOST_WHOLE: f64 = (1u64 << 53) as f64;
 
-/// The distribution of a field. A value is the quantile of a coordinate `u` of the unit cube, so evenly distributed points give
-/// evenly distributed fields. Integer fields are rounded; with [`Distribution::Uniform`] all integers, both ends included, have the
-/// same probability.
+/// The distribution of a field, as [`Cohort`](crate::Cohort) describes it.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
-#[non_exhaustive]
-pub enum Distribution {
-    /// Uniform between two values.
+pub(crate) enum Distribution {
     Uniform([f64; 2]),
-    /// Normal, truncated to the bounds.
-    #[non_exhaustive]
     Normal {
-        /// Mean before truncation.
         mean: f64,
-        /// Standard deviation before truncation.
         sd: f64,
-        /// Smallest and largest value.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         bounds: Option<[f64; 2]>,
     },
-    /// Log-normal, truncated to the bounds.
-    #[non_exhaustive]
     LogNormal {
-        /// Median before truncation.
         median: f64,
-        /// `exp` of the standard deviation of the logarithm, above 1: two thirds of the values are between `median / factor` and
-        /// `median * factor`.
         factor: f64,
-        /// Smallest and largest value.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         bounds: Option<[f64; 2]>,
     },
-    /// One of several values with equal probability: numbers, names, or tables of a scene.
     Choice(Vec<FieldValue>),
 }
 
@@ -50,7 +34,7 @@ impl Distribution {
     /// Names in files.
     pub(crate) const NAMES: [&str; 4] = ["uniform", "normal", "log-normal", "choice"];
 
-    /// Returns the fault of its numbers, if any.
+    /// Returns the fault of its numbers, if any; those of JSON are finite.
     pub(crate) fn fault(&self) -> Option<String> {
         let finite = |values: &[f64]| values.iter().all(|value| value.is_finite());
         match self {

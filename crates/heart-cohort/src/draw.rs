@@ -72,7 +72,7 @@ impl Cohort {
     /// Draws a member. The result is a function of the text and the index.
     ///
     /// The first 53 bits of its ChaCha8 stream (seed of the cohort, stream = index) are the seed of its noise, if its scene has
-    /// noise and the text does not vary that seed. The coordinates in the unit cube follow, draw by draw. With [`Sampling::Sobol`]
+    /// noise and the text does not vary that seed. The coordinates in the unit cube follow, draw by draw. With `sampling = "sobol"`
     /// the first draw is point `index` of the sequence; draws after a violated constraint come from the stream, because later
     /// points of the sequence belong to other members or to the same cell.
     ///

@@ -44,9 +44,8 @@ mod workers;
 
 pub use heart_phantom;
 
-pub use cohort::{Cohort, Compression, Precision, Sampling};
+pub use cohort::Cohort;
 pub use cut::Shard;
-pub use distribution::Distribution;
 pub use draw::Member;
 pub use error::CohortError;
 pub use export::export;
