@@ -334,12 +334,9 @@ fn papers(effort: Effort) {
     let folder = std::env::temp_dir().join(format!("benches-paper-{}", std::process::id()));
     for &size in sizes {
         for &threads in benches::threads() {
-            let options = StudyOptions::default()
-                .with_size(size)
-                .with_threads(Some(threads))
-                .with_figures(false);
+            let options = StudyOptions::default().with_size(size).with_figures(false);
             let run = || heart_study::run(&options, &folder, &no_observer).expect("a study");
-            let (seconds, report) = timed(effort, run);
+            let (seconds, report) = on_threads(threads, || timed(effort, run));
             Row {
                 study: "whole study",
                 method: "cargo paper --no-figures",

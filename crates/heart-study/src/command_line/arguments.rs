@@ -220,7 +220,6 @@ fn shards(text: &str) -> Result<Shards, String> {
         .ok_or_else(|| "must be K/N or K-L/N with 1 <= K <= L <= N, or all/N".to_owned())
 }
 
-/// The limit of the options of the study.
 fn memory() -> RangedU64ValueParser<usize> {
     RangedU64ValueParser::new().range(1..=1 << 30)
 }

@@ -27,7 +27,6 @@ pub(super) fn paper(arguments: &Arguments, paper: &Paper) -> Done {
         gain: paper.gain,
         beats_per_minute: paper.bpm,
         nodes: paper.nodes,
-        threads: arguments.threads,
         figures: !paper.no_figures,
     };
     let bar = bar(arguments);

@@ -3,13 +3,12 @@
 use super::arguments::{Arguments, Command};
 use super::cohort;
 use super::commands::{Done, check, ef, init, man, one_view, paper, run_scene, text, truth};
-use crate::study::pool;
 use clap::CommandFactory;
-use heart_phantom::scene::Scene;
+use heart_phantom::{PhantomError, Scene};
 
 pub(crate) fn run(arguments: &Arguments) -> Done {
     match &arguments.command {
-        Command::Paper(options) => paper(arguments, options),
+        Command::Paper(options) => in_pool(arguments, || paper(arguments, options)),
         Command::Ef { out, quick } => in_pool(arguments, || ef(arguments, out, *quick)),
         Command::Init { file } => init(file.as_deref(), Scene::default().to_toml()),
         Command::Check { scene } => in_pool(arguments, || check(arguments, scene)),
@@ -38,6 +37,13 @@ pub(crate) fn run(arguments: &Arguments) -> Done {
     }
 }
 
+/// Runs a command on the threads of the arguments, by default one per core.
 fn in_pool(arguments: &Arguments, work: impl FnOnce() -> Done + Send) -> Done {
-    pool(arguments.threads)?.install(work)
+    let given = arguments.threads.unwrap_or(0);
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(given).build();
+    let failed = |error: rayon::ThreadPoolBuildError| PhantomError::Threads {
+        given,
+        source: error.into(),
+    };
+    pool.map_err(failed)?.install(work)
 }

@@ -14,11 +14,12 @@ mod tomography;
 use crate::StudyError;
 use crate::error::check_folder;
 use crate::figures::Page;
-use heart_phantom::{Observer, PhantomError, Progress, Regions, files};
+use heart_phantom::{Observer, Progress, Regions, files};
 pub use options::StudyOptions;
-use report::{Report, Settings};
+use report::Report;
 use run::Run;
 use std::path::{Path, PathBuf};
+use std::time::Instant;
 
 /// Heading of the page.
 const TITLE: &str = "A beating heart from two balloons";
@@ -26,12 +27,13 @@ const TITLE: &str = "A beating heart from two balloons";
 const INTRODUCTION: &str = "The study of Rohmer, Sitek and Gullberg (2006), Simulation of the \
     Beating Heart Based on Physically Modeling a Deformable Balloon (hal-03929238), reproduced: \
     solved shapes, sinograms from exact chords, filtered back-projection slice by slice.";
+
 /// Runs the study and writes its files to the directory `out`, `report.json` last. The report of an earlier run and the files that
-/// it lists are removed first. A study that fails removes its files.
+/// it lists are removed first. A study that fails removes its files. Threads are those of the current pool.
 ///
 /// # Errors
 /// An option out of range, a directory that is not writable or other files under names of the study are reported before any work; see [`StudyError`].
-/// [`PhantomError::Stopped`] if `progress`, called before each stage, stops the study.
+/// [`Stopped`](heart_phantom::PhantomError::Stopped) if `progress`, called before each stage, stops the study.
 pub fn run(
     options: &StudyOptions,
     out: &Path,
@@ -40,15 +42,23 @@ pub fn run(
     options.validate()?;
     check_folder(out)?;
     let mut folder = files::Folder::lock(out)?;
-    folder.clear(&planned(options.figures))?;
-    let report = pool(options.threads)?.install(|| run_in_pool(options, out, progress))?;
+    let planned = planned(options.figures);
+    folder.clear(&planned)?;
+    let mut report = compute(options, out, progress)?;
+    let is_written = |name: &PathBuf| out.join(name).is_file() || *name == Path::new(files::REPORT);
+    report.files = planned.into_iter().filter(is_written).collect();
+    report.peak_memory_bytes = run::peak_memory();
+    files::write_atomically(&out.join(files::REPORT), |file| {
+        serde_json::to_writer_pretty(&mut *file, &report)?;
+        file.write_all(b"\n")
+    })?;
     folder.finish();
     Ok(report)
 }
 
-/// Names of all files of the study.
+/// Names of all files of the study, the report last.
 fn planned(figures: bool) -> Vec<PathBuf> {
-    let mut names = vec![files::REPORT.into()];
+    let mut names = Vec::new();
     if figures {
         names.extend(
             pictures::FILES
@@ -66,55 +76,41 @@ fn planned(figures: bool) -> Vec<PathBuf> {
             );
         }
     }
+    names.push(files::REPORT.into());
     names
 }
 
-/// Starts threads; `None` for one per core.
-pub(crate) fn pool(threads: Option<usize>) -> Result<rayon::ThreadPool, PhantomError> {
-    let given = threads.unwrap_or(0);
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(given).build();
-    pool.map_err(|error| PhantomError::Threads {
-        given,
-        source: error.into(),
-    })
-}
-
-fn run_in_pool(
+/// Computes the study and writes its files, without the report.
+fn compute(
     options: &StudyOptions,
     out: &Path,
     progress: Observer<'_, Progress>,
 ) -> Result<Report, StudyError> {
     let mut run = Run::new(options, out, progress)?;
-    let total = run.clock();
+    let total = Instant::now();
     let mut page = options
         .figures
         .then(|| Page::new(out, TITLE, vec![INTRODUCTION.into()]));
     let mut report = Report {
         program: files::PROGRAM.into(),
-        settings: Settings {
-            size: options.size,
-            views: options.views,
-            gain: options.gain,
-            beats_per_minute: options.beats_per_minute,
-            nodes: options.nodes,
-            voxel_cm: run.phantom.camera().pitch(),
-        },
+        settings: options.clone(),
+        voxel_cm: run.phantom.camera().pitch(),
         ..Report::default()
     };
     let circle = solve(&mut run, &mut report, page.as_mut())?;
 
     run.stage("voxels")?;
-    let clock = run.clock();
+    let clock = Instant::now();
     let regions = Regions::new(
         run.phantom.heart(),
         run.phantom.camera(),
         run.phantom.cycle(),
     )?;
-    run.time.truth_and_files += clock.seconds();
+    run.time.truth_and_files += clock.elapsed().as_secs_f64();
     let mut volumes = [Vec::new(), Vec::new()];
     for (k, (name, mode)) in tomography::ACQUISITIONS.into_iter().enumerate() {
         let result = tomography::reconstruct(&mut run, (name, mode), &regions, &mut volumes)?;
-        let clock = run.clock();
+        let clock = Instant::now();
         if let Some(page) = &mut page {
             run.stage("drawing")?;
             if k == 0 {
@@ -123,7 +119,7 @@ fn run_in_pool(
             }
             pictures::reconstruction(page, &run, (15 + k, name), &volumes[0])?;
         }
-        run.time.truth_and_files += clock.seconds();
+        run.time.truth_and_files += clock.elapsed().as_secs_f64();
         *report.ram_lak.each_mut()[k] = result.ram_lak;
         *report.hann.each_mut()[k] = result.hann;
     }
@@ -131,17 +127,10 @@ fn run_in_pool(
     if let Some(mut page) = page {
         pictures::measures(&mut page, &report);
         pictures::circle(&mut page, &circle)?;
-        report.files = page.write()?;
+        page.write()?;
     }
-    report.files.append(&mut run.files());
-    report.files.push(files::REPORT.into());
-    run.time.total = total.seconds();
+    run.time.total = total.elapsed().as_secs_f64();
     report.time = run.time;
-    report.peak_memory_bytes = run::peak_memory();
-    files::write_atomically(&out.join(files::REPORT), |file| {
-        serde_json::to_writer_pretty(&mut *file, &report)?;
-        file.write_all(b"\n")
-    })?;
     Ok(report)
 }
 
@@ -151,7 +140,7 @@ fn solve(
     report: &mut Report,
     mut page: Option<&mut Page>,
 ) -> Result<membranes::CircleStudy, StudyError> {
-    let clock = run.clock();
+    let clock = Instant::now();
     run.stage("reference configurations")?;
     report.reference = membranes::reference(run)?;
     run.stage("direct method")?;
@@ -164,9 +153,9 @@ fn solve(
     let states = run.phantom.heart().shapes(&[0.0, 0.5 * peak, peak])?;
     run.stage("rubber")?;
     let rubber = rubber::rubber(run)?;
-    run.time.solve += clock.seconds();
+    run.time.solve += clock.elapsed().as_secs_f64();
 
-    let clock = run.clock();
+    let clock = Instant::now();
     if let Some(page) = &mut page {
         run.stage("drawing")?;
         pictures::reference(page, &report.reference);
@@ -175,7 +164,7 @@ fn solve(
         pictures::pair(page, &states)?;
         pictures::rubber(page, &rubber)?;
     }
-    run.time.truth_and_files += clock.seconds();
+    run.time.truth_and_files += clock.elapsed().as_secs_f64();
     report.direct = direct.figures;
     report.evolving = evolving.figures;
     report.circle = circle.figures.clone();

@@ -2,6 +2,7 @@
 
 use heart_phantom::scene::DiscretisationSettings;
 use heart_phantom::{PhantomError, Scene, VolumeRange, check_count, check_value};
+use serde::Serialize;
 
 /// Options of the study. The default study takes some seconds on two cores and 350 MB of memory.
 ///
@@ -9,7 +10,7 @@ use heart_phantom::{PhantomError, Scene, VolumeRange, check_count, check_value};
 /// let small = heart_study::StudyOptions::default().with_size(16).with_views(8);
 /// assert_eq!((small.size, small.views, small.nodes), (16, 8, 801));
 /// ```
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct StudyOptions {
     /// Voxels along an edge of the volume, bins and rows of the camera; the field of view is always 16 cm. 8 to 1024; default 256.
@@ -22,8 +23,6 @@ pub struct StudyOptions {
     pub beats_per_minute: f64,
     /// Nodes per membrane, 11 to 100 001; default 801.
     pub nodes: usize,
-    /// Threads, 1 to 4096; all cores if `None`. Results do not depend on it.
-    pub threads: Option<usize>,
     /// Whether to draw the figures.
     pub figures: bool,
 }
@@ -36,7 +35,6 @@ impl Default for StudyOptions {
             gain: 0.6,
             beats_per_minute: 65.0,
             nodes: 801,
-            threads: None,
             figures: true,
         }
     }
@@ -66,8 +64,6 @@ impl StudyOptions {
         with_beats_per_minute(beats_per_minute: f64);
         /// Sets the nodes per membrane.
         with_nodes(nodes: usize);
-        /// Sets the number of threads; `None` for all cores.
-        with_threads(threads: Option<usize>);
         /// Sets whether to draw the figures.
         with_figures(figures: bool);
     }
@@ -88,10 +84,6 @@ impl StudyOptions {
         check_count("views", self.views, [3, 10_000])?;
         check_value("gain", self.gain, [0.0, 2.0])?;
         check_value("bpm", self.beats_per_minute, [1.0, 1000.0])?;
-        check_count("nodes", self.nodes, [11, 100_001])?;
-        if let Some(threads) = self.threads {
-            check_count("threads", threads, [1, 4096])?;
-        }
-        Ok(())
+        check_count("nodes", self.nodes, [11, 100_001]).map(drop)
     }
 }

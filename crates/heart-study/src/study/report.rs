@@ -3,6 +3,7 @@
 //! Lengths in cm, areas in cm^2, volumes in cm^3, times in seconds, activities per cm^3 relative to the wall. A quantity over an empty set of voxels
 //! (tiny volumes) is omitted.
 
+use super::options::StudyOptions;
 use heart_phantom::{ImageQuality, TruthOf};
 use serde::Serialize;
 use std::path::PathBuf;
@@ -14,7 +15,9 @@ pub struct Report {
     /// The program and its version: [`PROGRAM`](heart_phantom::files::PROGRAM).
     pub program: String,
     /// Options of the run.
-    pub settings: Settings,
+    pub settings: StudyOptions,
+    /// Edge of a voxel and pitch of a bin in cm.
+    pub voxel_cm: f64,
     /// Reference configurations (Table 1, section 3.3).
     pub reference: Reference,
     /// Direct method (section 3.1).
@@ -36,24 +39,6 @@ pub struct Report {
     pub peak_memory_bytes: u64,
     /// Files written, relative to the directory.
     pub files: Vec<PathBuf>,
-}
-
-/// The options of the run.
-#[derive(Debug, Clone, Default, Serialize)]
-#[non_exhaustive]
-pub struct Settings {
-    /// Voxels along an edge, bins and rows of the camera.
-    pub size: usize,
-    /// Number of views over 180 degrees.
-    pub views: usize,
-    /// Largest volume gain of the cavity.
-    pub gain: f64,
-    /// Heart rate.
-    pub beats_per_minute: f64,
-    /// Nodes per membrane.
-    pub nodes: usize,
-    /// Edge of a voxel, pitch of a bin.
-    pub voxel_cm: f64,
 }
 
 /// Reference configurations of both balloons.

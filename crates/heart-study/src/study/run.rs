@@ -1,12 +1,10 @@
-//! Common state of the stages of the study: scene, clock, directory.
+//! Common state of the stages of the study: scene, run times, directory.
 
 use super::options::StudyOptions;
 use super::report;
 use heart_phantom::{Observer, Phantom, PhantomError, Progress, files};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::sync::atomic::{AtomicUsize, Ordering};
-use std::sync::{Mutex, MutexGuard, PoisonError};
-use std::time::Instant;
 
 /// Number of calls of [`Run::stage`] in a complete run, for the progress bar.
 const STAGES: f64 = 25.0;
@@ -19,8 +17,6 @@ pub(super) struct Run<'a> {
     pub(super) time: report::Time,
     progress: Observer<'a, Progress>,
     stages: AtomicUsize,
-    /// Names of the arrays written.
-    files: Mutex<Vec<PathBuf>>,
 }
 
 impl<'a> Run<'a> {
@@ -36,7 +32,6 @@ impl<'a> Run<'a> {
             time: report::Time::default(),
             progress,
             stages: AtomicUsize::new(0),
-            files: Mutex::default(),
         })
     }
 
@@ -53,10 +48,6 @@ impl<'a> Run<'a> {
         }
     }
 
-    pub(super) fn clock(&self) -> Clock {
-        Clock(Instant::now())
-    }
-
     /// Writes an array as `NAME-WHAT.npy`.
     pub(super) fn write(
         &self,
@@ -65,25 +56,8 @@ impl<'a> Run<'a> {
         shape: &[usize],
         values: &[f32],
     ) -> Result<(), PhantomError> {
-        let file = PathBuf::from(format!("{name}-{what}.npy"));
-        files::write_npy(&self.out.join(&file), shape, values)?;
-        self.files().push(file);
-        Ok(())
-    }
-
-    /// The names of the arrays that [`Run::write`] has written.
-    pub(super) fn files(&self) -> MutexGuard<'_, Vec<PathBuf>> {
-        // The list is consistent at any moment.
-        self.files.lock().unwrap_or_else(PoisonError::into_inner)
-    }
-}
-
-/// Seconds since it was started.
-pub(super) struct Clock(Instant);
-
-impl Clock {
-    pub(super) fn seconds(&self) -> f64 {
-        self.0.elapsed().as_secs_f64()
+        let file = format!("{name}-{what}.npy");
+        files::write_npy(&self.out.join(file), shape, values)
     }
 }
 
