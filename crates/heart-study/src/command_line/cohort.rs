@@ -1,12 +1,13 @@
 //! The commands of `heart-phantom cohort`.
 
 use super::arguments::{Arguments, Cohort as Command, Shards};
-use super::commands::{Done, bar, init, size};
+use super::commands::{Done, bar, init};
 use super::output::{Answer, Failure};
 use heart_cohort::{
     Cohort, Row, RunOptions, Shard, SlurmOptions, Survey, VerifyReport, export, merge, run_shard,
     sbatch, survey, verify,
 };
+use indicatif::BinaryBytes;
 use serde_json::json;
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
@@ -119,7 +120,7 @@ fn merged(dir: &Path) -> Done {
         "{} members in {} shards ({}), {} rejected{}",
         report.members,
         report.shards,
-        size(report.bytes),
+        BinaryBytes(report.bytes),
         report.rejected,
         warned(report.warned)
     );
@@ -195,7 +196,7 @@ fn shards(arguments: &Arguments, cohort: &Path, out: &Path, shards: Shards) -> D
     });
     let line = format!(
         "{made} shards computed, {skipped} already complete; {members} members ({}), {rejected} rejected{}, in {}",
-        size(bytes),
+        BinaryBytes(bytes),
         warned(with_warnings),
         out.display()
     );
@@ -252,7 +253,7 @@ fn lines(found: &Survey) -> Vec<String> {
     let seconds = found.members as f64 / found.members_per_second;
     lines.push(format!(
         "{} in total; {:.2} members per second on {} threads ({} computed): {} for all",
-        size(found.bytes),
+        BinaryBytes(found.bytes),
         found.members_per_second,
         found.threads,
         found.tried,

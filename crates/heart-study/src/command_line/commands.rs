@@ -11,7 +11,7 @@ use heart_phantom::revolve_voxel::VoxelGrid;
 use heart_phantom::{
     Observer, Phantom, PhantomError, Product, Progress, Run, RunReport, check_value,
 };
-use indicatif::{ProgressBar, ProgressStyle};
+use indicatif::{BinaryBytes, ProgressBar, ProgressStyle};
 use serde_json::{Value, json};
 use std::fs;
 use std::io;
@@ -29,34 +29,22 @@ pub(super) fn paper(arguments: &Arguments, paper: &Paper) -> Done {
         nodes: paper.nodes,
         figures: !paper.no_figures,
     };
-    let bar = bar(arguments);
-    let before = files_in(&paper.out);
-    let report = crate::run(&options, &paper.out, &|progress| show(&bar, progress));
-    bar.finish_and_clear();
-    let removed = removed(arguments, &before);
-    let report = report?;
+    let (report, removed) = observed(arguments, &paper.out, |progress| {
+        crate::run(&options, &paper.out, progress)
+    })?;
     let shown = if options.figures {
         "index.html"
     } else {
         "report.json"
     };
-    let lines = crate::summary(&report).lines().map(String::from).collect();
-    let lines = [
-        lines,
-        vec![format!("written to {}", paper.out.join(shown).display())],
-    ]
-    .concat();
+    let mut lines: Vec<String> = crate::summary(&report).lines().map(String::from).collect();
+    lines.push(format!("written to {}", paper.out.join(shown).display()));
     Ok(Answer::Report(with_removed(json!(report), removed), lines))
 }
 
 pub(super) fn ef(arguments: &Arguments, out: &Path, quick: bool) -> Done {
-    let bar = bar(arguments);
-    let before = files_in(out);
     let extent = if quick { Extent::Quick } else { Extent::Full };
-    let report = ejection(extent, out, &|progress| show(&bar, progress));
-    bar.finish_and_clear();
-    let removed = removed(arguments, &before);
-    let report = report?;
+    let (report, removed) = observed(arguments, out, |progress| ejection(extent, out, progress))?;
     let (mut found, mut lines) = (with_removed(json!(report), removed), report.summary());
     if quick {
         found["warnings"] = json!([{ "message": QUICK }]);
@@ -77,13 +65,25 @@ fn files_in(folder: &Path) -> Vec<PathBuf> {
     paths.collect()
 }
 
-/// Counts the files of an earlier run that a command has removed and not written again; prints the number, which JSON output contains.
-fn removed(arguments: &Arguments, before: &[PathBuf]) -> usize {
+/// Runs work that writes to a directory, with a progress bar. Returns its result and the number of files of an earlier run that it has
+/// removed and not written again, and prints this number, which JSON output contains.
+fn observed<T, E>(
+    arguments: &Arguments,
+    out: &Path,
+    work: impl FnOnce(Observer<'_, Progress>) -> Result<T, E>,
+) -> Result<(T, usize), E> {
+    let (bar, before) = (bar(arguments), files_in(out));
+    let result = work(&|progress: Progress| {
+        bar.set_message(progress.stage);
+        bar.set_position((progress.fraction * 1000.0) as u64);
+        ControlFlow::Continue(())
+    });
+    bar.finish_and_clear();
     let removed = before.iter().filter(|path| !path.exists()).count();
     if removed > 0 && !arguments.json {
         complain(&format!("removed {removed} files of an earlier run"));
     }
-    removed
+    Ok((result?, removed))
 }
 
 fn with_removed(mut report: Value, removed: usize) -> Value {
@@ -166,39 +166,23 @@ pub(super) fn check(arguments: &Arguments, path: &Path) -> Done {
         format!("  {images} images of the heart, {states} states of it in the ground truth"),
         format!(
             "  {} of memory at most, {} of data in {} files:",
-            size(phantom.memory().total()),
-            size(bytes),
+            BinaryBytes(phantom.memory().total()),
+            BinaryBytes(bytes),
             files.len()
         ),
     ];
     lines.extend(files.iter().map(|(name, bytes)| match *bytes {
         0 => format!("    {}", name.display()),
-        bytes => format!("    {} {}", name.display(), size(bytes)),
+        bytes => format!("    {} {}", name.display(), BinaryBytes(bytes)),
     }));
     Ok(Answer::Report(found, lines))
 }
 
-/// Formats bytes in the largest unit not above them.
-pub(crate) fn size(bytes: u64) -> String {
-    let (mut amount, mut unit) = (bytes as f64, "bytes");
-    for larger in ["KiB", "MiB", "GiB", "TiB"] {
-        if amount >= 1024.0 {
-            (amount, unit) = (amount / 1024.0, larger);
-        }
-    }
-    let digits = if unit == "bytes" { 0 } else { 1 };
-    format!("{amount:.digits$} {unit}")
-}
-
 pub(super) fn run_scene(arguments: &Arguments, scene: &Path, out: &Path, page: bool) -> Done {
     let phantom = load(arguments, scene, page)?;
-    let (bar, before) = (bar(arguments), files_in(out));
-    let report = run_to_look_at(arguments, &phantom, (out, page), &|progress| {
-        show(&bar, progress)
-    });
-    bar.finish_and_clear();
-    let removed = removed(arguments, &before);
-    let report = report?;
+    let (report, removed) = observed(arguments, out, |progress| {
+        run_to_look_at(arguments, &phantom, (out, page), progress)
+    })?;
     let numbers = &report.numbers;
     let mut lines = vec![format!(
         "EDV {:.2} mL  ESV {:.2} mL  EF {:.4}  wall {:.2} mL",
@@ -420,10 +404,4 @@ pub(crate) fn bar(arguments: &Arguments) -> ProgressBar {
         bar.set_style(style);
     }
     bar
-}
-
-fn show(bar: &ProgressBar, progress: Progress) -> ControlFlow<()> {
-    bar.set_message(progress.stage);
-    bar.set_position((progress.fraction * 1000.0) as u64);
-    ControlFlow::Continue(())
 }

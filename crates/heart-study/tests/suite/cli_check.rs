@@ -181,7 +181,7 @@ fn check_reports_volumes_memory_and_files() {
     for part in [
         "8 gates of 6 views",
         &edv,
-        "projections-gate-00.npy 3.4 KiB",
+        "projections-gate-00.npy 3.38 KiB",
         "report.json",
     ] {
         assert!(said.contains(part), "{part}: {said}");
