@@ -66,4 +66,5 @@ pub use polar::polar_maps;
 pub use render::View;
 pub use sections::{Cut, map, sections};
 pub use shapes::{Shape, shapes};
+pub(crate) use surface::trilinear;
 pub use wall_mesh::{WallState, wall_meshes};

@@ -66,22 +66,9 @@ impl<'a> Surface<'a> {
         Point3::new(at(0), at(1), at(2))
     }
 
-    /// Returns the volume at index coordinates, trilinear between samples, constant beyond its faces.
+    /// Returns the [trilinear] value at index coordinates.
     pub(super) fn value(&self, p: &Point3<f64>) -> f64 {
-        let mut cell = [0usize; 3];
-        let mut w = [0.0; 3];
-        for a in 0..3 {
-            let at = p[a].clamp(0.0, (self.size[a] - 1) as f64);
-            cell[a] = (at as usize).min(self.size[a] - 2);
-            w[a] = at - cell[a] as f64;
-        }
-        let [nx, ny, _] = self.size;
-        let at = (cell[2] * ny + cell[1]) * nx + cell[0];
-        let values = self.volume.values;
-        let along =
-            |i: usize| f64::from(values[i]) * (1.0 - w[0]) + f64::from(values[i + 1]) * w[0];
-        let plane = |i: usize| along(i) * (1.0 - w[1]) + along(i + nx) * w[1];
-        plane(at) * (1.0 - w[2]) + plane(at + nx * ny) * w[2]
+        trilinear(self.volume.values, self.size, p)
     }
 
     /// The outward unit normal: against the gradient, central differences a voxel wide of the interpolated volume.
@@ -157,6 +144,24 @@ impl<'a> Surface<'a> {
             t = (t + STEP).min(end);
         }
     }
+}
+
+/// Returns a volume of `[nx, ny, nz]` samples at index coordinates x, y, z, trilinear between samples, constant beyond its faces.
+pub(crate) fn trilinear(values: &[f32], size: [usize; 3], p: &Point3<f64>) -> f64 {
+    let mut cell = [0usize; 3];
+    let mut w = [0.0; 3];
+    for a in 0..3 {
+        let at = p[a].clamp(0.0, (size[a] - 1) as f64);
+        cell[a] = (at as usize).min(size[a].saturating_sub(2));
+        w[a] = at - cell[a] as f64;
+    }
+    let [nx, ny, _] = size;
+    let at = (cell[2] * ny + cell[1]) * nx + cell[0];
+    // A side of one sample has no next one.
+    let [x, y, z] = [(0, 1), (1, nx), (2, nx * ny)].map(|(a, step)| step.min((size[a] - 1) * step));
+    let along = |i: usize| f64::from(values[i]) * (1.0 - w[0]) + f64::from(values[i + x]) * w[0];
+    let plane = |i: usize| along(i) * (1.0 - w[1]) + along(i + y) * w[1];
+    plane(at) * (1.0 - w[2]) + plane(at + z) * w[2]
 }
 
 #[cfg(test)]

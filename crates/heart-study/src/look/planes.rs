@@ -1,6 +1,6 @@
 //! Six sections through the middle of the heart: three planes of the body and three of the heart.
 
-use crate::figures::Cut;
+use crate::figures::{Cut, trilinear};
 use heart_phantom::Phantom;
 use heart_phantom::revolve_voxel::nalgebra::{Point3, Vector3};
 use heart_phantom::revolve_voxel::{Pose, VoxelGrid};
@@ -197,27 +197,15 @@ fn letters(way: &Vector3<f64>) -> String {
         .collect()
 }
 
-/// Trilinear between the eight voxels around a position, 0 outside the volume; constant up to half a voxel beyond the outermost
-/// centres.
+/// [Trilinear](trilinear) up to half a voxel beyond the outermost centres, 0 outside.
 fn interpolated(grid: &VoxelGrid, volume: &[f32], place: &Point3<f64>) -> f32 {
     let (shape, spacing, origin) = (grid.shape(), grid.spacing(), grid.origin());
-    let mut cell = [(0, 0, 0.0); 3];
-    for a in 0..3 {
-        let at = (place[a] - origin[a]) / spacing[a];
-        let last = (shape[a] - 1) as f64;
-        if at < -0.5 || at > last + 0.5 {
-            return 0.0;
-        }
-        let at = at.clamp(0.0, last);
-        let low = at.floor();
-        cell[a] = (low as usize, (low as usize + 1).min(shape[a] - 1), at - low);
+    let at = Point3::from([0, 1, 2].map(|a| (place[a] - origin[a]) / spacing[a]));
+    let is_inside = |a: usize| (-0.5..=shape[a] as f64 - 0.5).contains(&at[a]);
+    match (0..3).all(is_inside) {
+        true => trilinear(volume, shape, &at) as f32,
+        false => 0.0,
     }
-    let [(x0, x1, u), (y0, y1, v), (z0, z1, w)] = cell;
-    let sample =
-        |x: usize, y: usize, z: usize| f64::from(volume[(z * shape[1] + y) * shape[0] + x]);
-    let along_x = |y, z| sample(x0, y, z) * (1.0 - u) + sample(x1, y, z) * u;
-    let along_y = |z| along_x(y0, z) * (1.0 - v) + along_x(y1, z) * v;
-    (along_y(z0) * (1.0 - w) + along_y(z1) * w) as f32
 }
 
 #[cfg(test)]
