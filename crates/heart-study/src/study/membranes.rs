@@ -7,7 +7,7 @@ use heart_phantom::membrane_newton::membrane_forces::{
     CircleEquilibrium, FiniteDifferences, balloon_measures,
 };
 use heart_phantom::membrane_newton::{
-    Control, Discretisation, Measures, Membrane, NewtonOptions, Pair, ReferenceShape, Solver,
+    Control, Discretisation, Equilibrium, Membrane, NewtonOptions, Pair, ReferenceShape, Solver,
 };
 use heart_phantom::{Balloon, PhantomError};
 
@@ -31,16 +31,9 @@ const CIRCLE: (f64, f64) = (1.0, 10.0);
 pub(super) struct DirectStudy {
     pub(super) figures: Direct,
     /// The inner balloon at several pressures (Fig. 8).
-    pub(super) family: Vec<Pressurised>,
+    pub(super) family: Vec<Equilibrium>,
     /// Newton residuals with the printed and the corrected Jacobian.
     pub(super) histories: [Vec<f64>; 2],
-}
-
-/// The inner balloon at one pressure.
-pub(super) struct Pressurised {
-    pub(super) load: f64,
-    pub(super) points: Vec<[f64; 2]>,
-    pub(super) measures: Measures,
 }
 
 /// The results of the circle of the appendix.
@@ -82,15 +75,8 @@ pub(super) fn direct(run: &Run<'_>) -> Result<DirectStudy, PhantomError> {
     let inner = run.phantom.heart().pair().inner();
     let family = PRESSURES
         .iter()
-        .map(|&load| {
-            let shape = inner.solve(Control::Intensity(load), &options)?;
-            Ok(Pressurised {
-                load,
-                points: shape.points(),
-                measures: shape.measures,
-            })
-        })
-        .collect::<Result<_, PhantomError>>()?;
+        .map(|&load| inner.solve(Control::Intensity(load), &options))
+        .collect::<Result<_, _>>()?;
 
     let (nodes, pressure, steps) = PRINTED;
     let coarse = FiniteDifferences::new(&Balloon::INNER.membrane()?, nodes)?;

@@ -11,6 +11,7 @@ use crate::figures::{
     WallState, bodies, curves, force_frames, histories, isosurface, poses, projections, shapes,
     slice, slices, wall_meshes,
 };
+use heart_phantom::membrane_newton::Equilibrium;
 use heart_phantom::revolve_voxel::Pose;
 use heart_phantom::revolve_voxel::nalgebra::Vector3;
 use heart_phantom::{Balloon, HeartShape, PhantomError};
@@ -93,12 +94,11 @@ pub(super) fn direct(page: &mut Page, study: &DirectStudy) -> Result<(), StudyEr
             figures.wall_volume_error,
         ),
     );
-    let family: Vec<Shape<'_>> = study
-        .family
-        .iter()
-        .map(|shape| Shape {
-            nodes: &shape.points,
-            load: shape.load,
+    let points: Vec<_> = study.family.iter().map(Equilibrium::points).collect();
+    let family: Vec<Shape<'_>> = (study.family.iter().zip(&points))
+        .map(|(shape, nodes)| Shape {
+            nodes,
+            load: shape.intensity,
             area: shape.measures.area,
             volume: shape.measures.volume,
         })
