@@ -1,7 +1,6 @@
 //! Errors of the study and its figures: invalid input, detected before any work, and files that cannot be written.
 
 use heart_phantom::PhantomError;
-use heart_phantom::revolve_voxel::RevolveError;
 use std::io;
 use std::path::Path;
 
@@ -9,7 +8,8 @@ use std::path::Path;
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum StudyError {
-    /// An option, a number or a length of an input, the phantom, or a file that cannot be written; an older file of that name is unchanged.
+    /// An option, a number or a length of an input, a membrane that is not the meridian of a solid, the phantom, or a file that cannot be
+    /// written; an older file of that name is unchanged.
     #[error(transparent)]
     Phantom(#[from] PhantomError),
     /// An input with too few entries.
@@ -40,9 +40,6 @@ pub enum StudyError {
         /// Its upper end.
         high: f64,
     },
-    /// A membrane that is not the meridian of a solid.
-    #[error("no solid of revolution")]
-    Body(#[source] RevolveError),
     /// An error of the plotting library, which draws in memory.
     #[error("drawing failed")]
     Drawing(#[source] Box<dyn std::error::Error + Send + Sync>),

@@ -3,6 +3,7 @@
 use crate::StudyError;
 use std::f64::consts::{PI, TAU};
 
+use heart_phantom::PhantomError;
 use heart_phantom::revolve_voxel::Pose;
 use heart_phantom::revolve_voxel::nalgebra::{Point3, Vector3, center};
 use plotters::prelude::RGBColor;
@@ -28,19 +29,19 @@ const KEY: i32 = 60;
 /// The mesh has equal steps of the material coordinate and of azimuth, so it shows the stretch.
 ///
 /// # Errors
-/// [`StudyError`] if there is no state, a membrane has fewer than 3 nodes or is not the meridian of a solid ([`StudyError::Body`]),
+/// [`StudyError`] if there is no state, a membrane has fewer than 3 nodes or is not the meridian of a solid,
 /// or a number is not finite.
 pub fn bodies(states: &[WallState<'_>]) -> Result<Picture, StudyError> {
     check::at_least("states", states.len(), 1)?;
     states.iter().try_for_each(WallState::check)?;
-    let cast = |azimuths: [f64; 2]| -> Result<Vec<Wall>, StudyError> {
+    let cast = |azimuths: [f64; 2]| -> Result<Vec<Wall>, PhantomError> {
         let wall = |state| Wall::new(state, Pose::identity(), azimuths);
         states.iter().map(wall).collect()
     };
     // The quarter of negative y and positive z is removed.
     let (walls, opened) = (cast([0.0, TAU])?, cast([PI, 2.5 * PI])?);
-    let long = walls.iter().fold(0.0f64, |m, w| m.max(w.extent()[0]));
-    let thick = walls.iter().fold(0.0f64, |m, w| m.max(w.extent()[1]));
+    let long = walls.iter().fold(0.0f64, |m, w| m.max(w.extent[0]));
+    let thick = walls.iter().fold(0.0f64, |m, w| m.max(w.extent[1]));
     // The x axis of the body points to the right and away from the viewer, so that the base with the cavity is visible.
     let view = View {
         azimuth: -118f64.to_radians(),
@@ -74,7 +75,7 @@ pub fn bodies(states: &[WallState<'_>]) -> Result<Picture, StudyError> {
     for (i, (wall, opened)) in walls.iter().zip(&opened).enumerate() {
         // One base plane in all panels, at the same position.
         let centre = Point3::new(
-            0.5 * long + walls[0].centre().x - 0.5 * walls[0].extent()[0],
+            0.5 * long + walls[0].centre.x - 0.5 * walls[0].extent[0],
             0.0,
             0.0,
         );
@@ -89,7 +90,7 @@ pub fn bodies(states: &[WallState<'_>]) -> Result<Picture, StudyError> {
             let colour = match met.part {
                 Part::Outer { material, stretch } => {
                     // Width of a pixel on the inclined surface, for antialiasing of lines.
-                    let soft = mesh.per_pixel() / met.normal.dot(&mesh.toward).max(0.2);
+                    let soft = mesh.per_pixel / met.normal.dot(&mesh.toward).max(0.2);
                     let ink = mesh_line([material, stretch], &met.point, soft);
                     mix(paints.paper, paints.mesh, ink)
                 }
@@ -208,7 +209,7 @@ pub fn poses(
     // The circle and the axes extend beyond the body in any pose.
     let reach = walls
         .iter()
-        .fold(0.0f64, |m, w| m.max(w.centre().coords.norm() + w.radius()));
+        .fold(0.0f64, |m, w| m.max(w.centre.coords.norm() + w.radius));
     let size = (side * poses.len() as i32, top + side);
     let mut picture = paint(size.0 as u32, size.1 as u32, |area| {
         for (i, (name, _)) in poses.iter().enumerate() {
@@ -258,7 +259,7 @@ pub fn poses(
                 scene.axis(Point3::origin(), axis, 1.32 * reach, GREY)?;
                 scene.label(name, axis * 1.42 * reach)?;
             }
-            scene.axis(wall.centre(), pose.axis(), 1.18 * wall.radius(), VERMILION)?;
+            scene.axis(wall.centre, pose.axis(), 1.18 * wall.radius, VERMILION)?;
             // Above the circle's leftmost point, clear of the body.
             let left = circle
                 .iter()

@@ -45,7 +45,8 @@ pub(super) struct Camera {
     pub(super) up: Vector3<f64>,
     pub(super) toward: Vector3<f64>,
     centre: Point3<f64>,
-    per_pixel: f64,
+    /// Centimetres across a pixel.
+    pub(super) per_pixel: f64,
     rect: Rect,
     /// Directions to the key light and the fill, and halfway between key and viewer.
     lights: [Vector3<f64>; 3],
@@ -167,11 +168,6 @@ impl Camera {
                 colour.map(|c| (255.0 * c).round() as u8),
             );
         }
-    }
-
-    /// Centimetres across a pixel.
-    pub(super) fn per_pixel(&self) -> f64 {
-        self.per_pixel
     }
 }
 

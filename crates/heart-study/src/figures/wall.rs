@@ -1,8 +1,8 @@
 //! The heart wall as a solid for rendering: a ring of revolution, complete or cut open, and its intersection with rays.
 
-use crate::StudyError;
+use heart_phantom::PhantomError;
 use heart_phantom::revolve_voxel::nalgebra::{Point3, Vector3};
-use heart_phantom::revolve_voxel::{Curve, Meridian, Pose, Ray, RevolveError, Sector, Shell};
+use heart_phantom::revolve_voxel::{Curve, Meridian, Pose, Ray, Sector, Shell};
 
 use super::WallState;
 
@@ -18,9 +18,12 @@ pub(super) struct Wall {
     /// Outward normals (x, r) at the nodes of the inner and the outer membrane.
     normals: [Curve; 2],
     pose: Pose,
-    centre: Point3<f64>,
-    radius: f64,
-    extent: [f64; 2],
+    /// Middle of the wall's extent along the axis.
+    pub(super) centre: Point3<f64>,
+    /// Radius of a bounding sphere about the centre.
+    pub(super) radius: f64,
+    /// Length along the axis and largest diameter.
+    pub(super) extent: [f64; 2],
 }
 
 /// The part of the wall that a ray intersects first.
@@ -54,15 +57,7 @@ impl Wall {
         state: &WallState<'_>,
         pose: Pose,
         azimuths: [f64; 2],
-    ) -> Result<Self, StudyError> {
-        Self::between(state, pose, azimuths).map_err(StudyError::Body)
-    }
-
-    fn between(
-        state: &WallState<'_>,
-        pose: Pose,
-        azimuths: [f64; 2],
-    ) -> Result<Self, RevolveError> {
+    ) -> Result<Self, PhantomError> {
         let halves = [state.inner, state.outer].map(upper_half);
         let [(inner_knots, inner), (outer_knots, outer)] = &halves;
         let around: Vec<_> = outer.iter().chain(inner.iter().rev()).copied().collect();
@@ -86,21 +81,6 @@ impl Wall {
             radius: (0.5 * (high - low)).hypot(r_max),
             extent: [high - low, 2.0 * r_max],
         })
-    }
-
-    /// Middle of the wall's extent along the axis.
-    pub(super) fn centre(&self) -> Point3<f64> {
-        self.centre
-    }
-
-    /// Radius of a bounding sphere about the centre.
-    pub(super) fn radius(&self) -> f64 {
-        self.radius
-    }
-
-    /// Length along the axis and largest diameter.
-    pub(super) fn extent(&self) -> [f64; 2] {
-        self.extent
     }
 
     /// Returns the first intersection of the ray through `point` along the unit vector `away`, from any distance before it.
@@ -297,6 +277,6 @@ mod tests {
             .unwrap();
         assert!((met.point - Point3::new(0.0, 0.0, 5.0)).norm() < 1e-9);
         assert!((met.normal - Vector3::z()).norm() < 1e-2);
-        assert!((wall.centre() - Point3::origin()).norm() < 1e-9);
+        assert!((wall.centre - Point3::origin()).norm() < 1e-9);
     }
 }

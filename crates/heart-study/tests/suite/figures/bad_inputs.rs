@@ -7,7 +7,7 @@ use super::{FRONT, ball, half_ellipse, iso};
 
 #[test]
 fn bad_input_is_rejected_with_its_values() {
-    use heart_phantom::PhantomError::{Count, OutOfRange, WrongLength};
+    use heart_phantom::PhantomError::{Count, OutOfRange, Solid, WrongLength};
     use heart_study::StudyError::*;
     let good = half_ellipse(8.0, 2.0);
     let mut nan = good.clone();
@@ -132,7 +132,7 @@ fn bad_input_is_rejected_with_its_values() {
     assert!(matches!(bodies(&[]), Err(TooFew { .. })));
     assert!(matches!(bodies(&[state(&nan)]), Err(NotFinite { .. })));
     let flat = vec![[1.0, 1.0]; good.len()];
-    assert!(matches!(bodies(&[state(&flat)]), Err(Body(_))));
+    assert!(matches!(bodies(&[state(&flat)]), Err(Phantom(Solid(_)))));
     assert!(matches!(
         poses(&state(&good), &[], FRONT),
         Err(TooFew { .. })
