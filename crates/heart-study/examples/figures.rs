@@ -3,6 +3,7 @@
 use std::f64::consts::{PI, TAU};
 use std::path::PathBuf;
 
+use heart_phantom::files::Section;
 use heart_phantom::revolve_voxel::Pose;
 use heart_study::StudyError;
 use heart_study::figures::*;
@@ -62,14 +63,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         .collect();
     let right = [18.0, 0.27, 6.6e-6, 3e-14];
     let series = [
-        History {
-            label: "Newton, Jacobian as printed in Eq. 14",
-            norms: &printed,
-        },
-        History {
-            label: "Newton, exact Jacobian",
-            norms: &right,
-        },
+        ("Newton, Jacobian as printed in Eq. 14", &printed[..]),
+        ("Newton, exact Jacobian", &right[..]),
     ];
     save(
         "fig08-newton.png",
@@ -81,14 +76,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         .map(|k| 240.0 * (-0.12 * f64::from(k)).exp() * (1.2 + (f64::from(k) * 0.35).sin()))
         .collect();
     let series = [
-        History {
-            label: "Δt = 2 s, falls at every step",
-            norms: &large,
-        },
-        History {
-            label: "Δt = 0.25 s, swings like the wave it is",
-            norms: &small,
-        },
+        ("Δt = 2 s, falls at every step", &large[..]),
+        ("Δt = 0.25 s, swings like the wave it is", &small[..]),
     ];
     save(
         "fig10-norm.png",
@@ -218,9 +207,9 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     };
     save(
         "fig15a-slice.png",
-        slice(&volume, Plane::Z(140), [-0.25, 1.25], "activity")?,
+        slices(&volume, &[Section::Axial(140)], [-0.25, 1.25], "activity")?,
     )?;
-    let planes = [90, 110, 130, 150, 170, 190].map(Plane::Z);
+    let planes = [90, 110, 130, 150, 170, 190].map(Section::Axial);
     save(
         "fig15b-slices.png",
         slices(&volume, &planes, [-0.25, 1.25], "activity")?,

@@ -3,7 +3,7 @@
 use super::cases::{BASE, NO_ATTENUATION, NO_GATES, NO_RESPONSE, NO_WINDOW, NOTHING, SIXTEEN};
 use super::measure::CaseResult;
 use crate::StudyError;
-use crate::figures::{Curve, Page, curves};
+use crate::figures::{Page, curves};
 
 const RULES: [&str; 2] = ["half maximum", "steepest gradient"];
 /// Bias of EDV and ESV in percent, of the ejection fraction in units of 0.01.
@@ -147,10 +147,8 @@ fn points(results: &[CaseResult], size: &str, name: &str, rule: usize) -> Vec<[f
 fn plots(page: &mut Page, results: &[CaseResult]) -> Result<(), StudyError> {
     type Line = (String, Vec<[f64; 2]>);
     let mut draw = |file: &str, [x, y]: [&str; 2], lines: Vec<Line>, caption: &str| {
-        let full = lines.iter().filter(|(_, points)| points.len() > 1);
-        let lines: Vec<Curve<'_>> = full
-            .map(|(label, points)| Curve { label, points })
-            .collect();
+        let full = lines.into_iter().filter(|(_, points)| points.len() > 1);
+        let lines: Vec<Line> = full.collect();
         match lines.is_empty() {
             true => Ok(()),
             false => page.drawing(file, &curves(x, y, &lines)?, caption),

@@ -13,38 +13,25 @@ use heart_phantom::check_value;
 /// Distance of markers in pixels.
 const APART: i32 = 24;
 
-/// One history: a norm after each iteration, the first entry before any.
-#[derive(Clone, Copy, Debug)]
-pub struct History<'a> {
-    /// Label in the legend.
-    pub label: &'a str,
-    /// The norms, finite and not negative. A zero is drawn on the lower edge.
-    pub norms: &'a [f64],
-}
-
-impl History<'_> {
-    fn check(&self) -> Result<(), StudyError> {
-        check::at_least("norms", self.norms.len(), 1)?;
-        check::finite("norms", self.norms)?;
-        let least = self.norms.iter().copied().fold(0.0, f64::min);
-        check_value("norm", least, [0.0, f64::MAX])?;
-        Ok(())
-    }
-}
-
 /// Draws norms against iteration, norms on a logarithmic axis, and a dashed line at `tolerance` if there is one.
 ///
-/// `y_label` names the norm with its unit.
+/// `y_label` names the norm with its unit. A history is its label in the legend and the norms, finite and not negative: before the
+/// first iteration and after each. A zero is drawn on the lower edge.
 ///
 /// # Errors
 /// [`StudyError`] if there is no history, one is empty, or a norm is negative or not finite.
 pub fn histories(
     y_label: &str,
     tolerance: Option<f64>,
-    histories: &[History<'_>],
+    histories: &[(&str, &[f64])],
 ) -> Result<Picture, StudyError> {
     check::at_least("histories", histories.len(), 1)?;
-    histories.iter().try_for_each(History::check)?;
+    for (_, norms) in histories {
+        check::at_least("norms", norms.len(), 1)?;
+        check::finite("norms", norms)?;
+        let least = norms.iter().copied().fold(0.0, f64::min);
+        check_value("norm", least, [0.0, f64::MAX])?;
+    }
     if let Some(given) = tolerance {
         check::positive("tolerance", given)?;
     }
@@ -58,7 +45,7 @@ pub fn histories(
     };
     let last = histories
         .iter()
-        .map(|h| h.norms.len() - 1)
+        .map(|(_, norms)| norms.len() - 1)
         .max()
         .unwrap_or(0)
         .max(1);
@@ -68,7 +55,9 @@ pub fn histories(
         last.min(10),
         "iteration",
     );
-    let norms = histories.iter().flat_map(|h| h.norms.iter().copied());
+    let norms = histories
+        .iter()
+        .flat_map(|(_, norms)| norms.iter().copied());
     let y = Axis::decades(norms.chain(tolerance), y_label);
     let height = |v: f64| if v > 0.0 { v.log10() } else { y.low };
 
@@ -81,10 +70,9 @@ pub fn histories(
                 let line = [[x.low, at.log10()], [x.high, at.log10()]];
                 dashed(&chart, &line, GREY, 2, 10.0)?;
             }
-            for (i, history) in histories.iter().enumerate() {
+            for (i, (name, norms)) in histories.iter().enumerate() {
                 let colour = SERIES[i % SERIES.len()];
-                let points: Vec<[f64; 2]> = history
-                    .norms
+                let points: Vec<[f64; 2]> = norms
                     .iter()
                     .enumerate()
                     .map(|(k, &v)| [k as f64, height(v)])
@@ -105,7 +93,7 @@ pub fn histories(
                 let middle = 12 + row / 2 + row * i as i32;
                 swatch(area, (plot.left, middle), colour, 3)?;
                 marker(area, i, ((plot.left + 22) * FINE, middle * FINE), 7, colour)?;
-                label(area, history.label, (plot.left + 58, middle), Pin::Left)?;
+                label(area, name, (plot.left + 58, middle), Pin::Left)?;
             }
             let middle = 12 + row / 2 + row * (histories.len() as i32 - 1);
             tolerance.map_or(Ok(()), |at| {

@@ -9,31 +9,28 @@ use plotters::prelude::{Color, IntoDrawingArea, SVGBackend};
 use plotters::series::LineSeries;
 use plotters::style::{IntoTextStyle, RGBColor};
 
-use super::canvas::round_ticks;
+use super::canvas::{bounds, round_ticks};
 use super::check;
-use super::style::{FAINT, GREY, SERIES, ramp, register};
+use super::style::{FAINT, FONT, GREY, SERIES, ramp, register};
 
 /// Width and height in pixels of 1/96 inch.
 pub(crate) const SIZE: (u32, u32) = (640, 400);
 
+/// The name and the points of a curve.
+type Curve<'a> = (&'a str, &'a [[f64; 2]]);
+
+type Drawn = Result<(), DrawingAreaErrorKind<std::io::Error>>;
+
 /// Most names in a legend: as many as fit beside the axes.
 const MOST_NAMES: usize = 17;
 
-/// A curve.
-#[derive(Clone, Copy, Debug)]
-pub struct Curve<'a> {
-    /// Its name in the legend; an empty one has no entry.
-    pub label: &'a str,
-    /// Points `[x, y]` in their order.
-    pub points: &'a [[f64; 2]],
-}
-
-/// Draws curves in one pair of axes with a legend beside them. Returns the SVG, with an accessible label. Up to six curves have
-/// colours that are distinguishable with any colour vision, more curves the colours of an ordered family.
+/// Draws curves in one pair of axes with a legend beside them. Returns the SVG, with an accessible label. A curve is its name in the
+/// legend, where an empty one has no entry, and its points `[x, y]` in their order. Up to six curves have colours that are
+/// distinguishable with any colour vision, more curves the colours of an ordered family.
 ///
 /// ```
-/// use heart_study::figures::{Curve, curves};
-/// let volume = Curve { label: "cavity", points: &[[0.0, 149.0], [0.4, 93.0], [1.0, 149.0]] };
+/// use heart_study::figures::curves;
+/// let volume = ("cavity", [[0.0, 149.0], [0.4, 93.0], [1.0, 149.0]]);
 /// let svg = curves("phase", "volume (mL)", &[volume])?;
 /// assert!(svg.starts_with("<svg") && svg.contains("cavity"));
 /// # Ok::<(), heart_study::StudyError>(())
@@ -41,58 +38,22 @@ pub struct Curve<'a> {
 ///
 /// # Errors
 /// [`StudyError`] if there is no curve, one has fewer than two points, or a number is not finite.
-pub fn curves(x_label: &str, y_label: &str, curves: &[Curve<'_>]) -> Result<String, StudyError> {
+pub fn curves(
+    x_label: &str,
+    y_label: &str,
+    curves: &[(impl AsRef<str>, impl AsRef<[[f64; 2]]>)],
+) -> Result<String, StudyError> {
     check::at_least("curves", curves.len(), 1)?;
-    let mut bounds = [[f64::INFINITY, f64::NEG_INFINITY]; 2];
-    for curve in curves {
-        check::at_least("points of a curve", curve.points.len(), 2)?;
-        for point in curve.points {
-            check::finite("points of a curve", point)?;
-            for (bound, value) in bounds.iter_mut().zip(point) {
-                *bound = [bound[0].min(*value), bound[1].max(*value)];
-            }
-        }
+    let curves: Vec<Curve<'_>> = (curves.iter())
+        .map(|(label, points)| (label.as_ref(), points.as_ref()))
+        .collect();
+    for (_, points) in &curves {
+        check::points("points of a curve", points, 2)?;
     }
-    let [x, y] = bounds;
-    let y = roomy(y);
     register();
     let mut svg = String::new();
-    {
-        let refused = |error: Box<dyn std::error::Error + Send + Sync>| StudyError::Drawing(error);
-        let area = SVGBackend::with_string(&mut svg, SIZE).into_drawing_area();
-        // A letter of the legend is about 9 pixels wide.
-        let longest = curves.iter().map(|curve| curve.label.chars().count()).max();
-        let width = match longest.unwrap_or(0) {
-            0 => 0,
-            letters => (40 + 9 * letters as u32).min(SIZE.0 / 3),
-        };
-        let (axes, beside) = area.split_horizontally(SIZE.0 - width);
-        let mut chart = ChartBuilder::on(&axes)
-            .margin(12)
-            .x_label_area_size(46)
-            .y_label_area_size(72)
-            .build_cartesian_2d(x[0]..x[1].max(x[0] + f64::MIN_POSITIVE), y[0]..y[1])
-            .map_err(|error| refused(Box::new(error)))?;
-        chart
-            .configure_mesh()
-            .bold_line_style(FAINT)
-            .light_line_style(plotters::style::TRANSPARENT)
-            .axis_style(GREY)
-            .label_style(("sans-serif", 15))
-            .axis_desc_style(("sans-serif", 17))
-            .x_labels(round_ticks(x[0], x[1], 8).len().max(2))
-            .x_desc(x_label)
-            .y_desc(y_label)
-            .draw()
-            .map_err(|error| refused(Box::new(error)))?;
-        for (k, curve) in curves.iter().enumerate() {
-            let points = curve.points.iter().map(|&[x, y]| (x, y));
-            let line = LineSeries::new(points, colour(k, curves.len()).stroke_width(2));
-            (chart.draw_series(line)).map_err(|error| refused(Box::new(error)))?;
-        }
-        legend(&beside, curves).map_err(|error| refused(Box::new(error)))?;
-        area.present().map_err(|error| refused(Box::new(error)))?;
-    }
+    draw(&mut svg, [x_label, y_label], &curves)
+        .map_err(|error| StudyError::Drawing(Box::new(error)))?;
     // Escaped as the value of an attribute.
     let what = maud::html! { (y_label) " over " (x_label) }.into_string();
     Ok(svg.replacen(
@@ -102,22 +63,56 @@ pub fn curves(x_label: &str, y_label: &str, curves: &[Curve<'_>]) -> Result<Stri
     ))
 }
 
+/// Draws axes, curves and legend.
+fn draw(svg: &mut String, [x_label, y_label]: [&str; 2], curves: &[Curve<'_>]) -> Drawn {
+    let [x0, x1, y0, y1] = bounds(curves.iter().flat_map(|(_, points)| *points));
+    let [y0, y1] = roomy([y0, y1]);
+    let area = SVGBackend::with_string(svg, SIZE).into_drawing_area();
+    // A letter of the legend is about 9 pixels wide.
+    let longest = curves.iter().map(|(label, _)| label.chars().count()).max();
+    let width = match longest.unwrap_or(0) {
+        0 => 0,
+        letters => (40 + 9 * letters as u32).min(SIZE.0 / 3),
+    };
+    let (axes, beside) = area.split_horizontally(SIZE.0 - width);
+    let mut chart = ChartBuilder::on(&axes)
+        .margin(12)
+        .x_label_area_size(46)
+        .y_label_area_size(72)
+        .build_cartesian_2d(x0..x1.max(x0 + f64::MIN_POSITIVE), y0..y1)?;
+    chart
+        .configure_mesh()
+        .bold_line_style(FAINT)
+        .light_line_style(plotters::style::TRANSPARENT)
+        .axis_style(GREY)
+        .label_style((FONT, 15))
+        .axis_desc_style((FONT, 17))
+        .x_labels(round_ticks(x0, x1, 8).len().max(2))
+        .x_desc(x_label)
+        .y_desc(y_label)
+        .draw()?;
+    for (k, (_, points)) in curves.iter().enumerate() {
+        let points = points.iter().map(|&[x, y]| (x, y));
+        let line = LineSeries::new(points, colour(k, curves.len()).stroke_width(2));
+        chart.draw_series(line)?;
+    }
+    legend(&beside, curves)?;
+    area.present()
+}
+
 /// The legend beside the axes; with many curves only some of them, the first included.
-fn legend(
-    area: &DrawingArea<SVGBackend<'_>, Shift>,
-    curves: &[Curve<'_>],
-) -> Result<(), DrawingAreaErrorKind<std::io::Error>> {
-    let named = || (curves.iter().enumerate()).filter(|(_, curve)| !curve.label.is_empty());
+fn legend(area: &DrawingArea<SVGBackend<'_>, Shift>, curves: &[Curve<'_>]) -> Drawn {
+    let named = || (curves.iter().enumerate()).filter(|(_, (label, _))| !label.is_empty());
     let each = named().count().div_ceil(MOST_NAMES).max(1);
-    for (row, (k, curve)) in named().step_by(each).enumerate() {
+    for (row, (k, (label, _))) in named().step_by(each).enumerate() {
         let y = 24 + 20 * row as i32;
         let line = vec![(4, y), (26, y)];
         area.draw(&PathElement::new(
             line,
             colour(k, curves.len()).stroke_width(2),
         ))?;
-        let style = ("sans-serif", 15).into_text_style(area);
-        area.draw(&Text::new(curve.label, (32, y - 8), style))?;
+        let style = (FONT, 15).into_text_style(area);
+        area.draw(&Text::new(*label, (32, y - 8), style))?;
     }
     Ok(())
 }

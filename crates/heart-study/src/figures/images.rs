@@ -1,10 +1,11 @@
 //! Projection images (Fig. 14 of the paper) and slices of reconstructions (Fig. 15 to 17, a and b).
 
 use super::canvas::number;
-use super::raster::{check_window, fit};
+use super::raster::fit;
 use super::sections::{Cut, Layout, draw};
 use super::{Picture, check};
 use crate::StudyError;
+use heart_phantom::files::Section;
 use heart_phantom::{check_count, check_length, check_value};
 use std::f64::consts::TAU;
 
@@ -41,40 +42,27 @@ impl Volume<'_> {
     }
 }
 
-/// A plane of voxels, by the axis perpendicular to it and the index along that axis.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Plane {
-    /// Axial slice: x to the right, y down; seen from the feet, anterior on top.
-    Z(usize),
-    /// Slice of constant y: x to the right, z up.
-    Y(usize),
-    /// Slice of constant x: y to the right, z up.
-    X(usize),
+/// Returns the name of the axis across a section, index, number of slices, then axes to the right and up with their lengths.
+fn layout(
+    section: Section,
+    [nz, ny, nx]: [usize; 3],
+) -> (&'static str, usize, usize, [(&'static str, usize); 2]) {
+    match section {
+        Section::Axial(k) => ("z", k, nz, [("x (cm)", nx), ("y (cm)", ny)]),
+        Section::Coronal(k) => ("y", k, ny, [("x (cm)", nx), ("z (cm)", nz)]),
+        Section::Sagittal(k) => ("x", k, nx, [("y (cm)", ny), ("z (cm)", nz)]),
+    }
 }
 
-impl Plane {
-    /// Name of the axis across, index, number of slices, then axes to the right and up with their lengths.
-    fn layout(
-        self,
-        [nz, ny, nx]: [usize; 3],
-    ) -> (&'static str, usize, usize, [(&'static str, usize); 2]) {
-        match self {
-            Self::Z(k) => ("z", k, nz, [("x (cm)", nx), ("y (cm)", ny)]),
-            Self::Y(k) => ("y", k, ny, [("x (cm)", nx), ("z (cm)", nz)]),
-            Self::X(k) => ("x", k, nx, [("y (cm)", ny), ("z (cm)", nz)]),
-        }
-    }
-
-    /// The sample at `column` to the right and `row` up.
-    fn sample(self, volume: &Volume<'_>, column: usize, row: usize) -> f32 {
-        let [_, ny, nx] = volume.size;
-        let (z, y, x) = match self {
-            Self::Z(k) => (k, ny - 1 - row, column),
-            Self::Y(k) => (row, k, column),
-            Self::X(k) => (row, column, k),
-        };
-        volume.values[(z * ny + y) * nx + x]
-    }
+/// Returns the sample of a section at `column` to the right and `row` up.
+fn sample(volume: &Volume<'_>, section: Section, column: usize, row: usize) -> f32 {
+    let [_, ny, nx] = volume.size;
+    let (z, y, x) = match section {
+        Section::Axial(k) => (k, ny - 1 - row, column),
+        Section::Coronal(k) => (row, k, column),
+        Section::Sagittal(k) => (row, column, k),
+    };
+    volume.values[(z * ny + y) * nx + x]
 }
 
 const LAYOUT: Layout = Layout {
@@ -147,54 +135,31 @@ pub fn projections(
     draw_panels(&panels, 384, [0.0, high], "chord (cm)")
 }
 
-/// Draws one slice with axes in cm and a colour bar; `window` is [black, white].
+/// Draws sections of one size, three in a row, with axes in cm and one colour bar; `window` is [black, white]. A single section
+/// is drawn larger.
 ///
 /// # Errors
-/// [`StudyError`] if the volume's length and size disagree, a sample is not finite, the spacing is not positive,
-/// the plane is outside the volume, or the window is not an interval.
-pub fn slice(
-    volume: &Volume<'_>,
-    plane: Plane,
-    window: [f64; 2],
-    bar_label: &str,
-) -> Result<Picture, StudyError> {
-    draw_slices(volume, &[plane], window, bar_label, 640)
-}
-
-/// Draws several slices of one orientation, three in a row, with one window and one colour bar.
-///
-/// # Errors
-/// As [`slice()`], and [`StudyError::Phantom`] if the planes' images differ in size.
+/// [`StudyError`] if the volume's length and size disagree, a sample is not finite, the spacing is not positive, there is no section, one
+/// is outside the volume, their images differ in size, or the window is not an interval.
 pub fn slices(
     volume: &Volume<'_>,
-    planes: &[Plane],
+    sections: &[Section],
     window: [f64; 2],
     bar_label: &str,
-) -> Result<Picture, StudyError> {
-    draw_slices(volume, planes, window, bar_label, 384)
-}
-
-fn draw_slices(
-    volume: &Volume<'_>,
-    planes: &[Plane],
-    window: [f64; 2],
-    bar_label: &str,
-    target: usize,
 ) -> Result<Picture, StudyError> {
     volume.check()?;
-    check_window(window)?;
-    check::at_least("planes", planes.len(), 1)?;
-    let [(right, n_columns), (up, n_rows)] = planes[0].layout(volume.size).3;
-    let mut panels = Vec::with_capacity(planes.len());
-    for plane in planes {
-        let (across, index, len, sides) = plane.layout(volume.size);
+    check::at_least("sections", sections.len(), 1)?;
+    let [(_, n_columns), (_, n_rows)] = layout(sections[0], volume.size).3;
+    let mut panels = Vec::with_capacity(sections.len());
+    for &section in sections {
+        let (across, index, len, [(right, columns), (up, rows)]) = layout(section, volume.size);
         check_count(across, index, [0, len - 1])?;
-        check_length("columns of a slice", sides[0].1, n_columns)?;
-        check_length("rows of a slice", sides[1].1, n_rows)?;
+        check_length("columns of a slice", columns, n_columns)?;
+        check_length("rows of a slice", rows, n_rows)?;
         let at = (index as f64 - 0.5 * (len as f64 - 1.0)) * volume.spacing;
         let title = format!("{across} = {} cm", number(at, 0.01));
-        let down = matches!(planes[0], Plane::Z(_));
-        let row = |row| (0..n_columns).map(move |column| plane.sample(volume, column, row));
+        let down = matches!(section, Section::Axial(_));
+        let row = |row| (0..n_columns).map(move |column| sample(volume, section, column, row));
         panels.push(Cut {
             values: (0..n_rows).flat_map(row).collect(),
             ..panel(
@@ -206,5 +171,6 @@ fn draw_slices(
             )
         });
     }
+    let target = if sections.len() == 1 { 640 } else { 384 };
     draw_panels(&panels, target, window, bar_label)
 }

@@ -12,7 +12,7 @@
 //! | 12, the body, reference and dilated | [`bodies()`] |
 //! | 13, the pose | [`poses`] |
 //! | 14, projections | [`projections`] |
-//! | 15 to 17, reconstructions | [`slice()`], [`slices`], [`isosurface()`] |
+//! | 15 to 17, reconstructions | [`slices`], [`isosurface()`] |
 //! | 18, the circle | [`circle()`] |
 //!
 //! For any study: [`sections()`] through a volume with orientation marks, [`curves()`] and
@@ -22,9 +22,9 @@
 //! (palette of Okabe and Ito). Results are bitwise independent of the number of threads; the functions may run concurrently.
 //!
 //! ```
-//! use heart_study::figures::{History, histories};
+//! use heart_study::figures::histories;
 //! let newton = [18.0, 0.27, 6.6e-6, 3e-14];
-//! let picture = histories("‖F‖", Some(1e-10), &[History { label: "Newton", norms: &newton }])?;
+//! let picture = histories("‖F‖", Some(1e-10), &[("Newton", &newton)])?;
 //! assert_eq!(picture.pixel(0, 0), Some([255, 255, 255]));
 //! # Ok::<(), heart_study::StudyError>(())
 //! ```
@@ -53,11 +53,11 @@ mod wall_mesh;
 
 pub use bodies::{bodies, poses};
 pub use circle::{CircleStudy, circle};
-pub use convergence::{History, histories};
+pub use convergence::histories;
 pub(crate) use curves::SIZE as CURVES_SIZE;
-pub use curves::{Curve, curves};
+pub use curves::curves;
 pub use forces::{ForceFrame, force_frames};
-pub use images::{Plane, Projection, Volume, projections, slice, slices};
+pub use images::{Projection, Volume, projections, slices};
 pub use isosurface::{IsoView, isosurface};
 pub use page::Page;
 pub(crate) use page::Table;

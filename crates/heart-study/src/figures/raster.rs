@@ -1,9 +1,8 @@
 //! Grey-scale images of sampled data: window, resampling to pixels, colour bar.
 
+use super::Picture;
 use super::canvas::{Area, Drawn, FINE, Pin, Rect, label, number, round_ticks};
 use super::style::GREY;
-use super::{Picture, check};
-use crate::StudyError;
 use plotters::prelude::{Color, PathElement};
 
 /// Width of a colour bar with its labels, and its distance from the image, pixels.
@@ -15,10 +14,6 @@ const BAR_WIDTH: i32 = 28;
 pub(super) fn grey(value: f64, window: [f64; 2]) -> u8 {
     let along = (value - window[0]) / (window[1] - window[0]);
     (255.0 * along.clamp(0.0, 1.0)).round() as u8
-}
-
-pub(super) fn check_window(window: [f64; 2]) -> Result<(), StudyError> {
-    check::interval("window", window[0], window[1])
 }
 
 /// Size of a grid of samples in pixels: an integer number per sample if at least two, else `target` along the longer side.

@@ -3,7 +3,7 @@
 use super::canvas::{
     Area, Axis, Drawn, LABELS_BELOW, LABELS_LEFT, Pin, Rect, axes, paint, paint_over, text, title,
 };
-use super::raster::{BAR_ROOM, bar_labels, check_window, fill, fill_bar};
+use super::raster::{BAR_ROOM, bar_labels, fill, fill_bar};
 use super::style::{ORANGE, SMALL};
 use super::{Picture, check};
 use crate::StudyError;
@@ -113,7 +113,7 @@ pub(super) fn draw(
     (bar_label, heading): (&str, &str),
     layout: &Layout,
 ) -> Result<Picture, StudyError> {
-    check_window(window)?;
+    check::interval("window", window[0], window[1])?;
     let [above, between] = layout.gaps;
     let most = |a: usize| sides.iter().map(|side| side[a]).max().unwrap_or(0);
     let step = (most(0) + LABELS_LEFT + 24, most(1) + LABELS_BELOW + between);

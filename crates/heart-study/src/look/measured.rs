@@ -3,7 +3,7 @@
 use super::kept::Look;
 use super::planes::SHORT_AXIS;
 use crate::StudyError;
-use crate::figures::{Curve, Cut, curves as drawn};
+use crate::figures::{Cut, curves as drawn};
 use heart_phantom::revolve_voxel::nalgebra::Point3;
 use heart_phantom::{Phantom, RunReport};
 
@@ -34,14 +34,7 @@ pub(super) fn curves(look: &Look<'_>, report: &RunReport) -> Result<Vec<Plot>, S
     let phases = (0..=POINTS).map(|k| k as f64 / POINTS as f64);
     let cavity: Vec<[f64; 2]> = phases.map(|phase| [phase, volume(phase)]).collect();
     let mut plots = vec![Plot {
-        svg: drawn(
-            "phase",
-            "cavity volume (mL)",
-            &[Curve {
-                label: "",
-                points: &cavity,
-            }],
-        )?,
+        svg: drawn("phase", "cavity volume (mL)", &[("", cavity)])?,
         caption: "Volume of the cavity over one cardiac cycle.".into(),
     }];
     let phases: Vec<f64> = (0..=SOLVED).map(|k| k as f64 / SOLVED as f64).collect();
@@ -56,9 +49,7 @@ pub(super) fn curves(look: &Look<'_>, report: &RunReport) -> Result<Vec<Plot>, S
         });
         each.collect()
     };
-    let (inner, outer) = (pressure(0), pressure(1));
-    let both = [("endocardial", &inner), ("epicardial", &outer)];
-    let both = both.map(|(label, points)| Curve { label, points });
+    let both = [("endocardial", pressure(0)), ("epicardial", pressure(1))];
     let (unit, caption) = match of_rubber {
         true => (
             "mmHg",
@@ -105,9 +96,6 @@ fn profiles(look: &Look<'_>) -> Result<Option<Plot>, StudyError> {
             (label, of(&shown.cuts[0][SHORT_AXIS]))
         })
         .collect();
-    let lines: Vec<Curve<'_>> = (lines.iter())
-        .map(|(label, points)| Curve { label, points })
-        .collect();
     let [left, right, ..] = &first.cuts[0][SHORT_AXIS].marks;
     let along = format!("distance from the long axis (cm), {left} to {right}");
     Ok(Some(Plot {
@@ -122,20 +110,14 @@ fn profiles(look: &Look<'_>) -> Result<Option<Plot>, StudyError> {
 
 /// Sum of each projection, by gate.
 fn sums_of_views(sums: &[Vec<f64>]) -> Result<Plot, StudyError> {
-    let over: Vec<Vec<[f64; 2]>> = (sums.iter())
-        .map(|sum| {
-            sum.iter()
-                .enumerate()
-                .map(|(k, &sum)| [k as f64, sum])
-                .collect()
-        })
-        .collect();
-    let labels: Vec<String> = (0..sums.len()).map(|gate| format!("gate {gate}")).collect();
-    let named = sums.len() > 1;
-    let views: Vec<Curve<'_>> = (over.iter().zip(&labels))
-        .map(|(points, label)| Curve {
-            label: if named { label } else { "" },
-            points,
+    let views: Vec<(String, Vec<[f64; 2]>)> = (sums.iter().enumerate())
+        .map(|(gate, sum)| {
+            let label = match sums.len() {
+                1 => String::new(),
+                _ => format!("gate {gate}"),
+            };
+            let points = sum.iter().enumerate().map(|(k, &sum)| [k as f64, sum]);
+            (label, points.collect())
         })
         .collect();
     Ok(Plot {

@@ -7,10 +7,10 @@ use super::rubber::{RUBBER, RubberStudy};
 use super::run::Run;
 use crate::StudyError;
 use crate::figures::{
-    self, Curve, ForceFrame, History, IsoView, Page, Plane, Projection, Shape, View, Volume,
-    WallState, bodies, curves, force_frames, histories, isosurface, poses, projections, shapes,
-    slice, slices, wall_meshes,
+    self, ForceFrame, IsoView, Page, Projection, Shape, View, Volume, WallState, bodies, curves,
+    force_frames, histories, isosurface, poses, projections, shapes, slices, wall_meshes,
 };
+use heart_phantom::files::Section;
 use heart_phantom::membrane_newton::Equilibrium;
 use heart_phantom::revolve_voxel::Pose;
 use heart_phantom::revolve_voxel::nalgebra::Vector3;
@@ -115,14 +115,8 @@ pub(super) fn direct(page: &mut Page, study: &DirectStudy) -> Result<(), StudyEr
             "norm of the forces",
             None,
             &[
-                History {
-                    label: "Jacobian as printed in Eq. 14",
-                    norms: printed,
-                },
-                History {
-                    label: "Jacobian with the corrected signs",
-                    norms: right,
-                },
+                ("Jacobian as printed in Eq. 14", printed),
+                ("Jacobian with the corrected signs", right),
             ],
         )?,
         format!(
@@ -162,10 +156,8 @@ pub(super) fn evolving(page: &mut Page, study: &EvolvingStudy) -> Result<(), Stu
         "Fig. 9: nodes (red), elastic forces (magenta) and pressure forces (black) on the way to \
          equilibrium, where they balance; forces over the stiffness, per unit of the material coordinate.",
     )?;
-    let series: Vec<History<'_>> = study
-        .histories
-        .iter()
-        .map(|(label, norms)| History { label, norms })
+    let series: Vec<(&str, &[f64])> = (study.histories.iter())
+        .map(|(label, norms)| (*label, norms.as_slice()))
         .collect();
     page.picture(
         "fig10-norm.png",
@@ -243,24 +235,19 @@ pub(super) fn rubber(page: &mut Page, study: &RubberStudy) -> Result<(), StudyEr
         &wall_meshes(&walls, WALL_MESH.0, WALL_MESH.1)?,
         "Both membranes and the mesh between them, of springs and of rubber, at the same volumes.",
     )?;
-    let drawn: Vec<Curve<'_>> = (study.pressures.iter())
-        .map(|(label, points)| Curve { label, points })
-        .collect();
     page.drawing(
         "rubber-pressure.svg",
-        &curves("volume gain", "pressure (mmHg)", &drawn)?,
+        &curves("volume gain", "pressure (mmHg)", &study.pressures)?,
         format!(
             "Pressure across the inner balloon over its volume, of rubbers of {mu} kPa and {thickness} mm. The neo-Hookean pressure \
              has a maximum, beyond which it falls while the balloon grows; chains of finite length (Gent) stiffen again. \
              The stiffness of the springs gives the neo-Hookean pressure at the study's gain (mean pressure: intensity over length)."
         ),
     )?;
-    let drawn: Vec<Curve<'_>> = (titles.iter().zip(&study.profiles))
-        .map(|(label, points)| Curve { label, points })
-        .collect();
+    let profiles = [0, 1].map(|k| (titles[k], &study.profiles[k]));
     page.drawing(
         "rubber-view.svg",
-        &curves("s (cm)", "wall on the ray (cm)", &drawn)?,
+        &curves("s (cm)", "wall on the ray (cm)", &profiles)?,
         format!(
             "The middle row of one projection of both at {:.0}°: length of each ray in the wall.",
             study.angle.to_degrees()
@@ -353,11 +340,13 @@ pub(super) fn reconstruction(
     let of = |what: &str| format!("fig{number}-{name}-{what}.png");
     page.picture(
         &of("slice"),
-        &slice(&volume, Plane::Z(n / 2), WINDOW, "activity")?,
+        &slices(&volume, &[Section::Axial(n / 2)], WINDOW, "activity")?,
         format!("Fig. {number}a: the middle slice of the {name} acquisition, Ram-Lak."),
     )?;
     // From -4.5 cm to 3.5 cm; the heart of the study extends from -5.2 to 4.2 cm at rest.
-    let planes: Vec<Plane> = (0..6).map(|k| Plane::Z(n * (11 + 5 * k) / 50)).collect();
+    let planes: Vec<Section> = (0..6)
+        .map(|k| Section::Axial(n * (11 + 5 * k) / 50))
+        .collect();
     page.picture(
         &of("slices"),
         &slices(&volume, &planes, WINDOW, "activity")?,

@@ -2,10 +2,11 @@
 
 use super::{ODD, SIZES, back, pairs};
 use heart_phantom::PhantomError;
+use heart_phantom::files::Section;
 use heart_study::StudyError;
 use heart_study::figures::{
-    CircleStudy, ForceFrame, History, IsoView, Plane, Projection, Shape, View, Volume, circle,
-    force_frames, histories, isosurface, projections, shapes, slice, slices,
+    CircleStudy, ForceFrame, IsoView, Projection, Shape, View, Volume, circle, force_frames,
+    histories, isosurface, projections, shapes, slices,
 };
 
 #[test]
@@ -22,15 +23,18 @@ fn figures_accept_any_input() {
             size: [n, n, 2],
             spacing: 1.0,
         };
-        let refused = slice(&odd, Plane::Z(0), [0.0, 1.0], "");
+        let refused = slices(&odd, &[Section::Axial(0)], [0.0, 1.0], "");
         assert!(match refused {
             Err(StudyError::TooFew { given, .. }) => given == n,
             Err(StudyError::Phantom(PhantomError::WrongLength { given, .. })) =>
                 n >= 2 && given == 8,
             _ => false,
         });
-        for plane in [Plane::X(n), Plane::Y(n), Plane::Z(n)] {
-            assert_eq!(slice(&volume(1.0), plane, [0.0, 1.0], "").is_ok(), n < 2);
+        for plane in [Section::Sagittal(n), Section::Coronal(n), Section::Axial(n)] {
+            assert_eq!(
+                slices(&volume(1.0), &[plane], [0.0, 1.0], "").is_ok(),
+                n < 2
+            );
         }
         back(projections(
             &[Projection {
@@ -51,9 +55,9 @@ fn figures_accept_any_input() {
         assert!(matches!(nothing, Err(StudyError::TooFew { given: 0, .. })));
     }
     for a in ODD {
-        back(slice(&volume(a), Plane::Z(0), [0.0, 1.0], "a"));
-        back(slice(&volume(1.0), Plane::Z(0), [0.0, a], "a"));
-        back(slice(&volume(1.0), Plane::Z(0), [a, 1.0], "a"));
+        back(slices(&volume(a), &[Section::Axial(0)], [0.0, 1.0], "a"));
+        back(slices(&volume(1.0), &[Section::Axial(0)], [0.0, a], "a"));
+        back(slices(&volume(1.0), &[Section::Axial(0)], [a, 1.0], "a"));
         let seen = Projection {
             angle: a,
             values: &values,
@@ -75,11 +79,7 @@ fn figures_accept_any_input() {
         back(isosurface(&volume(1.0), &view));
         let level = IsoView { level: 0.4, ..view };
         back(isosurface(&volume(a), &level));
-        let history = History {
-            label: "a",
-            norms: &[1.0, a],
-        };
-        back(histories("b", Some(a), &[history]));
+        back(histories("b", Some(a), &[("a", &[1.0, a])]));
     }
     // An image takes a hundredth of a second: every third pair.
     for [a, b] in pairs().step_by(3) {

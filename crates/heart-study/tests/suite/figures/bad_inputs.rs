@@ -1,5 +1,6 @@
 //! Figures reject invalid input with its values and accept unusual input.
 
+use heart_phantom::files::Section;
 use heart_phantom::revolve_voxel::Pose;
 use heart_study::figures::*;
 
@@ -66,7 +67,7 @@ fn bad_input_is_rejected_with_its_values() {
         Err(Phantom(OutOfRange { .. }))
     ));
 
-    let history = |norms| History { label: "", norms };
+    let history = |norms: &'static [f64]| ("", norms);
     assert!(matches!(histories("", None, &[]), Err(TooFew { .. })));
     assert!(matches!(
         histories("", None, &[history(&[])]),
@@ -172,10 +173,10 @@ fn bad_input_is_rejected_with_its_values() {
         size: [8; 3],
         spacing: 1.0,
     };
-    let z = Plane::Z(3);
+    let z = Section::Axial(3);
     let window = [0.0, 1.0];
     assert!(matches!(
-        slice(&volume, Plane::Z(8), window, ""),
+        slices(&volume, &[Section::Axial(8)], window, ""),
         Err(Phantom(Count {
             given: 8,
             most: 7,
@@ -183,11 +184,11 @@ fn bad_input_is_rejected_with_its_values() {
         }))
     ));
     assert!(matches!(
-        slice(&volume, z, [1.0, 1.0], ""),
+        slices(&volume, &[z], [1.0, 1.0], ""),
         Err(Interval { .. })
     ));
     assert!(matches!(
-        slice(&volume, z, [0.0, f64::NAN], ""),
+        slices(&volume, &[z], [0.0, f64::NAN], ""),
         Err(Interval { .. })
     ));
     assert!(matches!(
@@ -199,7 +200,7 @@ fn bad_input_is_rejected_with_its_values() {
         ..volume
     };
     assert!(matches!(
-        slice(&short, z, window, ""),
+        slices(&short, &[z], window, ""),
         Err(Phantom(WrongLength {
             given: 512,
             expected: 576,

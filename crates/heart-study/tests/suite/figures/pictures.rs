@@ -5,6 +5,7 @@ mod panels;
 use std::f64::consts::PI;
 use std::path::PathBuf;
 
+use heart_phantom::files::Section;
 use heart_phantom::revolve_voxel::{Pose, VoxelGrid};
 use heart_phantom::{PhantomError, files};
 use heart_study::StudyError;
@@ -16,15 +17,7 @@ use super::{FRONT, ball, half_ellipse, iso};
 #[test]
 fn files_are_written_completely_and_restored_exactly() {
     let folder = tempfile::tempdir().unwrap();
-    let picture = histories(
-        "norm",
-        None,
-        &[History {
-            label: "a",
-            norms: &[1.0, 0.1],
-        }],
-    )
-    .unwrap();
+    let picture = histories("norm", None, &[("a", &[1.0, 0.1])]).unwrap();
     let path = folder.path().join("a.png");
     picture.write_png(&path).unwrap();
     let file = std::io::BufReader::new(std::fs::File::open(&path).unwrap());
@@ -93,15 +86,15 @@ fn a_slice_has_x_to_the_right_and_the_front_or_the_head_on_top() {
         size: [nz, ny, nx],
         spacing: 1.0,
     };
-    let lit = |plane: Plane| lit(&slice(&volume, plane, [0.0, 1.0], "").unwrap());
+    let lit = |section: Section| lit(&slices(&volume, &[section], [0.0, 1.0], "").unwrap());
     // Centres of voxels, as fractions of the panel from the left and from the top; one pixel is below 1/300.
     let close = |a: (f64, f64), b: (f64, f64)| (a.0 - b.0).abs() < 4e-3 && (a.1 - b.1).abs() < 4e-3;
     // +y is the back of a patient.
-    let found = lit(Plane::Z(1));
+    let found = lit(Section::Axial(1));
     assert!(close(found, (6.5 / 8.0, 4.5 / 6.0)), "{found:?}");
-    let found = lit(Plane::Y(4));
+    let found = lit(Section::Coronal(4));
     assert!(close(found, (6.5 / 8.0, 1.0 - 1.5 / 4.0)), "{found:?}");
-    let found = lit(Plane::X(6));
+    let found = lit(Section::Sagittal(6));
     assert!(close(found, (4.5 / 6.0, 1.0 - 1.5 / 4.0)), "{found:?}");
 
     // The plain images of the same volume have the same orientation.
@@ -109,11 +102,7 @@ fn a_slice_has_x_to_the_right_and_the_front_or_the_head_on_top() {
     let path = folder.path().join("a.png");
     let grid = VoxelGrid::centred([nx, ny, nz], [1.0; 3], [0.0; 3]).unwrap();
     let plain = files::Volume::new(grid, values.as_slice()).unwrap();
-    for (plane, section) in [
-        (Plane::Z(1), files::Section::Axial(1)),
-        (Plane::Y(4), files::Section::Coronal(4)),
-        (Plane::X(6), files::Section::Sagittal(6)),
-    ] {
+    for section in [Section::Axial(1), Section::Coronal(4), Section::Sagittal(6)] {
         files::write_png(&path, &plain, section, [0.0, 1.0]).unwrap();
         let file = std::io::BufReader::new(std::fs::File::open(&path).unwrap());
         let mut reader = png::Decoder::new(file).read_info().unwrap();
@@ -123,8 +112,8 @@ fn a_slice_has_x_to_the_right_and_the_front_or_the_head_on_top() {
         let at = shades.iter().position(|&shade| shade == 255).unwrap();
         let share = |at: usize, of: usize| (at as f64 + 0.5) / of as f64;
         let found = (share(at % width, width), share(at / width, height));
-        let figure = lit(plane);
-        assert!(close(found, figure), "{plane:?}: {found:?} {figure:?}");
+        let figure = lit(section);
+        assert!(close(found, figure), "{section:?}: {found:?} {figure:?}");
     }
 }
 
@@ -275,7 +264,7 @@ fn figures_are_bitwise_reproducible_for_any_number_of_threads() {
         [
             isosurface(&volume, &iso(0.5)).unwrap(),
             bodies(&[state]).unwrap(),
-            slice(&volume, Plane::Z(9), [0.0, 1.0], "activity").unwrap(),
+            slices(&volume, &[Section::Axial(9)], [0.0, 1.0], "activity").unwrap(),
             figures::poses(&state, &[("rest", Pose::identity())], View::default()).unwrap(),
         ]
         .map(|p| p.to_png().unwrap())

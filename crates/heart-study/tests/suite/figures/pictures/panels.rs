@@ -14,15 +14,7 @@ fn of_colour(picture: &Picture, colour: [u8; 3]) -> Vec<(f64, f64)> {
 #[test]
 fn norms_have_a_logarithmic_axis() {
     let norms = [1e2, 1.0, 1e-2];
-    let picture = histories(
-        "norm",
-        None,
-        &[History {
-            label: "a",
-            norms: &norms,
-        }],
-    )
-    .unwrap();
+    let picture = histories("norm", None, &[("a", &norms)]).unwrap();
     // The first colour, below the legend; markers are the widest runs of it, three of them.
     let points: Vec<(f64, f64)> = of_colour(&picture, [0xd5, 0x5e, 0x00])
         .into_iter()
@@ -57,8 +49,7 @@ fn norms_have_a_logarithmic_axis() {
 #[test]
 fn every_point_of_a_steep_history_has_its_marker() {
     let (long, steep) = ([10.0; 61], [20.0, 0.3, 7e-6, 1e-10]);
-    let of = |label, norms| History { label, norms };
-    let picture = histories("norm", None, &[of("long", &long), of("steep", &steep)]).unwrap();
+    let picture = histories("norm", None, &[("long", &long), ("steep", &steep)]).unwrap();
     let blue = of_colour(&picture, [0x00, 0x72, 0xb2]);
     let wide = |y: f64| blue.iter().filter(|p| p.1 == y && p.0 > 120.0).count() >= 13;
     // Below the legend of two rows.
