@@ -8,23 +8,15 @@
 //! ```
 
 /// A comparison of two sums over fields.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone)]
 pub(crate) struct Constraint {
     text: String,
     left: Sum,
-    is: Order,
+    compares: fn(&f64, &f64) -> bool,
     right: Sum,
 }
 
-#[derive(Debug, Clone, Copy, PartialEq)]
-enum Order {
-    Less,
-    LessOrEqual,
-    More,
-    MoreOrEqual,
-}
-
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone)]
 enum Sum {
     Number(f64),
     Field(String),
@@ -45,11 +37,11 @@ impl Constraint {
             deep: 0,
         };
         let left = reader.sum()?;
-        let is = match reader.next() {
-            Some('<') if reader.takes('=') => Order::LessOrEqual,
-            Some('<') => Order::Less,
-            Some('>') if reader.takes('=') => Order::MoreOrEqual,
-            Some('>') => Order::More,
+        let compares = match reader.next() {
+            Some('<') if reader.takes('=') => f64::le,
+            Some('<') => f64::lt,
+            Some('>') if reader.takes('=') => f64::ge,
+            Some('>') => f64::gt,
             _ => return Err(reader.expected("one of < <= > >=")),
         };
         let right = reader.sum()?;
@@ -57,7 +49,7 @@ impl Constraint {
             None => Ok(Self {
                 text: text.trim().to_owned(),
                 left,
-                is,
+                compares,
                 right,
             }),
             Some(_) => Err(reader.expected("the end, or one of + - * /")),
@@ -77,13 +69,7 @@ impl Constraint {
 
     /// Returns whether the constraint is met; NaN, the value of a field that is not a number, never meets it.
     pub(crate) fn holds(&self, value: &impl Fn(&str) -> f64) -> bool {
-        let (left, right) = (self.left.value(value), self.right.value(value));
-        match self.is {
-            Order::Less => left < right,
-            Order::LessOrEqual => left <= right,
-            Order::More => left > right,
-            Order::MoreOrEqual => left >= right,
-        }
+        (self.compares)(&self.left.value(value), &self.right.value(value))
     }
 }
 
