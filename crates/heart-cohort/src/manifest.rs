@@ -16,6 +16,8 @@ use std::path::{Path, PathBuf};
 #[derive(Debug, Clone, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct ManifestReport {
+    /// The manifest.
+    pub path: PathBuf,
     /// Number of members, including rejected ones.
     pub members: u64,
     /// Number of rejected members.
@@ -26,8 +28,6 @@ pub struct ManifestReport {
     pub shards: u64,
     /// Length of all archives in bytes.
     pub bytes: u64,
-    /// The files written.
-    pub files: Vec<PathBuf>,
 }
 
 /// Columns of every manifest. Columns of fields and of numbers follow, each in the order of their names.
@@ -54,12 +54,12 @@ pub fn merge(folder: &Path) -> Result<ManifestReport, CohortError> {
     let listing = Listing::of(folder)?;
     let (mut drawn, mut numbers) = (BTreeSet::new(), BTreeSet::new());
     let mut report = ManifestReport {
+        path,
         members: 0,
         rejected: 0,
         warned: 0,
         shards: listing.of,
         bytes: 0,
-        files: Vec::new(),
     };
     let mut faults = Vec::new();
     let mut first = None;
@@ -93,7 +93,7 @@ pub fn merge(folder: &Path) -> Result<ManifestReport, CohortError> {
         let folder = folder.to_path_buf();
         return Err(CohortError::Faults { folder, faults });
     }
-    files::write_atomically(&path, |out| {
+    files::write_atomically(&report.path, |out| {
         let mut csv = csv::Writer::from_writer(out);
         let names = FIRST.into_iter().map(str::to_owned);
         csv.write_record(names.chain(drawn.iter().chain(&numbers).cloned()))?;
@@ -112,7 +112,6 @@ pub fn merge(folder: &Path) -> Result<ManifestReport, CohortError> {
         }
         csv.flush()
     })?;
-    report.files.push(path);
     remove_left(folder, "shard-");
     Ok(report)
 }

@@ -111,10 +111,9 @@ fn verified(report: &VerifyReport) -> Done {
 /// Writes one manifest of all shards of a directory.
 fn merged(dir: &Path) -> Done {
     let report = merge(dir)?;
-    let files = report.files.iter().map(|file| file.to_string_lossy());
     let found = json!({
         "members": report.members, "rejected": report.rejected, "warned": report.warned, "shards": report.shards, "bytes": report.bytes,
-        "files": files.collect::<Vec<_>>(),
+        "files": [report.path.to_string_lossy()],
     });
     let line = format!(
         "{} members in {} shards ({}), {} rejected{}",
@@ -124,14 +123,8 @@ fn merged(dir: &Path) -> Done {
         report.rejected,
         warned(report.warned)
     );
-    let written = report
-        .files
-        .iter()
-        .map(|file| format!("  {}", file.display()));
-    Ok(Answer::Report(
-        found,
-        [line].into_iter().chain(written).collect(),
-    ))
+    let written = format!("  {}", report.path.display());
+    Ok(Answer::Report(found, vec![line, written]))
 }
 
 /// The number of members with warnings, which the manifest lists; empty for none.
