@@ -21,10 +21,10 @@ pub(crate) struct Arguments {
     #[command(subcommand)]
     pub(crate) command: Command,
     /// Number of threads [default: all cores]. Results do not depend on it.
-    #[arg(long, global = true, value_name = "N", value_parser = threads())]
+    #[arg(long, global = true, value_name = "N", value_parser = RangedU64ValueParser::<usize>::new().range(1..=4096))]
     pub(crate) threads: Option<usize>,
     /// Memory for shapes of the heart in MiB [default: 512]. Results do not depend on it; a run or a member that needs more is rejected.
-    #[arg(long, global = true, value_name = "MIB", value_parser = memory())]
+    #[arg(long, global = true, value_name = "MIB", value_parser = RangedU64ValueParser::<usize>::new().range(1..=1 << 30))]
     pub(crate) memory: Option<usize>,
     /// Omit progress bar and summary.
     #[arg(long, global = true)]
@@ -218,14 +218,6 @@ fn shards(text: &str) -> Result<Shards, String> {
     });
     (shards.filter(|shards| !shards.which.is_empty()))
         .ok_or_else(|| "must be K/N or K-L/N with 1 <= K <= L <= N, or all/N".to_owned())
-}
-
-fn memory() -> RangedU64ValueParser<usize> {
-    RangedU64ValueParser::new().range(1..=1 << 30)
-}
-
-fn threads() -> RangedU64ValueParser<usize> {
-    RangedU64ValueParser::new().range(1..=4096)
 }
 
 #[derive(Debug, Args)]
