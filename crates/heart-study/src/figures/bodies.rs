@@ -9,7 +9,7 @@ use heart_phantom::revolve_voxel::nalgebra::{Point3, Vector3, center};
 use plotters::prelude::RGBColor;
 
 use super::canvas::{
-    Area, Drawn, FINE, Pin, Rect, label, paint, paint_over, text, text_width, title,
+    Area, Drawn, FINE, HPos, Rect, label, paint, paint_over, text, text_width, title,
 };
 use super::marks::{arrow, segment, swatch};
 use super::render::{Camera, Colour, Seen, View, WHITE, light, mix};
@@ -106,7 +106,7 @@ pub fn bodies(states: &[WallState<'_>]) -> Result<Picture, StudyError> {
         for (x, y) in bars {
             let ends = [x, x + two_cm].map(|x| [f64::from(x * FINE), f64::from(y * FINE)]);
             segment(area, ends[0], ends[1], BLACK, 3)?;
-            label(area, "2 cm", (x + two_cm + 14, y), Pin::Left)?;
+            label(area, "2 cm", (x + two_cm + 14, y), HPos::Left)?;
         }
         key(area, (left + 20, size.1 - KEY / 2))
     })
@@ -121,7 +121,7 @@ fn key(area: &Area<'_>, (mut x, y): (i32, i32)) -> Drawn {
         ("equal steps along the wall and around", BLUE, 2),
     ] {
         swatch(area, (x, y), colour, width)?;
-        label(area, words, (x + 58, y), Pin::Left)?;
+        label(area, words, (x + 58, y), HPos::Left)?;
         x += 58 + text_width(area, words, SMALL) + 40;
     }
     Ok(())
@@ -266,7 +266,7 @@ pub fn poses(
                 .map(|p| camera.pixel(p))
                 .fold([f64::INFINITY; 2], |m, p| if p[0] < m[0] { p } else { m });
             let at = [left[0] - 14.0, left[1] - 86.0].map(|v| v.round() as i32);
-            text(area, "camera", TEXT, GREEN, (at[0], at[1]), Pin::Left)?;
+            text(area, "camera", TEXT, GREEN, (at[0], at[1]), HPos::Left)?;
         }
         Ok(())
     })

@@ -7,7 +7,8 @@ use plotters::coord::ranged1d::{KeyPointHint, NoDefaultFormatting, Ranged, Value
 use plotters::drawing::{DrawingArea, DrawingAreaErrorKind, IntoDrawingArea};
 use plotters::prelude::{BitMapBackend, Cartesian2d, Color, IntoTextStyle, RGBColor};
 use plotters::style::TextStyle;
-use plotters::style::text_anchor::{HPos, Pos, VPos};
+pub(super) use plotters::style::text_anchor::HPos;
+use plotters::style::text_anchor::{Pos, VPos};
 
 use super::style::{BLACK, FAINT, FONT, GREY, SMALL, TEXT, TITLE};
 use super::{Picture, style};
@@ -292,14 +293,6 @@ fn font(size: i32, colour: &RGBColor) -> TextStyle<'_> {
 /// Vertical offset of a line from its nominal middle, in hundredths of its size: plotters centres a box that is higher than digits.
 const DROP: i32 = 14;
 
-/// Anchor of a text.
-#[derive(Clone, Copy, Debug)]
-pub(super) enum Pin {
-    Left,
-    Centre,
-    Right,
-}
-
 /// A line of text with its middle at height `y`, in pixels of the image.
 pub(super) fn text(
     area: &Area<'_>,
@@ -307,28 +300,23 @@ pub(super) fn text(
     size: i32,
     colour: RGBColor,
     (x, y): (i32, i32),
-    pin: Pin,
+    pin: HPos,
 ) -> Drawn {
-    let h = match pin {
-        Pin::Left => HPos::Left,
-        Pin::Centre => HPos::Center,
-        Pin::Right => HPos::Right,
-    };
     area.draw_text(
         words,
-        &font(size, &colour).pos(Pos::new(h, VPos::Center)),
+        &font(size, &colour).pos(Pos::new(pin, VPos::Center)),
         (x * FINE, y * FINE + DROP * size * FINE / 100),
     )
 }
 
 /// A line of small black text.
-pub(super) fn label(area: &Area<'_>, words: &str, at: (i32, i32), pin: Pin) -> Drawn {
+pub(super) fn label(area: &Area<'_>, words: &str, at: (i32, i32), pin: HPos) -> Drawn {
     text(area, words, SMALL, BLACK, at, pin)
 }
 
 /// A title about a place.
 pub(super) fn title(area: &Area<'_>, words: &str, at: (i32, i32)) -> Drawn {
-    text(area, words, TITLE, BLACK, at, Pin::Centre)
+    text(area, words, TITLE, BLACK, at, HPos::Center)
 }
 
 /// The width of a line of text, pixels of the image.

@@ -1,7 +1,7 @@
 //! The circle of the appendix of the paper: shape (Fig. 18) and error against the number of nodes.
 
 use super::canvas::{
-    Area, Axis, Drawn, FINE, LABELS_BELOW, LABELS_LEFT, Pin, Rect, axes, bounds, label, number,
+    Area, Axis, Drawn, FINE, HPos, LABELS_BELOW, LABELS_LEFT, Rect, axes, bounds, label, number,
     on_plot, paint, plane_axes,
 };
 use super::marks::{dashed, dashes, marker, stroke, swatch};
@@ -111,7 +111,7 @@ pub fn circle(study: &CircleStudy<'_>) -> Result<Picture, StudyError> {
             } else {
                 swatch(area, (at, y0), colour, 4)?;
             }
-            label(area, words, (at + 56, y0), Pin::Left)?;
+            label(area, words, (at + 56, y0), HPos::Left)?;
             at += [215, 195, 0][k];
         }
         errors(area, right, y0, study)
@@ -133,16 +133,16 @@ fn errors(area: &Area<'_>, right: Rect, y0: i32, study: &CircleStudy<'_>) -> Dra
     let last = points[points.len() - 1];
     let guide = |x: f64| [x, last[1] + 0.35 - study.order * (x - last[0])];
     let (from, to) = (points[0][0].min(last[0]), points[0][0].max(last[0]));
-    dashed(&chart, &[guide(from), guide(to)], GREY, 3, 10.0)?;
+    dashed(&chart, [guide(from), guide(to)], GREY, 3)?;
     stroke(&chart, &points, VERMILION, 3)?;
     let inside = chart.plotting_area().strip_coord_spec();
     for p in &points {
         marker(&inside, 0, on_plot(&chart, *p), 8, VERMILION)?;
     }
     marker(area, 0, ((right.left + 22) * FINE, y0 * FINE), 8, VERMILION)?;
-    label(area, "largest distance", (right.left + 56, y0), Pin::Left)?;
+    label(area, "largest distance", (right.left + 56, y0), HPos::Left)?;
     let guide_at = right.left + 300;
     dashes(area, (guide_at, y0), GREY)?;
     let words = format!("order {}", number(study.order, 0.01));
-    label(area, &words, (guide_at + 56, y0), Pin::Left)
+    label(area, &words, (guide_at + 56, y0), HPos::Left)
 }

@@ -1,7 +1,7 @@
 //! Residuals by iteration (Fig. 10, and Newton with either Jacobian).
 
 use super::canvas::{
-    Area, Axis, Drawn, FINE, LABELS_BELOW, LABELS_LEFT, Pin, Rect, axes, label, on_plot, paint,
+    Area, Axis, Drawn, FINE, HPos, LABELS_BELOW, LABELS_LEFT, Rect, axes, label, on_plot, paint,
     power_of_ten, text_width,
 };
 use super::marks::{dashed, dashes, marker, stroke, swatch};
@@ -68,7 +68,7 @@ pub fn histories(
             let chart = axes(area, plot, "", &x, &y)?;
             if let Some(at) = tolerance {
                 let line = [[x.low, at.log10()], [x.high, at.log10()]];
-                dashed(&chart, &line, GREY, 2, 10.0)?;
+                dashed(&chart, line, GREY, 2)?;
             }
             for (i, (name, norms)) in histories.iter().enumerate() {
                 let colour = SERIES[i % SERIES.len()];
@@ -93,7 +93,7 @@ pub fn histories(
                 let middle = 12 + row / 2 + row * i as i32;
                 swatch(area, (plot.left, middle), colour, 3)?;
                 marker(area, i, ((plot.left + 22) * FINE, middle * FINE), 7, colour)?;
-                label(area, name, (plot.left + 58, middle), Pin::Left)?;
+                label(area, name, (plot.left + 58, middle), HPos::Left)?;
             }
             let middle = 12 + row / 2 + row * (histories.len() as i32 - 1);
             tolerance.map_or(Ok(()), |at| {
@@ -114,7 +114,7 @@ fn stop_at(area: &Area<'_>, at: f64, (right, middle): (i32, i32)) -> Drawn {
     };
     let left = right - text_width(area, &words, SMALL);
     dashes(area, (left - 56, middle), GREY)?;
-    label(area, &words, (right, middle), Pin::Right)
+    label(area, &words, (right, middle), HPos::Right)
 }
 
 fn apart(a: (i32, i32), b: (i32, i32)) -> i32 {

@@ -1,7 +1,7 @@
 //! Frames of the moving membrane with its forces (Fig. 9 of the paper).
 
 use super::canvas::{
-    Area, Drawn, FINE, LABELS_BELOW, LABELS_LEFT, Pin, Rect, axes, bounds, label, number, on_plot,
+    Area, Drawn, FINE, HPos, LABELS_BELOW, LABELS_LEFT, Rect, axes, bounds, label, number, on_plot,
     paint, plane_axes,
 };
 use super::marks::{arrow, marker, stroke};
@@ -132,7 +132,7 @@ fn legend(area: &Area<'_>, longest: f64, per_force: f64) -> Drawn {
                 3,
             )?;
         }
-        label(area, words, (at + 58, 28), Pin::Left)?;
+        label(area, words, (at + 58, 28), HPos::Left)?;
         at += advance;
     }
     if longest > 0.0 {
@@ -143,7 +143,7 @@ fn legend(area: &Area<'_>, longest: f64, per_force: f64) -> Drawn {
         arrow(area, ends[0], ends[1], GREY, 3)?;
         let words = format!("force/λ of {} cm", number(round, round));
         let place = ((from + pixels) as i32 + 14, 28);
-        label(area, &words, place, Pin::Left)?;
+        label(area, &words, place, HPos::Left)?;
     }
     Ok(())
 }

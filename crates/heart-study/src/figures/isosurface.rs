@@ -3,7 +3,7 @@
 use crate::StudyError;
 use heart_phantom::revolve_voxel::nalgebra::{Point3, Vector3};
 
-use super::canvas::{Area, Drawn, FINE, Pin, Rect, label, paint, paint_over};
+use super::canvas::{Area, Drawn, FINE, HPos, Rect, label, paint, paint_over};
 use super::marks::arrow;
 use super::render::{Camera, Seen, View, WHITE, light, mix};
 use super::style::{BLACK, CUT, SURFACE};
@@ -133,7 +133,7 @@ fn lab_axes(area: &Area<'_>, camera: &Camera, corner: [f64; 2]) -> Drawn {
             area,
             name,
             (at[0].round() as i32, at[1].round() as i32),
-            Pin::Centre,
+            HPos::Center,
         )?;
     }
     Ok(())

@@ -30,42 +30,25 @@ pub(super) fn stroke(
     path(&area, kept, colour, width)
 }
 
-/// A dashed line through `points`; dash and gap in pixels of the image.
+/// A dashed line between two points in the chart's units; dash and gap are 10 pixels of the image.
 pub(super) fn dashed(
     chart: &Chart<'_, '_>,
-    points: &[[f64; 2]],
+    ends: [[f64; 2]; 2],
     colour: RGBColor,
     width: i32,
-    dash: f64,
 ) -> Drawn {
     let area = chart.plotting_area().strip_coord_spec();
-    let at = |p: &[f64; 2]| {
-        let (x, y) = on_plot(chart, *p);
-        [f64::from(x), f64::from(y)]
-    };
-    let period = 2.0 * dash * f64::from(FINE);
-    let pixel = |p: [f64; 2]| (p[0].round() as i32, p[1].round() as i32);
-    let mut along = 0.0;
-    for pair in points.windows(2) {
-        let (a, b) = (at(&pair[0]), at(&pair[1]));
-        let length = (b[0] - a[0]).hypot(b[1] - a[1]);
-        let point = |t: f64| {
-            [
-                a[0] + (b[0] - a[0]) * t / length,
-                a[1] + (b[1] - a[1]) * t / length,
-            ]
-        };
-        let mut k = ((along - 0.5 * period) / period).ceil().max(0.0);
-        while k * period < along + length && length > 0.0 {
-            let from = (k * period - along).max(0.0);
-            let to = ((k + 0.5) * period - along).min(length);
-            if to > from {
-                let ends = vec![pixel(point(from)), pixel(point(to))];
-                path(&area, ends, colour, width)?;
-            }
-            k += 1.0;
-        }
-        along += length;
+    let [a, b] = ends
+        .map(|p| on_plot(chart, p))
+        .map(|(x, y)| [f64::from(x), f64::from(y)]);
+    let length = (b[0] - a[0]).hypot(b[1] - a[1]);
+    let point = |along: f64| [0, 1].map(|k| a[k] + (b[k] - a[k]) * along / length);
+    let dash = 10.0 * f64::from(FINE);
+    let mut from = 0.0;
+    while from < length {
+        let to = (from + dash).min(length);
+        segment(&area, point(from), point(to), colour, width)?;
+        from += 2.0 * dash;
     }
     Ok(())
 }

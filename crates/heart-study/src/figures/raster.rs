@@ -1,7 +1,7 @@
 //! Grey-scale images of sampled data: window, resampling to pixels, colour bar.
 
 use super::Picture;
-use super::canvas::{Area, Drawn, FINE, Pin, Rect, label, number, round_ticks};
+use super::canvas::{Area, Drawn, FINE, HPos, Rect, label, number, round_ticks};
 use super::style::GREY;
 use plotters::prelude::{Color, PathElement};
 
@@ -94,13 +94,13 @@ pub(super) fn bar_labels(area: &Area<'_>, rect: Rect, window: [f64; 2], heading:
         let right = bar.left + bar.width;
         let ends = vec![(right * FINE, y * FINE), ((right + 8) * FINE, y * FINE)];
         area.draw(&PathElement::new(ends, GREY.stroke_width(FINE as u32)))?;
-        label(area, &number(tick, step), (right + 14, y), Pin::Left)?;
+        label(area, &number(tick, step), (right + 14, y), HPos::Left)?;
     }
     label(
         area,
         heading,
         (bar.left + bar.width, bar.top - 28),
-        Pin::Centre,
+        HPos::Center,
     )
 }
 

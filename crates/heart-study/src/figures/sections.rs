@@ -1,7 +1,7 @@
 //! Sections through a volume with axes in cm, orientation marks and one grey window; maps of other samples.
 
 use super::canvas::{
-    Area, Axis, Drawn, LABELS_BELOW, LABELS_LEFT, Pin, Rect, axes, paint, paint_over, text, title,
+    Area, Axis, Drawn, HPos, LABELS_BELOW, LABELS_LEFT, Rect, axes, paint, paint_over, text, title,
 };
 use super::raster::{BAR_ROOM, bar_labels, fill, fill_bar};
 use super::style::{ORANGE, SMALL};
@@ -185,10 +185,10 @@ fn orientation(area: &Area<'_>, cut: &Cut, rect: Rect) -> Drawn {
     } = rect;
     let (x, y) = (left + width / 2, top + height / 2);
     let places = [
-        ((left + 6, y), Pin::Left),
-        ((left + width - 6, y), Pin::Right),
-        ((x, top + height - 16), Pin::Centre),
-        ((x, top + 16), Pin::Centre),
+        ((left + 6, y), HPos::Left),
+        ((left + width - 6, y), HPos::Right),
+        ((x, top + height - 16), HPos::Center),
+        ((x, top + 16), HPos::Center),
     ];
     for (mark, (at, pin)) in cut.marks.iter().zip(places) {
         text(area, mark, SMALL, ORANGE, at, pin)?;

@@ -1,7 +1,7 @@
 //! Equilibrium shapes at several pressures (Fig. 8 of the paper).
 
 use super::canvas::{
-    LABELS_BELOW, LABELS_LEFT, Pin, Rect, axes, bounds, label, number, paint, plane_axes, text,
+    HPos, LABELS_BELOW, LABELS_LEFT, Rect, axes, bounds, label, number, paint, plane_axes, text,
 };
 use super::marks::{stroke, swatch};
 use super::style::{GREY, SMALL, ramp};
@@ -71,7 +71,7 @@ pub fn shapes(shapes: &[Shape<'_>]) -> Result<Picture, StudyError> {
                     SMALL,
                     GREY,
                     (at, plot.top + row / 2),
-                    Pin::Right,
+                    HPos::Right,
                 )?;
             }
             for (i, shape) in shapes.iter().enumerate() {
@@ -83,7 +83,7 @@ pub fn shapes(shapes: &[Shape<'_>]) -> Result<Picture, StudyError> {
                     number(shape.volume, 0.1),
                 ];
                 for (cell, at) in cells.iter().zip(columns) {
-                    label(area, cell, (at, y), Pin::Right)?;
+                    label(area, cell, (at, y), HPos::Right)?;
                 }
             }
             Ok(())

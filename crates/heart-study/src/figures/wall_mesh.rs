@@ -1,6 +1,8 @@
 //! The two membranes and a mesh between them (Fig. 11 of the paper).
 
-use super::canvas::{LABELS_BELOW, LABELS_LEFT, Pin, Rect, axes, bounds, label, paint, plane_axes};
+use super::canvas::{
+    HPos, LABELS_BELOW, LABELS_LEFT, Rect, axes, bounds, label, paint, plane_axes,
+};
 use super::marks::{stroke, swatch};
 use super::style::{GREY, INNER, OUTER};
 use super::{Picture, check};
@@ -91,7 +93,7 @@ pub fn wall_meshes(
             ("mesh of the wall", GREY, 1),
         ] {
             swatch(area, (at, y), colour, width)?;
-            label(area, words, (at + 56, y), Pin::Left)?;
+            label(area, words, (at + 56, y), HPos::Left)?;
             at += 300;
         }
         Ok(())
