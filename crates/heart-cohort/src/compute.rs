@@ -74,7 +74,7 @@ pub(crate) fn compute(
     let form = (cohort.compression, cohort.precision);
     let further = bytes_of_arrays(&phantom, form);
     let phantom = phantom
-        .with_memory(options.memory_of_each())
+        .with_memory(options.memory / options.threads)
         .with_memory_share(options.threads, further);
     let mut samples = taken(&spare.samples);
     let made = of_phantom(member, &phantom, form, spare, &mut samples);

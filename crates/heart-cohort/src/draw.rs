@@ -205,16 +205,12 @@ impl Cohort {
 /// Returns the number of a field in the scene of a member. A drawn field has priority over a drawn table that contains it; the
 /// table has the shorter path and precedes the field in `values`.
 fn number_of(case: &Case, values: &[(String, FieldValue)], path: &str) -> Option<f64> {
-    for (drawn, value) in values.iter().rev() {
-        if let Some(rest) = path.strip_prefix(drawn.as_str()) {
-            match rest.strip_prefix('.') {
-                None if rest.is_empty() => return value.number(),
-                Some(rest) => return field::get(&value.json(), rest)?.as_f64(),
-                None => {}
-            }
-        }
+    let mut drawn = values.iter().rev();
+    match drawn.find(|(drawn, _)| field::is_within(path, drawn)) {
+        Some((drawn, value)) if drawn == path => value.number(),
+        Some((drawn, value)) => field::get(&value.json(), &path[drawn.len() + 1..])?.as_f64(),
+        None => field::get(&case.scene, path)?.as_f64(),
     }
-    field::get(&case.scene, path)?.as_f64()
 }
 
 fn scene_of(case: &Case, values: &[(String, FieldValue)], noise: u64) -> Value {

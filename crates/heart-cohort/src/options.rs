@@ -32,11 +32,7 @@ impl RunOptions {
         self
     }
 
-    pub(crate) fn memory_of_each(&self) -> usize {
-        self.memory / self.threads.max(1)
-    }
-
-    /// Tests the numbers of threads and bytes.
+    /// Validates the numbers of threads and bytes.
     pub(crate) fn check(&self) -> Result<(), PhantomError> {
         check_count("threads", self.threads, [1, MOST_THREADS])?;
         check_count("memory", self.memory, [1, usize::MAX]).map(drop)
