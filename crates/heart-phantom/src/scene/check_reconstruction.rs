@@ -11,6 +11,9 @@ use crate::scene::build::camera_of;
 use crate::text::{Number, enough};
 use radon::RadonError;
 
+/// Largest width of a filter in voxels.
+const MOST_FILTERED: f64 = 1e6;
+
 pub(super) fn reconstruction(scene: &Scene, c: &mut Check) {
     let settings = &scene.reconstruction;
     c.at("reconstruction", |c| {
@@ -35,7 +38,10 @@ pub(super) fn reconstruction(scene: &Scene, c: &mut Check) {
             c.within("pixel", pixel, ranges::SIZE);
         }
         if let Some(fwhm) = settings.filter_fwhm {
-            c.within("filter_fwhm", fwhm, ranges::FILTER);
+            let [low, high] = ranges::FILTER;
+            let [bin, row] = scene.camera.pitch;
+            let most = high.min(MOST_FILTERED * settings.pixel.unwrap_or(bin).min(row));
+            c.within("filter_fwhm", fwhm, [low, most]);
             if settings.region.is_some() {
                 let wanted =
                     "needs the voxels outside reconstruction.region; remove one of the two";

@@ -490,6 +490,21 @@ const BAD: &[(&str, &str, &str)] = &[
         "at most",
     ),
     (
+        "[reconstruction]\nfilter_fwhm = 0.0",
+        "reconstruction.filter_fwhm",
+        "between 0.001 and 100",
+    ),
+    (
+        "[camera]\npitch = [1e-5, 1e-5]\n[reconstruction]\nfilter_fwhm = 20.0",
+        "reconstruction.filter_fwhm",
+        "and 10",
+    ),
+    (
+        "[reconstruction]\nfilter_fwhm = 1.0\nregion = { x = [0, 4], y = [0, 4] }",
+        "reconstruction.filter_fwhm",
+        "region",
+    ),
+    (
         "[reconstruction]\npixel = 0.0",
         "reconstruction.pixel",
         "between",
