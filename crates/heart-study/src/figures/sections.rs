@@ -1,20 +1,21 @@
 //! Sections through a volume with axes in cm, orientation marks and one grey window; maps of other samples.
 
 use super::canvas::{
-    Area, Axis, Drawn, HPos, LABELS_BELOW, LABELS_LEFT, Rect, axes, paint, paint_over, text, title,
+    Area, Axis, Drawn, HPos, LABELS_BELOW, LABELS_LEFT, Rect, axes, label, paint, title,
 };
 use super::raster::{BAR_ROOM, bar_labels, fill, fill_bar};
-use super::style::{ORANGE, SMALL};
 use super::{Picture, check};
 use crate::StudyError;
 use heart_phantom::check_length;
 
 /// Pixels of the longest side of a section.
-const LONGEST: f64 = 330.0;
+const LONGEST: f64 = 360.0;
 /// Sections per row.
 const PER_ROW: usize = 3;
 /// Space of the heading.
 const HEADING: i32 = 56;
+/// Margins beside and above an image in its frame, for up to three orientation letters.
+const MARGINS: [i32; 2] = [54, 30];
 
 /// Positions and ticks of the panels of a figure.
 pub(super) struct Layout {
@@ -26,7 +27,8 @@ pub(super) struct Layout {
 
 const LAYOUT: Layout = Layout {
     gaps: [56, 60],
-    ticks: |sides| sides.map(|pixels| (pixels / 55).clamp(2, 9) as usize),
+    // Five are at least three about a centre.
+    ticks: |sides| sides.map(|pixels| (pixels / 55).clamp(5, 9) as usize),
 };
 
 /// Samples of a plane.
@@ -65,7 +67,8 @@ impl Cut {
     }
 }
 
-/// Draws sections side by side, three per row, with one scale, one grey window, a colour bar and a heading.
+/// Draws sections side by side, three per row, with one scale per row, one grey window, a colour bar and a heading. Orientation letters are
+/// outside the image, in the margin of its frame.
 ///
 /// # Errors
 /// [`StudyError`] if there is no section, samples and size disagree, a number is not finite, or the window or an extent is not an
@@ -78,13 +81,12 @@ pub fn sections(
 ) -> Result<Picture, StudyError> {
     check::at_least("sections", cuts.len(), 1)?;
     cuts.iter().try_for_each(Cut::check)?;
-    let longest = cuts.iter().flat_map(Cut::lengths).fold(0.0, f64::max);
-    let sides: Vec<[i32; 2]> = (cuts.iter())
-        .map(|cut| {
-            cut.lengths()
-                .map(|cm| (LONGEST * cm / longest).round().max(8.0) as i32)
-        })
-        .collect();
+    let mut sides = Vec::with_capacity(cuts.len());
+    for row in cuts.chunks(PER_ROW) {
+        let longest = row.iter().flat_map(Cut::lengths).fold(0.0, f64::max);
+        let pixels = |cm: f64| (LONGEST * cm / longest).round().max(8.0) as i32;
+        sides.extend(row.iter().map(|cut| cut.lengths().map(pixels)));
+    }
     draw(cuts, &sides, window, (bar_label, heading), &LAYOUT)
 }
 
@@ -115,14 +117,19 @@ pub(super) fn draw(
 ) -> Result<Picture, StudyError> {
     check::interval("window", window[0], window[1])?;
     let [above, between] = layout.gaps;
-    let most = |a: usize| sides.iter().map(|side| side[a]).max().unwrap_or(0);
+    let is_marked = cuts
+        .iter()
+        .flat_map(|cut| &cut.marks)
+        .any(|m| !m.is_empty());
+    let margins = if is_marked { MARGINS } else { [0; 2] };
+    let most = |a: usize| sides.iter().map(|side| side[a]).max().unwrap_or(0) + 2 * margins[a];
     let step = (most(0) + LABELS_LEFT + 24, most(1) + LABELS_BELOW + between);
     let columns = cuts.len().min(PER_ROW);
     let headed = if heading.is_empty() { 0 } else { HEADING };
     let top = above + headed;
     let place = |k: usize| {
         let (column, row) = ((k % columns) as i32, (k / columns) as i32);
-        let [width, height] = sides[k];
+        let [width, height] = [0, 1].map(|a| sides[k][a] + 2 * margins[a]);
         Rect {
             left: LABELS_LEFT + 8 + step.0 * column + (most(0) - width) / 2,
             top: top + step.1 * row + (most(1) - height) / 2,
@@ -144,35 +151,34 @@ pub(super) fn draw(
         }
         for (k, cut) in cuts.iter().enumerate() {
             let rect = place(k);
-            let ticks = (layout.ticks)([rect.width, rect.height]);
+            let ticks = (layout.ticks)(sides[k]);
             let axis = |a: usize| {
                 let [from, to] = cut.extent[a];
-                let axis = Axis::linear(from.min(to), from.max(to), ticks[a], &cut.labels[a]);
+                let mut axis = Axis::linear(from.min(to), from.max(to), ticks[a], &cut.labels[a]);
+                let margin = (to - from).abs() * f64::from(margins[a]) / f64::from(sides[k][a]);
+                (axis.low, axis.high) = (axis.low - margin, axis.high + margin);
                 if to < from { axis.downwards() } else { axis }
             };
             let (x, y) = (axis(0), axis(1));
             axes(area, rect, &cut.title, &x, &y)?;
+            orientation(area, cut, rect)?;
         }
         bar_labels(area, bar, window, bar_label)
     })?;
     for (k, cut) in cuts.iter().enumerate() {
         let [n_columns, n_rows] = cut.size;
         let sample = |column: usize, row: usize| cut.values[row * n_columns + column];
-        fill(&mut picture, place(k), (n_columns, n_rows), window, sample);
+        let rect = place(k);
+        let image = Rect {
+            left: rect.left + margins[0],
+            top: rect.top + margins[1],
+            width: sides[k][0],
+            height: sides[k][1],
+        };
+        fill(&mut picture, image, (n_columns, n_rows), window, sample);
     }
     fill_bar(&mut picture, bar, window);
-    if cuts
-        .iter()
-        .all(|cut| cut.marks.iter().all(String::is_empty))
-    {
-        return Ok(picture);
-    }
-    paint_over(picture, |area| {
-        for (k, cut) in cuts.iter().enumerate() {
-            orientation(area, cut, place(k))?;
-        }
-        Ok(())
-    })
+    Ok(picture)
 }
 
 /// Draws the orientation letters of a section.
@@ -184,14 +190,15 @@ fn orientation(area: &Area<'_>, cut: &Cut, rect: Rect) -> Drawn {
         height,
     } = rect;
     let (x, y) = (left + width / 2, top + height / 2);
+    let [beside, above] = MARGINS.map(|margin| margin / 2);
     let places = [
-        ((left + 6, y), HPos::Left),
-        ((left + width - 6, y), HPos::Right),
-        ((x, top + height - 16), HPos::Center),
-        ((x, top + 16), HPos::Center),
+        (left + beside, y),
+        (left + width - beside, y),
+        (x, top + height - above),
+        (x, top + above),
     ];
-    for (mark, (at, pin)) in cut.marks.iter().zip(places) {
-        text(area, mark, SMALL, ORANGE, at, pin)?;
+    for (mark, at) in cut.marks.iter().zip(places) {
+        label(area, mark, at, HPos::Center)?;
     }
     Ok(())
 }

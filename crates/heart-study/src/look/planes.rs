@@ -44,7 +44,7 @@ impl Planes {
             &grid,
             &middle,
             [axis, up],
-            0.8 * heart.length(),
+            0.7 * heart.length(),
         ));
         Self { grid, planes }
     }
@@ -149,8 +149,8 @@ fn anterior(pose: &Pose) -> Vector3<f64> {
     })
 }
 
-/// Short axis, horizontal and vertical long axis in cardiological orientation: viewed from the apex with the anterior wall on top and the
-/// lateral wall to the right, as in polar maps, and with the apex on top or to the right.
+/// Short axis, horizontal and vertical long axis of the region of the heart in cardiological orientation: viewed from the apex with the
+/// anterior wall on top and the lateral wall to the right, as in polar maps, and with the apex on top or to the right.
 fn of_the_heart(
     grid: &VoxelGrid,
     middle: &Point3<f64>,
@@ -159,8 +159,8 @@ fn of_the_heart(
 ) -> Vec<Plane> {
     let right = up.cross(&axis);
     let step = grid.spacing().into_iter().fold(f64::INFINITY, f64::min);
-    // Limited by the resolution of the image.
-    let step = step.max(2.0 * half / 512.0);
+    // Limited by the resolution of the image; interpolated in large voxels.
+    let step = step.clamp(half / 256.0, half / 64.0);
     let n = (2.0 * half / step).ceil().max(2.0) as usize;
     let half = 0.5 * n as f64 * step;
     let plane = |title: &str, right, up| Plane {

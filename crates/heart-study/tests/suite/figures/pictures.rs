@@ -325,3 +325,42 @@ fn the_page_is_one_file_with_all_parts_in_order() {
         }))
     ));
 }
+
+/// Six grey sections, the lower three of a smaller region: their images have equal sizes and nothing on them, and ticks at three positions
+/// at least.
+#[test]
+fn sections_fill_their_panels_with_letters_outside() {
+    let cut = |half: f64| Cut {
+        title: String::new(),
+        labels: ["cm".into(), "cm".into()],
+        marks: ["RAI", "LPS", "IP", "SA"].map(String::from),
+        size: [4; 2],
+        values: vec![0.6; 16],
+        extent: [[-half, half]; 2],
+    };
+    let cuts = [20.5, 20.5, 20.5, 6.4, 6.4, 6.4].map(cut);
+    let picture = sections(&cuts, [0.0, 1.0], "", "").unwrap();
+    let is_grey = |x: u32, y: u32| picture.pixel(x, y).unwrap() == [153; 3];
+    let columns =
+        |y: u32| -> Vec<u32> { (0..picture.width()).filter(|&x| is_grey(x, y)).collect() };
+    // The colour bar has a row of this grey.
+    let of_images = |y: &u32| columns(*y).len() > 600;
+    let rows: Vec<u32> = (0..picture.height()).filter(of_images).collect();
+    let side = rows.len() / 2;
+    assert!(side >= 300 && 6 * side * side * 3 > (picture.width() * picture.height()) as usize);
+    let (above, below) = (columns(rows[1]), columns(rows[side + 1]));
+    assert!(above == below && above.len() == 3 * side);
+    for row in [&rows[..side], &rows[side..]] {
+        assert_eq!(row[side - 1] - row[0], side as u32 - 1);
+        assert!(row.iter().all(|&y| columns(y).len() >= 3 * side));
+        for left in [0, 1, 2].map(|k| above[k * side]) {
+            // Ticks below the frame, which is the first dark row below the image.
+            let is_dark = |x: u32, y: u32| picture.pixel(x, y).unwrap()[0] < 0xc0;
+            let middle = left + side as u32 / 4 + 3;
+            let frame = (row[side - 1] + 1..).find(|&y| is_dark(middle, y)).unwrap();
+            let dark = |x: u32| is_dark(x, frame + 4);
+            let ticks = (left..left + side as u32).filter(|&x| dark(x) && !dark(x - 1));
+            assert!(ticks.count() >= 3);
+        }
+    }
+}
