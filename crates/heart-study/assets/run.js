@@ -39,7 +39,9 @@
       const k = ((gate % n) + n) % n;
       viewer.setFrame4D(volume.id, k);
       slider.value = k;
-      say(n > 1 ? `gate ${k} (of ${n})` : "");
+      const cardiac = Number(element(choose.value).dataset.gates);
+      const respiratory = cardiac < n ? `, respiratory gate ${Math.floor(k / cardiac)} (of ${n / cardiac})` : "";
+      say(n > 1 ? `gate ${k} (of ${n})${respiratory}` : "");
       return k;
     };
     const open = async () => {

@@ -121,8 +121,25 @@ impl Look<'_> {
         }
     }
 
-    pub(super) fn when(&self, gate: usize) -> String {
+    /// Returns the number of cardiac gates.
+    pub(super) fn cardiac_gates(&self) -> usize {
         match self.phantom.scene().acquisition.mode {
+            Mode::Gated { gates } => gates,
+            _ => 1,
+        }
+    }
+
+    /// Returns `, respiratory gate K (of N)` for a gated projection set; empty without respiratory gates.
+    pub(super) fn respiratory_gate(&self, gate: usize) -> String {
+        let cardiac = self.cardiac_gates();
+        match self.phantom.n_gates() / cardiac {
+            1 => String::new(),
+            n => format!(", respiratory gate {} (of {n})", gate / cardiac),
+        }
+    }
+
+    pub(super) fn when(&self, gate: usize) -> String {
+        let cardiac = match self.phantom.scene().acquisition.mode {
             Mode::Static { phase } => format!("phase {phase}"),
             Mode::Gated { gates } => {
                 // Respiratory gates have all cardiac gates each.
@@ -133,7 +150,8 @@ impl Look<'_> {
             Mode::Instants => "an instant a view".into(),
             Mode::Exposure { seconds } => format!("{seconds} s a view"),
             _ => "whole beats".into(),
-        }
+        };
+        cardiac + &self.respiratory_gate(gate)
     }
 }
 
@@ -162,12 +180,20 @@ mod tests {
 
     /// Gate 4 is cardiac gate 1 of 3 in the second respiratory gate.
     #[test]
-    fn gates_are_named_by_their_index_and_cardiac_phase() {
-        let scene = "[camera]\nseconds_per_view = 30.0\n[acquisition]\nmode = { gated = { gates = 3 } }\n[breathing]\ngates = { phase = 2 }\n";
-        let scene = Scene::from_toml(scene).unwrap().with_size(8);
-        let phantom = Phantom::new(scene).unwrap();
-        let look = Look::new(&phantom, false);
-        assert_eq!(look.when(1), "gate 1 (of 6), phase 0.500");
-        assert_eq!(look.when(4), "gate 4 (of 6), phase 0.500");
+    fn gates_are_named_by_their_index_cardiac_phase_and_respiratory_gate() {
+        let name = |breathing: &str, mode: &str, gate: usize| {
+            let scene = format!(
+                "[camera]\nseconds_per_view = 30.0\n{breathing}[acquisition]\nmode = {mode}\n"
+            );
+            let scene = Scene::from_toml(&scene).unwrap().with_size(8);
+            Look::new(&Phantom::new(scene).unwrap(), false).when(gate)
+        };
+        let gated = "{ gated = { gates = 3 } }";
+        let breathing = "[breathing]\ngates = { phase = 2 }\n";
+        assert_eq!(name("", gated, 1), "gate 1 (of 3), phase 0.500");
+        let of = "gate 4 (of 6), phase 0.500, respiratory gate 1 (of 2)";
+        assert_eq!(name(breathing, gated, 4), of);
+        let of = "whole beats, respiratory gate 1 (of 2)";
+        assert_eq!(name(breathing, "'whole-cycle'", 1), of);
     }
 }

@@ -40,7 +40,7 @@ pub(super) fn html(
             }
             @if look.sinogram.is_some() { (section("Projections", &projections(look)?)) }
             (section("Curves", &html! { p { (phases(look)) } div.plots { @for plot in plots { (plot) } } }))
-            (section("Numbers", &html! { @for table in tables(report) { (table) } }))
+            (section("Numbers", &html! { @for table in tables(look, report) { (table) } }))
             @if let Some(scene) = &report.scene {
                 (section("Scene", &html! {
                     details { summary { "scene file" } pre { (scene.to_toml()) } }
@@ -84,7 +84,8 @@ fn viewer(look: &Look<'_>) -> Result<Markup, StudyError> {
     let volume = |shown: &Shown| -> Result<Markup, StudyError> {
         let window = shown.window();
         Ok(html! {
-            script type="application/octet-stream" id=(shown.name) data-black="0" data-white=(window[1]) data-seconds=(seconds) {
+            script type="application/octet-stream" id=(shown.name) data-black="0" data-white=(window[1]) data-seconds=(seconds)
+                data-gates=(look.cardiac_gates()) {
                 (PreEscaped(shown.beat.base64(window)?))
             }
         })

@@ -1,13 +1,14 @@
 //! Tables of a page.
 
+use super::Look;
 use crate::figures::Table;
 use heart_phantom::{GateReport, RunReport, Thickness};
 
 /// Tables of the heart, its phases, the counts and the image quality.
-pub(super) fn tables(report: &RunReport) -> Vec<Table> {
-    [Some(heart(report)), Some(phases(report))]
+pub(super) fn tables(look: &Look<'_>, report: &RunReport) -> Vec<Table> {
+    [Some(heart(report)), Some(phases(look, report))]
         .into_iter()
-        .chain([counts(report), quality(report)])
+        .chain([counts(look, report), quality(look, report)])
         .flatten()
         .collect()
 }
@@ -41,31 +42,46 @@ fn heart(report: &RunReport) -> Table {
     Table::new("The heart", &["measure", "value"], rows.collect())
 }
 
-fn phases(report: &RunReport) -> Table {
-    let header = [
+fn phases(look: &Look<'_>, report: &RunReport) -> Table {
+    let breathes = report.phases.iter().any(|phase| phase.breath.is_some());
+    let mut header = vec![
         "phase of",
         "phase",
         "cavity (mL)",
         "wall at the side (mm)",
         "at the apex (mm)",
     ];
+    header.extend(breathes.then_some("respiratory position"));
+    let gate = |of: &str| of.strip_prefix("gate-")?.parse().ok();
     let rows = report.phases.iter().map(|phase| {
         let Thickness { side, apex, .. } = phase.thickness;
-        vec![
-            phase.of.clone(),
+        let respiratory = gate(&phase.of).map_or(String::new(), |gate| look.respiratory_gate(gate));
+        let mut row = vec![
+            phase.of.clone() + &respiratory,
             format!("{:.4}", phase.phase),
             format!("{:.3}", phase.cavity_ml),
             format!("{:.2}", 10.0 * side),
             format!("{:.2}", 10.0 * apex),
-        ]
+        ];
+        row.extend(breathes.then(|| optional(phase.breath)));
+        row
     });
     let caption = "The heart at the phases that represent the projections. The phase is the fraction of the R-R interval since \
         the start of the cycle";
     Table::new(caption, &header, rows.collect())
 }
 
+/// The number of a gate with its respiratory gate.
+fn name(look: &Look<'_>, gate: usize) -> String {
+    gate.to_string() + &look.respiratory_gate(gate)
+}
+
+fn optional(value: Option<f64>) -> String {
+    value.map_or("-".into(), |value| format!("{value:.4}"))
+}
+
 /// `None` if the counts are unknown.
-fn counts(report: &RunReport) -> Option<Table> {
+fn counts(look: &Look<'_>, report: &RunReport) -> Option<Table> {
     // One value, or the smallest and the largest of the projections.
     let per_unit = |gate: &GateReport| match (gate.counts_per_unit, &gate.views.counts_per_unit) {
         (Some(one), _) => format!("{one:.5}"),
@@ -78,7 +94,7 @@ fn counts(report: &RunReport) -> Option<Table> {
     let rows: Vec<_> = (report.gates.iter().enumerate())
         .filter_map(|(gate, of)| {
             let counts = format!("{:.0}", of.counts?);
-            Some(vec![gate.to_string(), counts, per_unit(of)])
+            Some(vec![name(look, gate), counts, per_unit(of)])
         })
         .collect();
     let header = [
@@ -90,8 +106,7 @@ fn counts(report: &RunReport) -> Option<Table> {
 }
 
 /// `None` without both reconstruction and exact activity.
-fn quality(report: &RunReport) -> Option<Table> {
-    let told = |value: Option<f64>| value.map_or("-".into(), |value| format!("{value:.4}"));
+fn quality(look: &Look<'_>, report: &RunReport) -> Option<Table> {
     let header = [
         "gate",
         "mean of the wall",
@@ -104,12 +119,12 @@ fn quality(report: &RunReport) -> Option<Table> {
         .filter_map(|(gate, of)| {
             let found = of.artefacts.as_ref()?;
             Some(vec![
-                gate.to_string(),
-                told(found.wall_mean),
-                told(found.wall_unevenness),
+                name(look, gate),
+                optional(found.wall_mean),
+                optional(found.wall_unevenness),
                 found.wall_erosion.to_string(),
-                told(found.wall_blur_mm),
-                told(found.rmse),
+                optional(found.wall_blur_mm),
+                optional(found.rmse),
             ])
         })
         .collect();

@@ -175,6 +175,24 @@ fn a_page_compares_image_and_truth() {
     }
 }
 
+/// Gated projection set 4 is cardiac gate 1 of 3 in the second respiratory gate.
+#[test]
+fn a_page_names_respiratory_gates() {
+    let folder = tempfile::tempdir().unwrap();
+    let breathing = "[noise]\ncounts = { total = 1e5 }\nseed = 1\n\
+        [breathing]\nshift = [0.0, 0.0, 1.0]\nperiod = 0.25\ngates = { phase = 2 }\n";
+    let report = run(folder.path(), breathing, &[]);
+    let page = fs::read_to_string(folder.path().join("out/index.html")).unwrap();
+    let breath = report["phases"][4]["breath"].as_f64().unwrap();
+    assert!(page.contains("<th scope=\"col\">respiratory position</th>"));
+    let row = page.split("<tr><th scope=\"row\">gate-04, respiratory gate 1 (of 2)</th>");
+    let row = row.last().unwrap().split("</tr>").next().unwrap();
+    assert!(row.ends_with(&format!("<td>{breath:.4}</td>")), "{row}");
+    let rows = page.matches("<tr><th scope=\"row\">4, respiratory gate 1 (of 2)</th>");
+    assert_eq!(rows.count(), 2); // counts and image quality
+    assert!(page.contains("gate 1 (of 6), phase 0.500, respiratory gate 0 (of 2)"));
+}
+
 #[test]
 fn a_page_is_omitted_on_request() {
     let folder = tempfile::tempdir().unwrap();
