@@ -261,7 +261,7 @@ fn warn(arguments: &Arguments, phantom: &Phantom) -> Result<(), PhantomError> {
     Ok(())
 }
 
-pub(super) fn truth(scene: &Path, phase: f64, out: Option<&Path>) -> Done {
+pub(super) fn truth(arguments: &Arguments, scene: &Path, phase: f64, out: Option<&Path>) -> Done {
     check_value("phase", phase, [0.0, 1.0])?;
     let phase = phase + 0.0; // -0 is 0
     let phantom = Phantom::load(scene)?;
@@ -285,6 +285,7 @@ pub(super) fn truth(scene: &Path, phase: f64, out: Option<&Path>) -> Done {
         None => &[],
     };
     phantom.check_memory(products, 0)?;
+    warn(arguments, &phantom)?;
     let shape = phantom.shape(phase)?;
     let [cavity, outer] = shape.volumes();
     let thickness = phantom.thickness(phase)?;
@@ -302,7 +303,7 @@ pub(super) fn truth(scene: &Path, phase: f64, out: Option<&Path>) -> Done {
     }
     let found = json!({
         "phase": phase, "gain": shape.gain(), "cavity_ml": cavity, "wall_ml": outer - cavity, "thickness_cm": thickness,
-        "numbers": phantom.numbers()?, "work": phantom.work(),
+        "numbers": phantom.numbers()?, "warnings": phantom.warnings()?, "work": phantom.work(),
     });
     let lines = vec![
         format!(
@@ -318,7 +319,12 @@ pub(super) fn truth(scene: &Path, phase: f64, out: Option<&Path>) -> Done {
     Ok(Answer::Report(found, lines))
 }
 
-pub(super) fn one_view(scene: &Path, [gate, view_idx]: [usize; 2], out: &Path) -> Done {
+pub(super) fn one_view(
+    arguments: &Arguments,
+    scene: &Path,
+    [gate, view_idx]: [usize; 2],
+    out: &Path,
+) -> Done {
     // The extension is validated before any work,
     let ends_in = |wanted: &str| out.extension().is_some_and(|extension| extension == wanted);
     if !ends_in("png") && !ends_in("npy") {
@@ -335,6 +341,7 @@ pub(super) fn one_view(scene: &Path, [gate, view_idx]: [usize; 2], out: &Path) -
     }
     let camera = phantom.camera();
     phantom.check_memory(&[Product::Projections], 1)?;
+    warn(arguments, &phantom)?;
     let view = phantom.view(gate, view_idx)?;
     let view = phantom.in_values_of_output(gate, view_idx, &view)?;
     if ends_in("npy") {
@@ -354,7 +361,7 @@ pub(super) fn one_view(scene: &Path, [gate, view_idx]: [usize; 2], out: &Path) -
     }
     let found = json!({
         "file": out.to_string_lossy(), "gate": gate, "view": view_idx, "rows": camera.n_rows(), "bins": camera.n_bins(),
-        "work": phantom.work(),
+        "warnings": phantom.warnings()?, "work": phantom.work(),
     });
     Ok(Answer::Report(found, Vec::new()))
 }

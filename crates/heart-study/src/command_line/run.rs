@@ -17,15 +17,17 @@ pub(crate) fn run(arguments: &Arguments) -> Done {
             out,
             no_html,
         } => in_pool(arguments, || run_scene(arguments, scene, out, !no_html)),
-        Command::Truth { scene, phase, out } => {
-            in_pool(arguments, || truth(scene, *phase, out.as_deref()))
-        }
+        Command::Truth { scene, phase, out } => in_pool(arguments, || {
+            truth(arguments, scene, *phase, out.as_deref())
+        }),
         Command::View {
             scene,
             view,
             gate,
             out,
-        } => in_pool(arguments, || one_view(scene, [*gate, *view], out)),
+        } => in_pool(arguments, || {
+            one_view(arguments, scene, [*gate, *view], out)
+        }),
         Command::Cohort { command } => in_pool(arguments, || cohort::run(arguments, command)),
         Command::Completions { shell } => {
             let mut script = Vec::new();

@@ -457,7 +457,7 @@ fn invalid_commands_are_rejected_before_any_work() {
 
 /// A heart half outside the bins: a warning before the work, in the report, and as JSON.
 #[test]
-fn warnings_are_printed_by_check_and_by_run() {
+fn warnings_are_printed_by_all_commands_of_a_scene() {
     let folder = tempfile::tempdir().unwrap();
     let scene = small(
         folder.path(),
@@ -465,7 +465,14 @@ fn warnings_are_printed_by_check_and_by_run() {
     );
     let (scene, out) = (scene.to_str().unwrap(), folder.path().join("out"));
     let out = out.to_str().unwrap();
-    for command in [vec!["check", scene], vec!["run", scene, "--out", out]] {
+    let view = folder.path().join("view.npy");
+    let view = view.to_str().unwrap();
+    for command in [
+        vec!["check", scene],
+        vec!["run", scene, "--out", out],
+        vec!["truth", scene],
+        vec!["view", scene, "--out", view],
+    ] {
         let output = heart_phantom(&command);
         let (_, told) = said(&output);
         assert!(output.status.success());
