@@ -75,7 +75,7 @@ pub(crate) enum Command {
         /// Cardiac phase, 0 to 1; phase 0 is end-systole with the sinusoid, end-diastole with the physiological curve.
         #[arg(long, default_value_t = 0.0, allow_hyphen_values = true)]
         phase: f64,
-        /// Output directory for activity, labels and surfaces.
+        /// Output directory for activity, labels and surfaces; created if necessary. Existing files are never replaced.
         #[arg(long, value_name = "DIR")]
         out: Option<PathBuf>,
     },
@@ -89,7 +89,7 @@ pub(crate) enum Command {
         /// Index of the gate, from 0.
         #[arg(long, default_value_t = 0)]
         gate: usize,
-        /// Output file, .npy or .png; its directory is created if necessary.
+        /// New file, .npy or .png; its directory is created if necessary. An existing file is never replaced.
         #[arg(long, value_name = "FILE")]
         out: PathBuf,
     },

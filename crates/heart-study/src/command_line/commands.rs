@@ -93,16 +93,22 @@ fn with_removed(mut report: Value, removed: usize) -> Value {
     report
 }
 
+/// Returns an error for an existing file, which is never replaced.
+fn check_new(path: &Path) -> Result<(), PhantomError> {
+    if fs::symlink_metadata(path).is_err() {
+        return Ok(());
+    }
+    let source = io::Error::new(io::ErrorKind::AlreadyExists, "the file exists");
+    let path = path.to_path_buf();
+    Err(PhantomError::File { path, source })
+}
+
 /// Writes a template to a new file.
 pub(crate) fn init(file: Option<&Path>, text: String) -> Done {
     let Some(path) = file else {
         return Ok(Answer::Text(text));
     };
-    if path.exists() {
-        let source = io::Error::new(io::ErrorKind::AlreadyExists, "the file exists");
-        let path = path.to_path_buf();
-        return Err(PhantomError::File { path, source }.into());
-    }
+    check_new(path)?;
     files::write_atomically(path, |out| out.write_all(text.as_bytes()))?;
     Ok(Answer::Report(
         json!({ "file": path.to_string_lossy() }),
@@ -279,6 +285,8 @@ pub(super) fn truth(arguments: &Arguments, scene: &Path, phase: f64, out: Option
     let folder = out.map(files::Folder::lock).transpose()?;
     if let Some(folder) = &folder {
         files::check_unlisted(folder.path(), &written)?;
+        let mut paths = written.iter().map(|name| folder.path().join(name));
+        paths.try_for_each(|path| check_new(&path))?;
     }
     let products: &[Product] = match out {
         Some(_) => &[Product::Truth, Product::Labels],
@@ -339,6 +347,7 @@ pub(super) fn one_view(
     if let Some(name) = out.file_name() {
         files::check_unlisted(folder, &[name.into()])?;
     }
+    check_new(out)?;
     let camera = phantom.camera();
     phantom.check_memory(&[Product::Projections], 1)?;
     warn(arguments, &phantom)?;

@@ -179,6 +179,17 @@ fn single_results_do_not_change_a_run() {
         }
     }
     assert!(contents(&out).is_superset(&before));
+    // Nor do they replace files of other origin.
+    let before = contents(&out);
+    for arguments in [
+        &truth[..],
+        &[&view[..], &["out/slice.png"][..]].concat(),
+        &[&view[..], &["out/view-1.npy"][..]].concat(),
+    ] {
+        let said = refused(folder.path(), arguments);
+        assert!(said.contains("the file exists"), "{said}");
+    }
+    assert_eq!(contents(&out), before);
     // A run with labels.
     let labels = folder.path().join("labels");
     let scene = format!("{SCENE}[output]\nwrite = ['labels', 'meshes']\n");

@@ -275,7 +275,10 @@ fn view_writes_the_quantity_of_the_output() {
             "[noise]\ncounts = {{ per_unit = 50.0 }}\nseed = 1\n[acquisition]\nmode = {{ static = {{ phase = 0.0 }} }}\n\
              [output]\nvalues = '{values}'\n"
         );
-        let (scene, file) = (small(folder.path(), &rest), folder.path().join("view.npy"));
+        let (scene, file) = (
+            small(folder.path(), &rest),
+            folder.path().join(format!("{values}.npy")),
+        );
         let (scene, out) = (scene.to_str().unwrap(), file.to_str().unwrap());
         let output = heart_phantom(&["view", scene, "--view", "3", "--out", out]);
         assert!(output.status.success(), "{output:?}");
@@ -478,6 +481,7 @@ fn warnings_are_printed_by_all_commands_of_a_scene() {
         assert!(output.status.success());
         let expected = "warning: the heart needs a detector ";
         assert_eq!(told.matches(expected).count(), 1, "{told}");
+        let _ = std::fs::remove_file(view);
         let with_json: Vec<&str> = command.into_iter().chain(["--json"]).collect();
         let (found, told) = said(&heart_phantom(&with_json));
         assert!(told.is_empty(), "{told}");
