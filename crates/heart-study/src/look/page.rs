@@ -10,7 +10,7 @@ use crate::figures::{map, polar_maps, sections};
 use crate::html::{document, figure, section};
 use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
-use heart_phantom::{Mode, RunReport, VolumeCurve};
+use heart_phantom::{GatedBy, Mode, RunReport, VolumeCurve};
 use maud::{Markup, PreEscaped, Render, html};
 
 /// niivue 0.69.0, <https://www.npmjs.com/package/@niivue/niivue>, its `dist/niivue.umd.js` compressed by gzip.
@@ -217,8 +217,25 @@ fn phases(look: &Look<'_>) -> String {
         _ => "the first sample of the volume curve",
     };
     let [systole, diastole] = look.phantom.cycle().extreme_phases();
+    let ends =
+        format!("End-diastole is at phase {diastole:.3}, end-systole at phase {systole:.3}.");
+    let numbers = "Gates and projections are numbered from 0.";
+    let Some(beats) = &look.phantom.scene().beats else {
+        return format!(
+            "Phase is the fraction of the cardiac cycle; phase 0 is {zero}. {ends} {numbers}"
+        );
+    };
+    let rate = look.phantom.scene().cycle.beats_per_minute;
+    let gates = match beats.gated_by {
+        GatedBy::TimeAfterR => {
+            let period = look.phantom.cycle().period();
+            format!("Gates are equal times after phase 0: together {period:.3} s")
+        }
+        _ => "Gates are equal fractions of each R-R interval".into(),
+    };
     format!(
-        "Phase is the fraction of the cardiac cycle; phase 0 is {zero}. End-diastole is at phase {diastole:.3}, end-systole at phase \
-         {systole:.3}. Gates and projections are numbered from 0."
+        "Phase is the fraction of the cardiac cycle at {rate} beats per minute; phase 0 is {zero}. In an R-R interval of another \
+         length, systole keeps its duration and diastole takes the remaining time. {ends} {gates}; the phase of a gate is its middle \
+         at {rate} beats per minute. {numbers}"
     )
 }

@@ -8,7 +8,7 @@ use heart_phantom::{GateReport, RunReport, Thickness};
 pub(super) fn tables(look: &Look<'_>, report: &RunReport) -> Vec<Table> {
     [Some(heart(report)), Some(phases(look, report))]
         .into_iter()
-        .chain([counts(look, report), quality(look, report)])
+        .chain([beats(report), counts(look, report), quality(look, report)])
         .flatten()
         .collect()
 }
@@ -66,9 +66,36 @@ fn phases(look: &Look<'_>, report: &RunReport) -> Table {
         row.extend(breathes.then(|| optional(phase.breath)));
         row
     });
-    let caption = "The heart at the phases that represent the projections. The phase is the fraction of the R-R interval since \
-        the start of the cycle";
+    let caption = "The heart at the phases that represent the projections";
     Table::new(caption, &header, rows.collect())
+}
+
+/// Accepted and rejected beats; `None` if all beats are equal.
+fn beats(report: &RunReport) -> Option<Table> {
+    let beats = report.beats.as_ref()?;
+    let of = |accepted: bool| {
+        let all = beats.interval_s.iter().zip(&beats.accepted);
+        let intervals: Vec<f64> = all
+            .filter(|(_, yes)| **yes == accepted)
+            .map(|(s, _)| *s)
+            .collect();
+        let least = intervals.iter().copied().reduce(f64::min);
+        let most = intervals.iter().copied().reduce(f64::max);
+        let name = if accepted { "accepted" } else { "rejected" };
+        vec![
+            name.into(),
+            intervals.len().to_string(),
+            optional(least),
+            optional(most),
+        ]
+    };
+    let header = [
+        "beats",
+        "number",
+        "shortest R-R interval (s)",
+        "longest R-R interval (s)",
+    ];
+    Some(Table::new("Beats", &header, vec![of(true), of(false)]))
 }
 
 /// The number of a gate with its respiratory gate.

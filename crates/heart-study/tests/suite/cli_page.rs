@@ -12,8 +12,11 @@ const SCENE: &str = "[heart]\ndiscretisation = { differences = { nodes = 51 } }\
     [acquisition]\nmode = { gated = { gates = 3 } }\naccuracy = { steps = 6 }\n[truth]\ntolerance = 0.1\n";
 
 fn run(folder: &Path, rest: &str, arguments: &[&str]) -> serde_json::Value {
-    let scene = folder.join("scene.toml");
-    fs::write(&scene, format!("{SCENE}{rest}")).unwrap();
+    run_scene(folder, &format!("{SCENE}{rest}"), arguments)
+}
+
+fn run_scene(folder: &Path, scene: &str, arguments: &[&str]) -> serde_json::Value {
+    fs::write(folder.join("scene.toml"), scene).unwrap();
     let output = Command::new(env!("CARGO_BIN_EXE_heart-phantom"))
         .args(["run", "scene.toml", "--out", "out", "--json"])
         .args(arguments)
@@ -191,6 +194,28 @@ fn a_page_names_respiratory_gates() {
     let rows = page.matches("<tr><th scope=\"row\">4, respiratory gate 1 (of 2)</th>");
     assert_eq!(rows.count(), 2); // counts and image quality
     assert!(page.contains("gate 1 (of 6), phase 0.500, respiratory gate 0 (of 2)"));
+}
+
+/// Intervals of 0.9, 0.95 and 1.3 s, repeated; the longest is rejected.
+#[test]
+fn a_page_counts_variable_beats_and_defines_their_phase() {
+    let folder = tempfile::tempdir().unwrap();
+    let beats = "[beats]\nintervals = { list = [0.9, 0.95, 1.3] }\naccepted = [0.8, 1.2]\ngated_by = 'time-after-r'\n";
+    // Long views, which contain all gates in accepted beats.
+    let beats = format!("[output]\nwrite = ['projections']\n{beats}");
+    let scene = SCENE.replace("views = 6\n", "views = 6\nseconds_per_view = 6.2\n");
+    let report = run_scene(folder.path(), &format!("{scene}{beats}"), &[]);
+    let page = fs::read_to_string(folder.path().join("out/index.html")).unwrap();
+    // Twelve groups of three beats begin in 37.2 s.
+    assert_eq!(report["beats"]["rejected"], 12);
+    for row in [
+        "<th scope=\"row\">accepted</th><td>24</td><td>0.9000</td><td>0.9500</td>",
+        "<th scope=\"row\">rejected</th><td>12</td><td>1.3000</td><td>1.3000</td>",
+    ] {
+        assert!(page.contains(row), "{row}");
+    }
+    assert!(page.contains("systole keeps its duration and diastole takes the remaining time"));
+    assert!(page.contains("Gates are equal times after phase 0: together 0.923 s"));
 }
 
 #[test]
