@@ -74,7 +74,11 @@ pub fn ejection(
         }
         results.push(measure::measure(case, &mut shared)?);
     }
-    let mut page = Page::new(out, TITLE, page::introduction(extent == Extent::Quick));
+    let mut page = Page::new(
+        out,
+        TITLE,
+        page::introduction(extent == Extent::Quick, &cases),
+    );
     page::write(&mut page, &results)?;
     let mut files = page.write()?;
     files.push(files::REPORT.into());

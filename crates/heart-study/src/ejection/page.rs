@@ -1,9 +1,12 @@
 //! The page: a paragraph, tables and three plots.
 
-use super::cases::{BASE, NO_ATTENUATION, NO_GATES, NO_RESPONSE, NO_WINDOW, NOTHING, SIXTEEN};
+use super::cases::{
+    BASE, Case, NO_ATTENUATION, NO_GATES, NO_RESPONSE, NO_WINDOW, NOTHING, SIXTEEN,
+};
 use super::measure::CaseResult;
 use crate::StudyError;
 use crate::figures::{Page, curves};
+use heart_phantom::Method;
 
 const RULES: [&str; 2] = ["half maximum", "steepest gradient"];
 /// Bias of EDV and ESV in percent, of the ejection fraction in units of 0.01.
@@ -21,12 +24,18 @@ const INTRODUCTION: &str = "Gated perfusion SPECT of hearts of known volumes in 
     endocardium is measured along rays from the axis of the left ventricle; f(t) is the image and f(p) its maximum on the ray. At half \
     maximum it is the largest t < p with f(t) = f(p) / 2, at the steepest gradient the t < p with the largest f(t + h/2) - f(t - h/2), \
     where h is the side of a voxel. Axis and base plane are those of the phantom. EDV and ESV are the largest and the smallest volume of \
-    all gates. A value a ± b is the value from expected counts and the standard deviation of one study of 4 million counts, from 16 \
-    realisations of the noise (OSEM: 4).";
+    all gates. A value a ± b is the value from expected counts and the standard deviation of one study of 4 million counts, from";
 
-pub(super) fn introduction(quick: bool) -> Vec<String> {
-    let all = [Some(INTRODUCTION), quick.then_some(QUICK)];
-    all.into_iter().flatten().map(String::from).collect()
+pub(super) fn introduction(quick: bool, cases: &[Case]) -> Vec<String> {
+    let of = |is_fbp: bool| {
+        let method = |case: &&Case| (case.scene.reconstruction.method == Method::Fbp) == is_fbp;
+        cases.iter().find(method).map(|case| case.realisations)
+    };
+    let osem = of(false).map_or(String::new(), |n| format!(" (OSEM: {n})"));
+    let fbp = of(true).unwrap_or(0);
+    let text = format!("{INTRODUCTION} {fbp} realisations of the noise{osem}.");
+    let all = [Some(text), quick.then(|| QUICK.into())];
+    all.into_iter().flatten().collect()
 }
 
 /// The result of a case, an edge rule and a part of [`PARTS`], with its error.

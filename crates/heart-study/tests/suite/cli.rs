@@ -229,7 +229,9 @@ fn the_study_of_ejection_fractions_writes_its_report_and_page() {
     let report: serde_json::Value = serde_json::from_str(&read("report.json")).unwrap();
     let cases = report["cases"].as_array().unwrap();
     assert_eq!(cases.len(), 5);
+    assert!(read("index.html").contains("from 2 realisations of the noise"));
     for case in cases {
+        assert_eq!(case["realisations"], 2);
         assert!((number(case, "truth.edv") - 127.0).abs() < 0.01, "{case}");
         assert!(
             (number(case, "truth.fraction") - 0.55).abs() < 1e-4,
