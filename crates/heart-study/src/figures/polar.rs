@@ -40,7 +40,7 @@ const COLOURS: usize = 32;
 ///
 /// ```
 /// use heart_study::figures::polar_maps;
-/// let svg = polar_maps(&[("truth", [0.5; 17])], 1.0, "activity/mL")?;
+/// let svg = polar_maps(&[("truth", [0.5; 17])], 1.0, "1/mL")?;
 /// assert_eq!(svg.matches(">50</text>").count(), 17);
 /// # Ok::<(), heart_study::StudyError>(())
 /// ```

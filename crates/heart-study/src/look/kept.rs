@@ -113,11 +113,11 @@ impl Look<'_> {
         Ok(Some((picture, white)))
     }
 
-    /// Returns the label of samples.
+    /// Returns the unit of activity concentration.
     pub(super) fn unit(&self) -> &'static str {
         match self.phantom.scene().counting {
             Some(_) => "MBq/mL",
-            None => "activity/mL",
+            None => "1/mL",
         }
     }
 

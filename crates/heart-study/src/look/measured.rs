@@ -99,7 +99,11 @@ fn profiles(look: &Look<'_>) -> Result<Option<Plot>, StudyError> {
     let [left, right, ..] = &first.cuts[0][SHORT_AXIS].marks;
     let along = format!("distance from the long axis (cm), {left} to {right}");
     Ok(Some(Plot {
-        svg: drawn(&along, look.unit(), &lines)?,
+        svg: drawn(
+            &along,
+            &format!("activity concentration ({})", look.unit()),
+            &lines,
+        )?,
         caption: format!(
             "Profile through the wall in the short-axis section, {}: the row through the long axis, from {left} to {right} (left, right, \
              anterior, posterior, superior, inferior).",

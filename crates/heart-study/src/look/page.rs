@@ -66,10 +66,21 @@ fn projections(look: &Look<'_>) -> Result<Markup, StudyError> {
     let high = (images.iter()).fold(0.0, |high: f32, cut| high.max(most(&cut.values)));
     let window = |high: f32| [0.0, if high > 0.0 { f64::from(high) } else { 1.0 }];
     let size = [480, 360];
-    let row = map(sinogram, size, window(most(&sinogram.values)), "sample")?;
-    let three = sections(images, window(high), "sample", "")?;
+    let label = match look.phantom.scene().counting {
+        Some(_) => "sample (MBq cm/mL)",
+        None => "sample (cm/mL)",
+    };
+    let row = map(sinogram, size, window(most(&sinogram.values)), label)?;
+    let three = sections(images, window(high), label, "")?;
+    let times = look.phantom.view_times(0)?;
+    let ends = [0, times.len() - 1].map(|k| format!("{k} at {:.1}°", times[k].angle.to_degrees()));
+    let caption = format!(
+        "Sinogram of the first gate, the row through the middle of the heart; s is the position within the row. Views {}. A sample is \
+         activity concentration times cm.",
+        ends.join(" to ")
+    );
     Ok(html! {
-        (figure(&row, "Sinogram of the first gate, the row through the middle of the heart; s is the position within the row.")?)
+        (figure(&row, &caption)?)
         (figure(&three, "Three projections of the first gate in the direction of the rays, superior on top.")?)
     })
 }
@@ -133,7 +144,7 @@ fn slices(look: &Look<'_>) -> Result<Markup, StudyError> {
     let of = |shown: &Shown, gate: usize| {
         let [black, white] = shown.window();
         let caption = format!(
-            "{}, {}: black is {black:.4}, white {white:.4} {}, the largest sample of these sections in all gates. Letters: left and \
+            "{}, {}: activity concentration, black is {black:.4}, white {white:.4} {}, the largest voxel value of these sections in all gates. Letters: left and \
              right, anterior and posterior, superior and inferior. The short axis is viewed from the apex{walls}.",
             shown.what(),
             look.when(gate),
@@ -197,7 +208,7 @@ fn maps(look: &Look<'_>, report: &RunReport) -> Result<Vec<Plot>, StudyError> {
         Ok(Plot {
             svg: polar_maps(maps, largest, look.unit())?,
             caption: format!(
-                "Viewed from the apex, the anterior wall on top: mean of the largest samples across the wall in the 17 segments of the \
+                "Viewed from the apex, the anterior wall on top: activity concentration, mean of the largest voxel values across the wall in the 17 segments of the \
                  American Heart Association, {}, in percent of {largest:.4} {}, the largest segment of the maps on this page.",
                 look.when(*gate),
                 look.unit()

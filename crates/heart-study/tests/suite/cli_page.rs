@@ -80,6 +80,14 @@ fn a_page_is_self_contained() {
             assert!(!text.starts_with('"'), "{tag} {element}");
         }
     }
+    // Units of voxels and samples; views and angles.
+    for text in [
+        "activity concentration (1/mL)",
+        "the largest voxel value of these sections",
+        "Views 0 at 0.0° to 5 at 150.0°. A sample is activity concentration times cm.",
+    ] {
+        assert!(page.contains(text), "{text}");
+    }
     // The library, and its licence.
     assert!(unpacked(data(&page, "niivue")).starts_with(b"(function("));
     assert!(page.contains("BSD 2-Clause License") && page.contains("Copyright (c) 2021, Niivue"));
