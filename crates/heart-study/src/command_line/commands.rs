@@ -187,7 +187,9 @@ pub(super) fn check(arguments: &Arguments, path: &Path) -> Done {
 pub(super) fn run_scene(arguments: &Arguments, scene: &Path, out: &Path, page: bool) -> Done {
     let phantom = load(arguments, scene, page)?;
     let (report, removed) = observed(arguments, out, |progress| {
-        run_to_look_at(arguments, &phantom, (out, page), progress)
+        let name = scene.file_name().unwrap_or(scene.as_os_str());
+        let look = Look::new(&phantom, page).with_title(format!("Run of {}", name.display()));
+        run_to_look_at(arguments, &phantom, look, (out, progress))
     })?;
     let numbers = &report.numbers;
     let mut lines = vec![format!(
@@ -215,10 +217,9 @@ fn value_of(json: &str) -> Value {
 fn run_to_look_at(
     arguments: &Arguments,
     phantom: &Phantom,
-    (out, page): (&Path, bool),
-    progress: Observer<'_, Progress>,
+    mut look: Look<'_>,
+    (out, progress): (&Path, Observer<'_, Progress>),
 ) -> Result<RunReport, StudyError> {
-    let mut look = Look::new(phantom, page);
     // Validates as `check` does, before the warnings.
     let mut run = Run::begin(phantom, out, &look.files())?;
     warn(arguments, phantom)?;

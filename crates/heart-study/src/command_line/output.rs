@@ -83,7 +83,7 @@ impl Output {
     #[cfg(unix)]
     pub(crate) fn note(&self, command: &Command) -> Option<&'static str> {
         const NOTE: &str = "interrupted: complete shards are kept, the unfinished one will be computed again from its first member; \
-            more shards (--shard all/N) lose less";
+            with more shards (--shard all/N) less work is repeated";
         let is_run = matches!(
             command,
             Command::Cohort {

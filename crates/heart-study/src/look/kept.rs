@@ -27,6 +27,8 @@ pub struct Look<'a> {
     pub(super) phantom: &'a Phantom,
     /// Whether a page is written.
     pub(super) page: bool,
+    /// Title of the page.
+    pub(super) title: String,
     pub(super) planes: Option<Planes>,
     pub(super) shown: Vec<Shown>,
     /// Sum of the samples of each view, by gate.
@@ -78,7 +80,7 @@ impl Look<'_> {
         let window = shown.window();
         let rate = 60.0 / self.phantom.cycle().period();
         let heading = format!(
-            "{}, {}, {rate:.0} beats a minute",
+            "{}, {}, {rate:.0} beats per minute",
             shown.what(),
             self.when(gate)
         );
@@ -147,8 +149,8 @@ impl Look<'_> {
                 let all = self.phantom.n_gates();
                 format!("gate {gate} (of {all}), phase {phase:.3}")
             }
-            Mode::Instants => "an instant a view".into(),
-            Mode::Exposure { seconds } => format!("{seconds} s a view"),
+            Mode::Instants => "one instant per view".into(),
+            Mode::Exposure { seconds } => format!("{seconds} s per view"),
             _ => "whole beats".into(),
         };
         cardiac + &self.respiratory_gate(gate)

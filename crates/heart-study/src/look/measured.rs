@@ -4,6 +4,7 @@ use super::kept::Look;
 use super::planes::SHORT_AXIS;
 use crate::StudyError;
 use crate::figures::{Cut, curves as drawn};
+use heart_phantom::membrane_forces::PressureLaw;
 use heart_phantom::revolve_voxel::nalgebra::Point3;
 use heart_phantom::{Phantom, RunReport};
 
@@ -50,19 +51,24 @@ pub(super) fn curves(look: &Look<'_>, report: &RunReport) -> Result<Vec<Plot>, S
         each.collect()
     };
     let both = [("endocardial", pressure(0)), ("epicardial", pressure(1))];
-    let (unit, caption) = match of_rubber {
-        true => (
-            "mmHg",
+    let is_pressure = phantom.scene().heart.law == PressureLaw::PerCurrentLength;
+    let (label, caption) = match (of_rubber, is_pressure) {
+        (true, _) => (
+            "pressure (mmHg)",
             "Pressure across each membrane over one cardiac cycle.",
         ),
-        false => (
-            "stiffness x cm",
-            "Pressure across each membrane over one cardiac cycle, in the units of its law: stiffness x cm; per current length \
-            stiffness.",
+        (false, true) => (
+            "pressure (stiffness)",
+            "Pressure across each membrane over one cardiac cycle, in units of the spring stiffness.",
+        ),
+        (false, false) => (
+            "force intensity (stiffness x cm)",
+            "Pressure force on each membrane per unit of its material coordinate over one cardiac cycle, in units of spring stiffness \
+             times cm.",
         ),
     };
     plots.push(Plot {
-        svg: drawn("phase", &format!("pressure ({unit})"), &both)?,
+        svg: drawn("phase", label, &both)?,
         caption: caption.into(),
     });
     plots.extend(profiles(look)?);
@@ -126,9 +132,8 @@ fn sums_of_views(sums: &[Vec<f64>]) -> Result<Plot, StudyError> {
         .collect();
     Ok(Plot {
         svg: drawn("projection", "sum x bin area", &views)?,
-        caption:
-            "Projection sum x bin area; of several gates in colours from the first to the last."
-                .into(),
+        caption: "Sum of all samples of each projection times the bin area. The colours of several gates run from the first to the last gate."
+            .into(),
     })
 }
 

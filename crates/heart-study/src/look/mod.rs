@@ -25,11 +25,19 @@ impl<'a> Look<'a> {
         Self {
             phantom,
             page,
+            title: "Run of heart-phantom".into(),
             planes: None,
             shown: Vec::new(),
             sums: Vec::new(),
             sinogram: None,
         }
+    }
+
+    /// Sets the title of the page.
+    #[must_use]
+    pub fn with_title(mut self, title: impl Into<String>) -> Self {
+        self.title = title.into();
+        self
     }
 
     /// Returns an upper estimate of the memory of the page in bytes: volumes and sections of all gates, images and the viewer.

@@ -48,7 +48,7 @@ pub(super) fn html(
             }
         }
     };
-    Ok(document("A run of heart-phantom", STYLE, &body))
+    Ok(document(&look.title, STYLE, &body))
 }
 
 impl Render for Plot {

@@ -45,7 +45,7 @@ fn heart(report: &RunReport) -> Table {
 fn phases(look: &Look<'_>, report: &RunReport) -> Table {
     let breathes = report.phases.iter().any(|phase| phase.breath.is_some());
     let mut header = vec![
-        "phase of",
+        "name",
         "phase",
         "cavity (mL)",
         "wall at the side (mm)",
@@ -136,10 +136,10 @@ fn counts(look: &Look<'_>, report: &RunReport) -> Option<Table> {
 fn quality(look: &Look<'_>, report: &RunReport) -> Option<Table> {
     let header = [
         "gate",
-        "mean of the wall",
-        "unevenness",
-        "erosions of its voxels",
-        "edge of the wall (mm)",
+        "mean of the wall (activity concentration)",
+        "coefficient of variation of the wall",
+        "erosions of the wall mask",
+        "blur of the outer wall edge (mm)",
         "rms difference from the ground truth",
     ];
     let rows: Vec<_> = (report.gates.iter().enumerate())

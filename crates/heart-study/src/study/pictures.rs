@@ -364,7 +364,9 @@ pub(super) fn reconstruction(
     page.picture(
         &of("volume"),
         &isosurface(&volume, &view)?,
-        format!("Fig. {number}c: the surface of half the wall's activity, cut open."),
+        format!(
+            "Fig. {number}c: the isosurface at half the activity of the wall, cut along the axis."
+        ),
     )
 }
 

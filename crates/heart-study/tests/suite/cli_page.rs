@@ -82,6 +82,8 @@ fn a_page_is_self_contained() {
     }
     // Units of voxels and samples; views and angles.
     for text in [
+        "<title>Run of scene.toml</title>",
+        "force intensity (stiffness x cm)",
         "activity concentration (1/mL)",
         "the largest voxel value of these sections",
         "Views 0 at 0.0° to 5 at 150.0°. A sample is activity concentration times cm.",
