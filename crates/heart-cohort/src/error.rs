@@ -48,7 +48,7 @@ pub enum CohortError {
     },
     /// A shard that does not exist.
     #[error(
-        "shard is {shard} of {of}; it must be between 1 and the number of shards, and that between 1 and {most}, the number of members"
+        "shard is {shard} of {of}; the number of shards must be between 1 and {most}, the number of members, and the shard between 1 and the number of shards"
     )]
     NoShard {
         /// The shard given.

@@ -218,7 +218,7 @@ fn shards_of_another_number_are_rejected() {
     assert!(merge(folder.path()).is_ok());
     let told = run(3, 2).unwrap_err().to_string();
     assert!(
-        told.contains("shard is 3 of 2; it must be between 1 and the number of shards"),
+        told.contains("shard is 3 of 2; the number of shards must be between 1 and"),
         "{told}"
     );
 }
