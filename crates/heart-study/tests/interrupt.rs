@@ -214,17 +214,21 @@ mod program {
         let folder = tempfile::tempdir().unwrap();
         let (scene, out) = (pipe(folder.path()), folder.path().join("out"));
         for (name, number) in delivered() {
-            let child = run(&scene, &out).spawn().unwrap();
+            let mut child = Command::new(PROGRAM);
+            let child = child.arg("run").arg(&scene).arg("--out").arg(&out);
+            let child = child.stderr(Stdio::piped()).spawn().unwrap();
             // The open returns when the program opens the other end, after it has installed its signal handling.
             let waits = opened(&scene);
             let status = fs::read_to_string(format!("/proc/{}/status", child.id())).unwrap();
             let caught = mask(&status, "SigCgt:").unwrap();
             assert_eq!(caught >> (number - 1) & 1, 1, "{name}: {status}");
             send(name, &child);
-            let status = ended(child);
+            let output = bounded(move || child.wait_with_output().unwrap());
             drop(waits);
-            assert!(ended_by(status, number), "{name}: {status}");
+            assert!(ended_by(output.status, number), "{name}: {output:?}");
             assert!(!out.exists());
+            let said = String::from_utf8(output.stderr).unwrap();
+            assert_eq!(said, "interrupted: incomplete output was removed\n");
             // A cohort has a note on its unfinished shard.
             let mut cohort = Command::new(PROGRAM);
             cohort.args(["cohort", "run"]).arg(&scene).arg("--out");

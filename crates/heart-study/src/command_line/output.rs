@@ -84,13 +84,16 @@ impl Output {
     pub(crate) fn note(&self, command: &Command) -> Option<&'static str> {
         const NOTE: &str = "interrupted: complete shards are kept, the unfinished one will be computed again from its first member; \
             with more shards (--shard all/N) less work is repeated";
-        let is_run = matches!(
-            command,
+        let note = match command {
             Command::Cohort {
-                command: Cohort::Run { .. }
+                command: Cohort::Run { .. },
+            } => NOTE,
+            Command::Run { .. } | Command::Paper(_) | Command::Ef { .. } => {
+                "interrupted: incomplete output was removed"
             }
-        );
-        (is_run && !self.quiet && !self.json).then_some(NOTE)
+            _ => return None,
+        };
+        (!self.quiet && !self.json).then_some(note)
     }
 
     pub(crate) fn warn(&mut self, warning: String) {
