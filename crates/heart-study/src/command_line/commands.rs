@@ -9,7 +9,7 @@ use clap::error::ErrorKind;
 use heart_phantom::files::{self, Section, Volume};
 use heart_phantom::revolve_voxel::VoxelGrid;
 use heart_phantom::{
-    Observer, Phantom, PhantomError, Product, Progress, Run, RunReport, check_value,
+    Observer, Phantom, PhantomError, Product, Progress, Run, RunReport, check_value, escape,
 };
 use indicatif::{BinaryBytes, ProgressBar, ProgressStyle};
 use serde_json::{Value, json};
@@ -188,7 +188,8 @@ pub(super) fn run_scene(arguments: &Arguments, scene: &Path, out: &Path, page: b
     let phantom = load(arguments, scene, page)?;
     let (report, removed) = observed(arguments, out, |progress| {
         let name = scene.file_name().unwrap_or(scene.as_os_str());
-        let look = Look::new(&phantom, page).with_title(format!("Run of {}", name.display()));
+        let look =
+            Look::new(&phantom, page).with_title(escape(&format!("Run of {}", name.display())));
         run_to_look_at(arguments, &phantom, look, (out, progress))
     })?;
     let numbers = &report.numbers;
@@ -328,12 +329,8 @@ pub(super) fn truth(arguments: &Arguments, scene: &Path, phase: f64, out: Option
     Ok(Answer::Report(found, lines))
 }
 
-pub(super) fn one_view(
-    arguments: &Arguments,
-    scene: &Path,
-    [gate, view_idx]: [usize; 2],
-    out: &Path,
-) -> Done {
+pub(super) fn one_view(arguments: &Arguments, scene: &Path, at: [usize; 2], out: &Path) -> Done {
+    let [gate, view_idx] = at;
     // The extension is validated before any work,
     let ends_in = |wanted: &str| out.extension().is_some_and(|extension| extension == wanted);
     if !ends_in("png") && !ends_in("npy") {

@@ -132,8 +132,7 @@ fn sums_of_views(sums: &[Vec<f64>]) -> Result<Plot, StudyError> {
         .collect();
     Ok(Plot {
         svg: drawn("projection", "sum x bin area", &views)?,
-        caption: "Sum of all samples of each projection times the bin area. The colours of several gates run from the first to the last gate."
-            .into(),
+        caption: "Sum of all samples of each projection times the bin area. Colours run from the first to the last gate.".into(),
     })
 }
 

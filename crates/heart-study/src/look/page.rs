@@ -144,8 +144,8 @@ fn slices(look: &Look<'_>) -> Result<Markup, StudyError> {
     let of = |shown: &Shown, gate: usize| {
         let [black, white] = shown.window();
         let caption = format!(
-            "{}, {}: activity concentration, black is {black:.4}, white {white:.4} {}, the largest voxel value of these sections in all gates. Letters: left and \
-             right, anterior and posterior, superior and inferior. The short axis is viewed from the apex{walls}.",
+            "{}, {}: activity concentration, black is {black:.4}, white {white:.4} {}, the largest voxel value of these sections in all \
+             gates. Letters: left and right, anterior and posterior, superior and inferior. The short axis is viewed from the apex{walls}.",
             shown.what(),
             look.when(gate),
             look.unit()
@@ -208,7 +208,7 @@ fn maps(look: &Look<'_>, report: &RunReport) -> Result<Vec<Plot>, StudyError> {
         Ok(Plot {
             svg: polar_maps(maps, largest, look.unit())?,
             caption: format!(
-                "Viewed from the apex, the anterior wall on top: activity concentration, mean of the largest voxel values across the wall in the 17 segments of the \
+                "Viewed from the apex, the anterior wall on top: mean of the largest voxel values across the wall in the 17 segments of the \
                  American Heart Association, {}, in percent of {largest:.4} {}, the largest segment of the maps on this page.",
                 look.when(*gate),
                 look.unit()
