@@ -55,7 +55,8 @@ pub enum GateFiles {
     /// One file per gate: `truth-gate-03`.
     #[default]
     Each,
-    /// One four-dimensional file for all cardiac gates: `truth`, or `truth-respiratory-gate-00` for each respiratory gate. Surfaces, images and fields of motion always have one file per gate.
+    /// One four-dimensional file for all cardiac gates: `reconstruction`, or `reconstruction-respiratory-gate-00` for each respiratory
+    /// gate. Surfaces, images and fields of motion always have one file per gate.
     OneFile,
 }
 
