@@ -111,39 +111,21 @@ impl Camera {
         self.rays.as_deref()
     }
 
-    /// Returns the same views with at most so many bins and rows in the same field of view.
+    /// Returns the same views with at most so many bins and rows in the same field of view, and the same voxels.
     pub(crate) fn coarse(&self, most: usize) -> Result<Self, PhantomError> {
-        let mut coarse = self.from.clone();
-        let [bins, rows] = [coarse.bins.min(most), coarse.rows.min(most)];
-        coarse.pitch[0] *= coarse.bins as f64 / bins as f64;
-        coarse.pitch[1] *= coarse.rows as f64 / rows as f64;
-        (coarse.bins, coarse.rows) = (bins, rows);
-        match &self.rays {
-            // A list has no other raster.
-            Some(rays) if !rays.has_bins() => Ok(self.clone()),
-            Some(_) => self.with_raster([bins, rows], coarse.pitch),
-            None => Self::new(&coarse, self.voxels),
+        let mut coarse = self.clone();
+        // A list has no other raster.
+        if self.rays.as_ref().is_none_or(|rays| rays.has_bins()) {
+            let from = &mut coarse.from;
+            let [bins, rows] = [from.bins.min(most), from.rows.min(most)];
+            from.pitch[0] *= from.bins as f64 / bins as f64;
+            from.pitch[1] *= from.rows as f64 / rows as f64;
+            (from.bins, from.rows) = (bins, rows);
+            let angles = self.geometry.angles().to_vec();
+            coarse.geometry = radon::ParallelGeometry::from_radians(angles, bins, from.pitch[0])?;
+            coarse.detector = ParallelDetector::new(bins, rows, from.pitch)?;
         }
-    }
-
-    /// Returns the same views with other bins and rows about the same centre, and the same voxels.
-    pub(crate) fn with_raster(
-        &self,
-        [bins, rows]: [usize; 2],
-        pitch: [f64; 2],
-    ) -> Result<Self, PhantomError> {
-        let angles = self.geometry.angles().to_vec();
-        Ok(Self {
-            geometry: radon::ParallelGeometry::from_radians(angles, bins, pitch[0])?,
-            detector: ParallelDetector::new(bins, rows, pitch)?,
-            from: CameraSettings {
-                bins,
-                rows,
-                pitch,
-                ..self.from.clone()
-            },
-            ..self.clone()
-        })
+        Ok(coarse)
     }
 
     /// Returns the angle of rotation during a view in radians.
