@@ -150,7 +150,10 @@ impl Phantom {
             false => self.shared_shapes()?,
         };
         let Some(shared) = shared else {
-            return one_by_one(volumes, each, |gate| self.truth(gate));
+            for (_part, (gate, own)) in simd_set::parts(volumes.chunks_mut(each).enumerate()) {
+                own.copy_from_slice(&self.truth(gate)?);
+            }
+            return Ok(());
         };
         let scan = self.heart_scan(0)?;
         let tolerance = self.scene().truth.tolerance;
@@ -168,16 +171,4 @@ impl Phantom {
             .collect::<Result<Vec<_>, PhantomError>>()?;
         SharedShapes::of(&scans, self.scene().truth.tolerance)
     }
-}
-
-/// Computes the gates one after the other.
-fn one_by_one(
-    all: &mut [f32],
-    each: usize,
-    of: impl Fn(usize) -> Result<Vec<f32>, PhantomError>,
-) -> Result<(), PhantomError> {
-    for (_part, (gate, own)) in simd_set::parts(all.chunks_mut(each).enumerate()) {
-        own.copy_from_slice(&of(gate)?);
-    }
-    Ok(())
 }
