@@ -49,20 +49,18 @@ impl Phantom {
             self.camera().n_views() * self.camera().view_len(),
         )?;
         let voxels = self.parts().model_voxels(osem, farthest(&self.radii()?))?;
-        let own;
-        let model = match self.camera().rotation() == Rotation::StepAndShoot {
-            true => {
-                let any = once(&self.model, || self.gate_model(osem, gate, &voxels, None))?;
-                match self.gates_share_model(osem) {
-                    true => any,
-                    false => {
-                        own = self.gate_model(osem, gate, &voxels, Some(any))?;
-                        &own
-                    }
-                }
+        let any = match self.camera().rotation() {
+            Rotation::StepAndShoot => {
+                let make = || self.gate_model(osem, gate, &voxels, None);
+                Some(once(&self.model, make)?)
             }
-            false => {
-                own = self.gate_model(osem, gate, &voxels, None)?;
+            Rotation::Continuous => None,
+        };
+        let own;
+        let model = match any.filter(|_| self.gates_share_model(osem)) {
+            Some(shared) => shared,
+            None => {
+                own = self.gate_model(osem, gate, &voxels, any)?;
                 &own
             }
         };
