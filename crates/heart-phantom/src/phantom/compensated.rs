@@ -25,7 +25,7 @@ impl Phantom {
 
     fn n_compensated(&self) -> usize {
         match self.scene().reconstruction.method {
-            Method::Fbp => self.scene().acquisition.mode.n_gates(),
+            Method::Fbp => self.n_cardiac_gates(),
             Method::Osem(_) => 1,
         }
     }
@@ -170,7 +170,7 @@ impl Phantom {
         gate: usize,
         seen: impl Fn(usize) -> Result<Cow<'a, [f32]>, PhantomError>,
     ) -> Result<Vec<f32>, PhantomError> {
-        let cardiac = self.scene().acquisition.mode.n_gates();
+        let cardiac = self.n_cardiac_gates();
         check_count("gate", gate, [0, cardiac - 1])?;
         let breathing = self.cycle().breathing();
         if breathing.is_some_and(|breathing| breathing.turn() != [0.0; 3]) {

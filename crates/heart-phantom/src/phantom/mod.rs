@@ -312,7 +312,7 @@ impl Phantom {
 
     /// Returns the cycle, with the respiratory gate of a gated projection set.
     pub(crate) fn cycle_of(&self, gate: usize) -> &Cycle {
-        &self.parts.cycles[gate / self.scene().acquisition.mode.n_gates()]
+        &self.parts.cycles[gate / self.n_cardiac_gates()]
     }
 
     /// Returns the scan of a gate.

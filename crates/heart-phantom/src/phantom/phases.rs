@@ -1,7 +1,7 @@
 //! Phases of the cycle that represent projections: those of labels, maps and surfaces.
 
 use crate::error::PhantomError;
-use crate::scan::{Mode, STEPS};
+use crate::scan::Mode;
 use crate::{HeartShape, Phantom, RespiratoryGates, Thickness};
 use std::fmt;
 
@@ -180,8 +180,7 @@ impl Phantom {
             // Volumes are proportional to 1 + gain.
             let mean_cavity_ml = match *of {
                 PhaseOf::Gate { gate, .. } => {
-                    let acquisition = self.acquisition_of(gate, STEPS[0]);
-                    let [gain, _] = self.scan(self.camera(), gate, acquisition).means()?;
+                    let [gain, _] = self.heart_scan(gate)?.means()?;
                     Some(cavity_ml * (1.0 + gain) / (1.0 + shape.gain()))
                 }
                 PhaseOf::Static | PhaseOf::EndDiastole | PhaseOf::EndSystole => None,

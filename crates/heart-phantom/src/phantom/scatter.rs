@@ -1,5 +1,6 @@
 //! Scatter of gated projection sets, from photon histories with the media, the sources and the response of the projections.
 
+use super::resolution::largest_of;
 use super::scatter_model::{Emitters, State, Tissue};
 use super::{Phantom, once};
 use crate::error::{PhantomError, check_count};
@@ -107,7 +108,7 @@ impl Phantom {
         };
         let (camera, n_bins) = (self.camera(), self.camera().n_bins());
         let all = (views, rows) == (&(0..camera.n_views()), &(0..camera.n_rows()));
-        let known = all.then(|| largest(&taken.samples));
+        let known = all.then(|| largest_of(&taken.samples));
         let Some(scatter) = self.scattered(gate, settings, known)? else {
             return Ok(());
         };
@@ -119,7 +120,7 @@ impl Phantom {
                 *sample = primary * *sample + *more as f32;
             }
         }
-        let largest = largest(&taken.samples);
+        let largest = largest_of(&taken.samples);
         if largest > 0.0 {
             taken.view_error.scatter = scatter.largest_error() / largest;
         }
@@ -139,7 +140,7 @@ impl Phantom {
                 Some(known) => known,
                 None => {
                     let _views = simd_set::part(0..1, 2);
-                    largest(&self.primary(gate, views, rows, &no_observer)?.samples)
+                    largest_of(&self.primary(gate, views, rows, &no_observer)?.samples)
                 }
             };
             let _photons = simd_set::part(1..2, 2);
@@ -248,8 +249,4 @@ impl Phantom {
             })
             .collect()
     }
-}
-
-fn largest(samples: &[f32]) -> f64 {
-    f64::from(samples.iter().copied().fold(0.0f32, f32::max))
 }

@@ -65,7 +65,7 @@ impl Phantom {
     /// [`PhantomError::Count`] if there is no such gate; as [`Phantom::wall`].
     pub fn warps(&self, gate: usize) -> Result<Warps, PhantomError> {
         check_count("gate", gate, [0, self.n_gates() - 1])?;
-        let (grid, cardiac) = (self.camera().grid(), self.cardiac_gates());
+        let (grid, cardiac) = (self.camera().grid(), self.n_cardiac_gates());
         let [beat, breath] = [gate % cardiac, gate / cardiac].map(|gate| gate..gate + 1);
         let beats = self.beat_warps(beat, grid)?;
         product(&beats[0], &self.breath_warps(breath, grid)?[0])
@@ -73,16 +73,12 @@ impl Phantom {
 
     /// The maps of all gates on a grid; gates share their warps.
     pub(super) fn warps_of_gates(&self, grid: &VoxelGrid) -> Result<Vec<Warps>, PhantomError> {
-        let cardiac = self.cardiac_gates();
+        let cardiac = self.n_cardiac_gates();
         let beats = self.beat_warps(0..cardiac, grid)?;
-        let breaths = self.breath_warps(0..self.n_gates() / cardiac, grid)?;
+        let breaths = self.breath_warps(0..self.n_respiratory_gates(), grid)?;
         (0..self.n_gates())
             .map(|gate| product(&beats[gate % cardiac], &breaths[gate / cardiac]))
             .collect()
-    }
-
-    fn cardiac_gates(&self) -> usize {
-        self.scene().acquisition.mode.n_gates()
     }
 
     /// Cardiac motion at end-expiration, averaged over some cardiac gates.
@@ -91,7 +87,7 @@ impl Phantom {
         gates: Range<usize>,
         grid: &VoxelGrid,
     ) -> Result<Vec<Arc<Warp>>, PhantomError> {
-        let cardiac = self.cardiac_gates();
+        let cardiac = self.n_cardiac_gates();
         let times = (0..cardiac).map(|gate| self.times_of((gate..self.n_gates()).step_by(cardiac)));
         let times = times.collect::<Result<Vec<_>, PhantomError>>()?;
         let way = |[low, high]: [f64; 2]| {
@@ -119,12 +115,12 @@ impl Phantom {
         gates: Range<usize>,
         grid: &VoxelGrid,
     ) -> Result<Vec<Arc<Warp>>, PhantomError> {
-        let cardiac = self.cardiac_gates();
+        let cardiac = self.n_cardiac_gates();
         if self.cycle().breathing().is_none() {
             let none = Arc::new(Warp::new(grid.shape(), grid.spacing(), &[])?);
             return Ok(vec![none; gates.len()]);
         }
-        let all = 0..self.n_gates() / cardiac;
+        let all = 0..self.n_respiratory_gates();
         let times = all.map(|gate| self.times_of(gate * cardiac..(gate + 1) * cardiac));
         let times = times.collect::<Result<Vec<_>, PhantomError>>()?;
         // The displacement is rigid; the wall only determines which voxels follow it.
@@ -187,11 +183,11 @@ impl Phantom {
         let [x, r] = self.heart().reference_extent();
         let near = (2.0 * x * (4.0 * r).powi(2) / grid.voxel_volume()).min(grid.len() as f64);
         let voxel = shortest_side(grid);
-        let cardiac = self.cardiac_gates() as f64;
+        let cardiac = self.n_cardiac_gates() as f64;
         let beats = cardiac * 16.0 * SOURCE_BYTES + STATES * DISPLACEMENT_BYTES;
         let breaths = self.cycle().breathing().map_or(0.0, |breathing| {
             let shift = breathing.breathing().shift.map(|x| x * x);
-            let gates = self.n_gates() as f64 / cardiac;
+            let gates = self.n_respiratory_gates() as f64;
             let path = shift.iter().sum::<f64>().sqrt() / voxel / gates;
             let values = (path / APART).min(MOST_CELLS);
             gates * (8.0 + 4.0 * path) * SOURCE_BYTES + values * DISPLACEMENT_BYTES
