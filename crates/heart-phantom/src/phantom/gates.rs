@@ -118,7 +118,7 @@ impl Phantom {
                 })
             })
             .collect::<Result<Vec<_>, PhantomError>>()?;
-        let all = (0..self.camera().n_views(), 0..self.camera().n_rows());
+        let all = self.camera().all_rows();
         let made = Scan::sets_into(&sets, all, samples, progress)?;
         made.iter().for_each(|of_gate| self.work.rays(of_gate.rays));
         Ok(made)

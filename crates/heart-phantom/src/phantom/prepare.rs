@@ -123,9 +123,8 @@ impl Phantom {
     fn try_counts(&self) -> Result<(), PhantomError> {
         for gate in 0..self.n_gates() {
             let seen = |view_idx| -> Result<bool, PhantomError> {
-                let rows = 0..self.camera().n_rows();
-                let scan = self.scan_of(gate)?;
-                let view = scan.rows(view_idx..view_idx + 1, rows, &no_observer)?;
+                let part = self.camera().rows_of(view_idx..view_idx + 1);
+                let view = self.scan_of(gate)?.rows(part, &no_observer)?;
                 Ok(view.samples.iter().any(|sample| *sample > 0.0))
             };
             let mut sees = false;

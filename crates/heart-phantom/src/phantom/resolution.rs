@@ -361,7 +361,6 @@ impl Phantom {
     ) -> Result<Images, PhantomError> {
         let on = |value| self.imaging_on(value, [resolution(index); 2], 0.0);
         let imaging = value.map(on).transpose()?;
-        let rows = 0..camera.n_rows();
         let mut cycle = self.cycle_of(0).clone();
         // An instant is no average over respiration, and may lie outside a respiratory gate.
         if self.scene().acquisition.mode == Mode::Instants {
@@ -385,7 +384,8 @@ impl Phantom {
             };
             let mut samples = Vec::new();
             for &view_idx in views {
-                let taken = scan.rows(view_idx..view_idx + 1, rows.clone(), &no_observer)?;
+                let part = camera.rows_of(view_idx..view_idx + 1);
+                let taken = scan.rows(part, &no_observer)?;
                 self.work.rays(taken.rays);
                 let counted = |own: &Imaging| own.evaluations(view_idx, taken.rays);
                 images.evaluations += imaging.as_ref().map_or(0, counted);

@@ -4,6 +4,7 @@ use super::resolution::largest_of;
 use super::scatter_model::{Emitters, State, Tissue};
 use super::{Phantom, once};
 use crate::error::{PhantomError, check_count};
+use crate::scan::RowsOfViews;
 use crate::scene::ScatterSettings;
 use crate::{Sinograms, no_observer};
 use photon_scatter::{
@@ -11,7 +12,6 @@ use photon_scatter::{
 };
 use std::collections::BTreeMap;
 use std::f64::consts::TAU;
-use std::ops::Range;
 
 /// Cells of volume and of respiratory phase in each of which the heart is averaged: 2 mm of motion, less than scatter resolves.
 const CELLS: f64 = 8.0;
@@ -99,16 +99,15 @@ impl Phantom {
     pub(super) fn add_scatter(
         &self,
         (gate, window): (usize, usize),
-        views: &Range<usize>,
-        rows: &Range<usize>,
+        part: &RowsOfViews,
         taken: &mut Sinograms,
     ) -> Result<(), PhantomError> {
         let Some(settings) = &self.scene().scatter else {
             return Ok(());
         };
         let (camera, n_bins) = (self.camera(), self.camera().n_bins());
-        let all = (views, rows) == (&(0..camera.n_views()), &(0..camera.n_rows()));
-        let known = all.then(|| largest_of(&taken.samples));
+        let (views, rows) = part;
+        let known = (*part == camera.all_rows()).then(|| largest_of(&taken.samples));
         let Some(scatter) = self.scattered(gate, settings, known)? else {
             return Ok(());
         };
@@ -135,12 +134,12 @@ impl Phantom {
         known: Option<f64>,
     ) -> Result<Option<&Scatter>, PhantomError> {
         let scatter = once(&self.scattered[gate], || {
-            let (views, rows) = (0..self.camera().n_views(), 0..self.camera().n_rows());
             let largest = match known {
                 Some(known) => known,
                 None => {
                     let _views = simd_set::part(0..1, 2);
-                    largest_of(&self.primary(gate, views, rows, &no_observer)?.samples)
+                    let all = self.camera().all_rows();
+                    largest_of(&self.primary(gate, all, &no_observer)?.samples)
                 }
             };
             let _photons = simd_set::part(1..2, 2);

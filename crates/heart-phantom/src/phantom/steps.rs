@@ -103,12 +103,11 @@ impl Phantom {
         views: &BTreeSet<usize>,
     ) -> Result<Vec<ViewError>, PhantomError> {
         let camera = sets[0].camera;
-        let rows = 0..camera.n_rows();
-        let len = rows.len() * camera.n_bins();
+        let len = camera.view_len();
         let mut samples = vec![0.0; sets.len() * len];
         let mut all = vec![(0.0f64, ViewError::default()); sets.len()];
         for &view_idx in views {
-            let view = (view_idx..view_idx + 1, rows.clone());
+            let view = camera.rows_of(view_idx..view_idx + 1);
             let taken = Scan::sets_into(sets, view, &mut samples, &no_observer)?;
             for ((set, samples), (most, sum)) in taken.iter().zip(samples.chunks(len)).zip(&mut all)
             {

@@ -2,11 +2,10 @@
 
 use super::Phantom;
 use crate::error::{PhantomError, check_count, check_length};
-use crate::scan::Scan;
+use crate::scan::{RowsOfViews, Scan};
 use crate::{Observer, ProjectionValues, Sinograms, ViewTime, no_observer};
 use radon::ParallelGeometry;
 use std::borrow::Cow;
-use std::ops::Range;
 
 impl Phantom {
     /// Returns times and angle of each view of a gate, without projecting.
@@ -44,10 +43,8 @@ impl Phantom {
     /// [`PhantomError::Count`] if there is no such gate or view; errors of the solver.
     pub fn view(&self, gate: usize, view_idx: usize) -> Result<Vec<f32>, PhantomError> {
         check_count("view", view_idx, [0, self.parts.camera.n_views() - 1])?;
-        let rows = 0..self.parts.camera.n_rows();
-        Ok(self
-            .take(gate, view_idx..view_idx + 1, rows, &no_observer)?
-            .samples)
+        let part = self.camera().rows_of(view_idx..view_idx + 1);
+        Ok(self.take(gate, part, &no_observer)?.samples)
     }
 
     /// Computes all views of a gate, `[view][row][bin]`. `progress` receives the number of completed views.
@@ -59,23 +56,17 @@ impl Phantom {
         gate: usize,
         progress: Observer<'_, usize>,
     ) -> Result<Sinograms, PhantomError> {
-        self.take(
-            gate,
-            0..self.parts.camera.n_views(),
-            0..self.parts.camera.n_rows(),
-            progress,
-        )
+        self.take(gate, self.camera().all_rows(), progress)
     }
 
     pub(super) fn take(
         &self,
         gate: usize,
-        views: Range<usize>,
-        rows: Range<usize>,
+        part: RowsOfViews,
         progress: Observer<'_, usize>,
     ) -> Result<Sinograms, PhantomError> {
-        let mut taken = self.means(gate, views.clone(), rows.clone(), progress)?;
-        self.count((gate, 0), &views, &rows, &mut taken.samples)?;
+        let mut taken = self.means(gate, part.clone(), progress)?;
+        self.count((gate, 0), &part, &mut taken.samples)?;
         Ok(taken)
     }
 
@@ -89,8 +80,8 @@ impl Phantom {
         gate: usize,
         progress: Observer<'_, usize>,
     ) -> Result<Vec<Sinograms>, PhantomError> {
-        let (views, rows) = (0..self.camera().n_views(), 0..self.camera().n_rows());
-        self.windows_of(gate, self.primary(gate, views, rows, progress)?)
+        let primary = self.primary(gate, self.camera().all_rows(), progress)?;
+        self.windows_of(gate, primary)
     }
 
     /// The same from the expected samples of the photons that are not scattered.
@@ -99,11 +90,11 @@ impl Phantom {
         gate: usize,
         primary: Sinograms,
     ) -> Result<Vec<Sinograms>, PhantomError> {
-        let (views, rows) = (0..self.camera().n_views(), 0..self.camera().n_rows());
+        let all = self.camera().all_rows();
         let mut windows = vec![primary; self.n_windows()];
         for (window, taken) in windows.iter_mut().enumerate() {
-            self.add_scatter((gate, window), &views, &rows, taken)?;
-            self.count((gate, window), &views, &rows, &mut taken.samples)?;
+            self.add_scatter((gate, window), &all, taken)?;
+            self.count((gate, window), &all, &mut taken.samples)?;
         }
         Ok(windows)
     }
@@ -112,13 +103,12 @@ impl Phantom {
     pub(super) fn count(
         &self,
         (gate, window): (usize, usize),
-        views: &Range<usize>,
-        rows: &Range<usize>,
+        part: &RowsOfViews,
         samples: &mut Vec<f32>,
     ) -> Result<(), PhantomError> {
         let camera = &self.parts.camera;
-        let all = (views, rows) == (&(0..camera.n_views()), &(0..camera.n_rows()));
-        let per_unit = if all && window == 0 {
+        let (views, rows) = part;
+        let per_unit = if *part == camera.all_rows() && window == 0 {
             self.counts_of(gate, || Ok(Cow::Borrowed(&samples[..])))?
         } else {
             self.counts_per_unit(gate)?
@@ -127,8 +117,8 @@ impl Phantom {
         let (Some(noise), Some(per_unit)) = (self.scene().noise, per_unit) else {
             return Ok(());
         };
-        let part = (rows, [camera.n_bins(), camera.n_rows()]);
-        noise.count(samples, &per_unit[views.clone()], first, part)
+        let size = [camera.n_bins(), camera.n_rows()];
+        noise.count(samples, &per_unit[views.clone()], first, (rows, size))
     }
 
     /// Returns the expected counts per unit sample in each view of a gate, from the sensitivity of the camera ([`Counting`](crate::Counting)) or
@@ -138,12 +128,9 @@ impl Phantom {
     /// As [`Phantom::view`].
     pub fn counts_per_unit(&self, gate: usize) -> Result<Option<Vec<f64>>, PhantomError> {
         check_count("gate", gate, [0, self.n_gates() - 1])?;
-        let camera = &self.parts.camera;
-        let (views, rows) = (0..camera.n_views(), 0..camera.n_rows());
         self.counts_of(gate, || {
-            Ok(Cow::Owned(
-                self.means(gate, views, rows, &no_observer)?.samples,
-            ))
+            let all = self.camera().all_rows();
+            Ok(self.means(gate, all, &no_observer)?.samples.into())
         })
     }
 
@@ -196,12 +183,11 @@ impl Phantom {
     pub(crate) fn means(
         &self,
         gate: usize,
-        views: Range<usize>,
-        rows: Range<usize>,
+        part: RowsOfViews,
         progress: Observer<'_, usize>,
     ) -> Result<Sinograms, PhantomError> {
-        let mut taken = self.primary(gate, views.clone(), rows.clone(), progress)?;
-        self.add_scatter((gate, 0), &views, &rows, &mut taken)?;
+        let mut taken = self.primary(gate, part.clone(), progress)?;
+        self.add_scatter((gate, 0), &part, &mut taken)?;
         Ok(taken)
     }
 
@@ -209,15 +195,14 @@ impl Phantom {
     pub(super) fn primary(
         &self,
         gate: usize,
-        views: Range<usize>,
-        rows: Range<usize>,
+        part: RowsOfViews,
         progress: Observer<'_, usize>,
     ) -> Result<Sinograms, PhantomError> {
         let scan = Scan {
             imaging: self.imaging()?,
             ..self.scan_of(gate)?
         };
-        let taken = scan.rows(views, rows, progress)?;
+        let taken = scan.rows(part, progress)?;
         self.work.rays(taken.rays);
         Ok(taken)
     }

@@ -28,8 +28,8 @@ impl Phantom {
         check_count("slice", z, [0, self.parts.camera.n_rows() - 1])?;
         match self.scene().reconstruction.method {
             Method::Fbp if !self.is_compensated() && self.filter_sigma().is_none() => {
-                let views = 0..self.parts.camera.n_views();
-                let sinogram = self.take(number, views, z..z + 1, &no_observer)?;
+                let part = (0..self.parts.camera.n_views(), z..z + 1);
+                let sinogram = self.take(number, part, &no_observer)?;
                 let mut slice = vec![0.0f32; self.parts.camera.grid().slice_len()];
                 self.back_project(number, &sinogram.samples, 1, &mut slice)?;
                 Ok(slice)

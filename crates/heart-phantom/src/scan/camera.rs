@@ -6,6 +6,7 @@ use crate::error::{PhantomError, check, check_count};
 use crate::scene::{CameraSettings, HeadsSettings};
 use revolve_voxel::{ParallelDetector, ParallelRays, VoxelGrid};
 use std::f64::consts::PI;
+use std::ops::Range;
 use std::sync::Arc;
 
 /// Largest number of samples of a projection set or a volume: 8 GiB of `f32`.
@@ -13,6 +14,9 @@ pub(crate) const MOST_SAMPLES: f64 = 2_147_483_648.0;
 
 /// Name of the limited quantity in errors.
 pub(crate) const VOXELS: &str = "voxels";
+
+/// Some rows of some views: the views and the rows of each.
+pub(crate) type RowsOfViews = (Range<usize>, Range<usize>);
 
 /// The voxels of a camera.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -260,6 +264,16 @@ impl Camera {
     #[must_use]
     pub fn view_len(&self) -> usize {
         self.n_bins() * self.n_rows()
+    }
+
+    /// Returns all rows of some views.
+    pub(crate) fn rows_of(&self, views: Range<usize>) -> RowsOfViews {
+        (views, 0..self.n_rows())
+    }
+
+    /// Returns all rows of all views.
+    pub(crate) fn all_rows(&self) -> RowsOfViews {
+        self.rows_of(0..self.n_views())
     }
 
     /// Returns the pitch of the bins, cm.

@@ -26,7 +26,7 @@ mod whole;
 pub(crate) use acquisition::Acquisition;
 pub use acquisition::{Sinograms, TruthOf};
 pub use camera::Camera;
-pub(crate) use camera::{LEAST_DIRECTIONS, MOST_SAMPLES, VOXELS, Voxels};
+pub(crate) use camera::{LEAST_DIRECTIONS, MOST_SAMPLES, RowsOfViews, VOXELS, Voxels};
 pub use counting::{Counting, Decay};
 pub(crate) use gates::{SharedShapes, add_to_gates};
 pub(crate) use groups::MOST_NODES;

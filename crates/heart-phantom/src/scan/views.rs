@@ -5,6 +5,7 @@
 //! and where one view needs more, its nodes in batches; the sums are formed in the same order in any case.
 
 use super::acquisition::Sinograms;
+use super::camera::RowsOfViews;
 use super::gates::add_to_gates;
 use super::groups::{Group, for_groups};
 use super::nodes::Node;
@@ -50,20 +51,19 @@ impl<'a> Scan<'a> {
     /// Some rows of some views, `[view][row][bin]`.
     pub(crate) fn rows(
         &self,
-        views: Range<usize>,
-        rows: Range<usize>,
+        part: RowsOfViews,
         progress: Observer<'_, usize>,
     ) -> Result<Sinograms, PhantomError> {
-        let mut samples = zeros("samples of the projections", self.len(&views, &rows))?;
+        let mut samples = zeros("samples of the projections", self.len(&part))?;
         let sets = std::slice::from_ref(self);
-        let mut made = Self::sets_into(sets, (views, rows), &mut samples, progress)?;
+        let mut made = Self::sets_into(sets, part, &mut samples, progress)?;
         let mut made = made.swap_remove(0);
         made.samples = samples;
         Ok(made)
     }
 
     /// Samples of some rows of some views.
-    fn len(&self, views: &Range<usize>, rows: &Range<usize>) -> usize {
+    fn len(&self, (views, rows): &RowsOfViews) -> usize {
         views.len() * rows.len() * self.camera.n_bins()
     }
 
@@ -71,7 +71,7 @@ impl<'a> Scan<'a> {
     /// per set, without samples.
     pub(crate) fn sets_into(
         sets: &[Self],
-        (views, rows): (Range<usize>, Range<usize>),
+        part: RowsOfViews,
         samples: &mut [f32],
         progress: Observer<'_, usize>,
     ) -> Result<Vec<Sinograms>, PhantomError> {
@@ -79,7 +79,9 @@ impl<'a> Scan<'a> {
             (set.acquisition).validate(set.cycle, set.camera, set.camera.rotation())?;
         }
         let one = &sets[0];
-        let (each, len) = (one.len(&views, &rows), one.len(&(0..1), &rows));
+        let each = one.len(&part);
+        let (views, rows) = part;
+        let len = rows.len() * one.camera.n_bins();
         for view in samples.chunks_mut(len.max(1)) {
             simd_set::checkpoint();
             view.fill(0.0);
