@@ -174,11 +174,6 @@ impl Cycle {
         self.breath_gate
     }
 
-    /// Reduces a phase to `[0, 1)` and rounds it to the grid of times.
-    pub(crate) fn wrapped(&self, phase: f64) -> f64 {
-        wrap(phase)
-    }
-
     /// Returns the volume gain at a phase (any real number, modulo 1); NaN for NaN or infinity.
     #[must_use]
     pub fn gain(&self, phase: f64) -> f64 {
@@ -230,7 +225,7 @@ impl Cycle {
 }
 
 /// Reduces `phase` to `[0, 1)` and rounds it to the phase grid.
-fn wrap(phase: f64) -> f64 {
+pub(crate) fn wrap(phase: f64) -> f64 {
     let p = (phase.rem_euclid(1.0) * PHASE_GRID).round() / PHASE_GRID;
     if p >= 1.0 { 0.0 } else { p }
 }

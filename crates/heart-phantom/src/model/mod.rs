@@ -26,6 +26,7 @@ pub(crate) use breathing::RespiratoryMotion;
 pub use breathing::{Breathing, BreathingCurve, RespiratoryGates};
 pub use chest::Chest;
 pub use cycle::Cycle;
+pub(crate) use cycle::wrap;
 pub use defect::Defect;
 pub(crate) use defect::{Placed, without_overlap};
 pub use heart::{Balloon, Heart};

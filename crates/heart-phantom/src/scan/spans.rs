@@ -2,7 +2,7 @@
 
 use super::acquisition::Acquisition;
 use super::settings::Mode;
-use crate::model::{Height, RespiratoryMotion, Rhythm};
+use crate::model::{Height, RespiratoryMotion, Rhythm, wrap};
 use crate::{Cycle, RespiratoryGates};
 use std::borrow::Cow;
 
@@ -66,7 +66,7 @@ pub(super) fn between(acquisition: Acquisition, cycle: &Cycle, window: [f64; 2])
     let beating = match acquisition.mode {
         Mode::Static { phase } => vec![Span {
             time: window,
-            phase: [cycle.wrapped(phase); 2],
+            phase: [wrap(phase); 2],
             breath: [0.0; 2],
             copies: 1.0,
             delay: 0.0,

@@ -27,6 +27,7 @@ use super::nodes::Nodes;
 use super::settings::Mode;
 use super::settings::Rotation;
 use super::spans::{self, Span};
+use crate::model::wrap;
 use crate::{Camera, Cycle};
 use std::collections::BTreeMap;
 
@@ -232,7 +233,7 @@ impl<'a> TimeRule<'a> {
     /// Returns the point of an instantaneous view.
     fn moment(&self, t: f64) -> Nodes {
         let phase = match self.acquisition.mode {
-            Mode::Static { phase } => self.cycle.wrapped(phase),
+            Mode::Static { phase } => wrap(phase),
             _ => self.cycle.phase(t),
         };
         let at = [self.cycle.gain(phase), self.cycle.breath(t)];
