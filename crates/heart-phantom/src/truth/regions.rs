@@ -40,14 +40,13 @@ impl Regions {
         let last = gains.len() - 1;
         gains.swap(last, last.min(1));
         let shapes = heart.shapes(&gains)?;
-        let ([mut cavity, mut wall], ever) = match cycle.breathing() {
-            None => swept(&shapes, &[*heart.pose()], camera)?,
-            Some(breathing) => {
-                let poses = BREATHS.map(|breath| breathing.moved(heart.pose(), breath));
-                let poses = poses.into_iter().collect::<Result<Vec<_>, _>>()?;
-                swept(&shapes, &poses, camera)?
-            }
+        let breaths = match cycle.breathing() {
+            None => &[0.0][..],
+            Some(_) => &BREATHS,
         };
+        let poses = (breaths.iter()).map(|breath| cycle.moved(heart.pose(), *breath));
+        let poses = poses.collect::<Result<Vec<_>, _>>()?;
+        let ([mut cavity, mut wall], ever) = swept(&shapes, &poses, camera)?;
         wall.erode(2);
         cavity.erode(2);
         let disc = disc_mask(camera.image(), camera.field_radius())?;
