@@ -38,6 +38,7 @@ mod error;
 pub mod files;
 mod model;
 mod observer;
+mod once;
 mod phantom;
 mod ranges;
 mod scan;

@@ -138,7 +138,7 @@ impl Phantom {
         };
         let at = |s: f64| (solution.inner.at(s).position, solution.outer.at(s).position);
         let (tip, outer_tip) = at(0.5);
-        let (side, outer_side) = at(self.parts().side);
+        let (side, outer_side) = at(self.parts.side);
         let mut widths = Vec::new();
         for k in 0..AZIMUTHS {
             let (sin, cos) = (TAU * k as f64 / AZIMUTHS as f64).sin_cos();

@@ -132,7 +132,7 @@ impl Phantom {
 
     /// Estimates the memory of an output whose projections are computed `n_views` at a time.
     fn memory_of(&self, output: &Output, n_views: usize) -> Memory {
-        let (camera, parts) = (self.camera(), self.parts());
+        let (camera, parts) = (self.camera(), &self.parts);
         let wants = |product| output.has(product);
         let reconstructs = output.needs(Needs::Reconstruction);
         let sees = output.needs(Needs::Views);
@@ -143,7 +143,7 @@ impl Phantom {
 
         let samples = 4 * (n_views * camera.view_len()) as u64;
         // Points of the time quadrature of the projections that are acquired together.
-        let scan = self.scan(camera, 0, self.acquisition_of(0, STEPS[0]));
+        let scan = self.scan(0, self.acquisition_of(0, STEPS[0]));
         let points = (scan.acquisition).points_of_all(scan.cycle, camera, camera.rotation());
         let points = points * n_views as f64 / camera.n_views() as f64;
         let points = POINT_BYTES * points.min(MOST_NODES as f64) as u64;
@@ -169,8 +169,8 @@ impl Phantom {
             true => 2 * self.n_gates() as u64 * samples + 8 * voxels,
         };
         // Two unfinished projections per thread.
-        let images = match self.imaging_known() {
-            Some(imaging) if sees => 2 * imaging.view_bytes(camera) as u64,
+        let images = match self.imaging.get() {
+            Some(Some(imaging)) if sees => 2 * imaging.view_bytes(camera) as u64,
             _ => 0,
         };
         Memory {
@@ -201,7 +201,7 @@ impl Phantom {
     /// The shapes that exist at the same time, with their defects and surface searches for ground truth and masks.
     fn bytes_of_shapes(&self, is_voxelised: bool, is_judged: bool) -> u64 {
         let heart = self.heart();
-        let scan = self.scan(self.camera(), 0, self.acquisition_of(0, STEPS[0]));
+        let scan = self.scan(0, self.acquisition_of(0, STEPS[0]));
         let seen = self.distinct_shapes(is_voxelised || is_judged);
         let kept = seen.min(heart.most_shapes());
         let passed = if is_voxelised {
@@ -219,7 +219,7 @@ impl Phantom {
         let regions = self.scene().defects.iter().map(Defect::region);
         let pieces = without_overlap(regions).map_or(0, |pieces| pieces.len() as u64);
         // A twist adds the material coordinates of the wall, which its regions share.
-        let is_twisted = pieces > 0 && self.parts().twist.is_some();
+        let is_twisted = pieces > 0 && self.parts.twist.is_some();
         let defects = (pieces + u64::from(is_twisted)) * shape;
         let fields = (passed.max(judged) * finder_bytes(&scan)) as u64;
         alive * (shape + defects) + fields
@@ -270,17 +270,16 @@ impl Phantom {
             (_, Mode::Static { .. }) => return 1,
             (Accuracy::Steps(steps), _) => steps,
             (Accuracy::Tolerance(_), Mode::Instants) => STEPS[0],
-            (Accuracy::Tolerance(_), _) => match self.steps_known() {
-                Some(steps) => steps,
+            (Accuracy::Tolerance(_), _) => match self.steps.get() {
+                Some(steps) => *steps,
                 None => return most.min(STEPS[1] + 1),
             },
         };
         let mut gains = BTreeSet::new();
         for gate in 0..self.n_gates() {
-            let acquisition = self.acquisition_of(gate, steps);
-            (self.scan(self.camera(), gate, acquisition)).collect_gains(&mut gains, most);
+            let scan = self.scan(gate, self.acquisition_of(gate, steps));
+            scan.collect_gains(&mut gains, most);
             if with_volumes && gains.len() < most {
-                let scan = self.scan(self.camera(), gate, acquisition);
                 gains.extend(scan.likely_gains(self.scene().truth.tolerance));
             }
         }

@@ -83,11 +83,11 @@ pub struct Phantom {
     parts: Parts,
     facing: OnceLock<Vec<Facing>>,
     imaging: OnceLock<Option<Imaging>>,
-    /// Expected counts per unit sample, by gate.
-    counts: Vec<OnceLock<f64>>,
+    /// Counts per unit sample that the noise defines, by gate.
+    counts: Vec<OnceLock<Option<f64>>>,
     /// Scatter, by gate.
     scattered: Vec<OnceLock<Option<Scatter>>>,
-    pub(crate) steps: OnceLock<usize>,
+    steps: OnceLock<usize>,
     regions: OnceLock<Regions>,
     /// Activity of the organs in all voxels, `[z][y][x]`.
     organ_map: OnceLock<Vec<f32>>,
@@ -209,10 +209,6 @@ impl Phantom {
         })
     }
 
-    pub(crate) fn parts(&self) -> &Parts {
-        &self.parts
-    }
-
     /// Returns the scene.
     #[must_use]
     pub fn scene(&self) -> &Scene {
@@ -282,12 +278,6 @@ impl Phantom {
         self.heart().shapes(&kept).map(drop)
     }
 
-    /// Returns the acquisition of a gate, with the steps that meet the tolerance of the scene.
-    pub(crate) fn acquisition(&self, gate: usize) -> Result<Acquisition, PhantomError> {
-        check_count("gate", gate, [0, self.n_gates() - 1])?;
-        Ok(self.acquisition_of(gate, self.steps()?))
-    }
-
     /// Returns the time that the voxelised ground truth is averaged over.
     #[must_use]
     pub fn truth_of(&self) -> TruthOf {
@@ -315,15 +305,20 @@ impl Phantom {
         &self.parts.cycles[gate / self.n_cardiac_gates()]
     }
 
-    /// Returns the scan of a gate.
+    /// Returns the scan of a gate, with the steps that meet the tolerance of the scene.
     pub(crate) fn scan_of(&self, gate: usize) -> Result<Scan<'_>, PhantomError> {
-        Ok(self.scan(self.camera(), gate, self.acquisition(gate)?))
+        let scan = self.heart_scan(gate)?;
+        let acquisition = self.acquisition_of(gate, self.steps()?);
+        Ok(Scan {
+            acquisition,
+            ..scan
+        })
     }
 
     /// Returns the scan of a gate for quantities of the heart alone, which do not depend on the steps of views.
     pub(crate) fn heart_scan(&self, gate: usize) -> Result<Scan<'_>, PhantomError> {
         check_count("gate", gate, [0, self.n_gates() - 1])?;
-        Ok(self.scan(self.camera(), gate, self.acquisition_of(gate, STEPS[0])))
+        Ok(self.scan(gate, self.acquisition_of(gate, STEPS[0])))
     }
 
     /// Returns the states of the heart whose average is the ground truth of a gate.
@@ -331,16 +326,11 @@ impl Phantom {
         self.heart_scan(gate)?.states(self.scene().truth.tolerance)
     }
 
-    /// Returns the scan of a gate with another camera or acquisition.
-    pub(crate) fn scan<'a>(
-        &'a self,
-        camera: &'a Camera,
-        gate: usize,
-        acquisition: Acquisition,
-    ) -> Scan<'a> {
+    /// Returns the scan of a gate with another acquisition.
+    pub(crate) fn scan(&self, gate: usize, acquisition: Acquisition) -> Scan<'_> {
         Scan {
             heart: &self.parts.heart,
-            camera,
+            camera: &self.parts.camera,
             cycle: self.cycle_of(gate),
             acquisition,
             activity: self.scene().activity,
@@ -369,7 +359,7 @@ impl Phantom {
         look(&Scan {
             heart: &heart,
             cycle: &cycle,
-            ..self.scan(&self.parts.camera, 0, Acquisition::still(moment.phase))
+            ..self.scan(0, Acquisition::still(moment.phase))
         })
     }
 
@@ -385,17 +375,4 @@ impl Phantom {
     pub(crate) fn shape_at_gain(&self, gain: f64) -> Result<Arc<HeartShape>, PhantomError> {
         Ok(self.parts.heart.shapes(&[gain])?.remove(0))
     }
-}
-
-/// Returns a stored value; computes and stores it at the first call.
-fn once<T>(
-    made: &OnceLock<T>,
-    make: impl FnOnce() -> Result<T, PhantomError>,
-) -> Result<&T, PhantomError> {
-    if let Some(known) = made.get() {
-        return Ok(known);
-    }
-    let new = make()?;
-    // Another thread may have stored the same value first.
-    Ok(made.get_or_init(|| new))
 }

@@ -2,8 +2,8 @@
 
 use super::Phantom;
 use super::phases::{MotionPhase, ScenePhase};
-use crate::Wall;
 use crate::error::{PhantomError, check, zeros};
+use crate::{Twist, Wall};
 
 /// Time step of the velocity's difference quotient, as a fraction of a cycle.
 const STEP: f64 = 1e-3;
@@ -97,7 +97,7 @@ impl Phantom {
         let pose = self.pose(breath)?;
         let made = || -> Result<Wall, PhantomError> {
             let wall = Wall::sliding(&shape, &Wall::new(&rest)?)?.with_pose(pose);
-            let twist = self.parts().twist.as_ref();
+            let twist = self.parts.twist.as_ref();
             Ok(match twist {
                 None => wall,
                 Some(twist) => wall.twisted(twist.scaled(self.cycle().emptied(gain))),
@@ -150,7 +150,7 @@ impl Phantom {
         ScenePhase { of, at }: &ScenePhase,
     ) -> Result<MotionReport, PhantomError> {
         let walls = self.walls(*at)?;
-        let points = self.parts().points.iter().map(|point| {
+        let points = self.parts.points.iter().map(|point| {
             let (here, there) = (walls.from.position(point)?, walls.to.position(point)?);
             Ok(PointMotion {
                 position_cm: there.coords.into(),
@@ -162,18 +162,13 @@ impl Phantom {
             })
         });
         let points = points.collect::<Result<_, PhantomError>>()?;
-        let [length, now] = [self.reference(), *at]
-            .map(|at| Ok::<_, PhantomError>(self.shape(at.phase)?.cavity_length()));
-        let (length, now) = (length?, now?);
-        let twist = |gain: f64| {
-            let twist = self.parts().twist.as_ref();
-            twist.map_or(0.0, |twist| {
-                self.cycle().emptied(gain) * twist.base_to_apex()
-            })
-        };
+        let length = |phase| Ok::<_, PhantomError>(self.shape(phase)?.cavity_length());
+        let (length, now) = (length(self.reference().phase)?, length(at.phase)?);
+        let emptied = self.cycle().emptied(self.cycle().gain(at.phase));
+        let twist = (self.parts.twist.as_ref()).map_or(0.0, Twist::base_to_apex);
         Ok(MotionReport {
             of: of.to_string(),
-            torsion_degrees_per_cm: twist(self.cycle().gain(at.phase)) / length,
+            torsion_degrees_per_cm: emptied * twist / length,
             longitudinal_shortening: 1.0 - now / length,
             points,
         })

@@ -93,7 +93,7 @@ impl Phantom {
             -shape.body().layers()[1].signed_distance(&shape.body().pose().to_body(&place))
         };
         Thickness {
-            side: distance(self.parts().side),
+            side: distance(self.parts.side),
             apex: distance(0.5),
         }
     }

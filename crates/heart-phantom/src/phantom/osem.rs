@@ -3,12 +3,13 @@
 //! The model's voxels are those of the camera, extended to all activity and attenuation that contributes to the projections, also beyond a requested
 //! region. The camera's voxels are extracted at the end.
 
+use super::Phantom;
 use super::gate_model::Model;
 use super::method::{Compensation, KnownScatter, Osem, OsemReport};
 use super::model_voxels::{ModelVoxels, farthest};
-use super::{Phantom, once};
 use crate::error::{PhantomError, check_count, check_length, zeros};
 use crate::observer::check_stop;
+use crate::once::once;
 use crate::scan::Scan;
 use crate::{Camera, Observer, Rotation};
 use radon::{
@@ -48,7 +49,7 @@ impl Phantom {
             views.len(),
             self.camera().n_views() * self.camera().view_len(),
         )?;
-        let voxels = self.parts().model_voxels(osem, farthest(&self.radii()?))?;
+        let voxels = self.parts.model_voxels(osem, farthest(&self.radii()?))?;
         let any = match self.camera().rotation() {
             Rotation::StepAndShoot => {
                 let make = || self.gate_model(osem, gate, &voxels, None);
@@ -71,7 +72,7 @@ impl Phantom {
 
     /// Whether all gates have the same geometry and attenuation map.
     pub(super) fn gates_share_model(&self, osem: &Osem) -> bool {
-        let attenuation = self.parts().attenuation.as_ref();
+        let attenuation = self.parts.attenuation.as_ref();
         let still = attenuation.is_some_and(|attenuation| attenuation.torso().is_some());
         self.camera().rotation() == Rotation::StepAndShoot && (still || !osem.attenuation)
     }
@@ -151,7 +152,7 @@ impl Phantom {
 
     /// Estimates the memory in bytes: in all, and in addition per thread.
     pub(super) fn bytes_of_osem(&self, osem: &Osem) -> (u64, u64) {
-        let (parts, views) = (self.parts(), self.camera().n_views());
+        let (parts, views) = (&self.parts, self.camera().n_views());
         let radii = self.known_radii().unwrap_or_default();
         let Ok(voxels) = parts.model_voxels(osem, farthest(&radii)) else {
             return (0, 0);
@@ -176,7 +177,7 @@ impl Phantom {
 
     /// Validates the model of a gate by building it without attenuation.
     pub(super) fn try_model(&self, osem: &Osem, gate: usize) -> Result<(), PhantomError> {
-        let voxels = self.parts().model_voxels(osem, farthest(&self.radii()?))?;
+        let voxels = self.parts.model_voxels(osem, farthest(&self.radii()?))?;
         if self.scene().reconstruction.compensation == Compensation::KnownMotion {
             self.wall(self.reference())?;
         }
@@ -190,7 +191,7 @@ impl Phantom {
         voxels: &ModelVoxels,
         map: Vec<f32>,
     ) -> Result<SpectOperator<f32>, PhantomError> {
-        let (parts, wide) = (self.parts(), &voxels.camera);
+        let (parts, wide) = (&self.parts, &voxels.camera);
         let [_, pitch] = self.camera().detector().pitch();
         let rows = SliceAxis::new(self.camera().n_rows(), pitch)?;
         let layers = SliceAxis::new(wide.n_rows(), pitch)?;

@@ -17,7 +17,7 @@ impl Phantom {
         views: &[f32],
         progress: Observer<'_, usize>,
     ) -> Result<(Vec<f32>, OsemReport), PhantomError> {
-        let voxels = self.parts().model_voxels(osem, farthest(&self.radii()?))?;
+        let voxels = self.parts.model_voxels(osem, farthest(&self.radii()?))?;
         let n_models = match self.gates_share_model(osem) {
             true => 1,
             false => self.n_gates(),

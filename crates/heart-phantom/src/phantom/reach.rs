@@ -1,8 +1,9 @@
 //! Extent of all objects: from the axis, along the axis, and towards the camera in each view.
 
+use super::Phantom;
 use super::warnings::{span, turned};
-use super::{Phantom, once};
 use crate::error::PhantomError;
+use crate::once::once;
 use crate::scan::{Facing, Orbit};
 use crate::{Rotation, ranges};
 use revolve_voxel::{Body, Organ};

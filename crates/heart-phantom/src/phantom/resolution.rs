@@ -1,8 +1,9 @@
 //! The resolution at which images are computed, refined until the tolerance is met.
 
-use super::{Phantom, once};
+use super::Phantom;
 use crate::error::PhantomError;
 use crate::no_observer;
+use crate::once::once;
 use crate::scan::{
     Acquisition, BinSample, Camera, Facing, Imaging, ImagingOptions, Mode, Projected, Resolution,
     Rotation, Scan, evenly,
@@ -88,11 +89,6 @@ impl Phantom {
             self.make_imaging()
         };
         Ok(once(&self.imaging, make)?.as_ref())
-    }
-
-    /// Returns the computation of images if it is known.
-    pub(super) fn imaging_known(&self) -> Option<&Imaging> {
-        self.imaging.get().and_then(Option::as_ref)
     }
 
     fn make_imaging(&self) -> Result<Option<Imaging>, PhantomError> {
@@ -380,7 +376,8 @@ impl Phantom {
                 imaging: imaging.as_ref(),
                 projected,
                 cycle: &cycle,
-                ..self.scan(camera, 0, Acquisition::still(phase))
+                camera,
+                ..self.scan(0, Acquisition::still(phase))
             };
             let mut samples = Vec::new();
             for &view_idx in views {

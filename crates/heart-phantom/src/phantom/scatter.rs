@@ -1,9 +1,10 @@
 //! Scatter of gated projection sets, from photon histories with the media, the sources and the response of the projections.
 
+use super::Phantom;
 use super::resolution::largest_of;
 use super::scatter_model::{Emitters, State, Tissue};
-use super::{Phantom, once};
 use crate::error::{PhantomError, check_count};
+use crate::once::once;
 use crate::scan::RowsOfViews;
 use crate::scene::ScatterSettings;
 use crate::{Sinograms, no_observer};
@@ -158,15 +159,15 @@ impl Phantom {
         settings: &ScatterSettings,
         tolerance: f64,
     ) -> Result<Option<Scatter>, PhantomError> {
-        let Some(attenuation) = self.parts().attenuation else {
+        let Some(attenuation) = self.parts.attenuation else {
             return Ok(None);
         };
-        let around = self.parts().surroundings.sources().to_vec();
+        let around = self.parts.surroundings.sources().to_vec();
         let height = self.camera().n_rows() as f64 * self.camera().detector().pitch()[1];
         let source = Emitters::new(self.hearts(gate)?, around, height);
         let body = &source.states[source.states.len() / 2].body;
         let water = water_attenuation(settings.energy)?;
-        let medium = Tissue::new(&attenuation, body, self.parts().organs.as_ref(), water)?;
+        let medium = Tissue::new(&attenuation, body, self.parts.organs.as_ref(), water)?;
         let options = settings.options(tolerance, self.camera());
         let (camera, spectrum) = (
             self.scatter_camera(gate, &self.radii()?)?,
@@ -233,7 +234,7 @@ impl Phantom {
         }
         let sums: Vec<_> = sums.into_values().filter(|sum| sum[0] > 0.0).collect();
         let gains: Vec<f64> = sums.iter().map(|[share, gain, _]| gain / share).collect();
-        let shapes = self.parts().heart.shapes(&gains)?;
+        let shapes = self.parts.heart.shapes(&gains)?;
         let placed = scan.placed(&shapes)?;
         (sums.iter().zip(&shapes))
             .map(|([share, _, breath], shape)| {

@@ -43,8 +43,8 @@ impl Phantom {
         if !turns && !self.heart_scan(0)?.has_duration() {
             return Ok(STEPS[0]);
         }
-        if let Some(steps) = self.steps_known() {
-            return Ok(steps);
+        if let Some(steps) = self.steps.get() {
+            return Ok(*steps);
         }
         let imaging = self.imaging()?;
         let camera = match imaging {
@@ -63,7 +63,8 @@ impl Phantom {
             let sets: Vec<Scan<'_>> = (0..self.n_gates())
                 .map(|gate| Scan {
                     imaging,
-                    ..self.scan(&camera, gate, self.acquisition_of(gate, steps))
+                    camera: &camera,
+                    ..self.scan(gate, self.acquisition_of(gate, steps))
                 })
                 .collect();
             let [mut reached, mut least] = [0.0f64; 2];
@@ -159,10 +160,5 @@ impl Phantom {
                     .collect()
             }
         }
-    }
-
-    /// Returns the steps that meet the tolerance, if they are known.
-    pub(crate) fn steps_known(&self) -> Option<usize> {
-        self.steps.get().copied()
     }
 }

@@ -2,6 +2,7 @@
 
 use super::Phantom;
 use crate::error::{PhantomError, check_count, check_length};
+use crate::once::once;
 use crate::scan::{RowsOfViews, Scan};
 use crate::{Observer, ProjectionValues, Sinograms, ViewTime, no_observer};
 use radon::ParallelGeometry;
@@ -143,12 +144,9 @@ impl Phantom {
         if let Some(expected) = self.parts.expected_counts(gate) {
             return Ok(Some(expected));
         }
-        let known = match self.counts[gate].get() {
-            Some(&known) => Some(known),
-            None => (self.scene().noise)
-                .map_or(Ok(None), |noise| noise.counts_per_unit(all))?
-                .map(|made| *self.counts[gate].get_or_init(|| made)),
-        };
+        let known = once(&self.counts[gate], || {
+            (self.scene().noise).map_or(Ok(None), |noise| noise.counts_per_unit(all))
+        })?;
         Ok(known.map(|known| vec![known; self.parts.camera.n_views()]))
     }
 

@@ -1,8 +1,9 @@
 //! Volumes of a phantom: reconstruction and voxelised ground truth.
 
-use super::{Phantom, once};
+use super::Phantom;
 use crate::error::{PhantomError, check, check_count, check_length, zeros};
 use crate::observer::check_stop;
+use crate::once::once;
 use crate::scan::Scan;
 use crate::truth::{alone, truth_of_slices};
 use crate::{

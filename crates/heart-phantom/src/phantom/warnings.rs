@@ -39,7 +39,7 @@ impl Phantom {
     /// # Errors
     /// Errors of the solver.
     pub fn warnings(&self) -> Result<Vec<Warning>, PhantomError> {
-        let parts = self.parts();
+        let parts = &self.parts;
         let mut found = Vec::new();
         let bodies = self.outermost()?;
         match self.out_of_view(&bodies)? {
@@ -156,7 +156,7 @@ impl Phantom {
 
     /// Returns warnings for background and active organs, and for organs that only attenuate, that extend farthest beyond the bins or the rows.
     fn truncated_organs(&self) -> Vec<Warning> {
-        let organs = self.parts().surroundings.sources().iter();
+        let organs = self.parts.surroundings.sources().iter();
         let (active, others): (Vec<&Organ>, Vec<&Organ>) =
             organs.partition(|organ| organ.activity > 0.0);
         let weakens = |organ: &&Organ| organ.attenuation > 0.0;
@@ -259,12 +259,8 @@ impl Phantom {
 
     /// Largest attenuation coefficient of medium and organs, 1/cm; 0 without any.
     fn largest_attenuation(&self) -> f64 {
-        let medium = self
-            .parts()
-            .attenuation
-            .iter()
-            .map(|medium| medium.coefficient);
-        let organs = self.parts().surroundings.sources().iter();
+        let medium = self.parts.attenuation.iter().map(|own| own.coefficient);
+        let organs = self.parts.surroundings.sources().iter();
         medium
             .chain(organs.map(|organ| organ.attenuation))
             .fold(0.0, f64::max)
@@ -304,7 +300,7 @@ impl Phantom {
 
     /// Returns the organ of stronger attenuation than the heart, such as the spine, with the largest overlap.
     fn bone_in_the_heart(&self, bodies: &[Body]) -> Result<Option<Warning>, PhantomError> {
-        let parts = self.parts();
+        let parts = &self.parts;
         let (Some(organs), Some(own)) = (&parts.organs, &parts.attenuation) else {
             return Ok(None);
         };
@@ -326,7 +322,7 @@ impl Phantom {
 
     /// Returns a warning if a twist, at its largest, is too steep for the boundaries of defects.
     fn steep_twist(&self) -> Result<Option<Warning>, PhantomError> {
-        if self.parts().twist.is_none() || self.scene().defects.is_empty() {
+        if self.parts.twist.is_none() || self.scene().defects.is_empty() {
             return Ok(None);
         }
         for phase in self.outermost_phases() {

@@ -5,6 +5,7 @@ use super::project::Placement;
 use super::settings::Rotation;
 use super::whole::Scan;
 use crate::error::PhantomError;
+use crate::once::once;
 use revolve_voxel::{Image, Shown, View};
 use std::ops::Range;
 
@@ -59,21 +60,18 @@ impl Scan<'_> {
         imaging: &'b Imaging,
         view_idx: usize,
     ) -> Result<&'b Fixed, PhantomError> {
-        let kept = &imaging.fixed[view_idx];
-        if let Some(fixed) = kept.get() {
-            return Ok(fixed);
-        }
-        let at = (view_idx, self.camera.angle(view_idx, 0.0));
-        let view = self.part_view(imaging, at, Shown::Organs)?;
-        let image = self.image_of_surroundings(&view, &(0..self.camera.n_rows()))?;
-        let mut samples = vec![0.0f32; self.camera.view_len()];
-        add(&image, 1.0, (&mut samples, 0, self.camera.n_bins()));
-        // Another thread may have stored the same value first.
-        Ok(kept.get_or_init(|| Fixed {
-            samples,
-            largest_line: image.largest_line,
-            rays: image.rays,
-        }))
+        once(&imaging.fixed[view_idx], || {
+            let at = (view_idx, self.camera.angle(view_idx, 0.0));
+            let view = self.part_view(imaging, at, Shown::Organs)?;
+            let image = self.image_of_surroundings(&view, &(0..self.camera.n_rows()))?;
+            let mut samples = vec![0.0f32; self.camera.view_len()];
+            add(&image, 1.0, (&mut samples, 0, self.camera.n_bins()));
+            Ok(Fixed {
+                samples,
+                largest_line: image.largest_line,
+                rays: image.rays,
+            })
+        })
     }
 }
 

@@ -65,10 +65,7 @@ impl Scan<'_> {
                 background.check_surrounds(shapes, pose)?;
             }
         }
-        let twist = |gain: f64| {
-            let twist = self.twist?;
-            Some(twist.scaled(self.cycle.emptied(gain)))
-        };
+        let twist = |gain: f64| Some(self.twist?.scaled(self.cycle.emptied(gain)));
         let defects = (self.defects, twist);
         Placed::new(self.heart, defects, self.tolerance, shapes, self.placed)
     }
