@@ -187,10 +187,16 @@ pub(super) fn write_projections(
     })
 }
 
-/// Returns the header of an array in C order, version 1.0 of the NumPy format
+/// Writes an array of `f64`.
+pub(super) fn put_f64(out: &mut dyn Write, shape: &[usize], values: &[f64]) -> io::Result<()> {
+    put_header(out, "<f8", shape)?;
+    (values.iter()).try_for_each(|value| out.write_all(&value.to_le_bytes()))
+}
+
+/// Writes the header of an array in C order, version 1.0 of the NumPy format
 /// (<https://numpy.org/doc/stable/reference/generated/numpy.lib.format.html>): ten bytes (magic, version, length of the rest), then
 /// type and shape as a Python dictionary, padded with spaces and a line end to a multiple of 64 bytes.
-pub(super) fn put_header(out: &mut dyn Write, kind: &str, shape: &[usize]) -> io::Result<()> {
+fn put_header(out: &mut dyn Write, kind: &str, shape: &[usize]) -> io::Result<()> {
     let axes = match shape {
         [only] => format!("{only},"), // else Python reads a number in brackets
         _ => shape

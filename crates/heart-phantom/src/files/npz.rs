@@ -4,7 +4,7 @@ use crate::error::PhantomError;
 use crate::files::atomic::write_file;
 use crate::files::sparse::SparseFile;
 use crate::files::{Projections, Samples, Volume, npy};
-use std::io::{self, BufWriter, Write};
+use std::io::{self, BufWriter};
 use std::path::Path;
 use zip::write::SimpleFileOptions;
 use zip::{CompressionMethod, ZipWriter};
@@ -51,10 +51,7 @@ impl Archive<'_> {
 
     fn array(&mut self, name: &str, values: &[f64]) -> io::Result<()> {
         self.begin(name)?;
-        npy::put_header(&mut self.0, "<f8", &[values.len()])?;
-        values
-            .iter()
-            .try_for_each(|value| self.0.write_all(&value.to_le_bytes()))
+        npy::put_f64(&mut self.0, &[values.len()], values)
     }
 }
 

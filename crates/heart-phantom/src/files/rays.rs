@@ -1,6 +1,6 @@
 //! Projections along the rays of a fan or cone beam, for RTK and ASTRA.
 
-use super::npy::put_header;
+use super::npy::put_f64;
 use crate::RayGeometry;
 use crate::error::{PhantomError, check_length};
 use crate::files::{Samples, write_atomically};
@@ -135,8 +135,7 @@ pub fn write_astra(path: &Path, rays: &RayGeometry, samples: &[f32]) -> Result<(
     super::write_npy(&path.with_extension("npy"), &shape, &ordered)?;
     let stem = path.file_stem().unwrap_or_default().to_string_lossy();
     write_atomically(&path.with_file_name(format!("{stem}-vectors.npy")), |out| {
-        put_header(out, "<f8", &[rays.n_views(), 12])?;
-        { vectors.iter() }.try_for_each(|value: &f64| out.write_all(&value.to_le_bytes()))
+        put_f64(out, &[rays.n_views(), 12], &vectors)
     })
 }
 
