@@ -30,16 +30,12 @@ pub(in crate::files) fn write_projections(
         .map(|angles| Turn::of(projections, angles))
         .collect::<Result<Vec<_>, _>>()?;
     let turn = &turns[0];
-    let frames = Frames {
-        heads: info.heads as u16,
-        beats: info.beats,
-        ..Frames::new(
-            projections.n_gates(),
-            info.heads,
-            [each, rows, bins],
-            projections.seconds_per_gate,
-        )?
-    };
+    let frames = Frames::new(
+        [projections.n_gates(), info.heads],
+        [each, rows, bins],
+        projections.seconds_per_gate,
+        info.beats,
+    )?;
     let Frames { frames: n, .. } = frames;
     let [across, down] = projections.detector.pitch().map(millimetres);
     // One value, or one per view of a head.
@@ -128,11 +124,8 @@ pub(in crate::files) fn write_projections(
 /// A volume, of one or all gates.
 pub(in crate::files) fn write_volume(path: &Path, volume: &Volume) -> Result<(), PhantomError> {
     let [nx, ny, nz] = volume.grid.shape();
-    let seconds = volume.seconds_per_gate();
-    let frames = Frames {
-        beats: volume.beats,
-        ..Frames::new(volume.n_gates(), 1, [nz, ny, nx], seconds)?
-    };
+    let (gates, seconds) = (volume.n_gates(), volume.seconds_per_gate());
+    let frames = Frames::new([gates, 1], [nz, ny, nx], seconds, volume.beats)?;
     let [dx, dy, dz] = volume.spacing_mm();
     let kind = match (frames.is_gated(), volume.transmission) {
         (true, false) => "DERIVED\\PRIMARY\\RECON GATED TOMO\\EMISSION",
@@ -219,10 +212,10 @@ struct Frames {
 
 impl Frames {
     fn new(
-        gates: usize,
-        heads: usize,
+        [gates, heads]: [usize; 2],
         [each, rows, columns]: [usize; 3],
         seconds: Option<f64>,
+        beats: Option<BeatCounts>,
     ) -> Result<Self, PhantomError> {
         let number = |what, n| check_count(what, n, MOST).map(|n| n as u16);
         number("gates", gates)?;
@@ -237,7 +230,7 @@ impl Frames {
             frames,
             sides: [number("rows", rows)?, number("columns", columns)?],
             seconds,
-            beats: None,
+            beats,
         })
     }
 
