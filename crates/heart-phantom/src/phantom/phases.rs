@@ -105,8 +105,16 @@ impl Phantom {
     #[must_use]
     pub fn phases(&self) -> Vec<ScenePhase> {
         let gates = self.n_gates();
-        let middle = |gate: usize, phase: f64| {
+        let middle = |gate: usize| {
             let (breath, breath_phase) = self.middle_breath(gate);
+            let phase = match self.scene().acquisition.mode {
+                Mode::Static { phase } => phase,
+                Mode::Gated { gates } => ((gate % gates) as f64 + 0.5) / gates as f64,
+                // A respiratory gate covers the whole cardiac cycle: it is represented by end-diastole.
+                Mode::Instants | Mode::Exposure { .. } | Mode::WholeCycle => {
+                    self.cycle().extreme_phases()[1]
+                }
+            };
             ScenePhase {
                 of: PhaseOf::Gate { gate, gates },
                 at: MotionPhase {
@@ -121,23 +129,14 @@ impl Phantom {
                 let (of, at) = (PhaseOf::Static, phase.into());
                 vec![ScenePhase { of, at }]
             }
-            Mode::Static { phase } => (0..gates).map(|gate| middle(gate, phase)).collect(),
-            Mode::Gated { gates: cardiac } => (0..gates)
-                .map(|gate| {
-                    let phase = ((gate % cardiac) as f64 + 0.5) / cardiac as f64;
-                    middle(gate, phase)
-                })
-                .collect(),
             Mode::Instants | Mode::Exposure { .. } | Mode::WholeCycle if gates == 1 => {
                 self.ends().to_vec()
             }
-            // A respiratory gate covers the whole cardiac cycle: it is represented by end-diastole.
-            Mode::Instants | Mode::Exposure { .. } | Mode::WholeCycle => {
-                let [diastole, _] = self.ends();
-                (0..gates)
-                    .map(|gate| middle(gate, diastole.at.phase))
-                    .collect()
-            }
+            Mode::Static { .. }
+            | Mode::Instants
+            | Mode::Exposure { .. }
+            | Mode::WholeCycle
+            | Mode::Gated { .. } => (0..gates).map(middle).collect(),
         }
     }
 
