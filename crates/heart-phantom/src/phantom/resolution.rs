@@ -243,7 +243,8 @@ impl Phantom {
         let others = OTHER_VIEWS[usize::from(!is_blurred)];
         let mut before = coarsest.samples;
         let mut least_off = 0.0;
-        for index in 1..LADDER.len() {
+        let mut index = 1;
+        loop {
             let images = self.images((camera, Some(value)), views, index, projected)?;
             let after = images.samples;
             let n_samples = after.iter().map(Vec::len).sum::<usize>() as u64;
@@ -254,29 +255,26 @@ impl Phantom {
             let off = off.max(least_off);
             least_off = if is_blurred { 0.0 } else { LEAST_RATIO * off };
             let coarse = others / (1.0 - RATIO) * off;
-            let is_finest = index + 1 == LADDER.len();
             let given = self.parts.tolerance();
             let is_costly = given.is_none() && images.evaluations > MOST_EVALUATIONS * n_samples;
-            for (error, index, last) in [(coarse, index - 1, false), (RATIO * coarse, index, true)]
-            {
-                if error <= target || is_costly {
-                    return Ok((resolution(index), error));
-                }
-                if last && is_finest {
-                    return match given {
-                        None => Ok((resolution(index), error)),
-                        Some(tolerance) => Err(PhantomError::Tolerance {
-                            term: "averages over bins",
-                            reached: error,
-                            allowed: target,
-                            tolerance,
-                        }),
-                    };
+            if coarse <= target || is_costly {
+                return Ok((resolution(index - 1), coarse));
+            }
+            let error = RATIO * coarse;
+            match given {
+                _ if error <= target => return Ok((resolution(index), error)),
+                _ if index + 1 < LADDER.len() => (before, index) = (after, index + 1),
+                None => return Ok((resolution(index), error)),
+                Some(tolerance) => {
+                    return Err(PhantomError::Tolerance {
+                        term: "averages over bins",
+                        reached: error,
+                        allowed: target,
+                        tolerance,
+                    });
                 }
             }
-            before = after;
         }
-        Ok((resolution(LADDER.len() - 1), 0.0))
     }
 
     /// The smallest standard deviation of the response to anything active, cm.
