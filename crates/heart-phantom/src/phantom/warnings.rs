@@ -17,6 +17,9 @@ const DIRECTIONS: usize = 64;
 /// Largest overlap of heart and bone, as a fraction of the volume of the heart, that the sampling does not resolve.
 const MOST_OVERLAP: f64 = 2e-3;
 
+/// The distance of no object, at no view angle.
+const NOTHING: (f64, Option<f64>) = (0.0, None);
+
 impl Phantom {
     /// Returns the warnings of the scene: allowed values that are probably not intended. Solves one or two shapes. Casts the rays of one view only
     /// if line integrals may alias. Whether all views and products can be computed is checked by [`Phantom::prepare`] only.
@@ -50,7 +53,7 @@ impl Phantom {
         let medium = parts.attenuation.filter(|medium| medium.coefficient > 0.0);
         if let Some(Organ { shape: torso, .. }) = medium.and_then(|medium| medium.torso()) {
             let widest = self.widest_ellipse(&torso);
-            found.extend(self.beyond_bins(TruncatedObject::Torso, widest));
+            found.extend(self.truncated(TruncatedObject::Torso, Edge::Bins, widest));
             let times = (bodies.iter()).map(|body| torso.scale_to_contain(body));
             let times = times.fold(0.0, f64::max);
             // The factor is too large by less than 1e-4.
@@ -166,27 +169,23 @@ impl Phantom {
             (TruncatedObject::Background, active),
             (TruncatedObject::Torso, passive),
         ] {
-            let (mut widest, mut highest) = (None, 0.0f64);
+            let (mut widest, mut highest) = (NOTHING, 0.0f64);
             for organ in organs {
                 let ([.., z], [.., c]) = organ.shape.bounds();
-                if let Some((half, theta)) = self.widest_ellipse(&organ.shape) {
-                    wider(&mut widest, half, theta);
-                }
+                widest = wider(widest, self.widest_ellipse(&organ.shape));
                 // An infinite cylinder extends beyond any rows, as a background does.
                 if c.is_finite() {
                     highest = highest.max(z.abs() + c);
                 }
             }
-            found.extend(self.beyond_bins(what, widest));
-            let rows = truncated(what, Edge::Rows, 2.0 * highest, self.height(), None);
-            found.extend(rows);
+            found.extend(self.truncated(what, Edge::Bins, widest));
+            found.extend(self.truncated(what, Edge::Rows, (highest, None)));
         }
         found
     }
 
     fn truncated_heart(&self, bodies: &[Body]) -> Result<Vec<Warning>, PhantomError> {
-        let mut widest: Option<(f64, f64)> = None;
-        let mut highest = 0.0f64;
+        let (mut widest, mut highest) = (NOTHING, 0.0f64);
         for body in bodies {
             let [x, y, z] = half_extents(body);
             highest = highest.max(z);
@@ -196,17 +195,12 @@ impl Phantom {
                 false => Vec::new(),
             };
             for theta in views {
-                wider(&mut widest, half_extents(&turned(body, theta)?)[0], theta);
+                let [half, ..] = half_extents(&turned(body, theta)?);
+                widest = wider(widest, (half, Some(theta)));
             }
         }
-        let rows = truncated(
-            TruncatedObject::Heart,
-            Edge::Rows,
-            2.0 * highest,
-            self.height(),
-            None,
-        );
-        let bins = self.beyond_bins(TruncatedObject::Heart, widest);
+        let bins = self.truncated(TruncatedObject::Heart, Edge::Bins, widest);
+        let rows = self.truncated(TruncatedObject::Heart, Edge::Rows, (highest, None));
         Ok(bins.into_iter().chain(rows).collect())
     }
 
@@ -373,21 +367,36 @@ impl Phantom {
     }
 
     /// Returns the largest distance of an organ from the axis across the rays, and the angle of that view.
-    fn widest_ellipse(&self, torso: &OrganShape) -> Option<(f64, f64)> {
+    fn widest_ellipse(&self, torso: &OrganShape) -> (f64, Option<f64>) {
         let ([x, y, _], [a, b, _]) = torso.bounds();
-        let mut widest = None;
-        for theta in self.view_angles() {
+        let half = |theta: f64| {
             let (sin, cos) = theta.sin_cos();
             let middle = x * cos + y * sin;
-            wider(&mut widest, middle.abs() + (a * cos).hypot(b * sin), theta);
-        }
-        widest
+            (middle.abs() + (a * cos).hypot(b * sin), Some(theta))
+        };
+        (self.view_angles().into_iter().map(half)).fold(NOTHING, wider)
     }
 
-    fn beyond_bins(&self, what: TruncatedObject, widest: Option<(f64, f64)>) -> Option<Warning> {
-        let edge = Edge::Bins;
-        widest
-            .and_then(|(half, theta)| truncated(what, edge, 2.0 * half, self.width(), Some(theta)))
+    /// Returns a warning if an object extends beyond an edge of the views, at a view angle if there is one.
+    fn truncated(
+        &self,
+        object: TruncatedObject,
+        edge: Edge,
+        (half, angle): (f64, Option<f64>),
+    ) -> Option<Warning> {
+        let needed_cm = 2.0 * half;
+        let available_cm = match edge {
+            Edge::Bins => self.width(),
+            Edge::Rows => self.height(),
+        };
+        // Differences within rounding do not count.
+        (needed_cm > available_cm * (1.0 + 1e-9)).then_some(Warning::Truncated {
+            object,
+            edge,
+            needed_cm,
+            available_cm,
+            angle_degrees: angle.map(f64::to_degrees),
+        })
     }
 
     fn unless_parallel(&self) -> f64 {
@@ -425,27 +434,9 @@ fn overlap(body: &Body, organ: &Organ) -> Result<f64, PhantomError> {
     Ok(covered * grid.voxel_volume())
 }
 
-fn truncated(
-    object: TruncatedObject,
-    edge: Edge,
-    needed_cm: f64,
-    available_cm: f64,
-    angle: Option<f64>,
-) -> Option<Warning> {
-    // Differences within rounding do not count.
-    (needed_cm > available_cm * (1.0 + 1e-9)).then_some(Warning::Truncated {
-        object,
-        edge,
-        needed_cm,
-        available_cm,
-        angle_degrees: angle.map(f64::to_degrees),
-    })
-}
-
-fn wider(widest: &mut Option<(f64, f64)>, half: f64, theta: f64) {
-    if widest.is_none_or(|(most, _)| half > most) {
-        *widest = Some((half, theta));
-    }
+/// Returns the larger of two distances, each with its view angle; the first of equal ones.
+fn wider(a: (f64, Option<f64>), b: (f64, Option<f64>)) -> (f64, Option<f64>) {
+    if b.0 > a.0 { b } else { a }
 }
 
 /// Returns the solid within the outer membrane.
