@@ -42,24 +42,15 @@ impl CameraSettings {
 }
 
 fn orbit(orbit: &Orbit, n_views: usize, c: &mut Check) {
-    let mut within = |name, given, lengths: &[f64]| {
-        let [least, most] = ranges::SIZE;
-        if !lengths.iter().all(|x| (least..=most).contains(x)) {
-            let [least, most] = [least, most].map(Number);
-            let wanted = format!("must be between {least} and {most}");
-            c.fault(name, given, wanted);
-        }
-    };
     match orbit {
         Orbit::Circle(radius) => c.within("radius", *radius, ranges::SIZE),
         Orbit::PerView(radii) if radii.len() != n_views => {
             let wanted = format!("must have {n_views}, one for each view");
             c.fault("radius.per_view", array_of(radii.len()), wanted);
         }
-        Orbit::PerView(radii) => within("radius.per_view", array_of(radii.len()), radii),
+        Orbit::PerView(radii) => c.all_within("radius.per_view", radii, ranges::SIZE),
         Orbit::Ellipse { semi_axes } => {
-            let [a, b] = semi_axes.map(Number);
-            within("radius.ellipse.semi_axes", format!("[{a}, {b}]"), semi_axes);
+            c.all_within("radius.ellipse.semi_axes", semi_axes, ranges::SIZE);
         }
         Orbit::Contour { gap } => c.within("radius.contour.gap", *gap, [0.0, ranges::SIZE[1]]),
     }
