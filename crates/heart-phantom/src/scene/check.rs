@@ -1,6 +1,6 @@
 //! Validation: each section alone, then rules across valid sections, then rules that need the objects of the scene.
 
-use super::finding::{Check, SceneError, array_of};
+use super::finding::{Check, SceneError, array_of, spelled};
 use super::*;
 use crate::model::Height;
 use crate::model::without_overlap;
@@ -126,7 +126,7 @@ fn expected_counts(parts: &Parts, c: &mut Check) {
             let wanted = format!(
                 "gives views of {seconds} s; with [counting] they must last between {least} and {most} s"
             );
-            return c.fault("acquisition.mode", spelled_mode(parts.mode()), wanted);
+            return c.fault("acquisition.mode", spelled(parts.mode()), wanted);
         }
         let counts = parts.expected_counts(gate).into_iter().flatten();
         if let Some(bad) = { counts }.find(|counts| !(least..=most).contains(counts)) {
@@ -140,16 +140,6 @@ fn expected_counts(parts: &Parts, c: &mut Check) {
                 .map_or(0.0, |counting| counting.sensitivity);
             return c.fault("counting.sensitivity", Number(given), wanted);
         }
-    }
-}
-
-fn spelled_mode(mode: Mode) -> &'static str {
-    match mode {
-        Mode::Static { .. } => "static",
-        Mode::Instants => "instants",
-        Mode::Exposure { .. } => "exposure",
-        Mode::WholeCycle => "whole-cycle",
-        Mode::Gated { .. } => "gated",
     }
 }
 

@@ -198,10 +198,11 @@ impl Check {
     }
 }
 
-/// Returns the spelling of a variant in a file: kebab case.
+/// Returns the spelling of a variant in a file: kebab case, without data.
 pub(super) fn spelled(choice: impl Debug) -> String {
     let mut name = String::new();
-    for letter in format!("{choice:?}").chars() {
+    let debug = format!("{choice:?}");
+    for letter in debug.chars().take_while(|c| c.is_alphanumeric()) {
         if letter.is_ascii_uppercase() && !name.is_empty() {
             name.push('-');
         }
