@@ -109,7 +109,6 @@ fn heart_of(scene: &Scene) -> Result<Heart, PhantomError> {
 #[derive(Debug)]
 pub(crate) struct Rest {
     /// Reference volume of the inner membrane: discretised for a range in mL, so that solved volumes equal given ones; else exact.
-    /// the exact balloon.
     pub(crate) volume: f64,
     /// Reference length from the base to the outer apex, cm.
     pub(crate) length: f64,
