@@ -41,16 +41,6 @@ const CONSTANTS: [&str; 4] = ["mu", "c1", "c2", "jm"];
 const THICKNESSES: [f64; 2] = [1e-3, 10.0];
 const SHEAR_MODULI: [f64; 2] = [1e-6, 1e9];
 
-/// Returns the name of a rubber in a file.
-fn name(energy: &StrainEnergy) -> &'static str {
-    match energy {
-        StrainEnergy::NeoHookean { .. } => "neo_hookean",
-        StrainEnergy::MooneyRivlin { .. } => "mooney_rivlin",
-        StrainEnergy::Ogden { .. } => "ogden",
-        StrainEnergy::Gent { .. } => "gent",
-    }
-}
-
 /// Validates the constants of rubber and the absence of parameters of springs.
 pub(super) fn check(
     material: &MaterialSettings,
@@ -61,7 +51,8 @@ pub(super) fn check(
     let MaterialSettings::Rubber { energy, thickness } = material else {
         return;
     };
-    let table = format!("material.{}", name(energy));
+    let (name, _) = file::constants(energy).unwrap_or_default();
+    let table = format!("material.{name}");
     c.at(&table, |c| {
         c.within(THICKNESS, *thickness, THICKNESSES);
         let [least, most] = SHEAR_MODULI;
@@ -116,7 +107,9 @@ mod file {
     pub(in crate::scene) const EXPECTED: &str = "\"springs\" or a rubber with its constants";
 
     /// Returns name and constants of a rubber as spelled in a file.
-    fn constants(energy: &StrainEnergy) -> Result<(String, Map<String, Json>), serde_json::Error> {
+    pub(super) fn constants(
+        energy: &StrainEnergy,
+    ) -> Result<(String, Map<String, Json>), serde_json::Error> {
         let Json::Object(named) = serde_json::to_value(energy)? else {
             return Ok(Default::default());
         };
