@@ -41,21 +41,18 @@ pub(super) fn for_groups(
         return take(Group { views, plans }, totals);
     }
     let most = sets[0].heart.most_shapes();
-    let mut group = Group {
-        views: views.start..views.start,
+    let begin = |view_idx: usize| Group {
+        views: view_idx..view_idx,
         plans: Vec::new(),
     };
+    let mut group = begin(views.start);
     let (mut gains, mut n_nodes) = (BTreeSet::new(), 0);
     for view_idx in views {
         let plan = plan(view_idx, totals);
         let own: BTreeSet<u64> = plan.iter().map(|node| node.gain.to_bits()).collect();
         let more = own.difference(&gains).count();
         if gains.len() + more > most || n_nodes + plan.len() > MOST_NODES {
-            let next = Group {
-                views: view_idx..view_idx,
-                plans: Vec::new(),
-            };
-            take(std::mem::replace(&mut group, next), totals)?;
+            take(std::mem::replace(&mut group, begin(view_idx)), totals)?;
             (gains, n_nodes) = (BTreeSet::new(), 0);
         }
         gains.extend(own);
