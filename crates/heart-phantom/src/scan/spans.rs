@@ -2,7 +2,7 @@
 
 use super::acquisition::Acquisition;
 use super::settings::Mode;
-use crate::model::{Height, RespiratoryMotion, Rhythm, wrap};
+use crate::model::{RespiratoryMotion, Rhythm, wrap};
 use crate::{Cycle, RespiratoryGates};
 use std::borrow::Cow;
 
@@ -180,17 +180,13 @@ fn breaths(span: &Span, breathing: &RespiratoryMotion, gate: Option<usize>) -> V
                 let held = a >= low && (a < high || gate + 1 == gates.count());
                 return held.then_some(*span);
             }
-            let at = |level: f64| crossing(breathing.curve(), span, level);
+            let position = |t: f64| breathing.at_phase(span.breath_at(t));
+            let at = |level: f64| root(span.time, position, level);
             let [x, y] = [at(low), at(high)];
             span.part([x.min(y), x.max(y)])
         }
     };
     spans.iter().filter_map(within).collect()
-}
-
-/// Returns the time at which the respiratory position reaches a level, or the nearer end.
-fn crossing(curve: &Height, span: &Span, level: f64) -> f64 {
-    root(span.time, |t| curve.at(span.breath_at(t)), level)
 }
 
 /// Returns the argument at which a monotone function reaches a level, or the nearer end.
