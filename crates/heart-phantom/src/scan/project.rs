@@ -8,14 +8,6 @@ use revolve_voxel::{
 };
 use std::ops::Range;
 
-/// The rays of a view through the centres of the bins of some rows.
-#[derive(Clone, Copy)]
-pub(super) struct Aim<'a> {
-    pub(super) view_idx: usize,
-    pub(super) theta: f64,
-    pub(super) rows: &'a Range<usize>,
-}
-
 enum ViewRays {
     Parallel(ParallelRays),
     Lines(Lines),
@@ -25,14 +17,19 @@ enum ViewRays {
 pub(super) type Placement<'a> = (&'a HeartShape, &'a Body, &'a [(usize, Sector, f64)]);
 
 impl Scan<'_> {
-    fn rays(&self, aim: &Aim<'_>) -> Result<ViewRays, PhantomError> {
+    /// Returns the rays of a view at an angle through the centres of the bins of some rows.
+    fn rays(
+        &self,
+        (view_idx, theta): (usize, f64),
+        rows: &Range<usize>,
+    ) -> Result<ViewRays, PhantomError> {
         let detector = self.camera.detector();
         Ok(match self.camera.ray_geometry() {
             Some(geometry) => {
-                let lines = geometry.lines(aim.view_idx)?;
-                ViewRays::Lines(lines.rows(aim.rows.clone())?)
+                let lines = geometry.lines(view_idx)?;
+                ViewRays::Lines(lines.rows(rows.clone())?)
             }
-            None => ViewRays::Parallel(detector.rays(aim.theta)?.rows(aim.rows.clone())?),
+            None => ViewRays::Parallel(detector.rays(theta)?.rows(rows.clone())?),
         })
     }
 
@@ -48,11 +45,12 @@ impl Scan<'_> {
     pub(super) fn project(
         &self,
         heart: Placement<'_>,
-        aim: &Aim<'_>,
+        at: (usize, f64),
+        rows: &Range<usize>,
         weight: f64,
         target: &mut [f32],
     ) -> Result<RayCounters, PhantomError> {
-        match &self.rays(aim)? {
+        match &self.rays(at, rows)? {
             ViewRays::Parallel(rays) => self.project_heart(heart, rays, weight, target),
             ViewRays::Lines(lines) => self.project_heart(heart, lines, weight, target),
         }
@@ -100,12 +98,13 @@ impl Scan<'_> {
     /// Adds `weight` times the line integrals of the surroundings without the heart; they are the same for all its shapes.
     pub(super) fn project_surroundings(
         &self,
-        aim: &Aim<'_>,
+        at: (usize, f64),
+        rows: &Range<usize>,
         weight: f64,
         target: &mut [f32],
     ) -> Result<RayCounters, PhantomError> {
         let alone = self.surroundings.alone();
-        Ok(match &self.rays(aim)? {
+        Ok(match &self.rays(at, rows)? {
             ViewRays::Parallel(rays) => alone.project_add(rays, Shown::Organs, weight, target)?,
             ViewRays::Lines(lines) => alone.project_add(lines, Shown::Organs, weight, target)?,
         })

@@ -10,7 +10,6 @@ use super::gates::add_to_gates;
 use super::groups::{Group, for_groups};
 use super::nodes::Node;
 use super::part_view::{self, PartView};
-use super::project::Aim;
 use super::view_error::{Errors, Total};
 use super::whole::{Projected, Scan};
 use crate::error::{PhantomError, zeros};
@@ -193,20 +192,16 @@ impl<'a> Scan<'a> {
         let heart = (&**shape, &body, shapes.placed.of(shape));
         let weights: Vec<(usize, [f64; 2])> = nodes.iter().map(|n| (n.set, n.weights)).collect();
         let theta = self.camera.angle(view.view_idx, node.share);
+        let at = (view.view_idx, theta);
         let Some(imaging) = self.imaging else {
-            let aim = Aim {
-                view_idx: view.view_idx,
-                theta,
-                rows,
-            };
             return view.add_lines(&weights, |weight, image| {
-                self.project(heart, &aim, weight, image)
+                self.project(heart, at, rows, weight, image)
             });
         };
         let plan = match known {
             Some((angle, plan)) if *angle == theta => plan,
             _ => {
-                let plan = self.part_view(imaging, (view.view_idx, theta), Shown::Change)?;
+                let plan = self.part_view(imaging, at, Shown::Change)?;
                 &known.insert((theta, plan)).1
             }
         };
@@ -233,20 +228,14 @@ impl<'a> Scan<'a> {
         }
         for (share, weights) in by_share {
             let theta = self.camera.angle(view.view_idx, f64::from_bits(share));
+            let at = (view.view_idx, theta);
             let weights: Vec<_> = weights.into_iter().collect();
             match self.imaging {
-                None => {
-                    let aim = Aim {
-                        view_idx: view.view_idx,
-                        theta,
-                        rows,
-                    };
-                    view.add_lines(&weights, |weight, image| {
-                        self.project_surroundings(&aim, weight, image)
-                    })?;
-                }
+                None => view.add_lines(&weights, |weight, image| {
+                    self.project_surroundings(at, rows, weight, image)
+                })?,
                 Some(imaging) => {
-                    let plan = self.part_view(imaging, (view.view_idx, theta), Shown::Organs)?;
+                    let plan = self.part_view(imaging, at, Shown::Organs)?;
                     let image = self.image_of_surroundings(&plan, rows)?;
                     view.add_image(&image, &weights, rows.start, self.camera.n_bins());
                 }
