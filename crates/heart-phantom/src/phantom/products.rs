@@ -331,8 +331,9 @@ impl Phantom {
         (self.scene().output).joins(product, self.scene().acquisition.mode)
     }
 
-    /// Returns the number of cardiac gates.
-    pub(crate) fn n_cardiac_gates(&self) -> usize {
+    /// Returns the number G of cardiac gates, or 1: gated projection set k G + g is cardiac gate g in respiratory gate k.
+    #[must_use]
+    pub fn n_cardiac_gates(&self) -> usize {
         self.scene().acquisition.mode.n_gates()
     }
 

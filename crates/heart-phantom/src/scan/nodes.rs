@@ -87,7 +87,7 @@ impl Nodes {
     }
 
     /// Returns the largest difference from the rule with half the points for rays through a sphere with the volume of the cavity, relative to its
-    /// diameter. Its rays have all distances from the centre, of which a few samples of a view may miss those with large differences.
+    /// diameter. The rays leave the sphere at different states; few samples of a view may contain no ray with a large difference.
     pub(super) fn sphere_difference(&self) -> f64 {
         if self.nodes.len() < 2 {
             return 0.0;
@@ -98,9 +98,9 @@ impl Nodes {
         let [low, high] =
             [f64::min, f64::max].map(|of| squares.iter().copied().fold(squares[0], of));
         let difference = |k: usize| {
-            let distance = low + (high - low) * k as f64 / SPHERE_RAYS as f64;
+            let squared_distance = low + (high - low) * k as f64 / SPHERE_RAYS as f64;
             let part = |(node, square): (&Node, &f64)| {
-                (node.weights[1] - node.weights[0]) * (square - distance).max(0.0).sqrt()
+                (node.weights[1] - node.weights[0]) * (square - squared_distance).max(0.0).sqrt()
             };
             let parts = self.nodes.iter().zip(&squares).map(part);
             parts.sum::<f64>().abs()

@@ -5,7 +5,6 @@ use crate::error::PhantomError;
 use crate::files::{self, AcquisitionInfo, Corrections, Projections, Volume};
 use crate::phantom::{Content, Index, to_counts};
 use crate::{Method, PhaseOf, Product, ProjectionValues, ScenePhase};
-use std::ops::Range;
 use std::path::PathBuf;
 
 impl Run<'_> {
@@ -54,9 +53,10 @@ impl Run<'_> {
         index: Index,
         samples: &[f32],
     ) -> Result<(), PhantomError> {
+        let cardiac = self.phantom.n_cardiac_gates();
         let gates = match index {
             Index::Gate(gate) => gate..gate + 1,
-            Index::Cardiac(of) => self.cardiac_gates(of),
+            Index::Cardiac(of) => of * cardiac..(of + 1) * cardiac,
             Index::Phase(_) | Index::Volume(_) | Index::All => 0..1,
         };
         let gate = gates.start;
@@ -181,11 +181,5 @@ impl Run<'_> {
     fn seconds_per_gate(&self, index: Index) -> Option<f64> {
         let gates = self.phantom.n_cardiac_gates() as f64;
         matches!(index, Index::Cardiac(_)).then(|| self.phantom.cycle().period() / gates)
-    }
-
-    /// Returns the gated projection sets of a respiratory gate.
-    fn cardiac_gates(&self, of: usize) -> Range<usize> {
-        let gates = self.phantom.n_cardiac_gates();
-        of * gates..(of + 1) * gates
     }
 }

@@ -123,17 +123,9 @@ impl Look<'_> {
         }
     }
 
-    /// Returns the number of cardiac gates.
-    pub(super) fn cardiac_gates(&self) -> usize {
-        match self.phantom.scene().acquisition.mode {
-            Mode::Gated { gates } => gates,
-            _ => 1,
-        }
-    }
-
     /// Returns `, respiratory gate K (of N)` for a gated projection set; empty without respiratory gates.
     pub(super) fn respiratory_gate(&self, gate: usize) -> String {
-        let cardiac = self.cardiac_gates();
+        let cardiac = self.phantom.n_cardiac_gates();
         match self.phantom.n_gates() / cardiac {
             1 => String::new(),
             n => format!(", respiratory gate {} (of {n})", gate / cardiac),

@@ -96,7 +96,7 @@ fn viewer(look: &Look<'_>) -> Result<Markup, StudyError> {
         let window = shown.window();
         Ok(html! {
             script type="application/octet-stream" id=(shown.name) data-black="0" data-white=(window[1]) data-seconds=(seconds)
-                data-gates=(look.cardiac_gates()) {
+                data-gates=(look.phantom.n_cardiac_gates()) {
                 (PreEscaped(shown.beat.base64(window)?))
             }
         })
