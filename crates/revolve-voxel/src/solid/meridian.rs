@@ -97,7 +97,7 @@ impl Meridian {
         Self::new(&half)
     }
 
-    fn from_path(mut path: Vec<[f64; 2]>, ring: bool) -> Result<Self, RevolveError> {
+    pub(crate) fn from_path(mut path: Vec<[f64; 2]>, ring: bool) -> Result<Self, RevolveError> {
         let volume = MassProperties::signed_volume(&path);
         if volume < 0.0 {
             path.reverse();

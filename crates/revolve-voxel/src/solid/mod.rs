@@ -13,4 +13,5 @@ pub(crate) mod pose;
 pub(crate) mod segment;
 pub(crate) mod self_crossing;
 pub(crate) mod series;
+pub(crate) mod simplified;
 pub(crate) mod wedge;

@@ -221,7 +221,8 @@ mod tests {
             .collect();
         let body = Body::new(vec![Meridian::new(&points).unwrap()], Pose::identity()).unwrap();
         let listed = |spacing: [f64; 3]| {
-            let field = body.field(0, &VoxelGrid::centred([1; 3], spacing, [0.0; 3]).unwrap());
+            let grid = VoxelGrid::centred([1; 3], spacing, [0.0; 3]).unwrap();
+            let field = Field::of(&body.layers()[0], &grid);
             field
                 .cells
                 .iter()
@@ -247,7 +248,7 @@ mod tests {
             let needle = Meridian::new(&[[0.0, 1.0], [length, 1.0]]).unwrap();
             let body = Body::new(vec![needle], Pose::identity()).unwrap();
             let grid = VoxelGrid::centred([1; 3], [1e-4; 3], [0.0; 3]).unwrap();
-            let cells = body.field(0, &grid).cells.len();
+            let cells = Field::of(&body.layers()[0], &grid).cells.len();
             // A quarter of a million, plus rounding up.
             assert!(cells <= 750_000, "{length}: {cells}");
         }

@@ -41,7 +41,8 @@ impl Body {
         at_most("layers (at most)", n, MOST_LABELS)?;
         check(grid, &slices, sampling)?;
         let len = grid.slice_len() * slices.len();
-        let fields: Vec<Field> = (0..n).map(|k| self.field(k, grid)).collect();
+        let surfaces: Vec<_> = (0..n).map(|k| self.sampled(k, grid, sampling)).collect();
+        let fields: Vec<Field> = surfaces.iter().map(|s| Field::of(s, grid)).collect();
         let mut coverage: Vec<Vec<T>> = (0..n)
             .map(|_| zeros("voxels", len))
             .collect::<Result<_, _>>()?;

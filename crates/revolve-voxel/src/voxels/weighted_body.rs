@@ -8,6 +8,7 @@ use rayon::prelude::*;
 use crate::error::{finite, length, zeros};
 use crate::voxels::block::{BLOCK, Block};
 use crate::voxels::coverage::{Painter, Sampling, check};
+use crate::voxels::field::Field;
 use crate::voxels::mirror::Mirror;
 use crate::{Body, RevolveError, Sample, VoxelCounters, VoxelGrid};
 
@@ -95,8 +96,11 @@ impl WeightedBody<'_> {
         }
         check(grid, &slices, sampling)?;
         length("volume", grid.slice_len() * slices.len(), out.len())?;
-        let fields: Vec<_> = (layers.iter())
-            .map(|&(body, layer, weight)| (body.pose(), body.field(layer, grid), weight))
+        let surfaces: Vec<_> = (layers.iter())
+            .map(|&(body, layer, _)| body.sampled(layer, grid, sampling))
+            .collect();
+        let fields: Vec<_> = (layers.iter().zip(&surfaces))
+            .map(|(&(body, _, weight), surface)| (body.pose(), Field::of(surface, grid), weight))
             .collect();
         let poses = layers.iter().map(|(body, ..)| body.pose());
         let work = Work {

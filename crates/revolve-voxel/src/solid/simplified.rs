@@ -1,0 +1,106 @@
+//! Meridians with fewer points.
+
+use crate::Meridian;
+
+/// Largest number of segments that become one, which limits the cost.
+const LONGEST: usize = 64;
+
+impl Meridian {
+    /// Returns a meridian through some of the points, with all others within `deviation` of it; none if half of the points would not
+    /// suffice, or if it would cross itself.
+    pub(crate) fn simplified(&self, deviation: f64) -> Option<Self> {
+        let mut path: Vec<[f64; 2]> = Vec::with_capacity(self.segments().len() + 2);
+        for segment in self.segments() {
+            // Segments on the axis are omitted.
+            if path.last() != Some(&segment.start()) {
+                path.push(segment.start());
+            }
+            path.push(segment.end());
+        }
+        let (mut kept, mut first) = (vec![path[0]], 0);
+        for k in 1..path.len() {
+            let is_last = k + 1 == path.len();
+            if is_last || path[k][1] == 0.0 || !near(&path[first..=k + 1], deviation) {
+                kept.push(path[k]);
+                first = k;
+            }
+        }
+        let ring = path[0][1] > 0.0;
+        (2 * kept.len() <= path.len())
+            .then(|| Self::from_path(kept, ring).ok())
+            .flatten()
+    }
+}
+
+/// Whether all points are within `most` of the line between the first and the last.
+fn near(points: &[[f64; 2]], most: f64) -> bool {
+    let [x, r] = points[0];
+    let end = points[points.len() - 1];
+    let (dx, dr) = (end[0] - x, end[1] - r);
+    let square = dx * dx + dr * dr;
+    let distance2 = |p: &[f64; 2]| {
+        let (px, pr) = (p[0] - x, p[1] - r);
+        let t = ((px * dx + pr * dr) / square).clamp(0.0, 1.0);
+        (px - t * dx).powi(2) + (pr - t * dr).powi(2)
+    };
+    points.len() <= LONGEST + 1 && points.iter().all(|p| distance2(p) <= most * most)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_surface_moves_by_at_most_the_deviation() {
+        let wave = |k: i32| f64::from(k) / 400.0 * std::f64::consts::TAU;
+        // Closed by discs; from the axis to the axis; a ring.
+        let waist: Vec<_> = (0..=400)
+            .map(|k| [wave(k), 1.1 + 0.2 * (2.0 * wave(k)).sin()])
+            .collect();
+        let sphere: Vec<_> = (0..=400)
+            .map(|k| (0.5 * wave(k)).sin_cos())
+            .map(|(r, x)| [-x, r])
+            .collect();
+        let torus: Vec<_> = (0..400)
+            .map(|k| wave(k).sin_cos())
+            .map(|(r, x)| [x, 2.0 + r])
+            .collect();
+        let solids = [
+            Meridian::new(&waist),
+            Meridian::new(&sphere),
+            Meridian::ring(&torus),
+        ];
+        for full in solids.map(Result::unwrap) {
+            let deviation = 1e-3;
+            let simple = full.simplified(deviation).unwrap();
+            let (many, few) = (full.mass_properties(), simple.mass_properties());
+            assert!(
+                3 * simple.n_segments() < full.n_segments(),
+                "{}",
+                simple.n_segments()
+            );
+            assert!((many.volume - few.volume).abs() < deviation * many.surface);
+            for segment in full.segments() {
+                assert!(simple.distance_at(segment.x0, segment.r0).abs() <= deviation);
+            }
+            assert!(full.simplified(1e-9).is_none());
+        }
+    }
+
+    #[test]
+    fn a_meridian_that_would_cross_itself_is_kept() {
+        // A shell thinner than the deviation, with other points inside than outside.
+        let arc = |n: i32, radius: f64| {
+            (0..=n).map(move |k| {
+                let (sin, cos) = (1.0 + f64::from(k) / f64::from(n)).sin_cos();
+                [radius * cos, radius * sin]
+            })
+        };
+        let path: Vec<_> = arc(400, 1.0)
+            .chain(arc(310, 1.001).collect::<Vec<_>>().into_iter().rev())
+            .collect();
+        let shell = Meridian::ring(&path).unwrap();
+        assert!(shell.simplified(1e-2).is_none());
+        assert!(shell.simplified(1e-4).is_some());
+    }
+}
