@@ -102,10 +102,13 @@ impl BandMatrix {
         self.data.fill(0.0);
     }
 
-    /// Sets the entries of row `i` to zero.
-    pub(crate) fn clear_row(&mut self, i: usize) {
+    /// Sets the entries of row and column `k` to zero.
+    pub(crate) fn clear_both(&mut self, k: usize) {
         let width = self.lower + self.upper + 1;
-        self.data[i * width..(i + 1) * width].fill(0.0);
+        self.data[k * width..(k + 1) * width].fill(0.0);
+        for i in k.saturating_sub(self.upper)..self.n.min(k + self.lower + 1) {
+            self.data[i * width + k + self.lower - i] = 0.0;
+        }
     }
 
     /// Multiplies every entry by `factor`.

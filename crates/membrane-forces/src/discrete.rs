@@ -147,7 +147,7 @@ pub trait DiscreteMembrane: Debug + Send + Sync {
         Tangent::zeros(self.setting().elastic.layout())
     }
 
-    /// Computes the derivative of F_e + F_p by the state at constant intensity, with a unit in the rows of fixed numbers.
+    /// Computes the derivative of F_e + F_p by the state at constant intensity, with the unit matrix in the rows and columns of fixed numbers.
     ///
     /// Under the total-force law, f = F / S, the full derivative also has the rank-one part -(F / S^2) n (x) grad S, with n the
     /// [pressure force](DiscreteMembrane::pressure_force_into) at intensity 1.

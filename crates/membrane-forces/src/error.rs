@@ -138,9 +138,9 @@ pub enum MembraneError {
         /// Those of the reference configuration.
         rest: [[f64; 2]; 2],
     },
-    /// The reference configuration ends on the side of the axis on which it begins, or on the axis: a part of a curve.
+    /// The curve ends on the side of the axis on which it begins, or on the axis: a part of a curve.
     #[error(
-        "the reference configuration runs from {from:?} to {to:?}; it must begin at y > 0 and end at y < 0, with both halves of the curve"
+        "the curve runs from {from:?} to {to:?}; it must begin at y > 0 and end at y < 0, with both halves of the curve"
     )]
     EndsOnOneSide {
         /// Position [x, y] at s = 0.

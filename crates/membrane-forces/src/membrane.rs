@@ -4,7 +4,7 @@ use crate::error::{MembraneError, Result, finite};
 use crate::law::PressureLaw;
 use crate::material::{Material, Rubber};
 use crate::profile::Stiffness;
-use crate::reference::{CurvePoint, ReferenceShape};
+use crate::reference::{CurvePoint, ReferenceShape, check_sides};
 use crate::strain_energy::RubberState;
 
 /// An elastic membrane in the plane of its axis of revolution.
@@ -99,7 +99,7 @@ impl Membrane {
     /// s: the equilibrium without load if lambda is constant.
     ///
     /// # Errors
-    /// A coordinate that is not finite; [`MembraneError::EndsExchanged`] if each is near the other end of the reference configuration:
+    /// A coordinate that is not finite; [`MembraneError::EndsOnOneSide`]; [`MembraneError::EndsExchanged`] if each is near the other end of the reference configuration:
     /// together closer than a tenth of the distance between the two.
     pub fn with_ends(mut self, ends: [[f64; 2]; 2]) -> Result<Self> {
         for value in ends.as_flattened() {
@@ -112,6 +112,7 @@ impl Membrane {
         if off < 0.1 * distance(rest[0], rest[1]) {
             return Err(MembraneError::EndsExchanged { ends, rest });
         }
+        check_sides(ends)?;
         Ok(self)
     }
 

@@ -330,10 +330,16 @@ impl ReferenceShape {
 /// Rejects a curve that crosses itself, that ends on the side of the axis on which it begins, or that is inside out.
 fn check_body(points: &[[f64; 2]]) -> Result<()> {
     crate::crossing::check(points)?;
-    if let [from, .., to] = *points
-        && !(from[1].min(to[1]) < 0.0 && from[1].max(to[1]) > 0.0)
-    {
-        return Err(MembraneError::EndsOnOneSide { from, to });
+    match *points {
+        [from, .., to] => check_sides([from, to]),
+        _ => Ok(()),
     }
-    Ok(())
+}
+
+/// Rejects ends on one side of the axis.
+pub(crate) fn check_sides([from, to]: [[f64; 2]; 2]) -> Result<()> {
+    match from[1].min(to[1]) < 0.0 && from[1].max(to[1]) > 0.0 {
+        true => Ok(()),
+        false => Err(MembraneError::EndsOnOneSide { from, to }),
+    }
 }

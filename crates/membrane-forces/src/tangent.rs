@@ -82,7 +82,7 @@ impl Tangent {
         self.blocks.first().map_or(4, |block| block.len().isqrt())
     }
 
-    /// Clears the rows of `fixed` numbers of a state within the blocks.
+    /// Clears the rows and columns of `fixed` numbers of a state within the blocks.
     pub(crate) fn clear_in_blocks(&mut self, fixed: &[usize]) {
         let (size, count) = (self.size(), self.blocks.len());
         for held in fixed {
@@ -91,17 +91,19 @@ impl Tangent {
             if let Some(block) = self.blocks.get_mut(end.min(count.saturating_sub(1))) {
                 let row = if end < count { size - 4 } else { size - 2 } + held % 2;
                 block[row * size..(row + 1) * size].fill(0.0);
+                block[row..].iter_mut().step_by(size).for_each(|v| *v = 0.0);
             }
         }
     }
 
-    /// Replaces the rows of `fixed` numbers of a state by those of the unit matrix.
+    /// Replaces the rows and columns of `fixed` numbers of a state by those of the unit matrix. With their columns a pivot could be in the row of
+    /// another number, and the solution would move the fixed ones by its rounding.
     pub(crate) fn hold(&mut self, fixed: &[usize]) {
         self.clear_in_blocks(fixed);
         let stride = self.size() - 2;
         for held in fixed {
             let row = 2 * (held / stride) + held % 2;
-            self.band.clear_row(row);
+            self.band.clear_both(row);
             self.band.add_inside(row, row, 1.0);
         }
     }

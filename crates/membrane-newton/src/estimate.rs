@@ -23,11 +23,14 @@ impl Equilibrium {
     /// Estimated relative error of the discretisation, of shape and intensity at this volume.
     ///
     /// For polynomials the error of the shape is the spectral tail, which is twice the degree p times the last two Chebyshev coefficients of the
-    /// curve over its length (the largest of any element), or, if larger, the rounding of the derivative matrices, epsilon p^3 times the number of
-    /// elements of the whole curve. [`Discretisation::SpectralAdaptive`](crate::Discretisation) refines until the tail is within the tolerance.
+    /// curve over its length (the largest of any element), or, if larger, the mean relative error of the polynomials through the stiffness or
+    /// thickness (at four points per node; narrower features remain unseen), or the rounding of the derivative matrices, epsilon p^3 times the
+    /// number of elements of the whole curve. [`Discretisation::SpectralAdaptive`](crate::Discretisation) refines until the tail is within the tolerance.
     /// The rounding grows with the degree, so that a higher one than necessary is less accurate. A small intensity f has a larger relative error,
     /// about that of the shape divided by the displacement: the tail times S L |df / dV| / (2 pi |f|), with volume V, surface S and length L
-    /// ([`Equilibrium::sensitivity`]). The larger of both is returned; without load that of the shape.
+    /// ([`Equilibrium::sensitivity`]), and for springs the square of the largest stiffness over the smallest. The larger of both is returned;
+    /// without load that of the shape. This is an estimate: of 3000 stiffnesses with two Gaussian bumps of widths 0.03 to 0.5 the intensity of 38
+    /// had a larger error, by up to a factor of 2.3, the shape of none.
     ///
     /// For finite differences it is twice the difference from the equilibrium of polynomials at the same volume (degree 20, two elements on each
     /// smooth piece) and the error of these, at the cost of [`Solver::solve_from`]: twice the error, and more where that of the curve is larger
@@ -55,7 +58,8 @@ impl Equilibrium {
         let Measures {
             surface, length, ..
         } = self.measures;
-        Some(shape * (relative.abs() * surface * length / (2.0 * PI)).max(1.0))
+        let displaced = (relative.abs() * surface * length / (2.0 * PI)).max(1.0);
+        Some(shape * displaced * self.resolution.profile.contrast.powi(2))
     }
 
     fn error_of_differences(&self) -> Option<f64> {

@@ -65,6 +65,8 @@ pub struct NewtonScratch {
     left: f64,
     /// Whether the system has a reusable factorisation.
     factored: bool,
+    /// Sum of the steps since then, infinite if an earlier solve made it.
+    moved: f64,
 }
 
 /// Solves r(x) = 0 from the given x and overwrites it.
@@ -167,6 +169,7 @@ fn iterate<B>(
             system.factor(x)?;
             scratch.report.factorisations += 1;
             scratch.factored = true;
+            scratch.moved = 0.0;
         }
         scratch.step.copy_from_slice(&scratch.residual);
         system.solve_in_place(&mut scratch.step)?;
@@ -183,7 +186,13 @@ fn iterate<B>(
         if full <= options.step_tolerance {
             scratch.report.step = full;
             // not applied: the error is the step, up to the error of its tangent
-            scratch.report.iteration_error = 1.5 * full;
+            scratch.report.iteration_error = match options.refactor {
+                _ if fresh => 1.5 * full,
+                Refactor::WhenContractionAbove(most) if scratch.contraction.is_infinite() => {
+                    left_after(full, most)
+                }
+                _ => left_after(full, scratch.contraction),
+            };
             return Ok(scratch.end(StopReason::Step));
         }
         let taken = match options.line_search {
@@ -255,6 +264,7 @@ impl NewtonScratch {
         self.rounding = false;
         self.contraction = f64::INFINITY;
         self.left = f64::INFINITY;
+        self.moved = f64::INFINITY;
         self.report.restart(max_iterations);
     }
 
@@ -268,6 +278,14 @@ impl NewtonScratch {
     fn is_rounding(&mut self, full: f64, contraction: f64) -> bool {
         let before = std::mem::replace(&mut self.contraction, contraction);
         full <= ROUNDING && contraction > if before <= 0.25 { 0.25 } else { 1.0 }
+    }
+
+    /// Returns the contraction of any direction after a step of size `full` with this `contraction`, for the test of convergence and for the
+    /// estimated error. It is at least the relative change of the tangent since its factorisation: that of the unknowns, for the estimate eight times
+    /// that; but no more than a part, because the steps did contract.
+    fn slowest(&self, contraction: f64, full: f64) -> [f64; 2] {
+        let moved = self.moved + full;
+        [moved.min(0.01), (8.0 * moved).min(0.25)].map(|change| contraction.max(change))
     }
 
     fn not_converged(&mut self, why: StopReason) -> NewtonError {
@@ -289,8 +307,10 @@ impl NewtonScratch {
     ) -> Result<f64> {
         let contraction = full / self.report.step;
         // the first step has no predecessor to compare with
+        let mut error = f64::INFINITY;
         if self.report.iterations > 0 {
-            self.left = left_after(full, contraction) * contraction;
+            [self.left, error] = (self.slowest(contraction, full))
+                .map(|slowest| left_after(full, slowest) * slowest);
             self.rounding = self.is_rounding(full, contraction);
         }
         x.iter_mut()
@@ -302,7 +322,8 @@ impl NewtonScratch {
             self.report.residual = residual_norm(system, &self.residual);
         }
         let residual = self.report.residual;
-        self.report.stepped(full, residual, self.left);
+        self.report.stepped(full, residual, error);
+        self.moved += full;
         Ok(contraction)
     }
 
@@ -358,16 +379,17 @@ impl NewtonScratch {
             subtract(&self.trial, 1.0, &self.correction, x);
             system.residual_into(x, &mut self.residual)?;
             self.report.residual_calls += 1;
-            // A frozen tangent contracts half as fast as the step taken with it. Other directions may contract only by the relative change
-            // of the step.
-            self.left = 2.0 * next * contraction.max(full.min(0.01));
-            2.5 * next * contraction.max(full.min(0.25))
+            // a frozen tangent contracts half as fast as the step taken with it
+            let [left, error] = self.slowest(contraction, full);
+            self.left = 2.0 * next * left;
+            2.5 * next * error
         } else {
             x.copy_from_slice(&self.trial);
             left_after(next, contraction)
         };
         let norm = residual_norm(system, &self.residual);
         self.report.stepped(length * full, norm, error);
+        self.moved += length * full + next;
         Ok(contraction)
     }
 }

@@ -4,7 +4,8 @@ use std::f64::consts::PI;
 use std::sync::{Arc, OnceLock};
 
 use membrane_forces::{
-    DiscreteMembrane, Measure, Measures, Membrane, MembraneError, SpectralElements,
+    CurvePiece, DiscreteMembrane, Material, Measure, Measures, Membrane, MembraneError,
+    SpectralElements,
 };
 
 use crate::block::Block;
@@ -20,6 +21,7 @@ pub(crate) struct Resolution {
     pub(crate) adaptive: Option<Adaptive>,
     /// Polynomials of half the degree, whose solution is the initial value.
     pub(crate) coarse: Option<Arc<Resolution>>,
+    pub(crate) profile: Sampled,
 }
 
 #[derive(Debug)]
@@ -29,6 +31,8 @@ pub(crate) struct Adaptive {
     finer: OnceLock<Result<Arc<Resolution>, MembraneError>>,
 }
 
+/// Points per node at which the stiffness or thickness is compared with its polynomials.
+const SAMPLES: usize = 4;
 /// Degrees on each smooth piece; after the last one its elements split.
 const DEGREES: [usize; 4] = [8, 12, 16, 24];
 /// The last level has 32 elements on each smooth piece.
@@ -74,8 +78,10 @@ impl Resolution {
         discrete: impl DiscreteMembrane + 'static,
         adaptive: Option<Adaptive>,
     ) -> Result<Self, MembraneError> {
+        let pieces = discrete.pieces(discrete.start())?;
         Ok(Self {
             start: discrete.measures(discrete.start())?.finite()?,
+            profile: Sampled::new(discrete.setting().membrane().material(), &pieces)?,
             discrete: Box::new(discrete),
             adaptive,
             coarse: None,
@@ -99,7 +105,7 @@ impl Resolution {
     }
 
     /// Returns twice the degree of the polynomials times their last two coefficients, over the length of the curve; the largest of any
-    /// element. `None` without polynomials.
+    /// element. At least the error of the profile; `None` without polynomials.
     pub(crate) fn tail(&self, nodes: &[f64]) -> Option<f64> {
         let pieces = own(self.discrete.pieces(nodes));
         let scale = own(self.discrete.measure(Measure::Length, nodes));
@@ -109,7 +115,7 @@ impl Resolution {
         let tails = pieces
             .iter()
             .map(|piece| last_two(&piece.x).max(last_two(&piece.y)) / scale);
-        tails.reduce(f64::max)
+        (tails.reduce(f64::max)).map(|tail| tail.max(self.profile.error))
     }
 
     /// Whether the polynomials of `state` have converged: their tail against the tolerance.
@@ -170,6 +176,75 @@ impl Resolution {
         carried.extend(intensity);
         carried
     }
+}
+
+/// The stiffness or thickness on the polynomials of a start.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Sampled {
+    /// Mean relative difference from the polynomials through its values at the nodes, at [`SAMPLES`] points per node: features between the
+    /// nodes change the shape by about as much.
+    error: f64,
+    /// Largest stiffness over the smallest one, 1 for rubber.
+    pub(crate) contrast: f64,
+}
+
+impl Sampled {
+    fn new(material: &Material, pieces: &[CurvePiece]) -> Result<Self, MembraneError> {
+        let profile = |s: f64| match material {
+            Material::Springs { stiffness, second } => {
+                let second = second.as_ref().map_or(Ok(0.0), |second| second.at(s))?;
+                Ok::<f64, MembraneError>(stiffness.at(s)? + 4.0 * second)
+            }
+            Material::Rubber(rubber) => rubber.thickness().at(s),
+        };
+        let (mut error, mut range) = (0.0, [f64::INFINITY, 0.0f64]);
+        for piece in pieces {
+            let (p, length) = (piece.x.len() - 1, piece.to - piece.from);
+            // just inside, so that a jump at the end is evaluated on this side
+            let inside = (1e-12 * length).max(8.0 * f64::EPSILON);
+            let at = |t: f64| {
+                let s = piece.from + 0.5 * (1.0 + t) * length;
+                profile(s.max(piece.from + inside).min(piece.to - inside))
+            };
+            let mut nodes = Vec::with_capacity(p + 1);
+            for j in 0..=p {
+                let node = -(PI * j as f64 / p as f64).cos();
+                nodes.push([node, at(node)?]);
+            }
+            let n = SAMPLES * p;
+            for k in 0..n {
+                let t = (2 * k + 1) as f64 / n as f64 - 1.0;
+                let exact = at(t)?;
+                range = [range[0].min(exact), range[1].max(exact)];
+                error += (interpolated(&nodes, t) - exact).abs() / exact * length / n as f64;
+            }
+        }
+        Ok(Self {
+            error,
+            contrast: match material {
+                Material::Springs { .. } if !pieces.is_empty() => range[1] / range[0],
+                _ => 1.0,
+            },
+        })
+    }
+}
+
+/// Returns the polynomial through values at Chebyshev-Lobatto nodes, at another point: the barycentric formula (Berrut & Trefethen, SIAM Review 46
+/// (2004) 501, doi:10.1137/S0036144502417715).
+fn interpolated(nodes: &[[f64; 2]], t: f64) -> f64 {
+    let (mut above, mut below) = (0.0, 0.0);
+    for (j, [node, value]) in nodes.iter().enumerate() {
+        let sign = if j % 2 == 0 { 1.0 } else { -1.0 };
+        let end = if j == 0 || j + 1 == nodes.len() {
+            0.5
+        } else {
+            1.0
+        };
+        let weight = sign * end / (t - node);
+        above += weight * value;
+        below += weight;
+    }
+    above / below
 }
 
 /// Volume swept by a shell of the size of the start that moves by its radius.

@@ -366,6 +366,10 @@ fn curves_that_are_inside_out_are_rejected() {
     let membrane = Membrane::new(ellipse(3.0, 2.0).unwrap());
     let swapped = membrane.clone().with_ends([[0.0, -2.0], [0.0, 2.0]]);
     assert!(matches!(swapped, Err(MembraneError::EndsExchanged { .. })));
+    for ends in [[[0.0, 1.0], [0.0, 1.0]], [[0.0, 2.0], [0.1, 0.0]]] {
+        let beside = membrane.clone().with_ends(ends);
+        assert!(matches!(beside, Err(MembraneError::EndsOnOneSide { .. })));
+    }
     assert!(membrane.with_ends([[0.0, 2.2], [0.0, -2.2]]).is_ok());
 }
 

@@ -121,6 +121,13 @@ fn tangents_are_the_derivatives() {
             let unit: Vec<f64> = (0..x.len()).map(|i| 1.0 + i as f64).collect();
             tangent.mul_into(&unit, &mut product);
             assert!(d.fixed().iter().all(|&k| product[k] == unit[k]));
+            // and their columns
+            for &held in d.fixed() {
+                let mut moved = vec![0.0; x.len()];
+                moved[held] = 1.0;
+                tangent.mul_into(&moved, &mut product);
+                assert_eq!(product, moved);
+            }
         }
     }
 }

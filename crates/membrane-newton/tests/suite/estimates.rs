@@ -290,3 +290,48 @@ fn rubber_with_corners_has_no_estimate_of_finite_differences() {
         }
     }
 }
+
+/// Gaussian bumps of the stiffness, of any width: between the nodes of coarse polynomials, or resolved by many elements.
+#[test]
+fn errors_are_bounded_for_stiffnesses_that_the_nodes_miss() {
+    let options = NewtonOptions::default();
+    let mut bits = 11;
+    for case in 0..40 {
+        let mut between = |from: f64, to: f64| from + (to - from) * random(&mut bits);
+        let at = between(0.02, 0.5);
+        let (width, height) = match case % 4 {
+            0 => (0.002, 2.0),
+            _ => (between(0.1, 0.5), between(-0.5, 1.8)),
+        };
+        let bump = move |s: f64| (-((s - at) / width).powi(2)).exp();
+        let stiffness = Stiffness::function(move |s| 1.0 + height * (bump(s) + bump(1.0 - s)), &[]);
+        let shape = ReferenceShape::balloon(between(0.5, 8.5), 1.75).unwrap();
+        let membrane = Membrane::new(shape).with_stiffness(stiffness.unwrap());
+        let solve = |discretisation| {
+            let solver = Solver::new(&membrane, discretisation)?;
+            solver.solve(Control::VolumeGain(0.6), &options)
+        };
+        let fine = Discretisation::Spectral {
+            degree: 24,
+            per_piece: 64,
+        };
+        let fine = solve(fine).unwrap();
+        for discretisation in [
+            Discretisation::SpectralAdaptive { tolerance: 1e-5 },
+            Discretisation::Spectral {
+                degree: 8 + case,
+                per_piece: 1,
+            },
+        ] {
+            let solved = solve(discretisation).unwrap();
+            let stated = solved.discretisation_error().unwrap();
+            let [shape, intensity] = apart(&solved, &fine);
+            let error = shape.max(intensity);
+            // the reference has rounding errors
+            assert!(
+                error <= stated + 1e-8,
+                "{discretisation:?}, {width} at {at}: {error:e}, stated {stated:e}"
+            );
+        }
+    }
+}

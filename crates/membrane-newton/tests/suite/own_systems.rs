@@ -669,3 +669,61 @@ fn a_residual_that_is_not_finite_is_no_solution_whatever_its_norm() {
         );
     }
 }
+
+/// e^x = x + 2, with starts from which the first step is as long as 1e16: a reused tangent contracts only the last steps, and a small ratio of two
+/// steps says nothing about the next.
+#[test]
+fn reused_tangents_end_at_a_root_within_the_stated_error() {
+    struct Exponential(f64);
+    impl ResidualSystem for Exponential {
+        fn len(&self) -> usize {
+            1
+        }
+        fn residual_into(&mut self, x: &[f64], out: &mut [f64]) -> Result<(), NewtonError> {
+            out[0] = x[0].exp() - x[0] - 2.0;
+            Ok(())
+        }
+        fn factor(&mut self, x: &[f64]) -> Result<(), NewtonError> {
+            self.0 = x[0].exp_m1();
+            Ok(())
+        }
+        fn solve_in_place(&mut self, rhs: &mut [f64]) -> Result<(), NewtonError> {
+            rhs[0] /= self.0;
+            Ok(())
+        }
+        fn residual_norm(&self, residual: &[f64]) -> f64 {
+            residual[0].abs()
+        }
+        fn step_norm(&self, step: &[f64]) -> f64 {
+            step[0].abs()
+        }
+    }
+    let natural = NewtonOptions::default().line_search;
+    for line_search in [LineSearch::FullStep, natural] {
+        for factor in [0.05, 0.5, 0.9] {
+            for (residual, step) in [(1e-15, 1e-14), (0.0, 1e-10), (0.0, 1e-4)] {
+                let options = NewtonOptions::default()
+                    .with_line_search(line_search)
+                    .with_refactor(Refactor::WhenContractionAbove(factor))
+                    .with_tolerances(residual, step)
+                    .with_max_iterations(100);
+                for start in (1..2000).step_by(7).map(|k| 1e-3 * f64::from(k)) {
+                    let mut x = [start];
+                    let Ok(report) = newton(&mut Exponential(0.0), &mut x, &options) else {
+                        continue;
+                    };
+                    let root = if x[0] > 0.0 {
+                        1.146193220620583
+                    } else {
+                        -1.8414056604369606
+                    };
+                    let (error, stated) = ((x[0] - root).abs(), report.iteration_error);
+                    assert!(
+                        error <= stated.max(1e-14),
+                        "{options:?} from {start}: {error:e}, stated {stated:e}"
+                    );
+                }
+            }
+        }
+    }
+}

@@ -250,3 +250,26 @@ proptest! {
         check(&case)?;
     }
 }
+
+/// The ends stay where they are, exactly, and a change of the volume by its rounding changes the shape by no more than the stated error: the
+/// tangent of many nodes has entries of 1e7, that of a fixed number 1.
+#[test]
+fn fixed_ends_do_not_move() {
+    let membrane = Membrane::new(ReferenceShape::balloon(8.5, 1.75).unwrap());
+    let (nodes, options) = (4001, NewtonOptions::default());
+    let solver = Solver::new(&membrane, Discretisation::FiniteDifferences { nodes }).unwrap();
+    let solves = [0.0, 1.0, 2.0, 3.0, 4.0].map(|k| {
+        let gain = Control::VolumeGain(2.0 * (1.0 + k * f64::EPSILON));
+        solver.solve(gain, &options).unwrap()
+    });
+    let first = solves[0].points();
+    assert_eq!([first[0], first[nodes - 1]], [[0.0, 1.75], [0.0, -1.75]]);
+    for solved in &solves {
+        let pairs = solved.points().into_iter().zip(&first);
+        let apart = pairs.map(|(a, b)| (a[0] - b[0]).hypot(a[1] - b[1]) / solved.measures.length);
+        let (apart, stated) = (apart.fold(0.0, f64::max), solved.report.iteration_error);
+        assert!(apart <= stated && apart < 1e-15, "{apart:e}, {stated:e}");
+        let intensity = (solved.intensity / solves[0].intensity - 1.0).abs();
+        assert!(intensity < 2.0 * stated, "{intensity:e}, {stated:e}");
+    }
+}
