@@ -106,6 +106,13 @@ pub enum Warning {
         /// The reason.
         reason: &'static str,
     },
+    /// Counts without acquisition times, which differ between views or gates, as after rejected beats.
+    UntimedCounts {
+        /// Shortest time of a view in a gate, seconds.
+        shortest_s: f64,
+        /// Longest one.
+        longest_s: f64,
+    },
     /// Nothing in the scene is active: all samples are zero.
     NoActivity,
     /// The twist of a wall with defects changes by more than 0.05 radians within 1/256 of the size of the heart. Boundaries of the
@@ -260,6 +267,12 @@ impl fmt::Display for Warning {
                  report.json and other formats contain each angle"
             ),
             Self::Unused { key, reason } => write!(f, "{key} has no effect: {reason}"),
+            Self::UntimedCounts { shortest_s, longest_s } => write!(
+                f,
+                "views take {} to {} s, but their counts do not depend on it; noise.counts = \"expected\" with a section [counting] includes the times",
+                brief(shortest_s),
+                brief(longest_s)
+            ),
             Self::NoActivity => f.write_str("nothing in the scene is active: all samples are zero"),
             Self::SteepTwist => f.write_str(
                 "the twist changes by more than 2.9 degrees within 1/256 of the size of the heart: there the boundaries of defects are less accurate than the tolerances state",

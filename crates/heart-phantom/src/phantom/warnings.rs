@@ -7,7 +7,7 @@ use super::warning::{Edge, TruncatedObject, Warning};
 use crate::error::PhantomError;
 use crate::scan::LEAST_DIRECTIONS;
 use crate::scene::ReconstructionSettings;
-use crate::{HeartShape, Method, Mode, RayGeometry, Rotation};
+use crate::{Counts, HeartShape, Method, Mode, RayGeometry, Rotation};
 use radon::{ArcPolicy, RadonError};
 use revolve_voxel::{Body, Organ, OrganShape, Organs, VoxelGrid};
 use std::f64::consts::{PI, TAU};
@@ -91,6 +91,7 @@ impl Phantom {
             found.extend(self.uncorrected());
         }
         found.extend(self.unused());
+        found.extend(self.untimed_counts()?);
         let activity = &parts.scene.activity;
         let heart = [activity.cavity, activity.wall].map(|uptake| uptake.concentration(1.0));
         if heart == [0.0; 2] && !(parts.surroundings.sources().iter()).any(|o| o.activity > 0.0) {
@@ -129,6 +130,25 @@ impl Phantom {
         .into_iter()
         .filter(|(_, unused, _)| *unused)
         .map(|(key, _, reason)| Warning::Unused { key, reason })
+    }
+
+    fn untimed_counts(&self) -> Result<Option<Warning>, PhantomError> {
+        let counts = self.scene().noise.map(|noise| noise.counts);
+        if !matches!(counts, Some(Counts::Total(_) | Counts::PerUnit(_))) {
+            return Ok(None);
+        }
+        let (mut shortest_s, mut longest_s) = (f64::INFINITY, 0.0f64);
+        for gate in 0..self.n_gates() {
+            for time in self.view_times(gate)? {
+                shortest_s = shortest_s.min(time.window);
+                longest_s = longest_s.max(time.window);
+            }
+        }
+        let differ = longest_s > 1.01 * shortest_s;
+        Ok(differ.then_some(Warning::UntimedCounts {
+            shortest_s,
+            longest_s,
+        }))
     }
 
     /// Returns end-systole and end-diastole, or the phase of a static scene.

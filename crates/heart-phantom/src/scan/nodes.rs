@@ -2,8 +2,11 @@
 
 use std::collections::BTreeMap;
 
-/// Number of rays through a sphere at which the two rules are compared.
+/// Number of rays through a sphere for which the error of the rule is computed.
 const SPHERE_RAYS: usize = 64;
+/// Smaller differences from the exact average, relative to the diameter, are not used: its quadrature has errors of a fifth of this, and rules with
+/// such errors have enough points.
+const EXACT: f64 = 2e-3;
 
 /// A quadrature point of a view; equal points are merged.
 #[derive(Debug, Clone, PartialEq)]
@@ -35,6 +38,7 @@ pub(crate) struct Nodes {
     pub(crate) phases: Vec<f64>,
     /// Relative error of the average cavity volume over the view's time.
     pub(crate) volume_error: f64,
+    pub(super) sphere: Sphere,
     known: BTreeMap<[u64; 3], usize>,
 }
 
@@ -86,25 +90,71 @@ impl Nodes {
         mean(&|node| (1.0 + node.gain - volume).abs()) / volume
     }
 
-    /// Returns the largest difference from the rule with half the points for rays through a sphere with the volume of the cavity, relative to its
-    /// diameter. The rays leave the sphere at different states; few samples of a view may contain no ray with a large difference.
-    pub(super) fn sphere_difference(&self) -> f64 {
-        if self.nodes.len() < 2 {
-            return 0.0;
-        }
-        let squares: Vec<f64> = (self.gains())
-            .map(|gain| (1.0 + gain).cbrt().powi(2))
-            .collect();
-        let [low, high] =
-            [f64::min, f64::max].map(|of| squares.iter().copied().fold(squares[0], of));
-        let difference = |k: usize| {
-            let squared_distance = low + (high - low) * k as f64 / SPHERE_RAYS as f64;
-            let part = |(node, square): (&Node, &f64)| {
-                (node.weights[1] - node.weights[0]) * (square - squared_distance).max(0.0).sqrt()
-            };
-            let parts = self.nodes.iter().zip(&squares).map(part);
-            parts.sum::<f64>().abs()
+    /// Returns the largest error for rays through the sphere, relative to its diameter: the difference from the rule with half the points, or twice
+    /// the difference from the exact average. The rays leave the sphere at different states; few samples of a view may contain no ray with a large
+    /// error, and two rules of few points may differ by less than their errors.
+    pub(super) fn sphere_error(&self) -> f64 {
+        let radii: Vec<f64> = self.gains().map(radius).collect();
+        let largest = radii.iter().copied().fold(0.0, f64::max);
+        let error = |[offset, exact]: &[f64; 2]| {
+            let mut halves = [0.0; 2];
+            for (node, radius) in self.nodes.iter().zip(&radii) {
+                let half_chord = self.sphere.half_chord(*offset, *radius, node.breath);
+                for (sum, weight) in halves.iter_mut().zip(node.weights) {
+                    *sum += weight * half_chord;
+                }
+            }
+            let [even, odd] = halves;
+            let [apart, off] = [even - odd, 2.0 * (even + odd - exact)].map(|d| d.abs() / largest);
+            if off > EXACT { apart.max(off) } else { apart }
         };
-        (0..SPHERE_RAYS).map(difference).fold(0.0, f64::max) / high.sqrt()
+        match self.nodes.len() {
+            0 | 1 => 0.0,
+            _ => self.sphere.rays.iter().map(error).fold(0.0, f64::max),
+        }
+    }
+}
+
+/// Returns the radius of a sphere of this volume gain, relative to that without gain.
+pub(super) fn radius(gain: f64) -> f64 {
+    (1.0 + gain).cbrt()
+}
+
+/// Rays through a sphere with the volume of the cavity, which respiration moves across them; lengths relative to its radius without gain.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Sphere {
+    shift: f64,
+    /// Offsets from the centre at end-expiration, and halves of the chords averaged over the view's time.
+    rays: Vec<[f64; 2]>,
+}
+
+impl Sphere {
+    /// Rays that enter or leave a sphere of radius `low` to `high` that moves by up to `shift`.
+    pub(super) fn new([low, high]: [f64; 2], shift: f64) -> Self {
+        // without a shift both edges are equal
+        let edges = match shift > 0.0 {
+            true => vec![[-high - shift, -low], [low - shift, high]],
+            false => vec![[low, high]],
+        };
+        let n = SPHERE_RAYS / edges.len();
+        let rays = edges.iter().flat_map(|[from, to]| {
+            (0..n).map(move |k| [from + (to - from) * (k as f64 + 0.5) / n as f64, 0.0])
+        });
+        Self {
+            shift,
+            rays: rays.collect(),
+        }
+    }
+
+    fn half_chord(&self, offset: f64, radius: f64, breath: f64) -> f64 {
+        let offset = offset + self.shift * breath;
+        (radius * radius - offset * offset).max(0.0).sqrt()
+    }
+
+    /// Adds a state that lasts for a `share` of the time.
+    pub(super) fn add(&mut self, share: f64, radius: f64, breath: f64) {
+        for k in 0..self.rays.len() {
+            self.rays[k][1] += share * self.half_chord(self.rays[k][0], radius, breath);
+        }
     }
 }

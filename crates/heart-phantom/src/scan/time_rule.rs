@@ -23,7 +23,7 @@
 
 use super::acquisition::Acquisition;
 use super::levels::{Interpolation, Levels, Scale, Stretch};
-use super::nodes::Nodes;
+use super::nodes::{Nodes, Sphere, radius};
 use super::settings::Mode;
 use super::settings::Rotation;
 use super::spans::{self, Span};
@@ -41,6 +41,8 @@ const NO_TIME: f64 = 1e-18;
 const MOST_REPEATS: f64 = 256.0;
 /// Weights of one half, relative to the other, below this are rounding.
 const NO_WEIGHT: f64 = 1e-12;
+/// Parts of a span between knots for exact averages of chords.
+const PARTS: usize = 8;
 /// Points and weights of Gauss and Legendre on [-1, 1].
 const GAUSS: [[f64; 2]; 5] = [
     [-0.906_179_845_938_664, 0.236_926_885_056_189_1],
@@ -59,6 +61,8 @@ pub(crate) struct TimeRule<'a> {
     rotation: Rotation,
     /// Levels of volume and respiratory position common to all views, if each view covers the whole cycle.
     shared: [Option<Levels>; 2],
+    /// Largest respiratory displacement of the heart, relative to the radius of a sphere with the volume of the cavity.
+    shift: f64,
     /// Elapsed fractions of a view at whose angles it is projected; 0 alone for a stationary camera and for arcs.
     shares: Levels,
 }
@@ -69,6 +73,7 @@ impl<'a> TimeRule<'a> {
         cycle: &'a Cycle,
         camera: &'a Camera,
         rotation: Rotation,
+        shift: f64,
     ) -> Self {
         let lasts = acquisition.lasts(camera);
         let beat = (cycle.rhythm()).map_or(cycle.period(), |rhythm| rhythm.longest());
@@ -79,6 +84,7 @@ impl<'a> TimeRule<'a> {
             camera,
             rotation,
             shared: [None, None],
+            shift,
             shares: Levels::constant(0.0),
         };
         if rotation == Rotation::Continuous && !rule.has_arcs() {
@@ -163,6 +169,7 @@ impl<'a> TimeRule<'a> {
         });
         let levels = [volumes, breaths, self.shares.clone()];
         let [mean, _] = self.means_of(&spans, seconds);
+        let sphere = self.sphere(&spans, seconds, &levels[0]);
         let fine: Vec<Cells> = (self.in_arcs(spans, seconds).iter())
             .map(|spans| self.cells(spans, window[0], &levels))
             .collect();
@@ -197,6 +204,7 @@ impl<'a> TimeRule<'a> {
         // The first half contains half of the coarse rule, which is subtracted from the second half.
         add(&fine, [0.0, 1.0]);
         add(&coarse, [0.5, -0.5]);
+        made.sphere = sphere;
         made.volume_error = (volume / (1.0 + mean) - 1.0).abs();
         made.tidy(NO_WEIGHT);
         made
@@ -228,6 +236,32 @@ impl<'a> TimeRule<'a> {
         }
         let [height, breath] = sums.map(|sum| sum / seconds);
         [self.cycle.gain_at_height(height), breath]
+    }
+
+    /// Returns the rays through a sphere for the linear rule: by Gauss points in parts of the spans, independent of levels.
+    fn sphere(&self, spans: &[Span], seconds: f64, volumes: &Levels) -> Sphere {
+        if self.acquisition.interpolation == Interpolation::Polynomial {
+            return Sphere::default();
+        }
+        let radius_at = |height: f64| radius(self.cycle.gain_at_height(height));
+        let range = [0, volumes.len() - 1].map(|k| radius_at(volumes.height(k)));
+        let mut sphere = Sphere::new(range, self.shift);
+        for span in spans {
+            let half = 0.5 * span.seconds() / PARTS as f64;
+            for part in 0..PARTS {
+                let middle = span.time[0] + (2 * part + 1) as f64 * half;
+                for [x, weight] in GAUSS {
+                    let [volume, breath] =
+                        [0, 1].map(|axis| self.height(axis, (span, 0.0), middle + half * x));
+                    sphere.add(
+                        span.copies * half * weight / seconds,
+                        radius_at(volume),
+                        breath,
+                    );
+                }
+            }
+        }
+        sphere
     }
 
     /// Returns the point of an instantaneous view.

@@ -24,7 +24,7 @@ const ROUNDING: f64 = 5e-7;
 #[non_exhaustive]
 pub struct ViewError {
     /// Quadrature over time: the difference from the rule with half the nodes, which at order 3/2 is 1.8 times the error, but at least that for rays
-    /// through a sphere with the volume of the cavity; behind a response, where the error falls exponentially, 0.35 of the difference.
+    /// through a sphere with the volume of the cavity, and twice their error; behind a response, where the error falls exponentially, 0.35 of the difference.
     pub time: f64,
     /// Response and averages over bins: from the largest difference between this resolution and a neighbouring one, over several views at
     /// end-systole and end-diastole. Zero for line integrals, which are exact.
@@ -120,7 +120,7 @@ pub(super) struct Total {
     /// Lists of points, and the sum of their squared errors of the mean volume.
     plans: usize,
     volume: f64,
-    /// [`Nodes::sphere_difference`], the largest.
+    /// [`Nodes::sphere_error`], the largest.
     sphere: f64,
     averaged: bool,
     pub(super) phases: BTreeSet<u64>,
@@ -131,7 +131,7 @@ impl Total {
     pub(super) fn plan(&mut self, plan: &Nodes) {
         self.plans += 1;
         self.volume += plan.volume_error.powi(2);
-        self.sphere = self.sphere.max(plan.sphere_difference());
+        self.sphere = self.sphere.max(plan.sphere_error());
         self.averaged |= plan.nodes.len() > 1 || plan.nodes.iter().any(|n| n.weights[1] != 0.0);
         self.phases
             .extend(plan.phases.iter().map(|phase| phase.to_bits()));

@@ -6,7 +6,9 @@ use super::time_rule::TimeRule;
 use crate::error::PhantomError;
 use crate::model::{Activity, Attenuation, Background, Defect, Placed, Surroundings};
 use crate::{Camera, Cycle, Heart, HeartShape, Rotation, Twist};
+use nalgebra::Point3;
 use revolve_voxel::{Organs, Pose};
+use std::f64::consts::PI;
 use std::sync::{Arc, Mutex};
 
 /// The projected part of an acquisition.
@@ -92,13 +94,24 @@ impl Scan<'_> {
 
     /// Returns the quadrature of the views.
     pub(super) fn quadrature(&self) -> TimeRule<'_> {
-        let rotation = self.camera.rotation();
-        TimeRule::new(self.acquisition, self.cycle, self.camera, rotation)
+        self.rule(self.camera.rotation())
     }
 
     /// The same volumes and respiratory fractions, without the angles of the camera.
     pub(super) fn rule_of_states(&self) -> TimeRule<'_> {
-        let rotation = Rotation::StepAndShoot;
-        TimeRule::new(self.acquisition, self.cycle, self.camera, rotation)
+        self.rule(Rotation::StepAndShoot)
+    }
+
+    fn rule(&self, rotation: Rotation) -> TimeRule<'_> {
+        let middle = Point3::new(0.5 * self.heart.length(), 0.0, 0.0);
+        let at = |breath| self.pose(breath).map(|pose| pose.to_lab(&middle));
+        let shift = match (self.cycle.breathing(), at(0.0), at(1.0)) {
+            (Some(_), Ok(from), Ok(to)) => (to - from).norm(),
+            _ => 0.0,
+        };
+        let volume = self.heart.pair().inner().start_measures().volume;
+        let radius = (0.75 / PI * volume).cbrt();
+        let (acquisition, cycle, camera) = (self.acquisition, self.cycle, self.camera);
+        TimeRule::new(acquisition, cycle, camera, rotation, shift / radius)
     }
 }

@@ -273,9 +273,14 @@ fn defects(defects: &[Defect], c: &mut Check) {
     c.each("defects", defects, |c, defect| {
         c.ascending("layers", defect.layers, ranges::LAYER);
         c.ascending("s", defect.s, ranges::S);
-        let azimuths @ [from, _] = defect.azimuths_degrees;
+        let [from, to] = defect.azimuths_degrees;
         match (-360.0..=360.0).contains(&from) {
-            true => c.ascending("azimuths_degrees", azimuths, [from, from + 360.0]),
+            true if !(from < to && to <= from + 360.0) => {
+                let given = format!("[{}, {}]", Number(from), Number(to));
+                let wanted = "must be [from, to] with from < to <= from + 360";
+                c.fault("azimuths_degrees", given, wanted);
+            }
+            true => {}
             false => c.within("azimuths_degrees", from, [-360.0, 360.0]),
         }
         c.within("activity", defect.activity, ranges::DEFECT_ACTIVITY);

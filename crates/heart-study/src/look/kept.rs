@@ -138,8 +138,13 @@ impl Look<'_> {
             Mode::Gated { gates } => {
                 // Respiratory gates have all cardiac gates each.
                 let phase = ((gate % gates) as f64 + 0.5) / gates as f64;
-                let all = self.phantom.n_gates();
-                format!("gate {gate} (of {all}), phase {phase:.3}")
+                match self.phantom.n_gates() {
+                    all if all == gates => format!("gate {gate} (of {all}), phase {phase:.3}"),
+                    _ => format!(
+                        "set {gate}: cardiac gate {} (of {gates}), phase {phase:.3}",
+                        gate % gates
+                    ),
+                }
             }
             Mode::Instants => "one instant per view".into(),
             Mode::Exposure { seconds } => format!("{seconds} s per view"),
@@ -185,7 +190,7 @@ mod tests {
         let gated = "{ gated = { gates = 3 } }";
         let breathing = "[breathing]\ngates = { phase = 2 }\n";
         assert_eq!(name("", gated, 1), "gate 1 (of 3), phase 0.500");
-        let of = "gate 4 (of 6), phase 0.500, respiratory gate 1 (of 2)";
+        let of = "set 4: cardiac gate 1 (of 3), phase 0.500, respiratory gate 1 (of 2)";
         assert_eq!(name(breathing, gated, 4), of);
         let of = "whole beats, respiratory gate 1 (of 2)";
         assert_eq!(name(breathing, "'whole-cycle'", 1), of);

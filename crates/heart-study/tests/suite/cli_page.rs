@@ -203,7 +203,7 @@ fn a_page_names_respiratory_gates() {
     assert!(row.ends_with(&format!("<td>{breath:.4}</td>")), "{row}");
     let rows = page.matches("<tr><th scope=\"row\">4, respiratory gate 1 (of 2)</th>");
     assert_eq!(rows.count(), 2); // counts and image quality
-    assert!(page.contains("gate 1 (of 6), phase 0.500, respiratory gate 0 (of 2)"));
+    assert!(page.contains("set 1: cardiac gate 1 (of 3), phase 0.500, respiratory gate 0 (of 2)"));
 }
 
 /// Intervals of 0.9, 0.95 and 1.3 s, repeated; the longest is rejected.

@@ -699,6 +699,13 @@ fn reused_tangents_end_at_a_root_within_the_stated_error() {
         }
     }
     let natural = NewtonOptions::default().line_search;
+    // a step within the tolerance is not applied: it is the error
+    let loose = NewtonOptions::default().with_tolerances(0.0, 1e-6);
+    let mut x = [1.146193220620583 + 1e-8];
+    let report = newton(&mut Exponential(0.0), &mut x, &loose).unwrap();
+    assert_eq!(report.iterations, 0);
+    let ratio = report.iteration_error / 1e-8;
+    assert!((1.0..2.0).contains(&ratio), "{ratio}");
     for line_search in [LineSearch::FullStep, natural] {
         for factor in [0.05, 0.5, 0.9] {
             for (residual, step) in [(1e-15, 1e-14), (0.0, 1e-10), (0.0, 1e-4)] {

@@ -3,8 +3,8 @@
 use super::defects::infarct;
 use super::small;
 use heart_phantom::scene::{
-    ArcPolicy, Attenuation, Background, Chest, Compensation, Medium, Mode, ReconstructionSettings,
-    Rotation, Scene, TwistSettings, Window,
+    ArcPolicy, Attenuation, Background, Beats, Chest, Compensation, Counts, Medium, Mode, Noise,
+    ReconstructionSettings, Rotation, RrIntervals, Scene, TwistSettings, Window,
 };
 use heart_phantom::{Edge, Method, Osem, Phantom, TruncatedObject, Uptake, Warning, no_observer};
 use revolve_voxel::{Organs, VoxelGrid};
@@ -377,8 +377,31 @@ fn settings_without_effect_and_scenes_without_activity_are_warnings() {
         ..ReconstructionSettings::default()
     };
     assert_eq!(unused(&scene), ["reconstruction.compensation"]);
-    let scene = small(Mode::Gated { gates: 2 });
+    let mut scene = small(Mode::Gated { gates: 2 });
     assert!(warnings(&scene).is_empty());
+    // counts that do not depend on the time of a view, of equal and of unequal times
+    let seed = 1;
+    for counts in [Counts::Total(1e4), Counts::PerUnit(10.0)] {
+        scene.noise = Some(Noise { counts, seed });
+        scene.beats = None;
+        assert!(warnings(&scene).is_empty());
+        let intervals = RrIntervals::List(vec![0.95, 0.7, 1.15, 0.9, 1.3]);
+        scene.camera.seconds_per_view = 8.0;
+        scene.beats = Some(Beats {
+            accepted: Some([0.8, 1.2]),
+            ..Beats::new(intervals)
+        });
+        let [
+            Warning::UntimedCounts {
+                shortest_s,
+                longest_s,
+            },
+        ] = warnings(&scene)[..]
+        else {
+            panic!("{:?}", warnings(&scene))
+        };
+        assert!(shortest_s > 0.0 && longest_s > 1.01 * shortest_s);
+    }
     let mut scene = small(Mode::Static { phase: 0.5 });
     scene.activity.wall = Uptake::Total(0.0);
     assert_eq!(warnings(&scene), [Warning::NoActivity]);
