@@ -192,7 +192,7 @@ fn failure(stopped_by: Option<StopReason>) -> &'static str {
     match stopped_by {
         Some(StopReason::Iterations) => "the iterations are used up",
         Some(StopReason::LineSearch) => {
-            "no step of the line search reduces the correction, check the tangent (Jacobian)"
+            "no step of the line search reduces the correction: the control or the start is too far from a solution, or the tangent is not the derivative of the residual"
         }
         Some(StopReason::NotFinite) => {
             "the residual or the step is not finite, or a norm is negative"

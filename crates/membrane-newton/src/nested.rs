@@ -194,19 +194,20 @@ impl Nested {
             let volume = Quantity::VOLUME.of(&*self.0[0].discrete, &state[..=pressure]);
             let mut next = state.to_vec();
             let further = Control::Volume(volume * (1.0 + share));
-            step(&mut next, further)?;
-            // a step may pass the maximum and end at a higher pressure
-            let slope = self.rate(&next, further).ok()?[pressure];
-            if slope <= 0.0 || next[pressure] <= state[pressure].max(0.0) {
+            // a step may pass the maximum and end at a higher pressure, or fail beyond the largest stretch of the rubber
+            let rises = step(&mut next, further).is_some()
+                && self
+                    .rate(&next, further)
+                    .is_ok_and(|rate| rate[pressure] > 0.0)
+                && next[pressure] > state[pressure].max(0.0);
+            let passed = next[pressure] >= wanted;
+            // where the pressure hardly rises with the volume it is met only from near by
+            if !rises || passed && step(&mut next, Control::Load(wanted)).is_none() {
                 share *= 0.25;
                 if share < LEAST_STEP {
                     return None;
                 }
                 continue;
-            }
-            let passed = next[pressure] >= wanted;
-            if passed {
-                step(&mut next, Control::Load(wanted))?;
             }
             state.copy_from_slice(&next);
             if passed {

@@ -9,6 +9,7 @@ use heart_cohort::{
 };
 use indicatif::BinaryBytes;
 use serde_json::json;
+use std::collections::BTreeMap;
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 
@@ -240,8 +241,14 @@ fn lines(found: &Survey) -> Vec<String> {
     for (key, reason) in &found.rejected {
         lines.push(format!("  {key} rejected: {reason}"));
     }
+    // warnings that differ only in their numbers are one
+    let mut kinds = BTreeMap::new();
     for (warning, count) in &found.warnings {
-        lines.push(format!("  warning of {count} members: {warning}"));
+        let kind = warning.replace(|c: char| c.is_ascii_digit() || c == '.', "");
+        kinds.entry(kind).or_insert((warning, 0)).1 += count;
+    }
+    for (warning, count) in kinds.values() {
+        lines.push(format!("  {count} times: warning: {warning}"));
     }
     let seconds = found.members as f64 / found.members_per_second;
     lines.push(format!(

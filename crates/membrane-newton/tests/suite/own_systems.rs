@@ -575,7 +575,7 @@ fn messages_contain_the_cause_of_a_failure() {
             1.0,
             options,
             StopReason::LineSearch,
-            "check the tangent",
+            "the tangent is not the derivative",
         ),
         (
             1.0,

@@ -172,3 +172,24 @@ fn a_volume_beyond_its_limit_is_a_limit_point() {
         assert!(slope * rest < -0.2 * before.intensity, "{slope}");
     }
 }
+
+/// The pressure of Gent rubber near the longest stretch rises steeply, and a volume a little further has no equilibrium; near an inflection it hardly
+/// rises. Neither is a limit.
+#[test]
+fn a_pressure_that_rises_everywhere_has_no_limit() {
+    for jm in [23.92881, 23.95453, 23.97827] {
+        let gent = StrainEnergy::Gent { mu: 1.0, jm };
+        let membrane = of(ReferenceShape::balloon(1.0, 1.0).unwrap(), gent, 0.0);
+        let polynomials = Discretisation::Spectral {
+            degree: 16,
+            per_piece: 2,
+        };
+        let solver = Solver::new(&membrane, polynomials).unwrap();
+        let mut before = 0.0;
+        for load in (38..64).map(f64::from) {
+            let solved = solve(&solver, Control::Load(load)).unwrap();
+            assert!(solved.measures.volume > before, "{jm}: {load}");
+            before = solved.measures.volume;
+        }
+    }
+}
