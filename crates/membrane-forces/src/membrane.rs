@@ -99,8 +99,8 @@ impl Membrane {
     /// s: the equilibrium without load if lambda is constant.
     ///
     /// # Errors
-    /// A coordinate that is not finite; [`MembraneError::EndsOnOneSide`]; [`MembraneError::EndsExchanged`] if each is near the other end of the reference configuration:
-    /// together closer than a tenth of the distance between the two.
+    /// A coordinate that is not finite; [`MembraneError::EndsOnOneSide`]; [`MembraneError::EndsExchanged`] if each is near the other end of the
+    /// reference configuration: together closer than a tenth of the distance between the two.
     pub fn with_ends(mut self, ends: [[f64; 2]; 2]) -> Result<Self> {
         for value in ends.as_flattened() {
             finite("fixed end", *value)?;

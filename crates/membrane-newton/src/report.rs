@@ -25,7 +25,7 @@ pub struct NewtonReport {
     /// rounding: epsilon times the norm of the unknowns. Infinite if no contraction is known: after no step, and after a single one of
     /// [`LineSearch::FullStep`](crate::LineSearch::FullStep).
     pub iteration_error: f64,
-    /// The test that ended the last iteration, also of a failed solve; `None` if Newton was not needed.
+    /// The test that ended the last iteration, also of a failed solve; `None` if no iteration was started.
     pub stopped_by: Option<StopReason>,
     /// Scaled residual before the first iteration and after each.
     pub history: Vec<f64>,

@@ -24,7 +24,8 @@ const ROUNDING: f64 = 5e-7;
 #[non_exhaustive]
 pub struct ViewError {
     /// Quadrature over time: the difference from the rule with half the nodes, which at order 3/2 is 1.8 times the error, but at least that for rays
-    /// through a sphere with the volume of the cavity, and twice their error; behind a response, where the error falls exponentially, 0.35 of the difference.
+    /// through a sphere with the volume of the cavity, which respiration moves, and twice their error; behind a response, where the error falls
+    /// exponentially, 0.35 of the difference.
     pub time: f64,
     /// Response and averages over bins: from the largest difference between this resolution and a neighbouring one, over several views at
     /// end-systole and end-diastole. Zero for line integrals, which are exact.
