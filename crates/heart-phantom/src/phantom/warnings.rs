@@ -132,6 +132,7 @@ impl Phantom {
         .map(|(key, _, reason)| Warning::Unused { key, reason })
     }
 
+    /// Whether counts do not depend on acquisition times that differ by more than 1 %.
     fn untimed_counts(&self) -> Result<Option<Warning>, PhantomError> {
         let counts = self.scene().noise.map(|noise| noise.counts);
         if !matches!(counts, Some(Counts::Total(_) | Counts::PerUnit(_))) {

@@ -29,7 +29,7 @@ pub(super) fn for_groups(
         let mut all = Vec::new();
         for (set, (rule, total)) in rules.iter().zip(totals).enumerate() {
             let of_set = rule.view(view_idx);
-            total.plan(&of_set);
+            total.plan(&of_set, rule.sphere_error(view_idx, &of_set));
             all.extend(of_set.nodes.into_iter().map(|node| Node { set, ..node }));
         }
         all.sort_by_key(Node::key);

@@ -4,8 +4,8 @@ use std::collections::BTreeMap;
 
 /// Number of rays through a sphere for which the error of the rule is computed.
 const SPHERE_RAYS: usize = 64;
-/// Smaller differences from the exact average, relative to the diameter, are not used: its quadrature has errors of a fifth of this, and rules with
-/// such errors have enough points.
+/// Smaller values of twice the difference from the exact average, relative to the diameter, are not used: the quadrature of that average has errors of
+/// up to 4e-4, and rules with such small errors have enough points.
 const EXACT: f64 = 2e-3;
 
 /// A quadrature point of a view; equal points are merged.
@@ -38,7 +38,6 @@ pub(crate) struct Nodes {
     pub(crate) phases: Vec<f64>,
     /// Relative error of the average cavity volume over the view's time.
     pub(crate) volume_error: f64,
-    pub(super) sphere: Sphere,
     known: BTreeMap<[u64; 3], usize>,
 }
 
@@ -93,13 +92,13 @@ impl Nodes {
     /// Returns the largest error for rays through the sphere, relative to its diameter: the difference from the rule with half the points, or twice
     /// the difference from the exact average. The rays leave the sphere at different states; few samples of a view may contain no ray with a large
     /// error, and two rules of few points may differ by less than their errors.
-    pub(super) fn sphere_error(&self) -> f64 {
+    pub(super) fn sphere_error(&self, sphere: &Sphere) -> f64 {
         let radii: Vec<f64> = self.gains().map(radius).collect();
         let largest = radii.iter().copied().fold(0.0, f64::max);
         let error = |[offset, exact]: &[f64; 2]| {
             let mut halves = [0.0; 2];
             for (node, radius) in self.nodes.iter().zip(&radii) {
-                let half_chord = self.sphere.half_chord(*offset, *radius, node.breath);
+                let half_chord = sphere.half_chord(*offset, *radius, node.breath);
                 for (sum, weight) in halves.iter_mut().zip(node.weights) {
                     *sum += weight * half_chord;
                 }
@@ -108,10 +107,7 @@ impl Nodes {
             let [apart, off] = [even - odd, 2.0 * (even + odd - exact)].map(|d| d.abs() / largest);
             if off > EXACT { apart.max(off) } else { apart }
         };
-        match self.nodes.len() {
-            0 | 1 => 0.0,
-            _ => self.sphere.rays.iter().map(error).fold(0.0, f64::max),
-        }
+        sphere.rays.iter().map(error).fold(0.0, f64::max)
     }
 }
 

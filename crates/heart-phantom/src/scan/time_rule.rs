@@ -42,7 +42,7 @@ const MOST_REPEATS: f64 = 256.0;
 /// Weights of one half, relative to the other, below this are rounding.
 const NO_WEIGHT: f64 = 1e-12;
 /// Parts of a span between knots for exact averages of chords.
-const PARTS: usize = 8;
+const PARTS: usize = 16;
 /// Points and weights of Gauss and Legendre on [-1, 1].
 const GAUSS: [[f64; 2]; 5] = [
     [-0.906_179_845_938_664, 0.236_926_885_056_189_1],
@@ -169,7 +169,6 @@ impl<'a> TimeRule<'a> {
         });
         let levels = [volumes, breaths, self.shares.clone()];
         let [mean, _] = self.means_of(&spans, seconds);
-        let sphere = self.sphere(&spans, seconds, &levels[0]);
         let fine: Vec<Cells> = (self.in_arcs(spans, seconds).iter())
             .map(|spans| self.cells(spans, window[0], &levels))
             .collect();
@@ -204,7 +203,6 @@ impl<'a> TimeRule<'a> {
         // The first half contains half of the coarse rule, which is subtracted from the second half.
         add(&fine, [0.0, 1.0]);
         add(&coarse, [0.5, -0.5]);
-        made.sphere = sphere;
         made.volume_error = (volume / (1.0 + mean) - 1.0).abs();
         made.tidy(NO_WEIGHT);
         made
@@ -238,15 +236,18 @@ impl<'a> TimeRule<'a> {
         [self.cycle.gain_at_height(height), breath]
     }
 
-    /// Returns the rays through a sphere for the linear rule: by Gauss points in parts of the spans, independent of levels.
-    fn sphere(&self, spans: &[Span], seconds: f64, volumes: &Levels) -> Sphere {
-        if self.acquisition.interpolation == Interpolation::Polynomial {
-            return Sphere::default();
+    /// Returns the error of a view for rays through a sphere ([`Nodes::sphere_error`]), whose exact averages are over Gauss points in parts of the
+    /// spans, independent of levels; 0 for the polynomial rule and for a single point.
+    pub(crate) fn sphere_error(&self, view_idx: usize, made: &Nodes) -> f64 {
+        if self.acquisition.interpolation == Interpolation::Polynomial || made.nodes.len() < 2 {
+            return 0.0;
         }
-        let radius_at = |height: f64| radius(self.cycle.gain_at_height(height));
-        let range = [0, volumes.len() - 1].map(|k| radius_at(volumes.height(k)));
+        let window = self.acquisition.window(self.cycle, self.camera, view_idx);
+        let spans = spans::between(self.acquisition, self.cycle, window);
+        let [seconds, _] = spans::seen(&spans, window[0]);
+        let range = [f64::min, f64::max].map(|of| made.gains().reduce(of).map_or(1.0, radius));
         let mut sphere = Sphere::new(range, self.shift);
-        for span in spans {
+        for span in &spans {
             let half = 0.5 * span.seconds() / PARTS as f64;
             for part in 0..PARTS {
                 let middle = span.time[0] + (2 * part + 1) as f64 * half;
@@ -255,13 +256,13 @@ impl<'a> TimeRule<'a> {
                         [0, 1].map(|axis| self.height(axis, (span, 0.0), middle + half * x));
                     sphere.add(
                         span.copies * half * weight / seconds,
-                        radius_at(volume),
+                        radius(self.cycle.gain_at_height(volume)),
                         breath,
                     );
                 }
             }
         }
-        sphere
+        made.sphere_error(&sphere)
     }
 
     /// Returns the point of an instantaneous view.

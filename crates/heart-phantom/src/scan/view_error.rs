@@ -121,7 +121,7 @@ pub(super) struct Total {
     /// Lists of points, and the sum of their squared errors of the mean volume.
     plans: usize,
     volume: f64,
-    /// [`Nodes::sphere_error`], the largest.
+    /// The largest error for rays through a sphere.
     sphere: f64,
     averaged: bool,
     pub(super) phases: BTreeSet<u64>,
@@ -129,10 +129,10 @@ pub(super) struct Total {
 }
 
 impl Total {
-    pub(super) fn plan(&mut self, plan: &Nodes) {
+    pub(super) fn plan(&mut self, plan: &Nodes, sphere: f64) {
         self.plans += 1;
         self.volume += plan.volume_error.powi(2);
-        self.sphere = self.sphere.max(plan.sphere_error());
+        self.sphere = self.sphere.max(sphere);
         self.averaged |= plan.nodes.len() > 1 || plan.nodes.iter().any(|n| n.weights[1] != 0.0);
         self.phases
             .extend(plan.phases.iter().map(|phase| phase.to_bits()));

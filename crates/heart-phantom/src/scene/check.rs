@@ -274,14 +274,12 @@ fn defects(defects: &[Defect], c: &mut Check) {
         c.ascending("layers", defect.layers, ranges::LAYER);
         c.ascending("s", defect.s, ranges::S);
         let [from, to] = defect.azimuths_degrees;
-        match (-360.0..=360.0).contains(&from) {
-            true if !(from < to && to <= from + 360.0) => {
-                let given = format!("[{}, {}]", Number(from), Number(to));
-                let wanted = "must be [from, to] with from < to <= from + 360";
-                c.fault("azimuths_degrees", given, wanted);
-            }
-            true => {}
-            false => c.within("azimuths_degrees", from, [-360.0, 360.0]),
+        if !(-360.0..=360.0).contains(&from) {
+            c.within("azimuths_degrees", from, [-360.0, 360.0]);
+        } else if !(from < to && to <= from + 360.0) {
+            let given = format!("[{}, {}]", Number(from), Number(to));
+            let wanted = "must be [from, to] with from < to <= from + 360";
+            c.fault("azimuths_degrees", given, wanted);
         }
         c.within("activity", defect.activity, ranges::DEFECT_ACTIVITY);
     });

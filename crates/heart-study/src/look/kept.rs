@@ -138,13 +138,11 @@ impl Look<'_> {
             Mode::Gated { gates } => {
                 // Respiratory gates have all cardiac gates each.
                 let phase = ((gate % gates) as f64 + 0.5) / gates as f64;
-                match self.phantom.n_gates() {
-                    all if all == gates => format!("gate {gate} (of {all}), phase {phase:.3}"),
-                    _ => format!(
-                        "set {gate}: cardiac gate {} (of {gates}), phase {phase:.3}",
-                        gate % gates
-                    ),
-                }
+                let name = match self.phantom.n_gates() / gates {
+                    1 => format!("gate {gate}"),
+                    _ => format!("set {gate}: cardiac gate {}", gate % gates),
+                };
+                format!("{name} (of {gates}), phase {phase:.3}")
             }
             Mode::Instants => "one instant per view".into(),
             Mode::Exposure { seconds } => format!("{seconds} s per view"),

@@ -327,7 +327,7 @@ fn errors_are_bounded_for_stiffnesses_that_the_nodes_miss() {
             let stated = solved.discretisation_error().unwrap();
             let [shape, intensity] = apart(&solved, &fine);
             let error = shape.max(intensity);
-            // the reference has rounding errors
+            // the reference states errors of 7e-9, of rounding
             assert!(
                 error <= stated + 1e-8,
                 "{discretisation:?}, {width} at {at}: {error:e}, stated {stated:e}"

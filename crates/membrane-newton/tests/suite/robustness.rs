@@ -268,8 +268,10 @@ fn fixed_ends_do_not_move() {
         let pairs = solved.points().into_iter().zip(&first);
         let apart = pairs.map(|(a, b)| (a[0] - b[0]).hypot(a[1] - b[1]) / solved.measures.length);
         let (apart, stated) = (apart.fold(0.0, f64::max), solved.report.iteration_error);
+        // some roundings of positions
         assert!(apart <= stated && apart < 1e-15, "{apart:e}, {stated:e}");
         let intensity = (solved.intensity / solves[0].intensity - 1.0).abs();
+        // the errors of two solves
         assert!(intensity < 2.0 * stated, "{intensity:e}, {stated:e}");
     }
 }

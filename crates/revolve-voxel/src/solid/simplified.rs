@@ -6,8 +6,8 @@ use crate::Meridian;
 const LONGEST: usize = 64;
 
 impl Meridian {
-    /// Returns a meridian through some of the points, with all others within `deviation` of it; none if half of the points would not
-    /// suffice, or if it would cross itself.
+    /// Returns a meridian through some of the points, with all others within `deviation` of it; `None` if it needs more than half
+    /// of the points, or would cross itself.
     pub(crate) fn simplified(&self, deviation: f64) -> Option<Self> {
         let mut path: Vec<[f64; 2]> = Vec::with_capacity(self.segments().len() + 2);
         for segment in self.segments() {
@@ -25,10 +25,12 @@ impl Meridian {
                 first = k;
             }
         }
+        if 2 * kept.len() > path.len() {
+            return None;
+        }
+        // other paths begin on the axis
         let ring = path[0][1] > 0.0;
-        (2 * kept.len() <= path.len())
-            .then(|| Self::from_path(kept, ring).ok())
-            .flatten()
+        Self::from_path(kept, ring).ok()
     }
 }
 
