@@ -176,7 +176,7 @@ pub enum RadonError {
     #[error(transparent)]
     User(UserError),
     /// An iterative solver used up its iterations before a rule that was set was met.
-    #[error("no stopping rule was met in {} iterations", report.iterations)]
+    #[error("no stopping rule was met in {} iterations; the residual is {:.3e}", report.iterations, report.history.last().map_or(f64::NAN, |step| step.residual))]
     NotConverged {
         /// The iterations that were made.
         report: Box<crate::IterativeReport>,

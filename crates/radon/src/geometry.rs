@@ -333,12 +333,13 @@ impl ParallelGeometry {
 #[non_exhaustive]
 pub enum ArcPolicy {
     /// Return an error if the largest gap between neighbouring directions exceeds four times the average of the others. A golden-angle
-    /// series has at most 2.7 times the average, a uniform one 1.
+    /// series has at most 2.7 times the average, a uniform one 1, random directions may exceed it. A single view is complete.
     #[default]
     Complete,
     /// Extend the views on either side of a gap over all of it: weights sum to pi.
     Extend,
-    /// Omit the widest gap: the unmeasured wedge counts as zero, weights sum to the measured arc.
+    /// Omit the widest gap: the unmeasured wedge counts as zero. Weights sum to the measured arc, at both ends of which a view represents
+    /// half of a gap beyond its direction, as within the arc.
     Truncate,
     /// As `Truncate`, then scale all weights so that they sum to pi, which preserves the mean of the image.
     Rescale,

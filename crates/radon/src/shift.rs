@@ -29,8 +29,8 @@ pub fn add_shifted<T: Sample>(
     sum: &mut [T],
 ) -> Result<(), RadonError> {
     let expected = product("samples of a view", bins, rows)?;
-    length("view", expected, view.len())?;
-    length("sum", expected, sum.len())?;
+    length("view", view.len(), expected)?;
+    length("sum", sum.len(), expected)?;
     finite("shift along the bins", shift[0])?;
     finite("shift along the rows", shift[1])?;
     finite("weight", weight)?;

@@ -17,7 +17,8 @@ const CHUNK: usize = 4096;
 /// ```
 ///
 /// The weights are the discrete normal distribution, whose variance is exact at any width, without those below 1e-8 of the largest. Voxels
-/// outside the volume are zero, so that the sum over the volume is conserved except near its ends. Costs about 12 sigma
+/// outside the volume are zero, so that the sum over the volume is conserved except near its ends. Voxels that are not finite spread over the
+/// filter's width. Costs about 12 sigma
 /// multiplications per voxel and axis, and memory for a second volume.
 ///
 /// ```

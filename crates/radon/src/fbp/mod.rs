@@ -33,9 +33,10 @@ use rows::RowFilter;
 /// With projections in (value x length) the image is in (value), without further factors. Results are bitwise identical for any number of
 /// threads, for a slice alone or among others, and with or without skipping.
 ///
-/// The data limit the accuracy of the mean of an image: chords through the bin centres of a disc miss its area by a few 1e-5 (square-root
-/// singularities), and a disc with a radius of 77 bins is 6e-5 too high. Bin averages, which detectors measure, preserve the area; then its
-/// mean and that of its surroundings are accurate to 4e-5 for any window (a disc with a radius of 30 bins in rows of 128).
+/// The data limit the accuracy of the mean of an image: chords through the bin centres of a disc with a radius of R bins miss its area by up
+/// to 0.374 R^(-3/2) of it (square-root singularities), and in a centred disc, for which these errors are the same in all views, the mean of the
+/// image was up to 0.61 R^(-3/2) off. Bin averages, which detectors measure, preserve the area: the mean in discs of 6 to 98 bins was within 6e-4,
+/// for radii above 10 bins mostly within 1e-4.
 ///
 /// ```
 /// use radon::{FbpOptions, FbpPlan, ImageGrid, ParallelGeometry};

@@ -6,7 +6,8 @@ use crate::filter::Window;
 use crate::geometry::ArcPolicy;
 use crate::simd::InstructionSet;
 
-/// Options of [`FbpPlan`](crate::FbpPlan); `Default` is the Ram-Lak filter at full cutoff with linear interpolation.
+/// Options of [`FbpPlan`](crate::FbpPlan); `Default` is the Ram-Lak filter at full cutoff with linear
+/// interpolation, the default variants of the enums below, the whole grid, and the widest instruction set.
 ///
 /// ```
 /// use radon::{FbpOptions, FbpPlan, ImageGrid, Interpolation, ParallelGeometry, Window};
@@ -113,8 +114,8 @@ impl FbpOptions {
 ///
 /// The two methods compute the same sum with two differences. The Fourier method keeps only the first lobe of the response of linear
 /// interpolation, up to the sampling frequency 1/pitch (half of it with [`Interpolation::BandLimited`]), and it spreads samples over a
-/// grid to a `tolerance`. Root mean square difference of the two images within the field of view, for the Shepp-Logan phantom (values
-/// 0 to 1) from exact bin averages:
+/// grid to a `tolerance`. Root mean square difference of the two images within the field of view less one pixel, for the Shepp-Logan phantom
+/// (values 0 to 1) from exact bin averages; in the outermost pixel the images differ by up to 0.023:
 ///
 /// | interpolation, window | 128 x 128, 180 views | 256 x 256, 360 views |
 /// | --- | --- | --- |

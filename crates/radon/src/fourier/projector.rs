@@ -20,8 +20,9 @@ use crate::{ImageGrid, LinearOperator, ParallelGeometry, Sample};
 ///
 /// The image is the trigonometric interpolation of its pixels, and its projections are bin averages (value x length, as
 /// [`Projector`](crate::Projector)'s). Given pixel averages of an object, they are closer to the object's bin averages than Joseph's
-/// rays, but they ring at edges where Joseph's rays blur. No weight is zero and some are negative, so that solvers that divide by sums
-/// of weights ([`mlem`](crate::mlem), [`sirt`](crate::sirt)) require [`Projector`](crate::Projector); [`cgls`](crate::cgls) takes both.
+/// rays, but they ring at edges where Joseph's rays blur. No weight is zero and some are negative: the properties of
+/// [`mlem`](crate::mlem) and [`sirt`](crate::sirt), which check the sums of weights only, hold with [`Projector`](crate::Projector);
+/// [`cgls`](crate::cgls) takes both.
 ///
 /// # Errors of the method
 ///

@@ -4,7 +4,7 @@
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub struct Iteration {
-    /// ‖A x - b‖ / ‖b‖ before the step.
+    /// ‖A x - b‖ / ‖b‖ before the step; ‖A x‖ if b = 0.
     pub residual: f64,
     /// ‖Aᵀ(b - A x)‖ / ‖Aᵀ b‖ before the step (CGLS).
     pub gradient: Option<f64>,

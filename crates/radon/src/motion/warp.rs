@@ -12,14 +12,16 @@ use crate::{LinearOperator, Sample, parallel};
 const MOST_ALONG: f64 = 1048576.0;
 /// Positions are rounded to this fraction of a voxel, so that rounding creates no interpolation.
 const PER_VOXEL: f64 = 1048576.0;
+/// Largest excess of a sum of fractions over 1.
+const ROUNDING: f64 = 1e-9;
 
 /// A displacement of voxels during a fraction of the time.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Displacements<'a> {
-    /// Fraction of the time.
+    /// Fraction of the time, from 0 to 1.
     pub fraction: f64,
-    /// For some voxels, by index `(z ny + y) nx + x`: the displacement along x, y, z from the voxel's centre to the source of its value, in
-    /// the unit of the voxel's sides. All other voxels are unchanged.
+    /// For some voxels, by index `(z ny + y) nx + x`: the displacement along x, y, z from the voxel's centre to the source of its value, a
+    /// length in the unit of `spacing`. All other voxels are unchanged.
     pub by: &'a [(usize, [f32; 3])],
 }
 
@@ -97,8 +99,8 @@ impl Warp {
     ///
     /// # Errors
     /// [`RadonError::OutOfRange`] for a volume outside 1 to 2^20 voxels long, or an index beyond its voxels; [`RadonError::TooLarge`] for
-    /// 2^32 voxels or displacements; [`RadonError::NotPositive`] for a side, [`RadonError::NotFinite`] for a side, a displacement or a
-    /// fraction.
+    /// 2^32 voxels or displacements; [`RadonError::NotPositive`] for a side, [`RadonError::NotFinite`] for a side or a displacement;
+    /// [`RadonError::OutOfRange`] for a fraction, or the sum of the fractions of a voxel, above 1.
     pub fn new(
         shape: [usize; 3],
         spacing: [f64; 3],
@@ -116,7 +118,7 @@ impl Warp {
         countable("weights of a warp", n_displacements, 9)?;
         let mut sorted = Vec::with_capacity(motions.len());
         for Displacements { fraction, by } in motions {
-            finite("fraction of a motion", *fraction)?;
+            within("fraction of a motion", *fraction, 0.0, 1.0)?;
             for (voxel, by) in *by {
                 within("voxel to warp", *voxel as f64, 0.0, (n_voxels - 1) as f64)?;
                 for along in by {
@@ -135,7 +137,8 @@ impl Warp {
             || vec![0.0; n_voxels],
             |sums, z| grid.rows(z, &sorted, sums),
         );
-        let (displaced, blocks): (Vec<_>, Vec<_>) = slices.unzip();
+        let slices: Vec<_> = slices.collect::<Result<_, RadonError>>()?;
+        let (displaced, blocks): (Vec<_>, Vec<_>) = slices.into_iter().unzip();
         let blocks: Vec<Block> = blocks.into_iter().flatten().collect();
         let mut by_source: Vec<usize> = (0..blocks.len()).collect();
         by_source.sort_by_key(|k| blocks[*k].source);
@@ -200,7 +203,12 @@ type Sorted<'a> = (f64, Cow<'a, [(usize, [f32; 3])]>);
 impl Grid {
     /// Computes the displaced voxels of a slice and the parts of the matrix with this target. `sums` is zero for all voxels, before and
     /// after.
-    fn rows(self, z: usize, motions: &[Sorted<'_>], sums: &mut [f64]) -> (Vec<u32>, Vec<Block>) {
+    fn rows(
+        self,
+        z: usize,
+        motions: &[Sorted<'_>],
+        sums: &mut [f64],
+    ) -> Result<(Vec<u32>, Vec<Block>), RadonError> {
         let [nx, ny, _] = self.shape;
         let (slice, start) = (nx * ny, z * nx * ny);
         let mut rest: Vec<_> = motions
@@ -228,6 +236,9 @@ impl Grid {
             if sources.is_empty() && stays == 1.0 {
                 continue;
             }
+            // The fractions may differ from 1 by rounding.
+            let moves = 1.0 - stays;
+            within("fractions of a voxel", moves, 0.0, 1.0 + ROUNDING)?;
             displaced.push((voxel - start) as u32);
             sources.push(voxel);
             sums[voxel] += stays;
@@ -251,7 +262,7 @@ impl Grid {
                     .push(((voxel - start) as u32, block.sources.len() as u32));
             }
         }
-        (displaced, blocks.into_values().collect())
+        Ok((displaced, blocks.into_values().collect()))
     }
 
     /// Calls `each` with the existing neighbours of the source of a voxel, and their weights.

@@ -43,17 +43,17 @@ impl<T: Sample> Axial<T> {
         let n_blocks = ((end.min(behind) - first).max(0.0) as usize).div_ceil(ROWS);
         let mut of_rows: Vec<Vec<(usize, T)>> = room("rows of the detector", n_blocks, ROWS)?;
         of_rows.resize_with(n_blocks * ROWS, Vec::new);
-        let mut of_layers = vec![Vec::new(); layers.n_slices()];
-        let place = |z: f64| (place(z) - first).clamp(0.0, of_rows.len() as f64);
-        let span = |z: f64| [place(z - half), place(z + half)];
-        let spans: Vec<_> = (0..layers.n_slices())
-            .map(|k| span(layers.slice_centre(k)))
-            .collect();
-        for (layer, [low, high]) in spans.into_iter().enumerate() {
-            for (row, part) in segment(low, high) {
+        let mut of_layers: Vec<Vec<(usize, T)>> = room("layers", layers.n_slices(), 1)?;
+        let last = of_rows.len() as f64;
+        let place = |z: f64| (place(z) - first).clamp(0.0, last);
+        for layer in 0..layers.n_slices() {
+            let z = layers.slice_centre(layer);
+            let mut rows = Vec::new();
+            for (row, part) in segment(place(z - half), place(z + half)) {
                 of_rows[row as usize].push((layer, T::of(part)));
-                of_layers[layer].push((row as usize, T::of(part)));
+                rows.push((row as usize, T::of(part)));
             }
+            of_layers.push(rows);
         }
         let stride = grid.nx() | 1;
         Ok(Self {

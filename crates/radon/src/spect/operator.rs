@@ -23,8 +23,8 @@ use crate::{ImageGrid, LinearOperator, Sample, SliceAxis, Subset};
 /// (layers and rows: lengths). This conserves counts and keeps a uniform volume uniform; without blur and attenuation the views are those
 /// of [`Kernel::Strip`](crate::Kernel::Strip). The attenuation map is rotated in the same way. Emission is uniform over the depth of a
 /// cell, so that its escape has a closed form. The distance of planes is the shorter side of a pixel. A few Gaussians blur all planes: the
-/// variances of these Gaussians are exact, and [`SpectOptions::tolerance`] bounds the deviation of a point's image from the lattice Gaussian of
-/// its plane. All entries of A are >= 0.
+/// variances of these Gaussians are exact means over the depth of a plane, and [`SpectOptions::tolerance`] bounds the deviation of a point's
+/// image from the Gaussian of its plane. All entries of A are >= 0.
 ///
 /// Voxels and bins add to the variance of a view of a smooth object, by an amount that depends on the angle. With pixels of side h and bins of
 /// pitch p it exceeds that of the projection along the bins by p^2/12 in views along the grid whose bins coincide with pixels, and by up to

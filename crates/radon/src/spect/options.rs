@@ -21,8 +21,9 @@ pub struct SpectOptions<T> {
     pub collimator: Collimator,
     /// Attenuation coefficients (1/cm) of the voxels, `[layer][y][x]`; empty for none.
     pub attenuation: Vec<T>,
-    /// Largest deviation of the image of a point from the lattice Gaussian of its plane, relative to the peak; from 1e-6 to 0.1. The
-    /// variance of this Gaussian is exact at any tolerance; voxels and bins add to it ([`SpectOperator`](crate::SpectOperator)).
+    /// Largest deviation of the image of a point from the discrete normal distribution ([`gaussian_filter`](crate::gaussian_filter)) with the
+    /// mean variance over the depth h of its plane, sigma(d)^2 + slope^2 h^2 / 12, relative to the peak; from 1e-6 to 0.1. The variance is
+    /// exact at any tolerance; voxels and bins add to it ([`SpectOperator`](crate::SpectOperator)).
     pub tolerance: f64,
 }
 

@@ -384,6 +384,29 @@ fn invalid_input_is_rejected() {
             ..
         })
     ));
+    // A voxel moves for at most all of the time: by one motion, by two, or named twice.
+    let twice = [(3, [1.0; 3]), (3, [2.0; 3])];
+    let shares = |first, second| {
+        let motion = |fraction, by| Displacements { fraction, by };
+        Warp::new(
+            [4; 3],
+            [1.0; 3],
+            &[motion(first, &twice[..1]), motion(second, &twice[1..])],
+        )
+    };
+    let doubled = Displacements {
+        fraction: 0.6,
+        by: &twice,
+    };
+    for excessive in [
+        one(3, [0.0; 3], 1.5),
+        one(3, [0.0; 3], -0.5),
+        shares(0.8, 0.3),
+        Warp::new([4; 3], [1.0; 3], &[doubled]),
+    ] {
+        assert!(matches!(excessive, Err(RadonError::OutOfRange { .. })));
+    }
+    assert!(shares(0.7, 0.3).is_ok());
     assert!(matches!(
         Warp::new([0, 4, 4], [1.0; 3], &[]),
         Err(RadonError::OutOfRange { .. })

@@ -3,7 +3,8 @@
 use radon::{
     ArcPolicy, BinSampling, EdgePolicy, FbpOptions, FbpPlan, ImageGrid, Interpolation, Kernel,
     LinearOperator, ParallelGeometry, Phantom2, Phantom3, Projector, RadonError, Shape2, Shape3,
-    SliceAxis, StackOrder, Subset, Window, disc_mask, osem, padded_len, ramp_response,
+    SliceAxis, SpectGeometry, SpectOperator, SpectOptions, StackOrder, Subset, Window, add_shifted,
+    disc_mask, osem, padded_len, ramp_response,
 };
 
 const VIEWS_FIRST: StackOrder = StackOrder::ViewSliceBin;
@@ -141,6 +142,33 @@ fn numbers_of_slices_without_data_are_rejected() {
                 Some(RadonError::WrongLength { given: 0, .. } | RadonError::TooLarge { .. })
             ));
         }
+    }
+}
+
+#[test]
+fn layers_beyond_the_memory_are_rejected() {
+    let geometry = ParallelGeometry::half_turn(4, 4, 1.0).unwrap();
+    let rows = SliceAxis::new(2, 1.0).unwrap();
+    let spect = SpectGeometry::circular(&geometry, &rows, 6.0).unwrap();
+    let grid = ImageGrid::square(4, 1.0).unwrap();
+    for n in [1 << 50, usize::MAX / 8, usize::MAX] {
+        let layers = SliceAxis::new(n, 1.0).unwrap();
+        let made = SpectOperator::<f64>::new(&spect, &grid, &layers, &SpectOptions::default());
+        assert!(too_large(made.map(drop)), "{n}");
+    }
+}
+
+#[test]
+fn lengths_of_shifted_views_are_reported_as_given_and_expected() {
+    let shift = |view: &[f64], n_sum| {
+        let mut sum = vec![0.0; n_sum];
+        add_shifted(view, [2, 2], [0.0; 2], 1.0, &mut sum).unwrap_err()
+    };
+    for error in [shift(&[0.0; 3], 4), shift(&[0.0; 4], 3)] {
+        let (given, expected) = (3, 4);
+        assert!(
+            matches!(error, RadonError::WrongLength { given: g, expected: e, .. } if (g, e) == (given, expected))
+        );
     }
 }
 
