@@ -96,6 +96,18 @@ pub enum MembraneError {
         /// The value there.
         given: f64,
     },
+    /// Breakpoints of reference configuration, stiffness or thickness that polynomials cannot tell apart.
+    #[error(
+        "breakpoints at s = {s:?} and {apart:e} beyond it: polynomials need the same breakpoint or {least:e} between two"
+    )]
+    CloseBreakpoints {
+        /// Material coordinate of the first.
+        s: f64,
+        /// The distance to the next.
+        apart: f64,
+        /// The least distance.
+        least: f64,
+    },
     /// Two neighbouring points of the curve coincide or are NaN, so it has no direction there.
     #[error("the curve has no direction at point {index}: its neighbours coincide or are NaN")]
     CoincidentPoints {

@@ -7,6 +7,9 @@ use crate::profile::Stiffness;
 use crate::reference::{CurvePoint, ReferenceShape, check_sides};
 use crate::strain_energy::RubberState;
 
+/// Breakpoints that differ by less are one.
+pub(crate) const SAME: f64 = 1e-12;
+
 /// An elastic membrane in the plane of its axis of revolution.
 ///
 /// ```
@@ -217,8 +220,14 @@ impl Membrane {
             all.push(0.5);
         }
         all.sort_by(f64::total_cmp);
-        // breakpoints of different origin at the same position
-        all.dedup_by(|b, a| *b - *a < 1e-12);
+        // breakpoints of different origin at the same position: the outer one, as at the mirror image
+        all.dedup_by(|b, a| {
+            let same = *b - *a < SAME;
+            if same && *b > 0.5 {
+                *a = *b;
+            }
+            same
+        });
         // the end is exact; a breakpoint just before it is replaced
         if let Some(last) = all.last_mut() {
             *last = if half { 0.5 } else { 1.0 };

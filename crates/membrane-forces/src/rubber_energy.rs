@@ -301,10 +301,13 @@ impl Elastic for RubberEnergy {
         let points = || self.elements.iter().flatten();
         let largest = |of: fn(&Point) -> f64| points().map(of).fold(0.0, f64::max);
         let (weight, slope) = (largest(|p| p.weight), largest(|p| p.per_length));
+        let length: f64 = self.elements.iter().map(|points| points[0].rest[0]).sum();
+        // that of the length of the element
+        let rounding = |p: &Point| (1e-12f64).max(4.0 * f64::EPSILON * length * p.per_length);
         let mut pairs = points().zip(self.elements.iter().rev().flat_map(|e| e.iter().rev()));
         pairs.all(|(a, b)| {
             (a.weight - b.weight).abs() <= 1e-12 * weight
-                && (a.per_length - b.per_length).abs() <= 1e-12 * slope
+                && (a.per_length - b.per_length).abs() <= rounding(a) * slope
         })
     }
 

@@ -48,6 +48,9 @@ struct Element {
 /// Interpolation at so many Chebyshev points is stable; higher degrees are never needed.
 const MOST_DEGREE: usize = 1000;
 
+/// Shortest smooth piece: the rounding of positions, over its length, is that of its strains.
+const LEAST_PIECE: f64 = 1e-7;
+
 /// About a gigabyte.
 const MOST_SIZE: usize = 100_000_000;
 
@@ -55,8 +58,8 @@ impl SpectralElements {
     /// Discretises `membrane` by polynomials of degree `degree`, `per_piece` elements on each smooth piece. Cost O(elements degree^3).
     ///
     /// # Errors
-    /// Degree below 2 or above 1000, no element per piece or more elements than 1e8 / (degree + 3)^2, a stiffness that is not positive at a
-    /// node, a reference curve that is not finite; rubber that is not mirror-symmetric, has a law other than that of a pressure, or touches
+    /// Degree below 2 or above 1000, no element per piece or more elements than 1e8 / (degree + 3)^2, breakpoints that differ by 1e-12 to 1e-7,
+    /// a stiffness that is not positive at a node, a reference curve that is not finite; rubber that is not mirror-symmetric, has a law other than that of a pressure, or touches
     /// the axis away from its apex.
     pub fn new(membrane: &Membrane, degree: usize, per_piece: usize) -> Result<Self> {
         at_least("degree", degree, 2)?;
@@ -68,6 +71,13 @@ impl SpectralElements {
             .saturating_mul(degree.saturating_add(3).saturating_pow(2));
         at_most("degree", degree, MOST_DEGREE)?;
         at_most("(degree + 3)^2 times the elements", size, MOST_SIZE)?;
+        if let Some(pair) = breaks
+            .windows(2)
+            .find(|pair| pair[1] - pair[0] < LEAST_PIECE)
+        {
+            let (s, apart, least) = (pair[0], pair[1] - pair[0], LEAST_PIECE);
+            return Err(MembraneError::CloseBreakpoints { s, apart, least });
+        }
         membrane.check_law()?;
         let reference = Arc::new(Reference::new(degree));
         let whole = Self::on(membrane, &reference, per_piece, false)?;

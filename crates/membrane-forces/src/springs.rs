@@ -12,7 +12,7 @@ use crate::chebyshev::{Reference, gauss_legendre};
 use crate::discrete::Elastic;
 use crate::error::Result;
 use crate::law::PressureLaw;
-use crate::membrane::Membrane;
+use crate::membrane::{Membrane, SAME};
 use crate::nodes::Nodes;
 use crate::profile::Stiffness;
 use crate::tangent::{Layout, Tangent, local_index};
@@ -282,9 +282,8 @@ impl ElementSprings {
         let at = |s| membrane.effective_stiffness(s);
         let length = to - from;
         // just inside, so that a jump at the element's end is evaluated on its side
-        let inside = (1e-12 * length).max(8.0 * f64::EPSILON);
         let nodes = self.reference.nodes.iter().map(|t| from + length * t);
-        let stiffness = nodes.map(|s| at(s.max(from + inside).min(to - inside)));
+        let stiffness = nodes.map(|s| at(s.max(from + SAME).min(to - SAME)));
         let stiffness: Vec<f64> = stiffness.collect::<Result<_>>()?;
         if self.law.blows_up() {
             self.compliance += self.copies * compliance(at, from, to)?;
@@ -340,7 +339,9 @@ impl Elastic for ElementSprings {
         let mut pairs = self.elements.iter().zip(self.elements.iter().rev());
         pairs.all(|(element, image)| {
             let size = element.matrix.iter().fold(0.0f64, |m, v| m.max(v.abs()));
-            are_mirrored(&element.matrix, &image.matrix, 1e-13 * size)
+            // that of the length of the element, twice
+            let rounding = (1e-13f64).max(4.0 * f64::EPSILON / element.length);
+            are_mirrored(&element.matrix, &image.matrix, rounding * size)
         })
     }
 

@@ -102,7 +102,7 @@ pub enum NewtonError {
         expected: usize,
     },
     /// The control was raised from the start but did not reach `wanted`: past `reached` (within about 1e-4 of it) this branch of equilibria
-    /// turns back, or the load steps ran out. Another control, often area or volume, may continue. For a pressure of rubber,
+    /// turns back, the enclosed volume falls to zero, or the load steps ran out. Another control, often area or volume, may continue. For a pressure of rubber,
     /// `reached` is the first maximum of the pressure along the branch from the start, to rounding. Rubber that stiffens, such as that of Gent,
     /// has equilibria at higher pressures beyond it ([`Solver::branch`](crate::Solver::branch)).
     #[error("no equilibrium found beyond {reached:?}, {wanted:?} wanted; {quantity}, {} load steps", report.load_steps)]

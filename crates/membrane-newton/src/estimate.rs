@@ -24,12 +24,14 @@ impl Equilibrium {
     ///
     /// For polynomials the error of the shape is the spectral tail, which is twice the degree p times the last two Chebyshev coefficients of the
     /// curve over its length (the largest of any element), or, if larger, the mean relative error of the polynomials through the stiffness or
-    /// thickness (at four points per node; narrower features remain unseen), or the rounding of the derivative matrices, epsilon p^3 times the
-    /// number of elements of the whole curve. [`Discretisation::SpectralAdaptive`](crate::Discretisation) refines until the tail is within the tolerance.
-    /// The rounding grows with the degree, so that a higher one than necessary is less accurate. A small intensity f has a larger relative error,
-    /// about that of the shape divided by the displacement: the tail times S L |df / dV| / (2 pi |f|), with volume V, surface S and length L
-    /// ([`Equilibrium::sensitivity`]). The larger of both is returned, for springs times the square of the ratio of the largest to the smallest
-    /// stiffness; without load that of the shape. This is an estimate: of 3000 stiffnesses with two Gaussian bumps of widths 0.03 to 0.5 the intensity of 38
+    /// thickness (at four points per node; narrower features remain unseen), or the rounding of the derivative matrices, the sum of
+    /// epsilon p^2 (p + 1 / (4 l)) over the elements of the whole curve, whose material coordinates have the lengths l.
+    /// [`Discretisation::SpectralAdaptive`](crate::Discretisation) refines until the tail is within the tolerance. The rounding grows with the degree
+    /// and with the square of the number of elements: a finer discretisation than necessary is less accurate. A small intensity f has a larger
+    /// relative error, about that of the shape divided by the displacement: the tail times S L |df / dV| / (2 pi |f|), with volume V, surface S
+    /// and length L ([`Equilibrium::sensitivity`]). The result is the larger of the two errors, without load that of the shape; for springs it is
+    /// multiplied by the square of the ratio of the largest to the smallest stiffness. The stated error of the equilibrium is the sum of this
+    /// number and of [`NewtonReport::iteration_error`](crate::NewtonReport::iteration_error). This is an estimate: of 3000 stiffnesses with two Gaussian bumps of widths 0.03 to 0.5 the intensity of 38
     /// had a larger error, by up to a factor of 2.3, the shape of none.
     ///
     /// For finite differences it is twice the difference from the equilibrium of polynomials at the same volume (degree 20, two elements on each
@@ -45,11 +47,11 @@ impl Equilibrium {
         let Some(tail) = self.resolution.tail(self.nodes()) else {
             return self.error_of_differences();
         };
-        let pieces = self.pieces();
-        let cubes = pieces
-            .iter()
-            .map(|piece| (piece.x.len() as f64 - 1.0).powi(3));
-        let shape = tail.max(f64::EPSILON * cubes.sum::<f64>());
+        let rounding = self.pieces().into_iter().map(|piece| {
+            let p = piece.x.len() as f64 - 1.0;
+            p * p * (p + 0.25 / (piece.to - piece.from))
+        });
+        let shape = tail.max(f64::EPSILON * rounding.sum::<f64>());
         if self.intensity == 0.0 {
             return Some(shape);
         }

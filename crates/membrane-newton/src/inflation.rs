@@ -15,7 +15,7 @@ use crate::turning::Reach;
 /// Tension of the first step, for a change of volume equal to that swept by the membrane if it moves by its radius.
 const FIRST_TENSION: f64 = 4.0;
 /// First change of volume for a prescribed load, in the same unit.
-const FIRST_VOLUME: f64 = 0.05;
+pub(crate) const FIRST_VOLUME: f64 = 0.05;
 /// Forces in the reference configuration, over their scale: rounding, which a second derivative of polynomials of degree p multiplies by
 /// p^4. Small loads are not treated as rounding: a slack disc moves by their cube root.
 const AT_REST: f64 = 1e-11;

@@ -7,12 +7,13 @@ use crate::constraint::{Constraint, Control, Quantity};
 use crate::continuation::Search;
 use crate::equilibrium::Equilibrium;
 use crate::error::{NewtonError, Result};
+use crate::inflation::FIRST_VOLUME;
 use crate::limit;
 use crate::nested_system::NestedSystem;
 use crate::newton::ResidualSystem;
 use crate::options::NewtonOptions;
 use crate::report::NewtonReport;
-use crate::resolution::{Resolution, swept_by_mean_radius};
+use crate::resolution::{Resolution, swept_by_mean_radius, swept_by_radius};
 use crate::route::Route;
 
 /// Finer resolutions, with a state and its start transferred to them.
@@ -126,12 +127,25 @@ impl Nested {
         if stopped && let Some(cause) = cause::of(&mut system, state, constraint) {
             return Err(cause);
         }
-        match (&outcome, quantity, self.0[0].route()) {
-            (Err(NewtonError::LimitPoint { .. }), Quantity::Intensity, Route::Inflate) => {
-                self.pass_limit(state, value, options, report)
-            }
-            _ => outcome,
+        if !stopped || quantity != Quantity::Intensity || self.0[0].route() != Route::Inflate {
+            return outcome;
         }
+        if !matches!(outcome, Err(NewtonError::LimitPoint { .. })) {
+            // No step in the pressure left the start, as for a pressure that is far too large: continues from a first volume.
+            let rest = &self.0[0].start;
+            let volume = Control::Volume(rest.volume + FIRST_VOLUME * swept_by_radius(rest));
+            state.copy_from_slice(start);
+            let from = (start, from_rest);
+            if !from_rest
+                || value <= 0.0
+                || self
+                    .solve_here(state, from, volume, options, report)
+                    .is_err()
+            {
+                return outcome;
+            }
+        }
+        self.pass_limit(state, value, options, report)
     }
 
     /// Continues from `state`, at which steps in the pressure ended, to the pressure `wanted`.

@@ -201,10 +201,9 @@ impl Sampled {
         for piece in pieces {
             let (p, length) = (piece.x.len() - 1, piece.to - piece.from);
             // just inside, so that a jump at the end is evaluated on this side
-            let inside = (1e-12 * length).max(8.0 * f64::EPSILON);
             let at = |t: f64| {
                 let s = piece.from + 0.5 * (1.0 + t) * length;
-                profile(s.max(piece.from + inside).min(piece.to - inside))
+                profile(s.max(piece.from + 1e-12).min(piece.to - 1e-12))
             };
             let mut nodes = Vec::with_capacity(p + 1);
             for j in 0..=p {

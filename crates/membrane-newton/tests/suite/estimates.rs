@@ -55,6 +55,32 @@ fn pressures_are_within_their_stated_errors() {
     assert!(solved_all > 70, "{solved_all}");
 }
 
+/// The rounding of strains grows with the number of elements of a curve, which the stated error contains, though no more than a hundredfold.
+#[test]
+fn rounding_of_many_elements_is_within_the_stated_error() {
+    for pressure in [0.5, 2.0] {
+        let exact = LinearEquilibrium::balloon(8.5, 1.75, pressure, 1.0).unwrap();
+        let membrane = Membrane::new(ReferenceShape::balloon(8.5, 1.75).unwrap())
+            .with_law(PressureLaw::PerCurrentLength);
+        for per_piece in [30, 100, 300, 1000] {
+            let spectral = Discretisation::Spectral {
+                degree: 8,
+                per_piece,
+            };
+            let solver = Solver::new(&membrane, spectral).unwrap();
+            let volume = Control::Volume(exact.measures().volume);
+            let solved = solver.solve(volume, &NewtonOptions::default()).unwrap();
+            let error = (solved.intensity / pressure - 1.0).abs();
+            let stated = solved.discretisation_error().unwrap();
+            let expected = error..(100.0 * error).max(1e-8);
+            assert!(
+                expected.contains(&stated),
+                "{per_piece}: {error:e}, stated {stated:e}"
+            );
+        }
+    }
+}
+
 /// The stated error of the discretisation bounds the difference of intensity and shape to those of many elements, for springs and rubber.
 #[test]
 fn discretisation_errors_bound_the_difference_to_finer_solves() {

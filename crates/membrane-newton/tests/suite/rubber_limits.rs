@@ -20,6 +20,27 @@ fn cap(length: f64) -> ReferenceShape {
     ReferenceShape::from_function(place, &[]).unwrap()
 }
 
+/// The limit does not depend on how far beyond it the pressure is.
+#[test]
+fn a_pressure_far_beyond_its_limit_has_the_same_limit() {
+    for (mu, h) in [(1.0, 0.1), (0.4, 0.001)] {
+        let rubber = Rubber::new(
+            StrainEnergy::NeoHookean { mu },
+            Thickness::constant(h).unwrap(),
+        );
+        let disc = Membrane::new(ReferenceShape::disc(1.0).unwrap()).with_rubber(rubber.unwrap());
+        for solver in solvers(&disc) {
+            let scale = mu * h;
+            let near = limit(solve(&solver, Control::Load(3.0 * scale)));
+            for factor in [1e3, 1e6, 1e9] {
+                let far = limit(solve(&solver, Control::Load(factor * scale)));
+                // that of the two searches for the same maximum
+                assert!((far / near - 1.0).abs() < 1e-9, "{factor:e}: {far} {near}");
+            }
+        }
+    }
+}
+
 /// Rubber of thickness exp(`swing`) at the ring and exp(-`swing`) at the apex.
 fn of(rest: ReferenceShape, energy: StrainEnergy, swing: f64) -> Membrane {
     let thickness = Thickness::function(move |s: f64| (swing * (2.0 * PI * s).cos()).exp(), &[]);
