@@ -16,8 +16,8 @@ pub(crate) fn check(points: &[[f64; 2]]) -> Result<()> {
 }
 
 /// Returns a node near which a curve that has moved from its `start` encloses no body: it crosses the axis more often or crosses itself, so that
-/// walls intersect, or it is inside out (its volume is negative), unless its distance from the axis decreases along the start from the end to the
-/// axis, as that of a disc or a shallow cap, which can be pushed through.
+/// walls intersect, or it is inside out (its volume is negative). A start whose nodes come nearer to the axis all the way from the end to the apex,
+/// such as a disc or a shallow cap, can be pushed through: it may be inside out.
 ///
 /// Crossings are those of the segments between the points. `order` is a work array, which allocates for more points than before. Cost O(n log n) plus
 /// the pairs whose ranges overlap along x or y, whichever the curve turns back along less often.

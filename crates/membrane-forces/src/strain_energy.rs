@@ -123,7 +123,7 @@ impl StrainEnergy {
         }
     }
 
-    /// W and its derivatives at these stretches.
+    /// W and its derivatives at these stretches. Constants are checked by [`Rubber::new`](crate::Rubber::new), not here.
     ///
     /// # Errors
     /// [`MembraneError::PastStretch`]: a stretch that is not positive, or beyond the extensibility of the rubber.

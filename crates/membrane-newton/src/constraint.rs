@@ -8,13 +8,13 @@ use crate::error::{NewtonError, Result, own};
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub enum Control {
-    /// The load of the membrane's law: f, F or p.
+    /// The load of the membrane's law: f, F or p; negative for suction.
     Load(f64),
     /// Force intensity, f or p, under any law (under the total-force law: F / S).
     Intensity(f64),
     /// Total force, intensity times the lateral surface of revolution, under any law.
     TotalForce(f64),
-    /// Enclosed volume of revolution, cm^3.
+    /// Enclosed volume of revolution, cm^3; positive.
     Volume(f64),
     /// Volume relative to that of the start (reference configuration with its ends fixed), minus one: 0.6 is 60 % more. It is a fraction,
     /// not a percentage: 60.0 is 61 times the volume, and solved.

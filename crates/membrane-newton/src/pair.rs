@@ -233,8 +233,8 @@ fn check_crossing(inner: &Equilibrium, outer: &Equilibrium) -> Result<()> {
 }
 
 impl PairEquilibrium {
-    /// Combines two membranes that were solved separately to a pair with the wall volume `wall_volume` in cm^3; the report of the pair is
-    /// empty, those of the membranes are kept.
+    /// Combines two membranes that were solved separately to a pair. `wall_volume` in cm^3 is the intended volume between them, from which
+    /// `wall_volume_error` of the pair is computed. The report of the pair is empty, those of the membranes are kept.
     ///
     /// # Errors
     /// [`NewtonError::NotEnclosed`]: the outer one encloses at most the volume of the inner one; [`NewtonError::Crossed`];
