@@ -340,7 +340,29 @@ impl Wall {
     }
 
     pub(super) fn place(&self, point: &MaterialPoint) -> Point3<f64> {
-        let [x, r] = self.shell.point(point.layer, self.coordinate(point.s));
+        self.placed(
+            point,
+            self.shell.point(point.layer, self.coordinate(point.s)),
+        )
+    }
+
+    /// Returns the vector from the place of a material point in one wall to that in another shortly after it, with `self` between both.
+    ///
+    /// Material slides along the layers. They have small jumps at the nodes of polygons, which a difference over a short time would amplify:
+    /// it is the movement at one membrane coordinate, and the tangent of the layer in this wall times the change of this coordinate.
+    pub(super) fn moved(&self, between: [&Wall; 2], point: &MaterialPoint) -> Vector3<f64> {
+        let at = self.coordinate(point.s);
+        let [_, along] = self.shell.tangents(point.layer, at);
+        let [from, to] = between.map(|wall| {
+            let [x, r] = wall.shell.point(point.layer, at);
+            let slid = wall.coordinate(point.s) - at;
+            wall.placed(point, [x + along[0] * slid, r + along[1] * slid])
+        });
+        to - from
+    }
+
+    /// Returns the place of a material point at (x, r) in its meridian plane.
+    fn placed(&self, point: &MaterialPoint, [x, r]: [f64; 2]) -> Point3<f64> {
         let (sin, cos) = (point.azimuth + self.turn(point.layer, point.s)).sin_cos();
         self.pose.to_lab(&Point3::new(x, r * cos, r * sin))
     }

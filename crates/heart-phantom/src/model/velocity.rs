@@ -2,39 +2,36 @@
 
 use super::material::{MaterialPoint, Wall};
 use crate::error::PhantomError;
-use nalgebra::{Point3, Vector3};
+use nalgebra::Point3;
 use revolve_voxel::VoxelGrid;
 use std::ops::Range;
 
 impl Wall {
-    /// Returns the velocities of the material at the centres of the voxels of some slices: lab vectors in cm/s, from its positions
-    /// at two other times `seconds` apart. Only voxels in the wall are returned, with their indices among these slices
+    /// Returns the velocities at another time of the material at the centres of the voxels of some slices: lab vectors in cm/s, by the walls
+    /// `seconds` apart around that `at` this time. Only voxels in the wall are returned, with their indices among these slices
     /// (`[z][y][x]`), ascending.
     pub(crate) fn velocities(
         &self,
-        between: [&Wall; 2],
+        (at, between): (&Wall, [&Wall; 2]),
         seconds: f64,
         grid: &VoxelGrid,
         slices: Range<usize>,
     ) -> Result<Vec<(usize, [f32; 3])>, PhantomError> {
         let velocity = |p: &Point3<f64>, found: [f64; 2]| {
-            let way = moved(between, &self.material(found, p)) / seconds;
+            let way = at.moved(between, &self.material(found, p)) / seconds;
             [way.x as f32, way.y as f32, way.z as f32]
         };
         let (shell, pose) = self.placed_shell();
         Ok(shell.map_voxels(pose, grid, slices, velocity)?)
     }
 
-    /// Returns the velocity of a material point in cm/s, from its positions in two walls `seconds` apart.
+    /// Returns the velocity of a material point in cm/s, by the walls `seconds` apart before and after this one.
     pub(crate) fn velocity(
+        &self,
         between: [&Wall; 2],
         seconds: f64,
         point: &MaterialPoint,
     ) -> Result<[f64; 3], PhantomError> {
-        Ok((moved(between, &point.checked()?) / seconds).into())
+        Ok((self.moved(between, &point.checked()?) / seconds).into())
     }
-}
-
-fn moved([from, to]: [&Wall; 2], point: &MaterialPoint) -> Vector3<f64> {
-    to.place(point) - from.place(point)
 }

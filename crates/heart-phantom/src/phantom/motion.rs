@@ -127,7 +127,7 @@ impl Phantom {
         drop(part);
         let _part = simd_set::part(2..3, 3);
         let around = walls.around.each_ref();
-        let velocity = from.velocities(around, walls.seconds, grid, slices)?;
+        let velocity = from.velocities((&walls.to, around), walls.seconds, grid, slices)?;
         Ok(MotionField {
             voxels: displacement.iter().map(|(voxel, _)| *voxel).collect(),
             displacement: spread(&displacement, grid.len())?,
@@ -155,7 +155,11 @@ impl Phantom {
             Ok(PointMotion {
                 position_cm: there.coords.into(),
                 displacement_cm: (there - here).into(),
-                velocity_cm_per_s: Wall::velocity(walls.around.each_ref(), walls.seconds, point)?,
+                velocity_cm_per_s: (walls.to).velocity(
+                    walls.around.each_ref(),
+                    walls.seconds,
+                    point,
+                )?,
                 strain: (walls.from.deformation(&walls.to, point)?)
                     .strain()
                     .components(),

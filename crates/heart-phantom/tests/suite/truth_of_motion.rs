@@ -387,3 +387,29 @@ fn a_run_writes_the_motion_of_each_gate_and_reports_torsion() {
         );
     }
 }
+
+/// Layers between polygons have small jumps at the nodes, which the velocities do not contain.
+#[test]
+fn velocities_of_polygons_equal_those_of_polynomials() {
+    let mut scene = small(Mode::WholeCycle).with_size(48);
+    let polygons = Phantom::new(scene.clone()).unwrap();
+    scene.heart.discretisation = DiscretisationSettings::Spectral {
+        degree: 16,
+        per_piece: 1,
+        tolerance: 1e-4,
+    };
+    let polynomials = Phantom::new(scene).unwrap();
+    for phase in [0.1, 0.25, 0.35, 0.6, 0.85] {
+        let [found, expected] = [&polygons, &polynomials].map(|of| of.motion(phase).unwrap());
+        assert!(found.voxels.len() > 500);
+        let (mut largest, mut fastest) = (0.0f32, 0.0f32);
+        for k in found.voxels.iter().filter(|k| expected.voxels.contains(k)) {
+            for a in 3 * k..3 * k + 3 {
+                largest = largest.max((found.velocity[a] - expected.velocity[a]).abs());
+                fastest = fastest.max(expected.velocity[a].abs());
+            }
+        }
+        // Of the tangents of layers between polygons; differences of positions had jumps of 0.5 to 1.5 cm/s.
+        assert!(largest < 0.03 * fastest, "{phase}: {largest} of {fastest}");
+    }
+}
