@@ -69,7 +69,10 @@ fn perfusion(name: &str, scatter: bool, known: Option<KnownScatter>) -> Result<(
     });
     let phantom = Phantom::new(scene)?;
     let volumes = (0..phantom.n_gates())
-        .map(|gate| Ok(phantom.polar_map(gate, &phantom.volume(gate)?)?.cavity_ml))
+        .map(|gate| {
+            let map = phantom.polar_map(gate, &phantom.volume(gate)?)?;
+            Ok(map.cavity_ml.unwrap_or(f64::NAN))
+        })
         .collect::<Result<Vec<_>, PhantomError>>()?;
     let largest = volumes.iter().copied().fold(f64::MIN, f64::max);
     let smallest = volumes.iter().copied().fold(f64::MAX, f64::min);

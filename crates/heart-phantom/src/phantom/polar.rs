@@ -26,7 +26,7 @@ const APEX: usize = 3;
 ///                    this difference at t - h, t, t + h
 /// ```
 ///
-/// and on the axis if there is none. Volumes end at the plane of the base, which is known. Resolution and voxel size bias both volumes,
+/// and on the axis if there is none, as in a ray without a positive sample. Volumes end at the plane of the base, which is known. Resolution and voxel size bias both volumes,
 /// mostly towards small ones; the polar map of the ground truth of the same scene shows by how much.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
 #[non_exhaustive]
@@ -37,10 +37,10 @@ pub struct PolarMap {
     /// in the same order; 13 to 16 apical anterior, septal, inferior, lateral; 17 apex. Anterior is the side of the wall that is
     /// farthest towards the patient's front and head.
     pub segments: [f64; 17],
-    /// Volume within the endocardium at half maximum, mL.
-    pub cavity_ml: f64,
-    /// Volume within the endocardium at the steepest gradient, mL.
-    pub cavity_gradient_ml: f64,
+    /// Volume within the endocardium at half maximum, mL; `None` if no ray has one.
+    pub cavity_ml: Option<f64>,
+    /// Volume within the endocardium at the steepest gradient, mL; `None` if no ray has one.
+    pub cavity_gradient_ml: Option<f64>,
 }
 
 impl Phantom {
@@ -108,7 +108,8 @@ impl Phantom {
                 }
             }
         }
-        let [cavity_ml, cavity_gradient_ml] = volumes.map(|v| v * TAU / AZIMUTHS as f64);
+        let [cavity_ml, cavity_gradient_ml] =
+            volumes.map(|v| (v > 0.0).then_some(v * TAU / AZIMUTHS as f64));
         Ok(PolarMap {
             segments: sums.map(|[sum, n]| sum / n),
             cavity_ml,
@@ -126,8 +127,8 @@ fn wall_of(ray: &[f64], window: usize) -> (f64, [f64; 2]) {
             peak = k;
         }
     }
-    let half = 0.5 * ray[peak];
-    let edge = (1..=peak).rev().find(|&k| ray[k - 1] < half);
+    let half = 0.5 * ray[peak].max(0.0);
+    let edge = (1..=peak).rev().find(|&k| half > 0.0 && ray[k - 1] < half);
     let at_half = edge.map_or(0.0, |k| {
         (k - 1) as f64 + (half - ray[k - 1]) / (ray[k] - ray[k - 1])
     });
@@ -135,7 +136,9 @@ fn wall_of(ray: &[f64], window: usize) -> (f64, [f64; 2]) {
     let rise = |k: usize| ray[k + window] - ray[k - window];
     let inside = window..=peak.min(last);
     let steepest = inside.max_by(|&a, &b| rise(a).total_cmp(&rise(b)));
-    let at_steepest = steepest.filter(|&k| rise(k) > 0.0).map_or(0.0, |k| {
+    // Interpolation of a constant image has rounding errors.
+    let steepest = steepest.filter(|&k| half > 0.0 && rise(k) > 1e-6 * half);
+    let at_steepest = steepest.map_or(0.0, |k| {
         let fits = k >= 3 * window && k + 2 * window <= last;
         let bend = |[a, b, c]: [f64; 3]| (a - c) / (2.0 * (a - 2.0 * b + c));
         let vertex = fits.then(|| bend([rise(k - 2 * window), rise(k), rise(k + 2 * window)]));

@@ -138,9 +138,8 @@ impl MeasuredEjection {
     /// Returns `None` without images of several gates.
     pub(super) fn of(gates: &[GateReport]) -> Option<Self> {
         let measured = |map: fn(&GateReport) -> Option<PolarMap>| {
-            let volumes: Option<Vec<f64>> = (gates.iter().map(map))
-                .map(|map| Some(map?.cavity_ml))
-                .collect();
+            let volumes: Option<Vec<f64>> =
+                (gates.iter().map(map)).map(|map| map?.cavity_ml).collect();
             let volumes = volumes.filter(|volumes| volumes.len() > 1)?;
             let most = volumes.iter().copied().fold(0.0, f64::max);
             let least = volumes.iter().copied().fold(f64::INFINITY, f64::min);

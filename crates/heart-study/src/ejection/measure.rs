@@ -125,7 +125,7 @@ pub(super) fn measure(case: &Case, shared: &mut Shared) -> Result<CaseResult, Ph
                     _ => (&phantoms[0], set),
                 };
                 let map = phantom.polar_map(gate, &phantom.reconstruct(gate, views)?)?;
-                Ok([map.cavity_ml, map.cavity_gradient_ml])
+                Ok([map.cavity_ml, map.cavity_gradient_ml].map(Option::unwrap_or_default))
             })
             .collect()
     };

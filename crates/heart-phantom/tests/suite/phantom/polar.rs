@@ -22,7 +22,7 @@ fn a_polar_map_has_the_activity_and_the_volume_of_the_heart() {
     let exact = phantom.shape(0.5).unwrap().volumes()[0];
     // Voxels of 2 mm between which the image is linear: the edge is at half of a wall five voxels thick.
     assert!(
-        (map.cavity_ml / exact - 1.0).abs() < 0.03,
+        (map.cavity_ml.unwrap() / exact - 1.0).abs() < 0.03,
         "{map:?} {exact}"
     );
     for value in map.segments {
@@ -76,7 +76,7 @@ fn the_ejection_fraction_of_exact_gates_is_accurate() {
     let phantom = Phantom::new(fine(Mode::Gated { gates: 8 })).unwrap();
     let cavity = |gate| {
         let truth = phantom.truth(gate).unwrap();
-        phantom.polar_map(gate, &truth).unwrap().cavity_ml
+        phantom.polar_map(gate, &truth).unwrap().cavity_ml.unwrap()
     };
     let volumes: Vec<f64> = (0..8).map(cavity).collect();
     let most = volumes.iter().copied().fold(0.0, f64::max);
@@ -153,6 +153,27 @@ fn images_with_voxels_that_are_not_finite_are_rejected() {
     }
 }
 
+/// Rays without an edge have no cavity; one of negative samples has none either.
+#[test]
+fn images_without_a_wall_have_no_cavity() {
+    let phantom = Phantom::new(small(Mode::Static { phase: 0.5 })).unwrap();
+    let truth = phantom.truth(0).unwrap();
+    for level in [-1.0, 0.0, 1.0] {
+        let map = phantom.polar_map(0, &vec![level; truth.len()]).unwrap();
+        let cavities = [map.cavity_ml, map.cavity_gradient_ml];
+        assert_eq!(cavities, [None; 2], "{level}");
+    }
+    // A wall with negative samples in a part.
+    let half = truth.len() / 2;
+    let mixed: Vec<f32> = (truth.iter().enumerate())
+        .map(|(k, v)| if k < half { *v } else { -1.0 - *v })
+        .collect();
+    let whole = phantom.polar_map(0, &truth).unwrap();
+    let map = phantom.polar_map(0, &mixed).unwrap();
+    assert!(map.cavity_ml.unwrap() < whole.cavity_ml.unwrap());
+    assert!(map.cavity_gradient_ml.unwrap() < whole.cavity_gradient_ml.unwrap());
+}
+
 /// A spherical shell with radii 2.5 and 3.5 cm, blurred by a Gaussian of 0.45 cm (FWHM 10.6 mm): its value at the distance r from the centre,
 /// by Simpson's rule over the spheres in it.
 fn blurred_shell(r: f64) -> f64 {
@@ -219,7 +240,10 @@ fn the_edges_of_a_blurred_shell_agree_with_the_closed_form() {
     assert!(half < 0.97 * exact && steepest < exact, "{half} {steepest}");
     // Linear interpolation between voxels of 2 mm adds up to h^2 / 4 = 5 % to the variance of the blur, which moves the edge by 0.02 cm;
     // differences over a voxel add 2 %.
-    let [by_half, by_gradient] = [map.cavity_ml / half, map.cavity_gradient_ml / steepest];
+    let [by_half, by_gradient] = [
+        map.cavity_ml.unwrap() / half,
+        map.cavity_gradient_ml.unwrap() / steepest,
+    ];
     assert!((by_half - 1.0).abs() < 0.015, "{by_half} {half}");
     assert!(
         (by_gradient - 1.0).abs() < 0.02,
