@@ -7,7 +7,7 @@ use rustfft::num_complex::Complex;
 
 use crate::error::{RadonError, at_least, finite, positive, within};
 
-/// Apodising window `W(nu)` on the ramp `|f|`, with `nu = f / (cutoff * Nyquist)`; every one is 1 at `nu = 0`.
+/// Apodising window `W(nu)` on the ramp `|f|`, with `nu = f / (cutoff * Nyquist)`; every one but `Custom` is 1 at `nu = 0`.
 ///
 /// ```text
 /// RamLak       1                              SheppLogan   sin(pi nu/2) / (pi nu/2)

@@ -23,6 +23,7 @@ mod resolution;
 mod scatter;
 mod scatter_model;
 mod steps;
+mod unsuitable;
 mod views;
 mod volumes;
 mod warning;

@@ -76,6 +76,22 @@ pub enum Warning {
         /// The unit of both.
         unit: &'static str,
     },
+    /// A value with which reconstructions or counts are useless: a resolution coarser than the heart, voxels that do not cover it, a custom
+    /// window with another gain than 1 at frequency 0, less than one expected count in a view.
+    Unsuitable {
+        /// The key in the scene.
+        key: &'static str,
+        /// The quantity that follows from it.
+        quantity: &'static str,
+        /// Its value.
+        value: f64,
+        /// Relation of the value to the limit.
+        comparison: &'static str,
+        /// The limit.
+        limit: f64,
+        /// The unit of both; empty for a pure number.
+        unit: &'static str,
+    },
     /// The heart overlaps an organ that attenuates more, such as the spine, and replaces it there.
     InBone {
         /// Index of the organ, from 0.
@@ -241,6 +257,18 @@ impl fmt::Display for Warning {
                 "{key} is {}, usually it is between {low} and {high} {unit}",
                 brief(value)
             ),
+            Self::Unsuitable {
+                key,
+                quantity,
+                value,
+                comparison,
+                limit,
+                unit,
+            } => {
+                let (value, limit) = (brief(value), brief(limit));
+                let text = format!("{key}: {quantity} is {value} {unit}, {comparison} {limit} {unit}");
+                f.write_str(text.replace(" ,", ",").trim_end())
+            }
             Self::InBone { organ, volume_ml } => write!(
                 f,
                 "the heart overlaps organ {}, which attenuates more, by {} mL and replaces it there (organ 5 of [chest] is the spine); change [pose]",

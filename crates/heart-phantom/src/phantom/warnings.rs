@@ -98,6 +98,7 @@ impl Phantom {
             found.push(Warning::NoActivity);
         }
         found.extend(self.unusual());
+        found.extend(self.unsuitable(&bodies)?);
         found.extend(self.bone_in_the_heart(&bodies)?);
         found.extend(self.steep_twist()?);
         Ok(found)
@@ -425,7 +426,7 @@ impl Phantom {
     }
 
     /// Returns the length of the rows of a view, cm; infinite unless rays are parallel, so that truncation is not examined.
-    fn width(&self) -> f64 {
+    pub(super) fn width(&self) -> f64 {
         self.unless_parallel() * self.camera().n_bins() as f64 * self.camera().pitch()
     }
 
