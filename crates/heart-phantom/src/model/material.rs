@@ -321,13 +321,18 @@ impl Wall {
     }
 
     /// Returns the thickness of the wall in cm at the inner membrane point `s`, clamped to 0 to 1/2: the distance to the outer
-    /// membrane.
+    /// membrane; NaN for NaN.
     #[must_use]
     pub fn thickness(&self, s: f64) -> f64 {
-        self.shell.thickness(s)
+        if s.is_nan() {
+            s
+        } else {
+            self.shell.thickness(s)
+        }
     }
 
-    /// Returns the smallest and the average thickness over the surface of the inner membrane.
+    /// Returns the smallest thickness, its position, and the average thickness over the surface of the inner membrane
+    /// ([`revolve_voxel::Thickness`]).
     #[must_use]
     pub fn thicknesses(&self) -> Thickness {
         self.shell.thicknesses()

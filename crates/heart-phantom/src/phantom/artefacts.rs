@@ -109,7 +109,7 @@ impl Phantom {
         let measures = ImageQuality::of(volume, Some(truth), regions, self.camera())?;
         let shape = self.shape_at_gain(self.cycle().gains()[0])?;
         let solution = shape.solution();
-        let pose = self.pose(breath)?;
+        let pose = self.pose(breath.clamp(0.0, 1.0))?; // a rounded average
         let length = self.heart().length();
         let voxel = self.camera().grid().spacing()[0];
         let around = self

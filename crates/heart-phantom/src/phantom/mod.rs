@@ -367,9 +367,9 @@ impl Phantom {
     /// Returns the pose at a respiratory position: 0 at end-expiration, 1 at end-inspiration.
     ///
     /// # Errors
-    /// [`PhantomError::OutOfRange`] for a number that is not finite, [`PhantomError::Solid`] for one that is too large.
+    /// [`PhantomError::OutOfRange`] for a position outside 0 to 1.
     pub fn pose(&self, breath: f64) -> Result<Pose, PhantomError> {
-        let breath = crate::error::check("respiratory position", breath, [f64::MIN, f64::MAX])?;
+        let breath = crate::error::check("respiratory position", breath, [0.0, 1.0])?;
         self.parts.cycle.moved(self.parts.heart.pose(), breath)
     }
 

@@ -20,7 +20,7 @@ pub struct ScenePhase {
 pub struct MotionPhase {
     /// Cardiac phase.
     pub phase: f64,
-    /// Respiratory position: 0 at end-expiration or without respiration, 1 at end-inspiration.
+    /// Respiratory position, from 0 at end-expiration to 1 at end-inspiration. Without `[breathing]` it has no effect.
     pub breath: f64,
     /// Respiratory phase, 0 to 1 from end-expiration, of which `breath` is the position; [`Phantom::motion`] adds the velocity of respiration
     /// there. `None` during a breath-hold, and for a gate by amplitude, which contains inspiration and expiration.

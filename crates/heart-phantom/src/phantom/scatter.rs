@@ -238,7 +238,9 @@ impl Phantom {
         let placed = scan.placed(&shapes)?;
         (sums.iter().zip(&shapes))
             .map(|([share, _, breath], shape)| {
-                let body = shape.body().with_pose(self.pose(breath / share)?);
+                let body = shape
+                    .body()
+                    .with_pose(self.pose((breath / share).clamp(0.0, 1.0))?);
                 let activity = self.scene().activity.of(shape);
                 let defects = (placed.of(shape).iter())
                     .map(|(_, sector, factor)| {

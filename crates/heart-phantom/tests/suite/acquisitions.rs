@@ -175,16 +175,31 @@ fn bad_input_is_rejected_with_its_values() {
         let refused = phantom(Mode::WholeCycle, 8).activity(phase);
         assert!(matches!(refused, Err(PhantomError::OutOfRange { .. })));
     }
-    let (phase, breath) = (0.0, f64::NAN);
-    let refused = phantom(Mode::WholeCycle, 8).activity(MotionPhase {
-        phase,
-        breath,
-        ..MotionPhase::default()
-    });
-    assert_eq!(
-        refused.unwrap_err().to_string(),
-        "respiratory position is NaN, must be finite"
-    );
+    for (breath, text) in [(f64::NAN, "NaN"), (-0.1, "-0.1"), (1.01, "1.01")] {
+        let at = MotionPhase {
+            breath,
+            ..MotionPhase::default()
+        };
+        let refused = phantom(Mode::WholeCycle, 8).activity(at);
+        assert_eq!(
+            refused.unwrap_err().to_string(),
+            format!("respiratory position is {text}, must be between 0 and 1")
+        );
+    }
+    for phase in [f64::NAN, f64::INFINITY, -0.1, 1.01] {
+        let at = MotionPhase {
+            breath_phase: Some(phase),
+            ..MotionPhase::default()
+        };
+        let refused = phantom(Mode::WholeCycle, 8).motion(at);
+        assert!(matches!(
+            refused,
+            Err(PhantomError::OutOfRange {
+                what: "respiratory phase",
+                ..
+            })
+        ));
+    }
     // An unreasonable number of points.
     for mode in [
         Mode::WholeCycle,

@@ -353,6 +353,8 @@ fn the_wall_thins_as_the_cavity_grows() {
     let [some, more] = [1, 2].map(|k| TIED[k].thicknesses());
     assert!(rest.mean > some.mean && some.mean > more.mean && more.minimum < more.mean);
     assert!((TIED[2].thickness(more.thinnest_at) - more.minimum).abs() < 1e-12);
+    assert_eq!(TIED[0].thickness(9.0), TIED[0].thickness(0.5));
+    assert!(TIED[0].thickness(f64::NAN).is_nan());
 }
 
 #[test]
