@@ -181,7 +181,7 @@ pub enum PhantomError {
         /// The unsupported property or data.
         what: &'static str,
     },
-    /// A path has the wrong extension, or a name that cannot be written to a header.
+    /// A path has the wrong extension.
     #[error("{}: the name must end in .{expected}", escape_path(path))]
     Extension {
         /// The path given.
@@ -307,9 +307,9 @@ pub enum PhantomError {
         /// The file.
         path: PathBuf,
     },
-    /// A name of a file that a run writes is not usable.
+    /// A file name cannot be written to a header or the report of a run, which lists distinct names without directories.
     #[error(
-        "{}: a file of a run must have a name of its own, without directories and control characters",
+        "{}: the file name must have more than dots before its extension and no control characters;          a file of a run must have a name of its own, without directories",
         escape_path(path)
     )]
     Name {

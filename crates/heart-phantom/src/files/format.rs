@@ -321,7 +321,8 @@ impl<'a> From<&'a Projections<'a>> for Image<'a> {
 /// header has the same name and the data extension.
 ///
 /// # Errors
-/// [`PhantomError::Extension`] for another extension; [`PhantomError::Unsupported`] if the format cannot store angles, gates or
+/// [`PhantomError::Extension`] for another extension; [`PhantomError::Name`] for a name of dots or with control characters;
+/// [`PhantomError::Unsupported`] if the format cannot store angles, gates or
 /// components; [`PhantomError::Count`] if a side is too long for the format; [`PhantomError::OutOfRange`] if the format cannot store the
 /// position of the grid, an offset of the detector or uneven angles; [`PhantomError::NotBuilt`] for a format of the feature `files` or
 /// `dicom` in a build without it; [`PhantomError::File`] if the files cannot be written. After any error an older file is unchanged, and

@@ -9,20 +9,17 @@ pub(super) fn millimetres(cm: f64) -> f64 {
     short(10.0 * cm)
 }
 
-/// Checks that the path ends in `.extension` after a name that fits on a header line.
+/// Checks that the path ends in `.extension` after a name, not only dots, that fits on a header line.
 pub(super) fn check_extension(path: &Path, extension: &'static str) -> Result<(), PhantomError> {
-    let fits = path
-        .file_name()
-        .and_then(|name| name.to_str())
-        .and_then(|name| name.strip_suffix(extension)?.strip_suffix('.'))
-        .is_some_and(|stem| !stem.is_empty() && !stem.contains(char::is_control));
-    if fits {
-        Ok(())
-    } else {
-        Err(PhantomError::Extension {
-            path: path.to_path_buf(),
-            expected: extension,
-        })
+    let name = path.file_name().and_then(|name| name.to_str());
+    let stem = name.and_then(|name| name.strip_suffix(extension)?.strip_suffix('.'));
+    let (path, expected) = (path.to_path_buf(), extension);
+    match stem {
+        None => Err(PhantomError::Extension { path, expected }),
+        Some(stem) if stem.trim_matches('.').is_empty() || stem.contains(char::is_control) => {
+            Err(PhantomError::Name { path })
+        }
+        Some(_) => Ok(()),
     }
 }
 

@@ -404,7 +404,7 @@ fn scatter(scene: &Scene, c: &mut Check) {
         c.fault("scatter.windows", given, error.to_string());
     }
     if scene.attenuates().is_none() {
-        let wanted = "needs a section [attenuation]: the medium that scatters";
+        let wanted = "needs a section [attenuation] or [chest]: the medium that scatters";
         c.fault("scatter.tolerance", Number(settings.tolerance), wanted);
     }
 }

@@ -30,7 +30,11 @@ pub(super) fn output(scene: &Scene, c: &mut Check) {
         c.fault("write", "pictures", wanted);
     }
     if scene.attenuates().is_none() && output.has(Product::Attenuation) {
-        c.fault("write", "attenuation", "needs a section [attenuation]");
+        c.fault(
+            "write",
+            "attenuation",
+            "needs a section [attenuation] or [chest]",
+        );
     }
     if scene.scatter.is_none() && output.has(Product::Scatter) {
         c.fault("write", "scatter", "needs a section [scatter]");

@@ -1,6 +1,6 @@
 //! Validation of the section `[reconstruction]`.
 
-use super::finding::Check;
+use super::finding::{Check, array_of};
 use super::*;
 use crate::Uptake;
 use crate::files::Format;
@@ -25,7 +25,10 @@ pub(super) fn reconstruction(scene: &Scene, c: &mut Check) {
                 c.count("window.butterworth.order", *order as usize, [1, 1000]);
             }
             Window::Custom(gains) => {
-                c.count("window.custom", gains.len(), [2, 65_536]);
+                if !(2..=65_536).contains(&gains.len()) {
+                    let wanted = "must have between 2 and 65536 values";
+                    c.fault("window.custom", array_of(gains.len()), wanted);
+                }
                 c.all_within("window.custom", gains, [-1e6, 1e6]);
             }
             _ => {}
@@ -35,7 +38,15 @@ pub(super) fn reconstruction(scene: &Scene, c: &mut Check) {
             c.count("pixels", pixels, [1, 8192]);
         }
         if let Some(pixel) = settings.pixel {
-            c.within("pixel", pixel, ranges::SIZE);
+            let ([least, most], bin) = (ranges::SIZE, scene.camera.pitch[0]);
+            // The limits of the model of OSEM, pitch / pixel.
+            let range = match settings.method {
+                Method::Osem(_) if c.is_clean(&["camera"]) => {
+                    [least.max(bin / 100.0), most.min(100.0 * bin)]
+                }
+                Method::Osem(_) | Method::Fbp => [least, most],
+            };
+            c.within("pixel", pixel, range);
         }
         if let Some(fwhm) = settings.filter_fwhm {
             let [low, high] = ranges::FILTER;
@@ -171,8 +182,9 @@ fn check_osem(osem: &Osem, scene: &Scene, c: &mut Check) {
         c.within("tolerance", tolerance, Osem::TOLERANCE);
     }
     let (medium, response) = (scene.attenuates().is_some(), scene.collimator.is_some());
+    let sections = "[attenuation] or [chest]";
     for (name, asked, there, needed) in [
-        ("attenuation", osem.attenuation, medium, "[attenuation]"),
+        ("attenuation", osem.attenuation, medium, sections),
         ("resolution", osem.resolution, response, "[collimator]"),
     ] {
         if asked && !there {

@@ -172,10 +172,8 @@ fn invalid_file_names_are_rejected() {
     for (name, format) in [
         ("a.mha", Format::MetaImage),
         ("a", Format::Npy),
-        (".mhd", Format::MetaImage),
         ("amhd", Format::MetaImage),
         ("a.gz", Format::NiftiGz),
-        ("a\nElementDataFile = b.mhd", Format::MetaImage),
         ("..", Format::Npy),
     ] {
         let result = write(&folder.path().join(name), &volume, format);
@@ -184,6 +182,13 @@ fn invalid_file_names_are_rejected() {
             matches!(error, PhantomError::Extension { .. }),
             "{name}: {error}"
         );
+    }
+    for name in [".mhd", "..mhd", "a\nElementDataFile = b.mhd"] {
+        let result = write(&folder.path().join(name), &volume, Format::MetaImage);
+        let error = refused(folder.path(), result);
+        assert!(matches!(error, PhantomError::Name { .. }), "{name}");
+        let text = "more than dots before its extension and no control characters";
+        assert!(error.to_string().contains(text), "{error}");
     }
 }
 

@@ -126,6 +126,18 @@ fn messages_of_frequent_mistakes_are_complete() {
             "cycle.volume = { volumes = { edv = 100.0, esv = 90 } }",
             "cycle.volume.volumes.esv is 90; must be at least 93.004, the reference volume",
         ),
+        (
+            "[reconstruction]\nmethod = { osem = { subsets = 2, iterations = 1 } }\npixel = 50",
+            "line 3, column 9: reconstruction.pixel is 50; must be between 0.000625 and 6.25",
+        ),
+        (
+            "reconstruction.window = { custom = [nan] }",
+            "reconstruction.window.custom is an array of 1 values; must have between 2 and 65536 values",
+        ),
+        (
+            "reconstruction.method = { osem = { subsets = 2, iterations = 1, attenuation = true } }",
+            "needs a section [attenuation] or [chest]",
+        ),
         // A byte-order mark and line ends of other systems do not change places.
         (
             "\u{feff}[camera]\r\nviews = 0\r\n",
