@@ -55,9 +55,10 @@ pub enum Accuracy {
     /// Even number of steps per cycle, rounded up to a multiple of four: half between levels of rising volume, half of falling volume. For whole
     /// cycles of a sinusoid they are equal time steps.
     Steps(usize),
-    /// Bound on the error of every sample relative to the largest one; determines the time steps and the resolution of
+    /// Largest error of every sample relative to the largest one; determines the time steps and the resolution of
     /// images. With `Steps`, images are those of 1e-3. Half of it is for averages over bins, the remainder for averages over time and
-    /// omitted weights of the response. If the finest time steps (4096 per cycle) or the finest resolution do not meet it, the result is
+    /// omitted weights of the response. The errors of `[scatter]` are not included: they have the tolerance
+    /// [`ScatterSettings::tolerance`](crate::scene::ScatterSettings::tolerance), and [`ViewError::total`](crate::ViewError::total) contains both. If the finest time steps (4096 per cycle) or the finest resolution do not meet it, the result is
     /// [`PhantomError::Tolerance`](crate::PhantomError::Tolerance) with the smallest error reached. Averages over bins without a response
     /// reached 5e-6 to 3e-5 for static hearts with walls of 0.3 to 1 cm, in bins of 1 and 2 cm.
     Tolerance(f64),

@@ -228,7 +228,7 @@ impl Default for ScatterSettings {
 pub struct AcquisitionSettings {
     /// The time interval of a projection.
     pub mode: Mode,
-    /// The accuracy of the samples.
+    /// The accuracy of the samples without `[scatter]`, which has its own tolerance.
     pub accuracy: Accuracy,
 }
 
