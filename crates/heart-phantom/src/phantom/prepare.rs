@@ -12,7 +12,7 @@ use std::collections::BTreeSet;
 const MOST_TRIED: usize = 64;
 
 impl Phantom {
-    /// Finds every error of a run before it starts. Solves shapes and defects of projections and volumes, the time steps for a tolerance and the plan
+    /// Finds errors of a run before it starts, except those below. Solves shapes and defects of projections and volumes, the time steps for a tolerance and the plan
     /// of the reconstruction, which the run reuses. With a given total number of counts, projects views of each gate until one has counts; otherwise
     /// projects no view.
     ///

@@ -122,8 +122,8 @@ impl Phantom {
         Ok(())
     }
 
-    /// Computes the voxelised ground truth of a gate, `[z][y][x]`: averages over each voxel and over the acquisition time
-    /// ([`Phantom::truth_of`]). The error of a volume fraction is at most `truth.tolerance`, both averages together (0.4 of it at most in
+    /// Computes the voxelised ground truth of a gate, `[z][y][x]`: averages over each voxel and over the acquisition time of each view. If
+    /// views differ, it is the average over the views with equal weights, whatever their acquisition times ([`Phantom::truth_of`]). The error of a volume fraction is at most `truth.tolerance`, both averages together (0.4 of it at most in
     /// random gates, compared with averages over instants); it does not depend on `acquisition.accuracy`. The number of states of the heart, to which the time is
     /// proportional, is [`Phantom::images_and_states`]. [`Phantom::check_memory`] checks before any work that the volume fits into memory.
     ///

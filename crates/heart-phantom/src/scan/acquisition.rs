@@ -73,8 +73,8 @@ impl Acquisition {
 pub enum TruthOf {
     /// The time of every view: a phase, a whole cycle or a gate, the same for all views.
     EachView,
-    /// The time of all views together. Views cover different parts of the cycle (instants or incomplete cycles), so that no single heart
-    /// corresponds to all of them.
+    /// The time average of each view, averaged over the views with equal weights. Views cover different parts of the cycle (instants or
+    /// incomplete cycles), so that no single heart corresponds to all of them.
     MeanOfViews,
 }
 
@@ -102,10 +102,10 @@ pub struct Sinograms {
     pub distinct_phases: usize,
     /// Number of distinct shapes at these phases; mirrored phases share a shape.
     pub distinct_shapes: usize,
-    /// Bounds on the errors of the samples. The time term is `c (1 + 5 / N) max |d| / max |s_n|`, where `d = s_n - s_(n/2)` is the difference between
-    /// the rules with all and with half the points, `N = (sum d^2)^2 / sum d^4` the effective number of samples, and c is 1 for line integrals, 0.35
-    /// behind a response; it is at least the relative error of the average cavity volume and, for line integrals, the largest difference of the rules for
-    /// rays through a sphere of that volume.
+    /// Estimated errors of the samples. The time term is `c (1 + 5 / N) max |d| / max |s_n|`. Here `d = s_n - s_(n/2)` is the difference between
+    /// the rules with all and with half the nodes, `N = (sum d^2)^2 / sum d^4` the effective number of samples, and c is 1 for line integrals, 0.35
+    /// behind a response. The term is at least the relative error of the average cavity volume; [`ViewError::time`] contains the limit for line
+    /// integrals.
     pub view_error: ViewError,
     /// Number of rays cast and skipped.
     pub rays: RayCounters,

@@ -29,10 +29,11 @@ pub(crate) struct Voxels {
     pub(crate) centre: [f64; 2],
 }
 
-/// A rotating parallel-hole camera with the axis z of the lab, and the voxel grid of its reconstructions.
+/// A camera with parallel rays that rotates about the axis z of the lab, or with those of a [`RayGeometry`] (fan and cone beams,
+/// matrices, lines), and the voxel grid of its reconstructions.
 ///
-/// View `k` of `n` has the angle `theta_k = start + k arc / n`: bins lie along `(cos theta, sin theta, 0)`, rays along `(-sin theta, cos
-/// theta, 0)`, rows along z. Bins, rows and voxels are centred: number `k` of `m` is at `(k - (m - 1) / 2) * pitch`. Slice `j` of the
+/// With parallel rays view `k` of `n` has the angle `theta_k = start + k arc / n`: bins lie along `(cos theta, sin theta, 0)`, rays along
+/// `(-sin theta, cos theta, 0)`, rows along z. Bins, rows and voxels are centred: number `k` of `m` is at `(k - (m - 1) / 2) * pitch`. Slice `j` of the
 /// volume has the height of row `j`. The views of a second head follow those of the first; view `n + k` is simultaneous with view `k`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Camera {

@@ -15,8 +15,8 @@ const TAILS: f64 = 1.2e-6;
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
 #[non_exhaustive]
 pub struct Resolution {
-    /// Nodes of the quadrature per standard deviation of the narrowest response; per bin if that is narrower than an eighth of a bin
-    /// ([`revolve_voxel::View`]).
+    /// Quadrature nodes per standard deviation of the narrowest response. If this standard deviation is less than an eighth of a bin: nodes
+    /// per bin ([`revolve_voxel::View`]).
     pub density: f64,
     /// Tolerance of the interpolation of the response in depth ([`DepthResponse`]).
     pub depth_tolerance: f64,

@@ -1,4 +1,4 @@
-//! Bounds on the errors of samples.
+//! Estimates of the errors of samples.
 
 use super::levels::Interpolation;
 use super::nodes::Nodes;
@@ -15,17 +15,19 @@ const POLYNOMIAL: f64 = 0.35;
 /// Rounding of sums of `f32`, relative to the largest sample.
 const ROUNDING: f64 = 5e-7;
 
-/// Bounds on the errors of the samples of an acquisition.
+/// Estimates of the errors of the samples of an acquisition. Tests use their sum as a bound: true errors were 0.01 to 0.75 of it. The term
+/// `scatter` is statistical.
 ///
-/// Each term bounds `max |sample - exact sample| / max |sample|`, both maxima over all samples of the views that it is given for, before noise. The exact
+/// Each term is `max |sample - exact sample| / max |sample|`, both maxima over all samples of the views that it is given for, before noise. The exact
 /// sample is the average over time and over the bin (with [`BinSample::Centres`](crate::BinSample::Centres), the value at its centre) of the
 /// blurred, attenuated image.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[non_exhaustive]
 pub struct ViewError {
-    /// Quadrature over time: the difference from the rule with half the nodes, which at order 3/2 is 1.8 times the error, but at least that for rays
-    /// through a sphere with the volume of the cavity, which respiration moves, and twice their error; behind a response, where the error falls
-    /// exponentially, 0.35 of the difference.
+    /// Quadrature over time, from the largest difference between the rule and that with half the nodes. For line integrals, whose order is 3/2,
+    /// this difference is 1.8 times the error. The term is then at least that difference, and twice the error, for rays through a sphere: it
+    /// has the volume of the cavity and moves with respiration. Behind a response the error decreases exponentially with the number of
+    /// nodes, and the term is 0.35 of the difference.
     pub time: f64,
     /// Response and averages over bins: from the largest difference between this resolution and a neighbouring one, over several views at
     /// end-systole and end-diastole. Zero for line integrals, which are exact.
@@ -38,7 +40,7 @@ pub struct ViewError {
 }
 
 impl ViewError {
-    /// The sum of all terms: a bound on the error of any sample, relative to the largest one.
+    /// The sum of all terms: the estimated largest error of a sample, relative to the largest one.
     #[must_use]
     pub fn total(&self) -> f64 {
         self.time + self.bins + self.scatter + self.truncation

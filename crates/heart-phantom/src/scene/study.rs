@@ -114,7 +114,8 @@ impl Scene {
         self
     }
 
-    /// Replaces bins, rows and pixels per side by `n`, with the same field of view.
+    /// Sets bins and rows to `n`, and the pitch of both so that rows keep their length; a different pitch of the rows is replaced.
+    /// Removes `reconstruction.pixels` and `reconstruction.pixel`: slices then have `n` by `n` pixels of that pitch.
     #[must_use]
     pub fn with_size(mut self, n: usize) -> Self {
         let field = self.camera.bins as f64 * self.camera.pitch[0];
