@@ -79,12 +79,34 @@ fn curves_between_nodes_have_the_accuracy_of_their_discretisation() {
             let s = 0.4 * piece.from + 0.6 * piece.to;
             assert_eq!(piece.at(s), spectral.at(&state, s).unwrap());
             let (point, wanted) = (piece.at(s), exact.at(s));
-            assert!((point.curvature() / wanted.curvature() - 1.0).abs() < 1e-8);
+            // an arc that turns clockwise by kappa
+            let curvature = -(0.5 * KAPPA).sin() / 1.3;
+            assert!((point.curvature() / curvature - 1.0).abs() < 1e-8);
             let (tangent, wanted) = (point.tangent(), wanted.tangent());
             assert!((tangent[0] - wanted[0]).hypot(tangent[1] - wanted[1]) < 1e-10);
         }
         assert_eq!(end, 1.0);
     }
+}
+
+#[test]
+fn samples_are_joined_by_lines() {
+    let samples = Stiffness::samples(&[1.0, 3.0, 2.0]).unwrap();
+    for (s, value) in [
+        (0.0, 1.0),
+        (0.125, 1.5),
+        (0.5, 3.0),
+        (0.75, 2.5),
+        (1.0, 2.0),
+    ] {
+        assert_eq!(samples.at(s), Ok(value));
+    }
+    let cone = ReferenceShape::polyline(&[[0.0, 3.0], [4.0, 0.0], [4.0, -5.0], [0.0, -5.0]]);
+    let cone = cone.unwrap();
+    let breaks = [0.0, 5.0, 10.0, 14.0].map(|length| length / 14.0);
+    assert_eq!(cone.breakpoints(), breaks);
+    let [x, y] = cone.at(7.5 / 14.0).position;
+    assert!(x == 4.0 && (y + 2.5).abs() < 1e-15);
 }
 
 #[test]

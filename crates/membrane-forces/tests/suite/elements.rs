@@ -4,6 +4,7 @@ use membrane_forces::{
     CircleEquilibrium, DiscreteMembrane, LinearEquilibrium, Measure, Membrane, PressureLaw,
     ReferenceShape, SpectralElements, Stiffness,
 };
+use std::f64::consts::PI;
 
 fn sum_of_forces(d: &SpectralElements, x: &[f64], intensity: f64) -> Vec<f64> {
     let (mut elastic, mut sum) = (vec![f64::NAN; x.len()], vec![f64::NAN; x.len()]);
@@ -130,6 +131,30 @@ fn tangents_are_the_derivatives() {
             }
         }
     }
+}
+
+/// A line from (0, 2) to (1, -1) crosses the axis inside an element, at s = 2/3.
+#[test]
+fn measures_are_exact_where_an_element_crosses_the_axis() {
+    let skew = Stiffness::function(|s| 1.0 + s, &[]).unwrap();
+    let membrane = Membrane::new(ReferenceShape::disc(1.0).unwrap()).with_stiffness(skew);
+    let d = SpectralElements::new(&membrane, 6, 2).unwrap();
+    assert!(!d.is_half());
+    let x: Vec<f64> = (d.positions().into_iter())
+        .flat_map(|s| [s, 2.0 - 3.0 * s])
+        .collect();
+    let found = d.measures(&x).unwrap();
+    // cones of slant heights 2 and 1 times sqrt(10) / 3, radii 2 and 1, heights 2/3 and 1/3: half of each, the second one negative in volume
+    let slant = 10.0f64.sqrt() / 3.0;
+    let surface = 0.5 * PI * slant * (2.0 * 2.0 + 1.0);
+    let volume = 0.5 * PI / 3.0 * (4.0 * 2.0 / 3.0 - 1.0 / 3.0);
+    assert!((found.length / (3.0 * slant) - 1.0).abs() < 1e-14);
+    assert!(
+        (found.surface / surface - 1.0).abs() < 1e-14,
+        "{}",
+        found.surface / surface
+    );
+    assert!((found.volume / volume - 1.0).abs() < 1e-14);
 }
 
 /// Each coordinate, also of fixed nodes and on either side of the axis.

@@ -23,6 +23,8 @@ fn membrane(law: PressureLaw, second: bool) -> Membrane {
     let stiffness = |a: f64| Stiffness::function(move |s| 1.0 + a * (TAU * s).cos(), &[]).unwrap();
     let membrane = Membrane::new(ReferenceShape::balloon(8.5, 1.75).unwrap())
         .with_stiffness(stiffness(0.5))
+        .with_ends([[0.5, 1.75], [0.5, -1.75]])
+        .unwrap()
         .with_law(law);
     if second {
         membrane.with_second_neighbours(stiffness(-0.3))
