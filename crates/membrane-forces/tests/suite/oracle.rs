@@ -397,6 +397,7 @@ fn the_scale_of_the_intensity_moves_a_membrane_by_about_its_length() {
         let membrane = Membrane::new(ReferenceShape::disc(radius).unwrap())
             .with_stiffness(Stiffness::constant(stiffness).unwrap())
             .with_law(law);
+        assert_eq!(law.is_total_force(), law == PressureLaw::TotalForce);
         let intensity = scale(&membrane, 2.0 * radius);
         let bulge = match law {
             PressureLaw::PerCurrentLength => {
