@@ -309,7 +309,7 @@ pub enum PhantomError {
     },
     /// A file name cannot be written to a header or the report of a run, which lists distinct names without directories.
     #[error(
-        "{}: the file name must have more than dots before its extension and no control characters;          a file of a run must have a name of its own, without directories",
+        "{}: a file needs a name of its own, with more than dots before its extension, without control characters and, in a run, directories",
         escape_path(path)
     )]
     Name {

@@ -45,13 +45,13 @@ impl Phantom {
         ] {
             if let Some(value) = value.filter(|value| *value > heart) {
                 let than = "more than the outer diameter of the heart,";
-                add(key, quantity, value, than, heart, "cm");
+                add(key, quantity, value, than, heart, " cm");
             }
         }
         // By default the grid is as wide as the views, and truncation has a warning of its own.
         if width < self.width() && width < needed {
             let (key, than) = ("reconstruction.pixels", "less than the heart needs,");
-            add(key, "pixels x pixel", width, than, needed, "cm");
+            add(key, "pixels x pixel", width, than, needed, " cm");
         }
         match &own.window {
             Window::Custom(gains) if filters && gains[0] != 1.0 => {

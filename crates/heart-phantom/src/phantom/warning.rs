@@ -89,7 +89,7 @@ pub enum Warning {
         comparison: &'static str,
         /// The limit.
         limit: f64,
-        /// The unit of both; empty for a pure number.
+        /// The unit of both after a blank; empty for a pure number.
         unit: &'static str,
     },
     /// The heart overlaps an organ that attenuates more, such as the spine, and replaces it there.
@@ -266,8 +266,7 @@ impl fmt::Display for Warning {
                 unit,
             } => {
                 let (value, limit) = (brief(value), brief(limit));
-                let text = format!("{key}: {quantity} is {value} {unit}, {comparison} {limit} {unit}");
-                f.write_str(text.replace(" ,", ",").trim_end())
+                write!(f, "{key}: {quantity} is {value}{unit}, {comparison} {limit}{unit}")
             }
             Self::InBone { organ, volume_ml } => write!(
                 f,
