@@ -81,15 +81,13 @@ pub enum Warning {
     Unsuitable {
         /// The key in the scene.
         key: &'static str,
-        /// The quantity that follows from it.
-        quantity: &'static str,
-        /// Its value.
+        /// The reason.
+        reason: &'static str,
+        /// The value that follows from it.
         value: f64,
-        /// Relation of the value to the limit.
-        comparison: &'static str,
         /// The limit.
         limit: f64,
-        /// The unit of both after a blank; empty for a pure number.
+        /// The unit of both; empty for a pure number.
         unit: &'static str,
     },
     /// The heart overlaps an organ that attenuates more, such as the spine, and replaces it there.
@@ -257,16 +255,10 @@ impl fmt::Display for Warning {
                 "{key} is {}, usually it is between {low} and {high} {unit}",
                 brief(value)
             ),
-            Self::Unsuitable {
-                key,
-                quantity,
-                value,
-                comparison,
-                limit,
-                unit,
-            } => {
-                let (value, limit) = (brief(value), brief(limit));
-                write!(f, "{key}: {quantity} is {value}{unit}, {comparison} {limit}{unit}")
+            Self::Unsuitable { key, reason, value, limit, unit } => {
+                let [value, limit] = [value, limit].map(brief);
+                let text = format!("{key}: {reason} ({value}; the limit is {limit} {unit}");
+                write!(f, "{})", text.trim_end())
             }
             Self::InBone { organ, volume_ml } => write!(
                 f,
