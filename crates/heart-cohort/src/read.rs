@@ -355,20 +355,18 @@ impl Reader<'_> {
                     values.iter().try_for_each(|value| tried(value.json()))
                 }
                 // Midway between two integers: a field that accepts it accepts all numbers.
-                _ => tried(Value::from(0.5)).or_else(|error| match tried(Value::from(1)) {
-                    Ok(()) => {
-                        whole.push(path.clone());
-                        distribution.fault_of_whole().map_or(Ok(()), Err)
-                    }
-                    Err(_) => Err(error),
+                _ => tried(Value::from(0.5)).or_else(|_| {
+                    tried(Value::from(1))?;
+                    whole.push(path.clone());
+                    distribution.fault_of_whole().map_or(Ok(()), Err)
                 }),
             };
             outcome.map_err(|what| {
                 let field = self.varied_at(section, path);
-                // The parser's words for two alternatives of one choice.
+                // The parser's words for two alternatives of one choice, and for a section that the scene lacks.
                 let what = match what.starts_with("expected value") {
                     true => "is not a field of the scene".to_owned(),
-                    false => what,
+                    false => what.replace("missing field", "the scene lacks its section, with"),
                 };
                 self.wrong(&field, format!("{what}{}", there_is(&case.scene, path)))
             })?;

@@ -35,6 +35,10 @@ fn messages_name_the_remedy() {
         );
     }
     says(
+        &text(3, "seed = 1", "noise.seed = { uniform = [1, 9] }"),
+        &["noise.seed: the scene lacks its section, with `counts`"],
+    );
+    says(
         "members = 67108864\nsampling = \"sobol\"\n",
         &["attempts: is 1000; must be between 1 and 64 with sobol and 67108864 members"],
     );

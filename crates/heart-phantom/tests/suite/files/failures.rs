@@ -187,7 +187,7 @@ fn invalid_file_names_are_rejected() {
         let result = write(&folder.path().join(name), &volume, Format::MetaImage);
         let error = refused(folder.path(), result);
         assert!(matches!(error, PhantomError::Name { .. }), "{name}");
-        let text = "more than dots before its extension and no control characters";
+        let text = "more than dots before its extension, without control characters";
         assert!(error.to_string().contains(text), "{error}");
     }
 }
