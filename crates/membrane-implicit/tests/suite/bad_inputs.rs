@@ -336,6 +336,17 @@ fn a_pump_with_an_initial_flow_is_rejected_by_the_midpoint_rule() {
             assert!(motion(gain, Scheme::Midpoint).is_ok(), "{nodes}");
         }
     }
+    // a hundred-thousandth of the volume per time of a wave
+    for mass in [1e-4, 1.0, 1e4] {
+        let body = Body::springs(&balloon(), 51).unwrap();
+        let body = body.with_mass(mass).unwrap();
+        let wave = 51.0 * body.largest_explicit_step();
+        let motion = |part: f64| {
+            let load = Load::volume_gain(&body, move |t| part * 1e-5 * t / wave);
+            Motion::new(body.clone(), load, Scheme::Midpoint)
+        };
+        assert!(motion(0.9).is_ok() && motion(1.1).is_err(), "{mass}");
+    }
 }
 
 #[test]

@@ -5,7 +5,8 @@ use crate::common;
 use common::{RunWith, apart, apex, balloon, inflate, reference_body, runge_kutta};
 use membrane_implicit::DiscreteMembrane;
 use membrane_implicit::{
-    Body, ImplicitError, Load, Measure, Motion, Scheme, Stiffness, Stop, TimeStep, Tolerance,
+    Body, ImplicitError, Load, Measure, Motion, PressureLaw, Scheme, Stiffness, Stop, TimeStep,
+    Tolerance,
 };
 
 /// Independent method of lines at N = 101 with an explicit scheme of order 8, rtol 1e-11: apex and
@@ -181,6 +182,37 @@ fn dense_output_has_the_accuracy_of_the_steps() {
     println!("{worst:?} slope {slope}");
     // only the scheme's own error, of order 2, remains
     assert!(slope > 1.8, "{worst:?}");
+}
+
+/// Under the law per current length equations of springs are linear, and steps of equal length have one matrix. Every iteration and every end of a
+/// step evaluates the pressure, and so does the start.
+#[test]
+fn work_is_counted() {
+    let membrane = balloon().with_law(PressureLaw::PerCurrentLength);
+    let body = Body::springs(&membrane, 21).unwrap();
+    let steps = 7;
+    for (scheme, factorisations, per_step) in [
+        (Scheme::SemiImplicitEuler, steps, 1),
+        (Scheme::TrBdf2, 1, 2),
+        (Scheme::Midpoint, 1, 2),
+        (Scheme::ImplicitSplitting2, 1, 1),
+        (Scheme::Splitting2, 0, 1),
+        (Scheme::Splitting6, 0, 11),
+    ] {
+        let load = Load::intensity(|_| 1.5);
+        let mut motion = Motion::new(body.clone(), load, scheme).unwrap();
+        motion
+            .run(TimeStep::Fixed(0.01), &[Stop::Steps(steps)])
+            .unwrap();
+        let work = motion.work();
+        assert_eq!((work.steps, work.rejected), (steps, 0));
+        assert_eq!(work.factorisations, factorisations, "{scheme:?}");
+        assert_eq!(
+            work.force_calls,
+            work.iterations + per_step * steps + 1,
+            "{scheme:?}"
+        );
+    }
 }
 
 /// A set state is not the end of a step: no shape precedes it.

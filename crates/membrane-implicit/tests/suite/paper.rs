@@ -316,6 +316,16 @@ fn a_run_without_convergence_is_an_error() {
     };
     assert!(error.to_string().ends_with(" after 3 steps"), "{error}");
     assert_eq!((run.steps, run.norms.len()), (3, 4));
+    // frames of every second step and of the last one, or none
+    for (every, expected) in [(2, &[0, 2, 3][..]), (0, &[])] {
+        let options = options.clone().with_frame_every(every);
+        let error = evolve(&balloon(), 201, TOTAL_FORCE, &options).unwrap_err();
+        let ImplicitError::NotSettled { evolution: run } = &error else {
+            panic!("{error}")
+        };
+        let steps: Vec<usize> = run.frames.iter().map(|frame| frame.step).collect();
+        assert_eq!(steps, expected);
+    }
 }
 
 /// Newton's method has no equilibrium below -97.6 either: walls that have passed through each other are no body.

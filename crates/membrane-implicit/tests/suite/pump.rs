@@ -198,6 +198,53 @@ fn first_pressure_of_a_pump_is_consistent() {
     let expected = Measure::Volume.of(d.start().as_chunks().0) / rate;
     // V'' by differences over 1e-3 s: rounding 1e-16 / 1e-6
     assert!((motion.state().intensity / expected - 1.0).abs() < 1e-7);
+    // 1 - cos(50 t) has the V'' of 1250 t^2: differences over a thousandth of its time have an error of second order
+    let load = Load::volume_gain(&body, |t| 1.0 - (50.0 * t).cos());
+    let fast = Motion::new(body.clone(), load, Scheme::TrBdf2).unwrap();
+    assert!((fast.state().intensity / (2500.0 * expected) - 1.0).abs() < 5e-3);
+    // with the same V'' the outer membrane of a pair
+    let outer = Membrane::new(ReferenceShape::balloon(8.5, 2.75).unwrap());
+    let outer = Body::springs(&outer, 101).unwrap();
+    let d = outer.differences();
+    d.measure_gradient_into(Measure::Volume, d.start(), &mut gradient);
+    d.pressure_force_into(d.start(), 1.0, &mut normal).unwrap();
+    let outer_rate: f64 = gradient.iter().zip(&normal).map(|(g, n)| g * n).sum();
+    let load = Load::volume_gain(&body, |t| 0.5 * t * t);
+    let pair = Motion::pair(body.clone(), outer.clone(), load, Scheme::TrBdf2).unwrap();
+    let found = pair.outer().unwrap().intensity;
+    assert!((found * outer_rate / (expected * rate) - 1.0).abs() < 1e-7);
+}
+
+/// From a moving state under f = 17.5, volumes with its first and second derivatives: f is continuous, and the volume is met. V'' is a
+/// difference of V' over 2e-4 s of the same motion, with an error of second order.
+#[test]
+fn a_pump_continues_a_motion_at_its_pressure() {
+    for scheme in [Scheme::TrBdf2, Scheme::Midpoint] {
+        let mut motion = inflate(scheme);
+        let mut rates = [0.0; 3];
+        motion
+            .run(TimeStep::Fixed(1e-2), &[Stop::Time(0.3)])
+            .unwrap();
+        let mut later = motion.clone();
+        for rate in &mut rates {
+            *rate = later.state().volume_rate();
+            later.step(1e-4).unwrap();
+        }
+        let v = motion.state().volume();
+        let second = (4.0 * rates[1] - 3.0 * rates[0] - rates[2]) / 2e-4;
+        let volume = move |t: f64| {
+            let t = t - 0.3;
+            v + rates[0] * t + 0.5 * second * t * t
+        };
+        motion.set_load(Load::volume(volume)).unwrap();
+        let found = motion.state().intensity;
+        assert!((found / 17.5 - 1.0).abs() < 1e-4, "{scheme:?}: {found}");
+        let mut points = motion.state().points.to_vec();
+        let mut velocities = points.clone();
+        assert!(motion.at_into(0.295, &mut points, &mut velocities).is_err());
+        motion.step(0.01).unwrap();
+        assert!((motion.state().volume() / volume(motion.time()) - 1.0).abs() < 1e-12);
+    }
 }
 
 #[test]

@@ -4,8 +4,8 @@ use crate::common;
 
 use common::{RunWith, apart, runge_kutta};
 use membrane_implicit::{
-    Body, ImplicitError, Load, LoadState, Membrane, Motion, ReferenceShape, Scheme, Stiffness,
-    Stop, TimeStep, Tolerance,
+    Body, DiscreteMembrane, ImplicitError, Load, LoadState, Membrane, Motion, ReferenceShape,
+    Scheme, Stiffness, Stop, TimeStep, Tolerance,
 };
 use membrane_newton::{
     Control, Discretisation, MembraneError, NewtonOptions, Rubber, Solver, StrainEnergy, Thickness,
@@ -135,6 +135,30 @@ fn adaptive_steps_events_and_dense_output_work_as_for_springs() {
         .run(TimeStep::Fixed(0.1), &[Stop::Steps(10)])
         .unwrap();
     assert!((motion.state().volume() / value - 1.0).abs() < 1e-10);
+}
+
+/// Between the ends of a step, velocities follow the accelerations at its start: from rest mass times acceleration is the force there.
+#[test]
+fn the_first_acceleration_is_that_of_the_pressure() {
+    let mut motion = motion(body(21), Load::intensity(|_| 0.3));
+    motion.step(1e-3).unwrap();
+    let d = motion.body().differences();
+    let n = d.start().len();
+    let (mut force, mut mass) = (vec![0.0; n], d.tangent());
+    d.pressure_force_into(d.start(), 0.3, &mut force).unwrap();
+    d.add_mass_into(1.0, &mut mass).unwrap();
+    let (mut points, mut velocities) = (vec![[0.0; 2]; n / 2], vec![[0.0; 2]; n / 2]);
+    motion.at_into(1e-6, &mut points, &mut velocities).unwrap();
+    let mut momentum = vec![0.0; n];
+    mass.mul_into(velocities.as_flattened(), &mut momentum);
+    let size = force.iter().fold(0.0f64, |most, f| most.max(f.abs()));
+    for (momentum, force) in momentum.iter().zip(&force) {
+        // the cubic is bent by three times the fraction of the step
+        assert!(
+            (momentum / 1e-6 - force).abs() < 4e-3 * size,
+            "{momentum} {force}"
+        );
+    }
 }
 
 /// Slow filling with damping ends in the equilibrium of that volume.
