@@ -2,6 +2,8 @@
 
 use crate::common;
 
+use std::f64::consts::TAU;
+
 use common::{RunWith, apart, balloon, inflate, reference_body};
 use membrane_implicit::{
     Body, ImplicitError, Load, LoadKind, Membrane, Motion, ReferenceShape, Rubber, Scheme, Stop,
@@ -51,25 +53,33 @@ fn the_first_step_meets_the_tolerance() {
 /// A pulse of the load long after the start, when steps without load are long, is not stepped over.
 #[test]
 fn a_late_pulse_is_found() {
-    let pulse = |scheme, load: f64| {
-        let load = move |t| load + if (5.0..5.2).contains(&t) { 17.5 } else { 0.0 };
+    let pulse = |scheme| {
+        let load = |t: f64| if (5.0..5.2).contains(&t) { 17.5 } else { 0.0 };
         Motion::new(reference_body(), Load::intensity(load), scheme).unwrap()
     };
     let end = [Stop::Time(5.3)];
-    let expected = [0.0, 1.0].map(|load| {
-        let mut fixed = pulse(Scheme::TrBdf2, load);
-        fixed.run(TimeStep::Fixed(5e-4), &end).unwrap();
-        fixed.energy().pressure_work
-    });
-    for (scheme, load) in [
-        (Scheme::TrBdf2, 0.0),
-        (Scheme::TrBdf2, 1.0),
-        (Scheme::SemiImplicitEuler, 0.0),
-        (Scheme::Midpoint, 0.0),
-        (Scheme::ImplicitSplitting2, 0.0),
+    let mut fixed = pulse(Scheme::TrBdf2);
+    fixed.run(TimeStep::Fixed(5e-4), &end).unwrap();
+    let expected = fixed.energy().pressure_work;
+    // on a load of the same size at equilibrium, too
+    let mut settled =
+        Motion::new(reference_body(), Load::intensity(|_| 1.0), Scheme::TrBdf2).unwrap();
+    settled
+        .run(TimeStep::Fixed(1.0), &[Stop::Time(100.0)])
+        .unwrap();
+    let load = Load::intensity(|t| if (5.0..5.2).contains(&t) { 2.0 } else { 1.0 });
+    let motion = Motion::new(reference_body(), load, Scheme::TrBdf2).unwrap();
+    let mut motion = (motion.with_state(0.0, settled.state().points, &[[0.0; 2]; 101])).unwrap();
+    let steps = TimeStep::Adaptive(Tolerance::uniform(1e-4));
+    motion.run(steps, &end).unwrap();
+    assert!(motion.state().volume() > 1.001 * settled.state().volume());
+    for scheme in [
+        Scheme::TrBdf2,
+        Scheme::SemiImplicitEuler,
+        Scheme::Midpoint,
+        Scheme::ImplicitSplitting2,
     ] {
-        let expected = expected[usize::from(load > 0.0)];
-        let mut motion = pulse(scheme, load);
+        let mut motion = pulse(scheme);
         let steps = TimeStep::Adaptive(Tolerance::uniform(1e-4));
         motion.run(steps, &end).unwrap();
         let work = motion.energy().pressure_work;
@@ -117,11 +127,13 @@ fn a_volume_passed_within_a_step_stops_the_run() {
 }
 
 /// Steps limited by the error of the positions, and by that of the velocities: the true error of each, against much finer steps from the same
-/// state, is at most 1.5 times the tolerance, and in some step a tenth of it. The first steps from rest follow a load that begins to rise.
+/// state, is at most 1.5 times the tolerance, and in some step a tenth of it. At most every second attempt is rejected, and none of a pump's first
+/// one, whose length is known from the acceleration.
 #[test]
 fn the_error_of_each_step_is_near_the_tolerance() {
-    let load = |_: &Body| Load::intensity(|t| 0.5 - 0.5 * (6.0 * t).cos());
-    let pump = |body: &Body| Load::volume_gain(body, |t| 0.1 - 0.1 * (6.0 * t).cos());
+    let load = |_: &Body| Load::intensity(|t| 0.5 - 0.5 * (TAU * t).cos());
+    let sudden = |_: &Body| Load::intensity(|t| 17.5 * (1.0 - (-t / 1e-4).exp()));
+    let pump = |body: &Body| Load::volume_gain(body, |t| 0.1 - 0.1 * (TAU * t).cos());
     let springs = || Body::springs(&balloon(), 21).unwrap();
     let rubber = || {
         let neo = StrainEnergy::NeoHookean { mu: 1.0 };
@@ -135,26 +147,31 @@ fn the_error_of_each_step_is_near_the_tolerance() {
         &'a dyn Fn() -> Body,
         &'a dyn Fn(&Body) -> Load,
     );
-    let cases: [Case<'_>; 6] = [
+    let cases: [Case<'_>; 7] = [
         (Scheme::TrBdf2, explicit, &springs, &load),
         (Scheme::Midpoint, explicit, &springs, &load),
         (Scheme::Splitting2, explicit, &springs, &load),
         (Scheme::ImplicitSplitting2, explicit, &springs, &load),
         (Scheme::Midpoint, fine, &rubber, &load),
         (Scheme::TrBdf2, Scheme::TrBdf2, &springs, &pump),
+        (Scheme::Midpoint, explicit, &springs, &sudden),
     ];
     for (scheme, fine, body, load) in cases {
         for (position, velocity) in [(1e-5, 1e9), (1e9, 1e-4)] {
+            let mut motion = Motion::new(body(), load(&body()), scheme).unwrap();
+            let pumped = motion.load().kind() == LoadKind::Volume;
+            let mut position = position;
+            if pumped && velocity < 1.0 {
+                // a second pump with larger steps, which starts late
+                position = 1e-2;
+                let start = motion.state().points.to_vec();
+                motion = motion.with_state(16.0, &start, &[[0.0; 2]; 21]).unwrap();
+            }
             let tolerance = Tolerance {
                 position,
                 velocity,
                 longest: 0.3,
             };
-            let mut motion = Motion::new(body(), load(&body()), scheme).unwrap();
-            let pumped = motion.load().kind() == LoadKind::Volume;
-            if pumped && velocity < 1.0 {
-                continue;
-            }
             let mut largest = 0.0f64;
             for _ in 0..12 {
                 let before = motion.state();
@@ -163,6 +180,8 @@ fn the_error_of_each_step_is_near_the_tolerance() {
                     .with_state(before.time, before.points, before.velocities)
                     .unwrap();
                 motion.step_adaptive(&tolerance, 1.0).unwrap();
+                let rejected = motion.work().rejected;
+                assert!(!pumped || motion.work().steps > 1 || rejected == 0);
                 let dt = (motion.time() - exact.time()) / 20.0;
                 let end = [Stop::Time(motion.time())];
                 exact.run(TimeStep::Fixed(dt), &end).unwrap();
@@ -186,7 +205,7 @@ fn the_error_of_each_step_is_near_the_tolerance() {
                 largest = largest.max(error);
             }
             assert!(largest > 0.1, "{scheme:?} {position:e}: {largest}");
-            assert!(motion.work().rejected < 6, "{:?}", motion.work());
+            assert!(motion.work().rejected <= 12, "{:?}", motion.work());
         }
     }
 }
@@ -211,7 +230,7 @@ fn a_volume_passed_within_the_first_step_stops_the_run() {
             _ => motion,
         }
     };
-    for (f, dt, volume) in [(17.5, 1.1, 187.0), (0.0, 1.2, 69.0)] {
+    for (f, dt, volume) in [(17.5, 1.1, 187.6), (0.0, 1.2, 68.5)] {
         let mut motion = start(f);
         let stops = [Stop::Volume(volume), Stop::Steps(1)];
         assert_eq!(motion.run(TimeStep::Fixed(dt), &stops), Ok(0), "{f}");
@@ -220,34 +239,141 @@ fn a_volume_passed_within_the_first_step_stops_the_run() {
         // on its way there, not back
         assert!(motion.time() < 0.8 && motion.state().volume_rate() * (f - 1.0) > 0.0);
     }
+    // a step is searched if the cubic through volumes and flows of its ends, here sampled, reaches the volume within it
+    let mut searches = 0;
+    for (f, sign) in [(17.5, 1.0), (0.0, -1.0)] {
+        for k in 0..8 {
+            let (mut from, dt) = (start(f), 0.7);
+            from.run(TimeStep::Fixed(0.05), &[Stop::Steps(2 * k)])
+                .unwrap();
+            let mut plain = from.clone();
+            plain.step(dt).unwrap();
+            let [a, b] = [&from, &plain]
+                .map(|motion| [motion.state().volume(), dt * motion.state().volume_rate()]);
+            let cubic = |t: f64| {
+                let s = 1.0 - t;
+                s * s * (a[0] * (3.0 - 2.0 * s) + a[1] * t)
+                    + t * t * (b[0] * (3.0 - 2.0 * t) - b[1] * s)
+            };
+            let samples = (0..=2000).map(|k| sign * cubic(f64::from(k) / 2000.0));
+            let most = sign * samples.fold(f64::NEG_INFINITY, f64::max);
+            if (sign * (most - a[0])).min(sign * (most - b[0])) < 0.01 {
+                continue;
+            }
+            searches += 1;
+            for (beyond, is_searched) in [(-1e-3, true), (1e-3, false)] {
+                let mut motion = from.clone();
+                let stops = [Stop::Volume(most + sign * beyond), Stop::Steps(1)];
+                motion.run(TimeStep::Fixed(dt), &stops).unwrap();
+                assert_eq!(
+                    motion.work() != plain.work(),
+                    is_searched,
+                    "{f} {k} {beyond}"
+                );
+            }
+        }
+    }
+    assert!(searches > 5, "{searches}");
 }
 
-/// After a load a thousand times as large, steps that the old factorisation cannot solve are solved with one of their own. Lengths, loads and
-/// velocities in units of 2^-30 give the same motion to the last bit, by the same work.
+/// After a load a thousand times as large, steps that the old factorisation cannot solve are solved with one of their own; rubber is too stiff
+/// for steps of 10 s. In units of length of 2^-30 the motion is the same to the last bit, by the same work.
 #[test]
 fn sudden_loads_are_followed_in_any_unit_of_length() {
-    let run = |unit: f64, jump: f64, dt: f64, scheme| {
+    let run = |unit: f64, is_rubber: bool, (jump, dt): (f64, f64), scheme| {
         let rest = ReferenceShape::balloon(8.5 * unit, 1.75 * unit).unwrap();
-        let body = Body::springs(&Membrane::new(rest), 21).unwrap();
-        let load = move |t: f64| unit * if t > 2.2 * dt { -17.5 * jump } else { 17.5 };
-        let body = body.with_damping(0.5).unwrap();
+        let membrane = Membrane::new(rest);
+        let (body, load) = if is_rubber {
+            let neo = StrainEnergy::NeoHookean { mu: 1.0 };
+            let rubber = Rubber::new(neo, Thickness::constant(0.5 * unit).unwrap()).unwrap();
+            let membrane = membrane.with_rubber(rubber);
+            (Body::rubber(&membrane, 21, 1.0 / (unit * unit)), 0.05)
+        } else {
+            (Body::springs(&membrane, 21), 17.5 * unit)
+        };
+        let load = move |t: f64| if t > 2.2 * dt { -jump * load } else { load };
+        let body = body.unwrap().with_damping(0.5).unwrap();
         let mut motion = Motion::new(body, Load::intensity(load), scheme).unwrap();
-        for _ in 0..6 {
-            motion.step(dt).unwrap();
-        }
-        let points: Vec<_> = motion
-            .state()
-            .points
-            .iter()
-            .map(|p| p.map(|x| x / unit))
-            .collect();
-        (points, motion.work())
+        let made = (0..6).take_while(|_| motion.step(dt).is_ok()).count();
+        let points = motion.state().points.iter();
+        let points: Vec<_> = points.map(|p| p.map(|x| x / unit)).collect();
+        (made, points, motion.work())
     };
-    for (jump, dt) in [(20.0, 0.3), (1000.0, 0.3)] {
-        for scheme in [Scheme::TrBdf2, Scheme::Midpoint] {
-            let small = run(0.5f64.powi(30), jump, dt, scheme);
-            assert_eq!(small, run(1.0, jump, dt, scheme), "{scheme:?} {jump}");
-        }
+    for (is_rubber, jump, scheme, steps) in [
+        (false, (20.0, 0.3), Scheme::TrBdf2, 6),
+        (false, (1000.0, 0.3), Scheme::TrBdf2, 6),
+        (false, (1000.0, 0.3), Scheme::Midpoint, 6),
+        (true, (10.0, 10.0), Scheme::Midpoint, 2),
+    ] {
+        let [large, small] = [1.0, 0.5f64.powi(30)].map(|unit| run(unit, is_rubber, jump, scheme));
+        assert_eq!(large.0, steps, "{scheme:?} {jump:?}");
+        assert_eq!(large, small, "{scheme:?} {jump:?}");
+    }
+}
+
+/// Adaptive steps up to a time and to a volume, under a load and a pump, with lengths in units of 2^-30 and 2^30 and times in those of 2^20 and
+/// 2^-20: the same to the last bit, by the same work.
+#[test]
+fn adaptive_steps_do_not_depend_on_units() {
+    let run = |(length, time): (f64, f64), pumped: bool, scheme| {
+        let rest = ReferenceShape::balloon(8.5 * length, 1.75 * length).unwrap();
+        let body = Body::springs(&Membrane::new(rest), 21).unwrap();
+        let body = body
+            .with_mass(time * time)
+            .unwrap()
+            .with_damping(time)
+            .unwrap();
+        let load = match pumped {
+            true => Load::volume_gain(&body, move |t| 0.5 - 0.5 * (6.0 * t / time).cos()),
+            false => Load::intensity(move |t| length * (9.0 - 8.0 * (6.0 * t / time).cos())),
+        };
+        let tolerance = Tolerance {
+            position: 1e-3 * length,
+            velocity: 1e-2 * length / time,
+            longest: f64::INFINITY,
+        };
+        let steps = TimeStep::Adaptive(tolerance);
+        let mut motion = Motion::new(body, load, scheme).unwrap();
+        motion.run(steps, &[Stop::Time(0.125 * time)]).unwrap();
+        motion
+            .run(steps, &[Stop::Volume(110.0 * length.powi(3))])
+            .unwrap();
+        let state = motion.state();
+        let points: Vec<_> = state.points.iter().map(|p| p.map(|x| x / length)).collect();
+        (points, state.time / time, motion.work())
+    };
+    for (pumped, scheme) in [
+        (false, Scheme::TrBdf2),
+        (false, Scheme::Splitting2),
+        (true, Scheme::TrBdf2),
+        (true, Scheme::Midpoint),
+    ] {
+        let [one, small, large] = [(0, 0), (-30, 20), (30, -20)]
+            .map(|(length, time)| run((2f64.powi(length), 2f64.powi(time)), pumped, scheme));
+        assert_eq!(one, small, "{scheme:?} {pumped}");
+        assert_eq!(one, large, "{scheme:?} {pumped}");
+    }
+}
+
+/// With hardly any mass the velocity follows the force at once: fast modes, which the scheme damps, do not limit the steps.
+#[test]
+fn fast_modes_do_not_limit_the_steps() {
+    for (scheme, mass, damping, tolerance, [steps, rejected]) in [
+        (Scheme::TrBdf2, 1e-5, 1.0, 1e-3, [25, 3]),
+        (Scheme::Midpoint, 1e-5, 1.0, 1e-3, [100, 100]),
+        (Scheme::ImplicitSplitting2, 3e-3, 10.0, 1e-2, [300, 300]),
+    ] {
+        let body = Body::springs(&balloon(), 51).unwrap().with_mass(mass);
+        let body = body.unwrap().with_damping(damping).unwrap();
+        let load = Load::intensity(|t| 5.0 - 5.0 * (2.0 * t).cos());
+        let mut motion = Motion::new(body, load, scheme).unwrap();
+        let dt = TimeStep::Adaptive(Tolerance::uniform(tolerance));
+        motion.run(dt, &[Stop::Time(1.0)]).unwrap();
+        let work = motion.work();
+        assert!(
+            work.steps < steps && work.rejected < rejected,
+            "{scheme:?}: {work:?}"
+        );
     }
 }
 

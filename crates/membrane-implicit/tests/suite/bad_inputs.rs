@@ -19,6 +19,7 @@ fn is_range<T: std::fmt::Debug>(result: Result<T, ImplicitError>) -> bool {
 
 #[test]
 fn bodies() {
+    assert_eq!(reference_body().with_mass(2.5).unwrap().mass(), 2.5);
     assert!(matches!(
         Body::springs(&balloon(), 2),
         Err(ImplicitError::Membrane(_))

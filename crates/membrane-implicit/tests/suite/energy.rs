@@ -63,6 +63,26 @@ fn terms_add_up_for_every_scheme_and_load() {
     }
 }
 
+/// A motion that starts displaced has the elastic energy of its start, half of the work of the linear elastic force.
+#[test]
+fn the_initial_energy_is_that_of_the_state() {
+    let motion = Motion::new(reference_body(), Load::intensity(|_| 3.0), Scheme::TrBdf2).unwrap();
+    let start = motion.state().points.to_vec();
+    let wave = |k: usize| (k as f64 * 0.02 * std::f64::consts::PI).sin();
+    let points: Vec<_> = (0..101)
+        .map(|k| [start[k][0] + wave(k), start[k][1]])
+        .collect();
+    let velocities: Vec<_> = (0..101).map(|k| [0.0, 2.0 * wave(k)]).collect();
+    let mut motion = motion.with_state(1.0, &points, &velocities).unwrap();
+    // the integrals of (2 pi cos)^2 / 2 and of (2 sin)^2 / 2, the former by differences of second order
+    let exact = std::f64::consts::PI.powi(2) + 1.0;
+    assert!((motion.energy().initial / exact - 1.0).abs() < 1e-3);
+    motion
+        .run(TimeStep::Fixed(0.01), &[Stop::Steps(20)])
+        .unwrap();
+    assert_balanced(&motion, "displaced");
+}
+
 #[test]
 fn terms_add_up_for_other_jacobians_and_adaptive_steps() {
     for jacobian in [Jacobian::Band, Jacobian::Exact] {

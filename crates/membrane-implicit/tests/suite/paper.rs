@@ -297,6 +297,10 @@ fn frames_contain_forces_that_balance_at_the_end() {
     // in the reference configuration the elastic force is zero and the pressure is F / S everywhere
     let first = &run.frames[0];
     assert!(first.elastic.as_flattened().iter().all(|e| *e == 0.0));
+    let distances = run.points.iter().zip(&first.points);
+    let distances = distances.map(|(a, b)| (a[0] - b[0]).hypot(a[1] - b[1]));
+    let farthest = distances.fold(0.0, f64::max);
+    assert!(farthest > 0.1 && run.distance_to(&first.points) == Ok(farthest));
     let [x, y] = first.pressure[50];
     let surface = std::f64::consts::TAU * 1.75 * (8.5 + 1.75);
     // the surface of the polyline is smaller than that of the body by (ds/R)^2
