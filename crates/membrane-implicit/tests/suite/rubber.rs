@@ -57,6 +57,15 @@ fn energy_adds_up_to_rounding_for_any_step() {
             assert!(motion.energy().elastic > 0.1 && motion.energy().kinetic > 0.0);
         }
     }
+    // long steps with much damping, whose equations converge slowly
+    let neo = StrainEnergy::NeoHookean { mu: 1.0 };
+    let thick = Rubber::new(neo, Thickness::constant(0.5).unwrap()).unwrap();
+    let body = Body::rubber(&balloon().with_rubber(thick), 101, 1.0).unwrap();
+    let load = Load::intensity(|t| 0.02 * (1.0 - (-t).exp()));
+    let mut motion = motion(body.with_damping(5.0).unwrap(), load);
+    motion.run(TimeStep::Fixed(4.0), &[Stop::Steps(4)]).unwrap();
+    let e = motion.energy();
+    assert!(e.imbalance().abs() < 1e-10 * e.elastic, "{e:?}");
 }
 
 /// The classical Runge-Kutta scheme on m c'' = F_e + p dV/dc, implemented from the forces only.
