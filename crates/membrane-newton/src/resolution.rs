@@ -1,6 +1,6 @@
 //! A resolution of a membrane, and the finer one to use if it does not suffice.
 
-use std::f64::consts::PI;
+use std::f64::consts::{PI, TAU};
 use std::sync::{Arc, OnceLock};
 
 use membrane_forces::{
@@ -248,7 +248,7 @@ fn interpolated(nodes: &[[f64; 2]], t: f64) -> f64 {
 
 /// Volume swept by a shell of the size of the start that moves by its radius.
 pub(crate) fn swept_by_radius(start: &Measures) -> f64 {
-    start.surface * start.length / (2.0 * PI)
+    start.surface * start.length / TAU
 }
 
 /// Volume swept by the start if each of its points moves by its mean distance from the axis, surface over pi times length.

@@ -184,6 +184,19 @@ fn membranes_that_cross_in_the_result_are_rejected() {
         let solved = pair.solve_gain(0.1, &options).unwrap_err();
         assert!(matches!(solved, NewtonError::Crossed { .. }), "{solved}");
     }
+    // a tip that is outside by a third of a chord, over a straight part of the outer membrane
+    let mut shallow = inner;
+    (shallow[1][1], shallow[3][1]) = (2.05, -2.05);
+    let [alone, around] = [&shallow, &outer].map(|points| {
+        let membrane = Membrane::new(ReferenceShape::polyline(points).unwrap());
+        let how = Discretisation::FiniteDifferences { nodes: 2001 };
+        Solver::new(&membrane, how).unwrap().start()
+    });
+    let found = PairEquilibrium::of(alone, around, 1.0).unwrap_err();
+    assert!(
+        matches!(found, NewtonError::Crossed { depth, .. } if (depth - 0.05).abs() < 5e-3),
+        "{found}"
+    );
     // walls of a thousandth of the radius and less
     for nodes in [3, 11, 101, 1001] {
         for thickness in [0.1, 1e-3, 1e-6] {

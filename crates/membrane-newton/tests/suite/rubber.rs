@@ -64,6 +64,59 @@ fn the_flat_disc_reaches_its_reference_values() {
     assert!((order - 2.0).abs() < 0.05, "{order}");
 }
 
+/// With lengths in units of 2^-20 or 2^20 and moduli in units of 2^40 or 2^-40 rubber has the same shapes, errors and eigenvalues to the last bit,
+/// by the same iterations, and the same limits.
+#[test]
+fn equilibria_of_rubber_do_not_depend_on_units() {
+    let solved = |[length, mu]: [f64; 2], is_disc: bool, how, control: Control| {
+        let rest = match is_disc {
+            true => ReferenceShape::disc(length).unwrap(),
+            false => ReferenceShape::balloon(8.5 * length, 1.75 * length).unwrap(),
+        };
+        let thickness = Thickness::constant(0.25 * length).unwrap();
+        let neo = StrainEnergy::NeoHookean { mu };
+        let membrane = Membrane::new(rest).with_rubber(Rubber::new(neo, thickness).unwrap());
+        let control = match control {
+            Control::Load(pressure) => Control::Load(mu * pressure),
+            Control::Volume(volume) => Control::Volume(length.powi(3) * volume),
+            other => other,
+        };
+        let solver = Solver::new(&membrane, how).unwrap();
+        match solver.solve(control, &NewtonOptions::default()) {
+            Ok(found) => {
+                let points = found.points().as_flattened().to_vec();
+                let points: Vec<f64> = points.iter().map(|x| x / length).collect();
+                let modes = found.stability().unwrap();
+                let lowest = [modes.at_pressure, modes.at_volume].map(|modes| modes.lowest);
+                let lowest = lowest.map(|lowest| lowest * length * length / mu);
+                let error = found.discretisation_error();
+                Ok((points, found.intensity / mu, found.report, lowest, error))
+            }
+            Err(NewtonError::LimitPoint {
+                reached, report, ..
+            }) => Err((reached / mu, report)),
+            Err(other) => panic!("{other}"),
+        }
+    };
+    let polynomials = Discretisation::Spectral {
+        degree: 16,
+        per_piece: 1,
+    };
+    let differences = Discretisation::FiniteDifferences { nodes: 41 };
+    for (is_disc, how, control) in [
+        (true, polynomials, Control::Volume(1.2)),
+        (true, differences, Control::Load(0.2)),
+        (false, polynomials, Control::VolumeGain(0.6)),
+        (false, differences, Control::Load(0.1)),
+        (false, polynomials, Control::Load(0.3)),
+    ] {
+        let all = [[0, 0], [-20, 40], [20, -40]]
+            .map(|units| solved(units.map(|power| 2f64.powi(power)), is_disc, how, control));
+        assert_eq!(all[0], all[1], "{control:?}");
+        assert_eq!(all[0], all[2], "{control:?}");
+    }
+}
+
 #[test]
 fn the_balloon_of_the_paper_reaches_its_reference_values() {
     for solver in [
