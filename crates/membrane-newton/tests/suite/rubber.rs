@@ -79,6 +79,7 @@ fn equilibria_of_rubber_do_not_depend_on_units() {
         let control = match control {
             Control::Load(pressure) => Control::Load(mu * pressure),
             Control::Volume(volume) => Control::Volume(length.powi(3) * volume),
+            Control::Area(area) => Control::Area(length * length * area),
             other => other,
         };
         let solver = Solver::new(&membrane, how).unwrap();
@@ -86,9 +87,11 @@ fn equilibria_of_rubber_do_not_depend_on_units() {
             Ok(found) => {
                 let points = found.points().as_flattened().to_vec();
                 let points: Vec<f64> = points.iter().map(|x| x / length).collect();
-                let modes = found.stability().unwrap();
-                let lowest = [modes.at_pressure, modes.at_volume].map(|modes| modes.lowest);
-                let lowest = lowest.map(|lowest| lowest * length * length / mu);
+                // eigenvalues of nearly flat sheets are not settled in small units
+                let lowest = (!matches!(control, Control::Area(_))).then(|| {
+                    let modes = found.stability().unwrap();
+                    [modes.at_pressure, modes.at_volume].map(|of| of.lowest * length * length / mu)
+                });
                 let error = found.discretisation_error();
                 Ok((points, found.intensity / mu, found.report, lowest, error))
             }
@@ -106,6 +109,7 @@ fn equilibria_of_rubber_do_not_depend_on_units() {
     for (is_disc, how, control) in [
         (true, polynomials, Control::Volume(1.2)),
         (true, differences, Control::Load(0.2)),
+        (true, polynomials, Control::Area(1e-6)),
         (false, polynomials, Control::VolumeGain(0.6)),
         (false, differences, Control::Load(0.1)),
         (false, polynomials, Control::Load(0.3)),
