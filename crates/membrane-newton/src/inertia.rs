@@ -30,21 +30,24 @@ pub(crate) fn positive(discrete: &dyn DiscreteMembrane, tangent: &mut Tangent) -
         }
     }
     let degree = if size == 0 { 1 } else { size / 2 - 1 };
-    for held in discrete.fixed() {
-        let held = 2 * (held / 2 / degree) + held % 2;
+    let places = discrete.fixed().iter();
+    let held: Vec<usize> = places.map(|&k| 2 * (k / 2 / degree) + k % 2).collect();
+    for &held in &held {
         rows[held].fill(0.0);
         for below in 1..=width.min(n - 1 - held) {
             rows[held + below][width - below] = 0.0;
         }
-        rows[held][width] = -1.0;
     }
+    // a negative pivot of the size of the others, whatever their unit
+    let unit = largest(rows.iter().flatten());
+    held.iter().for_each(|&held| rows[held][width] = -unit);
     Some(count + eliminate(&mut rows, width)?)
 }
 
 /// Eliminates the first `inner` rows and columns of a symmetric matrix, with the largest remaining diagonal entry as pivot; the Schur
 /// complement overwrites the rest. Returns the number of positive pivots.
 fn condense(a: &mut [f64], size: usize, inner: usize) -> Option<usize> {
-    let largest = a.iter().fold(0.0f64, |m, v| m.max(v.abs()));
+    let largest = largest(&a[..inner * size]);
     let mut left: Vec<usize> = (0..inner).collect();
     let mut factors = vec![0.0; size];
     let mut count = 0;
@@ -77,7 +80,7 @@ fn condense(a: &mut [f64], size: usize, inner: usize) -> Option<usize> {
 
 /// Factors a symmetric band matrix, given by its lower half, as L D L'; returns the number of positive entries of D.
 fn eliminate(rows: &mut [Vec<f64>], width: usize) -> Option<usize> {
-    let largest = (rows.iter().flatten()).fold(0.0f64, |m, v| m.max(v.abs()));
+    let largest = largest(rows.iter().flatten());
     let mut count = 0;
     for k in 0..rows.len() {
         let (done, below) = rows.split_at_mut(k + 1);
@@ -99,6 +102,10 @@ fn eliminate(rows: &mut [Vec<f64>], width: usize) -> Option<usize> {
         }
     }
     Some(count)
+}
+
+fn largest<'a>(values: impl IntoIterator<Item = &'a f64>) -> f64 {
+    values.into_iter().fold(0.0, |m, v| m.max(v.abs()))
 }
 
 fn usable(pivot: f64, largest: f64) -> bool {
