@@ -35,7 +35,7 @@ fn messages_name_the_remedy() {
         );
     }
     says(
-        &text(3, "seed = 1", "noise.seed = { uniform = [1, 9] }"),
+        "members = 3\n[vary]\nnoise.seed = { uniform = [1, 9] }\n",
         &["noise.seed: the scene lacks its section, with `counts`"],
     );
     says(
