@@ -20,7 +20,7 @@ const MISSED: f64 = 1e-9;
 const UNEVEN: f64 = 4.0;
 
 /// Largest number of iterations of a step of continuation.
-const WALKING: usize = 6;
+pub(crate) const WALKING: usize = 6;
 
 /// Factor on the larger of two samples of the error by rounding.
 const ROUNDINGS: f64 = 4.0;

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use crate::cause;
 use crate::constraint::{Constraint, Control, Quantity};
-use crate::continuation::Search;
+use crate::continuation::{Search, WALKING};
 use crate::equilibrium::Equilibrium;
 use crate::error::{NewtonError, Result};
 use crate::inflation::FIRST_VOLUME;
@@ -136,12 +136,8 @@ impl Nested {
             let volume = Control::Volume(rest.volume + FIRST_VOLUME * swept_by_radius(rest));
             state.copy_from_slice(start);
             let from = (start, from_rest);
-            if !from_rest
-                || value <= 0.0
-                || self
-                    .solve_here(state, from, volume, options, report)
-                    .is_err()
-            {
+            let walks = from_rest && value > 0.0 && options.max_iterations >= WALKING;
+            if !walks || (self.solve_here(state, from, volume, options, report)).is_err() {
                 return outcome;
             }
         }
