@@ -309,7 +309,7 @@ pub enum PhantomError {
     },
     /// A file name cannot be written to a header or the report of a run, which lists distinct names without directories.
     #[error(
-        "{}: a file needs a name of its own, with more than dots before its extension, without control characters and, in a run, directories",
+        "{}: a file name has more than dots before its extension, without control characters; in a run it is unique and without directories",
         escape_path(path)
     )]
     Name {

@@ -324,11 +324,7 @@ impl Wall {
     /// membrane; NaN for NaN.
     #[must_use]
     pub fn thickness(&self, s: f64) -> f64 {
-        if s.is_nan() {
-            s
-        } else {
-            self.shell.thickness(s)
-        }
+        self.shell.thickness(s)
     }
 
     /// Returns the smallest thickness, its position, and the average thickness over the surface of the inner membrane

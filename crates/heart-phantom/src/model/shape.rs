@@ -68,8 +68,8 @@ impl HeartShape {
     }
 
     /// Returns the nodes `[x, y]` of the inner and the outer membrane in the body frame, from one side of the base over the apex to
-    /// the other, in cm. With spectral elements these are the few nodes of polynomials (volumes of polygons through them have errors of 1.5e-3):
-    /// draw [`Equilibrium::at`] of [`HeartShape::solution`].
+    /// the other, in cm. With spectral elements these are the few nodes of polynomials, between which the membranes are curved: draw
+    /// [`Equilibrium::at`] of [`HeartShape::solution`].
     #[must_use]
     pub fn curves(&self) -> [&[[f64; 2]]; 2] {
         [&self.curves[0], &self.curves[1]]

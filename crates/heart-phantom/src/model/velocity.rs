@@ -7,9 +7,9 @@ use revolve_voxel::VoxelGrid;
 use std::ops::Range;
 
 impl Wall {
-    /// Returns the velocities at another time of the material at the centres of the voxels of some slices: lab vectors in cm/s, by the walls
-    /// `seconds` apart around that `at` this time. Only voxels in the wall are returned, with their indices among these slices
-    /// (`[z][y][x]`), ascending.
+    /// Returns the velocities that the material at the centres of the voxels of some slices has in the wall `at` another time: lab vectors in
+    /// cm/s, from the walls before and after it, `seconds` apart. Only voxels in the wall are returned, with their indices among these
+    /// slices (`[z][y][x]`), ascending.
     pub(crate) fn velocities(
         &self,
         (at, between): (&Wall, [&Wall; 2]),

@@ -3,6 +3,7 @@
 #![allow(clippy::expect_used, clippy::panic, clippy::unwrap_used)]
 
 mod bad_inputs;
+mod crossings;
 mod curves;
 mod elements;
 mod half;

@@ -23,7 +23,7 @@ pub struct Thickness {
 }
 
 impl Shell {
-    /// Returns the distance from the point of the inner curve at `s` to the outer curve, cm.
+    /// Returns the distance from the point of the inner curve at `s`, clamped to its range, to the outer curve, cm; NaN for NaN.
     #[must_use]
     pub fn thickness(&self, s: f64) -> f64 {
         let [first, last] = self.isolines.range;
@@ -36,7 +36,7 @@ impl Shell {
         };
         let nearest = (0..places.len())
             .map(|k| (gap(places[k]), k))
-            .fold((f64::INFINITY, 0), |a, b| if b.0 < a.0 { b } else { a });
+            .fold((gap(places[0]), 0), |a, b| if b.0 < a.0 { b } else { a });
         let k = nearest.1;
         // The distance decreases before its minimum and increases after it.
         let mut best = nearest.0;

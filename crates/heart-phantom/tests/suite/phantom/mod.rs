@@ -8,6 +8,7 @@ mod overlaps;
 mod polar;
 mod surroundings;
 mod twin;
+mod unsuitable;
 mod upright;
 mod warnings;
 
