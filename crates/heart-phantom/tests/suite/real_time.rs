@@ -74,8 +74,8 @@ fn breath_at(scene: &Scene, t: f64) -> (f64, f64) {
 }
 
 /// A view of some gates, `[cardiac, of, respiratory]`, from `n` instants of its real time.
-fn brute(scene: &Scene, view_idx: usize, gate: [usize; 3], n: usize) -> (Vec<f64>, f64) {
-    let phantom = Phantom::new(scene.clone()).unwrap();
+fn brute(phantom: &Phantom, view_idx: usize, gate: [usize; 3], n: usize) -> (Vec<f64>, f64) {
+    let scene = phantom.scene();
     let interval = scene.camera.seconds_per_view;
     let [cardiac, of, respiratory] = gate;
     let mut moments = BTreeMap::<[u64; 2], f64>::new();
@@ -156,7 +156,7 @@ fn check(scene: &Scene, cardiac: usize, respiratory: usize) {
         let (mut square, mut norm) = (0.0, 0.0);
         for view_idx in 0..4 {
             let gates = [gate % cardiac, cardiac, gate / cardiac];
-            let (exact, seconds) = brute(scene, view_idx, gates, 3000);
+            let (exact, seconds) = brute(&phantom, view_idx, gates, 3000);
             let len = exact.len();
             let view = &taken.samples[view_idx * len..][..len];
             square +=
