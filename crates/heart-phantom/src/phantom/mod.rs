@@ -23,6 +23,7 @@ mod resolution;
 mod scatter;
 mod scatter_model;
 mod steps;
+mod truncation;
 mod unsuitable;
 mod views;
 mod volumes;
@@ -45,7 +46,7 @@ pub(crate) use products::Needs;
 pub use products::PlannedFile;
 pub(crate) use products::{Content, Index};
 pub(crate) use views::to_counts;
-pub use warning::{Edge, TruncatedObject, Warning};
+pub use warning::{Warning, WarningKind};
 use work::Work;
 pub use work::WorkReport;
 

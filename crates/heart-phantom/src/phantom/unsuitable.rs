@@ -2,9 +2,10 @@
 
 use super::Phantom;
 use super::products::Needs;
-use super::warning::Warning;
+use super::warning::{Warning, WarningKind};
 use super::warnings::half_extents;
 use crate::error::PhantomError;
+use crate::text::brief;
 use crate::{Counts, Method};
 use revolve_voxel::Body;
 
@@ -23,13 +24,11 @@ impl Phantom {
         }
         let mut found = Vec::new();
         let mut add = |key, reason, value, limit, unit| {
-            found.push(Warning::Unsuitable {
-                key,
-                reason,
-                value,
-                limit,
-                unit,
-            });
+            let numbers = [("value", value), ("limit", limit)];
+            let [value, limit] = [value, limit].map(brief);
+            let text = format!("{key}: {reason} ({value}; the limit is {limit} {unit}");
+            let message = format!("{})", text.trim_end());
+            found.push(Warning::new(WarningKind::Unsuitable, key, numbers, message));
         };
         let reconstructs = scene.output.needs(Needs::Reconstruction);
         let filters = reconstructs && own.method == Method::Fbp;

@@ -3,22 +3,18 @@
 use super::Phantom;
 use super::output::Product;
 use super::products::Needs;
-use super::warning::{Edge, TruncatedObject, Warning};
+use super::warning::{Warning, WarningKind};
 use crate::error::PhantomError;
 use crate::scan::LEAST_DIRECTIONS;
 use crate::scene::ReconstructionSettings;
-use crate::{Counts, HeartShape, Method, Mode, RayGeometry, Rotation};
+use crate::text::{brief, enough};
+use crate::{Counts, HeartShape, Method, Mode, RayGeometry};
 use radon::{ArcPolicy, RadonError};
-use revolve_voxel::{Body, Organ, OrganShape, Organs, VoxelGrid};
-use std::f64::consts::{PI, TAU};
+use revolve_voxel::{Body, Organ, Organs, VoxelGrid};
+use std::f64::consts::TAU;
 
-/// Number of directions over half a turn in which a gap is searched; the widest one is found with a relative error of 1 - cos(pi / 128) = 3e-4.
-const DIRECTIONS: usize = 64;
 /// Largest overlap of heart and bone, as a fraction of the volume of the heart, that the sampling does not resolve.
 const MOST_OVERLAP: f64 = 2e-3;
-
-/// The distance of no object, at no view angle.
-const NOTHING: (f64, Option<f64>) = (0.0, None);
 
 impl Phantom {
     /// Returns the warnings of the scene: allowed values that are probably not intended. Solves one or two shapes. Casts the rays of one view only
@@ -29,12 +25,13 @@ impl Phantom {
     /// heart outside the torso does not attenuate.
     ///
     /// ```
-    /// use heart_phantom::{Edge, Phantom, TruncatedObject, Warning, scene::{Mode, Scene}};
+    /// use heart_phantom::{Phantom, WarningKind, scene::{Mode, Scene}};
     /// let mut scene = Scene::default().with_size(32).with_mode(Mode::Static { phase: 0.5 });
     /// assert!(Phantom::new(scene.clone())?.warnings()?.is_empty());
     /// scene.pose.shift = [3.0, 0.0, 0.0];
     /// let warnings = Phantom::new(scene)?.warnings()?;
-    /// assert!(matches!(warnings[..], [Warning::Truncated { object: TruncatedObject::Heart, edge: Edge::Bins, .. }]));
+    /// assert_eq!((warnings[0].what, warnings[0].key), (WarningKind::TruncatedHeart, "camera.bins"));
+    /// assert!(warnings[0].numbers["needed_cm"] > warnings[0].numbers["available_cm"]);
     /// println!("{}", warnings[0]);
     /// # Ok::<(), heart_phantom::PhantomError>(())
     /// ```
@@ -42,66 +39,89 @@ impl Phantom {
     /// # Errors
     /// Errors of the solver.
     pub fn warnings(&self) -> Result<Vec<Warning>, PhantomError> {
-        let parts = &self.parts;
-        let mut found = Vec::new();
         let bodies = self.outermost()?;
-        match self.out_of_view(&bodies)? {
-            Some(warning) => found.push(warning),
-            None => found.extend(self.truncated_heart(&bodies)?),
-        }
-        found.extend(self.truncated_organs());
-        let medium = parts.attenuation.filter(|medium| medium.coefficient > 0.0);
-        if let Some(Organ { shape: torso, .. }) = medium.and_then(|medium| medium.torso()) {
-            let widest = self.widest_ellipse(&torso);
-            found.extend(self.truncated(TruncatedObject::Torso, Edge::Bins, widest));
-            let times = (bodies.iter()).map(|body| torso.scale_to_contain(body));
-            let times = times.fold(0.0, f64::max);
-            // The factor is too large by less than 1e-4.
-            found.extend((times > 1.0 + 1e-4).then_some(Warning::OutOfTorso { times }));
-        }
-        // A collimator inside the body is an error, and a heart outside all views has a warning of its own.
-        let elsewhere = found.iter().any(|w| matches!(w, Warning::OutOfView { .. }));
-        let rays = self.camera().ray_geometry();
-        if parts.collimator.is_none() && !elsewhere && rays.is_none() {
-            found.extend(
-                self.inside()?
-                    .map(|(view, facing)| Warning::DetectorInside {
-                        view,
-                        radius_cm: facing.radius,
-                        needed_cm: facing.body,
-                    }),
-            );
-        }
-        // No projection exists if the collimator face is inside the body.
-        if rays.is_none_or(RayGeometry::has_bins)
-            && (parts.collimator.is_none() || self.inside()?.is_none())
-        {
-            let aliasing = self.aliasing()?.filter(|[.., error]| *error > 0.0);
-            found.extend(aliasing.map(|[pitch_cm, fwhm_cm, error]| Warning::Aliased {
-                pitch_cm,
-                fwhm_cm,
-                error,
-            }));
-        }
-        if parts.scene.output.has(Product::Projections) {
+        let mut found = self.truncations(&bodies)?;
+        // A heart outside all views has a warning of its own.
+        let elsewhere = found.iter().any(|w| w.what == WarningKind::OutOfView);
+        found.extend(self.detector_inside(elsewhere)?);
+        found.extend(self.aliased()?);
+        let output = &self.scene().output;
+        if output.has(Product::Projections) {
             found.extend(self.uneven_angles()?);
         }
-        if parts.scene.output.needs(Needs::Reconstruction) {
+        if output.needs(Needs::Reconstruction) {
             found.extend(self.few_directions().or_else(|| self.short_arc()));
             found.extend(self.uncorrected());
         }
         found.extend(self.unused());
         found.extend(self.untimed_counts()?);
-        let activity = &parts.scene.activity;
+        let activity = &self.scene().activity;
         let heart = [activity.cavity, activity.wall].map(|uptake| uptake.concentration(1.0));
-        if heart == [0.0; 2] && !(parts.surroundings.sources().iter()).any(|o| o.activity > 0.0) {
-            found.push(Warning::NoActivity);
+        let sources = self.parts.surroundings.sources();
+        if heart == [0.0; 2] && !sources.iter().any(|organ| organ.activity > 0.0) {
+            let message = "nothing in the scene is active: all samples are zero".to_owned();
+            found.push(Warning::new(
+                WarningKind::NoActivity,
+                "activity",
+                [],
+                message,
+            ));
         }
         found.extend(self.unusual());
         found.extend(self.unsuitable(&bodies)?);
         found.extend(self.bone_in_the_heart(&bodies)?);
         found.extend(self.steep_twist()?);
         Ok(found)
+    }
+
+    /// Returns a warning if the collimator face of line integrals is inside the body; with a collimator that is an error.
+    fn detector_inside(&self, elsewhere: bool) -> Result<Option<Warning>, PhantomError> {
+        let is_parallel = self.camera().ray_geometry().is_none();
+        if self.parts.collimator.is_some() || elsewhere || !is_parallel {
+            return Ok(None);
+        }
+        Ok(self.inside()?.map(|(view, facing)| {
+            let (radius, needed) = (facing.radius, facing.body);
+            let message = format!(
+                "the collimator face is inside the body: in view {view} it is {} cm from the axis of rotation, and the body extends {} cm towards it",
+                brief(radius),
+                enough(needed)
+            );
+            let numbers = [
+                ("view", view as f64),
+                ("radius_cm", radius),
+                ("needed_cm", needed),
+            ];
+            Warning::new(
+                WarningKind::DetectorInside,
+                "camera.radius",
+                numbers,
+                message,
+            )
+        }))
+    }
+
+    /// Returns a warning if values at bin centres differ from averages over bins, which exist unless the collimator face is inside the body.
+    fn aliased(&self) -> Result<Option<Warning>, PhantomError> {
+        let has_bins = (self.camera().ray_geometry()).is_none_or(RayGeometry::has_bins);
+        if !has_bins || (self.parts.collimator.is_some() && self.inside()?.is_some()) {
+            return Ok(None);
+        }
+        let found = self.aliasing()?.filter(|[.., error]| *error > 0.0);
+        Ok(found.map(|[pitch, fwhm, error]| {
+            let response = match fwhm > 0.0 {
+                true => format!(", and the response has a FWHM of {} cm", brief(fwhm)),
+                false => String::new(),
+            };
+            let message = format!(
+                "samples are values at the centres of bins with a pitch of {} cm{response}: they differ from averages over bins by up to \
+                 {} % of the largest sample in the first view; camera.samples = \"averages\" computes these",
+                brief(pitch),
+                brief(100.0 * error)
+            );
+            let numbers = [("pitch_cm", pitch), ("fwhm_cm", fwhm), ("error", error)];
+            Warning::new(WarningKind::Aliased, "camera.samples", numbers, message)
+        }))
     }
 
     /// Returns the settings without effect.
@@ -130,7 +150,10 @@ impl Phantom {
         ]
         .into_iter()
         .filter(|(_, unused, _)| *unused)
-        .map(|(key, _, reason)| Warning::Unused { key, reason })
+        .map(|(key, _, reason)| {
+            let message = format!("{key} has no effect: {reason}");
+            Warning::new(WarningKind::Unused, key, [], message)
+        })
     }
 
     /// Whether counts do not depend on acquisition times that differ by more than 1 %.
@@ -139,18 +162,21 @@ impl Phantom {
         if !matches!(counts, Some(Counts::Total(_) | Counts::PerUnit(_))) {
             return Ok(None);
         }
-        let (mut shortest_s, mut longest_s) = (f64::INFINITY, 0.0f64);
+        let (mut shortest, mut longest) = (f64::INFINITY, 0.0f64);
         for gate in 0..self.n_gates() {
             for time in self.view_times(gate)? {
-                shortest_s = shortest_s.min(time.window);
-                longest_s = longest_s.max(time.window);
+                shortest = shortest.min(time.window);
+                longest = longest.max(time.window);
             }
         }
-        let differ = longest_s > 1.01 * shortest_s;
-        Ok(differ.then_some(Warning::UntimedCounts {
-            shortest_s,
-            longest_s,
-        }))
+        let message = format!(
+            "views take {} to {} s, but their counts do not depend on it; noise.counts = \"expected\" with a section [counting] includes the times",
+            brief(shortest),
+            brief(longest)
+        );
+        let numbers = [("shortest_s", shortest), ("longest_s", longest)];
+        let warning = Warning::new(WarningKind::UntimedCounts, "noise.counts", numbers, message);
+        Ok((longest > 1.01 * shortest).then_some(warning))
     }
 
     /// Returns end-systole and end-diastole, or the phase of a static scene.
@@ -179,84 +205,16 @@ impl Phantom {
         Ok(bodies)
     }
 
-    /// Returns warnings for background and active organs, and for organs that only attenuate, that extend farthest beyond the bins or the rows.
-    fn truncated_organs(&self) -> Vec<Warning> {
-        let organs = self.parts.surroundings.sources().iter();
-        let (active, others): (Vec<&Organ>, Vec<&Organ>) =
-            organs.partition(|organ| organ.activity > 0.0);
-        let weakens = |organ: &&Organ| organ.attenuation > 0.0;
-        let passive: Vec<&Organ> = others.into_iter().filter(weakens).collect();
-        let mut found = Vec::new();
-        for (what, organs) in [
-            (TruncatedObject::Background, active),
-            (TruncatedObject::Torso, passive),
-        ] {
-            let (mut widest, mut highest) = (NOTHING, 0.0f64);
-            for organ in organs {
-                let ([.., z], [.., c]) = organ.shape.bounds();
-                widest = wider(widest, self.widest_ellipse(&organ.shape));
-                // An infinite cylinder extends beyond any rows, as a background does.
-                if c.is_finite() {
-                    highest = highest.max(z.abs() + c);
-                }
-            }
-            found.extend(self.truncated(what, Edge::Bins, widest));
-            found.extend(self.truncated(what, Edge::Rows, (highest, None)));
-        }
-        found
-    }
-
-    fn truncated_heart(&self, bodies: &[Body]) -> Result<Vec<Warning>, PhantomError> {
-        let (mut widest, mut highest) = (NOTHING, 0.0f64);
-        for body in bodies {
-            let [x, y, z] = half_extents(body);
-            highest = highest.max(z);
-            // No view truncates a body that is nearer to the axis.
-            let views = match 2.0 * x.hypot(y) > self.width() {
-                true => self.view_angles(),
-                false => Vec::new(),
-            };
-            for theta in views {
-                let [half, ..] = half_extents(&turned(body, theta)?);
-                widest = wider(widest, (half, Some(theta)));
-            }
-        }
-        let bins = self.truncated(TruncatedObject::Heart, Edge::Bins, widest);
-        let rows = self.truncated(TruncatedObject::Heart, Edge::Rows, (highest, None));
-        Ok(bins.into_iter().chain(rows).collect())
-    }
-
-    /// Returns a warning if the field of view misses the heart at every phase. All phases lie between the outermost ones.
-    fn out_of_view(&self, bodies: &[Body]) -> Result<Option<Warning>, PhantomError> {
-        let [low, high] = span(bodies, 2)?;
-        let mut found = vec![(Edge::Rows, low.max(-high), 0.5 * self.height())];
-        // Distance of a convex body from the axis: the widest gap in any direction.
-        let mut gap = f64::NEG_INFINITY;
-        for k in 0..DIRECTIONS {
-            let theta = PI * k as f64 / DIRECTIONS as f64;
-            let turned = (bodies.iter())
-                .map(|body| turned(body, theta))
-                .collect::<Result<Vec<_>, _>>()?;
-            let [low, high] = span(&turned, 0)?;
-            gap = gap.max(low.max(-high));
-        }
-        found.push((Edge::Bins, gap, 0.5 * self.width()));
-        let outside = (found.into_iter()).find(|(_, nearest, reach)| nearest >= reach);
-        Ok(
-            outside.map(|(edge, nearest_cm, reach_cm)| Warning::OutOfView {
-                edge,
-                nearest_cm,
-                reach_cm,
-            }),
-        )
-    }
-
     /// Returns a warning if views share directions, for example over several turns in large steps. Opposite parallel projections have the same
     /// direction.
     fn few_directions(&self) -> Option<Warning> {
         let (directions, views) = (self.camera().n_directions(), self.camera().n_views());
         let are_few = directions < LEAST_DIRECTIONS || 2 * directions < views;
-        are_few.then_some(Warning::FewDirections { directions, views })
+        let message = format!(
+            "the {views} projections have only {directions} distinct directions; a reconstruction needs more"
+        );
+        let numbers = [("directions", directions as f64), ("views", views as f64)];
+        are_few.then(|| Warning::new(WarningKind::FewDirections, "camera.views", numbers, message))
     }
 
     /// Returns a warning if OSEM reconstructs parallel projections with a gap; filtered back-projection asks for a policy then.
@@ -264,9 +222,20 @@ impl Phantom {
         let weights = || self.camera().geometry().view_weights(ArcPolicy::Complete);
         match self.scene().reconstruction.method {
             Method::Osem(_) if self.camera().ray_geometry().is_none() => match weights() {
-                Err(RadonError::ShortArc { gap, .. }) => Some(Warning::ShortArc {
-                    gap_degrees: gap.to_degrees(),
-                }),
+                Err(RadonError::ShortArc { gap, .. }) => {
+                    let gap = gap.to_degrees();
+                    let message = format!(
+                        "the views leave a gap of {} degrees between neighbouring directions: osem distorts the volume along them; camera.arc is in degrees",
+                        brief(gap)
+                    );
+                    let numbers = [("gap_degrees", gap)];
+                    Some(Warning::new(
+                        WarningKind::ShortArc,
+                        "camera.arc",
+                        numbers,
+                        message,
+                    ))
+                }
                 Ok(_) | Err(_) => None,
             },
             Method::Osem(_) | Method::Fbp => None,
@@ -287,8 +256,16 @@ impl Phantom {
             Method::Osem(osem) => osem.attenuation,
             Method::Fbp => false,
         };
-        let coefficient_per_cm = self.largest_attenuation();
-        (!models && coefficient_per_cm > 0.0).then_some(Warning::Uncorrected { coefficient_per_cm })
+        let coefficient = self.largest_attenuation();
+        (!models && coefficient > 0.0).then(|| {
+            let message = format!(
+                "the scene attenuates (up to {} /cm), but the reconstruction does not model it: activities inside the body are too small; \
+                 osem with attenuation = true models it",
+                brief(coefficient)
+            );
+            let numbers = [("coefficient_per_cm", coefficient)];
+            Warning::new(WarningKind::Uncorrected, "reconstruction.method", numbers, message)
+        })
     }
 
     /// Values outside the range of patients. Water has 0.096 /cm at 511 keV and more below: 9.6 and more in 1/m.
@@ -305,11 +282,13 @@ impl Phantom {
         ];
         (values.into_iter())
             .filter(|(_, value, [low, high], _)| !(low..=high).contains(&value))
-            .map(|(key, value, usual, unit)| Warning::Unusual {
-                key,
-                value,
-                usual,
-                unit,
+            .map(|(key, value, [low, high], unit)| {
+                let message = format!(
+                    "{key} is {}, usually it is between {low} and {high} {unit}",
+                    brief(value)
+                );
+                let numbers = [("value", value), ("least", low), ("most", high)];
+                Warning::new(WarningKind::Unusual, key, numbers, message)
             })
             .collect()
     }
@@ -333,7 +312,15 @@ impl Phantom {
                 }
             }
         }
-        Ok(worst.map(|(organ, volume_ml)| Warning::InBone { organ, volume_ml }))
+        Ok(worst.map(|(organ, volume)| {
+            let message = format!(
+                "the heart overlaps organ {}, which attenuates more, by {} mL and replaces it there (organ 5 of [chest] is the spine); change [pose]",
+                organ + 1,
+                brief(volume)
+            );
+            let numbers = [("organ", organ as f64), ("volume_ml", volume)];
+            Warning::new(WarningKind::InBone, "pose", numbers, message)
+        }))
     }
 
     /// Returns a warning if a twist, at its largest, is too steep for the boundaries of defects.
@@ -344,7 +331,15 @@ impl Phantom {
         for phase in self.outermost_phases() {
             let twist = self.wall(phase)?.wall_twist()?;
             if twist.is_some_and(|twist| twist.is_steep()) {
-                return Ok(Some(Warning::SteepTwist));
+                let message = "the twist changes by more than 2.9 degrees within 1/256 of the size of the heart: there the boundaries of \
+                               defects are less accurate than the tolerances state";
+                let message = message.to_owned();
+                return Ok(Some(Warning::new(
+                    WarningKind::SteepTwist,
+                    "twist",
+                    [],
+                    message,
+                )));
             }
         }
         Ok(None)
@@ -359,8 +354,14 @@ impl Phantom {
             }
         }
         // Below the precision of angles in headers.
-        Ok((off > 1e-9).then_some(Warning::UnevenAngles {
-            off_degrees: off.to_degrees(),
+        Ok((off > 1e-9).then(|| {
+            let off = off.to_degrees();
+            let message = format!(
+                "the gates have uneven angles, up to {off:.3} degrees from the even steps that the projection format stores; \
+                 report.json and other formats contain each angle"
+            );
+            let numbers = [("off_degrees", off)];
+            Warning::new(WarningKind::UnevenAngles, "output.projections", numbers, message)
         }))
     }
 
@@ -374,65 +375,6 @@ impl Phantom {
         let off: f64 = angles.zip(nominal).map(|(a, b)| a - b).sum();
         let off = off / nominal.len() as f64;
         Ok(nominal.iter().map(|angle| angle + off).collect())
-    }
-
-    /// Returns the angles of the views; with continuous rotation also those at start and end of each view.
-    fn view_angles(&self) -> Vec<f64> {
-        let shares: &[f64] = match self.camera().rotation() {
-            Rotation::StepAndShoot => &[0.5],
-            Rotation::Continuous => &[0.0, 0.5, 1.0],
-        };
-        (0..self.camera().n_views())
-            .flat_map(|view_idx| shares.iter().map(move |share| (view_idx, *share)))
-            .map(|(view_idx, share)| self.camera().angle(view_idx, share))
-            .collect()
-    }
-
-    /// Returns the largest distance of an organ from the axis across the rays, and the angle of that view.
-    fn widest_ellipse(&self, torso: &OrganShape) -> (f64, Option<f64>) {
-        let ([x, y, _], [a, b, _]) = torso.bounds();
-        let half = |theta: f64| {
-            let (sin, cos) = theta.sin_cos();
-            let middle = x * cos + y * sin;
-            (middle.abs() + (a * cos).hypot(b * sin), Some(theta))
-        };
-        (self.view_angles().into_iter().map(half)).fold(NOTHING, wider)
-    }
-
-    /// Returns a warning if an object extends beyond an edge of the views, at a view angle if there is one.
-    fn truncated(
-        &self,
-        object: TruncatedObject,
-        edge: Edge,
-        (half, angle): (f64, Option<f64>),
-    ) -> Option<Warning> {
-        let needed_cm = 2.0 * half;
-        let available_cm = match edge {
-            Edge::Bins => self.width(),
-            Edge::Rows => self.height(),
-        };
-        // Differences within rounding do not count.
-        (needed_cm > available_cm * (1.0 + 1e-9)).then_some(Warning::Truncated {
-            object,
-            edge,
-            needed_cm,
-            available_cm,
-            angle_degrees: angle.map(f64::to_degrees),
-        })
-    }
-
-    fn unless_parallel(&self) -> f64 {
-        (self.camera().ray_geometry()).map_or(1.0, |_| f64::INFINITY)
-    }
-
-    /// Returns the length of the rows of a view, cm; infinite unless rays are parallel, so that truncation is not examined.
-    pub(super) fn width(&self) -> f64 {
-        self.unless_parallel() * self.camera().n_bins() as f64 * self.camera().pitch()
-    }
-
-    /// Returns the height of a view, cm.
-    fn height(&self) -> f64 {
-        self.unless_parallel() * self.camera().n_rows() as f64 * self.camera().detector().pitch()[1]
     }
 }
 
@@ -454,11 +396,6 @@ fn overlap(body: &Body, organ: &Organ) -> Result<f64, PhantomError> {
         .map(|(_, fraction)| fraction)
         .sum();
     Ok(covered * grid.voxel_volume())
-}
-
-/// Returns the larger of two distances, each with its view angle; the first of equal ones.
-fn wider(a: (f64, Option<f64>), b: (f64, Option<f64>)) -> (f64, Option<f64>) {
-    if b.0 > a.0 { b } else { a }
 }
 
 /// Returns the solid within the outer membrane.

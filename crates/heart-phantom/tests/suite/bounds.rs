@@ -1,7 +1,7 @@
 //! Inputs at the ends of their ranges: results scale, or an error occurs before any work.
 
 use heart_phantom::scene::{ArcPolicy, Mode, Product, Scene};
-use heart_phantom::{Phantom, PhantomError, Warning, no_observer, run};
+use heart_phantom::{Phantom, PhantomError, Warning, WarningKind, no_observer, run};
 
 /// A twisted heart with a defect, all lengths times `scale`.
 fn twisted(scale: f64) -> Scene {
@@ -137,10 +137,9 @@ fn studies_scale_with_their_lengths() {
             let phantom = study(case, cm);
             let views = phantom.sinograms(0, &no_observer).unwrap().samples;
             let found = phantom.warnings().unwrap();
-            let overlap = found.iter().find_map(|warning| match warning {
-                Warning::InBone { volume_ml, .. } => Some(*volume_ml),
-                _ => None,
-            });
+            let in_bone = |warning: &&Warning| warning.what == WarningKind::InBone;
+            let overlap = found.iter().find(in_bone);
+            let overlap = overlap.map(|warning| warning.numbers["volume_ml"]);
             (views, phantom.volume(0).unwrap(), overlap)
         };
         let (views, volume, overlap) = of(1.0);

@@ -4,7 +4,7 @@ use heart_phantom::scene::{
     ArcPolicy, Attenuation, BinSample, CollimatorSettings, DiscretisationSettings, HeadsSettings,
     HolesSettings, Medium, Mode, Orbit, Product, Scene,
 };
-use heart_phantom::{Phantom, PhantomError, Rotation, Warning, no_observer, run};
+use heart_phantom::{Phantom, PhantomError, Rotation, Warning, WarningKind, no_observer, run};
 use std::f64::consts::PI;
 
 const N: usize = 32;
@@ -211,7 +211,8 @@ fn a_detector_inside_the_body_is_rejected_with_values() {
     lines.collimator = None;
     lines.output.write = vec![Product::Projections];
     let phantom = Phantom::new(lines).unwrap();
-    let is_it = |warning: &Warning| matches!(warning, Warning::DetectorInside { view: 3, .. });
+    let inside = WarningKind::DetectorInside;
+    let is_it = |warning: &Warning| warning.what == inside && warning.numbers["view"] == 3.0;
     assert!(phantom.warnings().unwrap().iter().any(is_it));
     let folder = tempfile::tempdir().unwrap();
     assert!(

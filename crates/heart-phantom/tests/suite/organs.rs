@@ -4,7 +4,7 @@ use heart_phantom::scene::{
     Attenuation, Background, Chest, DiscretisationSettings, Medium, Mode, OrganSettings,
     OrganShapeSettings, Product, Scene,
 };
-use heart_phantom::{Edge, Phantom, TruncatedObject, Warning, no_observer, run};
+use heart_phantom::{Phantom, WarningKind, no_observer, run};
 use std::f64::consts::PI;
 
 const N: usize = 40;
@@ -215,28 +215,19 @@ fn organs_outside_the_field_are_warnings_in_the_report_too() {
     };
     assert_eq!(told(ball([4.9, 0.0, -4.9], 0.2)), []);
     // Displaced by 9 cm in the first view, of 16 cm width: 18.
-    for (centre, edge) in [
-        ([6.0, 0.0, 0.0], Edge::Bins),
-        ([0.0, 0.0, -6.0], Edge::Rows),
+    for (centre, key) in [
+        ([6.0, 0.0, 0.0], "camera.bins"),
+        ([0.0, 0.0, -6.0], "camera.rows"),
     ] {
         for (activity, what) in [
-            (0.2, TruncatedObject::Background),
-            (0.0, TruncatedObject::Torso),
+            (0.2, WarningKind::TruncatedActivity),
+            (0.0, WarningKind::TruncatedTorso),
         ] {
             let found = told(ball(centre, activity));
-            let [
-                Warning::Truncated {
-                    object: of,
-                    edge: at,
-                    needed_cm: needed,
-                    available_cm: available,
-                    ..
-                },
-            ] = found[..]
-            else {
-                panic!("{found:?}");
-            };
-            assert_eq!((of, at), (what, edge));
+            assert_eq!(found.len(), 1, "{found:?}");
+            assert_eq!((found[0].what, found[0].key), (what, key));
+            let [needed, available] =
+                ["needed_cm", "available_cm"].map(|name| found[0].numbers[name]);
             assert!(
                 (needed - 18.0).abs() < 1e-9 && (available - 16.0).abs() < 1e-9,
                 "{needed} {available}"

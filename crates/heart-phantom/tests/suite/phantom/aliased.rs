@@ -4,7 +4,7 @@ use super::small;
 use heart_phantom::scene::{
     Accuracy, BinSample, BlurSettings, CollimatorSettings, HolesSettings, Mode, Orbit, Scene,
 };
-use heart_phantom::{Phantom, Warning};
+use heart_phantom::{Phantom, WarningKind};
 
 /// Line integrals through the centres of bins of this pitch.
 fn centres(pitch: [f64; 2]) -> Scene {
@@ -33,14 +33,9 @@ fn tiny(pitch: [f64; 2]) -> Scene {
 /// Pitch, full width at half maximum and stated effect of the warning.
 fn aliased(scene: &Scene) -> Option<[f64; 3]> {
     let warnings = Phantom::new(scene.clone()).unwrap().warnings().unwrap();
-    warnings.iter().find_map(|warning| match *warning {
-        Warning::Aliased {
-            pitch_cm,
-            fwhm_cm,
-            error,
-        } => Some([pitch_cm, fwhm_cm, error]),
-        _ => None,
-    })
+    let mut warnings = warnings.into_iter();
+    let warning = warnings.find(|warning| warning.what == WarningKind::Aliased)?;
+    Some(["pitch_cm", "fwhm_cm", "error"].map(|name| warning.numbers[name]))
 }
 
 /// The largest difference of the first view from bin averages, relative to their largest value. They are computed with bins a third as

@@ -3,7 +3,7 @@
 use super::small;
 use super::warnings::warnings;
 use heart_phantom::scene::{Counts, Mode, Noise, Scene, Window};
-use heart_phantom::{Phantom, Warning};
+use heart_phantom::{Phantom, WarningKind};
 
 /// Each setting alone, at and beyond its limit.
 #[test]
@@ -12,11 +12,10 @@ fn settings_that_make_results_useless_are_warnings() {
         let mut scene = small(Mode::Static { phase: 0.5 });
         change(&mut scene);
         (warnings(&scene).iter())
-            .filter_map(|warning| match warning {
-                Warning::Unsuitable {
-                    key, value, limit, ..
-                } => Some((*key, *value, *limit, warning.to_string())),
-                _ => None,
+            .filter(|warning| warning.what == WarningKind::Unsuitable)
+            .map(|warning| {
+                let [value, limit] = ["value", "limit"].map(|name| warning.numbers[name]);
+                (warning.key, value, limit, warning.to_string())
             })
             .collect()
     };

@@ -4,7 +4,9 @@ use super::brute;
 use heart_phantom::scene::{
     Accuracy, BlurSettings, DiscretisationSettings, Mode, PoseSettings, Rotation, Scene,
 };
-use heart_phantom::{Phantom, Product, VolumeCurve, VolumeRange, Warning, no_observer, run};
+use heart_phantom::{
+    Phantom, Product, VolumeCurve, VolumeRange, Warning, WarningKind, no_observer, run,
+};
 
 /// A heart 4 cm off the axis before a camera that rotates by 6 degrees in each of 30 views of 3 s.
 fn turning(mode: Mode) -> Scene {
@@ -376,7 +378,7 @@ fn gates_of_continuous_rotation_are_written_to_files_of_even_steps_with_a_warnin
         scene.output.projections = format;
         let phantom = Phantom::new(scene).unwrap();
         let warnings = phantom.warnings().unwrap();
-        let uneven = |warning: &Warning| matches!(warning, Warning::UnevenAngles { .. });
+        let uneven = |warning: &Warning| warning.what == WarningKind::UnevenAngles;
         assert!(warnings.iter().any(uneven), "{format:?}: {warnings:?}");
         let folder = tempfile::tempdir().unwrap();
         run(&phantom, folder.path(), &no_observer).unwrap();
