@@ -26,7 +26,7 @@ impl Scan<'_> {
         let detector = self.camera.detector();
         Ok(match self.camera.ray_geometry() {
             Some(geometry) => {
-                let lines = geometry.lines(view_idx)?;
+                let lines = geometry.lines_on(detector, view_idx)?;
                 ViewRays::Lines(lines.rows(rows.clone())?)
             }
             None => ViewRays::Parallel(detector.rays(theta)?.rows(rows.clone())?),

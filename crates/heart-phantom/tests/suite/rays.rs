@@ -331,3 +331,16 @@ fn averages_are_within_their_stated_errors() {
     let stated = seen.view_error.total();
     assert!(stated <= 0.01 && error <= stated, "{error} {stated}");
 }
+
+/// The time steps for a tolerance are found with coarser views of the same rays.
+#[test]
+fn cone_beams_of_many_bins_meet_a_tolerance() {
+    let detector = ParallelDetector::new(90, 80, [0.3; 2]).unwrap();
+    let cone = RayGeometry::cone([60.0, 100.0], &[0.4], detector).unwrap();
+    let mut scene = heart(Mode::WholeCycle);
+    scene.acquisition.accuracy = Accuracy::Tolerance(0.1);
+    let phantom = Phantom::new(scene).unwrap().along(cone).unwrap();
+    let taken = phantom.sinograms(0, &no_observer).unwrap();
+    assert_eq!(taken.samples.len(), 90 * 80);
+    assert!(taken.view_error.total() < 0.1, "{:?}", taken.view_error);
+}
