@@ -5,16 +5,16 @@
 
 use heart_phantom::scene::{Accuracy, Mode, ScatterSettings, Scene};
 use heart_phantom::{
-    BinSample, KnownScatter, Method, Osem, Phantom, PhantomError, Uptake, VolumeCurve, VolumeRange,
+    BinSample, Method, Osem, Phantom, PhantomError, Uptake, VolumeCurve, VolumeRange,
 };
 
 fn main() -> Result<(), PhantomError> {
     blood_pool()?;
     println!("perfusion, 8 gates, OSEM       EDV (mL)   ESV (mL)   fraction   true");
     for (name, scatter, known) in [
-        ("without scatter", false, None),
-        ("with scatter", true, None),
-        ("known scatter", true, Some(KnownScatter::Known)),
+        ("without scatter", false, false),
+        ("with scatter", true, false),
+        ("known scatter", true, true),
     ] {
         perfusion(name, scatter, known)?;
     }
@@ -52,7 +52,7 @@ fn blood_pool() -> Result<(), PhantomError> {
 }
 
 /// Volumes of the cavity within the edge of the wall (`Phantom::polar_map`); expected counts, attenuation corrected.
-fn perfusion(name: &str, scatter: bool, known: Option<KnownScatter>) -> Result<(), PhantomError> {
+fn perfusion(name: &str, scatter: bool, known: bool) -> Result<(), PhantomError> {
     let mut scene = Scene::from_toml(include_str!("../scenes/chest.toml"))?;
     scene.acquisition.mode = Mode::Gated { gates: 8 };
     scene.acquisition.accuracy = Accuracy::Tolerance(0.1);

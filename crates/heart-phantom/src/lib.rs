@@ -62,10 +62,10 @@ pub use model::{
 };
 pub use observer::{Observer, no_observer};
 pub use phantom::{
-    Artefacts, BeatReport, Compensation, GateFiles, KnownScatter, Memory, Method, MotionField,
-    MotionPhase, MotionReport, Numbers, Osem, OsemReport, Output, Phantom, PhaseOf, PhaseReport,
-    PlannedFile, PointMotion, PolarMap, Product, ProjectionValues, ScenePhase, Thickness, Warning,
-    WarningKind, WorkReport,
+    Artefacts, BeatReport, Compensation, GateFiles, Memory, Method, MotionField, MotionPhase,
+    MotionReport, Numbers, Osem, OsemReport, Output, Phantom, PhaseOf, PhaseReport, PlannedFile,
+    PointMotion, PolarMap, Product, ProjectionValues, ScenePhase, Thickness, Warning, WarningKind,
+    WorkReport,
 };
 pub use scan::{
     Accuracy, BinSample, Camera, Counting, Counts, Decay, Mode, Noise, Orbit, RayGeometry,

@@ -47,9 +47,10 @@ pub struct Osem {
     /// Whether to model the collimator at `scene::CameraSettings::radius`; the tolerance is 1e-3 ([`radon::SpectOptions`]).
     #[serde(default)]
     pub resolution: bool,
-    /// The model of scatter; `None` models unscattered photons only.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub scatter: Option<KnownScatter>,
+    /// Whether to model the expected scatter of the projections ([`Phantom::scatter`](crate::Phantom::scatter)): the reference for methods that
+    /// estimate scatter.
+    #[serde(default)]
+    pub scatter: bool,
     /// Stops after an iteration whose relative change of the volume (root mean square) is at most this value.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub tolerance: Option<f64>,
@@ -61,7 +62,7 @@ impl Osem {
     /// Range of the tolerance.
     pub(crate) const TOLERANCE: [f64; 2] = [1e-9, 1.0];
 
-    /// Sets subsets and iterations, without models of attenuation and collimator.
+    /// Sets subsets and iterations, without models of attenuation, collimator and scatter.
     #[must_use]
     pub fn new(subsets: usize, iterations: usize) -> Self {
         Self {
@@ -69,19 +70,10 @@ impl Osem {
             iterations,
             attenuation: false,
             resolution: false,
-            scatter: None,
+            scatter: false,
             tolerance: None,
         }
     }
-}
-
-/// How OSEM models scatter.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
-#[serde(rename_all = "kebab-case")]
-#[non_exhaustive]
-pub enum KnownScatter {
-    /// The expected scatter of the projections ([`Phantom::scatter`](crate::Phantom::scatter)): the reference for methods that estimate scatter.
-    Known,
 }
 
 /// Compensation of the exactly known motion between gates.

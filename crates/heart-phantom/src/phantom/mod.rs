@@ -35,7 +35,7 @@ mod work;
 pub use artefacts::Artefacts;
 pub use beats::BeatReport;
 pub use memory::Memory;
-pub use method::{Compensation, KnownScatter, Method, Osem, OsemReport};
+pub use method::{Compensation, Method, Osem, OsemReport};
 pub(crate) use model_voxels::farthest;
 pub use motion::{MotionField, MotionReport, PointMotion};
 pub use numbers::{Numbers, Thickness};

@@ -5,7 +5,7 @@
 
 use super::Phantom;
 use super::gate_model::Model;
-use super::method::{Compensation, KnownScatter, Osem, OsemReport};
+use super::method::{Compensation, Osem, OsemReport};
 use super::model_voxels::{ModelVoxels, farthest};
 use crate::error::{PhantomError, check_count, check_length, zeros};
 use crate::observer::check_stop;
@@ -99,8 +99,8 @@ impl Phantom {
     /// The scatter that the model of a gate contains; empty for none.
     pub(super) fn background(&self, osem: &Osem, gate: usize) -> Result<Vec<f32>, PhantomError> {
         match osem.scatter {
-            None => Ok(Vec::new()),
-            Some(KnownScatter::Known) => self.scatter_samples(gate, 0),
+            false => Ok(Vec::new()),
+            true => self.scatter_samples(gate, 0),
         }
     }
 

@@ -186,12 +186,15 @@ fn check_osem(osem: &Osem, scene: &Scene, c: &mut Check) {
     for (name, asked, there, needed) in [
         ("attenuation", osem.attenuation, medium, sections),
         ("resolution", osem.resolution, response, "[collimator]"),
+        (
+            "scatter",
+            osem.scatter,
+            scene.scatter.is_some(),
+            "[scatter]",
+        ),
     ] {
         if asked && !there {
             c.fault(name, asked, format!("needs a section {needed}"));
         }
-    }
-    if osem.scatter.is_some() && scene.scatter.is_none() {
-        c.fault("scatter", "known", "needs a section [scatter]");
     }
 }

@@ -40,8 +40,8 @@ mod template;
 pub use crate::{
     Accuracy, Activity, Attenuation, Background, Balloon, Beats, BinSample, Breathing,
     BreathingCurve, Chest, Compensation, Counting, Counts, Decay, Defect, GateFiles, GatedBy,
-    KnownScatter, Medium, Method, Mode, Noise, Orbit, Osem, Output, Product, ProjectionValues,
-    RespiratoryGates, Rotation, RrIntervals,
+    Medium, Method, Mode, Noise, Orbit, Osem, Output, Product, ProjectionValues, RespiratoryGates,
+    Rotation, RrIntervals,
 };
 pub(crate) use build::WORK_BYTES;
 pub use camera::{BeamSettings, CameraSettings, HeadsSettings};

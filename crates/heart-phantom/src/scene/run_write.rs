@@ -172,7 +172,7 @@ impl Run<'_> {
         Corrections {
             decay: self.decays(),
             attenuation: osem.is_some_and(|osem| osem.attenuation),
-            scatter: osem.is_some_and(|osem| osem.scatter.is_some()),
+            scatter: osem.is_some_and(|osem| osem.scatter),
             motion: self.phantom.is_compensated(),
         }
     }

@@ -2,8 +2,8 @@
 
 use heart_phantom::scene::{ArcPolicy, BlurSettings, ScatterSettings};
 use heart_phantom::{
-    Attenuation, Background, KnownScatter, Medium, Method, Mode, Noise, Orbit, Osem, Phantom,
-    Product, Run, Scene, no_observer,
+    Attenuation, Background, Medium, Method, Mode, Noise, Orbit, Osem, Phantom, Product, Run,
+    Scene, no_observer,
 };
 
 fn scene() -> Scene {
@@ -211,7 +211,7 @@ fn scatter_needs_a_medium_and_a_photopeak() {
             |scene| {
                 scene.scatter = None;
                 let osem = Osem {
-                    scatter: Some(KnownScatter::Known),
+                    scatter: true,
                     ..Osem::new(1, 1)
                 };
                 scene.reconstruction.method = Method::Osem(osem);
@@ -260,7 +260,7 @@ fn osem_with_known_scatter_agrees_with_osem_without_scatter() {
         scene.camera.views = 16;
         scene.reconstruction.method = Method::Osem(Osem {
             attenuation: true,
-            scatter: known.then_some(KnownScatter::Known),
+            scatter: known,
             ..Osem::new(4, 8)
         });
         if !scatter {

@@ -324,7 +324,8 @@ fn volumes_name_their_corrections() {
         [acquisition]\nmode = { static = { phase = 0.0 } }\n\
         [output]\nwrite = ['reconstruction', 'truth', 'attenuation']\nvolumes = 'dicom'\n";
     let osem = "method = { osem = { subsets = 2, iterations = 1, attenuation = true } }";
-    let scatter = "method = { osem = { subsets = 2, iterations = 1, attenuation = true, scatter = 'known' } }";
+    let scatter =
+        "method = { osem = { subsets = 2, iterations = 1, attenuation = true, scatter = true } }";
     let moves =
         "method = { osem = { subsets = 2, iterations = 1 } }\ncompensation = 'known-motion'";
     let decay = "[counting]\nsensitivity = 80.0\ndecay = 'tc-99m'\n";
