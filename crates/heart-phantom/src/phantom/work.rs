@@ -18,18 +18,10 @@ pub struct WorkReport {
     pub rays_skipped: u64,
     /// Voxels with a computed coverage, because a surface may cut them; counted per layer.
     pub voxels_cut: u64,
-    /// Voxels filled without a computed coverage.
-    pub voxels_filled: u64,
-    /// Voxels copied from their mirror images.
-    pub voxels_mirrored: u64,
     /// Slices back-projected.
     pub slices_reconstructed: usize,
     /// Slices without signal.
     pub slices_skipped: usize,
-    /// Rows filtered.
-    pub rows_filtered: usize,
-    /// Rows without signal.
-    pub rows_skipped: usize,
     /// Iterations of OSEM through all views of a gate.
     pub osem_iterations: usize,
 }
@@ -54,19 +46,13 @@ impl Work {
     }
 
     pub(crate) fn voxels(&self, voxels: VoxelCounters) {
-        self.add(|sum| {
-            sum.voxels_cut += voxels.cut;
-            sum.voxels_filled += voxels.filled;
-            sum.voxels_mirrored += voxels.mirrored;
-        });
+        self.add(|sum| sum.voxels_cut += voxels.cut);
     }
 
     pub(crate) fn reconstruction(&self, report: FbpReport) {
         self.add(|sum| {
             sum.slices_reconstructed += report.slices_reconstructed;
             sum.slices_skipped += report.slices_skipped;
-            sum.rows_filtered += report.rows_filtered;
-            sum.rows_skipped += report.rows_skipped;
         });
     }
 

@@ -152,7 +152,7 @@ fn results_are_bitwise_independent_of_threads() {
         })
     };
     let one = run(1);
-    assert!(one.4.slices_skipped > 0 && one.4.rows_skipped > 0 && one.4.rays_skipped > 0);
+    assert!(one.4.slices_skipped > 0 && one.4.rays_skipped > 0);
     assert!(one == run(2));
     assert!(one == run(3));
 }
