@@ -88,7 +88,7 @@ impl Phantom {
         volume: &[f32],
         truth: &[f32],
     ) -> Result<Artefacts, PhantomError> {
-        check_volumes(volume, Some(truth), self.camera())?;
+        check_volumes(volume, Some(truth), self.camera().grid())?;
         let scan = self.heart_scan(gate)?;
         let [_, breath] = scan.means()?;
         let part = simd_set::part(0..1, 2);
@@ -106,7 +106,7 @@ impl Phantom {
         volume: &[f32],
         [truth, wall]: [&[f32]; 2],
     ) -> Result<Artefacts, PhantomError> {
-        let measures = ImageQuality::of(volume, Some(truth), regions, self.camera())?;
+        let measures = ImageQuality::of(volume, Some(truth), regions)?;
         let shape = self.shape_at_gain(self.cycle().gains()[0])?;
         let solution = shape.solution();
         let pose = self.pose(breath.clamp(0.0, 1.0))?; // a rounded average

@@ -121,7 +121,7 @@ impl Phantom {
         volume: &[f32],
         truth: &[f32],
     ) -> Result<Artefacts, PhantomError> {
-        check_volumes(volume, Some(truth), self.camera())?;
+        check_volumes(volume, Some(truth), self.camera().grid())?;
         let wall = self.at_time_of(number, |scan| self.wall_alone(scan, truth))?;
         let gains: Vec<f64> = match self.scene().reconstruction.method {
             Method::Fbp => {

@@ -1,6 +1,6 @@
 //! Regions of interest and the image quality measured in them.
 
-use crate::error::{PhantomError, check, check_count, check_finite, check_length};
+use crate::error::{PhantomError, check_finite, check_length};
 use crate::{Camera, Cycle, Heart, HeartShape};
 use radon::{MaskedStats, disc_mask, rmse_within};
 use revolve_voxel::{Mask, Meridian, Pose, Sweep, VoxelGrid};
@@ -11,7 +11,8 @@ pub(crate) const MASK_PHASES: usize = 24;
 /// Respiratory positions over which intersection and union are computed.
 pub(crate) const BREATHS: [f64; 5] = [0.0, 1.0, 0.5, 0.25, 0.75];
 
-/// Regions of interest: sets of voxels that do not depend on the acquisition, so that reconstructions are comparable.
+/// Regions of interest ([`Phantom::regions`](crate::Phantom::regions)): sets of voxels that do not depend on the acquisition, so that
+/// reconstructions are comparable.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Regions {
     /// The voxels.
@@ -31,10 +32,7 @@ pub struct Regions {
 impl Regions {
     /// Computes the regions from 24 equally spaced cardiac phases, with respiration at five positions each. A voxel belongs to a solid if
     /// its centre does.
-    ///
-    /// # Errors
-    /// Errors of the solver of shapes.
-    pub fn new(heart: &Heart, camera: &Camera, cycle: &Cycle) -> Result<Self, PhantomError> {
+    pub(crate) fn new(heart: &Heart, camera: &Camera, cycle: &Cycle) -> Result<Self, PhantomError> {
         let mut gains = Self::gains(cycle);
         // The smallest and the largest shape first: they decide most voxels.
         let last = gains.len() - 1;
@@ -60,30 +58,6 @@ impl Regions {
             cavity,
             background,
         })
-    }
-
-    /// Checks that these are the voxels of a camera.
-    fn check_camera(&self, camera: &Camera) -> Result<(), PhantomError> {
-        let (own, given) = (&self.grid, camera.grid());
-        for a in 0..3 {
-            let (n, spacing, first) = (given.shape()[a], given.spacing()[a], given.origin()[a]);
-            check_count(
-                "voxels of the regions along an axis",
-                own.shape()[a],
-                [n; 2],
-            )?;
-            check(
-                "voxel spacing of the regions (cm)",
-                own.spacing()[a],
-                [spacing; 2],
-            )?;
-            check(
-                "first voxel of the regions (cm)",
-                own.origin()[a],
-                [first; 2],
-            )?;
-        }
-        Ok(())
     }
 
     /// Returns the distinct volume gains of these phases in ascending order.
@@ -129,9 +103,9 @@ pub(crate) fn swept(
 pub(crate) fn check_volumes(
     volume: &[f32],
     truth: Option<&[f32]>,
-    camera: &Camera,
+    grid: &VoxelGrid,
 ) -> Result<(), PhantomError> {
-    let expected = camera.grid().len();
+    let expected = grid.len();
     check_length("volume", volume.len(), expected)?;
     check_length("truth", truth.map_or(expected, <[f32]>::len), expected)?;
     check_finite("a voxel", volume)?;
@@ -168,18 +142,16 @@ impl ImageQuality {
     /// [`Phantom::regions_of`](crate::Phantom::regions_of).
     ///
     /// # Errors
-    /// [`PhantomError::WrongLength`] if a volume does not have the camera's number of voxels, [`PhantomError::OutOfRange`] for a voxel of
-    /// `volume` or `truth` that is not finite, [`PhantomError::Count`] or [`PhantomError::OutOfRange`] if the regions have other voxels than
-    /// the camera.
+    /// [`PhantomError::WrongLength`] if a volume has another number of voxels than the regions, [`PhantomError::OutOfRange`] for a voxel of
+    /// `volume` or `truth` that is not finite.
     pub fn of(
         volume: &[f32],
         truth: Option<&[f32]>,
         regions: &Regions,
-        camera: &Camera,
     ) -> Result<Self, PhantomError> {
-        check_volumes(volume, truth, camera)?;
-        regions.check_camera(camera)?;
-        let disc = (regions.disc).repeat(camera.n_rows());
+        let grid = &regions.grid;
+        check_volumes(volume, truth, grid)?;
+        let disc = regions.disc.repeat(grid.shape()[2]);
         let within = |mask: &[bool]| MaskedStats::of(volume, mask);
         let wall = within(regions.wall.as_slice())?;
         Ok(Self {
@@ -191,7 +163,7 @@ impl ImageQuality {
             wall_std: wall.map(|stats| stats.std),
             background_rms: within(regions.background.as_slice())?.map(|stats| stats.rms),
             cavity_mean: within(regions.cavity.as_slice())?.map(|stats| stats.mean),
-            total_activity: within(&disc)?.map(|stats| stats.sum * camera.grid().voxel_volume()),
+            total_activity: within(&disc)?.map(|stats| stats.sum * grid.voxel_volume()),
         })
     }
 }

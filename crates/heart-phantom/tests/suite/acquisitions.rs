@@ -152,7 +152,7 @@ fn ground_truth_contains_the_wall_volume_and_has_no_error_against_itself() {
         let regions = phantom.regions().unwrap();
         assert!(regions.wall.count() > 0 && regions.cavity.count() > 0);
         let volume = phantom.truth(0).unwrap();
-        let measures = ImageQuality::of(&volume, Some(&volume), regions, phantom.camera()).unwrap();
+        let measures = ImageQuality::of(&volume, Some(&volume), regions).unwrap();
         assert_eq!(measures.rmse_truth, Some(0.0));
         assert_eq!(measures.background_rms, Some(0.0));
         assert_eq!(measures.cavity_mean, Some(0.0));

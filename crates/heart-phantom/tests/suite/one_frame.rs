@@ -244,7 +244,7 @@ fn displacements_by_whole_voxels_preserve_the_wall_average_and_by_half_voxels_ov
             heart_phantom::radon::no_observer,
         )
         .unwrap();
-        let inner = ImageQuality::of(&volume, Some(&truth), &still.regions_of(0).unwrap(), camera);
+        let inner = ImageQuality::of(&volume, Some(&truth), &still.regions_of(0).unwrap());
         inner.unwrap().eroded_wall_mean.unwrap()
     };
     let [at_rest, by_one, by_half] = [0.0, 1.0, 0.5].map(wall_mean);

@@ -14,7 +14,7 @@ mod tomography;
 use crate::StudyError;
 use crate::error::check_folder;
 use crate::figures::Page;
-use heart_phantom::{Observer, Progress, Regions, files};
+use heart_phantom::{Observer, Progress, files};
 pub use options::StudyOptions;
 use report::Report;
 use run::Run;
@@ -101,11 +101,7 @@ fn compute(
 
     run.stage("voxels")?;
     let clock = Instant::now();
-    let regions = Regions::new(
-        run.phantom.heart(),
-        run.phantom.camera(),
-        run.phantom.cycle(),
-    )?;
+    let regions = run.phantom.regions()?.clone();
     run.time.truth_and_files += clock.elapsed().as_secs_f64();
     let mut volumes = [Vec::new(), Vec::new()];
     for (k, (name, mode)) in tomography::ACQUISITIONS.into_iter().enumerate() {

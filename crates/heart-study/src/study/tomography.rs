@@ -74,7 +74,7 @@ pub(super) fn reconstruct(
         phantom.reconstruct_into(0, &sinograms.samples, volume, &no_observer)?;
         Ok(clock.elapsed().as_secs_f64())
     };
-    let measure = |volume: &[f32]| ImageQuality::of(volume, Some(&truth), regions, camera);
+    let measure = |volume: &[f32]| ImageQuality::of(volume, Some(&truth), regions);
     run.stage("reconstructing")?;
     let first = beside(
         || run.write(name, truth_of.file_name(), &cube, &truth),

@@ -4,7 +4,7 @@ use super::{ODD, SIZES, back, pairs};
 use heart_phantom::files::{self, Format, Projections, Volume, write_npy};
 use heart_phantom::{
     Accuracy, Activity, Balloon, Cycle, Heart, ImageQuality as Quality, MaterialPoint, Mode,
-    Phantom, PhantomError, Regions, Scene, VolumeCurve, VolumeRange, Wall, WallRegion, no_observer,
+    Phantom, PhantomError, Scene, VolumeCurve, VolumeRange, Wall, WallRegion, no_observer,
 };
 use membrane_newton::{MembraneError, NewtonError};
 use nalgebra::Point3;
@@ -83,12 +83,12 @@ fn heart_phantom_accepts_any_input() {
         }
         assert_eq!(camera.rays(n).is_ok(), n < 4);
     }
-    let regions = Regions::new(&heart, camera, &cycles[0]).expect("regions");
+    let regions = phantom.regions().expect("regions");
     for n in [0, 1, 6 * 6 * 6 - 1, 2 * 6 * 6 * 6] {
         let volume = vec![f32::NAN; n];
         for refused in [
-            Quality::of(&volume, None, &regions, camera),
-            Quality::of(&[0.0; 216], Some(&volume), &regions, camera),
+            Quality::of(&volume, None, regions),
+            Quality::of(&[0.0; 216], Some(&volume), regions),
         ] {
             assert!(
                 matches!(refused, Err(PhantomError::WrongLength { given, expected: 216, .. }) if given == n)

@@ -48,7 +48,7 @@ fn amplitudes_of_a_short_arc_agree_with_the_guide() {
         let (volume, truth) = (phantom.volume(0).unwrap(), phantom.truth(0).unwrap());
         let found = phantom.artefacts(0, &volume, &truth).unwrap();
         let regions = phantom.regions_of(0).unwrap();
-        let inner = ImageQuality::of(&volume, Some(&truth), &regions, phantom.camera()).unwrap();
+        let inner = ImageQuality::of(&volume, Some(&truth), &regions).unwrap();
         // To the last printed digit.
         assert!(
             (inner.eroded_wall_mean.unwrap() - mean).abs() < 0.006,
