@@ -7,10 +7,9 @@ use crate::error::{PhantomError, check_count, check_length, zeros};
 use crate::observer::check_stop;
 use crate::scan::Scan;
 use crate::truth::{MOST_IN_PASS, check_volumes};
-use crate::{Artefacts, Observer, no_observer};
+use crate::{Artefacts, Observer};
 use radon::add_shifted;
 use revolve_voxel::nalgebra::Vector3;
-use std::borrow::Cow;
 
 impl Phantom {
     /// Number of volumes that are reconstructed from the projections of all gates: one per gate; with
@@ -33,8 +32,9 @@ impl Phantom {
     /// Reconstructs the projections of all gates, `[gate][view][row][bin]`, at a reference phase with the exact motion: an upper bound
     /// for methods that estimate the motion.
     ///
-    /// - [`Method::Fbp`] corrects respiratory motion, to end-expiration, in the projections of the cardiac gate `number`
-    ///   ([`Phantom::compensated_views`]).
+    /// - [`Method::Fbp`] corrects respiratory motion, to end-expiration, in the projections of the cardiac gate `number`: each projection is
+    ///   shifted on the detector by the average respiratory displacement during its acquisition, and the projections of the respiratory gates
+    ///   are averaged, weighted by their acquisition times. Shifts by whole bins and rows are exact, others interpolate ([`add_shifted`]).
     /// - [`Method::Osem`] corrects cardiac and respiratory motion, to end-diastole at end-expiration. The model of each gate projects the
     ///   volume that [`Phantom::warps`] maps to that gate, and one volume, `number` 0, fits the projections of all gates. Projections are
     ///   weighted by their expected counts where these are known ([`Phantom::counts_per_unit`]), else by their acquisition time. The
@@ -72,8 +72,7 @@ impl Phantom {
         check_length("views of all gates", views.len(), self.n_gates() * set)?;
         match self.scene().reconstruction.method {
             Method::Fbp => {
-                let seen = |gate: usize| Ok(Cow::Borrowed(&views[gate * set..][..set]));
-                let all = self.shifted_back(number, seen)?;
+                let all = self.shifted_back(number, views)?;
                 Ok((self.reconstruct(number, &all)?, None))
             }
             Method::Osem(osem) => {
@@ -135,41 +134,8 @@ impl Phantom {
         self.judged(&regions, 0.0, volume, [truth, &wall])
     }
 
-    /// The projections of a cardiac gate with respiratory motion corrected to end-expiration, `[view][row][bin]`, for
-    /// [`Phantom::reconstruct`] of the same gate.
-    ///
-    /// Each projection is shifted on the detector by the average respiratory displacement during its acquisition. The projections of the
-    /// respiratory gates are averaged, weighted by their acquisition times. Shifts by whole bins and rows are exact, others interpolate
-    /// ([`add_shifted`]). Cardiac motion within the gate is not corrected.
-    ///
-    /// ```
-    /// use heart_phantom::scene::{Breathing, Mode, RespiratoryGates, Scene};
-    /// use heart_phantom::Phantom;
-    /// let mut scene = Scene::default().with_size(16).with_mode(Mode::Static { phase: 0.0 });
-    /// (scene.camera.views, scene.camera.seconds_per_view) = (8, 4.0);
-    /// let breathing = Breathing { shift: [0.0, 0.0, -2.0], ..Breathing::default() };
-    /// scene.breathing = Some(Breathing { gates: Some(RespiratoryGates::Amplitude(4)), ..breathing });
-    /// let phantom = Phantom::new(scene)?;
-    /// let volume = phantom.reconstruct(0, &phantom.compensated_views(0)?)?;
-    /// # let _ = volume;
-    /// # Ok::<(), heart_phantom::PhantomError>(())
-    /// ```
-    ///
-    /// # Errors
-    /// [`PhantomError::Unsupported`] if respiration rotates the heart, which no shift corrects; [`PhantomError::Count`] if there is
-    /// no such cardiac gate; as [`Phantom::sinograms`].
-    pub fn compensated_views(&self, gate: usize) -> Result<Vec<f32>, PhantomError> {
-        self.shifted_back(gate, |set| {
-            Ok(Cow::Owned(self.sinograms(set, &no_observer)?.samples))
-        })
-    }
-
-    /// [`Phantom::compensated_views`] from given or computed projections.
-    fn shifted_back<'a>(
-        &self,
-        gate: usize,
-        seen: impl Fn(usize) -> Result<Cow<'a, [f32]>, PhantomError>,
-    ) -> Result<Vec<f32>, PhantomError> {
+    /// The projections of a cardiac gate with respiratory motion corrected to end-expiration, `[view][row][bin]`, from those of all gates.
+    fn shifted_back(&self, gate: usize, views: &[f32]) -> Result<Vec<f32>, PhantomError> {
         let cardiac = self.n_cardiac_gates();
         check_count("gate", gate, [0, cardiac - 1])?;
         let breathing = self.cycle().breathing();
@@ -192,15 +158,12 @@ impl Phantom {
                 *sum += time.window;
             }
         }
-        let mut all: Vec<f32> = zeros(
-            "samples of the projections",
-            camera.n_views() * camera.view_len(),
-        )?;
+        let len = camera.n_views() * camera.view_len();
+        let mut all: Vec<f32> = zeros("samples of the projections", len)?;
         for set in sets {
-            let views = seen(set)?;
             let breaths = self.heart_scan(set)?.breaths_of_views();
             let times = self.view_times(set)?;
-            let pairs = views
+            let pairs = views[set * len..][..len]
                 .chunks(camera.view_len())
                 .zip(all.chunks_mut(camera.view_len()));
             for (k, (view, sum)) in pairs.enumerate() {

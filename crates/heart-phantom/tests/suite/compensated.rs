@@ -16,6 +16,7 @@ fn still() -> Scene {
 
 fn breathing(shift: [f64; 3], gates: usize) -> Scene {
     let mut scene = still();
+    scene.reconstruction.compensation = Compensation::KnownMotion;
     scene.breathing = Some(Breathing {
         shift,
         gates: Some(RespiratoryGates::Amplitude(gates)),
@@ -101,8 +102,7 @@ fn compensated_respiration_equals_the_static_heart_up_to_interpolation() {
     let still = Phantom::new(still()).unwrap();
     let sharp = still.sinograms(0, &no_observer).unwrap().samples;
     let expected = still.reconstruct(0, &sharp).unwrap();
-    let off = |views: &[f32]| {
-        let volume = still.reconstruct(0, views).unwrap();
+    let off = |volume: Vec<f32>| {
         let square = volume
             .iter()
             .zip(&expected)
@@ -114,16 +114,13 @@ fn compensated_respiration_equals_the_static_heart_up_to_interpolation() {
     let mut errors = Vec::new();
     for gates in [2, 4, 8] {
         let phantom = Phantom::new(breathing(shift, gates)).unwrap();
-        errors.push(off(&phantom.compensated_views(0).unwrap()));
+        errors.push(off(phantom.volume(0).unwrap()));
     }
     // The whole respiratory motion, not compensated.
     let mut blurred = breathing(shift, 1);
     blurred.breathing.as_mut().unwrap().gates = None;
-    let blurred = off(&Phantom::new(blurred)
-        .unwrap()
-        .sinograms(0, &no_observer)
-        .unwrap()
-        .samples);
+    blurred.reconstruction.compensation = Compensation::None;
+    let blurred = off(Phantom::new(blurred).unwrap().volume(0).unwrap());
     // The cost of interpolation alone: the static views shifted by half a bin and back.
     let len = still.camera().view_len();
     let mut moved = vec![0.0f32; sharp.len()];
@@ -132,23 +129,24 @@ fn compensated_respiration_equals_the_static_heart_up_to_interpolation() {
         add_shifted(view, [40, 40], [0.5, 0.5], 1.0, &mut there).unwrap();
         add_shifted(&there, [40, 40], [-0.5, -0.5], 1.0, moved).unwrap();
     }
-    let interpolated = off(&moved);
+    let interpolated = off(still.reconstruct(0, &moved).unwrap());
     println!("gates 2, 4, 8: {errors:?}, blurred {blurred}, interpolated {interpolated}");
     assert!(errors[0] > errors[1] && errors[1] > errors[2], "{errors:?}");
     assert!(errors[2] < 0.5 * blurred);
     assert!(errors[2] < interpolated, "{errors:?} {interpolated}");
-    // Without respiration: the views themselves.
-    assert!(still.compensated_views(0).unwrap() == sharp);
+    // Without respiration: the same volume.
+    let (volume, _) = still.compensated(0, &sharp, &no_observer).unwrap();
+    assert!(volume == expected);
 }
 
 #[test]
 fn respiratory_rotation_is_rejected() {
     let mut scene = breathing([0.0; 3], 2);
     scene.breathing.as_mut().unwrap().rotation_degrees = [5.0, 0.0, 0.0];
-    let refused = Phantom::new(scene)
-        .unwrap()
-        .compensated_views(0)
-        .unwrap_err();
+    scene.reconstruction.compensation = Compensation::None;
+    let phantom = Phantom::new(scene).unwrap();
+    let views = phantom.sinograms_of_gates().unwrap();
+    let refused = phantom.compensated(0, &views, &no_observer).unwrap_err();
     assert!(
         refused.to_string().contains("rotation by breathing"),
         "{refused}"
