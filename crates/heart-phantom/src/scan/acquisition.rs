@@ -89,18 +89,13 @@ impl TruthOf {
     }
 }
 
-/// The projections of an acquisition, with angles, errors and counters.
+/// The projections of an acquisition, with errors and counters. [`Phantom::geometry`](crate::Phantom::geometry) has their angles.
 #[derive(Debug, Clone)]
 #[non_exhaustive]
 pub struct Sinograms {
     /// Samples in cm times activity, line integrals or those of an image behind a response, index order `[view][row][bin]`, bin fastest.
     pub samples: Vec<f32>,
-    /// Acquisition angle of each view in radians, averaged over its time; reconstruct with these. Differs from
-    /// [`Camera::geometry`](crate::Camera::geometry) if the camera rotates continuously and a view uses a part of its interval.
-    pub angles: Vec<f64>,
-    /// Number of distinct phases; for averages over volumes, of distinct volumes.
-    pub distinct_phases: usize,
-    /// Number of distinct shapes at these phases; mirrored phases share a shape.
+    /// Number of distinct shapes of the heart; mirrored phases share a shape.
     pub distinct_shapes: usize,
     /// Estimated errors of the samples. The time term is `c (1 + 5 / N) max |d| / max |s_n|`. Here `d = s_n - s_(n/2)` is the difference between
     /// the rules with all and with half the nodes, `N = (sum d^2)^2 / sum d^4` the effective number of samples, and c is 1 for line integrals, 0.35

@@ -172,8 +172,7 @@ impl Camera {
     }
 
     /// Returns nominal angles and bins. With continuous rotation the camera is at these angles at the middle of each interval; a view that uses a
-    /// part of it is reconstructed at its mean angle ([`Sinograms::angles`](crate::Sinograms::angles),
-    /// [`Phantom::geometry`](crate::Phantom::geometry)).
+    /// part of it is reconstructed at its mean angle ([`Phantom::geometry`](crate::Phantom::geometry)).
     #[must_use]
     pub fn geometry(&self) -> &radon::ParallelGeometry {
         &self.geometry

@@ -30,12 +30,10 @@ impl Node {
     }
 }
 
-/// The nodes of a view, and the phases of the cycle among them.
+/// The nodes of a view.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Nodes {
     pub(crate) nodes: Vec<Node>,
-    /// Phases of the points; for averages over volumes, their gains.
-    pub(crate) phases: Vec<f64>,
     /// Relative error of the average cavity volume over the view's time.
     pub(crate) volume_error: f64,
     known: BTreeMap<[u64; 3], usize>,
@@ -71,7 +69,6 @@ impl Nodes {
             }
         }
         self.nodes.retain(|node| node.weights != [0.0; 2]);
-        self.phases = self.nodes.iter().map(|node| node.gain).collect();
     }
 
     /// Returns the gains of all points.

@@ -274,7 +274,6 @@ impl<'a> TimeRule<'a> {
         let at = [self.cycle.gain(phase), self.cycle.breath(t)];
         let mut made = Nodes::default();
         made.add(at, 0.0, [1.0, 0.0]);
-        made.phases.push(phase);
         made
     }
 

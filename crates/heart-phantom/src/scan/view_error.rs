@@ -126,7 +126,6 @@ pub(super) struct Total {
     /// The largest error for rays through a sphere.
     sphere: f64,
     averaged: bool,
-    pub(super) phases: BTreeSet<u64>,
     pub(super) gains: BTreeSet<u64>,
 }
 
@@ -136,8 +135,6 @@ impl Total {
         self.volume += plan.volume_error.powi(2);
         self.sphere = self.sphere.max(sphere);
         self.averaged |= plan.nodes.len() > 1 || plan.nodes.iter().any(|n| n.weights[1] != 0.0);
-        self.phases
-            .extend(plan.phases.iter().map(|phase| phase.to_bits()));
         self.gains.extend(plan.gains().map(f64::to_bits));
     }
 

@@ -120,7 +120,7 @@ impl Acquisition {
     }
 
     /// Returns the camera angle averaged over the acquisition time of a view.
-    pub(crate) fn angle(&self, cycle: &Cycle, camera: &Camera, view_idx: usize) -> f64 {
+    fn angle(&self, cycle: &Cycle, camera: &Camera, view_idx: usize) -> f64 {
         let share = match camera.rotation() {
             Rotation::StepAndShoot => 0.5,
             Rotation::Continuous => self.seconds(cycle, camera, view_idx)[1] / camera.interval(),

@@ -121,10 +121,6 @@ impl<'a> Scan<'a> {
         Ok((sets.iter().zip(totals))
             .map(|(set, total)| Sinograms {
                 samples: Vec::new(),
-                angles: (views.clone())
-                    .map(|view_idx| set.acquisition.angle(set.cycle, set.camera, view_idx))
-                    .collect(),
-                distinct_phases: total.phases.len(),
                 distinct_shapes: total.gains.len(),
                 view_error: total.view_error(set.acquisition.interpolation, bins),
                 rays: total.rays,

@@ -64,7 +64,6 @@ fn phases_are_solved_once_and_mirrored_phases_share_a_shape() {
     let phantom = Phantom::new(scene).unwrap();
     let sinograms = views(&phantom, 0);
     // 90 views, 13/12 of a cycle apart: 12 phases, which are 7 gains.
-    assert_eq!(sinograms.distinct_phases, 12);
     assert_eq!(
         (sinograms.distinct_shapes, phantom.heart().shapes_solved()),
         (7, 7)
@@ -257,7 +256,7 @@ fn the_average_of_all_gates_is_the_whole_cycle() {
     for gate in 0..gates {
         let one = views(&gated, gate);
         // Four steps: five phases.
-        assert_eq!(one.distinct_phases, 5);
+        assert_eq!(one.distinct_shapes, 5);
         for (sum, v) in mean.iter_mut().zip(&one.samples) {
             *sum += f64::from(*v) / gates as f64;
         }
@@ -326,7 +325,7 @@ fn continuous_rotation_averages_over_angles() {
     // Beats while it turns: 2 s hold two and a part, and eight steps of a beat are four up and four down, between five volumes.
     let beating = with(Mode::WholeCycle, 6, 17.0, turning).unwrap();
     let beats = views(&beating, 0);
-    assert_eq!((beats.distinct_phases, beats.distinct_shapes), (5, 5));
+    assert_eq!(beats.distinct_shapes, 5);
     let wall = wall_volume(&beating);
     for view in beats.samples.chunks(n) {
         let sum: f64 = view.iter().map(|&v| f64::from(v)).sum();

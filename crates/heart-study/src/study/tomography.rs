@@ -4,6 +4,7 @@ use super::report;
 use super::run::Run;
 use heart_phantom::radon::Window;
 use heart_phantom::{ImageQuality, Mode, Phantom, PhantomError, Regions, Sinograms, no_observer};
+use std::collections::BTreeSet;
 use std::time::Instant;
 
 /// The three acquisitions in the order of the report. Views are one second apart, 90 of them over 180 degrees at 2 degrees per
@@ -90,7 +91,10 @@ pub(super) fn reconstruct(
         || measure(ram_lak),
     )?;
     let steps = phantom.steps()?;
-    let figures = |quality| summarise(&phantom, steps, &sinograms, solved, quality);
+    let times = phantom.view_times(0)?;
+    let phases: BTreeSet<u64> = times.iter().map(|time| time.phase.to_bits()).collect();
+    let counts = [steps, phases.len(), solved];
+    let figures = |quality| summarise(&phantom, counts, &sinograms, quality);
     let (ram_lak, hann) = (figures(of_ram_lak), figures(of_hann));
     run.time.reconstruct += first + second;
     run.time.truth_and_files += clock.elapsed().as_secs_f64() - first - second;
@@ -113,15 +117,14 @@ fn beside<T: Send>(
 
 fn summarise(
     phantom: &Phantom,
-    steps: usize,
+    [steps, phases, solved_before]: [usize; 3],
     sinograms: &Sinograms,
-    solved_before: usize,
     quality: ImageQuality,
 ) -> report::Acquisition {
     let mode = phantom.scene().acquisition.mode;
     let averaged = matches!(mode, Mode::WholeCycle);
     report::Acquisition {
-        distinct_shapes: matches!(mode, Mode::Instants).then_some(sinograms.distinct_phases),
+        distinct_shapes: matches!(mode, Mode::Instants).then_some(phases),
         quadrature_points: averaged.then_some(steps),
         view_error: averaged.then(|| sinograms.view_error.total()),
         shapes_solved: phantom.heart().shapes_solved() - solved_before,
