@@ -205,7 +205,8 @@ fn every_plane_by_itself(phantom: &Phantom) -> Vec<f32> {
     let plane = |k: usize| (k as f64 / n as f64 - 0.5) * 2.0 * REACH;
     let planes: Vec<f64> = (1..n).map(plane).collect();
     let view = |view_idx: usize| {
-        let rays = camera.rays(view_idx).expect("a view");
+        let angle = camera.geometry().angles()[view_idx];
+        let rays = camera.detector().rays(angle).expect("an angle");
         let rays = rays.with_planes(&planes).expect("ascending planes");
         let (slabs, _) = shape.body().project::<f32>(&rays, &WALL).expect("slabs");
         let mut seen = vec![0.0f32; n_bins * n_rows];

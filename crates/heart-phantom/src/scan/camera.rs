@@ -2,9 +2,9 @@
 
 use super::ray_geometry::RayGeometry;
 use super::settings::Rotation;
-use crate::error::{PhantomError, check, check_count};
+use crate::error::{PhantomError, check};
 use crate::scene::{CameraSettings, HeadsSettings};
-use revolve_voxel::{ParallelDetector, ParallelRays, VoxelGrid};
+use revolve_voxel::{ParallelDetector, VoxelGrid};
 use std::f64::consts::PI;
 use std::ops::Range;
 use std::sync::Arc;
@@ -197,14 +197,12 @@ impl Camera {
     }
 
     /// Returns the motion between views.
-    #[must_use]
-    pub fn rotation(&self) -> Rotation {
+    pub(crate) fn rotation(&self) -> Rotation {
         self.from.rotation
     }
 
     /// Returns the time `T` between the starts of consecutive views, seconds.
-    #[must_use]
-    pub fn interval(&self) -> f64 {
+    pub(crate) fn interval(&self) -> f64 {
         self.from.seconds_per_view
     }
 
@@ -293,18 +291,5 @@ impl Camera {
             Rotation::StepAndShoot => self.geometry.angles()[view_idx],
             Rotation::Continuous => self.geometry.angles()[view_idx] + (share - 0.5) * self.step,
         }
-    }
-
-    /// Returns the parallel rays of a view, image order `[row][bin]`.
-    ///
-    /// # Errors
-    /// [`PhantomError::Count`] if there is no such view, [`PhantomError::Absent`] if its rays are not parallel.
-    pub fn rays(&self, view_idx: usize) -> Result<ParallelRays, PhantomError> {
-        check_count("view_idx", view_idx, [0, self.n_views() - 1])?;
-        if self.rays.is_some() {
-            let what = "parallel ray of this camera";
-            return Err(PhantomError::Absent { what });
-        }
-        Ok(self.detector.rays(self.geometry.angles()[view_idx])?)
     }
 }

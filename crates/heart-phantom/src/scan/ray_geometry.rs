@@ -200,8 +200,7 @@ impl RayGeometry {
     }
 
     /// Returns the start times of the views, if they were set.
-    #[must_use]
-    pub fn times(&self) -> Option<&[f64]> {
+    pub(crate) fn times(&self) -> Option<&[f64]> {
         self.times.as_deref()
     }
 

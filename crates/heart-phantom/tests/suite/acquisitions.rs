@@ -217,7 +217,7 @@ fn bad_input_is_rejected_with_its_values() {
     }
     let phantom = phantom(Mode::WholeCycle, 8);
     let n_views = phantom.camera().n_views();
-    let refused = phantom.camera().rays(n_views).unwrap_err();
+    let refused = phantom.view(0, n_views).unwrap_err();
     assert!(
         matches!(refused, PhantomError::Count { given, most, .. } if given == n_views && most + 1 == n_views)
     );

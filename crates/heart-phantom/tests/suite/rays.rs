@@ -211,7 +211,9 @@ fn parallel_views_as_lines() {
         scene.chest = chest;
         let phantom = Phantom::new(scene.clone()).unwrap();
         let parallel = views(&phantom);
-        let lines = (0..6).map(|k| Lines::from(&phantom.camera().rays(k).unwrap()));
+        let camera = phantom.camera();
+        let rays = (camera.geometry().angles().iter()).map(|angle| camera.detector().rays(*angle));
+        let lines = rays.map(|rays| Lines::from(&rays.unwrap()));
         let lists = RayGeometry::from_lines(lines.collect()).unwrap();
         assert!(off(&views(&phantom.along(lists).unwrap()), &parallel) < 2e-6);
         let angles = phantom.camera().geometry().angles().to_vec();

@@ -323,7 +323,9 @@ fn instants_are_in_real_time() {
         };
         let shape = phantom.shape(phase).unwrap();
         let body = shape.body().with_pose(phantom.pose(at.breath).unwrap());
-        let rays = phantom.camera().rays(view_idx).unwrap();
+        let camera = phantom.camera();
+        let angle = camera.geometry().angles()[view_idx];
+        let rays = camera.detector().rays(angle).unwrap();
         let mut exact = vec![0.0f32; phantom.camera().view_len()];
         body.project_add(&rays, &[0.0, 1.0], 1.0, &mut exact)
             .unwrap();

@@ -18,7 +18,6 @@ fn heart_phantom_accepts_any_input() {
     let mut small = Scene::default().with_size(6);
     small.camera.views = 4;
     let phantom = Phantom::with_heart(small, heart.clone()).expect("a phantom");
-    let camera = phantom.camera();
     let mut cycles = vec![Cycle::new(65.0, &VolumeCurve::Sinusoid, [0.0, 0.1]).expect("a cycle")];
     for [a, b] in pairs() {
         cycles.extend(back(Cycle::new(a, &VolumeCurve::Sinusoid, [0.0, b])));
@@ -81,7 +80,6 @@ fn heart_phantom_accepts_any_input() {
             scene.camera.rows = size[1];
             back(scene.check());
         }
-        assert_eq!(camera.rays(n).is_ok(), n < 4);
     }
     let regions = phantom.regions().expect("regions");
     for n in [0, 1, 6 * 6 * 6 - 1, 2 * 6 * 6 * 6] {

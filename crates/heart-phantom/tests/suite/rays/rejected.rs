@@ -68,7 +68,7 @@ fn geometries_without_rays_are_rejected() {
     // Settings that require parallel rays.
     let own = phantom.along(cone.clone()).unwrap();
     assert!(matches!(own.geometry(0), Err(PhantomError::Absent { .. })));
-    assert!(own.reconstruct(0, &views(&own)).is_err() && own.camera().rays(0).is_err());
+    assert!(own.reconstruct(0, &views(&own)).is_err());
     let lists = RayGeometry::from_lines(vec![cone.lines(0).unwrap()]).unwrap();
     let mut averages = heart(Mode::Instants);
     averages.camera.samples = Some(BinSample::Averages);
