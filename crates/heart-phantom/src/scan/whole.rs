@@ -75,15 +75,9 @@ impl Scan<'_> {
     /// Clamps negative rounding residue to zero. Subtraction leaves such residue: of the surroundings, of the wall, or of attenuated lines
     /// and slabs, where the wall is outer minus inner membrane. Chords themselves are never negative, but the change by the heart may be.
     pub(crate) fn no_negatives(&self, samples: &mut [f32]) {
-        if self.projected == Projected::Heart {
-            return;
-        }
-        let replaced = self.background.is_some() || self.organs.is_some();
-        let weakened = self.attenuation.is_some() || self.imaging.is_some();
-        if replaced || weakened || !self.defects.is_empty() {
-            samples
-                .iter_mut()
-                .for_each(|sample| *sample = sample.max(0.0));
+        if self.projected != Projected::Heart {
+            let samples = samples.iter_mut();
+            samples.for_each(|sample| *sample = sample.max(0.0));
         }
     }
 
