@@ -9,44 +9,41 @@ use crate::once::once;
 use revolve_voxel::{Image, Shown, View};
 use std::ops::Range;
 
-/// The view of images of one part: of the change by the heart, or of the surroundings.
-pub(super) struct PartView<'a>(View<'a>, Shown);
-
 impl Scan<'_> {
-    /// Prepares the images of a view at an angle.
+    /// Prepares the images of a view at an angle: of the change by the heart, or of the surroundings.
     pub(super) fn part_view<'b>(
         &self,
         imaging: &'b Imaging,
         (view_idx, theta): (usize, f64),
         shown: Shown,
-    ) -> Result<PartView<'b>, PhantomError> {
+    ) -> Result<View<'b>, PhantomError> {
         let part = usize::from(shown == Shown::Organs);
         let ImagingOptions {
             value, resolutions, ..
         } = &imaging.options;
         let (plane, detector) = (self.plane(view_idx, theta)?, self.camera.detector());
         let response = &imaging.responses[view_idx][part];
-        let view = View::new(plane, detector, *value, response, resolutions[part].density)?;
-        Ok(PartView(view, shown))
+        let density = resolutions[part].density;
+        Ok(View::new(plane, detector, *value, response, density)?)
     }
 
     /// The image of the change by a heart.
     pub(super) fn image_of_heart(
         &self,
-        view: &PartView<'_>,
+        view: &View<'_>,
         heart: Placement<'_>,
         rows: &Range<usize>,
     ) -> Result<Image, PhantomError> {
-        Ok((view.0).image(&self.assembly(heart)?, view.1, rows.clone())?)
+        Ok(view.image(&self.assembly(heart)?, Shown::Change, rows.clone())?)
     }
 
     /// The image of the surroundings of the heart.
     pub(super) fn image_of_surroundings(
         &self,
-        view: &PartView<'_>,
+        view: &View<'_>,
         rows: &Range<usize>,
     ) -> Result<Image, PhantomError> {
-        Ok((view.0).image(&self.surroundings.alone(), view.1, rows.clone())?)
+        Ok(view.image(&self.surroundings.alone(), Shown::Organs, rows.clone())?)
     }
 
     /// Whether the surroundings of a view are the same at all times and stored.

@@ -9,7 +9,7 @@ use super::camera::RowsOfViews;
 use super::gates::add_to_gates;
 use super::groups::{Group, for_groups};
 use super::nodes::Node;
-use super::part_view::{self, PartView};
+use super::part_view;
 use super::view_error::{Errors, Total};
 use super::whole::{Projected, Scan};
 use crate::error::{PhantomError, zeros};
@@ -180,7 +180,7 @@ impl<'a> Scan<'a> {
         nodes: &[Node],
         shapes: &Shapes<'_>,
         rows: &Range<usize>,
-        known: &mut Option<(f64, PartView<'a>)>,
+        known: &mut Option<(f64, revolve_voxel::View<'a>)>,
     ) -> Result<(), PhantomError> {
         let node = &nodes[0];
         let shape = shapes.by_gain[&node.gain.to_bits()];
