@@ -155,22 +155,31 @@ impl<'a> TimeRule<'a> {
         Levels::new(&stretches, (points[axis], interpolation), scale)
     }
 
+    /// Returns the spans of a view, its start and its acquisition time in seconds.
+    fn spans(&self, view_idx: usize) -> (Vec<Span>, [f64; 2]) {
+        let [start, end] = self.acquisition.window(self.cycle, self.camera, view_idx);
+        let spans = spans::between(self.acquisition, self.cycle, [start, end]);
+        let [seconds, _] = spans::seen(&spans, start);
+        (spans, [start, seconds])
+    }
+
+    /// Returns the levels of an axis for the spans of a view.
+    fn levels_of(&self, spans: &[Span], axis: usize) -> Levels {
+        let shared = self.shared[axis].as_ref();
+        shared.map_or_else(|| self.levels(spans, axis), Levels::clone)
+    }
+
     /// Returns the points of a view.
     pub(crate) fn view(&self, view_idx: usize) -> Nodes {
-        let window = self.acquisition.window(self.cycle, self.camera, view_idx);
-        let spans = spans::between(self.acquisition, self.cycle, window);
-        let [seconds, _] = spans::seen(&spans, window[0]);
+        let (spans, [start, seconds]) = self.spans(view_idx);
         if seconds == 0.0 {
             return self.moment(self.camera.view_start(view_idx));
         }
-        let [volumes, breaths] = [0, 1].map(|axis| match &self.shared[axis] {
-            Some(shared) => shared.clone(),
-            None => self.levels(&spans, axis),
-        });
+        let [volumes, breaths] = [0, 1].map(|axis| self.levels_of(&spans, axis));
         let levels = [volumes, breaths, self.shares.clone()];
         let [mean, _] = self.means_of(&spans, seconds);
         let fine: Vec<Cells> = (self.in_arcs(spans, seconds).iter())
-            .map(|spans| self.cells(spans, window[0], &levels))
+            .map(|spans| self.cells(spans, start, &levels))
             .collect();
         let coarse: Vec<Cells> = (fine.chunks(2))
             .map(|pair| {
@@ -191,7 +200,7 @@ impl<'a> TimeRule<'a> {
                     [0, 1, 2].map(|axis| levels[axis].height(index_of(k, axis, &levels)));
                 let gain = self.cycle.gain_at_height(volume_at);
                 let share = match self.has_arcs() {
-                    true => (moment / time - window[0]) / interval,
+                    true => (moment / time - start) / interval,
                     false => share,
                 };
                 let weight = time / seconds;
@@ -210,9 +219,7 @@ impl<'a> TimeRule<'a> {
 
     /// Returns volume gain and respiratory fraction averaged over the time of a view, independent of levels.
     pub(crate) fn means(&self, view_idx: usize) -> [f64; 2] {
-        let window = self.acquisition.window(self.cycle, self.camera, view_idx);
-        let spans = spans::between(self.acquisition, self.cycle, window);
-        let [seconds, _] = spans::seen(&spans, window[0]);
+        let (spans, [_, seconds]) = self.spans(view_idx);
         if seconds == 0.0 {
             let node = &self.moment(self.camera.view_start(view_idx)).nodes[0];
             return [node.gain, node.breath];
@@ -242,9 +249,7 @@ impl<'a> TimeRule<'a> {
         if self.acquisition.interpolation == Interpolation::Polynomial || made.nodes.len() < 2 {
             return 0.0;
         }
-        let window = self.acquisition.window(self.cycle, self.camera, view_idx);
-        let spans = spans::between(self.acquisition, self.cycle, window);
-        let [seconds, _] = spans::seen(&spans, window[0]);
+        let (spans, [_, seconds]) = self.spans(view_idx);
         let range = [f64::min, f64::max].map(|of| made.gains().reduce(of).map_or(1.0, radius));
         let mut sphere = Sphere::new(range, self.shift);
         for span in &spans {
@@ -326,14 +331,11 @@ impl<'a> TimeRule<'a> {
 
     /// Returns these errors in each cell of a view.
     fn gaps(&self, axis: usize, view_idx: usize) -> Vec<f64> {
-        let window = self.acquisition.window(self.cycle, self.camera, view_idx);
-        let spans = spans::between(self.acquisition, self.cycle, window);
-        let [seconds, _] = spans::seen(&spans, window[0]);
-        let levels = match &self.shared[axis] {
-            _ if seconds == 0.0 => return Vec::new(),
-            Some(shared) => shared.clone(),
-            None => self.levels(&spans, axis),
-        };
+        let (spans, [_, seconds]) = self.spans(view_idx);
+        if seconds == 0.0 {
+            return Vec::new();
+        }
+        let levels = self.levels_of(&spans, axis);
         let way = |height: f64| match axis {
             0 => (1.0 + self.cycle.gain_at_height(height)).cbrt(),
             _ => height,
