@@ -151,18 +151,14 @@ impl Phantom {
             [camera.n_bins(), camera.n_rows()],
             camera.detector().pitch(),
         );
-        let sets: Vec<usize> = (gate..self.n_gates()).step_by(cardiac).collect();
-        let mut seconds = vec![0.0; camera.n_views()];
-        for &set in &sets {
-            for (sum, time) in seconds.iter_mut().zip(self.view_times(set)?) {
-                *sum += time.window;
-            }
-        }
+        let sets = (gate..self.n_gates()).step_by(cardiac);
+        let sets = sets.map(|set| Ok::<_, PhantomError>((set, self.view_times(set)?)));
+        let sets = sets.collect::<Result<Vec<_>, _>>()?;
+        let seconds = |k: usize| sets.iter().map(|(_, times)| times[k].window).sum::<f64>();
         let len = camera.n_views() * camera.view_len();
         let mut all: Vec<f32> = zeros("samples of the projections", len)?;
-        for set in sets {
-            let breaths = self.heart_scan(set)?.breaths_of_views();
-            let times = self.view_times(set)?;
+        for (set, times) in &sets {
+            let breaths = self.heart_scan(*set)?.breaths_of_views();
             let pairs = views[set * len..][..len]
                 .chunks(camera.view_len())
                 .zip(all.chunks_mut(camera.view_len()));
@@ -170,8 +166,9 @@ impl Phantom {
                 let (sin, cos) = times[k].angle.sin_cos();
                 let moved = shift * breaths[k];
                 let by = [(moved.x * cos + moved.y * sin) / bin, moved.z / row];
-                let weight = match seconds[k] > 0.0 {
-                    true => times[k].window / seconds[k],
+                let seconds = seconds(k);
+                let weight = match seconds > 0.0 {
+                    true => times[k].window / seconds,
                     false => 1.0,
                 };
                 add_shifted(view, size, by, weight, sum)?;
