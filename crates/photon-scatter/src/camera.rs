@@ -178,12 +178,6 @@ impl Grid {
         self.axes.len()
     }
 
-    /// Number of rows and bins of a view.
-    pub(crate) fn view_shape(&self) -> [usize; 2] {
-        let [bins, rows] = self.camera.size;
-        [rows, bins]
-    }
-
     /// Standard deviation of the response at a distance from the face, in pitches.
     pub(crate) fn width(&self, distance: f64) -> f64 {
         let variance = self.camera.response.variance(distance) / self.pitch.powi(2);

@@ -67,7 +67,7 @@ impl ScatterOptions {
         let (pitch, spacing) = (self.pitch.unwrap_or(PITCH), self.spacing.unwrap_or(SPACING));
         within(PITCH_OF_NODES, pitch, PITCHES)?;
         within("angle between views in radians", spacing, [0.0, 1.0])?;
-        Grid::new(camera, spectrum.windows().len(), pitch)
+        Grid::new(camera, spectrum.n_windows(), pitch)
     }
 }
 
@@ -136,13 +136,6 @@ impl Scatter {
         let detections = 2 * DETECTIONS as usize * size_of::<Detection>();
         let each = 4 * (own.n_deposits() + own.n_nodes()) + detections;
         Ok([nodes + cells, each].map(|bytes| bytes as u64))
-    }
-
-    /// Numbers of windows, views, rows and bins.
-    #[must_use]
-    pub fn shape(&self) -> [usize; 4] {
-        let [rows, bins] = self.grid.view_shape();
-        [self.grid.windows, self.grid.n_views(), rows, bins]
     }
 
     /// Averages of scatter over the bins of a view, `[row][bin]`.

@@ -166,10 +166,8 @@ impl Spectrum {
         self.energy
     }
 
-    /// The windows (keV).
-    #[must_use]
-    pub fn windows(&self) -> &[[f64; 2]] {
-        &self.windows
+    pub(crate) fn n_windows(&self) -> usize {
+        self.windows.len()
     }
 
     /// Probability that a photon is recorded in a window, relative to that of unscattered photons in the first window.

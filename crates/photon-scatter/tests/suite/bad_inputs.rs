@@ -305,16 +305,3 @@ fn faces_are_outside_the_medium() {
     let inside = run(1.9, 0.0).unwrap_err().to_string();
     assert!(inside.starts_with("radius of a view"), "{inside}");
 }
-
-#[test]
-fn shapes_are_those_of_the_views() {
-    let scatter = run(
-        &Point([0.0; 3], 1.0),
-        &BALL,
-        &ScatterOptions::new(1e3).with_block(16),
-    )
-    .unwrap();
-    let [windows, views, rows, bins] = scatter.shape();
-    assert_eq!([windows, views, rows, bins], [1, 1, 4, 4]);
-    assert_eq!(scatter.view(0, 0).len(), rows * bins);
-}

@@ -95,7 +95,8 @@ fn attenuation_agrees_with_that_of_water() {
 
 #[test]
 fn efficiencies_are_integrals_of_gaussians() {
-    let spectrum = Spectrum::new(140.5, 0.1, &[[126.45, 154.55], [90.0, 120.0]]).unwrap();
+    let windows = [[126.45, 154.55], [90.0, 120.0]];
+    let spectrum = Spectrum::new(140.5, 0.1, &windows).unwrap();
     let integral = |energy: f64, [low, high]: [f64; 2]| {
         let sigma = 0.1 * (140.5 * energy).sqrt() / (8.0 * 2.0_f64.ln()).sqrt();
         let n = 20_000;
@@ -104,9 +105,9 @@ fn efficiencies_are_integrals_of_gaussians() {
         let density = |e: f64| (-0.5 * ((e - energy) / sigma).powi(2)).exp();
         (0..n).map(|k| density(at(k)) * step).sum::<f64>() / (sigma * (2.0 * PI).sqrt())
     };
-    let photopeak = integral(140.5, [126.45, 154.55]);
+    let photopeak = integral(140.5, windows[0]);
     for energy in [100.0, 120.0, 133.0, 140.5] {
-        for (k, window) in spectrum.windows().iter().enumerate() {
+        for (k, window) in windows.iter().enumerate() {
             let exact = integral(energy, *window) / photopeak;
             assert!((spectrum.efficiency(k, energy) - exact).abs() < 1e-8);
         }
