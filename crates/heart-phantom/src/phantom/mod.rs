@@ -4,7 +4,6 @@ mod along;
 mod artefacts;
 mod beats;
 mod compensated;
-mod gate_model;
 mod gates;
 mod memory;
 mod method;
@@ -36,7 +35,6 @@ pub use artefacts::Artefacts;
 pub use beats::BeatReport;
 pub use memory::Memory;
 pub use method::{Compensation, Method, Osem, OsemReport};
-pub(crate) use model_voxels::farthest;
 pub use motion::{MotionField, MotionReport, PointMotion};
 pub use numbers::{Numbers, Thickness};
 pub use output::{GateFiles, Output, Product, ProjectionValues};
@@ -101,7 +99,7 @@ pub struct Phantom {
     plan: Mutex<Option<(usize, Arc<FbpPlan<f32>>)>>,
     share: Share,
     /// The OSEM model of a gate, if all have the same geometry.
-    model: OnceLock<gate_model::Model>,
+    model: OnceLock<model_voxels::Model>,
     pub(crate) work: Work,
     /// File and text of the scene, for errors after reading.
     pub(crate) file: Option<(PathBuf, String)>,

@@ -1,11 +1,10 @@
-//! Voxels and response of the OSEM model.
+//! The OSEM model of a gate, its voxels and its response.
 
 use super::method::Osem;
-use crate::Camera;
 use crate::error::{PhantomError, zeros};
-use crate::scan::BinSample;
 use crate::scene::Parts;
-use radon::Collimator;
+use crate::{BinSample, Camera};
+use radon::{Collimator, SpectOperator, Subset};
 
 /// The model extends beyond the first and the last row by so many standard deviations of the widest response.
 const MARGIN: f64 = 3.0;
@@ -19,12 +18,28 @@ pub(crate) struct ModelVoxels {
     first: [usize; 3],
 }
 
+/// The model of a gate.
+#[derive(Debug)]
+pub(super) struct Model {
+    pub(super) operator: SpectOperator<f32>,
+    pub(super) subsets: Vec<Subset<SpectOperator<f32>, f32>>,
+}
+
+impl Model {
+    pub(super) fn new(osem: &Osem, operator: SpectOperator<f32>) -> Result<Self, PhantomError> {
+        let mut subsets = operator.subsets(osem.subsets)?;
+        // Consecutive subsets have different directions.
+        subsets.sort_by_key(|subset| subset.operator().views()[0].reverse_bits());
+        Ok(Self { operator, subsets })
+    }
+}
+
 impl Parts {
-    /// Returns the voxels of the model; `radius` is the largest distance of the collimator face from the axis.
+    /// Returns the voxels of the model for the distances of the collimator face from the axis.
     pub(crate) fn model_voxels(
         &self,
         osem: &Osem,
-        radius: f64,
+        radii: &[f64],
     ) -> Result<ModelVoxels, PhantomError> {
         let camera = &self.camera;
         let half = 0.5 * camera.n_bins() as f64 * camera.pitch();
@@ -44,7 +59,8 @@ impl Parts {
                 hold([x, y], [a, b]);
             }
         }
-        let width = self.response(osem).sigma(radius + half);
+        let farthest = radii.iter().copied().fold(0.0, f64::max);
+        let width = self.response(osem).sigma(farthest + half);
         let layers = (MARGIN * width / camera.detector().pitch()[1]).ceil();
         let (first, camera) = camera.with_voxels_around(reach, layers)?;
         Ok(ModelVoxels { camera, first })
@@ -66,11 +82,6 @@ impl Parts {
         // `new` accepts all of these values.
         Collimator::new(response.slope(), response.at_face(), intrinsic).unwrap_or(response)
     }
-}
-
-/// Returns the largest distance of the collimator face from the axis.
-pub(crate) fn farthest(radii: &[f64]) -> f64 {
-    radii.iter().fold(0.0, |most, radius| most.max(*radius))
 }
 
 impl ModelVoxels {

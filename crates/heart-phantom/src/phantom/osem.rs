@@ -4,9 +4,8 @@
 //! region. The camera's voxels are extracted at the end.
 
 use super::Phantom;
-use super::gate_model::Model;
 use super::method::{Compensation, Osem, OsemReport};
-use super::model_voxels::{ModelVoxels, farthest};
+use super::model_voxels::{Model, ModelVoxels};
 use crate::error::{PhantomError, check_count, check_length, zeros};
 use crate::observer::check_stop;
 use crate::once::once;
@@ -49,7 +48,7 @@ impl Phantom {
             views.len(),
             self.camera().n_views() * self.camera().view_len(),
         )?;
-        let voxels = self.parts.model_voxels(osem, farthest(&self.radii()?))?;
+        let voxels = self.parts.model_voxels(osem, &self.radii()?)?;
         let any = match self.camera().rotation() {
             Rotation::StepAndShoot => {
                 let make = || self.gate_model(osem, gate, &voxels, None);
@@ -154,7 +153,7 @@ impl Phantom {
     pub(super) fn bytes_of_osem(&self, osem: &Osem) -> (u64, u64) {
         let (parts, views) = (&self.parts, self.camera().n_views());
         let radii = self.known_radii().unwrap_or_default();
-        let Ok(voxels) = parts.model_voxels(osem, farthest(&radii)) else {
+        let Ok(voxels) = parts.model_voxels(osem, &radii) else {
             return (0, 0);
         };
         let (image, n) = (voxels.camera.image(), voxels.camera.grid().len());
@@ -177,7 +176,7 @@ impl Phantom {
 
     /// Validates the model of a gate by building it without attenuation.
     pub(super) fn try_model(&self, osem: &Osem, gate: usize) -> Result<(), PhantomError> {
-        let voxels = self.parts.model_voxels(osem, farthest(&self.radii()?))?;
+        let voxels = self.parts.model_voxels(osem, &self.radii()?)?;
         if self.scene().reconstruction.compensation == Compensation::KnownMotion {
             self.wall(self.reference())?;
         }

@@ -1,9 +1,8 @@
 //! Reconstruction of one volume by OSEM from the projections of all gates with known motion.
 
 use super::Phantom;
-use super::gate_model::Model;
 use super::method::{Osem, OsemReport};
-use super::model_voxels::farthest;
+use super::model_voxels::Model;
 use super::osem::counted;
 use crate::error::PhantomError;
 use crate::{Observer, Rotation};
@@ -17,7 +16,7 @@ impl Phantom {
         views: &[f32],
         progress: Observer<'_, usize>,
     ) -> Result<(Vec<f32>, OsemReport), PhantomError> {
-        let voxels = self.parts.model_voxels(osem, farthest(&self.radii()?))?;
+        let voxels = self.parts.model_voxels(osem, &self.radii()?)?;
         let n_models = match self.gates_share_model(osem) {
             true => 1,
             false => self.n_gates(),

@@ -4,7 +4,6 @@ use super::finding::{Check, SceneError, array_of, spelled};
 use super::*;
 use crate::model::Height;
 use crate::model::without_overlap;
-use crate::phantom::farthest;
 use crate::ranges;
 use crate::scene::build::{self, Rest, regular_cycle_of};
 use crate::text::{Number, enough};
@@ -108,7 +107,7 @@ fn built(parts: &Parts) -> Result<(), SceneError> {
     if let Method::Osem(osem) = &parts.scene.reconstruction.method {
         // The radii of a contour orbit are known only after the body is solved.
         let radii = parts.nominal_radii().unwrap_or_default();
-        if let Err(error) = parts.model_voxels(osem, farthest(&radii)) {
+        if let Err(error) = parts.model_voxels(osem, &radii) {
             c.fault("reconstruction.method", "osem", error.to_string());
         }
     }
