@@ -4,9 +4,9 @@ use super::Phantom;
 use super::output::Product;
 use super::products::Needs;
 use crate::error::{PhantomError, check_length, zeros};
-use crate::scan::{Interpolation, STEPS, Scan, SharedShapes};
+use crate::scan::{Interpolation, STEPS, Scan};
 use crate::scene::WORK_BYTES;
-use crate::truth::truth_of_gates_into;
+use crate::truth::{SharedShapes, truth_of_gates_into};
 use crate::{Observer, Sinograms, no_observer};
 use revolve_voxel::Organs;
 use std::collections::BTreeSet;
@@ -162,13 +162,21 @@ impl Phantom {
         Ok(())
     }
 
+    /// Collects the shapes of all gates. Returns `None` for a single gate, if views differ in their states or the heart breathes, and if the
+    /// shapes exceed the memory of the heart.
     fn shared_shapes(&self) -> Result<Option<SharedShapes>, PhantomError> {
-        if self.n_gates() == 1 {
-            return Ok(None);
+        let mut shapes = SharedShapes::new();
+        for gate in 0..self.n_gates() {
+            let scan = self.heart_scan(gate)?;
+            let alike = (scan.acquisition).same_for_all_views(scan.cycle, scan.camera);
+            if self.n_gates() == 1 || scan.cycle.breathing().is_some() || !alike {
+                return Ok(None);
+            }
+            for state in self.states(gate)? {
+                let uses = shapes.entry(state.gain.to_bits()).or_default();
+                uses.push((gate, state.share));
+            }
         }
-        let scans = (0..self.n_gates())
-            .map(|gate| self.heart_scan(gate))
-            .collect::<Result<Vec<_>, PhantomError>>()?;
-        SharedShapes::of(&scans, self.scene().truth.tolerance)
+        Ok((shapes.len() <= self.heart().most_shapes()).then_some(shapes))
     }
 }

@@ -28,7 +28,7 @@ pub use acquisition::{Sinograms, TruthOf};
 pub use camera::Camera;
 pub(crate) use camera::{LEAST_DIRECTIONS, MOST_SAMPLES, RowsOfViews, VOXELS, Voxels};
 pub use counting::{Counting, Decay};
-pub(crate) use gates::{SharedShapes, add_to_gates};
+pub(crate) use gates::add_to_gates;
 pub(crate) use groups::MOST_NODES;
 pub use imaging::Resolution;
 pub(crate) use imaging::{Facing, Imaging, ImagingOptions};

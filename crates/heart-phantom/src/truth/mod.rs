@@ -6,5 +6,5 @@ mod volume;
 pub(crate) use regions::{BREATHS, MASK_PHASES, check_volumes, swept};
 pub use regions::{ImageQuality, Regions};
 pub(crate) use volume::{
-    MOST_IN_PASS, alone, finder_bytes, in_pass, truth_of_gates_into, truth_of_slices,
+    MOST_IN_PASS, SharedShapes, alone, finder_bytes, in_pass, truth_of_gates_into, truth_of_slices,
 };

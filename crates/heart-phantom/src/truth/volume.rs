@@ -2,13 +2,17 @@
 
 use crate::Activity;
 use crate::error::PhantomError;
-use crate::scan::{Lasting, OF_VOXEL, Scan, SharedShapes, add_to_gates, shortest_side};
+use crate::scan::{Lasting, OF_VOXEL, Scan, add_to_gates, shortest_side};
 use revolve_voxel::{Body, Organs, Sampling, VoxelCounters, WeightedBody};
+use std::collections::BTreeMap;
 use std::ops::Range;
 
 /// Largest number of shapes that are added in one pass over the volume, and their memory limit in bytes.
 pub(crate) const MOST_IN_PASS: usize = 256;
 const BYTES_OF_PASS: usize = 256 << 20;
+
+/// Volume gains as bits, with the gates that contain the shape and its fraction of their time.
+pub(crate) type SharedShapes = BTreeMap<u64, Vec<(usize, f64)>>;
 
 /// Computes the activity of some slices, averaged over the voxel and over states of the heart; index order `[z][y][x]`. Bitwise equal to
 /// the slices of the whole volume.
@@ -70,10 +74,10 @@ pub(crate) fn truth_of_gates_into(
         volume.copy_from_slice(&one);
     }
     let mut counters = VoxelCounters::default();
-    for (_part, (&gain, uses)) in simd_set::parts(shared.gains.iter().zip(&shared.uses)) {
+    for (_part, (gain, uses)) in simd_set::parts(shared.iter()) {
         one.fill(0.0);
         let whole = [Lasting {
-            gain,
+            gain: f64::from_bits(*gain),
             breath: 0.0,
             share: 1.0,
         }];
