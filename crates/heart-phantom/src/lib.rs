@@ -62,18 +62,34 @@ pub use model::{
 };
 pub use observer::{Observer, no_observer};
 pub use phantom::{
-    Artefacts, BeatReport, Compensation, GateFiles, Memory, Method, MotionField, MotionPhase,
-    MotionReport, Numbers, Osem, OsemReport, Output, Phantom, PhaseOf, PhaseReport, PlannedFile,
-    PointMotion, PolarMap, Product, ProjectionValues, ScenePhase, Thickness, Warning, WarningKind,
-    WorkReport,
+    Phantom,
+    artefacts::Artefacts,
+    beats::BeatReport,
+    memory::Memory,
+    method::{Compensation, Method, Osem, OsemReport},
+    motion::{MotionField, MotionReport, PointMotion},
+    numbers::{Numbers, Thickness},
+    output::{GateFiles, Output, Product, ProjectionValues},
+    phases::{MotionPhase, PhaseOf, PhaseReport, ScenePhase},
+    polar::PolarMap,
+    products::PlannedFile,
+    warning::{Warning, WarningKind},
+    work::WorkReport,
 };
 pub use scan::{
-    Accuracy, BinSample, Camera, Counting, Counts, Decay, Mode, Noise, Orbit, RayGeometry,
-    Resolution, Rotation, Sinograms, TruthOf, ViewError, ViewReport, ViewTime,
+    acquisition::{Sinograms, TruthOf},
+    camera::Camera,
+    counting::{Counting, Decay},
+    imaging::Resolution,
+    orbit::Orbit,
+    ray_geometry::RayGeometry,
+    settings::{Accuracy, BinSample, Counts, Mode, Noise, Rotation},
+    view_error::ViewError,
+    view_time::{ViewReport, ViewTime},
 };
 pub use scene::{
     CompensatedReport, GateReport, GateResults, MeasuredEjection, PictureReport, Progress, Run,
     RunReport, Scene, SliceOrders, run,
 };
 pub use text::{chain, escape};
-pub use truth::{ImageQuality, Regions};
+pub use truth::regions::{ImageQuality, Regions};

@@ -1,9 +1,8 @@
 //! Effects of motion, few views, noise and blur on a reconstruction.
 
 use crate::error::PhantomError;
-use crate::scan::Mode;
 use crate::truth::{BREATHS, MOST_IN_PASS, check_volumes, swept};
-use crate::{Camera, ImageQuality, Phantom, Regions};
+use crate::{Camera, ImageQuality, Mode, Phantom, Regions};
 use radon::rmse_within;
 use revolve_voxel::Mask;
 use revolve_voxel::nalgebra::{Point3, Vector3};

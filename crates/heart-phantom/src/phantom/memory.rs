@@ -6,11 +6,10 @@ use super::products::Needs;
 use crate::error::PhantomError;
 use crate::files::Format;
 use crate::model::without_overlap;
-use crate::scan::MOST_NODES;
-use crate::scan::{Accuracy, STEPS};
+use crate::scan::{MOST_NODES, STEPS};
 use crate::scene::WORK_BYTES;
 use crate::truth::{MASK_PHASES, MOST_IN_PASS, finder_bytes, in_pass};
-use crate::{Defect, Mode, Phantom};
+use crate::{Accuracy, Defect, Mode, Phantom};
 use std::collections::BTreeSet;
 use std::path::Path;
 

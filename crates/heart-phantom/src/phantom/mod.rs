@@ -1,22 +1,22 @@
 //! The phantom: lazy evaluation of every product of a scene.
 
 mod along;
-mod artefacts;
-mod beats;
+pub(crate) mod artefacts;
+pub(crate) mod beats;
 mod compensated;
 mod gates;
-mod memory;
-mod method;
+pub(crate) mod memory;
+pub(crate) mod method;
 mod model_voxels;
-mod motion;
-mod numbers;
+pub(crate) mod motion;
+pub(crate) mod numbers;
 mod osem;
 mod osem_of_gates;
-mod output;
-mod phases;
-mod polar;
+pub(crate) mod output;
+pub(crate) mod phases;
+pub(crate) mod polar;
 mod prepare;
-mod products;
+pub(crate) mod products;
 mod reach;
 mod resolution;
 mod scatter;
@@ -26,39 +26,26 @@ mod truncation;
 mod unsuitable;
 mod views;
 mod volumes;
-mod warning;
+pub(crate) mod warning;
 mod warnings;
 mod warps;
-mod work;
+pub(crate) mod work;
 
-pub use artefacts::Artefacts;
-pub use beats::BeatReport;
-pub use memory::Memory;
-pub use method::{Compensation, Method, Osem, OsemReport};
-pub use motion::{MotionField, MotionReport, PointMotion};
-pub use numbers::{Numbers, Thickness};
-pub use output::{GateFiles, Output, Product, ProjectionValues};
-pub use phases::{MotionPhase, PhaseOf, PhaseReport, ScenePhase};
-pub use polar::PolarMap;
-pub(crate) use products::Needs;
-pub use products::PlannedFile;
-pub(crate) use products::{Content, Index};
+pub(crate) use products::{Content, Index, Needs};
 pub(crate) use views::to_counts;
-pub use warning::{Warning, WarningKind};
-use work::Work;
-pub use work::WorkReport;
 
 use crate::error::{PhantomError, check_count};
 use crate::model::Placed;
 use crate::scan::{Acquisition, Facing, Imaging, Lasting, Projected, STEPS, Scan};
 use crate::scene::{Parts, Scene, check};
-use crate::{Camera, Cycle, Heart, HeartShape, Regions, TruthOf};
+use crate::{Camera, Cycle, Heart, HeartShape, Regions, TruthOf, WorkReport};
 use photon_scatter::Scatter;
 use radon::FbpPlan;
 use revolve_voxel::Pose;
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, OnceLock};
+use work::Work;
 
 /// A phantom: the products of a scene, computed on demand.
 ///
@@ -346,21 +333,6 @@ impl Phantom {
             imaging: None,
             projected: Projected::All,
         }
-    }
-
-    /// Evaluates a function of the heart at a motion phase.
-    pub(crate) fn at_motion_phase<T>(
-        &self,
-        moment: MotionPhase,
-        look: impl FnOnce(&Scan<'_>) -> Result<T, PhantomError>,
-    ) -> Result<T, PhantomError> {
-        let heart = self.parts.heart.with_pose(self.pose(moment.breath)?);
-        let cycle = self.parts.cycle.clone().without_breathing();
-        look(&Scan {
-            heart: &heart,
-            cycle: &cycle,
-            ..self.scan(0, Acquisition::still(moment.phase))
-        })
     }
 
     /// Returns the pose at a respiratory position: 0 at end-expiration, 1 at end-inspiration.

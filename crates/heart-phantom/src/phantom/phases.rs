@@ -1,8 +1,8 @@
 //! Phases of the cycle that represent projections: those of labels, maps and surfaces.
 
 use crate::error::PhantomError;
-use crate::scan::Mode;
-use crate::{HeartShape, Phantom, RespiratoryGates, Thickness};
+use crate::scan::{Acquisition, Scan};
+use crate::{HeartShape, Mode, Phantom, RespiratoryGates, Thickness};
 use std::fmt;
 
 /// A phase and the projections that it represents.
@@ -138,6 +138,21 @@ impl Phantom {
             | Mode::WholeCycle
             | Mode::Gated { .. } => (0..gates).map(middle).collect(),
         }
+    }
+
+    /// Evaluates a function of the heart at a motion phase.
+    pub(crate) fn at_motion_phase<T>(
+        &self,
+        moment: MotionPhase,
+        look: impl FnOnce(&Scan<'_>) -> Result<T, PhantomError>,
+    ) -> Result<T, PhantomError> {
+        let heart = self.parts.heart.with_pose(self.pose(moment.breath)?);
+        let cycle = self.parts.cycle.clone().without_breathing();
+        look(&Scan {
+            heart: &heart,
+            cycle: &cycle,
+            ..self.scan(0, Acquisition::still(moment.phase))
+        })
     }
 
     /// Returns respiratory position and phase at the middle of the respiratory gate of a projection set.

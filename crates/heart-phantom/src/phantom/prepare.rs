@@ -4,8 +4,8 @@ use super::artefacts::some_of;
 use super::output::Product;
 use super::products::Needs;
 use crate::error::PhantomError;
-use crate::scan::{Acquisition, Counts};
-use crate::{Method, Phantom, Regions, Rotation, no_observer};
+use crate::scan::Acquisition;
+use crate::{Counts, Method, Phantom, Regions, Rotation, no_observer};
 use std::collections::BTreeSet;
 
 /// Largest number of shapes that are solved.

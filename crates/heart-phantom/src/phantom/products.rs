@@ -1,6 +1,6 @@
 //! Products of a run: one table, from which validation, planning, memory, file names and writing follow.
 
-use super::output::{Output, Product};
+use super::output::{GateFiles, Output, Product};
 use super::phases::PhaseOf;
 use crate::error::PhantomError;
 use crate::files::{self, Extensions, FieldOf, Format, ORBIT_EXTENSION, REPORT, are_equal};
@@ -176,7 +176,7 @@ impl Output {
 
     /// Whether all cardiac gates are written to one file, if the product allows it.
     pub(crate) fn one_file(&self, mode: Mode) -> bool {
-        matches!(mode, Mode::Gated { .. }) && self.gates == super::GateFiles::OneFile
+        matches!(mode, Mode::Gated { .. }) && self.gates == GateFiles::OneFile
     }
 
     /// Whether all cardiac gates of a product go into one file.

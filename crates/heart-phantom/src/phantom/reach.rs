@@ -4,8 +4,8 @@ use super::Phantom;
 use super::warnings::{span, turned};
 use crate::error::PhantomError;
 use crate::once::once;
-use crate::scan::{Facing, Orbit};
-use crate::{Rotation, ranges};
+use crate::scan::Facing;
+use crate::{Orbit, Rotation, ranges};
 use revolve_voxel::{Body, Organ};
 
 /// Returns the extent of the cross-section of an organ or torso, an ellipse, along rays at `theta`.

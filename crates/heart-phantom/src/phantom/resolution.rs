@@ -2,12 +2,9 @@
 
 use super::Phantom;
 use crate::error::PhantomError;
-use crate::no_observer;
 use crate::once::once;
-use crate::scan::{
-    Acquisition, BinSample, Camera, Facing, Imaging, ImagingOptions, Mode, Projected, Resolution,
-    Rotation, Scan, evenly,
-};
+use crate::scan::{Acquisition, Facing, Imaging, ImagingOptions, Projected, Scan, evenly};
+use crate::{BinSample, Camera, Mode, Resolution, Rotation, no_observer};
 use radon::Collimator;
 use revolve_voxel::BinValue;
 use std::collections::BTreeSet;

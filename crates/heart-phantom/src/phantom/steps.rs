@@ -2,9 +2,8 @@
 
 use super::resolution::largest_of;
 use crate::error::PhantomError;
-use crate::scan::STEPS;
-use crate::scan::{Accuracy, Interpolation, Mode, Scan, ViewError, evenly};
-use crate::{Phantom, Rotation, no_observer};
+use crate::scan::{Interpolation, STEPS, Scan, evenly};
+use crate::{Accuracy, Mode, Phantom, Rotation, ViewError, no_observer};
 use std::collections::BTreeSet;
 
 /// Bins and rows of the projections that determine the time steps, for line integrals.

@@ -1,7 +1,7 @@
 //! The section `[camera]` of a scene.
 
 use super::file::exactly;
-use crate::scan::{BinSample, Orbit, Rotation};
+use crate::{BinSample, Orbit, Rotation};
 use serde::{Deserialize, Serialize};
 
 /// The heads of a camera.

@@ -5,9 +5,10 @@ use super::finding::Check;
 use crate::error::PhantomError;
 use crate::phantom::Needs;
 use crate::ranges;
-use crate::scan::{Accuracy, Acquisition, Interpolation, Mode, POINTS, Rotation};
+use crate::scan::{Acquisition, Interpolation, POINTS};
 use crate::scene::build::{camera_of, cycle_of};
 use crate::text::{Number, enough};
+use crate::{Accuracy, Mode, Rotation};
 
 /// Largest number of samples of all gated projection sets or volumes: 1 TiB of `f32`.
 const MOST_SAMPLES_OF_ALL: f64 = 274_877_906_944.0;

@@ -2,8 +2,10 @@
 
 use super::Scene;
 use crate::model::Surroundings;
-use crate::scan::{Accuracy, Acquisition, BinSample, Mode, STEPS};
-use crate::{Attenuation, Camera, Cycle, Heart, MaterialPoint, Twist, ViewTime};
+use crate::scan::{Acquisition, STEPS};
+use crate::{
+    Accuracy, Attenuation, BinSample, Camera, Cycle, Heart, MaterialPoint, Mode, Twist, ViewTime,
+};
 use radon::{Collimator, FbpOptions};
 use revolve_voxel::Organs;
 

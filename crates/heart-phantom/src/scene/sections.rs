@@ -2,8 +2,7 @@
 
 use super::file::exactly;
 use super::material::MaterialSettings;
-use crate::scan::{Accuracy, Mode};
-use crate::{Balloon, Compensation, Method, VolumeCurve, VolumeRange};
+use crate::{Accuracy, Balloon, Compensation, Method, Mode, VolumeCurve, VolumeRange};
 use membrane_forces::PressureLaw;
 use radon::{ArcPolicy, ParallelHoles, Window};
 use serde::{Deserialize, Serialize};

@@ -1,10 +1,9 @@
 //! Voxelised ground truth and image quality of a reconstruction.
 
-mod regions;
+pub(crate) mod regions;
 mod volume;
 
 pub(crate) use regions::{BREATHS, MASK_PHASES, check_volumes, swept};
-pub use regions::{ImageQuality, Regions};
 pub(crate) use volume::{
     MOST_IN_PASS, SharedShapes, alone, finder_bytes, in_pass, truth_of_gates_into, truth_of_slices,
 };
