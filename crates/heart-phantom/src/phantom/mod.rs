@@ -327,8 +327,6 @@ impl Phantom {
             twist: self.parts.twist.as_ref(),
             background: self.scene().background,
             organs: self.parts.organs.as_ref(),
-            // Far below any detector resolution.
-            tolerance: 1e-5 * self.parts.heart.length(),
             surroundings: &self.parts.surroundings,
             imaging: None,
             projected: Projected::All,

@@ -37,8 +37,6 @@ pub(crate) struct Scan<'a> {
     pub(crate) twist: Option<&'a Twist>,
     pub(crate) background: Option<Background>,
     pub(crate) organs: Option<&'a Organs>,
-    /// Largest position error of the layers of defects, cm.
-    pub(crate) tolerance: f64,
     /// The same objects around the heart, as projections need them.
     pub(crate) surroundings: &'a Surroundings,
     /// Response and bin averages, unless samples are line integrals.
@@ -69,7 +67,9 @@ impl Scan<'_> {
         }
         let twist = |gain: f64| Some(self.twist?.scaled(self.cycle.emptied(gain)));
         let defects = (self.defects, twist);
-        Placed::new(self.heart, defects, self.tolerance, shapes, self.placed)
+        // Far below any detector resolution.
+        let tolerance = 1e-5 * self.heart.length();
+        Placed::new(self.heart, defects, tolerance, shapes, self.placed)
     }
 
     /// Clamps negative rounding residue to zero. Subtraction leaves such residue: of the surroundings, of the wall, or of attenuated lines
