@@ -17,12 +17,8 @@ use std::f64::consts::TAU;
 const MOST_OVERLAP: f64 = 2e-3;
 
 impl Phantom {
-    /// Returns the warnings of the scene: allowed values that are probably not intended. Solves one or two shapes. Casts the rays of one view only
+    /// Returns the warnings of the scene ([`WarningKind`]): allowed values that are probably not intended. Solves one or two shapes. Casts the rays of one view only
     /// if line integrals may alias. Whether all views and products can be computed is checked by [`Phantom::prepare`] only.
-    ///
-    /// Views that do not cover the heart or the background are truncated: filtered back-projection takes missing samples as zero, which causes
-    /// streaks. Projections and the model of OSEM include all of an attenuating torso, but attenuation maps end at the field of view; the part of a
-    /// heart outside the torso does not attenuate.
     ///
     /// ```
     /// use heart_phantom::{Phantom, WarningKind, scene::{Mode, Scene}};
