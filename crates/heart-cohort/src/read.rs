@@ -187,28 +187,13 @@ impl Reader<'_> {
     fn laid_over(&self, base: &Value, above: &Value, section: &str) -> Result<Value, SceneError> {
         let mut scene = base.clone();
         field::lay_over(&mut scene, above);
-        let scene = match scene_from(&scene) {
-            Ok(scene) => scene,
-            Err(error) => {
-                let wanted = &error.first().wanted;
-                // The error belongs to the first field that alone causes it.
-                let blamed = field::leaves(above, "").into_iter().find(|path| {
-                    let (mut scene, mut alone) = (base.clone(), Value::Null);
-                    let value = field::get(above, path).cloned().unwrap_or_default();
-                    field::set(&mut alone, path, value);
-                    field::lay_over(&mut scene, &alone);
-                    scene_from(&scene).is_err_and(|alone| alone.first().wanted == *wanted)
-                });
-                let field = match blamed {
-                    Some(path) => format!("{section}.{path}"),
-                    None => section.to_owned(),
-                };
-                return Err(self.wrong(&field, wanted.clone()));
-            }
-        };
-        scene.check().map_err(|error| {
+        let read = scene_from(&scene).and_then(|scene| scene.check().map(|()| scene));
+        let scene = read.map_err(|error| {
             let first = error.first();
-            let field = format!("{section}.{}", first.field);
+            let field = match first.field.as_str() {
+                "" => section.to_owned(),
+                field => format!("{section}.{field}"),
+            };
             match first.given.as_str() {
                 "" => self.wrong(&field, first.wanted.clone()),
                 given => self.wrong(&field, format!("is {given}; {}", first.wanted)),
@@ -416,7 +401,7 @@ pub(crate) fn json_of(scene: &Scene) -> Value {
     serde_json::from_str(&scene.to_json()).unwrap_or_default()
 }
 
-/// Reads a scene from JSON without validation, by the deserialiser that is compiled with `heart-phantom`.
+/// Reads a scene from JSON without validation.
 pub(crate) fn scene_from(json: &Value) -> Result<Scene, SceneError> {
     Scene::from_json(&json.to_string())
 }

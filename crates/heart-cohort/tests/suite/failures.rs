@@ -50,7 +50,7 @@ fn a_missing_field_is_reported_with_its_line() {
         ),
         (
             "heart.law = { choice = [\"total-force\", \"x\"] }",
-            ["line 12, ", "unknown variant `x`"],
+            ["line 12, ", "unknown name `x`"],
         ),
         (
             "camera.views = { normal = { mean = 9.0 } }",

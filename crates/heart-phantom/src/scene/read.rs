@@ -7,6 +7,7 @@ use super::{check, place, template};
 use crate::error::PhantomError;
 use serde::Serialize;
 use std::path::Path;
+use toml::Table;
 
 /// Reads the text of a scene or a cohort.
 ///
@@ -60,17 +61,26 @@ impl Scene {
     /// let scene = Scene::from_json(r#"{"camera": {"views": 30}}"#)?;
     /// assert_eq!(scene.camera.views, 30);
     /// assert_eq!(Scene::from_json(&scene.to_json())?, scene);
+    /// let error = Scene::from_json(r#"{"camera": {"views": -3}}"#).unwrap_err();
+    /// assert_eq!(error.first().field, "camera.views");
     /// # Ok::<(), heart_phantom::scene::SceneError>(())
     /// ```
     ///
     /// # Errors
-    /// [`SceneError`] with line and column if the text is not JSON, or contains an unknown name or a value of another type.
+    /// [`SceneError`] if the text is not JSON, or with the field of an unknown name or a value of another type.
     pub fn from_json(text: &str) -> Result<Self, SceneError> {
-        serde_json::from_str(text).map_err(|error| {
-            let (message, place) = (error.to_string(), [error.line(), error.column()]);
-            let suffix = format!(" at line {} column {}", place[0], place[1]);
-            let what = message.strip_suffix(&suffix).unwrap_or(&message);
-            Finding::new(Some(place), "", what).into()
+        let json = serde_json::from_str(text)
+            .map_err(|error| Finding::new(None, "", error.to_string()))?;
+        // Read as TOML: a second deserialiser of all sections would be large.
+        let text = template::toml_of(&json).as_table().map(Table::to_string);
+        let text = text.ok_or_else(|| Finding::new(None, "", "a scene is an object"))?;
+        let read = place::read_toml(&text);
+        read.map_err(|finding| {
+            Finding {
+                place: None,
+                ..finding
+            }
+            .into()
         })
     }
 

@@ -68,7 +68,7 @@ fn at<'a>(values: Option<&'a Value>, path: &str) -> Option<&'a Value> {
 }
 
 /// Converts JSON to TOML. Integers too large for TOML become floats, which integer fields reject; other non-numbers become NaN.
-fn toml_of(value: &serde_json::Value) -> Value {
+pub(super) fn toml_of(value: &serde_json::Value) -> Value {
     match value {
         serde_json::Value::Null => Value::Float(f64::NAN),
         serde_json::Value::Bool(given) => Value::Boolean(*given),
