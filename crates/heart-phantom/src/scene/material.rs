@@ -51,8 +51,7 @@ pub(super) fn check(
     let MaterialSettings::Rubber { energy, thickness } = material else {
         return;
     };
-    let (name, _) = file::constants(energy).unwrap_or_default();
-    let table = format!("material.{name}");
+    let table = format!("material.{}", spelled(energy).replace('-', "_"));
     c.at(&table, |c| {
         c.within(THICKNESS, *thickness, THICKNESSES);
         let [least, most] = SHEAR_MODULI;
@@ -96,80 +95,53 @@ pub(super) fn check(
 mod file {
     use super::{MaterialSettings, THICKNESS};
     use membrane_forces::StrainEnergy;
-    use serde::de::{Deserializer, Error as _, MapAccess, Visitor};
-    use serde::ser::{Error as _, SerializeMap, Serializer};
+    use serde::de::{Deserializer, Error as _};
+    use serde::ser::{Error as _, Serializer};
     use serde::{Deserialize, Serialize};
-    use serde_json::{Map, Value as Json};
-    use std::fmt;
-    use toml::{Table, Value};
+    use toml::Value;
 
     /// Allowed values of `heart.material` in error messages; the template has details.
     pub(in crate::scene) const EXPECTED: &str = "\"springs\" or a rubber with its constants";
-
-    /// Returns name and constants of a rubber as spelled in a file.
-    pub(super) fn constants(
-        energy: &StrainEnergy,
-    ) -> Result<(String, Map<String, Json>), serde_json::Error> {
-        let Json::Object(named) = serde_json::to_value(energy)? else {
-            return Ok(Default::default());
-        };
-        Ok(match named.into_iter().next() {
-            Some((name, Json::Object(constants))) => (name, constants),
-            _ => Default::default(),
-        })
-    }
 
     impl Serialize for MaterialSettings {
         fn serialize<S: Serializer>(&self, to: S) -> Result<S::Ok, S::Error> {
             let Self::Rubber { energy, thickness } = self else {
                 return to.serialize_str("springs");
             };
-            let (name, mut table) = constants(energy).map_err(S::Error::custom)?;
-            table.insert(THICKNESS.into(), (*thickness).into());
-            let mut map = to.serialize_map(Some(1))?;
-            map.serialize_entry(&name, &table)?;
-            map.end()
+            let mut named = serde_json::to_value(energy).map_err(S::Error::custom)?;
+            for constants in named
+                .as_object_mut()
+                .into_iter()
+                .flat_map(|map| map.values_mut())
+            {
+                constants[THICKNESS] = (*thickness).into();
+            }
+            named.serialize(to)
         }
     }
 
     impl<'de> Deserialize<'de> for MaterialSettings {
         fn deserialize<D: Deserializer<'de>>(from: D) -> Result<Self, D::Error> {
-            from.deserialize_any(Material)
-        }
-    }
-
-    struct Material;
-
-    impl<'de> Visitor<'de> for Material {
-        type Value = MaterialSettings;
-
-        fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-            f.write_str(EXPECTED)
-        }
-
-        fn visit_str<E: serde::de::Error>(self, name: &str) -> Result<Self::Value, E> {
-            match name {
-                "springs" => Ok(MaterialSettings::Springs),
-                _ => Err(E::invalid_value(serde::de::Unexpected::Str(name), &self)),
-            }
-        }
-
-        fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<Self::Value, A::Error> {
-            let Some((name, mut constants)) = map.next_entry::<String, Table>()? else {
-                return Err(A::Error::invalid_length(0, &self));
+            let mut named = match Value::deserialize(from)? {
+                Value::String(name) if name == "springs" => return Ok(Self::Springs),
+                Value::Table(named) if named.len() == 1 => named,
+                Value::Table(named) if named.len() > 1 => {
+                    return Err(D::Error::custom("only one of these can be chosen"));
+                }
+                _ => return Err(D::Error::custom(EXPECTED)),
             };
-            if map.next_key::<String>()?.is_some() {
-                return Err(A::Error::custom("only one of these can be chosen"));
-            }
-            let thickness = match constants.remove(THICKNESS) {
-                Some(thickness) => f64::deserialize(thickness).map_err(A::Error::custom)?,
-                None => return Err(A::Error::missing_field(THICKNESS)),
-            };
-            let rubber = Table::from_iter([(name, Value::Table(constants))]);
-            let energy = StrainEnergy::deserialize(rubber);
-            // Places in its message refer to this table only.
-            let energy = energy.map_err(|error| A::Error::custom(error.message()))?;
-            Ok(MaterialSettings::Rubber { energy, thickness })
+            let mut constants = named
+                .iter_mut()
+                .filter_map(|(_, table)| table.as_table_mut());
+            let constants = constants.next().ok_or_else(|| D::Error::custom(EXPECTED))?;
+            let thickness = constants.remove(THICKNESS);
+            let thickness = thickness.ok_or_else(|| D::Error::missing_field(THICKNESS))?;
+            // Places in messages refer to this table only.
+            let wrong = |error: toml::de::Error| D::Error::custom(error.message());
+            Ok(Self::Rubber {
+                energy: StrainEnergy::deserialize(named).map_err(wrong)?,
+                thickness: f64::deserialize(thickness).map_err(wrong)?,
+            })
         }
     }
 }
