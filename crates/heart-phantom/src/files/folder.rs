@@ -91,13 +91,8 @@ impl Folder {
         &self.path
     }
 
-    /// Announces files of the directory that will be written: they are removed unless [`Folder::finish`] keeps them. The lock contains
-    /// their names for the next process, in case this one is killed.
-    ///
-    /// # Errors
-    /// [`PhantomError::Name`] for a path that is not the name of a file of its own; [`PhantomError::File`] if the lock cannot be written.
-    pub fn announce(&mut self, names: &[PathBuf]) -> Result<(), PhantomError> {
-        check_names(names)?;
+    /// Announces checked names of files that will be written. The lock contains them for the next process, in case this one is killed.
+    pub(super) fn announce(&mut self, names: &[PathBuf]) -> Result<(), PhantomError> {
         for name in names.iter().filter_map(|name| name.to_str()) {
             writeln!(&self.lock, "{name}").map_err(|source| failed(&self.path, source))?;
         }

@@ -21,17 +21,17 @@ struct Listed {
 }
 
 impl Folder {
-    /// Announces the files `names` ([`Folder::announce`]). Removes the report of the previous run, and then the files that it lists and
-    /// that are not among `names`.
+    /// Announces the files `names`, which are removed unless [`Folder::finish`] keeps them. Removes the report of the previous run, and then
+    /// the files that it lists and that are not among `names`.
     ///
     /// Whatever the report lists, only regular files in the directory itself with an extension of the formats are removed: no
     /// directory, no link, no lock, nothing elsewhere.
     ///
     /// # Errors
-    /// [`PhantomError::Name`] as [`Folder::announce`]; [`PhantomError::File`] for a directory of the name of a file to be written, [`PhantomError::Foreign`] for a `report.json` of
-    /// another program, [`PhantomError::Unlisted`] for files to be written that exist and that the report of the previous run does not
-    /// list, all with nothing removed (a link of that name is replaced, not followed); [`PhantomError::File`] for a file that cannot be
-    /// removed.
+    /// [`PhantomError::Name`] for a path that is not the name of a file of its own; [`PhantomError::File`] for a directory of the name of a
+    /// file to be written, [`PhantomError::Foreign`] for a `report.json` of another program, [`PhantomError::Unlisted`] for files to be
+    /// written that exist and that the report of the previous run does not list, all with nothing removed (a link of that name is
+    /// replaced, not followed); [`PhantomError::File`] for a file that cannot be removed or a lock that cannot be written.
     pub fn clear(&mut self, names: &[PathBuf]) -> Result<(), PhantomError> {
         check_names(names)?;
         for name in names {

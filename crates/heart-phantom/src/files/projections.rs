@@ -2,7 +2,7 @@
 
 use crate::error::{PhantomError, check, check_count, check_length};
 use crate::files::Samples;
-use crate::files::samples::gates_of;
+use crate::files::samples::{SECONDS_PER_GATE, n_gates};
 use revolve_voxel::ParallelDetector;
 
 /// Whether the radii of an orbit are equal, up to rounding.
@@ -90,10 +90,17 @@ impl<'a> Projections<'a> {
         radii: &'a [f64],
         samples: impl Into<Samples<'a>>,
     ) -> Result<Self, PhantomError> {
-        let samples = samples.into();
+        Self::with_gates(detector, angles, radii, samples.into(), None)
+    }
+
+    fn with_gates(
+        detector: ParallelDetector,
+        angles: &'a [f64],
+        radii: &'a [f64],
+        samples: Samples<'a>,
+        seconds_per_gate: Option<f64>,
+    ) -> Result<Self, PhantomError> {
         check_count("views", angles.len(), [1, usize::MAX])?;
-        let shape = [angles.len(), detector.n_rows(), detector.n_bins()];
-        samples.check("samples of projections", &shape)?;
         for &angle in angles {
             // Beyond this an f64 angle is not accurate to 1e-9 radians.
             check("view angle", angle, [-1e6, 1e6])?;
@@ -109,16 +116,18 @@ impl<'a> Projections<'a> {
             check("detector pitch", detector.pitch()[a], [least, most])?;
             check("detector offset", detector.offset()[a], [-most, most])?;
         }
-        Ok(Self {
+        let projections = Self {
             detector,
             angles,
             radii: if are_equal(radii) { &radii[..1] } else { radii },
             samples,
             counts: None,
-            seconds_per_gate: None,
+            seconds_per_gate,
             info: AcquisitionInfo::default(),
             study: None,
-        })
+        };
+        samples.check("samples of projections", &projections.axes())?;
+        Ok(projections)
     }
 
     /// Projections of all gates of a cycle for one file, `[gate][view][row][bin]`, all at the same angles, `seconds` from one gate
@@ -134,16 +143,8 @@ impl<'a> Projections<'a> {
         samples: impl Into<Samples<'a>>,
         seconds: f64,
     ) -> Result<Self, PhantomError> {
-        let samples = samples.into();
-        let view_len = detector.n_rows().saturating_mul(detector.n_bins());
-        let first = gates_of(samples, angles.len().saturating_mul(view_len), seconds)?;
-        let projections = Self::new(detector, angles, radii, first)?;
-        samples.check("samples of projections", &[samples.len()])?;
-        Ok(Self {
-            samples,
-            seconds_per_gate: Some(seconds),
-            ..projections
-        })
+        check("seconds per gate", seconds, SECONDS_PER_GATE)?;
+        Self::with_gates(detector, angles, radii, samples.into(), Some(seconds))
     }
 
     /// Sets the acquisition.
@@ -177,7 +178,13 @@ impl<'a> Projections<'a> {
 
     /// Returns the number of gates, or 1.
     pub(super) fn n_gates(&self) -> usize {
-        self.samples.len() / self.shape().iter().product::<usize>().max(1)
+        match self.seconds_per_gate {
+            None => 1,
+            Some(_) => n_gates(
+                self.samples,
+                (self.shape().into_iter()).fold(1, usize::saturating_mul),
+            ),
+        }
     }
 
     /// Returns the lengths of the axes from slowest to fastest.

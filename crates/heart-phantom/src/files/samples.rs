@@ -1,11 +1,14 @@
 //! Samples of volumes and projections, and their bytes.
 
-use crate::error::{PhantomError, check, check_finite, check_length};
+use crate::error::{PhantomError, check_finite, check_length};
 use std::io::{self, Write};
 use std::ops::Range;
 
 /// Bytes per write: few calls, and within the cache.
 pub(super) const PIECE: usize = 1 << 16;
+
+/// Allowed times from one gate to the next, s.
+pub(super) const SECONDS_PER_GATE: [f64; 2] = [1e-9, 1e9];
 
 /// Samples to be written, borrowed.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -19,15 +22,6 @@ pub enum Samples<'a> {
 }
 
 impl<'a> Samples<'a> {
-    /// Returns the first `n` samples, or all if there are fewer.
-    pub(super) fn first(self, n: usize) -> Self {
-        match self {
-            Self::F32(values) => Self::F32(&values[..n.min(values.len())]),
-            Self::U8(values) => Self::U8(&values[..n.min(values.len())]),
-            Self::U16(values) => Self::U16(&values[..n.min(values.len())]),
-        }
-    }
-
     /// Returns the number of samples.
     #[must_use]
     pub fn len(&self) -> usize {
@@ -139,17 +133,9 @@ impl<'a> Samples<'a> {
     }
 }
 
-/// Returns the samples of the first of several gates of `len` each; validates their number and `seconds` from one to the next.
-pub(super) fn gates_of(
-    samples: Samples<'_>,
-    len: usize,
-    seconds: f64,
-) -> Result<Samples<'_>, PhantomError> {
-    check("seconds per gate", seconds, [1e-9, 1e9])?;
-    let given = samples.len();
-    let whole = given.next_multiple_of(len.max(1)).max(len);
-    check_length("samples of gates", given, whole)?;
-    Ok(samples.first(len))
+/// Returns the number of gates of `len` samples each, at least one.
+pub(super) fn n_gates(samples: Samples<'_>, len: usize) -> usize {
+    (samples.len() / len.max(1)).max(1)
 }
 
 /// Samples of an array, owned; [`Samples`] borrows them.

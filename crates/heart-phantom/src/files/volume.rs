@@ -2,7 +2,7 @@
 
 use super::names::millimetres;
 use crate::error::{PhantomError, check};
-use crate::files::samples::gates_of;
+use crate::files::samples::{SECONDS_PER_GATE, n_gates};
 use crate::files::{BeatCounts, Samples};
 use revolve_voxel::VoxelGrid;
 use std::borrow::Cow;
@@ -85,23 +85,27 @@ impl<'a> Volume<'a> {
     /// [`PhantomError::WrongLength`] unless there is one sample per voxel; [`PhantomError::OutOfRange`] if a sample is not finite, or if
     /// spacing or origin in millimetres do not fit into 32 bits, as some formats store them.
     pub fn new(grid: VoxelGrid, samples: impl Into<Samples<'a>>) -> Result<Self, PhantomError> {
-        let samples = samples.into();
-        samples.check("samples of a volume", &grid.shape())?;
+        Self::with_axis(grid, samples.into(), Axis::Single)
+    }
+
+    fn with_axis(grid: VoxelGrid, samples: Samples<'a>, axis: Axis) -> Result<Self, PhantomError> {
         let most = f64::from(f32::MAX) / 10.0;
         for a in 0..3 {
             let least = f64::from(f32::MIN_POSITIVE);
             check("voxel spacing", grid.spacing()[a], [least, most])?;
             check("grid origin", grid.origin()[a], [-most, most])?;
         }
-        Ok(Self {
+        let volume = Self {
             grid,
             samples,
-            axis: Axis::Single,
+            axis,
             beats: None,
             corrections: Corrections::default(),
             transmission: false,
             study: None,
-        })
+        };
+        samples.check("samples of a volume", &volume.axes())?;
+        Ok(volume)
     }
 
     /// The volumes of all gates of a cycle, `[gate][z][y][x]`, `seconds` from one to the next, for one file.
@@ -125,15 +129,8 @@ impl<'a> Volume<'a> {
         samples: impl Into<Samples<'a>>,
         seconds: f64,
     ) -> Result<Self, PhantomError> {
-        let samples = samples.into();
-        let first = gates_of(samples, grid.len(), seconds)?;
-        let volume = Self::new(grid, first)?;
-        samples.check("samples of a volume", &[samples.len()])?;
-        Ok(Self {
-            samples,
-            axis: Axis::Gates(seconds),
-            ..volume
-        })
+        check("seconds per gate", seconds, SECONDS_PER_GATE)?;
+        Self::with_axis(grid, samples.into(), Axis::Gates(seconds))
     }
 
     /// Several components per voxel, `[z][y][x][component]`: displacements, velocities, strains. For npy, npz, NIfTI, MetaImage, NRRD
@@ -151,15 +148,7 @@ impl<'a> Volume<'a> {
         samples: &'a [f32],
         of: FieldOf,
     ) -> Result<Self, PhantomError> {
-        let [nx, ny, nz] = grid.shape();
-        let samples = Samples::from(samples);
-        samples.check("samples of a field", &[nz, ny, nx, of.components()])?;
-        let first = samples.first(grid.len());
-        Ok(Self {
-            samples,
-            axis: Axis::Field(of),
-            ..Self::new(grid, first)?
-        })
+        Self::with_axis(grid, samples.into(), Axis::Field(of))
     }
 
     /// Returns the seconds from one gate to the next, for gated volumes.
@@ -181,7 +170,7 @@ impl<'a> Volume<'a> {
     /// Returns the number of gates, or 1.
     pub(super) fn n_gates(&self) -> usize {
         match self.axis {
-            Axis::Gates(_) => self.samples.len() / self.grid.len().max(1),
+            Axis::Gates(_) => n_gates(self.samples, self.grid.len()),
             Axis::Single | Axis::Field(_) => 1,
         }
     }
