@@ -302,6 +302,11 @@ impl Heart {
         self.length
     }
 
+    /// Returns the volume of the cavity in the discretised reference configuration, mL.
+    pub(crate) fn reference_volume(&self) -> f64 {
+        self.pair.inner().start_measures().volume
+    }
+
     /// Returns the pair of membrane solvers.
     #[must_use]
     pub fn pair(&self) -> &Pair {

@@ -24,7 +24,7 @@ mod views;
 mod whole;
 
 pub(crate) use acquisition::Acquisition;
-pub(crate) use camera::{LEAST_DIRECTIONS, MOST_SAMPLES, RowsOfViews, VOXELS, Voxels};
+pub(crate) use camera::{LEAST_DIRECTIONS, RowsOfViews, VOXELS, Voxels};
 pub(crate) use gates::add_to_gates;
 pub(crate) use groups::MOST_NODES;
 pub(crate) use imaging::{Facing, Imaging, ImagingOptions};

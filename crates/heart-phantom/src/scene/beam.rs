@@ -1,20 +1,16 @@
 //! The rays of a scene that are not parallel.
 
 use super::bytes::read_bytes;
-use super::{BeamSettings, CameraSettings};
-use crate::RayGeometry;
+use super::{BeamSettings, Scene};
 use crate::error::{PhantomError, check_length};
-use revolve_voxel::ParallelDetector;
+use crate::{Camera, RayGeometry};
 use std::path::Path;
 
-/// Returns the rays of a camera with its view angles; `None` if they are parallel.
-pub(super) fn rays_of(
-    camera: &CameraSettings,
-    angles: &[f64],
-) -> Result<Option<RayGeometry>, PhantomError> {
-    let detector = ParallelDetector::new(camera.bins, camera.rows, camera.pitch)?;
-    Ok(Some(match &camera.geometry {
-        BeamSettings::Parallel => return Ok(None),
+/// Returns a camera with the rays of its scene.
+pub(super) fn with_rays(scene: &Scene, camera: Camera) -> Result<Camera, PhantomError> {
+    let (detector, angles) = (*camera.detector(), camera.geometry().angles());
+    let rays = match &scene.camera.geometry {
+        BeamSettings::Parallel => return Ok(camera),
         BeamSettings::Fan {
             source_to_isocentre,
             source_to_detector,
@@ -34,11 +30,12 @@ pub(super) fn rays_of(
             check_length(
                 "projection matrices, one per view",
                 matrices.len(),
-                camera.views,
+                scene.camera.views,
             )?;
             RayGeometry::from_matrices(&matrices, detector)?
         }
-    }))
+    };
+    camera.along(rays)
 }
 
 fn read(path: &Path) -> Result<Vec<[[f64; 4]; 3]>, PhantomError> {

@@ -4,13 +4,11 @@ use crate::error::PhantomError;
 use crate::model::Surroundings;
 use crate::scan::Voxels;
 use crate::scene::Parts;
-use crate::scene::beam::rays_of;
 use crate::scene::{
     CollimatorSettings, DiscretisationSettings, HolesSettings, MaterialSettings, OrganSettings,
     OrganShapeSettings, ReconstructionSettings, Scene,
 };
-use crate::{Balloon, Camera, Cycle, Heart, VolumeRange};
-use membrane_newton::membrane_forces::balloon_measures;
+use crate::{Balloon, Camera, Cycle, Heart};
 use membrane_newton::{Discretisation, Membrane};
 use radon::{Collimator, FbpOptions, ParallelHoles};
 use revolve_voxel::nalgebra::Vector3;
@@ -23,28 +21,24 @@ pub(crate) const WORK_BYTES: usize = 320 << 20;
 /// Material coordinate of the side of the wall of a heart of given membranes: two fifths of the way from base to apex.
 const SIDE: f64 = 0.2;
 
-/// Builds the objects of a validated scene; `rest` is a result of the validation.
-pub(super) fn parts(scene: Scene, heart: Option<Heart>, rest: Rest) -> Result<Parts, PhantomError> {
+/// Builds the objects of a validated scene from its heart, which may be a given one, its cycle and its camera.
+pub(super) fn parts(
+    scene: Scene,
+    (heart, own_heart): (Heart, bool),
+    cycle: Cycle,
+    camera: Camera,
+) -> Result<Parts, PhantomError> {
     let inner = &scene.heart.inner;
-    let cycle = cycle_of(&scene, rest.volume)?;
-    let own_heart = heart.is_some();
     let (organs, attenuation) = (organs_of(&scene)?, scene.attenuates());
-    let balloons = || rest.heart.map_or_else(|| heart_of(&scene), Ok);
     Ok(Parts {
         own_heart,
-        heart: (heart.map_or_else(balloons, Ok)?)
+        heart: heart
             .with_av_plane_displacement(scene.cycle.av_plane_displacement, cycle.gains())?,
         cycles: (0..cycle.breath_gates())
             .map(|gate| cycle.clone().in_breath_gate(gate))
             .collect(),
         cycle,
-        camera: {
-            let camera = camera_of(&scene)?;
-            match rays_of(&scene.camera, camera.geometry().angles())? {
-                Some(rays) => camera.along(rays)?,
-                None => camera,
-            }
-        },
+        camera,
         surroundings: Surroundings::new(
             scene.background.as_ref(),
             organs.as_ref(),
@@ -70,7 +64,7 @@ pub(super) fn parts(scene: Scene, heart: Option<Heart>, rest: Rest) -> Result<Pa
 /// Rubber thicknesses are in mm.
 const MM_PER_CM: f64 = 10.0;
 
-fn heart_of(scene: &Scene) -> Result<Heart, PhantomError> {
+pub(super) fn heart_of(scene: &Scene) -> Result<Heart, PhantomError> {
     let (settings, pose) = (&scene.heart, &scene.pose);
     let membrane = |balloon: Balloon| -> Result<Membrane, PhantomError> {
         match &settings.material {
@@ -105,63 +99,10 @@ fn heart_of(scene: &Scene) -> Result<Heart, PhantomError> {
     )
 }
 
-/// Reference volume and length of the heart.
-#[derive(Debug)]
-pub(crate) struct Rest {
-    /// Reference volume of the inner membrane: discretised for a range in mL, so that solved volumes equal given ones; else exact.
-    pub(crate) volume: f64,
-    /// Reference length from the base to the outer apex, cm.
-    pub(crate) length: f64,
-    /// The heart, if one was built for this volume.
-    pub(crate) heart: Option<Heart>,
-}
-
-impl Default for Rest {
-    fn default() -> Self {
-        Self {
-            volume: f64::NAN,
-            length: f64::INFINITY,
-            heart: None,
-        }
-    }
-}
-
-impl Rest {
-    pub(crate) fn of(scene: &Scene, own: Option<&Heart>) -> Result<Self, PhantomError> {
-        let solved = |heart: &Heart| heart.pair().inner().start_measures().volume;
-        let heart = match (own, scene.cycle.volume) {
-            // An invalid heart is reported where the parts are built.
-            (None, VolumeRange::Volumes { .. }) => heart_of(scene).ok(),
-            _ => None,
-        };
-        let volume = match own.or(heart.as_ref()) {
-            Some(heart) => solved(heart),
-            None => balloon_measures(scene.heart.inner.length, scene.heart.inner.radius)?.volume,
-        };
-        let outer = scene.heart.outer;
-        Ok(Self {
-            volume,
-            length: own.map_or(outer.length + outer.radius, Heart::length),
-            heart,
-        })
-    }
-}
-
-pub(crate) fn cycle_of(scene: &Scene, rest: f64) -> Result<Cycle, PhantomError> {
-    let mut cycle = regular_cycle_of(scene, rest)?;
-    if let Some(beats) = &scene.beats {
-        cycle = cycle.with_beats(beats)?;
-    }
-    if let Some(breathing) = &scene.breathing {
-        cycle = cycle.with_breathing(breathing)?;
-    }
-    Ok(cycle)
-}
-
 /// Builds the cycle without variable R-R intervals and without respiration.
-pub(crate) fn regular_cycle_of(scene: &Scene, rest: f64) -> Result<Cycle, PhantomError> {
-    let (cycle, gains) = (&scene.cycle, scene.cycle.volume.gains(rest)?);
-    Cycle::new(cycle.beats_per_minute, &cycle.curve, gains)
+pub(super) fn cycle_of(scene: &Scene, heart: &Heart) -> Result<Cycle, PhantomError> {
+    let gains = scene.cycle.volume.gains(heart.reference_volume())?;
+    Cycle::new(scene.cycle.beats_per_minute, &scene.cycle.curve, gains)
 }
 
 fn organs_of(scene: &Scene) -> Result<Option<Organs>, PhantomError> {
@@ -223,7 +164,7 @@ fn fbp_of(settings: &ReconstructionSettings) -> FbpOptions {
 }
 
 /// Builds the camera with parallel rays.
-pub(crate) fn camera_of(scene: &Scene) -> Result<Camera, PhantomError> {
+pub(super) fn camera_of(scene: &Scene) -> Result<Camera, PhantomError> {
     let (camera, volume) = (&scene.camera, &scene.reconstruction);
     let pixels = volume.pixels.unwrap_or(camera.bins);
     let pixel = volume.pixel.unwrap_or(camera.pitch[0]);
@@ -231,8 +172,7 @@ pub(crate) fn camera_of(scene: &Scene) -> Result<Camera, PhantomError> {
         .region
         .map_or([[0, pixels]; 2], |region| [region.x, region.y]);
     let voxels = Voxels {
-        // An empty range counts as one pixel: the validation of `[reconstruction]` reports it.
-        pixels: part.map(|[from, to]| to.saturating_sub(from).max(1)),
+        pixels: part.map(|[from, to]| to - from),
         pixel,
         centre: part.map(|[from, to]| 0.5 * ((from + to) as f64 - pixels as f64) * pixel),
     };

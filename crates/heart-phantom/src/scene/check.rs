@@ -1,26 +1,47 @@
 //! Validation: each section alone, then rules across valid sections, then rules that need the objects of the scene.
 
-use super::finding::{Check, SceneError, array_of, spelled};
+use super::finding::{Check, Finding, SceneError, array_of, spelled};
 use super::*;
-use crate::model::Height;
-use crate::model::without_overlap;
+use crate::error::PhantomError;
+use crate::model::{Height, without_overlap};
+use crate::phantom::farthest;
 use crate::ranges;
-use crate::scene::build::{self, Rest, regular_cycle_of};
+use crate::scan::VOXELS;
+use crate::scene::beam::with_rays;
+use crate::scene::build;
 use crate::text::{Number, enough};
-use crate::{Heart, Uptake, VolumeCurve, VolumeRange};
+use crate::{Camera, Cycle, Heart, Uptake, VolumeCurve, VolumeRange};
 
-/// Validates a scene and builds its objects; `heart` replaces `[heart]` and `[pose]`. Solves no shape.
-pub(crate) fn parts(scene: Scene, heart: Option<Heart>) -> Result<Parts, SceneError> {
-    let rest = self::scene(&scene, heart.as_ref())?;
-    match build::parts(scene, heart, rest) {
-        Ok(parts) => built(&parts).map(|()| parts),
-        // The pair of membranes is the only part that was not validated.
-        Err(error) => {
-            let mut c = Check::default();
-            c.fault("heart", "", error.to_string());
-            Err(c.into_error())
-        }
+/// Validates a scene and builds its objects; `own` replaces `[heart]` and `[pose]`. Solves no shape.
+pub(crate) fn parts(scene: Scene, own: Option<Heart>) -> Result<Parts, SceneError> {
+    let mut check = Check::default();
+    let c = &mut check;
+    let own_heart = own.is_some();
+    let heart = own.or_else(|| {
+        c.at("heart", |c| scene.heart.check(c));
+        c.at("pose", |c| scene.pose.check(c));
+        (c.is_clean(&["heart", "pose"]))
+            .then(|| c.built("heart", build::heart_of(&scene)))
+            .flatten()
+    });
+    let cycle = cycle(&scene, heart.as_ref(), c);
+    values(&scene, c);
+    let camera = camera(&scene, c);
+    if let (Some(cycle), Some(camera)) = (&cycle, &camera)
+        && c.is_clean(&["acquisition", "camera"])
+    {
+        check_time::in_real_time(&scene, cycle, camera, c);
     }
+    c.at("output", |c| {
+        check_output::output(&scene, camera.as_ref(), c)
+    });
+    let (Some(heart), Some(cycle), Some(camera)) = (heart, cycle, camera) else {
+        return Err(check.into_error());
+    };
+    check.finish()?;
+    let parts = build::parts(scene, (heart, own_heart), cycle, camera)
+        .map_err(|error| Finding::new(None, "", error.to_string()))?;
+    built(&parts).map(|()| parts)
 }
 
 impl Scene {
@@ -33,29 +54,27 @@ impl Scene {
     }
 }
 
-/// Validates a scene; `own` replaces `[heart]` and `[pose]`. Returns the reference volume of gains.
-fn scene(scene: &Scene, own: Option<&Heart>) -> Result<Rest, SceneError> {
-    let mut check = Check::default();
-    let c = &mut check;
-    if own.is_none() {
-        c.at("heart", |c| scene.heart.check(c));
-        c.at("pose", |c| scene.pose.check(c));
-    }
-    let rest = match c.is_clean(&["heart"]) {
-        true => Rest::of(scene, own).unwrap_or_default(),
-        false => Rest::default(),
+/// Validates `[cycle]`, `[beats]` and `[breathing]`, and returns the cycle of a heart.
+fn cycle(scene: &Scene, heart: Option<&Heart>, c: &mut Check) -> Option<Cycle> {
+    c.at("cycle", |c| scene.cycle.check(heart, c));
+    let cycle = match (heart, c.is_clean(&["cycle"])) {
+        (Some(heart), true) => c.built("cycle", build::cycle_of(scene, heart)),
+        _ => None,
     };
-    c.at("cycle", |c| {
-        scene.cycle.check([rest.volume, rest.length], c)
-    });
-    if let (Some(beats), true) = (&scene.beats, c.is_clean(&["cycle"]))
-        && let Ok(cycle) = regular_cycle_of(scene, rest.volume)
-    {
-        c.at("beats", |c| motion::beats(beats, cycle, c));
-    }
-    if let Some(breathing) = &scene.breathing {
-        c.at("breathing", |c| breathing.check(c));
-    }
+    let cycle = match (&scene.beats, cycle) {
+        (Some(beats), Some(cycle)) => c.at("beats", |c| motion::beats(beats, cycle, c)),
+        (_, cycle) => cycle,
+    };
+    let Some(breathing) = &scene.breathing else {
+        return cycle;
+    };
+    c.at("breathing", |c| breathing.check(c));
+    let cycle = cycle.filter(|_| c.is_clean(&["breathing"]))?;
+    c.built("breathing", cycle.with_breathing(breathing))
+}
+
+/// Validates the values of all other sections.
+fn values(scene: &Scene, c: &mut Check) {
     c.at("activity.cavity", |c| uptake(scene.activity.cavity, c));
     c.at("activity.wall", |c| uptake(scene.activity.wall, c));
     if let Some(background) = &scene.background {
@@ -74,28 +93,40 @@ fn scene(scene: &Scene, own: Option<&Heart>) -> Result<Rest, SceneError> {
         c.at("attenuation", |c| attenuation.check(c));
     }
     c.at("camera", |c| scene.camera.check(c));
-    if c.is_clean(&["camera"]) {
-        check_beam::check(scene, c);
-    }
+    check_beam::check(scene, c);
     detector(scene, c);
     scatter(scene, c);
     check_time::acquisition(scene, c);
     check_reconstruction::reconstruction(scene, c);
-    if c.is_clean(&[
-        "cycle",
-        "beats",
-        "breathing",
-        "camera",
-        "acquisition",
-        "reconstruction",
-    ]) {
-        check_time::in_real_time(scene, rest.volume, c);
-    }
     let tolerance = scene.truth.tolerance;
     c.within("truth.tolerance", tolerance, ranges::TRUTH_TOLERANCE);
-    c.at("output", |c| check_output::output(scene, c));
-    check.finish()?;
-    Ok(rest)
+}
+
+/// Returns the camera, with its rays if they are not parallel.
+fn camera(scene: &Scene, c: &mut Check) -> Option<Camera> {
+    if !c.is_clean(&["camera", "reconstruction"]) {
+        return None;
+    }
+    let camera = match build::camera_of(scene) {
+        Err(PhantomError::OutOfRange {
+            what, given, most, ..
+        }) => {
+            let field = match scene.reconstruction.pixels {
+                Some(_) if what == VOXELS => "reconstruction.pixels",
+                None if what == VOXELS => "camera.bins",
+                _ => "camera.views",
+            };
+            c.fault(
+                field,
+                "",
+                format!("{what} = {given:e} must be at most {most:e}"),
+            );
+            return None;
+        }
+        made => c.built("camera", made)?,
+    };
+    check_reconstruction::directions(scene, &camera, c);
+    c.built("camera.geometry", with_rays(scene, camera))
 }
 
 /// Validates rules that need the objects of a scene.
@@ -189,8 +220,8 @@ impl HeartSettings {
 }
 
 impl CycleSettings {
-    /// `rest` is the reference volume of the inner membrane, NaN if unknown, `length` that of the outer one.
-    fn check(&self, [rest, length]: [f64; 2], c: &mut Check) {
+    /// Validates the section for a heart, if it is known.
+    fn check(&self, heart: Option<&Heart>, c: &mut Check) {
         c.within("beats_per_minute", self.beats_per_minute, [1.0, 1000.0]);
         if let (true, Err(error)) = (
             c.is_clean(&["cycle"]),
@@ -203,39 +234,34 @@ impl CycleSettings {
                 _ => c.fault("curve", "physiological", error.to_string()),
             }
         }
-        c.within(
-            "av_plane_displacement",
-            self.av_plane_displacement,
-            [0.0, length],
-        );
-        c.at("volume", |c| match self.volume {
-            VolumeRange::Gain(gain) => c.within("gain", gain, ranges::GAIN),
-            VolumeRange::Gains([low, high]) => {
+        let length = heart.map_or(f64::MAX, Heart::length);
+        let displacement = self.av_plane_displacement;
+        c.within("av_plane_displacement", displacement, [0.0, length]);
+        let rest = heart.map(Heart::reference_volume);
+        c.at("volume", |c| match (self.volume, rest) {
+            (VolumeRange::Gain(gain), _) => c.within("gain", gain, ranges::GAIN),
+            (VolumeRange::Gains([low, high]), _) => {
                 c.within("gains", high, ranges::GAIN);
                 c.within("gains", low, [0.0, high.max(0.0)]);
             }
-            VolumeRange::EjectionFraction(fraction) => {
+            (VolumeRange::EjectionFraction(fraction), _) => {
                 c.within("ejection_fraction", fraction, ranges::EJECTION_FRACTION);
             }
-            VolumeRange::Volumes { .. } if rest.is_nan() => {}
-            VolumeRange::Volumes { edv, esv } => {
-                let mut above = |name, given: f64, least: f64, why: &str| {
-                    let is_above = given >= least;
-                    if !is_above {
-                        let wanted = format!("must be at least {}, {why}", Number(enough(least)));
-                        c.fault(name, Number(given), wanted);
-                    }
-                    is_above
-                };
-                let name = "volumes.edv";
-                if above(
-                    "volumes.esv",
-                    esv,
-                    rest,
-                    "the reference volume of heart.inner in mL",
-                ) && above(name, edv, esv, "the end-systolic volume")
-                {
-                    c.within(name, edv, [rest, rest * (1.0 + ranges::GAIN[1])]);
+            (VolumeRange::Volumes { .. }, None) => {}
+            (VolumeRange::Volumes { edv, esv }, Some(rest)) => {
+                // NaN fails both comparisons.
+                let (is_esv, is_edv) = (esv >= rest, edv >= esv);
+                if !is_esv {
+                    let least = Number(enough(rest));
+                    let wanted = format!(
+                        "must be at least {least}, the reference volume of heart.inner in mL"
+                    );
+                    c.fault("volumes.esv", Number(esv), wanted);
+                } else if !is_edv {
+                    let wanted = "must be at least the end-systolic volume";
+                    c.fault("volumes.edv", Number(edv), wanted);
+                } else {
+                    c.within("volumes.edv", edv, [rest, rest * (1.0 + ranges::GAIN[1])]);
                 }
             }
         });

@@ -1,39 +1,24 @@
 //! Validation of `camera.geometry`: non-parallel rays, and settings that require parallel rays.
 
-use super::beam::rays_of;
 use super::finding::{Check, spelled};
 use super::{BeamSettings, HeadsSettings, Scene};
-use crate::error::PhantomError;
 use crate::files::Format;
-use crate::scene::build::camera_of;
-use crate::{Product, RayGeometry, Rotation};
+use crate::{Product, Rotation};
 
-/// Validates the rays of a scene whose other values of `[camera]` are valid.
+/// Finds settings that require parallel rays in a scene with other rays.
 pub(super) fn check(scene: &Scene, c: &mut Check) {
-    if scene.camera.geometry == BeamSettings::Parallel {
-        return;
-    }
-    let heads = scene.camera.heads;
-    if let (BeamSettings::Matrices(_), HeadsSettings::Two { .. }) = (&scene.camera.geometry, heads)
-    {
-        c.fault("camera.heads", "two", "must be one with matrices");
-    } else if let Err(error) = made(scene) {
-        let cause = std::error::Error::source(&error).map(|cause| format!(": {cause}"));
-        c.fault(
-            "camera.geometry",
-            "",
-            format!("{error}{}", cause.unwrap_or_default()),
-        );
+    let (camera, heads) = (&scene.camera, scene.camera.heads);
+    match camera.geometry {
+        BeamSettings::Parallel => return,
+        BeamSettings::Matrices(_) if heads != HeadsSettings::One => {
+            c.fault("camera.heads", "two", "must be one with matrices");
+        }
+        _ => {}
     }
     needs_parallel(scene, c);
 }
 
-fn made(scene: &Scene) -> Result<Option<RayGeometry>, PhantomError> {
-    let camera = camera_of(scene)?;
-    rays_of(&scene.camera, camera.geometry().angles())
-}
-
-/// Finds settings that require parallel rays in a scene with other rays.
+/// Finds settings that require parallel rays.
 pub(crate) fn needs_parallel(scene: &Scene, c: &mut Check) {
     let (camera, output) = (&scene.camera, &scene.output);
     if scene.collimator.is_some() {

@@ -2,11 +2,11 @@
 
 use super::finding::{Check, spelled};
 use super::*;
+use crate::Camera;
 use crate::files::{Format, FormatInfo};
 use crate::ranges;
-use crate::scene::build::camera_of;
 
-pub(super) fn output(scene: &Scene, c: &mut Check) {
+pub(super) fn output(scene: &Scene, camera: Option<&Camera>, c: &mut Check) {
     let (output, mode) = (&scene.output, scene.acquisition.mode);
     let tolerance = output.mesh_tolerance;
     c.within("mesh_tolerance", tolerance, ranges::MESH_TOLERANCE);
@@ -43,10 +43,9 @@ pub(super) fn output(scene: &Scene, c: &mut Check) {
         let names = formats(|info| info.projections.is_some());
         let wanted = format!("cannot store the angles of projections; choose one of {names}");
         c.fault("projections", spelled(output.projections), wanted);
-    } else if c.is_clean(&["camera"])
-        && projections.even_steps
+    } else if projections.even_steps
         && !projections.detectors
-        && !camera_of(scene).is_ok_and(|camera| camera.has_even_steps())
+        && !camera.is_none_or(Camera::has_even_steps)
     {
         let wanted =
             "needs equal angle steps over both heads: an arc equal to the angle between them";

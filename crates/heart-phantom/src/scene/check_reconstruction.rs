@@ -2,13 +2,12 @@
 
 use super::finding::{Check, array_of};
 use super::*;
-use crate::Uptake;
 use crate::files::Format;
 use crate::phantom::Needs;
 use crate::ranges;
-use crate::scan::{LEAST_DIRECTIONS, MOST_SAMPLES};
-use crate::scene::build::camera_of;
+use crate::scan::LEAST_DIRECTIONS;
 use crate::text::{Number, enough};
+use crate::{Camera, Uptake};
 use radon::RadonError;
 
 /// Largest width of a filter in voxels.
@@ -63,30 +62,13 @@ pub(super) fn reconstruction(scene: &Scene, c: &mut Check) {
     if c.is_clean(&["breathing", "activity"]) {
         compensation(scene, c);
     }
-    if c.is_clean(&["camera", "reconstruction.pixels", "reconstruction.pixel"]) {
-        voxels(scene, c);
-        directions(scene, c);
+    if let Some(region) = scene.reconstruction.region {
+        check_region(region, scene, c);
     }
 }
 
-/// Validates the number of voxels and the region.
-fn voxels(scene: &Scene, c: &mut Check) {
-    let settings = &scene.reconstruction;
-    let pixels = settings.pixels.unwrap_or(scene.camera.bins);
-    let voxels = (pixels * pixels) as f64 * scene.camera.rows as f64;
-    if voxels > MOST_SAMPLES {
-        let field = match settings.pixels {
-            Some(_) => "reconstruction.pixels",
-            None => "camera.bins",
-        };
-        let wanted = format!(
-            "the number of voxels, pixels^2 x camera.rows = {voxels:e}, must be at most {MOST_SAMPLES:e}"
-        );
-        return c.fault(field, pixels, wanted);
-    }
-    let Some(PixelRange { x, y }) = settings.region else {
-        return;
-    };
+fn check_region(PixelRange { x, y }: PixelRange, scene: &Scene, c: &mut Check) {
+    let pixels = scene.reconstruction.pixels.unwrap_or(scene.camera.bins);
     for (field, [from, to]) in [
         ("reconstruction.region.x", x),
         ("reconstruction.region.y", y),
@@ -109,7 +91,7 @@ fn voxels(scene: &Scene, c: &mut Check) {
 }
 
 /// Filtered back-projection needs all directions, unless the arc policy allows gaps.
-fn directions(scene: &Scene, c: &mut Check) {
+pub(super) fn directions(scene: &Scene, camera: &Camera, c: &mut Check) {
     let settings = &scene.reconstruction;
     if scene.camera.geometry != BeamSettings::Parallel {
         return;
@@ -119,9 +101,6 @@ fn directions(scene: &Scene, c: &mut Check) {
         return;
     }
     let (views, arc) = (scene.camera.views, scene.camera.arc);
-    let Ok(camera) = camera_of(scene) else {
-        return;
-    };
     let n = camera.n_directions();
     if n < LEAST_DIRECTIONS {
         let wanted = format!(

@@ -6,9 +6,8 @@ use crate::error::PhantomError;
 use crate::phantom::Needs;
 use crate::ranges;
 use crate::scan::{Acquisition, Interpolation, POINTS};
-use crate::scene::build::{camera_of, cycle_of};
 use crate::text::{Number, enough};
-use crate::{Accuracy, Mode, Rotation};
+use crate::{Accuracy, Camera, Cycle, Mode, Rotation};
 
 /// Largest number of samples of all gated projection sets or volumes: 1 TiB of `f32`.
 const MOST_SAMPLES_OF_ALL: f64 = 274_877_906_944.0;
@@ -51,10 +50,7 @@ pub(super) fn acquisition(scene: &Scene, c: &mut Check) {
 }
 
 /// Validates that every gate occurs during every view. The number of steps of a tolerance is unknown here.
-pub(super) fn in_real_time(scene: &Scene, rest: f64, c: &mut Check) {
-    let (Ok(cycle), Ok(camera)) = (cycle_of(scene, rest), camera_of(scene)) else {
-        return;
-    };
+pub(super) fn in_real_time(scene: &Scene, cycle: &Cycle, camera: &Camera, c: &mut Check) {
     if camera.rotation() == Rotation::StepAndShoot && !cycle.in_real_time() {
         return;
     }
@@ -73,8 +69,8 @@ pub(super) fn in_real_time(scene: &Scene, rest: f64, c: &mut Check) {
     let (cardiac, gates) = (mode.n_gates(), mode.n_gates() * cycle.breath_gates());
     for gate in 0..gates {
         let cycle = cycle.clone().in_breath_gate(gate / cardiac);
-        let acquisition = Acquisition::new(mode, gate % cardiac, steps).behind(responds, &camera);
-        let wanted = match acquisition.validate(&cycle, &camera, rotation) {
+        let acquisition = Acquisition::new(mode, gate % cardiac, steps).behind(responds, camera);
+        let wanted = match acquisition.validate(&cycle, camera, rotation) {
             Ok(()) => continue,
             Err(PhantomError::Count { what, .. })
                 if what == POINTS && acquisition.interpolation == Interpolation::Polynomial =>

@@ -1,6 +1,7 @@
 //! Findings of a validation: field, place and allowed values.
 
-use crate::text::{Number, escape, escape_path};
+use crate::text::{Number, chain, escape, escape_path};
+use std::error::Error;
 use std::fmt::{self, Debug, Display};
 use std::path::{Path, PathBuf};
 
@@ -93,7 +94,7 @@ impl Display for SceneError {
     }
 }
 
-impl std::error::Error for SceneError {}
+impl Error for SceneError {}
 
 impl From<Finding> for SceneError {
     fn from(finding: Finding) -> Self {
@@ -129,14 +130,21 @@ impl Check {
     }
 
     /// Validates the fields below a name. An empty name means the section itself.
-    pub(crate) fn at(&mut self, name: &str, check: impl FnOnce(&mut Self)) {
+    pub(crate) fn at<T>(&mut self, name: &str, check: impl FnOnce(&mut Self) -> T) -> T {
         let length = self.path.len();
         if length > 0 && !name.is_empty() {
             self.path.push('.');
         }
         self.path.push_str(name);
-        check(self);
+        let checked = check(self);
         self.path.truncate(length);
+        checked
+    }
+
+    /// Returns an object, or reports its error.
+    pub(super) fn built<T>(&mut self, name: &str, made: Result<T, impl Error>) -> Option<T> {
+        made.map_err(|error| self.fault(name, "", chain(&error)))
+            .ok()
     }
 
     /// Validates each item of an array; indices count from 1.

@@ -68,10 +68,11 @@ pub(super) fn points(points: &[PointSettings], c: &mut Check) {
     });
 }
 
-/// Validates that the R-R intervals fit the cycle.
-pub(super) fn beats(beats: &Beats, cycle: Cycle, c: &mut Check) {
-    let Err(error) = cycle.with_beats(beats) else {
-        return;
+/// Returns the cycle with the R-R intervals of `[beats]`, if they fit it.
+pub(super) fn beats(beats: &Beats, cycle: Cycle, c: &mut Check) -> Option<Cycle> {
+    let error = match cycle.with_beats(beats) {
+        Ok(cycle) => return Some(cycle),
+        Err(error) => error,
     };
     let (what, given) = match &error {
         PhantomError::OutOfRange { what, given, .. } => (*what, Number(*given).to_string()),
@@ -85,4 +86,5 @@ pub(super) fn beats(beats: &Beats, cycle: Cycle, c: &mut Check) {
         RrIntervals::Random { .. } => "intervals.random.deviation",
     };
     c.fault(name, given, error.to_string());
+    None
 }
