@@ -1,6 +1,5 @@
 //! The error type of the crate.
 
-use crate::ranges::UNEVEN;
 use crate::scene::{SceneError, place_in};
 use crate::text::{Number, brief, enough, escape, escape_path, range};
 use std::path::PathBuf;
@@ -9,14 +8,6 @@ use std::path::PathBuf;
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum PhantomError {
-    /// A mesh does not reach the volume tolerance, because of rounding at a large distance from the origin.
-    #[error("the relative error of the mesh volume is {reached:e}; the tolerance is {tolerance:e}")]
-    NotMeshed {
-        /// Relative error of the volume reached.
-        reached: f64,
-        /// The request.
-        tolerance: f64,
-    },
     /// A number is not finite or out of range.
     #[error("{what} is {}, must be {}", Number(*given), range(*least, *most))]
     OutOfRange {
@@ -230,29 +221,16 @@ pub enum PhantomError {
         /// The Cargo feature.
         feature: &'static str,
     },
-    /// The response of the collimator varies too much over the depth of the objects.
-    #[error(
-        "the standard deviation of the collimator's response is {} to {} cm over the depth of the objects: the ratio must be at most {}",
-        Number(brief(*narrowest)),
-        Number(brief(*widest)),
-        UNEVEN
-    )]
-    Uneven {
-        /// Smallest standard deviation in cm.
-        narrowest: f64,
-        /// Largest standard deviation in cm.
-        widest: f64,
-    },
-    /// No resolution meets the tolerance of the samples or of the ground truth.
+    /// No resolution meets the tolerance of the samples, of the ground truth or of a mesh.
     #[error(
         "{term}: the smallest error reached is {}; {}",
         Number(brief(*reached)),
         of_tolerance(*allowed, *tolerance)
     )]
     Tolerance {
-        /// The term of [`ViewError`](crate::ViewError), or that of the ground truth.
+        /// The term of [`ViewError`](crate::ViewError), or that of the ground truth or of a mesh.
         term: &'static str,
-        /// Estimated error, relative to the largest sample, or of the volume fraction of a voxel.
+        /// Estimated error: relative to the largest sample, of the volume fraction of a voxel, or relative to the volume of a mesh.
         reached: f64,
         /// The part of the tolerance that this term may use.
         allowed: f64,

@@ -33,6 +33,7 @@ pub use heart::{Balloon, Heart};
 pub use material::{MaterialPoint, Wall, WallRegion};
 pub(crate) use rhythm::Rhythm;
 pub use rhythm::{Beats, GatedBy, RrIntervals};
+pub(crate) use shape::MESH_VOLUME;
 pub use shape::{HeartShape, MMHG_PER_KPA};
 pub use strain::{Deformation, GreenStrain};
 pub(crate) use surroundings::Surroundings;

@@ -10,6 +10,8 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 /// Millimetres of mercury per kilopascal: mercury of 13.5951 g/cm^3, 9.80665 m/s^2.
 pub const MMHG_PER_KPA: f64 = 1000.0 / 133.322_387_415;
 
+/// The term of errors of meshes, which are due to rounding at a large distance from the origin.
+pub(crate) const MESH_VOLUME: &str = "volume of a mesh";
 /// Refinements of the distance between surface and mesh: one or two reach the volume tolerance.
 const MOST_HALVINGS: usize = 8;
 
@@ -109,12 +111,6 @@ impl HeartShape {
         apex - base
     }
 
-    /// Returns the change of the wall volume relative to the reference configuration.
-    #[must_use]
-    pub fn wall_volume_error(&self) -> f64 {
-        self.solution.wall_volume_error
-    }
-
     /// Returns a mesh of the inner (0) or outer membrane (1) in a pose, cm. Its volume has the relative error `tolerance`.
     pub(crate) fn mesh(
         &self,
@@ -140,7 +136,12 @@ impl HeartShape {
             }
             distance *= 0.5;
         }
-        Err(PhantomError::NotMeshed { reached, tolerance })
+        Err(PhantomError::Tolerance {
+            term: MESH_VOLUME,
+            reached,
+            allowed: tolerance,
+            tolerance,
+        })
     }
 
     /// Returns the solid in the lab: layer 0 is the cavity, layer 1 the wall.

@@ -90,7 +90,12 @@ impl Imaging {
             let extremes = made.each_ref().map(DepthResponse::extremes);
             if let Some([narrowest, widest]) = (extremes.into_iter()).find(|[a, b]| *b > UNEVEN * a)
             {
-                return Err(PhantomError::Uneven { narrowest, widest });
+                return Err(PhantomError::OutOfRange {
+                    what: "ratio of the widest to the narrowest of the collimator's blur over the depth of the objects",
+                    given: widest / narrowest,
+                    least: 1.0,
+                    most: UNEVEN,
+                });
             }
             responses.push(made);
         }

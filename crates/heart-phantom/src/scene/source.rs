@@ -3,6 +3,7 @@
 use super::place;
 use crate::Phantom;
 use crate::error::PhantomError;
+use crate::model::MESH_VOLUME;
 use crate::scan::{GROUND_TRUTH, VOXELS};
 
 impl Phantom {
@@ -19,6 +20,7 @@ impl Phantom {
             | PhantomError::Solid(_) => "heart",
             PhantomError::Membrane(_) => "cycle.volume",
             PhantomError::Tolerance { term, .. } if *term == GROUND_TRUTH => "truth.tolerance",
+            PhantomError::Tolerance { term, .. } if *term == MESH_VOLUME => "output.mesh_tolerance",
             PhantomError::Tolerance { .. } => "acquisition.accuracy.tolerance",
             PhantomError::Radon(radon::RadonError::ShortArc { .. }) => "camera.arc",
             PhantomError::Radon(_) => "reconstruction",
@@ -27,13 +29,11 @@ impl Phantom {
             PhantomError::OutOfRange { what, .. } if what.contains("collimator's blur") => {
                 "collimator"
             }
-            PhantomError::Uneven { .. } => "collimator",
             PhantomError::Scatter(_) => "scatter",
             PhantomError::Memory { .. } => "camera",
             PhantomError::DetectorInside { .. } => "camera.radius",
             PhantomError::NoCounts => "noise.counts.total",
             PhantomError::SourceInside { .. } => "camera.geometry",
-            PhantomError::NotMeshed { .. } => "output.mesh_tolerance",
             _ => return error,
         };
         let field = match &error {

@@ -215,7 +215,6 @@ fn code(error: &PhantomError) -> u8 {
         | PhantomError::NoDefect { .. }
         | PhantomError::Uncovered { .. }
         | PhantomError::Tolerance { .. }
-        | PhantomError::Uneven { .. }
         | PhantomError::OutOfRange { .. }
         | PhantomError::Count { .. }
         | PhantomError::Extension { .. }
