@@ -115,7 +115,7 @@ fn wall(random: &mut Random) -> Option<f64> {
     let solved = shape.solution();
     let outside = enclosed(&solved.outer);
     let error = (outside - enclosed(&solved.inner)) / rest - 1.0;
-    Some(error.abs() / (shape.wall_volume_error().abs() + 1e-12 * outside / rest))
+    Some(error.abs() / (shape.solution().wall_volume_error.abs() + 1e-12 * outside / rest))
 }
 
 fn surface(random: &mut Random) -> Option<f64> {

@@ -75,33 +75,14 @@ impl Cycle {
 
     /// Sets variable R-R intervals about the rate of the cycle. Accepted beats that all last the period of the cycle give bitwise
     /// identical results to a regular cycle.
-    ///
-    /// Projections are then acquired in real time; the time of rejected beats is not used.
-    ///
-    /// ```
-    /// use heart_phantom::{Beats, Cycle, RrIntervals, VolumeCurve};
-    /// let beats = Beats::new(RrIntervals::List(vec![1.0, 1.2]));
-    /// let cycle = Cycle::new(60.0, &VolumeCurve::Sinusoid, [0.0, 0.6])?.with_beats(&beats)?;
-    /// // Filled after 0.6 s of the 1.2 s of the second beat: diastole of the sinusoid is its filling and absorbs the variation.
-    /// assert!((cycle.phase(1.0 + 0.7) - 0.5).abs() < 1e-12);
-    /// # Ok::<(), heart_phantom::PhantomError>(())
-    /// ```
-    ///
-    /// # Errors
-    /// [`PhantomError::OutOfRange`] for an interval that is too short for diastole or longer than 60 s, and for a standard
-    /// deviation above half a period; [`PhantomError::Count`] for an empty list.
-    pub fn with_beats(mut self, beats: &Beats) -> Result<Self, PhantomError> {
+    pub(crate) fn with_beats(mut self, beats: &Beats) -> Result<Self, PhantomError> {
         let rhythm = Rhythm::new(beats, self.period(), &self.height)?;
         self.rhythm = (!rhythm.is_plain()).then(|| Arc::new(rhythm));
         Ok(self)
     }
 
-    /// Sets the respiratory motion. A motion without effect and without gates leaves results bitwise identical; otherwise
-    /// projections are acquired in real time, as with [`Cycle::with_beats`].
-    ///
-    /// # Errors
-    /// [`PhantomError::OutOfRange`] or [`PhantomError::Count`] for samples of the curve that are not allowed.
-    pub fn with_breathing(mut self, breathing: &Breathing) -> Result<Self, PhantomError> {
+    /// Sets the respiratory motion. A motion without effect and without gates leaves results bitwise identical.
+    pub(crate) fn with_breathing(mut self, breathing: &Breathing) -> Result<Self, PhantomError> {
         let motion = RespiratoryMotion::new(breathing)?;
         let there = motion.moves() || breathing.gates.is_some();
         self.breathing = there.then(|| Arc::new(motion));

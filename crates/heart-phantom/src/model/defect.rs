@@ -16,7 +16,7 @@ const NO_ANGLE: f64 = 1e-12;
 /// `[[defects]]`: a region of the wall with another activity, such as an infarct, or an insert of a physical phantom.
 ///
 /// A defect consists of the same material at every phase: it slides along the membranes with the wall and preserves its volume
-/// ([`Wall::sliding`]). Where defects overlap, the last one replaces earlier ones.
+/// ([`Wall::sliding_from`]). Where defects overlap, the last one replaces earlier ones.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Defect {

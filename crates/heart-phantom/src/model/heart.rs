@@ -73,7 +73,7 @@ impl Balloon {
 /// assert_eq!(heart.shapes_solved(), 2); // equal gains share a shape
 /// let [inner, outer] = shapes[1].volumes();
 /// assert!((inner / shapes[0].volumes()[0] - 1.6).abs() < 1e-12);
-/// assert!(shapes[1].wall_volume_error().abs() < 1e-10); // the wall is incompressible
+/// assert!(shapes[1].solution().wall_volume_error.abs() < 1e-10); // the wall is incompressible
 /// # let _ = outer;
 /// # Ok::<(), heart_phantom::PhantomError>(())
 /// ```
@@ -221,7 +221,7 @@ impl Heart {
     /// assert!((ring(1) - ring(0) - 1.6).abs() < 1e-12);
     /// let apex = |k: usize| shapes[k].solution().outer.at(0.5).position[0];
     /// assert!((apex(1) - apex(0)).abs() < 1e-9);
-    /// assert!(shapes[1].wall_volume_error().abs() < 1e-12);
+    /// assert!(shapes[1].solution().wall_volume_error.abs() < 1e-12);
     /// # Ok::<(), heart_phantom::PhantomError>(())
     /// ```
     ///
@@ -266,8 +266,7 @@ impl Heart {
     }
 
     /// Returns the number of shapes that fit into its memory, at least one.
-    #[must_use]
-    pub fn most_shapes(&self) -> usize {
+    pub(crate) fn most_shapes(&self) -> usize {
         (self.memory / self.shape_bytes()).max(1)
     }
 

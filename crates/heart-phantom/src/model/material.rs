@@ -7,7 +7,7 @@
 //! - [`Wall::new`], tied to the membranes: material s lies between the two membrane points s. The membranes
 //!   stretch unevenly, so a strip between s and s + ds does not preserve its volume: the product of the three
 //!   stretches is the ratio of the volumes of the strip, the same in all layers.
-//! - [`Wall::sliding`]: the wall slides along both membranes without friction, so every element preserves its volume and
+//! - [`Wall::sliding_from`]: the wall slides along both membranes without friction, so every element preserves its volume and
 //!   the product of the stretches is 1. Material s lies between the membrane points s in the reference configuration.
 //!
 //! A [`Twist`] rotates either about the axis and preserves volumes.
@@ -17,7 +17,7 @@ use super::twist::Twist;
 use crate::error::{PhantomError, check};
 use membrane_newton::{Equilibrium, PairEquilibrium};
 use nalgebra::{Point3, Vector3};
-use revolve_voxel::{Curve, Meridian, Piece, Pose, Sector, Shell, Thickness, VoxelGrid, WallTwist};
+use revolve_voxel::{Curve, Meridian, Piece, Pose, Sector, Shell, VoxelGrid, WallTwist};
 use std::f64::consts::{PI, TAU};
 use std::ops::Range;
 use std::sync::Arc;
@@ -43,7 +43,7 @@ pub struct MaterialPoint {
 /// let heart = Heart::study(201)?;
 /// let shapes = heart.shapes(&[0.0, 0.6])?;
 /// let rest = Wall::new(&shapes[0])?;
-/// let dilated = Wall::sliding(&shapes[1], &rest)?;
+/// let dilated = Wall::new(&shapes[1])?.sliding_from(&rest);
 /// let point = MaterialPoint { layer: 0.5, s: 0.2, azimuth: 1.0 };
 /// let [from, to] = [rest.position(&point)?, dilated.position(&point)?];
 /// assert!((to - from).norm() > 0.1); // cm
@@ -109,15 +109,7 @@ impl Wall {
         Self::between(inner?, outer?, *shape.body().pose())
     }
 
-    /// The wall of a shape that slides along its membranes so that each element has the volume that it has in `rest`.
-    ///
-    /// # Errors
-    /// As [`Wall::new`].
-    pub fn sliding(shape: &HeartShape, rest: &Wall) -> Result<Self, PhantomError> {
-        Ok(Self::new(shape)?.sliding_from(rest))
-    }
-
-    /// Returns the wall with the material coordinate of the membranes of another phase.
+    /// Returns the wall that slides along its membranes so that each element has the volume that it has in `rest`.
     #[must_use]
     pub fn sliding_from(mut self, rest: &Wall) -> Self {
         self.rest = Some(rest.shell.clone());
@@ -174,14 +166,6 @@ impl Wall {
         }
     }
 
-    /// Returns the displacement of the material at a position from this phase to another: a lab vector in cm; `None` outside the
-    /// wall.
-    #[must_use]
-    pub fn displacement(&self, to: &Wall, p: &Point3<f64>) -> Option<[f64; 3]> {
-        let point = self.locate(p)?;
-        Some((to.place(&point) - p).into())
-    }
-
     /// Returns the displacements of the material at the centres of the voxels of some slices. Only voxels in the wall are returned,
     /// with their indices among these slices (`[z][y][x]`), ascending.
     ///
@@ -192,7 +176,7 @@ impl Wall {
     /// use revolve_voxel::VoxelGrid;
     /// let shapes = Heart::study(201)?.shapes(&[0.0, 0.6])?;
     /// let rest = Wall::new(&shapes[0])?;
-    /// let dilated = Wall::sliding(&shapes[1], &rest)?;
+    /// let dilated = Wall::new(&shapes[1])?.sliding_from(&rest);
     /// let grid = VoxelGrid::cube(32, 0.5)?;
     /// let moved = rest.displacements(&dilated, &grid, 0..32)?;
     /// // As an array of all voxels, three components each, NaN outside the wall:
@@ -280,8 +264,8 @@ impl Wall {
     /// let rest = Wall::new(&shapes[0])?;
     /// let infarct = WallRegion { layers: [0.0, 0.6], s: [0.3, 0.45], azimuths: [0.0, 1.0] };
     /// let volumes = [
-    ///     Wall::sliding(&shapes[0], &rest)?.sector(&infarct, 1e-5)?.volume(),
-    ///     Wall::sliding(&shapes[1], &rest)?.sector(&infarct, 1e-5)?.volume(),
+    ///     rest.sector(&infarct, 1e-5)?.volume(),
+    ///     Wall::new(&shapes[1])?.sliding_from(&rest).sector(&infarct, 1e-5)?.volume(),
     /// ];
     /// assert!((volumes[1] / volumes[0] - 1.0).abs() < 1e-4); // its activity is conserved
     /// # Ok::<(), heart_phantom::PhantomError>(())
@@ -325,13 +309,6 @@ impl Wall {
     #[must_use]
     pub fn thickness(&self, s: f64) -> f64 {
         self.shell.thickness(s)
-    }
-
-    /// Returns the smallest thickness, its position, and the average thickness over the surface of the inner membrane
-    /// ([`revolve_voxel::Thickness`]).
-    #[must_use]
-    pub fn thicknesses(&self) -> Thickness {
-        self.shell.thicknesses()
     }
 
     /// Returns the pose of the wall.

@@ -50,7 +50,7 @@ pub struct GreenStrain {
 }
 
 impl Deformation {
-    /// Returns the volume ratio det F: 1 for a sliding wall ([`Wall::sliding`]), to the accuracy of the wall volume.
+    /// Returns the volume ratio det F: 1 for a sliding wall ([`Wall::sliding_from`]), to the accuracy of the wall volume.
     #[must_use]
     pub fn volume(&self) -> f64 {
         // Only the azimuthal tangent leaves the meridian plane: expansion along the last column.
@@ -100,7 +100,7 @@ impl Wall {
     /// use heart_phantom::{Heart, MaterialPoint, Twist, Wall};
     /// let shapes = Heart::study(201)?.shapes(&[0.0, 0.6])?;
     /// let systole = Wall::new(&shapes[0])?;
-    /// let diastole = Wall::sliding(&shapes[1], &systole)?;
+    /// let diastole = Wall::new(&shapes[1])?.sliding_from(&systole);
     /// let twisted = systole.clone().twisted(Twist::sampled(&[-3.0, 10.0], &[-3.0, 10.0])?);
     /// let point = MaterialPoint { layer: 0.5, s: 0.2, azimuth: 1.0 };
     /// let beat = diastole.deformation(&twisted, &point)?;

@@ -98,7 +98,7 @@ impl Phantom {
         let (rest, shape) = (self.heart().reference_shape()?, self.shape_at_gain(gain)?);
         let pose = self.pose(breath)?;
         let made = || -> Result<Wall, PhantomError> {
-            let wall = Wall::sliding(&shape, &Wall::new(&rest)?)?.with_pose(pose);
+            let wall = (Wall::new(&shape)?.sliding_from(&Wall::new(&rest)?)).with_pose(pose);
             let twist = self.parts.twist.as_ref();
             Ok(match twist {
                 None => wall,

@@ -49,8 +49,7 @@ pub struct PointSettings {
 
 impl PointSettings {
     /// Returns the point, with its azimuth in radians.
-    #[must_use]
-    pub fn point(&self) -> MaterialPoint {
+    pub(super) fn point(&self) -> MaterialPoint {
         MaterialPoint {
             layer: self.layer,
             s: self.s,

@@ -14,8 +14,7 @@ fn normalised(curve: &VolumeCurve, beats_per_minute: f64) -> Result<Cycle, Phant
 #[test]
 fn gain_and_ejection_fraction_are_equivalent() {
     for gain in [0.0, 0.1, 0.6, 1.5, 20.0] {
-        let fraction = VolumeRange::Gain(gain).ejection_fraction(93.0).unwrap();
-        assert!((fraction - gain / (1.0 + gain)).abs() < 1e-15);
+        let fraction = gain / (1.0 + gain);
         let [low, high] = VolumeRange::EjectionFraction(fraction).gains(93.0).unwrap();
         // Conditioning: d gain / d fraction = (1 + gain)^2.
         assert!(low == 0.0 && (high - gain).abs() <= 4e-16 * (1.0 + gain).powi(2));
@@ -59,16 +58,10 @@ fn invalid_ranges_are_rejected() {
         let (edv, esv) = (volume, volume);
         let ranges = [VolumeRange::Gain(0.6), VolumeRange::Volumes { edv, esv }];
         for range in ranges {
-            let [a, b] = [
-                range.gains(volume).map(drop),
-                range.ejection_fraction(volume).map(drop),
-            ];
-            for refused in [a, b] {
-                let what = "reference volume";
-                assert!(
-                    matches!(refused, Err(PhantomError::OutOfRange { what: of, .. }) if of == what)
-                );
-            }
+            let (what, refused) = ("reference volume", range.gains(volume));
+            assert!(
+                matches!(refused, Err(PhantomError::OutOfRange { what: of, .. }) if of == what)
+            );
         }
     }
 }

@@ -234,15 +234,13 @@ fn displacements_equal_those_of_the_points_and_do_not_exist_outside() {
         all.iter().for_each(|&(k, d)| moved[k] = Some(d));
         for (k, found) in moved.iter().enumerate() {
             let p = grid.centre(k % 24, k / 24 % 24, k / 576);
-            let exact = walls[0].displacement(&walls[2], &p);
-            assert_eq!(found.is_some(), exact.is_some());
-            let (Some(found), Some(exact)) = (found, exact) else {
+            let point = walls[0].locate(&p);
+            assert_eq!(found.is_some(), point.is_some());
+            let (Some(found), Some(point)) = (found, point) else {
                 continue;
             };
-            let point = walls[0].locate(&p).unwrap();
             let there = walls[2].position(&point).unwrap() - p;
             assert!((0..3).all(|a| (there[a] - f64::from(found[a])).abs() < 1e-6));
-            assert!((0..3).all(|a| (there[a] - exact[a]).abs() < 1e-12));
             assert!(there.norm() < 1.5);
         }
         volume_of(&walls[0], &grid, all.len());
@@ -344,17 +342,15 @@ fn regions_move_with_the_wall() {
 
 #[test]
 fn the_wall_thins_as_the_cavity_grows() {
-    let rest = TIED[0].thicknesses();
-    // Two balloons a centimetre apart.
-    assert!(
-        (rest.minimum - 1.0).abs() < 1e-10 && (rest.mean - 1.0).abs() < 1e-10,
-        "{rest:?}"
-    );
-    let [some, more] = [1, 2].map(|k| TIED[k].thicknesses());
-    assert!(rest.mean > some.mean && some.mean > more.mean && more.minimum < more.mean);
-    assert!((TIED[2].thickness(more.thinnest_at) - more.minimum).abs() < 1e-12);
-    assert_eq!(TIED[0].thickness(9.0), TIED[0].thickness(0.5));
-    assert!(TIED[0].thickness(f64::NAN).is_nan());
+    let at = |k: usize, s: f64| TIED[k].thickness(s);
+    for k in 0..=10 {
+        let s = 0.05 * f64::from(k);
+        // Two balloons a centimetre apart.
+        assert!((at(0, s) - 1.0).abs() < 1e-10, "{}", at(0, s));
+    }
+    assert!(at(0, 0.25) > at(1, 0.25) && at(1, 0.25) > at(2, 0.25));
+    assert_eq!(at(0, 9.0), at(0, 0.5));
+    assert!(at(0, f64::NAN).is_nan());
 }
 
 #[test]

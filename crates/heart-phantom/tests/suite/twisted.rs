@@ -18,7 +18,9 @@ impl Case {
         let heart = Heart::study(101).unwrap();
         let shapes = heart.shapes(&[0.0, 0.4]).unwrap();
         let rest = Wall::new(&shapes[0]).unwrap();
-        let wall = Wall::sliding(&shapes[1], &rest).unwrap().twisted(twist);
+        let wall = (Wall::new(&shapes[1]).unwrap())
+            .sliding_from(&rest)
+            .twisted(twist);
         let sector = wall.sector(&region, 1e-6).unwrap();
         Self {
             wall,

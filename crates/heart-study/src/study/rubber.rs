@@ -58,7 +58,7 @@ pub(super) fn rubber(run: &Run<'_>) -> Result<RubberStudy, PhantomError> {
         figures: report::Rubber {
             inner_mmhg,
             outer_mmhg,
-            wall_volume_error: dilated[1].wall_volume_error(),
+            wall_volume_error: dilated[1].solution().wall_volume_error,
             side: [of_springs.side, of_rubber.side],
             apex: [of_springs.apex, of_rubber.apex],
             view_difference: difference(&views),

@@ -43,7 +43,7 @@ fn labels_mark_defects() {
     for phase in [0.0, 0.4] {
         let labels = phantom.labels(phase).unwrap();
         let shape = phantom.shape(phase).unwrap();
-        let wall = Wall::sliding(&shape, &rest).unwrap();
+        let wall = Wall::new(&shape).unwrap().sliding_from(&rest);
         // Returns the defects at a point, or none outside the wall.
         let at = |p: Point3<f64>| {
             let m = wall.locate(&p)?;
