@@ -128,7 +128,7 @@ impl StoredMember {
 ///     let views = member.array("projections.npy")?;
 ///     assert_eq!(views.shape, [1, 4, 8, 8]); // [gate][view][row][bin]
 ///     let ejection_fraction = member.row().numbers["ejection_fraction"];
-///     assert!(ejection_fraction > 0.2 && views.samples.into_f32().iter().any(|x| *x > 0.0));
+///     assert!(ejection_fraction > 0.2 && views.samples.iter().any(|x| *x > 0.0));
 /// }
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```

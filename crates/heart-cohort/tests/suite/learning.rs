@@ -67,7 +67,7 @@ fn a_shard_is_read_as_it_was_written() {
             assert_eq!(truth.shape, [2, 8, 8, 8]);
             // Half precision rounds to 2^-11.
             let exact = Phantom::new(scene).unwrap().truth(0).unwrap();
-            for (found, exact) in truth.samples.into_f32().iter().zip(exact) {
+            for (found, exact) in truth.samples.iter().zip(exact) {
                 assert!(
                     (found - exact).abs() <= 5e-4 * exact + 1e-7,
                     "{found} {exact}"

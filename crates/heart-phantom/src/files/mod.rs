@@ -95,5 +95,5 @@ pub use previous::check_unlisted;
 pub(crate) use projections::are_equal;
 pub use projections::{AcquisitionInfo, BeatCounts, Projections};
 pub use rays::{write_astra, write_rtk};
-pub use samples::{OwnSamples, Samples};
+pub use samples::Samples;
 pub use volume::{Corrections, FieldOf, Volume};

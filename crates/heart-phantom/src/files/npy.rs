@@ -1,7 +1,7 @@
 //! NumPy: single arrays.
 
 use crate::error::{PhantomError, check_count, check_length};
-use crate::files::{OwnSamples, Projections, Samples, Volume, write_atomically};
+use crate::files::{Projections, Samples, Volume, write_atomically};
 use std::fs::File;
 use std::io::{self, BufReader, Read, Write};
 use std::path::Path;
@@ -56,8 +56,8 @@ pub fn put_npy(out: &mut dyn Write, shape: &[usize], samples: Samples) -> io::Re
 pub struct NpyArray {
     /// Lengths of the axes, from slowest to fastest.
     pub shape: Vec<usize>,
-    /// The samples in C order; their number is the product of `shape`.
-    pub samples: OwnSamples,
+    /// The samples in C order, integers exactly converted; their number is the product of `shape`.
+    pub samples: Vec<f32>,
 }
 
 /// Reads a NumPy `.npy` file: little-endian `f32`, `u8`, `u16` or half precision, in C order.
@@ -69,7 +69,7 @@ pub struct NpyArray {
 /// let path = folder.path().join("volume.npy");
 /// write_npy(&path, &[2, 1, 3], &[0.0, 1.0, 2.0, 3.0, 4.0, 5.0])?; // [z][y][x]
 /// let array = read_npy(&path)?;
-/// let volume = ArrayD::from_shape_vec(array.shape, array.samples.into_f32())?; // without a copy
+/// let volume = ArrayD::from_shape_vec(array.shape, array.samples)?; // without a copy
 /// assert_eq!(volume[[1, 0, 2]], 5.0);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
@@ -90,7 +90,8 @@ pub fn read_npy(path: &Path) -> Result<NpyArray, PhantomError> {
         })
 }
 
-/// Reads an array as [`read_npy`] from any reader, which is then at the end of the array. Memory: twice the array.
+/// Reads an array as [`read_npy`] from any reader, which is then at the end of the array. Memory: the bytes of the array and
+/// its samples as `f32`.
 ///
 /// # Errors
 /// Errors of `from`; [`io::ErrorKind::InvalidData`] for bytes that are not an array in C order of one of these types,
@@ -132,22 +133,14 @@ pub fn get_npy(mut from: impl Read) -> io::Result<NpyArray> {
         .try_fold(each, |n: u64, &k| n.checked_mul(k as u64));
     let length = length.ok_or_else(|| wrong("the array is larger than any memory"))?;
     let bytes = taken(&mut from, length)?;
-    let pairs = || {
-        bytes
-            .as_chunks()
-            .0
-            .iter()
-            .map(|pair| u16::from_le_bytes(*pair))
-    };
+    let pairs = || (bytes.as_chunks().0.iter()).map(|pair| u16::from_le_bytes(*pair));
     let samples = match kind {
-        "'<f4'" => OwnSamples::F32(
-            (bytes.as_chunks().0.iter())
-                .map(|x| f32::from_le_bytes(*x))
-                .collect(),
-        ),
-        "'<f2'" => OwnSamples::F32(pairs().map(single).collect()),
-        "'<u2'" => OwnSamples::U16(pairs().collect()),
-        _ => OwnSamples::U8(bytes),
+        "'<f4'" => (bytes.as_chunks().0.iter())
+            .map(|x| f32::from_le_bytes(*x))
+            .collect(),
+        "'<f2'" => pairs().map(single).collect(),
+        "'<u2'" => pairs().map(f32::from).collect(),
+        _ => bytes.into_iter().map(f32::from).collect(),
     };
     Ok(NpyArray { shape, samples })
 }

@@ -139,30 +139,15 @@ pub(super) fn n_gates(samples: Samples<'_>, len: usize) -> usize {
 }
 
 /// Samples of an array, owned; [`Samples`] borrows them.
-#[derive(Debug, Clone, PartialEq)]
-pub enum OwnSamples {
-    /// Activity, attenuation, line integrals; also those stored in half precision.
+pub(super) enum OwnSamples {
     F32(Vec<f32>),
-    /// Labels up to 255.
     U8(Vec<u8>),
-    /// Labels or counts up to 65535.
     U16(Vec<u16>),
 }
 
 impl OwnSamples {
-    /// Returns the samples as `f32`: the stored vector, or exact copies of integers.
-    #[must_use]
-    pub fn into_f32(self) -> Vec<f32> {
-        match self {
-            Self::F32(values) => values,
-            Self::U8(values) => values.into_iter().map(f32::from).collect(),
-            Self::U16(values) => values.into_iter().map(f32::from).collect(),
-        }
-    }
-
     /// Returns the samples, borrowed.
-    #[must_use]
-    pub fn as_samples(&self) -> Samples<'_> {
+    pub(super) fn as_samples(&self) -> Samples<'_> {
         match self {
             Self::F32(values) => values.into(),
             Self::U8(values) => values.into(),
