@@ -55,10 +55,19 @@ pub use revolve_voxel;
 
 pub use error::{PhantomError, check as check_value, check_count, check_length};
 pub use model::{
-    Activity, Attenuation, Background, Balloon, Beats, Breathing, BreathingCurve, Chest, Cycle,
-    Defect, Deformation, GatedBy, GreenStrain, Heart, HeartShape, MMHG_PER_KPA, MaterialPoint,
-    Medium, RespiratoryGates, RrIntervals, Twist, Uptake, VolumeCurve, VolumeRange, Wall,
-    WallRegion,
+    activity::{Activity, Background, Uptake},
+    attenuation::{Attenuation, Medium},
+    breathing::{Breathing, BreathingCurve, RespiratoryGates},
+    chest::Chest,
+    cycle::Cycle,
+    defect::Defect,
+    heart::{Balloon, Heart},
+    material::{MaterialPoint, Wall, WallRegion},
+    rhythm::{Beats, GatedBy, RrIntervals},
+    shape::{HeartShape, MMHG_PER_KPA},
+    strain::{Deformation, GreenStrain},
+    twist::Twist,
+    volume_curve::{VolumeCurve, VolumeRange},
 };
 pub use observer::{Observer, no_observer};
 pub use phantom::{

@@ -55,7 +55,7 @@ impl Wall {
     pub(crate) fn longest_way(&self, to: &Wall) -> f64 {
         let mut longest = 0.0f64;
         for k in 0..8 * 4 * 2 {
-            let point = super::MaterialPoint {
+            let point = super::material::MaterialPoint {
                 layer: (k % 2) as f64,
                 s: 0.5 * (k / 8) as f64 / 7.0,
                 azimuth: 0.5 * PI * (k / 2 % 4) as f64,

@@ -1,6 +1,7 @@
 //! The surroundings of the heart: sources and media, in the form that the projections need.
 
-use super::{Attenuation, Background};
+use super::activity::Background;
+use super::attenuation::Attenuation;
 use crate::error::PhantomError;
 use revolve_voxel::{Assembly, Body, Organ, Organs, Sector};
 

@@ -4,8 +4,10 @@ use super::acquisition::Acquisition;
 use super::imaging::Imaging;
 use super::time_rule::TimeRule;
 use crate::error::PhantomError;
-use crate::model::{Activity, Attenuation, Background, Defect, Placed, Surroundings};
-use crate::{Camera, Cycle, Heart, HeartShape, Rotation, Twist};
+use crate::model::{Placed, Surroundings};
+use crate::{
+    Activity, Attenuation, Background, Camera, Cycle, Defect, Heart, HeartShape, Rotation, Twist,
+};
 use nalgebra::Point3;
 use revolve_voxel::{Organs, Pose};
 use std::f64::consts::PI;
