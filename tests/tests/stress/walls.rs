@@ -128,7 +128,7 @@ fn check_point(random: &mut Random, walls: [&Wall; 3], unit: f64) {
             // decides the side.
             let same = (walls[0].volume() / wall.volume() - 1.0).abs();
             assert!(
-                (deformation.volume() - 1.0).abs() < 1e-6 + 2.0 * same,
+                (deformation.gradient.determinant() - 1.0).abs() < 1e-6 + 2.0 * same,
                 "{point:?}: {deformation:?}"
             );
         }

@@ -49,7 +49,7 @@ pub struct MaterialPoint {
 /// assert!((to - from).norm() > 0.1); // cm
 /// let deformation = rest.deformation(&dilated, &point)?;
 /// assert!(deformation.strain().circumferential > 0.0 && deformation.strain().radial < 0.0);
-/// assert!((deformation.volume() - 1.0).abs() < 1e-10); // the wall is incompressible
+/// assert!((deformation.gradient.determinant() - 1.0).abs() < 1e-10); // the wall is incompressible
 /// # Ok::<(), heart_phantom::PhantomError>(())
 /// ```
 #[derive(Debug, Clone)]

@@ -21,7 +21,8 @@ use std::ops::Range;
 /// The deformation gradient `F = dx'/dx` at a material point.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Deformation {
-    /// F between the cylindrical frames of both phases: axial (towards the apex), radial, circumferential.
+    /// F between the cylindrical frames of both phases: axial (towards the apex), radial, circumferential. Its determinant, the ratio of
+    /// volumes, is 1 for a sliding wall ([`Wall::sliding_from`]), to the accuracy of the wall volume.
     pub gradient: Matrix3<f64>,
     /// The directions of the wall in the initial frame, as columns: radial (across the layer, outward), circumferential
     /// (counter-clockwise seen from beyond the apex), longitudinal (along the layer, base to apex).
@@ -50,14 +51,6 @@ pub struct GreenStrain {
 }
 
 impl Deformation {
-    /// Returns the volume ratio det F: 1 for a sliding wall ([`Wall::sliding_from`]), to the accuracy of the wall volume.
-    #[must_use]
-    pub fn volume(&self) -> f64 {
-        // Only the azimuthal tangent leaves the meridian plane: expansion along the last column.
-        let f = &self.gradient;
-        (f[(0, 0)] * f[(1, 1)] - f[(0, 1)] * f[(1, 0)]) * f[(2, 2)]
-    }
-
     /// Returns Green's strain.
     #[must_use]
     pub fn strain(&self) -> GreenStrain {
@@ -104,7 +97,7 @@ impl Wall {
     /// let twisted = systole.clone().twisted(Twist::sampled(&[-3.0, 10.0], &[-3.0, 10.0])?);
     /// let point = MaterialPoint { layer: 0.5, s: 0.2, azimuth: 1.0 };
     /// let beat = diastole.deformation(&twisted, &point)?;
-    /// assert!((beat.volume() - 1.0).abs() < 1e-10); // the wall is incompressible
+    /// assert!((beat.gradient.determinant() - 1.0).abs() < 1e-10); // the wall is incompressible
     /// let strain = beat.strain();
     /// assert!(strain.radial > 0.0 && strain.circumferential < 0.0 && strain.circumferential_longitudinal > 0.0);
     /// # Ok::<(), heart_phantom::PhantomError>(())
