@@ -94,9 +94,9 @@ fn of_phantom(py: Python<'_>, error: PhantomError) -> PyErr {
         PhantomError::Read { source, .. } | PhantomError::File { source, .. } => {
             io::Error::new(source.kind(), text).into()
         }
-        PhantomError::Foreign { .. }
-        | PhantomError::Listed { .. }
-        | PhantomError::Unlisted { .. } => PyFileExistsError::new_err(text),
+        PhantomError::Foreign { .. } | PhantomError::Listed { .. } => {
+            PyFileExistsError::new_err(text)
+        }
         PhantomError::Busy { .. } | PhantomError::Threads { .. } => PyOSError::new_err(text),
         _ => exception(py, "HeartPhantomError", &error),
     }

@@ -254,27 +254,15 @@ pub enum PhantomError {
         // tidy: allow string: written by the other process
         holder: String,
     },
-    /// A directory contains a report of another program.
+    /// A file that would be replaced or removed is not known to be of this program: a report of another one, or a file that the `report.json` of no
+    /// earlier run lists.
     #[error(
-        "{} was not written by this program; choose another directory or move the file",
+        "{} was not written by this program, or no report lists it; choose another directory or move the file",
         escape_path(path)
     )]
     Foreign {
         /// The existing file.
         path: PathBuf,
-    },
-    /// A directory contains files under names that a run writes and that no earlier run has listed in its report.
-    #[error(
-        "{} contains {}, which the report.json of no earlier run lists; choose another directory or move {}",
-        escape_path(folder),
-        escape(&list(names)),
-        if names.len() == 1 { "the file" } else { "the files" }
-    )]
-    Unlisted {
-        /// The directory.
-        folder: PathBuf,
-        /// Names of the existing files.
-        names: Vec<PathBuf>,
     },
     /// A file belongs to a run whose report is in the same directory.
     #[error(
@@ -307,17 +295,6 @@ pub enum PhantomError {
 impl From<SceneError> for PhantomError {
     fn from(error: SceneError) -> Self {
         Self::Scene(Box::new(error))
-    }
-}
-
-/// The first names of a list.
-fn list(names: &[PathBuf]) -> String {
-    const MOST: usize = 5;
-    let first = names.iter().take(MOST).map(|name| name.to_string_lossy());
-    let first = first.collect::<Vec<_>>().join(", ");
-    match names.len().saturating_sub(MOST) {
-        0 => first,
-        others => format!("{first} and {others} more"),
     }
 }
 

@@ -29,9 +29,9 @@ impl Folder {
     ///
     /// # Errors
     /// [`PhantomError::Name`] for a path that is not the name of a file of its own; [`PhantomError::File`] for a directory of the name of a
-    /// file to be written, [`PhantomError::Foreign`] for a `report.json` of another program, [`PhantomError::Unlisted`] for files to be
-    /// written that exist and that the report of the previous run does not list, all with nothing removed (a link of that name is
-    /// replaced, not followed); [`PhantomError::File`] for a file that cannot be removed or a lock that cannot be written.
+    /// file to be written, [`PhantomError::Foreign`] for a `report.json` of another program and for the first of `names` that exists and that
+    /// the report of the previous run does not list, all with nothing removed (a link of that name is replaced, not followed);
+    /// [`PhantomError::File`] for a file that cannot be removed or a lock that cannot be written.
     pub fn clear(&mut self, names: &[PathBuf]) -> Result<(), PhantomError> {
         check_names(names)?;
         for name in names {
@@ -47,12 +47,11 @@ impl Folder {
             let found = fs::symlink_metadata(folder.join(name));
             found.is_ok_and(|found| found.is_file())
         };
-        let is_unlisted = |name: &&PathBuf| name.as_path() != REPORT && !files.contains(name);
-        let unlisted = names.iter().filter(is_unlisted);
-        let unlisted: Vec<PathBuf> = unlisted.filter(|name| is_file(name)).cloned().collect();
-        if !unlisted.is_empty() {
-            let names = unlisted;
-            return Err(PhantomError::Unlisted { folder, names });
+        let is_listed = |name: &PathBuf| name.as_path() == REPORT || files.contains(name);
+        if let Some(name) = (names.iter()).find(|name| !is_listed(name) && is_file(name)) {
+            return Err(PhantomError::Foreign {
+                path: folder.join(name),
+            });
         }
         self.announce(names)?;
         // First: a directory with a report has all files that it lists.

@@ -72,8 +72,8 @@ pub struct GateResults {
 ///
 /// # Errors
 /// Before the first view: [`PhantomError::File`] if the directory is not writable, [`PhantomError::Busy`] if another run writes to it,
-/// [`PhantomError::Foreign`] if it contains a `report.json` of another program, [`PhantomError::Unlisted`] if it contains files under names
-/// that the run writes and that no `report.json` of an earlier run lists, [`PhantomError::Rejected`] for errors of [`Phantom::prepare`].
+/// [`PhantomError::Foreign`] if it contains a `report.json` of another program or a file under a name that the run writes and that no
+/// `report.json` of an earlier run lists, [`PhantomError::Rejected`] for errors of [`Phantom::prepare`].
 /// Later: [`PhantomError::File`], [`PhantomError::Stopped`], and errors of shapes that were not solved before.
 pub fn run(
     phantom: &Phantom,

@@ -137,12 +137,10 @@ fn files_that_no_report_lists_are_not_replaced() {
             let report = fs::read_to_string(out.join("report.json")).unwrap();
             assert!(report.contains("\"quick\": true"));
         }
-        let written = fs::read_dir(&out).unwrap().count();
         fs::remove_file(out.join("report.json")).unwrap();
         let before = contents(&out);
         let said = refused(folder.path(), command);
-        assert!(said.contains("index.html") || said.contains(&format!("{} more", written - 6)));
-        assert!(said.contains("no earlier run lists"), "{said}");
+        assert!(said.contains("no report lists it"), "{said}");
         assert_eq!(contents(&out), before);
     }
 }
