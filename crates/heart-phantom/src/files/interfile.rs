@@ -125,7 +125,7 @@ pub(super) fn write_projections_stir(
     projections: &Projections,
 ) -> Result<(), PhantomError> {
     let (data, name) = data_beside(path, "s");
-    let turn = Turn::new(projections)?;
+    let turn = Turn::of(projections, projections.angles)?;
     let number = number_format(projections.samples, "float");
     let orbit = match projections.radii {
         [radius] => circular(*radius),
@@ -167,7 +167,7 @@ pub(super) fn write_projections_simind(
     projections: &Projections,
 ) -> Result<(), PhantomError> {
     let (data, name) = data_beside(path, "a00");
-    let turn = Turn::new(projections)?;
+    let turn = Turn::of(projections, projections.angles)?;
     let gates = Gates::new(projections.n_gates(), projections.seconds_per_gate);
     let images = projections.n_gates() * projections.angles.len();
     let head = simind_head(&name, images, &gates);

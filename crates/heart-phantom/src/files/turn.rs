@@ -21,13 +21,10 @@ pub(super) enum Direction {
 }
 
 impl Turn {
+    /// Returns the rotation of some of the views.
+    ///
     /// # Errors
     /// [`PhantomError::OutOfRange`] if the views are not evenly spaced or the detector is not centred, for which there are no keys.
-    pub(super) fn new(projections: &Projections) -> Result<Self, PhantomError> {
-        Self::of(projections, projections.angles)
-    }
-
-    /// As [`Turn::new`], for some of the views.
     pub(super) fn of(projections: &Projections, angles: &[f64]) -> Result<Self, PhantomError> {
         let [_, rows, bins] = projections.shape();
         let detector = projections.detector;
