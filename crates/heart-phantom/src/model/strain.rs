@@ -94,7 +94,7 @@ impl Wall {
     /// let shapes = Heart::study(201)?.shapes(&[0.0, 0.6])?;
     /// let systole = Wall::new(&shapes[0])?;
     /// let diastole = Wall::new(&shapes[1])?.sliding_from(&systole);
-    /// let twisted = systole.clone().twisted(Twist::sampled(&[-3.0, 10.0], &[-3.0, 10.0])?);
+    /// let twisted = systole.clone().twisted(Twist { inner_degrees: vec![-3.0, 10.0], outer_degrees: vec![-3.0, 10.0] });
     /// let point = MaterialPoint { layer: 0.5, s: 0.2, azimuth: 1.0 };
     /// let beat = diastole.deformation(&twisted, &point)?;
     /// assert!((beat.gradient.determinant() - 1.0).abs() < 1e-10); // the wall is incompressible

@@ -45,9 +45,7 @@ pub(super) fn parts(
             attenuation.as_ref(),
         )?,
         organs,
-        twist: (scene.twist.as_ref())
-            .map(|twist| twist.twist())
-            .transpose()?,
+        twist: scene.twist.clone(),
         points: scene.points.iter().map(|point| point.point()).collect(),
         attenuation,
         collimator: scene.collimator.map(|own| own.response()).transpose()?,

@@ -41,7 +41,7 @@ pub use crate::{
     Accuracy, Activity, Attenuation, Background, Balloon, Beats, BinSample, Breathing,
     BreathingCurve, Chest, Compensation, Counting, Counts, Decay, Defect, GateFiles, GatedBy,
     Medium, Method, Mode, Noise, Orbit, Osem, Output, Product, ProjectionValues, RespiratoryGates,
-    Rotation, RrIntervals,
+    Rotation, RrIntervals, Twist,
 };
 pub(crate) use build::WORK_BYTES;
 pub use camera::{BeamSettings, CameraSettings, HeadsSettings};
@@ -51,7 +51,7 @@ pub(crate) use finding::{Check, array_of, place_in};
 pub use finding::{Finding, SceneError};
 pub use material::MaterialSettings;
 pub use membrane_forces::PressureLaw;
-pub use motion::{PointSettings, TwistSettings};
+pub use motion::PointSettings;
 pub(crate) use parts::Parts;
 pub use place::{locate, read_toml};
 pub use radon::{ArcPolicy, Window};

@@ -1,39 +1,11 @@
-//! The sections `[twist]` and `[[points]]`, and the validation of `[beats]`.
+//! The section `[[points]]`, and the validation of `[beats]`.
 
 use super::finding::{Check, array_of};
 use crate::error::PhantomError;
 use crate::ranges;
 use crate::text::Number;
-use crate::{Beats, Cycle, MaterialPoint, RrIntervals, Twist};
+use crate::{Beats, Cycle, MaterialPoint, RrIntervals};
 use serde::{Deserialize, Serialize};
-
-/// `[twist]`: rotation of the wall about its axis at end-systole, in degrees, positive from body y to body z.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct TwistSettings {
-    /// Rotation of the inner membrane at two or more equally spaced s from base to apex.
-    pub inner_degrees: Vec<f64>,
-    /// Rotation of the outer membrane.
-    pub outer_degrees: Vec<f64>,
-}
-
-impl TwistSettings {
-    pub(super) fn twist(&self) -> Result<Twist, PhantomError> {
-        Twist::sampled(&self.inner_degrees, &self.outer_degrees)
-    }
-
-    pub(super) fn check(&self, c: &mut Check) {
-        for (name, samples) in [
-            ("inner_degrees", &self.inner_degrees),
-            ("outer_degrees", &self.outer_degrees),
-        ] {
-            c.all_within(name, samples, [-360.0, 360.0]);
-            if let Err(error @ PhantomError::Count { .. }) = Twist::sampled(samples, samples) {
-                c.fault(name, array_of(samples.len()), error.to_string());
-            }
-        }
-    }
-}
 
 /// One of `[[points]]`: a material point whose motion is reported.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]

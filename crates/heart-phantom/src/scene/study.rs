@@ -1,14 +1,14 @@
 //! The scene.
 
 use super::camera::CameraSettings;
-use super::motion::{PointSettings, TwistSettings};
+use super::motion::PointSettings;
 use super::sections::{
     AcquisitionSettings, BlurSettings, CollimatorSettings, CycleSettings, HeartSettings,
     OrganSettings, PoseSettings, ReconstructionSettings, ScatterSettings, TruthSettings,
 };
 use crate::{
     Activity, Attenuation, Background, Beats, Breathing, Chest, Counting, Defect, Medium, Mode,
-    Noise, Output,
+    Noise, Output, Twist,
 };
 use serde::{Deserialize, Serialize};
 
@@ -63,7 +63,7 @@ pub struct Scene {
     pub defects: Vec<Defect>,
     /// Twist of the wall at end-systole; `None` for none.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub twist: Option<TwistSettings>,
+    pub twist: Option<Twist>,
     /// Material points whose motion is reported.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub points: Vec<PointSettings>,

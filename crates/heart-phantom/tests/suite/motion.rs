@@ -2,7 +2,7 @@
 
 use heart_phantom::revolve_voxel::nalgebra::{Matrix3, Point3, Vector3};
 use heart_phantom::revolve_voxel::{Pose, VoxelGrid};
-use heart_phantom::{GreenStrain, MaterialPoint, PhantomError, Twist, Wall};
+use heart_phantom::{GreenStrain, MaterialPoint, Twist, Wall};
 use membrane_newton::{Discretisation, Membrane, NewtonOptions, Pair, ReferenceShape, Solver};
 use proptest::prelude::*;
 use std::f64::consts::PI;
@@ -30,7 +30,10 @@ static WALLS: LazyLock<[Wall; 2]> = LazyLock::new(|| {
 });
 
 fn systole() -> Twist {
-    Twist::sampled(&[-3.0, -1.0, 5.0, 12.0], &[-2.5, 8.0]).unwrap()
+    Twist {
+        inner_degrees: vec![-3.0, -1.0, 5.0, 12.0],
+        outer_degrees: vec![-2.5, 8.0],
+    }
 }
 
 /// End-diastole, and end-systole with a twist.
@@ -119,9 +122,10 @@ fn a_twisted_cylinder_has_the_shear_of_torsion() {
     // configuration of the study, g is r times the twist per cm.
     let rest = &WALLS[1];
     let degrees = 10.0;
-    let twisted = rest
-        .clone()
-        .twisted(Twist::sampled(&[0.0, degrees], &[0.0, degrees]).unwrap());
+    let twisted = rest.clone().twisted(Twist {
+        inner_degrees: vec![0.0, degrees],
+        outer_degrees: vec![0.0, degrees],
+    });
     let point = at(0.5, 0.1, 2.0);
     let (h, e) = (1e-3, rest.deformation(&twisted, &point).unwrap().strain());
     let place = |s| rest.position(&at(0.5, s, 2.0)).unwrap();
@@ -147,7 +151,10 @@ fn a_twisted_cylinder_has_the_shear_of_torsion() {
 #[test]
 fn a_zero_twist_is_bitwise_identical_to_none() {
     let [from, to] = WALLS.clone();
-    let none = Twist::sampled(&[0.0; 2], &[0.0; 2]).unwrap();
+    let none = Twist {
+        inner_degrees: vec![0.0; 2],
+        outer_degrees: vec![0.0; 2],
+    };
     let still = [from.clone(), to.clone()].map(|wall| wall.twisted(none.clone()));
     let grid = VoxelGrid::cube(20, 0.7).unwrap();
     let moved = from.displacements(&to, &grid, 0..20).unwrap();
@@ -196,26 +203,6 @@ fn maps_of_voxels_equal_those_of_their_points() {
     }
     println!("at most {far} cm, torsion {shear}");
     assert!(far > 0.5 && shear > 0.02);
-}
-
-#[test]
-fn invalid_twists_are_rejected() {
-    let refused = Twist::sampled(&[1.0], &[0.0, 1.0]).unwrap_err();
-    assert!(matches!(
-        refused,
-        PhantomError::Count {
-            given: 1,
-            least: 2,
-            ..
-        }
-    ));
-    for bad in [f64::NAN, f64::INFINITY, 400.0] {
-        let refused = Twist::sampled(&[0.0, bad], &[0.0; 2]).unwrap_err();
-        assert!(matches!(
-            refused,
-            PhantomError::OutOfRange { what: "twist", .. }
-        ));
-    }
 }
 
 proptest! {

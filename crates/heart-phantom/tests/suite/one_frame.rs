@@ -67,7 +67,7 @@ fn voxels_of_the_wall_take_the_value_of_their_material() {
         per_piece: 1,
         tolerance: 1e-4,
     };
-    lively.twist = Some(TwistSettings {
+    lively.twist = Some(Twist {
         inner_degrees: vec![-3.0, 10.0],
         outer_degrees: vec![-3.0, 8.0],
     });

@@ -5,8 +5,8 @@ use heart_phantom::revolve_voxel::nalgebra::Point3;
 use heart_phantom::scene::*;
 use heart_phantom::{MaterialPoint, MotionPhase, Phantom, ScenePhase, no_observer, run};
 
-fn twist() -> TwistSettings {
-    TwistSettings {
+fn twist() -> Twist {
+    Twist {
         inner_degrees: vec![-3.0, 10.0],
         outer_degrees: vec![-3.0, 8.0],
     }
@@ -52,7 +52,7 @@ fn a_twist_leaves_a_wall_without_defects_bitwise_identical() {
     let mut still = small(Mode::Static { phase: 0.1 }).with_size(20);
     still.defects.push(infarct());
     let mut none = still.clone();
-    none.twist = Some(TwistSettings {
+    none.twist = Some(Twist {
         inner_degrees: vec![0.0; 2],
         outer_degrees: vec![0.0; 2],
     });

@@ -85,7 +85,10 @@ fn any_region() -> impl Strategy<Value = WallRegion> {
 
 fn any_twist() -> impl Strategy<Value = Twist> {
     let degrees = || prop::collection::vec(-20.0..20.0, 2..6);
-    (degrees(), degrees()).prop_map(|(inner, outer)| Twist::sampled(&inner, &outer).unwrap())
+    (degrees(), degrees()).prop_map(|(inner_degrees, outer_degrees)| Twist {
+        inner_degrees,
+        outer_degrees,
+    })
 }
 
 fn any_ray() -> impl Strategy<Value = Ray> {

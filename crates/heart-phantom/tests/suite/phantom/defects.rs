@@ -160,7 +160,7 @@ fn a_ring_does_not_depend_on_the_twist() {
         ..infarct()
     }];
     let still = Phantom::new(scene.clone()).unwrap();
-    scene.twist = Some(TwistSettings {
+    scene.twist = Some(Twist {
         inner_degrees: vec![-3.0, 10.0],
         outer_degrees: vec![-3.0, 8.0],
     });

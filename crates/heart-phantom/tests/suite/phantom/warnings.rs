@@ -4,7 +4,7 @@ use super::defects::infarct;
 use super::small;
 use heart_phantom::scene::{
     ArcPolicy, Attenuation, Background, Beats, Chest, Compensation, Counts, Medium, Mode, Noise,
-    ReconstructionSettings, Rotation, RrIntervals, Scene, TwistSettings, Window,
+    ReconstructionSettings, Rotation, RrIntervals, Scene, Twist, Window,
 };
 use heart_phantom::{Method, Osem, Phantom, Uptake, Warning, WarningKind, no_observer};
 use revolve_voxel::{Organs, VoxelGrid};
@@ -378,7 +378,7 @@ fn a_steep_twist_of_a_defect_is_a_warning() {
     let warns = |scene: &Scene| kinds(&warnings(scene)).contains(&WarningKind::SteepTwist);
     let jump: Vec<f64> = (0..200).map(|k| if k < 100 { 0.0 } else { 90.0 }).collect();
     for (degrees, is_steep) in [(vec![-3.0, 10.0], false), (jump, true)] {
-        scene.twist = Some(TwistSettings {
+        scene.twist = Some(Twist {
             inner_degrees: degrees.clone(),
             outer_degrees: degrees,
         });

@@ -553,6 +553,11 @@ const BAD: &[(&str, &str, &str)] = &[
         "360",
     ),
     (
+        "[twist]\ninner_degrees = [0.0, nan]\nouter_degrees = [0.0, 1.0]",
+        "twist.inner_degrees",
+        "360",
+    ),
+    (
         "[twist]\ninner_degrees = [0.0, 4.0]\nouter_degrees = [1.0]",
         "twist.outer_degrees",
         "between 2",

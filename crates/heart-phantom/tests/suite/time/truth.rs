@@ -2,7 +2,7 @@
 
 use crate::phantom::{infarct, small};
 use crate::rays::random;
-use heart_phantom::scene::{Breathing, Mode, Product, Rotation, Scene, TwistSettings};
+use heart_phantom::scene::{Breathing, Mode, Product, Rotation, Scene, Twist};
 use heart_phantom::{MotionPhase, Phantom, PhantomError, TruthOf, VolumeCurve, no_observer, run};
 use std::f64::consts::PI;
 
@@ -208,7 +208,7 @@ fn the_ground_truth_of_a_gate_is_within_its_tolerance() {
         scene.cycle.av_plane_displacement = [0.0, 1.4][k % 2];
         scene.truth.tolerance = [1e-2, 2e-3][k / 3 % 2];
         if k % 3 == 1 {
-            scene.twist = Some(TwistSettings {
+            scene.twist = Some(Twist {
                 inner_degrees: vec![-5.0, 12.0],
                 outer_degrees: vec![-4.0, 9.0],
             });
