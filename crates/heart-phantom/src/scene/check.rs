@@ -4,7 +4,6 @@ use super::finding::{Check, Finding, SceneError, array_of, spelled};
 use super::*;
 use crate::error::PhantomError;
 use crate::model::{Height, without_overlap};
-use crate::phantom::farthest;
 use crate::ranges;
 use crate::scan::VOXELS;
 use crate::scene::beam::with_rays;
