@@ -90,7 +90,7 @@ mod stored;
 
 pub use error::{RadonError, UserError};
 pub use fbp::{
-    EdgePolicy, FbpMethod, FbpOptions, FbpPlan, FbpReport, FbpScratch, Interpolation, Skip,
+    EdgePolicy, FbpMethod, FbpOptions, FbpPlan, FbpReport, FbpScratch, Interpolation,
 };
 pub use filter::{Window, padded_len, ramp_response, ramp_sample};
 pub use fourier::FourierProjector;

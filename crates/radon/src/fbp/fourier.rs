@@ -2,7 +2,7 @@
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use super::{FbpMethod, FbpPlan, FbpReport, FbpScratch, Skip};
+use super::{FbpMethod, FbpPlan, FbpReport, FbpScratch};
 use crate::Sample;
 use crate::error::RadonError;
 use crate::fourier::Gridding;
@@ -55,7 +55,7 @@ impl<T: Sample> FbpPlan<T> {
         for (_part, (slice, image)) in simd_set::parts(images.iter_mut()) {
             let fill = |view: usize, out: &mut [T]| {
                 let row = stack.row(projections, view, *slice);
-                if self.options.skip == Skip::Empty && row.iter().all(|&p| p == T::ZERO) {
+                if row.iter().all(|&p| p == T::ZERO) {
                     return false;
                 }
                 filtered.fetch_add(1, Ordering::Relaxed);

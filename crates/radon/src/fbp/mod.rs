@@ -20,7 +20,7 @@ mod options;
 mod rows;
 
 use backproject::Steps;
-pub use options::{EdgePolicy, FbpMethod, FbpOptions, FbpReport, Interpolation, Skip};
+pub use options::{EdgePolicy, FbpMethod, FbpOptions, FbpReport, Interpolation};
 use rows::RowFilter;
 
 /// Filtered back-projection, planned once and run many times, by many threads (`&self`, `Send + Sync`).
@@ -31,7 +31,7 @@ use rows::RowFilter;
 /// ```
 ///
 /// With projections in (value x length) the image is in (value), without further factors. Results are bitwise identical for any number of
-/// threads, for a slice alone or among others, and with or without skipping.
+/// threads, and for a slice alone or among others.
 ///
 /// The data limit the accuracy of the mean of an image: chords through the bin centres of a disc with a radius of R bins miss its area by up
 /// to 0.374 R^(-3/2) of it (square-root singularities), and in a centred disc, for which these errors are the same in all views, the mean of the
@@ -258,7 +258,7 @@ impl<T: Sample> FbpPlan<T> {
             .zip(slab.chunks_exact_mut(self.image_len()))
             .zip(&holds_signal)
         {
-            if signal || self.options.skip == Skip::Nothing {
+            if signal {
                 images.push((slice, image));
             } else {
                 image.fill(T::ZERO);
@@ -441,7 +441,7 @@ impl<T: Sample> FbpPlan<T> {
         let mut filtered = 0;
         for (group, rows) in rows.chunks(rows::TOGETHER).enumerate() {
             let with_signal = rows.iter().map(|&row| {
-                let skip = self.options.skip == Skip::Empty && row.iter().all(|&p| p == T::ZERO);
+                let skip = row.iter().all(|&p| p == T::ZERO);
                 filtered += usize::from(!skip);
                 (!skip).then_some(row)
             });

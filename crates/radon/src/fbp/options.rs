@@ -45,8 +45,6 @@ pub struct FbpOptions {
     pub region: Option<(Range<usize>, Range<usize>)>,
     /// Method of summation over the views.
     pub method: FbpMethod,
-    /// Whether rows and slices without signal are skipped. Results are bitwise identical.
-    pub skip: Skip,
     /// Instruction set of the kernels; `None` for the widest available one. Not stored by `serde`.
     #[cfg_attr(feature = "serde", serde(skip))]
     pub instructions: Option<InstructionSet>,
@@ -66,7 +64,6 @@ impl Default for FbpOptions {
             arc: ArcPolicy::Complete,
             region: None,
             method: FbpMethod::Auto,
-            skip: Skip::Empty,
             instructions: None,
             memory: 512 << 20,
         }
@@ -101,8 +98,6 @@ impl FbpOptions {
         with_arc(arc: ArcPolicy);
         /// Sets the method of back-projection.
         with_method(method: FbpMethod);
-        /// Sets whether empty rows and slices are skipped.
-        with_skip(skip: Skip);
         /// Sets the instruction set.
         with_instructions(instructions: InstructionSet);
         /// Sets the memory budget of work arrays, in bytes.
@@ -233,19 +228,7 @@ pub enum EdgePolicy {
     Ellipse,
 }
 
-/// Whether work on empty data is skipped.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-#[cfg_attr(feature = "serde", serde(rename_all = "kebab-case"))]
-pub enum Skip {
-    /// Filter and back-project only rows and slices with signal.
-    #[default]
-    Empty,
-    /// Process everything, for comparison.
-    Nothing,
-}
-
-/// Work of a run, done and skipped.
+/// Work of a run, done and skipped. Rows and slices without signal are skipped; the images are zero there.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[non_exhaustive]
 pub struct FbpReport {

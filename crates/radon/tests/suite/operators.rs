@@ -11,7 +11,7 @@ use common::noise;
 use radon::{
     ArcPolicy, CglsOptions, Collimator, EdgePolicy, EmOptions, FbpMethod, FbpOptions, FbpPlan,
     FourierProjector, ImageGrid, InstructionSet, Interpolation, IterativeReport, Kernel,
-    LinearOperator, ParallelGeometry, Projector, RadonError, SirtOptions, Skip, SliceAxis,
+    LinearOperator, ParallelGeometry, Projector, RadonError, SirtOptions, SliceAxis,
     SpectGeometry, SpectOperator, SpectOptions, StackOrder, StopReason, Stopping, Subset, Window,
     adjoint_mismatch, cgls, mlem, osem, sirt,
 };
@@ -382,7 +382,7 @@ fn the_mismatch_of_a_wrong_adjoint_is_that_of_its_definition() {
 /// Each builder sets its field only.
 #[test]
 fn options_are_set_field_by_field() {
-    let changes: [fn(FbpOptions) -> FbpOptions; 11] = [
+    let changes: [fn(FbpOptions) -> FbpOptions; 10] = [
         |o| o.without_ramp(),
         |o| o.with_window(Window::Hann),
         |o| o.with_cutoff(0.5),
@@ -390,7 +390,6 @@ fn options_are_set_field_by_field() {
         |o| o.with_edge(EdgePolicy::Fade),
         |o| o.with_arc(ArcPolicy::Extend),
         |o| o.with_region(1..2, 3..4),
-        |o| o.with_skip(Skip::Nothing),
         |o| o.with_instructions(InstructionSet::Baseline),
         |o| o.with_method(FbpMethod::Direct),
         |o| o.with_memory(7),
@@ -406,9 +405,8 @@ fn options_are_set_field_by_field() {
             4 => expected.edge = EdgePolicy::Fade,
             5 => expected.arc = ArcPolicy::Extend,
             6 => expected.region = Some((1..2, 3..4)),
-            7 => expected.skip = Skip::Nothing,
-            8 => expected.instructions = Some(InstructionSet::Baseline),
-            9 => expected.method = FbpMethod::Direct,
+            7 => expected.instructions = Some(InstructionSet::Baseline),
+            8 => expected.method = FbpMethod::Direct,
             _ => expected.memory = 7,
         }
         built = change(built);

@@ -3,7 +3,7 @@
 use radon::{
     ArcPolicy, CglsOptions, Collimator, EdgePolicy, EmOptions, FbpMethod, FbpOptions, HoleResponse,
     ImageGrid, InstructionSet, Interpolation, Kernel, ParallelGeometry, ParallelHoles, SirtOptions,
-    Skip, SliceAxis, SpectGeometry, SpectOptions, StackOrder, Stopping, Window,
+    SliceAxis, SpectGeometry, SpectOptions, StackOrder, Stopping, Window,
 };
 use serde::{Serialize, de::DeserializeOwned};
 use std::fmt::Debug;
@@ -49,7 +49,6 @@ fn geometries_and_options_are_read_as_they_were_written() {
 
     check(StackOrder::SliceViewBin, r#""slice-view-bin""#);
     check(Kernel::Joseph, r#""joseph""#);
-    check(Skip::Nothing, r#""nothing""#);
     check(
         FbpMethod::Fourier { tolerance: 0.001 },
         r#"{"fourier":{"tolerance":0.001}}"#,
