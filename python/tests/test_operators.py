@@ -163,7 +163,7 @@ def test_the_adjoint_of_fbp_is_its_transpose():
         assert abs(left - right) < 1e-12 * np.linalg.norm(p) * np.linalg.norm(f)
     assert plan.adjoint(np.zeros((4, ny, nx))).shape == (4, *GEOMETRY.shape)
     with pytest.raises(RadonError, match="edge"):
-        radon.FbpPlan(GEOMETRY, GRID, edge="fade").adjoint(f)
+        radon.FbpPlan(GEOMETRY, GRID, edge="ellipse").adjoint(f)
 
 
 def test_plans_and_operators_are_restored_from_their_pickle():
@@ -178,7 +178,7 @@ def test_plans_and_operators_are_restored_from_their_pickle():
         assert repr(again) == repr(projector)
     for options in [
         {},
-        {"window": {"butterworth": {"order": 4}}, "cutoff": 0.5, "edge": "fade", "region": ((0, 4), (1, 5))},
+        {"window": {"butterworth": {"order": 4}}, "cutoff": 0.5, "edge": "ellipse", "region": ((0, 4), (1, 5))},
         {"interpolation": "band-limited", "method": "direct", "memory": 10**8, "ramp": False},
     ]:
         plan = radon.FbpPlan(GEOMETRY, GRID, **options)

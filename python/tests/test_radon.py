@@ -201,7 +201,7 @@ G, S = Geometry.half_turn(12, 16), Grid.square(8)
         (lambda: FbpPlan(G, S, window="han"), ValueError, "unknown name `han`, expected one of `ram-lak`"),
         (lambda: FbpPlan(G, S, window=3), ValueError, "window"),
         (lambda: FbpPlan(G, S, cutoff=1.5), RadonError, "cutoff must lie in"),
-        (lambda: FbpPlan(G, S, edge="none"), ValueError, "edge is \"none\", must be one of zero, repeat"),
+        (lambda: FbpPlan(G, S, edge="none"), ValueError, "edge is \"none\", must be one of zero, ellipse"),
         (lambda: FbpPlan(Geometry([0.0, 0.1, 0.2, 0.3], 16), S), RadonError, "gap"),
         (lambda: FbpPlan(G, S, region=((4, 2), (0, 8))), RadonError, "range 4..2"),
         (lambda: FbpPlan(G, "grid"), TypeError, "Grid"),

@@ -107,7 +107,7 @@ class FbpPlan:
         window: Optional[_Window] = None,
         cutoff: float = 1.0,
         interpolation: Literal["linear", "band-limited"] = "linear",
-        edge: Literal["zero", "repeat", "fade", "ellipse"] = "zero",
+        edge: Literal["zero", "ellipse"] = "zero",
         arc: Optional[Literal["complete", "extend", "truncate", "rescale"]] = None,
         ramp: bool = True,
         region: Optional[tuple[tuple[int, int], tuple[int, int]]] = None,

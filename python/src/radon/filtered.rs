@@ -28,7 +28,7 @@ use std::sync::{Arc, OnceLock};
 ///     Fraction of the Nyquist frequency.
 /// interpolation : {"linear", "band-limited"}
 ///     Interpolation of filtered rows.
-/// edge : {"zero", "repeat", "fade", "ellipse"}
+/// edge : {"zero", "ellipse"}
 ///     Extrapolation beyond the ends of a row.
 /// arc : {"complete", "extend", "truncate", "rescale"}, optional
 ///     Treatment of missing directions; by default an error.
@@ -273,7 +273,7 @@ impl PyFbpPlan {
     /// Raises
     /// ------
     /// RadonError
-    ///     If the plan has an `edge` other than `"zero"`, or band-limited interpolation.
+    ///     If the plan has the `edge` `"ellipse"`, or band-limited interpolation.
     #[pyo3(signature = (image, *, progress = None))]
     fn adjoint<'py>(
         &self,
@@ -355,12 +355,7 @@ fn interpolation_of(name: &str) -> PyResult<Interpolation> {
 }
 
 fn edge_of(name: &str) -> PyResult<EdgePolicy> {
-    let among = [
-        ("zero", EdgePolicy::Zero),
-        ("repeat", EdgePolicy::Repeat),
-        ("fade", EdgePolicy::Fade),
-        ("ellipse", EdgePolicy::Ellipse),
-    ];
+    let among = [("zero", EdgePolicy::Zero), ("ellipse", EdgePolicy::Ellipse)];
     choice("edge", name, &among)
 }
 

@@ -95,12 +95,7 @@ fn fbp(random: &mut Random, geometry: &ParallelGeometry, grid: &ImageGrid) -> Ou
         ]))
         .with_cutoff(random.pick(&[1.0, 0.5, 0.0, -1.0, 1e-3, f64::NAN]))
         .with_interpolation(random.pick(&[Interpolation::Linear, Interpolation::BandLimited]))
-        .with_edge(random.pick(&[
-            EdgePolicy::Zero,
-            EdgePolicy::Repeat,
-            EdgePolicy::Fade,
-            EdgePolicy::Ellipse,
-        ]))
+        .with_edge(random.pick(&[EdgePolicy::Zero, EdgePolicy::Ellipse]))
         .with_arc(random.pick(&[
             ArcPolicy::Complete,
             ArcPolicy::Extend,

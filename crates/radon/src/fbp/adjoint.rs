@@ -16,8 +16,8 @@ impl<T: Sample> FbpPlan<T> {
     /// <R p, f> = <p, Rᵀ f> to the rounding of the positions. Cost: two additions per view and pixel.
     ///
     /// # Errors
-    /// [`RadonError::WrongLength`]; [`RadonError::NoAdjoint`] with band-limited interpolation by the direct method, an edge policy other
-    /// than [`EdgePolicy::Zero`], or a region with the Fourier method.
+    /// [`RadonError::WrongLength`]; [`RadonError::NoAdjoint`] with band-limited interpolation by the direct method, with
+    /// [`EdgePolicy::Ellipse`], or a region with the Fourier method.
     pub fn adjoint(&self, image: &[T]) -> Result<Vec<T>, RadonError> {
         length("image", image.len(), self.image_len())?;
         let (n_bins, (x, y)) = (self.geometry.n_bins(), self.steps.region());

@@ -1,6 +1,5 @@
 //! Filtering of detector rows: pad, real FFT, response, inverse FFT (up-sampled or not).
 
-use std::f64::consts::PI;
 use std::sync::Arc;
 
 use realfft::{ComplexToReal, RealToComplex};
@@ -21,8 +20,6 @@ pub(crate) struct RowFilter<T: Sample> {
     forward: Arc<dyn RealToComplex<T>>,
     inverse: Arc<dyn ComplexToReal<T>>,
     response: Vec<T>,
-    /// Gains of the bins beyond an end under [`EdgePolicy::Fade`].
-    fade: Vec<T>,
 }
 
 /// Work arrays of one thread.
@@ -44,7 +41,7 @@ impl<T: Sample> RowFilter<T> {
         // Twice the row makes the convolution linear; a row that is extended at both ends needs room for the extension, too.
         let len = padded_len(match options.edge {
             EdgePolicy::Zero => 2 * n_bins,
-            EdgePolicy::Repeat | EdgePolicy::Fade | EdgePolicy::Ellipse => 4 * n_bins,
+            EdgePolicy::Ellipse => 4 * n_bins,
         })?;
         let upsampling = options.interpolation.upsampling();
         let (forward, inverse) = T::real(len, len * upsampling);
@@ -56,16 +53,8 @@ impl<T: Sample> RowFilter<T> {
             // The Nyquist term counts twice in the longer spectrum.
             response[len / 2] /= 2.0;
         }
-        // As long as a row, so that the filter has room at the far side of the circle.
-        let fade = match options.edge {
-            EdgePolicy::Fade => (1..=n_bins)
-                .map(|k| T::of(0.5 + 0.5 * (PI * k as f64 / (n_bins + 1) as f64).cos()))
-                .collect(),
-            _ => Vec::new(),
-        };
         Ok(Self {
             n_bins,
-            fade,
             upsampling,
             ramp: options.ramp,
             edge: options.edge,
@@ -158,22 +147,6 @@ impl<T: Sample> RowFilter<T> {
         row[..n].copy_from_slice(input);
         match self.edge {
             EdgePolicy::Zero => row[n..].fill(T::ZERO),
-            EdgePolicy::Repeat => {
-                let middle = n + (row.len() - n) / 2;
-                row[n..middle].fill(input[n - 1]);
-                row[middle..].fill(input[0]);
-            }
-            EdgePolicy::Fade => {
-                // The right end fades after the row, the left end before it, which is the far end of the circle.
-                let (behind, front) = row[n..].split_at_mut(self.fade.len());
-                for (value, &gain) in behind.iter_mut().zip(&self.fade) {
-                    *value = input[n - 1] * gain;
-                }
-                front.fill(T::ZERO);
-                for (value, &gain) in front.iter_mut().rev().zip(&self.fade) {
-                    *value = input[0] * gain;
-                }
-            }
             EdgePolicy::Ellipse => {
                 row[n..].fill(T::ZERO);
                 let (behind, front) = row[n..].split_at_mut(n);

@@ -70,7 +70,7 @@ fn a_plan_without_an_adjoint_names_the_required_option() {
             "linear interpolation",
         ),
         (
-            options.clone().with_edge(EdgePolicy::Repeat),
+            options.clone().with_edge(EdgePolicy::Ellipse),
             "the edge policy zero",
         ),
     ] {

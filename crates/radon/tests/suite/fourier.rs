@@ -163,8 +163,6 @@ fn methods_differ_by_the_documented_amount() {
             let mask = disc_mask(&grid, n as f64 / 2.0 - 1.0).unwrap();
             for edge in [
                 EdgePolicy::Zero,
-                EdgePolicy::Repeat,
-                EdgePolicy::Fade,
                 EdgePolicy::Ellipse,
             ] {
                 let options = FbpOptions::default()
@@ -208,8 +206,6 @@ fn truncated_rows_are_treated_as_in_the_direct_sum() {
     let mask = disc_mask(&grid, 26.0).unwrap();
     for edge in [
         EdgePolicy::Zero,
-        EdgePolicy::Repeat,
-        EdgePolicy::Fade,
         EdgePolicy::Ellipse,
     ] {
         let image = |method| {

@@ -67,7 +67,7 @@ fn geometries_and_options_are_read_as_they_were_written() {
     let options = FbpOptions::default()
         .with_window(Window::Hann)
         .with_interpolation(Interpolation::BandLimited)
-        .with_edge(EdgePolicy::Fade)
+        .with_edge(EdgePolicy::Ellipse)
         .with_arc(ArcPolicy::Rescale)
         .with_region(1..3, 0..2);
     let text = serde_json::to_string(&options).unwrap();

@@ -52,12 +52,7 @@ fn radon_accepts_any_input() {
         ArcPolicy::Truncate,
         ArcPolicy::Rescale,
     ];
-    let edges = [
-        EdgePolicy::Zero,
-        EdgePolicy::Repeat,
-        EdgePolicy::Fade,
-        EdgePolicy::Ellipse,
-    ];
+    let edges = [EdgePolicy::Zero, EdgePolicy::Ellipse];
     for (k, geometry) in geometries.iter().enumerate() {
         for policy in policies {
             back(geometry.view_weights(policy));
@@ -66,7 +61,7 @@ fn radon_accepts_any_input() {
         let _ = geometry.bin_at(f64::NAN);
         let mut options = FbpOptions::default()
             .with_arc(ArcPolicy::Rescale)
-            .with_edge(edges[k % 4])
+            .with_edge(edges[k % 2])
             .with_cutoff(if k % 3 == 0 { ODD[k % ODD.len()] } else { 1.0 })
             .with_memory(if k % 7 == 0 { SIZES[k % 6] } else { 1 << 24 });
         options.region = (k % 5 == 0).then(|| (SIZES[k % 6]..SIZES[k / 6 % 6], 0..2));
