@@ -27,14 +27,6 @@ pub(crate) const ROWS: &[Row] = &[
         problem: fourier_projection,
     },
     Row {
-        name: "radon::FourierProjector::periodisation_error",
-        what: "sinogram",
-        reference: "closed-form integrals over frequency (sine integrals)",
-        norm: "L2, relative",
-        quick: 20,
-        problem: periodisation,
-    },
-    Row {
         name: "radon::Stopping::residual",
         what: "residual of the returned image",
         reference: "direct sums over the entries of the matrix",
@@ -196,54 +188,6 @@ fn fourier_projection(random: &mut Random) -> Option<f64> {
         expected.extend(row);
     }
     Some(distance(&found, &expected) / (tolerance * norm(&expected)))
-}
-
-/// The sine integral by its power series, and from 20 on by its asymptotic series, both to 1e-8 or better.
-fn sine_integral(x: f64) -> f64 {
-    let a = x.abs();
-    let value = if a < 20.0 {
-        let (mut term, mut sum) = (a, 0.0);
-        for n in 0..90 {
-            let n = f64::from(2 * n);
-            sum += term / (n + 1.0);
-            term *= -a * a / ((n + 2.0) * (n + 3.0));
-        }
-        sum
-    } else {
-        let (mut cosines, mut sines, mut f, mut g) = (0.0, 0.0, 1.0 / a, 1.0 / (a * a));
-        for n in 0..8 {
-            let n = f64::from(2 * n);
-            cosines += f;
-            sines += g;
-            f *= -(n + 1.0) * (n + 2.0) / (a * a);
-            g *= -(n + 2.0) * (n + 3.0) / (a * a);
-        }
-        PI / 2.0 - cosines * a.cos() - sines * a.sin()
-    };
-    value * x.signum()
-}
-
-fn periodisation(random: &mut Random) -> Option<f64> {
-    let (geometry, grid) = geometry(random);
-    let image = samples(random, grid.image_len(), grid.nx());
-    let tolerance = random.decades(-6.0, -3.0);
-    let projector = FourierProjector::<f64>::new(&geometry, &grid, tolerance).ok()?;
-    let found = projector.forward(&image).ok()?;
-    let (pitch, [dx, dy]) = (geometry.pitch(), grid.spacing());
-    let mut expected = Vec::new();
-    for &theta in geometry.angles() {
-        let most = band(&geometry, &grid, theta) / pitch;
-        let primitive = |s: f64| sine_integral(2.0 * PI * most * s) / PI;
-        for k in 0..geometry.n_bins() {
-            let terms = along(&grid, &image, theta).map(|(value, at)| {
-                let s = geometry.bin_centre(k) - at;
-                value * (primitive(s + 0.5 * pitch) - primitive(s - 0.5 * pitch))
-            });
-            expected.push(dx * dy / pitch * terms.sum::<f64>());
-        }
-    }
-    let stated = projector.periodisation_error(&image).ok()?;
-    Some(distance(&found, &expected) / norm(&found) / stated)
 }
 
 /// A projector as a matrix `[datum][pixel]`, from its columns.

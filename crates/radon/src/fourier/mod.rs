@@ -58,11 +58,7 @@ impl Counts {
         grid: &ImageGrid,
         response: Response,
     ) -> Result<Self, RadonError> {
-        let periods = match response {
-            Response::Lines(_) => 1,
-            Response::BinMeans { periods, .. } => periods,
-        };
-        let row_len = periods * row_period(geometry, grid, periods)?;
+        let row_len = row_period(geometry, grid)?;
         let least = |n: usize| ((n as f64 * FINER).ceil() as usize).max(2 * LANES);
         let n_views = geometry.n_views();
         Ok(Self {
@@ -103,12 +99,8 @@ impl<T: Sample> std::fmt::Debug for Gridding<T> {
 pub(crate) enum Response {
     /// Linear interpolation between samples, this many per bin: the first lobe of sinc^2 for one, otherwise the band of the row itself.
     Lines(usize),
-    /// Bin averages of an image of these pixels; rows have this multiple of the shortest period.
-    BinMeans {
-        pitch: f64,
-        spacing: [f64; 2],
-        periods: usize,
-    },
+    /// Bin averages of an image of these pixels.
+    BinMeans { pitch: f64, spacing: [f64; 2] },
 }
 
 impl Response {
@@ -125,7 +117,6 @@ impl Response {
             Self::BinMeans {
                 pitch,
                 spacing: [dx, dy],
-                ..
             } => dx * dy / pitch * sinc(frequency),
         }
     }
@@ -138,7 +129,6 @@ impl Response {
             Self::BinMeans {
                 pitch,
                 spacing: [dx, dy],
-                ..
             } => 0.5 * pitch / (dx * cos.abs()).max(dy * sin.abs()),
         }
     }
@@ -459,19 +449,14 @@ fn real_ends<T: Sample>(spectrum: &mut [Complex<T>]) {
     }
 }
 
-/// Returns the period of a row in samples, repeated `periods` times: long enough that no pixel reads the next copy.
-fn row_period(
-    geometry: &ParallelGeometry,
-    grid: &ImageGrid,
-    periods: usize,
-) -> Result<usize, RadonError> {
+/// Returns the period of a row in samples: long enough that no pixel reads the next copy.
+fn row_period(geometry: &ParallelGeometry, grid: &ImageGrid) -> Result<usize, RadonError> {
     let corners =
         [0, grid.nx() - 1].map(|ix| [0, grid.ny() - 1].map(|iy| grid.pixel_centre(ix, iy)));
     let corners = corners.iter().flatten().map(|[x, y]| x.hypot(*y));
     let farthest = corners.fold(0.0, f64::max) + geometry.offset().abs();
     let n = geometry.n_bins() as f64;
     let least = (n / 2.0 + farthest / geometry.pitch() + 2.0).max(n + 2.0);
-    let longest = f64::from(1 << 23) / periods as f64;
-    within("row of a Fourier method", least, 0.0, longest)?;
+    within("row of a Fourier method", least, 0.0, f64::from(1 << 23))?;
     padded_len(least.ceil() as usize)
 }

@@ -15,4 +15,4 @@ pub use operator::{LinearOperator, adjoint_mismatch};
 pub use report::{Iteration, IterativeReport, StopReason};
 pub use sirt::{SirtOptions, sirt};
 pub use stopping::{Stopping, no_observer};
-pub(crate) use vectors::{check_not_negative, check_samples, norm, relative, sum2};
+pub(crate) use vectors::{check_not_negative, check_samples};

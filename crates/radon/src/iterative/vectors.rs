@@ -8,7 +8,7 @@ use crate::{Sample, parallel};
 const PIECE: usize = 1 << 14;
 
 /// Sum of `of(a, b)` over two arrays.
-pub(crate) fn sum2<T: Sample>(a: &[T], b: &[T], of: impl Fn(f64, f64) -> f64 + Sync) -> f64 {
+pub(super) fn sum2<T: Sample>(a: &[T], b: &[T], of: impl Fn(f64, f64) -> f64 + Sync) -> f64 {
     let pieces: Vec<f64> = parallel::collect(a.len().div_ceil(PIECE), &|k| {
         let piece = k * PIECE..a.len().min((k + 1) * PIECE);
         let pairs = a[piece.clone()].iter().zip(&b[piece]);
@@ -17,7 +17,7 @@ pub(crate) fn sum2<T: Sample>(a: &[T], b: &[T], of: impl Fn(f64, f64) -> f64 + S
     pieces.iter().sum()
 }
 
-pub(crate) fn norm<T: Sample>(a: &[T]) -> f64 {
+pub(super) fn norm<T: Sample>(a: &[T]) -> f64 {
     sum2(a, a, |x, _| x * x).sqrt()
 }
 
@@ -31,7 +31,7 @@ pub(super) fn update<T: Sample>(a: &mut [T], b: &[T], of: impl Fn(T, T) -> T + S
 }
 
 /// Returns `part / whole`, or `part` if the whole is zero.
-pub(crate) fn relative(part: f64, whole: f64) -> f64 {
+pub(super) fn relative(part: f64, whole: f64) -> f64 {
     if whole > 0.0 { part / whole } else { part }
 }
 
