@@ -89,9 +89,7 @@ mod stack;
 mod stored;
 
 pub use error::{RadonError, UserError};
-pub use fbp::{
-    EdgePolicy, FbpMethod, FbpOptions, FbpPlan, FbpReport, FbpScratch, Interpolation,
-};
+pub use fbp::{EdgePolicy, FbpMethod, FbpOptions, FbpPlan, FbpReport, FbpScratch, Interpolation};
 pub use filter::{Window, padded_len, ramp_response, ramp_sample};
 pub use fourier::FourierProjector;
 pub use geometry::{ArcPolicy, ImageGrid, ParallelGeometry};

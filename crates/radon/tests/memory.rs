@@ -4,8 +4,7 @@
 
 use peak_alloc::PeakAlloc;
 use radon::{
-    FbpMethod, FbpOptions, FbpPlan, ImageGrid, Interpolation, ParallelGeometry, RadonError,
-    StackOrder,
+    FbpMethod, FbpOptions, FbpPlan, ImageGrid, Interpolation, ParallelGeometry, StackOrder,
 };
 
 #[global_allocator]
@@ -24,7 +23,7 @@ fn peak(work: impl FnOnce()) -> usize {
 
 // A single test: the counter applies to the process, and tests run concurrently.
 #[test]
-fn a_run_uses_the_predicted_memory_and_a_stream_its_budget() {
+fn a_run_uses_the_predicted_memory() {
     let geometry = ParallelGeometry::half_turn(60, 96, 1.0).unwrap();
     let grid = ImageGrid::square(96, 1.0).unwrap();
     let (n_slices, order) = (80, StackOrder::SliceViewBin);
@@ -71,23 +70,6 @@ fn a_run_uses_the_predicted_memory_and_a_stream_its_budget() {
                 );
                 // The filtered rows, the larger part, stay allocated.
                 assert!(second < first, "{second} of {first}");
-                let streamed = peak(|| {
-                    pool.install(|| {
-                        plan.stream(
-                            n_slices,
-                            |_, slab| {
-                                slab.fill(1.0);
-                                Ok::<(), RadonError>(())
-                            },
-                            |_, _| Ok(()),
-                        )
-                    })
-                    .unwrap();
-                });
-                assert!(
-                    streamed <= memory + BOOKKEEPING,
-                    "{threads} threads, {method:?}, {interpolation:?}: {streamed} of {memory}"
-                );
             }
         }
     }

@@ -25,16 +25,12 @@ impl<T: Sample> FbpPlan<T> {
     /// Returns the bytes of the work arrays.
     ///
     /// # Errors
-    /// [`RadonError::BudgetTooSmall`] if they do not fit in `memory`.
-    pub(super) fn check_budget(
-        &self,
-        gridding: &Gridding<T>,
-        memory: usize,
-    ) -> Result<usize, RadonError> {
+    /// [`RadonError::BudgetTooSmall`] if they do not fit in [`FbpOptions::memory`](crate::FbpOptions::memory).
+    pub(super) fn check_budget(&self, gridding: &Gridding<T>) -> Result<usize, RadonError> {
         let n_threads = rayon::current_num_threads();
         let least = gridding.work_bytes(n_threads) + n_threads * self.filter.scratch_bytes();
-        if least > memory {
-            let given = memory;
+        let given = self.options.memory;
+        if least > given {
             return Err(RadonError::BudgetTooSmall { least, given });
         }
         Ok(least)

@@ -221,31 +221,13 @@ impl<T: Sample> FbpPlan<T> {
         slab: &mut [T],
         scratch: &mut FbpScratch<T>,
     ) -> Result<FbpReport, RadonError> {
-        let memory = self.options.memory;
-        let stack = self.stack(n_slices, order);
-        self.run(&stack, projections, slices, slab, scratch, memory)
-    }
-
-    fn stack(&self, n_slices: usize, order: StackOrder) -> Stack {
-        Stack {
+        let stack = Stack {
             what: "projections",
             n_slices,
             n_rows: self.geometry.n_views(),
             row_len: self.geometry.n_bins(),
             order,
-        }
-    }
-
-    /// The implementation of all public runs, within `memory` bytes.
-    fn run(
-        &self,
-        stack: &Stack,
-        projections: &[T],
-        slices: Range<usize>,
-        slab: &mut [T],
-        scratch: &mut FbpScratch<T>,
-        memory: usize,
-    ) -> Result<FbpReport, RadonError> {
+        };
         stack.check_length(projections.len())?;
         stack.check_slices(&slices)?;
         let expected = product("volume", slices.len(), self.image_len())?;
@@ -267,14 +249,28 @@ impl<T: Sample> FbpPlan<T> {
             }
         }
         report.slices_reconstructed = images.len();
-        if let Some(gridding) = &self.gridding {
-            self.check_budget(gridding, memory)?;
-            report += self.run_gridded(gridding, stack, projections, &mut images, scratch);
-            return Ok(report);
-        }
-        let (most_lanes, views_at_once) = self.block(images.len(), memory)?;
+        report += match &self.gridding {
+            Some(gridding) => {
+                self.check_budget(gridding)?;
+                self.run_gridded(gridding, &stack, projections, &mut images, scratch)
+            }
+            None => self.run_direct(&stack, projections, &mut images, scratch)?,
+        };
+        Ok(report)
+    }
+
+    /// Reconstructs blocks of slices.
+    fn run_direct(
+        &self,
+        stack: &Stack,
+        projections: &[T],
+        images: &mut [(usize, &mut [T])],
+        scratch: &mut FbpScratch<T>,
+    ) -> Result<FbpReport, RadonError> {
+        let mut report = FbpReport::default();
+        let (most_lanes, views_at_once) = self.block(images.len())?;
         let (n_images, n_views) = (images.len(), self.geometry.n_views());
-        let mut rest = &mut images[..];
+        let mut rest = images;
         while !rest.is_empty() {
             let lanes = first_block::<T>(self.instructions, rest.len()).min(most_lanes);
             let (block, others) = rest.split_at_mut(lanes.min(rest.len()));
@@ -315,73 +311,15 @@ impl<T: Sample> FbpPlan<T> {
         Ok(report)
     }
 
-    /// Reconstructs a stack of any length within [`FbpOptions::memory`], slab by slab: `read` fills `[slice][view][bin]` for a range of
-    /// slices, `write` takes `[slice][y][x]` of the same range. Ranges come in order and cover `0..n_slices`; the images are bitwise
-    /// identical to those of [`reconstruct_stack`](Self::reconstruct_stack).
-    ///
-    /// ```
-    /// # use radon::{FbpOptions, FbpPlan, ImageGrid, ParallelGeometry, RadonError};
-    /// let geometry = ParallelGeometry::half_turn(30, 32, 1.0)?;
-    /// let plan = FbpPlan::<f32>::new(&geometry, &ImageGrid::square(32, 1.0)?, &FbpOptions::default())?;
-    /// let mut written = 0;
-    /// plan.stream(
-    ///     1000,
-    ///     |_slices, projections| Ok::<(), RadonError>(projections.fill(1.0)), // from a file, for example
-    ///     |slices, _images| Ok(written += slices.len()),                      // to a file
-    /// )?;
-    /// assert_eq!(written, 1000);
-    /// # Ok::<(), RadonError>(())
-    /// ```
-    ///
-    /// # Errors
-    /// [`RadonError::BudgetTooSmall`] before anything is read, a sample that is NaN or infinite, errors of `read` and `write`.
-    pub fn stream<E: From<RadonError>>(
-        &self,
-        n_slices: usize,
-        mut read: impl FnMut(Range<usize>, &mut [T]) -> Result<(), E>,
-        mut write: impl FnMut(Range<usize>, &[T]) -> Result<(), E>,
-    ) -> Result<FbpReport, E> {
-        let per_slice = (self.sinogram_len() + self.image_len()) * size_of::<T>();
-        // Half for the slabs, the other half for work arrays, or their requirement if it does not depend on the number of slices.
-        let given = self.options.memory;
-        let work = match &self.gridding {
-            Some(gridding) => self.check_budget(gridding, given)?,
-            None => given.div_ceil(2),
-        };
-        let at_once = ((given - work) / per_slice).min(n_slices.max(1));
-        if at_once == 0 {
-            let least = match self.gridding {
-                Some(_) => work + per_slice,
-                None => 2 * per_slice,
-            };
-            return Err(RadonError::BudgetTooSmall { least, given }.into());
-        }
-        let mut projections = zeros("projections", at_once, self.sinogram_len())?;
-        let mut images = zeros("volume", at_once, self.image_len())?;
-        let mut scratch = self.scratch();
-        let mut report = FbpReport::default();
-        for start in (0..n_slices).step_by(at_once) {
-            let slices = start..(start + at_once).min(n_slices);
-            let projections = &mut projections[..slices.len() * self.sinogram_len()];
-            let images = &mut images[..slices.len() * self.image_len()];
-            read(slices.clone(), projections)?;
-            let stack = self.stack(slices.len(), StackOrder::SliceViewBin);
-            let all = 0..slices.len();
-            report += self.run(&stack, projections, all, images, &mut scratch, work)?;
-            write(slices, images)?;
-        }
-        Ok(report)
-    }
-
     /// Returns the bytes of work arrays of a run of `n_slices` slices, at most [`FbpOptions::memory`], without the caller's arrays.
     ///
     /// # Errors
     /// [`RadonError::BudgetTooSmall`].
     pub fn work_bytes(&self, n_slices: usize) -> Result<usize, RadonError> {
         if let Some(gridding) = &self.gridding {
-            return self.check_budget(gridding, self.options.memory);
+            return self.check_budget(gridding);
         }
-        let (lanes, views) = self.block(n_slices, self.options.memory)?;
+        let (lanes, views) = self.block(n_slices)?;
         Ok(self.block_bytes(lanes, views))
     }
 
@@ -392,8 +330,9 @@ impl<T: Sample> FbpPlan<T> {
             + rayon::current_num_threads() * per_thread
     }
 
-    /// Returns the lanes of the blocks of `n_slices` slices, and the number of views that are filtered at once, within `memory` bytes.
-    fn block(&self, n_slices: usize, memory: usize) -> Result<(usize, usize), RadonError> {
+    /// Returns the lanes of the blocks of `n_slices` slices, and the number of views that are filtered at once.
+    fn block(&self, n_slices: usize) -> Result<(usize, usize), RadonError> {
+        let memory = self.options.memory;
         // Fewer views at once need more sweeps over the images; below this number, narrower blocks cost less.
         let enough = self.geometry.n_views().min(32);
         let mut n = n_slices;

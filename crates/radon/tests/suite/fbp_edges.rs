@@ -113,10 +113,7 @@ fn biases_agree_with_the_table() {
             Scene::of(vec![(1.0, ellipse([6.0, -4.0], 128.0, 38.0, 0.3))]),
             [0.097, 0.000],
         ),
-        (
-            Scene::disc(1.5).with(3.0, hot),
-            [0.253, -0.001],
-        ),
+        (Scene::disc(1.5).with(3.0, hot), [0.253, -0.001]),
         (
             Scene::disc(1.5).with(-0.5, ellipse([3.0, -4.0], 86.0, 80.0, 0.0)),
             [0.185, -0.030],

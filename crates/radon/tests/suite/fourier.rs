@@ -161,10 +161,7 @@ fn methods_differ_by_the_documented_amount() {
         for (n, stated) in [128, 256].into_iter().zip(stated) {
             let (geometry, grid, sinogram, truth) = phantom_case(n, n / 32 * 45);
             let mask = disc_mask(&grid, n as f64 / 2.0 - 1.0).unwrap();
-            for edge in [
-                EdgePolicy::Zero,
-                EdgePolicy::Ellipse,
-            ] {
+            for edge in [EdgePolicy::Zero, EdgePolicy::Ellipse] {
                 let options = FbpOptions::default()
                     .with_interpolation(interpolation)
                     .with_window(window.clone())
@@ -204,10 +201,7 @@ fn truncated_rows_are_treated_as_in_the_direct_sum() {
     let phantom = Phantom2::shepp_logan(64.0).unwrap();
     let sinogram: Vec<f64> = phantom.sinogram(&geometry, BinSampling::Mean).unwrap();
     let mask = disc_mask(&grid, 26.0).unwrap();
-    for edge in [
-        EdgePolicy::Zero,
-        EdgePolicy::Ellipse,
-    ] {
+    for edge in [EdgePolicy::Zero, EdgePolicy::Ellipse] {
         let image = |method| {
             let options = FbpOptions::default()
                 .with_edge(edge)

@@ -11,8 +11,8 @@ use common::noise;
 use radon::{
     ArcPolicy, CglsOptions, Collimator, EdgePolicy, EmOptions, FbpMethod, FbpOptions, FbpPlan,
     FourierProjector, ImageGrid, InstructionSet, Interpolation, IterativeReport, Kernel,
-    LinearOperator, ParallelGeometry, Projector, RadonError, SirtOptions, SliceAxis,
-    SpectGeometry, SpectOperator, SpectOptions, StackOrder, StopReason, Stopping, Subset, Window,
+    LinearOperator, ParallelGeometry, Projector, RadonError, SirtOptions, SliceAxis, SpectGeometry,
+    SpectOperator, SpectOptions, StackOrder, StopReason, Stopping, Subset, Window,
     adjoint_mismatch, cgls, mlem, osem, sirt,
 };
 
