@@ -52,8 +52,8 @@ impl<T> EmOptions<T> {
     }
 }
 
-/// A subset of the data and its projection operator: rows of A. [`StackOperator::subset`](crate::StackOperator::subset) and
-/// [`SpectOperator::subset`](crate::SpectOperator::subset) return those of some views.
+/// A subset of the data and its projection operator: rows of A. [`StackOperator::subsets`](crate::StackOperator::subsets) and
+/// [`SpectOperator::subsets`](crate::SpectOperator::subsets) divide the views.
 #[derive(Debug, Clone)]
 pub struct Subset<O, T> {
     operator: O,
@@ -124,20 +124,6 @@ pub(crate) fn interleaved<S>(
     drop(room::<usize>("indices of subsets", n_views, view_len)?);
     let views = |first: usize| -> Vec<usize> { (first..n_views).step_by(n_subsets).collect() };
     (0..n_subsets).map(|first| subset(&views(first))).collect()
-}
-
-/// `Ok` if a subset has a view and all its views exist.
-pub(crate) fn check_views(views: &[usize], n_views: usize) -> Result<(), RadonError> {
-    at_least("views of a subset", views.len(), 1)?;
-    match views.iter().find(|view| **view >= n_views) {
-        None => Ok(()),
-        Some(&view) => Err(RadonError::BadRange {
-            what: "views of a subset",
-            start: view,
-            end: view.saturating_add(1),
-            len: n_views,
-        }),
-    }
 }
 
 /// Returns Aᵀ 1.

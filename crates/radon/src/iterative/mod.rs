@@ -9,8 +9,8 @@ mod stopping;
 mod vectors;
 
 pub use cgls::{CglsOptions, cgls};
+pub(crate) use em::interleaved;
 pub use em::{EmOptions, Subset, mlem, osem};
-pub(crate) use em::{check_views, interleaved};
 pub use operator::{LinearOperator, adjoint_mismatch};
 pub use report::{Iteration, IterativeReport, StopReason};
 pub use sirt::{SirtOptions, sirt};

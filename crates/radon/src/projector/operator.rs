@@ -2,7 +2,7 @@
 
 use super::{Projector, Scratch};
 use crate::error::{RadonError, product, room};
-use crate::iterative::{check_views, interleaved};
+use crate::iterative::interleaved;
 use crate::pool::Pool;
 use crate::{LinearOperator, ParallelGeometry, Sample, StackOrder, Subset};
 
@@ -63,7 +63,19 @@ impl Projector {
 }
 
 impl<T: Sample> StackOperator<T> {
-    /// Returns `n_subsets` parts of the views for OSEM: part k contains the views k, k + `n_subsets`, k + 2 `n_subsets` ...
+    /// Returns `n_subsets` parts of the views for OSEM: part k contains the views k, k + `n_subsets`, k + 2 `n_subsets` ..., with the
+    /// indices of their samples in the data of all views.
+    ///
+    /// ```
+    /// use radon::{ImageGrid, Kernel, LinearOperator, ParallelGeometry, Projector, StackOrder};
+    /// let geometry = ParallelGeometry::half_turn(8, 16, 1.0)?;
+    /// let projector = Projector::new(&geometry, &ImageGrid::square(11, 1.0)?, Kernel::Strip)?;
+    /// let operator = projector.stack_operator::<f32>(1, StackOrder::ViewSliceBin)?;
+    /// let part = &operator.subsets(4)?[1]; // views 1 and 5
+    /// assert_eq!(part.operator().data_len(), 2 * 16);
+    /// assert_eq!((part.data()[0], part.data()[16]), (16, 5 * 16));
+    /// # Ok::<(), radon::RadonError>(())
+    /// ```
     ///
     /// # Errors
     /// [`RadonError::TooFew`] for no subset, [`RadonError::OutOfRange`] for more subsets than views, [`RadonError::TooLarge`] if the
@@ -77,24 +89,9 @@ impl<T: Sample> StackOperator<T> {
     }
 
     /// Returns the operator of some views, in this order, with the indices of their samples in the data of all views.
-    ///
-    /// ```
-    /// use radon::{ImageGrid, Kernel, LinearOperator, ParallelGeometry, Projector, StackOrder};
-    /// let geometry = ParallelGeometry::half_turn(8, 16, 1.0)?;
-    /// let projector = Projector::new(&geometry, &ImageGrid::square(11, 1.0)?, Kernel::Strip)?;
-    /// let operator = projector.stack_operator::<f32>(1, StackOrder::ViewSliceBin)?;
-    /// let two = operator.subset(&[6, 1])?;
-    /// assert_eq!(two.operator().data_len(), 2 * 16);
-    /// assert_eq!((two.data()[0], two.data()[16]), (6 * 16, 16));
-    /// # Ok::<(), radon::RadonError>(())
-    /// ```
-    ///
-    /// # Errors
-    /// [`RadonError::TooFew`] without a view, [`RadonError::BadRange`] for a view that does not exist, [`RadonError::TooLarge`].
-    pub fn subset(&self, views: &[usize]) -> Result<Subset<Self, T>, RadonError> {
+    fn subset(&self, views: &[usize]) -> Result<Subset<Self, T>, RadonError> {
         let geometry = &self.projector.geometry;
-        let (n_views, n_bins) = (geometry.n_views(), geometry.n_bins());
-        check_views(views, n_views)?;
+        let n_bins = geometry.n_bins();
         let angles: Vec<f64> = views.iter().map(|&v| geometry.angles()[v]).collect();
         let part = ParallelGeometry::from_radians(angles, n_bins, geometry.pitch())?
             .with_offset(geometry.offset())?;

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use super::{Plan, Scratch, SpectGeometry, SpectOptions};
 use crate::error::{RadonError, length, room};
-use crate::iterative::{check_samples, check_views, interleaved};
+use crate::iterative::{check_samples, interleaved};
 use crate::pool::Pool;
 use crate::{ImageGrid, LinearOperator, Sample, SliceAxis, Subset};
 
@@ -140,13 +140,9 @@ impl<T: Sample> SpectOperator<T> {
         })
     }
 
-    /// Returns the operator of some views, in this order, with the indices of their samples in the data of this operator. `views` are
-    /// positions in [`views`](Self::views). The plan is shared.
-    ///
-    /// # Errors
-    /// [`RadonError::TooFew`] without a view, [`RadonError::BadRange`] for a view that does not exist, [`RadonError::TooLarge`].
-    pub fn subset(&self, views: &[usize]) -> Result<Subset<Self, T>, RadonError> {
-        check_views(views, self.views.len())?;
+    /// Returns the operator of the views at these positions in [`views`](Self::views), with the indices of their samples in the data of this
+    /// operator.
+    fn subset(&self, views: &[usize]) -> Result<Subset<Self, T>, RadonError> {
         let view_len = self.view_len();
         let mut data = room("indices of a subset", views.len(), view_len)?;
         data.extend((views.iter()).flat_map(|view| view * view_len..(view + 1) * view_len));

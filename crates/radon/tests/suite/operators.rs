@@ -305,7 +305,7 @@ fn a_plan_returns_its_arguments() {
     }
 }
 
-/// The operator of some views, in any order, projects as the whole; its adjoint is that of data without the other views.
+/// The operator of some views projects as the whole; its adjoint is that of data without the other views.
 #[test]
 fn the_operator_of_some_views_is_a_part_of_the_whole() {
     let geometry = ParallelGeometry::half_turn(5, 9, 0.7).unwrap();
@@ -314,7 +314,7 @@ fn the_operator_of_some_views_is_a_part_of_the_whole() {
     let projector = Projector::new(&geometry, &grid, Kernel::Joseph).unwrap();
     for order in [StackOrder::ViewSliceBin, StackOrder::SliceViewBin] {
         let whole = projector.stack_operator::<f64>(3, order).unwrap();
-        let part = whole.subset(&[4, 1]).unwrap();
+        let part = whole.subsets(3).unwrap().swap_remove(1); // views 1 and 4
         assert_eq!(part.data().len(), 2 * 3 * 9);
         let (x, y): (Vec<f64>, Vec<f64>) = (noise(whole.image_len(), 1), noise(2 * 3 * 9, 2));
         let (mut all, mut some) = (vec![0.0; 5 * 3 * 9], vec![0.0; 2 * 3 * 9]);
@@ -330,11 +330,7 @@ fn the_operator_of_some_views_is_a_part_of_the_whole() {
         let (mut expected, mut back) = (vec![0.0; x.len()], vec![0.0; x.len()]);
         whole.adjoint_into(&all, &mut expected).unwrap();
         part.operator().adjoint_into(&y, &mut back).unwrap();
-        // The order of the views changes the order of the sums.
         assert!((expected.iter().zip(&back)).all(|(a, b)| (a - b).abs() < 1e-14));
-        assert!(matches!(whole.subset(&[]), Err(RadonError::TooFew { .. })));
-        let missing = whole.subset(&[usize::MAX]).unwrap_err();
-        assert!(matches!(missing, RadonError::BadRange { len: 5, .. }));
     }
 }
 
