@@ -9,7 +9,7 @@ use radon::{
     BinSampling, FbpOptions, FbpPlan, ImageGrid, ParallelGeometry, Phantom3, Shape2, Shape3,
     SliceAxis, StackOrder,
 };
-use revolve_voxel::{Body, Meridian, ParallelDetector, Pose, Sampling, VoxelGrid};
+use revolve_voxel::{Body, Meridian, ParallelDetector, Pose, VoxelGrid};
 use std::f64::consts::FRAC_PI_4;
 
 /// All detector images of a body, `[view][row][bin]`.
@@ -126,9 +126,7 @@ fn a_posed_body_is_reconstructed_at_the_position_of_its_voxels() {
         .unwrap();
 
     let grid = VoxelGrid::centred([n, n, n_slices], [pitch; 3], [0.0; 3]).unwrap();
-    let (truth, _) = body
-        .voxelize::<f64>(&grid, Sampling::Coverage { tolerance: 1e-3 }, &[1.0])
-        .unwrap();
+    let (truth, _) = body.voxelize::<f64>(&grid, 1e-3, &[1.0]).unwrap();
     let rms = |a: &[f64], b: &[f64]| {
         let sum: f64 = a.iter().zip(b).map(|(a, b)| (a - b).powi(2)).sum();
         (sum / a.len() as f64).sqrt()

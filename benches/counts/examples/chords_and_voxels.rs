@@ -3,9 +3,7 @@
 #![allow(clippy::expect_used, clippy::panic, clippy::unwrap_used)]
 
 use revolve_voxel::nalgebra::{Point3, Vector3};
-use revolve_voxel::{
-    Body, Lines, Meridian, ParallelDetector, PointRaster, Pose, Sampling, VoxelGrid,
-};
+use revolve_voxel::{Body, Lines, Meridian, ParallelDetector, PointRaster, Pose, VoxelGrid};
 use std::f64::consts::{FRAC_PI_4, PI};
 
 /// A balloon that bulges, also behind its base.
@@ -107,7 +105,7 @@ fn main() {
                 if n <= 200 {
                 let clock = Clock::start();
                 let (v, c) = both
-                    .voxelize::<f32>(&grid, Sampling::Coverage { tolerance: 1e-3 }, &[0.0, 1.0])
+                    .voxelize::<f32>(&grid, 1e-3, &[0.0, 1.0])
                     .unwrap();
                 let (t, cpu) = clock.read();
                 let sum = v.iter().map(|&v| f64::from(v)).sum::<f64>() * grid.voxel_volume();

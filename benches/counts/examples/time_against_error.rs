@@ -1,9 +1,9 @@
-//! Prints time, work and error of every sampling of the voxels of a dilated two-membrane body, tab-separated.
+//! Prints time, work and error of the voxels of a dilated two-membrane body, by tolerance, tab-separated.
 //!
 //! `cargo run --release -p counts --example time_against_error [voxels a side, 96 by default]`. Two slices through
 //! the middle; the reference is coverage to 1e-9; times are those of one run with all threads.
 
-use revolve_voxel::{Body, Meridian, Pose, Sampling, VoxelGrid};
+use revolve_voxel::{Body, Meridian, Pose, VoxelGrid};
 use std::f64::consts::{FRAC_PI_4, PI};
 use std::time::Instant;
 
@@ -32,25 +32,17 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let h = 16.0 / n as f64;
     let grid = VoxelGrid::centred([n, n, 2], [h; 3], [0.0; 3])?;
     let wall = [0.0, 1.0];
-    let (exact, counters) =
-        body.voxelize::<f64>(&grid, Sampling::Coverage { tolerance: 1e-9 }, &wall)?;
-    let coverage = |log| Sampling::Coverage {
-        tolerance: 10f64.powi(log),
-    };
-    println!("sampling\ttime (s)\tevaluations\tlargest error\trms error of cut voxels");
-    for (name, sampling) in [
-        ("centre", Sampling::Centre),
-        ("supersampled 2", Sampling::Supersampled(2)),
-        ("supersampled 4", Sampling::Supersampled(4)),
-        ("supersampled 8", Sampling::Supersampled(8)),
-        ("coverage 1e-2", coverage(-2)),
-        ("coverage 1e-3", coverage(-3)),
-        ("coverage 1e-4", coverage(-4)),
-        ("coverage 1e-5", coverage(-5)),
-        ("coverage 1e-6", coverage(-6)),
+    let (exact, counters) = body.voxelize::<f64>(&grid, 1e-9, &wall)?;
+    println!("tolerance\ttime (s)\tevaluations\tlargest error\trms error of cut voxels");
+    for (name, tolerance) in [
+        ("coverage 1e-2", 1e-2),
+        ("coverage 1e-3", 1e-3),
+        ("coverage 1e-4", 1e-4),
+        ("coverage 1e-5", 1e-5),
+        ("coverage 1e-6", 1e-6),
     ] {
         let start = Instant::now();
-        let (v, c) = body.voxelize::<f64>(&grid, sampling, &wall)?;
+        let (v, c) = body.voxelize::<f64>(&grid, tolerance, &wall)?;
         let time = start.elapsed().as_secs_f64();
         let errors = v.iter().zip(&exact).map(|(a, b)| (a - b).abs());
         let worst = errors.clone().fold(0.0, f64::max);

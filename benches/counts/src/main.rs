@@ -15,7 +15,7 @@ use radon::{
     ParallelGeometry, ParallelHoles, Projector, SliceAxis, SpectGeometry, SpectOperator,
     SpectOptions, StackOrder,
 };
-use revolve_voxel::{Body, Meridian, ParallelDetector, Pose, Sampling, VoxelGrid};
+use revolve_voxel::{Body, Meridian, ParallelDetector, Pose, VoxelGrid};
 
 const KERNELS: [(&str, fn()); 10] = [
     ("banded-lu", banded_lu),
@@ -181,8 +181,8 @@ fn chords() {
 
 fn voxels() {
     let (body, grid) = (body(), VoxelGrid::cube(32, 0.3).unwrap());
-    let sampling = Sampling::Coverage { tolerance: 1e-3 };
+    let tolerance = 1e-3;
     collected(&mut || {
-        black_box(body.voxelize::<f32>(&grid, sampling, &[0.3, 1.0]).unwrap());
+        black_box(body.voxelize::<f32>(&grid, tolerance, &[0.3, 1.0]).unwrap());
     });
 }

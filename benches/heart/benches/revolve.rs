@@ -11,7 +11,7 @@ use benches::{Effort, Row, Time, on_threads, timed};
 use criterion::{Criterion, Throughput};
 use nalgebra::{Point3, Vector3};
 use revolve_voxel::{
-    Body, Lines, Meridian, ParallelDetector, ParallelRays, PointRaster, Pose, Sampling, VoxelGrid,
+    Body, Lines, Meridian, ParallelDetector, ParallelRays, PointRaster, Pose, VoxelGrid,
 };
 
 /// A balloon that bulges, also behind its base.
@@ -216,27 +216,12 @@ fn voxels(c: &mut Criterion) {
     let mut group = c.benchmark_group("revolve/voxels/256^3");
     group.sample_size(10);
     let grid = VoxelGrid::cube(256, 0.0625).unwrap();
-    for (name, sampling, bound) in [
-        ("centre", Sampling::Centre, 1e-3),
-        ("supersampled 2", Sampling::Supersampled(2), 1e-3),
-        ("supersampled 4", Sampling::Supersampled(4), 1e-4),
-        (
-            "coverage 1e-2",
-            Sampling::Coverage { tolerance: 1e-2 },
-            1e-5,
-        ),
-        (
-            "coverage 1e-3",
-            Sampling::Coverage { tolerance: 1e-3 },
-            1e-6,
-        ),
-        (
-            "coverage 1e-4",
-            Sampling::Coverage { tolerance: 1e-4 },
-            1e-6,
-        ),
+    for (name, tolerance, bound) in [
+        ("coverage 1e-2", 1e-2, 1e-5),
+        ("coverage 1e-3", 1e-3, 1e-6),
+        ("coverage 1e-4", 1e-4, 1e-6),
     ] {
-        let (v, counters) = both.voxelize::<f32>(&grid, sampling, &[0.0, 1.0]).unwrap();
+        let (v, counters) = both.voxelize::<f32>(&grid, tolerance, &[0.0, 1.0]).unwrap();
         let sum = v.iter().map(|&v| f64::from(v)).sum::<f64>() * grid.voxel_volume();
         println!(
             "{name}: volume error {:.1e}, {counters:?}",
@@ -245,7 +230,7 @@ fn voxels(c: &mut Criterion) {
         assert!((sum / volume - 1.0).abs() < bound);
         group.bench_function(name, |b| {
             b.iter(|| {
-                both.voxelize::<f32>(black_box(&grid), sampling, &[0.0, 1.0])
+                both.voxelize::<f32>(black_box(&grid), tolerance, &[0.0, 1.0])
                     .unwrap()
             });
         });
@@ -305,8 +290,7 @@ fn chord_rows(effort: Effort) {
 
 /// Voxels of the wall, four slices of them; coverage to 1e-9 is the reference.
 ///
-/// The largest error of n samples a side falls as 1/n (a plane that lies along a layer of samples), at n^3 the work. That of
-/// coverage is the tolerance or less; from exact sections on, three more digits cost some five times the work.
+/// The largest error is the tolerance or less; from exact sections on, three more digits cost some five times the work.
 fn voxel_rows(effort: Effort) {
     let both = body(&[1.75, 2.75], 200);
     let sides: &[usize] = match effort {
@@ -315,24 +299,20 @@ fn voxel_rows(effort: Effort) {
     };
     for &n in sides {
         let grid = VoxelGrid::centred([n, n, 4], [16.0 / n as f64; 3], [0.0; 3]).unwrap();
-        let voxels = |sampling| {
-            let result = both.voxelize::<f64>(&grid, sampling, &[0.0, 1.0]);
+        let voxels = |tolerance| {
+            let result = both.voxelize::<f64>(&grid, tolerance, &[0.0, 1.0]);
             result.unwrap().0
         };
-        let truth = voxels(Sampling::Coverage { tolerance: 1e-9 });
-        for (method, sampling) in [
-            ("centre", Sampling::Centre),
-            ("2 x 2 x 2 samples", Sampling::Supersampled(2)),
-            ("4 x 4 x 4 samples", Sampling::Supersampled(4)),
-            ("8 x 8 x 8 samples", Sampling::Supersampled(8)),
-            ("coverage to 1e-2", Sampling::Coverage { tolerance: 1e-2 }),
-            ("coverage to 1e-3", Sampling::Coverage { tolerance: 1e-3 }),
-            ("coverage to 1e-4", Sampling::Coverage { tolerance: 1e-4 }),
-            ("coverage to 1e-5", Sampling::Coverage { tolerance: 1e-5 }),
-            ("coverage to 1e-6", Sampling::Coverage { tolerance: 1e-6 }),
+        let truth = voxels(1e-9);
+        for (method, tolerance) in [
+            ("coverage to 1e-2", 1e-2),
+            ("coverage to 1e-3", 1e-3),
+            ("coverage to 1e-4", 1e-4),
+            ("coverage to 1e-5", 1e-5),
+            ("coverage to 1e-6", 1e-6),
         ] {
             for &threads in benches::threads() {
-                let (seconds, volume) = on_threads(threads, || timed(effort, || voxels(sampling)));
+                let (seconds, volume) = on_threads(threads, || timed(effort, || voxels(tolerance)));
                 let errors = volume.iter().zip(&truth).map(|(a, b)| (a - b).abs());
                 Row {
                     study: "voxels",

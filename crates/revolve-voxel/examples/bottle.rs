@@ -2,7 +2,7 @@
 //!
 //! `cargo run --release -p revolve-voxel --example bottle -- FOLDER`
 
-use revolve_voxel::{Body, Meridian, ParallelDetector, Pose, Sampling, VoxelGrid};
+use revolve_voxel::{Body, Meridian, ParallelDetector, Pose, VoxelGrid};
 use std::f64::consts::FRAC_PI_2;
 use std::path::PathBuf;
 
@@ -35,8 +35,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
 
     // Averages over voxels, [z][y][x].
     let grid = VoxelGrid::cube(40, 0.4)?;
-    let sampling = Sampling::Coverage { tolerance: 1e-3 };
-    let (voxels, _) = body.voxelize::<f32>(&grid, sampling, &[1.0, 0.0])?;
+    let tolerance = 1e-3;
+    let (voxels, _) = body.voxelize::<f32>(&grid, tolerance, &[1.0, 0.0])?;
     let sum = f64::from(voxels.iter().sum::<f32>()) * grid.voxel_volume();
     println!("content {sum:.2} mL, from voxels");
 

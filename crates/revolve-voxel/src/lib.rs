@@ -73,7 +73,6 @@ pub use solid::meridian::Meridian;
 pub use solid::mesh::Mesh;
 pub use solid::pieces::Piece;
 pub use solid::pose::Pose;
-pub use voxels::coverage::Sampling;
 pub use voxels::grid::VoxelGrid;
 pub use voxels::mask::Mask;
 pub use voxels::profile::Profile;

@@ -6,9 +6,7 @@ use crate::errors::Failure;
 use crate::values::{Whole, choice};
 use crate::work::{Progress, work};
 use heart_phantom::revolve_voxel::nalgebra::{Point3, Vector3};
-use heart_phantom::revolve_voxel::{
-    Body, ParallelDetector, Ray, RevolveError, Sample, Sampling, VoxelGrid,
-};
+use heart_phantom::revolve_voxel::{Body, ParallelDetector, Ray, RevolveError, Sample, VoxelGrid};
 use numpy::{Element, PyArrayDyn};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
@@ -298,7 +296,7 @@ impl PyBody {
         let (body, [nx, ny, nz]) = (self.body.clone(), grid.shape());
         let n = body.layers().len();
         let made = work(py, progress, move |_| {
-            body.regions::<T>(&grid, 0..nz, Sampling::Coverage { tolerance })
+            body.regions::<T>(&grid, 0..nz, tolerance)
         })?;
         let coverage = array(py, made.coverage.concat(), &[n, nz, ny, nx])?;
         Ok((coverage.into_any(), made.labels))

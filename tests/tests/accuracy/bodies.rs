@@ -2,11 +2,11 @@
 
 use crate::Row;
 use nalgebra::Point3;
-use revolve_voxel::{Body, Meridian, Pose, Sampling, VoxelGrid};
+use revolve_voxel::{Body, Meridian, Pose, VoxelGrid};
 use tests::Random;
 
 pub(crate) const ROWS: &[Row] = &[Row {
-    name: "revolve_voxel::Sampling::Coverage::tolerance",
+    name: "revolve_voxel::WeightedBody::voxelize_add",
     what: "volume fraction of a voxel inside the solid",
     reference: "48^3 points per voxel, tested against closed-form cones",
     norm: "maximum over the voxels of a row",
@@ -34,8 +34,7 @@ fn covered_fraction(random: &mut Random) -> Option<f64> {
     let spacing = [0; 3].map(|_| random.any(0.05, 0.3));
     let origin = [0.3, 0.3, 0.0].map(|reach| random.uniform(-reach, reach));
     let grid = VoxelGrid::new([6, 1, 1], spacing, origin).ok()?;
-    let sampling = Sampling::Coverage { tolerance };
-    let (fractions, _) = body.voxelize::<f64>(&grid, sampling, &[1.0]).ok()?;
+    let (fractions, _) = body.voxelize::<f64>(&grid, tolerance, &[1.0]).ok()?;
     let inside = |point: Point3<f64>| {
         let at = pose.to_body(&point);
         let place = at.x * n as f64;

@@ -11,7 +11,7 @@ use nalgebra::{Point3, Vector3};
 use radon::{CountScale, ImageGrid, ParallelGeometry, RadonError, poisson_counts};
 use revolve_voxel::{
     Assembly, Body, Curve, Meridian, OrganShape, Organs, ParallelDetector, ParallelRays, Piece,
-    Pose, Ray, RevolveError, Sampling, Sector, Shell, VoxelGrid,
+    Pose, Ray, RevolveError, Sector, Shell, VoxelGrid,
 };
 use std::path::Path;
 use std::process::Command;
@@ -264,13 +264,13 @@ fn nan_and_infinity_are_rejected_everywhere() {
             ),
             (
                 "voxel activity",
-                body.voxelize::<f32>(&grid, Sampling::Centre, &[bad])
+                body.voxelize::<f32>(&grid, 0.01, &[bad])
                     .err()
                     .is_some_and(solid),
             ),
             (
                 "coverage",
-                body.voxelize::<f32>(&grid, Sampling::Coverage { tolerance: bad }, &[1.0])
+                body.voxelize::<f32>(&grid, bad, &[1.0])
                     .err()
                     .is_some_and(solid),
             ),
@@ -379,11 +379,11 @@ fn sizes_beyond_memory_are_rejected_before_any_allocation() {
     }
     let grid = VoxelGrid::new([1 << 19, 1 << 19, 1 << 19], [1.0; 3], [0.0; 3]).expect("countable");
     assert!(matches!(
-        body.voxelize::<f32>(&grid, Sampling::Centre, &[1.0]),
+        body.voxelize::<f32>(&grid, 0.01, &[1.0]),
         Err(RevolveError::TooLarge { .. })
     ));
     assert!(matches!(
-        body.regions::<f32>(&grid, 0..1 << 19, Sampling::Centre),
+        body.regions::<f32>(&grid, 0..1 << 19, 0.01),
         Err(RevolveError::TooLarge { .. })
     ));
     let huge = usize::MAX;

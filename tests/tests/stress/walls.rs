@@ -9,8 +9,7 @@ use membrane_newton::{
 use radon::{CountScale, poisson_counts};
 use revolve_voxel::nalgebra::{Point3, Vector3};
 use revolve_voxel::{
-    Assembly, Body, Organ, OrganShape, Organs, ParallelDetector, Pose, Sampling, Sector, Shown,
-    VoxelGrid,
+    Assembly, Body, Organ, OrganShape, Organs, ParallelDetector, Pose, Sector, Shown, VoxelGrid,
 };
 use std::f64::consts::{PI, TAU};
 use tests::Random;
@@ -233,7 +232,7 @@ fn check_voxels(random: &mut Random, wall: &Wall, region: WallRegion, unit: f64)
     let fill = || {
         let mut out = vec![0.0_f64; grid.len()];
         solid
-            .voxelize_add(&grid, 0..n, Sampling::Coverage { tolerance }, 1.0, &mut out)
+            .voxelize_add(&grid, 0..n, tolerance, 1.0, &mut out)
             .expect("finite input");
         out
     };

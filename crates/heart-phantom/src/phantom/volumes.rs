@@ -10,7 +10,7 @@ use crate::{
     Activity, Method, MotionPhase, Observer, OsemReport, Regions, Rotation, Uptake, no_observer,
 };
 use radon::{FbpPlan, StackOrder};
-use revolve_voxel::{Mesh, Organ, Organs, Sampling, Sector};
+use revolve_voxel::{Mesh, Organ, Organs, Sector};
 use std::borrow::Cow;
 use std::f64::consts::LN_2;
 use std::ops::Range;
@@ -186,20 +186,18 @@ impl Phantom {
     /// # Errors
     /// As [`Phantom::shape`].
     pub fn labels(&self, at: impl Into<MotionPhase>) -> Result<Vec<u8>, PhantomError> {
-        let sampling = Sampling::Coverage {
-            tolerance: self.scene().truth.tolerance,
-        };
+        let tolerance = self.scene().truth.tolerance;
         let (grid, slices) = (self.parts.camera.grid(), 0..self.parts.camera.n_rows());
         let at = at.into();
         let (shape, pose) = (self.shape(at.phase)?, self.pose(at.breath)?);
         let body = shape.body().with_pose(pose);
         let part = simd_set::part(0..1, self.scene().defects.len() + 1);
-        let mut regions = body.regions::<f32>(grid, slices.clone(), sampling)?;
+        let mut regions = body.regions::<f32>(grid, slices.clone(), tolerance)?;
         drop(part);
         let placed = self.at_motion_phase(at, |scan| scan.placed(std::slice::from_ref(&shape)))?;
         let defects = placed.by_defect(&shape, self.scene().defects.len(), pose);
         let defects: Vec<Vec<&Sector>> = defects.iter().map(|d| d.iter().collect()).collect();
-        regions.label_pieces(WALL, &defects, grid, slices, sampling)?;
+        regions.label_pieces(WALL, &defects, grid, slices, tolerance)?;
         self.work.voxels(regions.counters);
         Ok(regions.labels)
     }

@@ -3,7 +3,7 @@
 use crate::Activity;
 use crate::error::PhantomError;
 use crate::scan::{Lasting, OF_VOXEL, Scan, add_to_gates, shortest_side};
-use revolve_voxel::{Body, Organs, Sampling, VoxelCounters, WeightedBody};
+use revolve_voxel::{Body, Organs, VoxelCounters, WeightedBody};
 use std::collections::BTreeMap;
 use std::ops::Range;
 
@@ -141,7 +141,6 @@ fn add_shapes(
     let placed = scan.placed(&shapes)?;
     let grid = scan.camera.grid();
     let around = (scan.background).map_or(0.0, |background| background.concentration);
-    let sampling = Sampling::Coverage { tolerance };
     let held: Vec<[f64; 2]> = (shapes.iter())
         .map(|shape| scan.activity.of(shape).map(|held| held - around))
         .collect();
@@ -155,7 +154,7 @@ fn add_shapes(
     let n_sectors: usize = shapes.iter().map(|shape| placed.of(shape).len()).sum();
     let part = simd_set::part(0..1, 1 + n_sectors);
     let mut counters =
-        WeightedBody::voxelize_add(&weighted, grid, slices.clone(), sampling, volume)?;
+        WeightedBody::voxelize_add(&weighted, grid, slices.clone(), tolerance, volume)?;
     drop(part);
     let mut sectors = 1..1 + n_sectors;
     for ((shape, body), lasting) in shapes.iter().zip(&bodies).zip(times) {
@@ -165,7 +164,7 @@ fn add_shapes(
             let _part = simd_set::part(k..k + 1, 1 + n_sectors);
             let sector = sector.with_pose(*body.pose());
             let difference = lasting.share * factor * wall;
-            let done = sector.voxelize_add(grid, slices.clone(), sampling, difference, volume)?;
+            let done = sector.voxelize_add(grid, slices.clone(), tolerance, difference, volume)?;
             counters = counters + done;
         }
     }

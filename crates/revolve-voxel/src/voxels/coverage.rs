@@ -1,11 +1,11 @@
-//! Voxels of a body: centres, supersampling, coverage to a tolerance.
+//! Voxels of a body: coverage to a tolerance, for any voxel shape.
 
 use std::borrow::Cow;
 use std::ops::Range;
 
 use nalgebra::{Point3, Vector3};
 
-use crate::error::{at_least, check_range as in_axis, countable, share};
+use crate::error::{check_range as in_axis, share};
 use crate::voxels::block::{BLOCK, Block, Placed, eighths};
 use crate::voxels::field::{Answer, Field};
 use crate::voxels::patch::{Cuboid, Patch, patch};
@@ -13,37 +13,19 @@ use crate::voxels::runs::Runs;
 use crate::voxels::sections::Sections;
 use crate::{Body, Meridian, Pose, RevolveError, Sample, VoxelCounters, VoxelGrid};
 
-/// The sampling of a voxel.
-#[derive(Debug, Clone, Copy, PartialEq)]
-#[non_exhaustive]
-pub enum Sampling {
-    /// The value at the centre of the voxel.
-    Centre,
-    /// The average over n x n x n points.
-    Supersampled(usize),
-    /// The average over the voxel, with the covered fraction of each layer to within `tolerance`, for any voxel shape.
-    Coverage {
-        /// Largest error of a covered fraction, above 0 and at most 1.
-        tolerance: f64,
-    },
-}
-
 /// Largest deviation of simplified surfaces relative to the tolerance and the shortest side of a voxel. A plane face that moves by this changes the
 /// covered fraction of a voxel by at most sqrt(3) times as much, 0.052 of the tolerance.
 const OF_TOLERANCE: f64 = 0.03;
 
 impl Body {
-    /// Returns a layer with as many segments as the sampling needs.
-    pub(crate) fn sampled(
+    /// Returns a layer with as many segments as the tolerance needs.
+    pub(crate) fn simplified_for(
         &self,
         layer: usize,
         grid: &VoxelGrid,
-        sampling: Sampling,
+        tolerance: f64,
     ) -> Cow<'_, Meridian> {
         let layer = &self.layers()[layer];
-        let Sampling::Coverage { tolerance } = sampling else {
-            return Cow::Borrowed(layer);
-        };
         let least = grid.spacing().into_iter().fold(f64::INFINITY, f64::min);
         let simplified = layer.simplified(OF_TOLERANCE * tolerance * least);
         simplified.map_or(Cow::Borrowed(layer), Cow::Owned)
@@ -87,23 +69,14 @@ pub(crate) fn check_range(grid: &VoxelGrid, slices: &Range<usize>) -> Result<(),
     in_axis("slices", slices, grid.shape()[2])
 }
 
-/// Checks that the slices are in the grid and the numbers of the sampling positive.
+/// Checks that the slices are in the grid and the tolerance is above 0 and at most 1.
 pub(crate) fn check(
     grid: &VoxelGrid,
     slices: &Range<usize>,
-    sampling: Sampling,
+    tolerance: f64,
 ) -> Result<(), RevolveError> {
     check_range(grid, slices)?;
-    match sampling {
-        Sampling::Centre => {}
-        Sampling::Supersampled(n) => {
-            at_least("samples per axis", n, 1)?;
-            countable("samples of a voxel", &[n; 3])?;
-        }
-        Sampling::Coverage { tolerance } => {
-            share(tolerance)?;
-        }
-    }
+    share(tolerance)?;
     Ok(())
 }
 
@@ -111,7 +84,7 @@ pub(crate) fn check(
 pub(crate) struct Painter<'a> {
     field: &'a Field<'a>,
     placed: Placed<'a>,
-    sampling: Sampling,
+    tolerance: f64,
     halvings: [u32; 3],
     /// Data of cross-sections.
     runs: Runs,
@@ -123,24 +96,18 @@ impl<'a> Painter<'a> {
         pose: &Pose,
         field: &'a Field<'a>,
         grid: &'a VoxelGrid,
-        sampling: Sampling,
+        tolerance: f64,
     ) -> Self {
         let halvings = halvings(field.meridian(), grid);
-        let runs = match sampling {
-            Sampling::Centre | Sampling::Supersampled(_) => Runs::each(field.meridian()),
-            Sampling::Coverage { tolerance } => {
-                let sides = grid.spacing().into_iter().zip(halvings);
-                let least = sides.map(|(side, n)| side * 0.5f64.powi(n as i32));
-                let least = least.fold(f64::INFINITY, f64::min);
-                Runs::new(field.meridian(), least, tolerance)
-            }
-        };
+        let sides = grid.spacing().into_iter().zip(halvings);
+        let least = sides.map(|(side, n)| side * 0.5f64.powi(n as i32));
+        let least = least.fold(f64::INFINITY, f64::min);
         Self {
             field,
             placed: Placed::new(pose, grid),
-            sampling,
+            tolerance,
             halvings,
-            runs,
+            runs: Runs::new(field.meridian(), least, tolerance),
             set: simd_set::Set::detect(),
         }
     }
@@ -190,23 +157,9 @@ impl<'a> Painter<'a> {
                 radius,
             };
             let counters = &mut target.counters;
-            let fraction = match self.sampling {
-                Sampling::Centre => {
-                    counters.cut += 1;
-                    f64::from(u8::from(self.inside(&centre, counters)))
-                }
-                Sampling::Supersampled(n) => {
-                    counters.cut += 1;
-                    self.supersample(&centre, n, counters)
-                }
-                Sampling::Coverage { tolerance } => {
-                    let before = counters.cut;
-                    let fraction =
-                        self.divided(&cuboid, self.halvings, answer, tolerance, counters);
-                    counters.cut = counters.cut.min(before + 1);
-                    fraction
-                }
-            };
+            let before = counters.cut;
+            let fraction = self.divided(&cuboid, self.halvings, answer, counters);
+            counters.cut = counters.cut.min(before + 1);
             if fraction > 0.0 {
                 target.fill(block, T::from_f64(weight * fraction));
             }
@@ -223,7 +176,6 @@ impl<'a> Painter<'a> {
         cuboid: &Cuboid<'_>,
         halvings: [u32; 3],
         answer: Answer<'_>,
-        tolerance: f64,
         counters: &mut VoxelCounters,
     ) -> f64 {
         let Cuboid { axes, half, .. } = *cuboid;
@@ -231,7 +183,7 @@ impl<'a> Painter<'a> {
             .filter(|&a| halvings[a] > 0)
             .max_by(|&a, &b| half[a].total_cmp(&half[b]));
         let Some(a) = longest else {
-            return self.covered(cuboid, answer, tolerance, counters);
+            return self.covered(cuboid, answer, counters);
         };
         let (mut half, mut halvings) = (half, halvings);
         half[a] *= 0.5;
@@ -250,7 +202,7 @@ impl<'a> Painter<'a> {
                         half,
                         radius,
                     };
-                    self.divided(&part, halvings, answer, tolerance, counters)
+                    self.divided(&part, halvings, answer, counters)
                 }
             }
         };
@@ -262,14 +214,13 @@ impl<'a> Painter<'a> {
         &self,
         cuboid: &Cuboid<'_>,
         answer: Answer<'_>,
-        tolerance: f64,
         counters: &mut VoxelCounters,
     ) -> f64 {
         if let Answer::Run { lines, reflex } = answer {
             counters.evaluations += 1;
             match patch(self.set, lines, reflex, cuboid) {
                 Patch::Clear(inside) => return f64::from(u8::from(inside)),
-                Patch::Covered { fraction, error } if error <= tolerance => {
+                Patch::Covered { fraction, error } if error <= self.tolerance => {
                     counters.cut += 1;
                     return fraction;
                 }
@@ -278,30 +229,10 @@ impl<'a> Painter<'a> {
         }
         counters.cut += 1;
         simd_set::checkpoint();
-        let mut sections = Sections::new(self.field.meridian(), &self.runs, cuboid, tolerance);
+        let mut sections = Sections::new(self.field.meridian(), &self.runs, cuboid, self.tolerance);
         let fraction = sections.fraction();
         counters.evaluations += sections.evaluations;
         fraction
-    }
-
-    fn inside(&self, p: &Point3<f64>, counters: &mut VoxelCounters) -> bool {
-        counters.evaluations += 1;
-        self.field.inside(p.x, radius_of(p), 0.0) == Some(true)
-    }
-
-    fn supersample(&self, centre: &Point3<f64>, n: usize, counters: &mut VoxelCounters) -> f64 {
-        let h = self.placed.grid.spacing();
-        let at = |k: usize| (k as f64 + 0.5) / n as f64 - 0.5;
-        let mut inside = 0usize;
-        for k in 0..n * n * n {
-            let (i, j, l) = (k % n, k / n % n, k / (n * n));
-            let p = centre
-                + self.placed.steps[0] * (at(i) * h[0])
-                + self.placed.steps[1] * (at(j) * h[1])
-                + self.placed.steps[2] * (at(l) * h[2]);
-            inside += usize::from(self.inside(&p, counters));
-        }
-        inside as f64 / (n * n * n) as f64
     }
 }
 

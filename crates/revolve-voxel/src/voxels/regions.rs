@@ -8,7 +8,7 @@ use crate::error::{at_most, length, zeros};
 use crate::voxels::block::{BLOCK, slabs};
 use crate::voxels::coverage::{Painter, check};
 use crate::voxels::field::Field;
-use crate::{Body, RevolveError, Sample, Sampling, Sector, VoxelCounters, VoxelGrid};
+use crate::{Body, RevolveError, Sample, Sector, VoxelCounters, VoxelGrid};
 
 /// Labels are bytes.
 const MOST_LABELS: usize = 254;
@@ -35,20 +35,22 @@ impl Body {
         &self,
         grid: &VoxelGrid,
         slices: Range<usize>,
-        sampling: Sampling,
+        tolerance: f64,
     ) -> Result<RegionVolumes<T>, RevolveError> {
         let n = self.layers().len();
         at_most("layers (at most)", n, MOST_LABELS)?;
-        check(grid, &slices, sampling)?;
+        check(grid, &slices, tolerance)?;
         let len = grid.slice_len() * slices.len();
-        let surfaces: Vec<_> = (0..n).map(|k| self.sampled(k, grid, sampling)).collect();
+        let surfaces: Vec<_> = (0..n)
+            .map(|k| self.simplified_for(k, grid, tolerance))
+            .collect();
         let fields: Vec<Field> = surfaces.iter().map(|s| Field::of(s, grid)).collect();
         let mut coverage: Vec<Vec<T>> = (0..n)
             .map(|_| zeros("voxels", len))
             .collect::<Result<_, _>>()?;
         let mut labels = zeros::<u8>("voxels", len)?;
         let painters: Vec<Painter> = (fields.iter())
-            .map(|field| Painter::new(self.pose(), field, grid, sampling))
+            .map(|field| Painter::new(self.pose(), field, grid, tolerance))
             .collect();
         // Slab by slab: voxels of every layer, then differences of layers and the largest region.
         let slab = grid.slice_len() * BLOCK;
@@ -84,7 +86,7 @@ impl<T: Sample> RegionVolumes<T> {
     /// Other voxels of the region keep its label. A piece has priority over an equal remainder, and the first piece over the
     /// second. Voxels of other regions do not change.
     ///
-    /// The grid, slices and sampling are those of [`Body::regions`]; coverages do not change.
+    /// The grid, slices and tolerance are those of [`Body::regions`]; coverages do not change.
     ///
     /// # Errors
     /// As [`Sector::voxelize_add`]; [`RevolveError::WrongLength`] for an invalid region, or more than 254 regions and pieces.
@@ -94,7 +96,7 @@ impl<T: Sample> RegionVolumes<T> {
         pieces: &[Vec<&Sector>],
         grid: &VoxelGrid,
         slices: Range<usize>,
-        sampling: Sampling,
+        tolerance: f64,
     ) -> Result<(), RevolveError> {
         let n = self.coverage.len();
         length("regions (at least)", region.saturating_add(1).max(n), n)?;
@@ -111,7 +113,7 @@ impl<T: Sample> RegionVolumes<T> {
             let _piece = simd_set::part(k + 1..k + 2, pieces.len() + 1);
             let mut own: Vec<T> = zeros("voxels", len)?;
             for part in piece {
-                let done = part.voxelize_add(grid, slices.clone(), sampling, 1.0, &mut own)?;
+                let done = part.voxelize_add(grid, slices.clone(), tolerance, 1.0, &mut own)?;
                 self.counters = self.counters + done;
             }
             let best = all.par_iter_mut().zip(&mut most).zip(&own);

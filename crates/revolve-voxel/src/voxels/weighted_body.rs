@@ -7,7 +7,7 @@ use rayon::prelude::*;
 
 use crate::error::{finite, length, zeros};
 use crate::voxels::block::{BLOCK, Block};
-use crate::voxels::coverage::{Painter, Sampling, check};
+use crate::voxels::coverage::{Painter, check};
 use crate::voxels::field::Field;
 use crate::voxels::mirror::Mirror;
 use crate::{Body, RevolveError, Sample, VoxelCounters, VoxelGrid};
@@ -24,16 +24,17 @@ pub struct WeightedBody<'a> {
 }
 
 impl Body {
-    /// Returns the activity of every voxel, `[z][y][x]`, x fastest. Parts of the body outside the grid are omitted without an error:
+    /// Returns the activity of every voxel, `[z][y][x]`, x fastest: the average over the voxel, with the covered fraction of each layer to
+    /// within `tolerance`, above 0 and at most 1. Parts of the body outside the grid are omitted without an error:
     /// [`bounding_box`](Self::bounding_box) has the extent of a layer.
     ///
     /// # Errors
-    /// [`RevolveError::WrongLength`], [`RevolveError::NotFinite`] for the activities, [`RevolveError::TooFew`] or
-    /// [`RevolveError::NotPositive`] or [`RevolveError::OutOfRange`] for the sampling, [`RevolveError::TooLarge`].
+    /// [`RevolveError::WrongLength`], [`RevolveError::NotFinite`] for the activities, [`RevolveError::NotPositive`]
+    /// or [`RevolveError::OutOfRange`] for the tolerance, [`RevolveError::TooLarge`].
     pub fn voxelize<T: Sample>(
         &self,
         grid: &VoxelGrid,
-        sampling: Sampling,
+        tolerance: f64,
         activity: &[f64],
     ) -> Result<(Vec<T>, VoxelCounters), RevolveError> {
         let mut out = zeros("voxels", grid.len())?;
@@ -43,7 +44,7 @@ impl Body {
             weight: 1.0,
         };
         let slices = 0..grid.shape()[2];
-        let counters = WeightedBody::voxelize_add(&[body], grid, slices, sampling, &mut out)?;
+        let counters = WeightedBody::voxelize_add(&[body], grid, slices, tolerance, &mut out)?;
         Ok((out, counters))
     }
 }
@@ -57,7 +58,7 @@ impl WeightedBody<'_> {
     /// to the other.
     ///
     /// ```
-    /// use revolve_voxel::{Body, Meridian, WeightedBody, Pose, Sampling, VoxelGrid};
+    /// use revolve_voxel::{Body, Meridian, WeightedBody, Pose, VoxelGrid};
     /// let ball = |r: f64| -> Result<Body, revolve_voxel::RevolveError> {
     ///     let cones = Meridian::new(&[[-r, 0.0], [0.0, r], [r, 0.0]])?;
     ///     Body::new(vec![cones], Pose::axis_along_z(0.0)?)
@@ -66,9 +67,8 @@ impl WeightedBody<'_> {
     /// let weighted = |body, weight| WeightedBody { body, activity: &[1.0], weight };
     /// let grid = VoxelGrid::cube(32, 0.15)?;
     /// let mut mean = vec![0.0f64; grid.len()];
-    /// let sampling = Sampling::Coverage { tolerance: 1e-3 };
     /// let bodies = [weighted(&small, 0.25), weighted(&large, 0.75)];
-    /// let counters = WeightedBody::voxelize_add(&bodies, &grid, 0..32, sampling, &mut mean)?;
+    /// let counters = WeightedBody::voxelize_add(&bodies, &grid, 0..32, 1e-3, &mut mean)?;
     /// let volume = |body: &Body| body.layers()[0].mass_properties().volume;
     /// let exact = 0.25 * volume(&small) + 0.75 * volume(&large);
     /// assert!((mean.iter().sum::<f64>() * grid.voxel_volume() / exact - 1.0).abs() < 1e-3);
@@ -79,12 +79,12 @@ impl WeightedBody<'_> {
     /// # Errors
     /// [`RevolveError::WrongLength`] for a wrong buffer or number of activities; [`RevolveError::BadRange`] for slices outside the
     /// grid; [`RevolveError::NotFinite`];
-    /// [`RevolveError::TooFew`], [`RevolveError::NotPositive`], [`RevolveError::OutOfRange`].
+    /// [`RevolveError::NotPositive`], [`RevolveError::OutOfRange`].
     pub fn voxelize_add<T: Sample>(
         bodies: &[WeightedBody<'_>],
         grid: &VoxelGrid,
         slices: Range<usize>,
-        sampling: Sampling,
+        tolerance: f64,
         out: &mut [T],
     ) -> Result<VoxelCounters, RevolveError> {
         let mut layers = Vec::new();
@@ -94,10 +94,10 @@ impl WeightedBody<'_> {
             let used = weights.into_iter().enumerate().filter(|(_, w)| *w != 0.0);
             layers.extend(used.map(|(k, w)| (weighted.body, k, weighted.weight * w)));
         }
-        check(grid, &slices, sampling)?;
+        check(grid, &slices, tolerance)?;
         length("volume", grid.slice_len() * slices.len(), out.len())?;
         let surfaces: Vec<_> = (layers.iter())
-            .map(|&(body, layer, _)| body.sampled(layer, grid, sampling))
+            .map(|&(body, layer, _)| body.simplified_for(layer, grid, tolerance))
             .collect();
         let fields: Vec<_> = (layers.iter().zip(&surfaces))
             .map(|(&(body, _, weight), surface)| (body.pose(), Field::of(surface, grid), weight))
@@ -105,13 +105,9 @@ impl WeightedBody<'_> {
         let poses = layers.iter().map(|(body, ..)| body.pose());
         let work = Work {
             painters: (fields.iter())
-                .map(|(pose, field, weight)| (Painter::new(pose, field, grid, sampling), *weight))
+                .map(|(pose, field, weight)| (Painter::new(pose, field, grid, tolerance), *weight))
                 .collect(),
-            // A centre on the surface is in or out by rounding; its image may differ.
-            mirror: match sampling {
-                Sampling::Coverage { .. } => Mirror::of(poses, grid),
-                _ => None,
-            },
+            mirror: Mirror::of(poses, grid),
             grid,
             slices,
         };

@@ -14,13 +14,13 @@ use crate::voxels::sections::Sections;
 use crate::voxels::square;
 use crate::wall::body_line::BodyLine;
 use crate::wall::sector::{Sector, Twisted};
-use crate::{Ray, RevolveError, Sample, Sampling, VoxelCounters, VoxelGrid, WeightedBody};
+use crate::{Ray, RevolveError, Sample, VoxelCounters, VoxelGrid, WeightedBody};
 
 impl Sector {
-    /// Adds `activity` times the covered fraction of every voxel in some slices to `out` (`[z][y][x]`, those slices only).
+    /// Adds `activity` times the covered fraction, to within `tolerance`, of every voxel in some slices to `out` (`[z][y][x]`, those slices
+    /// only).
     ///
-    /// A voxel cut by a side of the wedge is always computed by coverage, to the tolerance of the sampling or 1e-2. Other voxels
-    /// have the value of the ring. Voxels that a twisted side may cut are computed from the lengths of lines.
+    /// Voxels that no side of the wedge cuts have the value of the ring. Voxels that a twisted side may cut are computed from the lengths of lines.
     ///
     /// # Errors
     /// As [`WeightedBody::voxelize_add`].
@@ -28,17 +28,13 @@ impl Sector {
         &self,
         grid: &VoxelGrid,
         slices: Range<usize>,
-        sampling: Sampling,
+        tolerance: f64,
         activity: f64,
         out: &mut [T],
     ) -> Result<VoxelCounters, RevolveError> {
         finite("activity", activity)?;
-        check(grid, &slices, sampling)?;
+        check(grid, &slices, tolerance)?;
         length("volume", grid.slice_len() * slices.len(), out.len())?;
-        let tolerance = match sampling {
-            Sampling::Coverage { tolerance } => tolerance,
-            _ => 1e-2,
-        };
         // The ring alone, on the part of the grid that contains it, independent of the requested slices.
         let [low, high] = self.ring.bounding_box(0)?;
         let (origin, h) = (grid.origin(), grid.spacing());
@@ -63,8 +59,8 @@ impl Sector {
             weight: 1.0,
         };
         let mut counters =
-            WeightedBody::voxelize_add(&[whole], &small, own.clone(), sampling, &mut ring)?;
-        counters = counters + self.cut(&small, own.start, sampling, tolerance, &mut ring);
+            WeightedBody::voxelize_add(&[whole], &small, own.clone(), tolerance, &mut ring)?;
+        counters = counters + self.cut(&small, own.start, tolerance, &mut ring);
         for (slice, own) in z.zip(ring.chunks(nx * ny)) {
             for (y, row) in own.chunks(nx).enumerate() {
                 let start = (slice - slices.start) * grid.slice_len()
@@ -85,7 +81,6 @@ impl Sector {
         &self,
         grid: &VoxelGrid,
         first_slice: usize,
-        sampling: Sampling,
         tolerance: f64,
         ring: &mut [f64],
     ) -> VoxelCounters {
@@ -98,13 +93,12 @@ impl Sector {
         let radius = Vector3::from(half).norm();
         let meridian = &self.ring.layers()[0];
         let runs = Runs::each(meridian);
-        let by_coverage = matches!(sampling, Sampling::Coverage { .. });
         let [nx, ny, _] = grid.shape();
         ring.par_iter_mut()
             .enumerate()
             .map(|(k, share)| {
                 let mut counters = VoxelCounters::default();
-                if *share == 0.0 && by_coverage {
+                if *share == 0.0 {
                     return counters;
                 }
                 simd_set::checkpoint();

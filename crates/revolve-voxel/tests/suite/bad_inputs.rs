@@ -8,7 +8,7 @@ use crate::support;
 use nalgebra::{Isometry3, Point3, UnitQuaternion, Vector3};
 use revolve_voxel::{
     Body, Curve, Mask, Meridian, Mesh, OrganShape, ParallelDetector, ParallelRays, Piece, Pose,
-    Ray, RayPlane, RevolveError, Sampling, Shell, VoxelGrid,
+    Ray, RayPlane, RevolveError, Shell, VoxelGrid,
 };
 use support::*;
 
@@ -264,34 +264,30 @@ fn bodies_and_batches() {
         Err(RevolveError::NotFinite { .. })
     ));
     let grid = VoxelGrid::cube(2, 1.0).unwrap();
-    let voxels = |slices, sampling, n| {
+    let voxels = |slices, tolerance, n| {
         voxelize_add(
             &body,
             &grid,
             slices,
-            sampling,
+            tolerance,
             &[1.0; 2],
             &mut vec![0.0f32; n],
         )
     };
     assert!(matches!(
-        voxels(0..3, Sampling::Centre, 12),
+        voxels(0..3, 0.01, 12),
         Err(RevolveError::BadRange { .. })
     ));
     assert!(matches!(
-        voxels(0..2, Sampling::Centre, 7),
+        voxels(0..2, 0.01, 7),
         Err(RevolveError::WrongLength { .. })
     ));
-    assert_says(
-        voxels(0..2, Sampling::Supersampled(0), 8),
-        "samples per axis: 0 given, at least 1 needed",
-    );
     assert!(matches!(
-        voxels(0..2, Sampling::Coverage { tolerance: 0.0 }, 8),
+        voxels(0..2, 0.0, 8),
         Err(RevolveError::NotPositive { .. })
     ));
     assert_says(
-        voxels(0..2, Sampling::Coverage { tolerance: 5.0 }, 8),
+        voxels(0..2, 5.0, 8),
         "tolerance must be from 0.0 to 1.0, got 5.0",
     );
     let widest = body.layers()[0].r_max();
@@ -301,7 +297,7 @@ fn bodies_and_batches() {
         matches!(coarse, Err(RevolveError::OutOfRange { most, .. }) if most == widest),
         "{coarse:?}"
     );
-    assert!(voxels(2..2, Sampling::Centre, 0).is_ok());
+    assert!(voxels(2..2, 0.01, 0).is_ok());
     assert!(matches!(
         body.mesh(0, -1.0),
         Err(RevolveError::NotPositive { .. })
@@ -393,7 +389,7 @@ fn sizes_beyond_memory_are_rejected() {
     }
     // Countable, but no amount of memory.
     let grid = VoxelGrid::cube(1 << 19, 1.0).unwrap();
-    let volume = body.voxelize::<f32>(&grid, Sampling::Centre, &[1.0]);
+    let volume = body.voxelize::<f32>(&grid, 0.01, &[1.0]);
     assert!(matches!(volume, Err(RevolveError::TooLarge { .. })));
     let rays = ParallelDetector::new(1 << 28, 1 << 29, [1.0; 2])
         .unwrap()
@@ -468,10 +464,7 @@ fn a_tiny_tolerance_costs_no_more_than_rounding() {
     let pose = Pose::axis_along_z(1.0).and_then(|p| p.rotated_x(0.5));
     let body = Body::new(vec![rod], pose.unwrap()).unwrap();
     let grid = VoxelGrid::cube(4, 0.8).unwrap();
-    let fill = |tolerance| {
-        let sampling = Sampling::Coverage { tolerance };
-        body.voxelize::<f64>(&grid, sampling, &[1.0]).unwrap()
-    };
+    let fill = |tolerance| body.voxelize::<f64>(&grid, tolerance, &[1.0]).unwrap();
     let ((fine, work), (finest, most)) = (fill(1e-12), fill(5e-324));
     assert!(fine.iter().zip(&finest).all(|(a, b)| (a - b).abs() < 2e-12));
     let ratio = most.evaluations as f64 / work.evaluations as f64;
@@ -498,8 +491,8 @@ fn faces_closer_than_rounding_are_rejected() {
             let pose = Pose::axis_along_z(0.4 * size).and_then(|p| p.rotated_x(0.7));
             let body = Body::new(vec![meridian(gap, size).unwrap()], pose.unwrap()).unwrap();
             let grid = VoxelGrid::cube(20, 0.15 * size).unwrap();
-            let sampling = Sampling::Coverage { tolerance: 1e-6 };
-            let (voxels, _) = body.voxelize::<f64>(&grid, sampling, &[1.0]).unwrap();
+            let tolerance = 1e-6;
+            let (voxels, _) = body.voxelize::<f64>(&grid, tolerance, &[1.0]).unwrap();
             let volume = voxels.iter().sum::<f64>() * grid.voxel_volume();
             let exact = body.layers()[0].mass_properties().volume;
             assert!(
@@ -530,7 +523,7 @@ fn ranges_of_slices_are_checked() {
         (2..5, "slices 2..5 must be ascending and within 0..4"),
     ] {
         let mut out = vec![0.0_f64; 64];
-        let refused = voxelize_add(&body, &grid, range, Sampling::Centre, &[1.0], &mut out);
+        let refused = voxelize_add(&body, &grid, range, 0.01, &[1.0], &mut out);
         assert_eq!(refused.unwrap_err().to_string(), text);
     }
 }

@@ -9,8 +9,8 @@ use crate::support;
 use nalgebra::{Point3, Vector3};
 use proptest::prelude::*;
 use revolve_voxel::{
-    Assembly, Body, Meridian, Organ, OrganShape, Organs, ParallelDetector, Pose, Ray, Sampling,
-    Sector, Shown, VoxelGrid,
+    Assembly, Body, Meridian, Organ, OrganShape, Organs, ParallelDetector, Pose, Ray, Sector,
+    Shown, VoxelGrid,
 };
 use std::f64::consts::{FRAC_PI_4, TAU};
 use support::brute::{Scene, Solid};
@@ -226,11 +226,11 @@ proptest! {
     fn voxels((_, meridian, solid) in solid(), pose in pose(), from in -9..9i32, opening in 1..9i32, n in 2..7usize, first in prop::array::uniform3(quarters(-4..=-2))) {
         let azimuths = [from, from + opening].map(|k| f64::from(k) * FRAC_PI_4);
         let grid = VoxelGrid::new([n; 3], [0.5; 3], first).unwrap();
-        let sampling = Sampling::Coverage { tolerance: 1e-3 };
+        let tolerance = 1e-3;
         let mut parts = [vec![0.0; n * n * n], vec![0.0; n * n * n]];
         let body = Body::new(vec![meridian.clone()], pose).unwrap();
-        voxelize_add(&body, &grid, 0..n, sampling, &[1.0], &mut parts[0]).unwrap();
-        Sector::new(meridian, azimuths, pose).unwrap().voxelize_add(&grid, 0..n, sampling, 1.0, &mut parts[1]).unwrap();
+        voxelize_add(&body, &grid, 0..n, tolerance, &[1.0], &mut parts[0]).unwrap();
+        Sector::new(meridian, azimuths, pose).unwrap().voxelize_add(&grid, 0..n, tolerance, 1.0, &mut parts[1]).unwrap();
         let solids = [solid.clone(), solid.between(azimuths)].map(|s| s.at(pose.isometry()));
         // Lines along x, LINES by LINES through each voxel, off the grid.
         const LINES: usize = 16;

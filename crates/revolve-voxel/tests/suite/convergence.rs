@@ -5,7 +5,7 @@ use crate::support;
 use nalgebra::{Point3, Vector3};
 use revolve_voxel::{
     Assembly, BinValue, Body, DepthResponse, Meridian, Organs, ParallelDetector, Pose, Ray,
-    RayPlane, Sampling, Shown, View, VoxelGrid,
+    RayPlane, Shown, View, VoxelGrid,
 };
 use support::*;
 
@@ -66,9 +66,7 @@ fn every_voxel_of_a_cylinder_meets_the_tolerance() {
     let grid = VoxelGrid::centred([n, n, 1], [h; 3], [0.01, 0.02, 0.0]).unwrap();
     for log in 2..=6 {
         let tolerance = 10f64.powi(-log);
-        let (v, _) = body
-            .voxelize::<f64>(&grid, Sampling::Coverage { tolerance }, &[1.0])
-            .unwrap();
+        let (v, _) = body.voxelize::<f64>(&grid, tolerance, &[1.0]).unwrap();
         let mut worst = 0.0f64;
         for j in 0..n {
             for i in 0..n {
@@ -98,9 +96,7 @@ fn every_voxel_of_the_heart_meets_the_tolerance() {
                 .pose()
                 .to_lab(&Point3::new(x, r * angle.cos(), r * angle.sin()));
             let grid = VoxelGrid::centred([4; 3], [h; 3], [p.x, p.y, p.z]).unwrap();
-            let (v, _) = body
-                .voxelize::<f64>(&grid, Sampling::Coverage { tolerance }, &[0.0, 1.0])
-                .unwrap();
+            let (v, _) = body.voxelize::<f64>(&grid, tolerance, &[0.0, 1.0]).unwrap();
             for (k, &got) in v.iter().enumerate() {
                 let c = grid.centre(k % 4, k / 4 % 4, k / 16);
                 if !(1e-9..=1.0 - 1e-9).contains(&got) {
@@ -148,9 +144,7 @@ fn every_voxel_of_the_heart_meets_every_tolerance() {
         let shape = [0, 1, 2].map(|a| if a == 2 { 2 } else { (12.0 / h[a]) as usize });
         let grid = VoxelGrid::centred(shape, h, [0.01, -0.02, 0.3]).unwrap();
         let run = |tolerance, activity: &[f64]| {
-            body.voxelize::<f64>(&grid, Sampling::Coverage { tolerance }, activity)
-                .unwrap()
-                .0
+            body.voxelize::<f64>(&grid, tolerance, activity).unwrap().0
         };
         // Each layer separately, because the tolerance applies to the fraction of a layer.
         for activity in [[1.0, 0.0], [1.0, 1.0]] {
@@ -172,15 +166,15 @@ fn every_voxel_of_the_heart_meets_every_tolerance() {
 }
 
 #[test]
-fn orders_of_the_samplings() {
+fn the_errors_of_a_cylinder_are_below_the_tolerance() {
     // Root-mean-square error of the voxels against the closed form of a cylinder along z.
     let a = 1.3;
     let cylinder = Meridian::new(&[[0.0, a], [4.0, a]]).unwrap();
     let body = Body::new(vec![cylinder], Pose::axis_along_z(2.0).unwrap()).unwrap();
-    let error = |n: usize, sampling| {
+    let error = |n: usize, tolerance| {
         let h = 3.0 / n as f64;
         let grid = VoxelGrid::centred([n, n, 1], [h; 3], [0.013, 0.007, 0.0]).unwrap();
-        let (v, c) = body.voxelize::<f64>(&grid, sampling, &[1.0]).unwrap();
+        let (v, c) = body.voxelize::<f64>(&grid, tolerance, &[1.0]).unwrap();
         let sum: f64 = (0..n * n)
             .map(|k| {
                 let p = grid.centre(k % n, k / n, 0);
@@ -189,18 +183,10 @@ fn orders_of_the_samplings() {
             .sum();
         (sum / c.cut as f64).sqrt()
     };
-    // Supersampling: m^2 points in the plane, errors along the outline with varying sign: order 3/2 in m.
-    let (e2, e8) = (
-        error(60, Sampling::Supersampled(2)),
-        error(60, Sampling::Supersampled(8)),
-    );
-    let order = (e2 / e8).ln() / 4f64.ln();
-    assert!((1.2..1.8).contains(&order), "{order}");
-    // Sampling at the centre has the same error for cut voxels on any grid.
-    let (e60, e240) = (error(60, Sampling::Centre), error(240, Sampling::Centre));
-    assert!((e60 / e240 - 1.0).abs() < 0.3, "{e60} {e240}");
-    // Coverage at one tolerance is much more accurate than any of them.
-    assert!(error(60, Sampling::Coverage { tolerance: 1e-3 }) < 0.1 * e8);
+    for (n, tolerance) in [(60, 1e-2), (60, 1e-3), (240, 1e-3)] {
+        let rms = error(n, tolerance);
+        assert!(rms < tolerance, "{n}, {tolerance}: {rms}");
+    }
 }
 
 #[test]
@@ -212,9 +198,7 @@ fn a_step_of_denormal_width_is_a_step() {
     for tolerance in [1e-2, 1e-6] {
         let body = Body::new(vec![stepped.clone()], Pose::identity()).unwrap();
         let grid = VoxelGrid::cube(5, 0.7).unwrap();
-        let (voxels, _) = body
-            .voxelize::<f64>(&grid, Sampling::Coverage { tolerance }, &[1.0])
-            .unwrap();
+        let (voxels, _) = body.voxelize::<f64>(&grid, tolerance, &[1.0]).unwrap();
         let sum: f64 = voxels.iter().sum::<f64>() * grid.voxel_volume();
         assert!((sum / volume - 1.0).abs() < 4.0 * tolerance, "{sum}");
     }

@@ -2,7 +2,7 @@
 
 use crate::support;
 
-use revolve_voxel::{ParallelDetector, Sampling, VoxelCounters, VoxelGrid};
+use revolve_voxel::{ParallelDetector, VoxelCounters, VoxelGrid};
 use support::*;
 
 #[test]
@@ -11,9 +11,9 @@ fn the_number_of_evaluated_voxels_scales_with_the_surface() {
     let count = |n: usize| {
         // A grid without a mirror plane, so that every voxel is evaluated.
         let grid = VoxelGrid::centred([n; 3], [16.0 / n as f64; 3], [0.01, 0.02, 0.0]).unwrap();
-        let sampling = Sampling::Coverage { tolerance: 1e-2 };
+        let tolerance = 1e-2;
         let mut slab = vec![0.0f32; grid.slice_len() * n];
-        voxelize_add(&body, &grid, 0..n, sampling, &[0.0, 1.0], &mut slab).unwrap()
+        voxelize_add(&body, &grid, 0..n, tolerance, &[0.0, 1.0], &mut slab).unwrap()
     };
     let (a, b) = (count(64), count(128));
     // Twice the resolution: four times the surface, eight times the volume.
@@ -44,8 +44,8 @@ fn one_of_two_mirror_images_is_evaluated() {
     let body = heart(200);
     let count = |offset: f64| {
         let grid = VoxelGrid::centred([96; 3], [0.16; 3], [offset, 0.0, 0.0]).unwrap();
-        let sampling = Sampling::Coverage { tolerance: 1e-2 };
-        let (_, counters) = body.voxelize::<f32>(&grid, sampling, &[0.0, 1.0]).unwrap();
+        let tolerance = 1e-2;
+        let (_, counters) = body.voxelize::<f32>(&grid, tolerance, &[0.0, 1.0]).unwrap();
         counters
     };
     let (half, all) = (count(0.0), count(1e-9));
@@ -82,8 +82,7 @@ fn a_smaller_tolerance_of_coverage_costs_little() {
     let body = heart(200);
     let grid = VoxelGrid::cube(64, 0.25).unwrap();
     let work = |tolerance| {
-        let sampling = Sampling::Coverage { tolerance };
-        let (_, counters) = body.voxelize::<f32>(&grid, sampling, &[0.0, 1.0]).unwrap();
+        let (_, counters) = body.voxelize::<f32>(&grid, tolerance, &[0.0, 1.0]).unwrap();
         counters.evaluations as f64
     };
     // Supersampling needs a thousand times the points for a tenth of the error. A quadratic instead of the sections' areas, or a missing break, would

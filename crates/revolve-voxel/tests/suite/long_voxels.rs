@@ -4,7 +4,7 @@ use crate::support;
 
 use nalgebra::Point3;
 use proptest::prelude::*;
-use revolve_voxel::{Body, Meridian, Pose, Sampling, VoxelGrid};
+use revolve_voxel::{Body, Meridian, Pose, VoxelGrid};
 use support::*;
 
 /// Side of the grid of the finest voxels.
@@ -17,12 +17,11 @@ fn work(spacing: [f64; 3], tolerance: f64) -> [f64; 2] {
     let n = shape[2].min(64);
     let first = (shape[2] - n) / 2;
     let mut slices = vec![0.0; grid.slice_len() * n];
-    let sampling = Sampling::Coverage { tolerance };
     let counters = voxelize_add(
         &heart(400),
         &grid,
         first..first + n,
-        sampling,
+        tolerance,
         &[0.0, 1.0],
         &mut slices,
     )
@@ -69,10 +68,8 @@ fn grids(h: f64, cubes: [usize; 3], offset: [f64; 3]) -> [VoxelGrid; 2] {
 /// Returns the long voxels beyond their tolerance, compared with the mean of their cubes at a tolerance that uses sections only; other tests compare
 /// these with closed forms, chords and the volume.
 fn missed(body: &Body, h: f64, cubes: &[[usize; 3]], offset: [f64; 3]) -> Vec<String> {
-    let coverage = |grid: &VoxelGrid, tolerance: f64| {
-        let sampling = Sampling::Coverage { tolerance };
-        body.voxelize::<f64>(grid, sampling, &[1.0]).unwrap().0
-    };
+    let coverage =
+        |grid: &VoxelGrid, tolerance: f64| body.voxelize::<f64>(grid, tolerance, &[1.0]).unwrap().0;
     let mut missed = Vec::new();
     let fine = coverage(&grids(h, [1; 3], offset)[0], 1e-7);
     for &cubes in cubes {
@@ -110,9 +107,9 @@ fn voxels_of_any_size_have_a_covered_fraction() {
     let volume = body.layers()[1].mass_properties().volume;
     for side in [20.0, 1e6, 1e15, 1e40, 1e100] {
         let grid = VoxelGrid::centred([2, 1, 1], [side, side, 50.0], [0.3, 0.2, 0.1]).unwrap();
-        let sampling = Sampling::Coverage { tolerance: 1e-4 };
+        let tolerance = 1e-4;
         let mut fractions = vec![0.0f64; 2];
-        voxelize_add(&body, &grid, 0..1, sampling, &[1.0, 1.0], &mut fractions).unwrap();
+        voxelize_add(&body, &grid, 0..1, tolerance, &[1.0, 1.0], &mut fractions).unwrap();
         let off = fractions[0] + fractions[1] - volume / side / side / 50.0;
         // Two layers and two voxels, each within the tolerance.
         assert!(off.abs() <= 4e-4, "{side}: {fractions:?}");

@@ -3,11 +3,11 @@
 use crate::support;
 
 use nalgebra::Vector3;
-use revolve_voxel::{Body, Pose, RevolveError, Sampling, VoxelGrid, WeightedBody};
+use revolve_voxel::{Body, Pose, RevolveError, VoxelGrid, WeightedBody};
 use std::f64::consts::FRAC_PI_4;
 use support::*;
 
-const SAMPLING: Sampling = Sampling::Coverage { tolerance: 1e-3 };
+const TOLERANCE: f64 = 1e-3;
 
 /// The balloon in three poses with a mirror plane each, on a grid that they map onto itself.
 fn mirrored() -> [(Body, VoxelGrid); 3] {
@@ -36,7 +36,7 @@ fn mirrored() -> [(Body, VoxelGrid); 3] {
 #[test]
 fn mirror_images_equal_single_voxels() {
     for (body, grid) in mirrored() {
-        let (volume, counters) = body.voxelize::<f64>(&grid, SAMPLING, &[0.3, 1.0]).unwrap();
+        let (volume, counters) = body.voxelize::<f64>(&grid, TOLERANCE, &[0.3, 1.0]).unwrap();
         assert!(counters.mirrored > 0);
         let [nx, ny, nz] = grid.shape();
         let (mut looked_at, mut partial) = (0, 0);
@@ -49,7 +49,9 @@ fn mirror_images_equal_single_voxels() {
             }
             let own: [f64; 3] = grid.centre(x, y, z).coords.into();
             let alone = VoxelGrid::new([1; 3], grid.spacing(), own).unwrap();
-            let (one, _) = body.voxelize::<f64>(&alone, SAMPLING, &[0.3, 1.0]).unwrap();
+            let (one, _) = body
+                .voxelize::<f64>(&alone, TOLERANCE, &[0.3, 1.0])
+                .unwrap();
             // The same arithmetic on coordinates that differ by rounding.
             assert!((one[0] - volume[k]).abs() < 1e-11, "{x} {y} {z}");
             looked_at += 1;
@@ -72,14 +74,15 @@ fn weighted_bodies_equal_the_sum_of_single_bodies() {
             weight,
         })
         .collect();
-    for sampling in [SAMPLING, Sampling::Centre, Sampling::Supersampled(2)] {
+    for tolerance in [TOLERANCE, 0.1] {
         let mut sum = vec![1.0f64; grid.len()];
         let together =
-            WeightedBody::voxelize_add(&moments, &grid, 0..40, sampling, &mut sum).unwrap();
+            WeightedBody::voxelize_add(&moments, &grid, 0..40, tolerance, &mut sum).unwrap();
         let (mut one_by_one, mut counters) = (vec![1.0f64; grid.len()], vec![]);
         for m in &moments {
             counters.push(
-                WeightedBody::voxelize_add(&[*m], &grid, 0..40, sampling, &mut one_by_one).unwrap(),
+                WeightedBody::voxelize_add(&[*m], &grid, 0..40, tolerance, &mut one_by_one)
+                    .unwrap(),
             );
         }
         for (a, b) in sum.iter().zip(&one_by_one) {
@@ -106,7 +109,7 @@ fn mirrored_volumes_are_bitwise_independent_of_slabs_and_threads() {
         let mut out = vec![0.0f32; grid.slice_len() * slices.len()];
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
         let counters = pool.build().unwrap().install(|| {
-            WeightedBody::voxelize_add(&moments, grid, slices, SAMPLING, &mut out).unwrap()
+            WeightedBody::voxelize_add(&moments, grid, slices, TOLERANCE, &mut out).unwrap()
         });
         (out, counters)
     };
@@ -131,7 +134,7 @@ fn bad_weighted_bodies_are_rejected() {
             activity,
             weight,
         };
-        WeightedBody::voxelize_add(&[moment], &grid, slices, SAMPLING, &mut out)
+        WeightedBody::voxelize_add(&[moment], &grid, slices, TOLERANCE, &mut out)
     };
     assert!(matches!(
         add(&[1.0], 1.0, 0..4),
@@ -153,7 +156,7 @@ fn bad_weighted_bodies_are_rejected() {
     }
     assert!(out.iter().all(|v| *v == 0.0));
     assert_eq!(
-        WeightedBody::voxelize_add(&[], &grid, 0..4, SAMPLING, &mut out),
+        WeightedBody::voxelize_add(&[], &grid, 0..4, TOLERANCE, &mut out),
         Ok(revolve_voxel::VoxelCounters::default())
     );
 }

@@ -5,7 +5,7 @@ use crate::support;
 use approx::assert_relative_eq;
 use nalgebra::{Point3, Vector3};
 use proptest::prelude::*;
-use revolve_voxel::{Body, Meridian, Piece, Pose, Ray, RevolveError, Sampling, Sector, VoxelGrid};
+use revolve_voxel::{Body, Meridian, Piece, Pose, Ray, RevolveError, Sector, VoxelGrid};
 use std::f64::consts::{PI, TAU};
 use support::*;
 
@@ -351,8 +351,8 @@ fn a_solid_far_from_the_origin_is_valid() {
         // Two sides of cos(asin(0.6)). The position has so many digits.
         assert!((body.chord(0, &across).unwrap() - 1.6).abs() < 1e-15 * x.abs());
         let grid = VoxelGrid::cube(8, 0.5).unwrap();
-        let sampling = Sampling::Coverage { tolerance: 1e-6 };
-        let (voxels, _) = body.voxelize::<f64>(&grid, sampling, &[1.0]).unwrap();
+        let tolerance = 1e-6;
+        let (voxels, _) = body.voxelize::<f64>(&grid, tolerance, &[1.0]).unwrap();
         let volume = voxels.iter().sum::<f64>() * grid.voxel_volume();
         assert_relative_eq!(volume, 3.0 * PI, max_relative = 1e-5);
     }

@@ -4,7 +4,7 @@ use crate::support;
 
 use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion, Vector3};
 use proptest::prelude::*;
-use revolve_voxel::{Body, Meridian, ParallelRays, Pose, Ray, Sampling, VoxelGrid};
+use revolve_voxel::{Body, Meridian, ParallelRays, Pose, Ray, VoxelGrid};
 use std::collections::HashMap;
 use std::f64::consts::PI;
 use support::*;
@@ -66,7 +66,7 @@ proptest! {
         let body = Body::new(vec![meridian], at).unwrap();
         let grid = VoxelGrid::centred([40, 36, 44], [0.11, 0.12, 0.1], [0.01, -0.02, 0.005]).unwrap();
         for tolerance in [1e-3, 1e-6] {
-            let (v, c) = body.voxelize::<f64>(&grid, Sampling::Coverage { tolerance }, &[1.0]).unwrap();
+            let (v, c) = body.voxelize::<f64>(&grid, tolerance, &[1.0]).unwrap();
             let sum = v.iter().sum::<f64>() * grid.voxel_volume();
             // Every cut voxel within the tolerance.
             prop_assert!((sum - volume).abs() <= tolerance * c.cut as f64 * grid.voxel_volume() + 1e-12, "{sum} {volume}");
@@ -99,7 +99,7 @@ proptest! {
         let offset = [0.013, -0.021, 0.007];
         let voxels = |n: usize, h: f64, tolerance: f64| {
             let grid = VoxelGrid::centred([n; 3], [h; 3], offset).unwrap();
-            body.voxelize::<f64>(&grid, Sampling::Coverage { tolerance }, &[1.0]).unwrap().0
+            body.voxelize::<f64>(&grid, tolerance, &[1.0]).unwrap().0
         };
         let (whole, parts) = (voxels(n, h, tolerance), voxels(2 * n, 0.5 * h, tolerance));
         for tolerance in [1e-2, 1e-3, 1e-4, 1e-5] {
@@ -126,7 +126,7 @@ proptest! {
         let tolerance = 1e-2;
         let volume = |pose| {
             let body = Body::new(vec![meridian.clone()], pose).unwrap();
-            body.voxelize::<f64>(&grid, Sampling::Coverage { tolerance }, &[1.0]).unwrap().0
+            body.voxelize::<f64>(&grid, tolerance, &[1.0]).unwrap().0
         };
         let (a, b) = (volume(at), volume(turned));
         for z in 0..24 {
@@ -178,21 +178,15 @@ fn a_wall_is_the_difference_of_outer_and_inner_solid() {
     let both = body.line_integral(&ray, &[2.0, 1.0]).unwrap();
     assert!((both - (body.chord(1, &ray).unwrap() + body.chord(0, &ray).unwrap())).abs() < 1e-13);
     let grid = VoxelGrid::cube(48, 0.35).unwrap();
-    let r = body
-        .regions::<f64>(&grid, 0..48, Sampling::Coverage { tolerance: 1e-3 })
-        .unwrap();
-    let (wall, _) = body
-        .voxelize::<f64>(&grid, Sampling::Coverage { tolerance: 1e-3 }, &[0.0, 1.0])
-        .unwrap();
+    let r = body.regions::<f64>(&grid, 0..48, 1e-3).unwrap();
+    let (wall, _) = body.voxelize::<f64>(&grid, 1e-3, &[0.0, 1.0]).unwrap();
     // A plane mirrors body and grid: half of the wall's voxels are computed at positions that differ by rounding.
     let rounding = 1e-13;
     for (a, b) in r.coverage[1].iter().zip(&wall) {
         assert!((a - b).abs() < rounding);
     }
     // Any quantity is linear in the regions' values.
-    let (both, _) = body
-        .voxelize::<f64>(&grid, Sampling::Coverage { tolerance: 1e-3 }, &[2.0, 1.0])
-        .unwrap();
+    let (both, _) = body.voxelize::<f64>(&grid, 1e-3, &[2.0, 1.0]).unwrap();
     let means = (r.coverage[0].iter().zip(&r.coverage[1])).map(|(a, b)| 2.0 * a + b);
     assert!(means.zip(&both).all(|(a, b)| (a - b).abs() < rounding));
     let labelled = r.labels.iter().filter(|&&l| l == 2).count() as f64 * grid.voxel_volume();

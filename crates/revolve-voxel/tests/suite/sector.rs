@@ -6,7 +6,7 @@ use nalgebra::{Point3, Vector3};
 use proptest::prelude::*;
 use revolve_voxel::{
     Assembly, Body, Meridian, Organ, OrganShape, Organs, ParallelDetector, ParallelRays, Pose, Ray,
-    RevolveError, Sampling, Sector, Shown, VoxelGrid,
+    RevolveError, Sector, Shown, VoxelGrid,
 };
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
@@ -61,9 +61,8 @@ fn image(sectors: &[Sector], rays: &ParallelRays, torso: Option<(&Organs, &Body)
 
 fn voxels(sector: &Sector, grid: &VoxelGrid, tolerance: f64) -> Vec<f64> {
     let mut out = vec![0.0; grid.len()];
-    let sampling = Sampling::Coverage { tolerance };
     sector
-        .voxelize_add(grid, 0..grid.shape()[2], sampling, 1.0, &mut out)
+        .voxelize_add(grid, 0..grid.shape()[2], tolerance, 1.0, &mut out)
         .unwrap();
     out
 }
@@ -72,9 +71,7 @@ fn voxels(sector: &Sector, grid: &VoxelGrid, tolerance: f64) -> Vec<f64> {
 fn a_full_turn_equals_the_ring() {
     let body = Body::new(vec![ring()], pose()).unwrap();
     let grid = VoxelGrid::cube(30, 0.2).unwrap();
-    let (volume, _) = body
-        .voxelize::<f64>(&grid, Sampling::Coverage { tolerance: 1e-3 }, &[1.0])
-        .unwrap();
+    let (volume, _) = body.voxelize::<f64>(&grid, 1e-3, &[1.0]).unwrap();
     for azimuths in [[0.0, TAU], [-1.0, TAU - 1.0]] {
         let sector = Sector::new(ring(), azimuths, pose()).unwrap();
         assert!((sector.volume() - body.region_measures(0).unwrap().volume).abs() < 1e-12);
@@ -293,13 +290,13 @@ fn pieces_have_separate_labels() {
         Sector::new(ring.clone(), azimuths, upright).unwrap()
     };
     let grid = VoxelGrid::centred([15, 15, 1], [0.5; 3], [0.0; 3]).unwrap();
-    let sampling = Sampling::Coverage { tolerance: 1e-4 };
-    let plain = body.regions::<f32>(&grid, 0..1, sampling).unwrap();
+    let tolerance = 1e-4;
+    let plain = body.regions::<f32>(&grid, 0..1, tolerance).unwrap();
     let mut marked = plain.clone();
     let pieces = [quarter(0.0), quarter(1.0), quarter(1.0)];
     let list: Vec<Vec<&Sector>> = pieces.iter().map(|piece| vec![piece]).collect();
     marked
-        .label_pieces(1, &list, &grid, 0..1, sampling)
+        .label_pieces(1, &list, &grid, 0..1, tolerance)
         .unwrap();
     let at = |x: usize, y: usize| marked.labels[y * 15 + x];
     // Body y is lab x, body z is lab y. The first of two equals; none for the third, which the second covers.
@@ -314,13 +311,13 @@ fn pieces_have_separate_labels() {
     let mut halves = plain.clone();
     let parts = [vec![], vec![&pieces[0], &pieces[1]]];
     halves
-        .label_pieces(1, &parts, &grid, 0..1, sampling)
+        .label_pieces(1, &parts, &grid, 0..1, tolerance)
         .unwrap();
     for (a, b) in halves.labels.iter().zip(&marked.labels) {
         assert_eq!(*a, if *b == 3 { 4 } else { *b });
     }
     let many = vec![vec![&pieces[0]]; 253];
-    let refused = marked.label_pieces(1, &many, &grid, 0..1, sampling);
+    let refused = marked.label_pieces(1, &many, &grid, 0..1, tolerance);
     assert!(
         matches!(
             refused,
@@ -332,7 +329,7 @@ fn pieces_have_separate_labels() {
         ),
         "{refused:?}"
     );
-    let refused = marked.label_pieces(2, &list, &grid, 0..1, sampling);
+    let refused = marked.label_pieces(2, &list, &grid, 0..1, tolerance);
     assert!(
         matches!(
             refused,
@@ -359,9 +356,9 @@ fn slices_are_bitwise_identical_to_the_whole_for_any_number_of_threads() {
     let [one, two] = [1, 2].map(|n| pool(n).install(|| voxels(&sector, &grid, 1e-3)));
     assert!(one == two);
     let mut part = vec![0.0_f64; 3 * 20 * 17];
-    let sampling = Sampling::Coverage { tolerance: 1e-3 };
+    let tolerance = 1e-3;
     sector
-        .voxelize_add(&grid, 5..8, sampling, 1.0, &mut part)
+        .voxelize_add(&grid, 5..8, tolerance, 1.0, &mut part)
         .unwrap();
     assert!(part.iter().any(|v| *v > 0.0));
     assert!(part[..] == one[5 * 340..8 * 340]);
@@ -397,11 +394,11 @@ fn invalid_input_is_rejected() {
         Err(RevolveError::WrongLength { given: 1439, .. })
     ));
     let grid = VoxelGrid::cube(2, 1.0).unwrap();
-    let add = |slices, sampling, activity, n| {
-        sector.voxelize_add(&grid, slices, sampling, activity, &mut vec![0.0_f64; n])
+    let add = |slices, tolerance, activity, n| {
+        sector.voxelize_add(&grid, slices, tolerance, activity, &mut vec![0.0_f64; n])
     };
     for (slices, n) in [(0..3, 12), (0..2, 7)] {
-        let refused = add(slices, Sampling::Centre, 1.0, n);
+        let refused = add(slices, 0.01, 1.0, n);
         assert!(matches!(
             refused,
             Err(RevolveError::WrongLength { .. } | RevolveError::BadRange { .. })
@@ -410,26 +407,16 @@ fn invalid_input_is_rejected() {
     // Also of a grid that the sector does not reach.
     let away = VoxelGrid::centred([2; 3], [1.0; 3], [100.0; 3]).unwrap();
     assert!(matches!(
-        sector.voxelize_add(
-            &away,
-            0..2,
-            Sampling::Supersampled(0),
-            1.0,
-            &mut [0.0_f64; 8]
-        ),
-        Err(RevolveError::TooFew { .. })
-    ));
-    assert!(matches!(
-        add(0..2, Sampling::Centre, f64::NAN, 8),
-        Err(RevolveError::NotFinite { .. })
-    ));
-    assert!(matches!(
-        add(0..2, Sampling::Coverage { tolerance: 0.0 }, 1.0, 8),
+        sector.voxelize_add(&away, 0..2, 0.0, 1.0, &mut [0.0_f64; 8]),
         Err(RevolveError::NotPositive { .. })
     ));
     assert!(matches!(
-        add(0..2, Sampling::Supersampled(0), 1.0, 8),
-        Err(RevolveError::TooFew { given: 0, .. })
+        add(0..2, 0.01, f64::NAN, 8),
+        Err(RevolveError::NotFinite { .. })
+    ));
+    assert!(matches!(
+        add(0..2, 0.0, 1.0, 8),
+        Err(RevolveError::NotPositive { .. })
     ));
 }
 

@@ -2,7 +2,7 @@
 
 use proptest::prelude::*;
 use revolve_voxel::nalgebra::{Point3, Vector3};
-use revolve_voxel::{Curve, Meridian, Pose, Ray, Sampling, Sector, Shell, VoxelGrid, WallTwist};
+use revolve_voxel::{Curve, Meridian, Pose, Ray, Sector, Shell, VoxelGrid, WallTwist};
 use std::f64::consts::TAU;
 use std::sync::Arc;
 
@@ -82,7 +82,7 @@ proptest! {
         let (n, h, tolerance) = (12, 0.45, 1e-3);
         let grid = VoxelGrid::cube(n, h).unwrap();
         let mut voxels = vec![0.0f64; grid.len()];
-        sector.voxelize_add(&grid, 0..n, Sampling::Coverage { tolerance }, 1.0, &mut voxels).unwrap();
+        sector.voxelize_add(&grid, 0..n, tolerance, 1.0, &mut voxels).unwrap();
         prop_assert!(voxels.iter().all(|v| (0.0..=1.0 + 1e-12).contains(v)));
         let volume = voxels.iter().sum::<f64>() * h.powi(3);
         // Voxels that a surface cuts have the tolerance.

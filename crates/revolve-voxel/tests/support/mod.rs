@@ -6,7 +6,7 @@ pub(crate) mod brute;
 use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion, Vector3};
 use proptest::prelude::*;
 use revolve_voxel::{
-    Body, Meridian, Pose, RevolveError, Sample, Sampling, VoxelCounters, VoxelGrid, WeightedBody,
+    Body, Meridian, Pose, RevolveError, Sample, VoxelCounters, VoxelGrid, WeightedBody,
 };
 use std::f64::consts::PI;
 use std::ops::Range;
@@ -228,7 +228,7 @@ pub(crate) fn voxelize_add<T: Sample>(
     body: &Body,
     grid: &VoxelGrid,
     slices: Range<usize>,
-    sampling: Sampling,
+    tolerance: f64,
     activity: &[f64],
     out: &mut [T],
 ) -> Result<VoxelCounters, RevolveError> {
@@ -238,7 +238,7 @@ pub(crate) fn voxelize_add<T: Sample>(
         activity,
         weight,
     };
-    WeightedBody::voxelize_add(&[body], grid, slices, sampling, out)
+    WeightedBody::voxelize_add(&[body], grid, slices, tolerance, out)
 }
 
 pub(crate) fn solid(points: &[[f64; 2]]) -> Body {

@@ -4,7 +4,7 @@ use super::{ODD, SIZES, back, pairs};
 use nalgebra::{Isometry3, Point3, Quaternion, Translation3, Unit, Vector3};
 use revolve_voxel::{
     Assembly, Body, Curve, Mask, Meridian, Organ, OrganShape, Organs, ParallelDetector,
-    ParallelRays, Piece, Pose, Ray, RevolveError, Sampling, Sector, Shell, Shown, Sweep, VoxelGrid,
+    ParallelRays, Piece, Pose, Ray, RevolveError, Sector, Shell, Shown, Sweep, VoxelGrid,
 };
 
 fn meridians() -> Vec<Meridian> {
@@ -140,16 +140,9 @@ fn revolve_voxel_accepts_any_input() {
         if k % 5 > 0 {
             continue;
         }
-        let sampling = [
-            Sampling::Centre,
-            Sampling::Supersampled(2),
-            Sampling::Coverage { tolerance: 1e-2 },
-            Sampling::Coverage {
-                tolerance: ODD[k / 4 % ODD.len()],
-            },
-        ][k % 4];
-        back(body.voxelize::<f32>(grid, sampling, &[1.0, 0.5]));
-        back(body.regions::<f32>(grid, 0..usize::MAX, sampling));
+        let tolerance = [0.2, 1e-2, ODD[k / 4 % ODD.len()]][k % 3];
+        back(body.voxelize::<f32>(grid, tolerance, &[1.0, 0.5]));
+        back(body.regions::<f32>(grid, 0..usize::MAX, tolerance));
         let layers = std::slice::from_ref(&meridian);
         back(Sweep::of(&[layers, layers], any(k), grid));
         let azimuths = [ODD[k % ODD.len()], ODD[k / ODD.len() % ODD.len()]];
@@ -159,7 +152,6 @@ fn revolve_voxel_accepts_any_input() {
             };
             let mut image = vec![0.0; raster.n_bins() * raster.n_rows()];
             let mut voxels = vec![0.0; grid.len()];
-            let sampling = Sampling::Coverage { tolerance: 1e-2 };
             back(sector.project_add(raster, 1.0, &mut image));
             let none = Organs::default();
             let assembly = Assembly::new(&none).with_body(&body, &[1.0; 2], Some(0.1));
@@ -168,7 +160,7 @@ fn revolve_voxel_accepts_any_input() {
             let assembly = assembly.expect("an activity");
             back(assembly.project_add(raster, Shown::Change, 1.0, &mut image));
             let _ = assembly.parts(&rays[k % rays.len()]);
-            back(sector.voxelize_add(grid, 0..grid.shape()[2], sampling, 1.0, &mut voxels));
+            back(sector.voxelize_add(grid, 0..grid.shape()[2], 1e-2, 1.0, &mut voxels));
             let _ = sector.contains(&Point3::new(azimuths[0], 0.1, azimuths[1]));
             let _ = sector.chord(&rays[k % rays.len()]);
             let _ = sector.first_hit(&rays[k % rays.len()]);
