@@ -58,7 +58,7 @@ pub use images::image::{Image, View};
 pub use images::kernel::BinValue;
 pub use images::plane::RayPlane;
 pub use nalgebra;
-pub use rays::assembly::{Assembly, RayPart, Shown};
+pub use rays::assembly::{Assembly, Shown};
 pub use rays::detector::{ParallelDetector, ParallelRays};
 pub use rays::lines::Lines;
 pub use rays::organ::{Organ, OrganShape, Organs};

@@ -92,43 +92,6 @@ impl<'a> Assembly<'a> {
         Ok(self)
     }
 
-    /// Returns the parts of a ray with activity or attenuation, in its order.
-    ///
-    /// ```
-    /// use revolve_voxel::nalgebra::{Point3, Vector3};
-    /// use revolve_voxel::{Assembly, Organ, OrganShape, Organs, Ray};
-    /// let torso = OrganShape::cylinder([0.0; 2], [16.0, 11.0])?;
-    /// let lung = OrganShape::ellipsoid([7.0, 0.0, 0.0], [5.0, 7.0, 10.0])?;
-    /// let organs = Organs::new(vec![
-    ///     Organ { shape: torso, activity: 0.1, attenuation: 0.15 },
-    ///     Organ { shape: lung, activity: 0.02, attenuation: 0.045 },
-    /// ])?;
-    /// let ray = Ray::new(Point3::new(7.0, 0.0, 0.0), Vector3::y())?;
-    /// let parts = Assembly::new(&organs).parts(&ray);
-    /// assert_eq!(parts.len(), 3); // torso, lung, torso
-    /// assert_eq!((parts[1].span.length(), parts[1].activity), (14.0, 0.02));
-    /// # Ok::<(), revolve_voxel::RevolveError>(())
-    /// ```
-    ///
-    /// A ray that is parallel to the axis of a cylinder has no finite part in it, and none is returned; projections reject such rays.
-    #[must_use]
-    pub fn parts(&self, ray: &Ray) -> Vec<RayPart> {
-        let mut finder = Finder::default();
-        let with_body = match finder.stretches(self, Shown::Change, ray).is_empty() {
-            true => Shown::Organs,
-            false => Shown::Change,
-        };
-        let part = |stretch: &Stretch| RayPart {
-            span: stretch.span,
-            activity: stretch.with.activity,
-            attenuation: stretch.with.attenuation,
-        };
-        let parts = finder.stretches(self, with_body, ray).iter().map(part);
-        parts
-            .filter(|part| [part.activity, part.attenuation] != [0.0; 2])
-            .collect()
-    }
-
     /// Returns the body.
     pub(crate) fn body(&self) -> Option<&'a Body> {
         self.body.as_ref().map(|own| own.body)
@@ -145,18 +108,6 @@ impl<'a> Assembly<'a> {
         let media = self.media.map(Organs::as_slice).unwrap_or_default();
         self.organs.as_slice().iter().chain(media)
     }
-}
-
-/// A part of a ray of constant activity and attenuation.
-#[derive(Debug, Clone, Copy, PartialEq)]
-#[non_exhaustive]
-pub struct RayPart {
-    /// Parameters of the start and the end.
-    pub span: Span,
-    /// Activity per cm^3.
-    pub activity: f64,
-    /// Attenuation in 1/cm.
-    pub attenuation: f64,
 }
 
 /// A stretch of a ray between surfaces, with its content and the content that the body replaces there; organs alone replace nothing.

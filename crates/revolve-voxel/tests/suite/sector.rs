@@ -5,8 +5,8 @@ use crate::support;
 use nalgebra::{Point3, Vector3};
 use proptest::prelude::*;
 use revolve_voxel::{
-    Assembly, Body, Meridian, Organ, OrganShape, Organs, ParallelDetector, ParallelRays, Pose, Ray,
-    RevolveError, Sector, Shown, VoxelGrid,
+    Assembly, Body, Lines, Meridian, Organ, OrganShape, Organs, ParallelDetector, ParallelRays,
+    Pose, Ray, RevolveError, Sector, Shown, VoxelGrid,
 };
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
@@ -463,7 +463,9 @@ proptest! {
         let nothing = Organs::new(Vec::new()).unwrap();
         let assembly = Assembly::new(&nothing).with_body(&body, &[0.0], None).unwrap();
         let assembly = assembly.with_sectors(sectors.iter().map(|sector| (sector.clone(), 1.0)).collect()).unwrap();
-        let crossed: f64 = assembly.parts(&ray).iter().map(|part| part.activity * part.span.length()).sum();
+        let mut crossed = [0.0_f64];
+        assembly.project_add(&Lines::each([1, 1], vec![ray]).unwrap(), Shown::Change, 1.0, &mut crossed).unwrap();
+        let [crossed] = crossed;
         let chords: f64 = sectors.iter().map(|sector| sector.chord(&ray)).sum();
         // Rounding of parameters up to 1e3, at 80 ends of spans.
         prop_assert!((crossed - chords).abs() < 1e-9, "{crossed} {chords}");

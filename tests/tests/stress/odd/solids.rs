@@ -159,7 +159,6 @@ fn revolve_voxel_accepts_any_input() {
             let assembly = assembly.with_sectors(vec![(sector.clone(), 1.0)]);
             let assembly = assembly.expect("an activity");
             back(assembly.project_add(raster, Shown::Change, 1.0, &mut image));
-            let _ = assembly.parts(&rays[k % rays.len()]);
             back(sector.voxelize_add(grid, 0..grid.shape()[2], 1e-2, 1.0, &mut voxels));
             let _ = sector.contains(&Point3::new(azimuths[0], 0.1, azimuths[1]));
             let _ = sector.chord(&rays[k % rays.len()]);
@@ -199,7 +198,6 @@ fn revolve_voxel_accepts_any_input() {
                 attenuation: a,
             };
             if let Some(organs) = back(Organs::new(vec![organ])) {
-                let _ = Assembly::new(&organs).parts(&rays[0]);
                 back(organs.voxelize::<f64>(&grids[0], 0..1, |organ| organ.activity));
             }
         }
