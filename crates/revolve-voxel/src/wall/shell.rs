@@ -156,21 +156,6 @@ impl Shell {
         ]
     }
 
-    /// Returns the fraction of the wall volume before the line of `s`.
-    #[must_use]
-    pub fn volume_fraction(&self, s: f64) -> f64 {
-        self.shares.split(s)[0]
-    }
-
-    /// Returns the s with the given fraction (clamped to [0, 1]) of the wall volume before its line.
-    ///
-    /// Near an end on the axis the remaining volume is quadratic in the distance, so s has half the digits of the fraction;
-    /// [`Shell::corresponding`] has all.
-    #[must_use]
-    pub fn at_volume_fraction(&self, share: f64) -> f64 {
-        self.shares.place([share, 1.0 - share])
-    }
-
     /// Returns the s of another wall with the same fraction of volume before its line as before the line of `s` in this one.
     ///
     /// If both end on the axis, the distance from the end has full relative accuracy.

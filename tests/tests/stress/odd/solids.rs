@@ -240,8 +240,6 @@ fn shells([a, b]: [f64; 2]) {
         let _ = shell.point(a, b);
         let _ = shell.tangents(a, b);
         let _ = shell.locate([a, b]);
-        let _ = shell.volume_fraction(a);
-        let _ = shell.at_volume_fraction(b);
         let _ = shell.corresponding(a, &found[0]);
         let _ = shell.thickness(a);
         let _ = shell.volume_rate(b);
