@@ -84,20 +84,8 @@ fn on_chord(p: [f64; 2], ends: [[f64; 2]; 2]) -> [f64; 2] {
 }
 
 impl Shell {
-    /// Returns the point of the wall nearest to a point (x, r): the point itself in the wall, else a point on a surface or an open
-    /// end.
+    /// Returns the point of the wall nearest to a point (x, r): the point itself in the wall, else a point on a surface or an open end.
     ///
-    /// Both curves are approximated by at least 128 chords, with an error of an eighth of the curvature times the squared chord
-    /// length. Cost: that of [`Shell::locate`], and one test per chord; for many points see [`Shell::map_voxels_around`].
-    ///
-    /// # Errors
-    /// [`RevolveError::NotFinite`] for the point.
-    pub fn nearest(&self, p: [f64; 2]) -> Result<NearestMaterial, RevolveError> {
-        finite("x of a point", p[0])?;
-        finite("r of a point", p[1])?;
-        Ok(self.find_nearest(&Outline::of(self), p, &mut [0; 2]))
-    }
-
     /// `chords` are the first chords of either surface to be tested, and then the nearest ones: for a neighbouring point they bound the
     /// distance, so that few others are tested.
     fn find_nearest(
@@ -147,7 +135,9 @@ impl Shell {
     }
 
     /// As [`Shell::map_voxels`], for all voxels with centres within `reach` (cm) of the wall. The function receives the centre in
-    /// the body frame and the nearest point of the wall.
+    /// the body frame and the nearest point of the wall: the centre itself in the wall, else a point on a surface or an open end.
+    ///
+    /// Both curves are approximated by at least 128 chords, with an error of an eighth of the curvature times the squared chord length.
     ///
     /// # Errors
     /// [`RevolveError::BadRange`] for slices outside the grid; [`RevolveError::Negative`] or [`RevolveError::NotFinite`] for the
