@@ -17,7 +17,8 @@ pub struct MassProperties {
     pub surface: f64,
     /// First moment about x = 0: the integral of x over the solid.
     pub first_moment: f64,
-    /// Integral of x^2 over the solid.
+    /// Integral of x^2 over the solid. The moment of inertia about a line through the centroid perpendicular to the axis is
+    /// `polar_inertia / 2 + second_moment - first_moment^2 / volume`.
     pub second_moment: f64,
     /// Moment of inertia about the axis: the integral of y^2 + z^2.
     pub polar_inertia: f64,
@@ -28,13 +29,6 @@ impl MassProperties {
     #[must_use]
     pub fn centroid(&self) -> f64 {
         self.first_moment / self.volume
-    }
-
-    /// Returns the moment of inertia about a line through the centroid perpendicular to the axis.
-    #[must_use]
-    pub fn transverse_inertia(&self) -> f64 {
-        0.5 * self.polar_inertia + self.second_moment
-            - self.first_moment * self.first_moment / self.volume
     }
 
     /// Signed volume under a path from axis to axis, or inside a closed one: positive with the solid on its right.

@@ -5,7 +5,9 @@ use crate::support;
 use approx::assert_relative_eq;
 use nalgebra::{Point3, Vector3};
 use proptest::prelude::*;
-use revolve_voxel::{Body, Meridian, Piece, Pose, Ray, RevolveError, Sector, VoxelGrid};
+use revolve_voxel::{
+    Body, MassProperties, Meridian, Piece, Pose, Ray, RevolveError, Sector, VoxelGrid,
+};
 use std::f64::consts::{PI, TAU};
 use support::*;
 
@@ -163,6 +165,9 @@ fn a_chord_along_the_axis_is_the_same_in_both_directions_where_the_profile_touch
 
 #[test]
 fn measures_of_textbook_solids() {
+    let transverse_inertia = |m: &MassProperties| {
+        0.5 * m.polar_inertia + m.second_moment - m.first_moment * m.first_moment / m.volume
+    };
     let (a, h) = (1.3, 2.1);
     let m = Meridian::new(&[[0.0, a], [h, 0.0]])
         .unwrap()
@@ -175,7 +180,7 @@ fn measures_of_textbook_solids() {
     assert!((m.polar_inertia / (0.3 * volume * a * a) - 1.0).abs() < 1e-14);
     // About the centroid, across the axis: 3/80 V (4 a^2 + h^2).
     let across = 3.0 / 80.0 * volume * (4.0 * a * a + h * h);
-    assert!((m.transverse_inertia() / across - 1.0).abs() < 1e-13);
+    assert!((transverse_inertia(&m) / across - 1.0).abs() < 1e-13);
 
     // Smooth: the prolate spheroid, errors of the order of the tolerance.
     let m = Meridian::smooth(&[ellipse(2.0)], 1e-8)
@@ -187,7 +192,7 @@ fn measures_of_textbook_solids() {
     let e = 0.75f64.sqrt();
     let surface = 2.0 * PI * (1.0 + 2.0 / e * e.asin());
     assert!((m.surface / surface - 1.0).abs() < 4e-8);
-    assert!((m.transverse_inertia() / (volume * 5.0 / 5.0) - 1.0).abs() < 1e-7);
+    assert!((transverse_inertia(&m) / (volume * 5.0 / 5.0) - 1.0).abs() < 1e-7);
 }
 
 #[test]
