@@ -111,16 +111,6 @@ pub enum RevolveError {
         /// The value given.
         given: f64,
     },
-    /// A tolerance as large as the body.
-    #[error(
-        "tolerance is {given:?}; it must be less than {most:?}, the radius of the innermost layer"
-    )]
-    TooCoarse {
-        /// The tolerance given.
-        given: f64,
-        /// Radius of the innermost layer.
-        most: f64,
-    },
     /// A number is outside its range.
     #[error("{what} must be from {least:?} to {most:?}, got {given:?}")]
     OutOfRange {

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use nalgebra::Point3;
 
-use crate::error::{at_least, finite, length};
+use crate::error::{at_least, finite, length, within};
 use crate::solid::meridian::Meridian;
 use crate::{MassProperties, Pose, RevolveError};
 
@@ -20,7 +20,7 @@ use crate::{MassProperties, Pose, RevolveError};
 ///
 /// Layers need not be nested, but their volumes do not decrease. Where layer k extends outside layer k+1 the formula adds `a_k - a_(k+1)`, which is
 /// negative for a cold cavity that extends beyond a warm wall. The coverage of region k+1 is negative there too, so sums over regions remain exact.
-/// [`Body::nested`] and [`Body::check_nested`] test for nesting.
+/// [`Body::nested`] rejects layers that are not nested.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Body {
     /// Shared by copies in other poses.
@@ -60,7 +60,8 @@ impl Body {
     /// ```
     ///
     /// # Errors
-    /// Those of [`Body::new`] and [`Body::check_nested`]; layers with the outermost first are [`RevolveError::NotNested`].
+    /// Those of [`Body::new`]; [`RevolveError::NotNested`] with the worst position; [`RevolveError::NotFinite`] or
+    /// [`RevolveError::OutOfRange`] for a tolerance below zero or above the radius of the innermost layer.
     pub fn nested(layers: Vec<Meridian>, pose: Pose, tolerance: f64) -> Result<Self, RevolveError> {
         let body = Self::new(layers, pose)?;
         body.check_nested(tolerance)?;
@@ -177,21 +178,8 @@ impl Body {
     }
 
     /// Checks that each layer is inside the next, to within `tolerance`.
-    ///
-    /// Other functions do not require it; the formula above gives the activity outside.
-    ///
-    /// # Errors
-    /// [`RevolveError::NotNested`] with the worst position; [`RevolveError::NotFinite`], [`RevolveError::Negative`], or
-    /// [`RevolveError::TooCoarse`] for a tolerance from the radius of the innermost layer on.
-    pub fn check_nested(&self, tolerance: f64) -> Result<(), RevolveError> {
-        let (given, most) = (finite("tolerance", tolerance)?, self.layers[0].r_max());
-        if given < 0.0 {
-            let what = "tolerance";
-            return Err(RevolveError::Negative { what, given });
-        }
-        if given >= most {
-            return Err(RevolveError::TooCoarse { given, most });
-        }
+    fn check_nested(&self, tolerance: f64) -> Result<(), RevolveError> {
+        within("tolerance", tolerance, [0.0, self.layers[0].r_max()])?;
         for (layer, pair) in self.layers.windows(2).enumerate() {
             let (inner, outer) = (&pair[0], &pair[1]);
             // If they cross, a vertex of the inner one is outside or a corner of the outer one is inside.

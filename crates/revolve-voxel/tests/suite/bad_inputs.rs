@@ -311,8 +311,6 @@ fn bodies_and_batches() {
 #[test]
 fn layers_that_are_not_nested_are_reported() {
     let cylinder = |r: f64| Meridian::new(&[[0.0, r], [2.0, r]]).unwrap();
-    let body = |a, b| Body::new(vec![cylinder(a), cylinder(b)], Pose::identity()).unwrap();
-    assert!(body(1.0, 2.0).check_nested(0.0).is_ok());
     // The outer layer first.
     let found = Body::new(vec![cylinder(2.0), cylinder(1.5)], Pose::identity());
     assert!(
@@ -320,8 +318,7 @@ fn layers_that_are_not_nested_are_reported() {
     );
     // In the right order, and not nested.
     let long = Meridian::new(&[[0.0, 1.0], [3.0, 1.0]]).unwrap();
-    let body = Body::new(vec![long, cylinder(1.5)], Pose::identity()).unwrap();
-    let found = body.check_nested(1e-9);
+    let found = Body::nested(vec![long, cylinder(1.5)], Pose::identity(), 1e-9);
     assert!(
         matches!(found, Err(RevolveError::NotNested { layer: 0, depth, .. }) if (depth - 1.0).abs() < 1e-12)
     );
@@ -363,14 +360,16 @@ fn nested_layers_begin_with_the_innermost() {
     assert!(Body::nested(layers(), Pose::identity(), 0.05).is_err());
     assert!(matches!(nested(&[], 0.0), Err(RevolveError::TooFew { .. })));
     let negative = nested(&[1.0, 2.0], -1.0).unwrap_err().to_string();
-    assert_eq!(negative, "tolerance must not be negative, got -1.0");
-    for coarse in [1.0, 1e6] {
-        let error = nested(&[1.0, 2.0], coarse).unwrap_err();
-        let given = coarse;
-        assert_eq!(error, RevolveError::TooCoarse { given, most: 1.0 });
+    assert_eq!(negative, "tolerance must be from 0.0 to 1.0, got -1.0");
+    let coarse = nested(&[1.0, 2.0], 1e6);
+    assert!(matches!(
+        coarse,
+        Err(RevolveError::OutOfRange { most: 1.0, .. })
+    ));
+    for bad in [f64::NAN, f64::INFINITY] {
+        let refused = nested(&[1.0, 2.0], bad);
+        assert!(matches!(refused, Err(RevolveError::NotFinite { .. })));
     }
-    let nan = nested(&[1.0, 2.0], f64::NAN);
-    assert!(matches!(nan, Err(RevolveError::NotFinite { .. })));
 }
 
 #[test]
@@ -429,16 +428,6 @@ fn a_missing_layer_is_an_error() {
 fn cylinder() -> Body {
     let rod = Meridian::new(&[[0.0, 1.0], [1.0, 1.0]]).unwrap();
     Body::new(vec![rod], Pose::identity()).unwrap()
-}
-
-#[test]
-fn nesting_rejects_a_tolerance_of_nan() {
-    for bad in [f64::NAN, f64::INFINITY] {
-        assert!(matches!(
-            cylinder().check_nested(bad),
-            Err(RevolveError::NotFinite { .. })
-        ));
-    }
 }
 
 /// Two points on the axis as curves: an empty wall of the smallest degree.

@@ -111,7 +111,11 @@ fn revolve_voxel_accepts_any_input() {
         let _ = meridian.mass_properties();
         let _ = meridian.r_max();
         let _ = meridian.x_range();
-        back(body.check_nested(ODD[k % ODD.len()]));
+        back(Body::nested(
+            body.layers().to_vec(),
+            *any(k),
+            ODD[k % ODD.len()],
+        ));
         for layer in SIZES {
             back(body.bounding_box(layer));
             back(body.region_measures(layer));
