@@ -3,7 +3,7 @@
 #![allow(clippy::expect_used, clippy::panic, clippy::unwrap_used)]
 
 use revolve_voxel::nalgebra::{Point3, Vector3};
-use revolve_voxel::{Body, Lines, Meridian, ParallelDetector, PointRaster, Pose, VoxelGrid};
+use revolve_voxel::{Body, Lines, Meridian, ParallelDetector, PointRaster, Pose, Ray, VoxelGrid};
 use std::f64::consts::{FRAC_PI_4, PI};
 
 /// A balloon that bulges, also behind its base.
@@ -95,7 +95,12 @@ fn main() {
                     both.project_add(&cone, &[0.0, 1.0], 1.0, &mut out).unwrap();
                 }
                 println!("    90 cone-beam views, both membranes: {:.4?} s (wall, processor)", clock.read());
-                let lists: Vec<Lines> = (0..90).map(|k| (&detector.rays(k as f64 * PI / 90.0).unwrap()).into()).collect();
+                let list = |k: usize| {
+                    let rays = detector.rays(k as f64 * PI / 90.0).unwrap();
+                    let every = (0..256 * 256).map(|k| rays.ray(k % 256, k / 256).unwrap());
+                    Lines::each([256; 2], every.collect::<Vec<Ray>>()).unwrap()
+                };
+                let lists: Vec<Lines> = (0..90).map(list).collect();
                 let clock = Clock::start();
                 for lines in &lists {
                     both.project_add(lines, &[0.0, 1.0], 1.0, &mut out).unwrap();

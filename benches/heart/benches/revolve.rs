@@ -10,9 +10,7 @@ use std::hint::black_box;
 use benches::{Effort, Row, Time, on_threads, timed};
 use criterion::{Criterion, Throughput};
 use nalgebra::{Point3, Vector3};
-use revolve_voxel::{
-    Body, Lines, Meridian, ParallelDetector, ParallelRays, PointRaster, Pose, VoxelGrid,
-};
+use revolve_voxel::{Body, Lines, Meridian, ParallelDetector, PointRaster, Pose, Ray, VoxelGrid};
 
 /// A balloon that bulges, also behind its base.
 fn profile(radius: f64, n: usize) -> Vec<[f64; 2]> {
@@ -74,13 +72,19 @@ fn naive_chord(path: &[[f64; 2]], o: Point3<f64>, d: Vector3<f64>) -> f64 {
         .sum()
 }
 
-fn naive_view(path: &[[f64; 2]], rays: &ParallelRays) -> Vec<f64> {
+fn every_ray(rays: &Lines) -> impl Iterator<Item = Ray> {
+    let [n_bins, n_rows] = rays.size();
+    (0..n_bins * n_rows).map(move |k| {
+        let ray = rays.ray(k % n_bins, k / n_bins);
+        ray.expect("a ray of the raster")
+    })
+}
+
+fn naive_view(path: &[[f64; 2]], rays: &Lines) -> Vec<f64> {
     let pose = pose();
-    let d = pose.vector_to_body(&rays.direction());
-    (0..rays.n_bins() * rays.n_rows())
-        .map(|k| {
-            let ray = rays.ray(k % rays.n_bins(), k / rays.n_bins());
-            let ray = ray.expect("a ray of the raster");
+    every_ray(rays)
+        .map(|ray| {
+            let d = pose.vector_to_body(&ray.direction());
             naive_chord(path, pose.to_body(&ray.origin()), d).max(0.0)
         })
         .collect()
@@ -133,15 +137,16 @@ fn chords(c: &mut Criterion) {
 }
 
 /// A cone beam of as many lines through the heart, both membranes, and the parallel rays as a list, each on one thread and on all.
-fn lines(c: &mut Criterion, rays: &ParallelRays) {
+fn lines(c: &mut Criterion, rays: &Lines) {
     let both = body(&[1.75, 2.75], 200);
+    let middle = rays.ray(128, 128).unwrap();
     let at = |bin, row| rays.ray(bin, row).unwrap().origin();
     let detector = PointRaster {
         first: at(0, 0),
         bin_step: at(1, 0) - at(0, 0),
         row_step: at(0, 1) - at(0, 0),
     };
-    let source = at(128, 128) - rays.direction() * 57.0;
+    let source = middle.origin() - middle.direction() * 57.0;
     let cone = Lines::between([256; 2], source, detector).unwrap();
     let (image, counters) = both.project::<f64>(&cone, &[0.0, 1.0]).unwrap();
     for k in (0..image.len()).step_by(251) {
@@ -151,7 +156,7 @@ fn lines(c: &mut Criterion, rays: &ParallelRays) {
     }
     println!("lines that hit the heart: {}", counters.hit);
     let pool = |n| rayon::ThreadPoolBuilder::new().num_threads(n).build();
-    let listed = Lines::from(rays);
+    let listed = Lines::each(rays.size(), every_ray(rays).collect::<Vec<Ray>>()).unwrap();
     let mut out = vec![0.0f32; 256 * 256];
     let mut group = c.benchmark_group("revolve/lines/256x256");
     group.sample_size(20);

@@ -25,6 +25,9 @@ pub enum RevolveError {
     /// A direction of length zero.
     #[error("the direction of a ray is (0, 0, 0), which points nowhere")]
     NoDirection,
+    /// Planes across lines that are not parallel.
+    #[error("only parallel rays can be cut into slabs by planes")]
+    NotParallel,
     /// A NaN or infinite coordinate.
     #[error("point {index} is not finite: ({x:?}, {r:?})")]
     NotFinitePoint {

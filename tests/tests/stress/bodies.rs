@@ -2,7 +2,7 @@
 
 use crate::{Outcome, with_threads};
 use nalgebra::{Point3, Vector3};
-use revolve_voxel::{Body, Meridian, ParallelDetector, ParallelRays, Pose, Ray, Sector, VoxelGrid};
+use revolve_voxel::{Body, Lines, Meridian, ParallelDetector, Pose, Ray, Sector, VoxelGrid};
 use std::f64::consts::TAU;
 use tests::Random;
 
@@ -131,16 +131,16 @@ pub(crate) fn check_beside(
 pub(crate) fn check_samples(
     random: &mut Random,
     image: &[f64],
-    rays: &ParallelRays,
+    rays: &Lines,
     place: (f64, Vector3<f64>),
     value: impl Fn(&Ray) -> f64,
 ) {
     for _ in 0..8 {
-        let [bin, row] = [rays.n_bins(), rays.n_rows()].map(|n| random.integer(0, n - 1));
+        let [bin, row] = rays.size().map(|n| random.integer(0, n - 1));
         let ray = rays.ray(bin, row).expect("one of them");
         check_beside(
             random,
-            image[row * rays.n_bins() + bin],
+            image[row * rays.size()[0] + bin],
             &ray,
             place,
             &value,

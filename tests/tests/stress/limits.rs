@@ -10,8 +10,8 @@ use membrane_newton::{Control, Discretisation, NewtonError, NewtonOptions, Pair,
 use nalgebra::{Point3, Vector3};
 use radon::{CountScale, ImageGrid, ParallelGeometry, RadonError, poisson_counts};
 use revolve_voxel::{
-    Assembly, Body, Curve, Meridian, OrganShape, Organs, ParallelDetector, ParallelRays, Piece,
-    Pose, Ray, RevolveError, Sector, Shell, VoxelGrid,
+    Assembly, Body, Curve, Lines, Meridian, OrganShape, Organs, ParallelDetector, Piece, Pose, Ray,
+    RevolveError, Sector, Shell, VoxelGrid,
 };
 use std::path::Path;
 use std::process::Command;
@@ -204,7 +204,7 @@ fn nan_and_infinity_are_rejected_everywhere() {
             ),
             (
                 "raster",
-                ParallelRays::new(
+                Lines::parallel(
                     [2; 2],
                     Point3::origin(),
                     Vector3::x() * bad,

@@ -3,15 +3,8 @@
 use super::whole::{Projected, Scan};
 use crate::HeartShape;
 use crate::error::PhantomError;
-use revolve_voxel::{
-    Assembly, Body, Lines, ParallelRays, RayCounters, RayPlane, Rays, Sector, Shown,
-};
+use revolve_voxel::{Assembly, Body, Lines, RayCounters, RayPlane, Sector, Shown};
 use std::ops::Range;
-
-enum ViewRays {
-    Parallel(ParallelRays),
-    Lines(Lines),
-}
 
 /// A shape of the heart, its body in its pose, and its defects.
 pub(super) type Placement<'a> = (&'a HeartShape, &'a Body, &'a [(usize, Sector, f64)]);
@@ -22,15 +15,13 @@ impl Scan<'_> {
         &self,
         (view_idx, theta): (usize, f64),
         rows: &Range<usize>,
-    ) -> Result<ViewRays, PhantomError> {
+    ) -> Result<Lines, PhantomError> {
         let detector = self.camera.detector();
-        Ok(match self.camera.ray_geometry() {
-            Some(geometry) => {
-                let lines = geometry.lines_on(detector, view_idx)?;
-                ViewRays::Lines(lines.rows(rows.clone())?)
-            }
-            None => ViewRays::Parallel(detector.rays(theta)?.rows(rows.clone())?),
-        })
+        let lines = match self.camera.ray_geometry() {
+            Some(geometry) => geometry.lines_on(detector, view_idx)?,
+            None => detector.rays(theta)?,
+        };
+        Ok(lines.rows(rows.clone())?)
     }
 
     /// Returns the rays of a view at all positions of its detector.
@@ -50,19 +41,7 @@ impl Scan<'_> {
         weight: f64,
         target: &mut [f32],
     ) -> Result<RayCounters, PhantomError> {
-        match &self.rays(at, rows)? {
-            ViewRays::Parallel(rays) => self.project_heart(heart, rays, weight, target),
-            ViewRays::Lines(lines) => self.project_heart(heart, lines, weight, target),
-        }
-    }
-
-    fn project_heart(
-        &self,
-        heart: Placement<'_>,
-        rays: &impl Rays,
-        weight: f64,
-        target: &mut [f32],
-    ) -> Result<RayCounters, PhantomError> {
+        let rays = &self.rays(at, rows)?;
         let Some(around) = self.surroundings.even() else {
             let assembly = self.assembly(heart)?;
             return Ok(assembly.project_add(rays, Shown::Change, weight, target)?);
@@ -103,10 +82,8 @@ impl Scan<'_> {
         weight: f64,
         target: &mut [f32],
     ) -> Result<RayCounters, PhantomError> {
+        let rays = self.rays(at, rows)?;
         let alone = self.surroundings.alone();
-        Ok(match &self.rays(at, rows)? {
-            ViewRays::Parallel(rays) => alone.project_add(rays, Shown::Organs, weight, target)?,
-            ViewRays::Lines(lines) => alone.project_add(lines, Shown::Organs, weight, target)?,
-        })
+        Ok(alone.project_add(&rays, Shown::Organs, weight, target)?)
     }
 }

@@ -212,8 +212,12 @@ fn parallel_views_as_lines() {
         let phantom = Phantom::new(scene.clone()).unwrap();
         let parallel = views(&phantom);
         let camera = phantom.camera();
-        let rays = (camera.geometry().angles().iter()).map(|angle| camera.detector().rays(*angle));
-        let lines = rays.map(|rays| Lines::from(&rays.unwrap()));
+        let lines = (camera.geometry().angles().iter()).map(|angle| {
+            let rays = camera.detector().rays(*angle).unwrap();
+            let [n_bins, n_rows] = rays.size();
+            let every = (0..n_bins * n_rows).map(|k| rays.ray(k % n_bins, k / n_bins).unwrap());
+            Lines::each(rays.size(), every.collect::<Vec<Ray>>()).unwrap()
+        });
         let lists = RayGeometry::from_lines(lines.collect()).unwrap();
         assert!(off(&views(&phantom.along(lists).unwrap()), &parallel) < 2e-6);
         let angles = phantom.camera().geometry().angles().to_vec();

@@ -4,11 +4,10 @@ use rayon::prelude::*;
 
 use crate::error::{finite, length};
 use crate::rays::capsule::Capsule;
-use crate::rays::raster::Rays;
 use crate::rays::single::Search;
 use crate::rays::slabs::{for_slabs, mean_transmission};
 use crate::wall::body_line::BodyLine;
-use crate::{Body, Organ, Organs, Ray, RayCounters, RevolveError, Sample, Sector, Span};
+use crate::{Body, Lines, Organ, Organs, Ray, RayCounters, RevolveError, Sample, Sector, Span};
 
 /// Activity and attenuation in space: organs, attenuating media, and a body that replaces them.
 ///
@@ -322,7 +321,7 @@ impl Assembly<'_> {
     /// along z with a cylinder.
     pub fn project_add<T: Sample>(
         &self,
-        rays: &impl Rays,
+        rays: &Lines,
         shown: Shown,
         weight: f64,
         out: &mut [T],
@@ -333,20 +332,14 @@ impl Assembly<'_> {
         if self.surroundings().any(is_endless) {
             rays.check_across()?;
         }
-        let n_bins = rays.row_len();
+        let [n_bins, _] = rays.size();
         let capsule = match shown {
             Shown::Organs => None,
             Shown::Change => self.body().map(Capsule::around),
         };
-        let row_len = (rays.planes().len() + 1) * n_bins;
+        let row_len = rays.n_slabs() * n_bins;
         let counters = (out.par_chunks_mut(row_len).enumerate()).map_init(
-            || {
-                (
-                    Finder::default(),
-                    Vec::new(),
-                    vec![0.0; rays.planes().len() + 1],
-                )
-            },
+            || (Finder::default(), Vec::new(), vec![0.0; rays.n_slabs()]),
             |(finder, found, slabs), (row, image)| {
                 simd_set::checkpoint();
                 let mut counters = RayCounters::default();

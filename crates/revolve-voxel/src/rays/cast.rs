@@ -4,47 +4,21 @@ use nalgebra::{Point3, Vector3};
 use rayon::prelude::*;
 
 use crate::PointRaster;
-use crate::error::positive;
 use crate::rays::chord::Hint;
 use crate::rays::cone::{Batch, LANES};
 use crate::rays::direction::Direction;
-use crate::rays::lines::{Kind, Lines};
-use crate::rays::organ::across;
-use crate::rays::raster::{Raster, Rays};
+use crate::rays::lines::Lines;
 use crate::solid::segment::ROUNDING;
-use crate::{Body, Meridian, Ray, RayCounters, RevolveError, Sample};
+use crate::{Body, Meridian, RayCounters, Sample};
 
 /// Lines that one task projects.
 const CHUNK: usize = 256;
 
-impl Rays for Lines {}
-
-impl Raster for Lines {
-    fn row_len(&self) -> usize {
-        self.size[0]
-    }
-
-    fn image_len(&self) -> usize {
-        self.size[0] * self.size[1]
-    }
-
-    fn planes(&self) -> &[f64] {
-        &[]
-    }
-
-    fn line(&self, bin: usize, row: usize) -> Ray {
-        self.line(bin, row)
-    }
-
-    fn check_across(&self) -> Result<(), RevolveError> {
-        let of = |k: usize| across(&self.line(k % self.size[0], k / self.size[0]).direction());
-        let least = (0..self.image_len()).into_par_iter().map(of);
-        let least = least.reduce(|| 1.0, f64::min);
-        positive("rays' part across the torso", least).map(drop)
-    }
-
-    fn project_body<T: Sample, M: Fn(f64, f64, f64) -> f64>(
+impl Lines {
+    /// Adds the integrals along lines that are not parallel; `ends` are their rasters in the body frame.
+    pub(super) fn project_each<T: Sample, M: Fn(f64, f64, f64) -> f64>(
         &self,
+        ends: Option<[PointRaster; 2]>,
         body: &Body,
         weights: &[f64],
         out: &mut [T],
@@ -54,10 +28,6 @@ impl Raster for Lines {
         let layers: Vec<(&Meridian, f64)> = (body.layers().iter().zip(weights.iter().copied()))
             .filter(|(_, weight)| *weight != 0.0)
             .collect();
-        let ends = match &self.kind {
-            Kind::Between(ends) => Some(ends.map(|raster| raster.in_body(pose))),
-            Kind::Each(_) => None,
-        };
         let farthest = pose.farthest(self.farthest);
         let bound = Bound::around(&layers, farthest);
         let turn = [Vector3::x(), Vector3::y(), Vector3::z()].map(|e| pose.vector_to_body(&e));

@@ -1,15 +1,20 @@
-//! Lines in any direction: fans, cones, rasters between two planes, lists.
+//! Lines in any direction: parallel, fans, cones, rasters between two planes, lists.
 
 use std::ops::Range;
 use std::sync::Arc;
 
-use crate::error::{at_least, at_most, countable, length};
-use crate::{ParallelRays, PointRaster, Ray, RevolveError};
+use nalgebra::{Point3, Vector3};
+use rayon::prelude::*;
+
+use crate::error::{at_least, at_most, countable, finite, length, positive};
+use crate::rays::organ::across;
+use crate::{Body, PointRaster, Ray, RayCounters, RevolveError, Sample};
 
 /// Points of two rasters closer than this, relative to the largest coordinate, coincide.
 const COINCIDENT: f64 = 1e-9;
 
-/// Infinite lines in any direction, with an image `[row][bin]`.
+/// Infinite lines in any direction, with an image `[row][bin]`, or `[row][slab][bin]` for parallel rays cut into slabs by planes
+/// ([`Lines::with_planes`]).
 ///
 /// Line integrals are along the whole line, on both sides of its first point. With attenuation the detector is at the end to
 /// which the line points.
@@ -39,18 +44,86 @@ pub struct Lines {
     /// Index of the first row in the raster or list.
     pub(super) first_row: usize,
     pub(super) kind: Kind,
+    /// Planes between the slabs of parallel rays.
+    planes: Arc<[f64]>,
     /// Bound of all coordinates from which positions are computed.
     pub(super) farthest: f64,
 }
 
 #[derive(Debug, Clone, PartialEq)]
 pub(super) enum Kind {
+    /// From each point of a raster in one direction.
+    Parallel(PointRaster, Vector3<f64>),
     /// From each point of a raster to the same point of another.
     Between([PointRaster; 2]),
     Each(Arc<[Ray]>),
 }
 
 impl Lines {
+    /// Parallel rays in a raster of `[n_bins, n_rows]`: ray (bin, row) passes through `first + bin * bin_step + row * row_step`. The
+    /// direction is normalised.
+    ///
+    /// # Errors
+    /// [`RevolveError::TooFew`] without a bin or a row, [`RevolveError::NoDirection`] for a zero direction, [`RevolveError::NotFinite`] for a
+    /// number or the position of the last ray, [`RevolveError::TooLarge`].
+    pub fn parallel(
+        size: [usize; 2],
+        first: Point3<f64>,
+        bin_step: Vector3<f64>,
+        row_step: Vector3<f64>,
+        direction: Vector3<f64>,
+    ) -> Result<Self, RevolveError> {
+        countable("rays of a view", &size)?;
+        for v in bin_step.iter().chain(row_step.iter()) {
+            finite("step between rays", *v)?;
+        }
+        let direction = Ray::new(first, direction)?.direction();
+        let raster = PointRaster {
+            first,
+            bin_step,
+            row_step,
+        };
+        Ok(Self {
+            size,
+            first_row: 0,
+            farthest: raster.farthest(size)?,
+            kind: Kind::Parallel(raster, direction),
+            planes: Arc::default(),
+        })
+    }
+
+    /// Returns parallel rays cut into slabs by perpendicular planes, which separates contributions by depth. Plane `t` is at the
+    /// distance `t` beyond the raster point of a ray. Slab 0 is before the first plane, the last slab beyond the last plane.
+    ///
+    /// ```
+    /// use revolve_voxel::{Body, Meridian, ParallelDetector, Pose};
+    /// let rod = Meridian::new(&[[-1.0, 0.5], [1.0, 0.5]])?;
+    /// let body = Body::new(vec![rod], Pose::axis_along_z(0.0)?)?;
+    /// let rays = ParallelDetector::new(1, 1, [1.0, 1.0])?.rays(0.0)?; // along +y, through the rod from -1/2 to 1/2
+    /// let (slabs, _) = body.project::<f64>(&rays.with_planes(&[-0.25, 0.125])?, &[1.0])?;
+    /// assert_eq!(slabs, [0.25, 0.375, 0.375]);
+    /// # Ok::<(), revolve_voxel::RevolveError>(())
+    /// ```
+    ///
+    /// # Errors
+    /// [`RevolveError::NotParallel`] for other lines; [`RevolveError::NotFinite`] for a plane; [`RevolveError::NotPositive`] unless planes
+    /// ascend; [`RevolveError::TooLarge`].
+    pub fn with_planes(mut self, planes: &[f64]) -> Result<Self, RevolveError> {
+        if !matches!(self.kind, Kind::Parallel(..)) {
+            return Err(RevolveError::NotParallel);
+        }
+        for plane in planes {
+            finite("plane across the rays", *plane)?;
+        }
+        for pair in planes.windows(2) {
+            positive("distance between planes", pair[1] - pair[0])?;
+        }
+        let [n_bins, n_rows] = self.size;
+        countable("rays of a view", &[n_bins, n_rows, planes.len() + 1])?;
+        self.planes = planes.into();
+        Ok(self)
+    }
+
     /// The lines from each point of a raster of `[n_bins, n_rows]` to that of another one, or from one point to all of them.
     ///
     /// # Errors
@@ -68,6 +141,7 @@ impl Lines {
             size,
             first_row: 0,
             kind: Kind::Between(ends),
+            planes: Arc::default(),
             farthest,
         };
         let way = |[bin, row]: [usize; 2]| ends[1].at(bin, row) - ends[0].at(bin, row);
@@ -103,6 +177,7 @@ impl Lines {
             first_row: 0,
             farthest: coordinates.fold(0.0, f64::max),
             kind: Kind::Each(lines),
+            planes: Arc::default(),
         })
     }
 
@@ -134,9 +209,12 @@ impl Lines {
     }
 
     #[expect(clippy::expect_used, reason = "validated when the lines were made")]
-    pub(super) fn line(&self, bin: usize, row: usize) -> Ray {
+    pub(crate) fn line(&self, bin: usize, row: usize) -> Ray {
         let row = self.first_row + row;
         match &self.kind {
+            Kind::Parallel(raster, direction) => {
+                Ray::new(raster.at(bin, row), *direction).expect("finite raster")
+            }
             Kind::Each(lines) => lines[row * self.size[0] + bin],
             Kind::Between([from, to]) => {
                 let from = from.at(bin, row);
@@ -144,18 +222,55 @@ impl Lines {
             }
         }
     }
-}
+    pub(super) fn planes(&self) -> &[f64] {
+        &self.planes
+    }
 
-impl From<&ParallelRays> for Lines {
-    /// The same lines, without slabs.
-    fn from(rays: &ParallelRays) -> Self {
-        let [n_bins, n_rows] = [rays.n_bins(), rays.n_rows()];
-        let all = (0..n_rows).flat_map(|row| (0..n_bins).map(move |bin| rays.line(bin, row)));
-        Self {
-            size: [n_bins, n_rows],
-            first_row: 0,
-            kind: Kind::Each(all.collect()),
-            farthest: rays.farthest,
+    /// Returns the number of slabs; 1 without planes.
+    pub(super) fn n_slabs(&self) -> usize {
+        self.planes.len() + 1
+    }
+
+    /// Samples of an image.
+    pub(super) fn image_len(&self) -> usize {
+        self.size[0] * self.size[1] * self.n_slabs()
+    }
+
+    /// An error if a ray is parallel to the axis of a torso.
+    pub(super) fn check_across(&self) -> Result<(), RevolveError> {
+        let least = match &self.kind {
+            Kind::Parallel(_, direction) => across(direction),
+            _ => {
+                let [n_bins, n_rows] = self.size;
+                let of = |k: usize| across(&self.line(k % n_bins, k / n_bins).direction());
+                (0..n_bins * n_rows)
+                    .into_par_iter()
+                    .map(of)
+                    .reduce(|| 1.0, f64::min)
+            }
+        };
+        positive("rays' part across the torso", least).map(drop)
+    }
+
+    /// Adds the integrals along all rays, with a weight per layer of the body.
+    pub(super) fn project_body<T: Sample, M: Fn(f64, f64, f64) -> f64>(
+        &self,
+        body: &Body,
+        weights: &[f64],
+        out: &mut [T],
+        measure: impl Fn([usize; 2]) -> M + Sync,
+    ) -> RayCounters {
+        let pose = body.pose();
+        match &self.kind {
+            Kind::Parallel(raster, direction) => {
+                let rays = (raster.in_body(pose), pose.vector_to_body(direction));
+                self.project_parallel(rays, body, weights, out, measure)
+            }
+            Kind::Between(ends) => {
+                let ends = ends.map(|raster| raster.in_body(pose));
+                self.project_each(Some(ends), body, weights, out, measure)
+            }
+            Kind::Each(_) => self.project_each(None, body, weights, out, measure),
         }
     }
 }

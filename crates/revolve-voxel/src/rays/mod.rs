@@ -11,7 +11,6 @@ pub(crate) mod lines;
 pub(crate) mod organ;
 pub(crate) mod points;
 mod project;
-pub(crate) mod raster;
 pub(crate) mod ray;
 pub(crate) mod silhouette;
 pub(crate) mod single;

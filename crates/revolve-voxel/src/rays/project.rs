@@ -2,17 +2,16 @@
 
 use std::ops::Range;
 
+use nalgebra::Vector3;
 use rayon::prelude::*;
 
-use crate::error::{finite, length, positive, zeros};
+use crate::error::{finite, length, zeros};
 use crate::rays::chord::Hint;
 use crate::rays::cone::Batch;
 use crate::rays::direction::Direction;
-use crate::rays::organ::across;
-use crate::rays::raster::{Raster, Rays};
 use crate::rays::silhouette::Silhouette;
 use crate::rays::slabs::for_slabs;
-use crate::{Body, ParallelRays, Ray, RayCounters, RevolveError, Sample};
+use crate::{Body, Lines, PointRaster, RayCounters, RevolveError, Sample};
 
 /// Rays that a task projects at least; a smaller image is one task, because waking another thread would take a part of its time.
 const TASK: usize = 1024;
@@ -31,7 +30,7 @@ impl Body {
     /// [`RevolveError::WrongLength`] or [`RevolveError::NotFinite`] for the activities, [`RevolveError::TooLarge`] for the image.
     pub fn project<T: Sample>(
         &self,
-        rays: &impl Rays,
+        rays: &Lines,
         activity: &[f64],
     ) -> Result<(Vec<T>, RayCounters), RevolveError> {
         let mut out = zeros("rays of a view", rays.image_len())?;
@@ -45,7 +44,7 @@ impl Body {
     /// [`RevolveError::WrongLength`] for a wrong image or number of activities, [`RevolveError::NotFinite`].
     pub fn project_add<T: Sample>(
         &self,
-        rays: &impl Rays,
+        rays: &Lines,
         activity: &[f64],
         weight: f64,
         out: &mut [T],
@@ -58,7 +57,7 @@ impl Body {
     /// `measure(ray)` returns a function of the ends of a segment and of the parameter of the ray's origin, on one scale.
     pub(crate) fn project_measured<T: Sample, M: Fn(f64, f64, f64) -> f64>(
         &self,
-        rays: &impl Rays,
+        rays: &Lines,
         activity: &[f64],
         weight: f64,
         out: &mut [T],
@@ -154,42 +153,17 @@ impl Body {
     }
 }
 
-impl Rays for ParallelRays {}
-
-impl Raster for ParallelRays {
-    fn row_len(&self) -> usize {
-        self.n_bins
-    }
-
-    fn image_len(&self) -> usize {
-        self.n_rows() * self.n_slabs() * self.n_bins
-    }
-
-    fn planes(&self) -> &[f64] {
-        self.planes()
-    }
-
-    fn line(&self, bin: usize, row: usize) -> Ray {
-        self.line(bin, row)
-    }
-
-    fn check_across(&self) -> Result<(), RevolveError> {
-        positive("rays' part across the torso", across(&self.direction)).map(drop)
-    }
-
-    fn project_body<T: Sample, M: Fn(f64, f64, f64) -> f64>(
+impl Lines {
+    /// Adds the integrals along parallel rays; `raster` and `d` are their points and direction in the body frame.
+    pub(super) fn project_parallel<T: Sample, M: Fn(f64, f64, f64) -> f64>(
         &self,
+        (raster, d): (PointRaster, Vector3<f64>),
         body: &Body,
         weights: &[f64],
         out: &mut [T],
         measure: impl Fn([usize; 2]) -> M + Sync,
     ) -> RayCounters {
-        let pose = body.pose();
-        let (raster, d) = (
-            self.raster.in_body(pose),
-            pose.vector_to_body(&self.direction),
-        );
-        let farthest = pose.farthest(self.farthest);
+        let farthest = body.pose().farthest(self.farthest);
         let spacing = raster.bin_step.norm().min(raster.row_step.norm());
         let views: Vec<LayerView> = (0..body.layers().len())
             .filter(|&k| weights[k] != 0.0)
@@ -207,8 +181,9 @@ impl Raster for ParallelRays {
             })
             .collect();
         let set = simd_set::Set::detect();
-        out.par_chunks_mut(self.n_slabs() * self.n_bins)
-            .with_min_len(TASK / self.n_bins.max(1))
+        let n_bins = self.size[0];
+        out.par_chunks_mut(self.n_slabs() * n_bins)
+            .with_min_len(TASK / n_bins)
             .enumerate()
             .map_init(Scratch::default, |scratch, (row, image)| {
                 let at = (self.first_row + row) as f64;

@@ -8,7 +8,7 @@ use crate::rays::single::SurfacePoint;
 use crate::solid::wedge::Wedge;
 use crate::wall::body_line::BodyLine;
 use crate::{
-    Body, Hit, Meridian, Pose, Ray, RayCounters, Rays, RevolveError, Sample, Span, WallTwist,
+    Body, Hit, Lines, Meridian, Pose, Ray, RayCounters, RevolveError, Sample, Span, WallTwist,
 };
 
 /// Margin of azimuths of a twisted sector, radians: more than rounding of sines and cosines.
@@ -269,7 +269,7 @@ impl Sector {
     /// [`RevolveError::WrongLength`] for a wrong image, [`RevolveError::NotFinite`] for the activity.
     pub fn project_add<T: Sample>(
         &self,
-        rays: &impl Rays,
+        rays: &Lines,
         activity: f64,
         out: &mut [T],
     ) -> Result<RayCounters, RevolveError> {

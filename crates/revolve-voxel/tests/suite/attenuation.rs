@@ -5,7 +5,7 @@ use crate::support;
 use nalgebra::{Point3, Vector3};
 use proptest::prelude::*;
 use revolve_voxel::{
-    Assembly, Body, Meridian, Organ, OrganShape, Organs, ParallelDetector, ParallelRays, Pose, Ray,
+    Assembly, Body, Lines, Meridian, Organ, OrganShape, Organs, ParallelDetector, Pose, Ray,
     RevolveError, Shown, VoxelGrid,
 };
 use std::f64::consts::PI;
@@ -30,7 +30,7 @@ fn body() -> Body {
     Body::new(vec![layer(0.6), layer(1.0)], pose).unwrap()
 }
 
-fn rays(theta: f64) -> ParallelRays {
+fn rays(theta: f64) -> Lines {
     ParallelDetector::new(24, 20, [0.4, 0.4])
         .unwrap()
         .rays(theta)
@@ -50,7 +50,7 @@ fn media(mu: f64, torso: Option<OrganShape>) -> Result<Organs, RevolveError> {
 /// The image of a body attenuated by a torso, or else by itself.
 fn attenuated(
     body: &Body,
-    rays: &ParallelRays,
+    rays: &Lines,
     activity: &[f64],
     mu: f64,
     torso: Option<OrganShape>,
@@ -59,7 +59,7 @@ fn attenuated(
     let assembly = Assembly::new(&media)
         .with_body(body, activity, own)
         .unwrap();
-    let mut out = vec![0.0; rays.n_bins() * rays.n_rows()];
+    let mut out = vec![0.0; rays.size().iter().product()];
     assembly
         .project_add(rays, Shown::Change, 1.0, &mut out)
         .unwrap();
@@ -261,7 +261,7 @@ fn invalid_input_is_rejected() {
             );
         }
     }
-    let along = ParallelRays::new(
+    let along = Lines::parallel(
         [2, 2],
         Point3::origin(),
         Vector3::x(),

@@ -7,8 +7,8 @@ use crate::support;
 
 use nalgebra::{Isometry3, Point3, UnitQuaternion, Vector3};
 use revolve_voxel::{
-    Body, Curve, Mask, Meridian, Mesh, OrganShape, ParallelDetector, ParallelRays, Piece, Pose,
-    Ray, RayPlane, RevolveError, Shell, VoxelGrid,
+    Body, Curve, Lines, Mask, Meridian, Mesh, OrganShape, ParallelDetector, Piece, Pose, Ray,
+    RayPlane, RevolveError, Shell, VoxelGrid,
 };
 use support::*;
 
@@ -211,13 +211,13 @@ fn poses_rays_grids_detectors() {
         );
     }
     let x = Vector3::x();
-    let no_bins = ParallelRays::new([0, 1], Point3::origin(), x, x, x);
+    let no_bins = Lines::parallel([0, 1], Point3::origin(), x, x, x);
     assert!(matches!(
         no_bins,
         Err(RevolveError::TooFew { given: 0, .. })
     ));
-    not_finite(ParallelRays::new([1, 1], Point3::origin(), x * nan, x, x).err());
-    let nowhere = ParallelRays::new([1, 1], Point3::origin(), x, x, x * 0.0);
+    not_finite(Lines::parallel([1, 1], Point3::origin(), x * nan, x, x).err());
+    let nowhere = Lines::parallel([1, 1], Point3::origin(), x, x, x * 0.0);
     assert_eq!(nowhere.err(), Some(RevolveError::NoDirection));
 }
 

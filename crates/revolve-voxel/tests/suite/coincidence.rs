@@ -183,7 +183,7 @@ proptest! {
         let round = Solid::under(&[[-20.0, 1.0], [20.0, 1.0]]).at(Pose::axis_along_z(0.0).unwrap().shifted(Vector3::x() * 0.25).unwrap().isometry());
         let mut seen = vec![(plain, None)];
         for (media, own, solid) in [(&none, Some(mu), b.clone()), (&torso, None, round)] {
-            let mut image = vec![0.0; rays.n_bins() * rays.n_rows()];
+            let mut image = vec![0.0; rays.size().iter().product()];
             let assembly = Assembly::new(media).with_body(&body, &activity, own).unwrap();
             assembly.project_add(&rays, Shown::Change, 1.0, &mut image).unwrap();
             seen.push((image, Some((mu, solid))));
@@ -191,7 +191,7 @@ proptest! {
         for (image, medium) in seen {
             let scene = Scene { active: vec![(1.0, a.clone()), (0.5, b.clone())], medium };
             for (k, got) in image.into_iter().enumerate() {
-                check(got, &scene, &rays.ray(k % rays.n_bins(), k / rays.n_bins()).unwrap())?;
+                check(got, &scene, &rays.ray(k % rays.size()[0], k / rays.size()[0]).unwrap())?;
             }
         }
     }
@@ -210,10 +210,10 @@ proptest! {
         for azimuths in [azimuths, rest] {
             let Some(sector) = parts(azimuths) else { continue };
             check(sector.chord(&ray), &scene(azimuths), &ray)?;
-            let mut image = vec![0.0; rays.n_bins() * rays.n_rows()];
+            let mut image = vec![0.0; rays.size().iter().product()];
             sector.project_add(&rays, 1.0, &mut image).unwrap();
             for (k, got) in image.into_iter().enumerate() {
-                check(got, &scene(azimuths), &rays.ray(k % rays.n_bins(), k / rays.n_bins()).unwrap())?;
+                check(got, &scene(azimuths), &rays.ray(k % rays.size()[0], k / rays.size()[0]).unwrap())?;
             }
         }
     }

@@ -3,8 +3,8 @@
 use nalgebra::{Point3, Vector3};
 use proptest::prelude::*;
 use revolve_voxel::{
-    Assembly, Body, Lines, Meridian, Organ, OrganShape, Organs, ParallelDetector, ParallelRays,
-    Pose, Ray, RevolveError, Sector, Shown, VoxelGrid,
+    Assembly, Body, Lines, Meridian, Organ, OrganShape, Organs, ParallelDetector, Pose, Ray,
+    RevolveError, Sector, Shown, VoxelGrid,
 };
 
 const HEART_MU: f64 = 0.15;
@@ -46,7 +46,7 @@ fn organs() -> Organs {
     .unwrap()
 }
 
-fn rays(theta: f64) -> ParallelRays {
+fn rays(theta: f64) -> Lines {
     let detector = ParallelDetector::new(24, 20, [0.4, 0.4]).unwrap();
     detector.rays(theta).unwrap()
 }
@@ -157,7 +157,7 @@ fn slabs_add_up_to_the_whole_and_one_slab_is_bitwise_identical_to_it() {
     let torso = Organs::new(vec![torso]).unwrap();
     let ring = Meridian::ring(&[[0.5, 0.4], [0.5, 1.4], [3.0, 1.2], [3.0, 0.3]]).unwrap();
     let sector = Sector::new(ring, [0.2, 2.9], *heart.pose()).unwrap();
-    let project = |rays: &ParallelRays, n: usize| {
+    let project = |rays: &Lines, n: usize| {
         let mut images = vec![vec![0.0f64; n]; 4];
         heart
             .project_add(rays, &ACTIVITY, 0.7, &mut images[0])
@@ -245,6 +245,9 @@ fn bad_planes_and_organs_are_rejected() {
         refused(&[1.0, 0.5]),
         RevolveError::NotPositive { given: -0.5, .. }
     ));
+    let listed = Lines::each([1, 1], vec![rays.ray(0, 0).unwrap()]).unwrap();
+    let refused = listed.with_planes(&[0.0]);
+    assert_eq!(refused.unwrap_err(), RevolveError::NotParallel);
     assert!(matches!(
         OrganShape::ellipsoid([0.0; 3], [1.0, 0.0, 1.0]),
         Err(RevolveError::NotPositive { .. })

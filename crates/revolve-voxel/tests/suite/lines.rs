@@ -8,7 +8,7 @@ use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion, Vector3};
 use proptest::prelude::*;
 use revolve_voxel::{
     Assembly, Body, Lines, Meridian, Organ, OrganShape, Organs, ParallelDetector, PointRaster,
-    Pose, Ray, Rays, RevolveError, Sector, Shown,
+    Pose, Ray, RevolveError, Sector, Shown,
 };
 use support::brute::Scene;
 
@@ -41,6 +41,11 @@ fn rays(lines: &Lines) -> Vec<Ray> {
     let [n_bins, n_rows] = lines.size();
     let all = (0..n_bins * n_rows).map(|k| lines.ray(k % n_bins, k / n_bins).unwrap());
     all.collect()
+}
+
+/// The same lines as a list.
+fn listed(lines: &Lines) -> Lines {
+    Lines::each(lines.size(), rays(lines)).unwrap()
 }
 
 /// The length of a line between two planes within a quadratic `a t^2 + 2 b t + c < 0`, a > 0.
@@ -168,9 +173,9 @@ proptest! {
         let [a, b] = [a, b].map(|s| s.at(pose.isometry()));
         let scene = Scene { active: vec![(1.0, a), (0.5, b)], medium: None };
         let (parallel, _) = body.project::<f64>(&rays, &[1.5, 0.5]).unwrap();
-        let (lines, _) = body.project::<f64>(&Lines::from(&rays), &[1.5, 0.5]).unwrap();
+        let (lines, _) = body.project::<f64>(&listed(&rays), &[1.5, 0.5]).unwrap();
         for (k, got) in lines.into_iter().enumerate() {
-            check(got, &scene, &rays.ray(k % rays.n_bins(), k / rays.n_bins()).unwrap())?;
+            check(got, &scene, &rays.ray(k % rays.size()[0], k / rays.size()[0]).unwrap())?;
             // Two grazing chords, with half the digits.
             prop_assert!((got - parallel[k]).abs() < 1e-6, "{got} {}", parallel[k]);
         }
@@ -194,8 +199,8 @@ fn parallel_views_of_the_heart_as_lines() {
     let detector = ParallelDetector::new(60, 50, [0.25, 0.3]).unwrap();
     for k in 0..12 {
         let rays = detector.rays(0.5 * f64::from(k)).unwrap();
-        let lines = Lines::from(&rays);
-        fn image(assembly: &Assembly<'_>, rays: &impl Rays) -> Vec<f64> {
+        let lines = listed(&rays);
+        fn image(assembly: &Assembly<'_>, rays: &Lines) -> Vec<f64> {
             let mut image = vec![0.0; 3000];
             for shown in [Shown::Organs, Shown::Change] {
                 assembly.project_add(rays, shown, 1.0, &mut image).unwrap();

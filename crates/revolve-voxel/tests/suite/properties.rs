@@ -4,7 +4,7 @@ use crate::support;
 
 use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion, Vector3};
 use proptest::prelude::*;
-use revolve_voxel::{Body, Meridian, ParallelRays, Pose, Ray, VoxelGrid};
+use revolve_voxel::{Body, Lines, Meridian, Pose, Ray, VoxelGrid};
 use std::collections::HashMap;
 use std::f64::consts::PI;
 use support::*;
@@ -81,7 +81,7 @@ proptest! {
         let sums = [[-0.25, -0.25], [-0.25, 0.25], [0.25, -0.25], [0.25, 0.25]].map(|[a, b]| {
             let middle = 0.5 * (n as f64 - 1.0);
             let first = Point3::from(u * ((a - middle) * pitch) + w * ((b - middle) * pitch));
-            let rays = ParallelRays::new([n, n], first, u * pitch, w * pitch, d).unwrap();
+            let rays = Lines::parallel([n, n], first, u * pitch, w * pitch, d).unwrap();
             let (image, _) = body.project::<f64>(&rays, &[1.0]).unwrap();
             image.iter().sum::<f64>() * pitch * pitch
         });

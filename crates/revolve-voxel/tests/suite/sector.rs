@@ -5,8 +5,8 @@ use crate::support;
 use nalgebra::{Point3, Vector3};
 use proptest::prelude::*;
 use revolve_voxel::{
-    Assembly, Body, Lines, Meridian, Organ, OrganShape, Organs, ParallelDetector, ParallelRays,
-    Pose, Ray, RevolveError, Sector, Shown, VoxelGrid,
+    Assembly, Body, Lines, Meridian, Organ, OrganShape, Organs, ParallelDetector, Pose, Ray,
+    RevolveError, Sector, Shown, VoxelGrid,
 };
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
@@ -33,7 +33,7 @@ fn ring() -> Meridian {
     .unwrap()
 }
 
-fn rays(theta: f64) -> ParallelRays {
+fn rays(theta: f64) -> Lines {
     ParallelDetector::new(40, 36, [0.15, 0.15])
         .unwrap()
         .rays(theta)
@@ -41,8 +41,8 @@ fn rays(theta: f64) -> ParallelRays {
 }
 
 /// The image of sectors of activity 2, alone or in an attenuating torso with a body that contains them.
-fn image(sectors: &[Sector], rays: &ParallelRays, torso: Option<(&Organs, &Body)>) -> Vec<f64> {
-    let mut out = vec![0.0; rays.n_bins() * rays.n_rows()];
+fn image(sectors: &[Sector], rays: &Lines, torso: Option<(&Organs, &Body)>) -> Vec<f64> {
+    let mut out = vec![0.0; rays.size().iter().product()];
     match torso {
         None => sectors.iter().for_each(|sector| {
             sector.project_add(rays, 2.0, &mut out).unwrap();

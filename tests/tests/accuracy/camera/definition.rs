@@ -2,7 +2,7 @@
 //! Gaussian of that depth, and averaged over phases.
 
 use heart_phantom::revolve_voxel::{
-    Assembly, Organ, OrganShape, Organs, ParallelDetector, ParallelRays, Shown,
+    Assembly, Lines, Organ, OrganShape, Organs, ParallelDetector, Shown,
 };
 use heart_phantom::scene::{self, Mode, Scene};
 use heart_phantom::{Chest, HeartShape, Phantom};
@@ -138,7 +138,7 @@ impl View {
         bounds: [[f64; 2]; 2],
         depth: [f64; 2],
         least: f64,
-        project: impl Fn(&ParallelRays, &mut [f32]) + Sync,
+        project: impl Fn(&Lines, &mut [f32]) + Sync,
     ) {
         let n = match self.is_deep {
             true => ((depth[1] - depth[0]) / SLAB).ceil(),
@@ -264,7 +264,7 @@ struct Raster {
 
 /// Every 13th row of the rays.
 struct Set {
-    rays: ParallelRays,
+    rays: Lines,
     /// For each slab and ray the first bin that it reaches, and its fractions in the bins from there on.
     along: Vec<(usize, Vec<f64>)>,
     /// Heights of the rows.
@@ -331,11 +331,11 @@ impl Raster {
     fn samples(
         &self,
         set: &Set,
-        project: impl Fn(&ParallelRays, &mut [f32]),
+        project: impl Fn(&Lines, &mut [f32]),
         slabs: &mut Vec<f32>,
     ) -> Vec<f64> {
         let mut samples = vec![0.0; self.size[0] * self.size[1]];
-        let (n_bins, n_slabs) = (set.rays.n_bins(), self.sigmas.len());
+        let (n_bins, n_slabs) = (set.rays.size()[0], self.sigmas.len());
         slabs.clear();
         slabs.resize(set.heights.len() * n_slabs * n_bins, 0.0);
         project(&set.rays, slabs);

@@ -3,8 +3,8 @@
 use super::{ODD, SIZES, back, pairs};
 use nalgebra::{Isometry3, Point3, Quaternion, Translation3, Unit, Vector3};
 use revolve_voxel::{
-    Assembly, Body, Curve, Mask, Meridian, Organ, OrganShape, Organs, ParallelDetector,
-    ParallelRays, Piece, Pose, Ray, RevolveError, Sector, Shell, Shown, Sweep, VoxelGrid,
+    Assembly, Body, Curve, Lines, Mask, Meridian, Organ, OrganShape, Organs, ParallelDetector,
+    Piece, Pose, Ray, RevolveError, Sector, Shell, Shown, Sweep, VoxelGrid,
 };
 
 fn meridians() -> Vec<Meridian> {
@@ -72,7 +72,7 @@ fn revolve_voxel_accepts_any_input() {
         let detector = ParallelDetector::new(3, 2, [a, b]);
         let detector = detector.and_then(|d| d.with_offset([b, a]));
         rasters.extend(back(detector.and_then(|d| d.rays(a))));
-        rasters.extend(back(ParallelRays::new(
+        rasters.extend(back(Lines::parallel(
             [2, 2],
             Point3::new(a, b, 0.0),
             Vector3::x() * b,
@@ -95,7 +95,7 @@ fn revolve_voxel_accepts_any_input() {
         for (bin, row) in SIZES.into_iter().zip(SIZES) {
             assert_eq!(
                 raster.ray(bin, row).is_some(),
-                bin < raster.n_bins() && row < raster.n_rows()
+                bin < raster.size()[0] && row < raster.size()[1]
             );
         }
         let slices = SIZES[k % SIZES.len()]..SIZES[k / SIZES.len() % SIZES.len()];
@@ -154,7 +154,7 @@ fn revolve_voxel_accepts_any_input() {
             let Some(sector) = back(Sector::new(meridian.clone(), azimuths, *any(k))) else {
                 continue;
             };
-            let mut image = vec![0.0; raster.n_bins() * raster.n_rows()];
+            let mut image = vec![0.0; raster.size().iter().product()];
             let mut voxels = vec![0.0; grid.len()];
             back(sector.project_add(raster, 1.0, &mut image));
             let none = Organs::default();
@@ -181,7 +181,7 @@ fn revolve_voxel_accepts_any_input() {
     for [a, b] in pairs() {
         if let Some(torso) = back(OrganShape::cylinder([a, 0.0], [1.0, b])) {
             let raster = &rasters[0];
-            let mut image = vec![0.0; raster.n_bins() * raster.n_rows()];
+            let mut image = vec![0.0; raster.size().iter().product()];
             let organ = Organ {
                 shape: torso,
                 activity: a,

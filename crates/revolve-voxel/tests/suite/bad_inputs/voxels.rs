@@ -17,7 +17,7 @@ fn rays_beyond_a_raster() {
     // The first and the last ray are finite, but one in between is not.
     let raster = |count: usize, step: f64| {
         let (bin, row) = (Vector3::x() * step, Vector3::x() * -step);
-        ParallelRays::new([count; 2], Point3::origin(), bin, row, Vector3::z())
+        Lines::parallel([count; 2], Point3::origin(), bin, row, Vector3::z())
     };
     assert!(raster(1000, 1e300).is_ok());
     assert!(matches!(
