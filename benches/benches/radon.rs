@@ -260,7 +260,7 @@ fn projectors(c: &mut Criterion) {
         .throughput(Throughput::Elements((16 * 128 * 128 * 90) as u64))
         .sample_size(10);
     let volume = case.image.repeat(16);
-    for kernel in [Kernel::Joseph, Kernel::Siddon, Kernel::Strip] {
+    for kernel in [Kernel::Joseph, Kernel::Strip] {
         let projector = Projector::new(&case.geometry, &case.grid, kernel).unwrap();
         let error = case.distance(&projector.forward(&case.image).unwrap());
         println!("{kernel:?}: relative error against bin means {error:.5}");
@@ -394,7 +394,7 @@ fn projector_rows(effort: Effort) {
             }
             .print();
         };
-        for kernel in [Kernel::Joseph, Kernel::Siddon, Kernel::Strip] {
+        for kernel in [Kernel::Joseph, Kernel::Strip] {
             let projector = Projector::new(&case.geometry, &case.grid, kernel).unwrap();
             let operator = projector.stack_operator(SLICES, StackOrder::SliceViewBin);
             let operator = operator.unwrap();

@@ -31,7 +31,7 @@ def arrays(phantom: Phantom) -> NDArray[np.float32]:
 
 def tomography() -> NDArray[np.float64]:
     geometry = radon.Geometry(np.linspace(0, 3, 30), 64, 0.5)
-    projector = radon.Projector(geometry, radon.Grid(64, 64, (0.5, 0.5)), "siddon")
+    projector = radon.Projector(geometry, radon.Grid(64, 64, (0.5, 0.5)), "strip")
     sinogram = projector.forward(np.ones((64, 64)))
     plan = radon.FbpPlan(geometry, projector.grid, window={"butterworth": {"order": 4}}, arc="extend")
     solution = radon.osem(projector, sinogram, 5, iterations=2)

@@ -227,11 +227,7 @@ fn forward(c: &mut Criterion) {
     // The shell fills 103 of 256 slices; a volume without empty slices is the full work.
     let full: LazyCell<Vec<f32>, _> =
         LazyCell::new(|| scene.volume.iter().map(|x| x + 1e-3).collect());
-    for (kernel, most) in [
-        (Kernel::Joseph, joseph),
-        (Kernel::Siddon, [0.03, 0.03]),
-        (Kernel::Strip, [0.021, 0.0077]),
-    ] {
+    for (kernel, most) in [(Kernel::Joseph, joseph), (Kernel::Strip, [0.021, 0.0077])] {
         for set in [
             InstructionSet::Baseline,
             InstructionSet::Avx2,
@@ -358,7 +354,7 @@ fn rows(effort: Effort) {
     };
     let kernels: &[Kernel] = match effort {
         Effort::Test | Effort::Quick => &[Kernel::Joseph],
-        Effort::Full => &[Kernel::Joseph, Kernel::Siddon, Kernel::Strip],
+        Effort::Full => &[Kernel::Joseph, Kernel::Strip],
     };
     let mut rays = vec![0.0f32; VIEWS * n * n];
     let mut back = vec![0.0f32; n * n * n];

@@ -129,7 +129,7 @@ class FbpPlan:
 @final
 class Projector:
     def __new__(
-        cls, geometry: Geometry, grid: Grid, kernel: Literal["joseph", "siddon", "strip"] = "joseph"
+        cls, geometry: Geometry, grid: Grid, kernel: Literal["joseph", "strip"] = "joseph"
     ) -> Projector: ...
     def forward(
         self, image: ArrayLike, *, order: _Order = "view-slice-bin", progress: Optional[_Progress] = None

@@ -17,8 +17,8 @@ use std::sync::Arc;
 ///     Views and bins of the data.
 /// grid : Grid
 ///     Pixels of the images.
-/// kernel : {"joseph", "siddon", "strip"}
-///     Linear interpolation, exact lengths in pixels, or exact bin averages.
+/// kernel : {"joseph", "strip"}
+///     Linear interpolation, or exact bin averages.
 ///
 /// Examples
 /// --------
@@ -33,11 +33,7 @@ use std::sync::Arc;
 #[derive(Debug)]
 pub(crate) struct PyProjector(pub(crate) Arc<Projector>);
 
-const KERNELS: [(&str, Kernel); 3] = [
-    ("joseph", Kernel::Joseph),
-    ("siddon", Kernel::Siddon),
-    ("strip", Kernel::Strip),
-];
+const KERNELS: [(&str, Kernel); 2] = [("joseph", Kernel::Joseph), ("strip", Kernel::Strip)];
 
 #[pymethods]
 impl PyProjector {

@@ -125,7 +125,7 @@ fn fbp(random: &mut Random, geometry: &ParallelGeometry, grid: &ImageGrid) -> Ou
 }
 
 fn projector(random: &mut Random, geometry: &ParallelGeometry, grid: &ImageGrid) -> Outcome {
-    let kernel = random.pick(&[Kernel::Joseph, Kernel::Siddon, Kernel::Strip]);
+    let kernel = random.pick(&[Kernel::Joseph, Kernel::Strip]);
     let Ok(projector) = Projector::new(geometry, grid, kernel) else {
         return Outcome::Rejected;
     };

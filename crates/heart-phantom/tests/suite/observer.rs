@@ -119,7 +119,7 @@ fn units_of_work_count_the_completed_fraction() {
         }
         counts("transpose", &|| drop(plan.adjoint(&[1.0; 2100]).unwrap()));
     }
-    for kernel in [Kernel::Joseph, Kernel::Siddon, Kernel::Strip] {
+    for kernel in [Kernel::Joseph, Kernel::Strip] {
         let projector = Projector::new(&geometry, &grid, kernel).unwrap();
         for n in [1, 5, 40, 300] {
             let (x, y, order) = (

@@ -23,7 +23,8 @@ impl Projector {
             };
             let [first, per_bin] = [view.offset(0), view.per_bin()];
             let fits = |ray| Bins::fit(&ray, first, per_bin, n, [n_steps, STEPS]);
-            let is_alone = view.narrow_strip().is_some() || view.box_ray::<f32>().is_some_and(fits);
+            let is_alone =
+                view.narrow_strip().is_some() || view.linear_ray::<f32>().is_some_and(fits);
             is_alone && size_of::<T>() == size_of::<f32>()
         })
     }
@@ -70,7 +71,7 @@ impl Projector {
             sums.fill(0.0);
             if let Some(strips) = strips(view, n, stride) {
                 add_strips(set, &strips, &image[MARGIN / 2..], [n_steps, STEPS], sums);
-            } else if let Some(ray) = view.box_ray() {
+            } else if let Some(ray) = view.linear_ray() {
                 let bins = Bins {
                     image,
                     stride,
@@ -123,7 +124,7 @@ impl Projector {
             let values = values.map(|x| x.f64() as f32);
             let view = &self.views[view];
             let n_steps = if view.steps_are_rows() { ny } else { nx };
-            let fits = view.box_ray().is_some_and(|ray| {
+            let fits = view.linear_ray().is_some_and(|ray| {
                 sorted.fill(ray, view.offset(0), view.per_bin(), n_steps, values)
             });
             all_fit.fetch_and(fits, Ordering::Relaxed);

@@ -9,9 +9,7 @@ pub enum Kernel {
     /// Linear interpolation at each row (or column) that the ray crosses (Joseph 1982, doi:10.1109/TMI.1982.4307572).
     #[default]
     Joseph,
-    /// The exact length of the ray within each pixel (Siddon 1985, doi:10.1118/1.595715). A ray that runs along the edge between two
-    /// pixels, to 2^-21 of a pixel, is shared by both.
-    Siddon,
-    /// The exact area of the bin's strip within each pixel, divided by the pitch: Siddon's length averaged over the bin.
+    /// The exact area of the bin's strip within each pixel, divided by the pitch: the length of a ray within the pixel
+    /// (Siddon 1985, doi:10.1118/1.595715) averaged over the bin.
     Strip,
 }

@@ -11,7 +11,7 @@ impl Projector {
     /// Returns the matrix A of one slice in compressed rows: row `view * n_bins + bin`, column `y * nx + x`, with the weights of
     /// [`forward`](crate::LinearOperator::forward). Zeros are omitted.
     ///
-    /// Cost and memory: about 2 entries (Joseph, Siddon) for each view and pixel row that a bin crosses.
+    /// Cost and memory: about 2 entries (Joseph) for each view and pixel row that a bin crosses.
     ///
     /// ```
     /// use radon::{ImageGrid, Kernel, ParallelGeometry, Projector};

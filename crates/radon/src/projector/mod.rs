@@ -26,7 +26,7 @@ use rays::{Rays, View};
 /// The weights are lengths in the unit of the geometry, so that projections have their absolute scale. One traversal
 /// computes the weights; forward gathers with them and adjoint scatters with the same numbers, so that <A x, y> = <x, Aᵀ y>
 /// to rounding. The adjoint is not the back-projection of FBP: it has neither view weights nor the factor 1/pitch.
-/// For `f32` samples, the positions at which rays of Joseph and Siddon cross a row of pixels are rounded to 2^-27 of a pixel.
+/// For `f32` samples, the positions at which rays of Joseph cross a row of pixels are rounded to 2^-27 of a pixel.
 ///
 /// Angles, offset, pitch, spacing, centre and sizes are arbitrary; pixels need not be square. Results are bitwise identical for any number of
 /// threads and for a slice alone or among others. A slice of `f32` alone costs little more than its part of a stack unless bins are wider than

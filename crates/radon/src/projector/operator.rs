@@ -29,7 +29,7 @@ impl<T: Sample> LinearOperator<T> for Projector {
 
 /// The projector of a stack of slices: volumes `[slice][y][x]`, data in a given order. Rejects a wrong length and a sample that is NaN or infinite.
 ///
-/// Cost forward: two multiply-adds for each slice, view and pixel (Joseph, Siddon); adjoint: a store for each of them, too. Work arrays: a copy of
+/// Cost forward: two multiply-adds for each slice, view and pixel (Joseph); adjoint: a store for each of them, too. Work arrays: a copy of
 /// the projections of at most 256 slices and, forward, of a band of their images. The adjoint processes a few slices one by one: a copy of one
 /// sinogram, and 20 bytes for each of its views and bins or rows of pixels. Concurrent calls have separate work arrays, which are kept for later
 /// calls.

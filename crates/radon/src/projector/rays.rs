@@ -8,15 +8,14 @@
 //! ```
 //!
 //! and each kernel distributes the step's path length to the pixels about `f`: pixel `i` gets the fraction of a blurred point at `f`
-//! between `i - 1/2` and `i + 1/2`. The blur is a box of one pixel (Joseph), a box of the pixels that the ray crosses within the step
-//! (Siddon: exact lengths), or that box convolved with the bin's width (strip: exact areas). Forward, adjoint and matrix use the same pairs
-//! of pixels and weights.
+//! between `i - 1/2` and `i + 1/2`. The blur is a box of one pixel (Joseph), or a box of the pixels that the ray crosses within the
+//! step, convolved with the bin's width (strip: exact areas). Forward, adjoint and matrix use the same pairs of pixels and weights.
 
 use std::ops::Range;
 
 use super::kernel::Kernel;
 use crate::error::{RadonError, within};
-use crate::simd::{BoxRay, InstructionSet, Pairs, Place, Snap, StripRay};
+use crate::simd::{InstructionSet, LinearRay, Pairs, Place, Snap, StripRay};
 use crate::{ImageGrid, ParallelGeometry, Sample};
 
 /// The part of an image in which rays are followed, and its position in memory.
@@ -80,18 +79,6 @@ pub(super) fn in_turn<T>(
     })
 }
 
-/// Smallest width of a box in pixels; rounded `f32` positions resolve 128 parts of it.
-const LEAST_WIDTH: f64 = 1.0 / (1 << 20) as f64;
-
-/// Distribution of a step's length to the pixels about its crossing.
-#[derive(Clone, Copy, Debug)]
-enum Spread {
-    /// Two pixels, weights linear in f over a box at most one pixel wide: the reciprocal of its width.
-    Box(f64),
-    /// Any number of pixels.
-    Strip(StripRay),
-}
-
 /// The rays of one view.
 #[derive(Clone, Debug)]
 pub(super) struct View {
@@ -107,7 +94,8 @@ pub(super) struct View {
     n_across: usize,
     /// Path length of a step.
     length: f64,
-    spread: Spread,
+    /// Weights of any number of pixels per step; `None` for two pixels with weights linear in f.
+    strip: Option<StripRay>,
     /// The first pixel of a step is floor(f + lead).
     lead: f64,
     /// Pixels a step may touch, on the grid or beyond it.
@@ -145,18 +133,11 @@ impl View {
         within("distance of a ray in pixels", farthest, 0.0, 1e12)?;
 
         let (crossed, length) = (per_step.abs(), d_along / a.abs());
-        // Rays along the steps have a box of zero width; this width divides a ray on an edge evenly between its pixels.
-        let per_width = 1.0 / crossed.max(LEAST_WIDTH);
-        let (spread, reach, n_taps) = match kernel {
-            Kernel::Joseph => (Spread::Box(1.0), 0.5, 2),
-            Kernel::Siddon => (Spread::Box(per_width), 0.5 / per_width, 2),
+        let (strip, blur) = match kernel {
+            Kernel::Joseph => (None, 1.0),
             Kernel::Strip => {
                 let ray = StripRay::new([crossed, per_bin.abs()], per_step, length);
-                (
-                    Spread::Strip(ray),
-                    0.5 * (crossed + per_bin.abs()),
-                    ray.n_taps,
-                )
+                (Some(ray), crossed + per_bin.abs())
             }
         };
         Ok(Self {
@@ -168,9 +149,9 @@ impl View {
             n_bins: geometry.n_bins(),
             n_across,
             length,
-            spread,
-            lead: 0.5 - reach,
-            n_taps,
+            strip,
+            lead: 0.5 - 0.5 * blur,
+            n_taps: strip.map_or(2, |ray| ray.n_taps),
         })
     }
 
@@ -180,38 +161,31 @@ impl View {
     }
 
     /// Returns the ray of bin 0, with pixel 0 at position 1, if every step is distributed to two pixels.
-    pub(super) fn box_ray<T: Sample>(&self) -> Option<BoxRay<T>> {
-        match self.spread {
-            Spread::Box(per_width) => {
-                let snap = self.snap::<T>();
-                Some(BoxRay {
-                    offset: snap.of(self.offset(0)),
-                    per_step: self.per_step,
-                    zero: snap.of(1.0 - 1.0 / per_width),
-                    slope: T::of(self.length * per_width),
-                    snap,
-                    length: T::of(self.length),
-                })
-            }
-            Spread::Strip(_) => None,
+    pub(super) fn linear_ray<T: Sample>(&self) -> Option<LinearRay<T>> {
+        self.strip.is_none().then(|| self.linear())
+    }
+
+    fn linear<T: Sample>(&self) -> LinearRay<T> {
+        let snap = self.snap::<T>();
+        LinearRay {
+            offset: snap.of(self.offset(0)),
+            per_step: self.per_step,
+            snap,
+            length: T::of(self.length),
         }
     }
 
     /// Returns the strip of bin 0, with pixel 0 at position 1, if it is narrow.
     pub(super) fn narrow_strip(&self) -> Option<StripRay> {
-        match self.spread {
-            Spread::Strip(mut ray) => {
-                ray.offset = self.offset(0);
-                ray.is_narrow().then_some(ray)
-            }
-            Spread::Box(_) => None,
-        }
+        let mut ray = self.strip?;
+        ray.offset = self.offset(0);
+        ray.is_narrow().then_some(ray)
     }
 
     /// Returns the rounding of positions: a ray of `f32` samples may move by 2^-28 of a pixel.
     fn snap<T: Sample>(&self) -> Snap {
-        match self.spread {
-            Spread::Box(_) if size_of::<T>() == size_of::<f32>() => Snap::FINE,
+        match self.strip {
+            None if size_of::<T>() == size_of::<f32>() => Snap::FINE,
             _ => Snap::NONE,
         }
     }
@@ -244,12 +218,12 @@ impl View {
         // Positions in memory are modulo 2^32; used ones lie in the window or beside it.
         let zero = (*origin as u32).wrapping_sub((across.start * stride_across) as u32);
         let (per_pixel, per_step) = (*stride_across as u32, *stride_along as u32);
-        let (box_ray, snap) = (self.box_ray::<T>(), self.snap::<T>());
+        let (linear, snap) = (self.linear::<T>(), self.snap::<T>());
         // Steps that touch a pixel of the window have their position in [low, high).
-        let spill = match self.spread {
-            Spread::Box(_) => 1.0,
+        let spill = match self.strip {
+            None => 1.0,
             // One more for the rounding of the last pixel; unless there is nothing to add.
-            Spread::Strip(_) => self.n_taps as f64,
+            Some(ray) => ray.n_taps as f64,
         };
         let (low, high) = ((across.start + 1) as f64 - spill, (across.end + 1) as f64);
 
@@ -268,19 +242,17 @@ impl View {
                 across: per_pixel,
             };
             let (m, n) = (steps.start, steps.len());
-            match (self.spread, &box_ray) {
-                (Spread::Strip(mut ray), _) => {
+            match self.strip {
+                Some(mut ray) => {
                     ray.offset = offset;
                     // From the pixel before the window to its last one.
                     let pixels = [across.start as i32, across.end as i32 + 1];
                     T::extend_strip(set, &mut rays.pairs, &ray, m, n, place, pixels);
                 }
-                (Spread::Box(_), Some(ray)) => {
-                    let ray = BoxRay { offset, ..*ray };
+                None => {
+                    let ray = LinearRay { offset, ..linear };
                     T::extend(set, &mut rays.pairs, &ray, m, n, place);
                 }
-                #[expect(clippy::unreachable, reason = "a box has its ray")]
-                (Spread::Box(_), None) => unreachable!("a box has its ray"),
             }
             rays.ends.push((bin, rays.pairs.len()));
         }

@@ -4,7 +4,7 @@
 use std::ops::Range;
 
 use super::InstructionSet;
-use super::pairs::{BoxRay, Snap};
+use super::pairs::{LinearRay, Snap};
 use super::registers::Registers;
 use super::vector::{Plain, RUN, Vector, WINDOW};
 #[cfg(target_arch = "x86_64")]
@@ -25,7 +25,7 @@ pub(crate) struct Bins<'a> {
     /// Position of the ray of bin 0 at step 0, not snapped; position 1 is the first pixel.
     pub(crate) first: f64,
     /// Common parameters of all rays.
-    pub(crate) ray: BoxRay<f32>,
+    pub(crate) ray: LinearRay<f32>,
     /// Distance between the rays of neighbouring bins.
     pub(crate) per_bin: f64,
 }
@@ -39,7 +39,7 @@ impl Bins<'_> {
     /// Whether fixed point represents the positions of `n` rays in `n_steps` steps, `n_band` of them at a time: runs must be narrower than
     /// a window and the margins, and within range.
     pub(crate) fn fit(
-        ray: &BoxRay<f32>,
+        ray: &LinearRay<f32>,
         first: f64,
         per_bin: f64,
         n: usize,
@@ -66,30 +66,26 @@ pub(super) fn whole(position: f64) -> i64 {
     (position * ONE as f64) as i64
 }
 
-/// The lengths of [`BoxRay::weights`] from positions in fixed point.
+/// The lengths of [`LinearRay::weights`] from positions in fixed point.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct FixedWeights {
-    pub(super) ray: BoxRay<f32>,
-    /// Fractional position at which the next pixel's length begins.
-    pub(super) zero: i32,
+    /// Path length of a step.
+    pub(super) length: f32,
     /// Length per unit of the last bit: a power of two, which does not affect rounding.
     pub(super) slope: f32,
 }
 
 impl FixedWeights {
-    pub(super) fn new(ray: BoxRay<f32>) -> Self {
-        Self {
-            ray,
-            zero: whole(ray.zero) as i32,
-            slope: ray.slope / ONE as f32,
-        }
+    pub(super) fn new(length: f32) -> Self {
+        let slope = length / ONE as f32;
+        Self { length, slope }
     }
 
     /// Returns the lengths within the first and the next pixel for a position; integer bits are ignored.
     #[inline(always)]
     pub(super) fn at(&self, position: i32) -> (f32, f32) {
-        let behind = (position & REST) - self.zero;
-        self.ray.hold(self.slope * behind as f32)
+        let far = self.slope * (position & REST) as f32;
+        (self.length - far, far)
     }
 }
 
@@ -237,7 +233,7 @@ unsafe fn add_runs<V: AddFixed>(
         bins,
         first: steps.start,
         shifts: &fixed.shifts[steps],
-        weights: FixedWeights::new(bins.ray),
+        weights: FixedWeights::new(bins.ray.length),
     };
     let ends = [band.shifts[0], band.shifts[band.shifts.len() - 1]];
     let (low, high) = (ends[0].min(ends[1]), ends[0].max(ends[1]));
@@ -342,9 +338,8 @@ mod x86 {
     ) {
         // SAFETY: the machine has the set, and each row holds the window, as the caller promised; all arrays are RUN long.
         unsafe {
-            let length = _mm512_set1_ps(band.weights.ray.length);
-            let (slope, nothing) = (_mm512_set1_ps(band.weights.slope), _mm512_setzero_ps());
-            let zero = _mm512_set1_epi32(band.weights.zero);
+            let length = _mm512_set1_ps(band.weights.length);
+            let slope = _mm512_set1_ps(band.weights.slope);
             let (rest, one) = (_mm512_set1_epi32(REST), _mm512_set1_epi32(1));
             let mut fixed = [_mm512_setzero_si512(); N];
             for n in 0..N {
@@ -357,9 +352,8 @@ mod x86 {
                     let (row, shift) = band.window(i, runs[n].least, shift);
                     let t = _mm512_add_epi32(fixed[n], _mm512_set1_epi32(shift));
                     let j = _mm512_srli_epi32::<{ Snap::DIGITS }>(t);
-                    let behind = _mm512_sub_epi32(_mm512_and_si512(t, rest), zero);
+                    let behind = _mm512_and_si512(t, rest);
                     let w1 = _mm512_mul_ps(slope, _mm512_cvtepi32_ps(behind));
-                    let w1 = _mm512_min_ps(_mm512_max_ps(w1, nothing), length);
                     let w0 = _mm512_sub_ps(length, w1);
                     let (a, b) = (_mm512_loadu_ps(row), _mm512_loadu_ps(row.add(16)));
                     let next = _mm512_add_epi32(j, one);
@@ -385,9 +379,8 @@ mod x86 {
     ) {
         // SAFETY: the machine has the set, and each row holds the window, as the caller promised; all arrays are RUN long.
         unsafe {
-            let length = _mm256_set1_ps(band.weights.ray.length);
-            let (slope, nothing) = (_mm256_set1_ps(band.weights.slope), _mm256_setzero_ps());
-            let zero = _mm256_set1_epi32(band.weights.zero);
+            let length = _mm256_set1_ps(band.weights.length);
+            let slope = _mm256_set1_ps(band.weights.slope);
             let (rest, one) = (_mm256_set1_epi32(REST), _mm256_set1_epi32(1));
             for (run, sums) in runs.iter().zip(sums) {
                 let fixed = [
@@ -407,9 +400,8 @@ mod x86 {
                         let (row, shift) = band.window(i, least[n], shift);
                         let (a, b) = (_mm256_loadu_ps(row), _mm256_loadu_ps(row.add(8)));
                         let t = _mm256_add_epi32(fixed[n], _mm256_set1_epi32(shift));
-                        let behind = _mm256_sub_epi32(_mm256_and_si256(t, rest), zero);
+                        let behind = _mm256_and_si256(t, rest);
                         let w1 = _mm256_mul_ps(slope, _mm256_cvtepi32_ps(behind));
-                        let w1 = _mm256_min_ps(_mm256_max_ps(w1, nothing), length);
                         let w0 = _mm256_sub_ps(length, w1);
                         let j = _mm256_srli_epi32::<{ Snap::DIGITS as i32 }>(t);
                         let next = _mm256_add_epi32(j, one);

@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use rustfft::num_complex::Complex;
 
-use super::pairs::{self, BoxRay, Pairs, Place};
+use super::pairs::{self, LinearRay, Pairs, Place};
 use super::spread::{self, RayPath, Taps};
 use super::strip::{self, StripRay};
 use super::tile::{self, Tile};
@@ -32,7 +32,7 @@ kernels! {
     fn interleave(rows: &[&[Self]], stride: usize, out: &mut [Self]) = transpose::interleave;
     fn separate(block: &[Self], stride: usize, rows: &mut [&mut [Self]]) = transpose::separate;
     fn weighted_sums(samples: &[Self], stride: usize, weights: &[Self], sums: &mut [Self]) = weighted::weighted_sums;
-    fn extend(pairs: &mut Pairs<Self>, ray: &BoxRay<Self>, m: usize, n: usize, place: Place) = pairs::extend;
+    fn extend(pairs: &mut Pairs<Self>, ray: &LinearRay<Self>, m: usize, n: usize, place: Place) = pairs::extend;
     fn extend_strip(
         pairs: &mut Pairs<Self>, ray: &StripRay, m: usize, n: usize, place: Place, pixels: [i32; 2]
     ) = strip::extend_strip;

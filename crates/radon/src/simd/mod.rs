@@ -63,7 +63,7 @@ mod x86;
 pub(crate) use fixed::{Bins, FixedPositions, MARGIN, add_bins};
 pub(crate) use kernels::Kernels;
 pub(crate) use lanes::{Lanes, ROWS};
-pub(crate) use pairs::{BoxRay, Pairs, Place, Snap, prefetch};
+pub(crate) use pairs::{LinearRay, Pairs, Place, Snap, prefetch};
 pub(crate) use pixels::{SortedBins, add_sorted};
 pub(crate) use spread::{DIGITS, LANES, RayPath, Taps};
 pub(crate) use strip::{StripRay, Strips, add_strips, spread_strips};

@@ -19,15 +19,12 @@ pub struct Pairs<T> {
 }
 
 /// A ray whose steps are distributed to two pixels each: step `m` crosses at `t = offset + m * per_step >= 0`, both terms rounded by
-/// [`Snap`]. The first pixel is the integer part of `t`; the next one's length is `slope * (t - first - zero)`, clamped to `[0, length]`.
+/// [`Snap`]. The first pixel is the integer part of `t`; the next one's length is `length * (t - first)`.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct BoxRay<T> {
+pub struct LinearRay<T> {
     /// Snapped.
     pub(crate) offset: f64,
     pub(crate) per_step: f64,
-    /// Snapped.
-    pub(crate) zero: f64,
-    pub(crate) slope: T,
     pub(crate) snap: Snap,
     /// Path length of a step.
     pub(crate) length: T,
@@ -83,7 +80,7 @@ impl<T: Scalar> Pairs<T> {
 pub(super) fn extend<T: Registers>(
     set: InstructionSet,
     pairs: &mut Pairs<T>,
-    ray: &BoxRay<T>,
+    ray: &LinearRay<T>,
     m: usize,
     n: usize,
     place: Place,
@@ -103,7 +100,7 @@ pub(super) fn extend<T: Registers>(
 }
 
 per_set!(
-    fn fill_by<Registers>(ray: &BoxRay<T>, m: usize, place: Place, pixel: &mut [u32], near: &mut [T], far: &mut [T]) -> u32 = fill
+    fn fill_by<Registers>(ray: &LinearRay<T>, m: usize, place: Place, pixel: &mut [u32], near: &mut [T], far: &mut [T]) -> u32 = fill
 );
 
 /// Without a branch or call, so that the compiler vectorises it.
@@ -112,7 +109,7 @@ per_set!(
 /// The machine has the instruction set of `V`, for which it is compiled; `V` is not used otherwise.
 #[inline(always)]
 unsafe fn fill<T: Scalar, V: Vector<T>>(
-    ray: &BoxRay<T>,
+    ray: &LinearRay<T>,
     m: usize,
     place: Place,
     pixel: &mut [u32],
@@ -132,7 +129,7 @@ unsafe fn fill<T: Scalar, V: Vector<T>>(
     most
 }
 
-impl<T: Scalar> BoxRay<T> {
+impl<T: Scalar> LinearRay<T> {
     /// Returns the displacement of the position from step 0 to step `m`.
     #[inline(always)]
     pub(crate) fn shift(&self, m: f64) -> f64 {
@@ -154,14 +151,7 @@ impl<T: Scalar> BoxRay<T> {
     /// Returns the lengths within the first and the next pixel of a step that crosses at this distance after the first.
     #[inline(always)]
     pub(crate) fn weights(&self, behind: f64) -> (T, T) {
-        self.hold(self.slope * T::of(behind - self.zero))
-    }
-
-    /// Clamps the length within the next pixel to `[0, length]` and returns the length within the first.
-    #[inline(always)]
-    pub(crate) fn hold(&self, far: T) -> (T, T) {
-        let far = if far > T::ZERO { far } else { T::ZERO };
-        let far = if far < self.length { far } else { self.length };
+        let far = self.length * T::of(behind);
         (self.length - far, far)
     }
 }

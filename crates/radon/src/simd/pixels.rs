@@ -2,7 +2,7 @@
 
 use super::InstructionSet;
 use super::fixed::{FixedWeights, REST, whole};
-use super::pairs::{BoxRay, Snap};
+use super::pairs::{LinearRay, Snap};
 use super::vector::RUN;
 
 /// Zeros before and after the rays of a view: more than the rays that intersect the pixels of a run.
@@ -46,7 +46,7 @@ impl SortedBins {
     /// window of bins may intersect a run of pixels, nor if they are too far away.
     pub(crate) fn fill(
         &mut self,
-        ray: BoxRay<f32>,
+        ray: LinearRay<f32>,
         first: f64,
         per_bin: f64,
         n_steps: usize,
@@ -73,7 +73,7 @@ impl SortedBins {
         }
         let least = offset(if self.falling { n - 1 } else { 0 });
         let per_pixel = 1.0 / width;
-        self.weights = FixedWeights::new(ray);
+        self.weights = FixedWeights::new(ray.length);
         self.start = -(1.0 + least) * per_pixel - EARLY;
         self.per_pixel = per_pixel;
         self.steps.clear();
@@ -218,9 +218,8 @@ mod x86 {
             let shift = _mm512_sub_epi32(_mm512_set1_epi32(shift), pixels);
             let (slope, length) = (
                 _mm512_set1_ps(sorted.weights.slope),
-                _mm512_set1_ps(sorted.weights.ray.length),
+                _mm512_set1_ps(sorted.weights.length),
             );
-            let zero = _mm512_set1_epi32(sorted.weights.zero);
             let (one, minus_one) = (
                 _mm512_set1_epi32(ONE as i32),
                 _mm512_set1_epi32(-(ONE as i32)),
@@ -235,14 +234,7 @@ mod x86 {
             for _ in 0..sorted.most {
                 let place = _mm512_add_epi32(_mm512_permutex2var_epi32(c, j, d), shift);
                 let behind = _mm512_and_si512(place, digits);
-                let far = if sorted.weights.zero == 0 {
-                    // Joseph's length is within the limits by itself.
-                    _mm512_mul_ps(slope, _mm512_cvtepi32_ps(behind))
-                } else {
-                    let behind = _mm512_cvtepi32_ps(_mm512_sub_epi32(behind, zero));
-                    let far = _mm512_max_ps(_mm512_mul_ps(slope, behind), _mm512_setzero_ps());
-                    _mm512_min_ps(far, length)
-                };
+                let far = _mm512_mul_ps(slope, _mm512_cvtepi32_ps(behind));
                 let is_near = _mm512_cmplt_epu32_mask(place, one);
                 let is_far = _mm512_cmpge_epu32_mask(place, minus_one);
                 let weight = _mm512_maskz_mov_ps(is_far, far);
@@ -283,9 +275,8 @@ mod x86 {
             let shift = _mm256_sub_epi32(_mm256_set1_epi32(shift), pixels);
             let (slope, length) = (
                 _mm256_set1_ps(sorted.weights.slope),
-                _mm256_set1_ps(sorted.weights.ray.length),
+                _mm256_set1_ps(sorted.weights.length),
             );
-            let zero = _mm256_set1_epi32(sorted.weights.zero);
             let digits = _mm256_set1_epi32(REST);
             let mut sum = _mm256_loadu_ps(sums.as_ptr());
             let (k, by) = sorted.first_candidate();
@@ -295,9 +286,8 @@ mod x86 {
             );
             for _ in 0..sorted.most {
                 let place = _mm256_add_epi32(_mm256_castps_si256(pick(c, d, j)), shift);
-                let behind = _mm256_sub_epi32(_mm256_and_si256(place, digits), zero);
+                let behind = _mm256_and_si256(place, digits);
                 let far = _mm256_mul_ps(slope, _mm256_cvtepi32_ps(behind));
-                let far = _mm256_min_ps(_mm256_max_ps(far, _mm256_setzero_ps()), length);
                 let pixel = _mm256_srai_epi32::<{ Snap::DIGITS as i32 }>(place);
                 let is_near = _mm256_cmpeq_epi32(pixel, _mm256_setzero_si256());
                 let is_far = _mm256_cmpeq_epi32(pixel, _mm256_set1_epi32(-1));

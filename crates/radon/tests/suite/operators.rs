@@ -290,7 +290,7 @@ fn a_plan_returns_its_arguments() {
     assert_eq!((whole.image_len(), part.image_len()), (120, 45));
     assert_eq!(whole.sinogram_len(), 63);
 
-    let projector = Projector::new(&geometry, &grid, Kernel::Siddon).unwrap();
+    let projector = Projector::new(&geometry, &grid, Kernel::Strip).unwrap();
     let projector = projector
         .with_instructions(InstructionSet::Baseline)
         .unwrap();
@@ -298,7 +298,7 @@ fn a_plan_returns_its_arguments() {
     let stack = stack.unwrap();
     for part in stack.subsets(2).unwrap() {
         let within = format!("{:?}", part.operator());
-        for own in ["Baseline", "Siddon", "offset: 0.1"] {
+        for own in ["Baseline", "Strip", "offset: 0.1"] {
             assert!(within.contains(own), "{own}: {within}");
         }
         assert!(within.contains(&format!("{grid:?}")));

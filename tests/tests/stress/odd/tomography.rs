@@ -67,11 +67,7 @@ fn radon_accepts_any_input() {
         options.region = (k % 5 == 0).then(|| (SIZES[k % 6]..SIZES[k / 6 % 6], 0..2));
         for grid in [&grids[k % grids.len()], &grids[grids.len() - 1]] {
             reconstructions(geometry, grid, &options);
-            projections(
-                geometry,
-                grid,
-                [Kernel::Joseph, Kernel::Siddon, Kernel::Strip][k % 3],
-            );
+            projections(geometry, grid, [Kernel::Joseph, Kernel::Strip][k % 2]);
         }
     }
     for pitch in [1e-200, 1e-6, 1.0, 100.0, 1e6, 1e200] {
