@@ -103,7 +103,7 @@ pub enum RadonError {
     },
     /// An arc has more turns than allowed: most likely it is in degrees.
     #[error(
-        "an arc of {} rad is {} turns (at most {most:?} allowed); if it is in degrees, use `arc_degrees`",
+        "an arc of {} rad is {} turns (at most {most:?} allowed); if it is in degrees, use `f64::to_radians`",
         three(*arc), three(*turns)
     )]
     LongArc {

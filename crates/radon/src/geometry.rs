@@ -123,19 +123,6 @@ impl ParallelGeometry {
         Self::arc_radians(n_views, 2.0 * PI, n_bins, pitch)
     }
 
-    /// View `k` of `n_views` at `k * arc / n_views`, `arc` in degrees.
-    ///
-    /// # Errors
-    /// As [`arc_radians`](Self::arc_radians).
-    pub fn arc_degrees(
-        n_views: usize,
-        arc: f64,
-        n_bins: usize,
-        pitch: f64,
-    ) -> Result<Self, RadonError> {
-        Self::arc_radians(n_views, arc.to_radians(), n_bins, pitch)
-    }
-
     /// View `k` of `n_views` at `k * arc / n_views`, `arc` in radians.
     ///
     /// # Errors
