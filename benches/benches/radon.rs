@@ -141,7 +141,7 @@ fn many_slices(c: &mut Criterion) {
 /// Back-projection alone, on one thread: filtered rows, including the changes of layout before and after.
 fn back_projection(c: &mut Criterion) {
     let case = case(256, 90);
-    let plan = case.plan(FbpOptions::default().without_ramp());
+    let plan = case.plan(FbpOptions::default().with_ramp(false));
     let one_thread = rayon::ThreadPoolBuilder::new().num_threads(1).build();
     let one_thread = one_thread.expect("a pool of one thread");
     let projections = case.stack(256);

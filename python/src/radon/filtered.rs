@@ -171,7 +171,8 @@ impl PyFbpPlan {
             .with_cutoff(cutoff)
             .with_interpolation(interpolation_of(interpolation)?)
             .with_edge(edge_of(edge)?)
-            .with_method(method_of(method)?);
+            .with_method(method_of(method)?)
+            .with_ramp(ramp);
         if let Some(window) = window {
             options = options.with_window(named("window", window)?);
         }
@@ -183,9 +184,6 @@ impl PyFbpPlan {
         }
         if let Some(memory) = memory {
             options = options.with_memory(memory.0);
-        }
-        if !ramp {
-            options = options.without_ramp();
         }
         let given = PyDict::new(py);
         for (name, value) in [("window", window), ("arc", arc)] {

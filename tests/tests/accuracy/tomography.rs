@@ -133,7 +133,7 @@ fn fourier_back_projection(random: &mut Random) -> Option<f64> {
     let rows = samples(random, geometry.sinogram_len(), geometry.n_bins());
     let tolerance = random.decades(-6.0, -2.0);
     let options = FbpOptions::default()
-        .without_ramp()
+        .with_ramp(false)
         .with_arc(ArcPolicy::Rescale)
         .with_method(FbpMethod::Fourier { tolerance });
     let plan = FbpPlan::<f64>::new(&geometry, &grid, &options).ok()?;

@@ -71,13 +71,6 @@ impl Default for FbpOptions {
 }
 
 impl FbpOptions {
-    /// Disables the ramp filter: rows are back-projected as they are.
-    #[must_use]
-    pub fn without_ramp(mut self) -> Self {
-        self.ramp = false;
-        self
-    }
-
     /// Restricts the reconstruction to the pixels of these index ranges.
     #[must_use]
     pub fn with_region(mut self, x: Range<usize>, y: Range<usize>) -> Self {
@@ -86,6 +79,8 @@ impl FbpOptions {
     }
 
     setters! {
+        /// Sets whether rows are filtered.
+        with_ramp(ramp: bool);
         /// Sets the window.
         with_window(window: Window);
         /// Sets the cutoff, a fraction of the Nyquist frequency.

@@ -31,7 +31,7 @@ fn the_adjoint_is_the_transpose_of_the_reconstruction() {
             options
                 .clone()
                 .with_method(FbpMethod::Direct)
-                .without_ramp(),
+                .with_ramp(false),
             options.clone().with_window(Window::Hann).with_cutoff(0.6),
             options
                 .clone()

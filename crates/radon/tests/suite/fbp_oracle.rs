@@ -124,7 +124,7 @@ fn back_projection_without_a_ramp_is_the_weighted_sum_over_views() {
         .map(|i| f64::from(i * 37 % 101) / 50.0 - 1.0)
         .collect();
     let weights = geometry.view_weights(ArcPolicy::Complete).unwrap();
-    let options = FbpOptions::default().without_ramp();
+    let options = FbpOptions::default().with_ramp(false);
     let plan = FbpPlan::<f64>::new(&geometry, &grid, &options).unwrap();
     let image = plan.reconstruct(&sinogram).unwrap();
     // Rows of ones give the sum of the weights where every view covers the pixel.
@@ -155,7 +155,7 @@ fn back_projection_without_a_ramp_is_the_weighted_sum_over_views() {
     let grid = ImageGrid::square(64, 1.0).unwrap();
     let image = |interpolation| {
         let options = FbpOptions::default()
-            .without_ramp()
+            .with_ramp(false)
             .with_interpolation(interpolation);
         let plan = FbpPlan::<f64>::new(&geometry, &grid, &options).unwrap();
         plan.reconstruct(&wave).unwrap()

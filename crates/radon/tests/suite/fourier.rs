@@ -109,7 +109,7 @@ fn the_tolerance_is_kept() {
         let expected = wave_by_wave(&geometry, &grid, &rows, period(&geometry, &grid));
         for tolerance in [1e-2, 1e-3, 1e-4, 1e-5, 1e-6] {
             let options = FbpOptions::default()
-                .without_ramp()
+                .with_ramp(false)
                 .with_method(FbpMethod::Fourier { tolerance });
             let plan = FbpPlan::<f64>::new(&geometry, &grid, &options).unwrap();
             let error = distance(&plan.reconstruct(&rows).unwrap(), &expected);

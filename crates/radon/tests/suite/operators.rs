@@ -379,7 +379,7 @@ fn the_mismatch_of_a_wrong_adjoint_is_that_of_its_definition() {
 #[test]
 fn options_are_set_field_by_field() {
     let changes: [fn(FbpOptions) -> FbpOptions; 10] = [
-        |o| o.without_ramp(),
+        |o| o.with_ramp(false),
         |o| o.with_window(Window::Hann),
         |o| o.with_cutoff(0.5),
         |o| o.with_interpolation(Interpolation::BandLimited),
