@@ -1,10 +1,10 @@
-//! Errors of the study and its figures: invalid input, detected before any work, and files that cannot be written.
+//! Errors of the studies and of their pages.
 
 use heart_phantom::PhantomError;
 use std::io;
 use std::path::Path;
 
-/// An error of the study, of a figure or of a page.
+/// An error of a study, of a figure or of a page.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum StudyError {
@@ -12,33 +12,11 @@ pub enum StudyError {
     /// written; an older file of that name is unchanged.
     #[error(transparent)]
     Phantom(#[from] PhantomError),
-    /// An input with too few entries.
-    #[error("{what}: {given} entries, at least {least} needed")]
-    TooFew {
-        /// Name of the input.
-        what: &'static str,
-        /// Number of entries given.
-        given: usize,
-        /// Smallest number of entries.
-        least: usize,
-    },
-    /// An entry is NaN or infinite.
-    #[error("{what}: entry {index} is not finite")]
+    /// A point of a curve is NaN or infinite.
+    #[error("point {index} of a curve is not finite")]
     NotFinite {
-        /// Name of the input.
-        what: &'static str,
-        /// Position of the first such entry.
+        /// Position of the first such point.
         index: usize,
-    },
-    /// An interval of grey values or coordinates that is empty, reversed or not finite.
-    #[error("{what}: from {low:?} to {high:?} is not an interval")]
-    Interval {
-        /// Name of the input.
-        what: &'static str,
-        /// Its lower end.
-        low: f64,
-        /// Its upper end.
-        high: f64,
     },
     /// An error of the plotting library, which draws in memory.
     #[error("drawing failed")]

@@ -2,8 +2,9 @@
 
 use super::arguments::{Arguments, Paper};
 use super::output::{Answer, Failure, complain};
-use crate::ejection::{Extent, QUICK, ejection};
-use crate::{Look, StudyError, StudyOptions};
+use crate::ejection::{QUICK, ejection};
+use crate::look::Look;
+use crate::{StudyError, StudyOptions};
 use clap::CommandFactory;
 use clap::error::ErrorKind;
 use heart_phantom::files::{self, Section, Volume};
@@ -37,14 +38,16 @@ pub(super) fn paper(arguments: &Arguments, paper: &Paper) -> Done {
     } else {
         "report.json"
     };
-    let mut lines: Vec<String> = crate::summary(&report).lines().map(String::from).collect();
+    let mut lines: Vec<String> = crate::study::summary(&report)
+        .lines()
+        .map(String::from)
+        .collect();
     lines.push(format!("written to {}", paper.out.join(shown).display()));
     Ok(Answer::Report(with_removed(json!(report), removed), lines))
 }
 
 pub(super) fn ef(arguments: &Arguments, out: &Path, quick: bool) -> Done {
-    let extent = if quick { Extent::Quick } else { Extent::Full };
-    let (report, removed) = observed(arguments, out, |progress| ejection(extent, out, progress))?;
+    let (report, removed) = observed(arguments, out, |progress| ejection(quick, out, progress))?;
     let (mut found, mut lines) = (with_removed(json!(report), removed), report.summary());
     if quick {
         found["warnings"] = json!([{ "message": QUICK }]);
@@ -188,9 +191,8 @@ pub(super) fn run_scene(arguments: &Arguments, scene: &Path, out: &Path, page: b
     let phantom = load(arguments, scene, page)?;
     let (report, removed) = observed(arguments, out, |progress| {
         let name = scene.file_name().unwrap_or(scene.as_os_str());
-        let look =
-            Look::new(&phantom, page).with_title(escape(&format!("Run of {}", name.display())));
-        run_to_look_at(arguments, &phantom, look, (out, progress))
+        let title = escape(&format!("Run of {}", name.display()));
+        run_to_look_at(arguments, &phantom, (page, &title), (out, progress))
     })?;
     let numbers = &report.numbers;
     let mut lines = vec![format!(
@@ -218,16 +220,17 @@ fn value_of(json: &str) -> Value {
 fn run_to_look_at(
     arguments: &Arguments,
     phantom: &Phantom,
-    mut look: Look<'_>,
+    (page, title): (bool, &str),
     (out, progress): (&Path, Observer<'_, Progress>),
 ) -> Result<RunReport, StudyError> {
+    let mut look = Look::new(phantom, page);
     // Validates as `check` does, before the warnings.
     let mut run = Run::begin(phantom, out, &look.files())?;
     warn(arguments, phantom)?;
     for gate in 0..phantom.n_gates() {
         look.see(gate, &run.gate(gate, progress)?)?;
     }
-    run.finish(progress, |report| look.write(report, out))
+    run.finish(progress, |report| look.write(report, title, out))
 }
 
 /// Returns the largest bound on sample errors of all gates; `None` for instantaneous line integrals.

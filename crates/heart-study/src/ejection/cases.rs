@@ -24,17 +24,17 @@ const QUICK: [&str; 5] = [BASE, SIXTEEN, "OSEM, both", NOTHING, IDEAL];
 /// A case: a heart, projections and reconstruction.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[non_exhaustive]
-pub struct Case {
+pub(crate) struct Case {
     /// The difference from the base case.
-    pub name: &'static str,
+    pub(crate) name: &'static str,
     /// `small`, `medium` or `large`.
-    pub size: &'static str,
+    pub(crate) size: &'static str,
     /// Ejection fraction in the scene.
-    pub fraction: f64,
+    pub(crate) fraction: f64,
     /// Realisations of the noise.
-    pub realisations: usize,
+    pub(crate) realisations: usize,
     /// The scene; a static one represents the heart at end-diastole and at end-systole.
-    pub scene: Scene,
+    pub(crate) scene: Scene,
 }
 
 impl Case {

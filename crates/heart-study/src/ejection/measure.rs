@@ -14,13 +14,13 @@ const PROJECTED: usize = 16;
 
 /// Volumes in mL and ejection fraction, or their errors: EDV and ESV, the largest and smallest volume of all gates, and `(EDV - ESV) / EDV`.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
-pub struct Volumes {
+pub(crate) struct Volumes {
     /// End-diastolic volume.
-    pub edv: f64,
+    pub(crate) edv: f64,
     /// End-systolic volume.
-    pub esv: f64,
+    pub(crate) esv: f64,
     /// Ejection fraction.
-    pub fraction: f64,
+    pub(crate) fraction: f64,
 }
 
 impl Volumes {
@@ -54,28 +54,28 @@ impl Volumes {
 /// A result by one edge rule.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[non_exhaustive]
-pub struct Measured {
+pub(crate) struct Measured {
     /// From expected counts.
-    pub expected: Volumes,
+    pub(crate) expected: Volumes,
     /// Mean of the realisations.
-    pub mean: Volumes,
+    pub(crate) mean: Volumes,
     /// Standard deviation of one study, from the realisations.
-    pub deviation: Volumes,
+    pub(crate) deviation: Volumes,
     /// Volume of each gate from expected counts, mL.
-    pub gates: Vec<f64>,
+    pub(crate) gates: Vec<f64>,
 }
 
 /// A case with its results.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[non_exhaustive]
-pub struct CaseResult {
+pub(crate) struct CaseResult {
     /// The case.
     #[serde(flatten)]
-    pub case: Case,
+    pub(crate) case: Case,
     /// Exact values of the phantom.
-    pub truth: Volumes,
+    pub(crate) truth: Volumes,
     /// With the edges at half maximum and at the steepest gradient ([`PolarMap`](heart_phantom::PolarMap)).
-    pub rules: [Measured; 2],
+    pub(crate) rules: [Measured; 2],
 }
 
 /// Projections that adjacent cases share: each gated projection set of the scene with the base reconstruction.

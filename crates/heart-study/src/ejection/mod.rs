@@ -8,9 +8,8 @@ mod page;
 use crate::StudyError;
 use crate::error::check_folder;
 use crate::figures::Page;
-pub use cases::Case;
-use heart_phantom::{Observer, PhantomError, Progress, files};
-pub use measure::{CaseResult, Measured, Volumes};
+use heart_phantom::{Observer, Progress, files};
+use measure::CaseResult;
 pub(crate) use page::QUICK;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
@@ -19,42 +18,32 @@ use std::time::Instant;
 const TITLE: &str = "Bias of ejection fractions in gated SPECT";
 const SUMMARY: &str = "edge at half maximum / at the steepest gradient (true value); volumes in mL";
 
-/// The extent of the study.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Extent {
-    /// All hearts and cases.
-    Full,
-    /// One heart and few views. It tests the program: its numbers have no meaning.
-    Quick,
-}
-
 /// The results, written to `report.json`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[non_exhaustive]
-pub struct EjectionReport {
+pub(crate) struct EjectionReport {
     /// The program and its version.
-    pub program: String,
+    pub(crate) program: String,
     /// Whether it tests the program with one heart and few views: its numbers have no meaning.
-    pub quick: bool,
+    pub(crate) quick: bool,
     /// Counts in all projections of a study.
-    pub counts: f64,
+    pub(crate) counts: f64,
     /// All cases.
-    pub cases: Vec<CaseResult>,
+    pub(crate) cases: Vec<CaseResult>,
     /// Wall time in seconds.
-    pub seconds: f64,
+    pub(crate) seconds: f64,
     /// Files written, relative to the directory.
-    pub files: Vec<PathBuf>,
+    pub(crate) files: Vec<PathBuf>,
 }
 
 /// Runs the study and writes page, plots and `report.json` to the directory `out`. The report of an earlier run and the files that it lists
-/// are removed first. A study that fails removes its files. The full study takes some
-/// minutes on two cores.
+/// are removed first. A study that fails removes its files. The full study takes some minutes on two cores; a `quick` one has one heart and few
+/// views and tests the program only.
 ///
 /// # Errors
 /// A directory that is not writable or other files under names of the study are reported before any work; see [`StudyError`].
-/// [`PhantomError::Stopped`] if `progress`, called before each case, stops the study.
-pub fn ejection(
-    extent: Extent,
+pub(crate) fn ejection(
+    quick: bool,
     out: &Path,
     progress: Observer<'_, Progress>,
 ) -> Result<EjectionReport, StudyError> {
@@ -62,29 +51,22 @@ pub fn ejection(
     let mut folder = files::Folder::lock(out)?;
     let planned = page::PLOTS.iter().chain(&[Page::FILE, files::REPORT]);
     folder.clear(&planned.map(PathBuf::from).collect::<Vec<_>>())?;
-    let (clock, cases) = (Instant::now(), cases::all(extent == Extent::Quick)?);
+    let (clock, cases) = (Instant::now(), cases::all(quick)?);
     let (mut shared, mut results) = (None, Vec::new());
     for case in &cases {
-        let observed = progress(Progress {
+        let _ = progress(Progress {
             stage: "images",
             fraction: results.len() as f64 / cases.len() as f64,
         });
-        if observed.is_break() {
-            return Err(PhantomError::Stopped.into());
-        }
         results.push(measure::measure(case, &mut shared)?);
     }
-    let mut page = Page::new(
-        out,
-        TITLE,
-        page::introduction(extent == Extent::Quick, &cases),
-    );
+    let mut page = Page::new(out, TITLE, page::introduction(quick, &cases));
     page::write(&mut page, &results)?;
     let mut files = page.write()?;
     files.push(files::REPORT.into());
     let report = EjectionReport {
         program: files::PROGRAM.into(),
-        quick: extent == Extent::Quick,
+        quick,
         counts: measure::COUNTS,
         cases: results,
         seconds: clock.elapsed().as_secs_f64(),
@@ -99,9 +81,8 @@ pub fn ejection(
 }
 
 impl EjectionReport {
-    /// Returns a summary: a heading, a line per case, and for [`Extent::Quick`] that its numbers have no meaning.
-    #[must_use]
-    pub fn summary(&self) -> Vec<String> {
+    /// Returns a summary: a heading, a line per case, and for a quick study that its numbers have no meaning.
+    pub(crate) fn summary(&self) -> Vec<String> {
         let line = |result: &CaseResult| {
             let case = format!(
                 "{:6} {:.2}  {:33}",

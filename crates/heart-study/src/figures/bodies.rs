@@ -15,7 +15,7 @@ use super::marks::{arrow, segment, swatch};
 use super::render::{Camera, Colour, Seen, View, WHITE, light, mix};
 use super::style::{BLACK, BLUE, CAVITY, CUT, GREEN, GREY, SMALL, SURFACE, TEXT, VERMILION};
 use super::wall::{Met, Part, Wall};
-use super::{Picture, WallState, check};
+use super::{Picture, WallState};
 
 /// Meridians and parallels of the mesh drawn on the outer wall.
 const MESH: [f64; 2] = [48.0, 40.0];
@@ -27,13 +27,7 @@ const KEY: i32 = 60;
 /// Draws each state twice at one scale: above the wall cut open, below the mesh on its outer surface.
 ///
 /// The mesh has equal steps of the material coordinate and of azimuth, so it shows the stretch.
-///
-/// # Errors
-/// [`StudyError`] if there is no state, a membrane has fewer than 3 nodes or is not the meridian of a solid,
-/// or a number is not finite.
-pub fn bodies(states: &[WallState<'_>]) -> Result<Picture, StudyError> {
-    check::at_least("states", states.len(), 1)?;
-    states.iter().try_for_each(WallState::check)?;
+pub(crate) fn bodies(states: &[WallState<'_>]) -> Result<Picture, StudyError> {
     let cast = |azimuths: [f64; 2]| -> Result<Vec<Wall>, PhantomError> {
         let wall = |state| Wall::new(state, Pose::identity(), azimuths);
         states.iter().map(wall).collect()
@@ -79,12 +73,12 @@ pub fn bodies(states: &[WallState<'_>]) -> Result<Picture, StudyError> {
             0.0,
             0.0,
         );
-        let open = Camera::new(view, centre, span, panel(i, 0))?;
+        let open = Camera::new(view, centre, span, panel(i, 0));
         open.render(&mut picture, WHITE, |p| {
             let met = opened.met(p, -open.toward)?;
             Some(seen(&open, &met, paints.of(met.part)))
         });
-        let mesh = Camera::new(view, centre, span, panel(i, 1))?;
+        let mesh = Camera::new(view, centre, span, panel(i, 1));
         mesh.render(&mut picture, WHITE, |p| {
             let met = wall.met(p, -mesh.toward)?;
             let colour = match met.part {
@@ -188,18 +182,11 @@ fn mesh_line([material, stretch]: [f64; 2], point: &Point3<f64>, soft: f64) -> f
 /// Draws the body in each pose with the axes of the lab, its own axis, and the orbit of the camera about z.
 ///
 /// Lines behind the body are pale.
-///
-/// # Errors
-/// [`StudyError`] if there is no pose, a membrane has fewer than 3 nodes or is not the meridian of a solid, or a number is not
-/// finite.
-pub fn poses(
+pub(crate) fn poses(
     state: &WallState<'_>,
     poses: &[(&str, Pose)],
     view: View,
 ) -> Result<Picture, StudyError> {
-    check::at_least("poses", poses.len(), 1)?;
-    check::finite("view", &[view.azimuth, view.elevation])?;
-    state.check()?;
     let side = 640;
     let top = 60;
     let walls: Vec<Wall> = poses
@@ -226,7 +213,7 @@ pub fn poses(
             width: side,
             height: side,
         };
-        let camera = Camera::new(view, Point3::origin(), 2.9 * reach, rect)?;
+        let camera = Camera::new(view, Point3::origin(), 2.9 * reach, rect);
         camera.render(&mut picture, WHITE, |p| {
             let met = wall.met(p, -camera.toward)?;
             Some(seen(&camera, &met, paints.of(met.part)))

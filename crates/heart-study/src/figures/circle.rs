@@ -1,60 +1,36 @@
 //! The circle of the appendix of the paper: shape (Fig. 18) and error against the number of nodes.
 
+use super::Picture;
 use super::canvas::{
     Area, Axis, Drawn, FINE, HPos, LABELS_BELOW, LABELS_LEFT, Rect, axes, bounds, label, number,
     on_plot, paint, plane_axes,
 };
 use super::marks::{dashed, dashes, marker, stroke, swatch};
 use super::style::{BLUE, GREY, VERMILION};
-use super::{Picture, check};
 use crate::StudyError;
-use heart_phantom::check_length;
 
 /// The data of the circle figure.
 #[derive(Clone, Copy, Debug)]
-pub struct CircleStudy<'a> {
+pub(crate) struct CircleStudy<'a> {
     /// The reference configuration, a straight line, cm.
-    pub initial: &'a [[f64; 2]],
+    pub(crate) initial: &'a [[f64; 2]],
     /// The discrete equilibrium, cm.
-    pub solution: &'a [[f64; 2]],
+    pub(crate) solution: &'a [[f64; 2]],
     /// Centre of the exact circle, cm.
-    pub centre: [f64; 2],
+    pub(crate) centre: [f64; 2],
     /// Radius of the exact circle, cm.
-    pub radius: f64,
+    pub(crate) radius: f64,
     /// Numbers of nodes N of the convergence study.
-    pub n_nodes: &'a [usize],
+    pub(crate) n_nodes: &'a [usize],
     /// Largest distance from the exact solution for each of them, cm; positive.
-    pub errors: &'a [f64],
+    pub(crate) errors: &'a [f64],
     /// The order of the guide line, -d log(error) / d log(N).
-    pub order: f64,
-}
-
-impl CircleStudy<'_> {
-    fn check(&self) -> Result<(), StudyError> {
-        check::points("initial", self.initial, 2)?;
-        check::points("solution", self.solution, 3)?;
-        check::finite("centre", &self.centre)?;
-        check::positive("radius", self.radius)?;
-        check::at_least("errors", self.errors.len(), 2)?;
-        check_length("n_nodes", self.n_nodes.len(), self.errors.len())?;
-        self.errors
-            .iter()
-            .try_for_each(|&e| check::positive("error", e))?;
-        self.n_nodes
-            .iter()
-            .try_for_each(|&n| check::positive("n_nodes", n as f64))?;
-        check::positive("order", self.order)
-    }
+    pub(crate) order: f64,
 }
 
 /// Draws the line, the discrete equilibrium and the exact circle on the left, the errors and a guide of the
 /// given order on the right.
-///
-/// # Errors
-/// [`StudyError`] if an input is empty or not finite, the lists of N and errors differ in length, or an error,
-/// the order or the radius is not positive.
-pub fn circle(study: &CircleStudy<'_>) -> Result<Picture, StudyError> {
-    study.check()?;
+pub(crate) fn circle(study: &CircleStudy<'_>) -> Result<Picture, StudyError> {
     let size = 600;
     let left = Rect {
         left: LABELS_LEFT + 10,
@@ -79,7 +55,6 @@ pub fn circle(study: &CircleStudy<'_>) -> Result<Picture, StudyError> {
         .collect();
     let around = bounds(exact.iter().chain(study.initial).chain(study.solution));
     let (x, y) = plane_axes(around, 0.05, (size, size), 6);
-    check::interval("circle x", x.low, x.high)?;
     let height = (left.top + size + LABELS_BELOW + 60) as u32;
     paint((right.left + right.width + 40) as u32, height, |area| {
         let chart = axes(area, left, "", &x, &y)?;

@@ -1,14 +1,13 @@
 //! Residuals by iteration (Fig. 10, and Newton with either Jacobian).
 
+use super::Picture;
 use super::canvas::{
     Area, Axis, Drawn, FINE, HPos, LABELS_BELOW, LABELS_LEFT, Rect, axes, label, on_plot, paint,
     power_of_ten, text_width,
 };
 use super::marks::{dashed, dashes, marker, stroke, swatch};
 use super::style::{GREY, SERIES, SMALL};
-use super::{Picture, check};
 use crate::StudyError;
-use heart_phantom::check_value;
 
 /// Distance of markers in pixels.
 const APART: i32 = 24;
@@ -17,24 +16,11 @@ const APART: i32 = 24;
 ///
 /// `y_label` names the norm with its unit. A history is its label in the legend and the norms, finite and not negative: before the
 /// first iteration and after each. A zero is drawn on the lower edge.
-///
-/// # Errors
-/// [`StudyError`] if there is no history, one is empty, or a norm is negative or not finite.
-pub fn histories(
+pub(crate) fn histories(
     y_label: &str,
     tolerance: Option<f64>,
     histories: &[(&str, &[f64])],
 ) -> Result<Picture, StudyError> {
-    check::at_least("histories", histories.len(), 1)?;
-    for (_, norms) in histories {
-        check::at_least("norms", norms.len(), 1)?;
-        check::finite("norms", norms)?;
-        let least = norms.iter().copied().fold(0.0, f64::min);
-        check_value("norm", least, [0.0, f64::MAX])?;
-    }
-    if let Some(given) = tolerance {
-        check::positive("tolerance", given)?;
-    }
     let row = 40;
     let legend = row * histories.len() as i32;
     let plot = Rect {

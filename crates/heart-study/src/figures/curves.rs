@@ -10,7 +10,6 @@ use plotters::series::LineSeries;
 use plotters::style::{IntoTextStyle, RGBColor};
 
 use super::canvas::{bounds, round_ticks};
-use super::check;
 use super::style::{FAINT, FONT, GREY, SERIES, ramp, register};
 
 /// Width and height in pixels of 1/96 inch.
@@ -28,27 +27,23 @@ const MOST_NAMES: usize = 17;
 /// legend, where an empty one has no entry, and its points `[x, y]` in their order. Up to six curves have colours that are
 /// distinguishable with any colour vision, more curves the colours of an ordered family.
 ///
-/// ```
-/// use heart_study::figures::curves;
-/// let volume = ("cavity", [[0.0, 149.0], [0.4, 93.0], [1.0, 149.0]]);
-/// let svg = curves("phase", "volume (mL)", &[volume])?;
-/// assert!(svg.starts_with("<svg") && svg.contains("cavity"));
-/// # Ok::<(), heart_study::StudyError>(())
-/// ```
-///
 /// # Errors
-/// [`StudyError`] if there is no curve, one has fewer than two points, or a number is not finite.
-pub fn curves(
+/// [`StudyError::NotFinite`]: a library that divides an axis into equal steps needs finite ends.
+pub(crate) fn curves(
     x_label: &str,
     y_label: &str,
     curves: &[(impl AsRef<str>, impl AsRef<[[f64; 2]]>)],
 ) -> Result<String, StudyError> {
-    check::at_least("curves", curves.len(), 1)?;
     let curves: Vec<Curve<'_>> = (curves.iter())
         .map(|(label, points)| (label.as_ref(), points.as_ref()))
         .collect();
     for (_, points) in &curves {
-        check::points("points of a curve", points, 2)?;
+        if let Some(index) = points
+            .iter()
+            .position(|p| !p[0].is_finite() || !p[1].is_finite())
+        {
+            return Err(StudyError::NotFinite { index });
+        }
     }
     register();
     let mut svg = String::new();

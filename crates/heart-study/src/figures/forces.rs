@@ -1,57 +1,43 @@
 //! Frames of the moving membrane with its forces (Fig. 9 of the paper).
 
+use super::Picture;
 use super::canvas::{
     Area, Drawn, FINE, HPos, LABELS_BELOW, LABELS_LEFT, Rect, axes, bounds, label, number, on_plot,
     paint, plane_axes,
 };
 use super::marks::{arrow, marker, stroke};
 use super::style::{BLACK, FAINT, GREY, MAGENTA, RED};
-use super::{Picture, check};
 use crate::StudyError;
-use heart_phantom::check_length;
 
 /// Width of the legend in pixels.
 const LEGEND: i32 = 1060;
 
 /// One frame: nodes and their forces, divided by the stiffness, per unit of the material coordinate: cm.
 #[derive(Clone, Copy, Debug)]
-pub struct ForceFrame<'a> {
+pub(crate) struct ForceFrame<'a> {
     /// Iteration (time step).
-    pub iteration: usize,
+    pub(crate) iteration: usize,
     /// Nodes `[x, y]` along the whole meridian, cm.
-    pub nodes: &'a [[f64; 2]],
+    pub(crate) nodes: &'a [[f64; 2]],
     /// Elastic force on each node.
-    pub elastic: &'a [[f64; 2]],
+    pub(crate) elastic: &'a [[f64; 2]],
     /// Pressure force on each node.
-    pub pressure: &'a [[f64; 2]],
+    pub(crate) pressure: &'a [[f64; 2]],
 }
 
 /// Draws the frames side by side, two in a row: nodes red, elastic forces magenta, pressure forces black.
 ///
 /// About 45 nodes per frame have arrows. All arrows have one scale, the longest is an eighth of the figure's
 /// longer side; a grey one on top has the length of a round force.
-///
-/// # Errors
-/// [`StudyError`] if there is no frame, a frame has fewer than 3 nodes, lengths differ or a number is not finite.
-pub fn force_frames(frames: &[ForceFrame<'_>]) -> Result<Picture, StudyError> {
-    check::at_least("frames", frames.len(), 1)?;
-    for frame in frames {
-        check::points("frame nodes", frame.nodes, 3)?;
-        for (what, forces) in [("elastic", frame.elastic), ("pressure", frame.pressure)] {
-            check_length(what, forces.len(), frame.nodes.len())?;
-            check::points(what, forces, 3)?;
-        }
-    }
+pub(crate) fn force_frames(frames: &[ForceFrame<'_>]) -> Result<Picture, StudyError> {
     let around = bounds(frames.iter().flat_map(|f| f.nodes));
     let side = (around[1] - around[0]).max(around[3] - around[2]);
-    check::positive("extent of the nodes", side)?;
     let longest = frames
         .iter()
         .flat_map(|f| f.elastic.iter().chain(f.pressure))
         .fold(0.0f64, |m, v| m.max(v[0].hypot(v[1])));
     let reach = 0.125 * side;
     let scale = if longest > 0.0 { reach / longest } else { 0.0 };
-    check::finite("forces", &[longest])?;
     let tips = |f: &ForceFrame<'_>| -> Vec<[f64; 2]> {
         let forces = f.nodes.iter().zip(f.elastic.iter().zip(f.pressure));
         forces

@@ -8,42 +8,31 @@ use super::marks::arrow;
 use super::render::{Camera, Seen, View, WHITE, light, mix};
 use super::style::{BLACK, CUT, SURFACE};
 use super::surface::Surface;
-use super::{Picture, Volume, check};
+use super::{Picture, Volume};
 
 /// Width of the image as a fraction of the longest side of the volume.
 const FRAME: f64 = 0.85;
 
 /// Options of the surface and the view.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct IsoView {
+pub(crate) struct IsoView {
     /// The level of the surface; half the activity of the wall shows its boundary.
-    pub level: f32,
+    pub(crate) level: f32,
     /// Direction of view.
-    pub view: View,
+    pub(crate) view: View,
     /// Removes the points p with p·n > d, given as (n, d), cm; values shade the faces of the cut.
-    pub cut: Option<([f64; 3], f64)>,
-}
-
-/// The cut's normal and distance in units of its length.
-fn unit_cut((n, d): ([f64; 3], f64)) -> Result<(Vector3<f64>, f64), StudyError> {
-    check::finite("cut", &[n[0], n[1], n[2], d])?;
-    let length = Vector3::from(n).norm();
-    check::positive("length of the cut's normal", length)?;
-    Ok((Vector3::from(n) / length, d / length))
+    pub(crate) cut: Option<([f64; 3], f64)>,
 }
 
 /// Draws the surface where the volume reaches a level, seen along parallel rays.
 ///
 /// The volume is trilinear between samples, normals are its gradients. The image spans 0.85 of the longest side of the volume.
 /// A level above all samples gives an image of the axes only.
-///
-/// # Errors
-/// [`StudyError`] if the volume's length and size disagree, a sample, the view or the cut is not finite,
-/// the spacing or the level is not positive, or the cut's normal is zero.
-pub fn isosurface(volume: &Volume<'_>, view: &IsoView) -> Result<Picture, StudyError> {
-    volume.check()?;
-    check::positive("level", f64::from(view.level))?;
-    let cut = view.cut.map(unit_cut).transpose()?;
+pub(crate) fn isosurface(volume: &Volume<'_>, view: &IsoView) -> Result<Picture, StudyError> {
+    let cut = view.cut.map(|(n, d)| {
+        let n = Vector3::from(n);
+        (n.normalize(), d / n.norm())
+    });
     let side = 640;
     let rect = Rect {
         left: 0,
@@ -57,7 +46,7 @@ pub fn isosurface(volume: &Volume<'_>, view: &IsoView) -> Result<Picture, StudyE
         Point3::origin(),
         FRAME * longest as f64 * volume.spacing,
         rect,
-    )?;
+    );
     let surface = Surface::new(volume, view.level);
     let away = -camera.toward;
     // Beyond any corner of the volume from its centre, voxels.

@@ -1,7 +1,6 @@
 //! Figures of the study: every figure of Rohmer et al. 2006 (hal-03929238) as a PNG, from plain data.
 //!
-//! Each function validates its input, draws in memory and returns a [`Picture`]. Functions only draw; the font (DejaVu Sans, with
-//! its licence) is included.
+//! Each function draws in memory and returns a [`Picture`]; the font (DejaVu Sans, with its licence) is included.
 //!
 //! | figure of the paper | function |
 //! | --- | --- |
@@ -20,18 +19,9 @@
 //!
 //! [`Page`] writes `index.html`. Lengths are in cm, angles in radians; the inner membrane is vermilion and the outer one blue
 //! (palette of Okabe and Ito). Results are bitwise independent of the number of threads; the functions may run concurrently.
-//!
-//! ```
-//! use heart_study::figures::histories;
-//! let newton = [18.0, 0.27, 6.6e-6, 3e-14];
-//! let picture = histories("‖F‖", Some(1e-10), &[("Newton", &newton)])?;
-//! assert_eq!(picture.pixel(0, 0), Some([255, 255, 255]));
-//! # Ok::<(), heart_study::StudyError>(())
-//! ```
 
 mod bodies;
 mod canvas;
-mod check;
 mod circle;
 mod convergence;
 mod curves;
@@ -51,20 +41,24 @@ mod surface;
 mod wall;
 mod wall_mesh;
 
-pub use bodies::{bodies, poses};
-pub use circle::{CircleStudy, circle};
-pub use convergence::histories;
+pub(crate) use bodies::{bodies, poses};
+pub(crate) use circle::{CircleStudy, circle};
+pub(crate) use convergence::histories;
 pub(crate) use curves::SIZE as CURVES_SIZE;
-pub use curves::curves;
-pub use forces::{ForceFrame, force_frames};
-pub use images::{Projection, Volume, projections, slices};
-pub use isosurface::{IsoView, isosurface};
-pub use page::Page;
+pub(crate) use curves::curves;
+pub(crate) use forces::{ForceFrame, force_frames};
+pub(crate) use images::{Projection, Volume, projections, slices};
+pub(crate) use isosurface::{IsoView, isosurface};
+pub(crate) use page::Page;
 pub(crate) use page::Table;
-pub use picture::Picture;
-pub use polar::polar_maps;
-pub use render::View;
-pub use sections::{Cut, map, sections};
-pub use shapes::{Shape, shapes};
+pub(crate) use picture::Picture;
+pub(crate) use polar::polar_maps;
+pub(crate) use render::View;
+pub(crate) use sections::{Cut, map, sections};
+pub(crate) use shapes::{Shape, shapes};
 pub(crate) use surface::trilinear;
-pub use wall_mesh::{WallState, wall_meshes};
+pub(crate) use wall_mesh::{WallState, wall_meshes};
+
+#[cfg(test)]
+#[path = "../../tests/figures/mod.rs"]
+mod tests;

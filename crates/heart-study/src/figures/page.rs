@@ -3,26 +3,14 @@
 use super::{CURVES_SIZE, Picture};
 use crate::StudyError;
 use crate::html::document;
-use heart_phantom::check_length;
 use heart_phantom::files::write_atomically;
 use maud::{Markup, Render, html};
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
 /// A page of figures and tables in a folder. It writes the images that are added to it.
-///
-/// ```
-/// use heart_study::figures::Page;
-/// let folder = tempfile::tempdir()?; // or any other
-/// let mut page = Page::new(folder.path(), "A study", vec!["What was done.".into()]);
-/// page.section("Results", "In numbers.");
-/// page.table("Volumes", &["phase", "mL"], vec![vec!["end-diastole".into(), "149".into()]]);
-/// page.write()?;
-/// assert!(folder.path().join(Page::FILE).exists());
-/// # Ok::<(), Box<dyn std::error::Error>>(())
-/// ```
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Page {
+pub(crate) struct Page {
     folder: PathBuf,
     title: String,
     introduction: Vec<String>,
@@ -58,11 +46,10 @@ pub(crate) struct Table {
 
 impl Page {
     /// The name of the page in its folder.
-    pub const FILE: &str = "index.html";
+    pub(crate) const FILE: &str = "index.html";
 
     /// A page with a heading and paragraphs below it.
-    #[must_use]
-    pub fn new(folder: &Path, title: &str, introduction: Vec<String>) -> Self {
+    pub(crate) fn new(folder: &Path, title: &str, introduction: Vec<String>) -> Self {
         Self {
             folder: folder.into(),
             title: title.into(),
@@ -72,7 +59,7 @@ impl Page {
     }
 
     /// Starts a part of the page with a paragraph.
-    pub fn section(&mut self, title: &str, text: impl Into<String>) {
+    pub(crate) fn section(&mut self, title: &str, text: impl Into<String>) {
         self.sections.push(Section {
             title: title.into(),
             text: text.into(),
@@ -81,25 +68,19 @@ impl Page {
     }
 
     /// Writes an image and adds it to the current part.
-    ///
-    /// # Errors
-    /// As [`Picture::write_png`].
-    pub fn picture(
+    pub(crate) fn picture(
         &mut self,
         file: &str,
         picture: &Picture,
         caption: impl Into<String>,
     ) -> Result<(), StudyError> {
-        picture.write_png(self.folder.join(file))?;
+        picture.write_png(&self.folder.join(file))?;
         self.figure(file, [picture.width(), picture.height()], caption);
         Ok(())
     }
 
     /// Writes an SVG of [`curves`](super::curves()) and adds it to the current part.
-    ///
-    /// # Errors
-    /// [`StudyError::Phantom`] if the file cannot be written.
-    pub fn drawing(
+    pub(crate) fn drawing(
         &mut self,
         file: &str,
         svg: &str,
@@ -111,7 +92,7 @@ impl Page {
     }
 
     /// Adds an image file of the folder, of some pixels, to the current part.
-    pub fn figure(&mut self, file: &str, size: [u32; 2], caption: impl Into<String>) {
+    pub(super) fn figure(&mut self, file: &str, size: [u32; 2], caption: impl Into<String>) {
         self.current().figures.push(Illustration {
             file: file.into(),
             caption: caption.into(),
@@ -120,7 +101,7 @@ impl Page {
     }
 
     /// Adds a table to the current part; the first cell of a row names it.
-    pub fn table(&mut self, caption: &str, header: &[&str], rows: Vec<Vec<String>>) {
+    pub(crate) fn table(&mut self, caption: &str, header: &[&str], rows: Vec<Vec<String>>) {
         let table = Table::new(caption, header, rows);
         self.current().tables.push(table);
     }
@@ -134,15 +115,7 @@ impl Page {
     }
 
     /// Returns the page as one HTML document; all text is escaped.
-    ///
-    /// # Errors
-    /// [`StudyError::Phantom`] if a table's row has another number of cells than its header.
-    pub fn to_html(&self) -> Result<String, StudyError> {
-        for table in self.sections.iter().flat_map(|section| &section.tables) {
-            for row in &table.rows {
-                check_length("cells of a row", row.len(), table.header.len())?;
-            }
-        }
+    pub(super) fn to_html(&self) -> String {
         let body = html! {
             @for text in &self.introduction { p { (text) } }
             @if self.sections.len() > 1 {
@@ -163,15 +136,12 @@ impl Page {
                 }
             }
         };
-        Ok(document(&self.title, "", &body))
+        document(&self.title, "", &body)
     }
 
     /// Writes the page; returns the names of its images and its own.
-    ///
-    /// # Errors
-    /// As [`Page::to_html`], and [`StudyError::Phantom`] if the file cannot be written.
-    pub fn write(&self) -> Result<Vec<PathBuf>, StudyError> {
-        let html = self.to_html()?;
+    pub(crate) fn write(&self) -> Result<Vec<PathBuf>, StudyError> {
+        let html = self.to_html();
         write_atomically(&self.folder.join(Self::FILE), |out| {
             out.write_all(html.as_bytes())
         })?;

@@ -8,7 +8,7 @@ use std::path::Path;
 ///
 /// The result of every figure; equal input gives equal bytes.
 #[derive(Clone, PartialEq, Eq)]
-pub struct Picture {
+pub(crate) struct Picture {
     width: u32,
     height: u32,
     rgb: Vec<u8>,
@@ -21,26 +21,23 @@ impl Picture {
     }
 
     /// Columns, pixels.
-    #[must_use]
-    pub fn width(&self) -> u32 {
+    pub(crate) fn width(&self) -> u32 {
         self.width
     }
 
     /// Rows, pixels.
-    #[must_use]
-    pub fn height(&self) -> u32 {
+    pub(crate) fn height(&self) -> u32 {
         self.height
     }
 
     /// Samples `[row][column][red, green, blue]`, the first row on top.
-    #[must_use]
-    pub fn rgb(&self) -> &[u8] {
+    pub(super) fn rgb(&self) -> &[u8] {
         &self.rgb
     }
 
     /// Returns the colour at column `x` from the left and row `y` from the top; `None` outside the image.
-    #[must_use]
-    pub fn pixel(&self, x: u32, y: u32) -> Option<[u8; 3]> {
+    #[cfg(test)]
+    pub(super) fn pixel(&self, x: u32, y: u32) -> Option<[u8; 3]> {
         if x >= self.width {
             return None;
         }
@@ -54,20 +51,14 @@ impl Picture {
     }
 
     /// Returns the bytes of a PNG file.
-    ///
-    /// # Errors
-    /// [`StudyError::Phantom`] if the encoder fails.
-    pub fn to_png(&self) -> Result<Vec<u8>, StudyError> {
+    pub(crate) fn to_png(&self) -> Result<Vec<u8>, StudyError> {
         Ok(png_bytes([self.width, self.height], &self.rgb)?)
     }
 
     /// Writes a PNG file atomically.
-    ///
-    /// # Errors
-    /// [`StudyError::Phantom`] if the directory does not exist or is not writable.
-    pub fn write_png(&self, path: impl AsRef<Path>) -> Result<(), StudyError> {
+    pub(crate) fn write_png(&self, path: &Path) -> Result<(), StudyError> {
         let png = self.to_png()?;
-        Ok(write_atomically(path.as_ref(), |out| out.write_all(&png))?)
+        Ok(write_atomically(path, |out| out.write_all(&png))?)
     }
 }
 

@@ -1,8 +1,6 @@
 //! Polar maps of the 17 segments of the left ventricle, as SVG.
 
-use super::check;
 use super::style::ramp;
-use crate::StudyError;
 use maud::{Markup, html};
 
 /// Segments in the order of Cerqueira et al. 2002, doi:10.1161/hc0402.102975.
@@ -37,27 +35,7 @@ const COLOURS: usize = 32;
 /// Draws polar maps of the 17 segments of the American Heart Association side by side, with one colour scale from 0 to `largest`, and
 /// returns the SVG, with an accessible label. The apex is in the centre, the anterior wall on top, the septum on the left. The numbers
 /// are percent of `largest`. A map is a title and the values of segments 1 to 17.
-///
-/// ```
-/// use heart_study::figures::polar_maps;
-/// let svg = polar_maps(&[("truth", [0.5; 17])], 1.0, "1/mL")?;
-/// assert_eq!(svg.matches(">50</text>").count(), 17);
-/// # Ok::<(), heart_study::StudyError>(())
-/// ```
-///
-/// # Errors
-/// [`StudyError`] if there is no map, a value is not finite, or `largest` is not positive.
-#[doc(alias("bullseye", "AHA"))]
-pub fn polar_maps(
-    maps: &[(&str, [f64; 17])],
-    largest: f64,
-    unit: &str,
-) -> Result<String, StudyError> {
-    check::at_least("polar maps", maps.len(), 1)?;
-    check::positive("largest value of polar maps", largest)?;
-    for (_, values) in maps {
-        check::finite("segments of a polar map", values)?;
-    }
+pub(crate) fn polar_maps(maps: &[(&str, [f64; 17])], largest: f64, unit: &str) -> String {
     let titles: Vec<&str> = maps.iter().map(|(title, _)| *title).collect();
     let label = format!(
         "Polar maps of 17 segments: {}; percent of {largest:.4} {unit}",
@@ -78,7 +56,7 @@ pub fn polar_maps(
             g transform={ "translate(" (right) " 0)" } { (colour_bar(largest, unit)) }
         }
     };
-    Ok(svg.into_string())
+    svg.into_string()
 }
 
 /// Names of the walls around a map.

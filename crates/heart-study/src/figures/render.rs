@@ -1,37 +1,25 @@
 //! Shaded views: an orthographic camera, two lights, and anti-aliasing where neighbouring pixels differ.
 
-use crate::StudyError;
 use heart_phantom::revolve_voxel::nalgebra::{Point3, Vector3};
 use plotters::style::RGBColor;
 use rayon::prelude::*;
 
+use super::Picture;
 use super::canvas::Rect;
-use super::{Picture, check};
 
 /// Direction of view; z is up in the image.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct View {
+pub(crate) struct View {
     /// Angle of the viewer about z from the x axis towards y, radians.
-    pub azimuth: f64,
+    pub(crate) azimuth: f64,
     /// Angle of the viewer above the x-y plane, radians.
-    pub elevation: f64,
-}
-
-impl Default for View {
-    /// x towards the viewer and to the left, y to the right, from a little above.
-    fn default() -> Self {
-        Self {
-            azimuth: 30f64.to_radians(),
-            elevation: 20f64.to_radians(),
-        }
-    }
+    pub(crate) elevation: f64,
 }
 
 impl View {
     /// Returns the unit vector to the viewer; its component perpendicular to the axis of a body is the normal of a cut along that
     /// axis that faces the viewer.
-    #[must_use]
-    pub fn toward(&self) -> [f64; 3] {
+    pub(crate) fn toward(&self) -> [f64; 3] {
         let (sa, ca) = self.azimuth.sin_cos();
         let (se, ce) = self.elevation.sin_cos();
         [ce * ca, ce * sa, se]
@@ -54,20 +42,14 @@ pub(super) struct Camera {
 
 impl Camera {
     /// A camera with `centre` in the middle of `rect` and a width of `width` cm.
-    pub(super) fn new(
-        view: View,
-        centre: Point3<f64>,
-        width: f64,
-        rect: Rect,
-    ) -> Result<Self, StudyError> {
-        check::finite("view", &[view.azimuth, view.elevation])?;
+    pub(super) fn new(view: View, centre: Point3<f64>, width: f64, rect: Rect) -> Self {
         let (sa, ca) = view.azimuth.sin_cos();
         let toward = Vector3::from(view.toward());
         let right = Vector3::new(-sa, ca, 0.0);
         let up = toward.cross(&right);
         let light = |x: f64, y: f64, z: f64| (x * right + y * up + z * toward).normalize();
         let key = light(-0.55, 0.75, 0.75);
-        Ok(Self {
+        Self {
             right,
             up,
             toward,
@@ -75,7 +57,7 @@ impl Camera {
             per_pixel: width / f64::from(rect.width),
             rect,
             lights: [key, light(0.85, -0.15, 0.6), (key + toward).normalize()],
-        })
+        }
     }
 
     /// Returns the point of the plane through the centre at `(x, y)`, pixels of the image.
@@ -227,7 +209,7 @@ mod tests {
             width: 200,
             height: 100,
         };
-        Camera::new(view, Point3::new(1.0, 2.0, 3.0), 20.0, rect).unwrap()
+        Camera::new(view, Point3::new(1.0, 2.0, 3.0), 20.0, rect)
     }
 
     #[test]
@@ -269,7 +251,10 @@ mod tests {
 
     #[test]
     fn light_falls_from_the_upper_left() {
-        let camera = camera(View::default());
+        let camera = camera(View {
+            azimuth: 0.5,
+            elevation: 0.3,
+        });
         let brightness = |x: f64, y: f64| {
             let normal = (x * camera.right + y * camera.up + camera.toward).normalize();
             camera.shade(&normal, [0.5; 3])[0]
@@ -290,7 +275,7 @@ mod tests {
             azimuth: 0.0,
             elevation: 0.0,
         };
-        let camera = Camera::new(view, Point3::origin(), 30.0, rect).unwrap();
+        let camera = Camera::new(view, Point3::origin(), 30.0, rect);
         let mut picture = paint(30, 10, |_| Ok(())).unwrap();
         // Black right of y = 0.35 cm, which is pixel 15.35 from the left.
         camera.render(&mut picture, WHITE, |p| {

@@ -1,12 +1,11 @@
 //! Sections through a volume with axes in cm, orientation marks and one grey window; maps of other samples.
 
+use super::Picture;
 use super::canvas::{
     Area, Axis, Drawn, HPos, LABELS_BELOW, LABELS_LEFT, Rect, axes, label, paint, title,
 };
 use super::raster::{BAR_ROOM, bar_labels, fill, fill_bar};
-use super::{Picture, check};
 use crate::StudyError;
-use heart_phantom::check_length;
 
 /// Pixels of the longest side of a section.
 const LONGEST: f64 = 360.0;
@@ -17,51 +16,27 @@ const HEADING: i32 = 56;
 /// Margins beside and above an image in its frame, for up to three orientation letters.
 const MARGINS: [i32; 2] = [54, 30];
 
-/// Positions and ticks of the panels of a figure.
-pub(super) struct Layout {
-    /// Pixels above the first row, and of titles and labels between rows.
-    pub(super) gaps: [i32; 2],
-    /// Numbers of ticks along the sides of a panel of some pixels.
-    pub(super) ticks: fn([i32; 2]) -> [usize; 2],
-}
-
-const LAYOUT: Layout = Layout {
-    gaps: [56, 60],
-    // Five are at least three about a centre.
-    ticks: |sides| sides.map(|pixels| (pixels / 55).clamp(5, 9) as usize),
-};
+/// Pixels above the first row, and of titles and labels between rows.
+const GAPS: [i32; 2] = [60, 70];
 
 /// Samples of a plane.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Cut {
+pub(crate) struct Cut {
     /// Title.
-    pub title: String,
+    pub(crate) title: String,
     /// Axis labels with units.
-    pub labels: [String; 2],
+    pub(crate) labels: [String; 2],
     /// Orientation letters at the left, right, lower and upper edge, such as `R`, `L`, `P`, `A`; empty for none.
-    pub marks: [String; 4],
+    pub(crate) marks: [String; 4],
     /// Columns and rows.
-    pub size: [usize; 2],
+    pub(crate) size: [usize; 2],
     /// Samples `[row][column]`, the lowest row first.
-    pub values: Vec<f32>,
+    pub(crate) values: Vec<f32>,
     /// Left, right, lower and upper edge in the units of the labels; an axis may be reversed.
-    pub extent: [[f64; 2]; 2],
+    pub(crate) extent: [[f64; 2]; 2],
 }
 
 impl Cut {
-    fn check(&self) -> Result<(), StudyError> {
-        for n in self.size {
-            check::at_least("samples along a side", n, 1)?;
-        }
-        let expected = self.size[0].saturating_mul(self.size[1]);
-        check_length("samples of a section", self.values.len(), expected)?;
-        check::finite_samples("samples of a section", &self.values)?;
-        for [low, high] in self.extent {
-            check::interval("extent of a section", low.min(high), low.max(high))?;
-        }
-        Ok(())
-    }
-
     fn lengths(&self) -> [f64; 2] {
         self.extent.map(|[from, to]| (to - from).abs())
     }
@@ -69,42 +44,29 @@ impl Cut {
 
 /// Draws sections side by side, three per row, with one scale per row, one grey window, a colour bar and a heading. Orientation letters are
 /// outside the image, in the margin of its frame.
-///
-/// # Errors
-/// [`StudyError`] if there is no section, samples and size disagree, a number is not finite, or the window or an extent is not an
-/// interval.
-pub fn sections(
+pub(crate) fn sections(
     cuts: &[Cut],
     window: [f64; 2],
     bar_label: &str,
     heading: &str,
 ) -> Result<Picture, StudyError> {
-    check::at_least("sections", cuts.len(), 1)?;
-    cuts.iter().try_for_each(Cut::check)?;
     let mut sides = Vec::with_capacity(cuts.len());
     for row in cuts.chunks(PER_ROW) {
         let longest = row.iter().flat_map(Cut::lengths).fold(0.0, f64::max);
         let pixels = |cm: f64| (LONGEST * cm / longest).round().max(8.0) as i32;
         sides.extend(row.iter().map(|cut| cut.lengths().map(pixels)));
     }
-    draw(cuts, &sides, window, (bar_label, heading), &LAYOUT)
+    draw(cuts, &sides, window, (bar_label, heading))
 }
 
-/// Draws samples over any two variables, such as a sinogram, `width` by `height` pixels.
-///
-/// # Errors
-/// As [`sections()`].
-pub fn map(
+/// Draws samples over any two variables, such as a sinogram, with `size` pixels along x and y.
+pub(crate) fn map(
     cut: &Cut,
-    [width, height]: [u32; 2],
+    size: [i32; 2],
     window: [f64; 2],
     bar_label: &str,
 ) -> Result<Picture, StudyError> {
-    cut.check()?;
-    let side = |pixels: u32| pixels.clamp(8, 4096) as i32;
-    let cuts = std::slice::from_ref(cut);
-    let sides = [[side(width), side(height)]];
-    draw(cuts, &sides, window, (bar_label, ""), &LAYOUT)
+    draw(std::slice::from_ref(cut), &[size], window, (bar_label, ""))
 }
 
 /// Draws sections of some pixels with the label of the colour bar and a heading.
@@ -113,10 +75,8 @@ pub(super) fn draw(
     sides: &[[i32; 2]],
     window: [f64; 2],
     (bar_label, heading): (&str, &str),
-    layout: &Layout,
 ) -> Result<Picture, StudyError> {
-    check::interval("window", window[0], window[1])?;
-    let [above, between] = layout.gaps;
+    let [above, between] = GAPS;
     let is_marked = cuts
         .iter()
         .flat_map(|cut| &cut.marks)
@@ -151,7 +111,8 @@ pub(super) fn draw(
         }
         for (k, cut) in cuts.iter().enumerate() {
             let rect = place(k);
-            let ticks = (layout.ticks)(sides[k]);
+            // Five are at least three about a centre.
+            let ticks = sides[k].map(|pixels| (pixels / 55).clamp(5, 9) as usize);
             let axis = |a: usize| {
                 let [from, to] = cut.extent[a];
                 let mut axis = Axis::linear(from.min(to), from.max(to), ticks[a], &cut.labels[a]);

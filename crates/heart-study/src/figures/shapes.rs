@@ -1,43 +1,29 @@
 //! Equilibrium shapes at several pressures (Fig. 8 of the paper).
 
+use super::Picture;
 use super::canvas::{
     HPos, LABELS_BELOW, LABELS_LEFT, Rect, axes, bounds, label, number, paint, plane_axes, text,
 };
 use super::marks::{stroke, swatch};
 use super::style::{GREY, SMALL, ramp};
-use super::{Picture, check};
 use crate::StudyError;
 
 /// One equilibrium shape of a membrane.
 #[derive(Clone, Copy, Debug)]
-pub struct Shape<'a> {
+pub(crate) struct Shape<'a> {
     /// The whole meridian `[x, y]`, cm, from one end on the base over the apex to the other.
-    pub nodes: &'a [[f64; 2]],
+    pub(crate) nodes: &'a [[f64; 2]],
     /// Pressure over stiffness, f/λ, cm.
-    pub load: f64,
+    pub(crate) load: f64,
     /// Area that the closed meridian encloses, cm².
-    pub area: f64,
+    pub(crate) area: f64,
     /// Volume of revolution, cm³.
-    pub volume: f64,
+    pub(crate) volume: f64,
 }
 
 /// Draws shapes over one another at one scale, closed along the base, with a table of load, area and volume.
-///
-/// # Errors
-/// [`StudyError`] if there is no shape, a meridian has fewer than 3 nodes, or a number is not finite.
-pub fn shapes(shapes: &[Shape<'_>]) -> Result<Picture, StudyError> {
-    check::at_least("shapes", shapes.len(), 1)?;
-    for shape in shapes {
-        check::points("shape nodes", shape.nodes, 3)?;
-        check::finite(
-            "shape load, area, volume",
-            &[shape.load, shape.area, shape.volume],
-        )?;
-    }
+pub(crate) fn shapes(shapes: &[Shape<'_>]) -> Result<Picture, StudyError> {
     let around = bounds(shapes.iter().flat_map(|s| s.nodes));
-    check::interval("shape x", around[0], around[1])?;
-    check::interval("shape y", around[2], around[3])?;
-
     let row = 40;
     let width = 820;
     let aspect = (around[3] - around[2]) / (around[1] - around[0]);

@@ -1,52 +1,32 @@
 //! The two membranes and a mesh between them (Fig. 11 of the paper).
 
+use super::Picture;
 use super::canvas::{
     HPos, LABELS_BELOW, LABELS_LEFT, Rect, axes, bounds, label, paint, plane_axes,
 };
 use super::marks::{stroke, swatch};
 use super::style::{GREY, INNER, OUTER};
-use super::{Picture, check};
 use crate::StudyError;
-use heart_phantom::check_length;
 
 /// Both membranes at one pressure.
 #[derive(Clone, Copy, Debug)]
-pub struct WallState<'a> {
+pub(crate) struct WallState<'a> {
     /// Title of the panel.
-    pub title: &'a str,
+    pub(crate) title: &'a str,
     /// Nodes of the inner membrane `[x, y]` over the whole meridian, cm.
-    pub inner: &'a [[f64; 2]],
+    pub(crate) inner: &'a [[f64; 2]],
     /// Nodes of the outer membrane at the same material coordinates, cm.
-    pub outer: &'a [[f64; 2]],
-}
-
-impl WallState<'_> {
-    pub(super) fn check(&self) -> Result<(), StudyError> {
-        check::points("inner", self.inner, 3)?;
-        check::points("outer", self.outer, 3)?;
-        check_length("outer", self.outer.len(), self.inner.len())?;
-        Ok(())
-    }
+    pub(crate) outer: &'a [[f64; 2]],
 }
 
 /// Draws one panel per state, all at one scale. The mesh is linear between nodes of equal material coordinate, with `n_layers`
 /// layers through the wall and about `n_cells` cells along it.
-///
-/// # Errors
-/// [`StudyError`] if there is no state, a membrane has fewer than 3 nodes, the two differ in length, a number
-/// is not finite, or a count is zero.
-pub fn wall_meshes(
+pub(crate) fn wall_meshes(
     states: &[WallState<'_>],
     n_layers: usize,
     n_cells: usize,
 ) -> Result<Picture, StudyError> {
-    check::at_least("states", states.len(), 1)?;
-    check::at_least("n_layers", n_layers, 1)?;
-    check::at_least("n_cells", n_cells, 1)?;
-    states.iter().try_for_each(WallState::check)?;
     let around = bounds(states.iter().flat_map(|s| s.inner.iter().chain(s.outer)));
-    check::interval("wall x", around[0], around[1])?;
-    check::interval("wall y", around[2], around[3])?;
     let width = 450;
     let aspect = (around[3] - around[2]) / (around[1] - around[0]);
     let height = (f64::from(width) * aspect.clamp(0.4, 1.4)) as i32;

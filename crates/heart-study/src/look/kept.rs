@@ -7,28 +7,11 @@ use crate::figures::{Cut, Picture, sections};
 use heart_phantom::{Mode, Phantom};
 
 /// Images and page of a run: collects the results of each gate and writes files at the end.
-///
-/// ```
-/// use heart_phantom::{Phantom, Run, Scene, no_observer};
-/// use heart_study::Look;
-/// let phantom = Phantom::new(Scene::default().with_size(16))?;
-/// let folder = tempfile::tempdir()?; // or any other
-/// let mut look = Look::new(&phantom, true);
-/// let mut run = Run::begin(&phantom, folder.path(), &look.files())?;
-/// for gate in 0..phantom.n_gates() {
-///     look.see(gate, &run.gate(gate, &no_observer)?)?;
-/// }
-/// run.finish(&no_observer, |report| look.write(report, folder.path()))?;
-/// assert!(folder.path().join("index.html").exists());
-/// # Ok::<(), Box<dyn std::error::Error>>(())
-/// ```
 #[derive(Debug)]
-pub struct Look<'a> {
+pub(crate) struct Look<'a> {
     pub(super) phantom: &'a Phantom,
     /// Whether a page is written.
     pub(super) page: bool,
-    /// Title of the page.
-    pub(super) title: String,
     pub(super) planes: Option<Planes>,
     pub(super) shown: Vec<Shown>,
     /// Sum of the samples of each view, by gate.

@@ -12,7 +12,7 @@ use crate::figures::Page;
 use beat::Beat;
 use heart_phantom::files::write_atomically;
 use heart_phantom::{Compensation, GateResults, Phantom, PhaseOf, Product, RunReport};
-pub use kept::Look;
+pub(crate) use kept::Look;
 use planes::Planes;
 use std::path::{Path, PathBuf};
 
@@ -20,12 +20,10 @@ const CURVES: &str = "curves.svg";
 
 impl<'a> Look<'a> {
     /// Prepares images if the output contains them, and the page if `page`. With neither it stores nothing.
-    #[must_use]
-    pub fn new(phantom: &'a Phantom, page: bool) -> Self {
+    pub(crate) fn new(phantom: &'a Phantom, page: bool) -> Self {
         Self {
             phantom,
             page,
-            title: "Run of heart-phantom".into(),
             planes: None,
             shown: Vec::new(),
             sums: Vec::new(),
@@ -33,15 +31,8 @@ impl<'a> Look<'a> {
         }
     }
 
-    /// Sets the title of the page.
-    #[must_use]
-    pub fn with_title(mut self, title: impl Into<String>) -> Self {
-        self.title = title.into();
-        self
-    }
-
     /// Returns an upper estimate of the memory of the page in bytes: volumes and sections of all gates, images and the viewer.
-    pub fn bytes(phantom: &Phantom) -> u64 {
+    pub(crate) fn bytes(phantom: &Phantom) -> u64 {
         const VIEWER: usize = 32 << 20;
         let cuts = phantom.n_gates() * Planes::new(phantom).len() * size_of::<f32>();
         let volumes = 2 * (Beat::new(phantom).bytes() + cuts);
@@ -53,8 +44,7 @@ impl<'a> Look<'a> {
     }
 
     /// Returns the names of the files that it writes.
-    #[must_use]
-    pub fn files(&self) -> Vec<PathBuf> {
+    pub(crate) fn files(&self) -> Vec<PathBuf> {
         let mut files = Vec::new();
         if self.wants(Product::Pictures) {
             let truth = self.phantom.truth_of().file_name();
@@ -82,10 +72,7 @@ impl<'a> Look<'a> {
     }
 
     /// Adds the results of a gate.
-    ///
-    /// # Errors
-    /// Errors of solving the shapes of the heart.
-    pub fn see(&mut self, gate: usize, results: &GateResults) -> Result<(), StudyError> {
+    pub(crate) fn see(&mut self, gate: usize, results: &GateResults) -> Result<(), StudyError> {
         if !self.page && !self.wants(Product::Pictures) {
             return Ok(());
         }
@@ -111,11 +98,13 @@ impl<'a> Look<'a> {
         Ok(())
     }
 
-    /// Writes images, curves and page.
-    ///
-    /// # Errors
-    /// [`StudyError`] if a file cannot be written, or a shape cannot be solved.
-    pub fn write(&self, report: &RunReport, folder: &Path) -> Result<(), StudyError> {
+    /// Writes images, curves and the page with this title.
+    pub(crate) fn write(
+        &self,
+        report: &RunReport,
+        title: &str,
+        folder: &Path,
+    ) -> Result<(), StudyError> {
         if !self.page && !self.wants(Product::Pictures) {
             return Ok(());
         }
@@ -124,7 +113,7 @@ impl<'a> Look<'a> {
             for shown in &self.shown {
                 for gate in 0..shown.cuts.len() {
                     let picture = self.picture(shown, gate)?;
-                    picture.write_png(folder.join(self.picture_name(shown.name, gate)))?;
+                    picture.write_png(&folder.join(self.picture_name(shown.name, gate)))?;
                 }
             }
             // The first is that of the volume.
@@ -132,7 +121,7 @@ impl<'a> Look<'a> {
             write_atomically(&folder.join(CURVES), |out| out.write_all(text.as_bytes()))?;
         }
         if self.page {
-            let html = page::html(self, report, &curves)?;
+            let html = page::html(self, report, title, &curves)?;
             write_atomically(&folder.join(Page::FILE), |out| {
                 out.write_all(html.as_bytes())
             })?;

@@ -23,6 +23,7 @@ const STYLE: &str = include_str!("../../assets/run.css");
 pub(super) fn html(
     look: &Look<'_>,
     report: &RunReport,
+    title: &str,
     plots: &[Plot],
 ) -> Result<String, StudyError> {
     let body = html! {
@@ -36,7 +37,7 @@ pub(super) fn html(
             @if !look.shown.is_empty() {
                 (section("The beating heart", &viewer(look)?))
                 (section("Sections", &slices(look)?))
-                (section("Polar maps", &html! { div.plots { @for plot in &maps(look, report)? { (plot) } } }))
+                (section("Polar maps", &html! { div.plots { @for plot in &maps(look, report) { (plot) } } }))
             }
             @if look.sinogram.is_some() { (section("Projections", &projections(look)?)) }
             (section("Curves", &html! { p { (phases(look)) } div.plots { @for plot in plots { (plot) } } }))
@@ -48,7 +49,7 @@ pub(super) fn html(
             }
         }
     };
-    Ok(document(&look.title, STYLE, &body))
+    Ok(document(title, STYLE, &body))
 }
 
 impl Render for Plot {
@@ -185,7 +186,7 @@ fn extremes(look: &Look<'_>) -> Vec<usize> {
 }
 
 /// Polar maps of reconstruction and exact activity in the gates of [`extremes`], with one colour scale.
-fn maps(look: &Look<'_>, report: &RunReport) -> Result<Vec<Plot>, StudyError> {
+fn maps(look: &Look<'_>, report: &RunReport) -> Vec<Plot> {
     let of_gate = |gate: usize| {
         let of = &report.gates[gate];
         let maps = [
@@ -204,16 +205,14 @@ fn maps(look: &Look<'_>, report: &RunReport) -> Result<Vec<Plot>, StudyError> {
     let values = values.flat_map(|(_, segments)| segments);
     let largest = values.copied().fold(0.0, f64::max);
     let largest = if largest > 0.0 { largest } else { 1.0 };
-    let drawn = |(gate, maps): &(usize, Vec<_>)| {
-        Ok(Plot {
-            svg: polar_maps(maps, largest, look.unit())?,
-            caption: format!(
-                "Viewed from the apex, the anterior wall on top: mean of the largest voxel values across the wall in the 17 segments of the \
+    let drawn = |(gate, maps): &(usize, Vec<_>)| Plot {
+        svg: polar_maps(maps, largest, look.unit()),
+        caption: format!(
+            "Viewed from the apex, the anterior wall on top: mean of the largest voxel values across the wall in the 17 segments of the \
                  American Heart Association, {}, in percent of {largest:.4} {}, the largest segment of the maps on this page.",
-                look.when(*gate),
-                look.unit()
-            ),
-        })
+            look.when(*gate),
+            look.unit()
+        ),
     };
     gates.iter().map(drawn).collect()
 }

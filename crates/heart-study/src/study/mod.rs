@@ -169,8 +169,7 @@ fn solve(
 }
 
 /// Returns a summary in a few lines.
-#[must_use]
-pub fn summary(report: &Report) -> String {
+pub(crate) fn summary(report: &Report) -> String {
     let mut text = format!(
         "f_inner {:.8}  f_outer {:.8}  wall volume error {:.1e}\n\
          in the limit of fine meshes: f_inner {:.8}  f_outer {:.8} (stiffness x cm)\n",

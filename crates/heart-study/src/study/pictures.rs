@@ -10,7 +10,6 @@ use crate::figures::{
     self, ForceFrame, IsoView, Page, Projection, Shape, View, Volume, WallState, bodies, curves,
     force_frames, histories, isosurface, poses, projections, shapes, slices, wall_meshes,
 };
-use heart_phantom::files::Section;
 use heart_phantom::membrane_newton::Equilibrium;
 use heart_phantom::revolve_voxel::Pose;
 use heart_phantom::revolve_voxel::nalgebra::Vector3;
@@ -340,13 +339,11 @@ pub(super) fn reconstruction(
     let of = |what: &str| format!("fig{number}-{name}-{what}.png");
     page.picture(
         &of("slice"),
-        &slices(&volume, &[Section::Axial(n / 2)], WINDOW, "activity")?,
+        &slices(&volume, &[n / 2], WINDOW, "activity")?,
         format!("Fig. {number}a: the middle slice of the {name} acquisition, Ram-Lak."),
     )?;
     // From -4.5 cm to 3.5 cm; the heart of the study extends from -5.2 to 4.2 cm at rest.
-    let planes: Vec<Section> = (0..6)
-        .map(|k| Section::Axial(n * (11 + 5 * k) / 50))
-        .collect();
+    let planes = [0, 1, 2, 3, 4, 5].map(|k| n * (11 + 5 * k) / 50);
     page.picture(
         &of("slices"),
         &slices(&volume, &planes, WINDOW, "activity")?,

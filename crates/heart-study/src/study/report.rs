@@ -217,8 +217,7 @@ pub struct Time {
 
 impl Acquisitions {
     /// Returns the acquisitions with their names, in order.
-    #[must_use]
-    pub fn named(&self) -> [(&'static str, &Acquisition); 3] {
+    pub(crate) fn named(&self) -> [(&'static str, &Acquisition); 3] {
         [
             ("static", &self.static_),
             ("short", &self.short),

@@ -9,7 +9,6 @@ mod cli_folder;
 mod cli_output;
 mod cli_page;
 mod cli_scene;
-mod figures;
 #[cfg(target_os = "linux")]
 mod fuzzed;
 mod observer;

@@ -1,7 +1,7 @@
 //! Observers that stop a study: it returns an error and leaves no report, and the next study is bitwise identical.
 
 use heart_phantom::{PhantomError, Progress, no_observer};
-use heart_study::{StudyError, StudyOptions, ejection, run};
+use heart_study::{StudyError, StudyOptions, command_line, run};
 use std::fmt::Debug;
 use std::fs;
 use std::ops::ControlFlow;
@@ -62,23 +62,13 @@ fn a_stopped_study_leaves_no_report() {
 #[test]
 fn an_empty_path_is_rejected() {
     let empty = Path::new("");
-    let errors = [
-        run(&StudyOptions::default(), empty, &stop_at(0)).map(drop),
-        ejection::ejection(ejection::Extent::Quick, empty, &stop_at(0)).map(drop),
-    ];
-    for error in errors {
-        let error = error.unwrap_err();
-        assert!(
-            matches!(error, StudyError::Phantom(PhantomError::File { .. })),
-            "{error}"
-        );
-    }
-}
-
-#[test]
-fn a_stopped_study_of_ejection_fractions_leaves_no_report() {
-    let folder = tempfile::tempdir().unwrap();
-    let stopped = ejection::ejection(ejection::Extent::Quick, folder.path(), &stop_at(0));
-    check_stopped(stopped, folder.path());
-    assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0);
+    let error = run(&StudyOptions::default(), empty, &stop_at(0)).unwrap_err();
+    assert!(
+        matches!(error, StudyError::Phantom(PhantomError::File { .. })),
+        "{error}"
+    );
+    assert_eq!(
+        command_line(["heart-phantom", "ef", "--quick", "--out", ""]),
+        1
+    );
 }

@@ -3,7 +3,6 @@
 //!
 //! `bad_inputs` of each crate tests the kind of error; here the calls are many and combined.
 
-mod figures;
 mod hearts;
 mod membranes;
 mod solids;

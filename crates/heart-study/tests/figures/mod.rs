@@ -1,12 +1,11 @@
-//! Figures: content and errors.
+//! Content of the figures.
 
-mod bad_inputs;
 mod pictures;
 mod polar;
 
 use std::f64::consts::PI;
 
-use heart_study::figures::*;
+use super::*;
 
 /// Half an ellipse [x, y] from (0, b) over the apex (a, 0) to (0, -b).
 fn half_ellipse(a: f64, b: f64) -> Vec<[f64; 2]> {
