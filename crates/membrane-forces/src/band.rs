@@ -37,32 +37,6 @@ impl BandMatrix {
         Ok(Self::of_shape(n, lower, upper))
     }
 
-    /// Creates an n by n matrix with the given entries (i, j, value); values of the same entry add.
-    ///
-    /// ```
-    /// use membrane_forces::BandMatrix;
-    /// let (diagonal, above) = ([2.0, 3.0, 4.0], [5.0, 6.0]);
-    /// let entries = diagonal.iter().enumerate().map(|(i, a)| (i, i, *a));
-    /// let entries = entries.chain(above.iter().enumerate().map(|(i, a)| (i, i + 1, *a)));
-    /// let a = BandMatrix::from_entries(3, 0, 1, entries)?;
-    /// assert_eq!(a.rows().collect::<Vec<_>>(), [[2.0, 5.0], [3.0, 6.0], [4.0, 0.0]]);
-    /// # Ok::<(), membrane_forces::MembraneError>(())
-    /// ```
-    ///
-    /// # Errors
-    /// As [`BandMatrix::zeros`] and [`BandMatrix::add`].
-    pub fn from_entries(
-        n: usize,
-        lower: usize,
-        upper: usize,
-        entries: impl IntoIterator<Item = (usize, usize, f64)>,
-    ) -> Result<Self> {
-        let mut matrix = Self::zeros(n, lower, upper)?;
-        let mut entries = entries.into_iter();
-        entries.try_for_each(|(i, j, value)| matrix.add(i, j, value))?;
-        Ok(matrix)
-    }
-
     /// As [`BandMatrix::zeros`], for a shape that was checked.
     pub(crate) fn of_shape(n: usize, lower: usize, upper: usize) -> Self {
         Self {

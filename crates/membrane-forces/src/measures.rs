@@ -88,15 +88,6 @@ impl Measure {
         self.value(nodes, false)
     }
 
-    /// `out` = gradient with respect to every node coordinate, the exact derivative of [`Measure::of`]. Cost O(n).
-    ///
-    /// # Panics
-    /// `out` has another length than `nodes`.
-    pub fn gradient_into(self, nodes: &[[f64; 2]], out: &mut [[f64; 2]]) {
-        assert_eq!(nodes.len(), out.len(), "measure gradient");
-        self.gradient(nodes, false, out);
-    }
-
     /// Returns the rate of change of the measure of the polyline through `nodes` that move at `velocities`, per unit time: the gradient
     /// times the velocities. Cost O(n).
     ///

@@ -2,7 +2,7 @@
 
 use membrane_forces::{
     BandMatrix, CurvePoint, DiscreteMembrane, FiniteDifferences, LinearEquilibrium, Membrane,
-    MembraneError, PressureLaw, ReferenceShape, SpectralElements, Stiffness,
+    PressureLaw, ReferenceShape, SpectralElements, Stiffness,
 };
 
 const KAPPA: f64 = 2.3;
@@ -119,8 +119,10 @@ fn products_of_bands_agree_with_dense_matrices() {
             let entries = all.filter(|&(i, j)| inside(i, j));
             let entries = entries.map(|(i, j)| (i, j, 0.5 * entry(i, j)));
             // each twice: values of one entry add
-            let band = BandMatrix::from_entries(n, lower, upper, entries.clone().chain(entries));
-            let mut band = band.unwrap();
+            let mut band = BandMatrix::zeros(n, lower, upper).unwrap();
+            for (i, j, value) in entries.clone().chain(entries) {
+                band.add(i, j, value).unwrap();
+            }
             let x: Vec<f64> = (0..n).map(|i| (i as f64).cos()).collect();
             let mut product = vec![f64::NAN; n];
             band.mul_into(&x, &mut product);
@@ -143,15 +145,6 @@ fn products_of_bands_agree_with_dense_matrices() {
             assert_eq!((band.len(), band.is_empty()), (n, false));
         }
     }
-    let outside = BandMatrix::from_entries(3, 1, 0, [(0, 0, 1.0), (0, 1, 2.0)]);
-    assert!(matches!(
-        outside,
-        Err(MembraneError::OutsideBand {
-            row: 0,
-            column: 1,
-            ..
-        })
-    ));
 }
 
 /// Functions cannot be compared: they are equal if they are shared.
