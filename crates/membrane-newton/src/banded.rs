@@ -6,7 +6,7 @@ use crate::error::{NewtonError, Result, length};
 
 /// Storage for P A = L U of a band matrix; memory and time O(n lower (lower + upper)).
 ///
-/// It factors any number of matrices of its shape without allocation. Solving requires a factorisation: [`BandedFactorisation`].
+/// It factors any number of matrices of its shape without allocation.
 ///
 /// ```
 /// use membrane_newton::{BandMatrix, BandedLu};
@@ -16,19 +16,10 @@ use crate::error::{NewtonError, Result, length};
 /// }
 /// a.add(0, 1, 1.0)?;
 /// let mut lu = BandedLu::for_matrix(&a);
-/// assert!(lu.factorisation().is_none());
 /// let mut x = [5.0, 4.0, 6.0];
-/// lu.factor(&a)?.solve_into(&mut x);
+/// lu.factor(&a)?;
+/// lu.solve_into(&mut x)?;
 /// assert_eq!(x, [1.5, 2.0, 3.0]);
-/// # Ok::<(), Box<dyn std::error::Error>>(())
-/// ```
-///
-/// Before a factorisation there is no [`BandedFactorisation`]:
-///
-/// ```compile_fail,E0599
-/// # use membrane_newton::{BandMatrix, BandedLu};
-/// let lu = BandedLu::for_matrix(&BandMatrix::zeros(3, 1, 1)?);
-/// lu.solve_into(&mut [5.0, 4.0, 6.0]);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Debug, Clone)]
@@ -50,10 +41,6 @@ pub struct BandedLu {
     /// Reciprocals of the diagonal of U.
     inverse: Vec<f64>,
 }
-
-/// A matrix factored by [`BandedLu`], ready to solve with.
-#[derive(Debug, Clone, Copy)]
-pub struct BandedFactorisation<'a>(&'a BandedLu);
 
 impl BandedLu {
     /// Allocates storage for matrices of the shape of `matrix`: n (2 lower + upper + 3) numbers.
@@ -79,7 +66,7 @@ impl BandedLu {
     ///
     /// # Errors
     /// A pivot is zero or not finite: [`NewtonError::Singular`]; the shapes of `matrix` and storage differ: [`NewtonError::WrongLength`].
-    pub fn factor(&mut self, matrix: &BandMatrix) -> Result<BandedFactorisation<'_>> {
+    pub fn factor(&mut self, matrix: &BandMatrix) -> Result<()> {
         self.factored = false;
         let (n, lower, width) = (self.n, self.lower, self.width);
         length("rows", matrix.len(), n)?;
@@ -132,13 +119,35 @@ impl BandedLu {
             }
         }
         self.factored = true;
-        Ok(BandedFactorisation(self))
+        Ok(())
     }
 
-    /// Returns the last factorisation; `None` before the first one and after an error.
+    /// Returns the sign of the determinant of the matrix, 1 or -1; 0 without a factorisation.
     #[must_use]
-    pub fn factorisation(&self) -> Option<BandedFactorisation<'_>> {
-        self.factored.then_some(BandedFactorisation(self))
+    pub fn determinant_sign(&self) -> f64 {
+        match (self.factored, self.negative) {
+            (false, _) => 0.0,
+            (true, false) => 1.0,
+            (true, true) => -1.0,
+        }
+    }
+
+    /// Overwrites `b` with A^-1 `b` for the matrix A of the last factorisation. Cost O(n (2 lower + upper)).
+    ///
+    /// # Errors
+    /// [`NewtonError::NotFactored`]; [`NewtonError::WrongLength`] for other than n numbers.
+    pub fn solve_into(&self, b: &mut [f64]) -> Result<()> {
+        length("right-hand side", b.len(), self.n)?;
+        if !self.factored {
+            return Err(NewtonError::NotFactored);
+        }
+        // The bands of tangents, with and without second neighbours, have loops of fixed length.
+        match (self.lower, self.width) {
+            (3, 7) => self.solve::<3, 7>(b),
+            (4, 9) => self.solve::<4, 9>(b),
+            _ => self.solve_any(b, 0, self.n),
+        }
+        Ok(())
     }
 
     /// As [`Self::solve_any`], for `lower` = L and `width` = W.
@@ -190,29 +199,6 @@ impl BandedLu {
                 .map(|(u, x)| u * x)
                 .sum();
             b[k] = (b[k] - sum) * self.inverse[k];
-        }
-    }
-}
-
-impl BandedFactorisation<'_> {
-    /// Returns the sign of the determinant of the matrix, 1 or -1.
-    #[must_use]
-    pub fn determinant_sign(&self) -> f64 {
-        if self.0.negative { -1.0 } else { 1.0 }
-    }
-
-    /// Overwrites `b` with A^-1 `b` for this matrix A. Cost O(n (2 lower + upper)).
-    ///
-    /// # Panics
-    /// `b` has a length other than n.
-    pub fn solve_into(&self, b: &mut [f64]) {
-        let lu = self.0;
-        assert_eq!(b.len(), lu.n, "right-hand side");
-        // The bands of tangents, with and without second neighbours, have loops of fixed length.
-        match (lu.lower, lu.width) {
-            (3, 7) => lu.solve::<3, 7>(b),
-            (4, 9) => lu.solve::<4, 9>(b),
-            _ => lu.solve_any(b, 0, lu.n),
         }
     }
 }

@@ -4,7 +4,7 @@ use membrane_forces::{DiscreteMembrane, Measure, Measures, MembraneError};
 
 use crate::border::Border;
 use crate::constraint::{Constraint, Quantity};
-use crate::error::{NewtonError, Result, own};
+use crate::error::{Result, own};
 use crate::factors::Factors;
 use crate::route::Route;
 use crate::turning::{Reach, turned, turning};
@@ -177,7 +177,7 @@ impl<'a> Block<'a> {
                 0.0
             }
         };
-        let border = border.eliminate(corner, |column| factors.solve_in_place(column))?;
+        border.eliminate(corner, |column| factors.solve_in_place(column))?;
         self.signs.1 = sign * border.sign();
         if self.signs.0 == 0.0 {
             self.signs.0 = self.signs.1;
@@ -186,10 +186,9 @@ impl<'a> Block<'a> {
     }
 
     pub(crate) fn solve_in_place(&mut self, rhs: &mut [f64]) -> Result<()> {
-        let border = self.border.elimination().ok_or(NewtonError::NotFactored)?;
         let (head, tail) = rhs.split_at_mut(self.elastic.len());
         self.factors.solve_in_place(head)?;
-        tail[0] = border.correct(head, tail[0])?;
+        tail[0] = self.border.correct(head, tail[0])?;
         Ok(())
     }
 

@@ -18,15 +18,16 @@ use crate::error::{NewtonError, Result, length};
 /// a.add(0, 0, 2.0)?;
 /// a.add(1, 1, 4.0)?;
 /// let mut lu = BandedLu::for_matrix(&a);
-/// let lu = lu.factor(&a)?;
+/// lu.factor(&a)?;
 /// // (A + b g') x = r with b = (1, 0), g = (0, 1): 2 x0 + x1 = 4, 4 x1 = 8
 /// let mut border = Border::new(2);
 /// let (b, g) = border.column_and_row_mut();
 /// b.copy_from_slice(&[1.0, 0.0]);
 /// g.copy_from_slice(&[0.0, 1.0]);
 /// let mut x = [4.0, 8.0];
-/// lu.solve_into(&mut x);
-/// border.eliminate(-1.0, |column| Ok(lu.solve_into(column)))?.correct(&mut x, 0.0)?;
+/// lu.solve_into(&mut x)?;
+/// border.eliminate(-1.0, |column| lu.solve_into(column))?;
+/// border.correct(&mut x, 0.0)?;
 /// assert_eq!(x, [1.0, 2.0]);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
@@ -40,14 +41,6 @@ pub struct Border {
     solved: Vec<f64>,
     /// d - g' A^-1 b, if known.
     pivot: Option<f64>,
-}
-
-/// A border whose column has been eliminated, to correct solutions with A.
-#[derive(Debug, Clone, Copy)]
-pub struct BorderElimination<'a> {
-    row: &'a [f64],
-    solved: &'a [f64],
-    pivot: f64,
 }
 
 impl Border {
@@ -79,7 +72,7 @@ impl Border {
         &mut self,
         corner: f64,
         solve: impl FnOnce(&mut [f64]) -> Result<()>,
-    ) -> Result<BorderElimination<'_>> {
+    ) -> Result<()> {
         self.pivot = None;
         self.solved.copy_from_slice(&self.column);
         solve(&mut self.solved)?;
@@ -89,41 +82,31 @@ impl Border {
             return Err(NewtonError::Singular { row, pivot });
         }
         self.pivot = Some(pivot);
-        self.elimination().ok_or(NewtonError::NotFactored)
+        Ok(())
     }
 
-    /// Returns the eliminated border; `None` if column or row may have changed since, or if the elimination failed.
-    #[must_use]
-    pub fn elimination(&self) -> Option<BorderElimination<'_>> {
-        self.pivot.map(|pivot| BorderElimination {
-            row: &self.row,
-            solved: &self.solved,
-            pivot,
-        })
-    }
-}
-
-impl BorderElimination<'_> {
-    /// A^-1 b.
+    /// A^-1 b of the last elimination.
     #[must_use]
     pub fn solved(&self) -> &[f64] {
-        self.solved
+        &self.solved
     }
 
-    /// Sign of the border's factor on the determinant, d - g' A^-1 b: 1 or -1.
+    /// Sign of the border's factor on the determinant, d - g' A^-1 b: 1 or -1; 0 if the border is not eliminated.
     #[must_use]
     pub fn sign(&self) -> f64 {
-        self.pivot.signum()
+        self.pivot.map_or(0.0, f64::signum)
     }
 
     /// Turns `x` = A^-1 r into the solution's x and returns its y.
     ///
     /// # Errors
-    /// [`NewtonError::WrongLength`] if the lengths of `x` and border differ.
+    /// [`NewtonError::WrongLength`] if the lengths of `x` and border differ; [`NewtonError::NotFactored`] if column or row may have changed
+    /// since the elimination, or if it failed.
     pub fn correct(&self, x: &mut [f64], q: f64) -> Result<f64> {
         length("unknowns within a border", x.len(), self.row.len())?;
-        let y = (q - dot_in_eight(self.row, x)) / self.pivot;
-        for (x, solved) in x.iter_mut().zip(self.solved) {
+        let pivot = self.pivot.ok_or(NewtonError::NotFactored)?;
+        let y = (q - dot_in_eight(&self.row, x)) / pivot;
+        for (x, solved) in x.iter_mut().zip(&self.solved) {
             *x -= y * solved;
         }
         Ok(y)

@@ -74,18 +74,18 @@ impl Factors {
                 }
             }
         }
-        sign *= self.lu.factor(band)?.determinant_sign();
+        self.lu.factor(band)?;
         self.factored = true;
-        Ok(sign)
+        Ok(sign * self.lu.determinant_sign())
     }
 
     pub(crate) fn solve_in_place(&mut self, rhs: &mut [f64]) -> Result<()> {
-        let lu = self.lu.factorisation().filter(|_| self.factored);
-        let lu = lu.ok_or(NewtonError::NotFactored)?;
+        if !self.factored {
+            return Err(NewtonError::NotFactored);
+        }
         let (blocks, size, inner) = (&self.tangent.blocks, self.size, self.inner);
         if blocks.is_empty() {
-            lu.solve_into(rhs);
-            return Ok(());
+            return self.lu.solve_into(rhs);
         }
         // From one end node to the next.
         let stride = inner + 2;
@@ -105,7 +105,7 @@ impl Factors {
                 self.end_values[2 * e + i] -= dot(l, inside);
             }
         }
-        lu.solve_into(&mut self.end_values);
+        self.lu.solve_into(&mut self.end_values)?;
         for (e, block) in blocks.iter().enumerate() {
             let full = &mut self.block_values;
             full[inner..].copy_from_slice(&self.end_values[2 * e..][..4]);

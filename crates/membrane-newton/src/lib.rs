@@ -57,8 +57,8 @@ mod solver;
 mod stability;
 mod turning;
 
-pub use banded::{BandedFactorisation, BandedLu};
-pub use border::{Border, BorderElimination, dot_in_eight};
+pub use banded::BandedLu;
+pub use border::{Border, dot_in_eight};
 pub use branch::BranchPoint;
 pub use constraint::Control;
 pub use equilibrium::Equilibrium;
@@ -68,7 +68,7 @@ pub use membrane_forces::{
     MembraneError, PressureLaw, ReferenceShape, Rubber, RubberState, Stiffness, StrainEnergy,
     Thickness,
 };
-pub use newton::{NewtonScratch, ResidualSystem, newton, newton_observed, newton_with};
+pub use newton::{NewtonScratch, ResidualSystem, newton, newton_with};
 pub use options::{LineSearch, NewtonOptions, Refactor};
 pub use pair::{Pair, PairEquilibrium};
 pub use pentadiagonal::PentadiagonalLdl;

@@ -139,10 +139,8 @@ impl<'a> Pencil<'a> {
         self.discrete.add_mass_into(shift, &mut self.shifted)?;
         self.factors.factor_tangent(&self.shifted)?;
         let factors = &mut self.factors;
-        (self
-            .border
-            .eliminate(0.0, |column| factors.solve_in_place(column)))
-        .map(drop)
+        let border = &mut self.border;
+        border.eliminate(0.0, |column| factors.solve_in_place(column))
     }
 
     /// Counts the eigenvalues below `shift`, including those indistinguishable from it.
@@ -155,13 +153,10 @@ impl<'a> Pencil<'a> {
             if self.factor(near).is_err() {
                 continue;
             }
-            let Some(border) = self.border.elimination() else {
-                continue;
-            };
             // g.(K - shift M)^-1 g > 0 removes one of them at constant volume
             let within = match constant {
                 Constant::Pressure => 0,
-                Constant::Volume => usize::from(border.sign() < 0.0),
+                Constant::Volume => usize::from(self.border.sign() < 0.0),
             };
             if let Some(count) = inertia::positive(self.discrete, &mut self.shifted) {
                 return Ok(count.saturating_sub(within));
@@ -209,9 +204,6 @@ impl<'a> Pencil<'a> {
     /// Returns the lowest eigenvalue, by inverse iteration with a `shift` below all of them; `None` if it does not converge.
     fn nearest(&mut self, constant: Constant, shift: f64) -> Result<Option<f64>> {
         self.factor(shift)?;
-        let Some(border) = self.border.elimination() else {
-            return Ok(None);
-        };
         let n = self.discrete.start().len();
         let mut x: Vec<f64> = (0..n).map(|i| 1.0 + (i as f64).sin()).collect();
         let mut momentum = vec![0.0; n];
@@ -229,7 +221,7 @@ impl<'a> Pencil<'a> {
             self.factors.solve_in_place(&mut x)?;
             match constant {
                 Constant::Pressure => (),
-                Constant::Volume => drop(border.correct(&mut x, 0.0)?),
+                Constant::Volume => drop(self.border.correct(&mut x, 0.0)?),
             }
             let found = shift + 1.0 / dot(&momentum, &x);
             if (found - eigenvalue).abs() <= SETTLED * found.abs().max(ZERO * self.scale) {

@@ -90,14 +90,11 @@ impl ResidualSystem for Direct<'_> {
             PaperJacobian::Exact => (),
             PaperJacobian::AsPrinted => self.add_misprint(x)?,
         }
-        self.lu.factor(&self.tangent.band)?;
-        Ok(())
+        self.lu.factor(&self.tangent.band)
     }
 
     fn solve_in_place(&mut self, rhs: &mut [f64]) -> Result<(), NewtonError> {
-        let lu = self.lu.factorisation().ok_or(NewtonError::NotFactored)?;
-        lu.solve_into(rhs);
-        Ok(())
+        self.lu.solve_into(rhs)
     }
 
     fn residual_norm(&self, residual: &[f64]) -> f64 {

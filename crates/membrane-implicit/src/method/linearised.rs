@@ -50,11 +50,9 @@ impl Implicit {
         work.force_calls += 1;
         let (growth, w) = (new.intensity - intensity, &new.velocity);
         let [growing, momentum, pull] = buffers;
-        if let Some(border) = stage.border.elimination() {
-            // the matrix times this is -h n
-            let growing = growing.iter_mut().zip(w).zip(border.solved());
-            growing.for_each(|((growing, w), column)| *growing = w + growth * column);
-        }
+        // the matrix times this is -h n
+        let changes = growing.iter_mut().zip(w).zip(stage.border.solved());
+        changes.for_each(|((growing, w), column)| *growing = w + growth * column);
         stage.matrix.band.mul_into(growing, momentum);
         body.stiffness.mul_into(w, pull);
         let m_h = body.inertia(dt);

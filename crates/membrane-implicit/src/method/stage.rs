@@ -208,7 +208,7 @@ impl ResidualSystem for System<'_> {
         let stage = &mut *self.stage;
         stage.forget();
         body.stage_matrix_into(&stage.nodes, f, h, &mut stage.matrix)?;
-        let lu = stage.lu.factor(&stage.matrix.band)?;
+        stage.lu.factor(&stage.matrix.band)?;
         self.work.factorisations += 1;
         let nodes = &*stage.nodes;
         let surface = || Measure::Surface.of(nodes.as_chunks().0);
@@ -247,9 +247,10 @@ impl ResidualSystem for System<'_> {
             self.work.force_calls += 1;
         }
         let (corner, known) = border.map_or((1.0, true), |(_, corner)| (corner, false));
+        let lu = &stage.lu;
         stage.border.eliminate(corner, |column| {
             if !known {
-                lu.solve_into(column);
+                lu.solve_into(column)?;
                 body.hold(column);
             }
             Ok(())
@@ -260,14 +261,11 @@ impl ResidualSystem for System<'_> {
 
     fn solve_in_place(&mut self, rhs: &mut [f64]) -> Result<(), NewtonError> {
         self.work.iterations += 1;
-        let lu = self.stage.lu.factorisation();
-        let border = self.stage.border.elimination();
-        let (lu, border) = lu.zip(border).ok_or(NewtonError::NotFactored)?;
         let (head, tail) = rhs.split_at_mut(self.stage.nodes.len());
         // Pivoting mixes fixed rows with their neighbours; rounding must not move an end.
-        lu.solve_into(head);
+        self.stage.lu.solve_into(head)?;
         self.eq.body.hold(head);
-        tail[0] = border.correct(head, tail[0])?;
+        tail[0] = self.stage.border.correct(head, tail[0])?;
         Ok(())
     }
 
@@ -410,11 +408,10 @@ impl Stage {
         solved.map_err(|error| eq.error(error))
     }
 
-    /// Filters an error estimate through the current matrix, if there is one.
+    /// Filters an error estimate through the current matrix.
     pub(crate) fn filter(&self, body: &Body, error: &mut LocalError) {
-        if let Some(lu) = self.lu.factorisation() {
-            error.filter(body, self.factored, |v| lu.solve_into(v));
-        }
+        // A step was made, so there is a factorisation.
+        error.filter(body, self.factored, |v| self.lu.solve_into(v).unwrap_or(()));
     }
 }
 

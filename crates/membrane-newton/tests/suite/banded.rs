@@ -25,10 +25,10 @@ fn solves_equal_a_dense_lu() {
                 let product = &dense * &b;
                 assert!((DVector::from_vec(out) - product).amax() < 1e-13);
                 let mut lu = BandedLu::for_matrix(&band);
-                let lu = lu.factor(&band).unwrap();
+                lu.factor(&band).unwrap();
                 assert_eq!(lu.determinant_sign(), dense.determinant().signum());
                 let mut x = b.as_slice().to_vec();
-                lu.solve_into(&mut x);
+                lu.solve_into(&mut x).unwrap();
                 // backward stable: the residual is rounding of the size of x
                 let size = x.iter().fold(1.0, |m: f64, v| m.max(v.abs()));
                 let residual = (dense * DVector::from_vec(x) - b).amax();

@@ -1,7 +1,6 @@
 //! Equations of a caller: they combine with the errors of the crates, may be boxed, may return their own errors, and can be stopped.
 
 use std::error::Error;
-use std::ops::ControlFlow;
 
 use membrane_forces::{
     DiscreteMembrane, FiniteDifferences, Measure, Membrane, MembraneError, ReferenceShape,
@@ -9,8 +8,7 @@ use membrane_forces::{
 use membrane_newton::membrane_forces::Tangent;
 use membrane_newton::{
     BandMatrix, BandedLu, Border, Control, Discretisation, LineSearch, NewtonError, NewtonOptions,
-    NewtonScratch, Refactor, ResidualSystem, Solver, StopReason, newton, newton_observed,
-    newton_with,
+    NewtonScratch, Refactor, ResidualSystem, Solver, StopReason, newton, newton_with,
 };
 
 /// A balloon under a spring-loaded lid: its intensity is `fill` / volume, as of a gas.
@@ -72,20 +70,13 @@ impl ResidualSystem for Gas<'_> {
             row[held] = 0.0;
         }
         row.iter_mut().for_each(|g| *g *= -intensity / volume);
-        let lu = lu.factor(&tangent.band)?;
-        border.eliminate(-1.0, |column| {
-            lu.solve_into(column);
-            Ok(())
-        })?;
-        Ok(())
+        lu.factor(&tangent.band)?;
+        border.eliminate(-1.0, |column| lu.solve_into(column))
     }
 
     fn solve_in_place(&mut self, rhs: &mut [f64]) -> Result<(), NewtonError> {
-        let lu = self.lu.factorisation().ok_or(NewtonError::NotFactored)?;
-        let border = self.border.elimination().ok_or(NewtonError::NotFactored)?;
-        lu.solve_into(rhs);
-        border.correct(rhs, 0.0)?;
-        Ok(())
+        self.lu.solve_into(rhs)?;
+        self.border.correct(rhs, 0.0).map(drop)
     }
 
     fn residual_norm(&self, residual: &[f64]) -> f64 {
@@ -150,36 +141,41 @@ fn an_unfactored_system_is_an_error() {
     for i in 0..2 {
         zeros.add(i, i, 1.0).unwrap();
     }
-    assert!(lu.factor(&zeros).is_ok() && lu.factorisation().is_some());
-    zeros.clear();
-    let singular = lu.factor(&zeros).map(drop);
+    let unfactored = Err(NewtonError::NotFactored);
+    assert_eq!(lu.solve_into(&mut [1.0; 2]), unfactored);
+    assert_eq!(lu.factor(&zeros), Ok(()));
+    assert_eq!(lu.solve_into(&mut [1.0; 2]), Ok(()));
     assert!(matches!(
-        singular,
+        lu.solve_into(&mut [1.0; 3]),
+        Err(NewtonError::WrongLength { given: 3, .. })
+    ));
+    zeros.clear();
+    assert!(matches!(
+        lu.factor(&zeros),
         Err(NewtonError::Singular { row: 0, pivot: 0.0 })
     ));
-    assert!(lu.factorisation().is_none());
+    assert_eq!(lu.solve_into(&mut [1.0; 2]), unfactored);
+    assert_eq!(lu.determinant_sign(), 0.0);
     let mut border = Border::new(2);
     let solve = |column: &mut [f64]| {
         column.fill(1.0);
         Ok(())
     };
-    assert!(border.elimination().is_none());
-    assert_eq!(border.eliminate(1.0, solve).unwrap().solved(), [1.0, 1.0]);
-    assert!(border.elimination().is_some());
+    let is_eliminated =
+        |border: &Border| border.correct(&mut [0.0; 2], 0.0) != Err(NewtonError::NotFactored);
+    assert!(!is_eliminated(&border) && border.sign() == 0.0);
+    border.eliminate(1.0, solve).unwrap();
+    assert_eq!((border.solved(), border.sign()), (&[1.0, 1.0][..], 1.0));
+    assert!(is_eliminated(&border));
     border.column_and_row_mut().1[0] = 1.0;
-    assert!(border.elimination().is_none());
-    let singular = border.eliminate(1.0, solve).map(drop);
+    assert!(!is_eliminated(&border));
+    let singular = border.eliminate(1.0, solve);
     assert!(matches!(singular, Err(NewtonError::Singular { .. })));
-    assert!(border.elimination().is_none());
+    assert!(!is_eliminated(&border));
     let failing = |_: &mut [f64]| Err(NewtonError::NotFactored);
-    assert_eq!(
-        border.eliminate(0.5, failing).err(),
-        Some(NewtonError::NotFactored)
-    );
-    let refused = border
-        .eliminate(0.5, solve)
-        .unwrap()
-        .correct(&mut [0.0], 0.0);
+    assert_eq!(border.eliminate(0.5, failing), unfactored);
+    border.eliminate(0.5, solve).unwrap();
+    let refused = border.correct(&mut [0.0], 0.0);
     let (given, expected) = (1, 2);
     let what = "unknowns within a border";
     let expected = NewtonError::WrongLength {
@@ -298,45 +294,6 @@ fn a_cause_is_reachable_and_reported_once() {
     let error = refused.unwrap_err();
     let said = "nodes: 2 given, at least 3 needed";
     assert_eq!(chain(&error), said);
-}
-
-/// The observer receives every iteration and the unknowns; the value with which it breaks is returned.
-#[test]
-fn an_observer_can_stop_newton() {
-    let forces = FiniteDifferences::new(&balloon(), 101).unwrap();
-    let mut scratch = NewtonScratch::default();
-    let solve = |most: usize, scratch: &mut NewtonScratch| {
-        let mut seen = Vec::new();
-        let mut x = forces.start().to_vec();
-        let ended = newton_observed(
-            &mut Gas::new(&forces, 1500.0),
-            &mut x,
-            &NewtonOptions::default(),
-            scratch,
-            |report, x| {
-                seen.push((report.iterations, report.residual, x.to_vec()));
-                if seen.len() == most {
-                    ControlFlow::Break("enough")
-                } else {
-                    ControlFlow::Continue(())
-                }
-            },
-        );
-        (ended.unwrap(), seen, x)
-    };
-    let (ended, all, x) = solve(usize::MAX, &mut scratch);
-    assert_eq!(ended, ControlFlow::Continue(()));
-    assert_eq!(all.len(), scratch.report().iterations);
-    assert_eq!(all.last().unwrap().2, x);
-    for (k, (iterations, residual, _)) in all.iter().enumerate() {
-        assert_eq!(*iterations, k + 1);
-        assert_eq!(*residual, scratch.report().history[k + 1]);
-    }
-    let (ended, seen, x) = solve(2, &mut scratch);
-    assert_eq!(ended, ControlFlow::Break("enough"));
-    assert_eq!(seen[..], all[..2]);
-    assert_eq!(x, all[1].2);
-    assert_eq!(scratch.report().iterations, 2);
 }
 
 /// x^2 = 2 with a Jacobian that is `wrong` times the exact one and a norm of steps scaled by `norm`.
@@ -527,17 +484,6 @@ fn reports_count_every_residual_and_contain_the_stopping_test() {
             assert!(report.iteration_error < 1e-2, "{report:?}");
         }
     }
-    let (mut x, mut scratch) = ([1.4], NewtonScratch::default());
-    let stop = |_: &_, _: &[f64]| ControlFlow::Break(());
-    let stopped = newton_observed(
-        &mut Logarithm::of(1.0),
-        &mut x,
-        &natural,
-        &mut scratch,
-        stop,
-    );
-    assert_eq!(stopped, Ok(ControlFlow::Break(())));
-    assert_eq!(scratch.report().stopped_by, Some(StopReason::Observer));
 }
 
 /// A factorisation is reused while the root hardly changes, and replaced when the steps no longer contract.
