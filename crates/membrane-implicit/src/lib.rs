@@ -43,9 +43,8 @@ pub use body::{Body, LoadState};
 pub use energy::Energy;
 pub use error::ImplicitError;
 pub use evolution::{Evolution, Frame};
-pub use evolving::{EvolvingOptions, evolve, evolve_observed};
+pub use evolving::{EvolvingOptions, evolve};
 pub use load::{Feedback, Load};
-pub use load_kind::LoadKind;
 pub use membrane_newton::{
     self, DiscreteMembrane, Measure, Measures, Membrane, MembraneError, PressureLaw,
     ReferenceShape, Rubber, Stiffness, StrainEnergy, Thickness,

@@ -288,12 +288,6 @@ impl Motion {
         Ok(())
     }
 
-    /// Returns the load.
-    #[must_use]
-    pub fn load(&self) -> &Load {
-        &self.load
-    }
-
     /// Returns the current time.
     #[must_use]
     pub fn time(&self) -> f64 {
@@ -397,22 +391,6 @@ impl Motion {
         velocities: &mut [[f64; 2]],
     ) -> Result<()> {
         self.inner.at_into(time, points, velocities)
-    }
-
-    /// As [`Motion::at_into`] for the outer membrane; does nothing without one.
-    ///
-    /// # Errors
-    /// A time outside the last step; [`ImplicitError::WrongLength`] for slices whose length is not N.
-    pub fn outer_at_into(
-        &self,
-        time: f64,
-        points: &mut [[f64; 2]],
-        velocities: &mut [[f64; 2]],
-    ) -> Result<()> {
-        match &self.outer {
-            Some(outer) => outer.at_into(time, points, velocities),
-            None => Ok(()),
-        }
     }
 
     /// Rejects a fixed step that is not positive or with which an explicit scheme is unstable.

@@ -87,9 +87,10 @@ fn steps_allocate_nothing() {
     let latex = Rubber::new(StrainEnergy::NeoHookean { mu: 1.0 }, Thickness::UNIT).unwrap();
     let balloon = Membrane::new(ReferenceShape::balloon(8.5, 1.75).unwrap()).with_rubber(latex);
     let rubber = Body::rubber(&balloon, 101, 1.0).unwrap();
+    let start = rubber.start_volume();
     for load in [
         Load::intensity(|t| 0.1 * t),
-        Load::inflow(&rubber, |t| 20.0 * t * t),
+        Load::volume(move |t| start + 20.0 * t * t),
     ] {
         let mut motion = Motion::new(rubber.clone(), load, Scheme::Midpoint).unwrap();
         assert_allocates_nothing("rubber", || {

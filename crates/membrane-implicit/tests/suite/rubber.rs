@@ -183,7 +183,8 @@ fn a_filled_balloon_ends_in_equilibrium() {
     let rest = 93.0;
     let inflow = move |t: f64| 0.3 * rest * (1.0 - (-(t / 10.0).powi(2)).exp());
     let body = body(41).with_damping(1.0).unwrap();
-    let (start, load) = (body.start_volume(), Load::inflow(&body, inflow));
+    let start = body.start_volume();
+    let load = Load::volume(move |t| start + inflow(t));
     let mut motion = motion(body, load);
     motion
         .run_with(TimeStep::Fixed(0.25), &[Stop::Steps(1200)], |motion| {

@@ -394,7 +394,6 @@ fn membrane_implicit_accepts_any_input() {
                 back(motion.run(TimeStep::Fixed(0.01), &[]));
                 let (mut points, mut velocities) = ([[0.0; 2]; 5], [[0.0; 2]; 5]);
                 back(motion.at_into(value, &mut points, &mut velocities));
-                back(motion.outer_at_into(value, &mut [], &mut []));
                 back(motion.norms());
                 let _ = motion.energy().imbalance();
                 let _ = motion.state().volume();
