@@ -4,7 +4,6 @@ use crate::cohort::{Cohort, MOST_MEMBERS};
 use crate::error::CohortError;
 use serde::{Deserialize, Serialize};
 use std::ops::Range;
-use std::str::FromStr;
 
 /// Shard `shard` of `of`, counted from 1.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -13,28 +12,6 @@ pub struct Shard {
     pub shard: u64,
     /// The number of shards.
     pub of: u64,
-}
-
-/// Parses `3/40`, shard 3 of 40.
-///
-/// ```
-/// use heart_cohort::Shard;
-/// assert_eq!("3/40".parse::<Shard>()?, Shard { shard: 3, of: 40 });
-/// # Ok::<(), heart_cohort::CohortError>(())
-/// ```
-impl FromStr for Shard {
-    type Err = CohortError;
-
-    /// # Errors
-    /// [`CohortError::ShardText`] unless it is `K/N` with 1 <= K <= N.
-    fn from_str(text: &str) -> Result<Self, CohortError> {
-        let numbers = text.split_once('/');
-        let numbers = numbers.and_then(|(k, n)| Some((k.parse().ok()?, n.parse().ok()?)));
-        match numbers {
-            Some((shard, of)) if (1..=of).contains(&shard) => Ok(Self { shard, of }),
-            _ => Err(CohortError::ShardText { given: text.into() }),
-        }
-    }
 }
 
 impl Shard {

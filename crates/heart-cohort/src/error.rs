@@ -58,13 +58,6 @@ pub enum CohortError {
         /// Largest number of shards: the number of members.
         most: u64,
     },
-    /// A text that is not a shard.
-    #[error("shard is {}; it must be K/N with 1 <= K <= N", escape(given))]
-    ShardText {
-        /// The text given.
-        // tidy: allow string: the user's own text
-        given: String,
-    },
     /// The directory contains a shard of another number of shards.
     #[error(
         "{} is one of {found} shards, not of {given}; choose another directory or compute shards of {found}",
@@ -105,17 +98,6 @@ pub enum CohortError {
     NoShards {
         /// The directory.
         folder: PathBuf,
-    },
-    /// An option of a Slurm script outside its range.
-    #[error("{option} is {}; {wanted}", escape(given))]
-    Slurm {
-        /// The option.
-        option: &'static str,
-        /// Its value.
-        // tidy: allow string: the user's own text
-        given: String,
-        /// The allowed values.
-        wanted: &'static str,
     },
 }
 

@@ -4,7 +4,7 @@
 //!
 //! [`Cohort`] is a validated cohort description (TOML). [`Cohort::member`] draws a member. [`run_shard`] computes consecutive members
 //! and writes them as one archive, which [`read_shard`] reads, and [`read_member`] in any order. [`merge`] writes one manifest of all shards.
-//! [`verify`] checks all checksums and recomputes some members. [`survey`] estimates ranges, size and time. [`sbatch`] returns a script for Slurm.
+//! [`verify`] checks all checksums and recomputes some members. [`survey`] estimates ranges, size and time.
 //!
 //! # Reproducibility
 //! On one platform the bytes of a member depend only on the cohort description, the index of the member and the version of the
@@ -33,7 +33,6 @@ mod quantile;
 mod read;
 mod record;
 mod shard;
-mod slurm;
 mod sobol;
 mod split;
 mod stored;
@@ -55,7 +54,6 @@ pub use manifest::{ManifestReport, merge};
 pub use options::RunOptions;
 pub use record::Row;
 pub use shard::{ShardReport, run_shard};
-pub use slurm::{SlurmOptions, sbatch};
 pub use split::Subset;
 pub use stored::{StoredMember, read_member, read_rows, read_shard};
 pub use survey::{FieldRange, Survey, survey};

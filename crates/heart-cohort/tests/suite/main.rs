@@ -10,7 +10,6 @@ mod folder;
 mod learning;
 mod manifest;
 mod messages;
-mod slurm;
 mod verified;
 
 use heart_cohort::heart_phantom::no_observer;

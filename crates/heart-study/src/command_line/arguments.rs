@@ -4,7 +4,6 @@ use crate::StudyOptions;
 use clap::builder::RangedU64ValueParser;
 use clap::{Args, Parser, Subcommand};
 use clap_complete::Shell;
-use heart_cohort::Shard;
 use std::ops::RangeInclusive;
 use std::path::PathBuf;
 
@@ -174,28 +173,39 @@ pub(crate) enum Cohort {
         out: PathBuf,
     },
     /// Print a Slurm job script (sbatch) that computes all shards.
-    Slurm {
-        /// Cohort file.
-        cohort: PathBuf,
-        /// Output directory, shared by all machines.
-        #[arg(long, value_name = "DIR")]
-        out: PathBuf,
-        /// Number of shards; above 1000 each array task computes several.
-        #[arg(long, value_name = "N", value_parser = RangedU64ValueParser::<u64>::new().range(1..))]
-        shards: u64,
-        /// Time limit per shard in minutes.
-        #[arg(long, default_value_t = 60, value_name = "N")]
-        minutes: u64,
-        /// Memory per task in MiB; --memory, that of shapes, is passed to the program.
-        #[arg(long, default_value_t = 4096, value_name = "MIB")]
-        task_memory: u64,
-        /// Largest number of concurrent tasks.
-        #[arg(long, value_name = "N", value_parser = RangedU64ValueParser::<u64>::new().range(1..))]
-        at_once: Option<u64>,
-        /// Partition [default: that of the site].
-        #[arg(long, value_name = "NAME")]
-        partition: Option<String>,
-    },
+    Slurm(Slurm),
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct Slurm {
+    /// Cohort file.
+    pub(crate) cohort: PathBuf,
+    /// Output directory, shared by all machines.
+    #[arg(long, value_name = "DIR")]
+    pub(crate) out: PathBuf,
+    /// Number of shards; above 1000 each array task computes several.
+    #[arg(long, value_name = "N", value_parser = RangedU64ValueParser::<u64>::new().range(1..))]
+    pub(crate) shards: u64,
+    /// Time limit per shard in minutes.
+    #[arg(long, default_value_t = 60, value_name = "N", value_parser = RangedU64ValueParser::<u64>::new().range(1..=1 << 20))]
+    pub(crate) minutes: u64,
+    /// Memory per task in MiB; --memory, that of shapes, is passed to the program.
+    #[arg(long, default_value_t = 4096, value_name = "MIB", value_parser = RangedU64ValueParser::<u64>::new().range(1..=1 << 30))]
+    pub(crate) task_memory: u64,
+    /// Largest number of concurrent tasks.
+    #[arg(long, value_name = "N", value_parser = RangedU64ValueParser::<u64>::new().range(1..))]
+    pub(crate) at_once: Option<u64>,
+    /// Partition [default: that of the site].
+    #[arg(long, value_name = "NAME", value_parser = partition)]
+    pub(crate) partition: Option<String>,
+}
+
+fn partition(name: &str) -> Result<String, String> {
+    let is_part = |c: char| c.is_ascii_alphanumeric() || "_-.,".contains(c);
+    match !name.is_empty() && name.chars().all(is_part) {
+        true => Ok(name.to_owned()),
+        false => Err("must consist of letters, digits, and _ - . ,".to_owned()),
+    }
 }
 
 /// A range of shards and the number of all shards.
@@ -211,13 +221,12 @@ fn shards(text: &str) -> Result<Shards, String> {
             "all" => ("1", of),
             which => which.split_once('-').unwrap_or((which, which)),
         };
-        let [from, to] = [from, to].map(|k| format!("{k}/{of}").parse::<Shard>());
-        let (from, to) = (from.ok()?.shard, to.ok()?);
-        let (which, of) = (from..=to.shard, to.of);
-        Some(Shards { which, of })
+        let [from, to, of] = [from, to, of].map(|k| k.parse::<u64>().ok());
+        let (which, of) = (from?..=to?, of?);
+        let is_valid = 1 <= *which.start() && !which.is_empty() && *which.end() <= of;
+        is_valid.then_some(Shards { which, of })
     });
-    (shards.filter(|shards| !shards.which.is_empty()))
-        .ok_or_else(|| "must be K/N or K-L/N with 1 <= K <= L <= N, or all/N".to_owned())
+    shards.ok_or_else(|| "must be K/N or K-L/N with 1 <= K <= L <= N, or all/N".to_owned())
 }
 
 #[derive(Debug, Args)]

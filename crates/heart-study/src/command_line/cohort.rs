@@ -3,15 +3,15 @@
 use super::arguments::{Arguments, Cohort as Command, Shards};
 use super::commands::{Done, bar, init};
 use super::output::{Answer, Failure};
+use super::slurm::sbatch;
 use heart_cohort::{
-    Cohort, Row, RunOptions, Shard, SlurmOptions, Survey, VerifyReport, export, merge, run_shard,
-    sbatch, survey, verify,
+    Cohort, Row, RunOptions, Shard, Survey, VerifyReport, export, merge, run_shard, survey, verify,
 };
 use indicatif::BinaryBytes;
 use serde_json::json;
 use std::collections::BTreeMap;
 use std::ops::ControlFlow;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 /// Runs in the thread pool of the arguments.
 pub(crate) fn run(arguments: &Arguments, command: &Command) -> Done {
@@ -55,34 +55,7 @@ pub(crate) fn run(arguments: &Arguments, command: &Command) -> Done {
                 .collect();
             Ok(Answer::Report(json!({ "files": names }), names))
         }
-        Command::Slurm {
-            cohort,
-            out,
-            shards,
-            minutes,
-            task_memory,
-            at_once,
-            partition,
-        } => {
-            let known = Cohort::load(cohort)?;
-            // Checked here instead of in each task.
-            Shard {
-                shard: 1,
-                of: *shards,
-            }
-            .members(&known)?;
-            let options = SlurmOptions::new(*shards)
-                .with_threads(arguments.threads.unwrap_or(2))
-                .with_minutes(*minutes)
-                .with_memory_mib(*task_memory)
-                .with_shapes_mib(arguments.memory.map(|mib| mib as u64))
-                .with_at_once(*at_once)
-                .with_partition(partition.clone());
-            let absolute = |path: &Path| std::path::absolute(path).unwrap_or(path.to_path_buf());
-            let program = std::env::current_exe().unwrap_or(PathBuf::from("heart-phantom"));
-            let script = sbatch(&program, &absolute(cohort), &absolute(out), &options)?;
-            Ok(Answer::Text(script))
-        }
+        Command::Slurm(options) => sbatch(arguments, options),
     }
 }
 

@@ -7,6 +7,7 @@ mod output;
 mod run;
 #[cfg(unix)]
 mod signals;
+mod slurm;
 
 use arguments::Arguments;
 use clap::Parser;

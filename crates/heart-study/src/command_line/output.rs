@@ -229,7 +229,6 @@ fn code_of_cohort(error: &CohortError) -> u8 {
         CohortError::Unmet { .. }
         | CohortError::NoMember { .. }
         | CohortError::NoScene { .. }
-        | CohortError::Slurm { .. }
         | CohortError::NoShard { .. }
         | CohortError::OtherDivision { .. }
         | CohortError::OtherCohort { .. } => 2,

@@ -6,7 +6,6 @@ mod measure;
 mod page;
 
 use crate::StudyError;
-use crate::error::check_folder;
 use crate::figures::Page;
 use heart_phantom::{Observer, Progress, files};
 use measure::CaseResult;
@@ -47,7 +46,6 @@ pub(crate) fn ejection(
     out: &Path,
     progress: Observer<'_, Progress>,
 ) -> Result<EjectionReport, StudyError> {
-    check_folder(out)?;
     let mut folder = files::Folder::lock(out)?;
     let planned = page::PLOTS.iter().chain(&[Page::FILE, files::REPORT]);
     folder.clear(&planned.map(PathBuf::from).collect::<Vec<_>>())?;

@@ -210,6 +210,7 @@ fn invalid_input_is_rejected_with_its_place() {
         &["check", "missing.toml"][..],
         &["run", "cohort.toml", "--out", "out", "--shard", "0/3"],
         &["run", "cohort.toml", "--out", "out", "--shard", "3"],
+        &["run", "cohort.toml", "--out", "out", "--shard", "1/1/1"],
         &["run", "cohort.toml", "--out", "out", "--shard", "3-2/4"],
         &["run", "cohort.toml", "--out", "out", "--shard", "3-5/4"],
         &["slurm", "cohort.toml", "--out", "out", "--shards", "0"],

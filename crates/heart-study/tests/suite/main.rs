@@ -9,6 +9,7 @@ mod cli_folder;
 mod cli_output;
 mod cli_page;
 mod cli_scene;
+mod cli_slurm;
 #[cfg(target_os = "linux")]
 mod fuzzed;
 mod observer;
