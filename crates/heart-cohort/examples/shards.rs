@@ -46,7 +46,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             let views = member.array("projections.npy")?; // [gate][view][row][bin]
             let gate_len: usize = views.shape[1..].iter().product();
             let sum: f32 = views.samples[..gate_len].iter().sum();
-            let row = member.row();
+            let row = &member.row;
             println!(
                 "{}  {:.3}  {sum:.1}",
                 row.key, row.numbers["ejection_fraction"]

@@ -13,7 +13,6 @@ use heart_phantom::{
     MotionPhase, Numbers, Phantom, PhantomError, Product, ProjectionValues, chain,
 };
 use serde_json::json;
-use std::collections::BTreeMap;
 use std::io::Write;
 use std::sync::{Mutex, PoisonError};
 
@@ -136,13 +135,8 @@ fn of_phantom(
         source,
     };
     (piece.add_json("scene.json", &json_of(phantom.scene()))).map_err(failed)?;
-    let values: BTreeMap<_, _> = member
-        .values
-        .iter()
-        .map(|(path, value)| (path, value))
-        .collect();
     let told = json!({
-        "member": member.index, "case": member.case, "split": member.split, "values": values, "numbers": numbers, "warnings": warnings,
+        "member": member.index, "case": member.case, "split": member.split, "values": member.values, "numbers": numbers, "warnings": warnings,
     });
     piece.add_json("numbers.json", &told).map_err(failed)?;
     (piece.add("cls", |out| write!(out, "{}", member.case_index))).map_err(failed)?;

@@ -11,6 +11,7 @@ use heart_phantom::scene::SceneError;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 use serde_json::Value;
+use std::collections::BTreeMap;
 
 /// The stream of the shift of the Sobol points; members have the streams of their indices.
 const STREAM_OF_SHIFT: u64 = u64::MAX;
@@ -36,8 +37,8 @@ pub struct Member {
     pub split: Option<Subset>,
     /// Number of draws until the constraints were met, from 1.
     pub attempts: u32,
-    /// Drawn values by the dotted paths of the fields, in their order.
-    pub values: Vec<(String, FieldValue)>,
+    /// Drawn values by the dotted paths of the fields.
+    pub values: BTreeMap<String, FieldValue>,
     /// The complete scene, as JSON.
     scene: Value,
 }
@@ -123,8 +124,8 @@ impl Cohort {
     ///
     /// # Errors
     /// The index of the first constraint that they violate.
-    fn values(&self, case: &Case, point: &[f64]) -> Result<Vec<(String, FieldValue)>, usize> {
-        let values: Vec<(String, FieldValue)> = (self.varied.iter().zip(point))
+    fn values(&self, case: &Case, point: &[f64]) -> Result<BTreeMap<String, FieldValue>, usize> {
+        let values: BTreeMap<String, FieldValue> = (self.varied.iter().zip(point))
             .filter_map(|(path, &u)| {
                 let value = case.vary.get(path)?.value(u, self.whole.contains(path));
                 Some((path.clone(), value))
@@ -204,16 +205,16 @@ impl Cohort {
 
 /// Returns the number of a field in the scene of a member. A drawn field has priority over a drawn table that contains it; the
 /// table has the shorter path and precedes the field in `values`.
-fn number_of(case: &Case, values: &[(String, FieldValue)], path: &str) -> Option<f64> {
+fn number_of(case: &Case, values: &BTreeMap<String, FieldValue>, path: &str) -> Option<f64> {
     let mut drawn = values.iter().rev();
     match drawn.find(|(drawn, _)| field::is_within(path, drawn)) {
-        Some((drawn, value)) if drawn == path => value.number(),
+        Some((drawn, value)) if *drawn == path => value.number(),
         Some((drawn, value)) => field::get(&value.json(), &path[drawn.len() + 1..])?.as_f64(),
         None => field::get(&case.scene, path)?.as_f64(),
     }
 }
 
-fn scene_of(case: &Case, values: &[(String, FieldValue)], noise: u64) -> Value {
+fn scene_of(case: &Case, values: &BTreeMap<String, FieldValue>, noise: u64) -> Value {
     let mut scene = case.scene.clone();
     if field::get(&scene, "noise.seed").is_some() {
         field::set(&mut scene, "noise.seed", Value::from(noise));

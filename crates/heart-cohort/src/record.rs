@@ -65,7 +65,7 @@ impl Row {
             offset,
             bytes: made.map_or(0, |made| made.bytes.len() as u64),
             blake3: made_of(|made| made.blake3.clone()),
-            values: member.values.iter().cloned().collect(),
+            values: member.values.clone(),
             numbers: made.map_or_else(|_| BTreeMap::new(), |made| numbers_of(&made.numbers)),
             warnings: made.map_or(Vec::new(), |made| made.warnings.clone()),
         }
@@ -75,7 +75,7 @@ impl Row {
         self.case == member.case
             && self.split == member.split
             && self.attempts == member.attempts
-            && (self.values.iter()).eq(member.values.iter().map(|(path, value)| (path, value)))
+            && self.values == member.values
     }
 }
 

@@ -14,29 +14,15 @@ use std::path::Path;
 
 /// A member of a shard: its row and its files.
 #[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub struct StoredMember {
-    row: Row,
-    files: BTreeMap<String, Vec<u8>>,
+    /// The row of the record: drawn values, volumes, warnings.
+    pub row: Row,
+    /// The decompressed files by their names without key and compression: `cls`, `geometry.json`, `projections.npy`, ...
+    pub files: BTreeMap<String, Vec<u8>>,
 }
 
 impl StoredMember {
-    /// Returns the row of the record: drawn values, volumes, warnings.
-    #[must_use]
-    pub fn row(&self) -> &Row {
-        &self.row
-    }
-
-    /// Returns the names of the files without key and compression, sorted: `cls`, `geometry.json`, `projections.npy`, ...
-    pub fn names(&self) -> impl Iterator<Item = &str> {
-        self.files.keys().map(String::as_str)
-    }
-
-    /// Returns the bytes of a file, decompressed; `None` if the member has no file of this name.
-    #[must_use]
-    pub fn file(&self, name: &str) -> Option<&[u8]> {
-        self.files.get(name).map(Vec::as_slice)
-    }
-
     /// Parses a JSON file: `scene.json` as a [`Scene`](heart_phantom::Scene), others for instance as `serde_json::Value`.
     ///
     /// | key of `geometry.json` | value |
@@ -77,14 +63,14 @@ impl StoredMember {
         name: &str,
         of: impl FnOnce(&[u8]) -> io::Result<T>,
     ) -> Result<T, CohortError> {
-        let bytes = self.file(name).ok_or_else(|| {
-            let names: Vec<&str> = self.names().collect();
+        let bytes = self.files.get(name).ok_or_else(|| {
+            let names: Vec<&str> = self.files.keys().map(String::as_str).collect();
             let what = format!("the member has the files {}", names.join(", "));
             io::Error::new(io::ErrorKind::NotFound, what)
         });
         let path = format!("{}.{name}", self.row.key).into();
         Ok(bytes
-            .and_then(of)
+            .and_then(|bytes| of(bytes))
             .map_err(|source| PhantomError::Read { path, source })?)
     }
 
@@ -127,7 +113,7 @@ impl StoredMember {
 ///     let member = member?;
 ///     let views = member.array("projections.npy")?;
 ///     assert_eq!(views.shape, [1, 4, 8, 8]); // [gate][view][row][bin]
-///     let ejection_fraction = member.row().numbers["ejection_fraction"];
+///     let ejection_fraction = member.row.numbers["ejection_fraction"];
 ///     assert!(ejection_fraction > 0.2 && views.samples.iter().any(|x| *x > 0.0));
 /// }
 /// # Ok::<(), Box<dyn std::error::Error>>(())

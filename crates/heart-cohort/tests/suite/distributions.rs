@@ -9,8 +9,8 @@ use std::f64::consts::{SQRT_2, TAU};
 fn draws(field: &str, distribution: &str) -> Vec<FieldValue> {
     let vary = format!("{field} = {distribution}");
     let cohort = Cohort::from_toml(&text(1 << 16, "sampling = \"sobol\"", &vary)).unwrap();
-    let drawn = (0..cohort.members()).map(|k| cohort.member(k).unwrap().values.remove(0));
-    drawn.map(|(_, value)| value).collect()
+    let drawn = (0..cohort.members()).map(|k| cohort.member(k).unwrap().values.remove(field));
+    drawn.map(Option::unwrap).collect()
 }
 
 fn numbers(distribution: &str) -> Vec<f64> {

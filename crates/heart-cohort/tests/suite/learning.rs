@@ -48,20 +48,20 @@ fn a_shard_is_read_as_it_was_written() {
         let (mut files, place) = (files(&report), Shard { shard: 1, of: 1 });
         let read = || read_shard(folder.path(), place).unwrap();
         let members: Vec<StoredMember> = read().map(Result::unwrap).collect();
-        let rows: Vec<&Row> = members.iter().map(StoredMember::row).collect();
+        let rows: Vec<&Row> = members.iter().map(|member| &member.row).collect();
         let kept = report.rows.iter().filter(|row| row.rejected.is_none());
         assert_eq!(rows, kept.collect::<Vec<_>>());
         assert!(rows.len() < 9);
         for member in &members {
-            for name in member.names() {
-                let written = files.remove(&format!("{}.{name}", member.row().key));
-                assert_eq!(member.file(name), written.as_deref());
+            for (name, bytes) in &member.files {
+                let written = files.remove(&format!("{}.{name}", member.row.key));
+                assert_eq!(Some(bytes), written.as_ref());
             }
             let scene: heart_cohort::heart_phantom::scene::Scene =
                 member.json("scene.json").unwrap();
             assert_eq!(
                 scene,
-                cohort.member(member.row().member).unwrap().scene().unwrap()
+                cohort.member(member.row.member).unwrap().scene().unwrap()
             );
             let truth = member.array("truth.npy").unwrap();
             assert_eq!(truth.shape, [2, 8, 8, 8]);
@@ -77,7 +77,7 @@ fn a_shard_is_read_as_it_was_written() {
             let CohortError::Phantom(PhantomError::Read { path, source }) = missing else {
                 panic!("{missing:?}")
             };
-            assert_eq!(path, Path::new(&format!("{}.labels", member.row().key)));
+            assert_eq!(path, Path::new(&format!("{}.labels", member.row.key)));
             let names = source.to_string();
             assert!(
                 names.contains("cls, geometry.json, labels.npy, "),
@@ -96,7 +96,7 @@ fn a_shard_is_read_as_it_was_written() {
         for row in rows.iter().rev() {
             match &row.rejected {
                 None => {
-                    let member = members.iter().find(|member| member.row() == row);
+                    let member = members.iter().find(|member| member.row == *row);
                     assert!(single(row).unwrap() == *member.unwrap());
                     let names: BTreeSet<&str> = row.numbers.keys().map(String::as_str).collect();
                     assert_eq!(names, expected.split(' ').collect());
@@ -109,7 +109,7 @@ fn a_shard_is_read_as_it_was_written() {
         }
         // A changed byte of the last member; the members before it are read.
         let mut bytes = fs::read(&report.path).unwrap();
-        let last = members.last().unwrap().row();
+        let last = &members.last().unwrap().row;
         bytes[last.offset as usize + 700] ^= 1;
         fs::write(&report.path, bytes).unwrap();
         let found: Vec<_> = read().collect();
