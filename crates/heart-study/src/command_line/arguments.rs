@@ -234,22 +234,6 @@ pub(crate) struct Paper {
     /// Output directory; created if necessary. Files that the report.json of an earlier run there lists are removed, others are never replaced.
     #[arg(long, value_name = "DIR")]
     pub(crate) out: PathBuf,
-    /// Voxels along an edge of the volume; bins and rows of the camera: 8 to 1024.
-    #[arg(long, default_value_t = StudyOptions::default().size, allow_negative_numbers = true)]
-    pub(crate) size: usize,
-    /// Number of views over 180 degrees: 3 to 10000.
-    #[arg(long, default_value_t = StudyOptions::default().views, allow_negative_numbers = true)]
-    pub(crate) views: usize,
-    /// Largest volume gain of the cavity, 0 to 2 (0.6 is an ejection fraction of 0.375).
-    #[arg(long, default_value_t = StudyOptions::default().gain, allow_hyphen_values = true)]
-    pub(crate) gain: f64,
-    /// Heart rate in beats per minute: 1 to 1000.
-    #[arg(long, default_value_t = StudyOptions::default().beats_per_minute, allow_hyphen_values = true)]
-    pub(crate) bpm: f64,
-    /// Nodes per membrane: 11 to 100001.
-    #[arg(long, default_value_t = StudyOptions::default().nodes, allow_negative_numbers = true)]
-    pub(crate) nodes: usize,
-    /// Omit the figures (numbers, sinograms and volumes are written).
-    #[arg(long)]
-    pub(crate) no_figures: bool,
+    #[command(flatten)]
+    pub(crate) options: StudyOptions,
 }

@@ -2,9 +2,9 @@
 
 use super::arguments::{Arguments, Paper};
 use super::output::{Answer, Failure, complain};
+use crate::StudyError;
 use crate::ejection::{QUICK, ejection};
 use crate::look::Look;
-use crate::{StudyError, StudyOptions};
 use clap::CommandFactory;
 use clap::error::ErrorKind;
 use heart_phantom::files::{self, Section, Volume};
@@ -22,18 +22,10 @@ use std::path::{Path, PathBuf};
 pub(crate) type Done = Result<Answer, Failure>;
 
 pub(super) fn paper(arguments: &Arguments, paper: &Paper) -> Done {
-    let options = StudyOptions {
-        size: paper.size,
-        views: paper.views,
-        gain: paper.gain,
-        beats_per_minute: paper.bpm,
-        nodes: paper.nodes,
-        figures: !paper.no_figures,
-    };
     let (report, removed) = observed(arguments, &paper.out, |progress| {
-        crate::run(&options, &paper.out, progress)
+        crate::run(&paper.options, &paper.out, progress)
     })?;
-    let shown = if options.figures {
+    let shown = if paper.options.figures {
         "index.html"
     } else {
         "report.json"

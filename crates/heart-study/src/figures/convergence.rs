@@ -12,7 +12,7 @@ use crate::StudyError;
 /// Distance of markers in pixels.
 const APART: i32 = 24;
 
-/// Draws norms against iteration, norms on a logarithmic axis, and a dashed line at `tolerance` if there is one.
+/// Draws norms against iteration, norms on a logarithmic axis, and a dashed line at `tolerance`, a power of ten, if there is one.
 ///
 /// `y_label` names the norm with its unit. A history is its label in the legend and the norms, finite and not negative: before the
 /// first iteration and after each. A zero is drawn on the lower edge.
@@ -91,13 +91,7 @@ pub(crate) fn histories(
 
 /// The legend of the tolerance, up to a place.
 fn stop_at(area: &Area<'_>, at: f64, (right, middle): (i32, i32)) -> Drawn {
-    let decade = at.log10().round();
-    let exact = (at.log10() - decade).abs() < 1e-12;
-    let words = if exact {
-        format!("stop at {}", power_of_ten(decade as i64))
-    } else {
-        format!("stop at {at:e}")
-    };
+    let words = format!("stop at {}", power_of_ten(at.log10().round() as i64));
     let left = right - text_width(area, &words, SMALL);
     dashes(area, (left - 56, middle), GREY)?;
     label(area, &words, (right, middle), HPos::Right)

@@ -1,5 +1,6 @@
-//! Options of the study.
+//! Options of the study, which are also the arguments of `heart-phantom paper`.
 
+use clap::{ArgAction, Args};
 use heart_phantom::scene::DiscretisationSettings;
 use heart_phantom::{PhantomError, Scene, VolumeRange, check_count, check_value};
 use serde::Serialize;
@@ -10,20 +11,26 @@ use serde::Serialize;
 /// let small = heart_study::StudyOptions::default().with_size(16).with_views(8);
 /// assert_eq!((small.size, small.views, small.nodes), (16, 8, 801));
 /// ```
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Args)]
 #[non_exhaustive]
 pub struct StudyOptions {
-    /// Voxels along an edge of the volume, bins and rows of the camera; the field of view is always 16 cm. 8 to 1024; default 256.
+    /// Voxels along an edge of the volume of 16 cm; bins and rows of the camera: 8 to 1024.
+    #[arg(long, default_value_t = Self::default().size, allow_negative_numbers = true)]
     pub size: usize,
-    /// Views over 180 degrees, 3 to 10 000; default 90.
+    /// Number of views over 180 degrees: 3 to 10000.
+    #[arg(long, default_value_t = Self::default().views, allow_negative_numbers = true)]
     pub views: usize,
-    /// Largest volume gain of the cavity, 0 to 2; default 0.6.
+    /// Largest volume gain of the cavity, 0 to 2 (0.6 is an ejection fraction of 0.375).
+    #[arg(long, default_value_t = Self::default().gain, allow_hyphen_values = true)]
     pub gain: f64,
-    /// Heart rate in beats per minute, 1 to 1000; default 65.
+    /// Heart rate in beats per minute: 1 to 1000.
+    #[arg(long = "bpm", value_name = "BPM", default_value_t = Self::default().beats_per_minute, allow_hyphen_values = true)]
     pub beats_per_minute: f64,
-    /// Nodes per membrane, 11 to 100 001; default 801.
+    /// Nodes per membrane: 11 to 100001.
+    #[arg(long, default_value_t = Self::default().nodes, allow_negative_numbers = true)]
     pub nodes: usize,
     /// Whether to draw the figures.
+    #[arg(long = "no-figures", action = ArgAction::SetFalse, help = "Omit the figures (numbers, sinograms and volumes are written)")]
     pub figures: bool,
 }
 
