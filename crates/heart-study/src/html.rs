@@ -33,6 +33,23 @@ pub(crate) fn section(title: &str, body: &Markup) -> Markup {
     html! { section { h2 { (title) } (body) } }
 }
 
+/// A table; the first cell of a row names it.
+pub(crate) fn table(caption: &str, header: &[&str], rows: Vec<Vec<String>>) -> Markup {
+    html! {
+        div.wide { table {
+            caption { (caption) }
+            thead { tr { @for cell in header { th scope="col" { (cell) } } } }
+            tbody {
+                @for row in rows { tr {
+                    @for (k, cell) in row.iter().enumerate() {
+                        @if k == 0 { th scope="row" { (cell) } } @else { td { (cell) } }
+                    }
+                } }
+            }
+        } }
+    }
+}
+
 /// An embedded image with its caption, which is also the alternative text.
 ///
 /// # Errors

@@ -23,7 +23,6 @@ const QUICK: [&str; 5] = [BASE, SIXTEEN, "OSEM, both", NOTHING, IDEAL];
 
 /// A case: a heart, projections and reconstruction.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-#[non_exhaustive]
 pub(crate) struct Case {
     /// The difference from the base case.
     pub(crate) name: &'static str,

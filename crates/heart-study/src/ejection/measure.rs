@@ -53,7 +53,6 @@ impl Volumes {
 
 /// A result by one edge rule.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-#[non_exhaustive]
 pub(crate) struct Measured {
     /// From expected counts.
     pub(crate) expected: Volumes,
@@ -67,7 +66,6 @@ pub(crate) struct Measured {
 
 /// A case with its results.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-#[non_exhaustive]
 pub(crate) struct CaseResult {
     /// The case.
     #[serde(flatten)]

@@ -19,7 +19,6 @@ const SUMMARY: &str = "edge at half maximum / at the steepest gradient (true val
 
 /// The results, written to `report.json`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-#[non_exhaustive]
 pub(crate) struct EjectionReport {
     /// The program and its version.
     pub(crate) program: String,

@@ -91,12 +91,12 @@ pub(super) fn write(page: &mut Page, results: &[CaseResult]) -> Result<(), Study
         .filter(|r| r.case.is_of_reference())
         .collect();
     page.section("Causes of the bias", paragraph(&reference));
+    plots(page, results)?;
     let rows = || (reference.iter()).map(|r| (vec![r.case.name.into()], *r));
     let caption = "Bias for EDV 127 mL and an ejection fraction of 0.55; one change at a time";
     table(page, caption, (&["case"], bias), rows());
     let caption = "Bias by noise: mean of the realisations minus the value of expected counts, ± its standard error";
     table(page, caption, (&["case"], noise), rows());
-    plots(page, results)?;
     let text = "LEHR and FBP. Wall and cavity scale together: the reference volume of a heart is 0.29 EDV.";
     page.section("Size and ejection fraction", text);
     let grid = (results.iter()).filter(|r| [BASE, SIXTEEN].contains(&r.case.name));

