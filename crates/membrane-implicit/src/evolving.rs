@@ -1,5 +1,8 @@
 //! The paper's evolving method (section 3.2): integrates the moving membrane until its forces balance.
 
+use std::convert::Infallible;
+use std::ops::ControlFlow;
+
 use membrane_newton::{DiscreteMembrane, Measure, Membrane};
 
 use crate::body::Body;
@@ -119,6 +122,25 @@ pub fn evolve(
     total_force: f64,
     options: &EvolvingOptions,
 ) -> Result<Evolution> {
+    let never = |_, _| ControlFlow::<Infallible>::Continue(());
+    match evolve_observed(membrane, n_nodes, total_force, options, never)? {
+        ControlFlow::Continue(evolution) => Ok(evolution),
+        ControlFlow::Break(never) => match never {},
+    }
+}
+
+/// As [`evolve`], with a callback `observe` for the number of steps and the norm of the forces before the first step and after each,
+/// which can stop the run by a value.
+///
+/// # Errors
+/// As [`evolve`].
+pub fn evolve_observed<B>(
+    membrane: &Membrane,
+    n_nodes: usize,
+    total_force: f64,
+    options: &EvolvingOptions,
+    mut observe: impl FnMut(usize, f64) -> ControlFlow<B>,
+) -> Result<ControlFlow<B, Evolution>> {
     positive("time step", options.dt)?;
     within("tolerance", options.tolerance, 0.0, f64::MAX)?;
     within("total force", total_force, f64::MIN, f64::MAX)?;
@@ -141,6 +163,9 @@ pub fn evolve(
     let mut converged = norms[0] <= settled;
     loop {
         let steps = norms.len() - 1;
+        if let ControlFlow::Break(value) = observe(steps, norms[steps]) {
+            return Ok(ControlFlow::Break(value));
+        }
         let last = converged || steps >= options.max_steps;
         if options.frame_every > 0 && (last || steps.is_multiple_of(options.frame_every)) {
             frames.push(frame(&motion, steps)?);
@@ -164,7 +189,7 @@ pub fn evolve(
     if converged {
         let now = motion.state();
         (motion.body()).check_walls(now.points.as_flattened(), now.time, &mut Vec::new())?;
-        Ok(evolution)
+        Ok(ControlFlow::Continue(evolution))
     } else {
         let evolution = Box::new(evolution);
         Err(ImplicitError::NotSettled { evolution })

@@ -43,8 +43,9 @@ pub use body::{Body, LoadState};
 pub use energy::Energy;
 pub use error::ImplicitError;
 pub use evolution::{Evolution, Frame};
-pub use evolving::{EvolvingOptions, evolve};
+pub use evolving::{EvolvingOptions, evolve, evolve_observed};
 pub use load::{Feedback, Load};
+pub use load_kind::LoadKind;
 pub use membrane_newton::{
     self, DiscreteMembrane, Measure, Measures, Membrane, MembraneError, PressureLaw,
     ReferenceShape, Rubber, Stiffness, StrainEnergy, Thickness,

@@ -140,7 +140,9 @@ impl Load {
         }
     }
 
-    pub(crate) fn kind(&self) -> LoadKind {
+    /// Returns the prescribed quantity.
+    #[must_use]
+    pub fn kind(&self) -> LoadKind {
         self.kind
     }
 

@@ -2,7 +2,7 @@
 
 /// The quantity that a [`Load`](crate::Load) prescribes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub(crate) enum LoadKind {
+pub enum LoadKind {
     /// Force intensity: f per unit of material length, or the pressure p per unit of current length ([`PressureLaw`](crate::PressureLaw)).
     Intensity,
     /// Total force: intensity times the lateral surface of revolution (Eq. 4).

@@ -288,6 +288,12 @@ impl Motion {
         Ok(())
     }
 
+    /// Returns the load.
+    #[must_use]
+    pub fn load(&self) -> &Load {
+        &self.load
+    }
+
     /// Returns the current time.
     #[must_use]
     pub fn time(&self) -> f64 {

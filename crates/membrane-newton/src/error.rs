@@ -197,9 +197,10 @@ fn failure(stopped_by: Option<StopReason>) -> &'static str {
         Some(StopReason::NotFinite) => {
             "the residual or the step is not finite, or a norm is negative"
         }
-        Some(StopReason::Residual | StopReason::Step | StopReason::Rounding) | None => {
-            "the tolerances are met, but not the control; smaller tolerances are needed"
-        }
+        Some(
+            StopReason::Residual | StopReason::Step | StopReason::Rounding | StopReason::Observer,
+        )
+        | None => "the tolerances are met, but not the control; smaller tolerances are needed",
     }
 }
 

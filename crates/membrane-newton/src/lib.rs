@@ -68,7 +68,7 @@ pub use membrane_forces::{
     MembraneError, PressureLaw, ReferenceShape, Rubber, RubberState, Stiffness, StrainEnergy,
     Thickness,
 };
-pub use newton::{NewtonScratch, ResidualSystem, newton, newton_with};
+pub use newton::{NewtonScratch, ResidualSystem, newton, newton_observed, newton_with};
 pub use options::{LineSearch, NewtonOptions, Refactor};
 pub use pair::{Pair, PairEquilibrium};
 pub use pentadiagonal::PentadiagonalLdl;

@@ -1,5 +1,8 @@
 //! Newton's iteration with a line search on any system of equations.
 
+use std::convert::Infallible;
+use std::ops::ControlFlow;
+
 use crate::error::{NewtonError, Result, length};
 use crate::options::{LineSearch, NewtonOptions, Refactor};
 use crate::report::{NewtonReport, StopReason};
@@ -118,35 +121,47 @@ pub fn newton_with(
     options: &NewtonOptions,
     scratch: &mut NewtonScratch,
 ) -> Result<()> {
-    let n = system.len();
-    length("unknowns", x.len(), n)?;
-    options.check()?;
-    scratch.begin(n, options.max_iterations);
-    match iterate(system, x, options, scratch) {
-        Ok(stopped_by) => {
-            scratch.report.stopped_by = Some(stopped_by);
-            scratch.report.floor(system.step_norm(x));
-            Ok(())
-        }
-        Err(error) => {
-            scratch.forget_factorisation();
-            Err(error)
-        }
-    }
+    let never = |_: &NewtonReport, _: &[f64]| ControlFlow::<Infallible>::Continue(());
+    newton_observed(system, x, options, scratch, never).map(drop)
 }
 
-/// Iterates until a test of convergence ends the solve, and returns it.
-fn iterate(
+/// As [`newton`] in the caller's scratch ([`newton_with`]), with a callback `observe` for the report and x after each iteration, which can
+/// stop the solve by a value.
+///
+/// # Errors
+/// As [`newton_with`].
+pub fn newton_observed<B>(
     system: &mut (impl ResidualSystem + ?Sized),
     x: &mut [f64],
     options: &NewtonOptions,
     scratch: &mut NewtonScratch,
-) -> Result<StopReason> {
+    mut observe: impl FnMut(&NewtonReport, &[f64]) -> ControlFlow<B>,
+) -> Result<ControlFlow<B>> {
+    let n = system.len();
+    length("unknowns", x.len(), n)?;
+    options.check()?;
+    scratch.begin(n, options.max_iterations);
+    let outcome = iterate(system, x, options, scratch, &mut observe);
+    match outcome {
+        Ok(_) => scratch.report.floor(system.step_norm(x)),
+        Err(_) => scratch.forget_factorisation(),
+    }
+    outcome
+}
+
+fn iterate<B>(
+    system: &mut (impl ResidualSystem + ?Sized),
+    x: &mut [f64],
+    options: &NewtonOptions,
+    scratch: &mut NewtonScratch,
+    observe: &mut impl FnMut(&NewtonReport, &[f64]) -> ControlFlow<B>,
+) -> Result<ControlFlow<B>> {
     system.residual_into(x, &mut scratch.residual)?;
     let norm = residual_norm(system, &scratch.residual);
     scratch.report.evaluated(norm);
     while scratch.report.residual > options.residual_tolerance {
-        if scratch.report.iterations == options.max_iterations {
+        let made = scratch.report.iterations;
+        if made == options.max_iterations {
             return Err(scratch.not_converged(StopReason::Iterations));
         }
         let fresh = !scratch.factored || options.refactor == Refactor::EachIteration;
@@ -178,7 +193,7 @@ fn iterate(
                 }
                 _ => left_after(full, scratch.contraction),
             };
-            return Ok(StopReason::Step);
+            return Ok(scratch.end(StopReason::Step));
         }
         let taken = match options.line_search {
             _ if !full.is_finite() => Err(scratch.not_converged(StopReason::NotFinite)),
@@ -203,17 +218,23 @@ fn iterate(
         {
             scratch.forget_factorisation();
         }
+        if scratch.report.iterations > made
+            && let ControlFlow::Break(value) = observe(&scratch.report, x)
+        {
+            scratch.report.stopped_by = Some(StopReason::Observer);
+            return Ok(ControlFlow::Break(value));
+        }
         if scratch.rounding {
-            return Ok(StopReason::Rounding);
+            return Ok(scratch.end(StopReason::Rounding));
         }
         if scratch.left <= options.step_tolerance {
-            return Ok(StopReason::Step);
+            return Ok(scratch.end(StopReason::Step));
         }
     }
     if scratch.report.residual.is_nan() {
         return Err(scratch.not_converged(StopReason::NotFinite));
     }
-    Ok(StopReason::Residual)
+    Ok(scratch.end(StopReason::Residual))
 }
 
 /// A step this small that no longer shrinks is within rounding: otherwise the next would be of the order of its square. (Fine spectral
@@ -245,6 +266,11 @@ impl NewtonScratch {
         self.left = f64::INFINITY;
         self.moved = f64::INFINITY;
         self.report.restart(max_iterations);
+    }
+
+    fn end<B>(&mut self, ended: StopReason) -> ControlFlow<B> {
+        self.report.stopped_by = Some(ended);
+        ControlFlow::Continue(())
     }
 
     /// Whether a step of size `full` with this contraction is within rounding: it does not shrink, or shrinks much less than the step before.

@@ -43,6 +43,8 @@ pub enum StopReason {
     /// Steps no longer shrink because of rounding; smaller tolerances cannot be met. Steps that shrink slowly, with an approximate
     /// tangent, are continued.
     Rounding,
+    /// The caller ended the solve: [`newton_observed`](crate::newton_observed).
+    Observer,
     /// Failure: the largest number of iterations is reached.
     Iterations,
     /// Failure: no step of the line search reduces the correction, for instance because the tangent is not the derivative of the residual.

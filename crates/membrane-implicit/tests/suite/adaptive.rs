@@ -6,7 +6,7 @@ use std::f64::consts::TAU;
 
 use common::{RunWith, apart, balloon, inflate, reference_body};
 use membrane_implicit::{
-    Body, ImplicitError, Load, Membrane, Motion, ReferenceShape, Rubber, Scheme, Stop,
+    Body, ImplicitError, Load, LoadKind, Membrane, Motion, ReferenceShape, Rubber, Scheme, Stop,
     StrainEnergy, Thickness, TimeStep, Tolerance,
 };
 
@@ -156,10 +156,10 @@ fn the_error_of_each_step_is_near_the_tolerance() {
         (Scheme::TrBdf2, Scheme::TrBdf2, &springs, &pump),
         (Scheme::Midpoint, explicit, &springs, &sudden),
     ];
-    for (k, (scheme, fine, body, load)) in cases.into_iter().enumerate() {
-        let pumped = k == 5;
+    for (scheme, fine, body, load) in cases {
         for (position, velocity) in [(1e-5, 1e9), (1e9, 1e-4)] {
             let mut motion = Motion::new(body(), load(&body()), scheme).unwrap();
+            let pumped = motion.load().kind() == LoadKind::Volume;
             let mut position = position;
             if pumped && velocity < 1.0 {
                 // a second pump with larger steps, which starts late

@@ -9,8 +9,9 @@ use membrane_implicit::DiscreteMembrane;
 use membrane_implicit::membrane_newton::membrane_forces::FiniteDifferences;
 use membrane_implicit::membrane_newton::{Control, Discretisation, NewtonOptions, Solver};
 use membrane_implicit::{
-    Body, Feedback, ImplicitError, Load, LoadState, Measure, Membrane, Motion, PressureLaw,
-    ReferenceShape, Scheme, Stiffness, Stop, TimeStep, Tolerance,
+    Body, EvolvingOptions, Feedback, ImplicitError, Load, LoadState, Measure, Membrane, Motion,
+    PressureLaw, ReferenceShape, Scheme, Stiffness, Stop, TimeStep, Tolerance, evolve,
+    evolve_observed,
 };
 
 const IMPLICIT: [Scheme; 3] = [Scheme::SemiImplicitEuler, Scheme::Midpoint, Scheme::TrBdf2];
@@ -350,6 +351,22 @@ fn an_observer_ends_a_run() {
         Ok(ControlFlow::Continue(0))
     );
     assert_eq!(motion.time(), 1.0);
+
+    let options = EvolvingOptions::default();
+    let whole = evolve(&balloon(), 51, 2500.0, &options).unwrap();
+    let mut seen = Vec::new();
+    let cut = evolve_observed(&balloon(), 51, 2500.0, &options, |step, norm| {
+        seen.push((step, norm));
+        if step == 3 {
+            ControlFlow::Break("three")
+        } else {
+            ControlFlow::Continue(())
+        }
+    })
+    .unwrap();
+    assert_eq!(cut, ControlFlow::Break("three"));
+    let expected: Vec<_> = whole.norms[..4].iter().copied().enumerate().collect();
+    assert_eq!(seen, expected);
 }
 
 /// A model whose call of some number panics.

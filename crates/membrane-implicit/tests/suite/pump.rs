@@ -7,8 +7,8 @@ use std::f64::consts::TAU;
 use common::{RunWith, balloon, inflate, reference_body};
 use membrane_implicit::DiscreteMembrane;
 use membrane_implicit::{
-    Body, Load, Measure, Membrane, Motion, PressureLaw, ReferenceShape, Scheme, Stiffness, Stop,
-    TimeStep, Tolerance,
+    Body, Load, LoadKind, Measure, Membrane, Motion, PressureLaw, ReferenceShape, Scheme,
+    Stiffness, Stop, TimeStep, Tolerance,
 };
 
 type Points = Vec<[f64; 2]>;
@@ -176,6 +176,7 @@ fn volume_control_and_pressure_control_agree() {
     let distance = apart(pumped.state().points, pressed.state().points);
     println!("{distance:e}");
     assert!(distance < 1e-9, "{distance:e}");
+    assert_eq!(Load::intensity(|_| 0.0).kind(), LoadKind::Intensity);
 }
 
 /// At the start the pressure of the volume control must match the second derivative of the volume.

@@ -1,6 +1,7 @@
 //! Equations of a caller: they combine with the errors of the crates, may be boxed, may return their own errors, and can be stopped.
 
 use std::error::Error;
+use std::ops::ControlFlow;
 
 use membrane_forces::{
     DiscreteMembrane, FiniteDifferences, Measure, Membrane, MembraneError, ReferenceShape,
@@ -8,7 +9,8 @@ use membrane_forces::{
 use membrane_newton::membrane_forces::Tangent;
 use membrane_newton::{
     BandMatrix, BandedLu, Border, Control, Discretisation, LineSearch, NewtonError, NewtonOptions,
-    NewtonScratch, Refactor, ResidualSystem, Solver, StopReason, newton, newton_with,
+    NewtonScratch, Refactor, ResidualSystem, Solver, StopReason, newton, newton_observed,
+    newton_with,
 };
 
 /// A balloon under a spring-loaded lid: its intensity is `fill` / volume, as of a gas.
@@ -296,6 +298,45 @@ fn a_cause_is_reachable_and_reported_once() {
     assert_eq!(chain(&error), said);
 }
 
+/// The observer receives every iteration and the unknowns; the value with which it breaks is returned.
+#[test]
+fn an_observer_can_stop_newton() {
+    let forces = FiniteDifferences::new(&balloon(), 101).unwrap();
+    let mut scratch = NewtonScratch::default();
+    let solve = |most: usize, scratch: &mut NewtonScratch| {
+        let mut seen = Vec::new();
+        let mut x = forces.start().to_vec();
+        let ended = newton_observed(
+            &mut Gas::new(&forces, 1500.0),
+            &mut x,
+            &NewtonOptions::default(),
+            scratch,
+            |report, x| {
+                seen.push((report.iterations, report.residual, x.to_vec()));
+                if seen.len() == most {
+                    ControlFlow::Break("enough")
+                } else {
+                    ControlFlow::Continue(())
+                }
+            },
+        );
+        (ended.unwrap(), seen, x)
+    };
+    let (ended, all, x) = solve(usize::MAX, &mut scratch);
+    assert_eq!(ended, ControlFlow::Continue(()));
+    assert_eq!(all.len(), scratch.report().iterations);
+    assert_eq!(all.last().unwrap().2, x);
+    for (k, (iterations, residual, _)) in all.iter().enumerate() {
+        assert_eq!(*iterations, k + 1);
+        assert_eq!(*residual, scratch.report().history[k + 1]);
+    }
+    let (ended, seen, x) = solve(2, &mut scratch);
+    assert_eq!(ended, ControlFlow::Break("enough"));
+    assert_eq!(seen[..], all[..2]);
+    assert_eq!(x, all[1].2);
+    assert_eq!(scratch.report().iterations, 2);
+}
+
 /// x^2 = 2 with a Jacobian that is `wrong` times the exact one and a norm of steps scaled by `norm`.
 struct Root {
     wrong: f64,
@@ -484,6 +525,17 @@ fn reports_count_every_residual_and_contain_the_stopping_test() {
             assert!(report.iteration_error < 1e-2, "{report:?}");
         }
     }
+    let (mut x, mut scratch) = ([1.4], NewtonScratch::default());
+    let stop = |_: &_, _: &[f64]| ControlFlow::Break(());
+    let stopped = newton_observed(
+        &mut Logarithm::of(1.0),
+        &mut x,
+        &natural,
+        &mut scratch,
+        stop,
+    );
+    assert_eq!(stopped, Ok(ControlFlow::Break(())));
+    assert_eq!(scratch.report().stopped_by, Some(StopReason::Observer));
 }
 
 /// A factorisation is reused while the root hardly changes, and replaced when the steps no longer contract.
