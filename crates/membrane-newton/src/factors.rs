@@ -143,11 +143,9 @@ fn eliminate(a: &mut [f64], size: usize, inner: usize, pivots: &mut [u32]) -> Re
             });
         }
         pivots[k] = pivot as u32;
-        sign *= if (value < 0.0) ^ (pivot != k) {
-            -1.0
-        } else {
-            1.0
-        };
+        if (value < 0.0) ^ (pivot != k) {
+            sign = -sign;
+        }
         let (above, below) = a.split_at_mut((k + 1) * size);
         let upper = &mut above[k * size..];
         if pivot != k {

@@ -109,10 +109,7 @@ impl Resolution {
         let start = self.discrete.start();
         for (i, (rate, start)) in rate[..last].iter_mut().zip(start).enumerate() {
             let power = [1.0, 2.0][i % 2];
-            let moved = *rate - start;
-            // a change within the rounding of a node counts as zero
-            let real = i % 2 == 0 || moved.abs() > 4.0 * f64::EPSILON * start.abs();
-            *rate = if real { power * by * moved } else { 0.0 };
+            *rate = power * by * (*rate - start);
         }
         rate[last] *= 3.0 * by;
         Some(rate)

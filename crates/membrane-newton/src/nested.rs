@@ -71,10 +71,9 @@ impl Nested {
     /// Derivative of an equilibrium `state` by the value of `control`.
     pub(crate) fn rate(&self, state: &[f64], control: Control) -> Result<Vec<f64>> {
         if let [resolution] = &self.0[..]
-            && let Some(mut rate) = resolution.scaled_rate(state, resolution.constraint(control)?)
+            && let Some(rate) = resolution.scaled_rate(state, resolution.constraint(control)?)
         {
-            let slope = resolution.constraint_slope(control);
-            rate.iter_mut().for_each(|rate| *rate *= slope);
+            // a flat start has no volume gain
             return Ok(rate);
         }
         let mut system = self.system(control)?;

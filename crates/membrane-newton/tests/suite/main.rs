@@ -19,4 +19,5 @@ mod rubber;
 mod rubber_limits;
 mod sensitivity;
 mod slack;
+mod slack_rates;
 mod stability;
