@@ -15,7 +15,7 @@ const LEAST_PIVOT: f64 = 1e-13;
 pub(crate) fn positive(discrete: &dyn DiscreteMembrane, tangent: &mut Tangent) -> Option<usize> {
     let size = (tangent.blocks.first()).map_or(0, |block| block.len().isqrt());
     let band = &tangent.band;
-    let (n, width) = (band.len(), band.lower());
+    let width = band.lower();
     // row i: entries i - width ..= i
     let lower = band.rows().map(|row| row[..=width].to_vec());
     let mut rows: Vec<Vec<f64>> = lower.collect();
@@ -32,13 +32,8 @@ pub(crate) fn positive(discrete: &dyn DiscreteMembrane, tangent: &mut Tangent) -
     let degree = if size == 0 { 1 } else { size / 2 - 1 };
     let places = discrete.fixed().iter();
     let held: Vec<usize> = places.map(|&k| 2 * (k / 2 / degree) + k % 2).collect();
-    for &held in &held {
-        rows[held].fill(0.0);
-        for below in 1..=width.min(n - 1 - held) {
-            rows[held + below][width - below] = 0.0;
-        }
-    }
-    // a negative pivot of the size of the others, whatever their unit
+    // fixed rows and columns are those of the unit matrix: a negative pivot of the size of the others, whatever their unit
+    held.iter().for_each(|&held| rows[held][width] = 0.0);
     let unit = largest(rows.iter().flatten());
     held.iter().for_each(|&held| rows[held][width] = -unit);
     Some(count + eliminate(&mut rows, width)?)
@@ -61,7 +56,6 @@ fn condense(a: &mut [f64], size: usize, inner: usize) -> Option<usize> {
             return None;
         }
         count += usize::from(pivot > 0.0);
-        // fixed coordinates have zero rows but nonzero columns; other rows have both
         let rows = || left.iter().copied().chain(inner..size);
         for i in rows() {
             factors[i] = a[i * size + k] / pivot;
