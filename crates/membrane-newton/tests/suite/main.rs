@@ -14,6 +14,7 @@ mod oracle;
 mod own_systems;
 mod pentadiagonal;
 mod properties;
+mod reports;
 mod robustness;
 mod rubber;
 mod rubber_limits;
