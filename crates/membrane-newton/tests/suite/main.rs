@@ -12,6 +12,7 @@ mod half;
 mod odd_inputs;
 mod oracle;
 mod own_systems;
+mod pairs;
 mod pentadiagonal;
 mod properties;
 mod reports;
