@@ -23,3 +23,4 @@ mod sensitivity;
 mod slack;
 mod slack_rates;
 mod stability;
+mod walks;

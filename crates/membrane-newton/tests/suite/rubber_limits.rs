@@ -214,3 +214,63 @@ fn a_pressure_that_rises_everywhere_has_no_limit() {
         }
     }
 }
+
+/// The pressure of Gent rubber that is thick at the apex rises again far beyond its limit: from an equilibrium just below the limit, larger pressures
+/// are not those of stiff states of ten times the volume.
+#[test]
+fn from_an_equilibrium_before_a_limit_no_stiffer_state_is_reached() {
+    let balloon = ReferenceShape::balloon(8.5, 1.75).unwrap();
+    let membrane = of(balloon, StrainEnergy::Gent { mu: 1.0, jm: 30.0 }, -0.3);
+    let spectral = Discretisation::Spectral {
+        degree: 16,
+        per_piece: 1,
+    };
+    let solver = Solver::new(&membrane, spectral).unwrap();
+    let near = solve(&solver, Control::Volume(224.0)).unwrap();
+    let most = limit(solve(&solver, Control::Load(1.5 * near.load)));
+    assert!(near.load < most && most < 1.1 * near.load);
+    let stiff = solve(&solver, Control::Volume(4000.0)).unwrap();
+    assert!(stiff.load > 2.0 * near.load, "{}", stiff.load);
+    for factor in [1.1, 1.5, 2.0, 3.0] {
+        let load = Control::Load(factor * near.load);
+        let found = limit(solver.solve_from(&near, load, &NewtonOptions::default()));
+        // that of two searches for the same maximum
+        assert!(
+            (found / most - 1.0).abs() < 1e-9,
+            "{factor}: {found} {most}"
+        );
+    }
+}
+
+/// The pressure of a balloon thick at the ring has a shallow maximum, falls by 1e-5 to 6e-5 of it, and rises again: pressures beyond the maximum are not those of
+/// the states after it, whose rates of change are similar.
+#[test]
+fn a_shallow_maximum_of_the_pressure_is_not_stepped_over() {
+    let balloon = ReferenceShape::balloon(3.0, 1.0).unwrap();
+    let mooney = StrainEnergy::MooneyRivlin { c1: 0.5, c2: 0.09 };
+    let membrane = of(balloon, mooney, 0.2);
+    for how in [
+        Discretisation::Spectral {
+            degree: 12,
+            per_piece: 1,
+        },
+        Discretisation::FiniteDifferences { nodes: 41 },
+    ] {
+        let solver = Solver::new(&membrane, how).unwrap();
+        let pressures: Vec<f64> = (0..60)
+            .map(|k| Control::Volume(15.0 * 1.05f64.powi(k)))
+            .map(|volume| solve(&solver, volume).unwrap().intensity)
+            .collect();
+        let falls = pressures.windows(2).position(|p| p[1] < p[0]).unwrap();
+        let most = pressures[falls];
+        assert!(pressures[falls + 2] > 0.9999 * most && pressures[59] > 1.04 * most);
+        for factor in [1.01, 1.02, 1.05, 1.1, 1.2, 1.5] {
+            let reached = limit(solve(&solver, Control::Load(factor * most)));
+            // volumes in steps of 1.05 near a maximum where the pressure changes by 3e-5 from one to the next
+            assert!(
+                (reached / most - 1.0).abs() < 1e-5,
+                "{factor}: {reached} {most}"
+            );
+        }
+    }
+}
