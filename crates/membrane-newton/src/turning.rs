@@ -97,12 +97,17 @@ mod tests {
         }
     }
 
-    /// A hairpin whose corner opens from 3 to 3.3 rad turns by 0.3 more, not by 0.3 - 2 pi.
+    /// A hairpin in any direction whose corner opens from 3 to 3.3 rad turns by 0.3 more, not by 0.3 - 2 pi.
     #[test]
     fn a_corner_may_pass_the_half_turn() {
-        let hairpin = |angle: f64| [0.0, 0.0, 1.0, 0.0, 1.0 + angle.cos(), angle.sin()];
-        let (before, after) = (hairpin(3.0), hairpin(3.3));
-        assert!((turned(&before, &after) - 0.3).abs() < 1e-12);
-        assert!((turning(&after) - turning(&before) - (0.3 - TAU)).abs() < 1e-12);
+        for first in (0..16).map(|k| 0.4 * f64::from(k)) {
+            let hairpin = |angle: f64| {
+                let [a, b] = [first, first + angle].map(f64::sin_cos);
+                [0.0, 0.0, a.1, a.0, a.1 + b.1, a.0 + b.0]
+            };
+            let (before, after) = (hairpin(3.0), hairpin(3.3));
+            assert!((turned(&before, &after) - 0.3).abs() < 1e-12);
+            assert!((turning(&after) - turning(&before) - (0.3 - TAU)).abs() < 1e-12);
+        }
     }
 }
