@@ -131,7 +131,7 @@ fn a_missing_field_is_reported_with_its_line() {
         "members = 3\n[scene]\ncycle.volume = { ejection_fraction = 0.5 }\n[vary]\ncycle.volume.gain = { uniform = [0.2, 0.4] }\n",
         &[
             "line 5",
-            "gain: is not a field of the scene; cycle.volume of the scene has ejection_fraction",
+            "gain: only one of these can be chosen; cycle.volume of the scene has ejection_fraction",
         ],
     );
     says(
