@@ -487,8 +487,8 @@ fn warnings_are_printed_by_all_commands_of_a_scene() {
         assert!(told.is_empty(), "{told}");
         let warning = &json(&found)["warnings"][0];
         assert_eq!(
-            (&warning["object"], &warning["edge"]),
-            (&"heart".into(), &"bins".into())
+            (&warning["what"], &warning["key"]),
+            (&"truncated-heart".into(), &"camera.bins".into())
         );
         let [needed, seen] =
             ["needed_cm", "available_cm"].map(|key| warning[key].as_f64().unwrap());
