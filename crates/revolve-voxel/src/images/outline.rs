@@ -7,6 +7,7 @@
 use nalgebra::Vector3;
 
 use crate::images::plane::{Quotient, RayPlane, RayRow};
+use crate::solid::segment::Segment;
 use crate::wall::root::golden;
 use crate::{Body, Meridian, Organ};
 
@@ -14,6 +15,8 @@ use crate::{Body, Meridian, Organ};
 const PARTS: usize = 40;
 /// Steps of the golden-section search for an extremum, which is flat: its position is accurate to 1e-4 of a part and its value to 1e-8.
 const SEARCH: usize = 20;
+/// A plane with a smaller angle to the parallels cuts circles: they are within 1e-8 of their radius.
+const PERPENDICULAR: f64 = 1e-8;
 
 /// A layer of a body, with the vertices between which extrema are searched.
 #[derive(Debug)]
@@ -63,7 +66,7 @@ impl<'a> Path<'a> {
         let normal = pose.vector_to_body(&normal);
         let across = normal.y.hypot(normal.z);
         let position = row.position().in_body(pose);
-        if across == 0.0 {
+        if across < PERPENDICULAR {
             // The plane is perpendicular to the axis and cuts circles.
             return self.add_circles(distance / normal.x, &position, breaks);
         }
@@ -103,10 +106,17 @@ impl<'a> Path<'a> {
         let turns = samples.windows(3).filter_map(|three| {
             let [[from, a], [_, b], [to, c]] = [three[0], three[1], three[2]];
             let hides = (b <= 0.0 && a <= b && c <= b) || (b > 0.0 && a >= b && c >= b);
-            hides.then(|| golden(depth, [from, to], b <= 0.0, SEARCH))
+            hides.then(|| golden(depth, [from, to], b <= 0.0, SEARCH).0)
         });
-        let turns: Vec<[f64; 2]> = turns.map(|(index, value)| [index, value]).collect();
-        samples.extend(turns);
+        // A plane nearly perpendicular to the axis cuts little more than the parallels where it meets the axis.
+        let foot = -rho[0] / rho[1];
+        let met = |(k, s): (usize, &Segment)| {
+            let is_met = rho[1].abs() > 100.0 && (s.x0 < foot) != (s.x1 < foot);
+            is_met.then(|| k as f64 + (foot - s.x0) / (s.x1 - s.x0))
+        };
+        let met = self.layer.segments().iter().enumerate().filter_map(met);
+        let more: Vec<f64> = turns.chain(met).collect();
+        samples.extend(more.into_iter().map(|index| [index, depth(index)]));
         samples.sort_unstable_by(|a, b| a[0].total_cmp(&b[0]));
         let mut parts = Vec::new();
         let mut from = samples

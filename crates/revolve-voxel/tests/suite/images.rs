@@ -1,5 +1,6 @@
 //! Images behind a response against their definition: a dense lattice of rays, cut into thin slabs, each blurred by its own Gaussian.
 
+mod bins;
 mod divergent;
 
 use nalgebra::{Point3, Vector3};
