@@ -310,3 +310,27 @@ fn lines_along_generators() {
         }
     }
 }
+
+/// Corners of voxels on a cylinder, at Pythagorean triples times any number: the covered fractions are continuous there.
+#[test]
+fn corners_of_voxels_on_a_cylinder() {
+    for k in 0..60 {
+        let h = 0.1 * (1.0 + 0.37 * f64::from(k % 20)) / f64::from(1 + k % 3);
+        let radius = [5.0, 13.0, 17.0][k as usize / 20] * h;
+        let body = Body::new(
+            vec![Meridian::new(&[[-1.0, radius], [1.0, radius]]).unwrap()],
+            Pose::identity(),
+        )
+        .unwrap();
+        let voxels = |shift: f64| {
+            let origin = [-0.2, 0.5 * h + shift, 0.5 * h + shift];
+            let grid = VoxelGrid::new([2, 18, 18], [0.3, h, h], origin).unwrap();
+            body.voxelize::<f64>(&grid, 1e-6, &[1.0]).unwrap().0
+        };
+        let (on, beside) = (voxels(0.0), voxels(1e-9 * h));
+        for (a, b) in on.iter().zip(&beside) {
+            // Both tolerances, and the shift.
+            assert!((a - b).abs() < 3e-6, "{h} {radius}: {a} {b}");
+        }
+    }
+}

@@ -92,3 +92,31 @@ fn a_smaller_tolerance_of_coverage_costs_little() {
         assert!(growth < 2.0, "{log} {growth}");
     }
 }
+
+/// A tolerance needs the singular points of the surface to its own scale only: several segments of a fine meridian are processed together.
+#[test]
+fn the_work_for_large_voxels_does_not_grow_with_the_segments() {
+    let grid = VoxelGrid::centred([16; 3], [1.0; 3], [0.01, 0.02, 0.0]).unwrap();
+    let work = |nodes: usize| {
+        let (_, counters) = (heart(nodes).voxelize::<f32>(&grid, 1e-3, &[0.0, 1.0])).unwrap();
+        counters.evaluations as f64
+    };
+    let growth = work(800) / work(100);
+    assert!(growth < 1.3, "{growth}");
+}
+
+/// Long voxels are divided into parts, so that those beside the surface are not counted as cut.
+#[test]
+fn long_voxels_are_cut_where_the_surface_is() {
+    let body = heart(200);
+    let sides: [[f64; 3]; 3] = [[16.0, 0.2, 0.2], [4.8, 0.3, 0.3], [0.2, 16.0, 0.2]];
+    for spacing in sides {
+        let shape = spacing.map(|side| (16.0 / side).ceil() as usize);
+        let grid = VoxelGrid::centred(shape, spacing, [0.01, 0.02, 0.0]).unwrap();
+        let (voxels, counters) = body.voxelize::<f64>(&grid, 1e-3, &[1.0, 1.0]).unwrap();
+        let partial = voxels.iter().filter(|v| **v > 0.0 && **v < 1.0).count();
+        // The circumscribed ball of a part reaches beyond it by less than a side.
+        let share = counters.cut as f64 / partial as f64;
+        assert!((1.0..1.5).contains(&share), "{spacing:?} {share}");
+    }
+}

@@ -182,6 +182,12 @@ fn measures_of_textbook_solids() {
     let across = 3.0 / 80.0 * volume * (4.0 * a * a + h * h);
     assert!((transverse_inertia(&m) / across - 1.0).abs() < 1e-13);
 
+    // A truncated cone: pi h / 10 times (a^5 - b^5) / (a - b).
+    let b = 0.7;
+    let m = Meridian::new(&[[-0.3, a], [h - 0.3, b]]).unwrap();
+    let polar = PI * h / 10.0 * (a.powi(5) - b.powi(5)) / (a - b);
+    assert!((m.mass_properties().polar_inertia / polar - 1.0).abs() < 1e-14);
+
     // Smooth: the prolate spheroid, errors of the order of the tolerance.
     let m = Meridian::smooth(&[ellipse(2.0)], 1e-8)
         .unwrap()

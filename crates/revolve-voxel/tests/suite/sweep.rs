@@ -93,8 +93,30 @@ fn the_number_of_tests_scales_with_the_surface() {
         .sum();
     let most = 6.0 * area / (16.0f64 / 128.0).powi(2);
     assert!((fine.cut as f64) < most, "{fine:?} {most}");
+    for (counters, n) in [(coarse, 64u64), (fine, 128)] {
+        assert_eq!(counters.cut + counters.filled, n.pow(3));
+    }
     let all = (128u64.pow(3)) * 14;
     assert!(10 * fine.evaluations < all, "{fine:?} of {all}");
+}
+
+/// Voxels in and beside a cylinder, by the position of their centre, at multiples of half their side: also at the edge of any map of the
+/// cylinder by cells of this side.
+#[test]
+fn single_voxels_anywhere_contain_their_centre() {
+    let cylinder = [Meridian::new(&[[0.0, 1.0], [4.0, 1.0]]).unwrap()];
+    for i in -24..=48 {
+        for j in 0..=18 {
+            let [x, y] = [i, j].map(|k| 0.25 * f64::from(k) + 1e-9 * f64::from(u8::from(k == 4)));
+            let grid = VoxelGrid::new([1; 3], [0.5; 3], [x, y, 0.0]).unwrap();
+            let sweep = Sweep::of(&[&cylinder[..]], &Pose::identity(), &grid).unwrap();
+            let is_inside = 0.0 < x && x < 4.0 && y < 1.0;
+            // The end planes are on neither side.
+            if i != 0 && i != 16 {
+                assert_eq!(sweep.union.count() == 1, is_inside, "{x} {y}");
+            }
+        }
+    }
 }
 
 #[test]

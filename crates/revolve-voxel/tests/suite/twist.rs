@@ -18,6 +18,17 @@ fn tube(turn: [f64; 2], azimuths: [f64; 2], pose: Pose) -> Sector {
     sector.with_twist(Arc::new(twist))
 }
 
+/// The size of the tube is its length: an angle of 0.05 within 1/256 of it is 12.8 over the whole.
+#[test]
+fn a_twist_is_steep_above_a_rate() {
+    let line = |r: f64| Curve::polyline(&[0.0, 1.0], &[[0.0, r], [LENGTH, r]]).unwrap();
+    let shell = Arc::new(Shell::new(line(1.0), line(2.0), [0.0, 1.0]).unwrap());
+    for (turn, is_steep) in [(1.0, false), (12.79, false), (12.81, true), (-30.0, true)] {
+        let twist = WallTwist::new(shell.clone(), |s| [s * turn; 2]).unwrap();
+        assert_eq!(twist.is_steep(), is_steep, "{turn}");
+    }
+}
+
 proptest! {
     /// A line parallel to the axis crosses the sides at known x; in a plane perpendicular to the axis the sector is rotated.
     #[test]

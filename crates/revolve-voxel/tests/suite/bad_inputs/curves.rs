@@ -110,3 +110,31 @@ fn functions() {
         Err(RevolveError::TooFine { .. })
     ));
 }
+
+#[test]
+fn a_later_segment_that_crosses_the_first_one() {
+    // The first segment is a disc at x = 0; the last but one, and the last, pass through it.
+    for (path, second) in [
+        (
+            &[
+                [0.0, 0.0],
+                [0.0, 3.0],
+                [2.0, 3.0],
+                [2.0, 1.0],
+                [-1.0, 1.0],
+                [-1.0, 0.0],
+            ][..],
+            3,
+        ),
+        (
+            &[[0.0, 0.0], [0.0, 3.0], [2.0, 3.0], [2.0, 1.0], [-1.0, 1.0]],
+            3,
+        ),
+    ] {
+        let crossing = Meridian::new(path);
+        assert!(
+            matches!(crossing, Err(RevolveError::SelfCrossing { first: 0, second: found }) if found == second),
+            "{crossing:?}"
+        );
+    }
+}
