@@ -43,7 +43,7 @@ impl SortedBins {
     }
 
     /// Replaces the view by one with bins at `first + bin * per_bin` and their values, if fixed point represents it: not if more than a
-    /// window of bins may intersect a run of pixels, nor if they are too far away.
+    /// window of bins may intersect a run of pixels, nor if they are too far away or apart.
     pub(crate) fn fill(
         &mut self,
         ray: LinearRay<f32>,
@@ -52,12 +52,14 @@ impl SortedBins {
         n_steps: usize,
         values: impl ExactSizeIterator<Item = f32>,
     ) -> bool {
-        // 7 / 0.7 + 3 bins intersect half a run, 15 / 0.7 + 3 a whole one: less than 16 and 32.
-        const FINEST: f64 = 0.7;
+        // 7 / 0.7 + 3 bins intersect half a run, 15 / 0.7 + 3 a whole one: less than 16 and 32. Positions are modulo 32 pixels: the bins
+        // about a pixel must not be farther away.
+        const WIDTHS: std::ops::Range<f64> = 0.7..30.0;
         let width = per_bin.abs();
         let n = values.len();
         let farthest = first.abs() + width * n as f64 + n_steps as f64;
-        if ray.snap != Snap::FINE || width < FINEST || farthest > f64::from(1 << 22) {
+        let fits = WIDTHS.contains(&width) && farthest <= f64::from(1 << 22);
+        if ray.snap != Snap::FINE || !fits {
             return false;
         }
         let offset = |bin: usize| ray.snap.of(first + bin as f64 * per_bin);

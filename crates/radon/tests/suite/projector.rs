@@ -57,6 +57,7 @@ fn cases() -> Vec<(ParallelGeometry, ImageGrid)> {
         (geometry(64, 0.11, 0.7), grid(7, 5, 0.9, [-0.5, 0.1])),
         (geometry(1, 30.0, 0.0), grid(33, 1, 0.3, [0.0, 0.0])),
         (geometry(5, 0.5, 100.0), grid(8, 8, 0.5, [0.0, 0.0])), // covers nothing
+        (geometry(1, 60.0, -5.5), grid(70, 2, 1.0, [0.0, 0.0])), // begins within a pixel at 0
         (geometry(25, 0.4, 0.1), flat(16, 9, [0.4, 0.8], [0.3, -0.2])),
         (
             geometry(13, 0.9, -0.2),
