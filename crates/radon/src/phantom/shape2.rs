@@ -100,15 +100,11 @@ impl Shape2 {
         if area < 0.0 {
             corners.reverse();
         }
-        let mut centre = [0.0; 2];
-        for k in 0..2 {
-            let low = corners.iter().map(|p| p[k]).fold(f64::INFINITY, f64::min);
-            let high = corners
-                .iter()
-                .map(|p| p[k])
-                .fold(f64::NEG_INFINITY, f64::max);
-            centre[k] = 0.5 * (low + high);
-        }
+        let centre = [0, 1].map(|k| {
+            let along = || corners.iter().map(|p| p[k]);
+            let (low, high) = (along().reduce(f64::min), along().reduce(f64::max));
+            0.5 * (low.unwrap_or(0.0) + high.unwrap_or(0.0))
+        });
         let reach = corners
             .iter()
             .map(|p| (p[0] - centre[0]).hypot(p[1] - centre[1]))
@@ -124,13 +120,10 @@ impl Shape2 {
     #[must_use]
     pub fn value(&self, [x, y]: [f64; 2]) -> f64 {
         match &self.kind {
-            Kind::Ellipse(rows) => f64::from(u8::from(
-                self.to_frame(rows, [x, y])
-                    .iter()
-                    .map(|q| q * q)
-                    .sum::<f64>()
-                    <= 1.0,
-            )),
+            Kind::Ellipse(rows) => {
+                let [u, v] = self.to_frame(rows, [x, y]);
+                f64::from(u8::from(u * u + v * v <= 1.0))
+            }
             Kind::Gaussian(rows) => gaussian::mean(flat(self.to_frame(rows, [x, y])), &[]),
             Kind::Polygon(corners) => {
                 // The chord of the part above the point, by parity of the crossings of the upward ray.
@@ -219,13 +212,12 @@ impl Shape2 {
         if distance > self.reach + hx.hypot(hy) {
             return 0.0;
         }
+        // Half sides in the frame of the shape.
+        let halves = |m: &[Vec2; 2]| [(0, hx), (1, hy)].map(|(k, h)| [m[0][k] * h, m[1][k] * h]);
         match &self.kind {
             Kind::Ellipse(rows) => {
                 let c = self.to_frame(rows, centre);
-                let (ex, ey) = (
-                    [rows[0][0] * hx, rows[1][0] * hx],
-                    [rows[0][1] * hy, rows[1][1] * hy],
-                );
+                let [ex, ey] = halves(rows);
                 let corners = [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)]
                     .map(|(a, b)| [c[0] + a * ex[0] + b * ey[0], c[1] + a * ex[1] + b * ey[1]]);
                 let norms = corners.map(|p| p[0] * p[0] + p[1] * p[1]);
@@ -239,18 +231,10 @@ impl Shape2 {
                 (round::disc_in_polygon(&corners).abs() / area).clamp(0.0, 1.0)
             }
             Kind::Gaussian(rows) => {
-                let edges = [
-                    [rows[0][0] * hx, rows[1][0] * hx],
-                    [rows[0][1] * hy, rows[1][1] * hy],
-                ]
-                .map(flat);
-                gaussian::mean(flat(self.to_frame(rows, centre)), &edges)
+                gaussian::mean(flat(self.to_frame(rows, centre)), &halves(rows).map(flat))
             }
             Kind::Polygon(corners) => {
-                let (x, y) = (
-                    [centre[0] - hx, centre[0] + hx],
-                    [centre[1] - hy, centre[1] + hy],
-                );
+                let [x, y] = [(centre[0], hx), (centre[1], hy)].map(|(c, h)| [c - h, c + h]);
                 let area = 4.0 * hx * hy;
                 if area == 0.0 {
                     return self.value(centre);

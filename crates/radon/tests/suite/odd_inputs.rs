@@ -3,8 +3,8 @@
 use radon::{
     ArcPolicy, BinSampling, EdgePolicy, FbpOptions, FbpPlan, ImageGrid, Interpolation, Kernel,
     LinearOperator, ParallelGeometry, Phantom2, Phantom3, Projector, RadonError, Shape2, Shape3,
-    SliceAxis, SpectGeometry, SpectOperator, SpectOptions, StackOrder, Subset, Window, add_shifted,
-    disc_mask, osem, padded_len, ramp_response,
+    SliceAxis, SpectGeometry, SpectOperator, SpectOptions, StackOrder, Subset, Window, disc_mask,
+    osem, padded_len, ramp_response,
 };
 
 const VIEWS_FIRST: StackOrder = StackOrder::ViewSliceBin;
@@ -151,20 +151,6 @@ fn layers_beyond_the_memory_are_rejected() {
 }
 
 #[test]
-fn lengths_of_shifted_views_are_reported_as_given_and_expected() {
-    let shift = |view: &[f64], n_sum| {
-        let mut sum = vec![0.0; n_sum];
-        add_shifted(view, [2, 2], [0.0; 2], 1.0, &mut sum).unwrap_err()
-    };
-    for error in [shift(&[0.0; 3], 4), shift(&[0.0; 4], 3)] {
-        let (given, expected) = (3, 4);
-        assert!(
-            matches!(error, RadonError::WrongLength { given: g, expected: e, .. } if (g, e) == (given, expected))
-        );
-    }
-}
-
-#[test]
 fn filters_of_any_length_and_windows_of_no_gains() {
     for gains in [vec![], vec![1.0]] {
         let window = Window::Custom(gains);
@@ -247,6 +233,7 @@ fn means_over_odd_rectangles() {
     ];
     let shapes = [
         Shape2::ellipse([0.1, 0.2], [2.0, 1.0], 0.3).unwrap(),
+        Shape2::ellipse([0.1, 0.2], [2.0, 1.0], 0.0).unwrap(),
         Shape2::rectangle([0.1, 0.2], [2.0, 1.0], 0.3).unwrap(),
         Shape2::polygon(vec![[0.0, 0.0], [2.0, 0.0], [0.0, 1.0]]).unwrap(),
         Shape2::gaussian([0.1, 0.2], [2.0, 1.0], 0.3).unwrap(),
@@ -262,6 +249,17 @@ fn means_over_odd_rectangles() {
                 }
                 let _ = shape.line_integral(a, b);
                 let _ = shape.value([a, b]);
+            }
+        }
+        // Without area: the value at the centre, also on the axes of the shape, inside and beyond.
+        for along in [-2.5, -1.5, -0.6, 0.0, 0.4, 0.9, 1.6] {
+            let (sin, cos) = f64::sin_cos(0.3);
+            for [u, v] in [[along, 0.0], [0.0, along]] {
+                let at = [0.1 + u * cos - v * sin, 0.2 + u * sin + v * cos];
+                let of_upright = [0.1 + u, 0.2 + v];
+                for at in [at, of_upright] {
+                    assert_eq!(shape.rectangle_mean(at, [0.0; 2]), shape.value(at));
+                }
             }
         }
         // The sign of a side has no effect.

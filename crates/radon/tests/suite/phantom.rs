@@ -238,6 +238,39 @@ fn an_ellipsoid_agrees_with_the_quadratic_formula_for_its_rays() {
     }
 }
 
+/// Chords of a rotated rectangle along its sides and at 45 degrees to them, where they form a trapezoid, about its centre.
+#[test]
+fn a_rotated_rectangle_has_its_chords_area_and_bounds() {
+    let (c, [a, b], phi) = ([3.0, -2.0], [1.6, 0.6], 0.5f64);
+    let shape = Shape2::rectangle(c, [a, b], phi).unwrap();
+    let chord = |turn: f64, s: f64| {
+        let (sin, cos) = (phi + turn).sin_cos();
+        shape.line_integral(phi + turn, c[0] * cos + c[1] * sin + s)
+    };
+    let h = 0.5f64.sqrt();
+    // Half the top and half the base of the trapezoid are h (a - b) / 2 and h (a + b) / 2; its height is b / h.
+    for (turn, s, expected) in [
+        (0.0, 0.79, b),
+        (0.0, -0.81, 0.0),
+        (PI / 2.0, 0.29, a),
+        (PI / 2.0, -0.31, 0.0),
+        (PI / 4.0, 0.3, b / h),
+        (PI / 4.0, 0.5 * h * a, b / h / 2.0),
+        (PI / 4.0, 0.79, 0.0),
+    ] {
+        for s in [s, -s] {
+            // Rounding of corners about 3.
+            assert!((chord(turn, s) - expected).abs() < 1e-13, "{turn} {s}");
+        }
+    }
+    assert!((shape.integral() - a * b).abs() < 1e-14);
+    // The ball about a prism passes through its corners.
+    let (centre, radius) = Shape3::prism(shape, [1.0, 5.0]).unwrap().bounding_ball();
+    let off = (0..3).map(|k| (centre[k] - [c[0], c[1], 3.0][k]).abs());
+    assert!(off.fold(0.0, f64::max) < 1e-14, "{centre:?}");
+    assert!((radius - (0.8f64.powi(2) + 0.3 * 0.3 + 4.0).sqrt()).abs() < 1e-14);
+}
+
 #[test]
 fn a_line_along_an_edge_has_the_mean_of_both_sides() {
     let square = Shape2::rectangle([0.0; 2], [2.0, 3.0], 0.0).unwrap();
