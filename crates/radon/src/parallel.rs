@@ -74,3 +74,19 @@ fn join(splits: usize, front: Half<'_>, back: Half<'_>) {
         |context| back(splits(context)),
     );
 }
+
+#[cfg(test)]
+mod tests {
+    use std::sync::atomic::{AtomicUsize, Ordering};
+
+    /// Without any steal, so that idle threads find work.
+    #[test]
+    fn there_are_as_many_parts_as_threads() {
+        let n_parts = AtomicUsize::new(0);
+        let new = || n_parts.fetch_add(1, Ordering::Relaxed);
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(3).build();
+        let run = || super::chunks_with(&mut [0; 20], 2, &new, &|_, k, chunk| chunk.fill(k));
+        pool.unwrap().install(run);
+        assert!(n_parts.into_inner() >= 3);
+    }
+}

@@ -4,7 +4,8 @@
 
 use peak_alloc::PeakAlloc;
 use radon::{
-    FbpMethod, FbpOptions, FbpPlan, ImageGrid, Interpolation, ParallelGeometry, StackOrder,
+    FbpMethod, FbpOptions, FbpPlan, ImageGrid, Interpolation, Kernel, LinearOperator,
+    ParallelGeometry, Projector, StackOrder,
 };
 
 #[global_allocator]
@@ -24,6 +25,39 @@ fn peak(work: impl FnOnce()) -> usize {
 // A single test: the counter applies to the process, and tests run concurrently.
 #[test]
 fn a_run_uses_the_predicted_memory() {
+    reconstructions();
+    a_slice_of_long_rows();
+    back_projections();
+}
+
+/// Transforms of long rows need more memory than the bookkeeping.
+fn a_slice_of_long_rows() {
+    let geometry = ParallelGeometry::half_turn(3, 6000, 1.0).unwrap();
+    let grid = ImageGrid::square(16, 1.0).unwrap();
+    let sinogram = vec![1.0_f32; geometry.sinogram_len()];
+    let plan = FbpPlan::<f32>::new(&geometry, &grid, &FbpOptions::default()).unwrap();
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(1);
+    pool.build().unwrap().install(|| {
+        let said = plan.work_bytes(1).unwrap();
+        let used = peak(|| drop(plan.reconstruct(&sinogram).unwrap()));
+        assert!(used <= said + BOOKKEEPING, "{used} of {said}");
+    });
+}
+
+/// One slice: work arrays beside the image are a few times the image and the sinogram, with margins.
+fn back_projections() {
+    let geometry = ParallelGeometry::half_turn(60, 200, 1.0).unwrap();
+    let grid = ImageGrid::square(200, 1.0).unwrap();
+    let sinogram = vec![1.0_f32; geometry.sinogram_len()];
+    let data = size_of::<f32>() * (grid.image_len() + geometry.sinogram_len());
+    for kernel in [Kernel::Joseph, Kernel::Strip] {
+        let projector = Projector::new(&geometry, &grid, kernel).unwrap();
+        let used = peak(|| drop(projector.adjoint(&sinogram).unwrap()));
+        assert!(used < 8 * data, "{kernel:?}: {used} of {data}");
+    }
+}
+
+fn reconstructions() {
     let geometry = ParallelGeometry::half_turn(60, 96, 1.0).unwrap();
     let grid = ImageGrid::square(96, 1.0).unwrap();
     let (n_slices, order) = (80, StackOrder::SliceViewBin);

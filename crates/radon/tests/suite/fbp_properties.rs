@@ -4,8 +4,8 @@ use crate::common;
 
 use common::{Ellipse, half_turn};
 use radon::{
-    FbpOptions, FbpPlan, FbpReport, FbpScratch, ImageGrid, InstructionSet, Interpolation,
-    ParallelGeometry, RadonError, StackOrder,
+    FbpMethod, FbpOptions, FbpPlan, FbpReport, FbpScratch, ImageGrid, InstructionSet,
+    Interpolation, ParallelGeometry, RadonError, StackOrder,
 };
 
 /// `n_slices` different ellipses, every third slice empty, as `[slice][view][bin]`.
@@ -118,7 +118,7 @@ fn skipping_is_counted_and_leaves_results_bitwise_identical() {
     let geometry = half_turn(23, 41, 1.0);
     let grid = ImageGrid::square(32, 1.0).unwrap();
     let mut projections = stack(&geometry, 20);
-    projections[3 * 41..4 * 41].fill(0.0); // one row of slice 0
+    projections[3 * 41..5 * 41].fill(0.0); // two rows of slice 0
     let plan = FbpPlan::<f32>::new(&geometry, &grid, &FbpOptions::default()).unwrap();
     let mut volume = vec![f32::NAN; 20 * grid.image_len()];
     let order = StackOrder::SliceViewBin;
@@ -138,8 +138,46 @@ fn skipping_is_counted_and_leaves_results_bitwise_identical() {
     );
     assert_eq!(
         (report.rows_filtered, report.rows_skipped),
-        (14 * 23 - 1, 6 * 23 + 1)
+        (14 * 23 - 2, 6 * 23 + 2)
     );
+    let method = FbpMethod::Fourier { tolerance: 1e-3 };
+    let options = FbpOptions::default().with_method(method);
+    let plan = FbpPlan::<f32>::new(&geometry, &grid, &options).unwrap();
+    let of_fourier = plan
+        .reconstruct_slab_into(&projections, 20, order, 0..20, &mut volume, &mut scratch)
+        .unwrap();
+    assert_eq!(of_fourier, report);
+}
+
+/// A block that exceeds the memory is halved. A slice more than a block of one register does not widen it.
+#[test]
+fn the_width_of_blocks_follows_memory_and_slices() {
+    // 32 views are the fewest that are filtered at once, if the memory suffices.
+    let geometry = half_turn(32, 2000, 1.0);
+    let grid = ImageGrid::square(32, 1.0).unwrap();
+    for (set, register) in [
+        (InstructionSet::Baseline, 4),
+        (InstructionSet::Avx2, 8),
+        (InstructionSet::Avx512, 16),
+    ] {
+        if !set.is_available() {
+            continue;
+        }
+        let options = FbpOptions::default()
+            .with_method(FbpMethod::Direct)
+            .with_instructions(set);
+        let work = |memory: usize, n_slices: usize| {
+            let options = options.clone().with_memory(memory);
+            let plan = FbpPlan::<f32>::new(&geometry, &grid, &options).unwrap();
+            plan.work_bytes(n_slices).unwrap() as f64
+        };
+        let wide = work(options.memory, 64);
+        // The filtered rows are more than nine tenths of the memory.
+        let half = work(wide as usize - 1, 64) / wide;
+        assert!((half - 0.5).abs() < 0.05, "{set:?}: {half}");
+        let [full, more] = [register, register + 1].map(|n| work(options.memory, n));
+        assert_eq!(full, more, "{set:?}");
+    }
 }
 
 #[test]

@@ -341,6 +341,11 @@ fn the_method_depends_on_sizes_interpolation_and_sample_type_only() {
     let auto = FbpOptions::default();
     assert_eq!(method(128, 90, &auto), [FbpMethod::Direct; 2]);
     assert_eq!(method(1024, 1440, &auto), [fourier; 2]);
+    // The documented crossover with as many views as pixels per side.
+    assert_eq!(method(300, 300, &auto), [FbpMethod::Direct; 2]);
+    assert_eq!(method(330, 330, &auto), [fourier, FbpMethod::Direct]);
+    assert_eq!(method(415, 415, &auto), [fourier, FbpMethod::Direct]);
+    assert_eq!(method(450, 450, &auto), [fourier; 2]);
     // A small part costs less than transforms of the whole.
     let part = auto.clone().with_region(0..32, 0..32);
     assert_eq!(method(1024, 1440, &part), [FbpMethod::Direct; 2]);

@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use radon::{ArcPolicy, ImageGrid, ParallelGeometry, RadonError};
+use radon::{ArcPolicy, ImageGrid, ParallelGeometry, RadonError, SliceAxis};
 
 fn weights(angles: &[f64], policy: ArcPolicy) -> Vec<f64> {
     ParallelGeometry::from_radians(angles, 4, 1.0)
@@ -12,7 +12,7 @@ fn weights(angles: &[f64], policy: ArcPolicy) -> Vec<f64> {
 }
 
 #[test]
-fn centres_of_bins_and_pixels_are_symmetric_about_the_middle_for_even_and_odd_counts() {
+fn centres_of_bins_pixels_and_slices_are_symmetric_about_the_middle_for_even_and_odd_counts() {
     for n in [1, 2, 7, 8] {
         let geometry = ParallelGeometry::new([0.0], n, 0.5)
             .unwrap()
@@ -25,6 +25,13 @@ fn centres_of_bins_and_pixels_are_symmetric_about_the_middle_for_even_and_odd_co
             .unwrap()
             .with_centre([0.3, -0.7])
             .unwrap();
+        let slices = SliceAxis::new(n, 0.5).unwrap().with_centre(0.3).unwrap();
+        let ends = slices.slice_centre(0) + slices.slice_centre(n - 1);
+        assert_eq!(
+            (slices.n_slices(), slices.spacing(), slices.centre()),
+            (n, 0.5, 0.3)
+        );
+        assert!((ends - 0.6).abs() < 1e-15);
         let (first, last) = (grid.pixel_centre(0, 0), grid.pixel_centre(n - 1, n));
         assert!(
             (first[0] + last[0] - 0.6).abs() < 1e-15 && (first[1] + last[1] + 1.4).abs() < 1e-15

@@ -289,6 +289,14 @@ fn a_plan_returns_its_arguments() {
     let part = FbpPlan::<f64>::new(&geometry, &grid, &cut).unwrap();
     assert_eq!((whole.image_len(), part.image_len()), (120, 45));
     assert_eq!(whole.sinogram_len(), 63);
+    let within = format!("{part:?}");
+    for own in [
+        format!("{geometry:?}"),
+        format!("{grid:?}"),
+        format!("{cut:?}"),
+    ] {
+        assert!(within.contains(&own), "{own}: {within}");
+    }
 
     let projector = Projector::new(&geometry, &grid, Kernel::Strip).unwrap();
     let projector = projector
@@ -347,10 +355,12 @@ fn the_mismatch_of_a_wrong_adjoint_is_that_of_its_definition() {
             1
         }
         fn forward_into(&self, x: &[f64], y: &mut [f64]) -> Result<(), RadonError> {
+            assert!((-1.0..1.0).contains(&x[0]));
             y[0] = x[0];
             Ok(())
         }
         fn adjoint_into(&self, y: &[f64], x: &mut [f64]) -> Result<(), RadonError> {
+            assert!((-1.0..1.0).contains(&y[0]));
             x[0] = self.0 * y[0];
             Ok(())
         }

@@ -53,6 +53,12 @@ impl Small {
     }
 }
 
+fn eleven_views(rows: &SliceAxis) -> SpectGeometry {
+    let angles: Vec<f64> = (0..11).map(|k| 0.3 * f64::from(k)).collect();
+    let views = ParallelGeometry::new(angles, 17, 0.55).unwrap();
+    SpectGeometry::circular(&views, rows, 9.0).unwrap()
+}
+
 /// Wide enough that the farthest planes are 3 bins wide.
 fn wide() -> Collimator {
     Collimator::new(0.1, 0.15, 0.2).unwrap()
@@ -190,8 +196,10 @@ fn the_adjoint_is_the_transpose() {
 
 #[test]
 fn results_are_bitwise_independent_of_threads() {
-    let small = small();
-    let operator = small.operator::<f32>(&options(wide(), small.map()));
+    let (small, options) = (small(), options::<f32>(wide(), small().map()));
+    // More views than one thread computes at a time.
+    let geometry = eleven_views(&SliceAxis::new(9, 0.7).unwrap());
+    let operator = SpectOperator::new(&geometry, &small.grid, &small.layers, &options).unwrap();
     let (x, y) = (
         noise(operator.image_len(), 6),
         noise(operator.data_len(), 7),
@@ -214,10 +222,7 @@ fn results_are_bitwise_independent_of_threads() {
 #[test]
 fn views_are_bitwise_independent_of_those_projected_before() {
     let small = small();
-    let angles: Vec<f64> = (0..11).map(|k| 0.3 * f64::from(k)).collect();
-    let views = ParallelGeometry::new(angles, 17, 0.55).unwrap();
-    let rows = SliceAxis::new(60, 0.7).unwrap();
-    let geometry = SpectGeometry::circular(&views, &rows, 9.0).unwrap();
+    let geometry = eleven_views(&SliceAxis::new(60, 0.7).unwrap());
     let options = options::<f32>(wide(), small.map());
     let new = || SpectOperator::new(&geometry, &small.grid, &small.layers, &options).unwrap();
     let x = noise(small.n_voxels(), 6);
@@ -227,6 +232,34 @@ fn views_are_bitwise_independent_of_those_projected_before() {
         let (alone, _) = new().subsets(11).unwrap().swap_remove(view).into_parts();
         assert_eq!(forward(&alone, &x), samples, "{view}");
     }
+}
+
+/// With all lengths in another unit, samples scale as lengths; exactly for a power of two.
+#[test]
+fn samples_scale_with_the_unit_of_length() {
+    let views = |unit: f64| {
+        let angles = [0.0, 0.4, std::f64::consts::FRAC_PI_2, 2.0, -1.9];
+        let views = ParallelGeometry::new(angles, 17, 0.55 * unit).unwrap();
+        let views = views.with_offset(0.13 * unit).unwrap();
+        let rows = SliceAxis::new(9, 0.7 * unit).unwrap();
+        let geometry = SpectGeometry::circular(&views, &rows, 9.0 * unit).unwrap();
+        let grid = ImageGrid::anisotropic(13, 4, [0.5 * unit, 0.6 * unit]).unwrap();
+        let layers = SliceAxis::new(11, 0.6 * unit).unwrap();
+        let n = grid.image_len() * layers.n_slices();
+        let map = noise::<f64>(n, 5)
+            .into_iter()
+            .map(|x| 0.15 * (1.0 + x) / unit);
+        let collimator = Collimator::new(0.1, 0.15 * unit, 0.2 * unit).unwrap();
+        let options = options(collimator, map.collect());
+        let operator = SpectOperator::new(&geometry, &grid, &layers, &options).unwrap();
+        let samples = forward(&operator, &noise::<f64>(n, 6));
+        samples
+            .iter()
+            .map(|sample| sample / unit)
+            .collect::<Vec<_>>()
+    };
+    let expected = views(1.0);
+    assert!([0.125, 8.0].into_iter().all(|unit| views(unit) == expected));
 }
 
 /// Another map, with the same or other attenuating pixels, or none: bitwise identical to an operator with this map, also for subsets.

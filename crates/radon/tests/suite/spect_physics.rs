@@ -129,6 +129,9 @@ fn the_response_of_a_collimator_follows_from_its_holes() {
     let in_sigmas = 2.0 * (2.0 * 2.0_f64.ln()).sqrt();
     assert!((camera.sigma(10.0) * in_sigmas - fwhm).abs() < 1e-14);
     assert_eq!(camera.sigma(-1.0), camera.sigma(0.0));
+    let parts = (camera.slope(), camera.at_face(), camera.intrinsic());
+    let same = Collimator::new(parts.0, parts.1, parts.2).unwrap();
+    assert_eq!(same, camera);
     let opaque = ParallelHoles {
         attenuation: f64::INFINITY,
         ..ParallelHoles::GE_LEHR
