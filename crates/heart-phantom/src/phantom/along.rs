@@ -37,7 +37,10 @@ impl Phantom {
         let parts = &mut phantom.parts;
         parts.camera = parts.camera.along(rays)?;
         let camera = &parts.camera;
-        let settings = &mut parts.scene.camera;
+        let (settings, own) = (&mut parts.scene.camera, &mut parts.scene.reconstruction);
+        // The pixels do not change.
+        own.pixels.get_or_insert(settings.bins);
+        own.pixel.get_or_insert(settings.pitch[0]);
         settings.views = camera.n_views();
         (settings.bins, settings.rows) = (camera.n_bins(), camera.n_rows());
         settings.pitch = camera.detector().pitch();

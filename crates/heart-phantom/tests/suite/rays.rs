@@ -5,7 +5,7 @@ mod rejected;
 use heart_phantom::revolve_voxel::nalgebra::{Matrix3, Point3, Rotation3, Vector3};
 use heart_phantom::revolve_voxel::{Lines, ParallelDetector, Ray};
 use heart_phantom::scene::*;
-use heart_phantom::{Phantom, PhantomError, RayGeometry, Uptake, no_observer};
+use heart_phantom::{Phantom, PhantomError, RayGeometry, Uptake, WarningKind, no_observer};
 use std::path::Path;
 
 fn heart(mode: Mode) -> Scene {
@@ -27,6 +27,27 @@ fn off(a: &[f32], b: &[f32]) -> f64 {
 
 fn views(phantom: &Phantom) -> Vec<f32> {
     phantom.sinograms(0, &no_observer).unwrap().samples
+}
+
+/// A detector with fewer bins and another pitch has the pixels of the scene, which contain the heart.
+#[test]
+fn pixels_do_not_depend_on_the_rays() {
+    let parallel = Phantom::new(Scene::default().with_mode(Mode::Instants)).unwrap();
+    let angles: Vec<f64> = (0..60).map(|k| (6.0 * f64::from(k)).to_radians()).collect();
+    let detector = ParallelDetector::new(48, 48, [0.6; 2]).unwrap();
+    let times: Vec<f64> = (0..60).map(|k| 0.005 * f64::from(k)).collect();
+    let cone = RayGeometry::cone([60.0, 100.0], &angles, detector).unwrap();
+    let phantom = parallel.along(cone.with_times(&times).unwrap()).unwrap();
+    let size = |phantom: &Phantom| {
+        let grid = phantom.camera().grid();
+        (grid.shape()[..2].to_vec(), grid.spacing()[..2].to_vec())
+    };
+    assert_eq!(size(&phantom), size(&parallel));
+    let found = phantom.warnings().unwrap();
+    assert!(
+        found.iter().all(|w| w.what != WarningKind::Unsuitable),
+        "{found:?}"
+    );
 }
 
 /// Numbers between -1 and 1.
