@@ -160,7 +160,7 @@ impl ResidualSystem for NestedSystem<'_> {
         for (k, place) in self.places.iter().enumerate() {
             self.membranes[k].solve_in_place(&mut rhs[place.clone()])?;
             if let Some(row) = self.volume_rows.get(k) {
-                let volume = dot(row, &rhs[place.clone()]);
+                let volume = dot(row, &rhs[place.start..place.end - 1]);
                 rhs[self.places[k + 1].end - 1] += volume;
             }
         }

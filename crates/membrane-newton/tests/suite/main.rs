@@ -19,6 +19,7 @@ mod reports;
 mod robustness;
 mod rubber;
 mod rubber_limits;
+mod scalar;
 mod sensitivity;
 mod slack;
 mod slack_rates;

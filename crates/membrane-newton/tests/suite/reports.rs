@@ -1,57 +1,166 @@
-//! Numbers of the report of small systems whose steps are known.
+//! Numbers of the report of small systems whose steps are known, and when iterations end.
 
+use std::cell::Cell;
+use std::error::Error;
+use std::ops::ControlFlow;
+
+use membrane_forces::MembraneError;
 use membrane_newton::{
     LineSearch, NewtonError, NewtonOptions, NewtonScratch, Refactor, ResidualSystem, StopReason,
-    newton, newton_with,
+    newton, newton_observed, newton_with,
 };
 
-/// r(x) = 0 of one unknown, with its derivative; counts the residuals.
-struct Scalar<F> {
-    residual: F,
-    slope_at: fn(f64) -> f64,
-    slope: f64,
-    calls: usize,
+use crate::scalar::Scalar;
+
+/// x^2 = 2 with a derivative that is `wrong` times the exact one and a norm of steps scaled by `norm`.
+pub(crate) fn root(wrong: f64, norm: f64) -> impl ResidualSystem {
+    let mut root = Scalar::new(|x| Ok(x * x - 2.0), move |x| wrong * 2.0 * x);
+    root.norm = norm;
+    root
 }
 
-impl<F: FnMut(f64) -> f64> Scalar<F> {
-    fn new(residual: F, slope_at: fn(f64) -> f64) -> Self {
-        Self {
-            residual,
-            slope_at,
-            slope: f64::NAN,
-            calls: 0,
+/// Steps that shrink slowly are not rounding: the solve continues to the tolerance or to the largest number of iterations.
+#[test]
+fn slow_convergence_is_not_rounding() {
+    let natural = NewtonOptions::default();
+    for line_search in [natural.line_search, LineSearch::FullStep] {
+        for start in [1.0, 2f64.sqrt() + 1e-8] {
+            for wrong in [1.0, 1.1, 2.0] {
+                let options = natural.with_line_search(line_search);
+                let mut x = [start];
+                let few = newton(&mut root(wrong, 1.0), &mut x, &options);
+                assert!(few.is_ok() || wrong == 2.0, "{wrong}: {few:?}");
+                let mut x = [start];
+                let options = options.with_max_iterations(100);
+                let report = newton(&mut root(wrong, 1.0), &mut x, &options).unwrap();
+                let error = (x[0] - 2f64.sqrt()).abs();
+                // the tolerance of steps, with the rounding of the last ones
+                assert!(error < 4e-14, "{start} {wrong}: {error:e} {report:?}");
+                // no estimate is below the rounding of x
+                let rounding = f64::EPSILON * x[0];
+                assert!(report.iteration_error >= rounding, "{report:?}");
+            }
         }
     }
+    // without a size of the step no tolerance on it has a meaning
+    let zero = newton(&mut root(1.0, 0.0), &mut [1.0], &natural);
+    assert!(matches!(
+        zero,
+        Err(NewtonError::OutOfRange {
+            what: "norm of a nonzero step",
+            ..
+        })
+    ));
+    let negative = newton(&mut root(1.0, -1.0), &mut [1.0], &natural);
+    assert!(
+        matches!(&negative, Err(NewtonError::NotConverged { report, .. })
+            if report.stopped_by == Some(StopReason::NotFinite)),
+        "{negative:?}"
+    );
+    for most in [f64::NAN, f64::INFINITY, -0.1] {
+        let options = natural.with_refactor(Refactor::WhenContractionAbove(most));
+        let refused = newton(&mut root(1.0, 1.0), &mut [1.0], &options);
+        assert!(
+            matches!(refused, Err(NewtonError::OutOfRange { .. })),
+            "{most}: {refused:?}"
+        );
+    }
 }
 
-impl<F: FnMut(f64) -> f64> ResidualSystem for Scalar<F> {
-    fn len(&self) -> usize {
-        1
+/// The logarithm, undefined for x <= 0.
+fn logarithm(x: f64) -> Result<f64, NewtonError> {
+    if x <= 0.0 {
+        let (what, given) = ("logarithm", x);
+        return Err(MembraneError::NotPositive { what, given }.into());
     }
+    Ok(x.ln())
+}
 
-    fn residual_into(&mut self, x: &[f64], out: &mut [f64]) -> Result<(), NewtonError> {
-        self.calls += 1;
-        out[0] = (self.residual)(x[0]);
-        Ok(())
-    }
+/// From 10 times the root every whole step and every shorter one down to a half leads outside the domain of the logarithm.
+#[test]
+fn an_error_in_the_line_search_is_the_source() {
+    let options =
+        NewtonOptions::default().with_line_search(LineSearch::Natural { max_halvings: 0 });
+    let error = newton(
+        &mut Scalar::new(logarithm, f64::recip),
+        &mut [10.0],
+        &options,
+    )
+    .unwrap_err();
+    let cause = error.source().expect("a cause");
+    assert!(
+        cause.to_string().starts_with("logarithm must be positive"),
+        "{cause}"
+    );
+    // no such error, no source
+    let error = newton(
+        &mut Scalar::new(logarithm, f64::recip),
+        &mut [1.5],
+        &options.with_max_iterations(0),
+    );
+    assert!(error.unwrap_err().source().is_none());
+}
 
-    fn factor(&mut self, x: &[f64]) -> Result<(), NewtonError> {
-        self.slope = (self.slope_at)(x[0]);
-        Ok(())
+#[test]
+fn reports_count_every_residual_and_contain_the_stopping_test() {
+    let natural = NewtonOptions::default();
+    let full = natural.with_line_search(LineSearch::FullStep);
+    for options in [&natural, &full] {
+        for (tolerances, ended) in [
+            ((1e-6, 0.0), StopReason::Residual),
+            ((0.0, 1e-6), StopReason::Step),
+        ] {
+            let options = options.with_tolerances(tolerances.0, tolerances.1);
+            let mut system = Scalar::new(logarithm, f64::recip);
+            let mut x = [1.4];
+            let report = newton(&mut system, &mut x, &options).unwrap();
+            assert_eq!(report.residual_calls, system.residuals);
+            assert_eq!(report.factorisations, system.factorisations);
+            assert_eq!(report.stopped_by, Some(ended), "{options:?}: {report:?}");
+            // estimates are correct up to the rounding of x
+            let error = (x[0] - 1.0).abs();
+            assert!(
+                error <= report.iteration_error + 4.0 * f64::EPSILON,
+                "{error:e}: {report:?}"
+            );
+            assert!(report.iteration_error < 1e-2, "{report:?}");
+        }
     }
+    let (mut x, mut scratch) = ([1.4], NewtonScratch::default());
+    let stop = |_: &_, _: &[f64]| ControlFlow::Break(());
+    let stopped = newton_observed(
+        &mut Scalar::new(logarithm, f64::recip),
+        &mut x,
+        &natural,
+        &mut scratch,
+        stop,
+    );
+    assert_eq!(stopped, Ok(ControlFlow::Break(())));
+    assert_eq!(scratch.report().stopped_by, Some(StopReason::Observer));
+}
 
-    fn solve_in_place(&mut self, rhs: &mut [f64]) -> Result<(), NewtonError> {
-        rhs[0] /= self.slope;
-        Ok(())
-    }
-
-    fn residual_norm(&self, residual: &[f64]) -> f64 {
-        residual[0].abs()
-    }
-
-    fn step_norm(&self, step: &[f64]) -> f64 {
-        step[0].abs()
-    }
+/// A factorisation is reused while the root hardly changes, and replaced when the steps no longer contract.
+#[test]
+fn a_factorisation_may_be_reused_for_many_solves() {
+    let options = NewtonOptions::default()
+        .with_tolerances(1e-13, 1e-13)
+        .with_refactor(Refactor::WhenContractionAbove(0.05));
+    let count = |options: &NewtonOptions| {
+        let at = Cell::new(1.0);
+        let mut system = Scalar::new(|x| logarithm(x / at.get()), f64::recip);
+        let (mut x, mut scratch) = ([1.0], NewtonScratch::default());
+        // far away at last: the old tangent leads outside the domain of the logarithm
+        for root in (1..=100).map(|k| 1.0 + 0.01 * f64::from(k)).chain([0.02]) {
+            at.set(root);
+            system.norm = 1.0 / root;
+            newton_with(&mut system, &mut x, options, &mut scratch).unwrap();
+            assert!((x[0] / root - 1.0).abs() < 1e-12);
+        }
+        system.factorisations
+    };
+    let kept = count(&options);
+    let each = count(&options.with_refactor(Refactor::EachIteration));
+    assert!(kept < 40 && each > 100, "{kept} {each}");
 }
 
 /// Full steps evaluate the residual at the start and after each step but the last one, whose error is known from the contraction. As each step
@@ -62,13 +171,13 @@ fn full_steps_end_without_another_residual() {
         .with_line_search(LineSearch::FullStep)
         .with_tolerances(0.0, 1e-6);
     for start in [0.5, 1.4, 2.0] {
-        let mut system = Scalar::new(f64::ln, |x| 1.0 / x);
+        let mut system = Scalar::new(|x| Ok(x.ln()), f64::recip);
         let mut x = [start];
         let report = newton(&mut system, &mut x, &options).unwrap();
         assert_eq!(report.stopped_by, Some(StopReason::Step));
         assert!(report.iterations > 2, "{report:?}");
         assert_eq!(report.residual_calls, report.iterations, "{report:?}");
-        assert_eq!(system.calls, report.residual_calls);
+        assert_eq!(system.residuals, report.residual_calls);
         assert!(report.iteration_error < report.step, "{report:?}");
         assert!((x[0] - 1.0).abs() <= report.iteration_error, "{report:?}");
     }
@@ -77,7 +186,7 @@ fn full_steps_end_without_another_residual() {
 /// The step of the report is the change of x, also if the line search shortens it: Newton's step of the arc tangent from 3 leads to -9.5.
 #[test]
 fn the_step_of_the_report_is_the_shortened_one() {
-    let mut system = Scalar::new(f64::atan, |x| 1.0 / (1.0 + x * x));
+    let mut system = Scalar::new(|x| Ok(x.atan()), |x| 1.0 / (1.0 + x * x));
     let mut x = [3.0];
     let options = NewtonOptions::default().with_max_iterations(1);
     let error = newton(&mut system, &mut x, &options).unwrap_err();
@@ -101,7 +210,7 @@ fn a_start_within_rounding_is_not_changed() {
         let residual = |x: f64| {
             calls += 1;
             let sign = if calls % 2 == 1 { 1.0 } else { -1.0 };
-            x - 1.0 + sign * 1e-9 * f64::from(calls)
+            Ok(x - 1.0 + sign * 1e-9 * f64::from(calls))
         };
         let mut system = Scalar::new(residual, |_| 1.0);
         let mut x = [start];
@@ -120,14 +229,14 @@ fn a_start_within_rounding_is_not_changed() {
 fn a_repeated_step_counts_its_residual() {
     let options = NewtonOptions::default().with_refactor(Refactor::WhenContractionAbove(0.5));
     let mut scratch = NewtonScratch::default();
-    let mut system = Scalar::new(|x| x * x - 1.0, |x| 2.0 * x);
+    let mut system = Scalar::new(|x| Ok(x * x - 1.0), |x| 2.0 * x);
     for (start, root, factorisations) in [(1.1, 1.0, 1), (-1.1, -1.0, 1)] {
-        let (mut x, before) = ([start], system.calls);
+        let (mut x, before) = ([start], system.residuals);
         newton_with(&mut system, &mut x, &options, &mut scratch).unwrap();
         // steps of 1e-14
         assert!((x[0] - root).abs() < 1e-13);
         let report = scratch.report();
-        assert_eq!(report.residual_calls, system.calls - before, "{start}");
+        assert_eq!(report.residual_calls, system.residuals - before, "{start}");
         assert_eq!(report.factorisations, factorisations);
     }
 }
@@ -200,6 +309,48 @@ fn the_error_of_a_hidden_direction_is_within_the_stated_one() {
                     error <= report.iteration_error,
                     "{line_search:?} {a:e} {b} {start:?} {tolerance:e}: {error:e} {report:?}"
                 );
+            }
+        }
+    }
+}
+
+/// e^x = x + 2, with starts from which the first step is as long as 1e16: a reused tangent contracts only the last steps, and a small ratio of two
+/// steps says nothing about the next.
+#[test]
+fn reused_tangents_end_at_a_root_within_the_stated_error() {
+    let exponential = || Scalar::new(|x: f64| Ok(x.exp() - x - 2.0), f64::exp_m1);
+    let natural = NewtonOptions::default().line_search;
+    // a step within the tolerance is not applied: it is the error
+    let loose = NewtonOptions::default().with_tolerances(0.0, 1e-6);
+    let mut x = [1.146193220620583 + 1e-8];
+    let report = newton(&mut exponential(), &mut x, &loose).unwrap();
+    assert_eq!(report.iterations, 0);
+    let ratio = report.iteration_error / 1e-8;
+    assert!((1.0..2.0).contains(&ratio), "{ratio}");
+    for line_search in [LineSearch::FullStep, natural] {
+        for factor in [0.05, 0.5, 0.9] {
+            for (residual, step) in [(1e-15, 1e-14), (0.0, 1e-10), (0.0, 1e-4)] {
+                let options = NewtonOptions::default()
+                    .with_line_search(line_search)
+                    .with_refactor(Refactor::WhenContractionAbove(factor))
+                    .with_tolerances(residual, step)
+                    .with_max_iterations(100);
+                for start in (1..2000).step_by(7).map(|k| 1e-3 * f64::from(k)) {
+                    let mut x = [start];
+                    let Ok(report) = newton(&mut exponential(), &mut x, &options) else {
+                        continue;
+                    };
+                    let root = if x[0] > 0.0 {
+                        1.146193220620583
+                    } else {
+                        -1.8414056604369606
+                    };
+                    let (error, stated) = ((x[0] - root).abs(), report.iteration_error);
+                    assert!(
+                        error <= stated.max(1e-14),
+                        "{options:?} from {start}: {error:e}, stated {stated:e}"
+                    );
+                }
             }
         }
     }
