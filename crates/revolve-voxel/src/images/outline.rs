@@ -17,6 +17,9 @@ const PARTS: usize = 40;
 const SEARCH: usize = 20;
 /// A plane with a smaller angle to the parallels cuts circles: they are within 1e-8 of their radius.
 const PERPENDICULAR: f64 = 1e-8;
+/// A plane with a larger slope, radius by axial length, cuts only the parallels within 1/100 of their radius of the point where it meets the
+/// axis: a search between knots may miss them, so that they are sampled there.
+const STEEP: f64 = 100.0;
 
 /// A layer of a body, with the vertices between which extrema are searched.
 #[derive(Debug)]
@@ -108,13 +111,16 @@ impl<'a> Path<'a> {
             let hides = (b <= 0.0 && a <= b && c <= b) || (b > 0.0 && a >= b && c >= b);
             hides.then(|| golden(depth, [from, to], b <= 0.0, SEARCH).0)
         });
-        // A plane nearly perpendicular to the axis cuts little more than the parallels where it meets the axis.
+        let segments: &[Segment] = match rho[1].abs() > STEEP {
+            true => self.layer.segments(),
+            false => &[],
+        };
         let foot = -rho[0] / rho[1];
         let met = |(k, s): (usize, &Segment)| {
-            let is_met = rho[1].abs() > 100.0 && (s.x0 < foot) != (s.x1 < foot);
+            let is_met = (s.x0 < foot) != (s.x1 < foot);
             is_met.then(|| k as f64 + (foot - s.x0) / (s.x1 - s.x0))
         };
-        let met = self.layer.segments().iter().enumerate().filter_map(met);
+        let met = segments.iter().enumerate().filter_map(met);
         let more: Vec<f64> = turns.chain(met).collect();
         samples.extend(more.into_iter().map(|index| [index, depth(index)]));
         samples.sort_unstable_by(|a, b| a[0].total_cmp(&b[0]));

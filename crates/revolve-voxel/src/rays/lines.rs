@@ -222,6 +222,8 @@ impl Lines {
             }
         }
     }
+
+    /// Returns the planes between the slabs.
     pub(super) fn planes(&self) -> &[f64] {
         &self.planes
     }
