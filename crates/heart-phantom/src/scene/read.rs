@@ -67,7 +67,8 @@ impl Scene {
     /// ```
     ///
     /// # Errors
-    /// [`SceneError`] if the text is not JSON, or with the field of an unknown name or a value of another type.
+    /// [`SceneError`] if the text is not JSON, or with the field of an unknown name or a value of another type. `null` is read as NaN, which
+    /// [`Scene::check`] rejects: omit the field instead.
     pub fn from_json(text: &str) -> Result<Self, SceneError> {
         let json = serde_json::from_str(text)
             .map_err(|error| Finding::new(None, "", error.to_string()))?;
