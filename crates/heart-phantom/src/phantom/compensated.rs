@@ -35,6 +35,7 @@ impl Phantom {
     /// - [`Method::Fbp`] corrects respiratory motion, to end-expiration, in the projections of the cardiac gate `number`: each projection is
     ///   shifted on the detector by the average respiratory displacement during its acquisition, and the projections of the respiratory gates
     ///   are averaged, weighted by their acquisition times. Shifts by whole bins and rows are exact, others interpolate ([`add_shifted`]).
+    ///   Cardiac motion within the gate is not corrected.
     /// - [`Method::Osem`] corrects cardiac and respiratory motion, to end-diastole at end-expiration. The model of each gate projects the
     ///   volume that [`Phantom::warps`] maps to that gate, and one volume, `number` 0, fits the projections of all gates. Projections are
     ///   weighted by their expected counts where these are known ([`Phantom::counts_per_unit`]), else by their acquisition time. The

@@ -165,11 +165,14 @@ impl Phantom {
     /// Collects the shapes of all gates. Returns `None` for a single gate, if views differ in their states or the heart breathes, and if the
     /// shapes exceed the memory of the heart.
     fn shared_shapes(&self) -> Result<Option<SharedShapes>, PhantomError> {
+        if self.n_gates() == 1 {
+            return Ok(None);
+        }
         let mut shapes = SharedShapes::new();
         for gate in 0..self.n_gates() {
             let scan = self.heart_scan(gate)?;
             let alike = (scan.acquisition).same_for_all_views(scan.cycle, scan.camera);
-            if self.n_gates() == 1 || scan.cycle.breathing().is_some() || !alike {
+            if scan.cycle.breathing().is_some() || !alike {
                 return Ok(None);
             }
             for state in self.states(gate)? {
