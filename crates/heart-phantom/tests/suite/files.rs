@@ -329,6 +329,7 @@ mod gates;
 mod minimal;
 mod npy;
 mod pictures;
+mod rays;
 mod readers;
 mod sparse;
 
