@@ -1,12 +1,15 @@
 //! Defects: regions of the wall with another activity, which move with the wall.
 
+use super::material::APEX;
 use crate::error::{PhantomError, check_count};
 use crate::ranges::PIECES;
 use crate::scene::exactly;
 use crate::{Heart, HeartShape, Twist, Wall, WallRegion};
+
+use membrane_newton::NewtonOptions;
 use rayon::prelude::*;
 use revolve_voxel::{Pose, Sector};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::f64::consts::TAU;
 use std::sync::{Arc, Mutex, PoisonError, Weak};
 
@@ -118,6 +121,43 @@ fn around([from, to]: [f64; 2], [a, b]: [f64; 2]) -> [[f64; 2]; 2] {
     [[from, a], [b, to]]
 }
 
+/// Memory of a defect per cone, if its radius is concave nowhere, and of a twisted wall per segment of its polygons; `tests/memory.rs` measures both.
+const CONE_BYTES: usize = 490;
+const WALL_BYTES: usize = 400;
+
+/// Returns the tolerance of the surfaces of defects, cm: far below any detector resolution.
+fn tolerance_of(heart: &Heart) -> f64 {
+    1e-5 * heart.length()
+}
+
+/// Estimates the bytes of the defects of a shape from that of a volume gain, which has the most cones if it is the largest one.
+pub(crate) fn bytes_of_defects(
+    heart: &Heart,
+    defects: &[Defect],
+    is_twisted: bool,
+    gain: f64,
+) -> Result<usize, PhantomError> {
+    let pieces = without_overlap(defects.iter().map(Defect::region))?;
+    if pieces.is_empty() {
+        return Ok(0);
+    }
+    let pair = heart.pair().solve_gain(gain, &NewtonOptions::default())?;
+    let wall = Wall::polygonal(&pair, *heart.pose(), heart.tolerance())?;
+    let cones = |layers, s| {
+        let ring = wall.region(layers, s, tolerance_of(heart));
+        ring.map(|ring| ring.n_segments())
+    };
+    // A twist contains the wall, which the regions share.
+    let mut bytes = match is_twisted {
+        true => WALL_BYTES * cones([0.0, 1.0], [0.0, APEX])?,
+        false => 0,
+    };
+    for (_, WallRegion { layers, s, .. }) in pieces {
+        bytes += CONE_BYTES * cones(layers, s)?;
+    }
+    Ok(bytes)
+}
+
 /// Most shapes whose defects are kept for the next call.
 const KEPT: usize = 64;
 
@@ -141,23 +181,28 @@ impl Placed {
     pub(crate) fn new(
         heart: &Heart,
         (defects, twist): (&[Defect], impl Fn(f64) -> Option<Twist> + Sync),
-        tolerance: f64,
         shapes: &[Arc<HeartShape>],
         last: &Mutex<Self>,
     ) -> Result<Self, PhantomError> {
         if defects.is_empty() {
             return Ok(Self::default());
         }
+        let tolerance = tolerance_of(heart);
         let pieces = without_overlap(defects.iter().map(Defect::region))?;
         let wall = |shape: &HeartShape| {
-            Wall::polygonal(shape, heart.tolerance()).map_err(|source| PhantomError::NoMaterial {
+            let (pair, pose) = (shape.solution(), *shape.body().pose());
+            let wall = Wall::polygonal(pair, pose, heart.tolerance());
+            wall.map_err(|source| PhantomError::NoMaterial {
                 gain: shape.gain(),
                 source: Box::new(source),
             })
         };
         let rest = wall(&*heart.reference_shape()?)?;
         let last = || last.lock().unwrap_or_else(PoisonError::into_inner);
-        let known = last().clone();
+        // Those of other shapes are freed before new ones are computed.
+        let mut known = std::mem::take(&mut *last());
+        let wanted: BTreeSet<u64> = shapes.iter().map(|shape| shape.gain().to_bits()).collect();
+        known.shapes.retain(|gain, _| wanted.contains(gain));
         let placed: Vec<Result<_, PhantomError>> = shapes
             .par_iter()
             .map(|shape| {

@@ -91,6 +91,8 @@ pub struct Heart {
     pose: Pose,
     memory: usize,
     shape_bytes: OnceLock<usize>,
+    /// Bytes of the defects of a shape.
+    defect_bytes: usize,
     /// Shared by clones, so that each shape is solved once.
     kept: Arc<ShapeCache>,
 }
@@ -131,6 +133,7 @@ impl Heart {
             pose,
             memory: Self::DEFAULT_MEMORY,
             shape_bytes: OnceLock::new(),
+            defect_bytes: 0,
             kept: Arc::default(),
         })
     }
@@ -267,10 +270,21 @@ impl Heart {
 
     /// Returns the number of shapes that fit into its memory, at least one.
     pub(crate) fn most_shapes(&self) -> usize {
-        (self.memory / self.shape_bytes()).max(1)
+        (self.memory / self.bytes_with_defects()).max(1)
     }
 
-    /// Returns the estimated bytes of a shape, from the reference configuration; solves nothing.
+    /// Returns the estimated bytes of a shape with its defects.
+    pub(crate) fn bytes_with_defects(&self) -> usize {
+        self.shape_bytes() + self.defect_bytes
+    }
+
+    /// Returns the heart with defects of this size in each shape.
+    pub(crate) fn with_defect_bytes(mut self, bytes: usize) -> Self {
+        self.defect_bytes = bytes;
+        self
+    }
+
+    /// Returns the estimated bytes of a shape without defects, from the reference configuration; solves nothing.
     #[must_use]
     pub fn shape_bytes(&self) -> usize {
         *self.shape_bytes.get_or_init(|| {

@@ -99,14 +99,17 @@ impl Wall {
         })
     }
 
-    /// The wall of a shape between the polygons that bound its body, which follow the membranes to `tolerance` cm.
-    pub(crate) fn polygonal(shape: &HeartShape, tolerance: f64) -> Result<Self, PhantomError> {
-        let pair = shape.solution();
+    /// The wall between polygons that follow the membranes to `tolerance` cm, as those that bound the body of a shape.
+    pub(crate) fn polygonal(
+        pair: &PairEquilibrium,
+        pose: Pose,
+        tolerance: f64,
+    ) -> Result<Self, PhantomError> {
         let [inner, outer] =
             [&pair.inner, &pair.outer].map(|membrane| -> Result<_, PhantomError> {
                 Ok(curve(membrane)?.to_polyline(tolerance)?)
             });
-        Self::between(inner?, outer?, *shape.body().pose())
+        Self::between(inner?, outer?, pose)
     }
 
     /// Returns the wall that slides along its membranes so that each element has the volume that it has in `rest`.

@@ -22,7 +22,7 @@ pub(crate) mod volume_curve;
 pub(crate) use around::Reach;
 pub(crate) use breathing::RespiratoryMotion;
 pub(crate) use cycle::wrap;
-pub(crate) use defect::{Placed, without_overlap};
+pub(crate) use defect::{Placed, bytes_of_defects, without_overlap};
 pub(crate) use rhythm::Rhythm;
 pub(crate) use shape::MESH_VOLUME;
 pub(crate) use surroundings::Surroundings;

@@ -5,11 +5,10 @@ use super::output::{Output, Product, ProjectionValues};
 use super::products::Needs;
 use crate::error::PhantomError;
 use crate::files::Format;
-use crate::model::without_overlap;
 use crate::scan::{MOST_NODES, STEPS};
 use crate::scene::WORK_BYTES;
 use crate::truth::{MASK_PHASES, MOST_IN_PASS, finder_bytes, in_pass};
-use crate::{Accuracy, Defect, Mode, Phantom};
+use crate::{Accuracy, Mode, Phantom};
 use std::collections::BTreeSet;
 use std::path::Path;
 
@@ -214,14 +213,8 @@ impl Phantom {
             0
         };
         let alive = kept.max(passed).max(judged).max(2) as u64;
-        let shape = heart.shape_bytes() as u64;
-        let regions = self.scene().defects.iter().map(Defect::region);
-        let pieces = without_overlap(regions).map_or(0, |pieces| pieces.len() as u64);
-        // A twist adds the material coordinates of the wall, which its regions share.
-        let is_twisted = pieces > 0 && self.parts.twist.is_some();
-        let defects = (pieces + u64::from(is_twisted)) * shape;
         let fields = (passed.max(judged) * finder_bytes(&scan)) as u64;
-        alive * (shape + defects) + fields
+        alive * heart.bytes_with_defects() as u64 + fields
     }
 
     /// The arrays of all cardiac gates that are collected for one file, and the copies of the largest array while it is written; `samples` are the bytes

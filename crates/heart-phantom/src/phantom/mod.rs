@@ -155,8 +155,10 @@ impl Phantom {
         let parts = &mut phantom.parts;
         if (&parts.scene.heart, parts.scene.pose) == (&before.scene.heart, before.scene.pose) {
             let descent = parts.scene.cycle.av_plane_displacement;
-            parts.heart =
-                (heart.clone()).with_av_plane_displacement(descent, parts.cycle.gains())?;
+            let of_defects = parts.heart.bytes_with_defects() - parts.heart.shape_bytes();
+            parts.heart = (heart.clone())
+                .with_defect_bytes(of_defects)
+                .with_av_plane_displacement(descent, parts.cycle.gains())?;
         }
         Ok(phantom)
     }
@@ -207,7 +209,7 @@ impl Phantom {
         (!self.parts.own_heart && !self.has_own_rays()).then_some(&self.parts.scene)
     }
 
-    /// Limits the memory of the heart's shapes in bytes ([`Heart::with_memory`]); results are bitwise identical.
+    /// Limits the memory of the heart's shapes with their defects in bytes ([`Heart::with_memory`]); results are bitwise identical.
     #[must_use]
     pub fn with_memory(mut self, bytes: usize) -> Self {
         self.parts.heart = self.parts.heart.with_memory(bytes);

@@ -69,9 +69,7 @@ impl Scan<'_> {
         }
         let twist = |gain: f64| Some(self.twist?.scaled(self.cycle.emptied(gain)));
         let defects = (self.defects, twist);
-        // Far below any detector resolution.
-        let tolerance = 1e-5 * self.heart.length();
-        Placed::new(self.heart, defects, tolerance, shapes, self.placed)
+        Placed::new(self.heart, defects, shapes, self.placed)
     }
 
     /// Clamps negative rounding residue to zero. Subtraction leaves such residue: of the surroundings, of the wall, or of attenuated lines

@@ -110,7 +110,7 @@ fn clamp(volume: &mut [f32]) {
 
 /// Returns the number of shapes of a pass. It does not depend on the memory of the heart, so that sums are bitwise reproducible.
 pub(crate) fn in_pass(scan: &Scan<'_>) -> usize {
-    let bytes = scan.heart.shape_bytes() + finder_bytes(scan);
+    let bytes = scan.heart.bytes_with_defects() + finder_bytes(scan);
     (BYTES_OF_PASS / bytes).clamp(1, MOST_IN_PASS)
 }
 
