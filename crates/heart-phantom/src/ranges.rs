@@ -7,8 +7,9 @@ pub(crate) const FILTER: [f64; 2] = [1e-3, 100.0];
 /// Volume gains of the cavity, `(EDV - ESV) / ESV`, and the corresponding ejection fractions.
 pub(crate) const GAIN: [f64; 2] = [0.0, 20.0];
 pub(crate) const EJECTION_FRACTION: [f64; 2] = [0.0, GAIN[1] / (1.0 + GAIN[1])];
-/// Activity per cm^3 or of a region; sums remain within `f32`.
+/// Activity per cm^3 or of a region, or none; sums remain within the normal numbers of `f32`.
 pub(crate) const ACTIVITY: [f64; 2] = [0.0, 1e12];
+pub(crate) const LEAST_ACTIVITY: f64 = 1e-25;
 /// Number of defects: each has a label, above those of background, cavity and wall; labels are bytes.
 pub(crate) const DEFECTS: [usize; 2] = [0, 252];
 /// Number of disjoint pieces of all defects together.
@@ -34,6 +35,8 @@ pub(crate) const ENERGY_RESOLUTION: [f64; 2] = [0.005, 0.5];
 pub(crate) const ATTENUATION: [f64; 2] = [0.0, 1e6];
 /// Expected counts of a unit sample or of all views.
 pub(crate) const COUNTS: [f64; 2] = [1e-12, 1e12];
+/// Phases, in cycles.
+pub(crate) const PHASE: [f64; 2] = [-1e9, 1e9];
 /// Steps per cycle.
 pub(crate) const STEPS: [usize; 2] = [2, 4096];
 pub(crate) const VIEW_TOLERANCE: [f64; 2] = [1e-6, 1.0];

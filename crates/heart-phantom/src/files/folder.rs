@@ -60,6 +60,10 @@ impl Folder {
     /// # Errors
     /// [`PhantomError::Busy`] with the holder of the lock; [`PhantomError::File`] if the directory cannot be written to.
     pub fn lock(path: &Path) -> Result<Self, PhantomError> {
+        if path.as_os_str().is_empty() {
+            let source = io::Error::new(io::ErrorKind::InvalidInput, "the path is empty");
+            return Err(failed(path, source));
+        }
         let create = || -> io::Result<Result<File, String>> {
             for _ in 0..MOST_TRIES {
                 create_folder(path)?;

@@ -3,7 +3,7 @@
 use super::method::Method;
 use super::output::{Output, Product, ProjectionValues};
 use super::products::Needs;
-use crate::error::PhantomError;
+use crate::error::{PhantomError, check_count};
 use crate::files::Format;
 use crate::scan::{MOST_NODES, STEPS};
 use crate::scene::WORK_BYTES;
@@ -109,8 +109,9 @@ impl Phantom {
     /// Checks that the memory suffices for some products of a gate, with `n_views` of its views at a time.
     ///
     /// # Errors
-    /// [`PhantomError::Memory`].
+    /// [`PhantomError::Memory`]; [`PhantomError::Count`] for more views than the camera has.
     pub fn check_memory(&self, products: &[Product], n_views: usize) -> Result<(), PhantomError> {
+        check_count("views", n_views, [0, self.camera().n_views()])?;
         let output = Output {
             write: products.to_vec(),
             ..Output::default()

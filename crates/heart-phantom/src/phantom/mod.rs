@@ -216,7 +216,7 @@ impl Phantom {
         self
     }
 
-    /// Limits the memory to that of one of `runs` equal concurrent runs; each needs `further` bytes for arrays of the caller.
+    /// Limits the memory to that of one of `runs` (at least 1) equal concurrent runs; each needs `further` bytes for arrays of the caller.
     #[must_use]
     pub fn with_memory_share(mut self, runs: usize, further: u64) -> Self {
         let runs = runs.max(1) as u64;
@@ -277,9 +277,9 @@ impl Phantom {
     /// Returns the shape of the heart at a phase.
     ///
     /// # Errors
-    /// [`PhantomError::OutOfRange`] for a phase that is not finite; errors of the solver.
+    /// [`PhantomError::OutOfRange`] for a phase that is not within -1e9 to 1e9; errors of the solver.
     pub fn shape(&self, phase: f64) -> Result<Arc<HeartShape>, PhantomError> {
-        let phase = crate::error::check("phase", phase, [f64::MIN, f64::MAX])?;
+        let phase = crate::error::check("phase", phase, crate::ranges::PHASE)?;
         self.shape_at_gain(self.parts.cycle.gain(phase))
     }
 
@@ -326,7 +326,8 @@ impl Phantom {
             attenuation: self.parts.attenuation,
             defects: &self.scene().defects,
             placed: &self.placed,
-            twist: self.parts.twist.as_ref(),
+            // It moves nothing but defects.
+            twist: (self.parts.twist.as_ref()).filter(|_| !self.scene().defects.is_empty()),
             background: self.scene().background,
             organs: self.parts.organs.as_ref(),
             surroundings: &self.parts.surroundings,

@@ -216,7 +216,7 @@ impl Phantom {
     /// [`PhantomError::Absent`] if nothing attenuates; as [`Phantom::shape`].
     pub fn attenuation(&self, at: impl Into<MotionPhase>) -> Result<Vec<f32>, PhantomError> {
         let (at, tolerance) = (at.into(), self.scene().truth.tolerance);
-        check("phase", at.phase, [f64::MIN, f64::MAX])?;
+        check("phase", at.phase, crate::ranges::PHASE)?;
         self.at_motion_phase(at, |scan| {
             self.attenuation_of(scan, tolerance, &OnceLock::new())
         })

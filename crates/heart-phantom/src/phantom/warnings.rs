@@ -8,7 +8,7 @@ use crate::error::PhantomError;
 use crate::scan::LEAST_DIRECTIONS;
 use crate::scene::ReconstructionSettings;
 use crate::text::{brief, enough};
-use crate::{Counts, HeartShape, Method, Mode, RayGeometry};
+use crate::{Breathing, Counts, GateFiles, HeartShape, Method, Mode, RayGeometry};
 use radon::{ArcPolicy, RadonError};
 use revolve_voxel::{Body, Organ, Organs, VoxelGrid};
 use std::f64::consts::TAU;
@@ -122,27 +122,40 @@ impl Phantom {
 
     /// Returns the settings without effect.
     fn unused(&self) -> impl Iterator<Item = Warning> {
-        let own = &self.scene().reconstruction;
+        let (scene, own) = (self.scene(), &self.scene().reconstruction);
+        let wants = |product| scene.output.has(product);
         let default = ReconstructionSettings::default();
-        let fbp = "it belongs to method = \"fbp\"";
-        let osem = matches!(own.method, Method::Osem(_));
+        let (filters, fbp) = match (scene.output.needs(Needs::Reconstruction), &own.method) {
+            (false, _) => (false, "nothing is reconstructed"),
+            (true, Method::Osem(_)) => (false, "it belongs to method = \"fbp\""),
+            (true, Method::Fbp) => (true, ""),
+        };
+        let window = !filters && own.window != default.window;
+        let cutoff = !filters && own.cutoff != default.cutoff;
+        let arc = !filters && own.arc != default.arc;
+        let compensation = self.is_compensated() && self.n_gates() == 1;
+        let noise = scene.noise.is_some() && !scene.output.needs(Needs::Views);
+        let one_file = scene.output.gates == GateFiles::OneFile && self.n_gates() == 1;
+        let shows = wants(Product::Motion) || self.is_compensated();
+        let twist = scene.twist.is_some()
+            && !(shows || !scene.defects.is_empty() || !scene.points.is_empty());
+        let stays = |motion: &Breathing| {
+            [motion.shift, motion.rotation_degrees] == [[0.0; 3]; 2] && motion.gates.is_none()
+        };
+        let breathing = scene.breathing.as_ref().is_some_and(stays);
         [
-            (
-                "reconstruction.window",
-                osem && own.window != default.window,
-                fbp,
-            ),
-            (
-                "reconstruction.cutoff",
-                osem && own.cutoff != default.cutoff,
-                fbp,
-            ),
-            ("reconstruction.arc", osem && own.arc != default.arc, fbp),
+            ("reconstruction.window", window, fbp),
+            ("reconstruction.cutoff", cutoff, fbp),
+            ("reconstruction.arc", arc, fbp),
             (
                 "reconstruction.compensation",
-                self.is_compensated() && self.n_gates() == 1,
+                compensation,
                 "there is one gate",
             ),
+            ("noise", noise, "no views are acquired"),
+            ("output.gates", one_file, "there is one gate"),
+            ("twist", twist, "no defect, point or motion is requested"),
+            ("breathing", breathing, "shift and rotation are zero"),
         ]
         .into_iter()
         .filter(|(_, unused, _)| *unused)

@@ -4,7 +4,10 @@ use std::collections::BTreeMap;
 
 /// Number of rays through a sphere for which the error of the rule is computed.
 const SPHERE_RAYS: usize = 64;
-/// Smaller values of twice the difference from the exact average, relative to the diameter, are not used: the quadrature of that average has errors of
+/// Bound on the error of a view, relative to that of rays through a sphere: the largest sample of an empty cavity is the chord of the wall, down to
+/// half the diameter of the sphere, and chords of the outer surface, which is larger and less curved, change up to twice as fast.
+const SAFETY: f64 = 4.0;
+/// Smaller values of this multiple of the difference from the exact average, relative to the diameter, are not used: the quadrature of that average has errors of
 /// up to 4e-4, and rules with such small errors have enough points.
 const EXACT: f64 = 2e-3;
 
@@ -86,8 +89,8 @@ impl Nodes {
         mean(&|node| (1.0 + node.gain - volume).abs()) / volume
     }
 
-    /// Returns the largest error for rays through the sphere, relative to its diameter: the difference from the rule with half the points, or twice
-    /// the difference from the exact average. The rays leave the sphere at different states; few samples of a view may contain no ray with a large
+    /// Returns the largest error for rays through the sphere, relative to its diameter: the difference from the rule with half the points, or four
+    /// times the difference from the exact average. The rays leave the sphere at different states; few samples of a view may contain no ray with a large
     /// error, and two rules of few points may differ by less than their errors.
     pub(super) fn sphere_error(&self, sphere: &Sphere) -> f64 {
         let radii: Vec<f64> = self.gains().map(radius).collect();
@@ -101,7 +104,10 @@ impl Nodes {
                 }
             }
             let [even, odd] = halves;
-            let [apart, off] = [even - odd, 2.0 * (even + odd - exact)].map(|d| d.abs() / largest);
+            let (apart, off) = (
+                (even - odd).abs() / largest,
+                SAFETY * (even + odd - exact).abs() / largest,
+            );
             if off > EXACT { apart.max(off) } else { apart }
         };
         sphere.rays.iter().map(error).fold(0.0, f64::max)

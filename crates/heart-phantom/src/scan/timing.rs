@@ -77,7 +77,7 @@ impl Acquisition {
         rotation: Rotation,
     ) -> Result<(), PhantomError> {
         if let Mode::Static { phase } = self.mode {
-            check("phase", phase, [-1e9, 1e9])?;
+            check("phase", phase, ranges::PHASE)?;
         }
         if let (Mode::WholeCycle, Rotation::Continuous) = (self.mode, camera.rotation())
             && !self.in_real_time(cycle)

@@ -15,8 +15,7 @@ const POLYNOMIAL: f64 = 0.35;
 /// Rounding of sums of `f32`, relative to the largest sample.
 const ROUNDING: f64 = 5e-7;
 
-/// Estimates of the errors of the samples of an acquisition. Tests use their sum as a bound in random scenes. It was exceeded by up to a factor
-/// of 1.35, in respiratory gates of 8 to 16 time steps. The term `scatter` is statistical.
+/// Estimates of the errors of the samples of an acquisition. Tests use their sum as a bound in random scenes. The term `scatter` is statistical.
 ///
 /// Each term is `max |sample - exact sample| / max |sample|`, both maxima over all samples of the views that it is given for, before noise. The exact
 /// sample is the average over time and over the bin (with [`BinSample::Centres`](crate::BinSample::Centres), the value at its centre) of the
@@ -25,7 +24,7 @@ const ROUNDING: f64 = 5e-7;
 #[non_exhaustive]
 pub struct ViewError {
     /// Quadrature over time, from the largest difference between the rule and that with half the nodes. For line integrals, whose order is 3/2,
-    /// this difference is 1.8 times the error. The term is then at least that difference, and twice the error, for rays through a sphere: it
+    /// this difference is 1.8 times the error. The term is then at least that difference, and four times the error, for rays through a sphere: it
     /// has the volume of the cavity and moves with respiration. Behind a response the error decreases exponentially with the number of
     /// nodes, and the term is 0.35 of the difference.
     pub time: f64,

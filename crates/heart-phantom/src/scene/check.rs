@@ -78,7 +78,7 @@ fn values(scene: &Scene, c: &mut Check) {
     c.at("activity.wall", |c| uptake(scene.activity.wall, c));
     if let Some(background) = &scene.background {
         c.at("background", |c| {
-            c.within("concentration", background.concentration, ranges::ACTIVITY);
+            activity(c, "concentration", background.concentration);
             torso(c, background.centre, background.semi_axes);
         });
     }
@@ -289,7 +289,17 @@ fn uptake(uptake: Uptake, c: &mut Check) {
         Uptake::Concentration(amount) => ("concentration", amount),
         Uptake::Total(amount) => ("total", amount),
     };
-    c.within(kind, amount, ranges::ACTIVITY);
+    activity(c, kind, amount);
+}
+
+/// Validates an activity.
+fn activity(c: &mut Check, name: &str, given: f64) {
+    c.within(name, given, ranges::ACTIVITY);
+    let least = ranges::LEAST_ACTIVITY;
+    if given > 0.0 && given < least {
+        let wanted = format!("must be 0 or at least {least:e}: samples have single precision");
+        c.fault(name, Number(given), wanted);
+    }
 }
 
 fn defects(defects: &[Defect], c: &mut Check) {
@@ -443,17 +453,17 @@ fn organs(scene: &Scene, c: &mut Check) {
                 c.at("shape.ellipsoid", |c| torso(c, centre, semi_axes));
             }
         }
-        c.within("activity", organ.activity, ranges::ACTIVITY);
+        activity(c, "activity", organ.activity);
         c.within("attenuation", organ.attenuation, ranges::ATTENUATION);
     });
     if let Some(chest) = scene.chest {
-        for (field, activity) in [
+        for (field, given) in [
             ("chest.trunk", chest.trunk),
             ("chest.lungs", chest.lungs),
             ("chest.liver", chest.liver),
             ("chest.spine", chest.spine),
         ] {
-            c.within(field, activity, ranges::ACTIVITY);
+            activity(c, field, given);
         }
     }
     let around = !scene.organs.is_empty() || scene.chest.is_some();

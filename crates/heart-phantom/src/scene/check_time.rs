@@ -70,7 +70,9 @@ pub(super) fn in_real_time(scene: &Scene, cycle: &Cycle, camera: &Camera, c: &mu
     for gate in 0..gates {
         let cycle = cycle.clone().in_breath_gate(gate / cardiac);
         let acquisition = Acquisition::new(mode, gate % cardiac, steps).behind(responds, camera);
-        let wanted = match acquisition.validate(&cycle, camera, rotation) {
+        let found = acquisition.validate(&cycle, camera, rotation);
+        let too_short = matches!(found, Err(PhantomError::EmptyView { .. }));
+        let wanted = match found {
             Ok(()) => continue,
             Err(PhantomError::Count { what, .. })
                 if what == POINTS && acquisition.interpolation == Interpolation::Polynomial =>
@@ -100,7 +102,12 @@ pub(super) fn in_real_time(scene: &Scene, cycle: &Cycle, camera: &Camera, c: &mu
             }
             Err(other) => other.to_string(),
         };
-        return c.fault("camera.seconds_per_view", interval, wanted);
+        return match (mode, too_short) {
+            (Mode::Exposure { seconds }, true) => {
+                c.fault("acquisition.mode.exposure.seconds", seconds, wanted)
+            }
+            _ => c.fault("camera.seconds_per_view", interval, wanted),
+        };
     }
 }
 

@@ -50,11 +50,14 @@ pub(super) fn beats(beats: &Beats, cycle: Cycle, c: &mut Check) -> Option<Cycle>
         PhantomError::Count { what, given, .. } => (*what, array_of(*given)),
         _ => ("", String::new()),
     };
-    let name = match &beats.intervals {
-        _ if what.contains("accepted") => "accepted",
-        RrIntervals::List(_) => "intervals.list",
-        RrIntervals::Random { .. } if what.contains("ectopic") => "intervals.random.ectopic",
-        RrIntervals::Random { .. } => "intervals.random.deviation",
+    let (name, given) = match &beats.intervals {
+        // The value that is out of range follows from the period and the curve.
+        RrIntervals::Random { ectopic, .. } if what.contains("ectopic") => {
+            ("intervals.random.ectopic", Number(*ectopic).to_string())
+        }
+        _ if what.contains("accepted") => ("accepted", given),
+        RrIntervals::List(_) => ("intervals.list", given),
+        RrIntervals::Random { .. } => ("intervals.random.deviation", given),
     };
     c.fault(name, given, error.to_string());
     None

@@ -173,6 +173,8 @@ fn bad_input_is_rejected_with_its_values() {
     for phase in [f64::NAN, f64::INFINITY, 1e10] {
         let refused = phantom(Mode::WholeCycle, 8).activity(phase);
         assert!(matches!(refused, Err(PhantomError::OutOfRange { .. })));
+        let refused = phantom(Mode::WholeCycle, 8).shape(phase);
+        assert!(matches!(refused, Err(PhantomError::OutOfRange { .. })));
     }
     for (breath, text) in [(f64::NAN, "NaN"), (-0.1, "-0.1"), (1.01, "1.01")] {
         let at = MotionPhase {

@@ -282,7 +282,26 @@ fn memory_is_divided_among_concurrent_runs() {
         assert_eq!(phantom.work().rays_cast, 0);
         let error = phantom.check_memory(&[Product::Truth], 0).unwrap_err();
         assert!(matches!(error, PhantomError::Memory { .. }), "{error}");
+        let error = phantom.check_memory(&[Product::Truth], usize::MAX);
+        assert!(matches!(
+            error,
+            Err(PhantomError::Count { what: "views", .. })
+        ));
     }
+}
+
+/// A twist moves defects only: volumes without them need no more states.
+#[test]
+fn a_twist_without_defects_has_no_effect() {
+    let truth = |is_twisted: bool| {
+        let mut scene = twisted(1.0).with_mode(Mode::Gated { gates: 2 });
+        scene.defects.clear();
+        if !is_twisted {
+            scene.twist = None;
+        }
+        Phantom::new(scene).unwrap().truth(0).unwrap()
+    };
+    assert!(truth(true) == truth(false));
 }
 
 /// One view of 2000, which need 8 GB.

@@ -16,6 +16,14 @@ fn clear(folder: &Path) -> Result<(), PhantomError> {
     Folder::lock(folder).unwrap().clear(&[])
 }
 
+#[test]
+fn an_empty_path_is_not_the_current_directory() {
+    let Err(PhantomError::File { source, .. }) = Folder::lock(Path::new("")) else {
+        panic!("locked");
+    };
+    assert_eq!(source.to_string(), "the path is empty");
+}
+
 /// A report that lists other files for removal.
 #[test]
 fn a_manipulated_report_removes_no_other_files() {

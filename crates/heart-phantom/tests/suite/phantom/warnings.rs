@@ -3,8 +3,9 @@
 use super::defects::infarct;
 use super::small;
 use heart_phantom::scene::{
-    ArcPolicy, Attenuation, Background, Beats, Chest, Compensation, Counts, Medium, Mode, Noise,
-    ReconstructionSettings, Rotation, RrIntervals, Scene, Twist, Window,
+    ArcPolicy, Attenuation, Background, Beats, Breathing, Chest, Compensation, Counts, GateFiles,
+    Medium, Mode, Noise, Product, ReconstructionSettings, Rotation, RrIntervals, Scene, Twist,
+    Window,
 };
 use heart_phantom::{Method, Osem, Phantom, Uptake, Warning, WarningKind, no_observer};
 use revolve_voxel::{Organs, VoxelGrid};
@@ -345,6 +346,34 @@ fn settings_without_effect_and_scenes_without_activity_are_warnings() {
         ..ReconstructionSettings::default()
     };
     assert_eq!(unused(&scene), ["reconstruction.compensation"]);
+    let mut scene = small(Mode::Static { phase: 0.5 });
+    scene.output.write = vec![Product::Truth];
+    scene.reconstruction.arc = ArcPolicy::Extend;
+    scene.noise = Some(Noise {
+        counts: Counts::PerUnit(1.0),
+        seed: 1,
+    });
+    scene.output.gates = GateFiles::OneFile;
+    scene.twist = Some(Twist {
+        inner_degrees: vec![0.0, 10.0],
+        outer_degrees: vec![0.0, 5.0],
+    });
+    scene.breathing = Some(Breathing::default());
+    let expected = [
+        "reconstruction.arc",
+        "noise",
+        "output.gates",
+        "twist",
+        "breathing",
+    ];
+    assert_eq!(unused(&scene), expected);
+    // Each has an effect.
+    scene.output.write = vec![Product::Reconstruction, Product::Motion];
+    scene.breathing = Some(Breathing {
+        shift: [0.0, 0.0, 1.0],
+        ..Breathing::default()
+    });
+    assert_eq!(unused(&scene), ["output.gates"]);
     let mut scene = small(Mode::Gated { gates: 2 });
     assert!(warnings(&scene).is_empty());
     // counts that do not depend on the time of a view, of equal and of unequal times

@@ -391,6 +391,12 @@ const BAD: &[(&str, &str, &str)] = &[
     ("[chest]\ntrunk = -0.1", "chest.trunk", "between"),
     ("[chest]\nlungs = nan", "chest.lungs", "between"),
     ("[chest]\nliver = 1e13", "chest.liver", "between"),
+    ("[chest]\nliver = 1e-26", "chest.liver", "at least 1e-25"),
+    (
+        "[activity]\nwall = { concentration = 1e-44 }",
+        "activity.wall.concentration",
+        "must be 0 or at least 1e-25",
+    ),
     ("[chest]\nspine = -1.0", "chest.spine", "between"),
     (
         "[acquisition]\nmode = 'long'",
@@ -601,6 +607,26 @@ const BAD: &[(&str, &str, &str)] = &[
         "[beats]\nintervals = { random = { deviation = 0.1, ectopic = 0.6, seed = 1 } }",
         "beats.intervals.random.ectopic",
         "between 0 and 0.5",
+    ),
+    (
+        "[cycle]\nbeats_per_minute = 60.0\ncurve = { sampled = [1.0, 2.0, 1.5] }\n[beats]\nintervals = { random = { deviation = 0.0, ectopic = 0.125, seed = 1 } }",
+        "beats.intervals.random.ectopic",
+        "is 0.125; R-R interval of an ectopic beat, 0.6 of the period, is 0.6,",
+    ),
+    (
+        "[camera]\nseconds_per_view = 10.0\n[acquisition]\nmode = { exposure = { seconds = 0.25 } }\n[breathing]\nshift = [0.0, 0.0, 1.0]\ngates = { phase = 2 }",
+        "acquisition.mode.exposure.seconds",
+        "does not occur in the time of view 1",
+    ),
+    (
+        "[cycle]\nbeats_per_minute = 60.0\ncurve = { sampled = [1.0, 2.0, 1.5] }\n[beats]\nintervals = { random = { deviation = 0.0, ectopic = 0.125, seed = 1 } }",
+        "beats.intervals.random.ectopic",
+        "is 0.125; R-R interval of an ectopic beat, 0.6 of the period, is 0.6,",
+    ),
+    (
+        "[camera]\nseconds_per_view = 10.0\n[acquisition]\nmode = { exposure = { seconds = 0.25 } }\n[breathing]\nshift = [0.0, 0.0, 1.0]\ngates = { phase = 2 }",
+        "acquisition.mode.exposure.seconds",
+        "does not occur in the time of view 1",
     ),
     (
         "[beats]\nintervals = { list = [0.9] }\naccepted = [1.0, 0.5]",
