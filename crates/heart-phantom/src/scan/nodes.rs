@@ -4,9 +4,9 @@ use std::collections::BTreeMap;
 
 /// Number of rays through a sphere for which the error of the rule is computed.
 const SPHERE_RAYS: usize = 64;
-/// Bound on the error of a view, relative to that of rays through a sphere: the largest sample of an empty cavity is the chord of the wall, down to
-/// half the diameter of the sphere, and chords of the outer surface, which is larger and less curved, change up to twice as fast.
-const SAFETY: f64 = 4.0;
+/// Bound on the error of a view, relative to that of rays through a sphere, without and with respiration. The largest sample of an empty cavity is the
+/// chord of the wall, down to half the diameter of the sphere; respiration also moves the outer surface, which is larger and less curved.
+const SAFETY: [f64; 2] = [2.0, 4.0];
 /// Smaller values of this multiple of the difference from the exact average, relative to the diameter, are not used: the quadrature of that average has errors of
 /// up to 4e-4, and rules with such small errors have enough points.
 const EXACT: f64 = 2e-3;
@@ -89,12 +89,13 @@ impl Nodes {
         mean(&|node| (1.0 + node.gain - volume).abs()) / volume
     }
 
-    /// Returns the largest error for rays through the sphere, relative to its diameter: the difference from the rule with half the points, or four
-    /// times the difference from the exact average. The rays leave the sphere at different states; few samples of a view may contain no ray with a large
-    /// error, and two rules of few points may differ by less than their errors.
+    /// Returns the largest error for rays through the sphere, relative to its diameter: the difference from the rule with half the points, or the
+    /// difference from the exact average times [`SAFETY`]. The rays leave the sphere at different states; few samples of a view may contain no ray with
+    /// a large error, and two rules of few points may differ by less than their errors.
     pub(super) fn sphere_error(&self, sphere: &Sphere) -> f64 {
         let radii: Vec<f64> = self.gains().map(radius).collect();
         let largest = radii.iter().copied().fold(0.0, f64::max);
+        let safety = SAFETY[usize::from(sphere.shift > 0.0)];
         let error = |[offset, exact]: &[f64; 2]| {
             let mut halves = [0.0; 2];
             for (node, radius) in self.nodes.iter().zip(&radii) {
@@ -106,7 +107,7 @@ impl Nodes {
             let [even, odd] = halves;
             let (apart, off) = (
                 (even - odd).abs() / largest,
-                SAFETY * (even + odd - exact).abs() / largest,
+                safety * (even + odd - exact).abs() / largest,
             );
             if off > EXACT { apart.max(off) } else { apart }
         };

@@ -177,7 +177,8 @@ fn check(scene: &Scene, cardiac: usize, respiratory: usize) {
             error < stated + 3e-4,
             "gate {gate}: {error} stated {stated}"
         );
-        assert!(stated < 2e-2, "{stated}");
+        // Respiration counts four times the largest error of rays through a sphere.
+        assert!(stated < 4e-2, "{stated}");
     }
 }
 
