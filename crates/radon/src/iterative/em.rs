@@ -8,7 +8,7 @@ use super::operator::{Checked, LinearOperator};
 use super::report::{Iteration, IterativeReport, StopReason};
 use super::stopping::{Monitor, Stopping};
 use super::vectors::{
-    check_not_negative, check_samples, norm, relative, relative_change, sum2, update,
+    check_not_negative, check_samples, norm, relative, relative_change, size2, sum2, update,
 };
 use crate::Sample;
 use crate::error::{RadonError, at_least, finite, length, positive, room, within, zeros};
@@ -157,7 +157,8 @@ fn column_sums<T: Sample>(operator: &Checked<'_, T>) -> Result<Vec<T>, RadonErro
 ///
 /// # Errors
 /// As [`cgls`](crate::cgls); [`RadonError::NegativeSample`] for data, image, background or a column sum; [`RadonError::NotPositive`] for an
-/// image that is zero everywhere although the data are not. `image` always contains the last finite iterate.
+/// image that is zero everywhere although the data are not, [`RadonError::NotFinite`] for a log-likelihood that overflows. `image` always
+/// contains the last finite iterate.
 #[doc(alias("ML-EM", "Lucy-Richardson"))]
 pub fn mlem<T: Sample, O: LinearOperator<T> + ?Sized>(
     operator: &O,
@@ -200,9 +201,9 @@ pub fn mlem<T: Sample, O: LinearOperator<T> + ?Sized>(
 ///
 /// # Noise
 /// From noisy counts every step fits more of the noise: beyond some number of iterations times subsets the error of the image grows. The fifty
-/// iterations of [`EmOptions::default`] with 12 subsets advance as far as 600 of MLEM. For a slice of 128 x 128 pixels with values of 0.5 to 1.5, from
-/// 1e6 counts in 180 views, the root mean square error is then 0.65; after one such iteration it is 0.10. The rule for the residual, with the relative
-/// noise of Poisson counts, sqrt(sum of counts) / ‖counts‖, stops there after two iterations at 0.12:
+/// iterations of [`EmOptions::default`] with 6 subsets advance about as far as 300 of MLEM. The rule for the residual, with the relative noise of
+/// Poisson counts, sqrt(sum of counts) / ‖counts‖, stops earlier. For a disc of 16 cm in 64 x 64 pixels of 0.3 cm, from 1e5 counts in 60 views, the
+/// root mean square error is then less than half of that after fifty iterations:
 ///
 /// ```
 /// # #[cfg(feature = "noise")] {
@@ -311,14 +312,14 @@ struct Part<'a, T: Clone> {
 }
 
 impl<T: Sample> Part<'_, T> {
-    /// Replaces the projections of an image by the ratio of the counts to the expected ones. Returns the sum of squared differences, and
-    /// the logarithm of the likelihood.
+    /// Replaces the projections of an image by the ratio of the counts to the expected ones. Returns the norm of the differences, and the
+    /// logarithm of the likelihood.
     fn compare(&self, projections: &mut [T]) -> [f64; 2] {
         if !self.background.is_empty() {
             update(projections, &self.background, |ax, s| ax + s);
         }
         let counts = &self.counts;
-        let misfit = sum2(projections, counts, |e, b| (e - b) * (e - b));
+        let misfit = size2(projections, counts, |e, b| e - b);
         let log_likelihood = sum2(projections, counts, |e, b| match b > 0.0 && e > 0.0 {
             true => b * e.ln() - e,
             false => -e,
@@ -355,13 +356,14 @@ fn run<T: Sample>(
             break;
         }
         start.copy_from_slice(image);
-        let (mut misfit_sq, mut log_likelihood) = (0.0, 0.0);
+        let (mut misfit, mut log_likelihood) = (0.0_f64, 0.0);
         for part in parts {
             let mut ratio = zeros("expected data", part.counts.len(), 1)?;
             part.operator.forward_into(image, &mut ratio)?;
             let sums = part.compare(&mut ratio);
-            (misfit_sq, log_likelihood) = (misfit_sq + sums[0], log_likelihood + sums[1]);
-            let residual = relative(finite("norm of the residual", misfit_sq.sqrt())?, data_norm);
+            misfit = finite("norm of the residual", misfit.hypot(sums[0]))?;
+            log_likelihood = finite("log-likelihood", log_likelihood + sums[1])?;
+            let residual = relative(misfit, data_norm);
             if whole && (last || monitor.is_explained(residual)) {
                 break;
             }
@@ -370,7 +372,7 @@ fn run<T: Sample>(
             check_samples("next image", &next)?;
             image.copy_from_slice(&next);
         }
-        let residual = relative(misfit_sq.sqrt(), data_norm);
+        let residual = relative(misfit, data_norm);
         let met = monitor.is_explained(residual);
         let mut entry = Iteration::at(residual);
         entry.log_likelihood = Some(log_likelihood);

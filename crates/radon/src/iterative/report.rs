@@ -1,6 +1,7 @@
 //! Reports of the iterative solvers.
 
-/// One iteration: norms of the image before the step, and the size of the step.
+/// One iteration: norms of the image before the step, and the size of the step. [`cgls`](crate::cgls) computes the norms from the image in the
+/// first entry and in that of a met rule, and by recurrence in the others.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub struct Iteration {
@@ -40,7 +41,7 @@ pub enum StopReason {
     Gradient,
     /// The change rule.
     Change,
-    /// No step remains: the image solves the problem exactly.
+    /// No step remains: the gradient is zero, or rounding prevents its reduction (CGLS).
     Solved,
 }
 
@@ -52,6 +53,6 @@ pub struct IterativeReport {
     pub iterations: usize,
     /// Why it stopped; `None` when a rule was set and not met.
     pub stopped_by: Option<StopReason>,
-    /// One entry per step, and one for the image that met the residual or gradient rule.
+    /// One entry per step, and one for the last image if it met the residual or gradient rule or its gradient is zero.
     pub history: Vec<Iteration>,
 }

@@ -134,9 +134,15 @@ impl<'a, T: Sample> Monitor<'a, T> {
         self.stopping.residual.is_some_and(|rule| residual <= rule)
     }
 
-    /// Whether a gradient of this size, relative to `scale` at the start, meets the gradient rule.
-    pub(super) fn is_flat(&self, gradient: f64, scale: f64) -> bool {
-        self.gradient.is_some_and(|rule| gradient <= rule * scale)
+    /// The rule that an image with this relative residual and this gradient meets; the gradient rule is relative to `scale`.
+    pub(super) fn met(&self, residual: f64, gradient: f64, scale: f64) -> Option<StopReason> {
+        let is_flat = self.gradient.is_some_and(|rule| gradient <= rule * scale);
+        match () {
+            () if self.is_explained(residual) => Some(StopReason::Residual),
+            () if is_flat => Some(StopReason::Gradient),
+            () if gradient == 0.0 => Some(StopReason::Solved),
+            () => None,
+        }
     }
 
     /// Ends the run at the image of `entry`, without a step.
@@ -173,7 +179,11 @@ impl<'a, T: Sample> Monitor<'a, T> {
                 let report = Box::new(report);
                 return Err(RadonError::NotConverged { report });
             }
-            report.stopped_by = Some(StopReason::MaxIterations);
+            let all = report.iterations == self.stopping.max_iterations;
+            report.stopped_by = Some(match all {
+                true => StopReason::MaxIterations,
+                false => StopReason::Solved,
+            });
         }
         Ok(report)
     }

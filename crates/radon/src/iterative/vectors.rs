@@ -17,8 +17,22 @@ pub(super) fn sum2<T: Sample>(a: &[T], b: &[T], of: impl Fn(f64, f64) -> f64 + S
     pieces.iter().sum()
 }
 
+/// Root of the sum of the squares of `of(a, b)`, which may under- or overflow.
+pub(super) fn size2<T: Sample>(a: &[T], b: &[T], of: impl Fn(f64, f64) -> f64 + Sync) -> f64 {
+    let square = sum2(a, b, |a, b| of(a, b).powi(2));
+    if square.is_nan() || (1e-280..f64::INFINITY).contains(&square) {
+        return square.sqrt();
+    }
+    let sizes = a.iter().zip(b).map(|(a, b)| of(a.f64(), b.f64()).abs());
+    let most = sizes.fold(0.0, f64::max);
+    if most == 0.0 || most == f64::INFINITY {
+        return most;
+    }
+    most * sum2(a, b, |a, b| (of(a, b) / most).powi(2)).sqrt()
+}
+
 pub(super) fn norm<T: Sample>(a: &[T]) -> f64 {
-    sum2(a, a, |x, _| x * x).sqrt()
+    size2(a, a, |x, _| x)
 }
 
 /// Replaces each element of `a` by `of(a, b)`.
@@ -37,8 +51,7 @@ pub(super) fn relative(part: f64, whole: f64) -> f64 {
 
 /// ‖new - old‖ / ‖new‖.
 pub(super) fn relative_change<T: Sample>(new: &[T], old: &[T]) -> f64 {
-    let change = sum2(new, old, |a, b| (a - b) * (a - b)).sqrt();
-    relative(change, norm(new))
+    relative(size2(new, old, |a, b| a - b), norm(new))
 }
 
 pub(crate) fn check_samples<T: Sample>(

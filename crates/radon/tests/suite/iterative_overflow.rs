@@ -3,8 +3,8 @@
 use std::cell::Cell;
 
 use radon::{
-    CglsOptions, EmOptions, LinearOperator, RadonError, Sample, SirtOptions, Stopping, Subset,
-    cgls, mlem, osem, sirt,
+    CglsOptions, EmOptions, ImageGrid, Kernel, LinearOperator, ParallelGeometry, Projector,
+    RadonError, Sample, SirtOptions, StopReason, Stopping, Subset, cgls, mlem, osem, sirt,
 };
 
 /// A positive matrix of 5 x 4 that writes `bad` in place of a number in its call number `at`, forward or adjoint.
@@ -206,60 +206,147 @@ fn overflow_of_a_step_or_a_norm_is_an_error() {
         matches!(error, RadonError::BadSample { .. }) && x == [1.0],
         "{error} {x:?}"
     );
-    // Squares beyond f64.
-    for data in [1e200, 1e308] {
-        let mut x = [1.0_f64];
-        let error = cgls(
-            &Times(1e10),
-            &[data],
-            &mut x,
-            &CglsOptions::default(),
-            radon::no_observer,
-        )
-        .unwrap_err();
-        assert!(x[0].is_finite(), "{error}");
-        let mut x = [1.0_f64];
-        let error = sirt(
-            &Times(1.0),
-            &[data],
-            &mut x,
-            &SirtOptions::default(),
-            radon::no_observer,
-        )
-        .unwrap_err();
-        assert!(
-            matches!(error, RadonError::NotFinite { .. }) && x == [1.0],
-            "{error}"
-        );
-        let mut x = [1.0_f64];
-        let error = mlem(
-            &Times(1.0),
-            &[data],
-            &mut x,
-            &EmOptions::default(),
-            radon::no_observer,
-        )
-        .unwrap_err();
-        assert!(
-            matches!(error, RadonError::NotFinite { .. }) && x == [1.0],
-            "{error}"
-        );
+    // A norm beyond f64.
+    for data in [[1.7e308; 5], [f64::MAX; 5]] {
+        for (name, solve) in solvers::<f64>() {
+            let mut image = vec![1.0; 4];
+            let sound = Breaks::new(true, usize::MAX, 0.0);
+            let error = solve(&sound, &data, &mut image, 6).unwrap_err();
+            assert!(
+                matches!(error, RadonError::NotFinite { .. }) && image == [1.0; 4],
+                "{name}: {error}"
+            );
+        }
     }
 }
 
-/// Squares below f64 would end CGLS at once, with the start as the solution.
+/// Solvers whose squares under- or overflow.
 #[test]
-fn underflow_of_the_gradient_is_an_error() {
-    for data in [1e-160, 1e-170] {
-        let mut x = [0.0_f64];
-        let options = CglsOptions::default();
-        let error = cgls(&Times(1.0), &[data], &mut x, &options, radon::no_observer).unwrap_err();
-        assert!(matches!(error, RadonError::OutOfRange { .. }), "{error}");
+fn data_whose_squares_are_no_numbers_are_solved() {
+    let few = Stopping::default()
+        .with_max_iterations(60)
+        .with_residual(1e-10);
+    for data in [1e-300, 1e-165, 1e-130, 1e200, 1e300] {
+        let options = CglsOptions::default().with_gradient(1e-12);
+        let mut x = [[0.0_f64], [0.0], [1.0]];
+        let report = cgls(
+            &Times(3.0),
+            &[data],
+            &mut x[0],
+            &options,
+            radon::no_observer,
+        );
+        assert_eq!(report.unwrap().stopped_by, Some(StopReason::Gradient));
+        let options = SirtOptions::default().with_stopping(few);
+        sirt(
+            &Times(3.0),
+            &[data],
+            &mut x[1],
+            &options,
+            radon::no_observer,
+        )
+        .unwrap();
+        let options = EmOptions::default().with_stopping(few);
+        mlem(
+            &Times(3.0),
+            &[data],
+            &mut x[2],
+            &options,
+            radon::no_observer,
+        )
+        .unwrap();
+        // The rules allow 1e-10.
+        for [x] in x {
+            assert!((x / (data / 3.0) - 1.0).abs() < 1e-9, "{data}: {x}");
+        }
     }
-    for data in [0.0, 1e-130] {
-        let mut x = [0.0_f64];
-        let options = CglsOptions::default();
-        cgls(&Times(1.0), &[data], &mut x, &options, radon::no_observer).unwrap();
-        assert!((x[0] - data).abs() <= 1e-15 * data, "{x:?}");
+    let report = cgls(
+        &Times(1.0),
+        &[0.0],
+        &mut [0.0_f64],
+        &CglsOptions::default(),
+        radon::no_observer,
+    );
+    assert_eq!(report.unwrap().stopped_by, Some(StopReason::Solved));
+}
+
+/// Two unknowns and entries of the order of a number.
+struct Pair<T>(T);
+
+impl<T: Sample> LinearOperator<T> for Pair<T> {
+    fn image_len(&self) -> usize {
+        2
+    }
+    fn data_len(&self) -> usize {
+        2
+    }
+    fn forward_into(&self, x: &[T], y: &mut [T]) -> Result<(), RadonError> {
+        y.copy_from_slice(&[self.0 * x[0], self.0 * (x[0] + T::of(2.0) * x[1])]);
+        Ok(())
+    }
+    fn adjoint_into(&self, y: &[T], x: &mut [T]) -> Result<(), RadonError> {
+        x.copy_from_slice(&[self.0 * (y[0] + y[1]), self.0 * T::of(2.0) * y[1]]);
+        Ok(())
+    }
+}
+
+/// The scale of A and of the data is arbitrary: neither is a solution.
+#[test]
+fn cgls_does_not_depend_on_the_scales_of_operator_and_data() {
+    fn check<T: Sample>(scales: &[(f64, f64)], rule: f64, tolerance: f64) {
+        for &(s, t) in scales {
+            let data = [t, 3.0 * t].map(T::of);
+            let mut x = [T::ZERO; 2];
+            let options = CglsOptions::default().with_gradient(rule);
+            let report =
+                cgls(&Pair(T::of(s)), &data, &mut x, &options, radon::no_observer).unwrap();
+            assert_eq!(report.stopped_by, Some(StopReason::Gradient), "{s} {t}");
+            for x in x {
+                assert!(
+                    (x.f64() / (t / s) - 1.0).abs() < tolerance,
+                    "{s} {t}: {x:?}"
+                );
+            }
+        }
+    }
+    // The rule times the condition of AᵀA, 7, and rounding.
+    let scales = [
+        (1e-60, 1e-60),
+        (1e-80, 1e-50),
+        (1e-100, 1e-30),
+        (1e-130, 1.0),
+        (1e-200, 1e-200),
+        (1e150, 1e-100),
+    ];
+    check::<f64>(&scales, 1e-12, 1e-10);
+    check::<f32>(
+        &[
+            (1.0, 1.0),
+            (1e-20, 1e-20),
+            (1e-20, 1.0),
+            (1e-30, 1e-30),
+            (1e15, 1e-15),
+        ],
+        1e-5,
+        1e-3,
+    );
+}
+
+/// A step of the unscaled recurrence has squares below the smallest f32.
+#[test]
+fn cgls_reconstructs_in_any_unit_of_length() {
+    for unit in [1.0, 1e-12, 1e-16, 1e-20] {
+        let geometry = ParallelGeometry::half_turn(24, 24, unit).unwrap();
+        let grid = ImageGrid::square(16, unit).unwrap();
+        let projector = Projector::new(&geometry, &grid, Kernel::Strip).unwrap();
+        let truth: Vec<f32> = (0..256).map(|i| (i % 5) as f32).collect();
+        let data = projector.forward(&truth).unwrap();
+        let mut image = vec![0.0_f32; 256];
+        let options = CglsOptions::default().with_gradient(1e-3);
+        let report = cgls(&projector, &data, &mut image, &options, radon::no_observer).unwrap();
+        assert_eq!(report.stopped_by, Some(StopReason::Gradient), "{unit:e}");
+        // The gradient of the start is the data's; a thousandth of it leaves some per cent of the residual.
+        let residual = report.history[report.iterations].residual;
+        assert!(residual < 0.05, "{unit:e}: {residual}");
     }
 }

@@ -7,9 +7,9 @@ use crate::common;
 use common::dense::{Dense, dot, many, not_negative};
 use common::noise;
 use radon::{
-    CglsOptions, EmOptions, ImageGrid, IterativeReport, Kernel, LinearOperator, ParallelGeometry,
-    Phantom2, Projector, RadonError, SirtOptions, StackOrder, StopReason, Stopping, Subset, cgls,
-    mlem, osem, sirt,
+    BinSampling, CglsOptions, EmOptions, ImageGrid, IterativeReport, Kernel, LinearOperator,
+    ParallelGeometry, Phantom2, Projector, RadonError, Sample, SirtOptions, StackOrder, StopReason,
+    Stopping, Subset, cgls, mlem, osem, sirt,
 };
 
 /// A head phantom, 40 views, twice the bins: consistent data for the operator.
@@ -377,4 +377,49 @@ fn solvers_are_bitwise_independent_of_threads() {
         })
     };
     assert_eq!(run(1), run(3));
+}
+
+/// The norms of the last entry are those of the image, also where the recurrence is far below them.
+#[test]
+fn cgls_reports_the_residual_and_gradient_of_its_image() {
+    fn check<T: Sample>(rules: &[f64], unmet: f64, rounding: f64) {
+        let geometry = ParallelGeometry::half_turn(40, 36, 1.0).unwrap();
+        let grid = ImageGrid::square(12, 2.5).unwrap();
+        let projector = Projector::new(&geometry, &grid, Kernel::Strip).unwrap();
+        let phantom = Phantom2::shepp_logan(15.0).unwrap();
+        let data: Vec<T> = phantom.sinogram(&geometry, BinSampling::Mean).unwrap();
+        let size = |x: &[T]| x.iter().map(|x| x.f64().powi(2)).sum::<f64>().sqrt();
+        let scale = size(&projector.adjoint(&data).unwrap());
+        let solve = |rule: f64| {
+            let options = CglsOptions::default()
+                .with_gradient(rule)
+                .with_stopping(many(2000));
+            let mut image = vec![T::ZERO; 144];
+            let report = cgls(&projector, &data, &mut image, &options, radon::no_observer);
+            let mut rest = projector.forward(&image).unwrap();
+            rest.iter_mut().zip(&data).for_each(|(r, b)| *r = *b - *r);
+            let gradient = size(&projector.adjoint(&rest).unwrap()) / scale;
+            (report, gradient, size(&rest) / size(&data))
+        };
+        for &rule in rules {
+            let (report, gradient, residual) = solve(rule);
+            let report = report.unwrap();
+            let last = report.history[report.iterations];
+            assert!(last.gradient.unwrap() <= rule, "{rule:e}");
+            // The sums are rounded in another order.
+            assert!(gradient <= rule + rounding, "{rule:e}: {gradient:e}");
+            assert!(
+                (last.residual / residual - 1.0).abs() < rounding,
+                "{rule:e}"
+            );
+        }
+        let (report, gradient, _) = solve(unmet);
+        assert!(gradient > unmet, "{gradient:e}");
+        match report {
+            Err(RadonError::NotConverged { report }) => assert!(report.iterations < 2000),
+            other => panic!("{other:?}"),
+        }
+    }
+    check::<f32>(&[1e-3, 1e-5], 1e-8, 1e-6);
+    check::<f64>(&[1e-3, 1e-13], 1e-17, 1e-14);
 }
