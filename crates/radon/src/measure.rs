@@ -56,9 +56,9 @@ pub struct MaskedStats {
 impl MaskedStats {
     /// Computes statistics of `values` where `mask` is set; `None` if it is set nowhere.
     ///
-    /// A stack `[slice][y][x]` takes the mask of a slice repeated: `mask.repeat(n_slices)`. Sums are `f64`; the spread combines the spreads about the
-    /// means of blocks of samples and the spread of these means (Chan, Golub, LeVeque 1983, <https://doi.org/10.1080/00031305.1983.10483115>), so
-    /// that a small spread about a large mean is accurate. Values are read once. Bitwise identical for any number of threads.
+    /// A stack `[slice][y][x]` takes the mask of a slice repeated: `mask.repeat(n_slices)`. Sums are `f64`; the spread is that about the means of
+    /// blocks of samples, referred to the mean of all, so that a small spread about a large mean is accurate. Values are read once, or a second
+    /// time where their squares under- or overflow. Bitwise identical for any number of threads.
     ///
     /// # Errors
     /// [`RadonError::WrongLength`] if values and mask differ in length.
@@ -70,60 +70,65 @@ impl MaskedStats {
     /// ```
     pub fn of<T: Sample>(values: &[T], mask: &[bool]) -> Result<Option<Self>, RadonError> {
         length("mask", mask.len(), values.len())?;
-        let parts = blocks(values.len(), |block| {
-            let count = count_in(block.clone(), mask);
-            if count == 0 {
-                return Part::default();
-            }
-            let [sum, square] = sums_where([values], block.clone(), mask, |[v]| [v, v * v]);
-            let mean = sum / count as f64;
-            let [spread] = sums_where([values], block, mask, |[v]| [(v - mean) * (v - mean)]);
-            Part {
-                count,
-                sum,
-                spread,
-                square,
-            }
-        });
-        let all = parts.into_iter().fold(Part::default(), Part::with);
-        if all.count == 0 {
-            return Ok(None);
-        }
-        let n = all.count as f64;
-        Ok(Some(Self {
-            count: all.count,
-            sum: all.sum,
-            mean: all.sum / n,
-            std: (all.spread / n).sqrt(),
-            rms: (all.square / n).sqrt(),
-        }))
+        Ok(statistics([values], mask, |[v]| v))
     }
 }
 
-/// The contribution of some samples to the statistics.
-#[derive(Debug, Clone, Copy, Default)]
-struct Part {
-    count: usize,
-    sum: f64,
-    /// Sum of the squared distances from their own mean.
-    spread: f64,
-    square: f64,
+/// Statistics of `value` of the samples of some arrays, which is linear.
+fn statistics<T: Sample, const K: usize>(
+    arrays: [&[T]; K],
+    mask: &[bool],
+    value: impl Fn([f64; K]) -> f64 + Sync,
+) -> Option<MaskedStats> {
+    let plain = scaled(arrays, mask, &value, 1.0)?;
+    if (1e-120..1e140).contains(&plain.rms) {
+        return Some(plain);
+    }
+    // Squares, or those of rounding errors, may under- or overflow.
+    let sizes = (0..mask.len()).map(|i| value(arrays.map(|a| a[i].f64())).abs());
+    let sizes = sizes.zip(mask).filter(|(_, set)| **set);
+    match sizes.fold(0.0, |most, (size, _)| size.max(most)) {
+        0.0 => Some(plain),
+        most => scaled(arrays, mask, &value, 1.0 / most.clamp(1e-300, f64::MAX)),
+    }
 }
 
-impl Part {
-    fn with(self, more: Part) -> Part {
-        if self.count == 0 || more.count == 0 {
-            return if self.count == 0 { more } else { self };
+/// The statistics by sums of the values times `scale`.
+fn scaled<T: Sample, const K: usize>(
+    arrays: [&[T]; K],
+    mask: &[bool],
+    value: &(impl Fn([f64; K]) -> f64 + Sync),
+    scale: f64,
+) -> Option<MaskedStats> {
+    let value = |samples: [f64; K]| value(samples.map(|x| x * scale));
+    let parts = blocks(mask.len(), |block| {
+        let n = count_in(block.clone(), mask) as f64;
+        if n == 0.0 {
+            return [0.0; 6];
         }
-        let [n, m] = [self.count as f64, more.count as f64];
-        let apart = more.sum / m - self.sum / n;
-        Part {
-            count: self.count + more.count,
-            sum: self.sum + more.sum,
-            spread: self.spread + more.spread + apart * apart * (n * m / (n + m)),
-            square: self.square + more.square,
-        }
+        let of = |samples| [value(samples), value(samples).powi(2)];
+        let [sum, square] = sums_where(arrays, block.clone(), mask, of);
+        let mean = sum / n;
+        let of = |samples| [value(samples) - mean, (value(samples) - mean).powi(2)];
+        let [shift, spread] = sums_where(arrays, block, mask, of);
+        [n, sum, square, mean, shift, spread]
+    });
+    let [n, sum, square] = [0, 1, 2].map(|k| parts.iter().map(|part| part[k]).sum::<f64>());
+    let mean = sum / n;
+    // Σ (v - mean), which is zero but for rounding, and Σ (v - mean)², from those about the means of the blocks.
+    let (mut shift, mut spread) = (0.0, 0.0);
+    for [n, .., of_block, by, squares] in &parts {
+        let apart = of_block - mean;
+        shift += by + n * apart;
+        spread += squares + apart * (2.0 * by + n * apart);
     }
+    (n > 0.0).then(|| MaskedStats {
+        count: n as usize,
+        sum: sum / scale,
+        mean: mean / scale,
+        std: ((spread - shift * shift / n).max(0.0) / n).sqrt() / scale,
+        rms: (square / n).sqrt() / scale,
+    })
 }
 
 /// Returns the root mean square of `values - truth` where `mask` is set; `None` if it is set nowhere.
@@ -137,17 +142,7 @@ pub fn rmse_within<T: Sample>(
 ) -> Result<Option<f64>, RadonError> {
     length("truth", truth.len(), values.len())?;
     length("mask", mask.len(), values.len())?;
-    let parts = blocks(values.len(), |block| {
-        let count = count_in(block.clone(), mask);
-        let square = |[v, t]: [f64; 2]| [(v - t) * (v - t)];
-        let [sum] = match count {
-            0 => [0.0],
-            _ => sums_where([values, truth], block, mask, square),
-        };
-        (count, sum)
-    });
-    let (count, sum) = (parts.into_iter()).fold((0, 0.0), |(n, a), (m, b)| (n + m, a + b));
-    Ok((count > 0).then(|| (sum / count as f64).sqrt()))
+    Ok(statistics([values, truth], mask, |[v, t]| v - t).map(|stats| stats.rms))
 }
 
 /// Returns `part` of each block of the samples, in order.

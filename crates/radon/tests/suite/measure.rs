@@ -75,3 +75,43 @@ fn wrong_masks_are_errors_and_empty_ones_none() {
         );
     }
 }
+
+#[test]
+fn a_small_spread_about_a_large_mean_is_accurate() {
+    // Exact integers; sums of 2e5 of them round by thousands.
+    let small: Vec<f64> = (0..200_000).map(|i| f64::from(i * 7 % 9)).collect();
+    let large: Vec<f64> = small.iter().map(|v| v + 1e14).collect();
+    let mask = vec![true; small.len()];
+    let [small, large] = [&small, &large].map(|v| MaskedStats::of(v, &mask).unwrap().unwrap());
+    assert!((large.std / small.std - 1.0).abs() < 1e-12, "{large:?}");
+}
+
+/// Squares of these under- or overflow.
+#[test]
+fn values_of_any_size_have_statistics() {
+    for size in [1e-310, 1e-200, 1e-120, 1e160, 1e307] {
+        let mask: Vec<bool> = (0..9000).map(|i| i % 7 != 0).collect();
+        let plain: Vec<f64> = (0..9000).map(|i| f64::from(i % 13) - 4.0).collect();
+        let scaled: Vec<f64> = plain.iter().map(|v| v * size).collect();
+        let [plain_stats, stats] =
+            [&plain, &scaled].map(|v| MaskedStats::of(v, &mask).unwrap().unwrap());
+        // A number of 1e-310 has 40 bits.
+        let tolerance = if size < 1e-300 { 1e-9 } else { 1e-13 };
+        for (got, expected) in [
+            (stats.mean, plain_stats.mean),
+            (stats.std, plain_stats.std),
+            (stats.rms, plain_stats.rms),
+        ] {
+            assert!(
+                (got / size / expected - 1.0).abs() < tolerance,
+                "{size:e}: {stats:?}"
+            );
+        }
+        let zeros = vec![0.0; 9000];
+        let rmse = rmse_within(&scaled, &zeros, &mask).unwrap().unwrap();
+        assert!((rmse / stats.rms - 1.0).abs() < tolerance, "{rmse:e}");
+        assert_eq!(rmse_within(&scaled, &scaled, &mask), Ok(Some(0.0)));
+    }
+    let zeros = MaskedStats::of(&[0.0; 3], &[true; 3]).unwrap().unwrap();
+    assert_eq!((zeros.mean, zeros.std, zeros.rms), (0.0, 0.0, 0.0));
+}
