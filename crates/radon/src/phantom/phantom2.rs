@@ -39,7 +39,8 @@ impl Phantom<Shape2> {
         self.sum(|shape| shape.line_integral(theta, s))
     }
 
-    /// The image `[y][x]` of pixel means: exact for ellipses, rectangles and polygons; Gaussians to 1e-15 of their peak.
+    /// The image `[y][x]` of pixel means, as [`Shape2::rectangle_mean`]: exact for ellipses, rectangles and polygons; Gaussians to 1e-15 of
+    /// their peak.
     ///
     /// Cost: pixels times shapes, with more work only where an outline cuts a pixel. Bitwise identical for any number of threads.
     ///

@@ -37,7 +37,8 @@ impl Phantom<Shape3> {
         self.sum(|shape| shape.line_integral(theta, s, z))
     }
 
-    /// The volume `[slice][y][x]` of voxel means: exact for ellipsoids and prisms; Gaussians to 1e-15 of their peak.
+    /// The volume `[slice][y][x]` of voxel means, as [`Shape3::box_mean`]: exact for ellipsoids and prisms but for rounding, which grows as the
+    /// voxels shrink; Gaussians to 1e-15 of their peak.
     ///
     /// Cost: voxels near a shape, with more work only where a surface cuts a voxel. Bitwise identical for any number of threads.
     ///

@@ -178,11 +178,16 @@ impl Shape2 {
                 if t0 == t1 {
                     return self.line_integral(theta, s);
                 }
-                let primitive = |t: f64| {
-                    let t = t.clamp(-1.0, 1.0);
-                    t * (1.0 - t * t).sqrt() + t.asin()
-                };
-                (primitive(t1) - primitive(t0)) / (det(rows) * (t1 - t0) * half_width)
+                // The strip of the unit disc between the angles asin(t) of both sides, by the chord between their ends on the circle.
+                let [a, b] = [t0, t1].map(|t| t.clamp(-1.0, 1.0));
+                let [u, v] = [a, b].map(|t| (1.0 - t * t).sqrt());
+                let lean = if u + v > 0.0 { (a + b) / (u + v) } else { 0.0 };
+                let phi = 2.0
+                    * (0.5 * (b - a) * 1.0_f64.hypot(lean))
+                        .clamp(-1.0, 1.0)
+                        .asin();
+                let mean = (phi + (u * v - a * b) * phi.sin()) / (det(rows) * (t1 - t0));
+                (mean / half_width).clamp(0.0, f64::MAX)
             }
             Kind::Gaussian(rows) => {
                 let (half_width, t) = self.support(rows, theta, s);
@@ -201,7 +206,8 @@ impl Shape2 {
     }
 
     /// Mean over the axis-parallel rectangle with centre `centre` and full sides `sides`: exact for ellipses and polygons; Gaussians to
-    /// 1e-15 of the peak. A rectangle whose area is zero or overflows has the value at its centre. NaN if an argument is NaN.
+    /// 1e-15 of the peak. The rounding error at the outline of an ellipse is below 1e-14 times the ratio of its area to that of the
+    /// rectangle. A rectangle without area has the value at its centre, one whose area overflows 0. NaN if an argument is NaN.
     #[must_use]
     pub fn rectangle_mean(&self, centre: [f64; 2], sides: [f64; 2]) -> f64 {
         let [hx, hy] = sides.map(|s| 0.5 * s.abs());
@@ -223,6 +229,9 @@ impl Shape2 {
                 let norms = corners.map(|p| p[0] * p[0] + p[1] * p[1]);
                 if norms.iter().all(|&n| n <= 1.0) {
                     return 1.0;
+                }
+                if norms.contains(&f64::INFINITY) {
+                    return 0.0;
                 }
                 let area = 4.0 * (ex[0] * ey[1] - ex[1] * ey[0]).abs();
                 if area == 0.0 {

@@ -130,7 +130,9 @@ impl Shape3 {
     }
 
     /// Mean of [`line_integral`](Self::line_integral) over the detector cell of size `size` = (along s, along z) about (`s`, `z`): exact
-    /// for ellipsoids and prisms; Gaussians to 1e-15 of the peak. A cell whose area underflows has the line integral at its centre.
+    /// for ellipsoids and prisms; Gaussians to 1e-15 of the peak. The rounding error of an ellipsoid is below 1e-15 of its longest line integral
+    /// times the ratio of the area of its projection to that of the cell. A cell whose area underflows has the line integral at its centre, one
+    /// whose area overflows 0.
     #[must_use]
     pub fn bin_mean(&self, theta: f64, [s, z]: [f64; 2], size: [f64; 2]) -> f64 {
         match &self.kind {
@@ -140,6 +142,9 @@ impl Shape3 {
                     ray.across.map(|x| 0.5 * size[0] * x),
                     ray.up.map(|x| 0.5 * size[1] * x),
                 );
+                if norm(a) == f64::INFINITY || norm(b) == f64::INFINITY {
+                    return 0.0;
+                }
                 // A plane frame perpendicular to the ray, in which the ball's projection is the unit disc.
                 let first = a.map(|x| x / norm(a));
                 let mut second = add(b, -dot(b, first), first);
@@ -171,7 +176,9 @@ impl Shape3 {
     }
 
     /// Mean over the axis-parallel box with centre `centre` and full sides `sides`: exact for ellipsoids and prisms; Gaussians to 1e-15 of
-    /// the peak. A box whose volume underflows has the value at its centre.
+    /// the peak. The rounding error of a box that the surface of an ellipsoid cuts is below 1e-15 times the ratio of the volume of the ellipsoid
+    /// to that of the box: 5e-6 for a sphere and voxels of a thousandth of its radius. A box whose volume underflows has the value at its
+    /// centre, one whose volume overflows 0.
     #[must_use]
     pub fn box_mean(&self, centre: [f64; 3], sides: [f64; 3]) -> f64 {
         match &self.kind {
@@ -184,7 +191,7 @@ impl Shape3 {
                     .into_iter()
                     .fold(0.0, f64::max);
                 let distance = norm(c);
-                if distance >= 1.0 + radius {
+                if distance >= 1.0 + radius || radius == f64::INFINITY {
                     0.0
                 } else if distance + radius <= 1.0 {
                     1.0

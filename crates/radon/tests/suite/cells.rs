@@ -125,3 +125,88 @@ fn narrow_bins_agree_with_quadrature() {
         }
     }
 }
+
+/// Mean of three values at distances of half a width, by Simpson's rule.
+fn simpson(f: impl Fn(f64) -> f64, width: f64) -> f64 {
+    (f(-0.5 * width) + 4.0 * f(0.0) + f(0.5 * width)) / 6.0
+}
+
+#[test]
+fn rounding_of_small_pixels_has_its_documented_bound() {
+    let flat = Shape2::ellipse([0.0; 2], [1.0, 0.05], 0.0).unwrap();
+    let disc = Shape2::ellipse([0.0; 2], [5.0; 2], 0.0).unwrap();
+    for side in [1e-2, 1e-3, 1e-4, 1e-5] {
+        for k in 0..40 {
+            let (sin, cos) = (0.157 * f64::from(k) + 0.01).sin_cos();
+            // Beyond the outline, nearer than the circumscribed circle.
+            let at = [1.0, 0.05].map(|x| x + 2.0 * side);
+            let outside = flat.rectangle_mean([at[0] * cos, at[1] * sin], [side; 2]);
+            assert!(
+                outside <= 1e-14 * 0.05 * PI / (side * side),
+                "{side:e} {k}: {outside:e}"
+            );
+            // On the outline: half, less the curvature, the sum of its parts.
+            let at = [5.0 * cos, 5.0 * sin];
+            let mean = disc.rectangle_mean(at, [side; 2]);
+            let rounding = 1e-14 * 25.0 * PI / (side * side);
+            assert!((mean - 0.5).abs() < side + rounding, "{side:e} {k}: {mean}");
+            let part = |i: f64, j: f64| {
+                let at = [at[0] + 0.25 * side * i, at[1] + 0.25 * side * j];
+                disc.rectangle_mean(at, [0.5 * side; 2])
+            };
+            let parts = part(-1.0, -1.0) + part(-1.0, 1.0) + part(1.0, -1.0) + part(1.0, 1.0);
+            // Parts have a quarter of the area.
+            assert!((mean - parts / 4.0).abs() < 5.0 * rounding, "{side:e} {k}");
+        }
+    }
+}
+
+/// The fourth derivative times the fourth power of these sizes is below rounding.
+#[test]
+fn bins_far_smaller_than_a_disc_or_a_ball_have_their_documented_rounding() {
+    for width in [1e-4, 1e-6, 1e-8, 1e-12] {
+        for k in 0..19 {
+            let s = 0.05 * f64::from(k);
+            let expected = simpson(|d| disc().line_integral(0.3, s + d), width);
+            let mean = disc().bin_mean(0.3, s, width);
+            assert!((mean - expected).abs() < 1e-14, "{width:e} {s}: {mean}");
+            let at = [0.8 * s, -0.6 * s];
+            let line = |i: f64, j: f64| ball().line_integral(0.3, at[0] + i, at[1] + j);
+            let expected = simpson(|i| simpson(|j| line(i, j), width), width);
+            let mean = ball().bin_mean(0.3, at, [width; 2]);
+            // The longest line is 2.
+            let bound = 2e-15 * PI / (width * width);
+            assert!((mean - expected).abs() < bound, "{width:e} {s}: {mean}");
+        }
+    }
+}
+
+/// Bins on the outline and voxels on the surface.
+#[test]
+fn rounding_at_outlines_and_surfaces_has_its_documented_bound() {
+    for side in [1e-2, 1e-3, 1e-4] {
+        for k in 0..100 {
+            let (sin, cos) = (0.157 * f64::from(k) + 0.01).sin_cos();
+            let of = |at: [f64; 2], side: f64| ball().bin_mean(0.4, at, [side; 2]);
+            let at = [cos, sin].map(|x| x * (1.0 - 0.01 * f64::from(k) * side));
+            let part = |i: f64, j: f64| of([at[0] + i, at[1] + j], 0.5 * side);
+            let q = 0.25 * side;
+            let parts = part(-q, -q) + part(-q, q) + part(q, -q) + part(q, q);
+            // Twice the longest line, for the whole and for parts of a quarter of the area.
+            let bound = 2.0 * 1e-15 * PI / (side * side) * 5.0;
+            let difference = (of(at, side) - parts / 4.0).abs();
+            assert!(difference < bound, "{side:e} {k}: {difference:e} {bound:e}");
+
+            let height = 0.02 * f64::from(k) - 0.99;
+            let r = (1.0 - height * height).sqrt();
+            let mean = ball().box_mean([r * cos, r * sin, height], [side; 3]);
+            // A half, less the curvature: at most an eighth of the squared diagonal of the voxel over its side.
+            let bound = 1e-15 * 4.0 / 3.0 * PI / side.powi(3);
+            let difference = (mean - 0.5).abs();
+            assert!(
+                difference < 0.4 * side + bound,
+                "{side:e} {k}: {difference:e}"
+            );
+        }
+    }
+}
