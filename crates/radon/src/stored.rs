@@ -46,3 +46,8 @@ stored!(SpectGeometry { views: ParallelGeometry, rows: SliceAxis, radii: Vec<f64
 stored!(Collimator { slope: f64, at_face: f64, intrinsic: f64 } => |c| {
     Self::new(c.slope, c.at_face, c.intrinsic)
 });
+
+/// Reads a number, or nothing: JSON has no infinity.
+pub(crate) fn or_infinity<'de, D: Deserializer<'de>>(from: D) -> Result<f64, D::Error> {
+    Ok(Option::deserialize(from)?.unwrap_or(f64::INFINITY))
+}

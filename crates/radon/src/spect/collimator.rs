@@ -123,7 +123,11 @@ pub struct ParallelHoles {
     pub diameter: f64,
     /// Length (cm).
     pub length: f64,
-    /// Linear attenuation coefficient of the septa (1/cm); infinite for opaque septa.
+    /// Linear attenuation coefficient of the septa (1/cm); infinite for opaque septa, `null` in JSON.
+    #[cfg_attr(
+        feature = "serde",
+        serde(deserialize_with = "crate::stored::or_infinity")
+    )]
     pub attenuation: f64,
     /// The width of the Gaussian for this diameter.
     #[cfg_attr(feature = "serde", serde(default))]

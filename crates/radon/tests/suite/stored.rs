@@ -46,6 +46,12 @@ fn geometries_and_options_are_read_as_they_were_written() {
     };
     let text = serde_json::to_string(&holes).unwrap();
     assert_eq!(serde_json::from_str::<ParallelHoles>(&text).unwrap(), holes);
+    let opaque = ParallelHoles {
+        attenuation: f64::INFINITY,
+        ..holes
+    };
+    let text = r#"{"diameter":0.15,"length":3.5,"attenuation":null,"response":"anger"}"#;
+    check(opaque, text);
 
     check(StackOrder::SliceViewBin, r#""slice-view-bin""#);
     check(Kernel::Joseph, r#""joseph""#);
@@ -119,6 +125,8 @@ fn invalid_values_are_rejected() {
     assert!(error::<SliceAxis>(axis).contains("spacing"));
     let collimator = r#"{"slope":-0.25,"at_face":0.125,"intrinsic":0.5}"#;
     assert!(error::<Collimator>(collimator).contains("slope"));
+    let holes = r#"{"diameter":0.15,"length":3.5}"#;
+    assert!(error::<ParallelHoles>(holes).contains("attenuation"));
     assert!(error::<FbpOptions>(r#"{"cut":0.5}"#).contains("cut"));
     assert!(error::<ImageGrid>(r#"{"nx":3}"#).contains("ny"));
 }
