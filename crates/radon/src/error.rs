@@ -76,8 +76,8 @@ pub enum RadonError {
         /// Its value.
         given: f64,
     },
-    /// The product of array sizes exceeds the address space or the memory.
-    #[error("{what}: {a} x {b} samples do not fit into memory")]
+    /// The product of array sizes exceeds the address space, the memory or the range of the indices.
+    #[error("{what}: {a} x {b} samples exceed the memory or the range of the indices")]
     TooLarge {
         /// Name of the array.
         what: &'static str,
@@ -144,7 +144,7 @@ pub enum RadonError {
         /// The set given.
         given: crate::InstructionSet,
     },
-    /// The memory budget is below the requirement of the smallest slab.
+    /// The memory budget is below the requirement of the smallest slab, which grows with the number of threads.
     #[error("the smallest slab needs {least} bytes, the budget is {given}")]
     BudgetTooSmall {
         /// Bytes that the smallest slab needs.

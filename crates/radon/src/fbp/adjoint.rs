@@ -3,6 +3,7 @@
 use super::{EdgePolicy, FbpPlan};
 use crate::error::{RadonError, length, zeros};
 use crate::fourier::GriddingScratch;
+use crate::iterative::check_samples;
 use crate::{Sample, parallel};
 
 impl<T: Sample> FbpPlan<T> {
@@ -16,10 +17,11 @@ impl<T: Sample> FbpPlan<T> {
     /// <R p, f> = <p, Rᵀ f> to the rounding of the positions. Cost: two additions per view and pixel.
     ///
     /// # Errors
-    /// [`RadonError::WrongLength`]; [`RadonError::NoAdjoint`] with band-limited interpolation by the direct method, with
+    /// [`RadonError::WrongLength`], [`RadonError::BadSample`]; [`RadonError::NoAdjoint`] with band-limited interpolation by the direct method, with
     /// [`EdgePolicy::Ellipse`], or a region with the Fourier method.
     pub fn adjoint(&self, image: &[T]) -> Result<Vec<T>, RadonError> {
         length("image", image.len(), self.image_len())?;
+        check_samples("image", image)?;
         let (n_bins, (x, y)) = (self.geometry.n_bins(), self.steps.region());
         let part = self.image_len() != self.grid.image_len();
         for (missing, what) in [

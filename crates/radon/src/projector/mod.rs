@@ -68,22 +68,21 @@ impl Projector {
     /// Plans the projection of images on `grid` to sinograms of `geometry`.
     ///
     /// # Errors
-    /// [`RadonError::OutOfRange`] when the pitch is not between 1e-9 and 1e9 pixels along x and y or a ray is 1e12 pixels away;
-    /// [`RadonError::TooLarge`] for an image of 2³¹ pixels, or if the views exceed the memory.
+    /// [`RadonError::OutOfRange`] when the pitch is not between 1e-9 and 1e9 pixels along x and y, a ray is 1e12 pixels away, or the image has
+    /// 2³¹ pixels; [`RadonError::TooLarge`] if the views exceed the memory.
     pub fn new(
         geometry: &ParallelGeometry,
         grid: &ImageGrid,
         kernel: Kernel,
     ) -> Result<Self, RadonError> {
         let pixels = product("image", row_stride(grid.nx()), row_stride(grid.ny()))?;
-        if i32::try_from(pixels).is_err() {
-            let (a, b) = (grid.nx(), grid.ny());
-            return Err(RadonError::TooLarge {
-                what: "image",
-                a,
-                b,
-            });
-        }
+        let most = f64::from(i32::MAX);
+        within(
+            "pixels of an image and its margin",
+            pixels as f64,
+            1.0,
+            most,
+        )?;
         for spacing in grid.spacing() {
             within("pitch in pixels", geometry.pitch() / spacing, 1e-9, 1e9)?;
         }

@@ -83,4 +83,8 @@ fn a_plan_without_an_adjoint_names_the_required_option() {
         plan.adjoint(&[0.0; 255]),
         Err(RadonError::WrongLength { .. })
     ));
+    assert!(matches!(
+        plan.adjoint(&[f64::NAN; 256]),
+        Err(RadonError::BadSample { index: 0, .. })
+    ));
 }

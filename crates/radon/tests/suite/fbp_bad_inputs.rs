@@ -292,9 +292,35 @@ fn extreme_but_finite_geometry_neither_panics_nor_hangs() {
                     .unwrap()
                     .with_centre([centre, -centre])
                     .unwrap();
-                let plan = FbpPlan::<f32>::new(&geometry, &grid, &FbpOptions::default()).unwrap();
-                assert_eq!(plan.reconstruct(&sinogram).unwrap().len(), 99);
+                match FbpPlan::<f32>::new(&geometry, &grid, &FbpOptions::default()) {
+                    Ok(plan) => assert_eq!(plan.reconstruct(&sinogram).unwrap().len(), 99),
+                    // The reciprocal of the pitch exceeds `f32`.
+                    Err(error) => assert!(
+                        pitch == 1e-300 && matches!(error, RadonError::NotFinite { .. }),
+                        "{error}"
+                    ),
+                }
+                let plan = FbpPlan::<f64>::new(&geometry, &grid, &FbpOptions::default()).unwrap();
+                let image = plan.reconstruct(&sinogram.map(f64::from)).unwrap();
+                assert_eq!(image.len(), 99);
             }
         }
     }
+}
+
+#[test]
+fn a_pitch_whose_reciprocal_overflows_is_an_error() {
+    fn of<T: radon::Sample>(pitch: f64) -> Result<(), RadonError> {
+        let geometry = half_turn(3, 8, pitch);
+        let grid = ImageGrid::square(4, pitch)?;
+        FbpPlan::<T>::new(&geometry, &grid, &FbpOptions::default()).map(drop)
+    }
+    for error in [of::<f64>(1e-310), of::<f32>(1e-44)] {
+        assert!(
+            matches!(error, Err(RadonError::NotFinite { .. })),
+            "{error:?}"
+        );
+    }
+    assert_eq!(of::<f64>(1e-300), Ok(()));
+    assert_eq!(of::<f32>(1e-37), Ok(()));
 }

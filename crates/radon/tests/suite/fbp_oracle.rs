@@ -3,7 +3,10 @@
 use crate::common;
 
 use common::{Ellipse, half_turn, mean_where};
-use radon::{ArcPolicy, FbpOptions, FbpPlan, ImageGrid, Interpolation, ParallelGeometry, Window};
+use radon::{
+    ArcPolicy, BinSampling, FbpOptions, FbpPlan, ImageGrid, Interpolation, ParallelGeometry,
+    Phantom2, Shape2, Window,
+};
 
 /// Largest mean errors of all windows at least six pixels inside and outside the edge of an off-centre disc, which excludes the ringing of the edge.
 fn amplitude_errors(
@@ -111,6 +114,22 @@ fn chords_of_a_centred_disc_miss_its_area_by_a_bound_in_closed_form() {
     let [area, mean] = worst;
     // The bound of the area is nearly reached; the mean of the image was up to 0.61 off in 60 random discs.
     assert!((0.3..0.375).contains(&area) && mean < 0.65, "{worst:?}");
+}
+
+/// The largest deviation is that of the smallest disc, whose ramp of finite length has the largest error.
+#[test]
+fn bin_averages_of_a_centred_disc_preserve_its_mean() {
+    for (n, radius) in [(16, 6.0), (33, 12.3), (64, 20.5), (129, 40.3), (200, 98.0)] {
+        let (geometry, grid) = (half_turn(90, n, 1.0), ImageGrid::square(n, 1.0).unwrap());
+        let disc = Shape2::ellipse([0.0; 2], [radius; 2], 0.0).unwrap();
+        let disc = Phantom2::new([(1.0, disc)]).unwrap();
+        let sinogram: Vec<f64> = disc.sinogram(&geometry, BinSampling::Mean).unwrap();
+        let plan = FbpPlan::<f64>::new(&geometry, &grid, &FbpOptions::default()).unwrap();
+        let image = plan.reconstruct(&sinogram).unwrap();
+        let mean = mean_where(&image, &grid, |p| p[0].hypot(p[1]) < radius - 2.0);
+        println!("{n} {radius}: {:.1e}", mean - 1.0);
+        assert!((mean - 1.0).abs() < 5e-4, "{radius}: {mean}");
+    }
 }
 
 #[test]

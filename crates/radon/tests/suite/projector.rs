@@ -448,7 +448,7 @@ fn bad_input_is_rejected_with_its_values() {
     let many = ImageGrid::square(1 << 17, 1.0).unwrap();
     assert!(matches!(
         Projector::new(&geometry, &many, Kernel::Joseph),
-        Err(RadonError::TooLarge { .. })
+        Err(RadonError::OutOfRange { .. })
     ));
 }
 
