@@ -325,8 +325,8 @@ pub enum ArcPolicy {
     Complete,
     /// Extend the views on either side of a gap over all of it: weights sum to pi.
     Extend,
-    /// Omit the widest gap: the unmeasured wedge counts as zero. Weights sum to the measured arc, at both ends of which a view represents
-    /// half of a gap beyond its direction, as within the arc.
+    /// Omit the widest gap: the unmeasured wedge counts as zero. The first and the last view of the measured arc have the gap to their only
+    /// neighbour as their weight; weights sum to the arc and half of these two gaps.
     Truncate,
     /// As `Truncate`, then scale all weights so that they sum to pi, which preserves the mean of the image.
     Rescale,

@@ -9,7 +9,7 @@ use crate::{RadonError, Sample};
 /// A displacement D of the object shifts the view at the angle theta by `D . (cos theta, sin theta, 0)` along the bins and by `D_z` along
 /// the rows; a shift of the same size, divided by the pitches, undoes it. Shifts by whole bins and rows are exact. Others interpolate
 /// linearly: the error is at most an eighth of the pitch squared times the second derivative, or half of the jump at an edge. Samples from
-/// beyond the edges are zero.
+/// beyond the edges are zero. Samples that are NaN or infinite are not rejected.
 ///
 /// ```
 /// let view = [0.0_f64, 1.0, 3.0, 0.0];

@@ -26,7 +26,8 @@ use crate::{ImageGrid, LinearOperator, ParallelGeometry, Sample};
 ///
 /// # Errors of the method
 ///
-/// - Gridding: `tolerance` bounds it, relative to the norm of the result for a detector that covers the image. The adjoint is that of the operator as computed, to rounding,
+/// - Gridding: `tolerance` bounds it, relative to the norm of the projections of |x|, for a detector that covers the image. Relative to the norm
+///   of the result it is larger where positive and negative pixels cancel. The adjoint is that of the operator as computed, to rounding,
 ///   whatever the tolerance.
 /// - Periodisation: K_v is a Riemann sum, of step 1/(P pitch), for the integral `pitch * ∫ sinc(f pitch) cos(2 pi f s) df` over
 ///   |f| <= F_v, and so has period P. Images without content near the frequency F_v hardly differ: relative to the norm of the

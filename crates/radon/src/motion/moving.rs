@@ -55,7 +55,8 @@ impl<O> MovingOperator<O> {
     ///
     /// # Errors
     /// [`RadonError::TooFew`] without a state, or for one without factors; [`RadonError::WrongLength`] for volumes of different lengths,
-    /// or factors that do not divide the data into equal parts; [`RadonError::NotFinite`] for a factor.
+    /// or factors that do not divide the data into equal parts; [`RadonError::NotFinite`] for a factor. Shapes of equal length and voxel sizes
+    /// are not compared.
     pub fn new<T: Sample>(states: Vec<MotionState<O>>) -> Result<Self, RadonError>
     where
         O: LinearOperator<T>,

@@ -40,7 +40,7 @@ pub struct Displacements<'a> {
 /// The map is a sparse matrix: motions of a voxel that read the same sources share the weights. The adjoint has the same weights:
 /// <W x, y> = <x, Wᵀ y> to rounding. Bitwise identical for any number of threads. Cost of either direction: a copy of the volume and one
 /// multiply-add per source of each displaced voxel, 8 for one motion, about 20 for a voxel that crosses five others. Memory: about 10 bytes
-/// per source.
+/// per source. NaN and infinity are not rejected; they reach the voxels that depend on them.
 ///
 /// ```
 /// use radon::{Displacements, LinearOperator, RadonError, Warp};

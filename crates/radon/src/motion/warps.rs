@@ -40,7 +40,8 @@ impl Warps {
     /// The product of `factors`, the first one applied first.
     ///
     /// # Errors
-    /// [`RadonError::TooFew`] without a factor; [`RadonError::WrongLength`] for volumes of different lengths.
+    /// [`RadonError::TooFew`] without a factor; [`RadonError::WrongLength`] for volumes of different lengths. Shapes of equal length and voxel
+    /// sizes are not compared.
     pub fn new(factors: Vec<Arc<Warp>>) -> Result<Self, RadonError> {
         at_least("factors of a product of warps", factors.len(), 1)?;
         for warp in &factors {

@@ -8,43 +8,48 @@ use radon::{
     Projector, RadonError, adjoint_mismatch,
 };
 
-use crate::fourier::{distance, odd_case, period, signs, waves};
+use crate::fourier::{distance, norm, odd_case, period, signs, waves};
+
+/// The projections of the documented kernel.
+fn defined(geometry: &ParallelGeometry, grid: &ImageGrid, image: &[f64]) -> Vec<f64> {
+    let (period, pitch, [dx, dy]) = (period(geometry, grid), geometry.pitch(), grid.spacing());
+    let sinc = |x: f64| {
+        if x == 0.0 {
+            1.0
+        } else {
+            (PI * x).sin() / (PI * x)
+        }
+    };
+    let mut expected = Vec::new();
+    for theta in geometry.angles() {
+        let (sin, cos) = theta.sin_cos();
+        let most = 0.5 * pitch / (dx * cos.abs()).max(dy * sin.abs());
+        let mut row = vec![0.0; geometry.n_bins()];
+        for f in waves(most, period, pitch) {
+            let (mut re, mut im) = (0.0, 0.0);
+            for (i, value) in image.iter().enumerate() {
+                let [x, y] = grid.pixel_centre(i % grid.nx(), i / grid.nx());
+                let phase = 2.0 * PI * f * (x * cos + y * sin);
+                re += value * phase.cos();
+                im -= value * phase.sin();
+            }
+            let gain = dx * dy / period * sinc(f * pitch);
+            for (k, value) in row.iter_mut().enumerate() {
+                let phase = 2.0 * PI * f * geometry.bin_centre(k);
+                *value += gain * (re * phase.cos() - im * phase.sin());
+            }
+        }
+        expected.extend(row);
+    }
+    expected
+}
 
 #[test]
 fn projections_are_those_of_the_definition() {
     for coarse in [0.5, 1.0, 2.0] {
         let (geometry, grid) = odd_case(coarse);
-        let (period, pitch, [dx, dy]) =
-            (period(&geometry, &grid), geometry.pitch(), grid.spacing());
         let image = signs(grid.image_len(), 2);
-        let sinc = |x: f64| {
-            if x == 0.0 {
-                1.0
-            } else {
-                (PI * x).sin() / (PI * x)
-            }
-        };
-        let mut expected = Vec::new();
-        for theta in geometry.angles() {
-            let (sin, cos) = theta.sin_cos();
-            let most = 0.5 * pitch / (dx * cos.abs()).max(dy * sin.abs());
-            let mut row = vec![0.0; geometry.n_bins()];
-            for f in waves(most, period, pitch) {
-                let (mut re, mut im) = (0.0, 0.0);
-                for (i, value) in image.iter().enumerate() {
-                    let [x, y] = grid.pixel_centre(i % grid.nx(), i / grid.nx());
-                    let phase = 2.0 * PI * f * (x * cos + y * sin);
-                    re += value * phase.cos();
-                    im -= value * phase.sin();
-                }
-                let gain = dx * dy / period * sinc(f * pitch);
-                for (k, value) in row.iter_mut().enumerate() {
-                    let phase = 2.0 * PI * f * geometry.bin_centre(k);
-                    *value += gain * (re * phase.cos() - im * phase.sin());
-                }
-            }
-            expected.extend(row);
-        }
+        let expected = defined(&geometry, &grid, &image);
         for tolerance in [1e-3, 1e-6] {
             let projector = FourierProjector::<f64>::new(&geometry, &grid, tolerance).unwrap();
             let error = distance(&projector.forward(&image).unwrap(), &expected);
@@ -52,6 +57,47 @@ fn projections_are_those_of_the_definition() {
             assert!(error < tolerance, "{coarse} {tolerance:e}: {error:e}");
         }
     }
+}
+
+/// Images whose positive and negative pixels cancel, single views and single rows: the error is relative to the projections of the magnitudes.
+#[test]
+fn the_tolerance_bounds_the_error_relative_to_projected_magnitudes() {
+    let mut worst = 0.0_f64;
+    for (n_views, nx, ny) in [
+        (1, 7, 1),
+        (1, 20, 1),
+        (1, 1, 16),
+        (2, 16, 16),
+        (5, 3, 11),
+        (12, 20, 20),
+    ] {
+        // Half a bin on either side of the farthest pixel.
+        let n_bins = nx.max(ny) * 3 / 2 + 2;
+        let geometry = ParallelGeometry::half_turn(n_views, n_bins, 1.0).unwrap();
+        let grid = ImageGrid::new(nx, ny, 1.0).unwrap();
+        let checks = (0..nx * ny).map(|i| {
+            if (i % nx + i / nx) % 2 == 0 {
+                1.0
+            } else {
+                -1.0
+            }
+        });
+        let mut images: Vec<Vec<f64>> = vec![checks.collect()];
+        images.extend((0..4).map(|seed| signs(nx * ny, seed)));
+        for image in images {
+            let expected = defined(&geometry, &grid, &image);
+            let magnitudes: Vec<f64> = image.iter().map(|x| x.abs()).collect();
+            let size = norm(&defined(&geometry, &grid, &magnitudes));
+            for tolerance in [1e-2, 1e-4, 1e-6] {
+                let projector = FourierProjector::<f64>::new(&geometry, &grid, tolerance).unwrap();
+                let got = projector.forward(&image).unwrap();
+                let difference: Vec<f64> = got.iter().zip(&expected).map(|(a, b)| a - b).collect();
+                worst = worst.max(norm(&difference) / size / tolerance);
+            }
+        }
+    }
+    println!("error over tolerance and projected magnitudes: {worst:.2}");
+    assert!(worst < 1.0, "{worst}");
 }
 
 proptest! {
