@@ -126,6 +126,18 @@ fn narrow_bins_agree_with_quadrature() {
     }
 }
 
+#[test]
+fn cells_whose_area_or_volume_overflows_have_the_mean_zero() {
+    let flat = Shape2::ellipse([0.0; 2], [1.0, 2.0], 0.0).unwrap();
+    for large in [1e155, 1e300] {
+        for [a, b] in [[large, large], [large, 1.0], [1.0, large]] {
+            assert_eq!(flat.rectangle_mean([0.0; 2], [a, b]), 0.0);
+            assert_eq!(ball().box_mean([0.0; 3], [a, b, b]), 0.0);
+            assert_eq!(ball().bin_mean(0.3, [0.0; 2], [a, b]), 0.0);
+        }
+    }
+}
+
 /// Mean of three values at distances of half a width, by Simpson's rule.
 fn simpson(f: impl Fn(f64) -> f64, width: f64) -> f64 {
     (f(-0.5 * width) + 4.0 * f(0.0) + f(0.5 * width)) / 6.0
