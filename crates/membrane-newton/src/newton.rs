@@ -61,6 +61,11 @@ pub struct NewtonScratch {
     rounding: bool,
     /// Contraction of the last step, infinite if not known.
     contraction: f64,
+    /// Ratio of the last two steps if they shrink more slowly than estimated, as near a singular root; otherwise zero.
+    slow: f64,
+    /// The last step, before the line search shortened it, and the error after it as estimated from its own contraction; infinite before.
+    last: f64,
+    expected: f64,
     /// Estimated error after the last step if both of its corrections contracted; the report's estimate has a margin for other directions.
     left: f64,
     /// Whether the system has a reusable factorisation.
@@ -183,16 +188,10 @@ fn iterate<B>(
                 above: 0.0,
             });
         }
-        if full <= options.step_tolerance {
+        let error = scratch.before_step(full, options, fresh);
+        if error <= options.step_tolerance {
             scratch.report.step = full;
-            // not applied: the error is the step, up to the error of its tangent
-            scratch.report.iteration_error = match options.refactor {
-                _ if fresh => 1.5 * full,
-                Refactor::WhenContractionAbove(most) if scratch.contraction.is_infinite() => {
-                    left_after(full, most)
-                }
-                _ => left_after(full, scratch.contraction),
-            };
+            scratch.report.iteration_error = error;
             return Ok(scratch.end(StopReason::Step));
         }
         let taken = match options.line_search {
@@ -237,9 +236,12 @@ fn iterate<B>(
     Ok(scratch.end(StopReason::Residual))
 }
 
-/// A step this small that no longer shrinks is within rounding: otherwise the next would be of the order of its square. (Fine spectral
-/// elements of a membrane inflated to a thousand times its size have remaining steps of 2e-9.)
+/// Largest step that may be rounding. (Fine spectral elements of a membrane inflated to a thousand times its size have remaining steps of 2e-9.)
 pub(crate) const ROUNDING: f64 = 1e-7;
+/// Largest ratio of such a step to a sample of the rounding: one may be small by chance.
+const NOISE: f64 = 100.0;
+/// Ratio of steps below which they do not shrink slowly: the last steps at regular roots have smaller ones.
+const LEAST_SLOW: f64 = 0.02;
 
 impl NewtonScratch {
     /// Returns the report of the last solve with this scratch.
@@ -263,6 +265,9 @@ impl NewtonScratch {
         self.rejected = None;
         self.rounding = false;
         self.contraction = f64::INFINITY;
+        self.slow = 0.0;
+        self.last = f64::INFINITY;
+        self.expected = f64::INFINITY;
         self.left = f64::INFINITY;
         self.moved = f64::INFINITY;
         self.report.restart(max_iterations);
@@ -273,11 +278,58 @@ impl NewtonScratch {
         ControlFlow::Continue(())
     }
 
-    /// Whether a step of size `full` with this contraction is within rounding: it does not shrink, or shrinks much less than the step before.
-    /// With an approximate tangent all steps shrink slowly.
-    fn is_rounding(&mut self, full: f64, contraction: f64) -> bool {
+    /// Returns the estimated error of the unknowns before a step of size `full`: the sum of this step and all later ones, from the contraction of
+    /// the last ones. A new tangent has a smaller error in other directions than one that is reused.
+    fn before_step(&mut self, full: f64, options: &NewtonOptions, fresh: bool) -> f64 {
+        let ratio = full / std::mem::replace(&mut self.last, full);
+        let is_slow = ratio > LEAST_SLOW && left_after(full, ratio) > 2.0 * self.expected;
+        self.slow = if is_slow { ratio } else { 0.0 };
+        let ratio = match options.line_search {
+            LineSearch::FullStep => ratio,
+            LineSearch::Natural { .. } => self.slow,
+        };
+        let contraction = match options.refactor {
+            _ if self.contraction.is_finite() => self.contraction,
+            Refactor::WhenContractionAbove(most) if !fresh => most,
+            _ => 0.0,
+        };
+        left_after(full, ratio.max(contraction)) * if fresh { 0.75 } else { 1.0 }
+    }
+
+    /// Whether `step` from x, of size `full` with this contraction, is within rounding: it contracts less than by the factor `most`, or much
+    /// less than the step before, and is of the order of the rounding of x or of that of the equations. A change of each unknown by one rounding
+    /// samples the latter.
+    fn is_rounding(
+        &mut self,
+        system: &mut (impl ResidualSystem + ?Sized),
+        x: &[f64],
+        [full, contraction, most]: [f64; 3],
+    ) -> Result<bool> {
         let before = std::mem::replace(&mut self.contraction, contraction);
-        full <= ROUNDING && contraction > if before <= 0.25 { 0.25 } else { 1.0 }
+        let shrinks = contraction <= if before <= 0.25 { 0.25 } else { most };
+        if full > ROUNDING || shrinks {
+            return Ok(false);
+        }
+        if full <= NOISE * f64::EPSILON * step_norm(system, x) {
+            return Ok(true);
+        }
+        for (n, (trial, x)) in self.trial.iter_mut().zip(x).enumerate() {
+            *trial = x + [*x, -x][n % 2] * f64::EPSILON;
+        }
+        self.report.residual_calls += 1;
+        let noise = match system.residual_into(&self.trial, &mut self.correction) {
+            Ok(()) => {
+                system.solve_in_place(&mut self.correction)?;
+                let states = self.trial.iter().zip(x);
+                let expected = self.step.iter().zip(states).map(|(s, (t, x))| s + (t - x));
+                (self.correction.iter_mut().zip(expected)).for_each(|(c, e)| *c -= e);
+                step_norm(system, &self.correction)
+            }
+            Err(error @ NewtonError::User(_)) => return Err(error),
+            Err(_) => f64::INFINITY,
+        };
+        subtract(x, 1.0, &self.step, &mut self.trial);
+        Ok(full <= NOISE * noise)
     }
 
     /// Returns the contraction of any direction after a step of size `full` with this `contraction`, for the test of convergence and for the
@@ -312,7 +364,7 @@ impl NewtonScratch {
         if self.report.iterations > 0 {
             [self.left, error] = (self.slowest(contraction, full))
                 .map(|slowest| left_after(full, slowest) * slowest);
-            self.rounding = self.is_rounding(full, contraction);
+            self.rounding = self.is_rounding(system, x, [full, contraction, 1.0])?;
         }
         x.iter_mut()
             .zip(&self.step)
@@ -348,7 +400,10 @@ impl NewtonScratch {
                     self.correction.copy_from_slice(&self.residual);
                     system.solve_in_place(&mut self.correction)?;
                     next = step_norm(system, &self.correction);
-                    if next <= (1.0 - 0.25 * length) * full || (length == 1.0 && full <= ROUNDING) {
+                    if length == 1.0 {
+                        self.rounding = self.is_rounding(system, x, [full, next / full, 0.75])?;
+                    }
+                    if self.rounding || next <= (1.0 - 0.25 * length) * full {
                         break;
                     }
                 }
@@ -361,8 +416,8 @@ impl NewtonScratch {
             length *= 0.5;
         }
         let contraction = next / full;
-        if self.is_rounding(full, contraction) {
-            self.rounding = true;
+        self.contraction = contraction;
+        if self.rounding {
             if self.report.iterations == 0 {
                 // already at rounding
                 self.report.step = full;
@@ -376,21 +431,24 @@ impl NewtonScratch {
             return Ok(contraction);
         }
         self.left = f64::INFINITY;
-        let error = if length == 1.0 && contraction <= 0.25 {
+        let moved = length * full + next;
+        let slow = left_after(moved, self.slow) * self.slow;
+        if length == 1.0 && contraction <= 0.25 {
             subtract(&self.trial, 1.0, &self.correction, x);
             system.residual_into(x, &mut self.residual)?;
             self.report.residual_calls += 1;
             // a frozen tangent contracts half as fast as the step taken with it
             let [left, error] = self.slowest(contraction, full);
-            self.left = 2.0 * next * left;
-            2.5 * next * error
+            self.left = slow.max(2.0 * next * left);
+            self.expected = 2.5 * next * error;
         } else {
             x.copy_from_slice(&self.trial);
-            left_after(next, contraction)
-        };
+            self.expected = left_after(next, contraction);
+        }
+        let error = slow.max(self.expected);
         let norm = residual_norm(system, &self.residual);
         self.report.stepped(length * full, norm, error);
-        self.moved += length * full + next;
+        self.moved += moved;
         Ok(contraction)
     }
 }

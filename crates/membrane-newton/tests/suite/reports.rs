@@ -67,6 +67,74 @@ fn slow_convergence_is_not_rounding() {
     }
 }
 
+/// Derivatives that are `wrong` times the exact one make steps shrink by 1 - 1 / `wrong`, multiple roots by about 1 - 1 / power. The error is that of
+/// all remaining steps, which the estimate contains, and within the tolerance if that ended the solve.
+#[test]
+fn the_error_of_slow_convergence_is_within_the_stated_one() {
+    let natural = NewtonOptions::default().line_search;
+    let solve = |system: &mut dyn ResidualSystem, x: f64, root: f64, line_search, tolerance| {
+        let options = NewtonOptions::default()
+            .with_line_search(line_search)
+            .with_tolerances(0.0, tolerance)
+            .with_max_iterations(1000);
+        let mut x = [x];
+        let report = newton(system, &mut x, &options).unwrap();
+        assert_eq!(report.stopped_by, Some(StopReason::Step));
+        let error = (x[0] - root).abs();
+        assert!(error <= report.iteration_error, "{error:e} {report:?}");
+        assert!(error <= tolerance, "{error:e} {report:?}");
+        report
+    };
+    for (wrong, line_search) in [0.55, 0.7, 1.5, 2.0, 3.0, 5.0, 10.0, 30.0]
+        .map(|wrong| (wrong, LineSearch::FullStep))
+        .into_iter()
+        .chain([0.55, 0.7, 1.5, 2.0, 3.0].map(|wrong| (wrong, natural)))
+    {
+        for tolerance in [1e-4, 1e-6, 1e-12] {
+            let slope = |x: f64| wrong * x.exp();
+            let mut system = Scalar::new(|x| Ok(x.exp() - 2.0), slope);
+            let root = 2f64.ln();
+            let report = solve(&mut system, 1.0, root, line_search, tolerance);
+            // the estimate exceeds the tolerance only by its margin for other directions
+            assert!(report.iteration_error < 10.0 * tolerance, "{report:?}");
+        }
+    }
+    for power in [1.2, 1.5, 2.0, 3.0, 6.0] {
+        for wrong in [1.0, 0.7] {
+            for tolerance in [1e-4, 1e-6, 1e-10] {
+                let residual = |x: f64| Ok(x.signum() * x.abs().powf(power));
+                let slope = |x: f64| wrong * power * x.abs().powf(power - 1.0);
+                let mut system = Scalar::new(residual, slope);
+                solve(&mut system, 0.9, 0.0, natural, tolerance);
+            }
+        }
+    }
+}
+
+/// Steps that the line search shortens all the way to the root are not rounding: the cube root, whose full steps lead to -2 x, and a derivative
+/// that is half of the exact one, with which full steps change the sign of the error.
+#[test]
+fn shortened_steps_are_not_rounding() {
+    let options = NewtonOptions::default();
+    let slope = |x: f64| 1.0 / (3.0 * x.cbrt().powi(2));
+    let mut x = [1.0];
+    let cut_short = newton(&mut Scalar::new(|x| Ok(x.cbrt()), slope), &mut x, &options);
+    assert!(
+        matches!(&cut_short, Err(NewtonError::NotConverged { report, .. })
+            if report.stopped_by == Some(StopReason::Iterations)),
+        "{x:?}: {cut_short:?}"
+    );
+    for wrong in [0.3, 0.45, 0.5, 0.55, 0.6] {
+        let slope = |x: f64| wrong * x.exp();
+        let mut system = Scalar::new(|x: f64| Ok(x.exp() - 2.0), slope);
+        let (mut x, options) = ([1.0], options.with_max_iterations(100));
+        let report = newton(&mut system, &mut x, &options).unwrap();
+        // a hundred roundings of x, amplified by the derivative, may be rounding
+        let error = (x[0] - 2f64.ln()).abs();
+        assert!(error < 1.6e-14 / wrong, "{wrong}: {error:e} {report:?}");
+    }
+}
+
 /// The logarithm, undefined for x <= 0.
 fn logarithm(x: f64) -> Result<f64, NewtonError> {
     if x <= 0.0 {
