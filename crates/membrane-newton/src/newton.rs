@@ -238,8 +238,8 @@ fn iterate<B>(
 
 /// Largest step that may be rounding. (Fine spectral elements of a membrane inflated to a thousand times its size have remaining steps of 2e-9.)
 pub(crate) const ROUNDING: f64 = 1e-7;
-/// Largest ratio of such a step to a sample of the rounding: one may be small by chance.
-const NOISE: f64 = 100.0;
+/// Part of such a step that samples the rounding.
+const PART: f64 = 1.0 / 64.0;
 /// Ratio of steps below which they do not shrink slowly: the last steps at regular roots have smaller ones.
 const LEAST_SLOW: f64 = 0.02;
 
@@ -297,8 +297,9 @@ impl NewtonScratch {
     }
 
     /// Whether `step` from x, of size `full` with this contraction, is within rounding: it contracts less than by the factor `most`, or much
-    /// less than the step before, and is of the order of the rounding of x or of that of the equations. A change of each unknown by one rounding
-    /// samples the latter.
+    /// less than the step before, and it is within a hundred roundings of x or of the order of the rounding of the equations. To sample the
+    /// latter, x is changed by a small part of the step and by one rounding of each unknown: a smooth residual changes the correction by about
+    /// that part, rounding by far more, or not at all if it hides the part.
     fn is_rounding(
         &mut self,
         system: &mut (impl ResidualSystem + ?Sized),
@@ -310,26 +311,23 @@ impl NewtonScratch {
         if full > ROUNDING || shrinks {
             return Ok(false);
         }
-        if full <= NOISE * f64::EPSILON * step_norm(system, x) {
+        if full <= 100.0 * f64::EPSILON * step_norm(system, x) {
             return Ok(true);
         }
-        for (n, (trial, x)) in self.trial.iter_mut().zip(x).enumerate() {
-            *trial = x + [*x, -x][n % 2] * f64::EPSILON;
+        subtract(x, PART, &self.step, &mut self.trial);
+        for (n, trial) in self.trial.iter_mut().enumerate() {
+            *trial *= 1.0 + [f64::EPSILON, -f64::EPSILON][n % 2];
         }
         self.report.residual_calls += 1;
-        let noise = match system.residual_into(&self.trial, &mut self.correction) {
-            Ok(()) => {
-                system.solve_in_place(&mut self.correction)?;
-                let states = self.trial.iter().zip(x);
-                let expected = self.step.iter().zip(states).map(|(s, (t, x))| s + (t - x));
-                (self.correction.iter_mut().zip(expected)).for_each(|(c, e)| *c -= e);
-                step_norm(system, &self.correction)
-            }
+        match system.residual_into(&self.trial, &mut self.correction) {
+            Ok(()) => system.solve_in_place(&mut self.correction)?,
             Err(error @ NewtonError::User(_)) => return Err(error),
-            Err(_) => f64::INFINITY,
-        };
+            Err(_) => return Ok(true),
+        }
         subtract(x, 1.0, &self.step, &mut self.trial);
-        Ok(full <= NOISE * noise)
+        (self.correction.iter_mut().zip(&self.step)).for_each(|(c, step)| *c -= step);
+        let change = step_norm(system, &self.correction);
+        Ok(!(0.125..8.0).contains(&(change / (PART * full))))
     }
 
     /// Returns the contraction of any direction after a step of size `full` with this `contraction`, for the test of convergence and for the
