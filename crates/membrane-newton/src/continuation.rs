@@ -64,6 +64,12 @@ impl<'a, 's> Search<'a, 's> {
         options: &NewtonOptions,
     ) -> Result<()> {
         self.reach(state, start, values, options)?;
+        if self.system.misses(state) > MISSED {
+            // large tolerances are met before the control
+            let (from, tolerance) = (state.to_vec(), options.step_tolerance.min(MISSED));
+            let options = options.with_tolerances(0.0, tolerance);
+            self.attempt(state, Reach::Direct, &from, &options)?;
+        }
         if self.system.misses(state) > MET {
             // Corrections within the rounding of the forces count as zero; the control can still be met.
             let _ = self.correct(state);

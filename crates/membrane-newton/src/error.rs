@@ -156,8 +156,8 @@ pub enum NewtonError {
     /// [`NewtonOptions::max_iterations`](crate::NewtonOptions::max_iterations).
     #[error("not converged after {} iterations in all attempts: {}; scaled residual {:e}, scaled step {:e}", report.iterations, failure(report.stopped_by), report.residual, report.step)]
     NotConverged {
-        /// Report of the attempts. [`NewtonReport::stopped_by`] is the cause of the failure; `None` if the tolerances are met at another value
-        /// of the control.
+        /// Report of the attempts. [`NewtonReport::stopped_by`] is the cause of the failure; `None` if the tolerances are met, but not the
+        /// control to 1e-9.
         report: Box<NewtonReport>,
         /// The last error of the residual that shortened a step of the line search, if any.
         source: Option<Box<NewtonError>>,
@@ -200,7 +200,7 @@ fn failure(stopped_by: Option<StopReason>) -> &'static str {
         Some(
             StopReason::Residual | StopReason::Step | StopReason::Rounding | StopReason::Observer,
         )
-        | None => "the tolerances are met, but not the control; smaller tolerances are needed",
+        | None => "the corrections are within the tolerances, but the control is not met to 1e-9",
     }
 }
 

@@ -301,8 +301,7 @@ fn an_observer_can_stop_newton() {
     assert_eq!(scratch.report().iterations, 2);
 }
 
-/// The message of a solve that fails contains the cause: a wrong tangent, too few iterations, a number that is not finite, or tolerances that
-/// are met at another value of the control.
+/// The message of a solve that fails contains the cause: a wrong tangent, too few iterations, a number that is not finite, or springs.
 #[test]
 fn messages_contain_the_cause_of_a_failure() {
     let options = NewtonOptions::default();
@@ -335,13 +334,7 @@ fn messages_contain_the_cause_of_a_failure() {
         degree: 12,
         per_piece: 1,
     };
-    let loose = options.with_tolerances(1.0, 1.0);
     let solver = Solver::new(&membrane, spectral).unwrap();
-    let missed = solver.solve(Control::VolumeGain(0.6), &loose).unwrap_err();
-    assert!(
-        missed.to_string().contains("smaller tolerances are needed"),
-        "{missed}"
-    );
     let of_springs = solver.branch(&[100.0], &options).unwrap_err();
     let said = "stability: defined for a membrane of rubber only";
     assert_eq!(of_springs.to_string(), said);
