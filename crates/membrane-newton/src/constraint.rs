@@ -6,6 +6,7 @@ use crate::error::{NewtonError, Result, own};
 
 /// The prescribed quantity; the force intensity that belongs to it is part of the solution.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub enum Control {
     /// The load of the membrane's law: f, F or p; negative for suction.

@@ -25,11 +25,8 @@ pub(crate) const WALKING: usize = 6;
 /// Factor on the larger of two samples of the error by rounding.
 const ROUNDINGS: f64 = 4.0;
 
-/// The position at which a walk ended early.
-enum EarlyEnd {
-    AtStart,
-    At(f64),
-}
+/// The position at which a walk ended early, `None` at its start, and whether its steps are used up.
+type EarlyEnd = (Option<f64>, Option<StopReason>);
 
 /// Attempts to solve a system.
 pub(crate) struct Search<'a, 's> {
@@ -146,16 +143,16 @@ impl<'a, 's> Search<'a, 's> {
         if outcome.is_err() && options.max_load_steps > 0 {
             match self.walk(state, start, (from, to), options) {
                 Ok(()) => return Ok(()),
-                Err(EarlyEnd::AtStart) => (),
                 // the branch did not end there
-                Err(EarlyEnd::At(_)) if options.max_iterations < WALKING && used_up => (),
-                Err(EarlyEnd::At(reached)) => {
-                    return Err(NewtonError::LimitPoint {
-                        quantity: self.system.innermost().constraint.quantity.name(),
-                        reached,
-                        wanted: to,
-                        report: Box::default(),
-                    });
+                Err((Some(_), _)) if options.max_iterations < WALKING && used_up => (),
+                Err((Some(reached), ended)) => {
+                    let quantity = self.system.innermost().constraint.quantity.name();
+                    return Err(NewtonError::limit_point(quantity, reached, to, ended));
+                }
+                Err((None, ended)) => {
+                    if let Err(NewtonError::OtherBranch { report }) = &mut outcome {
+                        report.stopped_by = ended;
+                    }
                 }
             }
         }
@@ -215,7 +212,12 @@ impl<'a, 's> Search<'a, 's> {
         let (mut here, mut before) = (0.0, 0.0);
         let mut width: f64 = 0.25;
         let most_steps = (self.report.load_steps).saturating_add(options.max_load_steps);
-        while here < 1.0 && self.report.load_steps < most_steps {
+        let mut ended = None;
+        while here < 1.0 {
+            if self.report.load_steps == most_steps {
+                ended = Some(StopReason::LoadSteps);
+                break;
+            }
             let next = (here + width).min(1.0);
             if here > before {
                 let reach = (next - here) / (here - before);
@@ -246,8 +248,8 @@ impl<'a, 's> Search<'a, 's> {
         }
         match here {
             1.0 => Ok(()),
-            0.0 => Err(EarlyEnd::AtStart),
-            _ => Err(EarlyEnd::At(from + here * (to - from))),
+            0.0 => Err((None, ended)),
+            _ => Err((Some(from + here * (to - from)), ended)),
         }
     }
 

@@ -7,7 +7,8 @@ use membrane_forces::{
 };
 
 use crate::cause::SLACK;
-use crate::error::{NewtonError, Result, own};
+use crate::constraint::check;
+use crate::error::{BELOW_ZERO, NewtonError, Result, own};
 use crate::report::NewtonReport;
 use crate::resolution::Resolution;
 
@@ -94,8 +95,9 @@ impl Equilibrium {
     /// ```
     ///
     /// # Errors
-    /// A membrane of springs.
+    /// A membrane of springs; a coordinate that is NaN.
     pub fn rubber_state(&self, s: f64) -> Result<RubberState> {
+        let s = check("material coordinate", s.clamp(0.0, 1.0), BELOW_ZERO)?;
         Ok(self.membrane().rubber_state(s, &self.at(s))?)
     }
 

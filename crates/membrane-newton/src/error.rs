@@ -101,11 +101,12 @@ pub enum NewtonError {
         /// The required size.
         expected: usize,
     },
-    /// The control was raised from the start but did not reach `wanted`: past `reached` (within about 1e-4 of it) this branch of equilibria
-    /// turns back, the enclosed volume falls to zero, or the load steps ran out. Another control, often area or volume, may continue. For a pressure of rubber,
+    /// The control was raised from the start but did not reach `wanted`. If [`NewtonReport::stopped_by`] is [`StopReason::LoadSteps`], the load
+    /// steps are used up and the branch of equilibria continues. Otherwise it ends: past `reached` (within about 1e-4 of it) it turns back, or the
+    /// enclosed volume falls to zero. Another control, often area or volume, may continue. For a pressure of rubber,
     /// `reached` is the first maximum of the pressure along the branch from the start, to rounding. Rubber that stiffens, such as that of Gent,
     /// has equilibria at higher pressures beyond it ([`Solver::branch`](crate::Solver::branch)).
-    #[error("no equilibrium found beyond {reached:?}, {wanted:?} wanted; {quantity}, {} load steps", report.load_steps)]
+    #[error("no equilibrium found beyond {reached:?}, {wanted:?} wanted; {quantity}, {} load steps{}", report.load_steps, used_up(report.stopped_by))]
     LimitPoint {
         /// The quantity of the control with its unit; a volume for a volume gain.
         quantity: &'static str,
@@ -128,8 +129,8 @@ pub enum NewtonError {
     },
     /// Newton converged to an equilibrium that no change of the control reaches from the start: past a limit point, or with more loops.
     /// Occurs only without load steps ([`NewtonOptions::max_load_steps`](crate::NewtonOptions::max_load_steps)) or if none leaves the
-    /// start.
-    #[error("not on the branch of the start: {} iterations, {} load steps", report.iterations, report.load_steps)]
+    /// start; [`NewtonReport::stopped_by`] is [`StopReason::LoadSteps`] if they are used up.
+    #[error("not on the branch of the start: {} iterations, {} load steps{}", report.iterations, report.load_steps, used_up(report.stopped_by))]
     OtherBranch {
         /// Report of the attempts.
         report: Box<NewtonReport>,
@@ -198,9 +199,21 @@ fn failure(stopped_by: Option<StopReason>) -> &'static str {
             "the residual or the step is not finite, or a norm is negative"
         }
         Some(
-            StopReason::Residual | StopReason::Step | StopReason::Rounding | StopReason::Observer,
+            StopReason::Residual
+            | StopReason::Step
+            | StopReason::Rounding
+            | StopReason::Observer
+            | StopReason::LoadSteps,
         )
         | None => "the corrections are within the tolerances, but the control is not met to 1e-9",
+    }
+}
+
+/// Describes whether more load steps would continue a branch.
+fn used_up(stopped_by: Option<StopReason>) -> &'static str {
+    match stopped_by {
+        Some(StopReason::LoadSteps) => ", which are used up",
+        _ => "",
     }
 }
 
@@ -256,6 +269,24 @@ impl NewtonError {
             report.stopped_by = stopped_by;
         }
         self
+    }
+
+    /// A branch that ends at a value of the control, and whether that is because the load steps are used up.
+    pub(crate) fn limit_point(
+        quantity: &'static str,
+        reached: f64,
+        wanted: f64,
+        stopped_by: Option<StopReason>,
+    ) -> Self {
+        Self::LimitPoint {
+            quantity,
+            reached,
+            wanted,
+            report: Box::new(NewtonReport {
+                stopped_by,
+                ..NewtonReport::default()
+            }),
+        }
     }
 
     /// The error under the opposite control.

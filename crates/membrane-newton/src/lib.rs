@@ -21,7 +21,7 @@
 //! is halved if the rates of change of the shape at its two ends differ by more than a factor of 4, or if the change of the shape exceeds the
 //! step times 1.5 times the larger rate. Mirror-symmetric membranes have symmetric solutions.
 //!
-//! The feature `serde` implements serialisation of options and reports.
+//! The feature `serde` implements serialisation of controls, discretisations, options and reports.
 //!
 //! Limits: no time dependence; not a general nonlinear solver library, although [`newton`] accepts any [`ResidualSystem`].
 //!

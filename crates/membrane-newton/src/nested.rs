@@ -12,7 +12,7 @@ use crate::limit;
 use crate::nested_system::NestedSystem;
 use crate::newton::ResidualSystem;
 use crate::options::NewtonOptions;
-use crate::report::NewtonReport;
+use crate::report::{NewtonReport, StopReason};
 use crate::resolution::{Resolution, swept_by_mean_radius, swept_by_radius};
 use crate::route::Route;
 
@@ -129,7 +129,10 @@ impl Nested {
         if !stopped || quantity != Quantity::Intensity || self.0[0].route() != Route::Inflate {
             return outcome;
         }
-        if !matches!(outcome, Err(NewtonError::LimitPoint { .. })) {
+        let mut ended = None;
+        if let Err(NewtonError::LimitPoint { report, .. }) = outcome {
+            ended = report.stopped_by;
+        } else {
             // No step in the pressure left the start, as for a pressure that is far too large: continues from a first volume.
             let rest = &self.0[0].start;
             let volume = Control::Volume(rest.volume + FIRST_VOLUME * swept_by_radius(rest));
@@ -140,17 +143,17 @@ impl Nested {
                 return outcome;
             }
         }
-        self.pass_limit(state, value, options, report)
+        self.pass_limit(state, (value, ended), options, report)
     }
 
-    /// Continues from `state`, at which steps in the pressure ended, to the pressure `wanted`.
+    /// Continues from `state`, at which steps in the pressure `ended`, to the pressure `wanted`.
     ///
     /// # Errors
     /// [`NewtonError::LimitPoint`] with the maximum of the pressure.
     fn pass_limit(
         &self,
         state: &mut [f64],
-        wanted: f64,
+        (wanted, mut ended): (f64, Option<StopReason>),
         options: &NewtonOptions,
         report: &mut NewtonReport,
     ) -> Result<()> {
@@ -160,34 +163,34 @@ impl Nested {
             let near = (most / state[pressure] - 1.0).abs() < AT_LIMIT;
             (most <= wanted && near).then_some(most)
         };
-        let reached = match limit(state) {
-            Some(most) => most,
-            None => match self.walk_by_volume(state, wanted, options, report) {
-                Some(()) => return Ok(()),
-                None => limit(state).unwrap_or(state[pressure]),
-            },
-        };
-        let report = Box::default();
-        Err(NewtonError::LimitPoint {
-            quantity: Quantity::Intensity.name(),
-            reached,
-            wanted,
-            report,
-        })
+        let mut reached = limit(state);
+        if reached.is_none() {
+            match self.walk_by_volume(state, wanted, options, report) {
+                Ok(()) => return Ok(()),
+                Err(early) => (reached, ended) = (limit(state), early.or(ended)),
+            }
+        }
+        let ended = ended.filter(|_| reached.is_none());
+        let reached = reached.unwrap_or(state[pressure]);
+        let quantity = Quantity::Intensity.name();
+        Err(NewtonError::limit_point(quantity, reached, wanted, ended))
     }
 
     /// Continues from `state` by volume to the pressure `wanted`: just before a limit, or where the pressure rises very slowly with the
-    /// volume, steps in the pressure fail. `None` if it stops rising; `state` is then the last one in which it rose.
+    /// volume, steps in the pressure fail.
+    ///
+    /// # Errors
+    /// `None` if it stops rising, otherwise the steps are used up; `state` is then the last one in which it rose.
     fn walk_by_volume(
         &self,
         state: &mut [f64],
         wanted: f64,
         options: &NewtonOptions,
         report: &mut NewtonReport,
-    ) -> Option<()> {
+    ) -> Result<(), Option<StopReason>> {
         let pressure = self.0[0].discrete.start().len();
         if wanted <= state[pressure] {
-            return None;
+            return Err(None);
         }
         // continues along the branch from an equilibrium to the value of a control
         let mut step = |state: &mut [f64], control: Control| {
@@ -214,16 +217,16 @@ impl Nested {
             if !rises || passed && step(&mut next, Control::Load(wanted)).is_none() {
                 share *= 0.25;
                 if share < LEAST_STEP {
-                    return None;
+                    return Err(None);
                 }
                 continue;
             }
             state.copy_from_slice(&next);
             if passed {
-                return Some(());
+                return Ok(());
             }
         }
-        None
+        Err(Some(StopReason::LoadSteps))
     }
 
     fn check_resolved(&self, state: &[f64]) -> Result<()> {

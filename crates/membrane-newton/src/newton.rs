@@ -3,6 +3,7 @@
 use std::convert::Infallible;
 use std::ops::ControlFlow;
 
+use crate::constraint::check;
 use crate::error::{NewtonError, Result, length};
 use crate::options::{LineSearch, NewtonOptions, Refactor};
 use crate::report::{NewtonReport, StopReason};
@@ -100,7 +101,7 @@ pub struct NewtonScratch {
 /// ```
 ///
 /// # Errors
-/// [`NewtonError::NotConverged`] with the report; a tolerance that is not finite; [`NewtonError::WrongLength`] if the lengths of `x` and
+/// [`NewtonError::NotConverged`] with the report; a tolerance or an entry of `x` that is not finite; [`NewtonError::WrongLength`] if the lengths of `x` and
 /// the system differ; errors of the system.
 pub fn newton(
     system: &mut (impl ResidualSystem + ?Sized),
@@ -144,6 +145,9 @@ pub fn newton_observed<B>(
 ) -> Result<ControlFlow<B>> {
     let n = system.len();
     length("unknowns", x.len(), n)?;
+    for &start in &*x {
+        check("start of an unknown", start, f64::NEG_INFINITY)?;
+    }
     options.check()?;
     scratch.begin(n, options.max_iterations);
     let outcome = iterate(system, x, options, scratch, &mut observe);

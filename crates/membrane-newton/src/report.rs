@@ -51,6 +51,8 @@ pub enum StopReason {
     LineSearch,
     /// Failure: the residual or the step is NaN or infinite.
     NotFinite,
+    /// Failure: the continuation steps are used up ([`NewtonError::LimitPoint`](crate::NewtonError::LimitPoint) or `OtherBranch`).
+    LoadSteps,
 }
 
 impl NewtonReport {

@@ -20,6 +20,7 @@ use crate::resolution::Resolution;
 /// degree 20 with two elements per piece. Use adaptive elements for other membranes. Finite differences are those of the paper, of second
 /// order; they need no breakpoints.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub enum Discretisation {
     /// Second-order finite differences, as in the paper.

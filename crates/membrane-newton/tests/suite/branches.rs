@@ -158,13 +158,13 @@ fn curves_with_loops_past_the_limit_point_are_not_results() {
             quantity,
             reached,
             wanted,
-            ..
+            report,
         }) = outcome
         else {
             panic!("{discretisation:?}: {outcome:?}");
         };
         assert!(quantity.starts_with("force intensity"), "{quantity}");
-        assert_eq!(wanted, asked);
+        assert_eq!((wanted, report.stopped_by), (asked, None));
         assert!(
             (reached / low - 1.0).abs() < tolerance,
             "{discretisation:?}: {reached}, {low}"

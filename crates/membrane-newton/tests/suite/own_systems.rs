@@ -378,13 +378,21 @@ fn a_residual_that_is_not_finite_is_no_solution_whatever_its_norm() {
         LineSearch::Natural { max_halvings: 20 },
     ] {
         let options = NewtonOptions::default().with_line_search(line_search);
-        for start in [[-4.0, 1.0], [-4.0, 3.0], [f64::NAN, 1.0], [f64::NAN, 3.0]] {
+        for start in [[-4.0, 1.0], [-4.0, 3.0]] {
             let mut x = start;
             let error = newton(&mut RootAndLine, &mut x, &options).unwrap_err();
             let NewtonError::NotConverged { report, .. } = &error else {
                 panic!("{start:?}: {error}")
             };
             assert_eq!(report.stopped_by, Some(StopReason::NotFinite), "{start:?}");
+        }
+        for start in [f64::NAN, f64::INFINITY] {
+            let refused = newton(&mut RootAndLine, &mut [3.0, start], &options);
+            let what = "start of an unknown";
+            assert!(
+                matches!(refused, Err(NewtonError::OutOfRange { what: named, .. }) if named == what),
+                "{refused:?}"
+            );
         }
         let mut x = [3.0, 3.0];
         newton(&mut RootAndLine, &mut x, &options).unwrap();

@@ -55,6 +55,10 @@ fn the_flat_disc_reaches_its_reference_values() {
         apex.position[0]
     );
     let stretched = by_volume.rubber_state(0.5).unwrap();
+    assert!(matches!(
+        by_volume.rubber_state(f64::NAN),
+        Err(NewtonError::OutOfRange { .. })
+    ));
     assert!((stretched.stretches[0] - 1.3).abs() < 1e-9, "{stretched:?}");
     let by_pressure = solve(&solver, Control::Load(p));
     assert!((by_pressure.measures.volume - volume).abs() < 1e-10);

@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 use membrane_newton::membrane_forces::CircleEquilibrium;
 use membrane_newton::{
     Control, CurvePoint, Discretisation, Membrane, NewtonError, NewtonOptions, ReferenceShape,
-    Rubber, Solver, Stiffness, StrainEnergy, Thickness,
+    Rubber, Solver, Stiffness, StopReason, StrainEnergy, Thickness,
 };
 
 const SPECTRAL: Discretisation = Discretisation::Spectral {
@@ -23,7 +23,8 @@ fn disc(amplitude: f64) -> Membrane {
     springs(ReferenceShape::disc(1.0).unwrap(), amplitude)
 }
 
-/// A walk ends at its control: it needs all of its steps, and no other ones; with fewer steps the error reports those that were allowed.
+/// A walk ends at its control: it needs all of its steps, and no other ones; with fewer steps the error reports those that were allowed, and
+/// that they are used up.
 #[test]
 fn a_walk_takes_as_many_steps_as_it_needs() {
     let options = NewtonOptions::default();
@@ -42,6 +43,7 @@ fn a_walk_takes_as_many_steps_as_it_needs() {
         else {
             panic!("{few} steps are not enough");
         };
+        assert_eq!(report.stopped_by, Some(StopReason::LoadSteps));
         assert_eq!(report.load_steps, few);
     }
 }

@@ -449,6 +449,8 @@ fn membrane_options_and_reports_are_restored_from_files() {
         .expect("nodes enough")
         .solve(Control::VolumeGain(0.3), &options);
     through_json(&options);
+    through_json(&Control::VolumeGain(0.3));
+    through_json(&Discretisation::SpectralAdaptive { tolerance: 1e-12 });
     through_json(&solved.expect("a small gain").report);
     let few: NewtonOptions = serde_json::from_str(r#"{"max_iterations":7}"#).expect("options");
     assert_eq!(few, options.with_max_iterations(7));
