@@ -65,7 +65,7 @@ impl BandedLu {
     /// Factors `matrix`; after an error there is no factorisation.
     ///
     /// # Errors
-    /// A pivot is zero or not finite: [`NewtonError::Singular`]; the shapes of `matrix` and storage differ: [`NewtonError::WrongLength`].
+    /// A pivot is zero or not finite: [`NewtonError::Singular`]. The pivots of a singular matrix may be nonzero by rounding; it is then factored. The shapes of `matrix` and storage differ: [`NewtonError::WrongLength`].
     pub fn factor(&mut self, matrix: &BandMatrix) -> Result<()> {
         self.factored = false;
         let (n, lower, width) = (self.n, self.lower, self.width);

@@ -10,7 +10,8 @@ use crate::error::{NewtonError, Result, length};
 /// ```
 ///
 /// by block elimination from a factorisation of A: y = (q - g' A^-1 r) / (d - g' A^-1 b). A rank-one term is a border too: (A + b g') x = r
-/// is the case d = -1, q = 0 (Sherman and Morrison 1950). Cost: one solve with A for b, then O(n) per right-hand side.
+/// is the case d = -1, q = 0 (Sherman and Morrison 1950). Cost: one solve with A for b, then O(n) per right-hand side. If A is nearly singular,
+/// x has a relative error of epsilon times the condition number of A, even if the bordered matrix is well conditioned; y is accurate.
 ///
 /// ```
 /// use membrane_newton::{BandMatrix, BandedLu, Border};
@@ -67,7 +68,7 @@ impl Border {
     /// Eliminates with the corner d and a function that overwrites a vector with A^-1 times it.
     ///
     /// # Errors
-    /// Errors of `solve`; a bordered matrix that is singular to working precision. The border is then not eliminated.
+    /// Errors of `solve`; d - g' A^-1 b is zero or not finite. The border is then not eliminated.
     pub fn eliminate(
         &mut self,
         corner: f64,

@@ -23,7 +23,7 @@ pub enum NewtonError {
     /// Solving requires a factorisation.
     #[error("no tangent has been factored; solving requires a factorisation")]
     NotFactored,
-    /// A pivot vanished: the matrix is singular to working precision.
+    /// A pivot is zero or not finite. A singular matrix may have pivots that are nonzero by rounding, without this error.
     #[error("singular matrix: pivot {pivot:?} in row {row}")]
     Singular {
         /// Row of the vanishing pivot.
@@ -142,6 +142,8 @@ pub enum NewtonError {
         tension: f64,
     },
     /// The curve encloses no body: walls intersect, or it is inside out ([`collapse`](membrane_forces::collapse), between the nodes by lines).
+    /// The condition is that of the plane curve. A membrane without mirror symmetry may bend to one side of the axis without this error; its
+    /// upper half then crosses the axis before the apex, and its volume of revolution has no meaning.
     #[error("collapsed: walls of the membrane meet or are inside out near s = {s:?}")]
     Collapsed {
         /// Material coordinate of a node where the walls meet, or of the apex.

@@ -5,7 +5,7 @@
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct NewtonReport {
-    /// Newton iterations: changes of the unknowns with a new factorisation.
+    /// Newton iterations: steps of the unknowns; the second correction of [`LineSearch::Natural`](crate::LineSearch::Natural) belongs to its step.
     pub iterations: usize,
     /// Factorisations of the tangent.
     pub factorisations: usize,
@@ -18,12 +18,17 @@ pub struct NewtonReport {
     pub residual: f64,
     /// Scaled size of the last step, infinite if none was computed.
     pub step: f64,
-    /// Estimated error of Newton's iteration. It does not include that of the discretisation
+    /// Estimated error of Newton's iteration: the sum of the steps that would follow, from the contraction of the last ones. Before the first
+    /// step it assumes an exact tangent, and before the second a regular root. With a reused tangent near a singular root the error may be
+    /// larger. It does not include that of the discretisation
     /// ([`Equilibrium::discretisation_error`](crate::Equilibrium::discretisation_error)). For membranes it includes the rounding of the
-    /// equations, estimated with the last factorisation; [`newton`](crate::newton) of other systems does not estimate this part. Scaled, in
-    /// the norm of [`ResidualSystem::step_norm`](crate::ResidualSystem::step_norm), and at least
-    /// rounding: epsilon times the norm of the unknowns. Infinite if no contraction is known: after no step, and after a single one of
-    /// [`LineSearch::FullStep`](crate::LineSearch::FullStep).
+    /// equations, estimated with the last factorisation; [`newton`](crate::newton) of other systems does not estimate this part.
+    ///
+    /// Scaled, in the norm of [`ResidualSystem::step_norm`](crate::ResidualSystem::step_norm), and at least rounding: epsilon times the norm of
+    /// the unknowns. The norm of membranes is the larger of two: the largest change of a coordinate over the length of the start (or the largest
+    /// coordinate), and the change of the intensity over the prescribed one, or, with a prescribed area or volume, over the larger of the
+    /// intensity and that which moves the membrane by its length. At a small prescribed volume the relative error of the intensity is larger.
+    /// Infinite if no contraction is known: after a single step of [`LineSearch::FullStep`](crate::LineSearch::FullStep).
     pub iteration_error: f64,
     /// The test that ended the last iteration, also of a failed solve; `None` if no iteration was started.
     pub stopped_by: Option<StopReason>,
@@ -38,10 +43,10 @@ pub struct NewtonReport {
 pub enum StopReason {
     /// The scaled residual is within its tolerance.
     Residual,
-    /// The step, or the estimated error, is within the tolerance of steps.
+    /// The estimated error is within the step tolerance.
     Step,
-    /// Steps no longer shrink because of rounding; smaller tolerances cannot be met. Steps that shrink slowly, with an approximate
-    /// tangent, are continued.
+    /// Steps no longer shrink because of rounding; smaller tolerances cannot be met. Steps that shrink slowly, with an approximate tangent or at
+    /// a singular root, are continued.
     Rounding,
     /// The caller ended the solve: [`newton_observed`](crate::newton_observed).
     Observer,

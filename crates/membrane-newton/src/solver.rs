@@ -46,6 +46,9 @@ pub enum Discretisation {
 
 /// A discretised membrane: immutable, cheap to clone, shared by threads.
 ///
+/// Solves need a few hundred bytes per node of finite differences, and for each element of degree p some p^2 numbers; the process ends if the
+/// system does not provide them. They take microseconds to milliseconds, except with very many nodes, and cannot be cancelled.
+///
 /// ```
 /// use membrane_newton::{Control, Discretisation, Membrane, NewtonOptions, ReferenceShape, Solver};
 /// let membrane = Membrane::new(ReferenceShape::balloon(8.5, 1.75)?);
