@@ -146,8 +146,12 @@ impl<'a, 's> Search<'a, 's> {
                 // the branch did not end there
                 Err((Some(_), _)) if options.max_iterations < WALKING && used_up => (),
                 Err((Some(reached), ended)) => {
-                    let quantity = self.system.innermost().constraint.quantity.name();
-                    return Err(NewtonError::limit_point(quantity, reached, to, ended));
+                    return Err(NewtonError::LimitPoint {
+                        quantity: self.system.innermost().constraint.quantity.name(),
+                        reached,
+                        wanted: to,
+                        report: NewtonReport::ended(ended),
+                    });
                 }
                 Err((None, ended)) => {
                     if let Err(NewtonError::OtherBranch { report }) = &mut outcome {

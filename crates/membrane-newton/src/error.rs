@@ -106,7 +106,7 @@ pub enum NewtonError {
     /// enclosed volume falls to zero. Another control, often area or volume, may continue. For a pressure of rubber,
     /// `reached` is the first maximum of the pressure along the branch from the start, to rounding. Rubber that stiffens, such as that of Gent,
     /// has equilibria at higher pressures beyond it ([`Solver::branch`](crate::Solver::branch)).
-    #[error("no equilibrium found beyond {reached:?}, {wanted:?} wanted; {quantity}, {} load steps{}", report.load_steps, used_up(report.stopped_by))]
+    #[error("no equilibrium found beyond {reached:?}, {wanted:?} wanted; {quantity}, {} load steps{}", report.load_steps, if report.stopped_by.is_some() { ", which are used up" } else { "" })]
     LimitPoint {
         /// The quantity of the control with its unit; a volume for a volume gain.
         quantity: &'static str,
@@ -130,7 +130,7 @@ pub enum NewtonError {
     /// Newton converged to an equilibrium that no change of the control reaches from the start: past a limit point, or with more loops.
     /// Occurs only without load steps ([`NewtonOptions::max_load_steps`](crate::NewtonOptions::max_load_steps)) or if none leaves the
     /// start; [`NewtonReport::stopped_by`] is [`StopReason::LoadSteps`] if they are used up.
-    #[error("not on the branch of the start: {} iterations, {} load steps{}", report.iterations, report.load_steps, used_up(report.stopped_by))]
+    #[error("not on the branch of the start: {} iterations, {} load steps{}", report.iterations, report.load_steps, if report.stopped_by.is_some() { ", which are used up" } else { "" })]
     OtherBranch {
         /// Report of the attempts.
         report: Box<NewtonReport>,
@@ -211,14 +211,6 @@ fn failure(stopped_by: Option<StopReason>) -> &'static str {
     }
 }
 
-/// Describes whether more load steps would continue a branch.
-fn used_up(stopped_by: Option<StopReason>) -> &'static str {
-    match stopped_by {
-        Some(StopReason::LoadSteps) => ", which are used up",
-        _ => "",
-    }
-}
-
 /// The exclusive lower bound of a number that may be zero.
 pub(crate) const BELOW_ZERO: f64 = 0f64.next_down();
 
@@ -271,24 +263,6 @@ impl NewtonError {
             report.stopped_by = stopped_by;
         }
         self
-    }
-
-    /// A branch that ends at a value of the control, and whether that is because the load steps are used up.
-    pub(crate) fn limit_point(
-        quantity: &'static str,
-        reached: f64,
-        wanted: f64,
-        stopped_by: Option<StopReason>,
-    ) -> Self {
-        Self::LimitPoint {
-            quantity,
-            reached,
-            wanted,
-            report: Box::new(NewtonReport {
-                stopped_by,
-                ..NewtonReport::default()
-            }),
-        }
     }
 
     /// The error under the opposite control.

@@ -170,10 +170,12 @@ impl Nested {
                 Err(early) => (reached, ended) = (limit(state), early.or(ended)),
             }
         }
-        let ended = ended.filter(|_| reached.is_none());
-        let reached = reached.unwrap_or(state[pressure]);
-        let quantity = Quantity::Intensity.name();
-        Err(NewtonError::limit_point(quantity, reached, wanted, ended))
+        Err(NewtonError::LimitPoint {
+            quantity: Quantity::Intensity.name(),
+            reached: reached.unwrap_or(state[pressure]),
+            wanted,
+            report: NewtonReport::ended(ended.filter(|_| reached.is_none())),
+        })
     }
 
     /// Continues from `state` by volume to the pressure `wanted`: just before a limit, or where the pressure rises very slowly with the

@@ -145,9 +145,7 @@ pub fn newton_observed<B>(
 ) -> Result<ControlFlow<B>> {
     let n = system.len();
     length("unknowns", x.len(), n)?;
-    for &start in &*x {
-        check("start of an unknown", start, f64::NEG_INFINITY)?;
-    }
+    (x.iter()).try_for_each(|x| check("start of an unknown", *x, f64::NEG_INFINITY).map(drop))?;
     options.check()?;
     scratch.begin(n, options.max_iterations);
     let outcome = iterate(system, x, options, scratch, &mut observe);
@@ -323,12 +321,13 @@ impl NewtonScratch {
             *trial *= 1.0 + [f64::EPSILON, -f64::EPSILON][n % 2];
         }
         self.report.residual_calls += 1;
-        match system.residual_into(&self.trial, &mut self.correction) {
+        let sampled = system.residual_into(&self.trial, &mut self.correction);
+        subtract(x, 1.0, &self.step, &mut self.trial);
+        match sampled {
             Ok(()) => system.solve_in_place(&mut self.correction)?,
             Err(error @ NewtonError::User(_)) => return Err(error),
             Err(_) => return Ok(true),
         }
-        subtract(x, 1.0, &self.step, &mut self.trial);
         (self.correction.iter_mut().zip(&self.step)).for_each(|(c, step)| *c -= step);
         let change = step_norm(system, &self.correction);
         Ok(!(0.125..8.0).contains(&(change / (PART * full))))

@@ -75,6 +75,14 @@ impl NewtonReport {
         };
     }
 
+    /// The empty report of a solve that ended by this test.
+    pub(crate) fn ended(stopped_by: Option<StopReason>) -> Box<Self> {
+        Box::new(Self {
+            stopped_by,
+            ..Self::default()
+        })
+    }
+
     pub(crate) fn evaluated(&mut self, residual: f64) {
         self.residual_calls += 1;
         self.residual = residual;
