@@ -4,7 +4,9 @@
 //! and with PyTomography's parsers for SIMIND's files; these tests run it if the packages can be imported.
 
 use heart_phantom::PhantomError;
-use heart_phantom::files::{FieldOf, Format, Projections, Volume, write, write_ply, write_stl};
+use heart_phantom::files::{
+    FieldOf, Format, Projections, Samples, Volume, write, write_ply, write_stl,
+};
 use minimal::*;
 use revolve_voxel::{Body, Meridian, ParallelDetector, Pose, VoxelGrid};
 use std::collections::HashMap;
@@ -350,4 +352,16 @@ fn headers_contain_no_rounding_digits() {
     assert_eq!(header["scaling factor (mm/pixel) [1]"], "7");
     assert_eq!(header["scaling factor (mm/pixel) [2]"], "11");
     assert_eq!(header["Radius"], "141");
+}
+
+#[test]
+fn samples_have_a_number_and_a_size() {
+    for (samples, len, bytes) in [
+        (Samples::F32(&[0.5; 3]), 3, 4),
+        (Samples::U8(&[]), 0, 1),
+        (Samples::U16(&[7]), 1, 2),
+    ] {
+        let found = (samples.len(), samples.is_empty(), samples.bytes_each());
+        assert_eq!(found, (len, len == 0, bytes));
+    }
 }

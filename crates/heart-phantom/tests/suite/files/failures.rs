@@ -94,10 +94,13 @@ fn unsupported_data_of_a_format_are_rejected() {
         );
     }
     let uneven = [0.0, 0.5, 1.001];
+    // By a hundred-thousandth of a small step: ten times the allowed difference.
+    let nearly_even = [0.0, 0.02, 0.040_000_4];
     let still = [0.5, 0.5];
     let even = [0.0, 0.5, 1.0];
-    let cases: [(&[f64], [f64; 2]); 4] = [
+    let cases: [(&[f64], [f64; 2]); 5] = [
         (&uneven, [0.0; 2]),
+        (&nearly_even, [0.0; 2]),
         (&still, [0.0; 2]),
         (&even, [0.01, 0.0]),
         (&even, [0.0, 0.01]),

@@ -1,7 +1,7 @@
 //! PNG and GIF, decoded.
 
 use super::*;
-use heart_phantom::files::{Section, write_gif, write_png};
+use heart_phantom::files::{Section, png_bytes, write_gif, write_png};
 
 /// One marked voxel, off-centre along all axes; black elsewhere.
 fn marked(ix: usize, iy: usize, iz: usize) -> Vec<u8> {
@@ -89,5 +89,29 @@ fn a_gif_shows_each_frame_with_its_exact_greys() {
     assert!(matches!(
         write(&mixed, 0.1),
         Err(PhantomError::WrongLength { .. })
+    ));
+}
+
+/// Three samples per pixel are red, green and blue.
+#[test]
+fn images_with_three_samples_per_pixel_are_in_colour() {
+    let samples: Vec<u8> = (0..30).map(|k| 8 * k).collect();
+    let bytes = png_bytes([5, 2], &samples).unwrap();
+    let mut reader = png::Decoder::new(std::io::Cursor::new(bytes))
+        .read_info()
+        .unwrap();
+    let mut found = vec![0; reader.output_buffer_size().unwrap()];
+    let frame = reader.next_frame(&mut found).unwrap();
+    assert_eq!(frame.color_type, png::ColorType::Rgb);
+    assert_eq!((frame.width, frame.height), (5, 2));
+    assert_eq!(found, samples);
+    let rejected = png_bytes([5, 2], &samples[..13]);
+    assert!(matches!(
+        rejected,
+        Err(PhantomError::WrongLength {
+            given: 13,
+            expected: 10,
+            ..
+        })
     ));
 }

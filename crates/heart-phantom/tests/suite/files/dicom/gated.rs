@@ -54,6 +54,8 @@ fn two_heads_are_two_detectors_with_counted_beats() {
             expected
         );
     }
+    let frame = times.element(tags::FRAME_TIME).unwrap();
+    assert_eq!(frame.to_float64().unwrap(), 450.0);
     let detectors = file
         .element(tags::DETECTOR_INFORMATION_SEQUENCE)
         .unwrap()
