@@ -1,7 +1,8 @@
 //! Projections and ground truth: conservation, symmetry and mutual consistency.
 
 use heart_phantom::scene::{
-    Accuracy, Activity, ArcPolicy, CameraSettings, DiscretisationSettings, Mode, Rotation, Scene,
+    Accuracy, Activity, ArcPolicy, Breathing, CameraSettings, DiscretisationSettings, Mode,
+    Rotation, Scene,
 };
 use heart_phantom::{
     Heart, ImageQuality, MotionPhase, Phantom, PhantomError, Sinograms, Uptake, VolumeRange,
@@ -358,4 +359,23 @@ fn a_total_is_conserved_and_a_concentration_scales_with_the_cavity() {
     }
     let grown = total(Uptake::Concentration(2.0), 0.5) / total(Uptake::Concentration(2.0), 0.0);
     assert!((grown - 1.6).abs() < 0.02, "{grown}");
+}
+
+/// At most 120 000 heartbeats and breaths: 26 per minute, 12 views.
+#[test]
+fn acquisitions_of_too_many_cycles_are_rejected() {
+    let lasting = |seconds: f64| {
+        let mut scene = scene(Mode::WholeCycle, 8).with_size(8);
+        scene.cycle.beats_per_minute = 20.0;
+        scene.breathing = Some(Breathing {
+            shift: [0.0, 0.0, -1.0],
+            period: 10.0,
+            ..Breathing::default()
+        });
+        scene.camera.seconds_per_view = seconds;
+        Phantom::new(scene).map(drop)
+    };
+    lasting(23_076.0).unwrap();
+    let rejected = lasting(23_078.0).unwrap_err().to_string();
+    assert!(rejected.contains("heartbeats and breaths"), "{rejected}");
 }

@@ -371,3 +371,22 @@ fn cone_beams_of_many_bins_meet_a_tolerance() {
     assert_eq!(taken.samples.len(), 90 * 80);
     assert!(taken.view_error.total() < 0.1, "{:?}", taken.view_error);
 }
+
+/// Time steps are chosen from views of at most 64 bins and rows in the same field of view.
+#[test]
+fn time_steps_do_not_depend_on_the_number_of_bins() {
+    let steps = |n: [usize; 2]| {
+        let mut scene = heart(Mode::WholeCycle);
+        scene.acquisition.accuracy = Accuracy::Tolerance(0.02);
+        let pitch = [36.0 / n[0] as f64, 8.0 / n[1] as f64];
+        let detector = ParallelDetector::new(n[0], n[1], pitch).unwrap();
+        let rays = RayGeometry::cone([60.0, 100.0], &[0.3, 1.7], detector).unwrap();
+        let phantom = Phantom::new(scene).unwrap().along(rays).unwrap();
+        (phantom.steps().unwrap(), phantom.work().rays_cast)
+    };
+    let coarse = steps([64, 2]);
+    assert!(coarse.0 > 8, "{coarse:?}");
+    assert_eq!(steps([256, 2]), coarse);
+    assert_eq!(steps([128, 2]), coarse);
+    assert_eq!(steps([64, 256]), steps([64, 64]));
+}

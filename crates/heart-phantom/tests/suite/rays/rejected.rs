@@ -187,3 +187,34 @@ fn scenes_with_matrices_beside_them() {
         );
     }
 }
+
+/// A multiple of a projection matrix has the same rays, and a multiple of a nearly singular one is rejected as well.
+#[test]
+fn the_scale_of_a_projection_matrix_has_no_effect() {
+    let detector = ParallelDetector::new(4, 3, [1.0; 2]).unwrap();
+    let good = pinhole(&mut 3, 4.0).matrix;
+    let nearly_singular = [
+        [1.0, 0.0, 0.0, 0.0],
+        [0.0, 1.0, 0.0, 0.0],
+        [1.0, 1.0, 1e-14, 1.0],
+    ];
+    let scaled = |matrix: [[f64; 4]; 3], factor: f64| {
+        let matrix = matrix.map(|row| row.map(|entry| factor * entry));
+        RayGeometry::from_matrices(&[matrix], detector)
+    };
+    let expected = scaled(good, 1.0).unwrap().lines(0).unwrap();
+    for factor in [1e-8, 1e8] {
+        let found = scaled(good, factor).unwrap().lines(0).unwrap();
+        for (bin, row) in [(0, 0), (3, 0), (1, 2)] {
+            let [a, b] = [&expected, &found].map(|lines| lines.ray(bin, row).unwrap());
+            // Rounding of some tens of centimetres.
+            assert!((a.direction() - b.direction()).norm() < 1e-12, "{factor}");
+            assert!((a.at(50.0) - b.at(50.0)).norm() < 1e-10, "{factor}");
+        }
+        let rejected = scaled(nearly_singular, factor);
+        assert!(
+            matches!(rejected, Err(PhantomError::Matrix { .. })),
+            "{factor}: {rejected:?}"
+        );
+    }
+}

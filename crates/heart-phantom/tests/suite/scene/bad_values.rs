@@ -46,6 +46,11 @@ const BAD: &[(&str, &str, &str)] = &[
         "between",
     ),
     (
+        "[heart]\ndiscretisation = { spectral = { degree = 8, per_piece = 1, tolerance = 1.0 } }",
+        "heart.discretisation.spectral.tolerance",
+        "between",
+    ),
+    (
         "[heart.inner]\nlength = -1.0\nradius = 1.0\nstiffness = 1.0",
         "heart.inner.length",
         "between",

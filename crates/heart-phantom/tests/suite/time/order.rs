@@ -224,3 +224,25 @@ fn a_tolerance_is_met_in_continuous_rotation() {
     println!("{error} {stated} {:?}", phantom.steps());
     assert!(error < stated && stated < 4e-3, "{error} {stated}");
 }
+
+/// A volume that is constant for most of the beat has a shape of its own: only the rest of the beat is interpolated between levels.
+#[test]
+fn a_long_constant_volume_is_not_interpolated() {
+    let mut samples = vec![0.37; 40];
+    (samples[0], samples[2]) = (0.0, 1.0);
+    let mut scene = Scene::default().with_size(24).with_mode(Mode::WholeCycle);
+    scene.heart.discretisation = DiscretisationSettings::Differences { nodes: 101 };
+    scene.cycle.curve = VolumeCurve::Sampled(samples);
+    scene.camera.views = 2;
+    scene.reconstruction.arc = ArcPolicy::Extend;
+    scene.acquisition.accuracy = Accuracy::Steps(8);
+    let phantom = Phantom::new(scene).unwrap();
+    let view = phantom.view(0, 1).unwrap();
+    let solved = phantom.work().shapes_solved;
+    let exact = brute::view(&phantom, 0, 1, 4000);
+    let off = brute::worst(&view, &exact);
+    println!("error {off:e}");
+    assert!(off < 4e-3, "{off:e}");
+    // Five levels of the volume, and the constant one.
+    assert_eq!(solved, 6);
+}

@@ -1,7 +1,9 @@
 //! One rule for time and angle: at time t of view k the camera is at its angle at t.
 
-use heart_phantom::scene::{Breathing, BreathingCurve, Mode, RespiratoryGates, Rotation, Scene};
-use heart_phantom::{Phantom, PhantomError};
+use heart_phantom::scene::{
+    Beats, Breathing, BreathingCurve, Mode, RespiratoryGates, Rotation, RrIntervals, Scene,
+};
+use heart_phantom::{Phantom, PhantomError, VolumeCurve};
 
 use crate::phantom::small;
 
@@ -130,5 +132,67 @@ fn respiratory_gates_divide_the_time_of_a_view() {
                 "{curve:?}, {gates}: {seconds}"
             );
         }
+    }
+}
+
+/// A sampled curve that rises within a third of a long cycle is a smooth step, `3 u^2 - 2 u^3`: the times at which it passes the limits of gates
+/// have the closed form `u = 1/2 - sin(arcsin(1 - 2 y) / 3)`.
+#[test]
+fn times_of_amplitude_gates_have_a_closed_form() {
+    const GATES: usize = 100;
+    let mut scene = small(Mode::Static { phase: 0.0 }).with_size(8);
+    scene.camera.seconds_per_view = 30.0;
+    scene.breathing = Some(Breathing {
+        shift: [0.0, 0.0, -2.0],
+        period: 30.0,
+        curve: BreathingCurve::Sampled(vec![0.0, 1.0, 1.0]),
+        gates: Some(RespiratoryGates::Amplitude(GATES)),
+        ..Breathing::default()
+    });
+    let phantom = Phantom::new(scene).unwrap();
+    let at = |y: f64| 10.0 * (0.5 - ((1.0 - 2.0 * y).asin() / 3.0).sin());
+    for gate in [0, 1, 37, GATES - 1] {
+        let [from, to] = [gate, gate + 1].map(|k| at(k as f64 / GATES as f64));
+        // Inspiration and expiration; the last gate also has the third of the cycle at end-inspiration.
+        let rest = if gate + 1 == GATES { 10.0 } else { 0.0 };
+        let expected = 2.0 * (to - from) + rest;
+        for time in phantom.view_times(gate).unwrap() {
+            // Roots have a relative error of 1e-13; the last view starts at 330 s.
+            assert!(
+                (time.window - expected).abs() < 1e-9,
+                "{gate}: {} {expected}",
+                time.window
+            );
+        }
+    }
+}
+
+/// Systole in the middle of a beat lasts as long as in a regular beat; both parts of diastole are stretched alike.
+#[test]
+fn systole_between_two_parts_of_diastole_has_a_fixed_duration() {
+    const INTERVALS: [f64; 4] = [0.9, 1.2, 1.0, 1.6];
+    let mut scene = small(Mode::Instants).with_size(8);
+    scene.cycle.beats_per_minute = 60.0;
+    // Largest at a quarter of the beat, smallest at three quarters.
+    scene.cycle.curve = VolumeCurve::Sampled(vec![0.5, 1.0, 0.5, 0.0]);
+    scene.beats = Some(Beats::new(RrIntervals::List(INTERVALS.to_vec())));
+    (scene.camera.views, scene.camera.seconds_per_view) = (40, 0.37);
+    for time in Phantom::new(scene).unwrap().view_times(0).unwrap() {
+        let (mut after, mut k) = (time.start, 0);
+        while after >= INTERVALS[k % 4] {
+            after -= INTERVALS[k % 4];
+            k += 1;
+        }
+        // Seconds of the first part of diastole; systole lasts half a second.
+        let first = 0.5 * (INTERVALS[k % 4] - 0.5);
+        let expected = if after < first {
+            0.25 * after / first
+        } else if after < first + 0.5 {
+            0.25 + after - first
+        } else {
+            0.75 + 0.25 * (after - first - 0.5) / first
+        };
+        // Phases are rounded to 5e-13.
+        assert!((time.phase - expected).abs() < 1e-11, "{time:?} {expected}");
     }
 }

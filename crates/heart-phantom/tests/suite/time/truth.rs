@@ -260,3 +260,21 @@ fn files_and_report_name_the_kind_of_ground_truth() {
         assert_eq!(report.gates[0].artefacts, Some(artefacts));
     }
 }
+
+/// Ground truth over eight beats is that over one beat, from as many states.
+#[test]
+fn the_ground_truth_does_not_depend_on_the_number_of_whole_beats() {
+    let of = |beats: f64| {
+        let mut scene = small(Mode::WholeCycle).with_size(8);
+        (scene.cycle.beats_per_minute, scene.truth.tolerance) = (60.0, 5e-4);
+        (scene.camera.rotation, scene.camera.seconds_per_view) = (Rotation::Continuous, beats);
+        let phantom = Phantom::new(scene).unwrap();
+        let truth = phantom.truth(0).unwrap();
+        (truth, phantom.work().shapes_solved)
+    };
+    let [(one, few), (eight, many)] = [of(1.0), of(8.0)];
+    assert_eq!(few, many);
+    let eight: Vec<f64> = eight.into_iter().map(f64::from).collect();
+    // Weights in f64, sums in f32.
+    assert!(farthest(&one, &eight) < 1e-6);
+}

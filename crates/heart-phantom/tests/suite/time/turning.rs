@@ -2,7 +2,7 @@
 
 use super::brute;
 use heart_phantom::scene::{
-    Accuracy, BlurSettings, DiscretisationSettings, Mode, PoseSettings, Rotation, Scene,
+    Accuracy, BlurSettings, Breathing, DiscretisationSettings, Mode, PoseSettings, Rotation, Scene,
 };
 use heart_phantom::{
     Phantom, Product, VolumeCurve, VolumeRange, Warning, WarningKind, no_observer, run,
@@ -383,4 +383,23 @@ fn gates_of_continuous_rotation_are_written_to_files_of_even_steps_with_a_warnin
         let folder = tempfile::tempdir().unwrap();
         run(&phantom, folder.path(), &no_observer).unwrap();
     }
+}
+
+/// Views of whole beats and breaths have the same phases, and as many points each, however late they start.
+#[test]
+fn later_views_have_no_more_points() {
+    let mut scene = small(Mode::WholeCycle);
+    scene.cycle.beats_per_minute = 60.0;
+    scene.breathing = Some(Breathing {
+        shift: [0.0, 0.0, -1.0],
+        period: 3.0,
+        ..Breathing::default()
+    });
+    let rays = |view_idx: usize| {
+        let phantom = Phantom::new(scene.clone()).unwrap();
+        phantom.view(0, view_idx).unwrap();
+        let work = phantom.work();
+        work.rays_cast + work.rays_skipped
+    };
+    assert_eq!(rays(0), rays(2));
 }
