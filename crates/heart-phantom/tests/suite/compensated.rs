@@ -3,7 +3,7 @@
 use crate::phantom::small;
 use heart_phantom::revolve_voxel::nalgebra::Vector3;
 use heart_phantom::scene::*;
-use heart_phantom::{Phantom, no_observer};
+use heart_phantom::{Phantom, VolumeRange, no_observer};
 use radon::{FbpOptions, FbpPlan, ImageGrid, StackOrder, add_shifted};
 
 fn still() -> Scene {
@@ -151,4 +151,30 @@ fn respiratory_rotation_is_rejected() {
         refused.to_string().contains("rotation by breathing"),
         "{refused}"
     );
+}
+
+/// Instants, which have no duration, are shifted back whole.
+#[test]
+fn instants_are_compensated() {
+    let volume = |shift: [f64; 3], compensation| {
+        let mut scene = breathing(shift, 1);
+        scene.acquisition.mode = Mode::Instants;
+        // No heartbeat.
+        scene.cycle.volume = VolumeRange::Gains([0.3; 2]);
+        scene.camera.seconds_per_view = 1.3;
+        scene.breathing.as_mut().unwrap().gates = None;
+        scene.reconstruction.compensation = compensation;
+        Phantom::new(scene).unwrap().volume(0).unwrap()
+    };
+    let still = volume([0.0; 3], Compensation::None);
+    let off = |compensation| {
+        let volume = volume([0.3, 0.5, -1.6], compensation);
+        let square = |a: f64, b: f64| (a - b).powi(2);
+        let pairs = volume.iter().zip(&still);
+        let off: f64 = pairs.map(|(a, b)| square((*a).into(), (*b).into())).sum();
+        off.sqrt()
+    };
+    let [moved, compensated] = [Compensation::None, Compensation::KnownMotion].map(off);
+    // Interpolation by fractions of a bin remains.
+    assert!(compensated < 0.5 * moved, "{compensated} {moved}");
 }

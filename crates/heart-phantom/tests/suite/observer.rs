@@ -2,8 +2,8 @@
 
 use heart_phantom::scene::{Accuracy, DiscretisationSettings, Mode};
 use heart_phantom::{
-    Compensation, Defect, Method, Osem, Phantom, PhantomError, Product, Run, RunReport, Scene,
-    no_observer, run,
+    Compensation, Defect, Method, Osem, Phantom, PhantomError, Product, Progress, Run, RunReport,
+    Scene, no_observer, run,
 };
 use radon::{
     FbpMethod, FbpOptions, FbpPlan, ImageGrid, Kernel, LinearOperator, ParallelGeometry, Projector,
@@ -13,8 +13,8 @@ use std::collections::BTreeMap;
 use std::fmt::Debug;
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Arc, Mutex};
 
 fn osem() -> Method {
     Method::Osem(Osem::new(2, 3))
@@ -300,4 +300,26 @@ fn names_of_files_beside_a_run_are_plain_and_unique() {
     let report = run.finish(&no_observer, write).unwrap();
     let listed = ["projections.npy", "b.txt", "report.json"].map(PathBuf::from);
     assert_eq!(report.files, listed);
+}
+
+/// The reported fraction of a run does not decrease.
+#[test]
+fn the_fraction_of_a_run_does_not_decrease() {
+    for (method, compensation) in [
+        (osem(), Compensation::None),
+        (osem(), Compensation::KnownMotion),
+        (Method::Fbp, Compensation::KnownMotion),
+    ] {
+        let mut scene = small(method);
+        scene.reconstruction.compensation = compensation;
+        let folder = tempfile::tempdir().unwrap();
+        let seen = Mutex::new(vec![0.0]);
+        let watch = |progress: Progress| {
+            seen.lock().unwrap().push(progress.fraction);
+            ControlFlow::Continue(())
+        };
+        run(&Phantom::new(scene).unwrap(), folder.path(), &watch).unwrap();
+        let seen = seen.into_inner().unwrap();
+        assert!(seen.is_sorted() && seen[seen.len() - 1] <= 1.0, "{seen:?}");
+    }
 }

@@ -7,8 +7,10 @@ use heart_phantom::radon::{
 };
 use heart_phantom::scene::*;
 use heart_phantom::{
-    Artefacts, ImageQuality, MotionPhase, Phantom, PhantomError, Uptake, no_observer, run,
+    Artefacts, ImageQuality, MaterialPoint, MotionPhase, Phantom, PhantomError, Uptake,
+    no_observer, run,
 };
+use std::f64::consts::FRAC_1_PI;
 
 /// A heart with views over a full turn, in voxels of 0.35 cm.
 fn scene(mode: Mode) -> Scene {
@@ -128,9 +130,23 @@ fn maps_of_respiration_lead_to_their_own_gates() {
     let phantom = Phantom::new(scene).unwrap();
     let still = phantom.activity(phantom.reference()).unwrap();
     let truths: Vec<Vec<f32>> = (0..6).map(|gate| phantom.truth(gate).unwrap()).collect();
+    let grid = phantom.camera().grid();
+    let heights: Vec<f32> = (0..grid.len())
+        .map(|k| grid.centre(0, 0, k / 1024).z as f32)
+        .collect();
     for gate in 0..6 {
         let warps = phantom.warps(gate).unwrap();
         assert_eq!(warps.factors().len(), 2);
+        // Over 60 respiratory cycles, the lower and the upper half of a sinusoid have the average heights 1/2 -+ 1/pi.
+        let mut shifted = vec![0.0f32; still.len()];
+        (warps.factors()[1].forward_into(&heights, &mut shifted)).unwrap();
+        // Sources of voxels near the edges may be outside.
+        let middle = |k: &usize| grid.centre(k % 32, k / 32 % 32, k / 1024).coords.amax() < 5.0;
+        let by = (0..still.len()).filter(middle);
+        let by = by.map(|k| (shifted[k] - heights[k]).abs());
+        let expected = 2.4 * (0.5 + if gate < 3 { -FRAC_1_PI } else { FRAC_1_PI });
+        let off = f64::from(by.fold(0.0, f32::max)) - expected;
+        assert!(off.abs() < 0.02, "{gate}: {off:e}");
         let mut moved = vec![0.0f32; still.len()];
         warps.forward_into(&still, &mut moved).unwrap();
         let off: Vec<f64> = truths.iter().map(|truth| distance(&moved, truth)).collect();
@@ -390,4 +406,65 @@ fn scenes_without_a_common_reference_phase_are_rejected() {
         .unwrap_err();
     assert!(matches!(beyond, PhantomError::Count { .. }));
     assert!(matches!(phantom.warps(2), Err(PhantomError::Count { .. })));
+}
+
+/// Surroundings are displaced up to a distance of a tenth of the heart's length and three times the longest displacement of the wall: here that of
+/// the middle of its side, whose twist is the largest.
+#[test]
+fn surroundings_move_within_three_times_the_longest_displacement() {
+    let mut scene = small(Mode::Static { phase: 0.0 }).with_size(32);
+    scene.camera.pitch = [0.6; 2];
+    let degrees = vec![0.0, 25.0, 25.0, 0.0];
+    scene.twist = Some(Twist {
+        inner_degrees: degrees.clone(),
+        outer_degrees: degrees,
+    });
+    let phantom = Phantom::new(scene).unwrap();
+    let at = MotionPhase::default();
+    let [from, to] = [phantom.reference(), at].map(|at| phantom.wall(at).unwrap());
+    let mut longest = 0.0f64;
+    for (layer, k) in (0..400).map(|k| ((k % 2) as f64, k / 2)) {
+        let point = MaterialPoint {
+            layer,
+            s: 0.5 * k as f64 / 199.0,
+            azimuth: 0.0,
+        };
+        let way = to.position(&point).unwrap() - from.position(&point).unwrap();
+        longest = longest.max(way.norm());
+    }
+    let reach = 0.1 * phantom.heart().length() * 2.0;
+    let reach = reach.max(0.1 * phantom.heart().length() + 3.0 * longest);
+    let grid = *phantom.camera().grid();
+    let centre = |k: usize| grid.centre(k % 32, k / 32 % 32, k / 1024);
+    let mut farthest = 0.0f64;
+    for axis in 0..3 {
+        let still: Vec<f64> = (0..grid.len()).map(|k| centre(k)[axis]).collect();
+        let mut moved = vec![0.0f64; grid.len()];
+        (phantom.warps(0).unwrap().forward_into(&still, &mut moved)).unwrap();
+        let shape = phantom.shape(0.0).unwrap();
+        for k in (0..grid.len()).filter(|&k| (moved[k] - still[k]).abs() > 1e-6) {
+            farthest = farthest.max(shape.body().signed_distance(1, &centre(k)).unwrap());
+        }
+    }
+    // Voxels of 0.6 cm; the longest displacement is that of eight points along the wall.
+    assert!(
+        farthest <= reach && farthest > reach - 0.4,
+        "{farthest} {reach}"
+    );
+}
+
+/// The heart at the reference phase, end-diastole, has no motion: its compensated reconstruction is an ordinary one.
+#[test]
+fn known_motion_has_no_effect_at_the_reference_phase() {
+    let still = Mode::Static { phase: 0.5 };
+    let [plain, compensated] = [scene(still), compensated(still)].map(|scene| {
+        let mut scene = scene.with_size(16);
+        scene.reconstruction.method = Method::Osem(Osem::new(4, 2));
+        Phantom::new(scene).unwrap().volume(0).unwrap()
+    });
+    let most = plain.iter().copied().fold(0.0f32, f32::max);
+    for (a, b) in plain.iter().zip(&compensated) {
+        // Eight updates in single precision.
+        assert!((a - b).abs() <= 1e-5 * most, "{a} {b}");
+    }
 }

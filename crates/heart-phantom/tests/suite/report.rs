@@ -4,7 +4,9 @@ use heart_phantom::scene::{
     Accuracy, Attenuation, Counts, DiscretisationSettings, Medium, Mode, Noise, PressureLaw,
     Product, Scene,
 };
-use heart_phantom::{Phantom, RunReport, VolumeCurve, VolumeRange, no_observer, run};
+use heart_phantom::{
+    GateReport, Phantom, PolarMap, RunReport, VolumeCurve, VolumeRange, no_observer, run,
+};
 use std::f64::consts::{PI, TAU};
 use std::path::{Path, PathBuf};
 
@@ -339,4 +341,38 @@ fn surfaces_far_away_have_no_more_triangles() {
         phantom.meshes(0.5).unwrap().map(|m| m.triangles.len())
     };
     assert_eq!(mesh(0.0), mesh(1e6));
+}
+
+/// The measured ejection fraction is that of the largest and the smallest cavity in the polar maps; one gate has none.
+#[test]
+fn the_measured_ejection_fraction_is_that_of_the_polar_maps() {
+    let write = [Product::Reconstruction, Product::Truth];
+    let measured = |gates: usize| {
+        let folder = tempfile::tempdir().unwrap();
+        done(small(Mode::Gated { gates }, &write), folder.path())
+    };
+    assert_eq!(measured(1).measured, None);
+    let report = measured(3);
+    let cavities = |map: fn(&GateReport) -> Option<PolarMap>| {
+        let cavity = |gate| map(gate).unwrap().cavity_ml.unwrap();
+        report.gates.iter().map(cavity).collect::<Vec<f64>>()
+    };
+    let found = report.measured.unwrap();
+    for (found, cavities) in [
+        (found.ejection_fraction, cavities(|gate| gate.polar_map)),
+        (
+            found.ejection_fraction_truth,
+            cavities(|gate| gate.polar_map_truth),
+        ),
+    ] {
+        let most = cavities.iter().copied().fold(0.0, f64::max);
+        let least = cavities.iter().copied().fold(f64::INFINITY, f64::min);
+        // One subtraction and one division.
+        assert!((found.unwrap() - (1.0 - least / most)).abs() < 1e-12);
+    }
+    // Thirds of a sinusoid have the average heights 1/2 - a and 1/2 + 2 a, with a = sqrt(3) 3 / (8 pi), and the heart a gain of 0.6.
+    let [least, most] = [-1.0, 2.0].map(|k| 1.0 + 0.6 * (0.5 + k * 3f64.sqrt() * 3.0 / (8.0 * PI)));
+    // Voxels of 5 mm, averaged over a gate.
+    let truth = found.ejection_fraction_truth.unwrap();
+    assert!((truth - (most - least) / most).abs() < 0.02, "{truth}");
 }

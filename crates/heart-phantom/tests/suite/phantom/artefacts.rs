@@ -1,6 +1,7 @@
 //! Figures of artefacts for volumes with known values.
 
 use super::small;
+use heart_phantom::revolve_voxel::nalgebra::Point3;
 use heart_phantom::scene::{
     Background, BinSample, BlurSettings, Counts, DiscretisationSettings, Mode, Noise, Scene,
 };
@@ -233,4 +234,38 @@ fn figures_of_other_voxels_and_of_values_that_are_not_finite_are_rejected() {
         "{rejected:?}"
     );
     assert!(ImageQuality::of(&volume, Some(&volume), regions).is_ok());
+}
+
+/// The line through the apex ends at the circle that all views contain, and begins within it and within the voxels.
+#[test]
+fn voxels_beyond_the_field_of_view_have_no_effect_on_the_blur() {
+    // Middle of the wall at the apex.
+    let probe = Phantom::new(resting(16)).unwrap();
+    let shape = probe.shape(0.0).unwrap();
+    let solution = shape.solution();
+    let [inner, outer] = [&solution.inner, &solution.outer].map(|own| own.at(0.5).position[0]);
+    let apex = Point3::new(0.5 * (inner + outer), 0.0, 0.0);
+    let apex = shape.body().pose().to_lab(&apex);
+    let blur = |to: [f64; 3], bright: f32| {
+        let mut scene = resting(16);
+        scene.pose.shift = [0, 1, 2].map(|a| to[a] - apex[a]);
+        let phantom = Phantom::new(scene).unwrap();
+        let truth = phantom.truth(0).unwrap();
+        let mut volume = truth.clone();
+        for (k, voxel) in volume.iter_mut().enumerate() {
+            let [x, y] = [k % 16, k / 16 % 16].map(|i| 0.5 * (i as f64 - 7.5));
+            // Voxels of 5 mm that no point of the circle with radius 3.5 cm is interpolated from.
+            if x.hypot(y) > 3.5 + 0.5 * 2f64.sqrt() {
+                *voxel = bright;
+            }
+        }
+        (phantom.artefacts(0, &volume, &truth).unwrap()).apex_blur_mm
+    };
+    let inside = blur([0.0; 3], 0.0);
+    assert!(inside.is_some());
+    assert_eq!(blur([0.0; 3], 9.0), inside);
+    // Outside the circle, in a corner of the voxels; below the lowest voxels, towards which the apex points.
+    assert_eq!(blur([-2.7, 2.7, 0.0], 0.0), None);
+    assert_eq!(blur([0.0, 0.0, -4.1], 0.0), None);
+    assert!(blur([0.0, 0.0, -3.9], 0.0).is_some());
 }

@@ -462,3 +462,14 @@ fn gates_that_do_not_exist_are_rejected_before_and_after_a_reconstruction() {
         }
     }
 }
+
+#[test]
+fn the_shapes_of_a_gate_can_be_solved_in_advance() {
+    let phantom = Phantom::new(small(Mode::Gated { gates: 4 })).unwrap();
+    phantom.solve(1).unwrap();
+    let work = phantom.work();
+    // Phases 1/4, 3/8, 1/2.
+    assert_eq!((work.shapes_solved, work.rays_cast), (3, 0));
+    phantom.view(1, 3).unwrap();
+    assert_eq!(phantom.work().shapes_solved, 3);
+}

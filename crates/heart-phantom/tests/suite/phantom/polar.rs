@@ -2,7 +2,8 @@
 
 use super::small;
 use heart_phantom::membrane_newton::{Discretisation, Membrane, ReferenceShape};
-use heart_phantom::revolve_voxel::Pose;
+use heart_phantom::revolve_voxel::nalgebra::{Point3, Vector3};
+use heart_phantom::revolve_voxel::{Pose, VoxelGrid};
 use heart_phantom::scene::{ArcPolicy, BlurSettings, Breathing, Defect, Mode, Rotation, Scene};
 use heart_phantom::{Heart, Phantom, PhantomError, Uptake};
 use std::f64::consts::{PI, TAU};
@@ -206,12 +207,14 @@ fn the_edges_of_a_blurred_shell_agree_with_the_closed_form() {
     let pose = Pose::axis_along_z(0.0).unwrap();
     let heart = Heart::of_membranes([&membranes[0], &membranes[1]], nodes, 0.0, pose).unwrap();
     let phantom = Phantom::with_heart(fine(Mode::Static { phase: 0.0 }), heart).unwrap();
-    let grid = *phantom.camera().grid();
-    let [nx, ny, _] = grid.shape();
-    let place = |k: usize| grid.centre(k % nx, k / nx % ny, k / (nx * ny));
     let table: Vec<f64> = (0..2000).map(|k| blurred_shell(k as f64 / 100.0)).collect();
-    let value = |k: usize| table[(place(k).coords.norm() * 100.0).round() as usize] as f32;
-    let image: Vec<f32> = (0..grid.len()).map(value).collect();
+    let sampled = |grid: &VoxelGrid, table: &[f64]| -> Vec<f32> {
+        let [nx, ny, _] = grid.shape();
+        let place = |k: usize| grid.centre(k % nx, k / nx % ny, k / (nx * ny));
+        let value = |k: usize| table[(place(k).coords.norm() * 100.0).round() as usize] as f32;
+        (0..grid.len()).map(value).collect()
+    };
+    let image = sampled(phantom.camera().grid(), &table);
     let map = phantom.polar_map(0, &image).unwrap();
 
     let fine_table: Vec<f64> = (0..6000)
@@ -249,4 +252,60 @@ fn the_edges_of_a_blurred_shell_agree_with_the_closed_form() {
         (by_gradient - 1.0).abs() < 0.02,
         "{by_gradient} {steepest} {half}"
     );
+    // Voxels about as large as the standard deviation of the blur.
+    let mut scene = fine(Mode::Static { phase: 0.0 }).with_size(40);
+    scene.camera.pitch = [0.457; 2];
+    let coarse = Phantom::with_heart(scene, phantom.heart().clone()).unwrap();
+    let image = sampled(coarse.camera().grid(), &table);
+    let found = coarse.polar_map(0, &image).unwrap().cavity_gradient_ml;
+    let defined = self::by_gradient(coarse.camera().grid(), &image);
+    // Samples of a ray are 0.02 cm apart, and ten are half a voxel.
+    assert!(
+        (found.unwrap() / defined - 1.0).abs() < 0.004,
+        "{found:?} {defined}"
+    );
+}
+
+/// The volume within the steepest gradient, by its definition, of an image of a shell whose axis is z: the largest difference over a voxel, and the
+/// vertex of the parabola through differences a voxel apart.
+fn by_gradient(grid: &VoxelGrid, image: &[f32]) -> f64 {
+    const SAMPLES: usize = 1001;
+    let (apical, length) = (2.0 / 3.0 * SHELL[0], 1.3 * SHELL[1]);
+    let half = (0.5 * grid.spacing()[0] / length * (SAMPLES - 1) as f64).round() as usize;
+    let edge = |height: f64, polar: f64, turn: f64| {
+        let from = Point3::new(0.0, 0.0, height);
+        let across = [turn.cos(), turn.sin()].map(|x| x * polar.sin());
+        let to = from + length * Vector3::new(across[0], across[1], polar.cos());
+        let ray = grid.profile(image, [from, to], SAMPLES).unwrap();
+        let ray = ray.values();
+        let peak = (0..SAMPLES).max_by(|&a, &b| ray[a].total_cmp(&ray[b]));
+        let rise = |k: usize| ray[k + half] - ray[k - half];
+        let inside = half..=peak.unwrap().min(SAMPLES - 1 - half);
+        let steepest = inside.max_by(|&a, &b| rise(a).total_cmp(&rise(b)));
+        let (k, voxel) = (steepest.unwrap(), 2 * half);
+        let vertex = match k >= voxel + half {
+            true => {
+                let [a, b, c] = [k - voxel, k, k + voxel].map(rise);
+                (a - c) / (2.0 * (a - 2.0 * b + c)) * voxel as f64
+            }
+            // The ray begins too late.
+            false => 0.0,
+        };
+        length * (k as f64 + vertex) / (SAMPLES - 1) as f64
+    };
+    // Nine of 72 azimuths: the voxels are symmetric about eight of them.
+    let each = TAU / 9.0;
+    let mut volume = 0.0;
+    for turn in (0..9).map(|k| (f64::from(k) + 0.5) * TAU / 72.0) {
+        for circle in 0..16 {
+            let height = apical * (f64::from(circle) + 0.5) / 16.0;
+            volume += each * edge(height, 0.5 * PI, turn).powi(2) / 2.0 * apical / 16.0;
+        }
+        for angle in 0..12 {
+            let polar = |k: f64| 0.5 * PI * (f64::from(angle) + k) / 12.0;
+            let band = polar(0.0).cos() - polar(1.0).cos();
+            volume += each * edge(apical, polar(0.5), turn).powi(3) / 3.0 * band;
+        }
+    }
+    volume
 }
