@@ -49,10 +49,8 @@ impl Parts {
                 (*low, *high) = (low.min(c - a), high.max(c + a));
             }
         };
-        // A medium with coefficient 0 needs no more voxels.
         let models = osem.attenuation && self.attenuation.is_some();
-        let medium = (self.attenuation).filter(|own| models && own.coefficient > 0.0);
-        let torso = medium.and_then(|own| own.torso());
+        let torso = self.attenuation.and_then(|own| own.torso());
         for organ in torso.iter().chain(self.surroundings.sources()) {
             if organ.activity > 0.0 || (models && organ.attenuation > 0.0) {
                 let ([x, y, _], [a, b, _]) = organ.shape.bounds();
