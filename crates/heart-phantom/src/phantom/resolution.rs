@@ -101,11 +101,7 @@ impl Phantom {
         };
         // Omitted weights and rounding may use the other half of the tolerance.
         let check = |truncation: f64, largest: f64| {
-            let reached = if largest > 0.0 {
-                truncation / largest
-            } else {
-                0.0
-            };
+            let reached = truncation / largest;
             match self.parts.tolerance().filter(|_| reached > target) {
                 Some(tolerance) => Err(PhantomError::Tolerance {
                     term: "omitted weights and rounding",
@@ -245,10 +241,7 @@ impl Phantom {
             let images = self.images((camera, Some(value)), views, index, projected)?;
             let after = images.samples;
             let n_samples = after.iter().map(Vec::len).sum::<usize>() as u64;
-            let off = match largest > 0.0 {
-                true => difference(before.iter().flatten(), after.iter().flatten()) / largest,
-                false => 0.0,
-            };
+            let off = difference(before.iter().flatten(), after.iter().flatten()) / largest;
             let off = off.max(least_off);
             least_off = if is_blurred { 0.0 } else { LEAST_RATIO * off };
             let coarse = others / (1.0 - RATIO) * off;
@@ -391,9 +384,10 @@ impl Phantom {
     }
 }
 
-/// The least of the maxima of some images.
+/// The least of the maxima of those images that contain activity; infinite without one.
 fn least_maximum(images: &[Vec<f32>]) -> f64 {
-    images.iter().map(largest_of).fold(f64::INFINITY, f64::min)
+    let maxima = images.iter().map(largest_of).filter(|most| *most > 0.0);
+    maxima.fold(f64::INFINITY, f64::min)
 }
 
 /// Returns the largest absolute value of some samples.

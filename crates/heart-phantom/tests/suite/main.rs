@@ -29,6 +29,7 @@ mod prepare;
 mod rays;
 mod real_time;
 mod report;
+mod resolution;
 mod rubber;
 mod scatter;
 mod scene;
