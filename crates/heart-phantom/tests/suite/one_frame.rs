@@ -146,6 +146,7 @@ fn maps_of_respiration_lead_to_their_own_gates() {
         let by = by.map(|k| (shifted[k] - heights[k]).abs());
         let expected = 2.4 * (0.5 + if gate < 3 { -FRAC_1_PI } else { FRAC_1_PI });
         let off = f64::from(by.fold(0.0, f32::max)) - expected;
+        // The states of the gate are those of a ground truth with a tolerance of 0.01.
         assert!(off.abs() < 0.02, "{gate}: {off:e}");
         let mut moved = vec![0.0f32; still.len()];
         warps.forward_into(&still, &mut moved).unwrap();

@@ -242,6 +242,7 @@ fn a_long_constant_volume_is_not_interpolated() {
     let exact = brute::view(&phantom, 0, 1, 4000);
     let off = brute::worst(&view, &exact);
     println!("error {off:e}");
+    // Rays that touch the surface: an eighth of the largest sample in the 7.5 % of the beat that are interpolated, less by the average.
     assert!(off < 4e-3, "{off:e}");
     // Five levels of the volume, and the constant one.
     assert_eq!(solved, 6);
