@@ -142,7 +142,11 @@ impl Phantom {
 
         let samples = 4 * (n_views * camera.view_len()) as u64;
         // Points of the time quadrature of the projections that are acquired together.
-        let scan = self.scan(0, self.acquisition_of(0, STEPS[0]));
+        let steps = match parts.scene.acquisition.accuracy {
+            Accuracy::Steps(steps) => steps,
+            Accuracy::Tolerance(_) => *self.steps.get().unwrap_or(&STEPS[0]),
+        };
+        let scan = self.scan(0, self.acquisition_of(0, steps));
         let points = (scan.acquisition).points_of_all(scan.cycle, camera, camera.rotation());
         let points = points * n_views as f64 / camera.n_views() as f64;
         let points = POINT_BYTES * points.min(MOST_NODES as f64) as u64;

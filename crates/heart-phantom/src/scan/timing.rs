@@ -115,7 +115,7 @@ impl Acquisition {
         (0..camera.n_views()).find(|view_idx| may_miss && misses(view_idx))
     }
 
-    /// Returns an upper limit on the points of all views, before equal points are merged.
+    /// Returns an upper limit on the points of all views, before equal points are merged. In continuous rotation the coarse rule has half as many.
     pub(crate) fn points_of_all(&self, cycle: &Cycle, camera: &Camera, rotation: Rotation) -> f64 {
         let n_views = match self.same_for_all_views(cycle, camera) {
             true => 1,
@@ -123,7 +123,7 @@ impl Acquisition {
         };
         let [points, of_breath] = self.points.map(|points| points as f64);
         let [levels, rows] = [points, of_breath].map(|points| 0.5 * points + 1.0);
-        let beats = self.lasts(camera) / cycle.period();
+        let (beats, arcs) = (self.lasts(camera) / cycle.period(), 2.0 * self.arcs());
         // Levels crossed during the view, and all levels; with respiration pairs of levels, of which a path crosses two rows.
         let (crossed, all) = match cycle.breathing() {
             None => (points * (1.0 + beats), levels),
@@ -150,7 +150,7 @@ impl Acquisition {
             (Mode::Static { .. }, Rotation::Continuous) if cycle.breathing().is_none() => {
                 2.0 * points
             }
-            (_, Rotation::Continuous) => (crossed + 2.0 * self.arcs()).min(2.0 * self.arcs() * all),
+            (_, Rotation::Continuous) => 1.5 * (crossed + arcs).min(arcs * all),
         };
         n_views as f64 * of_view
     }

@@ -10,6 +10,7 @@ mod compensated;
 mod counting;
 mod cycle;
 mod errors;
+mod estimates;
 mod files;
 mod folder;
 mod gates;
