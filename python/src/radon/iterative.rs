@@ -22,7 +22,7 @@ pub(crate) struct PySolution {
     image: Py<PyAny>,
     /// Iterations; for OSEM through all subsets.
     iterations: usize,
-    /// Stopping rule: `"max-iterations"`, `"residual"`, `"gradient"`, `"change"`; `None` if a rule was set and not met.
+    /// Stopping rule: `"max-iterations"`, `"residual"`, `"gradient"`, `"change"`, `"solved"` if no step remains (CGLS); `None` if a rule was set and not met.
     stopped_by: Option<&'static str>,
     /// Norms before each iteration, `float64[iteration]` by name: `residual` of the data, `change` of the image by the step, both relative;
     /// for CGLS `gradient`, for MLEM and OSEM `log_likelihood`.
@@ -210,6 +210,7 @@ fn stopped_by(report: &IterativeReport) -> Option<&'static str> {
         StopReason::Residual => "residual",
         StopReason::Gradient => "gradient",
         StopReason::Change => "change",
+        StopReason::Solved => "solved",
         _ => "max-iterations",
     })
 }
