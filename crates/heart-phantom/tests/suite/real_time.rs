@@ -145,11 +145,18 @@ fn distance(a: &[f32], b: &[f64]) -> f64 {
     (square.sum::<f64>() / b.iter().map(|b| b * b).sum::<f64>()).sqrt()
 }
 
-/// All gates of a scene against the reference, with their acquisition times.
+/// All gates of a scene against the reference, with their acquisition times; for few steps the largest error of a sample.
 fn check(scene: &Scene, cardiac: usize, respiratory: usize) {
     let phantom = Phantom::new(scene.clone()).unwrap();
     assert_eq!(phantom.n_gates(), cardiac * respiratory);
+    let few = [8, 16, 32].map(|steps| {
+        let mut scene = scene.clone();
+        scene.acquisition.accuracy = Accuracy::Steps(steps);
+        Phantom::new(scene).unwrap()
+    });
     for gate in 0..phantom.n_gates() {
+        let coarse = (few.each_ref()).map(|few| few.sinograms(gate, &no_observer).unwrap());
+        let mut worst = [0.0f64; 3];
         let times = phantom.view_times(gate).unwrap();
         let taken = phantom.sinograms(gate, &no_observer).unwrap();
         let stated = taken.view_error.time;
@@ -159,6 +166,11 @@ fn check(scene: &Scene, cardiac: usize, respiratory: usize) {
             let (exact, seconds) = brute(&phantom, view_idx, gates, 3000);
             let len = exact.len();
             let view = &taken.samples[view_idx * len..][..len];
+            for (worst, coarse) in worst.iter_mut().zip(&coarse) {
+                let pairs = coarse.samples[view_idx * len..].iter().zip(&exact);
+                let off = pairs.map(|(a, b)| (f64::from(*a) - b).abs());
+                *worst = off.fold(*worst, f64::max);
+            }
             square +=
                 (distance(view, &exact) * exact.iter().map(|b| b * b).sum::<f64>().sqrt()).powi(2);
             norm += exact.iter().map(|b| b * b).sum::<f64>();
@@ -172,6 +184,12 @@ fn check(scene: &Scene, cardiac: usize, respiratory: usize) {
         }
         let error = (square / norm).sqrt();
         println!("gate {gate}: {error:.2e}, stated {stated:.2e}");
+        let largest = f64::from(taken.samples.iter().copied().fold(0.0, f32::max));
+        for (worst, coarse) in worst.iter().zip(&coarse) {
+            let stated = coarse.view_error.time;
+            println!("    largest {:.2e}, stated {stated:.2e}", worst / largest);
+            assert!(worst / largest <= stated, "gate {gate}: {worst} {stated}");
+        }
         // Error of the reference: 3000 instants, 1000 volumes and positions.
         assert!(
             error < stated + 3e-4,
