@@ -18,7 +18,7 @@ pub(crate) fn check(points: &[[f64; 2]]) -> Result<()> {
 /// Returns a node near which a curve that has moved from its `start` encloses no body: it crosses the axis more often or crosses itself, so that
 /// walls intersect, or it is inside out (its volume is negative). A start whose nodes come nearer to the axis all the way from the end to the apex,
 /// such as a disc or a shallow cap, can be pushed through: it may be inside out. A curve that crosses the axis as often as its start, but elsewhere,
-/// is accepted: its plane area is enclosed, its body of revolution is not.
+/// is accepted, although it bounds no body of revolution.
 ///
 /// Crossings are those of the segments between the points. `order` is a work array, which allocates for more points than before. Cost O(n log n) plus
 /// the pairs whose ranges overlap along x or y, whichever the curve turns back along less often.

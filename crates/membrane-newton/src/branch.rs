@@ -23,8 +23,8 @@ impl Solver {
     /// Returns the equilibria of rubber at these volumes (cm^3), each solved from the previous one: p(V) with stability, also past its maximum.
     ///
     /// # Errors
-    /// Those of the first volume that cannot be solved, without the equilibria before it, which single calls of [`Solver::solve_from`] keep: as
-    /// [`Solver::solve`], and [`MembraneError::OtherMaterial`](membrane_forces::MembraneError::OtherMaterial) for springs.
+    /// Those of the first volume that cannot be solved, as [`Solver::solve`]; calls of [`Solver::solve_from`] keep the equilibria before it.
+    /// [`MembraneError::OtherMaterial`](membrane_forces::MembraneError::OtherMaterial) for springs.
     pub fn branch(&self, volumes: &[f64], options: &NewtonOptions) -> Result<Vec<BranchPoint>> {
         let mut points: Vec<BranchPoint> = Vec::with_capacity(volumes.len());
         for &volume in volumes {

@@ -106,7 +106,7 @@ pub enum NewtonError {
     /// enclosed volume falls to zero. Another control, often area or volume, may continue. For a pressure of rubber,
     /// `reached` is the first maximum of the pressure along the branch from the start, to rounding. Rubber that stiffens, such as that of Gent,
     /// has equilibria at higher pressures beyond it ([`Solver::branch`](crate::Solver::branch)).
-    #[error("no equilibrium found beyond {reached:?}, {wanted:?} wanted; {quantity}, {} load steps{}", report.load_steps, if report.stopped_by.is_some() { ", which are used up" } else { "" })]
+    #[error("no equilibrium found beyond {reached:?}, {wanted:?} wanted; {quantity}, {} load steps{}", report.load_steps, used_up(report))]
     LimitPoint {
         /// The quantity of the control with its unit; a volume for a volume gain.
         quantity: &'static str,
@@ -130,7 +130,7 @@ pub enum NewtonError {
     /// Newton converged to an equilibrium that no change of the control reaches from the start: past a limit point, or with more loops.
     /// Occurs only without load steps ([`NewtonOptions::max_load_steps`](crate::NewtonOptions::max_load_steps)) or if none leaves the
     /// start; [`NewtonReport::stopped_by`] is [`StopReason::LoadSteps`] if they are used up.
-    #[error("not on the branch of the start: {} iterations, {} load steps{}", report.iterations, report.load_steps, if report.stopped_by.is_some() { ", which are used up" } else { "" })]
+    #[error("not on the branch of the start: {} iterations, {} load steps{}", report.iterations, report.load_steps, used_up(report))]
     OtherBranch {
         /// Report of the attempts.
         report: Box<NewtonReport>,
@@ -187,6 +187,14 @@ impl fmt::Display for UserError {
 impl Error for UserError {
     fn source(&self) -> Option<&(dyn Error + 'static)> {
         Some(&*self.0)
+    }
+}
+
+/// Tells whether the load steps ended a walk.
+fn used_up(report: &NewtonReport) -> &'static str {
+    match report.stopped_by {
+        Some(_) => ", which are used up",
+        None => "",
     }
 }
 

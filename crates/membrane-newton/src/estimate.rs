@@ -30,9 +30,10 @@ impl Equilibrium {
     /// and with the square of the number of elements: a finer discretisation than necessary is less accurate. A small intensity f has a larger
     /// relative error, about that of the shape divided by the displacement: the tail times S L |df / dV| / (2 pi |f|), with volume V, surface S
     /// and length L ([`Equilibrium::sensitivity`]). The result is the larger of the two errors, without load that of the shape; for springs it is
-    /// multiplied by the square of the ratio of the largest to the smallest stiffness. With the default tolerances, the stated error of the equilibrium is the sum of this
-    /// number and of [`NewtonReport::iteration_error`](crate::NewtonReport::iteration_error), whose norm differs. This is an estimate: of 3000 stiffnesses with two Gaussian bumps of widths 0.03 to 0.5 the intensity of 38
-    /// had a larger error, by up to a factor of 2.3, the shape of none.
+    /// multiplied by the square of the ratio of the largest to the smallest stiffness. With the default tolerances, the stated error of the
+    /// equilibrium is the sum of this number and of [`NewtonReport::iteration_error`](crate::NewtonReport::iteration_error), whose norm differs. This
+    /// is an estimate: of 3000 stiffnesses with two Gaussian bumps of widths 0.03 to 0.5 the intensity of 38 had a larger error, by up to a factor of
+    /// 2.3, the shape of none.
     ///
     /// For finite differences it is twice the difference from the equilibrium of polynomials at the same volume (degree 20, two elements on each
     /// smooth piece) and the error of these, at the cost of [`Solver::solve_from`]: twice the error, and more where that of the curve is larger

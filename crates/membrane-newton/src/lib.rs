@@ -23,7 +23,8 @@
 //!
 //! The feature `serde` implements serialisation of controls, discretisations, options and reports.
 //!
-//! Limits: no time dependence; solves of membranes have no callback that cancels them ([`newton_observed`] has one); not a general nonlinear solver library, although [`newton`] accepts any [`ResidualSystem`].
+//! Limits: no time dependence; solves of membranes cannot be cancelled, those of [`newton_observed`] can; not a general nonlinear solver library,
+//! although [`newton`] accepts any [`ResidualSystem`].
 //!
 //! References: Rohmer, Sitek, Gullberg 2006 (hal-03929238); Deuflhard, Newton Methods for Nonlinear Problems, 2004,
 //! doi:10.1007/978-3-642-23899-4; Trefethen, Spectral Methods in MATLAB, 2000, doi:10.1137/1.9780898719598.

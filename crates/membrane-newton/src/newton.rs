@@ -281,7 +281,7 @@ impl NewtonScratch {
     }
 
     /// Returns the estimated error of the unknowns before a step of size `full`: the sum of this step and all later ones, from the contraction of
-    /// the last ones. A new tangent has a smaller error in other directions than one that is reused.
+    /// the last ones, with a margin for other directions: twice the sum, 1.5 times with a new tangent, whose error is smaller in all directions.
     fn before_step(&mut self, full: f64, options: &NewtonOptions, fresh: bool) -> f64 {
         let ratio = full / std::mem::replace(&mut self.last, full);
         let is_slow = ratio > LEAST_SLOW && left_after(full, ratio) > 2.0 * self.expected;

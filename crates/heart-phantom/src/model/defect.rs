@@ -5,7 +5,6 @@ use crate::error::{PhantomError, check_count};
 use crate::ranges::PIECES;
 use crate::scene::exactly;
 use crate::{Heart, HeartShape, Twist, Wall, WallRegion};
-
 use membrane_newton::NewtonOptions;
 use rayon::prelude::*;
 use revolve_voxel::{Pose, Sector};

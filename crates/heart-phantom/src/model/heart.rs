@@ -92,7 +92,7 @@ pub struct Heart {
     memory: usize,
     shape_bytes: OnceLock<usize>,
     /// Bytes of the defects of a shape.
-    defect_bytes: usize,
+    pub(crate) defect_bytes: usize,
     /// Shared by clones, so that each shape is solved once.
     kept: Arc<ShapeCache>,
 }
@@ -276,12 +276,6 @@ impl Heart {
     /// Returns the estimated bytes of a shape with its defects.
     pub(crate) fn bytes_with_defects(&self) -> usize {
         self.shape_bytes() + self.defect_bytes
-    }
-
-    /// Returns the heart with defects of this size in each shape.
-    pub(crate) fn with_defect_bytes(mut self, bytes: usize) -> Self {
-        self.defect_bytes = bytes;
-        self
     }
 
     /// Returns the estimated bytes of a shape without defects, from the reference configuration; solves nothing.

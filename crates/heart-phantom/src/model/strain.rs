@@ -22,7 +22,8 @@ use std::ops::Range;
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Deformation {
     /// `F = dx'/dx`, from the cylindrical frame of the point at the first phase to that of its place at the second: axial (towards the apex), radial,
-    /// circumferential. The Cartesian gradient is `Q' F Q^T` with these directions as columns of Q and Q'. The determinant, the ratio of volumes, is 1 for a sliding wall ([`Wall::sliding_from`]), to the accuracy of the wall volume.
+    /// circumferential. The Cartesian gradient is `Q' F Q^T` with these directions as columns of Q and Q'. The determinant, the ratio of volumes,
+    /// is 1 for a sliding wall ([`Wall::sliding_from`]), to the accuracy of the wall volume.
     pub gradient: Matrix3<f64>,
     /// The directions of the wall in the initial frame, as columns: radial (across the layer, outward), circumferential
     /// (counter-clockwise seen from beyond the apex), longitudinal (along the layer, base to apex).

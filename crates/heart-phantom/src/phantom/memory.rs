@@ -142,11 +142,10 @@ impl Phantom {
 
         let samples = 4 * (n_views * camera.view_len()) as u64;
         // Points of the time quadrature of the projections that are acquired together.
-        let steps = match parts.scene.acquisition.accuracy {
-            Accuracy::Steps(steps) => steps,
-            Accuracy::Tolerance(_) => *self.steps.get().unwrap_or(&STEPS[0]),
-        };
-        let scan = self.scan(0, self.acquisition_of(0, steps));
+        let scan = self.scan(
+            0,
+            self.acquisition_of(0, self.known_steps().unwrap_or(STEPS[0])),
+        );
         let points = (scan.acquisition).points_of_all(scan.cycle, camera, camera.rotation());
         let points = points * n_views as f64 / camera.n_views() as f64;
         let points = POINT_BYTES * points.min(MOST_NODES as f64) as u64;
@@ -255,22 +254,24 @@ impl Phantom {
         collected + copied
     }
 
+    /// The time steps per cycle, given or already found for the tolerance.
+    fn known_steps(&self) -> Option<usize> {
+        match self.scene().acquisition.accuracy {
+            Accuracy::Steps(steps) => Some(steps),
+            Accuracy::Tolerance(_) => self.steps.get().copied(),
+        }
+    }
+
     /// Counts the shapes that the projections of all gates need, with those of their volumes, at most the number that is stored. For a tolerance
     /// whose steps are unknown this is the number of the finest levels of a cycle: to find the nodes of all views with so many levels would take
     /// minutes.
     fn distinct_shapes(&self, with_volumes: bool) -> usize {
         let most = self.heart().most_shapes().max(MOST_IN_PASS);
-        let steps = match (
-            self.scene().acquisition.accuracy,
-            self.scene().acquisition.mode,
-        ) {
+        let steps = match (self.known_steps(), self.scene().acquisition.mode) {
             (_, Mode::Static { .. }) => return 1,
-            (Accuracy::Steps(steps), _) => steps,
-            (Accuracy::Tolerance(_), Mode::Instants) => STEPS[0],
-            (Accuracy::Tolerance(_), _) => match self.steps.get() {
-                Some(steps) => *steps,
-                None => return most.min(STEPS[1] + 1),
-            },
+            (Some(steps), _) => steps,
+            (None, Mode::Instants) => STEPS[0],
+            (None, _) => return most.min(STEPS[1] + 1),
         };
         let mut gains = BTreeSet::new();
         for gate in 0..self.n_gates() {

@@ -35,7 +35,7 @@ pub(crate) use products::{Content, Index, Needs};
 pub(crate) use views::to_counts;
 
 use crate::error::{PhantomError, check_count};
-use crate::model::Placed;
+use crate::model::{Placed, bytes_of_defects};
 use crate::scan::{Acquisition, Facing, Imaging, Lasting, Projected, STEPS, Scan};
 use crate::scene::{Parts, Scene, check};
 use crate::{Camera, Cycle, Heart, HeartShape, Regions, TruthOf, WorkReport};
@@ -102,7 +102,7 @@ struct Share {
 }
 
 impl Phantom {
-    /// Validates the scene and builds its objects. Solves no shape, casts no ray.
+    /// Validates the scene and builds its objects. Casts no ray and solves no shape, except the largest for the memory of defects.
     ///
     /// # Errors
     /// [`PhantomError::Scene`] for an invalid value or combination of values; [`PhantomError::Membrane`] if the discretised membranes are
@@ -155,10 +155,10 @@ impl Phantom {
         let parts = &mut phantom.parts;
         if (&parts.scene.heart, parts.scene.pose) == (&before.scene.heart, before.scene.pose) {
             let descent = parts.scene.cycle.av_plane_displacement;
-            let of_defects = parts.heart.bytes_with_defects() - parts.heart.shape_bytes();
-            parts.heart = (heart.clone())
-                .with_defect_bytes(of_defects)
-                .with_av_plane_displacement(descent, parts.cycle.gains())?;
+            let defect_bytes = parts.heart.defect_bytes;
+            parts.heart =
+                (heart.clone()).with_av_plane_displacement(descent, parts.cycle.gains())?;
+            parts.heart.defect_bytes = defect_bytes;
         }
         Ok(phantom)
     }
@@ -175,7 +175,12 @@ impl Phantom {
     }
 
     fn of(scene: Scene, heart: Option<Heart>) -> Result<Self, PhantomError> {
-        let parts = check::parts(scene, heart)?;
+        let mut parts = check::parts(scene, heart)?;
+        // A volume without a shape or without material coordinates is an error later.
+        let (defects, is_twisted) = (&parts.scene.defects, parts.twist.is_some());
+        let largest = parts.cycle.gains()[1];
+        let bytes = bytes_of_defects(&parts.heart, defects, is_twisted, largest);
+        parts.heart.defect_bytes = bytes.unwrap_or(0);
         Ok(Self {
             facing: OnceLock::new(),
             imaging: OnceLock::new(),

@@ -16,8 +16,9 @@ pub struct MotionField {
     /// Displacement of the material at the voxel's centre along x, y, z of the lab, cm.
     pub displacement: Vec<f32>,
     /// Velocity along x, y, z, cm/s: the difference quotient over a thousandth of a cycle, centred at the given time, of the membrane positions, with
-    /// the material sliding along the tangent of its layer. It is accurate to 1e-3 cm/s with [spectral elements](crate::scene::DiscretisationSettings::Spectral). Finite differences give polygons, between which displacements
-    /// have jumps of about 1e-3 cm (801 nodes); velocities differ from those of spectral elements by up to 3 % of the largest.
+    /// the material sliding along the tangent of its layer. It is accurate to 1e-3 cm/s with
+    /// [spectral elements](crate::scene::DiscretisationSettings::Spectral). Finite differences give polygons, between which displacements have jumps
+    /// of about 1e-3 cm (801 nodes); velocities differ from those of spectral elements by up to 3 % of the largest.
     pub velocity: Vec<f32>,
     /// Green's strain in the directions of the wall at end-diastole: radial, circumferential, longitudinal, and the shears rc, rl, cl
     /// ([`GreenStrain::NAMES`](crate::GreenStrain::NAMES)).

@@ -16,8 +16,8 @@ impl Phantom {
     /// of the reconstruction, which the run reuses. With a given total number of counts, projects views of each gate until one has counts; otherwise
     /// projects no view.
     ///
-    /// The time steps and the resolution for a small tolerance can take longer than the views. A thread of a pool that is connected with a watch
-    /// (`simd_set::watch_with`) can end it.
+    /// The time steps and the resolution for a small tolerance can take longer than the views. It has no observer: to be able to end it, call it
+    /// in a thread pool whose threads have a watch (`simd_set::watch_with`), and stop the watch.
     ///
     /// Of more than 64 shapes, 64 from the smallest to the largest volume are solved. Errors that remain possible: a full disk, too little
     /// memory, an error of a shape that was not solved.

@@ -137,8 +137,8 @@ impl Phantom {
         let noise = scene.noise.is_some() && !scene.output.needs(Needs::Views);
         let one_file = scene.output.gates == GateFiles::OneFile && self.n_gates() == 1;
         let shows = wants(Product::Motion) || self.is_compensated();
-        let twist = scene.twist.is_some()
-            && !(shows || !scene.defects.is_empty() || !scene.points.is_empty());
+        let twist =
+            scene.twist.is_some() && !shows && scene.defects.is_empty() && scene.points.is_empty();
         let stays = |motion: &Breathing| {
             [motion.shift, motion.rotation_degrees] == [[0.0; 3]; 2] && motion.gates.is_none()
         };

@@ -7,8 +7,8 @@ const SPHERE_RAYS: usize = 64;
 /// Bound on the error of a view, relative to that of rays through a sphere, without and with respiration. The largest sample of an empty cavity is the
 /// chord of the wall, down to half the diameter of the sphere; respiration also moves the outer surface, which is larger and less curved.
 const SAFETY: [f64; 2] = [2.0, 4.0];
-/// Smaller values of this multiple of the difference from the exact average, relative to the diameter, are not used: the quadrature of that average has errors of
-/// up to 4e-4, and rules with such small errors have enough points.
+/// Smaller values of this multiple of the difference from the exact average, relative to the diameter, are not used: the quadrature of that average
+/// has errors of up to 4e-4, and rules with such small errors have enough points.
 const EXACT: f64 = 2e-3;
 
 /// A quadrature point of a view; equal points are merged.

@@ -115,7 +115,8 @@ impl Acquisition {
         (0..camera.n_views()).find(|view_idx| may_miss && misses(view_idx))
     }
 
-    /// Returns an upper limit on the points of all views, before equal points are merged. In continuous rotation the coarse rule has half as many.
+    /// Returns an upper limit on the points of all views, before equal points are merged, with those of the coarse rule: in
+    /// continuous rotation half as many again.
     pub(crate) fn points_of_all(&self, cycle: &Cycle, camera: &Camera, rotation: Rotation) -> f64 {
         let n_views = match self.same_for_all_views(cycle, camera) {
             true => 1,

@@ -24,9 +24,9 @@ const ROUNDING: f64 = 5e-7;
 #[non_exhaustive]
 pub struct ViewError {
     /// Quadrature over time, from the largest difference between the rule and that with half the nodes. For line integrals, whose order is 3/2,
-    /// this difference is 1.8 times the error. The term is then at least that difference, and two (with respiration four) times the error, for rays through a sphere: it
-    /// has the volume of the cavity and moves with respiration. Behind a response the error decreases exponentially with the number of
-    /// nodes, and the term is 0.35 of the difference.
+    /// this difference is 1.8 times the error. The term is also at least the difference for rays through a sphere that has the volume of
+    /// the cavity and moves with respiration, and twice their error, with respiration four times. Behind a response the error decreases
+    /// exponentially with the number of nodes, and the term is 0.35 of the difference.
     pub time: f64,
     /// Response and averages over bins: from the largest difference between this resolution and a neighbouring one, over several views at
     /// end-systole and end-diastole. Zero for line integrals, which are exact.

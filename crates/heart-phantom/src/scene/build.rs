@@ -1,7 +1,7 @@
 //! Conversion of a scene to the parts of a phantom: degrees to radians, settings to the types of the domain.
 
 use crate::error::PhantomError;
-use crate::model::{Surroundings, bytes_of_defects};
+use crate::model::Surroundings;
 use crate::scan::Voxels;
 use crate::scene::Parts;
 use crate::scene::{
@@ -30,10 +30,6 @@ pub(super) fn parts(
 ) -> Result<Parts, PhantomError> {
     let inner = &scene.heart.inner;
     let (organs, attenuation) = (organs_of(&scene)?, scene.attenuates());
-    // A volume without a shape or without material coordinates is an error later.
-    let (defects, is_twisted) = (&scene.defects, scene.twist.is_some());
-    let of_defects = bytes_of_defects(&heart, defects, is_twisted, cycle.gains()[1]);
-    let heart = heart.with_defect_bytes(of_defects.unwrap_or(0));
     Ok(Parts {
         own_heart,
         heart: heart

@@ -48,8 +48,8 @@ pub struct FbpOptions {
     /// Instruction set of the kernels; `None` for the widest available one. Not stored by `serde`.
     #[cfg_attr(feature = "serde", serde(skip))]
     pub instructions: Option<InstructionSet>,
-    /// Memory limit of the work arrays of a run, in bytes; 512 MiB by default. A smaller budget costs time or is an error, the sooner the more
-    /// threads there are; it does not affect results.
+    /// Memory limit of the work arrays of a run, in bytes; 512 MiB by default. A smaller budget costs time; one below the smallest slab, which
+    /// grows with the number of threads, is an error. It does not affect results.
     pub memory: usize,
 }
 

@@ -624,16 +624,6 @@ const BAD: &[(&str, &str, &str)] = &[
         "does not occur in the time of view 1",
     ),
     (
-        "[cycle]\nbeats_per_minute = 60.0\ncurve = { sampled = [1.0, 2.0, 1.5] }\n[beats]\nintervals = { random = { deviation = 0.0, ectopic = 0.125, seed = 1 } }",
-        "beats.intervals.random.ectopic",
-        "is 0.125; R-R interval of an ectopic beat, 0.6 of the period, is 0.6,",
-    ),
-    (
-        "[camera]\nseconds_per_view = 10.0\n[acquisition]\nmode = { exposure = { seconds = 0.25 } }\n[breathing]\nshift = [0.0, 0.0, 1.0]\ngates = { phase = 2 }",
-        "acquisition.mode.exposure.seconds",
-        "does not occur in the time of view 1",
-    ),
-    (
         "[beats]\nintervals = { list = [0.9] }\naccepted = [1.0, 0.5]",
         "beats.accepted",
         "at least 1",
