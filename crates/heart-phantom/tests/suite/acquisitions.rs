@@ -145,7 +145,7 @@ fn results_are_bitwise_independent_of_threads() {
 #[test]
 fn ground_truth_contains_the_wall_volume_and_has_no_error_against_itself() {
     for mode in [Mode::Static { phase: 0.0 }, Mode::WholeCycle] {
-        let mut scene = scene(mode, 4).with_size(96);
+        let mut scene = scene(mode, 4).with_size(64);
         scene.heart.discretisation = DiscretisationSettings::Differences { nodes: 201 };
         scene.truth.tolerance = 1e-4;
         let phantom = Phantom::new(scene).unwrap();

@@ -196,7 +196,7 @@ fn samples(sections: &str, bins: [usize; 2], pitch: [f64; 2]) -> (Vec<f32>, Phan
     let ([bins, rows], [bin, row]) = (bins, pitch);
     let text = format!(
         "[heart]\ndiscretisation = {{ differences = {{ nodes = 61 }} }}\n{sections}\n\
-         [camera]\nviews = 4\nbins = {bins}\nrows = {rows}\npitch = [{bin}, {row}]\n"
+         [camera]\nviews = 4\nbins = {bins}\nrows = {rows}\npitch = [{bin}, {row}]\n[truth]\ntolerance = 0.02\n"
     );
     let scene = Scene::from_toml(&text).unwrap();
     let phantom = Phantom::new(scene.with_mode(Mode::Static { phase: 0.0 })).unwrap();

@@ -17,6 +17,7 @@ fn scene() -> Scene {
         .with_mode(Mode::Gated { gates: 4 });
     scene.camera.views = 4;
     scene.acquisition.accuracy = Accuracy::Steps(16);
+    scene.truth.tolerance = 0.01;
     scene
 }
 

@@ -27,6 +27,7 @@ fn small(method: Method) -> Scene {
     scene.acquisition.accuracy = Accuracy::Steps(8);
     scene.heart.discretisation = DiscretisationSettings::Differences { nodes: 51 };
     (scene.camera.views, scene.camera.arc) = (6, 360.0);
+    scene.truth.tolerance = 0.02;
     scene.reconstruction.method = method;
     scene.output.write = vec![
         Product::Projections,

@@ -252,7 +252,7 @@ fn displacements_by_whole_voxels_preserve_the_wall_average_and_by_half_voxels_ov
         }]);
         let mut volume = vec![0.1f32; grid.len()];
         let options =
-            EmOptions::default().with_stopping(Stopping::default().with_max_iterations(40));
+            EmOptions::default().with_stopping(Stopping::default().with_max_iterations(20));
         mlem(
             &seen.unwrap(),
             &views.unwrap().samples,

@@ -261,6 +261,7 @@ fn everything_works_with_rubber() {
          [cycle]\ncurve = \"physiological\"\nvolume = {{ ejection_fraction = 0.5 }}\nav_plane_displacement = 1.6\n\
          [camera]\nviews = 6\nbins = 24\nrows = 24\npitch = [0.7, 0.7]\n\
          [acquisition]\nmode = {{ gated = {{ gates = 2 }} }}\naccuracy = {{ steps = 4 }}\n\
+         [truth]\ntolerance = 0.01\n\
          [twist]\ninner_degrees = [-3.0, 10.0]\nouter_degrees = [-3.0, 8.0]\n\
          [[defects]]\nlayers = [0.0, 1.0]\ns = [0.1, 0.3]\nazimuths_degrees = [0.0, 60.0]\nactivity = 0.0\n\
          [output]\nwrite = [\"projections\", \"truth\", \"labels\", \"motion\", \"meshes\"]\n"

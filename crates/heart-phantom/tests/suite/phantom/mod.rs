@@ -25,6 +25,7 @@ pub(crate) fn small(mode: Mode) -> Scene {
     scene.heart.discretisation = DiscretisationSettings::Differences { nodes: 101 };
     scene.camera.views = 12;
     scene.acquisition.accuracy = Accuracy::Steps(8);
+    scene.truth.tolerance = 0.01;
     scene
 }
 

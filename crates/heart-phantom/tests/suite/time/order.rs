@@ -18,7 +18,7 @@ fn errors(curve: &VolumeCurve, rotation: Rotation) -> Vec<[f64; 3]> {
         let phantom = Phantom::new(scene).unwrap();
         phantom.sinograms(0, &no_observer).unwrap()
     };
-    let exact: Vec<f64> = with(2048).samples.into_iter().map(f64::from).collect();
+    let exact: Vec<f64> = with(1024).samples.into_iter().map(f64::from).collect();
     let error = |steps| {
         let found = with(steps);
         let stated = found.view_error.time;
@@ -213,7 +213,7 @@ fn a_tolerance_is_met_in_continuous_rotation() {
     let phantom = Phantom::new(scene.clone()).unwrap();
     let taken = phantom.sinograms(0, &no_observer).unwrap();
     let mut fine = scene;
-    fine.acquisition.accuracy = Accuracy::Steps(1024);
+    fine.acquisition.accuracy = Accuracy::Steps(512);
     let exact = Phantom::new(fine)
         .unwrap()
         .sinograms(0, &no_observer)
