@@ -72,7 +72,7 @@ fn radon_accepts_any_input() {
     }
     for pitch in [1e-200, 1e-6, 1.0, 100.0, 1e6, 1e200] {
         let geometry = ParallelGeometry::arc_radians(3, 3.1, 40, pitch).expect("views");
-        for grid in &grids {
+        for grid in grids.iter().step_by(3) {
             let Some(made) = back(FourierProjector::<f64>::new(&geometry, grid, 1e-3)) else {
                 continue;
             };
