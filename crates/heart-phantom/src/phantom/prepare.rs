@@ -45,7 +45,6 @@ impl Phantom {
         let reconstructs = output.needs(Needs::Reconstruction);
         let sees = output.needs(Needs::Views);
         if sees {
-            self.check_sources()?;
             self.imaging()?;
             if self.scene().scatter.is_some() {
                 self.bytes_of_scatter(&self.radii()?)?;

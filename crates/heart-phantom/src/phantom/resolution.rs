@@ -81,6 +81,7 @@ impl Phantom {
     /// Returns the computation of images; `None` if samples are line integrals.
     pub(super) fn imaging(&self) -> Result<Option<&Imaging>, PhantomError> {
         let make = || {
+            self.check_sources()?;
             // The views that are tried do not count as progress.
             let _none = simd_set::part(0..0, 1);
             self.make_imaging()

@@ -55,10 +55,12 @@ pub enum Accuracy {
     /// Even number of steps per cycle, rounded up to a multiple of four: half between levels of rising volume, half of falling volume. For whole
     /// cycles of a sinusoid they are equal time steps.
     Steps(usize),
-    /// Largest error of every sample relative to the largest one; determines the time steps and the resolution of
-    /// images. With `Steps`, images are those of 1e-3. Half of it is for averages over bins, the remainder for averages over time and
-    /// omitted weights of the response. The errors of `[scatter]` are not included: they have the tolerance
-    /// [`ScatterSettings::tolerance`](crate::scene::ScatterSettings::tolerance), and [`ViewError::total`](crate::ViewError::total) contains both. If the finest time steps (4096 per cycle) or the finest resolution do not meet it, the result is
+    /// Largest error of every sample relative to the largest one; determines the time steps and the resolution of images. With `Steps`, images
+    /// are those of 1e-3. Half of it is for averages over bins, the remainder for averages over time and omitted weights of the response. The
+    /// errors of `[scatter]` are not included: [`ScatterSettings::tolerance`](crate::scene::ScatterSettings::tolerance) limits its standard
+    /// error, and [`ViewError::total`](crate::ViewError::total) contains all.
+    ///
+    /// If the finest time steps (4096 per cycle) or the finest resolution do not meet it, the result is
     /// [`PhantomError::Tolerance`](crate::PhantomError::Tolerance) with the smallest error reached. Averages over bins without a response
     /// reached 5e-6 to 3e-5 for static hearts with walls of 0.3 to 1 cm, in bins of 1 and 2 cm.
     Tolerance(f64),

@@ -193,6 +193,10 @@ pub enum HolesSettings {
 }
 
 /// `[scatter]`: photons that are scattered in the attenuating media of the scene, which are treated as water-equivalent.
+///
+/// Scatter is interpolated between nodes 0.75 cm or a thirtieth of a row of bins apart, whichever is smaller, and between views up to 12 degrees
+/// apart. `tolerance` does not limit the error of this interpolation: [`ViewError::scatter`](crate::ViewError::scatter) contains its upper bound,
+/// which can be many times the tolerance and far above the true error.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct ScatterSettings {

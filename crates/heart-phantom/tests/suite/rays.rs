@@ -107,10 +107,10 @@ fn random_matrices_agree_with_closed_forms_of_organs() {
     let mut scene = heart(Mode::Static { phase: 0.3 });
     scene.activity.wall = Uptake::Concentration(0.0);
     let (centre, semi_axes) = ([13.0, 2.0, 1.0], [3.0, 5.0, 4.0]);
-    let torso = ([-1.0, 0.5], [19.0, 11.0]);
+    let torso = ([-1.0, 0.5, 0.0], [20.0, 12.0, 16.0]);
     scene.organs = vec![
         OrganSettings {
-            shape: OrganShapeSettings::Cylinder {
+            shape: OrganShapeSettings::Ellipsoid {
                 centre: torso.0,
                 semi_axes: torso.1,
             },
@@ -145,12 +145,11 @@ fn random_matrices_agree_with_closed_forms_of_organs() {
             2.0 * (b * b - a * c).max(0.0).sqrt() / a
         };
         let ellipsoid = chord(centre, semi_axes);
-        let cylinder = chord([torso.0[0], torso.0[1], 0.0], [torso.1[0], torso.1[1], 1e9]);
         // The heart replaces the torso; the ellipsoid is beside it, within the torso.
         let own = body
             .chord(1, &Ray::new(Point3::from(camera.source), d).unwrap())
             .unwrap();
-        let expected = 0.25 * (cylinder - own) + 0.75 * ellipsoid;
+        let expected = 0.25 * (chord(torso.0, torso.1) - own) + 0.75 * ellipsoid;
         assert!(
             (f64::from(*sample) - expected).abs() < 1e-5 * most,
             "{view} {row} {bin}: {sample} {expected}"

@@ -80,7 +80,12 @@ fn geometries_without_rays_are_rejected() {
     assert!(phantom.along(lists).unwrap().prepare().is_ok());
     // A source within the heart.
     let inside = RayGeometry::cone([1.0, 30.0], &[0.0], detector).unwrap();
-    match phantom.along(inside).unwrap().prepare() {
+    let inside = phantom.along(inside).unwrap();
+    assert!(matches!(
+        inside.view(0, 0),
+        Err(PhantomError::SourceInside { view_idx: 0 })
+    ));
+    match inside.prepare() {
         Err(PhantomError::Rejected { field, source, .. }) => {
             assert_eq!(field, "camera.geometry");
             assert!(matches!(
