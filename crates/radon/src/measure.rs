@@ -58,7 +58,8 @@ impl MaskedStats {
     ///
     /// A stack `[slice][y][x]` takes the mask of a slice repeated: `mask.repeat(n_slices)`. Sums are `f64`; the spread is that about the means of
     /// blocks of samples, referred to the mean of all, so that a small spread about a large mean is accurate. Values are read once, or a second
-    /// time where their squares under- or overflow. Bitwise identical for any number of threads.
+    /// time where their squares under- or overflow. If a sample in the mask is NaN or infinite, `sum`, `mean` and `rms` are NaN or infinite as
+    /// sums of such numbers are, and `std` is NaN. Bitwise identical for any number of threads.
     ///
     /// # Errors
     /// [`RadonError::WrongLength`] if values and mask differ in length.
@@ -126,7 +127,8 @@ fn scaled<T: Sample, const K: usize>(
         count: n as usize,
         sum: sum / scale,
         mean: mean / scale,
-        std: ((spread - shift * shift / n).max(0.0) / n).sqrt() / scale,
+        // Unlike `max`, `clamp` keeps NaN.
+        std: ((spread - shift * shift / n).clamp(0.0, f64::INFINITY) / n).sqrt() / scale,
         rms: (square / n).sqrt() / scale,
     })
 }

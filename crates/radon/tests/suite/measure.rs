@@ -115,3 +115,33 @@ fn values_of_any_size_have_statistics() {
     let zeros = MaskedStats::of(&[0.0; 3], &[true; 3]).unwrap().unwrap();
     assert_eq!((zeros.mean, zeros.std, zeros.rms), (0.0, 0.0, 0.0));
 }
+
+/// Sums with such a sample are not finite, and differences from an infinite or undefined mean are undefined; in one and several blocks.
+#[test]
+fn statistics_of_samples_that_are_not_finite_are_not_finite() {
+    let infinite = f64::INFINITY;
+    for (sample, sum, rms) in [
+        (f64::NAN, f64::NAN, f64::NAN),
+        (infinite, infinite, infinite),
+        (-infinite, -infinite, infinite),
+    ] {
+        for (len, at) in [(1, 0), (4, 2), (9000, 50), (9000, 8999)] {
+            let mut values: Vec<f64> = (0..len).map(|i| f64::from(i % 10)).collect();
+            values[at] = sample;
+            let single: Vec<f32> = values.iter().map(|&v| v as f32).collect();
+            let mut mask = vec![true; values.len()];
+            for stats in [
+                MaskedStats::of(&values, &mask).unwrap().unwrap(),
+                MaskedStats::of(&single, &mask).unwrap().unwrap(),
+            ] {
+                for (got, expected) in [(stats.sum, sum), (stats.mean, sum), (stats.rms, rms)] {
+                    assert_eq!(got.to_string(), expected.to_string(), "{stats:?}");
+                }
+                assert!(stats.std.is_nan(), "{stats:?}");
+            }
+            mask[at] = false;
+            let others = MaskedStats::of(&values, &mask).unwrap();
+            assert!(others.is_none_or(|stats| stats.std.is_finite()));
+        }
+    }
+}
