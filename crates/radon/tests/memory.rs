@@ -28,6 +28,24 @@ fn a_run_uses_the_predicted_memory() {
     reconstructions();
     a_slice_of_long_rows();
     back_projections();
+    #[cfg(feature = "sprs")]
+    matrices();
+}
+
+/// Beside its entries, which grow by doubling, a matrix needs the list of one ray at a time: a growing list and its copy are at most 1.5 times
+/// the size of a list whose length is a power of two.
+#[cfg(feature = "sprs")]
+fn matrices() {
+    let geometry = ParallelGeometry::half_turn(1, 256, 1.0).unwrap();
+    let grid = ImageGrid::square(256, 1.0).unwrap();
+    let projector = Projector::new(&geometry, &grid, Kernel::Joseph).unwrap();
+    let n_entries = 256 * 256;
+    let used = peak(|| assert_eq!(projector.matrix::<f64>().unwrap().nnz(), n_entries));
+    let entries = n_entries * (size_of::<usize>() + size_of::<f64>());
+    assert!(
+        used < 3 * entries / 2 + 4 * BOOKKEEPING,
+        "{used} of {entries}"
+    );
 }
 
 /// Transforms of long rows need more memory than the bookkeeping.

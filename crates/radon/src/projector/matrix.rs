@@ -24,7 +24,7 @@ impl Projector {
     /// ```
     ///
     /// # Errors
-    /// [`RadonError::TooLarge`] if rows or weights exceed the memory.
+    /// [`RadonError::TooLarge`] if rows, weights or the pixels of a ray exceed the memory.
     #[cfg_attr(docsrs, doc(cfg(feature = "sprs")))]
     pub fn matrix<T: Sample>(&self) -> Result<CsMat<T>, RadonError> {
         let (nx, ny) = (self.grid.nx(), self.grid.ny());
@@ -40,46 +40,37 @@ impl Projector {
         let by_columns = window(0..ny, 0..nx, [stride, 1]);
         let n_bins = self.geometry.n_bins();
         let mut row_starts = zeros("rows of the matrix", self.geometry.sinogram_len() + 1, 1)?;
+        let (what, b) = ("weights of the matrix", 1);
+        let too_large = |a| RadonError::TooLarge { what, a, b };
         let (mut columns, mut weights) = (Vec::new(), Vec::new());
-        let mut rays = Rays::default();
-        for (view_idx, view) in self.views.iter().enumerate() {
+        let (mut rays, mut row) = (Rays::default(), Vec::new());
+        for (i, row_len) in row_starts[1..].iter_mut().enumerate() {
+            let (view, bin) = (&self.views[i / n_bins], i % n_bins);
             let window = match view.steps_are_rows() {
                 true => &by_rows,
                 false => &by_columns,
             };
-            view.traverse(self.instructions, window, 0..n_bins, &mut rays);
-            for (bin, range) in rays.iter() {
-                let pairs = rays.pairs.iter(range);
-                let taps =
-                    pairs.flat_map(|(at, near, far)| [(at, near), (at + window.strides[0], far)]);
-                let mut row: Vec<(usize, T)> = taps
-                    .filter(|&(_, weight)| weight != T::ZERO)
-                    .map(|(at, weight)| {
-                        (
-                            (at / stride).wrapping_sub(1),
-                            (at % stride).wrapping_sub(1),
-                            weight,
-                        )
-                    })
-                    .filter(|&(y, x, _)| y < ny && x < nx)
-                    .map(|(y, x, weight)| (y * nx + x, weight))
-                    .collect();
-                row.sort_unstable_by_key(|&(column, _)| column);
-                row_starts[view_idx * n_bins + bin + 1] = row.len();
-                let held = columns.len();
-                let more = columns.try_reserve(row.len());
-                if more.and(weights.try_reserve(row.len())).is_err() {
-                    return Err(RadonError::TooLarge {
-                        what: "weights of the matrix",
-                        a: held + row.len(),
-                        b: 1,
-                    });
-                }
-                for (column, weight) in row {
-                    columns.push(column);
-                    weights.push(weight);
-                }
-            }
+            let most = view.most_pairs(window);
+            rays.pairs.try_reserve(most).map_err(|_| too_large(most))?;
+            view.traverse(self.instructions, window, bin..bin + 1, &mut rays);
+            let pairs = rays.pairs.iter(0..rays.pairs.len());
+            let taps =
+                pairs.flat_map(|(at, near, far)| [(at, near), (at + window.strides[0], far)]);
+            let entry = |(at, weight): (usize, T)| {
+                let [y, x] = [at / stride, at % stride].map(|k| k.wrapping_sub(1));
+                (weight != T::ZERO && y < ny && x < nx).then(|| (y * nx + x, weight))
+            };
+            let most = 2 * rays.pairs.len();
+            row.clear();
+            row.try_reserve(most).map_err(|_| too_large(most))?;
+            row.extend(taps.filter_map(entry));
+            row.sort_unstable_by_key(|&(column, _)| column);
+            *row_len = row.len();
+            let more = columns.try_reserve(row.len());
+            more.and(weights.try_reserve(row.len()))
+                .map_err(|_| too_large(columns.len() + row.len()))?;
+            columns.extend(row.iter().map(|&(column, _)| column));
+            weights.extend(row.iter().map(|&(_, weight)| weight));
         }
         for i in 1..row_starts.len() {
             row_starts[i] += row_starts[i - 1];

@@ -258,6 +258,13 @@ impl View {
         }
     }
 
+    /// Returns a bound of the pairs in memory during the traversal of one ray.
+    #[cfg(feature = "sprs")]
+    pub(super) fn most_pairs(&self, window: &Window) -> usize {
+        // More than the pairs of all steps: a strip computes 32 steps at a time and then omits pixels beyond the window.
+        (window.along.len() + 32) * (self.n_taps.min(window.across.len()) / 2 + 32)
+    }
+
     /// The bins whose rays cross step `m` between the given pixels; rays beyond the image belong to the nearest pixels. Ranges of
     /// pixels that divide the image divide the bins.
     pub(super) fn bins_between(&self, pixels: Range<usize>, m: usize) -> Range<usize> {

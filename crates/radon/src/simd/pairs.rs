@@ -65,6 +65,18 @@ impl<T: Scalar> Pairs<T> {
         self.most = 0;
     }
 
+    /// Empties the list and reserves memory for `n` pairs.
+    #[cfg(feature = "sprs")]
+    pub(crate) fn try_reserve(
+        &mut self,
+        n: usize,
+    ) -> Result<(), std::collections::TryReserveError> {
+        self.clear();
+        self.pixel.try_reserve(n)?;
+        self.near.try_reserve(n)?;
+        self.far.try_reserve(n)
+    }
+
     pub(crate) fn len(&self) -> usize {
         self.pixel.len()
     }
