@@ -103,10 +103,14 @@ pub fn ramp_sample(n: i64) -> f64 {
     }
 }
 
-/// Response of the windowed ramp (unit pitch) at the `len/2 + 1` frequencies of a real FFT of even length `len`.
+/// Response of the windowed ramp (unit pitch) at the `len/2 + 1` frequencies of a real FFT of even length `len`; an odd `len` is rounded up.
 ///
-/// The window acts on a ramp sampled 16 times more finely in frequency; the kernel that results is then cut to `len` samples, so
-/// that a row padded with zeros to `len >= 2 n` gets the linear convolution with the true kernel.
+/// The window acts on a ramp sampled 16 times more finely in frequency. The kernel that results is then cut to `len` samples, so
+/// that a row padded with zeros to `len >= 2 n` gets the linear convolution with this kernel.
+///
+/// The kernel is exact to rounding for Ram-Lak, Hamming and Hann windows at full cutoff. Otherwise the response differs from that of the exact
+/// kernel by less than 2e-3 of its largest value if `cutoff * len >= 8`, the order of a Butterworth window is at most 8 and a custom window has
+/// at most 3 gains, none of them negative. Steeper windows have larger errors.
 ///
 /// ```
 /// use radon::{Window, padded_len, ramp_response};
@@ -140,15 +144,16 @@ pub fn ramp_response(window: &Window, cutoff: f64, len: usize) -> Result<Vec<f64
     } else {
         let fine = 16 * len;
         let mut spectrum = ramp_spectrum(fine);
-        let edge = cutoff * (fine / 2) as f64;
-        let stepped = cutoff < 1.0 && !matches!(window, Window::Butterworth { .. });
+        let nyquist = (fine / 2) as f64;
+        let edge = cutoff * nyquist;
+        let stepped = !matches!(window, Window::Butterworth { .. });
         for (k, value) in spectrum.iter_mut().enumerate() {
             let k = k.min(fine - k) as f64;
-            // The frequency whose cell a step falls into counts by the part of the cell before the step.
-            let (nu, part) = if stepped {
-                ((k / edge).min(1.0), (edge - k + 0.5).clamp(0.0, 1.0))
-            } else {
-                (k / edge, 1.0)
+            // The frequency whose cell a step falls into counts by the part of the cell before the step; cells end at the Nyquist frequency.
+            let part = (edge - k + 0.5) / (nyquist - k + 0.5).min(1.0);
+            let (nu, part) = match stepped {
+                true => ((k / edge).min(1.0), part.clamp(0.0, 1.0)),
+                false => (k / edge, 1.0),
             };
             *value *= window.gain(nu) * part / fine as f64;
         }
@@ -170,16 +175,8 @@ pub fn ramp_response(window: &Window, cutoff: f64, len: usize) -> Result<Vec<f64
 }
 
 fn ramp_spectrum(len: usize) -> Vec<Complex<f64>> {
-    let mut spectrum: Vec<Complex<f64>> = (0..len)
-        .map(|k| {
-            if k <= len / 2 {
-                k as i64
-            } else {
-                k as i64 - len as i64
-            }
-        })
-        .map(|n| Complex::new(ramp_sample(n), 0.0))
-        .collect();
+    let sample = |k: usize| Complex::new(ramp_sample(k.min(len - k) as i64), 0.0);
+    let mut spectrum: Vec<Complex<f64>> = (0..len).map(sample).collect();
     FftPlanner::new()
         .plan_fft_forward(len)
         .process(&mut spectrum);

@@ -2,6 +2,7 @@
 
 use std::f64::consts::PI;
 
+use crate::common::noise;
 use approx::assert_relative_eq;
 use radon::{Window, padded_len, ramp_response, ramp_sample};
 
@@ -59,12 +60,12 @@ fn closed_form(window: &Window, x: f64) -> f64 {
 }
 
 /// The kernel `2 * integral_0^(1/2) f W(f) cos(2 pi f n) df` by Simpson's rule, for windows without a closed form.
-fn by_quadrature(gain: impl Fn(f64) -> f64, n: i64) -> f64 {
-    let steps = 200_000;
+fn by_quadrature(gain: impl Fn(f64) -> f64, n: f64) -> f64 {
+    let steps = 20_000;
     let h = 0.5 / steps as f64;
     let value = |k: usize| {
         let f = k as f64 * h;
-        2.0 * f * gain(f) * (2.0 * PI * f * n as f64).cos()
+        2.0 * f * gain(f) * (2.0 * PI * f * n).cos()
     };
     (0..=steps)
         .map(|k| {
@@ -83,7 +84,8 @@ fn by_quadrature(gain: impl Fn(f64) -> f64, n: i64) -> f64 {
 #[test]
 fn ramp_samples_are_the_band_limited_ramp() {
     for n in [0, 1, 2, 3, 10, 51] {
-        assert_relative_eq!(ramp_sample(n), by_quadrature(|_| 1.0, n), epsilon = 1e-10);
+        let integral = by_quadrature(|_| 1.0, n as f64);
+        assert_relative_eq!(ramp_sample(n), integral, epsilon = 1e-10);
         assert_eq!(ramp_sample(n), ramp_sample(-n));
     }
 }
@@ -198,7 +200,7 @@ fn butterworth_has_half_its_power_at_the_cutoff_and_its_order_beyond() {
         for cutoff in [1.0, 0.6] {
             let power = |f: f64| 1.0 + (2.0 * f / cutoff).powi(order).powi(2);
             // At full cutoff it ends in a step at the limit of the band.
-            let kernel = |n| by_quadrature(|f| power(f).sqrt().recip(), n);
+            let kernel = |n| by_quadrature(|f| power(f).sqrt().recip(), n as f64);
             let order = order as u32;
             check_response(&Window::Butterworth { order }, cutoff, kernel, STEPPED);
         }
@@ -251,4 +253,72 @@ fn padding_is_at_least_the_request_even_and_smooth() {
         }
         assert_eq!(rest, 1);
     }
+}
+
+/// Largest deviation of a response from the transform of its kernel, over the largest value of that.
+fn error_of(window: &Window, cutoff: f64, len: usize) -> f64 {
+    let kernel = |n: usize| match window {
+        Window::Butterworth { .. } => by_quadrature(|f| window.gain(2.0 * f / cutoff), n as f64),
+        // Its slope changes at steps of the quadrature.
+        Window::Custom(gains) if gains.len() == 3 => {
+            cutoff * cutoff * by_quadrature(|f| window.gain(2.0 * f), cutoff * n as f64)
+        }
+        _ => cutoff * cutoff * closed_form(window, cutoff * n as f64),
+    };
+    let taps: Vec<f64> = (0..=len / 2).map(kernel).collect();
+    let (mut error, mut largest) = (0.0_f64, 0.0_f64);
+    for (k, got) in ramp_response(window, cutoff, len)
+        .unwrap()
+        .iter()
+        .enumerate()
+    {
+        let term = |n: usize| taps[n] * (2.0 * PI * (k * n % len) as f64 / len as f64).cos();
+        let inner: f64 = (1..len / 2).map(term).sum();
+        let exact = taps[0] + 2.0 * inner + term(len / 2);
+        error = error.max((got - exact).abs());
+        largest = largest.max(exact.abs());
+    }
+    error / largest
+}
+
+#[test]
+fn responses_have_the_stated_errors() {
+    let exact = [Window::RamLak, Window::Hamming, Window::Hann];
+    let windows = [
+        Window::SheppLogan,
+        Window::Cosine,
+        Window::Custom(vec![1.0, 0.0]),
+    ];
+    for len in [8, 10, 16, 36, 80, 162] {
+        for window in &exact {
+            let error = error_of(window, 1.0, len);
+            // Rounding of sums of `len` terms.
+            assert!(error < 1e-13, "{window:?}, {len}: {error:.1e}");
+        }
+        // From 8 / len to a last one in the cell of the Nyquist frequency.
+        let (least, n) = (8.0 / len as f64, 12);
+        let cutoffs = (0..=n).map(|k| least.powf(1.0 - f64::from(k) / f64::from(n)));
+        for cutoff in cutoffs.chain([1.0 - 1e-3, 1.0 - 1e-5]) {
+            for window in windows.iter().chain(&exact) {
+                let error = error_of(window, cutoff, len);
+                assert!(error < 2e-3, "{window:?}, {cutoff}, {len}: {error:.1e}");
+            }
+        }
+    }
+    let gains = noise::<f64>(60, 7);
+    let custom = gains
+        .chunks(3)
+        .map(|g| Window::Custom(g.iter().map(|g| 0.5 + 0.5 * g).collect()));
+    let butterworth = [1, 3, 8].map(|order| Window::Butterworth { order });
+    for (k, window) in custom.chain(butterworth).enumerate() {
+        let len = [10, 16, 36][k % 3];
+        for power in [0.0, 0.1, 0.5, 1.0] {
+            let cutoff = (8.0 / len as f64).powf(power);
+            let error = error_of(&window, cutoff, len);
+            assert!(error < 2e-3, "{window:?}, {cutoff}, {len}: {error:.1e}");
+        }
+    }
+    // An odd length is rounded up.
+    let [odd, even] = [7, 8].map(|len| ramp_response(&Window::Cosine, 0.7, len));
+    assert_eq!(odd, even);
 }
