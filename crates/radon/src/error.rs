@@ -57,7 +57,7 @@ pub enum RadonError {
         expected: usize,
     },
     /// A stored sample is NaN or infinite.
-    #[error("{what} holds {given:?} at index {index}")]
+    #[error("sample {index} of {what} is {given:?}; it must be finite")]
     BadSample {
         /// Name of the array.
         what: &'static str,
@@ -67,7 +67,7 @@ pub enum RadonError {
         given: f64,
     },
     /// A stored sample is negative where only values >= 0 are valid.
-    #[error("{what} holds the negative value {given:?} at index {index}")]
+    #[error("sample {index} of {what} is {given:?}; it must not be negative")]
     NegativeSample {
         /// Name of the array.
         what: &'static str,
@@ -175,8 +175,8 @@ pub enum RadonError {
     /// An error of the caller's own [`LinearOperator`](crate::LinearOperator): [`RadonError::user`].
     #[error(transparent)]
     User(UserError),
-    /// An iterative solver used up its iterations before a rule that was set was met.
-    #[error("no stopping rule was met in {} iterations; the residual is {:.3e}", report.iterations, report.history.last().map_or(f64::NAN, |step| step.residual))]
+    /// An iterative solver ended before a rule that was set was met. The message contains the value of each rule in the last entry of the history.
+    #[error("no stopping rule was met in {} iterations{}", report.iterations, report.unmet())]
     NotConverged {
         /// The iterations that were made.
         report: Box<crate::IterativeReport>,
@@ -250,7 +250,7 @@ fn three(x: f64) -> String {
 /// The largest number below 1.
 pub(crate) const BELOW_ONE: f64 = 1.0_f64.next_down();
 
-/// An interval, open where a bound only excludes 0, 1 or infinity.
+/// An interval, open where a bound only excludes 0, a whole number or infinity.
 fn interval(least: f64, most: f64) -> String {
     let low = match least {
         f64::MIN_POSITIVE => "(0.0".to_owned(),
@@ -258,8 +258,10 @@ fn interval(least: f64, most: f64) -> String {
         _ => format!("[{least:?}"),
     };
     match most {
-        BELOW_ONE => low + ", 1.0)",
         f64::MAX => low + ", inf)",
+        _ if most < most.ceil() && most.next_up() == most.ceil() => {
+            format!("{low}, {:?})", most.ceil())
+        }
         _ => format!("{low}, {most:?}]"),
     }
 }

@@ -253,7 +253,7 @@ fn history(py: Python<'_>, report: &IterativeReport) -> Result<Py<PyDict>, Failu
 /// iterations : int
 ///     Largest number of iterations.
 /// residual, change : float, optional
-///     Stop when \|\|A x - b\|\| / \|\|b\|\| or the relative change of a step is at most this.
+///     Stop when \|\|A x - b\|\| / \|\|b\|\| or the change of a step, relative to the image after it, is at most this.
 /// order : {"view-slice-bin", "slice-view-bin"}
 ///     Index order of a stack; only for a projector.
 /// progress : callable, tqdm bar or True, optional
@@ -373,7 +373,7 @@ pub(crate) fn osem(
 /// start : array_like, optional
 ///     By default zero.
 /// relaxation : float
-///     lambda, between 0 and 2.
+///     lambda, 0 < lambda < 2.
 /// lower, upper : float, optional
 ///     Bounds of the pixels.
 ///

@@ -27,7 +27,7 @@ use crate::error::{RadonError, finite, within, zeros};
 pub struct SirtOptions {
     /// Stopping rules.
     pub stopping: Stopping,
-    /// Factor λ of each step, between 0 and 2; 1 by default.
+    /// Factor λ of each step, 0 < λ < 2; 1 by default.
     pub relaxation: f64,
     /// Smallest value a pixel may take, if any.
     pub lower: Option<f64>,
@@ -108,7 +108,8 @@ fn run<T: Sample>(
     let operator = Checked(operator);
     operator.check_input(data, image)?;
     let mut monitor = Monitor::new(stopping, None, observe)?;
-    within("relaxation", relaxation, f64::MIN_POSITIVE, 2.0)?;
+    let most = 2.0_f64.next_down();
+    within("relaxation", relaxation, f64::MIN_POSITIVE, most)?;
     let least = lower.map_or(Ok(f64::MIN), |l| {
         within("lower bound", l, f64::MIN, f64::MAX).map(|()| l)
     })?;

@@ -56,7 +56,7 @@ pub struct Stopping {
     pub max_iterations: usize,
     /// Stop at ‖A x - b‖ <= this times ‖b‖, in [0, 1): the discrepancy principle, when it is the relative size of the noise. None by default.
     pub residual: Option<f64>,
-    /// Stop after a step with ‖Δx‖ <= this times ‖x‖. None by default.
+    /// Stop after a step with ‖Δx‖ <= this times ‖x‖, with the image x after the step. None by default.
     pub change: Option<f64>,
 }
 
@@ -98,13 +98,16 @@ impl<'a, T: Sample> Monitor<'a, T> {
         gradient: Option<f64>,
         observe: Observer<'a, T>,
     ) -> Result<Self, RadonError> {
-        for (what, rule, most) in [
-            ("residual rule", stopping.residual, BELOW_ONE),
-            ("change rule", stopping.change, f64::MAX),
-            ("gradient rule", gradient, f64::MAX),
+        use StopReason::{Change, Gradient, Residual};
+        let mut unmet_rules = Vec::new();
+        for (what, reason, rule, most) in [
+            ("residual rule", Residual, stopping.residual, BELOW_ONE),
+            ("change rule", Change, stopping.change, f64::MAX),
+            ("gradient rule", Gradient, gradient, f64::MAX),
         ] {
             if let Some(rule) = rule {
                 within(what, rule, 0.0, most)?;
+                unmet_rules.push((reason, rule));
             }
         }
         Ok(Self {
@@ -114,6 +117,7 @@ impl<'a, T: Sample> Monitor<'a, T> {
             report: IterativeReport {
                 iterations: 0,
                 stopped_by: None,
+                unmet_rules,
                 history: Vec::new(),
             },
         })
@@ -172,13 +176,13 @@ impl<'a, T: Sample> Monitor<'a, T> {
 
     /// Ends a run: returns an error if a rule was set and not met.
     pub(super) fn finish(self) -> Result<IterativeReport, RadonError> {
-        let rules = [self.stopping.residual, self.stopping.change, self.gradient];
         let mut report = self.report;
-        if report.stopped_by.is_none() {
-            if rules.iter().any(Option::is_some) {
-                let report = Box::new(report);
-                return Err(RadonError::NotConverged { report });
-            }
+        if report.stopped_by.is_some() {
+            report.unmet_rules.clear();
+        } else if !report.unmet_rules.is_empty() {
+            let report = Box::new(report);
+            return Err(RadonError::NotConverged { report });
+        } else {
             let all = report.iterations == self.stopping.max_iterations;
             report.stopped_by = Some(match all {
                 true => StopReason::MaxIterations,

@@ -305,6 +305,60 @@ fn every_solver_obeys_every_rule() {
 }
 
 #[test]
+fn the_change_of_a_step_is_relative_to_the_image_after_it() {
+    let (_, truth, _) = scene();
+    let start = noise::<f64>(truth.len(), 3)
+        .iter()
+        .map(|x| x + 1.1)
+        .collect::<Vec<_>>();
+    for (name, result, x) in each(many(1), &start) {
+        let step: f64 = x.iter().zip(&start).map(|(a, b)| (a - b).powi(2)).sum();
+        let change = result.unwrap().history[0].change.unwrap();
+        // CGLS takes the norm of the step from its length and direction.
+        assert!(
+            (change / (step / dot(&x, &x)).sqrt() - 1.0).abs() < 1e-12,
+            "{name}: {change}"
+        );
+    }
+}
+
+#[test]
+fn an_error_names_each_unmet_rule_with_its_value() {
+    let (projector, truth, data) = scene();
+    let stopping = many(3).with_change(1e-9);
+    let options = CglsOptions::default()
+        .with_stopping(stopping)
+        .with_gradient(1e-10);
+    let mut x = vec![0.0; truth.len()];
+    let error = cgls(&projector, &data, &mut x, &options, radon::no_observer).unwrap_err();
+    let RadonError::NotConverged { report } = &error else {
+        panic!("{error}");
+    };
+    let rules = [(StopReason::Change, 1e-9), (StopReason::Gradient, 1e-10)];
+    assert_eq!(report.unmet_rules, rules);
+    let last = report.history[2];
+    let [change, gradient] = [last.change.unwrap(), last.gradient.unwrap()];
+    assert_eq!(
+        error.to_string(),
+        format!(
+            "no stopping rule was met in 3 iterations; change {change:.3e} (rule 1e-9); gradient {gradient:.3e} (rule 1e-10)"
+        )
+    );
+    let options = EmOptions::default().with_stopping(many(0).with_residual(0.1));
+    let error = mlem(
+        &projector,
+        &data,
+        &mut vec![1.0; truth.len()],
+        &options,
+        radon::no_observer,
+    );
+    assert_eq!(
+        error.unwrap_err().to_string(),
+        "no stopping rule was met in 0 iterations; residual NaN (rule 0.1)"
+    );
+}
+
+#[test]
 fn a_solver_started_at_the_solution_makes_no_step() {
     let (_, truth, _) = scene();
     // No iteration is allowed: the given image must meet the rule.
