@@ -35,7 +35,7 @@ use rows::RowFilter;
 ///
 /// The data limit the accuracy of the mean of an image: chords through the bin centres of a disc with a radius of R bins miss its area by up
 /// to 0.374 R^(-3/2) of it (square-root singularities). In a centred disc these errors are the same in all views, and the mean of the image within
-/// R - 5 bins was up to 0.65 R^(-3/2) off. Bin averages, which detectors measure, preserve the area: for centred discs with R from 6 to 98, the
+/// R - 5 bins was up to 0.65 R^(-3/2) off. Bin averages, which detectors measure, preserve the area: for centred discs with R from 9 to 98, the
 /// mean within R - 2 bins was within 5e-4.
 ///
 /// ```
@@ -87,7 +87,8 @@ impl<T: Sample> FbpPlan<T> {
     ///
     /// # Errors
     /// An option out of its range, a region that leaves the grid, [`RadonError::ShortArc`], [`RadonError::InstructionSetMissing`],
-    /// filtered rows of more than 2^20 samples, a pitch whose reciprocal times the weight of a view overflows in `T`, views that exceed the memory.
+    /// filtered rows of more than 2^20 samples, gains of a window, or a pitch whose reciprocal times the weight of a view, that overflow in `T`,
+    /// views that exceed the memory.
     pub fn new(
         geometry: &ParallelGeometry,
         grid: &ImageGrid,
@@ -170,7 +171,7 @@ impl<T: Sample> FbpPlan<T> {
 
     /// Reconstructs one slice from its sinogram `[view][bin]`; the image is `[y][x]`.
     ///
-    /// Rows that do not contain the whole object (truncation) raise the image, by default by 8 % to a factor of two: [`EdgePolicy`]. Pixels
+    /// Rows that do not contain the whole object (truncation) raise the image, by default by 8 % to 129 % in the table of [`EdgePolicy`]. Pixels
     /// outside the circle that the rows inscribe are not seen from all angles: a sum over a square image includes their artefacts, a few per cent
     /// ([`disc_mask`](crate::disc_mask)). A transposed sinogram, or a geometry with exchanged numbers of views and bins, has the
     /// same length and is not detected. The image may contain infinity or NaN without an error where samples, or samples divided by the pitch,

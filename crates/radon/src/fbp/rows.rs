@@ -8,6 +8,7 @@ use rustfft::num_complex::Complex;
 use crate::error::RadonError;
 use crate::fbp::options::{EdgePolicy, FbpOptions};
 use crate::filter::{padded_len, ramp_response};
+use crate::iterative::check_samples;
 use crate::sample::Sample;
 
 /// A row filter. The result of a row depends only on that row, so skipping others leaves it bitwise identical.
@@ -53,6 +54,9 @@ impl<T: Sample> RowFilter<T> {
             // The Nyquist term counts twice in the longer spectrum.
             response[len / 2] /= 2.0;
         }
+        let response = response.iter().map(|&r| T::of(r / len as f64));
+        let response: Vec<T> = response.collect();
+        check_samples("the response of the filter", &response)?;
         Ok(Self {
             n_bins,
             upsampling,
@@ -60,7 +64,7 @@ impl<T: Sample> RowFilter<T> {
             edge: options.edge,
             forward,
             inverse,
-            response: response.iter().map(|&r| T::of(r / len as f64)).collect(),
+            response,
         })
     }
 

@@ -324,3 +324,17 @@ fn a_pitch_whose_reciprocal_overflows_is_an_error() {
     assert_eq!(of::<f64>(1e-300), Ok(()));
     assert_eq!(of::<f32>(1e-37), Ok(()));
 }
+
+#[test]
+fn gains_that_overflow_in_the_type_of_samples_are_an_error() {
+    let (geometry, grid) = (half_turn(8, 16, 1.0), ImageGrid::square(4, 1.0).unwrap());
+    let of = |gain: f64| FbpOptions::default().with_window(Window::Custom(vec![gain; 2]));
+    let refused = FbpPlan::<f32>::new(&geometry, &grid, &of(1e300)).unwrap_err();
+    let message = "sample 0 of the response of the filter is inf; it must be finite";
+    assert_eq!(refused.to_string(), message);
+    FbpPlan::<f64>::new(&geometry, &grid, &of(1e300)).unwrap();
+    // The slope between gains overflows.
+    let opposite = Window::Custom(vec![f64::MAX, -f64::MAX]);
+    let options = FbpOptions::default().with_window(opposite);
+    assert!(FbpPlan::<f64>::new(&geometry, &grid, &options).is_err());
+}

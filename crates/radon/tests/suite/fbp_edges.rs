@@ -111,7 +111,7 @@ fn biases_agree_with_the_table() {
         ),
         (
             Scene::of(vec![(1.0, ellipse([6.0, -4.0], 128.0, 38.0, 0.3))]),
-            [0.097, 0.000],
+            [0.097, -0.000],
         ),
         (Scene::disc(1.5).with(3.0, hot), [0.253, -0.001]),
         (
@@ -120,14 +120,15 @@ fn biases_agree_with_the_table() {
         ),
         (
             Scene::disc(1.5).with(2.0, ellipse([70.0, 10.0], 20.0, 15.0, 0.4)),
-            [0.269, -0.071],
+            [0.268, -0.071],
         ),
     ];
     for (i, (scene, expected)) in table.iter().enumerate() {
         let got = biases(scene);
         for (got, expected) in got.iter().zip(expected) {
             assert!(
-                (got - expected).abs() < 1e-3,
+                // Rounding to three decimals.
+                (got - expected).abs() < 5e-4,
                 "row {i}: {got:.4} {expected}"
             );
         }
@@ -146,8 +147,8 @@ fn noise_changes_no_policy_much() {
         (0.6, 2e-3),
         (1.2, 2e-3),
         (1.5, 2e-3),
-        (2.0, 8e-3),
-        (3.0, 6e-2),
+        (2.0, 6e-3),
+        (3.0, 5e-2),
     ] {
         let quiet = biases(&Scene::disc(scale));
         let noisy = biases(&Scene {

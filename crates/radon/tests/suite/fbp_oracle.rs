@@ -116,19 +116,33 @@ fn chords_of_a_centred_disc_miss_its_area_by_a_bound_in_closed_form() {
     assert!((0.3..0.375).contains(&area) && mean < 0.65, "{worst:?}");
 }
 
-/// The largest deviation is that of the smallest disc, whose ramp of finite length has the largest error.
+/// Random discs and numbers of bins and views. The deviation falls with the radius: 4.3e-4 at 10.5 bins, where a ring of pixels leaves the mask,
+/// was the largest of 12 000 random discs from 9 bins on.
 #[test]
 fn bin_averages_of_a_centred_disc_preserve_its_mean() {
-    for (n, radius) in [(16, 6.0), (33, 12.3), (64, 20.5), (129, 40.3), (200, 98.0)] {
-        let (geometry, grid) = (half_turn(90, n, 1.0), ImageGrid::square(n, 1.0).unwrap());
+    let large = [(200, 98.0, 90), (129, 40.3, 90), (24, 10.513, 42)];
+    let random = common::noise::<f64>(360, 5);
+    let random = random.chunks_exact(3).map(|x| {
+        let [radius, bins, views] = [0, 1, 2].map(|k| 0.5 + 0.5 * x[k]);
+        let radius = 9.0 + 11.0 * radius * radius;
+        let n = 2 * radius as usize + 3 + (30.0 * bins) as usize;
+        (n, radius, ((0.7 + views) * n as f64) as usize)
+    });
+    for (n, radius, n_views) in random.chain(large) {
+        let (geometry, grid) = (
+            half_turn(n_views, n, 1.0),
+            ImageGrid::square(n, 1.0).unwrap(),
+        );
         let disc = Shape2::ellipse([0.0; 2], [radius; 2], 0.0).unwrap();
         let disc = Phantom2::new([(1.0, disc)]).unwrap();
         let sinogram: Vec<f64> = disc.sinogram(&geometry, BinSampling::Mean).unwrap();
         let plan = FbpPlan::<f64>::new(&geometry, &grid, &FbpOptions::default()).unwrap();
         let image = plan.reconstruct(&sinogram).unwrap();
-        let mean = mean_where(&image, &grid, |p| p[0].hypot(p[1]) < radius - 2.0);
-        println!("{n} {radius}: {:.1e}", mean - 1.0);
-        assert!((mean - 1.0).abs() < 5e-4, "{radius}: {mean}");
+        let mean = mean_where(&image, &grid, |p| p[0].hypot(p[1]) <= radius - 2.0);
+        assert!(
+            (mean - 1.0).abs() < 5e-4,
+            "{n} bins, {n_views} views, radius {radius}: {mean}"
+        );
     }
 }
 
