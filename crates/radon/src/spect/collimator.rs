@@ -81,7 +81,7 @@ impl Collimator {
         )
     }
 
-    /// Returns the standard deviation (cm) at this distance (cm) from the face; points behind the face have that of the face.
+    /// Returns the standard deviation (cm) at this distance (cm) from the face; points behind the face have that of the face; NaN for NaN.
     #[must_use]
     pub fn sigma(&self, distance: f64) -> f64 {
         self.variance(distance).sqrt()
@@ -90,7 +90,8 @@ impl Collimator {
     /// Square of [`sigma`](Self::sigma) (cm^2).
     #[must_use]
     pub fn variance(&self, distance: f64) -> f64 {
-        (self.slope * distance.max(0.0) + self.at_face).powi(2) + self.intrinsic.powi(2)
+        (self.slope * distance.clamp(0.0, f64::INFINITY) + self.at_face).powi(2)
+            + self.intrinsic.powi(2)
     }
 
     /// Returns the increase of the geometric standard deviation per cm.

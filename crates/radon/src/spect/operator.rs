@@ -92,7 +92,8 @@ impl<T: Sample> SpectOperator<T> {
     /// standard deviations of which are more than 10 000 bins, a grid or detector a million pixels or 1e9 bins away from the axis, a
     /// voxel more than 5 mean free paths thick, or a radius with voxels of the map behind the face (coefficients above 5 % of the largest one,
     /// by more than the diagonal of a pixel); [`RadonError::WrongLength`],
-    /// [`RadonError::BadSample`], [`RadonError::NegativeSample`] for the attenuation map; [`RadonError::TooLarge`].
+    /// [`RadonError::BadSample`], [`RadonError::NegativeSample`] for the attenuation map; [`RadonError::TooLarge`]
+    /// if layers, cells or the rows of one view exceed the memory.
     pub fn new(
         geometry: &SpectGeometry,
         grid: &ImageGrid,

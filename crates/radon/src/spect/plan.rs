@@ -7,7 +7,7 @@ use super::axial::Axial;
 use super::blur::Blur;
 use super::turned::{Turned, View, reach};
 use super::{Collimator, SpectGeometry, SpectOptions};
-use crate::error::{RadonError, length, product, within, zeros};
+use crate::error::{RadonError, length, product, room, within, zeros};
 use crate::iterative::{check_not_negative, check_samples};
 use crate::simd::Lanes;
 use crate::{ImageGrid, InstructionSet, Sample, SliceAxis, parallel};
@@ -86,6 +86,7 @@ impl<T: Sample> Plan<T> {
         let variances = ends.map(|distance| turned.variance(collimator, distance));
         let blur = Blur::new(variances, pitch, options.tolerance, views.n_bins())?;
         let [_, margin] = blur.margin();
+        drop(room::<T>("a view", rows.n_slices(), views.n_bins())?);
         let frame = Frame {
             geometry: geometry.clone(),
             grid: *grid,

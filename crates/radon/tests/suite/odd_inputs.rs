@@ -149,6 +149,12 @@ fn layers_beyond_the_memory_are_rejected() {
         let made = SpectOperator::<f64>::new(&spect, &grid, &layers, &SpectOptions::default());
         assert!(too_large(made.map(drop)), "{n}");
     }
+    // A single view exceeds the address space.
+    let rows = SliceAxis::new(1 << 50, 1.0).unwrap();
+    let spect = SpectGeometry::circular(&geometry, &rows, 6.0).unwrap();
+    let layers = SliceAxis::new(2, 1.0).unwrap();
+    let made = SpectOperator::<f64>::new(&spect, &grid, &layers, &SpectOptions::default());
+    assert!(too_large(made.map(drop)));
 }
 
 #[test]

@@ -27,6 +27,9 @@ fn invalid_input_is_rejected() {
     let wrong = orbit(vec![5.0, 5.0, 5.0, f64::NAN, 5.0, 5.0]);
     assert!(matches!(wrong, RadonError::NotFinite { .. }), "{wrong}");
 
+    let collimator = Collimator::new(0.1, 0.2, 0.3).unwrap();
+    assert!(collimator.sigma(f64::NAN).is_nan());
+    assert_eq!(collimator.sigma(-1.0), collimator.sigma(0.0));
     let wrong = Collimator::new(-0.1, 0.0, 0.0).unwrap_err();
     assert!(
         matches!(wrong, RadonError::OutOfRange { given: -0.1, .. }),
