@@ -16,6 +16,12 @@
 //!
 //! Results are bitwise identical for any number of threads; between instruction sets ([`InstructionSet`]) they differ by rounding errors.
 //!
+//! # Progress and cancellation
+//!
+//! Iterative solvers call an observer after each step, which can end them ([`no_observer`]). The computations of [`FbpPlan`], [`Projector`],
+//! [`FourierProjector`] and [`SpectOperator`] report their progress to a `simd_set::Watch`, and end when it is stopped, if they run on a thread
+//! pool whose threads are connected with it (`simd_set::watch_with`).
+//!
 //! # One slice
 //!
 //! A stack is vectorised across its slices. A single slice of `f32`, as in two-dimensional problems, is vectorised across neighbouring bins

@@ -40,9 +40,12 @@ impl<T: Sample> FbpPlan<T> {
             }
         }
         let mut rows = zeros("sinogram", self.geometry.n_views(), n_bins)?;
+        let steps = 1 + usize::from(self.gridding.is_some());
         if let Some(gridding) = &self.gridding {
+            let _part = simd_set::part(0..1, steps);
             gridding.project(image, &mut rows, &mut GriddingScratch::default());
         }
+        let _part = simd_set::part(steps - 1..steps, steps);
         let new = || self.filter.scratch();
         parallel::chunks_with(&mut rows, n_bins, &new, &|scratch, view, row| {
             simd_set::unit(self.geometry.n_views());

@@ -28,10 +28,13 @@ impl<T: Sample> Gridding<T> {
             });
         });
         let spectrum = &*spectrum;
-        let found = parallel::collect(self.n_columns().div_ceil(BAND), &|band| {
+        let n_bands = self.n_columns().div_ceil(BAND);
+        let found = parallel::collect(n_bands, &|band| {
+            simd_set::unit(n_bands + self.polar.views.len());
             works.with(Work::default, |work| self.read_band(spectrum, band, work))
         });
         parallel::chunks(rows, self.n_bins, &|view, row| {
+            simd_set::unit(n_bands + self.polar.views.len());
             let place = self.polar.places[view];
             works.with(Work::default, |work| {
                 self.assemble(&found, place, row, work)
