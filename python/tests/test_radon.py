@@ -213,7 +213,7 @@ G, S = Geometry.half_turn(12, 16), Grid.square(8)
         (lambda: Projector(G, S, "ray"), ValueError, "kernel is \"ray\""),
         (lambda: Projector(G, S).forward(np.zeros((8, 9))), ValueError, r"image has the shape \(8, 9\)"),
         (lambda: Projector(G, S).forward(None), TypeError, "object"),
-        (lambda: radon.mlem(Projector(G, S), -np.ones((12, 16))), RadonError, "negative value"),
+        (lambda: radon.mlem(Projector(G, S), -np.ones((12, 16))), RadonError, "must not be negative"),
         (lambda: radon.mlem(Projector(G, S), np.ones((12, 16)), start=np.ones(3)), ValueError, "start"),
         (lambda: radon.osem(Projector(G, S), np.ones((12, 16)), 13), RadonError, "n_subsets must lie in"),
         (lambda: radon.sirt(Projector(G, S), np.ones((12, 16)), relaxation=3.0), RadonError, "relaxation"),

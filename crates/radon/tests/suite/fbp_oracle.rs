@@ -117,7 +117,7 @@ fn chords_of_a_centred_disc_miss_its_area_by_a_bound_in_closed_form() {
 }
 
 /// Random discs and numbers of bins and views. The deviation falls with the radius: 4.3e-4 at 10.5 bins, where a ring of pixels leaves the mask,
-/// was the largest of 12 000 random discs from 9 bins on.
+/// was the largest of 9000 random discs from 9 bins on.
 #[test]
 fn bin_averages_of_a_centred_disc_preserve_its_mean() {
     let large = [(200, 98.0, 90), (129, 40.3, 90), (24, 10.513, 42)];
