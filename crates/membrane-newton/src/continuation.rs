@@ -12,8 +12,9 @@ use crate::turning::Reach;
 
 /// Tolerance on the control: about a hundred roundings of a sum over all nodes.
 const MET: f64 = 1e-12;
-/// Larger errors of a result are a failure: they exceed the correction below.
-const MISSED: f64 = 1e-9;
+/// Larger errors of a result are a failure: they exceed the correction below. It is also the largest tolerance of a solve, because the tests of
+/// turning points compare the rates of change of equilibria.
+pub(crate) const MISSED: f64 = 1e-9;
 
 /// Largest ratio of the rates of change at the ends of a step. Towards a limit point they grow as the inverse root of the distance, so that
 /// at least a sixteenth of it remains.
@@ -61,12 +62,6 @@ impl<'a, 's> Search<'a, 's> {
         options: &NewtonOptions,
     ) -> Result<()> {
         self.reach(state, start, values, options)?;
-        if self.system.misses(state) > MISSED {
-            // large tolerances are met before the control
-            let (from, tolerance) = (state.to_vec(), options.step_tolerance.min(MISSED));
-            let options = options.with_tolerances(0.0, tolerance);
-            self.attempt(state, Reach::Direct, &from, &options)?;
-        }
         if self.system.misses(state) > MET {
             // Corrections within the rounding of the forces count as zero; the control can still be met.
             let _ = self.correct(state);

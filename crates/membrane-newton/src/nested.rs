@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use crate::cause;
 use crate::constraint::{Constraint, Control, Quantity};
-use crate::continuation::{Search, WALKING};
+use crate::continuation::{MISSED, Search, WALKING};
 use crate::equilibrium::Equilibrium;
 use crate::error::{NewtonError, Result};
 use crate::inflation::FIRST_VOLUME;
@@ -313,6 +313,9 @@ impl Nested {
         options: &NewtonOptions,
     ) -> Result<Solved> {
         options.check()?;
+        let tolerances = [options.residual_tolerance, options.step_tolerance];
+        let [residual, step] = tolerances.map(|tolerance| tolerance.min(MISSED));
+        let options = &options.with_tolerances(residual, step);
         if let Some(scaled) = self.solve_scaled(near, control, options)? {
             return Ok(scaled);
         }

@@ -13,7 +13,8 @@ pub struct NewtonOptions {
     pub residual_tolerance: f64,
     /// Tolerance on the scaled error of the unknowns, estimated from the contraction of the last corrections; default 1e-14. The estimate of
     /// [`NewtonReport::iteration_error`](crate::NewtonReport::iteration_error) has a margin for directions that contract less, and may exceed
-    /// it. Either tolerance suffices for convergence; a [`Solver`](crate::Solver) also iterates until its control is met.
+    /// it. Either tolerance suffices for convergence. A [`Solver`](crate::Solver) uses at most 1e-9 for either, and also iterates until its
+    /// control is met.
     pub step_tolerance: f64,
     /// Maximum number of iterations of one Newton solve. A [`Solver`](crate::Solver) may try several: directly, in continuation steps, and
     /// with finer polynomials; the report and [`NotConverged`](crate::NewtonError::NotConverged) count the iterations of all. Default 30.

@@ -41,6 +41,30 @@ fn a_pressure_far_beyond_its_limit_has_the_same_limit() {
     }
 }
 
+/// Loose tolerances do not end a branch early: loads below the limit are solved, and the limit is the same.
+#[test]
+fn a_limit_does_not_depend_on_the_tolerances() {
+    let neo = StrainEnergy::NeoHookean { mu: 1.0 };
+    let disc = of(ReferenceShape::disc(1.0).unwrap(), neo, 0.0);
+    for solver in &solvers(&disc)[1..4] {
+        let most = limit(solve(solver, Control::Load(10.0)));
+        for (residual, step) in [(1e-4, 1e-4), (1e-15, 1e-3), (1e-3, 1e-15), (0.1, 0.1)] {
+            let options = NewtonOptions::default().with_tolerances(residual, step);
+            let far = limit(solver.solve(Control::Load(10.0), &options));
+            // that of the two searches for the same maximum
+            assert!((far / most - 1.0).abs() < 1e-9, "{options:?}: {far} {most}");
+            for fraction in [0.01, 0.3, 0.6, 0.99] {
+                let load = Control::Load(fraction * most);
+                let found = solver.solve(load, &options).unwrap();
+                let exact = solve(solver, load).unwrap();
+                let volume = found.measures.volume / exact.measures.volume - 1.0;
+                // the largest tolerance, 1e-9 of the length 2, over the height, which is at least 0.1
+                assert!(volume.abs() < 2e-8, "{options:?} {fraction}: {volume:e}");
+            }
+        }
+    }
+}
+
 /// Rubber of thickness exp(`swing`) at the ring and exp(-`swing`) at the apex.
 fn of(rest: ReferenceShape, energy: StrainEnergy, swing: f64) -> Membrane {
     let thickness = Thickness::function(move |s: f64| (swing * (2.0 * PI * s).cos()).exp(), &[]);
