@@ -102,8 +102,9 @@ pub enum NewtonError {
         expected: usize,
     },
     /// The control was raised from the start but did not reach `wanted`. If [`NewtonReport::stopped_by`] is [`StopReason::LoadSteps`], the load
-    /// steps are used up and the branch of equilibria continues. Otherwise it ends: past `reached` (within about 1e-4 of it) it turns back, or the
-    /// enclosed volume falls to zero. Another control, often area or volume, may continue. For a pressure of rubber,
+    /// steps are used up and the branch of equilibria continues. Otherwise no step past `reached` succeeds, down to about 1e-4 of it: the branch
+    /// turns back, the enclosed volume falls to zero, or Newton's method does not converge in double precision, as under pressures just below the
+    /// limit of [`PastBlowUp`](MembraneError::PastBlowUp). Another control, often area or volume, may continue. For a pressure of rubber,
     /// `reached` is the first maximum of the pressure along the branch from the start, to rounding. Rubber that stiffens, such as that of Gent,
     /// has equilibria at higher pressures beyond it ([`Solver::branch`](crate::Solver::branch)).
     #[error("no equilibrium found beyond {reached:?}, {wanted:?} wanted; {quantity}, {} load steps{}", report.load_steps, used_up(report))]

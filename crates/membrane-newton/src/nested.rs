@@ -170,6 +170,14 @@ impl Nested {
                 Err(early) => (reached, ended) = (limit(state), early.or(ended)),
             }
         }
+        if reached.is_none() && wanted > state[pressure] {
+            // near the largest stretch the volume hardly changes with the pressure
+            match self.follow(state, Control::Load(wanted), options, report) {
+                Err(NewtonError::LimitPoint { report, .. }) => ended = report.stopped_by,
+                Err(_) => (),
+                found => return found,
+            }
+        }
         Err(NewtonError::LimitPoint {
             quantity: Quantity::Intensity.name(),
             reached: reached.unwrap_or(state[pressure]),
@@ -194,29 +202,21 @@ impl Nested {
         if wanted <= state[pressure] {
             return Err(None);
         }
-        // continues along the branch from an equilibrium to the value of a control
-        let mut step = |state: &mut [f64], control: Control| {
-            let mut system = self.system(control).ok()?;
-            let start = state.to_vec();
-            let value = self.0[0].constraint(control).ok()?.value;
-            let values = (system.control_value(&start), value);
-            let mut search = Search::new(&mut system, report);
-            search.solve(state, &start, values, options).ok()
-        };
+        let mut step = |state: &mut [f64], control| self.follow(state, control, options, report);
         let mut share = FIRST_STEP;
         for _ in 0..MOST_STEPS {
             let volume = Quantity::VOLUME.of(&*self.0[0].discrete, &state[..=pressure]);
             let mut next = state.to_vec();
             let further = Control::Volume(volume * (1.0 + share));
             // a step may pass the maximum and end at a higher pressure, or fail beyond the largest stretch of the rubber
-            let rises = step(&mut next, further).is_some()
+            let rises = step(&mut next, further).is_ok()
                 && self
                     .rate(&next, further)
                     .is_ok_and(|rate| rate[pressure] > 0.0)
                 && next[pressure] > state[pressure].max(0.0);
             let passed = next[pressure] >= wanted;
             // where the pressure hardly rises with the volume it is met only from near by
-            if !rises || passed && step(&mut next, Control::Load(wanted)).is_none() {
+            if !rises || passed && step(&mut next, Control::Load(wanted)).is_err() {
                 share *= 0.25;
                 if share < LEAST_STEP {
                     return Err(None);
@@ -229,6 +229,23 @@ impl Nested {
             }
         }
         Err(Some(StopReason::LoadSteps))
+    }
+
+    /// Continues along the branch from the equilibrium `state` to the value of a control.
+    fn follow(
+        &self,
+        state: &mut [f64],
+        control: Control,
+        options: &NewtonOptions,
+        report: &mut NewtonReport,
+    ) -> Result<()> {
+        let mut system = self.system(control)?;
+        let start = state.to_vec();
+        let values = (
+            system.control_value(&start),
+            self.0[0].constraint(control)?.value,
+        );
+        Search::new(&mut system, report).solve(state, &start, values, options)
     }
 
     fn check_resolved(&self, state: &[f64]) -> Result<()> {

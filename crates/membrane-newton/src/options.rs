@@ -23,8 +23,9 @@ pub struct NewtonOptions {
     pub line_search: LineSearch,
     /// Rule for new factorisations of the tangent; default each iteration.
     pub refactor: Refactor,
-    /// Maximum number of continuation steps; 0 disables continuation. The solver raises the control in steps if Newton fails from the start
-    /// or converges to another branch. These are full steps under the natural monotonicity test, whatever `line_search` is. Default 100.
+    /// Maximum number of steps of one continuation, also of those that fail; 0 disables continuation. The solver raises the control in steps if
+    /// Newton fails from the start or converges to another branch. A solve may need several continuations, for rubber also one by volume, and
+    /// [`NewtonReport::load_steps`](crate::NewtonReport::load_steps) counts the steps of all. These are full steps under the natural monotonicity test, whatever `line_search` is. Default 100.
     pub max_load_steps: usize,
 }
 

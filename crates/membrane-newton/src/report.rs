@@ -11,7 +11,7 @@ pub struct NewtonReport {
     pub factorisations: usize,
     /// Evaluations of the residual.
     pub residual_calls: usize,
-    /// Continuation steps tried, 0 if Newton needed none.
+    /// Continuation steps tried in all continuations, 0 if Newton needed none.
     pub load_steps: usize,
     /// Scaled residual at the result; before the last step if [`LineSearch::FullStep`](crate::LineSearch::FullStep) ended by the estimated
     /// error.

@@ -239,6 +239,23 @@ fn a_pressure_that_rises_everywhere_has_no_limit() {
     }
 }
 
+/// Near the longest stretch of Gent rubber the pressure increases by orders of magnitude while the volume hardly changes.
+#[test]
+fn a_very_large_pressure_of_stiffening_rubber_is_solved() {
+    let disc = ReferenceShape::disc(1.0).unwrap();
+    let membrane = of(disc, StrainEnergy::Gent { mu: 0.1, jm: 30.0 }, 0.0);
+    for solver in &solvers(&membrane)[2..4] {
+        let volumes = [1e2, 1e4, 1e5, 1e6].map(|load| {
+            let solved = solve(solver, Control::Load(load)).unwrap();
+            assert_eq!(solved.intensity, load);
+            solved.measures.volume
+        });
+        assert!(volumes.is_sorted(), "{volumes:?}");
+        // the relative distance from the largest volume is of the order of jm times modulus over pressure, 3e-4 at 1e4
+        assert!(volumes[3] / volumes[1] - 1.0 < 1e-3, "{volumes:?}");
+    }
+}
+
 /// The pressure of Gent rubber that is thick at the apex rises again far beyond its limit: from an equilibrium just below the limit, larger pressures
 /// are not those of stiff states of ten times the volume.
 #[test]
