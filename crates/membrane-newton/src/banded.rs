@@ -2,7 +2,7 @@
 
 use membrane_forces::BandMatrix;
 
-use crate::error::{NewtonError, Result, length};
+use crate::error::{NewtonError, Result, length, reciprocal};
 
 /// Storage for P A = L U of a band matrix; memory and time O(n lower (lower + upper)).
 ///
@@ -65,7 +65,7 @@ impl BandedLu {
     /// Factors `matrix`; after an error there is no factorisation.
     ///
     /// # Errors
-    /// [`NewtonError::Singular`] for a pivot that is zero or not finite; by rounding the pivots of a singular matrix may be nonzero, and it is then
+    /// [`NewtonError::Singular`] for a pivot that is zero or not finite, or whose reciprocal overflows; by rounding the pivots of a singular matrix may be nonzero, and it is then
     /// factored. [`NewtonError::WrongLength`] if the shapes of `matrix` and storage differ.
     pub fn factor(&mut self, matrix: &BandMatrix) -> Result<()> {
         self.factored = false;
@@ -93,12 +93,7 @@ impl BandedLu {
                 }
             }
             let value = self.u[pivot * width];
-            if value == 0.0 || !value.is_finite() {
-                return Err(NewtonError::Singular {
-                    row: k,
-                    pivot: value,
-                });
-            }
+            let inverse = reciprocal(k, value)?;
             self.pivots[k] = pivot as u32;
             self.negative ^= (value < 0.0) ^ (pivot != k);
             let (above, below) = self.u.split_at_mut((k + 1) * width);
@@ -107,7 +102,6 @@ impl BandedLu {
                 self.swapped = true;
                 upper.swap_with_slice(&mut below[(pivot - k - 1) * width..(pivot - k) * width]);
             }
-            let inverse = 1.0 / upper[0];
             self.inverse[k] = inverse;
             for (i, row) in below.chunks_exact_mut(width).take(last - k).enumerate() {
                 let factor = row[0] * inverse;

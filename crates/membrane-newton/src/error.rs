@@ -23,7 +23,7 @@ pub enum NewtonError {
     /// Solving requires a factorisation.
     #[error("no tangent has been factored; solving requires a factorisation")]
     NotFactored,
-    /// A pivot is zero or not finite. A singular matrix may have pivots that are nonzero by rounding, without this error.
+    /// A pivot is zero, so small that its reciprocal overflows, or not finite. A singular matrix may have pivots that are nonzero by rounding, without this error.
     #[error("singular matrix: pivot {pivot:?} in row {row}")]
     Singular {
         /// Row of the vanishing pivot.
@@ -242,6 +242,16 @@ pub(crate) fn length(what: &'static str, given: usize, expected: usize) -> Resul
             given,
             expected,
         })
+    }
+}
+
+/// Returns 1 / `pivot` of a matrix, if both are finite.
+pub(crate) fn reciprocal(row: usize, pivot: f64) -> Result<f64> {
+    let inverse = 1.0 / pivot;
+    if pivot.is_finite() && inverse.is_finite() {
+        Ok(inverse)
+    } else {
+        Err(NewtonError::Singular { row, pivot })
     }
 }
 

@@ -4,7 +4,7 @@ use membrane_forces::{DiscreteMembrane, Tangent};
 
 use crate::banded::BandedLu;
 use crate::border::dot;
-use crate::error::{NewtonError, Result};
+use crate::error::{NewtonError, Result, reciprocal};
 
 /// Storage for a [`Tangent`] and its factors.
 ///
@@ -136,12 +136,7 @@ fn eliminate(a: &mut [f64], size: usize, inner: usize, pivots: &mut [u32]) -> Re
             }
         }
         let value = a[pivot * size + k];
-        if value == 0.0 || !value.is_finite() {
-            return Err(NewtonError::Singular {
-                row: k,
-                pivot: value,
-            });
-        }
+        let inverse = reciprocal(k, value)?;
         pivots[k] = pivot as u32;
         if (value < 0.0) ^ (pivot != k) {
             sign = -sign;
@@ -151,7 +146,6 @@ fn eliminate(a: &mut [f64], size: usize, inner: usize, pivots: &mut [u32]) -> Re
         if pivot != k {
             upper.swap_with_slice(&mut below[(pivot - k - 1) * size..(pivot - k) * size]);
         }
-        let inverse = 1.0 / upper[k];
         for row in below.chunks_exact_mut(size) {
             let factor = row[k] * inverse;
             row[k] = factor;

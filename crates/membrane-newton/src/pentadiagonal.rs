@@ -1,6 +1,6 @@
 //! L D L' of a symmetric positive definite matrix with two diagonals on either side.
 
-use crate::error::{NewtonError, Result, length};
+use crate::error::{NewtonError, Result, length, reciprocal};
 
 /// Storage for A = L D L' of a matrix that acts on x and y of points separately and equally.
 ///
@@ -60,10 +60,10 @@ impl PentadiagonalLdl {
                 0.0
             };
             let d = entry(i, i) - one * one * d1 - two * two * d2;
-            if !(d > 0.0 && d.is_finite()) {
+            if d < 0.0 {
                 return Err(NewtonError::Singular { row: i, pivot: d });
             }
-            *row = [one, two, 1.0 / d];
+            *row = [one, two, reciprocal(i, d)?];
             (second, before) = (before, *row);
             (d2, d1) = (d1, d);
         }

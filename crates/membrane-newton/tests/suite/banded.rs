@@ -1,6 +1,6 @@
 //! Factors of band matrices.
 
-use membrane_newton::{BandMatrix, BandedLu, Border};
+use membrane_newton::{BandMatrix, BandedLu, Border, NewtonError, PentadiagonalLdl};
 use nalgebra::{DMatrix, DVector};
 
 /// A x for x = A^-1 b, with pivoting (weak diagonal) and without, at every small size.
@@ -80,4 +80,22 @@ fn a_singular_matrix_may_be_factored() {
         a.add(k / 3, k % 3, (k + 1) as f64 * 0.1).unwrap();
     }
     BandedLu::for_matrix(&a).factor(&a).unwrap();
+}
+
+/// The error names the row whose pivot has no finite reciprocal, not a later one.
+#[test]
+fn a_denormal_pivot_is_an_error_of_its_row() {
+    for small in [1e-310, 5e-324, 0.0] {
+        let mut a = BandMatrix::zeros(3, 1, 1).unwrap();
+        for (i, entry) in [1.0, small, 1.0].into_iter().enumerate() {
+            a.add(i, i, entry).unwrap();
+        }
+        let expected = Err(NewtonError::Singular {
+            row: 1,
+            pivot: small,
+        });
+        assert_eq!(BandedLu::for_matrix(&a).factor(&a), expected);
+        let entry = |i, j| if i == j { [1.0, small, 1.0][i] } else { 0.0 };
+        assert_eq!(PentadiagonalLdl::new(3).factor(entry), expected);
+    }
 }
