@@ -32,6 +32,7 @@ pub struct NewtonOptions {
 /// The rule for the length of a Newton step.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
 #[non_exhaustive]
 pub enum LineSearch {
     /// Only full steps: the textbook iteration.

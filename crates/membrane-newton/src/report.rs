@@ -1,6 +1,6 @@
 //! The report of a solve.
 
-/// The report of a solve.
+/// The report of a solve. Numbers that are not finite are `null` in JSON, and read as infinite.
 #[derive(Debug, Clone, PartialEq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
@@ -15,8 +15,10 @@ pub struct NewtonReport {
     pub load_steps: usize,
     /// Scaled residual at the result; before the last step if [`LineSearch::FullStep`](crate::LineSearch::FullStep) ended by the estimated
     /// error.
+    #[cfg_attr(feature = "serde", serde(deserialize_with = "stored::number"))]
     pub residual: f64,
     /// Scaled size of the last step, infinite if none was computed.
+    #[cfg_attr(feature = "serde", serde(deserialize_with = "stored::number"))]
     pub step: f64,
     /// Estimated error of Newton's iteration: the sum of the steps that would follow, from the contraction of the last ones. Before the first
     /// step it assumes an exact tangent, and before the second a regular root. With a reused tangent near a singular root the error may be
@@ -29,10 +31,12 @@ pub struct NewtonReport {
     /// coordinate), and the change of the intensity over the prescribed one, or, with a prescribed area or volume, over the larger of the
     /// intensity and that which moves the membrane by its length. At a small prescribed volume the relative error of the intensity is larger.
     /// Infinite if no contraction is known: after a single step of [`LineSearch::FullStep`](crate::LineSearch::FullStep).
+    #[cfg_attr(feature = "serde", serde(deserialize_with = "stored::number"))]
     pub iteration_error: f64,
     /// The test that ended the last iteration, also of a failed solve; `None` if no iteration was started.
     pub stopped_by: Option<StopReason>,
     /// Scaled residual before the first iteration and after each.
+    #[cfg_attr(feature = "serde", serde(deserialize_with = "stored::numbers"))]
     pub history: Vec<f64>,
 }
 
@@ -58,6 +62,26 @@ pub enum StopReason {
     NotFinite,
     /// Failure: the continuation steps are used up ([`NewtonError::LimitPoint`](crate::NewtonError::LimitPoint) or `OtherBranch`).
     LoadSteps,
+}
+
+#[cfg(feature = "serde")]
+mod stored {
+    use serde::{Deserialize, Deserializer};
+
+    pub(super) fn number<'de, D: Deserializer<'de>>(from: D) -> Result<f64, D::Error> {
+        // other formats have infinity, and some of them no optional numbers
+        if !from.is_human_readable() {
+            return f64::deserialize(from);
+        }
+        Ok(Option::deserialize(from)?.unwrap_or(f64::INFINITY))
+    }
+
+    pub(super) fn numbers<'de, D: Deserializer<'de>>(from: D) -> Result<Vec<f64>, D::Error> {
+        #[derive(Deserialize)]
+        struct Number(#[serde(deserialize_with = "number")] f64);
+        let numbers = Vec::<Number>::deserialize(from)?;
+        Ok(numbers.into_iter().map(|number| number.0).collect())
+    }
 }
 
 impl NewtonReport {

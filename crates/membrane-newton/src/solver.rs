@@ -21,6 +21,7 @@ use crate::resolution::Resolution;
 /// order; they need no breakpoints.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
 #[non_exhaustive]
 pub enum Discretisation {
     /// Second-order finite differences, as in the paper.

@@ -445,13 +445,28 @@ fn membrane_options_and_reports_are_restored_from_files() {
     }
     let solver = Solver::new(&balloon(), Discretisation::FiniteDifferences { nodes: 21 });
     let options = NewtonOptions::default();
-    let solved = solver
-        .expect("nodes enough")
-        .solve(Control::VolumeGain(0.3), &options);
+    let solver = solver.expect("nodes enough");
+    let solved = solver.solve(Control::VolumeGain(0.3), &options);
     through_json(&options);
     through_json(&Control::VolumeGain(0.3));
     through_json(&Discretisation::SpectralAdaptive { tolerance: 1e-12 });
     through_json(&solved.expect("a small gain").report);
+    // without an iteration the step and the error are infinite
+    let failed = solver.solve(
+        Control::VolumeGain(0.3),
+        &options.with_max_iterations(0).with_max_load_steps(0),
+    );
+    match failed {
+        Err(NewtonError::NotConverged { report, .. }) => {
+            assert!(report.step.is_infinite() && report.iteration_error.is_infinite());
+            through_json(&*report);
+        }
+        other => panic!("{other:?}"),
+    }
+    let more = r#"{"Spectral":{"degree":3,"per_piece":1,"nodes":2}}"#;
+    assert!(serde_json::from_str::<Discretisation>(more).is_err());
+    let more = r#"{"line_search":{"Natural":{"max_halvings":3,"most":2}}}"#;
+    assert!(serde_json::from_str::<NewtonOptions>(more).is_err());
     let few: NewtonOptions = serde_json::from_str(r#"{"max_iterations":7}"#).expect("options");
     assert_eq!(few, options.with_max_iterations(7));
     assert!(serde_json::from_str::<NewtonOptions>(r#"{"iterations":7}"#).is_err());
