@@ -1,6 +1,6 @@
 //! One extra unknown and one extra equation, or a rank-one term, around any factorisation.
 
-use crate::error::{NewtonError, Result, length};
+use crate::error::{NewtonError, Result, length, reciprocal};
 
 /// Solves the bordered system
 ///
@@ -68,7 +68,7 @@ impl Border {
     /// Eliminates with the corner d and a function that overwrites a vector with A^-1 times it.
     ///
     /// # Errors
-    /// Errors of `solve`; d - g' A^-1 b is zero or not finite. The border is then not eliminated.
+    /// Errors of `solve`; [`NewtonError::Singular`] for d - g' A^-1 b. The border is then not eliminated.
     pub fn eliminate(
         &mut self,
         corner: f64,
@@ -78,10 +78,7 @@ impl Border {
         self.solved.copy_from_slice(&self.column);
         solve(&mut self.solved)?;
         let pivot = corner - dot_in_eight(&self.row, &self.solved);
-        if pivot == 0.0 || !pivot.is_finite() {
-            let row = self.row.len();
-            return Err(NewtonError::Singular { row, pivot });
-        }
+        reciprocal(self.row.len(), pivot)?;
         self.pivot = Some(pivot);
         Ok(())
     }

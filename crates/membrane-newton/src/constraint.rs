@@ -3,6 +3,7 @@
 use membrane_forces::{DiscreteMembrane, Measure, Measures, MembraneError};
 
 use crate::error::{NewtonError, Result, own};
+use crate::route::Route;
 
 /// The prescribed quantity; the force intensity that belongs to it is part of the solution.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -42,11 +43,12 @@ pub(crate) struct Constraint {
 impl Quantity {
     pub(crate) const VOLUME: Self = Self::Measure(Measure::Volume);
 
-    /// Returns the name of the quantity, with its unit.
-    pub(crate) fn name(self) -> &'static str {
+    /// Returns the name of the quantity of a membrane with this route, with its unit.
+    pub(crate) fn name(self, route: Route) -> &'static str {
         match self {
+            Self::Intensity if route == Route::Inflate => "pressure in the unit of the modulus",
             Self::Intensity => "force intensity in the unit of the pressure law",
-            Self::TotalForce => "total force in the unit of the stiffness times cm^3",
+            Self::TotalForce => "total force in the unit of the intensity times cm^2",
             Self::Measure(Measure::Length) => "length in cm",
             Self::Measure(Measure::Area) => "area in cm^2",
             Self::Measure(Measure::Surface) => "surface in cm^2",

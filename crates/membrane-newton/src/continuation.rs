@@ -141,8 +141,9 @@ impl<'a, 's> Search<'a, 's> {
                 // the branch did not end there
                 Err((Some(_), _)) if options.max_iterations < WALKING && used_up => (),
                 Err((Some(reached), ended)) => {
+                    let block = self.system.innermost();
                     return Err(NewtonError::LimitPoint {
-                        quantity: self.system.innermost().constraint.quantity.name(),
+                        quantity: block.constraint.quantity.name(block.route),
                         reached,
                         wanted: to,
                         report: NewtonReport::ended(ended),

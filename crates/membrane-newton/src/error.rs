@@ -247,11 +247,9 @@ pub(crate) fn length(what: &'static str, given: usize, expected: usize) -> Resul
 
 /// Returns 1 / `pivot` of a matrix, if both are finite.
 pub(crate) fn reciprocal(row: usize, pivot: f64) -> Result<f64> {
-    let inverse = 1.0 / pivot;
-    if pivot.is_finite() && inverse.is_finite() {
-        Ok(inverse)
-    } else {
-        Err(NewtonError::Singular { row, pivot })
+    match 1.0 / pivot {
+        inverse if pivot.is_finite() && inverse.is_finite() => Ok(inverse),
+        _ => Err(NewtonError::Singular { row, pivot }),
     }
 }
 

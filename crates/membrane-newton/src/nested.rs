@@ -164,7 +164,7 @@ impl Nested {
             (most <= wanted && near).then_some(most)
         };
         let mut reached = limit(state);
-        if reached.is_none() {
+        if reached.is_none() && wanted > state[pressure] {
             match self.walk_by_volume(state, wanted, options, report) {
                 Ok(()) => return Ok(()),
                 Err(early) => (reached, ended) = (limit(state), early.or(ended)),
@@ -179,7 +179,7 @@ impl Nested {
             }
         }
         Err(NewtonError::LimitPoint {
-            quantity: Quantity::Intensity.name(),
+            quantity: Quantity::Intensity.name(Route::Inflate),
             reached: reached.unwrap_or(state[pressure]),
             wanted,
             report: NewtonReport::ended(ended.filter(|_| reached.is_none())),
@@ -199,9 +199,6 @@ impl Nested {
         report: &mut NewtonReport,
     ) -> Result<(), Option<StopReason>> {
         let pressure = self.0[0].discrete.start().len();
-        if wanted <= state[pressure] {
-            return Err(None);
-        }
         let mut step = |state: &mut [f64], control| self.follow(state, control, options, report);
         let mut share = FIRST_STEP;
         for _ in 0..MOST_STEPS {
@@ -241,11 +238,8 @@ impl Nested {
     ) -> Result<()> {
         let mut system = self.system(control)?;
         let start = state.to_vec();
-        let values = (
-            system.control_value(&start),
-            self.0[0].constraint(control)?.value,
-        );
-        Search::new(&mut system, report).solve(state, &start, values, options)
+        let (from, to) = (system.control_value(&start), self.0[0].constraint(control)?);
+        Search::new(&mut system, report).solve(state, &start, (from, to.value), options)
     }
 
     fn check_resolved(&self, state: &[f64]) -> Result<()> {
