@@ -213,7 +213,8 @@ pub trait DiscreteMembrane: Debug + Send + Sync {
     /// Computes all four measures of the whole curve.
     fn measures(&self, nodes: &[f64]) -> Result<Measures>;
 
-    /// Computes the gradient of [`DiscreteMembrane::measure`] by the state.
+    /// Computes the gradient of [`DiscreteMembrane::measure`] by the state, with polynomials at fixed points of quadrature. Where a curve crosses the
+    /// axis inside an element, those of the surface move with it, so that the derivative of the measure differs by about the error of the quadrature.
     ///
     /// # Panics
     /// `nodes` or `out` has another length than [`DiscreteMembrane::start`].

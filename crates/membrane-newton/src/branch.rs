@@ -22,6 +22,16 @@ pub struct BranchPoint {
 impl Solver {
     /// Returns the equilibria of rubber at these volumes (cm^3), each solved from the previous one: p(V) with stability, also past its maximum.
     ///
+    /// ```
+    /// use membrane_newton::{Discretisation, Membrane, NewtonOptions, ReferenceShape, Rubber, Solver, StrainEnergy, Thickness};
+    /// let rubber = Rubber::new(StrainEnergy::NeoHookean { mu: 1.0 }, Thickness::UNIT)?;
+    /// let disc = Membrane::new(ReferenceShape::disc(1.0)?).with_rubber(rubber);
+    /// let solver = Solver::new(&disc, Discretisation::Spectral { degree: 16, per_piece: 1 })?;
+    /// let branch = solver.branch(&[1.0, 2.0, 3.0, 4.0], &NewtonOptions::default())?;
+    /// assert!(branch[1].slope > 0.0 && branch[3].slope < 0.0);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    ///
     /// # Errors
     /// Those of the first volume that cannot be solved, as [`Solver::solve`]; calls of [`Solver::solve_from`] keep the equilibria before it.
     /// [`MembraneError::OtherMaterial`](membrane_forces::MembraneError::OtherMaterial) for springs.

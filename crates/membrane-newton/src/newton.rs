@@ -28,7 +28,8 @@ pub trait ResidualSystem {
     /// [`NewtonError::User`] ends the solve.
     fn residual_into(&mut self, x: &[f64], out: &mut [f64]) -> Result<()>;
 
-    /// Computes and factors the tangent dr/dx at x for [`ResidualSystem::solve_in_place`].
+    /// Computes and factors the tangent dr/dx at x for [`ResidualSystem::solve_in_place`]. With an approximation Newton's method converges linearly,
+    /// and its estimated error may be too small ([`NewtonReport::iteration_error`]).
     ///
     /// # Errors
     /// The tangent is not defined or singular.

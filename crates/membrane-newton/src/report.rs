@@ -20,9 +20,11 @@ pub struct NewtonReport {
     /// Scaled size of the last step, infinite if none was computed.
     #[cfg_attr(feature = "serde", serde(deserialize_with = "stored::number"))]
     pub step: f64,
-    /// Estimated error of Newton's iteration: the sum of the steps that would follow, from the contraction of the last ones. Before the first
-    /// step it assumes an exact tangent, and before the second a regular root. With a reused tangent near a singular root the error may be
-    /// larger. It does not include that of the discretisation
+    /// Estimated error of Newton's iteration: the sum of the steps that would follow, from the contraction of the last ones. It assumes that
+    /// [`ResidualSystem::factor`](crate::ResidualSystem::factor) factors the derivative of the residual at x or, if reused, at an earlier x;
+    /// before the first step that at x, and before the second a regular root. With a reused tangent near a singular root the error may be
+    /// larger. With an approximate tangent, steps in directions of fast convergence can hide a slower one: the error may then exceed the estimate,
+    /// and the step tolerance, by any factor, which a tolerance on the residual does not. It does not include that of the discretisation
     /// ([`Equilibrium::discretisation_error`](crate::Equilibrium::discretisation_error)). For membranes it includes the rounding of the
     /// equations, estimated with the last factorisation; [`newton`](crate::newton) of other systems does not estimate this part.
     ///

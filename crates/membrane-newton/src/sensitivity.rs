@@ -19,7 +19,7 @@ pub struct Sensitivity {
 
 impl Equilibrium {
     /// Derivative of shape and intensity by the value of `control`: one factorisation of the bordered system at the solution and one solve,
-    /// without Newton iterations.
+    /// without Newton iterations. The value of `control` is not used, apart from the check of its range: the derivative is that at the solution.
     ///
     /// The last factorisation of the solve is not used: it belongs to the state before the last step, and `control` may differ from that of the
     /// solve. The new one costs a quarter of a solve.

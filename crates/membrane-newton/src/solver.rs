@@ -116,8 +116,9 @@ impl Solver {
         solve_one((self.resolution.clone(), start), &[], control, options)
     }
 
-    /// Solves from a nearby equilibrium (warm start) of this solver or of any other with the same fixed ends. The result is on its branch,
-    /// also past a limit point.
+    /// Solves from a nearby equilibrium (warm start) of the same membrane in any discretisation. The result is on its branch, also past a limit
+    /// point. An equilibrium of another membrane is not rejected: its curve, with the ends of this membrane, is the initial value of Newton's
+    /// method, and the branch of the result is not determined.
     ///
     /// # Errors
     /// As [`Solver::solve`].

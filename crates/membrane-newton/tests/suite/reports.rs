@@ -111,6 +111,25 @@ fn the_error_of_slow_convergence_is_within_the_stated_one() {
     }
 }
 
+/// A tangent that leaves the fraction 1 - 1 / `wrong` of a linear residual passes the natural test up to 3/4; full steps converge with it.
+#[test]
+fn the_natural_test_rejects_tangents_that_contract_by_more_than_three_quarters() {
+    let natural = NewtonOptions::default().with_max_iterations(1000);
+    let full = natural.with_line_search(LineSearch::FullStep);
+    let solve = |wrong: f64, options| {
+        let mut system = Scalar::new(|x| Ok(x - 1.0), move |_| wrong);
+        newton(&mut system, &mut [3.0], options)
+    };
+    assert!(solve(3.9, &natural).is_ok());
+    let rejected = solve(4.1, &natural);
+    assert!(
+        matches!(&rejected, Err(NewtonError::NotConverged { report, .. })
+            if report.stopped_by == Some(StopReason::LineSearch)),
+        "{rejected:?}"
+    );
+    assert!(solve(4.1, &full).is_ok());
+}
+
 /// Steps that the line search shortens all the way to the root are not rounding: the cube root, whose full steps lead to -2 x, and a derivative
 /// that is half of the exact one, with which full steps change the sign of the error.
 #[test]

@@ -34,6 +34,7 @@ fn sensitivities_are_the_derivatives_of_solves() {
             for (control, value) in controls {
                 let here = solver.solve(control(value), &options).unwrap();
                 let slope = here.sensitivity(control(value)).unwrap();
+                assert_eq!(here.sensitivity(control(0.1 * value)).unwrap(), slope);
                 let step = 1e-4 * value;
                 let at = |value| solver.solve_from(&here, control(value), &options).unwrap();
                 let (a, b) = (at(value - step), at(value + step));
