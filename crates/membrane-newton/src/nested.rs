@@ -173,7 +173,9 @@ impl Nested {
         if reached.is_none() && wanted > state[pressure] {
             // near the largest stretch the volume hardly changes with the pressure
             match self.follow(state, Control::Load(wanted), options, report) {
-                Err(NewtonError::LimitPoint { report, .. }) => ended = report.stopped_by,
+                Err(NewtonError::LimitPoint { report, .. }) => {
+                    (reached, ended) = (limit(state), report.stopped_by);
+                }
                 Err(_) => (),
                 found => return found,
             }
