@@ -250,9 +250,9 @@ fn a_pressure_that_rises_everywhere_has_no_limit() {
 fn a_very_large_pressure_of_stiffening_rubber_is_solved() {
     let disc = ReferenceShape::disc(1.0).unwrap();
     let membrane = of(disc, StrainEnergy::Gent { mu: 0.1, jm: 30.0 }, 0.0);
-    for solver in &solvers(&membrane)[2..4] {
+    for solver in [1, 3].map(|k| solvers(&membrane).swap_remove(k)) {
         let volumes = [1e2, 1e4, 1e5, 1e6].map(|load| {
-            let solved = solve(solver, Control::Load(load)).unwrap();
+            let solved = solve(&solver, Control::Load(load)).unwrap();
             assert_eq!(solved.intensity, load);
             solved.measures.volume
         });
