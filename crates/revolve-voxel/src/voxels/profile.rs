@@ -57,17 +57,14 @@ impl VoxelGrid {
             return 0.0;
         }
         let low = at.map(|v| v as usize);
-        let mut sum = 0.0;
-        for corner in 0..8 {
-            let (mut index, mut weight) = ([0; 3], 1.0);
-            for a in 0..3 {
-                let (up, f) = (corner >> a & 1, at[a] - low[a] as f64);
-                index[a] = (low[a] + up).min(shape[a] - 1);
-                weight *= if up == 1 { f } else { 1.0 - f };
-            }
-            sum += weight * volume[(index[2] * shape[1] + index[1]) * shape[0] + index[0]].to_f64();
-        }
-        sum
+        let high: [usize; 3] = std::array::from_fn(|a| (low[a] + 1).min(shape[a] - 1));
+        let between = |a: usize, [from, to]: [f64; 2]| from + (at[a] - low[a] as f64) * (to - from);
+        let row = |y: usize, z: usize| {
+            let row = &volume[(z * shape[1] + y) * shape[0]..][..shape[0]];
+            between(0, [row[low[0]].to_f64(), row[high[0]].to_f64()])
+        };
+        let plane = |z: usize| between(1, [row(low[1], z), row(high[1], z)]);
+        between(2, [plane(low[2]), plane(high[2])])
     }
 }
 
