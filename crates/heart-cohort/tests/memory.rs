@@ -16,6 +16,7 @@ fn peak(members: usize) -> usize {
         "members = {members}\n[scene]\nheart.discretisation = {{ differences = {{ nodes = 51 }} }}
 camera = {{ views = 4, bins = 16, rows = 16, pitch = [0.8, 0.8] }}
 acquisition.mode = {{ gated = {{ gates = 2 }} }}\noutput.write = [\"projections\", \"truth\"]
+truth.tolerance = 0.1
 [vary]\ncycle.volume.gain = {{ uniform = [0.3, 0.6] }}\n"
     );
     let cohort = Cohort::from_toml(&text).unwrap();

@@ -8,7 +8,7 @@ use std::process::{Command, Output};
 /// A fast scene; labels and surfaces have the names of those of `truth`.
 const SCENE: &str = "[heart]\ndiscretisation = { differences = { nodes = 51 } }\n\
     [camera]\nviews = 4\nbins = 12\nrows = 10\npitch = [1.4, 1.6]\nsamples = 'averages'\n\
-    [acquisition]\nmode = { static = { phase = 0.0 } }\n";
+    [acquisition]\nmode = { static = { phase = 0.0 } }\n[truth]\ntolerance = 0.1\n";
 const PAPER: [&str; 6] = ["--size", "16", "--views", "4", "--nodes", "51"];
 
 /// Runs in `folder`, which contains `scene.toml`.
