@@ -95,21 +95,34 @@ mod stack;
 mod stored;
 
 pub use error::{RadonError, UserError};
-pub use fbp::{EdgePolicy, FbpMethod, FbpOptions, FbpPlan, FbpReport, FbpScratch, Interpolation};
+pub use fbp::{
+    FbpPlan, FbpScratch,
+    options::{EdgePolicy, FbpMethod, FbpOptions, FbpReport, Interpolation},
+};
 pub use filter::{Window, padded_len, ramp_response, ramp_sample};
-pub use fourier::FourierProjector;
+pub use fourier::projector::FourierProjector;
 pub use geometry::{ArcPolicy, ImageGrid, ParallelGeometry};
 pub use iterative::{
-    CglsOptions, EmOptions, Iteration, IterativeReport, LinearOperator, SirtOptions, StopReason,
-    Stopping, Subset, adjoint_mismatch, cgls, mlem, no_observer, osem, sirt,
+    cgls::{CglsOptions, cgls},
+    em::{EmOptions, Subset, mlem, osem},
+    operator::{LinearOperator, adjoint_mismatch},
+    report::{Iteration, IterativeReport, StopReason},
+    sirt::{SirtOptions, sirt},
+    stopping::{Stopping, no_observer},
 };
 pub use measure::{MaskedStats, disc_mask, rmse_within};
-pub use motion::{Displacements, MotionState, MovingOperator, Warp, Warps};
+pub use motion::{
+    moving::{MotionState, MovingOperator},
+    warp::{Displacements, Warp},
+    warps::Warps,
+};
 #[cfg(feature = "noise")]
 #[cfg_attr(docsrs, doc(cfg(feature = "noise")))]
 pub use noise::{CountScale, poisson_counts, poisson_counts_into};
-pub use phantom::{BinSampling, Phantom, Phantom2, Phantom3, Shape2, Shape3};
-pub use projector::{Kernel, Projector, StackOperator};
+pub use phantom::{
+    BinSampling, Phantom, phantom2::Phantom2, phantom3::Phantom3, shape2::Shape2, shape3::Shape3,
+};
+pub use projector::{Projector, kernel::Kernel, operator::StackOperator};
 pub use sample::Sample;
 pub use scalar::Scalar;
 pub use shift::add_shifted;
@@ -117,7 +130,10 @@ pub use simd::InstructionSet;
 pub use slices::SliceAxis;
 pub use smooth::gaussian_filter;
 pub use spect::{
-    Collimator, HoleResponse, ParallelHoles, SpectGeometry, SpectOperator, SpectOptions,
+    collimator::{Collimator, HoleResponse, ParallelHoles},
+    geometry::SpectGeometry,
+    operator::SpectOperator,
+    options::SpectOptions,
 };
 #[cfg(feature = "sprs")]
 #[cfg_attr(docsrs, doc(cfg(feature = "sprs")))]

@@ -1,6 +1,7 @@
 //! The transpose of filtered back-projection.
 
-use super::{EdgePolicy, FbpPlan};
+use super::FbpPlan;
+use super::options::EdgePolicy;
 use crate::error::{RadonError, length, zeros};
 use crate::fourier::GriddingScratch;
 use crate::iterative::check_samples;

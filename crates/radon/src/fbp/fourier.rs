@@ -2,7 +2,8 @@
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use super::{FbpMethod, FbpPlan, FbpReport, FbpScratch};
+use super::options::{FbpMethod, FbpReport};
+use super::{FbpPlan, FbpScratch};
 use crate::Sample;
 use crate::error::RadonError;
 use crate::fourier::Gridding;

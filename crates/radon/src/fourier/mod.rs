@@ -28,11 +28,10 @@ use crate::{ImageGrid, ParallelGeometry, Sample, parallel};
 
 mod polar;
 mod project;
-mod projector;
+pub(crate) mod projector;
 mod taps;
 
 use polar::{Columns, Polar, PolarView, Segment, turns};
-pub use projector::FourierProjector;
 use taps::{FINER, Shape};
 
 /// Columns of the grid per band.

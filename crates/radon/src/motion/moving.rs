@@ -1,6 +1,6 @@
 //! Projections of an object in several states of a known motion, as one operator on the object in one of them.
 
-use super::Warps;
+use super::warps::Warps;
 use crate::error::{RadonError, at_least, finite, length, zeros};
 use crate::{LinearOperator, Sample};
 

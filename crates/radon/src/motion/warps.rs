@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::Warp;
+use super::warp::Warp;
 use crate::error::{RadonError, at_least, length, zeros};
 use crate::{LinearOperator, Sample};
 

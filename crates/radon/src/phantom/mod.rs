@@ -1,20 +1,15 @@
 //! Analytic objects: sums of shapes with exact images and exact sinograms, used as reference solutions.
 
 mod gaussian;
-mod phantom2;
-mod phantom3;
+pub(crate) mod phantom2;
+pub(crate) mod phantom3;
 mod polygon;
 mod round;
-mod shape2;
-mod shape3;
+pub(crate) mod shape2;
+pub(crate) mod shape3;
 mod shepp_logan;
 
 use crate::error::{RadonError, finite, positive, within};
-
-pub use phantom2::Phantom2;
-pub use phantom3::Phantom3;
-pub use shape2::Shape2;
-pub use shape3::Shape3;
 
 /// The definition of a sinogram sample: a line integral or a bin average.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -27,7 +22,7 @@ pub enum BinSampling {
     Mean,
 }
 
-/// A sum of shapes, each times a value: [`Phantom2`] of plane shapes, [`Phantom3`] of solid ones.
+/// A sum of shapes, each times a value: [`Phantom2`](crate::Phantom2) of plane shapes, [`Phantom3`](crate::Phantom3) of solid ones.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Phantom<S> {
     objects: Vec<(f64, S)>,

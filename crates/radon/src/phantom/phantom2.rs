@@ -1,6 +1,7 @@
 //! Sums of plane shapes.
 
-use super::{BinSampling, Phantom, Shape2};
+use super::shape2::Shape2;
+use super::{BinSampling, Phantom};
 use crate::error::{RadonError, zeros};
 use crate::{ImageGrid, ParallelGeometry, Sample, parallel};
 

@@ -1,6 +1,7 @@
 //! Sums of solid shapes.
 
-use super::{BinSampling, Phantom, Shape3};
+use super::shape3::Shape3;
+use super::{BinSampling, Phantom};
 use crate::error::{RadonError, zeros};
 use crate::{ImageGrid, ParallelGeometry, Sample, SliceAxis, StackOrder, parallel};
 

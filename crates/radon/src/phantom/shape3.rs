@@ -1,7 +1,8 @@
 //! Solid shapes whose line integrals and voxel averages are known exactly.
 
 use super::round::{Vec3, add, cross, dot, norm};
-use super::{Shape2, gaussian, place, round, size};
+use super::shape2::Shape2;
+use super::{gaussian, place, round, size};
 use crate::error::{RadonError, positive};
 use std::f64::consts::PI;
 

@@ -1,6 +1,9 @@
 //! The modified Shepp-Logan head phantom, in the plane and in space.
 
-use super::{Phantom2, Phantom3, Shape2, Shape3};
+use super::phantom2::Phantom2;
+use super::phantom3::Phantom3;
+use super::shape2::Shape2;
+use super::shape3::Shape3;
 use crate::error::{RadonError, positive};
 
 /// Value, semi-axes along x, y, z, centre and angle about z in degrees, in units of half the field of view.

@@ -6,15 +6,14 @@ use crate::{ImageGrid, ParallelGeometry};
 
 mod alone;
 mod blocks;
-mod kernel;
+pub(crate) mod kernel;
 #[cfg(feature = "sprs")]
 mod matrix;
-mod operator;
+pub(crate) mod operator;
 mod rays;
 mod run;
 
-pub use kernel::Kernel;
-pub use operator::StackOperator;
+use kernel::Kernel;
 use rays::{Rays, View};
 
 /// The discrete Radon transform A of an image grid and its exact adjoint Aᵀ.

@@ -3,20 +3,13 @@
 mod attenuation;
 mod axial;
 mod blur;
-mod collimator;
-mod geometry;
+pub(crate) mod collimator;
+pub(crate) mod geometry;
 mod nodes;
-mod operator;
-mod options;
+pub(crate) mod operator;
+pub(crate) mod options;
 mod overlap;
 mod plan;
 mod run;
 mod turned;
 mod walk;
-
-pub use collimator::{Collimator, HoleResponse, ParallelHoles};
-pub use geometry::SpectGeometry;
-pub use operator::SpectOperator;
-pub use options::SpectOptions;
-use plan::Plan;
-use run::Scratch;

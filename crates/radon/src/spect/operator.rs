@@ -2,7 +2,10 @@
 
 use std::sync::Arc;
 
-use super::{Plan, Scratch, SpectGeometry, SpectOptions};
+use super::geometry::SpectGeometry;
+use super::options::SpectOptions;
+use super::plan::Plan;
+use super::run::Scratch;
 use crate::error::{RadonError, length, room};
 use crate::iterative::{check_samples, interleaved};
 use crate::pool::Pool;

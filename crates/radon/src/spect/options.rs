@@ -1,6 +1,6 @@
 //! Models and accuracy of a SPECT operator.
 
-use super::Collimator;
+use super::collimator::Collimator;
 
 /// Options of a [`SpectOperator`](crate::SpectOperator).
 ///

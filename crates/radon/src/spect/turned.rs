@@ -4,8 +4,9 @@ use std::ops::Range;
 
 use super::axial::Axial;
 use super::blur::Blur;
+use super::collimator::Collimator;
+use super::geometry::SpectGeometry;
 use super::overlap::Cover;
-use super::{Collimator, SpectGeometry};
 use crate::error::{RadonError, product, room, within};
 use crate::{ImageGrid, Sample};
 
