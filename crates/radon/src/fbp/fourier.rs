@@ -1,8 +1,6 @@
 //! Runs by the Fourier method.
 
-use std::sync::atomic::{AtomicUsize, Ordering};
-
-use super::options::{FbpMethod, FbpReport};
+use super::options::FbpMethod;
 use super::{FbpPlan, FbpScratch};
 use crate::Sample;
 use crate::error::RadonError;
@@ -45,8 +43,7 @@ impl<T: Sample> FbpPlan<T> {
         projections: &[T],
         images: &mut [(usize, &mut [T])],
         scratch: &mut FbpScratch<T>,
-    ) -> FbpReport {
-        let filtered = AtomicUsize::new(0);
+    ) {
         let pool = Pool::default();
         let (x, y) = self.steps.region();
         for (_part, (slice, image)) in simd_set::parts(images.iter_mut()) {
@@ -55,7 +52,6 @@ impl<T: Sample> FbpPlan<T> {
                 if row.iter().all(|&p| p == T::ZERO) {
                     return false;
                 }
-                filtered.fetch_add(1, Ordering::Relaxed);
                 pool.with(
                     || self.filter.scratch(),
                     |scratch| {
@@ -68,12 +64,6 @@ impl<T: Sample> FbpPlan<T> {
                 true
             };
             gridding.back_project(&fill, &[x.clone(), y.clone()], image, &mut scratch.gridding);
-        }
-        let rows_filtered = filtered.into_inner();
-        FbpReport {
-            rows_filtered,
-            rows_skipped: images.len() * self.geometry.n_views() - rows_filtered,
-            ..FbpReport::default()
         }
     }
 }

@@ -2,7 +2,6 @@
 
 use std::ops::Range;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicUsize, Ordering};
 
 use crate::error::{RadonError, available, finite, length, product, within, zeros};
 use crate::fourier::{Gridding, GriddingScratch};
@@ -236,7 +235,6 @@ impl<T: Sample> FbpPlan<T> {
         length("volume", slab.len(), expected)?;
         let holds_signal = stack.with_signal(projections, slices.clone())?;
 
-        let mut report = FbpReport::default();
         let mut images: Vec<(usize, &mut [T])> = Vec::new();
         for ((slice, image), &signal) in slices
             .zip(slab.chunks_exact_mut(self.image_len()))
@@ -246,19 +244,19 @@ impl<T: Sample> FbpPlan<T> {
                 images.push((slice, image));
             } else {
                 image.fill(T::ZERO);
-                report.slices_skipped += 1;
-                report.rows_skipped += self.geometry.n_views();
             }
         }
-        report.slices_reconstructed = images.len();
-        report += match &self.gridding {
+        match &self.gridding {
             Some(gridding) => {
                 self.check_budget(gridding)?;
                 self.run_gridded(gridding, &stack, projections, &mut images, scratch)
             }
             None => self.run_direct(&stack, projections, &mut images, scratch)?,
-        };
-        Ok(report)
+        }
+        Ok(FbpReport {
+            slices_reconstructed: images.len(),
+            slices_skipped: holds_signal.len() - images.len(),
+        })
     }
 
     /// Reconstructs blocks of slices.
@@ -268,8 +266,7 @@ impl<T: Sample> FbpPlan<T> {
         projections: &[T],
         images: &mut [(usize, &mut [T])],
         scratch: &mut FbpScratch<T>,
-    ) -> Result<FbpReport, RadonError> {
-        let mut report = FbpReport::default();
+    ) -> Result<(), RadonError> {
         let (most_lanes, views_at_once) = self.block(images.len())?;
         let (n_images, n_views) = (images.len(), self.geometry.n_views());
         let mut rest = images;
@@ -287,19 +284,14 @@ impl<T: Sample> FbpPlan<T> {
                 let [from, to] = [views.start, views.end].map(|view| done + view * images.len());
                 let _part = simd_set::part(from..to, n_images * n_views);
                 let filtered = aligned(&mut scratch.filtered, views.len() * row_len);
-                let n_filtered = AtomicUsize::new(0);
                 let new = || self.filter.scratch();
                 parallel::chunks_with(filtered, row_len, &new, &|rows, k, out| {
                     simd_set::checkpoint();
                     let view = start + k;
                     let of_view = |&slice: &usize| stack.row(projections, view, slice);
                     let from: Vec<&[T]> = slices.iter().map(of_view).collect();
-                    let n = self.filter_view(&from, self.scales[view], lanes, out, rows);
-                    n_filtered.fetch_add(n, Ordering::Relaxed);
+                    self.filter_view(&from, self.scales[view], lanes, out, rows);
                 });
-                let n_filtered = n_filtered.into_inner();
-                report.rows_filtered += n_filtered;
-                report.rows_skipped += slices.len() * views.len() - n_filtered;
                 backproject::run(
                     &self.steps,
                     self.instructions,
@@ -310,7 +302,7 @@ impl<T: Sample> FbpPlan<T> {
                 );
             }
         }
-        Ok(report)
+        Ok(())
     }
 
     /// Returns the bytes of work arrays of a run of `n_slices` slices, at most [`FbpOptions::memory`], with the number of threads of the current
@@ -361,7 +353,7 @@ impl<T: Sample> FbpPlan<T> {
         }
     }
 
-    /// Filters the rows of one view into `out`, `[sample][lane]` with margins for back-projection; returns the number of rows with signal.
+    /// Filters the rows of one view into `out`, `[sample][lane]` with margins for back-projection.
     fn filter_view(
         &self,
         rows: &[&[T]],
@@ -369,7 +361,7 @@ impl<T: Sample> FbpPlan<T> {
         lanes: usize,
         out: &mut [T],
         scratch: &mut rows::RowScratch<T>,
-    ) -> usize {
+    ) {
         let (front, behind) = (
             backproject::MARGIN * lanes,
             (backproject::MARGIN + self.filter.out_len()) * lanes,
@@ -380,17 +372,14 @@ impl<T: Sample> FbpPlan<T> {
             out[..front].fill(T::ZERO);
             out[behind..].fill(T::ZERO);
         }
-        let mut filtered = 0;
         for (group, rows) in rows.chunks(rows::TOGETHER).enumerate() {
             let with_signal = rows.iter().map(|&row| {
                 let skip = row.iter().all(|&p| p == T::ZERO);
-                filtered += usize::from(!skip);
                 (!skip).then_some(row)
             });
             let rows: Vec<&[T]> = self.filter.filter(with_signal, scale, scratch).collect();
             let out = &mut out[front + group * rows::TOGETHER..behind];
             T::interleave(self.instructions, &rows, lanes, out);
         }
-        filtered
     }
 }

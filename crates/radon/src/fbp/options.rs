@@ -221,7 +221,7 @@ pub enum EdgePolicy {
     Ellipse,
 }
 
-/// Work of a run, done and skipped. Rows and slices without signal are skipped; the images are zero there.
+/// Slices of a run, reconstructed and skipped.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[non_exhaustive]
 pub struct FbpReport {
@@ -229,17 +229,4 @@ pub struct FbpReport {
     pub slices_reconstructed: usize,
     /// Slices without signal, filled with zeros.
     pub slices_skipped: usize,
-    /// Rows (one view of one slice) that were filtered.
-    pub rows_filtered: usize,
-    /// Rows without signal, which were skipped.
-    pub rows_skipped: usize,
-}
-
-impl std::ops::AddAssign for FbpReport {
-    fn add_assign(&mut self, other: Self) {
-        self.slices_reconstructed += other.slices_reconstructed;
-        self.slices_skipped += other.slices_skipped;
-        self.rows_filtered += other.rows_filtered;
-        self.rows_skipped += other.rows_skipped;
-    }
 }

@@ -4,8 +4,8 @@ use crate::common;
 
 use common::{Ellipse, half_turn};
 use radon::{
-    FbpMethod, FbpOptions, FbpPlan, FbpReport, FbpScratch, ImageGrid, InstructionSet,
-    Interpolation, ParallelGeometry, RadonError, StackOrder,
+    FbpMethod, FbpOptions, FbpPlan, FbpScratch, ImageGrid, InstructionSet, Interpolation,
+    ParallelGeometry, RadonError, StackOrder,
 };
 
 /// `n_slices` different ellipses, every third slice empty, as `[slice][view][bin]`.
@@ -135,10 +135,6 @@ fn skipping_is_counted_and_leaves_results_bitwise_identical() {
     assert_eq!(
         (report.slices_reconstructed, report.slices_skipped),
         (14, 6)
-    );
-    assert_eq!(
-        (report.rows_filtered, report.rows_skipped),
-        (14 * 23 - 2, 6 * 23 + 2)
     );
     let method = FbpMethod::Fourier { tolerance: 1e-3 };
     let options = FbpOptions::default().with_method(method);
@@ -311,13 +307,15 @@ fn slabs_within_a_budget_are_bitwise_identical() {
     let plan = FbpPlan::<f32>::new(&geometry, &grid, &options).unwrap();
     let mut scratch = plan.scratch();
     let mut slabs = vec![0.0; 70 * n_image];
-    let mut report = FbpReport::default();
+    let mut slices = (0, 0);
     // Nine slices a slab.
     for (slab, from) in (slabs.chunks_mut(9 * n_image)).zip(projections.chunks(9 * n_sinogram)) {
         let (n, order) = (slab.len() / n_image, StackOrder::SliceViewBin);
-        report += plan
+        let report = plan
             .reconstruct_slab_into(from, n, order, 0..n, slab, &mut scratch)
             .unwrap();
+        slices.0 += report.slices_reconstructed;
+        slices.1 += report.slices_skipped;
     }
     let mut whole = vec![0.0; 70 * n_image];
     let order = StackOrder::SliceViewBin;
@@ -332,14 +330,10 @@ fn slabs_within_a_budget_are_bitwise_identical() {
         )
         .unwrap();
     assert_eq!(bits(&whole), bits(&slabs));
-    assert_eq!(report, at_once);
+    assert_eq!(slices, (47, 23));
     assert_eq!(
-        (report.slices_reconstructed, report.slices_skipped),
+        (at_once.slices_reconstructed, at_once.slices_skipped),
         (47, 23)
-    );
-    assert_eq!(
-        (report.rows_filtered, report.rows_skipped),
-        (47 * 23, 23 * 23)
     );
 }
 
