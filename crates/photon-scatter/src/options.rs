@@ -1,5 +1,17 @@
 //! Options of a computation, and the work done.
 
+/// Declares methods that return the options with another value of one field; an optional field becomes `Some`.
+macro_rules! setters {
+    ($($(#[$doc:meta])* $with:ident($field:ident: $type:ty);)*) => {$(
+        $(#[$doc])*
+        #[must_use]
+        pub fn $with(mut self, $field: $type) -> Self {
+            self.$field = $field.into();
+            self
+        }
+    )*};
+}
+
 /// Accuracy options of [`Scatter::new`](crate::Scatter::new).
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
@@ -53,53 +65,21 @@ impl ScatterOptions {
         }
     }
 
-    /// Sets the tolerance relative to the largest scatter.
-    #[must_use]
-    pub fn with_relative(mut self, tolerance: f64) -> Self {
-        self.relative = tolerance;
-        self
-    }
-
-    /// Prescribes the pitch of the nodes.
-    #[must_use]
-    pub fn with_pitch(mut self, pitch: f64) -> Self {
-        self.pitch = Some(pitch);
-        self
-    }
-
-    /// Prescribes the largest angle in radians between the views from which others are interpolated; 0 for no interpolation.
-    #[must_use]
-    pub fn with_spacing(mut self, spacing: f64) -> Self {
-        self.spacing = Some(spacing);
-        self
-    }
-
-    /// Sets the number of orders of scattering.
-    #[must_use]
-    pub fn with_orders(mut self, orders: usize) -> Self {
-        self.orders = orders;
-        self
-    }
-
-    /// Sets the number of histories of the first blocks.
-    #[must_use]
-    pub fn with_block(mut self, histories: usize) -> Self {
-        self.block = histories;
-        self
-    }
-
-    /// Sets the largest number of histories.
-    #[must_use]
-    pub fn with_most_histories(mut self, histories: u64) -> Self {
-        self.most_histories = histories;
-        self
-    }
-
-    /// Sets the seed.
-    #[must_use]
-    pub fn with_seed(mut self, seed: u64) -> Self {
-        self.seed = seed;
-        self
+    setters! {
+        /// Sets the tolerance relative to the largest scatter.
+        with_relative(relative: f64);
+        /// Prescribes the pitch of the nodes.
+        with_pitch(pitch: f64);
+        /// Prescribes the largest angle in radians between the views from which others are interpolated; 0 for no interpolation.
+        with_spacing(spacing: f64);
+        /// Sets the number of orders of scattering.
+        with_orders(orders: usize);
+        /// Sets the number of histories of the first blocks.
+        with_block(block: usize);
+        /// Sets the largest number of histories.
+        with_most_histories(most_histories: u64);
+        /// Sets the seed.
+        with_seed(seed: u64);
     }
 }
 
