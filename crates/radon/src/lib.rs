@@ -22,21 +22,6 @@
 //! [`FourierProjector`] and [`SpectOperator`] report their progress to a `simd_set::Watch`, and end when it is stopped, if they run on a thread
 //! pool whose threads are connected with it (`simd_set::watch_with`).
 //!
-//! # One slice
-//!
-//! A stack is vectorised across its slices. A single slice of `f32`, as in two-dimensional problems, is vectorised across neighbouring bins
-//! (forward) or pixels (adjoint) instead, with bitwise identical results. The method for stacks takes longer by these factors (one thread;
-//! N x N pixels, N views and N bins for N = 128, 256 and 512; minimum of several runs):
-//!
-//! | | forward | adjoint |
-//! | --- | ---: | ---: |
-//! | AVX-512 | 9 to 17 | 8 to 11 |
-//! | AVX2 | 7 to 11 | 3.4 to 3.9 |
-//! | baseline, NEON | 5 to 6 | 1 (the method for stacks) |
-//!
-//! Ten iterations of [`mlem`] on one slice (256² and 512² pixels, 90 views, AVX2, one thread) take 4.2 to 5.2 times as long with the method for
-//! stacks. For `f64` the speed-up was only 0.8 to 1.3; therefore slices of `f64` are projected as a stack.
-//!
 //! # Large slices
 //!
 //! Direct back-projection takes N³ updates, a Fourier method N² log N operations. [`FbpPlan`] selects the method by size ([`FbpMethod`]). For
