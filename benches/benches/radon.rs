@@ -74,7 +74,7 @@ fn one_slice(c: &mut Criterion) {
             println!("{set:?}: rmse {rmse:.5}");
             // The same discretisation, f32 filtering instead of f64: far less than 1 % of the discretisation's own error.
             assert!((rmse / truth - 1.0).abs() < 0.01);
-            let (mut image, mut scratch) = (vec![0.0; 256 * 256], plan.scratch());
+            let (mut image, mut scratch) = (vec![0.0; 256 * 256], radon::FbpScratch::default());
             group.bench_function(format!("{set:?}"), |b| {
                 b.iter(|| {
                     plan.reconstruct_slab_into(
@@ -102,7 +102,10 @@ fn many_slices(c: &mut Criterion) {
     group.sample_size(10);
     for n_slices in [1, 2, 4, 16, 64, 256] {
         let projections = case.stack(n_slices);
-        let (mut volume, mut scratch) = (vec![0.0; n_slices * 256 * 256], plan.scratch());
+        let (mut volume, mut scratch) = (
+            vec![0.0; n_slices * 256 * 256],
+            radon::FbpScratch::default(),
+        );
         let order = StackOrder::SliceViewBin;
         plan.reconstruct_slab_into(
             &projections,
@@ -145,7 +148,7 @@ fn back_projection(c: &mut Criterion) {
     let one_thread = rayon::ThreadPoolBuilder::new().num_threads(1).build();
     let one_thread = one_thread.expect("a pool of one thread");
     let projections = case.stack(256);
-    let (mut volume, mut scratch) = (vec![0.0; 256 * 256 * 256], plan.scratch());
+    let (mut volume, mut scratch) = (vec![0.0; 256 * 256 * 256], radon::FbpScratch::default());
     let mut group = c.benchmark_group("radon/backprojection/256x256x90x256");
     group
         .throughput(Throughput::Elements((256 * 256 * 256 * 90) as u64))
@@ -173,7 +176,7 @@ fn time_of_fbp(effort: Effort, case: &Case, n_slices: usize) -> (Time, Vec<f32>)
     let plan = case.plan(FbpOptions::default());
     let projections = case.stack(n_slices);
     let mut volume = vec![0.0; n_slices * case.n * case.n];
-    let (mut scratch, order) = (plan.scratch(), StackOrder::SliceViewBin);
+    let (mut scratch, order) = (radon::FbpScratch::default(), StackOrder::SliceViewBin);
     let run = || {
         let projections = black_box(&projections);
         plan.reconstruct_slab_into(
@@ -342,7 +345,8 @@ fn fbp_rows(effort: Effort) {
                         .with_window(window.clone())
                         .with_interpolation(interpolation),
                 );
-                let (mut volume, mut scratch) = (vec![0.0; SLICES * n * n], plan.scratch());
+                let (mut volume, mut scratch) =
+                    (vec![0.0; SLICES * n * n], radon::FbpScratch::default());
                 let order = StackOrder::SliceViewBin;
                 for &threads in benches::threads() {
                     let seconds = on_threads(threads, || {

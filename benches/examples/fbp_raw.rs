@@ -72,7 +72,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         .with_method(method);
     let plan = FbpPlan::<f32>::new(&geometry, &grid, &options)?;
     let mut volume = vec![0.0; n_slices * plan.image_len()];
-    let mut scratch = plan.scratch();
+    let mut scratch = radon::FbpScratch::default();
     // A warm-up run, then the repeats.
     let mut seconds = Vec::new();
     for _ in 0..=repeats.parse::<usize>()? {

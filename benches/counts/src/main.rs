@@ -93,7 +93,7 @@ fn fbp(n: usize, n_slices: usize, method: FbpMethod) {
     let plan = FbpPlan::<f32>::new(&geometry, &grid, &options).unwrap();
     let data = samples(n_slices * plan.sinogram_len(), |x| x as f32);
     let mut volume = vec![0.0; n_slices * plan.image_len()];
-    let (order, mut scratch) = (StackOrder::ViewSliceBin, plan.scratch());
+    let (order, mut scratch) = (StackOrder::ViewSliceBin, radon::FbpScratch::default());
     collected(&mut || {
         plan.reconstruct_slab_into(
             &data,

@@ -101,7 +101,7 @@ fn reconstructions() {
                 let plan = FbpPlan::<f32>::new(&geometry, &grid, &options).unwrap();
                 let said = pool.install(|| plan.work_bytes(n_slices)).unwrap();
                 assert!(said <= memory);
-                let mut scratch = plan.scratch();
+                let mut scratch = radon::FbpScratch::default();
                 let mut run = || {
                     pool.install(|| {
                         plan.reconstruct_slab_into(

@@ -315,7 +315,7 @@ impl Phantom {
             order,
             0..n_slices,
             volume,
-            &mut plan.scratch(),
+            &mut radon::FbpScratch::default(),
         )?;
         self.work.reconstruction(report);
         self.clear_outside(volume);

@@ -84,7 +84,7 @@ fn shifts_by_whole_bins_and_rows_are_compensated_to_rounding() {
                     StackOrder::ViewSliceBin,
                     0..n,
                     &mut volume,
-                    &mut plan.scratch(),
+                    &mut radon::FbpScratch::default(),
                 )
                 .unwrap();
                 volume

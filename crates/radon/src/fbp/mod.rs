@@ -74,7 +74,7 @@ impl<T: Sample> std::fmt::Debug for FbpPlan<T> {
     }
 }
 
-/// Work arrays of [`FbpPlan::reconstruct_slab_into`], made by [`FbpPlan::scratch`] and reusable by any plan of the same sample type.
+/// Work arrays of [`FbpPlan::reconstruct_slab_into`]: empty by default, they grow as needed; reusable by any plan of the same sample type.
 #[derive(Debug, Default)]
 pub struct FbpScratch<T> {
     filtered: Vec<T>,
@@ -159,15 +159,6 @@ impl<T: Sample> FbpPlan<T> {
         self.geometry.sinogram_len()
     }
 
-    /// Returns empty work arrays, which grow as needed and are reusable.
-    #[must_use]
-    pub fn scratch(&self) -> FbpScratch<T> {
-        FbpScratch {
-            filtered: Vec::new(),
-            gridding: GriddingScratch::default(),
-        }
-    }
-
     /// Reconstructs one slice from its sinogram `[view][bin]`; the image is `[y][x]`.
     ///
     /// Rows that do not contain the whole object (truncation) raise the image, by default by 8 % to 129 % in the table of [`EdgePolicy`](crate::EdgePolicy). Pixels
@@ -196,15 +187,8 @@ impl<T: Sample> FbpPlan<T> {
         let expected = product("projections", self.sinogram_len(), n_slices)?;
         length("projections", projections.len(), expected)?;
         let mut volume = zeros("volume", n_slices, self.image_len())?;
-        let (slices, mut scratch) = (0..n_slices, self.scratch());
-        self.reconstruct_slab_into(
-            projections,
-            n_slices,
-            order,
-            slices,
-            &mut volume,
-            &mut scratch,
-        )?;
+        let (slices, scratch) = (0..n_slices, &mut FbpScratch::default());
+        self.reconstruct_slab_into(projections, n_slices, order, slices, &mut volume, scratch)?;
         Ok(volume)
     }
 

@@ -247,7 +247,7 @@ fn data() {
         ));
     }
     let order = StackOrder::ViewSliceBin;
-    let mut scratch = plan.scratch();
+    let mut scratch = radon::FbpScratch::default();
     let wrong =
         plan.reconstruct_slab_into(&[0.0; 320], 2, order, 0..2, &mut [0.0; 511], &mut scratch);
     assert!(matches!(

@@ -305,7 +305,7 @@ fn slabs_within_a_budget_are_bitwise_identical() {
     let projections = stack(&geometry, 70);
     let options = FbpOptions::default().with_memory(1 << 19);
     let plan = FbpPlan::<f32>::new(&geometry, &grid, &options).unwrap();
-    let mut scratch = plan.scratch();
+    let mut scratch = FbpScratch::default();
     let mut slabs = vec![0.0; 70 * n_image];
     let mut slices = (0, 0);
     // Nine slices a slab.
@@ -326,7 +326,7 @@ fn slabs_within_a_budget_are_bitwise_identical() {
             order,
             0..70,
             &mut whole,
-            &mut plan.scratch(),
+            &mut FbpScratch::default(),
         )
         .unwrap();
     assert_eq!(bits(&whole), bits(&slabs));
@@ -342,7 +342,7 @@ fn a_reused_and_oversized_scratch_leaves_results_bitwise_identical() {
     let (large, small) = (half_turn(23, 41, 1.0), half_turn(7, 12, 1.0));
     let grid = ImageGrid::square(20, 1.0).unwrap();
     let plan = |geometry| FbpPlan::<f32>::new(geometry, &grid, &FbpOptions::default()).unwrap();
-    let mut scratch = plan(&large).scratch();
+    let mut scratch = FbpScratch::default();
     let order = StackOrder::SliceViewBin;
     plan(&large)
         .reconstruct_slab_into(
