@@ -74,6 +74,22 @@ fn unit_residual<T: Sample>(data: &[T], residual: &mut [T]) -> Result<f64, Radon
     Ok(unit)
 }
 
+/// Moves the image along a direction if the next image, computed in `next`, is finite. Returns the relative change.
+fn advance<T: Sample>(
+    image: &mut [T],
+    direction: &[T],
+    step: f64,
+    next: &mut [T],
+) -> Result<f64, RadonError> {
+    next.copy_from_slice(image);
+    update(next, direction, |x, d| T::of(x.f64() + step * d.f64()));
+    check_samples("next image", next)?;
+    let change = relative(step * norm(direction), norm(next));
+    let change = finite("change of the image", change)?;
+    image.copy_from_slice(next);
+    Ok(change)
+}
+
 fn run<T: Sample>(
     operator: &dyn LinearOperator<T>,
     data: &[T],
@@ -81,13 +97,9 @@ fn run<T: Sample>(
     options: &CglsOptions,
     observe: Observer<'_, T>,
 ) -> Result<IterativeReport, RadonError> {
-    let CglsOptions {
-        stopping,
-        gradient: gradient_rule,
-    } = *options;
     let operator = Checked(operator);
     operator.check_input(data, image)?;
-    let mut monitor = Monitor::new(stopping, gradient_rule, observe)?;
+    let mut monitor = Monitor::new(options.stopping, options.gradient, observe)?;
 
     let mut direction: Vec<T> = zeros("direction", image.len(), 1)?;
     let mut gradient: Vec<T> = zeros("gradient", image.len(), 1)?;
@@ -143,15 +155,9 @@ fn run<T: Sample>(
             break;
         }
         let alpha = slope / speed / speed;
-        // The gradient is no longer needed; its memory takes the next image, which becomes the caller's only if it is finite.
-        let next = &mut gradient;
-        next.copy_from_slice(image);
-        let step = unit * alpha;
-        update(next, &direction, |x, d| T::of(x.f64() + step * d.f64()));
-        check_samples("next image", next)?;
-        let change = relative(step * norm(&direction), norm(next));
-        entry.change = Some(finite("change of the image", change)?);
-        image.copy_from_slice(next);
+        // The gradient is no longer needed; its memory takes the next image.
+        let change = advance(image, &direction, unit * alpha, &mut gradient)?;
+        entry.change = Some(change);
         update(&mut residual, &projected, |r, q| {
             T::of(r.f64() - alpha * q.f64())
         });
