@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::{Gridding, GriddingScratch, Response, check_tolerance};
-use crate::error::{RadonError, available, length};
+use crate::error::{RadonError, length};
 use crate::iterative::check_samples;
 use crate::pool::Pool;
 use crate::simd::InstructionSet;
@@ -78,21 +78,7 @@ impl<T: Sample> FourierProjector<T> {
         grid: &ImageGrid,
         tolerance: f64,
     ) -> Result<Self, RadonError> {
-        Self::with_instructions(geometry, grid, tolerance, InstructionSet::detect())
-    }
-
-    /// As [`new`](Self::new), with another instruction set than the widest that the machine has, to compare them.
-    ///
-    /// # Errors
-    /// As [`new`](Self::new); [`RadonError::InstructionSetMissing`].
-    pub fn with_instructions(
-        geometry: &ParallelGeometry,
-        grid: &ImageGrid,
-        tolerance: f64,
-        instructions: InstructionSet,
-    ) -> Result<Self, RadonError> {
         check_tolerance(tolerance)?;
-        available(instructions)?;
         let response = Response::BinMeans {
             pitch: geometry.pitch(),
             spacing: grid.spacing(),
@@ -105,7 +91,7 @@ impl<T: Sample> FourierProjector<T> {
                 geometry,
                 grid,
                 tolerance,
-                instructions,
+                InstructionSet::detect(),
                 response,
             )?),
             scratch: Pool::default(),

@@ -315,12 +315,12 @@ fn every_instruction_set_spreads_the_same_to_rounding() {
                 distance(&single, &twin) < 2e-6 && distance(&double, &twin) < 1e-13,
                 "{set:?}"
             );
-            let projector = |set| {
-                FourierProjector::<f64>::with_instructions(&geometry, &grid, tolerance, set)
-                    .unwrap()
+            let plan = |set| {
+                let options = options.clone().with_instructions(set);
+                FbpPlan::<f64>::new(&geometry, &grid, &options).unwrap()
             };
             let [a, b] =
-                [set, InstructionSet::Baseline].map(|set| projector(set).forward(&twin).unwrap());
+                [set, InstructionSet::Baseline].map(|set| plan(set).adjoint(&twin).unwrap());
             assert!(distance(&a, &b) < 1e-13, "{set:?}");
         }
     }
