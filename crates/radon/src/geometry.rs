@@ -62,13 +62,6 @@ impl ParallelGeometry {
 
     /// As [`new`](Self::new), with angles over any number of turns, such as those of a golden-angle or a helical acquisition.
     ///
-    /// ```
-    /// # use radon::ParallelGeometry;
-    /// let angles: Vec<f64> = (0..90).map(|k| 1.199_982 * f64::from(k)).collect(); // 17 turns
-    /// assert_eq!(ParallelGeometry::from_radians(angles, 256, 0.0625)?.n_views(), 90);
-    /// # Ok::<(), radon::RadonError>(())
-    /// ```
-    ///
     /// # Errors
     /// No view, no bin, an angle or pitch that is NaN or infinite, `pitch <= 0`, sizes beyond the address space.
     #[doc(alias("golden angle", "helical"))]
@@ -99,10 +92,7 @@ impl ParallelGeometry {
     /// # Errors
     /// As [`from_radians`](Self::from_radians).
     pub fn from_degrees(angles: &[f64], n_bins: usize, pitch: f64) -> Result<Self, RadonError> {
-        let mut radians = zeros("angles", angles.len(), 1)?;
-        for (to, from) in radians.iter_mut().zip(angles) {
-            *to = from.to_radians();
-        }
+        let radians: Vec<f64> = angles.iter().map(|angle| angle.to_radians()).collect();
         Self::from_radians(radians, n_bins, pitch)
     }
 

@@ -22,11 +22,6 @@
 //! [`FourierProjector`] and [`SpectOperator`] report their progress to a `simd_set::Watch`, and end when it is stopped, if they run on a thread
 //! pool whose threads are connected with it (`simd_set::watch_with`).
 //!
-//! # Large slices
-//!
-//! Direct back-projection takes N³ updates, a Fourier method N² log N operations. [`FbpPlan`] selects the method by size ([`FbpMethod`]). For
-//! forward projection [`FourierProjector`] is the alternative to [`Projector`]; it is a different operator with different weights.
-//!
 //! # Arrays
 //!
 //! Images, volumes and projections are slices and `Vec`s, which `ndarray` takes without a copy; the last index is the fastest.

@@ -93,15 +93,7 @@ pointers!(&A, Box<A>, Arc<A>);
 /// `seed` only.
 ///
 /// With an exact adjoint it is a rounding error: about 1e-16 for `f64` and 1e-7 for `f32`. The inner products are sums in `f64`. If the
-/// denominator is zero, the numerator is returned. Cost: one forward, one adjoint.
-///
-/// ```
-/// use radon::{ImageGrid, Kernel, ParallelGeometry, Projector, adjoint_mismatch};
-/// let geometry = ParallelGeometry::half_turn(30, 16, 1.0)?;
-/// let projector = Projector::new(&geometry, &ImageGrid::square(11, 1.0)?, Kernel::Strip)?;
-/// assert!(adjoint_mismatch::<f64, _>(&projector, 1)? < 1e-14);
-/// # Ok::<(), radon::RadonError>(())
-/// ```
+/// denominator is zero, the numerator is returned. Cost: one forward, one adjoint. [`Projector`](crate::Projector) has an example.
 ///
 /// # Errors
 /// Errors of the operator; [`RadonError::BadSample`] for a result that is not finite; [`RadonError::TooLarge`].

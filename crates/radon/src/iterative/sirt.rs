@@ -10,16 +10,6 @@ use crate::Sample;
 use crate::error::{RadonError, finite, within, zeros};
 
 /// Options of [`sirt`].
-///
-/// ```
-/// use radon::{SirtOptions, Stopping};
-/// let options = SirtOptions::default()
-///     .with_stopping(Stopping::default().with_max_iterations(200))
-///     .with_relaxation(1.5)
-///     .with_lower(0.0) // no pixel below zero
-///     .with_upper(1.0);
-/// assert_eq!((options.lower, options.upper), (Some(0.0), Some(1.0)));
-/// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(default, deny_unknown_fields))]

@@ -32,14 +32,12 @@ use rays::{Rays, View};
 /// 1.9 pixels (forward) or finer than 0.7 pixels (adjoint), for strips wider than 5; a slice of `f64` alone costs as much as several in a stack.
 ///
 /// ```
-/// use radon::{ImageGrid, Kernel, LinearOperator, ParallelGeometry, Projector};
+/// use radon::{ImageGrid, Kernel, LinearOperator, ParallelGeometry, Projector, adjoint_mismatch};
 /// let geometry = ParallelGeometry::half_turn(12, 20, 0.5)?;
 /// let projector = Projector::new(&geometry, &ImageGrid::new(16, 14, 0.5)?, Kernel::Joseph)?;
-/// let x: Vec<f64> = (0..16 * 14).map(|i| f64::from(i % 7) - 3.0).collect();
-/// let y: Vec<f64> = (0..12 * 20).map(|i| f64::from(i % 5) - 2.0).collect();
-/// let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
-/// let (ax, aty) = (projector.forward(&x)?, projector.adjoint(&y)?);
-/// assert!((dot(&ax, &y) - dot(&x, &aty)).abs() < 1e-10);
+/// let projections = projector.forward(&[1.0; 16 * 14])?;
+/// assert_eq!(projections.len(), 12 * 20);
+/// assert!(adjoint_mismatch::<f64, _>(&projector, 1)? < 1e-14);
 /// # Ok::<(), radon::RadonError>(())
 /// ```
 #[derive(Debug, Clone)]

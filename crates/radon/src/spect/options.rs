@@ -3,15 +3,6 @@
 use super::collimator::Collimator;
 
 /// Options of a [`SpectOperator`](crate::SpectOperator).
-///
-/// ```
-/// use radon::{Collimator, ParallelHoles, SpectOptions};
-/// let options = SpectOptions::default()
-///     .with_collimator(Collimator::parallel_holes(&ParallelHoles::GE_LEHR, 0.38)?)
-///     .with_attenuation(vec![0.15_f32; 32 * 32 * 32]); // water at 140 keV, 1/cm
-/// assert_eq!(options.tolerance, 1e-3);
-/// # Ok::<(), radon::RadonError>(())
-/// ```
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(default, deny_unknown_fields))]
@@ -19,7 +10,7 @@ use super::collimator::Collimator;
 pub struct SpectOptions<T> {
     /// The depth-dependent resolution.
     pub collimator: Collimator,
-    /// Attenuation coefficients (1/cm) of the voxels, `[layer][y][x]`; empty for none.
+    /// Attenuation coefficients (1/cm) of the voxels, `[layer][y][x]`, 0.15 for water at 140 keV; empty for none.
     pub attenuation: Vec<T>,
     /// Largest deviation of the image of a point from the discrete normal distribution ([`gaussian_filter`](crate::gaussian_filter)) with the
     /// mean variance over the depth h of its plane, sigma(d)^2 + slope^2 h^2 / 12, relative to the peak; from 1e-6 to 0.1. The variance is
