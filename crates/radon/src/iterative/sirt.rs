@@ -89,21 +89,15 @@ fn run<T: Sample>(
     options: &SirtOptions,
     observe: Observer<'_, T>,
 ) -> Result<IterativeReport, RadonError> {
-    let SirtOptions {
-        stopping,
-        relaxation,
-        lower,
-        upper,
-    } = *options;
     let operator = Checked(operator);
     operator.check_input(data, image)?;
-    let mut monitor = Monitor::new(stopping, None, observe)?;
+    let mut monitor = Monitor::new(options.stopping, None, observe)?;
     let most = 2.0_f64.next_down();
-    within("relaxation", relaxation, f64::MIN_POSITIVE, most)?;
-    let least = lower.map_or(Ok(f64::MIN), |l| {
+    within("relaxation", options.relaxation, f64::MIN_POSITIVE, most)?;
+    let least = options.lower.map_or(Ok(f64::MIN), |l| {
         within("lower bound", l, f64::MIN, f64::MAX).map(|()| l)
     })?;
-    if let Some(upper) = upper {
+    if let Some(upper) = options.upper {
         within("upper bound", upper, least, f64::MAX)?;
     }
 
@@ -115,7 +109,7 @@ fn run<T: Sample>(
     check_not_negative("column sums", &columns)?;
 
     let inverse = |x: T| if x > T::ZERO { T::ONE / x } else { T::ZERO };
-    let bounds = (lower.map(T::of), upper.map(T::of));
+    let bounds = (options.lower.map(T::of), options.upper.map(T::of));
     let data_norm = finite("norm of the data", norm(data))?;
     let mut residual = zeros("residual", data.len(), 1)?;
     let mut step = zeros("step", image.len(), 1)?;
@@ -137,7 +131,7 @@ fn run<T: Sample>(
         }
         update(&mut residual, &rows, |r, sum| r * inverse(sum));
         operator.adjoint_into(&residual, &mut step)?;
-        let factor = T::of(relaxation);
+        let factor = T::of(options.relaxation);
         update(&mut step, &columns, |s, sum| factor * s * inverse(sum));
         // `step` now contains the new image, then the actual change within the bounds.
         update(&mut step, image, |s, x| {
