@@ -72,7 +72,7 @@ impl<T: Sample> FbpPlan<T> {
                 }
             }
             let given = row.to_vec();
-            let given = std::iter::once(Some(&given[..]));
+            let given = std::iter::once(&given[..]);
             for filtered in self.filter.filter(given, self.scales[view], scratch) {
                 row.copy_from_slice(filtered);
             }

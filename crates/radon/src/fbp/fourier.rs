@@ -55,7 +55,7 @@ impl<T: Sample> FbpPlan<T> {
                 pool.with(
                     || self.filter.scratch(),
                     |scratch| {
-                        let rows = std::iter::once(Some(row));
+                        let rows = std::iter::once(row);
                         for filtered in self.filter.filter(rows, self.scales[view], scratch) {
                             out.copy_from_slice(filtered);
                         }

@@ -357,11 +357,8 @@ impl<T: Sample> FbpPlan<T> {
             out[behind..].fill(T::ZERO);
         }
         for (group, rows) in rows.chunks(rows::TOGETHER).enumerate() {
-            let with_signal = rows.iter().map(|&row| {
-                let skip = row.iter().all(|&p| p == T::ZERO);
-                (!skip).then_some(row)
-            });
-            let rows: Vec<&[T]> = self.filter.filter(with_signal, scale, scratch).collect();
+            let rows = rows.iter().copied();
+            let rows: Vec<&[T]> = self.filter.filter(rows, scale, scratch).collect();
             let out = &mut out[front + group * rows::TOGETHER..behind];
             T::interleave(self.instructions, &rows, lanes, out);
         }

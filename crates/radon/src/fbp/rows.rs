@@ -109,11 +109,11 @@ impl<T: Sample> RowFilter<T> {
         }
     }
 
-    /// Returns the filtered rows times the pitch (without a ramp the rows themselves) and `scale`, `out_len()` samples each; the input
-    /// `None` is a row of zeros.
+    /// Returns the filtered rows times the pitch (without a ramp the rows themselves) and `scale`, `out_len()` samples each;
+    /// rows of zeros are not transformed.
     pub(crate) fn filter<'a>(
         &self,
-        rows: impl Iterator<Item = Option<&'a [T]>>,
+        rows: impl Iterator<Item = &'a [T]>,
         scale: T,
         scratch: &'a mut RowScratch<T>,
     ) -> impl Iterator<Item = &'a [T]> {
@@ -121,17 +121,16 @@ impl<T: Sample> RowFilter<T> {
         let mut n_rows = 0;
         for (out, row) in filtered.chunks_exact_mut(self.out_len()).zip(rows) {
             n_rows += 1;
-            match row {
-                None => out.fill(T::ZERO),
-                Some(row) => {
-                    let filtered = match self.ramp || self.upsampling > 1 {
-                        true => self.filter_row(row, scratch),
-                        false => row,
-                    };
-                    for (out, &q) in out.iter_mut().zip(filtered) {
-                        *out = q * scale;
-                    }
-                }
+            if row.iter().all(|&p| p == T::ZERO) {
+                out.fill(T::ZERO);
+                continue;
+            }
+            let filtered = match self.ramp || self.upsampling > 1 {
+                true => self.filter_row(row, scratch),
+                false => row,
+            };
+            for (out, &q) in out.iter_mut().zip(filtered) {
+                *out = q * scale;
             }
         }
         scratch.filtered = filtered;
