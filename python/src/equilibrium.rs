@@ -169,7 +169,11 @@ impl PyEquilibrium {
 
 fn finite(s: Vec<f64>) -> Result<Vec<f64>, MembraneError> {
     match s.iter().find(|s| !s.is_finite()) {
-        Some(&given) => Err(MembraneError::NotFinite { what: "s", given }),
+        Some(&given) => Err(MembraneError::OutOfRange {
+            what: "s",
+            given,
+            above: f64::NEG_INFINITY,
+        }),
         None => Ok(s),
     }
 }

@@ -3,7 +3,7 @@
 use std::f64::consts::PI;
 
 use crate::chebyshev::bisect;
-use crate::error::{MembraneError, Result, finite, positive};
+use crate::error::{Result, not_negative, positive};
 use crate::measures::Measures;
 
 /// Measures of the balloon in the reference configuration (Table 2, area corrected): length 2 h + pi R, area
@@ -58,10 +58,7 @@ impl CircleEquilibrium {
     /// An argument that is not finite, a radius that is not positive, a negative ratio; sizes whose measures overflow.
     pub fn new(radius: f64, ratio: f64) -> Result<Self> {
         positive("radius", radius)?;
-        if finite("load over stiffness", ratio)? < 0.0 {
-            let (what, given) = ("load over stiffness", ratio);
-            return Err(MembraneError::Negative { what, given });
-        }
+        not_negative("load over stiffness", ratio)?;
         if ratio == 0.0 {
             let flat = Self {
                 disc_radius: radius,

@@ -109,7 +109,7 @@ pub trait DiscreteMembrane: Debug + Send + Sync {
     ///
     /// # Errors
     /// [`MembraneError::CoincidentPoints`]: the curve has no direction at a node, so its normal is undefined;
-    /// [`MembraneError::NotFinite`]: an intensity that is not finite.
+    /// [`MembraneError::OutOfRange`]: an intensity that is not finite.
     fn pressure_force_into(&self, nodes: &[f64], intensity: f64, out: &mut [f64]) -> Result<()> {
         let setting = self.setting();
         setting.check_state(nodes)?;

@@ -8,29 +8,15 @@ pub(crate) type Result<T, E = MembraneError> = std::result::Result<T, E>;
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum MembraneError {
-    /// A number that must be finite is NaN or infinite.
-    #[error("{what} must be finite, got {given:?}")]
-    NotFinite {
+    /// A number is out of range.
+    #[error("{what} is {given:?}; it must be {}", allowed(*above))]
+    OutOfRange {
         /// The argument's name.
         what: &'static str,
         /// The given value.
         given: f64,
-    },
-    /// A number that must be positive is not.
-    #[error("{what} must be positive, got {given:?}")]
-    NotPositive {
-        /// The argument's name.
-        what: &'static str,
-        /// The given value.
-        given: f64,
-    },
-    /// A number that must be positive or zero is not.
-    #[error("{what} must not be negative, got {given:?}")]
-    Negative {
-        /// The argument's name.
-        what: &'static str,
-        /// The given value.
-        given: f64,
+        /// The bound that the value, which must be finite, must exceed: minus infinity for none, the largest negative number if zero is allowed.
+        above: f64,
     },
     /// The stiffness of springs, or the thickness of rubber, is zero, negative, NaN or infinite somewhere.
     #[error("{what} is {given:?} at s = {s:?}; it must be positive and finite")]
@@ -210,13 +196,41 @@ pub enum MembraneError {
     },
 }
 
-/// `given` if it is finite.
-pub(crate) fn finite(what: &'static str, given: f64) -> Result<f64> {
-    if given.is_finite() {
+/// The exclusive lower bound of a number that may be zero.
+const BELOW_ZERO: f64 = 0f64.next_down();
+
+/// Describes the range of finite numbers above a bound.
+fn allowed(above: f64) -> String {
+    match above {
+        f64::NEG_INFINITY => "finite".into(),
+        BELOW_ZERO => "finite and not negative".into(),
+        0.0 => "finite and positive".into(),
+        above => format!("finite and greater than {above:?}"),
+    }
+}
+
+/// `given` if it is finite and exceeds `above`.
+fn exceeding(what: &'static str, given: f64, above: f64) -> Result<f64> {
+    if given.is_finite() && given > above {
         Ok(given)
     } else {
-        Err(MembraneError::NotFinite { what, given })
+        Err(MembraneError::OutOfRange { what, given, above })
     }
+}
+
+/// `given` if it is finite.
+pub(crate) fn finite(what: &'static str, given: f64) -> Result<f64> {
+    exceeding(what, given, f64::NEG_INFINITY)
+}
+
+/// `given` if it is finite and not negative.
+pub(crate) fn not_negative(what: &'static str, given: f64) -> Result<f64> {
+    exceeding(what, given, BELOW_ZERO)
+}
+
+/// `given` if it is finite and positive.
+pub(crate) fn positive(what: &'static str, given: f64) -> Result<f64> {
+    exceeding(what, given, 0.0)
 }
 
 /// Rejects a list of `given` numbers where `expected` are needed.
@@ -247,15 +261,6 @@ pub(crate) fn at_most(what: &'static str, given: usize, most: usize) -> Result<(
         Ok(())
     } else {
         Err(MembraneError::TooMany { what, given, most })
-    }
-}
-
-/// `given` if it is finite and positive.
-pub(crate) fn positive(what: &'static str, given: f64) -> Result<f64> {
-    if finite(what, given)? > 0.0 {
-        Ok(given)
-    } else {
-        Err(MembraneError::NotPositive { what, given })
     }
 }
 

@@ -48,7 +48,7 @@ impl Measures {
     /// Returns the measures if all are finite; those of a curve of 1e100 cm overflow.
     ///
     /// # Errors
-    /// [`MembraneError::NotFinite`](crate::MembraneError::NotFinite).
+    /// [`MembraneError::OutOfRange`](crate::MembraneError::OutOfRange).
     pub fn finite(self) -> Result<Self> {
         finite("length", self.length)?;
         finite("area", self.area)?;

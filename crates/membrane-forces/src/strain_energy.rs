@@ -2,7 +2,7 @@
 //!
 //! Rubber is incompressible: for stretches l1 along the meridian, l2 around the axis and l3 across the thickness, l3 = 1 / (l1 l2).
 
-use crate::error::{MembraneError, Result, finite, positive};
+use crate::error::{MembraneError, Result, finite, not_negative, positive};
 
 /// Energy per volume of an incompressible rubber as a function of its principal stretches; moduli in kPa.
 ///
@@ -93,10 +93,7 @@ impl StrainEnergy {
             Self::NeoHookean { mu } => positive("mu", *mu).map(drop),
             Self::MooneyRivlin { c1, c2 } => {
                 positive("c1", *c1)?;
-                match finite("c2", *c2)? {
-                    given if given < 0.0 => Err(MembraneError::Negative { what: "c2", given }),
-                    _ => Ok(()),
-                }
+                not_negative("c2", *c2).map(drop)
             }
             Self::Ogden { terms } => {
                 crate::error::at_least("Ogden terms", terms.len(), 1)?;

@@ -2,7 +2,7 @@
 
 use membrane_forces::{DiscreteMembrane, Measure, Measures, MembraneError};
 
-use crate::error::{NewtonError, Result, own};
+use crate::error::{Result, own};
 use crate::route::Route;
 
 /// The prescribed quantity; the force intensity that belongs to it is part of the solution.
@@ -109,6 +109,6 @@ pub(crate) fn check(what: &'static str, given: f64, above: f64) -> Result<f64> {
     if given.is_finite() && given > above {
         Ok(given)
     } else {
-        Err(NewtonError::OutOfRange { what, given, above })
+        Err(MembraneError::OutOfRange { what, given, above }.into())
     }
 }

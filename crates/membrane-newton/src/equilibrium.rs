@@ -2,13 +2,11 @@
 
 use std::sync::Arc;
 
-use membrane_forces::{
-    CurvePiece, CurvePoint, Measures, Membrane, MembraneError, RubberState, collapse,
-};
+use membrane_forces::{CurvePiece, CurvePoint, Measures, Membrane, RubberState, collapse};
 
 use crate::cause::SLACK;
 use crate::constraint::check;
-use crate::error::{BELOW_ZERO, NewtonError, Result, own};
+use crate::error::{NewtonError, Result, own};
 use crate::report::NewtonReport;
 use crate::resolution::Resolution;
 
@@ -97,7 +95,7 @@ impl Equilibrium {
     /// # Errors
     /// A membrane of springs; a coordinate that is NaN.
     pub fn rubber_state(&self, s: f64) -> Result<RubberState> {
-        let s = check("material coordinate", s.clamp(0.0, 1.0), BELOW_ZERO)?;
+        let s = check("material coordinate", s.clamp(0.0, 1.0), f64::NEG_INFINITY)?;
         Ok(self.membrane().rubber_state(s, &self.at(s))?)
     }
 
@@ -170,11 +168,8 @@ impl Resolution {
             let s = solved.positions()[node];
             return Err(NewtonError::Collapsed { s });
         }
-        if !solved.load.is_finite() {
-            // A total force is the intensity times the surface.
-            let (what, given) = ("load", solved.load);
-            return Err(MembraneError::NotFinite { what, given }.into());
-        }
+        // A total force is the intensity times the surface.
+        check("load", solved.load, f64::NEG_INFINITY)?;
         Ok(solved)
     }
 

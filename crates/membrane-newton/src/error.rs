@@ -14,7 +14,7 @@ pub(crate) type Result<T, E = NewtonError> = std::result::Result<T, E>;
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum NewtonError {
-    /// Forces are not defined for the membrane or its state.
+    /// A membrane, control or option is out of range, or forces are not defined for the membrane or its state.
     #[error(transparent)]
     Membrane(#[from] MembraneError),
     /// An error of the caller's own [`ResidualSystem`](crate::ResidualSystem): [`NewtonError::user`].
@@ -30,16 +30,6 @@ pub enum NewtonError {
         row: usize,
         /// Its value.
         pivot: f64,
-    },
-    /// A control or option is out of range.
-    #[error("{what} is {given:?}; it must be finite{}", beyond(*above))]
-    OutOfRange {
-        /// Name of the quantity.
-        what: &'static str,
-        /// Its value.
-        given: f64,
-        /// The bound it must exceed; the largest negative number if zero is allowed.
-        above: f64,
     },
     /// The outer membrane of a pair does not enclose more than the inner one.
     #[error(
@@ -217,18 +207,6 @@ fn failure(stopped_by: Option<StopReason>) -> &'static str {
             | StopReason::LoadSteps,
         )
         | None => "the corrections are within the tolerances, but the control is not met to 1e-9",
-    }
-}
-
-/// The exclusive lower bound of a number that may be zero.
-pub(crate) const BELOW_ZERO: f64 = 0f64.next_down();
-
-/// Describes a bound, if any.
-fn beyond(above: f64) -> String {
-    match above {
-        f64::NEG_INFINITY => String::new(),
-        BELOW_ZERO => " and not negative".into(),
-        above => format!(" and exceed {above:?}"),
     }
 }
 

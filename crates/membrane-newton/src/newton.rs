@@ -45,7 +45,7 @@ pub trait ResidualSystem {
     fn residual_norm(&self, residual: &[f64]) -> f64;
 
     /// Dimensionless norm of a change of the unknowns, relative to the scale of the unknowns. Zero for a nonzero step is an error of the
-    /// solve ([`NewtonError::OutOfRange`]); a negative norm counts as NaN.
+    /// solve ([`MembraneError::OutOfRange`](membrane_forces::MembraneError::OutOfRange)); a negative norm counts as NaN.
     fn step_norm(&self, step: &[f64]) -> f64;
 }
 
@@ -185,11 +185,7 @@ fn iterate<B>(
         // squares of smaller steps underflow
         let moves = |step: &f64| step.abs() > f64::MIN_POSITIVE.sqrt();
         if full == 0.0 && scratch.step.iter().any(moves) {
-            return Err(NewtonError::OutOfRange {
-                what: "norm of a nonzero step",
-                given: full,
-                above: 0.0,
-            });
+            check("norm of a nonzero step", full, 0.0)?;
         }
         let error = scratch.before_step(full, options, fresh);
         if error <= options.step_tolerance {

@@ -1,7 +1,7 @@
 //! Options of Newton's iteration.
 
 use crate::constraint::check;
-use crate::error::{BELOW_ZERO, Result};
+use crate::error::Result;
 
 /// Options of Newton's iteration.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -77,7 +77,7 @@ impl Default for NewtonOptions {
 
 impl NewtonOptions {
     /// Sets the tolerances on the scaled residual and the scaled step; a solve rejects those that are negative or not finite
-    /// ([`OutOfRange`](crate::NewtonError::OutOfRange)).
+    /// ([`OutOfRange`](crate::MembraneError::OutOfRange)).
     #[must_use]
     pub fn with_tolerances(mut self, residual: f64, step: f64) -> Self {
         self.residual_tolerance = residual;
@@ -87,14 +87,15 @@ impl NewtonOptions {
 
     /// Rejects tolerances and a factor of [`Refactor`] that are negative or not finite.
     pub(crate) fn check(&self) -> Result<()> {
+        let below_zero = 0f64.next_down();
         for (what, value) in [
             ("residual tolerance", self.residual_tolerance),
             ("step tolerance", self.step_tolerance),
         ] {
-            check(what, value, BELOW_ZERO)?;
+            check(what, value, below_zero)?;
         }
         if let Refactor::WhenContractionAbove(most) = self.refactor {
-            check("contraction of Refactor", most, BELOW_ZERO)?;
+            check("contraction of Refactor", most, below_zero)?;
         }
         Ok(())
     }

@@ -238,7 +238,7 @@ impl PairEquilibrium {
     ///
     /// # Errors
     /// [`NewtonError::NotEnclosed`]: the outer one encloses at most the volume of the inner one; [`NewtonError::Crossed`];
-    /// [`NewtonError::OutOfRange`]: `wall_volume` is not positive.
+    /// [`MembraneError::OutOfRange`](membrane_forces::MembraneError::OutOfRange): `wall_volume` is not positive.
     pub fn of(inner: Equilibrium, outer: Equilibrium, wall_volume: f64) -> Result<Self> {
         check("wall volume", wall_volume, 0.0)?;
         let volumes = [&inner, &outer].map(|membrane| membrane.measures.volume);

@@ -105,8 +105,8 @@ impl Solver {
     /// limit point; beyond it the result is an error.
     ///
     /// # Errors
-    /// Of [`NewtonError`](crate::NewtonError): `OutOfRange`, a control out of range; `LimitPoint`, the branch ends before it; `Membrane` with
-    /// [`PastBlowUp`](membrane_forces::MembraneError::PastBlowUp), a pressure per current length with no equilibrium; `Unresolved`,
+    /// Of [`NewtonError`](crate::NewtonError): `LimitPoint`, the branch ends before it; `Membrane` with
+    /// `OutOfRange`, a control out of range, or [`PastBlowUp`](membrane_forces::MembraneError::PastBlowUp), a pressure per current length with no equilibrium; `Unresolved`,
     /// polynomials that do not converge; `Slack`, `Collapsed`; `OtherBranch`, `NotConverged`.
     pub fn solve(&self, control: Control, options: &NewtonOptions) -> Result<Equilibrium> {
         if let Some(opposite) = self.resolution.opposite(control) {

@@ -36,11 +36,11 @@ fn pair() -> Pair {
 
 fn forces(error: MembraneError) -> bool {
     use MembraneError::*;
-    matches!(error, NotFinite { .. } | BadProfile { .. })
+    matches!(error, OutOfRange { .. } | BadProfile { .. })
 }
 
 fn newton(error: NewtonError) -> bool {
-    matches!(error, NewtonError::OutOfRange { .. })
+    matches!(error, NewtonError::Membrane(error) if forces(error))
 }
 
 fn solid(error: RevolveError) -> bool {

@@ -57,14 +57,12 @@ pub(super) fn check(
         let [least, most] = SHEAR_MODULI;
         let modulus = energy.shear_modulus();
         match energy.check() {
-            Err(MembraneError::NotFinite { what, given }) if CONSTANTS.contains(&what) => {
-                c.fault(what, Number(given), "must be finite");
-            }
-            Err(MembraneError::NotPositive { what, given }) if CONSTANTS.contains(&what) => {
-                c.fault(what, Number(given), "must be positive");
-            }
-            Err(MembraneError::Negative { what, given }) => {
-                c.fault(what, Number(given), "must not be negative");
+            Err(MembraneError::OutOfRange { what, given, above }) if CONSTANTS.contains(&what) => {
+                let wanted = match above {
+                    0.0 => "must be finite and positive",
+                    _ => "must be finite and not negative",
+                };
+                c.fault(what, Number(given), wanted);
             }
             Err(error) => c.fault("", "", error.to_string()),
             Ok(()) if !(least..=most).contains(&modulus) => {

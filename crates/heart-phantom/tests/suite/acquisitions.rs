@@ -240,7 +240,9 @@ fn bad_input_is_rejected_with_its_values() {
         assert!(
             matches!(
                 refused,
-                Err(PhantomError::Membrane(NewtonError::OutOfRange { .. }))
+                Err(PhantomError::Membrane(NewtonError::Membrane(
+                    MembraneError::OutOfRange { .. }
+                )))
             ),
             "{refused:?}"
         );

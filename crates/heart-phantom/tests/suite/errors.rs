@@ -143,9 +143,9 @@ fn control_characters_are_escaped_and_other_text_is_unchanged() {
 
 #[test]
 fn a_chain_of_messages_contains_each_cause_once() {
-    let (what, given) = ("radius", f64::NAN);
-    let error = PhantomError::Membrane(MembraneError::NotFinite { what, given }.into());
-    let said = "radius must be finite, got NaN";
+    let (what, given, above) = ("radius", f64::NAN, 0.0);
+    let error = PhantomError::Membrane(MembraneError::OutOfRange { what, given, above }.into());
+    let said = "radius is NaN; it must be finite and positive";
     assert_eq!(heart_phantom::chain(&error), said);
     let path = "a.toml".into();
     let source = io::Error::from(io::ErrorKind::NotFound);

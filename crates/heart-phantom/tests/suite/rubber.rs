@@ -116,7 +116,7 @@ fn invalid_rubber_is_rejected_with_line_and_field() {
         (
             "{ mooney_rivlin = { c1 = 1.0, c2 = -1.0, thickness = 0.5 } }",
             ".mooney_rivlin.c2",
-            "must not be negative",
+            "must be finite and not negative",
         ),
         (
             "{ gent = { mu = 1.0, jm = 0.0, thickness = 0.5 } }",

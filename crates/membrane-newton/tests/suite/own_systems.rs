@@ -390,7 +390,7 @@ fn a_residual_that_is_not_finite_is_no_solution_whatever_its_norm() {
             let refused = newton(&mut RootAndLine, &mut [3.0, start], &options);
             let what = "start of an unknown";
             assert!(
-                matches!(refused, Err(NewtonError::OutOfRange { what: named, .. }) if named == what),
+                matches!(refused, Err(NewtonError::Membrane(MembraneError::OutOfRange { what: named, .. })) if named == what),
                 "{refused:?}"
             );
         }
