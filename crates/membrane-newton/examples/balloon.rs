@@ -31,20 +31,20 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
 
     // along the branch of equilibria, also past it
     let rest = solver.start_measures().volume;
-    let volumes: Vec<f64> = (1..=10)
-        .map(|k| rest * (1.0 + 0.2 * f64::from(k)))
-        .collect();
     println!("  V/V0   p, kPa   dp/dV    apex stretch   unstable at constant p, V");
-    for point in solver.branch(&volumes, &options)? {
-        let solved = &point.equilibrium;
+    let mut solved = solver.solve(Control::Volume(1.2 * rest), &options)?;
+    for k in 1..=10 {
+        let volume = Control::Volume(rest * (1.0 + 0.2 * f64::from(k)));
+        solved = solver.solve_from(&solved, volume, &options)?;
+        let stability = solved.stability()?;
         println!(
             "{:6.2} {:8.4} {:8.1e} {:12.4} {:12} {:12}",
             solved.measures.volume / rest,
             solved.intensity,
-            point.slope,
+            solved.sensitivity(volume)?.intensity,
             solved.rubber_state(0.5)?.stretches[0],
-            point.stability.at_pressure.unstable,
-            point.stability.at_volume.unstable,
+            stability.at_pressure.unstable,
+            stability.at_volume.unstable,
         );
     }
     Ok(())

@@ -96,7 +96,7 @@ pub enum NewtonError {
     /// turns back, the enclosed volume falls to zero, or Newton's method does not converge in double precision, as under pressures just below the
     /// limit of [`PastBlowUp`](MembraneError::PastBlowUp). Another control, often area or volume, may continue. For a pressure of rubber,
     /// `reached` is the first maximum of the pressure along the branch from the start, to rounding. Rubber that stiffens, such as that of Gent,
-    /// has equilibria at higher pressures beyond it ([`Solver::branch`](crate::Solver::branch)).
+    /// has equilibria at higher pressures beyond it ([`Solver::solve_from`](crate::Solver::solve_from)).
     #[error("no equilibrium found beyond {reached:?}, {wanted:?} wanted; {quantity}, {} load steps{}", report.load_steps, used_up(report))]
     LimitPoint {
         /// The quantity of the control with its unit; a volume for a volume gain.

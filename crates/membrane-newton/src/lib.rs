@@ -32,7 +32,6 @@
 mod banded;
 mod block;
 mod border;
-mod branch;
 mod cause;
 mod constraint;
 mod continuation;
@@ -60,7 +59,6 @@ mod turning;
 
 pub use banded::BandedLu;
 pub use border::{Border, dot_in_eight};
-pub use branch::BranchPoint;
 pub use constraint::Control;
 pub use equilibrium::Equilibrium;
 pub use error::{NewtonError, UserError};

@@ -120,6 +120,21 @@ impl Solver {
     /// point. An equilibrium of another membrane is not rejected: its curve, with the ends of this membrane, is the initial value of Newton's
     /// method, and the branch of the result is not determined.
     ///
+    /// ```
+    /// use membrane_newton::{Control, Discretisation, Membrane, NewtonOptions, ReferenceShape, Rubber, Solver, StrainEnergy, Thickness};
+    /// let rubber = Rubber::new(StrainEnergy::NeoHookean { mu: 1.0 }, Thickness::UNIT)?;
+    /// let disc = Membrane::new(ReferenceShape::disc(1.0)?).with_rubber(rubber);
+    /// let solver = Solver::new(&disc, Discretisation::Spectral { degree: 16, per_piece: 1 })?;
+    /// // p(V), also past the maximum of the pressure
+    /// let mut solved = solver.solve(Control::Volume(1.0), &NewtonOptions::default())?;
+    /// assert!(solved.sensitivity(Control::Volume(1.0))?.intensity > 0.0);
+    /// for volume in [2.0, 3.0, 4.0].map(Control::Volume) {
+    ///     solved = solver.solve_from(&solved, volume, &NewtonOptions::default())?;
+    /// }
+    /// assert!(solved.sensitivity(Control::Volume(4.0))?.intensity < 0.0);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    ///
     /// # Errors
     /// As [`Solver::solve`].
     pub fn solve_from(

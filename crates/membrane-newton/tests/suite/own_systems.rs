@@ -335,7 +335,8 @@ fn messages_contain_the_cause_of_a_failure() {
         per_piece: 1,
     };
     let solver = Solver::new(&membrane, spectral).unwrap();
-    let of_springs = solver.branch(&[100.0], &options).unwrap_err();
+    let of_springs = solver.solve(Control::Volume(100.0), &options).unwrap();
+    let of_springs = of_springs.stability().unwrap_err();
     let said = "stability: defined for a membrane of rubber only";
     assert_eq!(of_springs.to_string(), said);
 }

@@ -13,6 +13,19 @@ fn neo(rest: ReferenceShape) -> Membrane {
     of(rest, StrainEnergy::NeoHookean { mu: 1.0 })
 }
 
+/// The equilibria at these volumes, each solved from the previous one.
+pub(crate) fn along(solver: &Solver, volumes: &[f64]) -> Result<Vec<Equilibrium>, NewtonError> {
+    let options = NewtonOptions::default();
+    let mut branch: Vec<Equilibrium> = Vec::new();
+    for volume in volumes.iter().map(|volume| Control::Volume(*volume)) {
+        branch.push(match branch.last() {
+            Some(last) => solver.solve_from(last, volume, &options)?,
+            None => solver.solve(volume, &options)?,
+        });
+    }
+    Ok(branch)
+}
+
 fn solvers(membrane: &Membrane) -> [Solver; 2] {
     [
         Discretisation::Spectral {
@@ -128,10 +141,10 @@ fn a_flat_disc_at_tiny_volumes_and_loads_is_foppls() {
         }
         // as a branch, from a tiny state to ordinary ones and back
         let volumes = [1e-9, 1e-3, 0.1, 1e-6];
-        let branch = solver.branch(&volumes, &options).unwrap();
-        for (point, volume) in branch.iter().zip(volumes) {
+        let branch = along(solver, &volumes).unwrap();
+        for (solved, volume) in branch.iter().zip(volumes) {
             let strain = 2.0 * volume * volume;
-            let ratio = point.equilibrium.intensity / volume.powi(3);
+            let ratio = solved.intensity / volume.powi(3);
             assert!(
                 (ratio / expected - 1.0).abs() < tolerance + strain,
                 "{volume:e}: {ratio}"
@@ -297,8 +310,8 @@ fn past_extension_is_one_error_from_the_reference_and_along_a_branch() {
             let rest = solver.start_measures().volume;
             for far in [21.0, 60.0] {
                 let at_once = solver.solve(Control::Volume(far * rest), &options);
-                let along = solver.branch(&[1.5 * rest, 2.0 * rest, far * rest], &options);
-                for error in [at_once.err(), along.err()] {
+                let branch = along(&solver, &[1.5 * rest, 2.0 * rest, far * rest]);
+                for error in [at_once.err(), branch.err()] {
                     assert!(
                         matches!(error, Some(NewtonError::Membrane(MembraneError::PastStretch { limit, .. })) if limit == 3.0 + jm),
                         "{jm} {far}: {error:?}"
