@@ -31,34 +31,17 @@ pub enum NewtonError {
         /// Its value.
         pivot: f64,
     },
-    /// The outer membrane of a pair does not enclose more than the inner one.
+    /// The outer membrane of a pair does not enclose more volume than the inner one, or a fixed end in the same plane or the apex of the inner
+    /// one is outside it.
     #[error(
-        "the outer membrane encloses {outer:?} cm^3, the inner one {inner:?}: the outer one must enclose the inner one"
+        "the {what} of the inner membrane is {inner:?}, of the outer one {outer:?}: the outer one must enclose the inner one"
     )]
     NotEnclosed {
-        /// Volume of the inner membrane, cm^3.
+        /// The quantity with its unit: the volume, the distance of an end from the axis, or the largest x.
+        what: &'static str,
+        /// Its value for the inner membrane.
         inner: f64,
-        /// Volume of the outer membrane, cm^3.
-        outer: f64,
-    },
-    /// A fixed end of the inner membrane of a pair is farther from the axis than that of the outer one in the same plane.
-    #[error(
-        "the inner membrane is fixed {inner:?} cm from the axis, the outer one {outer:?} in the same plane: the membranes cross"
-    )]
-    EndsCross {
-        /// Distance of the end of the inner membrane from the axis, cm.
-        inner: f64,
-        /// Distance of the end of the outer membrane from the axis, cm.
-        outer: f64,
-    },
-    /// The outer membrane of a pair is shorter than the inner one.
-    #[error(
-        "the apex of the inner membrane is at x = {inner:?} cm, that of the outer one at x = {outer:?}: the membranes cross"
-    )]
-    ApexesCross {
-        /// Largest x of the inner membrane at its start, cm.
-        inner: f64,
-        /// Largest x of the outer membrane at its start, cm.
+        /// Its value for the outer membrane.
         outer: f64,
     },
     /// The membranes of a solved pair cross. Crossings between two nodes of the inner one may not be found.

@@ -58,9 +58,7 @@ impl Pair {
     /// between them ([`NewtonError::Crossed`]).
     ///
     /// # Errors
-    /// [`NewtonError::MixedPair`]; [`NewtonError::NotEnclosed`]: the outer one does not enclose more volume than the inner one;
-    /// [`NewtonError::EndsCross`]: a fixed end of the inner one is outside that of the outer one; [`NewtonError::ApexesCross`]: the outer
-    /// one is shorter than the inner one.
+    /// [`NewtonError::MixedPair`]; [`NewtonError::NotEnclosed`].
     pub fn check(inner: &dyn DiscreteMembrane, outer: &dyn DiscreteMembrane) -> Result<f64> {
         let both = [inner, outer];
         let membranes = both.map(|discrete| discrete.setting().membrane());
@@ -75,7 +73,8 @@ impl Pair {
         for ([x, inner], [x_outer, outer]) in within.into_iter().zip(around) {
             let (inner, outer) = (inner.abs(), outer.abs());
             if x == x_outer && inner > outer {
-                return Err(NewtonError::EndsCross { inner, outer });
+                let what = "distance of the end from the axis in cm";
+                return Err(NewtonError::NotEnclosed { what, inner, outer });
             }
         }
         let [inner, outer] = both.map(|of| {
@@ -84,7 +83,8 @@ impl Pair {
             nodes.fold(middle, |most, node| most.max(node[0]))
         });
         if inner > outer {
-            return Err(NewtonError::ApexesCross { inner, outer });
+            let what = "largest x in cm";
+            return Err(NewtonError::NotEnclosed { what, inner, outer });
         }
         Ok(wall_volume)
     }
@@ -161,7 +161,8 @@ fn enclosed([inner, outer]: [f64; 2]) -> Result<f64> {
     if between > 0.0 {
         Ok(between)
     } else {
-        Err(NewtonError::NotEnclosed { inner, outer })
+        let what = "volume in cm^3";
+        Err(NewtonError::NotEnclosed { what, inner, outer })
     }
 }
 

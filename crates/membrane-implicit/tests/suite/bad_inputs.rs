@@ -177,6 +177,7 @@ fn pairs_and_states() {
     );
     let volume = inflate(Scheme::TrBdf2).state().volume();
     let refused = NewtonError::NotEnclosed {
+        what: "volume in cm^3",
         inner: volume,
         outer: volume,
     };
@@ -198,10 +199,10 @@ fn pairs_and_states() {
         assert!(matches!(error, NewtonError::MixedPair { .. }), "{error}");
     }
     let error = rejected(springs(&balloon(3.0, 2.9)), springs(&balloon(10.0, 2.75)));
-    let (inner, outer) = (2.9, 2.75);
-    assert_eq!(error, NewtonError::EndsCross { inner, outer });
+    let (what, inner, outer) = ("distance of the end from the axis in cm", 2.9, 2.75);
+    assert_eq!(error, NewtonError::NotEnclosed { what, inner, outer });
     let error = rejected(springs(&balloon(8.5, 1.75)), springs(&balloon(6.0, 2.75)));
-    let said = "the apex of the inner membrane is at x = 10.25 cm, that of the outer one at x = 8.75: the membranes cross";
+    let said = "the largest x in cm of the inner membrane is 10.25, of the outer one 8.75: the outer one must enclose the inner one";
     assert_eq!(error.to_string(), said);
     let points = vec![[0.0; 2]; 100];
     let state = inflate(Scheme::TrBdf2).with_state(0.0, &points, &points);

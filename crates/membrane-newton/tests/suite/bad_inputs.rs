@@ -111,6 +111,7 @@ fn bad_discretisations_and_pairs() {
     let (small, large) = (solver(law, 1.75), solver(law, 2.75));
     let volumes = [&small, &large].map(|solver| solver.start_measures().volume);
     let expected = NewtonError::NotEnclosed {
+        what: "volume in cm^3",
         inner: volumes[1],
         outer: volumes[0],
     };
@@ -133,11 +134,12 @@ fn membranes_that_cannot_be_a_pair_are_rejected() {
     let solver = |membrane: &Membrane| Solver::new(membrane, spectral).unwrap();
     let balloon = |h, radius| Membrane::new(ReferenceShape::balloon(h, radius).unwrap());
     let thin = Pair::new(solver(&balloon(8.5, 1.75)), solver(&balloon(40.0, 1.2)));
-    let (inner, outer) = (1.75, 1.2);
-    assert_eq!(thin.unwrap_err(), NewtonError::EndsCross { inner, outer });
+    let (what, inner, outer) = ("distance of the end from the axis in cm", 1.75, 1.2);
+    let expected = NewtonError::NotEnclosed { what, inner, outer };
+    assert_eq!(thin.unwrap_err(), expected);
     let short = Pair::new(solver(&balloon(8.5, 1.75)), solver(&balloon(6.0, 2.75)));
-    let (inner, outer) = (10.25, 8.75);
-    let expected = NewtonError::ApexesCross { inner, outer };
+    let (what, inner, outer) = ("largest x in cm", 10.25, 8.75);
+    let expected = NewtonError::NotEnclosed { what, inner, outer };
     assert_eq!(short.unwrap_err(), expected);
     let energy = StrainEnergy::NeoHookean { mu: 400.0 };
     let rubber = Rubber::new(energy, Thickness::constant(0.05).unwrap()).unwrap();

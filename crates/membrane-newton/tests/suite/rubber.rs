@@ -376,6 +376,7 @@ fn a_combined_pair_has_a_wall() {
     let pair = PairEquilibrium::of(inner.clone(), outer.clone(), wall).unwrap();
     assert_eq!((pair.wall_volume, pair.wall_volume_error), (wall, 0.0));
     let expected = NewtonError::NotEnclosed {
+        what: "volume in cm^3",
         inner: outer.measures.volume,
         outer: inner.measures.volume,
     };
