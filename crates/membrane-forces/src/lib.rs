@@ -67,7 +67,7 @@ pub use linear_equilibrium::LinearEquilibrium;
 pub use material::{Material, Rubber};
 pub use measures::{Measure, Measures};
 pub use membrane::Membrane;
-pub use profile::{Profile, Stiffness, Thickness};
+pub use profile::{OfStiffness, OfThickness, Profile, Quantity, Stiffness, Thickness};
 pub use reference::{CurvePoint, ReferenceShape};
 pub use spectral::SpectralElements;
 pub use strain_energy::{EnergyDerivatives, RubberState, StrainEnergy};
