@@ -136,7 +136,7 @@ fn the_wall_activity_is_accurate_to_a_hundredth_at_the_resolution_of_the_camera(
     scene.reconstruction.method = Method::Fbp;
     let [by_fbp, _] = measured(scene);
     println!("by FBP {by_fbp}");
-    // After 160 steps the error at the resolution of the camera is a few thousandths. Samples are at the centres of bins (their error is
+    // After 96 steps the error at the resolution of the camera is half a hundredth. Samples are at the centres of bins (their error is
     // 0.8 % of the wall with 0.35 cm, 0.2 % with 0.25 cm). Finer structure is not determined by the data.
     assert!((wall - 1.0).abs() < 0.01 && (inner - 1.0).abs() < 0.015);
     assert!(by_fbp < 0.25);

@@ -54,7 +54,7 @@ fn emitted_photons_escape_or_are_absorbed() {
     // A window that records every photon above 20 keV: a view is a fraction of the photons that escape in all directions.
     let spectrum = Spectrum::new(140.5, 0.1, &[[1.0, 1e4]]).unwrap();
     let camera = camera(48, 0.5, &[30.0]);
-    let options = ScatterOptions::new(1.2e-4);
+    let options = ScatterOptions::new(6e-5);
     let scatter = Scatter::new(&Point([0.0; 3], 1.0), &ball, &camera, &spectrum, &options).unwrap();
     let scattered = scatter.view(0, 0).iter().sum::<f64>() * 0.25;
     let primary = (-water_attenuation(140.5).unwrap() * radius).exp();

@@ -305,7 +305,7 @@ fn chest(random: &mut Random, lungs: f64, tolerance: f64) -> Scene {
 fn the_error_of_all_views_meets_the_tolerance() {
     for seed in seeds(7, 1) {
         let mut random = Random(seed);
-        let [lungs, tolerance] = [(0.01f64, 100.0), (1e-3, 1e-2)]
+        let [lungs, tolerance] = [(0.01f64, 100.0), (2e-4, 2e-3)]
             .map(|(low, high): (f64, f64)| random.uniform(low.ln(), high.ln()).exp());
         let phantom = Phantom::new(chest(&mut random, lungs, tolerance)).unwrap();
         let steps = phantom.steps().unwrap();
