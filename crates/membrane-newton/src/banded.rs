@@ -65,8 +65,8 @@ impl BandedLu {
     /// Factors `matrix`; after an error there is no factorisation.
     ///
     /// # Errors
-    /// [`NewtonError::Singular`] for a pivot that is zero or not finite, or whose reciprocal overflows; by rounding the pivots of a singular matrix may be nonzero, and it is then
-    /// factored. [`NewtonError::WrongLength`] if the shapes of `matrix` and storage differ.
+    /// [`NewtonError::Singular`] for a pivot that is zero or not finite, or whose reciprocal overflows; by rounding the pivots of a singular matrix
+    /// may be nonzero, and it is then factored. [`NewtonError::WrongLength`] if the shapes of `matrix` and storage differ.
     pub fn factor(&mut self, matrix: &BandMatrix) -> Result<()> {
         self.factored = false;
         let (n, lower, width) = (self.n, self.lower, self.width);

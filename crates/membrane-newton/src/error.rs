@@ -23,7 +23,8 @@ pub enum NewtonError {
     /// Solving requires a factorisation.
     #[error("no tangent has been factored; solving requires a factorisation")]
     NotFactored,
-    /// A pivot is zero, so small that its reciprocal overflows, or not finite. A singular matrix may have pivots that are nonzero by rounding, without this error.
+    /// A pivot is zero, so small that its reciprocal overflows, or not finite. A singular matrix may have pivots that are nonzero by rounding,
+    /// without this error.
     #[error("singular matrix: pivot {pivot:?} in row {row}")]
     Singular {
         /// Row of the vanishing pivot.

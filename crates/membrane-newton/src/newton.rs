@@ -102,8 +102,8 @@ pub struct NewtonScratch {
 /// ```
 ///
 /// # Errors
-/// [`NewtonError::NotConverged`] with the report; a tolerance or an entry of `x` that is not finite; [`NewtonError::WrongLength`] if the lengths of `x` and
-/// the system differ; errors of the system.
+/// [`NewtonError::NotConverged`] with the report; a tolerance or an entry of `x` that is not finite; [`NewtonError::WrongLength`] if the lengths of
+/// `x` and the system differ; errors of the system.
 pub fn newton(
     system: &mut (impl ResidualSystem + ?Sized),
     x: &mut [f64],
@@ -331,9 +331,9 @@ impl NewtonScratch {
     }
 
     /// Returns the contraction of any direction after a step of size `full` with this `contraction`, for the test of convergence and for the
-    /// estimated error. It is at least the relative change of the tangent since its factorisation, taken as the change of the unknowns for the test and as
-    /// eight times that for the estimate, so that about 1 in 1000 random systems of up to five unknowns exceeds it. Limits apply to both, because
-    /// the steps did contract.
+    /// estimated error. It is at least the relative change of the tangent since its factorisation, taken as the change of the unknowns for the test
+    /// and as eight times that for the estimate, so that about 1 in 1000 random systems of up to five unknowns exceeds it. Limits apply to both,
+    /// because the steps did contract.
     fn slowest(&self, contraction: f64, full: f64) -> [f64; 2] {
         let moved = self.moved + full;
         [moved.min(0.01), (8.0 * moved).min(0.25)].map(|change| contraction.max(change))

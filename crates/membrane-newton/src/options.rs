@@ -25,7 +25,8 @@ pub struct NewtonOptions {
     pub refactor: Refactor,
     /// Maximum number of steps of one continuation, also of those that fail; 0 disables continuation. The solver raises the control in steps if
     /// Newton fails from the start or converges to another branch. A solve may need several continuations, for rubber also one by volume, and
-    /// [`NewtonReport::load_steps`](crate::NewtonReport::load_steps) counts the steps of all. These are full steps under the natural monotonicity test, whatever `line_search` is. Default 100.
+    /// [`NewtonReport::load_steps`](crate::NewtonReport::load_steps) counts the steps of all. These are full steps under the natural monotonicity
+    /// test, whatever `line_search` is. Default 100.
     pub max_load_steps: usize,
 }
 

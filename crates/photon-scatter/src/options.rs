@@ -25,10 +25,10 @@ pub struct ScatterOptions {
     /// Distance in cm of the nodes on which scatter is collected and from which cubics interpolate; `None` for 0.75 cm, reduced until the error of
     /// interpolation is within the tolerance. A prescribed one has the error [`ScatterReport::interpolation_error`]: details smaller than twice the
     /// distance are smoothed, such as the scatter around a point source. It is 0.01 to 10 cm and at most the larger of two lengths: the mean depth of
-    /// the interactions in a scatterer, from its surface or the source, and the standard deviation of the response at the nearest emission. Above this
-    /// limit, known after the first blocks, the bound on the error may not hold: for point sources near the surface of a ball of water it holds up to
-    /// about 1.2 times the mean depth. A scatterer begins where the density rises from less than an eighth; means are weighted by squared densities.
-    /// The number of histories for a tolerance is about proportional to its power -2, down to the width of the response.
+    /// the interactions in a scatterer, from its surface or the source, and the standard deviation of the response at the nearest emission. Above
+    /// this limit, known after the first blocks, the bound on the error may not hold: for point sources near the surface of a ball of water it holds
+    /// up to about 1.2 times the mean depth. A scatterer begins where the density rises from less than an eighth; means are weighted by squared
+    /// densities. The number of histories for a tolerance is about proportional to its power -2, down to the width of the response.
     pub pitch: Option<f64>,
     /// Largest angle in radians between the views from which cubics interpolate the views between them; 0 for no interpolation, `None` for 12
     /// degrees, reduced as the pitch is. Views of an orbit with more than one larger gap, or whose radius changes abruptly, are not interpolated.

@@ -221,8 +221,8 @@ impl Phantom {
         alive * heart.bytes_with_defects() as u64 + fields
     }
 
-    /// The arrays of all cardiac gates that are collected for one file, and the copies of the largest array while it is written; `samples` are the bytes
-    /// of the projections of a gate. Labels of a gate have a byte per voxel.
+    /// The arrays of all cardiac gates that are collected for one file, and the copies of the largest array while it is written; `samples` are the
+    /// bytes of the projections of a gate. Labels of a gate have a byte per voxel.
     fn bytes_of_files(&self, output: &Output, samples: u64) -> u64 {
         let voxels = self.camera().grid().len() as u64;
         let windows = self.n_windows() as u64;

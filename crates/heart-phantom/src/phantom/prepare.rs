@@ -12,9 +12,9 @@ use std::collections::BTreeSet;
 const MOST_TRIED: usize = 64;
 
 impl Phantom {
-    /// Finds errors of a run before it starts, except those below. Solves shapes and defects of projections and volumes, the time steps for a tolerance and the plan
-    /// of the reconstruction, which the run reuses. With a given total number of counts, projects views of each gate until one has counts; otherwise
-    /// projects no view.
+    /// Finds errors of a run before it starts, except those below. Solves shapes and defects of projections and volumes, the time steps for a
+    /// tolerance and the plan of the reconstruction, which the run reuses. With a given total number of counts, projects views of each gate until one
+    /// has counts; otherwise projects no view.
     ///
     /// The time steps and the resolution for a small tolerance can take longer than the views. It has no observer: to be able to end it, call it
     /// in a thread pool whose threads have a watch (`simd_set::watch_with`), and stop the watch.

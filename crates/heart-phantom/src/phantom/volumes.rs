@@ -43,8 +43,8 @@ impl Phantom {
     }
 
     /// Projects and reconstructs volume `number` of [`Phantom::n_volumes`], `[z][y][x]`, on the voxels of
-    /// [`Camera::grid`](crate::Camera::grid), limited to the region if one is given: a gate, or with [`Compensation::KnownMotion`](crate::Compensation::KnownMotion) the
-    /// volume of [`Phantom::compensated`].
+    /// [`Camera::grid`](crate::Camera::grid), limited to the region if one is given: a gate, or with
+    /// [`Compensation::KnownMotion`](crate::Compensation::KnownMotion) the volume of [`Phantom::compensated`].
     ///
     /// # Errors
     /// [`PhantomError::Count`] if there is no such volume; as [`Phantom::reconstruct`] and [`Phantom::compensated`].
@@ -123,9 +123,10 @@ impl Phantom {
     }
 
     /// Computes the voxelised ground truth of a gate, `[z][y][x]`: averages over each voxel and over the acquisition time of each view. If
-    /// views differ, it is the average over the views with equal weights, whatever their acquisition times ([`Phantom::truth_of`]). The error of a volume fraction is at most `truth.tolerance`, both averages together (0.4 of it at most in
-    /// random gates, compared with averages over instants); it does not depend on `acquisition.accuracy`. The number of states of the heart, to which the time is
-    /// proportional, is [`Phantom::images_and_states`]. [`Phantom::check_memory`] checks before any work that the volume fits into memory.
+    /// views differ, it is the average over the views with equal weights, whatever their acquisition times ([`Phantom::truth_of`]). The error of a
+    /// volume fraction is at most `truth.tolerance`, both averages together (0.4 of it at most in random gates, compared with averages over
+    /// instants); it does not depend on `acquisition.accuracy`. The number of states of the heart, to which the time is proportional, is
+    /// [`Phantom::images_and_states`]. [`Phantom::check_memory`] checks before any work that the volume fits into memory.
     ///
     /// # Errors
     /// As [`Phantom::view`]; [`PhantomError::Solid`] if the volume cannot be allocated.

@@ -17,8 +17,8 @@ use std::f64::consts::TAU;
 const MOST_OVERLAP: f64 = 2e-3;
 
 impl Phantom {
-    /// Returns the warnings of the scene ([`WarningKind`]): allowed values that are probably not intended. Solves one or two shapes. Casts the rays of one view only
-    /// if line integrals may alias. Whether all views and products can be computed is checked by [`Phantom::prepare`] only.
+    /// Returns the warnings of the scene ([`WarningKind`]): allowed values that are probably not intended. Solves one or two shapes. Casts the rays
+    /// of one view only if line integrals may alias. Whether all views and products can be computed is checked by [`Phantom::prepare`] only.
     ///
     /// ```
     /// use heart_phantom::{Phantom, WarningKind, scene::{Mode, Scene}};

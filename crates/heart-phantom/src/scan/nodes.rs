@@ -4,8 +4,8 @@ use std::collections::BTreeMap;
 
 /// Number of rays through a sphere for which the error of the rule is computed.
 const SPHERE_RAYS: usize = 64;
-/// Bound on the error of a view, relative to that of rays through a sphere, without and with respiration. The largest sample of an empty cavity is the
-/// chord of the wall, down to half the diameter of the sphere; respiration also moves the outer surface, which is larger and less curved.
+/// Bound on the error of a view, relative to that of rays through a sphere, without and with respiration. The largest sample of an empty cavity is
+/// the chord of the wall, down to half the diameter of the sphere; respiration also moves the outer surface, which is larger and less curved.
 const SAFETY: [f64; 2] = [2.0, 4.0];
 /// Smaller values of this multiple of the difference from the exact average, relative to the diameter, are not used: the quadrature of that average
 /// has errors of up to 4e-4, and rules with such small errors have enough points.
@@ -90,8 +90,8 @@ impl Nodes {
     }
 
     /// Returns the largest error for rays through the sphere, relative to its diameter: the difference from the rule with half the points, or the
-    /// difference from the exact average times [`SAFETY`]. The rays leave the sphere at different states; few samples of a view may contain no ray with
-    /// a large error, and two rules of few points may differ by less than their errors.
+    /// difference from the exact average times [`SAFETY`]. The rays leave the sphere at different states; few samples of a view may contain no ray
+    /// with a large error, and two rules of few points may differ by less than their errors.
     pub(super) fn sphere_error(&self, sphere: &Sphere) -> f64 {
         let radii: Vec<f64> = self.gains().map(radius).collect();
         let largest = radii.iter().copied().fold(0.0, f64::max);

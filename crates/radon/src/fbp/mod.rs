@@ -161,11 +161,11 @@ impl<T: Sample> FbpPlan<T> {
 
     /// Reconstructs one slice from its sinogram `[view][bin]`; the image is `[y][x]`.
     ///
-    /// Rows that do not contain the whole object (truncation) raise the image, by default by 8 % to 129 % in the table of [`EdgePolicy`](crate::EdgePolicy). Pixels
-    /// outside the circle that the rows inscribe are not seen from all angles: a sum over a square image includes their artefacts, a few per cent
-    /// ([`disc_mask`](crate::disc_mask)). A transposed sinogram, or a geometry with exchanged numbers of views and bins, has the
-    /// same length and is not detected. The image may contain infinity or NaN without an error where samples, or samples divided by the pitch,
-    /// are within a factor of 100 of the largest number of `T`.
+    /// Rows that do not contain the whole object (truncation) raise the image, by default by 8 % to 129 % in the table of
+    /// [`EdgePolicy`](crate::EdgePolicy). Pixels outside the circle that the rows inscribe are not seen from all angles: a sum over a square image
+    /// includes their artefacts, a few per cent ([`disc_mask`](crate::disc_mask)). A transposed sinogram, or a geometry with exchanged numbers of
+    /// views and bins, has the same length and is not detected. The image may contain infinity or NaN without an error where samples, or samples
+    /// divided by the pitch, are within a factor of 100 of the largest number of `T`.
     ///
     /// # Errors
     /// A wrong length, a sample that is NaN or infinite, [`RadonError::BudgetTooSmall`].

@@ -103,7 +103,8 @@ impl<T: Sample> FourierProjector<T> {
     }
 }
 
-/// Images `[y][x]`, data `[view][bin]`. Rejects a wrong length and a sample that is NaN or infinite. Concurrent calls have separate work arrays, which are kept for later calls.
+/// Images `[y][x]`, data `[view][bin]`. Rejects a wrong length and a sample that is NaN or infinite. Concurrent calls have separate work arrays,
+/// which are kept for later calls.
 impl<T: Sample> LinearOperator<T> for FourierProjector<T> {
     fn image_len(&self) -> usize {
         self.grid.image_len()

@@ -8,8 +8,8 @@ use crate::error::{RadonError, length, zeros};
 
 /// A linear map A from images to data, with its adjoint; implement it for your own to use the solvers.
 ///
-/// The solvers need <A x, y> = <x, Aᵀ y> to rounding, which [`adjoint_mismatch`] tests. Lengths are checked before the first call. References, boxes and shared
-/// pointers to an operator are operators too, including `dyn`. [`RadonError::user`] wraps errors of your own operator, for example of
+/// The solvers need <A x, y> = <x, Aᵀ y> to rounding, which [`adjoint_mismatch`] tests. Lengths are checked before the first call. References, boxes
+/// and shared pointers to an operator are operators too, including `dyn`. [`RadonError::user`] wraps errors of your own operator, for example of
 /// reading a file.
 ///
 /// ```

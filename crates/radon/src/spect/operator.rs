@@ -50,7 +50,8 @@ use crate::{ImageGrid, LinearOperator, Sample, SliceAxis, Subset};
 ///
 /// Either direction, per view and voxel: about ten multiply-adds, twice as many where there is attenuation; per view some tens of blurs of
 /// an image. Memory: 4 to 5 overlaps per view and pixel, which all [`subsets`](Self::subsets) share, a copy of the volume and of the
-/// attenuation map, and some tens of images for each of eight views per thread. Concurrent calls have separate work arrays, which are kept for later calls.
+/// attenuation map, and some tens of images for each of eight views per thread. Concurrent calls have separate work arrays, which are kept for later
+/// calls.
 ///
 /// ```
 /// use radon::{
