@@ -6,7 +6,7 @@ use crate::once::once;
 use crate::scan::{Acquisition, Facing, Imaging, ImagingOptions, Projected, Scan, evenly};
 use crate::{BinSample, Camera, Mode, Resolution, Rotation, no_observer};
 use radon::Collimator;
-use revolve_voxel::BinValue;
+use revolve_voxel::{BinValue, View};
 use std::collections::BTreeSet;
 use std::f64::consts::LN_2;
 
@@ -34,10 +34,10 @@ const CANDIDATES: usize = 16;
 /// order 2 of small corners of a meridian at low densities, 0.42 for the order 5/2 of sides of defects and of outlines that cross the edges of bins
 /// without a response, and smaller where the quadrature converges exponentially.
 const RATIO: f64 = 0.5;
-/// Without a response, smallest assumed ratio of two successive differences: outlines cross few bins of a small heart, and one difference may be
-/// small by chance. It is the ratio of the errors of three steps.
+/// Without a response, or with a narrow one, smallest assumed ratio of two successive differences: outlines cross few bins of a small heart, and one
+/// difference may be small by chance. It is the ratio of the errors of three steps.
 const LEAST_RATIO: f64 = RATIO * RATIO * RATIO;
-/// Errors of untested views relative to those of tested ones, with a response and without.
+/// Errors of untested views relative to those of tested ones, with a response and without or with a narrow one.
 const OTHER_VIEWS: [f64; 2] = [1.2, 1.8];
 /// Rotation during a view in radians above which the largest sample is that of averages over the rotation, because it may be much smaller.
 const WIDE_TURN: f64 = 0.12;
@@ -56,6 +56,8 @@ struct Images {
     evaluations: u64,
     /// Bound on the errors of omitted weights and of rounding, absolute.
     truncation: f64,
+    /// Largest [`View::corner_error`], absolute.
+    corners: f64,
 }
 
 fn resolution(index: usize) -> Resolution {
@@ -224,8 +226,8 @@ impl Phantom {
         ]))
     }
 
-    /// Refines images of the coarsest resolution until two resolutions differ by no more than the tolerance allows, relative to `largest`.
-    /// Returns the resolution with its error.
+    /// Refines images of the coarsest resolution until their difference from those of another one, and the error of the corners of meridians, are no
+    /// more than the tolerance allows, relative to `largest`. Returns the resolution with its error.
     fn find_resolution(
         &self,
         (camera, value, views): (&Camera, BinValue, &BTreeSet<usize>),
@@ -233,9 +235,10 @@ impl Phantom {
         largest: f64,
         target: f64,
     ) -> Result<(Resolution, f64), PhantomError> {
-        let is_blurred = self.response()?.variance(f64::MAX) > 0.0;
-        let others = OTHER_VIEWS[usize::from(!is_blurred)];
-        let mut before = coarsest.samples;
+        let pitch = camera.detector().pitch();
+        let is_narrow = self.narrowest()? < View::NARROW * pitch[0].max(pitch[1]);
+        let others = OTHER_VIEWS[usize::from(is_narrow)];
+        let (mut before, mut corners) = (coarsest.samples, coarsest.corners);
         let mut least_off = 0.0;
         let mut index = 1;
         loop {
@@ -244,14 +247,16 @@ impl Phantom {
             let n_samples = after.iter().map(Vec::len).sum::<usize>() as u64;
             let off = difference(before.iter().flatten(), after.iter().flatten()) / largest;
             let off = off.max(least_off);
-            least_off = if is_blurred { 0.0 } else { LEAST_RATIO * off };
-            let coarse = others / (1.0 - RATIO) * off;
+            least_off = if is_narrow { LEAST_RATIO * off } else { 0.0 };
+            let quadrature = others / (1.0 - RATIO) * off;
+            let coarse = quadrature + corners / largest;
+            corners = images.corners;
             let given = self.parts.tolerance();
             let is_costly = given.is_none() && images.evaluations > MOST_EVALUATIONS * n_samples;
             if coarse <= target || is_costly {
                 return Ok((resolution(index - 1), coarse));
             }
-            let error = RATIO * coarse;
+            let error = RATIO * quadrature + corners / largest;
             match given {
                 _ if error <= target => return Ok((resolution(index), error)),
                 _ if index + 1 < LADDER.len() => (before, index) = (after, index + 1),
@@ -355,6 +360,7 @@ impl Phantom {
             samples: Vec::new(),
             evaluations: 0,
             truncation: 0.0,
+            corners: 0.0,
         };
         let mut phases = self.outermost_phases();
         if projected == Projected::Surroundings {
@@ -368,8 +374,16 @@ impl Phantom {
                 camera,
                 ..self.scan(0, Acquisition::still(phase))
             };
+            let heart = self.shape(phase)?;
             let mut samples = Vec::new();
             for &view_idx in views {
+                if let Some(imaging) = imaging
+                    .as_ref()
+                    .filter(|_| projected != Projected::Surroundings)
+                {
+                    let corners = scan.corner_error(imaging, view_idx, &heart)?;
+                    images.corners = images.corners.max(corners);
+                }
                 let part = camera.rows_of(view_idx..view_idx + 1);
                 let taken = scan.rows(part, &no_observer)?;
                 self.work.rays(taken.rays);

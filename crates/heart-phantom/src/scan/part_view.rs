@@ -4,6 +4,7 @@ use super::imaging::{Fixed, Imaging, ImagingOptions};
 use super::project::Placement;
 use super::settings::Rotation;
 use super::whole::Scan;
+use crate::HeartShape;
 use crate::error::PhantomError;
 use crate::once::once;
 use revolve_voxel::{Image, Shown, View};
@@ -25,6 +26,18 @@ impl Scan<'_> {
         let response = &imaging.responses[view_idx][part];
         let density = resolutions[part].density;
         Ok(View::new(plane, detector, *value, response, density)?)
+    }
+
+    /// The error of a view by corners of the meridians of a heart ([`View::corner_error`]).
+    pub(crate) fn corner_error(
+        &self,
+        imaging: &Imaging,
+        view_idx: usize,
+        heart: &HeartShape,
+    ) -> Result<f64, PhantomError> {
+        let at = (view_idx, self.camera.angle(view_idx, 0.0));
+        let view = self.part_view(imaging, at, Shown::Change)?;
+        Ok(view.corner_error(heart.body(), &self.activity.of(heart))?)
     }
 
     /// The image of the change by a heart.

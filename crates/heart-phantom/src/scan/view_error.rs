@@ -29,7 +29,8 @@ pub struct ViewError {
     /// exponentially with the number of nodes, and the term is 0.35 of the difference.
     pub time: f64,
     /// Response and averages over bins: from the largest difference between this resolution and a neighbouring one, over several views at
-    /// end-systole and end-diastole. Zero for line integrals, which are exact. An error that all compared resolutions share is not part of it.
+    /// end-systole and end-diastole, and from the corners of the meridian ([`View::corner_error`](revolve_voxel::View::corner_error)). Zero for line
+    /// integrals, which are exact.
     pub bins: f64,
     /// Scatter: four times the largest standard error of the photon histories, and an estimate of the interpolation between nodes and
     /// between views. It is statistical: of bins with that standard error, 6 in 100 000 have a larger random error.

@@ -21,6 +21,30 @@ const PERPENDICULAR: f64 = 1e-8;
 /// axis: a search between knots may miss them, so that they are sampled there.
 const STEEP: f64 = 100.0;
 
+/// Returns the sine of the angle by which a meridian turns at vertex k.
+fn turn(layer: &Meridian, k: usize) -> f64 {
+    let (segments, n) = (layer.segments(), layer.segments().len());
+    let (before, next) = (&segments[(k + n - 1) % n], &segments[k % n]);
+    (before.tx * next.tr - before.tr * next.tx).abs()
+}
+
+/// Returns the largest sine of the turns of a meridian that do not exceed `least`. Corners nearer to each other than `step` have that fraction of
+/// their turns: the errors of quadrature across them nearly cancel.
+pub(super) fn largest_turn(layer: &Meridian, least: f64, step: f64) -> f64 {
+    let segments = layer.segments();
+    let reduced = |k: usize| {
+        let [before, next] = [&segments[k - 1], &segments[k]].map(|segment| {
+            let ([x, r], [to_x, to_r]) = (segment.start(), segment.end());
+            (to_x - x).hypot(to_r - r)
+        });
+        match turn(layer, k) {
+            own if own <= least => own * (before.max(next) / step).min(1.0),
+            _ => 0.0,
+        }
+    };
+    (1..segments.len()).map(reduced).fold(0.0, f64::max)
+}
+
 /// A layer of a body, with the vertices between which extrema are searched.
 #[derive(Debug)]
 pub(super) struct Path<'a> {
@@ -33,15 +57,10 @@ pub(super) struct Path<'a> {
 impl<'a> Path<'a> {
     /// `least` is the sine of the smallest turn of a corner that divides panels.
     pub(super) fn new(body: &'a Body, layer: &'a Meridian, least: f64) -> Self {
-        let segments = layer.segments();
-        let n = segments.len();
+        let n = layer.segments().len();
         let step = n.div_ceil(PARTS).max(1);
-        let is_corner = |k: usize| {
-            let (before, next) = (&segments[(k + n - 1) % n], &segments[k % n]);
-            (before.tx * next.tr - before.tr * next.tx).abs() > least
-        };
         let knot = |k: usize| {
-            let corner = is_corner(k);
+            let corner = turn(layer, k) > least;
             (corner || k.is_multiple_of(step) || k == n).then_some((k, corner))
         };
         Self {

@@ -1,6 +1,7 @@
 //! Images behind a response against their definition: a dense lattice of rays, cut into thin slabs, each blurred by its own Gaussian.
 
 mod bins;
+mod corners;
 mod divergent;
 
 use nalgebra::{Point3, Vector3};
@@ -279,50 +280,6 @@ fn the_error_falls_exponentially_with_the_density() {
             assert!(errors[3] < 5e-5, "{errors:?}");
         }
     }
-}
-
-/// The corners of 24 segments do not divide the panel between the ends of a row, which has more nodes than one Gauss-Legendre rule.
-#[test]
-fn corners_are_resolved_in_a_body_much_longer_than_the_response_is_wide() {
-    let point = |k: i32| {
-        let angle = std::f64::consts::PI * f64::from(k) / 24.0;
-        [-7.0 * angle.cos(), 2.5 * angle.sin()]
-    };
-    let layer = Meridian::new(&(0..=24).map(point).collect::<Vec<_>>()).unwrap();
-    let body = Body::new(vec![layer], Pose::identity()).unwrap();
-    let (organs, sigma) = (none(), 0.1);
-    let (plane, detector) = (
-        RayPlane::parallel(0.1).unwrap(),
-        ParallelDetector::new(45, 1, [0.31, 0.2]).unwrap(),
-    );
-    let exact = Definition {
-        ray: &|u, v| parallel_ray(0.1, [u, v]),
-        on_ray: &|ray| {
-            let spans = body.spans(0, ray).unwrap();
-            let ends = spans.iter().flat_map(|s| [s.enter, s.exit]).collect();
-            OnRay {
-                ends,
-                content: Box::new(|_| [1.0, 0.0]),
-            }
-        },
-        sigma: &|_| sigma,
-        value: BinValue::Centre,
-    }
-    .samples(&detector, [[-7.2, 7.2], [-0.54, 0.54]], [0.012, 10.0]);
-    let response = DepthResponse::constant(sigma).unwrap();
-    let errors = [2.0, 2.8, 4.0].map(|density| {
-        let view = View::new(plane, &detector, BinValue::Centre, &response, density).unwrap();
-        let assembly = Assembly::new(&organs)
-            .with_body(&body, &[1.0], None)
-            .unwrap();
-        let image = view.image(&assembly, Shown::Change, 0..1).unwrap();
-        apart(&whole(&image, &detector), &exact)
-    });
-    // Order 2 of the density across a corner; the reference has an error of 1e-6.
-    assert!(
-        errors[0] < 4e-5 && errors[2] < 0.4 * errors[0],
-        "{errors:?}"
-    );
 }
 
 #[test]
