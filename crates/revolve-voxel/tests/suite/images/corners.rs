@@ -49,6 +49,47 @@ fn corners_are_resolved_in_a_body_much_longer_than_the_response_is_wide() {
     }
 }
 
+/// Two polygons in a circle: the turns of their corners, of whose sides the inner ones are shorter than the distance of the nodes.
+#[test]
+fn the_error_of_corners_follows_its_formula() {
+    let polygon = |radius: f64, n: i32| {
+        let angle = |k: i32| std::f64::consts::PI * f64::from(k) / f64::from(n);
+        let point = |k: i32| [-radius * angle(k).cos(), radius * angle(k % n).sin()];
+        Meridian::new(&(0..=n).map(point).collect::<Vec<_>>()).unwrap()
+    };
+    let turn = |n: f64| (std::f64::consts::PI / n).sin();
+    let body = Body::new(vec![polygon(1.0, 40), polygon(5.0, 16)], Pose::identity()).unwrap();
+    let plane = RayPlane::parallel(0.0).unwrap();
+    let stated = |sigma: f64, pitch: f64, density: f64| {
+        let response = DepthResponse::constant(sigma).unwrap();
+        let detector = ParallelDetector::new(4, 4, [pitch, 0.5 * pitch]).unwrap();
+        let view = View::new(plane, &detector, BinValue::Average, &response, density).unwrap();
+        view.corner_error(&body, &[0.5, 2.0]).unwrap()
+    };
+    let side = 2.0 * (std::f64::consts::PI / 80.0).sin();
+    for (sigma, pitch, density, scale) in [(0.4, 1.0, 2.0, 0.4), (0.1, 1.0, 2.0, 1.0)] {
+        let narrow = if sigma < 0.125 * pitch {
+            0.0
+        } else {
+            2.0 * turn(16.0)
+        };
+        let inner = 1.5 * turn(40.0) * side * density / scale;
+        let exact = (inner + narrow) * scale / (6.0 * density * density);
+        let found = stated(sigma, pitch, density);
+        // Rounding.
+        assert!((found / exact - 1.0).abs() < 1e-12, "{found} {exact}");
+    }
+    // Corners of more than 0.8 over the density divide panels; those of the inner polygon remain.
+    assert!(stated(0.4, 1.0, 5.0) < 0.2 * stated(0.4, 1.0, 4.0));
+    let response = DepthResponse::constant(0.4).unwrap();
+    let detector = ParallelDetector::new(4, 4, [1.0; 2]).unwrap();
+    let view = View::new(plane, &detector, BinValue::Average, &response, 2.0).unwrap();
+    assert!(matches!(
+        view.corner_error(&body, &[1.0]),
+        Err(RevolveError::WrongLength { .. })
+    ));
+}
+
 /// Of 36 bodies in random poses, many with the axis along the bins or the rows, where a corner is a line in the image.
 #[test]
 fn the_difference_of_two_densities_and_the_corners_bound_the_error() {
