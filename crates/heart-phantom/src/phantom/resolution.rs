@@ -374,16 +374,16 @@ impl Phantom {
                 camera,
                 ..self.scan(0, Acquisition::still(phase))
             };
-            let heart = self.shape(phase)?;
-            let mut samples = Vec::new();
-            for &view_idx in views {
-                if let Some(imaging) = imaging
-                    .as_ref()
-                    .filter(|_| projected != Projected::Surroundings)
-                {
+            let of_heart = |_: &&Imaging| projected != Projected::Surroundings;
+            if let Some(imaging) = imaging.as_ref().filter(of_heart) {
+                let heart = self.shape(phase)?;
+                for &view_idx in views {
                     let corners = scan.corner_error(imaging, view_idx, &heart)?;
                     images.corners = images.corners.max(corners);
                 }
+            }
+            let mut samples = Vec::new();
+            for &view_idx in views {
                 let part = camera.rows_of(view_idx..view_idx + 1);
                 let taken = scan.rows(part, &no_observer)?;
                 self.work.rays(taken.rays);

@@ -28,8 +28,8 @@ fn turn(layer: &Meridian, k: usize) -> f64 {
     (before.tx * next.tr - before.tr * next.tx).abs()
 }
 
-/// Returns the largest sine of the turns of a meridian that do not exceed `least`. Corners nearer to each other than `step` have that fraction of
-/// their turns: the errors of quadrature across them nearly cancel.
+/// Returns the largest sine of the turns of a meridian that do not exceed `least`, reduced in proportion to their distance where corners are nearer to
+/// each other than `step`: the errors of quadrature across them nearly cancel.
 pub(super) fn largest_turn(layer: &Meridian, least: f64, step: f64) -> f64 {
     let segments = layer.segments();
     let reduced = |k: usize| {
