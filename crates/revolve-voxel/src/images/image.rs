@@ -19,11 +19,11 @@ use rayon::prelude::*;
 use crate::error::{check_range, positive, within};
 use crate::images::depth::DepthResponse;
 use crate::images::kernel::{Axis, BinValue, REACH, Weights};
-use crate::images::outline::{Path, add_organ_heights, add_organ_positions, largest_turn};
+use crate::images::outline::{Path, add_organ_heights, add_organ_positions};
 use crate::images::plane::{RayPlane, RayRow};
 use crate::images::rule::{Ends, Panel};
 use crate::rays::assembly::{Assembly, Emission, Finder, Shown, emissions};
-use crate::{Body, ParallelDetector, RayCounters, RevolveError};
+use crate::{ParallelDetector, RayCounters, RevolveError};
 
 /// Standard deviations around the edge of a bin within which such weights change.
 const STEP: f64 = 4.0;
@@ -35,12 +35,6 @@ const LEAST: f64 = 3.0;
 /// In bins without such a response, exponent of the size of a panel, in pitches, in its number of nodes: the contributions of large and small
 /// panels to the error are balanced.
 const SMALL_PANEL: f64 = 0.25;
-/// Corners of a meridian divide panels if the sine of the turning angle exceeds the first number, or the second divided by the density of nodes.
-/// Quadrature across a corner has an error of the turning angle over the square of the density, so that panels between the small corners of a
-/// polyline of few vertices would need additional nodes at low densities.
-const CORNER: [f64; 2] = [0.4, 0.8];
-/// The first number without a response, and with one that is narrow against the bins.
-const SHARP_CORNER: f64 = 0.1;
 /// The density in errors, and its range; the number of rays is about proportional to its square.
 const DENSITY: &str = "density of nodes";
 const DENSITIES: [f64; 2] = [0.1, 1000.0];
@@ -51,11 +45,11 @@ const SAME: f64 = 1e-9;
 #[derive(Debug, Clone, PartialEq)]
 pub struct View<'a> {
     plane: RayPlane,
-    axes: [Axis; 2],
-    response: &'a DepthResponse,
+    pub(super) axes: [Axis; 2],
+    pub(super) response: &'a DepthResponse,
     /// For each node of the response, along u and v.
     weights: Vec<[Weights; 2]>,
-    density: f64,
+    pub(super) density: f64,
 }
 
 /// The image of some bins and rows, `[row][bin]`.
@@ -176,40 +170,8 @@ impl<'a> View<'a> {
         Ok(self.sum(&lines, rows))
     }
 
-    /// Estimates the largest error of a sample by the corners of a body that do not divide panels, from its activity per cm^3 in each region: the sum
-    /// over the layers of `s alpha |a| / (6 d^2)`, with alpha the sine of the largest turn of such a corner, a the difference of the activities
-    /// inside and outside the layer, d the density, and s the narrowest standard deviation of the response, or the pitch if that is narrow. Corners
-    /// nearer to each other than `s / d` count in proportion to their distance.
-    ///
-    /// Nodes that are h apart have errors of at most `h^2 / 12` times the change of slope at a corner, 2 alpha a in line integrals, and the largest
-    /// weight of a position is 0.4 / s; in the middle of a panel h is pi / 2 times s / d. Images of two densities differ by such errors only if the
-    /// corners lie differently between the nodes.
-    ///
-    /// # Errors
-    /// [`RevolveError::WrongLength`] or [`RevolveError::NotFinite`] for the activities.
-    pub fn corner_error(&self, body: &Body, activity: &[f64]) -> Result<f64, RevolveError> {
-        let weights = body.weights(activity)?;
-        let scale = [0, 1].map(|axis| match self.is_narrow(axis) {
-            true => self.axes[axis].pitch,
-            false => self.response.extremes()[0],
-        });
-        let scale = scale[0].max(scale[1]);
-        let turns = (body.layers().iter().zip(weights)).map(|(layer, weight)| {
-            weight.abs() * largest_turn(layer, self.corner(), scale / self.density)
-        });
-        Ok(turns.sum::<f64>() * scale / (6.0 * self.density.powi(2)))
-    }
-
-    /// The sine of the smallest turn of a corner that divides panels.
-    fn corner(&self) -> f64 {
-        match self.is_narrow(0) || self.is_narrow(1) {
-            true => SHARP_CORNER,
-            false => CORNER[0].min(CORNER[1] / self.density),
-        }
-    }
-
     /// Whether the response is narrow against the bins or rows.
-    fn is_narrow(&self, axis: usize) -> bool {
+    pub(super) fn is_narrow(&self, axis: usize) -> bool {
         self.response.extremes()[0] < Self::NARROW * self.axes[axis].pitch
     }
 
