@@ -18,7 +18,7 @@ impl View<'_> {
     ///
     /// Nodes that are h apart have errors of at most `h^2 / 12` times the change of slope at a corner, 2 alpha a in line integrals, and the largest
     /// weight of a position is 0.4 / s; in the middle of a panel h is pi / 2 times s / d. Images of two densities differ by such errors only if the
-    /// corners lie differently between the nodes.
+    /// corners lie differently between the nodes. Attenuation by the body is not included.
     ///
     /// # Errors
     /// [`RevolveError::WrongLength`] or [`RevolveError::NotFinite`] for the activities.

@@ -33,12 +33,9 @@ fn turn(layer: &Meridian, k: usize) -> f64 {
 pub(super) fn largest_turn(layer: &Meridian, least: f64, step: f64) -> f64 {
     let segments = layer.segments();
     let reduced = |k: usize| {
-        let [before, next] = [&segments[k - 1], &segments[k]].map(|segment| {
-            let ([x, r], [to_x, to_r]) = (segment.start(), segment.end());
-            (to_x - x).hypot(to_r - r)
-        });
+        let apart = segments[k - 1].length.max(segments[k].length);
         match turn(layer, k) {
-            own if own <= least => own * (before.max(next) / step).min(1.0),
+            own if own <= least => own * (apart / step).min(1.0),
             _ => 0.0,
         }
     };
