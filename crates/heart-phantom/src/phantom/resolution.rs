@@ -31,7 +31,7 @@ const VIEWS_TRIED: usize = 7;
 /// Evenly spaced views among which those with the largest change of the heart are found.
 const CANDIDATES: usize = 16;
 /// Assumed ratio of the error of a resolution to that of the next coarser one, whose density is smaller by the root of two. It is 0.5 for the
-/// order 2 of small corners of a meridian at low densities, 0.42 for the order 5/2 of sides of defects and of outlines that cross the edges of bins
+/// order 2 of small corners of a meridian at low densities, 0.42 for the order 5/2 of twisted sides of defects and of outlines that cross the edges of bins
 /// without a response, and smaller where the quadrature converges exponentially.
 const RATIO: f64 = 0.5;
 /// Without a response, or with a narrow one, smallest assumed ratio of two successive differences: outlines cross few bins of a small heart, and one

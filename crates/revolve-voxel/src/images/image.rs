@@ -7,9 +7,10 @@
 //! with k the Gaussian, averaged over the bin. Heights v are quadrature nodes between the extreme heights of all solids; positions u of a row are
 //! those of a [`Panel`] between the positions where an outline crosses the row. Along a ray the integral is exact for the polynomials of
 //! [`DepthResponse`]. In each panel the integrand of smooth solids is smooth at the scale of the response, so the error falls exponentially with
-//! the density of nodes. Outlines of sectors do not divide panels, except those of a full turn (order 5/2 of the density). Behind a response, small corners of a meridian do not
-//! divide them either (order 2, and 3 from a density of 2 on). The number of rays does not depend on the number of bins. Organs are smooth at
-//! their own scale, so that few rays suffice in a large panel: their integrals are interpolated to the nodes that the response needs.
+//! the density of nodes. From a density of 1 on, the outlines of sectors divide panels too, except those of twisted sides within their edges
+//! (order 5/2 of the density). Behind a response, small corners of a meridian do not divide panels (order 2, and 3 from a density of 2 on).
+//! The number of rays does not depend on the number of bins. Organs are smooth at their own scale, so that few rays suffice in a large panel:
+//! their integrals are interpolated to the nodes that the response needs.
 
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -19,9 +20,10 @@ use rayon::prelude::*;
 use crate::error::{check_range, positive, within};
 use crate::images::depth::DepthResponse;
 use crate::images::kernel::{Axis, BinValue, REACH, Weights};
-use crate::images::outline::{Path, add_organ_heights, add_organ_positions};
+use crate::images::outline::{add_organ_heights, add_organ_positions};
 use crate::images::plane::{RayPlane, RayRow};
 use crate::images::rule::{Ends, Panel};
+use crate::images::sides::Outlines;
 use crate::rays::assembly::{Assembly, Emission, Finder, Shown, emissions};
 use crate::{ParallelDetector, RayCounters, RevolveError};
 
@@ -35,6 +37,8 @@ const LEAST: f64 = 3.0;
 /// In bins without such a response, exponent of the size of a panel, in pitches, in its number of nodes: the contributions of large and small
 /// panels to the error are balanced.
 const SMALL_PANEL: f64 = 0.25;
+/// Density from which the outlines of sectors divide panels: at lower ones, nodes in the additional panels would be more than are saved.
+const SECTORS: f64 = 1.0;
 /// The density in errors, and its range; the number of rays is about proportional to its square.
 const DENSITY: &str = "density of nodes";
 const DENSITIES: [f64; 2] = [0.1, 1000.0];
@@ -148,23 +152,18 @@ impl<'a> View<'a> {
         rows: Range<usize>,
     ) -> Result<Image, RevolveError> {
         check_range("rows", &rows, self.axes[1].n)?;
-        let body = assembly.body().filter(|_| shown == Shown::Change);
-        let corner = self.corner();
-        let layers = (body.iter()).flat_map(|body| {
-            let layers = body.layers().iter();
-            layers.map(move |layer| Path::new(body, layer, corner))
-        });
-        let rings = (body.iter()).flat_map(|_| assembly.rings());
-        let rings = rings.map(|ring| Path::new(ring, &ring.layers()[0], 1.0));
-        let paths: Vec<Path<'_>> = layers.chain(rings).collect();
-        let panels = self.heights(assembly, shown, &paths);
+        let outlines = match shown {
+            Shown::Change => Outlines::new(assembly, self.corner(), self.density >= SECTORS),
+            Shown::Organs => Outlines::default(),
+        };
+        let panels = self.heights(assembly, shown, &outlines);
         let heights: Vec<[f64; 2]> = (panels.iter().flat_map(Panel::nodes))
             .filter(|[v, _]| self.reaches(*v, &rows))
             .collect();
         let lines: Vec<Line> = (heights.into_par_iter())
             .map_init(Work::default, |work, height| {
                 simd_set::checkpoint();
-                self.line((assembly, shown), &paths, height, work)
+                self.line((assembly, shown), &outlines, height, work)
             })
             .collect();
         Ok(self.sum(&lines, rows))
@@ -184,16 +183,18 @@ impl<'a> View<'a> {
     }
 
     /// The panels of heights.
-    fn heights(&self, assembly: &Assembly<'_>, shown: Shown, paths: &[Path<'_>]) -> Vec<Panel> {
+    fn heights(
+        &self,
+        assembly: &Assembly<'_>,
+        shown: Shown,
+        outlines: &Outlines<'_>,
+    ) -> Vec<Panel> {
         let mut breaks = Vec::new();
-        (paths.iter()).for_each(|path| path.add_heights(&self.plane, &mut breaks));
-        let bounds = match paths {
-            [] => [f64::NEG_INFINITY, f64::INFINITY],
-            _ => extremes(&breaks),
+        outlines.add_heights(&self.plane, &mut breaks);
+        let bounds = match shown {
+            Shown::Organs => [f64::NEG_INFINITY, f64::INFINITY],
+            Shown::Change => extremes(&breaks),
         };
-        if shown == Shown::Change && paths.is_empty() {
-            return Vec::new();
-        }
         for organ in assembly.surroundings() {
             add_organ_heights(organ, &self.plane, &mut breaks);
         }
@@ -264,7 +265,7 @@ impl<'a> View<'a> {
     fn line(
         &self,
         (assembly, shown): (&Assembly<'_>, Shown),
-        paths: &[Path<'_>],
+        outlines: &Outlines<'_>,
         height: [f64; 2],
         work: &mut Work,
     ) -> Line {
@@ -279,7 +280,7 @@ impl<'a> View<'a> {
         } = work;
         let row = self.plane.row(height[0]);
         breaks.clear();
-        (paths.iter()).for_each(|path| path.add_positions(&row, breaks));
+        outlines.add_positions(&row, breaks);
         let of_body = extremes(breaks);
         let organs = assembly.surroundings();
         organs.for_each(|organ| add_organ_positions(organ, &row, breaks));

@@ -7,3 +7,4 @@ pub(crate) mod kernel;
 mod outline;
 pub(crate) mod plane;
 pub(crate) mod rule;
+mod sides;

@@ -8,6 +8,7 @@ use nalgebra::Vector3;
 
 use crate::images::plane::{Quotient, RayPlane, RayRow};
 use crate::solid::segment::Segment;
+use crate::solid::wedge::Wedge;
 use crate::wall::root::golden;
 use crate::{Body, Meridian, Organ};
 
@@ -22,7 +23,7 @@ const PERPENDICULAR: f64 = 1e-8;
 const STEEP: f64 = 100.0;
 
 /// Returns the sine of the angle by which a meridian turns at vertex k.
-fn turn(layer: &Meridian, k: usize) -> f64 {
+pub(super) fn turn(layer: &Meridian, k: usize) -> f64 {
     let (segments, n) = (layer.segments(), layer.segments().len());
     let (before, next) = (&segments[(k + n - 1) % n], &segments[k % n]);
     (before.tx * next.tr - before.tr * next.tx).abs()
@@ -47,13 +48,15 @@ pub(super) fn largest_turn(layer: &Meridian, least: f64, step: f64) -> f64 {
 pub(super) struct Path<'a> {
     body: &'a Body,
     layer: &'a Meridian,
+    /// The part of the surface: a sector has no outline elsewhere.
+    wedge: &'a Wedge,
     /// Indices of vertices, ascending, and whether each is a corner.
     knots: Vec<(usize, bool)>,
 }
 
 impl<'a> Path<'a> {
     /// `least` is the sine of the smallest turn of a corner that divides panels.
-    pub(super) fn new(body: &'a Body, layer: &'a Meridian, least: f64) -> Self {
+    pub(super) fn new(body: &'a Body, layer: &'a Meridian, wedge: &'a Wedge, least: f64) -> Self {
         let n = layer.segments().len();
         let step = n.div_ceil(PARTS).max(1);
         let knot = |k: usize| {
@@ -63,6 +66,7 @@ impl<'a> Path<'a> {
         Self {
             body,
             layer,
+            wedge,
             knots: (0..=n).filter_map(knot).collect(),
         }
     }
@@ -106,7 +110,13 @@ impl<'a> Path<'a> {
                     under: signed(under),
                 };
                 let extreme = |part, largest| cut.extreme(part, largest);
-                self.add_extrema(|index| cut.position(index), extreme, part, breaks);
+                let is_kept = |index: f64, _: f64| {
+                    let [rho, h] = cut.place(index);
+                    let place = foot * rho + side * (sign * h);
+                    self.wedge.contains(&place.into(), 0.0)
+                };
+                let position = |index| cut.position(index);
+                self.add_extrema((position, extreme, is_kept), part, breaks);
             }
         }
     }
@@ -199,20 +209,30 @@ impl<'a> Path<'a> {
         let all = [0.0, self.layer.segments().len() as f64];
         for end in 0..2 {
             let value = |index: f64| height.on_parallel(self.point(index))[end];
-            let extreme = |part, largest| golden(value, part, largest, SEARCH).1;
-            self.add_extrema(value, extreme, all, breaks);
+            let extreme = |part, largest| golden(value, part, largest, SEARCH);
+            let is_kept = |index: f64, value: f64| {
+                let [x, _] = self.point(index);
+                self.wedge.contains(&height.place(x, value), 0.0)
+            };
+            self.add_extrema((value, extreme, is_kept), all, breaks);
         }
     }
 
-    /// Appends the local extrema of a function between two indices, and its values at corners. `extreme` returns the largest or the smallest
-    /// value between two indices.
+    /// Appends the local extrema of a function between two indices, and its values at corners, if they are kept. `extreme` returns the index of the
+    /// largest or of the smallest value between two indices, and the value.
     fn add_extrema(
         &self,
-        value: impl Fn(f64) -> f64,
-        extreme: impl Fn([f64; 2], bool) -> f64,
+        (value, extreme, is_kept): (
+            impl Fn(f64) -> f64,
+            impl Fn([f64; 2], bool) -> (f64, f64),
+            impl Fn(f64, f64) -> bool,
+        ),
         [low, high]: [f64; 2],
         breaks: &mut Vec<f64>,
     ) {
+        let mut add = |(index, value): (f64, f64)| {
+            breaks.extend(is_kept(index, value).then_some(value));
+        };
         let known = self.knots.iter().map(|(k, corner)| (*k as f64, *corner));
         let mut knots: Vec<(f64, bool)> = known
             .filter(|(index, _)| low <= *index && *index <= high)
@@ -229,17 +249,23 @@ impl<'a> Path<'a> {
         for (k, pair) in knots.windows(2).enumerate() {
             let [(a, corner), (b, _)] = [pair[0], pair[1]];
             let (part, to) = ([a, b], value(b));
-            breaks.extend(corner.then_some(from));
+            if corner {
+                add((a, from));
+            }
             let up = to > from;
             if let Some((other, rising)) = before
                 && rising != up
             {
                 // The slope may change within either of two parts.
-                breaks.extend([part, other].map(|part| extreme(part, !up)));
+                for part in [part, other] {
+                    add(extreme(part, !up));
+                }
             }
             // At its ends a curve closes with an infinite slope.
             if k == 0 || k + 2 == knots.len() {
-                breaks.extend([false, true].map(|largest| extreme(part, largest)));
+                for largest in [false, true] {
+                    add(extreme(part, largest));
+                }
             }
             (before, from) = (Some((part, up)), to);
         }
@@ -265,12 +291,18 @@ struct Slope {
 }
 
 impl Cut<'_> {
+    /// Returns rho and h at an index.
+    #[inline(always)]
+    fn place(&self, index: f64) -> [f64; 2] {
+        let [x, r] = self.path.point(index);
+        let rho = self.rho[0] + self.rho[1] * x;
+        [rho, ((r - rho) * (r + rho)).max(0.0).sqrt()]
+    }
+
     /// Returns the position u at an index.
     #[inline(always)]
     fn position(&self, index: f64) -> f64 {
-        let [x, r] = self.path.point(index);
-        let rho = self.rho[0] + self.rho[1] * x;
-        let h = ((r - rho) * (r + rho)).max(0.0).sqrt();
+        let ([x, _], [_, h]) = (self.path.point(index), self.place(index));
         let of = |[a, b, c]: [f64; 3]| a + b * x + c * h;
         of(self.over) / of(self.under)
     }
@@ -297,8 +329,8 @@ impl Cut<'_> {
         }
     }
 
-    /// Returns the largest or smallest position between two indices, between which it has one extremum at most.
-    fn extreme(&self, [a, b]: [f64; 2], largest: bool) -> f64 {
+    /// Returns the largest or smallest position between two indices, between which it has one extremum at most, and its index.
+    fn extreme(&self, [a, b]: [f64; 2], largest: bool) -> (f64, f64) {
         let mut last = (b.ceil() as usize).saturating_sub(1);
         let mut segment = (a as usize).min(last);
         while segment < last {
@@ -310,15 +342,15 @@ impl Cut<'_> {
         }
         let from = segment as f64;
         let [s0, s1] = self.slope(segment).zeros();
-        let best = |most: f64, index: f64| {
-            let value = self.position(index.clamp(a, b));
-            if (value > most) == largest {
-                value
-            } else {
-                most
+        let best = |most: (f64, f64), index: f64| {
+            let index = index.clamp(a, b);
+            let value = self.position(index);
+            match (value > most.1) == largest {
+                true => (index, value),
+                false => most,
             }
         };
-        let start = self.position(a);
+        let start = (a, self.position(a));
         let within = [s0, s1].map(|s| from + s.clamp(0.0, 1.0));
         [b, from, from + 1.0, within[0], within[1]]
             .into_iter()
@@ -396,7 +428,7 @@ mod tests {
             let angle = 0.13 * f64::from(tilt);
             let pose = Pose::axis_along_z(angle).and_then(|pose| pose.rotated_x(0.3 + angle));
             let body = Body::new(vec![layer.clone()], pose.unwrap()).unwrap();
-            let path = Path::new(&body, &body.layers()[0], 0.1);
+            let path = Path::new(&body, &body.layers()[0], &Wedge::Whole, 0.1);
             let rows_of = |plane| (-9..=9).map(move |v| (plane, 0.47 * f64::from(v)));
             for (plane, v) in planes.iter().flat_map(rows_of) {
                 let row = plane.row(v);

@@ -159,6 +159,12 @@ impl Quotient {
         }
     }
 
+    /// Returns its value at a point.
+    pub(super) fn at(&self, p: &Point3<f64>) -> f64 {
+        let [over, under] = [0, 1].map(|k| self.slopes[k].dot(&p.coords) - self.offsets[k]);
+        over / under
+    }
+
     /// Returns numerator and denominator at `origin + x axes[0] + y axes[1]` as `[constant, of x, of y]`.
     pub(super) fn on_plane(
         &self,
@@ -184,6 +190,15 @@ impl Quotient {
             [0, 1].map(|k| self.slopes[k].x * x - self.offsets[k]),
             across,
         )
+    }
+
+    /// Returns a point (0, y, z) in the direction from the axis in which it is the given smallest or largest value on a parallel at x, in the frame of a
+    /// body.
+    pub(super) fn place(&self, x: f64, value: f64) -> Point3<f64> {
+        let [over, under] = self.slopes;
+        let offset = (over.x * x - self.offsets[0]) - value * (under.x * x - self.offsets[1]);
+        let ahead = (over - under * value) * -offset.signum();
+        Point3::new(0.0, ahead.y, ahead.z)
     }
 
     /// Returns its smallest and largest value on an ellipsoid.

@@ -96,10 +96,10 @@ impl<'a> Assembly<'a> {
         self.body.as_ref().map(|own| own.body)
     }
 
-    /// Returns the sectors of a full turn.
-    pub(crate) fn rings(&self) -> impl Iterator<Item = &Body> {
+    /// Returns the sectors.
+    pub(crate) fn sectors(&self) -> impl Iterator<Item = &Sector> {
         let sectors = self.body.iter().flat_map(|own| &own.sectors);
-        sectors.filter_map(|(sector, _)| sector.ring())
+        sectors.map(|(sector, _)| sector)
     }
 
     /// Returns the organs, then the media.

@@ -5,6 +5,7 @@ use std::sync::Arc;
 use nalgebra::{Point3, Vector3};
 
 use crate::rays::single::SurfacePoint;
+use crate::solid::segment::Segment;
 use crate::solid::wedge::Wedge;
 use crate::wall::body_line::BodyLine;
 use crate::{
@@ -114,9 +115,34 @@ impl Sector {
         self.ring.pose()
     }
 
-    /// Returns the ring, as the only layer, if the sector is a full turn.
-    pub(crate) fn ring(&self) -> Option<&Body> {
-        (self.wedge == Wedge::Whole).then_some(&self.ring)
+    /// Returns the complete ring, as the only layer, and a wedge that contains the sector.
+    pub(crate) fn ring(&self) -> (&Body, &Wedge) {
+        (&self.ring, self.reach())
+    }
+
+    /// Returns the edges of each side in the lab, at the starts of the segments of the ring; nothing for a full turn.
+    pub(crate) fn side_edges(&self) -> impl Iterator<Item = Vec<Point3<f64>>> {
+        let (ring, pose) = (&self.ring.layers()[0], self.ring.pose());
+        let points: Vec<[f64; 2]> = ring.segments().iter().map(Segment::start).collect();
+        // On the surface of the wall the angle is that of a point nearer to the opposite end of the list, across the wall.
+        let opposite = points.iter().rev();
+        let turns: Vec<f64> = (points.iter().zip(opposite))
+            .map(|(own, across)| match &self.twisted {
+                None => 0.0,
+                Some(Twisted { twist, .. }) => twist.angle_near(*own, *across),
+            })
+            .collect();
+        let sides = match self.wedge {
+            Wedge::Whole => &[][..],
+            Wedge::Within(_) | Wedge::Without(_) => &self.azimuths,
+        };
+        sides.iter().map(move |azimuth| {
+            let place = |([x, r], turn): (&[f64; 2], &f64)| {
+                let (sin, cos) = (azimuth + turn).sin_cos();
+                pose.to_lab(&Point3::new(*x, r * cos, r * sin))
+            };
+            points.iter().zip(&turns).map(place).collect()
+        })
     }
 
     /// Returns the volume in cm^3.

@@ -3,6 +3,7 @@
 mod bins;
 mod corners;
 mod divergent;
+mod sectors;
 
 use nalgebra::{Point3, Vector3};
 use revolve_voxel::{

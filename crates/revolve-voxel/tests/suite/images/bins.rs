@@ -1,22 +1,14 @@
-//! Relations between images on different bins, of different poses and with different sectors.
+//! Relations between images on different bins, and of different poses.
 
 use super::*;
-use std::f64::consts::TAU;
 
 /// An image at a density of nodes, with its samples as those of the whole detector.
-fn seen(
-    body: &Body,
-    sectors: &[(Sector, f64)],
-    detector: &ParallelDetector,
-    sigma: f64,
-    density: f64,
-) -> (Vec<f64>, Image) {
+fn seen(body: &Body, detector: &ParallelDetector, sigma: f64, density: f64) -> (Vec<f64>, Image) {
     let (organs, response) = (none(), DepthResponse::constant(sigma).unwrap());
     let plane = RayPlane::parallel(0.8).unwrap();
     let view = View::new(plane, detector, BinValue::Average, &response, density).unwrap();
     let assembly = Assembly::new(&organs)
         .with_body(body, &[0.2, 1.0], None)
-        .and_then(|assembly| assembly.with_sectors(sectors.to_vec()))
         .unwrap();
     let rows = 0..detector.n_rows();
     let image = view.image(&assembly, Shown::Change, rows).unwrap();
@@ -30,8 +22,7 @@ fn bins_have_the_average_of_their_parts() {
     let coarse = ParallelDetector::new(8, 8, [0.8; 2]).unwrap();
     let fine = ParallelDetector::new(16, 16, [0.4; 2]).unwrap();
     for sigma in [0.3, 0.6, 1.2] {
-        let [whole, parts] =
-            [&coarse, &fine].map(|detector| seen(&body, &[], detector, sigma, 2.0).0);
+        let [whole, parts] = [&coarse, &fine].map(|detector| seen(&body, detector, sigma, 2.0).0);
         let sums = (0..64).map(|k| {
             let at = |x: usize, y: usize| parts[(2 * (k / 8) + y) * 16 + 2 * (k % 8) + x];
             0.25 * (at(0, 0) + at(1, 0) + at(0, 1) + at(1, 1))
@@ -49,7 +40,7 @@ fn bins_beside_a_body_need_no_rays() {
     for sigma in [0.0, 0.02] {
         let [(small, of_small), (large, of_large)] = [16, 32].map(|n| {
             let detector = ParallelDetector::new(n, n, [0.4; 2]).unwrap();
-            let (samples, image) = seen(&body, &[], &detector, sigma, 2.0);
+            let (samples, image) = seen(&body, &detector, sigma, 2.0);
             (samples, image.rays)
         });
         assert_eq!(of_small, of_large);
@@ -66,7 +57,7 @@ fn bins_beside_a_body_need_no_rays() {
     }
     // The response is resolved at the edges of bins: its steps there are much narrower than a bin.
     let detector = ParallelDetector::new(8, 8, [0.8; 2]).unwrap();
-    let [low, high] = [1.0, 6.0].map(|density| seen(&body, &[], &detector, 0.04, density).0);
+    let [low, high] = [1.0, 6.0].map(|density| seen(&body, &detector, 0.04, density).0);
     assert!(apart(&low, &high) < 1e-2, "{}", apart(&low, &high));
 }
 
@@ -79,7 +70,7 @@ fn an_upright_body_is_the_limit_of_tilted_ones() {
         let image = |tilt: f64| {
             let pose = Pose::axis_along_z(1.0).unwrap().rotated_x(tilt).unwrap();
             let body = Body::new(layers.to_vec(), pose).unwrap();
-            seen(&body, &[], &detector, 0.3, 2.0).0
+            seen(&body, &detector, 0.3, 2.0).0
         };
         let upright = image(0.0);
         for log in 2..=16 {
@@ -89,23 +80,4 @@ fn an_upright_body_is_the_limit_of_tilted_ones() {
             assert!(off < 5.0 * tilt + 1e-4, "{tilt} {off}");
         }
     }
-}
-
-/// The outlines of a full turn divide panels, so that the error falls as without a sector; the sides of others do not.
-#[test]
-fn outlines_of_a_full_turn_divide_panels() {
-    let (body, detector) = (heart(), ParallelDetector::new(9, 8, [0.8, 0.7]).unwrap());
-    let sector = |turn: f64| {
-        let ring = Meridian::ring(&[[0.2, 0.85], [0.2, 1.3], [1.2, 1.15], [1.2, 0.75]]).unwrap();
-        [(
-            Sector::new(ring, [0.5, 0.5 + turn], *body.pose()).unwrap(),
-            3.0,
-        )]
-    };
-    let full = sector(TAU);
-    let [low, high] = [1.0, 6.0].map(|density| seen(&body, &full, &detector, 0.3, density).0);
-    assert!(apart(&low, &high) < 1e-3, "{}", apart(&low, &high));
-    let rays = |sectors: &[_]| seen(&body, sectors, &detector, 0.3, 1.0).1.rays.cast;
-    assert_eq!(rays(&sector(2.0)), rays(&[]));
-    assert!(rays(&full) > rays(&[]));
 }

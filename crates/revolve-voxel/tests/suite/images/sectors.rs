@@ -1,0 +1,101 @@
+//! Images of sectors, whose outlines divide panels.
+
+use super::*;
+use revolve_voxel::{Curve, Sector, Shell, WallTwist};
+use std::f64::consts::TAU;
+
+/// A tube with a wall from radius 1 to 2, tilted.
+fn tube() -> Body {
+    let pose = Pose::axis_along_z(1.5)
+        .and_then(|pose| pose.rotated_x(0.9))
+        .and_then(|pose| pose.rotated_y(0.4))
+        .unwrap();
+    let layer = |r: f64| Meridian::new(&[[0.0, r], [3.0, r]]).unwrap();
+    Body::new(vec![layer(1.0), layer(2.0)], pose).unwrap()
+}
+
+/// A part of the wall of the tube from azimuth 0.5, with flat sides and with sides twisted by 1.2 radians from one end to the other.
+fn sectors(turn: f64) -> [Sector; 2] {
+    let ring = Meridian::ring(&[[0.4, 1.0], [0.4, 1.7], [2.2, 1.7], [2.2, 1.0]]).unwrap();
+    let flat = Sector::new(ring, [0.5, 0.5 + turn], *tube().pose()).unwrap();
+    let line = |r: f64| Curve::polyline(&[0.0, 1.0], &[[0.0, r], [3.0, r]]).unwrap();
+    let wall = Shell::new(line(1.0), line(2.0), [0.0, 1.0]).unwrap();
+    let twist = WallTwist::new(wall.into(), |s| [1.2 * s; 2]).unwrap();
+    let twisted = flat.clone().with_twist(twist.into());
+    [flat, twisted]
+}
+
+/// The image of an activity of 1 per cm^3 in a sector alone, and the number of rays.
+fn seen(
+    sector: Option<&Sector>,
+    detector: &ParallelDetector,
+    sigma: f64,
+    density: f64,
+) -> (Vec<f64>, u64) {
+    let (organs, body, response) = (none(), tube(), DepthResponse::constant(sigma).unwrap());
+    let plane = RayPlane::parallel(0.3).unwrap();
+    let view = View::new(plane, detector, BinValue::Average, &response, density).unwrap();
+    let sectors = sector.map(|sector| (sector.clone(), 1.0));
+    let assembly = Assembly::new(&organs)
+        .with_body(&body, &[0.0; 2], None)
+        .and_then(|assembly| assembly.with_sectors(sectors.into_iter().collect()))
+        .unwrap();
+    let image = view
+        .image(&assembly, Shown::Change, 0..detector.n_rows())
+        .unwrap();
+    (whole(&image, detector), image.rays.cast)
+}
+
+/// Averages over bins of the chords of a lattice of rays.
+#[test]
+fn bins_have_the_mean_chord_of_a_sector() {
+    const RAYS: usize = 100;
+    let detector = ParallelDetector::new(7, 6, [0.6; 2]).unwrap();
+    let place = |k: usize, n: usize| 0.6 * ((k as f64 + 0.5) / RAYS as f64 - 0.5 * n as f64);
+    for sector in [1.0, 4.0].into_iter().flat_map(sectors) {
+        let mut exact = vec![0.0; 42];
+        for row in 0..6 * RAYS {
+            for bin in 0..7 * RAYS {
+                let ray = parallel_ray(0.3, [place(bin, 7), place(row, 6)]);
+                exact[row / RAYS * 7 + bin / RAYS] += sector.chord(&ray);
+            }
+        }
+        let scale = 1.0 / (RAYS * RAYS) as f64;
+        exact.iter_mut().for_each(|sum| *sum *= scale);
+        let errors = [1.4, 4.0].map(|density| {
+            let (samples, _) = seen(Some(&sector), &detector, 0.0, density);
+            apart(&samples, &exact)
+        });
+        println!("{errors:?}");
+        // The lattice has errors of up to 2e-4: those with half its step.
+        assert!(errors[0] < 2e-3 && errors[1] < 3e-4, "{errors:?}");
+    }
+}
+
+/// Between the edges of flat sides the integrand is smooth, so that the error falls exponentially behind a response. A twisted side has an
+/// outline besides its edges.
+#[test]
+fn outlines_of_sectors_divide_panels() {
+    let detector = ParallelDetector::new(9, 8, [0.6, 0.5]).unwrap();
+    let all = [1.0, 2.5, 4.0, TAU].into_iter().flat_map(sectors);
+    for (sector, is_twisted) in all.zip([false, true].into_iter().cycle()) {
+        for sigma in [0.0, 0.1, 0.3] {
+            let image = |density: f64| seen(Some(&sector), &detector, sigma, density).0;
+            let fine = image(6.0);
+            let errors = [1.4, 3.0].map(|density| apart(&image(density), &fine));
+            let bounds = match (is_twisted, sigma > 0.0) {
+                (false, true) => [3e-4, 3e-6],
+                (false, false) => [2e-3, 1e-4],
+                (true, _) => [3e-3, 6e-4],
+            };
+            println!("{sigma} {errors:?}");
+            assert!(
+                errors[0] < bounds[0] && errors[1] < bounds[1],
+                "{sigma} {is_twisted} {errors:?}"
+            );
+        }
+        let rays = |sector, density| seen(sector, &detector, 0.3, density).1;
+        assert!(rays(Some(&sector), 1.0) > rays(None, 1.0));
+        assert_eq!(rays(Some(&sector), 0.9), rays(None, 0.9));
+    }
+}
