@@ -3,6 +3,7 @@
 use crate::HeartShape;
 use crate::error::PhantomError;
 use crate::scene::exactly;
+use nalgebra::Point3;
 use revolve_voxel::{Organ, OrganShape, Pose};
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -54,6 +55,15 @@ impl Background {
         })
     }
 
+    /// Whether the cylinder contains a box.
+    fn holds(&self, [low, high]: &[Point3<f64>; 2]) -> bool {
+        let farthest = [0, 1].map(|k| {
+            let [from, to] = [low, high].map(|corner| (corner[k] - self.centre[k]).abs());
+            from.max(to) / self.semi_axes[k]
+        });
+        farthest[0].hypot(farthest[1]) < 1.0
+    }
+
     /// Returns whether the background contains all shapes in a pose.
     pub(crate) fn check_surrounds(
         &self,
@@ -68,8 +78,16 @@ impl Background {
             .map(|shape| (shape.gain().to_bits(), shape))
             .collect();
         distinct.into_values().try_for_each(|shape| {
-            let times = torso.scale_to_contain(&shape.body().with_pose(pose));
-            let gain = shape.gain();
+            let body = shape.body().with_pose(pose);
+            let boxes = (0..body.layers().len()).map(|layer| body.bounding_box(layer));
+            if boxes
+                .collect::<Result<Vec<_>, _>>()?
+                .iter()
+                .all(|own| self.holds(own))
+            {
+                return Ok(());
+            }
+            let (gain, times) = (shape.gain(), torso.scale_to_contain(&body));
             match times < 1.0 {
                 true => Ok(()),
                 false => Err(PhantomError::Uncovered { gain, times }),

@@ -4,7 +4,7 @@ use super::Phantom;
 use super::output::Product;
 use super::products::Needs;
 use crate::error::{PhantomError, check_length, zeros};
-use crate::scan::{Interpolation, STEPS, Scan};
+use crate::scan::{Interpolation, STEPS, Scan, Total};
 use crate::scene::WORK_BYTES;
 use crate::truth::{SharedShapes, truth_of_gates_into};
 use crate::{Observer, Sinograms, no_observer};
@@ -119,7 +119,10 @@ impl Phantom {
             })
             .collect::<Result<Vec<_>, PhantomError>>()?;
         let all = self.camera().all_rows();
-        let made = Scan::sets_into(&sets, all, samples, progress)?;
+        let mut totals: Vec<Total> = sets.iter().map(|_| Total::default()).collect();
+        Scan::sets_into(&sets, all, samples, &mut totals, progress)?;
+        let of_set = |(set, total): (&Scan<'_>, &Total)| set.without_samples(total);
+        let made: Vec<Sinograms> = sets.iter().zip(&totals).map(of_set).collect();
         made.iter().for_each(|of_gate| self.work.rays(of_gate.rays));
         Ok(made)
     }

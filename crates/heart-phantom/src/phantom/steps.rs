@@ -1,8 +1,7 @@
 //! The number of time steps that meets the tolerance.
 
-use super::resolution::largest_of;
 use crate::error::PhantomError;
-use crate::scan::{Interpolation, STEPS, Scan, evenly};
+use crate::scan::{Interpolation, STEPS, Scan, Total, evenly};
 use crate::{Accuracy, Mode, Phantom, Rotation, ViewError, no_observer};
 use std::collections::BTreeSet;
 
@@ -96,40 +95,32 @@ impl Phantom {
         }
     }
 
-    /// Largest errors of projection sets in some views, relative to the largest sample of each set in these.
+    /// Errors of projection sets in some views, relative to the largest sample of each set in these.
     fn errors_in_views(
         &self,
         sets: &[Scan<'_>],
         views: &BTreeSet<usize>,
     ) -> Result<Vec<ViewError>, PhantomError> {
         let camera = sets[0].camera;
-        let len = camera.view_len();
-        let mut samples = vec![0.0; sets.len() * len];
-        let mut all = vec![(0.0f64, ViewError::default()); sets.len()];
+        let mut samples = vec![0.0; sets.len() * camera.view_len()];
+        let mut totals: Vec<Total> = sets.iter().map(|_| Total::default()).collect();
         for &view_idx in views {
             let view = camera.rows_of(view_idx..view_idx + 1);
-            let taken = Scan::sets_into(sets, view, &mut samples, &no_observer)?;
-            for ((set, samples), (most, sum)) in taken.iter().zip(samples.chunks(len)).zip(&mut all)
-            {
-                self.work.rays(set.rays);
-                let largest = largest_of(samples);
-                *most = most.max(largest);
-                let error = set.view_error;
-                sum.time = sum.time.max(error.time * largest);
-                sum.truncation = sum.truncation.max(error.truncation * largest);
-                sum.bins = error.bins;
-            }
+            Scan::sets_into(sets, view, &mut samples, &mut totals, &no_observer)?;
         }
         let others = match views.len() < camera.n_views() {
             true => OTHER_VIEWS,
             false => 1.0,
         };
-        // Without activity all errors are zero.
-        for (most, sum) in all.iter_mut().filter(|(most, _)| *most > 0.0) {
-            sum.time *= others / *most;
-            sum.truncation /= *most;
-        }
-        Ok(all.into_iter().map(|(_, sum)| sum).collect())
+        let error = |(set, total): (&Scan<'_>, &Total)| {
+            let made = set.without_samples(total);
+            self.work.rays(made.rays);
+            ViewError {
+                time: others * made.view_error.time,
+                ..made.view_error
+            }
+        };
+        Ok(sets.iter().zip(&totals).map(error).collect())
     }
 
     /// Projection sets that are computed together, with their tested views, among which are those of `always`.

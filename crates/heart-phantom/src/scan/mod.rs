@@ -31,5 +31,6 @@ pub(crate) use imaging::{Facing, Imaging, ImagingOptions};
 pub(crate) use levels::Interpolation;
 pub(crate) use states::{GROUND_TRUTH, OF_VOXEL, shortest_side};
 pub(crate) use timing::{POINTS, STEPS};
+pub(crate) use view_error::Total;
 pub(crate) use views::evenly;
 pub(crate) use whole::{Lasting, Projected, Scan};

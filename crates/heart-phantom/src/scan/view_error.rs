@@ -117,7 +117,7 @@ impl Errors {
 
 /// Sums over views.
 #[derive(Default)]
-pub(super) struct Total {
+pub(crate) struct Total {
     pub(super) rays: RayCounters,
     errors: Errors,
     /// Lists of points, and the sum of their squared errors of the mean volume.

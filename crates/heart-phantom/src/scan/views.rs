@@ -55,10 +55,12 @@ impl<'a> Scan<'a> {
     ) -> Result<Sinograms, PhantomError> {
         let mut samples = zeros("samples of the projections", self.len(&part))?;
         let sets = std::slice::from_ref(self);
-        let mut made = Self::sets_into(sets, part, &mut samples, progress)?;
-        let mut made = made.swap_remove(0);
-        made.samples = samples;
-        Ok(made)
+        let mut totals = [Total::default()];
+        Self::sets_into(sets, part, &mut samples, &mut totals, progress)?;
+        Ok(Sinograms {
+            samples,
+            ..self.without_samples(&totals[0])
+        })
     }
 
     /// Samples of some rows of some views.
@@ -66,14 +68,15 @@ impl<'a> Scan<'a> {
         views.len() * rows.len() * self.camera.n_bins()
     }
 
-    /// Some rows of some views of several projection sets, at least one, `[set][view][row][bin]`; the sets differ in their gates alone. The result has one entry
-    /// per set, without samples.
+    /// Some rows of some views of several projection sets, at least one, `[set][view][row][bin]`; the sets differ in their gates alone. Errors are added
+    /// to the totals of the sets, and counters to the first.
     pub(crate) fn sets_into(
         sets: &[Self],
         part: RowsOfViews,
         samples: &mut [f32],
+        totals: &mut [Total],
         progress: Observer<'_, usize>,
-    ) -> Result<Vec<Sinograms>, PhantomError> {
+    ) -> Result<(), PhantomError> {
         for set in sets {
             (set.acquisition).validate(set.cycle, set.camera, set.camera.rotation())?;
         }
@@ -85,13 +88,12 @@ impl<'a> Scan<'a> {
             simd_set::checkpoint();
             view.fill(0.0);
         }
-        let mut totals: Vec<Total> = sets.iter().map(|_| Total::default()).collect();
         let mut images: Vec<_> = (samples.chunks_mut(each.max(1)))
             .map(|set| set.chunks_mut(len.max(1)))
             .collect();
         let done = AtomicUsize::new(0);
         let taken = || progress(1 + done.fetch_add(1, Ordering::Relaxed));
-        for_groups(sets, views.clone(), &mut totals, |group, totals| {
+        for_groups(sets, views.clone(), totals, |group, totals| {
             let mut under_way: Vec<View> = (group.views.clone().enumerate())
                 .map(|(k, view_idx)| View {
                     view_idx,
@@ -116,16 +118,18 @@ impl<'a> Scan<'a> {
                 }
             }
             Ok(())
-        })?;
-        let bins = (one.imaging).map_or([0.0; 2], |own| [own.options.error, own.tails()]);
-        Ok((sets.iter().zip(totals))
-            .map(|(set, total)| Sinograms {
-                samples: Vec::new(),
-                distinct_shapes: total.gains.len(),
-                view_error: total.view_error(set.acquisition.interpolation, bins),
-                rays: total.rays,
-            })
-            .collect())
+        })
+    }
+
+    /// Returns errors and counters of projections.
+    pub(crate) fn without_samples(&self, total: &Total) -> Sinograms {
+        let bins = (self.imaging).map_or([0.0; 2], |own| [own.options.error, own.tails()]);
+        Sinograms {
+            samples: Vec::new(),
+            distinct_shapes: total.gains.len(),
+            view_error: total.view_error(self.acquisition.interpolation, bins),
+            rays: total.rays,
+        }
     }
 
     /// Adds a batch of nodes to some views, each one of the `units` of work, and ends the views with the last.

@@ -127,18 +127,26 @@ impl OrganShape {
             .collect();
         let segments = body.layers().iter().flat_map(Meridian::segments);
         let points = segments.flat_map(|segment| [segment.start(), segment.end()]);
-        let share = |place: Vector3<f64>| {
+        let square = |place: Vector3<f64>| {
             let share = [0, 1].map(|k| (place[k] - centre[k]) / semi_axes[k]);
-            share[0].hypot(share[1])
+            share[0] * share[0] + share[1] * share[1]
         };
-        points.fold(0.0, |most: f64, [x, r]| {
-            let middle = body.pose().to_lab(&Point3::new(x, 0.0, 0.0)).coords;
-            // Most circles are too far inside to matter.
-            if share(middle) + r * out / semi_axes[0].min(semi_axes[1]) <= most {
-                return most;
-            }
-            let corners = corners.iter().map(|corner| share(middle + r * corner));
-            corners.fold(most, f64::max)
+        let middle = |x: f64| body.pose().to_lab(&Point3::new(x, 0.0, 0.0)).coords;
+        let reach = out / semi_axes[0].min(semi_axes[1]);
+        let bound = |[x, r]: [f64; 2]| square(middle(x)).sqrt() + r * reach;
+        let of_circle = |[x, r]: [f64; 2]| {
+            let (middle, corners) = (middle(x), corners.iter());
+            let squares = corners.map(|corner| square(middle + r * corner));
+            squares.fold(0.0, f64::max).sqrt()
+        };
+        // After the circle with the largest bound, most are too far inside to matter.
+        let farthest = points
+            .clone()
+            .max_by(|a, b| bound(*a).total_cmp(&bound(*b)));
+        let most = farthest.map_or(0.0, of_circle);
+        points.fold(most, |most, circle| match bound(circle) <= most {
+            true => most,
+            false => most.max(of_circle(circle)),
         })
     }
 }
