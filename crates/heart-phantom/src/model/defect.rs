@@ -8,7 +8,7 @@ use crate::{Heart, HeartShape, Twist, Wall, WallRegion};
 use membrane_newton::NewtonOptions;
 use rayon::prelude::*;
 use revolve_voxel::{Pose, Sector};
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 use std::f64::consts::TAU;
 use std::sync::{Arc, Mutex, PoisonError, Weak};
 
@@ -157,9 +157,6 @@ pub(crate) fn bytes_of_defects(
     Ok(bytes)
 }
 
-/// Most shapes whose defects are kept for the next call.
-const KEPT: usize = 64;
-
 /// The defects of each shape as disjoint solids, with activities relative to the wall minus 1.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Placed {
@@ -175,13 +172,13 @@ struct OfShape {
 }
 
 impl Placed {
-    /// Returns the defects of several distinct shapes to `tolerance` cm. Solves the reference shape if there are defects. Those of shapes that
-    /// `last` contains are not computed again; it is replaced by the result, unless that has many shapes.
+    /// Returns the defects of several distinct shapes. Solves the reference shape if there are defects. Those of shapes that `kept` contains are not
+    /// computed again; it keeps them as long as the heart keeps their shapes.
     pub(crate) fn new(
         heart: &Heart,
         (defects, twist): (&[Defect], impl Fn(f64) -> Option<Twist> + Sync),
         shapes: &[Arc<HeartShape>],
-        last: &Mutex<Self>,
+        kept: &Mutex<Self>,
     ) -> Result<Self, PhantomError> {
         if defects.is_empty() {
             return Ok(Self::default());
@@ -197,11 +194,10 @@ impl Placed {
             })
         };
         let rest = wall(&*heart.reference_shape()?)?;
-        let last = || last.lock().unwrap_or_else(PoisonError::into_inner);
+        let kept = || kept.lock().unwrap_or_else(PoisonError::into_inner);
         // Those of other shapes are freed before new ones are computed.
-        let mut known = std::mem::take(&mut *last());
-        let wanted: BTreeSet<u64> = shapes.iter().map(|shape| shape.gain().to_bits()).collect();
-        known.shapes.retain(|gain, _| wanted.contains(gain));
+        kept().shapes.retain(|_, own| own.shape.strong_count() > 0);
+        let known = kept().clone();
         let placed: Vec<Result<_, PhantomError>> = shapes
             .par_iter()
             .map(|shape| {
@@ -246,10 +242,7 @@ impl Placed {
         // The first of several errors, independent of threads.
         let shapes = placed.into_iter().collect::<Result<_, PhantomError>>()?;
         let placed = Self { shapes };
-        *last() = match placed.shapes.len() <= KEPT {
-            true => placed.clone(),
-            false => Self::default(),
-        };
+        kept().shapes.extend(placed.shapes.clone());
         Ok(placed)
     }
 

@@ -80,7 +80,7 @@ pub struct Phantom {
     organ_map: OnceLock<Vec<f32>>,
     /// Attenuation of the organs in the voxels of the OSEM model.
     attenuating_organs: OnceLock<Vec<f32>>,
-    /// The defects of the shapes that were placed last.
+    /// The defects of shapes that the heart keeps.
     placed: Mutex<Placed>,
     /// The plan used last, with its gate.
     plan: Mutex<Option<(usize, Arc<FbpPlan<f32>>)>>,

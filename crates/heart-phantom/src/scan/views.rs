@@ -20,8 +20,7 @@ use rayon::prelude::*;
 use revolve_voxel::{Image, RayCounters, Shown};
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::{ControlFlow, Range};
-use std::sync::Arc;
-use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
 
 /// An unfinished view of all sets.
 struct View<'a> {
@@ -91,8 +90,13 @@ impl<'a> Scan<'a> {
         let mut images: Vec<_> = (samples.chunks_mut(each.max(1)))
             .map(|set| set.chunks_mut(len.max(1)))
             .collect();
-        let done = AtomicUsize::new(0);
-        let taken = || progress(1 + done.fetch_add(1, Ordering::Relaxed));
+        // Locked during the call, so that threads report their numbers in ascending order.
+        let done = Mutex::new(0);
+        let taken = || {
+            let mut done = done.lock().unwrap_or_else(PoisonError::into_inner);
+            *done += 1;
+            progress(*done)
+        };
         for_groups(sets, views.clone(), totals, |group, totals| {
             let mut under_way: Vec<View> = (group.views.clone().enumerate())
                 .map(|(k, view_idx)| View {

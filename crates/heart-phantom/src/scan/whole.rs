@@ -33,7 +33,7 @@ pub(crate) struct Scan<'a> {
     pub(crate) activity: Activity,
     pub(crate) attenuation: Option<Attenuation>,
     pub(crate) defects: &'a [Defect],
-    /// The defects of the shapes that were placed last.
+    /// The defects of shapes that the heart keeps.
     pub(crate) placed: &'a Mutex<Placed>,
     /// Twist of the wall at end-systole.
     pub(crate) twist: Option<&'a Twist>,

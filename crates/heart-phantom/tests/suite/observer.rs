@@ -324,3 +324,18 @@ fn the_fraction_of_a_run_does_not_decrease() {
         assert!(seen.is_sorted() && seen[seen.len() - 1] <= 1.0, "{seen:?}");
     }
 }
+
+/// Threads report the numbers of completed views in ascending order, although the callback takes longer for some.
+#[test]
+fn completed_views_are_counted_in_order() {
+    let phantom = Phantom::new(small(Method::Fbp)).unwrap();
+    let seen = Mutex::new(Vec::new());
+    let watch = |done: usize| {
+        std::thread::sleep(std::time::Duration::from_millis(done as u64 % 3));
+        seen.lock().unwrap().push(done);
+        ControlFlow::Continue(())
+    };
+    phantom.sinograms(0, &watch).unwrap();
+    let n_views = phantom.camera().n_views();
+    assert_eq!(seen.into_inner().unwrap(), Vec::from_iter(1..=n_views));
+}
