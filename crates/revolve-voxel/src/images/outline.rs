@@ -23,7 +23,7 @@ const PERPENDICULAR: f64 = 1e-8;
 const STEEP: f64 = 100.0;
 
 /// Returns the sine of the angle by which a meridian turns at vertex k.
-pub(super) fn turn(layer: &Meridian, k: usize) -> f64 {
+fn turn(layer: &Meridian, k: usize) -> f64 {
     let (segments, n) = (layer.segments(), layer.segments().len());
     let (before, next) = (&segments[(k + n - 1) % n], &segments[k % n]);
     (before.tx * next.tr - before.tr * next.tx).abs()

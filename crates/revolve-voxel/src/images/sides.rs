@@ -2,8 +2,7 @@
 
 use nalgebra::Point3;
 
-use crate::Sector;
-use crate::images::outline::{Path, turn};
+use crate::images::outline::Path;
 use crate::images::plane::{RayPlane, RayRow};
 use crate::rays::assembly::Assembly;
 use crate::solid::wedge::Wedge;
@@ -27,7 +26,10 @@ impl<'a> Outlines<'a> {
             let (ring, wedge) = sector.ring();
             let path = Path::new(ring, &ring.layers()[0], wedge, least);
             outlines.paths.push(path);
-            outlines.sides.extend(Side::all(sector, least));
+            let sides = sector.side_edges();
+            outlines
+                .sides
+                .extend(sides.map(|points| Side { points, least }));
         }
         outlines
     }
@@ -49,48 +51,39 @@ impl<'a> Outlines<'a> {
 /// the side.
 #[derive(Debug)]
 struct Side {
-    /// The last point is the first. Whether a point is a corner.
-    points: Vec<(Point3<f64>, bool)>,
+    points: Vec<Point3<f64>>,
+    /// The sine of the smallest turn of a corner.
+    least: f64,
 }
 
 impl Side {
-    /// The sides of a sector; `least` is the sine of the smallest turn of a corner that divides panels.
-    fn all(sector: &Sector, least: f64) -> impl Iterator<Item = Self> {
-        let ring = &sector.ring().0.layers()[0];
-        sector.side_edges().map(move |edges| {
-            let corner = |(k, point)| (point, turn(ring, k) > least);
-            let mut points: Vec<_> = edges.into_iter().enumerate().map(corner).collect();
-            points.extend(points.first().copied());
-            Self { points }
-        })
-    }
-
     /// Appends the positions at which a row crosses the edges.
     fn add_positions(&self, row: &RayRow, breaks: &mut Vec<f64>) {
         let (position, (normal, distance)) = (row.position(), row.plane());
-        let depth = |p: &Point3<f64>| normal.dot(&p.coords) - distance;
-        let Some(&(mut from, _)) = self.points.first() else {
-            return;
-        };
-        let mut before = depth(&from);
-        for (to, _) in &self.points[1..] {
-            let after = depth(to);
+        let depths: Vec<f64> = (self.points.iter())
+            .map(|p| normal.dot(&p.coords) - distance)
+            .collect();
+        let n = depths.len();
+        for k in 0..n {
+            let (before, after) = (depths[k], depths[(k + 1) % n]);
             if (before > 0.0) != (after > 0.0) {
+                let [from, to] = [self.points[k], self.points[(k + 1) % n]];
                 let crossed = from + (to - from) * (before / (before - after));
                 breaks.push(position.at(&crossed));
             }
-            (from, before) = (*to, after);
         }
     }
 
     /// Appends the local extrema of the heights of the edges, and the heights of corners.
     fn add_heights(&self, plane: &RayPlane, breaks: &mut Vec<f64>) {
         let height = plane.height();
-        let n = self.points.len() - 1;
-        let heights: Vec<f64> = self.points.iter().map(|(p, _)| height.at(p)).collect();
-        for (k, (_, corner)) in self.points[..n].iter().enumerate() {
-            let [before, own, after] = [heights[(k + n - 1) % n], heights[k], heights[k + 1]];
-            breaks.extend((*corner || (own > before) != (after > own)).then_some(own));
+        let n = self.points.len();
+        for k in 0..n {
+            let around = [(k + n - 1) % n, k, (k + 1) % n].map(|k| self.points[k]);
+            let [a, b, c] = around.map(|p| height.at(&p));
+            let [before, after] = [around[1] - around[0], around[2] - around[1]];
+            let turn = before.cross(&after).norm() / (before.norm() * after.norm());
+            breaks.extend((turn > self.least || (b > a) != (c > b)).then_some(b));
         }
     }
 }

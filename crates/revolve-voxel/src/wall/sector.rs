@@ -5,7 +5,6 @@ use std::sync::Arc;
 use nalgebra::{Point3, Vector3};
 
 use crate::rays::single::SurfacePoint;
-use crate::solid::segment::Segment;
 use crate::solid::wedge::Wedge;
 use crate::wall::body_line::BodyLine;
 use crate::{
@@ -120,10 +119,14 @@ impl Sector {
         (&self.ring, self.reach())
     }
 
-    /// Returns the edges of each side in the lab, at the starts of the segments of the ring; nothing for a full turn.
+    /// Returns the edges of each side in the lab, a closed line through the vertices of the ring; nothing for a full turn.
     pub(crate) fn side_edges(&self) -> impl Iterator<Item = Vec<Point3<f64>>> {
         let (ring, pose) = (&self.ring.layers()[0], self.ring.pose());
-        let points: Vec<[f64; 2]> = ring.segments().iter().map(Segment::start).collect();
+        // Along the axis there are no segments.
+        let ends = ring.segments().iter().flat_map(|s| [s.start(), s.end()]);
+        let mut points: Vec<[f64; 2]> = ends.collect();
+        points.rotate_left(1);
+        points.dedup();
         // On the surface of the wall the angle is that of a point nearer to the opposite end of the list, across the wall.
         let opposite = points.iter().rev();
         let turns: Vec<f64> = (points.iter().zip(opposite))

@@ -198,13 +198,12 @@ impl WallTwist {
     /// Depths below the sides of a twisted wedge, on a line in the wall at `t`, in a step around `middle`.
     fn depths(&self, wedge: &Wedge, line: &BodyLine, t: f64, middle: f64) -> [f64; 2] {
         let (origin, along, _) = &line.parts;
-        let point = origin + along * t;
-        let at = |nudge: f64| {
-            let p = origin + along * (t + nudge * (middle - t));
-            self.angle([p.x, p.y.hypot(p.z)])
+        let place = |t: f64| {
+            let p = origin + along * t;
+            (p, [p.x, p.y.hypot(p.z)])
         };
-        let angle = (NUDGES.iter().find_map(|nudge| at(*nudge)))
-            .unwrap_or(0.5 * (self.range[0] + self.range[1]));
+        let ((point, own), (_, inner)) = (place(t), place(middle));
+        let angle = self.angle_near(own, inner);
         let before = rotated_back(&point, angle);
         wedge.depths(&before)
     }

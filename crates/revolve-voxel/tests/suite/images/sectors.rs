@@ -25,6 +25,12 @@ fn sectors(turn: f64) -> [Sector; 2] {
     [flat, twisted]
 }
 
+/// A part of a rod, which touches the axis.
+fn slice(turn: f64) -> Sector {
+    let rod = Meridian::new(&[[0.3, 1.5], [2.4, 1.1]]).unwrap();
+    Sector::new(rod, [0.5, 0.5 + turn], *tube().pose()).unwrap()
+}
+
 /// The image of an activity of 1 per cm^3 in a sector alone, and the number of rays.
 fn seen(
     sector: Option<&Sector>,
@@ -66,8 +72,7 @@ fn bins_have_the_mean_chord_of_a_sector() {
             let (samples, _) = seen(Some(&sector), &detector, 0.0, density);
             apart(&samples, &exact)
         });
-        println!("{errors:?}");
-        // The lattice has errors of up to 2e-4: those with half its step.
+        // The lattice has errors of up to 2.1e-4, and of 1e-4 with 150 rays along a bin.
         assert!(errors[0] < 2e-3 && errors[1] < 3e-4, "{errors:?}");
     }
 }
@@ -77,18 +82,20 @@ fn bins_have_the_mean_chord_of_a_sector() {
 #[test]
 fn outlines_of_sectors_divide_panels() {
     let detector = ParallelDetector::new(9, 8, [0.6, 0.5]).unwrap();
-    let all = [1.0, 2.5, 4.0, TAU].into_iter().flat_map(sectors);
-    for (sector, is_twisted) in all.zip([false, true].into_iter().cycle()) {
+    let all = [1.0, 2.5, 4.0, TAU].into_iter().flat_map(|turn| {
+        let [flat, twisted] = sectors(turn);
+        [(flat, false), (slice(turn), false), (twisted, true)]
+    });
+    for (sector, is_twisted) in all {
         for sigma in [0.0, 0.1, 0.3] {
             let image = |density: f64| seen(Some(&sector), &detector, sigma, density).0;
             let fine = image(6.0);
             let errors = [1.4, 3.0].map(|density| apart(&image(density), &fine));
             let bounds = match (is_twisted, sigma > 0.0) {
-                (false, true) => [3e-4, 3e-6],
-                (false, false) => [2e-3, 1e-4],
+                (false, true) => [1e-3, 3e-6],
+                (false, false) => [2e-3, 2e-4],
                 (true, _) => [3e-3, 6e-4],
             };
-            println!("{sigma} {errors:?}");
             assert!(
                 errors[0] < bounds[0] && errors[1] < bounds[1],
                 "{sigma} {is_twisted} {errors:?}"
