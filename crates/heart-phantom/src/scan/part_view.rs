@@ -37,7 +37,11 @@ impl Scan<'_> {
     ) -> Result<f64, PhantomError> {
         let at = (view_idx, self.camera.angle(view_idx, 0.0));
         let view = self.part_view(imaging, at, Shown::Change)?;
-        Ok(view.corner_error(heart.body(), &self.activity.of(heart))?)
+        let [cavity, wall] = self.activity.of(heart);
+        // A defect may be more active than the wall.
+        let relative = self.defects.iter().map(|defect| defect.activity);
+        let most = relative.fold(1.0, f64::max);
+        Ok(view.corner_error(heart.body(), &[cavity, most * wall])?)
     }
 
     /// The image of the change by a heart.

@@ -4,14 +4,16 @@
 //! where rho(x) is the distance of the plane from the axis. A line integral is not smooth at the positions u at which this curve turns, which are
 //! local extrema of u along the curve, and at its corners. The heights of the rows are divided at the local extrema of v over the whole surface.
 
-use nalgebra::Vector3;
+use nalgebra::{Point2, Vector3};
 
 use crate::images::plane::{Quotient, RayPlane, RayRow};
 use crate::solid::segment::Segment;
 use crate::solid::wedge::Wedge;
 use crate::wall::root::golden;
-use crate::{Body, Meridian, Organ};
+use crate::{Body, Meridian, Organ, Sector};
 
+/// Shorter segments of a sector, relative to its size, do not matter.
+pub(super) const JAG: f64 = 1e-3;
 /// Parts of a smooth meridian between which extrema are searched.
 const PARTS: usize = 40;
 /// Steps of the golden-section search for an extremum, which is flat: its position is accurate to 1e-4 of a part and its value to 1e-8.
@@ -27,6 +29,22 @@ fn turn(layer: &Meridian, k: usize) -> f64 {
     let (segments, n) = (layer.segments(), layer.segments().len());
     let (before, next) = (&segments[(k + n - 1) % n], &segments[k % n]);
     (before.tx * next.tr - before.tr * next.tx).abs()
+}
+
+/// Returns the vertices of a ring at which it turns by more than `least`, a sine, without those at the end of a segment that is as short as the jags of
+/// a region between two meridians.
+fn corners(ring: &Meridian, least: f64) -> Vec<usize> {
+    let segments = ring.segments();
+    let mut kept: Vec<usize> = (0..segments.len()).collect();
+    let place = |k: usize| Point2::from(segments[k].start());
+    kept.dedup_by(|next, own| (place(*next) - place(*own)).norm() < JAG * ring.size());
+    let n = kept.len();
+    let is_corner = |i: &usize| {
+        let [a, b, c] = [i + n - 1, *i, i + 1].map(|i| place(kept[i % n]));
+        let (before, after) = (b - a, c - b);
+        before.perp(&after).abs() > least * before.norm() * after.norm()
+    };
+    (0..n).filter(is_corner).map(|i| kept[i]).collect()
 }
 
 /// Returns the largest sine of the turns of a meridian that do not exceed `least`, reduced in proportion to their distance where corners are nearer to
@@ -56,11 +74,30 @@ pub(super) struct Path<'a> {
 
 impl<'a> Path<'a> {
     /// `least` is the sine of the smallest turn of a corner that divides panels.
-    pub(super) fn new(body: &'a Body, layer: &'a Meridian, wedge: &'a Wedge, least: f64) -> Self {
+    pub(super) fn of_layer(body: &'a Body, layer: &'a Meridian, least: f64) -> Self {
+        Self::new(body, layer, &Wedge::Whole, |k| turn(layer, k) > least)
+    }
+
+    /// The same for the surface of a sector.
+    pub(super) fn of_sector(sector: &'a Sector, least: f64) -> Self {
+        let (ring, wedge) = sector.ring();
+        let layer = &ring.layers()[0];
+        let corners = corners(layer, least);
+        Self::new(ring, layer, wedge, |k| {
+            corners.contains(&(k % layer.n_segments()))
+        })
+    }
+
+    fn new(
+        body: &'a Body,
+        layer: &'a Meridian,
+        wedge: &'a Wedge,
+        is_corner: impl Fn(usize) -> bool,
+    ) -> Self {
         let n = layer.segments().len();
         let step = n.div_ceil(PARTS).max(1);
         let knot = |k: usize| {
-            let corner = turn(layer, k) > least;
+            let corner = is_corner(k);
             (corner || k.is_multiple_of(step) || k == n).then_some((k, corner))
         };
         Self {
@@ -428,7 +465,7 @@ mod tests {
             let angle = 0.13 * f64::from(tilt);
             let pose = Pose::axis_along_z(angle).and_then(|pose| pose.rotated_x(0.3 + angle));
             let body = Body::new(vec![layer.clone()], pose.unwrap()).unwrap();
-            let path = Path::new(&body, &body.layers()[0], &Wedge::Whole, 0.1);
+            let path = Path::of_layer(&body, &body.layers()[0], 0.1);
             let rows_of = |plane| (-9..=9).map(move |v| (plane, 0.47 * f64::from(v)));
             for (plane, v) in planes.iter().flat_map(rows_of) {
                 let row = plane.row(v);

@@ -2,10 +2,9 @@
 
 use nalgebra::Point3;
 
-use crate::images::outline::Path;
+use crate::images::outline::{JAG, Path};
 use crate::images::plane::{RayPlane, RayRow};
 use crate::rays::assembly::Assembly;
-use crate::solid::wedge::Wedge;
 
 /// The outlines of a body with its sectors.
 #[derive(Debug, Default)]
@@ -19,14 +18,12 @@ impl<'a> Outlines<'a> {
     pub(super) fn new(assembly: &'a Assembly<'_>, least: f64, with_sectors: bool) -> Self {
         let mut outlines = Self::default();
         if let Some(body) = assembly.body() {
-            let new = |layer| Path::new(body, layer, &Wedge::Whole, least);
+            let new = |layer| Path::of_layer(body, layer, least);
             outlines.paths.extend(body.layers().iter().map(new));
         }
         for sector in assembly.sectors().filter(|_| with_sectors) {
-            let (ring, wedge) = sector.ring();
-            let path = Path::new(ring, &ring.layers()[0], wedge, least);
-            outlines.paths.push(path);
-            let sides = sector.side_edges();
+            outlines.paths.push(Path::of_sector(sector, least));
+            let sides = sector.side_edges(JAG);
             outlines
                 .sides
                 .extend(sides.map(|points| Side { points, least }));

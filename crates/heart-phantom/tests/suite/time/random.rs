@@ -286,7 +286,7 @@ fn chest(random: &mut Random, lungs: f64, tolerance: f64) -> Scene {
     let mode = ["\"whole-cycle\"", "{ gated = { gates = 3 } }"][random.below(2)];
     let [x, y] = [0, 1].map(|_| random.uniform(0.0, 360.0));
     let text = format!(
-        "heart.discretisation = {{ differences = {{ nodes = 41 }} }}\n\
+        "heart.discretisation = {{ differences = {{ nodes = 201 }} }}\n\
         pose = {{ rotate_x = {x}, rotate_y = {y} }}\n\
         activity.cavity = {{ concentration = {cavity} }}\n\
         chest = {{ trunk = {trunk}, lungs = {lungs}, liver = {liver} }}\n\
