@@ -12,7 +12,7 @@ use crate::solid::wedge::Wedge;
 use crate::wall::root::golden;
 use crate::{Body, Meridian, Organ, Sector};
 
-/// Shorter segments of a sector, relative to its size, do not matter.
+/// Vertices of a sector that are nearer to each other, relative to its size, count as one: regions between meridians of few vertices have small jags.
 pub(super) const JAG: f64 = 1e-3;
 /// Parts of a smooth meridian between which extrema are searched.
 const PARTS: usize = 40;
@@ -31,8 +31,7 @@ fn turn(layer: &Meridian, k: usize) -> f64 {
     (before.tx * next.tr - before.tr * next.tx).abs()
 }
 
-/// Returns the vertices of a ring at which it turns by more than `least`, a sine, without those at the end of a segment that is as short as the jags of
-/// a region between two meridians.
+/// Returns the vertices at which a ring turns by more than `least`, a sine. A vertex that nearly coincides with the one before ([`JAG`]) is left out.
 fn corners(ring: &Meridian, least: f64) -> Vec<usize> {
     let segments = ring.segments();
     let mut kept: Vec<usize> = (0..segments.len()).collect();

@@ -99,8 +99,8 @@ impl WallTwist {
         Some(ends[0] + (at - k as f64) * (ends[1] - ends[0]))
     }
 
-    /// Returns the angle at a point (x, r) or, if that is outside the wall by rounding, of the nearest inner one on the way to another; if there is none, the
-    /// mean of the smallest and the largest angle.
+    /// Returns the angle at a point (x, r). If rounding puts it outside the wall, it is moved a little towards a point inside; if that does not suffice, the
+    /// result is the mean of the smallest and the largest angle.
     pub(crate) fn angle_near(&self, [x, r]: [f64; 2], [to_x, to_r]: [f64; 2]) -> f64 {
         let at = |nudge: f64| self.angle([x + nudge * (to_x - x), r + nudge * (to_r - r)]);
         let found = NUDGES.iter().find_map(|nudge| at(*nudge));

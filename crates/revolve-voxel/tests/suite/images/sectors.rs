@@ -104,5 +104,8 @@ fn outlines_of_sectors_divide_panels() {
         let rays = |sector, density| seen(sector, &detector, 0.3, density).1;
         assert!(rays(Some(&sector), 1.0) > rays(None, 1.0));
         assert_eq!(rays(Some(&sector), 0.9), rays(None, 0.9));
-    }
+    } // A full turn has no sides.
+    let [full, _] = sectors(TAU);
+    let [low, high] = [1.0, 6.0].map(|density| seen(Some(&full), &detector, 0.3, density).0);
+    assert!(apart(&low, &high) < 1e-3, "{}", apart(&low, &high));
 }
