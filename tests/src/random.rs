@@ -18,9 +18,11 @@ impl Random {
     #[must_use]
     pub fn new(seed: u64) -> Self {
         let mut random = Self {
-            state: seed.wrapping_mul(0x9e37_79b9_7f4a_7c15),
+            state: seed,
             on_grids: false,
         };
+        // Seeds with a difference of the increment would give one sequence, displaced by one number.
+        random.state = random.bits();
         random.on_grids = random.one_in(3);
         random
     }

@@ -17,6 +17,8 @@ mod walls;
 
 use std::collections::BTreeMap;
 use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 use tests::Random;
 
@@ -46,21 +48,34 @@ fn run(kind: &str, scene: fn(&mut Random) -> Outcome) {
         .map(|m| Duration::from_secs_f64(60.0 * m.clamp(0.0, 1e5)));
     let start = Instant::now();
     let scenes: u64 = variable("STRESS_SCENES").unwrap_or(SCENES);
+    let (next, outcomes) = (AtomicU64::new(first), Mutex::new(Vec::new()));
+    let work = || {
+        loop {
+            let seed = next.fetch_add(1, Ordering::Relaxed);
+            if time.map_or(seed >= first + scenes, |time| start.elapsed() >= time) {
+                return;
+            }
+            let outcome = catch_unwind(AssertUnwindSafe(|| scene(&mut Random::new(seed))));
+            let outcome = outcome.map_err(|_| seed);
+            outcomes.lock().expect("no panic holds it").push(outcome);
+        }
+    };
+    // Few scenes take most of the time.
+    std::thread::scope(|threads| {
+        threads.spawn(work);
+        work();
+    });
     let (mut answered, mut refused, mut failed) = (0_u64, 0_u64, Vec::new());
     let mut named: BTreeMap<&str, u64> = BTreeMap::new();
-    for seed in first.. {
-        match time {
-            Some(time) if start.elapsed() >= time => break,
-            None if seed >= first + scenes => break,
-            _ => {}
-        }
-        match catch_unwind(AssertUnwindSafe(|| scene(&mut Random::new(seed)))) {
+    for outcome in outcomes.into_inner().expect("no panic holds it") {
+        match outcome {
             Ok(Outcome::Answered) => answered += 1,
             Ok(Outcome::Rejected) => refused += 1,
             Ok(Outcome::Named(kind)) => *named.entry(kind).or_default() += 1,
-            Err(_) => failed.push(seed),
+            Err(seed) => failed.push(seed),
         }
     }
+    failed.sort_unstable();
     println!(
         "{kind}: {answered} solved, {refused} rejected, {} failed{}",
         failed.len(),

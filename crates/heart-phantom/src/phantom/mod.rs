@@ -70,6 +70,7 @@ pub struct Phantom {
     parts: Parts,
     facing: OnceLock<Vec<Facing>>,
     imaging: OnceLock<Option<Imaging>>,
+    aliasing: OnceLock<Option<[f64; 3]>>,
     /// Counts per unit sample that the noise defines, by gate.
     counts: Vec<OnceLock<Option<f64>>>,
     /// Scatter, by gate.
@@ -184,6 +185,7 @@ impl Phantom {
         Ok(Self {
             facing: OnceLock::new(),
             imaging: OnceLock::new(),
+            aliasing: OnceLock::new(),
             counts: vec![OnceLock::new(); parts.n_gates()],
             scattered: vec![OnceLock::new(); parts.n_gates()],
             steps: OnceLock::new(),

@@ -205,6 +205,10 @@ impl Phantom {
     /// Returns the difference between values at bin centres and averages over bins in the first view, if bins are wider than half the response or
     /// than the smallest part of the heart: larger pitch and FWHM of the response in cm, and the difference relative to the largest sample.
     pub(super) fn aliasing(&self) -> Result<Option<[f64; 3]>, PhantomError> {
+        once(&self.aliasing, || self.compare_averages()).copied()
+    }
+
+    fn compare_averages(&self) -> Result<Option<[f64; 3]>, PhantomError> {
         let pitch = self.camera().detector().pitch();
         let side = pitch[0].max(pitch[1]);
         let fwhm = self.narrowest()? * (8.0 * LN_2).sqrt();

@@ -39,6 +39,9 @@ const LEAST: f64 = 3.0;
 const SMALL_PANEL: f64 = 0.25;
 /// Density from which the outlines of sectors divide panels: at lower ones, nodes in the additional panels would be more than are saved.
 const SECTORS: f64 = 1.0;
+/// Distance below which vertices of a sector count as one at a density of 1, in standard deviations of the narrowest response, if it is not narrow:
+/// regions between meridians of few vertices have small jags. Panels between corners so close need more nodes than the corners cause errors.
+const JAG: f64 = 0.03;
 /// The density in errors, and its range; the number of rays is about proportional to its square.
 const DENSITY: &str = "density of nodes";
 const DENSITIES: [f64; 2] = [0.1, 1000.0];
@@ -153,7 +156,7 @@ impl<'a> View<'a> {
     ) -> Result<Image, RevolveError> {
         check_range("rows", &rows, self.axes[1].n)?;
         let outlines = match shown {
-            Shown::Change => Outlines::new(assembly, self.corner(), self.density >= SECTORS),
+            Shown::Change => Outlines::new(assembly, self.corner(), self.jag()),
             Shown::Organs => Outlines::default(),
         };
         let panels = self.heights(assembly, shown, &outlines);
@@ -172,6 +175,17 @@ impl<'a> View<'a> {
     /// Whether the response is narrow against the bins or rows.
     pub(super) fn is_narrow(&self, axis: usize) -> bool {
         self.response.extremes()[0] < Self::NARROW * self.axes[axis].pitch
+    }
+
+    /// The distance below which vertices of sectors count as one; `None` if sectors do not divide panels.
+    fn jag(&self) -> Option<f64> {
+        let is_narrow = self.is_narrow(0) || self.is_narrow(1);
+        let scale = if is_narrow {
+            0.0
+        } else {
+            self.response.extremes()[0]
+        };
+        (self.density >= SECTORS).then(|| JAG * scale / self.density.powi(2))
     }
 
     /// Whether content at a height reaches any of the rows.

@@ -12,8 +12,6 @@ use crate::solid::wedge::Wedge;
 use crate::wall::root::golden;
 use crate::{Body, Meridian, Organ, Sector};
 
-/// Vertices of a sector that are nearer to each other, relative to its size, count as one: regions between meridians of few vertices have small jags.
-pub(super) const JAG: f64 = 1e-3;
 /// Parts of a smooth meridian between which extrema are searched.
 const PARTS: usize = 40;
 /// Steps of the golden-section search for an extremum, which is flat: its position is accurate to 1e-4 of a part and its value to 1e-8.
@@ -31,12 +29,12 @@ fn turn(layer: &Meridian, k: usize) -> f64 {
     (before.tx * next.tr - before.tr * next.tx).abs()
 }
 
-/// Returns the vertices at which a ring turns by more than `least`, a sine. A vertex that nearly coincides with the one before ([`JAG`]) is left out.
-fn corners(ring: &Meridian, least: f64) -> Vec<usize> {
+/// Returns the vertices at which a ring turns by more than `least`, a sine. A vertex nearer than `apart` to the one before is left out.
+fn corners(ring: &Meridian, least: f64, apart: f64) -> Vec<usize> {
     let segments = ring.segments();
     let mut kept: Vec<usize> = (0..segments.len()).collect();
     let place = |k: usize| Point2::from(segments[k].start());
-    kept.dedup_by(|next, own| (place(*next) - place(*own)).norm() < JAG * ring.size());
+    kept.dedup_by(|next, own| (place(*next) - place(*own)).norm() < apart);
     let n = kept.len();
     let is_corner = |i: &usize| {
         let [a, b, c] = [i + n - 1, *i, i + 1].map(|i| place(kept[i % n]));
@@ -77,11 +75,11 @@ impl<'a> Path<'a> {
         Self::new(body, layer, &Wedge::Whole, |k| turn(layer, k) > least)
     }
 
-    /// The same for the surface of a sector.
-    pub(super) fn of_sector(sector: &'a Sector, least: f64) -> Self {
+    /// The same for the surface of a sector; vertices nearer than `apart` count as one.
+    pub(super) fn of_sector(sector: &'a Sector, least: f64, apart: f64) -> Self {
         let (ring, wedge) = sector.ring();
         let layer = &ring.layers()[0];
-        let corners = corners(layer, least);
+        let corners = corners(layer, least, apart);
         Self::new(ring, layer, wedge, |k| {
             corners.contains(&(k % layer.n_segments()))
         })

@@ -2,9 +2,12 @@
 
 use nalgebra::Point3;
 
-use crate::images::outline::{JAG, Path};
+use crate::images::outline::Path;
 use crate::images::plane::{RayPlane, RayRow};
 use crate::rays::assembly::Assembly;
+
+/// Vertices of a sector that are nearer to each other, relative to its size, count as one.
+const JAG: f64 = 1e-3;
 
 /// The outlines of a body with its sectors.
 #[derive(Debug, Default)]
@@ -14,16 +17,19 @@ pub(super) struct Outlines<'a> {
 }
 
 impl<'a> Outlines<'a> {
-    /// `least` is the sine of the smallest turn of a corner of a meridian that divides panels.
-    pub(super) fn new(assembly: &'a Assembly<'_>, least: f64, with_sectors: bool) -> Self {
+    /// `least` is the sine of the smallest turn of a corner of a meridian that divides panels. Outlines of sectors divide them if `near` is given:
+    /// vertices that are nearer to each other count as one.
+    pub(super) fn new(assembly: &'a Assembly<'_>, least: f64, near: Option<f64>) -> Self {
         let mut outlines = Self::default();
         if let Some(body) = assembly.body() {
             let new = |layer| Path::of_layer(body, layer, least);
             outlines.paths.extend(body.layers().iter().map(new));
         }
-        for sector in assembly.sectors().filter(|_| with_sectors) {
-            outlines.paths.push(Path::of_sector(sector, least));
-            let sides = sector.side_edges(JAG);
+        let sectors = near.map(|near| assembly.sectors().map(move |sector| (sector, near)));
+        for (sector, near) in sectors.into_iter().flatten() {
+            let apart = near.max(JAG * sector.ring().0.layers()[0].size());
+            outlines.paths.push(Path::of_sector(sector, least, apart));
+            let sides = sector.side_edges(apart);
             outlines
                 .sides
                 .extend(sides.map(|points| Side { points, least }));

@@ -119,17 +119,14 @@ impl Sector {
         (&self.ring, self.reach())
     }
 
-    /// Returns the edges of each side in the lab, a closed line through vertices of the ring that are `apart`, relative to
-    /// its size; nothing for a full turn.
+    /// Returns the edges of each side in the lab, a closed line through vertices of the ring that are `apart`; nothing for a full turn.
     pub(crate) fn side_edges(&self, apart: f64) -> impl Iterator<Item = Vec<Point3<f64>>> {
         let (ring, pose) = (&self.ring.layers()[0], self.ring.pose());
         // Along the axis there are no segments.
         let ends = ring.segments().iter().flat_map(|s| [s.start(), s.end()]);
         let mut points: Vec<[f64; 2]> = ends.collect();
         points.rotate_left(1);
-        points.dedup_by(|[x, r], [from_x, from_r]| {
-            (*x - *from_x).hypot(*r - *from_r) < apart * ring.size()
-        });
+        points.dedup_by(|[x, r], [from_x, from_r]| (*x - *from_x).hypot(*r - *from_r) < apart);
         // On the surface of the wall the angle is that of a point nearer to the opposite end of the list, across the wall.
         let opposite = points.iter().rev();
         let turns: Vec<f64> = (points.iter().zip(opposite))
