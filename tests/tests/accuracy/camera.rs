@@ -7,7 +7,7 @@ use heart_phantom::scene::{
     Accuracy, ArcPolicy, Attenuation, Background, BinSample, BlurSettings, Chest,
     CollimatorSettings, DiscretisationSettings, HolesSettings, Medium, Mode, Orbit, Scene,
 };
-use heart_phantom::{Phantom, no_observer};
+use heart_phantom::{Defect, Phantom, Twist, no_observer};
 use tests::Random;
 
 pub(crate) const ROWS: &[Row] = &[Row {
@@ -56,6 +56,9 @@ fn scene(random: &mut Random, tolerance: f64) -> Scene {
     scene.pose.rotate_x = random.any(-180.0, 180.0);
     scene.pose.rotate_y = random.any(-180.0, 180.0);
     scene.pose.shift = [0; 3].map(|_| random.uniform(-1.0, 1.0));
+    if random.one_in(3) {
+        add_defect(random, &mut scene);
+    }
     let camera = &mut scene.camera;
     (camera.views, camera.bins, camera.rows) = (2, 14, 12);
     camera.start = random.any(-90.0, 90.0);
@@ -108,6 +111,24 @@ fn scene(random: &mut Random, tolerance: f64) -> Scene {
     };
     scene.acquisition.accuracy = Accuracy::Tolerance(tolerance);
     scene
+}
+
+/// A cold defect or one more active than the wall, in a wall that may be twisted.
+fn add_defect(random: &mut Random, scene: &mut Scene) {
+    let [layer, s, azimuth] = [0.6, 0.4, 360.0].map(|most| random.any(0.0, most));
+    scene.defects = vec![Defect {
+        layers: [layer, random.any(layer + 0.2, 1.0)],
+        s: [s, random.any(s + 0.05, 0.5)],
+        azimuths_degrees: [azimuth, azimuth + random.any(20.0, 340.0)],
+        activity: random.pick(&[0.0, 0.3, 2.0, 8.0]),
+    }];
+    if random.one_in(3) {
+        let [inner, outer] = [0; 2].map(|_| random.any(-20.0, 20.0));
+        scene.twist = Some(Twist {
+            inner_degrees: vec![0.0, inner],
+            outer_degrees: vec![0.0, outer],
+        });
+    }
 }
 
 fn attenuation(semi_axes: [f64; 2]) -> Option<Attenuation> {

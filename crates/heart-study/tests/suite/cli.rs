@@ -270,4 +270,12 @@ fn the_study_of_ejection_fractions_writes_its_report_and_page() {
             "{file}"
         );
     }
+    assert_eq!(report["quick"], true);
+    // Without a report they are not replaced.
+    std::fs::remove_file(folder.path().join("report.json")).unwrap();
+    let output = heart_phantom(&["ef", "--quick", "--out", out]);
+    assert_eq!(output.status.code(), Some(1));
+    let said = String::from_utf8(output.stderr).unwrap();
+    assert!(said.contains("no report lists it"), "{said}");
+    assert_eq!(read("index.html"), html);
 }

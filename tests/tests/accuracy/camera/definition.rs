@@ -5,7 +5,7 @@ use heart_phantom::revolve_voxel::{
     Assembly, Lines, Organ, OrganShape, Organs, ParallelDetector, Shown,
 };
 use heart_phantom::scene::{self, Mode, Scene};
-use heart_phantom::{Chest, HeartShape, Phantom};
+use heart_phantom::{Chest, Defect, HeartShape, Phantom};
 use radon::Collimator;
 use rayon::prelude::*;
 use std::f64::consts::LN_2;
@@ -80,6 +80,16 @@ pub(super) fn view(phantom: &Phantom, view_idx: usize, tolerance: f64) -> Option
     }
     for [phase, weight] in phases(&scene.acquisition.mode) {
         let shape = phantom.shape(phase).ok()?;
+        let wall = phantom.wall(phase).ok()?;
+        let additional = |own: &Defect| {
+            let activity = scene.activity.of(&shape)[1] * (own.activity - 1.0);
+            Some((wall.sector(&own.region(), 1e-5).ok()?, activity))
+        };
+        let defects: Vec<_> = scene
+            .defects
+            .iter()
+            .map(additional)
+            .collect::<Option<_>>()?;
         let ([side, height, depth], least) =
             (view.reach(&shape)?, shape.body().layers()[0].r_max());
         // The change of the background behind the heart.
@@ -93,7 +103,9 @@ pub(super) fn view(phantom: &Phantom, view_idx: usize, tolerance: f64) -> Option
                 let activity = scene.activity.of(&shape);
                 let assembly = around.assembly();
                 let with_heart = assembly.with_body(shape.body(), &activity, around.heart);
-                let with_heart = with_heart.expect("a heart");
+                let with_heart = with_heart
+                    .and_then(|with_heart| with_heart.with_sectors(defects.clone()))
+                    .expect("a heart");
                 (with_heart.project_add(rays, Shown::Change, weight, slabs)).expect("a heart");
             },
         );

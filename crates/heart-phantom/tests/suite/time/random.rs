@@ -309,11 +309,11 @@ fn the_error_of_all_views_meets_the_tolerance() {
             .map(|(low, high): (f64, f64)| random.uniform(low.ln(), high.ln()).exp());
         let phantom = Phantom::new(chest(&mut random, lungs, tolerance)).unwrap();
         let steps = phantom.steps().unwrap();
-        for gate in 0..phantom.n_gates() {
-            let error = phantom.sinograms(gate, &no_observer).unwrap().view_error;
-            println!("{seed}: {steps} steps, {tolerance:.1e}: {error:?}");
-            assert!(error.total() <= tolerance, "{seed}, gate {gate}");
-        }
+        // Of three gates, that in which the volume changes most.
+        let gate = phantom.n_gates() / 2;
+        let error = phantom.sinograms(gate, &no_observer).unwrap().view_error;
+        println!("{seed}: {steps} steps, {tolerance:.1e}: {error:?}");
+        assert!(error.total() <= tolerance, "{seed}");
     }
 }
 
