@@ -107,7 +107,7 @@ fn study(case: &str, cm: f64) -> Phantom {
         "[heart]\ndiscretisation = {{ {discretisation} }}\n\
          inner = {{ length = {}, radius = {} }}\nouter = {{ length = {}, radius = {} }}\n\
          [camera]\nviews = 6\nbins = 14\nrows = 10\npitch = [{}, {}]\nradius = {}\n\
-         [acquisition]\naccuracy = {{ steps = 4 }}\n{}",
+         [acquisition]\naccuracy = {{ tolerance = 0.1 }}\n{}",
         5.5 * cm,
         1.6 * cm,
         5.2 * cm,

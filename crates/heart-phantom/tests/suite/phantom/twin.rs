@@ -172,7 +172,7 @@ fn all_sections_scale_with_the_unit_of_length() {
     });
     scene.defects = vec![infarct()];
     scene.blur = Some(BlurSettings { fwhm: 0.6 });
-    scene.camera.views = 6;
+    scene.camera.views = 3;
     scene.camera.rotation = Rotation::Continuous;
     scene.camera.seconds_per_view = 2.0;
     scene.acquisition.accuracy = Accuracy::Tolerance(0.2); // equal steps of both, whatever their number
