@@ -39,8 +39,8 @@ const LEAST: f64 = 3.0;
 const SMALL_PANEL: f64 = 0.25;
 /// Density from which the outlines of sectors divide panels: at lower ones, nodes in the additional panels would be more than are saved.
 const SECTORS: f64 = 1.0;
-/// Distance below which vertices of a sector count as one at a density of 1, in standard deviations of the narrowest response, if it is not narrow:
-/// regions between meridians of few vertices have small jags. Panels between corners so close need more nodes than the corners cause errors.
+/// Distance below which vertices of a sector count as one at a density of 1, in standard deviations of the narrowest response, if it is not narrow.
+/// Regions between meridians of few vertices have small jags; to divide panels there takes more nodes than it saves.
 const JAG: f64 = 0.03;
 /// The density in errors, and its range; the number of rays is about proportional to its square.
 const DENSITY: &str = "density of nodes";

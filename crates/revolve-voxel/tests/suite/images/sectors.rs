@@ -104,8 +104,32 @@ fn outlines_of_sectors_divide_panels() {
         let rays = |sector, density| seen(sector, &detector, 0.3, density).1;
         assert!(rays(Some(&sector), 1.0) > rays(None, 1.0));
         assert_eq!(rays(Some(&sector), 0.9), rays(None, 0.9));
-    } // A full turn has no sides.
+    }
+    // A full turn has no sides.
     let [full, _] = sectors(TAU);
     let [low, high] = [1.0, 6.0].map(|density| seen(Some(&full), &detector, 0.3, density).0);
     assert!(apart(&low, &high) < 1e-3, "{}", apart(&low, &high));
+}
+
+/// Jags that are small compared with the response do not divide panels.
+#[test]
+fn small_jags_of_a_sector_need_few_rays() {
+    let detector = ParallelDetector::new(9, 8, [0.6, 0.5]).unwrap();
+    let sector = |depth: f64| {
+        let teeth = (0..12).flat_map(|k| {
+            let x = 0.4 + 0.15 * f64::from(k);
+            [[x, 1.7 - depth], [x + 0.15, 1.7]]
+        });
+        let ring: Vec<_> = [[2.2, 1.0], [0.4, 1.0]].into_iter().chain(teeth).collect();
+        Sector::new(Meridian::ring(&ring).unwrap(), [0.5, 2.0], *tube().pose()).unwrap()
+    };
+    let image = |depth, density| seen(Some(&sector(depth)), &detector, 0.6, density);
+    let (jagged, rays) = image(3e-3, 1.4);
+    let off = apart(&jagged, &image(3e-3, 6.0).0);
+    assert!(off < 1e-4, "{off}");
+    let [none, large] = [1e-4, 0.1].map(|depth| image(depth, 1.4).1);
+    assert!(
+        5 * rays < 6 * none && 3 * rays < large,
+        "{none} {rays} {large}"
+    );
 }
