@@ -39,7 +39,12 @@ impl Shell {
                     (-before, fall)
                 };
                 let start = line.s + (next.s - line.s) * before / (before - ahead);
-                let s = rising_root(rising, [line.s, next.s], start);
+                // Where a wall has no thickness the root is indeterminate, but not for points on one of its lines.
+                let s = match (before == 0.0, ahead == 0.0) {
+                    (true, false) => line.s,
+                    (false, true) => next.s,
+                    _ => rising_root(rising, [line.s, next.s], start),
+                };
                 let isoline = isolines.at(s);
                 let from = less(p, isoline.inner.position);
                 let length = norm(isoline.line);

@@ -375,6 +375,37 @@ fn points_outside_the_wall_have_no_coordinates() {
     }
 }
 
+/// Both surfaces have the same tip, where the wall has no thickness and its lines are perpendicular to the axis.
+#[test]
+fn the_tip_of_a_wall_without_thickness_is_located() {
+    let curve = |scale: f64| {
+        let scaled = pieces(8.5, 1.75, 1.0).into_iter().map(|piece| match piece {
+            Piece::Power { x, r } => Piece::Power {
+                x,
+                r: r.into_iter().map(|r| scale * r).collect(),
+            },
+            Piece::Chebyshev { x, r } => Piece::Chebyshev {
+                x,
+                r: r.into_iter().map(|r| scale * r).collect(),
+            },
+        });
+        Curve::new(vec![0.0, 0.7, 1.0], scaled.collect()).unwrap()
+    };
+    for scale in [1.001, 1.011, 1.2, 1.5, 2.0] {
+        let shell = Shell::new(curve(1.0), curve(scale), [0.0, 1.0]).unwrap();
+        for layer in [0.0, 0.5, 1.0] {
+            let [x, r] = shell.point(layer, 1.0);
+            for aside in [0.0, 1e-18, 1e-17, 1e-16] {
+                let found = shell.locate([x, r.abs() + aside]);
+                assert!(
+                    found.is_some_and(|[_, s]| (s - 1.0).abs() < 1e-6),
+                    "{scale} {layer} {aside} {found:?}"
+                );
+            }
+        }
+    }
+}
+
 #[test]
 fn invalid_input_is_rejected() {
     let curve = || balloon(8.5, 1.75, 1.0);
