@@ -38,7 +38,7 @@ fn planes_cut_the_exact_volume() {
         let below = |corner: u32| {
             let at = |axis: usize| f64::from(corner >> axis & 1) * normal[axis];
             let depth = height + normal.iter().sum::<f64>() / 2.0 - at(0) - at(1) - at(2);
-            let sign = if corner.count_ones() % 2 == 0 {
+            let sign = if corner.count_ones().is_multiple_of(2) {
                 1.0
             } else {
                 -1.0
