@@ -60,7 +60,7 @@ fn run(kind: &str, scene: fn(&mut Random) -> Outcome) {
             outcomes.lock().expect("no panic holds it").push(outcome);
         }
     };
-    // Few scenes take most of the time.
+    // On two threads, because a few scenes take most of the time.
     std::thread::scope(|threads| {
         threads.spawn(work);
         work();

@@ -8,7 +8,7 @@
 //! those of a [`Panel`] between the positions where an outline crosses the row. Along a ray the integral is exact for the polynomials of
 //! [`DepthResponse`]. In each panel the integrand of smooth solids is smooth at the scale of the response, so the error falls exponentially with
 //! the density of nodes. From a density of 1 on, the outlines of sectors divide panels too, except those of twisted sides within their edges
-//! (order 5/2 of the density). Behind a response, small corners of a meridian do not divide panels (order 2, and 3 from a density of 2 on).
+//! (order 5/2 of the density) and jags that are small compared with the response. Behind a response, small corners of a meridian do not divide panels (order 2, and 3 from a density of 2 on).
 //! The number of rays does not depend on the number of bins. Organs are smooth at their own scale, so that few rays suffice in a large panel:
 //! their integrals are interpolated to the nodes that the response needs.
 
@@ -39,9 +39,6 @@ const LEAST: f64 = 3.0;
 const SMALL_PANEL: f64 = 0.25;
 /// Density from which the outlines of sectors divide panels: at lower ones, nodes in the additional panels would be more than are saved.
 const SECTORS: f64 = 1.0;
-/// Distance below which vertices of a sector count as one at a density of 1, in standard deviations of the narrowest response, if it is not narrow.
-/// Regions between meridians of few vertices have small jags; to divide panels there takes more nodes than it saves.
-const JAG: f64 = 0.03;
 /// The density in errors, and its range; the number of rays is about proportional to its square.
 const DENSITY: &str = "density of nodes";
 const DENSITIES: [f64; 2] = [0.1, 1000.0];
@@ -156,7 +153,7 @@ impl<'a> View<'a> {
     ) -> Result<Image, RevolveError> {
         check_range("rows", &rows, self.axes[1].n)?;
         let outlines = match shown {
-            Shown::Change => Outlines::new(assembly, self.corner(), self.jag()),
+            Shown::Change => Outlines::new(assembly, self.corner(), self.finest()),
             Shown::Organs => Outlines::default(),
         };
         let panels = self.heights(assembly, shown, &outlines);
@@ -177,15 +174,12 @@ impl<'a> View<'a> {
         self.response.extremes()[0] < Self::NARROW * self.axes[axis].pitch
     }
 
-    /// The distance below which vertices of sectors count as one; `None` if sectors do not divide panels.
-    fn jag(&self) -> Option<f64> {
-        let is_narrow = self.is_narrow(0) || self.is_narrow(1);
-        let scale = if is_narrow {
-            0.0
-        } else {
-            self.response.extremes()[0]
-        };
-        (self.density >= SECTORS).then(|| JAG * scale / self.density.powi(2))
+    /// The scale of details of sectors that matter, 0 without a response or with a narrow one; `None` if sectors do not divide panels.
+    fn finest(&self) -> Option<f64> {
+        (self.density >= SECTORS).then(|| match self.is_narrow(0) || self.is_narrow(1) {
+            true => 0.0,
+            false => self.response.extremes()[0] / self.density.powi(2),
+        })
     }
 
     /// Whether content at a height reaches any of the rows.

@@ -6,8 +6,9 @@ use crate::images::outline::Path;
 use crate::images::plane::{RayPlane, RayRow};
 use crate::rays::assembly::Assembly;
 
-/// Vertices of a sector that are nearer to each other, relative to its size, count as one.
-const JAG: f64 = 1e-3;
+/// Vertices of a sector count as one if they are nearer to each other than the first number times its size, or than the second times the finest scale:
+/// regions between meridians of few vertices have jags, and panels between them cost more nodes than they save.
+const JAG: [f64; 2] = [1e-3, 0.03];
 
 /// The outlines of a body with its sectors.
 #[derive(Debug, Default)]
@@ -17,22 +18,22 @@ pub(super) struct Outlines<'a> {
 }
 
 impl<'a> Outlines<'a> {
-    /// `least` is the sine of the smallest turn of a corner of a meridian that divides panels. Outlines of sectors divide them if `near` is given:
-    /// vertices that are nearer to each other count as one.
-    pub(super) fn new(assembly: &'a Assembly<'_>, least: f64, near: Option<f64>) -> Self {
+    /// `least` is the sine of the smallest turn of a corner of a meridian that divides panels. Sectors divide them only if `finest`, the scale of
+    /// their details that matter, is given.
+    pub(super) fn new(assembly: &'a Assembly<'_>, least: f64, finest: Option<f64>) -> Self {
         let mut outlines = Self::default();
         if let Some(body) = assembly.body() {
             let new = |layer| Path::of_layer(body, layer, least);
             outlines.paths.extend(body.layers().iter().map(new));
         }
-        let sectors = near.map(|near| assembly.sectors().map(move |sector| (sector, near)));
-        for (sector, near) in sectors.into_iter().flatten() {
-            let apart = near.max(JAG * sector.ring().0.layers()[0].size());
+        let Some(finest) = finest else {
+            return outlines;
+        };
+        for sector in assembly.sectors() {
+            let apart = (JAG[0] * sector.ring().0.layers()[0].size()).max(JAG[1] * finest);
             outlines.paths.push(Path::of_sector(sector, least, apart));
-            let sides = sector.side_edges(apart);
-            outlines
-                .sides
-                .extend(sides.map(|points| Side { points, least }));
+            let new = |points| Side { points, least };
+            outlines.sides.extend(sector.side_edges(apart).map(new));
         }
         outlines
     }

@@ -80,10 +80,10 @@ pub(super) fn view(phantom: &Phantom, view_idx: usize, tolerance: f64) -> Option
     }
     for [phase, weight] in phases(&scene.acquisition.mode) {
         let shape = phantom.shape(phase).ok()?;
-        let wall = phantom.wall(phase).ok()?;
+        let activity = scene.activity.of(&shape);
         let additional = |own: &Defect| {
-            let activity = scene.activity.of(&shape)[1] * (own.activity - 1.0);
-            Some((wall.sector(&own.region(), 1e-5).ok()?, activity))
+            let sector = phantom.wall(phase).ok()?.sector(&own.region(), 1e-5).ok()?;
+            Some((sector, activity[1] * (own.activity - 1.0)))
         };
         let defects: Vec<_> = scene
             .defects
@@ -100,7 +100,6 @@ pub(super) fn view(phantom: &Phantom, view_idx: usize, tolerance: f64) -> Option
             [low, depth[1]],
             least,
             |rays, slabs| {
-                let activity = scene.activity.of(&shape);
                 let assembly = around.assembly();
                 let with_heart = assembly.with_body(shape.body(), &activity, around.heart);
                 let with_heart = with_heart

@@ -309,7 +309,7 @@ fn the_error_of_all_views_meets_the_tolerance() {
             .map(|(low, high): (f64, f64)| random.uniform(low.ln(), high.ln()).exp());
         let phantom = Phantom::new(chest(&mut random, lungs, tolerance)).unwrap();
         let steps = phantom.steps().unwrap();
-        // Of three gates, that in which the volume changes most.
+        // Of three gates, the one with the largest error over time.
         let gate = phantom.n_gates() / 2;
         let error = phantom.sinograms(gate, &no_observer).unwrap().view_error;
         println!("{seed}: {steps} steps, {tolerance:.1e}: {error:?}");
