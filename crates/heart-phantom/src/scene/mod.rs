@@ -23,6 +23,7 @@ mod check_reconstruction;
 mod check_time;
 mod file;
 mod finding;
+mod json;
 mod material;
 mod motion;
 mod parts;

@@ -3,7 +3,7 @@
 use super::bytes::read_bytes;
 use super::finding::{Finding, SceneError};
 use super::study::Scene;
-use super::{check, place, template};
+use super::{check, json, place, template};
 use crate::error::PhantomError;
 use serde::Serialize;
 use std::path::Path;
@@ -67,13 +67,13 @@ impl Scene {
     /// ```
     ///
     /// # Errors
-    /// [`SceneError`] if the text is not JSON, or with the field of an unknown name or a value of another type. `null` is read as NaN, which
-    /// [`Scene::check`] rejects: omit the field instead.
+    /// [`SceneError`] if the text is not JSON or repeats a key, or with the field of an unknown name or a value of another type. `null` is read as
+    /// NaN, which [`Scene::check`] rejects: omit the field instead.
     pub fn from_json(text: &str) -> Result<Self, SceneError> {
-        let json = serde_json::from_str(text)
-            .map_err(|error| Finding::new(None, "", error.to_string()))?;
         // Read as TOML: a second deserialiser of all sections would be large.
-        let text = template::toml_of(&json).as_table().map(Table::to_string);
+        let json = json::toml_of(text);
+        let json = json.map_err(|error| Finding::new(None, "", error.to_string()))?;
+        let text = json.as_table().map(Table::to_string);
         let text = text.ok_or_else(|| Finding::new(None, "", "a scene is an object"))?;
         let read = place::read_toml(&text);
         read.map_err(|finding| {

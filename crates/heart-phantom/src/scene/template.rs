@@ -1,6 +1,7 @@
 //! Writes a scene as a commented TOML file: `template.toml` with the values of the scene.
 
 use super::check_output::formats;
+use super::json::toml_of;
 use super::study::Scene;
 use std::fmt::Write;
 use std::sync::LazyLock;
@@ -16,7 +17,7 @@ static TEMPLATE: LazyLock<String> = LazyLock::new(|| {
 
 /// Returns the text of the file.
 pub(super) fn write(scene: &Scene) -> String {
-    let values = toml_of(&serde_json::from_str(&scene.to_json()).unwrap_or_default());
+    let values = toml_of(&scene.to_json()).unwrap_or(Value::Table(Table::new()));
     let mut text = String::new();
     for block in TEMPLATE.split_inclusive("\n\n") {
         match header(block) {
@@ -65,26 +66,6 @@ fn field(line: &str) -> Option<[&str; 3]> {
 
 fn at<'a>(values: Option<&'a Value>, path: &str) -> Option<&'a Value> {
     (path.split('.')).fold(values, |table, name| table?.get(name))
-}
-
-/// Converts JSON to TOML. Integers too large for TOML become floats, which integer fields reject; other non-numbers become NaN.
-pub(super) fn toml_of(value: &serde_json::Value) -> Value {
-    match value {
-        serde_json::Value::Null => Value::Float(f64::NAN),
-        serde_json::Value::Bool(given) => Value::Boolean(*given),
-        serde_json::Value::Number(given) => match given.as_i64() {
-            Some(whole) => Value::Integer(whole),
-            None => Value::Float(given.as_f64().unwrap_or(f64::NAN)),
-        },
-        serde_json::Value::String(given) => Value::String(given.clone()),
-        serde_json::Value::Array(values) => Value::Array(values.iter().map(toml_of).collect()),
-        serde_json::Value::Object(fields) => {
-            let entries = fields
-                .iter()
-                .map(|(name, value)| (name.clone(), toml_of(value)));
-            Value::Table(entries.collect())
-        }
-    }
 }
 
 /// Returns the comment on each field by path.

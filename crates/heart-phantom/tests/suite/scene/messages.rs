@@ -34,6 +34,19 @@ fn unknown_fields_and_invalid_text_are_reported_with_their_place() {
     );
 }
 
+#[test]
+fn json_with_a_repeated_key_is_an_error() {
+    let text = r#"{"camera": {"views": 60, "views": 61}}"#;
+    let error = Scene::from_json(text).unwrap_err();
+    assert!(
+        error.to_string().contains("`views`: duplicate key"),
+        "{error}"
+    );
+    let large = r#"{"noise": {"counts": {"total": 18446744073709551615}}}"#;
+    let scene = Scene::from_json(large).unwrap();
+    assert_eq!(Scene::from_json(&scene.to_json()).unwrap(), scene);
+}
+
 /// The complete messages for frequent mistakes.
 #[test]
 fn messages_of_frequent_mistakes_are_complete() {
