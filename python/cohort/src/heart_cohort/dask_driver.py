@@ -20,6 +20,15 @@ def end_with_parent() -> None:
         ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, signal.SIGTERM)
 
 
+def report_of(done: subprocess.CompletedProcess) -> dict | None:
+    """The JSON output for a complete shard, whose members may all be rejected (exit code 2); None for an error."""
+    try:
+        found = json.loads(done.stderr if done.returncode == 2 else done.stdout)
+    except ValueError:
+        return None
+    return found if isinstance(found, dict) and "shards_made" in found else None
+
+
 def run_shard(program: str, cohort: str, out: str, shard: int, of: int, threads: int) -> dict:
     """Computes one shard, unless it is complete, and returns the program's JSON output.
 
@@ -28,8 +37,9 @@ def run_shard(program: str, cohort: str, out: str, shard: int, of: int, threads:
     command = [program, "--json", "--threads", str(threads), "cohort", "run", cohort, "--out", out]
     command += ["--shard", f"{shard}/{of}"]
     done = subprocess.run(command, capture_output=True, text=True, preexec_fn=end_with_parent)
-    if done.returncode == 0:
-        return json.loads(done.stdout)
+    report = report_of(done)
+    if done.returncode in (0, 2) and report is not None:
+        return report
     words = done.stderr.strip() or f"exit code {done.returncode}"
     raise (ValueError if done.returncode == 2 else RuntimeError)(f"shard {shard} of {of}: {words}")
 
@@ -112,7 +122,12 @@ def main(arguments=None) -> int:
     print(json.dumps(counts))
     for shard, words in sorted(errors.items()):
         print(f"error: shard {shard}: {words}", file=sys.stderr)
-    return 1 if errors else 0
+    if errors:
+        return 1
+    if counts["rejected"] == counts["members"]:
+        print(f"error: all {counts['members']} members are rejected", file=sys.stderr)
+        return 2
+    return 0
 
 
 if __name__ == "__main__":
