@@ -37,12 +37,11 @@ impl Distribution {
     /// Returns the fault of its numbers, if any; those of JSON are finite.
     pub(crate) fn fault(&self) -> Option<String> {
         match self {
-            Self::Uniform([low, high]) => (!(high - low).is_finite() || low > high).then(|| {
-                format!("uniform = [{low}, {high}]: must be ascending with a finite difference")
-            }),
+            Self::Uniform(ends @ [low, high]) => (!(high - low).is_finite() || low > high)
+                .then(|| format!("uniform = {ends:?}: must be ascending with a finite difference")),
             Self::Normal { mean, sd, bounds } => {
                 if *sd <= 0.0 {
-                    return Some(format!("sd is {sd}; must be positive"));
+                    return Some(format!("sd is {sd:?}; must be positive"));
                 }
                 match bounds {
                     Some(bounds) => bad_bounds(*bounds, |value| (value - mean) / sd),
@@ -56,7 +55,7 @@ impl Distribution {
             } => {
                 if *median <= 0.0 || *factor <= 1.0 {
                     return Some(format!(
-                        "median is {median}, factor is {factor}; must be positive and above 1"
+                        "median is {median:?}, factor is {factor:?}; must be positive and above 1"
                     ));
                 }
                 let [center, width] = [*median, *factor].map(libm::log);
@@ -65,7 +64,7 @@ impl Distribution {
                         bad_bounds(*bounds, |value| (libm::log(value) - center) / width)
                     }
                     Some([least, _]) => {
-                        Some(format!("the lower bound is {least}; must be positive"))
+                        Some(format!("the lower bound is {least:?}; must be positive"))
                     }
                     None => self.fault_of_tails(f64::MAX),
                 }
@@ -79,8 +78,8 @@ impl Distribution {
     /// Returns its fault for an integer field, if any.
     pub(crate) fn fault_of_whole(&self) -> Option<String> {
         match self {
-            Self::Uniform([low, high]) if high.floor() < low.ceil() => {
-                Some(format!("uniform = [{low}, {high}]: contains no integer"))
+            Self::Uniform(ends @ [low, high]) if high.floor() < low.ceil() => {
+                Some(format!("uniform = {ends:?}: contains no integer"))
             }
             Self::Uniform(_) | Self::Normal { .. } | Self::LogNormal { .. } => {
                 self.fault_of_tails(MOST_WHOLE)
@@ -139,17 +138,17 @@ impl Distribution {
     }
 }
 
-fn bad_bounds([low, high]: [f64; 2], standard: impl Fn(f64) -> f64) -> Option<String> {
-    if low >= high {
-        return Some(format!("bounds = [{low}, {high}]: must be ascending"));
+fn bad_bounds(bounds: [f64; 2], standard: impl Fn(f64) -> f64) -> Option<String> {
+    if bounds[0] >= bounds[1] {
+        return Some(format!("bounds = {bounds:?}: must be ascending"));
     }
-    let ends = [low, high].map(standard);
+    let ends = bounds.map(standard);
     let share = match ends[0] > 0.0 {
         true => normal_share(-ends[0]) - normal_share(-ends[1]),
         false => normal_share(ends[1]) - normal_share(ends[0]),
     };
     (share <= LEAST_SHARE)
-        .then(|| format!("bounds = [{low}, {high}]: must contain a part of the distribution"))
+        .then(|| format!("bounds = {bounds:?}: must contain a part of the distribution"))
 }
 
 /// Returns a quantile of the truncated standard normal distribution. The upper half is computed by symmetry, which avoids

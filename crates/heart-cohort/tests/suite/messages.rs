@@ -21,11 +21,15 @@ fn messages_name_the_remedy() {
         ),
         (
             "normal = { mean = 65.0, sd = 2.0, bounds = [70, 60] }",
-            "[70, 60]: must be ascending",
+            "[70.0, 60.0]: must be ascending",
+        ),
+        (
+            "uniform = [-1e308, 1e308]",
+            "[-1e308, 1e308]: must be ascending with a finite difference",
         ),
         (
             "normal = { mean = 65.0, sd = 1.0, bounds = [90, 99] }",
-            "[90, 99]: must contain a part",
+            "[90.0, 99.0]: must contain a part",
         ),
     ] {
         let vary = format!("cycle.beats_per_minute = {{ {vary} }}");
