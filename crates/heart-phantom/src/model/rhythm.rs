@@ -137,7 +137,7 @@ impl Rhythm {
         }
         let lengths = match &beats.intervals {
             RrIntervals::List(lengths) => {
-                check_count("R-R intervals", lengths.len(), LIST)?;
+                check_count("number of R-R intervals", lengths.len(), LIST)?;
                 for &length in lengths {
                     let what = "R-R interval, at least systole and 5 % of diastole,";
                     check(what, length, [least, INTERVALS[1]])?;
