@@ -10,7 +10,8 @@ use clap::error::ErrorKind;
 use heart_phantom::files::{self, Section, Volume};
 use heart_phantom::revolve_voxel::VoxelGrid;
 use heart_phantom::{
-    Observer, Phantom, PhantomError, Product, Progress, Run, RunReport, check_value, escape,
+    Observer, Phantom, PhantomError, Product, Progress, Run, RunReport, check_count, check_value,
+    escape,
 };
 use indicatif::{BinaryBytes, ProgressBar, ProgressStyle};
 use serde_json::{Value, json};
@@ -333,6 +334,8 @@ pub(super) fn one_view(arguments: &Arguments, scene: &Path, at: [usize; 2], out:
         return Err(PhantomError::Extension { path, expected }.into());
     }
     let phantom = Phantom::load(scene)?;
+    check_count("view", view_idx, [0, phantom.camera().n_views() - 1])?;
+    check_count("gate", gate, [0, phantom.n_gates() - 1])?;
     // and so is the directory; `x.npy` has none.
     let folder = out.parent().filter(|folder| *folder != Path::new(""));
     let folder = folder.unwrap_or(Path::new("."));

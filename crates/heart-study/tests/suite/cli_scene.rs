@@ -427,19 +427,16 @@ fn invalid_commands_are_rejected_before_any_work() {
     let folder = tempfile::tempdir().unwrap();
     let scene = small(folder.path(), "");
     let scene = scene.to_str().unwrap();
+    let new = folder.path().join("new");
+    let file = new.join("x.npy");
+    let file = file.to_str().unwrap();
     for (command, says) in [
         (&["check", scene, "--threads", "0"][..], "1..=4096"),
         (&["check"], "<SCENE>"),
         (&["chekc", scene], "check"),
         (&["view", "nowhere.toml", "--out", "x.tiff"], ".npy or .png"),
-        (
-            &["view", scene, "--view", "8", "--out", "x.npy"],
-            "view is 8",
-        ),
-        (
-            &["view", scene, "--gate", "1", "--out", "x.npy"],
-            "gate is 1",
-        ),
+        (&["view", scene, "--view", "8", "--out", file], "view is 8"),
+        (&["view", scene, "--gate", "1", "--out", file], "gate is 1"),
         (&["init", scene], "the file exists"),
     ] {
         let output = heart_phantom(command);
@@ -456,6 +453,7 @@ fn invalid_commands_are_rejected_before_any_work() {
         assert_eq!(error["code"], expected, "{error}");
         assert!(error["error"].as_str().unwrap().contains(says), "{error}");
     }
+    assert!(!new.exists());
 }
 
 /// A heart half outside the bins: a warning before the work, in the report, and as JSON.
