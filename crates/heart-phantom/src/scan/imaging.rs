@@ -137,7 +137,7 @@ impl Imaging {
             let (detector, value) = (camera.detector(), self.options.value);
             let weights = responses.clone();
             let weights = weights.map(|own| View::weight_bytes(detector, value, own));
-            let rows = responses.map(|own| View::most_heights(detector, own, density));
+            let rows = responses.map(|own| View::most_heights(detector, value, own, density));
             let rows = 40.0 * density + rows.fold(0.0, f64::max);
             8.0 * rows * (n_nodes * camera.n_bins()) as f64 + weights.max().unwrap_or(0) as f64
         };

@@ -7,13 +7,13 @@ use crate::{Body, RevolveError, View};
 /// Quadrature across a corner has an error of the turning angle over the square of the density, so that panels between the small corners of a
 /// polyline of few vertices would need additional nodes at low densities.
 const CORNER: [f64; 2] = [0.4, 0.8];
-/// The first number without a response, and with one that is narrow against the bins.
+/// The first number for averages without a response, and with one that is narrow against the bins.
 const SHARP_CORNER: f64 = 0.1;
 
 impl View<'_> {
     /// Estimates the largest error of a sample by the corners of a body that do not divide panels, from its activity per cm^3 in each region: the sum
     /// over the layers of `s alpha |a| / (6 d^2)`, with alpha the sine of the largest turn of such a corner, a the difference of the activities
-    /// inside and outside the layer, d the density, and s the narrowest standard deviation of the response, or the pitch if that is narrow. Corners
+    /// inside and outside the layer, d the density, and s the narrowest standard deviation of the response, or for averages the pitch if that is narrow. Corners
     /// nearer to each other than `s / d` count in proportion to their distance.
     ///
     /// Nodes that are h apart have errors of at most `h^2 / 12` times the change of slope at a corner, 2 alpha a in line integrals, and the largest

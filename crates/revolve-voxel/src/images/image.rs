@@ -82,12 +82,12 @@ struct Line {
 }
 
 impl<'a> View<'a> {
-    /// Below this fraction of the pitch a response is narrow: the edges of bins divide panels, because the weights of bins are steps at the scale of
-    /// the pitch, and the density is that of nodes per bin.
+    /// Below this fraction of the pitch a response is narrow: for averages the edges of bins divide panels, because the weights of bins are steps at
+    /// the scale of the pitch, and the density is that of nodes per bin.
     pub const NARROW: f64 = 0.125;
 
-    /// A view on a detector, which is centred at (u, v) = (0, 0), with `density` nodes per standard deviation of the narrowest response (per
-    /// bin where that is narrower than an eighth of a bin), 0.1 to 1000. The error is not estimated: compare two densities, and add
+    /// A view on a detector, which is centred at (u, v) = (0, 0), with `density` nodes per standard deviation of the narrowest response (for
+    /// averages, per bin where that is narrower than an eighth of a bin), 0.1 to 1000. The error is not estimated: compare two densities, and add
     /// [`corner_error`](Self::corner_error). A response that depends on depth needs parallel rays.
     ///
     /// # Errors
@@ -118,12 +118,20 @@ impl<'a> View<'a> {
     #[must_use]
     pub fn most_heights(
         detector: &ParallelDetector,
+        value: BinValue,
         response: &DepthResponse,
         density: f64,
     ) -> f64 {
         let [narrowest, widest] = response.extremes();
-        let [_, Axis { n, pitch, .. }] = Axis::both(detector, BinValue::Average);
-        density * (n as f64 * pitch + 2.0 * REACH * widest) / narrowest.max(Self::NARROW * pitch)
+        let [_, rows] = Axis::both(detector, value);
+        let (n, reach) = (rows.n as f64, 2.0 * REACH * widest);
+        density
+            * match value {
+                BinValue::Average => {
+                    (n * rows.pitch + reach) / narrowest.max(Self::NARROW * rows.pitch)
+                }
+                BinValue::Centre => (n * rows.pitch.min(reach) + reach) / narrowest,
+            }
     }
 
     /// Returns the bytes of the weights that a view tabulates.
@@ -169,9 +177,10 @@ impl<'a> View<'a> {
         Ok(self.sum(&lines, rows))
     }
 
-    /// Whether the response is narrow against the bins or rows.
+    /// Whether samples are averages over bins or rows against which the response is narrow.
     pub(super) fn is_narrow(&self, axis: usize) -> bool {
-        self.response.extremes()[0] < Self::NARROW * self.axes[axis].pitch
+        let Axis { pitch, value, .. } = self.axes[axis];
+        value == BinValue::Average && self.response.extremes()[0] < Self::NARROW * pitch
     }
 
     /// The scale of details of sectors that matter, 0 without a response or with a narrow one; `None` if sectors do not divide panels.
@@ -220,7 +229,7 @@ impl<'a> View<'a> {
         panels: &mut Vec<Panel>,
     ) {
         panels.clear();
-        let ([narrowest, widest], Axis { n, pitch, .. }) =
+        let ([narrowest, widest], Axis { n, pitch, value }) =
             (self.response.extremes(), self.axes[axis]);
         let reach = self.axes[axis].edge(n) + REACH * widest;
         let [low, high] = [low.max(-reach), high.min(reach)];
@@ -231,10 +240,20 @@ impl<'a> View<'a> {
         breaks.extend([low, high]);
         let is_narrow = self.is_narrow(axis);
         let step = STEP * narrowest;
+        let mut divide = |near: f64, distance: f64| {
+            let around = [near - distance, near + distance];
+            breaks.extend(around.into_iter().filter(|x| low < *x && *x < high));
+        };
         if is_narrow {
-            let edges = (0..=n).map(|k| self.axes[axis].edge(k));
-            let around = edges.flat_map(|edge| [edge - step, edge + step]);
-            breaks.extend(around.filter(|x| low < *x && *x < high));
+            (0..=n).for_each(|k| divide(self.axes[axis].edge(k), step));
+        }
+        // Content farther than this from the centre of a bin contributes to no sample.
+        let window = match value {
+            BinValue::Average => pitch,
+            BinValue::Centre => REACH * widest,
+        };
+        if window < 0.5 * pitch {
+            (0..n).for_each(|k| divide(self.axes[axis].edge(k) + 0.5 * pitch, window));
         }
         breaks.sort_unstable_by(f64::total_cmp);
         let same = SAME * low.abs().max(high.abs());
@@ -257,8 +276,11 @@ impl<'a> View<'a> {
         };
         for pair in breaks.windows(2) {
             let [from, to] = [pair[0], pair[1]];
-            // In the middle of a bin the weights are constant.
             let place = 0.5 * (from + to) / pitch + 0.5 * n as f64;
+            if (place - place.floor() - 0.5).abs() * pitch > window {
+                continue;
+            }
+            // In the middle of a bin the weights of averages are constant.
             let scale = match is_narrow && (place - place.round()).abs() * pitch >= step {
                 true => pitch,
                 false => narrowest,

@@ -101,14 +101,14 @@ fn voxels_of_a_twisted_sector_do_not_depend_on_the_unit() {
 /// The widths of the response are those of several bins, of less than one, and of a small part of one.
 #[test]
 fn images_and_their_work_do_not_depend_on_the_unit() {
-    for sigma in [1.1, 0.2, 0.03] {
+    let widths = [1.1, 0.2, 0.03].map(|sigma| (sigma, BinValue::Average));
+    for (sigma, value) in widths.into_iter().chain([(0.03, BinValue::Centre)]) {
         let of = |unit: f64| {
             let body = Body::new(vec![solid(unit)], placed(unit, [0.1, 0.2, -0.1])).unwrap();
             let organs = Organs::new(Vec::new()).unwrap();
             let detector = ParallelDetector::new(9, 8, [0.4 * unit, 0.5 * unit]).unwrap();
             let response = DepthResponse::constant(sigma * unit).unwrap();
             let plane = RayPlane::parallel(0.4).unwrap();
-            let value = BinValue::Average;
             let view = View::new(plane, &detector, value, &response, 1.0).unwrap();
             let assembly = Assembly::new(&organs)
                 .with_body(&body, &[1.0], Some(0.15 / unit))
@@ -116,7 +116,7 @@ fn images_and_their_work_do_not_depend_on_the_unit() {
             let image = view.image(&assembly, Shown::Change, 0..8).unwrap();
             let samples: Vec<f64> = image.samples.iter().map(|v| v / unit).collect();
             let bytes = View::weight_bytes(&detector, value, &response);
-            let rows = View::most_heights(&detector, &response, 1.0);
+            let rows = View::most_heights(&detector, value, &response, 1.0);
             (samples, image.rays, bytes, rows)
         };
         let [one, others @ ..] = UNITS.map(of);

@@ -61,6 +61,30 @@ fn bins_beside_a_body_need_no_rays() {
     assert!(apart(&low, &high) < 1e-2, "{}", apart(&low, &high));
 }
 
+/// The centres of wide bins are those of every ninth fine bin, and no other content contributes.
+#[test]
+fn values_at_the_centres_of_wide_bins_need_rays_near_these() {
+    let (body, organs, sigma) = (heart(), none(), 0.1);
+    let assembly = Assembly::new(&organs)
+        .with_body(&body, &[0.2, 1.0], None)
+        .unwrap();
+    let response = DepthResponse::constant(sigma).unwrap();
+    let plane = RayPlane::parallel(0.8).unwrap();
+    let image = |n: usize, pitch: f64| {
+        let detector = ParallelDetector::new(n, n, [pitch; 2]).unwrap();
+        let view = View::new(plane, &detector, BinValue::Centre, &response, 3.0).unwrap();
+        let image = view.image(&assembly, Shown::Change, 0..n).unwrap();
+        (whole(&image, &detector), image.rays.cast)
+    };
+    let ((wide, few), (fine, many)) = (image(5, 2.25), image(45, 0.25));
+    let centres = (0..25).map(|k| fine[(9 * (k / 5) + 4) * 45 + 9 * (k % 5) + 4]);
+    let off = apart(&wide, &centres.collect::<Vec<_>>());
+    // Nodes at the same density in other panels.
+    assert!(off < 1e-4, "{off}");
+    // The part of the area within reach is 0.22, in more panels.
+    assert!(2 * few < many, "{few} {many}");
+}
+
 /// Rows perpendicular to the axis cut parallels; rows that are nearly perpendicular cut short curves.
 #[test]
 fn an_upright_body_is_the_limit_of_tilted_ones() {
