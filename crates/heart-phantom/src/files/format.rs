@@ -117,114 +117,12 @@ const PLAIN: FormatInfo = FormatInfo {
     write_projections: None,
 };
 
-const NPY: FormatInfo = FormatInfo {
-    name: "npy",
-    projections: Some(one("npy")),
-    write_volume: Some(npy::write_volume),
-    write_projections: Some(npy::write_projections),
-    ..PLAIN
-};
-
-const NPZ: FormatInfo = FormatInfo {
-    name: "npz",
-    volume: one("npz"),
-    projections: Some(one("npz")),
-    feature: Some("files"),
-    #[cfg(feature = "files")]
-    write_volume: Some(npz::write_volume),
-    #[cfg(feature = "files")]
-    write_projections: Some(npz::write_projections),
-    ..PLAIN
-};
-
-const NIFTI: FormatInfo = FormatInfo {
-    name: "NIfTI",
-    volume: one("nii"),
-    write_volume: Some(nifti::write),
-    ..PLAIN
-};
-
-const NIFTI_GZ: FormatInfo = FormatInfo {
-    name: "compressed NIfTI",
-    volume: one("nii.gz"),
-    feature: Some("files"),
-    #[cfg(feature = "files")]
-    write_volume: Some(nifti::write_gz),
-    ..PLAIN
-};
-
-const META_IMAGE: FormatInfo = FormatInfo {
-    name: "MetaImage",
-    volume: two("mhd", "raw"),
-    write_volume: Some(metaimage::write_mhd),
-    ..PLAIN
-};
-
-const META_IMAGE_SINGLE: FormatInfo = FormatInfo {
-    name: "MetaImage",
-    volume: one("mha"),
-    write_volume: Some(metaimage::write_mha),
-    ..PLAIN
-};
-
-const NRRD: FormatInfo = FormatInfo {
-    name: "NRRD",
-    volume: one("nrrd"),
-    projections: Some(one("nrrd")),
-    write_volume: Some(nrrd::write_volume),
-    write_projections: Some(nrrd::write_projections),
-    ..PLAIN
-};
-
-const INTERFILE_STIR: FormatInfo = FormatInfo {
-    name: "Interfile (STIR)",
-    volume: two("hv", "v"),
-    projections: Some(two("hs", "s")),
-    gates: false,
+/// Text headers whose rows and slices go from head to feet, of one gate and of scalars.
+const INTERFILE: FormatInfo = FormatInfo {
     fields: false,
     even_steps: true,
     row_order: SliceOrder::HeadToFeet,
     slice_order: SliceOrder::HeadToFeet,
-    write_volume: Some(interfile::write_volume_stir),
-    write_projections: Some(interfile::write_projections_stir),
-    ..PLAIN
-};
-
-const INTERFILE_SIMIND: FormatInfo = FormatInfo {
-    name: "Interfile (SIMIND)",
-    volume: two("h00", "a00"),
-    projections: Some(two("h00", "a00")),
-    gates: true,
-    write_volume: Some(interfile::write_volume_simind),
-    write_projections: Some(interfile::write_projections_simind),
-    ..INTERFILE_STIR
-};
-
-const RAW_JSON: FormatInfo = FormatInfo {
-    name: "raw with JSON",
-    volume: two("json", "bin"),
-    projections: Some(two("json", "bin")),
-    write_volume: Some(raw_json::write_volume),
-    write_projections: Some(raw_json::write_projections),
-    ..PLAIN
-};
-
-const DICOM: FormatInfo = FormatInfo {
-    name: "DICOM",
-    volume: one("dcm"),
-    projections: Some(one("dcm")),
-    fields: false,
-    even_steps: true,
-    detectors: true,
-    sample_bytes: 2,
-    // In the order of DICOM, and integers in a growing list.
-    copy_bytes: [8, 4],
-    row_order: SliceOrder::HeadToFeet,
-    feature: Some("dicom"),
-    #[cfg(feature = "dicom")]
-    write_volume: Some(dicom::write_volume),
-    #[cfg(feature = "dicom")]
-    write_projections: Some(dicom::write_projections),
     ..PLAIN
 };
 
@@ -259,19 +157,103 @@ impl Format {
 
     /// The properties of the format.
     #[must_use]
-    pub const fn info(self) -> &'static FormatInfo {
+    pub const fn info(self) -> FormatInfo {
         match self {
-            Self::Npy => &NPY,
-            Self::Npz => &NPZ,
-            Self::Nifti => &NIFTI,
-            Self::NiftiGz => &NIFTI_GZ,
-            Self::MetaImage => &META_IMAGE,
-            Self::MetaImageSingle => &META_IMAGE_SINGLE,
-            Self::Nrrd => &NRRD,
-            Self::InterfileStir => &INTERFILE_STIR,
-            Self::InterfileSimind => &INTERFILE_SIMIND,
-            Self::RawJson => &RAW_JSON,
-            Self::Dicom => &DICOM,
+            Self::Npy => FormatInfo {
+                name: "npy",
+                projections: Some(one("npy")),
+                write_volume: Some(npy::write_volume),
+                write_projections: Some(npy::write_projections),
+                ..PLAIN
+            },
+            Self::Npz => FormatInfo {
+                name: "npz",
+                volume: one("npz"),
+                projections: Some(one("npz")),
+                feature: Some("files"),
+                #[cfg(feature = "files")]
+                write_volume: Some(npz::write_volume),
+                #[cfg(feature = "files")]
+                write_projections: Some(npz::write_projections),
+                ..PLAIN
+            },
+            Self::Nifti => FormatInfo {
+                name: "NIfTI",
+                volume: one("nii"),
+                write_volume: Some(nifti::write),
+                ..PLAIN
+            },
+            Self::NiftiGz => FormatInfo {
+                name: "compressed NIfTI",
+                volume: one("nii.gz"),
+                feature: Some("files"),
+                #[cfg(feature = "files")]
+                write_volume: Some(nifti::write_gz),
+                ..PLAIN
+            },
+            Self::MetaImage => FormatInfo {
+                name: "MetaImage",
+                volume: two("mhd", "raw"),
+                write_volume: Some(metaimage::write_mhd),
+                ..PLAIN
+            },
+            Self::MetaImageSingle => FormatInfo {
+                name: "MetaImage",
+                volume: one("mha"),
+                write_volume: Some(metaimage::write_mha),
+                ..PLAIN
+            },
+            Self::Nrrd => FormatInfo {
+                name: "NRRD",
+                volume: one("nrrd"),
+                projections: Some(one("nrrd")),
+                write_volume: Some(nrrd::write_volume),
+                write_projections: Some(nrrd::write_projections),
+                ..PLAIN
+            },
+            Self::InterfileStir => FormatInfo {
+                name: "Interfile (STIR)",
+                volume: two("hv", "v"),
+                projections: Some(two("hs", "s")),
+                gates: false,
+                write_volume: Some(interfile::write_volume_stir),
+                write_projections: Some(interfile::write_projections_stir),
+                ..INTERFILE
+            },
+            Self::InterfileSimind => FormatInfo {
+                name: "Interfile (SIMIND)",
+                volume: two("h00", "a00"),
+                projections: Some(two("h00", "a00")),
+                write_volume: Some(interfile::write_volume_simind),
+                write_projections: Some(interfile::write_projections_simind),
+                ..INTERFILE
+            },
+            Self::RawJson => FormatInfo {
+                name: "raw with JSON",
+                volume: two("json", "bin"),
+                projections: Some(two("json", "bin")),
+                write_volume: Some(raw_json::write_volume),
+                write_projections: Some(raw_json::write_projections),
+                ..PLAIN
+            },
+            Self::Dicom => FormatInfo {
+                name: "DICOM",
+                volume: one("dcm"),
+                projections: Some(one("dcm")),
+                fields: false,
+                even_steps: true,
+                detectors: true,
+                sample_bytes: 2,
+                // In the order of DICOM, and integers in a growing list.
+                copy_bytes: [8, 4],
+                row_order: SliceOrder::HeadToFeet,
+                feature: Some("dicom"),
+                #[cfg(feature = "dicom")]
+                write_volume: Some(dicom::write_volume),
+                #[cfg(feature = "dicom")]
+                write_projections: Some(dicom::write_projections),
+                ..PLAIN
+            },
         }
     }
 }

@@ -26,7 +26,7 @@
 //! - xmedcon 0.23.0 requires the numbers of images, energy windows and heads, which are optional in STIR.
 
 use super::names::{data_beside, millimetres};
-use super::turn::{Direction, Turn, check_centred};
+use super::turn::{Turn, check_centred};
 use crate::error::PhantomError;
 use crate::files::atomic::write_with_header;
 use crate::files::{Projections, Samples, Volume, write_atomically};
@@ -89,10 +89,9 @@ pub(super) fn write_volume_simind(path: &Path, volume: &Volume) -> Result<(), Ph
         let centre = volume.grid.origin()[a] + 0.5 * (shape[a] as f64 - 1.0) * spacing;
         check_centred("centre of the grid in voxels", centre / spacing, shape[a])?;
     }
-    let gates = Gates::new(volume.n_gates(), volume.seconds_per_gate());
     let images = volume.n_gates() * nz;
-    let head = simind_head(&name, images, &gates);
-    let study = &gates.study;
+    let head = simind_head(&name, images, volume.seconds_per_gate().is_some());
+    let study = study_of(volume.n_gates(), volume.seconds_per_gate());
     let number = number_format(volume.samples, "short float");
     let thickness = dz / dx;
     let header = format!(
@@ -168,18 +167,18 @@ pub(super) fn write_projections_simind(
 ) -> Result<(), PhantomError> {
     let (data, name) = data_beside(path, "a00");
     let turn = Turn::of(projections, projections.angles)?;
-    let gates = Gates::new(projections.n_gates(), projections.seconds_per_gate);
-    let images = projections.n_gates() * projections.angles.len();
-    let head = simind_head(&name, images, &gates);
-    let study = &gates.study;
+    let (gates, seconds) = (projections.n_gates(), projections.seconds_per_gate);
+    let images = gates * projections.angles.len();
+    let head = simind_head(&name, images, seconds.is_some());
+    let study = study_of(gates, seconds);
     let number = number_format(projections.samples, "short float");
-    let (start, direction) = match turn.direction {
-        Direction::Ccw => (180.0 - turn.start, Direction::Cw),
-        Direction::Cw => (turn.start - 180.0, Direction::Ccw),
+    let start = match turn.increases {
+        true => 180.0 - turn.start,
+        false => turn.start - 180.0,
     };
     let turn = Turn {
         start: start.rem_euclid(360.0),
-        direction,
+        increases: !turn.increases,
         ..turn
     };
     let orbit = match projections.radii {
@@ -209,39 +208,25 @@ pub(super) fn write_projections_simind(
     })
 }
 
-/// The gates in one file, if any.
-struct Gates {
-    kind: &'static str,
-    /// The first line of a study, and the keys of gates.
-    study: String,
-}
-
-impl Gates {
-    fn new(n: usize, seconds: Option<f64>) -> Self {
-        match seconds {
-            None => Self {
-                kind: "tomographic",
-                study: "!SPECT STUDY (General) :=\n".into(),
-            },
-            Some(seconds) => Self {
-                kind: "GSPECT",
-                study: format!(
-                    "!GATED SPECT STUDY (general) :=\n\
-                     !gated SPECT nesting outer level := Gated\n\
-                     number of time windows := 1\n\
-                     !Gated Study (each time window) :=\n\
-                     !time window number := 1\n\
-                     !number of images in time window := {n}\n\
-                     !image duration (sec) := {seconds}\n"
-                ),
-            },
-        }
+/// The first line of a study, and the keys of gates if they share the file.
+fn study_of(n: usize, seconds: Option<f64>) -> String {
+    match seconds {
+        None => "!SPECT STUDY (General) :=\n".to_owned(),
+        Some(seconds) => format!(
+            "!GATED SPECT STUDY (general) :=\n\
+             !gated SPECT nesting outer level := Gated\n\
+             number of time windows := 1\n\
+             !Gated Study (each time window) :=\n\
+             !time window number := 1\n\
+             !number of images in time window := {n}\n\
+             !image duration (sec) := {seconds}\n"
+        ),
     }
 }
 
 /// The first lines of SIMIND headers; the version defines the units.
-fn simind_head(data: &str, images: usize, gates: &Gates) -> String {
-    let kind = gates.kind;
+fn simind_head(data: &str, images: usize, is_gated: bool) -> String {
+    let kind = if is_gated { "GSPECT" } else { "tomographic" };
     format!(
         "!INTERFILE :=\n\
          !imaging modality := nucmed\n\
@@ -265,12 +250,9 @@ fn simind_head(data: &str, images: usize, gates: &Gates) -> String {
 fn acquired(projections: &Projections, turn: &Turn, orbit: &str) -> String {
     let [views, rows, bins] = projections.shape();
     let [pitch_bin, pitch_row] = projections.detector.pitch().map(millimetres);
-    let counts = counts(projections.counts);
+    let counts = counts(projections);
     let Turn { start, extent, .. } = turn;
-    let direction = match turn.direction {
-        Direction::Cw => "CW",
-        Direction::Ccw => "CCW",
-    };
+    let direction = if turn.increases { "CCW" } else { "CW" };
     format!(
         "!number of projections := {views}\n\
          !extent of rotation := {extent}\n\
@@ -293,14 +275,16 @@ fn circular(radius: f64) -> String {
 }
 
 /// A comment, because Interfile has no such key: expected counts of a sample of 1, one number if equal in all views.
-fn counts(each: Option<&[f64]>) -> String {
-    let Some(counts) = each else {
-        return String::new();
+fn counts(projections: &Projections) -> String {
+    let told = match (projections.common_counts(), projections.counts) {
+        (_, None) => return String::new(),
+        (Some(common), _) => common.to_string(),
+        (None, Some(counts)) => {
+            let told: Vec<String> = counts.iter().map(f64::to_string).collect();
+            told.join(", ")
+        }
     };
-    let alike = counts.iter().all(|count| *count == counts[0]);
-    let told = &counts[..if alike { 1 } else { counts.len() }];
-    let told: Vec<String> = told.iter().map(f64::to_string).collect();
-    format!(";# counts per unit := {}\n", told.join(", "))
+    format!(";# counts per unit := {told}\n")
 }
 
 fn number_format(samples: Samples, float: &str) -> String {

@@ -176,6 +176,12 @@ impl<'a> Projections<'a> {
         Ok(self)
     }
 
+    /// Returns the expected counts of a sample of 1, if they are known and equal in all views.
+    pub(super) fn common_counts(&self) -> Option<f64> {
+        let (first, others) = self.counts?.split_first()?;
+        others.iter().all(|count| count == first).then_some(*first)
+    }
+
     /// Returns the number of gates, or 1.
     pub(super) fn n_gates(&self) -> usize {
         match self.seconds_per_gate {

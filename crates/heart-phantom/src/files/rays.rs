@@ -3,9 +3,9 @@
 use super::npy::put_f64;
 use crate::RayGeometry;
 use crate::error::{PhantomError, check_length};
-use crate::files::{Samples, write_atomically};
-use revolve_voxel::PointRaster;
+use crate::files::{Volume, metaimage, write_atomically};
 use revolve_voxel::nalgebra::{Point3, Vector3};
+use revolve_voxel::{PointRaster, VoxelGrid};
 use std::fmt::Write as _;
 use std::path::Path;
 
@@ -89,18 +89,13 @@ pub fn write_rtk(path: &Path, rays: &RayGeometry, samples: &[f32]) -> Result<(),
     let [width, height] = spacing.unwrap_or([1.0; 2]);
     let (n_bins, n_rows) = (rays.detector().n_bins(), rays.detector().n_rows());
     let first = |n: usize, pitch: f64| -0.5 * (n as f64 - 1.0) * pitch;
-    let header = format!(
-        "ObjectType = Image\nNDims = 3\nBinaryData = True\nBinaryDataByteOrderMSB = False\nCompressedData = False\n\
-         TransformMatrix = 1 0 0 0 1 0 0 0 1\nOffset = {} {} 0\nCenterOfRotation = 0 0 0\n\
-         ElementSpacing = {width} {height} 1\nDimSize = {n_bins} {n_rows} {}\nElementType = MET_FLOAT\nElementDataFile = LOCAL\n",
-        first(n_bins, width),
-        first(n_rows, height),
-        rays.n_views(),
-    );
-    write_atomically(&path.with_extension("mha"), |out| {
-        out.write_all(header.as_bytes())?;
-        Samples::F32(samples).write(out)
-    })?;
+    // The third axis is that of the views.
+    let grid = VoxelGrid::new(
+        [n_bins, n_rows, rays.n_views()],
+        [0.1 * width, 0.1 * height, 0.1],
+        [0.1 * first(n_bins, width), 0.1 * first(n_rows, height), 0.0],
+    )?;
+    metaimage::write_mha(&path.with_extension("mha"), &Volume::new(grid, samples)?)?;
     write_atomically(&path.with_extension("xml"), |out| {
         writeln!(out, "<?xml version=\"1.0\"?>\n<!DOCTYPE RTKGEOMETRY>")?;
         writeln!(

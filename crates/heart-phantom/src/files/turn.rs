@@ -10,14 +10,8 @@ pub(super) struct Turn {
     pub(super) start: f64,
     /// Number of views times the step between them.
     pub(super) extent: f64,
-    /// Whether angles increase.
-    pub(super) direction: Direction,
-}
-
-/// The direction of rotation in a header.
-pub(super) enum Direction {
-    Cw,
-    Ccw,
+    /// Whether angles increase: counter-clockwise seen from +z.
+    pub(super) increases: bool,
 }
 
 impl Turn {
@@ -47,10 +41,7 @@ impl Turn {
         Ok(Self {
             start: short(angles[0].to_degrees()).rem_euclid(360.0),
             extent: short((step.abs() * angles.len() as f64).to_degrees()),
-            direction: match step < 0.0 {
-                true => Direction::Cw,
-                false => Direction::Ccw,
-            },
+            increases: step >= 0.0,
         })
     }
 }

@@ -5,7 +5,7 @@ use super::item::{Item, decimal};
 use super::pixels::Pixels;
 use crate::error::{PhantomError, check, check_count};
 use crate::files::names::millimetres;
-use crate::files::turn::{Direction, Turn};
+use crate::files::turn::Turn;
 use crate::files::{
     BeatCounts, Corrections, PROGRAM, Projections, Samples, Volume, write_atomically,
 };
@@ -47,10 +47,7 @@ pub(in crate::files) fn write_projections(
     let step = turn.extent / each as f64;
     // 0 at the back, as in the lab, with the opposite sign.
     let start = |turn: &Turn| decimal((360.0 - turn.start).rem_euclid(360.0));
-    let direction = match turn.direction {
-        Direction::Ccw => "CW",
-        Direction::Cw => "CC",
-    };
+    let direction = if turn.increases { "CW" } else { "CC" };
     let rotation = Item::new()
         .text(tags::START_ANGLE, VR::DS, &start(turn))
         .decimals(tags::ANGULAR_STEP, &[step])
@@ -59,10 +56,7 @@ pub(in crate::files) fn write_projections(
         .text(
             tags::ACTUAL_FRAME_DURATION,
             VR::IS,
-            &(1e3 * projections.info.seconds_per_view)
-                .round()
-                .min(2e9)
-                .to_string(),
+            &milliseconds(info.seconds_per_view),
         )
         .decimals(tags::RADIAL_POSITION, radii_of(0))
         .shorts(tags::NUMBER_OF_FRAMES_IN_ROTATION, vec![frames.each]);
@@ -116,7 +110,11 @@ pub(in crate::files) fn write_projections(
     // Seen from the detector.
     let shape = [projections.n_gates(), info.heads, each];
     let seen = projections.samples.backwards_by_head(shape, rows * bins);
-    let pixels = Pixels::new(seen.as_samples(), counts_of(projections));
+    let counts = match info.counts {
+        true => Some(1.0),
+        false => projections.common_counts(),
+    };
+    let pixels = Pixels::new(seen.as_samples(), counts);
     let item = pixels.put(item, frames.sides, [down, across]);
     write(path, item, projections.study)
 }
@@ -173,6 +171,11 @@ fn write(path: &Path, item: Item, study: Option<&str>) -> Result<(), PhantomErro
     })
 }
 
+/// Formats a time as an integer of 32 bits.
+fn milliseconds(seconds: f64) -> String {
+    (1e3 * seconds).round().min(2e9).to_string()
+}
+
 /// Rejects counts that exceed a pixel of 16 bits.
 fn check_counts(samples: Samples) -> Result<(), PhantomError> {
     let Samples::F32(counts) = samples else {
@@ -181,16 +184,6 @@ fn check_counts(samples: Samples) -> Result<(), PhantomError> {
     let most = counts.iter().copied().fold(0.0, f32::max);
     let what = "largest count (DICOM has 16 bits: reduce the counts or choose another format)";
     check(what, most.into(), [0.0, u16::MAX.into()]).map(drop)
-}
-
-/// Counts of a sample of 1, if known and equal in all views of all gates.
-fn counts_of(projections: &Projections) -> Option<f64> {
-    if projections.info.counts {
-        return Some(1.0);
-    }
-    let counts = projections.counts?;
-    let first = *counts.first()?;
-    counts.iter().all(|&count| count == first).then_some(first)
 }
 
 /// Number and size of frames, and their gates.
@@ -271,7 +264,6 @@ impl Frames {
             limits: [beat; 2],
             rejects: false,
         });
-        let milliseconds = |seconds: f64| (1e3 * seconds).round().min(2e9).to_string();
         let times = Item::new()
             .decimals(tags::FRAME_TIME, &[1e3 * seconds])
             .text(tags::NOMINAL_INTERVAL, VR::IS, &milliseconds(beats.mean))

@@ -5,7 +5,7 @@ mod gated;
 use super::*;
 use dicom_dictionary_std::tags;
 use dicom_object::{DefaultDicomObject, InMemDicomObject, Tag, open_file};
-use heart_phantom::files::{AcquisitionInfo, BeatCounts, write_ct};
+use heart_phantom::files::{AcquisitionInfo, BeatCounts, PROGRAM, write_ct};
 use heart_phantom::{Phantom, Scene, no_observer, run};
 
 const GATES: usize = 2;
@@ -233,6 +233,14 @@ fn identifiers_are_functions_of_the_content() {
         (bytes, uids)
     };
     let (bytes, first) = ids(&samples, Some("scene"));
+    // The hash FNV-1a of 128 bits, with the bits of a UUID (RFC 9923 and 9562).
+    let text = [PROGRAM, "study", "scene"].concat();
+    let hash = (text.bytes()).fold(0x6c62_272e_07bb_0142_62b8_2175_6295_c58d, |hash, byte| {
+        (hash ^ u128::from(byte)).wrapping_mul(0x0100_0000_0000_0000_0000_013b)
+    });
+    let other_bits: u128 = !(0xf << 76 | 0b11 << 62);
+    let number: u128 = first[0]["2.25.".len()..].parse().unwrap();
+    assert_eq!(number & other_bits, hash & other_bits);
     assert_eq!(ids(&samples, Some("scene")).0, bytes);
     let (_, second) = ids(&other, Some("scene"));
     assert_eq!(first[..2], second[..2]);
@@ -387,4 +395,35 @@ fn counts_above_16_bits_are_rejected() {
     assert_eq!(decimals(&file, tags::RESCALE_SLOPE), [1.0]);
     let pixels = shorts(&file, tags::PIXEL_DATA);
     assert_eq!(pixels.iter().max(), Some(&u16::MAX));
+}
+
+#[test]
+fn numbers_fit_into_their_field_with_eight_digits() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.dcm");
+    for cm in [
+        18.0,
+        2.864788975654116,
+        1.0 / 30.0,
+        1.0 / 3e8,
+        0.1 * f64::from(f32::MAX),
+        12_345_678_901_234.56,
+    ] {
+        let grid = VoxelGrid::new([1; 3], [cm; 3], [-cm; 3]).unwrap();
+        let volume = Volume::new(grid, [1_u8].as_slice()).unwrap();
+        write(&path, &volume, Format::Dicom).unwrap();
+        let file = open_file(&path).unwrap();
+        for number in text(&file, tags::PIXEL_SPACING).split('\\') {
+            assert!(number.trim_end().len() <= 16, "{number}");
+            let back: f64 = number.trim().parse().unwrap();
+            assert!((back - 10.0 * cm).abs() <= 1e-8 * cm, "{number}");
+        }
+        let detector = &items(&file, tags::DETECTOR_INFORMATION_SEQUENCE)[0];
+        let origin = detector.element(tags::IMAGE_POSITION_PATIENT).unwrap();
+        for number in origin.to_str().unwrap().split('\\') {
+            assert!(number.trim_end().len() <= 16, "{number}");
+            let back: f64 = number.trim().parse().unwrap();
+            assert!((back + 10.0 * cm).abs() <= 1e-7 * cm, "{number}");
+        }
+    }
 }

@@ -222,6 +222,12 @@ fn missing_and_obstructing_directories_leave_no_files() {
         assert!(matches!(refused, Err(PhantomError::File { path, .. }) if path == in_the_way));
         assert!(!path.exists(), "{format:?}: a header without data");
         assert_eq!(entries(folder.path()), 1);
+        // Nor is an older header changed.
+        fs::write(&path, "old").unwrap();
+        write(&path, &volume, format).unwrap_err();
+        assert_eq!(fs::read_to_string(&path).unwrap(), "old");
+        assert_eq!(entries(folder.path()), 2);
+        fs::remove_file(path).unwrap();
         fs::remove_dir(in_the_way).unwrap();
     }
 }
