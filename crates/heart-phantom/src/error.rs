@@ -298,6 +298,20 @@ impl From<SceneError> for PhantomError {
     }
 }
 
+/// Returns the error of a term that exceeds its part of a tolerance.
+pub(crate) fn missed(
+    term: &'static str,
+    reached: f64,
+    [allowed, tolerance]: [f64; 2],
+) -> PhantomError {
+    PhantomError::Tolerance {
+        term,
+        reached,
+        allowed,
+        tolerance,
+    }
+}
+
 /// The end of [`PhantomError::Tolerance`].
 fn of_tolerance(allowed: f64, tolerance: f64) -> String {
     let part = match allowed < tolerance {

@@ -1,6 +1,6 @@
 //! Atrioventricular-plane displacement with a fixed apex.
 
-use super::material::APEX;
+use super::twist::APEX;
 use crate::error::{PhantomError, check};
 use crate::ranges::GAIN;
 use membrane_newton::membrane_forces::Material;

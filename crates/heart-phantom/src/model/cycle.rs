@@ -33,14 +33,11 @@ const PHASE_GRID: f64 = (1u64 << 40) as f64;
 #[derive(Debug, Clone, PartialEq)]
 pub struct Cycle {
     beats_per_minute: f64,
-    beats_per_second: f64,
     gains: [f64; 2],
     height: Height,
     /// Variable R-R intervals, or rejected beats.
     rhythm: Option<Arc<Rhythm>>,
     breathing: Option<Arc<RespiratoryMotion>>,
-    /// The selected respiratory gate.
-    breath_gate: Option<usize>,
 }
 
 impl Cycle {
@@ -64,12 +61,10 @@ impl Cycle {
         check("smallest gain", gains[0], [0.0, gains[1]])?;
         Ok(Self {
             beats_per_minute,
-            beats_per_second: beats_per_minute / 60.0,
             gains,
             height: Height::new(curve, beats_per_minute)?,
             rhythm: None,
             breathing: None,
-            breath_gate: None,
         })
     }
 
@@ -93,7 +88,7 @@ impl Cycle {
     #[must_use]
     pub fn phase(&self, t: f64) -> f64 {
         match &self.rhythm {
-            None => wrap(t * self.beats_per_second),
+            None => wrap(t * (self.beats_per_minute / 60.0)),
             Some(rhythm) => {
                 let beat = rhythm.beat(rhythm.number_at(t));
                 wrap(rhythm.phase(&beat, t - beat.start))
@@ -129,16 +124,9 @@ impl Cycle {
             .map_or(1, |gates| gates.count())
     }
 
-    /// Selects one respiratory gate.
-    pub(crate) fn in_breath_gate(mut self, gate: usize) -> Self {
-        let gated = |motion: &Arc<RespiratoryMotion>| motion.breathing().gates.is_some();
-        self.breath_gate = (self.breathing.as_ref().is_some_and(gated)).then_some(gate);
-        self
-    }
-
     /// Removes the respiratory motion.
     pub(crate) fn without_breathing(mut self) -> Self {
-        (self.breathing, self.breath_gate) = (None, None);
+        self.breathing = None;
         self
     }
 
@@ -148,11 +136,6 @@ impl Cycle {
             None => *pose,
             Some(breathing) => breathing.moved(pose, breath)?,
         })
-    }
-
-    /// The selected respiratory gate.
-    pub(crate) fn breath_gate(&self) -> Option<usize> {
-        self.breath_gate
     }
 
     /// Returns the volume gain at a phase (any real number, modulo 1); NaN for NaN or infinity.
@@ -189,7 +172,7 @@ impl Cycle {
     /// Returns the length of one cycle in seconds.
     #[must_use]
     pub fn period(&self) -> f64 {
-        1.0 / self.beats_per_second
+        1.0 / (self.beats_per_minute / 60.0)
     }
 
     /// Returns the first phases of smallest and of largest volume.

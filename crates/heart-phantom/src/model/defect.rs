@@ -1,6 +1,6 @@
 //! Defects: regions of the wall with another activity, which move with the wall.
 
-use super::material::APEX;
+use super::twist::APEX;
 use crate::error::{PhantomError, check_count};
 use crate::ranges::PIECES;
 use crate::scene::exactly;
@@ -87,12 +87,10 @@ fn rest_of(region: &WallRegion, other: &WallRegion) -> Vec<WallRegion> {
     }
     // Slabs of layers first, then of s, then of azimuths: this minimises repeated cuts.
     let mut rest = Vec::new();
-    let [below, above] = around(region.layers, layers);
-    for layers in [below, above] {
+    for layers in around(region.layers, layers) {
         rest.push(WallRegion { layers, ..*region });
     }
-    let [before, behind] = around(region.s, s);
-    for s in [before, behind] {
+    for s in around(region.s, s) {
         rest.push(WallRegion {
             layers,
             s,
@@ -260,51 +258,5 @@ impl Placed {
             parts[*owner].push(sector.with_pose(pose));
         }
         parts
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use proptest::prelude::*;
-
-    /// Boundaries on a coarse grid, so that they often coincide; azimuths within three turns.
-    fn any_region() -> impl Strategy<Value = WallRegion> {
-        let range = |n: i32| (0..n, 0..n).prop_map(move |(a, b)| [a.min(b), a.max(b) + 1]);
-        (range(4), range(4), -8..8, 1..=8).prop_map(|(layers, s, from, wide)| WallRegion {
-            layers: layers.map(|k| f64::from(k) / 4.0),
-            s: s.map(|k| f64::from(k) / 8.0),
-            azimuths: [from, from + wide].map(|k| TAU * f64::from(k) / 8.0),
-        })
-    }
-
-    fn holds(region: &WallRegion, [layer, s, azimuth]: [f64; 3]) -> bool {
-        let turn = (azimuth - region.azimuths[0]).rem_euclid(TAU);
-        (region.layers[0]..region.layers[1]).contains(&layer)
-            && (region.s[0]..region.s[1]).contains(&s)
-            && turn < region.azimuths[1] - region.azimuths[0]
-    }
-
-    proptest! {
-        #[test]
-        fn every_position_belongs_to_the_last_defect(regions in prop::collection::vec(any_region(), 1..9)) {
-            let pieces = without_overlap(regions.iter().copied()).unwrap();
-            // The centres of all cells of the grid.
-            for cell in 0..4 * 4 * 8 {
-                let at = |k: i32, n: f64| (f64::from(k) + 0.5) / n;
-                let place = [at(cell % 4, 4.0), at(cell / 4 % 4, 8.0), TAU * at(cell / 16, 8.0)];
-                let last = (0..regions.len()).rev().find(|k| holds(&regions[*k], place));
-                let found: Vec<usize> = (pieces.iter())
-                    .filter(|(_, piece)| holds(piece, place))
-                    .map(|(owner, _)| *owner)
-                    .collect();
-                prop_assert_eq!(found, Vec::from_iter(last));
-            }
-            for (_, piece) in &pieces {
-                for [from, to] in [piece.layers, piece.s, piece.azimuths] {
-                    prop_assert!(to - from > 1e-3, "{piece:?}");
-                }
-            }
-        }
     }
 }

@@ -149,7 +149,7 @@ impl Heart {
     /// for gain in [0.0, 0.1, 0.2, 0.3] {
     ///     heart.shapes(&[gain])?;
     /// }
-    /// assert_eq!((heart.shapes_solved(), heart.shapes_alive()), (4, 2));
+    /// assert_eq!((heart.shapes_solved(), heart.shapes_alive()), (4, [2, 2]));
     /// # Ok::<(), heart_phantom::PhantomError>(())
     /// ```
     #[must_use]
@@ -256,16 +256,10 @@ impl Heart {
         self.kept.solved()
     }
 
-    /// Returns the number of shapes in memory, cached or referenced.
+    /// Returns the number of shapes in memory, cached or referenced, and the largest number so far.
     #[must_use]
-    pub fn shapes_alive(&self) -> usize {
-        self.kept.alive.counts()[0]
-    }
-
-    /// Returns the largest number of shapes in memory so far.
-    #[must_use]
-    pub fn most_shapes_alive(&self) -> usize {
-        self.kept.alive.counts()[1]
+    pub fn shapes_alive(&self) -> [usize; 2] {
+        self.kept.alive()
     }
 
     /// Returns the number of shapes that fit into its memory, at least one.
@@ -368,7 +362,6 @@ impl Heart {
                 solution,
                 curves,
                 body: body?,
-                _life: self.kept.alive.life(),
             }),
         }
     }

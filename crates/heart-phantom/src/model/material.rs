@@ -13,7 +13,7 @@
 //! A [`Twist`] rotates either about the axis and preserves volumes.
 
 use super::shape::HeartShape;
-use super::twist::Twist;
+use super::twist::{APEX, Twist};
 use crate::error::{PhantomError, check};
 use membrane_newton::{Equilibrium, PairEquilibrium};
 use nalgebra::{Point3, Vector3};
@@ -21,9 +21,6 @@ use revolve_voxel::{Curve, Meridian, Piece, Pose, Sector, Shell, VoxelGrid, Wall
 use std::f64::consts::{PI, TAU};
 use std::ops::Range;
 use std::sync::Arc;
-
-/// The material coordinate of the apex.
-pub(super) const APEX: f64 = 0.5;
 
 /// A material point of the wall.
 #[derive(Debug, Clone, Copy, PartialEq)]

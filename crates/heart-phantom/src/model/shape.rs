@@ -1,11 +1,9 @@
 //! The shape of the heart at one cavity volume.
 
-use crate::error::PhantomError;
+use crate::error::{PhantomError, missed};
 use membrane_newton::membrane_forces::Material;
 use membrane_newton::{Equilibrium, PairEquilibrium};
 use revolve_voxel::{Body, Meridian, Mesh, Pose};
-use std::sync::Arc;
-use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// Millimetres of mercury per kilopascal: mercury of 13.5951 g/cm^3, 9.80665 m/s^2.
 pub const MMHG_PER_KPA: f64 = 1000.0 / 133.322_387_415;
@@ -22,38 +20,6 @@ pub struct HeartShape {
     pub(super) solution: PairEquilibrium,
     pub(super) curves: [Vec<[f64; 2]>; 2],
     pub(super) body: Body,
-    pub(super) _life: Life,
-}
-
-/// Number of shapes of a heart in memory, cached or referenced.
-#[derive(Debug, Default)]
-pub(super) struct Alive {
-    now: AtomicUsize,
-    most: AtomicUsize,
-}
-
-impl Alive {
-    /// Counts a new shape.
-    pub(super) fn life(self: &Arc<Self>) -> Life {
-        let now = 1 + self.now.fetch_add(1, Ordering::Relaxed);
-        self.most.fetch_max(now, Ordering::Relaxed);
-        Life(self.clone())
-    }
-
-    /// Returns the current and the largest number.
-    pub(super) fn counts(&self) -> [usize; 2] {
-        [&self.now, &self.most].map(|n| n.load(Ordering::Relaxed))
-    }
-}
-
-/// Counts its shape while it exists.
-#[derive(Debug)]
-pub(super) struct Life(Arc<Alive>);
-
-impl Drop for Life {
-    fn drop(&mut self) {
-        self.0.now.fetch_sub(1, Ordering::Relaxed);
-    }
 }
 
 impl HeartShape {
@@ -136,12 +102,7 @@ impl HeartShape {
             }
             distance *= 0.5;
         }
-        Err(PhantomError::Tolerance {
-            term: MESH_VOLUME,
-            reached,
-            allowed: tolerance,
-            tolerance,
-        })
+        Err(missed(MESH_VOLUME, reached, [tolerance; 2]))
     }
 
     /// Returns the solid in the lab: layer 0 is the cavity, layer 1 the wall.

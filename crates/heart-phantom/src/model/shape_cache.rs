@@ -1,15 +1,12 @@
 //! The cache of shapes of a heart: least recently used shapes are evicted.
 
-use super::shape::{Alive, HeartShape};
+use super::shape::HeartShape;
 use std::collections::BTreeMap;
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError, Weak};
 
 /// Shapes by gain, shared by threads.
 #[derive(Debug, Default)]
-pub(super) struct ShapeCache {
-    shapes: Mutex<Shapes>,
-    pub(super) alive: Arc<Alive>,
-}
+pub(super) struct ShapeCache(Mutex<Shapes>);
 
 #[derive(Debug, Default)]
 struct Shapes {
@@ -17,6 +14,9 @@ struct Shapes {
     by_gain: BTreeMap<u64, (Arc<HeartShape>, usize)>,
     calls: usize,
     solved: usize,
+    /// Shapes in memory, cached or referenced, and their largest number.
+    alive: Vec<Weak<HeartShape>>,
+    most_alive: usize,
 }
 
 impl ShapeCache {
@@ -59,6 +59,9 @@ impl ShapeCache {
                 });
             kept.solved += usize::from(added);
         }
+        kept.alive.retain(|shape| shape.strong_count() > 0);
+        kept.alive.extend(new.iter().map(Arc::downgrade));
+        kept.most_alive = kept.most_alive.max(kept.alive.len());
     }
 
     /// Number of shapes solved so far.
@@ -66,9 +69,16 @@ impl ShapeCache {
         self.lock().solved
     }
 
+    /// Returns the number of shapes in memory, cached or referenced, and the largest number so far.
+    pub(super) fn alive(&self) -> [usize; 2] {
+        let kept = self.lock();
+        let alive = kept.alive.iter().filter(|shape| shape.strong_count() > 0);
+        [alive.count(), kept.most_alive]
+    }
+
     /// The map is consistent even after a panic elsewhere.
     fn lock(&self) -> MutexGuard<'_, Shapes> {
-        self.shapes.lock().unwrap_or_else(PoisonError::into_inner)
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 

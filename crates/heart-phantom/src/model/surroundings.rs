@@ -3,7 +3,7 @@
 use super::activity::Background;
 use super::attenuation::Attenuation;
 use crate::error::PhantomError;
-use revolve_voxel::{Assembly, Body, Organ, Organs, Sector};
+use revolve_voxel::{Assembly, Organ, Organs};
 
 /// Active and attenuating objects around the heart.
 #[derive(Debug, Clone, Default)]
@@ -12,7 +12,7 @@ pub(crate) struct Surroundings {
     /// Media that attenuate instead of the organs.
     media: Option<Organs>,
     /// Attenuation of the heart in 1/cm, if it is not that of the media.
-    heart: Option<f64>,
+    pub(crate) heart: Option<f64>,
     /// Concentration of a background without attenuation and organs that contains the heart; the heart then adds the difference.
     even: Option<f64>,
 }
@@ -73,16 +73,5 @@ impl Surroundings {
             Some(media) => assembly.with_media(media),
             None => assembly,
         }
-    }
-
-    /// The surroundings with a heart of some activities of cavity and wall, and sectors with additional activity.
-    pub(crate) fn with_heart<'a>(
-        &'a self,
-        body: &'a Body,
-        activity: &[f64],
-        sectors: Vec<(Sector, f64)>,
-    ) -> Result<Assembly<'a>, PhantomError> {
-        let assembly = self.alone().with_body(body, activity, self.heart)?;
-        Ok(assembly.with_sectors(sectors)?)
     }
 }

@@ -3,7 +3,7 @@
 use crate::scene::{Check, array_of};
 
 /// The material coordinate of the apex.
-const APEX: f64 = 0.5;
+pub(super) const APEX: f64 = 0.5;
 /// Allowed numbers of samples along a membrane.
 const SAMPLES: [usize; 2] = [2, 1000];
 

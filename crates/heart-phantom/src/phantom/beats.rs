@@ -23,12 +23,10 @@ pub struct BeatReport {
 impl Phantom {
     /// Counts the R-R intervals from the start of the first view to the end of the last, for headers.
     pub(crate) fn beat_counts(&self) -> BeatCounts {
-        let camera = self.camera();
-        let end = camera.view_start(camera.n_views() - 1) + camera.interval();
-        let period = self.cycle().period();
+        let (camera, period) = (self.camera(), self.cycle().period());
         let Some(report) = self.beats() else {
             return BeatCounts {
-                accepted: ((end / period).round() as usize).max(1),
+                accepted: ((camera.end() / period).round() as usize).max(1),
                 rejected: 0,
                 mean: period,
                 limits: [period; 2],
@@ -56,8 +54,7 @@ impl Phantom {
     #[must_use]
     pub fn beats(&self) -> Option<BeatReport> {
         let rhythm = self.cycle().rhythm()?;
-        let camera = self.camera();
-        let end = camera.view_start(camera.n_views() - 1) + camera.interval();
+        let end = self.camera().end();
         let beats: Vec<_> = (0..)
             .map(|k| rhythm.beat(k))
             .take_while(|beat| beat.start < end)

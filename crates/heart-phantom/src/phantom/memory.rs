@@ -1,5 +1,6 @@
 //! Memory of a run, estimated before any work.
 
+use super::memory_limit::memory_limit;
 use super::method::Method;
 use super::output::{Output, Product, ProjectionValues};
 use super::products::Needs;
@@ -10,60 +11,10 @@ use crate::scene::WORK_BYTES;
 use crate::truth::{MASK_PHASES, MOST_IN_PASS, finder_bytes, in_pass};
 use crate::{Accuracy, Mode, Phantom};
 use std::collections::BTreeSet;
-use std::path::Path;
 
 /// Bytes per point of the time quadrature: the point (32), its place in a tree of distinct points (about 36) and in the list of phases (8),
 /// with the spare capacity of lists.
 const POINT_BYTES: u64 = 120;
-
-/// Returns the memory in bytes that Linux can give this process: the least of physical memory with swap, the limits of its control groups and
-/// the rest of the address space. `None` if unknown.
-fn memory_limit() -> Option<u64> {
-    let value = |text: &str, name: &str| -> Option<u64> {
-        let line = text.lines().find_map(|line| line.strip_prefix(name));
-        number(line?)
-    };
-    let memory = read("/proc/meminfo");
-    let physical = value(&memory, "MemTotal:")
-        .map(|kib| kib.saturating_add(value(&memory, "SwapTotal:").unwrap_or(0)) << 10);
-    let group = limit_of_groups(&read("/proc/self/cgroup"), Path::new("/sys/fs/cgroup"));
-    let used = value(&read("/proc/self/status"), "VmSize:").unwrap_or(0) << 10;
-    let address = value(&read("/proc/self/limits"), "Max address space")
-        .map(|limit: u64| limit.saturating_sub(used));
-    [physical, group, address].into_iter().flatten().min()
-}
-
-/// Returns the least limit of some control groups and of all that contain them. A line is `0::/path` (version 2) or `4:memory:/path` (version 1).
-fn limit_of_groups(groups: &str, root: &Path) -> Option<u64> {
-    let limits = groups.lines().filter_map(|line| {
-        let [_, controllers, path] = line.splitn(3, ':').collect::<Vec<_>>()[..] else {
-            return None;
-        };
-        let (top, file) = match controllers {
-            "" => (root.to_path_buf(), "memory.max"),
-            names if names.split(',').any(|name| name == "memory") => {
-                (root.join("memory"), "memory.limit_in_bytes")
-            }
-            _ => return None,
-        };
-        let own = top.join(path.trim_start_matches('/'));
-        let groups = own.ancestors().take_while(|group| group.starts_with(&top));
-        groups
-            .filter_map(|group| number(&read(group.join(file))))
-            .min()
-    });
-    limits.min()
-}
-
-/// Returns the content of a file, empty if there is none.
-fn read(path: impl AsRef<Path>) -> String {
-    std::fs::read_to_string(path).unwrap_or_default()
-}
-
-/// Returns the first number of a text.
-fn number(text: &str) -> Option<u64> {
-    text.split_whitespace().find_map(|word| word.parse().ok())
-}
 
 /// An upper estimate of the memory of `run` in bytes: usually tens of per cent too high, up to three times for OSEM with a collimator, whose
 /// work memory is a fixed amount here, and more if the number of shapes of a tolerance is unknown.
@@ -121,7 +72,7 @@ impl Phantom {
 
     /// Checks that a number of bytes is within this run's part of the memory.
     pub(super) fn check_available(&self, needed: u64) -> Result<(), PhantomError> {
-        match memory_limit().map(|limit| limit / self.share.runs) {
+        match memory_limit().map(|limit| limit / self.share.0) {
             Some(available) if needed > available => {
                 Err(PhantomError::Memory { needed, available })
             }
@@ -142,10 +93,7 @@ impl Phantom {
 
         let samples = 4 * (n_views * camera.view_len()) as u64;
         // Points of the time quadrature of the projections that are acquired together.
-        let scan = self.scan(
-            0,
-            self.acquisition_of(0, self.known_steps().unwrap_or(STEPS[0])),
-        );
+        let scan = self.scan(self.acquisition_of(0, self.known_steps().unwrap_or(STEPS[0])));
         let points = (scan.acquisition).points_of_all(scan.cycle, camera, camera.rotation());
         let points = points * n_views as f64 / camera.n_views() as f64;
         let points = POINT_BYTES * points.min(MOST_NODES as f64) as u64;
@@ -184,7 +132,7 @@ impl Phantom {
                     0
                 },
             each_thread: images.max(cells).max(scatter[1]),
-            volumes: self.share.further
+            volumes: self.share.1
                 + reconstruction
                 + self.bytes_of_files(output, samples)
                 + together
@@ -203,7 +151,7 @@ impl Phantom {
     /// The shapes that exist at the same time, with their defects and surface searches for ground truth and masks.
     fn bytes_of_shapes(&self, is_voxelised: bool, is_judged: bool) -> u64 {
         let heart = self.heart();
-        let scan = self.scan(0, self.acquisition_of(0, STEPS[0]));
+        let scan = self.scan(self.acquisition_of(0, STEPS[0]));
         let seen = self.distinct_shapes(is_voxelised || is_judged);
         let kept = seen.min(heart.most_shapes());
         let passed = if is_voxelised {
@@ -275,45 +223,12 @@ impl Phantom {
         };
         let mut gains = BTreeSet::new();
         for gate in 0..self.n_gates() {
-            let scan = self.scan(gate, self.acquisition_of(gate, steps));
+            let scan = self.scan(self.acquisition_of(gate, steps));
             scan.collect_gains(&mut gains, most);
             if with_volumes && gains.len() < most {
                 gains.extend(scan.likely_gains(self.scene().truth.tolerance));
             }
         }
         gains.len().min(most)
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use std::fs;
-
-    #[test]
-    fn the_limit_is_that_of_the_smallest_group_around_the_process() {
-        let root = tempfile::tempdir().unwrap();
-        let put = |path: &str, text: &str| {
-            let path = root.path().join(path);
-            fs::create_dir_all(path.parent().unwrap()).unwrap();
-            fs::write(path, text).unwrap();
-        };
-        let limit = |groups| limit_of_groups(groups, root.path());
-        assert_eq!(limit("0::/job/step\n"), None);
-        put("job/step/memory.max", "max\n");
-        put("job/memory.max", "3000\n");
-        put("other/memory.max", "10\n");
-        assert_eq!(limit("0::/job/step\n"), Some(3000));
-        put("memory.max", "2000\n");
-        assert_eq!(limit("0::/job/step\n"), Some(2000));
-        put("job/step/memory.max", "1000\n");
-        assert_eq!(limit("0::/job/step\n"), Some(1000));
-        assert_eq!(limit("0::/\n"), Some(2000));
-        // Version 1, with other controllers; the group may be that of another name space.
-        put("memory/a/memory.limit_in_bytes", "500\n");
-        put("memory/memory.limit_in_bytes", "9223372036854771712\n");
-        assert_eq!(limit("3:cpu:/a\n4:hugetlb,memory:/a/b\n"), Some(500));
-        let unlimited = Some(9_223_372_036_854_771_712);
-        assert_eq!(limit("4:memory:/docker/c\n1:name=systemd:/a\n"), unlimited);
     }
 }

@@ -14,6 +14,21 @@ pub enum Method {
     Osem(Osem),
 }
 
+impl Method {
+    /// Returns the parameters of OSEM, if it is OSEM.
+    pub(crate) fn osem(&self) -> Option<&Osem> {
+        match self {
+            Self::Fbp => None,
+            Self::Osem(osem) => Some(osem),
+        }
+    }
+
+    /// Returns the largest number of iterations; 1 for FBP.
+    pub(crate) fn iterations(&self) -> usize {
+        self.osem().map_or(1, |osem| osem.iterations)
+    }
+}
+
 /// Ordered-subsets expectation maximisation ([`radon::osem`]; Hudson & Larkin 1994, doi:10.1109/42.363108) with the model
 /// [`radon::SpectOperator`].
 ///

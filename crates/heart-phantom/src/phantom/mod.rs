@@ -6,6 +6,7 @@ pub(crate) mod beats;
 mod compensated;
 mod gates;
 pub(crate) mod memory;
+mod memory_limit;
 pub(crate) mod method;
 mod model_voxels;
 pub(crate) mod motion;
@@ -85,21 +86,13 @@ pub struct Phantom {
     placed: Mutex<Placed>,
     /// The plan used last, with its gate.
     plan: Mutex<Option<(usize, Arc<FbpPlan<f32>>)>>,
-    share: Share,
+    /// Number of concurrent runs with equal parts of the memory, and bytes of the caller in each.
+    share: (u64, u64),
     /// The OSEM model of a gate, if all have the same geometry.
     model: OnceLock<model_voxels::Model>,
     pub(crate) work: Work,
     /// File and text of the scene, for errors after reading.
     pub(crate) file: Option<(PathBuf, String)>,
-}
-
-/// The part of the memory that a run may use.
-#[derive(Debug, Clone, Copy)]
-struct Share {
-    /// Number of concurrent runs with equal parts.
-    runs: u64,
-    /// Bytes of the caller.
-    further: u64,
 }
 
 impl Phantom {
@@ -178,7 +171,7 @@ impl Phantom {
     fn of(scene: Scene, heart: Option<Heart>) -> Result<Self, PhantomError> {
         let mut parts = check::parts(scene, heart)?;
         // A volume without a shape or without material coordinates is an error later.
-        let (defects, is_twisted) = (&parts.scene.defects, parts.twist.is_some());
+        let (defects, is_twisted) = (&parts.scene.defects, parts.scene.twist.is_some());
         let largest = parts.cycle.gains()[1];
         let bytes = bytes_of_defects(&parts.heart, defects, is_twisted, largest);
         parts.heart.defect_bytes = bytes.unwrap_or(0);
@@ -194,10 +187,7 @@ impl Phantom {
             attenuating_organs: OnceLock::new(),
             placed: Mutex::default(),
             plan: Mutex::new(None),
-            share: Share {
-                runs: 1,
-                further: 0,
-            },
+            share: (1, 0),
             model: OnceLock::new(),
             work: Work::default(),
             file: None,
@@ -226,8 +216,7 @@ impl Phantom {
     /// Limits the memory to that of one of `runs` (at least 1) equal concurrent runs; each needs `further` bytes for arrays of the caller.
     #[must_use]
     pub fn with_memory_share(mut self, runs: usize, further: u64) -> Self {
-        let runs = runs.max(1) as u64;
-        self.share = Share { runs, further };
+        self.share = (runs.max(1) as u64, further);
         self
     }
 
@@ -260,7 +249,7 @@ impl Phantom {
     #[must_use]
     pub fn work(&self) -> WorkReport {
         let heart = &self.parts.heart;
-        (self.work).report(heart.shapes_solved(), heart.most_shapes_alive())
+        (self.work).report(heart.shapes_solved(), heart.shapes_alive()[1])
     }
 
     /// Solves the shapes that the projections of a gate need, at most as many as the heart stores.
@@ -278,7 +267,7 @@ impl Phantom {
     #[must_use]
     pub fn truth_of(&self) -> TruthOf {
         self.acquisition_of(0, STEPS[0])
-            .truth_of(self.cycle_of(0), &self.parts.camera)
+            .truth_of(self.cycle(), self.camera())
     }
 
     /// Returns the shape of the heart at a phase.
@@ -292,13 +281,8 @@ impl Phantom {
 
     pub(crate) fn acquisition_of(&self, gate: usize, points: usize) -> Acquisition {
         let mode = self.scene().acquisition.mode;
-        let responds = self.parts.collimator.is_some() || self.scene().blur.is_some();
-        Acquisition::new(mode, gate % mode.n_gates(), points).behind(responds, self.camera())
-    }
-
-    /// Returns the cycle, with the respiratory gate of a gated projection set.
-    pub(crate) fn cycle_of(&self, gate: usize) -> &Cycle {
-        &self.parts.cycles[gate / self.n_cardiac_gates()]
+        let responds = self.scene().has_response();
+        Acquisition::new(mode, gate, points).behind(responds, self.camera())
     }
 
     /// Returns the scan of a gate, with the steps that meet the tolerance of the scene.
@@ -314,7 +298,7 @@ impl Phantom {
     /// Returns the scan of a gate for quantities of the heart alone, which do not depend on the steps of views.
     pub(crate) fn heart_scan(&self, gate: usize) -> Result<Scan<'_>, PhantomError> {
         check_count("gate", gate, [0, self.n_gates() - 1])?;
-        Ok(self.scan(gate, self.acquisition_of(gate, STEPS[0])))
+        Ok(self.scan(self.acquisition_of(gate, STEPS[0])))
     }
 
     /// Returns the states of the heart whose average is the ground truth of a gate.
@@ -322,19 +306,19 @@ impl Phantom {
         self.heart_scan(gate)?.states(self.scene().truth.tolerance)
     }
 
-    /// Returns the scan of a gate with another acquisition.
-    pub(crate) fn scan(&self, gate: usize, acquisition: Acquisition) -> Scan<'_> {
+    /// Returns the scan of an acquisition.
+    pub(crate) fn scan(&self, acquisition: Acquisition) -> Scan<'_> {
         Scan {
             heart: &self.parts.heart,
             camera: &self.parts.camera,
-            cycle: self.cycle_of(gate),
+            cycle: self.cycle(),
             acquisition,
             activity: self.scene().activity,
-            attenuation: self.parts.attenuation,
+            attenuation: self.scene().attenuates(),
             defects: &self.scene().defects,
             placed: &self.placed,
             // It moves nothing but defects.
-            twist: (self.parts.twist.as_ref()).filter(|_| !self.scene().defects.is_empty()),
+            twist: (self.scene().twist.as_ref()).filter(|_| !self.scene().defects.is_empty()),
             background: self.scene().background,
             organs: self.parts.organs.as_ref(),
             surroundings: &self.parts.surroundings,

@@ -49,8 +49,9 @@ impl Parts {
                 (*low, *high) = (low.min(c - a), high.max(c + a));
             }
         };
-        let models = osem.attenuation && self.attenuation.is_some();
-        let torso = self.attenuation.and_then(|own| own.torso());
+        let attenuation = self.scene.attenuates();
+        let models = osem.attenuation && attenuation.is_some();
+        let torso = attenuation.and_then(|own| own.torso());
         for organ in torso.iter().chain(self.surroundings.sources()) {
             if organ.activity > 0.0 || (models && organ.attenuation > 0.0) {
                 let ([x, y, _], [a, b, _]) = organ.shape.bounds();

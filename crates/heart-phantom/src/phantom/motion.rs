@@ -100,8 +100,7 @@ impl Phantom {
         let pose = self.pose(breath)?;
         let made = || -> Result<Wall, PhantomError> {
             let wall = (Wall::new(&shape)?.sliding_from(&Wall::new(&rest)?)).with_pose(pose);
-            let twist = self.parts.twist.as_ref();
-            Ok(match twist {
+            Ok(match &self.scene().twist {
                 None => wall,
                 Some(twist) => wall.twisted(twist.scaled(self.cycle().emptied(gain))),
             })
@@ -153,7 +152,8 @@ impl Phantom {
         ScenePhase { of, at }: &ScenePhase,
     ) -> Result<MotionReport, PhantomError> {
         let walls = self.walls(*at)?;
-        let points = self.parts.points.iter().map(|point| {
+        let points = self.scene().points.iter().map(|settings| {
+            let point = &settings.point();
             let (here, there) = (walls.from.position(point)?, walls.to.position(point)?);
             Ok(PointMotion {
                 position_cm: there.coords.into(),
@@ -172,7 +172,7 @@ impl Phantom {
         let length = |phase| Ok::<_, PhantomError>(self.shape(phase)?.cavity_length());
         let (length, now) = (length(self.reference().phase)?, length(at.phase)?);
         let emptied = self.cycle().emptied(self.cycle().gain(at.phase));
-        let twist = (self.parts.twist.as_ref()).map_or(0.0, Twist::base_to_apex);
+        let twist = (self.scene().twist.as_ref()).map_or(0.0, Twist::base_to_apex);
         Ok(MotionReport {
             of: of.to_string(),
             torsion_degrees_per_cm: emptied * twist / length,

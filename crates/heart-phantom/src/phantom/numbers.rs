@@ -53,9 +53,9 @@ impl Phantom {
     /// # Errors
     /// Errors of the solver for the two shapes.
     pub fn numbers(&self) -> Result<Numbers, PhantomError> {
-        let [systole, diastole] = self.cycle().gains();
-        self.heart().shapes(&[systole, diastole])?;
-        let (small, large) = (self.shape_at_gain(systole)?, self.shape_at_gain(diastole)?);
+        let gains @ [systole, diastole] = self.cycle().gains();
+        let shapes = self.heart().shapes(&gains)?;
+        let (small, large) = (&shapes[0], &shapes[1]);
         let (esv, edv) = (small.volumes()[0], large.volumes()[0]);
         let descent = self.heart().av_plane_displacement(systole);
         let swept = PI * large.radius().powi(2) * descent;
@@ -73,8 +73,8 @@ impl Phantom {
             },
             longitudinal_shortening: 1.0 - small.cavity_length() / large.cavity_length(),
             wall_volume: self.heart().pair().wall_volume(),
-            diastolic_thickness: self.thickness_of(&large),
-            systolic_thickness: self.thickness_of(&small),
+            diastolic_thickness: self.thickness_of(large),
+            systolic_thickness: self.thickness_of(small),
         })
     }
 

@@ -71,7 +71,7 @@ impl Phantom {
 
     /// Whether all gates have the same geometry and attenuation map.
     pub(super) fn gates_share_model(&self, osem: &Osem) -> bool {
-        let attenuation = self.parts.attenuation.as_ref();
+        let attenuation = self.scene().attenuates();
         let still = attenuation.is_some_and(|attenuation| attenuation.torso().is_some());
         self.camera().rotation() == Rotation::StepAndShoot && (still || !osem.attenuation)
     }

@@ -63,17 +63,9 @@ impl Phantom {
     fn weights_of_views(&self) -> Result<Vec<Vec<f64>>, PhantomError> {
         let mut weights = Vec::new();
         for gate in 0..self.n_gates() {
-            let seconds = || -> Result<Vec<f64>, PhantomError> {
-                Ok(self
-                    .view_times(gate)?
-                    .iter()
-                    .map(|time| time.window)
-                    .collect())
-            };
-            weights.push(match self.counts_per_unit(gate)? {
-                Some(counts) => counts,
-                None => seconds()?,
-            });
+            let times = self.view_times(gate)?;
+            let seconds = || times.iter().map(|time| time.window).collect();
+            weights.push(self.counts_per_unit(gate)?.unwrap_or_else(seconds));
         }
         let all = weights.iter().map(Vec::len).sum::<usize>() as f64;
         let mean = weights.iter().flatten().sum::<f64>() / all;

@@ -124,19 +124,15 @@ impl Phantom {
                 },
             }
         };
-        match self.scene().acquisition.mode {
-            Mode::Static { phase } if gates == 1 => {
+        let mode = self.scene().acquisition.mode;
+        let is_gated = gates > 1 || matches!(mode, Mode::Gated { .. });
+        match mode.static_phase() {
+            _ if is_gated => (0..gates).map(middle).collect(),
+            None => self.ends().to_vec(),
+            Some(phase) => {
                 let (of, at) = (PhaseOf::Static, phase.into());
                 vec![ScenePhase { of, at }]
             }
-            Mode::Instants | Mode::Exposure { .. } | Mode::WholeCycle if gates == 1 => {
-                self.ends().to_vec()
-            }
-            Mode::Static { .. }
-            | Mode::Instants
-            | Mode::Exposure { .. }
-            | Mode::WholeCycle
-            | Mode::Gated { .. } => (0..gates).map(middle).collect(),
         }
     }
 
@@ -151,15 +147,15 @@ impl Phantom {
         look(&Scan {
             heart: &heart,
             cycle: &cycle,
-            ..self.scan(0, Acquisition::still(moment.phase))
+            ..self.scan(Acquisition::still(moment.phase))
         })
     }
 
     /// Returns respiratory position and phase at the middle of the respiratory gate of a projection set.
     fn middle_breath(&self, gate: usize) -> (f64, Option<f64>) {
-        let cycle = self.cycle_of(gate);
+        let gate = gate / self.n_cardiac_gates();
         let middle = |gate: usize, n: usize| (gate as f64 + 0.5) / n as f64;
-        let Some((gate, breathing)) = cycle.breath_gate().zip(cycle.breathing()) else {
+        let Some(breathing) = self.cycle().breathing() else {
             return (0.0, None);
         };
         match breathing.breathing().gates {

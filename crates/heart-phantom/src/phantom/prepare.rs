@@ -114,7 +114,7 @@ impl Phantom {
     fn try_gains(&self, gains: &BTreeSet<u64>) -> Result<(), PhantomError> {
         let gains = gains.iter().map(|bits| f64::from_bits(*bits)).collect();
         let gains = some_of(gains, MOST_TRIED);
-        let scan = self.scan(0, Acquisition::still(0.0));
+        let scan = self.scan(Acquisition::still(0.0));
         for some in gains.chunks(self.heart().most_shapes()) {
             scan.placed(&self.heart().shapes(some)?)?;
         }

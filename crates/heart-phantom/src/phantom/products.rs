@@ -18,8 +18,6 @@ pub(crate) struct ProductInfo {
     pub(crate) arrays: &'static [(&'static str, Content)],
     /// Number of arrays of each kind.
     per: Per,
-    /// Whether all gates can go into one file.
-    joins: bool,
     /// Input of the computation.
     pub(super) needs: Needs,
     /// Bytes per voxel of its arrays in memory, for each gate or phase.
@@ -86,6 +84,14 @@ impl ProductInfo {
     fn array(&self, array: usize) -> (&'static str, Content) {
         self.arrays[array.min(self.arrays.len() - 1)]
     }
+
+    /// Whether all gates can go into one file.
+    fn joins(&self) -> bool {
+        match self.arrays[0].1 {
+            Content::Views | Content::Volume | Content::Labels => true,
+            Content::Field(_) | Content::Surface | Content::Picture => false,
+        }
+    }
 }
 
 impl Product {
@@ -95,51 +101,36 @@ impl Product {
             Self::Projections => &ProductInfo {
                 arrays: &[("projections", Content::Views)],
                 per: Per::Gate,
-                joins: true,
                 needs: Needs::Views,
                 voxel_bytes: 0,
             },
             Self::Scatter => &ProductInfo {
                 arrays: &[("scatter", Content::Views)],
                 per: Per::Gate,
-                joins: true,
                 needs: Needs::Views,
                 voxel_bytes: 0,
             },
             Self::Reconstruction => &ProductInfo {
                 arrays: &[("reconstruction", Content::Volume)],
                 per: Per::Volume,
-                joins: true,
                 needs: Needs::Reconstruction,
                 voxel_bytes: 0, // counted with the reconstruction itself
             },
             Self::Truth => &ProductInfo {
                 arrays: &[("truth", Content::Volume)],
                 per: Per::GateAndVolume,
-                joins: true,
-                needs: Needs::Shapes,
-                voxel_bytes: 4,
+                ..OF_PHASES
             },
             Self::Labels => &ProductInfo {
                 arrays: &[("labels", Content::Labels)],
-                per: Per::Phase,
-                joins: true,
-                needs: Needs::Shapes,
                 voxel_bytes: 1,
+                ..OF_PHASES
             },
-            Self::Attenuation => &ProductInfo {
-                arrays: &[("attenuation", Content::Volume)],
-                per: Per::Phase,
-                joins: true,
-                needs: Needs::Shapes,
-                voxel_bytes: 4,
-            },
+            Self::Attenuation => &OF_PHASES,
             Self::Meshes => &ProductInfo {
                 arrays: &[("inner", Content::Surface), ("outer", Content::Surface)],
-                per: Per::Phase,
-                joins: false,
-                needs: Needs::Shapes,
                 voxel_bytes: 0,
+                ..OF_PHASES
             },
             Self::Motion => &ProductInfo {
                 arrays: &[
@@ -147,21 +138,26 @@ impl Product {
                     ("velocity", Content::Field(FieldOf::Velocity)),
                     ("strain", Content::Field(FieldOf::Components(6))),
                 ],
-                per: Per::Phase,
-                joins: false,
-                needs: Needs::Shapes,
                 voxel_bytes: 96, // twelve numbers, and one field again in the order of its file
+                ..OF_PHASES
             },
             Self::Pictures => &ProductInfo {
                 arrays: &[("slice", Content::Picture)],
                 per: Per::Volume,
-                joins: false,
                 needs: Needs::Reconstruction,
                 voxel_bytes: 0,
             },
         }
     }
 }
+
+/// Attenuation maps; other products of phases differ in some properties.
+const OF_PHASES: ProductInfo = ProductInfo {
+    arrays: &[("attenuation", Content::Volume)],
+    per: Per::Phase,
+    needs: Needs::Shapes,
+    voxel_bytes: 4,
+};
 
 impl Output {
     /// Whether a product is written.
@@ -181,13 +177,13 @@ impl Output {
 
     /// Whether all cardiac gates of a product go into one file.
     pub(crate) fn joins(&self, product: Product, mode: Mode) -> bool {
-        product.info().joins && self.one_file(mode)
+        product.info().joins() && self.one_file(mode)
     }
 
     /// The first format, with its field of `[output]`, that cannot store all gates of a product in one file.
     pub(crate) fn without_gates(&self, mode: Mode) -> Option<(&'static str, Format)> {
         let joins = |content: fn(&Content) -> bool| {
-            let joined = self.write.iter().filter(|product| product.info().joins);
+            let joined = self.write.iter().filter(|product| product.info().joins());
             joined
                 .flat_map(|product| product.info().arrays)
                 .any(|(_, of)| content(of))

@@ -6,13 +6,12 @@ use crate::error::PhantomError;
 use crate::once::once;
 use crate::scan::Facing;
 use crate::{Orbit, Rotation, ranges};
-use revolve_voxel::{Body, Organ};
+use revolve_voxel::{Body, Organ, OrganShape};
 
-/// Returns the extent of the cross-section of an organ or torso, an ellipse, along rays at `theta`.
-fn span_of(organ: &Organ, theta: f64) -> [f64; 2] {
-    let (sin, cos) = theta.sin_cos();
-    let ([x, y, _], [a, b, _]) = organ.shape.bounds();
-    let (middle, half) = (y * cos - x * sin, (a * sin).hypot(b * cos));
+/// Returns the extent of the cross-section of an organ or torso, an ellipse, along a direction.
+pub(super) fn extent(shape: &OrganShape, [u, v]: [f64; 2]) -> [f64; 2] {
+    let ([x, y, _], [a, b, _]) = shape.bounds();
+    let (middle, half) = (x * u + y * v, (a * u).hypot(b * v));
     [middle - half, middle + half]
 }
 
@@ -48,7 +47,7 @@ impl Phantom {
     pub(super) fn facing(&self) -> Result<&[Facing], PhantomError> {
         let facing = once(&self.facing, || {
             let bodies = self.outermost()?;
-            let torso = self.parts.attenuation.and_then(|own| own.torso());
+            let torso = self.scene().attenuates().and_then(|own| own.torso());
             let sources = self.parts.surroundings.sources();
             let around: Vec<Organ> = torso.iter().chain(sources).copied().collect();
             (0..self.camera().n_views())
@@ -87,9 +86,10 @@ impl Phantom {
                 .collect::<Result<Vec<_>, _>>()?;
             let heart = span(&turned, 1)?;
             own = [own[0].min(heart[0]), own[1].max(heart[1])];
+            let (sin, cos) = theta.sin_cos();
             let others = around
                 .iter()
-                .map(|organ| (span_of(organ, theta), organ.activity > 0.0));
+                .map(|organ| (extent(&organ.shape, [-sin, cos]), organ.activity > 0.0));
             for ([low, high], active) in others.chain([(heart, true)]) {
                 body = body.max(high);
                 if active {

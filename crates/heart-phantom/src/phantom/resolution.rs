@@ -1,7 +1,7 @@
 //! The resolution at which images are computed, refined until the tolerance is met.
 
 use super::Phantom;
-use crate::error::PhantomError;
+use crate::error::{PhantomError, missed};
 use crate::once::once;
 use crate::scan::{Acquisition, Facing, Imaging, ImagingOptions, Projected, Scan, evenly};
 use crate::{BinSample, Camera, Mode, Resolution, Rotation, no_observer};
@@ -105,13 +105,9 @@ impl Phantom {
         // Omitted weights and rounding may use the other half of the tolerance.
         let check = |truncation: f64, largest: f64| {
             let reached = truncation / largest;
+            let term = "omitted weights and rounding";
             match self.parts.tolerance().filter(|_| reached > target) {
-                Some(tolerance) => Err(PhantomError::Tolerance {
-                    term: "omitted weights and rounding",
-                    reached,
-                    allowed: target,
-                    tolerance,
-                }),
+                Some(tolerance) => Err(missed(term, reached, [target, tolerance])),
                 None => Ok(()),
             }
         };
@@ -198,7 +194,7 @@ impl Phantom {
         let imaging = Imaging::new(options, &views, self.parts.surroundings.changes_behind())?;
         let threads = rayon::current_num_threads() as u64;
         let images = 2 * threads * imaging.view_bytes(self.camera()) as u64;
-        self.check_available(self.share.further.saturating_add(images))?;
+        self.check_available(self.share.1.saturating_add(images))?;
         Ok(imaging)
     }
 
@@ -266,12 +262,7 @@ impl Phantom {
                 _ if index + 1 < LADDER.len() => (before, index) = (after, index + 1),
                 None => return Ok((resolution(index), error)),
                 Some(tolerance) => {
-                    return Err(PhantomError::Tolerance {
-                        term: "averages over bins",
-                        reached: error,
-                        allowed: target,
-                        tolerance,
-                    });
+                    return Err(missed("averages over bins", error, [target, tolerance]));
                 }
             }
         }
@@ -355,7 +346,7 @@ impl Phantom {
     ) -> Result<Images, PhantomError> {
         let on = |value| self.imaging_on(value, [resolution(index); 2], 0.0);
         let imaging = value.map(on).transpose()?;
-        let mut cycle = self.cycle_of(0).clone();
+        let mut cycle = self.cycle().clone();
         // An instant is no average over respiration, and may lie outside a respiratory gate.
         if self.scene().acquisition.mode == Mode::Instants {
             cycle = cycle.without_breathing();
@@ -376,7 +367,7 @@ impl Phantom {
                 projected,
                 cycle: &cycle,
                 camera,
-                ..self.scan(0, Acquisition::still(phase))
+                ..self.scan(Acquisition::still(phase))
             };
             let of_heart = |_: &&Imaging| projected != Projected::Surroundings;
             if let Some(imaging) = imaging.as_ref().filter(of_heart) {

@@ -71,10 +71,7 @@ impl Phantom {
     /// [`PhantomError::Count`] if there is no such gate; as [`Phantom::view`]; [`PhantomError::Scatter`].
     pub fn scatter(&self, gate: usize) -> Result<Option<&Scatter>, PhantomError> {
         check_count("gate", gate, [0, self.n_gates() - 1])?;
-        match &self.scene().scatter {
-            None => Ok(None),
-            Some(settings) => self.scattered(gate, settings, None),
-        }
+        self.scattered(gate, None)
     }
 
     /// All scattered photons of a gate in an energy window, `[view][row][bin]`.
@@ -109,7 +106,7 @@ impl Phantom {
         let (camera, n_bins) = (self.camera(), self.camera().n_bins());
         let (views, rows) = part;
         let known = (*part == camera.all_rows()).then(|| largest_of(&taken.samples));
-        let Some(scatter) = self.scattered(gate, settings, known)? else {
+        let Some(scatter) = self.scattered(gate, known)? else {
             return Ok(());
         };
         let primary = settings.spectrum()?.efficiency(window, settings.energy) as f32;
@@ -128,12 +125,10 @@ impl Phantom {
     }
 
     /// Scatter of a gate, computed once; `known` is the largest unscattered sample of the gate, if it is known.
-    fn scattered(
-        &self,
-        gate: usize,
-        settings: &ScatterSettings,
-        known: Option<f64>,
-    ) -> Result<Option<&Scatter>, PhantomError> {
+    fn scattered(&self, gate: usize, known: Option<f64>) -> Result<Option<&Scatter>, PhantomError> {
+        let Some(settings) = &self.scene().scatter else {
+            return Ok(None);
+        };
         let scatter = once(&self.scattered[gate], || {
             let largest = match known {
                 Some(known) => known,
@@ -159,7 +154,7 @@ impl Phantom {
         settings: &ScatterSettings,
         tolerance: f64,
     ) -> Result<Option<Scatter>, PhantomError> {
-        let Some(attenuation) = self.parts.attenuation else {
+        let Some(attenuation) = self.scene().attenuates() else {
             return Ok(None);
         };
         let around = self.parts.surroundings.sources().to_vec();

@@ -1,8 +1,8 @@
 //! The number of time steps that meets the tolerance.
 
-use crate::error::PhantomError;
+use crate::error::{PhantomError, missed};
 use crate::scan::{Interpolation, STEPS, Scan, Total, evenly};
-use crate::{Accuracy, Mode, Phantom, Rotation, ViewError, no_observer};
+use crate::{Accuracy, Phantom, Rotation, ViewError, no_observer};
 use std::collections::BTreeSet;
 
 /// Bins and rows of the projections that determine the time steps, for line integrals.
@@ -36,7 +36,7 @@ impl Phantom {
             Accuracy::Steps(steps) => return Ok(steps),
             Accuracy::Tolerance(tolerance) => tolerance,
         };
-        let is_static = matches!(self.scene().acquisition.mode, Mode::Static { .. });
+        let is_static = self.scene().acquisition.mode.static_phase().is_some();
         let turns = is_static && self.camera().rotation() == Rotation::Continuous;
         if !turns && !self.heart_scan(0)?.has_duration() {
             return Ok(STEPS[0]);
@@ -49,12 +49,10 @@ impl Phantom {
             Some(_) => self.camera().clone(),
             None => self.camera().coarse(PROBE)?,
         };
-        let always = match self.scene().acquisition.mode {
+        let always = match is_static {
             // The error depends on the angle; it is largest where the rays are parallel to the base.
-            Mode::Static { .. } => (0..camera.n_views()).collect(),
-            Mode::Instants | Mode::Exposure { .. } | Mode::WholeCycle | Mode::Gated { .. } => {
-                self.changed_views(&camera)?.into()
-            }
+            true => (0..camera.n_views()).collect(),
+            false => self.changed_views(&camera)?.into(),
         };
         let mut steps = STEPS[0];
         loop {
@@ -62,7 +60,7 @@ impl Phantom {
                 .map(|gate| Scan {
                     imaging,
                     camera: &camera,
-                    ..self.scan(gate, self.acquisition_of(gate, steps))
+                    ..self.scan(self.acquisition_of(gate, steps))
                 })
                 .collect();
             let [mut reached, mut least] = [0.0f64; 2];
@@ -84,12 +82,7 @@ impl Phantom {
             finer.points = [next(steps, finer.interpolation); 2];
             let too_many = finer.validate(sets[0].cycle, &camera, camera.rotation());
             if steps >= STEPS[1] || too_many.is_err() || least > tolerance {
-                return Err(PhantomError::Tolerance {
-                    term,
-                    reached,
-                    allowed: tolerance,
-                    tolerance,
-                });
+                return Err(missed(term, reached, [tolerance; 2]));
             }
             steps = finer.points[0];
         }

@@ -1,6 +1,7 @@
 //! Detection of objects that views truncate or miss.
 
 use super::Phantom;
+use super::reach::extent;
 use super::warning::{Warning, WarningKind};
 use super::warnings::{half_extents, span, turned};
 use crate::Rotation;
@@ -25,7 +26,7 @@ impl Phantom {
             None => self.truncated_heart(bodies)?,
         };
         found.extend(self.truncated_organs());
-        let medium = (self.parts.attenuation).filter(|medium| medium.coefficient > 0.0);
+        let medium = (self.scene().attenuates()).filter(|medium| medium.coefficient > 0.0);
         if let Some(Organ { shape: torso, .. }) = medium.and_then(|medium| medium.torso()) {
             let widest = self.widest_ellipse(&torso);
             found.extend(self.truncated(WarningKind::TruncatedTorso, BINS, widest));
@@ -139,11 +140,10 @@ impl Phantom {
 
     /// Returns the largest distance of an organ from the axis across the rays, and the angle of that view.
     fn widest_ellipse(&self, torso: &OrganShape) -> (f64, Option<f64>) {
-        let ([x, y, _], [a, b, _]) = torso.bounds();
         let half = |theta: f64| {
             let (sin, cos) = theta.sin_cos();
-            let middle = x * cos + y * sin;
-            (middle.abs() + (a * cos).hypot(b * sin), Some(theta))
+            let [low, high] = extent(torso, [cos, sin]);
+            (high.max(-low), Some(theta))
         };
         (self.view_angles().into_iter().map(half)).fold(NOTHING, wider)
     }

@@ -27,19 +27,21 @@ impl Phantom {
     /// As [`Phantom::volume`]; [`PhantomError::Count`] if there is no such slice.
     pub fn slice(&self, number: usize, z: usize) -> Result<Vec<f32>, PhantomError> {
         check_count("slice", z, [0, self.parts.camera.n_rows() - 1])?;
-        match self.scene().reconstruction.method {
-            Method::Fbp if !self.is_compensated() && self.filter_sigma().is_none() => {
-                let part = (0..self.parts.camera.n_views(), z..z + 1);
-                let sinogram = self.take(number, part, &no_observer)?;
-                let mut slice = vec![0.0f32; self.parts.camera.grid().slice_len()];
-                self.back_project(number, &sinogram.samples, 1, &mut slice)?;
-                Ok(slice)
-            }
-            Method::Fbp | Method::Osem(_) => {
-                let len = self.parts.camera.grid().slice_len();
-                Ok(self.volume(number)?[z * len..][..len].to_vec())
-            }
+        let (settings, len) = (
+            &self.scene().reconstruction,
+            self.camera().grid().slice_len(),
+        );
+        if settings.method.osem().is_some()
+            || self.is_compensated()
+            || settings.filter_fwhm.is_some()
+        {
+            return Ok(self.volume(number)?[z * len..][..len].to_vec());
         }
+        let part = (0..self.camera().n_views(), z..z + 1);
+        let sinogram = self.take(number, part, &no_observer)?;
+        let mut slice = vec![0.0f32; len];
+        self.back_project(number, &sinogram.samples, 1, &mut slice)?;
+        Ok(slice)
     }
 
     /// Projects and reconstructs volume `number` of [`Phantom::n_volumes`], `[z][y][x]`, on the voxels of
@@ -106,15 +108,10 @@ impl Phantom {
         Ok(report)
     }
 
-    /// Returns the standard deviation of the filter of the volumes, cm.
-    fn filter_sigma(&self) -> Option<f64> {
-        let fwhm = self.scene().reconstruction.filter_fwhm;
-        fwhm.map(|fwhm| fwhm / (8.0 * LN_2).sqrt())
-    }
-
     /// Filters a reconstruction, if the scene has a filter.
     pub(super) fn filter(&self, volume: &mut [f32]) -> Result<(), PhantomError> {
-        if let Some(sigma) = self.filter_sigma() {
+        if let Some(fwhm) = self.scene().reconstruction.filter_fwhm {
+            let sigma = fwhm / (8.0 * LN_2).sqrt();
             let grid = self.camera().grid();
             let ([nx, ny, nz], [x, y, z]) = (grid.shape(), grid.spacing());
             radon::gaussian_filter(volume, [nz, ny, nx], [z, y, x].map(|side| sigma / side))?;
@@ -281,7 +278,7 @@ impl Phantom {
     }
 
     /// Returns the reconstruction plan of a slice of a gate; the last one is stored. With step and shoot all gates share it.
-    pub(crate) fn plan(&self, gate: usize) -> Result<Arc<FbpPlan<f32>>, PhantomError> {
+    pub(super) fn plan(&self, gate: usize) -> Result<Arc<FbpPlan<f32>>, PhantomError> {
         check_count("gate", gate, [0, self.n_gates() - 1])?;
         let of = match self.parts.camera.rotation() {
             Rotation::StepAndShoot => 0,
@@ -295,7 +292,11 @@ impl Phantom {
         }
         // Computed without the lock: two threads may compute the same plan, but none can deadlock.
         let (geometry, parts) = (self.geometry(gate)?, &self.parts);
-        let made = FbpPlan::new(&geometry, parts.camera.image(), &parts.reconstruction)?;
+        let made = FbpPlan::new(
+            &geometry,
+            parts.camera.image(),
+            &parts.scene.reconstruction.fbp(),
+        )?;
         let made = Arc::new(made);
         *last() = Some((of, made.clone()));
         Ok(made)
@@ -360,35 +361,5 @@ impl Phantom {
         let (volume, counters) = truth_of_slices(scan, tolerance, slices, around.as_deref())?;
         self.work.voxels(counters);
         Ok(volume)
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::Mode;
-    use crate::scene::{DiscretisationSettings, Scene};
-
-    fn gated(rotation: Rotation) -> Phantom {
-        let mut scene = Scene::default().with_mode(Mode::Gated { gates: 2 });
-        scene.heart.discretisation = DiscretisationSettings::Differences { nodes: 51 };
-        (scene.camera.views, scene.camera.arc) = (8, 360.0);
-        (scene.camera.bins, scene.camera.rows) = (8, 1);
-        (scene.camera.pitch, scene.camera.rotation) = ([2.0; 2], rotation);
-        scene.camera.seconds_per_view = 1.25;
-        Phantom::new(scene).unwrap()
-    }
-
-    #[test]
-    fn a_plan_is_computed_once() {
-        let phantom = gated(Rotation::StepAndShoot);
-        let first = phantom.plan(0).unwrap();
-        assert!(Arc::ptr_eq(&first, &phantom.plan(0).unwrap()));
-        assert!(Arc::ptr_eq(&first, &phantom.plan(1).unwrap()));
-        // With continuous rotation the gates have different angles.
-        let phantom = gated(Rotation::Continuous);
-        let first = phantom.plan(0).unwrap();
-        assert!(Arc::ptr_eq(&first, &phantom.plan(0).unwrap()));
-        assert!(!Arc::ptr_eq(&first, &phantom.plan(1).unwrap()));
     }
 }

@@ -8,7 +8,7 @@ use crate::error::PhantomError;
 use crate::scan::LEAST_DIRECTIONS;
 use crate::scene::ReconstructionSettings;
 use crate::text::{brief, enough};
-use crate::{Breathing, Counts, GateFiles, HeartShape, Method, Mode, RayGeometry};
+use crate::{Counts, GateFiles, HeartShape, Method, RayGeometry};
 use radon::{ArcPolicy, RadonError};
 use revolve_voxel::{Body, Organ, Organs, VoxelGrid};
 use std::f64::consts::TAU;
@@ -139,10 +139,7 @@ impl Phantom {
         let shows = wants(Product::Motion) || self.is_compensated();
         let twist =
             scene.twist.is_some() && !shows && scene.defects.is_empty() && scene.points.is_empty();
-        let stays = |motion: &Breathing| {
-            [motion.shift, motion.rotation_degrees] == [[0.0; 3]; 2] && motion.gates.is_none()
-        };
-        let breathing = scene.breathing.as_ref().is_some_and(stays);
+        let breathing = scene.breathing.is_some() && self.cycle().breathing().is_none();
         [
             ("reconstruction.window", window, fbp),
             ("reconstruction.cutoff", cutoff, fbp),
@@ -190,11 +187,9 @@ impl Phantom {
 
     /// Returns end-systole and end-diastole, or the phase of a static scene.
     pub(crate) fn outermost_phases(&self) -> Vec<f64> {
-        match self.scene().acquisition.mode {
-            Mode::Static { phase } => vec![phase],
-            Mode::Instants | Mode::Exposure { .. } | Mode::WholeCycle | Mode::Gated { .. } => {
-                self.cycle().extreme_phases().to_vec()
-            }
+        match self.scene().acquisition.mode.static_phase() {
+            Some(phase) => vec![phase],
+            None => self.cycle().extreme_phases().to_vec(),
         }
     }
 
@@ -228,43 +223,40 @@ impl Phantom {
 
     /// Returns a warning if OSEM reconstructs parallel projections with a gap; filtered back-projection asks for a policy then.
     fn short_arc(&self) -> Option<Warning> {
-        let weights = || self.camera().geometry().view_weights(ArcPolicy::Complete);
-        match self.scene().reconstruction.method {
-            Method::Osem(_) if self.camera().ray_geometry().is_none() => match weights() {
-                Err(RadonError::ShortArc { gap, .. }) => {
-                    let gap = gap.to_degrees();
-                    let message = format!(
-                        "the views leave a gap of {} degrees between neighbouring directions: osem distorts the volume along them; camera.arc is in degrees",
-                        brief(gap)
-                    );
-                    let numbers = [("gap_degrees", gap)];
-                    Some(Warning::new(
-                        WarningKind::ShortArc,
-                        "camera.arc",
-                        numbers,
-                        message,
-                    ))
-                }
-                Ok(_) | Err(_) => None,
-            },
-            Method::Osem(_) | Method::Fbp => None,
-        }
+        let is_parallel = self.camera().ray_geometry().is_none();
+        self.scene()
+            .reconstruction
+            .method
+            .osem()
+            .filter(|_| is_parallel)?;
+        let weights = self.camera().geometry().view_weights(ArcPolicy::Complete);
+        let Err(RadonError::ShortArc { gap, .. }) = weights else {
+            return None;
+        };
+        let gap = gap.to_degrees();
+        let message = format!(
+            "the views leave a gap of {} degrees between neighbouring directions: osem distorts the volume along them; camera.arc is in degrees",
+            brief(gap)
+        );
+        let numbers = [("gap_degrees", gap)];
+        Some(Warning::new(
+            WarningKind::ShortArc,
+            "camera.arc",
+            numbers,
+            message,
+        ))
     }
 
     /// Largest attenuation coefficient of medium and organs, 1/cm; 0 without any.
     fn largest_attenuation(&self) -> f64 {
-        let medium = self.parts.attenuation.iter().map(|own| own.coefficient);
+        let medium = (self.scene().attenuates()).map_or(0.0, |own| own.coefficient);
         let organs = self.parts.surroundings.sources().iter();
-        medium
-            .chain(organs.map(|organ| organ.attenuation))
-            .fold(0.0, f64::max)
+        (organs.map(|organ| organ.attenuation)).fold(medium, f64::max)
     }
 
     fn uncorrected(&self) -> Option<Warning> {
-        let models = match self.scene().reconstruction.method {
-            Method::Osem(osem) => osem.attenuation,
-            Method::Fbp => false,
-        };
+        let osem = self.scene().reconstruction.method.osem();
+        let models = osem.is_some_and(|osem| osem.attenuation);
         let coefficient = self.largest_attenuation();
         (!models && coefficient > 0.0).then(|| {
             let message = format!(
@@ -304,8 +296,7 @@ impl Phantom {
 
     /// Returns the organ of stronger attenuation than the heart, such as the spine, with the largest overlap.
     fn bone_in_the_heart(&self, bodies: &[Body]) -> Result<Option<Warning>, PhantomError> {
-        let parts = &self.parts;
-        let (Some(organs), Some(own)) = (&parts.organs, &parts.attenuation) else {
+        let (Some(organs), Some(own)) = (&self.parts.organs, self.scene().attenuates()) else {
             return Ok(None);
         };
         let mut worst: Option<(usize, f64)> = None;
@@ -334,7 +325,7 @@ impl Phantom {
 
     /// Returns a warning if a twist, at its largest, is too steep for the boundaries of defects.
     fn steep_twist(&self) -> Result<Option<Warning>, PhantomError> {
-        if self.parts.twist.is_none() || self.scene().defects.is_empty() {
+        if self.scene().twist.is_none() || self.scene().defects.is_empty() {
             return Ok(None);
         }
         for phase in self.outermost_phases() {

@@ -100,7 +100,7 @@ impl Phantom {
         let walls = beat.values.iter().map(|gain| self.wall_at(*gain, 0.0));
         let walls = walls.collect::<Result<Vec<_>, PhantomError>>()?;
         let ways: Vec<f64> = walls.iter().map(|wall| wall.longest_way(&still)).collect();
-        let reach = self.reach(ways.iter().fold(0.0, |most, way| most.max(*way)), 0.0);
+        let reach = self.reach(&ways, 0.0);
         beat.warps(gates, grid, |k| {
             match ways[k] > AT_REST * self.heart().length() {
                 true => walls[k].displacements_around(&still, grid, reach),
@@ -136,7 +136,7 @@ impl Phantom {
         let ways: Vec<f64> = walls.iter().map(|wall| wall.longest_way(&still)).collect();
         // The fraction of the displacement is interpolated between voxels: all neighbours of a voxel of the wall have the full one.
         let apart = grid.spacing().map(|x| x * x).iter().sum::<f64>().sqrt();
-        let reach = self.reach(ways.iter().fold(0.0, |most, way| most.max(*way)), apart);
+        let reach = self.reach(&ways, apart);
         // The wall is displaced by one; voxels towards it are displaced by their fraction.
         let one = still.clone().with_pose(still.pose().shifted(Vector3::x())?);
         let mut fractions: Vec<f32> = zeros("components of the motion", grid.len())?;
@@ -151,8 +151,9 @@ impl Phantom {
         })
     }
 
-    /// The distances at which surroundings follow a wall with this longest displacement, each larger by `more`.
-    fn reach(&self, longest: f64, more: f64) -> Reach {
+    /// The distances at which surroundings follow a wall with these longest displacements, each larger by `more`.
+    fn reach(&self, ways: &[f64], more: f64) -> Reach {
+        let longest = ways.iter().copied().fold(0.0, f64::max);
         let whole = TAKEN_ALONG * self.heart().length();
         let none = whole + whole.max(LOST_OVER * longest);
         Reach {

@@ -14,8 +14,8 @@ const MOST_TURN: f64 = 0.7;
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Acquisition {
     pub(crate) mode: Mode,
-    /// The cardiac gate, from 0; always 0 without gating.
-    pub(crate) gate: usize,
+    /// The cardiac and the respiratory gate, from 0; 0 without gating.
+    pub(crate) gate: [usize; 2],
     /// Steps per cycle and per respiratory cycle, even.
     pub(crate) points: [usize; 2],
     pub(crate) interpolation: Interpolation,
@@ -27,11 +27,11 @@ impl Acquisition {
         Self::new(Mode::Static { phase }, 0, 8)
     }
 
-    /// A cardiac gate with as many steps per cycle and per respiratory cycle, by linear interpolation.
+    /// A gated projection set with as many steps per cycle and per respiratory cycle, by linear interpolation.
     pub(crate) fn new(mode: Mode, gate: usize, points: usize) -> Self {
         Self {
             mode,
-            gate,
+            gate: [gate % mode.n_gates(), gate / mode.n_gates()],
             points: [points; 2],
             interpolation: Interpolation::Linear,
         }
@@ -55,14 +55,6 @@ impl Acquisition {
         Self {
             interpolation,
             ..self
-        }
-    }
-
-    /// Returns the index of the cardiac gate and the number of gates.
-    pub(crate) fn gate_of(&self) -> Option<[usize; 2]> {
-        match self.mode {
-            Mode::Gated { gates } => Some([self.gate, gates]),
-            Mode::Static { .. } | Mode::Instants | Mode::Exposure { .. } | Mode::WholeCycle => None,
         }
     }
 }

@@ -214,6 +214,11 @@ impl Camera {
         (view_idx % self.from.views) as f64 * self.from.seconds_per_view
     }
 
+    /// Returns the end of the last view in seconds after the start of the first.
+    pub(crate) fn end(&self) -> f64 {
+        self.view_start(self.n_views() - 1) + self.interval()
+    }
+
     /// Returns the number of heads.
     pub(crate) fn n_heads(&self) -> usize {
         self.from.heads.count()

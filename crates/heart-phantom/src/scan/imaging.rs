@@ -1,7 +1,7 @@
 //! Quadrature of images behind a response, or averaged over bins: options, responses of all views, memory.
 
 use super::camera::Camera;
-use crate::error::PhantomError;
+use crate::error::{PhantomError, check};
 use crate::ranges::UNEVEN;
 use radon::Collimator;
 use revolve_voxel::{BinValue, DepthResponse, RayCounters, View};
@@ -10,6 +10,10 @@ use std::sync::OnceLock;
 /// Bound on the weights beyond the reach of the response, and on the interpolation between tabulated weights, relative to the largest line
 /// integral.
 const TAILS: f64 = 1.2e-6;
+
+/// Name of a limited quantity in errors.
+const RATIO: &str =
+    "ratio of the widest to the narrowest of the collimator's blur over the depth of the objects";
 
 /// The resolution of the quadrature of an image.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
@@ -90,12 +94,7 @@ impl Imaging {
             let extremes = made.each_ref().map(DepthResponse::extremes);
             if let Some([narrowest, widest]) = (extremes.into_iter()).find(|[a, b]| *b > UNEVEN * a)
             {
-                return Err(PhantomError::OutOfRange {
-                    what: "ratio of the widest to the narrowest of the collimator's blur over the depth of the objects",
-                    given: widest / narrowest,
-                    least: 1.0,
-                    most: UNEVEN,
-                });
+                check(RATIO, widest / narrowest, [1.0, UNEVEN])?;
             }
             responses.push(made);
         }

@@ -1,14 +1,12 @@
 //! Images of parts of a scan: the change by the heart, its surroundings, and the samples that no shape of the heart changes.
 
 use super::imaging::{Fixed, Imaging, ImagingOptions};
-use super::project::Placement;
 use super::settings::Rotation;
 use super::whole::Scan;
 use crate::HeartShape;
 use crate::error::PhantomError;
 use crate::once::once;
 use revolve_voxel::{Image, Shown, View};
-use std::ops::Range;
 
 impl Scan<'_> {
     /// Prepares the images of a view at an angle: of the change by the heart, or of the surroundings.
@@ -44,25 +42,6 @@ impl Scan<'_> {
         Ok(view.corner_error(heart.body(), &[cavity, most * wall])?)
     }
 
-    /// The image of the change by a heart.
-    pub(super) fn image_of_heart(
-        &self,
-        view: &View<'_>,
-        heart: Placement<'_>,
-        rows: &Range<usize>,
-    ) -> Result<Image, PhantomError> {
-        Ok(view.image(&self.assembly(heart)?, Shown::Change, rows.clone())?)
-    }
-
-    /// The image of the surroundings of the heart.
-    pub(super) fn image_of_surroundings(
-        &self,
-        view: &View<'_>,
-        rows: &Range<usize>,
-    ) -> Result<Image, PhantomError> {
-        Ok(view.image(&self.surroundings.alone(), Shown::Organs, rows.clone())?)
-    }
-
     /// Whether the surroundings of a view are the same at all times and stored.
     pub(crate) fn keeps_surroundings(&self) -> bool {
         self.imaging.is_some() && self.camera.rotation() == Rotation::StepAndShoot
@@ -77,7 +56,8 @@ impl Scan<'_> {
         once(&imaging.fixed[view_idx], || {
             let at = (view_idx, self.camera.angle(view_idx, 0.0));
             let view = self.part_view(imaging, at, Shown::Organs)?;
-            let image = self.image_of_surroundings(&view, &(0..self.camera.n_rows()))?;
+            let rows = 0..self.camera.n_rows();
+            let image = view.image(&self.surroundings.alone(), Shown::Organs, rows)?;
             let mut samples = vec![0.0f32; self.camera.view_len()];
             add(&image, 1.0, (&mut samples, 0, self.camera.n_bins()));
             Ok(Fixed {

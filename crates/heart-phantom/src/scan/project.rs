@@ -62,11 +62,12 @@ impl Scan<'_> {
         &'a self,
         (shape, body, defects): Placement<'a>,
     ) -> Result<Assembly<'a>, PhantomError> {
-        let activity = self.activity.of(shape);
+        let (activity, around) = (self.activity.of(shape), self.surroundings);
         let sectors = (defects.iter())
             .map(|(_, sector, factor)| (sector.with_pose(*body.pose()), factor * activity[1]))
             .collect();
-        self.surroundings.with_heart(body, &activity, sectors)
+        let assembly = (around.alone()).with_body(body, &activity, around.heart)?;
+        Ok(assembly.with_sectors(sectors)?)
     }
 
     /// Whether the surroundings contain activity that is the same for all shapes of the heart.

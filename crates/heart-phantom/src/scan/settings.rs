@@ -38,6 +38,14 @@ pub enum Mode {
 }
 
 impl Mode {
+    /// Returns the phase of a static scene.
+    pub(crate) fn static_phase(self) -> Option<f64> {
+        match self {
+            Self::Static { phase } => Some(phase),
+            Self::Instants | Self::Exposure { .. } | Self::WholeCycle | Self::Gated { .. } => None,
+        }
+    }
+
     /// Returns the number of projection sets.
     pub(crate) fn n_gates(self) -> usize {
         match self {

@@ -71,12 +71,13 @@ pub(super) fn between(acquisition: Acquisition, cycle: &Cycle, window: [f64; 2])
             copies: 1.0,
             delay: 0.0,
         }],
-        _ => beats(cycle, window, acquisition.gate_of()),
+        Mode::Gated { gates } => beats(cycle, window, Some([acquisition.gate[0], gates])),
+        Mode::Instants | Mode::Exposure { .. } | Mode::WholeCycle => beats(cycle, window, None),
     };
     match cycle.breathing() {
         None => beating,
         Some(breathing) => (beating.into_iter())
-            .flat_map(|span| breaths(&span, breathing, cycle.breath_gate()))
+            .flat_map(|span| breaths(&span, breathing, acquisition.gate[1]))
             .collect(),
     }
 }
@@ -145,8 +146,8 @@ fn beats(cycle: &Cycle, [from, to]: [f64; 2], gate: Option<[usize; 2]>) -> Vec<S
     spans
 }
 
-/// Divides a span by respiratory cycles, limited to a respiratory gate if given.
-fn breaths(span: &Span, breathing: &RespiratoryMotion, gate: Option<usize>) -> Vec<Span> {
+/// Divides a span by respiratory cycles, limited to a respiratory gate if there are any.
+fn breaths(span: &Span, breathing: &RespiratoryMotion, gate: usize) -> Vec<Span> {
     let [from, to] = span.time.map(|t| breathing.breaths(t));
     let mut spans = Vec::new();
     let mut whole = from.floor();
@@ -163,7 +164,7 @@ fn breaths(span: &Span, breathing: &RespiratoryMotion, gate: Option<usize>) -> V
         }
         whole += 1.0;
     }
-    let Some((gate, gates)) = gate.zip(breathing.breathing().gates) else {
+    let Some(gates) = breathing.breathing().gates else {
         return spans;
     };
     let [low, high] = [gate, gate + 1].map(|g| g as f64 / gates.count() as f64);

@@ -1,14 +1,14 @@
 //! The states of the heart whose average is the ground truth.
 
+use super::nodes::{Node, Nodes};
 use super::settings::Mode;
 use super::timing::STEPS;
 use super::views::evenly;
 use super::whole::{Lasting, Scan};
 use crate::Rotation;
-use crate::error::PhantomError;
+use crate::error::{PhantomError, missed};
 use nalgebra::Point3;
 use revolve_voxel::VoxelGrid;
-use std::collections::BTreeMap;
 use std::f64::consts::TAU;
 
 /// Largest estimated errors, as fractions of the tolerance of a voxel: of its average over time, and of that over the voxel if there is one over time.
@@ -79,12 +79,7 @@ impl Scan<'_> {
                     }
                     false => None,
                 };
-                scan = finer.ok_or(PhantomError::Tolerance {
-                    term: GROUND_TRUTH,
-                    reached,
-                    allowed,
-                    tolerance,
-                })?;
+                scan = finer.ok_or_else(|| missed(GROUND_TRUTH, reached, [allowed, tolerance]))?;
             }
         }
         Ok(scan.times())
@@ -118,28 +113,22 @@ impl Scan<'_> {
     /// Each volume gain and respiratory fraction with its fraction of the time of all views.
     fn times(&self) -> Vec<Lasting> {
         let (rule, n_views) = (self.rule_of_states(), self.n_plans());
-        let mut times: Vec<Lasting> = Vec::new();
-        let mut known = BTreeMap::new();
+        let mut all = Nodes::default();
         for view_idx in 0..n_views {
             for node in rule.view(view_idx).nodes {
                 let weight = (node.weights[0] + node.weights[1]) / n_views as f64;
-                // A state of the coarse rule alone.
-                if weight == 0.0 {
-                    continue;
-                }
-                let state = [node.gain, node.breath].map(f64::to_bits);
-                let at = *known.entry(state).or_insert(times.len());
-                match times.get_mut(at) {
-                    Some(lasting) => lasting.share += weight,
-                    None => times.push(Lasting {
-                        gain: node.gain,
-                        breath: node.breath,
-                        share: weight,
-                    }),
+                // Without weight it is a state of the coarse rule alone.
+                if weight != 0.0 {
+                    all.add([node.gain, node.breath], 0.0, [weight, 0.0]);
                 }
             }
         }
-        times
+        let lasting = |node: Node| Lasting {
+            gain: node.gain,
+            breath: node.breath,
+            share: node.weights[0],
+        };
+        all.nodes.into_iter().map(lasting).collect()
     }
 
     /// Returns the largest displacement of both membranes and their twist in voxels: from end-diastole to end-systole, and from end-expiration to

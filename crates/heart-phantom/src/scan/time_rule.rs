@@ -272,10 +272,8 @@ impl<'a> TimeRule<'a> {
 
     /// Returns the point of an instantaneous view.
     fn moment(&self, t: f64) -> Nodes {
-        let phase = match self.acquisition.mode {
-            Mode::Static { phase } => wrap(phase),
-            _ => self.cycle.phase(t),
-        };
+        let phase = self.acquisition.mode.static_phase();
+        let phase = phase.map_or_else(|| self.cycle.phase(t), wrap);
         let at = [self.cycle.gain(phase), self.cycle.breath(t)];
         let mut made = Nodes::default();
         made.add(at, 0.0, [1.0, 0.0]);

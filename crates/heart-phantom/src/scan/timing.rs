@@ -93,7 +93,7 @@ impl Acquisition {
             check_count(what, cycles as usize, [0, MOST_CYCLES])?;
         }
         if let Some(view_idx) = self.unseen(cycle, camera) {
-            let gate = self.gate;
+            let [gate, _] = self.gate;
             return Err(PhantomError::EmptyView { gate, view_idx });
         }
         let points = self.points_of_all(cycle, camera, rotation);

@@ -111,10 +111,7 @@ impl Acquisition {
         ViewTime {
             start,
             window: self.seconds(cycle, camera, view_idx)[0],
-            phase: match self.mode {
-                Mode::Static { phase } => phase,
-                _ => cycle.phase(start),
-            },
+            phase: (self.mode.static_phase()).unwrap_or_else(|| cycle.phase(start)),
             angle: self.angle(cycle, camera, view_idx),
         }
     }

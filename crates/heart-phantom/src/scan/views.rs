@@ -209,7 +209,7 @@ impl<'a> Scan<'a> {
                 &known.insert((theta, plan)).1
             }
         };
-        let image = self.image_of_heart(plan, heart, rows)?;
+        let image = plan.image(&self.assembly(heart)?, Shown::Change, rows.clone())?;
         view.add_image(&image, &weights, rows.start, self.camera.n_bins());
         Ok(())
     }
@@ -240,7 +240,8 @@ impl<'a> Scan<'a> {
                 })?,
                 Some(imaging) => {
                     let plan = self.part_view(imaging, at, Shown::Organs)?;
-                    let image = self.image_of_surroundings(&plan, rows)?;
+                    let alone = self.surroundings.alone();
+                    let image = plan.image(&alone, Shown::Organs, rows.clone())?;
                     view.add_image(&image, &weights, rows.start, self.camera.n_bins());
                 }
             }

@@ -29,27 +29,20 @@ pub(super) fn parts(
     camera: Camera,
 ) -> Result<Parts, PhantomError> {
     let inner = &scene.heart.inner;
-    let (organs, attenuation) = (organs_of(&scene)?, scene.attenuates());
+    let organs = organs_of(&scene)?;
     Ok(Parts {
         own_heart,
         heart: heart
             .with_av_plane_displacement(scene.cycle.av_plane_displacement, cycle.gains())?,
-        cycles: (0..cycle.breath_gates())
-            .map(|gate| cycle.clone().in_breath_gate(gate))
-            .collect(),
         cycle,
         camera,
         surroundings: Surroundings::new(
             scene.background.as_ref(),
             organs.as_ref(),
-            attenuation.as_ref(),
+            scene.attenuates().as_ref(),
         )?,
         organs,
-        twist: scene.twist.clone(),
-        points: scene.points.iter().map(|point| point.point()).collect(),
-        attenuation,
         collimator: scene.collimator.map(|own| own.response()).transpose()?,
-        reconstruction: fbp_of(&scene.reconstruction),
         side: match own_heart {
             true => SIDE,
             // The middle of the inner cylinder.
@@ -153,12 +146,15 @@ impl CollimatorSettings {
     }
 }
 
-fn fbp_of(settings: &ReconstructionSettings) -> FbpOptions {
-    FbpOptions::default()
-        .with_memory(WORK_BYTES)
-        .with_window(settings.window.clone())
-        .with_cutoff(settings.cutoff)
-        .with_arc(settings.arc)
+impl ReconstructionSettings {
+    /// Returns the options of filtered back-projection.
+    pub(crate) fn fbp(&self) -> FbpOptions {
+        FbpOptions::default()
+            .with_memory(WORK_BYTES)
+            .with_window(self.window.clone())
+            .with_cutoff(self.cutoff)
+            .with_arc(self.arc)
+    }
 }
 
 /// Builds the camera with parallel rays.

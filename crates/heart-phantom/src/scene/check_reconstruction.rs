@@ -39,11 +39,11 @@ pub(super) fn reconstruction(scene: &Scene, c: &mut Check) {
         if let Some(pixel) = settings.pixel {
             let ([least, most], bin) = (ranges::SIZE, scene.camera.pitch[0]);
             // The limits of the model of OSEM, pitch / pixel.
-            let range = match settings.method {
-                Method::Osem(_) if c.is_clean(&["camera"]) => {
+            let range = match settings.method.osem() {
+                Some(_) if c.is_clean(&["camera"]) => {
                     [least.max(bin / 100.0), most.min(100.0 * bin)]
                 }
-                Method::Osem(_) | Method::Fbp => [least, most],
+                _ => [least, most],
             };
             c.within("pixel", pixel, range);
         }

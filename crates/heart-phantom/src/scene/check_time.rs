@@ -64,13 +64,12 @@ pub(super) fn in_real_time(scene: &Scene, cycle: &Cycle, camera: &Camera, c: &mu
         true => camera.rotation(),
         false => Rotation::StepAndShoot,
     };
-    let responds = scene.collimator.is_some() || scene.blur.is_some();
+    let responds = scene.has_response();
     let beat = enough(cycle.period());
-    let (cardiac, gates) = (mode.n_gates(), mode.n_gates() * cycle.breath_gates());
+    let gates = mode.n_gates() * cycle.breath_gates();
     for gate in 0..gates {
-        let cycle = cycle.clone().in_breath_gate(gate / cardiac);
-        let acquisition = Acquisition::new(mode, gate % cardiac, steps).behind(responds, camera);
-        let found = acquisition.validate(&cycle, camera, rotation);
+        let acquisition = Acquisition::new(mode, gate, steps).behind(responds, camera);
+        let found = acquisition.validate(cycle, camera, rotation);
         let too_short = matches!(found, Err(PhantomError::EmptyView { .. }));
         let wanted = match found {
             Ok(()) => continue,

@@ -156,11 +156,10 @@ impl Check {
 
     /// Whether none of these sections has a finding. Rules across sections require that each value is allowed by itself.
     pub(super) fn is_clean(&self, sections: &[&str]) -> bool {
-        let of = |finding: &Finding, section: &str| {
-            (finding.field.strip_prefix(section))
-                .is_some_and(|rest| rest.is_empty() || rest.starts_with('.'))
+        let is_in = |finding: &Finding| {
+            (sections.iter()).any(|section| below(section, &finding.field).is_some())
         };
-        !(self.findings.iter()).any(|finding| sections.iter().any(|section| of(finding, section)))
+        !self.findings.iter().any(is_in)
     }
 
     pub(crate) fn fault(&mut self, name: &str, given: impl Display, wanted: impl Into<String>) {
@@ -203,6 +202,15 @@ impl Check {
             let wanted = format!("must be [from, to] with {low} <= from < to <= {high}");
             self.fault(name, format!("[{from}, {to}]"), wanted);
         }
+    }
+}
+
+/// Returns the rest of a path below another path, such as `pitch.1` for `camera.pitch.1` below `camera`; empty if they are equal.
+pub(super) fn below<'a>(outer: &str, path: &'a str) -> Option<&'a str> {
+    let rest = path.strip_prefix(outer)?;
+    match rest.is_empty() {
+        true => Some(rest),
+        false => rest.strip_prefix('.'),
     }
 }
 

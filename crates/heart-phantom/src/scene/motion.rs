@@ -21,7 +21,7 @@ pub struct PointSettings {
 
 impl PointSettings {
     /// Returns the point, with its azimuth in radians.
-    pub(super) fn point(&self) -> MaterialPoint {
+    pub(crate) fn point(&self) -> MaterialPoint {
         MaterialPoint {
             layer: self.layer,
             s: self.s,

@@ -3,10 +3,8 @@
 use super::Scene;
 use crate::model::Surroundings;
 use crate::scan::{Acquisition, STEPS};
-use crate::{
-    Accuracy, Attenuation, BinSample, Camera, Cycle, Heart, MaterialPoint, Mode, Twist, ViewTime,
-};
-use radon::{Collimator, FbpOptions};
+use crate::{Accuracy, BinSample, Camera, Cycle, Heart, Mode, ViewTime};
+use radon::Collimator;
 use revolve_voxel::Organs;
 
 /// The tolerance of images if the number of time steps is given.
@@ -20,17 +18,10 @@ pub(crate) struct Parts {
     pub(crate) own_heart: bool,
     pub(crate) heart: Heart,
     pub(crate) cycle: Cycle,
-    /// The cycle of each respiratory gate.
-    pub(crate) cycles: Vec<Cycle>,
     pub(crate) camera: Camera,
     pub(crate) organs: Option<Organs>,
     pub(crate) surroundings: Surroundings,
-    pub(crate) twist: Option<Twist>,
-    pub(crate) points: Vec<MaterialPoint>,
-    /// The attenuation of the scene; soft tissue in a chest by default.
-    pub(crate) attenuation: Option<Attenuation>,
     pub(crate) collimator: Option<Collimator>,
-    pub(crate) reconstruction: FbpOptions,
     /// Material coordinate, above 0 (the base) and below 1/2 (the apex), at which thickness and blur of the wall are reported.
     pub(crate) side: f64,
 }
@@ -42,8 +33,8 @@ impl Parts {
 
     /// Returns the definition of a sample, given or implied by response and blur.
     pub(crate) fn samples(&self) -> BinSample {
-        let blurred = self.collimator.is_some() || self.scene.blur.is_some();
-        self.scene.camera.samples.unwrap_or(match blurred {
+        let samples = self.scene.camera.samples;
+        samples.unwrap_or(match self.scene.has_response() {
             true => BinSample::Averages,
             false => BinSample::Centres,
         })
@@ -64,16 +55,14 @@ impl Parts {
 
     /// The number of gated projection sets: cardiac gates times respiratory gates.
     pub(crate) fn n_gates(&self) -> usize {
-        self.mode().n_gates() * self.cycles.len()
+        self.mode().n_gates() * self.cycle.breath_gates()
     }
 
     /// Returns times and angles of the views of a gate.
     pub(crate) fn view_times(&self, gate: usize) -> Vec<ViewTime> {
-        let gates = self.mode().n_gates();
-        let acquisition = Acquisition::new(self.mode(), gate % gates, STEPS[0]);
-        let cycle = &self.cycles[gate / gates];
+        let acquisition = Acquisition::new(self.mode(), gate, STEPS[0]);
         (0..self.camera.n_views())
-            .map(|view_idx| acquisition.view_time(cycle, &self.camera, view_idx))
+            .map(|view_idx| acquisition.view_time(&self.cycle, &self.camera, view_idx))
             .collect()
     }
 

@@ -1,6 +1,6 @@
 //! Locates fields in the text of a scene.
 
-use super::finding::Finding;
+use super::finding::{Finding, below};
 use super::{material, template};
 use crate::text::{MOST, cut};
 use serde::de::DeserializeOwned;
@@ -127,8 +127,9 @@ pub fn locate(text: &str, field: &str) -> Option<([usize; 2], bool)> {
     let root = DeTable::parse(text).ok()?;
     let mut entries = of_table(root.get_ref());
     let (mut rest, mut found) = (field, None);
-    while let Some((after, entry)) =
-        (entries.into_iter()).find_map(|entry| Some((after(rest, &entry.name)?, entry)))
+    while !rest.is_empty()
+        && let Some((after, entry)) =
+            (entries.into_iter()).find_map(|entry| Some((below(&entry.name, rest)?, entry)))
     {
         let start = clamped(text, entry.value.span()).start;
         found = Some(line_and_column(text, start));
@@ -136,15 +137,6 @@ pub fn locate(text: &str, field: &str) -> Option<([usize; 2], bool)> {
         rest = after;
     }
     found.map(|place| (place, rest.is_empty()))
-}
-
-/// Returns the rest of a path after a leading name.
-fn after<'a>(path: &'a str, name: &str) -> Option<&'a str> {
-    let rest = path.strip_prefix(name).filter(|_| !path.is_empty())?;
-    match rest.strip_prefix('.') {
-        Some(rest) => Some(rest),
-        None => rest.is_empty().then_some(rest),
-    }
 }
 
 /// Returns the dotted path at a byte of the text, and whether that byte is in a value, not a name; `None` if the text is not valid TOML.

@@ -9,7 +9,7 @@ use crate::error::{PhantomError, check_count};
 use crate::files::{self, Folder};
 use crate::observer::check_stop;
 use crate::phantom::{Index, Needs};
-use crate::{Method, Mode, Observer, Phantom, Product, Sinograms, ViewReport};
+use crate::{Mode, Observer, Phantom, Product, Sinograms, ViewReport};
 use std::collections::BTreeMap;
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
@@ -271,10 +271,7 @@ impl Run<'_> {
             if phantom.is_compensated() && output.needs(Needs::Reconstruction) {
                 self.seen.extend_from_slice(&views.samples);
             } else if output.needs(Needs::Reconstruction) {
-                let iterations = match phantom.scene().reconstruction.method {
-                    Method::Fbp => 1,
-                    Method::Osem(osem) => osem.iterations,
-                };
+                let iterations = phantom.scene().reconstruction.method.iterations();
                 let told = |done| {
                     progress(
                         "reconstruction",

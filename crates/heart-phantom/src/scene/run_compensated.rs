@@ -5,7 +5,7 @@ use super::run_report::{CompensatedReport, Progress};
 use crate::error::PhantomError;
 use crate::observer::check_stop;
 use crate::phantom::{Index, Needs};
-use crate::{Method, Observer, Product};
+use crate::{Observer, Product};
 
 impl Run<'_> {
     /// Computes the requested motion-compensated volumes from the projections of all gates.
@@ -19,10 +19,8 @@ impl Run<'_> {
         }
         let views = std::mem::take(&mut self.seen);
         let reconstruct = phantom.scene().output.needs(Needs::Reconstruction);
-        let (volumes, passes) = match phantom.scene().reconstruction.method {
-            Method::Fbp => (phantom.n_volumes(), 1),
-            Method::Osem(osem) => (1, osem.iterations),
-        };
+        let volumes = phantom.n_volumes();
+        let passes = phantom.scene().reconstruction.method.iterations();
         let n_gates = phantom.n_gates() as f64;
         let mut reports = Vec::new();
         for number in 0..volumes {

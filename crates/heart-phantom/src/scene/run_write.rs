@@ -4,7 +4,7 @@ use super::run::Run;
 use crate::error::PhantomError;
 use crate::files::{self, AcquisitionInfo, Corrections, Projections, Volume};
 use crate::phantom::{Content, Index, to_counts};
-use crate::{Method, PhaseOf, Product, ProjectionValues, ScenePhase};
+use crate::{PhaseOf, Product, ProjectionValues, ScenePhase};
 use std::path::PathBuf;
 
 impl Run<'_> {
@@ -165,10 +165,7 @@ impl Run<'_> {
 
     /// Returns the corrections of the reconstructions, which are of normalised samples.
     fn corrections(&self) -> Corrections {
-        let osem = match self.phantom.scene().reconstruction.method {
-            Method::Fbp => None,
-            Method::Osem(osem) => Some(osem),
-        };
+        let osem = self.phantom.scene().reconstruction.method.osem();
         Corrections {
             decay: self.decays(),
             attenuation: osem.is_some_and(|osem| osem.attenuation),

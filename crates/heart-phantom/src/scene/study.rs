@@ -99,12 +99,17 @@ pub struct Scene {
 
 impl Scene {
     /// Returns the attenuation; that of soft tissue by default in a chest.
-    pub(super) fn attenuates(&self) -> Option<Attenuation> {
+    pub(crate) fn attenuates(&self) -> Option<Attenuation> {
         let soft = Attenuation {
             coefficient: Chest::SOFT_TISSUE,
             medium: Medium::Heart,
         };
         self.attenuation.or(self.chest.map(|_| soft))
+    }
+
+    /// Whether the detector has a response, of constant width or that of a collimator.
+    pub(crate) fn has_response(&self) -> bool {
+        self.collimator.is_some() || self.blur.is_some()
     }
 
     /// Replaces the acquisition mode.

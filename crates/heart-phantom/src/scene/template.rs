@@ -1,6 +1,7 @@
 //! Writes a scene as a commented TOML file: `template.toml` with the values of the scene.
 
 use super::check_output::formats;
+use super::finding::below;
 use super::json::toml_of;
 use super::study::Scene;
 use std::fmt::Write;
@@ -110,15 +111,6 @@ pub(super) fn advice(path: &str, given: &str) -> Option<String> {
         _ => format!("[{path}]"),
     };
     (!fields.is_empty()).then(|| format!("must be a section {section} with {}", fields.join(", ")))
-}
-
-/// Returns the rest of a path below another path; empty if they are equal.
-fn below<'a>(outer: &str, path: &'a str) -> Option<&'a str> {
-    let rest = path.strip_prefix(outer)?;
-    match rest.is_empty() {
-        true => Some(rest),
-        false => rest.strip_prefix('.'),
-    }
 }
 
 /// Returns the example of one choice in a comment, if it is a table: `{ gated = { gates = 16 } }`.

@@ -365,3 +365,37 @@ fn instants_do_not_need_a_respiratory_gate_in_each_view() {
     let views = phantom.sinograms(0, &no_observer).unwrap();
     assert!(views.samples.iter().any(|sample| *sample > 0.0));
 }
+
+/// The file has no other dependency than the standard library.
+#[path = "../../src/phantom/memory_limit.rs"]
+mod memory_limit;
+
+#[test]
+fn the_limit_is_that_of_the_smallest_group_around_the_process() {
+    if cfg!(target_os = "linux") {
+        assert!(memory_limit::memory_limit().is_some_and(|bytes| bytes > 1 << 20));
+    }
+    let root = tempfile::tempdir().unwrap();
+    let put = |path: &str, text: &str| {
+        let path = root.path().join(path);
+        std::fs::create_dir_all(path.parent().unwrap()).unwrap();
+        std::fs::write(path, text).unwrap();
+    };
+    let limit = |groups| memory_limit::limit_of_groups(groups, root.path());
+    assert_eq!(limit("0::/job/step\n"), None);
+    put("job/step/memory.max", "max\n");
+    put("job/memory.max", "3000\n");
+    put("other/memory.max", "10\n");
+    assert_eq!(limit("0::/job/step\n"), Some(3000));
+    put("memory.max", "2000\n");
+    assert_eq!(limit("0::/job/step\n"), Some(2000));
+    put("job/step/memory.max", "1000\n");
+    assert_eq!(limit("0::/job/step\n"), Some(1000));
+    assert_eq!(limit("0::/\n"), Some(2000));
+    // Version 1, with other controllers; the group may be that of another name space.
+    put("memory/a/memory.limit_in_bytes", "500\n");
+    put("memory/memory.limit_in_bytes", "9223372036854771712\n");
+    assert_eq!(limit("3:cpu:/a\n4:hugetlb,memory:/a/b\n"), Some(500));
+    let unlimited = Some(9_223_372_036_854_771_712);
+    assert_eq!(limit("4:memory:/docker/c\n1:name=systemd:/a\n"), unlimited);
+}

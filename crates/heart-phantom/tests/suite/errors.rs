@@ -153,3 +153,74 @@ fn a_chain_of_messages_contains_each_cause_once() {
     let said = "cannot read a.toml: entity not found";
     assert_eq!(heart_phantom::chain(&error), said);
 }
+
+#[test]
+fn numbers_are_short_and_exact() {
+    for (given, text) in [
+        (-0.0, "-0"),
+        (2e6, "2000000"),
+        (-1e-3, "-0.001"),
+        (123.456, "123.456"),
+        (1e300, "1e300"),
+        (-1e-320, "-1e-320"),
+        (f64::MAX, "1.7976931348623157e308"),
+        (f64::NAN, "NaN"),
+        (f64::INFINITY, "inf"),
+    ] {
+        let (what, least, most) = ("it", 0.0, 1.0);
+        let error = PhantomError::OutOfRange {
+            what,
+            given,
+            least,
+            most,
+        };
+        let said = format!("it is {text}, must be between 0 and 1");
+        assert_eq!(error.to_string(), said);
+    }
+}
+
+/// A gain has five digits; a factor by which something must be larger is rounded up.
+#[test]
+fn five_digits_are_accurate_and_required_numbers_are_rounded_up() {
+    let said = |gain, times| PhantomError::Uncovered { gain, times }.to_string();
+    for (gain, times, texts) in [
+        (
+            0.015178592099365087,
+            2.0821653821723456,
+            ["0.015179", "2.0822"],
+        ),
+        (15.999_999_999_999_998, 93.00423251564783, ["16", "93.009"]),
+        (0.0, 16.0, ["0", "16"]),
+        (12345.6, 9.99991, ["12346", "10"]),
+    ] {
+        let [gain_text, times_text] = texts;
+        let text = said(gain, times);
+        assert!(
+            text.starts_with(&format!("at a volume gain of {gain_text} the")),
+            "{text}"
+        );
+        assert!(text.contains(&format!(" to {times_text} times ")), "{text}");
+    }
+    for k in 1..2000 {
+        let times = 1.0237f64.powi(k - 1000);
+        let text = said(0.0, times);
+        let (_, from) = text.rsplit_once(" to ").unwrap();
+        let least: f64 = from.split(' ').next().unwrap().parse().unwrap();
+        assert!(least >= times && least < times * (1.0 + 1e-4), "{text}");
+    }
+}
+
+#[test]
+fn long_texts_are_cut_between_characters() {
+    let field = |n| {
+        let name = "\u{5fc3}".repeat(n);
+        let error = Scene::from_toml(&format!("\"{name}\" = 1\n")).unwrap_err();
+        let PhantomError::Scene(error) = error else {
+            panic!("{error}")
+        };
+        error.first().field.clone()
+    };
+    let short = "\u{5fc3}".repeat(120);
+    assert_eq!(field(120), short);
+    assert_eq!(field(1000), format!("{short}... (1000 characters)"));
+}
